@@ -1,0 +1,35 @@
+// The exceptions of the library. Bad input throws; a numerical outcome (no convergence, an inverted
+// element) is a returned status, never an exception. Only the front ends print and exit.
+#pragma once
+
+#include <stdexcept>
+#include <string>
+
+namespace tetraction {
+
+/// Base of all exceptions thrown on purpose; what() says what is wrong, where, and what to do.
+class Error : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// A wrong value given by the user or the calling program (command line, scene, argument).
+/// The program exits with code 2.
+class InputError : public Error {
+ public:
+  using Error::Error;
+};
+
+/// A file is missing, unreadable or malformed, or holds a mesh that is refused (exit code 3).
+class FileError : public Error {
+ public:
+  using Error::Error;
+};
+
+/// Output cannot be written (exit code 4).
+class OutputError : public Error {
+ public:
+  using Error::Error;
+};
+
+}  // namespace tetraction

@@ -1,0 +1,64 @@
+// Energy and momentum books of a run: every joule and every newton-second accounted for.
+#pragma once
+
+#include "tetraction/dynamics/mechanical_system.h"
+#include "tetraction/dynamics/stepper.h"
+
+namespace tetraction {
+
+/// Books of one trajectory, kept from its first state on; all sums run from there.
+///
+///     energy_error = ΔT + ΔW − external work + dissipated energy − constraint work − edit work
+///
+/// is what the integrator itself added (without loads: its energy error). The momentum drifts are
+/// what is left of Δp and Δ(q × p) after the impulses of all outer forces and reactions.
+class Books {
+ public:
+  /// Opens the books at `state`.
+  Books(const MechanicalSystem& system, const State& state);
+
+  /// Enters a step that went well; `state` is the state after it.
+  void enter(const State& state, const StepOutcome& outcome);
+
+  const Energies& energies() const { return energies_; }
+  const Momenta& momenta() const { return momenta_; }
+  double external_work() const { return external_work_; }
+  // Damping, moving constraints and edits have no part in this version's motions.
+  double dissipated_energy() const { return 0.0; }
+  double constraint_work() const { return 0.0; }
+  double edit_work() const { return 0.0; }
+  double energy_error() const;
+
+  /// Energy that has entered the body: what it began with (kinetic and elastic) and the largest
+  /// magnitudes of what environment and user forces gave it, J. Energy drifts are relative to it.
+  double energy_scale() const;
+  /// Largest |energy_error| so far over energy_scale(); 0 while the scale is 0.
+  double max_relative_energy_drift() const;
+  /// Largest |Δp − impulses| so far, over the largest Σ|p_i|; 0 for a body that never moved.
+  double linear_momentum_drift() const;
+  /// The same of angular momentum about the origin, over the largest Σ|q_i × p_i|.
+  double angular_momentum_drift() const;
+  /// The part of angular_momentum_drift() that the solver's remaining residuals allow:
+  /// Σ over steps of their angular impulse (StepOutcome), over the same scale.
+  double allowed_angular_momentum_drift() const;
+
+ private:
+  const MechanicalSystem& system_;
+  Energies initial_energies_;
+  Energies energies_;
+  Momenta initial_momenta_;
+  Momenta momenta_;
+  double external_work_ = 0.0;
+  Vector3 linear_impulse_ = Vector3::Zero();
+  Vector3 angular_impulse_ = Vector3::Zero();
+  double residual_angular_impulse_ = 0.0;
+  double largest_environment_exchange_ = 0.0;
+  double largest_external_work_ = 0.0;
+  double largest_energy_error_ = 0.0;
+  double largest_linear_drift_ = 0.0;
+  double largest_angular_drift_ = 0.0;
+  double linear_scale_ = 0.0;
+  double angular_scale_ = 0.0;
+};
+
+}  // namespace tetraction

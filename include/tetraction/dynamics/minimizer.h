@@ -1,0 +1,49 @@
+// What an implicit step asks of a solver.
+#pragma once
+
+#include <string>
+
+#include "tetraction/dynamics/step_problem.h"
+
+namespace tetraction {
+
+/// Why a minimisation ended.
+enum class Termination {
+  kConverged,       ///< |∇Φ| ≤ residual_limit
+  kIterationLimit,  ///< max_iterations reached
+  kNoProgress,      ///< no step lowers Φ any further, and the gradient is still too large
+  kInadmissible     ///< Φ is not defined at the starting point nor at q_k
+};
+
+/// Options of an implicit step's solver.
+struct MinimizerOptions {
+  double tolerance = 1.0e-8;  ///< see StepProblem::residual_limit; 0 < tolerance < 1
+  int max_iterations = 100;   ///< ≥ 1
+};
+
+/// What a minimisation did.
+struct MinimizerReport {
+  Termination termination = Termination::kNoProgress;
+  int iterations = 0;          ///< linear systems solved for a step, accepted or not
+  int factorizations = 0;
+  double residual = 0.0;       ///< |∇Φ|₂ over the free DOFs at the end, N
+  double residual_limit = 0.0; ///< what it was held against, N
+  std::string message;         ///< one line, for the user
+
+  bool converged() const { return termination == Termination::kConverged; }
+};
+
+/// Minimises Φ over the free DOFs.
+class Minimizer {
+ public:
+  virtual ~Minimizer() = default;
+  /// Starts from x (a point with an inverted element is first moved toward q_k until Φ is defined)
+  /// and leaves the minimiser there. Fixed DOFs of x must equal q_k and are not touched.
+  virtual MinimizerReport minimize(const StepProblem& problem, Vector& x) = 0;
+};
+
+/// Moves x toward the problem's previous position, halving the way, until Φ is defined there.
+/// Returns false if it is not even defined at the previous position.
+bool make_admissible(const StepProblem& problem, Vector& x);
+
+}  // namespace tetraction

@@ -1,0 +1,67 @@
+// The elastic energy W(q) of the whole body, with its derivatives.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "tetraction/fem/rest_state.h"
+#include "tetraction/fem/sparsity_pattern.h"
+#include "tetraction/material/material.h"
+
+namespace tetraction {
+
+/// Outcome of an evaluation: either everything is defined, or the first element where the
+/// material's energy is not (J ≤ 0, or a position that is not finite).
+struct Evaluation {
+  Index failed_element = -1;
+  bool ok() const { return failed_element < 0; }
+};
+
+/// W(q) = Σ_elements V Ψ(F(q)): value, gradient, Hessian, matrix-free product.
+///
+/// All results are bitwise the same for any number of threads. After a failed evaluation the
+/// outputs are unspecified. Calls on one object must not overlap in time (shared work space).
+class ElasticPotential {
+ public:
+  using Shape = RestState::Shape;
+
+  /// Energy, gradient and Hessian of one element.
+  struct ElementTerms {
+    double energy = 0.0;           ///< J
+    Shape::NodeMatrix gradient;    ///< N
+    Shape::DofMatrix hessian;      ///< N/m
+  };
+
+  /// Keeps a reference to `rest`, which must live longer.
+  ElasticPotential(const RestState& rest, const MaterialModel& material);
+  ~ElasticPotential();
+  ElasticPotential(ElasticPotential&&) noexcept;
+
+  const RestState& rest() const;
+  const MaterialModel& material() const;
+
+  /// Whether W is defined at q.
+  Evaluation admissible(const Vector& q) const;
+  /// energy = W(q), J.
+  Evaluation value(const Vector& q, double& energy) const;
+  /// gradient = ∇W(q) (3 per vertex, N) and energy = W(q), in one pass over the mesh.
+  Evaluation value_and_gradient(const Vector& q, double& energy, Vector& gradient) const;
+  /// values += entries of ∇²W(q) in the pattern's order, N/m.
+  Evaluation add_hessian(const Vector& q, const SparsityPattern& pattern, double* values) const;
+  /// result = ∇²W(q) x without a matrix (3 per vertex). W must be defined at q.
+  void product(const Vector& q, const Vector& x, Vector& result) const;
+
+  /// Terms of element e; false if its energy is not defined at q. `with_hessian` false leaves the
+  /// Hessian untouched. Safe to call from several threads.
+  bool element_terms(Index e, const Vector& q, bool with_hessian, ElementTerms& terms) const;
+  /// Ψ at the first point of every element, J/m³.
+  void energy_densities(const Vector& q, Vector& densities) const;
+  /// P at the first point of element e, Pa; W must be defined at q.
+  Matrix3 first_piola(Index e, const Vector& q) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace tetraction

@@ -1,0 +1,123 @@
+// Finite-element shapes and the kernels of one element, templates over the number of nodes and
+// quadrature points so that the element loop compiles to fixed-size arithmetic.
+//
+// With positions q_a of the element's nodes and rest-state gradients g_a = ∂N_a/∂X at a point,
+//
+//     F = Σ_a q_a g_aᵀ                       deformation gradient
+//     W = Σ_points w Ψ(F)                    energy, w = volume × quadrature weight
+//     ∂W/∂q_a = Σ_points w P g_a             gradient (minus the internal force)
+//     ∂²W/∂q_a∂q_b = Σ_points w Σ_JL g_a[J] A_JL g_b[L]
+//
+// where A_JL is the 3×3 block (J, L) of ∂P/∂F (material/material.h).
+// For the linear tetrahedron this F is [q1−q0, q2−q0, q3−q0] Dm⁻¹ (Sumner & Popović 2004).
+#pragma once
+
+#include <array>
+
+#include "tetraction/material/material.h"
+
+namespace tetraction {
+
+/// Compile-time size of an element.
+template <int Nodes, int Points>
+struct ElementShape {
+  static constexpr int kNodes = Nodes;
+  static constexpr int kPoints = Points;
+  static constexpr int kDofs = 3 * Nodes;
+
+  using NodeMatrix = Eigen::Matrix<double, 3, Nodes>;     ///< one column per node
+  using DofVector = Eigen::Matrix<double, kDofs, 1>;
+  using DofMatrix = Eigen::Matrix<double, kDofs, kDofs>;
+};
+
+/// Four nodes, constant strain.
+using LinearTetrahedron = ElementShape<4, 1>;
+
+/// Rest data of one element: gradients of the shape functions and weights at each point.
+template <class Shape>
+struct RestElement {
+  std::array<typename Shape::NodeMatrix, Shape::kPoints> gradients;  ///< 1/m
+  std::array<double, Shape::kPoints> weights{};                      ///< m³
+};
+
+template <class Shape>
+Matrix3 deformation_gradient(const RestElement<Shape>& rest, int point,
+                             const typename Shape::NodeMatrix& q) {
+  return q * rest.gradients[static_cast<std::size_t>(point)].transpose();
+}
+
+/// Whether the material's energy is defined at all points of the element.
+template <class Shape, Material M>
+bool element_admissible(const RestElement<Shape>& rest, const M& material,
+                        const typename Shape::NodeMatrix& q) {
+  for (int p = 0; p < Shape::kPoints; ++p) {
+    if (!material.admissible(deformation_gradient(rest, p, q))) return false;
+  }
+  return true;
+}
+
+/// Energy W of the element, J.
+template <class Shape, Material M>
+double element_energy(const RestElement<Shape>& rest, const M& material,
+                      const typename Shape::NodeMatrix& q) {
+  double energy = 0.0;
+  for (int p = 0; p < Shape::kPoints; ++p) {
+    energy += rest.weights[static_cast<std::size_t>(p)] *
+              material.energy_density(deformation_gradient(rest, p, q));
+  }
+  return energy;
+}
+
+/// ∂W/∂q, one column per node, N.
+template <class Shape, Material M>
+typename Shape::NodeMatrix element_gradient(const RestElement<Shape>& rest, const M& material,
+                                            const typename Shape::NodeMatrix& q) {
+  typename Shape::NodeMatrix gradient = Shape::NodeMatrix::Zero();
+  for (std::size_t p = 0; p < Shape::kPoints; ++p) {
+    const Matrix3 stress = material.first_piola(deformation_gradient(rest, static_cast<int>(p), q));
+    gradient.noalias() += rest.weights[p] * stress * rest.gradients[p];
+  }
+  return gradient;
+}
+
+/// ∂²W/∂q², symmetric, N/m.
+template <class Shape, Material M>
+typename Shape::DofMatrix element_hessian(const RestElement<Shape>& rest, const M& material,
+                                          const typename Shape::NodeMatrix& q) {
+  typename Shape::DofMatrix hessian = Shape::DofMatrix::Zero();
+  for (std::size_t p = 0; p < Shape::kPoints; ++p) {
+    const Matrix9 a = rest.weights[p] *
+                      material.stiffness(deformation_gradient(rest, static_cast<int>(p), q));
+    const auto& g = rest.gradients[p];
+    for (int n = 0; n < Shape::kNodes; ++n) {
+      const Eigen::Matrix<double, 9, 3> column =
+          a.template middleCols<3>(0) * g(0, n) + a.template middleCols<3>(3) * g(1, n) +
+          a.template middleCols<3>(6) * g(2, n);
+      for (int m = n; m < Shape::kNodes; ++m) {
+        hessian.template block<3, 3>(3 * m, 3 * n) +=
+            g(0, m) * column.template middleRows<3>(0) + g(1, m) * column.template middleRows<3>(3) +
+            g(2, m) * column.template middleRows<3>(6);
+      }
+    }
+  }
+  hessian.template triangularView<Eigen::StrictlyUpper>() = hessian.transpose();
+  return hessian;
+}
+
+/// (∂²W/∂q²) δq without forming the matrix, one column per node, N.
+template <class Shape, Material M>
+typename Shape::NodeMatrix element_product(const RestElement<Shape>& rest, const M& material,
+                                           const typename Shape::NodeMatrix& q,
+                                           const typename Shape::NodeMatrix& dq) {
+  typename Shape::NodeMatrix result = Shape::NodeMatrix::Zero();
+  for (std::size_t p = 0; p < Shape::kPoints; ++p) {
+    const int point = static_cast<int>(p);
+    const Matrix9 a = material.stiffness(deformation_gradient(rest, point, q));
+    const Vector9 stress = a * flatten(deformation_gradient(rest, point, dq));
+    result.noalias() +=
+        rest.weights[p] * Eigen::Map<const Matrix3>(stress.data()) * rest.gradients[p];
+  }
+  return result;
+}
+
+}  // namespace tetraction

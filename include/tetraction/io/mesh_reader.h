@@ -1,0 +1,20 @@
+// Reads tetrahedral meshes from files.
+#pragma once
+
+#include <string>
+
+#include "tetraction/mesh/tet_mesh.h"
+
+namespace tetraction {
+
+/// Reads a mesh by the file name's ending: .vtu, .vtk, .msh (Gmsh 2.2 and 4.1, ASCII and binary),
+/// .node or .ele (TetGen, both files), .veg (Vega). Nothing is checked beyond the file itself;
+/// build_mesh() does that.
+/// Throws FileError (file, line or section, what is wrong) for anything that is not a whole,
+/// well-formed file; a broken file never crashes or hangs the program.
+RawMesh read_raw_mesh(const std::string& path);
+
+/// read_raw_mesh() and build_mesh().
+TetMesh read_mesh(const std::string& path, double scale = 1.0);
+
+}  // namespace tetraction

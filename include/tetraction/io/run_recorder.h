@@ -1,0 +1,44 @@
+// Writes what a run does: history.csv, frames, final.vtu, summary.json.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "tetraction/simulation/simulation.h"
+
+namespace tetraction {
+
+/// Observer that writes the outputs of `run` into a directory (made if need be):
+///
+/// - history.csv: one row for the initial state and each step, 17 significant digits. Work and
+///   dissipation columns are sums from the start, so that in every row
+///   total_energy − total_energy(0) = external_work − dissipated_energy + constraint_work +
+///   edit_work + energy_error.
+/// - frames/frame_NNNNNN.vtu + frames.pvd: each n-th step, the first and the last;
+/// - final.vtu: the last good state in full precision;
+/// - summary.json: at the end.
+///
+/// What was written up to a failing step stays readable. Throws OutputError.
+class RunRecorder : public Observer {
+ public:
+  RunRecorder(std::string directory, int frame_every);
+  ~RunRecorder() override;
+  RunRecorder(const RunRecorder&) = delete;
+  RunRecorder& operator=(const RunRecorder&) = delete;
+
+  void on_start(const Simulation& simulation) override;
+  bool on_step(const Simulation& simulation) override;
+  void on_finish(const Simulation& simulation) override;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// The text of summary.json for a run.
+std::string summary_json(const Simulation& simulation);
+
+/// Makes a directory and its parents; throws OutputError if it cannot be made or written to.
+void make_output_directory(const std::string& directory);
+
+}  // namespace tetraction

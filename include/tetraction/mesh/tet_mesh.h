@@ -1,0 +1,112 @@
+// The tetrahedral mesh: what a file or a generator gives (RawMesh) and what the solver takes
+// (TetMesh), with the checks between the two.
+#pragma once
+
+#include <array>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "tetraction/core/types.h"
+
+namespace tetraction {
+
+/// Cell types that a reader can meet. Only linear tetrahedra become elements.
+enum class CellType {
+  kVertex,
+  kLine,
+  kTriangle,
+  kQuadrilateral,
+  kTetrahedron,
+  kQuadraticTetrahedron,
+  kHexahedron,
+  kWedge,
+  kPyramid,
+  kOther
+};
+
+/// Plain name of a cell type for messages, e.g. "triangle".
+std::string to_string(CellType type);
+
+/// One cell of a file. `vertices` are vertex ids as the file numbers them.
+struct RawCell {
+  CellType type = CellType::kOther;
+  std::int64_t id = 0;  ///< the file's own number of the cell
+  std::vector<std::int64_t> vertices;
+  int region = 0;                ///< cell data `region`, or 0
+  std::vector<int> groups;       ///< indices into RawMesh::groups
+};
+
+/// A named set of cells of a file (Gmsh physical group, Vega set).
+struct RawGroup {
+  std::string name;
+  int dimension = 3;
+  int tag = 0;
+};
+
+/// A mesh as a file holds it: nothing checked yet.
+struct RawMesh {
+  std::string source;  ///< file name, for messages
+  std::vector<Vector3> vertices;
+  std::vector<std::int64_t> vertex_ids;  ///< the file's own numbers, same length as `vertices`
+  std::vector<RawCell> cells;
+  std::vector<RawGroup> groups;
+  std::map<std::string, Matrix> point_arrays;  ///< components × vertices, e.g. "displacement"
+};
+
+/// A named set of vertices and tetrahedra.
+struct Group {
+  std::string name;
+  int dimension = 3;              ///< of the cells that define it: 0 point … 3 volume
+  int tag = 0;                    ///< the file's number of the group
+  std::vector<Index> vertices;    ///< sorted: all vertices of the group's cells
+  std::vector<Index> tetrahedra;  ///< sorted; empty unless dimension is 3
+};
+
+/// What build_mesh() changed and left out; for the user to read.
+struct MeshReport {
+  Index reoriented = 0;        ///< inverted tetrahedra whose vertex order was mended
+  Index dropped_vertices = 0;  ///< vertices that no tetrahedron uses
+  std::map<CellType, Index> skipped_cells;
+};
+
+/// A checked tetrahedral mesh: positive volumes, finite coordinates, every vertex used.
+///
+/// Vertices and tetrahedra are numbered from 0 inside; `vertex_ids` and `tetrahedron_ids` hold the
+/// numbers of the file, which are what a user gives in selections and sees in outputs.
+struct TetMesh {
+  std::string source;
+  std::vector<Vector3> vertices;                  ///< rest positions X, m
+  std::vector<std::array<Index, 4>> tetrahedra;   ///< det[X1−X0, X2−X0, X3−X0] > 0
+  std::vector<std::int64_t> vertex_ids;
+  std::vector<std::int64_t> tetrahedron_ids;
+  std::vector<int> regions;                       ///< per tetrahedron
+  std::vector<Group> groups;
+  std::map<std::string, Matrix> point_arrays;     ///< components × vertices
+  MeshReport report;
+
+  Index vertex_count() const { return static_cast<Index>(vertices.size()); }
+  Index tetrahedron_count() const { return static_cast<Index>(tetrahedra.size()); }
+
+  /// Rest positions as one DOF-ordered vector (3 per vertex), m.
+  Vector rest_positions() const;
+  /// Signed volume of tetrahedron `e`: det[X1−X0, X2−X0, X3−X0]/6, m³.
+  double volume(Index e) const;
+  /// Sum of the volumes, m³.
+  double total_volume() const;
+};
+
+/// Checks a raw mesh and makes the solver's mesh of it; coordinates are multiplied by `scale`.
+///
+/// Takes the linear tetrahedra, counts other cells in the report, reorients inverted tetrahedra,
+/// drops vertices that no tetrahedron uses.
+/// Throws FileError, naming the file and the element's or vertex's own id, for: no tetrahedra,
+/// quadratic tetrahedra, a vertex id that does not exist, a NaN or infinite coordinate, a repeated
+/// vertex in a tetrahedron, a volume of zero (below 1e-14 of the cube of its longest edge), and a
+/// vertex number that occurs twice.
+TetMesh build_mesh(RawMesh raw, double scale = 1.0);
+
+/// Faces that belong to one tetrahedron only, vertices ordered so that the normal points outward.
+std::vector<std::array<Index, 3>> boundary_faces(const TetMesh& mesh);
+
+}  // namespace tetraction

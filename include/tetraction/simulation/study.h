@@ -1,0 +1,77 @@
+// Step-size studies: the same motion by several integrators at several steps.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tetraction/simulation/simulation.h"
+
+namespace tetraction {
+
+/// What to compare.
+struct StudySettings {
+  std::vector<Integrator> integrators;  ///< empty: all four
+  std::vector<double> steps;            ///< s; empty: 1/4, 1/2, 2, 8 and 32 times h_crit
+  /// Step of the reference run; absent: the finest step of the study.
+  std::optional<double> reference_step;
+  Integrator reference_integrator = Integrator::kMidpoint;
+};
+
+/// One row of a study.
+struct StudyRow {
+  Integrator integrator = Integrator::kMidpoint;
+  double step = 0.0;  ///< s
+  RunStatus status = RunStatus::kRunning;
+  std::string message;
+  std::string directory;  ///< of the run, relative to the study's
+  Index steps = 0;        ///< steps taken
+  double wall_seconds = 0.0;  ///< of the time steps alone
+  double seconds_per_simulated_second = 0.0;
+  double iterations_per_step = 0.0;
+  double max_relative_energy_drift = 0.0;       ///< Books::max_relative_energy_drift
+  double linear_momentum_drift = 0.0;           ///< Books::linear_momentum_drift
+  double angular_momentum_drift = 0.0;          ///< Books::angular_momentum_drift
+  double angular_momentum_drift_allowed = 0.0;  ///< Books::allowed_angular_momentum_drift
+  /// |q − q_ref|₂/|q_ref|₂ of the final positions; NaN unless the run finished.
+  double position_error = 0.0;
+  /// Order between this step and the next finer one of the integrator; NaN where there is none.
+  double observed_order = 0.0;
+};
+
+struct StudyResult {
+  double stable_step = 0.0;  ///< h_crit at the initial state, s
+  double end = 0.0;          ///< s
+  Integrator reference_integrator = Integrator::kMidpoint;
+  double reference_step = 0.0;
+  RunStatus reference_status = RunStatus::kRunning;
+  std::string reference_directory;
+  std::vector<StudyRow> rows;  ///< by integrator, then from the finest step up
+  std::vector<std::string> remarks;  ///< for the user: steps that were adjusted, a missing reference
+};
+
+/// Makes the observers of one run, given its directory relative to the study's.
+using ObserverFactory =
+    std::function<std::vector<std::unique_ptr<Observer>>(const std::string& directory)>;
+/// Told before each run: its number from 0, how many there are, integrator and step.
+using StudyProgress = std::function<void(std::size_t, std::size_t, Integrator, double)>;
+
+/// Runs `scene` with every integrator at every step, and the reference. A run that blows up or
+/// fails is a result, not an error.
+///
+/// Steps that do not divide the end time are replaced by the nearest that does (and remarked), so
+/// that all final positions are of the same time.
+///
+/// The observed order p solves e(h₂)/e(h₁) = (h₂/h₁)^p; for runs of the reference's own integrator,
+/// whose errors are differences to a member of the family, (h₂^p − h_r^p)/(h₁^p − h_r^p) instead.
+/// Throws InputError for steps that are not positive or longer than the end time.
+StudyResult run_study(const Scene& scene, const TetMesh& mesh, const StudySettings& settings,
+                      const ObserverFactory& observers = {}, const StudyProgress& progress = {});
+
+/// The p of (h2^p − hr^p)/(h1^p − hr^p) = e2/e1 with h2 > h1 > hr ≥ 0, or NaN without one in
+/// (0, 12).
+double observed_order(double h1, double e1, double h2, double e2, double hr = 0.0);
+
+}  // namespace tetraction

@@ -1,0 +1,69 @@
+#include "tetraction/dynamics/books.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tetraction {
+
+Books::Books(const MechanicalSystem& system, const State& state)
+    : system_(system), momenta_(system.momenta(state)) {
+  system.energies(state, energies_);
+  initial_energies_ = energies_;
+  initial_momenta_ = momenta_;
+  linear_scale_ = momenta_.linear_scale;
+  angular_scale_ = momenta_.angular_scale;
+}
+
+void Books::enter(const State& state, const StepOutcome& outcome) {
+  energies_.kinetic = system_.kinetic_energy(state.momentum);
+  energies_.elastic = outcome.elastic_energy;
+  energies_.environment = system_.environment().value(system_.mass(), state.position);
+  momenta_ = system_.momenta(state);
+  external_work_ += outcome.external_work;
+  linear_impulse_ += outcome.linear_impulse;
+  angular_impulse_ += outcome.angular_impulse;
+  residual_angular_impulse_ += outcome.residual_angular_impulse;
+
+  largest_environment_exchange_ =
+      std::max(largest_environment_exchange_,
+               std::abs(energies_.environment - initial_energies_.environment));
+  largest_external_work_ = std::max(largest_external_work_, std::abs(external_work_));
+  largest_energy_error_ = std::max(largest_energy_error_, std::abs(energy_error()));
+  largest_linear_drift_ =
+      std::max(largest_linear_drift_,
+               (momenta_.linear - initial_momenta_.linear - linear_impulse_).norm());
+  largest_angular_drift_ =
+      std::max(largest_angular_drift_,
+               (momenta_.angular - initial_momenta_.angular - angular_impulse_).norm());
+  linear_scale_ = std::max(linear_scale_, momenta_.linear_scale);
+  angular_scale_ = std::max(angular_scale_, momenta_.angular_scale);
+}
+
+double Books::energy_error() const {
+  return energies_.total() - initial_energies_.total() - external_work_ + dissipated_energy() -
+         constraint_work() - edit_work();
+}
+
+double Books::energy_scale() const {
+  return initial_energies_.kinetic + initial_energies_.elastic + largest_environment_exchange_ +
+         largest_external_work_;
+}
+
+double Books::max_relative_energy_drift() const {
+  const double scale = energy_scale();
+  return scale > 0.0 ? largest_energy_error_ / scale : 0.0;
+}
+
+double Books::linear_momentum_drift() const {
+  return linear_scale_ > 0.0 ? largest_linear_drift_ / linear_scale_ : 0.0;
+}
+
+double Books::angular_momentum_drift() const {
+  return angular_scale_ > 0.0 ? largest_angular_drift_ / angular_scale_ : 0.0;
+}
+
+double Books::allowed_angular_momentum_drift() const {
+  return angular_scale_ > 0.0 ? residual_angular_impulse_ / angular_scale_ : 0.0;
+}
+
+}  // namespace tetraction

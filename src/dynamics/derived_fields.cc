@@ -1,0 +1,74 @@
+#include "tetraction/dynamics/derived_fields.h"
+
+#include <Eigen/LU>
+#include <Eigen/SVD>
+#include <cmath>
+
+#include "tetraction/core/parallel.h"
+
+namespace tetraction {
+namespace {
+
+Eigen::Matrix<double, 6, 1> six_components(const Matrix3& s) {
+  Eigen::Matrix<double, 6, 1> six;
+  six << s(0, 0), s(1, 1), s(2, 2), s(0, 1), s(1, 2), s(0, 2);
+  return six;
+}
+
+// The rotation R of the polar decomposition of a, det R = +1 always (Kabsch's sign).
+Matrix3 proper_rotation(const Matrix3& a) {
+  const Eigen::JacobiSVD<Matrix3> svd(a, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Vector3 signs = Vector3::Ones();
+  if ((svd.matrixU() * svd.matrixV().transpose()).determinant() < 0.0) signs[2] = -1.0;
+  return svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
+}
+
+}  // namespace
+
+ElementFields element_fields(const MechanicalSystem& system, const Vector& q) {
+  const RestState& rest = system.rest();
+  const Index count = rest.element_count();
+  ElementFields fields;
+  fields.cauchy_stress.resize(6, count);
+  fields.green_strain.resize(6, count);
+  fields.von_mises.resize(1, count);
+  fields.jacobian.resize(1, count);
+  Vector densities;
+  system.elastic().energy_densities(q, densities);
+  fields.energy_density = densities.transpose();
+  parallel_for(count, 512, [&](Index begin, Index end) {
+    for (Index e = begin; e < end; ++e) {
+      const Matrix3 f = deformation_gradient(rest.element(e), 0, rest.gather(q, e));
+      const double j = f.determinant();
+      Matrix3 stress = system.elastic().first_piola(e, q) * f.transpose() / j;
+      stress = 0.5 * (stress + stress.transpose()).eval();
+      const Matrix3 deviator = stress - stress.trace() / 3.0 * Matrix3::Identity();
+      fields.cauchy_stress.col(e) = six_components(stress);
+      fields.green_strain.col(e) =
+          six_components(0.5 * (f.transpose() * f - Matrix3::Identity()));
+      fields.von_mises(0, e) = std::sqrt(1.5) * deviator.norm();
+      fields.jacobian(0, e) = j;
+    }
+  });
+  return fields;
+}
+
+Matrix deformation_field(const MechanicalSystem& system, const Vector& q) {
+  const Vector rest = system.mesh().rest_positions();
+  const Vector3 rest_center = system.center_of_mass(rest);
+  const Vector3 center = system.center_of_mass(q);
+  Matrix3 moment = Matrix3::Zero();
+  for (Index v = 0; v < system.vertex_count(); ++v) {
+    moment += system.mass()[v] * (vertex_block(q, v) - center) *
+              (vertex_block(rest, v) - rest_center).transpose();
+  }
+  const Matrix3 rotation = proper_rotation(moment);
+  Matrix deformation(3, system.vertex_count());
+  for (Index v = 0; v < system.vertex_count(); ++v) {
+    deformation.col(v) =
+        vertex_block(q, v) - center - rotation * (vertex_block(rest, v) - rest_center);
+  }
+  return deformation;
+}
+
+}  // namespace tetraction

@@ -1,0 +1,172 @@
+#include "tetraction/io/run_recorder.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <utility>
+
+#include "tetraction/core/error.h"
+#include "tetraction/dynamics/derived_fields.h"
+#include "tetraction/io/frame_writer.h"
+#include "text_file.h"
+
+namespace tetraction {
+namespace {
+
+constexpr const char* kHistoryHeader =
+    "step,time,kinetic_energy,elastic_energy,environment_energy,total_energy,external_work,"
+    "dissipated_energy,constraint_work,edit_work,energy_error,px,py,pz,lx,ly,lz,"
+    "max_constraint_error,iterations\n";
+
+std::string history_row(const Simulation& simulation) {
+  const State& state = simulation.state();
+  const Books& books = simulation.books();
+  const Energies& e = books.energies();
+  const Momenta& m = books.momenta();
+  const auto g = [](double value) { return fmt::format("{:.17g}", value); };
+  std::string row = fmt::format("{},{}", state.step, g(state.time));
+  for (const double value :
+       {e.kinetic, e.elastic, e.environment, e.total(), books.external_work(),
+        books.dissipated_energy(), books.constraint_work(), books.edit_work(), books.energy_error(),
+        m.linear.x(), m.linear.y(), m.linear.z(), m.angular.x(), m.angular.y(), m.angular.z(),
+        simulation.constraint_error()}) {
+    row += ',' + g(value);
+  }
+  return row + fmt::format(",{}\n", simulation.last_iterations());
+}
+
+Matrix columns(const Vector& field) { return field.reshaped(3, field.size() / 3); }
+
+Frame make_frame(const Simulation& simulation) {
+  const MechanicalSystem& system = simulation.system();
+  const State& state = simulation.state();
+  Frame frame;
+  frame.time = state.time;
+  frame.step = state.step;
+
+  Matrix fixed(1, system.vertex_count());
+  for (Index v = 0; v < system.vertex_count(); ++v) {
+    const DofConstraints& c = system.constraints();
+    fixed(0, v) = c.is_fixed(3 * v) || c.is_fixed(3 * v + 1) || c.is_fixed(3 * v + 2) ? 1.0 : 0.0;
+  }
+  // The user forces of the step just taken (of the first step, at the start).
+  const double start = state.step > 0
+                           ? static_cast<double>(state.step - 1) * simulation.time_step()
+                           : 0.0;
+  frame.point_fields = {
+      {"displacement", columns(state.position - system.mesh().rest_positions())},
+      {"velocity", columns(state.velocity)},
+      {"momentum", columns(state.momentum)},
+      {"external_force", columns(system.user_force(start, simulation.time_step()))},
+      {"reaction_force", columns(simulation.reaction_force())},
+      {"fixed", std::move(fixed), true},
+      {"deformation", deformation_field(system, state.position)}};
+
+  ElementFields fields = element_fields(system, state.position);
+  Matrix region(1, system.mesh().tetrahedron_count());
+  for (Index e = 0; e < region.cols(); ++e) {
+    region(0, e) = system.mesh().regions[static_cast<std::size_t>(e)];
+  }
+  frame.cell_fields = {{"cauchy_stress", std::move(fields.cauchy_stress)},
+                       {"green_strain", std::move(fields.green_strain)},
+                       {"von_mises", std::move(fields.von_mises)},
+                       {"jacobian", std::move(fields.jacobian)},
+                       {"energy_density", std::move(fields.energy_density)},
+                       {"region", std::move(region), true}};
+  return frame;
+}
+
+}  // namespace
+
+void make_output_directory(const std::string& directory) {
+  std::error_code error;
+  std::filesystem::create_directories(directory, error);
+  std::string reason;
+  if (error) {
+    reason = error.message();
+  } else if (!std::filesystem::is_directory(directory, error)) {
+    reason = "there is a file of that name";
+  } else if (access(directory.c_str(), W_OK) != 0) {
+    reason = std::strerror(errno);
+  }
+  if (!reason.empty()) {
+    throw OutputError(fmt::format(
+        "{}: not a directory that can be written to ({}). Choose another one with --out.",
+        directory, reason));
+  }
+}
+
+struct RunRecorder::Impl {
+  std::string directory;
+  int frame_every;
+  std::ofstream history;
+  std::unique_ptr<FrameWriter> frames;
+  Index last_frame = -1;
+
+  std::string path(const char* name) const { return directory + "/" + name; }
+
+  void write_row(const Simulation& simulation) {
+    history << history_row(simulation);
+    if (!history) {
+      throw OutputError(path("history.csv") +
+                        ": cannot be written. Check the free space of the disk.");
+    }
+  }
+
+  void write_frame(const Simulation& simulation) {
+    frames->write(make_frame(simulation));
+    history.flush();  // the history is never behind the frames
+    last_frame = simulation.state().step;
+  }
+};
+
+RunRecorder::RunRecorder(std::string directory, int frame_every)
+    : impl_(std::make_unique<Impl>()) {
+  impl_->directory = std::move(directory);
+  impl_->frame_every = frame_every;
+}
+
+RunRecorder::~RunRecorder() = default;
+
+void RunRecorder::on_start(const Simulation& simulation) {
+  Impl& s = *impl_;
+  make_output_directory(s.directory);
+  // What an earlier run left must not pass for this one's.
+  std::error_code ignored;
+  for (const char* name : {"final.vtu", "summary.json"}) {
+    std::filesystem::remove(s.path(name), ignored);
+  }
+  s.history.open(s.path("history.csv"), std::ios::binary);
+  if (!s.history) {
+    throw OutputError(fmt::format("{}: cannot be written ({}). Choose another directory with --out.",
+                                  s.path("history.csv"), std::strerror(errno)));
+  }
+  s.history << kHistoryHeader;
+  s.frames = std::make_unique<FrameWriter>(simulation.system().mesh(), s.directory);
+  s.write_row(simulation);
+  s.write_frame(simulation);
+}
+
+bool RunRecorder::on_step(const Simulation& simulation) {
+  impl_->write_row(simulation);
+  if (simulation.state().step % impl_->frame_every == 0) impl_->write_frame(simulation);
+  return true;
+}
+
+void RunRecorder::on_finish(const Simulation& simulation) {
+  Impl& s = *impl_;
+  if (s.last_frame != simulation.state().step) s.write_frame(simulation);
+  s.frames->write_single(make_frame(simulation), s.path("final.vtu"));
+  s.history.close();
+  if (!s.history) {
+    throw OutputError(s.path("history.csv") +
+                      ": cannot be written. Check the free space of the disk.");
+  }
+  write_text_file(s.path("summary.json"), summary_json(simulation));
+}
+
+}  // namespace tetraction

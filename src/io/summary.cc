@@ -1,0 +1,86 @@
+// summary.json: the account of one run for people and programs.
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "tetraction/core/parallel.h"
+#include "tetraction/core/version.h"
+#include "tetraction/io/run_recorder.h"
+
+namespace tetraction {
+namespace {
+
+// JSON has no infinity and no NaN: absent numbers are null.
+nlohmann::ordered_json number(double value) {
+  if (std::isfinite(value)) return value;
+  return nullptr;
+}
+
+nlohmann::ordered_json mesh_json(const TetMesh& mesh) {
+  nlohmann::ordered_json skipped = nlohmann::ordered_json::object();
+  for (const auto& [type, count] : mesh.report.skipped_cells) skipped[to_string(type)] = count;
+  return {{"source", mesh.source},
+          {"vertices", mesh.vertex_count()},
+          {"tetrahedra", mesh.tetrahedron_count()},
+          {"volume", mesh.total_volume()},
+          {"reoriented_tetrahedra", mesh.report.reoriented},
+          {"dropped_vertices", mesh.report.dropped_vertices},
+          {"skipped_cells", skipped}};
+}
+
+}  // namespace
+
+std::string summary_json(const Simulation& simulation) {
+  const MechanicalSystem& system = simulation.system();
+  const Books& books = simulation.books();
+  const PhaseTimes& times = simulation.times();
+  const StabilityLimit& limit = simulation.initial_limit();
+  const BlasInfo blas = blas_info();
+
+  nlohmann::ordered_json json;
+  json["version"] = version();
+  json["status"] = to_string(simulation.status());
+  json["exit_status"] =
+      simulation.status() == RunStatus::kFinished || simulation.status() == RunStatus::kCancelled
+          ? 0
+          : 1;
+  json["message"] = simulation.message();
+  json["warning"] = simulation.warning();
+  json["mesh"] = mesh_json(system.mesh());
+  json["mass"] = system.total_mass();
+  json["degrees_of_freedom"] = {{"all", system.dof_count()},
+                                {"free", system.constraints().free_count()}};
+  json["integrator"] = to_string(simulation.scene().time.integrator);
+  json["time_step"] = simulation.time_step();
+  json["stable_step"] = number(limit.critical_step);
+  json["omega_max"] = limit.omega_max;
+  json["steps"] = simulation.state().step;
+  json["steps_planned"] = simulation.step_count();
+  json["time"] = simulation.state().time;
+  json["iterations"] = simulation.total_iterations();
+  json["factorizations"] = simulation.total_factorizations();
+  json["solver_message"] = simulation.solver_message();
+  json["energy"] = {{"kinetic", books.energies().kinetic},
+                    {"elastic", books.energies().elastic},
+                    {"environment", books.energies().environment},
+                    {"total", books.energies().total()},
+                    {"external_work", books.external_work()},
+                    {"error", books.energy_error()},
+                    {"scale", books.energy_scale()}};
+  json["max_relative_energy_drift"] = books.max_relative_energy_drift();
+  json["linear_momentum_drift"] = books.linear_momentum_drift();
+  json["angular_momentum_drift"] = books.angular_momentum_drift();
+  json["angular_momentum_drift_allowed"] = books.allowed_angular_momentum_drift();
+  json["wall_seconds"] = {{"setup", times.setup},
+                          {"stability", times.stability},
+                          {"stepping", times.stepping},
+                          {"output", times.output},
+                          {"total", times.total()}};
+  json["threads"] = thread_count();
+  json["blas"] = {{"library", blas.library}, {"core", blas.core}};
+  json["scene"] = simulation.scene().echo.empty()
+                      ? nlohmann::ordered_json::object()
+                      : nlohmann::ordered_json::parse(simulation.scene().echo);
+  return json.dump(2) + "\n";
+}
+
+}  // namespace tetraction

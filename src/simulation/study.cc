@@ -1,0 +1,207 @@
+#include "tetraction/simulation/study.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "tetraction/core/error.h"
+
+namespace tetraction {
+namespace {
+
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+struct Run {
+  StudyRow row;
+  Vector final_position;
+};
+
+// The step nearest to h that divides `end`.
+double dividing_step(double h, double end) { return end / std::max(1.0, std::round(end / h)); }
+
+class Study {
+ public:
+  Study(const Scene& scene, const TetMesh& mesh, const StudySettings& settings)
+      : scene_(scene), mesh_(mesh), settings_(settings) {}
+
+  StudyResult run(const ObserverFactory& observers, const StudyProgress& progress) {
+    prepare();
+    const std::vector<Integrator> integrators = integrators_of_study();
+    const bool reference_is_row =
+        std::count(integrators.begin(), integrators.end(), settings_.reference_integrator) > 0 &&
+        std::count(steps_.begin(), steps_.end(), result_.reference_step) > 0;
+    const std::size_t count =
+        integrators.size() * steps_.size() + (reference_is_row ? std::size_t{0} : std::size_t{1});
+
+    std::vector<Run> runs;
+    for (const Integrator integrator : integrators) {
+      for (const double step : steps_) {
+        if (progress) progress(runs.size(), count, integrator, step);
+        runs.push_back(run_one(integrator, step, "", observers));
+      }
+    }
+    Run reference;
+    if (reference_is_row) {
+      for (const Run& run : runs) {
+        if (is_reference(run.row)) reference = run;
+      }
+    } else {
+      if (progress) {
+        progress(runs.size(), count, settings_.reference_integrator, result_.reference_step);
+      }
+      reference = run_one(settings_.reference_integrator, result_.reference_step, "reference-",
+                          observers);
+    }
+    result_.reference_status = reference.row.status;
+    result_.reference_directory = reference.row.directory;
+    if (reference.row.status != RunStatus::kFinished) {
+      result_.remarks.push_back("the reference run did not reach the end (" +
+                                reference.row.message + "): there are no position errors");
+    }
+    compare(runs, reference);
+    for (Run& run : runs) result_.rows.push_back(std::move(run.row));
+    return std::move(result_);
+  }
+
+ private:
+  std::vector<Integrator> integrators_of_study() const {
+    if (!settings_.integrators.empty()) return settings_.integrators;
+    return {Integrator::kExplicit, Integrator::kVerlet, Integrator::kMidpoint,
+            Integrator::kBackwardEuler};
+  }
+
+  void prepare() {
+    result_.end = scene_.time.end;
+    result_.reference_integrator = settings_.reference_integrator;
+    {
+      const std::unique_ptr<MechanicalSystem> system = make_system(scene_, mesh_);
+      const State initial = make_initial_state(scene_, *system);
+      result_.stable_step = stability_limit(*system, initial.position).critical_step;
+    }
+    std::vector<double> wanted = settings_.steps;
+    if (wanted.empty()) {
+      for (const double factor : {0.25, 0.5, 2.0, 8.0, 32.0}) {
+        const double step = factor * result_.stable_step;
+        if (step <= result_.end) wanted.push_back(dividing_step(step, result_.end));
+      }
+    }
+    for (const double step : wanted) steps_.push_back(checked(step));
+    if (steps_.empty()) {
+      throw InputError("The end time is shorter than the stable step: make time.end larger.");
+    }
+    std::sort(steps_.begin(), steps_.end());
+    steps_.erase(std::unique(steps_.begin(), steps_.end()), steps_.end());
+    result_.reference_step =
+        settings_.reference_step ? checked(*settings_.reference_step) : steps_.front();
+  }
+
+  double checked(double step) {
+    if (!(step > 0.0) || !std::isfinite(step) || step > result_.end) {
+      throw InputError(fmt::format(
+          "A study's step must be positive and at most the end time {} s, not {} s.", result_.end,
+          step));
+    }
+    const double used = dividing_step(step, result_.end);
+    if (std::abs(used - step) <= 1e-9 * step) return step;
+    result_.remarks.push_back(fmt::format(
+        "the step {:.6g} s does not divide the end time {:.6g} s: {:.6g} s is used instead", step,
+        result_.end, used));
+    return used;
+  }
+
+  bool is_reference(const StudyRow& row) const {
+    return row.integrator == settings_.reference_integrator && row.step == result_.reference_step;
+  }
+
+  Run run_one(Integrator integrator, double step, const std::string& prefix,
+              const ObserverFactory& make_observers) const {
+    Scene scene = scene_;
+    scene.time.integrator = integrator;
+    scene.time.step = step;
+    scene.time.automatic = false;
+    Run run;
+    run.row.integrator = integrator;
+    run.row.step = step;
+    run.row.directory = fmt::format("{}{}-{:.10g}", prefix, to_string(integrator), step);
+    run.row.position_error = run.row.observed_order = kNone;
+
+    Simulation simulation(scene, mesh_);
+    std::vector<std::unique_ptr<Observer>> observers;
+    if (make_observers) observers = make_observers(run.row.directory);
+    std::vector<Observer*> watching;
+    for (const auto& observer : observers) watching.push_back(observer.get());
+    run.row.status = simulation.run(watching);
+    run.row.message = simulation.message();
+    run.row.steps = simulation.state().step;
+    run.row.wall_seconds = simulation.times().stepping;
+    const double simulated = simulation.state().time;
+    run.row.seconds_per_simulated_second =
+        simulated > 0.0 ? run.row.wall_seconds / simulated : kNone;
+    run.row.iterations_per_step =
+        run.row.steps > 0 ? static_cast<double>(simulation.total_iterations()) /
+                                static_cast<double>(run.row.steps)
+                          : 0.0;
+    const Books& books = simulation.books();
+    run.row.max_relative_energy_drift = books.max_relative_energy_drift();
+    run.row.linear_momentum_drift = books.linear_momentum_drift();
+    run.row.angular_momentum_drift = books.angular_momentum_drift();
+    run.row.angular_momentum_drift_allowed = books.allowed_angular_momentum_drift();
+    if (run.row.status == RunStatus::kFinished) run.final_position = simulation.state().position;
+    return run;
+  }
+
+  // Errors against the reference, and orders between neighbouring steps.
+  void compare(std::vector<Run>& runs, const Run& reference) const {
+    if (reference.row.status != RunStatus::kFinished) return;
+    const double norm = reference.final_position.norm();
+    for (Run& run : runs) {
+      if (run.row.status == RunStatus::kFinished) {
+        run.row.position_error = (run.final_position - reference.final_position).norm() / norm;
+      }
+    }
+    for (std::size_t i = 1; i < runs.size(); ++i) {
+      const StudyRow& finer = runs[i - 1].row;
+      StudyRow& row = runs[i].row;
+      if (finer.integrator != row.integrator || is_reference(finer)) continue;
+      const bool family = row.integrator == result_.reference_integrator;
+      row.observed_order =
+          observed_order(finer.step, finer.position_error, row.step, row.position_error,
+                         family ? result_.reference_step : 0.0);
+    }
+  }
+
+  const Scene& scene_;
+  const TetMesh& mesh_;
+  const StudySettings& settings_;
+  StudyResult result_;
+  std::vector<double> steps_;
+};
+
+}  // namespace
+
+double observed_order(double h1, double e1, double h2, double e2, double hr) {
+  if (!(e1 > 0.0) || !(e2 > e1) || !(h2 > h1) || !(h1 > hr)) return kNone;
+  if (hr == 0.0) return std::log(e2 / e1) / std::log(h2 / h1);
+  const double target = std::log(e2 / e1);
+  const auto ratio = [&](double p) {
+    return std::log((std::pow(h2, p) - std::pow(hr, p)) / (std::pow(h1, p) - std::pow(hr, p)));
+  };
+  double low = 1e-3;
+  double high = 12.0;
+  if (ratio(low) > target || ratio(high) < target) return kNone;
+  while (high - low > 1e-10) {
+    const double middle = 0.5 * (low + high);
+    (ratio(middle) < target ? low : high) = middle;
+  }
+  return 0.5 * (low + high);
+}
+
+StudyResult run_study(const Scene& scene, const TetMesh& mesh, const StudySettings& settings,
+                      const ObserverFactory& observers, const StudyProgress& progress) {
+  return Study(scene, mesh, settings).run(observers, progress);
+}
+
+}  // namespace tetraction

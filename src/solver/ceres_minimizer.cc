@@ -1,0 +1,287 @@
+#include "tetraction/solver/ceres_minimizer.h"
+
+#include <ceres/ceres.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "tetraction/core/error.h"
+#include "tetraction/core/parallel.h"
+
+namespace tetraction {
+namespace {
+
+using Shape = RestState::Shape;
+constexpr int kDofs = Shape::kDofs;
+constexpr int kRows = kDofs + 1;
+
+// Residuals and Jacobian of one element at the point evaluated last.
+struct ElementResidual {
+  bool defined = false;
+  double root = 0.0;                               // r₀
+  Eigen::Matrix<double, kRows, kDofs> jacobian;    // row 0: ∂r₀; below: K
+};
+
+// K with KᵀK = the positive semidefinite part of h.
+Shape::DofMatrix square_root(const Shape::DofMatrix& h) {
+  const Eigen::LLT<Shape::DofMatrix> cholesky(h);
+  if (cholesky.info() == Eigen::Success) return cholesky.matrixU();
+  const Eigen::SelfAdjointEigenSolver<Shape::DofMatrix> eigen(h);
+  return eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal() *
+         eigen.eigenvectors().transpose();
+}
+
+// Evaluates all elements at once when Ceres has moved to a new point.
+class Evaluator : public ceres::EvaluationCallback {
+ public:
+  Evaluator(const MechanicalSystem& system, const Vector& x)
+      : system_(system), x_(x), elements_(static_cast<std::size_t>(system.rest().element_count())) {}
+
+  void begin(const StepProblem& problem, double shift_density) {
+    problem_ = &problem;
+    shift_density_ = shift_density;
+    has_residuals_ = has_jacobians_ = false;
+  }
+
+  void PrepareForEvaluation(bool evaluate_jacobians, bool new_evaluation_point) override {
+    if (new_evaluation_point) has_residuals_ = has_jacobians_ = false;
+    if (evaluate_jacobians ? has_jacobians_ : has_residuals_) return;
+    parallel_for(system_.rest().element_count(), 64, [&](Index begin, Index end) {
+      for (Index e = begin; e < end; ++e) evaluate(e, evaluate_jacobians);
+    });
+    has_residuals_ = true;
+    has_jacobians_ = evaluate_jacobians;
+  }
+
+  const ElementResidual& element(Index e) const { return elements_[static_cast<std::size_t>(e)]; }
+
+ private:
+  void evaluate(Index e, bool with_jacobian) {
+    ElementResidual& result = elements_[static_cast<std::size_t>(e)];
+    ElasticPotential::ElementTerms terms;
+    result.defined = problem_->element_terms(e, x_, with_jacobian, terms);
+    if (!result.defined) return;
+    const double shifted = terms.energy + shift_density_ * system_.rest().volume(e);
+    result.defined = shifted > 0.0 && std::isfinite(shifted);
+    if (!result.defined) return;
+    result.root = std::sqrt(2.0 * shifted);
+    if (!with_jacobian) return;
+    const Eigen::Map<const Shape::DofVector> gradient(terms.gradient.data());
+    result.jacobian.row(0) = gradient.transpose() / result.root;
+    result.jacobian.bottomRows<kDofs>() = square_root(
+        terms.hessian - gradient * gradient.transpose() / (2.0 * shifted));
+  }
+
+  const MechanicalSystem& system_;
+  const Vector& x_;
+  std::vector<ElementResidual> elements_;
+  const StepProblem* problem_ = nullptr;
+  double shift_density_ = 0.0;
+  bool has_residuals_ = false;
+  bool has_jacobians_ = false;
+};
+
+// Hands one element's part of the evaluation to Ceres.
+class ElementCost : public ceres::CostFunction {
+ public:
+  ElementCost(const Evaluator& evaluator, Index element)
+      : evaluator_(evaluator), element_(element) {
+    set_num_residuals(kRows);
+    mutable_parameter_block_sizes()->assign(Shape::kNodes, 3);
+  }
+
+  bool Evaluate(const double* const*, double* residuals, double** jacobians) const override {
+    const ElementResidual& result = evaluator_.element(element_);
+    if (!result.defined) return false;
+    std::fill(residuals, residuals + kRows, 0.0);
+    residuals[0] = result.root;
+    if (jacobians == nullptr) return true;
+    for (int a = 0; a < Shape::kNodes; ++a) {
+      if (jacobians[a] == nullptr) continue;
+      Eigen::Map<Eigen::Matrix<double, kRows, 3, Eigen::RowMajor>>{jacobians[a]} =
+          result.jacobian.middleCols<3>(3 * a);
+    }
+    return true;
+  }
+
+ private:
+  const Evaluator& evaluator_;
+  Index element_;
+};
+
+// Ends a solve once the gradient is small enough: the only test of convergence there is.
+class GradientTest : public ceres::IterationCallback {
+ public:
+  void set_limit(double limit) { limit_ = limit; }
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
+    return summary.gradient_norm <= limit_ ? ceres::SOLVER_TERMINATE_SUCCESSFULLY
+                                           : ceres::SOLVER_CONTINUE;
+  }
+
+ private:
+  double limit_ = 0.0;
+};
+
+class CeresMinimizer : public Minimizer {
+ public:
+  CeresMinimizer(const MechanicalSystem& system, const MinimizerOptions& options)
+      : system_(system),
+        options_(options),
+        x_(system.dof_count()),
+        evaluator_(system, x_),
+        problem_(problem_options()) {
+    if (!(options.tolerance > 0.0 && options.tolerance < 1.0) || options.max_iterations < 1) {
+      throw InputError("The solver needs 0 < tolerance < 1 and max_iterations ≥ 1.");
+    }
+    add_blocks();
+    solver_options_.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
+    solver_options_.sparse_linear_algebra_library_type = ceres::SUITE_SPARSE;
+    solver_options_.trust_region_strategy_type = ceres::LEVENBERG_MARQUARDT;
+    // The default radius of 1e4 would damp Newton's method to a linear rate.
+    solver_options_.initial_trust_region_radius = 1e12;
+    solver_options_.max_trust_region_radius = 1e20;
+    solver_options_.jacobi_scaling = false;
+    // Only the gradient decides (GradientTest).
+    solver_options_.function_tolerance = 0.0;
+    solver_options_.gradient_tolerance = 0.0;
+    solver_options_.parameter_tolerance = 0.0;
+    solver_options_.max_num_consecutive_invalid_steps = 60;
+    solver_options_.num_threads = 1;  // the parallel work is done in the evaluator
+    solver_options_.logging_type = ceres::SILENT;
+    solver_options_.callbacks.push_back(&gradient_test_);
+  }
+
+  MinimizerReport minimize(const StepProblem& problem, Vector& x) override {
+    MinimizerReport report;
+    if (!make_admissible(problem, x)) {
+      report.termination = Termination::kInadmissible;
+      report.message = "the elastic energy is not defined at the start of the step";
+      return report;
+    }
+    x_ = x;
+    // Near the minimum the changes of the cost drown in its round-off, which a large constant makes
+    // larger: no solve can be taken further than its shift allows, so a stalled one goes on from
+    // where it is with a smaller shift.
+    double shift = shift_density(problem);
+    for (int attempt = 0; attempt < kShifts; ++attempt, shift *= 1e-3) {
+      solve(problem, shift, report);
+      if (report.converged() || report.iterations >= options_.max_iterations) break;
+    }
+    x = x_;
+    finish(report);
+    return report;
+  }
+
+ private:
+  static constexpr int kShifts = 3;
+
+  ceres::Problem::Options problem_options() {
+    ceres::Problem::Options options;
+    options.cost_function_ownership = ceres::TAKE_OWNERSHIP;
+    options.evaluation_callback = &evaluator_;
+    options.enable_fast_removal = false;
+    options.disable_all_safety_checks = true;
+    return options;
+  }
+
+  void add_blocks() {
+    const DofConstraints& constraints = system_.constraints();
+    for (Index v = 0; v < system_.vertex_count(); ++v) {
+      double* block = x_.data() + 3 * v;
+      problem_.AddParameterBlock(block, 3);
+      std::vector<int> held;
+      for (int i = 0; i < 3; ++i) {
+        if (constraints.is_fixed(3 * v + i)) held.push_back(i);
+      }
+      if (held.size() == 3) {
+        problem_.SetParameterBlockConstant(block);
+      } else if (!held.empty()) {
+        problem_.SetManifold(block, new ceres::SubsetManifold(3, held));
+      }
+    }
+    for (Index e = 0; e < system_.rest().element_count(); ++e) {
+      std::vector<double*> blocks;
+      for (const Index v : system_.rest().nodes(e)) blocks.push_back(x_.data() + 3 * v);
+      problem_.AddResidualBlock(new ElementCost(evaluator_, e), nullptr, blocks);
+    }
+  }
+
+  // Energy density c of the shift, J/m³: large enough beside the energies at hand that the matrix
+  // under the root stays positive, and no larger than 0.1 μ, where the method is well tried.
+  double shift_density(const StepProblem& problem) const {
+    constexpr double kLargest = 0.1;
+    constexpr double kSmallest = 1e-12;
+    constexpr double kOverEnergy = 1e3;
+    const double mu = initial_lame(system_.elastic().material()).mu;
+    double phi = 0.0;
+    if (!problem.value(x_, phi).ok()) return kLargest * mu;
+    return std::clamp(kOverEnergy * phi / system_.mesh().total_volume(), kSmallest * mu,
+                      kLargest * mu);
+  }
+
+  void solve(const StepProblem& problem, double shift, MinimizerReport& report) {
+    evaluator_.begin(problem, shift);
+    report.residual_limit = problem.residual_limit(x_, options_.tolerance);
+    // Ceres adds the gradient up in another order: half the limit leaves room for round-off.
+    gradient_test_.set_limit(0.5 * report.residual_limit);
+    solver_options_.max_num_iterations = options_.max_iterations - report.iterations;
+    ceres::Solver::Summary summary;
+    ceres::Solve(solver_options_, &problem_, &summary);
+    report.iterations += std::max(0, static_cast<int>(summary.iterations.size()) - 1);
+    report.factorizations += std::max(0, summary.num_linear_solves);
+
+    // Ceres' word is not taken for it: the gradient is computed anew, outside Ceres.
+    double phi = 0.0;
+    if (!problem.value_and_gradient(x_, phi, gradient_).ok()) {
+      report.termination = Termination::kInadmissible;
+      return;
+    }
+    report.residual = gradient_.norm();
+    if (report.residual <= report.residual_limit) {
+      report.termination = Termination::kConverged;
+    } else if (report.iterations >= options_.max_iterations) {
+      report.termination = Termination::kIterationLimit;
+    } else {
+      report.termination = Termination::kNoProgress;
+    }
+  }
+
+  static void finish(MinimizerReport& report) {
+    switch (report.termination) {
+      case Termination::kConverged:
+        report.message = "converged: the force residual is below its limit";
+        break;
+      case Termination::kIterationLimit:
+        report.message = "the iteration limit was reached";
+        break;
+      case Termination::kNoProgress:
+        report.message = "no step lowers the potential any further";
+        break;
+      case Termination::kInadmissible:
+        report.message = "the elastic energy is not defined at the end of the minimisation";
+        break;
+    }
+  }
+
+  const MechanicalSystem& system_;
+  MinimizerOptions options_;
+  Vector x_;  // what Ceres' parameter blocks point into
+  Evaluator evaluator_;
+  GradientTest gradient_test_;
+  ceres::Problem problem_;
+  ceres::Solver::Options solver_options_;
+  Vector gradient_;
+};
+
+}  // namespace
+
+std::unique_ptr<Minimizer> make_ceres_minimizer(const MechanicalSystem& system,
+                                                const MinimizerOptions& options) {
+  return std::make_unique<CeresMinimizer>(system, options);
+}
+
+}  // namespace tetraction
