@@ -39,10 +39,7 @@ std::string summary_json(const Simulation& simulation) {
   nlohmann::ordered_json json;
   json["version"] = version();
   json["status"] = to_string(simulation.status());
-  json["exit_status"] =
-      simulation.status() == RunStatus::kFinished || simulation.status() == RunStatus::kCancelled
-          ? 0
-          : 1;
+  json["exit_status"] = exit_code(simulation.status());
   json["message"] = simulation.message();
   json["warning"] = simulation.warning();
   json["mesh"] = mesh_json(system.mesh());

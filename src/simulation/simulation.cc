@@ -48,6 +48,17 @@ std::string to_string(RunStatus status) {
   return "cancelled";
 }
 
+int exit_code(RunStatus status) {
+  switch (status) {
+    case RunStatus::kFinished:
+      return 0;
+    case RunStatus::kCancelled:
+      return 130;
+    default:
+      return 1;
+  }
+}
+
 struct Simulation::Impl {
   Scene scene;
   PhaseTimes times;

@@ -41,6 +41,7 @@ class Study {
       for (const double step : steps_) {
         if (progress) progress(runs.size(), count, integrator, step);
         runs.push_back(run_one(integrator, step, "", observers));
+        if (runs.back().row.status == RunStatus::kCancelled) return cancelled(std::move(runs));
       }
     }
     Run reference;
@@ -67,6 +68,14 @@ class Study {
   }
 
  private:
+  // What was computed up to then is kept; there is nothing to compare it with.
+  StudyResult cancelled(std::vector<Run> runs) {
+    result_.remarks.emplace_back("the study was interrupted: the runs from there on are missing");
+    result_.reference_status = RunStatus::kCancelled;
+    for (Run& run : runs) result_.rows.push_back(std::move(run.row));
+    return std::move(result_);
+  }
+
   std::vector<Integrator> integrators_of_study() const {
     if (!settings_.integrators.empty()) return settings_.integrators;
     return {Integrator::kExplicit, Integrator::kVerlet, Integrator::kMidpoint,

@@ -19,6 +19,13 @@
 
 namespace tetraction {
 
+/// J = det F.
+inline double jacobian(const Matrix3& f) {
+  return f(0, 0) * (f(1, 1) * f(2, 2) - f(2, 1) * f(1, 2)) -
+         f(0, 1) * (f(1, 0) * f(2, 2) - f(2, 0) * f(1, 2)) +
+         f(0, 2) * (f(1, 0) * f(2, 1) - f(2, 0) * f(1, 1));
+}
+
 /// What a hyperelastic material offers to the element loop.
 ///
 /// `admissible(F)` tells whether Ψ is defined at F (J > 0 where a logarithm of J occurs); the other
@@ -61,7 +68,7 @@ class NeoHookean {
   static constexpr const char* kName = "neo-hookean";
   /// Throws InputError unless μ > 0, λ > −2μ/3 and both are finite.
   NeoHookean(double mu, double lambda);
-  bool admissible(const Matrix3& f) const { return f.determinant() > 0.0; }
+  bool admissible(const Matrix3& f) const { return jacobian(f) > 0.0; }
   double energy_density(const Matrix3& f) const;
   Matrix3 first_piola(const Matrix3& f) const;
   Matrix9 stiffness(const Matrix3& f) const;
@@ -81,7 +88,7 @@ class MooneyRivlin {
   /// Throws InputError unless μ₁ ≥ 0, μ₂ ≥ 0, μ₁ + μ₂ > 0, all are finite, and the small-strain
   /// λ + 2μ₂ > −2(μ₁ + μ₂)/3.
   MooneyRivlin(double mu1, double mu2, double lambda);
-  bool admissible(const Matrix3& f) const { return f.determinant() > 0.0; }
+  bool admissible(const Matrix3& f) const { return jacobian(f) > 0.0; }
   double energy_density(const Matrix3& f) const;
   Matrix3 first_piola(const Matrix3& f) const;
   Matrix9 stiffness(const Matrix3& f) const;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "tetraction/core/types.h"
+#include "tetraction/material/material.h"
 #include "tetraction/mesh/selection.h"
 
 namespace tetraction {
@@ -54,6 +55,10 @@ struct MaterialSettings {
   std::optional<double> ratio;  ///< mooney-rivlin: μ₂/μ₁
   double density = 1000.0;      ///< kg/m³
 };
+
+/// The material of the settings. Throws InputError for unknown models, parameters that are missing,
+/// do not belong to the model or contradict each other, and values out of range.
+MaterialModel make_material(const MaterialSettings& settings);
 
 struct TimeSettings {
   Integrator integrator = Integrator::kMidpoint;

@@ -23,6 +23,9 @@ enum class RunStatus {
 /// "running", "ok", "unstable", "failed", "cancelled": the words of summary.json and study.csv.
 std::string to_string(RunStatus status);
 
+/// Exit code of a program whose run ended so: 0 finished, 1 failed numerically, 130 interrupted.
+int exit_code(RunStatus status);
+
 /// Wall-clock seconds of a run by phase.
 struct PhaseTimes {
   double setup = 0.0;      ///< rest state, sparsity, solver, initial state

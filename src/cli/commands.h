@@ -1,0 +1,14 @@
+// The commands of the program. Each function adds one to the command line; when it is chosen, its
+// exit code is left in `exit_code`. Errors are thrown (core/error.h).
+#pragma once
+
+#include <CLI/App.hpp>
+
+namespace tetraction {
+
+void add_run_command(CLI::App& app, int& exit_code);
+void add_study_command(CLI::App& app, int& exit_code);
+void add_check_command(CLI::App& app, int& exit_code);
+void add_mesh_command(CLI::App& app, int& exit_code);
+
+}  // namespace tetraction

@@ -1,0 +1,131 @@
+#include "mesh_table.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "scene_source.h"
+#include "tetraction/io/mesh_quality.h"
+
+namespace tetraction {
+namespace {
+
+constexpr std::size_t kBins = 10;
+
+struct Box {
+  Vector3 low = Vector3::Constant(std::numeric_limits<double>::infinity());
+  Vector3 high = -low;
+};
+
+Box bounding_box(const TetMesh& mesh) {
+  Box box;
+  for (const Vector3& x : mesh.vertices) {
+    box.low = box.low.cwiseMin(x);
+    box.high = box.high.cwiseMax(x);
+  }
+  return box;
+}
+
+std::vector<Index> histogram(const QualityMeasure& measure) {
+  std::vector<Index> bins(kBins, 0);
+  const double width = (measure.max - measure.min) / static_cast<double>(kBins);
+  for (const double value : measure.values) {
+    const auto bin =
+        width > 0.0 ? static_cast<std::size_t>(std::max(0.0, (value - measure.min) / width)) : 0;
+    ++bins[std::min(bin, kBins - 1)];
+  }
+  return bins;
+}
+
+std::map<int, Index> region_counts(const TetMesh& mesh) {
+  std::map<int, Index> counts;
+  for (const int region : mesh.regions) ++counts[region];
+  return counts;
+}
+
+}  // namespace
+
+nlohmann::ordered_json mesh_json(const TetMesh& mesh) {
+  const Box box = bounding_box(mesh);
+  nlohmann::ordered_json json;
+  json["source"] = mesh.source;
+  json["vertices"] = mesh.vertex_count();
+  json["tetrahedra"] = mesh.tetrahedron_count();
+  json["volume"] = mesh.total_volume();
+  json["bounding_box"] = {{"min", {box.low.x(), box.low.y(), box.low.z()}},
+                          {"max", {box.high.x(), box.high.y(), box.high.z()}}};
+  json["reoriented_tetrahedra"] = mesh.report.reoriented;
+  json["dropped_vertices"] = mesh.report.dropped_vertices;
+  json["skipped_cells"] = nlohmann::ordered_json::object();
+  for (const auto& [type, count] : mesh.report.skipped_cells) {
+    json["skipped_cells"][to_string(type)] = count;
+  }
+  json["regions"] = nlohmann::ordered_json::object();
+  for (const auto& [region, count] : region_counts(mesh)) {
+    json["regions"][std::to_string(region)] = count;
+  }
+  json["groups"] = nlohmann::ordered_json::array();
+  for (const Group& group : mesh.groups) {
+    json["groups"].push_back({{"name", group.name},
+                              {"dimension", group.dimension},
+                              {"tag", group.tag},
+                              {"vertices", group.vertices.size()},
+                              {"tetrahedra", group.tetrahedra.size()}});
+  }
+  json["quality"] = nlohmann::ordered_json::array();
+  for (const QualityMeasure& measure : mesh_quality(mesh)) {
+    json["quality"].push_back({{"measure", measure.name},
+                               {"ideal", measure.ideal},
+                               {"min", measure.min},
+                               {"mean", measure.mean},
+                               {"max", measure.max},
+                               {"worst_element", measure.worst_element},
+                               {"histogram", histogram(measure)}});
+  }
+  return json;
+}
+
+void print_mesh_table(const TetMesh& mesh) {
+  const Box box = bounding_box(mesh);
+  fmt::print("mesh: {}\n  {} vertices, {} tetrahedra, volume {:.10g} m3\n", mesh.source,
+             mesh.vertex_count(), mesh.tetrahedron_count(), mesh.total_volume());
+  fmt::print("  bounding box [{:.6g}, {:.6g}] x [{:.6g}, {:.6g}] x [{:.6g}, {:.6g}] m\n",
+             box.low.x(), box.high.x(), box.low.y(), box.high.y(), box.low.z(), box.high.z());
+  if (const std::string remarks = mesh_remarks(mesh); !remarks.empty()) {
+    fmt::print("  {}\n", remarks);
+  }
+  for (const auto& [region, count] : region_counts(mesh)) {
+    fmt::print("  region {}: {} tetrahedra\n", region, count);
+  }
+  for (const Group& group : mesh.groups) {
+    fmt::print("  group \"{}\" (dimension {}, tag {}): {} vertices", group.name, group.dimension,
+               group.tag, group.vertices.size());
+    fmt::print(group.dimension == 3 ? ", {} tetrahedra\n" : "\n", group.tetrahedra.size());
+  }
+  const std::vector<QualityMeasure> measures = mesh_quality(mesh);
+  fmt::print("  {:<24}{:>12}{:>12}{:>12}  {:<16}worst element\n", "quality", "min", "mean", "max",
+             "ideal");
+  for (const QualityMeasure& m : measures) {
+    fmt::print("  {:<24}{:>12.4g}{:>12.4g}{:>12.4g}  {:<16}{}\n", m.name, m.min, m.mean, m.max,
+               m.ideal, m.worst_element);
+  }
+  const QualityMeasure& first = measures.front();
+  const std::vector<Index> bins = histogram(first);
+  const Index most = *std::max_element(bins.begin(), bins.end());
+  fmt::print("  {}:\n", first.name);
+  for (std::size_t i = 0; i < bins.size(); ++i) {
+    const double width = (first.max - first.min) / static_cast<double>(kBins);
+    const auto length = static_cast<std::size_t>(40.0 * static_cast<double>(bins[i]) /
+                                                 static_cast<double>(most));
+    fmt::print("  {:>8.3f} – {:<8.3f}{:>9}  {}\n", first.min + width * static_cast<double>(i),
+               first.min + width * static_cast<double>(i + 1), bins[i], std::string(length, '#'));
+  }
+}
+
+}  // namespace tetraction

@@ -1,0 +1,62 @@
+#include "progress_bar.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+
+namespace tetraction {
+namespace {
+
+volatile std::sig_atomic_t interrupt_seen = 0;
+
+void note_interrupt(int) { interrupt_seen = 1; }
+
+std::string duration(double seconds) {
+  const auto whole = static_cast<long>(seconds + 0.5);
+  if (whole >= 3600) return fmt::format("{}:{:02}:{:02}", whole / 3600, whole / 60 % 60, whole % 60);
+  return fmt::format("{}:{:02}", whole / 60, whole % 60);
+}
+
+}  // namespace
+
+bool ProgressBar::possible() {
+  const char* term = std::getenv("TERM");
+  return isatty(STDERR_FILENO) == 1 && (term == nullptr || std::strcmp(term, "dumb") != 0);
+}
+
+void ProgressBar::on_start(const Simulation&) { start_ = drawn_ = Clock::now(); }
+
+bool ProgressBar::on_step(const Simulation& simulation) {
+  constexpr auto kRedraw = std::chrono::milliseconds(100);
+  constexpr int kWidth = 30;
+  const auto now = Clock::now();
+  if (now - drawn_ < kRedraw) return true;
+  drawn_ = now;
+  const double done = static_cast<double>(simulation.state().step) /
+                      static_cast<double>(simulation.step_count());
+  const double elapsed = std::chrono::duration<double>(now - start_).count();
+  const auto filled = static_cast<std::size_t>(done * kWidth);
+  fmt::print(stderr, "\r\033[K{} [{}{}] {:3.0f} %  step {}/{}  {} left", label_,
+             std::string(filled, '='), std::string(kWidth - filled, ' '), 100.0 * done,
+             simulation.state().step, simulation.step_count(),
+             duration(elapsed * (1.0 - done) / done));
+  std::fflush(stderr);
+  return true;
+}
+
+void ProgressBar::on_finish(const Simulation&) {
+  fmt::print(stderr, "\r\033[K");
+  std::fflush(stderr);
+}
+
+InterruptGuard::InterruptGuard() : previous_(std::signal(SIGINT, note_interrupt)) {}
+
+InterruptGuard::~InterruptGuard() { std::signal(SIGINT, previous_); }
+
+bool InterruptGuard::interrupted() { return interrupt_seen != 0; }
+
+}  // namespace tetraction

@@ -1,0 +1,43 @@
+// A progress bar with the time left, on a terminal only.
+#pragma once
+
+#include <chrono>
+#include <string>
+
+#include "tetraction/simulation/simulation.h"
+
+namespace tetraction {
+
+/// Draws on stderr while a run goes on, and clears the line at the end.
+class ProgressBar : public Observer {
+ public:
+  explicit ProgressBar(std::string label) : label_(std::move(label)) {}
+  void on_start(const Simulation& simulation) override;
+  bool on_step(const Simulation& simulation) override;
+  void on_finish(const Simulation& simulation) override;
+
+  /// Whether stderr is a terminal that a line can be redrawn on.
+  static bool possible();
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  std::string label_;
+  Clock::time_point start_;
+  Clock::time_point drawn_;
+};
+
+/// Ends runs in good order on Ctrl-C: the step at hand is finished and everything is written.
+class InterruptGuard : public Observer {
+ public:
+  InterruptGuard();
+  ~InterruptGuard() override;
+  InterruptGuard(const InterruptGuard&) = delete;
+  InterruptGuard& operator=(const InterruptGuard&) = delete;
+  bool on_step(const Simulation&) override { return !interrupted(); }
+  static bool interrupted();
+
+ private:
+  void (*previous_)(int);
+};
+
+}  // namespace tetraction

@@ -1,0 +1,101 @@
+// tetraction run: one scene, one trajectory.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <fmt/format.h>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "commands.h"
+#include "progress_bar.h"
+#include "scene_source.h"
+#include "tetraction/io/run_recorder.h"
+#include "tetraction/io/scene_reader.h"
+
+namespace tetraction {
+namespace {
+
+struct RunArguments {
+  std::string scene;
+  std::string out;
+  std::vector<std::string> overrides;
+  bool quiet = false;
+  bool json = false;
+};
+
+void print_outcome(const Simulation& simulation, const std::string& directory) {
+  const Books& books = simulation.books();
+  const Energies& e = books.energies();
+  fmt::print("{}: {} steps of {:.6g} s to t = {:.6g} s in {:.3g} s\n",
+             to_string(simulation.scene().time.integrator), simulation.state().step,
+             simulation.time_step(), simulation.state().time, simulation.times().stepping);
+  fmt::print("mesh: {} vertices, {} tetrahedra; mass {:.6g} kg; {} of {} degrees of freedom free\n",
+             simulation.system().vertex_count(), simulation.system().mesh().tetrahedron_count(),
+             simulation.system().total_mass(), simulation.system().constraints().free_count(),
+             simulation.system().dof_count());
+  fmt::print("stability limit of the explicit rules: h_crit = {:.6g} s\n",
+             simulation.initial_limit().critical_step);
+  fmt::print(
+      "energy [J]: kinetic {:.6g}, elastic {:.6g}, environment {:.6g}, total {:.6g}; largest error "
+      "{:.3g} of what entered\n",
+      e.kinetic, e.elastic, e.environment, e.total(), books.max_relative_energy_drift());
+  fmt::print("momentum drift: linear {:.3g}, angular {:.3g}", books.linear_momentum_drift(),
+             books.angular_momentum_drift());
+  if (is_implicit(simulation.scene().time.integrator)) {
+    fmt::print(" (the solver's residuals allow {:.3g})\n{:.3g} iterations a step; last one: {}\n",
+               books.allowed_angular_momentum_drift(),
+               static_cast<double>(simulation.total_iterations()) /
+                   static_cast<double>(std::max<Index>(1, simulation.state().step)),
+               simulation.solver_message());
+  } else {
+    fmt::print("\n");
+  }
+  fmt::print("results: {0}/history.csv, {0}/frames.pvd, {0}/final.vtu, {0}/summary.json\n",
+             directory);
+}
+
+int run(const RunArguments& arguments) {
+  const Scene scene = read_scene(arguments.scene, arguments.overrides);
+  const std::string directory = arguments.out.empty() ? scene.output.directory : arguments.out;
+  const TetMesh mesh = load_mesh(scene);
+  if (!arguments.quiet) {
+    if (const std::string remarks = mesh_remarks(mesh); !remarks.empty()) print_note(remarks);
+  }
+  make_output_directory(directory);
+  Simulation simulation(scene, mesh);
+  if (!simulation.warning().empty()) print_warning(simulation.warning());
+
+  RunRecorder recorder(directory, scene.output.every);
+  InterruptGuard interrupt;
+  ProgressBar bar("running");
+  std::vector<Observer*> observers{&recorder, &interrupt};
+  if (!arguments.quiet && ProgressBar::possible()) observers.push_back(&bar);
+  const RunStatus status = simulation.run(observers);
+
+  if (arguments.json) {
+    fmt::print("{}", summary_json(simulation));
+  } else if (!arguments.quiet) {
+    print_outcome(simulation, directory);
+  }
+  if (!simulation.message().empty()) fmt::print(stderr, "tetraction: {}\n", simulation.message());
+  return tetraction::exit_code(status);
+}
+
+}  // namespace
+
+void add_run_command(CLI::App& app, int& exit_code) {
+  auto arguments = std::make_shared<RunArguments>();
+  CLI::App* command = app.add_subcommand("run", "Run a scene and write its results");
+  command->add_option("scene", arguments->scene, "Scene file (TOML)")->required();
+  command->add_option("--out", arguments->out, "Output directory (default: the scene's)");
+  command
+      ->add_option("--set", arguments->overrides, "KEY=VALUE: overrides a scene key, e.g. time.step=1e-4")
+      ->take_all()
+      ->allow_extra_args(false);
+  command->add_flag("--quiet", arguments->quiet, "Only warnings and errors");
+  command->add_flag("--json", arguments->json, "Print summary.json to stdout");
+  command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
+}
+
+}  // namespace tetraction

@@ -1,0 +1,39 @@
+#include "scene_source.h"
+
+#include <fmt/format.h>
+
+#include <cstdio>
+
+#include "tetraction/io/mesh_reader.h"
+#include "tetraction/simulation/scene_objects.h"
+
+namespace tetraction {
+
+TetMesh load_mesh(const Scene& scene) {
+  if (scene.mesh.generate) return generate_mesh(*scene.mesh.generate);
+  return read_mesh(scene.mesh.file, scene.mesh.scale);
+}
+
+std::string mesh_remarks(const TetMesh& mesh) {
+  std::string text;
+  const auto add = [&text](const std::string& part) { text += (text.empty() ? "" : "; ") + part; };
+  const MeshReport& report = mesh.report;
+  if (report.reoriented > 0) {
+    add(fmt::format("{} inverted tetrahedra were reoriented", report.reoriented));
+  }
+  if (report.dropped_vertices > 0) {
+    add(fmt::format("{} vertices that no tetrahedron uses were dropped", report.dropped_vertices));
+  }
+  for (const auto& [type, count] : report.skipped_cells) {
+    add(fmt::format("{} cells of type {} were left out", count, to_string(type)));
+  }
+  return text.empty() ? text : mesh.source + ": " + text;
+}
+
+void print_note(const std::string& text) { fmt::print(stderr, "tetraction: note: {}\n", text); }
+
+void print_warning(const std::string& text) {
+  fmt::print(stderr, "tetraction: warning: {}\n", text);
+}
+
+}  // namespace tetraction

@@ -1,0 +1,144 @@
+// tetraction study: the same motion by several integrators at several steps.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fmt/format.h>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "commands.h"
+#include "plot_study_script.h"
+#include "progress_bar.h"
+#include "scene_source.h"
+#include "tetraction/core/error.h"
+#include "tetraction/io/run_recorder.h"
+#include "tetraction/io/scene_reader.h"
+#include "tetraction/io/study_writer.h"
+
+namespace tetraction {
+namespace {
+
+struct StudyArguments {
+  std::string scene;
+  std::string out;
+  std::vector<std::string> overrides;
+  std::vector<std::string> integrators;
+  std::vector<double> steps;
+  double reference_step = 0.0;
+  std::string reference_integrator = "midpoint";
+  bool quiet = false;
+  bool json = false;
+  bool no_plots = false;
+};
+
+std::string shell_quoted(const std::string& text) {
+  std::string quoted = "'";
+  for (const char c : text) {
+    if (c == '\'') {
+      quoted += "'\\''";
+    } else {
+      quoted += c;
+    }
+  }
+  return quoted + "'";
+}
+
+// Draws the plots with matplotlib. They are an extra: the study stands without them.
+bool draw_plots(const std::string& directory) {
+  // Debian's own python3 first: another one on the PATH does not have Debian's matplotlib.
+  const char* python =
+      std::filesystem::exists("/usr/bin/python3") ? "/usr/bin/python3" : "python3";
+  const std::string command = fmt::format("{} - {}", python, shell_quoted(directory));
+  std::FILE* pipe = popen(command.c_str(), "w");
+  if (pipe == nullptr) return false;
+  const std::string script = kPlotStudyScript;
+  const bool written = std::fwrite(script.data(), 1, script.size(), pipe) == script.size();
+  return pclose(pipe) == 0 && written;
+}
+
+int study(const StudyArguments& arguments) {
+  const Scene scene = read_scene(arguments.scene, arguments.overrides);
+  const std::string directory = arguments.out.empty() ? scene.output.directory : arguments.out;
+  StudySettings settings;
+  for (const std::string& name : arguments.integrators) {
+    settings.integrators.push_back(integrator_from_string(name));
+  }
+  settings.steps = arguments.steps;
+  if (arguments.reference_step != 0.0) settings.reference_step = arguments.reference_step;
+  settings.reference_integrator = integrator_from_string(arguments.reference_integrator);
+
+  const TetMesh mesh = load_mesh(scene);
+  if (!arguments.quiet) {
+    if (const std::string remarks = mesh_remarks(mesh); !remarks.empty()) print_note(remarks);
+  }
+  make_output_directory(directory);
+
+  std::string label;
+  const auto observers = [&](const std::string& run) {
+    std::vector<std::unique_ptr<Observer>> result;
+    result.push_back(std::make_unique<RunRecorder>(directory + "/" + run, scene.output.every));
+    result.push_back(std::make_unique<InterruptGuard>());
+    if (!arguments.quiet && ProgressBar::possible()) {
+      result.push_back(std::make_unique<ProgressBar>(label));
+    }
+    return result;
+  };
+  const auto progress = [&](std::size_t index, std::size_t count, Integrator integrator,
+                            double step) {
+    label = fmt::format("[{}/{}] {} h = {:.4g} s", index + 1, count, to_string(integrator), step);
+    if (!arguments.quiet && !ProgressBar::possible()) fmt::print(stderr, "{}\n", label);
+  };
+  const StudyResult result = run_study(scene, mesh, settings, observers, progress);
+
+  const std::string name = std::filesystem::path(arguments.scene).stem().string();
+  write_study(result, name, directory);
+  for (const std::string& remark : result.remarks) print_note(remark);
+  const bool plotted = !arguments.no_plots && draw_plots(directory);
+  if (arguments.json) {
+    fmt::print("{}", study_json(result, name));
+  } else if (!arguments.quiet) {
+    fmt::print("{}", study_table(result));
+    fmt::print("\nresults: {0}/study.csv, {0}/study.json{1}\n", directory,
+               plotted ? ", plots (*.png, *.svg)" : "");
+  }
+  if (!arguments.no_plots && !plotted) {
+    print_warning("the plots were not drawn: install python3 and python3-matplotlib");
+  }
+  return tetraction::exit_code(result.reference_status == RunStatus::kCancelled
+                                   ? RunStatus::kCancelled
+                                   : RunStatus::kFinished);
+}
+
+}  // namespace
+
+void add_study_command(CLI::App& app, int& exit_code) {
+  auto arguments = std::make_shared<StudyArguments>();
+  CLI::App* command = app.add_subcommand(
+      "study", "Compare integrators and step sizes on one scene; a run that blows up is a result");
+  command->add_option("scene", arguments->scene, "Scene file (TOML)")->required();
+  command
+      ->add_option("--integrators", arguments->integrators,
+                   "Comma-separated: explicit,verlet,midpoint,backward-euler (default: all)")
+      ->delimiter(',');
+  command
+      ->add_option("--steps", arguments->steps,
+                   "Comma-separated step sizes in s (default: 1/4, 1/2, 2, 8, 32 times the "
+                   "stability limit)")
+      ->delimiter(',');
+  command->add_option("--reference-step", arguments->reference_step,
+                      "Step of the reference run (default: the finest of the study)");
+  command->add_option("--reference-integrator", arguments->reference_integrator,
+                      "Integrator of the reference run (default: midpoint)");
+  command->add_option("--out", arguments->out, "Output directory (default: the scene's)");
+  command->add_option("--set", arguments->overrides, "KEY=VALUE: overrides a scene key")
+      ->take_all()
+      ->allow_extra_args(false);
+  command->add_flag("--no-plots", arguments->no_plots, "Do not draw plots");
+  command->add_flag("--quiet", arguments->quiet, "Only warnings and errors");
+  command->add_flag("--json", arguments->json, "Print study.json to stdout");
+  command->callback([arguments, &exit_code] { exit_code = study(*arguments); });
+}
+
+}  // namespace tetraction

@@ -1,0 +1,58 @@
+// Invariants of the strain, free of cancellation near the rest state.
+#pragma once
+
+#include <Eigen/LU>
+#include <cmath>
+
+#include "tetraction/core/types.h"
+
+namespace tetraction {
+
+/// E = ½(FᵀF − I), worked out from D = F − I as sym D + ½ DᵀD.
+inline Matrix3 green_strain(const Matrix3& f) {
+  const Matrix3 d = f - Matrix3::Identity();
+  return 0.5 * (d + d.transpose() + d.transpose() * d);
+}
+
+/// x − ln(1 + x) for x > −1, accurate near 0.
+inline double x_minus_log1p(double x) {
+  if (std::abs(x) > 0.01) return x - std::log1p(x);
+  // x²/2 − x³/3 + x⁴/4 − …, ten terms: below 1e-21 relative at |x| = 0.01.
+  double sum = 0.0;
+  for (int k = 11; k >= 2; --k) sum = ((k % 2 == 0) ? 1.0 : -1.0) / k + x * sum;
+  return x * x * sum;
+}
+
+/// With A = C − I = 2E and its invariants II = ½(tr²A − tr A²), III = det A, we have
+/// J² = 1 + a with a = tr A + II + III, I₁ − 3 = tr A and I₂ − 3 = 2 tr A + II. The differences
+/// that occur in the energies are of second order in the strain; written like this, the terms of
+/// first order cancel on paper instead of in the computer:
+///
+///     I₁ − 3 − 2 ln J = a − ln(1 + a) − II − III
+///     I₂ − 3 − 4 ln J = 2 (a − ln(1 + a)) − II − 2 III
+struct StrainInvariants {
+  double first = 0.0;    ///< I₁ − 3 − 2 ln J
+  double second = 0.0;   ///< I₂ − 3 − 4 ln J
+  double log_j = 0.0;    ///< ln J
+
+  explicit StrainInvariants(const Matrix3& f) {
+    const Matrix3 a_matrix = 2.0 * green_strain(f);
+    const double trace = a_matrix.trace();
+    const double two = 0.5 * (trace * trace - a_matrix.squaredNorm());
+    const double three = a_matrix.determinant();
+    const double a = trace + two + three;
+    if (std::abs(a) < 0.5) {
+      const double rest = x_minus_log1p(a);
+      log_j = 0.5 * std::log1p(a);
+      first = rest - two - three;
+      second = 2.0 * rest - two - 2.0 * three;
+    } else {
+      // Far from rest nothing cancels, and det F is more accurate than 1 + a.
+      log_j = std::log(f.determinant());
+      first = trace - 2.0 * log_j;
+      second = 2.0 * trace + two - 4.0 * log_j;
+    }
+  }
+};
+
+}  // namespace tetraction

@@ -1,0 +1,202 @@
+// From what a file holds to a mesh that can be computed on.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <unordered_map>
+#include <unordered_set>
+#include <utility>
+
+#include "tetraction/core/error.h"
+#include "tetraction/mesh/tet_mesh.h"
+
+namespace tetraction {
+namespace {
+
+// |det| below this part of the cube of the longest edge is flat to round-off.
+constexpr double kFlat = 1e-14;
+
+class Builder {
+ public:
+  Builder(RawMesh raw, double scale) : raw_(std::move(raw)), scale_(scale) {}
+
+  TetMesh build() {
+    mesh_.source = raw_.source;
+    index_vertices();
+    take_tetrahedra();
+    renumber_vertices();
+    orient();
+    collect_groups();
+    return std::move(mesh_);
+  }
+
+ private:
+  [[noreturn]] void refuse(const std::string& what) const {
+    throw FileError(raw_.source + ": " + what);
+  }
+
+  void index_vertices() {
+    if (raw_.vertex_ids.size() != raw_.vertices.size()) {
+      refuse("the numbers of vertices and of vertex ids differ.");
+    }
+    index_of_id_.reserve(raw_.vertices.size());
+    for (std::size_t i = 0; i < raw_.vertices.size(); ++i) {
+      if (!index_of_id_.emplace(raw_.vertex_ids[i], i).second) {
+        refuse(fmt::format("vertex {} is defined twice.", raw_.vertex_ids[i]));
+      }
+    }
+  }
+
+  std::size_t index_of(std::int64_t id, const RawCell& cell) const {
+    const auto found = index_of_id_.find(id);
+    if (found == index_of_id_.end()) {
+      refuse(fmt::format("element {} refers to vertex {}, which the file does not define.", cell.id,
+                         id));
+    }
+    return found->second;
+  }
+
+  void take_tetrahedra() {
+    used_.assign(raw_.vertices.size(), false);
+    for (const RawCell& cell : raw_.cells) {
+      if (cell.type == CellType::kQuadraticTetrahedron) {
+        refuse(fmt::format(
+            "element {} is a quadratic (10-node) tetrahedron: this version computes with linear "
+            "ones only. Write the mesh with first-order elements (Gmsh: -order 1).",
+            cell.id));
+      }
+      if (cell.type != CellType::kTetrahedron) {
+        ++mesh_.report.skipped_cells[cell.type];
+        continue;
+      }
+      if (cell.vertices.size() != 4) {
+        refuse(fmt::format("element {} is a tetrahedron with {} vertices.", cell.id,
+                           cell.vertices.size()));
+      }
+      std::array<Index, 4> tetrahedron{};
+      for (std::size_t a = 0; a < 4; ++a) {
+        const std::size_t v = index_of(cell.vertices[a], cell);
+        used_[v] = true;
+        tetrahedron[a] = static_cast<Index>(v);
+        for (std::size_t b = 0; b < a; ++b) {
+          if (tetrahedron[b] == tetrahedron[a]) {
+            refuse(fmt::format("element {} has vertex {} twice.", cell.id, cell.vertices[a]));
+          }
+        }
+      }
+      mesh_.tetrahedra.push_back(tetrahedron);
+      mesh_.tetrahedron_ids.push_back(cell.id);
+      mesh_.regions.push_back(cell.region);
+      tetrahedron_of_cell_.emplace(&cell, mesh_.tetrahedron_count() - 1);
+    }
+    if (mesh_.tetrahedra.empty()) {
+      std::string others;
+      for (const auto& [type, count] : mesh_.report.skipped_cells) {
+        others += fmt::format("{}{} of type {}", others.empty() ? "" : ", ", count, to_string(type));
+      }
+      refuse(fmt::format("the mesh holds no tetrahedra ({}). Give a volume mesh of tetrahedra.",
+                         others.empty() ? "no cells at all" : "only " + others));
+    }
+  }
+
+  void renumber_vertices() {
+    new_index_.assign(raw_.vertices.size(), -1);
+    std::vector<Index> kept;
+    for (std::size_t i = 0; i < raw_.vertices.size(); ++i) {
+      if (!used_[i]) {
+        ++mesh_.report.dropped_vertices;
+        continue;
+      }
+      const Vector3 x = scale_ * raw_.vertices[i];
+      if (!x.allFinite()) {
+        refuse(fmt::format("vertex {}{} has a coordinate that is not finite.", raw_.vertex_ids[i],
+                           user_of(i)));
+      }
+      new_index_[i] = mesh_.vertex_count();
+      mesh_.vertices.push_back(x);
+      mesh_.vertex_ids.push_back(raw_.vertex_ids[i]);
+      kept.push_back(static_cast<Index>(i));
+    }
+    for (auto& t : mesh_.tetrahedra) {
+      for (Index& v : t) v = new_index_[static_cast<std::size_t>(v)];
+    }
+    for (const auto& [name, values] : raw_.point_arrays) {
+      if (values.cols() != static_cast<Index>(raw_.vertices.size())) continue;
+      mesh_.point_arrays[name] = values(Eigen::all, kept);
+    }
+  }
+
+  // " (of element N)": an element that uses raw vertex i.
+  std::string user_of(std::size_t i) const {
+    for (std::size_t e = 0; e < mesh_.tetrahedra.size(); ++e) {
+      for (const Index v : mesh_.tetrahedra[e]) {
+        if (v == static_cast<Index>(i)) {
+          return fmt::format(" (of element {})", mesh_.tetrahedron_ids[e]);
+        }
+      }
+    }
+    return "";
+  }
+
+  void orient() {
+    for (Index e = 0; e < mesh_.tetrahedron_count(); ++e) {
+      auto& t = mesh_.tetrahedra[static_cast<std::size_t>(e)];
+      double longest = 0.0;
+      for (std::size_t a = 0; a < 4; ++a) {
+        for (std::size_t b = a + 1; b < 4; ++b) {
+          longest = std::max(longest, (mesh_.vertices[static_cast<std::size_t>(t[a])] -
+                                       mesh_.vertices[static_cast<std::size_t>(t[b])])
+                                          .norm());
+        }
+      }
+      const double volume = mesh_.volume(e);
+      if (!(std::abs(6.0 * volume) > kFlat * longest * longest * longest)) {
+        refuse(fmt::format("element {} has no volume ({:.3g} m³ with a longest edge of {:.3g} m). "
+                           "Repair or remove it.",
+                           mesh_.tetrahedron_ids[static_cast<std::size_t>(e)], volume, longest));
+      }
+      if (volume < 0.0) {
+        std::swap(t[2], t[3]);
+        ++mesh_.report.reoriented;
+      }
+    }
+  }
+
+  void collect_groups() {
+    for (const RawGroup& group : raw_.groups) {
+      mesh_.groups.push_back({group.name, group.dimension, group.tag, {}, {}});
+    }
+    for (const RawCell& cell : raw_.cells) {
+      for (const int g : cell.groups) {
+        Group& group = mesh_.groups.at(static_cast<std::size_t>(g));
+        for (const std::int64_t id : cell.vertices) {
+          const Index v = new_index_[index_of(id, cell)];
+          if (v >= 0) group.vertices.push_back(v);
+        }
+        if (const auto t = tetrahedron_of_cell_.find(&cell); t != tetrahedron_of_cell_.end()) {
+          group.tetrahedra.push_back(t->second);
+        }
+      }
+    }
+    for (Group& group : mesh_.groups) {
+      std::sort(group.vertices.begin(), group.vertices.end());
+      group.vertices.erase(std::unique(group.vertices.begin(), group.vertices.end()),
+                           group.vertices.end());
+      std::sort(group.tetrahedra.begin(), group.tetrahedra.end());
+    }
+  }
+
+  RawMesh raw_;
+  double scale_;
+  TetMesh mesh_;
+  std::unordered_map<std::int64_t, std::size_t> index_of_id_;
+  std::vector<bool> used_;
+  std::vector<Index> new_index_;
+  std::unordered_map<const RawCell*, Index> tetrahedron_of_cell_;
+};
+
+}  // namespace
+
+TetMesh build_mesh(RawMesh raw, double scale) { return Builder(std::move(raw), scale).build(); }
+
+}  // namespace tetraction

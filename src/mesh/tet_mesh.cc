@@ -1,0 +1,89 @@
+#include "tetraction/mesh/tet_mesh.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <map>
+
+namespace tetraction {
+
+std::string to_string(CellType type) {
+  switch (type) {
+    case CellType::kVertex:
+      return "vertex";
+    case CellType::kLine:
+      return "line";
+    case CellType::kTriangle:
+      return "triangle";
+    case CellType::kQuadrilateral:
+      return "quadrilateral";
+    case CellType::kTetrahedron:
+      return "tetrahedron";
+    case CellType::kQuadraticTetrahedron:
+      return "quadratic tetrahedron";
+    case CellType::kHexahedron:
+      return "hexahedron";
+    case CellType::kWedge:
+      return "wedge";
+    case CellType::kPyramid:
+      return "pyramid";
+    case CellType::kOther:
+      break;
+  }
+  return "other";
+}
+
+Vector TetMesh::rest_positions() const {
+  Vector x(3 * vertex_count());
+  for (Index v = 0; v < vertex_count(); ++v) {
+    vertex_block(x, v) = vertices[static_cast<std::size_t>(v)];
+  }
+  return x;
+}
+
+double TetMesh::volume(Index e) const {
+  const auto& t = tetrahedra[static_cast<std::size_t>(e)];
+  const auto vertex = [this](Index v) -> const Vector3& {
+    return vertices[static_cast<std::size_t>(v)];
+  };
+  const Vector3 a = vertex(t[1]) - vertex(t[0]);
+  const Vector3 b = vertex(t[2]) - vertex(t[0]);
+  const Vector3 c = vertex(t[3]) - vertex(t[0]);
+  return a.dot(b.cross(c)) / 6.0;
+}
+
+double TetMesh::total_volume() const {
+  double sum = 0.0;
+  for (Index e = 0; e < tetrahedron_count(); ++e) sum += volume(e);
+  return sum;
+}
+
+std::vector<std::array<Index, 3>> boundary_faces(const TetMesh& mesh) {
+  // Outward faces of a positive tetrahedron.
+  constexpr std::array<std::array<std::size_t, 3>, 4> kFaces{
+      {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};
+  struct Face {
+    std::array<Index, 3> key;
+    std::array<Index, 3> face;
+  };
+  std::vector<Face> faces;
+  faces.reserve(4 * mesh.tetrahedra.size());
+  for (const auto& t : mesh.tetrahedra) {
+    for (const auto& f : kFaces) {
+      Face face{{t[f[0]], t[f[1]], t[f[2]]}, {t[f[0]], t[f[1]], t[f[2]]}};
+      std::sort(face.key.begin(), face.key.end());
+      faces.push_back(face);
+    }
+  }
+  std::sort(faces.begin(), faces.end(),
+            [](const Face& a, const Face& b) { return a.key < b.key; });
+  std::vector<std::array<Index, 3>> boundary;
+  for (std::size_t i = 0; i < faces.size();) {
+    std::size_t next = i + 1;
+    while (next < faces.size() && faces[next].key == faces[i].key) ++next;
+    if (next == i + 1) boundary.push_back(faces[i].face);
+    i = next;
+  }
+  return boundary;
+}
+
+}  // namespace tetraction

@@ -1,0 +1,69 @@
+// The clamped beam against other codes: 4 × 1 × 1 m, 20 × 4 × 4 cells of six tetrahedra, neo-Hookean
+// with E = 1 MPa and ν = 0.4, density 1000, gravity 9.81, 20 steps of 0.01 s from rest.
+#include <gtest/gtest.h>
+
+#include "tetraction/mesh/generate.h"
+#include "tetraction/simulation/simulation.h"
+
+namespace tetraction {
+namespace {
+
+Scene clamped_beam(Integrator integrator) {
+  Scene scene;
+  scene.mesh.generate = GeneratorSettings{GeneratorKind::kBeam, {4, 1, 1}, {20, 4, 4}};
+  scene.material.youngs_modulus = 1e6;
+  scene.material.poissons_ratio = 0.4;
+  scene.material.density = 1000.0;
+  scene.time = {integrator, 0.01, false, 0.2};
+  scene.environment.kind = EnvironmentKind::kGravity;
+  FixSettings clamp;
+  clamp.select = SelectPlane{0, 0.0, {}};
+  scene.fix.push_back(clamp);
+  return scene;
+}
+
+// Mean u_y of the vertices at x = 4.
+double tip_displacement(const Simulation& simulation) {
+  const TetMesh& mesh = simulation.system().mesh();
+  const Vector u = simulation.state().position - mesh.rest_positions();
+  double sum = 0.0;
+  const std::vector<Index> tip = select_vertices(mesh, SelectPlane{0, 4.0, {}});
+  for (const Index v : tip) sum += u[3 * v + 1];
+  return sum / static_cast<double>(tip.size());
+}
+
+struct Reference {
+  Integrator integrator;
+  double tip;
+  double digits;  // half of the last digit given
+};
+
+class BeamReference : public testing::TestWithParam<Reference> {};
+
+TEST_P(BeamReference, TipAgreesToAllDigitsGiven) {
+  Scene scene = clamped_beam(GetParam().integrator);
+  scene.solver.tolerance = 1e-10;
+  Simulation simulation(scene, generate_mesh(*scene.mesh.generate));
+  ASSERT_EQ(simulation.run(), RunStatus::kFinished) << simulation.message();
+  EXPECT_EQ(simulation.state().step, 20);
+  EXPECT_NEAR(tip_displacement(simulation), GetParam().tip, GetParam().digits);
+}
+
+TEST_P(BeamReference, DefaultToleranceTakesAtMostFourIterationsAStep) {
+  const Scene scene = clamped_beam(GetParam().integrator);
+  Simulation simulation(scene, generate_mesh(*scene.mesh.generate));
+  ASSERT_EQ(simulation.run(), RunStatus::kFinished) << simulation.message();
+  EXPECT_LE(static_cast<double>(simulation.total_iterations()) / 20.0, 4.0);
+  EXPECT_NEAR(tip_displacement(simulation), GetParam().tip, 1e-7);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    OtherCodes, BeamReference,
+    testing::Values(Reference{Integrator::kBackwardEuler, -0.2162120364, 0.5e-10},  // Vega FEM 4.0
+                    Reference{Integrator::kMidpoint, -0.1985418, 0.5e-7}),  // SOFA's HP solver
+    [](const auto& info) {
+      return info.param.integrator == Integrator::kMidpoint ? "Midpoint" : "BackwardEuler";
+    });
+
+}  // namespace
+}  // namespace tetraction
