@@ -9,18 +9,19 @@
 namespace tetraction {
 
 StepProblem::StepProblem(const MechanicalSystem& system) : system_(system) {
-  // |V (λ + 2μ) ∇N| of every element and node: the forces of a strain of one.
+  // V (λ + 2μ) |∇N|²: what one metre of a node's displacement adds to the force, element by element.
   const LameParameters lame = initial_lame(system.elastic().material());
   const RestState& rest = system.rest();
   double sum = 0.0;
   for (Index e = 0; e < rest.element_count(); ++e) {
     const auto& element = rest.element(e);
     for (std::size_t p = 0; p < Shape::kPoints; ++p) {
-      sum += (element.weights[p] * (std::abs(lame.lambda) + 2.0 * lame.mu) * element.gradients[p])
-                 .squaredNorm();
+      sum += std::pow(element.weights[p] * (std::abs(lame.lambda) + 2.0 * lame.mu) *
+                          element.gradients[p].squaredNorm(),
+                      2);
     }
   }
-  element_force_scale_ = std::sqrt(sum);
+  stiffness_scale_ = std::sqrt(sum);
 }
 
 void StepProblem::begin(const State& state, double h, double alpha, const Vector& user_force) {
@@ -101,8 +102,9 @@ double StepProblem::residual_limit(const Vector& x, double tolerance) const {
     const double factor = system_.mass()[v] / (step_ * step_);
     squared += factor * factor * vertex_block(x, v).squaredNorm();
   }
-  const double round_off = 16.0 * std::numeric_limits<double>::epsilon() *
-                           (std::sqrt(squared) + element_force_scale_);
+  // Positions carry ε|x|: F, and with it the element forces, cannot be more accurate than that.
+  const double round_off = 4.0 * std::numeric_limits<double>::epsilon() *
+                           (std::sqrt(squared) + stiffness_scale_ * x.cwiseAbs().maxCoeff());
   return std::max(tolerance * force_scale_, round_off);
 }
 

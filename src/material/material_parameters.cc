@@ -11,8 +11,7 @@ namespace tetraction {
 
 void check_lame(const char* material, double mu, double lambda) {
   if (!std::isfinite(mu) || !(mu > 0.0)) {
-    throw InputError(
-        fmt::format("{}: mu = {} Pa must be positive and finite.", material, mu));
+    throw InputError(fmt::format("{}: mu = {} Pa must be positive and finite.", material, mu));
   }
   if (!std::isfinite(lambda) || !(lambda > -2.0 * mu / 3.0)) {
     throw InputError(fmt::format(
@@ -32,8 +31,8 @@ LameParameters initial_lame(const MaterialModel& material) {
 
 LameParameters lame_from_young(double youngs_modulus, double poissons_ratio) {
   if (!std::isfinite(youngs_modulus) || !(youngs_modulus > 0.0)) {
-    throw InputError(fmt::format("youngs_modulus = {} Pa must be positive and finite.",
-                                 youngs_modulus));
+    throw InputError(
+        fmt::format("youngs_modulus = {} Pa must be positive and finite.", youngs_modulus));
   }
   if (!(poissons_ratio > -1.0 && poissons_ratio < 0.5)) {
     throw InputError(fmt::format(

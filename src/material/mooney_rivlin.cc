@@ -47,10 +47,9 @@ Matrix9 MooneyRivlin::stiffness(const Matrix3& f) const {
   Matrix9 a;
   for (int l = 0; l < 3; ++l) {
     for (int j = 0; j < 3; ++j) {
-      Matrix3 block = mu2_ * (2.0 * f.col(j) * f.col(l).transpose() -
-                              f.col(l) * f.col(j).transpose()) +
-                      factor * g.col(l) * g.col(j).transpose() +
-                      lambda_ * g.col(j) * g.col(l).transpose();
+      Matrix3 block =
+          mu2_ * (2.0 * f.col(j) * f.col(l).transpose() - f.col(l) * f.col(j).transpose()) +
+          factor * g.col(l) * g.col(j).transpose() + lambda_ * g.col(j) * g.col(l).transpose();
       block.diagonal().array() -= mu2_ * c(l, j);
       if (j == l) {
         block -= mu2_ * b;

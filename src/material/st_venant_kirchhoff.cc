@@ -29,8 +29,8 @@ Matrix9 StVenantKirchhoff::stiffness(const Matrix3& f) const {
   Matrix9 a;
   for (int l = 0; l < 3; ++l) {
     for (int j = 0; j < 3; ++j) {
-      Matrix3 block = mu_ * f.col(l) * f.col(j).transpose() +
-                      lambda_ * f.col(j) * f.col(l).transpose();
+      Matrix3 block =
+          mu_ * f.col(l) * f.col(j).transpose() + lambda_ * f.col(j) * f.col(l).transpose();
       block.diagonal().array() += s(l, j);
       if (j == l) block += mu_ * b;
       a.block<3, 3>(3 * j, 3 * l) = block;

@@ -31,9 +31,9 @@ inline double x_minus_log1p(double x) {
 ///     I₁ − 3 − 2 ln J = a − ln(1 + a) − II − III
 ///     I₂ − 3 − 4 ln J = 2 (a − ln(1 + a)) − II − 2 III
 struct StrainInvariants {
-  double first = 0.0;    ///< I₁ − 3 − 2 ln J
-  double second = 0.0;   ///< I₂ − 3 − 4 ln J
-  double log_j = 0.0;    ///< ln J
+  double first = 0.0;   ///< I₁ − 3 − 2 ln J
+  double second = 0.0;  ///< I₂ − 3 − 4 ln J
+  double log_j = 0.0;   ///< ln J
 
   explicit StrainInvariants(const Matrix3& f) {
     const Matrix3 a_matrix = 2.0 * green_strain(f);

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "sparse_cholesky.h"
 #include "tetraction/core/error.h"
 #include "tetraction/core/parallel.h"
 
@@ -113,13 +114,18 @@ class ElementCost : public ceres::CostFunction {
   Index element_;
 };
 
-// Ends a solve once the gradient is small enough: the only test of convergence there is.
-class GradientTest : public ceres::IterationCallback {
+// Ends a solve once the gradient is small enough, the only test of convergence there is, or once
+// Ceres refuses a step whose change of the cost is nothing but round-off.
+class SolveMonitor : public ceres::IterationCallback {
  public:
   void set_limit(double limit) { limit_ = limit; }
   ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
-    return summary.gradient_norm <= limit_ ? ceres::SOLVER_TERMINATE_SUCCESSFULLY
-                                           : ceres::SOLVER_CONTINUE;
+    constexpr double kRoundOff = 1e-12;
+    const bool drowned = summary.iteration > 0 && !summary.step_is_successful &&
+                         summary.step_is_valid &&
+                         std::abs(summary.cost_change) <= kRoundOff * summary.cost;
+    return summary.gradient_norm <= limit_ || drowned ? ceres::SOLVER_TERMINATE_SUCCESSFULLY
+                                                      : ceres::SOLVER_CONTINUE;
   }
 
  private:
@@ -145,14 +151,14 @@ class CeresMinimizer : public Minimizer {
     solver_options_.initial_trust_region_radius = 1e12;
     solver_options_.max_trust_region_radius = 1e20;
     solver_options_.jacobi_scaling = false;
-    // Only the gradient decides (GradientTest).
+    // Only the gradient decides (SolveMonitor).
     solver_options_.function_tolerance = 0.0;
     solver_options_.gradient_tolerance = 0.0;
     solver_options_.parameter_tolerance = 0.0;
     solver_options_.max_num_consecutive_invalid_steps = 60;
     solver_options_.num_threads = 1;  // the parallel work is done in the evaluator
     solver_options_.logging_type = ceres::SILENT;
-    solver_options_.callbacks.push_back(&gradient_test_);
+    solver_options_.callbacks.push_back(&monitor_);
   }
 
   MinimizerReport minimize(const StepProblem& problem, Vector& x) override {
@@ -163,13 +169,14 @@ class CeresMinimizer : public Minimizer {
       return report;
     }
     x_ = x;
-    // Near the minimum the changes of the cost drown in its round-off, which a large constant makes
-    // larger: no solve can be taken further than its shift allows, so a stalled one goes on from
-    // where it is with a smaller shift.
+    // Near the minimum the changes of the cost drown in its round-off, and Ceres, which judges by the
+    // cost, refuses the last steps: these are judged by the gradient. Should that fail as well, Ceres
+    // goes on from there with a smaller constant under the root, which costs fewer digits.
     double shift = shift_density(problem);
-    for (int attempt = 0; attempt < kShifts; ++attempt, shift *= 1e-3) {
+    for (int attempt = 0; attempt < kAttempts; ++attempt, shift *= 1e-3) {
       solve(problem, shift, report);
-      if (report.converged() || report.iterations >= options_.max_iterations) break;
+      if (report.termination == Termination::kNoProgress) polish(problem, report);
+      if (report.termination != Termination::kNoProgress) break;
     }
     x = x_;
     finish(report);
@@ -177,7 +184,7 @@ class CeresMinimizer : public Minimizer {
   }
 
  private:
-  static constexpr int kShifts = 3;
+  static constexpr int kAttempts = 3;
 
   ceres::Problem::Options problem_options() {
     ceres::Problem::Options options;
@@ -227,14 +234,18 @@ class CeresMinimizer : public Minimizer {
     evaluator_.begin(problem, shift);
     report.residual_limit = problem.residual_limit(x_, options_.tolerance);
     // Ceres adds the gradient up in another order: half the limit leaves room for round-off.
-    gradient_test_.set_limit(0.5 * report.residual_limit);
+    monitor_.set_limit(0.5 * report.residual_limit);
     solver_options_.max_num_iterations = options_.max_iterations - report.iterations;
     ceres::Solver::Summary summary;
     ceres::Solve(solver_options_, &problem_, &summary);
     report.iterations += std::max(0, static_cast<int>(summary.iterations.size()) - 1);
     report.factorizations += std::max(0, summary.num_linear_solves);
 
-    // Ceres' word is not taken for it: the gradient is computed anew, outside Ceres.
+    assess(problem, report);
+  }
+
+  // Ceres' word is not taken for it: the gradient is computed anew, outside Ceres.
+  void assess(const StepProblem& problem, MinimizerReport& report) {
     double phi = 0.0;
     if (!problem.value_and_gradient(x_, phi, gradient_).ok()) {
       report.termination = Termination::kInadmissible;
@@ -247,6 +258,33 @@ class CeresMinimizer : public Minimizer {
       report.termination = Termination::kIterationLimit;
     } else {
       report.termination = Termination::kNoProgress;
+    }
+  }
+
+  // Newton steps with the exact Hessian, each kept only if it halves the gradient; the matrix has to
+  // be positive definite, so that this cannot leave the minimum's surroundings for a saddle point.
+  void polish(const StepProblem& problem, MinimizerReport& report) {
+    if (!cholesky_) {
+      pattern_ = std::make_unique<SparsityPattern>(system_.rest(), system_.constraints());
+      cholesky_ = std::make_unique<SparseCholesky>(*pattern_);
+      hessian_.resize(static_cast<std::size_t>(pattern_->nonzeros()));
+    }
+    while (report.termination == Termination::kNoProgress) {
+      if (!problem.hessian(x_, *pattern_, hessian_.data()).ok()) return;
+      ++report.iterations;
+      ++report.factorizations;
+      if (!cholesky_->factorize(hessian_)) return;
+      const Vector before = x_;
+      const double residual = report.residual;
+      x_ -= system_.constraints().extend_by_zero(
+          cholesky_->solve(system_.constraints().restrict_to_free(gradient_)));
+      assess(problem, report);
+      if (report.termination == Termination::kInadmissible || report.residual > 0.5 * residual) {
+        if (report.converged()) return;
+        x_ = before;
+        assess(problem, report);
+        return;
+      }
     }
   }
 
@@ -271,10 +309,14 @@ class CeresMinimizer : public Minimizer {
   MinimizerOptions options_;
   Vector x_;  // what Ceres' parameter blocks point into
   Evaluator evaluator_;
-  GradientTest gradient_test_;
+  SolveMonitor monitor_;
   ceres::Problem problem_;
   ceres::Solver::Options solver_options_;
   Vector gradient_;
+  // For polish(), made when first needed.
+  std::unique_ptr<SparsityPattern> pattern_;
+  std::unique_ptr<SparseCholesky> cholesky_;
+  std::vector<double> hessian_;
 };
 
 }  // namespace

@@ -61,8 +61,8 @@ INSTANTIATE_TEST_SUITE_P(
     OtherCodes, BeamReference,
     testing::Values(Reference{Integrator::kBackwardEuler, -0.2162120364, 0.5e-10},  // Vega FEM 4.0
                     Reference{Integrator::kMidpoint, -0.1985418, 0.5e-7}),  // SOFA's HP solver
-    [](const auto& info) {
-      return info.param.integrator == Integrator::kMidpoint ? "Midpoint" : "BackwardEuler";
+    [](const auto& test) {
+      return test.param.integrator == Integrator::kMidpoint ? "Midpoint" : "BackwardEuler";
     });
 
 }  // namespace

@@ -44,8 +44,9 @@ class StepProblem {
 
   /// Largest |∇Φ|₂ that counts as converged, N: max(tolerance × force scale, round-off).
   /// The force scale of a step is |M(x̂ − q_k)/s²|₂ over the free DOFs: the force that would give
-  /// the body its momentum and the impulse of the loads within s. Round-off is what adding up the
-  /// inertia and element forces at x can leave, 16 ε times the magnitudes that are added.
+  /// the body its momentum and the impulse of the loads within s. Round-off is what double precision
+  /// leaves of positions: 4ε (|M x/s²|₂ + k max|x|) with k the root sum of squares of the elements'
+  /// V (λ + 2μ) |∇N|². No solver can get below it.
   double residual_limit(const Vector& x, double tolerance) const;
 
  private:
@@ -54,7 +55,7 @@ class StepProblem {
   Vector previous_;
   Vector target_;
   double force_scale_ = 0.0;
-  double element_force_scale_ = 0.0;
+  double stiffness_scale_ = 0.0;  // k of residual_limit()
 };
 
 }  // namespace tetraction

@@ -1,0 +1,30 @@
+// CHOLMOD's factorisation of a symmetric positive definite matrix in a fixed pattern.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "tetraction/fem/sparsity_pattern.h"
+
+namespace tetraction {
+
+/// Analyses the pattern once, then factorises and solves as often as asked.
+class SparseCholesky {
+ public:
+  /// Keeps a reference to `pattern`, which must live longer.
+  explicit SparseCholesky(const SparsityPattern& pattern);
+  ~SparseCholesky();
+  SparseCholesky(const SparseCholesky&) = delete;
+  SparseCholesky& operator=(const SparseCholesky&) = delete;
+
+  /// `values` in the pattern's order. Returns false if the matrix is not positive definite.
+  bool factorize(const std::vector<double>& values);
+  /// Solution of A x = b with the factor made last.
+  Vector solve(const Vector& b);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace tetraction

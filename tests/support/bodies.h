@@ -1,0 +1,61 @@
+// Small bodies and helpers that several tests share.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "tetraction/dynamics/mechanical_system.h"
+#include "tetraction/mesh/generate.h"
+#include "tetraction/mesh/selection.h"
+#include "tetraction/simulation/scene.h"
+
+namespace tetraction::testing_support {
+
+/// The three models with the same small-strain response (E = 1 MPa, ν = 0.4).
+inline std::vector<MaterialModel> all_materials() {
+  const LameParameters lame = lame_from_young(1e6, 0.4);
+  return {StVenantKirchhoff(lame.mu, lame.lambda), NeoHookean(lame.mu, lame.lambda),
+          mooney_rivlin_from_young(1e6, 0.4, 0.5)};
+}
+
+/// Moves every DOF by up to `amplitude`, always the same way for a seed.
+inline Vector jiggled(const Vector& q, double amplitude, unsigned seed = 7) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> move(-amplitude, amplitude);
+  Vector result = q;
+  for (Index i = 0; i < q.size(); ++i) result[i] += move(random);
+  return result;
+}
+
+/// A small block of 2 × 1 × 1 m with irregular inner vertices.
+inline TetMesh small_block(const std::array<int, 3>& cells = {4, 2, 2}) {
+  return generate_box({2, 1, 1}, cells);
+}
+
+/// Scene of a free, spinning, stretched neo-Hookean block.
+inline Scene spinning_block(Integrator integrator, double step, double end) {
+  Scene scene;
+  scene.mesh.generate = GeneratorSettings{GeneratorKind::kBox, {2, 1, 1}, {2, 1, 1}};
+  scene.material.youngs_modulus = 1e5;
+  scene.material.poissons_ratio = 0.3;
+  scene.time = {integrator, step, false, end};
+  scene.initial.velocity = {0.3, -0.2, 0.1};
+  scene.initial.angular_velocity = {1.0, 2.0, 0.5};
+  scene.initial.stretch = {1.1, 0.95, 1.0};
+  return scene;
+}
+
+/// Constraints that hold every component of the selected vertices.
+inline DofConstraints hold(const TetMesh& mesh, const Selection& selection) {
+  std::vector<std::uint8_t> fixed(3 * mesh.vertices.size(), 0);
+  for (const Index v : select_vertices(mesh, selection)) {
+    for (std::size_t i = 0; i < 3; ++i) fixed[static_cast<std::size_t>(3 * v) + i] = 1;
+  }
+  return DofConstraints(fixed);
+}
+
+}  // namespace tetraction::testing_support

@@ -1,0 +1,73 @@
+// Observed orders in the step, from the study's own table.
+#include "support/bodies.h"
+#include "tetraction/simulation/study.h"
+
+namespace tetraction {
+namespace {
+
+using namespace testing_support;
+
+TEST(Orders, ExplicitAndBackwardEulerOneVerletAndMidpointTwo) {
+  Scene scene = spinning_block(Integrator::kVerlet, 1e-3, 0.08);
+  scene.solver.tolerance = 1e-11;
+  const TetMesh mesh = generate_mesh(*scene.mesh.generate);
+  StudySettings settings;
+  settings.steps = {0.08 / 1024, 0.08 / 512, 0.08 / 256};
+  settings.reference_step = 0.08 / 8192;
+  const StudyResult result = run_study(scene, mesh, settings);
+  ASSERT_EQ(result.rows.size(), 12U);
+  ASSERT_EQ(result.reference_status, RunStatus::kFinished);
+  EXPECT_LT(settings.steps.back(), result.stable_step);
+  int compared = 0;
+  for (const StudyRow& row : result.rows) {
+    ASSERT_EQ(row.status, RunStatus::kFinished) << row.message;
+    if (std::isnan(row.observed_order)) continue;
+    ++compared;
+    const bool first = row.integrator == Integrator::kExplicit ||
+                       row.integrator == Integrator::kBackwardEuler;
+    EXPECT_NEAR(row.observed_order, first ? 1.0 : 2.0, 0.1)
+        << to_string(row.integrator) << " " << row.step;
+  }
+  EXPECT_EQ(compared, 8);
+}
+
+TEST(Orders, TheReferencesOwnFamilyIsCorrectedForTheReferencesError) {
+  // e(h) = h² − h_r² exactly.
+  constexpr double kReference = 0.1;
+  const auto error = [&](double h) { return h * h - kReference * kReference; };
+  EXPECT_NEAR(observed_order(0.2, error(0.2), 0.4, error(0.4), kReference), 2.0, 1e-9);
+  EXPECT_NEAR(observed_order(0.2, 0.2, 0.4, 0.4), 1.0, 1e-12);
+  EXPECT_TRUE(std::isnan(observed_order(0.2, 0.4, 0.4, 0.2)));
+}
+
+TEST(Study, UnstableRunsAreResults) {
+  Scene scene = spinning_block(Integrator::kVerlet, 1e-3, 5.0);
+  const TetMesh mesh = generate_mesh(*scene.mesh.generate);
+  StudySettings settings;
+  settings.integrators = {Integrator::kExplicit, Integrator::kMidpoint};
+  settings.steps = {5.0 / 400, 5.0 / 40};
+  const StudyResult result = run_study(scene, mesh, settings);
+  ASSERT_EQ(result.rows.size(), 4U);
+  EXPECT_EQ(result.rows[0].status, RunStatus::kFinished);
+  EXPECT_EQ(result.rows[1].status, RunStatus::kUnstable);
+  EXPECT_TRUE(std::isnan(result.rows[1].position_error));
+  EXPECT_EQ(result.rows[2].status, RunStatus::kFinished);
+  EXPECT_EQ(result.rows[2].position_error, 0.0) << "the finest midpoint run is the reference";
+  EXPECT_GT(result.rows[3].position_error, 0.0);
+}
+
+TEST(Study, StepsThatDoNotDivideTheEndAreAdjustedAndSaid) {
+  Scene scene = spinning_block(Integrator::kVerlet, 1e-3, 0.01);
+  const TetMesh mesh = generate_mesh(*scene.mesh.generate);
+  StudySettings settings;
+  settings.integrators = {Integrator::kVerlet};
+  settings.steps = {0.0007};
+  settings.reference_step = 0.001;
+  const StudyResult result = run_study(scene, mesh, settings);
+  EXPECT_NEAR(result.rows[0].step, 0.01 / 14, 1e-15);
+  ASSERT_EQ(result.remarks.size(), 1U);
+  EXPECT_NE(result.remarks[0].find("does not divide"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace tetraction
