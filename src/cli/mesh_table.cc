@@ -106,7 +106,8 @@ void print_mesh_table(const TetMesh& mesh) {
   for (const Group& group : mesh.groups) {
     fmt::print("  group \"{}\" (dimension {}, tag {}): {} vertices", group.name, group.dimension,
                group.tag, group.vertices.size());
-    fmt::print(group.dimension == 3 ? ", {} tetrahedra\n" : "\n", group.tetrahedra.size());
+    if (group.dimension == 3) fmt::print(", {} tetrahedra", group.tetrahedra.size());
+    fmt::print("\n");
   }
   const std::vector<QualityMeasure> measures = mesh_quality(mesh);
   fmt::print("  {:<24}{:>12}{:>12}{:>12}  {:<16}worst element\n", "quality", "min", "mean", "max",

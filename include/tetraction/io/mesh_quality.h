@@ -20,7 +20,7 @@ struct QualityMeasure {
 };
 
 /// Scaled Jacobian (1 for a regular tetrahedron, 0 flat), radius ratio (1 ideal, larger is worse),
-/// minimum dihedral angle (70.5° ideal) and edge ratio (1 ideal), in this order.
+/// shape (1 ideal, 0 flat) and edge ratio (1 ideal), in this order.
 std::vector<QualityMeasure> mesh_quality(const TetMesh& mesh);
 
 }  // namespace tetraction

@@ -1,0 +1,363 @@
+#include "gmsh_reader.h"
+
+#include <fmt/format.h>
+
+#include <bit>
+#include <cstring>
+#include <map>
+#include <utility>
+
+#include "tetraction/core/error.h"
+#include "text_scanner.h"
+
+namespace tetraction {
+namespace {
+
+struct GmshType {
+  CellType type;
+  int nodes;
+  int dimension;
+};
+
+// Element types of the format, by number; those with other numbers are not known to this reader.
+const std::map<std::int64_t, GmshType>& gmsh_types() {
+  static const std::map<std::int64_t, GmshType> types{
+      {1, {CellType::kLine, 2, 1}},           {2, {CellType::kTriangle, 3, 2}},
+      {3, {CellType::kQuadrilateral, 4, 2}},  {4, {CellType::kTetrahedron, 4, 3}},
+      {5, {CellType::kHexahedron, 8, 3}},     {6, {CellType::kWedge, 6, 3}},
+      {7, {CellType::kPyramid, 5, 3}},        {8, {CellType::kLine, 3, 1}},
+      {9, {CellType::kTriangle, 6, 2}},       {10, {CellType::kQuadrilateral, 9, 2}},
+      {11, {CellType::kQuadraticTetrahedron, 10, 3}},
+      {12, {CellType::kHexahedron, 27, 3}},   {13, {CellType::kWedge, 18, 3}},
+      {14, {CellType::kPyramid, 14, 3}},      {15, {CellType::kVertex, 1, 0}},
+      {16, {CellType::kQuadrilateral, 8, 2}}, {17, {CellType::kHexahedron, 20, 3}},
+      {18, {CellType::kWedge, 15, 3}},        {19, {CellType::kPyramid, 13, 3}},
+      {20, {CellType::kTriangle, 9, 2}},      {21, {CellType::kTriangle, 10, 2}},
+      {22, {CellType::kTriangle, 12, 2}},     {23, {CellType::kTriangle, 15, 2}},
+      {26, {CellType::kLine, 4, 1}},          {27, {CellType::kLine, 5, 1}},
+      {28, {CellType::kLine, 6, 1}},          {29, {CellType::kQuadraticTetrahedron, 20, 3}},
+      {30, {CellType::kQuadraticTetrahedron, 35, 3}},
+      {31, {CellType::kQuadraticTetrahedron, 56, 3}}};
+  return types;
+}
+
+class GmshReader {
+ public:
+  explicit GmshReader(const std::string& path) : text_(read_file(path)), in_(path, text_) {
+    mesh_.source = path;
+  }
+
+  RawMesh read() {
+    read_format();
+    bool nodes = false;
+    bool elements = false;
+    while (!in_.at_end()) {
+      const std::string section(in_.token("a section"));
+      if (section.size() < 2 || section[0] != '$') {
+        in_.fail(fmt::format("\"{}\" where a section such as $Nodes is expected.",
+                             section.substr(0, 40)));
+      }
+      if (section == "$PhysicalNames") {
+        read_physical_names();
+      } else if (section == "$Entities") {
+        start_binary();
+        read_entities();
+      } else if (section == "$Nodes") {
+        version4_ ? read_nodes4() : read_nodes2();
+        nodes = true;
+      } else if (section == "$Elements") {
+        version4_ ? read_elements4() : read_elements2();
+        elements = true;
+      } else {
+        skip_section(section);
+        continue;
+      }
+      end_section(section);
+    }
+    if (!nodes || !elements) {
+      in_.fail(fmt::format("the file has no ${} section: it is truncated or holds no mesh.",
+                           nodes ? "Elements" : "Nodes"));
+    }
+    return std::move(mesh_);
+  }
+
+ private:
+  // ---- numbers, as text or as bytes ----------------------------------------------------------
+
+  template <class Number>
+  Number bytes(const char* wanted) {
+    if (in_.remaining() < sizeof(Number)) {
+      in_.fail(fmt::format("the file ends where {} is expected: it is truncated.", wanted));
+    }
+    Number value;
+    std::memcpy(&value, text_.data() + in_.position(), sizeof(Number));
+    in_.set_position(in_.position() + sizeof(Number));
+    if (swap_) {
+      auto raw = std::bit_cast<std::array<char, sizeof(Number)>>(value);
+      std::reverse(raw.begin(), raw.end());
+      value = std::bit_cast<Number>(raw);
+    }
+    return value;
+  }
+  // What the format calls int, size_t and double.
+  std::int64_t int32(const char* wanted) {
+    return binary_ ? bytes<std::int32_t>(wanted) : in_.integer(wanted);
+  }
+  std::int64_t size(const char* wanted) {
+    return binary_ ? static_cast<std::int64_t>(bytes<std::uint64_t>(wanted)) : in_.integer(wanted);
+  }
+  double real(const char* wanted) { return binary_ ? bytes<double>(wanted) : in_.real(wanted); }
+
+  // A count of items of at least so many bytes each.
+  std::int64_t checked(std::int64_t count, const char* wanted, std::int64_t least_bytes) {
+    if (count < 0 || count > static_cast<std::int64_t>(in_.remaining()) / least_bytes + 1) {
+      in_.fail(fmt::format("{} is {}, which the rest of the file cannot hold: it is truncated or "
+                           "broken.",
+                           wanted, count));
+    }
+    return count;
+  }
+  std::int64_t count(const char* wanted, std::int64_t least_bytes) {
+    return checked(size(wanted), wanted, least_bytes);
+  }
+
+  // Binary data begin right after the line of the section's name.
+  void start_binary() {
+    if (binary_) in_.skip_line();
+  }
+
+  // ---- sections --------------------------------------------------------------------------------
+
+  void read_format() {
+    if (in_.at_end() || in_.token("$MeshFormat") != "$MeshFormat") {
+      throw FileError(in_.path() + ": is not a Gmsh mesh: it does not begin with $MeshFormat.");
+    }
+    const double version = in_.real("the version");
+    const std::int64_t type = in_.integer("the file type");
+    const std::int64_t data_size = in_.integer("the data size");
+    if (version != 2.2 && version != 4.1) {
+      in_.fail(fmt::format("MSH format {} is not read; save the mesh as version 4.1 or 2.2 (gmsh "
+                           "-format msh41).",
+                           version));
+    }
+    version4_ = version == 4.1;
+    if (type != 0 && type != 1) in_.fail(fmt::format("file type {} is neither 0 nor 1.", type));
+    if (data_size != 8) in_.fail(fmt::format("data size {} is not 8.", data_size));
+    if (type == 1) {
+      in_.skip_line();
+      binary_ = true;
+      const auto one = bytes<std::int32_t>("the byte-order mark");
+      if (one == 0x01000000) {
+        swap_ = true;
+      } else if (one != 1) {
+        in_.fail("the byte-order mark is not 1: the file is broken.");
+      }
+    }
+    end_section("$MeshFormat");
+  }
+
+  void end_section(const std::string& section) {
+    const std::string end = "$End" + section.substr(1);
+    const std::string_view found = in_.token(end.c_str());
+    if (found != end) {
+      in_.fail(fmt::format("\"{}\" where {} is expected: the numbers in the section do not fit.",
+                           found.substr(0, 40), end));
+    }
+  }
+
+  void skip_section(const std::string& section) {
+    const std::string end = "$End" + section.substr(1);
+    const auto found = text_.find(end, in_.position());
+    if (found == std::string::npos) {
+      in_.fail(fmt::format("section {} has no {}: the file is truncated.", section, end));
+    }
+    in_.set_position(found + end.size());
+  }
+
+  void read_physical_names() {
+    const std::int64_t names = in_.count("the number of physical names", 5);
+    for (std::int64_t i = 0; i < names; ++i) {
+      const std::int64_t dimension = in_.integer("a dimension");
+      const std::int64_t tag = in_.integer("a physical tag");
+      const std::string line(in_.line());
+      const auto open = line.find('"');
+      const auto close = line.rfind('"');
+      if (open == std::string::npos || close == open) in_.fail("a physical name is not in quotes.");
+      names_[{dimension, tag}] = line.substr(open + 1, close - open - 1);
+    }
+  }
+
+  void read_entities() {
+    std::array<std::int64_t, 4> counts{};
+    for (auto& n : counts) n = count("a number of entities", 4);
+    for (int dimension = 0; dimension < 4; ++dimension) {
+      for (std::int64_t i = 0; i < counts[static_cast<std::size_t>(dimension)]; ++i) {
+        const std::int64_t tag = int32("an entity tag");
+        const int coordinates = dimension == 0 ? 3 : 6;
+        for (int c = 0; c < coordinates; ++c) real("an entity's bounds");
+        const std::int64_t physicals = count("a number of physical tags", 2);
+        for (std::int64_t p = 0; p < physicals; ++p) {
+          physicals_[{dimension, tag}].push_back(int32("a physical tag"));
+        }
+        if (dimension == 0) continue;
+        const std::int64_t bounding = count("a number of bounding entities", 2);
+        for (std::int64_t b = 0; b < bounding; ++b) int32("a bounding entity");
+      }
+    }
+  }
+
+  void add_vertex(std::int64_t tag) {
+    Vector3 x;
+    for (Index i = 0; i < 3; ++i) x[i] = real("a coordinate");
+    mesh_.vertex_ids.push_back(tag);
+    mesh_.vertices.push_back(x);
+  }
+
+  void read_nodes2() {
+    // The count is text in both variants.
+    const std::int64_t nodes = checked(in_.integer("the number of nodes"), "the number of nodes", 8);
+    if (binary_) in_.skip_line();
+    for (std::int64_t i = 0; i < nodes; ++i) {
+      const std::int64_t tag = int32("a node tag");
+      add_vertex(tag);
+    }
+  }
+
+  void read_nodes4() {
+    start_binary();
+    const std::int64_t blocks = count("the number of node blocks", 8);
+    const std::int64_t nodes = count("the number of nodes", 8);
+    size("the least node tag");
+    size("the largest node tag");
+    for (std::int64_t b = 0; b < blocks; ++b) {
+      const std::int64_t dimension = int32("an entity dimension");
+      int32("an entity tag");
+      const std::int64_t parametric = int32("the parametric flag");
+      if (dimension < 0 || dimension > 3) in_.fail("an entity dimension is not 0 to 3.");
+      const std::int64_t in_block = count("the number of nodes of a block", 8);
+      std::vector<std::int64_t> tags;
+      for (std::int64_t i = 0; i < in_block; ++i) tags.push_back(size("a node tag"));
+      for (const std::int64_t tag : tags) {
+        add_vertex(tag);
+        // Coordinates on the curve or surface follow; they are of no use here.
+        for (std::int64_t p = 0; parametric != 0 && p < dimension; ++p) real("a parameter");
+      }
+    }
+    if (static_cast<std::int64_t>(mesh_.vertices.size()) != nodes) {
+      in_.fail(fmt::format("$Nodes announces {} nodes and holds {}.", nodes, mesh_.vertices.size()));
+    }
+  }
+
+  const GmshType& element_type(std::int64_t number) {
+    const auto found = gmsh_types().find(number);
+    if (found == gmsh_types().end()) {
+      in_.fail(fmt::format("element type {} is not known to this reader.", number));
+    }
+    return found->second;
+  }
+
+  int group_index(int dimension, std::int64_t tag) {
+    const auto [found, inserted] =
+        group_of_.emplace(std::pair{dimension, tag}, static_cast<int>(mesh_.groups.size()));
+    if (inserted) {
+      const auto name = names_.find({dimension, tag});
+      mesh_.groups.push_back({name != names_.end() ? name->second : std::to_string(tag), dimension,
+                              static_cast<int>(tag)});
+    }
+    return found->second;
+  }
+
+  void add_cell(const GmshType& type, std::int64_t tag, std::vector<std::int64_t> nodes,
+                const std::vector<std::int64_t>& physicals) {
+    RawCell cell;
+    cell.type = type.type;
+    cell.id = tag;
+    cell.vertices = std::move(nodes);
+    for (const std::int64_t physical : physicals) {
+      cell.groups.push_back(group_index(type.dimension, physical));
+      if (type.dimension == 3) cell.region = static_cast<int>(physical);
+    }
+    mesh_.cells.push_back(std::move(cell));
+  }
+
+  std::vector<std::int64_t> read_cell_nodes(const GmshType& type, bool wide) {
+    std::vector<std::int64_t> nodes;
+    for (int i = 0; i < type.nodes; ++i) {
+      nodes.push_back(wide ? size("a node of an element") : int32("a node of an element"));
+    }
+    return nodes;
+  }
+
+  void read_cell2(const GmshType& type, std::int64_t tag, std::int64_t tags) {
+    std::vector<std::int64_t> physicals;
+    for (std::int64_t t = 0; t < tags; ++t) {
+      const std::int64_t value = int32("an element tag");
+      if (t == 0 && value != 0) physicals.push_back(value);
+    }
+    add_cell(type, tag, read_cell_nodes(type, false), physicals);
+  }
+
+  void read_elements2() {
+    const std::int64_t elements =
+        checked(in_.integer("the number of elements"), "the number of elements", 8);
+    if (!binary_) {
+      for (std::int64_t i = 0; i < elements; ++i) {
+        const std::int64_t tag = in_.integer("an element number");
+        const GmshType& type = element_type(in_.integer("an element type"));
+        read_cell2(type, tag, in_.count("the number of tags", 1));
+      }
+      return;
+    }
+    in_.skip_line();
+    for (std::int64_t i = 0; i < elements;) {
+      const GmshType& type = element_type(int32("an element type"));
+      const std::int64_t in_block = checked(int32("the number of elements of a block"),
+                                            "the number of elements of a block", 8);
+      const std::int64_t tags = checked(int32("the number of tags"), "the number of tags", 4);
+      if (in_block < 1) in_.fail("a block of elements is empty.");
+      for (std::int64_t e = 0; e < in_block; ++e) read_cell2(type, int32("an element number"), tags);
+      i += in_block;
+    }
+  }
+
+  void read_elements4() {
+    start_binary();
+    const std::int64_t blocks = count("the number of element blocks", 8);
+    const std::int64_t elements = count("the number of elements", 4);
+    size("the least element tag");
+    size("the largest element tag");
+    for (std::int64_t b = 0; b < blocks; ++b) {
+      const std::int64_t dimension = int32("an entity dimension");
+      const std::int64_t entity = int32("an entity tag");
+      const GmshType& type = element_type(int32("an element type"));
+      const std::int64_t in_block = count("the number of elements of a block", 4);
+      const auto found = physicals_.find({static_cast<int>(dimension), entity});
+      const std::vector<std::int64_t> physicals =
+          found != physicals_.end() ? found->second : std::vector<std::int64_t>{};
+      for (std::int64_t e = 0; e < in_block; ++e) {
+        const std::int64_t tag = size("an element tag");
+        add_cell(type, tag, read_cell_nodes(type, true), physicals);
+      }
+    }
+    if (static_cast<std::int64_t>(mesh_.cells.size()) != elements) {
+      in_.fail(fmt::format("$Elements announces {} elements and holds {}.", elements,
+                           mesh_.cells.size()));
+    }
+  }
+
+  std::string text_;
+  TextScanner in_;
+  RawMesh mesh_;
+  bool version4_ = false;
+  bool binary_ = false;
+  bool swap_ = false;
+  std::map<std::pair<std::int64_t, std::int64_t>, std::string> names_;
+  std::map<std::pair<int, std::int64_t>, std::vector<std::int64_t>> physicals_;
+  std::map<std::pair<int, std::int64_t>, int> group_of_;
+};
+
+}  // namespace
+
+RawMesh read_gmsh(const std::string& path) { return GmshReader(path).read(); }
+
+}  // namespace tetraction

@@ -1,0 +1,18 @@
+// TetGen (.node/.ele) and Vega (.veg) meshes.
+#pragma once
+
+#include <string>
+
+#include "tetraction/mesh/tet_mesh.h"
+
+namespace tetraction {
+
+/// Reads NAME.node and NAME.ele, given either. Numbers from 0 or 1 are kept as ids; the first
+/// attribute of an element becomes its region. Throws FileError.
+RawMesh read_tetgen(const std::string& path);
+
+/// Reads *VERTICES and *ELEMENTS (TET, CUBIC); *SET become groups, and the order of *REGION lines
+/// the regions of their sets. Throws FileError.
+RawMesh read_vega(const std::string& path);
+
+}  // namespace tetraction

@@ -1,0 +1,61 @@
+#include "quiet_vtk.h"
+
+#include <vtkCallbackCommand.h>
+#include <vtkLogger.h>
+#include <vtkObjectFactory.h>
+#include <vtkOutputWindow.h>
+#include <vtkSmartPointer.h>
+
+namespace tetraction {
+
+// An output window that keeps errors and warnings to itself.
+class CollectingWindow : public vtkOutputWindow {
+ public:
+  static CollectingWindow* New();
+  vtkTypeMacro(CollectingWindow, vtkOutputWindow);
+
+  void DisplayText(const char* text) override {
+    if (messages != nullptr && text != nullptr) messages->text_ += text;
+  }
+  VtkMessages* messages = nullptr;
+};
+vtkStandardNewMacro(CollectingWindow);
+
+VtkMessages::VtkMessages() {
+  vtkLogger::SetStderrVerbosity(vtkLogger::VERBOSITY_OFF);
+  vtkOutputWindow* previous = vtkOutputWindow::GetInstance();
+  previous->Register(nullptr);
+  previous_window_ = previous;
+  auto window = vtkSmartPointer<CollectingWindow>::New();
+  window->messages = this;
+  vtkOutputWindow::SetInstance(window);
+}
+
+VtkMessages::~VtkMessages() {
+  auto* previous = static_cast<vtkOutputWindow*>(previous_window_);
+  vtkOutputWindow::SetInstance(previous);
+  previous->UnRegister(nullptr);
+}
+
+void VtkMessages::watch(vtkObject* object) {
+  auto command = vtkSmartPointer<vtkCallbackCommand>::New();
+  command->SetClientData(this);
+  command->SetCallback(&VtkMessages::collect);
+  object->AddObserver("ErrorEvent", command);
+  object->AddObserver("WarningEvent", command);
+}
+
+void VtkMessages::collect(vtkObject*, unsigned long, void* self, void* text) {
+  if (text != nullptr) static_cast<VtkMessages*>(self)->text_ += static_cast<const char*>(text);
+}
+
+std::string VtkMessages::first() const {
+  // "ERROR: In file.cxx, line 12\nvtkClass (0x1234): what is wrong\n\n": only the last part speaks
+  // to a user.
+  std::string text = text_;
+  if (const auto mark = text.find("): "); mark != std::string::npos) text = text.substr(mark + 3);
+  if (const auto end = text.find('\n'); end != std::string::npos) text.resize(end);
+  return text;
+}
+
+}  // namespace tetraction

@@ -1,0 +1,31 @@
+// VTK reports errors as events and prints them; here they become texts that can be asked for.
+#pragma once
+
+#include <string>
+
+class vtkObject;
+
+namespace tetraction {
+
+/// While it lives, VTK prints nothing; errors and warnings of the watched objects, and those that
+/// VTK only sends to its output window, are collected.
+class VtkMessages {
+ public:
+  VtkMessages();
+  ~VtkMessages();
+  VtkMessages(const VtkMessages&) = delete;
+  VtkMessages& operator=(const VtkMessages&) = delete;
+
+  void watch(vtkObject* object);
+  bool empty() const { return text_.empty(); }
+  /// The first message, on one line.
+  std::string first() const;
+
+ private:
+  friend class CollectingWindow;
+  static void collect(vtkObject*, unsigned long, void* self, void* text);
+  std::string text_;
+  void* previous_window_;
+};
+
+}  // namespace tetraction

@@ -1,0 +1,14 @@
+// The scene in effect, as JSON.
+#pragma once
+
+#include <string>
+
+#include "tetraction/simulation/scene.h"
+
+namespace tetraction {
+
+/// The scene as JSON text with the names of the scene file: overrides applied, defaults filled in.
+/// What is absent or infinite is left out.
+std::string scene_echo(const Scene& scene);
+
+}  // namespace tetraction

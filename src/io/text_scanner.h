@@ -1,0 +1,47 @@
+// Walking through the text of a mesh file, with line numbers for messages and no way past its end.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+namespace tetraction {
+
+/// The whole file in memory. Throws FileError if it is missing or cannot be read.
+std::string read_file(const std::string& path);
+
+/// Reads tokens that are separated by white space.
+class TextScanner {
+ public:
+  TextScanner(std::string path, std::string_view text) : path_(std::move(path)), text_(text) {}
+
+  /// Throws FileError "path:line: what".
+  [[noreturn]] void fail(const std::string& what) const;
+
+  bool at_end();
+  /// The next token, or an error naming what was wanted if the file ends.
+  std::string_view token(const char* wanted);
+  std::int64_t integer(const char* wanted);
+  double real(const char* wanted);
+  /// A count of items that each take at least `least_bytes` of the rest of the file: what cannot be
+  /// there is refused before anything is allocated.
+  std::int64_t count(const char* wanted, std::int64_t least_bytes);
+  /// The rest of the line, without its end.
+  std::string_view line();
+  /// Refuses the rest of the line unless it is blank or a comment that begins with `comment`.
+  void skip_line() { line(); }
+  std::size_t position() const { return position_; }
+  void set_position(std::size_t position) { position_ = position; }
+  std::size_t remaining() const { return text_.size() - position_; }
+  std::string_view text() const { return text_; }
+  const std::string& path() const { return path_; }
+
+ private:
+  void skip_space();
+
+  std::string path_;
+  std::string_view text_;
+  std::size_t position_ = 0;
+};
+
+}  // namespace tetraction

@@ -1,0 +1,234 @@
+#include "toml_document.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "tetraction/core/error.h"
+
+namespace tetraction {
+namespace {
+
+constexpr const char* kExample = "write KEY=VALUE, for instance --set time.step=1e-3.";
+
+std::string file_text(const std::string& path) {
+  constexpr std::size_t kLargestScene = 64u << 20u;
+  std::error_code ignored;
+  if (std::filesystem::is_directory(path, ignored)) {
+    throw FileError(fmt::format("{}: this is a folder; name the scene file in it.", path));
+  }
+  errno = 0;
+  std::ifstream file(path, std::ios::binary);
+  if (!file) {
+    throw FileError(
+        fmt::format("{}: cannot read the scene: {}. Check the path and the permissions.", path,
+                    errno == 0 ? "unknown reason" : std::strerror(errno)));
+  }
+  std::string text;
+  std::vector<char> buffer(1u << 16u);
+  while (file) {
+    file.read(buffer.data(), static_cast<std::streamsize>(buffer.size()));
+    text.append(buffer.data(), static_cast<std::size_t>(file.gcount()));
+    if (text.size() > kLargestScene) {
+      throw FileError(
+          fmt::format("{}: larger than 64 MiB, which no scene is; is it a mesh?", path));
+    }
+  }
+  if (file.bad()) {
+    throw FileError(fmt::format("{}: reading broke off: {}.", path, std::strerror(errno)));
+  }
+  return text;
+}
+
+std::string trimmed(std::string_view text) {
+  const auto first = text.find_first_not_of(" \t");
+  if (first == std::string_view::npos) return {};
+  return std::string(text.substr(first, text.find_last_not_of(" \t") - first + 1));
+}
+
+// Values are parsed as one-key documents, which gives them the override as their source.
+std::optional<toml::table> parse_value(const std::string& text, const std::string& source) {
+  try {
+    toml::table table = toml::parse("value = " + text, source);
+    if (table.size() == 1) return table;
+  } catch (const toml::parse_error&) {
+  }
+  return std::nullopt;
+}
+
+std::string quoted(const std::string& word) {
+  std::string text = "\"";
+  for (const char c : word) {
+    if (c == '"' || c == '\\') text += '\\';
+    text += c;
+  }
+  return text + "\"";
+}
+
+// The value of an override: TOML, or a bare word as a string.
+toml::table override_value(const std::string& text, const std::string& source) {
+  if (text.empty()) throw InputError(source + ": the value is missing; " + kExample);
+  if (auto table = parse_value(text, source)) return std::move(*table);
+  const bool looks_like_toml = std::strchr("[{\"'", text.front()) != nullptr;
+  if (!looks_like_toml && text.find('\n') == std::string::npos) {
+    if (auto table = parse_value(quoted(text), source)) return std::move(*table);
+  }
+  throw InputError(fmt::format(
+      "{}: the value is not TOML; write a number, true, a word, or something like [0, 1, 2] or "
+      "{{ all = true }}, in quotes for the shell.",
+      source));
+}
+
+std::optional<std::size_t> as_index(std::string_view segment) {
+  std::size_t index = 0;
+  const char* end = segment.data() + segment.size();
+  const auto [stop, error] = std::from_chars(segment.data(), end, index);
+  if (segment.empty() || error != std::errc() || stop != end) return std::nullopt;
+  return index;
+}
+
+std::vector<std::string> split_key(const std::string& key, const std::string& source) {
+  std::vector<std::string> segments(1);
+  for (const char c : key) {
+    if (c == '.') {
+      segments.emplace_back();
+    } else {
+      segments.back() += c;
+    }
+  }
+  for (std::string& segment : segments) {
+    segment = trimmed(segment);
+    if (segment.empty()) throw InputError(source + ": a part of the key is empty; " + kExample);
+  }
+  return segments;
+}
+
+// Puts `value` (the only value of that table) at one segment below `parent`.
+void put(toml::node& parent, const std::string& segment, toml::table value,
+         const std::string& where, const std::string& source) {
+  value.begin()->second.visit([&](auto& node) {
+    if (toml::table* table = parent.as_table()) {
+      table->insert_or_assign(toml::key(segment, node.source()), std::move(node));
+      return;
+    }
+    toml::array* array = parent.as_array();
+    if (array == nullptr) {
+      throw InputError(
+          fmt::format("{}: {} is {}, so it has no {}.", source, where, kind_of(parent), segment));
+    }
+    const auto index = as_index(segment);
+    if (!index || *index > array->size()) {
+      throw InputError(fmt::format(
+          "{0}: {1} is a list with {2} entries; write {1}.0 for the first, {1}.{2} to add one.",
+          source, where, array->size()));
+    }
+    if (*index == array->size()) {
+      array->push_back(std::move(node));
+    } else {
+      array->replace(array->cbegin() + static_cast<std::ptrdiff_t>(*index), std::move(node));
+    }
+  });
+}
+
+toml::node* child(toml::node& parent, const std::string& segment) {
+  if (toml::table* table = parent.as_table()) return table->get(segment);
+  if (toml::array* array = parent.as_array()) {
+    const auto index = as_index(segment);
+    return index ? array->get(*index) : nullptr;
+  }
+  return nullptr;
+}
+
+}  // namespace
+
+TomlDocument::TomlDocument(const std::string& path, const std::vector<std::string>& overrides)
+    : path_(path) {
+  const std::string text = file_text(path);
+  try {
+    root_ = toml::parse(text, path);
+  } catch (const toml::parse_error& error) {
+    throw InputError(
+        fmt::format("{}: not valid TOML: {}", place_of(error.source()), error.description()));
+  }
+  for (const std::string& text_of_override : overrides) apply(text_of_override);
+}
+
+void TomlDocument::apply(const std::string& override_text) {
+  const std::string source = "--set " + override_text;
+  const auto equals = override_text.find('=');
+  if (equals == std::string::npos) throw InputError(fmt::format("{}: {}", source, kExample));
+  const std::vector<std::string> segments =
+      split_key(trimmed(override_text.substr(0, equals)), source);
+  toml::table value = override_value(trimmed(override_text.substr(equals + 1)), source);
+
+  toml::node* node = &root_;
+  std::string where;
+  for (std::size_t i = 0; i + 1 < segments.size(); ++i) {
+    toml::node* next = child(*node, segments[i]);
+    if (next == nullptr) {
+      // What is not there yet is made: a list where a number follows, else a table.
+      put(*node, segments[i], *parse_value(as_index(segments[i + 1]) ? "[]" : "{}", source), where,
+          source);
+      next = child(*node, segments[i]);
+    }
+    where += (where.empty() ? "" : ".") + segments[i];
+    node = next;
+  }
+  put(*node, segments.back(), std::move(value), where, source);
+}
+
+bool TomlDocument::is_override(const toml::node& node) const {
+  const auto& path = node.source().path;
+  return path && *path != path_;
+}
+
+std::string TomlDocument::place_of(const toml::source_region& source) const {
+  if (source.path && *source.path != path_) return *source.path;
+  // The root table and what was not read from text have no line.
+  const auto line = std::max<toml::source_index>(source.begin.line, 1);
+  const auto column = std::max<toml::source_index>(source.begin.column, 1);
+  return fmt::format("{}:{}:{}", path_, line, column);
+}
+
+std::string TomlDocument::place_of(const toml::node& node) const {
+  return place_of(node.source());
+}
+
+std::string TomlDocument::place_of(const toml::table& table, std::string_view key) const {
+  const auto found = table.find(key);
+  if (found == table.end()) return place_of(table);
+  // A key of the file whose value was overridden keeps its line, but the override is to blame.
+  if (is_override(found->second) || found->first.source().begin.line == 0) {
+    return place_of(found->second);
+  }
+  return place_of(found->first.source());
+}
+
+std::string_view kind_of(const toml::node& node) {
+  switch (node.type()) {
+    case toml::node_type::table:
+      return "a table";
+    case toml::node_type::array:
+      return "a list";
+    case toml::node_type::string:
+      return "a string";
+    case toml::node_type::integer:
+      return "a whole number";
+    case toml::node_type::floating_point:
+      return "a number";
+    case toml::node_type::boolean:
+      return "true or false";
+    default:
+      return "a date or time";
+  }
+}
+
+}  // namespace tetraction

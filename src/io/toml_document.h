@@ -1,0 +1,39 @@
+// A TOML file with KEY=VALUE overrides applied, which knows where each value came from.
+#pragma once
+
+#include <toml++/toml.h>
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace tetraction {
+
+/// The tree of a TOML file and the places of its values, "FILE:LINE:COLUMN" or, for a value that an
+/// override brought in, "--set KEY=VALUE".
+class TomlDocument {
+ public:
+  /// Throws FileError if the file cannot be read, InputError for syntax errors and overrides that
+  /// are malformed or do not fit the tree.
+  TomlDocument(const std::string& path, const std::vector<std::string>& overrides);
+
+  const toml::table& root() const { return root_; }
+  /// The place of a table or a value.
+  std::string place_of(const toml::node& node) const;
+  /// The place of a key of a table: the key itself, which stands left of its value.
+  std::string place_of(const toml::table& table, std::string_view key) const;
+  /// Whether an override brought in the value.
+  bool is_override(const toml::node& node) const;
+
+ private:
+  std::string place_of(const toml::source_region& source) const;
+  void apply(const std::string& override_text);
+
+  std::string path_;
+  toml::table root_;
+};
+
+/// "a string", "a number", "a table", …: what a value is, for messages.
+std::string_view kind_of(const toml::node& node);
+
+}  // namespace tetraction

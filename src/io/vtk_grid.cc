@@ -1,0 +1,96 @@
+#include "vtk_grid.h"
+
+#include <fmt/format.h>
+#include <vtkCellArray.h>
+#include <vtkCellData.h>
+#include <vtkCellType.h>
+#include <vtkDoubleArray.h>
+#include <vtkIntArray.h>
+#include <vtkPointData.h>
+#include <vtkPoints.h>
+#include <vtkTypeInt64Array.h>
+#include <vtkUnstructuredGrid.h>
+#include <vtkXMLUnstructuredGridWriter.h>
+
+#include <cstdio>
+#include <filesystem>
+
+#include "quiet_vtk.h"
+#include "tetraction/core/error.h"
+
+namespace tetraction {
+namespace {
+
+vtkSmartPointer<vtkDataArray> id_array(const char* name, const std::vector<std::int64_t>& ids) {
+  auto array = vtkSmartPointer<vtkTypeInt64Array>::New();
+  array->SetName(name);
+  array->SetNumberOfTuples(static_cast<vtkIdType>(ids.size()));
+  for (std::size_t i = 0; i < ids.size(); ++i) array->SetValue(static_cast<vtkIdType>(i), ids[i]);
+  return array;
+}
+
+}  // namespace
+
+vtkSmartPointer<vtkUnstructuredGrid> make_grid(const TetMesh& mesh) {
+  auto points = vtkSmartPointer<vtkPoints>::New();
+  points->SetDataTypeToDouble();
+  points->SetNumberOfPoints(mesh.vertex_count());
+  for (Index v = 0; v < mesh.vertex_count(); ++v) {
+    points->SetPoint(v, mesh.vertices[static_cast<std::size_t>(v)].data());
+  }
+  auto cells = vtkSmartPointer<vtkCellArray>::New();
+  cells->AllocateExact(mesh.tetrahedron_count(), 4 * mesh.tetrahedron_count());
+  for (const auto& t : mesh.tetrahedra) {
+    const std::array<vtkIdType, 4> ids{t[0], t[1], t[2], t[3]};
+    cells->InsertNextCell(4, ids.data());
+  }
+  auto grid = vtkSmartPointer<vtkUnstructuredGrid>::New();
+  grid->SetPoints(points);
+  grid->SetCells(VTK_TETRA, cells);
+  grid->GetPointData()->AddArray(id_array("vertex_id", mesh.vertex_ids));
+  grid->GetCellData()->AddArray(id_array("element_id", mesh.tetrahedron_ids));
+  return grid;
+}
+
+vtkSmartPointer<vtkDataArray> make_array(const std::string& name, const Matrix& values,
+                                         bool integral) {
+  vtkSmartPointer<vtkDataArray> array;
+  if (integral) {
+    array = vtkSmartPointer<vtkIntArray>::New();
+  } else {
+    array = vtkSmartPointer<vtkDoubleArray>::New();
+  }
+  array->SetName(name.c_str());
+  array->SetNumberOfComponents(static_cast<int>(values.rows()));
+  array->SetNumberOfTuples(values.cols());
+  for (Index i = 0; i < values.cols(); ++i) array->SetTuple(i, values.col(i).data());
+  if (values.rows() == 6) {
+    constexpr const char* kComponents[] = {"XX", "YY", "ZZ", "XY", "YZ", "XZ"};
+    for (int c = 0; c < 6; ++c) array->SetComponentName(c, kComponents[c]);
+  }
+  return array;
+}
+
+void write_vtu(vtkUnstructuredGrid* grid, const std::string& path) {
+  const std::string temporary = path + ".part";
+  VtkMessages messages;
+  auto writer = vtkSmartPointer<vtkXMLUnstructuredGridWriter>::New();
+  messages.watch(writer);
+  writer->SetFileName(temporary.c_str());
+  writer->SetInputData(grid);
+  writer->SetDataModeToAppended();
+  writer->EncodeAppendedDataOff();
+  writer->SetCompressorTypeToZLib();
+  writer->SetHeaderTypeToUInt64();
+  const bool written = writer->Write() == 1 && writer->GetErrorCode() == 0 && messages.empty();
+  std::error_code error;
+  if (written) std::filesystem::rename(temporary, path, error);
+  if (!written || error) {
+    std::remove(temporary.c_str());
+    throw OutputError(fmt::format(
+        "{}: cannot be written{}. Check the directory's permissions and the free space.", path,
+        error ? " (" + error.message() + ")" : ""));
+  }
+}
+
+}  // namespace tetraction

@@ -1,0 +1,321 @@
+#include "vtk_reader.h"
+
+#include <fmt/format.h>
+#include <vtkCellData.h>
+#include <vtkCellType.h>
+#include <vtkDataArray.h>
+#include <vtkIdList.h>
+#include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkUnstructuredGrid.h>
+#include <vtkUnstructuredGridReader.h>
+#include <vtkXMLUnstructuredGridReader.h>
+
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <unordered_set>
+
+#include "byte_stream.h"
+#include "guarded_process.h"
+#include "quiet_vtk.h"
+#include "tetraction/core/error.h"
+#include "text_scanner.h"
+
+namespace tetraction {
+namespace {
+
+constexpr const char* kNotThat = "the file cannot be read as a VTK unstructured grid";
+
+CellType cell_type(int vtk) {
+  switch (vtk) {
+    case VTK_VERTEX:
+    case VTK_POLY_VERTEX:
+      return CellType::kVertex;
+    case VTK_LINE:
+    case VTK_POLY_LINE:
+    case VTK_QUADRATIC_EDGE:
+      return CellType::kLine;
+    case VTK_TRIANGLE:
+    case VTK_TRIANGLE_STRIP:
+    case VTK_QUADRATIC_TRIANGLE:
+      return CellType::kTriangle;
+    case VTK_QUAD:
+    case VTK_PIXEL:
+    case VTK_QUADRATIC_QUAD:
+      return CellType::kQuadrilateral;
+    case VTK_TETRA:
+      return CellType::kTetrahedron;
+    case VTK_QUADRATIC_TETRA:
+    case VTK_HIGHER_ORDER_TETRAHEDRON:
+    case VTK_LAGRANGE_TETRAHEDRON:
+      return CellType::kQuadraticTetrahedron;
+    case VTK_HEXAHEDRON:
+    case VTK_VOXEL:
+    case VTK_QUADRATIC_HEXAHEDRON:
+      return CellType::kHexahedron;
+    case VTK_WEDGE:
+    case VTK_QUADRATIC_WEDGE:
+      return CellType::kWedge;
+    case VTK_PYRAMID:
+    case VTK_QUADRATIC_PYRAMID:
+      return CellType::kPyramid;
+    default:
+      return CellType::kOther;
+  }
+}
+
+// What the file itself says it holds, as far as a header in plain text tells; −1 where it does not.
+struct Announced {
+  std::int64_t points = -1;
+  std::int64_t cells = -1;
+};
+
+std::int64_t attribute(const std::string& text, const char* name) {
+  const auto found = text.find(fmt::format("{}=\"", name));
+  if (found == std::string::npos) return -1;
+  try {
+    return std::stoll(text.substr(found + std::string(name).size() + 2, 20));
+  } catch (const std::exception&) {
+    return -1;
+  }
+}
+
+// Refuses what can be told from the text of the file, before VTK sees it.
+Announced check_text(const std::string& path, const std::string& text, bool xml) {
+  if (xml) {
+    if (text.find("<VTKFile") == std::string::npos ||
+        text.find("UnstructuredGrid") == std::string::npos) {
+      throw FileError(path + ": is not a VTU file (no <VTKFile type=\"UnstructuredGrid\">).");
+    }
+    if (text.rfind("</VTKFile>") == std::string::npos) {
+      throw FileError(path + ": the file is truncated (it has no </VTKFile>). Write it anew.");
+    }
+    return {attribute(text, "NumberOfPoints"), attribute(text, "NumberOfCells")};
+  }
+  const auto value_after = [&](const char* keyword) -> std::int64_t {
+    const auto found = text.find(fmt::format("\n{} ", keyword));
+    if (found == std::string::npos) return -1;
+    try {
+      return std::stoll(text.substr(found + std::string(keyword).size() + 2, 20));
+    } catch (const std::exception&) {
+      return -1;
+    }
+  };
+  if (text.rfind("# vtk DataFile", 0) != 0) {
+    throw FileError(path + ": is not a legacy VTK file (no \"# vtk DataFile\" in its first line).");
+  }
+  if (text.find("DATASET UNSTRUCTURED_GRID") == std::string::npos) {
+    throw FileError(path + ": does not hold an unstructured grid, the only VTK data set that can "
+                           "carry tetrahedra.");
+  }
+  return {value_after("POINTS"), value_after("CELL_TYPES")};
+}
+
+// ---- in the child ------------------------------------------------------------------------------
+
+// The integers of an array, if it is an array of that many integers.
+std::vector<std::int64_t> integers(vtkDataArray* array, vtkIdType count) {
+  std::vector<std::int64_t> values;
+  if (array == nullptr || array->GetNumberOfComponents() != 1 ||
+      array->GetNumberOfTuples() != count) {
+    return values;
+  }
+  for (vtkIdType i = 0; i < count; ++i) {
+    const double value = array->GetTuple1(i);
+    if (value != std::floor(value) || std::abs(value) > 9e15) return {};
+    values.push_back(static_cast<std::int64_t>(value));
+  }
+  return values;
+}
+
+std::string encode(vtkUnstructuredGrid* grid, const std::string& error) {
+  ByteWriter out;
+  out.put_text(error);
+  const vtkIdType points = grid->GetNumberOfPoints();
+  const vtkIdType cells = grid->GetNumberOfCells();
+  std::vector<double> coordinates(3 * static_cast<std::size_t>(points));
+  for (vtkIdType i = 0; i < points; ++i) {
+    grid->GetPoint(i, coordinates.data() + 3 * static_cast<std::size_t>(i));
+  }
+  out.put_all(coordinates.data(), coordinates.size());
+  std::vector<std::int32_t> types;
+  std::vector<std::int64_t> connectivity;
+  std::vector<std::int64_t> ends;
+  vtkNew<vtkIdList> ids;
+  for (vtkIdType c = 0; c < cells; ++c) {
+    types.push_back(grid->GetCellType(c));
+    grid->GetCellPoints(c, ids);
+    for (vtkIdType i = 0; i < ids->GetNumberOfIds(); ++i) connectivity.push_back(ids->GetId(i));
+    ends.push_back(static_cast<std::int64_t>(connectivity.size()));
+  }
+  out.put_all(types.data(), types.size());
+  out.put_all(connectivity.data(), connectivity.size());
+  out.put_all(ends.data(), ends.size());
+  vtkPointData* point_data = grid->GetPointData();
+  vtkCellData* cell_data = grid->GetCellData();
+  for (const auto& values : {integers(point_data->GetArray("vertex_id"), points),
+                             integers(cell_data->GetArray("element_id"), cells),
+                             integers(cell_data->GetArray("region"), cells)}) {
+    out.put_all(values.data(), values.size());
+  }
+  std::vector<vtkDataArray*> arrays;
+  for (int a = 0; a < point_data->GetNumberOfArrays(); ++a) {
+    vtkDataArray* array = point_data->GetArray(a);
+    if (array == nullptr || array->GetName() == nullptr) continue;
+    const bool real = array->GetDataType() == VTK_FLOAT || array->GetDataType() == VTK_DOUBLE;
+    if (real && array->GetNumberOfTuples() == points && array->GetNumberOfComponents() <= 9) {
+      arrays.push_back(array);
+    }
+  }
+  out.put<std::uint64_t>(arrays.size());
+  for (vtkDataArray* array : arrays) {
+    out.put_text(array->GetName());
+    const int components = array->GetNumberOfComponents();
+    out.put<std::int32_t>(components);
+    std::vector<double> values(static_cast<std::size_t>(components * points));
+    for (vtkIdType i = 0; i < points; ++i) {
+      array->GetTuple(i, values.data() + static_cast<std::size_t>(components * i));
+    }
+    out.put_all(values.data(), values.size());
+  }
+  return out.bytes();
+}
+
+std::string read_in_child(const std::string& path, bool xml) {
+  VtkMessages messages;
+  vtkNew<vtkXMLUnstructuredGridReader> xml_reader;
+  vtkNew<vtkUnstructuredGridReader> legacy_reader;
+  vtkUnstructuredGrid* grid = nullptr;
+  if (xml) {
+    messages.watch(xml_reader);
+    xml_reader->SetFileName(path.c_str());
+    xml_reader->Update();
+    grid = xml_reader->GetOutput();
+  } else {
+    messages.watch(legacy_reader);
+    legacy_reader->SetFileName(path.c_str());
+    legacy_reader->ReadAllScalarsOn();
+    legacy_reader->ReadAllVectorsOn();
+    legacy_reader->ReadAllFieldsOn();
+    legacy_reader->Update();
+    grid = legacy_reader->GetOutput();
+  }
+  return encode(grid, messages.empty() ? "" : "VTK: " + messages.first());
+}
+
+// ---- in the parent -----------------------------------------------------------------------------
+
+bool distinct(const std::vector<std::int64_t>& ids) {
+  return std::unordered_set<std::int64_t>(ids.begin(), ids.end()).size() == ids.size();
+}
+
+class Decoder {
+ public:
+  Decoder(const std::string& path, const std::string& bytes) : path_(path), in_(bytes) {}
+
+  RawMesh decode(const Announced& announced) {
+    if (const std::string error = in_.get_text(); !error.empty()) refuse(error);
+    const auto coordinates = in_.get_all<double>();
+    const auto types = in_.get_all<std::int32_t>();
+    const auto connectivity = in_.get_all<std::int64_t>();
+    const auto ends = in_.get_all<std::int64_t>();
+    const auto vertex_ids = in_.get_all<std::int64_t>();
+    const auto element_ids = in_.get_all<std::int64_t>();
+    const auto regions = in_.get_all<std::int64_t>();
+    const std::size_t points = coordinates.size() / 3;
+    if (!in_.good() || ends.size() != types.size()) refuse("its parts do not fit together");
+    check_count("points", announced.points, points);
+    check_count("cells", announced.cells, types.size());
+
+    RawMesh mesh;
+    mesh.source = path_;
+    for (std::size_t i = 0; i < points; ++i) {
+      mesh.vertices.emplace_back(coordinates[3 * i], coordinates[3 * i + 1], coordinates[3 * i + 2]);
+      mesh.vertex_ids.push_back(static_cast<std::int64_t>(i));
+    }
+    // The file's own numbers, should it carry them.
+    if (vertex_ids.size() == points && distinct(vertex_ids)) mesh.vertex_ids = vertex_ids;
+    const bool own_elements = element_ids.size() == types.size() && distinct(element_ids);
+    std::int64_t begin = 0;
+    for (std::size_t c = 0; c < types.size(); ++c) {
+      RawCell cell;
+      cell.type = cell_type(types[c]);
+      cell.id = own_elements ? element_ids[c] : static_cast<std::int64_t>(c);
+      if (regions.size() == types.size()) cell.region = region(regions[c], cell.id);
+      for (std::int64_t i = begin; i < ends[c]; ++i) {
+        const std::int64_t point = connectivity.at(static_cast<std::size_t>(i));
+        if (point < 0 || point >= static_cast<std::int64_t>(points)) {
+          refuse(fmt::format("cell {} refers to point {}, but there are only {} points", cell.id,
+                             point, points));
+        }
+        cell.vertices.push_back(mesh.vertex_ids[static_cast<std::size_t>(point)]);
+      }
+      begin = ends[c];
+      mesh.cells.push_back(std::move(cell));
+    }
+    read_point_arrays(mesh, points);
+    return mesh;
+  }
+
+ private:
+  [[noreturn]] void refuse(const std::string& what) const {
+    throw FileError(fmt::format("{}: {}: {}.", path_, kNotThat, what));
+  }
+
+  void check_count(const char* what, std::int64_t announced, std::size_t found) const {
+    if (announced >= 0 && announced != static_cast<std::int64_t>(found)) {
+      refuse(fmt::format("it announces {} {} and holds {}", announced, what, found));
+    }
+  }
+
+  int region(std::int64_t value, std::int64_t cell) const {
+    if (value < std::numeric_limits<int>::min() || value > std::numeric_limits<int>::max()) {
+      refuse(fmt::format("the region {} of cell {} is too large", value, cell));
+    }
+    return static_cast<int>(value);
+  }
+
+  void read_point_arrays(RawMesh& mesh, std::size_t points) {
+    const auto arrays = in_.get<std::uint64_t>();
+    for (std::uint64_t a = 0; a < arrays && in_.good(); ++a) {
+      const std::string name = in_.get_text();
+      const auto components = in_.get<std::int32_t>();
+      const auto values = in_.get_all<double>();
+      if (!in_.good() || components < 1 ||
+          values.size() != static_cast<std::size_t>(components) * points) {
+        refuse("its point data do not fit");
+      }
+      mesh.point_arrays[name] =
+          Eigen::Map<const Matrix>(values.data(), components, static_cast<Index>(points));
+    }
+  }
+
+  const std::string& path_;
+  ByteReader in_;
+};
+
+}  // namespace
+
+RawMesh read_vtk_mesh(const std::string& path) {
+  const std::string extension = std::filesystem::path(path).extension().string();
+  const bool xml = extension != ".vtk" && extension != ".VTK";
+  std::size_t size = 0;
+  Announced announced;
+  {
+    const std::string text = read_file(path);
+    size = text.size();
+    announced = check_text(path, text, xml);
+  }
+  GuardLimits limits;
+  limits.seconds = 20.0 + static_cast<double>(size) / 2e6;
+  limits.memory = (std::size_t{1} << 30) + 100 * size;
+  const GuardResult result = run_guarded([&] { return read_in_child(path, xml); }, limits);
+  if (!result.finished) {
+    throw FileError(fmt::format("{}: {}: VTK's reader {} on it. The file is broken; write it anew.",
+                                path, kNotThat, result.failure));
+  }
+  return Decoder(path, result.bytes).decode(announced);
+}
+
+}  // namespace tetraction

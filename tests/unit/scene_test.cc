@@ -1,0 +1,153 @@
+#include "tetraction/simulation/scene.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "tetraction/core/error.h"
+
+namespace tetraction {
+namespace {
+
+std::string refusal(const MaterialSettings& settings) {
+  try {
+    make_material(settings);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+MaterialSettings settings_of(const std::string& model) {
+  MaterialSettings settings;
+  settings.model = model;
+  return settings;
+}
+
+bool mentions(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+TEST(IntegratorNames, AreInvertible) {
+  for (const Integrator integrator : {Integrator::kExplicit, Integrator::kVerlet,
+                                      Integrator::kMidpoint, Integrator::kBackwardEuler}) {
+    EXPECT_EQ(integrator_from_string(to_string(integrator)), integrator);
+  }
+  EXPECT_EQ(to_string(Integrator::kBackwardEuler), "backward-euler");
+}
+
+TEST(IntegratorNames, UnknownOnesAreRefusedWithTheKnown) {
+  for (const char* name : {"", "Explicit", "rk4", "energy-momentum"}) {
+    try {
+      integrator_from_string(name);
+      ADD_FAILURE() << name;
+    } catch (const InputError& error) {
+      for (const char* known : {"explicit", "verlet", "midpoint", "backward-euler"}) {
+        EXPECT_TRUE(mentions(error.what(), known)) << error.what();
+      }
+    }
+  }
+}
+
+TEST(IntegratorKinds, AreAsThePhysicsSays) {
+  EXPECT_FALSE(is_implicit(Integrator::kExplicit));
+  EXPECT_FALSE(is_implicit(Integrator::kVerlet));
+  EXPECT_TRUE(is_implicit(Integrator::kMidpoint));
+  EXPECT_TRUE(is_implicit(Integrator::kBackwardEuler));
+  EXPECT_TRUE(is_variational(Integrator::kExplicit));
+  EXPECT_TRUE(is_variational(Integrator::kVerlet));
+  EXPECT_TRUE(is_variational(Integrator::kMidpoint));
+  EXPECT_FALSE(is_variational(Integrator::kBackwardEuler));
+}
+
+TEST(MakeMaterial, TakesYoungAndPoisson) {
+  for (const char* model : {"stvk", "neo-hookean"}) {
+    MaterialSettings settings = settings_of(model);
+    settings.youngs_modulus = 2.6;
+    settings.poissons_ratio = 0.3;
+    const MaterialModel material = make_material(settings);
+    EXPECT_EQ(material_name(material), model);
+    EXPECT_DOUBLE_EQ(initial_lame(material).mu, 1.0);
+    EXPECT_DOUBLE_EQ(initial_lame(material).lambda, 1.5);
+  }
+}
+
+TEST(MakeMaterial, TakesLameParameters) {
+  for (const char* model : {"stvk", "neo-hookean"}) {
+    MaterialSettings settings = settings_of(model);
+    settings.mu = 3.0;
+    settings.lambda = 4.0;
+    const MaterialModel material = make_material(settings);
+    EXPECT_EQ(material_name(material), model);
+    EXPECT_EQ(initial_lame(material).mu, 3.0);
+    EXPECT_EQ(initial_lame(material).lambda, 4.0);
+  }
+}
+
+TEST(MakeMaterial, TakesMooneyRivlinEitherWay) {
+  MaterialSettings moduli = settings_of("mooney-rivlin");
+  moduli.mu1 = 0.75;
+  moduli.mu2 = 0.25;
+  moduli.lambda = 1.0;
+  EXPECT_EQ(material_name(make_material(moduli)), "mooney-rivlin");
+  EXPECT_EQ(initial_lame(make_material(moduli)).lambda, 1.5);
+
+  MaterialSettings young = settings_of("mooney-rivlin");
+  young.youngs_modulus = 2.6;
+  young.poissons_ratio = 0.3;
+  young.ratio = 1.0 / 3.0;
+  const Matrix3 f = Vector3(1.5, 0.8, 1.0).asDiagonal();
+  const auto energy = [&f](const MaterialSettings& settings) {
+    return std::get<MooneyRivlin>(make_material(settings)).energy_density(f);
+  };
+  EXPECT_NEAR(energy(young), energy(moduli), 1e-14);
+}
+
+TEST(MakeMaterial, SaysWhichParameterIsMissing) {
+  MaterialSettings settings = settings_of("neo-hookean");
+  settings.youngs_modulus = 1e6;
+  EXPECT_TRUE(mentions(refusal(settings), "material.poissons_ratio is missing"))
+      << refusal(settings);
+  settings.youngs_modulus.reset();
+  settings.mu = 1e6;
+  EXPECT_TRUE(mentions(refusal(settings), "material.lambda is missing")) << refusal(settings);
+  settings = settings_of("mooney-rivlin");
+  settings.youngs_modulus = 1e6;
+  settings.poissons_ratio = 0.3;
+  EXPECT_TRUE(mentions(refusal(settings), "material.ratio is missing")) << refusal(settings);
+  settings = settings_of("mooney-rivlin");
+  settings.mu1 = 1.0;
+  settings.lambda = 1.0;
+  EXPECT_TRUE(mentions(refusal(settings), "material.mu2 is missing")) << refusal(settings);
+  EXPECT_TRUE(mentions(refusal(settings_of("stvk")), "is missing"));
+}
+
+TEST(MakeMaterial, RefusesMixtures) {
+  MaterialSettings settings = settings_of("stvk");
+  settings.youngs_modulus = 1e6;
+  settings.poissons_ratio = 0.3;
+  settings.mu = 1e5;
+  EXPECT_TRUE(mentions(refusal(settings), "material.mu does not go with")) << refusal(settings);
+  settings = settings_of("stvk");
+  settings.mu = 1e6;
+  settings.lambda = 1e6;
+  settings.ratio = 1.0;
+  EXPECT_TRUE(mentions(refusal(settings), "material.ratio does not go with")) << refusal(settings);
+  settings = settings_of("mooney-rivlin");
+  settings.mu = 1e6;
+  settings.lambda = 1e6;
+  EXPECT_TRUE(mentions(refusal(settings), "material.mu does not go with")) << refusal(settings);
+}
+
+TEST(MakeMaterial, ChecksTheValues) {
+  MaterialSettings settings = settings_of("neo-hookean");
+  settings.mu = 1.0;
+  settings.lambda = -0.7;
+  EXPECT_TRUE(mentions(refusal(settings), "lambda")) << refusal(settings);
+  settings.lambda = -0.6;
+  EXPECT_EQ(refusal(settings), "accepted");
+  EXPECT_TRUE(mentions(refusal(settings_of("steel")), "\"steel\""));
+}
+
+}  // namespace
+}  // namespace tetraction
