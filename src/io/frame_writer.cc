@@ -21,14 +21,23 @@ struct FrameWriter::Impl {
   std::string entries;                        // of the collection
   Index count = 0;
 
+  static void check(const FrameField& field, vtkIdType tuples) {
+    if (field.values.cols() != tuples || field.values.rows() < 1) {
+      throw InputError(fmt::format("frame array \"{}\" has {} x {} values for {} places.",
+                                   field.name, field.values.rows(), field.values.cols(), tuples));
+    }
+  }
+
   // The shared grid with the frame's arrays on it.
   vtkSmartPointer<vtkUnstructuredGrid> filled(const Frame& frame) const {
     auto result = vtkSmartPointer<vtkUnstructuredGrid>::New();
     result->ShallowCopy(grid);
     for (const FrameField& field : frame.point_fields) {
+      check(field, grid->GetNumberOfPoints());
       result->GetPointData()->AddArray(make_array(field.name, field.values, field.integral));
     }
     for (const FrameField& field : frame.cell_fields) {
+      check(field, grid->GetNumberOfCells());
       result->GetCellData()->AddArray(make_array(field.name, field.values, field.integral));
     }
     auto time = vtkSmartPointer<vtkDoubleArray>::New();
@@ -45,17 +54,21 @@ FrameWriter::FrameWriter(const TetMesh& mesh, const std::string& directory)
   impl_->directory = directory;
   impl_->grid = make_grid(mesh);
   const fs::path frames = fs::path(directory) / "frames";
-  std::error_code error;
-  fs::remove(fs::path(directory) / "frames.pvd", error);
-  fs::create_directories(frames, error);
-  if (error) {
-    throw OutputError(fmt::format("{}: cannot be made ({}). Choose another directory with --out.",
-                                  frames.string(), error.message()));
-  }
-  // Frames of an earlier run would pass for this one's.
-  for (const auto& entry : fs::directory_iterator(frames, error)) {
-    const std::string name = entry.path().filename().string();
-    if (name.rfind("frame_", 0) == 0) fs::remove(entry.path(), error);
+  try {
+    fs::create_directories(frames);
+    // Frames of an earlier run would pass for this one's.
+    fs::remove(fs::path(directory) / "frames.pvd");
+    std::vector<fs::path> old;
+    for (const auto& entry : fs::directory_iterator(frames)) {
+      const std::string name = entry.path().filename().string();
+      if (name.rfind("frame_", 0) == 0 && entry.path().extension() == ".vtu") {
+        old.push_back(entry.path());
+      }
+    }
+    for (const fs::path& file : old) fs::remove(file);
+  } catch (const fs::filesystem_error& error) {
+    throw OutputError(fmt::format("{}: cannot be made or emptied ({}). Choose another directory.",
+                                  frames.string(), error.code().message()));
   }
 }
 
@@ -78,6 +91,8 @@ void FrameWriter::write_single(const Frame& frame, const std::string& path) cons
   write_vtu(impl_->filled(frame), path);
 }
 
-Index FrameWriter::frame_count() const { return impl_->count; }
+Index FrameWriter::frame_count() const {
+  return impl_->count;
+}
 
 }  // namespace tetraction

@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <poll.h>
+#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -30,8 +31,8 @@ std::size_t address_space() {
   return pages * static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
 }
 
-void set_limit(__rlimit_resource resource, std::size_t value) {
-  const rlimit limit{value, value};
+void set_limit(__rlimit_resource resource, std::size_t value, std::size_t hard) {
+  const rlimit limit{value, hard};
   setrlimit(resource, &limit);
 }
 
@@ -47,12 +48,19 @@ void write_all(int descriptor, const char* data, std::size_t size) {
 
 [[noreturn]] void child(const std::function<std::string()>& work, const GuardLimits& limits,
                         int out) {
-  set_limit(RLIMIT_CORE, 0);
-  set_limit(RLIMIT_CPU, static_cast<std::size_t>(limits.seconds) + 1);
+  prctl(PR_SET_PDEATHSIG, SIGKILL);  // nobody would wait for it any more
+  set_limit(RLIMIT_CORE, 0, 0);
+  // Half of the time: a busy machine slows the clock, not the work. Below the hard limit the signal
+  // is SIGXCPU, which tells it from a crash.
+  const auto seconds = static_cast<std::size_t>(limits.seconds / 2) + 1;
+  set_limit(RLIMIT_CPU, seconds, seconds + 1);
 #ifndef __SANITIZE_ADDRESS__  // its shadow memory alone is terabytes of address space
-  set_limit(RLIMIT_AS, address_space() + limits.memory);
+  const std::size_t memory = address_space() + limits.memory;
+  set_limit(RLIMIT_AS, memory, memory);
 #endif
-  for (const int signal : {SIGSEGV, SIGBUS, SIGABRT, SIGFPE, SIGILL}) std::signal(signal, SIG_DFL);
+  for (const int signal : {SIGSEGV, SIGBUS, SIGABRT, SIGFPE, SIGILL, SIGXCPU}) {
+    std::signal(signal, SIG_DFL);
+  }
   const int null = open("/dev/null", O_WRONLY);
   dup2(null, STDERR_FILENO);
   dup2(null, STDOUT_FILENO);
@@ -98,9 +106,8 @@ GuardResult run_guarded(const std::function<std::string()>& work, const GuardLim
     return result;
   }
 
-  const auto deadline =
-      Clock::now() + std::chrono::duration_cast<Clock::duration>(
-                         std::chrono::duration<double>(limits.seconds));
+  const auto deadline = Clock::now() + std::chrono::duration_cast<Clock::duration>(
+                                           std::chrono::duration<double>(limits.seconds));
   std::string received;
   std::array<char, 65536> buffer{};
   bool late = false;
@@ -131,8 +138,8 @@ GuardResult run_guarded(const std::function<std::string()>& work, const GuardLim
   }
   std::uint64_t size = 0;
   if (received.size() >= sizeof(size)) std::memcpy(&size, received.data(), sizeof(size));
-  result.finished = WIFEXITED(status) && WEXITSTATUS(status) == 0 &&
-                    received.size() == sizeof(size) + size;
+  result.finished =
+      WIFEXITED(status) && WEXITSTATUS(status) == 0 && received.size() == sizeof(size) + size;
   if (result.finished) {
     result.bytes = received.substr(sizeof(size));
   } else {

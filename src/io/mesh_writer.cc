@@ -18,6 +18,7 @@
 #include "tetraction/core/error.h"
 #include "text_file.h"
 #include "vtk_grid.h"
+#include "vtk_header.h"
 
 namespace tetraction {
 namespace {
@@ -42,6 +43,8 @@ void write_legacy(const TetMesh& mesh, const std::string& path) {
   messages.watch(writer);
   writer->SetInputData(grid_with_data(mesh));
   writer->SetFileTypeToBinary();
+  writer->SetFileVersion(vtkUnstructuredGridWriter::VTK_LEGACY_READER_VERSION_4_2);
+  writer->SetHeader(kOwnLegacyTitle);
   writer->WriteToOutputStringOn();
   if (writer->Write() != 1 || !messages.empty()) {
     throw OutputError(path + ": VTK cannot write it: " + messages.first());
@@ -111,19 +114,20 @@ void write_gmsh(const TetMesh& mesh, const std::string& path) {
     append(text, "3 {} 4 {}\n", ++entity, members.size());
     for (const std::size_t e : members) {
       append(text, "{}", elements[e]);
-      for (const Index v : mesh.tetrahedra[e]) append(text, " {}", nodes[static_cast<std::size_t>(v)]);
+      for (const Index v : mesh.tetrahedra[e])
+        append(text, " {}", nodes[static_cast<std::size_t>(v)]);
       text += '\n';
     }
   }
   write_text_file(path, text + "$EndElements\n");
 }
 
-// TetGen and Vega want numbers in a row: from 0 if the file's begin there, else from 1.
+// TetGen wants numbers in a row: from 0 if the file's are that, else from 1.
 void write_tetgen(const TetMesh& mesh, const std::string& path) {
   const std::filesystem::path base(path);
   const Index first = mesh.vertex_ids.front() == 0 ? 0 : 1;
-  const bool regions = std::any_of(mesh.regions.begin(), mesh.regions.end(),
-                                   [](int region) { return region != 0; });
+  const bool regions =
+      std::any_of(mesh.regions.begin(), mesh.regions.end(), [](int region) { return region != 0; });
   std::string nodes = fmt::format("{} 3 0 0\n", mesh.vertex_count());
   for (Index v = 0; v < mesh.vertex_count(); ++v) {
     append(nodes, "{} {}\n", v + first, coordinates(mesh.vertices[static_cast<std::size_t>(v)]));
@@ -141,6 +145,18 @@ void write_tetgen(const TetMesh& mesh, const std::string& path) {
   write_text_file(std::filesystem::path(base).replace_extension(".ele").string(), elements);
 }
 
+// Elements as a comma-separated set, the way Vega writes them.
+void append_set(std::string& text, const std::string& name, const std::vector<Index>& elements) {
+  append(text, "\n*SET {}\n", name);
+  for (std::size_t i = 0; i < elements.size(); ++i) {
+    append(text, "{}{}", elements[i] + 1,
+           i + 1 == elements.size() ? "\n"
+           : i % 8 == 7             ? ",\n"
+                                    : ", ");
+  }
+}
+
+// Vega has numbers from 1 only, and regions without numbers: their order stands for them.
 void write_vega(const TetMesh& mesh, const std::string& path) {
   std::string text = fmt::format("# Vega mesh file.\n\n*VERTICES\n{} 3 0 0\n", mesh.vertex_count());
   for (Index v = 0; v < mesh.vertex_count(); ++v) {
@@ -151,6 +167,24 @@ void write_vega(const TetMesh& mesh, const std::string& path) {
     append(text, "{}", e + 1);
     for (const Index v : mesh.tetrahedra[static_cast<std::size_t>(e)]) append(text, " {}", v + 1);
     text += '\n';
+  }
+  for (const Group& group : mesh.groups) {
+    if (group.dimension == 3 && !group.tetrahedra.empty()) {
+      append_set(text, group.name, group.tetrahedra);
+    }
+  }
+  std::map<int, std::vector<Index>> regions;
+  for (std::size_t e = 0; e < mesh.regions.size(); ++e) {
+    regions[mesh.regions[e]].push_back(static_cast<Index>(e));
+  }
+  if (regions.size() > 1) {
+    // The format demands a material; this program takes its materials from the scene.
+    text += "\n*MATERIAL placeholder\nENU, 1000, 1000000, 0.45\n";
+    for (const auto& [region, elements] : regions) {
+      const std::string name = fmt::format("region_{}", region);
+      append_set(text, name, elements);
+      append(text, "\n*REGION\n{}, placeholder\n", name);
+    }
   }
   write_text_file(path, text);
 }
@@ -172,9 +206,10 @@ void write_mesh(const TetMesh& mesh, const std::string& path) {
   } else if (extension == ".veg") {
     write_vega(mesh, path);
   } else {
-    throw InputError(fmt::format("{}: the ending \"{}\" is not that of a mesh; .vtu .vtk .msh .node "
-                                 ".ele .veg are written.",
-                                 path, extension));
+    throw InputError(
+        fmt::format("{}: the ending \"{}\" is not that of a mesh; .vtu .vtk .msh .node "
+                    ".ele .veg are written.",
+                    path, extension));
   }
 }
 

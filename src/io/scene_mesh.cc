@@ -13,7 +13,7 @@ constexpr const char* kNeeded =
 
 // Which keys a generator takes depends on its kind, so the kind comes first.
 TomlTable generator_table(const TomlTable& mesh, GeneratorKind& kind) {
-  const TomlTable any = mesh.table("generate", {{"kind", "size", "cells"}});
+  TomlTable any = mesh.table("generate", {{"kind", "size", "cells"}});
   any.require("kind", "\"beam\", \"box\", \"cube\" or \"tetrahedron\".");
   std::string name;
   any.read("kind", name, {"beam", "box", "cube", "tetrahedron"});

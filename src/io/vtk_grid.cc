@@ -12,8 +12,11 @@
 #include <vtkUnstructuredGrid.h>
 #include <vtkXMLUnstructuredGridWriter.h>
 
+#include <array>
 #include <cstdio>
 #include <filesystem>
+#include <fstream>
+#include <string_view>
 
 #include "quiet_vtk.h"
 #include "tetraction/core/error.h"
@@ -27,6 +30,16 @@ vtkSmartPointer<vtkDataArray> id_array(const char* name, const std::vector<std::
   array->SetNumberOfTuples(static_cast<vtkIdType>(ids.size()));
   for (std::size_t i = 0; i < ids.size(); ++i) array->SetValue(static_cast<vtkIdType>(i), ids[i]);
   return array;
+}
+
+// VTK does not tell of a disk that fills up while the last bytes leave its buffer.
+bool ends_as_vtu(const std::string& path) {
+  constexpr std::string_view kEnd = "</VTKFile>\n";
+  std::ifstream file(path, std::ios::binary);
+  std::string tail(kEnd.size(), ' ');
+  file.seekg(-static_cast<std::streamoff>(kEnd.size()), std::ios::end);
+  file.read(tail.data(), static_cast<std::streamsize>(tail.size()));
+  return file && tail == kEnd;
 }
 
 }  // namespace
@@ -82,7 +95,8 @@ void write_vtu(vtkUnstructuredGrid* grid, const std::string& path) {
   writer->EncodeAppendedDataOff();
   writer->SetCompressorTypeToZLib();
   writer->SetHeaderTypeToUInt64();
-  const bool written = writer->Write() == 1 && writer->GetErrorCode() == 0 && messages.empty();
+  const bool written = writer->Write() == 1 && writer->GetErrorCode() == 0 && messages.empty() &&
+                       ends_as_vtu(temporary);
   std::error_code error;
   if (written) std::filesystem::rename(temporary, path, error);
   if (!written || error) {

@@ -1,16 +1,21 @@
 #include "vtk_reader.h"
 
 #include <fmt/format.h>
+#include <vtkCellArray.h>
 #include <vtkCellData.h>
 #include <vtkCellType.h>
 #include <vtkDataArray.h>
 #include <vtkIdList.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
+#include <vtkSMPTools.h>
+#include <vtkSmartPointer.h>
+#include <vtkTypeInt64Array.h>
 #include <vtkUnstructuredGrid.h>
 #include <vtkUnstructuredGridReader.h>
 #include <vtkXMLUnstructuredGridReader.h>
 
+#include <cctype>
 #include <cmath>
 #include <filesystem>
 #include <limits>
@@ -21,6 +26,7 @@
 #include "quiet_vtk.h"
 #include "tetraction/core/error.h"
 #include "text_scanner.h"
+#include "vtk_header.h"
 
 namespace tetraction {
 namespace {
@@ -49,6 +55,7 @@ CellType cell_type(int vtk) {
     case VTK_QUADRATIC_TETRA:
     case VTK_HIGHER_ORDER_TETRAHEDRON:
     case VTK_LAGRANGE_TETRAHEDRON:
+    case VTK_BEZIER_TETRAHEDRON:
       return CellType::kQuadraticTetrahedron;
     case VTK_HEXAHEDRON:
     case VTK_VOXEL:
@@ -65,73 +72,41 @@ CellType cell_type(int vtk) {
   }
 }
 
-// What the file itself says it holds, as far as a header in plain text tells; −1 where it does not.
-struct Announced {
-  std::int64_t points = -1;
-  std::int64_t cells = -1;
-};
-
-std::int64_t attribute(const std::string& text, const char* name) {
-  const auto found = text.find(fmt::format("{}=\"", name));
-  if (found == std::string::npos) return -1;
-  try {
-    return std::stoll(text.substr(found + std::string(name).size() + 2, 20));
-  } catch (const std::exception&) {
-    return -1;
-  }
-}
-
-// Refuses what can be told from the text of the file, before VTK sees it.
-Announced check_text(const std::string& path, const std::string& text, bool xml) {
-  if (xml) {
-    if (text.find("<VTKFile") == std::string::npos ||
-        text.find("UnstructuredGrid") == std::string::npos) {
-      throw FileError(path + ": is not a VTU file (no <VTKFile type=\"UnstructuredGrid\">).");
-    }
-    if (text.rfind("</VTKFile>") == std::string::npos) {
-      throw FileError(path + ": the file is truncated (it has no </VTKFile>). Write it anew.");
-    }
-    return {attribute(text, "NumberOfPoints"), attribute(text, "NumberOfCells")};
-  }
-  const auto value_after = [&](const char* keyword) -> std::int64_t {
-    const auto found = text.find(fmt::format("\n{} ", keyword));
-    if (found == std::string::npos) return -1;
-    try {
-      return std::stoll(text.substr(found + std::string(keyword).size() + 2, 20));
-    } catch (const std::exception&) {
-      return -1;
-    }
-  };
-  if (text.rfind("# vtk DataFile", 0) != 0) {
-    throw FileError(path + ": is not a legacy VTK file (no \"# vtk DataFile\" in its first line).");
-  }
-  if (text.find("DATASET UNSTRUCTURED_GRID") == std::string::npos) {
-    throw FileError(path + ": does not hold an unstructured grid, the only VTK data set that can "
-                           "carry tetrahedra.");
-  }
-  return {value_after("POINTS"), value_after("CELL_TYPES")};
-}
-
 // ---- in the child ------------------------------------------------------------------------------
 
-// The integers of an array, if it is an array of that many integers.
+// The integers of an array, if it is an array of that many single integers.
 std::vector<std::int64_t> integers(vtkDataArray* array, vtkIdType count) {
-  std::vector<std::int64_t> values;
   if (array == nullptr || array->GetNumberOfComponents() != 1 ||
-      array->GetNumberOfTuples() != count) {
-    return values;
+      array->GetNumberOfTuples() != count || array->GetDataType() == VTK_FLOAT ||
+      array->GetDataType() == VTK_DOUBLE) {
+    return {};
   }
-  for (vtkIdType i = 0; i < count; ++i) {
-    const double value = array->GetTuple1(i);
-    if (value != std::floor(value) || std::abs(value) > 9e15) return {};
+  vtkNew<vtkTypeInt64Array> whole;  // a double would lose digits of large numbers
+  whole->DeepCopy(array);
+  return {whole->GetPointer(0), whole->GetPointer(0) + count};
+}
+
+// Cell data `region`; other programs may store it as real numbers.
+std::vector<std::int64_t> regions(vtkDataArray* array, vtkIdType cells) {
+  std::vector<std::int64_t> values;
+  if (array == nullptr) return values;
+  if (array->GetNumberOfComponents() != 1 || array->GetNumberOfTuples() != cells) {
+    throw FileError("its cell data \"region\" are not one number a cell");
+  }
+  for (vtkIdType c = 0; c < cells; ++c) {
+    const double value = array->GetTuple1(c);
+    if (!(value == std::floor(value)) || std::abs(value) > std::numeric_limits<int>::max()) {
+      throw FileError(
+          fmt::format("the region {} of cell {} is not an integer that fits 32 bits", value, c));
+    }
     values.push_back(static_cast<std::int64_t>(value));
   }
   return values;
 }
 
-std::string encode(vtkUnstructuredGrid* grid, const std::string& error) {
+std::string encode(vtkUnstructuredGrid* grid) {
   ByteWriter out;
-  out.put_text(error);
+  out.put_text("");  // no error
   const vtkIdType points = grid->GetNumberOfPoints();
   const vtkIdType cells = grid->GetNumberOfCells();
   std::vector<double> coordinates(3 * static_cast<std::size_t>(points));
@@ -143,6 +118,9 @@ std::string encode(vtkUnstructuredGrid* grid, const std::string& error) {
   std::vector<std::int64_t> connectivity;
   std::vector<std::int64_t> ends;
   vtkNew<vtkIdList> ids;
+  if (cells > 0 && !grid->GetCells()->IsValid()) {
+    throw FileError("the offsets of its cells do not fit their connectivity");
+  }
   for (vtkIdType c = 0; c < cells; ++c) {
     types.push_back(grid->GetCellType(c));
     grid->GetCellPoints(c, ids);
@@ -156,7 +134,7 @@ std::string encode(vtkUnstructuredGrid* grid, const std::string& error) {
   vtkCellData* cell_data = grid->GetCellData();
   for (const auto& values : {integers(point_data->GetArray("vertex_id"), points),
                              integers(cell_data->GetArray("element_id"), cells),
-                             integers(cell_data->GetArray("region"), cells)}) {
+                             regions(cell_data->GetArray("region"), cells)}) {
     out.put_all(values.data(), values.size());
   }
   std::vector<vtkDataArray*> arrays;
@@ -182,11 +160,11 @@ std::string encode(vtkUnstructuredGrid* grid, const std::string& error) {
   return out.bytes();
 }
 
-std::string read_in_child(const std::string& path, bool xml) {
+vtkSmartPointer<vtkUnstructuredGrid> read_grid(const std::string& path, bool xml) {
   VtkMessages messages;
   vtkNew<vtkXMLUnstructuredGridReader> xml_reader;
   vtkNew<vtkUnstructuredGridReader> legacy_reader;
-  vtkUnstructuredGrid* grid = nullptr;
+  vtkSmartPointer<vtkUnstructuredGrid> grid;
   if (xml) {
     messages.watch(xml_reader);
     xml_reader->SetFileName(path.c_str());
@@ -197,11 +175,34 @@ std::string read_in_child(const std::string& path, bool xml) {
     legacy_reader->SetFileName(path.c_str());
     legacy_reader->ReadAllScalarsOn();
     legacy_reader->ReadAllVectorsOn();
+    legacy_reader->ReadAllTensorsOn();
+    legacy_reader->ReadAllNormalsOn();
+    legacy_reader->ReadAllTCoordsOn();
+    legacy_reader->ReadAllColorScalarsOn();
     legacy_reader->ReadAllFieldsOn();
     legacy_reader->Update();
     grid = legacy_reader->GetOutput();
   }
-  return encode(grid, messages.empty() ? "" : "VTK: " + messages.first());
+  if (!messages.empty()) throw FileError("VTK: " + messages.first());
+  return grid;
+}
+
+std::string read_in_child(const std::string& path, bool xml, const VtkHeader& header) {
+  // Threads of the parent do not exist here; a pool that waits for them would hang.
+  vtkSMPTools::SetBackend("Sequential");
+  try {
+    const auto grid = read_grid(path, xml);
+    if (header.own_arrays && (grid->GetPointData()->GetArray("vertex_id") == nullptr ||
+                              grid->GetCellData()->GetArray("element_id") == nullptr ||
+                              grid->GetCellData()->GetArray("region") == nullptr)) {
+      throw FileError("it lacks the data that its title announces");
+    }
+    return encode(grid);
+  } catch (const FileError& error) {
+    ByteWriter out;
+    out.put_text(error.what());
+    return out.bytes();
+  }
 }
 
 // ---- in the parent -----------------------------------------------------------------------------
@@ -214,7 +215,7 @@ class Decoder {
  public:
   Decoder(const std::string& path, const std::string& bytes) : path_(path), in_(bytes) {}
 
-  RawMesh decode(const Announced& announced) {
+  RawMesh decode(const VtkHeader& announced) {
     if (const std::string error = in_.get_text(); !error.empty()) refuse(error);
     const auto coordinates = in_.get_all<double>();
     const auto types = in_.get_all<std::int32_t>();
@@ -222,7 +223,7 @@ class Decoder {
     const auto ends = in_.get_all<std::int64_t>();
     const auto vertex_ids = in_.get_all<std::int64_t>();
     const auto element_ids = in_.get_all<std::int64_t>();
-    const auto regions = in_.get_all<std::int64_t>();
+    const auto region_numbers = in_.get_all<std::int64_t>();
     const std::size_t points = coordinates.size() / 3;
     if (!in_.good() || ends.size() != types.size()) refuse("its parts do not fit together");
     check_count("points", announced.points, points);
@@ -231,7 +232,8 @@ class Decoder {
     RawMesh mesh;
     mesh.source = path_;
     for (std::size_t i = 0; i < points; ++i) {
-      mesh.vertices.emplace_back(coordinates[3 * i], coordinates[3 * i + 1], coordinates[3 * i + 2]);
+      mesh.vertices.emplace_back(coordinates[3 * i], coordinates[3 * i + 1],
+                                 coordinates[3 * i + 2]);
       mesh.vertex_ids.push_back(static_cast<std::int64_t>(i));
     }
     // The file's own numbers, should it carry them.
@@ -242,7 +244,7 @@ class Decoder {
       RawCell cell;
       cell.type = cell_type(types[c]);
       cell.id = own_elements ? element_ids[c] : static_cast<std::int64_t>(c);
-      if (regions.size() == types.size()) cell.region = region(regions[c], cell.id);
+      if (region_numbers.size() == types.size()) cell.region = static_cast<int>(region_numbers[c]);
       for (std::int64_t i = begin; i < ends[c]; ++i) {
         const std::int64_t point = connectivity.at(static_cast<std::size_t>(i));
         if (point < 0 || point >= static_cast<std::int64_t>(points)) {
@@ -264,16 +266,9 @@ class Decoder {
   }
 
   void check_count(const char* what, std::int64_t announced, std::size_t found) const {
-    if (announced >= 0 && announced != static_cast<std::int64_t>(found)) {
+    if (announced != static_cast<std::int64_t>(found)) {
       refuse(fmt::format("it announces {} {} and holds {}", announced, what, found));
     }
-  }
-
-  int region(std::int64_t value, std::int64_t cell) const {
-    if (value < std::numeric_limits<int>::min() || value > std::numeric_limits<int>::max()) {
-      refuse(fmt::format("the region {} of cell {} is too large", value, cell));
-    }
-    return static_cast<int>(value);
   }
 
   void read_point_arrays(RawMesh& mesh, std::size_t points) {
@@ -299,23 +294,23 @@ class Decoder {
 
 RawMesh read_vtk_mesh(const std::string& path) {
   const std::string extension = std::filesystem::path(path).extension().string();
-  const bool xml = extension != ".vtk" && extension != ".VTK";
+  const bool xml = extension.size() == 4 && std::tolower(extension.back()) == 'u';
   std::size_t size = 0;
-  Announced announced;
+  VtkHeader header;
   {
     const std::string text = read_file(path);
     size = text.size();
-    announced = check_text(path, text, xml);
+    header = xml ? check_xml_header(path, text) : check_legacy_header(path, text);
   }
   GuardLimits limits;
-  limits.seconds = 20.0 + static_cast<double>(size) / 2e6;
+  limits.seconds = 20.0 + static_cast<double>(size) / 1e6;
   limits.memory = (std::size_t{1} << 30) + 100 * size;
-  const GuardResult result = run_guarded([&] { return read_in_child(path, xml); }, limits);
+  const GuardResult result = run_guarded([&] { return read_in_child(path, xml, header); }, limits);
   if (!result.finished) {
     throw FileError(fmt::format("{}: {}: VTK's reader {} on it. The file is broken; write it anew.",
                                 path, kNotThat, result.failure));
   }
-  return Decoder(path, result.bytes).decode(announced);
+  return Decoder(path, result.bytes).decode(header);
 }
 
 }  // namespace tetraction

@@ -22,9 +22,10 @@ void require(const std::string& model, const std::vector<Parameter>& needed,
              const std::vector<Parameter>& foreign, const char* wanted) {
   for (const auto& [name, value] : foreign) {
     if (value->has_value()) {
-      throw InputError(fmt::format("material.{} does not go with the other parameters of the {} "
-                                   "model: give {}.",
-                                   name, model, wanted));
+      throw InputError(
+          fmt::format("material.{} does not go with the other parameters of the {} "
+                      "model: give {}.",
+                      name, model, wanted));
     }
   }
   for (const auto& [name, value] : needed) {
@@ -78,9 +79,9 @@ MaterialModel make_material(const MaterialSettings& s) {
     return MooneyRivlin(*s.mu1, *s.mu2, *s.lambda);
   }
   if (s.model != NeoHookean::kName && s.model != StVenantKirchhoff::kName) {
-    throw InputError(
-        fmt::format("material.model = \"{}\" is not a material; there are {}, {}, {}.", s.model,
-                    StVenantKirchhoff::kName, NeoHookean::kName, MooneyRivlin::kName));
+    throw InputError(fmt::format("material.model = \"{}\" is not a material; there are {}, {}, {}.",
+                                 s.model, StVenantKirchhoff::kName, NeoHookean::kName,
+                                 MooneyRivlin::kName));
   }
   LameParameters lame;
   if (by_young) {

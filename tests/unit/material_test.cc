@@ -133,6 +133,7 @@ TYPED_TEST(MaterialBattery, StressIsTheDerivativeOfEnergy) {
     const double exact = this->material_.first_piola(f).cwiseProduct(d).sum();
     ASSERT_GT(std::abs(exact), 1e-2);
     std::vector<double> remainders;
+    remainders.reserve(kSteps.size());
     for (const double h : kSteps) {
       remainders.push_back(
           std::abs(this->material_.energy_density(f + h * d) - energy - h * exact));
@@ -153,6 +154,7 @@ TYPED_TEST(MaterialBattery, StiffnessIsTheDerivativeOfStress) {
     const Matrix3 exact = unflatten(this->material_.stiffness(f) * flatten(d));
     ASSERT_GT(exact.norm(), 1e-2);
     std::vector<double> remainders;
+    remainders.reserve(kSteps.size());
     for (const double h : kSteps) {
       remainders.push_back((this->material_.first_piola(f + h * d) - stress - h * exact).norm());
     }

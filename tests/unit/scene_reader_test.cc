@@ -631,8 +631,10 @@ void list_overrides(const nlohmann::ordered_json& json, const std::string& key,
   }
   std::size_t index = 0;
   for (const auto& item : json.items()) {
-    const std::string name = json.is_object() ? item.key() : std::to_string(index++);
-    list_overrides(item.value(), key.empty() ? name : key + "." + name, overrides);
+    std::string path = key;
+    if (!path.empty()) path += '.';
+    path += json.is_object() ? item.key() : std::to_string(index++);
+    list_overrides(item.value(), path, overrides);
   }
 }
 
@@ -641,7 +643,7 @@ TEST_F(SceneReader, TheEchoIsTheSceneInEffect) {
   const auto echo = nlohmann::ordered_json::parse(scene.echo);
   EXPECT_EQ(echo["time"]["end"], 7.0);
   EXPECT_EQ(echo["time"]["step"], "auto");
-  EXPECT_EQ(echo["environment"]["direction"], nlohmann::json({0.0, 0.0, -1.0}));
+  EXPECT_EQ(echo["environment"]["direction"], nlohmann::ordered_json({0.0, 0.0, -1.0}));
   EXPECT_EQ(echo["fix"][0]["components"], "xz");
   EXPECT_EQ(nlohmann::json::parse(read(kSmall).echo)["output"]["every"], OutputSettings{}.every);
 }

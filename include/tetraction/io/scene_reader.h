@@ -14,8 +14,8 @@ namespace tetraction {
 /// override brought in begins with "--set KEY=VALUE" instead.
 /// The mesh file's path is taken relative to the scene's folder.
 /// Throws FileError if the file is missing or unreadable, InputError (message begins with
-/// file:line:column) for TOML syntax errors, unknown keys (with the nearest valid one), wrong types,
-/// missing keys and values out of range.
+/// file:line:column) for TOML syntax errors, unknown keys (with the nearest valid one), wrong
+/// types, missing keys and values out of range.
 Scene read_scene(const std::string& path, const std::vector<std::string>& overrides = {});
 
 }  // namespace tetraction

@@ -33,14 +33,14 @@ enum class GeneratorKind { kBeam, kBox, kCube, kTetrahedron };
 
 struct GeneratorSettings {
   GeneratorKind kind = GeneratorKind::kBeam;
-  Vector3 size{1.0, 1.0, 1.0};         ///< m
+  Vector3 size{1.0, 1.0, 1.0};  ///< m
   std::array<int, 3> cells{1, 1, 1};
 };
 
 struct MeshSettings {
-  std::string file;                             ///< absolute, or relative to the working directory
-  std::optional<GeneratorSettings> generate;    ///< instead of a file
-  double scale = 1.0;                           ///< multiplies the file's coordinates
+  std::string file;                           ///< absolute, or relative to the working directory
+  std::optional<GeneratorSettings> generate;  ///< instead of a file
+  double scale = 1.0;                         ///< multiplies the file's coordinates
 };
 
 struct MaterialSettings {
@@ -62,9 +62,9 @@ MaterialModel make_material(const MaterialSettings& settings);
 
 struct TimeSettings {
   Integrator integrator = Integrator::kMidpoint;
-  double step = 1.0e-2;   ///< s
-  bool automatic = false; ///< step = "auto": 0.5 of the stability limit (explicit rules only)
-  double end = 1.0;       ///< s
+  double step = 1.0e-2;    ///< s
+  bool automatic = false;  ///< step = "auto": 0.5 of the stability limit (explicit rules only)
+  double end = 1.0;        ///< s
 };
 
 struct SolverSettings {
@@ -77,8 +77,8 @@ enum class EnvironmentKind { kNone, kGravity };
 
 struct EnvironmentSettings {
   EnvironmentKind kind = EnvironmentKind::kNone;
-  double strength = 9.81;                ///< m/s²
-  Vector3 direction{0.0, -1.0, 0.0};     ///< of gravity; normalised by the reader
+  double strength = 9.81;             ///< m/s²
+  Vector3 direction{0.0, -1.0, 0.0};  ///< of gravity; normalised by the reader
 };
 
 struct FixSettings {
@@ -91,8 +91,8 @@ struct FixSettings {
 
 struct ForceSettings {
   Selection select = SelectAll{};
-  Vector3 vector = Vector3::Zero();  ///< N, on every selected vertex
-  double from = 0.0;                 ///< s
+  Vector3 vector = Vector3::Zero();                        ///< N, on every selected vertex
+  double from = 0.0;                                       ///< s
   double until = std::numeric_limits<double>::infinity();  ///< s
   std::string where;
 };
