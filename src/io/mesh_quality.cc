@@ -30,6 +30,7 @@ constexpr std::array<Measure, 4> kMeasures{
 }  // namespace
 
 std::vector<QualityMeasure> mesh_quality(const TetMesh& mesh) {
+  if (mesh.tetrahedra.empty()) return {};
   const auto grid = make_grid(mesh);
   std::vector<QualityMeasure> result;
   for (const Measure& measure : kMeasures) {

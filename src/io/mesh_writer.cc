@@ -81,6 +81,7 @@ void write_gmsh(const TetMesh& mesh, const std::string& path) {
   for (const Group& group : mesh.groups) {
     if (group.dimension == 3 && group.tag > 0 && regions.count(group.tag) > 0) {
       names[group.tag] = group.name;
+      std::replace(names[group.tag].begin(), names[group.tag].end(), '"', '\'');
     }
   }
   std::string text = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n";
@@ -125,7 +126,10 @@ void write_gmsh(const TetMesh& mesh, const std::string& path) {
 // TetGen wants numbers in a row: from 0 if the file's are that, else from 1.
 void write_tetgen(const TetMesh& mesh, const std::string& path) {
   const std::filesystem::path base(path);
-  const Index first = mesh.vertex_ids.front() == 0 ? 0 : 1;
+  Index first = 0;
+  for (Index v = 0; v < mesh.vertex_count(); ++v) {
+    if (mesh.vertex_ids[static_cast<std::size_t>(v)] != v) first = 1;
+  }
   const bool regions =
       std::any_of(mesh.regions.begin(), mesh.regions.end(), [](int region) { return region != 0; });
   std::string nodes = fmt::format("{} 3 0 0\n", mesh.vertex_count());
@@ -192,6 +196,9 @@ void write_vega(const TetMesh& mesh, const std::string& path) {
 }  // namespace
 
 void write_mesh(const TetMesh& mesh, const std::string& path) {
+  if (mesh.vertices.empty() || mesh.tetrahedra.empty()) {
+    throw InputError(path + ": there is nothing to write: the mesh is empty.");
+  }
   std::string extension = std::filesystem::path(path).extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });

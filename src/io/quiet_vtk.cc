@@ -6,6 +6,8 @@
 #include <vtkOutputWindow.h>
 #include <vtkSmartPointer.h>
 
+#include <algorithm>
+
 namespace tetraction {
 
 // An output window that keeps errors and warnings to itself.
@@ -50,11 +52,19 @@ void VtkMessages::collect(vtkObject*, unsigned long, void* self, void* text) {
 }
 
 std::string VtkMessages::first() const {
-  // "ERROR: In file.cxx, line 12\nvtkClass (0x1234): what is wrong\n\n": only the last part speaks
+  // "ERROR: In file.cxx, line 12\nvtkClass (0x1234): what is wrong!\n\n": only the last part speaks
   // to a user.
   std::string text = text_;
-  if (const auto mark = text.find("): "); mark != std::string::npos) text = text.substr(mark + 3);
-  if (const auto end = text.find('\n'); end != std::string::npos) text.resize(end);
+  if (const auto place = text.find(" In "); place < text.find('\n')) {
+    text.erase(0, text.find('\n') + 1);
+  }
+  text.resize(std::min(text.find('\n'), text.size()));
+  if (text.rfind("vtk", 0) == 0) {
+    if (const auto mark = text.find("): "); mark != std::string::npos) text.erase(0, mark + 3);
+  }
+  // What follows from an error that was not reported; its addresses say nothing.
+  if (text.rfind("Algorithm vtk", 0) == 0) return "a part of it is missing or malformed";
+  text.erase(text.find_last_not_of(" .!") + 1);
   return text;
 }
 

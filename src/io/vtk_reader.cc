@@ -3,12 +3,10 @@
 #include <fmt/format.h>
 #include <vtkCellArray.h>
 #include <vtkCellData.h>
-#include <vtkCellType.h>
 #include <vtkDataArray.h>
 #include <vtkIdList.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
-#include <vtkSMPTools.h>
 #include <vtkSmartPointer.h>
 #include <vtkTypeInt64Array.h>
 #include <vtkUnstructuredGrid.h>
@@ -17,6 +15,7 @@
 
 #include <cctype>
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <limits>
 #include <unordered_set>
@@ -26,51 +25,13 @@
 #include "quiet_vtk.h"
 #include "tetraction/core/error.h"
 #include "text_scanner.h"
+#include "vtk_cells.h"
 #include "vtk_header.h"
 
 namespace tetraction {
 namespace {
 
 constexpr const char* kNotThat = "the file cannot be read as a VTK unstructured grid";
-
-CellType cell_type(int vtk) {
-  switch (vtk) {
-    case VTK_VERTEX:
-    case VTK_POLY_VERTEX:
-      return CellType::kVertex;
-    case VTK_LINE:
-    case VTK_POLY_LINE:
-    case VTK_QUADRATIC_EDGE:
-      return CellType::kLine;
-    case VTK_TRIANGLE:
-    case VTK_TRIANGLE_STRIP:
-    case VTK_QUADRATIC_TRIANGLE:
-      return CellType::kTriangle;
-    case VTK_QUAD:
-    case VTK_PIXEL:
-    case VTK_QUADRATIC_QUAD:
-      return CellType::kQuadrilateral;
-    case VTK_TETRA:
-      return CellType::kTetrahedron;
-    case VTK_QUADRATIC_TETRA:
-    case VTK_HIGHER_ORDER_TETRAHEDRON:
-    case VTK_LAGRANGE_TETRAHEDRON:
-    case VTK_BEZIER_TETRAHEDRON:
-      return CellType::kQuadraticTetrahedron;
-    case VTK_HEXAHEDRON:
-    case VTK_VOXEL:
-    case VTK_QUADRATIC_HEXAHEDRON:
-      return CellType::kHexahedron;
-    case VTK_WEDGE:
-    case VTK_QUADRATIC_WEDGE:
-      return CellType::kWedge;
-    case VTK_PYRAMID:
-    case VTK_QUADRATIC_PYRAMID:
-      return CellType::kPyramid;
-    default:
-      return CellType::kOther;
-  }
-}
 
 // ---- in the child ------------------------------------------------------------------------------
 
@@ -189,7 +150,7 @@ vtkSmartPointer<vtkUnstructuredGrid> read_grid(const std::string& path, bool xml
 
 std::string read_in_child(const std::string& path, bool xml, const VtkHeader& header) {
   // Threads of the parent do not exist here; a pool that waits for them would hang.
-  vtkSMPTools::SetBackend("Sequential");
+  setenv("VTK_SMP_BACKEND_IN_USE", "Sequential", 1);
   try {
     const auto grid = read_grid(path, xml);
     if (header.own_arrays && (grid->GetPointData()->GetArray("vertex_id") == nullptr ||
@@ -242,7 +203,7 @@ class Decoder {
     std::int64_t begin = 0;
     for (std::size_t c = 0; c < types.size(); ++c) {
       RawCell cell;
-      cell.type = cell_type(types[c]);
+      cell.type = vtk_cell_type(types[c]);
       cell.id = own_elements ? element_ids[c] : static_cast<std::int64_t>(c);
       if (region_numbers.size() == types.size()) cell.region = static_cast<int>(region_numbers[c]);
       for (std::int64_t i = begin; i < ends[c]; ++i) {
@@ -252,6 +213,11 @@ class Decoder {
                              point, points));
         }
         cell.vertices.push_back(mesh.vertex_ids[static_cast<std::size_t>(point)]);
+      }
+      const std::size_t wanted = vtk_cell_size(types[c]);
+      if (wanted != 0 && cell.vertices.size() != wanted) {
+        refuse(fmt::format("cell {} is a {} with {} vertices", cell.id, to_string(cell.type),
+                           cell.vertices.size()));
       }
       begin = ends[c];
       mesh.cells.push_back(std::move(cell));

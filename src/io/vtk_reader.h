@@ -9,8 +9,8 @@ namespace tetraction {
 
 /// Reads with VTK's own readers in a child process: these crash, hang or ask for all memory on some
 /// broken files, which then ends the child and becomes a FileError here.
-/// Ids are the point and cell numbers from 0, or the arrays `vertex_id` and `element_id` if the file
-/// carries them (as this program's own do). Floating-point point data come along.
+/// Ids are the point and cell numbers from 0, or the arrays `vertex_id` and `element_id` if the
+/// file carries them (as this program's own do). Floating-point point data come along.
 RawMesh read_vtk_mesh(const std::string& path);
 
 }  // namespace tetraction

@@ -1,0 +1,224 @@
+#include "tetraction/io/frame_writer.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include <sys/resource.h>
+#include <sys/wait.h>
+
+#include "tetraction/core/error.h"
+#include "tetraction/io/mesh_reader.h"
+#include "tetraction/mesh/generate.h"
+
+namespace tetraction {
+namespace {
+
+namespace fs = std::filesystem;
+
+class FrameWriterTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    directory_ = fs::temp_directory_path() / ("tetraction_frames_" + std::to_string(getpid()));
+    fs::create_directories(directory_);
+    mesh_ = generate_box({2, 1, 1}, {2, 1, 1});
+    for (auto& id : mesh_.vertex_ids) id += 100;
+    for (auto& id : mesh_.tetrahedron_ids) id = 900 - id;
+  }
+  void TearDown() override { fs::remove_all(directory_); }
+
+  Frame frame(Index step, double time) const {
+    Frame result;
+    result.step = step;
+    result.time = time;
+    const double s = static_cast<double>(step + 1);
+    result.point_fields.push_back(
+        {"displacement", s / 3.0 * Matrix::Random(3, mesh_.vertex_count()), false});
+    result.point_fields.push_back({"fixed", Matrix::Ones(1, mesh_.vertex_count()), true});
+    result.cell_fields.push_back(
+        {"cauchy_stress", s * Matrix::Random(6, mesh_.tetrahedron_count()), false});
+    result.cell_fields.push_back(
+        {"region", Matrix::Constant(1, mesh_.tetrahedron_count(), 4.0), true});
+    return result;
+  }
+
+  static std::string contents(const fs::path& path) {
+    std::ifstream file(path, std::ios::binary);
+    std::stringstream text;
+    text << file.rdbuf();
+    return text.str();
+  }
+
+  // The value of the n-th attribute of that name in an XML text.
+  static std::string attribute(const std::string& text, const std::string& name, int n) {
+    std::size_t at = 0;
+    for (int i = 0; i <= n; ++i) {
+      at = text.find(" " + name + "=\"", at);
+      if (at == std::string::npos) return "";
+      at += name.size() + 3;
+    }
+    return text.substr(at, text.find('"', at) - at);
+  }
+
+  fs::path directory_;
+  TetMesh mesh_;
+};
+
+TEST_F(FrameWriterTest, FramesReadBackExactlyWithTheFilesIds) {
+  FrameWriter writer(mesh_, directory_.string());
+  const Frame written = frame(20, 0.1);
+  writer.write(written);
+  const fs::path file = directory_ / "frames/frame_000020.vtu";
+  const TetMesh read = read_mesh(file.string());
+  EXPECT_EQ(read.tetrahedra, mesh_.tetrahedra);
+  EXPECT_EQ(read.vertex_ids, mesh_.vertex_ids);
+  EXPECT_EQ(read.tetrahedron_ids, mesh_.tetrahedron_ids);
+  EXPECT_EQ(read.regions, std::vector<int>(mesh_.tetrahedra.size(), 4));
+  for (std::size_t v = 0; v < mesh_.vertices.size(); ++v) {
+    EXPECT_EQ(read.vertices[v], mesh_.vertices[v]);
+  }
+  ASSERT_EQ(read.point_arrays.count("displacement"), 1u);
+  EXPECT_EQ(read.point_arrays.at("displacement"), written.point_fields[0].values);
+  EXPECT_EQ(read.point_arrays.count("fixed"), 0u) << "an integer array came back as real numbers";
+}
+
+TEST_F(FrameWriterTest, FilesNameComponentsTimeAndCompression) {
+  FrameWriter writer(mesh_, directory_.string());
+  writer.write(frame(0, 0.0));
+  const std::string text = contents(directory_ / "frames/frame_000000.vtu");
+  for (const char* part :
+       {"Name=\"TimeValue\"", "Name=\"cauchy_stress\" NumberOfComponents=\"6\"",
+        "ComponentName0=\"XX\" ComponentName1=\"YY\" ComponentName2=\"ZZ\" ComponentName3=\"XY\" "
+        "ComponentName4=\"YZ\" ComponentName5=\"XZ\"",
+        "vtkZLibDataCompressor", "encoding=\"raw\"", "Name=\"vertex_id\"", "Name=\"element_id\"",
+        "type=\"Int32\" Name=\"fixed\""}) {
+    EXPECT_NE(text.find(part), std::string::npos) << part;
+  }
+}
+
+TEST_F(FrameWriterTest, CollectionListsEveryFrameAfterEveryWrite) {
+  FrameWriter writer(mesh_, directory_.string());
+  EXPECT_EQ(writer.frame_count(), 0);
+  const double times[] = {0.0, 0.1, 1.0 / 3.0};
+  for (int i = 0; i < 3; ++i) {
+    writer.write(frame(10 * i, times[i]));
+    EXPECT_EQ(writer.frame_count(), i + 1);
+    const std::string pvd = contents(directory_ / "frames.pvd");
+    EXPECT_NE(pvd.find("type=\"Collection\""), std::string::npos);
+    EXPECT_NE(pvd.find("</VTKFile>"), std::string::npos);
+    for (int k = 0; k <= i; ++k) {
+      EXPECT_EQ(std::strtod(attribute(pvd, "timestep", k).c_str(), nullptr), times[k]);
+      const std::string file = attribute(pvd, "file", k);
+      EXPECT_FALSE(fs::path(file).is_absolute());
+      EXPECT_TRUE(fs::exists(directory_ / file)) << file;
+    }
+    EXPECT_EQ(attribute(pvd, "timestep", i + 1), "");
+  }
+  for (const auto& entry : fs::recursive_directory_iterator(directory_)) {
+    EXPECT_NE(entry.path().extension(), ".part");
+  }
+}
+
+TEST_F(FrameWriterTest, ArraysOfOneFrameDoNotStayInTheNext) {
+  FrameWriter writer(mesh_, directory_.string());
+  writer.write(frame(1, 0.1));
+  Frame bare;
+  bare.step = 2;
+  bare.time = 0.2;
+  writer.write(bare);
+  const RawMesh read = read_raw_mesh((directory_ / "frames/frame_000002.vtu").string());
+  EXPECT_TRUE(read.point_arrays.empty());
+  EXPECT_EQ(read.vertex_ids, mesh_.vertex_ids);
+}
+
+TEST_F(FrameWriterTest, ANewWriterRemovesFramesOfAnEarlierRunAndNothingElse) {
+  {
+    FrameWriter writer(mesh_, directory_.string());
+    writer.write(frame(0, 0.0));
+    writer.write(frame(1, 0.1));
+  }
+  const fs::path note = directory_ / "frames/frame_notes.txt";
+  std::ofstream(note) << "mine";
+  std::ofstream(directory_ / "history.csv") << "t\n";
+  FrameWriter writer(mesh_, directory_.string());
+  EXPECT_FALSE(fs::exists(directory_ / "frames.pvd"));
+  EXPECT_FALSE(fs::exists(directory_ / "frames/frame_000000.vtu"));
+  EXPECT_FALSE(fs::exists(directory_ / "frames/frame_000001.vtu"));
+  EXPECT_EQ(contents(note), "mine");
+  EXPECT_TRUE(fs::exists(directory_ / "history.csv"));
+}
+
+TEST_F(FrameWriterTest, SingleFileIsNoFrame) {
+  FrameWriter writer(mesh_, directory_.string());
+  const Frame last = frame(7, 0.7);
+  writer.write_single(last, (directory_ / "final.vtu").string());
+  EXPECT_EQ(writer.frame_count(), 0);
+  EXPECT_FALSE(fs::exists(directory_ / "frames.pvd"));
+  const RawMesh read = read_raw_mesh((directory_ / "final.vtu").string());
+  EXPECT_EQ(read.point_arrays.at("displacement"), last.point_fields[0].values);
+}
+
+TEST_F(FrameWriterTest, PlacesThatCannotBeWrittenAreOutputErrors) {
+  const fs::path blocker = directory_ / "blocker";
+  std::ofstream(blocker) << "a file";
+  EXPECT_THROW(FrameWriter(mesh_, (blocker / "out").string()), OutputError);
+  EXPECT_THROW(FrameWriter(mesh_, blocker.string()), OutputError);
+  FrameWriter writer(mesh_, (directory_ / "run").string());
+  EXPECT_THROW(writer.write_single(frame(0, 0.0), (blocker / "final.vtu").string()), OutputError);
+  fs::remove_all(directory_ / "run");
+  EXPECT_THROW(writer.write(frame(0, 0.0)), OutputError);
+  EXPECT_EQ(writer.frame_count(), 0);
+}
+
+TEST_F(FrameWriterTest, AFullDiskIsAnOutputErrorAndLeavesNoPart) {
+  FrameWriter writer(mesh_, directory_.string());
+  writer.write(frame(0, 0.0));
+  const std::string before = contents(directory_ / "frames.pvd");
+  const std::size_t whole = fs::file_size(directory_ / "frames/frame_000000.vtu");
+  // A limit on the size of files stands for the full disk: at the first bytes, in the middle, and
+  // in what leaves the buffer last. In a child, for the limit cannot be raised again for sure.
+  for (const std::size_t room : {std::size_t{10}, whole / 2, whole - 30, whole - 1}) {
+    const pid_t child = fork();
+    ASSERT_GE(child, 0);
+    if (child == 0) {
+      std::signal(SIGXFSZ, SIG_IGN);
+      const rlimit limit{room, room};
+      setrlimit(RLIMIT_FSIZE, &limit);
+      int code = 1;
+      try {
+        writer.write(frame(1, 0.0));
+      } catch (const OutputError&) {
+        code = 0;
+      } catch (...) {
+        code = 2;
+      }
+      _exit(code);
+    }
+    int status = -1;
+    ASSERT_EQ(waitpid(child, &status, 0), child);
+    EXPECT_TRUE(WIFEXITED(status));
+    EXPECT_EQ(WEXITSTATUS(status), 0) << "room for " << room << " of " << whole << " bytes";
+    EXPECT_FALSE(fs::exists(directory_ / "frames/frame_000001.vtu"));
+    EXPECT_FALSE(fs::exists(directory_ / "frames/frame_000001.vtu.part"));
+    EXPECT_EQ(contents(directory_ / "frames.pvd"), before);
+  }
+}
+
+TEST_F(FrameWriterTest, FieldsOfTheWrongSizeAreRefused) {
+  FrameWriter writer(mesh_, directory_.string());
+  Frame wrong;
+  wrong.point_fields.push_back({"short", Matrix::Zero(3, mesh_.vertex_count() - 1), false});
+  EXPECT_THROW(writer.write(wrong), InputError);
+  wrong.point_fields.clear();
+  wrong.cell_fields.push_back({"empty", Matrix(0, mesh_.tetrahedron_count()), false});
+  EXPECT_THROW(writer.write(wrong), InputError);
+  EXPECT_EQ(writer.frame_count(), 0);
+}
+
+}  // namespace
+}  // namespace tetraction

@@ -1,0 +1,244 @@
+#include "tetraction/io/mesh_writer.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <set>
+#include <sstream>
+
+#include "tetraction/core/error.h"
+#include "tetraction/io/mesh_reader.h"
+#include "tetraction/mesh/generate.h"
+
+namespace tetraction {
+namespace {
+
+namespace fs = std::filesystem;
+
+class MeshWriter : public ::testing::TestWithParam<const char*> {
+ protected:
+  void SetUp() override {
+    directory_ = fs::temp_directory_path() / ("tetraction_writer_" + std::to_string(getpid()));
+    fs::create_directories(directory_);
+  }
+  void TearDown() override { fs::remove_all(directory_); }
+  std::string path(const std::string& name) const { return (directory_ / name).string(); }
+
+  fs::path directory_;
+};
+
+// A block whose coordinates need all their digits.
+TetMesh awkward_block() {
+  TetMesh mesh = generate_box({1, 1, 1}, {2, 2, 1});
+  for (Vector3& x : mesh.vertices) {
+    x = Vector3(x.x() / 3.0 + 1e-17, std::sqrt(2.0) * x.y() + 1e5 / 7.0, -x.z() * 1e-9 / 3.0);
+  }
+  for (auto& t : mesh.tetrahedra) std::swap(t[2], t[3]);  // the third axis was turned round
+  return mesh;
+}
+
+void set_regions(TetMesh& mesh) {
+  for (std::size_t e = 0; e < mesh.regions.size(); ++e)
+    mesh.regions[e] = 1 + static_cast<int>(e % 3);
+}
+
+void expect_same_geometry(const TetMesh& read, const TetMesh& written) {
+  ASSERT_EQ(read.vertices.size(), written.vertices.size());
+  for (std::size_t v = 0; v < read.vertices.size(); ++v) {
+    for (int c = 0; c < 3; ++c) {
+      EXPECT_EQ(read.vertices[v][c], written.vertices[v][c]) << "vertex " << v;
+    }
+  }
+  EXPECT_EQ(read.report.reoriented, 0);
+}
+
+// Tetrahedra by their vertices; the order may change where a format sorts by region.
+std::multiset<std::pair<std::array<Index, 4>, int>> elements_of(const TetMesh& mesh) {
+  std::multiset<std::pair<std::array<Index, 4>, int>> result;
+  for (std::size_t e = 0; e < mesh.tetrahedra.size(); ++e) {
+    result.insert({mesh.tetrahedra[e], mesh.regions[e]});
+  }
+  return result;
+}
+
+std::string contents(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::stringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+TEST_P(MeshWriter, RoundTripIsExact) {
+  TetMesh mesh = awkward_block();
+  set_regions(mesh);
+  const std::string file = path(std::string("block") + GetParam());
+  write_mesh(mesh, file);
+  const TetMesh read = read_mesh(file);
+  expect_same_geometry(read, mesh);
+  EXPECT_EQ(elements_of(read), elements_of(mesh));
+  for (const auto& entry : fs::directory_iterator(directory_)) {
+    EXPECT_NE(entry.path().extension(), ".part") << "a temporary file was left";
+  }
+}
+
+TEST_P(MeshWriter, RewritesAnExistingFile) {
+  const std::string file = path(std::string("again") + GetParam());
+  write_mesh(generate_box({1, 1, 1}, {3, 3, 3}), file);
+  const TetMesh small = generate_tetrahedron();
+  write_mesh(small, file);
+  EXPECT_EQ(read_mesh(file).tetrahedron_count(), 1);
+}
+
+TEST_P(MeshWriter, ImpossiblePlaceIsAnOutputError) {
+  const TetMesh mesh = generate_tetrahedron();
+  const std::string blocker = path("a_file");
+  std::ofstream(blocker) << "not a directory";
+  for (const std::string& place :
+       {blocker + "/m" + GetParam(), path("no_such_directory") + "/m" + GetParam()}) {
+    try {
+      write_mesh(mesh, place);
+      FAIL() << place << " was written";
+    } catch (const OutputError& error) {
+      EXPECT_NE(std::string(error.what()).find("/m."), std::string::npos) << error.what();
+    }
+  }
+  EXPECT_EQ(contents(blocker), "not a directory");
+}
+
+TEST_P(MeshWriter, OneRegionStaysZero) {
+  const TetMesh mesh = generate_box({1, 2, 3}, {1, 1, 2});
+  const std::string file = path(std::string("plain") + GetParam());
+  write_mesh(mesh, file);
+  const TetMesh read = read_mesh(file);
+  for (const int region : read.regions) EXPECT_EQ(region, 0);
+  EXPECT_TRUE(read.groups.empty());
+}
+
+INSTANTIATE_TEST_SUITE_P(Formats, MeshWriter,
+                         ::testing::Values(".vtu", ".vtk", ".msh", ".node", ".ele", ".veg",
+                                           ".VTU"));
+
+using MeshWriterDetails = MeshWriter;
+
+TEST_F(MeshWriterDetails, VtkFormatsKeepIdsNegativeRegionsAndPointArrays) {
+  TetMesh mesh = awkward_block();
+  for (std::size_t v = 0; v < mesh.vertex_ids.size(); ++v) {
+    mesh.vertex_ids[v] = (std::int64_t{1} << 60) + 7 * static_cast<std::int64_t>(v);
+  }
+  for (std::size_t e = 0; e < mesh.tetrahedron_ids.size(); ++e) {
+    mesh.tetrahedron_ids[e] = 500 - static_cast<std::int64_t>(e);
+    mesh.regions[e] = static_cast<int>(e) - 3;
+  }
+  Matrix displacement(3, mesh.vertex_count());
+  Matrix weight(1, mesh.vertex_count());
+  for (Index v = 0; v < mesh.vertex_count(); ++v) {
+    const double s = static_cast<double>(v);
+    displacement.col(v) << s / 3.0, -s / 7.0, 1e-300 * s;
+    weight(0, v) = std::exp(s);
+  }
+  mesh.point_arrays["displacement"] = displacement;
+  mesh.point_arrays["weight"] = weight;
+  for (const char* name : {"own.vtu", "own.vtk"}) {
+    write_mesh(mesh, path(name));
+    const TetMesh read = read_mesh(path(name));
+    expect_same_geometry(read, mesh);
+    EXPECT_EQ(read.tetrahedra, mesh.tetrahedra);
+    EXPECT_EQ(read.vertex_ids, mesh.vertex_ids);
+    EXPECT_EQ(read.tetrahedron_ids, mesh.tetrahedron_ids);
+    EXPECT_EQ(read.regions, mesh.regions);
+    ASSERT_EQ(read.point_arrays.size(), 2u) << name;
+    EXPECT_EQ(read.point_arrays.at("displacement"), displacement);
+    EXPECT_EQ(read.point_arrays.at("weight"), weight);
+  }
+}
+
+TEST_F(MeshWriterDetails, GmshKeepsTagsAndNamesOfVolumes) {
+  TetMesh mesh = generate_box({1, 1, 1}, {2, 1, 1});
+  for (auto& id : mesh.vertex_ids) id = 3 * id + 5;
+  for (auto& id : mesh.tetrahedron_ids) id = 2 * id + 11;
+  set_regions(mesh);
+  Group bone{"hard \"bone\"", 3, 2, {}, {}};
+  Group skin{"skin", 2, 3, {0, 1, 2}, {}};
+  mesh.groups = {bone, skin};
+  write_mesh(mesh, path("tags.msh"));
+  const TetMesh read = read_mesh(path("tags.msh"));
+  EXPECT_EQ(read.vertex_ids, mesh.vertex_ids);
+  ASSERT_EQ(read.tetrahedron_ids.size(), mesh.tetrahedron_ids.size());
+  for (std::size_t e = 0; e < read.tetrahedra.size(); ++e) {
+    const auto same = std::find(mesh.tetrahedron_ids.begin(), mesh.tetrahedron_ids.end(),
+                                read.tetrahedron_ids[e]);
+    ASSERT_NE(same, mesh.tetrahedron_ids.end());
+    const auto i = static_cast<std::size_t>(same - mesh.tetrahedron_ids.begin());
+    EXPECT_EQ(read.tetrahedra[e], mesh.tetrahedra[i]);
+    EXPECT_EQ(read.regions[e], mesh.regions[i]);
+  }
+  const auto named = std::find_if(read.groups.begin(), read.groups.end(),
+                                  [](const Group& g) { return g.name == "hard 'bone'"; });
+  ASSERT_NE(named, read.groups.end());
+  EXPECT_EQ(named->dimension, 3);
+  EXPECT_EQ(named->tag, 2);
+  EXPECT_EQ(named->tetrahedra.size(), mesh.tetrahedra.size() / 3);
+  for (const Group& group : read.groups) EXPECT_NE(group.name, "skin");
+}
+
+TEST_F(MeshWriterDetails, NumbersBelowOneAreShiftedForGmsh) {
+  const TetMesh mesh = generate_tetrahedron();
+  ASSERT_EQ(mesh.vertex_ids.front(), 0);
+  write_mesh(mesh, path("zero.msh"));
+  const TetMesh read = read_mesh(path("zero.msh"));
+  EXPECT_EQ(read.vertex_ids, (std::vector<std::int64_t>{1, 2, 3, 4}));
+}
+
+TEST_F(MeshWriterDetails, TetgenCountsFromWhereTheMeshDoes) {
+  TetMesh mesh = generate_tetrahedron();
+  write_mesh(mesh, path("zero.node"));
+  EXPECT_EQ(read_mesh(path("zero.ele")).vertex_ids, (std::vector<std::int64_t>{0, 1, 2, 3}));
+  mesh.vertex_ids = {0, 2, 1, 3};  // begins at 0 but is not a row
+  write_mesh(mesh, path("mixed.ele"));
+  EXPECT_EQ(read_mesh(path("mixed.node")).vertex_ids, (std::vector<std::int64_t>{1, 2, 3, 4}));
+}
+
+TEST_F(MeshWriterDetails, VegaKeepsVolumeGroupsAsSets) {
+  TetMesh mesh = generate_box({1, 1, 1}, {1, 1, 2});
+  Group core{"core", 3, 1, {}, {0, 2, 3, 4, 5, 6, 8, 9, 10, 11}};
+  mesh.groups = {core};
+  write_mesh(mesh, path("sets.veg"));
+  const TetMesh read = read_mesh(path("sets.veg"));
+  ASSERT_EQ(read.groups.size(), 1u);
+  EXPECT_EQ(read.groups[0].name, "core");
+  EXPECT_EQ(read.groups[0].tetrahedra, core.tetrahedra);
+}
+
+TEST_F(MeshWriterDetails, VegaNumbersRegionsInAscendingOrder) {
+  TetMesh mesh = generate_box({1, 1, 1}, {1, 1, 1});
+  mesh.regions = {9, 4, 4, 7, 9, 7};
+  write_mesh(mesh, path("regions.veg"));
+  EXPECT_EQ(read_mesh(path("regions.veg")).regions, (std::vector<int>{3, 1, 1, 2, 3, 2}));
+}
+
+TEST_F(MeshWriterDetails, UnknownEndingAndEmptyMeshAreInputErrors) {
+  const TetMesh mesh = generate_tetrahedron();
+  EXPECT_THROW(write_mesh(mesh, path("mesh.stl")), InputError);
+  EXPECT_THROW(write_mesh(mesh, path("mesh")), InputError);
+  EXPECT_THROW(write_mesh(TetMesh{}, path("mesh.vtu")), InputError);
+  EXPECT_TRUE(fs::is_empty(directory_));
+}
+
+TEST_F(MeshWriterDetails, AFailedWriteLeavesTheOldFile) {
+  const TetMesh mesh = generate_tetrahedron();
+  for (const char* name : {"kept.vtu", "kept.vtk", "kept.msh"}) {
+    const std::string file = path(name);
+    write_mesh(mesh, file);
+    const std::string before = contents(file);
+    fs::create_directories(file + ".part/in_the_way");  // the temporary file cannot be made
+    EXPECT_THROW(write_mesh(generate_box({1, 1, 1}, {2, 2, 2}), file), OutputError) << name;
+    EXPECT_EQ(contents(file), before) << name;
+  }
+}
+
+}  // namespace
+}  // namespace tetraction

@@ -1,0 +1,388 @@
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <limits>
+#include <sstream>
+
+#include "tetraction/core/error.h"
+#include "tetraction/io/mesh_reader.h"
+#include "tetraction/io/mesh_writer.h"
+#include "tetraction/mesh/generate.h"
+
+namespace tetraction {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Two tetrahedra, a triangle and a lone point in plain text, with parts to be put in.
+struct VtuText {
+  std::string type = "UnstructuredGrid";
+  std::string points = "5";
+  std::string cells = "3";
+  std::string coordinates = "0 0 0  1 0 0  0 1 0  0 0 1  1 1 1";
+  std::string connectivity = "0 1 2 3  1 2 3 4  0 1 2";
+  std::string offsets = "4 8 11";
+  std::string types = "10 10 5";
+  std::string point_data;
+  std::string cell_data;
+
+  std::string text() const {
+    return "<?xml version=\"1.0\"?>\n<VTKFile type=\"" + type +
+           "\" version=\"0.1\" byte_order=\"LittleEndian\">\n<UnstructuredGrid>\n"
+           "<Piece NumberOfPoints=\"" +
+           points + "\" NumberOfCells=\"" + cells + "\">\n<PointData>" + point_data +
+           "</PointData>\n<CellData>" + cell_data +
+           "</CellData>\n<Points><DataArray type=\"Float64\" NumberOfComponents=\"3\" "
+           "format=\"ascii\">" +
+           coordinates +
+           "</DataArray></Points>\n<Cells>\n"
+           "<DataArray type=\"Int64\" Name=\"connectivity\" format=\"ascii\">" +
+           connectivity +
+           "</DataArray>\n<DataArray type=\"Int64\" Name=\"offsets\" format=\"ascii\">" + offsets +
+           "</DataArray>\n<DataArray type=\"UInt8\" Name=\"types\" format=\"ascii\">" + types +
+           "</DataArray>\n</Cells>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n";
+  }
+};
+
+std::string array(const std::string& type, const std::string& name, const std::string& values,
+                  int components = 1) {
+  return "<DataArray type=\"" + type + "\" Name=\"" + name + "\" NumberOfComponents=\"" +
+         std::to_string(components) + "\" format=\"ascii\">" + values + "</DataArray>";
+}
+
+constexpr const char* kLegacyText =
+    "# vtk DataFile Version 3.0\n"
+    "points of two tetrahedra\n"
+    "ASCII\n"
+    "DATASET UNSTRUCTURED_GRID\n"
+    "POINTS 5 double\n"
+    "0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 1 1\n"
+    "CELLS 3 14\n"
+    "4 0 1 2 3\n4 1 2 3 4\n3 0 1 2\n"
+    "CELL_TYPES 3\n"
+    "10\n10\n5\n"
+    "CELL_DATA 3\n"
+    "SCALARS region int 1\n"
+    "LOOKUP_TABLE default\n"
+    "7 8 9\n"
+    "POINT_DATA 5\n"
+    "SCALARS heat double 1\n"
+    "LOOKUP_TABLE default\n"
+    "1 2 3 4 5.5\n"
+    "VECTORS displacement double\n"
+    "0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 1 1.25\n";
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  const auto at = text.find(from);
+  if (at == std::string::npos) throw std::logic_error("the test's text has no " + from);
+  return text.replace(at, from.size(), to);
+}
+
+class VtkReader : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    directory_ = fs::temp_directory_path() / ("tetraction_vtk_" + std::to_string(getpid()));
+    fs::create_directories(directory_);
+  }
+  void TearDown() override { fs::remove_all(directory_); }
+
+  std::string path(const std::string& name) const { return (directory_ / name).string(); }
+  std::string file(const std::string& name, const std::string& text) const {
+    std::ofstream(path(name), std::ios::binary) << text;
+    return path(name);
+  }
+  RawMesh read(const std::string& name, const std::string& text) const {
+    return read_raw_mesh(file(name, text));
+  }
+  // The message with which a file is refused.
+  std::string refusal(const std::string& name, const std::string& text) const {
+    try {
+      read_mesh(file(name, text));
+    } catch (const FileError& error) {
+      EXPECT_EQ(std::string(error.what()).find(path(name)), 0u) << "the file is not named";
+      return error.what();
+    }
+    return "(accepted)";
+  }
+
+  fs::path directory_;
+};
+
+std::string contents(const std::string& path) {
+  std::ifstream stream(path, std::ios::binary);
+  std::stringstream text;
+  text << stream.rdbuf();
+  return text.str();
+}
+
+#define EXPECT_REFUSED(message, part)                               \
+  do {                                                              \
+    const std::string expect_refused_message = (message);           \
+    EXPECT_NE(expect_refused_message.find(part), std::string::npos) \
+        << expect_refused_message << "\n does not say: " << part;   \
+  } while (false)
+
+void expect_same(const TetMesh& a, const TetMesh& b) {
+  ASSERT_EQ(a.vertices.size(), b.vertices.size());
+  for (std::size_t v = 0; v < a.vertices.size(); ++v) EXPECT_EQ(a.vertices[v], b.vertices[v]);
+  EXPECT_EQ(a.tetrahedra, b.tetrahedra);
+  EXPECT_EQ(a.vertex_ids, b.vertex_ids);
+  EXPECT_EQ(a.tetrahedron_ids, b.tetrahedron_ids);
+  EXPECT_EQ(a.regions, b.regions);
+}
+
+TEST_F(VtkReader, PlainVtuKeepsEverything) {
+  VtuText vtu;
+  vtu.point_data = array("Float32", "heat", "1 2 3 4 5.5") +
+                   array("Float64", "displacement", "0 0 0 1 0 0 0 1 0 0 0 1 1 1 1.25", 3) +
+                   array("Int32", "flag", "1 0 1 0 1");
+  vtu.cell_data = array("Int32", "region", "7 8 9");
+  const RawMesh mesh = read("plain.vtu", vtu.text());
+  ASSERT_EQ(mesh.vertices.size(), 5u);
+  EXPECT_EQ(mesh.vertices[4], Vector3(1, 1, 1));
+  EXPECT_EQ(mesh.vertex_ids, (std::vector<std::int64_t>{0, 1, 2, 3, 4}));
+  ASSERT_EQ(mesh.cells.size(), 3u);
+  EXPECT_EQ(mesh.cells[1].type, CellType::kTetrahedron);
+  EXPECT_EQ(mesh.cells[1].id, 1);
+  EXPECT_EQ(mesh.cells[1].vertices, (std::vector<std::int64_t>{1, 2, 3, 4}));
+  EXPECT_EQ(mesh.cells[2].type, CellType::kTriangle);
+  EXPECT_EQ(mesh.cells[2].region, 9);
+  ASSERT_EQ(mesh.point_arrays.size(), 2u);
+  EXPECT_EQ(mesh.point_arrays.at("heat")(0, 4), 5.5);
+  EXPECT_EQ(mesh.point_arrays.at("displacement").col(4), Vector3(1, 1, 1.25));
+}
+
+TEST_F(VtkReader, LegacyTextKeepsEverything) {
+  for (const std::string& text :
+       {std::string(kLegacyText),
+        replaced(replaced(kLegacyText, "DATASET UNSTRUCTURED_GRID", "dataset unstructured_grid"),
+                 "CELL_TYPES", "cell_types")}) {
+    const RawMesh mesh = read("plain.vtk", text);
+    ASSERT_EQ(mesh.vertices.size(), 5u);
+    ASSERT_EQ(mesh.cells.size(), 3u);
+    EXPECT_EQ(mesh.cells[1].region, 8);
+    EXPECT_EQ(mesh.point_arrays.at("heat")(0, 4), 5.5);
+    EXPECT_EQ(mesh.point_arrays.at("displacement").col(4), Vector3(1, 1, 1.25));
+  }
+}
+
+TEST_F(VtkReader, PiecesAreAddedUp) {
+  const std::string one = VtuText{}.text();
+  const auto begin = one.find("<Piece");
+  const auto end = one.find("</Piece>") + 8;
+  const std::string piece = one.substr(begin, end - begin);
+  std::string two = one;
+  two.insert(end, "<!-- <Piece NumberOfPoints=\"99\" > -->" + piece);
+  const RawMesh mesh = read("pieces.vtu", two);
+  EXPECT_EQ(mesh.vertices.size(), 10u);
+  ASSERT_EQ(mesh.cells.size(), 6u);
+  EXPECT_EQ(mesh.cells[3].vertices, (std::vector<std::int64_t>{5, 6, 7, 8}));
+}
+
+TEST_F(VtkReader, OwnNumbersCountOnlyIfTheyAreNumbers) {
+  VtuText vtu;
+  vtu.point_data = array("Int64", "vertex_id", "10 20 30 40 9007199254740993");
+  vtu.cell_data = array("Int32", "element_id", "5 4 3");
+  RawMesh mesh = read("ids.vtu", vtu.text());
+  EXPECT_EQ(mesh.vertex_ids, (std::vector<std::int64_t>{10, 20, 30, 40, 9007199254740993}));
+  EXPECT_EQ(mesh.cells[0].id, 5);
+  EXPECT_EQ(mesh.cells[0].vertices, (std::vector<std::int64_t>{10, 20, 30, 40}));
+
+  vtu.point_data = array("Int64", "vertex_id", "10 20 30 40 10");  // not distinct
+  vtu.cell_data = array("Float64", "element_id", "5 4 3");         // not integers
+  mesh = read("ids.vtu", vtu.text());
+  EXPECT_EQ(mesh.vertex_ids, (std::vector<std::int64_t>{0, 1, 2, 3, 4}));
+  EXPECT_EQ(mesh.cells[0].id, 0);
+}
+
+TEST_F(VtkReader, CellTypesHaveTheirNames) {
+  VtuText vtu;
+  vtu.points = "10";
+  vtu.coordinates = "0 0 0 1 0 0 0 1 0 0 0 1 1 1 1 2 0 0 2 1 0 2 0 1 2 2 2 3 3 3";
+  vtu.cells = "7";
+  vtu.connectivity =
+      "0  0 1  0 1 2 3  0 1 2 3 4 5 6 7  0 1 2 3 4 5  0 1 2 3 4  0 1 2 3 4 5 6 7 8 9";
+  vtu.offsets = "1 3 7 15 21 26 36";
+  vtu.types = "1 3 9 12 13 14 24";
+  const RawMesh mesh = read("types.vtu", vtu.text());
+  const std::vector<CellType> expected{
+      CellType::kVertex, CellType::kLine,    CellType::kQuadrilateral,       CellType::kHexahedron,
+      CellType::kWedge,  CellType::kPyramid, CellType::kQuadraticTetrahedron};
+  ASSERT_EQ(mesh.cells.size(), expected.size());
+  for (std::size_t c = 0; c < expected.size(); ++c) EXPECT_EQ(mesh.cells[c].type, expected[c]);
+}
+
+TEST_F(VtkReader, RegionsMayBeRealButMustBeWhole) {
+  VtuText vtu;
+  vtu.cell_data = array("Float32", "region", "2 -3 4");
+  EXPECT_EQ(read("region.vtu", vtu.text()).cells[1].region, -3);
+  vtu.cell_data = array("Float32", "region", "2 2.5 4");
+  EXPECT_REFUSED(refusal("region.vtu", vtu.text()), "region 2.5 of cell 1");
+  vtu.cell_data = array("Float64", "region", "2 nan 4");
+  EXPECT_REFUSED(refusal("region.vtu", vtu.text()), "");
+  vtu.cell_data = array("Int64", "region", "2 99999999999 4");
+  EXPECT_REFUSED(refusal("region.vtu", vtu.text()), "of cell 1");
+  vtu.cell_data = array("Int32", "region", "1 1 2 2 3 3", 2);
+  EXPECT_REFUSED(refusal("region.vtu", vtu.text()), "\"region\"");
+}
+
+TEST_F(VtkReader, OtherDataSetsAreNamed) {
+  EXPECT_REFUSED(refusal("poly.vtk",
+                         "# vtk DataFile Version 3.0\nt\nASCII\nDATASET POLYDATA\n"
+                         "POINTS 3 float\n0 0 0 1 0 0 0 1 0\nPOLYGONS 1 4\n3 0 1 2\n"),
+                 "POLYDATA");
+  EXPECT_REFUSED(refusal("grid.vtk",
+                         "# vtk DataFile Version 3.0\nt\nASCII\n"
+                         "DATASET STRUCTURED_POINTS\nDIMENSIONS 2 2 2\n"),
+                 "STRUCTURED_POINTS");
+  VtuText vtu;
+  vtu.type = "PolyData";
+  EXPECT_REFUSED(refusal("poly.vtu", vtu.text()), "PolyData");
+  EXPECT_REFUSED(refusal("none.vtu", ""), "not a VTU file");
+  EXPECT_REFUSED(refusal("none.vtk", ""), "not a legacy VTK file");
+  EXPECT_REFUSED(refusal("text.vtu", "This is no mesh at all.\n"), "not a VTU file");
+  EXPECT_REFUSED(refusal("short.vtk", "# vtk DataFile Version 3.0"), "data set");
+}
+
+TEST_F(VtkReader, MissingFileAndDirectoryAreFileErrors) {
+  EXPECT_THROW(read_raw_mesh(path("missing.vtu")), FileError);
+  EXPECT_THROW(read_raw_mesh(path("missing.vtk")), FileError);
+  fs::create_directories(path("directory.vtu"));
+  EXPECT_THROW(read_raw_mesh(path("directory.vtu")), FileError);
+}
+
+TEST_F(VtkReader, CountsThatCannotBeAreRefused) {
+  for (const std::string count :
+       {"-5", "99999999999", "18446744073709551615", "3.5", "", "4", "6"}) {
+    VtuText points;
+    points.points = count;
+    EXPECT_NE(refusal("points.vtu", points.text()), "(accepted)") << count;
+    VtuText cells;
+    cells.cells = count;
+    EXPECT_NE(refusal("cells.vtu", cells.text()), "(accepted)") << count;
+  }
+  EXPECT_REFUSED(refusal("negative.vtu", replaced(VtuText{}.text(), "\"5\"", "\"-5\"")),
+                 "NumberOfPoints is \"-5\"");
+  for (const std::string count : {"-5", "99999999999", "18446744073709551615", "x", "4", "6"}) {
+    EXPECT_NE(refusal("points.vtk", replaced(kLegacyText, "POINTS 5", "POINTS " + count)),
+              "(accepted)")
+        << count;
+    EXPECT_NE(refusal("types.vtk", replaced(kLegacyText, "CELL_TYPES 3", "CELL_TYPES " + count)),
+              "(accepted)")
+        << count;
+    EXPECT_NE(refusal("cells.vtk", replaced(kLegacyText, "CELLS 3 14", "CELLS " + count + " 14")),
+              "(accepted)")
+        << count;
+    EXPECT_NE(refusal("size.vtk", replaced(kLegacyText, "CELLS 3 14", "CELLS 3 " + count)),
+              "(accepted)")
+        << count;
+  }
+}
+
+TEST_F(VtkReader, ConnectivityMustFit) {
+  VtuText vtu;
+  vtu.connectivity = "0 1 2 3  1 2 3 99  0 1 2";
+  EXPECT_REFUSED(refusal("far.vtu", vtu.text()), "cell 1 refers to point 99");
+  vtu.connectivity = "0 1 2 3  1 2 3 -4  0 1 2";
+  EXPECT_REFUSED(refusal("negative.vtu", vtu.text()), "point -4");
+  EXPECT_REFUSED(refusal("far.vtk", replaced(kLegacyText, "4 1 2 3 4", "4 1 2 3 5")), "point 5");
+  for (const std::string offsets : {"4 8 1000000", "4 8 12", "8 4 11", "-4 8 11", "4 8 10",
+                                    "4 8 -11", "4 800000000 11", "4 8"}) {
+    VtuText wrong;
+    wrong.offsets = offsets;
+    EXPECT_NE(refusal("offsets.vtu", wrong.text()), "(accepted)") << offsets;
+  }
+  for (const std::string types : {"10 10", "10 10 10", "200 10 10"}) {
+    VtuText wrong;
+    wrong.types = types;
+    EXPECT_NE(refusal("types.vtu", wrong.text()), "(accepted)") << types;
+  }
+}
+
+TEST_F(VtkReader, CoordinatesThatAreNotFiniteAreRefused) {
+  VtuText vtu;
+  vtu.coordinates = "0 0 0  1 0 0  0 nan 0  0 0 1  1 1 1";
+  EXPECT_NE(refusal("nan.vtu", vtu.text()), "(accepted)");
+  // In binary, where VTK does not look at them.
+  for (const double bad :
+       {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+    TetMesh mesh = generate_tetrahedron();
+    mesh.vertices[2].y() = bad;
+    for (const char* name : {"bad.vtu", "bad.vtk"}) {
+      write_mesh(mesh, path(name));
+      EXPECT_REFUSED(refusal(name, contents(path(name))), "vertex 2");
+    }
+  }
+}
+
+// A file cut off anywhere is refused, or nothing is lost.
+void expect_cuts_refused(const std::string& whole_path, const std::string& cut_path, int cuts) {
+  const TetMesh whole = read_mesh(whole_path);
+  const std::string text = contents(whole_path);
+  int refused = 0;
+  for (int i = 0; i < cuts; ++i) {
+    // Evenly, and each of the last bytes.
+    const std::size_t size =
+        i < 8 ? text.size() - 1 - static_cast<std::size_t>(i)
+              : text.size() * static_cast<std::size_t>(i - 8) / static_cast<std::size_t>(cuts - 8);
+    std::ofstream(cut_path, std::ios::binary) << text.substr(0, size);
+    try {
+      expect_same(read_mesh(cut_path), whole);
+    } catch (const FileError&) {
+      ++refused;
+    }
+  }
+  EXPECT_GE(refused, cuts - 8);
+}
+
+TEST_F(VtkReader, TruncatedFilesAreRefused) {
+  TetMesh mesh = generate_box({1, 1, 1}, {3, 2, 2});
+  for (auto& id : mesh.vertex_ids) id += 50;
+  for (std::size_t e = 0; e < mesh.regions.size(); ++e) mesh.regions[e] = static_cast<int>(e % 4);
+  write_mesh(mesh, path("whole.vtu"));
+  expect_cuts_refused(path("whole.vtu"), path("cut.vtu"), 40);
+  write_mesh(mesh, path("whole.vtk"));
+  expect_cuts_refused(path("whole.vtk"), path("cut.vtk"), 40);
+  file("text.vtu", VtuText{}.text());
+  expect_cuts_refused(path("text.vtu"), path("cut.vtu"), 30);
+}
+
+TEST_F(VtkReader, OwnLegacyFileCutBetweenSectionsIsRefused) {
+  write_mesh(generate_tetrahedron(), path("whole.vtk"));
+  const std::string text = contents(path("whole.vtk"));
+  for (const char* section : {"CELL_DATA", "POINT_DATA"}) {
+    const auto at = text.find(section);
+    ASSERT_NE(at, std::string::npos);
+    EXPECT_REFUSED(refusal("cut.vtk", text.substr(0, at)), "lacks the data");
+  }
+}
+
+TEST_F(VtkReader, DamagedBytesNeverCrashOrHang) {
+  TetMesh mesh = generate_box({1, 1, 1}, {2, 2, 2});
+  int refused = 0;
+  unsigned state = 12345;
+  const auto random = [&state] { return state = state * 1664525u + 1013904223u, state >> 8; };
+  for (const char* name : {"damaged.vtu", "damaged.vtk"}) {
+    write_mesh(mesh, path(name));
+    const std::string whole = contents(path(name));
+    for (int i = 0; i < 40; ++i) {
+      std::string text = whole;
+      for (int k = 0; k < 4; ++k) text[random() % text.size()] = static_cast<char>(random());
+      file(name, text);
+      try {
+        const TetMesh read = read_mesh(path(name));
+        EXPECT_GT(read.tetrahedron_count(), 0);
+      } catch (const FileError&) {
+        ++refused;
+      }
+    }
+  }
+  EXPECT_GT(refused, 20);
+}
+
+}  // namespace
+}  // namespace tetraction
