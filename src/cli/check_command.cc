@@ -1,8 +1,8 @@
 // tetraction check: is the scene right, the mesh good, the step stable, the derivatives exact?
+#include <fmt/format.h>
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
-#include <fmt/format.h>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -85,7 +85,8 @@ int check(const std::string& path, const std::vector<std::string>& overrides, bo
         system->total_mass(), wave_speed(lame, system->density()),
         system->constraints().free_count(), system->dof_count());
     fmt::print(
-        "stability limit of the explicit rules: h_crit = 2/omega_max = {:.6g} s (omega_max = {:.6g} "
+        "stability limit of the explicit rules: h_crit = 2/omega_max = {:.6g} s (omega_max = "
+        "{:.6g} "
         "rad/s, most at element {})\n",
         limit.critical_step, limit.omega_max,
         mesh.tetrahedron_ids[static_cast<std::size_t>(limit.element)]);
@@ -99,9 +100,10 @@ int check(const std::string& path, const std::vector<std::string>& overrides, bo
       fmt::print("time.step = {:.6g} s is {:.3g} times it\n", scene.time.step,
                  scene.time.step / limit.critical_step);
     }
-    fmt::print("\nanalytic derivatives against central differences, at the initial state strained "
-               "by about 10 %:\n{:<16}{:>18}{:>18}\n",
-               "material", "forces", "stiffness");
+    fmt::print(
+        "\nanalytic derivatives against central differences, at the initial state strained "
+        "by about 10 %:\n{:<16}{:>18}{:>18}\n",
+        "material", "forces", "stiffness");
     for (const auto& row : json["derivatives"]) {
       fmt::print("{:<16}{:>18.2e}{:>18.2e}{}\n", row["material"].get<std::string>(),
                  row["force_error"].get<double>(), row["stiffness_error"].get<double>(),

@@ -1,8 +1,8 @@
 // The program: command line in, exit code out. The only place that prints and exits.
+#include <fmt/format.h>
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
-#include <fmt/format.h>
 #include <new>
 
 #include "commands.h"

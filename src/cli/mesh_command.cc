@@ -1,8 +1,8 @@
 // tetraction mesh: look at, convert and make meshes.
+#include <fmt/format.h>
 #include <CLI/CLI.hpp>
 #include <array>
 #include <cstdio>
-#include <fmt/format.h>
 #include <memory>
 #include <string>
 #include <vector>

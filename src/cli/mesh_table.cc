@@ -122,8 +122,8 @@ void print_mesh_table(const TetMesh& mesh) {
   fmt::print("  {}:\n", first.name);
   for (std::size_t i = 0; i < bins.size(); ++i) {
     const double width = (first.max - first.min) / static_cast<double>(kBins);
-    const auto length = static_cast<std::size_t>(40.0 * static_cast<double>(bins[i]) /
-                                                 static_cast<double>(most));
+    const auto length =
+        static_cast<std::size_t>(40.0 * static_cast<double>(bins[i]) / static_cast<double>(most));
     fmt::print("  {:>8.3f} – {:<8.3f}{:>9}  {}\n", first.min + width * static_cast<double>(i),
                first.min + width * static_cast<double>(i + 1), bins[i], std::string(length, '#'));
   }

@@ -13,6 +13,7 @@ import matplotlib
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
+from matplotlib.lines import Line2D  # noqa: E402
 
 # Okabe and Ito's colours: told apart by colour-blind readers as well.
 STYLE = {
@@ -114,7 +115,6 @@ def over_time(study, folder, name, title, ylabel, value_of, floor):
     steps = sorted({run["step"] for run in study["runs"]})
     shades = plt.get_cmap("viridis")
     color = {h: shades(0.9 * i / max(1, len(steps) - 1)) for i, h in enumerate(steps)}
-    handles = {}
     for panel, (integrator, runs) in zip(panels.flat, groups.items()):
         panel.set_title(integrator, fontsize=10, fontweight="bold", color=style(integrator)[0])
         panel.set_yscale("log")
@@ -124,13 +124,12 @@ def over_time(study, folder, name, title, ylabel, value_of, floor):
                 continue
             values = [max(v, floor) for v in value_of(run, history)]
             dashed = run["status"] != "ok"
-            (line,) = panel.plot(
+            panel.plot(
                 history["time"], values, color=color[run["step"]], linewidth=1.3,
                 linestyle="--" if dashed else "-",
             )  # fmt: skip
             if dashed:
                 panel.plot(history["time"][-1], values[-1], "x", color=color[run["step"]], ms=7)
-            handles.setdefault(run["step"], line)
     for panel in panels[-1]:
         panel.set_xlabel("time [s]")
     for row in panels:
@@ -140,8 +139,8 @@ def over_time(study, folder, name, title, ylabel, value_of, floor):
     panels[0][0].set_ylim(bottom=floor)
     figure.suptitle(title)
     figure.legend(
-        [handles[h] for h in steps if h in handles],
-        [step_label(h, study["stable_step"]) for h in steps if h in handles],
+        [Line2D([], [], color=color[h]) for h in steps],
+        [step_label(h, study["stable_step"]) for h in steps],
         loc="lower center",
         bbox_to_anchor=(0.5, -0.04 - 0.02 * (rows == 1)),
         ncol=min(3, len(steps)),

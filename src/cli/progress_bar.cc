@@ -13,11 +13,14 @@ namespace {
 
 volatile std::sig_atomic_t interrupt_seen = 0;
 
-void note_interrupt(int) { interrupt_seen = 1; }
+void note_interrupt(int) {
+  interrupt_seen = 1;
+}
 
 std::string duration(double seconds) {
   const auto whole = static_cast<long>(seconds + 0.5);
-  if (whole >= 3600) return fmt::format("{}:{:02}:{:02}", whole / 3600, whole / 60 % 60, whole % 60);
+  if (whole >= 3600)
+    return fmt::format("{}:{:02}:{:02}", whole / 3600, whole / 60 % 60, whole % 60);
   return fmt::format("{}:{:02}", whole / 60, whole % 60);
 }
 
@@ -28,7 +31,9 @@ bool ProgressBar::possible() {
   return isatty(STDERR_FILENO) == 1 && (term == nullptr || std::strcmp(term, "dumb") != 0);
 }
 
-void ProgressBar::on_start(const Simulation&) { start_ = drawn_ = Clock::now(); }
+void ProgressBar::on_start(const Simulation&) {
+  start_ = drawn_ = Clock::now();
+}
 
 bool ProgressBar::on_step(const Simulation& simulation) {
   constexpr auto kRedraw = std::chrono::milliseconds(100);
@@ -36,8 +41,8 @@ bool ProgressBar::on_step(const Simulation& simulation) {
   const auto now = Clock::now();
   if (now - drawn_ < kRedraw) return true;
   drawn_ = now;
-  const double done = static_cast<double>(simulation.state().step) /
-                      static_cast<double>(simulation.step_count());
+  const double done =
+      static_cast<double>(simulation.state().step) / static_cast<double>(simulation.step_count());
   const double elapsed = std::chrono::duration<double>(now - start_).count();
   const auto filled = static_cast<std::size_t>(done * kWidth);
   fmt::print(stderr, "\r\033[K{} [{}{}] {:3.0f} %  step {}/{}  {} left", label_,
@@ -55,8 +60,12 @@ void ProgressBar::on_finish(const Simulation&) {
 
 InterruptGuard::InterruptGuard() : previous_(std::signal(SIGINT, note_interrupt)) {}
 
-InterruptGuard::~InterruptGuard() { std::signal(SIGINT, previous_); }
+InterruptGuard::~InterruptGuard() {
+  std::signal(SIGINT, previous_);
+}
 
-bool InterruptGuard::interrupted() { return interrupt_seen != 0; }
+bool InterruptGuard::interrupted() {
+  return interrupt_seen != 0;
+}
 
 }  // namespace tetraction

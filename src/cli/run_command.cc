@@ -1,7 +1,7 @@
 // tetraction run: one scene, one trajectory.
+#include <fmt/format.h>
 #include <CLI/CLI.hpp>
 #include <cstdio>
-#include <fmt/format.h>
 #include <memory>
 #include <optional>
 #include <string>
@@ -90,7 +90,8 @@ void add_run_command(CLI::App& app, int& exit_code) {
   command->add_option("scene", arguments->scene, "Scene file (TOML)")->required();
   command->add_option("--out", arguments->out, "Output directory (default: the scene's)");
   command
-      ->add_option("--set", arguments->overrides, "KEY=VALUE: overrides a scene key, e.g. time.step=1e-4")
+      ->add_option("--set", arguments->overrides,
+                   "KEY=VALUE: overrides a scene key, e.g. time.step=1e-4")
       ->take_all()
       ->allow_extra_args(false);
   command->add_flag("--quiet", arguments->quiet, "Only warnings and errors");

@@ -30,7 +30,9 @@ std::string mesh_remarks(const TetMesh& mesh) {
   return text.empty() ? text : mesh.source + ": " + text;
 }
 
-void print_note(const std::string& text) { fmt::print(stderr, "tetraction: note: {}\n", text); }
+void print_note(const std::string& text) {
+  fmt::print(stderr, "tetraction: note: {}\n", text);
+}
 
 void print_warning(const std::string& text) {
   fmt::print(stderr, "tetraction: warning: {}\n", text);

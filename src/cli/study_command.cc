@@ -1,9 +1,9 @@
 // tetraction study: the same motion by several integrators at several steps.
+#include <fmt/format.h>
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
-#include <fmt/format.h>
 #include <memory>
 #include <string>
 #include <vector>
@@ -48,8 +48,7 @@ std::string shell_quoted(const std::string& text) {
 // Draws the plots with matplotlib. They are an extra: the study stands without them.
 bool draw_plots(const std::string& directory) {
   // Debian's own python3 first: another one on the PATH does not have Debian's matplotlib.
-  const char* python =
-      std::filesystem::exists("/usr/bin/python3") ? "/usr/bin/python3" : "python3";
+  const char* python = std::filesystem::exists("/usr/bin/python3") ? "/usr/bin/python3" : "python3";
   const std::string command = fmt::format("{} - {}", python, shell_quoted(directory));
   std::FILE* pipe = popen(command.c_str(), "w");
   if (pipe == nullptr) return false;

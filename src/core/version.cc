@@ -4,14 +4,15 @@
 
 namespace tetraction {
 
-std::string version() { return TETRACTION_VERSION; }
+std::string version() {
+  return TETRACTION_VERSION;
+}
 
 BlasInfo blas_info() {
   // Looked up at run time: which BLAS is installed is Debian's alternatives' business, not the
   // linker's.
   using CoreName = char* (*)();
-  if (auto* core_name =
-          reinterpret_cast<CoreName>(dlsym(RTLD_DEFAULT, "openblas_get_corename"))) {
+  if (auto* core_name = reinterpret_cast<CoreName>(dlsym(RTLD_DEFAULT, "openblas_get_corename"))) {
     return {"OpenBLAS", core_name()};
   }
   return {"unknown (reference BLAS?)", ""};

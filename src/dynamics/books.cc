@@ -29,9 +29,8 @@ void Books::enter(const State& state, const StepOutcome& outcome) {
                std::abs(energies_.environment - initial_energies_.environment));
   largest_external_work_ = std::max(largest_external_work_, std::abs(external_work_));
   largest_energy_error_ = std::max(largest_energy_error_, std::abs(energy_error()));
-  largest_linear_drift_ =
-      std::max(largest_linear_drift_,
-               (momenta_.linear - initial_momenta_.linear - linear_impulse_).norm());
+  largest_linear_drift_ = std::max(
+      largest_linear_drift_, (momenta_.linear - initial_momenta_.linear - linear_impulse_).norm());
   largest_angular_drift_ =
       std::max(largest_angular_drift_,
                (momenta_.angular - initial_momenta_.angular - angular_impulse_).norm());

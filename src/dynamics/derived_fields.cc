@@ -44,8 +44,7 @@ ElementFields element_fields(const MechanicalSystem& system, const Vector& q) {
       stress = 0.5 * (stress + stress.transpose()).eval();
       const Matrix3 deviator = stress - stress.trace() / 3.0 * Matrix3::Identity();
       fields.cauchy_stress.col(e) = six_components(stress);
-      fields.green_strain.col(e) =
-          six_components(0.5 * (f.transpose() * f - Matrix3::Identity()));
+      fields.green_strain.col(e) = six_components(0.5 * (f.transpose() * f - Matrix3::Identity()));
       fields.von_mises(0, e) = std::sqrt(1.5) * deviator.norm();
       fields.jacobian(0, e) = j;
     }

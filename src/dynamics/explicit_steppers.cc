@@ -27,7 +27,8 @@ class ForceCache {
 
 class ExplicitStepper : public Stepper {
  public:
-  // `halves` 1: p moves by a whole step before q (α = 0); 2: by half before and half after (verlet).
+  // `halves` 1: p moves by a whole step before q (α = 0); 2: by half before and half after
+  // (verlet).
   ExplicitStepper(const MechanicalSystem& system, int halves) : Stepper(system), halves_(halves) {}
 
   void reset() override { force_.invalidate(); }

@@ -1,7 +1,7 @@
 #include "tetraction/dynamics/stability.h"
 
-#include <Eigen/Eigenvalues>
 #include <Spectra/SymEigsSolver.h>
+#include <Eigen/Eigenvalues>
 
 #include <algorithm>
 #include <cmath>

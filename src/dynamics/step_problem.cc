@@ -9,7 +9,8 @@
 namespace tetraction {
 
 StepProblem::StepProblem(const MechanicalSystem& system) : system_(system) {
-  // V (λ + 2μ) |∇N|²: what one metre of a node's displacement adds to the force, element by element.
+  // V (λ + 2μ) |∇N|²: what one metre of a node's displacement adds to the force, element by
+  // element.
   const LameParameters lame = initial_lame(system.elastic().material());
   const RestState& rest = system.rest();
   double sum = 0.0;
@@ -45,13 +46,15 @@ void StepProblem::begin(const State& state, double h, double alpha, const Vector
 Evaluation StepProblem::value(const Vector& x, double& phi) const {
   const Evaluation status = system_.elastic().value(x, phi);
   if (!status.ok()) return status;
-  phi += parallel_sum(system_.vertex_count(), [&](Index begin, Index end) {
-           double sum = 0.0;
-           for (Index v = begin; v < end; ++v) {
-             sum += system_.mass()[v] * (vertex_block(x, v) - vertex_block(target_, v)).squaredNorm();
-           }
-           return sum;
-         }) /
+  phi += parallel_sum(system_.vertex_count(),
+                      [&](Index begin, Index end) {
+                        double sum = 0.0;
+                        for (Index v = begin; v < end; ++v) {
+                          sum += system_.mass()[v] *
+                                 (vertex_block(x, v) - vertex_block(target_, v)).squaredNorm();
+                        }
+                        return sum;
+                      }) /
          (2.0 * step_ * step_);
   return status;
 }

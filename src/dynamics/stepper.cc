@@ -18,9 +18,8 @@ void Stepper::add_impulse(const Vector& x, const Vector& user_force, const Vecto
                           double weighted_h, StepOutcome& outcome) const {
   const Vector3& a = system_.environment().acceleration();
   for (Index v = 0; v < system_.vertex_count(); ++v) {
-    const Vector3 impulse =
-        weighted_h * (vertex_block(user_force, v) + vertex_block(reaction, v) +
-                      system_.mass()[v] * a);
+    const Vector3 impulse = weighted_h * (vertex_block(user_force, v) + vertex_block(reaction, v) +
+                                          system_.mass()[v] * a);
     outcome.linear_impulse += impulse;
     outcome.angular_impulse += vertex_block(x, v).cross(impulse);
   }

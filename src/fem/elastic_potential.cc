@@ -37,8 +37,8 @@ class FirstFailure {
 struct ElasticPotential::Impl {
   const RestState& rest;
   MaterialModel material;
-  std::vector<double> energies;                // per element
-  std::vector<Shape::NodeMatrix> gradients;    // per element
+  std::vector<double> energies;              // per element
+  std::vector<Shape::NodeMatrix> gradients;  // per element
 
   Impl(const RestState& rest_state, const MaterialModel& model)
       : rest(rest_state),
@@ -81,8 +81,12 @@ ElasticPotential::ElasticPotential(const RestState& rest, const MaterialModel& m
 ElasticPotential::~ElasticPotential() = default;
 ElasticPotential::ElasticPotential(ElasticPotential&&) noexcept = default;
 
-const RestState& ElasticPotential::rest() const { return impl_->rest; }
-const MaterialModel& ElasticPotential::material() const { return impl_->material; }
+const RestState& ElasticPotential::rest() const {
+  return impl_->rest;
+}
+const MaterialModel& ElasticPotential::material() const {
+  return impl_->material;
+}
 
 Evaluation ElasticPotential::admissible(const Vector& q) const {
   return impl_->for_each_admissible(q, [](Index, const auto&, const auto&) {});
@@ -103,8 +107,7 @@ Evaluation ElasticPotential::value_and_gradient(const Vector& q, double& energy,
   const Evaluation status = impl_->for_each_admissible(
       q, [this](Index e, const Shape::NodeMatrix& local, const auto& material) {
         const auto& rest = impl_->rest.element(e);
-        impl_->energies[static_cast<std::size_t>(e)] =
-            element_energy<Shape>(rest, material, local);
+        impl_->energies[static_cast<std::size_t>(e)] = element_energy<Shape>(rest, material, local);
         impl_->gradients[static_cast<std::size_t>(e)] =
             element_gradient<Shape>(rest, material, local);
       });
@@ -173,8 +176,7 @@ bool ElasticPotential::element_terms(Index e, const Vector& q, bool with_hessian
 void ElasticPotential::energy_densities(const Vector& q, Vector& densities) const {
   densities.setZero(impl_->rest.element_count());
   impl_->for_each_admissible(q, [&](Index e, const Shape::NodeMatrix& local, const auto& material) {
-    densities[e] =
-        material.energy_density(deformation_gradient(impl_->rest.element(e), 0, local));
+    densities[e] = material.energy_density(deformation_gradient(impl_->rest.element(e), 0, local));
   });
 }
 

@@ -22,20 +22,33 @@ struct GmshType {
 // Element types of the format, by number; those with other numbers are not known to this reader.
 const std::map<std::int64_t, GmshType>& gmsh_types() {
   static const std::map<std::int64_t, GmshType> types{
-      {1, {CellType::kLine, 2, 1}},           {2, {CellType::kTriangle, 3, 2}},
-      {3, {CellType::kQuadrilateral, 4, 2}},  {4, {CellType::kTetrahedron, 4, 3}},
-      {5, {CellType::kHexahedron, 8, 3}},     {6, {CellType::kWedge, 6, 3}},
-      {7, {CellType::kPyramid, 5, 3}},        {8, {CellType::kLine, 3, 1}},
-      {9, {CellType::kTriangle, 6, 2}},       {10, {CellType::kQuadrilateral, 9, 2}},
+      {1, {CellType::kLine, 2, 1}},
+      {2, {CellType::kTriangle, 3, 2}},
+      {3, {CellType::kQuadrilateral, 4, 2}},
+      {4, {CellType::kTetrahedron, 4, 3}},
+      {5, {CellType::kHexahedron, 8, 3}},
+      {6, {CellType::kWedge, 6, 3}},
+      {7, {CellType::kPyramid, 5, 3}},
+      {8, {CellType::kLine, 3, 1}},
+      {9, {CellType::kTriangle, 6, 2}},
+      {10, {CellType::kQuadrilateral, 9, 2}},
       {11, {CellType::kQuadraticTetrahedron, 10, 3}},
-      {12, {CellType::kHexahedron, 27, 3}},   {13, {CellType::kWedge, 18, 3}},
-      {14, {CellType::kPyramid, 14, 3}},      {15, {CellType::kVertex, 1, 0}},
-      {16, {CellType::kQuadrilateral, 8, 2}}, {17, {CellType::kHexahedron, 20, 3}},
-      {18, {CellType::kWedge, 15, 3}},        {19, {CellType::kPyramid, 13, 3}},
-      {20, {CellType::kTriangle, 9, 2}},      {21, {CellType::kTriangle, 10, 2}},
-      {22, {CellType::kTriangle, 12, 2}},     {23, {CellType::kTriangle, 15, 2}},
-      {26, {CellType::kLine, 4, 1}},          {27, {CellType::kLine, 5, 1}},
-      {28, {CellType::kLine, 6, 1}},          {29, {CellType::kQuadraticTetrahedron, 20, 3}},
+      {12, {CellType::kHexahedron, 27, 3}},
+      {13, {CellType::kWedge, 18, 3}},
+      {14, {CellType::kPyramid, 14, 3}},
+      {15, {CellType::kVertex, 1, 0}},
+      {16, {CellType::kQuadrilateral, 8, 2}},
+      {17, {CellType::kHexahedron, 20, 3}},
+      {18, {CellType::kWedge, 15, 3}},
+      {19, {CellType::kPyramid, 13, 3}},
+      {20, {CellType::kTriangle, 9, 2}},
+      {21, {CellType::kTriangle, 10, 2}},
+      {22, {CellType::kTriangle, 12, 2}},
+      {23, {CellType::kTriangle, 15, 2}},
+      {26, {CellType::kLine, 4, 1}},
+      {27, {CellType::kLine, 5, 1}},
+      {28, {CellType::kLine, 6, 1}},
+      {29, {CellType::kQuadraticTetrahedron, 20, 3}},
       {30, {CellType::kQuadraticTetrahedron, 35, 3}},
       {31, {CellType::kQuadraticTetrahedron, 56, 3}}};
   return types;
@@ -111,9 +124,10 @@ class GmshReader {
   // A count of items of at least so many bytes each.
   std::int64_t checked(std::int64_t count, const char* wanted, std::int64_t least_bytes) {
     if (count < 0 || count > static_cast<std::int64_t>(in_.remaining()) / least_bytes + 1) {
-      in_.fail(fmt::format("{} is {}, which the rest of the file cannot hold: it is truncated or "
-                           "broken.",
-                           wanted, count));
+      in_.fail(
+          fmt::format("{} is {}, which the rest of the file cannot hold: it is truncated or "
+                      "broken.",
+                      wanted, count));
     }
     return count;
   }
@@ -136,9 +150,10 @@ class GmshReader {
     const std::int64_t type = in_.integer("the file type");
     const std::int64_t data_size = in_.integer("the data size");
     if (version != 2.2 && version != 4.1) {
-      in_.fail(fmt::format("MSH format {} is not read; save the mesh as version 4.1 or 2.2 (gmsh "
-                           "-format msh41).",
-                           version));
+      in_.fail(
+          fmt::format("MSH format {} is not read; save the mesh as version 4.1 or 2.2 (gmsh "
+                      "-format msh41).",
+                      version));
     }
     version4_ = version == 4.1;
     if (type != 0 && type != 1) in_.fail(fmt::format("file type {} is neither 0 nor 1.", type));
@@ -215,7 +230,8 @@ class GmshReader {
 
   void read_nodes2() {
     // The count is text in both variants.
-    const std::int64_t nodes = checked(in_.integer("the number of nodes"), "the number of nodes", 8);
+    const std::int64_t nodes =
+        checked(in_.integer("the number of nodes"), "the number of nodes", 8);
     if (binary_) in_.skip_line();
     for (std::int64_t i = 0; i < nodes; ++i) {
       const std::int64_t tag = int32("a node tag");
@@ -244,7 +260,8 @@ class GmshReader {
       }
     }
     if (static_cast<std::int64_t>(mesh_.vertices.size()) != nodes) {
-      in_.fail(fmt::format("$Nodes announces {} nodes and holds {}.", nodes, mesh_.vertices.size()));
+      in_.fail(
+          fmt::format("$Nodes announces {} nodes and holds {}.", nodes, mesh_.vertices.size()));
     }
   }
 
@@ -315,7 +332,8 @@ class GmshReader {
                                             "the number of elements of a block", 8);
       const std::int64_t tags = checked(int32("the number of tags"), "the number of tags", 4);
       if (in_block < 1) in_.fail("a block of elements is empty.");
-      for (std::int64_t e = 0; e < in_block; ++e) read_cell2(type, int32("an element number"), tags);
+      for (std::int64_t e = 0; e < in_block; ++e)
+        read_cell2(type, int32("an element number"), tags);
       i += in_block;
     }
   }
@@ -358,6 +376,8 @@ class GmshReader {
 
 }  // namespace
 
-RawMesh read_gmsh(const std::string& path) { return GmshReader(path).read(); }
+RawMesh read_gmsh(const std::string& path) {
+  return GmshReader(path).read();
+}
 
 }  // namespace tetraction

@@ -23,6 +23,13 @@ namespace {
 constexpr int kOutOfMemory = 3;
 constexpr int kOtherException = 4;
 
+// The address sanitizer's shadow memory alone is terabytes of address space.
+#ifdef __SANITIZE_ADDRESS__
+constexpr bool kSanitized = true;
+#else
+constexpr bool kSanitized = false;
+#endif
+
 // Address space in use, bytes; a limit below it would stop the child at once.
 std::size_t address_space() {
   std::ifstream file("/proc/self/statm");
@@ -54,10 +61,10 @@ void write_all(int descriptor, const char* data, std::size_t size) {
   // is SIGXCPU, which tells it from a crash.
   const auto seconds = static_cast<std::size_t>(limits.seconds / 2) + 1;
   set_limit(RLIMIT_CPU, seconds, seconds + 1);
-#ifndef __SANITIZE_ADDRESS__  // its shadow memory alone is terabytes of address space
-  const std::size_t memory = address_space() + limits.memory;
-  set_limit(RLIMIT_AS, memory, memory);
-#endif
+  if (!kSanitized) {
+    const std::size_t memory = address_space() + limits.memory;
+    set_limit(RLIMIT_AS, memory, memory);
+  }
   for (const int signal : {SIGSEGV, SIGBUS, SIGABRT, SIGFPE, SIGILL, SIGXCPU}) {
     std::signal(signal, SIG_DFL);
   }

@@ -20,13 +20,15 @@ RawMesh read_raw_mesh(const std::string& path) {
   const bool known = extension == ".vtu" || extension == ".vtk" || extension == ".msh" ||
                      extension == ".node" || extension == ".ele" || extension == ".veg";
   if (!known) {
-    throw FileError(fmt::format("{}: the ending \"{}\" is not that of a mesh; .vtu .vtk .msh .node "
-                                ".ele .veg are read.",
-                                path, extension));
+    throw FileError(
+        fmt::format("{}: the ending \"{}\" is not that of a mesh; .vtu .vtk .msh .node "
+                    ".ele .veg are read.",
+                    path, extension));
   }
   std::error_code error;
   if (!std::filesystem::exists(path, error)) {
-    throw FileError(path + ": no such file. Check mesh.file; it is relative to the scene's folder.");
+    throw FileError(path +
+                    ": no such file. Check mesh.file; it is relative to the scene's folder.");
   }
   if (extension == ".msh") return read_gmsh(path);
   if (extension == ".veg") return read_vega(path);

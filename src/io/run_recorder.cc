@@ -39,7 +39,9 @@ std::string history_row(const Simulation& simulation) {
   return row + fmt::format(",{}\n", simulation.last_iterations());
 }
 
-Matrix columns(const Vector& field) { return field.reshaped(3, field.size() / 3); }
+Matrix columns(const Vector& field) {
+  return field.reshaped(3, field.size() / 3);
+}
 
 Frame make_frame(const Simulation& simulation) {
   const MechanicalSystem& system = simulation.system();
@@ -54,9 +56,8 @@ Frame make_frame(const Simulation& simulation) {
     fixed(0, v) = c.is_fixed(3 * v) || c.is_fixed(3 * v + 1) || c.is_fixed(3 * v + 2) ? 1.0 : 0.0;
   }
   // The user forces of the step just taken (of the first step, at the start).
-  const double start = state.step > 0
-                           ? static_cast<double>(state.step - 1) * simulation.time_step()
-                           : 0.0;
+  const double start =
+      state.step > 0 ? static_cast<double>(state.step - 1) * simulation.time_step() : 0.0;
   frame.point_fields = {
       {"displacement", columns(state.position - system.mesh().rest_positions())},
       {"velocity", columns(state.velocity)},
@@ -124,8 +125,7 @@ struct RunRecorder::Impl {
   }
 };
 
-RunRecorder::RunRecorder(std::string directory, int frame_every)
-    : impl_(std::make_unique<Impl>()) {
+RunRecorder::RunRecorder(std::string directory, int frame_every) : impl_(std::make_unique<Impl>()) {
   impl_->directory = std::move(directory);
   impl_->frame_every = frame_every;
 }
@@ -142,8 +142,9 @@ void RunRecorder::on_start(const Simulation& simulation) {
   }
   s.history.open(s.path("history.csv"), std::ios::binary);
   if (!s.history) {
-    throw OutputError(fmt::format("{}: cannot be written ({}). Choose another directory with --out.",
-                                  s.path("history.csv"), std::strerror(errno)));
+    throw OutputError(
+        fmt::format("{}: cannot be written ({}). Choose another directory with --out.",
+                    s.path("history.csv"), std::strerror(errno)));
   }
   s.history << kHistoryHeader;
   s.frames = std::make_unique<FrameWriter>(simulation.system().mesh(), s.directory);

@@ -80,10 +80,10 @@ std::string study_json(const StudyResult& result, const std::string& scene_name)
 }
 
 std::string study_table(const StudyResult& result) {
-  std::string text = fmt::format("{:<15}{:>11}{:>9}{:>10}{:>8}{:>10}{:>9}{:>9}{:>10}{:>10}{:>10}{:>7}\n",
-                                 "integrator", "step [s]", "h/h_crit", "status", "steps",
-                                 "wall [s]", "iter/st", "energy", "lin.mom.", "ang.mom.",
-                                 "pos.error", "order");
+  std::string text =
+      fmt::format("{:<15}{:>11}{:>9}{:>10}{:>8}{:>10}{:>9}{:>9}{:>10}{:>10}{:>10}{:>7}\n",
+                  "integrator", "step [s]", "h/h_crit", "status", "steps", "wall [s]", "iter/st",
+                  "energy", "lin.mom.", "ang.mom.", "pos.error", "order");
   for (std::size_t i = 0; i < result.rows.size(); ++i) {
     const StudyRow& row = result.rows[i];
     if (i > 0 && result.rows[i - 1].integrator != row.integrator) text += '\n';

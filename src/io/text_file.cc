@@ -16,9 +16,10 @@ void write_text_file(const std::string& path, const std::string& text) {
   const auto fail = [&] {
     const std::string reason = std::strerror(errno);
     std::remove(temporary.c_str());
-    throw OutputError(fmt::format("{}: cannot be written ({}). Check the directory's permissions "
-                                  "and the free space.",
-                                  path, reason));
+    throw OutputError(
+        fmt::format("{}: cannot be written ({}). Check the directory's permissions "
+                    "and the free space.",
+                    path, reason));
   };
   {
     std::ofstream file(temporary, std::ios::binary);

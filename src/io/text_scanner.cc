@@ -14,7 +14,9 @@
 namespace tetraction {
 namespace {
 
-bool is_space(char c) { return c == ' ' || c == '\n' || c == '\t' || c == '\r'; }
+bool is_space(char c) {
+  return c == ' ' || c == '\n' || c == '\t' || c == '\r';
+}
 
 template <class Number>
 bool parse(std::string_view token, Number& value) {

@@ -86,7 +86,8 @@ class VegaReader {
     if (kind == "CUBIC") {
       type = CellType::kHexahedron;
     } else if (kind != "TET" && kind != "TETS") {
-      in_.fail(fmt::format("elements of kind \"{}\" are not known; there are TET and CUBIC.", kind));
+      in_.fail(
+          fmt::format("elements of kind \"{}\" are not known; there are TET and CUBIC.", kind));
     }
     const std::int64_t elements = in_.count("the number of elements", 8);
     const std::int64_t nodes = in_.integer("the number of nodes of an element");
@@ -189,6 +190,8 @@ class VegaReader {
 
 }  // namespace
 
-RawMesh read_vega(const std::string& path) { return VegaReader(path).read(); }
+RawMesh read_vega(const std::string& path) {
+  return VegaReader(path).read();
+}
 
 }  // namespace tetraction

@@ -92,7 +92,8 @@ class Builder {
     if (mesh_.tetrahedra.empty()) {
       std::string others;
       for (const auto& [type, count] : mesh_.report.skipped_cells) {
-        others += fmt::format("{}{} of type {}", others.empty() ? "" : ", ", count, to_string(type));
+        others +=
+            fmt::format("{}{} of type {}", others.empty() ? "" : ", ", count, to_string(type));
       }
       refuse(fmt::format("the mesh holds no tetrahedra ({}). Give a volume mesh of tetrahedra.",
                          others.empty() ? "no cells at all" : "only " + others));
@@ -151,9 +152,10 @@ class Builder {
       }
       const double volume = mesh_.volume(e);
       if (!(std::abs(6.0 * volume) > kFlat * longest * longest * longest)) {
-        refuse(fmt::format("element {} has no volume ({:.3g} m³ with a longest edge of {:.3g} m). "
-                           "Repair or remove it.",
-                           mesh_.tetrahedron_ids[static_cast<std::size_t>(e)], volume, longest));
+        refuse(
+            fmt::format("element {} has no volume ({:.3g} m³ with a longest edge of {:.3g} m). "
+                        "Repair or remove it.",
+                        mesh_.tetrahedron_ids[static_cast<std::size_t>(e)], volume, longest));
       }
       if (volume < 0.0) {
         std::swap(t[2], t[3]);
@@ -197,6 +199,8 @@ class Builder {
 
 }  // namespace
 
-TetMesh build_mesh(RawMesh raw, double scale) { return Builder(std::move(raw), scale).build(); }
+TetMesh build_mesh(RawMesh raw, double scale) {
+  return Builder(std::move(raw), scale).build();
+}
 
 }  // namespace tetraction

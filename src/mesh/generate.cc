@@ -43,8 +43,8 @@ TetMesh generate_box(const Vector3& size, const std::array<int, 3>& cells) {
   }
   constexpr double kMost = 5e8;
   if (vertices > kMost) {
-    throw InputError(fmt::format("A box of {:.3g} vertices is too large: ask for fewer cells.",
-                                 vertices));
+    throw InputError(
+        fmt::format("A box of {:.3g} vertices is too large: ask for fewer cells.", vertices));
   }
 
   TetMesh mesh;
@@ -61,9 +61,7 @@ TetMesh generate_box(const Vector3& size, const std::array<int, 3>& cells) {
       }
     }
   }
-  const auto vertex = [&](Index i, Index j, Index k) {
-    return i + (nx + 1) * (j + (ny + 1) * k);
-  };
+  const auto vertex = [&](Index i, Index j, Index k) { return i + (nx + 1) * (j + (ny + 1) * k); };
   // Six paths along the axes from corner (0,0,0) to (1,1,1), one tetrahedron each.
   constexpr std::array<std::array<std::size_t, 3>, 6> kPaths{
       {{0, 1, 2}, {1, 2, 0}, {2, 0, 1}, {0, 2, 1}, {1, 0, 2}, {2, 1, 0}}};

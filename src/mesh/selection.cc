@@ -102,7 +102,8 @@ struct Selector {
 
   std::vector<Index> operator()(const SelectSurface&) const {
     std::vector<Index> found;
-    for (const auto& face : boundary_faces(mesh)) found.insert(found.end(), face.begin(), face.end());
+    for (const auto& face : boundary_faces(mesh))
+      found.insert(found.end(), face.begin(), face.end());
     return found;
   }
 

@@ -74,8 +74,7 @@ std::vector<std::array<Index, 3>> boundary_faces(const TetMesh& mesh) {
       faces.push_back(face);
     }
   }
-  std::sort(faces.begin(), faces.end(),
-            [](const Face& a, const Face& b) { return a.key < b.key; });
+  std::sort(faces.begin(), faces.end(), [](const Face& a, const Face& b) { return a.key < b.key; });
   std::vector<std::array<Index, 3>> boundary;
   for (std::size_t i = 0; i < faces.size();) {
     std::size_t next = i + 1;

@@ -30,7 +30,8 @@ DofConstraints make_constraints(const Scene& scene, const TetMesh& mesh) {
   for (const FixSettings& fix : scene.fix) {
     for (const Index v : select_at(mesh, fix.select, fix.where)) {
       for (Index i = 0; i < 3; ++i) {
-        if (fix.components[static_cast<std::size_t>(i)]) fixed[static_cast<std::size_t>(3 * v + i)] = 1;
+        if (fix.components[static_cast<std::size_t>(i)])
+          fixed[static_cast<std::size_t>(3 * v + i)] = 1;
       }
     }
   }
@@ -70,9 +71,10 @@ void move_to_targets(const Scene& scene, const TetMesh& mesh, Vector& position) 
         if (fix.offset) target += (*fix.offset)[i];
         auto& done = placed[static_cast<std::size_t>(dof)];
         if (done != 0 && position[dof] != target) {
-          throw InputError(fix.where + ": vertex " +
-                           std::to_string(mesh.vertex_ids[static_cast<std::size_t>(v)]) +
-                           " is fixed twice, to different targets. Let only one [[fix]] select it.");
+          throw InputError(
+              fix.where + ": vertex " +
+              std::to_string(mesh.vertex_ids[static_cast<std::size_t>(v)]) +
+              " is fixed twice, to different targets. Let only one [[fix]] select it.");
         }
         done = 1;
         position[dof] = target;

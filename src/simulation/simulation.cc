@@ -90,9 +90,10 @@ struct Simulation::Impl {
     }
     step_count = static_cast<Index>(std::llround(time.end / time_step));
     if (step_count < 1) {
-      throw InputError(fmt::format("The run has no step: time.end = {} s is less than half of "
-                                   "time.step = {} s. Make the step smaller or the end later.",
-                                   time.end, time_step));
+      throw InputError(
+          fmt::format("The run has no step: time.end = {} s is less than half of "
+                      "time.step = {} s. Make the step smaller or the end later.",
+                      time.end, time_step));
     }
     if (!is_implicit(time.integrator) && time_step > initial_limit.critical_step) {
       warning = fmt::format(
@@ -112,7 +113,8 @@ struct Simulation::Impl {
           time_step, limit, initial_limit.critical_step);
     }
     return fmt::format(
-        "The step is {:.4g} s, {:.3g} times the explicit stability limit of {:.4g} s: too large for "
+        "The step is {:.4g} s, {:.3g} times the explicit stability limit of {:.4g} s: too large "
+        "for "
         "this motion. Take a smaller time.step{}.",
         time_step, time_step / limit, limit,
         scene.time.integrator == Integrator::kBackwardEuler ? "" : " or backward-euler");
@@ -129,7 +131,8 @@ struct Simulation::Impl {
 
   void stop(RunStatus how, const std::string& what, Index element) {
     status = how;
-    const std::string where = element >= 0 ? fmt::format(" at element {}", element_id(element)) : "";
+    const std::string where =
+        element >= 0 ? fmt::format(" at element {}", element_id(element)) : "";
     message = fmt::format("step {} (t = {:.6g} s): {}{}. {}", state.step + 1,
                           state.time + time_step, what, where, limit_advice());
   }
@@ -183,12 +186,13 @@ bool Simulation::step() {
       s.stop(RunStatus::kUnstable, "positions or momenta overflowed", s.hottest_element());
       return false;
     case StepStatus::kNotConverged:
-      s.stop(RunStatus::kNotConverged,
-             fmt::format("the implicit step did not converge after {} iterations: {} (force residual "
-                         "{:.3g} N, allowed {:.3g} N)",
-                         outcome.minimizer.iterations, outcome.message,
-                         outcome.minimizer.residual, outcome.minimizer.residual_limit),
-             -1);
+      s.stop(
+          RunStatus::kNotConverged,
+          fmt::format("the implicit step did not converge after {} iterations: {} (force residual "
+                      "{:.3g} N, allowed {:.3g} N)",
+                      outcome.minimizer.iterations, outcome.message, outcome.minimizer.residual,
+                      outcome.minimizer.residual_limit),
+          -1);
       return false;
   }
   // Multiples of h, not a running sum: the time carries no accumulated round-off.
@@ -227,25 +231,57 @@ RunStatus Simulation::run(const std::vector<Observer*>& observers) {
   return s.status;
 }
 
-const Scene& Simulation::scene() const { return impl_->scene; }
-const MechanicalSystem& Simulation::system() const { return *impl_->system; }
-const State& Simulation::state() const { return impl_->state; }
-const Books& Simulation::books() const { return *impl_->books; }
-RunStatus Simulation::status() const { return impl_->status; }
-const std::string& Simulation::message() const { return impl_->message; }
-double Simulation::time_step() const { return impl_->time_step; }
-Index Simulation::step_count() const { return impl_->step_count; }
-const StabilityLimit& Simulation::initial_limit() const { return impl_->initial_limit; }
+const Scene& Simulation::scene() const {
+  return impl_->scene;
+}
+const MechanicalSystem& Simulation::system() const {
+  return *impl_->system;
+}
+const State& Simulation::state() const {
+  return impl_->state;
+}
+const Books& Simulation::books() const {
+  return *impl_->books;
+}
+RunStatus Simulation::status() const {
+  return impl_->status;
+}
+const std::string& Simulation::message() const {
+  return impl_->message;
+}
+double Simulation::time_step() const {
+  return impl_->time_step;
+}
+Index Simulation::step_count() const {
+  return impl_->step_count;
+}
+const StabilityLimit& Simulation::initial_limit() const {
+  return impl_->initial_limit;
+}
 StabilityLimit Simulation::current_limit() const {
   return stability_limit(*impl_->system, impl_->state.position);
 }
-const std::string& Simulation::warning() const { return impl_->warning; }
-const Vector& Simulation::reaction_force() const { return impl_->stepper->reaction_force(); }
-int Simulation::last_iterations() const { return impl_->last_report.iterations; }
-Index Simulation::total_iterations() const { return impl_->total_iterations; }
-Index Simulation::total_factorizations() const { return impl_->total_factorizations; }
-const std::string& Simulation::solver_message() const { return impl_->last_report.message; }
-const PhaseTimes& Simulation::times() const { return impl_->times; }
+const std::string& Simulation::warning() const {
+  return impl_->warning;
+}
+const Vector& Simulation::reaction_force() const {
+  return impl_->stepper->reaction_force();
+}
+int Simulation::last_iterations() const {
+  return impl_->last_report.iterations;
+}
+Index Simulation::total_iterations() const {
+  return impl_->total_iterations;
+}
+Index Simulation::total_factorizations() const {
+  return impl_->total_factorizations;
+}
+const std::string& Simulation::solver_message() const {
+  return impl_->last_report.message;
+}
+const PhaseTimes& Simulation::times() const {
+  return impl_->times;
+}
 
 double Simulation::constraint_error() const {
   double error = 0.0;

@@ -14,13 +14,18 @@ namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
+// An error less than this many times the reference's own says nothing of an order.
+constexpr double kAboveReference = 5.0;
+
 struct Run {
   StudyRow row;
   Vector final_position;
 };
 
 // The step nearest to h that divides `end`.
-double dividing_step(double h, double end) { return end / std::max(1.0, std::round(end / h)); }
+double dividing_step(double h, double end) {
+  return end / std::max(1.0, std::round(end / h));
+}
 
 class Study {
  public:
@@ -53,8 +58,8 @@ class Study {
       if (progress) {
         progress(runs.size(), count, settings_.reference_integrator, result_.reference_step);
       }
-      reference = run_one(settings_.reference_integrator, result_.reference_step, "reference-",
-                          observers);
+      reference =
+          run_one(settings_.reference_integrator, result_.reference_step, "reference-", observers);
     }
     result_.reference_status = reference.row.status;
     result_.reference_directory = reference.row.directory;
@@ -109,9 +114,9 @@ class Study {
 
   double checked(double step) {
     if (!(step > 0.0) || !std::isfinite(step) || step > result_.end) {
-      throw InputError(fmt::format(
-          "A study's step must be positive and at most the end time {} s, not {} s.", result_.end,
-          step));
+      throw InputError(
+          fmt::format("A study's step must be positive and at most the end time {} s, not {} s.",
+                      result_.end, step));
     }
     const double used = dividing_step(step, result_.end);
     if (std::abs(used - step) <= 1e-9 * step) return step;
@@ -149,10 +154,10 @@ class Study {
     const double simulated = simulation.state().time;
     run.row.seconds_per_simulated_second =
         simulated > 0.0 ? run.row.wall_seconds / simulated : kNone;
-    run.row.iterations_per_step =
-        run.row.steps > 0 ? static_cast<double>(simulation.total_iterations()) /
-                                static_cast<double>(run.row.steps)
-                          : 0.0;
+    run.row.iterations_per_step = run.row.steps > 0
+                                      ? static_cast<double>(simulation.total_iterations()) /
+                                            static_cast<double>(run.row.steps)
+                                      : 0.0;
     const Books& books = simulation.books();
     run.row.max_relative_energy_drift = books.max_relative_energy_drift();
     run.row.linear_momentum_drift = books.linear_momentum_drift();
@@ -171,15 +176,35 @@ class Study {
         run.row.position_error = (run.final_position - reference.final_position).norm() / norm;
       }
     }
+    const double reference_error = error_of_reference(runs);
     for (std::size_t i = 1; i < runs.size(); ++i) {
       const StudyRow& finer = runs[i - 1].row;
       StudyRow& row = runs[i].row;
       if (finer.integrator != row.integrator || is_reference(finer)) continue;
       const bool family = row.integrator == result_.reference_integrator;
+      if (!family && finer.position_error < kAboveReference * reference_error) continue;
       row.observed_order =
           observed_order(finer.step, finer.position_error, row.step, row.position_error,
                          family ? result_.reference_step : 0.0);
     }
+  }
+
+  // What the reference itself is off by, from the finest other run of its family and the rule's
+  // order p: e(h) = C (h^p − h_r^p), so that C h_r^p = e h_r^p/(h^p − h_r^p). Zero if there is
+  // none.
+  double error_of_reference(const std::vector<Run>& runs) const {
+    for (const Run& run : runs) {
+      const StudyRow& row = run.row;
+      if (row.integrator != result_.reference_integrator || !(row.position_error > 0.0) ||
+          row.step <= result_.reference_step) {
+        continue;
+      }
+      const bool second =
+          row.integrator == Integrator::kMidpoint || row.integrator == Integrator::kVerlet;
+      const double ratio = std::pow(row.step / result_.reference_step, second ? 2.0 : 1.0);
+      return row.position_error / (ratio - 1.0);
+    }
+    return 0.0;
   }
 
   const Scene& scene_;

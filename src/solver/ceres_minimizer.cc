@@ -23,8 +23,8 @@ constexpr int kRows = kDofs + 1;
 // Residuals and Jacobian of one element at the point evaluated last.
 struct ElementResidual {
   bool defined = false;
-  double root = 0.0;                               // r₀
-  Eigen::Matrix<double, kRows, kDofs> jacobian;    // row 0: ∂r₀; below: K
+  double root = 0.0;                             // r₀
+  Eigen::Matrix<double, kRows, kDofs> jacobian;  // row 0: ∂r₀; below: K
 };
 
 // K with KᵀK = the positive semidefinite part of h.
@@ -40,7 +40,9 @@ Shape::DofMatrix square_root(const Shape::DofMatrix& h) {
 class Evaluator : public ceres::EvaluationCallback {
  public:
   Evaluator(const MechanicalSystem& system, const Vector& x)
-      : system_(system), x_(x), elements_(static_cast<std::size_t>(system.rest().element_count())) {}
+      : system_(system),
+        x_(x),
+        elements_(static_cast<std::size_t>(system.rest().element_count())) {}
 
   void begin(const StepProblem& problem, double shift_density) {
     problem_ = &problem;
@@ -73,8 +75,8 @@ class Evaluator : public ceres::EvaluationCallback {
     if (!with_jacobian) return;
     const Eigen::Map<const Shape::DofVector> gradient(terms.gradient.data());
     result.jacobian.row(0) = gradient.transpose() / result.root;
-    result.jacobian.bottomRows<kDofs>() = square_root(
-        terms.hessian - gradient * gradient.transpose() / (2.0 * shifted));
+    result.jacobian.bottomRows<kDofs>() =
+        square_root(terms.hessian - gradient * gradient.transpose() / (2.0 * shifted));
   }
 
   const MechanicalSystem& system_;
@@ -169,9 +171,9 @@ class CeresMinimizer : public Minimizer {
       return report;
     }
     x_ = x;
-    // Near the minimum the changes of the cost drown in its round-off, and Ceres, which judges by the
-    // cost, refuses the last steps: these are judged by the gradient. Should that fail as well, Ceres
-    // goes on from there with a smaller constant under the root, which costs fewer digits.
+    // Near the minimum the changes of the cost drown in its round-off, and Ceres, which judges by
+    // the cost, refuses the last steps: these are judged by the gradient. Should that fail as well,
+    // Ceres goes on from there with a smaller constant under the root, which costs fewer digits.
     double shift = shift_density(problem);
     for (int attempt = 0; attempt < kAttempts; ++attempt, shift *= 1e-3) {
       solve(problem, shift, report);
@@ -261,8 +263,9 @@ class CeresMinimizer : public Minimizer {
     }
   }
 
-  // Newton steps with the exact Hessian, each kept only if it halves the gradient; the matrix has to
-  // be positive definite, so that this cannot leave the minimum's surroundings for a saddle point.
+  // Newton steps with the exact Hessian, each kept only if it halves the gradient; the matrix has
+  // to be positive definite, so that this cannot leave the minimum's surroundings for a saddle
+  // point.
   void polish(const StepProblem& problem, MinimizerReport& report) {
     if (!cholesky_) {
       pattern_ = std::make_unique<SparsityPattern>(system_.rest(), system_.constraints());

@@ -53,12 +53,13 @@ class ImplicitStep : public testing::Test {
           k(pattern.rows()[static_cast<std::size_t>(i)], j) = values[static_cast<std::size_t>(i)];
         }
       }
-      const Vector step = system_.constraints().extend_by_zero(
-          k.selfadjointView<Eigen::Lower>().ldlt().solve(
+      const Vector step =
+          system_.constraints().extend_by_zero(k.selfadjointView<Eigen::Lower>().ldlt().solve(
               -system_.constraints().restrict_to_free(gradient)));
       double length = 1.0;
       double trial = 0.0;
-      while (!problem_.value(x + length * step, trial).ok() || trial > phi + 1e-12 * std::abs(phi)) {
+      while (!problem_.value(x + length * step, trial).ok() ||
+             trial > phi + 1e-12 * std::abs(phi)) {
         length *= 0.5;
         if (length < 1e-6) break;
       }

@@ -1,5 +1,5 @@
-// The clamped beam against other codes: 4 × 1 × 1 m, 20 × 4 × 4 cells of six tetrahedra, neo-Hookean
-// with E = 1 MPa and ν = 0.4, density 1000, gravity 9.81, 20 steps of 0.01 s from rest.
+// The clamped beam against other codes: 4 × 1 × 1 m, 20 × 4 × 4 cells of six tetrahedra,
+// neo-Hookean with E = 1 MPa and ν = 0.4, density 1000, gravity 9.81, 20 steps of 0.01 s from rest.
 #include <gtest/gtest.h>
 
 #include "tetraction/mesh/generate.h"

@@ -10,7 +10,9 @@ namespace {
 
 using namespace testing_support;
 
-TetMesh block_of(const Scene& scene) { return generate_mesh(*scene.mesh.generate); }
+TetMesh block_of(const Scene& scene) {
+  return generate_mesh(*scene.mesh.generate);
+}
 
 double stable_step() {
   const Scene scene = spinning_block(Integrator::kVerlet, 1e-6, 1e-6);
@@ -115,9 +117,9 @@ TEST(Instability, ExplicitExplodesAboveTheLimitAndSaysWhereAndWhy) {
   EXPECT_TRUE(simulation.state().position.allFinite());
 }
 
-// ½ ω q² with symplectic Euler, realised as the breathing of one free tetrahedron would be nonlinear;
-// the limit itself is a statement on the linearised body: a tiny motion at 0.995 h_crit stays
-// bounded, at 1.005 h_crit it grows without bound.
+// ½ ω q² with symplectic Euler, realised as the breathing of one free tetrahedron would be
+// nonlinear; the limit itself is a statement on the linearised body: a tiny motion at 0.995 h_crit
+// stays bounded, at 1.005 h_crit it grows without bound.
 TEST(Instability, LimitIsSharpForSmallMotions) {
   for (const auto& [factor, stable] : {std::pair{0.995, true}, std::pair{1.005, false}}) {
     Scene scene = spinning_block(Integrator::kExplicit, 1.0, 1.0);

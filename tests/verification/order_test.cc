@@ -23,8 +23,8 @@ TEST(Orders, ExplicitAndBackwardEulerOneVerletAndMidpointTwo) {
     ASSERT_EQ(row.status, RunStatus::kFinished) << row.message;
     if (std::isnan(row.observed_order)) continue;
     ++compared;
-    const bool first = row.integrator == Integrator::kExplicit ||
-                       row.integrator == Integrator::kBackwardEuler;
+    const bool first =
+        row.integrator == Integrator::kExplicit || row.integrator == Integrator::kBackwardEuler;
     EXPECT_NEAR(row.observed_order, first ? 1.0 : 2.0, 0.1)
         << to_string(row.integrator) << " " << row.step;
   }

@@ -28,7 +28,8 @@ TEST(BarWave, FirstFixedFreeFrequency) {
   State state = system.rest_state();
   for (Index v = 0; v < mesh.vertex_count(); ++v) {
     state.position[3 * v] +=
-        kAmplitude * std::sin(0.5 * std::numbers::pi * mesh.vertices[static_cast<std::size_t>(v)].x() / kLength);
+        kAmplitude *
+        std::sin(0.5 * std::numbers::pi * mesh.vertices[static_cast<std::size_t>(v)].x() / kLength);
   }
   const double frequency = wave_speed(lame, 1000.0) / (4.0 * kLength);
   const double step = 1.0 / frequency / 2000.0;
@@ -100,10 +101,11 @@ TEST(TurekHron, Csm1WithLinearTetrahedra) {
                     mesh.vertices[static_cast<std::size_t>(tip)];
   EXPECT_NEAR(u.y(), -61.1e-3 * 65.54 / 66.10, 0.02 * 61.1e-3);
   EXPECT_LT(u.x(), 0.0);
-  // At rest the reactions carry the weight, up to the sum of the residuals that round-off leaves in a
-  // body whose stiffest and softest modes differ by nine orders of magnitude.
+  // At rest the reactions carry the weight, up to the sum of the residuals that round-off leaves in
+  // a body whose stiffest and softest modes differ by nine orders of magnitude.
   double reaction = 0.0;
-  for (Index v = 0; v < mesh.vertex_count(); ++v) reaction += simulation.reaction_force()[3 * v + 1];
+  for (Index v = 0; v < mesh.vertex_count(); ++v)
+    reaction += simulation.reaction_force()[3 * v + 1];
   EXPECT_NEAR(reaction, 2.0 * simulation.system().total_mass(),
               1e-7 * 2.0 * simulation.system().total_mass());
 }

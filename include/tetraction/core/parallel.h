@@ -18,8 +18,8 @@ int thread_count();
 /// Exceptions of the body are rethrown in the calling thread.
 void parallel_for(Index count, Index grain, const std::function<void(Index, Index)>& body);
 
-/// Sum over [0, count) of what `partial(begin, end)` returns for fixed ranges, added in their order:
-/// bitwise the same for any number of threads.
+/// Sum over [0, count) of what `partial(begin, end)` returns for fixed ranges, added in their
+/// order: bitwise the same for any number of threads.
 double parallel_sum(Index count, const std::function<double(Index, Index)>& partial);
 
 }  // namespace tetraction

@@ -22,10 +22,16 @@ using Matrix = Eigen::MatrixXd;
 using Index = std::int64_t;
 
 /// The three entries of vertex `a` in a DOF-ordered vector.
-inline auto vertex_block(Vector& field, Index a) { return field.segment<3>(3 * a); }
-inline auto vertex_block(const Vector& field, Index a) { return field.segment<3>(3 * a); }
+inline auto vertex_block(Vector& field, Index a) {
+  return field.segment<3>(3 * a);
+}
+inline auto vertex_block(const Vector& field, Index a) {
+  return field.segment<3>(3 * a);
+}
 
 /// vec(F): the nine entries of a 3×3 matrix, column by column.
-inline Vector9 flatten(const Matrix3& f) { return Eigen::Map<const Vector9>(f.data()); }
+inline Vector9 flatten(const Matrix3& f) {
+  return Eigen::Map<const Vector9>(f.data());
+}
 
 }  // namespace tetraction

@@ -15,9 +15,9 @@ struct BlasInfo {
 };
 BlasInfo blas_info();
 
-/// Number of threads of OpenBLAS and of CHOLMOD's OpenMP loops, for the whole process. One is fastest
-/// for meshes of up to some ten thousand tetrahedra (the program sets it): CHOLMOD asks for four
-/// threads by itself, which on fewer cores wait for each other most of the time.
+/// Number of threads of OpenBLAS and of CHOLMOD's OpenMP loops, for the whole process. One is
+/// fastest for meshes of up to some ten thousand tetrahedra (the program sets it): CHOLMOD asks for
+/// four threads by itself, which on fewer cores wait for each other most of the time.
 void set_factorization_threads(int threads);
 
 }  // namespace tetraction

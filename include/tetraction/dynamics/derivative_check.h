@@ -9,7 +9,8 @@ namespace tetraction {
 struct DerivativeErrors {
   double force = 0.0;      ///< ∇W against central differences of W
   double stiffness = 0.0;  ///< ∇²W against central differences of ∇W
-  double force_norm = 0.0; ///< |∇W|₂ over all element forces, N: shows that there was something to compare
+  double force_norm =
+      0.0;  ///< |∇W|₂ over all element forces, N: shows that there was something to compare
 };
 
 /// Compares element by element at q, with central differences of 1e-5 of the element's shortest

@@ -14,8 +14,8 @@ namespace tetraction {
 /// A force on each of some vertices, constant over every step that starts in [from, until).
 struct UserForce {
   std::vector<Index> vertices;
-  Vector3 vector = Vector3::Zero();  ///< N, on every vertex of the list
-  double from = 0.0;                 ///< s
+  Vector3 vector = Vector3::Zero();                        ///< N, on every vertex of the list
+  double from = 0.0;                                       ///< s
   double until = std::numeric_limits<double>::infinity();  ///< s
 };
 

@@ -24,11 +24,11 @@ struct MinimizerOptions {
 /// What a minimisation did.
 struct MinimizerReport {
   Termination termination = Termination::kNoProgress;
-  int iterations = 0;          ///< linear systems solved for a step, accepted or not
+  int iterations = 0;  ///< linear systems solved for a step, accepted or not
   int factorizations = 0;
-  double residual = 0.0;       ///< |∇Φ|₂ over the free DOFs at the end, N
-  double residual_limit = 0.0; ///< what it was held against, N
-  std::string message;         ///< one line, for the user
+  double residual = 0.0;        ///< |∇Φ|₂ over the free DOFs at the end, N
+  double residual_limit = 0.0;  ///< what it was held against, N
+  std::string message;          ///< one line, for the user
 
   bool converged() const { return termination == Termination::kConverged; }
 };

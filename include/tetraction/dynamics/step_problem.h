@@ -44,9 +44,9 @@ class StepProblem {
 
   /// Largest |∇Φ|₂ that counts as converged, N: max(tolerance × force scale, round-off).
   /// The force scale of a step is |M(x̂ − q_k)/s²|₂ over the free DOFs: the force that would give
-  /// the body its momentum and the impulse of the loads within s. Round-off is what double precision
-  /// leaves of positions: 4ε (|M x/s²|₂ + k max|x|) with k the root sum of squares of the elements'
-  /// V (λ + 2μ) |∇N|². No solver can get below it.
+  /// the body its momentum and the impulse of the loads within s. Round-off is what double
+  /// precision leaves of positions: 4ε (|M x/s²|₂ + k max|x|) with k the root sum of squares of the
+  /// elements' V (λ + 2μ) |∇N|². No solver can get below it.
   double residual_limit(const Vector& x, double tolerance) const;
 
  private:

@@ -27,11 +27,11 @@ enum class StepStatus {
 /// What one step did, for the books.
 struct StepOutcome {
   StepStatus status = StepStatus::kOk;
-  Index element = -1;             ///< inverted element (internal number)
-  std::string message;            ///< of the minimiser, if it gave up
-  MinimizerReport minimizer;      ///< implicit steps only
-  double elastic_energy = 0.0;    ///< W_elastic(q_{k+1}), J
-  double external_work = 0.0;     ///< of the user forces, J
+  Index element = -1;                         ///< inverted element (internal number)
+  std::string message;                        ///< of the minimiser, if it gave up
+  MinimizerReport minimizer;                  ///< implicit steps only
+  double elastic_energy = 0.0;                ///< W_elastic(q_{k+1}), J
+  double external_work = 0.0;                 ///< of the user forces, J
   Vector3 linear_impulse = Vector3::Zero();   ///< of loads, environment and reactions, N s
   Vector3 angular_impulse = Vector3::Zero();  ///< the same about the origin, N m s
   /// Change of angular momentum that the minimiser's remaining residual r = ∇Φ(x) makes, N m s:

@@ -27,9 +27,9 @@ class ElasticPotential {
 
   /// Energy, gradient and Hessian of one element.
   struct ElementTerms {
-    double energy = 0.0;           ///< J
-    Shape::NodeMatrix gradient;    ///< N
-    Shape::DofMatrix hessian;      ///< N/m
+    double energy = 0.0;         ///< J
+    Shape::NodeMatrix gradient;  ///< N
+    Shape::DofMatrix hessian;    ///< N/m
   };
 
   /// Keeps a reference to `rest`, which must live longer.

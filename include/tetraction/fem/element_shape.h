@@ -25,7 +25,7 @@ struct ElementShape {
   static constexpr int kPoints = Points;
   static constexpr int kDofs = 3 * Nodes;
 
-  using NodeMatrix = Eigen::Matrix<double, 3, Nodes>;     ///< one column per node
+  using NodeMatrix = Eigen::Matrix<double, 3, Nodes>;  ///< one column per node
   using DofVector = Eigen::Matrix<double, kDofs, 1>;
   using DofMatrix = Eigen::Matrix<double, kDofs, kDofs>;
 };
@@ -86,17 +86,17 @@ typename Shape::DofMatrix element_hessian(const RestElement<Shape>& rest, const 
                                           const typename Shape::NodeMatrix& q) {
   typename Shape::DofMatrix hessian = Shape::DofMatrix::Zero();
   for (std::size_t p = 0; p < Shape::kPoints; ++p) {
-    const Matrix9 a = rest.weights[p] *
-                      material.stiffness(deformation_gradient(rest, static_cast<int>(p), q));
+    const Matrix9 a =
+        rest.weights[p] * material.stiffness(deformation_gradient(rest, static_cast<int>(p), q));
     const auto& g = rest.gradients[p];
     for (int n = 0; n < Shape::kNodes; ++n) {
-      const Eigen::Matrix<double, 9, 3> column =
-          a.template middleCols<3>(0) * g(0, n) + a.template middleCols<3>(3) * g(1, n) +
-          a.template middleCols<3>(6) * g(2, n);
+      const Eigen::Matrix<double, 9, 3> column = a.template middleCols<3>(0) * g(0, n) +
+                                                 a.template middleCols<3>(3) * g(1, n) +
+                                                 a.template middleCols<3>(6) * g(2, n);
       for (int m = n; m < Shape::kNodes; ++m) {
-        hessian.template block<3, 3>(3 * m, 3 * n) +=
-            g(0, m) * column.template middleRows<3>(0) + g(1, m) * column.template middleRows<3>(3) +
-            g(2, m) * column.template middleRows<3>(6);
+        hessian.template block<3, 3>(3 * m, 3 * n) += g(0, m) * column.template middleRows<3>(0) +
+                                                      g(1, m) * column.template middleRows<3>(3) +
+                                                      g(2, m) * column.template middleRows<3>(6);
       }
     }
   }

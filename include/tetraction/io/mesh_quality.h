@@ -10,12 +10,12 @@ namespace tetraction {
 
 /// One measure over all tetrahedra.
 struct QualityMeasure {
-  std::string name;          ///< e.g. "scaled Jacobian", "radius ratio"
-  std::string ideal;         ///< what a regular tetrahedron has, for the reader of a table
+  std::string name;   ///< e.g. "scaled Jacobian", "radius ratio"
+  std::string ideal;  ///< what a regular tetrahedron has, for the reader of a table
   double min = 0.0;
   double mean = 0.0;
   double max = 0.0;
-  Index worst_element = 0;   ///< the file's id of the worst tetrahedron
+  Index worst_element = 0;  ///< the file's id of the worst tetrahedron
   std::vector<double> values;
 };
 

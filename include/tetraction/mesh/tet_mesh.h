@@ -33,8 +33,8 @@ struct RawCell {
   CellType type = CellType::kOther;
   std::int64_t id = 0;  ///< the file's own number of the cell
   std::vector<std::int64_t> vertices;
-  int region = 0;                ///< cell data `region`, or 0
-  std::vector<int> groups;       ///< indices into RawMesh::groups
+  int region = 0;           ///< cell data `region`, or 0
+  std::vector<int> groups;  ///< indices into RawMesh::groups
 };
 
 /// A named set of cells of a file (Gmsh physical group, Vega set).
@@ -76,13 +76,13 @@ struct MeshReport {
 /// numbers of the file, which are what a user gives in selections and sees in outputs.
 struct TetMesh {
   std::string source;
-  std::vector<Vector3> vertices;                  ///< rest positions X, m
-  std::vector<std::array<Index, 4>> tetrahedra;   ///< det[X1−X0, X2−X0, X3−X0] > 0
+  std::vector<Vector3> vertices;                 ///< rest positions X, m
+  std::vector<std::array<Index, 4>> tetrahedra;  ///< det[X1−X0, X2−X0, X3−X0] > 0
   std::vector<std::int64_t> vertex_ids;
   std::vector<std::int64_t> tetrahedron_ids;
-  std::vector<int> regions;                       ///< per tetrahedron
+  std::vector<int> regions;  ///< per tetrahedron
   std::vector<Group> groups;
-  std::map<std::string, Matrix> point_arrays;     ///< components × vertices
+  std::map<std::string, Matrix> point_arrays;  ///< components × vertices
   MeshReport report;
 
   Index vertex_count() const { return static_cast<Index>(vertices.size()); }

@@ -14,10 +14,10 @@ namespace tetraction {
 /// How a run stands or ended.
 enum class RunStatus {
   kRunning,
-  kFinished,     ///< the end time was reached
-  kUnstable,     ///< the energy or the positions blew up, or an element inverted
-  kNotConverged, ///< an implicit step's minimisation did not converge
-  kCancelled     ///< an observer asked to stop
+  kFinished,      ///< the end time was reached
+  kUnstable,      ///< the energy or the positions blew up, or an element inverted
+  kNotConverged,  ///< an implicit step's minimisation did not converge
+  kCancelled      ///< an observer asked to stop
 };
 
 /// "running", "ok", "unstable", "failed", "cancelled": the words of summary.json and study.csv.

@@ -26,8 +26,8 @@ struct StudyRow {
   double step = 0.0;  ///< s
   RunStatus status = RunStatus::kRunning;
   std::string message;
-  std::string directory;  ///< of the run, relative to the study's
-  Index steps = 0;        ///< steps taken
+  std::string directory;      ///< of the run, relative to the study's
+  Index steps = 0;            ///< steps taken
   double wall_seconds = 0.0;  ///< of the time steps alone
   double seconds_per_simulated_second = 0.0;
   double iterations_per_step = 0.0;
@@ -49,7 +49,8 @@ struct StudyResult {
   RunStatus reference_status = RunStatus::kRunning;
   std::string reference_directory;
   std::vector<StudyRow> rows;  ///< by integrator, then from the finest step up
-  std::vector<std::string> remarks;  ///< for the user: steps that were adjusted, a missing reference
+  std::vector<std::string>
+      remarks;  ///< for the user: steps that were adjusted, a missing reference
 };
 
 /// Makes the observers of one run, given its directory relative to the study's.
@@ -66,6 +67,7 @@ using StudyProgress = std::function<void(std::size_t, std::size_t, Integrator, d
 ///
 /// The observed order p solves e(h₂)/e(h₁) = (h₂/h₁)^p; for runs of the reference's own integrator,
 /// whose errors are differences to a member of the family, (h₂^p − h_r^p)/(h₁^p − h_r^p) instead.
+/// Where the reference's own error is not small beside the errors compared, there is no order.
 /// Throws InputError for steps that are not positive or longer than the end time.
 StudyResult run_study(const Scene& scene, const TetMesh& mesh, const StudySettings& settings,
                       const ObserverFactory& observers = {}, const StudyProgress& progress = {});
