@@ -1,0 +1,109 @@
+#include "tetraction/mesh/tet_mesh.h"
+
+#include <cmath>
+#include <limits>
+
+#include "support/bodies.h"
+#include "tetraction/core/error.h"
+
+namespace tetraction {
+namespace {
+
+// A unit corner tetrahedron with one vertex more than it needs; ids 10, 20, 30, 40, 50.
+RawMesh raw_tetrahedron() {
+  RawMesh raw;
+  raw.source = "test.msh";
+  raw.vertices = {{0, 0, 0}, {1, 0, 0}, {9, 9, 9}, {0, 1, 0}, {0, 0, 1}};
+  raw.vertex_ids = {10, 20, 30, 40, 50};
+  raw.cells = {{CellType::kTetrahedron, 7, {10, 20, 40, 50}, 3, {}}};
+  return raw;
+}
+
+// What build_mesh says when it refuses.
+std::string refusal(RawMesh raw) {
+  try {
+    build_mesh(std::move(raw));
+  } catch (const FileError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST(BuildMesh, KeepsTheFilesIdsAndDropsUnusedVertices) {
+  const TetMesh mesh = build_mesh(raw_tetrahedron(), 2.0);
+  EXPECT_EQ(mesh.vertex_ids, (std::vector<std::int64_t>{10, 20, 40, 50}));
+  EXPECT_EQ(mesh.tetrahedron_ids, std::vector<std::int64_t>{7});
+  EXPECT_EQ(mesh.regions, std::vector<int>{3});
+  EXPECT_EQ(mesh.report.dropped_vertices, 1);
+  EXPECT_EQ(mesh.report.reoriented, 0);
+  EXPECT_NEAR(mesh.total_volume(), 8.0 / 6.0, 1e-15);
+}
+
+TEST(BuildMesh, ReorientsInvertedTetrahedraAndCountsThem) {
+  RawMesh raw = raw_tetrahedron();
+  std::swap(raw.cells[0].vertices[0], raw.cells[0].vertices[1]);
+  const TetMesh mesh = build_mesh(raw);
+  EXPECT_EQ(mesh.report.reoriented, 1);
+  EXPECT_GT(mesh.volume(0), 0.0);
+}
+
+TEST(BuildMesh, ReportsOtherCellsAndKeepsTheirGroups) {
+  RawMesh raw = raw_tetrahedron();
+  raw.groups = {{"face", 2, 5}, {"body", 3, 1}};
+  raw.cells.push_back({CellType::kTriangle, 8, {10, 20, 40}, 0, {0}});
+  raw.cells.push_back({CellType::kLine, 9, {10, 30}, 0, {0}});
+  raw.cells[0].groups = {1};
+  const TetMesh mesh = build_mesh(raw);
+  EXPECT_EQ(mesh.report.skipped_cells.at(CellType::kTriangle), 1);
+  EXPECT_EQ(mesh.report.skipped_cells.at(CellType::kLine), 1);
+  EXPECT_EQ(mesh.groups[0].vertices, (std::vector<Index>{0, 1, 2})) << "30 was dropped";
+  EXPECT_EQ(mesh.groups[1].tetrahedra, std::vector<Index>{0});
+}
+
+TEST(BuildMesh, RefusesWithTheElementsOwnId) {
+  RawMesh flat = raw_tetrahedron();
+  flat.vertices[4] = {0.3, 0.3, 0.0};
+  EXPECT_NE(refusal(flat).find("element 7 has no volume"), std::string::npos);
+
+  RawMesh nan = raw_tetrahedron();
+  nan.vertices[3].y() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_NE(refusal(nan).find("vertex 40 (of element 7)"), std::string::npos);
+
+  RawMesh missing = raw_tetrahedron();
+  missing.cells[0].vertices[2] = 41;
+  EXPECT_NE(refusal(missing).find("element 7 refers to vertex 41"), std::string::npos);
+
+  RawMesh twice = raw_tetrahedron();
+  twice.cells[0].vertices[2] = 10;
+  EXPECT_NE(refusal(twice).find("element 7 has vertex 10 twice"), std::string::npos);
+
+  RawMesh duplicate = raw_tetrahedron();
+  duplicate.vertex_ids[1] = 10;
+  EXPECT_NE(refusal(duplicate).find("vertex 10 is defined twice"), std::string::npos);
+
+  RawMesh none = raw_tetrahedron();
+  none.cells[0].type = CellType::kHexahedron;
+  EXPECT_NE(refusal(none).find("no tetrahedra (only 1 of type hexahedron)"), std::string::npos);
+
+  RawMesh quadratic = raw_tetrahedron();
+  quadratic.cells[0].type = CellType::kQuadraticTetrahedron;
+  EXPECT_NE(refusal(quadratic).find("element 7 is a quadratic"), std::string::npos);
+}
+
+TEST(BoundaryFaces, CloseTheBodyAndPointOutward) {
+  const TetMesh mesh = testing_support::small_block();
+  // Gauss: the flux of x through the boundary is three times the volume.
+  double flux = 0.0;
+  for (const auto& f : boundary_faces(mesh)) {
+    const Vector3& a = mesh.vertices[static_cast<std::size_t>(f[0])];
+    const Vector3& b = mesh.vertices[static_cast<std::size_t>(f[1])];
+    const Vector3& c = mesh.vertices[static_cast<std::size_t>(f[2])];
+    Matrix3 corners;
+    corners << a, b, c;
+    flux += 0.5 * jacobian(corners);
+  }
+  EXPECT_NEAR(flux, 3.0 * mesh.total_volume(), 1e-12);
+}
+
+}  // namespace
+}  // namespace tetraction
