@@ -64,9 +64,10 @@ int main(int argc, char** argv) {
   }
 
   // 6. What was promised, measured.
-  std::printf("energy kept within %.2g of itself\nlinear momentum kept to %.2e\n"
-              "angular momentum kept to %.2e\n",
-              books.max_relative_energy_drift(), books.linear_momentum_drift(),
-              books.angular_momentum_drift());
+  std::printf(
+      "energy kept within %.2g of itself\nlinear momentum kept to %.2e\n"
+      "angular momentum kept to %.2e\n",
+      books.max_relative_energy_drift(), books.linear_momentum_drift(),
+      books.angular_momentum_drift());
   return 0;
 }

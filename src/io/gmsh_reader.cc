@@ -299,6 +299,7 @@ class GmshReader {
 
   std::vector<std::int64_t> read_cell_nodes(const GmshType& type, bool wide) {
     std::vector<std::int64_t> nodes;
+    nodes.reserve(static_cast<std::size_t>(type.nodes));
     for (int i = 0; i < type.nodes; ++i) {
       nodes.push_back(wide ? size("a node of an element") : int32("a node of an element"));
     }

@@ -142,7 +142,7 @@ class VegaReader {
 
   std::string body_text() {
     const auto next = std::min(text_.find('*', in_.position()), text_.size());
-    const std::string body = text_.substr(in_.position(), next - in_.position());
+    std::string body = text_.substr(in_.position(), next - in_.position());
     in_.set_position(next);
     return body;
   }

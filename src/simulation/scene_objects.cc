@@ -50,7 +50,7 @@ Vector point_array(const TetMesh& mesh, const std::string& name, const char* key
                      " has no point-data array of that name with 3 components; it has " +
                      (known.empty() ? "none" : known) + ".");
   }
-  const Vector field = found->second.reshaped();
+  Vector field = found->second.reshaped();
   if (!field.allFinite()) {
     throw InputError(std::string("initial.") + key + " = \"" + name +
                      "\": the array holds a value that is not finite.");

@@ -102,6 +102,7 @@ class Study {
         if (step <= result_.end) wanted.push_back(dividing_step(step, result_.end));
       }
     }
+    steps_.reserve(wanted.size());
     for (const double step : wanted) steps_.push_back(checked(step));
     if (steps_.empty()) {
       throw InputError("The end time is shorter than the stable step: make time.end larger.");
@@ -145,6 +146,7 @@ class Study {
     Simulation simulation(scene, mesh_);
     std::vector<std::unique_ptr<Observer>> observers;
     if (make_observers) observers = make_observers(run.row.directory);
+    watching.reserve(observers.size());
     std::vector<Observer*> watching;
     for (const auto& observer : observers) watching.push_back(observer.get());
     run.row.status = simulation.run(watching);

@@ -22,8 +22,8 @@ TEST(GenerateBox, SixPositiveTetrahedraACellAroundTheDiagonal) {
     double longest = 0.0;
     for (const Index a : t) {
       for (const Index b : t) {
-        const Vector3 d = mesh.vertices[static_cast<std::size_t>(a)] -
-                          mesh.vertices[static_cast<std::size_t>(b)];
+        const Vector3 d =
+            mesh.vertices[static_cast<std::size_t>(a)] - mesh.vertices[static_cast<std::size_t>(b)];
         if ((d.array() > 1e-9).all()) longest = std::max(longest, d.norm());
       }
     }

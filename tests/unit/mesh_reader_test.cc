@@ -15,7 +15,9 @@
 namespace tetraction {
 namespace {
 
-std::string shipped(const std::string& name) { return TETRACTION_TEST_DATA "/meshes/" + name; }
+std::string shipped(const std::string& name) {
+  return TETRACTION_TEST_DATA "/meshes/" + name;
+}
 
 std::string read_all(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
@@ -161,8 +163,7 @@ TEST(GmshReader, SaysWhatIsWrongAndWhere) {
     return refusal(written("changed.msh", text));
   };
   EXPECT_NE(changed("4.1 0 8", "4.0 0 8").find("MSH format 4"), std::string::npos);
-  EXPECT_NE(changed("3 8 1 8", "3 9 1 8").find("announces 9 nodes and holds 8"),
-            std::string::npos);
+  EXPECT_NE(changed("3 8 1 8", "3 9 1 8").find("announces 9 nodes and holds 8"), std::string::npos);
   EXPECT_NE(changed("3 8 1 8", "3 99999999999 1 8").find("cannot hold"), std::string::npos);
   EXPECT_NE(changed("1 2 1 5 7", "1 2 1 5 77").find("element 1 refers to vertex 77"),
             std::string::npos);
@@ -182,8 +183,9 @@ TEST(VegaReader, ShippedMeshes) {
   EXPECT_NEAR(beam.total_volume(), 0.0048, 1e-12);
 }
 
-constexpr const char* kNodes = "# points\n5 3 1 1\n0 0 0 0 7.5 1\n1 1 0 0 7.5 1 # corner\n"
-                               "2 0 1 0 7.5 0\n3 0 0 1 7.5 0\n4 1 1 1 7.5 0\n";
+constexpr const char* kNodes =
+    "# points\n5 3 1 1\n0 0 0 0 7.5 1\n1 1 0 0 7.5 1 # corner\n"
+    "2 0 1 0 7.5 0\n3 0 0 1 7.5 0\n4 1 1 1 7.5 0\n";
 constexpr const char* kElements = "2 4 1\n0 0 1 2 3 5\n1 1 2 3 4 6\n";
 
 TEST(TetgenReader, EitherFileOfThePair) {
