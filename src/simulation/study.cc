@@ -146,8 +146,8 @@ class Study {
     Simulation simulation(scene, mesh_);
     std::vector<std::unique_ptr<Observer>> observers;
     if (make_observers) observers = make_observers(run.row.directory);
-    watching.reserve(observers.size());
     std::vector<Observer*> watching;
+    watching.reserve(observers.size());
     for (const auto& observer : observers) watching.push_back(observer.get());
     run.row.status = simulation.run(watching);
     run.row.message = simulation.message();
