@@ -1,0 +1,86 @@
+#include "tetraction/dynamics/derived_fields.h"
+
+#include <Eigen/Geometry>
+
+#include "support/bodies.h"
+
+namespace tetraction {
+namespace {
+
+using namespace testing_support;
+
+class DerivedFields : public testing::Test {
+ protected:
+  // q = f X + t for every vertex.
+  Vector moved(const Matrix3& f, const Vector3& t) const {
+    Vector q(system_.dof_count());
+    for (Index v = 0; v < system_.vertex_count(); ++v) {
+      q.segment<3>(3 * v) = f * system_.mesh().vertices[static_cast<std::size_t>(v)] + t;
+    }
+    return q;
+  }
+  const MechanicalSystem system_{small_block(), NeoHookean(2.0, 3.0), 1000.0};
+  const Matrix3 rotation_ = Eigen::AngleAxisd(2.0, Vector3(1, -1, 2).normalized()).matrix();
+};
+
+TEST_F(DerivedFields, SimpleShearOfANeoHookeanBody) {
+  constexpr double kShear = 0.4;
+  Matrix3 f = Matrix3::Identity();
+  f(0, 1) = kShear;
+  const ElementFields fields = element_fields(system_, moved(f, {1, 2, 3}));
+  // J = 1: σ = μ (F Fᵀ − I).
+  for (Index e = 0; e < system_.rest().element_count(); ++e) {
+    const double xx = 2.0 * kShear * kShear;
+    const double xy = 2.0 * kShear;
+    EXPECT_NEAR(fields.cauchy_stress(0, e), xx, 1e-12);
+    EXPECT_NEAR(fields.cauchy_stress(1, e), 0.0, 1e-12);
+    EXPECT_NEAR(fields.cauchy_stress(3, e), xy, 1e-12);
+    EXPECT_NEAR(fields.cauchy_stress(4, e), 0.0, 1e-12);
+    EXPECT_NEAR(fields.von_mises(0, e), std::sqrt(xx * xx + 3.0 * xy * xy), 1e-12);
+    EXPECT_NEAR(fields.jacobian(0, e), 1.0, 1e-13);
+    EXPECT_NEAR(fields.energy_density(0, e), 0.5 * 2.0 * kShear * kShear, 1e-12);
+    EXPECT_NEAR(fields.green_strain(1, e), 0.5 * kShear * kShear, 1e-13);
+    EXPECT_NEAR(fields.green_strain(3, e), 0.5 * kShear, 1e-13);
+  }
+}
+
+TEST_F(DerivedFields, RigidMotionIsNoDeformation) {
+  const Matrix deformation = deformation_field(system_, moved(rotation_, {5, -1, 2}));
+  EXPECT_LT(deformation.cwiseAbs().maxCoeff(), 1e-13);
+}
+
+// The best fit leaves neither a mean displacement nor a rotation: Σ m d = 0 and
+// Σ m d × (q − q̄) = 0 (the misfit's derivative by the rotation).
+TEST_F(DerivedFields, BestFitLeavesNeitherTranslationNorRotation) {
+  Matrix3 stretch = Matrix3::Identity();
+  stretch(0, 0) = 1.2;
+  stretch(0, 2) = 0.1;
+  const Vector q = moved(rotation_ * stretch, {5, -1, 2});
+  const Matrix deformation = deformation_field(system_, q);
+  ASSERT_GT(deformation.cwiseAbs().maxCoeff(), 0.05);
+  const Vector3 center = system_.center_of_mass(q);
+  Vector3 translation = Vector3::Zero();
+  Vector3 rotation = Vector3::Zero();
+  for (Index v = 0; v < system_.vertex_count(); ++v) {
+    const Vector3 d = deformation.col(v);
+    const Vector3 arm = q.segment<3>(3 * v) - center;
+    translation += system_.mass()[v] * d;
+    rotation += system_.mass()[v] * d.cross(arm);
+  }
+  EXPECT_LT(translation.norm(), 1e-11 * system_.total_mass());
+  EXPECT_LT(rotation.norm(), 1e-11 * system_.total_mass());
+}
+
+TEST_F(DerivedFields, RotationStaysProperForMirroredAndFlatShapes) {
+  for (const double z : {-1.0, 0.0}) {
+    Matrix3 f = Matrix3::Identity();
+    f(2, 2) = z;
+    const Matrix deformation = deformation_field(system_, moved(f, Vector3::Zero()));
+    ASSERT_TRUE(deformation.allFinite());
+    // A mirror image cannot be rotated away: something of the size of the body is left.
+    EXPECT_GT(deformation.cwiseAbs().maxCoeff(), 0.1);
+  }
+}
+
+}  // namespace
+}  // namespace tetraction

@@ -1,0 +1,113 @@
+#include "tetraction/simulation/scene_objects.h"
+
+#include "support/bodies.h"
+#include "tetraction/core/error.h"
+
+namespace tetraction {
+namespace {
+
+using namespace testing_support;
+
+Scene clamped() {
+  Scene scene = spinning_block(Integrator::kVerlet, 1e-3, 1.0);
+  FixSettings fix;
+  fix.where = "scene.toml:10:1";
+  fix.select = SelectPlane{0, 0.0, {}};
+  scene.fix.push_back(fix);
+  return scene;
+}
+
+std::string refusal(const Scene& scene) {
+  try {
+    const auto system = make_system(scene, generate_mesh(*scene.mesh.generate));
+    make_initial_state(scene, *system);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST(MakeSystem, MassIsDensityTimesVolumeAndSharedByVertices) {
+  const Scene scene = clamped();
+  const auto system = make_system(scene, generate_mesh(*scene.mesh.generate));
+  EXPECT_NEAR(system->total_mass(), 2000.0, 1e-9);
+  double shares = 0.0;
+  for (Index e = 0; e < system->rest().element_count(); ++e) shares += 4 * system->mass_share(e);
+  EXPECT_NEAR(shares, 2000.0, 1e-9);
+}
+
+TEST(MakeInitialState, StretchFirstThenVelocityAtTheStretchedPositions) {
+  Scene scene = spinning_block(Integrator::kVerlet, 1e-3, 1.0);
+  scene.initial.stretch = {2.0, 1.0, 0.5};
+  const auto system = make_system(scene, generate_mesh(*scene.mesh.generate));
+  const State state = make_initial_state(scene, *system);
+  const Vector rest = system->mesh().rest_positions();
+  const Vector3 center = system->center_of_mass(rest);
+  for (Index v = 0; v < system->vertex_count(); ++v) {
+    const Vector3 arm = (rest.segment<3>(3 * v) - center).cwiseProduct(Vector3(2.0, 1.0, 0.5));
+    EXPECT_LT((state.position.segment<3>(3 * v) - center - arm).norm(), 1e-14);
+    const Vector3 w = scene.initial.angular_velocity;
+    const Vector3 spin(w.y() * arm.z() - w.z() * arm.y(), w.z() * arm.x() - w.x() * arm.z(),
+                       w.x() * arm.y() - w.y() * arm.x());
+    EXPECT_LT((state.velocity.segment<3>(3 * v) - scene.initial.velocity - spin).norm(), 1e-13);
+    EXPECT_LT(
+        (state.momentum.segment<3>(3 * v) - system->mass()[v] * state.velocity.segment<3>(3 * v))
+            .norm(),
+        1e-12);
+  }
+}
+
+TEST(MakeInitialState, FixedVerticesRestAtTheirTargets) {
+  Scene scene = clamped();
+  scene.fix[0].offset = Vector3(-0.05, 0.0, 0.01);
+  scene.fix[0].components = {true, false, true};
+  const auto system = make_system(scene, generate_mesh(*scene.mesh.generate));
+  const State state = make_initial_state(scene, *system);
+  Scene plain = clamped();
+  plain.fix[0].components = {true, false, true};
+  const State before = make_initial_state(plain, *system);
+  for (const Index v : select_vertices(system->mesh(), SelectPlane{0, 0.0, {}})) {
+    EXPECT_EQ(state.position[3 * v], before.position[3 * v] - 0.05);
+    EXPECT_EQ(state.position[3 * v + 2], before.position[3 * v + 2] + 0.01);
+    EXPECT_EQ(state.momentum[3 * v], 0.0);
+    EXPECT_NE(state.momentum[3 * v + 1], 0.0) << "y is free";
+  }
+}
+
+TEST(MakeInitialState, MomentumOfSingleVertices) {
+  Scene scene = spinning_block(Integrator::kVerlet, 1e-3, 1.0);
+  MomentumSettings momentum;
+  momentum.select = SelectVertices{{3}};
+  momentum.value = {1.0, -2.0, 3.0};
+  scene.initial.momentum.push_back(momentum);
+  const auto system = make_system(scene, generate_mesh(*scene.mesh.generate));
+  const State state = make_initial_state(scene, *system);
+  EXPECT_LT((state.momentum.segment<3>(9) - momentum.value).norm(), 1e-14);
+}
+
+TEST(MakeSystem, RefusesWithThePlaceInTheScene) {
+  Scene everything = clamped();
+  everything.fix[0].select = SelectAll{};
+  EXPECT_NE(refusal(everything).find("Every vertex is fixed"), std::string::npos);
+
+  Scene nothing = clamped();
+  nothing.fix[0].select = SelectPlane{1, 9.0, {}};
+  EXPECT_EQ(refusal(nothing).rfind("scene.toml:10:1: ", 0), 0U);
+
+  Scene twice = clamped();
+  twice.fix.push_back(twice.fix[0]);
+  EXPECT_EQ(refusal(twice), "accepted") << "the same target twice is no contradiction";
+  twice.fix[1].offset = Vector3(0.1, 0, 0);
+  EXPECT_NE(refusal(twice).find("fixed twice"), std::string::npos);
+
+  Scene inverted = clamped();
+  inverted.fix[0].offset = Vector3(1.9, 0, 0);
+  EXPECT_NE(refusal(inverted).find("inverts element"), std::string::npos);
+
+  Scene array = clamped();
+  array.initial.displacement_array = "mode";
+  EXPECT_NE(refusal(array).find("no point-data array"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace tetraction

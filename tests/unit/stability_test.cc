@@ -1,0 +1,67 @@
+#include "tetraction/dynamics/stability.h"
+
+#include <Eigen/Eigenvalues>
+
+#include "support/bodies.h"
+#include "tetraction/dynamics/derivative_check.h"
+
+namespace tetraction {
+namespace {
+
+using namespace testing_support;
+
+// Largest eigenvalue of M⁻¹K over the free DOFs by the dense generalised eigenproblem.
+double dense_omega_max(const MechanicalSystem& system, const Vector& q) {
+  const SparsityPattern pattern(system.rest(), system.constraints());
+  std::vector<double> values(static_cast<std::size_t>(pattern.nonzeros()), 0.0);
+  EXPECT_TRUE(system.elastic().add_hessian(q, pattern, values.data()).ok());
+  Matrix k = Matrix::Zero(pattern.size(), pattern.size());
+  for (Index j = 0; j < pattern.size(); ++j) {
+    for (int i = pattern.column_begin()[static_cast<std::size_t>(j)];
+         i < pattern.column_begin()[static_cast<std::size_t>(j) + 1]; ++i) {
+      const int row = pattern.rows()[static_cast<std::size_t>(i)];
+      k(row, j) = k(j, row) = values[static_cast<std::size_t>(i)];
+    }
+  }
+  Matrix m = Matrix::Zero(k.rows(), k.cols());
+  for (Index i = 0; i < system.dof_count(); ++i) {
+    const int r = system.constraints().reduced(i);
+    if (r >= 0) m(r, r) = system.mass()[i / 3];
+  }
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix> solver(k, m, Eigen::EigenvaluesOnly);
+  return std::sqrt(solver.eigenvalues().maxCoeff());
+}
+
+TEST(StabilityLimit, AgreesWithTheDenseEigenproblem) {
+  for (const MaterialModel& material : all_materials()) {
+    for (const auto& cells : {std::array{1, 1, 1}, std::array{6, 4, 3}}) {
+      MechanicalSystem system(small_block(cells), material, 1000.0);
+      system.set_constraints(hold(system.mesh(), SelectPlane{0, 0.0, {}}));
+      for (const Vector& q :
+           {system.rest_state().position,
+            strained_state(system.elastic(), system.rest_state().position, 0.2)}) {
+        const StabilityLimit limit = stability_limit(system, q);
+        const double exact = dense_omega_max(system, q);
+        EXPECT_NEAR(limit.omega_max, exact, 1e-3 * exact) << material_name(material);
+        EXPECT_NEAR(limit.critical_step, 2.0 / exact, 2e-3 / exact);
+        EXPECT_GE(limit.element, 0);
+      }
+    }
+  }
+}
+
+TEST(StabilityLimit, IsSetByTheSmallestElement) {
+  TetMesh mesh = small_block();
+  // Squeeze the last vertex into its neighbours.
+  mesh.vertices.back() -= Vector3(0.45, 0.0, 0.0);
+  const MechanicalSystem regular(small_block(), all_materials()[1], 1000.0);
+  const MechanicalSystem squeezed(mesh, all_materials()[1], 1000.0);
+  const StabilityLimit limit = stability_limit(squeezed, squeezed.rest_state().position);
+  EXPECT_LT(limit.critical_step,
+            0.7 * stability_limit(regular, regular.rest_state().position).critical_step);
+  const auto& nodes = squeezed.rest().nodes(limit.element);
+  EXPECT_NE(std::find(nodes.begin(), nodes.end(), squeezed.vertex_count() - 1), nodes.end());
+}
+
+}  // namespace
+}  // namespace tetraction
