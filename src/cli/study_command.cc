@@ -120,12 +120,14 @@ void add_study_command(CLI::App& app, int& exit_code) {
   command
       ->add_option("--integrators", arguments->integrators,
                    "Comma-separated: explicit,verlet,midpoint,backward-euler (default: all)")
-      ->delimiter(',');
+      ->delimiter(',')
+      ->allow_extra_args(false);
   command
       ->add_option("--steps", arguments->steps,
                    "Comma-separated step sizes in s (default: 1/4, 1/2, 2, 8, 32 times the "
                    "stability limit)")
-      ->delimiter(',');
+      ->delimiter(',')
+      ->allow_extra_args(false);
   command->add_option("--reference-step", arguments->reference_step,
                       "Step of the reference run (default: the finest of the study)");
   command->add_option("--reference-integrator", arguments->reference_integrator,
