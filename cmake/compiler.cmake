@@ -12,7 +12,7 @@ if(TETRACTION_NATIVE)
 endif()
 if(TETRACTION_SANITIZE)
   target_compile_options(tetraction_options INTERFACE
-    -fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer)
+    -O1 -fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer)
   target_link_options(tetraction_options INTERFACE -fsanitize=address,undefined)
 endif()
 # Release is -O3; assertions stay out of it.

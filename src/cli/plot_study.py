@@ -104,8 +104,11 @@ def by_integrator(runs):
     return groups
 
 
-def over_time(study, folder, name, title, ylabel, value_of, floor):
-    """One panel an integrator, one curve a step, values on a logarithmic axis."""
+def over_time(study, folder, name, title, ylabel, value_of, floor=None):
+    """One panel an integrator, one curve a step; a logarithmic axis from `floor` up if it is given.
+
+    The axis fits the runs that ended well: a run that blew up leaves the picture.
+    """
     groups = by_integrator(study["runs"])
     columns = min(2, len(groups))
     rows = math.ceil(len(groups) / columns)
@@ -115,15 +118,19 @@ def over_time(study, folder, name, title, ylabel, value_of, floor):
     steps = sorted({run["step"] for run in study["runs"]})
     shades = plt.get_cmap("viridis")
     color = {h: shades(0.9 * i / max(1, len(steps) - 1)) for i, h in enumerate(steps)}
+    highest = 0.0
     for panel, (integrator, runs) in zip(panels.flat, groups.items()):
         panel.set_title(integrator, fontsize=10, fontweight="bold", color=style(integrator)[0])
-        panel.set_yscale("log")
+        if floor:
+            panel.set_yscale("log")
         for run in runs:
             history = read_history(os.path.join(folder, run["directory"], "history.csv"))
             if not history:
                 continue
-            values = [max(v, floor) for v in value_of(run, history)]
+            values = [max(v, floor or 0.0) for v in value_of(run, history)]
             dashed = run["status"] != "ok"
+            if not dashed:
+                highest = max(highest, max(values))
             panel.plot(
                 history["time"], values, color=color[run["step"]], linewidth=1.3,
                 linestyle="--" if dashed else "-",
@@ -136,7 +143,10 @@ def over_time(study, folder, name, title, ylabel, value_of, floor):
         row[0].set_ylabel(ylabel)
     for panel in list(panels.flat)[len(groups) :]:
         panel.set_visible(False)
-    panels[0][0].set_ylim(bottom=floor)
+    if floor:
+        panels[0][0].set_ylim(bottom=floor, top=30 * highest if highest > floor else None)
+    elif highest > 0:
+        panels[0][0].set_ylim(0, 1.15 * highest)
     figure.suptitle(title)
     figure.legend(
         [Line2D([], [], color=color[h]) for h in steps],
@@ -175,12 +185,12 @@ def momentum_over_time(study, folder):
     over_time(
         study, folder, "linear_momentum_over_time",
         "Linear momentum (constant only for a body free of outer forces)",
-        "$|p|$ [kg m/s]", linear, 1e-18,
+        "$|p|$ [kg m/s]", linear,
     )  # fmt: skip
     over_time(
         study, folder, "angular_momentum_over_time",
         "Angular momentum about the origin (constant only without outer torque)",
-        "$|L|$ [kg m²/s]", angular, 1e-18,
+        "$|L|$ [kg m²/s]", angular,
     )  # fmt: skip
 
 
@@ -245,6 +255,9 @@ def main(folder):
     scatter(study, folder, "energy_drift_over_step", "Largest energy error over step size", step,
             "step $h$ [s]", "max_relative_energy_drift", "|energy error| / energy that entered",
             True, False)  # fmt: skip
+    scatter(study, folder, "momentum_drift_over_step", "Angular momentum that outer forces do not "
+            "explain", step, "step $h$ [s]", "angular_momentum_drift",
+            r"$|\Delta L - \mathrm{impulses}| / \Sigma |q \times p|$", True, False)  # fmt: skip
 
 
 if __name__ == "__main__":
