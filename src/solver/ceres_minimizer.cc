@@ -1,6 +1,7 @@
 #include "tetraction/solver/ceres_minimizer.h"
 
 #include <ceres/ceres.h>
+#include <glog/logging.h>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
@@ -134,6 +135,18 @@ class SolveMonitor : public ceres::IterationCallback {
   double limit_ = 0.0;
 };
 
+// Keeps Ceres from printing on its own: what it has to say is in the report.
+class QuietLog {
+ public:
+  QuietLog() : level_(FLAGS_minloglevel) { FLAGS_minloglevel = google::GLOG_FATAL; }
+  ~QuietLog() { FLAGS_minloglevel = level_; }
+  QuietLog(const QuietLog&) = delete;
+  QuietLog& operator=(const QuietLog&) = delete;
+
+ private:
+  int level_;
+};
+
 class CeresMinimizer : public Minimizer {
  public:
   CeresMinimizer(const MechanicalSystem& system, const MinimizerOptions& options)
@@ -168,6 +181,11 @@ class CeresMinimizer : public Minimizer {
     if (!make_admissible(problem, x)) {
       report.termination = Termination::kInadmissible;
       report.message = "the elastic energy is not defined at the start of the step";
+      return report;
+    }
+    if (!std::isfinite(problem.residual_limit(x, options_.tolerance))) {
+      report.termination = Termination::kInadmissible;
+      report.message = "the forces or momenta are too large for double precision";
       return report;
     }
     x_ = x;
@@ -239,6 +257,7 @@ class CeresMinimizer : public Minimizer {
     monitor_.set_limit(0.5 * report.residual_limit);
     solver_options_.max_num_iterations = options_.max_iterations - report.iterations;
     ceres::Solver::Summary summary;
+    const QuietLog quiet;
     ceres::Solve(solver_options_, &problem_, &summary);
     report.iterations += std::max(0, static_cast<int>(summary.iterations.size()) - 1);
     report.factorizations += std::max(0, summary.num_linear_solves);

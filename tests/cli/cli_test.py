@@ -251,6 +251,8 @@ class Failures(CliTest):
             "solver.tolerance=1e-13", "--set", "time.step=0.1", code=1,
         )  # fmt: skip
         self.assertIn("did not converge", result.stderr)
+        for line in result.stderr.splitlines():  # no library prints on its own
+            self.assertTrue(line.startswith("tetraction: "), line)
         self.assertEqual(len(self.history("out", "history.csv")), 1)
         with open(self.path("out", "summary.json")) as file:
             self.assertEqual(json.load(file)["status"], "failed")

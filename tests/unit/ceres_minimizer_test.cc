@@ -176,6 +176,14 @@ TEST_F(ImplicitStep, ConvergesForTinyMotionsOfAStiffBody) {
                                   << report.residual_limit;
 }
 
+TEST_F(ImplicitStep, ForcesThatOverflowAreNotTakenForConverged) {
+  system_.set_environment(Environment({0.0, -1e300, 0.0}));
+  problem_.begin(state_, kStep, 1.0, Vector::Zero(system_.dof_count()));
+  const auto minimizer = make_ceres_minimizer(system_, {});
+  Vector x = state_.position;
+  EXPECT_EQ(minimizer->minimize(problem_, x).termination, Termination::kInadmissible);
+}
+
 TEST(CeresMinimizer, RefusesMeaninglessOptions) {
   const MechanicalSystem system(small_block(), all_materials()[1], 1000.0);
   EXPECT_THROW(make_ceres_minimizer(system, {0.0, 100}), InputError);
