@@ -3,119 +3,17 @@
 #include <ceres/ceres.h>
 #include <glog/logging.h>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <utility>
 #include <vector>
 
+#include "ceres_elements.h"
 #include "sparse_cholesky.h"
 #include "tetraction/core/error.h"
-#include "tetraction/core/parallel.h"
 
 namespace tetraction {
 namespace {
-
-using Shape = RestState::Shape;
-constexpr int kDofs = Shape::kDofs;
-constexpr int kRows = kDofs + 1;
-
-// Residuals and Jacobian of one element at the point evaluated last.
-struct ElementResidual {
-  bool defined = false;
-  double root = 0.0;                             // r₀
-  Eigen::Matrix<double, kRows, kDofs> jacobian;  // row 0: ∂r₀; below: K
-};
-
-// K with KᵀK = the positive semidefinite part of h.
-Shape::DofMatrix square_root(const Shape::DofMatrix& h) {
-  const Eigen::LLT<Shape::DofMatrix> cholesky(h);
-  if (cholesky.info() == Eigen::Success) return cholesky.matrixU();
-  const Eigen::SelfAdjointEigenSolver<Shape::DofMatrix> eigen(h);
-  return eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal() *
-         eigen.eigenvectors().transpose();
-}
-
-// Evaluates all elements at once when Ceres has moved to a new point.
-class Evaluator : public ceres::EvaluationCallback {
- public:
-  Evaluator(const MechanicalSystem& system, const Vector& x)
-      : system_(system),
-        x_(x),
-        elements_(static_cast<std::size_t>(system.rest().element_count())) {}
-
-  void begin(const StepProblem& problem, double shift_density) {
-    problem_ = &problem;
-    shift_density_ = shift_density;
-    has_residuals_ = has_jacobians_ = false;
-  }
-
-  void PrepareForEvaluation(bool evaluate_jacobians, bool new_evaluation_point) override {
-    if (new_evaluation_point) has_residuals_ = has_jacobians_ = false;
-    if (evaluate_jacobians ? has_jacobians_ : has_residuals_) return;
-    parallel_for(system_.rest().element_count(), 64, [&](Index begin, Index end) {
-      for (Index e = begin; e < end; ++e) evaluate(e, evaluate_jacobians);
-    });
-    has_residuals_ = true;
-    has_jacobians_ = evaluate_jacobians;
-  }
-
-  const ElementResidual& element(Index e) const { return elements_[static_cast<std::size_t>(e)]; }
-
- private:
-  void evaluate(Index e, bool with_jacobian) {
-    ElementResidual& result = elements_[static_cast<std::size_t>(e)];
-    ElasticPotential::ElementTerms terms;
-    result.defined = problem_->element_terms(e, x_, with_jacobian, terms);
-    if (!result.defined) return;
-    const double shifted = terms.energy + shift_density_ * system_.rest().volume(e);
-    result.defined = shifted > 0.0 && std::isfinite(shifted);
-    if (!result.defined) return;
-    result.root = std::sqrt(2.0 * shifted);
-    if (!with_jacobian) return;
-    const Eigen::Map<const Shape::DofVector> gradient(terms.gradient.data());
-    result.jacobian.row(0) = gradient.transpose() / result.root;
-    result.jacobian.bottomRows<kDofs>() =
-        square_root(terms.hessian - gradient * gradient.transpose() / (2.0 * shifted));
-  }
-
-  const MechanicalSystem& system_;
-  const Vector& x_;
-  std::vector<ElementResidual> elements_;
-  const StepProblem* problem_ = nullptr;
-  double shift_density_ = 0.0;
-  bool has_residuals_ = false;
-  bool has_jacobians_ = false;
-};
-
-// Hands one element's part of the evaluation to Ceres.
-class ElementCost : public ceres::CostFunction {
- public:
-  ElementCost(const Evaluator& evaluator, Index element)
-      : evaluator_(evaluator), element_(element) {
-    set_num_residuals(kRows);
-    mutable_parameter_block_sizes()->assign(Shape::kNodes, 3);
-  }
-
-  bool Evaluate(const double* const*, double* residuals, double** jacobians) const override {
-    const ElementResidual& result = evaluator_.element(element_);
-    if (!result.defined) return false;
-    std::fill(residuals, residuals + kRows, 0.0);
-    residuals[0] = result.root;
-    if (jacobians == nullptr) return true;
-    for (int a = 0; a < Shape::kNodes; ++a) {
-      if (jacobians[a] == nullptr) continue;
-      Eigen::Map<Eigen::Matrix<double, kRows, 3, Eigen::RowMajor>>{jacobians[a]} =
-          result.jacobian.middleCols<3>(3 * a);
-    }
-    return true;
-  }
-
- private:
-  const Evaluator& evaluator_;
-  Index element_;
-};
 
 // Ends a solve once the gradient is small enough, the only test of convergence there is, or once
 // Ceres refuses a step whose change of the cost is nothing but round-off.
@@ -233,7 +131,7 @@ class CeresMinimizer : public Minimizer {
     for (Index e = 0; e < system_.rest().element_count(); ++e) {
       std::vector<double*> blocks;
       for (const Index v : system_.rest().nodes(e)) blocks.push_back(x_.data() + 3 * v);
-      problem_.AddResidualBlock(new ElementCost(evaluator_, e), nullptr, blocks);
+      problem_.AddResidualBlock(make_element_cost(evaluator_, e), nullptr, blocks);
     }
   }
 
@@ -330,7 +228,7 @@ class CeresMinimizer : public Minimizer {
   const MechanicalSystem& system_;
   MinimizerOptions options_;
   Vector x_;  // what Ceres' parameter blocks point into
-  Evaluator evaluator_;
+  ElementEvaluator evaluator_;
   SolveMonitor monitor_;
   ceres::Problem problem_;
   ceres::Solver::Options solver_options_;
