@@ -50,7 +50,7 @@ int run_program(int argc, char** argv) {
     if (threads > 0) tetraction::set_thread_count(threads);
     // The fronts of these meshes are small: a second BLAS thread costs more than it brings, and one
     // thread gives the same bits every time.
-    tetraction::set_factorization_threads(1);
+    tetraction::set_blas_threads(1);
   });
 
   try {

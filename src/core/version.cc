@@ -18,18 +18,11 @@ BlasInfo blas_info() {
   return {"unknown (reference BLAS?)", ""};
 }
 
-void set_factorization_threads(int threads) {
+void set_blas_threads(int threads) {
   using SetThreads = void (*)(int);
   if (auto* set_threads =
           reinterpret_cast<SetThreads>(dlsym(RTLD_DEFAULT, "openblas_set_num_threads"))) {
     set_threads(threads);
-  }
-  // CHOLMOD asks OpenMP for four threads whatever the machine has; without a level of parallelism
-  // it gets one.
-  using SetLevels = void (*)(int);
-  if (auto* set_levels =
-          reinterpret_cast<SetLevels>(dlsym(RTLD_DEFAULT, "omp_set_max_active_levels"))) {
-    set_levels(threads > 1 ? 1 : 0);
   }
 }
 

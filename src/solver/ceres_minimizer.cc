@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "ceres_elements.h"
+#include "serial_openmp.h"
 #include "sparse_cholesky.h"
 #include "tetraction/core/error.h"
 
@@ -156,6 +157,7 @@ class CeresMinimizer : public Minimizer {
     solver_options_.max_num_iterations = options_.max_iterations - report.iterations;
     ceres::Solver::Summary summary;
     const QuietLog quiet;
+    const SerialOpenMp serial;
     ceres::Solve(solver_options_, &problem_, &summary);
     report.iterations += std::max(0, static_cast<int>(summary.iterations.size()) - 1);
     report.factorizations += std::max(0, summary.num_linear_solves);
@@ -184,6 +186,7 @@ class CeresMinimizer : public Minimizer {
   // to be positive definite, so that this cannot leave the minimum's surroundings for a saddle
   // point.
   void polish(const StepProblem& problem, MinimizerReport& report) {
+    const SerialOpenMp serial;
     if (!cholesky_) {
       pattern_ = std::make_unique<SparsityPattern>(system_.rest(), system_.constraints());
       cholesky_ = std::make_unique<SparseCholesky>(*pattern_);

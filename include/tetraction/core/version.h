@@ -15,9 +15,8 @@ struct BlasInfo {
 };
 BlasInfo blas_info();
 
-/// Number of threads of OpenBLAS and of CHOLMOD's OpenMP loops, for the whole process. One is
-/// fastest for meshes of up to some ten thousand tetrahedra (the program sets it): CHOLMOD asks for
-/// four threads by itself, which on fewer cores wait for each other most of the time.
-void set_factorization_threads(int threads);
+/// Number of threads of the BLAS, where it is OpenBLAS, for the whole process; no effect otherwise.
+/// One (what the program sets) is fastest for meshes of up to some ten thousand tetrahedra.
+void set_blas_threads(int threads);
 
 }  // namespace tetraction
