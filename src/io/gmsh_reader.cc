@@ -2,61 +2,27 @@
 
 #include <fmt/format.h>
 
-#include <bit>
-#include <cstring>
+#include <array>
+#include <cstdlib>
 #include <map>
 #include <utility>
 
+#include "gmsh_numbers.h"
+#include "gmsh_types.h"
 #include "tetraction/core/error.h"
 #include "text_scanner.h"
 
 namespace tetraction {
 namespace {
 
-struct GmshType {
-  CellType type;
-  int nodes;
-  int dimension;
-};
-
-// Element types of the format, by number; those with other numbers are not known to this reader.
-const std::map<std::int64_t, GmshType>& gmsh_types() {
-  static const std::map<std::int64_t, GmshType> types{
-      {1, {CellType::kLine, 2, 1}},
-      {2, {CellType::kTriangle, 3, 2}},
-      {3, {CellType::kQuadrilateral, 4, 2}},
-      {4, {CellType::kTetrahedron, 4, 3}},
-      {5, {CellType::kHexahedron, 8, 3}},
-      {6, {CellType::kWedge, 6, 3}},
-      {7, {CellType::kPyramid, 5, 3}},
-      {8, {CellType::kLine, 3, 1}},
-      {9, {CellType::kTriangle, 6, 2}},
-      {10, {CellType::kQuadrilateral, 9, 2}},
-      {11, {CellType::kQuadraticTetrahedron, 10, 3}},
-      {12, {CellType::kHexahedron, 27, 3}},
-      {13, {CellType::kWedge, 18, 3}},
-      {14, {CellType::kPyramid, 14, 3}},
-      {15, {CellType::kVertex, 1, 0}},
-      {16, {CellType::kQuadrilateral, 8, 2}},
-      {17, {CellType::kHexahedron, 20, 3}},
-      {18, {CellType::kWedge, 15, 3}},
-      {19, {CellType::kPyramid, 13, 3}},
-      {20, {CellType::kTriangle, 9, 2}},
-      {21, {CellType::kTriangle, 10, 2}},
-      {22, {CellType::kTriangle, 12, 2}},
-      {23, {CellType::kTriangle, 15, 2}},
-      {26, {CellType::kLine, 4, 1}},
-      {27, {CellType::kLine, 5, 1}},
-      {28, {CellType::kLine, 6, 1}},
-      {29, {CellType::kQuadraticTetrahedron, 20, 3}},
-      {30, {CellType::kQuadraticTetrahedron, 35, 3}},
-      {31, {CellType::kQuadraticTetrahedron, 56, 3}}};
-  return types;
-}
+// More groups of one entity are no mesh's: every element of it joins each of them, so that a small
+// file could ask for any amount of memory.
+constexpr std::int64_t kMostPhysicals = 100;
 
 class GmshReader {
  public:
-  explicit GmshReader(const std::string& path) : text_(read_file(path)), in_(path, text_) {
+  explicit GmshReader(const std::string& path)
+      : text_(read_file(path)), in_(path, text_), numbers_(in_) {
     mesh_.source = path;
   }
 
@@ -70,10 +36,11 @@ class GmshReader {
         in_.fail(fmt::format("\"{}\" where a section such as $Nodes is expected.",
                              section.substr(0, 40)));
       }
+      in_.set_section(section);
       if (section == "$PhysicalNames") {
         read_physical_names();
       } else if (section == "$Entities") {
-        start_binary();
+        numbers_.begin_section();
         read_entities();
       } else if (section == "$Nodes") {
         version4_ ? read_nodes4() : read_nodes2();
@@ -83,6 +50,7 @@ class GmshReader {
         elements = true;
       } else {
         skip_section(section);
+        in_.set_section("");
         continue;
       }
       end_section(section);
@@ -95,52 +63,16 @@ class GmshReader {
   }
 
  private:
-  // ---- numbers, as text or as bytes ----------------------------------------------------------
-
-  template <class Number>
-  Number bytes(const char* wanted) {
-    if (in_.remaining() < sizeof(Number)) {
-      in_.fail(fmt::format("the file ends where {} is expected: it is truncated.", wanted));
-    }
-    Number value;
-    std::memcpy(&value, text_.data() + in_.position(), sizeof(Number));
-    in_.set_position(in_.position() + sizeof(Number));
-    if (swap_) {
-      auto raw = std::bit_cast<std::array<char, sizeof(Number)>>(value);
-      std::reverse(raw.begin(), raw.end());
-      value = std::bit_cast<Number>(raw);
-    }
-    return value;
-  }
   // What the format calls int, size_t and double.
-  std::int64_t int32(const char* wanted) {
-    return binary_ ? bytes<std::int32_t>(wanted) : in_.integer(wanted);
-  }
-  std::int64_t size(const char* wanted) {
-    return binary_ ? static_cast<std::int64_t>(bytes<std::uint64_t>(wanted)) : in_.integer(wanted);
-  }
-  double real(const char* wanted) { return binary_ ? bytes<double>(wanted) : in_.real(wanted); }
-
-  // A count of items of at least so many bytes each.
-  std::int64_t checked(std::int64_t count, const char* wanted, std::int64_t least_bytes) {
-    if (count < 0 || count > static_cast<std::int64_t>(in_.remaining()) / least_bytes + 1) {
-      in_.fail(
-          fmt::format("{} is {}, which the rest of the file cannot hold: it is truncated or "
-                      "broken.",
-                      wanted, count));
-    }
-    return count;
+  std::int64_t int32(const char* wanted) { return numbers_.int32(wanted); }
+  std::int64_t size(const char* wanted) { return numbers_.size(wanted); }
+  double real(const char* wanted) { return numbers_.real(wanted); }
+  std::int64_t checked(std::int64_t count, const char* wanted, std::int64_t least_bytes) const {
+    return in_.checked_count(count, wanted, least_bytes);
   }
   std::int64_t count(const char* wanted, std::int64_t least_bytes) {
     return checked(size(wanted), wanted, least_bytes);
   }
-
-  // Binary data begin right after the line of the section's name.
-  void start_binary() {
-    if (binary_) in_.skip_line();
-  }
-
-  // ---- sections --------------------------------------------------------------------------------
 
   void read_format() {
     if (in_.at_end() || in_.token("$MeshFormat") != "$MeshFormat") {
@@ -158,16 +90,7 @@ class GmshReader {
     version4_ = version == 4.1;
     if (type != 0 && type != 1) in_.fail(fmt::format("file type {} is neither 0 nor 1.", type));
     if (data_size != 8) in_.fail(fmt::format("data size {} is not 8.", data_size));
-    if (type == 1) {
-      in_.skip_line();
-      binary_ = true;
-      const auto one = bytes<std::int32_t>("the byte-order mark");
-      if (one == 0x01000000) {
-        swap_ = true;
-      } else if (one != 1) {
-        in_.fail("the byte-order mark is not 1: the file is broken.");
-      }
-    }
+    if (type == 1) numbers_.begin_binary_file();
     end_section("$MeshFormat");
   }
 
@@ -178,14 +101,13 @@ class GmshReader {
       in_.fail(fmt::format("\"{}\" where {} is expected: the numbers in the section do not fit.",
                            found.substr(0, 40), end));
     }
+    in_.set_section("");
   }
 
   void skip_section(const std::string& section) {
     const std::string end = "$End" + section.substr(1);
     const auto found = text_.find(end, in_.position());
-    if (found == std::string::npos) {
-      in_.fail(fmt::format("section {} has no {}: the file is truncated.", section, end));
-    }
+    if (found == std::string::npos) in_.fail("the section does not end: the file is truncated.");
     in_.set_position(found + end.size());
   }
 
@@ -211,8 +133,12 @@ class GmshReader {
         const int coordinates = dimension == 0 ? 3 : 6;
         for (int c = 0; c < coordinates; ++c) real("an entity's bounds");
         const std::int64_t physicals = count("a number of physical tags", 2);
+        if (physicals > kMostPhysicals) {
+          in_.fail(fmt::format("an entity has {} physical tags; at most {} are read.", physicals,
+                               kMostPhysicals));
+        }
         for (std::int64_t p = 0; p < physicals; ++p) {
-          physicals_[{dimension, tag}].push_back(int32("a physical tag"));
+          physicals_[{dimension, tag}].push_back(physical_tag());
         }
         if (dimension == 0) continue;
         const std::int64_t bounding = count("a number of bounding entities", 2);
@@ -232,7 +158,7 @@ class GmshReader {
     // The count is text in both variants.
     const std::int64_t nodes =
         checked(in_.integer("the number of nodes"), "the number of nodes", 8);
-    if (binary_) in_.skip_line();
+    numbers_.begin_section();
     for (std::int64_t i = 0; i < nodes; ++i) {
       const std::int64_t tag = int32("a node tag");
       add_vertex(tag);
@@ -240,7 +166,7 @@ class GmshReader {
   }
 
   void read_nodes4() {
-    start_binary();
+    numbers_.begin_section();
     const std::int64_t blocks = count("the number of node blocks", 8);
     const std::int64_t nodes = count("the number of nodes", 8);
     size("the least node tag");
@@ -266,12 +192,14 @@ class GmshReader {
   }
 
   const GmshType& element_type(std::int64_t number) {
-    const auto found = gmsh_types().find(number);
-    if (found == gmsh_types().end()) {
+    const GmshType* type = find_gmsh_type(number);
+    if (type == nullptr)
       in_.fail(fmt::format("element type {} is not known to this reader.", number));
-    }
-    return found->second;
+    return *type;
   }
+
+  // A tag is negative where a group takes an entity with the orientation turned round.
+  std::int64_t physical_tag() { return std::abs(int32("a physical tag")); }
 
   int group_index(int dimension, std::int64_t tag) {
     const auto [found, inserted] =
@@ -309,8 +237,11 @@ class GmshReader {
   void read_cell2(const GmshType& type, std::int64_t tag, std::int64_t tags) {
     std::vector<std::int64_t> physicals;
     for (std::int64_t t = 0; t < tags; ++t) {
-      const std::int64_t value = int32("an element tag");
-      if (t == 0 && value != 0) physicals.push_back(value);
+      if (t > 0) {
+        int32("an element tag");
+      } else if (const std::int64_t physical = physical_tag(); physical != 0) {
+        physicals.push_back(physical);
+      }
     }
     add_cell(type, tag, read_cell_nodes(type, false), physicals);
   }
@@ -318,7 +249,8 @@ class GmshReader {
   void read_elements2() {
     const std::int64_t elements =
         checked(in_.integer("the number of elements"), "the number of elements", 8);
-    if (!binary_) {
+    numbers_.begin_section();
+    if (!numbers_.binary()) {
       for (std::int64_t i = 0; i < elements; ++i) {
         const std::int64_t tag = in_.integer("an element number");
         const GmshType& type = element_type(in_.integer("an element type"));
@@ -326,13 +258,15 @@ class GmshReader {
       }
       return;
     }
-    in_.skip_line();
     for (std::int64_t i = 0; i < elements;) {
       const GmshType& type = element_type(int32("an element type"));
       const std::int64_t in_block = checked(int32("the number of elements of a block"),
                                             "the number of elements of a block", 8);
       const std::int64_t tags = checked(int32("the number of tags"), "the number of tags", 4);
       if (in_block < 1) in_.fail("a block of elements is empty.");
+      if (in_block > elements - i) {
+        in_.fail(fmt::format("$Elements announces {} elements and holds more.", elements));
+      }
       for (std::int64_t e = 0; e < in_block; ++e)
         read_cell2(type, int32("an element number"), tags);
       i += in_block;
@@ -340,7 +274,7 @@ class GmshReader {
   }
 
   void read_elements4() {
-    start_binary();
+    numbers_.begin_section();
     const std::int64_t blocks = count("the number of element blocks", 8);
     const std::int64_t elements = count("the number of elements", 4);
     size("the least element tag");
@@ -366,10 +300,9 @@ class GmshReader {
 
   std::string text_;
   TextScanner in_;
+  GmshNumbers numbers_;
   RawMesh mesh_;
   bool version4_ = false;
-  bool binary_ = false;
-  bool swap_ = false;
   std::map<std::pair<std::int64_t, std::int64_t>, std::string> names_;
   std::map<std::pair<int, std::int64_t>, std::vector<std::int64_t>> physicals_;
   std::map<std::pair<int, std::int64_t>, int> group_of_;

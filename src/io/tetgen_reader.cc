@@ -65,14 +65,17 @@ void read_elements(TextScanner& in, RawMesh& mesh) {
 RawMesh read_tetgen(const std::string& path) {
   RawMesh mesh;
   mesh.source = path;
+  // Both endings are in capitals or neither.
+  const std::string given = std::filesystem::path(path).extension().string();
+  const bool upper = given == ".NODE" || given == ".ELE";
   const auto sibling = [&](const char* extension) {
     return std::filesystem::path(path).replace_extension(extension).string();
   };
-  const std::string node_path = sibling(".node");
+  const std::string node_path = sibling(upper ? ".NODE" : ".node");
   const std::string node_text = without_comments(read_file(node_path));
   TextScanner nodes(node_path, node_text);
   read_nodes(nodes, mesh);
-  const std::string element_path = sibling(".ele");
+  const std::string element_path = sibling(upper ? ".ELE" : ".ele");
   const std::string element_text = without_comments(read_file(element_path));
   TextScanner elements(element_path, element_text);
   read_elements(elements, mesh);

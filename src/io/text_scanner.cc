@@ -29,8 +29,8 @@ bool parse(std::string_view token, Number& value) {
 
 std::string read_file(const std::string& path) {
   std::error_code error;
-  if (std::filesystem::is_directory(path, error)) {
-    throw FileError(path + ": is a directory, not a mesh file.");
+  if (std::filesystem::exists(path, error) && !std::filesystem::is_regular_file(path, error)) {
+    throw FileError(path + ": is not a regular file (a directory, perhaps).");
   }
   std::ifstream file(path, std::ios::binary);
   if (!file) throw FileError(path + ": no such file, or no permission to read it.");
@@ -41,9 +41,11 @@ std::string read_file(const std::string& path) {
 }
 
 void TextScanner::fail(const std::string& what) const {
+  const std::string in = section_.empty() ? "" : "in " + section_.substr(0, 40) + ": ";
+  if (bytes_) throw FileError(fmt::format("{}: byte {}: {}{}", path_, position_, in, what));
   const auto line =
       1 + std::count(text_.begin(), text_.begin() + static_cast<std::ptrdiff_t>(position_), '\n');
-  throw FileError(fmt::format("{}:{}: {}", path_, line, what));
+  throw FileError(fmt::format("{}:{}: {}{}", path_, line, in, what));
 }
 
 void TextScanner::skip_space() {
@@ -76,13 +78,17 @@ double TextScanner::real(const char* wanted) {
   return value;
 }
 
-std::int64_t TextScanner::count(const char* wanted, std::int64_t least_bytes) {
-  const std::int64_t value = integer(wanted);
-  if (value < 0 || value > static_cast<std::int64_t>(remaining()) / least_bytes + 1) {
+std::int64_t TextScanner::checked_count(std::int64_t count, const char* wanted,
+                                        std::int64_t least_bytes) const {
+  if (count < 0 || count > static_cast<std::int64_t>(remaining()) / least_bytes + 1) {
     fail(fmt::format("{} is {}, which the rest of the file cannot hold: it is truncated or broken.",
-                     wanted, value));
+                     wanted, count));
   }
-  return value;
+  return count;
+}
+
+std::int64_t TextScanner::count(const char* wanted, std::int64_t least_bytes) {
+  return checked_count(integer(wanted), wanted, least_bytes);
 }
 
 std::string_view TextScanner::line() {

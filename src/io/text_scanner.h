@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <utility>
 
 namespace tetraction {
 
@@ -15,8 +16,13 @@ class TextScanner {
  public:
   TextScanner(std::string path, std::string_view text) : path_(std::move(path)), text_(text) {}
 
-  /// Throws FileError "path:line: what".
+  /// Throws FileError "path:line: what", with "in SECTION: " before `what` if a section is set.
   [[noreturn]] void fail(const std::string& what) const;
+
+  /// The part of the file that messages name from now on; none if empty.
+  void set_section(std::string section) { section_ = std::move(section); }
+  /// From now on messages give the byte instead of the line, which means nothing in binary data.
+  void count_bytes() { bytes_ = true; }
 
   bool at_end();
   /// The next token, or an error naming what was wanted if the file ends.
@@ -26,9 +32,12 @@ class TextScanner {
   /// A count of items that each take at least `least_bytes` of the rest of the file: what cannot be
   /// there is refused before anything is allocated.
   std::int64_t count(const char* wanted, std::int64_t least_bytes);
+  /// The same for a count that was read in another way.
+  std::int64_t checked_count(std::int64_t count, const char* wanted,
+                             std::int64_t least_bytes) const;
   /// The rest of the line, without its end.
   std::string_view line();
-  /// Refuses the rest of the line unless it is blank or a comment that begins with `comment`.
+  /// Moves to the next line.
   void skip_line() { line(); }
   std::size_t position() const { return position_; }
   void set_position(std::size_t position) { position_ = position; }
@@ -40,6 +49,8 @@ class TextScanner {
   void skip_space();
 
   std::string path_;
+  std::string section_;
+  bool bytes_ = false;
   std::string_view text_;
   std::size_t position_ = 0;
 };

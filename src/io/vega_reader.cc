@@ -94,12 +94,13 @@ class VegaReader {
     if (nodes != (type == CellType::kTetrahedron ? 4 : 8)) {
       in_.fail(fmt::format("{} elements with {} nodes.", kind, nodes));
     }
-    in_.integer("the number of attributes");
+    const std::int64_t attributes = in_.count("the number of attributes", 2);
     for (std::int64_t e = 0; e < elements; ++e) {
       RawCell cell;
       cell.type = type;
       cell.id = in_.integer("an element number");
       for (std::int64_t n = 0; n < nodes; ++n) cell.vertices.push_back(in_.integer("a node"));
+      for (std::int64_t a = 0; a < attributes; ++a) in_.real("an element attribute");
       mesh_.cells.push_back(std::move(cell));
     }
     has_elements_ = true;
@@ -110,8 +111,9 @@ class VegaReader {
     std::string name(in_.line());
     name.erase(0, name.find_first_not_of(" \t"));
     name.erase(name.find_last_not_of(" \t") + 1);
+    // A set that is named again goes on where it ended.
+    if (sets_.count(name) == 0) set_order_.push_back(name);
     std::vector<std::int64_t>& set = sets_[name];
-    set_order_.push_back(name);
     const std::string body = body_text();
     const char* place = body.data();
     const char* const end = body.data() + body.size();
@@ -164,7 +166,11 @@ class VegaReader {
     }
     // Regions count from 1 in the order of the file; a mesh of one region keeps 0.
     if (regions_.size() < 2) return;
+    // Of several regions of one set only the last has an effect.
+    std::map<std::string, std::size_t> last;
+    for (std::size_t r = 0; r < regions_.size(); ++r) last[regions_[r]] = r;
     for (std::size_t r = 0; r < regions_.size(); ++r) {
+      if (last[regions_[r]] != r) continue;
       const int region = static_cast<int>(r) + 1;
       if (regions_[r] == "allElements") {
         for (RawCell& cell : mesh_.cells) cell.region = region;

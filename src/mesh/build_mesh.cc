@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <unordered_map>
-#include <unordered_set>
 #include <utility>
 
 #include "tetraction/core/error.h"
@@ -170,7 +169,10 @@ class Builder {
     }
     for (const RawCell& cell : raw_.cells) {
       for (const int g : cell.groups) {
-        Group& group = mesh_.groups.at(static_cast<std::size_t>(g));
+        if (g < 0 || static_cast<std::size_t>(g) >= mesh_.groups.size()) {
+          refuse(fmt::format("element {} belongs to group {}, which does not exist.", cell.id, g));
+        }
+        Group& group = mesh_.groups[static_cast<std::size_t>(g)];
         for (const std::int64_t id : cell.vertices) {
           const Index v = new_index_[index_of(id, cell)];
           if (v >= 0) group.vertices.push_back(v);
@@ -200,6 +202,10 @@ class Builder {
 }  // namespace
 
 TetMesh build_mesh(RawMesh raw, double scale) {
+  if (!(scale > 0.0) || !std::isfinite(scale)) {
+    throw InputError(
+        fmt::format("The scale of a mesh must be positive and finite, not {}.", scale));
+  }
   return Builder(std::move(raw), scale).build();
 }
 

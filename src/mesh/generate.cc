@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <limits>
 #include <numeric>
+#include <utility>
 
 #include "tetraction/core/error.h"
 
@@ -13,6 +13,12 @@ namespace {
 
 // Ids, regions and the like of a mesh whose vertices and tetrahedra are there.
 TetMesh finished(TetMesh mesh, const char* source) {
+  if (!std::isnormal(mesh.volume(0))) {
+    throw InputError(fmt::format(
+        "A generated mesh of this size has tetrahedra of {} m³, which double precision does not "
+        "hold: choose another size.",
+        mesh.volume(0)));
+  }
   mesh.source = source;
   mesh.vertex_ids.resize(mesh.vertices.size());
   std::iota(mesh.vertex_ids.begin(), mesh.vertex_ids.end(), 0);
@@ -41,16 +47,20 @@ TetMesh generate_box(const Vector3& size, const std::array<int, 3>& cells) {
     }
     vertices *= cells[i] + 1.0;
   }
-  constexpr double kMost = 5e8;
+  // Some 6 GB; far above what can be factorised.
+  constexpr double kMost = 2e7;
   if (vertices > kMost) {
     throw InputError(
-        fmt::format("A box of {:.3g} vertices is too large: ask for fewer cells.", vertices));
+        fmt::format("A box of {:.3g} vertices is too large (at most {:.3g}): ask for fewer cells.",
+                    vertices, kMost));
   }
 
   TetMesh mesh;
   const Index nx = cells[0];
   const Index ny = cells[1];
   const Index nz = cells[2];
+  mesh.vertices.reserve(static_cast<std::size_t>(vertices));
+  mesh.tetrahedra.reserve(static_cast<std::size_t>(6 * nx * ny * nz));
   for (Index k = 0; k <= nz; ++k) {
     for (Index j = 0; j <= ny; ++j) {
       for (Index i = 0; i <= nx; ++i) {

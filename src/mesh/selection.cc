@@ -56,6 +56,10 @@ struct Selector {
   }
 
   std::vector<Index> operator()(const SelectPlane& s) const {
+    if (s.axis < 0 || s.axis > 2) {
+      throw InputError(
+          fmt::format("the axis of a plane is 0, 1 or 2 (x, y or z), not {}.", s.axis));
+    }
     const double tolerance = s.tolerance.value_or(1e-6 * diagonal(mesh));
     return where(mesh, [&](const Vector3& x) { return std::abs(x[s.axis] - s.at) <= tolerance; });
   }
@@ -71,6 +75,7 @@ struct Selector {
   }
 
   std::vector<Index> operator()(const SelectNearest& s) const {
+    if (!s.point.allFinite()) throw InputError("the point to be nearest to is not finite.");
     Index nearest = 0;
     double least = std::numeric_limits<double>::infinity();
     for (Index v = 0; v < mesh.vertex_count(); ++v) {
@@ -115,6 +120,7 @@ struct Selector {
 }  // namespace
 
 std::vector<Index> select_vertices(const TetMesh& mesh, const Selection& selection) {
+  if (mesh.vertices.empty()) throw InputError("the mesh has no vertices to select from.");
   std::vector<Index> found = std::visit(Selector{mesh}, selection);
   if (found.empty()) {
     throw InputError(

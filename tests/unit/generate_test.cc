@@ -31,6 +31,19 @@ TEST(GenerateBox, SixPositiveTetrahedraACellAroundTheDiagonal) {
   }
 }
 
+TEST(GenerateBox, BeamOfTheUsualSize) {
+  const TetMesh beam = generate_box({4, 1, 1}, {20, 4, 4});
+  EXPECT_EQ(beam.vertex_count(), 21 * 5 * 5);
+  EXPECT_EQ(beam.tetrahedron_count(), 1920);
+  EXPECT_NEAR(beam.total_volume(), 4.0, 1e-13);
+  // x runs fastest, then y, then z; the far corner lies exactly at the size.
+  EXPECT_EQ(beam.vertices[1], Vector3(0.2, 0, 0));
+  EXPECT_EQ(beam.vertices[21], Vector3(0, 0.25, 0));
+  EXPECT_EQ(beam.vertices[105], Vector3(0, 0, 0.25));
+  EXPECT_EQ(beam.vertices.back(), Vector3(4, 1, 1));
+  EXPECT_EQ(beam.vertex_ids.front(), 0);
+}
+
 TEST(GenerateBox, IsConforming) {
   const TetMesh mesh = generate_box({1, 1, 1}, {3, 4, 2});
   // Faces on the boundary of the box: two triangles a cell face.
@@ -48,7 +61,10 @@ TEST(Generate, RefusesMeaninglessSizes) {
                InputError);
   EXPECT_THROW(generate_box({1, 1, 1}, {1, 0, 1}), InputError);
   EXPECT_THROW(generate_box({1, 1, 1}, {100000, 100000, 100000}), InputError);
+  EXPECT_THROW(generate_box({1, 1, 1}, {300, 300, 300}), InputError);
+  EXPECT_THROW(generate_box({1e-200, 1e-200, 1e-200}, {1, 1, 1}), InputError);
   EXPECT_THROW(generate_tetrahedron(-1.0), InputError);
+  EXPECT_THROW(generate_tetrahedron(1e200), InputError);
 }
 
 }  // namespace

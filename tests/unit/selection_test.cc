@@ -1,5 +1,7 @@
 #include "tetraction/mesh/selection.h"
 
+#include <limits>
+
 #include "support/bodies.h"
 #include "tetraction/core/error.h"
 
@@ -43,7 +45,20 @@ TEST(Selection, RefusesWhatSelectsNothing) {
   EXPECT_NE(refusal(SelectVertices{{5}}).find("vertex 5 is not in the mesh"), std::string::npos);
   EXPECT_NE(refusal(SelectVertices{{5}}).find("100 to 144"), std::string::npos);
   EXPECT_NE(refusal(SelectVertices{{}}).find("selects no vertex"), std::string::npos);
+  EXPECT_NE(refusal(SelectVertices{{5}}).find("no tetrahedron uses were dropped"),
+            std::string::npos);
+  EXPECT_NE(refusal(SelectSphere{{0, 0, 0}, -1.0}).find("selects no vertex"), std::string::npos);
   EXPECT_NE(refusal(SelectGroup{"cornr"}).find("\"corner\""), std::string::npos);
+}
+
+TEST(Selection, RefusesWhatMakesNoSense) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_NE(refusal(SelectNearest{{0, nan, 0}}).find("not finite"), std::string::npos);
+  EXPECT_NE(refusal(SelectPlane{0, nan, {}}).find("selects no vertex"), std::string::npos);
+  EXPECT_NE(refusal(SelectPlane{3, 0.0, {}}).find("0, 1 or 2"), std::string::npos);
+  EXPECT_NE(refusal(SelectPlane{-1, 0.0, {}}).find("0, 1 or 2"), std::string::npos);
+  EXPECT_THROW(select_vertices(TetMesh{}, SelectNearest{}), InputError);
+  EXPECT_THROW(select_vertices(TetMesh{}, SelectPlane{}), InputError);
 }
 
 }  // namespace

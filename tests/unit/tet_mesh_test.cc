@@ -90,6 +90,16 @@ TEST(BuildMesh, RefusesWithTheElementsOwnId) {
   EXPECT_NE(refusal(quadratic).find("element 7 is a quadratic"), std::string::npos);
 }
 
+TEST(BuildMesh, RefusesMeaninglessScalesAndGroups) {
+  for (const double scale : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN(),
+                             std::numeric_limits<double>::infinity()}) {
+    EXPECT_THROW(build_mesh(raw_tetrahedron(), scale), InputError) << scale;
+  }
+  RawMesh group = raw_tetrahedron();
+  group.cells[0].groups = {0};
+  EXPECT_NE(refusal(group).find("group 0, which does not exist"), std::string::npos);
+}
+
 TEST(BoundaryFaces, CloseTheBodyAndPointOutward) {
   const TetMesh mesh = testing_support::small_block();
   // Gauss: the flux of x through the boundary is three times the volume.

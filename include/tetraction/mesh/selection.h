@@ -49,7 +49,7 @@ using Selection = std::variant<SelectVertices, SelectPlane, SelectBox, SelectSph
 
 /// The selected vertices in reference coordinates, as sorted internal numbers without repeats.
 /// Throws InputError when nothing is selected, an id does not exist in the file, or a group is
-/// unknown (the message lists the groups there are).
+/// unknown (the message lists the groups there are), and for an axis or a point that makes no sense.
 std::vector<Index> select_vertices(const TetMesh& mesh, const Selection& selection);
 
 }  // namespace tetraction

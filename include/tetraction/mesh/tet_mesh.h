@@ -103,7 +103,7 @@ struct TetMesh {
 /// Throws FileError, naming the file and the element's or vertex's own id, for: no tetrahedra,
 /// quadratic tetrahedra, a vertex id that does not exist, a NaN or infinite coordinate, a repeated
 /// vertex in a tetrahedron, a volume of zero (below 1e-14 of the cube of its longest edge), and a
-/// vertex number that occurs twice.
+/// vertex number that occurs twice. Throws InputError unless the scale is positive and finite.
 TetMesh build_mesh(RawMesh raw, double scale = 1.0);
 
 /// Faces that belong to one tetrahedron only, vertices ordered so that the normal points outward.
