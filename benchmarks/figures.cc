@@ -7,7 +7,7 @@
 #include "tetraction/core/parallel.h"
 #include "tetraction/core/version.h"
 #include "tetraction/mesh/generate.h"
-#include "tetraction/simulation/simulation.h"
+#include "tetraction/simulation/session.h"
 
 namespace {
 
@@ -26,28 +26,28 @@ Scene spinning(Integrator integrator, double step, Index steps, const std::array
 }
 
 double stable_step(const Scene& scene) {
-  return Simulation(scene, generate_mesh(*scene.mesh.generate)).initial_limit().critical_step;
+  return Session(scene, generate_mesh(*scene.mesh.generate)).initial_limit().critical_step;
 }
 
 void conservation(Integrator integrator, double fraction, Index steps,
                   const std::array<int, 3>& cells) {
   const double step = fraction * stable_step(spinning(integrator, 1e-6, 1, cells));
   const Scene scene = spinning(integrator, step, steps, cells);
-  Simulation simulation(scene, generate_mesh(*scene.mesh.generate));
+  Session session(scene, generate_mesh(*scene.mesh.generate));
   double first = 0.0;
   double last = 0.0;
-  while (simulation.step()) {
-    const Index k = simulation.state().step;
-    if (10 * k <= steps) first += simulation.books().energies().total();
-    if (10 * k > 9 * steps) last += simulation.books().energies().total();
+  while (session.step()) {
+    const Index k = session.state().step;
+    if (10 * k <= steps) first += session.books().energies().total();
+    if (10 * k > 9 * steps) last += session.books().energies().total();
   }
-  const Books& books = simulation.books();
+  const Books& books = session.books();
   fmt::print(
       "{:<10} {:>6} steps of {:.2f} h_crit, {:>4} tetrahedra: {}  linear {:.1e}  angular "
       "{:.1e} (allowed {:.1e})  energy error {:.1e}  mean of last tenth / first tenth - 1 = "
       "{:.1e}\n",
-      to_string(integrator), steps, fraction, simulation.system().mesh().tetrahedron_count(),
-      to_string(simulation.status()), books.linear_momentum_drift(), books.angular_momentum_drift(),
+      to_string(integrator), steps, fraction, session.system().mesh().tetrahedron_count(),
+      to_string(session.status()), books.linear_momentum_drift(), books.angular_momentum_drift(),
       books.allowed_angular_momentum_drift(), books.max_relative_energy_drift(),
       last / first - 1.0);
 }
@@ -74,24 +74,21 @@ void cost(int n) {
        {Integrator::kVerlet, Integrator::kMidpoint, Integrator::kBackwardEuler}) {
     Scene scene = beam(integrator, n);
     if (!is_implicit(integrator)) scene.time.automatic = true;
-    Simulation simulation(scene, mesh);
-    const RunStatus status = simulation.run();
-    const double seconds =
-        simulation.times().stepping / static_cast<double>(simulation.state().step);
+    Session session(scene, mesh);
+    const RunStatus status = session.run();
+    const double seconds = session.times().stepping / static_cast<double>(session.state().step);
     if (unit == 0.0) unit = seconds;
     double tip = 0.0;
     const std::vector<Index> end = select_vertices(mesh, SelectPlane{0, 4.0, {}});
     for (const Index v : end) {
-      tip +=
-          simulation.state().position[3 * v + 1] - mesh.vertices[static_cast<std::size_t>(v)].y();
+      tip += session.state().position[3 * v + 1] - mesh.vertices[static_cast<std::size_t>(v)].y();
     }
     fmt::print(
         "{:<15} {:>6} tetrahedra: {}  {:.3g} ms a step = {:.4g} explicit steps = {:.4g} ns a "
         "tetrahedron; {:.2f} iterations a step; tip {:.10f} m\n",
         to_string(integrator), mesh.tetrahedron_count(), to_string(status), 1e3 * seconds,
         seconds / unit, 1e9 * seconds / static_cast<double>(mesh.tetrahedron_count()),
-        static_cast<double>(simulation.total_iterations()) /
-            static_cast<double>(simulation.state().step),
+        static_cast<double>(session.total_iterations()) / static_cast<double>(session.state().step),
         tip / static_cast<double>(end.size()));
   }
 }

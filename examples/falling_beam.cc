@@ -7,7 +7,7 @@
 //               step of the implicit midpoint rule is one minimisation of the incremental potential,
 //               solved by Ceres with CHOLMOD. The example shows how to put a body together from its
 //               parts (mesh, material, constraints, environment), how to step it, and how to write
-//               frames for ParaView; Simulation does all of this from a scene.
+//               frames for ParaView; Session does all of this from a scene.
 #include <cstdio>
 #include <cstdlib>
 

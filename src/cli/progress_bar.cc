@@ -32,29 +32,28 @@ bool ProgressBar::possible() {
   return isatty(STDERR_FILENO) == 1 && (term == nullptr || std::strcmp(term, "dumb") != 0);
 }
 
-void ProgressBar::on_start(const Simulation&) {
+void ProgressBar::on_start(const Session&) {
   start_ = drawn_ = Clock::now();
 }
 
-bool ProgressBar::on_step(const Simulation& simulation) {
+bool ProgressBar::on_step(const Session& session) {
   constexpr auto kRedraw = std::chrono::milliseconds(100);
   constexpr int kWidth = 30;
   const auto now = Clock::now();
   if (now - drawn_ < kRedraw) return true;
   drawn_ = now;
   const double done =
-      static_cast<double>(simulation.state().step) / static_cast<double>(simulation.step_count());
+      static_cast<double>(session.state().step) / static_cast<double>(session.step_count());
   const double elapsed = std::chrono::duration<double>(now - start_).count();
   const auto filled = static_cast<std::size_t>(done * kWidth);
   fmt::print(stderr, "\r\033[K{} [{}{}] {:3.0f} %  step {}/{}  {} left", label_,
              std::string(filled, '='), std::string(kWidth - filled, ' '), 100.0 * done,
-             simulation.state().step, simulation.step_count(),
-             duration(elapsed * (1.0 - done) / done));
+             session.state().step, session.step_count(), duration(elapsed * (1.0 - done) / done));
   std::fflush(stderr);
   return true;
 }
 
-void ProgressBar::on_finish(const Simulation&) {
+void ProgressBar::on_finish(const Session&) {
   fmt::print(stderr, "\r\033[K");
   std::fflush(stderr);
 }

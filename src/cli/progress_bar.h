@@ -4,7 +4,7 @@
 #include <chrono>
 #include <string>
 
-#include "tetraction/simulation/simulation.h"
+#include "tetraction/simulation/session.h"
 
 namespace tetraction {
 
@@ -12,9 +12,9 @@ namespace tetraction {
 class ProgressBar : public Observer {
  public:
   explicit ProgressBar(std::string label) : label_(std::move(label)) {}
-  void on_start(const Simulation& simulation) override;
-  bool on_step(const Simulation& simulation) override;
-  void on_finish(const Simulation& simulation) override;
+  void on_start(const Session& session) override;
+  bool on_step(const Session& session) override;
+  void on_finish(const Session& session) override;
 
   /// Whether stderr is a terminal that a line can be redrawn on.
   static bool possible();
@@ -33,7 +33,7 @@ class InterruptGuard : public Observer {
   ~InterruptGuard() override;
   InterruptGuard(const InterruptGuard&) = delete;
   InterruptGuard& operator=(const InterruptGuard&) = delete;
-  bool on_step(const Simulation&) override { return !interrupted(); }
+  bool on_step(const Session&) override { return !interrupted(); }
   static bool interrupted();
 
  private:

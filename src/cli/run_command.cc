@@ -24,30 +24,30 @@ struct RunArguments {
   bool json = false;
 };
 
-void print_outcome(const Simulation& simulation, const std::string& directory) {
-  const Books& books = simulation.books();
+void print_outcome(const Session& session, const std::string& directory) {
+  const Books& books = session.books();
   const Energies& e = books.energies();
   fmt::print("{}: {} steps of {:.6g} s to t = {:.6g} s in {:.3g} s\n",
-             to_string(simulation.scene().time.integrator), simulation.state().step,
-             simulation.time_step(), simulation.state().time, simulation.times().stepping);
+             to_string(session.scene().time.integrator), session.state().step, session.time_step(),
+             session.state().time, session.times().stepping);
   fmt::print("mesh: {} vertices, {} tetrahedra; mass {:.6g} kg; {} of {} degrees of freedom free\n",
-             simulation.system().vertex_count(), simulation.system().mesh().tetrahedron_count(),
-             simulation.system().total_mass(), simulation.system().constraints().free_count(),
-             simulation.system().dof_count());
+             session.system().vertex_count(), session.system().mesh().tetrahedron_count(),
+             session.system().total_mass(), session.system().constraints().free_count(),
+             session.system().dof_count());
   fmt::print("stability limit of the explicit rules: h_crit = {:.6g} s\n",
-             simulation.initial_limit().critical_step);
+             session.initial_limit().critical_step);
   fmt::print(
       "energy [J]: kinetic {:.6g}, elastic {:.6g}, environment {:.6g}, total {:.6g}; largest error "
       "{:.3g} of what entered\n",
       e.kinetic, e.elastic, e.environment, e.total(), books.max_relative_energy_drift());
   fmt::print("momentum drift: linear {:.3g}, angular {:.3g}", books.linear_momentum_drift(),
              books.angular_momentum_drift());
-  if (is_implicit(simulation.scene().time.integrator)) {
+  if (is_implicit(session.scene().time.integrator)) {
     fmt::print(" (the solver's residuals allow {:.3g})\n{:.3g} iterations a step; last one: {}\n",
                books.allowed_angular_momentum_drift(),
-               static_cast<double>(simulation.total_iterations()) /
-                   static_cast<double>(std::max<Index>(1, simulation.state().step)),
-               simulation.solver_message());
+               static_cast<double>(session.total_iterations()) /
+                   static_cast<double>(std::max<Index>(1, session.state().step)),
+               session.solver_message());
   } else {
     fmt::print("\n");
   }
@@ -63,22 +63,22 @@ int run(const RunArguments& arguments) {
     if (const std::string remarks = mesh_remarks(mesh); !remarks.empty()) print_note(remarks);
   }
   make_output_directory(directory);
-  Simulation simulation(scene, mesh);
-  if (!simulation.warning().empty()) print_warning(simulation.warning());
+  Session session(scene, mesh);
+  if (!session.warning().empty()) print_warning(session.warning());
 
   RunRecorder recorder(directory, scene.output.every);
   InterruptGuard interrupt;
   ProgressBar bar("running");
   std::vector<Observer*> observers{&recorder, &interrupt};
   if (!arguments.quiet && ProgressBar::possible()) observers.push_back(&bar);
-  const RunStatus status = simulation.run(observers);
+  const RunStatus status = session.run(observers);
 
   if (arguments.json) {
-    fmt::print("{}", summary_json(simulation));
+    fmt::print("{}", summary_json(session));
   } else if (!arguments.quiet) {
-    print_outcome(simulation, directory);
+    print_outcome(session, directory);
   }
-  if (!simulation.message().empty()) fmt::print(stderr, "tetraction: {}\n", simulation.message());
+  if (!session.message().empty()) fmt::print(stderr, "tetraction: {}\n", session.message());
   return tetraction::exit_code(status);
 }
 

@@ -22,9 +22,9 @@ constexpr const char* kHistoryHeader =
     "dissipated_energy,constraint_work,edit_work,energy_error,px,py,pz,lx,ly,lz,"
     "max_constraint_error,iterations\n";
 
-std::string history_row(const Simulation& simulation) {
-  const State& state = simulation.state();
-  const Books& books = simulation.books();
+std::string history_row(const Session& session) {
+  const State& state = session.state();
+  const Books& books = session.books();
   const Energies& e = books.energies();
   const Momenta& m = books.momenta();
   const auto g = [](double value) { return fmt::format("{:.17g}", value); };
@@ -33,19 +33,19 @@ std::string history_row(const Simulation& simulation) {
        {e.kinetic, e.elastic, e.environment, e.total(), books.external_work(),
         books.dissipated_energy(), books.constraint_work(), books.edit_work(), books.energy_error(),
         m.linear.x(), m.linear.y(), m.linear.z(), m.angular.x(), m.angular.y(), m.angular.z(),
-        simulation.constraint_error()}) {
+        session.constraint_error()}) {
     row += ',' + g(value);
   }
-  return row + fmt::format(",{}\n", simulation.last_iterations());
+  return row + fmt::format(",{}\n", session.last_iterations());
 }
 
 Matrix columns(const Vector& field) {
   return field.reshaped(3, field.size() / 3);
 }
 
-Frame make_frame(const Simulation& simulation) {
-  const MechanicalSystem& system = simulation.system();
-  const State& state = simulation.state();
+Frame make_frame(const Session& session) {
+  const MechanicalSystem& system = session.system();
+  const State& state = session.state();
   Frame frame;
   frame.time = state.time;
   frame.step = state.step;
@@ -57,15 +57,14 @@ Frame make_frame(const Simulation& simulation) {
   }
   // The user forces of the step just taken (of the first step, at the start).
   const double start =
-      state.step > 0 ? static_cast<double>(state.step - 1) * simulation.time_step() : 0.0;
-  frame.point_fields = {
-      {"displacement", columns(state.position - system.mesh().rest_positions())},
-      {"velocity", columns(state.velocity)},
-      {"momentum", columns(state.momentum)},
-      {"external_force", columns(system.user_force(start, simulation.time_step()))},
-      {"reaction_force", columns(simulation.reaction_force())},
-      {"fixed", std::move(fixed), true},
-      {"deformation", deformation_field(system, state.position)}};
+      state.step > 0 ? static_cast<double>(state.step - 1) * session.time_step() : 0.0;
+  frame.point_fields = {{"displacement", columns(state.position - system.mesh().rest_positions())},
+                        {"velocity", columns(state.velocity)},
+                        {"momentum", columns(state.momentum)},
+                        {"external_force", columns(system.user_force(start, session.time_step()))},
+                        {"reaction_force", columns(session.reaction_force())},
+                        {"fixed", std::move(fixed), true},
+                        {"deformation", deformation_field(system, state.position)}};
 
   ElementFields fields = element_fields(system, state.position);
   Matrix region(1, system.mesh().tetrahedron_count());
@@ -110,18 +109,18 @@ struct RunRecorder::Impl {
 
   std::string path(const char* name) const { return directory + "/" + name; }
 
-  void write_row(const Simulation& simulation) {
-    history << history_row(simulation);
+  void write_row(const Session& session) {
+    history << history_row(session);
     if (!history) {
       throw OutputError(path("history.csv") +
                         ": cannot be written. Check the free space of the disk.");
     }
   }
 
-  void write_frame(const Simulation& simulation) {
-    frames->write(make_frame(simulation));
+  void write_frame(const Session& session) {
+    frames->write(make_frame(session));
     history.flush();  // the history is never behind the frames
-    last_frame = simulation.state().step;
+    last_frame = session.state().step;
   }
 };
 
@@ -132,7 +131,7 @@ RunRecorder::RunRecorder(std::string directory, int frame_every) : impl_(std::ma
 
 RunRecorder::~RunRecorder() = default;
 
-void RunRecorder::on_start(const Simulation& simulation) {
+void RunRecorder::on_start(const Session& session) {
   Impl& s = *impl_;
   make_output_directory(s.directory);
   // What an earlier run left must not pass for this one's.
@@ -147,27 +146,27 @@ void RunRecorder::on_start(const Simulation& simulation) {
                     s.path("history.csv"), std::strerror(errno)));
   }
   s.history << kHistoryHeader;
-  s.frames = std::make_unique<FrameWriter>(simulation.system().mesh(), s.directory);
-  s.write_row(simulation);
-  s.write_frame(simulation);
+  s.frames = std::make_unique<FrameWriter>(session.system().mesh(), s.directory);
+  s.write_row(session);
+  s.write_frame(session);
 }
 
-bool RunRecorder::on_step(const Simulation& simulation) {
-  impl_->write_row(simulation);
-  if (simulation.state().step % impl_->frame_every == 0) impl_->write_frame(simulation);
+bool RunRecorder::on_step(const Session& session) {
+  impl_->write_row(session);
+  if (session.state().step % impl_->frame_every == 0) impl_->write_frame(session);
   return true;
 }
 
-void RunRecorder::on_finish(const Simulation& simulation) {
+void RunRecorder::on_finish(const Session& session) {
   Impl& s = *impl_;
-  if (s.last_frame != simulation.state().step) s.write_frame(simulation);
-  s.frames->write_single(make_frame(simulation), s.path("final.vtu"));
+  if (s.last_frame != session.state().step) s.write_frame(session);
+  s.frames->write_single(make_frame(session), s.path("final.vtu"));
   s.history.close();
   if (!s.history) {
     throw OutputError(s.path("history.csv") +
                       ": cannot be written. Check the free space of the disk.");
   }
-  write_text_file(s.path("summary.json"), summary_json(simulation));
+  write_text_file(s.path("summary.json"), summary_json(session));
 }
 
 }  // namespace tetraction

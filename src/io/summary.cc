@@ -29,33 +29,33 @@ nlohmann::ordered_json mesh_json(const TetMesh& mesh) {
 
 }  // namespace
 
-std::string summary_json(const Simulation& simulation) {
-  const MechanicalSystem& system = simulation.system();
-  const Books& books = simulation.books();
-  const PhaseTimes& times = simulation.times();
-  const StabilityLimit& limit = simulation.initial_limit();
+std::string summary_json(const Session& session) {
+  const MechanicalSystem& system = session.system();
+  const Books& books = session.books();
+  const PhaseTimes& times = session.times();
+  const StabilityLimit& limit = session.initial_limit();
   const BlasInfo blas = blas_info();
 
   nlohmann::ordered_json json;
   json["version"] = version();
-  json["status"] = to_string(simulation.status());
-  json["exit_status"] = exit_code(simulation.status());
-  json["message"] = simulation.message();
-  json["warning"] = simulation.warning();
+  json["status"] = to_string(session.status());
+  json["exit_status"] = exit_code(session.status());
+  json["message"] = session.message();
+  json["warning"] = session.warning();
   json["mesh"] = mesh_json(system.mesh());
   json["mass"] = system.total_mass();
   json["degrees_of_freedom"] = {{"all", system.dof_count()},
                                 {"free", system.constraints().free_count()}};
-  json["integrator"] = to_string(simulation.scene().time.integrator);
-  json["time_step"] = simulation.time_step();
+  json["integrator"] = to_string(session.scene().time.integrator);
+  json["time_step"] = session.time_step();
   json["stable_step"] = number(limit.critical_step);
   json["omega_max"] = limit.omega_max;
-  json["steps"] = simulation.state().step;
-  json["steps_planned"] = simulation.step_count();
-  json["time"] = simulation.state().time;
-  json["iterations"] = simulation.total_iterations();
-  json["factorizations"] = simulation.total_factorizations();
-  json["solver_message"] = simulation.solver_message();
+  json["steps"] = session.state().step;
+  json["steps_planned"] = session.step_count();
+  json["time"] = session.state().time;
+  json["iterations"] = session.total_iterations();
+  json["factorizations"] = session.total_factorizations();
+  json["solver_message"] = session.solver_message();
   json["energy"] = {{"kinetic", books.energies().kinetic},
                     {"elastic", books.energies().elastic},
                     {"environment", books.energies().environment},
@@ -74,9 +74,9 @@ std::string summary_json(const Simulation& simulation) {
                           {"total", times.total()}};
   json["threads"] = thread_count();
   json["blas"] = {{"library", blas.library}, {"core", blas.core}};
-  json["scene"] = simulation.scene().echo.empty()
+  json["scene"] = session.scene().echo.empty()
                       ? nlohmann::ordered_json::object()
-                      : nlohmann::ordered_json::parse(simulation.scene().echo);
+                      : nlohmann::ordered_json::parse(session.scene().echo);
   return json.dump(2) + "\n";
 }
 

@@ -143,29 +143,29 @@ class Study {
     run.row.directory = fmt::format("{}{}-{:.10g}", prefix, to_string(integrator), step);
     run.row.position_error = run.row.observed_order = kNone;
 
-    Simulation simulation(scene, mesh_);
+    Session session(scene, mesh_);
     std::vector<std::unique_ptr<Observer>> observers;
     if (make_observers) observers = make_observers(run.row.directory);
     std::vector<Observer*> watching;
     watching.reserve(observers.size());
     for (const auto& observer : observers) watching.push_back(observer.get());
-    run.row.status = simulation.run(watching);
-    run.row.message = simulation.message();
-    run.row.steps = simulation.state().step;
-    run.row.wall_seconds = simulation.times().stepping;
-    const double simulated = simulation.state().time;
+    run.row.status = session.run(watching);
+    run.row.message = session.message();
+    run.row.steps = session.state().step;
+    run.row.wall_seconds = session.times().stepping;
+    const double simulated = session.state().time;
     run.row.seconds_per_simulated_second =
         simulated > 0.0 ? run.row.wall_seconds / simulated : kNone;
-    run.row.iterations_per_step = run.row.steps > 0
-                                      ? static_cast<double>(simulation.total_iterations()) /
-                                            static_cast<double>(run.row.steps)
-                                      : 0.0;
-    const Books& books = simulation.books();
+    run.row.iterations_per_step =
+        run.row.steps > 0
+            ? static_cast<double>(session.total_iterations()) / static_cast<double>(run.row.steps)
+            : 0.0;
+    const Books& books = session.books();
     run.row.max_relative_energy_drift = books.max_relative_energy_drift();
     run.row.linear_momentum_drift = books.linear_momentum_drift();
     run.row.angular_momentum_drift = books.angular_momentum_drift();
     run.row.angular_momentum_drift_allowed = books.allowed_angular_momentum_drift();
-    if (run.row.status == RunStatus::kFinished) run.final_position = simulation.state().position;
+    if (run.row.status == RunStatus::kFinished) run.final_position = session.state().position;
     return run;
   }
 

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "tetraction/mesh/generate.h"
-#include "tetraction/simulation/simulation.h"
+#include "tetraction/simulation/session.h"
 
 namespace tetraction {
 namespace {
@@ -23,9 +23,9 @@ Scene clamped_beam(Integrator integrator) {
 }
 
 // Mean u_y of the vertices at x = 4.
-double tip_displacement(const Simulation& simulation) {
-  const TetMesh& mesh = simulation.system().mesh();
-  const Vector u = simulation.state().position - mesh.rest_positions();
+double tip_displacement(const Session& session) {
+  const TetMesh& mesh = session.system().mesh();
+  const Vector u = session.state().position - mesh.rest_positions();
   double sum = 0.0;
   const std::vector<Index> tip = select_vertices(mesh, SelectPlane{0, 4.0, {}});
   for (const Index v : tip) sum += u[3 * v + 1];
@@ -43,18 +43,18 @@ class BeamReference : public testing::TestWithParam<Reference> {};
 TEST_P(BeamReference, TipAgreesToAllDigitsGiven) {
   Scene scene = clamped_beam(GetParam().integrator);
   scene.solver.tolerance = 1e-10;
-  Simulation simulation(scene, generate_mesh(*scene.mesh.generate));
-  ASSERT_EQ(simulation.run(), RunStatus::kFinished) << simulation.message();
-  EXPECT_EQ(simulation.state().step, 20);
-  EXPECT_NEAR(tip_displacement(simulation), GetParam().tip, GetParam().digits);
+  Session session(scene, generate_mesh(*scene.mesh.generate));
+  ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+  EXPECT_EQ(session.state().step, 20);
+  EXPECT_NEAR(tip_displacement(session), GetParam().tip, GetParam().digits);
 }
 
 TEST_P(BeamReference, DefaultToleranceTakesAtMostFourIterationsAStep) {
   const Scene scene = clamped_beam(GetParam().integrator);
-  Simulation simulation(scene, generate_mesh(*scene.mesh.generate));
-  ASSERT_EQ(simulation.run(), RunStatus::kFinished) << simulation.message();
-  EXPECT_LE(static_cast<double>(simulation.total_iterations()) / 20.0, 4.0);
-  EXPECT_NEAR(tip_displacement(simulation), GetParam().tip, 1e-7);
+  Session session(scene, generate_mesh(*scene.mesh.generate));
+  ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+  EXPECT_LE(static_cast<double>(session.total_iterations()) / 20.0, 4.0);
+  EXPECT_NEAR(tip_displacement(session), GetParam().tip, 1e-7);
 }
 
 INSTANTIATE_TEST_SUITE_P(

@@ -3,7 +3,7 @@
 #include <numeric>
 
 #include "support/bodies.h"
-#include "tetraction/simulation/simulation.h"
+#include "tetraction/simulation/session.h"
 
 namespace tetraction {
 namespace {
@@ -16,7 +16,7 @@ TetMesh block_of(const Scene& scene) {
 
 double stable_step() {
   const Scene scene = spinning_block(Integrator::kVerlet, 1e-6, 1e-6);
-  return Simulation(scene, block_of(scene)).initial_limit().critical_step;
+  return Session(scene, block_of(scene)).initial_limit().critical_step;
 }
 
 class ExplicitConservation : public testing::TestWithParam<Integrator> {};
@@ -24,13 +24,13 @@ class ExplicitConservation : public testing::TestWithParam<Integrator> {};
 TEST_P(ExplicitConservation, MomentaStayToRoundOffOver10000Steps) {
   const double step = 0.3 * stable_step();
   const Scene scene = spinning_block(GetParam(), step, 10000 * step);
-  Simulation simulation(scene, block_of(scene));
-  ASSERT_EQ(simulation.run(), RunStatus::kFinished) << simulation.message();
-  ASSERT_EQ(simulation.state().step, 10000);
-  EXPECT_GT(simulation.books().momenta().angular_scale, 1.0);
-  EXPECT_LT(simulation.books().linear_momentum_drift(), 1e-12);
-  EXPECT_LT(simulation.books().angular_momentum_drift(), 1e-12);
-  EXPECT_LT(simulation.books().max_relative_energy_drift(), 0.1);
+  Session session(scene, block_of(scene));
+  ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+  ASSERT_EQ(session.state().step, 10000);
+  EXPECT_GT(session.books().momenta().angular_scale, 1.0);
+  EXPECT_LT(session.books().linear_momentum_drift(), 1e-12);
+  EXPECT_LT(session.books().angular_momentum_drift(), 1e-12);
+  EXPECT_LT(session.books().max_relative_energy_drift(), 0.1);
 }
 
 INSTANTIATE_TEST_SUITE_P(Rules, ExplicitConservation,
@@ -40,47 +40,47 @@ INSTANTIATE_TEST_SUITE_P(Rules, ExplicitConservation,
 TEST(MidpointConservation, LinearMomentumToRoundOffAngularToTolerance) {
   const double step = 0.5 * stable_step();
   const Scene scene = spinning_block(Integrator::kMidpoint, step, 10000 * step);
-  Simulation simulation(scene, block_of(scene));
-  ASSERT_EQ(simulation.run(), RunStatus::kFinished) << simulation.message();
-  ASSERT_EQ(simulation.state().step, 10000);
-  EXPECT_LT(simulation.books().linear_momentum_drift(), 1e-12);
-  EXPECT_LT(simulation.books().angular_momentum_drift(), 1e-8);
+  Session session(scene, block_of(scene));
+  ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+  ASSERT_EQ(session.state().step, 10000);
+  EXPECT_LT(session.books().linear_momentum_drift(), 1e-12);
+  EXPECT_LT(session.books().angular_momentum_drift(), 1e-8);
   // What the residuals allow is stated, and it bounds what is measured (but for round-off).
-  EXPECT_GT(simulation.books().allowed_angular_momentum_drift(), 0.0);
-  EXPECT_LE(simulation.books().angular_momentum_drift(),
-            simulation.books().allowed_angular_momentum_drift() + 1e-12);
+  EXPECT_GT(session.books().allowed_angular_momentum_drift(), 0.0);
+  EXPECT_LE(session.books().angular_momentum_drift(),
+            session.books().allowed_angular_momentum_drift() + 1e-12);
 }
 
 TEST(VerletEnergy, DoesNotDriftOver100000Steps) {
   const double step = 0.1 * stable_step();
   const Scene scene = spinning_block(Integrator::kVerlet, step, 100000 * step);
-  Simulation simulation(scene, block_of(scene));
+  Session session(scene, block_of(scene));
   std::vector<double> energy;
-  while (simulation.step()) energy.push_back(simulation.books().energies().total());
-  ASSERT_EQ(simulation.status(), RunStatus::kFinished) << simulation.message();
+  while (session.step()) energy.push_back(session.books().energies().total());
+  ASSERT_EQ(session.status(), RunStatus::kFinished) << session.message();
   const auto mean = [&](std::size_t begin) {
     return std::accumulate(energy.begin() + static_cast<std::ptrdiff_t>(begin),
                            energy.begin() + static_cast<std::ptrdiff_t>(begin + 10000), 0.0) /
            10000.0;
   };
   EXPECT_NEAR(mean(90000) / mean(0), 1.0, 1e-3);
-  EXPECT_LT(simulation.books().max_relative_energy_drift(), 0.01);
+  EXPECT_LT(session.books().max_relative_energy_drift(), 0.01);
 }
 
 TEST(BackwardEulerEnergy, FallsAndTakesAngularMomentumAlong) {
   const double step = 10.0 * stable_step();
   const Scene scene = spinning_block(Integrator::kBackwardEuler, step, 40 * step);
-  Simulation simulation(scene, block_of(scene));
-  double last = simulation.books().energies().total();
-  while (simulation.step()) {
-    const double now = simulation.books().energies().total();
+  Session session(scene, block_of(scene));
+  double last = session.books().energies().total();
+  while (session.step()) {
+    const double now = session.books().energies().total();
     EXPECT_LT(now, last);
     last = now;
   }
-  ASSERT_EQ(simulation.status(), RunStatus::kFinished) << simulation.message();
-  EXPECT_GT(simulation.books().max_relative_energy_drift(), 0.1);
-  EXPECT_GT(simulation.books().angular_momentum_drift(), 1e-3);
-  EXPECT_LT(simulation.books().linear_momentum_drift(), 1e-8);
+  ASSERT_EQ(session.status(), RunStatus::kFinished) << session.message();
+  EXPECT_GT(session.books().max_relative_energy_drift(), 0.1);
+  EXPECT_GT(session.books().angular_momentum_drift(), 1e-3);
+  EXPECT_LT(session.books().linear_momentum_drift(), 1e-8);
 }
 
 TEST(Reversal, VerletAndMidpointComeBack) {
@@ -108,13 +108,13 @@ TEST(Reversal, VerletAndMidpointComeBack) {
 TEST(Instability, ExplicitExplodesAboveTheLimitAndSaysWhereAndWhy) {
   const double step = 1.3 * stable_step();
   const Scene scene = spinning_block(Integrator::kExplicit, step, 3000 * step);
-  Simulation simulation(scene, block_of(scene));
-  EXPECT_NE(simulation.warning().find("stability limit"), std::string::npos);
-  EXPECT_EQ(simulation.run(), RunStatus::kUnstable);
-  EXPECT_NE(simulation.message().find("step "), std::string::npos);
-  EXPECT_NE(simulation.message().find("element "), std::string::npos);
-  EXPECT_NE(simulation.message().find("stability limit"), std::string::npos);
-  EXPECT_TRUE(simulation.state().position.allFinite());
+  Session session(scene, block_of(scene));
+  EXPECT_NE(session.warning().find("stability limit"), std::string::npos);
+  EXPECT_EQ(session.run(), RunStatus::kUnstable);
+  EXPECT_NE(session.message().find("step "), std::string::npos);
+  EXPECT_NE(session.message().find("element "), std::string::npos);
+  EXPECT_NE(session.message().find("stability limit"), std::string::npos);
+  EXPECT_TRUE(session.state().position.allFinite());
 }
 
 // ½ ω q² with symplectic Euler, realised as the breathing of one free tetrahedron would be
@@ -127,19 +127,19 @@ TEST(Instability, LimitIsSharpForSmallMotions) {
     scene.initial.stretch = {1.0 + 1e-7, 1.0, 1.0};
     scene.time.step = 1e-6;
     scene.time.end = 1e-6;
-    const double limit = Simulation(scene, block_of(scene)).initial_limit().critical_step;
+    const double limit = Session(scene, block_of(scene)).initial_limit().critical_step;
     scene.time.step = factor * limit;
     scene.time.end = 4000 * scene.time.step;
-    Simulation simulation(scene, block_of(scene));
-    const double start = simulation.books().energies().total();
+    Session session(scene, block_of(scene));
+    const double start = session.books().energies().total();
     double largest = 0.0;
-    while (simulation.step()) {
-      largest = std::max(largest, simulation.books().energies().total());
+    while (session.step()) {
+      largest = std::max(largest, session.books().energies().total());
     }
     if (stable) {
-      EXPECT_EQ(simulation.status(), RunStatus::kFinished) << simulation.message();
+      EXPECT_EQ(session.status(), RunStatus::kFinished) << session.message();
     } else {
-      EXPECT_EQ(simulation.status(), RunStatus::kUnstable);
+      EXPECT_EQ(session.status(), RunStatus::kUnstable);
       EXPECT_GT(largest, 5.0 * start);
     }
   }
@@ -157,18 +157,18 @@ TEST(UserForces, MomentumChangesByExactlyTheImpulse) {
     force.from = 20 * step;
     force.until = 70 * step;
     scene.force.push_back(force);
-    Simulation simulation(scene, block_of(scene));
-    const Vector3 before = simulation.books().momenta().linear;
-    const double mass = simulation.system().total_mass();
-    ASSERT_EQ(simulation.run(), RunStatus::kFinished) << simulation.message();
+    Session session(scene, block_of(scene));
+    const Vector3 before = session.books().momenta().linear;
+    const double mass = session.system().total_mass();
+    ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
     const Vector3 expected =
         before + 50 * step * force.vector + 100 * step * mass * Vector3(0, -9.81, 0);
     const double tolerance = integrator == Integrator::kBackwardEuler ? 1e-8 : 1e-12;
-    EXPECT_LT((simulation.books().momenta().linear - expected).norm(),
-              tolerance * simulation.books().momenta().linear_scale)
+    EXPECT_LT((session.books().momenta().linear - expected).norm(),
+              tolerance * session.books().momenta().linear_scale)
         << to_string(integrator);
-    EXPECT_LT(simulation.books().linear_momentum_drift(), tolerance);
-    EXPECT_NE(simulation.books().external_work(), 0.0);
+    EXPECT_LT(session.books().linear_momentum_drift(), tolerance);
+    EXPECT_NE(session.books().external_work(), 0.0);
   }
 }
 

@@ -4,7 +4,7 @@
 #include <numbers>
 
 #include "support/bodies.h"
-#include "tetraction/simulation/simulation.h"
+#include "tetraction/simulation/session.h"
 
 namespace tetraction {
 namespace {
@@ -92,22 +92,21 @@ TEST(TurekHron, Csm1WithLinearTetrahedra) {
   FixSettings plane_strain;
   plane_strain.components = {false, false, true};
   scene.fix = {clamp, plane_strain};
-  Simulation simulation(scene, generate_mesh(*scene.mesh.generate));
-  ASSERT_EQ(simulation.run(), RunStatus::kFinished) << simulation.message();
-  EXPECT_LT(simulation.books().energies().kinetic, 1e-12);
-  const TetMesh& mesh = simulation.system().mesh();
+  Session session(scene, generate_mesh(*scene.mesh.generate));
+  ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+  EXPECT_LT(session.books().energies().kinetic, 1e-12);
+  const TetMesh& mesh = session.system().mesh();
   const Index tip = select_vertices(mesh, SelectNearest{{0.35, 0.01, 0.0}}).front();
-  const Vector3 u = simulation.state().position.segment<3>(3 * tip) -
-                    mesh.vertices[static_cast<std::size_t>(tip)];
+  const Vector3 u =
+      session.state().position.segment<3>(3 * tip) - mesh.vertices[static_cast<std::size_t>(tip)];
   EXPECT_NEAR(u.y(), -61.1e-3 * 65.54 / 66.10, 0.02 * 61.1e-3);
   EXPECT_LT(u.x(), 0.0);
   // At rest the reactions carry the weight, up to the sum of the residuals that round-off leaves in
   // a body whose stiffest and softest modes differ by nine orders of magnitude.
   double reaction = 0.0;
-  for (Index v = 0; v < mesh.vertex_count(); ++v)
-    reaction += simulation.reaction_force()[3 * v + 1];
-  EXPECT_NEAR(reaction, 2.0 * simulation.system().total_mass(),
-              1e-7 * 2.0 * simulation.system().total_mass());
+  for (Index v = 0; v < mesh.vertex_count(); ++v) reaction += session.reaction_force()[3 * v + 1];
+  EXPECT_NEAR(reaction, 2.0 * session.system().total_mass(),
+              1e-7 * 2.0 * session.system().total_mass());
 }
 
 }  // namespace

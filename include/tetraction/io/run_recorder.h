@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include "tetraction/simulation/simulation.h"
+#include "tetraction/simulation/session.h"
 
 namespace tetraction {
 
@@ -26,9 +26,9 @@ class RunRecorder : public Observer {
   RunRecorder(const RunRecorder&) = delete;
   RunRecorder& operator=(const RunRecorder&) = delete;
 
-  void on_start(const Simulation& simulation) override;
-  bool on_step(const Simulation& simulation) override;
-  void on_finish(const Simulation& simulation) override;
+  void on_start(const Session& session) override;
+  bool on_step(const Session& session) override;
+  void on_finish(const Session& session) override;
 
  private:
   struct Impl;
@@ -36,7 +36,7 @@ class RunRecorder : public Observer {
 };
 
 /// The text of summary.json for a run.
-std::string summary_json(const Simulation& simulation);
+std::string summary_json(const Session& session);
 
 /// Makes a directory and its parents; throws OutputError if it cannot be made or written to.
 void make_output_directory(const std::string& directory);

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "tetraction/simulation/simulation.h"
+#include "tetraction/simulation/session.h"
 
 namespace tetraction {
 

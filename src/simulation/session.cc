@@ -1,4 +1,4 @@
-#include "tetraction/simulation/simulation.h"
+#include "tetraction/simulation/session.h"
 
 #include <fmt/format.h>
 
@@ -59,7 +59,7 @@ int exit_code(RunStatus status) {
   }
 }
 
-struct Simulation::Impl {
+struct Session::Impl {
   Scene scene;
   PhaseTimes times;
   std::unique_ptr<MechanicalSystem> system;
@@ -149,7 +149,7 @@ struct Simulation::Impl {
   }
 };
 
-Simulation::Simulation(Scene scene, const TetMesh& mesh) : impl_(std::make_unique<Impl>()) {
+Session::Session(Scene scene, const TetMesh& mesh) : impl_(std::make_unique<Impl>()) {
   Impl& s = *impl_;
   s.scene = std::move(scene);
   {
@@ -165,9 +165,9 @@ Simulation::Simulation(Scene scene, const TetMesh& mesh) : impl_(std::make_uniqu
   s.choose_step();
 }
 
-Simulation::~Simulation() = default;
+Session::~Session() = default;
 
-bool Simulation::step() {
+bool Session::step() {
   Impl& s = *impl_;
   if (s.status != RunStatus::kRunning) return false;
   const PhaseTimer timer(s.times.stepping);
@@ -211,7 +211,7 @@ bool Simulation::step() {
   return true;
 }
 
-RunStatus Simulation::run(const std::vector<Observer*>& observers) {
+RunStatus Session::run(const std::vector<Observer*>& observers) {
   Impl& s = *impl_;
   const auto tell = [&](const auto& call) {
     const PhaseTimer timer(s.times.output);
@@ -231,59 +231,59 @@ RunStatus Simulation::run(const std::vector<Observer*>& observers) {
   return s.status;
 }
 
-const Scene& Simulation::scene() const {
+const Scene& Session::scene() const {
   return impl_->scene;
 }
-const MechanicalSystem& Simulation::system() const {
+const MechanicalSystem& Session::system() const {
   return *impl_->system;
 }
-const State& Simulation::state() const {
+const State& Session::state() const {
   return impl_->state;
 }
-const Books& Simulation::books() const {
+const Books& Session::books() const {
   return *impl_->books;
 }
-RunStatus Simulation::status() const {
+RunStatus Session::status() const {
   return impl_->status;
 }
-const std::string& Simulation::message() const {
+const std::string& Session::message() const {
   return impl_->message;
 }
-double Simulation::time_step() const {
+double Session::time_step() const {
   return impl_->time_step;
 }
-Index Simulation::step_count() const {
+Index Session::step_count() const {
   return impl_->step_count;
 }
-const StabilityLimit& Simulation::initial_limit() const {
+const StabilityLimit& Session::initial_limit() const {
   return impl_->initial_limit;
 }
-StabilityLimit Simulation::current_limit() const {
+StabilityLimit Session::current_limit() const {
   return stability_limit(*impl_->system, impl_->state.position);
 }
-const std::string& Simulation::warning() const {
+const std::string& Session::warning() const {
   return impl_->warning;
 }
-const Vector& Simulation::reaction_force() const {
+const Vector& Session::reaction_force() const {
   return impl_->stepper->reaction_force();
 }
-int Simulation::last_iterations() const {
+int Session::last_iterations() const {
   return impl_->last_report.iterations;
 }
-Index Simulation::total_iterations() const {
+Index Session::total_iterations() const {
   return impl_->total_iterations;
 }
-Index Simulation::total_factorizations() const {
+Index Session::total_factorizations() const {
   return impl_->total_factorizations;
 }
-const std::string& Simulation::solver_message() const {
+const std::string& Session::solver_message() const {
   return impl_->last_report.message;
 }
-const PhaseTimes& Simulation::times() const {
+const PhaseTimes& Session::times() const {
   return impl_->times;
 }
 
-double Simulation::constraint_error() const {
+double Session::constraint_error() const {
   double error = 0.0;
   for (const Index i : impl_->system->constraints().fixed_dofs()) {
     error = std::max(error, std::abs(impl_->state.position[i] - impl_->target[i]));

@@ -35,34 +35,34 @@ struct PhaseTimes {
   double total() const { return setup + stability + stepping + output; }
 };
 
-class Simulation;
+class Session;
 
 /// Watches a run. All calls come from the thread that runs it.
 class Observer {
  public:
   virtual ~Observer() = default;
   /// Before the first step, at the initial state.
-  virtual void on_start(const Simulation&) {}
+  virtual void on_start(const Session&) {}
   /// After each step that went well. Returning false ends the run (kCancelled).
-  virtual bool on_step(const Simulation&) { return true; }
+  virtual bool on_step(const Session&) { return true; }
   /// At the end, however the run ended; the state is the last good one.
-  virtual void on_finish(const Simulation&) {}
+  virtual void on_finish(const Session&) {}
 };
 
 /// One body moving through time as a scene says.
 ///
-///     Simulation simulation(scene, mesh);
-///     while (simulation.step()) { ... simulation.state() ... }
+///     Session session(scene, mesh);
+///     while (session.step()) { ... session.state() ... }
 ///
-/// or simulation.run(observers). Not for: files (io/run_recorder.h).
-class Simulation {
+/// or session.run(observers). Not for: files (io/run_recorder.h).
+class Session {
  public:
   /// Sets everything up and estimates the stable step. Throws InputError for what the scene or the
   /// mesh does not allow.
-  Simulation(Scene scene, const TetMesh& mesh);
-  ~Simulation();
-  Simulation(const Simulation&) = delete;
-  Simulation& operator=(const Simulation&) = delete;
+  Session(Scene scene, const TetMesh& mesh);
+  ~Session();
+  Session(const Session&) = delete;
+  Session& operator=(const Session&) = delete;
 
   /// Takes one step. Returns false when the run is over: status() tells why. A step that fails
   /// leaves the state as it was before.
