@@ -46,7 +46,7 @@ BENCHMARK(gradient)->Arg(4)->Arg(9)->Unit(benchmark::kMillisecond);
 
 void hessian(benchmark::State& state) {
   const Body body(static_cast<int>(state.range(0)));
-  const DofConstraints free(body.q.size());
+  const FreeCoordinates free(body.rest.vertex_count());
   const SparsityPattern pattern(body.rest, free);
   std::vector<double> values(static_cast<std::size_t>(pattern.nonzeros()), 0.0);
   for (auto _ : state) {

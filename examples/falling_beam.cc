@@ -33,15 +33,13 @@ int main(int argc, char** argv) {
   const LameParameters lame = lame_from_young(1.0e6, 0.4);
   MechanicalSystem beam(mesh, NeoHookean(lame.mu, lame.lambda), 1000.0);
 
-  // 4. The clamp: every component of every vertex at x = 0. These DOFs are eliminated.
-  std::vector<std::uint8_t> fixed(static_cast<std::size_t>(beam.dof_count()), 0);
-  for (const Index v : select_vertices(mesh, SelectPlane{0, 0.0, {}})) {
-    for (Index i = 0; i < 3; ++i) fixed[static_cast<std::size_t>(3 * v + i)] = 1;
-  }
-  beam.set_constraints(DofConstraints(fixed));
+  // 4. The clamp: every vertex at x = 0, where it rests. Its coordinates are eliminated.
+  ConstraintList clamp;
+  clamp.held.push_back(hold_at_rest(mesh, select_vertices(mesh, SelectPlane{0, 0.0, {}})));
+  beam.set_constraints(Constraints(clamp, mesh, beam.mass()));
 
   // 5. Gravity.
-  beam.set_environment(Environment({0.0, -9.81, 0.0}));
+  beam.set_environment(Environment::uniform({0.0, -9.81, 0.0}));
 
   // 6. The integrator and its solver.
   const auto stepper = make_midpoint_stepper(beam, make_ceres_minimizer(beam, {}));

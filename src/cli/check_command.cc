@@ -1,6 +1,7 @@
 // tetraction check: is the scene right, the mesh good, the step stable, the derivatives exact?
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <memory>
@@ -22,17 +23,21 @@ namespace {
 // Above this the derivatives of a material are wrong, whatever the mesh.
 constexpr double kLargestDerivativeError = 1e-7;
 
-// The scene's own material first, then the others with the same small-strain response.
-std::vector<MaterialModel> materials_to_check(const MaterialModel& own) {
-  const LameParameters lame = initial_lame(own);
+// The scene's own materials first, then the other models with the small-strain response of the
+// first.
+std::vector<MaterialModel> materials_to_check(const std::vector<MaterialModel>& own) {
+  const LameParameters lame = initial_lame(own.front());
   constexpr double kMooneyRatio = 0.25;
   const double mu2 = lame.mu * kMooneyRatio / (1.0 + kMooneyRatio);
-  std::vector<MaterialModel> models{own};
+  std::vector<MaterialModel> models = own;
   for (const MaterialModel& other :
        {MaterialModel(StVenantKirchhoff(lame.mu, lame.lambda)),
         MaterialModel(NeoHookean(lame.mu, lame.lambda)),
         MaterialModel(MooneyRivlin(lame.mu - mu2, mu2, lame.lambda - 2.0 * mu2))}) {
-    if (other.index() != own.index()) models.push_back(other);
+    const bool there = std::any_of(own.begin(), own.end(), [&](const MaterialModel& model) {
+      return model.index() == other.index();
+    });
+    if (!there) models.push_back(other);
   }
   return models;
 }
@@ -43,24 +48,32 @@ int check(const std::string& path, const std::vector<std::string>& overrides, bo
   const std::unique_ptr<MechanicalSystem> system = make_system(scene, mesh);
   const State state = make_initial_state(scene, *system);
   const StabilityLimit limit = stability_limit(*system, state.position);
-  const LameParameters lame = initial_lame(system->elastic().material());
 
   nlohmann::ordered_json json;
   json["mesh"] = mesh_json(mesh);
   json["mass"] = system->total_mass();
-  json["free_degrees_of_freedom"] = system->constraints().free_count();
-  json["material"] = {{"model", material_name(system->elastic().material())},
-                      {"mu", lame.mu},
-                      {"lambda", lame.lambda},
-                      {"density", system->density()}};
-  json["wave_speed"] = wave_speed(lame, system->density());
+  json["free_degrees_of_freedom"] = system->coordinates().count();
+  double fastest = 0.0;
+  json["materials"] = nlohmann::ordered_json::array();
+  for (Index r = 0; r < system->region_count(); ++r) {
+    const MaterialModel& material = system->elastic().materials()[static_cast<std::size_t>(r)];
+    const LameParameters lame = initial_lame(material);
+    const double speed = wave_speed(lame, system->density(r));
+    fastest = std::max(fastest, speed);
+    json["materials"].push_back({{"model", material_name(material)},
+                                 {"mu", lame.mu},
+                                 {"lambda", lame.lambda},
+                                 {"density", system->density(r)},
+                                 {"wave_speed", speed}});
+  }
+  json["wave_speed"] = fastest;
   json["omega_max"] = limit.omega_max;
   json["stable_step"] = limit.critical_step;
   json["stable_step_element"] = mesh.tetrahedron_ids[static_cast<std::size_t>(limit.element)];
 
   bool exact = true;
   json["derivatives"] = nlohmann::ordered_json::array();
-  for (const MaterialModel& material : materials_to_check(system->elastic().material())) {
+  for (const MaterialModel& material : materials_to_check(system->elastic().materials())) {
     const ElasticPotential potential(system->rest(), material);
     const Vector q = strained_state(potential, state.position);
     const DerivativeErrors errors = check_derivatives(potential, q);
@@ -78,14 +91,19 @@ int check(const std::string& path, const std::vector<std::string>& overrides, bo
   } else {
     fmt::print("{}: the scene is valid\n\n", path);
     print_mesh_table(mesh);
+    fmt::print("\n");
+    for (const auto& material : json["materials"]) {
+      fmt::print(
+          "material: {} with mu = {:.6g} Pa, lambda = {:.6g} Pa at small strain, density {:.6g} "
+          "kg/m3, wave speed {:.6g} m/s\n",
+          material["model"].get<std::string>(), material["mu"].get<double>(),
+          material["lambda"].get<double>(), material["density"].get<double>(),
+          material["wave_speed"].get<double>());
+    }
+    fmt::print("mass: {:.6g} kg; {} of {} degrees of freedom free\n", system->total_mass(),
+               system->coordinates().count(), system->dof_count());
     fmt::print(
-        "\nmaterial: {} with mu = {:.6g} Pa, lambda = {:.6g} Pa at small strain, density {:.6g} "
-        "kg/m3\nmass: {:.6g} kg; wave speed {:.6g} m/s; {} of {} degrees of freedom free\n",
-        material_name(system->elastic().material()), lame.mu, lame.lambda, system->density(),
-        system->total_mass(), wave_speed(lame, system->density()),
-        system->constraints().free_count(), system->dof_count());
-    fmt::print(
-        "stability limit of the explicit rules: h_crit = 2/omega_max = {:.6g} s (omega_max = "
+        "stability limit of the explicit rules: h_crit = {:.6g} s (omega_max = "
         "{:.6g} "
         "rad/s, most at element {})\n",
         limit.critical_step, limit.omega_max,

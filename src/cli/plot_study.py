@@ -40,8 +40,8 @@ plt.rcParams.update(
 )
 
 
-def style(integrator):
-    return STYLE.get(integrator, OTHER)
+def style(group):
+    return STYLE.get(group.split(" ")[0], OTHER)
 
 
 def number(value):
@@ -96,9 +96,12 @@ def mark_limit(axes, stable_step):
 
 
 def by_integrator(runs):
+    """The runs by integrator, and by variant where there are several."""
     groups = {}
     for run in runs:
-        groups.setdefault(run["integrator"], []).append(run)
+        variant = run.get("variant")
+        key = f"{run['integrator']} ({variant})" if variant else run["integrator"]
+        groups.setdefault(key, []).append(run)
     for group in groups.values():
         group.sort(key=lambda run: run["step"])
     return groups
@@ -211,7 +214,7 @@ def scatter(study, folder, name, title, x_of, xlabel, key, ylabel, limit, slopes
             all_y += y
         if bad and limit:
             axes.plot(
-                [x_of(r) for r in bad], [0.97 if integrator != "verlet" else 0.92] * len(bad), "x",
+                [x_of(r) for r in bad], [0.97 if not integrator.startswith("verlet") else 0.92] * len(bad), "x",
                 color=color, markersize=9, markeredgewidth=2, clip_on=False,
                 transform=axes.get_xaxis_transform(),
                 label=None if good else integrator,

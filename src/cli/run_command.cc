@@ -27,12 +27,17 @@ struct RunArguments {
 void print_outcome(const Session& session, const std::string& directory) {
   const Books& books = session.books();
   const Energies& e = books.energies();
-  fmt::print("{}: {} steps of {:.6g} s to t = {:.6g} s in {:.3g} s\n",
-             to_string(session.scene().time.integrator), session.state().step, session.time_step(),
-             session.state().time, session.times().stepping);
+  const bool changed = session.time_step() * static_cast<double>(session.state().step) <
+                           (1.0 - 1e-9) * session.state().time ||
+                       session.time_step() * static_cast<double>(session.state().step) >
+                           (1.0 + 1e-9) * session.state().time;
+  fmt::print("{}: {} steps{} of {:.6g} s to t = {:.6g} s in {:.3g} s\n",
+             to_string(session.time_settings().integrator), session.state().step,
+             changed ? ", the last" : "", session.time_step(), session.state().time,
+             session.times().stepping);
   fmt::print("mesh: {} vertices, {} tetrahedra; mass {:.6g} kg; {} of {} degrees of freedom free\n",
              session.system().vertex_count(), session.system().mesh().tetrahedron_count(),
-             session.system().total_mass(), session.system().constraints().free_count(),
+             session.system().total_mass(), session.system().coordinates().count(),
              session.system().dof_count());
   fmt::print("stability limit of the explicit rules: h_crit = {:.6g} s\n",
              session.initial_limit().critical_step);
@@ -40,9 +45,17 @@ void print_outcome(const Session& session, const std::string& directory) {
       "energy [J]: kinetic {:.6g}, elastic {:.6g}, environment {:.6g}, total {:.6g}; largest error "
       "{:.3g} of what entered\n",
       e.kinetic, e.elastic, e.environment, e.total(), books.max_relative_energy_drift());
+  fmt::print("work [J]: user forces {:.6g}, dissipated {:.6g}, constraints {:.6g}",
+             books.external_work(), books.dissipated_energy(), books.constraint_work());
+  if (session.edits().empty()) {
+    fmt::print("\n");
+  } else {
+    fmt::print("; {} event{} {:.6g}\n", session.edits().size(),
+               session.edits().size() == 1 ? "" : "s", books.edit_work());
+  }
   fmt::print("momentum drift: linear {:.3g}, angular {:.3g}", books.linear_momentum_drift(),
              books.angular_momentum_drift());
-  if (is_implicit(session.scene().time.integrator)) {
+  if (is_implicit(session.time_settings().integrator)) {
     fmt::print(" (the solver's residuals allow {:.3g})\n{:.3g} iterations a step; last one: {}\n",
                books.allowed_angular_momentum_drift(),
                static_cast<double>(session.total_iterations()) /
@@ -64,7 +77,7 @@ int run(const RunArguments& arguments) {
   }
   make_output_directory(directory);
   Session session(scene, mesh);
-  if (!session.warning().empty()) print_warning(session.warning());
+  for (const std::string& warning : session.warnings()) print_warning(warning);
 
   RunRecorder recorder(directory, scene.output.every);
   InterruptGuard interrupt;
@@ -77,6 +90,11 @@ int run(const RunArguments& arguments) {
     fmt::print("{}", summary_json(session));
   } else if (!arguments.quiet) {
     print_outcome(session, directory);
+  }
+  for (const AppliedEdit& edit : session.edits()) {
+    if (!edit.warning.empty()) {
+      print_warning(fmt::format("after the event at {:.6g} s: {}", edit.at, edit.warning));
+    }
   }
   if (!session.message().empty()) fmt::print(stderr, "tetraction: {}\n", session.message());
   return tetraction::exit_code(status);

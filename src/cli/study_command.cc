@@ -1,11 +1,13 @@
 // tetraction study: the same motion by several integrators at several steps.
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "commands.h"
@@ -28,6 +30,7 @@ struct StudyArguments {
   std::vector<double> steps;
   double reference_step = 0.0;
   std::string reference_integrator = "midpoint";
+  std::string vary;
   bool quiet = false;
   bool json = false;
   bool no_plots = false;
@@ -57,10 +60,37 @@ bool draw_plots(const std::string& directory) {
   return pclose(pipe) == 0 && written;
 }
 
+// KEY=V1,V2,…: the scene once with each value.
+std::vector<StudyVariant> read_variants(const StudyArguments& arguments) {
+  std::vector<StudyVariant> variants;
+  if (arguments.vary.empty()) return variants;
+  const auto equals = arguments.vary.find('=');
+  if (equals == std::string::npos || arguments.vary.find(',') == std::string::npos) {
+    throw InputError(fmt::format(
+        "--vary {}: write KEY=VALUE,VALUE…, for instance --vary fix.0.mode=exact,penalty.",
+        arguments.vary));
+  }
+  const std::string key = arguments.vary.substr(0, equals);
+  for (std::size_t begin = equals + 1; begin <= arguments.vary.size();) {
+    const std::size_t end = std::min(arguments.vary.find(',', begin), arguments.vary.size());
+    const std::string value = arguments.vary.substr(begin, end - begin);
+    std::vector<std::string> overrides = arguments.overrides;
+    overrides.push_back(fmt::format("{}={}", key, value));
+    std::string name = value;  // of a folder, too
+    std::replace(name.begin(), name.end(), '/', '_');
+    variants.push_back({name, read_scene(arguments.scene, overrides)});
+    begin = end + 1;
+  }
+  return variants;
+}
+
 int study(const StudyArguments& arguments) {
-  const Scene scene = read_scene(arguments.scene, arguments.overrides);
+  std::vector<StudyVariant> variants = read_variants(arguments);
+  const Scene scene =
+      variants.empty() ? read_scene(arguments.scene, arguments.overrides) : variants.front().scene;
   const std::string directory = arguments.out.empty() ? scene.output.directory : arguments.out;
   StudySettings settings;
+  settings.variants = std::move(variants);
   for (const std::string& name : arguments.integrators) {
     settings.integrators.push_back(integrator_from_string(name));
   }
@@ -132,6 +162,9 @@ void add_study_command(CLI::App& app, int& exit_code) {
                       "Step of the reference run (default: the finest of the study)");
   command->add_option("--reference-integrator", arguments->reference_integrator,
                       "Integrator of the reference run (default: midpoint)");
+  command->add_option("--vary", arguments->vary,
+                      "KEY=V1,V2,...: the whole study once with each value of a scene key, e.g. "
+                      "fix.0.mode=exact,penalty; errors are against the first");
   command->add_option("--out", arguments->out, "Output directory (default: the scene's)");
   command->add_option("--set", arguments->overrides, "KEY=VALUE: overrides a scene key")
       ->take_all()

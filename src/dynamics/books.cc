@@ -8,6 +8,11 @@ namespace tetraction {
 Books::Books(const MechanicalSystem& system, const State& state)
     : system_(system), momenta_(system.momenta(state)) {
   system.energies(state, energies_);
+  // Below strains of about 1e-13 there is nothing but round-off.
+  for (Index e = 0; e < system.rest().element_count(); ++e) {
+    const LameParameters lame = system.elastic().lame(e);
+    round_off_ += 1e-26 * (std::abs(lame.lambda) + 2.0 * lame.mu) * system.rest().volume(e);
+  }
   initial_energies_ = energies_;
   initial_momenta_ = momenta_;
   linear_scale_ = momenta_.linear_scale;
@@ -20,6 +25,8 @@ void Books::enter(const State& state, const StepOutcome& outcome) {
   energies_.environment = system_.environment().value(system_.mass(), state.position);
   momenta_ = system_.momenta(state);
   external_work_ += outcome.external_work;
+  dissipated_energy_ += outcome.dissipated_energy;
+  constraint_work_ += outcome.constraint_work;
   linear_impulse_ += outcome.linear_impulse;
   angular_impulse_ += outcome.angular_impulse;
   residual_angular_impulse_ += outcome.residual_angular_impulse;
@@ -28,6 +35,7 @@ void Books::enter(const State& state, const StepOutcome& outcome) {
       std::max(largest_environment_exchange_,
                std::abs(energies_.environment - initial_energies_.environment));
   largest_external_work_ = std::max(largest_external_work_, std::abs(external_work_));
+  largest_constraint_work_ = std::max(largest_constraint_work_, std::abs(constraint_work_));
   largest_energy_error_ = std::max(largest_energy_error_, std::abs(energy_error()));
   largest_linear_drift_ = std::max(
       largest_linear_drift_, (momenta_.linear - initial_momenta_.linear - linear_impulse_).norm());
@@ -38,6 +46,21 @@ void Books::enter(const State& state, const StepOutcome& outcome) {
   angular_scale_ = std::max(angular_scale_, momenta_.angular_scale);
 }
 
+double Books::enter_edit(const State& state) {
+  const double before = energies_.total();
+  const Momenta momenta_before = momenta_;
+  system_.energies(state, energies_);
+  momenta_ = system_.momenta(state);
+  const double jump = energies_.total() - before;
+  edit_work_ += jump;
+  sum_of_edits_ += std::abs(jump);
+  linear_impulse_ += momenta_.linear - momenta_before.linear;
+  angular_impulse_ += momenta_.angular - momenta_before.angular;
+  linear_scale_ = std::max(linear_scale_, momenta_.linear_scale);
+  angular_scale_ = std::max(angular_scale_, momenta_.angular_scale);
+  return jump;
+}
+
 double Books::energy_error() const {
   return energies_.total() - initial_energies_.total() - external_work_ + dissipated_energy() -
          constraint_work() - edit_work();
@@ -45,11 +68,11 @@ double Books::energy_error() const {
 
 double Books::energy_scale() const {
   return initial_energies_.kinetic + initial_energies_.elastic + largest_environment_exchange_ +
-         largest_external_work_;
+         largest_external_work_ + largest_constraint_work_ + sum_of_edits_;
 }
 
 double Books::max_relative_energy_drift() const {
-  const double scale = energy_scale();
+  const double scale = std::max(energy_scale(), round_off_);
   return scale > 0.0 ? largest_energy_error_ / scale : 0.0;
 }
 

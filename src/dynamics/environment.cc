@@ -1,25 +1,86 @@
 #include "tetraction/dynamics/environment.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "tetraction/core/error.h"
 
 namespace tetraction {
+namespace {
 
-Environment::Environment(const Vector3& acceleration) : acceleration_(acceleration) {
+// √(|q|² + ε²) without overflow or underflow.
+double distance(const Vector3& q, double softening) {
+  return std::hypot(q.stableNorm(), softening);
+}
+
+// Infinity times zero would be NaN: what is beyond double precision becomes huge instead, and a step
+// that meets it fails by its positions.
+double bounded(double factor) {
+  constexpr double kHuge = 1e300;
+  return std::clamp(factor, -kHuge, kHuge);
+}
+
+}  // namespace
+
+Environment Environment::uniform(const Vector3& acceleration) {
   if (!acceleration.allFinite()) {
     throw InputError("The environment's acceleration is not finite: give a finite strength.");
   }
+  Environment environment;
+  environment.acceleration_ = acceleration;
+  return environment;
 }
 
-double Environment::value(const Vector& mass, const Vector& q) const {
-  if (acceleration_.isZero(0.0)) return 0.0;
-  double energy = 0.0;
-  for (Index v = 0; v < mass.size(); ++v) energy -= mass[v] * acceleration_.dot(vertex_block(q, v));
+Environment Environment::attraction(double strength, double softening) {
+  if (!std::isfinite(strength) || !std::isfinite(softening) || softening < 0.0) {
+    throw InputError(
+        "Attraction needs a finite strength and a finite softening length of 0 or more.");
+  }
+  Environment environment;
+  environment.strength_ = strength;
+  environment.softening_ = softening;
+  return environment;
+}
+
+double Environment::value(double mass, const Vector3& q) const {
+  double energy = -mass * acceleration_.dot(q);
+  if (strength_ != 0.0) {
+    const double r = distance(q, softening_);
+    if (r > 0.0) energy -= strength_ / r;
+  }
   return energy;
 }
 
-void Environment::add_gradient(const Vector& mass, Vector& gradient) const {
-  if (acceleration_.isZero(0.0)) return;
-  for (Index v = 0; v < mass.size(); ++v) vertex_block(gradient, v) -= mass[v] * acceleration_;
+Vector3 Environment::gradient(double mass, const Vector3& q) const {
+  Vector3 gradient = -mass * acceleration_;
+  if (strength_ != 0.0) {
+    const double r = distance(q, softening_);
+    if (r > 0.0) gradient += bounded(strength_ / r / r) * (q / r);
+  }
+  return gradient;
+}
+
+Matrix3 Environment::hessian(const Vector3& q) const {
+  if (strength_ == 0.0) return Matrix3::Zero();
+  const double r = distance(q, softening_);
+  if (!(r > 0.0)) return Matrix3::Zero();
+  const Vector3 direction = q / r;
+  return bounded(strength_ / r / r / r) *
+         (Matrix3::Identity() - 3.0 * direction * direction.transpose());
+}
+
+double Environment::value(const Vector& mass, const Vector& q) const {
+  if (is_none()) return 0.0;
+  double energy = 0.0;
+  for (Index v = 0; v < mass.size(); ++v) energy += value(mass[v], vertex_block(q, v));
+  return energy;
+}
+
+void Environment::add_gradient(const Vector& mass, const Vector& q, Vector& gradient) const {
+  if (is_none()) return;
+  for (Index v = 0; v < mass.size(); ++v) {
+    vertex_block(gradient, v) += this->gradient(mass[v], vertex_block(q, v));
+  }
 }
 
 }  // namespace tetraction

@@ -1,7 +1,11 @@
-// The implicit rules: one minimisation of the incremental potential a step (step_problem.h).
+// The implicit rules: one minimisation of the incremental potential a step (step_problem.h), or a
+// few where multipliers have to be found with it.
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <utility>
 
+#include "tetraction/dynamics/multipliers.h"
 #include "tetraction/dynamics/stepper.h"
 
 namespace tetraction {
@@ -14,41 +18,25 @@ class ImplicitStepper : public Stepper {
   ImplicitStepper(const MechanicalSystem& system, std::shared_ptr<Minimizer> minimizer, Rule rule)
       : Stepper(system), minimizer_(std::move(minimizer)), problem_(system), rule_(rule) {}
 
-  StepOutcome step(State& state, double h) override {
+  void reset() override { constraint_force_.resize(0); }
+
+  StepOutcome step_to(State& state, double h, double end_time) override {
     StepOutcome outcome;
     const Vector f = system_.user_force(state.time, h);
-    problem_.begin(state, h, rule_ == Rule::kMidpoint ? 0.5 : 1.0, f);
+    reaction_.setZero();
+    problem_.begin(state, h, end_time, rule_ == Rule::kMidpoint ? 0.5 : 1.0, f);
     Vector x = first_guess(state);
-    outcome.minimizer = minimizer_->minimize(problem_, x);
-    if (!outcome.minimizer.converged()) {
-      outcome.status = StepStatus::kNotConverged;
-      outcome.message = outcome.minimizer.message;
-      return outcome;
-    }
+    const bool solved = system_.constraints().has_equations() ? solve_constrained(state, x, outcome)
+                                                              : solve(x, outcome);
+    if (!solved) return outcome;
 
-    double energy_at_x = 0.0;
-    if (const Evaluation status = system_.potential(x, energy_at_x, gradient_); !status.ok()) {
-      return inverted(outcome, status.failed_element);
-    }
     State next;
     next.step = state.step + 1;
-    next.time = state.time + h;
+    next.time = end_time;
     next.velocity = (x - state.position) / problem_.step();
-    system_.constraints().set_fixed_to_zero(next.velocity);
     next.position = state.position + h * next.velocity;
-    next.momentum = state.momentum;
-    const Vector residual = residual_at(x);
-    if (rule_ == Rule::kMidpoint) {
-      // Force form: inner forces add up to zero whatever the solver's tolerance is, so that linear
-      // momentum is exact to round-off.
-      next.momentum += h * (f - gradient_);
-      system_.constraints().set_fixed_to_zero(next.momentum);
-    } else {
-      for (Index v = 0; v < system_.vertex_count(); ++v) {
-        vertex_block(next.momentum, v) =
-            system_.mass()[v] * vertex_block(std::as_const(next.velocity), v);
-      }
-    }
+    system_.constraints().prescribe(next.time, next.position);
+    if (!take_momenta(state, x, h, f, next, outcome)) return outcome;
     if (!next.position.allFinite() || !next.momentum.allFinite()) {
       outcome.status = StepStatus::kNotFinite;
       return outcome;
@@ -58,11 +46,14 @@ class ImplicitStepper : public Stepper {
         !end.ok()) {
       return inverted(outcome, end.failed_element);
     }
-
-    set_reaction(gradient_, f);
-    add_impulse(x, f, reaction_, h, outcome);
-    outcome.external_work = h * f.dot(next.velocity);
-    outcome.residual_angular_impulse = h * residual_torque(state, x, residual);
+    const Vector moved = next.position - state.position;
+    outcome.external_work = f.dot(moved);
+    outcome.dissipated_energy = -damping_.dot(moved);
+    reaction_ /= h;
+    outcome.constraint_work = constraint_work(state, next);
+    if (system_.constraints().has_springs()) {
+      reaction_ += spring_force(x, state.time + problem_.step());
+    }
     state = std::move(next);
     return outcome;
   }
@@ -70,9 +61,10 @@ class ImplicitStepper : public Stepper {
  private:
   // Of the two natural guesses (inertia alone; the last velocity kept) the one with the lower Φ.
   Vector first_guess(const State& state) const {
-    Vector inertial = problem_.inertial_target();
-    Vector kept = state.position + problem_.step() * state.velocity;
-    for (const Index i : system_.constraints().fixed_dofs()) kept[i] = state.position[i];
+    Vector inertial = problem_.inertial_guess();
+    Vector displacement = problem_.step() * state.velocity;
+    system_.coordinates().project_velocity(system_.mass(), displacement);
+    Vector kept = problem_.base() + displacement;
     double phi_inertial = 0.0;
     double phi_kept = 0.0;
     if (!problem_.value(kept, phi_kept).ok()) return inertial;
@@ -80,19 +72,160 @@ class ImplicitStepper : public Stepper {
     return phi_kept < phi_inertial ? kept : inertial;
   }
 
-  // ∇Φ(x) from ∇W(x), which includes the environment's part: M(x − q_k)/s² − (p_k + s f)/s + ∇W.
-  Vector residual_at(const Vector& x) const {
-    Vector residual = gradient_;
-    system_.constraints().set_fixed_to_zero(residual);
+  bool solve(Vector& x, StepOutcome& outcome) {
+    const MinimizerReport report = minimizer_->minimize(problem_, x);
+    const int iterations = outcome.minimizer.iterations;
+    const int factorizations = outcome.minimizer.factorizations;
+    outcome.minimizer = report;
+    outcome.minimizer.iterations += iterations;
+    outcome.minimizer.factorizations += factorizations;
+    if (report.converged()) return true;
+    outcome.status = StepStatus::kNotConverged;
+    outcome.message = report.message;
+    return false;
+  }
+
+  // Minimises with the constraint forces held, then moves both to where the linearised minimiser
+  // meets the constraints, until the residual of the moved point is small enough as it is.
+  bool solve_constrained(const State& state, Vector& x, StepOutcome& outcome) {
+    constexpr int kRounds = 25;
+    const Constraints& constraints = system_.constraints();
+    const bool midpoint = rule_ == Rule::kMidpoint;
     const double s = problem_.step();
-    const Vector3& a = system_.environment().acceleration();
-    for (Index i = 0; i < x.size(); ++i) {
-      if (system_.constraints().is_fixed(i)) continue;
-      const double mass = system_.mass()[i / 3];
-      // The target holds the environment's force as well; gradient_ does too: take it out once.
-      residual[i] += mass * ((x[i] - problem_.inertial_target()[i]) / (s * s) + a[i % 3]);
+    const double stretch = midpoint ? 2.0 : 1.0;  // of q_{k+1} − q_k over x − q_k
+    const Vector start = constraints.configuration(state.position);
+    Vector u = constraint_force_.size() > 0 ? constraint_force_
+                                            : Vector::Zero(constraints.configuration_size());
+    Vector multipliers;
+    for (int round = 0; round < kRounds; ++round) {
+      apply(u);
+      if (round > 0) {
+        // The moved point of the last round: is it a solution already?
+        double phi = 0.0;
+        Vector gradient;
+        if (problem_.value_and_gradient(x, phi, gradient).ok()) {
+          outcome.minimizer.residual = gradient.norm();
+          if (outcome.minimizer.residual <= outcome.minimizer.residual_limit) {
+            constraint_force_ = u;
+            return true;
+          }
+        }
+      }
+      if (!solve(x, outcome)) return false;
+      Matrix influence;  // of u on the free coordinates at x
+      if (!minimizer_->solve_linearized(problem_, x, constraints.selector(), influence)) {
+        outcome.status = StepStatus::kNotConverged;
+        outcome.message = "the stiffness at the minimum is not positive definite";
+        return false;
+      }
+      ++outcome.minimizer.factorizations;
+      const Matrix response = constraints.selector().transpose() * influence;
+      const Vector at_x = constraints.configuration(x);
+      const Vector free_end = start + stretch * (at_x - response * u - start);
+      const MultiplierSolution solution = solve_multipliers(
+          constraints, free_end, stretch * response, start,
+          midpoint ? ConstraintDirection::kStart : ConstraintDirection::kEnd, multipliers);
+      if (!solution.ok) {
+        outcome.status = StepStatus::kNotConverged;
+        outcome.message = fmt::format(
+            "{} cannot be met: it turns by too much within the step, contradicts other "
+            "constraints, "
+            "or is one of several distances in a plane or on a line that hold each other: let one "
+            "constraint of kind \"rigid\" take their place",
+            constraints.name_of_equation(solution.worst));
+        return false;
+      }
+      multipliers = solution.multipliers;
+      x += system_.coordinates().extend(influence * (solution.forces - u));
+      u = solution.forces;
     }
-    return residual;
+    outcome.status = StepStatus::kNotConverged;
+    outcome.message =
+        fmt::format("the multipliers did not settle in {} rounds (s = {:.3g} s)", kRounds, s);
+    return false;
+  }
+
+  void apply(const Vector& u) {
+    impulse_ = problem_.step() * system_.constraints().vertex_forces(u);
+    problem_.set_impulse(impulse_);
+  }
+
+  bool take_momenta(const State& state, const Vector& x, double h, const Vector& user_force,
+                    State& next, StepOutcome& outcome) {
+    const Constraints& constraints = system_.constraints();
+    const double s = problem_.step();
+    double energy = 0.0;
+    Vector gradient;
+    if (const Evaluation status = system_.elastic().value_and_gradient(x, energy, gradient);
+        !status.ok()) {
+      inverted(outcome, status.failed_element);
+      return false;
+    }
+    // Forces that change the body's momentum, and all of them.
+    Vector slope = Vector::Zero(system_.dof_count());
+    system_.environment().add_gradient(system_.mass(), x, slope);
+    Vector outer = user_force - slope + spring_force(x, state.time + s);
+    const Vector velocity = (x - state.position) / s;
+    damping_.setZero(system_.dof_count());
+    if (!system_.damping().none()) {
+      damping_ = system_.drag_force(velocity);
+      outer += damping_;
+      double ignored = 0.0;
+      Vector viscous = Vector::Zero(system_.dof_count());
+      problem_.viscous().add_value_and_gradient(x, ignored, viscous);
+      damping_ -= viscous;
+    }
+    Vector force = user_force - slope + spring_force(x, state.time + s) + damping_ - gradient;
+
+    // p⁺: the momenta after the impulses of the multipliers at q_k (midpoint).
+    Vector start = state.momentum;
+    if (constraints.has_equations() && rule_ == Rule::kMidpoint) start += impulse_;
+    const Vector carried = system_.momentum_of(velocity);
+
+    Vector residual = (carried - start) / s - force;
+    if (constraints.has_equations() && rule_ == Rule::kBackwardEuler) residual -= impulse_ / s;
+    constraints.coordinates().project_momentum(system_.mass(), residual);
+
+    add_impulse(x, outer, h, outcome);
+    if (rule_ == Rule::kMidpoint) {
+      // Force form: inner forces add up to zero whatever the solver's tolerance is, so that linear
+      // momentum is exact to round-off.
+      next.momentum = start + h * force;
+      if (!constraints.empty()) {
+        Vector before = next.momentum;
+        // Eliminated directions: the momenta that carry the vertices through the step.
+        constraints.coordinates().project_momentum(system_.mass(), next.momentum);
+        Vector held = carried;
+        constraints.coordinates().project_momentum(system_.mass(), held);
+        next.momentum += carried - held;
+        Vector first = start;
+        constraints.coordinates().project_momentum(system_.mass(), first);
+        first += carried - held;
+        // At q_k: multipliers and the jump of prescribed vertices to their secant.
+        add_reaction(state.position, first - state.momentum, outcome);
+        add_reaction(x, next.momentum - first - (before - start), outcome);
+        before = next.momentum;
+        const Vector impulses = project_to_constraints(constraints, system_.mass(), next.position,
+                                                       next.time, next.momentum);
+        if (impulses.size() > 0) configuration_force_ = s / h * constraint_force_ + impulses / h;
+        add_reaction(next.position, next.momentum - before, outcome);
+      }
+    } else {
+      next.momentum = carried;
+      configuration_force_ = constraint_force_;
+      constraints.prescribe_momentum(next.time, next.momentum);
+      if (!constraints.empty()) {
+        // What the free coordinates keep beside the multipliers is the solver's residual, not a
+        // reaction.
+        Vector reaction = next.momentum - state.momentum - h * force;
+        Vector free_part = reaction;
+        if (constraints.has_equations()) free_part -= impulse_;
+        constraints.coordinates().project_momentum(system_.mass(), free_part);
+        add_reaction(next.position, reaction - free_part, outcome);
+      }
+    }
+    outcome.residual_angular_impulse = h * residual_torque(state, x, residual);
+    return true;
   }
 
   double residual_torque(const State& state, const Vector& x, const Vector& residual) const {
@@ -114,7 +247,9 @@ class ImplicitStepper : public Stepper {
   std::shared_ptr<Minimizer> minimizer_;
   StepProblem problem_;
   Rule rule_;
-  Vector gradient_;
+  Vector damping_;           // damping forces of this step
+  Vector impulse_;           // of the multipliers, per vertex
+  Vector constraint_force_;  // on the configuration, of the last step
 };
 
 }  // namespace

@@ -6,38 +6,66 @@
 
 #include "tetraction/core/error.h"
 #include "tetraction/core/parallel.h"
+#include "tetraction/dynamics/multipliers.h"
 
 namespace tetraction {
 
+namespace {
+
+std::vector<MaterialModel> materials_of(const std::vector<BodyRegion>& regions) {
+  std::vector<MaterialModel> materials;
+  materials.reserve(regions.size());
+  for (const BodyRegion& region : regions) materials.push_back(region.material);
+  return materials;
+}
+
+}  // namespace
+
 MechanicalSystem::MechanicalSystem(const TetMesh& mesh, const MaterialModel& material,
                                    double density)
+    : MechanicalSystem(mesh, {BodyRegion{material, density}}, {}) {}
+
+MechanicalSystem::MechanicalSystem(const TetMesh& mesh, const std::vector<BodyRegion>& regions,
+                                   const std::vector<int>& region_of_element)
     : mesh_(mesh),
       rest_(mesh_),
-      elastic_(rest_, material),
-      density_(density),
+      elastic_(rest_, materials_of(regions), region_of_element),
+      viscous_(rest_),
       mass_(Vector::Zero(mesh_.vertex_count())),
-      constraints_(3 * mesh_.vertex_count()) {
-  if (!(density > 0.0) || !std::isfinite(density)) {
-    throw InputError("The density must be positive and finite (kg/m³), not " +
-                     std::to_string(density) + ".");
+      constraints_(mesh_.vertex_count()) {
+  for (const BodyRegion& region : regions) {
+    if (!(region.density > 0.0) || !std::isfinite(region.density)) {
+      throw InputError("The density must be positive and finite (kg/m³), not " +
+                       std::to_string(region.density) + ".");
+    }
+    densities_.push_back(region.density);
   }
   for (Index e = 0; e < rest_.element_count(); ++e) {
     for (const Index v : rest_.nodes(e)) mass_[v] += mass_share(e);
   }
 }
 
-void MechanicalSystem::set_constraints(DofConstraints constraints) {
-  if (constraints.dof_count() != dof_count()) {
+void MechanicalSystem::set_material(Index region, const MaterialModel& material) {
+  elastic_.set_material(static_cast<std::size_t>(region), material);
+}
+
+void MechanicalSystem::set_constraints(Constraints constraints) {
+  if (constraints.coordinates().dof_count() != dof_count()) {
     throw InputError("The constraints are for another mesh: the number of vertices differs.");
-  }
-  if (constraints.free_count() == 0) {
-    throw InputError(
-        "Every vertex is fixed: there is nothing left to move. Let [[fix]] select fewer vertices.");
   }
   constraints_ = std::move(constraints);
 }
 
-void MechanicalSystem::add_force(UserForce force) {
+void MechanicalSystem::set_damping(const Damping& damping) {
+  for (const double value : {damping.drag, damping.mass_damping, damping.viscosity}) {
+    if (!(value >= 0.0) || !std::isfinite(value)) {
+      throw InputError("Damping must be 0 or more and finite: negative damping makes energy.");
+    }
+  }
+  damping_ = damping;
+}
+
+void MechanicalSystem::check(const UserForce& force) const {
   if (!force.vector.allFinite()) throw InputError("A user force is not finite.");
   for (const Index v : force.vertices) {
     if (v < 0 || v >= vertex_count()) {
@@ -45,7 +73,16 @@ void MechanicalSystem::add_force(UserForce force) {
                        ", which the mesh does not have.");
     }
   }
+}
+
+void MechanicalSystem::add_force(UserForce force) {
+  check(force);
   forces_.push_back(std::move(force));
+}
+
+void MechanicalSystem::set_force(std::size_t index, UserForce force) {
+  check(force);
+  forces_.at(index) = std::move(force);
 }
 
 Vector MechanicalSystem::user_force(double time, double h) const {
@@ -66,12 +103,40 @@ State MechanicalSystem::rest_state() const {
   return state;
 }
 
-void MechanicalSystem::set_velocity(State& state, const Vector& velocity) const {
-  state.velocity = velocity;
-  constraints_.set_fixed_to_zero(state.velocity);
-  for (Index v = 0; v < vertex_count(); ++v) {
-    vertex_block(state.momentum, v) = mass_[v] * vertex_block(std::as_const(state.velocity), v);
+Vector MechanicalSystem::drag_force(const Vector& v) const {
+  Vector force = Vector::Zero(dof_count());
+  if (damping_.drag == 0.0 && damping_.mass_damping == 0.0) return force;
+  for (Index a = 0; a < vertex_count(); ++a) {
+    vertex_block(force, a) =
+        -(damping_.drag + damping_.mass_damping * mass_[a]) * vertex_block(v, a);
   }
+  return force;
+}
+
+void MechanicalSystem::add_viscous_force(const Vector& q, const Vector& v, Vector& force) const {
+  if (damping_.viscosity > 0.0) viscous_.add_force(damping_.viscosity, q, v, force);
+}
+
+Vector MechanicalSystem::velocity_of(const Vector& momentum) const {
+  Vector velocity(dof_count());
+  for (Index v = 0; v < vertex_count(); ++v) {
+    vertex_block(velocity, v) = vertex_block(momentum, v) / mass_[v];
+  }
+  return velocity;
+}
+
+Vector MechanicalSystem::momentum_of(const Vector& velocity) const {
+  Vector momentum(dof_count());
+  for (Index v = 0; v < vertex_count(); ++v) {
+    vertex_block(momentum, v) = mass_[v] * vertex_block(velocity, v);
+  }
+  return momentum;
+}
+
+void MechanicalSystem::set_velocity(State& state, const Vector& velocity) const {
+  state.momentum = momentum_of(velocity);
+  project_to_constraints(constraints_, mass_, state.position, state.time, state.momentum);
+  state.velocity = velocity_of(state.momentum);
 }
 
 Vector3 MechanicalSystem::center_of_mass(const Vector& q) const {
@@ -83,7 +148,7 @@ Vector3 MechanicalSystem::center_of_mass(const Vector& q) const {
 Evaluation MechanicalSystem::potential(const Vector& q, double& elastic_energy,
                                        Vector& gradient) const {
   const Evaluation status = elastic_.value_and_gradient(q, elastic_energy, gradient);
-  if (status.ok()) environment_.add_gradient(mass_, gradient);
+  if (status.ok()) environment_.add_gradient(mass_, q, gradient);
   return status;
 }
 
@@ -95,6 +160,17 @@ double MechanicalSystem::kinetic_energy(const Vector& momentum) const {
     }
     return sum;
   });
+}
+
+Vector MechanicalSystem::kinetic_energies_by_region(const Vector& momentum) const {
+  Vector energies = Vector::Zero(region_count());
+  for (Index e = 0; e < rest_.element_count(); ++e) {
+    for (const Index v : rest_.nodes(e)) {
+      energies[region(e)] +=
+          0.5 * mass_share(e) * (vertex_block(momentum, v) / mass_[v]).squaredNorm();
+    }
+  }
+  return energies;
 }
 
 Evaluation MechanicalSystem::energies(const State& state, Energies& energies) const {

@@ -7,9 +7,9 @@ bool make_admissible(const StepProblem& problem, Vector& x) {
   constexpr int kHalvings = 40;
   for (int i = 0; i < kHalvings; ++i) {
     if (elastic.admissible(x).ok()) return true;
-    x = 0.5 * (x + problem.previous_position());
+    x = 0.5 * (x + problem.base());
   }
-  x = problem.previous_position();
+  x = problem.base();
   return elastic.admissible(x).ok();
 }
 

@@ -10,39 +10,57 @@
 namespace tetraction {
 namespace {
 
-// y = M^(−½) K M^(−½) x over the free DOFs: symmetric, same eigenvalues as M⁻¹K.
-class ScaledStiffness {
+// y = m^(−½) Tᵀ A T m^(−½) x over the free coordinates with m = TᵀMT: symmetric, with the
+// eigenvalues of M⁻¹A. A is the stiffness or the viscous damping matrix at q.
+class ScaledMatrix {
  public:
   using Scalar = double;
+  enum class Kind { kStiffness, kViscosity };
 
-  ScaledStiffness(const MechanicalSystem& system, const Vector& q)
-      : system_(system), q_(q), inverse_root_mass_(system.constraints().free_count()) {
-    const DofConstraints& constraints = system.constraints();
-    for (Index i = 0; i < constraints.dof_count(); ++i) {
-      if (!constraints.is_fixed(i)) {
-        inverse_root_mass_[constraints.reduced(i)] = 1.0 / std::sqrt(system.mass()[i / 3]);
-      }
-    }
-  }
+  ScaledMatrix(const MechanicalSystem& system, const Vector& q, Kind kind)
+      : system_(system),
+        q_(q),
+        kind_(kind),
+        inverse_root_mass_(
+            system.coordinates().reduced_mass(system.mass()).cwiseSqrt().cwiseInverse()) {}
 
   Index rows() const { return inverse_root_mass_.size(); }
   Index cols() const { return rows(); }
 
   void perform_op(const double* in, double* out) const {
-    const Eigen::Map<const Vector> x(in, rows());
-    system_.elastic().product(
-        q_, system_.constraints().extend_by_zero(inverse_root_mass_.cwiseProduct(x)), product_);
+    const Vector u = displacement(Eigen::Map<const Vector>(in, rows()));
+    if (kind_ == Kind::kViscosity) {
+      product_.setZero(system_.dof_count());
+      system_.add_viscous_force(q_, u, product_);
+      product_ *= -1.0;
+    } else {
+      system_.elastic().product(q_, u, product_);
+      add_vertex_terms(u);
+    }
     Eigen::Map<Vector>(out, rows()) =
-        inverse_root_mass_.cwiseProduct(system_.constraints().restrict_to_free(product_));
+        inverse_root_mass_.cwiseProduct(system_.coordinates().restrict(product_));
   }
 
   Vector displacement(const Vector& eigenvector) const {
-    return system_.constraints().extend_by_zero(inverse_root_mass_.cwiseProduct(eigenvector));
+    return system_.coordinates().extend(inverse_root_mass_.cwiseProduct(eigenvector));
   }
 
  private:
+  void add_vertex_terms(const Vector& u) const {
+    if (!system_.environment().is_uniform()) {
+      for (Index v = 0; v < system_.vertex_count(); ++v) {
+        vertex_block(product_, v) +=
+            system_.environment().hessian(vertex_block(q_, v)) * vertex_block(u, v);
+      }
+    }
+    if (system_.constraints().has_springs()) {
+      product_ += system_.constraints().spring_stiffness().cwiseProduct(u);
+    }
+  }
+
   const MechanicalSystem& system_;
   const Vector& q_;
+  Kind kind_;
   Vector inverse_root_mass_;
   mutable Vector product_;
 };
@@ -53,7 +71,7 @@ struct Eigenpair {
 };
 
 // Small systems: all eigenvalues of the dense matrix.
-Eigenpair dense_largest(const ScaledStiffness& op) {
+Eigenpair dense_largest(const ScaledMatrix& op) {
   const Index n = op.rows();
   Matrix k(n, n);
   for (Index j = 0; j < n; ++j) {
@@ -64,11 +82,11 @@ Eigenpair dense_largest(const ScaledStiffness& op) {
   return {solver.eigenvalues()[n - 1], solver.eigenvectors().col(n - 1)};
 }
 
-Eigenpair lanczos_largest(ScaledStiffness& op) {
+Eigenpair lanczos_largest(ScaledMatrix& op) {
   constexpr double kTolerance = 1e-4;
   constexpr Index kSubspace = 24;
   constexpr Index kRestarts = 300;
-  Spectra::SymEigsSolver<ScaledStiffness> solver(op, 1, kSubspace);
+  Spectra::SymEigsSolver<ScaledMatrix> solver(op, 1, kSubspace);
   solver.init();
   solver.compute(Spectra::SortRule::LargestAlge, kRestarts, kTolerance);
   if (solver.info() != Spectra::CompInfo::Successful) return {};
@@ -76,7 +94,7 @@ Eigenpair lanczos_largest(ScaledStiffness& op) {
 }
 
 // Power iteration with the Rayleigh quotient: the fall-back, should Lanczos not converge.
-Eigenpair power_largest(const ScaledStiffness& op) {
+Eigenpair power_largest(const ScaledMatrix& op) {
   Vector x = Vector::Random(op.rows()).normalized();
   Vector y(op.rows());
   double value = 0.0;
@@ -92,19 +110,38 @@ Eigenpair power_largest(const ScaledStiffness& op) {
   return {value, x};
 }
 
+Eigenpair largest_eigenpair(ScaledMatrix& op) {
+  constexpr Index kDense = 60;
+  Eigenpair largest = op.rows() <= kDense ? dense_largest(op) : lanczos_largest(op);
+  if (largest.vector.size() == 0) largest = power_largest(op);
+  return largest;
+}
+
+double largest_damping_rate(const MechanicalSystem& system, const Vector& q) {
+  const Damping& damping = system.damping();
+  double rate = damping.mass_damping;
+  if (damping.drag > 0.0) rate += damping.drag / system.mass().minCoeff();
+  if (damping.viscosity > 0.0) {
+    ScaledMatrix op(system, q, ScaledMatrix::Kind::kViscosity);
+    rate += std::max(0.0, largest_eigenpair(op).value);
+  }
+  return rate;
+}
+
 }  // namespace
 
 StabilityLimit stability_limit(const MechanicalSystem& system, const Vector& q) {
-  constexpr Index kDense = 60;
-  ScaledStiffness op(system, q);
-  Eigenpair largest = op.rows() <= kDense ? dense_largest(op) : lanczos_largest(op);
-  if (largest.vector.size() == 0) largest = power_largest(op);
-
+  ScaledMatrix op(system, q, ScaledMatrix::Kind::kStiffness);
+  const Eigenpair largest = largest_eigenpair(op);
   StabilityLimit limit;
   limit.critical_step = std::numeric_limits<double>::infinity();
   if (largest.value > 0.0) {
     limit.omega_max = std::sqrt(largest.value);
     limit.critical_step = 2.0 / limit.omega_max;
+  }
+  limit.damping_rate = largest_damping_rate(system, q);
+  if (const double c = limit.damping_rate; c > 0.0) {
+    limit.critical_step = 4.0 / (c + std::hypot(c, 2.0 * limit.omega_max));
   }
   const Vector mode = op.displacement(largest.vector);
   double most = -1.0;

@@ -7,70 +7,117 @@
 #include "tetraction/core/parallel.h"
 
 namespace tetraction {
+namespace {
 
-StepProblem::StepProblem(const MechanicalSystem& system) : system_(system) {
-  // V (λ + 2μ) |∇N|²: what one metre of a node's displacement adds to the force, element by
-  // element.
-  const LameParameters lame = initial_lame(system.elastic().material());
-  const RestState& rest = system.rest();
-  double sum = 0.0;
-  for (Index e = 0; e < rest.element_count(); ++e) {
-    const auto& element = rest.element(e);
-    for (std::size_t p = 0; p < Shape::kPoints; ++p) {
-      sum += std::pow(element.weights[p] * (std::abs(lame.lambda) + 2.0 * lame.mu) *
-                          element.gradients[p].squaredNorm(),
-                      2);
-    }
-  }
-  stiffness_scale_ = std::sqrt(sum);
+// What the linear part at q leaves of the environment's energy at x, of one vertex.
+double environment_rest(const Environment& environment, double mass, const Vector3& q,
+                        const Vector3& x) {
+  return environment.value(mass, x) - environment.value(mass, q) -
+         environment.gradient(mass, q).dot(x - q);
 }
 
-void StepProblem::begin(const State& state, double h, double alpha, const Vector& user_force) {
+}  // namespace
+
+StepProblem::StepProblem(const MechanicalSystem& system)
+    : system_(system), viscous_(system.rest()) {}
+
+void StepProblem::begin(const State& state, double h, double end_time, double alpha,
+                        const Vector& user_force) {
   step_ = alpha * h;
   previous_ = state.position;
-  target_ = state.position;
-  const Vector3& a = system_.environment().acceleration();
-  const DofConstraints& constraints = system_.constraints();
-  double squared = 0.0;
-  for (Index i = 0; i < target_.size(); ++i) {
-    if (constraints.is_fixed(i)) continue;
+  impulse_.resize(0);
+  const Constraints& constraints = system_.constraints();
+  base_ = previous_ + alpha * constraints.prescribed_displacement(previous_, end_time);
+  const Damping& damping = system_.damping();
+  viscous_.begin(previous_,
+                 alpha == 0.5 && damping.viscosity > 0.0
+                     ? Vector(h * system_.velocity_of(state.momentum))
+                     : Vector(),
+                 damping.viscosity / step_);
+  curved_environment_ = !system_.environment().is_uniform();
+
+  load_ = state.momentum / step_ + user_force;
+  Vector slope = Vector::Zero(system_.dof_count());
+  system_.environment().add_gradient(system_.mass(), previous_, slope);
+  load_ -= slope;
+  coefficient_.resize(system_.dof_count());
+  for (Index i = 0; i < coefficient_.size(); ++i) {
     const double mass = system_.mass()[i / 3];
-    const double shift =
-        step_ * (state.momentum[i] + step_ * user_force[i]) / mass + step_ * step_ * a[i % 3];
-    target_[i] += shift;
-    squared += std::pow(mass * shift / (step_ * step_), 2);
+    coefficient_[i] = mass / (step_ * step_);
+    if (!damping.none()) {
+      coefficient_[i] += (damping.drag + damping.mass_damping * mass) / step_;
+    }
   }
-  force_scale_ = std::sqrt(squared);
+  if (constraints.has_springs()) {
+    const Vector& stiffness = constraints.spring_stiffness();
+    coefficient_ += stiffness;
+    load_ += stiffness.cwiseProduct(constraints.spring_targets(state.time + step_) - previous_);
+  }
+  make_target();
+}
+
+void StepProblem::set_impulse(const Vector& impulse) {
+  impulse_ = impulse;
+  make_target();
+}
+
+void StepProblem::make_target() {
+  if (impulse_.size() == 0) {
+    target_ = previous_ + load_.cwiseQuotient(coefficient_);
+    force_scale_ = system_.coordinates().restrict(load_).norm();
+  } else {
+    const Vector load = load_ + impulse_ / step_;
+    target_ = previous_ + load.cwiseQuotient(coefficient_);
+  }
+}
+
+Vector StepProblem::inertial_guess() const {
+  Vector displacement = target_ - previous_;
+  system_.coordinates().project_velocity(system_.mass(), displacement);
+  return base_ + displacement;
 }
 
 Evaluation StepProblem::value(const Vector& x, double& phi) const {
   const Evaluation status = system_.elastic().value(x, phi);
   if (!status.ok()) return status;
-  phi += parallel_sum(system_.vertex_count(),
-                      [&](Index begin, Index end) {
-                        double sum = 0.0;
-                        for (Index v = begin; v < end; ++v) {
-                          sum += system_.mass()[v] *
-                                 (vertex_block(x, v) - vertex_block(target_, v)).squaredNorm();
-                        }
-                        return sum;
-                      }) /
-         (2.0 * step_ * step_);
+  phi += parallel_sum(system_.vertex_count(), [&](Index begin, Index end) {
+    double sum = 0.0;
+    for (Index v = begin; v < end; ++v) {
+      const Vector3 d = vertex_block(x, v) - vertex_block(target_, v);
+      sum += 0.5 * vertex_block(coefficient_, v).dot(d.cwiseAbs2());
+      if (curved_environment_) {
+        sum += environment_rest(system_.environment(), system_.mass()[v],
+                                vertex_block(previous_, v), vertex_block(x, v));
+      }
+    }
+    return sum;
+  });
+  viscous_.add_value(x, phi);
   return status;
 }
 
 Evaluation StepProblem::value_and_gradient(const Vector& x, double& phi, Vector& gradient) const {
-  const Evaluation status = system_.elastic().value_and_gradient(x, phi, gradient);
+  Vector full;
+  const Evaluation status = system_.elastic().value_and_gradient(x, phi, full);
   if (!status.ok()) return status;
-  double inertia = 0.0;
+  const Environment& environment = system_.environment();
+  double sum = 0.0;
   for (Index v = 0; v < system_.vertex_count(); ++v) {
     const Vector3 d = vertex_block(x, v) - vertex_block(target_, v);
-    const double factor = system_.mass()[v] / (step_ * step_);
-    vertex_block(gradient, v) += factor * d;
-    inertia += 0.5 * factor * d.squaredNorm();
+    const Vector3 force = vertex_block(coefficient_, v).cwiseProduct(d);
+    sum += 0.5 * force.dot(d);
+    vertex_block(full, v) += force;
+    if (curved_environment_) {
+      const double mass = system_.mass()[v];
+      const Vector3 from = vertex_block(previous_, v);
+      const Vector3 to = vertex_block(x, v);
+      sum += environment_rest(environment, mass, from, to);
+      vertex_block(full, v) += environment.gradient(mass, to) - environment.gradient(mass, from);
+    }
   }
-  phi += inertia;
-  system_.constraints().set_fixed_to_zero(gradient);
+  phi += sum;
+  viscous_.add_value_and_gradient(x, phi, full);
+  gradient = system_.coordinates().restrict(full);
   return status;
 }
 
@@ -79,35 +126,75 @@ Evaluation StepProblem::hessian(const Vector& x, const SparsityPattern& pattern,
   std::fill(values, values + pattern.nonzeros(), 0.0);
   const Evaluation status = system_.elastic().add_hessian(x, pattern, values);
   if (!status.ok()) return status;
-  Vector diagonal(system_.dof_count());
-  for (Index i = 0; i < diagonal.size(); ++i) {
-    diagonal[i] = system_.mass()[i / 3] / (step_ * step_);
+  viscous_.add_hessian(x, pattern, values);
+  Matrix blocks = Matrix::Zero(3, system_.dof_count());
+  for (Index v = 0; v < system_.vertex_count(); ++v) {
+    auto block = blocks.middleCols<3>(3 * v);
+    block.diagonal() = vertex_block(coefficient_, v);
+    if (curved_environment_) block += system_.environment().hessian(vertex_block(x, v));
   }
-  pattern.add_diagonal(diagonal, values);
+  pattern.add_vertex_blocks(blocks, values);
   return status;
 }
 
 bool StepProblem::element_terms(Index e, const Vector& x, bool with_hessian,
                                 ElasticPotential::ElementTerms& terms) const {
   if (!system_.elastic().element_terms(e, x, with_hessian, terms)) return false;
-  const RestState& rest = system_.rest();
-  const Shape::NodeMatrix d = rest.gather(x, e) - rest.gather(target_, e);
-  const double factor = system_.mass_share(e) / (step_ * step_);
-  terms.energy += 0.5 * factor * d.squaredNorm();
-  terms.gradient += factor * d;
-  if (with_hessian) terms.hessian.diagonal().array() += factor;
+  viscous_.add_element_terms(e, x, with_hessian, terms);
+  const double share = system_.mass_share(e);
+  const auto& nodes = system_.rest().nodes(e);
+  for (int a = 0; a < Shape::kNodes; ++a) {
+    const Index v = nodes[static_cast<std::size_t>(a)];
+    const double mass = system_.mass()[v];
+    const double fraction = share / mass;
+    const Vector3 d = vertex_block(x, v) - vertex_block(target_, v);
+    const Vector3 k = fraction * vertex_block(coefficient_, v);
+    terms.energy += 0.5 * k.dot(d.cwiseAbs2());
+    terms.gradient.col(a) += k.cwiseProduct(d);
+    if (with_hessian) terms.hessian.diagonal().segment<3>(3 * a) += k;
+    if (curved_environment_) {
+      const Environment& environment = system_.environment();
+      const Vector3 from = vertex_block(previous_, v);
+      const Vector3 to = vertex_block(x, v);
+      terms.energy += fraction * environment_rest(environment, mass, from, to);
+      terms.gradient.col(a) +=
+          fraction * (environment.gradient(mass, to) - environment.gradient(mass, from));
+      if (with_hessian) {
+        terms.hessian.block<3, 3>(3 * a, 3 * a) += fraction * environment.hessian(to);
+      }
+    }
+  }
   return true;
 }
 
+double StepProblem::environment_share(Index e, const Vector& x) const {
+  if (!curved_environment_) return 0.0;
+  double energy = 0.0;
+  for (const Index v : system_.rest().nodes(e)) {
+    const double mass = system_.mass()[v];
+    energy += system_.mass_share(e) / mass *
+              std::abs(system_.environment().value(mass, vertex_block(x, v)));
+  }
+  return energy;
+}
+
 double StepProblem::residual_limit(const Vector& x, double tolerance) const {
-  double squared = 0.0;
-  for (Index v = 0; v < system_.vertex_count(); ++v) {
-    const double factor = system_.mass()[v] / (step_ * step_);
-    squared += factor * factor * vertex_block(x, v).squaredNorm();
+  // V (λ + 2μ) |∇N|²: what one metre of a node's displacement adds to the force, element by
+  // element.
+  const RestState& rest = system_.rest();
+  double stiffness = 0.0;
+  for (Index e = 0; e < rest.element_count(); ++e) {
+    const LameParameters lame = system_.elastic().lame(e);
+    const double modulus = std::abs(lame.lambda) + 2.0 * lame.mu + 2.0 * viscous_.factor();
+    const auto& element = rest.element(e);
+    for (std::size_t p = 0; p < Shape::kPoints; ++p) {
+      stiffness += std::pow(element.weights[p] * modulus * element.gradients[p].squaredNorm(), 2);
+    }
   }
   // Positions carry ε|x|: F, and with it the element forces, cannot be more accurate than that.
-  const double round_off = 4.0 * std::numeric_limits<double>::epsilon() *
-                           (std::sqrt(squared) + stiffness_scale_ * x.cwiseAbs().maxCoeff());
+  const double round_off =
+      4.0 * std::numeric_limits<double>::epsilon() *
+      (coefficient_.cwiseProduct(x).norm() + std::sqrt(stiffness) * x.cwiseAbs().maxCoeff());
   return std::max(tolerance * force_scale_, round_off);
 }
 

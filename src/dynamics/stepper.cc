@@ -7,22 +7,42 @@ namespace tetraction {
 Stepper::Stepper(const MechanicalSystem& system)
     : system_(system), reaction_(Vector::Zero(system.dof_count())) {}
 
-void Stepper::set_reaction(const Vector& gradient, const Vector& user_force) {
-  reaction_.setZero(system_.dof_count());
-  for (const Index i : system_.constraints().fixed_dofs()) {
-    reaction_[i] = gradient[i] - user_force[i];
-  }
-}
-
-void Stepper::add_impulse(const Vector& x, const Vector& user_force, const Vector& reaction,
-                          double weighted_h, StepOutcome& outcome) const {
-  const Vector3& a = system_.environment().acceleration();
+void Stepper::add_impulse(const Vector& x, const Vector& force, double dt,
+                          StepOutcome& outcome) const {
   for (Index v = 0; v < system_.vertex_count(); ++v) {
-    const Vector3 impulse = weighted_h * (vertex_block(user_force, v) + vertex_block(reaction, v) +
-                                          system_.mass()[v] * a);
+    const Vector3 impulse = dt * vertex_block(force, v);
     outcome.linear_impulse += impulse;
     outcome.angular_impulse += vertex_block(x, v).cross(impulse);
   }
+}
+
+void Stepper::add_reaction(const Vector& x, const Vector& impulse, StepOutcome& outcome) {
+  reaction_ += impulse;
+  add_impulse(x, impulse, 1.0, outcome);
+}
+
+double Stepper::constraint_work(const State& from, const State& to) const {
+  const Constraints& constraints = system_.constraints();
+  double work = 0.0;
+  if (constraints.moving()) {
+    work += constraints.prescribed_work(
+        reaction_, constraints.prescribed_displacement(from.position, to.time));
+  }
+  if (constraints.has_springs()) {
+    // What a moving target puts into its spring, less what stays in it.
+    work += constraints.spring_energy(from.position, from.time) -
+            constraints.spring_energy(to.position, to.time);
+    work +=
+        0.5 * (spring_force(from.position, from.time) + spring_force(to.position, to.time))
+                  .dot(constraints.spring_targets(to.time) - constraints.spring_targets(from.time));
+  }
+  return work;
+}
+
+Vector Stepper::spring_force(const Vector& q, double time) const {
+  const Constraints& constraints = system_.constraints();
+  if (!constraints.has_springs()) return Vector::Zero(system_.dof_count());
+  return constraints.spring_stiffness().cwiseProduct(constraints.spring_targets(time) - q);
 }
 
 }  // namespace tetraction

@@ -3,33 +3,57 @@
 #include <algorithm>
 #include <cstdint>
 #include <limits>
+#include <utility>
 
 #include "tetraction/core/error.h"
 
 namespace tetraction {
 namespace {
 
-// Vertices that share an element with `vertex`, itself included, ascending.
-void neighbours(const RestState& rest, Index vertex, std::vector<Index>& result) {
-  result.clear();
-  for (auto* i = rest.incidence_begin(vertex); i != rest.incidence_end(vertex); ++i) {
-    const auto& nodes = rest.nodes(i->element);
-    result.insert(result.end(), nodes.begin(), nodes.end());
+// A vertex of each group of coordinates: free and partial vertices stand for themselves, the members
+// of an affine set for one another; −1 for held vertices.
+std::vector<Index> coordinate_owners(const FreeCoordinates& coordinates) {
+  std::vector<Index> owner(static_cast<std::size_t>(coordinates.vertex_count()));
+  for (Index v = 0; v < coordinates.vertex_count(); ++v) {
+    const Index set = coordinates.set_of(v);
+    owner[static_cast<std::size_t>(v)] =
+        set >= 0 ? coordinates.sets()[static_cast<std::size_t>(set)].vertices.front()
+                 : (coordinates.is_held(v) ? -1 : v);
   }
-  std::sort(result.begin(), result.end());
-  result.erase(std::unique(result.begin(), result.end()), result.end());
+  return owner;
 }
 
-// Greedy colouring in element order: the least colour that no element at the same vertices has.
-std::vector<std::vector<Index>> color_elements(const RestState& rest) {
-  std::vector<std::vector<Index>> colors;
-  std::vector<int> color_of(static_cast<std::size_t>(rest.element_count()), -1);
-  std::vector<Index> last_use;  // per colour: the last element that found it taken
+// The elements in which an owner's coordinates take part, ascending.
+std::vector<std::vector<Index>> elements_of_owners(const RestState& rest,
+                                                   const std::vector<Index>& owner) {
+  std::vector<std::vector<Index>> elements(owner.size());
   for (Index e = 0; e < rest.element_count(); ++e) {
     for (const Index v : rest.nodes(e)) {
-      for (auto* i = rest.incidence_begin(v); i != rest.incidence_end(v); ++i) {
-        const int taken = color_of[static_cast<std::size_t>(i->element)];
-        if (taken >= 0) last_use[static_cast<std::size_t>(taken)] = e;
+      const Index o = owner[static_cast<std::size_t>(v)];
+      if (o < 0) continue;
+      auto& list = elements[static_cast<std::size_t>(o)];
+      if (list.empty() || list.back() != e) list.push_back(e);
+    }
+  }
+  return elements;
+}
+
+// Greedy colouring in element order: the least colour that no element with the same coordinates has.
+// Held vertices count too, so that the order of sums does not depend on what is held.
+std::vector<std::vector<Index>> color_elements(const RestState& rest,
+                                               const std::vector<Index>& owner) {
+  std::vector<std::vector<Index>> colors;
+  std::vector<std::vector<Index>> used_by(owner.size());  // colours, per owner
+  std::vector<Index> last_use;  // per colour: the last element that found it taken
+  const auto colored_as = [&](Index v) {
+    const Index o = owner[static_cast<std::size_t>(v)];
+    return o < 0 ? v : o;
+  };
+  for (Index e = 0; e < rest.element_count(); ++e) {
+    for (const Index v : rest.nodes(e)) {
+      const Index o = colored_as(v);
+      for (const Index c : used_by[static_cast<std::size_t>(o)]) {
+        last_use[static_cast<std::size_t>(c)] = e;
       }
     }
     std::size_t c = 0;
@@ -38,7 +62,11 @@ std::vector<std::vector<Index>> color_elements(const RestState& rest) {
       last_use.push_back(-1);
       colors.emplace_back();
     }
-    color_of[static_cast<std::size_t>(e)] = static_cast<int>(c);
+    for (const Index v : rest.nodes(e)) {
+      auto& list = used_by[static_cast<std::size_t>(colored_as(v))];
+      if (list.empty() || list.back() != static_cast<Index>(c))
+        list.push_back(static_cast<Index>(c));
+    }
     colors[c].push_back(e);
   }
   return colors;
@@ -46,19 +74,35 @@ std::vector<std::vector<Index>> color_elements(const RestState& rest) {
 
 }  // namespace
 
-SparsityPattern::SparsityPattern(const RestState& rest, const DofConstraints& constraints) {
-  column_begin_.assign(1, 0);
-  std::vector<Index> adjacent;
+SparsityPattern::SparsityPattern(const RestState& rest, const FreeCoordinates& coordinates)
+    : coordinates_(coordinates), rest_(rest) {
+  const std::vector<Index> owner = coordinate_owners(coordinates);
+  const std::vector<std::vector<Index>> elements = elements_of_owners(rest, owner);
+
+  // Owners in the order of their coordinates: vertices first, then affine sets.
+  std::vector<std::pair<int, Index>> columns;
   for (Index v = 0; v < rest.vertex_count(); ++v) {
-    neighbours(rest, v, adjacent);
-    for (Index i = 0; i < 3; ++i) {
-      const int column = constraints.reduced(3 * v + i);
-      if (column < 0) continue;
-      for (const Index w : adjacent) {
-        for (Index j = 0; j < 3; ++j) {
-          const int row = constraints.reduced(3 * w + j);
-          if (row >= column) row_.push_back(row);
-        }
+    if (owner[static_cast<std::size_t>(v)] == v) columns.emplace_back(coordinates.map(v).first, v);
+  }
+  std::sort(columns.begin(), columns.end());
+  column_begin_.assign(1, 0);
+  std::vector<std::pair<int, int>> adjacent;  // first coordinate and count
+  for (const auto& [first, v] : columns) {
+    adjacent.clear();
+    for (const Index e : elements[static_cast<std::size_t>(v)]) {
+      for (const Index w : rest.nodes(e)) {
+        const Index o = owner[static_cast<std::size_t>(w)];
+        if (o < 0) continue;
+        const FreeCoordinates::VertexMap map = coordinates.map(o);
+        if (map.first >= first) adjacent.emplace_back(map.first, map.count);
+      }
+    }
+    std::sort(adjacent.begin(), adjacent.end());
+    adjacent.erase(std::unique(adjacent.begin(), adjacent.end()), adjacent.end());
+    const int count = coordinates.map(v).count;
+    for (int column = first; column < first + count; ++column) {
+      for (const auto& [begin, size] : adjacent) {
+        for (int row = std::max(begin, column); row < begin + size; ++row) row_.push_back(row);
       }
       if (row_.size() > static_cast<std::size_t>(std::numeric_limits<int>::max())) {
         throw InputError("The stiffness matrix has more than 2^31 entries: take an explicit step.");
@@ -68,12 +112,18 @@ SparsityPattern::SparsityPattern(const RestState& rest, const DofConstraints& co
   }
 
   slots_.resize(static_cast<std::size_t>(rest.element_count()));
+  is_simple_.assign(slots_.size(), 1);
   for (Index e = 0; e < rest.element_count(); ++e) {
     const auto& nodes = rest.nodes(e);
     std::array<int, Shape::kDofs> dofs{};
-    for (std::size_t a = 0; a < dofs.size(); ++a) {
-      dofs[a] = constraints.reduced(3 * nodes[a / 3] + static_cast<Index>(a % 3));
+    for (std::size_t a = 0; a < nodes.size(); ++a) {
+      const bool free = coordinates.is_free(nodes[a]);
+      if (!free && !coordinates.is_held(nodes[a])) is_simple_[static_cast<std::size_t>(e)] = 0;
+      for (std::size_t i = 0; i < 3; ++i) {
+        dofs[3 * a + i] = free ? coordinates.first(nodes[a]) + static_cast<int>(i) : -1;
+      }
     }
+    if (is_simple_[static_cast<std::size_t>(e)] == 0) continue;
     std::size_t entry = 0;
     for (std::size_t j = 0; j < dofs.size(); ++j) {
       for (std::size_t i = j; i < dofs.size(); ++i, ++entry) {
@@ -84,13 +134,7 @@ SparsityPattern::SparsityPattern(const RestState& rest, const DofConstraints& co
       }
     }
   }
-
-  diagonal_slot_.resize(static_cast<std::size_t>(constraints.dof_count()), -1);
-  for (Index i = 0; i < constraints.dof_count(); ++i) {
-    const int r = constraints.reduced(i);
-    if (r >= 0) diagonal_slot_[static_cast<std::size_t>(i)] = find(r, r);
-  }
-  colors_ = color_elements(rest);
+  colors_ = color_elements(rest, owner);
 }
 
 int SparsityPattern::find(int row, int column) const {
@@ -99,19 +143,48 @@ int SparsityPattern::find(int row, int column) const {
   return static_cast<int>(std::lower_bound(begin, end, row) - row_.begin());
 }
 
-void SparsityPattern::scatter(Index e, const Shape::DofMatrix& local, double* values) const {
-  const auto& slots = slots_[static_cast<std::size_t>(e)];
-  std::size_t entry = 0;
-  for (int j = 0; j < Shape::kDofs; ++j) {
-    for (int i = j; i < Shape::kDofs; ++i, ++entry) {
-      if (slots[entry] >= 0) values[slots[entry]] += local(i, j);
+// values += the lower triangle of rowsᵀ block columns. Called for both orders of two vertices, so
+// that what one leaves out above the diagonal the other brings below it.
+void SparsityPattern::scatter_block(const FreeCoordinates::VertexMap& rows,
+                                    const FreeCoordinates::VertexMap& columns, const Matrix3& block,
+                                    double* values) const {
+  for (int j = 0; j < columns.count; ++j) {
+    const Vector3 image = block * columns.columns.col(j);
+    for (int i = 0; i < rows.count; ++i) {
+      const int row = rows.first + i;
+      const int column = columns.first + j;
+      const double entry = rows.columns.col(i).dot(image);
+      if (row >= column && entry != 0.0) values[find(row, column)] += entry;
     }
   }
 }
 
-void SparsityPattern::add_diagonal(const Vector& diagonal, double* values) const {
-  for (std::size_t i = 0; i < diagonal_slot_.size(); ++i) {
-    if (diagonal_slot_[i] >= 0) values[diagonal_slot_[i]] += diagonal[static_cast<Index>(i)];
+void SparsityPattern::scatter(Index e, const Shape::DofMatrix& local, double* values) const {
+  if (is_simple_[static_cast<std::size_t>(e)] != 0) {
+    const auto& slots = slots_[static_cast<std::size_t>(e)];
+    std::size_t entry = 0;
+    for (int j = 0; j < Shape::kDofs; ++j) {
+      for (int i = j; i < Shape::kDofs; ++i, ++entry) {
+        if (slots[entry] >= 0) values[slots[entry]] += local(i, j);
+      }
+    }
+    return;
+  }
+  std::array<FreeCoordinates::VertexMap, Shape::kNodes> maps;
+  for (std::size_t a = 0; a < maps.size(); ++a) maps[a] = coordinates_.map(rest_.nodes(e)[a]);
+  for (int a = 0; a < Shape::kNodes; ++a) {
+    for (int b = 0; b < Shape::kNodes; ++b) {
+      scatter_block(maps[static_cast<std::size_t>(a)], maps[static_cast<std::size_t>(b)],
+                    local.block<3, 3>(3 * a, 3 * b), values);
+    }
+  }
+}
+
+void SparsityPattern::add_vertex_blocks(const Matrix& blocks, double* values) const {
+  for (Index v = 0; v < coordinates_.vertex_count(); ++v) {
+    if (coordinates_.is_held(v)) continue;
+    const FreeCoordinates::VertexMap map = coordinates_.map(v);
+    scatter_block(map, map, blocks.middleCols<3>(3 * v), values);
   }
 }
 

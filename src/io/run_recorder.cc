@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <Eigen/Geometry>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
@@ -17,10 +18,60 @@
 namespace tetraction {
 namespace {
 
-constexpr const char* kHistoryHeader =
-    "step,time,kinetic_energy,elastic_energy,environment_energy,total_energy,external_work,"
-    "dissipated_energy,constraint_work,edit_work,energy_error,px,py,pz,lx,ly,lz,"
-    "max_constraint_error,iterations\n";
+// The columns beyond those that every run has: the sum of the reactions; of each [[constraint]] the
+// tension of a distance, or the resultant of its forces and their moment about the centre of its
+// vertices; energies by region where there are several.
+std::string history_header(const Session& session) {
+  std::string header =
+      "step,time,kinetic_energy,elastic_energy,environment_energy,total_energy,external_work,"
+      "dissipated_energy,constraint_work,edit_work,energy_error,px,py,pz,lx,ly,lz,"
+      "max_constraint_error,iterations,reaction_x,reaction_y,reaction_z";
+  for (std::size_t i = 0; i < session.scene().constraint.size(); ++i) {
+    if (session.scene().constraint[i].kind == ConstraintKind::kDistance) {
+      header += fmt::format(",constraint_{}_tension", i);
+      continue;
+    }
+    header += fmt::format(",constraint_{0}_fx,constraint_{0}_fy,constraint_{0}_fz", i);
+    header += fmt::format(",constraint_{0}_mx,constraint_{0}_my,constraint_{0}_mz", i);
+  }
+  for (Index r = 0; r < session.system().region_count() && session.system().region_count() > 1;
+       ++r) {
+    header += fmt::format(",kinetic_energy_{0},elastic_energy_{0}", r);
+  }
+  return header + "\n";
+}
+
+std::vector<double> constraint_columns(const Session& session) {
+  const Vector& q = session.state().position;
+  const Vector& reaction = session.reaction_force();
+  std::vector<double> values;
+  Vector3 total = Vector3::Zero();
+  for (Index v = 0; v < session.system().vertex_count(); ++v) total += vertex_block(reaction, v);
+  values.insert(values.end(), total.data(), total.data() + 3);
+  for (std::size_t i = 0; i < session.scene().constraint.size(); ++i) {
+    if (session.scene().constraint[i].kind == ConstraintKind::kDistance) {
+      values.push_back(session.tension(i));
+      continue;
+    }
+    const std::vector<Index>& vertices = session.constraint_vertices(i);
+    double mass = 0.0;
+    Vector3 center = Vector3::Zero();
+    for (const Index v : vertices) {
+      mass += session.system().mass()[v];
+      center += session.system().mass()[v] * vertex_block(q, v);
+    }
+    if (mass > 0.0) center /= mass;
+    Vector3 force = Vector3::Zero();
+    Vector3 moment = Vector3::Zero();
+    for (const Index v : vertices) {
+      force += vertex_block(reaction, v);
+      moment += (vertex_block(q, v) - center).cross(vertex_block(reaction, v));
+    }
+    values.insert(values.end(), force.data(), force.data() + 3);
+    values.insert(values.end(), moment.data(), moment.data() + 3);
+  }
+  return values;
+}
 
 std::string history_row(const Session& session) {
   const State& state = session.state();
@@ -36,7 +87,14 @@ std::string history_row(const Session& session) {
         session.constraint_error()}) {
     row += ',' + g(value);
   }
-  return row + fmt::format(",{}\n", session.last_iterations());
+  row += fmt::format(",{}", session.last_iterations());
+  for (const double value : constraint_columns(session)) row += ',' + g(value);
+  if (session.system().region_count() > 1) {
+    const Vector kinetic = session.system().kinetic_energies_by_region(state.momentum);
+    const Vector elastic = session.system().elastic().energies_by_material(state.position);
+    for (Index r = 0; r < kinetic.size(); ++r) row += ',' + g(kinetic[r]) + ',' + g(elastic[r]);
+  }
+  return row + '\n';
 }
 
 Matrix columns(const Vector& field) {
@@ -52,16 +110,12 @@ Frame make_frame(const Session& session) {
 
   Matrix fixed(1, system.vertex_count());
   for (Index v = 0; v < system.vertex_count(); ++v) {
-    const DofConstraints& c = system.constraints();
-    fixed(0, v) = c.is_fixed(3 * v) || c.is_fixed(3 * v + 1) || c.is_fixed(3 * v + 2) ? 1.0 : 0.0;
+    fixed(0, v) = system.constraints().is_constrained(v) ? 1.0 : 0.0;
   }
-  // The user forces of the step just taken (of the first step, at the start).
-  const double start =
-      state.step > 0 ? static_cast<double>(state.step - 1) * session.time_step() : 0.0;
   frame.point_fields = {{"displacement", columns(state.position - system.mesh().rest_positions())},
                         {"velocity", columns(state.velocity)},
                         {"momentum", columns(state.momentum)},
-                        {"external_force", columns(system.user_force(start, session.time_step()))},
+                        {"external_force", columns(session.external_force())},
                         {"reaction_force", columns(session.reaction_force())},
                         {"fixed", std::move(fixed), true},
                         {"deformation", deformation_field(system, state.position)}};
@@ -69,7 +123,8 @@ Frame make_frame(const Session& session) {
   ElementFields fields = element_fields(system, state.position);
   Matrix region(1, system.mesh().tetrahedron_count());
   for (Index e = 0; e < region.cols(); ++e) {
-    region(0, e) = system.mesh().regions[static_cast<std::size_t>(e)];
+    region(0, e) = system.region_count() > 1 ? system.region(e)
+                                             : system.mesh().regions[static_cast<std::size_t>(e)];
   }
   frame.cell_fields = {{"cauchy_stress", std::move(fields.cauchy_stress)},
                        {"green_strain", std::move(fields.green_strain)},
@@ -145,7 +200,7 @@ void RunRecorder::on_start(const Session& session) {
         fmt::format("{}: cannot be written ({}). Choose another directory with --out.",
                     s.path("history.csv"), std::strerror(errno)));
   }
-  s.history << kHistoryHeader;
+  s.history << history_header(session);
   s.frames = std::make_unique<FrameWriter>(session.system().mesh(), s.directory);
   s.write_row(session);
   s.write_frame(session);

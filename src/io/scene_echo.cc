@@ -79,6 +79,40 @@ Json material_json(const MaterialSettings& material) {
   return json;
 }
 
+Json constraint_json(const ConstraintSettings& c) {
+  Json json{{"kind", to_string(c.kind)}};
+  switch (c.kind) {
+    case ConstraintKind::kDistance:
+      json["vertices"] = c.vertices;
+      put_if(json, "length", c.length);
+      return json;
+    case ConstraintKind::kPlane:
+    case ConstraintKind::kLine:
+      json["select"] = selection_json(c.select);
+      if (c.point) json["point"] = list(*c.point);
+      json[c.kind == ConstraintKind::kPlane ? "normal" : "direction"] = list(c.direction);
+      return json;
+    case ConstraintKind::kRigid:
+      break;
+  }
+  json["select"] = selection_json(c.select);
+  if (c.velocity) json["velocity"] = list(*c.velocity);
+  if (c.angular_velocity) json["angular_velocity"] = list(*c.angular_velocity);
+  return json;
+}
+
+const char* environment_name(EnvironmentKind kind) {
+  switch (kind) {
+    case EnvironmentKind::kNone:
+      return "none";
+    case EnvironmentKind::kGravity:
+      return "gravity";
+    case EnvironmentKind::kAttraction:
+      break;
+  }
+  return "attraction";
+}
+
 Json time_json(const TimeSettings& time) {
   Json json{{"integrator", to_string(time.integrator)}};
   if (time.automatic) {
@@ -98,6 +132,9 @@ Json fix_json(const FixSettings& fix) {
   Json json{{"select", selection_json(fix.select)}, {"components", components}};
   if (fix.target) json["target"] = list(*fix.target);
   if (fix.offset) json["offset"] = list(*fix.offset);
+  if (!fix.velocity.isZero(0.0)) json["velocity"] = list(fix.velocity);
+  json["mode"] = fix.is_penalty ? "penalty" : "exact";
+  if (fix.is_penalty) json["penalty"] = fix.penalty;
   return json;
 }
 
@@ -127,17 +164,29 @@ std::string scene_echo(const Scene& scene) {
   Json json;
   json["mesh"] = mesh_json(scene.mesh);
   json["material"] = material_json(scene.material);
+  for (const MaterialRegionSettings& region : scene.material_region) {
+    Json entry = material_json(region.material);
+    entry["select"] = selection_json(region.select);
+    json["material_region"].push_back(entry);
+  }
   json["time"] = time_json(scene.time);
   json["solver"] = {{"kind", scene.solver.kind},
                     {"tolerance", scene.solver.tolerance},
                     {"max_iterations", scene.solver.max_iterations}};
-  json["environment"] = {
-      {"kind", scene.environment.kind == EnvironmentKind::kGravity ? "gravity" : "none"},
-      {"strength", scene.environment.strength},
-      {"direction", list(scene.environment.direction)}};
+  json["damping"] = {{"drag", scene.damping.drag},
+                     {"mass_damping", scene.damping.mass_damping},
+                     {"viscosity", scene.damping.viscosity}};
+  json["environment"] = {{"kind", environment_name(scene.environment.kind)},
+                         {"strength", scene.environment.strength},
+                         {"direction", list(scene.environment.direction)},
+                         {"softening", scene.environment.softening}};
   for (const FixSettings& fix : scene.fix) json["fix"].push_back(fix_json(fix));
+  for (const ConstraintSettings& c : scene.constraint) {
+    json["constraint"].push_back(constraint_json(c));
+  }
   for (const ForceSettings& force : scene.force) json["force"].push_back(force_json(force));
   json["initial"] = initial_json(scene.initial);
+  for (const EventSettings& event : scene.event) json["event"].push_back(Json::parse(event.echo));
   json["output"] = {{"directory", scene.output.directory}, {"every", scene.output.every}};
   // A path on the command line need not be UTF-8, which JSON must be.
   return json.dump(2, ' ', false, Json::error_handler_t::replace);

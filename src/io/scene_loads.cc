@@ -1,4 +1,4 @@
-// [[fix]], [[force]], [initial]
+// [[force]], [initial]
 #include <fmt/format.h>
 
 #include "scene_sections.h"
@@ -8,20 +8,16 @@ namespace {
 
 constexpr NumberRange kUntil{[](double) { return true; }, "be a time", true};
 
-std::array<bool, 3> read_components(const TomlTable& table) {
-  std::string letters = "xyz";
-  table.read("components", letters);
-  std::array<bool, 3> components{false, false, false};
-  for (const char letter : letters) {
-    if (letter < 'x' || letter > 'z' || components[static_cast<std::size_t>(letter - 'x')]) {
-      table.refuse("components",
-                   fmt::format("= \"{}\" must name some of x, y and z, each once, for "
-                               "instance \"xz\".",
-                               letters));
-    }
-    components[static_cast<std::size_t>(letter - 'x')] = true;
-  }
-  return components;
+}  // namespace
+
+const TableKeys& force_keys() {
+  static const TableKeys keys{{"select", "vector", "from", "until"}};
+  return keys;
+}
+
+const TableKeys& momentum_keys() {
+  static const TableKeys keys{{"select", "value"}};
+  return keys;
 }
 
 MomentumSettings read_momentum(const TomlTable& table) {
@@ -31,35 +27,6 @@ MomentumSettings read_momentum(const TomlTable& table) {
   table.require("value", "the momentum of each selected vertex, [px, py, pz] in kg m/s.");
   table.read("value", momentum.value);
   return momentum;
-}
-
-}  // namespace
-
-const TableKeys& fix_keys() {
-  static const TableKeys keys{{"select", "components", "target", "offset", "mode"},
-                              {"velocity", "penalty"}};
-  return keys;
-}
-
-const TableKeys& force_keys() {
-  static const TableKeys keys{{"select", "vector", "from", "until"}};
-  return keys;
-}
-
-FixSettings read_fix(const TomlTable& table) {
-  FixSettings fix;
-  fix.where = table.where();
-  fix.select = read_selection(table);
-  fix.components = read_components(table);
-  table.read("target", fix.target);
-  table.read("offset", fix.offset);
-  if (fix.target && fix.offset) {
-    table.refuse(table.is_override("target") ? "target" : "offset",
-                 "stands beside the other of target and offset; give one of the two.");
-  }
-  std::string mode;
-  table.read("mode", mode, {"exact"}, {"penalty"});
-  return fix;
 }
 
 ForceSettings read_force(const TomlTable& table) {
@@ -91,7 +58,7 @@ InitialSettings read_initial(const TomlTable& root) {
   table.read("stretch", initial.stretch, kPositive);
   table.read("displacement_array", initial.displacement_array);
   table.read("velocity_array", initial.velocity_array);
-  for (const TomlTable& entry : table.tables("momentum", {{"select", "value"}})) {
+  for (const TomlTable& entry : table.tables("momentum", momentum_keys())) {
     initial.momentum.push_back(read_momentum(entry));
   }
   return initial;

@@ -18,15 +18,13 @@ constexpr NumberRange kPoisson{
     "lie between -1 and 0.5, both excluded; take 0.45 to 0.49 for rubber-like materials"};
 constexpr NumberRange kStrength{[](double x) { return x >= 0.0; },
                                 "be 0 or more; turn it with environment.direction"};
-constexpr NumberRange kZero{[](double x) { return x == 0.0; },
-                            "be 0: damping is not in this version of Tetraction"};
+constexpr NumberRange kDamping{[](double x) { return x >= 0.0; },
+                               "be 0 or more: negative damping makes energy"};
 
-MaterialSettings read_material(const TomlTable& root) {
-  root.require("material",
-               "under [material], give model, youngs_modulus, poissons_ratio and density.");
-  const TomlTable table =
-      root.table("material", {{"model", "youngs_modulus", "poissons_ratio", "mu", "lambda", "mu1",
-                               "mu2", "ratio", "density"}});
+const NameList kMaterialKeys{"model", "youngs_modulus", "poissons_ratio", "mu", "lambda", "mu1",
+                             "mu2",   "ratio",          "density"};
+
+MaterialSettings read_material(const TomlTable& table) {
   MaterialSettings material;
   table.read("model", material.model,
              {StVenantKirchhoff::kName, NeoHookean::kName, MooneyRivlin::kName});
@@ -48,9 +46,11 @@ MaterialSettings read_material(const TomlTable& root) {
          {"model", "youngs_modulus", "poissons_ratio", "mu", "lambda", "mu1", "mu2", "ratio"}) {
       if (table.is_override(key)) place = table.place(key);
     }
-    const std::string message = error.what();
-    const bool named = message.rfind("material", 0) == 0;
-    throw InputError(fmt::format("{}: {}{}", place, named ? "" : "material: ", message));
+    std::string message = error.what();
+    const std::string own = "material.";
+    const bool named = message.rfind(own, 0) == 0;
+    if (named) message.erase(0, own.size());
+    throw InputError(fmt::format("{}: {}{}{}", place, table.name(), named ? "." : ": ", message));
   }
   return material;
 }
@@ -95,24 +95,36 @@ SolverSettings read_solver(const TomlTable& root) {
   return solver;
 }
 
-void read_damping(const TomlTable& root) {
-  if (!root.has("damping")) return;
+MaterialRegionSettings read_material_region(const TomlTable& table) {
+  MaterialRegionSettings region;
+  region.where = table.where();
+  region.select = read_selection(table);
+  region.material = read_material(table);
+  return region;
+}
+
+Damping read_damping(const TomlTable& root) {
+  Damping damping;
+  if (!root.has("damping")) return damping;
   const TomlTable table = root.table("damping", {{"drag", "mass_damping", "viscosity"}});
-  for (const std::string_view key : {"drag", "mass_damping", "viscosity"}) {
-    double none = 0.0;
-    table.read(key, none, kZero);
-  }
+  table.read("drag", damping.drag, kDamping);
+  table.read("mass_damping", damping.mass_damping, kDamping);
+  table.read("viscosity", damping.viscosity, kDamping);
+  return damping;
 }
 
 EnvironmentSettings read_environment(const TomlTable& root) {
   EnvironmentSettings environment;
   if (!root.has("environment")) return environment;
-  const TomlTable table = root.table("environment", {{"kind", "strength", "direction"}});
-  table.require("kind", "\"none\" or \"gravity\".");
+  const TomlTable table =
+      root.table("environment", {{"kind", "strength", "direction", "softening"}});
+  table.require("kind", "\"none\", \"gravity\" or \"attraction\".");
   std::string kind;
-  table.read("kind", kind, {"none", "gravity"}, {"attraction"});
+  table.read("kind", kind, {"none", "gravity", "attraction"});
   if (kind == "gravity") environment.kind = EnvironmentKind::kGravity;
+  if (kind == "attraction") environment.kind = EnvironmentKind::kAttraction;
   table.read("strength", environment.strength, kStrength);
+  table.read("softening", environment.softening, kNotNegative);
   table.read("direction", environment.direction);
   if (environment.direction.isZero(0.0)) {
     table.refuse("direction", "must not be zero; [0, -1, 0] is downward.");
@@ -136,30 +148,54 @@ OutputSettings read_output(const TomlTable& root) {
   return output;
 }
 
-}  // namespace
+const TableKeys& root_keys() {
+  static const TableKeys keys{{"mesh", "material", "material_region", "time", "solver", "damping",
+                               "environment", "fix", "constraint", "force", "initial", "event",
+                               "output"}};
+  return keys;
+}
 
-Scene read_scene(const std::string& path, const std::vector<std::string>& overrides) {
-  const TomlDocument document(path, overrides);
-  const TomlTable root(document, document.root(), "",
-                       {{"mesh", "material", "time", "solver", "damping", "environment", "fix",
-                         "force", "initial", "output"},
-                        {"constraint", "event", "material_region"}});
+// Everything but the events.
+Scene read_sections(const TomlDocument& document, const std::string& path) {
+  const TomlTable root(document, document.root(), "", root_keys());
   Scene scene;
   scene.path = path;
   scene.mesh = read_mesh_settings(root, std::filesystem::path(path).parent_path().string());
-  scene.material = read_material(root);
+  root.require("material",
+               "under [material], give model, youngs_modulus, poissons_ratio and density.");
+  scene.material = read_material(root.table("material", {kMaterialKeys}));
+  NameList region_keys = kMaterialKeys;
+  region_keys.emplace_back("select");
+  for (const TomlTable& table : root.tables("material_region", {region_keys})) {
+    scene.material_region.push_back(read_material_region(table));
+  }
   scene.time = read_time(root);
   scene.solver = read_solver(root);
-  read_damping(root);
+  scene.damping = read_damping(root);
   scene.environment = read_environment(root);
   for (const TomlTable& table : root.tables("fix", fix_keys())) {
     scene.fix.push_back(read_fix(table));
+  }
+  for (const TomlTable& table : root.tables("constraint", constraint_keys())) {
+    scene.constraint.push_back(read_constraint(table));
   }
   for (const TomlTable& table : root.tables("force", force_keys())) {
     scene.force.push_back(read_force(table));
   }
   scene.initial = read_initial(root);
   scene.output = read_output(root);
+  return scene;
+}
+
+}  // namespace
+
+Scene read_scene(const std::string& path, const std::vector<std::string>& overrides) {
+  const TomlDocument document(path, overrides);
+  Scene scene = read_sections(document, path);
+  const TomlTable root(document, document.root(), "", root_keys());
+  read_events(
+      document, root, [&path](const TomlDocument& changed) { return read_sections(changed, path); },
+      scene);
   scene.echo = scene_echo(scene);
   return scene;
 }

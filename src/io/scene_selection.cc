@@ -45,18 +45,25 @@ Selection read_sphere(const TomlTable& table) {
 
 Selection read_selection(const TomlTable& parent) {
   parent.require("select", "say which vertices, for instance select = { all = true }.");
-  const TomlTable table = parent.table("select", {kKinds});
+  return read_selection(parent, "select", parent.table("select", {kKinds}));
+}
+
+const NameList& selection_kinds() {
+  return kKinds;
+}
+
+Selection read_selection(const TomlTable& parent, std::string_view key, const TomlTable& table) {
   std::string_view kind;
   for (const std::string_view candidate : kKinds) {
     if (!table.has(candidate)) continue;
     if (!kind.empty()) {
-      parent.refuse("select", fmt::format("has both {} and {}; give one of {}.", kind, candidate,
-                                          listing(kKinds)));
+      parent.refuse(key, fmt::format("has both {} and {}; give one of {}.", kind, candidate,
+                                     listing(kKinds)));
     }
     kind = candidate;
   }
   if (kind.empty()) {
-    parent.refuse("select", fmt::format("is empty; give one of {}.", listing(kKinds)));
+    parent.refuse(key, fmt::format("is empty; give one of {}.", listing(kKinds)));
   }
 
   if (kind == "vertices") {

@@ -30,7 +30,8 @@ std::string study_csv(const StudyResult& result) {
   std::string text =
       "integrator,step,status,steps,wall_seconds,seconds_per_simulated_second,"
       "iterations_per_step,max_relative_energy_drift,linear_momentum_drift,"
-      "angular_momentum_drift,angular_momentum_drift_allowed,position_error,observed_order\n";
+      "angular_momentum_drift,angular_momentum_drift_allowed,position_error,observed_order"
+      ",stable_step,variant\n";
   for (const StudyRow& row : result.rows) {
     text += fmt::format("{},{:.17g},{},{}", to_string(row.integrator), row.step,
                         to_string(row.status), row.steps);
@@ -40,7 +41,7 @@ std::string study_csv(const StudyResult& result) {
           row.angular_momentum_drift_allowed, row.position_error, row.observed_order}) {
       text += ',' + csv_number(value);
     }
-    text += '\n';
+    text += ',' + csv_number(row.stable_step) + ',' + row.variant + '\n';
   }
   return text;
 }
@@ -61,7 +62,9 @@ std::string study_json(const StudyResult& result, const std::string& scene_name)
     json["runs"].push_back(
         {{"integrator", to_string(row.integrator)},
          {"step", row.step},
-         {"step_over_stable_step", json_number(row.step / result.stable_step)},
+         {"variant", row.variant},
+         {"stable_step", json_number(row.stable_step)},
+         {"step_over_stable_step", json_number(row.step / row.stable_step)},
          {"status", to_string(row.status)},
          {"message", row.message},
          {"directory", row.directory},
@@ -86,10 +89,14 @@ std::string study_table(const StudyResult& result) {
                   "energy", "lin.mom.", "ang.mom.", "pos.error", "order");
   for (std::size_t i = 0; i < result.rows.size(); ++i) {
     const StudyRow& row = result.rows[i];
-    if (i > 0 && result.rows[i - 1].integrator != row.integrator) text += '\n';
+    const bool other_variant = i == 0 || result.rows[i - 1].variant != row.variant;
+    if (i > 0 && (other_variant || result.rows[i - 1].integrator != row.integrator)) text += '\n';
+    if (other_variant && !row.variant.empty()) {
+      text += fmt::format("{}: h_crit = {:.4g} s\n", row.variant, row.stable_step);
+    }
     text += fmt::format(
         "{:<15}{:>11.4g}{:>9.3g}{:>10}{:>8}{:>10.3g}{:>9}{:>9}{:>10}{:>10}{:>10}{:>7}\n",
-        to_string(row.integrator), row.step, row.step / result.stable_step, to_string(row.status),
+        to_string(row.integrator), row.step, row.step / row.stable_step, to_string(row.status),
         row.steps, row.wall_seconds,
         is_implicit(row.integrator) ? cell(row.iterations_per_step, "{:.2f}") : "-",
         cell(row.max_relative_energy_drift, "{:.1e}"), cell(row.linear_momentum_drift, "{:.1e}"),

@@ -41,12 +41,12 @@ std::string summary_json(const Session& session) {
   json["status"] = to_string(session.status());
   json["exit_status"] = exit_code(session.status());
   json["message"] = session.message();
-  json["warning"] = session.warning();
+  json["warnings"] = session.warnings();
   json["mesh"] = mesh_json(system.mesh());
   json["mass"] = system.total_mass();
   json["degrees_of_freedom"] = {{"all", system.dof_count()},
-                                {"free", system.constraints().free_count()}};
-  json["integrator"] = to_string(session.scene().time.integrator);
+                                {"free", system.coordinates().count()}};
+  json["integrator"] = to_string(session.time_settings().integrator);
   json["time_step"] = session.time_step();
   json["stable_step"] = number(limit.critical_step);
   json["omega_max"] = limit.omega_max;
@@ -61,12 +61,27 @@ std::string summary_json(const Session& session) {
                     {"environment", books.energies().environment},
                     {"total", books.energies().total()},
                     {"external_work", books.external_work()},
+                    {"dissipated", books.dissipated_energy()},
+                    {"constraint_work", books.constraint_work()},
+                    {"edit_work", books.edit_work()},
                     {"error", books.energy_error()},
                     {"scale", books.energy_scale()}};
   json["max_relative_energy_drift"] = books.max_relative_energy_drift();
   json["linear_momentum_drift"] = books.linear_momentum_drift();
   json["angular_momentum_drift"] = books.angular_momentum_drift();
   json["angular_momentum_drift_allowed"] = books.allowed_angular_momentum_drift();
+  json["max_constraint_error"] = session.constraint_error();
+  json["events"] = nlohmann::ordered_json::array();
+  for (const AppliedEdit& edit : session.edits()) {
+    nlohmann::ordered_json entry{{"at", edit.at},
+                                 {"time", edit.time},
+                                 {"step", edit.step},
+                                 {"energy_jump", edit.energy_jump}};
+    entry["what"] = nlohmann::ordered_json::parse(edit.what, nullptr, false);
+    if (entry["what"].is_discarded()) entry["what"] = edit.what;
+    if (!edit.warning.empty()) entry["warning"] = edit.warning;
+    json["events"].push_back(std::move(entry));
+  }
   json["wall_seconds"] = {{"setup", times.setup},
                           {"stability", times.stability},
                           {"stepping", times.stepping},

@@ -150,24 +150,36 @@ toml::node* child(toml::node& parent, const std::string& segment) {
 }  // namespace
 
 TomlDocument::TomlDocument(const std::string& path, const std::vector<std::string>& overrides)
-    : path_(path) {
-  const std::string text = file_text(path);
+    : TomlDocument(path, file_text(path), {}) {
+  for (const std::string& text : overrides) {
+    const std::string source = "--set " + text;
+    const auto equals = text.find('=');
+    if (equals == std::string::npos) throw InputError(fmt::format("{}: {}", source, kExample));
+    apply({trimmed(text.substr(0, equals)), trimmed(text.substr(equals + 1)), source});
+  }
+}
+
+TomlDocument::TomlDocument(std::string path, std::string text, std::vector<Change> changes)
+    : path_(std::move(path)), text_(std::move(text)) {
   try {
-    root_ = toml::parse(text, path);
+    root_ = toml::parse(text_, path_);
   } catch (const toml::parse_error& error) {
     throw InputError(
         fmt::format("{}: not valid TOML: {}", place_of(error.source()), error.description()));
   }
-  for (const std::string& text_of_override : overrides) apply(text_of_override);
+  for (const Change& change : changes) apply(change);
 }
 
-void TomlDocument::apply(const std::string& override_text) {
-  const std::string source = "--set " + override_text;
-  const auto equals = override_text.find('=');
-  if (equals == std::string::npos) throw InputError(fmt::format("{}: {}", source, kExample));
-  const std::vector<std::string> segments =
-      split_key(trimmed(override_text.substr(0, equals)), source);
-  toml::table value = override_value(trimmed(override_text.substr(equals + 1)), source);
+TomlDocument TomlDocument::changed(const std::vector<Change>& changes) const {
+  TomlDocument document(path_, text_, changes_);
+  for (const Change& change : changes) document.apply(change);
+  return document;
+}
+
+void TomlDocument::apply(const Change& change) {
+  const std::string& source = change.source;
+  const std::vector<std::string> segments = split_key(change.key, source);
+  toml::table value = override_value(change.value, source);
 
   toml::node* node = &root_;
   std::string where;
@@ -183,6 +195,7 @@ void TomlDocument::apply(const std::string& override_text) {
     node = next;
   }
   put(*node, segments.back(), std::move(value), where, source);
+  changes_.push_back(change);
 }
 
 bool TomlDocument::is_override(const toml::node& node) const {

@@ -17,6 +17,15 @@ class TomlDocument {
   /// are malformed or do not fit the tree.
   TomlDocument(const std::string& path, const std::vector<std::string>& overrides);
 
+  /// A value put under a dotted key, and where it comes from.
+  struct Change {
+    std::string key;
+    std::string value;   ///< TOML text
+    std::string source;  ///< what messages about the value begin with
+  };
+  /// The same document with further values put in. Throws InputError if they do not fit the tree.
+  TomlDocument changed(const std::vector<Change>& changes) const;
+
   const toml::table& root() const { return root_; }
   /// The place of a table or a value.
   std::string place_of(const toml::node& node) const;
@@ -26,10 +35,13 @@ class TomlDocument {
   bool is_override(const toml::node& node) const;
 
  private:
+  TomlDocument(std::string path, std::string text, std::vector<Change> changes);
   std::string place_of(const toml::source_region& source) const;
-  void apply(const std::string& override_text);
+  void apply(const Change& change);
 
   std::string path_;
+  std::string text_;  // toml++ forgets places in a copy: a copy is read again
+  std::vector<Change> changes_;
   toml::table root_;
 };
 

@@ -208,6 +208,14 @@ TomlTable TomlTable::table(std::string_view key, const TableKeys& keys) const {
   return {*document_, *node->as_table(), path_of(key), keys};
 }
 
+std::vector<TomlTable> TomlTable::one_or_more_tables(std::string_view key,
+                                                     const TableKeys& keys) const {
+  const toml::node* node = find(key);
+  if (node == nullptr) return {};
+  if (node->is_array()) return tables(key, keys);
+  return {table(key, keys)};
+}
+
 std::vector<TomlTable> TomlTable::tables(std::string_view key, const TableKeys& keys) const {
   const toml::node* node = find(key);
   if (node == nullptr) return {};

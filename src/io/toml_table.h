@@ -66,6 +66,12 @@ class TomlTable {
   TomlTable table(std::string_view key, const TableKeys& keys) const;
   /// The tables of a list of tables, [[key]]; none if the key is absent.
   std::vector<TomlTable> tables(std::string_view key, const TableKeys& keys) const;
+  /// The tables under a key that holds one table or a list of them; none if it is absent.
+  std::vector<TomlTable> one_or_more_tables(std::string_view key, const TableKeys& keys) const;
+  /// The dotted path of the table.
+  const std::string& name() const { return name_; }
+  /// The table as toml++ has it.
+  const toml::table& node() const { return *table_; }
   /// Whether the value under a key that is present is a string.
   bool is_string(std::string_view key) const { return table_->get(key)->is_string(); }
   bool is_override(std::string_view key) const {

@@ -132,4 +132,48 @@ std::vector<Index> select_vertices(const TetMesh& mesh, const Selection& selecti
   return found;
 }
 
+std::vector<Index> select_tetrahedra(const TetMesh& mesh, const Selection& selection) {
+  std::vector<Index> found;
+  if (const auto* group = std::get_if<SelectGroup>(&selection)) {
+    for (const Group& candidate : mesh.groups) {
+      if (candidate.name != group->name) continue;
+      found.insert(found.end(), candidate.tetrahedra.begin(), candidate.tetrahedra.end());
+    }
+  }
+  if (found.empty()) {
+    const bool by_centroid = std::holds_alternative<SelectBox>(selection) ||
+                             std::holds_alternative<SelectSphere>(selection);
+    std::vector<std::uint8_t> chosen(mesh.vertices.size(), 0);
+    TetMesh centroids;
+    if (by_centroid) {
+      for (const auto& tetrahedron : mesh.tetrahedra) {
+        Vector3 sum = Vector3::Zero();
+        for (const Index v : tetrahedron) sum += mesh.vertices[static_cast<std::size_t>(v)];
+        centroids.vertices.push_back(sum / 4.0);
+      }
+      found = std::visit(Selector{centroids}, selection);
+    } else {
+      for (const Index v : select_vertices(mesh, selection)) {
+        chosen[static_cast<std::size_t>(v)] = 1;
+      }
+      for (Index e = 0; e < mesh.tetrahedron_count(); ++e) {
+        const auto& tetrahedron = mesh.tetrahedra[static_cast<std::size_t>(e)];
+        if (std::all_of(tetrahedron.begin(), tetrahedron.end(),
+                        [&](Index v) { return chosen[static_cast<std::size_t>(v)] != 0; })) {
+          found.push_back(e);
+        }
+      }
+    }
+  }
+  if (found.empty()) {
+    throw InputError(
+        "the selection selects no tetrahedron. A box or a sphere selects those with their centroid "
+        "in it, a group its own, anything else those with all four vertices selected; coordinates "
+        "are those of the undeformed mesh (after mesh.scale).");
+  }
+  std::sort(found.begin(), found.end());
+  found.erase(std::unique(found.begin(), found.end()), found.end());
+  return found;
+}
+
 }  // namespace tetraction

@@ -58,6 +58,36 @@ bool is_implicit(Integrator integrator) {
   return integrator == Integrator::kMidpoint || integrator == Integrator::kBackwardEuler;
 }
 
+int order(Integrator integrator) {
+  return integrator == Integrator::kMidpoint || integrator == Integrator::kVerlet ? 2 : 1;
+}
+
+std::string to_string(ConstraintKind kind) {
+  switch (kind) {
+    case ConstraintKind::kDistance:
+      return "distance";
+    case ConstraintKind::kPlane:
+      return "plane";
+    case ConstraintKind::kLine:
+      return "line";
+    case ConstraintKind::kRigid:
+      break;
+  }
+  return "rigid";
+}
+
+Environment make_environment(const EnvironmentSettings& settings) {
+  switch (settings.kind) {
+    case EnvironmentKind::kNone:
+      break;
+    case EnvironmentKind::kGravity:
+      return Environment::uniform(settings.strength * settings.direction);
+    case EnvironmentKind::kAttraction:
+      return Environment::attraction(settings.strength, settings.softening);
+  }
+  return {};
+}
+
 MaterialModel make_material(const MaterialSettings& s) {
   const Parameter young{"youngs_modulus", &s.youngs_modulus};
   const Parameter poisson{"poissons_ratio", &s.poissons_ratio};

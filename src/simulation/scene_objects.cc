@@ -1,42 +1,21 @@
 #include "tetraction/simulation/scene_objects.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
-#include <cmath>
-#include <cstdint>
-#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "body_constraints.h"
+#include "initial_state.h"
 #include "tetraction/core/error.h"
+#include "tetraction/dynamics/multipliers.h"
 #include "tetraction/mesh/generate.h"
 #include "tetraction/solver/ceres_minimizer.h"
 
 namespace tetraction {
 namespace {
-
-// Selections of a scene, with the place in the scene in front of what may be wrong with them.
-std::vector<Index> select_at(const TetMesh& mesh, const Selection& selection,
-                             const std::string& where) {
-  try {
-    return select_vertices(mesh, selection);
-  } catch (const InputError& error) {
-    throw InputError(where.empty() ? error.what() : where + ": " + error.what());
-  }
-}
-
-DofConstraints make_constraints(const Scene& scene, const TetMesh& mesh) {
-  std::vector<std::uint8_t> fixed(3 * mesh.vertices.size(), 0);
-  for (const FixSettings& fix : scene.fix) {
-    for (const Index v : select_at(mesh, fix.select, fix.where)) {
-      for (Index i = 0; i < 3; ++i) {
-        if (fix.components[static_cast<std::size_t>(i)])
-          fixed[static_cast<std::size_t>(3 * v + i)] = 1;
-      }
-    }
-  }
-  return DofConstraints(std::move(fixed));
-}
 
 // A point-data array with three components, as a DOF-ordered field.
 Vector point_array(const TetMesh& mesh, const std::string& name, const char* key) {
@@ -58,29 +37,21 @@ Vector point_array(const TetMesh& mesh, const std::string& name, const char* key
   return field;
 }
 
-void move_to_targets(const Scene& scene, const TetMesh& mesh, Vector& position) {
-  const Vector start = position;
-  std::vector<std::uint8_t> placed(static_cast<std::size_t>(position.size()), 0);
-  for (const FixSettings& fix : scene.fix) {
-    for (const Index v : select_at(mesh, fix.select, fix.where)) {
-      for (Index i = 0; i < 3; ++i) {
-        if (!fix.components[static_cast<std::size_t>(i)]) continue;
-        const Index dof = 3 * v + i;
-        double target = start[dof];
-        if (fix.target) target = (*fix.target)[i];
-        if (fix.offset) target += (*fix.offset)[i];
-        auto& done = placed[static_cast<std::size_t>(dof)];
-        if (done != 0 && position[dof] != target) {
-          throw InputError(
-              fix.where + ": vertex " +
-              std::to_string(mesh.vertex_ids[static_cast<std::size_t>(v)]) +
-              " is fixed twice, to different targets. Let only one [[fix]] select it.");
-        }
-        done = 1;
-        position[dof] = target;
-      }
+Vector initial_positions(const Scene& scene, const MechanicalSystem& system) {
+  Vector position = system.mesh().rest_positions();
+  const Vector3 center = system.center_of_mass(position);
+  const Vector3& stretch = scene.initial.stretch;
+  for (Index v = 0; v < system.vertex_count(); ++v) {
+    // A component that is not stretched stays bitwise what it was.
+    for (Index i = 0; i < 3; ++i) {
+      if (stretch[i] == 1.0) continue;
+      position[3 * v + i] = center[i] + stretch[i] * (position[3 * v + i] - center[i]);
     }
   }
+  if (!scene.initial.displacement_array.empty()) {
+    position += point_array(system.mesh(), scene.initial.displacement_array, "displacement_array");
+  }
+  return position;
 }
 
 }  // namespace
@@ -98,38 +69,68 @@ TetMesh generate_mesh(const GeneratorSettings& settings) {
 }
 
 std::unique_ptr<MechanicalSystem> make_system(const Scene& scene, const TetMesh& mesh) {
-  auto system = std::make_unique<MechanicalSystem>(mesh, make_material(scene.material),
-                                                   scene.material.density);
-  system->set_constraints(make_constraints(scene, mesh));
-  if (scene.environment.kind == EnvironmentKind::kGravity) {
-    system->set_environment(Environment(scene.environment.strength * scene.environment.direction));
+  std::vector<BodyRegion> regions{{make_material(scene.material), scene.material.density}};
+  std::vector<int> region_of_element(mesh.tetrahedra.size(), 0);
+  for (const MaterialRegionSettings& region : scene.material_region) {
+    regions.push_back({make_material(region.material), region.material.density});
+    try {
+      for (const Index e : select_tetrahedra(mesh, region.select)) {
+        region_of_element[static_cast<std::size_t>(e)] = static_cast<int>(regions.size()) - 1;
+      }
+    } catch (const InputError& error) {
+      throw InputError(region.where + ": " + error.what());
+    }
   }
-  for (const ForceSettings& force : scene.force) {
-    system->add_force(
-        {select_at(mesh, force.select, force.where), force.vector, force.from, force.until});
-  }
+  auto system = std::make_unique<MechanicalSystem>(mesh, regions, region_of_element);
+  system->set_environment(make_environment(scene.environment));
+  system->set_damping(scene.damping);
+  for (const ForceSettings& force : scene.force) system->add_force(make_force(force, mesh));
   return system;
 }
 
-State make_initial_state(const Scene& scene, const MechanicalSystem& system) {
+UserForce make_force(const ForceSettings& force, const TetMesh& mesh) {
+  return {select_at(mesh, force.select, force.where), force.vector, force.from, force.until};
+}
+
+void constrain(MechanicalSystem& system, const BodyConstraints& constraints, double time,
+               Vector& position) {
+  Constraints next(constraints.list(), system.mesh(), system.mass());
+  Vector moved = position;
+  if (const std::string failed = project_positions(next, time, moved); !failed.empty()) {
+    throw InputError(failed +
+                     ": cannot be met together with the other constraints on its vertices. Change "
+                     "the length, or leave one of them out.");
+  }
+  if (const Evaluation status = system.elastic().admissible(moved); !status.ok()) {
+    throw InputError(fmt::format(
+        "Moving the vertices to where the constraints hold them inverts element {}: bring the "
+        "targets of [[fix]] and [[constraint]] nearer, or take a smaller initial.stretch or "
+        "displacement.",
+        system.mesh().tetrahedron_ids[static_cast<std::size_t>(status.failed_element)]));
+  }
+  system.set_constraints(std::move(next));
+  position = moved;
+}
+
+State make_initial_state(const Scene& scene, MechanicalSystem& system) {
+  BodyConstraints constraints;
+  return make_initial_state(scene, system, constraints);
+}
+
+State make_initial_state(const Scene& scene, MechanicalSystem& system,
+                         BodyConstraints& constraints) {
   const TetMesh& mesh = system.mesh();
   const InitialSettings& initial = scene.initial;
   State state = system.rest_state();
-
-  const Vector3 rest_center = system.center_of_mass(state.position);
-  for (Index v = 0; v < system.vertex_count(); ++v) {
-    const Vector3 arm = vertex_block(std::as_const(state.position), v) - rest_center;
-    // A component that is not stretched stays bitwise what it was.
-    for (Index i = 0; i < 3; ++i) {
-      if (initial.stretch[i] != 1.0) {
-        state.position[3 * v + i] = rest_center[i] + initial.stretch[i] * arm[i];
-      }
-    }
+  state.position = initial_positions(scene, system);
+  if (const Evaluation status = system.elastic().admissible(state.position); !status.ok()) {
+    throw InputError(fmt::format(
+        "The initial state inverts element {}: make initial.stretch or the initial displacement "
+        "smaller.",
+        mesh.tetrahedron_ids[static_cast<std::size_t>(status.failed_element)]));
   }
-  if (!initial.displacement_array.empty()) {
-    state.position += point_array(mesh, initial.displacement_array, "displacement_array");
-  }
-  move_to_targets(scene, mesh, state.position);
+  constraints = make_body_constraints(scene, system, state.position);
+  constrain(system, constraints, state.time, state.position);
 
   const Vector3 center = system.center_of_mass(state.position);
   Vector velocity(system.dof_count());
@@ -146,18 +147,12 @@ State make_initial_state(const Scene& scene, const MechanicalSystem& system) {
     }
   }
   system.set_velocity(state, velocity);
-
-  if (const Evaluation status = system.elastic().admissible(state.position); !status.ok()) {
-    throw InputError(
-        "The initial state inverts element " +
-        std::to_string(mesh.tetrahedron_ids[static_cast<std::size_t>(status.failed_element)]) +
-        ": make initial.stretch, the initial displacement or the targets of [[fix]] smaller.");
-  }
   return state;
 }
 
-std::unique_ptr<Stepper> make_stepper(const Scene& scene, const MechanicalSystem& system) {
-  switch (scene.time.integrator) {
+std::unique_ptr<Stepper> make_stepper(Integrator integrator, const SolverSettings& solver,
+                                      const MechanicalSystem& system) {
+  switch (integrator) {
     case Integrator::kExplicit:
       return make_explicit_stepper(system);
     case Integrator::kVerlet:
@@ -167,8 +162,8 @@ std::unique_ptr<Stepper> make_stepper(const Scene& scene, const MechanicalSystem
       break;
   }
   std::shared_ptr<Minimizer> minimizer =
-      make_ceres_minimizer(system, {scene.solver.tolerance, scene.solver.max_iterations});
-  return scene.time.integrator == Integrator::kMidpoint
+      make_ceres_minimizer(system, {solver.tolerance, solver.max_iterations});
+  return integrator == Integrator::kMidpoint
              ? make_midpoint_stepper(system, std::move(minimizer))
              : make_backward_euler_stepper(system, std::move(minimizer));
 }

@@ -3,32 +3,36 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <utility>
 
+#include "session_impl.h"
 #include "tetraction/core/error.h"
 
 namespace tetraction {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
-// Adds the time until it is destroyed to a phase.
-class PhaseTimer {
- public:
-  explicit PhaseTimer(double& phase) : phase_(phase), start_(Clock::now()) {}
-  ~PhaseTimer() { phase_ += std::chrono::duration<double>(Clock::now() - start_).count(); }
-  PhaseTimer(const PhaseTimer&) = delete;
-  PhaseTimer& operator=(const PhaseTimer&) = delete;
-
- private:
-  double& phase_;
-  Clock::time_point start_;
-};
-
 // A run counts as blown up once the integrator has made this many times the energy that entered.
 constexpr double kBlowUp = 10.0;
+
+// Selections are of the undeformed body: what is wrong with those of an edit is known before the run.
+struct SelectionCheck {
+  const MechanicalSystem& system;
+
+  void operator()(const SetForce& edit) const { make_force(edit.force, system.mesh()); }
+  void operator()(const SetFix& edit) const {
+    make_held(edit.fix, system.mesh(), system.mesh().rest_positions(), 0.0);
+  }
+  void operator()(const Unfix& edit) const { select_at(system.mesh(), edit.select, edit.where); }
+  void operator()(const SetConstraint& edit) const {
+    make_constraint(edit.constraint, system, system.mesh().rest_positions(), 0.0);
+  }
+  void operator()(const SetMomentum& edit) const {
+    select_at(system.mesh(), edit.momentum.select, edit.momentum.where);
+  }
+  template <class Other>
+  void operator()(const Other&) const {}
+};
 
 }  // namespace
 
@@ -59,110 +63,174 @@ int exit_code(RunStatus status) {
   }
 }
 
-struct Session::Impl {
-  Scene scene;
-  PhaseTimes times;
-  std::unique_ptr<MechanicalSystem> system;
-  State state;
-  Vector target;  // of the fixed DOFs
-  std::unique_ptr<Stepper> stepper;
-  std::unique_ptr<Books> books;
-  StabilityLimit initial_limit;
-  double time_step = 0.0;
-  Index step_count = 0;
-  RunStatus status = RunStatus::kRunning;
-  std::string message;
-  std::string warning;
-  MinimizerReport last_report;
-  Index total_iterations = 0;
-  Index total_factorizations = 0;
+std::int64_t Session::Impl::element_id(Index e) const {
+  return system->mesh().tetrahedron_ids[static_cast<std::size_t>(e)];
+}
 
-  std::int64_t element_id(Index e) const {
-    return system->mesh().tetrahedron_ids[static_cast<std::size_t>(e)];
+double Session::Impl::time_of(Index step) const {
+  // Multiples of h, not a running sum: the time carries no accumulated round-off.
+  return segment_time + static_cast<double>(step - segment_step) * time_step;
+}
+
+void Session::Impl::choose_step(const StabilityLimit& limit) {
+  const double step = time.automatic ? 0.5 * limit.critical_step : time.step;
+  if (!(step > 0.0) || !std::isfinite(step)) {
+    throw InputError(
+        "time.step = \"auto\" finds no stability limit for this body: give the step in seconds.");
   }
+  const double left = time.end - state.time;
+  constexpr double kMostSteps = 9e15;  // whole numbers that double precision tells apart
+  if (left / step > kMostSteps) {
+    throw InputError(
+        fmt::format("The run has {:.3g} steps, more than can be counted: make time.step = {} s "
+                    "larger or time.end = {} s earlier.",
+                    left / step, step, time.end));
+  }
+  const auto count = static_cast<Index>(std::llround(left / step));
+  if (count < 1 && state.step == 0) {
+    throw InputError(
+        fmt::format("The run has no step: time.end = {} s is less than half of "
+                    "time.step = {} s. Make the step smaller or the end later.",
+                    time.end, step));
+  }
+  time_step = step;
+  segment_time = state.time;
+  segment_step = state.step;
+  segment_count = std::max<Index>(count, 0);
+}
 
-  void choose_step() {
-    const TimeSettings& time = scene.time;
-    time_step = time.automatic ? 0.5 * initial_limit.critical_step : time.step;
-    if (!(time_step > 0.0) || !std::isfinite(time_step)) {
-      throw InputError(
-          "time.step = \"auto\" finds no stability limit for this body: give the step in seconds.");
+std::string Session::Impl::step_warning(const StabilityLimit& limit) const {
+  if (is_implicit(time.integrator) || time_step <= limit.critical_step) return {};
+  std::string why;
+  if (system->constraints().has_springs()) {
+    why = " (the springs of fix.mode = \"penalty\" count: the stiffer, the lower the limit)";
+  } else if (limit.damping_rate * time_step > 0.5) {
+    why = " (the damping counts: the stronger, the lower the limit)";
+  }
+  return fmt::format(
+      "the step {:.4g} s is above the stability limit h_crit = {:.4g} s of the {} rule{}: "
+      "the run will blow up. Take a smaller time.step, \"auto\", or an implicit integrator.",
+      time_step, limit.critical_step, to_string(time.integrator), why);
+}
+
+void Session::Impl::check_events() {
+  double end = time.end;  // which events may move, as the step
+  double step = time_step;
+  for (const EventSettings& event : scene.event) {
+    for (const Edit& edit : event.edits) std::visit(SelectionCheck{*system}, edit);
+    if (event.at > end - step * (1.0 - 1e-6)) {
+      warnings.push_back(fmt::format(
+          "{} is at {} s, but no step starts then or later: the end is at {} s. It does "
+          "not happen.",
+          event.where, event.at, end));
+      continue;
     }
-    step_count = static_cast<Index>(std::llround(time.end / time_step));
-    if (step_count < 1) {
-      throw InputError(
-          fmt::format("The run has no step: time.end = {} s is less than half of "
-                      "time.step = {} s. Make the step smaller or the end later.",
-                      time.end, time_step));
+    if (event.at < 0.0) {
+      warnings.push_back(
+          fmt::format("{} is at {} s, before the start: it happens before the first step.",
+                      event.where, event.at));
     }
-    if (!is_implicit(time.integrator) && time_step > initial_limit.critical_step) {
-      warning = fmt::format(
-          "the step {:.4g} s is above the stability limit h_crit = {:.4g} s of the {} rule: "
-          "the run will blow up. Take a smaller time.step, \"auto\", or an implicit integrator.",
-          time_step, initial_limit.critical_step, to_string(time.integrator));
+    for (const Edit& edit : event.edits) {
+      const auto* change = std::get_if<SetTime>(&edit);
+      if (change == nullptr) continue;
+      end = change->time.end;
+      if (!change->time.automatic) step = change->time.step;
     }
   }
+}
 
-  std::string limit_advice() const {
-    const StabilityLimit now = stability_limit(*system, state.position);
-    const double limit = std::min(now.critical_step, initial_limit.critical_step);
-    if (!is_implicit(scene.time.integrator)) {
-      return fmt::format(
-          "The step is {:.4g} s; the stability limit is {:.4g} s (initially {:.4g} s). Take a step "
-          "below it, time.step = \"auto\", or an implicit integrator.",
-          time_step, limit, initial_limit.critical_step);
-    }
+StabilityLimit Session::Impl::current_limit() {
+  const PhaseTimer timer(times.stability);
+  return stability_limit(*system, state.position);
+}
+
+std::string Session::Impl::limit_advice() const {
+  double limit = initial_limit.critical_step;
+  if (system->elastic().admissible(state.position).ok()) {
+    limit = std::min(limit, stability_limit(*system, state.position).critical_step);
+  }
+  if (!is_implicit(time.integrator)) {
     return fmt::format(
-        "The step is {:.4g} s, {:.3g} times the explicit stability limit of {:.4g} s: too large "
-        "for "
-        "this motion. Take a smaller time.step{}.",
-        time_step, time_step / limit, limit,
-        scene.time.integrator == Integrator::kBackwardEuler ? "" : " or backward-euler");
+        "The step is {:.4g} s; the stability limit is {:.4g} s (initially {:.4g} s). Take a step "
+        "below it, time.step = \"auto\", or an implicit integrator.",
+        time_step, limit, initial_limit.critical_step);
   }
+  return fmt::format(
+      "The step is {:.4g} s, {:.3g} times the explicit stability limit of {:.4g} s. Take a smaller "
+      "time.step{}, and check the loads.",
+      time_step, time_step / limit, limit,
+      time.integrator == Integrator::kBackwardEuler ? "" : " or backward-euler");
+}
 
-  // The element with the largest elastic energy density: where a blow-up shows.
-  Index hottest_element() const {
-    Vector densities;
-    system->elastic().energy_densities(state.position, densities);
-    Index hottest = 0;
-    densities.maxCoeff(&hottest);
-    return hottest;
-  }
+// The element with the largest elastic energy density: where a blow-up shows.
+Index Session::Impl::hottest_element() const {
+  Vector densities;
+  system->elastic().energy_densities(state.position, densities);
+  Index hottest = 0;
+  densities.maxCoeff(&hottest);
+  return hottest;
+}
 
-  void stop(RunStatus how, const std::string& what, Index element) {
-    status = how;
-    const std::string where =
-        element >= 0 ? fmt::format(" at element {}", element_id(element)) : "";
-    message = fmt::format("step {} (t = {:.6g} s): {}{}. {}", state.step + 1,
-                          state.time + time_step, what, where, limit_advice());
-  }
+// A vertex that falls into the centre of attraction is the likely cause of a failure.
+std::string Session::Impl::center_note() const {
+  if (!system->environment().is_singular()) return {};
+  Index nearest = 0;
+  const double distance =
+      state.position.reshaped(3, system->vertex_count()).colwise().norm().minCoeff(&nearest);
+  const double moved = state.velocity.segment<3>(3 * nearest).norm() * time_step;
+  if (distance > 4.0 * moved) return {};
+  return fmt::format(
+      "; vertex {} is {:.3g} m from the centre of attraction, where the force has no bound: give "
+      "environment.softening a length",
+      system->mesh().vertex_ids[static_cast<std::size_t>(nearest)], distance);
+}
 
-  bool blown_up() const {
-    // The floor keeps round-off in a body at rest from counting.
-    const double floor = 1e-12 * wave_modulus() * system->mesh().total_volume();
-    return !(books->energy_error() <= kBlowUp * std::max(books->energy_scale(), floor));
-  }
+void Session::Impl::stop(RunStatus how, const std::string& what, Index element) {
+  status = how;
+  const std::string where =
+      (element >= 0 ? fmt::format(" at element {}", element_id(element)) : "") + center_note();
+  message = fmt::format("step {} (t = {:.6g} s): {}{}. {}", state.step + 1, state.time + time_step,
+                        what, where, limit_advice());
+}
 
-  double wave_modulus() const {
-    const LameParameters lame = initial_lame(system->elastic().material());
-    return lame.lambda + 2.0 * lame.mu;
+bool Session::Impl::blown_up() const {
+  // The floor keeps round-off in a body at rest from counting.
+  double modulus = 0.0;
+  for (const MaterialModel& material : system->elastic().materials()) {
+    const LameParameters lame = initial_lame(material);
+    modulus = std::max(modulus, lame.lambda + 2.0 * lame.mu);
   }
-};
+  const double floor = 1e-12 * modulus * system->mesh().total_volume();
+  return !(books->energy_error() <= kBlowUp * std::max(books->energy_scale(), floor));
+}
 
 Session::Session(Scene scene, const TetMesh& mesh) : impl_(std::make_unique<Impl>()) {
   Impl& s = *impl_;
   s.scene = std::move(scene);
+  s.time = s.scene.time;
+  s.solver = s.scene.solver;
   {
     const PhaseTimer timer(s.times.setup);
     s.system = make_system(s.scene, mesh);
-    s.state = make_initial_state(s.scene, *s.system);
-    s.target = s.state.position;
-    s.stepper = make_stepper(s.scene, *s.system);
+    s.state = make_initial_state(s.scene, *s.system, s.constraints);
+    s.stepper = make_stepper(s.time.integrator, s.solver, *s.system);
     s.books = std::make_unique<Books>(*s.system, s.state);
+    const Energies& energies = s.books->energies();
+    if (!std::isfinite(energies.total())) {
+      throw InputError(
+          fmt::format("The energy at the start is not finite (kinetic {} J, elastic {} J, "
+                      "environment {} J): make speeds, moduli or environment.strength smaller.",
+                      energies.kinetic, energies.elastic, energies.environment));
+    }
   }
   const PhaseTimer timer(s.times.stability);
   s.initial_limit = stability_limit(*s.system, s.state.position);
-  s.choose_step();
+  s.choose_step(s.initial_limit);
+  s.external_force = s.system->user_force(s.state.time, s.time_step);
+  if (std::string warning = s.step_warning(s.initial_limit); !warning.empty()) {
+    s.warnings.push_back(std::move(warning));
+  }
+  s.check_events();
 }
 
 Session::~Session() = default;
@@ -171,7 +239,9 @@ bool Session::step() {
   Impl& s = *impl_;
   if (s.status != RunStatus::kRunning) return false;
   const PhaseTimer timer(s.times.stepping);
-  const StepOutcome outcome = s.stepper->step(s.state, s.time_step);
+  if (!s.apply_events()) return false;
+  s.external_force = s.system->user_force(s.state.time, s.time_step);
+  const StepOutcome outcome = s.stepper->step_to(s.state, s.time_step, s.time_of(s.state.step + 1));
   s.last_report = outcome.minimizer;
   s.total_iterations += outcome.minimizer.iterations;
   s.total_factorizations += outcome.minimizer.factorizations;
@@ -186,28 +256,27 @@ bool Session::step() {
       s.stop(RunStatus::kUnstable, "positions or momenta overflowed", s.hottest_element());
       return false;
     case StepStatus::kNotConverged:
-      s.stop(
-          RunStatus::kNotConverged,
-          fmt::format("the implicit step did not converge after {} iterations: {} (force residual "
-                      "{:.3g} N, allowed {:.3g} N)",
-                      outcome.minimizer.iterations, outcome.message, outcome.minimizer.residual,
-                      outcome.minimizer.residual_limit),
-          -1);
+      s.stop(RunStatus::kNotConverged,
+             outcome.minimizer.iterations == 0
+                 ? outcome.message
+                 : fmt::format("the implicit step did not converge after {} iterations: {} (force "
+                               "residual {:.3g} N, allowed {:.3g} N)",
+                               outcome.minimizer.iterations, outcome.message,
+                               outcome.minimizer.residual, outcome.minimizer.residual_limit),
+             -1);
       return false;
   }
-  // Multiples of h, not a running sum: the time carries no accumulated round-off.
-  s.state.time = static_cast<double>(s.state.step) * s.time_step;
   s.books->enter(s.state, outcome);
   if (s.blown_up()) {
     s.status = RunStatus::kUnstable;
     s.message = fmt::format(
         "step {} (t = {:.6g} s): the energy blew up, most at element {}: the integrator has added "
-        "{:.3g} J to the {:.3g} J that entered. {}",
+        "{:.3g} J to the {:.3g} J that entered{}. {}",
         s.state.step, s.state.time, s.element_id(s.hottest_element()), s.books->energy_error(),
-        s.books->energy_scale(), s.limit_advice());
+        s.books->energy_scale(), s.center_note(), s.limit_advice());
     return true;
   }
-  if (s.state.step >= s.step_count) s.status = RunStatus::kFinished;
+  if (s.state.step - s.segment_step >= s.segment_count) s.status = RunStatus::kFinished;
   return true;
 }
 
@@ -253,7 +322,7 @@ double Session::time_step() const {
   return impl_->time_step;
 }
 Index Session::step_count() const {
-  return impl_->step_count;
+  return impl_->segment_step + impl_->segment_count;
 }
 const StabilityLimit& Session::initial_limit() const {
   return impl_->initial_limit;
@@ -261,8 +330,35 @@ const StabilityLimit& Session::initial_limit() const {
 StabilityLimit Session::current_limit() const {
   return stability_limit(*impl_->system, impl_->state.position);
 }
-const std::string& Session::warning() const {
-  return impl_->warning;
+const std::vector<std::string>& Session::warnings() const {
+  return impl_->warnings;
+}
+const std::vector<AppliedEdit>& Session::edits() const {
+  return impl_->edits;
+}
+const TimeSettings& Session::time_settings() const {
+  return impl_->time;
+}
+double Session::tension(std::size_t i) const {
+  if (!std::holds_alternative<FixedDistance>(impl_->constraints.others.at(i))) return 0.0;
+  std::size_t distance = 0;
+  for (std::size_t j = 0; j < i; ++j) {
+    if (std::holds_alternative<FixedDistance>(impl_->constraints.others.at(j))) ++distance;
+  }
+  const Constraints& constraints = impl_->system->constraints();
+  return constraints.tension(distance, impl_->stepper->configuration_force(),
+                             constraints.configuration(impl_->state.position));
+}
+Vector Session::external_force() const {
+  return impl_->external_force;
+}
+const std::vector<Index>& Session::constraint_vertices(std::size_t i) const {
+  static const std::vector<Index> none;
+  const ConstraintObject& object = impl_->constraints.others.at(i);
+  if (const auto* held = std::get_if<HeldVertices>(&object)) return held->vertices;
+  if (const auto* guided = std::get_if<GuidedVertices>(&object)) return guided->vertices;
+  if (const auto* handle = std::get_if<RigidHandle>(&object)) return handle->vertices;
+  return none;
 }
 const Vector& Session::reaction_force() const {
   return impl_->stepper->reaction_force();
@@ -284,11 +380,7 @@ const PhaseTimes& Session::times() const {
 }
 
 double Session::constraint_error() const {
-  double error = 0.0;
-  for (const Index i : impl_->system->constraints().fixed_dofs()) {
-    error = std::max(error, std::abs(impl_->state.position[i] - impl_->target[i]));
-  }
-  return error;
+  return impl_->system->constraints().error(impl_->state.position, impl_->state.time);
 }
 
 }  // namespace tetraction

@@ -30,7 +30,9 @@ double dividing_step(double h, double end) {
 class Study {
  public:
   Study(const Scene& scene, const TetMesh& mesh, const StudySettings& settings)
-      : scene_(scene), mesh_(mesh), settings_(settings) {}
+      : mesh_(mesh), settings_(settings), variants_(settings.variants) {
+    if (variants_.empty()) variants_.push_back({"", scene});
+  }
 
   StudyResult run(const ObserverFactory& observers, const StudyProgress& progress) {
     prepare();
@@ -38,15 +40,17 @@ class Study {
     const bool reference_is_row =
         std::count(integrators.begin(), integrators.end(), settings_.reference_integrator) > 0 &&
         std::count(steps_.begin(), steps_.end(), result_.reference_step) > 0;
-    const std::size_t count =
-        integrators.size() * steps_.size() + (reference_is_row ? std::size_t{0} : std::size_t{1});
+    const std::size_t count = variants_.size() * integrators.size() * steps_.size() +
+                              (reference_is_row ? std::size_t{0} : std::size_t{1});
 
     std::vector<Run> runs;
-    for (const Integrator integrator : integrators) {
-      for (const double step : steps_) {
-        if (progress) progress(runs.size(), count, integrator, step);
-        runs.push_back(run_one(integrator, step, "", observers));
-        if (runs.back().row.status == RunStatus::kCancelled) return cancelled(std::move(runs));
+    for (const StudyVariant& variant : variants_) {
+      for (const Integrator integrator : integrators) {
+        for (const double step : steps_) {
+          if (progress) progress(runs.size(), count, integrator, step);
+          runs.push_back(run_one(variant, integrator, step, "", observers));
+          if (runs.back().row.status == RunStatus::kCancelled) return cancelled(std::move(runs));
+        }
       }
     }
     Run reference;
@@ -58,8 +62,8 @@ class Study {
       if (progress) {
         progress(runs.size(), count, settings_.reference_integrator, result_.reference_step);
       }
-      reference =
-          run_one(settings_.reference_integrator, result_.reference_step, "reference-", observers);
+      reference = run_one(variants_.front(), settings_.reference_integrator, result_.reference_step,
+                          "reference-", observers);
     }
     result_.reference_status = reference.row.status;
     result_.reference_directory = reference.row.directory;
@@ -88,12 +92,21 @@ class Study {
   }
 
   void prepare() {
-    result_.end = scene_.time.end;
+    const Scene& scene = variants_.front().scene;
+    result_.end = scene.time.end;
     result_.reference_integrator = settings_.reference_integrator;
     {
-      const std::unique_ptr<MechanicalSystem> system = make_system(scene_, mesh_);
-      const State initial = make_initial_state(scene_, *system);
+      const std::unique_ptr<MechanicalSystem> system = make_system(scene, mesh_);
+      const State initial = make_initial_state(scene, *system);
       result_.stable_step = stability_limit(*system, initial.position).critical_step;
+    }
+    for (const EventSettings& event : scene.event) {
+      for (const Edit& edit : event.edits) {
+        if (!std::holds_alternative<SetTime>(edit)) continue;
+        throw InputError(event.where +
+                         " changes [time], which a study does itself: integrators and steps are "
+                         "what it compares. Leave that change out.");
+      }
     }
     std::vector<double> wanted = settings_.steps;
     if (wanted.empty()) {
@@ -128,19 +141,22 @@ class Study {
   }
 
   bool is_reference(const StudyRow& row) const {
-    return row.integrator == settings_.reference_integrator && row.step == result_.reference_step;
+    return row.variant == variants_.front().name &&
+           row.integrator == settings_.reference_integrator && row.step == result_.reference_step;
   }
 
-  Run run_one(Integrator integrator, double step, const std::string& prefix,
-              const ObserverFactory& make_observers) const {
-    Scene scene = scene_;
+  Run run_one(const StudyVariant& variant, Integrator integrator, double step,
+              const std::string& prefix, const ObserverFactory& make_observers) const {
+    Scene scene = variant.scene;
     scene.time.integrator = integrator;
     scene.time.step = step;
     scene.time.automatic = false;
     Run run;
     run.row.integrator = integrator;
     run.row.step = step;
-    run.row.directory = fmt::format("{}{}-{:.10g}", prefix, to_string(integrator), step);
+    run.row.variant = variant.name;
+    run.row.directory = fmt::format("{}{}{}{}-{:.10g}", prefix, variant.name,
+                                    variant.name.empty() ? "" : "-", to_string(integrator), step);
     run.row.position_error = run.row.observed_order = kNone;
 
     Session session(scene, mesh_);
@@ -150,6 +166,7 @@ class Study {
     watching.reserve(observers.size());
     for (const auto& observer : observers) watching.push_back(observer.get());
     run.row.status = session.run(watching);
+    run.row.stable_step = session.initial_limit().critical_step;
     run.row.message = session.message();
     run.row.steps = session.state().step;
     run.row.wall_seconds = session.times().stepping;
@@ -182,7 +199,10 @@ class Study {
     for (std::size_t i = 1; i < runs.size(); ++i) {
       const StudyRow& finer = runs[i - 1].row;
       StudyRow& row = runs[i].row;
-      if (finer.integrator != row.integrator || is_reference(finer)) continue;
+      if (finer.integrator != row.integrator || finer.variant != row.variant ||
+          row.variant != variants_.front().name || is_reference(finer)) {
+        continue;  // the errors of another variant are not errors of the rule
+      }
       const bool family = row.integrator == result_.reference_integrator;
       if (!family && finer.position_error < kAboveReference * reference_error) continue;
       row.observed_order =
@@ -198,20 +218,18 @@ class Study {
     for (const Run& run : runs) {
       const StudyRow& row = run.row;
       if (row.integrator != result_.reference_integrator || !(row.position_error > 0.0) ||
-          row.step <= result_.reference_step) {
+          row.step <= result_.reference_step || row.variant != variants_.front().name) {
         continue;
       }
-      const bool second =
-          row.integrator == Integrator::kMidpoint || row.integrator == Integrator::kVerlet;
-      const double ratio = std::pow(row.step / result_.reference_step, second ? 2.0 : 1.0);
+      const double ratio = std::pow(row.step / result_.reference_step, order(row.integrator));
       return row.position_error / (ratio - 1.0);
     }
     return 0.0;
   }
 
-  const Scene& scene_;
   const TetMesh& mesh_;
   const StudySettings& settings_;
+  std::vector<StudyVariant> variants_;
   StudyResult result_;
   std::vector<double> steps_;
 };

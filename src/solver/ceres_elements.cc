@@ -4,6 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "tetraction/core/parallel.h"
 
@@ -21,12 +22,21 @@ Shape::DofMatrix square_root(const Shape::DofMatrix& h) {
          eigen.eigenvectors().transpose();
 }
 
+// The columns of the Jacobian that belong to one of Ceres' parameter blocks: the coordinates of one
+// vertex, or of the affine set that some of the element's vertices belong to.
+struct Block {
+  int first = 0;
+  int count = 0;
+  std::vector<std::pair<int, FreeCoordinates::VertexMap>> nodes;  // node and its map
+  bool identity = false;
+};
+
 class ElementCost : public ceres::CostFunction {
  public:
-  ElementCost(const ElementEvaluator& evaluator, Index element)
-      : evaluator_(evaluator), element_(element) {
+  ElementCost(const ElementEvaluator& evaluator, Index element, std::vector<Block> blocks)
+      : evaluator_(evaluator), element_(element), blocks_(std::move(blocks)) {
     set_num_residuals(ElementResidual::kRows);
-    mutable_parameter_block_sizes()->assign(Shape::kNodes, 3);
+    for (const Block& block : blocks_) mutable_parameter_block_sizes()->push_back(block.count);
   }
 
   bool Evaluate(const double* const*, double* residuals, double** jacobians) const override {
@@ -36,10 +46,20 @@ class ElementCost : public ceres::CostFunction {
     std::fill(residuals, residuals + kRows, 0.0);
     residuals[0] = result.root;
     if (jacobians == nullptr) return true;
-    for (int a = 0; a < Shape::kNodes; ++a) {
-      if (jacobians[a] == nullptr) continue;
-      Eigen::Map<Eigen::Matrix<double, kRows, 3, Eigen::RowMajor>>{jacobians[a]} =
-          result.jacobian.middleCols<3>(3 * a);
+    for (std::size_t b = 0; b < blocks_.size(); ++b) {
+      if (jacobians[b] == nullptr) continue;
+      const Block& block = blocks_[b];
+      if (block.identity) {
+        Eigen::Map<Eigen::Matrix<double, kRows, 3, Eigen::RowMajor>>{jacobians[b]} =
+            result.jacobian.middleCols<3>(3 * block.nodes[0].first);
+        continue;
+      }
+      Eigen::Map<Eigen::Matrix<double, kRows, Eigen::Dynamic, Eigen::RowMajor>> jacobian(
+          jacobians[b], kRows, block.count);
+      jacobian.setZero();
+      for (const auto& [node, map] : block.nodes) {
+        jacobian += result.jacobian.middleCols<3>(3 * node) * map.columns;
+      }
     }
     return true;
   }
@@ -47,22 +67,31 @@ class ElementCost : public ceres::CostFunction {
  private:
   const ElementEvaluator& evaluator_;
   Index element_;
+  std::vector<Block> blocks_;
 };
 
 }  // namespace
 
-ElementEvaluator::ElementEvaluator(const MechanicalSystem& system, const Vector& x)
-    : system_(system), x_(x), elements_(static_cast<std::size_t>(system.rest().element_count())) {}
+ElementEvaluator::ElementEvaluator(const MechanicalSystem& system, const Vector& y)
+    : system_(system), y_(y), elements_(static_cast<std::size_t>(system.rest().element_count())) {}
 
-void ElementEvaluator::begin(const StepProblem& problem, double shift_density) {
+void ElementEvaluator::begin(const StepProblem& problem, const Vector& x, double shift_density) {
   problem_ = &problem;
-  shift_density_ = shift_density;
+  start_ = x_ = x;
+  constexpr double kRoom = 10.0;  // for the environment's energy to fall within a step
+  shifts_.resize(elements_.size());
+  for (std::size_t e = 0; e < shifts_.size(); ++e) {
+    const auto element = static_cast<Index>(e);
+    shifts_[e] = shift_density * system_.rest().volume(element) +
+                 kRoom * problem.environment_share(element, x);
+  }
   has_residuals_ = has_jacobians_ = false;
 }
 
 void ElementEvaluator::PrepareForEvaluation(bool evaluate_jacobians, bool new_evaluation_point) {
   if (new_evaluation_point) has_residuals_ = has_jacobians_ = false;
   if (evaluate_jacobians ? has_jacobians_ : has_residuals_) return;
+  x_ = start_ + system_.coordinates().extend(y_);
   parallel_for(system_.rest().element_count(), 64, [&](Index begin, Index end) {
     for (Index e = begin; e < end; ++e) evaluate(e, evaluate_jacobians);
   });
@@ -75,7 +104,7 @@ void ElementEvaluator::evaluate(Index e, bool with_jacobian) {
   ElasticPotential::ElementTerms terms;
   result.defined = problem_->element_terms(e, x_, with_jacobian, terms);
   if (!result.defined) return;
-  const double shifted = terms.energy + shift_density_ * system_.rest().volume(e);
+  const double shifted = terms.energy + shifts_[static_cast<std::size_t>(e)];
   result.defined = shifted > 0.0 && std::isfinite(shifted);
   if (!result.defined) return;
   result.root = std::sqrt(2.0 * shifted);
@@ -86,8 +115,26 @@ void ElementEvaluator::evaluate(Index e, bool with_jacobian) {
       square_root(terms.hessian - gradient * gradient.transpose() / (2.0 * shifted));
 }
 
-ceres::CostFunction* make_element_cost(const ElementEvaluator& evaluator, Index e) {
-  return new ElementCost(evaluator, e);
+ceres::CostFunction* make_element_cost(const ElementEvaluator& evaluator,
+                                       const MechanicalSystem& system, Index e,
+                                       std::vector<int>& blocks) {
+  std::vector<Block> list;
+  const auto& nodes = system.rest().nodes(e);
+  for (int a = 0; a < Shape::kNodes; ++a) {
+    const Index v = nodes[static_cast<std::size_t>(a)];
+    FreeCoordinates::VertexMap map = system.coordinates().map(v);
+    if (map.count == 0) continue;
+    const auto same = [&](const Block& block) { return block.first == map.first; };
+    auto block = std::find_if(list.begin(), list.end(), same);
+    if (block == list.end()) {
+      list.push_back({map.first, map.count, {}, system.coordinates().is_free(v)});
+      block = list.end() - 1;
+    }
+    block->nodes.emplace_back(a, std::move(map));
+  }
+  blocks.clear();
+  for (const Block& block : list) blocks.push_back(block.first);
+  return list.empty() ? nullptr : new ElementCost(evaluator, e, std::move(list));
 }
 
 }  // namespace tetraction

@@ -25,11 +25,12 @@ struct ElementResidual {
 /// Evaluates all elements at once, in parallel, when Ceres has moved to a new point.
 class ElementEvaluator : public ceres::EvaluationCallback {
  public:
-  /// Keeps references; `x` is what Ceres' parameter blocks point into.
-  ElementEvaluator(const MechanicalSystem& system, const Vector& x);
+  /// Keeps references; `y` is what Ceres' parameter blocks point into: the free coordinates of the
+  /// displacement from the solve's first point.
+  ElementEvaluator(const MechanicalSystem& system, const Vector& y);
 
-  /// Begins a solve of `problem` with c = `shift_density`, J/m³.
-  void begin(const StepProblem& problem, double shift_density);
+  /// Begins a solve of `problem` at `x` with c = `shift_density`, J/m³.
+  void begin(const StepProblem& problem, const Vector& x, double shift_density);
   void PrepareForEvaluation(bool evaluate_jacobians, bool new_evaluation_point) override;
   const ElementResidual& element(Index e) const { return elements_[static_cast<std::size_t>(e)]; }
 
@@ -37,15 +38,20 @@ class ElementEvaluator : public ceres::EvaluationCallback {
   void evaluate(Index e, bool with_jacobian);
 
   const MechanicalSystem& system_;
-  const Vector& x_;
+  const Vector& y_;
+  Vector start_;  // positions at y = 0
+  Vector x_;      // positions at y
   std::vector<ElementResidual> elements_;
   const StepProblem* problem_ = nullptr;
-  double shift_density_ = 0.0;
+  std::vector<double> shifts_;  // of the energies of the elements, J
   bool has_residuals_ = false;
   bool has_jacobians_ = false;
 };
 
-/// The cost function that hands element e of the evaluator to Ceres; the caller owns it.
-ceres::CostFunction* make_element_cost(const ElementEvaluator& evaluator, Index e);
+/// The cost function that hands element e of the evaluator to Ceres (the caller owns it), and the
+/// first free coordinates of its parameter blocks; null if the element has none.
+ceres::CostFunction* make_element_cost(const ElementEvaluator& evaluator,
+                                       const MechanicalSystem& system, Index e,
+                                       std::vector<int>& blocks);
 
 }  // namespace tetraction

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -51,8 +52,8 @@ class CeresMinimizer : public Minimizer {
   CeresMinimizer(const MechanicalSystem& system, const MinimizerOptions& options)
       : system_(system),
         options_(options),
-        x_(system.dof_count()),
-        evaluator_(system, x_),
+        y_(Vector::Zero(system.coordinates().count())),
+        evaluator_(system, y_),
         problem_(problem_options()) {
     if (!(options.tolerance > 0.0 && options.tolerance < 1.0) || options.max_iterations < 1) {
       throw InputError("The solver needs 0 < tolerance < 1 and max_iterations ≥ 1.");
@@ -91,19 +92,34 @@ class CeresMinimizer : public Minimizer {
     // Near the minimum the changes of the cost drown in its round-off, and Ceres, which judges by
     // the cost, refuses the last steps: these are judged by the gradient. Should that fail as well,
     // Ceres goes on from there with a smaller constant under the root, which costs fewer digits.
+    // Where elements' Hessians are clamped Ceres converges slowly: then, too, Newton's method on
+    // the exact Hessian is tried now and then.
     double shift = shift_density(problem);
-    for (int attempt = 0; attempt < kAttempts; ++attempt, shift *= 1e-3) {
-      solve(problem, shift, report);
+    for (int stalls = 0; stalls < kStalls;) {
+      const bool went_on = solve(problem, shift, report);
       if (report.termination == Termination::kNoProgress) polish(problem, report);
       if (report.termination != Termination::kNoProgress) break;
+      if (went_on) continue;
+      ++stalls;
+      shift *= 1e-3;
     }
     x = x_;
     finish(report);
     return report;
   }
 
+  bool solve_linearized(const StepProblem& problem, const Vector& x, const Matrix& right,
+                        Matrix& solution) override {
+    const SerialOpenMp serial;
+    if (!factorize(problem, x)) return false;
+    solution.resize(right.rows(), right.cols());
+    for (Index i = 0; i < right.cols(); ++i) solution.col(i) = cholesky_->solve(right.col(i));
+    return true;
+  }
+
  private:
-  static constexpr int kAttempts = 3;
+  static constexpr int kStalls = 3;
+  static constexpr int kRound = 12;  // Ceres' iterations before the exact Hessian is tried
 
   ceres::Problem::Options problem_options() {
     ceres::Problem::Options options;
@@ -114,25 +130,26 @@ class CeresMinimizer : public Minimizer {
     return options;
   }
 
+  // One parameter block for the coordinates of each vertex and of each affine set.
   void add_blocks() {
-    const DofConstraints& constraints = system_.constraints();
+    const FreeCoordinates& coordinates = system_.coordinates();
     for (Index v = 0; v < system_.vertex_count(); ++v) {
-      double* block = x_.data() + 3 * v;
-      problem_.AddParameterBlock(block, 3);
-      std::vector<int> held;
-      for (int i = 0; i < 3; ++i) {
-        if (constraints.is_fixed(3 * v + i)) held.push_back(i);
-      }
-      if (held.size() == 3) {
-        problem_.SetParameterBlockConstant(block);
-      } else if (!held.empty()) {
-        problem_.SetManifold(block, new ceres::SubsetManifold(3, held));
+      const FreeCoordinates::VertexMap map = coordinates.map(v);
+      if (map.count > 0 && coordinates.set_of(v) < 0) {
+        problem_.AddParameterBlock(y_.data() + map.first, map.count);
       }
     }
+    for (std::size_t set = 0; set < coordinates.sets().size(); ++set) {
+      problem_.AddParameterBlock(y_.data() + coordinates.first_of_set(static_cast<Index>(set)),
+                                 3 * (1 + coordinates.sets()[set].rank()));
+    }
+    std::vector<int> firsts;
     for (Index e = 0; e < system_.rest().element_count(); ++e) {
+      ceres::CostFunction* cost = make_element_cost(evaluator_, system_, e, firsts);
+      if (cost == nullptr) continue;
       std::vector<double*> blocks;
-      for (const Index v : system_.rest().nodes(e)) blocks.push_back(x_.data() + 3 * v);
-      problem_.AddResidualBlock(make_element_cost(evaluator_, e), nullptr, blocks);
+      for (const int first : firsts) blocks.push_back(y_.data() + first);
+      problem_.AddResidualBlock(cost, nullptr, blocks);
     }
   }
 
@@ -142,33 +159,41 @@ class CeresMinimizer : public Minimizer {
     constexpr double kLargest = 0.1;
     constexpr double kSmallest = 1e-12;
     constexpr double kOverEnergy = 1e3;
-    const double mu = initial_lame(system_.elastic().material()).mu;
+    double mu = std::numeric_limits<double>::infinity();
+    for (const MaterialModel& material : system_.elastic().materials()) {
+      mu = std::min(mu, initial_lame(material).mu);
+    }
     double phi = 0.0;
     if (!problem.value(x_, phi).ok()) return kLargest * mu;
     return std::clamp(kOverEnergy * phi / system_.mesh().total_volume(), kSmallest * mu,
                       kLargest * mu);
   }
 
-  void solve(const StepProblem& problem, double shift, MinimizerReport& report) {
-    evaluator_.begin(problem, shift);
+  // One round of Ceres. Returns whether it would have gone on.
+  bool solve(const StepProblem& problem, double shift, MinimizerReport& report) {
+    evaluator_.begin(problem, x_, shift);
+    y_.setZero();
     report.residual_limit = problem.residual_limit(x_, options_.tolerance);
     // Ceres adds the gradient up in another order: half the limit leaves room for round-off.
     monitor_.set_limit(0.5 * report.residual_limit);
-    solver_options_.max_num_iterations = options_.max_iterations - report.iterations;
+    const int most = std::min(kRound, options_.max_iterations - report.iterations);
+    solver_options_.max_num_iterations = most;
     ceres::Solver::Summary summary;
     const QuietLog quiet;
     const SerialOpenMp serial;
     ceres::Solve(solver_options_, &problem_, &summary);
-    report.iterations += std::max(0, static_cast<int>(summary.iterations.size()) - 1);
+    x_ += system_.coordinates().extend(y_);
+    const int taken = std::max(0, static_cast<int>(summary.iterations.size()) - 1);
+    report.iterations += taken;
     report.factorizations += std::max(0, summary.num_linear_solves);
 
     assess(problem, report);
+    return taken >= most;
   }
 
   // Ceres' word is not taken for it: the gradient is computed anew, outside Ceres.
   void assess(const StepProblem& problem, MinimizerReport& report) {
-    double phi = 0.0;
-    if (!problem.value_and_gradient(x_, phi, gradient_).ok()) {
+    if (!problem.value_and_gradient(x_, phi_, gradient_).ok()) {
       report.termination = Termination::kInadmissible;
       return;
     }
@@ -182,33 +207,49 @@ class CeresMinimizer : public Minimizer {
     }
   }
 
-  // Newton steps with the exact Hessian, each kept only if it halves the gradient; the matrix has
-  // to be positive definite, so that this cannot leave the minimum's surroundings for a saddle
-  // point.
+  // Newton steps with the exact Hessian, each shortened until it halves the gradient or lowers Φ; the
+  // matrix has to be positive definite, so that this cannot end at a saddle point.
   void polish(const StepProblem& problem, MinimizerReport& report) {
     const SerialOpenMp serial;
+    while (report.termination == Termination::kNoProgress) {
+      ++report.iterations;
+      ++report.factorizations;
+      if (!factorize(problem, x_)) return;
+      if (!newton_step(problem, report)) return;
+    }
+  }
+
+  bool newton_step(const StepProblem& problem, MinimizerReport& report) {
+    constexpr double kArmijo = 1e-4;
+    constexpr double kRoundOff = 1e-12;
+    const Vector before = x_;
+    const Vector free_step = cholesky_->solve(gradient_);
+    const double slope = free_step.dot(gradient_);
+    const Vector step = system_.coordinates().extend(free_step);
+    const double residual = report.residual;
+    const double phi = phi_;
+    for (double length = 1.0; length > 1e-3; length *= 0.5) {
+      x_ = before - length * step;
+      assess(problem, report);
+      if (report.converged()) return true;
+      if (report.termination == Termination::kInadmissible) continue;
+      const double gain = kArmijo * length * slope;
+      const bool lower = gain > kRoundOff * std::abs(phi) && phi_ <= phi - gain;
+      if (lower || report.residual <= 0.5 * residual) return true;
+    }
+    x_ = before;
+    assess(problem, report);
+    return false;
+  }
+
+  // CHOLMOD's factor of the assembled Hessian; false if it is not positive definite.
+  bool factorize(const StepProblem& problem, const Vector& x) {
     if (!cholesky_) {
-      pattern_ = std::make_unique<SparsityPattern>(system_.rest(), system_.constraints());
+      pattern_ = std::make_unique<SparsityPattern>(system_.rest(), system_.coordinates());
       cholesky_ = std::make_unique<SparseCholesky>(*pattern_);
       hessian_.resize(static_cast<std::size_t>(pattern_->nonzeros()));
     }
-    while (report.termination == Termination::kNoProgress) {
-      if (!problem.hessian(x_, *pattern_, hessian_.data()).ok()) return;
-      ++report.iterations;
-      ++report.factorizations;
-      if (!cholesky_->factorize(hessian_)) return;
-      const Vector before = x_;
-      const double residual = report.residual;
-      x_ -= system_.constraints().extend_by_zero(
-          cholesky_->solve(system_.constraints().restrict_to_free(gradient_)));
-      assess(problem, report);
-      if (report.termination == Termination::kInadmissible || report.residual > 0.5 * residual) {
-        if (report.converged()) return;
-        x_ = before;
-        assess(problem, report);
-        return;
-      }
-    }
+    return problem.hessian(x, *pattern_, hessian_.data()).ok() && cholesky_->factorize(hessian_);
   }
 
   static void finish(MinimizerReport& report) {
@@ -230,13 +271,16 @@ class CeresMinimizer : public Minimizer {
 
   const MechanicalSystem& system_;
   MinimizerOptions options_;
-  Vector x_;  // what Ceres' parameter blocks point into
+  Vector x_;
+  Vector
+      y_;  // what Ceres' parameter blocks point into: free coordinates of x_ less its first value
   ElementEvaluator evaluator_;
   SolveMonitor monitor_;
   ceres::Problem problem_;
   ceres::Solver::Options solver_options_;
   Vector gradient_;
-  // For polish(), made when first needed.
+  double phi_ = 0.0;
+  // For factorize(), made when first needed.
   std::unique_ptr<SparsityPattern> pattern_;
   std::unique_ptr<SparseCholesky> cholesky_;
   std::vector<double> hessian_;

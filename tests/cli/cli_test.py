@@ -86,7 +86,7 @@ class Run(CliTest):
             header,
             "step,time,kinetic_energy,elastic_energy,environment_energy,total_energy,external_work,"
             "dissipated_energy,constraint_work,edit_work,energy_error,px,py,pz,lx,ly,lz,"
-            "max_constraint_error,iterations",
+            "max_constraint_error,iterations,reaction_x,reaction_y,reaction_z",
         )
         self.assertEqual([row["step"] for row in rows], list(range(11)))
         self.assertAlmostEqual(rows[-1]["time"], 0.1, places=15)
@@ -170,7 +170,8 @@ class Run(CliTest):
     def test_same_bits_again_and_with_other_threads(self):
         scene = self.write("beam.toml", BEAM)
         for name, threads in (("a", "1"), ("b", "1"), ("c", "2")):
-            self.run_program("--threads", threads, "run", scene, "--out", self.path(name), "--quiet")
+            out = self.path(name)
+            self.run_program("--threads", threads, "run", scene, "--out", out, "--quiet")
         texts = [self.history(n, "history.csv") for n in "abc"]
         self.assertEqual(texts[0], texts[1])
         self.assertEqual(texts[0], texts[2])
@@ -397,6 +398,756 @@ class Study(CliTest):
                      "momentum_drift_over_step"):  # fmt: skip
             for ending in ("png", "svg"):
                 self.assertGreater(os.path.getsize(self.path("s", f"{name}.{ending}")), 5000)
+
+
+# A beam to which everything happens: the numbers of its events' steps are in STEPS.
+EVENTS = BEAM.replace("end = 0.1", "end = 0.1\n[damping]\nviscosity = 20.0").replace(
+    "step = 0.01", "step = 0.002"
+) + """
+[[event]]
+at = 0.02
+set = { "time.step" = 1e-3, "material.youngs_modulus" = 2e6 }
+[[event]]
+at = 0.03
+set = { "environment.kind" = "none", "damping.drag" = 0.5, "damping.mass_damping" = 1 }
+[[event]]
+at = 0.04
+momentum = { select = { plane = { axis = "x", at = 4.0 } }, value = [0, 0, 30] }
+[[event]]
+at = 0.05
+fix = { select = { plane = { axis = "x", at = 4.0 } }, velocity = [0, 0, 0.5] }
+[[event]]
+at = 0.06
+unfix = { plane = { axis = "x", at = 0.0 } }
+[[event]]
+at = 0.07
+force = [{ select = { nearest = [0, 0, 0] }, vector = [0, 5000, 0] }]
+constraint = { kind = "distance", vertices = [0, 80] }
+[[event]]
+at = 0.08
+set = { "time.integrator" = "verlet", "time.step" = "auto" }
+"""
+STEPS = [10, 20, 30, 40, 50, 60, 70]
+
+CUBE = """
+[mesh]
+generate = { kind = "cube", cells = 2 }
+[material]
+youngs_modulus = 1.0e5
+poissons_ratio = 0.3
+[time]
+integrator = "verlet"
+step = 1e-3
+end = 0.02
+"""
+# Vertex i + 3 (j + 3 k) of the cube is at (i, j, k)/2.
+ALONG_X, ALONG_Y, ALONG_Z = 2, 6, 18
+
+INTEGRATORS = ("explicit", "verlet", "midpoint", "backward-euler")
+
+
+class Mechanics(CliTest):
+    """Constraints, damping, environments, regions and what happens during a run."""
+
+    def summary(self, *names):
+        with open(self.path(*names, "summary.json")) as file:
+            return json.load(file)
+
+    def simulate(self, text, *overrides, out="out", code=0):
+        """Runs the scene; its history, whose every number is finite."""
+        scene = self.write("scene.toml", text)
+        arguments = [a for o in overrides for a in ("--set", o)]
+        self.result = self.run_program(
+            "run", scene, "--out", self.path(out), "--quiet", *arguments, code=code
+        )
+        rows = self.history(out, "history.csv")
+        for row in rows:
+            for name, value in row.items():
+                self.assertTrue(math.isfinite(value), f"{name} of step {row['step']}: {value}")
+        return rows
+
+    def messages(self):
+        """The lines of stderr, each a message of the program."""
+        lines = self.result.stderr.splitlines()
+        for line in lines:
+            self.assertTrue(line.startswith("tetraction: "), line)
+        return lines
+
+    def warnings_of(self):
+        return [line for line in self.messages() if "warning" in line]
+
+    def refused_scene(self, text, *overrides):
+        scene = self.write("scene.toml", text)
+        arguments = [a for o in overrides for a in ("--set", o)]
+        return self.refused(2, "run", scene, "--out", self.path("refused"), *arguments)
+
+    def assert_books_close(self, rows):
+        largest = max(
+            abs(row[name])
+            for row in rows
+            for name in ("kinetic_energy", "elastic_energy", "environment_energy", "external_work",
+                         "dissipated_energy", "constraint_work", "edit_work", "energy_error")
+        )  # fmt: skip
+        start = rows[0]["total_energy"]
+        for row in rows:
+            entered = (row["external_work"] - row["dissipated_energy"] + row["constraint_work"]
+                       + row["edit_work"] + row["energy_error"])  # fmt: skip
+            self.assertAlmostEqual(row["total_energy"] - start, entered, delta=1e-12 * largest)
+            parts = row["kinetic_energy"] + row["elastic_energy"] + row["environment_energy"]
+            self.assertAlmostEqual(row["total_energy"], parts, delta=1e-12 * largest)
+        return largest
+
+    def fields(self, *names):
+        """Point fields of a VTU file, and the points."""
+        import vtk
+        from vtk.util.numpy_support import vtk_to_numpy
+
+        reader = vtk.vtkXMLUnstructuredGridReader()
+        reader.SetFileName(self.path(*names))
+        reader.Update()
+        grid = reader.GetOutput()
+        data = grid.GetPointData()
+        arrays = {
+            data.GetArrayName(i): vtk_to_numpy(data.GetArray(i)).copy()
+            for i in range(data.GetNumberOfArrays())
+        }
+        return arrays, vtk_to_numpy(grid.GetPoints().GetData()).copy()
+
+    # Events.
+
+    def test_events_happen_and_the_books_close(self):
+        for integrator in INTEGRATORS:
+            with self.subTest(integrator):
+                rows = self.simulate(EVENTS, f"time.integrator={integrator}")
+                largest = self.assert_books_close(rows)
+                summary = self.summary("out")
+                self.assertEqual(summary["status"], "ok")
+                events = summary["events"]
+                self.assertEqual([e["what"]["at"] for e in events],
+                                 [0.02, 0.03, 0.04, 0.05, 0.06, 0.07, 0.08])  # fmt: skip
+                self.assertEqual([e["step"] for e in events], STEPS)
+                for event in events:
+                    self.assertAlmostEqual(event["time"], event["at"], places=14)
+                self.assertEqual(events[0]["what"]["set"]["time.step"], 1e-3)
+                self.assertEqual(events[2]["what"]["momentum"]["value"], [0, 0, 30])
+                # The history's column moves at the events and nowhere else, by what they report.
+                for before, after in zip(rows, rows[1:]):
+                    jump = sum(e["energy_jump"] for e in events if e["step"] == before["step"])
+                    self.assertAlmostEqual(
+                        after["edit_work"] - before["edit_work"], jump, delta=1e-12 * largest
+                    )
+                # Twice Young's modulus is twice the elastic energy (neo-Hookean).
+                self.assertAlmostEqual(
+                    events[0]["energy_jump"], rows[10]["elastic_energy"], delta=1e-12 * largest
+                )
+                self.assertAlmostEqual(
+                    events[1]["energy_jump"], -rows[20]["environment_energy"], delta=1e-12 * largest
+                )
+                self.assertGreater(events[2]["energy_jump"], 0)  # the kick
+                self.assertEqual(events[4]["energy_jump"], 0)  # releasing does no work
+                self.assertEqual(rows[-1]["environment_energy"], 0)
+                # The step changes where it should.
+                self.assertAlmostEqual(rows[10]["time"] - rows[9]["time"], 2e-3, places=15)
+                self.assertAlmostEqual(rows[11]["time"] - rows[10]["time"], 1e-3, places=15)
+                self.assertEqual(summary["integrator"], "verlet")
+                self.assertAlmostEqual(rows[-1]["time"], 0.1, delta=summary["time_step"])
+                # Every kind of work is there.
+                for name in ("external_work", "dissipated_energy", "constraint_work", "edit_work"):
+                    self.assertGreater(abs(rows[-1][name]), 1e-6 * largest, name)
+                self.assertLess(max(r["max_constraint_error"] for r in rows), 1e-9)
+
+    def test_same_bits_again_and_with_other_threads(self):
+        scene = self.write("scene.toml", EVENTS)
+        for name, threads in (("a", "1"), ("b", "2")):
+            out = self.path(name)
+            self.run_program("--threads", threads, "run", scene, "--out", out, "--quiet")
+        self.assertEqual(self.history("a", "history.csv"), self.history("b", "history.csv"))
+
+    def test_fix_and_unfix_move_what_they_should(self):
+        self.simulate(EVENTS, "time.end=0.06")  # clamped at both ends
+        fields, points = self.fields("out", "final.vtu")
+        clamp, tip = points[:, 0] == 0, points[:, 0] == 4
+        self.assertTrue((fields["displacement"][clamp] == 0).all())
+        self.assertTrue((fields["fixed"] == (clamp | tip)).all())
+        self.assertLess(abs(fields["velocity"][tip] - [0, 0, 0.5]).max(), 1e-12)
+        self.simulate(EVENTS, out="released")  # to the end
+        fields, points = self.fields("released", "final.vtu")
+        self.assertGreater(abs(fields["displacement"][clamp]).max(), 1e-4)
+        self.assertEqual(fields["fixed"][clamp].sum(), 1)  # the end of the rod
+        self.assertLess(abs(fields["velocity"][tip] - [0, 0, 0.5]).max(), 1e-12)
+
+    def test_events_come_at_the_first_step_that_starts_then(self):
+        # Multiples of the step carry round-off.
+        text = CUBE + "".join(
+            f'[[event]]\nat = {k * 1e-3:.17g}\nset = {{ "damping.drag" = {k} }}\n'
+            for k in range(20)
+        )
+        self.simulate(text)
+        self.assertEqual([e["step"] for e in self.summary("out")["events"]], list(range(20)))
+        self.assertEqual(self.messages(), [])
+        text = CUBE + '[[event]]\nat = 4.5e-3\nset = { "damping.drag" = 1 }\n'
+        self.simulate(text)
+        event = self.summary("out")["events"][0]
+        self.assertEqual((event["at"], event["step"]), (4.5e-3, 5))
+
+    def test_events_outside_the_run_are_warned_of(self):
+        event = '[[event]]\nat = {}\nset = {{ "damping.drag" = 1 }}\n'
+        self.simulate(CUBE + event.format(-1))
+        self.assertEqual(len(self.warnings_of()), 1)
+        for part in ("scene.toml:11:1", "event.0", "-1 s", "before the start"):
+            self.assertIn(part, self.result.stderr)
+        done = self.summary("out")["events"][0]
+        self.assertEqual((done["at"], done["time"], done["step"]), (-1, 0, 0))
+        # No step starts at 0.0195 s or later, either.
+        for at in (0.02, 7, 0.0195):
+            with self.subTest(at):
+                self.simulate(CUBE + event.format(at))
+                self.assertEqual(self.summary("out")["events"], [])
+                self.assertEqual(len(self.warnings_of()), 1)
+                for part in ("scene.toml:11:1", "event.0", f"{at} s", "does not happen"):
+                    self.assertIn(part, self.result.stderr)
+        self.simulate(CUBE + event.format(0))
+        self.assertEqual(self.messages(), [])
+
+    def test_events_may_move_the_end(self):
+        longer = CUBE + '[[event]]\nat = 0.01\nset = { "time.end" = 0.05 }\n'
+        rows = self.simulate(longer)
+        self.assertAlmostEqual(rows[-1]["time"], 0.05, places=14)
+        self.assertEqual(self.summary("out")["steps_planned"], 50)
+        # What comes after the first end happens and is not warned of.
+        self.simulate(longer + '[[event]]\nat = 0.04\nset = { "damping.drag" = 1 }\n')
+        self.assertEqual(len(self.summary("out")["events"]), 2)
+        self.assertEqual(self.messages(), [])
+        shorter = CUBE + '[[event]]\nat = 0.01\nset = { "time.end" = 0.015 }\n'
+        self.assertAlmostEqual(self.simulate(shorter)[-1]["time"], 0.015, places=14)
+        # What the new end leaves out is warned of; the end may be in the past.
+        self.simulate(shorter + '[[event]]\nat = 0.017\nset = { "damping.drag" = 1 }\n')
+        self.assertEqual(len(self.warnings_of()), 1)
+        self.assertIn("event.1", self.result.stderr)
+        rows = self.simulate(CUBE + '[[event]]\nat = 0.01\nset = { "time.end" = 0.001 }\n')
+        self.assertEqual(len(rows), 11)
+
+    def test_an_event_lets_go_before_it_holds(self):
+        """A clamp is moved by unfix and fix in one event."""
+        text = CUBE + """
+[[fix]]
+select = { plane = { axis = "x", at = 0 } }
+[[event]]
+at = 0.005
+unfix = { plane = { axis = "x", at = 0 } }
+fix = { select = { plane = { axis = "x", at = 0 } }, offset = [0, 0, 0.01] }
+"""
+        self.assert_books_close(self.simulate(text))
+        fields, points = self.fields("out", "final.vtu")
+        clamp = points[:, 0] == 0
+        self.assertTrue((fields["fixed"] == clamp).all())
+        self.assertLess(abs(fields["displacement"][clamp] - [0, 0, 0.01]).max(), 1e-15)
+
+    def test_an_event_moves_a_fix(self):
+        text = CUBE + """
+[[fix]]
+select = { plane = { axis = "x", at = 0 } }
+[[event]]
+at = 0.005
+set = { "fix.0.velocity" = [-0.5, 0, 0] }
+[[event]]
+at = 0.015
+set = { "fix.0.velocity" = [0, 0, 0] }
+"""
+        rows = self.simulate(text)
+        self.assert_books_close(rows)
+        fields, points = self.fields("out", "final.vtu")
+        clamp = points[:, 0] == 0
+        self.assertLess(abs(fields["displacement"][clamp] - [-0.005, 0, 0]).max(), 1e-15)
+        self.assertGreater(rows[-1]["constraint_work"], 0)
+        self.assertEqual(rows[-1]["constraint_work"], rows[16]["constraint_work"])
+
+    def test_an_event_changes_a_rod(self):
+        text = CUBE + """
+[[constraint]]
+kind = "distance"
+vertices = [0, 2]
+[[event]]
+at = 0.01
+set = { "constraint.0.length" = 1.1 }
+"""
+        for integrator in INTEGRATORS:
+            with self.subTest(integrator):
+                rows = self.simulate(text, f"time.integrator={integrator}")
+                self.assert_books_close(rows)
+                self.assertLess(max(r["max_constraint_error"] for r in rows), 1e-9)
+                self.assertGreater(self.summary("out")["events"][0]["energy_jump"], 1)
+                fields, points = self.fields("out", "final.vtu")
+                ends = points + fields["displacement"]
+                length = math.dist(ends[0], ends[2])
+                self.assertAlmostEqual(length, 1.1, delta=1e-9)
+                self.assertEqual(rows[10]["constraint_0_tension"], 0)
+                self.assertLess(rows[11]["constraint_0_tension"], -1)  # it pushes
+
+    def test_events_that_cannot_be_made(self):
+        """Known before the start: nothing is run."""
+        event = CUBE + "[[event]]\nat = 0.01\n"
+        for lines, parts in {
+            "momentum = { select = { nearest = [0, 0, 0] } }": ("event.0.momentum.value",),
+            'set = { "time.step" = -1 }': ("time.step", "event at 0.01 s", "above 0"),
+            'set = { "material.density" = 1 }': ("density", "mass"),
+            'set = { "material_region.3.mu" = 1 }': ("material_region",),
+            "": ("changes nothing",),
+        }.items():
+            with self.subTest(lines):
+                message = self.refused_scene(event + lines + "\n")
+                self.assertIn("scene.toml:", message)
+                for part in parts:
+                    self.assertIn(part, message)
+
+    def test_events_that_select_nothing(self):
+        """Selections are of the undeformed body: known before the start, too."""
+        event = CUBE + "[[event]]\nat = 0.01\n"
+        for lines, parts in {
+            "unfix = { vertices = [1000] }": ("event.0.unfix", "1000"),
+            'fix = { select = { group = "lid" } }': ("event.0.fix", "group"),
+            'force = { select = { box = { min = [9, 9, 9], max = [9, 9, 9] } }, '
+            "vector = [0, 0, 1] }": ("event.0.force", "selects no vertex"),
+        }.items():
+            with self.subTest(lines):
+                message = self.refused_scene(event + lines + "\n")
+                for part in parts:
+                    self.assertIn(part, message)
+
+    def test_events_that_fail_in_the_run_keep_what_was_computed(self):
+        text = CUBE + """
+[initial]
+velocity = [1, 0, 0]
+[[fix]]
+select = { vertices = [0] }
+[[event]]
+at = 0.01
+fix = { select = { vertices = [0] }, offset = [0, 0, 0.1] }
+"""
+        rows = self.simulate(text, code=1)
+        self.assertEqual(len(rows), 11)
+        self.assertEqual(len(self.messages()), 1)
+        for part in ("event at 0.01 s", "event.0.fix", "fix.0", "vertex 0"):
+            self.assertIn(part, self.result.stderr)
+        self.assertEqual(self.summary("out")["status"], "failed")
+        self.run_program("mesh", "info", self.path("out", "final.vtu"))
+
+    def test_events_that_make_the_step_too_large_are_warned_of(self):
+        text = CUBE.replace("end = 0.02", "end = 2")
+        event = '[[event]]\nat = 0.01\nset = { "time.step" = 0.1 }\n[initial]\nstretch=[1.01,1,1]\n'
+        self.simulate(text + event, code=1)
+        self.assertEqual(len(self.warnings_of()), 1)
+        for part in ("event at 0.01 s", "h_crit", "verlet"):
+            self.assertIn(part, self.warnings_of()[0])
+        self.assertIn("h_crit", self.summary("out")["events"][0]["warning"])
+
+    # Constraints.
+
+    def test_contradictions_are_refused(self):
+        rod = '[[constraint]]\nkind = "distance"\nvertices = [0, 2]\nlength = {}\n'
+        fix = "[[fix]]\nselect = {{ vertices = [0] }}\noffset = [0, 0, {}]\n"
+        message = self.refused_scene(CUBE + fix.format(0) + fix.format(0.1))
+        for part in ("scene.toml:11:1: fix.0", "scene.toml:14:1: fix.1", "vertex 0"):
+            self.assertIn(part, message)
+        message = self.refused_scene(CUBE + rod.format(1) + rod.format(1.1))
+        self.assertRegex(message, r"scene\.toml:1[15]:1: constraint\.[01]")
+        # A rod between two fixed vertices that is too long.
+        ends = "[[fix]]\nselect = { vertices = [0, 2] }\n"
+        self.assertIn("constraint.0", self.refused_scene(CUBE + ends + rod.format(1.1)))
+        # A handle and a rod of another length in it.
+        handle = '[[constraint]]\nkind = "rigid"\nselect = { plane = { axis = "y", at = 0 } }\n'
+        self.assertIn("constraint.", self.refused_scene(CUBE + handle + rod.format(1.1)))
+        # A fixed vertex in a free handle.
+        message = self.refused_scene(CUBE + handle + fix.format(0))
+        self.assertIn("constraint.0", message)
+        self.assertIn("vertex 0", message)
+        # A fixed vertex off its plane; parallel planes.
+        plane = ('[[constraint]]\nkind = "plane"\nselect = {{ vertices = [0] }}\n'
+                 "point = [0, 0, {}]\nnormal = [0, 0, 1]\n")  # fmt: skip
+        message = self.refused_scene(CUBE + fix.format(0) + plane.format(0.1))
+        self.assertRegex(message, r"constraint\.0|fix\.0")
+        self.assertIn("vertex 0", message)
+        message = self.refused_scene(CUBE + plane.format(0) + plane.format(0.1))
+        self.assertRegex(message, r"constraint\.[01]")
+        # All vertices held.
+        self.assertIn("fix", self.refused_scene(CUBE + "[[fix]]\nselect = { all = true }\n"))
+        # Vertices and selections that are not there.
+        self.assertIn("1000", self.refused_scene(
+            CUBE + '[[constraint]]\nkind = "distance"\nvertices = [0, 1000]\n'))  # fmt: skip
+        self.assertIn("constraint.0", self.refused_scene(
+            CUBE + '[[constraint]]\nkind = "rigid"\nselect = { group = "lid" }\n'))  # fmt: skip
+
+    def test_redundant_constraints_run(self):
+        spin = "[initial]\nangular_velocity = [1, 2, 3]\n"
+        rod = '[[constraint]]\nkind = "distance"\nvertices = [{}, {}]\nlength = 1\n'
+        fix = "[[fix]]\nselect = { vertices = [0] }\n"
+        plane = '[[constraint]]\nkind = "plane"\nselect = { vertices = [26] }\nnormal = [0, 0, 1]\n'
+        line = ('[[constraint]]\nkind = "line"\nselect = { vertices = [26] }\n'
+                "direction = [1, 0, 0]\n")  # fmt: skip
+        handle = '[[constraint]]\nkind = "rigid"\nselect = { plane = { axis = "y", at = 0 } }\n'
+        for name, lines in {
+            "two rods": rod.format(0, 2) + rod.format(2, 0),
+            "two fixes": fix + fix,
+            "planes": plane + plane,
+            "plane and line": plane + line,
+            "rod between fixed": "[[fix]]\nselect = { vertices = [0, 2] }\n" + rod.format(0, 2),
+            "rod in a handle": handle + rod.format(0, 2),
+            "ten rods of five vertices": "".join(
+                f'[[constraint]]\nkind = "distance"\nvertices = [{a}, {b}]\n'
+                for a in (0, 2, 6, 18, 26) for b in (0, 2, 6, 18, 26) if a < b
+            ),
+        }.items():
+            for integrator in INTEGRATORS:
+                with self.subTest(name, integrator=integrator):
+                    rows = self.simulate(CUBE + spin + lines, f"time.integrator={integrator}")
+                    self.assert_books_close(rows)
+                    self.assertLess(max(r["max_constraint_error"] for r in rows), 1e-9)
+
+    def test_handles(self):
+        handle = '[[constraint]]\nkind = "rigid"\nselect = { vertices = [0, 1, 2] }\n'
+        message = self.refused_scene(CUBE + handle + "angular_velocity = [0, 0, 1]\n")
+        for part in ("scene.toml:11:1: constraint.0", "line"):
+            self.assertIn(part, message)
+        self.simulate(CUBE + handle + "velocity = [0, 0, 1]\n")
+        fields, _ = self.fields("out", "final.vtu")
+        self.assertLess(abs(fields["displacement"][:3] - [0, 0, 0.02]).max(), 1e-15)
+        self.simulate(CUBE + handle + "[initial]\nangular_velocity = [0, 0, 20]\n")
+        # Driven and turned by 3 rad/s for 0.02 s: as one rigid body.
+        face = '[[constraint]]\nkind = "rigid"\nselect = { plane = { axis = "x", at = 0 } }\n'
+        rows = self.simulate(CUBE + face + "angular_velocity = [3, 0, 0]\nvelocity = [1, 0, 0]\n")
+        self.assert_books_close(rows)
+        self.assertGreater(rows[-1]["constraint_work"], 0)
+        self.assertLess(max(r["max_constraint_error"] for r in rows), 1e-14)
+        fields, points = self.fields("out", "final.vtu")
+        c, s = math.cos(0.06), math.sin(0.06)
+        for point, displacement in zip(points, fields["displacement"] - fields["displacement"][0]):
+            if point[0] == 0:
+                y, z = point[1], point[2]
+                expected = [0, c * y - s * z - y, s * y + c * z - z]
+                self.assertLess(max(abs(displacement - expected)), 1e-14)
+        self.assertAlmostEqual(fields["displacement"][0][0], 0.02, places=14)
+
+    def test_columns_of_handles_and_rods(self):
+        """What holds a body up carries its weight; each constraint reports its own share."""
+        weight = 1000 * 9.81
+        text = CUBE.replace("1.0e5", "1.0e6").replace("end = 0.02", "end = 1") + """
+[environment]
+kind = "gravity"
+[damping]
+mass_damping = 30
+[[constraint]]
+kind = "rigid"
+select = { plane = { axis = "x", at = 0 } }
+velocity = [0, 0, 0]
+[[constraint]]
+kind = "distance"
+vertices = [2, 26]
+"""
+        rows = self.simulate(text)
+        self.assertEqual(
+            list(rows[0])[19:],
+            ["reaction_x", "reaction_y", "reaction_z", "constraint_0_fx", "constraint_0_fy",
+             "constraint_0_fz", "constraint_0_mx", "constraint_0_my", "constraint_0_mz",
+             "constraint_1_tension"],
+        )  # fmt: skip
+        last = rows[-1]
+        self.assertAlmostEqual(last["constraint_0_fy"], weight, delta=1e-4 * weight)
+        self.assertAlmostEqual(last["reaction_y"], weight, delta=1e-4 * weight)
+        for name in ("constraint_0_fx", "constraint_0_fz"):
+            self.assertAlmostEqual(last[name], 0, delta=1e-4 * weight)
+        # The weight acts half a metre away, give or take the deflection.
+        self.assertAlmostEqual(last["constraint_0_mz"], 0.5 * weight, delta=0.02 * weight)
+        # Pulled apart by equal forces, a rod carries them.
+        pulled = CUBE + """
+[[constraint]]
+kind = "distance"
+vertices = [0, 2]
+[[force]]
+select = { vertices = [0] }
+vector = [-300, 0, 0]
+[[force]]
+select = { vertices = [2] }
+vector = [300, 0, 0]
+"""
+        for integrator in INTEGRATORS:
+            rows = self.simulate(pulled, f"time.integrator={integrator}")
+            self.assertEqual(list(rows[0])[-1], "constraint_0_tension")
+            self.assertAlmostEqual(rows[1]["constraint_0_tension"], 300, delta=1e-5)
+
+    def test_planes_and_lines(self):
+        text = CUBE + """
+[initial]
+velocity = [1, 2, 3]
+[[constraint]]
+kind = "plane"
+select = { plane = { axis = "z", at = 0 } }
+normal = [0, 0, -5]
+[[constraint]]
+kind = "line"
+select = { vertices = [26] }
+direction = [1, 1, 0]
+"""
+        for integrator in INTEGRATORS:
+            with self.subTest(integrator):
+                rows = self.simulate(text, f"time.integrator={integrator}")
+                self.assert_books_close(rows)
+                self.assertLess(max(r["max_constraint_error"] for r in rows), 1e-12)
+                fields, points = self.fields("out", "final.vtu")
+                moved = fields["displacement"]
+                bottom = points[:, 2] == 0
+                self.assertLess(abs(moved[bottom][:, 2]).max(), 1e-14)
+                self.assertGreater(moved[bottom][:, 0].min(), 0.01)
+                self.assertLess(abs(moved[26][2]), 1e-14)
+                self.assertAlmostEqual(moved[26][0], moved[26][1], delta=1e-14)
+                self.assertGreater(moved[26][0], 0.01)
+                self.assertEqual(fields["fixed"].sum(), 10)
+        # Onto a plane elsewhere: there from the first moment.
+        self.simulate(CUBE + '[[constraint]]\nkind = "plane"\nselect = { vertices = [0] }\n'
+                      "normal = [0, 0, 1]\npoint = [0, 0, -0.1]\n")  # fmt: skip
+        fields, _ = self.fields("out", "frames", "frame_000000.vtu")
+        self.assertLess(abs(fields["displacement"][0] - [0, 0, -0.1]).max(), 1e-7)
+
+    def test_reactions(self):
+        """Reactions are what changes the momentum beside the loads; VTU and CSV agree."""
+        text = CUBE + """
+[output]
+every = 1
+[environment]
+kind = "gravity"
+[[fix]]
+select = { plane = { axis = "x", at = 0 } }
+[[constraint]]
+kind = "distance"
+vertices = [2, 26]
+[[constraint]]
+kind = "plane"
+select = { vertices = [20] }
+normal = [0, 1, 1]
+[[force]]
+select = { nearest = [1, 1, 0] }
+vector = [10, 300, -20]
+"""
+        weight = [0, -1000 * 9.81, 0]
+        for integrator in INTEGRATORS:
+            rows = self.simulate(text, f"time.integrator={integrator}")
+            largest = max(abs(r["reaction_y"]) for r in rows)
+            self.assertGreater(largest, 100)
+            for row in rows:
+                name = f"frame_{int(row['step']):06d}.vtu"
+                fields, _ = self.fields("out", "frames", name)
+                total = fields["reaction_force"].sum(axis=0)
+                for value, axis in zip(total, "xyz"):
+                    self.assertAlmostEqual(value, row[f"reaction_{axis}"], delta=1e-5 * largest)
+                self.assertTrue((fields["reaction_force"][fields["fixed"] == 0] == 0).all())
+            with self.subTest(integrator):
+                for k in range(1, len(rows)):
+                    for axis, g, f in zip("xyz", weight, (10, 300, -20)):
+                        change = (rows[k]["p" + axis] - rows[k - 1]["p" + axis]) / 1e-3
+                        self.assertAlmostEqual(
+                            change, rows[k]["reaction_" + axis] + g + f, delta=1e-3 * largest,
+                            msg=f"{axis} in step {k}",
+                        )  # fmt: skip
+        fields, _ = self.fields("out", "final.vtu")  # double precision
+        total = fields["reaction_force"].sum(axis=0)
+        for value, axis in zip(total, "xyz"):
+            self.assertAlmostEqual(value, rows[-1][f"reaction_{axis}"], delta=1e-10 * largest)
+
+    def test_penalty_against_exact(self):
+        """Stiff springs lower the stability limit; exact constraints do not."""
+        text = BEAM.replace('"midpoint"', '"verlet"').replace("step = 0.01", "step = 0.003")
+        rows = self.simulate(text)
+        self.assertEqual(self.messages(), [])
+        self.assertEqual(max(r["max_constraint_error"] for r in rows), 0)
+        penalty = ('fix.0.mode="penalty"', "fix.0.penalty=1e10", "time.end=0.5")
+        self.simulate(text, *penalty, code=1)
+        self.assertEqual(len(self.warnings_of()), 1)
+        self.assertIn("h_crit", self.warnings_of()[0])
+        self.assertIn("penalty", self.warnings_of()[0])
+        self.assertIn(self.summary("out")["status"], ("unstable", "failed"))
+        # A soft one runs, and its books close with the springs' energy in them.
+        for integrator in INTEGRATORS:
+            with self.subTest(integrator):
+                rows = self.simulate(text, penalty[0], "fix.0.penalty=1e5", "time.step=1e-3",
+                                     f"time.integrator={integrator}")  # fmt: skip
+                largest = self.assert_books_close(rows)
+                bound = 1e-2 if integrator in ("explicit", "backward-euler") else 1e-4
+                self.assertLess(max(abs(r["energy_error"]) for r in rows), bound * largest)
+        # An implicit rule takes the stiff one.
+        self.simulate(text, *penalty, "time.integrator=midpoint", "time.step=0.01")
+
+    # Regions and environments.
+
+    def test_region_energies_sum_to_the_totals(self):
+        text = BEAM + """
+[[material_region]]
+select = { box = { min = [2, 0, 0], max = [4, 1, 1] } }
+model = "stvk"
+youngs_modulus = 1e7
+poissons_ratio = 0.3
+density = 500
+[[material_region]]
+select = { box = { min = [0, 0, 0], max = [0.5, 1, 1] } }
+youngs_modulus = 1e5
+poissons_ratio = 0.3
+[[event]]
+at = 0.05
+set = { "material_region.0.youngs_modulus" = 2e7 }
+"""
+        rows = self.simulate(text)
+        self.assertEqual(
+            list(rows[0])[22:],
+            ["kinetic_energy_0", "elastic_energy_0", "kinetic_energy_1", "elastic_energy_1",
+             "kinetic_energy_2", "elastic_energy_2"],
+        )  # fmt: skip
+        for row in rows:
+            for kind in ("kinetic_energy", "elastic_energy"):
+                parts = [row[f"{kind}_{r}"] for r in range(3)]
+                self.assertAlmostEqual(sum(parts), row[kind], delta=1e-12 * max(row[kind], 1e-9))
+                if row["step"] > 1:
+                    self.assertGreater(min(parts), 0)
+        self.assert_books_close(rows)
+        summary = self.summary("out")
+        self.assertAlmostEqual(summary["mass"], 3000, delta=1e-9)
+        event = summary["events"][0]
+        self.assertAlmostEqual(
+            event["energy_jump"], rows[5]["elastic_energy_1"], delta=1e-9 * event["energy_jump"]
+        )
+        import vtk
+        from vtk.util.numpy_support import vtk_to_numpy
+
+        reader = vtk.vtkXMLUnstructuredGridReader()
+        reader.SetFileName(self.path("out", "final.vtu"))
+        reader.Update()
+        region = vtk_to_numpy(reader.GetOutput().GetCellData().GetArray("region"))
+        self.assertEqual([(region == r).sum() for r in range(3)], [72, 96, 24])
+        # A region that selects no element is an error.
+        nowhere = "material_region.0.select={box={min=[9,9,9],max=[9,9,9]}}"
+        message = self.refused_scene(text, nowhere)
+        self.assertIn("material_region.0", message)
+        # What mass appears from nowhere is refused, in an event too.
+        self.assertIn("density", self.refused_scene(
+            text, 'event.0.set={"material_region.1.density"=10}'))  # fmt: skip
+
+    def falling_body(self):
+        """A tetrahedron on the x axis, one vertex towards the origin."""
+        self.write("fall.node", "4 3 0 0\n0 1 0 0\n1 2 1 0\n2 2 -0.5 0.8660254037844386\n"
+                   "3 2 -0.5 -0.8660254037844386\n")  # fmt: skip
+        self.write("fall.ele", "1 4 0\n0 0 1 2 3\n")
+        return """
+[mesh]
+file = "fall.node"
+[material]
+youngs_modulus = 1e6
+poissons_ratio = 0.3
+[time]
+step = 1e-3
+end = 2
+[output]
+every = 1000
+[environment]
+kind = "attraction"
+strength = 1e3
+"""
+
+    def test_attraction_through_the_origin(self):
+        text = self.falling_body()
+        for integrator in INTEGRATORS:
+            for step in ("1e-3", "3e-3"):
+                with self.subTest(integrator, step=step):
+                    overrides = (f"time.integrator={integrator}", f"time.step={step}")
+                    scene = self.write("scene.toml", text)
+                    result = subprocess.run(
+                        [PROGRAM, "run", scene, "--out", self.path("out"), "--quiet", "--set",
+                         overrides[0], "--set", overrides[1]],
+                        capture_output=True, text=True, timeout=300,
+                    )  # fmt: skip
+                    self.assertIn(result.returncode, (0, 1), result.stderr)
+                    rows = self.history("out", "history.csv")
+                    for row in rows:
+                        for name, value in row.items():
+                            self.assertTrue(math.isfinite(value), f"{name}: {value}")
+                    self.assert_books_close(rows)
+                    # It does reach the centre, and says so when that is the end of it.
+                    self.assertGreater(rows[-1]["kinetic_energy"], 100)
+                    if result.returncode == 1:
+                        lines = [l for l in result.stderr.splitlines() if "warning" not in l]
+                        self.assertEqual(len(lines), 1)
+                        for part in ("centre of attraction", "environment.softening", "step "):
+                            self.assertIn(part, lines[0])
+                        self.assertIn(self.summary("out")["status"], ("unstable", "failed"))
+                    soft = self.simulate(text, *overrides, "environment.softening=0.5", out="soft")
+                    largest = self.assert_books_close(soft)
+                    self.assertAlmostEqual(soft[-1]["time"], 2, delta=float(step))
+                    if integrator in ("verlet", "midpoint"):
+                        self.assertLess(abs(soft[-1]["energy_error"]), 1e-2 * largest)
+
+    def test_attraction_with_a_vertex_at_the_origin(self):
+        """The energy has no bound from the start."""
+        text = CUBE + '[environment]\nkind = "attraction"\nstrength = 1e3\n'
+        for integrator in INTEGRATORS:
+            self.simulate(text, f"time.integrator={integrator}", code=1)
+            errors = [l for l in self.messages() if "warning" not in l]
+            self.assertEqual(len(errors), 1)
+            self.assertIn("environment.softening", errors[0])
+        self.assert_books_close(self.simulate(text, "environment.softening=0.5"))
+
+    def test_attraction_that_overflows(self):
+        """What is not finite at the start is refused, or ends the run; it is never written."""
+        scene = self.write("scene.toml", CUBE)
+        result = subprocess.run(
+            [PROGRAM, "run", scene, "--out", self.path("out"), "--quiet", "--set",
+             'environment={kind="attraction",strength=1e300,softening=1e-200}'],
+            capture_output=True, text=True, timeout=300,
+        )  # fmt: skip
+        self.assertIn(result.returncode, (1, 2), result.stderr)
+        self.assertEqual(len([l for l in result.stderr.splitlines() if "warning" not in l]), 1)
+        if os.path.exists(self.path("out", "history.csv")):
+            for row in self.history("out", "history.csv"):
+                for name, value in row.items():
+                    self.assertTrue(math.isfinite(value), f"{name}: {value}")
+
+    def test_more_steps_than_can_be_counted(self):
+        for override in ("time.step=1e-300", "time.step=1e-22", "time.end=1e300"):
+            with self.subTest(override):
+                message = self.refused_scene(CUBE, override)
+                self.assertIn("time.step", message)
+                self.assertNotIn("less than half", message)
+        for setting in ('"time.step" = 1e-300', '"time.end" = 1e300'):
+            with self.subTest(setting):  # not a run that ends well at 0.01 s
+                text = CUBE + f"[[event]]\nat = 0.01\nset = {{ {setting} }}\n"
+                scene = self.write("scene.toml", text)
+                result = subprocess.run(
+                    [PROGRAM, "run", scene, "--out", self.path("out"), "--quiet"],
+                    capture_output=True, text=True, timeout=300,
+                )  # fmt: skip
+                self.assertIn(result.returncode, (1, 2), result.stderr)
+                self.assertEqual(len(result.stderr.splitlines()), 1)
+                self.assertIn("event", result.stderr)
+
+    def test_damping(self):
+        spin = "[initial]\nstretch = [1.1, 1, 1]\nangular_velocity = [0, 0, 3]\n"
+        for key, value in (("drag", 5), ("mass_damping", 20), ("viscosity", 200)):
+            for integrator in INTEGRATORS:
+                with self.subTest(key, integrator=integrator):
+                    rows = self.simulate(CUBE + spin, f"damping.{key}={value}",
+                                         f"time.integrator={integrator}")  # fmt: skip
+                    largest = self.assert_books_close(rows)
+                    losses = [r["dissipated_energy"] for r in rows]
+                    self.assertEqual(losses, sorted(losses))
+                    self.assertGreater(losses[-1], 1e-3 * largest)
+                    if key != "viscosity":
+                        self.assertLess(rows[-1]["lz"], 0.999 * rows[0]["lz"])
+                    elif integrator != "backward-euler":  # internal: takes no momentum away
+                        self.assertAlmostEqual(rows[-1]["lz"], rows[0]["lz"],
+                                               delta=1e-9 * rows[0]["lz"])  # fmt: skip
+
+    def test_the_other_commands_take_such_scenes(self):
+        scene = self.write("scene.toml", EVENTS)
+        self.run_program("check", scene)
+        report = json.loads(self.run_program("check", scene, "--json").stdout)
+        self.assertAlmostEqual(report["mass"], 4000, delta=1e-9)
+        echo = self.run_program("run", scene, "--json", "--out", self.path("out"))
+        self.assertEqual(len(json.loads(echo.stdout)["scene"]["event"]), 7)
 
 
 if __name__ == "__main__":

@@ -49,13 +49,10 @@ inline Scene spinning_block(Integrator integrator, double step, double end) {
   return scene;
 }
 
-/// Constraints that hold every component of the selected vertices.
-inline DofConstraints hold(const TetMesh& mesh, const Selection& selection) {
-  std::vector<std::uint8_t> fixed(3 * mesh.vertices.size(), 0);
-  for (const Index v : select_vertices(mesh, selection)) {
-    for (std::size_t i = 0; i < 3; ++i) fixed[static_cast<std::size_t>(3 * v) + i] = 1;
-  }
-  return DofConstraints(fixed);
+/// Constraints that hold every component of the selected vertices where they rest.
+inline Constraints hold(const TetMesh& mesh, const Selection& selection) {
+  const HeldVertices held = hold_at_rest(mesh, select_vertices(mesh, selection), "hold");
+  return Constraints({{held}, {}, {}, {}}, mesh, Vector::Ones(mesh.vertex_count()));
 }
 
 }  // namespace tetraction::testing_support

@@ -61,5 +61,24 @@ TEST(Selection, RefusesWhatMakesNoSense) {
   EXPECT_THROW(select_vertices(TetMesh{}, SelectPlane{}), InputError);
 }
 
+TEST(SelectTetrahedra, ByCentroidGroupOrAllVertices) {
+  TetMesh mesh = generate_box({2, 1, 1}, {2, 1, 1});
+  const std::vector<Index> right = select_tetrahedra(mesh, SelectBox{{1, 0, 0}, {2, 1, 1}});
+  EXPECT_EQ(right.size(), 6u);
+  for (const Index e : right) {
+    double x = 0.0;
+    for (const Index v : mesh.tetrahedra[static_cast<std::size_t>(e)]) {
+      x += mesh.vertices[static_cast<std::size_t>(v)].x() / 4.0;
+    }
+    EXPECT_GT(x, 1.0);
+  }
+  EXPECT_EQ(select_tetrahedra(mesh, SelectAll{}).size(), 12u);
+  EXPECT_EQ(select_tetrahedra(mesh, SelectSphere{{0.5, 0.5, 0.5}, 0.6}).size(), 6u);
+  mesh.groups.push_back({"core", 3, 7, {}, {2, 5}});
+  EXPECT_EQ(select_tetrahedra(mesh, SelectGroup{"core"}), (std::vector<Index>{2, 5}));
+  EXPECT_THROW(select_tetrahedra(mesh, SelectPlane{0, 0.0, {}}), InputError);
+  EXPECT_THROW(select_tetrahedra(mesh, SelectGroup{"shell"}), InputError);
+}
+
 }  // namespace
 }  // namespace tetraction

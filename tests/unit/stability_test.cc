@@ -12,7 +12,7 @@ using namespace testing_support;
 
 // Largest eigenvalue of M⁻¹K over the free DOFs by the dense generalised eigenproblem.
 double dense_omega_max(const MechanicalSystem& system, const Vector& q) {
-  const SparsityPattern pattern(system.rest(), system.constraints());
+  const SparsityPattern pattern(system.rest(), system.coordinates());
   std::vector<double> values(static_cast<std::size_t>(pattern.nonzeros()), 0.0);
   EXPECT_TRUE(system.elastic().add_hessian(q, pattern, values.data()).ok());
   Matrix k = Matrix::Zero(pattern.size(), pattern.size());
@@ -23,11 +23,7 @@ double dense_omega_max(const MechanicalSystem& system, const Vector& q) {
       k(row, j) = k(j, row) = values[static_cast<std::size_t>(i)];
     }
   }
-  Matrix m = Matrix::Zero(k.rows(), k.cols());
-  for (Index i = 0; i < system.dof_count(); ++i) {
-    const int r = system.constraints().reduced(i);
-    if (r >= 0) m(r, r) = system.mass()[i / 3];
-  }
+  const Matrix m = system.coordinates().reduced_mass(system.mass()).asDiagonal();
   const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix> solver(k, m, Eigen::EigenvaluesOnly);
   return std::sqrt(solver.eigenvalues().maxCoeff());
 }

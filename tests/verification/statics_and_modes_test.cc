@@ -19,12 +19,10 @@ TEST(BarWave, FirstFixedFreeFrequency) {
   const LameParameters lame = lame_from_young(1e6, 0.3);
   const TetMesh mesh = generate_box({kLength, 0.1, 0.1}, {40, 1, 1});
   MechanicalSystem system(mesh, NeoHookean(lame.mu, lame.lambda), 1000.0);
-  std::vector<std::uint8_t> fixed(3 * mesh.vertices.size(), 0);
-  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
-    fixed[3 * v] = mesh.vertices[v].x() == 0.0 ? 1 : 0;
-    fixed[3 * v + 1] = fixed[3 * v + 2] = 1;
-  }
-  system.set_constraints(DofConstraints(fixed));
+  HeldVertices end_face = hold_at_rest(mesh, select_vertices(mesh, SelectPlane{0, 0.0, {}}));
+  HeldVertices sides = hold_at_rest(mesh, select_vertices(mesh, SelectAll{}));
+  sides.components = {false, true, true};
+  system.set_constraints(Constraints({{end_face, sides}, {}, {}, {}}, mesh, system.mass()));
   State state = system.rest_state();
   for (Index v = 0; v < mesh.vertex_count(); ++v) {
     state.position[3 * v] +=

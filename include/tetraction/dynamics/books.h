@@ -10,7 +10,8 @@ namespace tetraction {
 ///
 ///     energy_error = ΔT + ΔW − external work + dissipated energy − constraint work − edit work
 ///
-/// is what the integrator itself added (without loads: its energy error). The momentum drifts are
+/// is what the integrator itself added (without loads: its energy error). The energy of penalty
+/// springs counts as constraint work. The momentum drifts are
 /// what is left of Δp and Δ(q × p) after the impulses of all outer forces and reactions.
 class Books {
  public:
@@ -20,19 +21,24 @@ class Books {
   /// Enters a step that went well; `state` is the state after it.
   void enter(const State& state, const StepOutcome& outcome);
 
+  /// Enters an edit of the state or the system between two steps: the jumps of energy and momenta
+  /// are its work and its impulses. Returns the jump of the energy, J.
+  double enter_edit(const State& state);
+
   const Energies& energies() const { return energies_; }
   const Momenta& momenta() const { return momenta_; }
   double external_work() const { return external_work_; }
-  // Damping, moving constraints and edits have no part in this version's motions.
-  double dissipated_energy() const { return 0.0; }
-  double constraint_work() const { return 0.0; }
-  double edit_work() const { return 0.0; }
+  double dissipated_energy() const { return dissipated_energy_; }
+  double constraint_work() const { return constraint_work_; }
+  double edit_work() const { return edit_work_; }
   double energy_error() const;
 
   /// Energy that has entered the body: what it began with (kinetic and elastic) and the largest
-  /// magnitudes of what environment and user forces gave it, J. Energy drifts are relative to it.
+  /// magnitudes of what environment, user forces and moving constraints gave it, and all edits, J.
+  /// Energy drifts are relative to it.
   double energy_scale() const;
-  /// Largest |energy_error| so far over energy_scale(); 0 while the scale is 0.
+  /// Largest |energy_error| so far over energy_scale(), or over what round-off is worth where that is
+  /// more.
   double max_relative_energy_drift() const;
   /// Largest |Δp − impulses| so far, over the largest Σ|p_i|; 0 for a body that never moved.
   double linear_momentum_drift() const;
@@ -49,11 +55,17 @@ class Books {
   Momenta initial_momenta_;
   Momenta momenta_;
   double external_work_ = 0.0;
+  double dissipated_energy_ = 0.0;
+  double constraint_work_ = 0.0;
+  double edit_work_ = 0.0;
   Vector3 linear_impulse_ = Vector3::Zero();
   Vector3 angular_impulse_ = Vector3::Zero();
   double residual_angular_impulse_ = 0.0;
   double largest_environment_exchange_ = 0.0;
+  double round_off_ = 0.0;
   double largest_external_work_ = 0.0;
+  double largest_constraint_work_ = 0.0;
+  double sum_of_edits_ = 0.0;
   double largest_energy_error_ = 0.0;
   double largest_linear_drift_ = 0.0;
   double largest_angular_drift_ = 0.0;

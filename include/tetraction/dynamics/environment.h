@@ -5,22 +5,43 @@
 
 namespace tetraction {
 
-/// A uniform field: acceleration a on every mass (zero: no environment).
-/// Potential Σ −m a·q, so that gravity −g e_y has the energy Σ m g y.
+/// None, a uniform acceleration, or attraction to the origin; a potential U per vertex in each case.
+///
+/// - uniform: U = −m a·q, so that gravity −g e_y has the energy m g y;
+/// - attraction: U = −k/√(|q|² + ε²), force −k q/(|q|² + ε²)^{3/2}, the same k for every vertex.
+///   Exactly at the origin the force is zero, and without softening (ε = 0) U, which has no value
+///   there, counts as zero. Its second derivative is indefinite.
 class Environment {
  public:
+  /// None.
   Environment() = default;
-  /// Throws InputError if the acceleration is not finite. Unit m/s².
-  explicit Environment(const Vector3& acceleration);
+  /// Throws InputError if the acceleration (m/s²) is not finite.
+  static Environment uniform(const Vector3& acceleration);
+  /// k in N m², ε in m. Throws InputError unless both are finite and ε ≥ 0.
+  static Environment attraction(double strength, double softening = 0.0);
 
-  const Vector3& acceleration() const { return acceleration_; }
-  /// Energy of masses (one per vertex, kg) at positions q, J.
+  /// Whether the force does not depend on the position.
+  bool is_uniform() const { return strength_ == 0.0; }
+
+  /// Whether the force has no bound near the origin.
+  bool is_singular() const { return strength_ != 0.0 && softening_ == 0.0; }
+
+  /// Of one vertex: energy, J; its derivative (minus the force), N; its second derivative, N/m.
+  double value(double mass, const Vector3& q) const;
+  Vector3 gradient(double mass, const Vector3& q) const;
+  Matrix3 hessian(const Vector3& q) const;
+
+  /// Energy of all vertices (masses: one per vertex, kg) at positions q, J.
   double value(const Vector& mass, const Vector& q) const;
   /// gradient += derivative of value() (3 per vertex, N).
-  void add_gradient(const Vector& mass, Vector& gradient) const;
+  void add_gradient(const Vector& mass, const Vector& q, Vector& gradient) const;
 
  private:
+  bool is_none() const { return strength_ == 0.0 && acceleration_.isZero(0.0); }
+
   Vector3 acceleration_ = Vector3::Zero();
+  double strength_ = 0.0;
+  double softening_ = 0.0;
 };
 
 }  // namespace tetraction

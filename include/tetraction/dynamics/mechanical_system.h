@@ -4,10 +4,11 @@
 #include <limits>
 #include <vector>
 
+#include "tetraction/dynamics/constraints.h"
 #include "tetraction/dynamics/environment.h"
 #include "tetraction/dynamics/state.h"
-#include "tetraction/fem/dof_constraints.h"
 #include "tetraction/fem/elastic_potential.h"
+#include "tetraction/fem/viscous_potential.h"
 
 namespace tetraction {
 
@@ -17,6 +18,21 @@ struct UserForce {
   Vector3 vector = Vector3::Zero();                        ///< N, on every vertex of the list
   double from = 0.0;                                       ///< s
   double until = std::numeric_limits<double>::infinity();  ///< s
+};
+
+/// Dissipative forces, each the derivative of a dissipation potential; all 0 or more.
+struct Damping {
+  double drag = 0.0;          ///< k_D: force −k_D v on every vertex, kg/s
+  double mass_damping = 0.0;  ///< a: force −a M v, 1/s
+  double viscosity = 0.0;     ///< η: second Piola stress 2ηĖ, Pa s (fem/viscous_potential.h)
+
+  bool none() const { return drag == 0.0 && mass_damping == 0.0 && viscosity == 0.0; }
+};
+
+/// What a part of the body is made of.
+struct BodyRegion {
+  MaterialModel material;
+  double density = 1000.0;  ///< ρ₀, kg/m³
 };
 
 /// Energies of a state, J.
@@ -36,42 +52,69 @@ struct Momenta {
   double angular_scale = 0.0;         ///< Σ |q × p|
 };
 
-/// Mesh, rest state, material, lumped mass, fixed DOFs and loads of one body.
+/// Mesh, rest state, materials, lumped mass, constraints, damping and loads of one body.
 ///
 /// Lumped mass: each tetrahedron gives ρ₀V/4 to each of its vertices. Not for: time stepping
-/// (Stepper), bookkeeping (EnergyBooks).
+/// (Stepper), bookkeeping (Books).
 class MechanicalSystem {
  public:
-  /// Copies the mesh. Throws InputError if density is not positive and finite.
+  /// One material everywhere. Copies the mesh. Throws InputError if density is not positive and
+  /// finite.
   MechanicalSystem(const TetMesh& mesh, const MaterialModel& material, double density);
+  /// Element e is of regions[region_of_element[e]].
+  MechanicalSystem(const TetMesh& mesh, const std::vector<BodyRegion>& regions,
+                   const std::vector<int>& region_of_element);
   MechanicalSystem(const MechanicalSystem&) = delete;
   MechanicalSystem& operator=(const MechanicalSystem&) = delete;
 
   const TetMesh& mesh() const { return mesh_; }
   const RestState& rest() const { return rest_; }
   const ElasticPotential& elastic() const { return elastic_; }
-  double density() const { return density_; }
+  Index region_count() const { return static_cast<Index>(densities_.size()); }
+  /// The region of element e.
+  int region(Index e) const { return elastic_.material_index(e); }
+  double density(Index region = 0) const { return densities_[static_cast<std::size_t>(region)]; }
+  /// Exchanges the material of a region; its density stays.
+  void set_material(Index region, const MaterialModel& material);
   /// Per vertex, kg.
   const Vector& mass() const { return mass_; }
   double total_mass() const { return mass_.sum(); }
   /// The share of element e in the mass of each of its vertices: ρ₀V/4, kg.
-  double mass_share(Index e) const { return density_ * rest_.volume(e) / RestState::Shape::kNodes; }
+  double mass_share(Index e) const {
+    return density(region(e)) * rest_.volume(e) / RestState::Shape::kNodes;
+  }
   Index vertex_count() const { return mesh_.vertex_count(); }
   Index dof_count() const { return 3 * vertex_count(); }
 
-  /// Which DOFs are held. Throws InputError if that leaves none free.
-  void set_constraints(DofConstraints constraints);
-  const DofConstraints& constraints() const { return constraints_; }
+  /// What holds and guides the body.
+  void set_constraints(Constraints constraints);
+  const Constraints& constraints() const { return constraints_; }
+  const FreeCoordinates& coordinates() const { return constraints_.coordinates(); }
   void set_environment(const Environment& environment) { environment_ = environment; }
   const Environment& environment() const { return environment_; }
+  /// Throws InputError for numbers that are negative or not finite.
+  void set_damping(const Damping& damping);
+  const Damping& damping() const { return damping_; }
+  /// Throws InputError for a force that is not finite or a vertex that is not there.
   void add_force(UserForce force);
+  /// Exchanges the force added as number `index`.
+  void set_force(std::size_t index, UserForce force);
+  std::size_t force_count() const { return forces_.size(); }
   /// f of the step of size h that starts at `time`: 3 per vertex, N.
   /// A start within 1e-6 h of `from` or `until` counts as being there.
   Vector user_force(double time, double h) const;
+  /// Drag and mass damping at velocities v, which take momentum away (3 per vertex, N).
+  Vector drag_force(const Vector& v) const;
+  /// force += the viscous forces at positions q and velocities v, which do not.
+  void add_viscous_force(const Vector& q, const Vector& v, Vector& force) const;
+  /// v = M⁻¹p.
+  Vector velocity_of(const Vector& momentum) const;
+  /// p = Mv.
+  Vector momentum_of(const Vector& velocity) const;
 
-  /// At rest in the reference configuration, with fixed DOFs where they are.
+  /// At rest in the reference configuration.
   State rest_state() const;
-  /// p = Mv, with zero for fixed DOFs.
+  /// p = Mv, less what the constraints do not allow; prescribed components move as prescribed.
   void set_velocity(State& state, const Vector& velocity) const;
   /// Mass-weighted mean of positions, m.
   Vector3 center_of_mass(const Vector& q) const;
@@ -79,18 +122,24 @@ class MechanicalSystem {
   /// value = elastic energy, gradient = ∇W of elastic and environment energy together.
   Evaluation potential(const Vector& q, double& elastic_energy, Vector& gradient) const;
   double kinetic_energy(const Vector& momentum) const;
+  /// ½ Σ m_r|p/m|² of each region, with m_r the region's share in the mass of a vertex, J.
+  Vector kinetic_energies_by_region(const Vector& momentum) const;
   /// Fails where the elastic energy is not defined.
   Evaluation energies(const State& state, Energies& energies) const;
   Momenta momenta(const State& state) const;
 
  private:
+  void check(const UserForce& force) const;
+
   TetMesh mesh_;
   RestState rest_;
   ElasticPotential elastic_;
-  double density_;
+  ViscousPotential viscous_;
+  std::vector<double> densities_;
   Vector mass_;
-  DofConstraints constraints_;
+  Constraints constraints_;
   Environment environment_;
+  Damping damping_;
   std::vector<UserForce> forces_;
 };
 

@@ -9,7 +9,7 @@ namespace tetraction {
 
 /// Why a minimisation ended.
 enum class Termination {
-  kConverged,       ///< |∇Φ| ≤ residual_limit
+  kConverged,       ///< |Tᵀ∇Φ| ≤ residual_limit
   kIterationLimit,  ///< max_iterations reached
   kNoProgress,      ///< no step lowers Φ any further, and the gradient is still too large
   kInadmissible     ///< Φ is not defined at the starting point nor at q_k
@@ -26,24 +26,29 @@ struct MinimizerReport {
   Termination termination = Termination::kNoProgress;
   int iterations = 0;  ///< linear systems solved for a step, accepted or not
   int factorizations = 0;
-  double residual = 0.0;        ///< |∇Φ|₂ over the free DOFs at the end, N
+  double residual = 0.0;        ///< |Tᵀ∇Φ|₂ over the free coordinates at the end, N
   double residual_limit = 0.0;  ///< what it was held against, N
   std::string message;          ///< one line, for the user
 
   bool converged() const { return termination == Termination::kConverged; }
 };
 
-/// Minimises Φ over the free DOFs.
+/// Minimises Φ over the free coordinates.
 class Minimizer {
  public:
   virtual ~Minimizer() = default;
-  /// Starts from x (a point with an inverted element is first moved toward q_k until Φ is defined)
-  /// and leaves the minimiser there. Fixed DOFs of x must equal q_k and are not touched.
+  /// Starts from x (a point with an inverted element is first moved toward base() until Φ is
+  /// defined) and leaves the minimiser there. Prescribed components of x must be those of base() and
+  /// are not touched.
   virtual MinimizerReport minimize(const StepProblem& problem, Vector& x) = 0;
+  /// solution = (Tᵀ∇²Φ(x)T)⁻¹ right, for the multipliers of constraints. Returns false if the matrix
+  /// is not positive definite.
+  virtual bool solve_linearized(const StepProblem& problem, const Vector& x, const Matrix& right,
+                                Matrix& solution) = 0;
 };
 
-/// Moves x toward the problem's previous position, halving the way, until Φ is defined there.
-/// Returns false if it is not even defined at the previous position.
+/// Moves x toward the problem's base(), halving the way, until Φ is defined there.
+/// Returns false if it is not even defined at base().
 bool make_admissible(const StepProblem& problem, Vector& x);
 
 }  // namespace tetraction

@@ -8,11 +8,17 @@ namespace tetraction {
 /// The incremental potential of one implicit step, written in the point x = q_k + s v where the
 /// force is evaluated, with s = αh (α = ½: midpoint, α = 1: backward Euler):
 ///
-///     Φ(x) = 1/(2s²) |x − x̂|²_M + W_elastic(x),    x̂ = q_k + s M⁻¹(p_k + s f) + s² a
+///     Φ(x) = 1/(2s²) |x − q_k − s M⁻¹(p_k + s f)|²_M + W(x) + s D((x − q_k)/s) + Σ γ|x − c|²
 ///
-/// (Kharevych et al. 2006, the Pontryagin–d'Alembert functional). f are the user forces; the
-/// uniform environment's energy −Σ m a·x is folded into x̂, which changes Φ by a constant only.
-/// The minimiser over the free DOFs gives v = (x − q_k)/s. Fixed DOFs stay at q_k.
+/// (Kharevych et al. 2006, the Pontryagin–d'Alembert functional), with W = elastic energy +
+/// environment, the dissipation potential D of drag, mass damping and viscosity, and the penalty
+/// springs. Everything that is quadratic in single vertices is gathered into
+///
+///     ½ Σ_i k_i (x_i − x̂_i)²,   k = m/s² + (k_D + a m)/s + 2γ,
+///
+/// with the linear part of the environment at q_k in x̂; for a uniform environment that is all of it.
+/// The minimiser over the free coordinates gives v = (x − q_k)/s. Prescribed components stay where
+/// base() has them.
 class StepProblem {
  public:
   using Shape = RestState::Shape;
@@ -20,42 +26,59 @@ class StepProblem {
   /// Keeps a reference to `system`, which must live longer.
   explicit StepProblem(const MechanicalSystem& system);
 
-  /// Sets up the step of size h from `state` under the user forces f (3 per vertex, N).
-  void begin(const State& state, double h, double alpha, const Vector& user_force);
+  /// Sets up the step of size h from `state` to `end_time` under the user forces f (3 per vertex,
+  /// N).
+  void begin(const State& state, double h, double end_time, double alpha, const Vector& user_force);
+  /// Adds constraint impulses to p_k (3 per vertex, N s) for the same step.
+  void set_impulse(const Vector& impulse);
 
   const MechanicalSystem& system() const { return system_; }
   /// s = αh, s.
   double step() const { return step_; }
-  /// q_k.
-  const Vector& previous_position() const { return previous_; }
-  /// x̂: where the vertices would be without elastic forces; fixed DOFs at q_k.
-  const Vector& inertial_target() const { return target_; }
+  /// q_k, with the prescribed components where they are at x.
+  const Vector& base() const { return base_; }
+  /// x̂, less what the constraints do not allow: where the vertices would go without elastic forces.
+  Vector inertial_guess() const;
+
+  /// The dissipation potential of the viscosity in this step.
+  const ViscousPotential& viscous() const { return viscous_; }
 
   /// phi = Φ(x), J.
   Evaluation value(const Vector& x, double& phi) const;
-  /// gradient = ∇Φ(x) (3 per vertex, N), zero at fixed DOFs.
+  /// gradient = Tᵀ∇Φ(x) over the free coordinates, N.
   Evaluation value_and_gradient(const Vector& x, double& phi, Vector& gradient) const;
-  /// values = ∇²Φ(x) over the free DOFs in the pattern's order, N/m.
+  /// values = Tᵀ∇²Φ(x)T in the pattern's order, N/m.
   Evaluation hessian(const Vector& x, const SparsityPattern& pattern, double* values) const;
-  /// The share of element e in Φ: its elastic energy and, as lumped mass is a sum over elements,
-  /// its own part of the inertia, ½ Σ_a ρ₀V/(4s²) |x_a − x̂_a|². The shares add up to Φ.
+  /// The share of element e in Φ: its elastic and viscous energy and its part of what belongs to its
+  /// vertices, in proportion to their lumped mass. The shares add up to Φ.
   bool element_terms(Index e, const Vector& x, bool with_hessian,
                      ElasticPotential::ElementTerms& terms) const;
 
-  /// Largest |∇Φ|₂ that counts as converged, N: max(tolerance × force scale, round-off).
-  /// The force scale of a step is |M(x̂ − q_k)/s²|₂ over the free DOFs: the force that would give
-  /// the body its momentum and the impulse of the loads within s. Round-off is what double
-  /// precision leaves of positions: 4ε (|M x/s²|₂ + k max|x|) with k the root sum of squares of the
-  /// elements' V (λ + 2μ) |∇N|². No solver can get below it.
+  /// The share of element e in the environment's energy at x, taken positive, J: how far the shares
+  /// of element_terms() can get below zero is of this order. 0 for uniform environments.
+  double environment_share(Index e, const Vector& x) const;
+
+  /// Largest |Tᵀ∇Φ|₂ that counts as converged, N: max(tolerance × force scale, round-off).
+  /// The force scale of a step is |Tᵀ(p_k/s + f − ∇U(q_k) + springs)|₂: the force that would give
+  /// the body its momentum and the impulse of the loads within s. Round-off is what double precision
+  /// leaves of positions: 4ε (|k x|₂ + K max|x|) with K the root sum of squares of the elements'
+  /// V (λ + 2μ + 2η/s) |∇N|². No solver can get below it.
   double residual_limit(const Vector& x, double tolerance) const;
 
  private:
+  void make_target();
+
   const MechanicalSystem& system_;
+  ViscousPotential viscous_;
   double step_ = 0.0;
-  Vector previous_;
-  Vector target_;
+  Vector previous_;  // q_k
+  Vector base_;
+  Vector load_;         // p_k/s + f − ∇U(q_k) + 2γ(c − q_k), without constraint impulses
+  Vector impulse_;      // of constraints; empty: none
+  Vector coefficient_;  // k, per DOF
+  Vector target_;       // x̂
+  bool curved_environment_ = false;
   double force_scale_ = 0.0;
-  double stiffness_scale_ = 0.0;  // k of residual_limit()
 };
 
 }  // namespace tetraction

@@ -6,7 +6,12 @@
 //
 // (Kharevych et al. 2006; Marsden & West 2001). α = 0 is the explicit rule, α = ½ the midpoint
 // rule; verlet composes half steps of α = 0 and α = 1; backward Euler takes the force at q_{k+1}
-// and p = Mv.
+// and p = Mv. f holds user forces, damping and penalty springs.
+//
+// Multipliers act as impulses (∂g/∂q)ᵀλ at the nodes: at q_k such that g(q_{k+1}) = 0, at q_{k+1}
+// such that the momenta keep g (RATTLE and its implicit counterpart; Marsden & West 2001, part 3).
+// Backward Euler takes them at q_{k+1} alone. Damping: explicit at M⁻¹p_k; verlet at both ends, the
+// second with a predicted velocity; the implicit rules as dissipation potentials.
 #pragma once
 
 #include <memory>
@@ -28,11 +33,13 @@ enum class StepStatus {
 struct StepOutcome {
   StepStatus status = StepStatus::kOk;
   Index element = -1;                         ///< inverted element (internal number)
-  std::string message;                        ///< of the minimiser, if it gave up
+  std::string message;                        ///< why a step did not converge
   MinimizerReport minimizer;                  ///< implicit steps only
   double elastic_energy = 0.0;                ///< W_elastic(q_{k+1}), J
   double external_work = 0.0;                 ///< of the user forces, J
-  Vector3 linear_impulse = Vector3::Zero();   ///< of loads, environment and reactions, N s
+  double dissipated_energy = 0.0;             ///< by drag, mass damping and viscosity, J
+  double constraint_work = 0.0;               ///< of moving targets and penalty springs, J
+  Vector3 linear_impulse = Vector3::Zero();   ///< of loads, damping, environment, reactions, N s
   Vector3 angular_impulse = Vector3::Zero();  ///< the same about the origin, N m s
   /// Change of angular momentum that the minimiser's remaining residual r = ∇Φ(x) makes, N m s:
   /// h |Σ (x − q_k) × r| (midpoint, momenta in force form), h |Σ q_{k+1} × r| (backward Euler).
@@ -44,34 +51,46 @@ struct StepOutcome {
 /// One time-stepping rule applied to one system.
 ///
 /// Keeps the force at the end of a step for the beginning of the next; call reset() after the state
-/// or the system was changed from outside.
+/// or the system was changed from outside, and make a new one after its constraints were.
 class Stepper {
  public:
   virtual ~Stepper() = default;
   /// Advances `state` by h > 0 under user forces held constant over the step.
-  virtual StepOutcome step(State& state, double h) = 0;
+  StepOutcome step(State& state, double h) { return step_to(state, h, state.time + h); }
+  /// The same to a time that the caller knows better than by a sum of round-off: moving targets are
+  /// bitwise where they are at `end_time`.
+  virtual StepOutcome step_to(State& state, double h, double end_time) = 0;
   virtual void reset() {}
-  /// Forces that hold the fixed DOFs during the last step (3 per vertex, N), zero elsewhere.
+  /// What the constraints did during the last step (3 per vertex, N): their impulse over h, and the
+  /// forces of penalty springs.
   const Vector& reaction_force() const { return reaction_; }
+  /// The generalised forces u on the configuration of the constraints' equations, the mean over the
+  /// last step; empty without equations or before the first step.
+  const Vector& configuration_force() const { return configuration_force_; }
 
  protected:
   explicit Stepper(const MechanicalSystem& system);
 
-  /// reaction = ∇W − f at the fixed DOFs: what keeps their momentum zero.
-  void set_reaction(const Vector& gradient, const Vector& user_force);
-  /// Adds weight h Σ F and weight h Σ x × F of all outer forces (user, environment, reaction).
-  void add_impulse(const Vector& x, const Vector& user_force, const Vector& reaction,
-                   double weighted_h, StepOutcome& outcome) const;
+  /// Enters forces that act at positions x for the time dt: their linear and angular impulse.
+  void add_impulse(const Vector& x, const Vector& force, double dt, StepOutcome& outcome) const;
+  /// Enters a change of momenta that the constraints make at positions x.
+  void add_reaction(const Vector& x, const Vector& impulse, StepOutcome& outcome);
+  /// What moving targets did from one state to the next with the current reactions, and what the
+  /// penalty springs gave back, J.
+  double constraint_work(const State& from, const State& to) const;
+  /// −2γ(q − c(t)), zero without springs.
+  Vector spring_force(const Vector& q, double time) const;
 
   const MechanicalSystem& system_;
   Vector reaction_;
+  Vector configuration_force_;
 };
 
 /// α = 0. Keeps a reference to `system`, as all of these.
 std::unique_ptr<Stepper> make_explicit_stepper(const MechanicalSystem& system);
 /// α = 0 and α = 1 half steps composed.
 std::unique_ptr<Stepper> make_verlet_stepper(const MechanicalSystem& system);
-/// α = ½; `minimizer` is called once a step.
+/// α = ½; `minimizer` is called once a step, or a few times where there are multipliers.
 std::unique_ptr<Stepper> make_midpoint_stepper(const MechanicalSystem& system,
                                                std::shared_ptr<Minimizer> minimizer);
 /// Backward Euler.

@@ -32,13 +32,22 @@ class ElasticPotential {
     Shape::DofMatrix hessian;    ///< N/m
   };
 
-  /// Keeps a reference to `rest`, which must live longer.
+  /// One material everywhere. Keeps a reference to `rest`, which must live longer.
   ElasticPotential(const RestState& rest, const MaterialModel& material);
+  /// Element e is of materials[material_of_element[e]].
+  ElasticPotential(const RestState& rest, std::vector<MaterialModel> materials,
+                   std::vector<int> material_of_element);
   ~ElasticPotential();
   ElasticPotential(ElasticPotential&&) noexcept;
 
   const RestState& rest() const;
-  const MaterialModel& material() const;
+  const std::vector<MaterialModel>& materials() const;
+  /// Which of materials() element e is of.
+  int material_index(Index e) const;
+  /// The small-strain parameters of element e, Pa.
+  LameParameters lame(Index e) const;
+  /// Exchanges one of the materials.
+  void set_material(std::size_t index, const MaterialModel& material);
 
   /// Whether W is defined at q.
   Evaluation admissible(const Vector& q) const;
@@ -54,6 +63,8 @@ class ElasticPotential {
   /// Terms of element e; false if its energy is not defined at q. `with_hessian` false leaves the
   /// Hessian untouched. Safe to call from several threads.
   bool element_terms(Index e, const Vector& q, bool with_hessian, ElementTerms& terms) const;
+  /// The energy of each material's elements, J; W must be defined at q.
+  Vector energies_by_material(const Vector& q) const;
   /// Ψ at the first point of every element, J/m³.
   void energy_densities(const Vector& q, Vector& densities) const;
   /// P at the first point of element e, Pa; W must be defined at q.

@@ -6,9 +6,11 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "tetraction/core/types.h"
+#include "tetraction/dynamics/mechanical_system.h"
 #include "tetraction/material/material.h"
 #include "tetraction/mesh/selection.h"
 
@@ -23,6 +25,8 @@ std::string to_string(Integrator integrator);
 Integrator integrator_from_string(const std::string& name);
 /// Whether a step solves a minimisation.
 bool is_implicit(Integrator integrator);
+/// Order in the step size of the rule's positions: 2 for verlet and midpoint, 1 for the others.
+int order(Integrator integrator);
 /// Whether the rule is derived from a discrete action (all but backward Euler).
 inline bool is_variational(Integrator integrator) {
   return integrator != Integrator::kBackwardEuler;
@@ -60,6 +64,13 @@ struct MaterialSettings {
 /// do not belong to the model or contradict each other, and values out of range.
 MaterialModel make_material(const MaterialSettings& settings);
 
+/// Another material in a part of the body.
+struct MaterialRegionSettings {
+  Selection select = SelectAll{};  ///< see select_tetrahedra()
+  MaterialSettings material;
+  std::string where;  ///< place in the scene, for messages
+};
+
 struct TimeSettings {
   Integrator integrator = Integrator::kMidpoint;
   double step = 1.0e-2;    ///< s
@@ -73,20 +84,47 @@ struct SolverSettings {
   int max_iterations = 100;
 };
 
-enum class EnvironmentKind { kNone, kGravity };
+enum class EnvironmentKind { kNone, kGravity, kAttraction };
 
 struct EnvironmentSettings {
   EnvironmentKind kind = EnvironmentKind::kNone;
-  double strength = 9.81;             ///< m/s²
+  double strength = 9.81;             ///< m/s² (gravity), N m² (attraction)
   Vector3 direction{0.0, -1.0, 0.0};  ///< of gravity; normalised by the reader
+  double softening = 0.0;             ///< ε of attraction, m
 };
+
+/// The environment of the settings.
+Environment make_environment(const EnvironmentSettings& settings);
 
 struct FixSettings {
   Selection select = SelectAll{};
   std::array<bool, 3> components{true, true, true};  ///< which of x, y, z are fixed
   std::optional<Vector3> target;                     ///< m; default: where the vertices are
   std::optional<Vector3> offset;                     ///< m, added to where the vertices are
-  std::string where;                                 ///< place in the scene, for messages
+  Vector3 velocity = Vector3::Zero();                ///< of the targets, m/s
+  bool is_penalty = false;  ///< by springs with the force −2γ(q − c) instead of exactly
+  double penalty = 0.0;     ///< γ, N/m
+  std::string where;        ///< place in the scene, for messages
+};
+
+/// What holds vertices in other ways than [[fix]].
+enum class ConstraintKind { kDistance, kPlane, kLine, kRigid };
+
+/// "distance", "plane", "line", "rigid".
+std::string to_string(ConstraintKind kind);
+
+struct ConstraintSettings {
+  ConstraintKind kind = ConstraintKind::kDistance;
+  std::array<std::int64_t, 2> vertices{0, 1};  ///< distance: numbers of the mesh file
+  std::optional<double> length;                ///< distance, m; default: as it is
+  Selection select = SelectAll{};              ///< plane, line, rigid
+  std::optional<Vector3> point;  ///< plane, line: a point of it, m; default: each vertex its own
+  Vector3 direction = Vector3::UnitX();     ///< plane: its normal; line: its direction
+  std::optional<Vector3> velocity;          ///< rigid: driven, m/s
+  std::optional<Vector3> angular_velocity;  ///< rigid: driven, rad/s about its centre of mass
+  std::string where;
+
+  bool is_driven() const { return velocity.has_value() || angular_velocity.has_value(); }
 };
 
 struct ForceSettings {
@@ -112,6 +150,62 @@ struct InitialSettings {
   std::vector<MomentumSettings> momentum;
 };
 
+// What can be changed between two steps.
+struct SetMaterial {
+  Index region = 0;  ///< 0: [material]; i: the i-th [[material_region]]
+  MaterialSettings material;
+};
+struct SetTime {
+  TimeSettings time;
+};
+struct SetSolver {
+  SolverSettings solver;
+};
+struct SetDamping {
+  Damping damping;
+};
+struct SetEnvironment {
+  EnvironmentSettings environment;
+};
+/// Adds a force, or changes the one with that number.
+struct SetForce {
+  std::optional<std::size_t> index;
+  ForceSettings force;
+};
+/// Fixes vertices, or changes the [[fix]] with that number; `offset` and the default target are
+/// relative to where the vertices then are.
+struct SetFix {
+  std::optional<std::size_t> index;
+  FixSettings fix;
+};
+/// Releases vertices from all [[fix]].
+struct Unfix {
+  Selection select = SelectAll{};
+  std::string where;
+};
+/// Adds a constraint, or changes the one with that number.
+struct SetConstraint {
+  std::optional<std::size_t> index;
+  ConstraintSettings constraint;
+};
+/// Sets momenta; what the constraints do not allow is taken away again.
+struct SetMomentum {
+  MomentumSettings momentum;
+};
+
+/// One change between two steps. There is none of the density: mass would appear from nowhere, and
+/// with it momentum.
+using Edit = std::variant<SetMaterial, SetTime, SetSolver, SetDamping, SetEnvironment, SetForce,
+                          SetFix, Unfix, SetConstraint, SetMomentum>;
+
+/// Edits that a scene makes during its run.
+struct EventSettings {
+  double at = 0.0;  ///< s: before the first step that starts at t ≥ at
+  std::vector<Edit> edits;
+  std::string echo;   ///< as JSON text
+  std::string where;  ///< place in the scene, for messages
+};
+
 struct OutputSettings {
   std::string directory = "out";  ///< relative to the working directory
   int every = 10;                 ///< frames: each n-th step, and the first and last always
@@ -122,12 +216,16 @@ struct Scene {
   std::string echo;  ///< the scene as JSON text, with overrides applied, for summary.json
   MeshSettings mesh;
   MaterialSettings material;
+  std::vector<MaterialRegionSettings> material_region;
   TimeSettings time;
   SolverSettings solver;
+  Damping damping;
   EnvironmentSettings environment;
   std::vector<FixSettings> fix;
+  std::vector<ConstraintSettings> constraint;
   std::vector<ForceSettings> force;
   InitialSettings initial;
+  std::vector<EventSettings> event;  ///< in the order of their times
   OutputSettings output;
 };
 

@@ -35,6 +35,16 @@ struct PhaseTimes {
   double total() const { return setup + stability + stepping + output; }
 };
 
+/// An edit that was made, or an event with all its edits.
+struct AppliedEdit {
+  double at = 0.0;           ///< s: when it was asked for
+  double time = 0.0;         ///< s: of the state it was made at
+  Index step = 0;            ///< of that state
+  std::string what;          ///< as JSON text
+  double energy_jump = 0.0;  ///< of the total energy, J: entered as edit work
+  std::string warning;       ///< for the user, or empty
+};
+
 class Session;
 
 /// Watches a run. All calls come from the thread that runs it.
@@ -49,10 +59,14 @@ class Observer {
   virtual void on_finish(const Session&) {}
 };
 
-/// One body moving through time as a scene says.
+/// One body moving through time: apply an edit, step, read the state. The scene's events, the
+/// viewer and users of the library all go through here.
 ///
 ///     Session session(scene, mesh);
-///     while (session.step()) { ... session.state() ... }
+///     while (session.step()) {
+///       if (...) session.apply(SetDamping{{.viscosity = 20.0}});
+///       ... session.state() ...
+///     }
 ///
 /// or session.run(observers). Not for: files (io/run_recorder.h).
 class Session {
@@ -64,13 +78,23 @@ class Session {
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
 
-  /// Takes one step. Returns false when the run is over: status() tells why. A step that fails
+  /// Makes an edit between two steps: it is in force at the next one. Its jumps of energy and
+  /// momentum are entered in the books as edit work. Throws InputError, and leaves everything as it
+  /// was, for what the body does not allow. `what` is kept in edits().
+  void apply(const Edit& edit, const std::string& what = {});
+  /// The edits made so far, the scene's events among them.
+  const std::vector<AppliedEdit>& edits() const;
+
+  /// Makes the scene's events that are due, then takes one step. Returns false when the run is over: status() tells why. A step that fails
   /// leaves the state as it was before.
   bool step();
   /// Steps to the end and calls the observers. Returns how it ended.
   RunStatus run(const std::vector<Observer*>& observers = {});
 
+  /// The scene as it was at the start.
   const Scene& scene() const;
+  /// Integrator, step and end as they are now.
+  const TimeSettings& time_settings() const;
   const MechanicalSystem& system() const;
   const State& state() const;
   const Books& books() const;
@@ -79,17 +103,26 @@ class Session {
   const std::string& message() const;
   /// h, s.
   double time_step() const;
-  /// Number of steps of the whole run: end/h, rounded.
+  /// Number of steps of the whole run: end/h, rounded; with edits of the step, those taken and those
+  /// that are left.
   Index step_count() const;
   /// Stable-step estimate at the initial state.
   const StabilityLimit& initial_limit() const;
   /// Stable-step estimate at the current state, worked out anew.
   StabilityLimit current_limit() const;
-  /// A remark for the user before the run starts (a step above the stability limit), or empty.
-  const std::string& warning() const;
-  /// Forces that hold the fixed DOFs during the last step (3 per vertex, N).
+  /// Remarks for the user before the run starts: a step above the stability limit, events that never
+  /// happen.
+  const std::vector<std::string>& warnings() const;
+  /// What the constraints did during the last step (3 per vertex, N).
   const Vector& reaction_force() const;
-  /// Largest |q_i − c_i| over the fixed DOFs, m.
+  /// User forces of the last step; before the first, of the first (3 per vertex, N).
+  Vector external_force() const;
+  /// The vertices of the scene's [[constraint]] number i.
+  const std::vector<Index>& constraint_vertices(std::size_t i) const;
+  /// The force that pulled the ends of the scene's distance constraint number i together during the
+  /// last step (negative: kept them apart), N.
+  double tension(std::size_t i) const;
+  /// Largest distance of a constrained vertex from where it should be, m.
   double constraint_error() const;
   /// Of the last step and of the run so far.
   int last_iterations() const;

@@ -11,8 +11,17 @@
 
 namespace tetraction {
 
+/// The same scene with something changed.
+struct StudyVariant {
+  std::string name;
+  Scene scene;
+};
+
 /// What to compare.
 struct StudySettings {
+  /// Instead of the one scene: each is run with every integrator at every step. Errors are against
+  /// one reference, of the first.
+  std::vector<StudyVariant> variants;
   std::vector<Integrator> integrators;  ///< empty: all four
   std::vector<double> steps;            ///< s; empty: 1/4, 1/2, 2, 8 and 32 times h_crit
   /// Step of the reference run; absent: the finest step of the study.
@@ -22,8 +31,10 @@ struct StudySettings {
 
 /// One row of a study.
 struct StudyRow {
+  std::string variant;  ///< its name; empty without variants
   Integrator integrator = Integrator::kMidpoint;
-  double step = 0.0;  ///< s
+  double step = 0.0;         ///< s
+  double stable_step = 0.0;  ///< h_crit at the initial state, s
   RunStatus status = RunStatus::kRunning;
   std::string message;
   std::string directory;      ///< of the run, relative to the study's
@@ -42,13 +53,13 @@ struct StudyRow {
 };
 
 struct StudyResult {
-  double stable_step = 0.0;  ///< h_crit at the initial state, s
+  double stable_step = 0.0;  ///< h_crit at the initial state (of the first variant), s
   double end = 0.0;          ///< s
   Integrator reference_integrator = Integrator::kMidpoint;
   double reference_step = 0.0;
   RunStatus reference_status = RunStatus::kRunning;
   std::string reference_directory;
-  std::vector<StudyRow> rows;  ///< by integrator, then from the finest step up
+  std::vector<StudyRow> rows;  ///< by variant, integrator, then from the finest step up
   std::vector<std::string>
       remarks;  ///< for the user: steps that were adjusted, a missing reference
 };

@@ -1,0 +1,201 @@
+// Everything that holds or guides the body: fixed and moving vertices, planes and lines, distances,
+// rigid handles.
+//
+// Linear constraints are eliminated (fem/free_coordinates.h). What is left, distances and the
+// rigidity of free handles, are equations g(w) = 0 in a few configuration vectors w = Bᵀq and need
+// multipliers (dynamics/multipliers.h):
+//
+//     distance of a and b:  w = q_a − q_b,                    g = ½(|w|²/L² − 1)
+//     free rigid handle:    w_j = Σ_a (m_a/m) ξ_ja q_a,       g_ij = ½(w_i·w_j/(ρ_iρ_j) − δ_ij)
+//
+// A free handle is an affine set (fem/free_coordinates.h) along the principal axes of its masses,
+// with radii of gyration ρ_j, whose vectors w_j stay orthogonal and as long as they were.
+#pragma once
+
+#include <array>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tetraction/fem/free_coordinates.h"
+#include "tetraction/mesh/tet_mesh.h"
+
+namespace tetraction {
+
+/// x(t) = c + v τ + R(ω τ)(x₀ − c) with τ = t − since: what a prescribed vertex does.
+struct PrescribedMotion {
+  double since = 0.0;                          ///< s
+  Vector3 velocity = Vector3::Zero();          ///< v, m/s
+  Vector3 angular_velocity = Vector3::Zero();  ///< ω, rad/s
+  Vector3 center = Vector3::Zero();            ///< c at τ = 0, m
+
+  bool at_rest() const { return velocity.isZero(0.0) && angular_velocity.isZero(0.0); }
+  Vector3 position(const Vector3& start, double time) const;
+  Vector3 rate(const Vector3& start, double time) const;
+};
+
+/// Vertices whose named components are prescribed, exactly or by springs.
+struct HeldVertices {
+  std::vector<Index> vertices;
+  std::array<bool, 3> components{true, true, true};
+  Matrix start;  ///< 3 × vertices: positions at motion.since, m
+  PrescribedMotion motion;
+  /// 0: exact. Otherwise γ of the force −2γ(q − target), N/m: the penalty for comparison.
+  double penalty = 0.0;
+  std::string name;  ///< for messages
+};
+
+/// Vertices held with all components where they rest.
+HeldVertices hold_at_rest(const TetMesh& mesh, std::vector<Index> vertices, std::string name = {});
+
+/// Vertices confined to planes (two directions) or lines (one) through a point each.
+struct GuidedVertices {
+  std::vector<Index> vertices;
+  Matrix directions;  ///< 3 × 1 or 3 × 2, orthonormal
+  Matrix points;      ///< 3 × vertices, m
+  std::string name;
+};
+
+/// |q_a − q_b| = length.
+struct FixedDistance {
+  Index a = 0;
+  Index b = 0;
+  double length = 0.0;  ///< m, above 0
+  std::string name;
+};
+
+/// Vertices that move as one rigid body, freely.
+struct RigidHandle {
+  std::vector<Index> vertices;
+  Matrix shape;  ///< 3 × vertices: positions that give the shape, m
+  std::string name;
+};
+
+/// All constraints, as data.
+struct ConstraintList {
+  std::vector<HeldVertices> held;  ///< also driven handles: with a motion that rotates
+  std::vector<GuidedVertices> guided;
+  std::vector<FixedDistance> distances;
+  std::vector<RigidHandle> handles;
+};
+
+/// A consistent set of constraints of one body.
+class Constraints {
+ public:
+  /// None.
+  explicit Constraints(Index vertex_count);
+  /// `mass`: one per vertex, kg. Throws InputError, naming the constraints, for: a component of a
+  /// vertex that is prescribed twice differently, guides that do not meet, a handle's vertex that is
+  /// constrained otherwise, a distance of zero, and if nothing is left free.
+  Constraints(ConstraintList list, const TetMesh& mesh, const Vector& mass);
+
+  const ConstraintList& list() const { return list_; }
+  const FreeCoordinates& coordinates() const { return coordinates_; }
+  /// Whether nothing is constrained.
+  bool empty() const { return prescribed_.empty() && equations_.empty() && springs_.empty(); }
+  /// Whether some prescribed vertex moves.
+  bool moving() const { return moving_; }
+  /// Whether some direction of the vertex's motion is taken away or tied to other vertices'.
+  bool is_constrained(Index vertex) const;
+
+  /// Puts the prescribed components of q where they are at `time`: exactly the targets; guided
+  /// vertices onto their planes and lines, handles back onto their affine form.
+  void prescribe(double time, Vector& q) const;
+  /// Displacement of the prescribed components from `from` to `time`, zero elsewhere.
+  Vector prescribed_displacement(const Vector& from, double time) const;
+  /// Sets the prescribed components of momenta to M times their rates at `time`.
+  void prescribe_momentum(double time, Vector& momentum) const;
+  /// The part of a force that acts on prescribed components, times the displacement, J.
+  double prescribed_work(const Vector& force, const Vector& displacement) const;
+
+  // Multipliers.
+  bool has_equations() const { return !equations_.empty(); }
+  Index configuration_size() const { return configuration_size_; }
+  Index equation_count() const { return equation_count_; }
+  /// w = Bᵀq.
+  Vector configuration(const Vector& q) const;
+  /// Σ B u: the vertex forces (or impulses) of generalised forces u on w.
+  Vector vertex_forces(const Vector& u) const;
+  /// TᵀB, one column per entry of w.
+  const Matrix& selector() const { return selector_; }
+  /// The diagonal of TᵀMT, kg.
+  const Vector& reduced_mass() const { return reduced_mass_; }
+  /// S = BᵀT (TᵀMT)⁻¹ TᵀB, 1/kg: what unit impulses do to the rates of w.
+  const Matrix& inverse_mass() const { return inverse_mass_; }
+  /// g(w).
+  Vector values(const Vector& w) const;
+  /// ∂g/∂w as columns: configuration_size() × equation_count().
+  Matrix gradients(const Vector& w) const;
+  /// Σ λ_i ∂²g_i/∂w², which does not depend on w.
+  Matrix curvature(const Vector& multipliers) const;
+  /// The configuration nearest to w with g = 0, each constraint for itself.
+  Vector retract(Vector w) const;
+  /// What pulls the ends of list().distances[i] together under generalised forces u at w, N.
+  double tension(std::size_t i, const Vector& u, const Vector& w) const;
+  /// The name of the constraint that an equation belongs to.
+  const std::string& name_of_equation(Index equation) const;
+
+  // Penalty springs.
+  bool has_springs() const { return !springs_.empty(); }
+  /// 2γ of every DOF, N/m.
+  const Vector& spring_stiffness() const { return spring_stiffness_; }
+  /// Targets of the springs at `time` (3 per vertex), where there are any.
+  Vector spring_targets(double time) const;
+  /// Σ γ|q − c(t)|², J.
+  double spring_energy(const Vector& q, double time) const;
+
+  /// Largest distance of a prescribed component from its target, a guided vertex from its plane or
+  /// line, a length from what it should be, m. Penalty springs do not count.
+  double error(const Vector& q, double time) const;
+  /// Largest |g(w)|, relative to lengths.
+  double relative_error(const Vector& q) const;
+
+ private:
+  // One vertex with the directions that are left to it.
+  struct Prescribed {
+    Index vertex = 0;
+    VertexFreedom freedom;
+    std::array<Index, 3> held{-1, -1, -1};  // which of list().held prescribes the component
+    std::array<Index, 3> place{};           // and where in its list
+    Vector3 point = Vector3::Zero();        // on the plane or line, if guided
+    bool guided = false;
+  };
+  // One distance or handle.
+  struct Equation {
+    Index first_entry = 0;                           // of w
+    Index first_equation = 0;                        // of g
+    int rank = 0;                                    // 0: a distance
+    Vector3 scale = Vector3::Ones();                 // L, or ρ_1, ρ_2, ρ_3
+    std::vector<std::pair<Index, Vector3>> weights;  // vertex → factor in each w_j
+    std::string name;
+    Index entries() const { return rank == 0 ? 3 : 3 * rank; }
+    Index count() const { return rank == 0 ? 1 : rank * (rank + 1) / 2; }
+  };
+
+  void add_held(std::map<Index, Prescribed>& vertices, const TetMesh& mesh);
+  void add_guided(std::map<Index, Prescribed>& vertices, const TetMesh& mesh) const;
+  std::vector<AffineSet> add_handles(const std::map<Index, Prescribed>& vertices,
+                                     const TetMesh& mesh);
+  void add_distances(const TetMesh& mesh);
+  void make_selector();
+  const HeldVertices& held(Index i) const { return list_.held[static_cast<std::size_t>(i)]; }
+  Vector3 axis_target(const Prescribed& vertex, double time, const Vector3& q) const;
+  Vector3 axis_rate(const Prescribed& vertex, double time) const;
+
+  ConstraintList list_;
+  FreeCoordinates coordinates_;
+  Vector mass_;
+  std::vector<Prescribed> prescribed_;
+  std::vector<Equation> equations_;
+  std::vector<Index> springs_;  // of list().held
+  Vector spring_stiffness_;
+  Index configuration_size_ = 0;
+  Index equation_count_ = 0;
+  Matrix selector_;
+  Vector reduced_mass_;
+  Matrix inverse_mass_;
+  bool moving_ = false;
+};
+
+}  // namespace tetraction

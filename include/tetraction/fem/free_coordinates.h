@@ -1,0 +1,92 @@
+// The coordinates that linear constraints leave free. Everything else is eliminated: minimisers and
+// matrices see the free coordinates only (deal.II's AffineConstraints).
+#pragma once
+
+#include <map>
+#include <vector>
+
+#include "tetraction/core/types.h"
+
+namespace tetraction {
+
+/// Directions in which one vertex may move: the first `count` columns of an orthonormal basis.
+struct VertexFreedom {
+  int count = 3;  ///< 0 (held) to 3 (free)
+  Matrix3 basis = Matrix3::Identity();
+
+  /// The part of x along these directions.
+  Vector3 project(const Vector3& x) const {
+    Vector3 result = Vector3::Zero();
+    for (int i = 0; i < count; ++i) result += basis.col(i).dot(x) * basis.col(i);
+    return result;
+  }
+};
+
+/// Vertices that move together by an affine map, q_a = c + Σ_j ξ_ja w_j: centre c and `rank` vectors
+/// w_j are free coordinates. Needs Σ m_a ξ_a = 0 and Σ m_a ξ_ia ξ_ja = Σ m_a δ_ij.
+struct AffineSet {
+  std::vector<Index> vertices;
+  Matrix coordinates;  ///< ξ: rank × vertices, rank 0 to 3
+  int rank() const { return static_cast<int>(coordinates.rows()); }
+};
+
+/// The linear map δq = T δy from the free coordinates y to the positions of all vertices.
+///
+/// In the order of the vertices, each has as many coordinates as directions; then come those of the
+/// affine sets (c, w_1, …). Because of the sets' scaling TᵀMT is diagonal.
+class FreeCoordinates {
+ public:
+  /// The three columns of T that belong to one vertex: coordinates first … first + count − 1.
+  struct VertexMap {
+    int first = 0;
+    int count = 0;
+    Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 12> columns;
+  };
+
+  /// Every vertex free.
+  explicit FreeCoordinates(Index vertex_count);
+  /// Vertices that are not named are free. Throws InputError if a vertex is in two places or the
+  /// mesh has more than 2^31 coordinates.
+  FreeCoordinates(Index vertex_count, std::map<Index, VertexFreedom> freedoms,
+                  std::vector<AffineSet> sets = {});
+
+  Index vertex_count() const { return static_cast<Index>(first_.size()); }
+  Index dof_count() const { return 3 * vertex_count(); }
+  /// Number of free coordinates.
+  Index count() const { return count_; }
+  /// Whether the vertex has all three directions for itself.
+  bool is_free(Index vertex) const { return kind_[static_cast<std::size_t>(vertex)] == kFree; }
+  /// Whether the vertex cannot move.
+  bool is_held(Index vertex) const { return kind_[static_cast<std::size_t>(vertex)] == kHeld; }
+  /// First coordinate of a free vertex.
+  int first(Index vertex) const { return first_[static_cast<std::size_t>(vertex)]; }
+  VertexMap map(Index vertex) const;
+  /// The affine set that the vertex belongs to, or −1.
+  Index set_of(Index vertex) const;
+  const std::vector<AffineSet>& sets() const { return sets_; }
+  int first_of_set(Index set) const { return set_first_[static_cast<std::size_t>(set)]; }
+
+  /// Tᵀ f: the generalised forces of vertex forces.
+  Vector restrict(const Vector& full) const;
+  /// T y: the displacements of the vertices.
+  Vector extend(const Vector& free) const;
+  /// The diagonal of TᵀMT, kg (`mass`: one per vertex).
+  Vector reduced_mass(const Vector& mass) const;
+  /// p ← M T (TᵀMT)⁻¹ Tᵀ p: the part of momenta that the free coordinates carry.
+  void project_momentum(const Vector& mass, Vector& momentum) const;
+  /// v ← T (TᵀMT)⁻¹ TᵀM v: the same of velocities.
+  void project_velocity(const Vector& mass, Vector& velocity) const;
+
+ private:
+  enum Kind : std::uint8_t { kFree, kPartial, kHeld, kAffine };
+
+  std::vector<Kind> kind_;
+  std::vector<int> first_;                           // free and partial vertices
+  std::map<Index, VertexFreedom> freedoms_;          // partial and held vertices
+  std::map<Index, std::pair<Index, Index>> member_;  // vertex → set and place in it
+  std::vector<AffineSet> sets_;
+  std::vector<int> set_first_;
+  Index count_ = 0;
+};
+
+}  // namespace tetraction

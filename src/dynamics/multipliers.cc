@@ -1,0 +1,184 @@
+#include "tetraction/dynamics/multipliers.h"
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace tetraction {
+namespace {
+
+constexpr double kAccepted = 1e-12;  // |g|, relative
+constexpr int kIterations = 60;
+
+// Least-squares solution, minimum norm where equations are redundant.
+Vector solve_redundant(const Matrix& a, const Vector& b) {
+  Eigen::CompleteOrthogonalDecomposition<Matrix> qr;
+  qr.setThreshold(1e-11);
+  qr.compute(a);
+  return qr.solve(b);
+}
+
+double largest(const Vector& g) {
+  const double value = g.cwiseAbs().maxCoeff();
+  return std::isfinite(value) ? value : std::numeric_limits<double>::infinity();
+}
+
+void finish(const Constraints& constraints, MultiplierSolution& solution) {
+  const Vector g = constraints.values(solution.end);
+  solution.ok = largest(g) <= kAccepted;
+  if (!solution.ok) g.cwiseAbs().maxCoeff(&solution.worst);
+}
+
+MultiplierSolution solve_along_start(const Constraints& constraints, const Vector& free_end,
+                                     const Matrix& response, const Vector& start,
+                                     const Vector& guess) {
+  const Matrix directions = constraints.gradients(start);
+  const Matrix moved = response * directions;  // ∂w/∂λ
+  MultiplierSolution solution;
+  solution.multipliers =
+      guess.size() == directions.cols() ? guess : Vector::Zero(directions.cols());
+  solution.end = free_end + moved * solution.multipliers;
+  double error = largest(constraints.values(solution.end));
+  if (guess.size() > 0 && !(error < largest(constraints.values(free_end)))) {
+    solution.multipliers.setZero();
+    solution.end = free_end;
+    error = largest(constraints.values(solution.end));
+  }
+  for (int i = 0; i < kIterations && error > 0.0; ++i) {
+    const Vector step = solve_redundant(constraints.gradients(solution.end).transpose() * moved,
+                                        -constraints.values(solution.end));
+    if (!step.allFinite()) break;
+    double length = 1.0;
+    bool better = false;
+    for (int halving = 0; halving < 12 && !better; ++halving, length *= 0.5) {
+      const Vector multipliers = solution.multipliers + length * step;
+      const Vector end = free_end + moved * multipliers;
+      const double now = largest(constraints.values(end));
+      if (now < error) {
+        solution.multipliers = multipliers;
+        solution.end = end;
+        error = now;
+        better = true;
+      }
+    }
+    if (!better) break;  // as good as round-off allows, or stuck
+  }
+  solution.forces = directions * solution.multipliers;
+  finish(constraints, solution);
+  return solution;
+}
+
+// Newton on w − ŵ − S G(w) λ = 0, g(w) = 0, with S and λ scaled to be of the order of one.
+MultiplierSolution solve_along_end(const Constraints& constraints, const Vector& free_end,
+                                   const Matrix& unscaled_response, const Vector& guess) {
+  const Index n = free_end.size();
+  const Index m = constraints.equation_count();
+  MultiplierSolution solution;
+  solution.end = constraints.retract(free_end);
+  const double scale = std::max(solution.end.norm(), 1e-300);
+  const double softness =
+      std::max(unscaled_response.cwiseAbs().maxCoeff(), 1e-300) / (scale * scale);
+  const Matrix response = unscaled_response / softness;
+  solution.multipliers = guess.size() == m
+                             ? Vector(guess * softness)
+                             : solve_redundant(response * constraints.gradients(solution.end),
+                                               solution.end - free_end);
+  const auto residual = [&](const Vector& w, const Vector& multipliers) {
+    Vector r(n + m);
+    r.head(n) = (w - free_end - response * (constraints.gradients(w) * multipliers)) / scale;
+    r.tail(m) = constraints.values(w);
+    return r;
+  };
+  Vector r = residual(solution.end, solution.multipliers);
+  for (int i = 0; i < kIterations && r.norm() > 0.0; ++i) {
+    Matrix jacobian = Matrix::Zero(n + m, n + m);
+    const Matrix gradients = constraints.gradients(solution.end);
+    jacobian.topLeftCorner(n, n) =
+        (Matrix::Identity(n, n) - response * constraints.curvature(solution.multipliers)) / scale;
+    jacobian.topRightCorner(n, m) = -response * gradients / scale;
+    jacobian.bottomLeftCorner(m, n) = gradients.transpose();
+    const Vector step = solve_redundant(jacobian, -r);
+    if (!step.allFinite()) break;
+    double length = 1.0;
+    bool better = false;
+    for (int halving = 0; halving < 20 && !better; ++halving, length *= 0.5) {
+      const Vector end = solution.end + length * step.head(n);
+      const Vector multipliers = solution.multipliers + length * step.tail(m);
+      const Vector now = residual(end, multipliers);
+      if (now.norm() < r.norm()) {
+        solution.end = end;
+        solution.multipliers = multipliers;
+        r = now;
+        better = true;
+      }
+    }
+    if (!better) break;
+  }
+  solution.multipliers /= softness;
+  solution.forces = constraints.gradients(solution.end) * solution.multipliers;
+  finish(constraints, solution);
+  solution.ok = solution.ok && r.head(n).norm() <= 1e-10;
+  if (!solution.ok && solution.worst < 0) solution.worst = 0;
+  return solution;
+}
+
+}  // namespace
+
+MultiplierSolution solve_multipliers(const Constraints& constraints, const Vector& free_end,
+                                     const Matrix& response, const Vector& start,
+                                     ConstraintDirection direction, const Vector& guess) {
+  if (!free_end.allFinite() || !response.allFinite()) {
+    MultiplierSolution failed;
+    failed.worst = 0;
+    return failed;
+  }
+  return direction == ConstraintDirection::kStart
+             ? solve_along_start(constraints, free_end, response, start, guess)
+             : solve_along_end(constraints, free_end, response, guess);
+}
+
+Vector project_to_constraints(const Constraints& constraints, const Vector& mass, const Vector& q,
+                              double time, Vector& momentum) {
+  constraints.coordinates().project_momentum(mass, momentum);
+  constraints.prescribe_momentum(time, momentum);
+  if (!constraints.has_equations()) return {};
+  Vector velocity = momentum;
+  for (Index i = 0; i < velocity.size(); ++i) velocity[i] /= mass[i / 3];
+  const Matrix gradients = constraints.gradients(constraints.configuration(q));
+  const Vector multipliers =
+      solve_redundant(gradients.transpose() * constraints.inverse_mass() * gradients,
+                      -gradients.transpose() * constraints.configuration(velocity));
+  Vector u = gradients * multipliers;
+  Vector impulse = constraints.vertex_forces(u);
+  constraints.coordinates().project_momentum(mass, impulse);
+  momentum += impulse;
+  return u;
+}
+
+std::string project_positions(const Constraints& constraints, double time, Vector& q) {
+  constraints.prescribe(time, q);
+  if (!constraints.has_equations()) return {};
+  const Vector w = constraints.configuration(q);
+  if (largest(constraints.values(w)) <= kAccepted) return {};
+  const MultiplierSolution solution =
+      solve_multipliers(constraints, w, constraints.inverse_mass(), w, ConstraintDirection::kEnd);
+  if (!solution.ok) {
+    Index worst = solution.worst;
+    // The first one that is off tells more than the one that Newton's method stopped at.
+    const Vector g = constraints.values(solution.end);
+    for (Index i = 0; i < g.size(); ++i) {
+      if (std::abs(g[i]) > kAccepted) worst = std::max<Index>(worst, i);
+    }
+    return constraints.name_of_equation(std::max<Index>(0, worst));
+  }
+  const FreeCoordinates& free = constraints.coordinates();
+  Vector moved = free.restrict(constraints.vertex_forces(solution.forces));
+  // S is given by the masses: δy = (TᵀMT)⁻¹ TᵀB u.
+  moved = free.extend(moved.cwiseQuotient(constraints.reduced_mass()));
+  q += moved;
+  constraints.prescribe(time, q);
+  return {};
+}
+
+}  // namespace tetraction

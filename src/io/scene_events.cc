@@ -1,0 +1,268 @@
+// [[event]]
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <set>
+#include <sstream>
+#include <utility>
+
+#include "scene_sections.h"
+#include "tetraction/core/error.h"
+
+namespace tetraction {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json to_json(const toml::node& node) {
+  if (const auto* table = node.as_table()) {
+    Json json = Json::object();
+    for (const auto& [key, value] : *table) json[std::string(key.str())] = to_json(value);
+    return json;
+  }
+  if (const auto* array = node.as_array()) {
+    Json json = Json::array();
+    for (const toml::node& entry : *array) json.push_back(to_json(entry));
+    return json;
+  }
+  if (const auto* text = node.as_string()) return text->get();
+  if (const auto* flag = node.as_boolean()) return flag->get();
+  if (const auto* integer = node.as_integer()) return integer->get();
+  return node.value<double>().value_or(0.0);
+}
+
+// The value as TOML text; tables have no place in `set`.
+std::string text_of(const TomlTable& set, std::string_view key, const toml::node& node) {
+  if (node.is_table()) {
+    set.refuse(key, "is a table; give single values, like \"time.step\" = 1e-3.");
+  }
+  std::ostringstream text;
+  text.precision(17);
+  node.visit([&](const auto& value) { text << value; });
+  return text.str();
+}
+
+// A value in one line of TOML.
+std::string inline_text(const toml::node& node) {
+  std::string text;
+  if (const auto* table = node.as_table()) {
+    for (const auto& [key, value] : *table) {
+      text +=
+          fmt::format("{}\"{}\" = {}", text.empty() ? "{ " : ", ", key.str(), inline_text(value));
+    }
+    return text.empty() ? "{}" : text + " }";
+  }
+  if (const auto* array = node.as_array()) {
+    for (const toml::node& entry : *array) {
+      text += (text.empty() ? "[" : ", ") + inline_text(entry);
+    }
+    return text.empty() ? "[]" : text + "]";
+  }
+  std::ostringstream stream;
+  stream.precision(17);
+  node.visit([&](const auto& value) { stream << value; });
+  return stream.str();
+}
+
+// The parts of a scene that a changed key belongs to.
+struct Section {
+  std::string name;
+  std::optional<std::size_t> index;
+  bool operator<(const Section& other) const {
+    return std::tie(name, index) < std::tie(other.name, other.index);
+  }
+};
+
+const NameList kChangeable{"time",        "solver", "material", "material_region", "damping",
+                           "environment", "force",  "fix",      "constraint"};
+
+Section section_of(const TomlTable& set, std::string_view key) {
+  Section section;
+  if (key.find(' ') != std::string_view::npos) {
+    set.refuse(key, "holds a blank; keys are names with dots between them.");
+  }
+  const auto dot = key.find('.');
+  section.name = key.substr(0, dot);
+  if (section.name == "mesh" || section.name == "initial" || section.name == "output") {
+    set.refuse(key, section.name == "initial"
+                        ? "cannot change during a run; for momenta use the event's momentum = "
+                          "{ select = { ... }, value = [...] }."
+                        : "cannot change during a run.");
+  }
+  if (std::find(kChangeable.begin(), kChangeable.end(), section.name) == kChangeable.end()) {
+    set.refuse(key,
+               fmt::format("is not a key that can change: {}", advice(section.name, kChangeable)));
+  }
+  if (key.size() >= 8 && key.substr(key.size() - 8) == ".density") {
+    set.refuse(key,
+               "cannot change during a run: mass would appear from nowhere, and momentum and "
+               "energy with it. Set the density before the start.");
+  }
+  if (section.name == "material_region" && key.find(".select") != std::string_view::npos) {
+    set.refuse(key,
+               "cannot change during a run: the masses of the vertices would change. Give the "
+               "parts that are to change regions of their own.");
+  }
+  if (section.name == "material_region" || section.name == "force" || section.name == "fix" ||
+      section.name == "constraint") {
+    const auto end = key.find('.', dot == std::string_view::npos ? key.size() : dot + 1);
+    std::size_t index = 0;
+    const char* first = key.data() + (dot == std::string_view::npos ? key.size() : dot + 1);
+    const char* last = key.data() + (end == std::string_view::npos ? key.size() : end);
+    const auto [stop, error] = std::from_chars(first, last, index);
+    if (error != std::errc() || stop != last) {
+      set.refuse(key, fmt::format("must say which one: \"{}.0.…\" is the first.", section.name));
+    }
+    section.index = index;
+  }
+  return section;
+}
+
+// The edit that takes a section from what it was to what it is in `next`.
+Edit edit_of(const Section& section, const Scene& scene, const Scene& next) {
+  const std::size_t i = section.index.value_or(0);
+  if (section.name == "time") return SetTime{next.time};
+  if (section.name == "solver") return SetSolver{next.solver};
+  if (section.name == "damping") return SetDamping{next.damping};
+  if (section.name == "environment") return SetEnvironment{next.environment};
+  if (section.name == "material") return SetMaterial{0, next.material};
+  if (section.name == "material_region") {
+    return SetMaterial{static_cast<Index>(i) + 1, next.material_region[i].material};
+  }
+  const auto existing = [i](const auto& list) {
+    return i < list.size() ? std::optional<std::size_t>(i) : std::nullopt;
+  };
+  if (section.name == "force") return SetForce{existing(scene.force), next.force[i]};
+  if (section.name == "fix") return SetFix{existing(scene.fix), next.fix[i]};
+  return SetConstraint{existing(scene.constraint), next.constraint[i]};
+}
+
+Unfix read_unfix(const TomlTable& event) {
+  NameList keys = selection_kinds();
+  keys.emplace_back("select");
+  const TomlTable table = event.table("unfix", {keys});
+  Unfix unfix;
+  unfix.where = table.where();
+  if (!table.has("select")) {
+    unfix.select = read_selection(event, "unfix", table);
+    return unfix;
+  }
+  if (table.node().size() > 1) {
+    table.refuse("select", "stands beside another selection; give one of the two.");
+  }
+  unfix.select = read_selection(table);
+  return unfix;
+}
+
+// The scene with all changes so far. What does not fit may lie in other places than the change: the
+// event is named in any case.
+Scene read_changed(const TomlDocument& document, const std::vector<TomlDocument::Change>& changes,
+                   const SectionReader& read_sections, const std::string& event) {
+  try {
+    return read_sections(document.changed(changes));
+  } catch (const InputError& error) {
+    const std::string message = error.what();
+    if (message.find("event at ") != std::string::npos) throw;
+    throw InputError(event + ": " + message);
+  }
+}
+
+}  // namespace
+
+const TableKeys& event_keys() {
+  static const TableKeys keys{{"at", "set", "fix", "unfix", "force", "momentum", "constraint"}};
+  return keys;
+}
+
+void read_events(const TomlDocument& document, const TomlTable& root,
+                 const SectionReader& read_sections, Scene& scene) {
+  struct Timed {
+    double at;
+    TomlTable table;
+  };
+  std::vector<Timed> timed;
+  for (const TomlTable& table : root.tables("event", event_keys())) {
+    table.require("at", "the time of the event in s.");
+    double at = 0.0;
+    table.read("at", at);
+    timed.push_back({at, table});
+  }
+  std::stable_sort(timed.begin(), timed.end(),
+                   [](const Timed& a, const Timed& b) { return a.at < b.at; });
+
+  // Every event's `set` is read as part of the whole scene as it is then, so that what does not fit
+  // is known before the run begins.
+  std::vector<TomlDocument::Change> changes;
+  Scene now = scene;
+  for (const auto& [at, table] : timed) {
+    EventSettings event;
+    event.at = at;
+    event.where = table.where();
+    event.echo = to_json(table.node()).dump(-1, ' ', false, Json::error_handler_t::replace);
+    if (table.has("set")) {
+      std::set<Section> sections;
+      const toml::table* values = table.node().get_as<toml::table>("set");
+      if (values == nullptr) {
+        table.refuse("set", "must be a table like { \"time.step\" = 1e-3 }.");
+      }
+      NameList keys;
+      for (const auto& [key, value] : *values) keys.push_back(key.str());
+      const TomlTable set = table.table("set", {keys});
+      for (const auto& [key, value] : *values) {
+        if (value.is_table()) {
+          set.refuse(key.str(),
+                     "is a table: put the whole key into quotes, like \"time.step\" = 1e-3.");
+        }
+        const Section section = section_of(set, key.str());
+        if (section.name == "material_region" && *section.index >= now.material_region.size()) {
+          set.refuse(key.str(),
+                     fmt::format("names a region that does not exist: there are {} beside "
+                                 "[material], counted from 0, and none can be added during a run.",
+                                 now.material_region.size()));
+        }
+        sections.insert(section);
+        changes.push_back({std::string(key.str()), text_of(set, key.str(), value),
+                           fmt::format("{}: event at {} s", set.place(key.str()), at)});
+      }
+      if (keys.empty()) keys.emplace_back();
+      const Scene next =
+          read_changed(document, changes, read_sections,
+                       fmt::format("{}: event at {} s", set.place(keys.front()), at));
+      for (const Section& section : sections) event.edits.push_back(edit_of(section, now, next));
+      now = next;
+    }
+    if (table.has("unfix")) event.edits.emplace_back(read_unfix(table));
+    // What is added gets the next number of its list, for later events to change.
+    const auto added = [&](const char* list, std::size_t number, const TomlTable& entry) {
+      changes.push_back({fmt::format("{}.{}", list, number), inline_text(entry.node()),
+                         fmt::format("{}: event at {} s", entry.place(), at)});
+    };
+    for (const TomlTable& entry : table.one_or_more_tables("fix", fix_keys())) {
+      added("fix", now.fix.size(), entry);
+      now.fix.push_back(read_fix(entry));
+      event.edits.emplace_back(SetFix{std::nullopt, now.fix.back()});
+    }
+    for (const TomlTable& entry : table.one_or_more_tables("constraint", constraint_keys())) {
+      added("constraint", now.constraint.size(), entry);
+      now.constraint.push_back(read_constraint(entry));
+      event.edits.emplace_back(SetConstraint{std::nullopt, now.constraint.back()});
+    }
+    for (const TomlTable& entry : table.one_or_more_tables("force", force_keys())) {
+      added("force", now.force.size(), entry);
+      now.force.push_back(read_force(entry));
+      event.edits.emplace_back(SetForce{std::nullopt, now.force.back()});
+    }
+    for (const TomlTable& entry : table.one_or_more_tables("momentum", momentum_keys())) {
+      event.edits.emplace_back(SetMomentum{read_momentum(entry)});
+    }
+    if (event.edits.empty()) {
+      table.refuse_table("changes nothing: give set, fix, unfix, constraint, force or momentum.");
+    }
+    scene.event.push_back(std::move(event));
+  }
+}
+
+}  // namespace tetraction

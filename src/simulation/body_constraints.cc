@@ -1,0 +1,187 @@
+#include "body_constraints.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <cmath>
+#include <utility>
+
+#include "tetraction/core/error.h"
+
+namespace tetraction {
+namespace {
+
+Matrix positions_of(const std::vector<Index>& vertices, const Vector& q) {
+  Matrix positions(3, static_cast<Index>(vertices.size()));
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    positions.col(static_cast<Index>(i)) = vertex_block(q, vertices[i]);
+  }
+  return positions;
+}
+
+Vector3 unit(const ConstraintSettings& constraint) {
+  if (!constraint.direction.allFinite() || constraint.direction.isZero(0.0)) {
+    throw InputError(fmt::format(
+        "{}: the {} must not be zero.", constraint.where,
+        constraint.kind == ConstraintKind::kPlane ? "normal of a plane" : "direction of a line"));
+  }
+  return constraint.direction.stableNormalized();
+}
+
+GuidedVertices make_guided(const ConstraintSettings& constraint, const TetMesh& mesh,
+                           const Vector& q) {
+  GuidedVertices guided;
+  guided.name = constraint.where;
+  guided.vertices = select_at(mesh, constraint.select, constraint.where);
+  guided.points = positions_of(guided.vertices, q);
+  if (constraint.point) guided.points.colwise() = *constraint.point;
+  const Vector3 axis = unit(constraint);
+  if (constraint.kind == ConstraintKind::kLine) {
+    guided.directions = axis;
+  } else {
+    guided.directions.resize(3, 2);
+    guided.directions.col(0) = axis.unitOrthogonal();
+    guided.directions.col(1) = axis.cross(axis.unitOrthogonal());
+  }
+  return guided;
+}
+
+FixedDistance make_distance(const ConstraintSettings& constraint, const TetMesh& mesh,
+                            const Vector& q) {
+  FixedDistance distance;
+  distance.name = constraint.where;
+  distance.a = select_at(mesh, SelectVertices{{constraint.vertices[0]}}, constraint.where).front();
+  distance.b = select_at(mesh, SelectVertices{{constraint.vertices[1]}}, constraint.where).front();
+  distance.length = constraint.length.value_or(
+      (vertex_block(q, distance.a) - vertex_block(q, distance.b)).norm());
+  return distance;
+}
+
+ConstraintObject make_handle(const ConstraintSettings& constraint, const MechanicalSystem& system,
+                             const Vector& q, double time) {
+  const std::vector<Index> vertices = select_at(system.mesh(), constraint.select, constraint.where);
+  const Matrix positions = positions_of(vertices, q);
+  if (!constraint.is_driven()) return RigidHandle{vertices, positions, constraint.where};
+
+  HeldVertices driven;
+  driven.name = constraint.where;
+  driven.vertices = vertices;
+  driven.start = positions;
+  driven.motion.since = time;
+  driven.motion.velocity = constraint.velocity.value_or(Vector3::Zero());
+  driven.motion.angular_velocity = constraint.angular_velocity.value_or(Vector3::Zero());
+  double mass = 0.0;
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    mass += system.mass()[vertices[i]];
+    driven.motion.center += system.mass()[vertices[i]] * positions.col(static_cast<Index>(i));
+  }
+  driven.motion.center /= mass;
+  if (!driven.motion.angular_velocity.isZero(0.0)) {
+    constexpr double kCollinear = 1e-9;
+    const Matrix arms = positions.colwise() - driven.motion.center;
+    const Eigen::SelfAdjointEigenSolver<Matrix3> spread(arms * arms.transpose());
+    const Vector3 squared = spread.eigenvalues();
+    if (vertices.size() < 3 ||
+        !(std::sqrt(std::abs(squared[1])) > kCollinear * std::sqrt(std::abs(squared[2])))) {
+      throw InputError(fmt::format(
+          "{}: a handle that is turned needs three vertices or more that are not on one line; it "
+          "has {}. Let it select more, or give a velocity only.",
+          constraint.where,
+          vertices.size() < 3 ? fmt::format("{}", vertices.size()) : "only some on a line"));
+    }
+  }
+  return driven;
+}
+
+}  // namespace
+
+std::vector<Index> select_at(const TetMesh& mesh, const Selection& selection,
+                             const std::string& where) {
+  try {
+    return select_vertices(mesh, selection);
+  } catch (const InputError& error) {
+    throw InputError(where.empty() ? error.what() : where + ": " + error.what());
+  }
+}
+
+ConstraintList BodyConstraints::list() const {
+  ConstraintList list;
+  list.held = fixes;
+  for (const ConstraintObject& object : others) {
+    if (const auto* held = std::get_if<HeldVertices>(&object)) list.held.push_back(*held);
+    if (const auto* guided = std::get_if<GuidedVertices>(&object)) list.guided.push_back(*guided);
+    if (const auto* distance = std::get_if<FixedDistance>(&object)) {
+      list.distances.push_back(*distance);
+    }
+    if (const auto* handle = std::get_if<RigidHandle>(&object)) list.handles.push_back(*handle);
+  }
+  return list;
+}
+
+HeldVertices make_held(const FixSettings& fix, const TetMesh& mesh, const Vector& q, double time) {
+  HeldVertices held;
+  held.name = fix.where;
+  held.vertices = select_at(mesh, fix.select, fix.where);
+  held.components = fix.components;
+  held.start = positions_of(held.vertices, q);
+  if (fix.target) held.start.colwise() = *fix.target;
+  if (fix.offset) held.start.colwise() += *fix.offset;
+  held.motion.since = time;
+  for (Index i = 0; i < 3; ++i) {
+    if (fix.components[static_cast<std::size_t>(i)]) held.motion.velocity[i] = fix.velocity[i];
+  }
+  if (fix.is_penalty) {
+    if (!(fix.penalty > 0.0) || !std::isfinite(fix.penalty)) {
+      throw InputError(fmt::format("{}: the penalty must be above 0 and finite.", fix.where));
+    }
+    held.penalty = fix.penalty;
+  }
+  return held;
+}
+
+HeldVertices changed_held(const HeldVertices& held, const FixSettings& before,
+                          const FixSettings& after, const TetMesh& mesh, const Vector& q,
+                          double time) {
+  HeldVertices next = make_held(after, mesh, q, time);
+  if (before.select != after.select || before.components != after.components ||
+      before.target != after.target || before.offset != after.offset) {
+    return next;
+  }
+  next.vertices = held.vertices;  // without those that were released since
+  next.start = held.start;
+  for (Index i = 0; i < held.start.cols(); ++i) {
+    next.start.col(i) = held.motion.position(held.start.col(i), time);
+  }
+  return next;
+}
+
+ConstraintObject make_constraint(const ConstraintSettings& constraint,
+                                 const MechanicalSystem& system, const Vector& q, double time) {
+  switch (constraint.kind) {
+    case ConstraintKind::kDistance:
+      return make_distance(constraint, system.mesh(), q);
+    case ConstraintKind::kPlane:
+    case ConstraintKind::kLine:
+      return make_guided(constraint, system.mesh(), q);
+    case ConstraintKind::kRigid:
+      break;
+  }
+  return make_handle(constraint, system, q, time);
+}
+
+BodyConstraints make_body_constraints(const Scene& scene, const MechanicalSystem& system,
+                                      Vector q) {
+  BodyConstraints constraints;
+  for (const FixSettings& fix : scene.fix) {
+    constraints.fixes.push_back(make_held(fix, system.mesh(), q, 0.0));
+    constraints.fix_settings.push_back(fix);
+  }
+  Constraints(constraints.list(), system.mesh(), system.mass()).prescribe(0.0, q);
+  for (const ConstraintSettings& constraint : scene.constraint) {
+    constraints.others.push_back(make_constraint(constraint, system, q, 0.0));
+  }
+  return constraints;
+}
+
+}  // namespace tetraction

@@ -1,0 +1,20 @@
+// The parts of scene_objects.h that a session needs on its own.
+#pragma once
+
+#include "body_constraints.h"
+#include "tetraction/simulation/scene_objects.h"
+
+namespace tetraction {
+
+/// As in scene_objects.h, and keeps the constraints for later edits.
+State make_initial_state(const Scene& scene, MechanicalSystem& system,
+                         BodyConstraints& constraints);
+
+/// Gives the system these constraints and moves `position` to where they hold it. Throws InputError
+/// and leaves both as they were if they contradict each other or an element would be inverted.
+void constrain(MechanicalSystem& system, const BodyConstraints& constraints, double time,
+               Vector& position);
+
+UserForce make_force(const ForceSettings& force, const TetMesh& mesh);
+
+}  // namespace tetraction

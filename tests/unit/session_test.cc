@@ -1,0 +1,340 @@
+#include "tetraction/simulation/session.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "support/bodies.h"
+#include "tetraction/core/error.h"
+
+namespace tetraction {
+namespace {
+
+using namespace testing_support;
+
+TetMesh mesh_of(const Scene& scene) {
+  return generate_mesh(*scene.mesh.generate);
+}
+
+std::string name_of(const testing::TestParamInfo<Integrator>& parameter) {
+  std::string name = to_string(parameter.param);
+  std::erase(name, '-');
+  return name;
+}
+
+class EditedSession : public testing::TestWithParam<Integrator> {};
+
+INSTANTIATE_TEST_SUITE_P(Rules, EditedSession,
+                         testing::Values(Integrator::kExplicit, Integrator::kVerlet,
+                                         Integrator::kMidpoint, Integrator::kBackwardEuler),
+                         name_of);
+
+// Everything that acts on a body, and every kind of edit, in one run.
+TEST_P(EditedSession, TheBooksCloseWithEveryTermAtOnce) {
+  Scene scene = spinning_block(GetParam(), 1e-3, 0.12);
+  scene.environment = {EnvironmentKind::kGravity, 0.2, -Vector3::UnitY(), 0.0};
+  scene.damping = {20.0, 2.0, 400.0};
+  FixSettings grip;
+  grip.select = SelectBox{{0, 0, 0}, {0, 1, 0}};
+  grip.velocity = {0.1, 0.0, -0.2};
+  FixSettings spring;
+  spring.select = SelectNearest{{2, 1, 1}};
+  spring.is_penalty = true;
+  spring.penalty = 500.0;
+  spring.velocity = {0.0, 0.3, 0.0};
+  scene.fix = {grip, spring};
+  ConstraintSettings rod;
+  rod.vertices = {2, 11};
+  scene.constraint = {rod};
+  ForceSettings push;
+  push.select = SelectPlane{0, 2.0, {}};
+  push.vector = {50.0, -20.0, 10.0};
+  scene.force = {push};
+  const TetMesh mesh = mesh_of(scene);
+  Session session(scene, mesh);
+
+  MaterialSettings softer = scene.material;
+  softer.youngs_modulus = 5e4;
+  softer.model = "stvk";
+  MomentumSettings kick;
+  kick.select = SelectPlane{0, 2.0, {}};
+  kick.value = {0.0, 60.0, 0.0};
+  TimeSettings finer = scene.time;
+  finer.step = 5e-4;
+  FixSettings more;
+  more.select = SelectNearest{{1, 1, 0}};
+  const std::vector<Edit> edits{
+      SetMaterial{0, softer},
+      SetMomentum{kick},
+      SetDamping{{0.0, 0.0, 10.0}},
+      SetEnvironment{{EnvironmentKind::kAttraction, 20.0, Vector3::UnitY(), 0.5}},
+      SetTime{finer},
+      SetFix{std::nullopt, more},
+      Unfix{SelectBox{{0, 0, 0}, {0, 1, 0}}, {}},
+      SetForce{0, {push.select, {0.0, 5.0, 0.0}, 0.0, 1.0, {}}},
+      SetConstraint{std::nullopt,
+                    {ConstraintKind::kPlane,
+                     {0, 1},
+                     {},
+                     SelectNearest{{2, 0, 0}},
+                     {},
+                     Vector3(1, 1, 1),
+                     {},
+                     {},
+                     {}}}};
+
+  const double start = session.books().energies().total();
+  double largest = std::abs(start);
+  std::size_t next = 0;
+  double jumps = 0.0;
+  while (session.step()) {
+    const Books& books = session.books();
+    const double total = books.energies().total();
+    for (const double term : {total, books.external_work(), books.dissipated_energy(),
+                              books.constraint_work(), books.edit_work()}) {
+      largest = std::max(largest, std::abs(term));
+    }
+    const double sum = total - start - books.external_work() + books.dissipated_energy() -
+                       books.constraint_work() - books.edit_work();
+    EXPECT_NEAR(books.energy_error(), sum, 1e-13 * largest);
+    if (session.state().step % 10 == 0 && next < edits.size()) {
+      const double before = books.energies().total();
+      session.apply(edits[next++], "{}");
+      EXPECT_NEAR(session.edits().back().energy_jump, books.energies().total() - before,
+                  1e-12 * largest);
+      jumps += session.edits().back().energy_jump;
+    }
+  }
+  ASSERT_EQ(session.status(), RunStatus::kFinished) << session.message();
+  EXPECT_EQ(next, edits.size());
+  const Books& books = session.books();
+  // Every term has taken part, and what is left is the rule's own error, much smaller than any of
+  // them: none was forgotten.
+  double smallest = largest;
+  for (const double term : {books.external_work(), books.dissipated_energy(),
+                            books.constraint_work(), books.edit_work()}) {
+    smallest = std::min(smallest, std::abs(term));
+  }
+  EXPECT_GT(smallest, 1e-3 * largest);
+  EXPECT_NEAR(books.edit_work(), jumps, 1e-12 * largest);
+  EXPECT_LT(std::abs(books.energy_error()), is_variational(GetParam())
+                                                ? (order(GetParam()) == 2 ? 0.02 : 0.6) * smallest
+                                                : 0.02 * largest);  // it dissipates of itself
+}
+
+TEST_P(EditedSession, AnEditIsInForceAtTheNextStepAndNotBefore) {
+  Scene scene = spinning_block(GetParam(), 1e-3, 0.02);
+  const TetMesh mesh = mesh_of(scene);
+  Session edited(scene, mesh);
+  Session plain(scene, mesh);
+  for (int k = 0; k < 10; ++k) {
+    ASSERT_TRUE(edited.step());
+    ASSERT_TRUE(plain.step());
+  }
+  EnvironmentSettings gravity;
+  gravity.kind = EnvironmentKind::kGravity;
+  edited.apply(SetEnvironment{gravity});
+  EXPECT_EQ(edited.state().position, plain.state().position);
+  ASSERT_TRUE(edited.step());
+  ASSERT_TRUE(plain.step());
+  const Vector3 change = edited.books().momenta().linear - plain.books().momenta().linear;
+  const Vector3 impulse(0.0, -9.81 * edited.system().total_mass() * 1e-3, 0.0);
+  EXPECT_LT((change - impulse).norm(), 1e-6 * impulse.norm());
+}
+
+TEST(Session, EventsAndEditsAreOneMechanism) {
+  // The same changes by events and by hand give bitwise the same trajectory.
+  Scene scene = spinning_block(Integrator::kVerlet, 1e-3, 0.1);
+  Scene eventful = scene;
+  FixSettings fix;
+  fix.select = SelectVertices{{0}};
+  TimeSettings implicit = scene.time;
+  implicit.integrator = Integrator::kMidpoint;
+  implicit.step = 2e-3;
+  EventSettings first;
+  first.at = 0.02;
+  first.edits = {SetFix{std::nullopt, fix}, SetDamping{{0.0, 1.0, 0.0}}};
+  first.echo = R"({"at":0.02})";
+  EventSettings second;
+  second.at = 0.0501;  // between two steps: at the next one
+  second.edits = {SetTime{implicit}, Unfix{SelectAll{}, {}}};
+  second.echo = R"({"at":0.0501})";
+  eventful.event = {first, second};
+  const TetMesh mesh = mesh_of(scene);
+  Session by_events(eventful, mesh);
+  ASSERT_EQ(by_events.run(), RunStatus::kFinished) << by_events.message();
+
+  Session by_hand(scene, mesh);
+  while (true) {
+    if (by_hand.state().step == 20) {
+      for (const Edit& edit : first.edits) by_hand.apply(edit);
+    }
+    if (by_hand.state().step == 51) {
+      for (const Edit& edit : second.edits) by_hand.apply(edit);
+    }
+    if (!by_hand.step()) break;
+  }
+  EXPECT_EQ(by_events.state().position, by_hand.state().position);
+  EXPECT_EQ(by_events.state().momentum, by_hand.state().momentum);
+  ASSERT_EQ(by_events.edits().size(), 2u);
+  EXPECT_EQ(by_events.edits()[0].step, 20);
+  EXPECT_EQ(by_events.edits()[1].step, 51);
+  EXPECT_EQ(by_events.state().step, 51 + 25);  // (0.1 − 0.051)/0.002, rounded
+  EXPECT_NEAR(by_events.state().time, 0.1, 1.1e-3);
+}
+
+TEST(Session, ChangingAFixKeepsItsTargetsUnlessTheyAreChanged) {
+  Scene scene = spinning_block(Integrator::kVerlet, 1e-3, 0.1);
+  scene.initial = {};
+  scene.environment.kind = EnvironmentKind::kGravity;
+  FixSettings clamp;
+  clamp.select = SelectPlane{0, 0.0, {}};
+  clamp.offset = Vector3(0.02, 0.0, 0.0);
+  FixSettings spring;
+  spring.select = SelectNearest{{2, 1, 1}};
+  spring.is_penalty = true;
+  spring.penalty = 1e3;
+  scene.fix = {clamp, spring};
+  const TetMesh mesh = mesh_of(scene);
+  Session session(scene, mesh);
+  for (int k = 0; k < 20; ++k) ASSERT_TRUE(session.step());
+  // A velocity does not add the offset again; a stiffer spring pulls at where it pulled before.
+  clamp.velocity = {0.0, 0.1, 0.0};
+  session.apply(SetFix{0, clamp});
+  EXPECT_NEAR(session.state().position[0], 0.02, 1e-15);
+  for (int k = 0; k < 10; ++k) ASSERT_TRUE(session.step());
+  EXPECT_NEAR(session.state().position[1], 0.1 * 10e-3, 1e-15);
+  session.apply(Unfix{SelectVertices{{0}}, {}});
+  EXPECT_TRUE(session.edits().back().warning.empty());
+  clamp.velocity.setZero();
+  session.apply(SetFix{0, clamp});
+  EXPECT_TRUE(session.system().coordinates().is_free(0)) << "released stays released";
+  spring.penalty = 2e3;
+  session.apply(SetFix{1, spring});
+  const Vector targets = session.system().constraints().spring_targets(session.state().time);
+  const Index v = select_vertices(mesh, spring.select).front();
+  EXPECT_EQ(Vector3(targets.segment<3>(3 * v)), Vector3(2, 1, 1));
+  // Another offset is meant from where the vertices are.
+  clamp.offset = Vector3(0.01, 0.0, 0.0);
+  session.apply(SetFix{0, clamp});
+  EXPECT_NEAR(session.state().position[3 * 3], 0.03, 1e-15);
+  session.apply(Unfix{SelectNearest{{1, 1, 1}}, {}});
+  EXPECT_FALSE(session.edits().back().warning.empty()) << "nothing was fixed there";
+}
+
+TEST(Session, AnEventThatMovesTheEndMakesLaterOnesHappen) {
+  Scene scene = spinning_block(Integrator::kVerlet, 1e-3, 0.02);
+  TimeSettings longer = scene.time;
+  longer.end = 0.04;
+  EventSettings first;
+  first.at = 0.01;
+  first.edits = {SetTime{longer}};
+  first.echo = "{}";
+  EventSettings second;
+  second.at = 0.03;
+  second.edits = {SetDamping{{0.0, 1.0, 0.0}}};
+  second.echo = "{}";
+  scene.event = {first, second};
+  Session session(scene, mesh_of(scene));
+  EXPECT_TRUE(session.warnings().empty());
+  EXPECT_EQ(session.run(), RunStatus::kFinished);
+  EXPECT_EQ(session.state().step, 40);
+  EXPECT_EQ(session.edits().size(), 2u);
+}
+
+TEST(Session, RefusedEditsLeaveEverythingAsItWas) {
+  Scene scene = spinning_block(Integrator::kVerlet, 1e-3, 0.1);
+  FixSettings fix;
+  fix.select = SelectVertices{{0}};
+  fix.where = "fix.0";
+  scene.fix = {fix};
+  Session session(scene, mesh_of(scene));
+  for (int k = 0; k < 10; ++k) ASSERT_TRUE(session.step());
+  const State before = session.state();
+
+  MaterialSettings heavier = scene.material;
+  heavier.density = 2000.0;
+  EXPECT_THROW(session.apply(SetMaterial{0, heavier}), InputError);
+  EXPECT_THROW(session.apply(SetMaterial{3, scene.material}), InputError);
+  EXPECT_THROW(session.apply(SetDamping{{-1.0, 0.0, 0.0}}), InputError);
+  FixSettings elsewhere = fix;
+  elsewhere.target = Vector3(0.0, 5.0, 0.0);  // the vertex is held already, and it would invert
+  EXPECT_THROW(session.apply(SetFix{std::nullopt, elsewhere}), InputError);
+  EXPECT_THROW(session.apply(SetFix{0, elsewhere}), InputError);
+  EXPECT_THROW(session.apply(SetFix{7, fix}), InputError);
+  FixSettings everything;
+  EXPECT_THROW(session.apply(SetFix{std::nullopt, everything}), InputError);
+  ConstraintSettings zero;
+  zero.vertices = {3, 3};
+  EXPECT_THROW(session.apply(SetConstraint{std::nullopt, zero}), InputError);
+  EXPECT_TRUE(session.edits().empty());
+  EXPECT_EQ(session.state().position, before.position);
+  EXPECT_EQ(session.books().edit_work(), 0.0);
+
+  Session untouched(scene, mesh_of(scene));
+  for (int k = 0; k < 20; ++k) ASSERT_TRUE(untouched.step());
+  for (int k = 0; k < 10; ++k) ASSERT_TRUE(session.step());
+  EXPECT_EQ(session.state().position, untouched.state().position);
+}
+
+TEST(Session, AnEventThatCannotBeMadeEndsTheRunWithItsReason) {
+  Scene scene = spinning_block(Integrator::kVerlet, 1e-3, 0.1);
+  FixSettings impossible;
+  impossible.select = SelectVertices{{0}};
+  impossible.target = Vector3(100.0, 0.0, 0.0);
+  EventSettings event;
+  event.at = 0.05;
+  event.edits = {SetFix{std::nullopt, impossible}};
+  event.echo = "{}";
+  scene.event = {event};
+  Session session(scene, mesh_of(scene));
+  EXPECT_EQ(session.run(), RunStatus::kNotConverged);
+  EXPECT_EQ(session.state().step, 50);
+  EXPECT_NE(session.message().find("event at 0.05 s"), std::string::npos);
+  EXPECT_NE(session.message().find("inverts element"), std::string::npos);
+}
+
+TEST(Session, WarnsOfEventsThatAreTooEarlyOrNeverHappen) {
+  Scene scene = spinning_block(Integrator::kVerlet, 1e-3, 0.01);
+  EventSettings early;
+  early.at = -1.0;
+  early.edits = {SetDamping{{0.0, 1.0, 0.0}}};
+  early.where = "event.0";
+  early.echo = "{}";
+  EventSettings late = early;
+  late.at = 0.01;
+  late.where = "event.1";
+  scene.event = {early, late};
+  Session session(scene, mesh_of(scene));
+  ASSERT_EQ(session.warnings().size(), 2u);
+  EXPECT_NE(session.warnings()[0].find("event.0"), std::string::npos);
+  EXPECT_NE(session.warnings()[1].find("not happen"), std::string::npos);
+  EXPECT_EQ(session.run(), RunStatus::kFinished);
+  EXPECT_EQ(session.edits().size(), 1u);
+  EXPECT_EQ(session.edits()[0].step, 0);
+}
+
+TEST(Session, SeveralMaterialsHaveTheirOwnMassAndEnergies) {
+  Scene scene = spinning_block(Integrator::kVerlet, 1e-4, 0.01);
+  MaterialRegionSettings half;
+  half.select = SelectBox{{1, 0, 0}, {2, 1, 1}};
+  half.material = scene.material;
+  half.material.model = "stvk";
+  half.material.youngs_modulus = 1e6;
+  half.material.density = 3000.0;
+  scene.material_region = {half};
+  Session session(scene, mesh_of(scene));
+  EXPECT_NEAR(session.system().total_mass(), 1000.0 + 3000.0, 1e-9);
+  ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+  const Vector elastic = session.system().elastic().energies_by_material(session.state().position);
+  const Vector kinetic = session.system().kinetic_energies_by_region(session.state().momentum);
+  const Energies& total = session.books().energies();
+  ASSERT_EQ(elastic.size(), 2);
+  EXPECT_NEAR(elastic.sum(), total.elastic, 1e-12 * total.elastic);
+  EXPECT_NEAR(kinetic.sum(), total.kinetic, 1e-12 * total.kinetic);
+  EXPECT_GT(elastic.minCoeff(), 0.0);
+  EXPECT_GT(kinetic[1], kinetic[0]);
+  EXPECT_LT(session.books().angular_momentum_drift(), 1e-12);
+}
+
+}  // namespace
+}  // namespace tetraction

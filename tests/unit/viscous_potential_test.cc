@@ -1,0 +1,129 @@
+#include "tetraction/fem/viscous_potential.h"
+
+#include <Eigen/Geometry>
+
+#include "support/bodies.h"
+#include "tetraction/dynamics/derivative_check.h"
+
+namespace tetraction {
+namespace {
+
+using namespace testing_support;
+
+class Viscosity : public testing::Test {
+ protected:
+  const TetMesh mesh_ = small_block({2, 2, 1});
+  const RestState rest_{mesh_};
+  const ElasticPotential elastic_{rest_, all_materials()[1]};
+  const Vector start_ = strained_state(elastic_, mesh_.rest_positions(), 0.2);
+  const Vector x_ = jiggled(start_, 0.02);
+  ViscousPotential viscous_{rest_};
+
+  double value(const Vector& x) const {
+    double energy = 0.0;
+    viscous_.add_value(x, energy);
+    return energy;
+  }
+  Vector gradient(const Vector& x) const {
+    double energy = 0.0;
+    Vector result = Vector::Zero(x.size());
+    viscous_.add_value_and_gradient(x, energy, result);
+    EXPECT_EQ(energy, value(x));
+    return result;
+  }
+  Vector3 torque(const Vector& x, const Vector& force) const {
+    Vector3 sum = Vector3::Zero();
+    for (Index v = 0; v < mesh_.vertex_count(); ++v) {
+      sum += x.segment<3>(3 * v).cross(force.segment<3>(3 * v));
+    }
+    return sum;
+  }
+};
+
+TEST_F(Viscosity, GradientAndHessianAreDerivatives) {
+  viscous_.begin(start_, jiggled(Vector::Zero(x_.size()), 0.1, 3), 700.0);
+  const Vector direction = jiggled(Vector::Zero(x_.size()), 1.0, 5);
+  const double h = 1e-6;
+  const Vector g = gradient(x_);
+  ASSERT_GT(g.norm(), 1.0);
+  EXPECT_NEAR(g.dot(direction), (value(x_ + h * direction) - value(x_ - h * direction)) / (2.0 * h),
+              1e-7 * g.norm());
+  const Vector bend = (gradient(x_ + h * direction) - gradient(x_ - h * direction)) / (2.0 * h);
+  const SparsityPattern pattern(rest_, FreeCoordinates(mesh_.vertex_count()));
+  std::vector<double> values(static_cast<std::size_t>(pattern.nonzeros()), 0.0);
+  viscous_.add_hessian(x_, pattern, values.data());
+  Vector product = Vector::Zero(x_.size());
+  for (Index j = 0; j < pattern.size(); ++j) {
+    for (int k = pattern.column_begin()[static_cast<std::size_t>(j)];
+         k < pattern.column_begin()[static_cast<std::size_t>(j) + 1]; ++k) {
+      const int i = pattern.rows()[static_cast<std::size_t>(k)];
+      product[i] += values[static_cast<std::size_t>(k)] * direction[j];
+      if (i != j) product[j] += values[static_cast<std::size_t>(k)] * direction[i];
+    }
+  }
+  EXPECT_LT((product - bend).norm(), 1e-6 * bend.norm());
+
+  // Element by element the same.
+  Vector sum = Vector::Zero(x_.size());
+  for (Index e = 0; e < rest_.element_count(); ++e) {
+    ElasticPotential::ElementTerms terms;
+    terms.gradient.setZero();
+    viscous_.add_element_terms(e, x_, false, terms);
+    for (int a = 0; a < 4; ++a) {
+      sum.segment<3>(3 * rest_.nodes(e)[static_cast<std::size_t>(a)]) += terms.gradient.col(a);
+    }
+  }
+  EXPECT_LT((sum - g).norm(), 1e-12 * g.norm());
+}
+
+TEST_F(Viscosity, TakesNoMomentumAndOnlyEnergy) {
+  const Vector velocity = jiggled(Vector::Zero(x_.size()), 1.0, 9);
+  Vector force = Vector::Zero(x_.size());
+  viscous_.add_force(50.0, x_, velocity, force);
+  ASSERT_GT(force.norm(), 1.0);
+  Vector3 sum = Vector3::Zero();
+  for (Index v = 0; v < mesh_.vertex_count(); ++v) sum += force.segment<3>(3 * v);
+  EXPECT_LT(sum.norm(), 1e-12 * force.norm());
+  EXPECT_LT(torque(x_, force).norm(), 1e-12 * force.norm());
+  EXPECT_LT(force.dot(velocity), 0.0);
+
+  viscous_.begin(start_, Vector(), 700.0);
+  const Vector g = gradient(x_);
+  EXPECT_LT(torque(x_, g).norm(), 1e-12 * g.norm());
+}
+
+TEST_F(Viscosity, DoesNotResistRigidMotion) {
+  const Vector3 w(0.3, -1.0, 0.7);
+  Vector velocity(x_.size());
+  for (Index v = 0; v < mesh_.vertex_count(); ++v) {
+    velocity.segment<3>(3 * v) = Vector3(1, 2, 3) + w.cross(x_.segment<3>(3 * v));
+  }
+  Vector force = Vector::Zero(x_.size());
+  viscous_.add_force(50.0, x_, velocity, force);
+  EXPECT_LT(force.norm(), 1e-11);
+
+  // Backward Euler: x is q_k turned by any angle. Midpoint: half way to the turned q_{k+1}, with a
+  // velocity of that rotation; what is left is of the third order in the angle.
+  const auto turned = [&](double angle) {
+    const Matrix3 r = Eigen::AngleAxisd(angle, w.normalized()).toRotationMatrix();
+    Vector q(start_.size());
+    for (Index v = 0; v < mesh_.vertex_count(); ++v) {
+      q.segment<3>(3 * v) = r * start_.segment<3>(3 * v);
+    }
+    return q;
+  };
+  viscous_.begin(start_, Vector(), 700.0);
+  EXPECT_LT(gradient(turned(1.0)).norm(), 1e-9);
+  const auto left = [&](double angle) {
+    Vector displacement(start_.size());
+    for (Index v = 0; v < mesh_.vertex_count(); ++v) {
+      displacement.segment<3>(3 * v) = angle * w.normalized().cross(start_.segment<3>(3 * v));
+    }
+    viscous_.begin(start_, displacement, 700.0);
+    return gradient(0.5 * (start_ + turned(angle))).norm();
+  };
+  EXPECT_LT(left(0.05), left(0.1) / 7.0);
+}
+
+}  // namespace
+}  // namespace tetraction
