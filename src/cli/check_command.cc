@@ -47,12 +47,15 @@ int check(const std::string& path, const std::vector<std::string>& overrides, bo
   const TetMesh mesh = load_mesh(scene);
   const std::unique_ptr<MechanicalSystem> system = make_system(scene, mesh);
   const State state = make_initial_state(scene, *system);
+  check_events(scene, *system);
   const StabilityLimit limit = stability_limit(*system, state.position);
 
   nlohmann::ordered_json json;
   json["mesh"] = mesh_json(mesh);
   json["mass"] = system->total_mass();
   json["free_degrees_of_freedom"] = system->coordinates().count();
+  json["multipliers"] = system->constraints().equation_count();
+  json["events"] = scene.event.size();
   double fastest = 0.0;
   json["materials"] = nlohmann::ordered_json::array();
   for (Index r = 0; r < system->region_count(); ++r) {
@@ -100,8 +103,12 @@ int check(const std::string& path, const std::vector<std::string>& overrides, bo
           material["lambda"].get<double>(), material["density"].get<double>(),
           material["wave_speed"].get<double>());
     }
-    fmt::print("mass: {:.6g} kg; {} of {} degrees of freedom free\n", system->total_mass(),
+    fmt::print("mass: {:.6g} kg; {} of {} degrees of freedom free", system->total_mass(),
                system->coordinates().count(), system->dof_count());
+    if (system->constraints().has_equations()) {
+      fmt::print(", {} multipliers", system->constraints().equation_count());
+    }
+    fmt::print("\n");
     fmt::print(
         "stability limit of the explicit rules: h_crit = {:.6g} s (omega_max = "
         "{:.6g} "

@@ -172,8 +172,8 @@ struct RunRecorder::Impl {
     }
   }
 
-  void write_frame(const Session& session) {
-    frames->write(make_frame(session));
+  void write_frame(const Session& session, const Frame& frame) {
+    frames->write(frame);
     history.flush();  // the history is never behind the frames
     last_frame = session.state().step;
   }
@@ -203,19 +203,21 @@ void RunRecorder::on_start(const Session& session) {
   s.history << history_header(session);
   s.frames = std::make_unique<FrameWriter>(session.system().mesh(), s.directory);
   s.write_row(session);
-  s.write_frame(session);
+  s.write_frame(session, make_frame(session));
 }
 
 bool RunRecorder::on_step(const Session& session) {
   impl_->write_row(session);
-  if (session.state().step % impl_->frame_every == 0) impl_->write_frame(session);
+  if (session.state().step % impl_->frame_every == 0)
+    impl_->write_frame(session, make_frame(session));
   return true;
 }
 
 void RunRecorder::on_finish(const Session& session) {
   Impl& s = *impl_;
-  if (s.last_frame != session.state().step) s.write_frame(session);
-  s.frames->write_single(make_frame(session), s.path("final.vtu"));
+  const Frame last = make_frame(session);
+  if (s.last_frame != session.state().step) s.write_frame(session, last);
+  s.frames->write_single(last, s.path("final.vtu"));
   s.history.close();
   if (!s.history) {
     throw OutputError(s.path("history.csv") +

@@ -150,6 +150,35 @@ State make_initial_state(const Scene& scene, MechanicalSystem& system,
   return state;
 }
 
+namespace {
+
+// Selections are of the undeformed body: what is wrong with those of an edit is known before the run.
+struct SelectionCheck {
+  const MechanicalSystem& system;
+
+  void operator()(const SetForce& edit) const { make_force(edit.force, system.mesh()); }
+  void operator()(const SetFix& edit) const {
+    make_held(edit.fix, system.mesh(), system.mesh().rest_positions(), 0.0);
+  }
+  void operator()(const Unfix& edit) const { select_at(system.mesh(), edit.select, edit.where); }
+  void operator()(const SetConstraint& edit) const {
+    make_constraint(edit.constraint, system, system.mesh().rest_positions(), 0.0);
+  }
+  void operator()(const SetMomentum& edit) const {
+    select_at(system.mesh(), edit.momentum.select, edit.momentum.where);
+  }
+  template <class Other>
+  void operator()(const Other&) const {}
+};
+
+}  // namespace
+
+void check_events(const Scene& scene, const MechanicalSystem& system) {
+  for (const EventSettings& event : scene.event) {
+    for (const Edit& edit : event.edits) std::visit(SelectionCheck{system}, edit);
+  }
+}
+
 std::unique_ptr<Stepper> make_stepper(Integrator integrator, const SolverSettings& solver,
                                       const MechanicalSystem& system) {
   switch (integrator) {

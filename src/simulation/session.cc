@@ -15,25 +15,6 @@ namespace {
 // A run counts as blown up once the integrator has made this many times the energy that entered.
 constexpr double kBlowUp = 10.0;
 
-// Selections are of the undeformed body: what is wrong with those of an edit is known before the run.
-struct SelectionCheck {
-  const MechanicalSystem& system;
-
-  void operator()(const SetForce& edit) const { make_force(edit.force, system.mesh()); }
-  void operator()(const SetFix& edit) const {
-    make_held(edit.fix, system.mesh(), system.mesh().rest_positions(), 0.0);
-  }
-  void operator()(const Unfix& edit) const { select_at(system.mesh(), edit.select, edit.where); }
-  void operator()(const SetConstraint& edit) const {
-    make_constraint(edit.constraint, system, system.mesh().rest_positions(), 0.0);
-  }
-  void operator()(const SetMomentum& edit) const {
-    select_at(system.mesh(), edit.momentum.select, edit.momentum.where);
-  }
-  template <class Other>
-  void operator()(const Other&) const {}
-};
-
 }  // namespace
 
 std::string to_string(RunStatus status) {
@@ -113,11 +94,10 @@ std::string Session::Impl::step_warning(const StabilityLimit& limit) const {
       time_step, limit.critical_step, to_string(time.integrator), why);
 }
 
-void Session::Impl::check_events() {
+void Session::Impl::warn_of_events() {
   double end = time.end;  // which events may move, as the step
   double step = time_step;
   for (const EventSettings& event : scene.event) {
-    for (const Edit& edit : event.edits) std::visit(SelectionCheck{*system}, edit);
     if (event.at > end - step * (1.0 - 1e-6)) {
       warnings.push_back(fmt::format(
           "{} is at {} s, but no step starts then or later: the end is at {} s. It does "
@@ -230,7 +210,8 @@ Session::Session(Scene scene, const TetMesh& mesh) : impl_(std::make_unique<Impl
   if (std::string warning = s.step_warning(s.initial_limit); !warning.empty()) {
     s.warnings.push_back(std::move(warning));
   }
-  s.check_events();
+  check_events(s.scene, *s.system);
+  s.warn_of_events();
 }
 
 Session::~Session() = default;

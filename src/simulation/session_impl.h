@@ -60,9 +60,8 @@ struct Session::Impl {
   void choose_step(const StabilityLimit& limit);
   /// A warning for a step above the limit, or empty.
   std::string step_warning(const StabilityLimit& limit) const;
-  /// Warns of events that are too early or too late; throws InputError for selections that select
-  /// nothing.
-  void check_events();
+  /// Warns of events that are too early or too late.
+  void warn_of_events();
   void apply(const Edit& edit, double at, const std::string& what);
   /// Makes the events that are due. Returns false if one of them could not be made.
   bool apply_events();

@@ -24,6 +24,10 @@ std::unique_ptr<MechanicalSystem> make_system(const Scene& scene, const TetMesh&
 /// each other or hold everything, and an initial state in which an element is inverted.
 State make_initial_state(const Scene& scene, MechanicalSystem& system);
 
+/// What can be known of the scene's events before the run: throws InputError for selections that
+/// select nothing and constraints that make no sense.
+void check_events(const Scene& scene, const MechanicalSystem& system);
+
 /// The stepper of an integrator with its solver. Throws InputError for a solver it does not know.
 std::unique_ptr<Stepper> make_stepper(Integrator integrator, const SolverSettings& solver,
                                       const MechanicalSystem& system);
