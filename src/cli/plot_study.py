@@ -15,14 +15,18 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 from matplotlib.lines import Line2D  # noqa: E402
 
-# Okabe and Ito's colours: told apart by colour-blind readers as well.
+# Okabe and Ito's colours: told apart by colour-blind readers as well. Explicit rules have large
+# hollow markers, implicit ones small full ones: where two curves coincide both stay visible.
 STYLE = {
-    "explicit": ("#D55E00", "o"),
-    "verlet": ("#E69F00", "s"),
-    "midpoint": ("#0072B2", "^"),
-    "backward-euler": ("#009E73", "D"),
+    "explicit": {"color": "#D55E00", "marker": "o", "ms": 10, "mfc": "none", "lw": 3},
+    "verlet": {"color": "#E69F00", "marker": "s", "ms": 10, "mfc": "none", "lw": 3},
+    "midpoint": {"color": "#0072B2", "marker": "^", "ms": 6, "lw": 1.4},
+    "backward-euler": {"color": "#009E73", "marker": "D", "ms": 5, "lw": 1.4},
+    "energy-momentum": {"color": "#CC79A7", "marker": "v", "ms": 6, "lw": 1.4},
 }
-OTHER = ("#555555", "v")
+OTHER = {"color": "#555555", "marker": "P", "ms": 6, "lw": 1.4}
+GREY = "#666666"
+MOST_POINTS = 1500  # of a curve over time, so that SVG files stay small
 
 plt.rcParams.update(
     {
@@ -40,16 +44,91 @@ plt.rcParams.update(
 )
 
 
-def style(group):
-    return STYLE.get(group.split(" ")[0], OTHER)
+class Unusable(Exception):
+    """The study cannot be plotted; the text says why."""
+
+
+def style(integrator):
+    return STYLE.get(integrator.split(" (")[0], OTHER)
 
 
 def number(value):
-    return float("nan") if value is None else float(value)
+    """The value as a float; NaN where there is none, which stands for 'not available'."""
+    try:
+        result = float(value)
+    except (TypeError, ValueError):
+        return math.nan
+    return result if math.isfinite(result) else math.nan
 
 
-def positive(values):
-    return [v for v in values if math.isfinite(v) and v > 0]
+def usable(value):
+    return math.isfinite(value) and value > 0
+
+
+def si(value, unit):
+    """3e-05, "s" as 30 µs."""
+    for prefix, factor in (("", 1), ("m", 1e-3), ("µ", 1e-6), ("n", 1e-9)):
+        if value >= 0.9999 * factor:
+            return f"{value / factor:.3g} {prefix}{unit}"
+    return f"{value:.3g} {unit}"
+
+
+def in_limits(step, limit):
+    """The step as a multiple of the stability limit, if that is known."""
+    if not usable(limit):
+        return ""
+    ratio = step / limit
+    return f" = {ratio:.0f} $h_{{crit}}$" if 10 <= ratio < 1e5 else f" = {ratio:.2g} $h_{{crit}}$"
+
+
+def read_study(folder):
+    """study.json; a run of a variant gets its name beside the integrator's."""
+    try:
+        with open(os.path.join(folder, "study.json"), encoding="utf-8") as file:
+            study = json.load(file)
+    except (OSError, ValueError) as problem:
+        raise Unusable(f"study.json cannot be read: {problem}") from problem
+    found = study.get("runs") if isinstance(study, dict) else None
+    runs = []
+    for entry in found if isinstance(found, list) else []:
+        if isinstance(entry, dict) and usable(number(entry.get("step"))):
+            name, step = str(entry.get("integrator")), number(entry["step"])
+            if entry.get("variant"):
+                name += f" ({entry['variant']})"
+            directory = os.path.join(folder, str(entry.get("directory")))
+            runs.append({**entry, "integrator": name, "step": step, "directory": directory})
+    if not runs:
+        raise Unusable("study.json names no run with a step")
+    return {"runs": runs, "stable_step": number(study.get("stable_step"))}
+
+
+def read_history(run):
+    """Columns of a history.csv as lists of numbers, up to its first broken row; {} without one."""
+    try:
+        with open(os.path.join(run["directory"], "history.csv"), newline="") as file:
+            rows = list(csv.reader(file))
+    except (OSError, ValueError, csv.Error):
+        return {}
+    columns = {name: [] for name in rows[0]} if rows else {}
+    for row in rows[1:]:
+        if len(row) != len(columns):
+            break
+        for column, value in zip(columns.values(), row):
+            column.append(number(value))
+    return columns if columns.get("time") else {}
+
+
+def ended_well(run):
+    return run.get("status") == "ok"
+
+
+def by_integrator(runs):
+    groups = {}
+    for run in sorted(runs, key=lambda run: run["step"]):
+        groups.setdefault(run["integrator"], []).append(run)
+    order = list(STYLE)
+    rank = {name: order.index(name) for name in order}
+    return dict(sorted(groups.items(), key=lambda g: rank.get(g[0].split(" (")[0], len(order))))
 
 
 def save(figure, folder, name):
@@ -58,53 +137,17 @@ def save(figure, folder, name):
     plt.close(figure)
 
 
-def read_history(path):
-    """Columns of a history.csv as lists of numbers; empty if it cannot be read."""
-    try:
-        with open(path, newline="") as file:
-            rows = list(csv.reader(file))
-    except OSError:
-        return {}
-    if len(rows) < 2:
-        return {}
-    columns = {name: [] for name in rows[0]}
-    for row in rows[1:]:
-        if len(row) != len(rows[0]):
-            break
-        for name, value in zip(rows[0], row):
-            columns[name].append(float(value))
-    return columns
-
-
-def step_label(step, stable_step):
-    ratio = f" = {step / stable_step:.2g} $h_{{crit}}$" if stable_step else ""
-    return f"$h$ = {step:.3g} s{ratio}"
-
-
-def mark_limit(axes, stable_step):
-    if stable_step:
-        axes.axvline(stable_step, color="#888888", linestyle="--", linewidth=1)
-        axes.annotate(
-            "stability limit of\nthe explicit rules",
-            (stable_step, 0.02),
-            xycoords=("data", "axes fraction"),
-            xytext=(4, 0),
-            textcoords="offset points",
-            fontsize=8,
-            color="#666666",
-        )
-
-
-def by_integrator(runs):
-    """The runs by integrator, and by variant where there are several."""
-    groups = {}
-    for run in runs:
-        variant = run.get("variant")
-        key = f"{run['integrator']} ({variant})" if variant else run["integrator"]
-        groups.setdefault(key, []).append(run)
-    for group in groups.values():
-        group.sort(key=lambda run: run["step"])
-    return groups
+def thinned(times, values):
+    """At most MOST_POINTS points: of each stretch its largest value, and the last point."""
+    points = [(t, v) for t, v in zip(times, values) if math.isfinite(t) and math.isfinite(v)]
+    stride = math.ceil(len(points) / MOST_POINTS) or 1
+    if stride > 1:
+        last = points[-1]
+        points = [
+            max(points[i : i + stride], key=lambda p: p[1]) for i in range(0, len(points), stride)
+        ]
+        points += [last] if points[-1] != last else []
+    return [p[0] for p in points], [p[1] for p in points]
 
 
 def over_time(study, folder, name, title, ylabel, value_of, floor=None):
@@ -115,156 +158,202 @@ def over_time(study, folder, name, title, ylabel, value_of, floor=None):
     groups = by_integrator(study["runs"])
     columns = min(2, len(groups))
     rows = math.ceil(len(groups) / columns)
-    figure, panels = plt.subplots(
-        rows, columns, figsize=(5.2 * columns, 3.3 * rows), sharex=True, sharey=True, squeeze=False
-    )
     steps = sorted({run["step"] for run in study["runs"]})
+    legend_columns = 3 if columns == 2 else 2
+    below = 0.65 + 0.22 * math.ceil(len(steps) / legend_columns)  # inches: time label and legend
+    height = 2.75 * rows + 0.6 + below
+    figure, panels = plt.subplots(
+        rows, columns, figsize=(5.0 * columns, height), sharex=True, sharey=True, squeeze=False
+    )
     shades = plt.get_cmap("viridis")
     color = {h: shades(0.9 * i / max(1, len(steps) - 1)) for i, h in enumerate(steps)}
-    highest = 0.0
+    curves = []
     for panel, (integrator, runs) in zip(panels.flat, groups.items()):
-        panel.set_title(integrator, fontsize=10, fontweight="bold", color=style(integrator)[0])
-        if floor:
-            panel.set_yscale("log")
+        color_of_name = style(integrator)["color"]
+        panel.set_title(integrator, fontsize=10, fontweight="bold", color=color_of_name)
         for run in runs:
-            history = read_history(os.path.join(folder, run["directory"], "history.csv"))
-            if not history:
+            history = read_history(run)
+            try:
+                times, values = thinned(history["time"], value_of(history))
+            except KeyError:
                 continue
-            values = [max(v, floor or 0.0) for v in value_of(run, history)]
-            dashed = run["status"] != "ok"
-            if not dashed:
-                highest = max(highest, max(values))
-            panel.plot(
-                history["time"], values, color=color[run["step"]], linewidth=1.3,
-                linestyle="--" if dashed else "-",
-            )  # fmt: skip
-            if dashed:
-                panel.plot(history["time"][-1], values[-1], "x", color=color[run["step"]], ms=7)
-    for panel in panels[-1]:
-        panel.set_xlabel("time [s]")
-    for row in panels:
-        row[0].set_ylabel(ylabel)
-    for panel in list(panels.flat)[len(groups) :]:
-        panel.set_visible(False)
-    if floor:
-        panels[0][0].set_ylim(bottom=floor, top=30 * highest if highest > floor else None)
-    elif highest > 0:
-        panels[0][0].set_ylim(0, 1.15 * highest)
-    figure.suptitle(title)
+            if values:
+                curves.append((panel, run, times, values))
+    end = max((c[2][-1] for c in curves), default=0.0)
+    unit, factor = next((u for u in (("s", 1), ("ms", 1e3), ("µs", 1e6)) if end * u[1] >= 1),
+                        ("s", 1))  # fmt: skip
+    good = [max(c[3]) for c in curves if ended_well(c[1])] or [max(c[3]) for c in curves] or [0.0]
+    top = 30 * max(max(good), 10 * floor) if floor else 1.15 * max(good) or 1.0
+    panels[0][0].set_yscale("log" if floor else "linear")
+    panels[0][0].set_ylim(floor or 0.0, top)
+    for panel, run, times, values in curves:
+        # What is below the floor, as the exact zero of the start, is not drawn on a log axis.
+        kept = [(factor * t, v) for t, v in zip(times, values) if not floor or v >= floor]
+        if not kept:
+            continue
+        x, y = zip(*kept)
+        line = "-" if ended_well(run) else "--"
+        panel.plot(x, y, line, color=color[run["step"]], lw=1.4, marker="." if len(x) < 8 else "")
+        if not ended_well(run):
+            # Out of the picture: at its upper edge.
+            panel.plot(x[-1], min(y[-1], top), "x", color=color[run["step"]], ms=7, mew=1.8,
+                       clip_on=False, zorder=3)  # fmt: skip
+    if end > 0:
+        panels[0][0].set_xlim(-0.02 * end * factor, 1.02 * end * factor)
+    for index, panel in enumerate(panels.flat):
+        panel.set_visible(index < len(groups))
+        if index + columns >= len(groups):
+            panel.set_xlabel(f"time [{unit}]")
+            panel.tick_params(labelbottom=True)
+    figure.supylabel(ylabel, fontsize=10, x=0.0)
+    figure.suptitle(title, fontsize=11, y=1 - 0.12 / height, va="top")
+    limit = study["stable_step"]
     figure.legend(
-        [Line2D([], [], color=color[h]) for h in steps],
-        [step_label(h, study["stable_step"]) for h in steps],
-        loc="lower center",
-        bbox_to_anchor=(0.5, -0.04 - 0.02 * (rows == 1)),
-        ncol=min(3, len(steps)),
-        fontsize=9,
-    )
-    figure.tight_layout(rect=(0, 0.06, 1, 1))
+        [Line2D([], [], color=color[h], lw=2) for h in steps],
+        ["$h$ = " + si(h, "s") + in_limits(h, limit) for h in steps],
+        loc="lower center", ncol=min(legend_columns, len(steps)), fontsize=9,
+    )  # fmt: skip
+    figure.tight_layout(rect=(0, (below - 0.5) / height, 1, 1))
     save(figure, folder, name)
 
 
-def energy_over_time(study, folder):
-    def relative_error(_, history):
-        body = [t + w for t, w in zip(history["kinetic_energy"], history["elastic_energy"])]
-        environment = history["environment_energy"]
-        scale = body[0] + max(abs(e - environment[0]) for e in environment)
-        scale += max(abs(w) for w in history["external_work"])
-        return [abs(e) / scale if scale > 0 else 0.0 for e in history["energy_error"]]
-
-    over_time(
-        study, folder, "energy_over_time",
-        "Energy error over time (dashed, ending in ×: unstable)",
-        "|energy error| / energy that entered", relative_error, 1e-12,
-    )  # fmt: skip
+def energy_error(history):
+    """|energy error| over the energy that entered, at each step."""
+    error, first = history["energy_error"], [0.0] * len(history["time"])
+    environment = history.get("environment_energy", first)
+    scale = sum(history.get(key, first)[0] for key in ("kinetic_energy", "elastic_energy"))
+    scale += max((abs(e - environment[0]) for e in environment if math.isfinite(e)), default=0.0)
+    work = history.get("external_work", first)
+    scale += max((abs(w) for w in work if math.isfinite(w)), default=0.0)
+    return [abs(e) / scale if scale > 0 else 0.0 for e in error]
 
 
-def momentum_over_time(study, folder):
-    def angular(_, history):
-        return [math.hypot(*l) for l in zip(history["lx"], history["ly"], history["lz"])]
-
-    def linear(_, history):
-        return [math.hypot(*p) for p in zip(history["px"], history["py"], history["pz"])]
-
-    over_time(
-        study, folder, "linear_momentum_over_time",
-        "Linear momentum (constant only for a body free of outer forces)",
-        "$|p|$ [kg m/s]", linear,
-    )  # fmt: skip
-    over_time(
-        study, folder, "angular_momentum_over_time",
-        "Angular momentum about the origin (constant only without outer torque)",
-        "$|L|$ [kg m²/s]", angular,
-    )  # fmt: skip
+def magnitude(letter):
+    return lambda history: [math.hypot(*v) for v in zip(*(history[letter + a] for a in "xyz"))]
 
 
-def scatter(study, folder, name, title, x_of, xlabel, key, ylabel, limit, slopes):
-    """key over x, one line an integrator; runs that did not end well as × at the top."""
+def slope_guides(axes, lines, limit):
+    """Triangles of slope 1 and 2, each where it is near the curves and covers none of them."""
+    to_screen, back = axes.transData.transform, axes.transData.inverted().transform
+    box = axes.bbox
+    taken = []  # points on the curves and on the line of the limit
+    (x0, x1), (y0, y1) = axes.get_xlim(), axes.get_ylim()
+    if x0 < limit < x1:
+        lines = [*lines, [(limit, y0), (limit, y1)]]
+    for a, b in ((p, q) for line in lines for p, q in zip(line, line[1:] or line)):
+        (ax, ay), (bx, by) = to_screen(a), to_screen(b)
+        taken += [(ax + (bx - ax) * i / 40, ay + (by - ay) * i / 40) for i in range(41)]
+    decades = min(0.13 * math.log10(x1 / x0), 0.14 * math.log10(y1 / y0))
+    for slope in (1, 2):
+        width = decades * box.width / math.log10(x1 / x0)
+        height = slope * decades * box.height / math.log10(y1 / y0)
+        pad, best = 0.07 * box.height, None
+        for i in range(2, 88):
+            for j in range(3, 80):
+                x, y = box.x0 + i / 100 * box.width, box.y0 + j / 100 * box.height
+                if x + width > box.x1 - pad or y + height > box.y1 - 1.5 * pad:
+                    continue
+                # Distance of the curves to the triangle's box with room for its two labels.
+                gap = min(
+                    math.hypot(max(x - px, 0, px - x - width - pad / 2),
+                               max(y - pad / 2 - py, 0, py - y - height))
+                    for px, py in taken
+                )  # fmt: skip
+                if gap > 0.35 * pad and (best is None or gap < best[0]):
+                    best = (gap, x, y)
+        if best is None:
+            continue
+        _, x, y = best
+        corners = [(x, y), (x + width, y), (x + width, y + height)]
+        axes.add_patch(plt.Polygon([back(c) for c in corners], closed=True, fc="#f2f2f2", ec=GREY))
+        axes.annotate("1", back((x + width / 2, y)), (0, -2), textcoords="offset points",
+                      ha="center", va="top", fontsize=8, color=GREY)  # fmt: skip
+        axes.annotate(str(slope), back((x + width, y + height / 2)), (3, 0), color=GREY,
+                      textcoords="offset points", va="center", fontsize=8)  # fmt: skip
+        grid = [(i / 9, j / 9) for i in range(-2, 13) for j in range(-2, 12)]
+        taken += [(x + width * i, y + height * j) for i, j in grid]
+
+
+def scatter(study, folder, name, title, xlabel, x_key, key, ylabel, floor=0.0, guides=False):
+    """key over x_key, one line an integrator; over the step also the explicit rules' limit, and the
+    runs that did not end well as × at the top."""
+    groups, over_step = by_integrator(study["runs"]), x_key == "step"
     figure, axes = plt.subplots(figsize=(6.4, 4.4))
     axes.set_xscale("log")
     axes.set_yscale("log")
-    all_x, all_y = [], []
-    for integrator, runs in by_integrator(study["runs"]).items():
-        good = [r for r in runs if r["status"] == "ok" and number(r[key]) > 0]
-        bad = [r for r in runs if r["status"] != "ok"]
-        color, marker = style(integrator)
-        if good:
-            x, y = [x_of(r) for r in good], [number(r[key]) for r in good]
-            axes.plot(x, y, color=color, marker=marker, label=integrator, linewidth=1.4)
-            all_x += x
-            all_y += y
-        if bad and limit:
-            axes.plot(
-                [x_of(r) for r in bad], [0.97 if not integrator.startswith("verlet") else 0.92] * len(bad), "x",
-                color=color, markersize=9, markeredgewidth=2, clip_on=False,
-                transform=axes.get_xaxis_transform(),
-                label=None if good else integrator,
-            )  # fmt: skip
-    if not positive(all_y):
-        plt.close(figure)
-        return
-    if limit:
-        mark_limit(axes, study["stable_step"])
-    if slopes:
-        low, high = min(all_x), max(all_x)
-        if high > low:
-            x = [low, low * (high / low) ** 0.45]
-            base = max(all_y)
-            for slope, dash in ((1, ":"), (2, "-.")):
-                y = [base * (v / x[1]) ** slope for v in x]
-                axes.plot(x, y, color="#999999", linestyle=dash, linewidth=1, label=f"slope {slope}")
+    handles, lines, rows = [], [], []
+    for integrator, runs in groups.items():
+        points = [(number(r.get(x_key)), max(number(r.get(key)), floor)) for r in runs
+                  if ended_well(r)]  # fmt: skip
+        points = [p for p in points if usable(p[0]) and usable(p[1])]
+        if points:
+            lines.append(points)
+            axes.plot(*zip(*points), **style(integrator), mew=1.6)
+        handles.append(Line2D([], [], label=integrator, mew=1.6, **style(integrator)))
+        bad = [r["step"] for r in runs if not ended_well(r)]
+        if bad and over_step:
+            rows.append((style(integrator)["color"], bad))
+    if not lines:
+        axes.text(0.5, 0.5, "no run has this number", transform=axes.transAxes, ha="center")
+        axes.set_yticks([])
+    (low, high), room = axes.get_ylim(), 0.065 * len(rows)
+    if len(lines) > 0 and high / low < 100:  # a short axis would have no labelled tick
+        middle = math.sqrt(low * high)
+        low, high = middle / 10, middle * 10
+    axes.set_ylim(low, high * (high / low) ** (room / (1 - room)))
+    for index, (color, bad) in enumerate(rows):
+        axes.plot(bad, [0.97 - 0.065 * index] * len(bad), "x", color=color, ms=8, mew=2,
+                  transform=axes.get_xaxis_transform())  # fmt: skip
+    limit = study["stable_step"]
+    if over_step and usable(limit):
+        axes.axvline(limit, color=GREY, linestyle="--", linewidth=1, zorder=1)
+    low, high = axes.get_xlim()
+    if high / low < 10:
+        middle = math.sqrt(low * high)
+        low, high = middle / 10**0.6, middle * 10**0.6
+    axes.set_xlim(low, high)
+    if over_step and usable(limit):
+        place = math.log(limit / low) / math.log(high / low)
+        axes.annotate("stability limit of the explicit steps", (min(max(place, 0.3), 0.7), 1.015),
+                      xycoords="axes fraction", ha="center", fontsize=8, color=GREY)  # fmt: skip
+    if rows:
+        handles.append(Line2D([], [], color=GREY, marker="x", ls="", ms=8, mew=2,
+                              label="unstable or failed"))  # fmt: skip
     axes.set_xlabel(xlabel)
     axes.set_ylabel(ylabel)
-    axes.set_title(title, fontsize=11)
-    axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), fontsize=9)
-    if limit and any(r["status"] != "ok" for r in study["runs"]):
-        axes.set_ylim(top=axes.get_ylim()[1] * 8)
-        axes.annotate("× unstable or failed", (1.02, 0.95), xycoords="axes fraction", fontsize=8)
+    axes.set_title(title, fontsize=11, pad=20 if over_step and usable(limit) else 8)
+    axes.legend(handles=handles, loc="center left", bbox_to_anchor=(1.01, 0.5), fontsize=9)
+    figure.canvas.draw()  # places the axes, which the guides need to know
+    if guides and lines:
+        slope_guides(axes, lines, limit)
     save(figure, folder, name)
 
 
 def main(folder):
-    with open(os.path.join(folder, "study.json")) as file:
-        study = json.load(file)
-    if not study["runs"]:
-        raise ValueError("the study has no runs")
-    step, cost = (lambda r: r["step"]), (lambda r: max(r["wall_seconds"], 1e-6))
-    error = "position error $|q - q_{ref}|/|q_{ref}|$"
-    energy_over_time(study, folder)
-    momentum_over_time(study, folder)
-    scatter(study, folder, "error_over_step", "Error over step size", step, "step $h$ [s]",
-            "position_error", error, True, True)  # fmt: skip
-    scatter(study, folder, "work_precision", "Work and precision", cost, "wall time of the steps [s]",
-            "position_error", error, False, False)  # fmt: skip
+    study = read_study(folder)
+    over_time(study, folder, "energy_over_time", "Energy error over time (dashed, ending in ×: "
+              "unstable)", "|energy error| / energy that entered", energy_error, 1e-12)  # fmt: skip
+    over_time(study, folder, "linear_momentum_over_time", "Linear momentum (constant only for a "
+              "body free of outer forces)", "$|p|$ [kg m/s]", magnitude("p"))  # fmt: skip
+    over_time(study, folder, "angular_momentum_over_time", "Angular momentum about the origin "
+              "(constant only without outer torque)", "$|L|$ [kg m²/s]", magnitude("l"))  # fmt: skip
+    step, error = "step $h$ [s]", r"position error $|q - q_{ref}|\,/\,|q_{ref}|$"
+    scatter(study, folder, "error_over_step", "Error over step size", step, "step",
+            "position_error", error, guides=True)  # fmt: skip
+    scatter(study, folder, "work_precision", "Work and precision", "wall time of the run [s]",
+            "wall_seconds", "position_error", error)  # fmt: skip
     scatter(study, folder, "energy_drift_over_step", "Largest energy error over step size", step,
-            "step $h$ [s]", "max_relative_energy_drift", "|energy error| / energy that entered",
-            True, False)  # fmt: skip
+            "step", "max_relative_energy_drift", "|energy error| / energy that entered",
+            1e-17)  # fmt: skip
     scatter(study, folder, "momentum_drift_over_step", "Angular momentum that outer forces do not "
-            "explain", step, "step $h$ [s]", "angular_momentum_drift",
-            r"$|\Delta L - \mathrm{impulses}| / \Sigma |q \times p|$", True, False)  # fmt: skip
+            "explain", step, "step", "angular_momentum_drift",
+            r"$|\Delta L - \mathrm{impulses}|\,/\,\Sigma |q \times p|$", 1e-17)  # fmt: skip
 
 
 if __name__ == "__main__":
     try:
+        if len(sys.argv) != 2:
+            raise Unusable("usage: plot_study.py STUDY_DIR")
         main(sys.argv[1])
-    except (IndexError, KeyError, OSError, ValueError) as problem:
-        sys.exit(f"plot_study: {type(problem).__name__}: {problem}")
+    except (Unusable, OSError) as problem:
+        sys.exit(f"plot_study: {problem}")

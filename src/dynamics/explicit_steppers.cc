@@ -1,6 +1,4 @@
 // The explicit rules: nothing is solved but the multipliers of constraints, if there are any.
-#include <fmt/format.h>
-
 #include <utility>
 
 #include "tetraction/dynamics/multipliers.h"
@@ -129,12 +127,7 @@ class ExplicitStepper : public Stepper {
                             ConstraintDirection::kStart, multipliers_);
       if (!solution.ok) {
         outcome.status = StepStatus::kNotConverged;
-        outcome.message = fmt::format(
-            "{} cannot be met: it turns by too much within the step, contradicts other "
-            "constraints, "
-            "or is one of several distances in a plane or on a line that hold each other: let one "
-            "constraint of kind \"rigid\" take their place",
-            constraints.name_of_equation(solution.worst));
+        outcome.message = cannot_be_met(constraints, solution.worst);
         return false;
       }
       multipliers_ = solution.multipliers;

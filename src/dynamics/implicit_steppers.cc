@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
+#include <limits>
 #include <utility>
 
 #include "tetraction/dynamics/multipliers.h"
@@ -85,63 +86,83 @@ class ImplicitStepper : public Stepper {
     return false;
   }
 
-  // Minimises with the constraint forces held, then moves both to where the linearised minimiser
-  // meets the constraints, until the residual of the moved point is small enough as it is.
+  // Newton's method on position and multipliers together. Each round moves both to where the problem
+  // linearised at x meets the constraints; where that does not lower the residual, Φ is minimised
+  // with the constraint forces held before the next round.
   bool solve_constrained(const State& state, Vector& x, StepOutcome& outcome) {
-    constexpr int kRounds = 25;
+    constexpr int kRounds = 40;
     const Constraints& constraints = system_.constraints();
     const bool midpoint = rule_ == Rule::kMidpoint;
-    const double s = problem_.step();
     const double stretch = midpoint ? 2.0 : 1.0;  // of q_{k+1} − q_k over x − q_k
+    const Index size = constraints.configuration_size();
     const Vector start = constraints.configuration(state.position);
-    Vector u = constraint_force_.size() > 0 ? constraint_force_
-                                            : Vector::Zero(constraints.configuration_size());
+    Vector u = constraint_force_.size() > 0 ? constraint_force_ : Vector::Zero(size);
     Vector multipliers;
+    double last_residual = std::numeric_limits<double>::infinity();
+    bool minimize = true;
     for (int round = 0; round < kRounds; ++round) {
       apply(u);
+      Matrix right(system_.coordinates().count(), size + 1);
+      right.leftCols(size) = constraints.selector();
+      right.col(size).setZero();
+      double phi = 0.0;
+      Vector gradient;
       if (round > 0) {
-        // The moved point of the last round: is it a solution already?
-        double phi = 0.0;
-        Vector gradient;
+        minimize = true;
         if (problem_.value_and_gradient(x, phi, gradient).ok()) {
-          outcome.minimizer.residual = gradient.norm();
-          if (outcome.minimizer.residual <= outcome.minimizer.residual_limit) {
+          const double residual = gradient.norm();
+          outcome.minimizer.residual = residual;
+          if (residual <= outcome.minimizer.residual_limit) {
             constraint_force_ = u;
             return true;
           }
+          minimize = !(residual < 0.5 * last_residual);
+          last_residual = residual;
+          right.col(size) = gradient;
         }
       }
-      if (!solve(x, outcome)) return false;
-      Matrix influence;  // of u on the free coordinates at x
-      if (!minimizer_->solve_linearized(problem_, x, constraints.selector(), influence)) {
+      if (minimize) {
+        if (!solve(x, outcome)) return false;
+        right.col(size).setZero();
+        last_residual = std::numeric_limits<double>::infinity();
+      } else {
+        ++outcome.minimizer.iterations;
+      }
+      Matrix influence;  // of u on the free coordinates at x; last column: Newton's step
+      ++outcome.minimizer.factorizations;
+      if (!minimizer_->solve_linearized(problem_, x, right, influence)) {
+        if (!minimize) {
+          last_residual = 0.0;  // minimise from here
+          continue;
+        }
         outcome.status = StepStatus::kNotConverged;
         outcome.message = "the stiffness at the minimum is not positive definite";
         return false;
       }
-      ++outcome.minimizer.factorizations;
-      const Matrix response = constraints.selector().transpose() * influence;
+      x -= system_.coordinates().extend(influence.col(size));
+      const Matrix response = constraints.selector().transpose() * influence.leftCols(size);
       const Vector at_x = constraints.configuration(x);
       const Vector free_end = start + stretch * (at_x - response * u - start);
       const MultiplierSolution solution = solve_multipliers(
           constraints, free_end, stretch * response, start,
           midpoint ? ConstraintDirection::kStart : ConstraintDirection::kEnd, multipliers);
+      if (!solution.ok && !minimize) {
+        x += system_.coordinates().extend(influence.col(size));
+        last_residual = 0.0;  // minimise from here
+        multipliers.resize(0);
+        continue;
+      }
       if (!solution.ok) {
         outcome.status = StepStatus::kNotConverged;
-        outcome.message = fmt::format(
-            "{} cannot be met: it turns by too much within the step, contradicts other "
-            "constraints, "
-            "or is one of several distances in a plane or on a line that hold each other: let one "
-            "constraint of kind \"rigid\" take their place",
-            constraints.name_of_equation(solution.worst));
+        outcome.message = cannot_be_met(constraints, solution.worst);
         return false;
       }
       multipliers = solution.multipliers;
-      x += system_.coordinates().extend(influence * (solution.forces - u));
+      x += system_.coordinates().extend(influence.leftCols(size) * (solution.forces - u));
       u = solution.forces;
     }
     outcome.status = StepStatus::kNotConverged;
-    outcome.message =
-        fmt::format("the multipliers did not settle in {} rounds (s = {:.3g} s)", kRounds, s);
+    outcome.message = fmt::format("the multipliers did not settle in {} rounds", kRounds);
     return false;
   }
 

@@ -133,9 +133,21 @@ MultiplierSolution solve_multipliers(const Constraints& constraints, const Vecto
     failed.worst = 0;
     return failed;
   }
-  return direction == ConstraintDirection::kStart
-             ? solve_along_start(constraints, free_end, response, start, guess)
-             : solve_along_end(constraints, free_end, response, guess);
+  if (direction == ConstraintDirection::kStart) {
+    return solve_along_start(constraints, free_end, response, start, guess);
+  }
+  MultiplierSolution solution = solve_along_end(constraints, free_end, response, guess);
+  if (!solution.ok && guess.size() > 0) {
+    solution = solve_along_end(constraints, free_end, response, {});
+  }
+  return solution;
+}
+
+std::string cannot_be_met(const Constraints& constraints, Index equation) {
+  return constraints.name_of_equation(std::max<Index>(0, equation)) +
+         " cannot be met: it turns by too much within the step, contradicts other constraints, or "
+         "is one of several distances in a plane or on a line that hold each other: let one "
+         "constraint of kind \"rigid\" take their place";
 }
 
 Vector project_to_constraints(const Constraints& constraints, const Vector& mass, const Vector& q,

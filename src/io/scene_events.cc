@@ -197,7 +197,9 @@ void read_events(const TomlDocument& document, const TomlTable& root,
   // is known before the run begins.
   std::vector<TomlDocument::Change> changes;
   Scene now = scene;
-  for (const auto& [at, table] : timed) {
+  for (const Timed& timed_event : timed) {
+    const double at = timed_event.at;
+    const TomlTable& table = timed_event.table;
     EventSettings event;
     event.at = at;
     event.where = table.where();

@@ -159,7 +159,7 @@ TomlDocument::TomlDocument(const std::string& path, const std::vector<std::strin
   }
 }
 
-TomlDocument::TomlDocument(std::string path, std::string text, std::vector<Change> changes)
+TomlDocument::TomlDocument(std::string path, std::string text, const std::vector<Change>& changes)
     : path_(std::move(path)), text_(std::move(text)) {
   try {
     root_ = toml::parse(text_, path_);

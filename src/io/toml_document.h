@@ -35,7 +35,7 @@ class TomlDocument {
   bool is_override(const toml::node& node) const;
 
  private:
-  TomlDocument(std::string path, std::string text, std::vector<Change> changes);
+  TomlDocument(std::string path, std::string text, const std::vector<Change>& changes);
   std::string place_of(const toml::source_region& source) const;
   void apply(const Change& change);
 

@@ -81,7 +81,7 @@ ConstraintObject make_handle(const ConstraintSettings& constraint, const Mechani
     constexpr double kCollinear = 1e-9;
     const Matrix arms = positions.colwise() - driven.motion.center;
     const Eigen::SelfAdjointEigenSolver<Matrix3> spread(arms * arms.transpose());
-    const Vector3 squared = spread.eigenvalues();
+    const Vector3& squared = spread.eigenvalues();
     if (vertices.size() < 3 ||
         !(std::sqrt(std::abs(squared[1])) > kCollinear * std::sqrt(std::abs(squared[2])))) {
       throw InputError(fmt::format(

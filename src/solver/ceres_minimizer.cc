@@ -148,6 +148,7 @@ class CeresMinimizer : public Minimizer {
       ceres::CostFunction* cost = make_element_cost(evaluator_, system_, e, firsts);
       if (cost == nullptr) continue;
       std::vector<double*> blocks;
+      blocks.reserve(firsts.size());
       for (const int first : firsts) blocks.push_back(y_.data() + first);
       problem_.AddResidualBlock(cost, nullptr, blocks);
     }

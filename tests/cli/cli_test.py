@@ -399,6 +399,34 @@ class Study(CliTest):
             for ending in ("png", "svg"):
                 self.assertGreater(os.path.getsize(self.path("s", f"{name}.{ending}")), 5000)
 
+    def test_variants_show_that_the_penalty_blows_up(self):
+        """The shipped scene, as its header says: at one step the exact constraint runs."""
+        scene = os.path.join(os.path.dirname(DATA), "examples", "scenes",
+                             "penalty_versus_exact.toml")  # fmt: skip
+        result = self.run_program(
+            "study", scene, "--vary", "fix.0.mode=exact,penalty", "--integrators", "verlet",
+            "--steps", "5e-4", "--reference-integrator", "verlet", "--out", self.path("s"),
+            "--set", "time.end=0.05", "--no-plots",
+        )  # fmt: skip
+        self.assertIn("exact: h_crit", result.stdout)
+        self.assertIn("penalty: h_crit", result.stdout)
+        with open(self.path("s", "study.csv"), newline="") as file:
+            rows = {row["variant"]: row for row in csv.DictReader(file)}
+        self.assertEqual(rows["exact"]["status"], "ok")
+        self.assertEqual(rows["penalty"]["status"], "unstable")
+        self.assertLess(float(rows["penalty"]["stable_step"]), 5e-4)
+        self.assertGreater(float(rows["exact"]["stable_step"]), 5e-4)
+        for bad in ("fix.0.mode", "fix.0.mode=exact", "fix.0.mode=exact,soft"):
+            self.assertIn("fix.0.mode", self.refused(2, "study", scene, "--vary", bad))
+
+    def test_a_study_does_not_take_events_that_change_its_steps(self):
+        scene = self.write(
+            "beam.toml", BEAM + '[[event]]\nat = 0.01\nset = { "time.step" = 1e-3 }\n'
+        )
+        message = self.refused(2, "study", scene, "--out", self.path("s"))
+        self.assertIn("event.0", message)
+        self.assertIn("[time]", message)
+
 
 # A beam to which everything happens: the numbers of its events' steps are in STEPS.
 EVENTS = BEAM.replace("end = 0.1", "end = 0.1\n[damping]\nviscosity = 20.0").replace(

@@ -35,6 +35,9 @@ MultiplierSolution solve_multipliers(const Constraints& constraints, const Vecto
                                      const Matrix& response, const Vector& start,
                                      ConstraintDirection direction, const Vector& guess = {});
 
+/// What to tell the user of a failed solution.
+std::string cannot_be_met(const Constraints& constraints, Index equation);
+
 /// p ← the momenta nearest to p (in the metric M⁻¹) whose velocities keep all constraints at
 /// positions q: the free coordinates' part, and no rate of any g. Prescribed components are set to
 /// M times their rates at `time`. Returns the generalised impulses u on the configuration (empty
