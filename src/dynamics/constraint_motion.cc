@@ -1,0 +1,163 @@
+// What constraints prescribe: positions, momenta, springs, and how far off a state is.
+#include <algorithm>
+#include <cmath>
+
+#include "tetraction/dynamics/constraints.h"
+
+namespace tetraction {
+
+bool Constraints::is_constrained(Index vertex) const {
+  if (!coordinates_.is_free(vertex)) return true;
+  for (const Equation& equation : equations_) {
+    for (const auto& [v, weights] : equation.weights) {
+      if (v == vertex) return true;
+    }
+  }
+  for (int i = 0; i < 3 && !springs_.empty(); ++i) {
+    if (spring_stiffness_[3 * vertex + i] > 0.0) return true;
+  }
+  return false;
+}
+
+// The prescribed components of one vertex at `time`, the others of q.
+Vector3 Constraints::axis_target(const Prescribed& vertex, double time, const Vector3& q) const {
+  Vector3 x = q;
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (vertex.held[i] < 0) continue;
+    const HeldVertices& by = held(vertex.held[i]);
+    x[static_cast<Index>(i)] =
+        by.motion.position(by.start.col(vertex.place[i]), time)[static_cast<Index>(i)];
+  }
+  return x;
+}
+
+// Their rates, zero for the others.
+Vector3 Constraints::axis_rate(const Prescribed& vertex, double time) const {
+  Vector3 rate = Vector3::Zero();
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (vertex.held[i] < 0) continue;
+    const HeldVertices& by = held(vertex.held[i]);
+    rate[static_cast<Index>(i)] =
+        by.motion.rate(by.start.col(vertex.place[i]), time)[static_cast<Index>(i)];
+  }
+  return rate;
+}
+
+void Constraints::prescribe(double time, Vector& q) const {
+  for (const Prescribed& vertex : prescribed_) {
+    Vector3 x = q.segment<3>(3 * vertex.vertex);
+    if (vertex.guided) {
+      x = (vertex.point + vertex.freedom.project(x - vertex.point)).eval();
+    }
+    q.segment<3>(3 * vertex.vertex) = axis_target(vertex, time, x);
+  }
+  for (std::size_t s = 0; s < coordinates_.sets().size(); ++s) {
+    const AffineSet& set = coordinates_.sets()[s];
+    const Equation& equation = equations_[s];  // handles come first
+    double total = 0.0;
+    Vector3 center = Vector3::Zero();
+    Matrix3 vectors = Matrix3::Zero();
+    for (const auto& [v, weights] : equation.weights) {
+      total += mass_[v];
+      center += mass_[v] * q.segment<3>(3 * v);
+      for (int j = 0; j < set.rank(); ++j) vectors.col(j) += weights[j] * q.segment<3>(3 * v);
+    }
+    center /= total;
+    for (std::size_t i = 0; i < set.vertices.size(); ++i) {
+      q.segment<3>(3 * set.vertices[i]) =
+          center + vectors.leftCols(set.rank()) * set.coordinates.col(static_cast<Index>(i));
+    }
+  }
+}
+
+Vector Constraints::prescribed_displacement(const Vector& from, double time) const {
+  Vector displacement = Vector::Zero(from.size());
+  if (!moving_) return displacement;
+  for (const Prescribed& vertex : prescribed_) {
+    const Vector3 x = from.segment<3>(3 * vertex.vertex);
+    displacement.segment<3>(3 * vertex.vertex) = axis_target(vertex, time, x) - x;
+  }
+  return displacement;
+}
+
+void Constraints::prescribe_momentum(double time, Vector& momentum) const {
+  for (const Prescribed& vertex : prescribed_) {
+    const Vector3 rate = axis_rate(vertex, time);
+    for (std::size_t i = 0; i < 3; ++i) {
+      if (vertex.held[i] < 0) continue;
+      const auto axis = static_cast<Index>(i);
+      momentum[3 * vertex.vertex + axis] = mass_[vertex.vertex] * rate[axis];
+    }
+  }
+}
+
+double Constraints::prescribed_work(const Vector& force, const Vector& displacement) const {
+  double work = 0.0;
+  for (const Prescribed& vertex : prescribed_) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Index dof = 3 * vertex.vertex + static_cast<Index>(i);
+      if (vertex.held[i] >= 0) work += force[dof] * displacement[dof];
+    }
+  }
+  return work;
+}
+
+Vector Constraints::spring_targets(double time) const {
+  Vector targets = Vector::Zero(coordinates_.dof_count());
+  // Springs of several lists on one component act like one at their weighted mean.
+  for (const Index h : springs_) {
+    const HeldVertices& list = held(h);
+    for (std::size_t i = 0; i < list.vertices.size(); ++i) {
+      const Vector3 target = list.motion.position(list.start.col(static_cast<Index>(i)), time);
+      for (Index axis = 0; axis < 3; ++axis) {
+        if (!list.components[static_cast<std::size_t>(axis)]) continue;
+        const Index dof = 3 * list.vertices[i] + axis;
+        targets[dof] += 2.0 * list.penalty / spring_stiffness_[dof] * target[axis];
+      }
+    }
+  }
+  return targets;
+}
+
+double Constraints::spring_energy(const Vector& q, double time) const {
+  double energy = 0.0;
+  for (const Index h : springs_) {
+    const HeldVertices& list = held(h);
+    for (std::size_t i = 0; i < list.vertices.size(); ++i) {
+      const Vector3 target = list.motion.position(list.start.col(static_cast<Index>(i)), time);
+      for (Index axis = 0; axis < 3; ++axis) {
+        if (!list.components[static_cast<std::size_t>(axis)]) continue;
+        const double gap = q[3 * list.vertices[i] + axis] - target[axis];
+        energy += list.penalty * gap * gap;
+      }
+    }
+  }
+  return energy;
+}
+
+double Constraints::error(const Vector& q, double time) const {
+  double error = 0.0;
+  for (const Prescribed& vertex : prescribed_) {
+    const Vector3 x = q.segment<3>(3 * vertex.vertex);
+    error = std::max(error, (x - axis_target(vertex, time, x)).cwiseAbs().maxCoeff());
+    if (vertex.guided) {
+      const Vector3 arm = x - vertex.point;
+      error = std::max(error, (arm - vertex.freedom.project(arm)).norm());
+    }
+  }
+  if (!has_equations()) return error;
+  const Vector g = values(configuration(q));
+  for (const Equation& equation : equations_) {
+    const double scale = equation.scale.head(equation.entries() / 3).maxCoeff();
+    for (Index i = 0; i < equation.count(); ++i) {
+      error = std::max(error, scale * std::abs(g[equation.first_equation + i]));
+    }
+  }
+  return error;
+}
+
+double Constraints::relative_error(const Vector& q) const {
+  return has_equations() ? values(configuration(q)).cwiseAbs().maxCoeff() : 0.0;
+}
+
+}  // namespace tetraction
