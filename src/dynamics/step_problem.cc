@@ -186,7 +186,7 @@ double StepProblem::residual_limit(const Vector& x, double tolerance) const {
   for (Index e = 0; e < rest.element_count(); ++e) {
     const LameParameters lame = system_.elastic().lame(e);
     const double modulus = std::abs(lame.lambda) + 2.0 * lame.mu + 2.0 * viscous_.factor();
-    const auto& element = rest.element(e);
+    const auto element = rest.element(e);
     for (std::size_t p = 0; p < Shape::kPoints; ++p) {
       stiffness += std::pow(element.weights[p] * modulus * element.gradients[p].squaredNorm(), 2);
     }

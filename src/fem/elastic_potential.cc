@@ -3,16 +3,16 @@
 #include <algorithm>
 #include <atomic>
 #include <limits>
+#include <optional>
 #include <utility>
 #include <variant>
 
+#include "element_blocks.h"
+#include "element_kernels.h"
 #include "tetraction/core/parallel.h"
 
 namespace tetraction {
 namespace {
-
-// Elements worth a task of their own.
-constexpr Index kGrain = 512;
 
 constexpr Index kNone = std::numeric_limits<Index>::max();
 
@@ -33,32 +33,38 @@ class FirstFailure {
   std::atomic<Index> first_{kNone};
 };
 
+// What the fast kernels need of a material, if it is one of theirs.
+std::optional<IsotropicModuli> isotropic_moduli(const MaterialModel& material) {
+  if (const auto* m = std::get_if<NeoHookean>(&material)) {
+    return IsotropicModuli{MaterialKind::kNeoHookean, m->mu(), 0.0, m->lambda()};
+  }
+  if (const auto* m = std::get_if<MooneyRivlin>(&material)) {
+    return IsotropicModuli{MaterialKind::kMooneyRivlin, m->mu1(), m->mu2(), m->lambda()};
+  }
+  if (const auto* m = std::get_if<StVenantKirchhoff>(&material)) {
+    return IsotropicModuli{MaterialKind::kStVenantKirchhoff, m->mu(), 0.0, m->lambda()};
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 struct ElasticPotential::Impl {
   const RestState& rest;
   std::vector<MaterialModel> materials;
-  std::vector<int> material_of_element;      // empty: one material everywhere
-  std::vector<std::vector<Index>> elements;  // of each material; empty: one material everywhere
-  std::vector<double> energies;              // per element
-  std::vector<Shape::NodeMatrix> gradients;  // per element
+  std::vector<int> material_of_element;  // empty: one material everywhere
+  ElementBlocks blocks;
+  std::vector<double> energies;  // per block
+  AlignedVector<double> rows;    // gradients, per row
 
   Impl(const RestState& rest_state, std::vector<MaterialModel> models,
        std::vector<int> index_of_element)
       : rest(rest_state),
         materials(std::move(models)),
-        material_of_element(std::move(index_of_element)),
-        energies(static_cast<std::size_t>(rest.element_count())),
-        gradients(static_cast<std::size_t>(rest.element_count())) {
-    if (materials.size() < 2) {
-      material_of_element.clear();
-      return;
-    }
-    elements.resize(materials.size());
-    for (std::size_t e = 0; e < material_of_element.size(); ++e) {
-      elements[static_cast<std::size_t>(material_of_element[e])].push_back(static_cast<Index>(e));
-    }
-  }
+        material_of_element(materials.size() < 2 ? std::vector<int>{}
+                                                 : std::move(index_of_element)),
+        blocks(rest, material_of_element, materials.size()),
+        energies(static_cast<std::size_t>(blocks.block_count())) {}
 
   const MaterialModel& material(Index e) const {
     return materials[material_of_element.empty()
@@ -68,22 +74,24 @@ struct ElasticPotential::Impl {
   }
 
   // Runs body(element, material) over all elements; the material's type is resolved outside the
-  // loop.
+  // inner loop.
   template <class Body>
   void for_each(const Body& body) const {
-    for (std::size_t m = 0; m < materials.size(); ++m) {
-      const bool all = elements.empty();
-      const Index count = all ? rest.element_count() : static_cast<Index>(elements[m].size());
-      std::visit(
-          [&](const auto& material) {
-            parallel_for(count, kGrain, [&](Index begin, Index end) {
-              for (Index i = begin; i < end; ++i) {
-                body(all ? i : elements[m][static_cast<std::size_t>(i)], material);
+    parallel_for(blocks.block_count(), 1, [&](Index begin, Index end) {
+      for (Index b = begin; b < end; ++b) {
+        const ElementBlocks::Block& block = blocks.block(b);
+        std::visit(
+            [&](const auto& m) {
+              for (Index batch = 0; batch < block.batch_count; ++batch) {
+                for (int lane = 0; lane < kBatchLanes; ++lane) {
+                  const Index e = blocks.element(block.first_batch + batch, lane);
+                  if (e >= 0) body(e, m);
+                }
               }
-            });
-          },
-          materials[m]);
-    }
+            },
+            materials[static_cast<std::size_t>(block.material)]);
+      }
+    });
   }
 
   // Runs body(element, element positions, material) over all elements where the energy is defined.
@@ -101,12 +109,101 @@ struct ElasticPotential::Impl {
     return failure.result();
   }
 
-  double total_energy() const {
-    return parallel_sum(rest.element_count(), [&](Index begin, Index end) {
-      double sum = 0.0;
-      for (Index e = begin; e < end; ++e) sum += energies[static_cast<std::size_t>(e)];
-      return sum;
+  // The loop for what is no isotropic kernel: one element after the other. local(e, positions,
+  // material, energy) gives the element's gradient and its energy.
+  template <class Local>
+  BlockSums scalar_block(const ElementBlocks::Block& block, const Vector& q, double* gradients,
+                         const Local& local) const {
+    BlockSums sums;
+    std::visit(
+        [&](const auto& m) {
+          for (Index batch = block.first_batch; batch < block.first_batch + block.batch_count;
+               ++batch) {
+            for (int lane = 0; lane < kBatchLanes; ++lane) {
+              const Index e = blocks.element(batch, lane);
+              if (e < 0) continue;
+              const Shape::NodeMatrix positions = rest.gather(q, e);
+              if (!element_admissible<Shape>(rest.element(e), m, positions)) {
+                sums.admissible = false;
+                continue;
+              }
+              const Shape::NodeMatrix g = local(e, positions, m, sums.energy);
+              if (gradients == nullptr) continue;
+              for (int a = 0; a < Shape::kNodes; ++a) {
+                Eigen::Map<Vector3>(gradients + blocks.slot(batch, a, lane)) += g.col(a);
+              }
+            }
+          }
+        },
+        materials[static_cast<std::size_t>(block.material)]);
+    return sums;
+  }
+
+  // Energies of all blocks, and their rows of gradients unless `with_gradient` is false.
+  bool run_blocks(const Vector& q, bool with_gradient) {
+    if (with_gradient)
+      rows.resize(static_cast<std::size_t>(ElementBlocks::kRowSize * blocks.row_count()));
+    std::atomic<bool> admissible{true};
+    parallel_for(blocks.block_count(), 1, [&](Index begin, Index end) {
+      for (Index b = begin; b < end; ++b) {
+        const ElementBlocks::Block& block = blocks.block(b);
+        double* gradients = nullptr;
+        if (with_gradient) {
+          gradients = rows.data() + ElementBlocks::kRowSize * block.first_row;
+          std::fill_n(gradients, ElementBlocks::kRowSize * block.row_count, 0.0);
+        }
+        const BlockSums sums = run_block(block, q, gradients);
+        energies[static_cast<std::size_t>(b)] = sums.energy;
+        if (!sums.admissible) admissible = false;
+      }
     });
+    return admissible;
+  }
+
+  BlockSums run_block(const ElementBlocks::Block& block, const Vector& q, double* gradients) const {
+    const std::optional<IsotropicModuli> moduli =
+        isotropic_moduli(materials[static_cast<std::size_t>(block.material)]);
+    if (!moduli) {
+      return scalar_block(block, q, gradients,
+                          [&](Index e, const Shape::NodeMatrix& local, const auto& m,
+                              double& energy) -> Shape::NodeMatrix {
+                            const auto element = rest.element(e);
+                            energy += element_energy<Shape>(element, m, local);
+                            return element_gradient<Shape>(element, m, local);
+                          });
+    }
+    thread_local AlignedVector<double> positions;
+    positions.resize(static_cast<std::size_t>(ElementBlocks::kRowSize * block.row_count));
+    blocks.load_rows(block, q.data(), positions.data());
+    return gradients == nullptr ? elastic_energy(blocks.batches(block), *moduli, positions.data())
+                                : elastic_gradient(blocks.batches(block), *moduli, positions.data(),
+                                                   true, gradients);
+  }
+
+  double total_energy() const {
+    double sum = 0.0;
+    for (const double energy : energies) sum += energy;
+    return sum;
+  }
+
+  // field ← the sums of the vertices' rows.
+  void sum_rows(Vector& field) const {
+    field.resize(3 * rest.vertex_count());
+    parallel_for(rest.vertex_count(), 2048, [&](Index begin, Index end) {
+      for (Index v = begin; v < end; ++v) {
+        Eigen::Vector4d sum = Eigen::Vector4d::Zero();
+        for (const std::int32_t* r = blocks.rows_begin(v); r != blocks.rows_end(v); ++r) {
+          sum += Eigen::Map<const Eigen::Vector4d>(rows.data() + ElementBlocks::kRowSize * *r);
+        }
+        field.segment<3>(3 * v) = sum.head<3>();
+      }
+    });
+  }
+
+  // The first element where the energy is not defined, after a block said that there is one.
+  Evaluation failure(const Vector& q) const {
+    const Evaluation found = for_each_admissible(q, [](Index, const auto&, const auto&) {});
+    return found.ok() ? Evaluation{0} : found;  // on the very edge the kernels may differ
   }
 };
 
@@ -141,29 +238,17 @@ Evaluation ElasticPotential::admissible(const Vector& q) const {
 }
 
 Evaluation ElasticPotential::value(const Vector& q, double& energy) const {
-  const Evaluation status = impl_->for_each_admissible(
-      q, [this](Index e, const Shape::NodeMatrix& local, const auto& material) {
-        impl_->energies[static_cast<std::size_t>(e)] =
-            element_energy<Shape>(impl_->rest.element(e), material, local);
-      });
-  if (status.ok()) energy = impl_->total_energy();
-  return status;
+  if (!impl_->run_blocks(q, false)) return impl_->failure(q);
+  energy = impl_->total_energy();
+  return {};
 }
 
 Evaluation ElasticPotential::value_and_gradient(const Vector& q, double& energy,
                                                 Vector& gradient) const {
-  const Evaluation status = impl_->for_each_admissible(
-      q, [this](Index e, const Shape::NodeMatrix& local, const auto& material) {
-        const auto& rest = impl_->rest.element(e);
-        impl_->energies[static_cast<std::size_t>(e)] = element_energy<Shape>(rest, material, local);
-        impl_->gradients[static_cast<std::size_t>(e)] =
-            element_gradient<Shape>(rest, material, local);
-      });
-  if (!status.ok()) return status;
+  if (!impl_->run_blocks(q, true)) return impl_->failure(q);
   energy = impl_->total_energy();
-  gradient.setZero(3 * impl_->rest.vertex_count());
-  impl_->rest.add_gathered(impl_->gradients, gradient);
-  return status;
+  impl_->sum_rows(gradient);
+  return {};
 }
 
 Evaluation ElasticPotential::add_hessian(const Vector& q, const SparsityPattern& pattern,
@@ -174,7 +259,7 @@ Evaluation ElasticPotential::add_hessian(const Vector& q, const SparsityPattern&
       for (Index i = begin; i < end; ++i) {
         const Index e = color[static_cast<std::size_t>(i)];
         const Shape::NodeMatrix local = impl_->rest.gather(q, e);
-        const auto& rest = impl_->rest.element(e);
+        const auto rest = impl_->rest.element(e);
         std::visit(
             [&](const auto& material) {
               if (element_admissible<Shape>(rest, material, local)) {
@@ -191,20 +276,27 @@ Evaluation ElasticPotential::add_hessian(const Vector& q, const SparsityPattern&
 }
 
 void ElasticPotential::product(const Vector& q, const Vector& x, Vector& result) const {
-  impl_->for_each([&](Index e, const auto& material) {
-    impl_->gradients[static_cast<std::size_t>(e)] = element_product<Shape>(
-        impl_->rest.element(e), material, impl_->rest.gather(q, e), impl_->rest.gather(x, e));
+  Impl& s = *impl_;
+  s.rows.assign(static_cast<std::size_t>(ElementBlocks::kRowSize * s.blocks.row_count()), 0.0);
+  parallel_for(s.blocks.block_count(), 1, [&](Index begin, Index end) {
+    for (Index b = begin; b < end; ++b) {
+      const ElementBlocks::Block& block = s.blocks.block(b);
+      s.scalar_block(block, q, s.rows.data() + ElementBlocks::kRowSize * block.first_row,
+                     [&](Index e, const Shape::NodeMatrix& local, const auto& m,
+                         double&) -> Shape::NodeMatrix {
+                       return element_product<Shape>(s.rest.element(e), m, local,
+                                                     s.rest.gather(x, e));
+                     });
+    }
   });
-  result.setZero(3 * impl_->rest.vertex_count());
-  impl_->rest.add_gathered(impl_->gradients, result);
+  s.sum_rows(result);
 }
 
 Vector ElasticPotential::energies_by_material(const Vector& q) const {
   Vector sums = Vector::Zero(static_cast<Index>(impl_->materials.size()));
-  double total = 0.0;
-  if (!value(q, total).ok()) return sums;
-  for (Index e = 0; e < impl_->rest.element_count(); ++e) {
-    sums[material_index(e)] += impl_->energies[static_cast<std::size_t>(e)];
+  if (!impl_->run_blocks(q, false)) return sums;
+  for (Index b = 0; b < impl_->blocks.block_count(); ++b) {
+    sums[impl_->blocks.block(b).material] += impl_->energies[static_cast<std::size_t>(b)];
   }
   return sums;
 }
@@ -214,7 +306,7 @@ bool ElasticPotential::element_terms(Index e, const Vector& q, bool with_hessian
   return std::visit(
       [&](const auto& material) {
         const Shape::NodeMatrix local = impl_->rest.gather(q, e);
-        const auto& rest = impl_->rest.element(e);
+        const auto rest = impl_->rest.element(e);
         if (!element_admissible<Shape>(rest, material, local)) return false;
         terms.energy = element_energy<Shape>(rest, material, local);
         terms.gradient = element_gradient<Shape>(rest, material, local);

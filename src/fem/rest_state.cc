@@ -5,53 +5,66 @@
 #include "tetraction/core/parallel.h"
 
 namespace tetraction {
+namespace {
 
-RestState::RestState(const TetMesh& mesh)
-    : elements_(mesh.tetrahedra.size()),
-      nodes_(mesh.tetrahedra),
-      incidence_begin_(mesh.vertices.size() + 1, 0) {
-  for (std::size_t e = 0; e < nodes_.size(); ++e) {
-    const Nodes& n = nodes_[e];
-    const auto vertex = [&](std::size_t a) -> const Vector3& {
-      return mesh.vertices[static_cast<std::size_t>(n[a])];
-    };
-    Matrix3 edges;
-    for (int a = 0; a < 3; ++a) {
-      edges.col(a) = vertex(static_cast<std::size_t>(a) + 1) - vertex(0);
-    }
-    // The rows of Dm⁻¹ are the gradients of N1..N3; those of all four add up to zero.
-    const Matrix3 rest_edges_inverse = edges.inverse();
-    Shape::NodeMatrix& g = elements_[e].gradients[0];
-    g.rightCols<3>() = rest_edges_inverse.transpose();
-    g.col(0) = -(g.col(1) + g.col(2) + g.col(3));
-    elements_[e].weights[0] = edges.determinant() / 6.0;
-    for (const Index v : n) ++incidence_begin_[static_cast<std::size_t>(v) + 1];
+using Shape = RestState::Shape;
+
+// D = [X1 − X0, X2 − X0, X3 − X0].
+Matrix3 rest_edges(const RestState& rest, Index e) {
+  const RestState::Nodes& n = rest.nodes(e);
+  Matrix3 edges;
+  for (int a = 0; a < 3; ++a) {
+    edges.col(a) = rest.position(n[static_cast<std::size_t>(a) + 1]) - rest.position(n[0]);
   }
-  for (std::size_t v = 1; v < incidence_begin_.size(); ++v) {
-    incidence_begin_[v] += incidence_begin_[v - 1];
-  }
-  incidence_.resize(incidence_begin_.back());
-  std::vector<std::size_t> next(incidence_begin_.begin(), incidence_begin_.end() - 1);
-  for (std::size_t e = 0; e < nodes_.size(); ++e) {
-    for (int a = 0; a < Shape::kNodes; ++a) {
-      const auto v = static_cast<std::size_t>(nodes_[e][static_cast<std::size_t>(a)]);
-      incidence_[next[v]++] = {static_cast<Index>(e), a};
-    }
-  }
+  return edges;
+}
+
+}  // namespace
+
+RestElement<Shape> RestState::element(Index e) const {
+  const Matrix3 edges = rest_edges(*this, e);
+  RestElement<Shape> element;
+  // The rows of D⁻¹ are the gradients of N1..N3; those of all four add up to zero.
+  Shape::NodeMatrix& g = element.gradients[0];
+  g.rightCols<3>() = edges.inverse().transpose();
+  g.col(0) = -(g.col(1) + g.col(2) + g.col(3));
+  element.weights[0] = edges.determinant() / 6.0;
+  return element;
 }
 
 double RestState::volume(Index e) const {
-  double volume = 0.0;
-  for (const double w : element(e).weights) volume += w;
-  return volume;
+  return rest_edges(*this, e).determinant() / 6.0;
 }
 
-void RestState::add_gathered(const std::vector<Shape::NodeMatrix>& local, Vector& field) const {
-  parallel_for(vertex_count(), 2048, [&](Index begin, Index end) {
+Vector3 RestState::center(Index e) const {
+  Vector3 sum = Vector3::Zero();
+  for (const Index v : nodes(e)) sum += position(v);
+  return sum / Shape::kNodes;
+}
+
+VertexIncidence::VertexIncidence(const RestState& rest)
+    : begin_(static_cast<std::size_t>(rest.vertex_count()) + 1, 0) {
+  for (Index e = 0; e < rest.element_count(); ++e) {
+    for (const Index v : rest.nodes(e)) ++begin_[static_cast<std::size_t>(v) + 1];
+  }
+  for (std::size_t v = 1; v < begin_.size(); ++v) begin_[v] += begin_[v - 1];
+  uses_.resize(begin_.back());
+  std::vector<std::size_t> next(begin_.begin(), begin_.end() - 1);
+  for (Index e = 0; e < rest.element_count(); ++e) {
+    for (int a = 0; a < Shape::kNodes; ++a) {
+      const auto v = static_cast<std::size_t>(rest.nodes(e)[static_cast<std::size_t>(a)]);
+      uses_[next[v]++] = {e, a};
+    }
+  }
+}
+
+void VertexIncidence::add_gathered(const std::vector<Shape::NodeMatrix>& local,
+                                   Vector& field) const {
+  parallel_for(static_cast<Index>(begin_.size()) - 1, 2048, [&](Index begin, Index end) {
     for (Index v = begin; v < end; ++v) {
       Vector3 sum = Vector3::Zero();
-      for (const Incidence* i = incidence_begin(v); i != incidence_end(v); ++i) {
-        sum += local[static_cast<std::size_t>(i->element)].col(i->node);
+      for (const Use& use : uses(v)) {
+        sum += local[static_cast<std::size_t>(use.element)].col(use.node);
       }
       field.segment<3>(3 * v) += sum;
     }

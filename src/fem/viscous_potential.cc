@@ -53,19 +53,24 @@ static_assert(Material<ViscousDensity>);
 
 ViscousPotential::ViscousPotential(const RestState& rest) : rest_(rest) {}
 
+const VertexIncidence& ViscousPotential::incidence() const {
+  if (!incidence_) incidence_ = std::make_unique<VertexIncidence>(rest_);
+  return *incidence_;
+}
+
 void ViscousPotential::add_force(double viscosity, const Vector& q, const Vector& v,
                                  Vector& force) const {
   local_.resize(static_cast<std::size_t>(rest_.element_count()));
   parallel_for(rest_.element_count(), kGrain, [&](Index begin, Index end) {
     for (Index e = begin; e < end; ++e) {
-      const auto& element = rest_.element(e);
+      const auto element = rest_.element(e);
       const Matrix3 f = deformation_gradient(element, 0, rest_.gather(q, e));
       const Matrix3 rate = f.transpose() * deformation_gradient(element, 0, rest_.gather(v, e));
       const Matrix3 stress = viscosity * (rate + rate.transpose());
       local_[static_cast<std::size_t>(e)] = -element.weights[0] * f * stress * element.gradients[0];
     }
   });
-  rest_.add_gathered(local_, force);
+  incidence().add_gathered(local_, force);
 }
 
 void ViscousPotential::begin(const Vector& q, const Vector& displacement, double factor) {
@@ -109,7 +114,7 @@ void ViscousPotential::add_value_and_gradient(const Vector& x, double& value,
                                           rest_.gather(x, e));
     }
   });
-  rest_.add_gathered(local_, gradient);
+  incidence().add_gathered(local_, gradient);
 }
 
 void ViscousPotential::add_hessian(const Vector& x, const SparsityPattern& pattern,
@@ -130,7 +135,7 @@ void ViscousPotential::add_hessian(const Vector& x, const SparsityPattern& patte
 void ViscousPotential::add_element_terms(Index e, const Vector& x, bool with_hessian,
                                          ElasticPotential::ElementTerms& terms) const {
   if (factor_ == 0.0) return;
-  const auto& element = rest_.element(e);
+  const auto element = rest_.element(e);
   const ViscousDensity density(factor_, strain_[static_cast<std::size_t>(e)]);
   const Shape::NodeMatrix local = rest_.gather(x, e);
   terms.energy += element_energy<Shape>(element, density, local);

@@ -1,7 +1,9 @@
-// What the element loop needs of the rest configuration, computed once per mesh.
+// What the element loop needs of the rest configuration.
 #pragma once
 
 #include <array>
+#include <memory>
+#include <span>
 #include <vector>
 
 #include "tetraction/fem/element_shape.h"
@@ -9,28 +11,31 @@
 
 namespace tetraction {
 
-/// Rest data of all elements, and which elements meet at each vertex.
+/// Rest data of all elements. Refers to the positions and tetrahedra it was made of, which must live
+/// longer, and works out the rest from them when asked.
 class RestState {
  public:
   using Shape = LinearTetrahedron;
   using Nodes = std::array<Index, Shape::kNodes>;
 
-  /// One use of a vertex by an element.
-  struct Incidence {
-    Index element;
-    int node;
-  };
+  /// Rest positions, m, and the vertices of the tetrahedra; each has positive volume.
+  RestState(std::span<const Vector3> positions, std::span<const Nodes> tetrahedra)
+      : positions_(positions), tetrahedra_(tetrahedra) {}
+  explicit RestState(const TetMesh& mesh) : RestState(mesh.vertices, mesh.tetrahedra) {}
+  explicit RestState(TetMesh&&) = delete;
 
-  explicit RestState(const TetMesh& mesh);
-
-  Index element_count() const { return static_cast<Index>(elements_.size()); }
-  Index vertex_count() const { return static_cast<Index>(incidence_begin_.size()) - 1; }
-  const RestElement<Shape>& element(Index e) const {
-    return elements_[static_cast<std::size_t>(e)];
+  Index element_count() const { return static_cast<Index>(tetrahedra_.size()); }
+  Index vertex_count() const { return static_cast<Index>(positions_.size()); }
+  const Nodes& nodes(Index e) const { return tetrahedra_[static_cast<std::size_t>(e)]; }
+  const Vector3& position(Index vertex) const {
+    return positions_[static_cast<std::size_t>(vertex)];
   }
-  const Nodes& nodes(Index e) const { return nodes_[static_cast<std::size_t>(e)]; }
+  /// Gradients of the shape functions and volume of element e.
+  RestElement<Shape> element(Index e) const;
   /// Rest volume of element e, m³.
   double volume(Index e) const;
+  /// Centroid of element e, m.
+  Vector3 center(Index e) const;
 
   /// The element's columns of a DOF-ordered field.
   Shape::NodeMatrix gather(const Vector& field, Index e) const {
@@ -42,23 +47,34 @@ class RestState {
     return local;
   }
 
-  /// The elements that meet at a vertex, in ascending order: the order in which their forces are
-  /// added, whatever the number of threads.
-  const Incidence* incidence_begin(Index vertex) const {
-    return incidence_.data() + incidence_begin_[static_cast<std::size_t>(vertex)];
-  }
-  const Incidence* incidence_end(Index vertex) const {
-    return incidence_.data() + incidence_begin_[static_cast<std::size_t>(vertex) + 1];
+ private:
+  std::span<const Vector3> positions_;
+  std::span<const Nodes> tetrahedra_;
+};
+
+/// Which elements meet at each vertex, in ascending order.
+class VertexIncidence {
+ public:
+  /// One use of a vertex by an element.
+  struct Use {
+    Index element;
+    int node;
+  };
+
+  explicit VertexIncidence(const RestState& rest);
+
+  std::span<const Use> uses(Index vertex) const {
+    const auto v = static_cast<std::size_t>(vertex);
+    return {uses_.data() + begin_[v], begin_[v + 1] - begin_[v]};
   }
 
-  /// Sums columns of per-element results into a DOF-ordered field: field(v) += Σ local(e, node).
-  void add_gathered(const std::vector<Shape::NodeMatrix>& local, Vector& field) const;
+  /// Sums columns of per-element results into a DOF-ordered field: field(v) += Σ local(e, node), in
+  /// the same order for any number of threads.
+  void add_gathered(const std::vector<RestState::Shape::NodeMatrix>& local, Vector& field) const;
 
  private:
-  std::vector<RestElement<Shape>> elements_;
-  std::vector<Nodes> nodes_;
-  std::vector<Incidence> incidence_;
-  std::vector<std::size_t> incidence_begin_;
+  std::vector<Use> uses_;
+  std::vector<std::size_t> begin_;
 };
 
 }  // namespace tetraction

@@ -1,6 +1,8 @@
 // Internal viscosity: a Kelvin–Voigt stress beside the elastic one.
 #pragma once
 
+#include <memory>
+
 #include "tetraction/fem/elastic_potential.h"
 
 namespace tetraction {
@@ -40,11 +42,13 @@ class ViscousPotential {
                          ElasticPotential::ElementTerms& terms) const;
 
  private:
+  const VertexIncidence& incidence() const;
+
   const RestState& rest_;
   double factor_ = 0.0;
-  std::vector<Matrix3> strain_;                   // E₀ per element
-  mutable std::vector<Shape::NodeMatrix> local_;  // forces per element
-  mutable std::vector<double> energies_;
+  std::vector<Matrix3> strain_;                         // E₀ per element
+  mutable std::vector<Shape::NodeMatrix> local_;        // forces per element
+  mutable std::unique_ptr<VertexIncidence> incidence_;  // made when first needed
 };
 
 }  // namespace tetraction

@@ -56,6 +56,8 @@ class StVenantKirchhoff {
   Matrix3 first_piola(const Matrix3& f) const;
   Matrix9 stiffness(const Matrix3& f) const;
   LameParameters initial_lame() const { return {mu_, lambda_}; }
+  double mu() const { return mu_; }          ///< Pa
+  double lambda() const { return lambda_; }  ///< Pa
 
  private:
   double mu_;
@@ -73,6 +75,8 @@ class NeoHookean {
   Matrix3 first_piola(const Matrix3& f) const;
   Matrix9 stiffness(const Matrix3& f) const;
   LameParameters initial_lame() const { return {mu_, lambda_}; }
+  double mu() const { return mu_; }          ///< Pa
+  double lambda() const { return lambda_; }  ///< Pa
 
  private:
   double mu_;
@@ -93,6 +97,9 @@ class MooneyRivlin {
   Matrix3 first_piola(const Matrix3& f) const;
   Matrix9 stiffness(const Matrix3& f) const;
   LameParameters initial_lame() const { return {mu1_ + mu2_, lambda_ + 2.0 * mu2_}; }
+  double mu1() const { return mu1_; }        ///< Pa
+  double mu2() const { return mu2_; }        ///< Pa
+  double lambda() const { return lambda_; }  ///< Pa
 
  private:
   double mu1_;

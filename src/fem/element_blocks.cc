@@ -1,0 +1,137 @@
+#include "element_blocks.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <limits>
+
+#include "hilbert_order.h"
+#include "tetraction/core/error.h"
+
+namespace tetraction {
+namespace {
+
+// About 300 vertices: their positions and forces take 20 KiB.
+constexpr Index kBlockElements = 1024;
+
+}  // namespace
+
+ElementBlocks::ElementBlocks(const RestState& rest, const std::vector<int>& material_of_element,
+                             std::size_t materials) {
+  const Index n = rest.element_count();
+  if (n > std::numeric_limits<std::int32_t>::max() / (4 * kRowSize)) {
+    throw InputError("The mesh has more than 2^27 tetrahedra: that is not supported.");
+  }
+  std::vector<Index> order;
+  {
+    Eigen::Matrix<float, 3, Eigen::Dynamic> centers(3, n);
+    for (Index e = 0; e < n; ++e) centers.col(e) = rest.center(e).cast<float>();
+    order = hilbert_order(centers);
+  }
+  const auto material = [&](Index e) {
+    return material_of_element.empty() ? 0 : material_of_element[static_cast<std::size_t>(e)];
+  };
+  if (materials > 1) {
+    std::stable_sort(order.begin(), order.end(),
+                     [&](Index a, Index b) { return material(a) < material(b); });
+  }
+  std::vector<std::int32_t> row_of_vertex(static_cast<std::size_t>(rest.vertex_count()), -1);
+  const auto lanes = static_cast<std::size_t>(n + kBatchLanes * materials) +
+                     static_cast<std::size_t>(n / kBlockElements + 1) * kBatchLanes;
+  rest_numbers_.reserve(lanes * kRestNumbers);
+  slots_.reserve(lanes * 4);
+  element_.reserve(lanes);
+  for (Index begin = 0; begin < n;) {
+    const int m = material(order[static_cast<std::size_t>(begin)]);
+    const auto same = std::upper_bound(order.begin() + begin, order.end(), m,
+                                       [&](int value, Index e) { return value < material(e); });
+    const Index count = same - order.begin() - begin;
+    const Index parts = (count + kBlockElements - 1) / kBlockElements;
+    for (Index p = 0; p < parts; ++p) {
+      add_block(rest, order, begin + count * p / parts, begin + count * (p + 1) / parts, m,
+                row_of_vertex);
+    }
+    begin += count;
+  }
+
+  vertex_row_begin_.assign(static_cast<std::size_t>(rest.vertex_count()) + 1, 0);
+  for (const std::int32_t v : row_vertex_) {
+    if (v >= 0) ++vertex_row_begin_[static_cast<std::size_t>(v) + 1];
+  }
+  for (std::size_t v = 1; v < vertex_row_begin_.size(); ++v) {
+    vertex_row_begin_[v] += vertex_row_begin_[v - 1];
+  }
+  vertex_rows_.resize(static_cast<std::size_t>(vertex_row_begin_.back()));
+  std::vector<std::int32_t> next(vertex_row_begin_.begin(), vertex_row_begin_.end() - 1);
+  for (std::size_t r = 0; r < row_vertex_.size(); ++r) {
+    if (row_vertex_[r] < 0) continue;
+    vertex_rows_[static_cast<std::size_t>(next[static_cast<std::size_t>(row_vertex_[r])]++)] =
+        static_cast<std::int32_t>(r);
+  }
+}
+
+void ElementBlocks::add_block(const RestState& rest, const std::vector<Index>& order, Index begin,
+                              Index end, int material, std::vector<std::int32_t>& row_of_vertex) {
+  Block block;
+  block.material = material;
+  block.first_batch = static_cast<Index>(element_.size()) / kBatchLanes;
+  block.batch_count = (end - begin + kBatchLanes - 1) / kBatchLanes;
+  block.first_row = row_count();
+  const auto lanes = static_cast<std::size_t>(block.batch_count) * kBatchLanes;
+  element_.resize(element_.size() + lanes, -1);
+  rest_numbers_.resize(element_.size() * kRestNumbers);
+  slots_.resize(element_.size() * 4);
+  // Rows in the order of first use: neighbours stand together.
+  for (Index i = begin; i < end; ++i) {
+    for (const Index v : rest.nodes(order[static_cast<std::size_t>(i)])) {
+      auto& row = row_of_vertex[static_cast<std::size_t>(v)];
+      if (row >= block.first_row) continue;
+      row = static_cast<std::int32_t>(row_vertex_.size());
+      row_vertex_.push_back(static_cast<std::int32_t>(v));
+    }
+  }
+  const bool padded = end - begin < static_cast<Index>(lanes);
+  if (padded) row_vertex_.insert(row_vertex_.end(), 4, -1);
+  block.row_count = row_count() - block.first_row;
+  for (Index i = 0; i < static_cast<Index>(lanes); ++i) {
+    const int lane = static_cast<int>(i / block.batch_count);
+    const Index batch = block.first_batch + i % block.batch_count;
+    std::array<std::int32_t, 4> rows{};
+    const Index e = begin + i < end ? order[static_cast<std::size_t>(begin + i)] : -1;
+    for (std::size_t a = 0; a < 4; ++a) {
+      const std::int32_t row = e < 0 ? static_cast<std::int32_t>(row_vertex_.size() - 4 + a)
+                                     : row_of_vertex[static_cast<std::size_t>(rest.nodes(e)[a])];
+      rows[a] = static_cast<std::int32_t>(row - block.first_row);
+    }
+    set_lane(rest, batch, lane, e, rows);
+  }
+  blocks_.push_back(block);
+}
+
+void ElementBlocks::set_lane(const RestState& rest, Index batch, int lane, Index element,
+                             const std::array<std::int32_t, 4>& rows) {
+  const auto place = static_cast<std::size_t>(batch * kBatchLanes + lane);
+  element_[place] = static_cast<std::int32_t>(element);
+  for (std::size_t a = 0; a < 4; ++a) {
+    slots_[(4 * static_cast<std::size_t>(batch) + a) * kBatchLanes +
+           static_cast<std::size_t>(lane)] = static_cast<std::uint16_t>(kRowSize * rows[a]);
+  }
+  Matrix3 vg = Matrix3::Identity() / 6.0;
+  double six_volume = 1.0;
+  if (element >= 0) {
+    const auto& data = rest.element(element);
+    const auto b = data.gradients[0].rightCols<3>();  // D⁻ᵀ
+    vg = data.weights[0] * b.transpose() * b;
+    six_volume = 6.0 * data.weights[0];
+  }
+  double* numbers = rest_numbers_.data() +
+                    static_cast<std::size_t>(batch) * kRestNumbers * kBatchLanes +
+                    static_cast<std::size_t>(lane);
+  constexpr int kEntries[6][2] = {{0, 0}, {0, 1}, {0, 2}, {1, 1}, {1, 2}, {2, 2}};
+  for (const auto& [i, j] : kEntries) {
+    *numbers = vg(i, j);
+    numbers += kBatchLanes;
+  }
+  *numbers = 1.0 / six_volume;
+}
+
+}  // namespace tetraction

@@ -1,0 +1,103 @@
+// The elements in blocks that fit the first-level cache: the layout of the fast element loops.
+//
+// Elements of one material are sorted along a Hilbert curve and cut into blocks of about a thousand
+// neighbours. A block works on copies of its vertices, *rows* of four numbers, and leaves its share
+// of the forces in rows of its own; afterwards every vertex adds its rows in the order of the
+// blocks. So there are no atomics, results are bitwise the same for any number of threads, and the
+// numbering of the mesh does not matter for speed.
+//
+// The lanes of a batch take their elements from far apart in the block (lane l of batch b has
+// element l × batches + b), so that the rows added to by one batch are seldom the same.
+#pragma once
+
+#include <tbb/cache_aligned_allocator.h>
+
+#include <cstdint>
+#include <vector>
+
+#include "element_kernels.h"
+#include "tetraction/fem/rest_state.h"
+
+namespace tetraction {
+
+/// A vector that begins on a cache line.
+template <class T>
+using AlignedVector = std::vector<T, tbb::cache_aligned_allocator<T>>;
+
+class ElementBlocks {
+ public:
+  static constexpr int kRowSize = 4;
+
+  struct Block {
+    Index first_batch = 0;
+    Index batch_count = 0;
+    Index first_row = 0;
+    Index row_count = 0;  ///< with those of padding elements
+    int material = 0;
+  };
+
+  /// `material_of_element` may be empty: one material.
+  ElementBlocks(const RestState& rest, const std::vector<int>& material_of_element,
+                std::size_t materials);
+
+  Index block_count() const { return static_cast<Index>(blocks_.size()); }
+  const Block& block(Index b) const { return blocks_[static_cast<std::size_t>(b)]; }
+  Index row_count() const { return static_cast<Index>(row_vertex_.size()); }
+  BatchView batches(const Block& block) const {
+    const auto first = static_cast<std::size_t>(block.first_batch) * kBatchLanes;
+    return {rest_numbers_.data() + first * kRestNumbers, slots_.data() + 4 * first,
+            static_cast<std::ptrdiff_t>(block.batch_count)};
+  }
+  /// The element in a lane, or −1: padding.
+  Index element(Index batch, int lane) const {
+    return element_[static_cast<std::size_t>(batch * kBatchLanes + lane)];
+  }
+  /// Where node a of the element in a lane begins in its block's rows.
+  Index slot(Index batch, int node, int lane) const {
+    return slots_[static_cast<std::size_t>((4 * batch + node) * kBatchLanes + lane)];
+  }
+
+  /// rows ← the block's vertices of a field with 3 numbers per vertex.
+  template <class T, class Source>
+  void load_rows(const Block& block, const Source* field, T* rows) const {
+    const std::int32_t* vertex = row_vertex_.data() + block.first_row;
+    for (Index r = 0; r < block.row_count; ++r, rows += kRowSize) {
+      const Source* value = field + 3 * static_cast<Index>(vertex[r] < 0 ? 0 : vertex[r]);
+      rows[0] = static_cast<T>(value[0]);
+      rows[1] = static_cast<T>(value[1]);
+      rows[2] = static_cast<T>(value[2]);
+      rows[3] = T(0);
+    }
+    if (block.row_count > 0 && vertex[block.row_count - 1] < 0) fill_padding(rows);
+  }
+
+  /// rows of a vertex, ascending.
+  const std::int32_t* rows_begin(Index vertex) const {
+    return vertex_rows_.data() + vertex_row_begin_[static_cast<std::size_t>(vertex)];
+  }
+  const std::int32_t* rows_end(Index vertex) const {
+    return vertex_rows_.data() + vertex_row_begin_[static_cast<std::size_t>(vertex) + 1];
+  }
+
+ private:
+  // Padding elements are unit tetrahedra at rest on the last four rows.
+  template <class T>
+  static void fill_padding(T* end) {
+    for (T* r = end - 4 * kRowSize; r != end; ++r) *r = T(0);
+    for (int k = 0; k < 3; ++k) end[(k - 3) * kRowSize + k] = T(1);
+  }
+  void add_block(const RestState& rest, const std::vector<Index>& order, Index begin, Index end,
+                 int material, std::vector<std::int32_t>& row_of_vertex);
+  void set_lane(const RestState& rest, Index batch, int lane, Index element,
+                const std::array<std::int32_t, 4>& rows);
+
+  std::vector<Block> blocks_;
+  AlignedVector<double> rest_numbers_;
+  AlignedVector<std::uint16_t> slots_;
+  std::vector<std::int32_t> element_;
+  std::vector<std::int32_t> row_vertex_;  // −1: padding
+  std::vector<std::int32_t> vertex_row_begin_;
+  std::vector<std::int32_t> vertex_rows_;
+};
+
+}  // namespace tetraction

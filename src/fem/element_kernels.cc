@@ -1,0 +1,309 @@
+#include "element_kernels.h"
+
+// Portable, SSE4, AVX2 and AVX-512 (Highway's AVX3).
+#define HWY_DISABLED_TARGETS HWY_SSSE3
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "fem/element_kernels.cc"
+#include <hwy/foreach_target.h>  // compiles this file once for every instruction set
+#include <hwy/highway.h>
+
+#include <hwy/contrib/math/math-inl.h>
+
+#include "simd_rows-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tetraction {
+namespace HWY_NAMESPACE {
+
+using D = hn::CappedTag<double, 8>;
+using V = hn::Vec<D>;
+
+// x − ln(1 + x) for |x| ≤ 0.01, see material/strain_invariants.h.
+HWY_INLINE V x_minus_log1p(D d, V x) {
+  V sum = hn::Set(d, -1.0 / 11);
+  for (int k = 10; k >= 2; --k) {
+    sum = hn::MulAdd(sum, x, hn::Set(d, ((k % 2 == 0) ? 1.0 : -1.0) / k));
+  }
+  return hn::Mul(hn::Mul(x, x), sum);
+}
+
+// The strain measures a G, with their accuracy near rest: rows of a G = c G − 1.
+HWY_INLINE void strain(D d, const Symmetric<V>& c, const Symmetric<V>& vg, V inverse_volume,
+                       Columns<V>& ag) {
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      const V sum =
+          hn::MulAdd(c(i, 2), vg(2, j), hn::MulAdd(c(i, 1), vg(1, j), hn::Mul(c(i, 0), vg(0, j))));
+      ag.m[j][i] =
+          i == j ? hn::MulSub(sum, inverse_volume, hn::Set(d, 1.0)) : hn::Mul(sum, inverse_volume);
+    }
+  }
+}
+
+HWY_INLINE V trace(const Columns<V>& m) {
+  return hn::Add(m.m[0][0], hn::Add(m.m[1][1], m.m[2][2]));
+}
+
+// tr(m²).
+HWY_INLINE V trace_of_square(D d, const Columns<V>& m) {
+  const V off = hn::MulAdd(m.m[0][1], m.m[1][0],
+                           hn::MulAdd(m.m[0][2], m.m[2][0], hn::Mul(m.m[1][2], m.m[2][1])));
+  const V on = hn::MulAdd(m.m[0][0], m.m[0][0],
+                          hn::MulAdd(m.m[1][1], m.m[1][1], hn::Mul(m.m[2][2], m.m[2][2])));
+  return hn::MulAdd(hn::Set(d, 2.0), off, on);
+}
+
+// Below this value of I₁ − 3 − 2 ln J (strains of 3e-3) the plain formula loses digits that matter.
+constexpr double kSmallStrain = 1e-5;
+
+// I₁ − 3 − 2 ln J and I₂ − 3 − 4 ln J without cancellation (material/strain_invariants.h), put in
+// place of `first` and `second` where the strain is small.
+template <bool kSecond>
+HWY_INLINE void refine(D d, const Symmetric<V>& c, const Symmetric<V>& vg, V inverse_volume,
+                       V& first, V& second) {
+  Columns<V> ag;
+  strain(d, c, vg, inverse_volume, ag);
+  const V tr = trace(ag);
+  const V two = hn::Mul(hn::Set(d, 0.5),
+                        hn::NegMulAdd(V(hn::Set(d, 1.0)), trace_of_square(d, ag), hn::Mul(tr, tr)));
+  Columns<V> cofactor;
+  const V three = cofactors(ag, cofactor);
+  const V x = hn::Add(tr, hn::Add(two, three));
+  const V rest = x_minus_log1p(d, x);
+  const auto small =
+      hn::And(hn::Lt(first, hn::Set(d, kSmallStrain)), hn::Lt(hn::Abs(x), hn::Set(d, 0.01)));
+  first = hn::IfThenElse(small, hn::Sub(rest, hn::Add(two, three)), first);
+  if constexpr (kSecond) {
+    const V value = hn::Sub(hn::Add(rest, rest), hn::Add(two, hn::Add(three, three)));
+    second = hn::IfThenElse(small, value, second);
+  }
+}
+
+struct Moduli {
+  V mu, mu2, lambda;
+};
+
+// Energy and ∂W/∂e of the elements in the lanes. Returns whether all are admissible.
+template <MaterialKind kKind, bool kGradient, bool kEnergy>
+HWY_INLINE bool evaluate(D d, const Moduli& moduli, const Columns<V>& e, const Symmetric<V>& vg,
+                         V inverse_six_volume, V& energy, Columns<V>& gradient) {
+  const V inverse_volume = hn::Mul(inverse_six_volume, hn::Set(d, 6.0));
+  if constexpr (kKind == MaterialKind::kStVenantKirchhoff) {
+    Symmetric<V> c;
+    metric(e, c);
+    Columns<V> ag;
+    strain(d, c, vg, inverse_volume, ag);
+    const V tr = trace(ag);
+    const V half_lambda = hn::Mul(hn::Set(d, 0.5), moduli.lambda);
+    if constexpr (kEnergy) {
+      const V quadratic = hn::Mul(hn::Set(d, 0.25), hn::Mul(moduli.mu, trace_of_square(d, ag)));
+      const V volumetric = hn::Mul(hn::Set(d, 0.25), hn::Mul(half_lambda, hn::Mul(tr, tr)));
+      energy = hn::Div(hn::Add(quadratic, volumetric), inverse_volume);
+    }
+    if constexpr (kGradient) {
+      // V G a G μ + λ/2 tr V G, symmetric.
+      Symmetric<V> stress;
+      const V p = hn::Mul(half_lambda, tr);
+      for (int i = 0; i < 3; ++i) {
+        for (int j = i; j < 3; ++j) {
+          const V gag = hn::MulAdd(vg(i, 2), ag.m[j][2],
+                                   hn::MulAdd(vg(i, 1), ag.m[j][1], hn::Mul(vg(i, 0), ag.m[j][0])));
+          stress(i, j) = hn::MulAdd(moduli.mu, gag, hn::Mul(p, vg(i, j)));
+        }
+      }
+      multiply(e, stress, gradient);
+    }
+    // x − x is NaN for infinite and NaN x.
+    return hn::AllTrue(d, hn::Eq(hn::Sub(tr, tr), hn::Zero(d)));
+  } else {
+    constexpr bool kMooney = kKind == MaterialKind::kMooneyRivlin;
+    Columns<V> cofactor;
+    const V det = cofactors(e, cofactor);
+    const V j = hn::Mul(det, inverse_six_volume);
+    const V inverse_j = hn::Div(hn::Set(d, 1.0), j);
+    const V log_j = hn::Log(d, j);
+    Columns<V> evg;
+    multiply(e, vg, evg);
+    V vi1 = hn::Undefined(d);  // V I₁
+    if constexpr (kMooney || kEnergy) vi1 = contract(e, evg);
+    Symmetric<V> c;
+    if constexpr (kMooney) metric(e, c);
+    V mu_sum = moduli.mu;
+    if constexpr (kMooney) mu_sum = hn::MulAdd(hn::Set(d, 2.0), moduli.mu2, mu_sum);
+    V i1 = hn::Undefined(d);
+    if constexpr (kMooney) i1 = hn::Mul(vi1, inverse_volume);
+
+    Symmetric<V> gcvg;  // V G c G
+    if constexpr (kMooney) {
+      Columns<V> cvg;  // c V G, by columns
+      for (int col = 0; col < 3; ++col) {
+        for (int i = 0; i < 3; ++i) {
+          cvg.m[col][i] = hn::MulAdd(c(i, 2), vg(2, col),
+                                     hn::MulAdd(c(i, 1), vg(1, col), hn::Mul(c(i, 0), vg(0, col))));
+        }
+      }
+      for (int i = 0; i < 3; ++i) {
+        for (int k = i; k < 3; ++k) {
+          const V sum =
+              hn::MulAdd(vg(i, 2), cvg.m[k][2],
+                         hn::MulAdd(vg(i, 1), cvg.m[k][1], hn::Mul(vg(i, 0), cvg.m[k][0])));
+          gcvg(i, k) = hn::Mul(sum, inverse_volume);
+        }
+      }
+    }
+    if constexpr (kGradient) {
+      const V factor = hn::Mul(hn::MulSub(moduli.lambda, log_j, mu_sum),
+                               hn::Mul(inverse_j, hn::Set(d, 1.0 / 6.0)));
+      if constexpr (kMooney) {
+        // V [(μ₁ + μ₂ I₁) G − μ₂ G c G]
+        const V scale = hn::MulAdd(moduli.mu2, i1, moduli.mu);
+        Symmetric<V> stress;
+        for (int k = 0; k < 6; ++k) {
+          stress.m[k] = hn::NegMulAdd(moduli.mu2, gcvg.m[k], hn::Mul(scale, vg.m[k]));
+        }
+        multiply(e, stress, gradient);
+        for (int k = 0; k < 9; ++k) {
+          gradient.m[k / 3][k % 3] =
+              hn::MulAdd(factor, cofactor.m[k / 3][k % 3], gradient.m[k / 3][k % 3]);
+        }
+      } else {
+        for (int k = 0; k < 9; ++k) {
+          gradient.m[k / 3][k % 3] =
+              hn::MulAdd(factor, cofactor.m[k / 3][k % 3], hn::Mul(moduli.mu, evg.m[k / 3][k % 3]));
+        }
+      }
+    }
+    if constexpr (kEnergy) {
+      const V volume = hn::Mul(hn::Mul(det, inverse_j), hn::Set(d, 1.0 / 6.0));
+      const V three_ln = hn::MulAdd(hn::Set(d, 2.0), log_j, hn::Set(d, 3.0));
+      V first = hn::MulSub(vi1, inverse_volume, three_ln);
+      V second = hn::Undefined(d);
+      if constexpr (kMooney) {
+        // I₂ = ½ (I₁² − tr C²), tr C² = c:(G c G).
+        V square = hn::Zero(d);
+        for (int i = 0; i < 3; ++i) {
+          for (int k = 0; k < 3; ++k) square = hn::MulAdd(c(i, k), gcvg(i, k), square);
+        }
+        const V i2 = hn::Mul(hn::Set(d, 0.5), hn::MulSub(i1, i1, hn::Mul(square, inverse_volume)));
+        second = hn::Sub(i2, hn::MulAdd(hn::Set(d, 4.0), log_j, hn::Set(d, 3.0)));
+      }
+      if (HWY_UNLIKELY(!hn::AllFalse(d, hn::Lt(first, hn::Set(d, kSmallStrain))))) {
+        if constexpr (!kMooney) metric(e, c);
+        refine<kMooney>(d, c, vg, inverse_volume, first, second);
+      }
+      const V half = hn::Set(d, 0.5);
+      V density = hn::Mul(hn::Mul(half, moduli.lambda), hn::Mul(log_j, log_j));
+      density = hn::MulAdd(hn::Mul(half, moduli.mu), first, density);
+      if constexpr (kMooney) density = hn::MulAdd(hn::Mul(half, moduli.mu2), second, density);
+      energy = hn::Mul(volume, density);
+    }
+    return hn::AllTrue(d, hn::And(hn::Gt(j, hn::Zero(d)), hn::Lt(j, hn::Set(d, 1e300))));
+  }
+}
+
+template <MaterialKind kKind, bool kGradient, bool kEnergy>
+HWY_NOINLINE BlockSums run(const BatchView& batches, const IsotropicModuli& constants,
+                           const double* HWY_RESTRICT positions, double* HWY_RESTRICT gradients) {
+  const D d;
+  constexpr size_t kLanes = hn::MaxLanes(D());
+  constexpr size_t kParts = kBatchLanes / kLanes;
+  const Moduli moduli{hn::Set(d, constants.mu), hn::Set(d, constants.mu2),
+                      hn::Set(d, constants.lambda)};
+  V sums[kParts];
+  for (V& v : sums) v = hn::Zero(d);
+  bool admissible = true;
+  const double* rest = batches.rest;
+  const uint16_t* slots = batches.slots;
+  for (std::ptrdiff_t b = 0; b < batches.count; ++b) {
+    for (size_t part = 0; part < kParts; ++part) {
+      const size_t lane = part * kLanes;
+      Columns<V> e;
+      RowAccess<D>::edges(d, positions, slots + lane, kBatchLanes, e);
+      Symmetric<V> vg;
+      for (size_t k = 0; k < 6; ++k) vg.m[k] = hn::Load(d, rest + k * kBatchLanes + lane);
+      const V inverse_six_volume = hn::Load(d, rest + 6 * kBatchLanes + lane);
+      V energy = hn::Undefined(d);
+      Columns<V> gradient;
+      admissible &= evaluate<kKind, kGradient, kEnergy>(d, moduli, e, vg, inverse_six_volume,
+                                                        energy, gradient);
+      if constexpr (kGradient) {
+        RowAccess<D>::add_balanced(d, gradient, gradients, slots + lane, kBatchLanes);
+      }
+      if constexpr (kEnergy) sums[part] = hn::Add(sums[part], energy);
+    }
+    rest += kRestNumbers * kBatchLanes;
+    slots += 4 * kBatchLanes;
+  }
+  BlockSums result;
+  result.admissible = admissible;
+  if constexpr (kEnergy) {
+    // Lane by lane: the same order of additions for every vector length.
+    HWY_ALIGN double lanes[kBatchLanes];
+    for (size_t part = 0; part < kParts; ++part) hn::Store(sums[part], d, lanes + part * kLanes);
+    for (const double lane : lanes) result.energy += lane;
+  }
+  return result;
+}
+
+template <bool kGradient, bool kEnergy>
+BlockSums run_kind(const BatchView& batches, const IsotropicModuli& moduli, const double* positions,
+                   double* gradients) {
+  switch (moduli.kind) {
+    case MaterialKind::kMooneyRivlin:
+      return run<MaterialKind::kMooneyRivlin, kGradient, kEnergy>(batches, moduli, positions,
+                                                                  gradients);
+    case MaterialKind::kStVenantKirchhoff:
+      return run<MaterialKind::kStVenantKirchhoff, kGradient, kEnergy>(batches, moduli, positions,
+                                                                       gradients);
+    case MaterialKind::kNeoHookean:
+      break;
+  }
+  return run<MaterialKind::kNeoHookean, kGradient, kEnergy>(batches, moduli, positions, gradients);
+}
+
+BlockSums gradient_and_energy(const BatchView& batches, const IsotropicModuli& moduli,
+                              const double* positions, double* gradients) {
+  return run_kind<true, true>(batches, moduli, positions, gradients);
+}
+BlockSums gradient_only(const BatchView& batches, const IsotropicModuli& moduli,
+                        const double* positions, double* gradients) {
+  return run_kind<true, false>(batches, moduli, positions, gradients);
+}
+BlockSums energy_only(const BatchView& batches, const IsotropicModuli& moduli,
+                      const double* positions) {
+  return run_kind<false, true>(batches, moduli, positions, nullptr);
+}
+const char* target_name() {
+  return hwy::TargetName(HWY_TARGET);
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace tetraction
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace tetraction {
+
+HWY_EXPORT(gradient_and_energy);
+HWY_EXPORT(gradient_only);
+HWY_EXPORT(energy_only);
+HWY_EXPORT(target_name);
+
+BlockSums elastic_gradient(const BatchView& batches, const IsotropicModuli& moduli,
+                           const double* positions, bool with_energy, double* gradients) {
+  return with_energy
+             ? HWY_DYNAMIC_DISPATCH(gradient_and_energy)(batches, moduli, positions, gradients)
+             : HWY_DYNAMIC_DISPATCH(gradient_only)(batches, moduli, positions, gradients);
+}
+
+BlockSums elastic_energy(const BatchView& batches, const IsotropicModuli& moduli,
+                         const double* positions) {
+  return HWY_DYNAMIC_DISPATCH(energy_only)(batches, moduli, positions);
+}
+
+const char* instruction_set() {
+  return HWY_DYNAMIC_DISPATCH(target_name)();
+}
+
+}  // namespace tetraction
+#endif

@@ -1,0 +1,62 @@
+// The kernels of the element loop for isotropic materials: many tetrahedra at a time, one in each
+// lane of a vector register, compiled for several instruction sets and chosen at run time.
+//
+// They work on edges. With the current edges e = [q1−q0, q2−q0, q3−q0], the rest edges D and
+// G = (DᵀD)⁻¹, the tensors of an isotropic material pulled back to the edges need nothing else of
+// the rest state than G and det D = 6V:
+//
+//     c = eᵀe,  I₁ = c:G,  J = det e/det D,  F F⁻ᵀ-terms: F D⁻ᵀ = e G,  F⁻ᵀ D⁻ᵀ = e⁻ᵀ
+//
+//     neo-Hookean          ∂W/∂e = V [μ e G + (λ ln J − μ) e⁻ᵀ]
+//     Mooney–Rivlin        ∂W/∂e = V [μ₁ e G + μ₂ (I₁ e G − e G c G) + (λ ln J − μ₁ − 2μ₂) e⁻ᵀ]
+//     St Venant–Kirchhoff  ∂W/∂e = V e [μ G a G + λ/2 (a:G) G],   a = c − DᵀD
+//
+// Column k of ∂W/∂e is the gradient at node k + 1; the four nodes' gradients add up to zero.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace tetraction {
+
+/// Elements side by side in the data of a batch, for every instruction set.
+constexpr int kBatchLanes = 16;
+
+enum class MaterialKind { kNeoHookean, kMooneyRivlin, kStVenantKirchhoff };
+
+/// Moduli, Pa; `mu` is μ₁ of Mooney–Rivlin.
+struct IsotropicModuli {
+  MaterialKind kind = MaterialKind::kNeoHookean;
+  double mu = 0.0;
+  double mu2 = 0.0;
+  double lambda = 0.0;
+};
+
+/// Rest data and nodes of the elements of a block, batch by batch.
+struct BatchView {
+  /// Six entries of V G (00 01 02 11 12 22) and 1/(6V): 7 × kBatchLanes numbers a batch.
+  const double* rest = nullptr;
+  /// Four nodes × kBatchLanes a batch: where the node's row begins in the block's rows.
+  const std::uint16_t* slots = nullptr;
+  std::ptrdiff_t count = 0;
+};
+constexpr int kRestNumbers = 7;
+
+/// What a kernel tells of a block.
+struct BlockSums {
+  double energy = 0.0;     ///< J
+  bool admissible = true;  ///< J > 0 in every element, all numbers finite
+};
+
+/// Energy (if asked for) and gradients: adds ∂W/∂q of the elements to `gradients`. Rows have four
+/// numbers (x y z 0), 32-byte aligned.
+BlockSums elastic_gradient(const BatchView& batches, const IsotropicModuli& moduli,
+                           const double* positions, bool with_energy, double* gradients);
+/// Energy alone.
+BlockSums elastic_energy(const BatchView& batches, const IsotropicModuli& moduli,
+                         const double* positions);
+
+/// Name of the instruction set in use, e.g. "AVX3" (AVX-512), "AVX2", "EMU128" (portable).
+const char* instruction_set();
+
+}  // namespace tetraction

@@ -1,0 +1,296 @@
+// Rows of four numbers (x y z 0 of a vertex) to and from lanes, for all vector lengths. Included by
+// Highway once per instruction set.
+#if defined(TETRACTION_FEM_SIMD_ROWS_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef TETRACTION_FEM_SIMD_ROWS_INL_H_
+#undef TETRACTION_FEM_SIMD_ROWS_INL_H_
+#else
+#define TETRACTION_FEM_SIMD_ROWS_INL_H_
+#endif
+
+#include <hwy/highway.h>
+
+#include <cstddef>
+#include <cstdint>
+
+HWY_BEFORE_NAMESPACE();
+namespace tetraction {
+namespace HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+/// Columns of a 3 × 3 matrix, or the coordinates of three edges: m[column][component].
+template <class V>
+struct Columns {
+  V m[3][3];
+};
+
+/// A symmetric 3 × 3 matrix: 00 01 02 11 12 22.
+template <class V>
+struct Symmetric {
+  V m[6];
+  static constexpr int at(int i, int j) {
+    constexpr int kPlace[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
+    return kPlace[i][j];
+  }
+  const V& operator()(int i, int j) const { return m[at(i, j)]; }
+  V& operator()(int i, int j) { return m[at(i, j)]; }
+};
+
+/// Reads and adds rows of `rows`; `slots[a * stride + lane]` is where node a of the element in a lane
+/// begins, counted in numbers.
+#if HWY_TARGET == HWY_SCALAR
+template <class D>
+class RowAccess {
+ public:
+  using T = hn::TFromD<D>;
+  using V = hn::Vec<D>;
+
+  /// e[k] = row of node k + 1 less row of node 0.
+  static void edges(D d, const T* rows, const uint16_t* slots, size_t stride, Columns<V>& e) {
+    for (size_t k = 0; k < 3; ++k) {
+      for (size_t i = 0; i < 3; ++i) {
+        e.m[k][i] = hn::Set(d, rows[slots[(k + 1) * stride] + i] - rows[slots[0] + i]);
+      }
+    }
+  }
+
+  /// Adds f[k] to the row of node k + 1 and takes it from that of node 0.
+  static void add_balanced(D, const Columns<V>& f, T* rows, const uint16_t* slots, size_t stride) {
+    for (size_t i = 0; i < 3; ++i) {
+      T sum = 0;
+      for (size_t k = 0; k < 3; ++k) {
+        const T value = hn::GetLane(f.m[k][i]);
+        rows[slots[(k + 1) * stride] + i] += value;
+        sum += value;
+      }
+      rows[slots[0] + i] -= sum;
+    }
+  }
+};
+#else
+template <class D>
+class RowAccess {
+ public:
+  using T = hn::TFromD<D>;
+  using V = hn::Vec<D>;
+  static constexpr size_t kLanes = hn::MaxLanes(D());
+
+  /// e[k] = row of node k + 1 less row of node 0.
+  static HWY_INLINE void edges(D d, const T* HWY_RESTRICT rows, const uint16_t* HWY_RESTRICT slots,
+                               size_t stride, Columns<V>& e) {
+    for (size_t k = 0; k < 3; ++k) {
+      const uint16_t* node = slots + (k + 1) * stride;
+      if constexpr (sizeof(T) * kLanes == 16 && sizeof(T) == 8) {
+        const V low0 = hn::Sub(hn::Load(d, rows + node[0]), hn::Load(d, rows + slots[0]));
+        const V low1 = hn::Sub(hn::Load(d, rows + node[1]), hn::Load(d, rows + slots[1]));
+        const V high0 = hn::Sub(hn::Load(d, rows + node[0] + 2), hn::Load(d, rows + slots[0] + 2));
+        const V high1 = hn::Sub(hn::Load(d, rows + node[1] + 2), hn::Load(d, rows + slots[1] + 2));
+        e.m[k][0] = hn::InterleaveLower(d, low0, low1);
+        e.m[k][1] = hn::InterleaveUpper(d, low0, low1);
+        e.m[k][2] = hn::InterleaveLower(d, high0, high1);
+      } else {
+        const V a = difference<0>(d, rows, node, slots);
+        const V b = difference<1>(d, rows, node, slots);
+        const V c = difference<2>(d, rows, node, slots);
+        const V f = difference<3>(d, rows, node, slots);
+        transpose(d, a, b, c, f, e.m[k]);
+      }
+    }
+  }
+
+  /// Adds f[k] to the rows of node k + 1 and takes it from those of node 0.
+  static HWY_INLINE void add_balanced(D d, const Columns<V>& f, T* HWY_RESTRICT rows,
+                                      const uint16_t* HWY_RESTRICT slots, size_t stride) {
+    if constexpr (sizeof(T) * kLanes == 16 && sizeof(T) == 8) {
+      const V zero = hn::Zero(d);
+      V sum[4] = {zero, zero, zero, zero};
+      for (size_t k = 0; k < 3; ++k) {
+        const uint16_t* node = slots + (k + 1) * stride;
+        const V part[4] = {
+            hn::InterleaveLower(d, f.m[k][0], f.m[k][1]), hn::InterleaveLower(d, f.m[k][2], zero),
+            hn::InterleaveUpper(d, f.m[k][0], f.m[k][1]), hn::InterleaveUpper(d, f.m[k][2], zero)};
+        for (size_t i = 0; i < 4; ++i) {
+          add(d, part[i], rows + node[i / 2] + 2 * (i % 2));
+          sum[i] = hn::Add(sum[i], part[i]);
+        }
+      }
+      for (size_t i = 0; i < 4; ++i) {
+        T* row = rows + slots[i / 2] + 2 * (i % 2);
+        hn::Store(hn::Sub(hn::Load(d, row), sum[i]), d, row);
+      }
+    } else {
+      V total[4];
+      for (size_t k = 0; k < 3; ++k) {
+        const uint16_t* node = slots + (k + 1) * stride;
+        V r[4];
+        transpose_back(d, f.m[k], r);
+        for (size_t i = 0; i < 4; ++i) total[i] = k == 0 ? r[i] : hn::Add(total[i], r[i]);
+        scatter<0>(d, r[0], rows, node);
+        scatter<1>(d, r[1], rows, node);
+        scatter<2>(d, r[2], rows, node);
+        scatter<3>(d, r[3], rows, node);
+      }
+      for (V& v : total) v = hn::Neg(v);
+      scatter<0>(d, total[0], rows, slots);
+      scatter<1>(d, total[1], rows, slots);
+      scatter<2>(d, total[2], rows, slots);
+      scatter<3>(d, total[3], rows, slots);
+    }
+  }
+
+ private:
+  using R = hn::CappedTag<T, 4>;               // holds one row
+  static constexpr size_t kRows = kLanes / 4;  // rows in a vector
+
+  template <class D2>
+  static HWY_INLINE void add(D2 d, hn::Vec<D2> v, T* row) {
+    hn::Store(hn::Add(hn::Load(d, row), v), d, row);
+  }
+
+  // Lane of the element whose row stands at place `place` of vector `i` of four. Doubles are
+  // transposed in blocks of two, floats in blocks of four.
+  static constexpr size_t lane_of(size_t i, size_t place) { return i + 4 * place; }
+
+  static HWY_INLINE hn::Vec<R> row_difference(const T* rows, uint16_t node, uint16_t origin) {
+    const R r;
+    return hn::Sub(hn::Load(r, rows + node), hn::Load(r, rows + origin));
+  }
+
+  template <size_t I>
+  static HWY_INLINE V difference(D d, const T* HWY_RESTRICT rows, const uint16_t* node,
+                                 const uint16_t* origin) {
+    (void)d;
+    const auto at = [&](size_t place) HWY_ATTR {
+      const size_t lane = lane_of(I, place);
+      return row_difference(rows, node[lane], origin[lane]);
+    };
+    if constexpr (kRows == 1) {
+      return at(0);
+    } else if constexpr (kRows == 2) {
+      return hn::Combine(d, at(1), at(0));
+    } else {
+      const hn::Half<D> h;
+      return hn::Combine(d, hn::Combine(h, at(3), at(2)), hn::Combine(h, at(1), at(0)));
+    }
+  }
+
+  template <size_t I>
+  static HWY_INLINE void scatter(D d, V v, T* HWY_RESTRICT rows, const uint16_t* node) {
+    const R r;
+    (void)d;
+    if constexpr (kRows == 1) {
+      add(r, v, rows + node[lane_of(I, 0)]);
+    } else if constexpr (kRows == 2) {
+      add(r, hn::LowerHalf(r, v), rows + node[lane_of(I, 0)]);
+      add(r, hn::UpperHalf(r, v), rows + node[lane_of(I, 1)]);
+    } else {
+      const hn::Half<D> h;
+      const auto low = hn::LowerHalf(h, v);
+      const auto high = hn::UpperHalf(h, v);
+      add(r, hn::LowerHalf(r, low), rows + node[lane_of(I, 0)]);
+      add(r, hn::UpperHalf(r, low), rows + node[lane_of(I, 1)]);
+      add(r, hn::LowerHalf(r, high), rows + node[lane_of(I, 2)]);
+      add(r, hn::UpperHalf(r, high), rows + node[lane_of(I, 3)]);
+    }
+  }
+
+  static HWY_INLINE void transpose(D d, V a, V b, V c, V f, V* x) {
+    if constexpr (sizeof(T) == 8) {
+      const V ab_low = hn::InterleaveLower(d, a, b);
+      const V ab_high = hn::InterleaveUpper(d, a, b);
+      const V cf_low = hn::InterleaveLower(d, c, f);
+      const V cf_high = hn::InterleaveUpper(d, c, f);
+      x[0] = hn::OddEvenBlocks(hn::SwapAdjacentBlocks(cf_low), ab_low);
+      x[1] = hn::OddEvenBlocks(hn::SwapAdjacentBlocks(cf_high), ab_high);
+      x[2] = hn::OddEvenBlocks(cf_low, hn::SwapAdjacentBlocks(ab_low));
+    } else {
+      const hn::RepartitionToWide<D> w;
+      const auto ab_low = hn::BitCast(w, hn::InterleaveLower(d, a, b));
+      const auto ab_high = hn::BitCast(w, hn::InterleaveUpper(d, a, b));
+      const auto cf_low = hn::BitCast(w, hn::InterleaveLower(d, c, f));
+      const auto cf_high = hn::BitCast(w, hn::InterleaveUpper(d, c, f));
+      x[0] = hn::BitCast(d, hn::InterleaveLower(w, ab_low, cf_low));
+      x[1] = hn::BitCast(d, hn::InterleaveUpper(w, ab_low, cf_low));
+      x[2] = hn::BitCast(d, hn::InterleaveLower(w, ab_high, cf_high));
+    }
+  }
+
+  static HWY_INLINE void transpose_back(D d, const V* x, V* r) {
+    const V zero = hn::Zero(d);
+    const V xy_low = hn::InterleaveLower(d, x[0], x[1]);
+    const V xy_high = hn::InterleaveUpper(d, x[0], x[1]);
+    const V z_low = hn::InterleaveLower(d, x[2], zero);
+    const V z_high = hn::InterleaveUpper(d, x[2], zero);
+    if constexpr (sizeof(T) == 8) {
+      r[0] = hn::OddEvenBlocks(hn::SwapAdjacentBlocks(z_low), xy_low);
+      r[1] = hn::OddEvenBlocks(hn::SwapAdjacentBlocks(z_high), xy_high);
+      r[2] = hn::OddEvenBlocks(z_low, hn::SwapAdjacentBlocks(xy_low));
+      r[3] = hn::OddEvenBlocks(z_high, hn::SwapAdjacentBlocks(xy_high));
+    } else {
+      const hn::RepartitionToWide<D> w;
+      const auto low = hn::BitCast(w, xy_low);
+      const auto high = hn::BitCast(w, xy_high);
+      const auto zl = hn::BitCast(w, z_low);
+      const auto zh = hn::BitCast(w, z_high);
+      r[0] = hn::BitCast(d, hn::InterleaveLower(w, low, zl));
+      r[1] = hn::BitCast(d, hn::InterleaveUpper(w, low, zl));
+      r[2] = hn::BitCast(d, hn::InterleaveLower(w, high, zh));
+      r[3] = hn::BitCast(d, hn::InterleaveUpper(w, high, zh));
+    }
+  }
+};
+
+#endif
+
+/// w.m[k] = cofactor of column k of e (the cross product of the other two); returns det e.
+template <class V>
+HWY_INLINE V cofactors(const Columns<V>& e, Columns<V>& w) {
+  for (int k = 0; k < 3; ++k) {
+    const V* a = e.m[(k + 1) % 3];
+    const V* b = e.m[(k + 2) % 3];
+    for (int i = 0; i < 3; ++i) {
+      const int p = (i + 1) % 3;
+      const int q = (i + 2) % 3;
+      w.m[k][i] = hn::MulSub(a[p], b[q], hn::Mul(a[q], b[p]));
+    }
+  }
+  return hn::MulAdd(e.m[0][0], w.m[0][0],
+                    hn::MulAdd(e.m[0][1], w.m[0][1], hn::Mul(e.m[0][2], w.m[0][2])));
+}
+
+/// e s, s symmetric.
+template <class V>
+HWY_INLINE void multiply(const Columns<V>& e, const Symmetric<V>& s, Columns<V>& result) {
+  for (int j = 0; j < 3; ++j) {
+    for (int i = 0; i < 3; ++i) {
+      result.m[j][i] = hn::MulAdd(e.m[2][i], s(2, j),
+                                  hn::MulAdd(e.m[1][i], s(1, j), hn::Mul(e.m[0][i], s(0, j))));
+    }
+  }
+}
+
+/// eᵀe.
+template <class V>
+HWY_INLINE void metric(const Columns<V>& e, Symmetric<V>& c) {
+  for (int i = 0; i < 3; ++i) {
+    for (int j = i; j < 3; ++j) {
+      c(i, j) = hn::MulAdd(e.m[i][2], e.m[j][2],
+                           hn::MulAdd(e.m[i][1], e.m[j][1], hn::Mul(e.m[i][0], e.m[j][0])));
+    }
+  }
+}
+
+/// a:b = Σ a_ij b_ij.
+template <class V>
+HWY_INLINE V contract(const Columns<V>& a, const Columns<V>& b) {
+  V sum = hn::Mul(a.m[0][0], b.m[0][0]);
+  for (int k = 1; k < 9; ++k) {
+    sum = hn::MulAdd(a.m[k / 3][k % 3], b.m[k / 3][k % 3], sum);
+  }
+  return sum;
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace tetraction
+HWY_AFTER_NAMESPACE();
+
+#endif
