@@ -97,27 +97,35 @@ Evaluation StepProblem::value(const Vector& x, double& phi) const {
 }
 
 Evaluation StepProblem::value_and_gradient(const Vector& x, double& phi, Vector& gradient) const {
-  Vector full;
-  const Evaluation status = system_.elastic().value_and_gradient(x, phi, full);
+  const Evaluation status = value_and_full_gradient(x, phi, full_);
+  if (status.ok()) gradient = system_.coordinates().restrict(full_);
+  return status;
+}
+
+Evaluation StepProblem::value_and_full_gradient(const Vector& x, double& phi,
+                                                Vector& gradient) const {
+  const Evaluation status = system_.elastic().value_and_gradient(x, phi, gradient);
   if (!status.ok()) return status;
   const Environment& environment = system_.environment();
-  double sum = 0.0;
-  for (Index v = 0; v < system_.vertex_count(); ++v) {
-    const Vector3 d = vertex_block(x, v) - vertex_block(target_, v);
-    const Vector3 force = vertex_block(coefficient_, v).cwiseProduct(d);
-    sum += 0.5 * force.dot(d);
-    vertex_block(full, v) += force;
-    if (curved_environment_) {
-      const double mass = system_.mass()[v];
-      const Vector3 from = vertex_block(previous_, v);
-      const Vector3 to = vertex_block(x, v);
-      sum += environment_rest(environment, mass, from, to);
-      vertex_block(full, v) += environment.gradient(mass, to) - environment.gradient(mass, from);
+  phi += parallel_sum(system_.vertex_count(), [&](Index begin, Index end) {
+    double sum = 0.0;
+    for (Index v = begin; v < end; ++v) {
+      const Vector3 d = vertex_block(x, v) - vertex_block(target_, v);
+      const Vector3 force = vertex_block(coefficient_, v).cwiseProduct(d);
+      sum += 0.5 * force.dot(d);
+      vertex_block(gradient, v) += force;
+      if (curved_environment_) {
+        const double mass = system_.mass()[v];
+        const Vector3 from = vertex_block(previous_, v);
+        const Vector3 to = vertex_block(x, v);
+        sum += environment_rest(environment, mass, from, to);
+        vertex_block(gradient, v) +=
+            environment.gradient(mass, to) - environment.gradient(mass, from);
+      }
     }
-  }
-  phi += sum;
-  viscous_.add_value_and_gradient(x, phi, full);
-  gradient = system_.coordinates().restrict(full);
+    return sum;
+  });
+  viscous_.add_value_and_gradient(x, phi, gradient);
   return status;
 }
 
@@ -181,15 +189,12 @@ double StepProblem::environment_share(Index e, const Vector& x) const {
 double StepProblem::residual_limit(const Vector& x, double tolerance) const {
   // V (λ + 2μ) |∇N|²: what one metre of a node's displacement adds to the force, element by
   // element.
-  const RestState& rest = system_.rest();
   double stiffness = 0.0;
-  for (Index e = 0; e < rest.element_count(); ++e) {
-    const LameParameters lame = system_.elastic().lame(e);
+  const std::vector<MaterialModel>& materials = system_.elastic().materials();
+  for (std::size_t m = 0; m < materials.size(); ++m) {
+    const LameParameters lame = initial_lame(materials[m]);
     const double modulus = std::abs(lame.lambda) + 2.0 * lame.mu + 2.0 * viscous_.factor();
-    const auto element = rest.element(e);
-    for (std::size_t p = 0; p < Shape::kPoints; ++p) {
-      stiffness += std::pow(element.weights[p] * modulus * element.gradients[p].squaredNorm(), 2);
-    }
+    stiffness += modulus * modulus * system_.elastic().squared_shape_sum(m);
   }
   // Positions carry ε|x|: F, and with it the element forces, cannot be more accurate than that.
   const double round_off =

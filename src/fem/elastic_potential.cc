@@ -9,6 +9,7 @@
 
 #include "element_blocks.h"
 #include "element_kernels.h"
+#include "isotropic_moduli.h"
 #include "tetraction/core/parallel.h"
 
 namespace tetraction {
@@ -33,20 +34,6 @@ class FirstFailure {
   std::atomic<Index> first_{kNone};
 };
 
-// What the fast kernels need of a material, if it is one of theirs.
-std::optional<IsotropicModuli> isotropic_moduli(const MaterialModel& material) {
-  if (const auto* m = std::get_if<NeoHookean>(&material)) {
-    return IsotropicModuli{MaterialKind::kNeoHookean, m->mu(), 0.0, m->lambda()};
-  }
-  if (const auto* m = std::get_if<MooneyRivlin>(&material)) {
-    return IsotropicModuli{MaterialKind::kMooneyRivlin, m->mu1(), m->mu2(), m->lambda()};
-  }
-  if (const auto* m = std::get_if<StVenantKirchhoff>(&material)) {
-    return IsotropicModuli{MaterialKind::kStVenantKirchhoff, m->mu(), 0.0, m->lambda()};
-  }
-  return std::nullopt;
-}
-
 }  // namespace
 
 struct ElasticPotential::Impl {
@@ -56,6 +43,7 @@ struct ElasticPotential::Impl {
   ElementBlocks blocks;
   std::vector<double> energies;  // per block
   AlignedVector<double> rows;    // gradients, per row
+  std::vector<double> squared_shape_sums;  // per material
 
   Impl(const RestState& rest_state, std::vector<MaterialModel> models,
        std::vector<int> index_of_element)
@@ -64,7 +52,13 @@ struct ElasticPotential::Impl {
         material_of_element(materials.size() < 2 ? std::vector<int>{}
                                                  : std::move(index_of_element)),
         blocks(rest, material_of_element, materials.size()),
-        energies(static_cast<std::size_t>(blocks.block_count())) {}
+        energies(static_cast<std::size_t>(blocks.block_count())),
+        squared_shape_sums(materials.size(), 0.0) {
+    for (Index b = 0; b < blocks.block_count(); ++b) {
+      squared_shape_sums[static_cast<std::size_t>(blocks.block(b).material)] +=
+          blocks.squared_shape_sum(blocks.block(b));
+    }
+  }
 
   const MaterialModel& material(Index e) const {
     return materials[material_of_element.empty()
@@ -215,6 +209,12 @@ ElasticPotential::ElasticPotential(const RestState& rest, std::vector<MaterialMo
 ElasticPotential::~ElasticPotential() = default;
 ElasticPotential::ElasticPotential(ElasticPotential&&) noexcept = default;
 
+double ElasticPotential::squared_shape_sum(std::size_t material) const {
+  return impl_->squared_shape_sums.at(material);
+}
+const ElementBlocks& ElasticPotential::blocks() const {
+  return impl_->blocks;
+}
 const RestState& ElasticPotential::rest() const {
   return impl_->rest;
 }

@@ -134,4 +134,21 @@ void ElementBlocks::set_lane(const RestState& rest, Index batch, int lane, Index
   *numbers = 1.0 / six_volume;
 }
 
+double ElementBlocks::squared_shape_sum(const Block& block) const {
+  double sum = 0.0;
+  const BatchView view = batches(block);
+  for (Index batch = 0; batch < block.batch_count; ++batch) {
+    const double* vg = view.rest + batch * kRestNumbers * kBatchLanes;
+    for (int lane = 0; lane < kBatchLanes; ++lane) {
+      if (element(block.first_batch + batch, lane) < 0) continue;
+      const auto entry = [&](int k) { return vg[k * kBatchLanes + lane]; };
+      // Nodes 1 to 3 have the diagonal of VG, node 0 the sum of all entries.
+      const double value =
+          2.0 * (entry(0) + entry(3) + entry(5) + entry(1) + entry(2) + entry(4));
+      sum += value * value;
+    }
+  }
+  return sum;
+}
+
 }  // namespace tetraction

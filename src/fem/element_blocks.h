@@ -57,6 +57,9 @@ class ElementBlocks {
     return slots_[static_cast<std::size_t>((4 * batch + node) * kBatchLanes + lane)];
   }
 
+  /// Σ (V Σ_a |∇N_a|²)² over the block's elements, m².
+  double squared_shape_sum(const Block& block) const;
+
   /// rows ← the block's vertices of a field with 3 numbers per vertex.
   template <class T, class Source>
   void load_rows(const Block& block, const Source* field, T* rows) const {
@@ -67,6 +70,18 @@ class ElementBlocks {
       rows[1] = static_cast<T>(value[1]);
       rows[2] = static_cast<T>(value[2]);
       rows[3] = T(0);
+    }
+    if (block.row_count > 0 && vertex[block.row_count - 1] < 0) fill_padding(rows);
+  }
+
+  /// The same of a field that has rows itself.
+  template <class T>
+  void copy_rows(const Block& block, const T* field, T* rows) const {
+    using Row = Eigen::Matrix<T, kRowSize, 1>;
+    const std::int32_t* vertex = row_vertex_.data() + block.first_row;
+    for (Index r = 0; r < block.row_count; ++r, rows += kRowSize) {
+      const T* row = field + kRowSize * static_cast<Index>(vertex[r] < 0 ? 0 : vertex[r]);
+      Eigen::Map<Row, Eigen::Aligned16>{rows} = Eigen::Map<const Row, Eigen::Aligned16>(row);
     }
     if (block.row_count > 0 && vertex[block.row_count - 1] < 0) fill_padding(rows);
   }

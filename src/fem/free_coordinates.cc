@@ -1,9 +1,11 @@
 #include "tetraction/fem/free_coordinates.h"
 
+#include <cmath>
 #include <limits>
 #include <utility>
 
 #include "tetraction/core/error.h"
+#include "tetraction/core/parallel.h"
 
 namespace tetraction {
 
@@ -110,6 +112,36 @@ Vector FreeCoordinates::restrict(const Vector& full) const {
     }
   }
   return free;
+}
+
+double FreeCoordinates::restricted_norm(const Vector& full) const {
+  double sum = parallel_sum(vertex_count(), [&](Index begin, Index end) {
+    double part = 0.0;
+    for (Index v = begin; v < end; ++v) {
+      if (is_free(v)) part += full.segment<3>(3 * v).squaredNorm();
+    }
+    return part;
+  });
+  if (freedoms_.empty() && sets_.empty()) return std::sqrt(sum);
+  for (const auto& [v, freedom] : freedoms_) {
+    if (is_free(v)) continue;
+    for (int i = 0; i < freedom.count; ++i) {
+      const double part = freedom.basis.col(i).dot(full.segment<3>(3 * v));
+      sum += part * part;
+    }
+  }
+  for (const AffineSet& set : sets_) {
+    Eigen::Matrix<double, 3, 4> forces = Eigen::Matrix<double, 3, 4>::Zero();
+    for (std::size_t i = 0; i < set.vertices.size(); ++i) {
+      const Vector3 f = full.segment<3>(3 * set.vertices[i]);
+      forces.col(0) += f;
+      for (int j = 0; j < set.rank(); ++j) {
+        forces.col(j + 1) += set.coordinates(j, static_cast<Index>(i)) * f;
+      }
+    }
+    sum += forces.squaredNorm();
+  }
+  return std::sqrt(sum);
 }
 
 Vector FreeCoordinates::extend(const Vector& free) const {

@@ -89,6 +89,11 @@ void ViscousPotential::begin(const Vector& q, const Vector& displacement, double
   });
 }
 
+Matrix3 ViscousPotential::stress(Index e, const Vector& x) const {
+  const Matrix3 f = deformation_gradient(rest_.element(e), 0, rest_.gather(x, e));
+  return 2.0 * factor_ * (green_strain(f) - strain_[static_cast<std::size_t>(e)]);
+}
+
 void ViscousPotential::add_value(const Vector& x, double& value) const {
   if (factor_ == 0.0) return;
   value += parallel_sum(rest_.element_count(), [&](Index begin, Index end) {

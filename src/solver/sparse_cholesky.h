@@ -8,6 +8,12 @@
 
 namespace tetraction {
 
+/// What CHOLMOD's symbolic analysis foretells.
+struct CholeskyCost {
+  double flops = 0.0;     ///< of a factorisation
+  double nonzeros = 0.0;  ///< of the factor
+};
+
 /// Analyses the pattern once, then factorises and solves as often as asked.
 class SparseCholesky {
  public:
@@ -17,12 +23,16 @@ class SparseCholesky {
   SparseCholesky(const SparseCholesky&) = delete;
   SparseCholesky& operator=(const SparseCholesky&) = delete;
 
+  /// Of a factorisation; analyses the pattern if that was not done yet.
+  const CholeskyCost& cost();
   /// `values` in the pattern's order. Returns false if the matrix is not positive definite.
   bool factorize(const std::vector<double>& values);
   /// Solution of A x = b with the factor made last.
   Vector solve(const Vector& b);
 
  private:
+  void analyze();
+
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

@@ -26,6 +26,8 @@ struct MinimizerReport {
   Termination termination = Termination::kNoProgress;
   int iterations = 0;  ///< linear systems solved for a step, accepted or not
   int factorizations = 0;
+  int cg_iterations = 0;        ///< of conjugate gradients, in all linear systems
+  std::string linear;           ///< how the linear systems were solved, e.g. "matrix-free"
   double residual = 0.0;        ///< |Tᵀ∇Φ|₂ over the free coordinates at the end, N
   double residual_limit = 0.0;  ///< what it was held against, N
   std::string message;          ///< one line, for the user

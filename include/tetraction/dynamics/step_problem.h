@@ -40,6 +40,8 @@ class StepProblem {
   /// x̂, less what the constraints do not allow: where the vertices would go without elastic forces.
   Vector inertial_guess() const;
 
+  /// k, per DOF, N/m.
+  const Vector& coefficient() const { return coefficient_; }
   /// The dissipation potential of the viscosity in this step.
   const ViscousPotential& viscous() const { return viscous_; }
 
@@ -47,6 +49,8 @@ class StepProblem {
   Evaluation value(const Vector& x, double& phi) const;
   /// gradient = Tᵀ∇Φ(x) over the free coordinates, N.
   Evaluation value_and_gradient(const Vector& x, double& phi, Vector& gradient) const;
+  /// gradient = ∇Φ(x), 3 per vertex, N.
+  Evaluation value_and_full_gradient(const Vector& x, double& phi, Vector& gradient) const;
   /// values = Tᵀ∇²Φ(x)T in the pattern's order, N/m.
   Evaluation hessian(const Vector& x, const SparsityPattern& pattern, double* values) const;
   /// The share of element e in Φ: its elastic and viscous energy and its part of what belongs to its
@@ -79,6 +83,7 @@ class StepProblem {
   Vector target_;       // x̂
   bool curved_environment_ = false;
   double force_scale_ = 0.0;
+  mutable Vector full_;  // work space
 };
 
 }  // namespace tetraction

@@ -10,6 +10,8 @@
 
 namespace tetraction {
 
+class ElementBlocks;
+
 /// Outcome of an evaluation: either everything is defined, or the first element where the
 /// material's energy is not (J ≤ 0, or a position that is not finite).
 struct Evaluation {
@@ -59,6 +61,11 @@ class ElasticPotential {
   Evaluation add_hessian(const Vector& q, const SparsityPattern& pattern, double* values) const;
   /// result = ∇²W(q) x without a matrix (3 per vertex). W must be defined at q.
   void product(const Vector& q, const Vector& x, Vector& result) const;
+
+  /// Σ (V Σ_a |∇N_a|²)² over the elements of a material, m²: what residual limits are made of.
+  double squared_shape_sum(std::size_t material) const;
+  /// The layout of the fast loops (private to the library).
+  const ElementBlocks& blocks() const;
 
   /// Terms of element e; false if its energy is not defined at q. `with_hessian` false leaves the
   /// Hessian untouched. Safe to call from several threads.

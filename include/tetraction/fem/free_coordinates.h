@@ -68,6 +68,8 @@ class FreeCoordinates {
 
   /// Tᵀ f: the generalised forces of vertex forces.
   Vector restrict(const Vector& full) const;
+  /// |Tᵀ f|₂.
+  double restricted_norm(const Vector& full) const;
   /// T y: the displacements of the vertices.
   Vector extend(const Vector& free) const;
   /// The diagonal of TᵀMT, kg (`mass`: one per vertex).

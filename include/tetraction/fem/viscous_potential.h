@@ -32,6 +32,8 @@ class ViscousPotential {
   /// `displacement` is h v_k for the midpoint rule, else empty.
   void begin(const Vector& q, const Vector& displacement, double factor);
   double factor() const { return factor_; }
+  /// 2 (η/s) (E − E₀) of element e at x, Pa.
+  Matrix3 stress(Index e, const Vector& x) const;
   /// value += D(x), J; gradient += ∇D(x), N.
   void add_value(const Vector& x, double& value) const;
   void add_value_and_gradient(const Vector& x, double& value, Vector& gradient) const;

@@ -1,0 +1,12 @@
+// How far a displacement can go before an element is inverted.
+#pragma once
+
+#include "tetraction/fem/elastic_potential.h"
+
+namespace tetraction {
+
+/// The largest t ≤ 1 such that on the whole way from q to q + t d no element that is not inverted at
+/// q loses more than nine tenths of its volume; exact to a tenth of that loss.
+double admissible_step(const RestState& rest, const Vector& q, const Vector& d);
+
+}  // namespace tetraction

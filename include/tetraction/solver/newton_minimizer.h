@@ -1,0 +1,40 @@
+// The implicit step by Newton's method.
+#pragma once
+
+#include <memory>
+
+#include "tetraction/dynamics/minimizer.h"
+
+namespace tetraction {
+
+/// How Newton's linear systems are solved.
+enum class LinearSolver {
+  kAuto,        ///< the first of the others that the measured rule (docs/performance.md) finds cheapest
+  kMatrixFree,  ///< conjugate gradients on the exact stiffness, without a matrix
+  kCg,          ///< conjugate gradients on the assembled matrix
+  kFactor       ///< the same, preconditioned by CHOLMOD's factor of an older matrix
+};
+
+struct NewtonOptions : MinimizerOptions {
+  LinearSolver linear = LinearSolver::kAuto;
+  /// False: with kFactor, factorise in every iteration instead of keeping the factor.
+  bool keep_factor = true;
+};
+
+/// Minimises Φ by an inexact Newton method with the exact Hessian.
+///
+/// An iteration solves ∇²Φ(x) d = −∇Φ(x) to a relative residual η that falls with the square of the
+/// residual's own reduction (Eisenstat & Walker 1996, choice 2, γ = 0.5), cuts the step where an
+/// element could be inverted on the way (fem/step_length.h), and halves it until Φ falls
+/// (Armijo, 1e-4) or the residual is halved. Where the matrix is not positive definite, conjugate
+/// gradients stop at the first direction of negative curvature, and a matrix that CHOLMOD cannot
+/// factorise is assembled anew with the elements' negative eigenvalues set to zero.
+/// It stops at |Tᵀ∇Φ| ≤ StepProblem::residual_limit.
+///
+/// The factor of kFactor is kept across iterations and steps. It is made anew when the iterations
+/// of conjugate gradients beyond the third have cost as much as a factorisation since the last one.
+/// Keeps a reference to `system`; constraints must not change during the object's life.
+std::unique_ptr<Minimizer> make_newton_minimizer(const MechanicalSystem& system,
+                                                 const NewtonOptions& options);
+
+}  // namespace tetraction

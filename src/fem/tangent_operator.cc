@@ -1,0 +1,143 @@
+#include "tangent_operator.h"
+
+#include <algorithm>
+#include <atomic>
+
+#include "isotropic_moduli.h"
+#include "tetraction/core/parallel.h"
+
+namespace tetraction {
+
+template <class T>
+bool TangentOperator<T>::supports(const ElasticPotential& elastic) {
+  return std::all_of(elastic.materials().begin(), elastic.materials().end(),
+                     [](const MaterialModel& m) { return isotropic_moduli(m).has_value(); });
+}
+
+template <class T>
+TangentOperator<T>::TangentOperator(const ElasticPotential& elastic)
+    : elastic_(elastic),
+      blocks_(elastic.blocks()),
+      begin_(static_cast<std::size_t>(blocks_.block_count()) + 1, 0),
+      rows_(static_cast<std::size_t>(ElementBlocks::kRowSize * blocks_.row_count())) {}
+
+template <class T>
+TangentForm TangentOperator<T>::form(const ElementBlocks::Block& block) const {
+  const auto moduli =
+      isotropic_moduli(elastic_.materials()[static_cast<std::size_t>(block.material)]);
+  const bool metric = moduli->kind == MaterialKind::kStVenantKirchhoff;
+  if (metric) return TangentForm::kMetric;
+  return viscous_ || moduli->kind == MaterialKind::kMooneyRivlin ? TangentForm::kBoth
+                                                                 : TangentForm::kSpatial;
+}
+
+template <class T>
+void TangentOperator<T>::set(const Vector& q, const ViscousPotential& viscous) {
+  viscous_ = viscous.factor() != 0.0;
+  for (Index b = 0; b < blocks_.block_count(); ++b) {
+    const ElementBlocks::Block& block = blocks_.block(b);
+    const auto i = static_cast<std::size_t>(b);
+    begin_[i + 1] = begin_[i] + static_cast<std::size_t>(block.batch_count * kBatchLanes *
+                                                         tangent_numbers(form(block)));
+  }
+  state_.resize(begin_.back());
+  parallel_for(blocks_.block_count(), 1, [&](Index begin, Index end) {
+    thread_local AlignedVector<double> positions;
+    for (Index b = begin; b < end; ++b) {
+      const ElementBlocks::Block& block = blocks_.block(b);
+      positions.resize(static_cast<std::size_t>(ElementBlocks::kRowSize * block.row_count));
+      blocks_.load_rows(block, q.data(), positions.data());
+      const auto moduli =
+          isotropic_moduli(elastic_.materials()[static_cast<std::size_t>(block.material)]);
+      prepare_tangent(blocks_.batches(block), *moduli, form(block), positions.data(),
+                      state_.data() + begin_[static_cast<std::size_t>(b)]);
+      if (viscous_) add_viscosity(b, q, viscous);
+    }
+  });
+}
+
+// T += 2fV D⁻¹(E − E₀)D⁻ᵀ and a₁ += fV with f = η/s (viscous_potential.h).
+template <class T>
+void TangentOperator<T>::add_viscosity(Index b, const Vector& q, const ViscousPotential& viscous) {
+  const ElementBlocks::Block& block = blocks_.block(b);
+  const TangentForm kind = form(block);
+  T* state = state_.data() + begin_[static_cast<std::size_t>(b)];
+  constexpr int kEntries[6][2] = {{0, 0}, {0, 1}, {0, 2}, {1, 1}, {1, 2}, {2, 2}};
+  for (Index batch = 0; batch < block.batch_count; ++batch) {
+    T* numbers = state + batch * tangent_numbers(kind) * kBatchLanes;
+    for (int lane = 0; lane < kBatchLanes; ++lane) {
+      const Index e = blocks_.element(block.first_batch + batch, lane);
+      if (e < 0) continue;
+      const auto element = elastic_.rest().element(e);
+      const Matrix3 gradients = element.gradients[0].rightCols<3>();
+      const Matrix3 stress =
+          gradients.transpose() * viscous.stress(e, q) * gradients * element.weights[0];
+      for (int k = 0; k < 6; ++k) {
+        numbers[k * kBatchLanes + lane] += static_cast<T>(stress(kEntries[k][0], kEntries[k][1]));
+      }
+      const int a1 = tangent_metric_offset(kind) + 15;
+      numbers[a1 * kBatchLanes + lane] += static_cast<T>(viscous.factor() * element.weights[0]);
+    }
+  }
+}
+
+template <class T>
+void TangentOperator<T>::multiply(const T* x) {
+  parallel_for(blocks_.block_count(), 1, [&](Index begin, Index end) {
+    thread_local AlignedVector<T> local;
+    for (Index b = begin; b < end; ++b) {
+      const ElementBlocks::Block& block = blocks_.block(b);
+      local.resize(static_cast<std::size_t>(ElementBlocks::kRowSize * block.row_count));
+      blocks_.copy_rows(block, x, local.data());
+      T* result = rows_.data() + ElementBlocks::kRowSize * block.first_row;
+      std::fill_n(result, ElementBlocks::kRowSize * block.row_count, T(0));
+      apply_tangent(blocks_.batches(block), form(block), state(b), local.data(), result);
+    }
+  });
+}
+
+template <class T>
+void TangentOperator<T>::diagonal(AlignedVector<T>& on, AlignedVector<T>& off) {
+  AlignedVector<T> other(rows_.size());
+  std::fill(rows_.begin(), rows_.end(), T(0));
+  parallel_for(blocks_.block_count(), 1, [&](Index begin, Index end) {
+    for (Index b = begin; b < end; ++b) {
+      const ElementBlocks::Block& block = blocks_.block(b);
+      const auto first = ElementBlocks::kRowSize * block.first_row;
+      add_tangent_diagonal(blocks_.batches(block), form(block), state(b), rows_.data() + first,
+                           other.data() + first);
+    }
+  });
+  const Index n = elastic_.rest().vertex_count();
+  on.resize(static_cast<std::size_t>(ElementBlocks::kRowSize * n));
+  off.resize(on.size());
+  parallel_for(n, 1024, [&](Index begin, Index end) {
+    for (Index v = begin; v < end; ++v) {
+      Eigen::Map<Row>(on.data() + ElementBlocks::kRowSize * v) = sum(rows_, v);
+      Eigen::Map<Row>(off.data() + ElementBlocks::kRowSize * v) = sum(other, v);
+    }
+  });
+}
+
+template <class T>
+bool TangentOperator<T>::step_is_safe(const T* x) const {
+  std::atomic<bool> safe{true};
+  parallel_for(blocks_.block_count(), 1, [&](Index begin, Index end) {
+    thread_local AlignedVector<T> local;
+    for (Index b = begin; b < end; ++b) {
+      const ElementBlocks::Block& block = blocks_.block(b);
+      if (form(block) == TangentForm::kMetric) continue;  // defined for any J
+      local.resize(static_cast<std::size_t>(ElementBlocks::kRowSize * block.row_count));
+      blocks_.copy_rows(block, x, local.data());
+      if (!tangent_step_is_safe(blocks_.batches(block), form(block), state(b), local.data())) {
+        safe = false;
+      }
+    }
+  });
+  return safe;
+}
+
+template class TangentOperator<float>;
+template class TangentOperator<double>;
+
+}  // namespace tetraction

@@ -1,0 +1,48 @@
+// Newton's linear systems with the assembled matrix: conjugate gradients with its diagonal or with
+// CHOLMOD's factor of an older matrix.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "matrix_free_cg.h"
+#include "sparse_cholesky.h"
+#include "tetraction/dynamics/step_problem.h"
+
+namespace tetraction {
+
+/// ∇²Φ over the free coordinates in the fixed sparsity pattern, and CHOLMOD's factor.
+class AssembledSystem {
+ public:
+  explicit AssembledSystem(const MechanicalSystem& system);
+
+  /// Assembles the exact Hessian at x, where Φ must be defined.
+  void assemble(const StepProblem& problem, const Vector& x);
+  /// The same with every element's share of Φ clamped to a positive semidefinite matrix.
+  void assemble_projected(const StepProblem& problem, const Vector& x);
+  /// The factor of the matrix as it is; false if it is not positive definite.
+  bool factorize();
+  bool has_factor() const { return has_factor_; }
+  /// With the factor, of an older matrix or not.
+  Vector back_solve(const Vector& right) { return cholesky_.solve(right); }
+
+  /// solution ≈ A⁻¹ right to a relative residual of `forcing`, in the norm of the preconditioner:
+  /// the factor, or the matrix' diagonal.
+  CgReport solve(const Vector& right, bool with_factor, double forcing, int max_iterations,
+                 Vector& solution);
+
+  Index size() const { return pattern_.size(); }
+  Index nonzeros() const { return pattern_.nonzeros(); }
+  const CholeskyCost& cost() { return cholesky_.cost(); }
+
+ private:
+  void multiply(const Vector& x, Vector& y) const;
+
+  const MechanicalSystem& system_;
+  SparsityPattern pattern_;
+  SparseCholesky cholesky_;
+  std::vector<double> values_;
+  bool has_factor_ = false;
+};
+
+}  // namespace tetraction

@@ -1,0 +1,176 @@
+#include "matrix_free_cg.h"
+
+#include <Eigen/LU>
+#include <cmath>
+
+#include "tetraction/core/parallel.h"
+
+namespace tetraction {
+namespace {
+
+constexpr Index kGrain = 1024;
+
+}  // namespace
+
+template <class T>
+bool MatrixFreeCg<T>::supports(const MechanicalSystem& system) {
+  return system.coordinates().sets().empty() && TangentOperator<T>::supports(system.elastic());
+}
+
+template <class T>
+MatrixFreeCg<T>::MatrixFreeCg(const MechanicalSystem& system)
+    : system_(system), operator_(system.elastic()) {
+  const auto size = static_cast<std::size_t>(4 * system.vertex_count());
+  for (AlignedVector<T>* field : {&diagonal_, &x_, &r_, &p_, &z_, &ap_}) field->resize(size);
+  inverse_.resize(3 * size);
+}
+
+template <class T>
+void MatrixFreeCg<T>::set(const StepProblem& problem, const Vector& x) {
+  operator_.set(x, problem.viscous());
+  curved_ = !system_.environment().is_uniform();
+  if (curved_) off_.resize(diagonal_.size());
+  parallel_for(system_.vertex_count(), kGrain, [&](Index begin, Index end) {
+    for (Index v = begin; v < end; ++v) {
+      Vector3 on = vertex_block(problem.coefficient(), v);
+      if (curved_) {
+        const Matrix3 h = system_.environment().hessian(vertex_block(x, v));
+        on += h.diagonal();
+        row(off_, v) = Eigen::Vector4d(h(0, 1), h(0, 2), h(1, 2), 0.0).template cast<T>();
+      }
+      row(diagonal_, v) = Eigen::Vector4d(on[0], on[1], on[2], 0.0).template cast<T>();
+    }
+  });
+  make_preconditioner(problem);
+}
+
+template <class T>
+void MatrixFreeCg<T>::make_preconditioner(const StepProblem& problem) {
+  operator_.diagonal(p_, z_);
+  const FreeCoordinates& coordinates = system_.coordinates();
+  parallel_for(system_.vertex_count(), kGrain, [&](Index begin, Index end) {
+    for (Index v = begin; v < end; ++v) {
+      Eigen::Matrix<double, 4, 3> inverse = Eigen::Matrix<double, 4, 3>::Zero();
+      if (!coordinates.is_held(v)) {
+        Eigen::Vector4d on = (row(p_, v) + row(diagonal_, v)).template cast<double>();
+        Eigen::Vector4d off = row(z_, v).template cast<double>();
+        if (curved_) off += row(off_, v).template cast<double>();
+        Matrix3 block;
+        block << on[0], off[0], off[1], off[0], on[1], off[2], off[1], off[2], on[2];
+        if (coordinates.is_free(v)) {
+          Matrix3 inverted = block.inverse();
+          // The blocks of an indefinite matrix need not be positive definite.
+          const bool positive = block(0, 0) > 0.0 &&
+                                block(0, 0) * block(1, 1) > block(0, 1) * block(0, 1) &&
+                                block.determinant() > 0.0;
+          if (!positive) {
+            inverted = vertex_block(problem.coefficient(), v).cwiseInverse().asDiagonal();
+          }
+          inverse.topRows<3>() = inverted;
+        } else {
+          const Eigen::Matrix<double, 3, Eigen::Dynamic> t = coordinates.map(v).columns;
+          inverse.topRows<3>() = t * (t.transpose() * block * t).inverse() * t.transpose();
+        }
+      }
+      Eigen::Map<Eigen::Matrix<T, 4, 3>>(inverse_.data() + 12 * v) = inverse.template cast<T>();
+    }
+  });
+}
+
+template <class T>
+CgReport MatrixFreeCg<T>::solve(const Vector& gradient, double forcing, int max_iterations,
+                                Vector& step) {
+  const Index n = system_.vertex_count();
+  const auto precondition = [&](Index v) -> Row {
+    const Row r = row(r_, v);
+    const T* m = inverse_.data() + 12 * v;
+    return Eigen::Map<const Row, Eigen::Aligned16>(m) * r[0] +
+           Eigen::Map<const Row, Eigen::Aligned16>(m + 4) * r[1] +
+           Eigen::Map<const Row, Eigen::Aligned16>(m + 8) * r[2];
+  };
+  CgReport report;
+  // The gradient is scaled so that single precision holds any units.
+  const double scale = gradient.cwiseAbs().maxCoeff();
+  if (!(scale > 0.0)) {
+    step.setZero(3 * n);
+    report.converged = true;
+    return report;
+  }
+  double rz = parallel_sum(n, [&](Index begin, Index end) {
+    double sum = 0.0;
+    for (Index v = begin; v < end; ++v) {
+      const Vector3 g = vertex_block(gradient, v) / -scale;
+      row(x_, v).setZero();
+      row(r_, v) = Eigen::Vector4d(g[0], g[1], g[2], 0.0).template cast<T>();
+      const Row z = precondition(v);
+      row(p_, v) = z;
+      sum += static_cast<double>(row(r_, v).dot(z));
+    }
+    return sum;
+  });
+  const double target = forcing * forcing * rz;
+  const double start = rz;
+  while (report.iterations < max_iterations) {
+    if (rz <= target) {
+      report.converged = true;
+      break;
+    }
+    ++report.iterations;
+    operator_.multiply(p_.data());
+    const double curvature = parallel_sum(n, [&](Index begin, Index end) {
+      double sum = 0.0;
+      for (Index v = begin; v < end; ++v) {
+        const Row p = row(p_, v);
+        Row ap = operator_.row_sum(v) + row(diagonal_, v).cwiseProduct(p);
+        if (curved_) {
+          const Row off = row(off_, v);
+          ap += Row(off[0] * p[1] + off[1] * p[2], off[0] * p[0] + off[2] * p[2],
+                    off[1] * p[0] + off[2] * p[1], T(0));
+        }
+        row(ap_, v) = ap;
+        sum += static_cast<double>(p.dot(ap));
+      }
+      return sum;
+    });
+    if (!(curvature > 0.0)) {
+      report.negative_curvature = true;
+      if (report.iterations == 1) x_ = p_;  // the preconditioned gradient itself
+      break;
+    }
+    const T alpha = static_cast<T>(rz / curvature);
+    const double next = parallel_sum(n, [&](Index begin, Index end) {
+      double sum = 0.0;
+      for (Index v = begin; v < end; ++v) {
+        row(x_, v) += alpha * row(p_, v);
+        row(r_, v) -= alpha * row(ap_, v);
+        const Row z = precondition(v);
+        row(z_, v) = z;
+        sum += static_cast<double>(row(r_, v).dot(z));
+      }
+      return sum;
+    });
+    const T beta = static_cast<T>(next / rz);
+    rz = next;
+    parallel_for(n, kGrain, [&](Index begin, Index end) {
+      Eigen::Map<Eigen::Array<T, Eigen::Dynamic, 1>, Eigen::Aligned16> p(p_.data() + 4 * begin,
+                                                                        4 * (end - begin));
+      p = Eigen::Map<const Eigen::Array<T, Eigen::Dynamic, 1>, Eigen::Aligned16>(
+              z_.data() + 4 * begin, 4 * (end - begin)) +
+          beta * p;
+    });
+  }
+  report.reduction = std::sqrt(std::max(rz, 0.0) / start);
+  step.resize(3 * n);
+  parallel_for(n, kGrain, [&](Index begin, Index end) {
+    for (Index v = begin; v < end; ++v) {
+      row(x_, v) *= static_cast<T>(scale);
+      vertex_block(step, v) = row(x_, v).template head<3>().template cast<double>();
+    }
+  });
+  return report;
+}
+
+template class MatrixFreeCg<float>;
+template class MatrixFreeCg<double>;
+
+}  // namespace tetraction
