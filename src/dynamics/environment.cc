@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "tetraction/core/error.h"
 
@@ -42,7 +43,15 @@ Environment Environment::attraction(double strength, double softening) {
   return environment;
 }
 
+Environment Environment::custom(std::shared_ptr<const ForceField> field) {
+  if (!field) throw InputError("A custom environment needs a force field, not a null pointer.");
+  Environment environment;
+  environment.field_ = std::move(field);
+  return environment;
+}
+
 double Environment::value(double mass, const Vector3& q) const {
+  if (field_) return field_->value(mass, q);
   double energy = -mass * acceleration_.dot(q);
   if (strength_ != 0.0) {
     const double r = distance(q, softening_);
@@ -52,6 +61,7 @@ double Environment::value(double mass, const Vector3& q) const {
 }
 
 Vector3 Environment::gradient(double mass, const Vector3& q) const {
+  if (field_) return field_->gradient(mass, q);
   Vector3 gradient = -mass * acceleration_;
   if (strength_ != 0.0) {
     const double r = distance(q, softening_);
@@ -60,7 +70,8 @@ Vector3 Environment::gradient(double mass, const Vector3& q) const {
   return gradient;
 }
 
-Matrix3 Environment::hessian(const Vector3& q) const {
+Matrix3 Environment::hessian(double mass, const Vector3& q) const {
+  if (field_) return field_->hessian(mass, q);
   if (strength_ == 0.0) return Matrix3::Zero();
   const double r = distance(q, softening_);
   if (!(r > 0.0)) return Matrix3::Zero();

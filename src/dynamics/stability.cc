@@ -50,7 +50,8 @@ class ScaledMatrix {
     if (!system_.environment().is_uniform()) {
       for (Index v = 0; v < system_.vertex_count(); ++v) {
         vertex_block(product_, v) +=
-            system_.environment().hessian(vertex_block(q_, v)) * vertex_block(u, v);
+            system_.environment().hessian(system_.mass()[v], vertex_block(q_, v)) *
+            vertex_block(u, v);
       }
     }
     if (system_.constraints().has_springs()) {

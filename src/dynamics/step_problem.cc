@@ -139,7 +139,9 @@ Evaluation StepProblem::hessian(const Vector& x, const SparsityPattern& pattern,
   for (Index v = 0; v < system_.vertex_count(); ++v) {
     auto block = blocks.middleCols<3>(3 * v);
     block.diagonal() = vertex_block(coefficient_, v);
-    if (curved_environment_) block += system_.environment().hessian(vertex_block(x, v));
+    if (curved_environment_) {
+      block += system_.environment().hessian(system_.mass()[v], vertex_block(x, v));
+    }
   }
   pattern.add_vertex_blocks(blocks, values);
   return status;
@@ -168,7 +170,7 @@ bool StepProblem::element_terms(Index e, const Vector& x, bool with_hessian,
       terms.gradient.col(a) +=
           fraction * (environment.gradient(mass, to) - environment.gradient(mass, from));
       if (with_hessian) {
-        terms.hessian.block<3, 3>(3 * a, 3 * a) += fraction * environment.hessian(to);
+        terms.hessian.block<3, 3>(3 * a, 3 * a) += fraction * environment.hessian(mass, to);
       }
     }
   }

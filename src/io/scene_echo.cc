@@ -67,6 +67,9 @@ Json mesh_json(const MeshSettings& mesh) {
 }
 
 Json material_json(const MaterialSettings& material) {
+  if (material.custom) {
+    return {{"model", material_name(*material.custom)}, {"density", material.density}};
+  }
   Json json{{"model", material.model}};
   put_if(json, "youngs_modulus", material.youngs_modulus);
   put_if(json, "poissons_ratio", material.poissons_ratio);
@@ -108,9 +111,11 @@ const char* environment_name(EnvironmentKind kind) {
     case EnvironmentKind::kGravity:
       return "gravity";
     case EnvironmentKind::kAttraction:
+      return "attraction";
+    case EnvironmentKind::kCustom:
       break;
   }
-  return "attraction";
+  return "custom";
 }
 
 Json time_json(const TimeSettings& time) {

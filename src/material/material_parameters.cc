@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <type_traits>
 
 #include "tetraction/core/error.h"
 #include "tetraction/material/material.h"
@@ -22,7 +23,15 @@ void check_lame(const char* material, double mu, double lambda) {
 }
 
 std::string material_name(const MaterialModel& material) {
-  return std::visit([](const auto& m) { return std::string(m.kName); }, material);
+  return std::visit(
+      [](const auto& m) -> std::string {
+        if constexpr (std::is_same_v<decltype(m), const CustomMaterial&>) {
+          return m.name();
+        } else {
+          return m.kName;
+        }
+      },
+      material);
 }
 
 LameParameters initial_lame(const MaterialModel& material) {

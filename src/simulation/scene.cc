@@ -84,11 +84,14 @@ Environment make_environment(const EnvironmentSettings& settings) {
       return Environment::uniform(settings.strength * settings.direction);
     case EnvironmentKind::kAttraction:
       return Environment::attraction(settings.strength, settings.softening);
+    case EnvironmentKind::kCustom:
+      return Environment::custom(settings.field);
   }
   return {};
 }
 
 MaterialModel make_material(const MaterialSettings& s) {
+  if (s.custom) return *s.custom;
   const Parameter young{"youngs_modulus", &s.youngs_modulus};
   const Parameter poisson{"poissons_ratio", &s.poissons_ratio};
   const Parameter mu{"mu", &s.mu};

@@ -67,6 +67,7 @@ struct Editor {
   }
   void operator()(const SetEnvironment& edit) {
     system.set_environment(make_environment(edit.environment));
+    renewal.limit = !system.environment().is_uniform();
   }
   void operator()(const SetForce& edit) {
     UserForce force = make_force(edit.force, system.mesh());

@@ -34,7 +34,7 @@ void MatrixFreeCg<T>::set(const StepProblem& problem, const Vector& x) {
     for (Index v = begin; v < end; ++v) {
       Vector3 on = vertex_block(problem.coefficient(), v);
       if (curved_) {
-        const Matrix3 h = system_.environment().hessian(vertex_block(x, v));
+        const Matrix3 h = system_.environment().hessian(system_.mass()[v], vertex_block(x, v));
         on += h.diagonal();
         row(off_, v) = Eigen::Vector4d(h(0, 1), h(0, 2), h(1, 2), 0.0).template cast<T>();
       }

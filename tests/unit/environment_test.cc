@@ -24,7 +24,7 @@ TEST(Environment, GradientAndHessianAreDerivativesOfTheValue) {
       EXPECT_NEAR(environment.gradient(mass, q)[i], slope, 1e-8);
       const Vector3 bend =
           (environment.gradient(mass, q + e) - environment.gradient(mass, q - e)) / (2.0 * h);
-      EXPECT_LT((environment.hessian(q).col(i) - bend).norm(), 1e-8);
+      EXPECT_LT((environment.hessian(mass, q).col(i) - bend).norm(), 1e-8);
     }
   }
 }

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "support/fibre_rubber.h"
 #include "tetraction/core/error.h"
 
 namespace tetraction {
@@ -19,24 +20,54 @@ namespace {
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// What the battery needs to know about a material: one of ordinary parameters.
+// What the battery needs to know about a material: one of ordinary parameters, its name, and how
+// far it can be pulled before its energy overflows.
 template <class M>
 struct Sample;
+// Stand for CustomMaterials that hold these.
+struct CustomNeoHookean {};
+struct CustomFibreRubber {};
 
 template <>
 struct Sample<StVenantKirchhoff> {
+  static constexpr const char* kName = StVenantKirchhoff::kName;
+  static constexpr double kFar = 100.0;
   static StVenantKirchhoff make() { return {1.3, 2.1}; }
   static void make_bad(double mu, double lambda) { StVenantKirchhoff(mu, lambda); }
 };
 template <>
 struct Sample<NeoHookean> {
+  static constexpr const char* kName = NeoHookean::kName;
+  static constexpr double kFar = 100.0;
   static NeoHookean make() { return {1.3, 2.1}; }
   static void make_bad(double mu, double lambda) { NeoHookean(mu, lambda); }
 };
 template <>
 struct Sample<MooneyRivlin> {
+  static constexpr const char* kName = MooneyRivlin::kName;
+  static constexpr double kFar = 100.0;
   static MooneyRivlin make() { return {0.8, 0.5, 1.1}; }
   static void make_bad(double mu, double lambda) { MooneyRivlin(mu, 0.0, lambda); }
+};
+template <>
+struct Sample<CustomNeoHookean> {
+  static constexpr const char* kName = "mine";
+  static constexpr double kFar = 100.0;
+  static CustomMaterial make() { return {NeoHookean(1.3, 2.1), kName, {1.3, 2.1}}; }
+  static void make_bad(double mu, double lambda) {
+    CustomMaterial(NeoHookean(1.3, 2.1), kName, {mu, lambda});
+  }
+};
+template <>
+struct Sample<CustomFibreRubber> {
+  using Fibre = testing_support::FibreRubber;
+  static constexpr const char* kName = Fibre::kName;
+  static constexpr double kFar = 3.0;
+  static Fibre material() { return {{1.3, 2.1}, 0.7, 0.8, {0.6, 0.48, 0.64}}; }
+  static CustomMaterial make() { return CustomMaterial(material()); }
+  static void make_bad(double mu, double lambda) {
+    CustomMaterial(material(), kName, {mu, lambda});
+  }
 };
 
 Matrix3 rotation() {
@@ -72,11 +103,20 @@ const std::vector<double> kSteps{1e-3, 5e-4, 2.5e-4, 1.25e-4};
 template <class M>
 class MaterialBattery : public ::testing::Test {
  protected:
-  M material_ = Sample<M>::make();
+  const decltype(Sample<M>::make()) material_ = Sample<M>::make();
 };
 
-using AllMaterials = ::testing::Types<StVenantKirchhoff, NeoHookean, MooneyRivlin>;
+using AllMaterials = ::testing::Types<StVenantKirchhoff, NeoHookean, MooneyRivlin, CustomNeoHookean,
+                                      CustomFibreRubber>;
 TYPED_TEST_SUITE(MaterialBattery, AllMaterials);
+
+// What holds only without a preferred direction.
+template <class M>
+class IsotropicBattery : public MaterialBattery<M> {};
+
+using IsotropicMaterials =
+    ::testing::Types<StVenantKirchhoff, NeoHookean, MooneyRivlin, CustomNeoHookean>;
+TYPED_TEST_SUITE(IsotropicBattery, IsotropicMaterials);
 
 TYPED_TEST(MaterialBattery, RefusesBadParameters) {
   for (const double mu : {0.0, -1.0, kNan, kInfinity}) {
@@ -91,7 +131,7 @@ TYPED_TEST(MaterialBattery, RefusesBadParameters) {
     ADD_FAILURE() << "mu < 0 passed";
   } catch (const InputError& error) {
     const std::string message = error.what();
-    EXPECT_NE(message.find(TypeParam::kName), std::string::npos) << message;
+    EXPECT_NE(message.find(Sample<TypeParam>::kName), std::string::npos) << message;
     EXPECT_NE(message.find("-1.5"), std::string::npos) << message;
   }
 }
@@ -118,7 +158,7 @@ TYPED_TEST(MaterialBattery, IsObjective) {
   }
 }
 
-TYPED_TEST(MaterialBattery, IsIsotropic) {
+TYPED_TEST(IsotropicBattery, IsIsotropic) {
   const Matrix3 r = rotation();
   for (const Matrix3& f : deformations()) {
     const double energy = this->material_.energy_density(f);
@@ -180,7 +220,7 @@ TYPED_TEST(MaterialBattery, StiffnessIsSymmetric) {
 }
 
 // At rest A:dF = 2μ sym dF + λ tr(dF) I, so the three rotations are its null space.
-TYPED_TEST(MaterialBattery, SmallStrainsFollowHooke) {
+TYPED_TEST(IsotropicBattery, SmallStrainsFollowHooke) {
   const LameParameters lame = this->material_.initial_lame();
   const Matrix9 stiffness = this->material_.stiffness(Matrix3::Identity());
   for (int k = 0; k < 9; ++k) {
@@ -196,7 +236,7 @@ TYPED_TEST(MaterialBattery, SmallStrainsFollowHooke) {
 
 // Ψ tends to that of Hooke's law, and keeps its digits on the way: formulas that subtract numbers
 // of order one would lose them all. The last direction is a rotation to first order.
-TYPED_TEST(MaterialBattery, EnergyOfTinyStrainsIsHookes) {
+TYPED_TEST(IsotropicBattery, EnergyOfTinyStrainsIsHookes) {
   const LameParameters lame = this->material_.initial_lame();
   for (const double size : {1e-3, 1e-6, 1e-9}) {
     for (const Matrix3& d : {direction(), Matrix3(Matrix3::Identity() / std::sqrt(3.0)),
@@ -212,7 +252,7 @@ TYPED_TEST(MaterialBattery, EnergyOfTinyStrainsIsHookes) {
 }
 
 TYPED_TEST(MaterialBattery, FarFromRestEnergyIsPositiveAndFinite) {
-  for (const double stretch : {0.01, 0.5, 0.9, 1.1, 3.0, 100.0}) {
+  for (const double stretch : {0.01, 0.5, 0.9, 1.1, 3.0, Sample<TypeParam>::kFar}) {
     const Matrix3 f = Vector3(stretch, 1.0, 1.0).asDiagonal();
     EXPECT_GT(this->material_.energy_density(f), 0.0) << stretch;
     EXPECT_TRUE(this->material_.first_piola(f).allFinite());
@@ -222,7 +262,7 @@ TYPED_TEST(MaterialBattery, FarFromRestEnergyIsPositiveAndFinite) {
 
 TYPED_TEST(MaterialBattery, NamesItselfInTheVariant) {
   const MaterialModel model = this->material_;
-  EXPECT_EQ(material_name(model), TypeParam::kName);
+  EXPECT_EQ(material_name(model), Sample<TypeParam>::kName);
   EXPECT_EQ(initial_lame(model).mu, this->material_.initial_lame().mu);
   EXPECT_EQ(initial_lame(model).lambda, this->material_.initial_lame().lambda);
 }
@@ -271,6 +311,8 @@ TEST(Admissible, FollowsTheSignOfTheJacobian) {
   EXPECT_FALSE(Sample<MooneyRivlin>::make().admissible(inverted));
   EXPECT_FALSE(Sample<MooneyRivlin>::make().admissible(flat));
   EXPECT_FALSE(Sample<MooneyRivlin>::make().admissible(undefined));
+  EXPECT_FALSE(Sample<CustomNeoHookean>::make().admissible(inverted));
+  EXPECT_TRUE(CustomMaterial(StVenantKirchhoff(1.0, 1.0)).admissible(inverted));
 }
 
 TEST(MooneyRivlinMaterial, WithoutSecondModulusIsNeoHookean) {

@@ -335,6 +335,11 @@ TEST_F(SceneReader, UnknownWordsAreRefusedWithTheNearest) {
                  {"did you mean neo-hookean?"}, {"material.model=neohookean"});
   expect_refused_lines("[environment]\nkind = \"wind\"\n", "scene.toml:8:1: environment.kind",
                        {"none, gravity or attraction"});
+  // What only programs can set has no word in a file.
+  expect_refused_lines("[environment]\nkind = \"custom\"\n", "scene.toml:8:1: environment.kind",
+                       {"none, gravity or attraction"});
+  expect_refusal(kSmall, "--set material.model=custom: material.model",
+                 {"stvk, neo-hookean or mooney-rivlin"}, {"material.model=custom"});
   expect_refusal("[mesh]\ngenerate = { kind = \"ball\" }\n",
                  "scene.toml:2:14: mesh.generate.kind = \"ball\"", {"beam, box, cube"});
 }

@@ -139,6 +139,23 @@ TEST(MakeMaterial, RefusesMixtures) {
   EXPECT_TRUE(mentions(refusal(settings), "material.mu does not go with")) << refusal(settings);
 }
 
+TEST(MakeMaterial, ACustomOneIsTakenWhateverElseIsSet) {
+  MaterialSettings settings = settings_of("steel");
+  settings.ratio = -1.0;
+  settings.custom = CustomMaterial(NeoHookean(3.0, 4.0), "mine", {3.0, 4.0});
+  EXPECT_EQ(material_name(make_material(settings)), "mine");
+  settings.custom = StVenantKirchhoff(5.0, 6.0);  // any model will do
+  EXPECT_EQ(initial_lame(make_material(settings)).mu, 5.0);
+  settings.custom.reset();
+  EXPECT_TRUE(mentions(refusal(settings), "\"steel\""));
+}
+
+TEST(MakeEnvironment, ACustomOneNeedsItsField) {
+  EnvironmentSettings settings;
+  settings.kind = EnvironmentKind::kCustom;
+  EXPECT_THROW(make_environment(settings), InputError);
+}
+
 TEST(MakeMaterial, ChecksTheValues) {
   MaterialSettings settings = settings_of("neo-hookean");
   settings.mu = 1.0;

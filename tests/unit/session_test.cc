@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 
 #include "support/bodies.h"
 #include "tetraction/core/error.h"
@@ -139,6 +140,101 @@ TEST_P(EditedSession, AnEditIsInForceAtTheNextStepAndNotBefore) {
   const Vector3 change = edited.books().momenta().linear - plain.books().momenta().linear;
   const Vector3 impulse(0.0, -9.81 * edited.system().total_mass() * 1e-3, 0.0);
   EXPECT_LT((change - impulse).norm(), 1e-6 * impulse.norm());
+}
+
+// Gravity as a user's own field.
+class OwnGravity : public ForceField {
+ public:
+  explicit OwnGravity(double strength) : strength_(strength) {}
+  double value(double mass, const Vector3& q) const override { return mass * strength_ * q.y(); }
+  Vector3 gradient(double mass, const Vector3&) const override {
+    return {0.0, mass * strength_, 0.0};
+  }
+  Matrix3 hessian(double, const Vector3&) const override { return Matrix3::Zero(); }
+
+ private:
+  double strength_;
+};
+
+TEST_P(EditedSession, EditsToCustomMaterialAndFieldAreThoseToTheModelsTheyCopy) {
+  Scene scene = spinning_block(GetParam(), 1e-3, 0.04);
+  const TetMesh mesh = mesh_of(scene);
+  MaterialSettings softer = scene.material;
+  softer.model = "stvk";
+  softer.youngs_modulus = 5e4;
+  MaterialSettings own = scene.material;
+  own.custom = CustomMaterial(std::get<StVenantKirchhoff>(make_material(softer)));
+  EnvironmentSettings gravity;
+  gravity.kind = EnvironmentKind::kGravity;
+  gravity.strength = 5.0;
+  EnvironmentSettings own_gravity;
+  own_gravity.kind = EnvironmentKind::kCustom;
+  own_gravity.field = std::make_shared<OwnGravity>(5.0);
+
+  Session by_name(scene, mesh);
+  Session by_hand(scene, mesh);
+  while (by_name.step() && by_hand.step()) {
+    if (by_name.state().step == 10) {
+      by_name.apply(SetMaterial{0, softer});
+      by_hand.apply(SetMaterial{0, own});
+    }
+    if (by_name.state().step == 20) {
+      by_name.apply(SetEnvironment{gravity});
+      by_hand.apply(SetEnvironment{own_gravity});
+    }
+    if (by_name.state().step == 30) {  // and back
+      by_name.apply(SetMaterial{0, scene.material});
+      by_hand.apply(SetMaterial{0, scene.material});
+      by_name.apply(SetEnvironment{});
+      by_hand.apply(SetEnvironment{});
+    }
+  }
+  ASSERT_EQ(by_hand.state().step, 40) << by_hand.message();
+  const Vector moved = by_name.state().position - by_name.system().rest_state().position;
+  // The solver's tolerance lies between the two where the rule is implicit.
+  const double tolerance = is_implicit(GetParam()) ? 1e-8 : 1e-12;
+  EXPECT_LT((by_hand.state().position - by_name.state().position).norm(), tolerance * moved.norm());
+  EXPECT_NEAR(by_hand.books().edit_work(), by_name.books().edit_work(),
+              tolerance * by_name.books().energy_scale());
+  EXPECT_NEAR(by_hand.books().energy_error(), by_name.books().energy_error(),
+              tolerance * by_name.books().energy_scale());
+}
+
+TEST(Session, TakesACustomSceneFromTheStartAndRefusesAnEmptyField) {
+  Scene scene = spinning_block(Integrator::kVerlet, 1e-3, 0.01);
+  const LameParameters lame = lame_from_young(1e5, 0.3);
+  scene.material = {};
+  scene.material.custom = CustomMaterial(NeoHookean(lame.mu, lame.lambda), "mine", lame);
+  Session session(scene, mesh_of(scene));
+  EXPECT_EQ(material_name(session.system().elastic().materials()[0]), "mine");
+  EnvironmentSettings empty;
+  empty.kind = EnvironmentKind::kCustom;
+  EXPECT_THROW(session.apply(SetEnvironment{empty}), InputError);
+  EXPECT_EQ(session.run(), RunStatus::kFinished) << session.message();
+  EXPECT_TRUE(session.edits().empty());
+}
+
+TEST(Session, WarnsWhenAFieldIsTooStiffForTheStep) {
+  class Spring : public ForceField {
+   public:
+    double value(double mass, const Vector3& q) const override {
+      return 0.5 * mass * 9e6 * q.squaredNorm();
+    }
+    Vector3 gradient(double mass, const Vector3& q) const override { return mass * 9e6 * q; }
+    Matrix3 hessian(double mass, const Vector3&) const override {
+      return mass * 9e6 * Matrix3::Identity();
+    }
+  };
+  Scene scene = spinning_block(Integrator::kVerlet, 1e-3, 0.01);
+  Session session(scene, mesh_of(scene));
+  EnvironmentSettings stiff;
+  stiff.kind = EnvironmentKind::kCustom;
+  stiff.field = std::make_shared<Spring>();
+  session.apply(SetEnvironment{stiff});
+  EXPECT_FALSE(session.edits().back().warning.empty());
+  // ω² of the field adds to that of the body.
+  EXPECT_NEAR(std::pow(session.current_limit().omega_max, 2),
+              9e6 + std::pow(session.initial_limit().omega_max, 2), 0.02 * 9e6);
 }
 
 TEST(Session, EventsAndEditsAreOneMechanism) {

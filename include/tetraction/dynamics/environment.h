@@ -1,16 +1,21 @@
 // The conservative force field around the body.
 #pragma once
 
+#include <memory>
+
 #include "tetraction/core/types.h"
+#include "tetraction/dynamics/force_field.h"
 
 namespace tetraction {
 
-/// None, a uniform acceleration, or attraction to the origin; a potential U per vertex in each case.
+/// None, a uniform acceleration, attraction to the origin, or a field of the user's own; a potential
+/// U per vertex in each case.
 ///
 /// - uniform: U = −m a·q, so that gravity −g e_y has the energy m g y;
 /// - attraction: U = −k/√(|q|² + ε²), force −k q/(|q|² + ε²)^{3/2}, the same k for every vertex.
 ///   Exactly at the origin the force is zero, and without softening (ε = 0) U, which has no value
-///   there, counts as zero. Its second derivative is indefinite.
+///   there, counts as zero. Its second derivative is indefinite;
+/// - custom: what the ForceField says.
 class Environment {
  public:
   /// None.
@@ -19,17 +24,19 @@ class Environment {
   static Environment uniform(const Vector3& acceleration);
   /// k in N m², ε in m. Throws InputError unless both are finite and ε ≥ 0.
   static Environment attraction(double strength, double softening = 0.0);
+  /// Copies share the field. Throws InputError for a null pointer.
+  static Environment custom(std::shared_ptr<const ForceField> field);
 
-  /// Whether the force does not depend on the position.
-  bool is_uniform() const { return strength_ == 0.0; }
+  /// Whether the force does not depend on the position; of a custom field it is taken to depend.
+  bool is_uniform() const { return strength_ == 0.0 && !field_; }
 
-  /// Whether the force has no bound near the origin.
+  /// Whether the force is known to have no bound near the origin.
   bool is_singular() const { return strength_ != 0.0 && softening_ == 0.0; }
 
   /// Of one vertex: energy, J; its derivative (minus the force), N; its second derivative, N/m.
   double value(double mass, const Vector3& q) const;
   Vector3 gradient(double mass, const Vector3& q) const;
-  Matrix3 hessian(const Vector3& q) const;
+  Matrix3 hessian(double mass, const Vector3& q) const;
 
   /// Energy of all vertices (masses: one per vertex, kg) at positions q, J.
   double value(const Vector& mass, const Vector& q) const;
@@ -37,11 +44,12 @@ class Environment {
   void add_gradient(const Vector& mass, const Vector& q, Vector& gradient) const;
 
  private:
-  bool is_none() const { return strength_ == 0.0 && acceleration_.isZero(0.0); }
+  bool is_none() const { return is_uniform() && acceleration_.isZero(0.0); }
 
   Vector3 acceleration_ = Vector3::Zero();
   double strength_ = 0.0;
   double softening_ = 0.0;
+  std::shared_ptr<const ForceField> field_;
 };
 
 }  // namespace tetraction

@@ -1,48 +1,14 @@
-// Hyperelastic materials: energy density Ψ(F), first Piola stress P = ∂Ψ/∂F and stiffness ∂P/∂F,
-// all in closed form. F is the deformation gradient (3×3), J = det F, C = FᵀF, E = ½(C − I).
-//
-// ∂P/∂F is the 9×9 matrix A of dvec(P) = A dvec(F) with vec() column by column (core/types.h):
-//
-//          F00 F10 F20 F01 F11 F21 F02 F12 F22
-//     P00 [                                     ]
-//     P10 [            symmetric                ]
-//     ...
-//
-// Each material is stress-free at F = I and objective, Ψ(RF) = Ψ(F) for every rotation R.
+// The hyperelastic materials of the program, and the variant that holds any material. With
+// C = FᵀF, E = ½(C − I), J = det F; conventions in material_concept.h. Each is stress-free at F = I.
 #pragma once
 
-#include <concepts>
 #include <string>
 #include <variant>
 
-#include "tetraction/core/types.h"
+#include "tetraction/material/custom_material.h"
+#include "tetraction/material/material_concept.h"
 
 namespace tetraction {
-
-/// J = det F.
-inline double jacobian(const Matrix3& f) {
-  return f(0, 0) * (f(1, 1) * f(2, 2) - f(2, 1) * f(1, 2)) -
-         f(0, 1) * (f(1, 0) * f(2, 2) - f(2, 0) * f(1, 2)) +
-         f(0, 2) * (f(1, 0) * f(2, 1) - f(2, 0) * f(1, 1));
-}
-
-/// What a hyperelastic material offers to the element loop.
-///
-/// `admissible(F)` tells whether Ψ is defined at F (J > 0 where a logarithm of J occurs); the other
-/// three must only be called where it is. `initial_lame()` are the small-strain parameters.
-template <class M>
-concept Material = requires(const M& m, const Matrix3& f) {
-  { m.admissible(f) } -> std::convertible_to<bool>;
-  { m.energy_density(f) } -> std::convertible_to<double>;
-  { m.first_piola(f) } -> std::convertible_to<Matrix3>;
-  { m.stiffness(f) } -> std::convertible_to<Matrix9>;
-};
-
-/// Small-strain Lamé parameters, Pa.
-struct LameParameters {
-  double mu = 0.0;      ///< shear modulus
-  double lambda = 0.0;  ///< first Lamé parameter
-};
 
 /// Saint Venant–Kirchhoff: Ψ = μ E:E + λ/2 (tr E)².
 /// Defined for every F; loses stiffness in compression (uniaxial limit at stretch 1/√3).
@@ -107,12 +73,14 @@ class MooneyRivlin {
   double lambda_;
 };
 
-static_assert(Material<StVenantKirchhoff> && Material<NeoHookean> && Material<MooneyRivlin>);
+static_assert(Material<StVenantKirchhoff> && Material<NeoHookean> && Material<MooneyRivlin> &&
+              Material<CustomMaterial>);
 
 /// A material chosen at run time; visited once outside the element loop.
-using MaterialModel = std::variant<StVenantKirchhoff, NeoHookean, MooneyRivlin>;
+using MaterialModel = std::variant<StVenantKirchhoff, NeoHookean, MooneyRivlin, CustomMaterial>;
 
-/// The scene's name of the model: "stvk", "neo-hookean", "mooney-rivlin".
+/// The scene's name of the model, "stvk", "neo-hookean", "mooney-rivlin", or the name that a custom
+/// material was given.
 std::string material_name(const MaterialModel& material);
 
 /// Small-strain Lamé parameters of a model, Pa.

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <string>
 #include <variant>
@@ -58,6 +59,8 @@ struct MaterialSettings {
   std::optional<double> mu2;    ///< mooney-rivlin
   std::optional<double> ratio;  ///< mooney-rivlin: μ₂/μ₁
   double density = 1000.0;      ///< kg/m³
+  /// Set by a program, never by a scene file: taken as it is, whatever model and moduli say.
+  std::optional<MaterialModel> custom = std::nullopt;
 };
 
 /// The material of the settings. Throws InputError for unknown models, parameters that are missing,
@@ -84,16 +87,18 @@ struct SolverSettings {
   int max_iterations = 100;
 };
 
-enum class EnvironmentKind { kNone, kGravity, kAttraction };
+/// kCustom: by programs only, a scene file cannot name it.
+enum class EnvironmentKind { kNone, kGravity, kAttraction, kCustom };
 
 struct EnvironmentSettings {
   EnvironmentKind kind = EnvironmentKind::kNone;
-  double strength = 9.81;             ///< m/s² (gravity), N m² (attraction)
-  Vector3 direction{0.0, -1.0, 0.0};  ///< of gravity; normalised by the reader
-  double softening = 0.0;             ///< ε of attraction, m
+  double strength = 9.81;                             ///< m/s² (gravity), N m² (attraction)
+  Vector3 direction{0.0, -1.0, 0.0};                  ///< of gravity; normalised by the reader
+  double softening = 0.0;                             ///< ε of attraction, m
+  std::shared_ptr<const ForceField> field = nullptr;  ///< of kCustom
 };
 
-/// The environment of the settings.
+/// The environment of the settings. Throws InputError for a custom one without a field.
 Environment make_environment(const EnvironmentSettings& settings);
 
 struct FixSettings {

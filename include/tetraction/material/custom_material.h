@@ -1,0 +1,87 @@
+// A material of the user's own, of any type that satisfies the Material concept.
+#pragma once
+
+#include <concepts>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "tetraction/material/material_concept.h"
+
+namespace tetraction {
+
+/// A Material that also tells its name (kName) and its small-strain parameters (initial_lame()).
+template <class M>
+concept SelfDescribingMaterial = Material<M> && requires(const M& m) {
+  { M::kName } -> std::convertible_to<std::string>;
+  { m.initial_lame() } -> std::convertible_to<LameParameters>;
+};
+
+/// Holds a user's material behind one virtual call; copies share it, so that copying is cheap.
+///
+/// Ψ counts from its value at rest, Ψ(I), whatever constant the user's formula has. Its minimum should
+/// be there: the implicit rules' solver (solver/ceres_minimizer.h) takes a root of the energy.
+///
+/// The small-strain parameters set scales only: the solver's tolerance near round-off, wave speeds
+/// in reports, the floor below which energy is noise. The stability limit comes from stiffness()
+/// itself. Of an anisotropic material give those of the stiffest direction.
+class CustomMaterial {
+ public:
+  /// Throws InputError unless the name is not empty, μ > 0, λ > −2μ/3, both are finite, and Ψ is
+  /// defined and finite at F = I.
+  template <class M>
+  requires(!std::same_as<M, CustomMaterial> && Material<M>)
+      CustomMaterial(M material, std::string name, const LameParameters& initial)
+      : CustomMaterial(
+            std::make_shared<const Model<M>>(std::move(material), std::move(name), initial)) {}
+
+  /// Of a type that tells name and parameters itself. Throws as above.
+  template <class M>
+  requires(!std::same_as<M, CustomMaterial> &&
+           SelfDescribingMaterial<M>) explicit CustomMaterial(M material)
+      : CustomMaterial(material, std::string(M::kName), material.initial_lame()) {}
+
+  bool admissible(const Matrix3& f) const { return model_->admissible(f); }
+  double energy_density(const Matrix3& f) const {
+    return model_->energy_density(f) - energy_at_rest_;
+  }
+  Matrix3 first_piola(const Matrix3& f) const { return model_->first_piola(f); }
+  Matrix9 stiffness(const Matrix3& f) const { return model_->stiffness(f); }
+  LameParameters initial_lame() const { return model_->initial; }
+  const std::string& name() const { return model_->name; }
+
+ private:
+  struct Base {
+    Base(std::string own_name, const LameParameters& lame)
+        : name(std::move(own_name)), initial(lame) {}
+    Base(const Base&) = delete;
+    Base& operator=(const Base&) = delete;
+    virtual ~Base() = default;
+    virtual bool admissible(const Matrix3& f) const = 0;
+    virtual double energy_density(const Matrix3& f) const = 0;
+    virtual Matrix3 first_piola(const Matrix3& f) const = 0;
+    virtual Matrix9 stiffness(const Matrix3& f) const = 0;
+
+    std::string name;
+    LameParameters initial;
+  };
+
+  template <class M>
+  struct Model final : Base {
+    Model(M own_material, std::string own_name, const LameParameters& lame)
+        : Base(std::move(own_name), lame), material(std::move(own_material)) {}
+    bool admissible(const Matrix3& f) const override { return material.admissible(f); }
+    double energy_density(const Matrix3& f) const override { return material.energy_density(f); }
+    Matrix3 first_piola(const Matrix3& f) const override { return material.first_piola(f); }
+    Matrix9 stiffness(const Matrix3& f) const override { return material.stiffness(f); }
+
+    M material;
+  };
+
+  explicit CustomMaterial(std::shared_ptr<const Base> model);
+
+  std::shared_ptr<const Base> model_;
+  double energy_at_rest_ = 0.0;
+};
+
+}  // namespace tetraction

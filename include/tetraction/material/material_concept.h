@@ -1,0 +1,46 @@
+// What a hyperelastic material is: energy density Ψ(F), first Piola stress P = ∂Ψ/∂F and stiffness
+// ∂P/∂F, all in closed form. F is the deformation gradient (3×3), J = det F.
+//
+// ∂P/∂F is the 9×9 matrix A of dvec(P) = A dvec(F) with vec() column by column (core/types.h):
+//
+//          F00 F10 F20 F01 F11 F21 F02 F12 F22
+//     P00 [                                     ]
+//     P10 [            symmetric                ]
+//     ...
+//
+// A material is objective, Ψ(RF) = Ψ(F) for every rotation R.
+#pragma once
+
+#include <concepts>
+
+#include "tetraction/core/types.h"
+
+namespace tetraction {
+
+/// J = det F.
+inline double jacobian(const Matrix3& f) {
+  return f(0, 0) * (f(1, 1) * f(2, 2) - f(2, 1) * f(1, 2)) -
+         f(0, 1) * (f(1, 0) * f(2, 2) - f(2, 0) * f(1, 2)) +
+         f(0, 2) * (f(1, 0) * f(2, 1) - f(2, 0) * f(1, 1));
+}
+
+/// What a hyperelastic material offers to the element loop, which calls it from several threads at
+/// once.
+///
+/// `admissible(F)` tells whether Ψ is defined at F (J > 0 where a logarithm of J occurs); the other
+/// three are only called where it is. Ψ in J/m³, P and ∂P/∂F in Pa.
+template <class M>
+concept Material = requires(const M& m, const Matrix3& f) {
+  { m.admissible(f) } -> std::convertible_to<bool>;
+  { m.energy_density(f) } -> std::convertible_to<double>;
+  { m.first_piola(f) } -> std::convertible_to<Matrix3>;
+  { m.stiffness(f) } -> std::convertible_to<Matrix9>;
+};
+
+/// Small-strain Lamé parameters, Pa.
+struct LameParameters {
+  double mu = 0.0;      ///< shear modulus
+  double lambda = 0.0;  ///< first Lamé parameter
+};
+
+}  // namespace tetraction

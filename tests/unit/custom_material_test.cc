@@ -1,0 +1,180 @@
+// The material battery (material_test.cc) runs on CustomMaterial too; here is what it does in a body.
+#include "tetraction/material/custom_material.h"
+
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include "support/bodies.h"
+#include "support/fibre_rubber.h"
+#include "tetraction/core/error.h"
+#include "tetraction/dynamics/books.h"
+#include "tetraction/dynamics/derivative_check.h"
+#include "tetraction/dynamics/stability.h"
+#include "tetraction/simulation/scene_objects.h"
+
+namespace tetraction {
+namespace {
+
+using namespace testing_support;
+
+const LameParameters kLame = lame_from_young(1e5, 0.3);
+
+// Counts its copies: a CustomMaterial makes none when it is copied.
+struct Counted : NeoHookean {
+  explicit Counted(int* count) : NeoHookean(kLame.mu, kLame.lambda), copies(count) {}
+  Counted(const Counted& other) : NeoHookean(other), copies(other.copies) { ++*copies; }
+  Counted(Counted&& other) noexcept : NeoHookean(other), copies(other.copies) {}
+  Counted& operator=(const Counted&) = delete;
+  Counted& operator=(Counted&&) = delete;
+  ~Counted() = default;
+
+  int* copies;
+};
+
+TEST(CustomMaterial, CopiesShareTheUsersObject) {
+  int copies = 0;
+  const CustomMaterial first(Counted(&copies), "counted", kLame);
+  const int at_first = copies;
+  const MaterialModel model = first;
+  const MaterialModel again = model;  // NOLINT(performance-unnecessary-copy-initialization)
+  EXPECT_EQ(copies, at_first);
+  EXPECT_EQ(material_name(again), "counted");
+  EXPECT_EQ(&std::get<CustomMaterial>(again).name(), &first.name());
+}
+
+TEST(CustomMaterial, TakesNameAndParametersOfTheTypeOrThoseGiven) {
+  const NeoHookean neo(2.0, 3.0);
+  EXPECT_EQ(CustomMaterial(neo).name(), "neo-hookean");
+  EXPECT_EQ(CustomMaterial(neo).initial_lame().lambda, 3.0);
+  EXPECT_EQ(CustomMaterial(neo, "mine", {5.0, 6.0}).name(), "mine");
+  EXPECT_EQ(CustomMaterial(neo, "mine", {5.0, 6.0}).initial_lame().mu, 5.0);
+  EXPECT_THROW(CustomMaterial(neo, "", {5.0, 6.0}), InputError);
+}
+
+// A textbook's formula that leaves out its constants, and one that is wrong at rest.
+struct WithoutConstants : NeoHookean {
+  WithoutConstants() : NeoHookean(kLame.mu, kLame.lambda) {}
+  double energy_density(const Matrix3& f) const {
+    return NeoHookean::energy_density(f) - 1e6 * kLame.mu;
+  }
+};
+struct Inverted : NeoHookean {
+  Inverted() : NeoHookean(kLame.mu, kLame.lambda) {}
+  static bool admissible(const Matrix3& f) { return jacobian(f) < 0.0; }
+};
+
+TEST(CustomMaterial, EnergyCountsFromRest) {
+  const CustomMaterial material{WithoutConstants()};
+  EXPECT_EQ(material.energy_density(Matrix3::Identity()), 0.0);
+  const Matrix3 f = Vector3(1.2, 0.9, 1.1).asDiagonal();
+  EXPECT_NEAR(material.energy_density(f), NeoHookean(kLame.mu, kLame.lambda).energy_density(f),
+              1e-9 * 1e6 * kLame.mu);
+}
+
+TEST(CustomMaterial, RefusesOneThatIsNotDefinedAtRest) {
+  EXPECT_THROW(CustomMaterial{Inverted()}, InputError);
+}
+
+// Nothing becomes a material by accident.
+static_assert(!std::is_convertible_v<NeoHookean, CustomMaterial>);
+static_assert(!std::is_constructible_v<CustomMaterial, int>);
+static_assert(!std::is_constructible_v<CustomMaterial, int, std::string, LameParameters>);
+
+TEST(CustomMaterial, DerivativesAreExactInABody) {
+  const TetMesh mesh = small_block();
+  const RestState rest(mesh);
+  for (const Vector3& a : {Vector3(1, 0, 0), Vector3(0, 1, 0), Vector3(1, -2, 0.5)}) {
+    const ElasticPotential potential(rest, CustomMaterial(FibreRubber(kLame, 1e5, 2.0, a)));
+    const DerivativeErrors errors =
+        check_derivatives(potential, strained_state(potential, mesh.rest_positions()));
+    EXPECT_GT(errors.force_norm, 0.0);
+    EXPECT_LT(errors.force, 1e-7);
+    EXPECT_LT(errors.stiffness, 1e-7);
+  }
+}
+
+TEST(CustomMaterial, FibresRaiseTheStabilityLimitsFrequency) {
+  const TetMesh mesh = small_block();
+  const MechanicalSystem rubber(mesh, NeoHookean(kLame.mu, kLame.lambda), 1000.0);
+  const MechanicalSystem fibres(
+      mesh, CustomMaterial(FibreRubber(kLame, 1e6, 1.0, Vector3::UnitX())), 1000.0);
+  const Vector q = mesh.rest_positions();
+  EXPECT_GT(stability_limit(fibres, q).omega_max, 2.0 * stability_limit(rubber, q).omega_max);
+}
+
+class CustomMaterialSteps : public testing::TestWithParam<Integrator> {
+ protected:
+  // Steps a stretched, clamped block under gravity and returns where it is then.
+  static Vector end_of_run(const MaterialModel& material, double& energy_drift) {
+    MechanicalSystem system(small_block({4, 1, 1}), material, 1000.0);
+    system.set_constraints(hold(system.mesh(), SelectPlane{0, 0.0, {}}));
+    system.set_environment(Environment::uniform({0.0, -9.81, 0.0}));
+    SolverSettings solver;
+    solver.tolerance = 1e-12;
+    const auto stepper = make_stepper(GetParam(), solver, system);
+    State state = system.rest_state();
+    for (Index v = 0; v < system.vertex_count(); ++v) state.position[3 * v] *= 1.1;
+    Books books(system, state);
+    for (int k = 0; k < 100; ++k) {
+      const StepOutcome outcome = stepper->step(state, 2e-3);
+      EXPECT_TRUE(outcome.ok()) << outcome.message;
+      books.enter(state, outcome);
+    }
+    energy_drift = books.max_relative_energy_drift();
+    return state.position - system.rest_state().position;
+  }
+};
+
+INSTANTIATE_TEST_SUITE_P(Rules, CustomMaterialSteps,
+                         testing::Values(Integrator::kExplicit, Integrator::kVerlet,
+                                         Integrator::kMidpoint),
+                         [](const auto& rule) { return to_string(rule.param); });
+
+TEST_P(CustomMaterialSteps, HoldingNeoHookeanTheBodyMovesAsNeoHookean) {
+  double drift = 0.0;
+  const NeoHookean neo(kLame.mu, kLame.lambda);
+  const Vector plain = end_of_run(neo, drift);
+  const Vector custom = end_of_run(CustomMaterial(neo, "mine", kLame), drift);
+  EXPECT_GT(plain.norm(), 0.1);
+  EXPECT_LT((custom - plain).norm(), 1e-11 * plain.norm());
+}
+
+// Nor does the solver of the implicit rules mind the constant.
+TEST_P(CustomMaterialSteps, AConstantInTheEnergyChangesNothing) {
+  double drift = 0.0;
+  const Vector plain = end_of_run(NeoHookean(kLame.mu, kLame.lambda), drift);
+  const Vector custom = end_of_run(CustomMaterial{WithoutConstants()}, drift);
+  EXPECT_LT((custom - plain).norm(), 1e-7 * plain.norm());
+}
+
+TEST_P(CustomMaterialSteps, TheBooksOfFibresClose) {
+  double drift = 1.0;
+  const FibreRubber fibre(kLame, 1e5, 2.0, {1.0, 0.3, 0.0});
+  const Vector moved = end_of_run(CustomMaterial(fibre), drift);
+  EXPECT_GT(moved.norm(), 0.1);
+  EXPECT_LT(drift, order(GetParam()) == 2 ? 0.01 : 0.2);
+}
+
+TEST(CustomMaterial, StandsBesideOtherMaterialsInOneBody) {
+  const TetMesh mesh = small_block();
+  std::vector<int> region(mesh.tetrahedra.size(), 0);
+  for (const Index e : select_tetrahedra(mesh, SelectBox{{1, 0, 0}, {2, 1, 1}})) {
+    region[static_cast<std::size_t>(e)] = 1;
+  }
+  const NeoHookean neo(kLame.mu, kLame.lambda);
+  const MechanicalSystem mixed(mesh, {{neo, 1000.0}, {CustomMaterial(neo), 1000.0}}, region);
+  const MechanicalSystem plain(mesh, neo, 1000.0);
+  const Vector q = strained_state(plain.elastic(), mesh.rest_positions());
+  double mixed_energy = 0.0;
+  double plain_energy = 0.0;
+  Vector mixed_gradient;
+  Vector plain_gradient;
+  ASSERT_TRUE(mixed.potential(q, mixed_energy, mixed_gradient).ok());
+  ASSERT_TRUE(plain.potential(q, plain_energy, plain_gradient).ok());
+  EXPECT_NEAR(mixed_energy, plain_energy, 1e-13 * plain_energy);
+  EXPECT_LT((mixed_gradient - plain_gradient).norm(), 1e-13 * plain_gradient.norm());
+}
+
+}  // namespace
+}  // namespace tetraction
