@@ -20,10 +20,8 @@ Books::Books(const MechanicalSystem& system, const State& state)
 }
 
 void Books::enter(const State& state, const StepOutcome& outcome) {
-  energies_.kinetic = system_.kinetic_energy(state.momentum);
+  system_.vertex_books(state, energies_, momenta_);
   energies_.elastic = outcome.elastic_energy;
-  energies_.environment = system_.environment().value(system_.mass(), state.position);
-  momenta_ = system_.momenta(state);
   external_work_ += outcome.external_work;
   dissipated_energy_ += outcome.dissipated_energy;
   constraint_work_ += outcome.constraint_work;

@@ -1,6 +1,7 @@
 // What constraints prescribe: positions, momenta, springs, and how far off a state is.
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "tetraction/dynamics/constraints.h"
 
@@ -17,6 +18,18 @@ bool Constraints::is_constrained(Index vertex) const {
     if (spring_stiffness_[3 * vertex + i] > 0.0) return true;
   }
   return false;
+}
+
+std::vector<Index> Constraints::constrained_vertices() const {
+  std::set<Index> vertices;
+  for (const Prescribed& vertex : prescribed_) vertices.insert(vertex.vertex);
+  for (const Equation& equation : equations_) {
+    for (const auto& [v, weights] : equation.weights) vertices.insert(v);
+  }
+  for (Index i = 0; i < spring_stiffness_.size(); ++i) {
+    if (spring_stiffness_[i] > 0.0) vertices.insert(i / 3);
+  }
+  return {vertices.begin(), vertices.end()};
 }
 
 // The prescribed components of one vertex at `time`, the others of q.

@@ -1,18 +1,26 @@
 // The explicit rules: nothing is solved but the multipliers of constraints, if there are any.
+#include <Eigen/Geometry>
+#include <atomic>
 #include <utility>
+#include <vector>
 
+#include "tetraction/core/parallel.h"
 #include "tetraction/dynamics/multipliers.h"
 #include "tetraction/dynamics/stepper.h"
+#include "vertex_kernels.h"
 
 namespace tetraction {
 namespace {
 
-// ∇W at the current position, kept from the end of the last step.
+// Vertices worth a task of their own.
+constexpr Index kGrain = 2048;
+
+// ∇W of the elastic energy at the current position, kept from the end of the last step.
 class ForceCache {
  public:
   Evaluation update(const MechanicalSystem& system, const Vector& q) {
     if (valid_) return {};
-    const Evaluation status = system.potential(q, elastic_energy_, gradient_);
+    const Evaluation status = system.elastic().value_and_gradient(q, elastic_energy_, gradient_);
     valid_ = status.ok();
     return status;
   }
@@ -30,7 +38,8 @@ class ExplicitStepper : public Stepper {
  public:
   // `halves` 1: p moves by a whole step before q (α = 0); 2: by half before and half after
   // (verlet).
-  ExplicitStepper(const MechanicalSystem& system, int halves) : Stepper(system), halves_(halves) {}
+  ExplicitStepper(const MechanicalSystem& system, int halves)
+      : Stepper(system), halves_(halves), tied_(system.constraints().constrained_vertices()) {}
 
   void reset() override {
     force_.invalidate();
@@ -42,80 +51,115 @@ class ExplicitStepper : public Stepper {
     if (const Evaluation start = force_.update(system_, state.position); !start.ok()) {
       return inverted(outcome, start.failed_element);
     }
+    const bool damped = !system_.damping().none();
     const double kick_step = halves_ == 2 ? 0.5 * h : h;
-    const Vector f = system_.user_force(state.time, h);
+    user_force_ = system_.force_count() > 0 ? system_.user_force(state.time, h) : Vector();
     next_.time = end_time;
-    reaction_.setZero();
-    damping_.setZero(system_.dof_count());
+    next_.momentum.resize(system_.dof_count());
+    next_.velocity.resize(system_.dof_count());
+    next_.position.resize(system_.dof_count());
+    if (system_.constraints().has_springs()) reaction_.setZero();
+    for (const Index v : tied_) vertex_block(reaction_, v).setZero();
+    if (damped) damping_.setZero(system_.dof_count());
 
-    next_.momentum = state.momentum;
-    const Vector velocity =
-        system_.damping().none() ? Vector() : system_.velocity_of(state.momentum);
-    kick(state.position, state.time, f, velocity, kick_step, outcome);
-    if (!begin_drift(state, h, outcome)) return outcome;
-
-    next_.velocity = system_.velocity_of(next_.momentum);
-    next_.position = state.position + h * next_.velocity;
-    system_.constraints().prescribe(next_.time, next_.position);
-    if (!next_.position.allFinite()) {
+    const VertexKick first =
+        kick(state.position, state.time, damped ? system_.velocity_of(state.momentum) : Vector(),
+             kick_step, outcome);
+    if (!move(first, h, state)) {
       outcome.status = StepStatus::kNotFinite;
       return outcome;
     }
+    if (!constrain_drift(state, h, outcome)) return outcome;
     force_.invalidate();
     if (const Evaluation end = force_.update(system_, next_.position); !end.ok()) {
       return inverted(outcome, end.failed_element);
     }
     if (halves_ == 2) {
-      const Vector predicted =
-          system_.damping().none() ? Vector() : predicted_velocity(f, kick_step);
-      kick(next_.position, next_.time, f, predicted, kick_step, outcome);
+      const VertexKick second =
+          kick(next_.position, next_.time, damped ? predicted_velocity(kick_step) : Vector(),
+               kick_step, outcome);
+      parallel_for(system_.vertex_count(), kGrain, [&](Index begin, Index end) {
+        kick_only(begin, end, second, next_.momentum.data());
+      });
     }
     end_drift(h, outcome);
-    if (!next_.momentum.allFinite()) {
-      force_.invalidate();
-      outcome.status = StepStatus::kNotFinite;
-      return outcome;
-    }
-    finish(state, h, f, outcome);
+    finish(state, h, outcome);
     std::swap(state, next_);
     return outcome;
   }
 
  private:
-  // p += dt (f − ∇W + damping + springs) at positions q; `velocity` is of the damping.
-  void kick(const Vector& q, double time, const Vector& user_force, const Vector& velocity,
-            double dt, StepOutcome& outcome) {
-    next_.momentum += dt * (user_force - force_.gradient());
-    Vector outer = user_force;
-    Vector slope = Vector::Zero(system_.dof_count());
-    system_.environment().add_gradient(system_.mass(), q, slope);
-    outer -= slope;
-    if (system_.constraints().has_springs()) {
-      const Vector springs = spring_force(q, time);
-      next_.momentum += dt * springs;
-      outer += springs;
-      reaction_ += dt * springs;
+  // f + m a − ∇W, with f holding whatever is not a uniform environment; enters the impulses of all
+  // outer forces at positions q.
+  VertexKick kick(const Vector& q, double time, const Vector& velocity, double dt,
+                  StepOutcome& outcome) {
+    VertexKick kick;
+    kick.mass = system_.mass().data();
+    kick.inverse_mass = system_.inverse_mass().data();
+    kick.gradient = force_.gradient().data();
+    kick.dt = dt;
+    const Environment& environment = system_.environment();
+    const bool damped = !system_.damping().none();
+    const bool springs = system_.constraints().has_springs();
+    if (environment.is_uniform() && !damped && !springs) {
+      kick.acceleration = environment.acceleration();
+      if (user_force_.size() > 0) {
+        kick.force = user_force_.data();
+        add_impulse(q, user_force_, dt, outcome);
+      }
+      if (!kick.acceleration.isZero(0.0)) {
+        const Vector3 moment = system_.total_mass() * system_.center_of_mass(q);
+        outcome.linear_impulse += dt * system_.total_mass() * kick.acceleration;
+        outcome.angular_impulse += moment.cross(dt * kick.acceleration);
+      }
+      return kick;
     }
-    if (!system_.damping().none()) {
+    slope_.setZero(system_.dof_count());
+    environment.add_gradient(system_.mass(), q, slope_);
+    outer_ = -slope_;
+    if (user_force_.size() > 0) outer_ += user_force_;
+    if (springs) {
+      const Vector pull = spring_force(q, time);
+      outer_ += pull;
+      reaction_ += dt * pull;
+    }
+    if (damped) {
       Vector damping = system_.drag_force(velocity);
-      outer += damping;
+      outer_ += damping;
+      add_impulse(q, outer_, dt, outcome);
+      outer_ -= damping;
       system_.add_viscous_force(q, velocity, damping);
-      next_.momentum += dt * damping;
+      outer_ += damping;
       damping_ += dt * damping;
+    } else {
+      add_impulse(q, outer_, dt, outcome);
     }
-    add_impulse(q, outer, dt, outcome);
+    kick.force = outer_.data();
+    return kick;
   }
 
-  // What the momenta have to carry through the step, so that it ends on the constraints.
-  bool begin_drift(const State& state, double h, StepOutcome& outcome) {
+  // All vertices as if they were free. Returns false if a position overflows.
+  bool move(const VertexKick& kick, double h, const State& state) {
+    std::atomic<bool> finite{true};
+    parallel_for(system_.vertex_count(), kGrain, [&](Index begin, Index end) {
+      if (!kick_and_drift(begin, end, kick, h, state.position.data(), state.momentum.data(),
+                          next_.momentum.data(), next_.velocity.data(), next_.position.data())) {
+        finite = false;
+      }
+    });
+    return finite;
+  }
+
+  // What the momenta of constrained vertices have to be, so that the step ends on the constraints.
+  bool constrain_drift(const State& state, double h, StepOutcome& outcome) {
     const Constraints& constraints = system_.constraints();
     if (constraints.empty()) return true;
-    const Vector before = next_.momentum;
+    remember_momenta();
     constraints.coordinates().project_momentum(system_.mass(), next_.momentum);
     if (constraints.moving()) {
       const Vector moved = constraints.prescribed_displacement(state.position, next_.time);
-      for (Index i = 0; i < moved.size(); ++i) {
-        next_.momentum[i] += system_.mass()[i / 3] * moved[i] / h;
+      for (const Index v : tied_) {
+        vertex_block(next_.momentum, v) += system_.mass()[v] / h * vertex_block(moved, v);
       }
     }
     if (constraints.has_equations()) {
@@ -136,7 +180,13 @@ class ExplicitStepper : public Stepper {
       constraints.coordinates().project_momentum(system_.mass(), impulse);
       next_.momentum += impulse;
     }
-    add_reaction(state.position, next_.momentum - before, outcome);
+    enter_reactions(state.position, outcome);
+    for (const Index v : tied_) {
+      vertex_block(next_.velocity, v) = vertex_block(next_.momentum, v) / system_.mass()[v];
+      vertex_block(next_.position, v) =
+          vertex_block(state.position, v) + h * vertex_block(next_.velocity, v);
+    }
+    constraints.prescribe(next_.time, next_.position);
     return true;
   }
 
@@ -144,18 +194,39 @@ class ExplicitStepper : public Stepper {
   void end_drift(double h, StepOutcome& outcome) {
     const Constraints& constraints = system_.constraints();
     if (constraints.empty()) return;
-    const Vector before = next_.momentum;
+    remember_momenta();
     const Vector impulses = project_to_constraints(constraints, system_.mass(), next_.position,
                                                    next_.time, next_.momentum);
     if (impulses.size() > 0) configuration_force_ += impulses / h;
-    add_reaction(next_.position, next_.momentum - before, outcome);
+    enter_reactions(next_.position, outcome);
+  }
+
+  void remember_momenta() {
+    before_.resize(3, static_cast<Index>(tied_.size()));
+    for (std::size_t i = 0; i < tied_.size(); ++i) {
+      before_.col(static_cast<Index>(i)) = vertex_block(next_.momentum, tied_[i]);
+    }
+  }
+
+  void enter_reactions(const Vector& q, StepOutcome& outcome) {
+    for (std::size_t i = 0; i < tied_.size(); ++i) {
+      const Index v = tied_[i];
+      const Vector3 impulse = vertex_block(next_.momentum, v) - before_.col(static_cast<Index>(i));
+      vertex_block(reaction_, v) += impulse;
+      outcome.linear_impulse += impulse;
+      outcome.angular_impulse += vertex_block(q, v).cross(impulse);
+    }
   }
 
   // The velocity at the end of the step as a first kick with the drift's own velocity gives it:
   // second order, which is what the damping force of verlet needs.
-  Vector predicted_velocity(const Vector& user_force, double dt) const {
-    Vector force = user_force - force_.gradient() + system_.drag_force(next_.velocity) +
+  Vector predicted_velocity(double dt) const {
+    Vector force = -force_.gradient() + system_.drag_force(next_.velocity) +
                    spring_force(next_.position, next_.time);
+    Vector slope = Vector::Zero(system_.dof_count());
+    system_.environment().add_gradient(system_.mass(), next_.position, slope);
+    force -= slope;
+    if (user_force_.size() > 0) force += user_force_;
     system_.add_viscous_force(next_.position, next_.velocity, force);
     Vector momentum = next_.momentum + dt * force;
     if (!system_.constraints().empty()) {
@@ -165,17 +236,20 @@ class ExplicitStepper : public Stepper {
     return system_.velocity_of(momentum);
   }
 
-  void finish(const State& state, double h, const Vector& user_force, StepOutcome& outcome) {
-    reaction_ /= h;
+  void finish(const State& state, double h, StepOutcome& outcome) {
     const Constraints& constraints = system_.constraints();
-    if (constraints.empty() && system_.damping().none()) {
-      outcome.external_work = h * user_force.dot(next_.velocity);
+    if (constraints.has_springs()) {
+      reaction_ /= h;
     } else {
-      next_.velocity = (next_.position - state.position) / h;
-      outcome.external_work = h * user_force.dot(next_.velocity);
-      outcome.dissipated_energy = -damping_.dot(next_.velocity);
-      outcome.constraint_work = constraint_work(state, next_);
+      for (const Index v : tied_) vertex_block(reaction_, v) /= h;
     }
+    for (const Index v : tied_) {
+      vertex_block(next_.velocity, v) =
+          (vertex_block(next_.position, v) - vertex_block(state.position, v)) / h;
+    }
+    if (user_force_.size() > 0) outcome.external_work = h * user_force_.dot(next_.velocity);
+    if (!system_.damping().none()) outcome.dissipated_energy = -damping_.dot(next_.velocity);
+    if (!constraints.empty()) outcome.constraint_work = constraint_work(state, next_);
     outcome.elastic_energy = force_.elastic_energy();
     next_.step = state.step + 1;
   }
@@ -188,9 +262,15 @@ class ExplicitStepper : public Stepper {
   }
 
   int halves_;
+  std::vector<Index> tied_;  // constrained vertices
   ForceCache force_;
-  State next_;      // kept to spare allocations
+  // Kept to spare allocations.
+  State next_;
+  Vector user_force_;  // empty: none
+  Vector outer_;
+  Vector slope_;
   Vector damping_;  // impulse of the damping forces in this step
+  Matrix before_;   // momenta of the constrained vertices
   Vector multipliers_;
 };
 

@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <limits>
 #include <utility>
+#include <vector>
 
 #include "tetraction/dynamics/multipliers.h"
 #include "tetraction/dynamics/stepper.h"
@@ -19,7 +20,10 @@ class ImplicitStepper : public Stepper {
   ImplicitStepper(const MechanicalSystem& system, std::shared_ptr<Minimizer> minimizer, Rule rule)
       : Stepper(system), minimizer_(std::move(minimizer)), problem_(system), rule_(rule) {}
 
-  void reset() override { constraint_force_.resize(0); }
+  void reset() override {
+    constraint_force_.resize(0);
+    earlier_.clear();
+  }
 
   StepOutcome step_to(State& state, double h, double end_time) override {
     StepOutcome outcome;
@@ -55,22 +59,34 @@ class ImplicitStepper : public Stepper {
     if (system_.constraints().has_springs()) {
       reaction_ += spring_force(x, state.time + problem_.step());
     }
+    earlier_.insert(earlier_.begin(), std::move(state.velocity));
+    if (earlier_.size() > 2) earlier_.pop_back();
     state = std::move(next);
     return outcome;
   }
 
  private:
-  // Of the two natural guesses (inertia alone; the last velocity kept) the one with the lower Φ.
-  Vector first_guess(const State& state) const {
-    Vector inertial = problem_.inertial_guess();
-    Vector displacement = problem_.step() * state.velocity;
-    system_.coordinates().project_velocity(system_.mass(), displacement);
-    Vector kept = problem_.base() + displacement;
-    double phi_inertial = 0.0;
-    double phi_kept = 0.0;
-    if (!problem_.value(kept, phi_kept).ok()) return inertial;
-    if (!problem_.value(inertial, phi_inertial).ok()) return kept;
-    return phi_kept < phi_inertial ? kept : inertial;
+  // Of the natural guesses (inertia alone; the last velocity kept, or going on to change as it did)
+  // the one with the lowest Φ.
+  Vector first_guess(const State& state) {
+    Vector best = problem_.inertial_guess();
+    double least = std::numeric_limits<double>::infinity();
+    if (!problem_.value(best, least).ok()) least = std::numeric_limits<double>::infinity();
+    Vector velocity = state.velocity;
+    for (std::size_t order = 0; order <= earlier_.size(); ++order) {
+      // Polynomials through the last velocities, equal steps taken for granted.
+      if (order == 1) velocity = 2.0 * state.velocity - earlier_[0];
+      if (order == 2) velocity = 3.0 * (state.velocity - earlier_[0]) + earlier_[1];
+      Vector displacement = problem_.step() * velocity;
+      system_.coordinates().project_velocity(system_.mass(), displacement);
+      displacement += problem_.base();
+      double phi = 0.0;
+      if (problem_.value(displacement, phi).ok() && phi < least) {
+        least = phi;
+        best.swap(displacement);
+      }
+    }
+    return best;
   }
 
   bool solve(Vector& x, StepOutcome& outcome) {
@@ -268,9 +284,10 @@ class ImplicitStepper : public Stepper {
   std::shared_ptr<Minimizer> minimizer_;
   StepProblem problem_;
   Rule rule_;
-  Vector damping_;           // damping forces of this step
-  Vector impulse_;           // of the multipliers, per vertex
-  Vector constraint_force_;  // on the configuration, of the last step
+  std::vector<Vector> earlier_;  // velocities of the steps before the last one
+  Vector damping_;               // damping forces of this step
+  Vector impulse_;               // of the multipliers, per vertex
+  Vector constraint_force_;      // on the configuration, of the last step
 };
 
 }  // namespace

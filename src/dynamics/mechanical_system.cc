@@ -1,12 +1,14 @@
 #include "tetraction/dynamics/mechanical_system.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "tetraction/core/error.h"
 #include "tetraction/core/parallel.h"
 #include "tetraction/dynamics/multipliers.h"
+#include "vertex_kernels.h"
 
 namespace tetraction {
 
@@ -43,6 +45,8 @@ MechanicalSystem::MechanicalSystem(const TetMesh& mesh, const std::vector<BodyRe
   for (Index e = 0; e < rest_.element_count(); ++e) {
     for (const Index v : rest_.nodes(e)) mass_[v] += mass_share(e);
   }
+  inverse_mass_ = mass_.cwiseInverse();
+  total_mass_ = mass_.sum();
 }
 
 void MechanicalSystem::set_material(Index region, const MaterialModel& material) {
@@ -140,9 +144,23 @@ void MechanicalSystem::set_velocity(State& state, const Vector& velocity) const 
 }
 
 Vector3 MechanicalSystem::center_of_mass(const Vector& q) const {
-  Vector3 sum = Vector3::Zero();
-  for (Index v = 0; v < vertex_count(); ++v) sum += mass_[v] * vertex_block(q, v);
-  return sum / total_mass();
+  return sums(q, q).first_moment / total_mass();
+}
+
+VertexSums MechanicalSystem::sums(const Vector& q, const Vector& p) const {
+  constexpr Index kRange = 2048;
+  const Index ranges = (vertex_count() + kRange - 1) / kRange;
+  std::vector<VertexSums> parts(static_cast<std::size_t>(ranges));
+  parallel_for(ranges, 1, [&](Index begin, Index end) {
+    for (Index r = begin; r < end; ++r) {
+      parts[static_cast<std::size_t>(r)] =
+          vertex_sums(r * kRange, std::min(vertex_count(), (r + 1) * kRange), mass_.data(),
+                      inverse_mass_.data(), q.data(), p.data());
+    }
+  });
+  VertexSums total;
+  for (const VertexSums& part : parts) total += part;
+  return total;
 }
 
 Evaluation MechanicalSystem::potential(const Vector& q, double& elastic_energy,
@@ -153,13 +171,7 @@ Evaluation MechanicalSystem::potential(const Vector& q, double& elastic_energy,
 }
 
 double MechanicalSystem::kinetic_energy(const Vector& momentum) const {
-  return parallel_sum(vertex_count(), [&](Index begin, Index end) {
-    double sum = 0.0;
-    for (Index v = begin; v < end; ++v) {
-      sum += 0.5 * vertex_block(momentum, v).squaredNorm() / mass_[v];
-    }
-    return sum;
-  });
+  return 0.5 * sums(momentum, momentum).twice_kinetic;
 }
 
 Vector MechanicalSystem::kinetic_energies_by_region(const Vector& momentum) const {
@@ -180,16 +192,18 @@ Evaluation MechanicalSystem::energies(const State& state, Energies& energies) co
 }
 
 Momenta MechanicalSystem::momenta(const State& state) const {
-  Momenta m;
-  for (Index v = 0; v < vertex_count(); ++v) {
-    const Vector3 p = vertex_block(state.momentum, v);
-    const Vector3 l = vertex_block(state.position, v).cross(p);
-    m.linear += p;
-    m.angular += l;
-    m.linear_scale += p.norm();
-    m.angular_scale += l.norm();
-  }
-  return m;
+  const VertexSums total = sums(state.position, state.momentum);
+  return {total.linear, total.angular, total.linear_scale, total.angular_scale};
+}
+
+void MechanicalSystem::vertex_books(const State& state, Energies& energies,
+                                    Momenta& momenta) const {
+  const VertexSums total = sums(state.position, state.momentum);
+  momenta = {total.linear, total.angular, total.linear_scale, total.angular_scale};
+  energies.kinetic = 0.5 * total.twice_kinetic;
+  energies.environment = environment_.is_uniform()
+                             ? -environment_.acceleration().dot(total.first_moment)
+                             : environment_.value(mass_, state.position);
 }
 
 }  // namespace tetraction

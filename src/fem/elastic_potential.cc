@@ -41,8 +41,8 @@ struct ElasticPotential::Impl {
   std::vector<MaterialModel> materials;
   std::vector<int> material_of_element;  // empty: one material everywhere
   ElementBlocks blocks;
-  std::vector<double> energies;  // per block
-  AlignedVector<double> rows;    // gradients, per row
+  std::vector<double> energies;            // per block
+  AlignedVector<double> rows;              // gradients, per row
   std::vector<double> squared_shape_sums;  // per material
 
   Impl(const RestState& rest_state, std::vector<MaterialModel> models,

@@ -143,8 +143,7 @@ double ElementBlocks::squared_shape_sum(const Block& block) const {
       if (element(block.first_batch + batch, lane) < 0) continue;
       const auto entry = [&](int k) { return vg[k * kBatchLanes + lane]; };
       // Nodes 1 to 3 have the diagonal of VG, node 0 the sum of all entries.
-      const double value =
-          2.0 * (entry(0) + entry(3) + entry(5) + entry(1) + entry(2) + entry(4));
+      const double value = 2.0 * (entry(0) + entry(3) + entry(5) + entry(1) + entry(2) + entry(4));
       sum += value * value;
     }
   }

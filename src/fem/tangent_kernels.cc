@@ -54,8 +54,8 @@ template <class V>
 HWY_INLINE void symmetric_times(const Symmetric<V>& a, const Symmetric<V>& b, Columns<V>& r) {
   for (int j = 0; j < 3; ++j) {
     for (int i = 0; i < 3; ++i) {
-      r.m[j][i] = hn::MulAdd(a(i, 2), b(2, j),
-                             hn::MulAdd(a(i, 1), b(1, j), hn::Mul(a(i, 0), b(0, j))));
+      r.m[j][i] =
+          hn::MulAdd(a(i, 2), b(2, j), hn::MulAdd(a(i, 1), b(1, j), hn::Mul(a(i, 0), b(0, j))));
     }
   }
 }
@@ -100,8 +100,8 @@ HWY_NOINLINE void prepare(const BatchView& batches, const IsotropicModuli& const
         symmetric_times(c, vg, cvg);
         Symmetric<V64> gcg;  // V² G c G
         symmetric_product(vg, cvg, gcg);
-        const V64 i1 = hn::Mul(
-            hn::Add(cvg.m[0][0], hn::Add(cvg.m[1][1], cvg.m[2][2])), inverse_volume);
+        const V64 i1 =
+            hn::Mul(hn::Add(cvg.m[0][0], hn::Add(cvg.m[1][1], cvg.m[2][2])), inverse_volume);
         if constexpr (kKind == MaterialKind::kMooneyRivlin) {
           const V64 scale = hn::MulAdd(mu2, i1, mu);
           const V64 back = hn::Mul(mu2, inverse_volume);
@@ -113,8 +113,8 @@ HWY_NOINLINE void prepare(const BatchView& batches, const IsotropicModuli& const
         } else {
           // G a G = G c G − G, a:G = I₁ − 3.
           const V64 forward = hn::Mul(mu, inverse_volume);
-          const V64 p = hn::NegMulAdd(
-              one, mu, hn::Mul(hn::Mul(half, lambda), hn::Sub(i1, hn::Set(d, 3.0))));
+          const V64 p =
+              hn::NegMulAdd(one, mu, hn::Mul(hn::Mul(half, lambda), hn::Sub(i1, hn::Set(d, 3.0))));
           for (int k = 0; k < 6; ++k) {
             stress.m[k] = hn::MulAdd(forward, gcg.m[k], hn::Mul(p, vg.m[k]));
           }
@@ -273,9 +273,9 @@ HWY_NOINLINE void diagonal_blocks(const BatchView& batches, const T* HWY_RESTRIC
         multiply(s.e, s.g, eg);
         for (int i = 0; i < 3; ++i) {
           for (int j = i; j < 3; ++j) {
-            ege(i, j) = hn::MulAdd(
-                eg.m[2][i], s.e.m[2][j],
-                hn::MulAdd(eg.m[1][i], s.e.m[1][j], hn::Mul(eg.m[0][i], s.e.m[0][j])));
+            ege(i, j) =
+                hn::MulAdd(eg.m[2][i], s.e.m[2][j],
+                           hn::MulAdd(eg.m[1][i], s.e.m[1][j], hn::Mul(eg.m[0][i], s.e.m[0][j])));
           }
         }
       }
@@ -351,10 +351,9 @@ HWY_NOINLINE bool is_safe(const BatchView& batches, const T* HWY_RESTRICT state,
       Columns<V> cofactor;
       const V third = cofactors(p, cofactor);
       const V first = hn::Add(p.m[0][0], hn::Add(p.m[1][1], p.m[2][2]));
-      const V second =
-          hn::Add(cofactor.m[0][0], hn::Add(cofactor.m[1][1], cofactor.m[2][2]));
-      const V least = hn::Add(hn::Min(first, zero),
-                              hn::Add(hn::Min(second, zero), hn::Min(third, zero)));
+      const V second = hn::Add(cofactor.m[0][0], hn::Add(cofactor.m[1][1], cofactor.m[2][2]));
+      const V least =
+          hn::Add(hn::Min(first, zero), hn::Add(hn::Min(second, zero), hn::Min(third, zero)));
       if (!hn::AllTrue(d, hn::Gt(least, hn::Set(d, T(-0.9))))) return false;
     }
     slots += 4 * kBatchLanes;
@@ -465,8 +464,8 @@ void apply_tangent(const BatchView& batches, TangentForm form, const float* stat
                    float* result) {
   HWY_DYNAMIC_DISPATCH(apply_float)(batches, form, state, x, result);
 }
-void apply_tangent(const BatchView& batches, TangentForm form, const double* state,
-                   const double* x, double* result) {
+void apply_tangent(const BatchView& batches, TangentForm form, const double* state, const double* x,
+                   double* result) {
   HWY_DYNAMIC_DISPATCH(apply_double)(batches, form, state, x, result);
 }
 void add_tangent_diagonal(const BatchView& batches, TangentForm form, const float* state,

@@ -43,8 +43,8 @@ void prepare_tangent(const BatchView& batches, const IsotropicModuli& moduli, Ta
 /// Adds K x to `result`; rows as in element_kernels.h.
 void apply_tangent(const BatchView& batches, TangentForm form, const float* state, const float* x,
                    float* result);
-void apply_tangent(const BatchView& batches, TangentForm form, const double* state,
-                   const double* x, double* result);
+void apply_tangent(const BatchView& batches, TangentForm form, const double* state, const double* x,
+                   double* result);
 
 /// Adds the nodes' diagonal blocks to rows (xx yy zz 0) and (xy xz yz 0).
 void add_tangent_diagonal(const BatchView& batches, TangentForm form, const float* state,

@@ -30,8 +30,7 @@ void AssembledSystem::assemble_projected(const StepProblem& problem, const Vecto
         problem.element_terms(e, x, true, terms);
         if (Eigen::LLT<Shape::DofMatrix>(terms.hessian).info() != Eigen::Success) {
           const Eigen::SelfAdjointEigenSolver<Shape::DofMatrix> eigen(terms.hessian);
-          terms.hessian = eigen.eigenvectors() *
-                          eigen.eigenvalues().cwiseMax(0.0).asDiagonal() *
+          terms.hessian = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).asDiagonal() *
                           eigen.eigenvectors().transpose();
         }
         pattern_.scatter(e, terms.hessian, values_.data());
@@ -70,8 +69,8 @@ CgReport AssembledSystem::solve(const Vector& right, bool with_factor, double fo
   if (!with_factor) {
     inverse_diagonal.resize(right.size());
     for (Index j = 0; j < right.size(); ++j) {
-      const double d = values_[static_cast<std::size_t>(
-          pattern_.column_begin()[static_cast<std::size_t>(j)])];
+      const double d =
+          values_[static_cast<std::size_t>(pattern_.column_begin()[static_cast<std::size_t>(j)])];
       inverse_diagonal[j] = d > 0.0 ? 1.0 / d : 1.0;
     }
   }

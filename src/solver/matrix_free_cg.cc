@@ -153,7 +153,7 @@ CgReport MatrixFreeCg<T>::solve(const Vector& gradient, double forcing, int max_
     rz = next;
     parallel_for(n, kGrain, [&](Index begin, Index end) {
       Eigen::Map<Eigen::Array<T, Eigen::Dynamic, 1>, Eigen::Aligned16> p(p_.data() + 4 * begin,
-                                                                        4 * (end - begin));
+                                                                         4 * (end - begin));
       p = Eigen::Map<const Eigen::Array<T, Eigen::Dynamic, 1>, Eigen::Aligned16>(
               z_.data() + 4 * begin, 4 * (end - begin)) +
           beta * p;

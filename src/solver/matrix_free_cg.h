@@ -9,7 +9,7 @@ namespace tetraction {
 /// How a solve by conjugate gradients ended.
 struct CgReport {
   int iterations = 0;
-  double reduction = 1.0;         ///< |r|/|b| at the end, in the norm of the preconditioner
+  double reduction = 1.0;           ///< |r|/|b| at the end, in the norm of the preconditioner
   bool negative_curvature = false;  ///< the direction found so far is given
   bool converged = false;
 };

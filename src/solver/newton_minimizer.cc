@@ -17,17 +17,17 @@ namespace {
 // Only their ratios matter, and only for kAuto and for the time at which a factor is renewed: results
 // do not depend on how fast the machine happens to be.
 struct Prices {
-  double product;        // an iteration of matrix-free CG
-  double newton;         // an iteration of Newton's method without the linear solve
-  double assembly;       // of the matrix
-  double multiply;       // by the assembled matrix
+  double product;   // an iteration of matrix-free CG
+  double newton;    // an iteration of Newton's method without the linear solve
+  double assembly;  // of the matrix
+  double multiply;  // by the assembled matrix
   double factorization;
   double back_solve;
 };
 
 Prices prices(double tetrahedra, double nonzeros, const CholeskyCost& cost) {
-  return {4.5 * tetrahedra, 40.0 * tetrahedra, 100.0 * tetrahedra, 1.5 * nonzeros,
-          cost.flops / 30.0, 0.75 * cost.nonzeros};
+  return {4.5 * tetrahedra, 40.0 * tetrahedra, 100.0 * tetrahedra,
+          1.5 * nonzeros,   cost.flops / 30.0, 0.75 * cost.nonzeros};
 }
 
 // What a factorisation by nested dissection costs, by the number of unknowns: fitted to blocks and
@@ -144,16 +144,15 @@ class NewtonMinimizer : public Minimizer {
   // direction_ ≈ −(∇²Φ)⁻¹∇Φ.
   bool find_direction(const StepProblem& problem, const Vector& x, double forcing,
                       MinimizerReport& report) {
-    return current_ == LinearSolver::kMatrixFree
-               ? find_without_matrix(problem, x, forcing, report)
-               : find_with_matrix(problem, x, forcing, report);
+    return current_ == LinearSolver::kMatrixFree ? find_without_matrix(problem, x, forcing, report)
+                                                 : find_with_matrix(problem, x, forcing, report);
   }
 
   bool find_without_matrix(const StepProblem& problem, const Vector& x, double forcing,
                            MinimizerReport& report) {
     const double unknowns = static_cast<double>(system_.coordinates().count());
-    const Prices p = prices(static_cast<double>(system_.rest().element_count()), 0.0,
-                            expected_cost(unknowns));
+    const Prices p =
+        prices(static_cast<double>(system_.rest().element_count()), 0.0, expected_cost(unknowns));
     // As many iterations as it would take to have a factor made and used.
     int most = std::max(2000, static_cast<int>(unknowns));
     if (options_.linear == LinearSolver::kAuto) {
@@ -283,12 +282,11 @@ class NewtonMinimizer : public Minimizer {
   void choose(const MinimizerReport& report) {
     constexpr double kLife = 20.0;
     if (current_ != LinearSolver::kMatrixFree || !report.converged()) return;
-    const Prices rough =
-        prices(static_cast<double>(system_.rest().element_count()), 0.0,
-               expected_cost(static_cast<double>(system_.coordinates().count())));
-    const double with_factor = report.iterations * (rough.newton + rough.assembly +
-                                                    3.0 * rough.back_solve) +
-                               rough.factorization / kLife;
+    const Prices rough = prices(static_cast<double>(system_.rest().element_count()), 0.0,
+                                expected_cost(static_cast<double>(system_.coordinates().count())));
+    const double with_factor =
+        report.iterations * (rough.newton + rough.assembly + 3.0 * rough.back_solve) +
+        rough.factorization / kLife;
     dear_steps_ = cost_of_step_ > with_factor ? dear_steps_ + 1 : 0;
     if (dear_steps_ >= 2) current_ = LinearSolver::kFactor;
   }

@@ -98,6 +98,8 @@ class Constraints {
   bool moving() const { return moving_; }
   /// Whether some direction of the vertex's motion is taken away or tied to other vertices'.
   bool is_constrained(Index vertex) const;
+  /// All vertices of which that is so, ascending.
+  std::vector<Index> constrained_vertices() const;
 
   /// Puts the prescribed components of q where they are at `time`: exactly the targets; guided
   /// vertices onto their planes and lines, handles back onto their affine form.

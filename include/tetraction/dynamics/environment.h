@@ -30,6 +30,9 @@ class Environment {
   /// Whether the force does not depend on the position; of a custom field it is taken to depend.
   bool is_uniform() const { return strength_ == 0.0 && !field_; }
 
+  /// Of a uniform environment, m/s².
+  const Vector3& acceleration() const { return acceleration_; }
+
   /// Whether the force is known to have no bound near the origin.
   bool is_singular() const { return strength_ != 0.0 && softening_ == 0.0; }
 

@@ -12,6 +12,8 @@
 
 namespace tetraction {
 
+struct VertexSums;
+
 /// A force on each of some vertices, constant over every step that starts in [from, until).
 struct UserForce {
   std::vector<Index> vertices;
@@ -78,7 +80,8 @@ class MechanicalSystem {
   void set_material(Index region, const MaterialModel& material);
   /// Per vertex, kg.
   const Vector& mass() const { return mass_; }
-  double total_mass() const { return mass_.sum(); }
+  const Vector& inverse_mass() const { return inverse_mass_; }
+  double total_mass() const { return total_mass_; }
   /// The share of element e in the mass of each of its vertices: ρ₀V/4, kg.
   double mass_share(Index e) const {
     return density(region(e)) * rest_.volume(e) / RestState::Shape::kNodes;
@@ -127,9 +130,13 @@ class MechanicalSystem {
   /// Fails where the elastic energy is not defined.
   Evaluation energies(const State& state, Energies& energies) const;
   Momenta momenta(const State& state) const;
+  /// Kinetic and environment energy and the momenta in one pass over the vertices; the elastic
+  /// energy is left alone.
+  void vertex_books(const State& state, Energies& energies, Momenta& momenta) const;
 
  private:
   void check(const UserForce& force) const;
+  VertexSums sums(const Vector& q, const Vector& p) const;
 
   TetMesh mesh_;
   RestState rest_;
@@ -137,6 +144,8 @@ class MechanicalSystem {
   ViscousPotential viscous_;
   std::vector<double> densities_;
   Vector mass_;
+  Vector inverse_mass_;
+  double total_mass_ = 0.0;
   Constraints constraints_;
   Environment environment_;
   Damping damping_;
