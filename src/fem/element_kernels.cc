@@ -7,8 +7,6 @@
 #include <hwy/foreach_target.h>  // compiles this file once for every instruction set
 #include <hwy/highway.h>
 
-#include <hwy/contrib/math/math-inl.h>
-
 #include "simd_rows-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -120,8 +118,8 @@ HWY_INLINE bool evaluate(D d, const Moduli& moduli, const Columns<V>& e, const S
     Columns<V> cofactor;
     const V det = cofactors(e, cofactor);
     const V j = hn::Mul(det, inverse_six_volume);
-    const V inverse_j = hn::Div(hn::Set(d, 1.0), j);
-    const V log_j = hn::Log(d, j);
+    V inverse_j;
+    const V log_j = log_and_inverse(d, j, inverse_j);
     Columns<V> evg;
     multiply(e, vg, evg);
     V vi1 = hn::Undefined(d);  // V I₁
@@ -215,6 +213,8 @@ HWY_NOINLINE BlockSums run(const BatchView& batches, const IsotropicModuli& cons
   const double* rest = batches.rest;
   const uint16_t* slots = batches.slots;
   for (std::ptrdiff_t b = 0; b < batches.count; ++b) {
+    prefetch(rest + kAhead * kRestNumbers * kBatchLanes, kRestNumbers * kBatchLanes);
+    prefetch(slots + kAhead * 4 * kBatchLanes, 4 * kBatchLanes);
     for (size_t part = 0; part < kParts; ++part) {
       const size_t lane = part * kLanes;
       Columns<V> e;

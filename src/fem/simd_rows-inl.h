@@ -7,7 +7,10 @@
 #define TETRACTION_FEM_SIMD_ROWS_INL_H_
 #endif
 
+#include <hwy/cache_control.h>
 #include <hwy/highway.h>
+
+#include <hwy/contrib/math/math-inl.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -255,6 +258,41 @@ HWY_INLINE V cofactors(const Columns<V>& e, Columns<V>& w) {
   }
   return hn::MulAdd(e.m[0][0], w.m[0][0],
                     hn::MulAdd(e.m[0][1], w.m[0][1], hn::Mul(e.m[0][2], w.m[0][2])));
+}
+
+/// How many batches ahead data is fetched from memory.
+constexpr size_t kAhead = 3;
+
+/// Asks for `count` numbers that will be needed soon; `data` may lie behind the end of an array.
+template <class T>
+HWY_INLINE void prefetch(const T* data, size_t count) {
+  const char* line = reinterpret_cast<const char*>(data);
+  for (const char* end = line + count * sizeof(T); line < end; line += 64) hwy::Prefetch(line);
+}
+
+/// ln j and 1/j. Near 1, where volumes nearly always are, ln j = 2 artanh s with s = (j − 1)/(j + 1),
+/// accurate relative to ln j itself, and one division gives both.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE V log_and_inverse(D d, V j, V& inverse) {
+  const V one = hn::Set(d, 1.0);
+  const V above = hn::Add(j, one);
+  const V r = hn::Div(one, hn::Mul(j, above));
+  inverse = hn::Mul(r, above);
+  const V s = hn::Mul(hn::Sub(j, one), hn::Mul(r, j));
+  // |s| ≤ 1/6: the next term of the series is below 1e-18.
+  if (HWY_UNLIKELY(!hn::AllTrue(d, hn::Le(hn::Abs(s), hn::Set(d, 1.0 / 6.0))))) {
+    return hn::Log(d, j);
+  }
+  const V x = hn::Mul(s, s);
+  const V x2 = hn::Mul(x, x);
+  const auto pair = [&](int k) HWY_ATTR {  // terms k and k + 1
+    return hn::MulAdd(hn::Set(d, 2.0 / (2 * k + 3)), x, hn::Set(d, 2.0 / (2 * k + 1)));
+  };
+  const V low = hn::MulAdd(pair(2), x2, pair(0));
+  const V middle = hn::MulAdd(pair(6), x2, pair(4));
+  const V high = hn::MulAdd(hn::Set(d, 2.0 / 21), x2, pair(8));
+  const V x4 = hn::Mul(x2, x2);
+  return hn::Mul(s, hn::MulAdd(hn::MulAdd(high, x4, middle), x4, low));
 }
 
 /// e s, s symmetric.

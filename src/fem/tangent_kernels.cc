@@ -7,8 +7,6 @@
 #include <hwy/foreach_target.h>  // compiles this file once for every instruction set
 #include <hwy/highway.h>
 
-#include <hwy/contrib/math/math-inl.h>
-
 #include "simd_rows-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -84,9 +82,14 @@ HWY_NOINLINE void prepare(const BatchView& batches, const IsotropicModuli& const
       const V64 volume = hn::Div(one, inverse_volume);
       Columns<V64> w;
       const V64 det = cofactors(e, w);
-      const V64 inverse_det = hn::Div(one, det);
+      V64 inverse_det = hn::Undefined(d);
       V64 log_j = hn::Zero(d);
-      if constexpr (kLogarithmic) log_j = hn::Log(d, hn::Mul(det, inverse_six_volume));
+      if constexpr (kLogarithmic) {
+        log_j = log_and_inverse(d, hn::Mul(det, inverse_six_volume), inverse_det);
+        inverse_det = hn::Mul(inverse_det, inverse_six_volume);
+      } else {
+        inverse_det = hn::Div(one, det);
+      }
 
       Symmetric<V64> stress;
       V64 a1 = hn::Zero(d);
