@@ -4,8 +4,8 @@
 
 #include <numeric>
 
+#include "tetraction/core/blas.h"
 #include "tetraction/core/parallel.h"
-#include "tetraction/core/version.h"
 #include "tetraction/mesh/generate.h"
 #include "tetraction/simulation/session.h"
 

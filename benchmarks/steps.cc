@@ -3,8 +3,8 @@
 #include <chrono>
 #include <cstdlib>
 #include <string>
+#include "tetraction/core/blas.h"
 #include "tetraction/core/parallel.h"
-#include "tetraction/core/version.h"
 #include "tetraction/dynamics/stepper.h"
 #include "tetraction/mesh/generate.h"
 #include "tetraction/mesh/selection.h"

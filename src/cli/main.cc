@@ -6,6 +6,7 @@
 #include <new>
 
 #include "commands.h"
+#include "tetraction/core/blas.h"
 #include "tetraction/core/error.h"
 #include "tetraction/core/parallel.h"
 #include "tetraction/core/version.h"

@@ -56,11 +56,17 @@ void print_outcome(const Session& session, const std::string& directory) {
   fmt::print("momentum drift: linear {:.3g}, angular {:.3g}", books.linear_momentum_drift(),
              books.angular_momentum_drift());
   if (is_implicit(session.time_settings().integrator)) {
-    fmt::print(" (the solver's residuals allow {:.3g})\n{:.3g} iterations a step; last one: {}\n",
-               books.allowed_angular_momentum_drift(),
-               static_cast<double>(session.total_iterations()) /
-                   static_cast<double>(std::max<Index>(1, session.state().step)),
-               session.solver_message());
+    const auto steps = static_cast<double>(std::max<Index>(1, session.state().step));
+    const std::string& linear = session.linear_solver();
+    fmt::print(" (the solver's residuals allow {:.3g})\n{}{}{}: {:.3g} iterations a step",
+               books.allowed_angular_momentum_drift(), session.solver_settings().kind,
+               linear.empty() ? "" : ", ", linear,
+               static_cast<double>(session.total_iterations()) / steps);
+    if (session.total_cg_iterations() > 0) {
+      fmt::print(" and {:.3g} of conjugate gradients",
+                 static_cast<double>(session.total_cg_iterations()) / steps);
+    }
+    fmt::print("; last one: {}\n", session.solver_message());
   } else {
     fmt::print("\n");
   }

@@ -14,6 +14,7 @@
 #include "plot_study_script.h"
 #include "progress_bar.h"
 #include "scene_source.h"
+#include "tetraction/core/blas.h"
 #include "tetraction/core/error.h"
 #include "tetraction/io/run_recorder.h"
 #include "tetraction/io/scene_reader.h"
@@ -84,6 +85,12 @@ std::vector<StudyVariant> read_variants(const StudyArguments& arguments) {
   return variants;
 }
 
+// Whether the study or its reference has an implicit run.
+bool has_implicit_runs(const StudySettings& settings) {
+  return settings.integrators.empty() || is_implicit(settings.reference_integrator) ||
+         std::any_of(settings.integrators.begin(), settings.integrators.end(), is_implicit);
+}
+
 int study(const StudyArguments& arguments) {
   std::vector<StudyVariant> variants = read_variants(arguments);
   const Scene scene =
@@ -103,6 +110,9 @@ int study(const StudyArguments& arguments) {
     if (const std::string remarks = mesh_remarks(mesh); !remarks.empty()) print_note(remarks);
   }
   make_output_directory(directory);
+  if (has_implicit_runs(settings)) {
+    if (const std::string warning = blas_warning(); !warning.empty()) print_warning(warning);
+  }
 
   std::string label;
   const auto observers = [&](const std::string& run) {

@@ -93,7 +93,9 @@ class ImplicitStepper : public Stepper {
     const MinimizerReport report = minimizer_->minimize(problem_, x);
     const int iterations = outcome.minimizer.iterations;
     const int factorizations = outcome.minimizer.factorizations;
+    const int cg_iterations = outcome.minimizer.cg_iterations;
     outcome.minimizer = report;
+    outcome.minimizer.cg_iterations += cg_iterations;
     outcome.minimizer.iterations += iterations;
     outcome.minimizer.factorizations += factorizations;
     if (report.converged()) return true;

@@ -176,6 +176,7 @@ std::string scene_echo(const Scene& scene) {
   }
   json["time"] = time_json(scene.time);
   json["solver"] = {{"kind", scene.solver.kind},
+                    {"linear", to_string(scene.solver.linear)},
                     {"tolerance", scene.solver.tolerance},
                     {"max_iterations", scene.solver.max_iterations}};
   json["damping"] = {{"drag", scene.damping.drag},

@@ -87,9 +87,14 @@ TimeSettings read_time(const TomlTable& root) {
 SolverSettings read_solver(const TomlTable& root) {
   SolverSettings solver;
   if (!root.has("solver")) return solver;
-  const TomlTable table =
-      root.table("solver", {{"kind", "tolerance", "max_iterations"}, {"linear"}});
-  table.read("kind", solver.kind, {"ceres"}, {"newton"});
+  const TomlTable table = root.table("solver", {{"kind", "linear", "tolerance", "max_iterations"}});
+  table.read("kind", solver.kind, {"newton", "ceres"});
+  std::string linear = to_string(solver.linear);
+  table.read("linear", linear, {"auto", "matrix-free", "cg", "factor"});
+  solver.linear = linear_solver_from_string(linear);
+  if (const std::string conflict = solver_conflict(solver); !conflict.empty()) {
+    table.refuse("linear", conflict);
+  }
   table.read("tolerance", solver.tolerance, kBelowOne);
   table.read("max_iterations", solver.max_iterations, 1);
   return solver;

@@ -2,7 +2,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "tetraction/core/blas.h"
 #include "tetraction/core/parallel.h"
+#include "tetraction/core/process.h"
 #include "tetraction/core/version.h"
 #include "tetraction/io/run_recorder.h"
 
@@ -25,6 +27,18 @@ nlohmann::ordered_json mesh_json(const TetMesh& mesh) {
           {"reoriented_tetrahedra", mesh.report.reoriented},
           {"dropped_vertices", mesh.report.dropped_vertices},
           {"skipped_cells", skipped}};
+}
+
+nlohmann::ordered_json solver_json(const Session& session) {
+  const SolverSettings& solver = session.solver_settings();
+  nlohmann::ordered_json json{{"kind", solver.kind}, {"linear", to_string(solver.linear)}};
+  json["linear_used"] = nullptr;
+  if (!session.linear_solver().empty()) json["linear_used"] = session.linear_solver();
+  json["iterations"] = session.total_iterations();
+  json["factorizations"] = session.total_factorizations();
+  json["cg_iterations"] = session.total_cg_iterations();
+  json["message"] = session.solver_message();
+  return json;
 }
 
 }  // namespace
@@ -53,9 +67,7 @@ std::string summary_json(const Session& session) {
   json["steps"] = session.state().step;
   json["steps_planned"] = session.step_count();
   json["time"] = session.state().time;
-  json["iterations"] = session.total_iterations();
-  json["factorizations"] = session.total_factorizations();
-  json["solver_message"] = session.solver_message();
+  json["solver"] = solver_json(session);
   json["energy"] = {{"kinetic", books.energies().kinetic},
                     {"elastic", books.energies().elastic},
                     {"environment", books.energies().environment},
@@ -87,6 +99,7 @@ std::string summary_json(const Session& session) {
                           {"stepping", times.stepping},
                           {"output", times.output},
                           {"total", times.total()}};
+  json["peak_memory_bytes"] = peak_memory_bytes();
   json["threads"] = thread_count();
   json["blas"] = {{"library", blas.library}, {"core", blas.core}};
   json["scene"] = session.scene().echo.empty()

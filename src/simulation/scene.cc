@@ -15,6 +15,12 @@ constexpr std::array<std::pair<Integrator, const char*>, 4> kIntegrators{
      {Integrator::kMidpoint, "midpoint"},
      {Integrator::kBackwardEuler, "backward-euler"}}};
 
+constexpr std::array<std::pair<LinearSolver, const char*>, 4> kLinearSolvers{
+    {{LinearSolver::kAuto, "auto"},
+     {LinearSolver::kMatrixFree, "matrix-free"},
+     {LinearSolver::kCg, "cg"},
+     {LinearSolver::kFactor, "factor"}}};
+
 using Parameter = std::pair<const char*, const std::optional<double>*>;
 
 // Everything in `needed` must be given, nothing in `foreign`.
@@ -52,6 +58,30 @@ Integrator integrator_from_string(const std::string& name) {
     known += fmt::format("{}{}", known.empty() ? "" : ", ", text);
   }
   throw InputError(fmt::format("\"{}\" is not an integrator; there are {}.", name, known));
+}
+
+std::string to_string(LinearSolver linear) {
+  for (const auto& [value, name] : kLinearSolvers) {
+    if (value == linear) return name;
+  }
+  return "unknown";
+}
+
+LinearSolver linear_solver_from_string(const std::string& name) {
+  std::string known;
+  for (const auto& [value, text] : kLinearSolvers) {
+    if (name == text) return value;
+    known += fmt::format("{}{}", known.empty() ? "" : ", ", text);
+  }
+  throw InputError(fmt::format("\"{}\" is not a linear solver; there are {}.", name, known));
+}
+
+std::string solver_conflict(const SolverSettings& settings) {
+  if (settings.kind != "ceres" || settings.linear == LinearSolver::kAuto) return {};
+  return fmt::format(
+      "= \"{}\" does not go with solver.kind = \"ceres\": Ceres has its own way with linear "
+      "systems, a Cholesky factor for each. Take solver.kind = \"newton\", or leave linear out.",
+      to_string(settings.linear));
 }
 
 bool is_implicit(Integrator integrator) {

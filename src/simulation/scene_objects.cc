@@ -13,6 +13,7 @@
 #include "tetraction/dynamics/multipliers.h"
 #include "tetraction/mesh/generate.h"
 #include "tetraction/solver/ceres_minimizer.h"
+#include "tetraction/solver/newton_minimizer.h"
 
 namespace tetraction {
 namespace {
@@ -179,6 +180,29 @@ void check_events(const Scene& scene, const MechanicalSystem& system) {
   }
 }
 
+namespace {
+
+std::unique_ptr<Minimizer> make_minimizer(const SolverSettings& solver,
+                                          const MechanicalSystem& system) {
+  if (const std::string conflict = solver_conflict(solver); !conflict.empty()) {
+    throw InputError("solver.linear " + conflict);
+  }
+  if (solver.kind == "newton") {
+    NewtonOptions options;
+    options.tolerance = solver.tolerance;
+    options.max_iterations = solver.max_iterations;
+    options.linear = solver.linear;
+    return make_newton_minimizer(system, options);
+  }
+  if (solver.kind == "ceres") {
+    return make_ceres_minimizer(system, {solver.tolerance, solver.max_iterations});
+  }
+  throw InputError(
+      fmt::format("solver.kind = \"{}\" is not a solver; there are newton, ceres.", solver.kind));
+}
+
+}  // namespace
+
 std::unique_ptr<Stepper> make_stepper(Integrator integrator, const SolverSettings& solver,
                                       const MechanicalSystem& system) {
   switch (integrator) {
@@ -190,8 +214,7 @@ std::unique_ptr<Stepper> make_stepper(Integrator integrator, const SolverSetting
     case Integrator::kBackwardEuler:
       break;
   }
-  std::shared_ptr<Minimizer> minimizer =
-      make_ceres_minimizer(system, {solver.tolerance, solver.max_iterations});
+  std::shared_ptr<Minimizer> minimizer = make_minimizer(solver, system);
   return integrator == Integrator::kMidpoint
              ? make_midpoint_stepper(system, std::move(minimizer))
              : make_backward_euler_stepper(system, std::move(minimizer));

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "session_impl.h"
+#include "tetraction/core/blas.h"
 #include "tetraction/core/error.h"
 
 namespace tetraction {
@@ -92,6 +93,20 @@ std::string Session::Impl::step_warning(const StabilityLimit& limit) const {
       "the step {:.4g} s is above the stability limit h_crit = {:.4g} s of the {} rule{}: "
       "the run will blow up. Take a smaller time.step, \"auto\", or an implicit integrator.",
       time_step, limit.critical_step, to_string(time.integrator), why);
+}
+
+void Session::Impl::warn_of_blas() {
+  bool implicit = is_implicit(time.integrator);
+  for (const EventSettings& event : scene.event) {
+    for (const Edit& edit : event.edits) {
+      const auto* change = std::get_if<SetTime>(&edit);
+      implicit = implicit || (change != nullptr && is_implicit(change->time.integrator));
+    }
+  }
+  if (!implicit) return;
+  if (std::string warning = blas_warning(); !warning.empty()) {
+    warnings.push_back(std::move(warning));
+  }
 }
 
 void Session::Impl::warn_of_events() {
@@ -212,6 +227,7 @@ Session::Session(Scene scene, const TetMesh& mesh) : impl_(std::make_unique<Impl
   }
   check_events(s.scene, *s.system);
   s.warn_of_events();
+  s.warn_of_blas();
 }
 
 Session::~Session() = default;
@@ -226,6 +242,8 @@ bool Session::step() {
   s.last_report = outcome.minimizer;
   s.total_iterations += outcome.minimizer.iterations;
   s.total_factorizations += outcome.minimizer.factorizations;
+  s.total_cg_iterations += outcome.minimizer.cg_iterations;
+  if (!outcome.minimizer.linear.empty()) s.linear_solver = outcome.minimizer.linear;
   switch (outcome.status) {
     case StepStatus::kOk:
       break;
@@ -320,6 +338,9 @@ const std::vector<AppliedEdit>& Session::edits() const {
 const TimeSettings& Session::time_settings() const {
   return impl_->time;
 }
+const SolverSettings& Session::solver_settings() const {
+  return impl_->solver;
+}
 double Session::tension(std::size_t i) const {
   if (!std::holds_alternative<FixedDistance>(impl_->constraints.others.at(i))) return 0.0;
   std::size_t distance = 0;
@@ -352,6 +373,12 @@ Index Session::total_iterations() const {
 }
 Index Session::total_factorizations() const {
   return impl_->total_factorizations;
+}
+Index Session::total_cg_iterations() const {
+  return impl_->total_cg_iterations;
+}
+const std::string& Session::linear_solver() const {
+  return impl_->linear_solver;
 }
 const std::string& Session::solver_message() const {
   return impl_->last_report.message;

@@ -55,11 +55,15 @@ struct Session::Impl {
   MinimizerReport last_report;
   Index total_iterations = 0;
   Index total_factorizations = 0;
+  Index total_cg_iterations = 0;
+  std::string linear_solver;  // used last
 
   /// Sets the step from `time` with the stability limit that "auto" needs; throws InputError.
   void choose_step(const StabilityLimit& limit);
   /// A warning for a step above the limit, or empty.
   std::string step_warning(const StabilityLimit& limit) const;
+  /// Warns of a slow BLAS where a step is implicit, at the start or after an event.
+  void warn_of_blas();
   /// Warns of events that are too early or too late.
   void warn_of_events();
   void apply(const Edit& edit, double at, const std::string& what);

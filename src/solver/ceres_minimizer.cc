@@ -78,6 +78,7 @@ class CeresMinimizer : public Minimizer {
 
   MinimizerReport minimize(const StepProblem& problem, Vector& x) override {
     MinimizerReport report;
+    report.linear = "cholesky";
     if (!make_admissible(problem, x)) {
       report.termination = Termination::kInadmissible;
       report.message = "the elastic energy is not defined at the start of the step";

@@ -50,10 +50,13 @@ class CliTest(unittest.TestCase):
             file.write(text if isinstance(text, bytes) else text.encode())
         return self.path(name)
 
-    def run_program(self, *arguments, code=0):
+    def run_program(self, *arguments, code=0, env=None):
+        # What the user's own shell asks of OpenBLAS is none of the tests' business.
+        environment = {k: v for k, v in os.environ.items() if k != "OPENBLAS_CORETYPE"}
         result = subprocess.run(
-            [PROGRAM, *arguments], capture_output=True, text=True, timeout=300, cwd=self.folder
-        )
+            [PROGRAM, *arguments], capture_output=True, text=True, timeout=300, cwd=self.folder,
+            env={**environment, **(env or {})},
+        )  # fmt: skip
         self.assertEqual(result.returncode, code, result.stdout + result.stderr)
         for trace in ("terminate called", "Segmentation", "Assertion", "core dumped"):
             self.assertNotIn(trace, result.stderr)
@@ -115,7 +118,20 @@ class Run(CliTest):
         self.assertEqual(summary["steps"], 10)
         self.assertEqual(summary["mesh"]["tetrahedra"], 192)
         self.assertAlmostEqual(summary["mass"], 4000.0, delta=1e-9)
-        self.assertGreater(summary["iterations"], 9)
+        solver = summary["solver"]
+        self.assertEqual(
+            list(solver),
+            ["kind", "linear", "linear_used", "iterations", "factorizations", "cg_iterations",
+             "message"],
+        )  # fmt: skip
+        self.assertEqual(solver["kind"], summary["scene"]["solver"]["kind"])
+        self.assertEqual(solver["linear"], "auto")
+        self.assertGreater(solver["iterations"], 9)
+        self.assertEqual(solver["iterations"], sum(row["iterations"] for row in rows))
+        self.assertIn("converged", solver["message"])
+        self.assertIs(type(summary["peak_memory_bytes"]), int)
+        self.assertGreater(summary["peak_memory_bytes"], 2**20)
+        self.assertLess(summary["peak_memory_bytes"], 2**32)
         self.assertGreater(summary["stable_step"], 0)
         self.assertEqual(summary["scene"]["time"]["step"], 0.01)
 
@@ -166,6 +182,71 @@ class Run(CliTest):
             summary = json.loads(result.stdout)
             self.assertAlmostEqual(summary["time_step"], 0.5 * summary["stable_step"], places=15)
             self.assertLess(summary["linear_momentum_drift"], 1e-12)
+
+    def test_solvers(self):
+        scene = self.write("beam.toml", BEAM)
+        energies = []
+        runs = [("ceres", "auto"), ("newton", "auto"), ("newton", "matrix-free"), ("newton", "cg"),
+                ("newton", "factor")]  # fmt: skip
+        for kind, linear in runs:
+            result = self.run_program(
+                "run", scene, "--out", self.path("out"), "--json", "--set", f"solver.kind={kind}",
+                "--set", f"solver.linear={linear}",
+            )  # fmt: skip
+            summary = json.loads(result.stdout)
+            for solver in (summary["solver"], summary["scene"]["solver"]):
+                self.assertEqual((solver["kind"], solver["linear"]), (kind, linear))
+            if kind == "ceres":
+                self.assertEqual(summary["solver"]["linear_used"], "cholesky")
+                self.assertEqual(summary["solver"]["cg_iterations"], 0)
+            energies.append(self.history("out", "history.csv")[-1]["elastic_energy"])
+        for energy in energies:
+            self.assertAlmostEqual(energy / energies[0], 1, delta=1e-6)
+        message = self.refused(2, "run", scene, "--set", "solver.kind=ceres", "--set",
+                               "solver.linear=cg")  # fmt: skip
+        self.assertIn("solver.linear", message)
+        # Explicit rules have no solver.
+        result = self.run_program(
+            "run", scene, "--out", self.path("out"), "--json", "--set", "solver.kind=newton",
+            "--set", "time.integrator=verlet", "--set", "time.step=auto",
+        )  # fmt: skip
+        solver = json.loads(result.stdout)["solver"]
+        self.assertEqual((solver["linear_used"], solver["iterations"]), (None, 0))
+
+    def test_an_event_changes_the_solver(self):
+        change = '[[event]]\nat = 0.05\nset = { "solver.kind" = "newton", "solver.linear" = "cg" }\n'
+        scene = self.write("beam.toml", BEAM + '[solver]\nkind = "ceres"\n' + change)
+        result = self.run_program("run", scene, "--out", self.path("out"), "--json")
+        summary = json.loads(result.stdout)
+        self.assertEqual(summary["scene"]["solver"]["kind"], "ceres")
+        self.assertEqual((summary["solver"]["kind"], summary["solver"]["linear"]), ("newton", "cg"))
+        self.assertEqual(summary["events"][0]["energy_jump"], 0)
+
+    def test_a_slow_blas_is_warned_of_once(self):
+        slow = {"OPENBLAS_CORETYPE": "Prescott"}
+        if "Prescott" not in self.run_program("--version", env=slow).stdout:
+            self.skipTest("OpenBLAS has no such kernels here")
+        with open("/proc/cpuinfo") as file:
+            if " avx2 " not in file.read():
+                self.skipTest("the processor has nothing better")
+        scene = self.write("beam.toml", BEAM)
+
+        def warnings(*arguments, env=slow):
+            lines = self.run_program(*arguments, "--quiet", env=env).stderr.splitlines()
+            return [line for line in lines if "OPENBLAS_CORETYPE" in line]
+
+        run = ["run", scene, "--out", self.path("out")]
+        verlet = ["--set", "time.integrator=verlet", "--set", "time.step=auto"]
+        self.assertEqual(len(warnings(*run)), 1)
+        with open(self.path("out", "summary.json")) as file:
+            self.assertIn("OPENBLAS_CORETYPE=Prescott", json.load(file)["warnings"][0])
+        self.assertEqual(warnings(*run, env=None), [])
+        self.assertEqual(warnings(*run, *verlet), [])
+        study = ["study", scene, "--steps", "0.005,0.01", "--no-plots", "--out", self.path("s")]
+        self.assertEqual(len(warnings(*study, "--integrators", "midpoint,backward-euler")), 1)
+        self.assertEqual(
+            warnings(*study, "--integrators", "verlet", "--reference-integrator", "verlet"), []
+        )
 
     def test_same_bits_again_and_with_other_threads(self):
         scene = self.write("beam.toml", BEAM)
@@ -418,6 +499,30 @@ class Study(CliTest):
         self.assertGreater(float(rows["exact"]["stable_step"]), 5e-4)
         for bad in ("fix.0.mode", "fix.0.mode=exact", "fix.0.mode=exact,soft"):
             self.assertIn("fix.0.mode", self.refused(2, "study", scene, "--vary", bad))
+
+    def test_solvers_side_by_side(self):
+        """They minimise the same potential: positions agree to the tolerance."""
+        scene = self.write("beam.toml", BEAM)
+        self.run_program(
+            "study", scene, "--vary", "solver.kind=ceres,newton", "--integrators",
+            "midpoint,backward-euler", "--steps", "0.01", "--out", self.path("s"), "--no-plots",
+        )  # fmt: skip
+        with open(self.path("s", "study.csv"), newline="") as file:
+            rows = {(r["variant"], r["integrator"]): r for r in csv.DictReader(file)}
+        self.assertEqual(len(rows), 4)
+        for row in rows.values():
+            self.assertEqual(row["status"], "ok")
+            self.assertGreaterEqual(float(row["iterations_per_step"]), 1)
+        self.assertEqual(float(rows["ceres", "midpoint"]["position_error"]), 0)
+        self.assertLess(float(rows["newton", "midpoint"]["position_error"]), 1e-8)
+        errors = [float(rows[kind, "backward-euler"]["position_error"]) for kind in ("ceres", "newton")]
+        self.assertGreater(errors[0], 1e-6)
+        self.assertAlmostEqual(errors[1] / errors[0], 1, delta=1e-4)
+        for kind in ("ceres", "newton"):
+            with open(self.path("s", f"{kind}-midpoint-0.01", "summary.json")) as file:
+                self.assertEqual(json.load(file)["solver"]["kind"], kind)
+        message = self.refused(2, "study", scene, "--vary", "solver.kind=ceres,newtn")
+        self.assertIn("did you mean newton?", message)
 
     def test_a_study_does_not_take_events_that_change_its_steps(self):
         scene = self.write(

@@ -316,13 +316,34 @@ TEST_F(SceneReader, WhatComesLaterIsRefusedAsSuch) {
   const char* said = "not in this version of Tetraction";
   expect_refusal(kSmall, "--set mesh.element=quadratic: mesh.element", {said, "linear"},
                  {"mesh.element=quadratic"});
-  expect_refused_lines("[solver]\nkind = \"newton\"\n", "scene.toml:8:1: solver.kind",
-                       {said, "ceres"});
-  expect_refused_lines("[solver]\nlinear = \"cg\"\n", "scene.toml:8:1: solver.linear", {said});
   expect_refused_lines("[time]\nintegrator = \"energy-momentum\"\n",
                        "scene.toml:8:1: time.integrator", {said, "midpoint"});
   expect_refused_lines("[output]\ncheckpoint_every = 100\n",
                        "scene.toml:8:1: output.checkpoint_every", {said});
+}
+
+TEST_F(SceneReader, SolversAndTheirLinearSolvers) {
+  for (const LinearSolver linear :
+       {LinearSolver::kAuto, LinearSolver::kMatrixFree, LinearSolver::kCg, LinearSolver::kFactor}) {
+    const Scene scene = read(kSmall + std::string("[solver]\nkind = \"newton\"\nlinear = \"") +
+                             to_string(linear) + "\"\n");
+    EXPECT_EQ(scene.solver.kind, "newton");
+    EXPECT_EQ(scene.solver.linear, linear);
+    EXPECT_NE(scene.echo.find("\"linear\": \"" + to_string(linear) + "\""), std::string::npos);
+  }
+  const Scene ceres = read(kSmall + std::string("[solver]\nkind = \"ceres\"\nlinear = \"auto\"\n"));
+  EXPECT_EQ(ceres.solver.kind, "ceres");
+  EXPECT_EQ(ceres.solver.linear, LinearSolver::kAuto);
+
+  expect_refused_lines("[solver]\nkind = \"newtn\"\n", "scene.toml:8:1: solver.kind",
+                       {"did you mean newton?"});
+  expect_refused_lines("[solver]\nkind = \"newton\"\nlinear = \"matrixfree\"\n",
+                       "scene.toml:9:1: solver.linear", {"did you mean matrix-free?"});
+  for (const char* linear : {"matrix-free", "cg", "factor"}) {
+    expect_refused_lines(std::string("[solver]\nlinear = \"") + linear + "\"\nkind = \"ceres\"\n",
+                         "scene.toml:8:1: solver.linear",
+                         {linear, "solver.kind = \"newton\"", "leave linear out"});
+  }
 }
 
 TEST_F(SceneReader, UnknownWordsAreRefusedWithTheNearest) {
@@ -1005,6 +1026,30 @@ set = { "time.integrator" = "backward-euler", "time.step" = 0.1, "solver.toleran
   ASSERT_EQ(constraint.size(), 1U);
   EXPECT_EQ(constraint[0].index, 0U);
   EXPECT_EQ(constraint[0].constraint.length, 0.1);
+}
+
+TEST_F(SceneReader, EventsSetTheSolver) {
+  const std::string text = kSmall + std::string("[solver]\nkind = \"ceres\"\ntolerance = 1e-6\n");
+  const Scene scene = read(
+      text +
+      "[[event]]\nat = 0.1\nset = { \"solver.kind\" = \"newton\", \"solver.linear\" = \"cg\" }\n"
+      "[[event]]\nat = 0.2\nset = { \"solver.linear\" = \"factor\" }\n"
+      "[[event]]\nat = 0.3\nset = { \"solver.kind\" = \"ceres\", \"solver.linear\" = \"auto\" }\n");
+  ASSERT_EQ(scene.event.size(), 3U);
+  const std::vector<std::pair<std::string, LinearSolver>> expected{
+      {"newton", LinearSolver::kCg},
+      {"newton", LinearSolver::kFactor},
+      {"ceres", LinearSolver::kAuto}};
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    const auto edits = edits_of<SetSolver>(scene.event[i]);
+    ASSERT_EQ(edits.size(), 1U);
+    EXPECT_EQ(edits[0].solver.kind, expected[i].first);
+    EXPECT_EQ(edits[0].solver.linear, expected[i].second);
+    EXPECT_EQ(edits[0].solver.tolerance, 1e-6);
+  }
+  EXPECT_EQ(scene.solver.kind, "ceres");
+  expect_refusal(text + "[[event]]\nat = 0.1\nset = { \"solver.linear\" = \"cg\" }\n",
+                 "scene.toml:12:9: event at 0.1 s: solver.linear", {"ceres"});
 }
 
 TEST_F(SceneReader, EventsSetNumbersToTheLastBit) {

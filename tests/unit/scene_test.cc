@@ -49,6 +49,27 @@ TEST(IntegratorNames, UnknownOnesAreRefusedWithTheKnown) {
   }
 }
 
+TEST(LinearSolverNames, AreInvertible) {
+  for (const LinearSolver linear :
+       {LinearSolver::kAuto, LinearSolver::kMatrixFree, LinearSolver::kCg, LinearSolver::kFactor}) {
+    EXPECT_EQ(linear_solver_from_string(to_string(linear)), linear);
+  }
+  EXPECT_EQ(to_string(LinearSolver::kMatrixFree), "matrix-free");
+}
+
+TEST(LinearSolverNames, UnknownOnesAreRefusedWithTheKnown) {
+  for (const char* name : {"", "CG", "cholesky"}) {
+    try {
+      linear_solver_from_string(name);
+      ADD_FAILURE() << name;
+    } catch (const InputError& error) {
+      for (const char* known : {"auto", "matrix-free", "cg", "factor"}) {
+        EXPECT_TRUE(mentions(error.what(), known)) << error.what();
+      }
+    }
+  }
+}
+
 TEST(IntegratorKinds, AreAsThePhysicsSays) {
   EXPECT_FALSE(is_implicit(Integrator::kExplicit));
   EXPECT_FALSE(is_implicit(Integrator::kVerlet));

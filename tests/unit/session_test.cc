@@ -432,5 +432,46 @@ TEST(Session, SeveralMaterialsHaveTheirOwnMassAndEnergies) {
   EXPECT_LT(session.books().angular_momentum_drift(), 1e-12);
 }
 
+TEST(Session, TheSolverCanChangeDuringARun) {
+  Scene scene = spinning_block(Integrator::kMidpoint, 1e-2, 0.1);
+  scene.solver.kind = "ceres";
+  Session session(scene, mesh_of(scene));
+  EXPECT_EQ(session.linear_solver(), "") << "before the first step";
+  ASSERT_TRUE(session.step());
+  EXPECT_EQ(session.linear_solver(), "cholesky");
+  EXPECT_EQ(session.total_cg_iterations(), 0);
+
+  SolverSettings newton;
+  newton.kind = "newton";
+  for (const LinearSolver linear :
+       {LinearSolver::kAuto, LinearSolver::kMatrixFree, LinearSolver::kCg, LinearSolver::kFactor}) {
+    newton.linear = linear;
+    session.apply(SetSolver{newton});
+    EXPECT_EQ(session.solver_settings().kind, "newton");
+    EXPECT_EQ(session.solver_settings().linear, linear);
+    ASSERT_TRUE(session.step()) << session.message();
+  }
+
+  // What does not fit is refused and changes nothing.
+  SolverSettings wrong = newton;
+  wrong.kind = "ceres";
+  EXPECT_THROW(session.apply(SetSolver{wrong}), InputError);
+  wrong.kind = "lbfgs";
+  EXPECT_THROW(session.apply(SetSolver{wrong}), InputError);
+  EXPECT_EQ(session.solver_settings().kind, "newton");
+  EXPECT_TRUE(session.step());
+  EXPECT_EQ(session.edits().size(), 4u);
+}
+
+TEST(Session, ExplicitRulesHaveNoSolver) {
+  Scene scene = spinning_block(Integrator::kVerlet, 1e-3, 0.002);
+  scene.solver.kind = "newton";
+  scene.solver.linear = LinearSolver::kCg;
+  Session session(scene, mesh_of(scene));
+  EXPECT_EQ(session.run(), RunStatus::kFinished);
+  EXPECT_EQ(session.linear_solver(), "");
+  EXPECT_EQ(session.total_iterations(), 0);
+}
+
 }  // namespace
 }  // namespace tetraction

@@ -14,6 +14,7 @@
 #include "tetraction/dynamics/mechanical_system.h"
 #include "tetraction/material/material.h"
 #include "tetraction/mesh/selection.h"
+#include "tetraction/solver/newton_minimizer.h"
 
 namespace tetraction {
 
@@ -81,11 +82,20 @@ struct TimeSettings {
   double end = 1.0;        ///< s
 };
 
+/// "auto", "matrix-free", "cg", "factor".
+std::string to_string(LinearSolver linear);
+/// Inverse of to_string(); throws InputError listing the valid names.
+LinearSolver linear_solver_from_string(const std::string& name);
+
 struct SolverSettings {
-  std::string kind = "ceres";
-  double tolerance = 1.0e-8;  ///< force residual relative to the step's force scale
+  std::string kind = "ceres";                 ///< or "newton"
+  LinearSolver linear = LinearSolver::kAuto;  ///< newton only
+  double tolerance = 1.0e-8;                  ///< force residual relative to the step's force scale
   int max_iterations = 100;
 };
+
+/// Why settings cannot be together, as what to say of solver.linear; empty if they can.
+std::string solver_conflict(const SolverSettings& settings);
 
 /// kCustom: by programs only, a scene file cannot name it.
 enum class EnvironmentKind { kNone, kGravity, kAttraction, kCustom };

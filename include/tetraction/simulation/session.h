@@ -95,6 +95,8 @@ class Session {
   const Scene& scene() const;
   /// Integrator, step and end as they are now.
   const TimeSettings& time_settings() const;
+  /// The solver of implicit steps as it is now.
+  const SolverSettings& solver_settings() const;
   const MechanicalSystem& system() const;
   const State& state() const;
   const Books& books() const;
@@ -111,7 +113,7 @@ class Session {
   /// Stable-step estimate at the current state, worked out anew.
   StabilityLimit current_limit() const;
   /// Remarks for the user before the run starts: a step above the stability limit, events that never
-  /// happen.
+  /// happen, a slow BLAS.
   const std::vector<std::string>& warnings() const;
   /// What the constraints did during the last step (3 per vertex, N).
   const Vector& reaction_force() const;
@@ -128,6 +130,10 @@ class Session {
   int last_iterations() const;
   Index total_iterations() const;
   Index total_factorizations() const;
+  Index total_cg_iterations() const;
+  /// What the last implicit step solved its linear systems with: "matrix-free", "cg", "factor",
+  /// "cholesky" (Ceres); empty before one.
+  const std::string& linear_solver() const;
   /// Why the last implicit step's minimisation stopped.
   const std::string& solver_message() const;
   const PhaseTimes& times() const;

@@ -1,0 +1,114 @@
+#include "tetraction/core/blas.h"
+
+#include <dlfcn.h>
+#include <fmt/format.h>
+#include <strings.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <filesystem>
+#include <system_error>
+
+namespace tetraction {
+namespace {
+
+constexpr const char* kOpenBlas = "OpenBLAS";
+
+// Core types of OpenBLAS (its driver/others/dynamic.c) by the kernels they have. Those that are
+// in neither list count as up to date.
+constexpr std::array kWithoutAvx2{
+    "Katmai",       "Coppermine",  "Northwood", "Prescott",  "Banias",     "Atom",       "Core2",
+    "Penryn",       "Dunnington",  "Nehalem",   "Athlon",    "Opteron",    "Barcelona",  "Nano",
+    "Opteron_SSE3", "Sandybridge", "Bobcat",    "Bulldozer", "Piledriver", "Steamroller"};
+constexpr std::array kWithAvx2Only{"Haswell", "Zen", "Excavator"};
+
+// OpenBLAS, too, compares core types without regard to case.
+bool same_core(const std::string& a, const std::string& b) {
+  return strcasecmp(a.c_str(), b.c_str()) == 0;
+}
+
+template <class List>
+bool contains(const List& list, const std::string& core) {
+  return std::any_of(list.begin(), list.end(),
+                     [&](const char* entry) { return same_core(core, entry); });
+}
+
+// The file that the matrix product of this process comes from; empty if it cannot be told.
+std::string file_of_blas() {
+  void* product = dlsym(RTLD_DEFAULT, "dgemm_");
+  Dl_info info{};
+  if (product == nullptr || dladdr(product, &info) == 0 || info.dli_fname == nullptr) return {};
+  // Debian's alternatives are links: what they lead to has the name.
+  std::error_code error;
+  const std::filesystem::path file = std::filesystem::canonical(info.dli_fname, error);
+  return error ? info.dli_fname : file.string();
+}
+
+}  // namespace
+
+BlasInfo blas_info() {
+  // Looked up at run time: which BLAS is called depends on Debian's alternatives and on the order
+  // in which libraries are loaded. There may be OpenBLAS in the process and another one in use.
+  using CoreName = char* (*)();
+  auto* const core_name = reinterpret_cast<CoreName>(dlsym(RTLD_DEFAULT, "openblas_get_corename"));
+  const std::string file = file_of_blas();
+  if (core_name != nullptr && (file.empty() || file.find("openblas") != std::string::npos)) {
+    return {kOpenBlas, core_name()};
+  }
+  return {file.empty() ? "unknown" : file, ""};
+}
+
+void set_blas_threads(int threads) {
+  using SetThreads = void (*)(int);
+  if (auto* set_threads =
+          reinterpret_cast<SetThreads>(dlsym(RTLD_DEFAULT, "openblas_set_num_threads"))) {
+    set_threads(threads);
+  }
+}
+
+ProcessorFeatures processor_features() {
+#if defined(__x86_64__) || defined(__i386__)
+  __builtin_cpu_init();
+  return {__builtin_cpu_supports("avx2") != 0,
+          __builtin_cpu_supports("avx512f") != 0 && __builtin_cpu_supports("avx512vl") != 0};
+#else
+  return {};
+#endif
+}
+
+std::string blas_warning(const BlasInfo& blas, const ProcessorFeatures& processor,
+                         const std::string& asked_core) {
+  if (blas.library != kOpenBlas) {
+    return fmt::format(
+        "the BLAS is not OpenBLAS ({}); with the reference BLAS factorisations take several times "
+        "as long. Call scripts/setup, or choose OpenBLAS with update-alternatives --config "
+        "libblas.so.3-$(g++ -print-multiarch), and the same for liblapack.so.3.",
+        blas.library);
+  }
+  const bool slow = processor.avx2 && contains(kWithoutAvx2, blas.core);
+  const bool slower = processor.avx512 && contains(kWithAvx2Only, blas.core);
+  if (!slow && !slower) return {};
+  // A name that OpenBLAS does not know it ignores: then the core type is its own choice.
+  if (!asked_core.empty() && same_core(asked_core, blas.core)) {
+    return fmt::format(
+        "OPENBLAS_CORETYPE={} in the environment keeps OpenBLAS from using {}, which this "
+        "processor has: factorisations take longer. Unset it.",
+        asked_core, processor.avx512 ? "AVX-512" : "AVX2");
+  }
+  // Left to itself, OpenBLAS may well take AVX2 kernels on a processor with AVX-512: for AMD's Zen 4
+  // version 0.3.21 chooses SkylakeX, Cooperlake or Zen, by what the machine shows of its processor.
+  // That is its makers' decision and costs little; no use of AVX2 at all costs much.
+  if (!slow) return {};
+  return fmt::format(
+      "OpenBLAS takes this processor for {} and does not use its AVX2: factorisations take longer. "
+      "Install a newer OpenBLAS, or set OPENBLAS_CORETYPE=Haswell in the environment.",
+      blas.core);
+}
+
+std::string blas_warning() {
+  const char* asked_core = std::getenv("OPENBLAS_CORETYPE");
+  return blas_warning(blas_info(), processor_features(), asked_core != nullptr ? asked_core : "");
+}
+
+}  // namespace tetraction
