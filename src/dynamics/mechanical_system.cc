@@ -186,8 +186,8 @@ Vector MechanicalSystem::kinetic_energies_by_region(const Vector& momentum) cons
 }
 
 Evaluation MechanicalSystem::energies(const State& state, Energies& energies) const {
-  energies.kinetic = kinetic_energy(state.momentum);
-  energies.environment = environment_.value(mass_, state.position);
+  Momenta ignored;
+  vertex_books(state, energies, ignored);
   return elastic_.value(state.position, energies.elastic);
 }
 

@@ -10,6 +10,7 @@
 #include "element_blocks.h"
 #include "element_kernels.h"
 #include "isotropic_moduli.h"
+#include "tangent_kernels.h"
 #include "tetraction/core/parallel.h"
 
 namespace tetraction {
@@ -33,6 +34,43 @@ class FirstFailure {
  private:
   std::atomic<Index> first_{kNone};
 };
+
+// Adds an element's matrix, in the numbers of tangent_stiffness() with a stride of kBatchLanes, to
+// the lower triangle.
+void scatter_matrix(const SparsityPattern::Place& place, const std::vector<int>& column_begin,
+                    const double* matrix, double* values) {
+  const auto number = [&](int k) { return matrix[k * kBatchLanes]; };
+  const auto column = [&](int j) { return values + column_begin[static_cast<std::size_t>(j)]; };
+  for (std::size_t a = 0; a < 4; ++a) {
+    const int first = place.first[a];
+    if (first < 0) continue;
+    const int from = 6 * static_cast<int>(a);
+    double* c = column(first);
+    c[0] += number(from);
+    c[1] += number(from + 1);
+    c[2] += number(from + 2);
+    c = column(first + 1);
+    c[0] += number(from + 3);
+    c[1] += number(from + 4);
+    column(first + 2)[0] += number(from + 5);
+  }
+  constexpr int kPairs[6][2] = {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}};
+  for (int pair = 0; pair < 6; ++pair) {
+    const int a = place.first[static_cast<std::size_t>(kPairs[pair][0])];
+    const int b = place.first[static_cast<std::size_t>(kPairs[pair][1])];
+    if (a < 0 || b < 0) continue;
+    // Rows of the later vertex, columns of the earlier one.
+    const int along_row = a > b ? 3 : 1;
+    const int along_column = a > b ? 1 : 3;
+    for (int c = 0; c < 3; ++c) {
+      double* to = column(std::min(a, b) + c) + place.offset[static_cast<std::size_t>(pair)] - c;
+      const int from = 24 + 9 * pair + c * along_column;
+      to[0] += number(from);
+      to[1] += number(from + along_row);
+      to[2] += number(from + 2 * along_row);
+    }
+  }
+}
 
 }  // namespace
 
@@ -174,6 +212,56 @@ struct ElasticPotential::Impl {
                                                    true, gradients);
   }
 
+  void add_block_hessian(const ElementBlocks::Block& block, const Vector& q,
+                         const SparsityPattern& pattern, double* values) const {
+    const MaterialModel& model = materials[static_cast<std::size_t>(block.material)];
+    const std::optional<IsotropicModuli> moduli = isotropic_moduli(model);
+    const auto add_one = [&](Index e) {
+      std::visit(
+          [&](const auto& m) {
+            pattern.scatter(e, element_hessian<Shape>(rest.element(e), m, rest.gather(q, e)),
+                            values);
+          },
+          model);
+    };
+    if (!moduli) {
+      for (Index batch = block.first_batch; batch < block.first_batch + block.batch_count;
+           ++batch) {
+        for (int lane = 0; lane < kBatchLanes; ++lane) {
+          if (const Index e = blocks.element(batch, lane); e >= 0) add_one(e);
+        }
+      }
+      return;
+    }
+    const TangentForm form = moduli->kind == MaterialKind::kNeoHookean
+                                 ? TangentForm::kSpatial
+                                 : (moduli->kind == MaterialKind::kMooneyRivlin
+                                        ? TangentForm::kBoth
+                                        : TangentForm::kMetric);
+    thread_local AlignedVector<double> positions;
+    thread_local AlignedVector<double> state;
+    thread_local AlignedVector<double> matrices;
+    positions.resize(static_cast<std::size_t>(ElementBlocks::kRowSize * block.row_count));
+    const auto numbers = static_cast<std::size_t>(tangent_numbers(form) * kBatchLanes);
+    state.resize(numbers * static_cast<std::size_t>(block.batch_count));
+    matrices.resize(static_cast<std::size_t>(kStiffnessNumbers * kBatchLanes));
+    blocks.load_rows(block, q.data(), positions.data());
+    prepare_tangent(blocks.batches(block), *moduli, form, positions.data(), state.data());
+    for (Index batch = 0; batch < block.batch_count; ++batch) {
+      tangent_stiffness(form, state.data() + static_cast<std::size_t>(batch) * numbers,
+                        matrices.data());
+      for (int lane = 0; lane < kBatchLanes; ++lane) {
+        const Index e = blocks.element(block.first_batch + batch, lane);
+        if (e < 0) continue;
+        if (const SparsityPattern::Place* place = pattern.place(e)) {
+          scatter_matrix(*place, pattern.column_begin(), matrices.data() + lane, values);
+        } else {
+          add_one(e);
+        }
+      }
+    }
+  }
+
   double total_energy() const {
     double sum = 0.0;
     for (const double energy : energies) sum += energy;
@@ -251,28 +339,19 @@ Evaluation ElasticPotential::value_and_gradient(const Vector& q, double& energy,
   return {};
 }
 
+// Blocks of one colour share no vertex, and colours come one after the other.
 Evaluation ElasticPotential::add_hessian(const Vector& q, const SparsityPattern& pattern,
                                          double* values) const {
-  FirstFailure failure;
-  for (const std::vector<Index>& color : pattern.colors()) {
-    parallel_for(static_cast<Index>(color.size()), 64, [&](Index begin, Index end) {
+  if (!impl_->run_blocks(q, false)) return impl_->failure(q);
+  for (const std::vector<Index>& color : pattern.block_colors(impl_->blocks)) {
+    parallel_for(static_cast<Index>(color.size()), 1, [&](Index begin, Index end) {
       for (Index i = begin; i < end; ++i) {
-        const Index e = color[static_cast<std::size_t>(i)];
-        const Shape::NodeMatrix local = impl_->rest.gather(q, e);
-        const auto rest = impl_->rest.element(e);
-        std::visit(
-            [&](const auto& material) {
-              if (element_admissible<Shape>(rest, material, local)) {
-                pattern.scatter(e, element_hessian<Shape>(rest, material, local), values);
-              } else {
-                failure.note(e);
-              }
-            },
-            impl_->material(e));
+        impl_->add_block_hessian(impl_->blocks.block(color[static_cast<std::size_t>(i)]), q,
+                                 pattern, values);
       }
     });
   }
-  return failure.result();
+  return {};
 }
 
 void ElasticPotential::product(const Vector& q, const Vector& x, Vector& result) const {

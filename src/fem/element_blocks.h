@@ -43,6 +43,8 @@ class ElementBlocks {
   Index block_count() const { return static_cast<Index>(blocks_.size()); }
   const Block& block(Index b) const { return blocks_[static_cast<std::size_t>(b)]; }
   Index row_count() const { return static_cast<Index>(row_vertex_.size()); }
+  /// The vertex of a row, or −1: padding.
+  Index row_vertex(Index row) const { return row_vertex_[static_cast<std::size_t>(row)]; }
   BatchView batches(const Block& block) const {
     const auto first = static_cast<std::size_t>(block.first_batch) * kBatchLanes;
     return {rest_numbers_.data() + first * kRestNumbers, slots_.data() + 4 * first,

@@ -5,7 +5,9 @@
 #include <limits>
 #include <utility>
 
+#include "element_blocks.h"
 #include "tetraction/core/error.h"
+#include "tetraction/core/parallel.h"
 
 namespace tetraction {
 namespace {
@@ -38,36 +40,36 @@ std::vector<std::vector<Index>> elements_of_owners(const RestState& rest,
   return elements;
 }
 
-// Greedy colouring in element order: the least colour that no element with the same coordinates has.
-// Held vertices count too, so that the order of sums does not depend on what is held.
-std::vector<std::vector<Index>> color_elements(const RestState& rest,
-                                               const std::vector<Index>& owner) {
+// Greedy colouring in order: the least colour that no item with the same coordinates has.
+// for_each_vertex(item, use) calls use(vertex) for an item's vertices. Held vertices count too, so
+// that the order of sums does not depend on what is held.
+template <class ForEachVertex>
+std::vector<std::vector<Index>> color_items(Index count, const std::vector<Index>& owner,
+                                            const ForEachVertex& for_each_vertex) {
   std::vector<std::vector<Index>> colors;
   std::vector<std::vector<Index>> used_by(owner.size());  // colours, per owner
-  std::vector<Index> last_use;  // per colour: the last element that found it taken
+  std::vector<Index> last_use;  // per colour: the last item that found it taken
   const auto colored_as = [&](Index v) {
     const Index o = owner[static_cast<std::size_t>(v)];
-    return o < 0 ? v : o;
+    return static_cast<std::size_t>(o < 0 ? v : o);
   };
-  for (Index e = 0; e < rest.element_count(); ++e) {
-    for (const Index v : rest.nodes(e)) {
-      const Index o = colored_as(v);
-      for (const Index c : used_by[static_cast<std::size_t>(o)]) {
-        last_use[static_cast<std::size_t>(c)] = e;
-      }
-    }
+  for (Index item = 0; item < count; ++item) {
+    for_each_vertex(item, [&](Index v) {
+      for (const Index c : used_by[colored_as(v)]) last_use[static_cast<std::size_t>(c)] = item;
+    });
     std::size_t c = 0;
-    while (c < last_use.size() && last_use[c] == e) ++c;
+    while (c < last_use.size() && last_use[c] == item) ++c;
     if (c == last_use.size()) {
       last_use.push_back(-1);
       colors.emplace_back();
     }
-    for (const Index v : rest.nodes(e)) {
-      auto& list = used_by[static_cast<std::size_t>(colored_as(v))];
-      if (list.empty() || list.back() != static_cast<Index>(c))
+    for_each_vertex(item, [&](Index v) {
+      auto& list = used_by[colored_as(v)];
+      if (list.empty() || list.back() != static_cast<Index>(c)) {
         list.push_back(static_cast<Index>(c));
-    }
-    colors[c].push_back(e);
+      }
+    });
+    colors[c].push_back(item);
   }
   return colors;
 }
@@ -111,30 +113,53 @@ SparsityPattern::SparsityPattern(const RestState& rest, const FreeCoordinates& c
     }
   }
 
-  slots_.resize(static_cast<std::size_t>(rest.element_count()));
-  is_simple_.assign(slots_.size(), 1);
-  for (Index e = 0; e < rest.element_count(); ++e) {
-    const auto& nodes = rest.nodes(e);
-    std::array<int, Shape::kDofs> dofs{};
-    for (std::size_t a = 0; a < nodes.size(); ++a) {
-      const bool free = coordinates.is_free(nodes[a]);
-      if (!free && !coordinates.is_held(nodes[a])) is_simple_[static_cast<std::size_t>(e)] = 0;
-      for (std::size_t i = 0; i < 3; ++i) {
-        dofs[3 * a + i] = free ? coordinates.first(nodes[a]) + static_cast<int>(i) : -1;
+  places_.resize(static_cast<std::size_t>(rest.element_count()));
+  is_simple_.assign(places_.size(), 1);
+  parallel_for(rest.element_count(), 1024, [&](Index begin, Index end) {
+    for (Index e = begin; e < end; ++e) {
+      const auto& nodes = rest.nodes(e);
+      Place& place = places_[static_cast<std::size_t>(e)];
+      for (std::size_t a = 0; a < nodes.size(); ++a) {
+        const bool free = coordinates.is_free(nodes[a]);
+        if (!free && !coordinates.is_held(nodes[a])) is_simple_[static_cast<std::size_t>(e)] = 0;
+        place.first[a] = free ? coordinates.first(nodes[a]) : -1;
+      }
+      if (is_simple_[static_cast<std::size_t>(e)] == 0) continue;
+      std::size_t pair = 0;
+      for (std::size_t a = 0; a < 4; ++a) {
+        for (std::size_t c = a + 1; c < 4; ++c, ++pair) {
+          const auto [column, row] = std::minmax(place.first[a], place.first[c]);
+          if (column < 0) continue;
+          place.offset[pair] =
+              find(row, column) - column_begin_[static_cast<std::size_t>(column)];
+        }
       }
     }
-    if (is_simple_[static_cast<std::size_t>(e)] == 0) continue;
-    std::size_t entry = 0;
-    for (std::size_t j = 0; j < dofs.size(); ++j) {
-      for (std::size_t i = j; i < dofs.size(); ++i, ++entry) {
-        slots_[static_cast<std::size_t>(e)][entry] =
-            dofs[i] < 0 || dofs[j] < 0
-                ? -1
-                : find(std::max(dofs[i], dofs[j]), std::min(dofs[i], dofs[j]));
-      }
-    }
+  });
+  owner_ = owner;
+}
+
+const std::vector<std::vector<Index>>& SparsityPattern::colors() const {
+  if (colors_.empty()) {
+    colors_ = color_items(rest_.element_count(), owner_, [&](Index e, const auto& use) {
+      for (const Index v : rest_.nodes(e)) use(v);
+    });
   }
-  colors_ = color_elements(rest, owner);
+  return colors_;
+}
+
+const std::vector<std::vector<Index>>& SparsityPattern::block_colors(
+    const ElementBlocks& blocks) const {
+  if (block_colors_.empty()) {
+    block_colors_ = color_items(blocks.block_count(), owner_, [&](Index b, const auto& use) {
+      const ElementBlocks::Block& block = blocks.block(b);
+      for (Index r = 0; r < block.row_count; ++r) {
+        const Index v = blocks.row_vertex(block.first_row + r);
+        if (v >= 0) use(v);
+      }
+    });
+  }
+  return block_colors_;
 }
 
 int SparsityPattern::find(int row, int column) const {
@@ -160,12 +185,25 @@ void SparsityPattern::scatter_block(const FreeCoordinates::VertexMap& rows,
 }
 
 void SparsityPattern::scatter(Index e, const Shape::DofMatrix& local, double* values) const {
-  if (is_simple_[static_cast<std::size_t>(e)] != 0) {
-    const auto& slots = slots_[static_cast<std::size_t>(e)];
-    std::size_t entry = 0;
-    for (int j = 0; j < Shape::kDofs; ++j) {
-      for (int i = j; i < Shape::kDofs; ++i, ++entry) {
-        if (slots[entry] >= 0) values[slots[entry]] += local(i, j);
+  if (const Place* to = place(e)) {
+    int pair = 0;
+    for (int a = 0; a < Shape::kNodes; ++a) {
+      const int first = to->first[static_cast<std::size_t>(a)];
+      for (int c = 0; c < 3 && first >= 0; ++c) {
+        double* column = values + column_begin_[static_cast<std::size_t>(first + c)];
+        for (int r = c; r < 3; ++r) column[r - c] += local(3 * a + r, 3 * a + c);
+      }
+      for (int b = a + 1; b < Shape::kNodes; ++b, ++pair) {
+        const int second = to->first[static_cast<std::size_t>(b)];
+        if (first < 0 || second < 0) continue;
+        const int row = first > second ? a : b;
+        const int col = first > second ? b : a;
+        for (int c = 0; c < 3; ++c) {
+          double* column = values + column_begin_[static_cast<std::size_t>(
+                                        std::min(first, second) + c)] +
+                           to->offset[static_cast<std::size_t>(pair)] - c;
+          for (int r = 0; r < 3; ++r) column[r] += local(3 * row + r, 3 * col + c);
+        }
       }
     }
     return;

@@ -333,6 +333,82 @@ HWY_NOINLINE void diagonal_blocks(const BatchView& batches, const T* HWY_RESTRIC
   }
 }
 
+// The block of nodes a and b is
+// (γ_aᵀTγ_b) I + k w_b w_aᵀ + l w_a w_bᵀ + a₁ (z_b z_aᵀ + (γ_aᵀGγ_b) e G eᵀ) + 2a₂ z_a z_bᵀ;
+// those of node 0 follow from the others, as rigid translations cost nothing.
+template <TangentForm kForm>
+HWY_NOINLINE void stiffness(const double* HWY_RESTRICT state, double* HWY_RESTRICT matrices) {
+  using D = D64;
+  using V = V64;
+  const D d;
+  constexpr size_t kLanes = hn::MaxLanes(D());
+  for (size_t lane = 0; lane < kBatchLanes; lane += kLanes) {
+    const State<D, kForm> s(d, state + lane);
+    Columns<V> z;
+    Symmetric<V> ege;
+    if constexpr (State<D, kForm>::kHasMetric) {
+      multiply(s.e, s.g, z);
+      for (int i = 0; i < 3; ++i) {
+        for (int j = i; j < 3; ++j) {
+          ege(i, j) =
+              hn::MulAdd(z.m[2][i], s.e.m[2][j],
+                         hn::MulAdd(z.m[1][i], s.e.m[1][j], hn::Mul(z.m[0][i], s.e.m[0][j])));
+        }
+      }
+    }
+    const auto block = [&](int a, int b, V* out) HWY_ATTR {  // nodes a + 1, b + 1
+      for (int r = 0; r < 3; ++r) {
+        for (int c = 0; c < 3; ++c) {
+          V sum = r == c ? s.stress(a, b) : hn::Zero(d);
+          if constexpr (State<D, kForm>::kHasSpatial) {
+            sum = hn::MulAdd(hn::Mul(s.k, s.w.m[b][r]), s.w.m[a][c], sum);
+            sum = hn::MulAdd(hn::Mul(s.l, s.w.m[a][r]), s.w.m[b][c], sum);
+          }
+          if constexpr (State<D, kForm>::kHasMetric) {
+            const V first = hn::MulAdd(z.m[b][r], z.m[a][c], hn::Mul(s.g(a, b), ege(r, c)));
+            sum = hn::MulAdd(s.a1, first, sum);
+            sum = hn::MulAdd(hn::Mul(hn::Add(s.a2, s.a2), z.m[a][r]), z.m[b][c], sum);
+          }
+          out[3 * r + c] = sum;
+        }
+      }
+    };
+    const auto store = [&](int number, V v) HWY_ATTR {
+      hn::Store(v, d, matrices + static_cast<size_t>(number * kBatchLanes) + lane);
+    };
+    const auto store_diagonal = [&](int node, const V* b) HWY_ATTR {
+      constexpr int kUpper[6] = {0, 1, 2, 4, 5, 8};
+      for (int k = 0; k < 6; ++k) store(6 * node + k, b[kUpper[k]]);
+    };
+    V zero[4][9];  // rows of node 0
+    for (auto& row : zero) {
+      for (V& v : row) v = hn::Zero(d);
+    }
+    int pair = 3;
+    for (int a = 0; a < 3; ++a) {
+      V b[9];
+      block(a, a, b);
+      store_diagonal(a + 1, b);
+      for (int k = 0; k < 9; ++k) zero[a + 1][k] = hn::Sub(zero[a + 1][k], b[k]);
+      for (int c = a + 1; c < 3; ++c, ++pair) {
+        block(a, c, b);
+        for (int k = 0; k < 9; ++k) {
+          store(24 + 9 * pair + k, b[k]);
+          zero[c + 1][k] = hn::Sub(zero[c + 1][k], b[k]);
+          zero[a + 1][k] = hn::Sub(zero[a + 1][k], b[3 * (k % 3) + k / 3]);  // K_ca = K_acᵀ
+        }
+      }
+    }
+    for (int c = 1; c < 4; ++c) {
+      for (int k = 0; k < 9; ++k) {
+        store(24 + 9 * (c - 1) + k, zero[c][k]);
+        zero[0][k] = hn::Sub(zero[0][k], zero[c][k]);
+      }
+    }
+    store_diagonal(0, zero[0]);
+  }
+}
+
 template <TangentForm kForm, class T>
 HWY_NOINLINE bool is_safe(const BatchView& batches, const T* HWY_RESTRICT state,
                           const T* HWY_RESTRICT x) {
@@ -411,6 +487,16 @@ bool safe_form(const BatchView& batches, TangentForm form, const T* state, const
                                     : is_safe<TangentForm::kSpatial>(batches, state, x);
 }
 
+void stiffness_form(TangentForm form, const double* state, double* matrices) {
+  if (form == TangentForm::kSpatial) {
+    stiffness<TangentForm::kSpatial>(state, matrices);
+  } else if (form == TangentForm::kMetric) {
+    stiffness<TangentForm::kMetric>(state, matrices);
+  } else {
+    stiffness<TangentForm::kBoth>(state, matrices);
+  }
+}
+
 // Names without overloads, for dispatch.
 void prepare_float(const BatchView& b, const IsotropicModuli& m, TangentForm f, const double* q,
                    float* s) {
@@ -452,6 +538,7 @@ HWY_EXPORT(apply_float);
 HWY_EXPORT(apply_double);
 HWY_EXPORT(diagonal_float);
 HWY_EXPORT(diagonal_double);
+HWY_EXPORT(stiffness_form);
 HWY_EXPORT(safe_float);
 HWY_EXPORT(safe_double);
 
@@ -478,6 +565,9 @@ void add_tangent_diagonal(const BatchView& batches, TangentForm form, const floa
 void add_tangent_diagonal(const BatchView& batches, TangentForm form, const double* state,
                           double* diagonal, double* off_diagonal) {
   HWY_DYNAMIC_DISPATCH(diagonal_double)(batches, form, state, diagonal, off_diagonal);
+}
+void tangent_stiffness(TangentForm form, const double* state, double* matrices) {
+  HWY_DYNAMIC_DISPATCH(stiffness_form)(form, state, matrices);
 }
 bool tangent_step_is_safe(const BatchView& batches, TangentForm form, const float* state,
                           const float* x) {

@@ -52,6 +52,12 @@ void add_tangent_diagonal(const BatchView& batches, TangentForm form, const floa
 void add_tangent_diagonal(const BatchView& batches, TangentForm form, const double* state,
                           double* diagonal, double* off_diagonal);
 
+/// Numbers of an element's matrix: 6 of each node's diagonal block (xx xy xz yy yz zz), then 9 of each
+/// pair's block, row by row, rows of the first node: 01 02 03 12 13 23.
+constexpr int kStiffnessNumbers = 4 * 6 + 6 * 9;
+/// The elements' matrices of one batch: kStiffnessNumbers × kBatchLanes.
+void tangent_stiffness(TangentForm form, const double* state, double* matrices);
+
 /// Whether no element can be inverted anywhere on the way from q to q + x, by a bound on
 /// J(t)/J = det(1 + t wᵀde). Needs the spatial terms.
 bool tangent_step_is_safe(const BatchView& batches, TangentForm form, const float* state,

@@ -167,17 +167,21 @@ Index Session::Impl::hottest_element() const {
 }
 
 // A vertex that falls into the centre of attraction is the likely cause of a failure.
-std::string Session::Impl::center_note() const {
+std::string Session::Impl::center_note() {
   if (!system->environment().is_singular()) return {};
   Index nearest = 0;
   const double distance =
       state.position.reshaped(3, system->vertex_count()).colwise().norm().minCoeff(&nearest);
   const double moved = state.velocity.segment<3>(3 * nearest).norm() * time_step;
-  if (distance > 4.0 * moved) return {};
-  return fmt::format(
-      "; vertex {} is {:.3g} m from the centre of attraction, where the force has no bound: give "
-      "environment.softening a length",
-      system->mesh().vertex_ids[static_cast<std::size_t>(nearest)], distance);
+  // Whoever has passed the centre within what it moves in a step has got an arbitrary energy there,
+  // and may be far away by the time that shows.
+  if (distance <= 4.0 * moved || distance == 0.0) {
+    passed_center = fmt::format(
+        "; vertex {} came as near as {:.3g} m to the centre of attraction, where the force has no "
+        "bound: give environment.softening a length",
+        system->mesh().vertex_ids[static_cast<std::size_t>(nearest)], distance);
+  }
+  return passed_center;
 }
 
 void Session::Impl::stop(RunStatus how, const std::string& what, Index element) {
@@ -266,13 +270,14 @@ bool Session::step() {
       return false;
   }
   s.books->enter(s.state, outcome);
+  const std::string center = s.center_note();
   if (s.blown_up()) {
     s.status = RunStatus::kUnstable;
     s.message = fmt::format(
         "step {} (t = {:.6g} s): the energy blew up, most at element {}: the integrator has added "
         "{:.3g} J to the {:.3g} J that entered{}. {}",
         s.state.step, s.state.time, s.element_id(s.hottest_element()), s.books->energy_error(),
-        s.books->energy_scale(), s.center_note(), s.limit_advice());
+        s.books->energy_scale(), center, s.limit_advice());
     return true;
   }
   if (s.state.step - s.segment_step >= s.segment_count) s.status = RunStatus::kFinished;

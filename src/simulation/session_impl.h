@@ -55,6 +55,7 @@ struct Session::Impl {
   MinimizerReport last_report;
   Index total_iterations = 0;
   Index total_factorizations = 0;
+  std::string passed_center;  // center_note() of the last vertex that was near
   Index total_cg_iterations = 0;
   std::string linear_solver;  // used last
 
@@ -75,7 +76,8 @@ struct Session::Impl {
   std::int64_t element_id(Index e) const;
   std::string limit_advice() const;
   Index hottest_element() const;
-  std::string center_note() const;
+  // Says if a vertex is or was so near a singular centre that its energy there means nothing.
+  std::string center_note();
   StabilityLimit current_limit();
   void stop(RunStatus how, const std::string& what, Index element);
   bool blown_up() const;

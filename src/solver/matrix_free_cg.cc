@@ -10,6 +10,30 @@ namespace {
 
 constexpr Index kGrain = 1024;
 
+// Sum of many products: in the vectors' precision over a few rows, then in double precision.
+template <class T>
+class RowSum {
+ public:
+  using Row = Eigen::Matrix<T, 4, 1>;
+  void add(const Row& products) {
+    part_ += products;
+    if (++count_ % 16 == 0) flush();
+  }
+  double total() {
+    flush();
+    return total_.sum();
+  }
+
+ private:
+  void flush() {
+    total_ += part_.template cast<double>();
+    part_.setZero();
+  }
+  Row part_ = Row::Zero();
+  Eigen::Vector4d total_ = Eigen::Vector4d::Zero();
+  int count_ = 0;
+};
+
 }  // namespace
 
 template <class T>
@@ -81,8 +105,7 @@ template <class T>
 CgReport MatrixFreeCg<T>::solve(const Vector& gradient, double forcing, int max_iterations,
                                 Vector& step) {
   const Index n = system_.vertex_count();
-  const auto precondition = [&](Index v) -> Row {
-    const Row r = row(r_, v);
+  const auto precondition = [&](const Row& r, Index v) -> Row {
     const T* m = inverse_.data() + 12 * v;
     return Eigen::Map<const Row, Eigen::Aligned16>(m) * r[0] +
            Eigen::Map<const Row, Eigen::Aligned16>(m + 4) * r[1] +
@@ -97,16 +120,16 @@ CgReport MatrixFreeCg<T>::solve(const Vector& gradient, double forcing, int max_
     return report;
   }
   double rz = parallel_sum(n, [&](Index begin, Index end) {
-    double sum = 0.0;
+    RowSum<T> sum;
     for (Index v = begin; v < end; ++v) {
       const Vector3 g = vertex_block(gradient, v) / -scale;
       row(x_, v).setZero();
       row(r_, v) = Eigen::Vector4d(g[0], g[1], g[2], 0.0).template cast<T>();
-      const Row z = precondition(v);
+      const Row z = precondition(row(r_, v), v);
       row(p_, v) = z;
-      sum += static_cast<double>(row(r_, v).dot(z));
+      sum.add(row(r_, v).cwiseProduct(z));
     }
-    return sum;
+    return sum.total();
   });
   const double target = forcing * forcing * rz;
   const double start = rz;
@@ -118,7 +141,7 @@ CgReport MatrixFreeCg<T>::solve(const Vector& gradient, double forcing, int max_
     ++report.iterations;
     operator_.multiply(p_.data());
     const double curvature = parallel_sum(n, [&](Index begin, Index end) {
-      double sum = 0.0;
+      RowSum<T> sum;
       for (Index v = begin; v < end; ++v) {
         const Row p = row(p_, v);
         Row ap = operator_.row_sum(v) + row(diagonal_, v).cwiseProduct(p);
@@ -128,9 +151,9 @@ CgReport MatrixFreeCg<T>::solve(const Vector& gradient, double forcing, int max_
                     off[1] * p[0] + off[2] * p[1], T(0));
         }
         row(ap_, v) = ap;
-        sum += static_cast<double>(p.dot(ap));
+        sum.add(p.cwiseProduct(ap));
       }
-      return sum;
+      return sum.total();
     });
     if (!(curvature > 0.0)) {
       report.negative_curvature = true;
@@ -139,15 +162,16 @@ CgReport MatrixFreeCg<T>::solve(const Vector& gradient, double forcing, int max_
     }
     const T alpha = static_cast<T>(rz / curvature);
     const double next = parallel_sum(n, [&](Index begin, Index end) {
-      double sum = 0.0;
+      RowSum<T> sum;
       for (Index v = begin; v < end; ++v) {
         row(x_, v) += alpha * row(p_, v);
-        row(r_, v) -= alpha * row(ap_, v);
-        const Row z = precondition(v);
+        const Row r = row(r_, v) - alpha * row(ap_, v);
+        row(r_, v) = r;
+        const Row z = precondition(r, v);
         row(z_, v) = z;
-        sum += static_cast<double>(row(r_, v).dot(z));
+        sum.add(r.cwiseProduct(z));
       }
-      return sum;
+      return sum.total();
     });
     const T beta = static_cast<T>(next / rz);
     rz = next;

@@ -11,6 +11,8 @@
 
 namespace tetraction {
 
+class ElementBlocks;
+
 /// Lower triangle of a symmetric matrix over the free coordinates, compressed by columns with ascending
 /// rows: what CHOLMOD takes with stype = −1.
 class SparsityPattern {
@@ -27,6 +29,17 @@ class SparsityPattern {
   const std::vector<int>& column_begin() const { return column_begin_; }
   const std::vector<int>& rows() const { return row_; }
 
+  /// Where the entries of an element go whose vertices are all free or held.
+  struct Place {
+    std::array<int, 4> first;   ///< coordinate of each node; −1: held
+    std::array<int, 6> offset;  ///< of each pair's block (01 02 03 12 13 23) in its first column
+  };
+  /// Place of element e; null if some vertex is neither free nor held.
+  const Place* place(Index e) const {
+    return is_simple_[static_cast<std::size_t>(e)] != 0 ? &places_[static_cast<std::size_t>(e)]
+                                                        : nullptr;
+  }
+
   /// Adds Tᵀ K T of the symmetric element matrix K of element e to `values` (nonzeros() numbers).
   void scatter(Index e, const Shape::DofMatrix& local, double* values) const;
   /// Adds Tᵀ B T of symmetric 3 × 3 matrices B, one per vertex (side by side: 3 × 3n).
@@ -35,11 +48,11 @@ class SparsityPattern {
   /// Elements by colour: no two of a colour share a free coordinate, so a colour's elements can be
   /// scattered at once; colours come one after the other, so sums do not depend on the number of
   /// threads.
-  const std::vector<std::vector<Index>>& colors() const { return colors_; }
+  const std::vector<std::vector<Index>>& colors() const;
+  /// The same of blocks of elements (private to the library).
+  const std::vector<std::vector<Index>>& block_colors(const ElementBlocks& blocks) const;
 
  private:
-  static constexpr int kEntries = Shape::kDofs * (Shape::kDofs + 1) / 2;
-
   int find(int row, int column) const;
   void scatter_block(const FreeCoordinates::VertexMap& rows,
                      const FreeCoordinates::VertexMap& columns, const Matrix3& block,
@@ -49,11 +62,11 @@ class SparsityPattern {
   const RestState& rest_;
   std::vector<int> column_begin_;
   std::vector<int> row_;
-  // Of elements whose vertices are all free or held; −1: a held vertex takes part. Other elements
-  // look their entries up.
-  std::vector<std::array<int, kEntries>> slots_;
-  std::vector<std::uint8_t> is_simple_;
-  std::vector<std::vector<Index>> colors_;
+  std::vector<Place> places_;
+  std::vector<std::uint8_t> is_simple_;  // other elements look their entries up
+  mutable std::vector<std::vector<Index>> colors_;  // made when first needed
+  std::vector<Index> owner_;  // a vertex of each group of coordinates
+  mutable std::vector<std::vector<Index>> block_colors_;  // made when first needed
 };
 
 }  // namespace tetraction
