@@ -96,7 +96,6 @@ void cost(int n) {
 }  // namespace
 
 int main() {
-  set_blas_threads(1);
   const BlasInfo blas = blas_info();
   fmt::print("{} threads, BLAS {} {}\n", thread_count(), blas.library, blas.core);
   conservation(Integrator::kExplicit, 0.3, 10000, {6, 3, 3});

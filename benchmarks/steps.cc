@@ -28,7 +28,6 @@ int main(int argc, char** argv) {
   const std::string rule = argc > 5 ? argv[5] : "be";
   const double h = argc > 6 ? std::atof(argv[6]) : 0.01;
   set_thread_count(threads);
-  set_blas_threads(threads);
   std::array<int, 3> cells = size == "S"   ? std::array<int, 3>{20, 4, 4}
                              : size == "M" ? std::array<int, 3>{40, 9, 9}
                              : size == "L" ? std::array<int, 3>{76, 18, 18}

@@ -49,9 +49,6 @@ int run_program(int argc, char** argv) {
   tetraction::add_mesh_command(app, exit_code);
   app.parse_complete_callback([&] {
     if (threads > 0) tetraction::set_thread_count(threads);
-    // The fronts of these meshes are small: a second BLAS thread costs more than it brings, and one
-    // thread gives the same bits every time.
-    tetraction::set_blas_threads(1);
   });
 
   try {

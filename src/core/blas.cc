@@ -59,12 +59,30 @@ BlasInfo blas_info() {
   return {file.empty() ? "unknown" : file, ""};
 }
 
+namespace {
+
 void set_blas_threads(int threads) {
   using SetThreads = void (*)(int);
-  if (auto* set_threads =
-          reinterpret_cast<SetThreads>(dlsym(RTLD_DEFAULT, "openblas_set_num_threads"))) {
-    set_threads(threads);
-  }
+  static auto* const set =
+      reinterpret_cast<SetThreads>(dlsym(RTLD_DEFAULT, "openblas_set_num_threads"));
+  if (set != nullptr) set(threads);
+}
+
+int blas_threads() {
+  using GetThreads = int (*)();
+  static auto* const get =
+      reinterpret_cast<GetThreads>(dlsym(RTLD_DEFAULT, "openblas_get_num_threads"));
+  return get != nullptr ? get() : 0;
+}
+
+}  // namespace
+
+SerialBlas::SerialBlas() : threads_(blas_threads()) {
+  if (threads_ > 1) set_blas_threads(1);
+}
+
+SerialBlas::~SerialBlas() {
+  if (threads_ > 1) set_blas_threads(threads_);
 }
 
 ProcessorFeatures processor_features() {

@@ -45,11 +45,13 @@ void Books::enter(const State& state, const StepOutcome& outcome) {
 }
 
 double Books::enter_edit(const State& state) {
-  const double before = energies_.total();
+  const Energies before = energies_;
   const Momenta momenta_before = momenta_;
   system_.energies(state, energies_);
   momenta_ = system_.momenta(state);
-  const double jump = energies_.total() - before;
+  // Term by term: a large one that did not change costs no digits.
+  const double jump = (energies_.kinetic - before.kinetic) + (energies_.elastic - before.elastic) +
+                      (energies_.environment - before.environment);
   edit_work_ += jump;
   sum_of_edits_ += std::abs(jump);
   linear_impulse_ += momenta_.linear - momenta_before.linear;

@@ -130,8 +130,7 @@ SparsityPattern::SparsityPattern(const RestState& rest, const FreeCoordinates& c
         for (std::size_t c = a + 1; c < 4; ++c, ++pair) {
           const auto [column, row] = std::minmax(place.first[a], place.first[c]);
           if (column < 0) continue;
-          place.offset[pair] =
-              find(row, column) - column_begin_[static_cast<std::size_t>(column)];
+          place.offset[pair] = find(row, column) - column_begin_[static_cast<std::size_t>(column)];
         }
       }
     }
@@ -199,8 +198,8 @@ void SparsityPattern::scatter(Index e, const Shape::DofMatrix& local, double* va
         const int row = first > second ? a : b;
         const int col = first > second ? b : a;
         for (int c = 0; c < 3; ++c) {
-          double* column = values + column_begin_[static_cast<std::size_t>(
-                                        std::min(first, second) + c)] +
+          double* column = values +
+                           column_begin_[static_cast<std::size_t>(std::min(first, second) + c)] +
                            to->offset[static_cast<std::size_t>(pair)] - c;
           for (int r = 0; r < 3; ++r) column[r] += local(3 * row + r, 3 * col + c);
         }

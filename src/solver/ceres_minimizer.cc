@@ -12,6 +12,7 @@
 #include "ceres_elements.h"
 #include "serial_openmp.h"
 #include "sparse_cholesky.h"
+#include "tetraction/core/blas.h"
 #include "tetraction/core/error.h"
 
 namespace tetraction {
@@ -112,6 +113,7 @@ class CeresMinimizer : public Minimizer {
   bool solve_linearized(const StepProblem& problem, const Vector& x, const Matrix& right,
                         Matrix& solution) override {
     const SerialOpenMp serial;
+    const SerialBlas serial_blas;
     if (!factorize(problem, x)) return false;
     solution.resize(right.rows(), right.cols());
     for (Index i = 0; i < right.cols(); ++i) solution.col(i) = cholesky_->solve(right.col(i));
@@ -183,6 +185,7 @@ class CeresMinimizer : public Minimizer {
     ceres::Solver::Summary summary;
     const QuietLog quiet;
     const SerialOpenMp serial;
+    const SerialBlas serial_blas;
     ceres::Solve(solver_options_, &problem_, &summary);
     x_ += system_.coordinates().extend(y_);
     const int taken = std::max(0, static_cast<int>(summary.iterations.size()) - 1);
@@ -213,6 +216,7 @@ class CeresMinimizer : public Minimizer {
   // matrix has to be positive definite, so that this cannot end at a saddle point.
   void polish(const StepProblem& problem, MinimizerReport& report) {
     const SerialOpenMp serial;
+    const SerialBlas serial_blas;
     while (report.termination == Termination::kNoProgress) {
       ++report.iterations;
       ++report.factorizations;

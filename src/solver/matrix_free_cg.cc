@@ -92,8 +92,14 @@ void MatrixFreeCg<T>::make_preconditioner(const StepProblem& problem) {
           }
           inverse.topRows<3>() = inverted;
         } else {
-          const Eigen::Matrix<double, 3, Eigen::Dynamic> t = coordinates.map(v).columns;
-          inverse.topRows<3>() = t * (t.transpose() * block * t).inverse() * t.transpose();
+          const Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 3> t = coordinates.map(v).columns;
+          const Matrix own = t.transpose() * block * t;
+          const bool positive = own(0, 0) > 0.0 && own.determinant() > 0.0;
+          inverse.topRows<3>() = t *
+                                 (positive ? Matrix(own.inverse())
+                                           : Matrix(Matrix::Identity(own.rows(), own.rows()) /
+                                                    problem.coefficient()[3 * v])) *
+                                 t.transpose();
         }
       }
       Eigen::Map<Eigen::Matrix<T, 4, 3>>(inverse_.data() + 12 * v) = inverse.template cast<T>();
@@ -111,9 +117,10 @@ CgReport MatrixFreeCg<T>::solve(const Vector& gradient, double forcing, int max_
            Eigen::Map<const Row, Eigen::Aligned16>(m + 4) * r[1] +
            Eigen::Map<const Row, Eigen::Aligned16>(m + 8) * r[2];
   };
+  const FreeCoordinates& coordinates = system_.coordinates();
   CgReport report;
   // The gradient is scaled so that single precision holds any units.
-  const double scale = gradient.cwiseAbs().maxCoeff();
+  const double scale = coordinates.restricted_norm(gradient);
   if (!(scale > 0.0)) {
     step.setZero(3 * n);
     report.converged = true;
@@ -122,7 +129,12 @@ CgReport MatrixFreeCg<T>::solve(const Vector& gradient, double forcing, int max_
   double rz = parallel_sum(n, [&](Index begin, Index end) {
     RowSum<T> sum;
     for (Index v = begin; v < end; ++v) {
-      const Vector3 g = vertex_block(gradient, v) / -scale;
+      Vector3 g = vertex_block(gradient, v) / -scale;
+      // In double precision, lest the reactions' round-off hides what is left to do.
+      if (!coordinates.is_free(v)) {
+        const auto t = coordinates.map(v).columns;
+        g = (t * (t.transpose() * g)).eval();
+      }
       row(x_, v).setZero();
       row(r_, v) = Eigen::Vector4d(g[0], g[1], g[2], 0.0).template cast<T>();
       const Row z = precondition(row(r_, v), v);

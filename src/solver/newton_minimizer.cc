@@ -251,7 +251,7 @@ class NewtonMinimizer : public Minimizer {
   // x ← x + t d with the first t of a halving sequence that lowers Φ or halves the residual.
   bool search(const StepProblem& problem, Vector& x, MinimizerReport& report) {
     constexpr double kArmijo = 1e-4;
-    constexpr double kRoundOff = 1e-12;
+    constexpr double kRoundOff = 1e-11;
     const double longest = safe_ ? 1.0 : admissible_step(system_.rest(), x, direction_);
     const double slope = gradient_.dot(direction_);
     if (!(slope < 0.0)) return false;
@@ -263,8 +263,11 @@ class NewtonMinimizer : public Minimizer {
       x = before_ + t * direction_;
       if (!evaluate(problem, x)) continue;
       report.residual = residual();
-      const double gain = -kArmijo * t * slope;
-      const bool lower = gain > kRoundOff * std::abs(phi) && phi_ <= phi - gain;
+      // Where the fall of Φ drowns in its round-off, the residual decides.
+      const double fall = -t * slope;
+      const bool lower = fall > kRoundOff * std::abs(phi)
+                             ? phi_ <= phi - kArmijo * fall
+                             : report.residual <= 0.9 * residual_before;
       if (lower || report.residual <= 0.5 * residual_before ||
           report.residual <= report.residual_limit) {
         return true;

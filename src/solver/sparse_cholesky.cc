@@ -5,6 +5,7 @@
 #include <new>
 
 #include "serial_openmp.h"
+#include "tetraction/core/blas.h"
 
 namespace tetraction {
 
@@ -28,6 +29,8 @@ struct SparseCholesky::Impl {
 };
 
 SparseCholesky::SparseCholesky(const SparsityPattern& pattern) : impl_(std::make_unique<Impl>()) {
+  // L Lᵀ: L D Lᵀ would take an indefinite matrix without a word.
+  impl_->common.final_ll = 1;
   impl_->common.print = 0;  // not positive definite is a result here, not a message
   cholmod_sparse& a = impl_->matrix;
   a.nrow = a.ncol = static_cast<std::size_t>(pattern.size());
@@ -70,6 +73,7 @@ const CholeskyCost& SparseCholesky::cost() {
 bool SparseCholesky::factorize(const std::vector<double>& values) {
   Impl& s = *impl_;
   const SerialOpenMp serial;
+  const SerialBlas serial_blas;
   analyze();
   s.matrix.x = const_cast<double*>(values.data());
   cholmod_factorize(&s.matrix, s.factor, &s.common);
@@ -80,6 +84,7 @@ bool SparseCholesky::factorize(const std::vector<double>& values) {
 Vector SparseCholesky::solve(const Vector& b) {
   Impl& s = *impl_;
   const SerialOpenMp serial;
+  const SerialBlas serial_blas;
   cholmod_dense right{};
   right.nrow = right.d = right.nzmax = static_cast<std::size_t>(b.size());
   right.ncol = 1;

@@ -12,9 +12,19 @@ struct BlasInfo {
 };
 BlasInfo blas_info();
 
-/// Number of threads of the BLAS, where it is OpenBLAS, for the whole process; no effect otherwise.
-/// One (what the program sets) is fastest for meshes of up to some ten thousand tetrahedra.
-void set_blas_threads(int threads);
+/// While it lives, OpenBLAS runs on one thread. The fronts of a factor are mostly small, so that more
+/// threads cost time up to some ten thousand tetrahedra and save a fifth at 150,000; and one thread
+/// gives the same bits whatever the machine. No effect on another BLAS.
+class SerialBlas {
+ public:
+  SerialBlas();
+  ~SerialBlas();
+  SerialBlas(const SerialBlas&) = delete;
+  SerialBlas& operator=(const SerialBlas&) = delete;
+
+ private:
+  int threads_ = 0;  // as before; 0: not OpenBLAS
+};
 
 /// What a processor offers that the kernels of a BLAS may use.
 struct ProcessorFeatures {

@@ -63,9 +63,9 @@ class SparsityPattern {
   std::vector<int> column_begin_;
   std::vector<int> row_;
   std::vector<Place> places_;
-  std::vector<std::uint8_t> is_simple_;  // other elements look their entries up
-  mutable std::vector<std::vector<Index>> colors_;  // made when first needed
-  std::vector<Index> owner_;  // a vertex of each group of coordinates
+  std::vector<std::uint8_t> is_simple_;                   // other elements look their entries up
+  mutable std::vector<std::vector<Index>> colors_;        // made when first needed
+  std::vector<Index> owner_;                              // a vertex of each group of coordinates
   mutable std::vector<std::vector<Index>> block_colors_;  // made when first needed
 };
 

@@ -88,7 +88,7 @@ std::string to_string(LinearSolver linear);
 LinearSolver linear_solver_from_string(const std::string& name);
 
 struct SolverSettings {
-  std::string kind = "ceres";                 ///< or "newton"
+  std::string kind = "newton";                ///< or "ceres"
   LinearSolver linear = LinearSolver::kAuto;  ///< newton only
   double tolerance = 1.0e-8;                  ///< force residual relative to the step's force scale
   int max_iterations = 100;
