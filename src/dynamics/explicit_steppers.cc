@@ -53,7 +53,7 @@ class ExplicitStepper : public Stepper {
     }
     const bool damped = !system_.damping().none();
     const double kick_step = halves_ == 2 ? 0.5 * h : h;
-    user_force_ = system_.force_count() > 0 ? system_.user_force(state.time, h) : Vector();
+    system_.user_force(state.time, h, user_force_);
     next_.time = end_time;
     next_.momentum.resize(system_.dof_count());
     next_.velocity.resize(system_.dof_count());

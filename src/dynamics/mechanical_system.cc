@@ -90,13 +90,18 @@ void MechanicalSystem::set_force(std::size_t index, UserForce force) {
 }
 
 Vector MechanicalSystem::user_force(double time, double h) const {
-  Vector f = Vector::Zero(dof_count());
+  Vector f;
+  user_force(time, h, f);
+  return f.size() > 0 ? f : Vector(Vector::Zero(dof_count()));
+}
+
+void MechanicalSystem::user_force(double time, double h, Vector& f) const {
+  f.setZero(forces_.empty() ? 0 : dof_count());
   const double slack = 1e-6 * h;  // time = k h carries round-off
   for (const UserForce& force : forces_) {
     if (time < force.from - slack || time >= force.until - slack) continue;
     for (const Index v : force.vertices) vertex_block(f, v) += force.vector;
   }
-  return f;
 }
 
 State MechanicalSystem::rest_state() const {

@@ -200,7 +200,10 @@ HWY_NOINLINE void apply(const BatchView& batches, const T* HWY_RESTRICT state,
   const D d;
   constexpr size_t kLanes = hn::MaxLanes(D());
   const uint16_t* slots = batches.slots;
+  constexpr size_t kNumbers = tangent_numbers(kForm) * kBatchLanes;
   for (std::ptrdiff_t b = 0; b < batches.count; ++b) {
+    prefetch(state + kAhead * kNumbers, kNumbers);
+    prefetch(slots + kAhead * 4 * kBatchLanes, 4 * kBatchLanes);
     for (size_t lane = 0; lane < kBatchLanes; lane += kLanes) {
       Columns<V> de;
       RowAccess<D>::edges(d, x, slots + lane, kBatchLanes, de);

@@ -225,7 +225,7 @@ Session::Session(Scene scene, const TetMesh& mesh) : impl_(std::make_unique<Impl
   const PhaseTimer timer(s.times.stability);
   s.initial_limit = stability_limit(*s.system, s.state.position);
   s.choose_step(s.initial_limit);
-  s.external_force = s.system->user_force(s.state.time, s.time_step);
+  s.system->user_force(s.state.time, s.time_step, s.external_force);
   if (std::string warning = s.step_warning(s.initial_limit); !warning.empty()) {
     s.warnings.push_back(std::move(warning));
   }
@@ -241,7 +241,7 @@ bool Session::step() {
   if (s.status != RunStatus::kRunning) return false;
   const PhaseTimer timer(s.times.stepping);
   if (!s.apply_events()) return false;
-  s.external_force = s.system->user_force(s.state.time, s.time_step);
+  s.system->user_force(s.state.time, s.time_step, s.external_force);
   const StepOutcome outcome = s.stepper->step_to(s.state, s.time_step, s.time_of(s.state.step + 1));
   s.last_report = outcome.minimizer;
   s.total_iterations += outcome.minimizer.iterations;
@@ -357,7 +357,8 @@ double Session::tension(std::size_t i) const {
                              constraints.configuration(impl_->state.position));
 }
 Vector Session::external_force() const {
-  return impl_->external_force;
+  const Vector& force = impl_->external_force;
+  return force.size() > 0 ? force : Vector(Vector::Zero(impl_->system->dof_count()));
 }
 const std::vector<Index>& Session::constraint_vertices(std::size_t i) const {
   static const std::vector<Index> none;

@@ -51,7 +51,7 @@ struct Session::Impl {
   RunStatus status = RunStatus::kRunning;
   std::string message;
   std::vector<std::string> warnings;
-  Vector external_force;
+  Vector external_force;  // of the last step; empty: none
   MinimizerReport last_report;
   Index total_iterations = 0;
   Index total_factorizations = 0;

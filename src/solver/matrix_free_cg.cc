@@ -176,7 +176,6 @@ CgReport MatrixFreeCg<T>::solve(const Vector& gradient, double forcing, int max_
     const double next = parallel_sum(n, [&](Index begin, Index end) {
       RowSum<T> sum;
       for (Index v = begin; v < end; ++v) {
-        row(x_, v) += alpha * row(p_, v);
         const Row r = row(r_, v) - alpha * row(ap_, v);
         row(r_, v) = r;
         const Row z = precondition(r, v);
@@ -188,11 +187,11 @@ CgReport MatrixFreeCg<T>::solve(const Vector& gradient, double forcing, int max_
     const T beta = static_cast<T>(next / rz);
     rz = next;
     parallel_for(n, kGrain, [&](Index begin, Index end) {
-      Eigen::Map<Eigen::Array<T, Eigen::Dynamic, 1>, Eigen::Aligned16> p(p_.data() + 4 * begin,
-                                                                         4 * (end - begin));
-      p = Eigen::Map<const Eigen::Array<T, Eigen::Dynamic, 1>, Eigen::Aligned16>(
-              z_.data() + 4 * begin, 4 * (end - begin)) +
-          beta * p;
+      for (Index v = begin; v < end; ++v) {
+        const Row p = row(p_, v);
+        row(x_, v) += alpha * p;
+        row(p_, v) = row(z_, v) + beta * p;
+      }
     });
   }
   report.reduction = std::sqrt(std::max(rz, 0.0) / start);

@@ -106,6 +106,8 @@ class MechanicalSystem {
   /// f of the step of size h that starts at `time`: 3 per vertex, N.
   /// A start within 1e-6 h of `from` or `until` counts as being there.
   Vector user_force(double time, double h) const;
+  /// The same without a new vector; empty if there are no forces at all.
+  void user_force(double time, double h, Vector& f) const;
   /// Drag and mass damping at velocities v, which take momentum away (3 per vertex, N).
   Vector drag_force(const Vector& v) const;
   /// force += the viscous forces at positions q and velocities v, which do not.
