@@ -1,9 +1,10 @@
-// Element loops of the elastic potential on the beam of 4 × 1 × 1 m: time per tetrahedron.
+// Loops over elements and vertices on the beam of 4 × 1 × 1 m, one thread: time per tetrahedron.
 // Argument: cells through the thickness (4: 1,920 tetrahedra; 9: 19,440; 18: 155,520).
 #include <benchmark/benchmark.h>
 
 #include "tetraction/core/parallel.h"
 #include "tetraction/dynamics/derivative_check.h"
+#include "tetraction/dynamics/mechanical_system.h"
 #include "tetraction/mesh/generate.h"
 
 namespace {
@@ -56,6 +57,16 @@ void hessian(benchmark::State& state) {
 }
 BENCHMARK(hessian)->Arg(4)->Arg(9)->Unit(benchmark::kMillisecond);
 
+void energy(benchmark::State& state) {
+  const Body body(static_cast<int>(state.range(0)));
+  double value = 0.0;
+  for (auto _ : state) benchmark::DoNotOptimize(body.potential.value(body.q, value));
+  body.report(state);
+}
+BENCHMARK(energy)->Arg(4)->Arg(9)->Unit(benchmark::kMillisecond);
+
+// The tangent stiffness times a vector, as the public interface has it: for any material, linearised
+// anew in every call. (What matrix-free CG does is in the implicit rows of `steps`.)
 void product(benchmark::State& state) {
   const Body body(static_cast<int>(state.range(0)));
   Vector y;
@@ -63,5 +74,31 @@ void product(benchmark::State& state) {
   body.report(state);
 }
 BENCHMARK(product)->Arg(4)->Arg(9)->Unit(benchmark::kMillisecond);
+
+// One pass over the vertices: energies and momenta for the books.
+void vertex_books(benchmark::State& state) {
+  const Body body(static_cast<int>(state.range(0)));
+  MechanicalSystem system(body.mesh, Body::material(), 1000.0);
+  system.set_environment(Environment::uniform({0.0, -9.81, 0.0}));
+  State now = system.rest_state();
+  now.momentum = system.momentum_of(body.q);
+  Energies energies;
+  Momenta momenta;
+  for (auto _ : state) {
+    system.vertex_books(now, energies, momenta);
+    benchmark::DoNotOptimize(momenta);
+  }
+  body.report(state);
+}
+BENCHMARK(vertex_books)->Arg(4)->Arg(9)->Unit(benchmark::kMillisecond);
+
+// v = M⁻¹p, another one.
+void velocities(benchmark::State& state) {
+  const Body body(static_cast<int>(state.range(0)));
+  const MechanicalSystem system(body.mesh, Body::material(), 1000.0);
+  for (auto _ : state) benchmark::DoNotOptimize(system.velocity_of(body.q));
+  body.report(state);
+}
+BENCHMARK(velocities)->Arg(4)->Arg(9)->Unit(benchmark::kMillisecond);
 
 }  // namespace

@@ -1,103 +1,124 @@
+// Whole steps, measured as ratios within one run: docs/performance.md tells how to read the tables.
+//
+//     steps --sizes S,M,L,XL --threads 1,2 --json steps.json
+//     steps --quick                                     a minute, coarser
+//     steps --only explicit,implicit --sizes M
 #include <fmt/format.h>
-#include <hwy/highway.h>
-#include <chrono>
-#include <cstdlib>
-#include <string>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <exception>
+#include <thread>
+
+#include "tables.h"
 #include "tetraction/core/blas.h"
-#include "tetraction/core/parallel.h"
-#include "tetraction/dynamics/stepper.h"
-#include "tetraction/mesh/generate.h"
-#include "tetraction/mesh/selection.h"
-#include "tetraction/solver/ceres_minimizer.h"
-#include "tetraction/solver/newton_minimizer.h"
-using namespace tetraction;
-namespace {
-double now() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+#include "tetraction/core/error.h"
+
+namespace tetraction::benchmarks {
+
+LimitsByThreads limits_table(const Settings& settings, Report& report) {
+  const BlasInfo blas = blas_info();
+  report.table(
+      "The machine's limits",
+      {{"threads", 7},
+       {"repetitions", 11},
+       {"multiply-add GF/s", 17},
+       {"read GB/s", 9},
+       {"triad GB/s", 10},
+       {"speed-up", 8}},
+      {fmt::format("{} hardware threads, instruction set {}, BLAS {} {}",
+                   std::thread::hardware_concurrency(), instruction_set_name(), blas.library,
+                   blas.core),
+       "two flops a multiply-add, double precision; triad: 24 bytes an entry",
+       "speed-up: of multiply-adds; where threads share a core or its time it stays at 1"});
+  LimitsByThreads limits;
+  for (const int threads : settings.threads) {
+    const MachineLimits l = measure_limits(threads);
+    limits[threads] = l;
+    report.row({Index{threads}, Index{l.repetitions}, 1e-9 * l.multiply_add, 1e-9 * l.read,
+                1e-9 * l.triad, l.multiply_add / limits.at(settings.threads.front()).multiply_add});
+  }
+  return limits;
 }
+
+namespace {
+
+struct Choice {
+  std::vector<std::string> sizes{"S", "M", "L"};
+  std::vector<int> threads{1, 2};
+  std::vector<std::string> only;
+  std::string json;
+  bool quick = false;
+  double budget = 20.0;
+
+  bool wants(const std::string& table) const {
+    return only.empty() || std::find(only.begin(), only.end(), table) != only.end();
+  }
+};
+
+void add_options(CLI::App& app, Choice& choice) {
+  app.add_option("--sizes", choice.sizes, "beams to measure: S,M,L,XL")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"S", "M", "L", "XL"}))
+      ->capture_default_str();
+  app.add_option("--threads", choice.threads,
+                 "numbers of threads; those above the number of cores are left out")
+      ->delimiter(',')
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--only", choice.only,
+                 "tables to make: explicit,stiffness,implicit,memory,large (the limits always)")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"explicit", "stiffness", "implicit", "memory", "large"}));
+  app.add_option("--budget", choice.budget, "seconds for one run of implicit steps")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--json", choice.json, "write the tables to this file, too");
+  app.add_flag("--quick", choice.quick, "fewer repetitions, a smaller large mesh");
+}
+
+Settings settings_of(const Choice& choice) {
+  Settings settings;
+  settings.quick = choice.quick;
+  settings.budget = choice.budget;
+  for (const std::string& size : choice.sizes) settings.sizes.push_back(beam_size(size));
+  const int cores = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  for (const int threads : choice.threads) {
+    if (threads <= cores) settings.threads.push_back(threads);
+  }
+  if (settings.threads.empty()) settings.threads.push_back(cores);
+  return settings;
+}
+
+void measure(const Choice& choice) {
+  const Settings settings = settings_of(choice);
+  Report report;
+  // First of all: it forks, which does not go with threads.
+  if (choice.wants("memory")) memory_table(settings, report);
+  const LimitsByThreads limits = limits_table(settings, report);
+  if (choice.wants("explicit")) explicit_table(settings, limits, report);
+  if (choice.wants("stiffness")) stiffness_table(settings, report);
+  if (choice.wants("implicit")) implicit_tables(settings, report);
+  if (choice.wants("large")) large_mesh_table(settings, report);
+  // Once more: how much the machine itself has changed meanwhile.
+  limits_table(settings, report);
+  if (!choice.json.empty()) report.write_json(choice.json);
+}
+
 }  // namespace
+}  // namespace tetraction::benchmarks
+
 int main(int argc, char** argv) {
-  if (std::getenv("NO512") != nullptr) {
-    hwy::SetSupportedTargetsForTest(HWY_AVX2);
-    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+  CLI::App app("Measures whole steps against the machine's limits and against each other.");
+  tetraction::benchmarks::Choice choice;
+  tetraction::benchmarks::add_options(app, choice);
+  CLI11_PARSE(app, argc, argv);
+  try {
+    tetraction::benchmarks::measure(choice);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+    return 1;
   }
-  const std::string size = argc > 1 ? argv[1] : "M";
-  const std::string what = argc > 2 ? argv[2] : "newton";
-  const double E = argc > 3 ? std::atof(argv[3]) : 1e6;
-  const int threads = argc > 4 ? std::atoi(argv[4]) : 1;
-  const std::string rule = argc > 5 ? argv[5] : "be";
-  const double h = argc > 6 ? std::atof(argv[6]) : 0.01;
-  set_thread_count(threads);
-  std::array<int, 3> cells = size == "S"   ? std::array<int, 3>{20, 4, 4}
-                             : size == "M" ? std::array<int, 3>{40, 9, 9}
-                             : size == "L" ? std::array<int, 3>{76, 18, 18}
-                                           : std::array<int, 3>{152, 36, 36};
-  double t0 = now();
-  const TetMesh mesh = generate_box({4, 1, 1}, cells);
-  double t1 = now();
-  const LameParameters lame = lame_from_young(E, 0.4);
-  MechanicalSystem system(mesh, NeoHookean(lame.mu, lame.lambda), 1000.0);
-  system.set_environment(Environment::uniform({0, -9.81, 0}));
-  double t2 = now();
-  ConstraintList list;
-  list.held.push_back(hold_at_rest(mesh, select_vertices(mesh, SelectPlane{0, 0.0, {}})));
-  system.set_constraints(Constraints(list, mesh, system.mass()));
-  fmt::print("{} tets, generate {:.3f} s, system {:.3f} s, constraints {:.3f}\n",
-             mesh.tetrahedron_count(), t1 - t0, t2 - t1, now() - t2);
-  State state = system.rest_state();
-  const double n = mesh.tetrahedron_count();
-  if (what == "explicit" || what == "verlet") {
-    auto s = what == "explicit" ? make_explicit_stepper(system) : make_verlet_stepper(system);
-    double step = 2e-4 * 4 / cells[1] / std::sqrt(E / 1e6);
-    s->step(state, step);
-    for (int r = 0; r < 5; ++r) {
-      const int k = (int)(3e7 / n) + 1;
-      double t = now();
-      for (int i = 0; i < k; ++i)
-        if (!s->step(state, step).ok()) {
-          fmt::print("fail\n");
-          return 1;
-        }
-      t = now() - t;
-      fmt::print("{} {:.2f} ns per tet and step\n", what, 1e9 * t / k / n);
-    }
-    return 0;
-  }
-  MinimizerOptions o;
-  NewtonOptions no;
-  if (what == "mf") no.linear = LinearSolver::kMatrixFree;
-  if (what == "cg") no.linear = LinearSolver::kCg;
-  if (what == "factor" || what == "refactor") no.linear = LinearSolver::kFactor;
-  if (what == "refactor") no.keep_factor = false;
-  std::shared_ptr<Minimizer> m =
-      what == "ceres" ? make_ceres_minimizer(system, o) : make_newton_minimizer(system, no);
-  auto s = rule == "be" ? make_backward_euler_stepper(system, m) : make_midpoint_stepper(system, m);
-  int it = 0, cg = 0, f = 0;
-  double t = now();
-  const int steps = 20;
-  double worst = 0;
-  for (int i = 0; i < steps; ++i) {
-    double tt = now();
-    auto out = s->step(state, h);
-    tt = now() - tt;
-    worst = std::max(worst, tt);
-    if (!out.ok()) {
-      fmt::print("fail {} {} res {} lim {}\n", i, out.message, out.minimizer.residual,
-                 out.minimizer.residual_limit);
-      return 1;
-    }
-    it += out.minimizer.iterations;
-    cg += out.minimizer.cg_iterations;
-    f += out.minimizer.factorizations;
-    if (i < 3 || i == 19)
-      fmt::print("  step {}: {:.2f} ms it {} cg {} {}\n", i, 1e3 * tt, out.minimizer.iterations,
-                 out.minimizer.cg_iterations, out.minimizer.linear);
-  }
-  t = now() - t;
-  auto end = select_vertices(mesh, SelectPlane{0, 4.0, {}});
-  double tip = 0;
-  for (auto v : end) tip += state.position[3 * v + 1] - mesh.vertices[v].y();
-  fmt::print("{} {} {}: {:.2f} ms a step (worst {:.2f}), it {:.2f} cg {:.1f} fact {} tip {:.10f}\n",
-             size, rule, what, 1e3 * t / steps, 1e3 * worst, it / 20.0, cg / 20.0, f,
-             tip / end.size());
+  return 0;
 }

@@ -23,13 +23,12 @@ std::vector<MaterialModel> materials_of(const std::vector<BodyRegion>& regions) 
 
 }  // namespace
 
-MechanicalSystem::MechanicalSystem(const TetMesh& mesh, const MaterialModel& material,
-                                   double density)
-    : MechanicalSystem(mesh, {BodyRegion{material, density}}, {}) {}
+MechanicalSystem::MechanicalSystem(TetMesh mesh, const MaterialModel& material, double density)
+    : MechanicalSystem(std::move(mesh), {BodyRegion{material, density}}, {}) {}
 
-MechanicalSystem::MechanicalSystem(const TetMesh& mesh, const std::vector<BodyRegion>& regions,
+MechanicalSystem::MechanicalSystem(TetMesh mesh, const std::vector<BodyRegion>& regions,
                                    const std::vector<int>& region_of_element)
-    : mesh_(mesh),
+    : mesh_(std::move(mesh)),
       rest_(mesh_),
       elastic_(rest_, materials_of(regions), region_of_element),
       viscous_(rest_),

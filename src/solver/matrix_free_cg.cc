@@ -132,8 +132,12 @@ CgReport MatrixFreeCg<T>::solve(const Vector& gradient, double forcing, int max_
       Vector3 g = vertex_block(gradient, v) / -scale;
       // In double precision, lest the reactions' round-off hides what is left to do.
       if (!coordinates.is_free(v)) {
-        const auto t = coordinates.map(v).columns;
-        g = (t * (t.transpose() * g)).eval();
+        const FreeCoordinates::VertexMap map = coordinates.map(v);
+        Vector3 projected = Vector3::Zero();
+        for (int i = 0; i < map.count; ++i) {
+          projected += map.columns.col(i).dot(g) * map.columns.col(i);
+        }
+        g = projected;
       }
       row(x_, v).setZero();
       row(r_, v) = Eigen::Vector4d(g[0], g[1], g[2], 0.0).template cast<T>();

@@ -26,7 +26,7 @@ struct Prices {
 };
 
 Prices prices(double tetrahedra, double nonzeros, const CholeskyCost& cost) {
-  return {4.5 * tetrahedra, 40.0 * tetrahedra, 100.0 * tetrahedra,
+  return {7.0 * tetrahedra, 50.0 * tetrahedra, 100.0 * tetrahedra,
           1.5 * nonzeros,   cost.flops / 30.0, 0.75 * cost.nonzeros};
 }
 
@@ -157,7 +157,7 @@ class NewtonMinimizer : public Minimizer {
     int most = std::max(2000, static_cast<int>(unknowns));
     if (options_.linear == LinearSolver::kAuto) {
       const double worth = p.assembly + p.factorization + 4.0 * p.back_solve;
-      most = std::max(50, static_cast<int>(2.0 * worth / p.product));
+      most = std::max(50, static_cast<int>(worth / p.product));
     }
     CgReport cg = single_precision_ ? solve_in(single(), problem, x, forcing, most)
                                     : solve_in(twice(), problem, x, forcing, most);
@@ -280,18 +280,22 @@ class NewtonMinimizer : public Minimizer {
     return false;
   }
 
-  // The rule of kAuto: matrix-free, until two steps in a row have cost more than they would have
-  // with a factor that lasts for twenty of them.
+  // The rule of kAuto: matrix-free, until what it has cost beyond a factor that lasts for twenty
+  // steps would have paid for the factor.
   void choose(const MinimizerReport& report) {
     constexpr double kLife = 20.0;
     if (current_ != LinearSolver::kMatrixFree || !report.converged()) return;
-    const Prices rough = prices(static_cast<double>(system_.rest().element_count()), 0.0,
-                                expected_cost(static_cast<double>(system_.coordinates().count())));
+    const Prices rough =
+        prices(static_cast<double>(system_.rest().element_count()), 0.0,
+               expected_cost(static_cast<double>(system_.coordinates().count())));
     const double with_factor =
         report.iterations * (rough.newton + rough.assembly + 3.0 * rough.back_solve) +
         rough.factorization / kLife;
-    dear_steps_ = cost_of_step_ > with_factor ? dear_steps_ + 1 : 0;
-    if (dear_steps_ >= 2) current_ = LinearSolver::kFactor;
+    regret_ = std::max(0.0, regret_ + cost_of_step_ - with_factor);
+    if (regret_ > rough.factorization) {
+      current_ = LinearSolver::kFactor;
+      regret_ = 0.0;
+    }
   }
 
   static void finish(MinimizerReport& report) {
@@ -320,10 +324,9 @@ class NewtonMinimizer : public Minimizer {
   bool single_precision_ = true;
   bool safe_ = false;   // the direction can be gone to its end
   bool stale_ = false;  // the factor is to be made anew
-  double regret_ = 0.0;
+  double regret_ = 0.0;  // work that another choice would have spared
   double coefficient_sum_ = 0.0;
   double cost_of_step_ = 0.0;
-  int dear_steps_ = 0;
   double phi_ = 0.0;
   Vector gradient_;  // 3 per vertex
   Vector gradient_before_;

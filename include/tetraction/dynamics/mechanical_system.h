@@ -60,11 +60,11 @@ struct Momenta {
 /// (Stepper), bookkeeping (Books).
 class MechanicalSystem {
  public:
-  /// One material everywhere. Copies the mesh. Throws InputError if density is not positive and
-  /// finite.
-  MechanicalSystem(const TetMesh& mesh, const MaterialModel& material, double density);
+  /// One material everywhere. Keeps the mesh: a copy, or with std::move() the caller's own arrays.
+  /// Throws InputError if density is not positive and finite.
+  MechanicalSystem(TetMesh mesh, const MaterialModel& material, double density);
   /// Element e is of regions[region_of_element[e]].
-  MechanicalSystem(const TetMesh& mesh, const std::vector<BodyRegion>& regions,
+  MechanicalSystem(TetMesh mesh, const std::vector<BodyRegion>& regions,
                    const std::vector<int>& region_of_element);
   MechanicalSystem(const MechanicalSystem&) = delete;
   MechanicalSystem& operator=(const MechanicalSystem&) = delete;

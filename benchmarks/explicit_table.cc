@@ -1,0 +1,111 @@
+#include <algorithm>
+
+#include "peers.h"
+#include "tables.h"
+#include "tetraction/dynamics/books.h"
+#include "tetraction/material/material.h"
+#include "timing.h"
+
+namespace tetraction::benchmarks {
+namespace {
+
+// What an explicit step needs of the machine at least, for each tetrahedron.
+constexpr double kBytes = 100.0;       // rest data, slots and its share of the vertices' fields
+constexpr double kMultiplyAdds = 125;  // neo-Hookean
+
+struct Timing {
+  double step = 0.0;   // ns per tetrahedron and step
+  double books = 0.0;  // what Books::enter() adds, per cent of the step
+};
+
+using Rule = std::unique_ptr<Stepper> (*)(const MechanicalSystem&);
+
+struct Loop {
+  const MechanicalSystem& beam;
+  const State& start;
+  double h = 0.0;
+  Index steps = 0;
+};
+
+// Seconds of a step. Every repetition starts from the same state.
+double run_once(const Loop& loop, Stepper& stepper, bool with_books) {
+  State state = loop.start;
+  stepper.reset();
+  require(stepper.step(state, loop.h));
+  Books books(loop.beam, state);
+  const double seconds = seconds_of([&] {
+    for (Index k = 0; k < loop.steps; ++k) {
+      const StepOutcome outcome = stepper.step(state, loop.h);
+      require(outcome);
+      if (with_books) books.enter(state, outcome);
+    }
+  });
+  return seconds / static_cast<double>(loop.steps);
+}
+
+// With and without books in turns, so that both see the same moods of the machine.
+Timing measure(const Loop& loop, Rule rule, int repetitions) {
+  const std::unique_ptr<Stepper> stepper = rule(loop.beam);
+  std::vector<double> bare;
+  std::vector<double> extra;
+  run_once(loop, *stepper, true);
+  for (int r = 0; r < repetitions; ++r) {
+    bare.push_back(run_once(loop, *stepper, false));
+    extra.push_back(100.0 * (run_once(loop, *stepper, true) / bare.back() - 1.0));
+  }
+  const double per_tetrahedron = 1e9 / static_cast<double>(loop.beam.mesh().tetrahedron_count());
+  return {per_tetrahedron * median(bare), median(extra)};
+}
+
+// They are of neo-Hookean bodies on one thread.
+std::string peers(const std::string& material, int threads) {
+  return material == NeoHookean::kName && threads == 1 ? kPeersExplicit : "";
+}
+
+std::vector<Column> columns() {
+  return {{"size", 4},       {"tetrahedra", 10},  {"material", 13},
+          {"rule", 8},       {"threads", 7},      {"repetitions", 11},
+          {"ns/tet", 7},     {"x bandwidth", 11}, {"x multiply-add", 14},
+          {"books %", 7, 2}, {"speed-up", 8},     {"peers ns/tet", 12}};
+}
+
+}  // namespace
+
+void explicit_table(const Settings& settings, const LimitsByThreads& limits, Report& report) {
+  report.table(
+      "Explicit steps: time per tetrahedron and step", columns(),
+      {"x bandwidth: times what reading 100 bytes a tetrahedron from memory takes",
+       "x multiply-add: times what 125 multiply-adds a tetrahedron take",
+       "speed-up: over the first number of threads (at most the machine's own, see its limits)",
+       kPeerNote});
+  for (const BeamSize& size : settings.sizes) {
+    use_threads(settings.threads.front());
+    const auto beam = make_beam(size.mesh());
+    const State bent = bent_state(*beam);
+    const double work = settings.quick ? 2e6 : 1e7;  // tetrahedra in a repetition
+    const Index steps =
+        std::max<Index>(3, static_cast<Index>(work / static_cast<double>(size.tetrahedra())));
+    const Loop loop{*beam, bent, size.explicit_step(), steps};
+    for (const char* material :
+         {NeoHookean::kName, StVenantKirchhoff::kName, MooneyRivlin::kName}) {
+      beam->set_material(0, beam_material(material, kSoft));
+      for (const bool verlet : {false, true}) {
+        double first = 0.0;
+        for (const int threads : settings.threads) {
+          use_threads(threads);
+          const Timing t = measure(loop, verlet ? make_verlet_stepper : make_explicit_stepper,
+                                   settings.repetitions());
+          if (first == 0.0) first = t.step;
+          const MachineLimits& limit = limits.at(threads);
+          report.row({size.name, size.tetrahedra(), material, verlet ? "verlet" : "explicit",
+                      Index{threads}, Index{settings.repetitions()}, t.step,
+                      1e-9 * t.step * limit.read / kBytes,
+                      1e-9 * t.step * limit.multiply_add / (2.0 * kMultiplyAdds), t.books,
+                      first / t.step, peers(material, threads)});
+        }
+      }
+    }
+  }
+}
+
+}  // namespace tetraction::benchmarks
