@@ -26,7 +26,8 @@ struct Prices {
 };
 
 Prices prices(double tetrahedra, double nonzeros, const CholeskyCost& cost) {
-  return {7.0 * tetrahedra, 50.0 * tetrahedra, 100.0 * tetrahedra,
+  constexpr double kInCache = 1e5;  // tetrahedra whose states the last-level cache holds
+  return {(tetrahedra > kInCache ? 12.0 : 7.0) * tetrahedra, 50.0 * tetrahedra, 100.0 * tetrahedra,
           1.5 * nonzeros,   cost.flops / 30.0, 0.75 * cost.nonzeros};
 }
 
@@ -153,11 +154,11 @@ class NewtonMinimizer : public Minimizer {
     const double unknowns = static_cast<double>(system_.coordinates().count());
     const Prices p =
         prices(static_cast<double>(system_.rest().element_count()), 0.0, expected_cost(unknowns));
-    // As many iterations as it would take to have a factor made and used.
+    // With kAuto no more iterations than would have paid for a factor, in this step and before.
     int most = std::max(2000, static_cast<int>(unknowns));
     if (options_.linear == LinearSolver::kAuto) {
       const double worth = p.assembly + p.factorization + 4.0 * p.back_solve;
-      most = std::max(50, static_cast<int>(worth / p.product));
+      most = std::max(50, static_cast<int>((worth - regret_ - cost_of_step_) / p.product));
     }
     CgReport cg = single_precision_ ? solve_in(single(), problem, x, forcing, most)
                                     : solve_in(twice(), problem, x, forcing, most);
@@ -173,6 +174,7 @@ class NewtonMinimizer : public Minimizer {
     cost_of_step_ += p.newton + p.product * cg.iterations;
     if (!cg.converged && !cg.negative_curvature && options_.linear == LinearSolver::kAuto) {
       current_ = LinearSolver::kFactor;
+      regret_ = 0.0;
       return find_with_matrix(problem, x, forcing, report);
     }
     return direction_.allFinite();
@@ -285,9 +287,8 @@ class NewtonMinimizer : public Minimizer {
   void choose(const MinimizerReport& report) {
     constexpr double kLife = 20.0;
     if (current_ != LinearSolver::kMatrixFree || !report.converged()) return;
-    const Prices rough =
-        prices(static_cast<double>(system_.rest().element_count()), 0.0,
-               expected_cost(static_cast<double>(system_.coordinates().count())));
+    const Prices rough = prices(static_cast<double>(system_.rest().element_count()), 0.0,
+                                expected_cost(static_cast<double>(system_.coordinates().count())));
     const double with_factor =
         report.iterations * (rough.newton + rough.assembly + 3.0 * rough.back_solve) +
         rough.factorization / kLife;
@@ -322,8 +323,8 @@ class NewtonMinimizer : public Minimizer {
   std::unique_ptr<MatrixFreeCg<double>> double_;
   std::unique_ptr<AssembledSystem> assembled_;
   bool single_precision_ = true;
-  bool safe_ = false;   // the direction can be gone to its end
-  bool stale_ = false;  // the factor is to be made anew
+  bool safe_ = false;    // the direction can be gone to its end
+  bool stale_ = false;   // the factor is to be made anew
   double regret_ = 0.0;  // work that another choice would have spared
   double coefficient_sum_ = 0.0;
   double cost_of_step_ = 0.0;
