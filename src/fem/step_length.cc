@@ -31,13 +31,15 @@ double first_loss(double a, double b, double c, double least, double limit) {
 
 }  // namespace
 
-double admissible_step(const RestState& rest, const Vector& q, const Vector& d) {
+double admissible_step(const RestState& rest, const Vector& q, const Vector& d,
+                       const std::function<bool(Index)>& counts) {
   constexpr double kLeast = 0.1;
   double step = 1.0;
   std::mutex mutex;
   parallel_for(rest.element_count(), 512, [&](Index begin, Index end) {
     double own = 1.0;
     for (Index e = begin; e < end; ++e) {
+      if (counts && !counts(e)) continue;
       const Matrix3 now = edges(rest, q, e);
       const double det = now.determinant();
       if (!(det > 0.0)) continue;

@@ -434,8 +434,10 @@ HWY_NOINLINE bool is_safe(const BatchView& batches, const T* HWY_RESTRICT state,
       const V third = cofactors(p, cofactor);
       const V first = hn::Add(p.m[0][0], hn::Add(p.m[1][1], p.m[2][2]));
       const V second = hn::Add(cofactor.m[0][0], hn::Add(cofactor.m[1][1], cofactor.m[2][2]));
-      const V least =
-          hn::Add(hn::Min(first, zero), hn::Add(hn::Min(second, zero), hn::Min(third, zero)));
+      const auto loss = [&](V v) HWY_ATTR {  // NaN stays NaN
+        return hn::IfThenElse(hn::Gt(v, zero), zero, v);
+      };
+      const V least = hn::Add(loss(first), hn::Add(loss(second), loss(third)));
       if (!hn::AllTrue(d, hn::Gt(least, hn::Set(d, T(-0.9))))) return false;
     }
     slots += 4 * kBatchLanes;

@@ -10,6 +10,25 @@ namespace {
 
 constexpr Index kGrain = 1024;
 
+// The part of x along the directions in which the vertex may move. Reactions are kept out of
+// residuals like this: next to them the rest would be round-off.
+Vector3 project(const FreeCoordinates& coordinates, Index v, const Vector3& x) {
+  const FreeCoordinates::VertexMap map = coordinates.map(v);
+  Vector3 projected = Vector3::Zero();
+  for (int i = 0; i < map.count; ++i) {
+    projected += map.columns.col(i).dot(x) * map.columns.col(i);
+  }
+  return projected;
+}
+
+template <class T>
+Eigen::Matrix<T, 4, 1> project(const FreeCoordinates& coordinates, Index v,
+                               const Eigen::Matrix<T, 4, 1>& x) {
+  const Vector3 projected =
+      project(coordinates, v, Vector3(x.template head<3>().template cast<double>()));
+  return Eigen::Vector4d(projected[0], projected[1], projected[2], 0.0).template cast<T>();
+}
+
 // Sum of many products: in the vectors' precision over a few rows, then in double precision.
 template <class T>
 class RowSum {
@@ -130,15 +149,7 @@ CgReport MatrixFreeCg<T>::solve(const Vector& gradient, double forcing, int max_
     RowSum<T> sum;
     for (Index v = begin; v < end; ++v) {
       Vector3 g = vertex_block(gradient, v) / -scale;
-      // In double precision, lest the reactions' round-off hides what is left to do.
-      if (!coordinates.is_free(v)) {
-        const FreeCoordinates::VertexMap map = coordinates.map(v);
-        Vector3 projected = Vector3::Zero();
-        for (int i = 0; i < map.count; ++i) {
-          projected += map.columns.col(i).dot(g) * map.columns.col(i);
-        }
-        g = projected;
-      }
+      if (!coordinates.is_free(v)) g = project(coordinates, v, g);
       row(x_, v).setZero();
       row(r_, v) = Eigen::Vector4d(g[0], g[1], g[2], 0.0).template cast<T>();
       const Row z = precondition(row(r_, v), v);
@@ -166,6 +177,7 @@ CgReport MatrixFreeCg<T>::solve(const Vector& gradient, double forcing, int max_
           ap += Row(off[0] * p[1] + off[1] * p[2], off[0] * p[0] + off[2] * p[2],
                     off[1] * p[0] + off[2] * p[1], T(0));
         }
+        if (!coordinates.is_free(v)) ap = project(coordinates, v, ap);
         row(ap_, v) = ap;
         sum.add(p.cwiseProduct(ap));
       }
@@ -203,7 +215,9 @@ CgReport MatrixFreeCg<T>::solve(const Vector& gradient, double forcing, int max_
   parallel_for(n, kGrain, [&](Index begin, Index end) {
     for (Index v = begin; v < end; ++v) {
       row(x_, v) *= static_cast<T>(scale);
-      vertex_block(step, v) = row(x_, v).template head<3>().template cast<double>();
+      Vector3 own = row(x_, v).template head<3>().template cast<double>();
+      if (!coordinates.is_free(v)) own = project(coordinates, v, own);
+      vertex_block(step, v) = own;
     }
   });
   return report;

@@ -27,8 +27,12 @@ struct Prices {
 
 Prices prices(double tetrahedra, double nonzeros, const CholeskyCost& cost) {
   constexpr double kInCache = 1e5;  // tetrahedra whose states the last-level cache holds
-  return {(tetrahedra > kInCache ? 12.0 : 7.0) * tetrahedra, 50.0 * tetrahedra, 100.0 * tetrahedra,
-          1.5 * nonzeros,   cost.flops / 30.0, 0.75 * cost.nonzeros};
+  return {(tetrahedra > kInCache ? 12.0 : 7.0) * tetrahedra,
+          50.0 * tetrahedra,
+          100.0 * tetrahedra,
+          1.5 * nonzeros,
+          cost.flops / 30.0,
+          0.75 * cost.nonzeros};
 }
 
 // What a factorisation by nested dissection costs, by the number of unknowns: fitted to blocks and
@@ -250,11 +254,20 @@ class NewtonMinimizer : public Minimizer {
                   static_cast<double>(assembled().nonzeros()), assembled().cost());
   }
 
+  // Saint Venant–Kirchhoff is defined for any J and may have to go through 0.
+  double longest_step(const Vector& x) const {
+    const ElasticPotential& elastic = system_.elastic();
+    return admissible_step(system_.rest(), x, direction_, [&](Index e) {
+      return !std::holds_alternative<StVenantKirchhoff>(
+          elastic.materials()[static_cast<std::size_t>(elastic.material_index(e))]);
+    });
+  }
+
   // x ← x + t d with the first t of a halving sequence that lowers Φ or halves the residual.
   bool search(const StepProblem& problem, Vector& x, MinimizerReport& report) {
     constexpr double kArmijo = 1e-4;
     constexpr double kRoundOff = 1e-11;
-    const double longest = safe_ ? 1.0 : admissible_step(system_.rest(), x, direction_);
+    const double longest = safe_ ? 1.0 : longest_step(x);
     const double slope = gradient_.dot(direction_);
     if (!(slope < 0.0)) return false;
     before_ = x;
