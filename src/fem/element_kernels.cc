@@ -81,7 +81,7 @@ struct Moduli {
   V mu, mu2, lambda;
 };
 
-// Energy and ∂W/∂e of the elements in the lanes. Returns whether all are admissible.
+// Energy and ∂W/∂e of the elements in the lanes, Mooney–Rivlin and St Venant–Kirchhoff. Returns whether all are admissible.
 template <MaterialKind kKind, bool kGradient, bool kEnergy>
 HWY_INLINE bool evaluate(D d, const Moduli& moduli, const Columns<V>& e, const Symmetric<V>& vg,
                          V inverse_six_volume, V& energy, Columns<V>& gradient) {
@@ -114,7 +114,7 @@ HWY_INLINE bool evaluate(D d, const Moduli& moduli, const Columns<V>& e, const S
     // x − x is NaN for infinite and NaN x.
     return hn::AllTrue(d, hn::Eq(hn::Sub(tr, tr), hn::Zero(d)));
   } else {
-    constexpr bool kMooney = kKind == MaterialKind::kMooneyRivlin;
+    static_assert(kKind == MaterialKind::kMooneyRivlin);
     Columns<V> cofactor;
     const V det = cofactors(e, cofactor);
     const V j = hn::Mul(det, inverse_six_volume);
@@ -122,81 +122,73 @@ HWY_INLINE bool evaluate(D d, const Moduli& moduli, const Columns<V>& e, const S
     const V log_j = log_and_inverse(d, j, inverse_j);
     Columns<V> evg;
     multiply(e, vg, evg);
-    V vi1 = hn::Undefined(d);  // V I₁
-    if constexpr (kMooney || kEnergy) vi1 = contract(e, evg);
+    const V vi1 = contract(e, evg);  // V I₁
+    const V i1 = hn::Mul(vi1, inverse_volume);
     Symmetric<V> c;
-    if constexpr (kMooney) metric(e, c);
-    V mu_sum = moduli.mu;
-    if constexpr (kMooney) mu_sum = hn::MulAdd(hn::Set(d, 2.0), moduli.mu2, mu_sum);
-    V i1 = hn::Undefined(d);
-    if constexpr (kMooney) i1 = hn::Mul(vi1, inverse_volume);
-
-    Symmetric<V> gcvg;  // V G c G
-    if constexpr (kMooney) {
-      Columns<V> cvg;  // c V G, by columns
-      for (int col = 0; col < 3; ++col) {
-        for (int i = 0; i < 3; ++i) {
-          cvg.m[col][i] = hn::MulAdd(c(i, 2), vg(2, col),
-                                     hn::MulAdd(c(i, 1), vg(1, col), hn::Mul(c(i, 0), vg(0, col))));
-        }
-      }
+    metric(e, c);
+    Columns<V> cvg;  // c V G, by columns
+    for (int col = 0; col < 3; ++col) {
       for (int i = 0; i < 3; ++i) {
-        for (int k = i; k < 3; ++k) {
-          const V sum =
-              hn::MulAdd(vg(i, 2), cvg.m[k][2],
-                         hn::MulAdd(vg(i, 1), cvg.m[k][1], hn::Mul(vg(i, 0), cvg.m[k][0])));
-          gcvg(i, k) = hn::Mul(sum, inverse_volume);
-        }
+        cvg.m[col][i] = hn::MulAdd(c(i, 2), vg(2, col),
+                                   hn::MulAdd(c(i, 1), vg(1, col), hn::Mul(c(i, 0), vg(0, col))));
+      }
+    }
+    Symmetric<V> gcvg;  // V G c G
+    for (int i = 0; i < 3; ++i) {
+      for (int k = i; k < 3; ++k) {
+        const V sum = hn::MulAdd(vg(i, 2), cvg.m[k][2],
+                                 hn::MulAdd(vg(i, 1), cvg.m[k][1], hn::Mul(vg(i, 0), cvg.m[k][0])));
+        gcvg(i, k) = hn::Mul(sum, inverse_volume);
       }
     }
     if constexpr (kGradient) {
+      const V mu_sum = hn::MulAdd(hn::Set(d, 2.0), moduli.mu2, moduli.mu);
       const V factor = hn::Mul(hn::MulSub(moduli.lambda, log_j, mu_sum),
                                hn::Mul(inverse_j, hn::Set(d, 1.0 / 6.0)));
-      if constexpr (kMooney) {
-        // V [(μ₁ + μ₂ I₁) G − μ₂ G c G]
-        const V scale = hn::MulAdd(moduli.mu2, i1, moduli.mu);
-        Symmetric<V> stress;
-        for (int k = 0; k < 6; ++k) {
-          stress.m[k] = hn::NegMulAdd(moduli.mu2, gcvg.m[k], hn::Mul(scale, vg.m[k]));
-        }
-        multiply(e, stress, gradient);
-        for (int k = 0; k < 9; ++k) {
-          gradient.m[k / 3][k % 3] =
-              hn::MulAdd(factor, cofactor.m[k / 3][k % 3], gradient.m[k / 3][k % 3]);
-        }
-      } else {
-        for (int k = 0; k < 9; ++k) {
-          gradient.m[k / 3][k % 3] =
-              hn::MulAdd(factor, cofactor.m[k / 3][k % 3], hn::Mul(moduli.mu, evg.m[k / 3][k % 3]));
-        }
+      // V [(μ₁ + μ₂ I₁) G − μ₂ G c G]
+      const V scale = hn::MulAdd(moduli.mu2, i1, moduli.mu);
+      Symmetric<V> stress;
+      for (int k = 0; k < 6; ++k) {
+        stress.m[k] = hn::NegMulAdd(moduli.mu2, gcvg.m[k], hn::Mul(scale, vg.m[k]));
+      }
+      multiply(e, stress, gradient);
+      for (int k = 0; k < 9; ++k) {
+        gradient.m[k / 3][k % 3] =
+            hn::MulAdd(factor, cofactor.m[k / 3][k % 3], gradient.m[k / 3][k % 3]);
       }
     }
     if constexpr (kEnergy) {
       const V volume = hn::Mul(hn::Mul(det, inverse_j), hn::Set(d, 1.0 / 6.0));
       const V three_ln = hn::MulAdd(hn::Set(d, 2.0), log_j, hn::Set(d, 3.0));
-      V first = hn::MulSub(vi1, inverse_volume, three_ln);
-      V second = hn::Undefined(d);
-      if constexpr (kMooney) {
-        // I₂ = ½ (I₁² − tr C²), tr C² = c:(G c G).
-        V square = hn::Zero(d);
-        for (int i = 0; i < 3; ++i) {
-          for (int k = 0; k < 3; ++k) square = hn::MulAdd(c(i, k), gcvg(i, k), square);
-        }
-        const V i2 = hn::Mul(hn::Set(d, 0.5), hn::MulSub(i1, i1, hn::Mul(square, inverse_volume)));
-        second = hn::Sub(i2, hn::MulAdd(hn::Set(d, 4.0), log_j, hn::Set(d, 3.0)));
-      }
-      if (HWY_UNLIKELY(!hn::AllFalse(d, hn::Lt(first, hn::Set(d, kSmallStrain))))) {
-        if constexpr (!kMooney) metric(e, c);
-        refine<kMooney>(d, c, vg, inverse_volume, first, second);
+      V first = hn::Sub(i1, three_ln);
+      // I₂ = ½ (I₁² − tr C²), tr C² = c:(G c G).
+      V square = hn::Zero(d);
+      for (int i = 0; i < 3; ++i) {
+        for (int k = 0; k < 3; ++k) square = hn::MulAdd(c(i, k), gcvg(i, k), square);
       }
       const V half = hn::Set(d, 0.5);
+      const V i2 = hn::Mul(half, hn::MulSub(i1, i1, hn::Mul(square, inverse_volume)));
+      V second = hn::Sub(i2, hn::MulAdd(hn::Set(d, 4.0), log_j, hn::Set(d, 3.0)));
+      if (HWY_UNLIKELY(!hn::AllFalse(d, hn::Lt(first, hn::Set(d, kSmallStrain))))) {
+        refine<true>(d, c, vg, inverse_volume, first, second);
+      }
       V density = hn::Mul(hn::Mul(half, moduli.lambda), hn::Mul(log_j, log_j));
       density = hn::MulAdd(hn::Mul(half, moduli.mu), first, density);
-      if constexpr (kMooney) density = hn::MulAdd(hn::Mul(half, moduli.mu2), second, density);
+      density = hn::MulAdd(hn::Mul(half, moduli.mu2), second, density);
       energy = hn::Mul(volume, density);
     }
     return hn::AllTrue(d, hn::And(hn::Gt(j, hn::Zero(d)), hn::Lt(j, hn::Set(d, 1e300))));
   }
+}
+
+// Lane by lane: the same order of additions for every vector length.
+HWY_INLINE double sum_of_lanes(const V* sums) {
+  constexpr size_t kLanes = hn::MaxLanes(D());
+  HWY_ALIGN double lanes[kBatchLanes];
+  for (size_t i = 0; i < kBatchLanes / kLanes; ++i) hn::Store(sums[i], D(), lanes + i * kLanes);
+  double total = 0.0;
+  for (const double lane : lanes) total += lane;
+  return total;
 }
 
 template <MaterialKind kKind, bool kGradient, bool kEnergy>
@@ -234,15 +226,101 @@ HWY_NOINLINE BlockSums run(const BatchView& batches, const IsotropicModuli& cons
     rest += kRestNumbers * kBatchLanes;
     slots += 4 * kBatchLanes;
   }
-  BlockSums result;
-  result.admissible = admissible;
-  if constexpr (kEnergy) {
-    // Lane by lane: the same order of additions for every vector length.
-    HWY_ALIGN double lanes[kBatchLanes];
-    for (size_t part = 0; part < kParts; ++part) hn::Store(sums[part], d, lanes + part * kLanes);
-    for (const double lane : lanes) result.energy += lane;
+  return {kEnergy ? sum_of_lanes(sums) : 0.0, admissible};
+}
+
+// Neo-Hookean in stages, so that the long chain of the logarithm of one vector hides behind the other
+// vectors of the batch.
+struct Stage {
+  Columns<V> evg;
+  Columns<V> cofactor;
+  V det;
+  V j;
+  V vi1;  // V I₁
+};
+
+template <bool kGradient, bool kEnergy>
+HWY_NOINLINE BlockSums run_neo_hookean(const BatchView& batches, const IsotropicModuli& constants,
+                                       const double* HWY_RESTRICT positions,
+                                       double* HWY_RESTRICT gradients) {
+  const D d;
+  constexpr size_t kLanes = hn::MaxLanes(D());
+  constexpr size_t kParts = kBatchLanes / kLanes;
+  constexpr size_t kTogether = kParts < 2 ? kParts : 2;
+  const V mu = hn::Set(d, constants.mu);
+  const V lambda = hn::Set(d, constants.lambda);
+  const V half = hn::Set(d, 0.5);
+  const V sixth = hn::Set(d, 1.0 / 6.0);
+  V sums[kParts];
+  for (V& v : sums) v = hn::Zero(d);
+  bool admissible = true;
+  const double* rest = batches.rest;
+  const uint16_t* slots = batches.slots;
+  const auto load_vg = [&](size_t lane, Symmetric<V>& vg) HWY_ATTR {
+    for (size_t k = 0; k < 6; ++k) vg.m[k] = hn::Load(d, rest + k * kBatchLanes + lane);
+  };
+  for (std::ptrdiff_t b = 0; b < batches.count; ++b) {
+    prefetch(rest + kAhead * kRestNumbers * kBatchLanes, kRestNumbers * kBatchLanes);
+    prefetch(slots + kAhead * 4 * kBatchLanes, 4 * kBatchLanes);
+    for (size_t first_part = 0; first_part < kParts; first_part += kTogether) {
+      Stage stages[kTogether];
+      V log_j[kTogether];
+      V inverse_j[kTogether];
+      for (size_t i = 0; i < kTogether; ++i) {
+        const size_t lane = (first_part + i) * kLanes;
+        Stage& s = stages[i];
+        Columns<V> e;
+        RowAccess<D>::edges(d, positions, slots + lane, kBatchLanes, e);
+        s.det = cofactors(e, s.cofactor);
+        s.j = hn::Mul(s.det, hn::Load(d, rest + 6 * kBatchLanes + lane));
+        Symmetric<V> vg;
+        load_vg(lane, vg);
+        multiply(e, vg, s.evg);
+        if constexpr (kEnergy) s.vi1 = contract(e, s.evg);
+      }
+      for (size_t i = 0; i < kTogether; ++i) {
+        log_j[i] = log_and_inverse(d, stages[i].j, inverse_j[i]);
+      }
+      for (size_t i = 0; i < kTogether; ++i) {
+        const size_t lane = (first_part + i) * kLanes;
+        const Stage& s = stages[i];
+        admissible &=
+            hn::AllTrue(d, hn::And(hn::Gt(s.j, hn::Zero(d)), hn::Lt(s.j, hn::Set(d, 1e300))));
+        if constexpr (kEnergy) {
+          const V inverse_volume =
+              hn::Mul(hn::Load(d, rest + 6 * kBatchLanes + lane), hn::Set(d, 6.0));
+          const V three_ln = hn::MulAdd(hn::Set(d, 2.0), log_j[i], hn::Set(d, 3.0));
+          V first = hn::MulSub(s.vi1, inverse_volume, three_ln);
+          if (HWY_UNLIKELY(!hn::AllFalse(d, hn::Lt(first, hn::Set(d, kSmallStrain))))) {
+            Columns<V> e;
+            RowAccess<D>::edges(d, positions, slots + lane, kBatchLanes, e);
+            Symmetric<V> c;
+            metric(e, c);
+            Symmetric<V> vg;
+            load_vg(lane, vg);
+            V second = hn::Undefined(d);
+            refine<false>(d, c, vg, inverse_volume, first, second);
+          }
+          const V volume = hn::Mul(hn::Mul(s.det, inverse_j[i]), sixth);
+          const V density = hn::MulAdd(hn::Mul(half, mu), first,
+                                       hn::Mul(hn::Mul(half, lambda), hn::Mul(log_j[i], log_j[i])));
+          sums[first_part + i] = hn::MulAdd(volume, density, sums[first_part + i]);
+        }
+        if constexpr (kGradient) {
+          const V factor = hn::Mul(hn::MulSub(lambda, log_j[i], mu), hn::Mul(inverse_j[i], sixth));
+          Columns<V> gradient;
+          for (int k = 0; k < 9; ++k) {
+            gradient.m[k / 3][k % 3] =
+                hn::MulAdd(factor, s.cofactor.m[k / 3][k % 3], hn::Mul(mu, s.evg.m[k / 3][k % 3]));
+          }
+          RowAccess<D>::add_balanced(d, gradient, gradients, slots + lane, kBatchLanes);
+        }
+      }
+    }
+    rest += kRestNumbers * kBatchLanes;
+    slots += 4 * kBatchLanes;
   }
-  return result;
+  return {kEnergy ? sum_of_lanes(sums) : 0.0, admissible};
 }
 
 template <bool kGradient, bool kEnergy>
@@ -258,7 +336,7 @@ BlockSums run_kind(const BatchView& batches, const IsotropicModuli& moduli, cons
     case MaterialKind::kNeoHookean:
       break;
   }
-  return run<MaterialKind::kNeoHookean, kGradient, kEnergy>(batches, moduli, positions, gradients);
+  return run_neo_hookean<kGradient, kEnergy>(batches, moduli, positions, gradients);
 }
 
 BlockSums gradient_and_energy(const BatchView& batches, const IsotropicModuli& moduli,

@@ -56,7 +56,7 @@ BlockSums elastic_gradient(const BatchView& batches, const IsotropicModuli& modu
 BlockSums elastic_energy(const BatchView& batches, const IsotropicModuli& moduli,
                          const double* positions);
 
-/// Name of the instruction set in use, e.g. "AVX3" (AVX-512), "AVX2", "EMU128" (portable).
+/// Name of the instruction set in use, e.g. "AVX3" (AVX-512), "AVX2", "SCALAR" (portable).
 const char* instruction_set();
 
 }  // namespace tetraction
