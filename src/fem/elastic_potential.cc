@@ -242,9 +242,9 @@ struct ElasticPotential::Impl {
     thread_local AlignedVector<double> state;
     thread_local AlignedVector<double> matrices;
     positions.resize(static_cast<std::size_t>(ElementBlocks::kRowSize * block.row_count));
-    const auto numbers = static_cast<std::size_t>(tangent_numbers(form) * kBatchLanes);
+    const auto numbers = static_cast<std::size_t>(tangent_numbers(form)) * kBatchLanes;
     state.resize(numbers * static_cast<std::size_t>(block.batch_count));
-    matrices.resize(static_cast<std::size_t>(kStiffnessNumbers * kBatchLanes));
+    matrices.resize(std::size_t{kStiffnessNumbers} * kBatchLanes);
     blocks.load_rows(block, q.data(), positions.data());
     prepare_tangent(blocks.batches(block), *moduli, form, positions.data(), state.data());
     for (Index batch = 0; batch < block.batch_count; ++batch) {

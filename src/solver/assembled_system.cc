@@ -10,8 +10,7 @@
 namespace tetraction {
 
 AssembledSystem::AssembledSystem(const MechanicalSystem& system)
-    : system_(system),
-      pattern_(system.rest(), system.coordinates()),
+    : pattern_(system.rest(), system.coordinates()),
       cholesky_(pattern_),
       values_(static_cast<std::size_t>(pattern_.nonzeros())) {}
 

@@ -38,7 +38,6 @@ class AssembledSystem {
  private:
   void multiply(const Vector& x, Vector& y) const;
 
-  const MechanicalSystem& system_;
   SparsityPattern pattern_;
   SparseCholesky cholesky_;
   std::vector<double> values_;
