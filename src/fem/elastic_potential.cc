@@ -233,11 +233,7 @@ struct ElasticPotential::Impl {
       }
       return;
     }
-    const TangentForm form =
-        moduli->kind == MaterialKind::kNeoHookean
-            ? TangentForm::kSpatial
-            : (moduli->kind == MaterialKind::kMooneyRivlin ? TangentForm::kBoth
-                                                           : TangentForm::kMetric);
+    const TangentForm form = tangent_form(moduli->kind, false);
     thread_local AlignedVector<double> positions;
     thread_local AlignedVector<double> state;
     thread_local AlignedVector<double> matrices;

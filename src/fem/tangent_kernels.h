@@ -25,6 +25,13 @@ enum class TangentForm {
   kBoth
 };
 
+/// The terms of a material, with viscosity beside it or not.
+constexpr TangentForm tangent_form(MaterialKind kind, bool viscous) {
+  if (kind == MaterialKind::kStVenantKirchhoff) return TangentForm::kMetric;
+  return viscous || kind == MaterialKind::kMooneyRivlin ? TangentForm::kBoth
+                                                        : TangentForm::kSpatial;
+}
+
 /// Numbers that the state of an element has.
 constexpr int tangent_numbers(TangentForm form) {
   return form == TangentForm::kSpatial ? 17 : (form == TangentForm::kMetric ? 23 : 34);

@@ -25,10 +25,7 @@ template <class T>
 TangentForm TangentOperator<T>::form(const ElementBlocks::Block& block) const {
   const auto moduli =
       isotropic_moduli(elastic_.materials()[static_cast<std::size_t>(block.material)]);
-  const bool metric = moduli->kind == MaterialKind::kStVenantKirchhoff;
-  if (metric) return TangentForm::kMetric;
-  return viscous_ || moduli->kind == MaterialKind::kMooneyRivlin ? TangentForm::kBoth
-                                                                 : TangentForm::kSpatial;
+  return tangent_form(moduli->kind, viscous_);
 }
 
 template <class T>

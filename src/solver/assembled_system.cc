@@ -14,8 +14,8 @@ AssembledSystem::AssembledSystem(const MechanicalSystem& system)
       cholesky_(pattern_),
       values_(static_cast<std::size_t>(pattern_.nonzeros())) {}
 
-void AssembledSystem::assemble(const StepProblem& problem, const Vector& x) {
-  problem.hessian(x, pattern_, values_.data());
+bool AssembledSystem::assemble(const StepProblem& problem, const Vector& x) {
+  return problem.hessian(x, pattern_, values_.data()).ok();
 }
 
 void AssembledSystem::assemble_projected(const StepProblem& problem, const Vector& x) {

@@ -16,8 +16,8 @@ class AssembledSystem {
  public:
   explicit AssembledSystem(const MechanicalSystem& system);
 
-  /// Assembles the exact Hessian at x, where Φ must be defined.
-  void assemble(const StepProblem& problem, const Vector& x);
+  /// Assembles the exact Hessian at x; false if Φ is not defined there.
+  bool assemble(const StepProblem& problem, const Vector& x);
   /// The same with every element's share of Φ clamped to a positive semidefinite matrix.
   void assemble_projected(const StepProblem& problem, const Vector& x);
   /// The factor of the matrix as it is; false if it is not positive definite.

@@ -9,9 +9,10 @@
 #include <utility>
 #include <vector>
 
+#include "assembled_system.h"
 #include "ceres_elements.h"
 #include "serial_openmp.h"
-#include "sparse_cholesky.h"
+#include "termination_message.h"
 #include "tetraction/core/blas.h"
 #include "tetraction/core/error.h"
 
@@ -106,17 +107,15 @@ class CeresMinimizer : public Minimizer {
       shift *= 1e-3;
     }
     x = x_;
-    finish(report);
+    report.message = termination_message(report.termination);
     return report;
   }
 
   bool solve_linearized(const StepProblem& problem, const Vector& x, const Matrix& right,
                         Matrix& solution) override {
-    const SerialOpenMp serial;
-    const SerialBlas serial_blas;
     if (!factorize(problem, x)) return false;
     solution.resize(right.rows(), right.cols());
-    for (Index i = 0; i < right.cols(); ++i) solution.col(i) = cholesky_->solve(right.col(i));
+    for (Index i = 0; i < right.cols(); ++i) solution.col(i) = assembled_->back_solve(right.col(i));
     return true;
   }
 
@@ -215,8 +214,6 @@ class CeresMinimizer : public Minimizer {
   // Newton steps with the exact Hessian, each shortened until it halves the gradient or lowers Φ; the
   // matrix has to be positive definite, so that this cannot end at a saddle point.
   void polish(const StepProblem& problem, MinimizerReport& report) {
-    const SerialOpenMp serial;
-    const SerialBlas serial_blas;
     while (report.termination == Termination::kNoProgress) {
       ++report.iterations;
       ++report.factorizations;
@@ -229,7 +226,7 @@ class CeresMinimizer : public Minimizer {
     constexpr double kArmijo = 1e-4;
     constexpr double kRoundOff = 1e-12;
     const Vector before = x_;
-    const Vector free_step = cholesky_->solve(gradient_);
+    const Vector free_step = assembled_->back_solve(gradient_);
     const double slope = free_step.dot(gradient_);
     const Vector step = system_.coordinates().extend(free_step);
     const double residual = report.residual;
@@ -250,29 +247,8 @@ class CeresMinimizer : public Minimizer {
 
   // CHOLMOD's factor of the assembled Hessian; false if it is not positive definite.
   bool factorize(const StepProblem& problem, const Vector& x) {
-    if (!cholesky_) {
-      pattern_ = std::make_unique<SparsityPattern>(system_.rest(), system_.coordinates());
-      cholesky_ = std::make_unique<SparseCholesky>(*pattern_);
-      hessian_.resize(static_cast<std::size_t>(pattern_->nonzeros()));
-    }
-    return problem.hessian(x, *pattern_, hessian_.data()).ok() && cholesky_->factorize(hessian_);
-  }
-
-  static void finish(MinimizerReport& report) {
-    switch (report.termination) {
-      case Termination::kConverged:
-        report.message = "converged: the force residual is below its limit";
-        break;
-      case Termination::kIterationLimit:
-        report.message = "the iteration limit was reached";
-        break;
-      case Termination::kNoProgress:
-        report.message = "no step lowers the potential any further";
-        break;
-      case Termination::kInadmissible:
-        report.message = "the elastic energy is not defined at the end of the minimisation";
-        break;
-    }
+    if (!assembled_) assembled_ = std::make_unique<AssembledSystem>(system_);
+    return assembled_->assemble(problem, x) && assembled_->factorize();
   }
 
   const MechanicalSystem& system_;
@@ -286,10 +262,7 @@ class CeresMinimizer : public Minimizer {
   ceres::Solver::Options solver_options_;
   Vector gradient_;
   double phi_ = 0.0;
-  // For factorize(), made when first needed.
-  std::unique_ptr<SparsityPattern> pattern_;
-  std::unique_ptr<SparseCholesky> cholesky_;
-  std::vector<double> hessian_;
+  std::unique_ptr<AssembledSystem> assembled_;  // made when first needed
 };
 
 }  // namespace

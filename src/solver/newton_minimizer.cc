@@ -7,6 +7,7 @@
 
 #include "assembled_system.h"
 #include "matrix_free_cg.h"
+#include "termination_message.h"
 #include "tetraction/core/error.h"
 #include "tetraction/fem/step_length.h"
 
@@ -88,7 +89,7 @@ class NewtonMinimizer : public Minimizer {
     }
     if (report.residual <= report.residual_limit) report.termination = Termination::kConverged;
     report.linear = name(current_);
-    finish(report);
+    report.message = termination_message(report.termination);
     if (options_.linear == LinearSolver::kAuto) choose(report);
     return report;
   }
@@ -309,23 +310,6 @@ class NewtonMinimizer : public Minimizer {
     if (regret_ > rough.factorization) {
       current_ = LinearSolver::kFactor;
       regret_ = 0.0;
-    }
-  }
-
-  static void finish(MinimizerReport& report) {
-    switch (report.termination) {
-      case Termination::kConverged:
-        report.message = "converged: the force residual is below its limit";
-        break;
-      case Termination::kIterationLimit:
-        report.message = "the iteration limit was reached";
-        break;
-      case Termination::kNoProgress:
-        report.message = "no step lowers the potential any further";
-        break;
-      case Termination::kInadmissible:
-        report.message = "the elastic energy is not defined at the end of the minimisation";
-        break;
     }
   }
 
