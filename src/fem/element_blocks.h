@@ -76,11 +76,14 @@ class ElementBlocks {
     if (block.row_count > 0 && vertex[block.row_count - 1] < 0) fill_padding(rows);
   }
 
-  /// The same of a field that has rows itself.
+  /// The same of a field that has rows itself, in the order of the vertices or, with a place for each
+  /// row of all blocks (−1: padding), in another.
   template <class T>
-  void copy_rows(const Block& block, const T* field, T* rows) const {
+  void copy_rows(const Block& block, const T* field, T* rows,
+                 const std::int32_t* places = nullptr) const {
     using Row = Eigen::Matrix<T, kRowSize, 1>;
-    const std::int32_t* vertex = row_vertex_.data() + block.first_row;
+    const std::int32_t* vertex =
+        (places == nullptr ? row_vertex_.data() : places) + block.first_row;
     for (Index r = 0; r < block.row_count; ++r, rows += kRowSize) {
       const T* row = field + kRowSize * static_cast<Index>(vertex[r] < 0 ? 0 : vertex[r]);
       Eigen::Map<Row, Eigen::Aligned16>{rows} = Eigen::Map<const Row, Eigen::Aligned16>(row);

@@ -36,6 +36,7 @@ constexpr TangentForm tangent_form(MaterialKind kind, bool viscous) {
 constexpr int tangent_numbers(TangentForm form) {
   return form == TangentForm::kSpatial ? 17 : (form == TangentForm::kMetric ? 23 : 34);
 }
+constexpr int kMostTangentNumbers = tangent_numbers(TangentForm::kBoth);
 /// Where in the state they begin: T (6) first; then w (9), k, l; then e (9), G (6), a₁, a₂.
 constexpr int tangent_metric_offset(TangentForm form) {
   return form == TangentForm::kMetric ? 6 : 17;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <utility>
 
 #include "isotropic_moduli.h"
 #include "tetraction/core/parallel.h"
@@ -15,11 +16,24 @@ bool TangentOperator<T>::supports(const ElasticPotential& elastic) {
 }
 
 template <class T>
-TangentOperator<T>::TangentOperator(const ElasticPotential& elastic)
+TangentOperator<T>::TangentOperator(const ElasticPotential& elastic,
+                                    std::vector<std::int32_t> order)
     : elastic_(elastic),
       blocks_(elastic.blocks()),
+      order_(std::move(order)),
       begin_(static_cast<std::size_t>(blocks_.block_count()) + 1, 0),
-      rows_(static_cast<std::size_t>(ElementBlocks::kRowSize * blocks_.row_count())) {}
+      rows_(static_cast<std::size_t>(ElementBlocks::kRowSize * blocks_.row_count())) {
+  if (order_.empty()) return;
+  std::vector<std::int32_t> place(order_.size());
+  for (std::size_t i = 0; i < order_.size(); ++i) {
+    place[static_cast<std::size_t>(order_[i])] = static_cast<std::int32_t>(i);
+  }
+  row_place_.resize(static_cast<std::size_t>(blocks_.row_count()));
+  for (Index r = 0; r < blocks_.row_count(); ++r) {
+    const Index v = blocks_.row_vertex(r);
+    row_place_[static_cast<std::size_t>(r)] = v < 0 ? -1 : place[static_cast<std::size_t>(v)];
+  }
+}
 
 template <class T>
 TangentForm TangentOperator<T>::form(const ElementBlocks::Block& block) const {
@@ -85,12 +99,22 @@ void TangentOperator<T>::multiply(const T* x) {
     for (Index b = begin; b < end; ++b) {
       const ElementBlocks::Block& block = blocks_.block(b);
       local.resize(static_cast<std::size_t>(ElementBlocks::kRowSize * block.row_count));
-      blocks_.copy_rows(block, x, local.data());
+      copy_rows(block, x, local.data());
       T* result = rows_.data() + ElementBlocks::kRowSize * block.first_row;
       std::fill_n(result, ElementBlocks::kRowSize * block.row_count, T(0));
       apply_tangent(blocks_.batches(block), form(block), state(b), local.data(), result);
     }
   });
+}
+
+template <class T>
+void TangentOperator<T>::element_matrices(Index b, Index batch, double* matrices) const {
+  const TangentForm kind = form(blocks_.block(b));
+  const auto numbers = static_cast<std::size_t>(tangent_numbers(kind)) * kBatchLanes;
+  const T* numbers_of_batch = state(b) + static_cast<std::size_t>(batch) * numbers;
+  alignas(64) double wide[std::size_t{kMostTangentNumbers} * kBatchLanes];
+  std::copy_n(numbers_of_batch, numbers, wide);
+  tangent_stiffness(kind, wide, matrices);
 }
 
 template <class T>
@@ -109,9 +133,9 @@ void TangentOperator<T>::diagonal(AlignedVector<T>& on, AlignedVector<T>& off) {
   on.resize(static_cast<std::size_t>(ElementBlocks::kRowSize * n));
   off.resize(on.size());
   parallel_for(n, 1024, [&](Index begin, Index end) {
-    for (Index v = begin; v < end; ++v) {
-      Eigen::Map<Row>(on.data() + ElementBlocks::kRowSize * v) = sum(rows_, v);
-      Eigen::Map<Row>(off.data() + ElementBlocks::kRowSize * v) = sum(other, v);
+    for (Index i = begin; i < end; ++i) {
+      Eigen::Map<Row>(on.data() + ElementBlocks::kRowSize * i) = sum(rows_, i);
+      Eigen::Map<Row>(off.data() + ElementBlocks::kRowSize * i) = sum(other, i);
     }
   });
 }
@@ -125,7 +149,7 @@ bool TangentOperator<T>::step_is_safe(const T* x) const {
       const ElementBlocks::Block& block = blocks_.block(b);
       if (form(block) == TangentForm::kMetric) continue;  // defined for any J
       local.resize(static_cast<std::size_t>(ElementBlocks::kRowSize * block.row_count));
-      blocks_.copy_rows(block, x, local.data());
+      copy_rows(block, x, local.data());
       if (!tangent_step_is_safe(blocks_.batches(block), form(block), state(b), local.data())) {
         safe = false;
       }

@@ -9,7 +9,9 @@
 namespace tetraction {
 
 /// The stiffness of elastic and viscous energy at a fixed q, in precision T (float or double), for
-/// isotropic materials. Vectors are rows of four numbers per vertex (x y z 0), cache-line aligned.
+/// isotropic materials. Vectors are rows of four numbers per vertex (x y z 0), cache-line aligned, in
+/// the order of the vertices or in another one, for instance one that keeps neighbours together: a
+/// vertex' place in it.
 ///
 /// Products are bitwise the same for any number of threads.
 template <class T>
@@ -18,18 +20,21 @@ class TangentOperator {
   /// Whether all materials are of the kernels' kinds.
   static bool supports(const ElasticPotential& elastic);
 
-  /// Keeps references, which must live longer.
-  explicit TangentOperator(const ElasticPotential& elastic);
+  /// Keeps references, which must live longer. `order`: the vertices by place; empty: by number.
+  explicit TangentOperator(const ElasticPotential& elastic, std::vector<std::int32_t> order = {});
 
   /// Linearises at q; W must be defined there.
   void set(const Vector& q, const ViscousPotential& viscous);
 
   /// The rows of K x: a vertex' part is the sum over its rows (row_sum).
   void multiply(const T* x);
-  /// Σ of a vertex' rows after multiply().
-  Eigen::Matrix<T, 4, 1> row_sum(Index vertex) const { return sum(rows_, vertex); }
+  /// Σ of the rows of the vertex at a place after multiply().
+  Eigen::Matrix<T, 4, 1> row_sum(Index place) const { return sum(rows_, place); }
 
-  /// The diagonal 3 × 3 blocks: rows (xx yy zz 0) and (xy xz yz 0) per vertex.
+  /// The elements' matrices of a block's batch, in the numbers of tangent_stiffness().
+  void element_matrices(Index block, Index batch, double* matrices) const;
+
+  /// The diagonal 3 × 3 blocks: rows (xx yy zz 0) and (xy xz yz 0) per place.
   void diagonal(AlignedVector<T>& on, AlignedVector<T>& off);
 
   /// Whether no element can be inverted anywhere between q and q + x, judged by a bound.
@@ -38,7 +43,8 @@ class TangentOperator {
  private:
   using Row = Eigen::Matrix<T, 4, 1>;
 
-  Row sum(const AlignedVector<T>& rows, Index vertex) const {
+  Row sum(const AlignedVector<T>& rows, Index place) const {
+    const Index vertex = order_.empty() ? place : order_[static_cast<std::size_t>(place)];
     Row total = Row::Zero();
     for (const std::int32_t* r = blocks_.rows_begin(vertex); r != blocks_.rows_end(vertex); ++r) {
       total += Eigen::Map<const Row, Eigen::Aligned16>(rows.data() + ElementBlocks::kRowSize * *r);
@@ -47,12 +53,18 @@ class TangentOperator {
   }
   TangentForm form(const ElementBlocks::Block& block) const;
   const T* state(Index b) const { return state_.data() + begin_[static_cast<std::size_t>(b)]; }
+  void copy_rows(const ElementBlocks::Block& block, const T* x, T* rows) const {
+    const std::int32_t* places = row_place_.empty() ? nullptr : row_place_.data();
+    blocks_.copy_rows(block, x, rows, places);
+  }
   void add_viscosity(Index b, const Vector& q, const ViscousPotential& viscous);
 
   const ElasticPotential& elastic_;
   const ElementBlocks& blocks_;
   bool viscous_ = false;
-  std::vector<std::size_t> begin_;  // of each block's state
+  std::vector<std::int32_t> order_;
+  std::vector<std::int32_t> row_place_;  // of each row of the blocks, or −1: padding
+  std::vector<std::size_t> begin_;       // of each block's state
   AlignedVector<T> state_;
   AlignedVector<T> rows_;
 };

@@ -1,14 +1,13 @@
 #include "matrix_free_cg.h"
 
 #include <Eigen/LU>
+#include <array>
 #include <cmath>
 
 #include "tetraction/core/parallel.h"
 
 namespace tetraction {
 namespace {
-
-constexpr Index kGrain = 1024;
 
 // The part of x along the directions in which the vertex may move. Reactions are kept out of
 // residuals like this: next to them the rest would be round-off.
@@ -29,30 +28,6 @@ Eigen::Matrix<T, 4, 1> project(const FreeCoordinates& coordinates, Index v,
   return Eigen::Vector4d(projected[0], projected[1], projected[2], 0.0).template cast<T>();
 }
 
-// Sum of many products: in the vectors' precision over a few rows, then in double precision.
-template <class T>
-class RowSum {
- public:
-  using Row = Eigen::Matrix<T, 4, 1>;
-  void add(const Row& products) {
-    part_ += products;
-    if (++count_ % 16 == 0) flush();
-  }
-  double total() {
-    flush();
-    return total_.sum();
-  }
-
- private:
-  void flush() {
-    total_ += part_.template cast<double>();
-    part_.setZero();
-  }
-  Row part_ = Row::Zero();
-  Eigen::Vector4d total_ = Eigen::Vector4d::Zero();
-  int count_ = 0;
-};
-
 }  // namespace
 
 template <class T>
@@ -62,7 +37,17 @@ bool MatrixFreeCg<T>::supports(const MechanicalSystem& system) {
 
 template <class T>
 MatrixFreeCg<T>::MatrixFreeCg(const MechanicalSystem& system)
-    : system_(system), operator_(system.elastic()) {
+    : system_(system), groups_(system.rest()), operator_(system.elastic(), groups_.order()) {
+  constexpr Index kVertices = 1024;  // worth a task
+  grain_ = std::max<Index>(1, kVertices * groups_.count() / system.vertex_count());
+  sums_.resize(static_cast<std::size_t>(groups_.count()));
+  for (Index g = 0; g < groups_.count(); ++g) {
+    bool free = true;
+    for (Index i = groups_.begin(g); i < groups_.end(g); ++i) {
+      free = free && system.coordinates().is_free(groups_.vertex(i));
+    }
+    all_free_.push_back(free);
+  }
   const auto size = static_cast<std::size_t>(4 * system.vertex_count());
   for (AlignedVector<T>* field : {&diagonal_, &x_, &r_, &p_, &z_, &ap_}) field->resize(size);
   inverse_.resize(3 * size);
@@ -70,58 +55,230 @@ MatrixFreeCg<T>::MatrixFreeCg(const MechanicalSystem& system)
 
 template <class T>
 void MatrixFreeCg<T>::set(const StepProblem& problem, const Vector& x) {
+  point_ = &x;
   operator_.set(x, problem.viscous());
   curved_ = !system_.environment().is_uniform();
   if (curved_) off_.resize(diagonal_.size());
-  parallel_for(system_.vertex_count(), kGrain, [&](Index begin, Index end) {
-    for (Index v = begin; v < end; ++v) {
-      Vector3 on = vertex_block(problem.coefficient(), v);
-      if (curved_) {
-        const Matrix3 h = system_.environment().hessian(system_.mass()[v], vertex_block(x, v));
-        on += h.diagonal();
-        row(off_, v) = Eigen::Vector4d(h(0, 1), h(0, 2), h(1, 2), 0.0).template cast<T>();
-      }
-      row(diagonal_, v) = Eigen::Vector4d(on[0], on[1], on[2], 0.0).template cast<T>();
+  for_places([&](Index i) {
+    const Index v = groups_.vertex(i);
+    Vector3 on = vertex_block(problem.coefficient(), v);
+    if (curved_) {
+      const Matrix3 h = system_.environment().hessian(system_.mass()[v], vertex_block(x, v));
+      on += h.diagonal();
+      row(off_, i) = Eigen::Vector4d(h(0, 1), h(0, 2), h(1, 2), 0.0).template cast<T>();
     }
+    row(diagonal_, i) = Eigen::Vector4d(on[0], on[1], on[2], 0.0).template cast<T>();
   });
-  make_preconditioner(problem);
+  make_blocks(problem);
 }
 
 template <class T>
-void MatrixFreeCg<T>::make_preconditioner(const StepProblem& problem) {
+void MatrixFreeCg<T>::make_blocks(const StepProblem& problem) {
   operator_.diagonal(p_, z_);
   const FreeCoordinates& coordinates = system_.coordinates();
-  parallel_for(system_.vertex_count(), kGrain, [&](Index begin, Index end) {
-    for (Index v = begin; v < end; ++v) {
-      Eigen::Matrix<double, 4, 3> inverse = Eigen::Matrix<double, 4, 3>::Zero();
-      if (!coordinates.is_held(v)) {
-        Eigen::Vector4d on = (row(p_, v) + row(diagonal_, v)).template cast<double>();
-        Eigen::Vector4d off = row(z_, v).template cast<double>();
-        if (curved_) off += row(off_, v).template cast<double>();
-        Matrix3 block;
-        block << on[0], off[0], off[1], off[0], on[1], off[2], off[1], off[2], on[2];
-        if (coordinates.is_free(v)) {
-          Matrix3 inverted = block.inverse();
-          // The blocks of an indefinite matrix need not be positive definite.
-          const bool positive = block(0, 0) > 0.0 &&
-                                block(0, 0) * block(1, 1) > block(0, 1) * block(0, 1) &&
-                                block.determinant() > 0.0;
-          if (!positive) {
-            inverted = vertex_block(problem.coefficient(), v).cwiseInverse().asDiagonal();
-          }
-          inverse.topRows<3>() = inverted;
-        } else {
-          const Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 3> t = coordinates.map(v).columns;
-          const Matrix own = t.transpose() * block * t;
-          const bool positive = own(0, 0) > 0.0 && own.determinant() > 0.0;
-          inverse.topRows<3>() = t *
-                                 (positive ? Matrix(own.inverse())
-                                           : Matrix(Matrix::Identity(own.rows(), own.rows()) /
-                                                    problem.coefficient()[3 * v])) *
-                                 t.transpose();
+  for_places([&](Index i) {
+    const Index v = groups_.vertex(i);
+    Eigen::Matrix<double, 4, 3> inverse = Eigen::Matrix<double, 4, 3>::Zero();
+    if (!coordinates.is_held(v)) {
+      Eigen::Vector4d on = (row(p_, i) + row(diagonal_, i)).template cast<double>();
+      Eigen::Vector4d off = row(z_, i).template cast<double>();
+      if (curved_) off += row(off_, i).template cast<double>();
+      Matrix3 block;
+      block << on[0], off[0], off[1], off[0], on[1], off[2], off[1], off[2], on[2];
+      if (coordinates.is_free(v)) {
+        Matrix3 inverted = block.inverse();
+        // The blocks of an indefinite matrix need not be positive definite.
+        const bool positive = block(0, 0) > 0.0 &&
+                              block(0, 0) * block(1, 1) > block(0, 1) * block(0, 1) &&
+                              block.determinant() > 0.0;
+        if (!positive) {
+          inverted = vertex_block(problem.coefficient(), v).cwiseInverse().asDiagonal();
         }
+        inverse.topRows<3>() = inverted;
+      } else {
+        const Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 3> t = coordinates.map(v).columns;
+        const Matrix own = t.transpose() * block * t;
+        const bool positive = own(0, 0) > 0.0 && own.determinant() > 0.0;
+        inverse.topRows<3>() = t *
+                               (positive ? Matrix(own.inverse())
+                                         : Matrix(Matrix::Identity(own.rows(), own.rows()) /
+                                                  problem.coefficient()[3 * v])) *
+                               t.transpose();
       }
-      Eigen::Map<Eigen::Matrix<T, 4, 3>>(inverse_.data() + 12 * v) = inverse.template cast<T>();
+    }
+    Eigen::Map<Eigen::Matrix<T, 4, 3>>(inverse_.data() + 12 * i) = inverse.template cast<T>();
+  });
+}
+
+// The vertices' own matrices are in the coarse one, too.
+template <class T>
+bool MatrixFreeCg<T>::make_coarse_space() {
+  if (!coarse_) coarse_ = std::make_unique<CoarseSpace<T>>(system_, groups_);
+  const auto vertex_term = [&](Index i) -> Matrix3 {
+    const Row on = row(diagonal_, i);
+    Matrix3 block = Vector3(on.template head<3>().template cast<double>()).asDiagonal();
+    if (curved_) {
+      const Row off = row(off_, i);
+      block(0, 1) = block(1, 0) = off[0];
+      block(0, 2) = block(2, 0) = off[1];
+      block(1, 2) = block(2, 1) = off[2];
+    }
+    return block;
+  };
+  return coarse_->update(operator_, vertex_term, *point_);
+}
+
+// body(g) for all groups.
+template <class T>
+template <class Body>
+void MatrixFreeCg<T>::for_groups(const Body& body) const {
+  parallel_for(groups_.count(), grain_, [&](Index begin, Index end) {
+    for (Index g = begin; g < end; ++g) body(g);
+  });
+}
+
+// body(i) for the places of all vertices.
+template <class T>
+template <class Body>
+void MatrixFreeCg<T>::for_places(const Body& body) const {
+  for_groups([&](Index g) {
+    for (Index i = groups_.begin(g); i < groups_.end(g); ++i) body(i);
+  });
+}
+
+// Σ body(g) in the order of the groups: the same for any number of threads.
+template <class T>
+template <class Body>
+auto MatrixFreeCg<T>::sum_over_groups(const Body& body) -> Products {
+  for_groups([&](Index g) { sums_[static_cast<std::size_t>(g)] = body(g); });
+  Products total;
+  for (const Products& sum : sums_) {
+    total.rz += sum.rz;
+    total.rr += sum.rr;
+  }
+  return total;
+}
+
+// The part of a row along the directions in which the vertex may move.
+template <class T>
+auto MatrixFreeCg<T>::allowed(const Row& x, Index place) const -> Row {
+  const FreeCoordinates& coordinates = system_.coordinates();
+  const Index v = groups_.vertex(place);
+  return coordinates.is_free(v) ? x : project(coordinates, v, x);
+}
+
+// x = 0, r = −gradient/scale, so that single precision holds any units.
+template <class T>
+auto MatrixFreeCg<T>::start(const Vector& gradient, double scale) -> Products {
+  const FreeCoordinates& coordinates = system_.coordinates();
+  for_places([&](Index i) {
+    const Index v = groups_.vertex(i);
+    Vector3 g = vertex_block(gradient, v) / -scale;
+    if (!coordinates.is_free(v)) g = project(coordinates, v, g);
+    row(x_, i).setZero();
+    row(ap_, i).setZero();
+    row(r_, i) = Eigen::Vector4d(g[0], g[1], g[2], 0.0).template cast<T>();
+  });
+  return start_direction();
+}
+
+// p = z = the preconditioned r; returns r·z and r·r.
+template <class T>
+auto MatrixFreeCg<T>::start_direction() -> Products {
+  for_places([&](Index i) { row(p_, i).setZero(); });
+  const Products products = descend(T(0));
+  turn(T(0), T(0));
+  return products;
+}
+
+// ap = A p; returns p·A p.
+template <class T>
+double MatrixFreeCg<T>::multiply() {
+  operator_.multiply(p_.data());
+  const Products products = sum_over_groups([&](Index g) {
+    const bool all_free = all_free_[static_cast<std::size_t>(g)];
+    Row sum = Row::Zero();
+    for (Index i = groups_.begin(g); i < groups_.end(g); ++i) {
+      const Row p = row(p_, i);
+      Row ap = operator_.row_sum(i) + row(diagonal_, i).cwiseProduct(p);
+      if (curved_) {
+        const Row off = row(off_, i);
+        ap += Row(off[0] * p[1] + off[1] * p[2], off[0] * p[0] + off[2] * p[2],
+                  off[1] * p[0] + off[2] * p[1], T(0));
+      }
+      if (!all_free) ap = allowed(ap, i);
+      row(ap_, i) = ap;
+      sum += p.cwiseProduct(ap);
+    }
+    return Products{sum.template cast<double>().sum(), 0.0};
+  });
+  return products.rz;
+}
+
+// r −= alpha ap; z = the vertices' part of the preconditioned r, the coarse part in the motions of
+// the groups; returns r·z of both and r·r.
+template <class T>
+auto MatrixFreeCg<T>::descend(T alpha) -> Products {
+  const bool coarse = choice_.in_use();
+  Products products = sum_over_groups([&](Index g) {
+    Row own = Row::Zero();
+    Row square = Row::Zero();
+    Row force = Row::Zero();
+    std::array<Row, 3> moment{Row::Zero(), Row::Zero(), Row::Zero()};  // Σ a rᵀ
+    for (Index i = groups_.begin(g); i < groups_.end(g); ++i) {
+      const Row r = row(r_, i) - alpha * row(ap_, i);
+      row(r_, i) = r;
+      const T* m = inverse_.data() + 12 * i;
+      const Row z = Eigen::Map<const Row, Eigen::Aligned16>(m) * r[0] +
+                    Eigen::Map<const Row, Eigen::Aligned16>(m + 4) * r[1] +
+                    Eigen::Map<const Row, Eigen::Aligned16>(m + 8) * r[2];
+      row(z_, i) = z;
+      own += r.cwiseProduct(z);
+      square += r.cwiseProduct(r);
+      if (coarse) {
+        const Row arm = coarse_->arm(i);
+        force += r;
+        moment[0] += arm[0] * r;
+        moment[1] += arm[1] * r;
+        moment[2] += arm[2] * r;
+      }
+    }
+    if (coarse) {
+      coarse_->motion(g) =
+          Eigen::Matrix<T, 6, 1>(force[0], force[1], force[2], moment[1][2] - moment[2][1],
+                                 moment[2][0] - moment[0][2], moment[0][1] - moment[1][0])
+              .template cast<double>();
+    }
+    return Products{own.template cast<double>().sum(), square.template cast<double>().sum()};
+  });
+  if (coarse) products.rz += coarse_->solve();
+  return products;
+}
+
+// x += alpha p; p = z + beta p, z with the motions of the groups.
+template <class T>
+void MatrixFreeCg<T>::turn(T alpha, T beta) {
+  for_groups([&](Index g) {
+    const auto step = [&](Index i, const Row& z) {
+      const Row p = row(p_, i);
+      row(x_, i) += alpha * p;
+      row(p_, i) = z + beta * p;
+    };
+    if (!choice_.in_use()) {
+      for (Index i = groups_.begin(g); i < groups_.end(g); ++i) step(i, row(z_, i));
+      return;
+    }
+    const Eigen::Matrix<T, 6, 1> m = coarse_->motion(g).template cast<T>();
+    const Row t(m[0], m[1], m[2], T(0));
+    const Row x_turned(T(0), m[5], -m[4], T(0));  // ω × e_x
+    const Row y_turned(-m[5], T(0), m[3], T(0));
+    const Row z_turned(m[4], -m[3], T(0), T(0));
+    const bool all_free = all_free_[static_cast<std::size_t>(g)];
+    for (Index i = groups_.begin(g); i < groups_.end(g); ++i) {
+      const Row arm = coarse_->arm(i);
+      Row u = arm[3] * t + arm[0] * x_turned + arm[1] * y_turned + arm[2] * z_turned;
+      if (!all_free) u = allowed(u, i);
+      step(i, row(z_, i) + u);
     }
   });
 }
@@ -130,95 +287,53 @@ template <class T>
 CgReport MatrixFreeCg<T>::solve(const Vector& gradient, double forcing, int max_iterations,
                                 Vector& step) {
   const Index n = system_.vertex_count();
-  const auto precondition = [&](const Row& r, Index v) -> Row {
-    const T* m = inverse_.data() + 12 * v;
-    return Eigen::Map<const Row, Eigen::Aligned16>(m) * r[0] +
-           Eigen::Map<const Row, Eigen::Aligned16>(m + 4) * r[1] +
-           Eigen::Map<const Row, Eigen::Aligned16>(m + 8) * r[2];
-  };
   const FreeCoordinates& coordinates = system_.coordinates();
   CgReport report;
-  // The gradient is scaled so that single precision holds any units.
   const double scale = coordinates.restricted_norm(gradient);
   if (!(scale > 0.0)) {
     step.setZero(3 * n);
     report.converged = true;
     return report;
   }
-  double rz = parallel_sum(n, [&](Index begin, Index end) {
-    RowSum<T> sum;
-    for (Index v = begin; v < end; ++v) {
-      Vector3 g = vertex_block(gradient, v) / -scale;
-      if (!coordinates.is_free(v)) g = project(coordinates, v, g);
-      row(x_, v).setZero();
-      row(r_, v) = Eigen::Vector4d(g[0], g[1], g[2], 0.0).template cast<T>();
-      const Row z = precondition(row(r_, v), v);
-      row(p_, v) = z;
-      sum.add(row(r_, v).cwiseProduct(z));
-    }
-    return sum.total();
-  });
-  const double target = forcing * forcing * rz;
-  const double start = rz;
+  Products products = start(gradient, scale);
+  const double first = products.rr;
+  const auto digits = [&] { return 0.5 * std::log10(first / products.rr); };
+  int counted = 0;  // iterations and digits that the choice knows of already
+  double known_digits = 0.0;
   while (report.iterations < max_iterations) {
-    if (rz <= target) {
+    if (products.rr <= forcing * forcing * first) {
       report.converged = true;
       break;
     }
+    if (choice_.should_make(report.iterations)) {
+      known_digits = digits();
+      counted = report.iterations;
+      choice_.made(make_coarse_space(), report.iterations, known_digits);
+      ++report.coarse_spaces;
+      products = start_direction();  // conjugate gradients begin again from here
+    }
     ++report.iterations;
-    operator_.multiply(p_.data());
-    const double curvature = parallel_sum(n, [&](Index begin, Index end) {
-      RowSum<T> sum;
-      for (Index v = begin; v < end; ++v) {
-        const Row p = row(p_, v);
-        Row ap = operator_.row_sum(v) + row(diagonal_, v).cwiseProduct(p);
-        if (curved_) {
-          const Row off = row(off_, v);
-          ap += Row(off[0] * p[1] + off[1] * p[2], off[0] * p[0] + off[2] * p[2],
-                    off[1] * p[0] + off[2] * p[1], T(0));
-        }
-        if (!coordinates.is_free(v)) ap = project(coordinates, v, ap);
-        row(ap_, v) = ap;
-        sum.add(p.cwiseProduct(ap));
-      }
-      return sum.total();
-    });
+    const double curvature = multiply();
     if (!(curvature > 0.0)) {
       report.negative_curvature = true;
       if (report.iterations == 1) x_ = p_;  // the preconditioned gradient itself
       break;
     }
-    const T alpha = static_cast<T>(rz / curvature);
-    const double next = parallel_sum(n, [&](Index begin, Index end) {
-      RowSum<T> sum;
-      for (Index v = begin; v < end; ++v) {
-        const Row r = row(r_, v) - alpha * row(ap_, v);
-        row(r_, v) = r;
-        const Row z = precondition(r, v);
-        row(z_, v) = z;
-        sum.add(r.cwiseProduct(z));
-      }
-      return sum.total();
-    });
-    const T beta = static_cast<T>(next / rz);
-    rz = next;
-    parallel_for(n, kGrain, [&](Index begin, Index end) {
-      for (Index v = begin; v < end; ++v) {
-        const Row p = row(p_, v);
-        row(x_, v) += alpha * p;
-        row(p_, v) = row(z_, v) + beta * p;
-      }
-    });
+    const T alpha = static_cast<T>(products.rz / curvature);
+    const double last = products.rz;
+    products = descend(alpha);
+    const T beta = static_cast<T>(products.rz / last);
+    turn(alpha, beta);
   }
-  report.reduction = std::sqrt(std::max(rz, 0.0) / start);
+  report.reduction = std::sqrt(products.rr / first);
+  if (report.converged) choice_.solved(report.iterations - counted, digits() - known_digits);
   step.resize(3 * n);
-  parallel_for(n, kGrain, [&](Index begin, Index end) {
-    for (Index v = begin; v < end; ++v) {
-      row(x_, v) *= static_cast<T>(scale);
-      Vector3 own = row(x_, v).template head<3>().template cast<double>();
-      if (!coordinates.is_free(v)) own = project(coordinates, v, own);
-      vertex_block(step, v) = own;
-    }
+  for_places([&](Index i) {
+    const Index v = groups_.vertex(i);
+    row(x_, i) *= static_cast<T>(scale);
+    Vector3 own = row(x_, i).template head<3>().template cast<double>();
+    if (!coordinates.is_free(v)) own = project(coordinates, v, own);
+    vertex_block(step, v) = own;
   });
   return report;
 }

@@ -1,22 +1,30 @@
 // Newton's linear systems by conjugate gradients without a matrix.
 #pragma once
 
+#include <memory>
+#include <vector>
+
+#include "coarse_choice.h"
+#include "coarse_space.h"
 #include "fem/tangent_operator.h"
 #include "tetraction/dynamics/step_problem.h"
+#include "vertex_groups.h"
 
 namespace tetraction {
 
 /// How a solve by conjugate gradients ended.
 struct CgReport {
   int iterations = 0;
-  double reduction = 1.0;           ///< |r|/|b| at the end, in the norm of the preconditioner
+  double reduction = 1.0;           ///< |r|/|b| at the end
   bool negative_curvature = false;  ///< the direction found so far is given
   bool converged = false;
+  int coarse_spaces = 0;  ///< that were made in this solve
 };
 
 /// Conjugate gradients on ∇²Φ(x) in precision T with the tangent stiffness applied element by
-/// element, preconditioned by the vertices' 3 × 3 blocks. Directions that constraints take from a
-/// vertex are left out by the preconditioner; affine sets (rigid handles) are not supported.
+/// element, preconditioned by the vertices' 3 × 3 blocks and, where that pays (coarse_choice.h), a
+/// coarse space (coarse_space.h). Directions that constraints take from a vertex are left out by the
+/// preconditioner; affine sets (rigid handles) are not supported.
 ///
 /// Single precision is enough: what is wanted of a direction is a few digits, and the residuals of
 /// Newton's method are worked out in double precision outside.
@@ -32,22 +40,48 @@ class MatrixFreeCg {
   CgReport solve(const Vector& gradient, double forcing, int max_iterations, Vector& step);
   /// Whether no element can be inverted on the way along the last step.
   bool step_is_safe() const { return operator_.step_is_safe(x_.data()); }
+  /// To be called when the systems to come are different altogether (another step size).
+  void forget() { choice_ = CoarseChoice(); }
 
  private:
   using Row = Eigen::Matrix<T, 4, 1>;
+  struct Products {
+    double rz = 0.0;
+    double rr = 0.0;
+  };
 
-  void make_preconditioner(const StepProblem& problem);
-  Eigen::Map<Row, Eigen::Aligned16> row(AlignedVector<T>& field, Index v) const {
-    return Eigen::Map<Row, Eigen::Aligned16>(field.data() + 4 * v);
+  void make_blocks(const StepProblem& problem);
+  bool make_coarse_space();
+  Products start(const Vector& gradient, double scale);
+  Products start_direction();
+  double multiply();
+  Products descend(T alpha);
+  void turn(T alpha, T beta);
+  Row allowed(const Row& x, Index place) const;
+  template <class Body>
+  Products sum_over_groups(const Body& body);
+  template <class Body>
+  void for_groups(const Body& body) const;
+  template <class Body>
+  void for_places(const Body& body) const;
+  Eigen::Map<Row, Eigen::Aligned16> row(AlignedVector<T>& field, Index place) const {
+    return Eigen::Map<Row, Eigen::Aligned16>(field.data() + 4 * place);
   }
 
   const MechanicalSystem& system_;
+  VertexGroups groups_;  // rows below are by its places
   TangentOperator<T> operator_;
+  Index grain_ = 1;             // groups worth a task
+  std::vector<bool> all_free_;  // of each group
+  std::unique_ptr<CoarseSpace<T>> coarse_;
+  CoarseChoice choice_;
+  const Vector* point_ = nullptr;  // x of set()
   bool curved_ = false;
   AlignedVector<T> diagonal_;  // of what belongs to single vertices: rows (xx yy zz 0)
   AlignedVector<T> off_;       // (xy xz yz 0), of curved environments
   AlignedVector<T> inverse_;   // of the vertices' blocks: three rows each
   AlignedVector<T> x_, r_, p_, z_, ap_;
+  std::vector<Products> sums_;  // of groups
 };
 
 extern template class MatrixFreeCg<float>;

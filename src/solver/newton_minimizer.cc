@@ -69,7 +69,7 @@ class NewtonMinimizer : public Minimizer {
       report.message = "the forces or momenta are too large for double precision";
       return report;
     }
-    double forcing = kFirstForcing;
+    double forcing = first_forcing_;
     while (report.residual > report.residual_limit) {
       if (report.iterations >= options_.max_iterations) {
         report.termination = Termination::kIterationLimit;
@@ -79,13 +79,14 @@ class NewtonMinimizer : public Minimizer {
       // No more digits than the end of the step needs.
       const double enough = 0.3 * report.residual_limit / report.residual;
       const double before = report.residual;
-      if (!find_direction(problem, x, std::clamp(forcing, enough, kFirstForcing), report) ||
+      if (!find_direction(problem, x, std::clamp(forcing, enough, kLoosest), report) ||
           !search(problem, x, report)) {
         report.termination = Termination::kNoProgress;
         break;
       }
       const double ratio = report.residual / before;
       forcing = kGamma * ratio * ratio;
+      if (report.iterations == 1) first_forcing_ = std::clamp(kGamma * ratio, kTightest, kLoosest);
     }
     if (report.residual <= report.residual_limit) report.termination = Termination::kConverged;
     report.linear = name(current_);
@@ -106,7 +107,11 @@ class NewtonMinimizer : public Minimizer {
   }
 
  private:
-  static constexpr double kFirstForcing = 0.1;
+  // Forcing terms: how well the linear systems are solved, as |r|/|b|. From one iteration to the next
+  // after Eisenstat & Walker (1996, choice 2), with the exponent 2; the first one of a step is what
+  // Newton's method made of the first system of the last step.
+  static constexpr double kLoosest = 0.1;
+  static constexpr double kTightest = 1e-4;
   static constexpr double kGamma = 0.5;
 
   static LinearSolver first_choice(const MechanicalSystem& system, LinearSolver asked) {
@@ -143,6 +148,8 @@ class NewtonMinimizer : public Minimizer {
     const double sum = problem.coefficient().sum();
     if (std::abs(sum - coefficient_sum_) > 0.01 * std::abs(sum)) {
       stale_ = true;
+      if (single_) single_->forget();
+      if (double_) double_->forget();
       coefficient_sum_ = sum;
     }
   }
@@ -176,7 +183,8 @@ class NewtonMinimizer : public Minimizer {
       cg = solve_in(twice(), problem, x, forcing, most);
     }
     report.cg_iterations += cg.iterations;
-    cost_of_step_ += p.newton + p.product * cg.iterations;
+    cost_of_step_ +=
+        p.newton + p.product * (cg.iterations + CoarseChoice::kPrice * cg.coarse_spaces);
     if (!cg.converged && !cg.negative_curvature && options_.linear == LinearSolver::kAuto) {
       current_ = LinearSolver::kFactor;
       regret_ = 0.0;
@@ -319,6 +327,7 @@ class NewtonMinimizer : public Minimizer {
   std::unique_ptr<MatrixFreeCg<float>> single_;
   std::unique_ptr<MatrixFreeCg<double>> double_;
   std::unique_ptr<AssembledSystem> assembled_;
+  double first_forcing_ = 0.01;
   bool single_precision_ = true;
   bool safe_ = false;    // the direction can be gone to its end
   bool stale_ = false;   // the factor is to be made anew

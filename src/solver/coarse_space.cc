@@ -1,0 +1,327 @@
+#include "coarse_space.h"
+
+#include <Eigen/Geometry>
+#include <Eigen/SparseCholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "tetraction/core/parallel.h"
+
+namespace tetraction {
+namespace {
+
+using Block66 = Eigen::Matrix<double, 6, 6>;
+
+// Added to the coarse matrix' diagonal, relative to it: a group whose free vertices lie on a line or
+// are one or two has motions that are not independent.
+constexpr double kShift = 1e-7;
+
+// Blocks of elements whose sums are held at one time: more than threads, and a bounded memory.
+constexpr Index kTogether = 32;
+
+// sum += QₐᵀK Q_b with Q = [1, −[a]ₓ] of two nodes; K row by row with a stride of kBatchLanes.
+void add_product(const double* k, const Vector3& arm_a, const Vector3& arm_b, Block66& sum) {
+  Eigen::Matrix<double, 3, 6> y;  // K Q_b
+  for (int i = 0; i < 3; ++i) {
+    const double x0 = k[(3 * i) * kBatchLanes];
+    const double x1 = k[(3 * i + 1) * kBatchLanes];
+    const double x2 = k[(3 * i + 2) * kBatchLanes];
+    y(i, 0) = x0;
+    y(i, 1) = x1;
+    y(i, 2) = x2;
+    y(i, 3) = x2 * arm_b[1] - x1 * arm_b[2];
+    y(i, 4) = x0 * arm_b[2] - x2 * arm_b[0];
+    y(i, 5) = x1 * arm_b[0] - x0 * arm_b[1];
+  }
+  for (int j = 0; j < 6; ++j) {
+    sum.col(j).head<3>() += y.col(j);
+    sum(3, j) += arm_a[1] * y(2, j) - arm_a[2] * y(1, j);
+    sum(4, j) += arm_a[2] * y(0, j) - arm_a[0] * y(2, j);
+    sum(5, j) += arm_a[0] * y(1, j) - arm_a[1] * y(0, j);
+  }
+}
+
+}  // namespace
+
+// The coarse matrix' lower triangle by 6 × 6 blocks, and its factor.
+template <class T>
+struct CoarseSpace<T>::Factor {
+  std::vector<std::vector<std::int32_t>> neighbors;  // of each group: itself and later ones
+  Eigen::SparseMatrix<double> matrix;
+  Eigen::SimplicialLLT<Eigen::SparseMatrix<double>> cholesky;
+  Vector right;
+  bool analyzed = false;
+
+  void make_pattern() {
+    const auto n = static_cast<Index>(neighbors.size());
+    matrix.resize(6 * n, 6 * n);
+    Eigen::VectorXi sizes(6 * n);
+    for (Index g = 0; g < n; ++g) {
+      sizes.segment<6>(6 * g).setConstant(
+          static_cast<int>(6 * neighbors[static_cast<std::size_t>(g)].size()));
+    }
+    matrix.reserve(sizes);
+    for (Index g = 0; g < n; ++g) {
+      for (Index column = 6 * g; column < 6 * g + 6; ++column) {
+        for (const std::int32_t h : neighbors[static_cast<std::size_t>(g)]) {
+          for (Index row = 6 * h; row < 6 * h + 6; ++row) matrix.insert(row, column) = 0.0;
+        }
+      }
+    }
+    matrix.makeCompressed();
+  }
+
+  void add(Index row, Index column, const Block66& block) {
+    const auto& rows = neighbors[static_cast<std::size_t>(column)];
+    const auto place = std::lower_bound(rows.begin(), rows.end(), row) - rows.begin();
+    for (int j = 0; j < 6; ++j) {
+      Eigen::Map<Motion>(matrix.valuePtr() + matrix.outerIndexPtr()[6 * column + j] + 6 * place) +=
+          block.col(j);
+    }
+  }
+};
+
+template <class T>
+CoarseSpace<T>::CoarseSpace(const MechanicalSystem& system, const VertexGroups& groups)
+    : system_(system),
+      blocks_(system.elastic().blocks()),
+      groups_(groups),
+      arms_(static_cast<std::size_t>(4 * system.vertex_count())),
+      motions_(static_cast<std::size_t>(groups.count())),
+      groups_of_block_(static_cast<std::size_t>(blocks_.block_count())),
+      group_of_row_(static_cast<std::size_t>(blocks_.row_count())),
+      place_of_row_(static_cast<std::size_t>(blocks_.row_count()), -1),
+      factor_(std::make_unique<Factor>()) {
+  find_neighbors();
+  factor_->make_pattern();
+}
+
+template <class T>
+CoarseSpace<T>::~CoarseSpace() = default;
+
+// Groups are neighbours if an element has vertices of both.
+template <class T>
+void CoarseSpace<T>::find_neighbors() {
+  factor_->neighbors.resize(static_cast<std::size_t>(groups_.count()));
+  std::vector<std::int32_t> place_of_vertex(groups_.order().size());
+  for (Index g = 0; g < groups_.count(); ++g) {
+    for (Index i = groups_.begin(g); i < groups_.end(g); ++i) {
+      place_of_vertex[static_cast<std::size_t>(groups_.vertex(i))] = static_cast<std::int32_t>(i);
+    }
+  }
+  std::vector<std::pair<std::int32_t, std::int32_t>> pairs;
+  for (Index b = 0; b < blocks_.block_count(); ++b) {
+    const ElementBlocks::Block& block = blocks_.block(b);
+    auto& own = groups_of_block_[static_cast<std::size_t>(b)];
+    for (Index r = block.first_row; r < block.first_row + block.row_count; ++r) {
+      if (const Index v = blocks_.row_vertex(r); v >= 0) {
+        const std::int32_t place = place_of_vertex[static_cast<std::size_t>(v)];
+        place_of_row_[static_cast<std::size_t>(r)] = place;
+        own.push_back(static_cast<std::int32_t>(groups_.group(place)));
+      }
+    }
+    std::sort(own.begin(), own.end());
+    own.erase(std::unique(own.begin(), own.end()), own.end());
+    for (Index r = block.first_row; r < block.first_row + block.row_count; ++r) {
+      const Index place = place_of_row_[static_cast<std::size_t>(r)];
+      if (place < 0) continue;
+      const auto which =
+          std::lower_bound(own.begin(), own.end(), groups_.group(place)) - own.begin();
+      group_of_row_[static_cast<std::size_t>(r)] = static_cast<std::uint16_t>(which);
+    }
+    for (Index batch = block.first_batch; batch < block.first_batch + block.batch_count; ++batch) {
+      for (int lane = 0; lane < kBatchLanes; ++lane) {
+        if (blocks_.element(batch, lane) < 0) continue;
+        std::array<std::int32_t, 4> groups;
+        for (int a = 0; a < 4; ++a) {
+          const Index row =
+              block.first_row + blocks_.slot(batch, a, lane) / ElementBlocks::kRowSize;
+          groups[static_cast<std::size_t>(a)] = own[group_of_row_[static_cast<std::size_t>(row)]];
+        }
+        for (const std::int32_t i : groups) {
+          for (const std::int32_t j : groups) {
+            if (i < j) pairs.emplace_back(i, j);
+          }
+        }
+      }
+    }
+    std::sort(pairs.begin(), pairs.end());
+    pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+  }
+  for (Index g = 0; g < groups_.count(); ++g) {
+    factor_->neighbors[static_cast<std::size_t>(g)].push_back(static_cast<std::int32_t>(g));
+  }
+  for (const auto& [i, j] : pairs) factor_->neighbors[static_cast<std::size_t>(i)].push_back(j);
+}
+
+template <class T>
+void CoarseSpace<T>::set_arms(const Vector& x) {
+  const FreeCoordinates& coordinates = system_.coordinates();
+  parallel_for(groups_.count(), 8, [&](Index begin, Index end) {
+    for (Index g = begin; g < end; ++g) {
+      Vector3 center = Vector3::Zero();
+      for (Index i = groups_.begin(g); i < groups_.end(g); ++i) {
+        center += vertex_block(x, groups_.vertex(i));
+      }
+      center /= static_cast<double>(groups_.end(g) - groups_.begin(g));
+      double radius = 0.0;
+      for (Index i = groups_.begin(g); i < groups_.end(g); ++i) {
+        radius = std::max(radius, (vertex_block(x, groups_.vertex(i)) - center).norm());
+      }
+      const double scale = radius > 0.0 ? 1.0 / radius : 0.0;
+      for (Index i = groups_.begin(g); i < groups_.end(g); ++i) {
+        const Index v = groups_.vertex(i);
+        const bool held = coordinates.is_held(v);
+        const Vector3 arm = (held ? 0.0 : scale) * (vertex_block(x, v) - center);
+        Eigen::Map<Row, Eigen::Aligned16>(arms_.data() + 4 * i) =
+            Eigen::Vector4d(arm[0], arm[1], arm[2], held ? 0.0 : 1.0).cast<T>();
+      }
+    }
+  });
+}
+
+// u = basis (t, ω) of the vertex at a place.
+template <class T>
+Eigen::Matrix<double, 3, 6> CoarseSpace<T>::basis(Index place) const {
+  const Row a = arm(place);
+  Eigen::Matrix<double, 3, 6> q = Eigen::Matrix<double, 3, 6>::Zero();
+  if (a[3] == T(0)) return q;
+  q.leftCols<3>().setIdentity();
+  for (int k = 0; k < 3; ++k) {
+    q.col(3 + k) = Vector3::Unit(k).cross(Vector3(a.template head<3>().template cast<double>()));
+  }
+  const FreeCoordinates& coordinates = system_.coordinates();
+  if (const Index v = groups_.vertex(place); !coordinates.is_free(v)) {
+    const auto t = coordinates.map(v).columns;
+    q = (t * (t.transpose() * q)).eval();
+  }
+  return q;
+}
+
+// PᵀK_eP of a block's elements: for every pair of its groups a 6 × 6 block, lower triangle.
+template <class T>
+void CoarseSpace<T>::add_block(const TangentOperator<T>& stiffness, Index b,
+                               std::vector<double>& sums) const {
+  const ElementBlocks::Block& block = blocks_.block(b);
+  const std::size_t count = groups_of_block_[static_cast<std::size_t>(b)].size();
+  sums.assign(36 * count * count, 0.0);
+  const FreeCoordinates& coordinates = system_.coordinates();
+  alignas(64) double matrices[kStiffnessNumbers * kBatchLanes];
+  for (Index batch = block.first_batch; batch < block.first_batch + block.batch_count; ++batch) {
+    stiffness.element_matrices(b, batch - block.first_batch, matrices);
+    for (int lane = 0; lane < kBatchLanes; ++lane) {
+      if (blocks_.element(batch, lane) < 0) continue;
+      double* k = matrices + lane;
+      std::array<std::size_t, 4> group;
+      std::array<Index, 4> places;
+      std::array<Vector3, 4> arms;
+      bool all_free = true;
+      for (int a = 0; a < 4; ++a) {
+        const auto i = static_cast<std::size_t>(a);
+        const Index row = block.first_row + blocks_.slot(batch, a, lane) / ElementBlocks::kRowSize;
+        group[i] = group_of_row_[static_cast<std::size_t>(row)];
+        places[i] = place_of_row_[static_cast<std::size_t>(row)];
+        arms[i] = arm(places[i]).template head<3>().template cast<double>();
+        all_free = all_free && coordinates.is_free(blocks_.row_vertex(row));
+      }
+      int pair = 0;
+      for (std::size_t a = 0; a < 4; ++a) {
+        for (std::size_t c = a; c < 4; ++c) {
+          double own[9 * kBatchLanes];  // one block, row by row
+          const double* entries = own;
+          if (a == c) {
+            constexpr int kPlace[9] = {0, 1, 2, 1, 3, 4, 2, 4, 5};
+            for (int i = 0; i < 9; ++i) {
+              own[i * kBatchLanes] = k[(6 * static_cast<int>(a) + kPlace[i]) * kBatchLanes];
+            }
+          } else {
+            entries = k + (24 + 9 * pair++) * kBatchLanes;
+          }
+          Block66 product = Block66::Zero();
+          if (all_free) {
+            add_product(entries, arms[a], arms[c], product);
+          } else {
+            const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>, 0,
+                             Eigen::Stride<3 * kBatchLanes, kBatchLanes>>
+                matrix(entries);
+            product = basis(places[a]).transpose() * matrix * basis(places[c]);
+          }
+          // Into the lower triangle; within one group both triangles.
+          const auto at = [&](std::size_t row, std::size_t column) {
+            return Eigen::Map<Block66>(sums.data() + 36 * (row * count + column));
+          };
+          if (group[a] > group[c]) {
+            at(group[a], group[c]) += product;
+          } else {
+            at(group[c], group[a]) += product.transpose();
+            if (a != c && group[a] == group[c]) at(group[a], group[c]) += product;
+          }
+        }
+      }
+    }
+  }
+}
+
+template <class T>
+void CoarseSpace<T>::flush(Index b, const std::vector<double>& sums) {
+  const auto& groups = groups_of_block_[static_cast<std::size_t>(b)];
+  const std::size_t count = groups.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t j = 0; j <= i; ++j) {
+      const Eigen::Map<const Block66> block(sums.data() + 36 * (i * count + j));
+      if (i == j || !block.isZero(0.0)) factor_->add(groups[i], groups[j], block);
+    }
+  }
+}
+
+template <class T>
+bool CoarseSpace<T>::update(const TangentOperator<T>& stiffness, const VertexTerm& vertex_term,
+                            const Vector& x) {
+  set_arms(x);
+  Factor& factor = *factor_;
+  std::fill_n(factor.matrix.valuePtr(), factor.matrix.nonZeros(), 0.0);
+  std::vector<std::vector<double>> sums(
+      static_cast<std::size_t>(std::min(kTogether, blocks_.block_count())));
+  for (Index first = 0; first < blocks_.block_count(); first += kTogether) {
+    const Index count = std::min(kTogether, blocks_.block_count() - first);
+    parallel_for(count, 1, [&](Index begin, Index end) {
+      for (Index i = begin; i < end; ++i) {
+        add_block(stiffness, first + i, sums[static_cast<std::size_t>(i)]);
+      }
+    });
+    for (Index i = 0; i < count; ++i) flush(first + i, sums[static_cast<std::size_t>(i)]);
+  }
+  for (Index g = 0; g < groups_.count(); ++g) {
+    Block66 own = Block66::Zero();
+    for (Index i = groups_.begin(g); i < groups_.end(g); ++i) {
+      const Eigen::Matrix<double, 3, 6> q = basis(i);
+      own += q.transpose() * vertex_term(i) * q;
+    }
+    factor.add(g, g, own);
+    for (Index i = 6 * g; i < 6 * g + 6; ++i) {
+      double& diagonal = factor.matrix.coeffRef(i, i);
+      diagonal = diagonal > 0.0 ? (1.0 + kShift) * diagonal : 1.0;
+    }
+  }
+  if (!factor.analyzed) {
+    factor.cholesky.analyzePattern(factor.matrix);
+    factor.analyzed = true;
+  }
+  factor.cholesky.factorize(factor.matrix);
+  return factor.cholesky.info() == Eigen::Success;
+}
+
+template <class T>
+double CoarseSpace<T>::solve() {
+  Factor& factor = *factor_;
+  const Eigen::Map<Vector> motions(motions_.front().data(), 6 * groups_.count());
+  factor.right = motions;
+  Eigen::Map<Vector>(motions_.front().data(), 6 * groups_.count()) =
+      factor.cholesky.solve(factor.right);
+  return factor.right.dot(motions);
+}
+
+template class CoarseSpace<float>;
+template class CoarseSpace<double>;
+
+}  // namespace tetraction

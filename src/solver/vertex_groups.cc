@@ -1,0 +1,52 @@
+#include "vertex_groups.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+namespace tetraction {
+namespace {
+
+// Sorts the vertices [begin, end) into `groups` parts, cut across their longest extent.
+void bisect(const RestState& rest, std::vector<std::int32_t>& order, Index begin, Index end,
+            Index groups, std::vector<Index>& ends) {
+  const auto first = order.begin() + begin;
+  const auto last = order.begin() + end;
+  if (groups == 1) {
+    std::sort(first, last);
+    ends.push_back(end);
+    return;
+  }
+  Vector3 low = rest.position(*first);
+  Vector3 high = low;
+  std::for_each(first, last, [&](std::int32_t v) {
+    low = low.cwiseMin(rest.position(v));
+    high = high.cwiseMax(rest.position(v));
+  });
+  Index axis = 0;
+  (high - low).maxCoeff(&axis);
+  const Index middle = begin + (end - begin) * (groups / 2) / groups;
+  std::nth_element(first, order.begin() + middle, last, [&](std::int32_t a, std::int32_t b) {
+    return std::pair(rest.position(a)[axis], a) < std::pair(rest.position(b)[axis], b);
+  });
+  bisect(rest, order, begin, middle, groups / 2, ends);
+  bisect(rest, order, middle, end, groups - groups / 2, ends);
+}
+
+}  // namespace
+
+VertexGroups::VertexGroups(const RestState& rest)
+    : order_(static_cast<std::size_t>(rest.vertex_count())), begin_{0} {
+  const Index n = rest.vertex_count();
+  std::iota(order_.begin(), order_.end(), 0);
+  const Index groups =
+      std::clamp<Index>(std::llround(0.08 * std::pow(static_cast<double>(n), 0.75)), 1, n);
+  bisect(rest, order_, 0, n, groups, begin_);
+}
+
+Index VertexGroups::group(Index place) const {
+  return std::upper_bound(begin_.begin(), begin_.end(), place) - begin_.begin() - 1;
+}
+
+}  // namespace tetraction
