@@ -10,7 +10,7 @@ namespace tetraction {
 /// How Newton's linear systems are solved.
 enum class LinearSolver {
   kAuto,  ///< the first of the others that the measured rule (docs/performance.md) finds cheapest
-  kMatrixFree,  ///< conjugate gradients on the exact stiffness, without a matrix
+  kMatrixFree,  ///< two-level conjugate gradients on the exact stiffness, without a matrix
   kCg,          ///< conjugate gradients on the assembled matrix
   kFactor       ///< the same, preconditioned by CHOLMOD's factor of an older matrix
 };
@@ -24,7 +24,8 @@ struct NewtonOptions : MinimizerOptions {
 /// Minimises Φ by an inexact Newton method with the exact Hessian.
 ///
 /// An iteration solves ∇²Φ(x) d = −∇Φ(x) to a relative residual η that falls with the square of the
-/// residual's own reduction (Eisenstat & Walker 1996, choice 2, γ = 0.5), cuts the step where an
+/// residual's own reduction (Eisenstat & Walker 1996, choice 2, γ = 0.5; the first of a step begins
+/// where that of the last step would have ended), cuts the step where an
 /// element could be inverted on the way (fem/step_length.h), and halves it until Φ falls
 /// (Armijo, 1e-4) or the residual is halved. Where the matrix is not positive definite, conjugate
 /// gradients stop at the first direction of negative curvature, and a matrix that CHOLMOD cannot
