@@ -2,10 +2,14 @@
 // Argument: cells through the thickness (4: 1,920 tetrahedra; 9: 19,440; 18: 155,520).
 #include <benchmark/benchmark.h>
 
+#include "solver/single_precision_factor.h"
+#include "solver/sparse_cholesky.h"
+#include "tetraction/core/error.h"
 #include "tetraction/core/parallel.h"
 #include "tetraction/dynamics/derivative_check.h"
 #include "tetraction/dynamics/mechanical_system.h"
 #include "tetraction/mesh/generate.h"
+#include "tetraction/mesh/selection.h"
 
 namespace {
 
@@ -100,5 +104,77 @@ void velocities(benchmark::State& state) {
   body.report(state);
 }
 BENCHMARK(velocities)->Arg(4)->Arg(9)->Unit(benchmark::kMillisecond);
+
+// A solve with CHOLMOD's factor of the stiffness and one with its copy in single precision; the
+// argument 18 has 147,744 tetrahedra here. B/s: of the numbers below the diagonal, which a solve reads
+// twice.
+class Factored {
+ public:
+  explicit Factored(int n)
+      : mesh_(generate_box({4, 1, 1}, {n == 18 ? 76 : n * 40 / 9, n, n})),
+        rest_(mesh_),
+        coordinates_(clamped(mesh_)),
+        pattern_(rest_, coordinates_),
+        cholesky_(pattern_) {
+    set_thread_count(1);
+    std::vector<double> values(static_cast<std::size_t>(pattern_.nonzeros()), 0.0);
+    const ElasticPotential potential(rest_, Body::material());
+    if (!potential.add_hessian(mesh_.rest_positions(), pattern_, values.data()).ok() ||
+        !cholesky_.factorize(values)) {
+      throw Error("The stiffness at rest has no factor.");
+    }
+    cholesky_.copy_to(single_);
+  }
+  Vector right() const { return Vector::LinSpaced(pattern_.size(), -1.0, 1.0); }
+  SparseCholesky& cholesky() { return cholesky_; }
+  SinglePrecisionFactor& single() { return single_; }
+  void report(benchmark::State& state, std::size_t bytes_per_number) const {
+    state.SetBytesProcessed(state.iterations() *
+                            static_cast<std::int64_t>(2 * bytes_per_number * single_.nonzeros()));
+  }
+
+ private:
+  static FreeCoordinates clamped(const TetMesh& mesh) {
+    ConstraintList list;
+    list.held.push_back(hold_at_rest(mesh, select_vertices(mesh, SelectPlane{0, 0.0, {}})));
+    return Constraints(list, mesh, Vector::Ones(mesh.vertex_count())).coordinates();
+  }
+
+  TetMesh mesh_;
+  RestState rest_;
+  FreeCoordinates coordinates_;
+  SparsityPattern pattern_;
+  SparseCholesky cholesky_;
+  SinglePrecisionFactor single_;
+};
+
+void back_solve(benchmark::State& state) {
+  Factored factored(static_cast<int>(state.range(0)));
+  const Vector b = factored.right();
+  for (auto _ : state) benchmark::DoNotOptimize(factored.cholesky().solve(b));
+  factored.report(state, sizeof(double));
+}
+BENCHMARK(back_solve)->Arg(9)->Arg(18)->Unit(benchmark::kMillisecond);
+
+void back_solve_single(benchmark::State& state) {
+  Factored factored(static_cast<int>(state.range(0)));
+  set_thread_count(static_cast<int>(state.range(1)));
+  const Vector b = factored.right();
+  Vector x(b.size());
+  for (auto _ : state) factored.single().solve(b, x);
+  factored.report(state, sizeof(float));
+}
+BENCHMARK(back_solve_single)
+    ->ArgsProduct({{9, 18}, {1, 2}})
+    ->ArgNames({"", "threads"})
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
+
+// The copy, as after every factorisation: into the memory of the one before.
+void copy_factor(benchmark::State& state) {
+  Factored factored(static_cast<int>(state.range(0)));
+  for (auto _ : state) factored.cholesky().copy_to(factored.single());
+}
+BENCHMARK(copy_factor)->Arg(9)->Arg(18)->Unit(benchmark::kMillisecond);
 
 }  // namespace

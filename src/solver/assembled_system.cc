@@ -39,8 +39,15 @@ void AssembledSystem::assemble_projected(const StepProblem& problem, const Vecto
 }
 
 bool AssembledSystem::factorize() {
+  has_single_ = false;
   has_factor_ = cholesky_.factorize(values_);
   return has_factor_;
+}
+
+SinglePrecisionFactor& AssembledSystem::single_precision_factor() {
+  if (!has_single_) cholesky_.copy_to(single_);
+  has_single_ = true;
+  return single_;
 }
 
 void AssembledSystem::multiply(const Vector& x, Vector& y) const {
@@ -61,11 +68,11 @@ void AssembledSystem::multiply(const Vector& x, Vector& y) const {
   }
 }
 
-CgReport AssembledSystem::solve(const Vector& right, bool with_factor, double forcing,
+CgReport AssembledSystem::solve(const Vector& right, Preconditioner preconditioner, double forcing,
                                 int max_iterations, Vector& solution) {
   CgReport report;
   Vector inverse_diagonal;
-  if (!with_factor) {
+  if (preconditioner == Preconditioner::kDiagonal) {
     inverse_diagonal.resize(right.size());
     for (Index j = 0; j < right.size(); ++j) {
       const double d =
@@ -74,7 +81,11 @@ CgReport AssembledSystem::solve(const Vector& right, bool with_factor, double fo
     }
   }
   const auto precondition = [&](const Vector& r) -> Vector {
-    return with_factor ? cholesky_.solve(r) : Vector(inverse_diagonal.cwiseProduct(r));
+    if (preconditioner == Preconditioner::kDiagonal) return inverse_diagonal.cwiseProduct(r);
+    if (preconditioner == Preconditioner::kFactor) return cholesky_.solve(r);
+    Vector z(r.size());
+    single_precision_factor().solve(r, z);
+    return z;
   };
   solution.setZero(right.size());
   Vector r = right;
@@ -82,12 +93,18 @@ CgReport AssembledSystem::solve(const Vector& right, bool with_factor, double fo
   Vector p = z;
   Vector ap;
   double rz = r.dot(z);
-  const double start = rz;
-  const double target = forcing * forcing * rz;
+  double rr = r.squaredNorm();
+  const double first = rr;
   while (report.iterations < max_iterations) {
-    if (rz <= target) {
+    if (rr <= forcing * forcing * first) {
       report.converged = true;
       break;
+    }
+    if (report.iterations > 0) {
+      z = precondition(r);
+      const double next = r.dot(z);
+      p = z + (next / rz) * p;
+      rz = next;
     }
     ++report.iterations;
     multiply(p, ap);
@@ -100,18 +117,9 @@ CgReport AssembledSystem::solve(const Vector& right, bool with_factor, double fo
     const double alpha = rz / curvature;
     solution += alpha * p;
     r -= alpha * ap;
-    if (r.squaredNorm() <= forcing * forcing * right.squaredNorm() && with_factor) {
-      // Spares the solve that would only confirm it.
-      report.converged = true;
-      rz = target;
-      break;
-    }
-    z = precondition(r);
-    const double next = r.dot(z);
-    p = z + (next / rz) * p;
-    rz = next;
+    rr = r.squaredNorm();
   }
-  report.reduction = start > 0.0 ? std::sqrt(std::max(rz, 0.0) / start) : 0.0;
+  report.reduction = first > 0.0 ? std::sqrt(rr / first) : 0.0;
   return report;
 }
 

@@ -23,13 +23,17 @@ class AssembledSystem {
   /// The factor of the matrix as it is; false if it is not positive definite.
   bool factorize();
   bool has_factor() const { return has_factor_; }
-  /// With the factor, of an older matrix or not.
+  /// With the factor, of an older matrix or not, unless its numbers were released.
   Vector back_solve(const Vector& right) { return cholesky_.solve(right); }
+  /// The factor in single precision: less than half the memory to read in a solve.
+  SinglePrecisionFactor& single_precision_factor();
+  /// Frees the numbers of the factor in double precision: two thirds of the memory of both.
+  void release_double_precision() { cholesky_.release_factor(); }
 
-  /// solution ≈ A⁻¹ right to a relative residual of `forcing`, in the norm of the preconditioner:
-  /// the factor, or the matrix' diagonal.
-  CgReport solve(const Vector& right, bool with_factor, double forcing, int max_iterations,
-                 Vector& solution);
+  enum class Preconditioner { kDiagonal, kSinglePrecisionFactor, kFactor };
+  /// solution ≈ A⁻¹ right to a relative residual of `forcing`, |r|₂/|right|₂.
+  CgReport solve(const Vector& right, Preconditioner preconditioner, double forcing,
+                 int max_iterations, Vector& solution);
 
   Index size() const { return pattern_.size(); }
   Index nonzeros() const { return pattern_.nonzeros(); }
@@ -41,7 +45,9 @@ class AssembledSystem {
   SparsityPattern pattern_;
   SparseCholesky cholesky_;
   std::vector<double> values_;
+  SinglePrecisionFactor single_;
   bool has_factor_ = false;
+  bool has_single_ = false;
 };
 
 }  // namespace tetraction

@@ -55,7 +55,9 @@ MatrixFreeCg<T>::MatrixFreeCg(const MechanicalSystem& system)
 
 template <class T>
 void MatrixFreeCg<T>::set(const StepProblem& problem, const Vector& x) {
+  problem_ = &problem;
   point_ = &x;
+  has_blocks_ = false;
   operator_.set(x, problem.viscous());
   curved_ = !system_.environment().is_uniform();
   if (curved_) off_.resize(diagonal_.size());
@@ -69,11 +71,12 @@ void MatrixFreeCg<T>::set(const StepProblem& problem, const Vector& x) {
     }
     row(diagonal_, i) = Eigen::Vector4d(on[0], on[1], on[2], 0.0).template cast<T>();
   });
-  make_blocks(problem);
 }
 
 template <class T>
-void MatrixFreeCg<T>::make_blocks(const StepProblem& problem) {
+void MatrixFreeCg<T>::make_blocks() {
+  has_blocks_ = true;
+  const StepProblem& problem = *problem_;
   operator_.diagonal(p_, z_);
   const FreeCoordinates& coordinates = system_.coordinates();
   for_places([&](Index i) {
@@ -219,7 +222,7 @@ double MatrixFreeCg<T>::multiply() {
 // the groups; returns r·z of both and r·r.
 template <class T>
 auto MatrixFreeCg<T>::descend(T alpha) -> Products {
-  const bool coarse = choice_.in_use();
+  const bool coarse = factor_ == nullptr && choice_.in_use();
   Products products = sum_over_groups([&](Index g) {
     Row own = Row::Zero();
     Row square = Row::Zero();
@@ -228,13 +231,14 @@ auto MatrixFreeCg<T>::descend(T alpha) -> Products {
     for (Index i = groups_.begin(g); i < groups_.end(g); ++i) {
       const Row r = row(r_, i) - alpha * row(ap_, i);
       row(r_, i) = r;
+      square += r.cwiseProduct(r);
+      if (factor_ != nullptr) continue;
       const T* m = inverse_.data() + 12 * i;
       const Row z = Eigen::Map<const Row, Eigen::Aligned16>(m) * r[0] +
                     Eigen::Map<const Row, Eigen::Aligned16>(m + 4) * r[1] +
                     Eigen::Map<const Row, Eigen::Aligned16>(m + 8) * r[2];
       row(z_, i) = z;
       own += r.cwiseProduct(z);
-      square += r.cwiseProduct(r);
       if (coarse) {
         const Row arm = coarse_->arm(i);
         force += r;
@@ -252,7 +256,50 @@ auto MatrixFreeCg<T>::descend(T alpha) -> Products {
     return Products{own.template cast<double>().sum(), square.template cast<double>().sum()};
   });
   if (coarse) products.rz += coarse_->solve();
+  if (factor_ != nullptr) products.rz = precondition_with_factor();
   return products;
+}
+
+// z = (L Lᵀ)⁻¹ r over the free coordinates; returns r·z.
+template <class T>
+double MatrixFreeCg<T>::precondition_with_factor() {
+  using Vector3T = Eigen::Matrix<T, 3, 1>;
+  const FreeCoordinates& coordinates = system_.coordinates();
+  free_.resize(coordinates.count());
+  for_places([&](Index i) {
+    const Index v = groups_.vertex(i);
+    const Row padded = row(r_, i);
+    const Vector3T r(padded[0], padded[1], padded[2]);
+    if (coordinates.is_free(v)) {
+      free_.template segment<3>(coordinates.first(v)) = r;
+    } else {
+      const FreeCoordinates::VertexMap map = coordinates.map(v);
+      for (int k = 0; k < map.count; ++k) {
+        free_[map.first + k] = map.columns.col(k).template cast<T>().dot(r);
+      }
+    }
+  });
+  factor_->solve(free_, free_);
+  return sum_over_groups([&](Index g) {
+           Row sum = Row::Zero();
+           for (Index i = groups_.begin(g); i < groups_.end(g); ++i) {
+             const Index v = groups_.vertex(i);
+             Vector3T z = Vector3T::Zero();
+             if (coordinates.is_free(v)) {
+               z = free_.template segment<3>(coordinates.first(v));
+             } else {
+               const FreeCoordinates::VertexMap map = coordinates.map(v);
+               for (int k = 0; k < map.count; ++k) {
+                 z += free_[map.first + k] * map.columns.col(k).template cast<T>();
+               }
+             }
+             const Row padded(z[0], z[1], z[2], T(0));
+             row(z_, i) = padded;
+             sum += row(r_, i).cwiseProduct(padded);
+           }
+           return Products{sum.template cast<double>().sum(), 0.0};
+         })
+      .rz;
 }
 
 // x += alpha p; p = z + beta p, z with the motions of the groups.
@@ -264,7 +311,7 @@ void MatrixFreeCg<T>::turn(T alpha, T beta) {
       row(x_, i) += alpha * p;
       row(p_, i) = z + beta * p;
     };
-    if (!choice_.in_use()) {
+    if (factor_ != nullptr || !choice_.in_use()) {
       for (Index i = groups_.begin(g); i < groups_.end(g); ++i) step(i, row(z_, i));
       return;
     }
@@ -284,8 +331,10 @@ void MatrixFreeCg<T>::turn(T alpha, T beta) {
 }
 
 template <class T>
-CgReport MatrixFreeCg<T>::solve(const Vector& gradient, double forcing, int max_iterations,
-                                Vector& step) {
+CgReport MatrixFreeCg<T>::run(const Vector& gradient, double forcing, int max_iterations,
+                              SinglePrecisionFactor* factor, Vector& step) {
+  factor_ = factor;
+  if (factor == nullptr && !has_blocks_) make_blocks();
   const Index n = system_.vertex_count();
   const FreeCoordinates& coordinates = system_.coordinates();
   CgReport report;
@@ -305,7 +354,7 @@ CgReport MatrixFreeCg<T>::solve(const Vector& gradient, double forcing, int max_
       report.converged = true;
       break;
     }
-    if (choice_.should_make(report.iterations)) {
+    if (factor == nullptr && choice_.should_make(report.iterations)) {
       known_digits = digits();
       counted = report.iterations;
       choice_.made(make_coarse_space(), report.iterations, known_digits);
@@ -326,7 +375,8 @@ CgReport MatrixFreeCg<T>::solve(const Vector& gradient, double forcing, int max_
     turn(alpha, beta);
   }
   report.reduction = std::sqrt(products.rr / first);
-  if (report.converged) choice_.solved(report.iterations - counted, digits() - known_digits);
+  if (report.converged && factor == nullptr)
+    choice_.solved(report.iterations - counted, digits() - known_digits);
   step.resize(3 * n);
   for_places([&](Index i) {
     const Index v = groups_.vertex(i);

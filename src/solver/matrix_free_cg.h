@@ -7,6 +7,7 @@
 #include "coarse_choice.h"
 #include "coarse_space.h"
 #include "fem/tangent_operator.h"
+#include "single_precision_factor.h"
 #include "tetraction/dynamics/step_problem.h"
 #include "vertex_groups.h"
 
@@ -24,7 +25,8 @@ struct CgReport {
 /// Conjugate gradients on ∇²Φ(x) in precision T with the tangent stiffness applied element by
 /// element, preconditioned by the vertices' 3 × 3 blocks and, where that pays (coarse_choice.h), a
 /// coarse space (coarse_space.h). Directions that constraints take from a vertex are left out by the
-/// preconditioner; affine sets (rigid handles) are not supported.
+/// preconditioner; affine sets (rigid handles) are not supported. Or the caller has a factor of a
+/// similar matrix to precondition with.
 ///
 /// Single precision is enough: what is wanted of a direction is a few digits, and the residuals of
 /// Newton's method are worked out in double precision outside.
@@ -37,7 +39,14 @@ class MatrixFreeCg {
   /// Linearises at x, where Φ must be defined.
   void set(const StepProblem& problem, const Vector& x);
   /// step ≈ −(∇²Φ)⁻¹ gradient (3 per vertex) to a relative residual of `forcing`.
-  CgReport solve(const Vector& gradient, double forcing, int max_iterations, Vector& step);
+  CgReport solve(const Vector& gradient, double forcing, int max_iterations, Vector& step) {
+    return run(gradient, forcing, max_iterations, nullptr, step);
+  }
+  /// The same with the factor of a matrix over the free coordinates as the preconditioner.
+  CgReport solve(const Vector& gradient, double forcing, int max_iterations,
+                 SinglePrecisionFactor& factor, Vector& step) {
+    return run(gradient, forcing, max_iterations, &factor, step);
+  }
   /// Whether no element can be inverted on the way along the last step.
   bool step_is_safe() const { return operator_.step_is_safe(x_.data()); }
   /// To be called when the systems to come are different altogether (another step size).
@@ -50,12 +59,15 @@ class MatrixFreeCg {
     double rr = 0.0;
   };
 
-  void make_blocks(const StepProblem& problem);
+  CgReport run(const Vector& gradient, double forcing, int max_iterations,
+               SinglePrecisionFactor* factor, Vector& step);
+  void make_blocks();
   bool make_coarse_space();
   Products start(const Vector& gradient, double scale);
   Products start_direction();
   double multiply();
   Products descend(T alpha);
+  double precondition_with_factor();
   void turn(T alpha, T beta);
   Row allowed(const Row& x, Index place) const;
   template <class Body>
@@ -75,7 +87,11 @@ class MatrixFreeCg {
   std::vector<bool> all_free_;  // of each group
   std::unique_ptr<CoarseSpace<T>> coarse_;
   CoarseChoice choice_;
-  const Vector* point_ = nullptr;  // x of set()
+  const StepProblem* problem_ = nullptr;  // of set()
+  const Vector* point_ = nullptr;         // its x
+  bool has_blocks_ = false;
+  SinglePrecisionFactor* factor_ = nullptr;  // of the solve in progress
+  Eigen::Matrix<T, Eigen::Dynamic, 1> free_;
   bool curved_ = false;
   AlignedVector<T> diagonal_;  // of what belongs to single vertices: rows (xx yy zz 0)
   AlignedVector<T> off_;       // (xy xz yz 0), of curved environments

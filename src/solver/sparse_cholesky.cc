@@ -6,6 +6,7 @@
 
 #include "serial_openmp.h"
 #include "tetraction/core/blas.h"
+#include "tetraction/core/error.h"
 
 namespace tetraction {
 
@@ -96,6 +97,18 @@ Vector SparseCholesky::solve(const Vector& b) {
     throw std::bad_alloc();
   }
   return Eigen::Map<const Vector>(static_cast<const double*>(s.solution->x), b.size());
+}
+
+void SparseCholesky::copy_to(SinglePrecisionFactor& copy) const {
+  if (impl_->factor == nullptr) throw Error("There is no factor to copy.");
+  copy.assign(*impl_->factor);
+}
+
+void SparseCholesky::release_factor() {
+  Impl& s = *impl_;
+  if (s.factor == nullptr) return;
+  cholmod_change_factor(CHOLMOD_PATTERN, s.factor->is_ll, s.factor->is_super, 1, 1, s.factor,
+                        &s.common);
 }
 
 }  // namespace tetraction

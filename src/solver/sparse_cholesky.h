@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "single_precision_factor.h"
 #include "tetraction/fem/sparsity_pattern.h"
 
 namespace tetraction {
@@ -29,6 +30,11 @@ class SparseCholesky {
   bool factorize(const std::vector<double>& values);
   /// Solution of A x = b with the factor made last.
   Vector solve(const Vector& b);
+
+  /// Copies the factor made last. Throws Error if there is none.
+  void copy_to(SinglePrecisionFactor& copy) const;
+  /// Frees the numbers of the factor, which the next `factorize` brings back; keeps the analysis.
+  void release_factor();
 
  private:
   void analyze();

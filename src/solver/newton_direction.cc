@@ -1,0 +1,248 @@
+#include "newton_direction.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "tetraction/core/error.h"
+
+namespace tetraction {
+
+// Prices of the linear solvers in nanoseconds on one core (docs/performance.md has the measurements).
+// Only their ratios matter, and only for kAuto and for the time at which a factor is renewed: results
+// do not depend on how fast the machine happens to be.
+struct NewtonDirection::Prices {
+  double product;   // an iteration of matrix-free CG
+  double newton;    // an iteration of Newton's method without the linear solve
+  double assembly;  // of the matrix
+  double factorization;
+  double back_solve;  // in single precision
+
+  Prices(double tetrahedra, const CholeskyCost& cost) {
+    constexpr double kInCache = 1e5;  // tetrahedra whose states the last-level cache holds
+    product = (tetrahedra > kInCache ? 9.0 : 7.0) * tetrahedra;
+    newton = 50.0 * tetrahedra;
+    assembly = 100.0 * tetrahedra;
+    factorization = cost.flops / 30.0;
+    back_solve = (cost.nonzeros > 1e7 ? 0.4 : 0.2) * cost.nonzeros;
+  }
+};
+
+namespace {
+
+// What a factorisation by nested dissection costs, by the number of unknowns: fitted to blocks and
+// beams of 10³ to 10⁵ unknowns. Good to a factor of two, which is enough to decide on an analysis.
+CholeskyCost expected_cost(double unknowns) {
+  return {12.0 * unknowns * unknowns, 18.0 * std::pow(unknowns, 4.0 / 3.0)};
+}
+
+LinearSolver first_choice(bool can_do_without_matrix, LinearSolver asked) {
+  if (asked == LinearSolver::kAuto) {
+    return can_do_without_matrix ? LinearSolver::kMatrixFree : LinearSolver::kFactor;
+  }
+  if (asked == LinearSolver::kMatrixFree && !can_do_without_matrix) {
+    throw InputError(
+        "solver.linear = \"matrix-free\" knows the three built-in materials and no free rigid "
+        "handles: take \"auto\", \"cg\" or \"factor\".");
+  }
+  return asked;
+}
+
+}  // namespace
+
+NewtonDirection::NewtonDirection(const MechanicalSystem& system, const NewtonOptions& options)
+    : system_(system),
+      options_(options),
+      can_do_without_matrix_(MatrixFreeCg<float>::supports(system)),
+      current_(first_choice(can_do_without_matrix_, options.linear)) {}
+
+void NewtonDirection::begin_step(const StepProblem& problem) {
+  cost_of_step_ = 0.0;
+  // What was made for another step size is of another matrix altogether.
+  const double sum = problem.coefficient().sum();
+  if (std::abs(sum - coefficient_sum_) > 0.01 * std::abs(sum)) {
+    stale_ = true;
+    if (single_) single_->forget();
+    if (double_) double_->forget();
+    coefficient_sum_ = sum;
+  }
+}
+
+bool NewtonDirection::find(const StepProblem& problem, const Vector& x, const Vector& gradient,
+                           double forcing, MinimizerReport& report, Vector& direction) {
+  safe_ = false;
+  bool found = false;
+  if (current_ == LinearSolver::kMatrixFree) {
+    found = without_matrix(problem, x, gradient, forcing, report, direction);
+  } else if (current_ == LinearSolver::kCg) {
+    found = with_diagonal(problem, x, gradient, forcing, report, direction);
+  } else {
+    found = with_factor(problem, x, gradient, forcing, report, direction);
+  }
+  return found && direction.allFinite();
+}
+
+bool NewtonDirection::without_matrix(const StepProblem& problem, const Vector& x,
+                                     const Vector& gradient, double forcing,
+                                     MinimizerReport& report, Vector& direction) {
+  const Prices p = rough_prices();
+  // With kAuto no more iterations than would have paid for a factor, in this step and before.
+  int most = std::max(2000, static_cast<int>(system_.coordinates().count()));
+  if (options_.linear == LinearSolver::kAuto) {
+    const double worth = p.assembly + p.factorization + 4.0 * p.back_solve;
+    most = std::max(50, static_cast<int>((worth - regret_ - cost_of_step_) / p.product));
+  }
+  const auto solve_in = [&](auto& cg) {
+    cg.set(problem, x);
+    const CgReport done = cg.solve(gradient, forcing, most, direction);
+    safe_ = cg.step_is_safe();
+    report.cg_iterations += done.iterations;
+    cost_of_step_ += p.product * (done.iterations + CoarseChoice::kPrice * done.coarse_spaces);
+    return done;
+  };
+  CgReport cg = single_precision_ ? solve_in(single()) : solve_in(twice());
+  const auto failed = [&] { return !cg.converged && !cg.negative_curvature; };
+  if (single_precision_ && failed() && options_.linear == LinearSolver::kMatrixFree) {
+    // Round-off of single precision: from now on in double.
+    single_precision_ = false;
+    single_.reset();
+    cg = solve_in(twice());
+  }
+  cost_of_step_ += p.newton;
+  if (failed() && options_.linear == LinearSolver::kAuto) {
+    current_ = LinearSolver::kFactor;
+    regret_ = 0.0;
+    return with_factor(problem, x, gradient, forcing, report, direction);
+  }
+  return true;
+}
+
+bool NewtonDirection::with_diagonal(const StepProblem& problem, const Vector& x,
+                                    const Vector& gradient, double forcing, MinimizerReport& report,
+                                    Vector& direction) {
+  AssembledSystem& matrix = assembled();
+  matrix.assemble(problem, x);
+  const Vector right = -system_.coordinates().restrict(gradient);
+  Vector solution;
+  report.cg_iterations += matrix
+                              .solve(right, AssembledSystem::Preconditioner::kDiagonal, forcing,
+                                     static_cast<int>(2 * right.size()) + 100, solution)
+                              .iterations;
+  direction = system_.coordinates().extend(solution);
+  return true;
+}
+
+// A kept factor first; where it has become too poor, or there is none, a new one.
+bool NewtonDirection::with_factor(const StepProblem& problem, const Vector& x,
+                                  const Vector& gradient, double forcing, MinimizerReport& report,
+                                  Vector& direction) {
+  AssembledSystem& matrix = assembled();
+  const auto try_kept = [&] {
+    return options_.keep_factor && matrix.has_factor() && !stale_ &&
+           with_kept_factor(problem, x, gradient, forcing, report, direction);
+  };
+  if (try_kept()) return true;
+  matrix.assemble(problem, x);
+  ++report.factorizations;
+  stale_ = false;
+  regret_ = 0.0;
+  const bool definite = matrix.factorize();
+  if (!definite) {
+    ++report.factorizations;
+    matrix.assemble_projected(problem, x);
+    if (!matrix.factorize()) return false;
+  } else if (single_precision_factor_ && try_kept()) {
+    matrix.release_double_precision();
+    return true;
+  } else if (options_.keep_factor) {
+    // Fresh, and not good enough in single precision: from now on in double.
+    single_precision_factor_ = false;
+  }
+  safe_ = false;
+  direction =
+      system_.coordinates().extend(matrix.back_solve(-system_.coordinates().restrict(gradient)));
+  return true;
+}
+
+// Conjugate gradients on the system at hand, preconditioned by the factor of an older one.
+bool NewtonDirection::with_kept_factor(const StepProblem& problem, const Vector& x,
+                                       const Vector& gradient, double forcing,
+                                       MinimizerReport& report, Vector& direction) {
+  constexpr int kMost = 30;
+  constexpr int kFree = 3;
+  AssembledSystem& matrix = assembled();
+  CgReport cg;
+  if (can_do_without_matrix_ && single_precision_factor_) {
+    MatrixFreeCg<float>& free = single();
+    free.set(problem, x);
+    cg = free.solve(gradient, forcing, kMost, matrix.single_precision_factor(), direction);
+    safe_ = free.step_is_safe();
+  } else {
+    using Preconditioner = AssembledSystem::Preconditioner;
+    matrix.assemble(problem, x);
+    Vector solution;
+    cg = matrix.solve(
+        -system_.coordinates().restrict(gradient),
+        single_precision_factor_ ? Preconditioner::kSinglePrecisionFactor : Preconditioner::kFactor,
+        forcing, kMost, solution);
+    direction = system_.coordinates().extend(solution);
+  }
+  report.cg_iterations += cg.iterations;
+  const Prices p(static_cast<double>(system_.rest().element_count()), matrix.cost());
+  regret_ += std::max(0, cg.iterations - kFree) * (p.product + p.back_solve);
+  if (regret_ > p.factorization) stale_ = true;
+  return cg.converged;
+}
+
+// The rule of kAuto: matrix-free, until what it has cost beyond a factor that lasts for twenty
+// steps would have paid for the factor.
+void NewtonDirection::end_step(int newton_iterations) {
+  constexpr double kLife = 20.0;
+  if (options_.linear != LinearSolver::kAuto || current_ != LinearSolver::kMatrixFree) return;
+  const Prices p = rough_prices();
+  const double factor = newton_iterations * (p.newton + 3.0 * (p.product + p.back_solve)) +
+                        (p.assembly + p.factorization) / kLife;
+  regret_ = std::max(0.0, regret_ + cost_of_step_ - factor);
+  if (regret_ > p.factorization) {
+    current_ = LinearSolver::kFactor;
+    regret_ = 0.0;
+  }
+}
+
+std::string NewtonDirection::name() const {
+  if (current_ == LinearSolver::kMatrixFree) return "matrix-free";
+  return current_ == LinearSolver::kCg ? "cg" : "factor";
+}
+
+bool NewtonDirection::solve_exactly(const StepProblem& problem, const Vector& x,
+                                    const Matrix& right, Matrix& solution) {
+  AssembledSystem& matrix = assembled();
+  matrix.assemble(problem, x);
+  if (!matrix.factorize()) return false;
+  stale_ = false;
+  regret_ = 0.0;
+  solution.resize(right.rows(), right.cols());
+  for (Index i = 0; i < right.cols(); ++i) solution.col(i) = matrix.back_solve(right.col(i));
+  return true;
+}
+
+AssembledSystem& NewtonDirection::assembled() {
+  if (!assembled_) assembled_ = std::make_unique<AssembledSystem>(system_);
+  return *assembled_;
+}
+
+MatrixFreeCg<float>& NewtonDirection::single() {
+  if (!single_) single_ = std::make_unique<MatrixFreeCg<float>>(system_);
+  return *single_;
+}
+
+MatrixFreeCg<double>& NewtonDirection::twice() {
+  if (!double_) double_ = std::make_unique<MatrixFreeCg<double>>(system_);
+  return *double_;
+}
+
+NewtonDirection::Prices NewtonDirection::rough_prices() const {
+  return {static_cast<double>(system_.rest().element_count()),
+          expected_cost(static_cast<double>(system_.coordinates().count()))};
+}
+
+}  // namespace tetraction
