@@ -1,5 +1,7 @@
 #include "beam.h"
 
+#include <utility>
+
 #include "tetraction/core/blas.h"
 #include "tetraction/core/error.h"
 #include "tetraction/core/parallel.h"
@@ -23,12 +25,13 @@ MaterialModel beam_material(const std::string& name, double youngs_modulus) {
   return NeoHookean(lame.mu, lame.lambda);
 }
 
-std::unique_ptr<MechanicalSystem> make_beam(const TetMesh& mesh, double youngs_modulus) {
+std::unique_ptr<MechanicalSystem> make_beam(TetMesh mesh, double youngs_modulus) {
   auto beam = std::make_unique<MechanicalSystem>(
-      mesh, beam_material(NeoHookean::kName, youngs_modulus), 1000.0);
+      std::move(mesh), beam_material(NeoHookean::kName, youngs_modulus), 1000.0);
   ConstraintList clamp;
-  clamp.held.push_back(hold_at_rest(mesh, select_vertices(mesh, SelectPlane{0, 0.0, {}})));
-  beam->set_constraints(Constraints(clamp, mesh, beam->mass()));
+  clamp.held.push_back(
+      hold_at_rest(beam->mesh(), select_vertices(beam->mesh(), SelectPlane{0, 0.0, {}})));
+  beam->set_constraints(Constraints(clamp, beam->mesh(), beam->mass()));
   beam->set_environment(Environment::uniform({0.0, -9.81, 0.0}));
   return beam;
 }

@@ -31,7 +31,7 @@ BeamSize beam_size(const std::string& name);
 MaterialModel beam_material(const std::string& name, double youngs_modulus);
 
 /// With clamp and gravity; 1000 kg/m³.
-std::unique_ptr<MechanicalSystem> make_beam(const TetMesh& mesh, double youngs_modulus = kSoft);
+std::unique_ptr<MechanicalSystem> make_beam(TetMesh mesh, double youngs_modulus = kSoft);
 
 /// The beam as it falls: after 20 steps of 0.01 s of backward Euler, solved coarsely.
 State bent_state(const MechanicalSystem& beam);

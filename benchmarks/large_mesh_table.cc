@@ -46,7 +46,7 @@ void time_phases(const BeamSize& size, const std::string& format, Report& report
   std::unique_ptr<Stepper> stepper;
   State state;
   const double set_up = seconds_of([&] {
-    beam = make_beam(mesh);
+    beam = make_beam(std::move(mesh));
     stepper = make_explicit_stepper(*beam);
     state = beam->rest_state();
   });

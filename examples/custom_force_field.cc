@@ -60,7 +60,7 @@ int main(int argc, char** argv) {
   scene.environment.kind = EnvironmentKind::kCustom;
   scene.environment.field = std::make_shared<AxisTrap>(2.0, 3.0, 1.0);
   TetMesh mesh = generate_box({1.0, 1.0, 1.0}, {3, 3, 3});
-  for (Vector3& x : mesh.vertices) x += Vector3(2.0, -0.5, -0.5);
+  for (Vector3& x : mesh.vertices.own()) x += Vector3(2.0, -0.5, -0.5);
   Session session(scene, mesh);
 
   // 3. Run; half-way the trap becomes narrower. What that does to the energy is the edit's work.

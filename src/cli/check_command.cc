@@ -44,8 +44,8 @@ std::vector<MaterialModel> materials_to_check(const std::vector<MaterialModel>& 
 
 int check(const std::string& path, const std::vector<std::string>& overrides, bool as_json) {
   const Scene scene = read_scene(path, overrides);
-  const TetMesh mesh = load_mesh(scene);
-  const std::unique_ptr<MechanicalSystem> system = make_system(scene, mesh);
+  const std::unique_ptr<MechanicalSystem> system = make_system(scene, load_mesh(scene));
+  const TetMesh& mesh = system->mesh();
   const State state = make_initial_state(scene, *system);
   check_events(scene, *system);
   const StabilityLimit limit = stability_limit(*system, state.position);
@@ -72,7 +72,7 @@ int check(const std::string& path, const std::vector<std::string>& overrides, bo
   json["wave_speed"] = fastest;
   json["omega_max"] = limit.omega_max;
   json["stable_step"] = limit.critical_step;
-  json["stable_step_element"] = mesh.tetrahedron_ids[static_cast<std::size_t>(limit.element)];
+  json["stable_step_element"] = mesh.tetrahedron_id(limit.element);
 
   bool exact = true;
   json["derivatives"] = nlohmann::ordered_json::array();
@@ -113,8 +113,7 @@ int check(const std::string& path, const std::vector<std::string>& overrides, bo
         "stability limit of the explicit rules: h_crit = {:.6g} s (omega_max = "
         "{:.6g} "
         "rad/s, most at element {})\n",
-        limit.critical_step, limit.omega_max,
-        mesh.tetrahedron_ids[static_cast<std::size_t>(limit.element)]);
+        limit.critical_step, limit.omega_max, mesh.tetrahedron_id(limit.element));
     if (scene.time.automatic) {
       fmt::print("time.step = \"auto\" takes {:.6g} s\n", 0.5 * limit.critical_step);
     } else if (!is_implicit(scene.time.integrator)) {

@@ -25,7 +25,7 @@ struct Box {
 
 Box bounding_box(const TetMesh& mesh) {
   Box box;
-  for (const Vector3& x : mesh.vertices) {
+  for (const Vector3 x : mesh.vertices) {
     box.low = box.low.cwiseMin(x);
     box.high = box.high.cwiseMax(x);
   }
@@ -45,7 +45,7 @@ std::vector<Index> histogram(const QualityMeasure& measure) {
 
 std::map<int, Index> region_counts(const TetMesh& mesh) {
   std::map<int, Index> counts;
-  for (const int region : mesh.regions) ++counts[region];
+  for (Index e = 0; e < mesh.tetrahedron_count(); ++e) ++counts[mesh.region(e)];
   return counts;
 }
 

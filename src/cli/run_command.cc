@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "commands.h"
@@ -77,12 +78,12 @@ void print_outcome(const Session& session, const std::string& directory) {
 int run(const RunArguments& arguments) {
   const Scene scene = read_scene(arguments.scene, arguments.overrides);
   const std::string directory = arguments.out.empty() ? scene.output.directory : arguments.out;
-  const TetMesh mesh = load_mesh(scene);
+  TetMesh mesh = load_mesh(scene);
   if (!arguments.quiet) {
     if (const std::string remarks = mesh_remarks(mesh); !remarks.empty()) print_note(remarks);
   }
   make_output_directory(directory);
-  Session session(scene, mesh);
+  Session session(scene, std::move(mesh));
   for (const std::string& warning : session.warnings()) print_warning(warning);
 
   RunRecorder recorder(directory, scene.output.every);

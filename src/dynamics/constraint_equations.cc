@@ -31,52 +31,44 @@ Vector Constraints::vertex_forces(const Vector& u) const {
   return forces;
 }
 
-Vector Constraints::values(const Vector& w) const {
-  Vector g(equation_count_);
+// All equations are of one form: g_ij = ½(w_i·w_j/s_ij − δ_ij), s_ij = ρ_iρ_j or L².
+template <class Visit>
+void Constraints::for_each_equation(const Visit& visit) const {
   for (const Equation& equation : equations_) {
-    Index row = equation.first_equation;
+    Index number = equation.first_equation;
     for (Index i = 0; i < equation.entries() / 3; ++i) {
       for (Index j = 0; j <= i; ++j) {
-        const double product = w.segment<3>(equation.first_entry + 3 * i)
-                                   .dot(w.segment<3>(equation.first_entry + 3 * j));
-        g[row++] = 0.5 * (product / (equation.scale[i] * equation.scale[j]) - (i == j ? 1.0 : 0.0));
+        visit(number++, equation.first_entry + 3 * i, equation.first_entry + 3 * j,
+              equation.scale[i] * equation.scale[j]);
       }
     }
   }
+}
+
+Vector Constraints::values(const Vector& w) const {
+  Vector g(equation_count_);
+  for_each_equation([&](Index k, Index i, Index j, double s) {
+    g[k] = 0.5 * (w.segment<3>(i).dot(w.segment<3>(j)) / s - (i == j ? 1.0 : 0.0));
+  });
   return g;
 }
 
 Matrix Constraints::gradients(const Vector& w) const {
   Matrix gradients = Matrix::Zero(configuration_size_, equation_count_);
-  for (const Equation& equation : equations_) {
-    Index column = equation.first_equation;
-    for (Index i = 0; i < equation.entries() / 3; ++i) {
-      for (Index j = 0; j <= i; ++j, ++column) {
-        const Index at_i = equation.first_entry + 3 * i;
-        const Index at_j = equation.first_entry + 3 * j;
-        const double scale = 0.5 / (equation.scale[i] * equation.scale[j]);
-        gradients.col(column).segment<3>(at_i) += scale * w.segment<3>(at_j);
-        gradients.col(column).segment<3>(at_j) += scale * w.segment<3>(at_i);
-      }
-    }
-  }
+  for_each_equation([&](Index k, Index i, Index j, double s) {
+    gradients.col(k).segment<3>(i) += 0.5 / s * w.segment<3>(j);
+    gradients.col(k).segment<3>(j) += 0.5 / s * w.segment<3>(i);
+  });
   return gradients;
 }
 
 Matrix Constraints::curvature(const Vector& multipliers) const {
   Matrix curvature = Matrix::Zero(configuration_size_, configuration_size_);
-  for (const Equation& equation : equations_) {
-    Index row = equation.first_equation;
-    for (Index i = 0; i < equation.entries() / 3; ++i) {
-      for (Index j = 0; j <= i; ++j, ++row) {
-        const Index at_i = equation.first_entry + 3 * i;
-        const Index at_j = equation.first_entry + 3 * j;
-        const double factor = 0.5 * multipliers[row] / (equation.scale[i] * equation.scale[j]);
-        curvature.block<3, 3>(at_i, at_j).diagonal().array() += factor;
-        curvature.block<3, 3>(at_j, at_i).diagonal().array() += factor;
-      }
-    }
-  }
+  for_each_equation([&](Index k, Index i, Index j, double s) {
+    const double factor = 0.5 * multipliers[k] / s;
+    curvature.block<3, 3>(i, j).diagonal().array() += factor;
+    curvature.block<3, 3>(j, i).diagonal().array() += factor;
+  });
   return curvature;
 }
 

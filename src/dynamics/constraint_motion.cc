@@ -83,14 +83,14 @@ void Constraints::prescribe(double time, Vector& q) const {
   }
 }
 
-Vector Constraints::prescribed_displacement(const Vector& from, double time) const {
-  Vector displacement = Vector::Zero(from.size());
-  if (!moving_) return displacement;
+void Constraints::for_each_prescribed_way(
+    const Vector& from, double time,
+    const std::function<void(Index, const Vector3&)>& visit) const {
+  if (!moving_) return;
   for (const Prescribed& vertex : prescribed_) {
     const Vector3 x = from.segment<3>(3 * vertex.vertex);
-    displacement.segment<3>(3 * vertex.vertex) = axis_target(vertex, time, x) - x;
+    visit(vertex.vertex, axis_target(vertex, time, x) - x);
   }
-  return displacement;
 }
 
 void Constraints::prescribe_momentum(double time, Vector& momentum) const {
@@ -104,48 +104,45 @@ void Constraints::prescribe_momentum(double time, Vector& momentum) const {
   }
 }
 
-double Constraints::prescribed_work(const Vector& force, const Vector& displacement) const {
-  double work = 0.0;
-  for (const Prescribed& vertex : prescribed_) {
-    for (std::size_t i = 0; i < 3; ++i) {
-      const Index dof = 3 * vertex.vertex + static_cast<Index>(i);
-      if (vertex.held[i] >= 0) work += force[dof] * displacement[dof];
-    }
-  }
-  return work;
-}
-
-Vector Constraints::spring_targets(double time) const {
-  Vector targets = Vector::Zero(coordinates_.dof_count());
-  // Springs of several lists on one component act like one at their weighted mean.
+template <class Visit>
+void Constraints::for_each_spring(const Visit& visit) const {
   for (const Index h : springs_) {
     const HeldVertices& list = held(h);
     for (std::size_t i = 0; i < list.vertices.size(); ++i) {
-      const Vector3 target = list.motion.position(list.start.col(static_cast<Index>(i)), time);
+      const Vector3 start = list.start.col(static_cast<Index>(i));
       for (Index axis = 0; axis < 3; ++axis) {
         if (!list.components[static_cast<std::size_t>(axis)]) continue;
-        const Index dof = 3 * list.vertices[i] + axis;
-        targets[dof] += 2.0 * list.penalty / spring_stiffness_[dof] * target[axis];
+        visit(3 * list.vertices[i] + axis, list.penalty,
+              [&](double time) { return list.motion.position(start, time)[axis]; });
       }
     }
   }
-  return targets;
+}
+
+void Constraints::add_spring_force(const Vector& q, double time, Vector& force) const {
+  for_each_spring([&](Index dof, double penalty, const auto& target) {
+    force[dof] += 2.0 * penalty * (target(time) - q[dof]);
+  });
 }
 
 double Constraints::spring_energy(const Vector& q, double time) const {
   double energy = 0.0;
-  for (const Index h : springs_) {
-    const HeldVertices& list = held(h);
-    for (std::size_t i = 0; i < list.vertices.size(); ++i) {
-      const Vector3 target = list.motion.position(list.start.col(static_cast<Index>(i)), time);
-      for (Index axis = 0; axis < 3; ++axis) {
-        if (!list.components[static_cast<std::size_t>(axis)]) continue;
-        const double gap = q[3 * list.vertices[i] + axis] - target[axis];
-        energy += list.penalty * gap * gap;
-      }
-    }
-  }
+  for_each_spring([&](Index dof, double penalty, const auto& target) {
+    const double gap = q[dof] - target(time);
+    energy += penalty * gap * gap;
+  });
   return energy;
+}
+
+double Constraints::spring_work(const Vector& from, double from_time, const Vector& to,
+                                double to_time) const {
+  double work = 0.0;
+  for_each_spring([&](Index dof, double penalty, const auto& target) {
+    const double start = target(from_time);
+    const double end = target(to_time);
+    work += penalty * ((start - from[dof]) + (end - to[dof])) * (end - start);
+  });
+  return work;
 }
 
 double Constraints::error(const Vector& q, double time) const {

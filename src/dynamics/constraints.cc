@@ -17,7 +17,7 @@ namespace tetraction {
 namespace {
 
 std::int64_t id_of(const TetMesh& mesh, Index vertex) {
-  return mesh.vertex_ids[static_cast<std::size_t>(vertex)];
+  return mesh.vertex_id(vertex);
 }
 
 Matrix3 rotation(const Vector3& rotation_vector) {

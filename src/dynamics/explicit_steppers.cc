@@ -60,11 +60,12 @@ class ExplicitStepper : public Stepper {
     next_.position.resize(system_.dof_count());
     if (system_.constraints().has_springs()) reaction_.setZero();
     for (const Index v : tied_) vertex_block(reaction_, v).setZero();
-    if (damped) damping_.setZero(system_.dof_count());
+    if (damped) {
+      damping_.setZero(system_.dof_count());
+      system_.velocity_of(state.momentum, velocity_);
+    }
 
-    const VertexKick first =
-        kick(state.position, state.time, damped ? system_.velocity_of(state.momentum) : Vector(),
-             kick_step, outcome);
+    const VertexKick first = kick(state.position, state.time, kick_step, outcome);
     if (!move(first, h, state)) {
       outcome.status = StepStatus::kNotFinite;
       return outcome;
@@ -75,9 +76,8 @@ class ExplicitStepper : public Stepper {
       return inverted(outcome, end.failed_element);
     }
     if (halves_ == 2) {
-      const VertexKick second =
-          kick(next_.position, next_.time, damped ? predicted_velocity(kick_step) : Vector(),
-               kick_step, outcome);
+      if (damped) predict_velocity(kick_step);
+      const VertexKick second = kick(next_.position, next_.time, kick_step, outcome);
       parallel_for(system_.vertex_count(), kGrain, [&](Index begin, Index end) {
         kick_only(begin, end, second, next_.momentum.data());
       });
@@ -90,9 +90,8 @@ class ExplicitStepper : public Stepper {
 
  private:
   // f + m a − ∇W, with f holding whatever is not a uniform environment; enters the impulses of all
-  // outer forces at positions q.
-  VertexKick kick(const Vector& q, double time, const Vector& velocity, double dt,
-                  StepOutcome& outcome) {
+  // outer forces at positions q. Damping is that of velocity_.
+  VertexKick kick(const Vector& q, double time, double dt, StepOutcome& outcome) {
     VertexKick kick;
     kick.mass = system_.mass().data();
     kick.inverse_mass = system_.inverse_mass().data();
@@ -114,28 +113,35 @@ class ExplicitStepper : public Stepper {
       }
       return kick;
     }
-    slope_.setZero(system_.dof_count());
-    environment.add_gradient(system_.mass(), q, slope_);
-    outer_ = -slope_;
-    if (user_force_.size() > 0) outer_ += user_force_;
+    gather_outer(q);
     if (springs) {
-      const Vector pull = spring_force(q, time);
-      outer_ += pull;
-      reaction_ += dt * pull;
+      work_.setZero(system_.dof_count());
+      system_.constraints().add_spring_force(q, time, work_);
+      outer_ += work_;
+      reaction_ += dt * work_;
     }
     if (damped) {
-      Vector damping = system_.drag_force(velocity);
-      outer_ += damping;
+      work_.setZero(system_.dof_count());
+      system_.add_drag_force(velocity_, work_);
+      outer_ += work_;
       add_impulse(q, outer_, dt, outcome);
-      outer_ -= damping;
-      system_.add_viscous_force(q, velocity, damping);
-      outer_ += damping;
-      damping_ += dt * damping;
+      outer_ -= work_;
+      system_.add_viscous_force(q, velocity_, work_);
+      outer_ += work_;
+      damping_ += dt * work_;
     } else {
       add_impulse(q, outer_, dt, outcome);
     }
     kick.force = outer_.data();
     return kick;
+  }
+
+  // outer_ ← environment and user forces at q.
+  void gather_outer(const Vector& q) {
+    outer_.setZero(system_.dof_count());
+    system_.environment().add_gradient(system_.mass(), q, outer_);
+    outer_ = -outer_;
+    if (user_force_.size() > 0) outer_ += user_force_;
   }
 
   // All vertices as if they were free. Returns false if a position overflows.
@@ -156,16 +162,14 @@ class ExplicitStepper : public Stepper {
     if (constraints.empty()) return true;
     remember_momenta();
     constraints.coordinates().project_momentum(system_.mass(), next_.momentum);
-    if (constraints.moving()) {
-      const Vector moved = constraints.prescribed_displacement(state.position, next_.time);
-      for (const Index v : tied_) {
-        vertex_block(next_.momentum, v) += system_.mass()[v] / h * vertex_block(moved, v);
-      }
-    }
+    constraints.for_each_prescribed_way(
+        state.position, next_.time, [&](Index v, const Vector3& way) {
+          vertex_block(next_.momentum, v) += system_.mass()[v] / h * way;
+        });
     if (constraints.has_equations()) {
       const Vector start = constraints.configuration(state.position);
-      const Vector free_end =
-          start + h * constraints.configuration(system_.velocity_of(next_.momentum));
+      system_.velocity_of(next_.momentum, work_);
+      const Vector free_end = start + h * constraints.configuration(work_);
       const MultiplierSolution solution =
           solve_multipliers(constraints, free_end, h * constraints.inverse_mass(), start,
                             ConstraintDirection::kStart, multipliers_);
@@ -218,22 +222,21 @@ class ExplicitStepper : public Stepper {
     }
   }
 
-  // The velocity at the end of the step as a first kick with the drift's own velocity gives it:
+  // velocity_ ← that at the end of the step as a first kick with the drift's own velocity gives it:
   // second order, which is what the damping force of verlet needs.
-  Vector predicted_velocity(double dt) const {
-    Vector force = -force_.gradient() + system_.drag_force(next_.velocity) +
-                   spring_force(next_.position, next_.time);
-    Vector slope = Vector::Zero(system_.dof_count());
-    system_.environment().add_gradient(system_.mass(), next_.position, slope);
-    force -= slope;
-    if (user_force_.size() > 0) force += user_force_;
-    system_.add_viscous_force(next_.position, next_.velocity, force);
-    Vector momentum = next_.momentum + dt * force;
+  void predict_velocity(double dt) {
+    gather_outer(next_.position);
+    outer_ -= force_.gradient();
+    system_.constraints().add_spring_force(next_.position, next_.time, outer_);
+    system_.add_drag_force(next_.velocity, outer_);
+    system_.add_viscous_force(next_.position, next_.velocity, outer_);
+    Vector& momentum = work_;
+    momentum = next_.momentum + dt * outer_;
     if (!system_.constraints().empty()) {
       project_to_constraints(system_.constraints(), system_.mass(), next_.position, next_.time,
                              momentum);
     }
-    return system_.velocity_of(momentum);
+    system_.velocity_of(momentum, velocity_);
   }
 
   void finish(const State& state, double h, StepOutcome& outcome) {
@@ -268,9 +271,10 @@ class ExplicitStepper : public Stepper {
   State next_;
   Vector user_force_;  // empty: none
   Vector outer_;
-  Vector slope_;
-  Vector damping_;  // impulse of the damping forces in this step
-  Matrix before_;   // momenta of the constrained vertices
+  Vector work_;
+  Vector velocity_;  // that damping is of
+  Vector damping_;   // impulse of the damping forces in this step
+  Matrix before_;    // momenta of the constrained vertices
   Vector multipliers_;
 };
 

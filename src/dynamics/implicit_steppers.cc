@@ -3,9 +3,10 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
 #include <limits>
 #include <utility>
-#include <vector>
 
 #include "tetraction/dynamics/multipliers.h"
 #include "tetraction/dynamics/stepper.h"
@@ -22,71 +23,90 @@ class ImplicitStepper : public Stepper {
 
   void reset() override {
     constraint_force_.resize(0);
-    earlier_.clear();
+    earlier_count_ = 0;
   }
 
   StepOutcome step_to(State& state, double h, double end_time) override {
     StepOutcome outcome;
-    const Vector f = system_.user_force(state.time, h);
+    system_.user_force(state.time, h, user_force_);
     reaction_.setZero();
-    problem_.begin(state, h, end_time, rule_ == Rule::kMidpoint ? 0.5 : 1.0, f);
-    Vector x = first_guess(state);
-    const bool solved = system_.constraints().has_equations() ? solve_constrained(state, x, outcome)
-                                                              : solve(x, outcome);
+    problem_.begin(state, h, end_time, rule_ == Rule::kMidpoint ? 0.5 : 1.0, user_force_);
+    first_guess(state);
+    const bool solved = system_.constraints().has_equations()
+                            ? solve_constrained(state, x_, outcome)
+                            : solve(x_, outcome);
     if (!solved) return outcome;
 
-    State next;
-    next.step = state.step + 1;
-    next.time = end_time;
-    next.velocity = (x - state.position) / problem_.step();
-    next.position = state.position + h * next.velocity;
-    system_.constraints().prescribe(next.time, next.position);
-    if (!take_momenta(state, x, h, f, next, outcome)) return outcome;
-    if (!next.position.allFinite() || !next.momentum.allFinite()) {
+    next_.step = state.step + 1;
+    next_.time = end_time;
+    next_.velocity = (x_ - state.position) / problem_.step();
+    if (rule_ == Rule::kMidpoint) {
+      next_.position = state.position + h * next_.velocity;
+    } else {
+      next_.position = x_;
+    }
+    system_.constraints().prescribe(next_.time, next_.position);
+    if (!take_momenta(state, h, outcome)) return outcome;
+    if (!next_.position.allFinite() || !next_.momentum.allFinite()) {
       outcome.status = StepStatus::kNotFinite;
       return outcome;
     }
     // The midpoint rule may leave an element inverted at q_{k+1} although it is not at x.
-    if (const Evaluation end = system_.elastic().value(next.position, outcome.elastic_energy);
+    if (const Evaluation end = problem_.elastic_energy(next_.position, outcome.elastic_energy);
         !end.ok()) {
       return inverted(outcome, end.failed_element);
     }
-    const Vector moved = next.position - state.position;
-    outcome.external_work = f.dot(moved);
-    outcome.dissipated_energy = -damping_.dot(moved);
-    reaction_ /= h;
-    outcome.constraint_work = constraint_work(state, next);
-    if (system_.constraints().has_springs()) {
-      reaction_ += spring_force(x, state.time + problem_.step());
+    if (user_force_.size() > 0) {
+      outcome.external_work = user_force_.dot(next_.position - state.position);
     }
-    earlier_.insert(earlier_.begin(), std::move(state.velocity));
-    if (earlier_.size() > 2) earlier_.pop_back();
-    state = std::move(next);
+    if (!system_.damping().none()) {
+      outcome.dissipated_energy = -damping_.dot(next_.position - state.position);
+    }
+    reaction_ /= h;
+    outcome.constraint_work = constraint_work(state, next_);
+    system_.constraints().add_spring_force(x_, state.time + problem_.step(), reaction_);
+    std::swap(earlier_[0], earlier_[1]);
+    earlier_[0].swap(state.velocity);
+    earlier_count_ = std::min(earlier_count_ + 1, 2);
+    std::swap(state, next_);
     return outcome;
   }
 
  private:
-  // Of the natural guesses (inertia alone; the last velocity kept, or going on to change as it did)
-  // the one with the lowest Φ.
-  Vector first_guess(const State& state) {
-    Vector best = problem_.inertial_guess();
+  // x_ ← of the natural guesses (inertia alone; the last velocity kept, or going on to change as it
+  // did) the one with the lowest Φ. The one that was best in the last step is evaluated with its
+  // gradient: the minimiser begins with that.
+  void first_guess(const State& state) {
     double least = std::numeric_limits<double>::infinity();
-    if (!problem_.value(best, least).ok()) least = std::numeric_limits<double>::infinity();
-    Vector velocity = state.velocity;
-    for (std::size_t order = 0; order <= earlier_.size(); ++order) {
-      // Polynomials through the last velocities, equal steps taken for granted.
-      if (order == 1) velocity = 2.0 * state.velocity - earlier_[0];
-      if (order == 2) velocity = 3.0 * (state.velocity - earlier_[0]) + earlier_[1];
-      Vector displacement = problem_.step() * velocity;
-      system_.coordinates().project_velocity(system_.mass(), displacement);
-      displacement += problem_.base();
+    int best = 0;
+    for (int guess = 0; guess < 2 + earlier_count_; ++guess) {
+      make_guess(guess, state, trial_);
       double phi = 0.0;
-      if (problem_.value(displacement, phi).ok() && phi < least) {
-        least = phi;
-        best.swap(displacement);
+      const Evaluation status = guess == best_guess_
+                                    ? problem_.value_and_full_gradient(trial_, phi, force_)
+                                    : problem_.value(trial_, phi);
+      const bool better = status.ok() && phi < least;
+      if (better) least = phi;
+      if (better || guess == 0) {
+        best = guess;
+        x_.swap(trial_);
       }
     }
-    return best;
+    best_guess_ = best;
+  }
+
+  void make_guess(int guess, const State& state, Vector& x) const {
+    if (guess == 0) {
+      problem_.inertial_guess(x);
+      return;
+    }
+    // Polynomials through the last velocities, equal steps taken for granted.
+    const double s = problem_.step();
+    if (guess == 1) x = s * state.velocity;
+    if (guess == 2) x = s * (2.0 * state.velocity - earlier_[0]);
+    if (guess == 3) x = s * (3.0 * (state.velocity - earlier_[0]) + earlier_[1]);
+    system_.coordinates().project_velocity(system_.mass(), x);
+    x += problem_.base();
   }
 
   bool solve(Vector& x, StepOutcome& outcome) {
@@ -189,88 +209,111 @@ class ImplicitStepper : public Stepper {
     problem_.set_impulse(impulse_);
   }
 
-  bool take_momenta(const State& state, const Vector& x, double h, const Vector& user_force,
-                    State& next, StepOutcome& outcome) {
+  bool take_momenta(const State& state, double h, StepOutcome& outcome) {
     const Constraints& constraints = system_.constraints();
     const double s = problem_.step();
-    double energy = 0.0;
-    Vector gradient;
-    if (const Evaluation status = system_.elastic().value_and_gradient(x, energy, gradient);
-        !status.ok()) {
+    const Vector* gradient = nullptr;
+    if (const Evaluation status = problem_.elastic_gradient(x_, gradient); !status.ok()) {
       inverted(outcome, status.failed_element);
       return false;
     }
-    // Forces that change the body's momentum, and all of them.
-    Vector slope = Vector::Zero(system_.dof_count());
-    system_.environment().add_gradient(system_.mass(), x, slope);
-    Vector outer = user_force - slope + spring_force(x, state.time + s);
-    const Vector velocity = (x - state.position) / s;
-    damping_.setZero(system_.dof_count());
-    if (!system_.damping().none()) {
-      damping_ = system_.drag_force(velocity);
-      outer += damping_;
-      double ignored = 0.0;
-      Vector viscous = Vector::Zero(system_.dof_count());
-      problem_.viscous().add_value_and_gradient(x, ignored, viscous);
-      damping_ -= viscous;
-    }
-    Vector force = user_force - slope + spring_force(x, state.time + s) + damping_ - gradient;
+    gather_forces(state.time + s, *gradient);
+    add_impulse(x_, outer_, h, outcome);
 
     // p⁺: the momenta after the impulses of the multipliers at q_k (midpoint).
-    Vector start = state.momentum;
-    if (constraints.has_equations() && rule_ == Rule::kMidpoint) start += impulse_;
-    const Vector carried = system_.momentum_of(velocity);
+    const bool impulse_first = constraints.has_equations() && rule_ == Rule::kMidpoint;
+    if (impulse_first) start_ = state.momentum + impulse_;
+    const Vector& start = impulse_first ? start_ : state.momentum;
+    system_.momentum_of(next_.velocity, carried_);
 
-    Vector residual = (carried - start) / s - force;
-    if (constraints.has_equations() && rule_ == Rule::kBackwardEuler) residual -= impulse_ / s;
+    Vector& residual = work_;
+    residual = (carried_ - start) / s - force_;
+    if (constraints.has_equations() && !impulse_first) residual -= impulse_ / s;
     constraints.coordinates().project_momentum(system_.mass(), residual);
+    outcome.residual_angular_impulse = h * residual_torque(state, residual);
 
-    add_impulse(x, outer, h, outcome);
     if (rule_ == Rule::kMidpoint) {
       // Force form: inner forces add up to zero whatever the solver's tolerance is, so that linear
       // momentum is exact to round-off.
-      next.momentum = start + h * force;
-      if (!constraints.empty()) {
-        Vector before = next.momentum;
-        // Eliminated directions: the momenta that carry the vertices through the step.
-        constraints.coordinates().project_momentum(system_.mass(), next.momentum);
-        Vector held = carried;
-        constraints.coordinates().project_momentum(system_.mass(), held);
-        next.momentum += carried - held;
-        Vector first = start;
-        constraints.coordinates().project_momentum(system_.mass(), first);
-        first += carried - held;
-        // At q_k: multipliers and the jump of prescribed vertices to their secant.
-        add_reaction(state.position, first - state.momentum, outcome);
-        add_reaction(x, next.momentum - first - (before - start), outcome);
-        before = next.momentum;
-        const Vector impulses = project_to_constraints(constraints, system_.mass(), next.position,
-                                                       next.time, next.momentum);
-        if (impulses.size() > 0) configuration_force_ = s / h * constraint_force_ + impulses / h;
-        add_reaction(next.position, next.momentum - before, outcome);
-      }
+      next_.momentum = start + h * force_;
+      if (!constraints.empty()) constrain_momenta(state, start, h, outcome);
     } else {
-      next.momentum = carried;
+      next_.momentum = carried_;
       configuration_force_ = constraint_force_;
-      constraints.prescribe_momentum(next.time, next.momentum);
+      constraints.prescribe_momentum(next_.time, next_.momentum);
       if (!constraints.empty()) {
         // What the free coordinates keep beside the multipliers is the solver's residual, not a
         // reaction.
-        Vector reaction = next.momentum - state.momentum - h * force;
-        Vector free_part = reaction;
+        Vector& reaction = outer_;
+        Vector& free_part = work_;
+        reaction = next_.momentum - state.momentum - h * force_;
+        free_part = reaction;
         if (constraints.has_equations()) free_part -= impulse_;
         constraints.coordinates().project_momentum(system_.mass(), free_part);
-        add_reaction(next.position, reaction - free_part, outcome);
+        reaction -= free_part;
+        add_reaction(next_.position, reaction, outcome);
       }
     }
-    outcome.residual_angular_impulse = h * residual_torque(state, x, residual);
     return true;
   }
 
-  double residual_torque(const State& state, const Vector& x, const Vector& residual) const {
+  // outer_ ← the forces at x_ that change the body's momentum, force_ ← all forces, damping_ ← those
+  // of damping. `gradient`: of the elastic energy.
+  void gather_forces(double time, const Vector& gradient) {
+    outer_.setZero(system_.dof_count());
+    system_.environment().add_gradient(system_.mass(), x_, outer_);
+    outer_ = -outer_;
+    if (user_force_.size() > 0) outer_ += user_force_;
+    system_.constraints().add_spring_force(x_, time, outer_);
+    force_ = outer_ - gradient;
+    if (system_.damping().none()) return;
+    // First the gradient of the viscous potential, which its forces point against.
+    damping_.setZero(system_.dof_count());
+    double ignored = 0.0;
+    problem_.viscous().add_value_and_gradient(x_, ignored, damping_);
+    damping_ = -damping_;
+    system_.add_drag_force(next_.velocity, damping_);
+    system_.add_drag_force(next_.velocity, outer_);
+    force_ += damping_;
+  }
+
+  // The midpoint rule's momenta at q_{k+1}, with the reactions of the constraints.
+  void constrain_momenta(const State& state, const Vector& start, double h, StepOutcome& outcome) {
+    const Constraints& constraints = system_.constraints();
+    const FreeCoordinates& free = constraints.coordinates();
+    const Vector& mass = system_.mass();
+    // Eliminated directions: the momenta that carry the vertices through the step.
+    Vector& eliminated = carried_;
+    work_ = carried_;
+    free.project_momentum(mass, work_);
+    eliminated -= work_;
+    Vector& unconstrained = force_;
+    unconstrained = next_.momentum;
+    free.project_momentum(mass, next_.momentum);
+    next_.momentum += eliminated;
+    Vector& first = outer_;
+    first = start;
+    free.project_momentum(mass, first);
+    first += eliminated;
+    // At q_k: multipliers and the jump of prescribed vertices to their secant.
+    work_ = first - state.momentum;
+    add_reaction(state.position, work_, outcome);
+    work_ = next_.momentum - first - (unconstrained - start);
+    add_reaction(x_, work_, outcome);
+    work_ = next_.momentum;
+    const Vector impulses =
+        project_to_constraints(constraints, mass, next_.position, next_.time, next_.momentum);
+    if (impulses.size() > 0) {
+      configuration_force_ = problem_.step() / h * constraint_force_ + impulses / h;
+    }
+    work_ = next_.momentum - work_;
+    add_reaction(next_.position, work_, outcome);
+  }
+
+  double residual_torque(const State& state, const Vector& residual) const {
     Vector3 torque = Vector3::Zero();
     for (Index v = 0; v < system_.vertex_count(); ++v) {
-      Vector3 arm = vertex_block(x, v);
+      Vector3 arm = vertex_block(x_, v);
       if (rule_ == Rule::kMidpoint) arm -= vertex_block(state.position, v);
       torque += arm.cross(vertex_block(residual, v));
     }
@@ -286,10 +329,23 @@ class ImplicitStepper : public Stepper {
   std::shared_ptr<Minimizer> minimizer_;
   StepProblem problem_;
   Rule rule_;
-  std::vector<Vector> earlier_;  // velocities of the steps before the last one
-  Vector damping_;               // damping forces of this step
-  Vector impulse_;               // of the multipliers, per vertex
-  Vector constraint_force_;      // on the configuration, of the last step
+  Vector impulse_;           // of the multipliers, per vertex
+  Vector constraint_force_;  // on the configuration, of the last step
+  int best_guess_ = 0;       // of the last step
+  // Velocities of the steps before the last one, and how many of them are known.
+  std::array<Vector, 2> earlier_;
+  int earlier_count_ = 0;
+  // Kept to spare allocations.
+  State next_;
+  Vector x_;
+  Vector trial_;
+  Vector user_force_;  // empty: none
+  Vector outer_;
+  Vector force_;
+  Vector damping_;
+  Vector carried_;  // M v
+  Vector start_;
+  Vector work_;
 };
 
 }  // namespace

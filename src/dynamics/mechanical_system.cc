@@ -88,12 +88,6 @@ void MechanicalSystem::set_force(std::size_t index, UserForce force) {
   forces_.at(index) = std::move(force);
 }
 
-Vector MechanicalSystem::user_force(double time, double h) const {
-  Vector f;
-  user_force(time, h, f);
-  return f.size() > 0 ? f : Vector(Vector::Zero(dof_count()));
-}
-
 void MechanicalSystem::user_force(double time, double h, Vector& f) const {
   f.setZero(forces_.empty() ? 0 : dof_count());
   const double slack = 1e-6 * h;  // time = k h carries round-off
@@ -111,14 +105,12 @@ State MechanicalSystem::rest_state() const {
   return state;
 }
 
-Vector MechanicalSystem::drag_force(const Vector& v) const {
-  Vector force = Vector::Zero(dof_count());
-  if (damping_.drag == 0.0 && damping_.mass_damping == 0.0) return force;
+void MechanicalSystem::add_drag_force(const Vector& v, Vector& force) const {
+  if (damping_.drag == 0.0 && damping_.mass_damping == 0.0) return;
   for (Index a = 0; a < vertex_count(); ++a) {
-    vertex_block(force, a) =
-        -(damping_.drag + damping_.mass_damping * mass_[a]) * vertex_block(v, a);
+    vertex_block(force, a) -=
+        (damping_.drag + damping_.mass_damping * mass_[a]) * vertex_block(v, a);
   }
-  return force;
 }
 
 void MechanicalSystem::add_viscous_force(const Vector& q, const Vector& v, Vector& force) const {
@@ -126,19 +118,29 @@ void MechanicalSystem::add_viscous_force(const Vector& q, const Vector& v, Vecto
 }
 
 Vector MechanicalSystem::velocity_of(const Vector& momentum) const {
-  Vector velocity(dof_count());
-  for (Index v = 0; v < vertex_count(); ++v) {
-    vertex_block(velocity, v) = vertex_block(momentum, v) / mass_[v];
-  }
+  Vector velocity;
+  velocity_of(momentum, velocity);
   return velocity;
 }
 
+void MechanicalSystem::velocity_of(const Vector& momentum, Vector& velocity) const {
+  velocity.resize(dof_count());
+  for (Index v = 0; v < vertex_count(); ++v) {
+    vertex_block(velocity, v) = vertex_block(momentum, v) / mass_[v];
+  }
+}
+
 Vector MechanicalSystem::momentum_of(const Vector& velocity) const {
-  Vector momentum(dof_count());
+  Vector momentum;
+  momentum_of(velocity, momentum);
+  return momentum;
+}
+
+void MechanicalSystem::momentum_of(const Vector& velocity, Vector& momentum) const {
+  momentum.resize(dof_count());
   for (Index v = 0; v < vertex_count(); ++v) {
     vertex_block(momentum, v) = mass_[v] * vertex_block(velocity, v);
   }
-  return momentum;
 }
 
 void MechanicalSystem::set_velocity(State& state, const Vector& velocity) const {

@@ -3,11 +3,15 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "tetraction/core/parallel.h"
 
 namespace tetraction {
 namespace {
+
+// Vertices worth a task of their own.
+constexpr Index kGrain = 2048;
 
 // What the linear part at q leaves of the environment's energy at x, of one vertex.
 double environment_rest(const Environment& environment, double mass, const Vector3& q,
@@ -26,32 +30,38 @@ void StepProblem::begin(const State& state, double h, double end_time, double al
   step_ = alpha * h;
   previous_ = state.position;
   impulse_.resize(0);
+  elastic_.known = false;
   const Constraints& constraints = system_.constraints();
-  base_ = previous_ + alpha * constraints.prescribed_displacement(previous_, end_time);
+  base_ = previous_;
+  constraints.for_each_prescribed_way(previous_, end_time, [&](Index v, const Vector3& way) {
+    vertex_block(base_, v) += alpha * way;
+  });
   const Damping& damping = system_.damping();
-  viscous_.begin(previous_,
-                 alpha == 0.5 && damping.viscosity > 0.0
-                     ? Vector(h * system_.velocity_of(state.momentum))
-                     : Vector(),
-                 damping.viscosity / step_);
-  curved_environment_ = !system_.environment().is_uniform();
-
-  load_ = state.momentum / step_ + user_force;
-  Vector slope = Vector::Zero(system_.dof_count());
-  system_.environment().add_gradient(system_.mass(), previous_, slope);
-  load_ -= slope;
-  coefficient_.resize(system_.dof_count());
-  for (Index i = 0; i < coefficient_.size(); ++i) {
-    const double mass = system_.mass()[i / 3];
-    coefficient_[i] = mass / (step_ * step_);
-    if (!damping.none()) {
-      coefficient_[i] += (damping.drag + damping.mass_damping * mass) / step_;
-    }
+  const Vector none;
+  const bool second_order = alpha == 0.5 && damping.viscosity > 0.0;
+  if (second_order) {
+    system_.velocity_of(state.momentum, full_);
+    full_ *= h;
   }
+  viscous_.begin(previous_, second_order ? full_ : none, damping.viscosity / step_);
+  const Environment& environment = system_.environment();
+  curved_environment_ = !environment.is_uniform();
+
+  load_ = state.momentum / step_;
+  if (user_force.size() > 0) load_ += user_force;
+  coefficient_.resize(system_.dof_count());
+  parallel_for(system_.vertex_count(), kGrain, [&](Index begin, Index end) {
+    for (Index v = begin; v < end; ++v) {
+      const double mass = system_.mass()[v];
+      vertex_block(load_, v) -= environment.gradient(mass, vertex_block(previous_, v));
+      vertex_block(coefficient_, v)
+          .setConstant(mass / (step_ * step_) +
+                       (damping.drag + damping.mass_damping * mass) / step_);
+    }
+  });
   if (constraints.has_springs()) {
-    const Vector& stiffness = constraints.spring_stiffness();
-    coefficient_ += stiffness;
-    load_ += stiffness.cwiseProduct(constraints.spring_targets(state.time + step_) - previous_);
+    coefficient_ += constraints.spring_stiffness();
+    constraints.add_spring_force(previous_, state.time + step_, load_);
   }
   make_target();
 }
@@ -64,17 +74,16 @@ void StepProblem::set_impulse(const Vector& impulse) {
 void StepProblem::make_target() {
   if (impulse_.size() == 0) {
     target_ = previous_ + load_.cwiseQuotient(coefficient_);
-    force_scale_ = system_.coordinates().restrict(load_).norm();
+    force_scale_ = system_.coordinates().restricted_norm(load_);
   } else {
-    const Vector load = load_ + impulse_ / step_;
-    target_ = previous_ + load.cwiseQuotient(coefficient_);
+    target_ = previous_ + (load_ + impulse_ / step_).cwiseQuotient(coefficient_);
   }
 }
 
-Vector StepProblem::inertial_guess() const {
-  Vector displacement = target_ - previous_;
-  system_.coordinates().project_velocity(system_.mass(), displacement);
-  return base_ + displacement;
+void StepProblem::inertial_guess(Vector& x) const {
+  x = target_ - previous_;
+  system_.coordinates().project_velocity(system_.mass(), x);
+  x += base_;
 }
 
 Evaluation StepProblem::value(const Vector& x, double& phi) const {
@@ -102,10 +111,32 @@ Evaluation StepProblem::value_and_gradient(const Vector& x, double& phi, Vector&
   return status;
 }
 
+Evaluation StepProblem::evaluate_elastic(const Vector& x) const {
+  if (elastic_.known && elastic_.x == x) return {};
+  const Evaluation status =
+      system_.elastic().value_and_gradient(x, elastic_.energy, elastic_.gradient);
+  elastic_.known = status.ok();
+  if (status.ok()) elastic_.x = x;
+  return status;
+}
+
+Evaluation StepProblem::elastic_energy(const Vector& x, double& energy) const {
+  if (!elastic_.known || elastic_.x != x) return system_.elastic().value(x, energy);
+  energy = elastic_.energy;
+  return {};
+}
+
+Evaluation StepProblem::elastic_gradient(const Vector& x, const Vector*& gradient) const {
+  gradient = &elastic_.gradient;
+  return evaluate_elastic(x);
+}
+
 Evaluation StepProblem::value_and_full_gradient(const Vector& x, double& phi,
                                                 Vector& gradient) const {
-  const Evaluation status = system_.elastic().value_and_gradient(x, phi, gradient);
+  const Evaluation status = evaluate_elastic(x);
   if (!status.ok()) return status;
+  phi = elastic_.energy;
+  gradient.resize(x.size());
   const Environment& environment = system_.environment();
   phi += parallel_sum(system_.vertex_count(), [&](Index begin, Index end) {
     double sum = 0.0;
@@ -113,7 +144,7 @@ Evaluation StepProblem::value_and_full_gradient(const Vector& x, double& phi,
       const Vector3 d = vertex_block(x, v) - vertex_block(target_, v);
       const Vector3 force = vertex_block(coefficient_, v).cwiseProduct(d);
       sum += 0.5 * force.dot(d);
-      vertex_block(gradient, v) += force;
+      vertex_block(gradient, v) = vertex_block(std::as_const(elastic_.gradient), v) + force;
       if (curved_environment_) {
         const double mass = system_.mass()[v];
         const Vector3 from = vertex_block(previous_, v);

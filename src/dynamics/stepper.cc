@@ -24,25 +24,16 @@ void Stepper::add_reaction(const Vector& x, const Vector& impulse, StepOutcome& 
 double Stepper::constraint_work(const State& from, const State& to) const {
   const Constraints& constraints = system_.constraints();
   double work = 0.0;
-  if (constraints.moving()) {
-    work += constraints.prescribed_work(
-        reaction_, constraints.prescribed_displacement(from.position, to.time));
-  }
+  constraints.for_each_prescribed_way(from.position, to.time, [&](Index v, const Vector3& way) {
+    work += vertex_block(reaction_, v).dot(way);
+  });
   if (constraints.has_springs()) {
     // What a moving target puts into its spring, less what stays in it.
     work += constraints.spring_energy(from.position, from.time) -
             constraints.spring_energy(to.position, to.time);
-    work +=
-        0.5 * (spring_force(from.position, from.time) + spring_force(to.position, to.time))
-                  .dot(constraints.spring_targets(to.time) - constraints.spring_targets(from.time));
+    work += constraints.spring_work(from.position, from.time, to.position, to.time);
   }
   return work;
-}
-
-Vector Stepper::spring_force(const Vector& q, double time) const {
-  const Constraints& constraints = system_.constraints();
-  if (!constraints.has_springs()) return Vector::Zero(system_.dof_count());
-  return constraints.spring_stiffness().cwiseProduct(constraints.spring_targets(time) - q);
 }
 
 }  // namespace tetraction

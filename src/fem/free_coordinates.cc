@@ -217,12 +217,11 @@ void FreeCoordinates::project_momentum(const Vector& mass, Vector& momentum) con
 
 void FreeCoordinates::project_velocity(const Vector& mass, Vector& velocity) const {
   // M⁻¹ P_p M, vertex by vertex; free vertices stay bitwise what they are.
-  std::vector<Index> touched;
-  for (const auto& [v, freedom] : freedoms_) touched.push_back(v);
-  for (const auto& [v, place] : member_) touched.push_back(v);
-  for (const Index v : touched) velocity.segment<3>(3 * v) *= mass[v];
+  for (const auto& [v, freedom] : freedoms_) velocity.segment<3>(3 * v) *= mass[v];
+  for (const auto& [v, place] : member_) velocity.segment<3>(3 * v) *= mass[v];
   project_momentum(mass, velocity);
-  for (const Index v : touched) velocity.segment<3>(3 * v) /= mass[v];
+  for (const auto& [v, freedom] : freedoms_) velocity.segment<3>(3 * v) /= mass[v];
+  for (const auto& [v, place] : member_) velocity.segment<3>(3 * v) /= mass[v];
 }
 
 }  // namespace tetraction

@@ -11,7 +11,7 @@ using Shape = RestState::Shape;
 
 // D = [X1 − X0, X2 − X0, X3 − X0].
 Matrix3 rest_edges(const RestState& rest, Index e) {
-  const RestState::Nodes& n = rest.nodes(e);
+  const RestState::Nodes n = rest.nodes(e);
   Matrix3 edges;
   for (int a = 0; a < 3; ++a) {
     edges.col(a) = rest.position(n[static_cast<std::size_t>(a) + 1]) - rest.position(n[0]);

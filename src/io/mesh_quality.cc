@@ -52,7 +52,7 @@ std::vector<QualityMeasure> mesh_quality(const TetMesh& mesh) {
     q.max = *high;
     q.mean = sum / static_cast<double>(q.values.size());
     const auto worst = (measure.large_is_bad ? high : low) - q.values.begin();
-    q.worst_element = mesh.tetrahedron_ids[static_cast<std::size_t>(worst)];
+    q.worst_element = mesh.tetrahedron_id(worst);
     result.push_back(std::move(q));
   }
   return result;

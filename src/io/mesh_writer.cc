@@ -27,7 +27,7 @@ vtkSmartPointer<vtkUnstructuredGrid> grid_with_data(const TetMesh& mesh) {
   auto grid = make_grid(mesh);
   Matrix regions(1, mesh.tetrahedron_count());
   for (Index e = 0; e < regions.cols(); ++e) {
-    regions(0, e) = mesh.regions[static_cast<std::size_t>(e)];
+    regions(0, e) = mesh.region(e);
   }
   grid->GetCellData()->AddArray(make_array("region", regions, true));
   for (const auto& [name, values] : mesh.point_arrays) {
@@ -52,14 +52,23 @@ void write_legacy(const TetMesh& mesh, const std::string& path) {
   write_text_file(path, writer->GetOutputStdString());
 }
 
-// The file's own numbers if they are all at least 1, else numbers from 1.
-std::vector<std::int64_t> positive_ids(const std::vector<std::int64_t>& ids) {
-  std::vector<std::int64_t> result = ids;
-  const auto least = std::min_element(ids.begin(), ids.end());
-  if (least != ids.end() && *least < 1) {
-    for (std::int64_t& id : result) id += 1 - *least;
+// The file's own numbers if they are all at least 1, else numbers from 1. id(i): the number of item i.
+template <class Id>
+std::vector<std::int64_t> positive_ids(Index count, const Id& id) {
+  std::vector<std::int64_t> ids;
+  ids.reserve(static_cast<std::size_t>(count));
+  for (Index i = 0; i < count; ++i) ids.push_back(id(i));
+  const std::int64_t least = *std::min_element(ids.begin(), ids.end());
+  if (least < 1) {
+    for (std::int64_t& number : ids) number += 1 - least;
   }
-  return result;
+  return ids;
+}
+
+std::map<int, std::vector<Index>> tetrahedra_by_region(const TetMesh& mesh) {
+  std::map<int, std::vector<Index>> regions;
+  for (Index e = 0; e < mesh.tetrahedron_count(); ++e) regions[mesh.region(e)].push_back(e);
+  return regions;
 }
 
 std::string coordinates(const Vector3& x) {
@@ -73,10 +82,11 @@ void append(std::string& text, fmt::format_string<Args...> format, Args&&... arg
 
 // One volume entity a region; a region's number becomes its physical tag.
 void write_gmsh(const TetMesh& mesh, const std::string& path) {
-  const std::vector<std::int64_t> nodes = positive_ids(mesh.vertex_ids);
-  const std::vector<std::int64_t> elements = positive_ids(mesh.tetrahedron_ids);
-  std::map<int, std::vector<std::size_t>> regions;
-  for (std::size_t e = 0; e < mesh.tetrahedra.size(); ++e) regions[mesh.regions[e]].push_back(e);
+  const std::vector<std::int64_t> nodes =
+      positive_ids(mesh.vertex_count(), [&](Index v) { return mesh.vertex_id(v); });
+  const std::vector<std::int64_t> elements =
+      positive_ids(mesh.tetrahedron_count(), [&](Index e) { return mesh.tetrahedron_id(e); });
+  const std::map<int, std::vector<Index>> regions = tetrahedra_by_region(mesh);
   std::map<int, std::string> names;
   for (const Group& group : mesh.groups) {
     if (group.dimension == 3 && group.tag > 0 && regions.count(group.tag) > 0) {
@@ -92,7 +102,7 @@ void write_gmsh(const TetMesh& mesh, const std::string& path) {
   }
   Vector3 low = mesh.vertices.front();
   Vector3 high = low;
-  for (const Vector3& x : mesh.vertices) {
+  for (const Vector3 x : mesh.vertices) {
     low = low.cwiseMin(x);
     high = high.cwiseMax(x);
   }
@@ -106,16 +116,16 @@ void write_gmsh(const TetMesh& mesh, const std::string& path) {
   const auto [first_node, last_node] = std::minmax_element(nodes.begin(), nodes.end());
   append(text, "$Nodes\n1 {0} {1} {2}\n3 1 0 {0}\n", nodes.size(), *first_node, *last_node);
   for (const std::int64_t id : nodes) append(text, "{}\n", id);
-  for (const Vector3& x : mesh.vertices) append(text, "{}\n", coordinates(x));
+  for (const Vector3 x : mesh.vertices) append(text, "{}\n", coordinates(x));
   const auto [first, last] = std::minmax_element(elements.begin(), elements.end());
   append(text, "$EndNodes\n$Elements\n{} {} {} {}\n", regions.size(), elements.size(), *first,
          *last);
   entity = 0;
   for (const auto& [region, members] : regions) {
     append(text, "3 {} 4 {}\n", ++entity, members.size());
-    for (const std::size_t e : members) {
-      append(text, "{}", elements[e]);
-      for (const Index v : mesh.tetrahedra[e])
+    for (const Index e : members) {
+      append(text, "{}", elements[static_cast<std::size_t>(e)]);
+      for (const Index v : mesh.tetrahedra[static_cast<std::size_t>(e)])
         append(text, " {}", nodes[static_cast<std::size_t>(v)]);
       text += '\n';
     }
@@ -128,7 +138,7 @@ void write_tetgen(const TetMesh& mesh, const std::string& path) {
   const std::filesystem::path base(path);
   Index first = 0;
   for (Index v = 0; v < mesh.vertex_count(); ++v) {
-    if (mesh.vertex_ids[static_cast<std::size_t>(v)] != v) first = 1;
+    if (mesh.vertex_id(v) != v) first = 1;
   }
   const bool regions =
       std::any_of(mesh.regions.begin(), mesh.regions.end(), [](int region) { return region != 0; });
@@ -142,7 +152,7 @@ void write_tetgen(const TetMesh& mesh, const std::string& path) {
     for (const Index v : mesh.tetrahedra[static_cast<std::size_t>(e)]) {
       append(elements, " {}", v + first);
     }
-    if (regions) append(elements, " {}", mesh.regions[static_cast<std::size_t>(e)]);
+    if (regions) append(elements, " {}", mesh.region(e));
     elements += '\n';
   }
   write_text_file(std::filesystem::path(base).replace_extension(".node").string(), nodes);
@@ -177,10 +187,7 @@ void write_vega(const TetMesh& mesh, const std::string& path) {
       append_set(text, group.name, group.tetrahedra);
     }
   }
-  std::map<int, std::vector<Index>> regions;
-  for (std::size_t e = 0; e < mesh.regions.size(); ++e) {
-    regions[mesh.regions[e]].push_back(static_cast<Index>(e));
-  }
+  const std::map<int, std::vector<Index>> regions = tetrahedra_by_region(mesh);
   if (regions.size() > 1) {
     // The format demands a material; this program takes its materials from the scene.
     text += "\n*MATERIAL placeholder\nENU, 1000, 1000000, 0.45\n";

@@ -123,8 +123,7 @@ Frame make_frame(const Session& session) {
   ElementFields fields = element_fields(system, state.position);
   Matrix region(1, system.mesh().tetrahedron_count());
   for (Index e = 0; e < region.cols(); ++e) {
-    region(0, e) = system.region_count() > 1 ? system.region(e)
-                                             : system.mesh().regions[static_cast<std::size_t>(e)];
+    region(0, e) = system.region_count() > 1 ? system.region(e) : system.mesh().region(e);
   }
   frame.cell_fields = {{"cauchy_stress", std::move(fields.cauchy_stress)},
                        {"green_strain", std::move(fields.green_strain)},

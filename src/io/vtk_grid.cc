@@ -24,11 +24,13 @@
 namespace tetraction {
 namespace {
 
-vtkSmartPointer<vtkDataArray> id_array(const char* name, const std::vector<std::int64_t>& ids) {
+// id(i): the number of item i.
+template <class Id>
+vtkSmartPointer<vtkDataArray> id_array(const char* name, Index count, const Id& id) {
   auto array = vtkSmartPointer<vtkTypeInt64Array>::New();
   array->SetName(name);
-  array->SetNumberOfTuples(static_cast<vtkIdType>(ids.size()));
-  for (std::size_t i = 0; i < ids.size(); ++i) array->SetValue(static_cast<vtkIdType>(i), ids[i]);
+  array->SetNumberOfTuples(count);
+  for (Index i = 0; i < count; ++i) array->SetValue(i, id(i));
   return array;
 }
 
@@ -53,15 +55,17 @@ vtkSmartPointer<vtkUnstructuredGrid> make_grid(const TetMesh& mesh) {
   }
   auto cells = vtkSmartPointer<vtkCellArray>::New();
   cells->AllocateExact(mesh.tetrahedron_count(), 4 * mesh.tetrahedron_count());
-  for (const auto& t : mesh.tetrahedra) {
+  for (const auto t : mesh.tetrahedra) {
     const std::array<vtkIdType, 4> ids{t[0], t[1], t[2], t[3]};
     cells->InsertNextCell(4, ids.data());
   }
   auto grid = vtkSmartPointer<vtkUnstructuredGrid>::New();
   grid->SetPoints(points);
   grid->SetCells(VTK_TETRA, cells);
-  grid->GetPointData()->AddArray(id_array("vertex_id", mesh.vertex_ids));
-  grid->GetCellData()->AddArray(id_array("element_id", mesh.tetrahedron_ids));
+  grid->GetPointData()->AddArray(
+      id_array("vertex_id", mesh.vertex_count(), [&](Index v) { return mesh.vertex_id(v); }));
+  grid->GetCellData()->AddArray(id_array("element_id", mesh.tetrahedron_count(),
+                                         [&](Index e) { return mesh.tetrahedron_id(e); }));
   return grid;
 }
 

@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <unordered_map>
 #include <utility>
+#include <vector>
 
 #include "tetraction/core/error.h"
 #include "tetraction/mesh/tet_mesh.h"
@@ -12,8 +14,24 @@
 namespace tetraction {
 namespace {
 
+double longest_edge(const TetMesh& mesh, Index e) {
+  const auto t = mesh.tetrahedra[static_cast<std::size_t>(e)];
+  double longest = 0.0;
+  for (std::size_t a = 0; a < 4; ++a) {
+    for (std::size_t b = a + 1; b < 4; ++b) {
+      longest = std::max(longest, (mesh.vertices[static_cast<std::size_t>(t[a])] -
+                                   mesh.vertices[static_cast<std::size_t>(t[b])])
+                                      .norm());
+    }
+  }
+  return longest;
+}
+
 // |det| below this part of the cube of the longest edge is flat to round-off.
-constexpr double kFlat = 1e-14;
+bool is_flat(double volume, double longest) {
+  constexpr double kFlat = 1e-14;
+  return !(std::abs(6.0 * volume) > kFlat * longest * longest * longest);
+}
 
 class Builder {
  public:
@@ -83,7 +101,7 @@ class Builder {
           }
         }
       }
-      mesh_.tetrahedra.push_back(tetrahedron);
+      mesh_.tetrahedra.own().push_back(tetrahedron);
       mesh_.tetrahedron_ids.push_back(cell.id);
       mesh_.regions.push_back(cell.region);
       tetrahedron_of_cell_.emplace(&cell, mesh_.tetrahedron_count() - 1);
@@ -113,11 +131,11 @@ class Builder {
                            user_of(i)));
       }
       new_index_[i] = mesh_.vertex_count();
-      mesh_.vertices.push_back(x);
+      mesh_.vertices.own().push_back(x);
       mesh_.vertex_ids.push_back(raw_.vertex_ids[i]);
       kept.push_back(static_cast<Index>(i));
     }
-    for (auto& t : mesh_.tetrahedra) {
+    for (auto& t : mesh_.tetrahedra.own()) {
       for (Index& v : t) v = new_index_[static_cast<std::size_t>(v)];
     }
     for (const auto& [name, values] : raw_.point_arrays) {
@@ -140,23 +158,16 @@ class Builder {
 
   void orient() {
     for (Index e = 0; e < mesh_.tetrahedron_count(); ++e) {
-      auto& t = mesh_.tetrahedra[static_cast<std::size_t>(e)];
-      double longest = 0.0;
-      for (std::size_t a = 0; a < 4; ++a) {
-        for (std::size_t b = a + 1; b < 4; ++b) {
-          longest = std::max(longest, (mesh_.vertices[static_cast<std::size_t>(t[a])] -
-                                       mesh_.vertices[static_cast<std::size_t>(t[b])])
-                                          .norm());
-        }
-      }
+      const double longest = longest_edge(mesh_, e);
       const double volume = mesh_.volume(e);
-      if (!(std::abs(6.0 * volume) > kFlat * longest * longest * longest)) {
+      if (is_flat(volume, longest)) {
         refuse(
             fmt::format("element {} has no volume ({:.3g} m³ with a longest edge of {:.3g} m). "
                         "Repair or remove it.",
                         mesh_.tetrahedron_ids[static_cast<std::size_t>(e)], volume, longest));
       }
       if (volume < 0.0) {
+        auto& t = mesh_.tetrahedra.own()[static_cast<std::size_t>(e)];
         std::swap(t[2], t[3]);
         ++mesh_.report.reoriented;
       }
@@ -199,7 +210,65 @@ class Builder {
   std::unordered_map<const RawCell*, Index> tetrahedron_of_cell_;
 };
 
+// Refuses what build_mesh() would refuse, mend or leave out.
+void check_view(const TetMesh& mesh) {
+  for (Index v = 0; v < mesh.vertex_count(); ++v) {
+    if (!mesh.vertices[static_cast<std::size_t>(v)].allFinite()) {
+      throw InputError(fmt::format("Vertex {} has a coordinate that is not finite.", v));
+    }
+  }
+  std::vector<bool> used(mesh.vertices.size(), false);
+  for (Index e = 0; e < mesh.tetrahedron_count(); ++e) {
+    for (const Index v : mesh.tetrahedra[static_cast<std::size_t>(e)]) {
+      if (v < 0 || v >= mesh.vertex_count()) {
+        throw InputError(
+            fmt::format("Tetrahedron {} refers to vertex {}; there are {}, counted from 0.", e, v,
+                        mesh.vertex_count()));
+      }
+      used[static_cast<std::size_t>(v)] = true;
+    }
+    const double volume = mesh.volume(e);
+    if (volume < 0.0 || is_flat(volume, longest_edge(mesh, e))) {
+      throw InputError(fmt::format(
+          "Tetrahedron {} has a volume of {:.3g} m³, which must be positive. Exchange two of its "
+          "vertices if it is negative; repair or remove it if it is 0 to round-off.",
+          e, volume));
+    }
+  }
+  for (Index v = 0; v < mesh.vertex_count(); ++v) {
+    if (!used[static_cast<std::size_t>(v)]) {
+      throw InputError(
+          fmt::format("No tetrahedron uses vertex {}, which so has no mass: leave it out.", v));
+    }
+  }
+}
+
+template <class Number>
+TetMesh checked_view(std::span<const double> positions, std::span<const Number> tetrahedra) {
+  if (positions.empty() || positions.size() % 3 != 0 || tetrahedra.empty() ||
+      tetrahedra.size() % 4 != 0) {
+    throw InputError(fmt::format(
+        "A mesh has three coordinates a vertex and four vertices a tetrahedron: {} and {} numbers "
+        "are not that.",
+        positions.size(), tetrahedra.size()));
+  }
+  TetMesh mesh;
+  mesh.source = "arrays in memory";
+  mesh.vertices = VertexArray(VertexView(positions));
+  mesh.tetrahedra = TetrahedronArray(TetrahedronView(tetrahedra));
+  check_view(mesh);
+  return mesh;
+}
+
 }  // namespace
+
+TetMesh view_mesh(std::span<const double> positions, std::span<const std::int32_t> tetrahedra) {
+  return checked_view(positions, tetrahedra);
+}
+
+TetMesh view_mesh(std::span<const double> positions, std::span<const std::int64_t> tetrahedra) {
+  return checked_view(positions, tetrahedra);
+}
 
 TetMesh build_mesh(RawMesh raw, double scale) {
   if (!(scale > 0.0) || !std::isfinite(scale)) {

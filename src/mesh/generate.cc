@@ -11,7 +11,7 @@
 namespace tetraction {
 namespace {
 
-// Ids, regions and the like of a mesh whose vertices and tetrahedra are there.
+// A mesh whose vertices and tetrahedra are there.
 TetMesh finished(TetMesh mesh, const char* source) {
   if (!std::isnormal(mesh.volume(0))) {
     throw InputError(fmt::format(
@@ -56,18 +56,20 @@ TetMesh generate_box(const Vector3& size, const std::array<int, 3>& cells) {
   }
 
   TetMesh mesh;
+  std::vector<Vector3>& positions = mesh.vertices.own();
+  std::vector<std::array<Index, 4>>& tetrahedra = mesh.tetrahedra.own();
   const Index nx = cells[0];
   const Index ny = cells[1];
   const Index nz = cells[2];
-  mesh.vertices.reserve(static_cast<std::size_t>(vertices));
-  mesh.tetrahedra.reserve(static_cast<std::size_t>(6 * nx * ny * nz));
+  positions.reserve(static_cast<std::size_t>(vertices));
+  tetrahedra.reserve(static_cast<std::size_t>(6 * nx * ny * nz));
   for (Index k = 0; k <= nz; ++k) {
     for (Index j = 0; j <= ny; ++j) {
       for (Index i = 0; i <= nx; ++i) {
         // i/n first: the far face lies exactly at `size`.
-        mesh.vertices.emplace_back(size.x() * (static_cast<double>(i) / static_cast<double>(nx)),
-                                   size.y() * (static_cast<double>(j) / static_cast<double>(ny)),
-                                   size.z() * (static_cast<double>(k) / static_cast<double>(nz)));
+        positions.emplace_back(size.x() * (static_cast<double>(i) / static_cast<double>(nx)),
+                               size.y() * (static_cast<double>(j) / static_cast<double>(ny)),
+                               size.z() * (static_cast<double>(k) / static_cast<double>(nz)));
       }
     }
   }
@@ -88,7 +90,7 @@ TetMesh generate_box(const Vector3& size, const std::array<int, 3>& cells) {
           }
           // The last three paths are odd permutations of the axes: their volume is negative.
           if (p >= 3) std::swap(tetrahedron[2], tetrahedron[3]);
-          mesh.tetrahedra.push_back(tetrahedron);
+          tetrahedra.push_back(tetrahedron);
         }
       }
     }
@@ -99,9 +101,9 @@ TetMesh generate_box(const Vector3& size, const std::array<int, 3>& cells) {
 TetMesh generate_tetrahedron(double size) {
   check_size(size);
   TetMesh mesh;
-  mesh.vertices = {Vector3::Zero(), size * Vector3::UnitX(), size * Vector3::UnitY(),
-                   size * Vector3::UnitZ()};
-  mesh.tetrahedra = {{0, 1, 2, 3}};
+  mesh.vertices.own() = {Vector3::Zero(), size * Vector3::UnitX(), size * Vector3::UnitY(),
+                         size * Vector3::UnitZ()};
+  mesh.tetrahedra.own() = {{0, 1, 2, 3}};
   return finished(std::move(mesh), "generated tetrahedron");
 }
 

@@ -15,7 +15,7 @@ namespace {
 double diagonal(const TetMesh& mesh) {
   Vector3 low = mesh.vertices.front();
   Vector3 high = low;
-  for (const Vector3& x : mesh.vertices) {
+  for (const Vector3 x : mesh.vertices) {
     low = low.cwiseMin(x);
     high = high.cwiseMax(x);
   }
@@ -37,16 +37,16 @@ struct Selector {
   std::vector<Index> operator()(const SelectVertices& s) const {
     std::unordered_map<std::int64_t, Index> index_of;
     for (Index v = 0; v < mesh.vertex_count(); ++v) {
-      index_of.emplace(mesh.vertex_ids[static_cast<std::size_t>(v)], v);
+      index_of.emplace(mesh.vertex_id(v), v);
     }
     std::vector<Index> found;
     for (const std::int64_t id : s.ids) {
       const auto v = index_of.find(id);
       if (v == index_of.end()) {
-        const auto [low, high] =
-            std::minmax_element(mesh.vertex_ids.begin(), mesh.vertex_ids.end());
+        const auto [low, high] = std::minmax_element(index_of.begin(), index_of.end());
         throw InputError(fmt::format(
-            "vertex {} is not in the mesh: its vertices are numbered {} to {}{}.", id, *low, *high,
+            "vertex {} is not in the mesh: its vertices are numbered {} to {}{}.", id, low->first,
+            high->first,
             mesh.report.dropped_vertices > 0 ? ", and those that no tetrahedron uses were dropped"
                                              : ""));
       }
@@ -144,12 +144,12 @@ std::vector<Index> select_tetrahedra(const TetMesh& mesh, const Selection& selec
     const bool by_centroid = std::holds_alternative<SelectBox>(selection) ||
                              std::holds_alternative<SelectSphere>(selection);
     std::vector<std::uint8_t> chosen(mesh.vertices.size(), 0);
-    TetMesh centroids;
     if (by_centroid) {
-      for (const auto& tetrahedron : mesh.tetrahedra) {
+      TetMesh centroids;
+      for (const auto tetrahedron : mesh.tetrahedra) {
         Vector3 sum = Vector3::Zero();
         for (const Index v : tetrahedron) sum += mesh.vertices[static_cast<std::size_t>(v)];
-        centroids.vertices.push_back(sum / 4.0);
+        centroids.vertices.own().push_back(sum / 4.0);
       }
       found = std::visit(Selector{centroids}, selection);
     } else {
@@ -157,7 +157,7 @@ std::vector<Index> select_tetrahedra(const TetMesh& mesh, const Selection& selec
         chosen[static_cast<std::size_t>(v)] = 1;
       }
       for (Index e = 0; e < mesh.tetrahedron_count(); ++e) {
-        const auto& tetrahedron = mesh.tetrahedra[static_cast<std::size_t>(e)];
+        const auto tetrahedron = mesh.tetrahedra[static_cast<std::size_t>(e)];
         if (std::all_of(tetrahedron.begin(), tetrahedron.end(),
                         [&](Index v) { return chosen[static_cast<std::size_t>(v)] != 0; })) {
           found.push_back(e);

@@ -41,10 +41,8 @@ Vector TetMesh::rest_positions() const {
 }
 
 double TetMesh::volume(Index e) const {
-  const auto& t = tetrahedra[static_cast<std::size_t>(e)];
-  const auto vertex = [this](Index v) -> const Vector3& {
-    return vertices[static_cast<std::size_t>(v)];
-  };
+  const auto t = tetrahedra[static_cast<std::size_t>(e)];
+  const auto vertex = [this](Index v) { return vertices[static_cast<std::size_t>(v)]; };
   const Vector3 a = vertex(t[1]) - vertex(t[0]);
   const Vector3 b = vertex(t[2]) - vertex(t[0]);
   const Vector3 c = vertex(t[3]) - vertex(t[0]);
@@ -67,7 +65,7 @@ std::vector<std::array<Index, 3>> boundary_faces(const TetMesh& mesh) {
   };
   std::vector<Face> faces;
   faces.reserve(4 * mesh.tetrahedra.size());
-  for (const auto& t : mesh.tetrahedra) {
+  for (const auto t : mesh.tetrahedra) {
     for (const auto& f : kFaces) {
       Face face{{t[f[0]], t[f[1]], t[f[2]]}, {t[f[0]], t[f[1]], t[f[2]]}};
       std::sort(face.key.begin(), face.key.end());

@@ -69,9 +69,10 @@ TetMesh generate_mesh(const GeneratorSettings& settings) {
   return generate_box(settings.size, settings.cells);
 }
 
-std::unique_ptr<MechanicalSystem> make_system(const Scene& scene, const TetMesh& mesh) {
+std::unique_ptr<MechanicalSystem> make_system(const Scene& scene, TetMesh mesh) {
   std::vector<BodyRegion> regions{{make_material(scene.material), scene.material.density}};
-  std::vector<int> region_of_element(mesh.tetrahedra.size(), 0);
+  std::vector<int> region_of_element;
+  if (!scene.material_region.empty()) region_of_element.assign(mesh.tetrahedra.size(), 0);
   for (const MaterialRegionSettings& region : scene.material_region) {
     regions.push_back({make_material(region.material), region.material.density});
     try {
@@ -82,10 +83,11 @@ std::unique_ptr<MechanicalSystem> make_system(const Scene& scene, const TetMesh&
       throw InputError(region.where + ": " + error.what());
     }
   }
-  auto system = std::make_unique<MechanicalSystem>(mesh, regions, region_of_element);
+  auto system = std::make_unique<MechanicalSystem>(std::move(mesh), regions, region_of_element);
   system->set_environment(make_environment(scene.environment));
   system->set_damping(scene.damping);
-  for (const ForceSettings& force : scene.force) system->add_force(make_force(force, mesh));
+  for (const ForceSettings& force : scene.force)
+    system->add_force(make_force(force, system->mesh()));
   return system;
 }
 
@@ -107,7 +109,7 @@ void constrain(MechanicalSystem& system, const BodyConstraints& constraints, dou
         "Moving the vertices to where the constraints hold them inverts element {}: bring the "
         "targets of [[fix]] and [[constraint]] nearer, or take a smaller initial.stretch or "
         "displacement.",
-        system.mesh().tetrahedron_ids[static_cast<std::size_t>(status.failed_element)]));
+        system.mesh().tetrahedron_id(status.failed_element)));
   }
   system.set_constraints(std::move(next));
   position = moved;
@@ -128,7 +130,7 @@ State make_initial_state(const Scene& scene, MechanicalSystem& system,
     throw InputError(fmt::format(
         "The initial state inverts element {}: make initial.stretch or the initial displacement "
         "smaller.",
-        mesh.tetrahedron_ids[static_cast<std::size_t>(status.failed_element)]));
+        mesh.tetrahedron_id(status.failed_element)));
   }
   constraints = make_body_constraints(scene, system, state.position);
   constrain(system, constraints, state.time, state.position);

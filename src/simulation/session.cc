@@ -46,7 +46,7 @@ int exit_code(RunStatus status) {
 }
 
 std::int64_t Session::Impl::element_id(Index e) const {
-  return system->mesh().tetrahedron_ids[static_cast<std::size_t>(e)];
+  return system->mesh().tetrahedron_id(e);
 }
 
 double Session::Impl::time_of(Index step) const {
@@ -179,7 +179,7 @@ std::string Session::Impl::center_note() {
     passed_center = fmt::format(
         "; vertex {} came as near as {:.3g} m to the centre of attraction, where the force has no "
         "bound: give environment.softening a length",
-        system->mesh().vertex_ids[static_cast<std::size_t>(nearest)], distance);
+        system->mesh().vertex_id(nearest), distance);
   }
   return passed_center;
 }
@@ -193,6 +193,8 @@ void Session::Impl::stop(RunStatus how, const std::string& what, Index element) 
 }
 
 bool Session::Impl::blown_up() const {
+  const double error = books->energy_error();
+  if (error <= kBlowUp * books->energy_scale()) return false;
   // The floor keeps round-off in a body at rest from counting.
   double modulus = 0.0;
   for (const MaterialModel& material : system->elastic().materials()) {
@@ -200,17 +202,17 @@ bool Session::Impl::blown_up() const {
     modulus = std::max(modulus, lame.lambda + 2.0 * lame.mu);
   }
   const double floor = 1e-12 * modulus * system->mesh().total_volume();
-  return !(books->energy_error() <= kBlowUp * std::max(books->energy_scale(), floor));
+  return !(error <= kBlowUp * floor);
 }
 
-Session::Session(Scene scene, const TetMesh& mesh) : impl_(std::make_unique<Impl>()) {
+Session::Session(Scene scene, TetMesh mesh) : impl_(std::make_unique<Impl>()) {
   Impl& s = *impl_;
   s.scene = std::move(scene);
   s.time = s.scene.time;
   s.solver = s.scene.solver;
   {
     const PhaseTimer timer(s.times.setup);
-    s.system = make_system(s.scene, mesh);
+    s.system = make_system(s.scene, std::move(mesh));
     s.state = make_initial_state(s.scene, *s.system, s.constraints);
     s.stepper = make_stepper(s.time.integrator, s.solver, *s.system);
     s.books = std::make_unique<Books>(*s.system, s.state);

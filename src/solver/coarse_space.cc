@@ -50,6 +50,7 @@ struct CoarseSpace<T>::Factor {
   Eigen::SparseMatrix<double> matrix;
   Eigen::SimplicialLLT<Eigen::SparseMatrix<double>> cholesky;
   Vector right;
+  Vector permuted;
   bool analyzed = false;
 
   void make_pattern() {
@@ -314,10 +315,13 @@ bool CoarseSpace<T>::update(const TangentOperator<T>& stiffness, const VertexTer
 template <class T>
 double CoarseSpace<T>::solve() {
   Factor& factor = *factor_;
-  const Eigen::Map<Vector> motions(motions_.front().data(), 6 * groups_.count());
+  Eigen::Map<Vector> motions(motions_.front().data(), 6 * groups_.count());
   factor.right = motions;
-  Eigen::Map<Vector>(motions_.front().data(), 6 * groups_.count()) =
-      factor.cholesky.solve(factor.right);
+  // cholesky.solve() would take new memory each time.
+  factor.permuted.noalias() = factor.cholesky.permutationP() * factor.right;
+  factor.cholesky.matrixL().solveInPlace(factor.permuted);
+  factor.cholesky.matrixU().solveInPlace(factor.permuted);
+  motions = factor.cholesky.permutationPinv() * factor.permuted;
   return factor.right.dot(motions);
 }
 

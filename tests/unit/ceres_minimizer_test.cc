@@ -1,8 +1,6 @@
 #include "tetraction/solver/ceres_minimizer.h"
 
-#include <Eigen/Cholesky>
-
-#include "support/bodies.h"
+#include "support/step_problems.h"
 #include "tetraction/core/error.h"
 
 namespace tetraction {
@@ -10,24 +8,8 @@ namespace {
 
 using namespace testing_support;
 
-constexpr double kStep = 0.02;
-
-// A clamped block under gravity and a spin: bends, stretches and turns within a step.
 class ImplicitStep : public testing::Test {
  protected:
-  ImplicitStep() : system_(small_block(), all_materials()[1], 1000.0), problem_(system_) {
-    system_.set_constraints(hold(system_.mesh(), SelectPlane{0, 0.0, {}}));
-    system_.set_environment(Environment::uniform({0.0, -9.81, 0.0}));
-    state_ = system_.rest_state();
-    Vector velocity(system_.dof_count());
-    for (Index v = 0; v < system_.vertex_count(); ++v) {
-      const Vector3 x = system_.mesh().vertices[static_cast<std::size_t>(v)];
-      velocity.segment<3>(3 * v) = x.x() * Vector3(0.5, -4.0, 2.0 * x.y());
-    }
-    system_.set_velocity(state_, velocity);
-    problem_.begin(state_, kStep, kStep, 1.0, Vector::Zero(system_.dof_count()));
-  }
-
   double residual(const Vector& x) const {
     double phi = 0.0;
     Vector gradient;
@@ -35,45 +17,16 @@ class ImplicitStep : public testing::Test {
     return gradient.norm();
   }
 
-  // Newton's method with a dense Cholesky factor of the assembled Hessian and step halving.
-  Vector dense_newton() const {
-    const SparsityPattern pattern(system_.rest(), system_.coordinates());
-    std::vector<double> values(static_cast<std::size_t>(pattern.nonzeros()));
-    Vector x = state_.position;
-    for (int iteration = 0; iteration < 50; ++iteration) {
-      double phi = 0.0;
-      Vector gradient;
-      EXPECT_TRUE(problem_.value_and_gradient(x, phi, gradient).ok());
-      if (gradient.norm() < 1e-12 * problem_.residual_limit(x, 0.5)) break;
-      EXPECT_TRUE(problem_.hessian(x, pattern, values.data()).ok());
-      Matrix k = Matrix::Zero(pattern.size(), pattern.size());
-      for (Index j = 0; j < pattern.size(); ++j) {
-        for (int i = pattern.column_begin()[static_cast<std::size_t>(j)];
-             i < pattern.column_begin()[static_cast<std::size_t>(j) + 1]; ++i) {
-          k(pattern.rows()[static_cast<std::size_t>(i)], j) = values[static_cast<std::size_t>(i)];
-        }
-      }
-      const Vector step =
-          system_.coordinates().extend(k.selfadjointView<Eigen::Lower>().ldlt().solve(-gradient));
-      double length = 1.0;
-      double trial = 0.0;
-      while (!problem_.value(x + length * step, trial).ok() ||
-             trial > phi + 1e-12 * std::abs(phi)) {
-        length *= 0.5;
-        if (length < 1e-6) break;
-      }
-      x += length * step;
-    }
-    return x;
-  }
-
-  MechanicalSystem system_;
-  State state_;
-  StepProblem problem_;
+  BendingBlock block_;
+  MechanicalSystem& system_ = block_.system;
+  const State& state_ = block_.state;
+  StepProblem& problem_ = block_.problem;
 };
 
 TEST_F(ImplicitStep, SharesOfTheElementsAddUpToTheWhole) {
-  const Vector x = jiggled(problem_.inertial_guess(), 0.01);
+  Vector guess;
+  problem_.inertial_guess(guess);
+  const Vector x = jiggled(guess, 0.01);
   double phi = 0.0;
   Vector gradient;
   ASSERT_TRUE(problem_.value_and_gradient(x, phi, gradient).ok());
@@ -98,7 +51,7 @@ TEST_F(ImplicitStep, AgreesWithADenseNewtonSolve) {
   Vector x = state_.position;
   const MinimizerReport report = minimizer->minimize(problem_, x);
   ASSERT_TRUE(report.converged()) << report.message;
-  const Vector reference = dense_newton();
+  const Vector reference = dense_newton(problem_, state_.position);
   const double moved = (reference - state_.position).norm();
   ASSERT_GT(moved, 0.01);
   EXPECT_LT((x - reference).norm(), 1e-8 * moved);
@@ -165,22 +118,17 @@ TEST_F(ImplicitStep, SaysWhenTheIterationLimitIsReached) {
 }
 
 TEST_F(ImplicitStep, ConvergesForTinyMotionsOfAStiffBody) {
-  // Strains of 1e-9: nothing is left of the elastic energy beside a constant of 0.1 μ.
-  MechanicalSystem stiff(small_block(), NeoHookean(8e10, 1.2e11), 7800.0);
-  stiff.set_constraints(hold(stiff.mesh(), SelectPlane{0, 0.0, {}}));
-  stiff.set_environment(Environment::uniform({0.0, -1e-3, 0.0}));
-  StepProblem problem(stiff);
-  problem.begin(stiff.rest_state(), 0.1, 0.1, 1.0, Vector::Zero(stiff.dof_count()));
-  const auto minimizer = make_ceres_minimizer(stiff, {});
-  Vector x = stiff.rest_state().position;
-  const MinimizerReport report = minimizer->minimize(problem, x);
+  const StiffBlock stiff;
+  const auto minimizer = make_ceres_minimizer(stiff.system, {});
+  Vector x = stiff.system.rest_state().position;
+  const MinimizerReport report = minimizer->minimize(stiff.problem, x);
   EXPECT_TRUE(report.converged()) << report.message << " " << report.residual << " > "
                                   << report.residual_limit;
 }
 
 TEST_F(ImplicitStep, ForcesThatOverflowAreNotTakenForConverged) {
   system_.set_environment(Environment::uniform({0.0, -1e300, 0.0}));
-  problem_.begin(state_, kStep, kStep, 1.0, Vector::Zero(system_.dof_count()));
+  begin(problem_, state_);
   const auto minimizer = make_ceres_minimizer(system_, {});
   Vector x = state_.position;
   EXPECT_EQ(minimizer->minimize(problem_, x).termination, Termination::kInadmissible);

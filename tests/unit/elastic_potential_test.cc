@@ -76,7 +76,7 @@ TEST_P(ElasticPotentialOf, ConstantStrainPatchOnADistortedMesh) {
   TetMesh distorted = mesh_;
   const Vector moved = jiggled(mesh_.rest_positions(), 0.05);
   for (Index v = 0; v < mesh_.vertex_count(); ++v) {
-    distorted.vertices[static_cast<std::size_t>(v)] = moved.segment<3>(3 * v);
+    distorted.vertices.own()[static_cast<std::size_t>(v)] = moved.segment<3>(3 * v);
   }
   const RestState rest(distorted);
   const ElasticPotential potential(rest, material_);

@@ -27,7 +27,7 @@ std::vector<std::size_t> single_materials() {
 TetMesh some_elements(Index count, const std::array<int, 3>& cells) {
   TetMesh mesh = generate_box({1.2, 1.0, 0.9}, cells);
   EXPECT_GE(mesh.tetrahedron_count(), count);
-  mesh.tetrahedra.resize(static_cast<std::size_t>(count));
+  mesh.tetrahedra.own().resize(static_cast<std::size_t>(count));
   return mesh;
 }
 
@@ -316,7 +316,7 @@ TEST_P(ElementKernelsOfASet, TheNumberingDoesNotMatter) {
     TetMesh shuffled = mesh;
     Vector moved(q.size());
     for (std::size_t v = 0; v < vertex.size(); ++v) {
-      shuffled.vertices[static_cast<std::size_t>(vertex[v])] = mesh.vertices[v];
+      shuffled.vertices.own()[static_cast<std::size_t>(vertex[v])] = mesh.vertices[v];
       moved.segment<3>(3 * vertex[v]) = q.segment<3>(3 * static_cast<Index>(v));
     }
     std::vector<int> shuffled_regions(regions.size());
@@ -327,7 +327,7 @@ TEST_P(ElementKernelsOfASet, TheNumberingDoesNotMatter) {
       // An even permutation of its nodes.
       std::rotate(nodes.begin() + 1, nodes.begin() + 1 + static_cast<int>(random() % 3),
                   nodes.end());
-      shuffled.tetrahedra[e] = nodes;
+      shuffled.tetrahedra.own()[e] = nodes;
       shuffled_regions[e] = regions[old];
     }
     const RestState other_rest(shuffled);

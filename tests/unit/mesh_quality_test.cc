@@ -54,7 +54,7 @@ TEST(MeshQuality, NamesTheWorstElementByTheFilesNumber) {
   // Pull one inner corner of element 7 towards the others: nothing else is as thin.
   const auto corners = mesh.tetrahedra[7];
   const auto at = [&](int a) -> Vector3& {
-    return mesh.vertices[static_cast<std::size_t>(corners[static_cast<std::size_t>(a)])];
+    return mesh.vertices.own()[static_cast<std::size_t>(corners[static_cast<std::size_t>(a)])];
   };
   const Vector3 middle = (at(1) + at(2) + at(3)) / 3.0;
   at(0) = 0.01 * at(0) + 0.99 * middle;

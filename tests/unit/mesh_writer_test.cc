@@ -34,10 +34,10 @@ class MeshWriter : public ::testing::TestWithParam<const char*> {
 // A block whose coordinates need all their digits.
 TetMesh awkward_block() {
   TetMesh mesh = generate_box({1, 1, 1}, {2, 2, 1});
-  for (Vector3& x : mesh.vertices) {
+  for (Vector3& x : mesh.vertices.own()) {
     x = Vector3(x.x() / 3.0 + 1e-17, std::sqrt(2.0) * x.y() + 1e5 / 7.0, -x.z() * 1e-9 / 3.0);
   }
-  for (auto& t : mesh.tetrahedra) std::swap(t[2], t[3]);  // the third axis was turned round
+  for (auto& t : mesh.tetrahedra.own()) std::swap(t[2], t[3]);  // the third axis was turned round
   return mesh;
 }
 

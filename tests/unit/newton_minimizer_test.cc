@@ -1,12 +1,12 @@
 #include "tetraction/solver/newton_minimizer.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <filesystem>
 
 #include "support/bodies.h"
 #include "support/fibre_rubber.h"
+#include "support/step_problems.h"
 #include "tetraction/core/error.h"
 #include "tetraction/core/parallel.h"
 #include "tetraction/dynamics/derivative_check.h"
@@ -19,8 +19,6 @@ namespace tetraction {
 namespace {
 
 using namespace testing_support;
-
-constexpr double kStep = 0.02;
 
 NewtonOptions newton(LinearSolver linear, double tolerance = 1e-8, int iterations = 100,
                      bool keep_factor = true) {
@@ -44,22 +42,6 @@ std::string test_name(LinearSolver linear) {
   return name;
 }
 
-// The Hessian over the free coordinates as a dense matrix.
-Matrix dense_hessian(const StepProblem& problem, const Vector& x) {
-  const SparsityPattern pattern(problem.system().rest(), problem.system().coordinates());
-  std::vector<double> values(static_cast<std::size_t>(pattern.nonzeros()));
-  EXPECT_TRUE(problem.hessian(x, pattern, values.data()).ok());
-  Matrix k = Matrix::Zero(pattern.size(), pattern.size());
-  for (Index j = 0; j < pattern.size(); ++j) {
-    for (int i = pattern.column_begin()[static_cast<std::size_t>(j)];
-         i < pattern.column_begin()[static_cast<std::size_t>(j) + 1]; ++i) {
-      const int row = pattern.rows()[static_cast<std::size_t>(i)];
-      k(row, j) = k(j, row) = values[static_cast<std::size_t>(i)];
-    }
-  }
-  return k;
-}
-
 double lowest_eigenvalue(const StepProblem& problem, const Vector& x) {
   return Eigen::SelfAdjointEigenSolver<Matrix>(dense_hessian(problem, x), Eigen::EigenvaluesOnly)
       .eigenvalues()[0];
@@ -69,26 +51,6 @@ double phi_of(const StepProblem& problem, const Vector& x) {
   double phi = 0.0;
   EXPECT_TRUE(problem.value(x, phi).ok());
   return phi;
-}
-
-// Newton's method with a dense factor of the assembled Hessian and step halving.
-Vector dense_newton(const StepProblem& problem, Vector x) {
-  for (int iteration = 0; iteration < 50; ++iteration) {
-    double phi = 0.0;
-    Vector gradient;
-    EXPECT_TRUE(problem.value_and_gradient(x, phi, gradient).ok());
-    if (gradient.norm() < 1e-12 * problem.residual_limit(x, 0.5)) break;
-    const Vector step =
-        problem.system().coordinates().extend(dense_hessian(problem, x).ldlt().solve(-gradient));
-    double length = 1.0;
-    double trial = 0.0;
-    while (!problem.value(x + length * step, trial).ok() || trial > phi + 1e-12 * std::abs(phi)) {
-      length *= 0.5;
-      if (length < 1e-6) break;
-    }
-    x += length * step;
-  }
-  return x;
 }
 
 // The report tells the truth about x and hangs together.
@@ -114,37 +76,17 @@ void expect_true_report(const StepProblem& problem, const Vector& x, const Minim
   }
 }
 
-// A clamped block under gravity and a spin: bends, stretches and turns within a step.
 class NewtonStep : public testing::TestWithParam<LinearSolver> {
  protected:
-  NewtonStep() : system_(small_block(), all_materials()[1], 1000.0), problem_(system_) {
-    system_.set_constraints(hold(system_.mesh(), SelectPlane{0, 0.0, {}}));
-    system_.set_environment(Environment::uniform({0.0, -9.81, 0.0}));
-    state_ = moving(system_);
-    begin(problem_, kStep);
-  }
-
-  static State moving(const MechanicalSystem& system) {
-    State state = system.rest_state();
-    Vector velocity(system.dof_count());
-    for (Index v = 0; v < system.vertex_count(); ++v) {
-      const Vector3 x = system.mesh().vertices[static_cast<std::size_t>(v)];
-      velocity.segment<3>(3 * v) = x.x() * Vector3(0.5, -4.0, 2.0 * x.y());
-    }
-    system.set_velocity(state, velocity);
-    return state;
-  }
-  void begin(StepProblem& problem, double h) const {
-    problem.begin(state_, h, h, 1.0, Vector::Zero(problem.system().dof_count()));
-  }
   std::unique_ptr<Minimizer> make(double tolerance = 1e-8, int iterations = 100,
                                   bool keep_factor = true) const {
     return make_newton_minimizer(system_, newton(GetParam(), tolerance, iterations, keep_factor));
   }
 
-  MechanicalSystem system_;
-  State state_;
-  StepProblem problem_;
+  BendingBlock block_;
+  MechanicalSystem& system_ = block_.system;
+  const State& state_ = block_.state;
+  StepProblem& problem_ = block_.problem;
 };
 
 TEST_P(NewtonStep, AgreesWithADenseNewtonSolve) {
@@ -203,10 +145,9 @@ TEST_P(NewtonStep, RecoversFromAnInvertedFirstGuess) {
 TEST_P(NewtonStep, AgreesWithCeresFromStrainedStarts) {
   for (const MaterialModel& material : all_materials()) {
     MechanicalSystem system(small_block(), material, 1000.0);
-    system.set_constraints(hold(system.mesh(), SelectPlane{0, 0.0, {}}));
-    system.set_environment(Environment::uniform({0.0, -9.81, 0.0}));
+    clamp_under_gravity(system);
     StepProblem problem(system);
-    problem.begin(moving(system), kStep, kStep, 1.0, Vector::Zero(system.dof_count()));
+    begin(problem, bending_state(system));
     const auto ours = make_newton_minimizer(system, newton(GetParam(), 1e-11));
     const auto theirs = make_ceres_minimizer(system, {1e-11, 200});
     const Vector start = system.rest_state().position;
@@ -268,15 +209,10 @@ TEST_P(NewtonStep, HonoursTheResidualLimit) {
 }
 
 TEST_P(NewtonStep, ConvergesForTinyMotionsOfAStiffBody) {
-  // Strains of 1e-9: nothing is left of the elastic energy beside a constant of 0.1 μ.
-  MechanicalSystem stiff(small_block(), NeoHookean(8e10, 1.2e11), 7800.0);
-  stiff.set_constraints(hold(stiff.mesh(), SelectPlane{0, 0.0, {}}));
-  stiff.set_environment(Environment::uniform({0.0, -1e-3, 0.0}));
-  StepProblem problem(stiff);
-  problem.begin(stiff.rest_state(), 0.1, 0.1, 1.0, Vector::Zero(stiff.dof_count()));
-  Vector x = stiff.rest_state().position;
+  const StiffBlock stiff;
+  Vector x = stiff.system.rest_state().position;
   const MinimizerReport report =
-      make_newton_minimizer(stiff, newton(GetParam()))->minimize(problem, x);
+      make_newton_minimizer(stiff.system, newton(GetParam()))->minimize(stiff.problem, x);
   EXPECT_TRUE(report.converged()) << report.message << " " << report.residual << " > "
                                   << report.residual_limit;
 }
@@ -287,10 +223,9 @@ TEST_P(NewtonStep, ConvergesForStiffBodiesAndLongSteps) {
       const LameParameters lame = lame_from_young(1e9, poisson);
       MechanicalSystem stiff(generate_box({4, 0.5, 0.5}, {16, 2, 2}),
                              NeoHookean(lame.mu, lame.lambda), 1000.0);
-      stiff.set_constraints(hold(stiff.mesh(), SelectPlane{0, 0.0, {}}));
-      stiff.set_environment(Environment::uniform({0.0, -9.81, 0.0}));
+      clamp_under_gravity(stiff);
       StepProblem problem(stiff);
-      problem.begin(stiff.rest_state(), h, h, 1.0, Vector::Zero(stiff.dof_count()));
+      begin(problem, stiff.rest_state(), h);
       Vector x = stiff.rest_state().position;
       const MinimizerReport report =
           make_newton_minimizer(stiff, newton(GetParam(), 1e-10))->minimize(problem, x);
@@ -306,7 +241,7 @@ TEST_P(NewtonStep, ConvergesForStiffBodiesAndLongSteps) {
 
 TEST_P(NewtonStep, ForcesThatOverflowAreNotTakenForConverged) {
   system_.set_environment(Environment::uniform({0.0, -1e300, 0.0}));
-  begin(problem_, kStep);
+  begin(problem_, state_);
   Vector x = state_.position;
   EXPECT_EQ(make()->minimize(problem_, x).termination, Termination::kInadmissible);
 }
@@ -319,7 +254,7 @@ TEST_P(NewtonStep, KeepingTheFactorOrNotEndsInTheSamePlace) {
     State state = state_;
     StepProblem problem(system_);
     for (int step = 1; step <= 12; ++step) {
-      problem.begin(state, kStep, step * kStep, 1.0, Vector::Zero(system_.dof_count()));
+      problem.begin(state, kStep, step * kStep, 1.0, {});
       Vector x = state.position;
       const MinimizerReport report = minimizer.minimize(problem, x);
       EXPECT_TRUE(report.converged()) << report.message;
@@ -348,7 +283,7 @@ TEST_P(NewtonStep, StepSizesMayChangeBetweenMinimisations) {
   const auto minimizer = make(1e-11);
   for (const double h : {0.02, 0.002, 0.2, 2e-5, 0.02}) {
     StepProblem problem(system_);
-    begin(problem, h);
+    begin(problem, state_, h);
     Vector x = state_.position;
     const MinimizerReport report = minimizer->minimize(problem, x);
     expect_true_report(problem, x, report, GetParam(), 1e-11);
@@ -368,7 +303,7 @@ TEST_P(NewtonStep, SolvesLinearSystemsBetweenMinimisations) {
   EXPECT_LT((dense_hessian(problem_, x) * solution - right).norm(), 1e-10 * right.norm());
   // The factor that this left behind does no harm.
   StepProblem next(system_);
-  begin(next, 0.5 * kStep);
+  begin(next, state_, 0.5 * kStep);
   Vector y = state_.position;
   ASSERT_TRUE(minimizer->minimize(next, y).converged());
   Vector fresh = state_.position;
@@ -440,8 +375,8 @@ TEST_P(NewtonStep, VerticesOnPlanesAndLines) {
       Vector::Ones(mesh.vertex_count())));
   system.set_environment(Environment::uniform({1.0, -9.81, 3.0}));
   StepProblem problem(system);
-  const State state = moving(system);
-  problem.begin(state, kStep, kStep, 1.0, Vector::Zero(system.dof_count()));
+  const State state = bending_state(system);
+  begin(problem, state);
   Vector x = state.position;
   const MinimizerReport report =
       make_newton_minimizer(system, newton(GetParam(), 1e-11))->minimize(problem, x);
@@ -477,8 +412,8 @@ TEST_P(NewtonStep, FreeRigidHandles) {
     return;
   }
   StepProblem problem(system);
-  const State state = moving(system);
-  problem.begin(state, kStep, kStep, 1.0, Vector::Zero(system.dof_count()));
+  const State state = bending_state(system);
+  begin(problem, state);
   Vector x = state.position;
   const MinimizerReport report =
       make_newton_minimizer(system, newton(GetParam(), 1e-11))->minimize(problem, x);
@@ -495,15 +430,14 @@ TEST_P(NewtonStep, CustomMaterials) {
   const LameParameters lame = lame_from_young(1e6, 0.4);
   MechanicalSystem system(small_block(),
                           CustomMaterial(FibreRubber(lame, 1e5, 1.0, Vector3::UnitX())), 1000.0);
-  system.set_constraints(hold(system.mesh(), SelectPlane{0, 0.0, {}}));
-  system.set_environment(Environment::uniform({0.0, -9.81, 0.0}));
+  clamp_under_gravity(system);
   if (GetParam() == LinearSolver::kMatrixFree) {
     EXPECT_THROW(make_newton_minimizer(system, newton(GetParam())), InputError);
     return;
   }
   StepProblem problem(system);
-  const State state = moving(system);
-  problem.begin(state, kStep, kStep, 1.0, Vector::Zero(system.dof_count()));
+  const State state = bending_state(system);
+  begin(problem, state);
   Vector x = state.position;
   const MinimizerReport report =
       make_newton_minimizer(system, newton(GetParam(), 1e-11))->minimize(problem, x);
@@ -517,13 +451,13 @@ TEST_P(NewtonStep, AttractionWithAnIndefiniteHessian) {
   // Vertices near the origin feel a potential that is concave in most directions: with a step this
   // long, inertia does not make up for it.
   TetMesh mesh = small_block();
-  for (Vector3& x : mesh.vertices) x += Vector3(0.3, 0.2, 0.1);
+  for (Vector3& x : mesh.vertices.own()) x += Vector3(0.3, 0.2, 0.1);
   MechanicalSystem system(mesh, all_materials()[1], 100.0);
   system.set_environment(Environment::attraction(2e3, 0.3));
-  const State state = moving(system);
+  const State state = bending_state(system);
   for (const double h : {0.01, 0.05, 0.2}) {
     StepProblem problem(system);
-    problem.begin(state, h, h, 1.0, Vector::Zero(system.dof_count()));
+    begin(problem, state, h);
     if (h > 0.1) {
       ASSERT_LT(lowest_eigenvalue(problem, state.position), 0.0);
     }
@@ -549,7 +483,7 @@ TEST_P(NewtonStep, ViscosityAndPenaltySprings) {
                                       Vector::Ones(system_.vertex_count())));
   for (const double alpha : {0.5, 1.0}) {
     StepProblem problem(system_);
-    problem.begin(state_, kStep, kStep, alpha, Vector::Zero(system_.dof_count()));
+    begin(problem, state_, kStep, alpha);
     Vector x = state_.position;
     const MinimizerReport report = make(1e-11)->minimize(problem, x);
     expect_true_report(problem, x, report, GetParam(), 1e-11);
@@ -561,8 +495,7 @@ TEST_P(NewtonStep, ViscosityAndPenaltySprings) {
 TEST_P(NewtonStep, IsBitwiseRepeatable) {
   // Large enough for several blocks and several parts of the vertex loops.
   MechanicalSystem system(small_block({14, 9, 9}), all_materials()[1], 1000.0);
-  system.set_constraints(hold(system.mesh(), SelectPlane{0, 0.0, {}}));
-  system.set_environment(Environment::uniform({0.0, -9.81, 0.0}));
+  clamp_under_gravity(system);
   struct Result {
     Vector x;
     MinimizerReport report;
@@ -571,11 +504,11 @@ TEST_P(NewtonStep, IsBitwiseRepeatable) {
   for (const int threads : {1, 1, 2, 4}) {
     set_thread_count(threads);
     const auto minimizer = make_newton_minimizer(system, newton(GetParam()));
-    State state = moving(system);
+    State state = bending_state(system);
     StepProblem problem(system);
     Result result;
     for (int step = 1; step <= 3; ++step) {
-      problem.begin(state, kStep, step * kStep, 1.0, Vector::Zero(system.dof_count()));
+      problem.begin(state, kStep, step * kStep, 1.0, {});
       result.x = state.position;
       result.report = minimizer->minimize(problem, result.x);
       EXPECT_TRUE(result.report.converged());
@@ -608,11 +541,10 @@ TEST(NewtonMinimizer, RefusesMeaninglessOptions) {
 TEST(NewtonMinimizer, WithoutKeptFactorsItIsNewtonsMethodProper) {
   // Exact solves: the residual is squared in each iteration, up to a constant.
   MechanicalSystem system(small_block(), all_materials()[1], 1000.0);
-  system.set_constraints(hold(system.mesh(), SelectPlane{0, 0.0, {}}));
-  system.set_environment(Environment::uniform({0.0, -9.81, 0.0}));
+  clamp_under_gravity(system);
   StepProblem problem(system);
   const State state = system.rest_state();
-  problem.begin(state, 0.1, 0.1, 1.0, Vector::Zero(system.dof_count()));
+  begin(problem, state, 0.1);
   const double scale = problem.residual_limit(state.position, 0.5) / 0.5;
   const double floor = 1e-11 * scale;
   std::vector<double> residuals;

@@ -49,7 +49,7 @@ TEST(StabilityLimit, AgreesWithTheDenseEigenproblem) {
 TEST(StabilityLimit, IsSetByTheSmallestElement) {
   TetMesh mesh = small_block();
   // Squeeze the last vertex into its neighbours.
-  mesh.vertices.back() -= Vector3(0.45, 0.0, 0.0);
+  mesh.vertices.own().back() -= Vector3(0.45, 0.0, 0.0);
   const MechanicalSystem regular(small_block(), all_materials()[1], 1000.0);
   const MechanicalSystem squeezed(mesh, all_materials()[1], 1000.0);
   const StabilityLimit limit = stability_limit(squeezed, squeezed.rest_state().position);

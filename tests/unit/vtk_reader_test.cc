@@ -307,7 +307,7 @@ TEST_F(VtkReader, CoordinatesThatAreNotFiniteAreRefused) {
   for (const double bad :
        {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
     TetMesh mesh = generate_tetrahedron();
-    mesh.vertices[2].y() = bad;
+    mesh.vertices.own()[2].y() = bad;
     for (const char* name : {"bad.vtu", "bad.vtk"}) {
       write_mesh(mesh, path(name));
       expect_refused(refusal(name, contents(path(name))), "vertex 2");

@@ -182,7 +182,7 @@ TEST(Attraction, AStiffBodyKeepsEnergyAndAngularMomentumOver100Revolutions) {
   Scene scene = orbiting_body(Integrator::kVerlet);
   TetMesh mesh = mesh_of(scene);
   constexpr double kRadius = 1.0;
-  for (Vector3& x : mesh.vertices) x += Vector3(kRadius - 0.05, -0.05, -0.05);
+  for (Vector3& x : mesh.vertices.own()) x += Vector3(kRadius - 0.05, -0.05, -0.05);
   const double mass = 1000.0 * 1e-3;
   const double n = static_cast<double>(mesh.vertex_count());
   const double omega = std::sqrt(n * scene.environment.strength / mass) / std::pow(kRadius, 1.5);
@@ -202,7 +202,7 @@ TEST(Attraction, ImplicitStepsConvergeWithTheIndefiniteHessian) {
   for (const Integrator integrator : {Integrator::kMidpoint, Integrator::kBackwardEuler}) {
     Scene scene = orbiting_body(integrator);
     TetMesh mesh = mesh_of(scene);
-    for (Vector3& x : mesh.vertices) x += Vector3(0.95, -0.05, -0.05);
+    for (Vector3& x : mesh.vertices.own()) x += Vector3(0.95, -0.05, -0.05);
     const double omega = std::sqrt(8.0 / 1.0);
     scene.initial.velocity = {0.0, omega, 0.0};
     // Backward Euler spirals inward: h²ω² of the orbit's energy are lost in every step.
@@ -225,7 +225,7 @@ TEST(Attraction, LargeStepsThroughASoftenedCentreConvergeWhereTheInertiaDoesNotD
     Scene scene = orbiting_body(integrator);
     scene.environment.softening = 0.1;
     TetMesh mesh = mesh_of(scene);
-    for (Vector3& x : mesh.vertices) x += Vector3(0.45, 0.02, -0.03);
+    for (Vector3& x : mesh.vertices.own()) x += Vector3(0.45, 0.02, -0.03);
     // What midpoint does to the energy at larger steps is another matter.
     scene.time = {integrator, integrator == Integrator::kMidpoint ? 0.04 : 0.1, false, 4.0};
     Session session(scene, mesh);
@@ -250,7 +250,7 @@ TEST(Attraction, AVertexAtTheOriginIsHandledWithoutNan) {
 TEST(Attraction, FallingIntoTheCentreIsAnOutcomeWithAnExplanation) {
   Scene scene = orbiting_body(Integrator::kVerlet);
   TetMesh mesh = mesh_of(scene);
-  for (Vector3& x : mesh.vertices) x += Vector3(0.5, 0.0, 0.0);  // vertex 0 falls straight in
+  for (Vector3& x : mesh.vertices.own()) x += Vector3(0.5, 0.0, 0.0);  // vertex 0 falls straight in
   scene.environment.strength = 5.0;
   scene.time = {Integrator::kVerlet, 1e-4, false, 2.0};
   Session session(scene, mesh);

@@ -13,6 +13,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <map>
 #include <string>
 #include <utility>
@@ -104,12 +105,12 @@ class Constraints {
   /// Puts the prescribed components of q where they are at `time`: exactly the targets; guided
   /// vertices onto their planes and lines, handles back onto their affine form.
   void prescribe(double time, Vector& q) const;
-  /// Displacement of the prescribed components from `from` to `time`, zero elsewhere.
-  Vector prescribed_displacement(const Vector& from, double time) const;
+  /// Calls visit(vertex, displacement) for every prescribed vertex with the way of its prescribed
+  /// components from `from` to where they are at `time`; not at all unless some of them move.
+  void for_each_prescribed_way(const Vector& from, double time,
+                               const std::function<void(Index, const Vector3&)>& visit) const;
   /// Sets the prescribed components of momenta to M times their rates at `time`.
   void prescribe_momentum(double time, Vector& momentum) const;
-  /// The part of a force that acts on prescribed components, times the displacement, J.
-  double prescribed_work(const Vector& force, const Vector& displacement) const;
 
   // Multipliers.
   bool has_equations() const { return !equations_.empty(); }
@@ -142,10 +143,13 @@ class Constraints {
   bool has_springs() const { return !springs_.empty(); }
   /// 2γ of every DOF, N/m.
   const Vector& spring_stiffness() const { return spring_stiffness_; }
-  /// Targets of the springs at `time` (3 per vertex), where there are any.
-  Vector spring_targets(double time) const;
+  /// force −= 2γ(q − c(t)), N.
+  void add_spring_force(const Vector& q, double time, Vector& force) const;
   /// Σ γ|q − c(t)|², J.
   double spring_energy(const Vector& q, double time) const;
+  /// What the motion of the targets puts into the springs on the way from one state to another, by
+  /// the mean of the forces at its ends, J.
+  double spring_work(const Vector& from, double from_time, const Vector& to, double to_time) const;
 
   /// Largest distance of a prescribed component from its target, a guided vertex from its plane or
   /// line, a length from what it should be, m. Penalty springs do not count.
@@ -175,6 +179,13 @@ class Constraints {
     Index count() const { return rank == 0 ? 1 : rank * (rank + 1) / 2; }
   };
 
+  // Calls visit(degree of freedom, γ, target) for every spring; target(time) is where it pulls to.
+  template <class Visit>
+  void for_each_spring(const Visit& visit) const;
+  // Calls visit(number of the equation, first entry of w_i, of w_j, s_ij) for every equation; those of
+  // distances have i = j.
+  template <class Visit>
+  void for_each_equation(const Visit& visit) const;
   void add_held(std::map<Index, Prescribed>& vertices, const TetMesh& mesh);
   void add_guided(std::map<Index, Prescribed>& vertices, const TetMesh& mesh) const;
   std::vector<AffineSet> add_handles(const std::map<Index, Prescribed>& vertices,

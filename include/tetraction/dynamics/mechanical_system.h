@@ -60,7 +60,8 @@ struct Momenta {
 /// (Stepper), bookkeeping (Books).
 class MechanicalSystem {
  public:
-  /// One material everywhere. Keeps the mesh: a copy, or with std::move() the caller's own arrays.
+  /// One material everywhere. Keeps the mesh: a copy, or with std::move() the caller's own vectors.
+  /// Of a view_mesh() nothing is copied: the arrays behind it must live longer than the system.
   /// Throws InputError if density is not positive and finite.
   MechanicalSystem(TetMesh mesh, const MaterialModel& material, double density);
   /// Element e is of regions[region_of_element[e]].
@@ -103,19 +104,19 @@ class MechanicalSystem {
   /// Exchanges the force added as number `index`.
   void set_force(std::size_t index, UserForce force);
   std::size_t force_count() const { return forces_.size(); }
-  /// f of the step of size h that starts at `time`: 3 per vertex, N.
-  /// A start within 1e-6 h of `from` or `until` counts as being there.
-  Vector user_force(double time, double h) const;
-  /// The same without a new vector; empty if there are no forces at all.
+  /// f of the step of size h that starts at `time`: 3 per vertex, N; empty if there are no forces at
+  /// all. A start within 1e-6 h of `from` or `until` counts as being there.
   void user_force(double time, double h, Vector& f) const;
-  /// Drag and mass damping at velocities v, which take momentum away (3 per vertex, N).
-  Vector drag_force(const Vector& v) const;
+  /// force += drag and mass damping at velocities v, which take momentum away (3 per vertex, N).
+  void add_drag_force(const Vector& v, Vector& force) const;
   /// force += the viscous forces at positions q and velocities v, which do not.
   void add_viscous_force(const Vector& q, const Vector& v, Vector& force) const;
   /// v = M⁻¹p.
   Vector velocity_of(const Vector& momentum) const;
+  void velocity_of(const Vector& momentum, Vector& velocity) const;
   /// p = Mv.
   Vector momentum_of(const Vector& velocity) const;
+  void momentum_of(const Vector& velocity, Vector& momentum) const;
 
   /// At rest in the reference configuration.
   State rest_state() const;

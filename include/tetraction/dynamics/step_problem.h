@@ -27,7 +27,7 @@ class StepProblem {
   explicit StepProblem(const MechanicalSystem& system);
 
   /// Sets up the step of size h from `state` to `end_time` under the user forces f (3 per vertex,
-  /// N).
+  /// N; empty: none). To be called again after any change of the system.
   void begin(const State& state, double h, double end_time, double alpha, const Vector& user_force);
   /// Adds constraint impulses to p_k (3 per vertex, N s) for the same step.
   void set_impulse(const Vector& impulse);
@@ -37,8 +37,9 @@ class StepProblem {
   double step() const { return step_; }
   /// q_k, with the prescribed components where they are at x.
   const Vector& base() const { return base_; }
-  /// x̂, less what the constraints do not allow: where the vertices would go without elastic forces.
-  Vector inertial_guess() const;
+  /// x = x̂, less what the constraints do not allow: where the vertices would go without elastic
+  /// forces.
+  void inertial_guess(Vector& x) const;
 
   /// k, per DOF, N/m.
   const Vector& coefficient() const { return coefficient_; }
@@ -51,6 +52,11 @@ class StepProblem {
   Evaluation value_and_gradient(const Vector& x, double& phi, Vector& gradient) const;
   /// gradient = ∇Φ(x), 3 per vertex, N.
   Evaluation value_and_full_gradient(const Vector& x, double& phi, Vector& gradient) const;
+  /// energy = the elastic energy at x, J.
+  Evaluation elastic_energy(const Vector& x, double& energy) const;
+  /// gradient points to the gradient of the elastic energy at x (3 per vertex, N) until the next
+  /// evaluation.
+  Evaluation elastic_gradient(const Vector& x, const Vector*& gradient) const;
   /// values = Tᵀ∇²Φ(x)T in the pattern's order, N/m.
   Evaluation hessian(const Vector& x, const SparsityPattern& pattern, double* values) const;
   /// The share of element e in Φ: its elastic and viscous energy and its part of what belongs to its
@@ -71,6 +77,8 @@ class StepProblem {
 
  private:
   void make_target();
+  // Brings elastic_ to x.
+  Evaluation evaluate_elastic(const Vector& x) const;
 
   const MechanicalSystem& system_;
   ViscousPotential viscous_;
@@ -83,6 +91,15 @@ class StepProblem {
   Vector target_;       // x̂
   bool curved_environment_ = false;
   double force_scale_ = 0.0;
+  // The elastic part of the last evaluation with a gradient: a minimiser's last one is at the point
+  // that the momenta are taken from, its first one often at the best guess.
+  struct ElasticPart {
+    bool known = false;
+    Vector x;
+    double energy = 0.0;
+    Vector gradient;
+  };
+  mutable ElasticPart elastic_;
   mutable Vector full_;  // work space
 };
 

@@ -78,8 +78,6 @@ class Stepper {
   /// What moving targets did from one state to the next with the current reactions, and what the
   /// penalty springs gave back, J.
   double constraint_work(const State& from, const State& to) const;
-  /// −2γ(q − c(t)), zero without springs.
-  Vector spring_force(const Vector& q, double time) const;
 
   const MechanicalSystem& system_;
   Vector reaction_;

@@ -11,25 +11,21 @@
 
 namespace tetraction {
 
-/// Rest data of all elements. Refers to the positions and tetrahedra it was made of, which must live
-/// longer, and works out the rest from them when asked.
+/// Rest data of all elements. Refers to the positions and tetrahedra of the mesh it was made of, which
+/// must live longer, and works out the rest from them when asked.
 class RestState {
  public:
   using Shape = LinearTetrahedron;
   using Nodes = std::array<Index, Shape::kNodes>;
 
-  /// Rest positions, m, and the vertices of the tetrahedra; each has positive volume.
-  RestState(std::span<const Vector3> positions, std::span<const Nodes> tetrahedra)
-      : positions_(positions), tetrahedra_(tetrahedra) {}
-  explicit RestState(const TetMesh& mesh) : RestState(mesh.vertices, mesh.tetrahedra) {}
+  explicit RestState(const TetMesh& mesh)
+      : positions_(mesh.vertices.view()), tetrahedra_(mesh.tetrahedra.view()) {}
   explicit RestState(TetMesh&&) = delete;
 
   Index element_count() const { return static_cast<Index>(tetrahedra_.size()); }
   Index vertex_count() const { return static_cast<Index>(positions_.size()); }
-  const Nodes& nodes(Index e) const { return tetrahedra_[static_cast<std::size_t>(e)]; }
-  const Vector3& position(Index vertex) const {
-    return positions_[static_cast<std::size_t>(vertex)];
-  }
+  Nodes nodes(Index e) const { return tetrahedra_[static_cast<std::size_t>(e)]; }
+  Vector3 position(Index vertex) const { return positions_[static_cast<std::size_t>(vertex)]; }
   /// Gradients of the shape functions and volume of element e.
   RestElement<Shape> element(Index e) const;
   /// Rest volume of element e, m³.
@@ -40,7 +36,7 @@ class RestState {
   /// The element's columns of a DOF-ordered field.
   Shape::NodeMatrix gather(const Vector& field, Index e) const {
     Shape::NodeMatrix local;
-    const Nodes& n = nodes(e);
+    const Nodes n = nodes(e);
     for (int a = 0; a < Shape::kNodes; ++a) {
       local.col(a) = field.segment<3>(3 * n[static_cast<std::size_t>(a)]);
     }
@@ -48,8 +44,8 @@ class RestState {
   }
 
  private:
-  std::span<const Vector3> positions_;
-  std::span<const Nodes> tetrahedra_;
+  VertexView positions_;
+  TetrahedronView tetrahedra_;
 };
 
 /// Which elements meet at each vertex, in ascending order.

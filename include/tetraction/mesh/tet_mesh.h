@@ -4,10 +4,12 @@
 
 #include <array>
 #include <map>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "tetraction/core/types.h"
+#include "tetraction/mesh/mesh_arrays.h"
 
 namespace tetraction {
 
@@ -73,11 +75,13 @@ struct MeshReport {
 /// A checked tetrahedral mesh: positive volumes, finite coordinates, every vertex used.
 ///
 /// Vertices and tetrahedra are numbered from 0 inside; `vertex_ids` and `tetrahedron_ids` hold the
-/// numbers of the file, which are what a user gives in selections and sees in outputs.
+/// numbers of the file, which are what a user gives in selections and sees in outputs. These two and
+/// `regions` have an entry for every vertex or tetrahedron, or none: ids from 0, and region 0.
+/// Positions and tetrahedra may be views of the caller's arrays (view_mesh()).
 struct TetMesh {
   std::string source;
-  std::vector<Vector3> vertices;                 ///< rest positions X, m
-  std::vector<std::array<Index, 4>> tetrahedra;  ///< det[X1−X0, X2−X0, X3−X0] > 0
+  VertexArray vertices;         ///< rest positions X, m
+  TetrahedronArray tetrahedra;  ///< det[X1−X0, X2−X0, X3−X0] > 0
   std::vector<std::int64_t> vertex_ids;
   std::vector<std::int64_t> tetrahedron_ids;
   std::vector<int> regions;  ///< per tetrahedron
@@ -87,6 +91,15 @@ struct TetMesh {
 
   Index vertex_count() const { return static_cast<Index>(vertices.size()); }
   Index tetrahedron_count() const { return static_cast<Index>(tetrahedra.size()); }
+  /// The number that the user knows a vertex by.
+  std::int64_t vertex_id(Index v) const {
+    return vertex_ids.empty() ? v : vertex_ids[static_cast<std::size_t>(v)];
+  }
+  /// The number that the user knows a tetrahedron by.
+  std::int64_t tetrahedron_id(Index e) const {
+    return tetrahedron_ids.empty() ? e : tetrahedron_ids[static_cast<std::size_t>(e)];
+  }
+  int region(Index e) const { return regions.empty() ? 0 : regions[static_cast<std::size_t>(e)]; }
 
   /// Rest positions as one DOF-ordered vector (3 per vertex), m.
   Vector rest_positions() const;
@@ -105,6 +118,18 @@ struct TetMesh {
 /// vertex in a tetrahedron, a volume of zero (below 1e-14 of the cube of its longest edge), and a
 /// vertex number that occurs twice. Throws InputError unless the scale is positive and finite.
 TetMesh build_mesh(RawMesh raw, double scale = 1.0);
+
+/// A mesh on the caller's own arrays, without a copy: three coordinates a vertex, m, and the four
+/// vertices of each tetrahedron, numbered from 0.
+///
+/// Both arrays must live longer than the mesh, its copies and every body made of them, and must not
+/// change meanwhile. Ids count from 0; there are no regions and no groups. What build_mesh() would
+/// mend or leave out has to be right already. Throws InputError, naming the tetrahedron or vertex,
+/// for: arrays that are empty or no multiple of 3 and 4, a vertex that does not exist, a NaN or
+/// infinite coordinate, a volume that is not positive (as build_mesh() judges it), a vertex that no
+/// tetrahedron uses.
+TetMesh view_mesh(std::span<const double> positions, std::span<const std::int32_t> tetrahedra);
+TetMesh view_mesh(std::span<const double> positions, std::span<const std::int64_t> tetrahedra);
 
 /// Faces that belong to one tetrahedron only, vertices ordered so that the normal points outward.
 std::vector<std::array<Index, 3>> boundary_faces(const TetMesh& mesh);

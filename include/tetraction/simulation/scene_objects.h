@@ -13,8 +13,9 @@ namespace tetraction {
 TetMesh generate_mesh(const GeneratorSettings& settings);
 
 /// Body, environment, damping and forces of a scene on its mesh; not its constraints, which begin
-/// with the initial state. Throws InputError for selections that select nothing, wrong parameters.
-std::unique_ptr<MechanicalSystem> make_system(const Scene& scene, const TetMesh& mesh);
+/// with the initial state. Keeps the mesh as MechanicalSystem does. Throws InputError for selections
+/// that select nothing, wrong parameters.
+std::unique_ptr<MechanicalSystem> make_system(const Scene& scene, TetMesh mesh);
 
 /// The initial state, with the scene's constraints set in `system`: stretch about the centre of
 /// mass, then the displacement array, then vertices to where the constraints hold them; velocities

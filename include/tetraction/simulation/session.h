@@ -71,9 +71,10 @@ class Observer {
 /// or session.run(observers). Not for: files (io/run_recorder.h).
 class Session {
  public:
-  /// Sets everything up and estimates the stable step. Throws InputError for what the scene or the
-  /// mesh does not allow.
-  Session(Scene scene, const TetMesh& mesh);
+  /// Sets everything up and estimates the stable step. Keeps the mesh: a copy, or with std::move()
+  /// the caller's own; the arrays behind a view_mesh() must live longer than the session. Throws
+  /// InputError for what the scene or the mesh does not allow.
+  Session(Scene scene, TetMesh mesh);
   ~Session();
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
@@ -85,8 +86,8 @@ class Session {
   /// The edits made so far, the scene's events among them.
   const std::vector<AppliedEdit>& edits() const;
 
-  /// Makes the scene's events that are due, then takes one step. Returns false when the run is over: status() tells why. A step that fails
-  /// leaves the state as it was before.
+  /// Makes the scene's events that are due, then takes one step. Returns false when the run is over:
+  /// status() tells why. A step that fails leaves the state as it was before.
   bool step();
   /// Steps to the end and calls the observers. Returns how it ended.
   RunStatus run(const std::vector<Observer*>& observers = {});

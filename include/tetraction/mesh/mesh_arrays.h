@@ -1,0 +1,145 @@
+// Positions and tetrahedra as arrays of numbers: views of them, and arrays that own or view.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <iterator>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "tetraction/core/types.h"
+
+namespace tetraction {
+
+/// Reads the items of a view one after the other; they are values, made when asked for.
+template <class View>
+class ViewIterator {
+ public:
+  using iterator_category = std::input_iterator_tag;
+  using value_type = typename View::value_type;
+  using difference_type = std::ptrdiff_t;
+  using pointer = void;
+  using reference = value_type;
+
+  ViewIterator(const View& view, std::size_t place) : view_(view), place_(place) {}
+  value_type operator*() const { return view_[place_]; }
+  ViewIterator& operator++() {
+    ++place_;
+    return *this;
+  }
+  ViewIterator operator++(int) { return {view_, place_++}; }
+  bool operator==(const ViewIterator& other) const { return place_ == other.place_; }
+
+ private:
+  View view_;
+  std::size_t place_;
+};
+
+/// Positions of vertices, m, in an array x0 y0 z0 x1 y1 z1 … that must live longer.
+class VertexView {
+ public:
+  using value_type = Vector3;
+
+  VertexView() = default;
+  /// Three numbers a vertex.
+  explicit VertexView(std::span<const double> numbers)
+      : numbers_(numbers.data()), size_(numbers.size() / 3) {}
+  explicit VertexView(const std::vector<Vector3>& items)
+      : numbers_(items.empty() ? nullptr : items.front().data()), size_(items.size()) {}
+
+  std::size_t size() const { return size_; }
+  const double* data() const { return numbers_; }
+  Vector3 operator[](std::size_t vertex) const {
+    return Eigen::Map<const Vector3>(numbers_ + 3 * vertex);
+  }
+
+ private:
+  const double* numbers_ = nullptr;
+  std::size_t size_ = 0;
+};
+
+/// The vertices of tetrahedra, four each, in an array of 32- or 64-bit numbers that must live longer.
+class TetrahedronView {
+ public:
+  using value_type = std::array<Index, 4>;
+
+  TetrahedronView() = default;
+  /// Four numbers a tetrahedron.
+  explicit TetrahedronView(std::span<const std::int32_t> numbers)
+      : narrow_(numbers.data()), size_(numbers.size() / 4) {}
+  explicit TetrahedronView(std::span<const std::int64_t> numbers)
+      : wide_(numbers.data()), size_(numbers.size() / 4) {}
+  explicit TetrahedronView(const std::vector<value_type>& items)
+      : wide_(items.empty() ? nullptr : items.front().data()), size_(items.size()) {}
+
+  std::size_t size() const { return size_; }
+  /// Where the numbers are.
+  const void* data() const {
+    return narrow_ != nullptr ? static_cast<const void*>(narrow_) : wide_;
+  }
+  value_type operator[](std::size_t tetrahedron) const {
+    return narrow_ != nullptr ? nodes(narrow_ + 4 * tetrahedron) : nodes(wide_ + 4 * tetrahedron);
+  }
+
+ private:
+  template <class Number>
+  static value_type nodes(const Number* n) {
+    return {n[0], n[1], n[2], n[3]};
+  }
+
+  const std::int32_t* narrow_ = nullptr;
+  const std::int64_t* wide_ = nullptr;
+  std::size_t size_ = 0;
+};
+
+/// Items of its own, or a view of an array of the caller's, which must live longer than this and all
+/// its copies (a copy of a view is a view). Reading is the same for both; own() is for changes.
+template <class View>
+class MeshArray {
+ public:
+  using value_type = typename View::value_type;
+  using iterator = ViewIterator<View>;
+  using const_iterator = iterator;
+
+  MeshArray() = default;
+  explicit MeshArray(const View& viewed) : viewed_(viewed) {}
+
+  bool is_view() const { return viewed_.has_value(); }
+  View view() const { return viewed_ ? *viewed_ : View(items_); }
+  std::size_t size() const { return view().size(); }
+  bool empty() const { return size() == 0; }
+  // Const values: an assignment to one, which would be lost, does not compile.
+  const value_type operator[](std::size_t i) const { return view()[i]; }
+  const value_type front() const { return view()[0]; }
+  const value_type back() const { return view()[size() - 1]; }
+  iterator begin() const { return {view(), 0}; }
+  iterator end() const { return {view(), size()}; }
+
+  /// Its own items, to be changed. A view becomes a copy first: the caller's array stays as it is.
+  std::vector<value_type>& own() {
+    if (viewed_) {
+      items_.assign(begin(), end());
+      viewed_.reset();
+    }
+    return items_;
+  }
+
+  friend bool operator==(const MeshArray& a, const MeshArray& b) {
+    if (a.size() != b.size()) return false;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+      if (a[i] != b[i]) return false;
+    }
+    return true;
+  }
+
+ private:
+  std::vector<value_type> items_;
+  std::optional<View> viewed_;
+};
+
+using VertexArray = MeshArray<VertexView>;
+using TetrahedronArray = MeshArray<TetrahedronView>;
+
+}  // namespace tetraction
