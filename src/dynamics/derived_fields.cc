@@ -15,6 +15,16 @@ Eigen::Matrix<double, 6, 1> six_components(const Matrix3& s) {
   return six;
 }
 
+Matrix3 cauchy_stress(const MechanicalSystem& system, Index e, const Vector& q, const Matrix3& f) {
+  const Matrix3 stress = system.elastic().first_piola(e, q) * f.transpose() / f.determinant();
+  return 0.5 * (stress + stress.transpose());
+}
+
+double von_mises(const Matrix3& stress) {
+  const Matrix3 deviator = stress - stress.trace() / 3.0 * Matrix3::Identity();
+  return std::sqrt(1.5) * deviator.norm();
+}
+
 // The rotation R of the polar decomposition of a, det R = +1 always (Kabsch's sign).
 Matrix3 proper_rotation(const Matrix3& a) {
   const Eigen::JacobiSVD<Matrix3> svd(a, Eigen::ComputeFullU | Eigen::ComputeFullV);
@@ -39,17 +49,37 @@ ElementFields element_fields(const MechanicalSystem& system, const Vector& q) {
   parallel_for(count, 512, [&](Index begin, Index end) {
     for (Index e = begin; e < end; ++e) {
       const Matrix3 f = deformation_gradient(rest.element(e), 0, rest.gather(q, e));
-      const double j = f.determinant();
-      Matrix3 stress = system.elastic().first_piola(e, q) * f.transpose() / j;
-      stress = 0.5 * (stress + stress.transpose()).eval();
-      const Matrix3 deviator = stress - stress.trace() / 3.0 * Matrix3::Identity();
+      const Matrix3 stress = cauchy_stress(system, e, q, f);
       fields.cauchy_stress.col(e) = six_components(stress);
       fields.green_strain.col(e) = six_components(0.5 * (f.transpose() * f - Matrix3::Identity()));
-      fields.von_mises(0, e) = std::sqrt(1.5) * deviator.norm();
-      fields.jacobian(0, e) = j;
+      fields.von_mises(0, e) = von_mises(stress);
+      fields.jacobian(0, e) = f.determinant();
     }
   });
   return fields;
+}
+
+Vector von_mises_stress(const MechanicalSystem& system, const Vector& q) {
+  const RestState& rest = system.rest();
+  Vector values(rest.element_count());
+  parallel_for(values.size(), 512, [&](Index begin, Index end) {
+    for (Index e = begin; e < end; ++e) {
+      const Matrix3 f = deformation_gradient(rest.element(e), 0, rest.gather(q, e));
+      values[e] = von_mises(cauchy_stress(system, e, q, f));
+    }
+  });
+  return values;
+}
+
+Vector volume_ratios(const MechanicalSystem& system, const Vector& q) {
+  const RestState& rest = system.rest();
+  Vector values(rest.element_count());
+  parallel_for(values.size(), 512, [&](Index begin, Index end) {
+    for (Index e = begin; e < end; ++e) {
+      values[e] = deformation_gradient(rest.element(e), 0, rest.gather(q, e)).determinant();
+    }
+  });
+  return values;
 }
 
 Matrix deformation_field(const MechanicalSystem& system, const Vector& q) {

@@ -65,7 +65,7 @@ NameList keys_of(ConstraintKind kind) {
 
 const TableKeys& fix_keys() {
   static const TableKeys keys{
-      {"select", "components", "target", "offset", "velocity", "mode", "penalty"}};
+      {"select", "components", "target", "targets", "offset", "velocity", "mode", "penalty"}};
   return keys;
 }
 
@@ -79,6 +79,17 @@ FixSettings read_fix(const TomlTable& table) {
   if (fix.target && fix.offset) {
     table.refuse(table.is_override("target") ? "target" : "offset",
                  "stands beside the other of target and offset; give one of the two.");
+  }
+  if (table.has("targets")) {
+    table.read("targets", fix.targets);
+    const auto* select = std::get_if<SelectVertices>(&fix.select);
+    if (select == nullptr || select->ids.size() != fix.targets.size()) {
+      table.refuse("targets",
+                   "goes with select = { vertices = [...] }, one target for each vertex.");
+    }
+    if (fix.target || fix.offset) {
+      table.refuse("targets", "stands beside target or offset; give one of the three.");
+    }
   }
   table.read("velocity", fix.velocity);
   std::string mode = "exact";

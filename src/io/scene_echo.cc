@@ -137,6 +137,7 @@ Json fix_json(const FixSettings& fix) {
   Json json{{"select", selection_json(fix.select)}, {"components", components}};
   if (fix.target) json["target"] = list(*fix.target);
   if (fix.offset) json["offset"] = list(*fix.offset);
+  for (const Vector3& target : fix.targets) json["targets"].push_back(list(target));
   if (!fix.velocity.isZero(0.0)) json["velocity"] = list(fix.velocity);
   json["mode"] = fix.is_penalty ? "penalty" : "exact";
   if (fix.is_penalty) json["penalty"] = fix.penalty;

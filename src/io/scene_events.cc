@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
@@ -79,32 +80,32 @@ struct Section {
 const NameList kChangeable{"time",        "solver", "material", "material_region", "damping",
                            "environment", "force",  "fix",      "constraint"};
 
-Section section_of(const TomlTable& set, std::string_view key) {
+// `refuse` throws what is wrong with the key.
+Section section_of(std::string_view key, const std::function<void(const std::string&)>& refuse) {
   Section section;
   if (key.find(' ') != std::string_view::npos) {
-    set.refuse(key, "holds a blank; keys are names with dots between them.");
+    refuse("holds a blank; keys are names with dots between them.");
   }
   const auto dot = key.find('.');
   section.name = key.substr(0, dot);
   if (section.name == "mesh" || section.name == "initial" || section.name == "output") {
-    set.refuse(key, section.name == "initial"
-                        ? "cannot change during a run; for momenta use the event's momentum = "
-                          "{ select = { ... }, value = [...] }."
-                        : "cannot change during a run.");
+    refuse(section.name == "initial"
+               ? "cannot change during a run; for momenta use the event's momentum = "
+                 "{ select = { ... }, value = [...] }."
+               : "cannot change during a run.");
   }
   if (std::find(kChangeable.begin(), kChangeable.end(), section.name) == kChangeable.end()) {
-    set.refuse(key,
-               fmt::format("is not a key that can change: {}", advice(section.name, kChangeable)));
+    refuse(fmt::format("is not a key that can change: {}", advice(section.name, kChangeable)));
   }
   if (key.size() >= 8 && key.substr(key.size() - 8) == ".density") {
-    set.refuse(key,
-               "cannot change during a run: mass would appear from nowhere, and momentum and "
-               "energy with it. Set the density before the start.");
+    refuse(
+        "cannot change during a run: mass would appear from nowhere, and momentum and "
+        "energy with it. Set the density before the start.");
   }
   if (section.name == "material_region" && key.find(".select") != std::string_view::npos) {
-    set.refuse(key,
-               "cannot change during a run: the masses of the vertices would change. Give the "
-               "parts that are to change regions of their own.");
+    refuse(
+        "cannot change during a run: the masses of the vertices would change. Give the "
+        "parts that are to change regions of their own.");
   }
   if (section.name == "material_region" || section.name == "force" || section.name == "fix" ||
       section.name == "constraint") {
@@ -114,7 +115,7 @@ Section section_of(const TomlTable& set, std::string_view key) {
     const char* last = key.data() + (end == std::string_view::npos ? key.size() : end);
     const auto [stop, error] = std::from_chars(first, last, index);
     if (error != std::errc() || stop != last) {
-      set.refuse(key, fmt::format("must say which one: \"{}.0.…\" is the first.", section.name));
+      refuse(fmt::format("must say which one: \"{}.0.…\" is the first.", section.name));
     }
     section.index = index;
   }
@@ -140,29 +141,45 @@ Edit edit_of(const Section& section, const Scene& scene, const Scene& next) {
   return SetConstraint{existing(scene.constraint), next.constraint[i]};
 }
 
-Unfix read_unfix(const TomlTable& event) {
+// The number of an entry of a list that has `count` of them by then.
+std::size_t read_number(const TomlTable& table, std::string_view key, std::size_t count,
+                        const char* list) {
+  int number = 0;
+  table.read(key, number, 0);
+  if (static_cast<std::size_t>(number) >= count) {
+    table.refuse(key, fmt::format("= {}: there are {} {} at that time, counted from 0.", number,
+                                  count, list));
+  }
+  return static_cast<std::size_t>(number);
+}
+
+Unfix read_unfix(const TomlTable& event, std::size_t fix_count) {
   NameList keys = selection_kinds();
   keys.emplace_back("select");
+  keys.emplace_back("fix");
   const TomlTable table = event.table("unfix", {keys});
   Unfix unfix;
   unfix.where = table.where();
+  if (table.has("fix")) unfix.fix = read_number(table, "fix", fix_count, "[[fix]]");
   if (!table.has("select")) {
     unfix.select = read_selection(event, "unfix", table);
     return unfix;
   }
-  if (table.node().size() > 1) {
+  if (table.node().size() > (unfix.fix ? 2U : 1U)) {
     table.refuse("select", "stands beside another selection; give one of the two.");
   }
   unfix.select = read_selection(table);
   return unfix;
 }
 
-// The scene with all changes so far. What does not fit may lie in other places than the change: the
+// Makes the changes, which are then done with, and reads the scene as it is with all so far. What does not fit may lie in other places than the change: the
 // event is named in any case.
-Scene read_changed(const TomlDocument& document, const std::vector<TomlDocument::Change>& changes,
+Scene read_changed(TomlDocument& document, std::vector<TomlDocument::Change>& changes,
                    const SectionReader& read_sections, const std::string& event) {
   try {
-    return read_sections(document.changed(changes));
+    for (const TomlDocument::Change& change : changes) document.apply(change);
+    changes.clear();
+    return read_sections(document);
   } catch (const InputError& error) {
     const std::string message = error.what();
     if (message.find("event at ") != std::string::npos) throw;
@@ -173,7 +190,8 @@ Scene read_changed(const TomlDocument& document, const std::vector<TomlDocument:
 }  // namespace
 
 const TableKeys& event_keys() {
-  static const TableKeys keys{{"at", "set", "fix", "unfix", "force", "momentum", "constraint"}};
+  static const TableKeys keys{{"at", "set", "unset", "fix", "unfix", "force", "momentum", "shift",
+                               "constraint", "remove_constraint"}};
   return keys;
 }
 
@@ -195,6 +213,8 @@ void read_events(const TomlDocument& document, const TomlTable& root,
 
   // Every event's `set` is read as part of the whole scene as it is then, so that what does not fit
   // is known before the run begins.
+  // One document takes all changes: a recorded session has thousands of them.
+  TomlDocument changed = document.copy();
   std::vector<TomlDocument::Change> changes;
   Scene now = scene;
   for (const Timed& timed_event : timed) {
@@ -204,8 +224,20 @@ void read_events(const TomlDocument& document, const TomlTable& root,
     event.at = at;
     event.where = table.where();
     event.echo = to_json(table.node()).dump(-1, ' ', false, Json::error_handler_t::replace);
+    std::set<Section> sections;
+    std::string changed_at;
+    if (table.has("unset")) {
+      std::vector<std::string> keys;
+      table.read("unset", keys);
+      changed_at = fmt::format("{}: event at {} s", table.place("unset"), at);
+      for (const std::string& key : keys) {
+        sections.insert(section_of(key, [&](const std::string& message) {
+          table.refuse("unset", fmt::format("names {}, which {}", key, message));
+        }));
+        changes.push_back({key, {}, changed_at, true});
+      }
+    }
     if (table.has("set")) {
-      std::set<Section> sections;
       const toml::table* values = table.node().get_as<toml::table>("set");
       if (values == nullptr) {
         table.refuse("set", "must be a table like { \"time.step\" = 1e-3 }.");
@@ -218,7 +250,8 @@ void read_events(const TomlDocument& document, const TomlTable& root,
           set.refuse(key.str(),
                      "is a table: put the whole key into quotes, like \"time.step\" = 1e-3.");
         }
-        const Section section = section_of(set, key.str());
+        const Section section = section_of(
+            key.str(), [&](const std::string& message) { set.refuse(key.str(), message); });
         if (section.name == "material_region" && *section.index >= now.material_region.size()) {
           set.refuse(key.str(),
                      fmt::format("names a region that does not exist: there are {} beside "
@@ -230,13 +263,18 @@ void read_events(const TomlDocument& document, const TomlTable& root,
                            fmt::format("{}: event at {} s", set.place(key.str()), at)});
       }
       if (keys.empty()) keys.emplace_back();
-      const Scene next =
-          read_changed(document, changes, read_sections,
-                       fmt::format("{}: event at {} s", set.place(keys.front()), at));
+      changed_at = fmt::format("{}: event at {} s", set.place(keys.front()), at);
+    }
+    if (!changed_at.empty()) {
+      const Scene next = read_changed(changed, changes, read_sections, changed_at);
       for (const Section& section : sections) event.edits.push_back(edit_of(section, now, next));
       now = next;
     }
-    if (table.has("unfix")) event.edits.emplace_back(read_unfix(table));
+    if (table.has("unfix")) event.edits.emplace_back(read_unfix(table, now.fix.size()));
+    if (table.has("remove_constraint")) {
+      event.edits.emplace_back(RemoveConstraint{
+          read_number(table, "remove_constraint", now.constraint.size(), "[[constraint]]")});
+    }
     // What is added gets the next number of its list, for later events to change.
     const auto added = [&](const char* list, std::size_t number, const TomlTable& entry) {
       changes.push_back({fmt::format("{}.{}", list, number), inline_text(entry.node()),
@@ -260,8 +298,13 @@ void read_events(const TomlDocument& document, const TomlTable& root,
     for (const TomlTable& entry : table.one_or_more_tables("momentum", momentum_keys())) {
       event.edits.emplace_back(SetMomentum{read_momentum(entry)});
     }
+    for (const TomlTable& entry : table.one_or_more_tables("shift", shift_keys())) {
+      event.edits.emplace_back(ShiftState{read_shift(entry)});
+    }
     if (event.edits.empty()) {
-      table.refuse_table("changes nothing: give set, fix, unfix, constraint, force or momentum.");
+      table.refuse_table(
+          "changes nothing: give set, unset, fix, unfix, constraint, remove_constraint, force, "
+          "momentum or shift.");
     }
     scene.event.push_back(std::move(event));
   }

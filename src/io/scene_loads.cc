@@ -1,6 +1,8 @@
 // [[force]], [initial]
 #include <fmt/format.h>
 
+#include <utility>
+
 #include "scene_sections.h"
 
 namespace tetraction {
@@ -27,6 +29,30 @@ MomentumSettings read_momentum(const TomlTable& table) {
   table.require("value", "the momentum of each selected vertex, [px, py, pz] in kg m/s.");
   table.read("value", momentum.value);
   return momentum;
+}
+
+const TableKeys& shift_keys() {
+  static const TableKeys keys{{"vertices", "displacement", "impulse"}};
+  return keys;
+}
+
+ShiftSettings read_shift(const TomlTable& table) {
+  ShiftSettings shift;
+  shift.where = table.where();
+  table.require("vertices", "the vertices, [a, b, ...], as the mesh file numbers them.");
+  table.read("vertices", shift.vertices);
+  table.read("displacement", shift.displacement);
+  table.read("impulse", shift.impulse);
+  if (shift.displacement.empty() && shift.impulse.empty()) {
+    table.refuse_table("does nothing: give displacement or impulse, one entry for each vertex.");
+  }
+  for (const auto& [key, list] :
+       {std::pair("displacement", &shift.displacement), std::pair("impulse", &shift.impulse)}) {
+    if (list->empty() || list->size() == shift.vertices.size()) continue;
+    table.refuse(key, fmt::format("has {} entries for {} vertices; give one for each.",
+                                  list->size(), shift.vertices.size()));
+  }
+  return shift;
 }
 
 ForceSettings read_force(const TomlTable& table) {

@@ -134,7 +134,7 @@ EnvironmentSettings read_environment(const TomlTable& root) {
   if (environment.direction.isZero(0.0)) {
     table.refuse("direction", "must not be zero; [0, -1, 0] is downward.");
   }
-  environment.direction.stableNormalize();  // neither tiny nor huge components spoil it
+  environment.direction = unit_direction(environment.direction);
   return environment;
 }
 

@@ -170,15 +170,14 @@ TomlDocument::TomlDocument(std::string path, std::string text, const std::vector
   for (const Change& change : changes) apply(change);
 }
 
-TomlDocument TomlDocument::changed(const std::vector<Change>& changes) const {
-  TomlDocument document(path_, text_, changes_);
-  for (const Change& change : changes) document.apply(change);
-  return document;
-}
-
 void TomlDocument::apply(const Change& change) {
   const std::string& source = change.source;
   const std::vector<std::string> segments = split_key(change.key, source);
+  if (change.remove) {
+    remove(segments, source);
+    changes_.push_back(change);
+    return;
+  }
   toml::table value = override_value(change.value, source);
 
   toml::node* node = &root_;
@@ -196,6 +195,18 @@ void TomlDocument::apply(const Change& change) {
   }
   put(*node, segments.back(), std::move(value), where, source);
   changes_.push_back(change);
+}
+
+void TomlDocument::remove(const std::vector<std::string>& segments, const std::string& source) {
+  toml::node* node = &root_;
+  for (std::size_t i = 0; i + 1 < segments.size() && node != nullptr; ++i) {
+    node = child(*node, segments[i]);
+  }
+  toml::table* table = node != nullptr ? node->as_table() : nullptr;
+  if (table == nullptr || table->erase(segments.back()) == 0) {
+    throw InputError(fmt::format("{}: {} is not set at that time, so it cannot be taken out.",
+                                 source, fmt::join(segments, ".")));
+  }
 }
 
 bool TomlDocument::is_override(const toml::node& node) const {

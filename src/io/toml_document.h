@@ -20,11 +20,14 @@ class TomlDocument {
   /// A value put under a dotted key, and where it comes from.
   struct Change {
     std::string key;
-    std::string value;   ///< TOML text
-    std::string source;  ///< what messages about the value begin with
+    std::string value;    ///< TOML text
+    std::string source;   ///< what messages about the value begin with
+    bool remove = false;  ///< takes the key out instead
   };
-  /// The same document with further values put in. Throws InputError if they do not fit the tree.
-  TomlDocument changed(const std::vector<Change>& changes) const;
+  /// The same document for changes of its own.
+  TomlDocument copy() const { return {path_, text_, changes_}; }
+  /// Puts a further value in, or takes one out. Throws InputError if it does not fit the tree.
+  void apply(const Change& change);
 
   const toml::table& root() const { return root_; }
   /// The place of a table or a value.
@@ -37,7 +40,7 @@ class TomlDocument {
  private:
   TomlDocument(std::string path, std::string text, const std::vector<Change>& changes);
   std::string place_of(const toml::source_region& source) const;
-  void apply(const Change& change);
+  void remove(const std::vector<std::string>& segments, const std::string& source);
 
   std::string path_;
   std::string text_;  // toml++ forgets places in a copy: a copy is read again

@@ -164,6 +164,36 @@ void TomlTable::read(std::string_view key, std::vector<std::int64_t>& target) co
   }
 }
 
+void TomlTable::read(std::string_view key, std::vector<Vector3>& target) const {
+  const toml::node* node = find(key);
+  if (node == nullptr) return;
+  const toml::array& list = list_of(key, *node, 0, "[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]");
+  target.clear();
+  target.reserve(list.size());
+  for (const toml::node& entry : list) {
+    const toml::array& three = list_of(key, entry, 3, "[1.0, 0.0, 0.0]");
+    Vector3 value;
+    for (std::size_t i = 0; i < 3; ++i) {
+      value[static_cast<Index>(i)] = number_of(key, three[i], kFinite, true);
+    }
+    target.push_back(value);
+  }
+}
+
+void TomlTable::read(std::string_view key, std::vector<std::string>& target) const {
+  const toml::node* node = find(key);
+  if (node == nullptr) return;
+  const toml::array& list = list_of(key, *node, 0, "[\"material.ratio\"]");
+  target.clear();
+  for (const toml::node& entry : list) {
+    const auto* text = entry.as_string();
+    if (text == nullptr) {
+      refuse(key, fmt::format("must be a list of texts in quotes, not {}.", kind_of(entry)));
+    }
+    target.push_back(text->get());
+  }
+}
+
 void TomlTable::read(std::string_view key, std::string& target) const {
   const toml::node* node = find(key);
   if (node == nullptr) return;

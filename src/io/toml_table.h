@@ -55,6 +55,10 @@ class TomlTable {
   void read(std::string_view key, std::array<int, 3>& target, int least) const;
   /// A list of one or more whole numbers of at least 0.
   void read(std::string_view key, std::vector<std::int64_t>& target) const;
+  /// A list of one or more lists of three numbers.
+  void read(std::string_view key, std::vector<Vector3>& target) const;
+  /// A list of one or more texts.
+  void read(std::string_view key, std::vector<std::string>& target) const;
   /// A text that is not empty.
   void read(std::string_view key, std::string& target) const;
   /// One of the valid names; `later` names are refused as belonging to later versions.

@@ -5,6 +5,7 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <cmath>
+#include <unordered_map>
 #include <utility>
 
 #include "tetraction/core/error.h"
@@ -94,6 +95,27 @@ ConstraintObject make_handle(const ConstraintSettings& constraint, const Mechani
   return driven;
 }
 
+// Targets in the order of the held vertices, which are sorted.
+Matrix own_targets(const FixSettings& fix, const TetMesh& mesh,
+                   const std::vector<Index>& vertices) {
+  const auto* select = std::get_if<SelectVertices>(&fix.select);
+  if (select == nullptr || select->ids.size() != fix.targets.size() ||
+      vertices.size() != fix.targets.size()) {
+    throw InputError(fmt::format(
+        "{}{}targets go with select = {{ vertices = [...] }}, one for each vertex, each "
+        "named once.",
+        fix.where, fix.where.empty() ? "" : ": "));
+  }
+  std::unordered_map<std::int64_t, std::size_t> place;
+  for (std::size_t i = 0; i < select->ids.size(); ++i) place.emplace(select->ids[i], i);
+  Matrix targets(3, static_cast<Index>(vertices.size()));
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    const std::int64_t id = mesh.vertex_ids[static_cast<std::size_t>(vertices[i])];
+    targets.col(static_cast<Index>(i)) = fix.targets[place.at(id)];
+  }
+  return targets;
+}
+
 }  // namespace
 
 std::vector<Index> select_at(const TetMesh& mesh, const Selection& selection,
@@ -127,6 +149,7 @@ HeldVertices make_held(const FixSettings& fix, const TetMesh& mesh, const Vector
   held.start = positions_of(held.vertices, q);
   if (fix.target) held.start.colwise() = *fix.target;
   if (fix.offset) held.start.colwise() += *fix.offset;
+  if (!fix.targets.empty()) held.start = own_targets(fix, mesh, held.vertices);
   held.motion.since = time;
   for (Index i = 0; i < 3; ++i) {
     if (fix.components[static_cast<std::size_t>(i)]) held.motion.velocity[i] = fix.velocity[i];
@@ -145,7 +168,8 @@ HeldVertices changed_held(const HeldVertices& held, const FixSettings& before,
                           double time) {
   HeldVertices next = make_held(after, mesh, q, time);
   if (before.select != after.select || before.components != after.components ||
-      before.target != after.target || before.offset != after.offset) {
+      before.target != after.target || before.offset != after.offset ||
+      before.targets != after.targets || held.vertices.empty()) {
     return next;
   }
   next.vertices = held.vertices;  // without those that were released since
@@ -170,6 +194,12 @@ ConstraintObject make_constraint(const ConstraintSettings& constraint,
   return make_handle(constraint, system, q, time);
 }
 
+ConstraintSettings with_length(ConstraintSettings settings, const ConstraintObject& object) {
+  if (const auto* distance = std::get_if<FixedDistance>(&object))
+    settings.length = distance->length;
+  return settings;
+}
+
 BodyConstraints make_body_constraints(const Scene& scene, const MechanicalSystem& system,
                                       Vector q) {
   BodyConstraints constraints;
@@ -180,6 +210,7 @@ BodyConstraints make_body_constraints(const Scene& scene, const MechanicalSystem
   Constraints(constraints.list(), system.mesh(), system.mass()).prescribe(0.0, q);
   for (const ConstraintSettings& constraint : scene.constraint) {
     constraints.others.push_back(make_constraint(constraint, system, q, 0.0));
+    constraints.other_settings.push_back(with_length(constraint, constraints.others.back()));
   }
   return constraints;
 }

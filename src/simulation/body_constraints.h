@@ -1,6 +1,7 @@
 // The constraints of a scene or an edit as objects of one body at one time.
 #pragma once
 
+#include <optional>
 #include <variant>
 #include <vector>
 
@@ -20,6 +21,7 @@ struct BodyConstraints {
   std::vector<HeldVertices> fixes;
   std::vector<FixSettings> fix_settings;  // of the same numbers
   std::vector<ConstraintObject> others;
+  std::vector<std::optional<ConstraintSettings>> other_settings;  // of the same numbers
 
   ConstraintList list() const;
 };
@@ -28,7 +30,8 @@ struct BodyConstraints {
 HeldVertices make_held(const FixSettings& fix, const TetMesh& mesh, const Vector& q, double time);
 
 /// The object of a [[fix]] whose settings change from `before` to `after` at `time`. As long as
-/// vertices, components, target and offset stay the same, the targets go on from where they are.
+/// vertices, components, target and offset stay the same, the targets go on from where they are;
+/// but one that has let go of all its vertices holds them anew.
 HeldVertices changed_held(const HeldVertices& held, const FixSettings& before,
                           const FixSettings& after, const TetMesh& mesh, const Vector& q,
                           double time);
@@ -38,6 +41,9 @@ HeldVertices changed_held(const HeldVertices& held, const FixSettings& before,
 /// on a line.
 ConstraintObject make_constraint(const ConstraintSettings& constraint,
                                  const MechanicalSystem& system, const Vector& q, double time);
+
+/// The settings with the length that the object keeps.
+ConstraintSettings with_length(ConstraintSettings settings, const ConstraintObject& object);
 
 /// All constraints of a scene at the start; positions q are moved to the targets of [[fix]] first.
 BodyConstraints make_body_constraints(const Scene& scene, const MechanicalSystem& system, Vector q);

@@ -17,4 +17,11 @@ void constrain(MechanicalSystem& system, const BodyConstraints& constraints, dou
 
 UserForce make_force(const ForceSettings& force, const TetMesh& mesh);
 
+/// The vertices of a shift, in its order. Throws InputError for numbers that are not there or come
+/// twice, lists of other lengths, values that are not finite.
+std::vector<Index> check_shift(const ShiftSettings& shift, const TetMesh& mesh);
+
+/// Throws InputError for settings that no implicit step could work with.
+void check_solver(const SolverSettings& solver);
+
 }  // namespace tetraction

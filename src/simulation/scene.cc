@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+#include <limits>
 #include <utility>
 
 #include "tetraction/core/error.h"
@@ -104,6 +106,12 @@ std::string to_string(ConstraintKind kind) {
       break;
   }
   return "rigid";
+}
+
+Vector3 unit_direction(const Vector3& direction) {
+  constexpr double kRoundOff = 8.0 * std::numeric_limits<double>::epsilon();
+  if (std::abs(direction.squaredNorm() - 1.0) <= kRoundOff) return direction;
+  return direction.stableNormalized();  // neither tiny nor huge components spoil it
 }
 
 Environment make_environment(const EnvironmentSettings& settings) {

@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 #include <string>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -167,6 +168,7 @@ struct SelectionCheck {
   void operator()(const SetConstraint& edit) const {
     make_constraint(edit.constraint, system, system.mesh().rest_positions(), 0.0);
   }
+  void operator()(const ShiftState& edit) const { check_shift(edit.shift, system.mesh()); }
   void operator()(const SetMomentum& edit) const {
     select_at(system.mesh(), edit.momentum.select, edit.momentum.where);
   }
@@ -182,13 +184,54 @@ void check_events(const Scene& scene, const MechanicalSystem& system) {
   }
 }
 
+std::vector<Index> check_shift(const ShiftSettings& shift, const TetMesh& mesh) {
+  const auto refuse = [&](const std::string& what) {
+    throw InputError(fmt::format("{}{}{}", shift.where, shift.where.empty() ? "" : ": ", what));
+  };
+  const std::size_t count = shift.vertices.size();
+  for (const auto* list : {&shift.displacement, &shift.impulse}) {
+    if (!list->empty() && list->size() != count) {
+      refuse(
+          fmt::format("displacement and impulse need one entry for each of the {} vertices, or "
+                      "none at all.",
+                      count));
+    }
+    for (const Vector3& value : *list) {
+      if (!value.allFinite()) refuse("displacement and impulse must be finite.");
+    }
+  }
+  if (shift.displacement.empty() && shift.impulse.empty()) {
+    refuse("neither a displacement nor an impulse is given.");
+  }
+  // Sorted and without repeats; the shift's own order is found by the numbers.
+  const std::vector<Index> sorted = select_at(mesh, SelectVertices{shift.vertices}, shift.where);
+  if (sorted.size() != count) refuse("a vertex comes twice; give each once.");
+  std::unordered_map<std::int64_t, Index> index_of;
+  for (const Index v : sorted) index_of.emplace(mesh.vertex_ids[static_cast<std::size_t>(v)], v);
+  std::vector<Index> vertices;
+  vertices.reserve(count);
+  for (const std::int64_t id : shift.vertices) vertices.push_back(index_of.at(id));
+  return vertices;
+}
+
+void check_solver(const SolverSettings& solver) {
+  if (const std::string conflict = solver_conflict(solver); !conflict.empty()) {
+    throw InputError("solver.linear " + conflict);
+  }
+  if (solver.kind != "newton" && solver.kind != "ceres") {
+    throw InputError(
+        fmt::format("solver.kind = \"{}\" is not a solver; there are newton, ceres.", solver.kind));
+  }
+  if (!(solver.tolerance > 0.0 && solver.tolerance < 1.0) || solver.max_iterations < 1) {
+    throw InputError("The solver needs 0 < tolerance < 1 and max_iterations ≥ 1.");
+  }
+}
+
 namespace {
 
 std::unique_ptr<Minimizer> make_minimizer(const SolverSettings& solver,
                                           const MechanicalSystem& system) {
-  if (const std::string conflict = solver_conflict(solver); !conflict.empty()) {
-    throw InputError("solver.linear " + conflict);
-  }
+  check_solver(solver);
   if (solver.kind == "newton") {
     NewtonOptions options;
     options.tolerance = solver.tolerance;
@@ -196,11 +239,7 @@ std::unique_ptr<Minimizer> make_minimizer(const SolverSettings& solver,
     options.linear = solver.linear;
     return make_newton_minimizer(system, options);
   }
-  if (solver.kind == "ceres") {
-    return make_ceres_minimizer(system, {solver.tolerance, solver.max_iterations});
-  }
-  throw InputError(
-      fmt::format("solver.kind = \"{}\" is not a solver; there are newton, ceres.", solver.kind));
+  return make_ceres_minimizer(system, {solver.tolerance, solver.max_iterations});
 }
 
 }  // namespace

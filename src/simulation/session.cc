@@ -15,6 +15,10 @@ namespace {
 
 // A run counts as blown up once the integrator has made this many times the energy that entered.
 constexpr double kBlowUp = 10.0;
+// What it may have made in a state that is good enough to go back to.
+constexpr double kGood = 0.1;
+// Steps from one good state that is kept to the next.
+constexpr Index kGoodStateInterval = 16;
 
 }  // namespace
 
@@ -62,13 +66,13 @@ void Session::Impl::choose_step(const StabilityLimit& limit) {
   }
   const double left = time.end - state.time;
   constexpr double kMostSteps = 9e15;  // whole numbers that double precision tells apart
-  if (left / step > kMostSteps) {
+  if (std::isfinite(time.end) && left / step > kMostSteps) {
     throw InputError(
         fmt::format("The run has {:.3g} steps, more than can be counted: make time.step = {} s "
                     "larger or time.end = {} s earlier.",
                     left / step, step, time.end));
   }
-  const auto count = static_cast<Index>(std::llround(left / step));
+  const auto count = static_cast<Index>(std::llround(std::min(left / step, kMostSteps)));
   if (count < 1 && state.step == 0) {
     throw InputError(
         fmt::format("The run has no step: time.end = {} s is less than half of "
@@ -192,9 +196,7 @@ void Session::Impl::stop(RunStatus how, const std::string& what, Index element) 
                         what, where, limit_advice());
 }
 
-bool Session::Impl::blown_up() const {
-  const double error = books->energy_error();
-  if (error <= kBlowUp * books->energy_scale()) return false;
+double Session::Impl::relative_energy_error() const {
   // The floor keeps round-off in a body at rest from counting.
   double modulus = 0.0;
   for (const MaterialModel& material : system->elastic().materials()) {
@@ -202,7 +204,18 @@ bool Session::Impl::blown_up() const {
     modulus = std::max(modulus, lame.lambda + 2.0 * lame.mu);
   }
   const double floor = 1e-12 * modulus * system->mesh().total_volume();
-  return !(error <= kBlowUp * floor);
+  return books->energy_error() / std::max(books->energy_scale(), floor);
+}
+
+bool Session::Impl::blown_up() const {
+  // The usual case without the loop over the mesh.
+  if (books->energy_error() <= kBlowUp * books->energy_scale()) return false;
+  return !(relative_energy_error() <= kBlowUp);
+}
+
+void Session::Impl::keep_state() {
+  good.state = state;
+  good.books = std::make_unique<Books>(*books);
 }
 
 Session::Session(Scene scene, TetMesh mesh) : impl_(std::make_unique<Impl>()) {
@@ -210,6 +223,12 @@ Session::Session(Scene scene, TetMesh mesh) : impl_(std::make_unique<Impl>()) {
   s.scene = std::move(scene);
   s.time = s.scene.time;
   s.solver = s.scene.solver;
+  s.materials.push_back(s.scene.material);
+  for (const MaterialRegionSettings& region : s.scene.material_region) {
+    s.materials.push_back(region.material);
+  }
+  s.environment = s.scene.environment;
+  s.forces = s.scene.force;
   {
     const PhaseTimer timer(s.times.setup);
     s.system = make_system(s.scene, std::move(mesh));
@@ -282,8 +301,31 @@ bool Session::step() {
         s.books->energy_scale(), center, s.limit_advice());
     return true;
   }
+  if (s.keeps_good_states && s.state.step % kGoodStateInterval == 0 &&
+      s.relative_energy_error() <= kGood) {
+    s.keep_state();
+  }
   if (s.state.step - s.segment_step >= s.segment_count) s.status = RunStatus::kFinished;
   return true;
+}
+
+void Session::keep_good_states() {
+  impl_->keeps_good_states = true;
+  impl_->keep_state();
+}
+
+void Session::go_back() {
+  Impl& s = *impl_;
+  if (s.status != RunStatus::kUnstable && s.status != RunStatus::kNotConverged) return;
+  if (s.keeps_good_states && !(s.relative_energy_error() <= kGood)) {
+    s.state = s.good.state;
+    s.books = std::make_unique<Books>(*s.good.books);
+  }
+  s.status = RunStatus::kRunning;
+  s.message.clear();
+  s.passed_center.clear();
+  // What the solver remembers of the step that failed must not tell in those to come.
+  apply(SetSolver{s.solver}, R"("go back")");
 }
 
 RunStatus Session::run(const std::vector<Observer*>& observers) {
@@ -304,99 +346,6 @@ RunStatus Session::run(const std::vector<Observer*>& observers) {
   }
   tell([&](Observer& o) { o.on_finish(*this); });
   return s.status;
-}
-
-const Scene& Session::scene() const {
-  return impl_->scene;
-}
-const MechanicalSystem& Session::system() const {
-  return *impl_->system;
-}
-const State& Session::state() const {
-  return impl_->state;
-}
-const Books& Session::books() const {
-  return *impl_->books;
-}
-RunStatus Session::status() const {
-  return impl_->status;
-}
-const std::string& Session::message() const {
-  return impl_->message;
-}
-double Session::time_step() const {
-  return impl_->time_step;
-}
-Index Session::step_count() const {
-  return impl_->segment_step + impl_->segment_count;
-}
-const StabilityLimit& Session::initial_limit() const {
-  return impl_->initial_limit;
-}
-StabilityLimit Session::current_limit() const {
-  return stability_limit(*impl_->system, impl_->state.position);
-}
-const std::vector<std::string>& Session::warnings() const {
-  return impl_->warnings;
-}
-const std::vector<AppliedEdit>& Session::edits() const {
-  return impl_->edits;
-}
-const TimeSettings& Session::time_settings() const {
-  return impl_->time;
-}
-const SolverSettings& Session::solver_settings() const {
-  return impl_->solver;
-}
-double Session::tension(std::size_t i) const {
-  if (!std::holds_alternative<FixedDistance>(impl_->constraints.others.at(i))) return 0.0;
-  std::size_t distance = 0;
-  for (std::size_t j = 0; j < i; ++j) {
-    if (std::holds_alternative<FixedDistance>(impl_->constraints.others.at(j))) ++distance;
-  }
-  const Constraints& constraints = impl_->system->constraints();
-  return constraints.tension(distance, impl_->stepper->configuration_force(),
-                             constraints.configuration(impl_->state.position));
-}
-Vector Session::external_force() const {
-  const Vector& force = impl_->external_force;
-  return force.size() > 0 ? force : Vector(Vector::Zero(impl_->system->dof_count()));
-}
-const std::vector<Index>& Session::constraint_vertices(std::size_t i) const {
-  static const std::vector<Index> none;
-  const ConstraintObject& object = impl_->constraints.others.at(i);
-  if (const auto* held = std::get_if<HeldVertices>(&object)) return held->vertices;
-  if (const auto* guided = std::get_if<GuidedVertices>(&object)) return guided->vertices;
-  if (const auto* handle = std::get_if<RigidHandle>(&object)) return handle->vertices;
-  return none;
-}
-const Vector& Session::reaction_force() const {
-  return impl_->stepper->reaction_force();
-}
-int Session::last_iterations() const {
-  return impl_->last_report.iterations;
-}
-Index Session::total_iterations() const {
-  return impl_->total_iterations;
-}
-Index Session::total_factorizations() const {
-  return impl_->total_factorizations;
-}
-Index Session::total_cg_iterations() const {
-  return impl_->total_cg_iterations;
-}
-const std::string& Session::linear_solver() const {
-  return impl_->linear_solver;
-}
-const std::string& Session::solver_message() const {
-  return impl_->last_report.message;
-}
-const PhaseTimes& Session::times() const {
-  return impl_->times;
-}
-
-double Session::constraint_error() const {
-  return impl_->system->constraints().error(impl_->state.position, impl_->state.time);
 }
 
 }  // namespace tetraction

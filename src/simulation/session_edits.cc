@@ -34,6 +34,9 @@ struct Editor {
   BodyConstraints& constraints;
   TimeSettings& time;
   SolverSettings& solver;
+  std::vector<MaterialSettings>& materials;
+  EnvironmentSettings& environment;
+  std::vector<ForceSettings>& forces;
   State& state;
   Renewal renewal{};
   std::string warning{};
@@ -50,6 +53,7 @@ struct Editor {
           density, edit.material.density));
     }
     system.set_material(edit.region, make_material(edit.material));
+    materials[static_cast<std::size_t>(edit.region)] = edit.material;
     renewal.limit = true;
   }
   void operator()(const SetTime& edit) {
@@ -58,6 +62,7 @@ struct Editor {
     time = edit.time;
   }
   void operator()(const SetSolver& edit) {
+    check_solver(edit.solver);
     solver = edit.solver;
     renewal.stepper = true;
   }
@@ -67,18 +72,21 @@ struct Editor {
   }
   void operator()(const SetEnvironment& edit) {
     system.set_environment(make_environment(edit.environment));
+    environment = edit.environment;
     renewal.limit = !system.environment().is_uniform();
   }
   void operator()(const SetForce& edit) {
     UserForce force = make_force(edit.force, system.mesh());
     if (!edit.index) {
       system.add_force(std::move(force));
+      forces.push_back(edit.force);
       return;
     }
     if (*edit.index >= system.force_count()) {
       throw InputError(fmt::format(kNoSuch, "force", *edit.index, system.force_count()));
     }
     system.set_force(*edit.index, std::move(force));
+    forces[*edit.index] = edit.force;
   }
   void operator()(const SetFix& edit) {
     if (edit.index) {
@@ -94,9 +102,12 @@ struct Editor {
     renewal.constraints = renewal.limit = true;
   }
   void operator()(const Unfix& edit) {
+    if (edit.fix) require_index(constraints.fixes, *edit.fix, "fix");
     const std::vector<Index> released = select_at(system.mesh(), edit.select, edit.where);
     bool any = false;
-    for (HeldVertices& fix : constraints.fixes) {
+    for (std::size_t number = 0; number < constraints.fixes.size(); ++number) {
+      if (edit.fix && *edit.fix != number) continue;
+      HeldVertices& fix = constraints.fixes[number];
       HeldVertices kept = fix;
       kept.vertices.clear();
       for (std::size_t i = 0; i < fix.vertices.size(); ++i) {
@@ -114,12 +125,21 @@ struct Editor {
   }
   void operator()(const SetConstraint& edit) {
     ConstraintObject object = make_constraint(edit.constraint, system, state.position, state.time);
+    const ConstraintSettings settings = with_length(edit.constraint, object);
     if (edit.index) {
       require_index(constraints.others, *edit.index, "constraint");
       constraints.others[*edit.index] = std::move(object);
+      constraints.other_settings[*edit.index] = settings;
     } else {
       constraints.others.push_back(std::move(object));
+      constraints.other_settings.emplace_back(settings);
     }
+    renewal.constraints = renewal.limit = true;
+  }
+  void operator()(const RemoveConstraint& edit) {
+    require_index(constraints.others, edit.index, "constraint");
+    constraints.others[edit.index] = HeldVertices{};  // which holds none
+    constraints.other_settings[edit.index].reset();
     renewal.constraints = renewal.limit = true;
   }
   void operator()(const SetMomentum& edit) {
@@ -129,6 +149,35 @@ struct Editor {
     project_to_constraints(system.constraints(), system.mass(), state.position, state.time,
                            state.momentum);
     state.velocity = system.velocity_of(state.momentum);
+  }
+  void operator()(const ShiftState& edit) {
+    const std::vector<Index> vertices = check_shift(edit.shift, system.mesh());
+    for (std::size_t i = 0; i < vertices.size(); ++i) {
+      if (!edit.shift.displacement.empty()) {
+        vertex_block(state.position, vertices[i]) += edit.shift.displacement[i];
+      }
+      if (!edit.shift.impulse.empty()) {
+        vertex_block(state.momentum, vertices[i]) += edit.shift.impulse[i];
+      }
+    }
+    if (!edit.shift.displacement.empty()) {
+      require_admissible(edit.shift);
+      renewal.limit = true;
+      // Back onto whatever holds and guides them; momenta are projected there.
+      renewal.constraints = !system.constraints().empty();
+    }
+    if (renewal.constraints) return;
+    project_to_constraints(system.constraints(), system.mass(), state.position, state.time,
+                           state.momentum);
+    state.velocity = system.velocity_of(state.momentum);
+  }
+  void require_admissible(const ShiftSettings& shift) const {
+    const Evaluation status = system.elastic().admissible(state.position);
+    if (status.ok()) return;
+    throw InputError(fmt::format(
+        "{}{}the displacement inverts element {}: make it smaller, or move more vertices together.",
+        shift.where, shift.where.empty() ? "" : ": ",
+        system.mesh().tetrahedron_ids[static_cast<std::size_t>(status.failed_element)]));
   }
 };
 
@@ -143,8 +192,12 @@ void Session::Impl::apply(const Edit& edit, double at, const std::string& what) 
   BodyConstraints new_constraints = constraints;
   TimeSettings new_time = time;
   SolverSettings new_solver = solver;
+  std::vector<MaterialSettings> new_materials = materials;
+  EnvironmentSettings new_environment = environment;
+  std::vector<ForceSettings> new_forces = forces;
   State new_state = state;
-  Editor editor{*system, new_constraints, new_time, new_solver, new_state};
+  Editor editor{*system,       new_constraints, new_time,   new_solver,
+                new_materials, new_environment, new_forces, new_state};
   std::visit(editor, edit);
   StabilityLimit limit;
   if (editor.renewal.step) {
@@ -171,6 +224,9 @@ void Session::Impl::apply(const Edit& edit, double at, const std::string& what) 
   constraints = std::move(new_constraints);
   time = new_time;
   solver = new_solver;
+  materials = std::move(new_materials);
+  environment = new_environment;
+  forces = std::move(new_forces);
   state = std::move(new_state);
 
   AppliedEdit done;
@@ -192,6 +248,7 @@ void Session::Impl::apply(const Edit& edit, double at, const std::string& what) 
                     time_step, time.end - state.time);
   }
   edits.push_back(std::move(done));
+  if (keeps_good_states) keep_state();
 }
 
 bool Session::Impl::apply_events() {

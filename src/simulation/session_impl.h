@@ -31,6 +31,17 @@ struct Session::Impl {
   // As they are now: the scene's own values until an edit.
   TimeSettings time;
   SolverSettings solver;
+  std::vector<MaterialSettings> materials;
+  EnvironmentSettings environment;
+  std::vector<ForceSettings> forces;
+
+  // The last good state since the last edit, if such are kept.
+  struct GoodState {
+    State state;
+    std::unique_ptr<Books> books;
+  };
+  bool keeps_good_states = false;
+  GoodState good;
 
   PhaseTimes times;
   std::unique_ptr<MechanicalSystem> system;
@@ -81,6 +92,9 @@ struct Session::Impl {
   StabilityLimit current_limit();
   void stop(RunStatus how, const std::string& what, Index element);
   bool blown_up() const;
+  /// The energy that the integrator has made, relative to what entered.
+  double relative_energy_error() const;
+  void keep_state();
 };
 
 }  // namespace tetraction

@@ -1527,5 +1527,63 @@ TEST_F(SceneReader, DamagedScenesPassOrAreRefused) {
   EXPECT_GT(refused(std::string(kSmall) + kMechanics, 5), 1000);
 }
 
+TEST_F(SceneReader, EventsTakeKeysOutAndMoveSingleVertices) {
+  const Scene scene = read(kSmall + std::string(R"([[fix]]
+select = { vertices = [0, 1] }
+targets = [[0, 0, 0], [1, 0, 0]]
+[[constraint]]
+kind = "distance"
+vertices = [1, 2]
+length = 1.0
+[[event]]
+at = 1
+unset = ["fix.0.targets", "constraint.0.length", "fix.0.select"]
+set = { "fix.0.select.vertices" = [2] }
+unfix = { all = true, fix = 0 }
+remove_constraint = 0
+shift = { vertices = [1, 2], displacement = [[0, 0, 1], [0, 1, 0]] }
+[[event]]
+at = 2
+shift = [{ vertices = [0], impulse = [[1, 2, 3]] }, { vertices = [1], impulse = [[1, 2, 3]] }]
+)"));
+  ASSERT_EQ(scene.fix.at(0).targets.size(), 2U);
+  EXPECT_EQ(scene.fix[0].targets[1], Vector3::UnitX());
+  const EventSettings& event = scene.event.at(0);
+  ASSERT_EQ(event.edits.size(), 5U);
+  const SetConstraint rod = edits_of<SetConstraint>(event).at(0);
+  EXPECT_FALSE(rod.constraint.length.has_value());
+  const SetFix fix = edits_of<SetFix>(event).at(0);
+  EXPECT_EQ(fix.index, 0U);
+  EXPECT_TRUE(fix.fix.targets.empty());
+  EXPECT_EQ(fix.fix.select, Selection(SelectVertices{{2}}));
+  EXPECT_EQ(edits_of<Unfix>(event).at(0).fix, 0U);
+  EXPECT_EQ(edits_of<RemoveConstraint>(event).at(0).index, 0U);
+  const ShiftSettings shift = edits_of<ShiftState>(event).at(0).shift;
+  EXPECT_EQ(shift.vertices, (std::vector<std::int64_t>{1, 2}));
+  EXPECT_EQ(shift.displacement.at(1), Vector3::UnitY());
+  EXPECT_TRUE(shift.impulse.empty());
+  EXPECT_EQ(edits_of<ShiftState>(scene.event.at(1)).size(), 2U);
+
+  const std::string event_head = kSmall + std::string("[[event]]\nat = 1\n");
+  const auto refused = [&](const std::string& line, const std::string& message) {
+    expect_refusal(event_head + line + "\n", "scene.toml:9:", {message});
+  };
+  refused("unset = [\"material.ratio\"]", "material.ratio is not set at that time");
+  refused("unset = [\"material.youngs_modulus\"]", "poissons_ratio");
+  refused("unset = [\"material.density\"]", "cannot change during a run");
+  refused("unset = [\"mesh.scale\"]", "cannot change during a run");
+  refused("unset = []", "at least one");
+  refused("unset = [3]", "a list of texts");
+  refused("unfix = { all = true, fix = 0 }", "there are 0 [[fix]]");
+  refused("remove_constraint = 0", "there are 0 [[constraint]]");
+  refused("shift = { displacement = [[0, 0, 1]] }", "vertices is missing");
+  refused("shift = { vertices = [1] }", "does nothing");
+  refused("shift = { vertices = [1, 2], impulse = [[0, 0, 1]] }", "1 entries for 2 vertices");
+  refused("shift = { vertices = [1], impulse = [[0, 0]] }", "2 entries");
+  refused("fix = { select = { all = true }, targets = [[0, 0, 1]] }", "one target for each vertex");
+  refused("fix = { select = { vertices = [1] }, targets = [[0, 0, 1]], offset = [0, 0, 1] }",
+          "one of the three");
+}
+
 }  // namespace
 }  // namespace tetraction

@@ -475,5 +475,196 @@ TEST(Session, ExplicitRulesHaveNoSolver) {
   EXPECT_EQ(session.total_iterations(), 0);
 }
 
+TEST(Session, PresentSettingsAreThoseInForce) {
+  Scene scene = spinning_block(Integrator::kVerlet, 1e-3, 0.1);
+  ConstraintSettings rod;
+  rod.vertices = {2, 11};
+  scene.constraint = {rod};
+  Session session(scene, mesh_of(scene));
+  EXPECT_EQ(session.materials().size(), 1U);
+  EXPECT_EQ(session.materials()[0].youngs_modulus, scene.material.youngs_modulus);
+  EXPECT_EQ(session.fix_count(), 0U);
+  ASSERT_TRUE(session.constraints().at(0).has_value());
+  EXPECT_GT(session.constraints()[0]->length.value_or(0.0), 0.0) << "as it was";
+  for (int k = 0; k < 10; ++k) ASSERT_TRUE(session.step());
+
+  MaterialSettings softer = scene.material;
+  softer.youngs_modulus = 4e4;
+  session.apply(SetMaterial{0, softer});
+  EXPECT_EQ(session.materials()[0].youngs_modulus, 4e4);
+  session.apply(SetDamping{{1.0, 2.0, 3.0}});
+  EXPECT_EQ(session.damping().mass_damping, 2.0);
+  EnvironmentSettings gravity;
+  gravity.kind = EnvironmentKind::kGravity;
+  session.apply(SetEnvironment{gravity});
+  EXPECT_EQ(session.environment().kind, EnvironmentKind::kGravity);
+  ForceSettings force;
+  force.select = SelectVertices{{1}};
+  force.vector = {1, 2, 3};
+  session.apply(SetForce{std::nullopt, force});
+  ASSERT_EQ(session.forces().size(), 1U);
+  EXPECT_EQ(session.next_external_force().segment<3>(3), force.vector);
+  session.apply(RemoveConstraint{0});
+  EXPECT_FALSE(session.constraints()[0].has_value());
+  EXPECT_EQ(session.tension(0), 0.0);
+  EXPECT_FALSE(session.system().constraints().has_equations());
+  EXPECT_THROW(session.apply(RemoveConstraint{1}), InputError);
+
+  FixSettings moving;
+  moving.select = SelectVertices{{0, 3}};
+  moving.velocity = {0.5, 0.0, 0.0};
+  session.apply(SetFix{std::nullopt, moving});
+  const Matrix start = session.fix(0).targets;
+  for (int k = 0; k < 10; ++k) ASSERT_TRUE(session.step());
+  const PresentFix fix = session.fix(0);
+  EXPECT_EQ(fix.vertices, (std::vector<Index>{0, 3}));
+  EXPECT_NEAR(fix.targets(0, 1) - start(0, 1), 0.005, 1e-15);
+  EXPECT_EQ(Vector3(fix.targets.col(1)), Vector3(session.state().position.segment<3>(9)));
+}
+
+TEST(Session, OneFixReleasesItsVerticesAndHoldsThemAnew) {
+  Scene scene = spinning_block(Integrator::kVerlet, 1e-3, 0.1);
+  FixSettings first;
+  first.select = SelectVertices{{0, 3}};
+  FixSettings second;
+  second.select = SelectVertices{{3, 6}};
+  scene.fix = {first, second};
+  Session session(scene, mesh_of(scene));
+  session.apply(Unfix{SelectAll{}, {}, 0});
+  EXPECT_TRUE(session.fix(0).vertices.empty());
+  EXPECT_EQ(session.fix(1).vertices, (std::vector<Index>{3, 6}));
+  EXPECT_FALSE(session.system().constraints().is_constrained(0));
+  EXPECT_TRUE(session.system().constraints().is_constrained(3));
+  for (int k = 0; k < 5; ++k) ASSERT_TRUE(session.step());
+  session.apply(SetFix{0, first});  // the same as before, where they are now
+  EXPECT_EQ(session.fix(0).vertices, (std::vector<Index>{0, 3}));
+  EXPECT_EQ(Vector3(session.fix(0).targets.col(0)),
+            Vector3(session.state().position.segment<3>(0)));
+  EXPECT_THROW(session.apply(Unfix{SelectAll{}, {}, 2}), InputError);
+}
+
+TEST(Session, EachVertexCanHaveItsOwnTarget) {
+  Scene scene = spinning_block(Integrator::kVerlet, 1e-3, 0.1);
+  Session session(scene, mesh_of(scene));
+  FixSettings fix;
+  fix.select = SelectVertices{{6, 0}};  // not in the order of the mesh
+  const Vector3 at_6 = session.state().position.segment<3>(18) + Vector3(0.01, 0.0, 0.0);
+  const Vector3 at_0 = session.state().position.segment<3>(0) - Vector3(0.0, 0.02, 0.0);
+  fix.targets = {at_6, at_0};
+  session.apply(SetFix{std::nullopt, fix});
+  EXPECT_EQ(Vector3(session.state().position.segment<3>(18)), at_6);
+  EXPECT_EQ(Vector3(session.state().position.segment<3>(0)), at_0);
+  fix.targets.pop_back();
+  EXPECT_THROW(session.apply(SetFix{std::nullopt, fix}), InputError);
+  fix.select = SelectNearest{{0, 0, 0}};
+  EXPECT_THROW(session.apply(SetFix{std::nullopt, fix}), InputError);
+}
+
+TEST(Session, ShiftsMoveAndKickSingleVertices) {
+  Scene scene = spinning_block(Integrator::kVerlet, 1e-3, 0.1);
+  FixSettings fix;
+  fix.select = SelectVertices{{0}};
+  scene.fix = {fix};
+  Session session(scene, mesh_of(scene));
+  for (int k = 0; k < 5; ++k) ASSERT_TRUE(session.step());
+  const State before = session.state();
+  ShiftSettings shift;
+  shift.vertices = {6, 4, 0};
+  shift.displacement = {{0.01, 0, 0}, {0, 0.01, 0}, {0.05, 0, 0}};
+  shift.impulse = {{0, 0, 1}, {2, 0, 0}, {7, 7, 7}};
+  session.apply(ShiftState{shift});
+  const State& after = session.state();
+  Vector moved = after.position - before.position;
+  Vector kicked = after.momentum - before.momentum;
+  EXPECT_NEAR(moved[18], 0.01, 1e-15);
+  EXPECT_NEAR(moved[13], 0.01, 1e-15);
+  EXPECT_EQ(moved.segment<3>(0).norm(), 0.0) << "it is held";
+  EXPECT_EQ(kicked.segment<3>(0).norm(), 0.0);
+  EXPECT_NEAR(kicked[20], 1.0, 1e-12);
+  EXPECT_NEAR(kicked[12], 2.0, 1e-12);
+  moved[18] = moved[13] = kicked[20] = kicked[12] = 0.0;
+  EXPECT_EQ(moved.norm(), 0.0);
+  EXPECT_LT(kicked.norm(), 1e-12);
+  EXPECT_EQ(session.books().edit_work(), session.edits().back().energy_jump);
+  EXPECT_NE(session.books().edit_work(), 0.0);
+
+  const State state = session.state();
+  for (const ShiftSettings& wrong :
+       std::vector<ShiftSettings>{{{6}, {{0, 50, 0}}, {}, {}},
+                                  {{6}, {}, {}, {}},
+                                  {{6, 4}, {{0, 0, 0}}, {}, {}},
+                                  {{6, 6}, {}, {{0, 0, 0}, {0, 0, 0}}, {}},
+                                  {{600}, {}, {{0, 0, 0}}, {}},
+                                  {{6}, {}, {{std::nan(""), 0, 0}}, {}}}) {
+    EXPECT_THROW(session.apply(ShiftState{wrong}), InputError);
+  }
+  EXPECT_EQ(session.state().position, state.position);
+  EXPECT_EQ(session.state().momentum, state.momentum);
+  EXPECT_EQ(session.edits().size(), 1U);
+}
+
+TEST(Session, WithoutAnEndItGoesOn) {
+  Scene scene = spinning_block(Integrator::kVerlet, 1e-3, 0.02);
+  Session ended(scene, mesh_of(scene));
+  EXPECT_EQ(ended.run(), RunStatus::kFinished);
+  scene.time.end = std::numeric_limits<double>::infinity();
+  Session session(scene, mesh_of(scene));
+  for (int k = 0; k < 20; ++k) ASSERT_TRUE(session.step());
+  EXPECT_EQ(session.state().position, ended.state().position);
+  EXPECT_EQ(session.status(), RunStatus::kRunning);
+  EXPECT_GT(session.step_count(), 1000000);
+  TimeSettings finer = session.time_settings();
+  finer.step = 1e-4;
+  session.apply(SetTime{finer});
+  EXPECT_TRUE(session.edits().back().warning.empty());
+  EXPECT_TRUE(session.step());
+}
+
+TEST(Session, GoesBackToTheStateBeforeAStepThatDidNotConverge) {
+  Scene scene = spinning_block(Integrator::kMidpoint, 1e-2, 1.0);
+  Session session(scene, mesh_of(scene));
+  session.go_back();  // nothing to go back from
+  EXPECT_TRUE(session.edits().empty());
+  for (int k = 0; k < 5; ++k) ASSERT_TRUE(session.step());
+  session.apply(SetSolver{{"newton", LinearSolver::kAuto, 1e-13, 1}});
+  const State before = session.state();
+  EXPECT_FALSE(session.step());
+  EXPECT_EQ(session.status(), RunStatus::kNotConverged);
+  EXPECT_FALSE(session.step());
+  session.go_back();
+  EXPECT_EQ(session.status(), RunStatus::kRunning);
+  EXPECT_TRUE(session.message().empty());
+  EXPECT_EQ(session.state().position, before.position);
+  session.apply(SetSolver{scene.solver});
+  EXPECT_TRUE(session.step()) << session.message();
+
+  // What the failed attempt left in the solver does not tell.
+  Session other(scene, mesh_of(scene));
+  for (int k = 0; k < 5; ++k) ASSERT_TRUE(other.step());
+  other.apply(SetSolver{scene.solver});
+  EXPECT_TRUE(other.step());
+  EXPECT_EQ(session.state().position, other.state().position);
+}
+
+TEST(Session, GoesBackBehindABlowUpButBehindNoEdit) {
+  Scene scene = spinning_block(Integrator::kExplicit, 1e-3, 100.0);
+  Session session(scene, mesh_of(scene));
+  session.keep_good_states();
+  for (int k = 0; k < 37; ++k) ASSERT_TRUE(session.step());
+  TimeSettings coarse = scene.time;
+  coarse.step = 1.01 * session.current_limit().critical_step;
+  session.apply(SetTime{coarse});
+  while (session.step()) {
+  }
+  ASSERT_EQ(session.status(), RunStatus::kUnstable);
+  const Index failed = session.state().step;
+  session.go_back();
+  EXPECT_GE(session.state().step, 37);
+  EXPECT_LT(session.state().step, failed);
+  EXPECT_LT(session.books().energy_error(), 0.1 * session.books().energy_scale());
+  session.apply(SetTime{scene.time});
+  for (int k = 0; k < 50; ++k) ASSERT_TRUE(session.step()) << session.message();
+}
+
 }  // namespace
 }  // namespace tetraction

@@ -17,6 +17,11 @@ struct ElementFields {
 /// W must be defined at q.
 ElementFields element_fields(const MechanicalSystem& system, const Vector& q);
 
+/// The two of them that cost less than all: √(3/2 s:s), Pa, and J, one per element. W must be defined
+/// at q for the stress.
+Vector von_mises_stress(const MechanicalSystem& system, const Vector& q);
+Vector volume_ratios(const MechanicalSystem& system, const Vector& q);
+
 /// Displacement less the best-fit rigid motion, 3 × vertices: q − (R (X − X̄) + q̄), with mass-
 /// weighted centres and R the rotation that brings the rest shape nearest to q (shape matching,
 /// Müller et al. 2005, by the polar decomposition of Σ m (q − q̄)(X − X̄)ᵀ). R is a proper rotation

@@ -79,7 +79,7 @@ struct TimeSettings {
   Integrator integrator = Integrator::kMidpoint;
   double step = 1.0e-2;    ///< s
   bool automatic = false;  ///< step = "auto": 0.5 of the stability limit (explicit rules only)
-  double end = 1.0;        ///< s
+  double end = 1.0;        ///< s; infinite (by programs only): the run has no end of its own
 };
 
 /// "auto", "matrix-free", "cg", "factor".
@@ -108,6 +108,10 @@ struct EnvironmentSettings {
   std::shared_ptr<const ForceField> field = nullptr;  ///< of kCustom
 };
 
+/// The direction with length 1. One that has it up to round-off stays bitwise as it is, so that a scene
+/// which is written and read again is the same.
+Vector3 unit_direction(const Vector3& direction);
+
 /// The environment of the settings. Throws InputError for a custom one without a field.
 Environment make_environment(const EnvironmentSettings& settings);
 
@@ -116,7 +120,9 @@ struct FixSettings {
   std::array<bool, 3> components{true, true, true};  ///< which of x, y, z are fixed
   std::optional<Vector3> target;                     ///< m; default: where the vertices are
   std::optional<Vector3> offset;                     ///< m, added to where the vertices are
-  Vector3 velocity = Vector3::Zero();                ///< of the targets, m/s
+  /// m, instead of both: one for each number of a SelectVertices.
+  std::vector<Vector3> targets{};
+  Vector3 velocity = Vector3::Zero();  ///< of the targets, m/s
   bool is_penalty = false;  ///< by springs with the force −2γ(q − c) instead of exactly
   double penalty = 0.0;     ///< γ, N/m
   std::string where;        ///< place in the scene, for messages
@@ -153,6 +159,14 @@ struct ForceSettings {
 struct MomentumSettings {
   Selection select = SelectAll{};
   Vector3 value = Vector3::Zero();  ///< kg m/s, of every selected vertex
+  std::string where;
+};
+
+/// What is added to the positions and momenta of single vertices.
+struct ShiftSettings {
+  std::vector<std::int64_t> vertices;  ///< numbers of the mesh file, each once
+  std::vector<Vector3> displacement;   ///< m, one for each vertex, or none
+  std::vector<Vector3> impulse;        ///< N s, one for each vertex, or none
   std::string where;
 };
 
@@ -193,32 +207,42 @@ struct SetFix {
   std::optional<std::size_t> index;
   FixSettings fix;
 };
-/// Releases vertices from all [[fix]].
+/// Releases vertices from all [[fix]], or from the one with that number.
 struct Unfix {
   Selection select = SelectAll{};
   std::string where;
+  std::optional<std::size_t> fix = std::nullopt;
 };
 /// Adds a constraint, or changes the one with that number.
 struct SetConstraint {
   std::optional<std::size_t> index;
   ConstraintSettings constraint;
 };
+/// Takes the constraint with that number away; the others keep their numbers.
+struct RemoveConstraint {
+  std::size_t index = 0;
+};
 /// Sets momenta; what the constraints do not allow is taken away again.
 struct SetMomentum {
   MomentumSettings momentum;
+};
+/// Moves vertices and gives them impulses; what the constraints do not allow is taken away again.
+struct ShiftState {
+  ShiftSettings shift;
 };
 
 /// One change between two steps. There is none of the density: mass would appear from nowhere, and
 /// with it momentum.
 using Edit = std::variant<SetMaterial, SetTime, SetSolver, SetDamping, SetEnvironment, SetForce,
-                          SetFix, Unfix, SetConstraint, SetMomentum>;
+                          SetFix, Unfix, SetConstraint, RemoveConstraint, SetMomentum, ShiftState>;
 
 /// Edits that a scene makes during its run.
 struct EventSettings {
   double at = 0.0;  ///< s: before the first step that starts at t ≥ at
   std::vector<Edit> edits;
-  std::string echo;   ///< as JSON text
-  std::string where;  ///< place in the scene, for messages
+  std::string echo;    ///< as JSON text
+  std::string where;   ///< place in the scene, for messages
+  std::string note{};  ///< what it is, for people: a comment in a scene file that is written
 };
 
 struct OutputSettings {

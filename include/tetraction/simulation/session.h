@@ -45,6 +45,13 @@ struct AppliedEdit {
   std::string warning;       ///< for the user, or empty
 };
 
+/// A [[fix]] as it is now.
+struct PresentFix {
+  FixSettings settings;
+  std::vector<Index> vertices;  ///< those that it still holds, ascending
+  Matrix targets;               ///< where it holds them now, m: 3 × vertices
+};
+
 class Session;
 
 /// Watches a run. All calls come from the thread that runs it.
@@ -92,12 +99,32 @@ class Session {
   /// Steps to the end and calls the observers. Returns how it ended.
   RunStatus run(const std::vector<Observer*>& observers = {});
 
+  /// From now on good states are kept, to go back to after a blow-up: a copy of the state each few
+  /// steps and after each edit.
+  void keep_good_states();
+  /// After a run that failed: makes the last good state the present one and the run able to go on.
+  /// That is the state before the step that failed; or an earlier one, if the integrator had made
+  /// much energy by then and good states are kept. Goes back behind no edit. The solver begins anew,
+  /// as after a SetSolver, and as such it is entered in edits(). Does nothing after a run that ended
+  /// well.
+  void go_back();
+
   /// The scene as it was at the start.
   const Scene& scene() const;
   /// Integrator, step and end as they are now.
   const TimeSettings& time_settings() const;
   /// The solver of implicit steps as it is now.
   const SolverSettings& solver_settings() const;
+  /// Of each region, as they are now.
+  const std::vector<MaterialSettings>& materials() const;
+  const Damping& damping() const;
+  const EnvironmentSettings& environment() const;
+  /// By their numbers, those that edits have added at the end.
+  const std::vector<ForceSettings>& forces() const;
+  std::size_t fix_count() const;
+  PresentFix fix(std::size_t i) const;
+  /// A length that was not given is the one that is kept. Removed ones are null.
+  const std::vector<std::optional<ConstraintSettings>>& constraints() const;
   const MechanicalSystem& system() const;
   const State& state() const;
   const Books& books() const;
@@ -107,7 +134,7 @@ class Session {
   /// h, s.
   double time_step() const;
   /// Number of steps of the whole run: end/h, rounded; with edits of the step, those taken and those
-  /// that are left.
+  /// that are left; very many if there is no end.
   Index step_count() const;
   /// Stable-step estimate at the initial state.
   const StabilityLimit& initial_limit() const;
@@ -120,6 +147,8 @@ class Session {
   const Vector& reaction_force() const;
   /// User forces of the last step; before the first, of the first (3 per vertex, N).
   Vector external_force() const;
+  /// User forces at the present time: those of the next step (3 per vertex, N).
+  Vector next_external_force() const;
   /// The vertices of the scene's [[constraint]] number i.
   const std::vector<Index>& constraint_vertices(std::size_t i) const;
   /// The force that pulled the ends of the scene's distance constraint number i together during the

@@ -1,0 +1,209 @@
+#include "event_writer.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+#include <tuple>
+
+#include "scene_keys.h"
+
+namespace tetraction {
+namespace {
+
+// The order in which the reader makes the edits of one event: `set` by the names of the sections,
+// then the others.
+enum class Stage { kSet, kUnfix, kRemoveConstraint, kFix, kConstraint, kForce, kMomentum, kShift };
+
+// One [[event]] in the making.
+struct Block {
+  // Where the last edit stands in the reader's order.
+  using Place = std::tuple<Stage, std::string, std::optional<std::size_t>>;
+  std::optional<Place> last;
+  std::vector<std::string> unset;
+  SceneKeys set;
+  SceneKeys others;
+
+  // Whether an edit of that place can follow.
+  bool takes(const Place& place) const {
+    if (!last || *last < place) return true;
+    const Stage stage = std::get<0>(place);
+    return *last == place && stage >= Stage::kFix;  // those may be lists
+  }
+
+  std::string text(double at, const std::string& note) const {
+    std::string text = "\n";
+    if (!note.empty()) {
+      std::string line = note;  // a comment ends with its line
+      std::replace_if(
+          line.begin(), line.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }, ' ');
+      text += "# " + line + "\n";
+    }
+    text += "[[event]]\nat = " + toml_number(at) + "\n";
+    if (!unset.empty()) {
+      text += "unset = [";
+      for (const std::string& key : unset) {
+        text += (&key == &unset.front() ? "" : ", ") + toml_text(key);
+      }
+      text += "]\n";
+    }
+    if (!set.empty()) text += "set = " + inline_table(set) + "\n";
+    for (auto first = others.begin(); first != others.end();) {
+      const auto end = std::find_if(first, others.end(),
+                                    [&](const SceneKey& key) { return key.name != first->name; });
+      std::string value = first->value;
+      if (end - first > 1) {
+        value = "[";
+        for (auto entry = first; entry != end; ++entry) {
+          value += (entry == first ? "\n  " : ",\n  ") + entry->value;
+        }
+        value += "\n]";
+      }
+      text += first->name + " = " + value + "\n";
+      first = end;
+    }
+    return text;
+  }
+};
+
+// Writes edits and keeps the settings as they are by then, so that keys which are to go are known.
+class EventWriter {
+ public:
+  explicit EventWriter(const Scene& scene) : now_(scene) {}
+
+  std::string text(const EventSettings& event) {
+    text_.clear();
+    event_ = &event;
+    block_ = {};
+    for (const Edit& edit : event.edits) std::visit(*this, edit);
+    if (block_.last) text_ += block_.text(event.at, event.note);
+    return text_;
+  }
+
+  void operator()(const SetMaterial& edit) {
+    if (edit.region == 0) {
+      begin({Stage::kSet, "material", {}});
+      change("material", now_.material, edit.material);
+      return;
+    }
+    const auto i = static_cast<std::size_t>(edit.region - 1);
+    begin({Stage::kSet, "material_region", i});
+    change(fmt::format("material_region.{}", i), now_.material_region.at(i).material,
+           edit.material);
+  }
+  void operator()(const SetTime& edit) { change_section("time", now_.time, edit.time); }
+  void operator()(const SetSolver& edit) { change_section("solver", now_.solver, edit.solver); }
+  void operator()(const SetDamping& edit) { change_section("damping", now_.damping, edit.damping); }
+  void operator()(const SetEnvironment& edit) {
+    change_section("environment", now_.environment, edit.environment);
+  }
+  void operator()(const SetForce& edit) {
+    change_entry(Stage::kForce, "force", now_.force, edit.index, edit.force);
+  }
+  void operator()(const SetFix& edit) {
+    change_entry(Stage::kFix, "fix", now_.fix, edit.index, edit.fix);
+  }
+  void operator()(const SetConstraint& edit) {
+    change_entry(Stage::kConstraint, "constraint", now_.constraint, edit.index, edit.constraint);
+  }
+  void operator()(const Unfix& edit) {
+    begin({Stage::kUnfix, {}, {}});
+    SceneKeys keys;
+    if (edit.fix) keys.push_back({"fix", std::to_string(*edit.fix)});
+    block_.others.push_back({"unfix", inline_table(keys, &edit.select)});
+  }
+  void operator()(const RemoveConstraint& edit) {
+    begin({Stage::kRemoveConstraint, {}, {}});
+    block_.others.push_back({"remove_constraint", std::to_string(edit.index)});
+  }
+  void operator()(const SetMomentum& edit) {
+    begin({Stage::kMomentum, {}, {}});
+    block_.others.push_back(
+        {"momentum", inline_table(keys_of(edit.momentum), &edit.momentum.select)});
+  }
+  void operator()(const ShiftState& edit) {
+    begin({Stage::kShift, {}, {}});
+    block_.others.push_back({"shift", inline_table(keys_of(edit.shift))});
+  }
+
+ private:
+  void begin(const Block::Place& place) {
+    if (!block_.takes(place)) {
+      text_ += block_.text(event_->at, event_->note);
+      block_ = {};
+    }
+    block_.last = place;
+  }
+
+  // All keys are written, also those that stay: an edit that changes nothing is an edit all the same.
+  // Only the density never changes, and an event may not set it.
+  template <class Settings>
+  void change(const std::string& section, Settings& now, const Settings& next) {
+    const SceneKeys keys = keys_of(next);
+    for (const SceneKey& old : keys_of(now)) {
+      const bool stays = std::any_of(keys.begin(), keys.end(),
+                                     [&](const SceneKey& key) { return key.name == old.name; });
+      if (!stays) block_.unset.push_back(section + "." + old.name);
+    }
+    for (const SceneKey& key : keys) {
+      if (key.name == "density") continue;
+      block_.set.push_back({toml_text(section + "." + key.name), key.value});
+    }
+    now = next;
+  }
+
+  template <class Settings>
+  void change_section(const char* section, Settings& now, const Settings& next) {
+    begin({Stage::kSet, section, {}});
+    change(section, now, next);
+  }
+
+  static const Selection* selection_of(const ConstraintSettings& settings) {
+    return has_selection(settings) ? &settings.select : nullptr;
+  }
+  template <class Settings>
+  static const Selection* selection_of(const Settings& settings) {
+    return &settings.select;
+  }
+
+  template <class Settings>
+  void change_entry(Stage stage, const char* list, std::vector<Settings>& now,
+                    const std::optional<std::size_t>& index, const Settings& next) {
+    if (!index) {
+      begin({stage, {}, {}});
+      block_.others.push_back({list, inline_table(keys_of(next), selection_of(next))});
+      now.push_back(next);
+      return;
+    }
+    begin({Stage::kSet, list, *index});
+    const std::string section = fmt::format("{}.{}", list, *index);
+    Settings& entry = now.at(*index);
+    const Selection* old_select = selection_of(entry);
+    const Selection* select = selection_of(next);
+    if (old_select != nullptr && (select == nullptr || *select != *old_select)) {
+      block_.unset.push_back(section + ".select");
+    }
+    if (select != nullptr && (old_select == nullptr || *select != *old_select)) {
+      for (const SceneKey& key : keys_of(*select)) {
+        block_.set.push_back({toml_text(section + ".select." + key.name), key.value});
+      }
+    }
+    change(section, entry, next);
+  }
+
+  Scene now_;
+  const EventSettings* event_ = nullptr;
+  Block block_;
+  std::string text_;
+};
+
+}  // namespace
+
+std::string event_text(const Scene& scene) {
+  EventWriter writer(scene);
+  std::string text;
+  for (const EventSettings& event : scene.event) text += writer.text(event);
+  return text;
+}
+
+}  // namespace tetraction

@@ -1,0 +1,131 @@
+// What can be read of a session.
+#include "session_impl.h"
+
+namespace tetraction {
+
+const Scene& Session::scene() const {
+  return impl_->scene;
+}
+const MechanicalSystem& Session::system() const {
+  return *impl_->system;
+}
+const State& Session::state() const {
+  return impl_->state;
+}
+const Books& Session::books() const {
+  return *impl_->books;
+}
+RunStatus Session::status() const {
+  return impl_->status;
+}
+const std::string& Session::message() const {
+  return impl_->message;
+}
+double Session::time_step() const {
+  return impl_->time_step;
+}
+Index Session::step_count() const {
+  return impl_->segment_step + impl_->segment_count;
+}
+const StabilityLimit& Session::initial_limit() const {
+  return impl_->initial_limit;
+}
+StabilityLimit Session::current_limit() const {
+  return stability_limit(*impl_->system, impl_->state.position);
+}
+const std::vector<std::string>& Session::warnings() const {
+  return impl_->warnings;
+}
+const std::vector<AppliedEdit>& Session::edits() const {
+  return impl_->edits;
+}
+const TimeSettings& Session::time_settings() const {
+  return impl_->time;
+}
+const SolverSettings& Session::solver_settings() const {
+  return impl_->solver;
+}
+const std::vector<MaterialSettings>& Session::materials() const {
+  return impl_->materials;
+}
+const Damping& Session::damping() const {
+  return impl_->system->damping();
+}
+const EnvironmentSettings& Session::environment() const {
+  return impl_->environment;
+}
+const std::vector<ForceSettings>& Session::forces() const {
+  return impl_->forces;
+}
+std::size_t Session::fix_count() const {
+  return impl_->constraints.fixes.size();
+}
+PresentFix Session::fix(std::size_t i) const {
+  const HeldVertices& held = impl_->constraints.fixes.at(i);
+  PresentFix fix{impl_->constraints.fix_settings.at(i), held.vertices, held.start};
+  for (Index v = 0; v < fix.targets.cols(); ++v) {
+    fix.targets.col(v) = held.motion.position(held.start.col(v), impl_->state.time);
+  }
+  return fix;
+}
+const std::vector<std::optional<ConstraintSettings>>& Session::constraints() const {
+  return impl_->constraints.other_settings;
+}
+double Session::tension(std::size_t i) const {
+  if (!std::holds_alternative<FixedDistance>(impl_->constraints.others.at(i))) return 0.0;
+  std::size_t distance = 0;
+  for (std::size_t j = 0; j < i; ++j) {
+    if (std::holds_alternative<FixedDistance>(impl_->constraints.others.at(j))) ++distance;
+  }
+  const Constraints& constraints = impl_->system->constraints();
+  return constraints.tension(distance, impl_->stepper->configuration_force(),
+                             constraints.configuration(impl_->state.position));
+}
+Vector Session::external_force() const {
+  const Vector& force = impl_->external_force;
+  return force.size() > 0 ? force : Vector(Vector::Zero(impl_->system->dof_count()));
+}
+Vector Session::next_external_force() const {
+  Vector force;
+  impl_->system->user_force(impl_->state.time, impl_->time_step, force);
+  if (force.size() == 0) force.setZero(impl_->system->dof_count());
+  return force;
+}
+const std::vector<Index>& Session::constraint_vertices(std::size_t i) const {
+  static const std::vector<Index> none;
+  const ConstraintObject& object = impl_->constraints.others.at(i);
+  if (const auto* held = std::get_if<HeldVertices>(&object)) return held->vertices;
+  if (const auto* guided = std::get_if<GuidedVertices>(&object)) return guided->vertices;
+  if (const auto* handle = std::get_if<RigidHandle>(&object)) return handle->vertices;
+  return none;
+}
+const Vector& Session::reaction_force() const {
+  return impl_->stepper->reaction_force();
+}
+int Session::last_iterations() const {
+  return impl_->last_report.iterations;
+}
+Index Session::total_iterations() const {
+  return impl_->total_iterations;
+}
+Index Session::total_factorizations() const {
+  return impl_->total_factorizations;
+}
+Index Session::total_cg_iterations() const {
+  return impl_->total_cg_iterations;
+}
+const std::string& Session::linear_solver() const {
+  return impl_->linear_solver;
+}
+const std::string& Session::solver_message() const {
+  return impl_->last_report.message;
+}
+const PhaseTimes& Session::times() const {
+  return impl_->times;
+}
+
+double Session::constraint_error() const {
+  return impl_->system->constraints().error(impl_->state.position, impl_->state.time);
+}
+
+}  // namespace tetraction

@@ -1,0 +1,326 @@
+#include "edit_history.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "tetraction/core/error.h"
+
+namespace tetraction::viewer {
+namespace {
+
+constexpr std::size_t kMostEntries = 200;
+
+std::vector<std::int64_t> ids_of(const TetMesh& mesh, const std::vector<Index>& vertices) {
+  std::vector<std::int64_t> ids;
+  ids.reserve(vertices.size());
+  for (const Index v : vertices) ids.push_back(mesh.vertex_id(v));
+  return ids;
+}
+
+// Of one vertex; an empty field is zero.
+Vector3 at_vertex(const Vector& field, Index v) {
+  if (field.size() == 0) return Vector3::Zero();
+  return vertex_block(field, v);
+}
+
+// q += displacement, p += impulse, for those vertices that it concerns.
+std::optional<Edit> shift_of(const TetMesh& mesh, const Vector& displacement,
+                             const Vector& impulse) {
+  ShiftSettings shift;
+  bool moves = false;
+  bool kicks = false;
+  for (Index v = 0; v < mesh.vertex_count(); ++v) {
+    const Vector3 d = at_vertex(displacement, v);
+    const Vector3 j = at_vertex(impulse, v);
+    if (d.isZero(0.0) && j.isZero(0.0)) continue;
+    shift.vertices.push_back(mesh.vertex_id(v));
+    shift.displacement.push_back(d);
+    shift.impulse.push_back(j);
+    moves = moves || !d.isZero(0.0);
+    kicks = kicks || !j.isZero(0.0);
+  }
+  if (!moves) shift.displacement.clear();
+  if (!kicks) shift.impulse.clear();
+  if (shift.vertices.empty()) return std::nullopt;
+  return ShiftState{std::move(shift)};
+}
+
+bool same_held(const PresentFix& a, const PresentFix& b) {
+  return a.vertices == b.vertices && a.targets == b.targets &&
+         a.settings.components == b.settings.components &&
+         a.settings.velocity == b.settings.velocity &&
+         a.settings.is_penalty == b.settings.is_penalty && a.settings.penalty == b.settings.penalty;
+}
+
+template <class Kind>
+bool both(const Edit& a, const Edit& b) {
+  return std::holds_alternative<Kind>(a) && std::holds_alternative<Kind>(b);
+}
+
+}  // namespace
+
+bool replaces(const Edit& later, const Edit& earlier) {
+  if (both<SetMaterial>(later, earlier)) {
+    return std::get<SetMaterial>(later).region == std::get<SetMaterial>(earlier).region;
+  }
+  if (both<SetForce>(later, earlier)) {
+    const std::optional<std::size_t>& index = std::get<SetForce>(later).index;
+    return index.has_value() && index == std::get<SetForce>(earlier).index;
+  }
+  if (both<SetFix>(later, earlier)) {
+    const SetFix& next = std::get<SetFix>(later);
+    const SetFix& last = std::get<SetFix>(earlier);
+    return next.index.has_value() && next.index == last.index &&
+           next.fix.select == last.fix.select &&
+           (next.fix.target.has_value() || !next.fix.targets.empty());
+  }
+  return both<SetTime>(later, earlier) || both<SetSolver>(later, earlier) ||
+         both<SetDamping>(later, earlier) || both<SetEnvironment>(later, earlier);
+}
+
+EditHistory::EditHistory(const Session& session, Apply apply)
+    : session_(session), apply_(std::move(apply)) {}
+
+std::vector<EditHistory::Before> EditHistory::before(const Edit& edit) const {
+  struct Visitor {
+    const Session& session;
+    std::vector<Before> operator()(const SetMaterial& e) const {
+      const auto region = static_cast<std::size_t>(e.region);
+      if (region >= session.materials().size()) return {};  // will be refused
+      return {SetMaterial{e.region, session.materials()[region]}};
+    }
+    std::vector<Before> operator()(const SetTime&) const {
+      return {SetTime{session.time_settings()}};
+    }
+    std::vector<Before> operator()(const SetSolver&) const {
+      return {SetSolver{session.solver_settings()}};
+    }
+    std::vector<Before> operator()(const SetDamping&) const {
+      return {SetDamping{session.damping()}};
+    }
+    std::vector<Before> operator()(const SetEnvironment&) const {
+      return {SetEnvironment{session.environment()}};
+    }
+    std::vector<Before> operator()(const SetForce& e) const {
+      const std::size_t i = e.index.value_or(session.forces().size());
+      if (i >= session.forces().size()) return {ForceBefore{i, std::nullopt}};
+      return {ForceBefore{i, session.forces()[i]}};
+    }
+    std::vector<Before> operator()(const SetFix& e) const {
+      const std::size_t i = e.index.value_or(session.fix_count());
+      if (i >= session.fix_count()) return {FixBefore{i, std::nullopt}};
+      return {FixBefore{i, session.fix(i)}};
+    }
+    std::vector<Before> operator()(const Unfix& e) const {
+      std::vector<Before> fixes;
+      for (std::size_t i = 0; i < session.fix_count(); ++i) {
+        if (!e.fix || *e.fix == i) fixes.emplace_back(FixBefore{i, session.fix(i)});
+      }
+      return fixes;
+    }
+    std::vector<Before> constraint(std::size_t i) const {
+      if (i >= session.constraints().size()) return {ConstraintBefore{i, std::nullopt}};
+      return {ConstraintBefore{i, session.constraints()[i]}};
+    }
+    std::vector<Before> operator()(const SetConstraint& e) const {
+      return constraint(e.index.value_or(session.constraints().size()));
+    }
+    std::vector<Before> operator()(const RemoveConstraint& e) const { return constraint(e.index); }
+    std::vector<Before> operator()(const SetMomentum&) const { return {}; }
+    std::vector<Before> operator()(const ShiftState&) const { return {}; }
+  };
+  return std::visit(Visitor{session_}, edit);
+}
+
+bool EditHistory::same_part(const Before& a, const Before& b) {
+  if (a.index() != b.index()) return false;
+  const auto number = [](const Before& part) -> std::size_t {
+    if (const auto* material = std::get_if<SetMaterial>(&part)) {
+      return static_cast<std::size_t>(material->region);
+    }
+    if (const auto* force = std::get_if<ForceBefore>(&part)) return force->index;
+    if (const auto* fix = std::get_if<FixBefore>(&part)) return fix->index;
+    if (const auto* constraint = std::get_if<ConstraintBefore>(&part)) return constraint->index;
+    return 0;
+  };
+  return number(a) == number(b);
+}
+
+void EditHistory::make(const Edit& edit, const std::string& what, Entry& entry) {
+  std::vector<Before> parts = before(edit);
+  const State state = session_.state();
+  apply_(edit, what);
+  if (entry.edits.empty()) entry.state = state;
+  for (Before& part : parts) {
+    const bool known = std::any_of(entry.before.begin(), entry.before.end(),
+                                   [&](const Before& old) { return same_part(old, part); });
+    if (!known) entry.before.push_back(std::move(part));
+  }
+  Edit again = edit;
+  if (auto* force = std::get_if<SetForce>(&again)) {
+    if (!force->index) force->index = session_.forces().size() - 1;
+  } else if (auto* fix = std::get_if<SetFix>(&again)) {
+    if (!fix->index) fix->index = session_.fix_count() - 1;
+  } else if (auto* constraint = std::get_if<SetConstraint>(&again)) {
+    if (!constraint->index) constraint->index = session_.constraints().size() - 1;
+  } else if (std::holds_alternative<SetMomentum>(again) ||
+             std::holds_alternative<ShiftState>(again)) {
+    const auto add = [](Vector& sum, const Vector& part) {
+      if (sum.size() == 0) sum = Vector::Zero(part.size());
+      sum += part;
+    };
+    add(entry.displacement, session_.state().position - state.position);
+    add(entry.impulse, session_.state().momentum - state.momentum);
+  }
+  if (!entry.edits.empty() && replaces(again, entry.edits.back())) entry.edits.pop_back();
+  entry.edits.push_back(std::move(again));
+  entry.what = what;
+}
+
+// Where vertices are held after the last edit, so that later it is known how far it moved them.
+void EditHistory::finish(Entry& entry) const {
+  for (Before& part : entry.before) {
+    auto* fix = std::get_if<FixBefore>(&part);
+    if (fix == nullptr || !fix->fix) continue;
+    const PresentFix after = session_.fix(fix->index);
+    fix->targets_after = after.vertices == fix->fix->vertices ? after.targets : Matrix();
+  }
+}
+
+void EditHistory::make(const Edit& edit, const std::string& what, bool goes_on) {
+  if (goes_on && can_go_on_ && !undo_.empty()) {
+    make(edit, what, undo_.back());
+  } else {
+    Entry entry;
+    make(edit, what, entry);
+    undo_.push_back(std::move(entry));
+    if (undo_.size() > kMostEntries) undo_.erase(undo_.begin());
+  }
+  finish(undo_.back());
+  redo_.clear();
+  can_go_on_ = true;
+}
+
+void EditHistory::make_all(const std::vector<Edit>& edits, const std::string& what, Entry& entry,
+                           bool or_none) {
+  try {
+    for (const Edit& edit : edits) make(edit, what, entry);
+  } catch (const InputError&) {
+    if (or_none && !entry.edits.empty()) {
+      finish(entry);
+      Entry taken_back;
+      take_back(entry, what, taken_back, false);
+    }
+    throw;
+  }
+  finish(entry);
+}
+
+Edit EditHistory::inverse(const FixBefore& before, bool at_once) const {
+  const PresentFix& old = *before.fix;
+  const PresentFix now = session_.fix(before.index);
+  FixSettings fix = old.settings;
+  fix.select = SelectVertices{ids_of(session_.system().mesh(), old.vertices)};
+  fix.target.reset();
+  fix.offset.reset();
+  fix.targets.clear();
+  for (std::size_t i = 0; i < old.vertices.size(); ++i) {
+    const auto column = static_cast<Index>(i);
+    const auto held = std::lower_bound(now.vertices.begin(), now.vertices.end(), old.vertices[i]);
+    if (at_once) {
+      fix.targets.emplace_back(old.targets.col(column));
+    } else if (held == now.vertices.end() || *held != old.vertices[i]) {
+      fix.targets.emplace_back(vertex_block(session_.state().position, old.vertices[i]));
+    } else {
+      Vector3 target = now.targets.col(held - now.vertices.begin());
+      if (before.targets_after.cols() == old.targets.cols()) {
+        target -= before.targets_after.col(column) - old.targets.col(column);
+      }
+      fix.targets.push_back(target);
+    }
+  }
+  return SetFix{before.index, fix};
+}
+
+// The edits that set what was before, those first that let go of something.
+std::vector<Edit> EditHistory::inverse(const Entry& entry) const {
+  std::vector<Edit> release;
+  std::vector<Edit> edits;
+  for (auto part = entry.before.rbegin(); part != entry.before.rend(); ++part) {
+    if (const auto* force = std::get_if<ForceBefore>(&*part)) {
+      ForceSettings settings = force->force.value_or(session_.forces()[force->index]);
+      if (!force->force) settings.vector.setZero();
+      edits.emplace_back(SetForce{force->index, settings});
+    } else if (const auto* fix = std::get_if<FixBefore>(&*part)) {
+      const PresentFix now = session_.fix(fix->index);
+      if (!fix->fix || fix->fix->vertices.empty()) {
+        Unfix unfix;
+        unfix.fix = fix->index;
+        if (!now.vertices.empty()) release.emplace_back(unfix);
+      } else if (!same_held(*fix->fix, now)) {
+        edits.push_back(inverse(*fix, entry.state.has_value()));
+      }
+    } else if (const auto* constraint = std::get_if<ConstraintBefore>(&*part)) {
+      if (constraint->constraint) {
+        edits.emplace_back(SetConstraint{constraint->index, *constraint->constraint});
+      } else if (session_.constraints()[constraint->index]) {
+        release.emplace_back(RemoveConstraint{constraint->index});
+      }
+    } else {
+      std::visit(
+          [&](const auto& section) {
+            if constexpr (std::is_constructible_v<Edit, decltype(section)>) {
+              edits.emplace_back(section);
+            }
+          },
+          *part);
+    }
+  }
+  release.insert(release.end(), edits.begin(), edits.end());
+  return release;
+}
+
+std::optional<Edit> EditHistory::shift_back(const Entry& entry) const {
+  const TetMesh& mesh = session_.system().mesh();
+  if (entry.state) {
+    return shift_of(mesh, entry.state->position - session_.state().position,
+                    entry.state->momentum - session_.state().momentum);
+  }
+  return shift_of(mesh, -entry.displacement, -entry.impulse);
+}
+
+void EditHistory::take_back(const Entry& entry, const std::string& what, Entry& done,
+                            bool or_none) {
+  make_all(inverse(entry), what, done, or_none);
+  // Only now it is known what there is to shift: positions may be back already.
+  if (const std::optional<Edit> shift = shift_back(entry)) {
+    make_all({*shift}, what, done, or_none);
+  }
+}
+
+void EditHistory::undo() {
+  if (undo_.empty()) return;
+  const std::string what = "undo: " + undo_.back().what;
+  Entry done;
+  take_back(undo_.back(), what, done);
+  redo_.push_back(std::move(undo_.back()));
+  undo_.pop_back();
+  can_go_on_ = false;
+}
+
+void EditHistory::redo() {
+  if (redo_.empty()) return;
+  Entry entry;
+  make_all(redo_.back().edits, redo_.back().what, entry);
+  redo_.pop_back();
+  undo_.push_back(std::move(entry));
+  can_go_on_ = false;
+}
+
+void EditHistory::stepped() {
+  for (auto entry = undo_.rbegin(); entry != undo_.rend() && entry->state; ++entry) {
+    entry->state.reset();
+  }
+}
+
+}  // namespace tetraction::viewer

@@ -1,0 +1,186 @@
+#include "engine.h"
+
+#include <fmt/format.h>
+
+#include <limits>
+#include <utility>
+
+#include "edit_check.h"
+#include "tetraction/core/error.h"
+
+namespace tetraction::viewer {
+namespace {
+
+// The engine makes the events itself, and the run has no end.
+Scene endless(Scene scene) {
+  scene.event.clear();
+  scene.time.end = std::numeric_limits<double>::infinity();
+  return scene;
+}
+
+bool may_change_limit(const Edit& edit) {
+  return !std::holds_alternative<SetTime>(edit) && !std::holds_alternative<SetSolver>(edit) &&
+         !std::holds_alternative<SetForce>(edit) && !std::holds_alternative<SetMomentum>(edit);
+}
+
+std::string region_name(const MaterialRegionSettings& region, std::size_t number) {
+  if (const auto* group = std::get_if<SelectGroup>(&region.select)) return group->name;
+  return fmt::format("region {}", number);
+}
+
+void resolve(std::optional<std::size_t>& index, const std::optional<std::size_t>& newest,
+             const char* what) {
+  if (index != kNewest) return;
+  if (!newest) throw InputError(fmt::format("No {} was added yet.", what));
+  index = newest;
+}
+
+}  // namespace
+
+Engine::Engine(const Scene& scene, const TetMesh& mesh, Recording& recording)
+    : events_(scene.event),
+      recording_(recording),
+      session_(std::make_unique<Session>(endless(scene), mesh)),
+      edits_(std::make_unique<EditHistory>(
+          *session_, [this](const Edit& edit, const std::string& what) { apply(edit, what); })),
+      numbering_(scene) {
+  session_->keep_good_states();
+  check_events(scene, session_->system());
+  for (const std::string& warning : session_->warnings()) {
+    notices_.push_back({Notice::Kind::kWarning, warning});
+  }
+  recording_.clear();
+  recording_.move_to(*session_);
+}
+
+Settings Engine::settings() const {
+  Settings settings;
+  settings.materials = session_->materials();
+  settings.region_names.emplace_back("body");
+  const std::vector<MaterialRegionSettings>& regions = session_->scene().material_region;
+  for (std::size_t i = 0; i < regions.size(); ++i) {
+    settings.region_names.push_back(region_name(regions[i], i + 1));
+  }
+  settings.damping = session_->damping();
+  settings.environment = session_->environment();
+  settings.time = session_->time_settings();
+  settings.time.step = session_->time_step();
+  settings.solver = session_->solver_settings();
+  settings.forces = session_->forces();
+  for (std::size_t i = 0; i < session_->fix_count(); ++i) {
+    settings.fixes.push_back(session_->fix(i).settings);
+  }
+  return settings;
+}
+
+void Engine::apply(const Edit& edit, const std::string& what) {
+  session_->apply(edit, what);
+  recording_.add(*session_, edit, what);
+  marks_.push_back({session_->state().time, what});
+  if (const std::string& warning = session_->edits().back().warning; !warning.empty()) {
+    notices_.push_back({Notice::Kind::kWarning, warning});
+  }
+  limit_changed_ = limit_changed_ || may_change_limit(edit);
+}
+
+void Engine::require_good_state() const {
+  if (session_->status() == RunStatus::kRunning) return;
+  throw InputError(
+      "The run has failed, so nothing can be changed in this state: go back to the last good one "
+      "first.");
+}
+
+void Engine::resolve_newest(Edit& edit) const {
+  if (auto* force = std::get_if<SetForce>(&edit)) resolve(force->index, newest_force_, "force");
+  if (auto* fix = std::get_if<SetFix>(&edit)) resolve(fix->index, newest_fix_, "fix");
+  if (auto* unfix = std::get_if<Unfix>(&edit)) resolve(unfix->fix, newest_fix_, "fix");
+  if (auto* constraint = std::get_if<SetConstraint>(&edit)) {
+    resolve(constraint->index, newest_constraint_, "constraint");
+  }
+  if (auto* removed = std::get_if<RemoveConstraint>(&edit)) {
+    std::optional<std::size_t> index = removed->index;
+    resolve(index, newest_constraint_, "constraint");
+    removed->index = *index;
+  }
+}
+
+void Engine::remember_newest(const Edit& edit, const Counts& before) {
+  const auto* force = std::get_if<SetForce>(&edit);
+  if (force != nullptr && !force->index) newest_force_ = before.forces;
+  const auto* fix = std::get_if<SetFix>(&edit);
+  if (fix != nullptr && !fix->index) newest_fix_ = before.fixes;
+  const auto* constraint = std::get_if<SetConstraint>(&edit);
+  if (constraint != nullptr && !constraint->index) newest_constraint_ = before.constraints;
+}
+
+void Engine::edit(Edit edit, const std::string& what, bool goes_on) {
+  require_good_state();
+  resolve_newest(edit);
+  check_edit(edit);
+  if (auto* set = std::get_if<SetTime>(&edit)) {
+    set->time.end = std::numeric_limits<double>::infinity();
+  }
+  const Counts before = counts_of(*session_);
+  edits_->make(edit, what, goes_on);
+  remember_newest(edit, before);
+}
+
+void Engine::undo() {
+  require_good_state();
+  edits_->undo();
+}
+
+void Engine::redo() {
+  require_good_state();
+  edits_->redo();
+}
+
+void Engine::make_due_events() {
+  const double slack = 1e-6 * session_->time_step();  // as Session does
+  while (next_event_ < events_.size() &&
+         events_[next_event_].at <= session_->state().time + slack) {
+    const EventSettings& event = events_[next_event_++];
+    const std::string what = fmt::format("event at {:.6g} s", event.at);
+    for (const Edit& edit : event.edits) {
+      const Counts before = counts_of(*session_);
+      bool refused = true;
+      try {
+        std::optional<Edit> translated = numbering_.translated(edit);
+        if (!translated) {
+          throw InputError("it changes what an earlier event was to add, which was refused.");
+        }
+        if (auto* set = std::get_if<SetTime>(&*translated)) {
+          set->time.end = std::numeric_limits<double>::infinity();
+        }
+        apply(*translated, what);
+        refused = false;
+      } catch (const InputError& error) {
+        notices_.push_back({Notice::Kind::kRefused,
+                            fmt::format("The {} could not be made: {}", what, error.what())});
+      }
+      numbering_.enter(edit, before, refused);
+    }
+    recording_.set_events_made(next_event_, numbering_);
+  }
+}
+
+bool Engine::step() {
+  require_good_state();
+  make_due_events();
+  const bool went_well = session_->step();
+  if (went_well) edits_->stepped();
+  recording_.move_to(*session_);
+  return went_well;
+}
+
+void Engine::go_back() {
+  if (session_->status() == RunStatus::kRunning) return;
+  session_->go_back();
+  // As an edit: the solver began anew, and that must replay.
+  recording_.add(*session_, SetSolver{session_->solver_settings()}, "back to the last good state");
+  recording_.move_to(*session_);
+  marks_.push_back({session_->state().time, "back to the last good state"});
+  limit_changed_ = true;
+}
+
+}  // namespace tetraction::viewer

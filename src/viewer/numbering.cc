@@ -1,0 +1,64 @@
+#include "numbering.h"
+
+namespace tetraction::viewer {
+namespace {
+
+std::vector<std::optional<std::size_t>> first(std::size_t count) {
+  std::vector<std::optional<std::size_t>> places;
+  for (std::size_t i = 0; i < count; ++i) places.emplace_back(i);
+  return places;
+}
+
+std::optional<std::size_t> place(const std::vector<std::optional<std::size_t>>& places,
+                                 std::size_t number) {
+  return number < places.size() ? places[number] : std::nullopt;
+}
+
+}  // namespace
+
+Counts counts_of(const Session& session) {
+  return {session.forces().size(), session.fix_count(), session.constraints().size()};
+}
+
+Numbering::Numbering(const Scene& scene)
+    : forces_(first(scene.force.size())),
+      fixes_(first(scene.fix.size())),
+      constraints_(first(scene.constraint.size())) {}
+
+std::optional<Edit> Numbering::translated(const Edit& edit) const {
+  Edit result = edit;
+  // False for an entry that is not there.
+  const auto translate = [](const auto& places, std::optional<std::size_t>& number) {
+    if (!number) return true;
+    number = place(places, *number);
+    return number.has_value();
+  };
+  bool known = true;
+  if (auto* force = std::get_if<SetForce>(&result)) known = translate(forces_, force->index);
+  if (auto* fix = std::get_if<SetFix>(&result)) known = translate(fixes_, fix->index);
+  if (auto* unfix = std::get_if<Unfix>(&result)) known = translate(fixes_, unfix->fix);
+  if (auto* set = std::get_if<SetConstraint>(&result)) known = translate(constraints_, set->index);
+  if (auto* removed = std::get_if<RemoveConstraint>(&result)) {
+    std::optional<std::size_t> number = removed->index;
+    known = translate(constraints_, number);
+    removed->index = number.value_or(0);
+  }
+  return known ? std::optional(result) : std::nullopt;
+}
+
+void Numbering::enter(const Edit& edit, const Counts& counts, bool refused) {
+  const auto add = [refused](auto& places, std::size_t count) {
+    places.push_back(refused ? std::nullopt : std::optional(count));
+  };
+  if (const auto* force = std::get_if<SetForce>(&edit); force != nullptr && !force->index) {
+    add(forces_, counts.forces);
+  }
+  if (const auto* fix = std::get_if<SetFix>(&edit); fix != nullptr && !fix->index) {
+    add(fixes_, counts.fixes);
+  }
+  if (const auto* set = std::get_if<SetConstraint>(&edit); set != nullptr && !set->index) {
+    add(constraints_, counts.constraints);
+  }
+}
+
+}  // namespace tetraction::viewer

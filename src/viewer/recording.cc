@@ -1,0 +1,104 @@
+#include "recording.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+namespace tetraction::viewer {
+
+Recording::Recording(Scene scene) : start_(std::move(scene)), numbering_(start_) {}
+
+void Recording::clear() {
+  const std::lock_guard lock(mutex_);
+  entries_.clear();
+  step_ = 0;
+  time_ = 0.0;
+  events_made_ = 0;
+  numbering_ = Numbering(start_);
+}
+
+void Recording::add(const Session& session, const Edit& edit, const std::string& note) {
+  const std::lock_guard lock(mutex_);
+  entries_.push_back({session.state().step, session.state().time, session.time_step(), edit, note});
+  counts_ = counts_of(session);
+}
+
+void Recording::move_to(const Session& session) {
+  const std::lock_guard lock(mutex_);
+  step_ = session.state().step;
+  time_ = session.state().time;
+  counts_ = counts_of(session);
+  if (entries_.empty()) first_time_step_ = session.time_step();
+}
+
+void Recording::set_events_made(std::size_t count, const Numbering& numbering) {
+  const std::lock_guard lock(mutex_);
+  events_made_ = count;
+  numbering_ = numbering;
+}
+
+Scene Recording::scene() const {
+  const std::lock_guard lock(mutex_);
+  Scene scene = start_;
+  scene.event.clear();
+  for (const Entry& entry : entries_) {
+    EventSettings event;
+    event.at = entry.time;
+    event.edits = {entry.edit};
+    event.note = entry.note;
+    event.echo = nlohmann::ordered_json{{"at", entry.time}, {"note", entry.note}}.dump(
+        -1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+    scene.event.push_back(std::move(event));
+  }
+  set_ends(scene);
+  add_events_to_come(scene);
+  return scene;
+}
+
+// The run is to end now, by the step that it has now. Steps that were set earlier need an end that
+// lies behind the edits that follow.
+void Recording::set_ends(Scene& scene) const {
+  double* end = &scene.time.end;
+  if (step_ == 0) {
+    for (std::size_t i = 0; i < entries_.size(); ++i) {
+      if (auto* set = std::get_if<SetTime>(&scene.event[i].edits.front())) set->time.end = *end;
+    }
+    return;
+  }
+  double time_step = first_time_step_;
+  for (std::size_t i = 0; i < entries_.size(); ++i) {
+    auto* set = std::get_if<SetTime>(&scene.event[i].edits.front());
+    if (set == nullptr) continue;
+    if (entries_[i].step == step_) {  // no step was made with it
+      set->time.end = time_ + entries_[i].time_step;
+      continue;
+    }
+    *end = time_ + time_step;
+    end = &set->time.end;
+    time_step = entries_[i].time_step;
+  }
+  *end = time_;
+}
+
+void Recording::add_events_to_come(Scene& scene) const {
+  Numbering numbering = numbering_;
+  Counts counts = counts_;
+  for (std::size_t i = events_made_; i < start_.event.size(); ++i) {
+    EventSettings event = start_.event[i];
+    event.at = std::max(event.at, scene.event.empty() ? event.at : scene.event.back().at);
+    event.edits.clear();
+    for (const Edit& edit : start_.event[i].edits) {
+      const std::optional<Edit> translated = numbering.translated(edit);
+      numbering.enter(edit, counts, false);
+      if (const auto* force = std::get_if<SetForce>(&edit)) counts.forces += force->index ? 0 : 1;
+      if (const auto* fix = std::get_if<SetFix>(&edit)) counts.fixes += fix->index ? 0 : 1;
+      if (const auto* set = std::get_if<SetConstraint>(&edit)) {
+        counts.constraints += set->index ? 0 : 1;
+      }
+      if (translated) event.edits.push_back(*translated);
+    }
+    if (!event.edits.empty()) scene.event.push_back(std::move(event));
+  }
+}
+
+}  // namespace tetraction::viewer

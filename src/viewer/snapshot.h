@@ -1,0 +1,64 @@
+// What the solver's thread hands to the window: a state with all that is drawn of it.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "tetraction/core/types.h"
+#include "tetraction/simulation/session.h"
+
+namespace tetraction::viewer {
+
+/// One step's numbers, for the charts and the history table.
+struct HistoryRow {
+  Index step = 0;
+  double time = 0.0;                                                    ///< s
+  double kinetic = 0.0, elastic = 0.0, environment = 0.0, total = 0.0;  ///< J
+  double external_work = 0.0, constraint_work = 0.0, dissipated_energy = 0.0, edit_work = 0.0,
+         energy_error = 0.0;                   ///< J
+  Vector3 linear_momentum = Vector3::Zero();   ///< kg m/s
+  Vector3 angular_momentum = Vector3::Zero();  ///< kg m²/s
+  int iterations = 0;
+};
+
+/// An edit on the time axis.
+struct EditMark {
+  double time = 0.0;
+  std::string what;
+};
+
+/// What colours the body.
+enum class ColorField {
+  kNone,
+  kDisplacement,
+  kSpeed,
+  kVonMises,
+  kEnergyDensity,
+  kJacobian,
+  kRegion
+};
+
+/// A state between two steps. Never changed once published: the window may keep it as long as it
+/// likes.
+struct Snapshot {
+  std::uint64_t generation = 0;  ///< one more for each snapshot
+  std::uint64_t body = 0;  ///< one more for each new scene or reset: mesh and regions may differ
+  double time = 0.0;       ///< s
+  Index step = 0;
+  RunStatus status = RunStatus::kRunning;
+  bool running = false;             ///< the solver goes on by itself
+  std::string message;              ///< of a run that ended, or empty
+  Vector position;                  ///< 3 per vertex, m
+  Vector velocity, momentum;        ///< m/s, kg m/s
+  Vector external_force;            ///< N
+  Vector reaction_force;            ///< N
+  std::vector<std::uint8_t> fixed;  ///< per vertex: 1 where a [[fix]] or the mouse holds it
+  ColorField field = ColorField::kNone;
+  bool field_on_cells = false;
+  std::vector<float> field_values;  ///< per vertex or per tetrahedron
+  double stable_step = 0.0;         ///< estimate of the explicit limit, s
+  double real_time_factor = 0.0;    ///< simulated seconds a second of wall clock, while running
+};
+
+}  // namespace tetraction::viewer

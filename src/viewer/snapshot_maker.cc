@@ -1,0 +1,84 @@
+#include "snapshot_maker.h"
+
+#include "tetraction/dynamics/derived_fields.h"
+
+namespace tetraction::viewer {
+namespace {
+
+std::vector<std::uint8_t> held_vertices(const Session& session) {
+  const MechanicalSystem& system = session.system();
+  std::vector<std::uint8_t> held(static_cast<std::size_t>(system.vertex_count()), 0);
+  for (const HeldVertices& list : system.constraints().list().held) {
+    for (const Index v : list.vertices) held[static_cast<std::size_t>(v)] = 1;
+  }
+  return held;
+}
+
+std::vector<float> floats(const Vector& values) {
+  std::vector<float> result(static_cast<std::size_t>(values.size()));
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    result[i] = static_cast<float>(values[static_cast<Index>(i)]);
+  }
+  return result;
+}
+
+Vector magnitudes(const Vector& field) {
+  return field.reshaped(3, field.size() / 3).colwise().norm().transpose();
+}
+
+Vector regions(const MechanicalSystem& system) {
+  Vector values(system.mesh().tetrahedron_count());
+  for (Index e = 0; e < values.size(); ++e) {
+    values[e] = system.region_count() > 1 ? system.region(e)
+                                          : system.mesh().regions[static_cast<std::size_t>(e)];
+  }
+  return values;
+}
+
+Vector color_values(const Session& session, ColorField field) {
+  const MechanicalSystem& system = session.system();
+  const State& state = session.state();
+  Vector values;
+  switch (field) {
+    case ColorField::kNone:
+      break;
+    case ColorField::kDisplacement:
+      return magnitudes(state.position - system.mesh().rest_positions());
+    case ColorField::kSpeed:
+      return magnitudes(state.velocity);
+    case ColorField::kVonMises:
+      return von_mises_stress(system, state.position);
+    case ColorField::kEnergyDensity:
+      system.elastic().energy_densities(state.position, values);
+      break;
+    case ColorField::kJacobian:
+      return volume_ratios(system, state.position);
+    case ColorField::kRegion:
+      return regions(system);
+  }
+  return values;
+}
+
+}  // namespace
+
+Snapshot make_snapshot(const Session& session, ColorField field) {
+  const State& state = session.state();
+  Snapshot snapshot;
+  snapshot.time = state.time;
+  snapshot.step = state.step;
+  snapshot.status = session.status();
+  snapshot.message = session.message();
+  snapshot.position = state.position;
+  snapshot.velocity = state.velocity;
+  snapshot.momentum = state.momentum;
+  snapshot.external_force = session.next_external_force();
+  snapshot.reaction_force = session.reaction_force();
+  snapshot.fixed = held_vertices(session);
+  snapshot.field = field;
+  snapshot.field_on_cells = field == ColorField::kVonMises || field == ColorField::kEnergyDensity ||
+                            field == ColorField::kJacobian || field == ColorField::kRegion;
+  snapshot.field_values = floats(color_values(session, field));
+  return snapshot;
+}
+
+}  // namespace tetraction::viewer

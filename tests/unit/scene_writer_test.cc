@@ -1,0 +1,304 @@
+#include "tetraction/io/scene_writer.h"
+
+#include <filesystem>
+#include <fstream>
+#include <random>
+#include <sstream>
+
+#include "io/scene_echo.h"
+#include "support/bodies.h"
+#include "tetraction/core/error.h"
+#include "tetraction/io/mesh_reader.h"
+#include "tetraction/io/scene_reader.h"
+#include "tetraction/simulation/scene_objects.h"
+#include "tetraction/simulation/session.h"
+
+namespace tetraction {
+namespace {
+
+namespace fs = std::filesystem;
+
+class SceneWriter : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ =
+        fs::temp_directory_path() / ("scene_writer_" + std::to_string(std::random_device{}()));
+    fs::create_directories(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  Scene written_and_read(const Scene& scene) const {
+    const std::string path = (folder_ / "scene.toml").string();
+    write_scene(scene, path);
+    return read_scene(path);
+  }
+
+  fs::path folder_;
+};
+
+// Everything that a scene says but its places and the paths of files.
+std::string without_events_and_files(Scene scene) {
+  scene.event.clear();
+  scene.mesh.file = fs::weakly_canonical(scene.mesh.file).string();
+  return scene_echo(scene);
+}
+
+// An edit as a scene that says what it does, to compare.
+std::string text_of(const Edit& edit) {
+  Scene scene;
+  scene.mesh.generate = GeneratorSettings{};
+  scene.material.youngs_modulus = 1e6;
+  scene.material.poissons_ratio = 0.3;
+  std::string number;
+  // What changes an entry is shown as what adds one, with its number.
+  const auto shown = [&](auto part) -> Edit {
+    if (part.index) number = std::to_string(*part.index);
+    part.index.reset();
+    return part;
+  };
+  Edit change = edit;
+  if (const auto* material = std::get_if<SetMaterial>(&edit)) {
+    number = std::to_string(material->region);
+    scene.material = material->material;
+    change = SetDamping{};
+  }
+  if (const auto* force = std::get_if<SetForce>(&edit)) change = shown(*force);
+  if (const auto* fix = std::get_if<SetFix>(&edit)) change = shown(*fix);
+  if (const auto* constraint = std::get_if<SetConstraint>(&edit)) change = shown(*constraint);
+  EventSettings event;
+  event.edits = {change};
+  scene.event = {event};
+  return std::to_string(edit.index()) + " " + number + "\n" + scene_text(scene, "");
+}
+
+void expect_equal(const Scene& a, const Scene& b) {
+  EXPECT_EQ(without_events_and_files(a), without_events_and_files(b));
+  ASSERT_EQ(a.event.size(), b.event.size());
+  for (std::size_t i = 0; i < a.event.size(); ++i) {
+    EXPECT_EQ(a.event[i].at, b.event[i].at);
+    ASSERT_EQ(a.event[i].edits.size(), b.event[i].edits.size()) << "event " << i;
+    for (std::size_t j = 0; j < a.event[i].edits.size(); ++j) {
+      EXPECT_EQ(text_of(a.event[i].edits[j]), text_of(b.event[i].edits[j]));
+    }
+  }
+}
+
+TEST_F(SceneWriter, ShippedScenesReadBackEqual) {
+  int count = 0;
+  for (const auto& entry : fs::directory_iterator(TETRACTION_SCENES)) {
+    if (entry.path().extension() != ".toml") continue;
+    SCOPED_TRACE(entry.path().filename().string());
+    const Scene scene = read_scene(entry.path().string());
+    const Scene read = written_and_read(scene);
+    expect_equal(read, scene);
+    expect_equal(written_and_read(read), scene);
+    ++count;
+  }
+  EXPECT_GE(count, 10);
+}
+
+Scene full_scene() {
+  Scene scene = testing_support::spinning_block(Integrator::kMidpoint, 1.0 / 3.0 * 1e-2, 0.1);
+  MaterialRegionSettings region;
+  region.select = SelectSphere{{2, 1, 1}, 1.3};
+  region.material = scene.material;
+  region.material.density = 1234.5;
+  scene.material_region = {region};
+  scene.solver = {"newton", LinearSolver::kFactor, 1e-10, 37};
+  scene.damping = {0.1, 0.2, 0.3};
+  scene.environment = {EnvironmentKind::kGravity, 3.3, Vector3(1, 2, 3).normalized(), 0.0};
+  FixSettings exact;
+  exact.select = SelectPlane{0, 0.0, 1e-3};
+  exact.components = {true, false, true};
+  exact.velocity = {0, 0, -0.0625};
+  FixSettings spring;
+  spring.select = SelectVertices{{11, 10}};
+  spring.targets = {{2, 1, 1.01}, {1, 1.1, 1}};
+  spring.is_penalty = true;
+  spring.penalty = 1e3;
+  FixSettings placed;
+  placed.select = SelectNearest{{2, 0, 0}};
+  placed.target = Vector3(2.0, 0.0, -1e-300);
+  scene.fix = {exact, spring, placed};
+  ConstraintSettings rod;
+  rod.vertices = {4, 7};
+  rod.length = 1.4;
+  ConstraintSettings plane;
+  plane.kind = ConstraintKind::kPlane;
+  plane.select = SelectVertices{{7}};
+  plane.point = Vector3(0, 0.5, 0);
+  plane.direction = {0, 2, 0.1};
+  ConstraintSettings line = plane;
+  line.kind = ConstraintKind::kLine;
+  ConstraintSettings handle;
+  handle.kind = ConstraintKind::kRigid;
+  handle.select = SelectBox{{2, 0, 0}, {2, 1, 1}};
+  handle.velocity = Vector3(1, 0, 0);
+  handle.angular_velocity = Vector3(0, 0, 2);
+  scene.constraint = {rod, plane, line, handle};
+  ForceSettings force;
+  force.select = SelectSurface{};
+  force.vector = {1, -0.0, 1e22};
+  force.from = 0.25;
+  force.until = 0.75;
+  ForceSettings forever;
+  forever.vector = {0.1, 0.2, 0.3};
+  scene.force = {force, forever};
+  MomentumSettings momentum;
+  momentum.select = SelectGroup{"a \"group\" \\ of\tall"};
+  momentum.value = {1, 2, 3};
+  scene.initial.momentum = {momentum};
+  scene.initial.displacement_array = "u";
+  scene.initial.velocity_array = "v";
+  scene.output = {"out/dir", 3};
+  return scene;
+}
+
+TEST_F(SceneWriter, EveryKeyReadsBackEqual) {
+  const Scene scene = full_scene();
+  expect_equal(written_and_read(scene), scene);
+  Scene other = scene;
+  for (const auto& [kind, cells] :
+       std::vector<std::pair<GeneratorKind, int>>{{GeneratorKind::kBeam, 3},
+                                                  {GeneratorKind::kCube, 4},
+                                                  {GeneratorKind::kTetrahedron, 1}}) {
+    other.mesh.generate = GeneratorSettings{kind, {0.1, 0.1, 0.1}, {cells, cells, cells}};
+    other.material = {};
+    other.material.model = "mooney-rivlin";
+    other.material.mu1 = 1e5;
+    other.material.mu2 = 0.0;
+    other.material.lambda = 1e6;
+    other.time = {};
+    other.time.integrator = Integrator::kVerlet;
+    other.time.automatic = true;
+    other.environment = {EnvironmentKind::kAttraction, 2.0, -Vector3::UnitX(), 0.125};
+    expect_equal(written_and_read(other), other);
+  }
+}
+
+// Every kind of edit, some of which take keys out again, each an event.
+std::vector<Edit> every_edit(const Scene& scene) {
+  MaterialSettings moduli;
+  moduli.model = "stvk";
+  moduli.mu = 3e4;
+  moduli.lambda = 1e5 / 3.0;
+  MaterialSettings in_region = moduli;
+  in_region.density = 1234.5;
+  MaterialSettings rubber = scene.material;
+  rubber.model = "mooney-rivlin";
+  rubber.ratio = 0.25;
+  FixSettings fix = scene.fix[0];
+  fix.select = SelectAll{};
+  fix.velocity.setZero();
+  FixSettings placed = scene.fix[2];
+  placed.target.reset();
+  placed.offset = Vector3(0.1, 0.2, 0.3);
+  FixSettings exact = scene.fix[1];
+  exact.is_penalty = false;
+  exact.penalty = 0.0;
+  exact.targets.clear();
+  ForceSettings forever = scene.force[0];
+  forever.until = std::numeric_limits<double>::infinity();
+  forever.select = SelectVertices{{1, 2, 3}};
+  ConstraintSettings now_a_line = scene.constraint[2];
+  ConstraintSettings now_a_rod = scene.constraint[0];
+  TimeSettings automatic;
+  automatic.integrator = Integrator::kExplicit;
+  automatic.automatic = true;
+  automatic.end = 2.0;
+  MomentumSettings kick;
+  kick.value = {1e-17, 0, 3};
+  return {SetMaterial{0, rubber},
+          SetMaterial{0, moduli},
+          SetMaterial{0, scene.material},
+          SetMaterial{1, in_region},
+          SetTime{automatic},
+          SetTime{scene.time},
+          SetSolver{{"ceres", LinearSolver::kAuto, 1e-7, 50}},
+          SetDamping{},
+          SetDamping{},  // which changes nothing, and is an edit all the same
+          SetEnvironment{{EnvironmentKind::kNone, 1.0, Vector3::UnitX(), 0.5}},
+          SetForce{0, forever},
+          SetForce{std::nullopt, forever},
+          SetForce{2, scene.force[0]},
+          SetFix{0, fix},
+          SetFix{1, exact},
+          SetFix{1, scene.fix[1]},
+          SetFix{2, placed},
+          SetFix{std::nullopt, placed},
+          SetFix{3, fix},
+          Unfix{},
+          Unfix{SelectVertices{{1, 2}}, {}, 3},
+          SetConstraint{0, now_a_line},
+          SetConstraint{3, now_a_rod},
+          SetConstraint{std::nullopt, scene.constraint[3]},
+          RemoveConstraint{4},
+          SetConstraint{4, scene.constraint[1]},
+          SetMomentum{kick},
+          ShiftState{{{1, 2}, {{1, 2, 3}, {0.1, 0.2, 0.3}}, {}, {}}},
+          ShiftState{{{7}, {}, {{0, 0, 1}}, {}}}};
+}
+
+TEST_F(SceneWriter, EveryEditReadsBackEqual) {
+  Scene scene = full_scene();
+  double at = 0.0;
+  for (const Edit& edit : every_edit(scene)) {
+    EventSettings event;
+    event.at = at += 1.0 / 3.0;
+    event.note = "a note\nof two lines";
+    event.edits = {edit};
+    scene.event.push_back(event);
+  }
+  expect_equal(written_and_read(scene), scene);
+}
+
+TEST_F(SceneWriter, EditsOfOneEventKeepTheirOrder) {
+  Scene scene = full_scene();
+  EventSettings event;
+  event.at = 0.5;
+  event.edits = every_edit(scene);
+  scene.event = {event};
+  const Scene read = written_and_read(scene);
+  EXPECT_GT(read.event.size(), 1U);
+  std::vector<Edit> edits;
+  for (const EventSettings& part : read.event) {
+    EXPECT_EQ(part.at, 0.5);
+    edits.insert(edits.end(), part.edits.begin(), part.edits.end());
+  }
+  ASSERT_EQ(edits.size(), event.edits.size());
+  for (std::size_t i = 0; i < edits.size(); ++i) {
+    EXPECT_EQ(text_of(edits[i]), text_of(event.edits[i])) << i;
+  }
+}
+
+TEST_F(SceneWriter, NamesMeshFilesRelativeToTheScene) {
+  Scene scene = full_scene();
+  scene.mesh = {};
+  scene.mesh.file = (folder_ / "meshes" / "body.vtu").string();
+  scene.mesh.scale = 0.001;
+  EXPECT_NE(scene_text(scene, folder_.string()).find("file = \"meshes/body.vtu\""),
+            std::string::npos);
+  EXPECT_NE(scene_text(scene, (folder_ / "scenes").string()).find("file = \"../meshes/body.vtu\""),
+            std::string::npos);
+  EXPECT_NE(scene_text(scene, "/nowhere/else").find("file = \"" + scene.mesh.file + "\""),
+            std::string::npos);
+  expect_equal(written_and_read(scene), scene);
+}
+
+TEST_F(SceneWriter, RefusesWhatASceneFileCannotSay) {
+  const Scene scene = full_scene();
+  Scene custom = scene;
+  custom.material.custom = NeoHookean(1e5, 1e5);
+  EXPECT_THROW(scene_text(custom, ""), InputError);
+  Scene endless = scene;
+  endless.time.end = std::numeric_limits<double>::infinity();
+  EXPECT_THROW(scene_text(endless, ""), InputError);
+  Scene bodiless = scene;
+  bodiless.mesh = {};
+  EXPECT_THROW(scene_text(bodiless, ""), InputError);
+  EXPECT_THROW(write_scene(scene, (folder_ / "no" / "such.toml").string()), OutputError);
+  EXPECT_TRUE(fs::is_empty(folder_));
+}
+
+}  // namespace
+}  // namespace tetraction
