@@ -8,7 +8,23 @@ find_package(fmt REQUIRED CONFIG)
 find_package(nlohmann_json REQUIRED CONFIG)
 find_package(tomlplusplus REQUIRED CONFIG)
 find_package(CLI11 REQUIRED CONFIG)
-find_package(VTK REQUIRED COMPONENTS CommonCore CommonDataModel IOXML IOLegacy FiltersVerdict)
+# The second list is the viewer's, which is built where Qt 5 and VTK's module for it are installed.
+set(viewer_vtk_components
+  CommonTransforms FiltersCore FiltersGeometry FiltersSources InteractionStyle InteractionWidgets
+  RenderingCore RenderingOpenGL2 RenderingAnnotation RenderingFreeType RenderingContext2D
+  RenderingContextOpenGL2 ChartsCore ViewsContext2D IOExport GUISupportQt)
+find_package(VTK REQUIRED COMPONENTS CommonCore CommonDataModel IOXML IOLegacy FiltersVerdict
+  OPTIONAL_COMPONENTS ${viewer_vtk_components})
+find_package(Qt5 5.15 QUIET COMPONENTS Widgets OPTIONAL_COMPONENTS Test)
+# VTK names its Qt module also where only the other headers are installed.
+find_path(VTK_QT_INCLUDE_DIR QVTKOpenGLNativeWidget.h PATHS ${VTK_PREFIX_PATH}
+  PATH_SUFFIXES vtk-${VTK_MAJOR_VERSION}.${VTK_MINOR_VERSION})
+if(Qt5_FOUND AND VTK_QT_INCLUDE_DIR AND TARGET VTK::GUISupportQt)
+  set(TETRACTION_HAS_VIEWER TRUE)
+else()
+  set(TETRACTION_HAS_VIEWER FALSE)
+  message(STATUS "The viewer is skipped: qtbase5-dev or libvtk9-qt-dev is not installed")
+endif()
 
 # SuiteSparse of Debian 12 has neither a CMake package nor a pkg-config file.
 find_library(CHOLMOD_LIBRARY cholmod REQUIRED)

@@ -47,6 +47,7 @@ int run_program(int argc, char** argv) {
   tetraction::add_study_command(app, exit_code);
   tetraction::add_check_command(app, exit_code);
   tetraction::add_mesh_command(app, exit_code);
+  tetraction::add_view_command(app, exit_code);
   app.parse_complete_callback([&] {
     if (threads > 0) tetraction::set_thread_count(threads);
   });

@@ -1,0 +1,468 @@
+#include "body_scene.h"
+
+#include <vtkActor.h>
+#include <vtkArrowSource.h>
+#include <vtkAxesActor.h>
+#include <vtkCamera.h>
+#include <vtkCaptionActor2D.h>
+#include <vtkCellArray.h>
+#include <vtkCellData.h>
+#include <vtkCutter.h>
+#include <vtkDataSetSurfaceFilter.h>
+#include <vtkFloatArray.h>
+#include <vtkIdTypeArray.h>
+#include <vtkLight.h>
+#include <vtkLineSource.h>
+#include <vtkLookupTable.h>
+#include <vtkMapper.h>
+#include <vtkPlane.h>
+#include <vtkPointData.h>
+#include <vtkPoints.h>
+#include <vtkPolyData.h>
+#include <vtkPolyDataMapper.h>
+#include <vtkProperty.h>
+#include <vtkRenderer.h>
+#include <vtkSphereSource.h>
+#include <vtkTextActor.h>
+#include <vtkTextProperty.h>
+#include <vtkTubeFilter.h>
+#include <vtkUnstructuredGrid.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+namespace tetraction::viewer {
+namespace {
+
+constexpr double kForceColor[3] = {0.80, 0.15, 0.15};
+constexpr double kMomentumColor[3] = {0.10, 0.45, 0.85};
+constexpr double kReactionColor[3] = {0.15, 0.55, 0.25};
+constexpr double kBodyColor[3] = {0.62, 0.70, 0.78};
+constexpr double kFixedColor[3] = {0.15, 0.15, 0.18};
+constexpr double kSelectedColor[3] = {1.0, 0.45, 0.0};
+
+// One vertex cell for each of `vertices`.
+vtkSmartPointer<vtkCellArray> point_cells(const std::vector<Index>& vertices) {
+  auto cells = vtkSmartPointer<vtkCellArray>::New();
+  cells->AllocateExact(static_cast<vtkIdType>(vertices.size()),
+                       static_cast<vtkIdType>(vertices.size()));
+  for (const Index v : vertices) {
+    const vtkIdType id = v;
+    cells->InsertNextCell(1, &id);
+  }
+  return cells;
+}
+
+// Every edge of the triangles once.
+vtkSmartPointer<vtkCellArray> edge_cells(const std::vector<std::array<Index, 3>>& triangles) {
+  std::vector<std::array<Index, 2>> edges;
+  for (const auto& triangle : triangles) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto [a, b] = std::minmax({triangle[i], triangle[(i + 1) % 3]});
+      edges.push_back({a, b});
+    }
+  }
+  std::sort(edges.begin(), edges.end());
+  edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
+  auto cells = vtkSmartPointer<vtkCellArray>::New();
+  for (const auto& edge : edges) {
+    const vtkIdType ids[2] = {edge[0], edge[1]};
+    cells->InsertNextCell(2, ids);
+  }
+  return cells;
+}
+
+void draw_as_points(vtkPolyDataMapper* mapper, vtkPolyData* data, vtkActor* actor,
+                    const double* color, float size) {
+  mapper->SetInputData(data);
+  mapper->ScalarVisibilityOff();
+  mapper->SetRelativeCoincidentTopologyPointOffsetParameter(-8.0);
+  actor->SetMapper(mapper);
+  actor->GetProperty()->SetColor(color[0], color[1], color[2]);
+  actor->GetProperty()->SetPointSize(size);
+  actor->GetProperty()->LightingOff();
+}
+
+void set_values(vtkFloatArray* array, const std::vector<float>& values) {
+  array->SetNumberOfTuples(static_cast<vtkIdType>(values.size()));
+  std::copy(values.begin(), values.end(), array->GetPointer(0));
+  array->Modified();
+}
+
+}  // namespace
+
+BodyScene::BodyScene(vtkRenderer* renderer)
+    : renderer_(renderer),
+      forces_(renderer, "External force", "N", kForceColor),
+      momenta_(renderer, "Momentum", "kg m/s", kMomentumColor),
+      reactions_(renderer, "Reaction", "N", kReactionColor),
+      color_bar_(renderer) {
+  vtkMapper::SetResolveCoincidentTopologyToPolygonOffset();
+  for (vtkFloatArray* array : {point_values_.Get(), triangle_values_.Get(), cell_values_.Get()}) {
+    array->SetName("color");
+  }
+  points_->SetDataTypeToFloat();
+  for (vtkPolyData* data :
+       {surface_.Get(), edges_.Get(), cloud_.Get(), fixed_.Get(), selected_.Get()}) {
+    data->SetPoints(points_);
+  }
+  grid_->SetPoints(points_);
+
+  surface_mapper_->SetInputData(surface_);
+  surface_mapper_->SetRelativeCoincidentTopologyPolygonOffsetParameters(2.0, 6.0);
+  surface_actor_->SetMapper(surface_mapper_);
+  section_->SetInputData(grid_);
+  section_->SetCutFunction(clip_plane_);
+  section_->GenerateCutScalarsOff();
+  section_mapper_->SetInputConnection(section_->GetOutputPort());
+  section_actor_->SetMapper(section_mapper_);
+  for (vtkActor* actor : {surface_actor_.Get(), section_actor_.Get()}) {
+    // Linear tetrahedra have flat faces; facets show the mesh as it is.
+    actor->GetProperty()->SetInterpolationToFlat();
+    actor->GetProperty()->SetColor(kBodyColor[0], kBodyColor[1], kBodyColor[2]);
+    actor->GetProperty()->SetAmbient(0.45);
+    actor->GetProperty()->SetDiffuse(0.65);
+  }
+  for (vtkPolyDataMapper* mapper :
+       {surface_mapper_.Get(), section_mapper_.Get(), cloud_mapper_.Get()}) {
+    mapper->SetLookupTable(color_bar_.table());
+    mapper->UseLookupTableScalarRangeOn();
+  }
+  edge_mapper_->SetInputData(edges_);
+  edge_mapper_->ScalarVisibilityOff();
+  edge_mapper_->SetRelativeCoincidentTopologyLineOffsetParameters(-1.0, -4.0);
+  edge_actor_->SetMapper(edge_mapper_);
+  edge_actor_->GetProperty()->LightingOff();
+  draw_as_points(cloud_mapper_, cloud_, cloud_actor_, kBodyColor, 4.0F);
+  draw_as_points(fixed_mapper_, fixed_, fixed_actor_, kFixedColor, 6.0F);
+  draw_as_points(selected_mapper_, selected_, selected_actor_, kSelectedColor, 9.0F);
+  selected_actor_->GetProperty()->RenderPointsAsSpheresOn();
+  rest_mapper_->SetInputData(rest_);
+  rest_mapper_->ScalarVisibilityOff();
+  rest_actor_->SetMapper(rest_mapper_);
+  rest_actor_->GetProperty()->LightingOff();
+
+  center_->SetThetaResolution(16);
+  center_->SetPhiResolution(12);
+  vtkNew<vtkPolyDataMapper> center_mapper;
+  center_mapper->SetInputConnection(center_->GetOutputPort());
+  center_actor_->SetMapper(center_mapper);
+  center_actor_->GetProperty()->SetColor(0.55, 0.15, 0.65);
+
+  vtkNew<vtkPolyDataMapper> pulled_mapper;
+  vtkNew<vtkArrowSource> pulled;
+  pulled->SetTipResolution(16);
+  pulled->SetShaftResolution(12);
+  pulled_mapper->SetInputConnection(pulled->GetOutputPort());
+  pulled_actor_->SetMapper(pulled_mapper);
+  pulled_actor_->GetProperty()->SetColor(kSelectedColor[0], kSelectedColor[1], kSelectedColor[2]);
+  pulled_actor_->GetProperty()->LightingOff();
+  pulled_actor_->VisibilityOff();
+
+  for (vtkActor* actor : {surface_actor_.Get(), section_actor_.Get(), edge_actor_.Get(),
+                          cloud_actor_.Get(), fixed_actor_.Get(), selected_actor_.Get(),
+                          rest_actor_.Get(), center_actor_.Get(), pulled_actor_.Get()}) {
+    renderer->AddActor(actor);
+  }
+  renderer->AddActor(axes_);
+
+  arrow_legend_->SetPosition(12, 10);
+  arrow_legend_->GetTextProperty()->SetFontFamilyToArial();
+  renderer->AddActor2D(arrow_legend_);
+
+  renderer->AutomaticLightCreationOff();
+  light_->SetLightTypeToCameraLight();
+  renderer->AddLight(light_);
+  vtkNew<vtkLight> fill;  // so that no side is black
+  fill->SetLightTypeToHeadlight();
+  fill->SetIntensity(0.45);
+  renderer->AddLight(fill);
+  set_drawing(drawing_);
+}
+
+BodyScene::~BodyScene() = default;
+
+void BodyScene::set_body(const TetMesh& mesh) {
+  const Index n = mesh.vertex_count();
+  points_->SetNumberOfPoints(n);
+  low_ = high_ = mesh.vertices.front();
+  for (Index v = 0; v < n; ++v) {
+    const Vector3& x = mesh.vertices[static_cast<std::size_t>(v)];
+    points_->SetPoint(v, x.data());
+    low_ = low_.cwiseMin(x);
+    high_ = high_.cwiseMax(x);
+  }
+  points_->Modified();
+
+  vtkNew<vtkCellArray> cells;
+  for (const auto& tetrahedron : mesh.tetrahedra) {
+    const vtkIdType ids[4] = {tetrahedron[0], tetrahedron[1], tetrahedron[2], tetrahedron[3]};
+    cells->InsertNextCell(4, ids);
+  }
+  grid_->SetCells(VTK_TETRA, cells);
+
+  // The surface, once; from here on only points move. Its triangles take the body's own numbers, so
+  // that everything can share the points.
+  vtkNew<vtkDataSetSurfaceFilter> filter;
+  filter->SetInputData(grid_);
+  filter->PassThroughPointIdsOn();
+  filter->PassThroughCellIdsOn();
+  filter->Update();
+  vtkPolyData* found = filter->GetOutput();
+  const auto* vertex =
+      vtkIdTypeArray::SafeDownCast(found->GetPointData()->GetArray("vtkOriginalPointIds"));
+  const auto* cell =
+      vtkIdTypeArray::SafeDownCast(found->GetCellData()->GetArray("vtkOriginalCellIds"));
+  triangles_.clear();
+  triangle_cell_.clear();
+  vtkNew<vtkCellArray> faces;
+  for (vtkIdType t = 0; t < found->GetNumberOfCells(); ++t) {
+    vtkIdType count = 0;
+    const vtkIdType* corners = nullptr;
+    found->GetCellPoints(t, count, corners);
+    if (count != 3) continue;
+    const vtkIdType ids[3] = {vertex->GetValue(corners[0]), vertex->GetValue(corners[1]),
+                              vertex->GetValue(corners[2])};
+    faces->InsertNextCell(3, ids);
+    triangles_.push_back({ids[0], ids[1], ids[2]});
+    triangle_cell_.push_back(cell->GetValue(t));
+  }
+  surface_->SetPolys(faces);
+  edges_->SetLines(edge_cells(triangles_));
+  surface_->Modified();
+
+  std::vector<Index> all(static_cast<std::size_t>(n));
+  for (Index v = 0; v < n; ++v) all[static_cast<std::size_t>(v)] = v;
+  cloud_->SetVerts(point_cells(all));
+  vtkNew<vtkPoints> rest_points;
+  rest_points->DeepCopy(points_);
+  rest_->SetPoints(rest_points);
+  rest_->SetLines(edge_cells(triangles_));
+  selection_.clear();
+  selected_->SetVerts(point_cells({}));
+  fixed_->SetVerts(point_cells({}));
+
+  const double diagonal = (high_ - low_).norm();
+  axes_->SetTotalLength(0.25 * diagonal, 0.25 * diagonal, 0.25 * diagonal);
+  center_->SetRadius(0.015 * diagonal);
+  last_.reset();
+  color_bar_.forget_range();
+  update_clip();
+  reset_camera(-1);
+}
+
+void BodyScene::set_state(std::shared_ptr<const Snapshot> next) {
+  const Snapshot& snapshot = *next;
+  const Index n = snapshot.position.size() / 3;
+  if (n != points_->GetNumberOfPoints()) return;
+  auto* xyz = static_cast<float*>(points_->GetVoidPointer(0));
+  for (Index i = 0; i < 3 * n; ++i) xyz[i] = static_cast<float>(snapshot.position[i]);
+  points_->Modified();
+  color(snapshot);
+
+  std::vector<Index> fixed;
+  for (std::size_t v = 0; v < snapshot.fixed.size(); ++v) {
+    if (snapshot.fixed[v] != 0) fixed.push_back(static_cast<Index>(v));
+  }
+  if (!last_ || last_->fixed != snapshot.fixed) fixed_->SetVerts(point_cells(fixed));
+  for (vtkPolyData* data :
+       {surface_.Get(), edges_.Get(), cloud_.Get(), fixed_.Get(), selected_.Get()}) {
+    data->Modified();
+  }
+  grid_->Modified();
+  last_ = std::move(next);
+  update_arrows();
+}
+
+void BodyScene::color(const Snapshot& snapshot) {
+  const std::vector<float>& values = snapshot.field_values;
+  const auto n = static_cast<std::size_t>(points_->GetNumberOfPoints());
+  const auto m = static_cast<std::size_t>(grid_->GetNumberOfCells());
+  // Until the solver has the new field, a body without colours.
+  const bool fits = snapshot.field == drawing_.field && drawing_.field != ColorField::kNone &&
+                    values.size() == (snapshot.field_on_cells ? m : n);
+  for (vtkPolyDataMapper* mapper :
+       {surface_mapper_.Get(), section_mapper_.Get(), cloud_mapper_.Get()}) {
+    mapper->SetScalarVisibility(fits);
+    if (snapshot.field_on_cells) {
+      mapper->SetScalarModeToUseCellData();
+    } else {
+      mapper->SetScalarModeToUsePointData();
+    }
+  }
+  if (!fits) return;
+  if (snapshot.field == ColorField::kRegion) {
+    const int regions = 1 + static_cast<int>(*std::max_element(values.begin(), values.end()));
+    if (std::exchange(regions_, regions) != regions) {
+      color_bar_.set(drawing_, regions_, text_gray_);
+    }
+  }
+  color_bar_.follow(values);
+  if (snapshot.field_on_cells) {
+    cloud_mapper_->ScalarVisibilityOff();  // vertices have no value of their own
+    std::vector<float> of_triangles(triangle_cell_.size());
+    for (std::size_t t = 0; t < of_triangles.size(); ++t) {
+      of_triangles[t] = values[static_cast<std::size_t>(triangle_cell_[t])];
+    }
+    set_values(triangle_values_, of_triangles);
+    set_values(cell_values_, values);
+    surface_->GetCellData()->SetScalars(triangle_values_);
+    grid_->GetCellData()->SetScalars(cell_values_);
+    grid_->GetPointData()->SetScalars(nullptr);
+  } else {
+    set_values(point_values_, values);
+    surface_->GetPointData()->SetScalars(point_values_);
+    cloud_->GetPointData()->SetScalars(point_values_);
+    grid_->GetPointData()->SetScalars(point_values_);
+    grid_->GetCellData()->SetScalars(nullptr);
+  }
+}
+
+void BodyScene::set_drawing(const DrawingSettings& drawing) {
+  drawing_ = drawing;
+  struct Shades {
+    double top[3], bottom[3], text, edge, rest;
+  };
+  static constexpr Shades kShades[] = {{{0.80, 0.86, 0.92}, {0.97, 0.98, 0.99}, 0.12, 0.25, 0.62},
+                                       {{1.0, 1.0, 1.0}, {1.0, 1.0, 1.0}, 0.10, 0.25, 0.7},
+                                       {{0.10, 0.12, 0.16}, {0.25, 0.28, 0.33}, 0.92, 0.12, 0.5}};
+  const Shades& shades = kShades[static_cast<int>(drawing.background)];
+  renderer_->GradientBackgroundOn();
+  renderer_->SetBackground(shades.bottom);
+  renderer_->SetBackground2(shades.top);
+  const double edge = drawing.surface ? shades.edge : (shades.text < 0.5 ? 0.25 : 0.8);
+  edge_actor_->GetProperty()->SetColor(edge, edge, edge);
+  // All are opaque: one translucent part would cost more than the whole body does without a graphics
+  // card.
+  rest_actor_->GetProperty()->SetColor(shades.rest, shades.rest, shades.rest);
+  arrow_legend_->GetTextProperty()->SetColor(shades.text, shades.text, shades.text);
+  arrow_legend_->GetTextProperty()->SetFontSize(13);
+  for (vtkCaptionActor2D* caption :
+       {axes_->GetXAxisCaptionActor2D(), axes_->GetYAxisCaptionActor2D(),
+        axes_->GetZAxisCaptionActor2D()}) {
+    caption->GetTextActor()->SetTextScaleModeToNone();
+    caption->GetCaptionTextProperty()->SetFontSize(14);
+    caption->GetCaptionTextProperty()->SetColor(shades.text, shades.text, shades.text);
+    caption->GetCaptionTextProperty()->ShadowOff();
+  }
+
+  surface_actor_->SetVisibility(drawing.surface);
+  edge_actor_->SetVisibility(drawing.edges);
+  cloud_actor_->SetVisibility(drawing.points);
+  fixed_actor_->SetVisibility(drawing.fixed);
+  rest_actor_->SetVisibility(drawing.rest);
+  axes_->SetVisibility(drawing.axes);
+  center_actor_->SetVisibility(attraction_ && drawing.center);
+  forces_.set_visible(drawing.forces);
+  momenta_.set_visible(drawing.momenta);
+  reactions_.set_visible(drawing.reactions);
+
+  constexpr double kRadian = std::numbers::pi / 180.0;
+  const double azimuth = drawing.light_azimuth * kRadian;
+  const double elevation = drawing.light_elevation * kRadian;
+  light_->SetPosition(std::cos(elevation) * std::sin(azimuth), std::sin(elevation),
+                      std::cos(elevation) * std::cos(azimuth));
+  light_->SetFocalPoint(0.0, 0.0, 0.0);
+  light_->SetIntensity(0.75);
+
+  text_gray_ = shades.text;
+  color_bar_.set(drawing, regions_, text_gray_);
+  update_clip();
+  if (last_) {
+    color(*last_);
+    update_arrows();
+  }
+}
+
+void BodyScene::set_selection(const std::vector<Index>& vertices) {
+  selection_ = vertices;
+  selected_->SetVerts(point_cells(vertices));
+  selected_->Modified();
+}
+
+void BodyScene::set_pulled_arrow(const Vector3& from, const Vector3& to) {
+  const Vector3 arrow = to - from;
+  const double length = arrow.norm();
+  pulled_actor_->SetVisibility(length > 0.0);
+  if (!(length > 0.0)) return;
+  // VTK's arrow points along x; orientation is in degrees about z, then y.
+  constexpr double kDegree = 180.0 / std::numbers::pi;
+  pulled_actor_->SetPosition(from.x(), from.y(), from.z());
+  pulled_actor_->SetScale(length);
+  pulled_actor_->SetOrientation(0.0, 0.0, 0.0);
+  pulled_actor_->RotateZ(std::atan2(arrow.y(), arrow.x()) * kDegree);
+  pulled_actor_->RotateY(-std::asin(std::clamp(arrow.z() / length, -1.0, 1.0)) * kDegree);
+}
+
+void BodyScene::set_attraction(bool present) {
+  attraction_ = present;
+  center_actor_->SetVisibility(present && drawing_.center);
+}
+
+bool BodyScene::is_drawn(const Vector3& point) const {
+  if (!drawing_.clip) return true;
+  Vector3 x = point;
+  return clip_plane_->EvaluateFunction(x.data()) >= 0.0;
+}
+
+void BodyScene::update_clip() {
+  Vector3 normal = Vector3::Unit(drawing_.clip_axis) * (drawing_.clip_flipped ? 1.0 : -1.0);
+  Vector3 origin = low_ + drawing_.clip_at * (high_ - low_);
+  clip_plane_->SetNormal(normal.data());
+  clip_plane_->SetOrigin(origin.data());
+  section_actor_->SetVisibility(drawing_.clip && drawing_.surface);
+  for (vtkPolyDataMapper* mapper :
+       {surface_mapper_.Get(), edge_mapper_.Get(), cloud_mapper_.Get()}) {
+    mapper->RemoveAllClippingPlanes();
+    if (drawing_.clip) mapper->AddClippingPlane(clip_plane_);
+  }
+}
+
+void BodyScene::update_arrows() {
+  if (!last_) return;
+  std::vector<Index> surface;
+  if (forces_.visible() || momenta_.visible() || reactions_.visible()) {
+    for (const auto& triangle : triangles_) {
+      surface.insert(surface.end(), triangle.begin(), triangle.end());
+    }
+    std::sort(surface.begin(), surface.end());
+    surface.erase(std::unique(surface.begin(), surface.end()), surface.end());
+  }
+  const double longest = 0.2 * (high_ - low_).norm() * drawing_.arrow_scale;
+  std::string legend;
+  const auto draw = [&](BodyArrows& arrows, const Vector& field) {
+    if (!arrows.visible()) return;
+    arrows.update(last_->position, field, surface, longest,
+                  [this](const Vector3& x) { return is_drawn(x); });
+    if (const std::string text = arrows.legend(); !text.empty()) {
+      legend += (legend.empty() ? "" : "\n") + text;
+    }
+  };
+  draw(forces_, last_->external_force);
+  draw(momenta_, last_->momentum);
+  draw(reactions_, last_->reaction_force);
+  arrow_legend_->SetInput(legend.c_str());
+}
+
+void BodyScene::reset_camera(int axis) {
+  vtkCamera* camera = renderer_->GetActiveCamera();
+  const Vector3 middle = 0.5 * (low_ + high_);
+  Vector3 from(0.45, 0.4, 1.0);
+  Vector3 up(0.0, 1.0, 0.0);
+  if (axis >= 0) from = Vector3::Unit(axis);
+  if (axis == 1) up = Vector3(0.0, 0.0, -1.0);
+  camera->SetFocalPoint(middle.x(), middle.y(), middle.z());
+  const Vector3 eye = middle + from;
+  camera->SetPosition(eye.x(), eye.y(), eye.z());
+  camera->SetViewUp(up.x(), up.y(), up.z());
+  // Room to move in, and for the colour bar.
+  const Vector3 room = 0.12 * (high_ - low_).norm() * Vector3::Ones();
+  const Vector3 low = low_ - room;
+  const Vector3 high = high_ + room;
+  const double box[6] = {low.x(), high.x(), low.y(), high.y(), low.z(), high.z()};
+  renderer_->ResetCamera(box);
+}
+
+}  // namespace tetraction::viewer

@@ -1,0 +1,92 @@
+// The body as VTK draws it: one set of points that all parts share, moved in place.
+#pragma once
+
+#include <vtkNew.h>
+#include <vtkSmartPointer.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "body_arrows.h"
+#include "color_bar.h"
+#include "drawing_settings.h"
+#include "tetraction/mesh/tet_mesh.h"
+#include "viewer/snapshot.h"
+
+class vtkActor;
+class vtkAxesActor;
+class vtkCutter;
+class vtkFloatArray;
+class vtkLight;
+class vtkPlane;
+class vtkPoints;
+class vtkPolyData;
+class vtkPolyDataMapper;
+class vtkRenderer;
+class vtkSphereSource;
+class vtkTextActor;
+class vtkUnstructuredGrid;
+
+namespace tetraction::viewer {
+
+/// What is drawn of a body and its state. Knows VTK, nothing of windows; one thread.
+class BodyScene {
+ public:
+  explicit BodyScene(vtkRenderer* renderer);
+  ~BodyScene();
+
+  /// Another body: everything is built anew, and the camera is turned to it.
+  void set_body(const TetMesh& mesh);
+  /// Moves the points to the state and colours them.
+  void set_state(std::shared_ptr<const Snapshot> snapshot);
+  void set_drawing(const DrawingSettings& drawing);
+  void set_selection(const std::vector<Index>& vertices);
+  /// An arrow that is being pulled; of length zero: none.
+  void set_pulled_arrow(const Vector3& from, const Vector3& to);
+  /// Where the attraction pulls to; drawn only while there is one.
+  void set_attraction(bool present);
+  /// Turns the camera to the whole body; `axis` 0, 1, 2: along x, y, z; −1: obliquely.
+  void reset_camera(int axis);
+
+  /// Triangles of the surface, by vertices.
+  const std::vector<std::array<Index, 3>>& triangles() const { return triangles_; }
+  /// Whether a point is on the side of the clip plane that is drawn.
+  bool is_drawn(const Vector3& point) const;
+  ColorBar& color_bar() { return color_bar_; }
+
+ private:
+  void update_clip();
+  void update_arrows();
+  void color(const Snapshot& snapshot);
+
+  vtkRenderer* renderer_;
+  DrawingSettings drawing_;
+  std::shared_ptr<const Snapshot> last_;
+  Vector3 low_ = Vector3::Zero(), high_ = Vector3::Ones();  // of the rest shape
+  bool attraction_ = false;
+  int regions_ = 1;
+  double text_gray_ = 0.0;
+  std::vector<std::array<Index, 3>> triangles_;
+  std::vector<Index> triangle_cell_;  // the tetrahedron of each
+  std::vector<Index> selection_;
+
+  vtkNew<vtkPoints> points_;
+  vtkNew<vtkPolyData> surface_, edges_, cloud_, fixed_, selected_, rest_;
+  vtkNew<vtkUnstructuredGrid> grid_;
+  vtkNew<vtkFloatArray> point_values_, triangle_values_, cell_values_;
+  vtkNew<vtkPolyDataMapper> surface_mapper_, edge_mapper_, cloud_mapper_, fixed_mapper_,
+      selected_mapper_, rest_mapper_, section_mapper_;
+  vtkNew<vtkActor> surface_actor_, edge_actor_, cloud_actor_, fixed_actor_, selected_actor_,
+      rest_actor_, section_actor_, center_actor_, pulled_actor_;
+  vtkNew<vtkPlane> clip_plane_;
+  vtkNew<vtkCutter> section_;
+  vtkNew<vtkAxesActor> axes_;
+  vtkNew<vtkSphereSource> center_;
+  vtkNew<vtkLight> light_;
+  vtkNew<vtkTextActor> arrow_legend_;
+  BodyArrows forces_, momenta_, reactions_;
+  ColorBar color_bar_;
+};
+
+}  // namespace tetraction::viewer

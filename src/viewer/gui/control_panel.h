@@ -1,0 +1,56 @@
+// The panel of the run: start and stop, step, integrator, solver.
+#pragma once
+
+#include <QWidget>
+
+#include "viewer/simulation.h"
+
+class QComboBox;
+class QLabel;
+class QPushButton;
+class QSpinBox;
+
+namespace tetraction::viewer {
+
+class NumberField;
+class NumberSlider;
+
+/// Shows the settings in force and tells which ones the user wants; makes no edits itself.
+class ControlPanel : public QWidget {
+  Q_OBJECT
+
+ public:
+  explicit ControlPanel(QWidget* parent = nullptr);
+
+  void show_settings(const Settings& settings);
+  void show_state(const Snapshot& snapshot);
+  int steps_a_picture() const;
+  double speed_limit() const;
+
+ signals:
+  void run_wanted(bool run);
+  void step_wanted();
+  void reset_wanted();
+  void edited(tetraction::Edit edit, const QString& what, bool goes_on);
+  void steps_per_picture(int steps);
+  void speed_limited(double real_time_factor);
+  void refused(const QString& message);
+
+ private:
+  void time_edited(const QString& what, bool goes_on);
+  void solver_edited();
+  void show_limit(double stable_step);
+
+  Settings settings_;
+  double stable_step_ = 0.0;
+  bool running_ = false;
+  QPushButton *run_, *step_, *reset_;
+  QLabel *time_, *factor_, *limit_;
+  NumberSlider* step_size_;
+  QPushButton* half_limit_;
+  NumberField *tolerance_, *speed_;
+  QComboBox *integrator_, *solver_;
+  QSpinBox *iterations_, *per_picture_;
+};
+
+}  // namespace tetraction::viewer

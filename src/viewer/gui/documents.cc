@@ -1,0 +1,66 @@
+#include "documents.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <limits>
+
+#include "tetraction/io/mesh_reader.h"
+#include "tetraction/io/scene_reader.h"
+#include "tetraction/simulation/scene_objects.h"
+
+namespace tetraction::viewer {
+DocumentKind kind_of(const std::string& path) {
+  const std::filesystem::path file(path);
+  if (std::filesystem::is_directory(file) || file.extension() == ".pvd") return DocumentKind::kRun;
+  return file.extension() == ".toml" ? DocumentKind::kScene : DocumentKind::kMesh;
+}
+
+Document open_scene(const std::string& path) {
+  Document document;
+  document.scene = read_scene(path);
+  const MeshSettings& mesh = document.scene.mesh;
+  document.mesh = mesh.generate ? generate_mesh(*mesh.generate) : read_mesh(mesh.file, mesh.scale);
+  return document;
+}
+
+Document open_mesh(const std::string& path) {
+  Document document;
+  document.mesh = read_mesh(path);
+  Scene& scene = document.scene;
+  scene.mesh.file = std::filesystem::absolute(path).string();
+  scene.material.youngs_modulus = 1.0e6;
+  scene.material.poissons_ratio = 0.4;
+  scene.time.step = 5.0e-3;
+  scene.environment.kind = EnvironmentKind::kGravity;
+  // Held by the topmost slice, so that it does not fall out of the picture.
+  double low = std::numeric_limits<double>::infinity();
+  double high = -low;
+  for (const Vector3& x : document.mesh.vertices) {
+    low = std::min(low, x.y());
+    high = std::max(high, x.y());
+  }
+  constexpr double kSlice = 0.02;  // of the height
+  FixSettings hold;
+  hold.select = SelectPlane{1, high, kSlice * (high - low)};
+  scene.fix.push_back(hold);
+  return document;
+}
+
+Document first_scene() {
+  Document document;
+  Scene& scene = document.scene;
+  scene.mesh.generate = GeneratorSettings{GeneratorKind::kBox, {1.2, 0.3, 0.3}, {16, 4, 4}};
+  scene.material.youngs_modulus = 1.5e6;
+  scene.material.poissons_ratio = 0.4;
+  scene.time.integrator = Integrator::kMidpoint;
+  scene.time.step = 5.0e-3;
+  scene.environment.kind = EnvironmentKind::kGravity;
+  FixSettings clamp;
+  clamp.select = SelectPlane{0, 0.0, {}};
+  scene.fix.push_back(clamp);
+  scene.damping.viscosity = 50.0;
+  document.mesh = generate_mesh(*scene.mesh.generate);
+  return document;
+}
+
+}  // namespace tetraction::viewer

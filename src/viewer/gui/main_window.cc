@@ -1,0 +1,309 @@
+#include "main_window.h"
+
+#include <QAbstractButton>
+#include <QAbstractSlider>
+#include <QAction>
+#include <QApplication>
+#include <QCloseEvent>
+#include <QComboBox>
+#include <QDragEnterEvent>
+#include <QFileInfo>
+#include <QKeyEvent>
+#include <QLabel>
+#include <QMimeData>
+#include <QStatusBar>
+#include <QTimer>
+#include <QVBoxLayout>
+#include <algorithm>
+
+#include "body_view.h"
+#include "control_panel.h"
+#include "drawing_panel.h"
+#include "live_chart.h"
+#include "material_panel.h"
+#include "replay_bar.h"
+#include "run_files.h"
+#include "surroundings_panel.h"
+#include "tetraction/core/error.h"
+#include "vertex_panel.h"
+
+namespace tetraction::viewer {
+namespace {
+
+constexpr int kPoll_ms = 15;            // about 60 pictures a second at most
+constexpr qint64 kSlowThings_ms = 150;  // charts, fields and menus: people read no faster
+
+QString text(const std::string& utf8) {
+  return QString::fromUtf8(utf8.c_str());
+}
+
+}  // namespace
+
+MainWindow::MainWindow()
+    : view_(new BodyView(this)),
+      messages_(new MessageStrip(this)),
+      replay_bar_(new ReplayBar(this)),
+      control_(new ControlPanel(this)),
+      material_(new MaterialPanel(this)),
+      surroundings_(new SurroundingsPanel(this)),
+      vertex_(new VertexPanel(this)),
+      drawing_(new DrawingPanel(this)),
+      chart_(new LiveChart(this)),
+      status_body_(new QLabel(this)),
+      status_rate_(new QLabel(this)) {
+  setAcceptDrops(true);
+  qApp->installEventFilter(this);
+  auto* center = new QWidget(this);
+  auto* column = new QVBoxLayout(center);
+  column->setContentsMargins(0, 0, 0, 0);
+  column->setSpacing(0);
+  column->addWidget(messages_);
+  column->addWidget(view_, 1);
+  column->addWidget(replay_bar_);
+  replay_bar_->hide();
+  setCentralWidget(center);
+  statusBar()->addWidget(status_body_, 1);
+  statusBar()->addPermanentWidget(status_rate_);
+  status_rate_->setToolTip(tr("Pictures drawn in a second"));
+
+  make_docks();
+  make_actions();
+  connect_panels();
+  connect_view();
+  restore_window();
+  set_drawing(drawing_->drawing());
+  update_title();
+
+  since_slow_.start();
+  auto* timer = new QTimer(this);
+  timer->setTimerType(Qt::PreciseTimer);
+  connect(timer, &QTimer::timeout, this, &MainWindow::poll);
+  timer->start(kPoll_ms);
+}
+
+MainWindow::~MainWindow() = default;
+
+const TetMesh* MainWindow::mesh() const {
+  if (simulation_) return &simulation_->mesh();
+  return replay_ ? &replay_->mesh() : nullptr;
+}
+
+void MainWindow::open(const QString& path) {
+  const std::string file = path.toLocal8Bit().toStdString();
+  try {
+    if (kind_of(file) == DocumentKind::kRun) {
+      auto replay = std::make_unique<Replay>(file);
+      replay->frame(0,
+                    ColorField::kNone);  // a run that cannot be drawn is told of before it is shown
+      edits_.reset();
+      simulation_.reset();
+      replay_ = std::move(replay);
+      path_ = path;
+      begin_body(replay_->mesh());
+      replay_bar_->set_times(replay_->times());
+      replay_bar_->show();
+      chart_->append(replay_->history());
+      show_frame(0);
+    } else {
+      show_document(kind_of(file) == DocumentKind::kScene ? open_scene(file) : open_mesh(file));
+      path_ = path;
+    }
+    remember_file(QFileInfo(path).absoluteFilePath());
+    update_title();
+  } catch (const std::exception& error) {
+    messages_->show_message(MessageStrip::Kind::kError, text(error.what()));
+  }
+  update_actions();
+}
+
+void MainWindow::show_document(Document document) {
+  auto simulation =
+      std::make_unique<Simulation>(std::move(document.scene), std::move(document.mesh));
+  edits_.reset();
+  replay_.reset();
+  simulation_ = std::move(simulation);
+  edits_ = std::make_unique<VertexEdits>(*simulation_);
+  path_.clear();
+  replay_bar_->play(false);
+  replay_bar_->hide();
+  const Scene& scene = simulation_->scene();
+  vertex_->suggest_arrows(simulation_->mesh(), make_material(scene.material),
+                          scene.material.density);
+  simulation_->set_color_field(drawing_->drawing().field);
+  simulation_->set_steps_per_snapshot(control_->steps_a_picture());
+  simulation_->set_speed_limit(control_->speed_limit());
+  begin_body(simulation_->mesh());
+  shown_body_ = simulation_->snapshot()->body;
+  update_title();
+  update_actions();
+  poll();
+  show_slow_things();
+}
+
+void MainWindow::begin_body(const TetMesh& mesh) {
+  stop_recording();
+  messages_->hide();
+  chart_->clear();
+  shown_generation_ = 0;
+  shown_history_ = 0;
+  history_rows_ = 0;
+  failure_told_ = false;
+  view_->set_body(mesh);
+  status_body_->setText(tr("%1 vertices, %2 tetrahedra")
+                            .arg(static_cast<qlonglong>(mesh.vertex_count()))
+                            .arg(static_cast<qlonglong>(mesh.tetrahedron_count())));
+  select({});
+}
+
+void MainWindow::select(std::vector<Index> vertices) {
+  std::sort(vertices.begin(), vertices.end());
+  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+  selection_ = std::move(vertices);
+  if (const TetMesh* body = mesh()) vertex_->set_selection(selection_, *body);
+  view_->set_selection(selection_);
+  if (const auto state = view_->state()) vertex_->show_state(*state);
+  update_actions();
+}
+
+void MainWindow::set_drawing(const DrawingSettings& drawing) {
+  const bool other_field = drawing.field != view_->drawing().field;
+  view_->set_drawing(drawing);
+  if (simulation_) simulation_->set_color_field(drawing.field);
+  if (replay_ && other_field) show_frame(static_cast<std::size_t>(replay_bar_->frame()));
+  if (drawing.automatic_range) drawing_->show_range(view_->color_low(), view_->color_high());
+}
+
+void MainWindow::show_frame(std::size_t frame) {
+  if (!replay_) return;
+  try {
+    show_news(replay_->frame(frame, view_->drawing().field));
+    chart_->set_cursor(replay_->times()[frame]);
+    chart_->refresh();
+  } catch (const Error& error) {
+    replay_bar_->play(false);
+    messages_->show_message(MessageStrip::Kind::kError, text(error.what()));
+  }
+}
+
+void MainWindow::poll() {
+  if (simulation_) {
+    const auto snapshot = simulation_->snapshot();
+    if (snapshot->body != shown_body_) {  // reset: the same mesh, another history
+      shown_body_ = snapshot->body;
+      failure_told_ = false;
+      messages_->hide();
+    }
+    if (snapshot->generation != shown_generation_) {
+      shown_generation_ = snapshot->generation;
+      show_news(snapshot);
+      if (edits_->holding()) edits_->follow(*snapshot);
+    }
+  }
+  if (since_slow_.elapsed() >= kSlowThings_ms) show_slow_things();
+}
+
+void MainWindow::show_news(const std::shared_ptr<const Snapshot>& snapshot) {
+  view_->show_state(snapshot);
+  view_->render();
+  show_failure(*snapshot);
+  if (!picture_folder_.isEmpty()) record_picture();
+}
+
+void MainWindow::show_failure(const Snapshot& snapshot) {
+  const bool failed =
+      snapshot.status == RunStatus::kUnstable || snapshot.status == RunStatus::kNotConverged;
+  if (failed && !failure_told_ && simulation_) {
+    messages_->show_message(MessageStrip::Kind::kError, text(snapshot.message),
+                            tr("Back to the last good state"), [this] {
+                              if (simulation_) simulation_->go_back();
+                            });
+  }
+  failure_told_ = failed;
+}
+
+// Everything that people read rather than watch.
+void MainWindow::show_slow_things() {
+  const auto elapsed = static_cast<double>(since_slow_.restart());
+  const std::uint64_t pictures = view_->picture_count();
+  if (pictures > pictures_before_ && elapsed > 0.0) {
+    status_rate_->setText(
+        tr("%1 pictures a second")
+            .arg(static_cast<double>(pictures - pictures_before_) * 1000.0 / elapsed, 0, 'f', 0));
+  }
+  pictures_before_ = pictures;
+  if (const auto state = view_->state()) {
+    control_->show_state(*state);
+    vertex_->show_state(*state);
+    if (drawing_->drawing().automatic_range) {
+      drawing_->show_range(view_->color_low(), view_->color_high());
+    }
+    if (run_files_) record_frame(*state);
+  }
+  if (!simulation_) return;
+
+  if (simulation_->history_generation() != shown_history_) {
+    shown_history_ = simulation_->history_generation();
+    history_rows_ = 0;
+    chart_->clear();
+  }
+  const std::vector<HistoryRow> rows = simulation_->history(history_rows_);
+  history_rows_ += rows.size();
+  chart_->append(rows);
+  chart_->set_marks(simulation_->marks());
+  chart_->refresh();
+
+  const Settings settings = simulation_->settings();
+  control_->show_settings(settings);
+  material_->show_settings(settings);
+  surroundings_->show_settings(settings);
+  view_->set_attraction(settings.environment.kind == EnvironmentKind::kAttraction);
+  for (const Notice& notice : simulation_->take_notices()) {
+    messages_->show_message(notice.kind == Notice::Kind::kRefused ? MessageStrip::Kind::kError
+                                                                  : MessageStrip::Kind::kWarning,
+                            text(notice.text));
+  }
+  update_actions();
+}
+
+void MainWindow::update_title() {
+  const QString name = path_.isEmpty() ? tr("First scene") : QFileInfo(path_).fileName();
+  setWindowTitle(mesh() == nullptr ? tr("Tetraction") : tr("%1 – Tetraction").arg(name));
+}
+
+// Keys that a widget with the focus understands are its own before they are shortcuts of menus.
+bool MainWindow::eventFilter(QObject* watched, QEvent* event) {
+  if (event->type() != QEvent::ShortcutOverride) return QMainWindow::eventFilter(watched, event);
+  const auto* key = static_cast<QKeyEvent*>(event);
+  if ((key->modifiers() & (Qt::ControlModifier | Qt::AltModifier)) != 0) return false;
+  const bool button = qobject_cast<QAbstractButton*>(watched) != nullptr;
+  const bool list = qobject_cast<QComboBox*>(watched) != nullptr;
+  const bool slider = qobject_cast<QAbstractSlider*>(watched) != nullptr;
+  const bool ends = key->key() == Qt::Key_Home || key->key() == Qt::Key_End;
+  if ((key->key() == Qt::Key_Space && (button || list)) || (ends && (list || slider))) {
+    event->accept();
+    return true;
+  }
+  return false;
+}
+
+void MainWindow::closeEvent(QCloseEvent* event) {
+  stop_recording();  // a run's history belongs to its frames
+  save_window();
+  edits_.reset();
+  simulation_.reset();  // waits for the step in progress
+  QMainWindow::closeEvent(event);
+}
+
+void MainWindow::dragEnterEvent(QDragEnterEvent* event) {
+  if (event->mimeData()->hasUrls()) event->acceptProposedAction();
+}
+
+void MainWindow::dropEvent(QDropEvent* event) {
+  const QList<QUrl> urls = event->mimeData()->urls();
+  if (!urls.isEmpty() && urls.front().isLocalFile()) {
+    event->acceptProposedAction();
+    open(urls.front().toLocalFile());
+  }
+}
+
+}  // namespace tetraction::viewer

@@ -1,0 +1,97 @@
+// Exact numbers with unit and range, by keyboard and by slider.
+#pragma once
+
+#include <QLineEdit>
+#include <QString>
+#include <QWidget>
+
+class QSlider;
+class QTimer;
+
+namespace tetraction::viewer {
+
+/// The numbers that a field takes.
+struct NumberRange {
+  double least = 0.0;
+  double most = 0.0;
+  bool least_itself = true;  ///< whether `least` is allowed, too
+  bool most_itself = true;
+
+  bool contains(double value) const;
+  /// "from 0 to 0.49", "above 0".
+  QString text() const;
+};
+
+/// A line for one number. What is not a number or out of range is refused in the field, with the
+/// allowed range; the value in force stays until Return or leaving the field.
+class NumberField : public QLineEdit {
+  Q_OBJECT
+
+ public:
+  /// `what` and `unit` make the tooltip and the message: "Young's modulus", "Pa".
+  NumberField(const QString& what, const QString& unit, NumberRange range,
+              QWidget* parent = nullptr);
+
+  double value() const { return value_; }
+  /// Shows the value in force; not while the user is typing another one.
+  void set_value(double value);
+  const QString& what() const { return what_; }
+  const QString& unit() const { return unit_; }
+  const NumberRange& range() const { return range_; }
+
+ signals:
+  /// The user entered another value.
+  void entered(double value);
+  /// The user entered what cannot be; a sentence.
+  void refused(const QString& message);
+
+ protected:
+  void keyPressEvent(QKeyEvent* event) override;
+  void focusOutEvent(QFocusEvent* event) override;
+  QSize sizeHint() const override;
+  QSize minimumSizeHint() const override;
+
+ private:
+  void commit();
+  void restore();
+  void mark(bool wrong);
+
+  QString what_, unit_;
+  NumberRange range_;
+  double value_ = 0.0;
+  bool empty_ = true;  // nothing was shown yet
+};
+
+/// A field with a slider for the range in which people usually look.
+class NumberSlider : public QWidget {
+  Q_OBJECT
+
+ public:
+  enum class Scale { kLinear, kLogarithmic };
+  NumberSlider(const QString& what, const QString& unit, NumberRange allowed, double low,
+               double high, Scale scale, QWidget* parent = nullptr);
+
+  double value() const { return field_->value(); }
+  void set_value(double value);
+  NumberField* field() const { return field_; }
+  QSlider* slider() const { return slider_; }
+
+ signals:
+  /// `goes_on`: the slider is still under way, this value replaces the one before.
+  void entered(double value, bool goes_on);
+  void refused(const QString& message);
+
+ private:
+  double at(int place) const;
+  int place_of(double value) const;
+  void slid();
+
+  NumberField* field_;
+  QSlider* slider_;
+  QTimer* pause_;  // between two values of a slider under way
+  bool under_way_ = false;
+  double low_, high_;
+  Scale scale_;
+};
+
+}  // namespace tetraction::viewer

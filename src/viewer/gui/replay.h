@@ -1,0 +1,40 @@
+// The frames of a finished run, as the states that the window draws.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "tetraction/mesh/tet_mesh.h"
+#include "viewer/snapshot.h"
+
+namespace tetraction::viewer {
+
+/// A run's directory (frames.pvd, frames/, history.csv). One thread.
+class Replay {
+ public:
+  /// `path`: the directory or its frames.pvd. Throws FileError.
+  explicit Replay(const std::string& path);
+
+  const std::string& directory() const { return directory_; }
+  const TetMesh& mesh() const { return mesh_; }
+  /// Of each frame, s.
+  const std::vector<double>& times() const { return times_; }
+  /// Frame i as a snapshot, coloured by `field`. Throws FileError.
+  std::shared_ptr<const Snapshot> frame(std::size_t i, ColorField field) const;
+  /// All rows of history.csv; empty without the file. Throws FileError if it is malformed.
+  const std::vector<HistoryRow>& history() const { return history_; }
+
+ private:
+  void read_collection(const std::string& path);
+  void read_history(const std::string& path);
+
+  std::string directory_;
+  std::vector<double> times_;
+  std::vector<std::string> files_;
+  TetMesh mesh_;
+  Vector rest_;
+  std::vector<HistoryRow> history_;
+};
+
+}  // namespace tetraction::viewer

@@ -1,0 +1,94 @@
+#include "replay_bar.h"
+
+#include <QHBoxLayout>
+#include <QLabel>
+#include <QSlider>
+#include <QStyle>
+#include <QTimer>
+#include <QToolButton>
+
+namespace tetraction::viewer {
+namespace {
+
+constexpr int kFrameTime_ms = 50;  // while playing
+
+}  // namespace
+
+ReplayBar::ReplayBar(QWidget* parent)
+    : QWidget(parent),
+      slider_(new QSlider(Qt::Horizontal, this)),
+      play_(new QToolButton(this)),
+      label_(new QLabel(this)),
+      timer_(new QTimer(this)) {
+  auto* row = new QHBoxLayout(this);
+  row->setContentsMargins(6, 2, 6, 2);
+  row->addWidget(play_);
+  row->addWidget(slider_, 1);
+  row->addWidget(label_);
+  slider_->setObjectName(QStringLiteral("replay_slider"));
+  slider_->setToolTip(tr("Frames of the run, by time in s"));
+  play_->setToolTip(tr("Plays the frames (Space)"));
+  play_->setCheckable(true);
+  play_->setIcon(style()->standardIcon(QStyle::SP_MediaPlay));
+  timer_->setInterval(kFrameTime_ms);
+  connect(play_, &QToolButton::toggled, this, &ReplayBar::play);
+  connect(timer_, &QTimer::timeout, this, [this] {
+    if (slider_->value() == slider_->maximum()) {
+      play(false);
+    } else {
+      forward();
+    }
+  });
+  connect(slider_, &QSlider::valueChanged, this, [this](int frame) {
+    show_time();
+    emit frame_wanted(frame);
+  });
+}
+
+void ReplayBar::set_times(const std::vector<double>& times) {
+  times_ = times;
+  play(false);
+  const QSignalBlocker quiet(slider_);
+  slider_->setRange(0, static_cast<int>(times.size()) - 1);
+  slider_->setValue(0);
+  show_time();
+}
+
+int ReplayBar::frame() const {
+  return slider_->value();
+}
+
+void ReplayBar::set_frame(int frame) {
+  slider_->setValue(frame);
+}
+
+bool ReplayBar::playing() const {
+  return timer_->isActive();
+}
+
+void ReplayBar::play(bool on) {
+  if (on && slider_->value() == slider_->maximum()) slider_->setValue(0);
+  if (on) {
+    timer_->start();
+  } else {
+    timer_->stop();
+  }
+  const QSignalBlocker quiet(play_);
+  play_->setChecked(on);
+  play_->setIcon(style()->standardIcon(on ? QStyle::SP_MediaPause : QStyle::SP_MediaPlay));
+}
+
+void ReplayBar::forward() {
+  slider_->setValue(slider_->value() + 1);
+}
+
+void ReplayBar::show_time() {
+  const auto frame = static_cast<std::size_t>(slider_->value());
+  if (frame >= times_.size()) return;
+  label_->setText(tr("t = %1 s, frame %2 of %3")
+                      .arg(QString::number(times_[frame], 'f', 4))
+                      .arg(frame + 1)
+                      .arg(times_.size()));
+}
+
+}  // namespace tetraction::viewer

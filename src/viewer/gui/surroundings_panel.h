@@ -1,0 +1,40 @@
+// The panel of what surrounds the body: environment and damping.
+#pragma once
+
+#include <QWidget>
+
+#include "viewer/simulation.h"
+
+class QComboBox;
+
+namespace tetraction::viewer {
+
+class NumberField;
+class NumberSlider;
+
+class SurroundingsPanel : public QWidget {
+  Q_OBJECT
+
+ public:
+  explicit SurroundingsPanel(QWidget* parent = nullptr);
+  void show_settings(const Settings& settings);
+
+ signals:
+  void edited(tetraction::Edit edit, const QString& what, bool goes_on);
+  void refused(const QString& message);
+
+ private:
+  void damping_edited(const QString& what, bool goes_on);
+  void environment_edited(bool goes_on);
+  void show_environment();
+
+  Damping damping_;
+  EnvironmentSettings environment_;
+  QComboBox* kind_;
+  NumberSlider *gravity_, *attraction_;
+  NumberField* direction_[3];
+  NumberField* softening_;
+  NumberSlider *drag_, *mass_damping_, *viscosity_;
+};
+
+}  // namespace tetraction::viewer

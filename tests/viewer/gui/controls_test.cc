@@ -1,0 +1,155 @@
+// Running, pausing, stepping; time steps, integrator, solver; what the window says when it goes wrong.
+#include <QComboBox>
+#include <QLabel>
+#include <QPushButton>
+#include <QSpinBox>
+
+#include "viewer/gui/number_field.h"
+#include "window_test.h"
+
+namespace tetraction::viewer {
+namespace {
+
+using Controls = WindowTest;
+
+TEST_F(Controls, FirstSceneMoves) {
+  show(first_scene());
+  window_->simulation()->run();
+  const Vector start = state().position;
+  EXPECT_TRUE(wait_for([&] { return state().time > 0.3; }));
+  EXPECT_GT((state().position - start).norm(), 1e-3);
+  keep_picture("first_scene");
+}
+
+TEST_F(Controls, SpaceRunsAndPauses) {
+  show(quiet_beam());
+  EXPECT_FALSE(state().running);
+  press_key(Qt::Key_Space);
+  EXPECT_TRUE(wait_for([&] { return state().running && state().step > 2; }));
+  press_key(Qt::Key_Space);
+  settle();
+  EXPECT_FALSE(state().running);
+  const Index step = state().step;
+  wait(200);
+  EXPECT_EQ(state().step, step);
+}
+
+TEST_F(Controls, StepAndResetByKeyAndButton) {
+  show(quiet_beam());
+  press_key(Qt::Key_S);
+  settle();
+  EXPECT_EQ(state().step, 1);
+  QTest::mouseClick(find<QPushButton>("step"), Qt::LeftButton);
+  settle();
+  EXPECT_EQ(state().step, 2);
+  press_key(Qt::Key_R);
+  settle();
+  EXPECT_EQ(state().step, 0);
+  QTest::mouseClick(find<QPushButton>("run"), Qt::LeftButton);
+  EXPECT_TRUE(wait_for([&] { return state().step > 1; }));
+  QTest::mouseClick(find<QPushButton>("reset"), Qt::LeftButton);
+  settle();
+  EXPECT_EQ(state().step, 0);
+  EXPECT_FALSE(state().running);
+}
+
+TEST_F(Controls, StepSizeIntegratorAndSolver) {
+  show(quiet_beam());
+  auto* field = find<NumberSlider>("step_size")->field();
+  field->setFocus();
+  field->selectAll();
+  QTest::keyClicks(field, "0.002");
+  QTest::keyClick(field, Qt::Key_Return);
+  settle();
+  EXPECT_EQ(window_->simulation()->settings().time.step, 0.002);
+
+  auto* integrator = find<QComboBox>("integrator");
+  integrator->setFocus();
+  QTest::keyClick(integrator, Qt::Key_Home);  // explicit
+  settle();
+  EXPECT_EQ(window_->simulation()->settings().time.integrator, Integrator::kExplicit);
+
+  QTest::keyClick(integrator, Qt::Key_End);  // backward-euler
+  settle();
+  EXPECT_EQ(window_->simulation()->settings().time.integrator, Integrator::kBackwardEuler);
+  auto* tolerance = find<NumberField>("tolerance");
+  tolerance->setFocus();
+  tolerance->selectAll();
+  QTest::keyClicks(tolerance, "1e-6");
+  QTest::keyClick(tolerance, Qt::Key_Return);
+  auto* solver = find<QComboBox>("solver");
+  solver->setFocus();
+  QTest::keyClick(solver, Qt::Key_End);  // Ceres
+  settle();
+  EXPECT_EQ(window_->simulation()->settings().solver.kind, "ceres");
+  EXPECT_EQ(window_->simulation()->settings().solver.tolerance, 1e-6);
+}
+
+TEST_F(Controls, NumbersOutOfRangeAreRefusedWithTheRange) {
+  show(quiet_beam());
+  auto* field = find<NumberSlider>("step_size")->field();
+  const double before = field->value();
+  field->setFocus();
+  field->selectAll();
+  QTest::keyClicks(field, "-3");
+  QTest::keyClick(field, Qt::Key_Return);
+  wait();
+  EXPECT_TRUE(window_->messages()->text().contains(QStringLiteral("above 0")))
+      << window_->messages()->text().toStdString();
+  keep_picture("refused");
+  EXPECT_EQ(field->value(), before);
+  QTest::keyClick(field, Qt::Key_Escape);
+  EXPECT_EQ(field->text().toDouble(), before);
+  settle();
+  EXPECT_EQ(window_->simulation()->settings().time.step, before);
+}
+
+TEST_F(Controls, LimitTurnsRedAndBlowUpOffersTheWayBack) {
+  Document document = quiet_beam();
+  document.scene.environment.kind = EnvironmentKind::kGravity;
+  document.scene.damping = {};
+  show(std::move(document));
+  const double limit = state().stable_step;
+  ASSERT_GT(limit, 0.0);
+  window_->simulation()->edit(SetTime{{Integrator::kVerlet, 3.0 * limit, false, 1000.0}}, "Verlet");
+  settle();
+  EXPECT_TRUE(find<QLabel>("limit")->styleSheet().contains(QStringLiteral("#b00000")));
+  window_->simulation()->set_speed_limit(0.0);
+  window_->simulation()->run();
+  auto* back = find<QPushButton>("message_action");
+  ASSERT_TRUE(wait_for([&] { return back->isVisible(); }));
+  keep_picture("blow_up");
+  EXPECT_EQ(state().status, RunStatus::kUnstable);
+  EXPECT_FALSE(window_->messages()->text().isEmpty());
+  QTest::mouseClick(back, Qt::LeftButton);
+  settle();
+  EXPECT_EQ(state().status, RunStatus::kRunning);
+  EXPECT_FALSE(state().running);
+  EXPECT_FALSE(back->isVisible());
+}
+
+TEST_F(Controls, UndoAndRedoWithTheirTexts) {
+  show(quiet_beam());
+  window_->simulation()->edit(SetDamping{{0.0, 2.0, 0.0}}, "Mass damping 2 1/s");
+  settle();
+  const auto action = [&](const QString& beginning) -> QAction* {
+    for (QAction* candidate : window_->findChildren<QAction*>()) {
+      if (candidate->text().startsWith(beginning)) return candidate;
+    }
+    return nullptr;
+  };
+  QAction* undo = action(QStringLiteral("&Undo"));
+  ASSERT_NE(undo, nullptr);
+  EXPECT_TRUE(undo->text().contains(QStringLiteral("Mass damping 2 1/s")));
+  undo->trigger();
+  settle();
+  EXPECT_EQ(window_->simulation()->settings().damping.mass_damping, 0.0);
+  QAction* redo = action(QStringLiteral("&Redo"));
+  ASSERT_NE(redo, nullptr);
+  redo->trigger();
+  settle();
+  EXPECT_EQ(window_->simulation()->settings().damping.mass_damping, 2.0);
+}
+
+}  // namespace
+}  // namespace tetraction::viewer

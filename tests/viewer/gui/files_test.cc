@@ -1,0 +1,163 @@
+// What is opened and what is written: scenes, meshes, runs.
+#include <QDropEvent>
+#include <QFile>
+#include <QMimeData>
+#include <QSlider>
+#include <QTemporaryDir>
+#include <QUrl>
+#include <cstring>
+
+#include "tetraction/io/run_recorder.h"
+#include "tetraction/io/scene_reader.h"
+#include "window_test.h"
+
+namespace tetraction::viewer {
+namespace {
+
+class Files : public WindowTest {
+ protected:
+  QString write(const char* name, const char* text) {
+    const QString path = folder_.filePath(QLatin1String(name));
+    QFile file(path);
+    EXPECT_TRUE(file.open(QIODevice::WriteOnly));
+    file.write(text);
+    return path;
+  }
+  QTemporaryDir folder_;
+};
+
+constexpr const char* kScene = R"([mesh]
+generate = { kind = "box", size = [1, 0.3, 0.3], cells = [6, 2, 2] }
+[material]
+youngs_modulus = 1e6
+poissons_ratio = 0.4
+[time]
+step = 0.01
+end = 0.3
+[environment]
+kind = "gravity"
+[[fix]]
+select = { plane = { axis = "x", at = 0.0 } }
+)";
+
+TEST_F(Files, ABrokenSceneIsToldWithItsPlace) {
+  window_->open(write("broken.toml", "[mesh]\nfile = \"a.vtu\"\n[materiel]\n"));
+  wait();
+  EXPECT_TRUE(window_->messages()->text().contains(QStringLiteral("broken.toml:3")))
+      << window_->messages()->text().toStdString();
+  EXPECT_EQ(window_->simulation(), nullptr);
+  keep_picture("broken_scene");
+  // A good one after it.
+  window_->open(write("good.toml", kScene));
+  wait();
+  EXPECT_TRUE(window_->messages()->text().isEmpty());
+  ASSERT_NE(window_->simulation(), nullptr);
+}
+
+TEST_F(Files, AMeshIsDroppedOnTheWindow) {
+  QMimeData data;
+  data.setUrls({QUrl::fromLocalFile(QStringLiteral(TETRACTION_DATA "/orbiting_cube.msh"))});
+  QDragEnterEvent enter(QPoint(600, 300), Qt::CopyAction, &data, Qt::LeftButton, Qt::NoModifier);
+  QCoreApplication::sendEvent(window_.get(), &enter);
+  EXPECT_TRUE(enter.isAccepted());
+  QDropEvent drop(QPointF(600, 300), Qt::CopyAction, &data, Qt::LeftButton, Qt::NoModifier);
+  QCoreApplication::sendEvent(window_.get(), &drop);
+  wait();
+  ASSERT_NE(window_->simulation(), nullptr) << window_->messages()->text().toStdString();
+  EXPECT_GT(window_->simulation()->mesh().tetrahedron_count(), 0);
+  press_key(Qt::Key_S);
+  settle();
+  EXPECT_EQ(state().step, 1);
+}
+
+TEST_F(Files, ARunIsReplayed) {
+  const Scene scene = read_scene(write("scene.toml", kScene).toStdString());
+  Session session(scene, generate_mesh(*scene.mesh.generate));
+  const std::string directory = folder_.filePath(QStringLiteral("run")).toStdString();
+  RunRecorder recorder(directory, 5);
+  session.run({&recorder});
+
+  window_->open(QString::fromStdString(directory));
+  wait(300);
+  ASSERT_NE(window_->replay(), nullptr) << window_->messages()->text().toStdString();
+  EXPECT_EQ(window_->simulation(), nullptr);
+  EXPECT_EQ(window_->replay()->times().size(), 7U);
+  EXPECT_EQ(window_->chart()->row_count(), 31U);
+  auto* slider = find<QSlider>("replay_slider");
+  slider->setFocus();
+  QTest::keyClick(slider, Qt::Key_End);
+  wait(200);
+  const auto shown = window_->body_view()->state();
+  ASSERT_NE(shown, nullptr);
+  EXPECT_NEAR(shown->time, 0.3, 1e-12);
+  EXPECT_LT((shown->position - session.state().position).norm(), 1e-6);
+  EXPECT_EQ(static_cast<Index>(shown->field_values.size()),
+            window_->replay()->mesh().tetrahedron_count());
+  keep_picture("replay");
+  press_key(Qt::Key_R);
+  EXPECT_EQ(slider->value(), 0);
+  // A directory without a run says so and leaves the window as it is.
+  window_->open(folder_.path());
+  EXPECT_TRUE(window_->messages()->text().contains(QStringLiteral("frames.pvd")));
+  EXPECT_NE(window_->replay(), nullptr);
+}
+
+TEST_F(Files, ARecordedRunIsReplayed) {
+  show(first_scene());
+  const QString directory = folder_.filePath(QStringLiteral("recorded"));
+  window_->record_run(directory);
+  window_->simulation()->run();
+  ASSERT_TRUE(wait_for([&] { return state().time > 0.5; }));
+  window_->open(directory + QStringLiteral("/../scene.toml"));  // not there: the window stays
+  window_->stop_recording();
+  window_->open(directory);
+  ASSERT_NE(window_->replay(), nullptr) << window_->messages()->text().toStdString();
+  EXPECT_GT(window_->replay()->times().size(), 1U);
+  EXPECT_GT(window_->chart()->row_count(), 10U);
+}
+
+TEST_F(Files, ARecordedSceneReplaysBitwise) {
+  window_->open(write("scene.toml", kScene));
+  wait();
+  ASSERT_NE(window_->simulation(), nullptr);
+  for (int i = 0; i < 5; ++i) press_key(Qt::Key_S);
+  settle();
+  window_->simulation()->edit(SetDamping{{0.0, 2.0, 0.0}}, "Mass damping 2 1/s");
+  for (int i = 0; i < 5; ++i) press_key(Qt::Key_S);
+  settle();
+  const Snapshot live = state();
+  const QString path = folder_.filePath(QStringLiteral("recorded.toml"));
+  window_->save_scene(path);
+  const Scene again = read_scene(path.toStdString());
+  Session session(again, generate_mesh(*again.mesh.generate));
+  session.run();
+  ASSERT_EQ(session.state().step, live.step);
+  EXPECT_EQ(0, std::memcmp(session.state().position.data(), live.position.data(),
+                           static_cast<std::size_t>(live.position.size()) * sizeof(double)));
+}
+
+TEST_F(Files, PicturesAreSavedAndRecentFilesRemembered) {
+  const QString scene = write("scene.toml", kScene);
+  window_->open(scene);
+  wait(300);
+  const QImage picture = window_->body_view()->picture();
+  EXPECT_GT(picture.width(), 300);
+  // Something is drawn: more than a background.
+  QSet<QRgb> colors;
+  for (int x = 0; x < picture.width(); x += 3) {
+    for (int y = 0; y < picture.height(); y += 3) colors.insert(picture.pixel(x, y));
+  }
+  EXPECT_GT(colors.size(), 50);
+  EXPECT_TRUE(QSettings().value(QStringLiteral("recent")).toStringList().contains(scene));
+}
+
+TEST_F(Files, ClosingWhileRunningStops) {
+  show(first_scene());
+  window_->simulation()->run();
+  ASSERT_TRUE(wait_for([&] { return state().running && state().step > 1; }));
+  EXPECT_TRUE(window_->close());
+  EXPECT_EQ(window_->simulation(), nullptr);
+}
+
+}  // namespace
+}  // namespace tetraction::viewer

@@ -1,0 +1,22 @@
+// The tests of the window: one application for all of them, with settings of its own.
+#include <gtest/gtest.h>
+
+#include <QApplication>
+#include <QDir>
+#include <QSettings>
+#include <QStandardPaths>
+
+#include "viewer/gui/view_app.h"
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  // gtest_discover_tests lists the cases while building, where no display is needed.
+  if (testing::GTEST_FLAG(list_tests)) return RUN_ALL_TESTS();
+  tetraction::viewer::set_up_application();
+  QSettings::setPath(
+      QSettings::NativeFormat, QSettings::UserScope,
+      QDir::temp().filePath(
+          QStringLiteral("tetraction_gui_test_%1").arg(QCoreApplication::applicationPid())));
+  QApplication app(argc, argv);
+  return RUN_ALL_TESTS();
+}

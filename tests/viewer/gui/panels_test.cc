@@ -1,0 +1,159 @@
+// Panels of material, surroundings, vertices, drawing.
+#include <QCheckBox>
+#include <QComboBox>
+#include <QDockWidget>
+#include <QPushButton>
+#include <QSlider>
+
+#include "viewer/gui/number_field.h"
+#include "window_test.h"
+
+namespace tetraction::viewer {
+namespace {
+
+class Panels : public WindowTest {
+ protected:
+  void enter(NumberField* field, const char* text) {
+    field->setFocus();
+    field->selectAll();
+    QTest::keyClicks(field, QLatin1String(text));
+    QTest::keyClick(field, Qt::Key_Return);
+    settle();
+  }
+  void raise(const char* dock) {
+    find<QDockWidget>(dock)->raise();
+    wait(50);
+  }
+};
+
+TEST_F(Panels, MaterialByNumberAndSlider) {
+  show(quiet_beam());
+  raise("dock_material");
+  auto* young = find<NumberSlider>("youngs_modulus");
+  enter(young->field(), "2.5e5");
+  EXPECT_EQ(window_->simulation()->settings().materials[0].youngs_modulus, 2.5e5);
+  young->slider()->setFocus();
+  QTest::keyClick(young->slider(), Qt::Key_Right);
+  wait(200);
+  settle();
+  const double moved = window_->simulation()->settings().materials[0].youngs_modulus.value_or(0.0);
+  EXPECT_GT(moved, 2.5e5);
+  EXPECT_LT(moved, 3e5);
+  enter(find<NumberSlider>("poissons_ratio")->field(), "0.7");
+  EXPECT_TRUE(window_->messages()->text().contains(QStringLiteral("0.5")));
+  enter(find<NumberSlider>("poissons_ratio")->field(), "0.3");
+  EXPECT_EQ(window_->simulation()->settings().materials[0].poissons_ratio, 0.3);
+  auto* model = find<QComboBox>("model");
+  model->setFocus();
+  QTest::keyClick(model, Qt::Key_End);
+  settle();
+  EXPECT_EQ(window_->simulation()->settings().materials[0].model, "mooney-rivlin");
+  keep_picture("material");
+}
+
+TEST_F(Panels, RegionsHaveMaterialsOfTheirOwn) {
+  Document document = quiet_beam();
+  MaterialRegionSettings region;
+  region.select = SelectBox{{0.6, 0.0, 0.0}, {1.2, 0.3, 0.3}};
+  region.material = document.scene.material;
+  document.scene.material_region.push_back(region);
+  show(std::move(document));
+  raise("dock_material");
+  auto* regions = find<QComboBox>("region");
+  ASSERT_EQ(regions->count(), 2);
+  regions->setFocus();
+  QTest::keyClick(regions, Qt::Key_End);
+  enter(find<NumberSlider>("youngs_modulus")->field(), "4e5");
+  const auto materials = window_->simulation()->settings().materials;
+  EXPECT_EQ(materials[0].youngs_modulus, 1.5e6);
+  EXPECT_EQ(materials[1].youngs_modulus, 4e5);
+  auto* field = find<QComboBox>("color_field");
+  raise("dock_drawing");
+  field->setFocus();
+  QTest::keyClick(field, Qt::Key_End);
+  settle();
+  keep_picture("regions");
+}
+
+TEST_F(Panels, EnvironmentAndDamping) {
+  show(quiet_beam());
+  raise("dock_world");
+  auto* kind = find<QComboBox>("environment");
+  kind->setFocus();
+  QTest::keyClick(kind, Qt::Key_Down);
+  settle();
+  EXPECT_EQ(window_->simulation()->settings().environment.kind, EnvironmentKind::kGravity);
+  enter(find<NumberSlider>("gravity")->field(), "1.62");
+  EXPECT_EQ(window_->simulation()->settings().environment.strength, 1.62);
+  enter(find<NumberSlider>("viscosity")->field(), "120");
+  enter(find<NumberSlider>("drag")->field(), "-1");
+  EXPECT_TRUE(window_->messages()->text().contains(QStringLiteral("0 or more")));
+  enter(find<NumberSlider>("drag")->field(), "0.25");
+  enter(find<NumberSlider>("mass_damping")->field(), "3");
+  const Damping damping = window_->simulation()->settings().damping;
+  EXPECT_EQ(damping.viscosity, 120.0);
+  EXPECT_EQ(damping.drag, 0.25);
+  EXPECT_EQ(damping.mass_damping, 3.0);
+  keep_picture("world");
+  kind->setFocus();
+  QTest::keyClick(kind, Qt::Key_Down);
+  settle();
+  EXPECT_EQ(window_->simulation()->settings().environment.kind, EnvironmentKind::kAttraction);
+}
+
+TEST_F(Panels, TypedPositionMomentumAndForce) {
+  show(quiet_beam());
+  raise("dock_vertices");
+  const Index tip = nearest({1.2, 0.3, 0.3});
+  window_->select({tip});
+  wait(50);
+  enter(find<NumberField>("force_x"), "5");
+  EXPECT_DOUBLE_EQ(vertex_block(state().external_force, tip).x(), 5.0);
+  enter(find<NumberField>("force_x"), "0");
+  EXPECT_DOUBLE_EQ(vertex_block(state().external_force, tip).x(), 0.0);
+  enter(find<NumberField>("momentum_x"), "0.25");
+  EXPECT_DOUBLE_EQ(vertex_block(state().momentum, tip).x(), 0.25);
+  enter(find<NumberField>("position_x"), "1.21");
+  EXPECT_NEAR(position(tip).x(), 1.21, 1e-12);
+  EXPECT_EQ(state().fixed[static_cast<std::size_t>(tip)], 0);
+  QTest::mouseClick(find<QPushButton>("place"), Qt::LeftButton);
+  settle();
+  EXPECT_EQ(state().fixed[static_cast<std::size_t>(tip)], 1);
+  keep_picture("vertices");
+  QTest::mouseClick(find<QPushButton>("unfix"), Qt::LeftButton);
+  settle();
+  EXPECT_EQ(state().fixed[static_cast<std::size_t>(tip)], 0);
+}
+
+TEST_F(Panels, DrawingCombinations) {
+  Document document = first_scene();
+  document.scene.initial.angular_velocity = {0.0, 0.0, 0.5};
+  show(std::move(document));
+  raise("dock_drawing");
+  window_->simulation()->run();
+  ASSERT_TRUE(wait_for([&] { return state().time > 0.15; }));
+  window_->simulation()->pause();
+  settle();
+  for (const char* name : {"points", "momenta", "reactions", "rest", "axes"}) {
+    auto* check = find<QCheckBox>(name);
+    QTest::mouseClick(check, Qt::LeftButton, Qt::NoModifier, QPoint(8, check->height() / 2));
+    EXPECT_TRUE(check->isChecked()) << name;
+  }
+  const DrawingSettings& drawing = window_->body_view()->drawing();
+  EXPECT_TRUE(drawing.points && drawing.momenta && drawing.reactions && drawing.rest);
+  keep_picture("drawing");
+  auto* clip = find<QCheckBox>("clip");
+  QTest::mouseClick(clip, Qt::LeftButton, Qt::NoModifier, QPoint(8, clip->height() / 2));
+  EXPECT_TRUE(drawing.clip);
+  keep_picture("clip");
+  auto* field = find<QComboBox>("color_field");
+  for (int i = 0; i < field->count(); ++i) {
+    field->setFocus();
+    QTest::keyClick(field, i == 0 ? Qt::Key_Home : Qt::Key_Down);
+    settle();
+    EXPECT_EQ(state().field, drawing.field);
+  }
+}
+
+}  // namespace
+}  // namespace tetraction::viewer

@@ -1,0 +1,130 @@
+// The mouse on the body.
+#include <QPushButton>
+
+#include "window_test.h"
+
+namespace tetraction::viewer {
+namespace {
+
+using Picking = WindowTest;
+
+TEST_F(Picking, AClickSelectsTheVertexThere) {
+  show(quiet_beam());
+  for (const Vector3& corner :
+       {Vector3(1.2, 0.3, 0.3), Vector3(0.6, 0.3, 0.3), Vector3(0.6, 0.15, 0.3)}) {
+    const Index vertex = nearest(corner);
+    QTest::mouseClick(window_->body_view()->canvas(), Qt::LeftButton, Qt::NoModifier,
+                      place_of(vertex));
+    wait(50);
+    EXPECT_EQ(window_->selection(), std::vector<Index>{vertex});
+  }
+  // One more with Ctrl; a click beside the body clears.
+  const Index more = nearest({1.2, 0.3, 0.3});
+  QTest::mouseClick(window_->body_view()->canvas(), Qt::LeftButton, Qt::ControlModifier,
+                    place_of(more));
+  EXPECT_EQ(window_->selection().size(), 2U);
+  QTest::mouseClick(window_->body_view()->canvas(), Qt::LeftButton, Qt::NoModifier, QPoint(8, 200));
+  EXPECT_TRUE(window_->selection().empty());
+}
+
+TEST_F(Picking, AVertexBehindTheBodyIsNotPicked) {
+  show(quiet_beam());
+  const Index behind = nearest({0.6, 0.15, 0.0});
+  const Index picked = window_->body_view()->vertex_at(place_of(behind));
+  EXPECT_GE(picked, 0);
+  EXPECT_NE(picked, behind);
+}
+
+TEST_F(Picking, RubberBandAndFix) {
+  show(quiet_beam());
+  trigger("tool_2");
+  const QPoint a = place_of(nearest({1.2, 0.3, 0.0}));
+  const QPoint b = place_of(nearest({1.2, 0.0, 0.3}));
+  drag(QPoint(std::max(a.x(), b.x()) + 20, std::min(a.y(), b.y()) - 40),
+       QPoint(std::min(a.x(), b.x()) - 12, std::max(a.y(), b.y()) + 40));
+  std::size_t at_the_end = 0;
+  for (const Index v : window_->selection()) at_the_end += position(v).x() > 1.15;
+  EXPECT_EQ(at_the_end, 9U);
+  keep_picture("rubber_band");
+  press_key(Qt::Key_F);
+  settle();
+  for (const Index v : window_->selection()) {
+    EXPECT_EQ(state().fixed[static_cast<std::size_t>(v)], 1);
+  }
+  press_key(Qt::Key_U);
+  settle();
+  for (const Index v : window_->selection()) {
+    EXPECT_EQ(state().fixed[static_cast<std::size_t>(v)], 0);
+  }
+}
+
+TEST_F(Picking, DraggingMovesAVertexWhilePaused) {
+  show(quiet_beam());
+  trigger("tool_3");
+  const Index tip = nearest({1.2, 0.3, 0.3});
+  const Vector3 before = position(tip);
+  const QPoint from = place_of(tip);
+  bool held = false;
+  while_pressed_ = [&] {
+    settle();
+    held = state().fixed[static_cast<std::size_t>(tip)] != 0;
+  };
+  drag(from, from + QPoint(0, -12));
+  settle();
+  EXPECT_TRUE(held);
+  EXPECT_EQ(state().fixed[static_cast<std::size_t>(tip)], 0);
+  EXPECT_GT(position(tip).y(), before.y() + 0.005);
+  const QPoint now = place_of(tip);
+  EXPECT_NEAR(now.x(), from.x(), 2);
+  EXPECT_NEAR(now.y(), from.y() - 12, 2);
+  EXPECT_FALSE(window_->simulation()->undo_text().empty());
+}
+
+TEST_F(Picking, DraggingPullsARunningBodyAndTellsTheReaction) {
+  show(quiet_beam());
+  trigger("tool_3");
+  press_key(Qt::Key_Space);
+  ASSERT_TRUE(wait_for([&] { return state().step > 2; }));
+  const Index tip = nearest({1.2, 0.3, 0.3});
+  double reaction = 0.0;
+  double height = 0.0;
+  while_pressed_ = [&] {
+    wait(800);
+    reaction = vertex_block(state().reaction_force, tip).norm();
+    height = position(tip).y();
+    keep_picture("dragging");
+  };
+  const QPoint from = place_of(tip);
+  drag(from, from + QPoint(0, -15));
+  EXPECT_GT(height, 0.305);
+  EXPECT_GT(reaction, 0.1);
+  settle_running();
+  EXPECT_EQ(state().fixed[static_cast<std::size_t>(tip)], 0);
+  EXPECT_EQ(state().status, RunStatus::kRunning);
+}
+
+TEST_F(Picking, ArrowsPullForceAndMomentum) {
+  show(quiet_beam());
+  const Index tip = nearest({1.2, 0.3, 0.3});
+  trigger("tool_4");
+  while_pressed_ = [&] { keep_picture("arrow"); };
+  drag(place_of(tip), place_of(tip) + QPoint(0, -60));
+  settle();
+  EXPECT_GT(vertex_block(state().external_force, tip).y(), 0.0);
+  while_pressed_ = [] {};
+  trigger("tool_5");
+  drag(place_of(tip), place_of(tip) + QPoint(0, -60));
+  settle();
+  EXPECT_GT(vertex_block(state().momentum, tip).y(), 0.0);
+}
+
+TEST_F(Picking, TurningTheCameraLeavesTheBodyAlone) {
+  show(quiet_beam());
+  const QPoint before = place_of(nearest({1.2, 0.3, 0.3}));
+  drag(QPoint(200, 200), QPoint(300, 240));
+  EXPECT_GT((place_of(nearest({1.2, 0.3, 0.3})) - before).manhattanLength(), 5);
+  EXPECT_TRUE(window_->simulation()->undo_text().empty());
+}
+
+}  // namespace
+}  // namespace tetraction::viewer

@@ -1,0 +1,126 @@
+// A window on a scene, driven as a person drives it.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <QAction>
+#include <QApplication>
+#include <QDir>
+#include <QSettings>
+#include <QtTest/QTest>
+#include <functional>
+#include <memory>
+
+#include "tetraction/mesh/generate.h"
+#include "tetraction/simulation/scene_objects.h"
+#include "viewer/gui/body_view.h"
+#include "viewer/gui/documents.h"
+#include "viewer/gui/live_chart.h"
+#include "viewer/gui/main_window.h"
+
+namespace tetraction::viewer {
+
+/// A clamped beam without gravity, at rest: what happens to it is what the test does.
+inline Document quiet_beam() {
+  Document document = first_scene();
+  document.scene.environment.kind = EnvironmentKind::kNone;
+  document.scene.mesh.generate = GeneratorSettings{GeneratorKind::kBox, {1.2, 0.3, 0.3}, {8, 2, 2}};
+  document.mesh = generate_box({1.2, 0.3, 0.3}, {8, 2, 2});
+  return document;
+}
+
+class WindowTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    QSettings().clear();
+    window_ = std::make_unique<MainWindow>();
+    window_->resize(1280, 800);
+    window_->show();
+    QApplication::setActiveWindow(
+        window_.get());  // no window manager does it, and shortcuts need it
+    ASSERT_TRUE(QTest::qWaitForWindowExposed(window_.get()));
+  }
+
+  void show(Document document) {
+    window_->show_document(std::move(document));
+    wait();
+  }
+  /// Lets the window work for a moment.
+  static void wait(int ms = 100) { QTest::qWait(ms); }
+  /// Waits for the simulation, then for the window to show what it did.
+  void settle() {
+    ASSERT_TRUE(window_->simulation()->wait_until_idle(20.0));
+    wait(400);
+  }
+  /// The same while it runs on: for the next pictures.
+  void settle_running() {
+    const Index step = state().step;
+    ASSERT_TRUE(wait_for([&] { return state().step > step + 3; }));
+    wait(300);
+  }
+  static bool wait_for(const std::function<bool()>& done, int ms = 20000) {
+    return QTest::qWaitFor(done, ms);
+  }
+
+  template <class Widget>
+  Widget* find(const char* name) {
+    Widget* widget = window_->findChild<Widget*>(QLatin1String(name));
+    EXPECT_NE(widget, nullptr) << name;
+    return widget;
+  }
+  void trigger(const char* name) {
+    auto* action = window_->findChild<QAction*>(QLatin1String(name));
+    ASSERT_NE(action, nullptr) << name;
+    action->trigger();
+  }
+  void press_key(int key) {
+    QTest::keyClick(window_->body_view()->canvas(), static_cast<Qt::Key>(key));
+  }
+
+  const Snapshot& state() {
+    snapshot_ = window_->simulation()->snapshot();
+    return *snapshot_;
+  }
+  Vector3 position(Index vertex) { return vertex_block(state().position, vertex); }
+  QPoint place_of(Index vertex) {
+    return window_->body_view()->to_canvas(position(vertex)).toPoint();
+  }
+  /// The surface vertex nearest to a point.
+  Index nearest(const Vector3& point) {
+    const TetMesh& mesh = window_->simulation()->mesh();
+    Index best = 0;
+    for (Index v = 0; v < mesh.vertex_count(); ++v) {
+      const auto at = [&](Index i) {
+        return (mesh.vertices[static_cast<std::size_t>(i)] - point).norm();
+      };
+      if (at(v) < at(best)) best = v;
+    }
+    return best;
+  }
+  void drag(const QPoint& from, const QPoint& to,
+            Qt::KeyboardModifiers modifiers = Qt::NoModifier) {
+    QWidget* canvas = window_->body_view()->canvas();
+    QTest::mousePress(canvas, Qt::LeftButton, modifiers, from);
+    constexpr int kMoves = 8;
+    for (int i = 1; i <= kMoves; ++i) {
+      QTest::mouseMove(canvas, from + (to - from) * i / kMoves);
+      wait(30);
+    }
+    while_pressed_();
+    QTest::mouseRelease(canvas, Qt::LeftButton, modifiers, to);
+    wait(50);
+  }
+  /// Keeps a picture of the window for people to look at.
+  void keep_picture(const char* name) {
+    wait(300);
+    QDir().mkpath(QStringLiteral(TETRACTION_SCREENSHOTS));
+    EXPECT_TRUE(window_->grab().save(
+        QStringLiteral(TETRACTION_SCREENSHOTS "/%1.png").arg(QLatin1String(name))));
+  }
+
+  std::unique_ptr<MainWindow> window_;
+  std::shared_ptr<const Snapshot> snapshot_;
+  std::function<void()> while_pressed_ = [] {};
+};
+
+}  // namespace tetraction::viewer
