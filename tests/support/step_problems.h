@@ -57,11 +57,8 @@ struct StiffBlock {
   StepProblem problem{system};
 };
 
-/// The Hessian over the free coordinates as a dense matrix.
-inline Matrix dense_hessian(const StepProblem& problem, const Vector& x) {
-  const SparsityPattern pattern(problem.system().rest(), problem.system().coordinates());
-  std::vector<double> values(static_cast<std::size_t>(pattern.nonzeros()));
-  EXPECT_TRUE(problem.hessian(x, pattern, values.data()).ok());
+/// The symmetric matrix whose lower triangle `values` holds in the pattern's order.
+inline Matrix dense_matrix(const SparsityPattern& pattern, const std::vector<double>& values) {
   Matrix k = Matrix::Zero(pattern.size(), pattern.size());
   for (Index j = 0; j < pattern.size(); ++j) {
     for (int i = pattern.column_begin()[static_cast<std::size_t>(j)];
@@ -71,6 +68,14 @@ inline Matrix dense_hessian(const StepProblem& problem, const Vector& x) {
     }
   }
   return k;
+}
+
+/// The Hessian over the free coordinates as a dense matrix.
+inline Matrix dense_hessian(const StepProblem& problem, const Vector& x) {
+  const SparsityPattern pattern(problem.system().rest(), problem.system().coordinates());
+  std::vector<double> values(static_cast<std::size_t>(pattern.nonzeros()));
+  EXPECT_TRUE(problem.hessian(x, pattern, values.data()).ok());
+  return dense_matrix(pattern, values);
 }
 
 /// The minimiser by Newton's method with a dense factor of the assembled Hessian and step halving.

@@ -4,7 +4,7 @@
 #include <Eigen/Geometry>
 
 #include "support/bodies.h"
-#include "support/fibre_rubber.h"
+#include "support/step_problems.h"
 #include "tetraction/core/parallel.h"
 #include "tetraction/dynamics/derivative_check.h"
 
@@ -50,14 +50,7 @@ class CoarseSpaceOf : public testing::TestWithParam<std::size_t> {
     const SparsityPattern pattern(system_.rest(), FreeCoordinates(system_.vertex_count()));
     std::vector<double> values(static_cast<std::size_t>(pattern.nonzeros()), 0.0);
     EXPECT_TRUE(system_.elastic().add_hessian(q_, pattern, values.data()).ok());
-    Matrix a = Matrix::Zero(pattern.size(), pattern.size());
-    for (Index j = 0; j < pattern.size(); ++j) {
-      for (int k = pattern.column_begin()[static_cast<std::size_t>(j)];
-           k < pattern.column_begin()[static_cast<std::size_t>(j) + 1]; ++k) {
-        const int i = pattern.rows()[static_cast<std::size_t>(k)];
-        a(i, j) = a(j, i) = values[static_cast<std::size_t>(k)];
-      }
-    }
+    Matrix a = dense_matrix(pattern, values);
     for (Index v = 0; v < system_.vertex_count(); ++v) {
       a.block<3, 3>(3 * v, 3 * v) += vertex_term(v);
     }

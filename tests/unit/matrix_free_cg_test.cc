@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 
 #include "support/bodies.h"
+#include "support/step_problems.h"
 #include "tetraction/core/parallel.h"
 
 namespace tetraction {
@@ -38,18 +39,8 @@ class StiffBeam : public testing::Test {
 
   // −A⁻¹ gradient, from the assembled matrix.
   Vector direct() const {
-    const SparsityPattern pattern(system_.rest(), system_.coordinates());
-    std::vector<double> values(static_cast<std::size_t>(pattern.nonzeros()));
-    EXPECT_TRUE(problem_.hessian(x_, pattern, values.data()).ok());
-    Matrix a = Matrix::Zero(pattern.size(), pattern.size());
-    for (Index j = 0; j < pattern.size(); ++j) {
-      for (int k = pattern.column_begin()[static_cast<std::size_t>(j)];
-           k < pattern.column_begin()[static_cast<std::size_t>(j) + 1]; ++k) {
-        a(pattern.rows()[static_cast<std::size_t>(k)], j) = values[static_cast<std::size_t>(k)];
-      }
-    }
     return system_.coordinates().extend(
-        a.selfadjointView<Eigen::Lower>().llt().solve(-system_.coordinates().restrict(gradient_)));
+        dense_hessian(problem_, x_).llt().solve(-system_.coordinates().restrict(gradient_)));
   }
 
   MechanicalSystem system_;

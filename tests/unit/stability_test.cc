@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 
 #include "support/bodies.h"
+#include "support/step_problems.h"
 #include "tetraction/dynamics/derivative_check.h"
 
 namespace tetraction {
@@ -15,14 +16,7 @@ double dense_omega_max(const MechanicalSystem& system, const Vector& q) {
   const SparsityPattern pattern(system.rest(), system.coordinates());
   std::vector<double> values(static_cast<std::size_t>(pattern.nonzeros()), 0.0);
   EXPECT_TRUE(system.elastic().add_hessian(q, pattern, values.data()).ok());
-  Matrix k = Matrix::Zero(pattern.size(), pattern.size());
-  for (Index j = 0; j < pattern.size(); ++j) {
-    for (int i = pattern.column_begin()[static_cast<std::size_t>(j)];
-         i < pattern.column_begin()[static_cast<std::size_t>(j) + 1]; ++i) {
-      const int row = pattern.rows()[static_cast<std::size_t>(i)];
-      k(row, j) = k(j, row) = values[static_cast<std::size_t>(i)];
-    }
-  }
+  const Matrix k = dense_matrix(pattern, values);
   const Matrix m = system.coordinates().reduced_mass(system.mass()).asDiagonal();
   const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix> solver(k, m, Eigen::EigenvaluesOnly);
   return std::sqrt(solver.eigenvalues().maxCoeff());

@@ -22,6 +22,7 @@
 #include "io/quiet_vtk.h"
 #include "io/text_scanner.h"
 #include "io/vtk_header.h"
+#include "run_files.h"
 #include "tetraction/core/error.h"
 #include "tetraction/io/mesh_reader.h"
 
@@ -37,21 +38,6 @@ Vector point_vectors(vtkUnstructuredGrid* grid, const char* name, Index vertices
   if (array == nullptr || array->GetNumberOfComponents() != 3) return values;
   for (Index v = 0; v < vertices; ++v) array->GetTuple(v, values.data() + 3 * v);
   return values;
-}
-
-const char* cell_array_of(ColorField field) {
-  switch (field) {
-    case ColorField::kVonMises:
-      return "von_mises";
-    case ColorField::kEnergyDensity:
-      return "energy_density";
-    case ColorField::kJacobian:
-      return "jacobian";
-    case ColorField::kRegion:
-      return "region";
-    default:
-      return nullptr;
-  }
 }
 
 void set_magnitudes(Snapshot& snapshot, const Vector& field) {
@@ -213,7 +199,7 @@ std::shared_ptr<const Snapshot> Replay::frame(std::size_t i, ColorField field) c
   snapshot->field = field;
   if (field == ColorField::kDisplacement) set_magnitudes(*snapshot, displacement);
   if (field == ColorField::kSpeed) set_magnitudes(*snapshot, snapshot->velocity);
-  if (const char* name = cell_array_of(field)) {
+  if (const char* name = cell_array_name(field)) {
     snapshot->field_on_cells = true;
     if (vtkDataArray* array = grid->GetCellData()->GetArray(name)) {
       for (Index e = 0; e < m; ++e) {

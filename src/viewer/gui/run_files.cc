@@ -11,7 +11,9 @@ Matrix columns(const Vector& field) {
   return field.reshaped(3, field.size() / 3);
 }
 
-const char* array_name(ColorField field) {
+}  // namespace
+
+const char* cell_array_name(ColorField field) {
   switch (field) {
     case ColorField::kVonMises:
       return "von_mises";
@@ -22,11 +24,9 @@ const char* array_name(ColorField field) {
     case ColorField::kRegion:
       return "region";
     default:
-      return nullptr;  // of vertices: they follow from what is written anyway
+      return nullptr;
   }
 }
-
-}  // namespace
 
 RunFiles::RunFiles(const TetMesh& mesh, const std::string& directory)
     : directory_(directory), rest_(mesh.rest_positions()), frames_(mesh, directory) {}
@@ -44,7 +44,8 @@ void RunFiles::write(const Snapshot& snapshot) {
                         {"external_force", columns(snapshot.external_force)},
                         {"reaction_force", columns(snapshot.reaction_force)},
                         {"fixed", std::move(fixed), true}};
-  if (const char* name = array_name(snapshot.field); name != nullptr && snapshot.field_on_cells) {
+  if (const char* name = cell_array_name(snapshot.field);
+      name != nullptr && snapshot.field_on_cells) {
     Matrix values(1, static_cast<Index>(snapshot.field_values.size()));
     for (Index e = 0; e < values.cols(); ++e) {
       values(0, e) = static_cast<double>(snapshot.field_values[static_cast<std::size_t>(e)]);

@@ -26,6 +26,10 @@ class RunFiles {
   FrameWriter frames_;
 };
 
+/// The cell array of a frame that holds a field, or null for fields of vertices: these follow from what
+/// a frame has anyway.
+const char* cell_array_name(ColorField field);
+
 /// history.csv of the rows: the columns of `tetraction run` that a history has.
 std::string history_text(const std::vector<HistoryRow>& rows);
 
