@@ -22,6 +22,7 @@
 #include <limits>
 
 #include "ray_picking.h"
+#include "vtk_widget.h"
 
 namespace tetraction::viewer {
 namespace {
@@ -32,7 +33,7 @@ constexpr double kNearSilhouette = 10.0;  // pixels beside the body in which a c
 }  // namespace
 
 BodyView::BodyView(QWidget* parent)
-    : QWidget(parent), widget_(new QVTKOpenGLNativeWidget(window_, this)) {
+    : QWidget(parent), widget_(make_vtk_widget(window_, this)) {
   auto* layout = new QVBoxLayout(this);
   layout->setContentsMargins(0, 0, 0, 0);
   layout->addWidget(widget_);

@@ -33,6 +33,7 @@
 #include "io/text_file.h"
 #include "run_files.h"
 #include "tetraction/core/error.h"
+#include "vtk_widget.h"
 
 namespace tetraction::viewer {
 namespace {
@@ -54,7 +55,7 @@ vtkDoubleArray* column(vtkTable* table, int i) {
 }  // namespace
 
 LiveChart::LiveChart(QWidget* parent)
-    : QWidget(parent), cursor_(kNaN), widget_(new QVTKOpenGLNativeWidget(window_, this)) {
+    : QWidget(parent), cursor_(kNaN), widget_(make_vtk_widget(window_, this)) {
   tabs_ = new QTabBar(this);
   tabs_->setObjectName(QStringLiteral("chart_tabs"));
   tabs_->setExpanding(false);

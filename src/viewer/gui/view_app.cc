@@ -45,6 +45,8 @@ void set_up_application() {
   format.setSamples(0);  // edges are smoothed by a filter, which is cheap without a graphics card
   format.setSwapInterval(0);  // two views in one window must not wait for each other
   QSurfaceFormat::setDefaultFormat(format);
+  // Only the widgets that ask for it have a window of their own (make_vtk_widget).
+  QCoreApplication::setAttribute(Qt::AA_DontCreateNativeWidgetSiblings);
   QCoreApplication::setAttribute(Qt::AA_EnableHighDpiScaling);
   QCoreApplication::setAttribute(Qt::AA_UseHighDpiPixmaps);
   QCoreApplication::setOrganizationName(QStringLiteral("tetraction"));
