@@ -11,11 +11,13 @@
 #include <QSettings>
 #include <QTimer>
 #include <QtTest/QTest>
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <string>
 
 #include "report.h"
+#include "tetraction/core/parallel.h"
 #include "tetraction/mesh/generate.h"
 #include "timing.h"
 #include "viewer/gui/body_view.h"
@@ -53,9 +55,8 @@ void measure(viewer::MainWindow& window, const std::string& name, double seconds
   QTimer tick;
   QElapsedTimer since_tick;
   qint64 longest = 0;
-  QObject::connect(&tick, &QTimer::timeout, [&] {
-    longest = std::max(longest, since_tick.restart());
-  });
+  QObject::connect(&tick, &QTimer::timeout,
+                   [&] { longest = std::max(longest, since_tick.restart()); });
   since_tick.start();
   tick.start(5);
   const auto pictures = window.body_view()->picture_count();
@@ -81,9 +82,12 @@ int main(int argc, char** argv) {
   std::string scene;
   app.add_option("--seconds", seconds, "of each measurement");
   app.add_option("--cells", cells, "of the beam; six tetrahedra each")->delimiter(',');
+  int threads = 0;
+  app.add_option("--threads", threads, "of the solver; 0: all cores but one, as the program does");
   app.add_option("--scene", scene, "measured instead of the beam");
   CLI11_PARSE(app, argc, argv);
 
+  set_thread_count(threads > 0 ? threads : std::max(1, thread_count() - 1));
   const double start = now();
   viewer::set_up_application();
   int qt_argc = 1;

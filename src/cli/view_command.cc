@@ -1,10 +1,12 @@
 // tetraction view: play with a scene, or look at a finished run, in a window.
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <memory>
 #include <string>
 
 #include "commands.h"
 #include "tetraction/core/error.h"
+#include "tetraction/core/parallel.h"
 #ifdef TETRACTION_HAS_VIEWER
 #include "viewer/gui/view_app.h"
 #endif
@@ -35,7 +37,11 @@ void add_view_command(CLI::App& app, int& exit_code) {
   command->add_option("path", *path,
                       "Scene (.toml), output directory of a run, or mesh file; without one: a "
                       "first scene");
-  command->callback([path, &exit_code] { exit_code = view(*path); });
+  command->callback([path, &app, &exit_code] {
+    // The window draws while the solver works: one core is its own.
+    if (app.count("--threads") == 0) set_thread_count(std::max(1, thread_count() - 1));
+    exit_code = view(*path);
+  });
 }
 
 }  // namespace tetraction

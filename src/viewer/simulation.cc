@@ -79,6 +79,18 @@ void Simulation::redo() {
   impl_->send(Redo{});
 }
 
+void Simulation::observe(std::unique_ptr<Observer> observer) {
+  {
+    const std::lock_guard lock(impl_->mutex);
+    impl_->observed = observer != nullptr;
+  }
+  impl_->send(Observe{std::move(observer)});
+}
+bool Simulation::observed() const {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->observed;
+}
+
 std::string Simulation::undo_text() const {
   const std::lock_guard lock(impl_->mutex);
   return impl_->undo_text;

@@ -12,6 +12,10 @@
 #include "tetraction/mesh/tet_mesh.h"
 #include "tetraction/simulation/scene.h"
 
+namespace tetraction {
+class Observer;
+}
+
 namespace tetraction::viewer {
 
 /// What the window shows of settings that may change at any time: always those in force.
@@ -81,6 +85,14 @@ class Simulation {
   /// Texts of the edits that undo() and redo() would act on; empty: none.
   std::string undo_text() const;
   std::string redo_text() const;
+
+  /// From now on the observer is told of the present state (on_start) and of each step, in the
+  /// solver's thread: a recording. It ends (on_finish) with the next call, null for no other, when
+  /// the run is reset or fails, and with this object. What the observer throws ends it with a notice;
+  /// the run goes on.
+  void observe(std::unique_ptr<Observer> observer);
+  /// Whether there is one, or will be as soon as the solver comes to it.
+  bool observed() const;
 
   /// Never null; the newest.
   std::shared_ptr<const Snapshot> snapshot() const;

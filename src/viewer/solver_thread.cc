@@ -129,17 +129,70 @@ void SolverThread::step() {
     if (session().state().step > before) history.add(history_row(session()));
     if (!went_on) running = false;
   }
-  if (!went_on) snapshot_due = true;
+  if (session().state().step > before) {
+    tell_observer([this](Observer& o) { return o.on_step(session()); });
+  }
+  if (!went_on) {
+    snapshot_due = true;
+    end_observation();
+  }
   limit_is_old = engine->take_limit_change() || limit_is_old;
   if (stepping_since_limit > (limit_is_old ? kLimitPauseAfterEdit : kLimitPause) * limit_cost) {
     estimate_limit();
   }
 }
 
-void SolverThread::execute(const Run&) {
-  if (session().status() != RunStatus::kRunning) {
-    throw InputError("The run has failed: go back to the last good state first.");
+// What goes wrong in an observer ends the observation, not the run.
+template <class Call>
+void SolverThread::tell_observer(const Call& call) {
+  if (!observer) return;
+  bool goes_on = false;
+  std::string problem;
+  try {
+    goes_on = call(*observer);
+  } catch (const std::exception& error) {
+    problem = error.what();
   }
+  if (goes_on) return;
+  observer.reset();
+  const std::lock_guard lock(mutex);
+  observed = false;
+  if (!problem.empty()) notices.push_back({Notice::Kind::kWarning, std::move(problem)});
+}
+
+void SolverThread::end_observation() {
+  tell_observer([this](Observer& o) {
+    o.on_finish(session());
+    return false;
+  });
+}
+
+void SolverThread::require_good_state() const {
+  if (session().status() == RunStatus::kRunning) return;
+  throw InputError("The run has failed: go back to the last good state first.");
+}
+
+void SolverThread::execute(Observe& observe) {
+  end_observation();
+  {
+    const std::lock_guard lock(mutex);
+    observed = false;
+  }
+  if (!observe.observer) return;
+  require_good_state();
+  {
+    const std::lock_guard lock(mutex);
+    observed = true;
+  }
+  observer = std::move(observe.observer);
+  tell_observer([this](Observer& o) {
+    o.on_start(session());
+    return true;
+  });
+}
+
+void SolverThread::execute(const Run&) {
+  require_good_state();
   pace.restart(session().state().time);
   const std::lock_guard lock(mutex);
   running = true;
@@ -156,6 +209,7 @@ void SolverThread::execute(const Step&) {
 
 void SolverThread::execute(const Reset&) {
   halt();
+  end_observation();
   engine = std::make_unique<Engine>(scene, mesh, recording);
   begin();
 }
@@ -250,6 +304,8 @@ void SolverThread::work() {
       wake.wait(lock);
     }
   }
+  lock.unlock();
+  end_observation();
 }
 
 }  // namespace tetraction::viewer

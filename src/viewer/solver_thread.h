@@ -26,12 +26,16 @@ struct GoBack {};
 struct Undo {};
 struct Redo {};
 struct NewSnapshot {};
+struct Observe {
+  std::unique_ptr<Observer> observer;  // null: none from now on
+};
 struct MakeEdit {
   Edit edit;
   std::string what;
   bool goes_on = false;
 };
-using Command = std::variant<Run, Pause, Step, Reset, GoBack, Undo, Redo, NewSnapshot, MakeEdit>;
+using Command =
+    std::variant<Run, Pause, Step, Reset, GoBack, Undo, Redo, NewSnapshot, Observe, MakeEdit>;
 
 /// Carries out commands, makes steps while running, publishes snapshots. The window's side uses
 /// send() and, under the mutex, what both sides share.
@@ -55,6 +59,7 @@ struct SolverThread {
   bool limit_is_old = false;
   double limit_cost = 0.0;            // s of the last estimate
   double stepping_since_limit = 0.0;  // s
+  std::unique_ptr<Observer> observer;
 
   // Of both, under the mutex, which is never held while something is worked out.
   mutable std::mutex mutex;
@@ -64,6 +69,7 @@ struct SolverThread {
   bool stop = false;
   bool running = false;
   bool busy = false;
+  bool observed = false;
   int steps_per_snapshot = 1;
   double speed_limit = 0.0;
   ColorField field = ColorField::kNone;
@@ -90,6 +96,10 @@ struct SolverThread {
   void estimate_limit();
   void halt();
   void step();
+  template <class Call>
+  void tell_observer(const Call& call);
+  void end_observation();
+  void require_good_state() const;
   void execute(const Run&);
   void execute(const Pause&);
   void execute(const Step&);
@@ -98,6 +108,7 @@ struct SolverThread {
   void execute(const Undo&);
   void execute(const Redo&);
   void execute(const NewSnapshot&);
+  void execute(Observe& observe);
   void execute(MakeEdit& edit);
   template <class Work>
   void guarded(const Work& work);

@@ -29,6 +29,7 @@
 #include <vtkUnstructuredGrid.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <numbers>
 #include <utility>
@@ -229,6 +230,13 @@ void BodyScene::set_body(const TetMesh& mesh) {
     triangles_.push_back({ids[0], ids[1], ids[2]});
     triangle_cell_.push_back(cell->GetValue(t));
   }
+  surface_vertices_.clear();
+  for (const auto& triangle : triangles_) {
+    surface_vertices_.insert(surface_vertices_.end(), triangle.begin(), triangle.end());
+  }
+  std::sort(surface_vertices_.begin(), surface_vertices_.end());
+  surface_vertices_.erase(std::unique(surface_vertices_.begin(), surface_vertices_.end()),
+                          surface_vertices_.end());
   surface_->SetPolys(faces);
   edges_->SetLines(edge_cells(triangles_));
   surface_->Modified();
@@ -422,19 +430,11 @@ void BodyScene::update_clip() {
 
 void BodyScene::update_arrows() {
   if (!last_) return;
-  std::vector<Index> surface;
-  if (forces_.visible() || momenta_.visible() || reactions_.visible()) {
-    for (const auto& triangle : triangles_) {
-      surface.insert(surface.end(), triangle.begin(), triangle.end());
-    }
-    std::sort(surface.begin(), surface.end());
-    surface.erase(std::unique(surface.begin(), surface.end()), surface.end());
-  }
   const double longest = 0.2 * (high_ - low_).norm() * drawing_.arrow_scale;
   std::string legend;
   const auto draw = [&](BodyArrows& arrows, const Vector& field) {
     if (!arrows.visible()) return;
-    arrows.update(last_->position, field, surface, longest,
+    arrows.update(last_->position, field, surface_vertices_, longest,
                   [this](const Vector3& x) { return is_drawn(x); });
     if (const std::string text = arrows.legend(); !text.empty()) {
       legend += (legend.empty() ? "" : "\n") + text;
@@ -443,6 +443,11 @@ void BodyScene::update_arrows() {
   draw(forces_, last_->external_force);
   draw(momenta_, last_->momentum);
   draw(reactions_, last_->reaction_force);
+  // Numbers that change with every picture cannot be read, and drawing text is slow.
+  constexpr std::chrono::milliseconds kLegendPause(250);
+  const auto now = std::chrono::steady_clock::now();
+  if (last_->running && now - legend_changed_ < kLegendPause) return;
+  legend_changed_ = now;
   arrow_legend_->SetInput(legend.c_str());
 }
 

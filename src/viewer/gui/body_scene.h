@@ -4,6 +4,7 @@
 #include <vtkNew.h>
 #include <vtkSmartPointer.h>
 
+#include <chrono>
 #include <memory>
 #include <string>
 #include <vector>
@@ -69,6 +70,7 @@ class BodyScene {
   double text_gray_ = 0.0;
   std::vector<std::array<Index, 3>> triangles_;
   std::vector<Index> triangle_cell_;  // the tetrahedron of each
+  std::vector<Index> surface_vertices_;
   std::vector<Index> selection_;
 
   vtkNew<vtkPoints> points_;
@@ -85,6 +87,7 @@ class BodyScene {
   vtkNew<vtkSphereSource> center_;
   vtkNew<vtkLight> light_;
   vtkNew<vtkTextActor> arrow_legend_;
+  std::chrono::steady_clock::time_point legend_changed_;
   BodyArrows forces_, momenta_, reactions_;
   ColorBar color_bar_;
 };

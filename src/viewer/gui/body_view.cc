@@ -32,8 +32,7 @@ constexpr double kNearSilhouette = 10.0;  // pixels beside the body in which a c
 
 }  // namespace
 
-BodyView::BodyView(QWidget* parent)
-    : QWidget(parent), widget_(make_vtk_widget(window_, this)) {
+BodyView::BodyView(QWidget* parent) : QWidget(parent), widget_(make_vtk_widget(window_, this)) {
   auto* layout = new QVBoxLayout(this);
   layout->setContentsMargins(0, 0, 0, 0);
   layout->addWidget(widget_);

@@ -1,5 +1,7 @@
 #include "chart_series.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 namespace tetraction::viewer {
@@ -39,6 +41,24 @@ const std::array<ChartKind, kChartKinds>& chart_kinds() {
        {"Angular momentum", "About the origin [kg m²/s]", kAngular},
        {"Iterations", "Iterations a step", kIterations}}};
   return kinds;
+}
+
+std::string history_text(const std::vector<HistoryRow>& rows) {
+  std::string text =
+      "step,time,kinetic_energy,elastic_energy,environment_energy,total_energy,external_work,"
+      "dissipated_energy,constraint_work,edit_work,energy_error,px,py,pz,lx,ly,lz,iterations\n";
+  for (const HistoryRow& r : rows) {
+    text += fmt::format("{}", r.step);
+    for (const double value :
+         {r.time, r.kinetic, r.elastic, r.environment, r.total, r.external_work,
+          r.dissipated_energy, r.constraint_work, r.edit_work, r.energy_error,
+          r.linear_momentum.x(), r.linear_momentum.y(), r.linear_momentum.z(),
+          r.angular_momentum.x(), r.angular_momentum.y(), r.angular_momentum.z()}) {
+      text += fmt::format(",{:.17g}", value);
+    }
+    text += fmt::format(",{}\n", r.iterations);
+  }
+  return text;
 }
 
 ThinnedSeries thin(const std::vector<HistoryRow>& rows, std::span<const ChartSeries> series,

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "viewer/snapshot.h"
@@ -24,6 +25,9 @@ struct ChartKind {
 inline constexpr std::size_t kChartKinds = 5;
 /// Energy, energy books, linear momentum, angular momentum, iterations.
 const std::array<ChartKind, kChartKinds>& chart_kinds();
+
+/// The rows as CSV, with the columns of history.csv that a history has.
+std::string history_text(const std::vector<HistoryRow>& rows);
 
 /// Times and values for drawing: at most about 2 `buckets` points. Longer histories are cut into
 /// buckets, of each of which the least and the largest value are kept, so that no spike is lost.

@@ -38,6 +38,16 @@ double least_range(ColorField field) {
   return field == ColorField::kVonMises ? 1e-3 : 1e-9;
 }
 
+// The smallest number of few digits that is not below x > 0.
+double round_up(double x) {
+  const double power = std::pow(10.0, std::floor(std::log10(x)));
+  constexpr double kSlack = 1e-9;  // 0.3 is not above 3 × 0.1
+  for (const double digits : {1.0, 1.2, 1.6, 2.0, 2.4, 3.0, 4.0, 5.0, 6.0, 8.0}) {
+    if (x <= digits * power * (1.0 + kSlack)) return digits * power;
+  }
+  return 10.0 * power;
+}
+
 }  // namespace
 
 const char* field_name(ColorField field) {
@@ -163,28 +173,22 @@ void ColorBar::set(const DrawingSettings& drawing, int region_count, double text
 void ColorBar::follow(const std::vector<float>& values) {
   if (!drawing_.automatic_range || drawing_.field == ColorField::kRegion || values.empty()) return;
   const auto [least, most] = std::minmax_element(values.begin(), values.end());
-  double low = *least;
-  double high = *most;
-  if (!std::isfinite(low) || !std::isfinite(high)) return;
+  if (!std::isfinite(*least) || !std::isfinite(*most)) return;
   // Magnitudes and densities begin at zero; J has 1 in its middle.
-  if (drawing_.field == ColorField::kJacobian) {
-    const double spread = std::max({1.0 - low, high - 1.0, 1e-6});
-    low = 1.0 - spread;
-    high = 1.0 + spread;
-  } else {
-    low = 0.0;
-    high = std::max(high, least_range(drawing_.field));
-  }
-  // A range that only grows does not flicker; it shrinks slowly once much too large.
-  constexpr double kKept = 0.995;
-  if (known_) {
-    const double middle = drawing_.field == ColorField::kJacobian ? 1.0 : 0.0;
-    high = std::max(high, middle + kKept * (high_ - middle));
-    low = std::min(low, middle + kKept * (low_ - middle));
-  }
+  const bool around_one = drawing_.field == ColorField::kJacobian;
+  const double spread = around_one ? std::max({1.0 - *least, *most - 1.0, 1e-6})
+                                   : std::max<double>(*most, least_range(drawing_.field));
+  // Colours and numbers that change with every picture cannot be read: the range grows by steps,
+  // and shrinks only after it was much too large for a while.
+  constexpr double kMuchTooLarge = 0.4;
+  constexpr int kPatience = 60;  // pictures
+  too_large_ = spread < kMuchTooLarge * spread_ ? too_large_ + 1 : 0;
+  if (known_ && spread <= spread_ && too_large_ < kPatience) return;
   known_ = true;
-  low_ = low;
-  high_ = high;
+  too_large_ = 0;
+  spread_ = round_up(spread);
+  low_ = around_one ? 1.0 - spread_ : 0.0;
+  high_ = around_one ? 1.0 + spread_ : spread_;
   table_->SetTableRange(low_, high_);
 }
 

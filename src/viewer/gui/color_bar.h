@@ -34,6 +34,8 @@ class ColorBar {
   DrawingSettings drawing_;
   bool known_ = false;  // whether there was a range yet
   double low_ = 0.0, high_ = 1.0;
+  double spread_ = 1.0;  // of the automatic range, from its fixed end or middle
+  int too_large_ = 0;    // pictures for which it was
   int shown_regions_ = -1;
   vtkNew<vtkLookupTable> table_;
   vtkNew<vtkScalarBarActor> bar_;

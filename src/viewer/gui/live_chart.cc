@@ -3,7 +3,9 @@
 #include <QVTKInteractor.h>
 #include <QVTKOpenGLNativeWidget.h>
 #include <vtkAxis.h>
+#include <vtkCallbackCommand.h>
 #include <vtkChartXY.h>
+#include <vtkCommand.h>
 #include <vtkContextInteractorStyle.h>
 #include <vtkContextMouseEvent.h>
 #include <vtkContextScene.h>
@@ -31,7 +33,6 @@
 #include <limits>
 
 #include "io/text_file.h"
-#include "run_files.h"
 #include "tetraction/core/error.h"
 #include "vtk_widget.h"
 
@@ -94,6 +95,15 @@ LiveChart::LiveChart(QWidget* parent)
   window_->SetMultiSamples(0);
   view_->SetRenderWindow(window_);
   view_->SetInteractor(widget_->interactor());
+  // VTK draws a changed chart once more by a timer of its own: only what was not drawn yet is.
+  widget_->interactor()->EnableRenderOff();
+  vtkNew<vtkCallbackCommand> draw;
+  draw->SetClientData(this);
+  draw->SetCallback([](vtkObject*, unsigned long, void* self, void*) {
+    auto* chart = static_cast<LiveChart*>(self);
+    if (chart->view_->GetScene()->GetDirty()) chart->window_->Render();
+  });
+  widget_->interactor()->AddObserver(vtkCommand::RenderEvent, draw);
   view_->GetRenderer()->SetBackground(1.0, 1.0, 1.0);
   chart_ = vtkSmartPointer<vtkChartXY>::New();
   view_->GetScene()->AddItem(chart_);
@@ -320,6 +330,9 @@ bool LiveChart::eventFilter(QObject* watched, QEvent* event) {
     // From the user's own zoom on the axes stay as they are.
     if (event->type() == QEvent::MouseButtonPress || event->type() == QEvent::Wheel) {
       following_ = false;
+    }
+    if (event->type() == QEvent::Resize || event->type() == QEvent::Show) {
+      view_->GetScene()->SetDirty(true);
     }
     if (event->type() == QEvent::KeyPress || event->type() == QEvent::KeyRelease) {
       event->ignore();

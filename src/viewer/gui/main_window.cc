@@ -22,7 +22,6 @@
 #include "live_chart.h"
 #include "material_panel.h"
 #include "replay_bar.h"
-#include "run_files.h"
 #include "surroundings_panel.h"
 #include "tetraction/core/error.h"
 #include "vertex_panel.h"
@@ -237,9 +236,9 @@ void MainWindow::show_slow_things() {
     if (drawing_->drawing().automatic_range) {
       drawing_->show_range(view_->color_low(), view_->color_high());
     }
-    if (run_files_) record_frame(*state);
   }
   if (!simulation_) return;
+  if (!run_folder_.isEmpty() && !simulation_->observed()) tell_end_of_run_recording();
 
   if (simulation_->history_generation() != shown_history_) {
     shown_history_ = simulation_->history_generation();

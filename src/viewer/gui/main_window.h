@@ -25,7 +25,6 @@ class DrawingPanel;
 class LiveChart;
 class MaterialPanel;
 class ReplayBar;
-class RunFiles;
 class SurroundingsPanel;
 class VertexPanel;
 enum class Tool;
@@ -55,9 +54,9 @@ class MainWindow : public QMainWindow {
   void save_scene(const QString& path);
   /// From now on every picture that is drawn, as a PNG.
   void record_pictures(const QString& folder);
-  /// From now on several states a second, as frames of a run.
-  void record_run(const QString& folder);
-  /// Ends either recording; the run gets its history.
+  /// From now on everything that `tetraction run` would write, with a frame every so many steps.
+  void record_run(const QString& folder, int frame_every);
+  /// Ends either recording.
   void stop_recording();
   /// Looks for news of the simulation and shows them: what the timer does.
   void poll();
@@ -105,10 +104,9 @@ class MainWindow : public QMainWindow {
   void ask_record_pictures(bool on);
   void ask_record_run(bool on);
   void stop_pictures();
-  void stop_run_files();
+  void tell_end_of_run_recording();
   void show_recording();
   void record_picture();
-  void record_frame(const Snapshot& snapshot);
 
   std::unique_ptr<Simulation> simulation_;
   std::unique_ptr<VertexEdits> edits_;
@@ -126,8 +124,7 @@ class MainWindow : public QMainWindow {
   std::uint64_t pictures_before_ = 0;
   QString picture_folder_;  // empty: pictures are not recorded
   std::size_t pictures_recorded_ = 0;
-  std::unique_ptr<RunFiles> run_files_;
-  std::uint64_t recorded_generation_ = 0;
+  QString run_folder_;  // empty: the run is not recorded
 
   BodyView* view_;
   MessageStrip* messages_;

@@ -22,7 +22,6 @@
 #include "io/quiet_vtk.h"
 #include "io/text_scanner.h"
 #include "io/vtk_header.h"
-#include "run_files.h"
 #include "tetraction/core/error.h"
 #include "tetraction/io/mesh_reader.h"
 
@@ -38,6 +37,23 @@ Vector point_vectors(vtkUnstructuredGrid* grid, const char* name, Index vertices
   if (array == nullptr || array->GetNumberOfComponents() != 3) return values;
   for (Index v = 0; v < vertices; ++v) array->GetTuple(v, values.data() + 3 * v);
   return values;
+}
+
+// The cell array of a frame that holds a field; null for fields of vertices, which follow from what a
+// frame has anyway.
+const char* cell_array_name(ColorField field) {
+  switch (field) {
+    case ColorField::kVonMises:
+      return "von_mises";
+    case ColorField::kEnergyDensity:
+      return "energy_density";
+    case ColorField::kJacobian:
+      return "jacobian";
+    case ColorField::kRegion:
+      return "region";
+    default:
+      return nullptr;
+  }
 }
 
 void set_magnitudes(Snapshot& snapshot, const Vector& field) {

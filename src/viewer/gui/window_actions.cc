@@ -78,7 +78,7 @@ void MainWindow::make_file_menu() {
   record_pictures_ = file->addAction(tr("Record &pictures (PNG)…"));
   record_pictures_->setCheckable(true);
   connect(record_pictures_, &QAction::toggled, this, &MainWindow::ask_record_pictures);
-  record_run_ = file->addAction(tr("Record &frames (VTU, PVD)…"));
+  record_run_ = file->addAction(tr("Record &run (VTU, PVD, CSV)…"));
   record_run_->setCheckable(true);
   live_only_.push_back(record_run_);
   connect(record_run_, &QAction::toggled, this, &MainWindow::ask_record_run);

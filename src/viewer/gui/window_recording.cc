@@ -3,14 +3,16 @@
 #include <QDir>
 #include <QFileDialog>
 #include <QFileInfo>
+#include <QInputDialog>
 #include <QStatusBar>
 #include <QThreadPool>
+#include <algorithm>
+#include <cmath>
 
 #include "body_view.h"
-#include "live_chart.h"
 #include "main_window.h"
-#include "run_files.h"
 #include "tetraction/core/error.h"
+#include "tetraction/io/run_recorder.h"
 #include "tetraction/io/scene_writer.h"
 
 namespace tetraction::viewer {
@@ -68,7 +70,7 @@ void MainWindow::show_recording() {
   const QSignalBlocker quiet_pictures(record_pictures_);
   const QSignalBlocker quiet_run(record_run_);
   record_pictures_->setChecked(!picture_folder_.isEmpty());
-  record_run_->setChecked(run_files_ != nullptr);
+  record_run_->setChecked(!run_folder_.isEmpty());
 }
 
 void MainWindow::record_pictures(const QString& folder) {
@@ -87,66 +89,58 @@ void MainWindow::record_picture() {
 }
 
 void MainWindow::ask_record_run(bool on) {
-  const QString folder =
-      on ? QFileDialog::getExistingDirectory(this, tr("Empty folder for frames.pvd, history.csv"))
-         : QString();
-  if (folder.isEmpty()) {
-    stop_run_files();
+  QString folder;
+  bool wanted = false;
+  int frame_every = 1;
+  if (on) {
+    folder = QFileDialog::getExistingDirectory(
+        this, tr("Empty folder for frames.pvd, history.csv, summary.json"));
+    constexpr double kFramesASecond = 25.0;
+    const double steps = 1.0 / (kFramesASecond * simulation_->settings().time.step);
+    const int usual = static_cast<int>(std::clamp(std::round(steps), 1.0, 1e6));
+    if (!folder.isEmpty()) {
+      frame_every = QInputDialog::getInt(this, tr("Record the run"),
+                                         tr("Steps from frame to frame (proposed: %1 frames a "
+                                            "simulated second)")
+                                             .arg(kFramesASecond),
+                                         usual, 1, 100'000'000, 1, &wanted);
+    }
+  }
+  if (wanted) {
+    record_run(folder, frame_every);
   } else {
-    record_run(folder);
+    if (simulation_ && !run_folder_.isEmpty()) simulation_->observe(nullptr);
+    show_recording();
   }
 }
 
-void MainWindow::stop_run_files() {
-  if (run_files_) {
-    try {
-      run_files_->write_history(chart_->rows());
-      statusBar()->showMessage(tr("%1 frames are in %2.")
-                                   .arg(static_cast<qlonglong>(run_files_->frame_count()))
-                                   .arg(QString::fromStdString(run_files_->directory())),
-                               8000);
-    } catch (const Error& error) {
-      messages_->show_message(MessageStrip::Kind::kError, QString::fromUtf8(error.what()));
-    }
-  }
-  run_files_.reset();
+// The solver's thread ends it: by command, with a run that fails or is reset, or because of an error,
+// of which there is a notice.
+void MainWindow::tell_end_of_run_recording() {
+  statusBar()->showMessage(tr("The recording in %1 has ended.").arg(run_folder_), 8000);
+  run_folder_.clear();
   show_recording();
 }
 
 void MainWindow::stop_recording() {
   stop_pictures();
-  stop_run_files();
+  if (simulation_ && !run_folder_.isEmpty()) simulation_->observe(nullptr);
+  run_folder_.clear();
+  show_recording();
 }
 
-void MainWindow::record_run(const QString& folder) {
+void MainWindow::record_run(const QString& folder, int frame_every) {
   if (QFileInfo::exists(QDir(folder).filePath(QStringLiteral("frames.pvd")))) {
     messages_->show_message(
         MessageStrip::Kind::kError,
         tr("%1: there is a run in it already, which would be lost. Choose an empty folder.")
             .arg(folder));
-    show_recording();
-    return;
+  } else {
+    run_folder_ = folder;
+    simulation_->observe(
+        std::make_unique<RunRecorder>(folder.toLocal8Bit().toStdString(), frame_every));
   }
-  try {
-    run_files_ =
-        std::make_unique<RunFiles>(simulation_->mesh(), folder.toLocal8Bit().toStdString());
-  } catch (const Error& error) {
-    messages_->show_message(MessageStrip::Kind::kError, QString::fromUtf8(error.what()));
-  }
-  recorded_generation_ = 0;
   show_recording();
-}
-
-void MainWindow::record_frame(const Snapshot& snapshot) {
-  if (snapshot.generation == recorded_generation_) return;
-  recorded_generation_ = snapshot.generation;
-  try {
-    run_files_->write(snapshot);
-  } catch (const Error& error) {
-    run_files_.reset();
-    show_recording();
-    messages_->show_message(MessageStrip::Kind::kError, QString::fromUtf8(error.what()));
-  }
 }
 
 }  // namespace tetraction::viewer

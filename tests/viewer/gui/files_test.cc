@@ -105,15 +105,28 @@ TEST_F(Files, ARunIsReplayed) {
 TEST_F(Files, ARecordedRunIsReplayed) {
   show(first_scene());
   const QString directory = folder_.filePath(QStringLiteral("recorded"));
-  window_->record_run(directory);
+  window_->record_run(directory, 10);
   window_->simulation()->run();
-  ASSERT_TRUE(wait_for([&] { return state().time > 0.5; }));
+  ASSERT_TRUE(wait_for([&] { return state().time > 0.3; }));
   window_->open(directory + QStringLiteral("/../scene.toml"));  // not there: the window stays
+  window_->simulation()->pause();
   window_->stop_recording();
+  settle();
+  const Snapshot live = state();
   window_->open(directory);
   ASSERT_NE(window_->replay(), nullptr) << window_->messages()->text().toStdString();
-  EXPECT_GT(window_->replay()->times().size(), 1U);
-  EXPECT_GT(window_->chart()->row_count(), 10U);
+  const auto frames = static_cast<std::size_t>(live.step) / 10 + 1;
+  EXPECT_EQ(window_->replay()->times().size(), frames + (live.step % 10 != 0));
+  EXPECT_EQ(window_->chart()->row_count(), static_cast<std::size_t>(live.step) + 1);
+  // All that tetraction run writes: whatever field colours the body is there.
+  for (const ColorField field :
+       {ColorField::kVonMises, ColorField::kJacobian, ColorField::kEnergyDensity}) {
+    const auto frame = Replay(directory.toStdString()).frame(frames - 1, field);
+    EXPECT_EQ(static_cast<Index>(frame->field_values.size()),
+              window_->replay()->mesh().tetrahedron_count());
+  }
+  EXPECT_TRUE(QFile::exists(directory + QStringLiteral("/final.vtu")));
+  EXPECT_TRUE(QFile::exists(directory + QStringLiteral("/summary.json")));
 }
 
 TEST_F(Files, ARecordedSceneReplaysBitwise) {

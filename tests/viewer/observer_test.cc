@@ -1,0 +1,109 @@
+// Observers of a simulation: recordings while it runs.
+#include "tetraction/core/error.h"
+#include "tetraction/simulation/session.h"
+#include "viewer_support.h"
+
+namespace tetraction::viewer {
+namespace {
+
+using namespace testing_support;
+
+// What an observer was told; read after the solver's thread has rested.
+struct Told {
+  std::vector<Index> steps;
+  Index started_at = -1;
+  Index finished_at = -1;
+  RunStatus status = RunStatus::kRunning;
+};
+
+class Listener : public Observer {
+ public:
+  explicit Listener(Told& told, Index throws_at = -1) : told_(told), throws_at_(throws_at) {}
+  void on_start(const Session& session) override { told_.started_at = session.state().step; }
+  bool on_step(const Session& session) override {
+    if (session.state().step == throws_at_) throw OutputError("the disk is full");
+    told_.steps.push_back(session.state().step);
+    return true;
+  }
+  void on_finish(const Session& session) override {
+    told_.finished_at = session.state().step;
+    told_.status = session.status();
+  }
+
+ private:
+  Told& told_;
+  Index throws_at_;
+};
+
+std::unique_ptr<Simulation> spinning() {
+  return simulation_of(spinning_block(Integrator::kVerlet, 1e-3, 0.1));
+}
+
+TEST(SimulationObserver, SeesTheStepsFromNowOnUntilItIsTakenAway) {
+  Told told;
+  const auto simulation = spinning();
+  make_steps(*simulation, 3);
+  EXPECT_FALSE(simulation->observed());
+  simulation->observe(std::make_unique<Listener>(told));
+  EXPECT_TRUE(simulation->observed());
+  make_steps(*simulation, 4);
+  simulation->observe(nullptr);
+  make_steps(*simulation, 2);
+  EXPECT_FALSE(simulation->observed());
+  EXPECT_EQ(told.started_at, 3);
+  EXPECT_EQ(told.steps, (std::vector<Index>{4, 5, 6, 7}));
+  EXPECT_EQ(told.finished_at, 7);
+  expect_no_notices(*simulation);
+}
+
+TEST(SimulationObserver, EndsWithAResetAndWithTheSimulation) {
+  Told first;
+  Told second;
+  {
+    const auto simulation = spinning();
+    simulation->observe(std::make_unique<Listener>(first));
+    make_steps(*simulation, 5);
+    simulation->reset();
+    settle(*simulation);
+    EXPECT_FALSE(simulation->observed());
+    simulation->observe(std::make_unique<Listener>(second));
+    make_steps(*simulation, 2);
+  }
+  EXPECT_EQ(first.finished_at, 5);
+  EXPECT_EQ(second.finished_at, 2);
+}
+
+TEST(SimulationObserver, EndsWithARunThatFails) {
+  Told told;
+  const auto simulation = spinning();
+  simulation->edit(SetTime{{Integrator::kVerlet, 1.0, false, 1000.0}}, "much too long steps");
+  simulation->observe(std::make_unique<Listener>(told));
+  simulation->run();
+  settle(*simulation);
+  EXPECT_EQ(simulation->snapshot()->status, RunStatus::kUnstable);
+  EXPECT_EQ(told.status, RunStatus::kUnstable);
+  EXPECT_FALSE(simulation->observed());
+  // Nothing to record before the way back.
+  simulation->take_notices();
+  simulation->observe(std::make_unique<Listener>(told));
+  settle(*simulation);
+  EXPECT_FALSE(simulation->observed());
+  EXPECT_EQ(simulation->take_notices().size(), 1U);
+}
+
+TEST(SimulationObserver, ThatThrowsEndsWithANoticeAndTheRunGoesOn) {
+  Told told;
+  const auto simulation = spinning();
+  simulation->observe(std::make_unique<Listener>(told, 3));
+  make_steps(*simulation, 6);
+  EXPECT_FALSE(simulation->observed());
+  EXPECT_EQ(told.steps, (std::vector<Index>{1, 2}));
+  EXPECT_EQ(told.finished_at, -1);
+  EXPECT_EQ(simulation->snapshot()->step, 6);
+  const std::vector<Notice> notices = simulation->take_notices();
+  ASSERT_EQ(notices.size(), 1U);
+  EXPECT_EQ(notices[0].text, "the disk is full");
+}
+
+}  // namespace
+}  // namespace tetraction::viewer
