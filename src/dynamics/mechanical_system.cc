@@ -31,7 +31,7 @@ MechanicalSystem::MechanicalSystem(TetMesh mesh, const std::vector<BodyRegion>& 
     : mesh_(std::move(mesh)),
       rest_(mesh_),
       elastic_(rest_, materials_of(regions), region_of_element),
-      viscous_(rest_),
+      viscous_(elastic_),
       mass_(Vector::Zero(mesh_.vertex_count())),
       constraints_(mesh_.vertex_count()) {
   for (const BodyRegion& region : regions) {

@@ -23,7 +23,7 @@ double environment_rest(const Environment& environment, double mass, const Vecto
 }  // namespace
 
 StepProblem::StepProblem(const MechanicalSystem& system)
-    : system_(system), viscous_(system.rest()) {}
+    : system_(system), viscous_(system.elastic()) {}
 
 void StepProblem::begin(const State& state, double h, double end_time, double alpha,
                         const Vector& user_force) {

@@ -7,6 +7,7 @@
 #include <utility>
 #include <variant>
 
+#include "block_stiffness.h"
 #include "element_blocks.h"
 #include "element_kernels.h"
 #include "isotropic_moduli.h"
@@ -34,43 +35,6 @@ class FirstFailure {
  private:
   std::atomic<Index> first_{kNone};
 };
-
-// Adds an element's matrix, in the numbers of tangent_stiffness() with a stride of kBatchLanes, to
-// the lower triangle.
-void scatter_matrix(const SparsityPattern::Place& place, const std::vector<int>& column_begin,
-                    const double* matrix, double* values) {
-  const auto number = [&](int k) { return matrix[k * kBatchLanes]; };
-  const auto column = [&](int j) { return values + column_begin[static_cast<std::size_t>(j)]; };
-  for (std::size_t a = 0; a < 4; ++a) {
-    const int first = place.first[a];
-    if (first < 0) continue;
-    const int from = 6 * static_cast<int>(a);
-    double* c = column(first);
-    c[0] += number(from);
-    c[1] += number(from + 1);
-    c[2] += number(from + 2);
-    c = column(first + 1);
-    c[0] += number(from + 3);
-    c[1] += number(from + 4);
-    column(first + 2)[0] += number(from + 5);
-  }
-  constexpr int kPairs[6][2] = {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}};
-  for (int pair = 0; pair < 6; ++pair) {
-    const int a = place.first[static_cast<std::size_t>(kPairs[pair][0])];
-    const int b = place.first[static_cast<std::size_t>(kPairs[pair][1])];
-    if (a < 0 || b < 0) continue;
-    // Rows of the later vertex, columns of the earlier one.
-    const int along_row = a > b ? 3 : 1;
-    const int along_column = a > b ? 1 : 3;
-    for (int c = 0; c < 3; ++c) {
-      double* to = column(std::min(a, b) + c) + place.offset[static_cast<std::size_t>(pair)] - c;
-      const int from = 24 + 9 * pair + c * along_column;
-      to[0] += number(from);
-      to[1] += number(from + along_row);
-      to[2] += number(from + 2 * along_row);
-    }
-  }
-}
 
 }  // namespace
 
@@ -236,46 +200,18 @@ struct ElasticPotential::Impl {
     const TangentForm form = tangent_form(moduli->kind, false);
     thread_local AlignedVector<double> positions;
     thread_local AlignedVector<double> state;
-    thread_local AlignedVector<double> matrices;
     positions.resize(static_cast<std::size_t>(ElementBlocks::kRowSize * block.row_count));
     const auto numbers = static_cast<std::size_t>(tangent_numbers(form)) * kBatchLanes;
     state.resize(numbers * static_cast<std::size_t>(block.batch_count));
-    matrices.resize(std::size_t{kStiffnessNumbers} * kBatchLanes);
     blocks.load_rows(block, q.data(), positions.data());
     prepare_tangent(blocks.batches(block), *moduli, form, positions.data(), state.data());
-    for (Index batch = 0; batch < block.batch_count; ++batch) {
-      tangent_stiffness(form, state.data() + static_cast<std::size_t>(batch) * numbers,
-                        matrices.data());
-      for (int lane = 0; lane < kBatchLanes; ++lane) {
-        const Index e = blocks.element(block.first_batch + batch, lane);
-        if (e < 0) continue;
-        if (const SparsityPattern::Place* place = pattern.place(e)) {
-          scatter_matrix(*place, pattern.column_begin(), matrices.data() + lane, values);
-        } else {
-          add_one(e);
-        }
-      }
-    }
+    add_block_stiffness(blocks, block, form, state.data(), pattern, values, add_one);
   }
 
   double total_energy() const {
     double sum = 0.0;
     for (const double energy : energies) sum += energy;
     return sum;
-  }
-
-  // field ← the sums of the vertices' rows.
-  void sum_rows(Vector& field) const {
-    field.resize(3 * rest.vertex_count());
-    parallel_for(rest.vertex_count(), 2048, [&](Index begin, Index end) {
-      for (Index v = begin; v < end; ++v) {
-        Eigen::Vector4d sum = Eigen::Vector4d::Zero();
-        for (const std::int32_t* r = blocks.rows_begin(v); r != blocks.rows_end(v); ++r) {
-          sum += Eigen::Map<const Eigen::Vector4d>(rows.data() + ElementBlocks::kRowSize * *r);
-        }
-        field.segment<3>(3 * v) = sum.head<3>();
-      }
-    });
   }
 
   // The first element where the energy is not defined, after a block said that there is one.
@@ -331,7 +267,7 @@ Evaluation ElasticPotential::value_and_gradient(const Vector& q, double& energy,
                                                 Vector& gradient) const {
   if (!impl_->run_blocks(q, true)) return impl_->failure(q);
   energy = impl_->total_energy();
-  impl_->sum_rows(gradient);
+  impl_->blocks.sum_rows(impl_->rows, gradient);
   return {};
 }
 
@@ -364,7 +300,7 @@ void ElasticPotential::product(const Vector& q, const Vector& x, Vector& result)
                      });
     }
   });
-  s.sum_rows(result);
+  s.blocks.sum_rows(s.rows, result);
 }
 
 Vector ElasticPotential::energies_by_material(const Vector& q) const {

@@ -6,6 +6,7 @@
 
 #include "hilbert_order.h"
 #include "tetraction/core/error.h"
+#include "tetraction/core/parallel.h"
 
 namespace tetraction {
 namespace {
@@ -132,6 +133,32 @@ void ElementBlocks::set_lane(const RestState& rest, Index batch, int lane, Index
     numbers += kBatchLanes;
   }
   *numbers = 1.0 / six_volume;
+}
+
+template <bool kAdd>
+void ElementBlocks::gather(const AlignedVector<double>& rows, Vector& field) const {
+  parallel_for(field.size() / 3, 2048, [&](Index begin, Index end) {
+    for (Index v = begin; v < end; ++v) {
+      Eigen::Vector4d sum = Eigen::Vector4d::Zero();
+      for (const std::int32_t* r = rows_begin(v); r != rows_end(v); ++r) {
+        sum += Eigen::Map<const Eigen::Vector4d>(rows.data() + kRowSize * *r);
+      }
+      if constexpr (kAdd) {
+        field.segment<3>(3 * v) += sum.head<3>();
+      } else {
+        field.segment<3>(3 * v) = sum.head<3>();
+      }
+    }
+  });
+}
+
+void ElementBlocks::sum_rows(const AlignedVector<double>& rows, Vector& field) const {
+  field.resize(3 * static_cast<Index>(vertex_row_begin_.size() - 1));
+  gather<false>(rows, field);
+}
+
+void ElementBlocks::add_row_sums(const AlignedVector<double>& rows, Vector& field) const {
+  gather<true>(rows, field);
 }
 
 double ElementBlocks::squared_shape_sum(const Block& block) const {

@@ -12,6 +12,7 @@
 
 #include <tbb/cache_aligned_allocator.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -76,6 +77,16 @@ class ElementBlocks {
     if (block.row_count > 0 && vertex[block.row_count - 1] < 0) fill_padding(rows);
   }
 
+  /// The same of changes: where load_rows() puts the padding's positions, zeros.
+  template <class T, class Source>
+  void load_changes(const Block& block, const Source* field, T* rows) const {
+    load_rows(block, field, rows);
+    const Index last = block.row_count - 1;
+    if (last >= 0 && row_vertex(block.first_row + last) < 0) {
+      std::fill_n(rows + kRowSize * (last - 3), 4 * kRowSize, T(0));
+    }
+  }
+
   /// The same of a field that has rows itself, in the order of the vertices or, with a place for each
   /// row of all blocks (−1: padding), in another.
   template <class T>
@@ -91,6 +102,10 @@ class ElementBlocks {
     if (block.row_count > 0 && vertex[block.row_count - 1] < 0) fill_padding(rows);
   }
 
+  /// field(v) ← Σ of the vertex' rows, or field(v) += that; 3 numbers per vertex.
+  void sum_rows(const AlignedVector<double>& rows, Vector& field) const;
+  void add_row_sums(const AlignedVector<double>& rows, Vector& field) const;
+
   /// rows of a vertex, ascending.
   const std::int32_t* rows_begin(Index vertex) const {
     return vertex_rows_.data() + vertex_row_begin_[static_cast<std::size_t>(vertex)];
@@ -100,6 +115,9 @@ class ElementBlocks {
   }
 
  private:
+  template <bool kAdd>
+  void gather(const AlignedVector<double>& rows, Vector& field) const;
+
   // Padding elements are unit tetrahedra at rest on the last four rows.
   template <class T>
   static void fill_padding(T* end) {

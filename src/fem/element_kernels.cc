@@ -42,15 +42,6 @@ HWY_INLINE V trace(const Columns<V>& m) {
   return hn::Add(m.m[0][0], hn::Add(m.m[1][1], m.m[2][2]));
 }
 
-// tr(m²).
-HWY_INLINE V trace_of_square(D d, const Columns<V>& m) {
-  const V off = hn::MulAdd(m.m[0][1], m.m[1][0],
-                           hn::MulAdd(m.m[0][2], m.m[2][0], hn::Mul(m.m[1][2], m.m[2][1])));
-  const V on = hn::MulAdd(m.m[0][0], m.m[0][0],
-                          hn::MulAdd(m.m[1][1], m.m[1][1], hn::Mul(m.m[2][2], m.m[2][2])));
-  return hn::MulAdd(hn::Set(d, 2.0), off, on);
-}
-
 // Below this value of I₁ − 3 − 2 ln J (strains of 3e-3) the plain formula loses digits that matter.
 constexpr double kSmallStrain = 1e-5;
 
@@ -181,16 +172,6 @@ HWY_INLINE bool evaluate(D d, const Moduli& moduli, const Columns<V>& e, const S
   }
 }
 
-// Lane by lane: the same order of additions for every vector length.
-HWY_INLINE double sum_of_lanes(const V* sums) {
-  constexpr size_t kLanes = hn::MaxLanes(D());
-  HWY_ALIGN double lanes[kBatchLanes];
-  for (size_t i = 0; i < kBatchLanes / kLanes; ++i) hn::Store(sums[i], D(), lanes + i * kLanes);
-  double total = 0.0;
-  for (const double lane : lanes) total += lane;
-  return total;
-}
-
 template <MaterialKind kKind, bool kGradient, bool kEnergy>
 HWY_NOINLINE BlockSums run(const BatchView& batches, const IsotropicModuli& constants,
                            const double* HWY_RESTRICT positions, double* HWY_RESTRICT gradients) {
@@ -226,7 +207,7 @@ HWY_NOINLINE BlockSums run(const BatchView& batches, const IsotropicModuli& cons
     rest += kRestNumbers * kBatchLanes;
     slots += 4 * kBatchLanes;
   }
-  return {kEnergy ? sum_of_lanes(sums) : 0.0, admissible};
+  return {kEnergy ? sum_of_lanes(d, sums) : 0.0, admissible};
 }
 
 // Neo-Hookean in stages, so that the long chain of the logarithm of one vector hides behind the other
@@ -320,7 +301,7 @@ HWY_NOINLINE BlockSums run_neo_hookean(const BatchView& batches, const Isotropic
     rest += kRestNumbers * kBatchLanes;
     slots += 4 * kBatchLanes;
   }
-  return {kEnergy ? sum_of_lanes(sums) : 0.0, admissible};
+  return {kEnergy ? sum_of_lanes(d, sums) : 0.0, admissible};
 }
 
 template <bool kGradient, bool kEnergy>

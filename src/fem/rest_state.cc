@@ -42,33 +42,4 @@ Vector3 RestState::center(Index e) const {
   return sum / Shape::kNodes;
 }
 
-VertexIncidence::VertexIncidence(const RestState& rest)
-    : begin_(static_cast<std::size_t>(rest.vertex_count()) + 1, 0) {
-  for (Index e = 0; e < rest.element_count(); ++e) {
-    for (const Index v : rest.nodes(e)) ++begin_[static_cast<std::size_t>(v) + 1];
-  }
-  for (std::size_t v = 1; v < begin_.size(); ++v) begin_[v] += begin_[v - 1];
-  uses_.resize(begin_.back());
-  std::vector<std::size_t> next(begin_.begin(), begin_.end() - 1);
-  for (Index e = 0; e < rest.element_count(); ++e) {
-    for (int a = 0; a < Shape::kNodes; ++a) {
-      const auto v = static_cast<std::size_t>(rest.nodes(e)[static_cast<std::size_t>(a)]);
-      uses_[next[v]++] = {e, a};
-    }
-  }
-}
-
-void VertexIncidence::add_gathered(const std::vector<Shape::NodeMatrix>& local,
-                                   Vector& field) const {
-  parallel_for(static_cast<Index>(begin_.size()) - 1, 2048, [&](Index begin, Index end) {
-    for (Index v = begin; v < end; ++v) {
-      Vector3 sum = Vector3::Zero();
-      for (const Use& use : uses(v)) {
-        sum += local[static_cast<std::size_t>(use.element)].col(use.node);
-      }
-      field.segment<3>(3 * v) += sum;
-    }
-  });
-}
-
 }  // namespace tetraction

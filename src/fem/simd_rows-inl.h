@@ -317,6 +317,50 @@ HWY_INLINE void metric(const Columns<V>& e, Symmetric<V>& c) {
   }
 }
 
+/// a b, both symmetric.
+template <class V>
+HWY_INLINE void symmetric_times(const Symmetric<V>& a, const Symmetric<V>& b, Columns<V>& r) {
+  for (int j = 0; j < 3; ++j) {
+    for (int i = 0; i < 3; ++i) {
+      r.m[j][i] =
+          hn::MulAdd(a(i, 2), b(2, j), hn::MulAdd(a(i, 1), b(1, j), hn::Mul(a(i, 0), b(0, j))));
+    }
+  }
+}
+
+/// a b with a symmetric, where the product is known to be symmetric, too.
+template <class V>
+HWY_INLINE void symmetric_product(const Symmetric<V>& a, const Columns<V>& b, Symmetric<V>& r) {
+  for (int i = 0; i < 3; ++i) {
+    for (int j = i; j < 3; ++j) {
+      r(i, j) = hn::MulAdd(a(i, 2), b.m[j][2],
+                           hn::MulAdd(a(i, 1), b.m[j][1], hn::Mul(a(i, 0), b.m[j][0])));
+    }
+  }
+}
+
+/// tr(m²).
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE V trace_of_square(D d, const Columns<V>& m) {
+  const V off = hn::MulAdd(m.m[0][1], m.m[1][0],
+                           hn::MulAdd(m.m[0][2], m.m[2][0], hn::Mul(m.m[1][2], m.m[2][1])));
+  const V on = hn::MulAdd(m.m[0][0], m.m[0][0],
+                          hn::MulAdd(m.m[1][1], m.m[1][1], hn::Mul(m.m[2][2], m.m[2][2])));
+  return hn::MulAdd(hn::Set(d, 2.0), off, on);
+}
+
+/// Σ of the kBatchLanes numbers of a batch, lane by lane: the same order of additions for every
+/// vector length.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE double sum_of_lanes(D d, const V* sums) {
+  constexpr size_t kLanes = hn::MaxLanes(D());
+  HWY_ALIGN double lanes[kBatchLanes];
+  for (size_t i = 0; i < kBatchLanes / kLanes; ++i) hn::Store(sums[i], d, lanes + i * kLanes);
+  double total = 0.0;
+  for (const double lane : lanes) total += lane;
+  return total;
+}
+
 /// a:b = Σ a_ij b_ij.
 template <class V>
 HWY_INLINE V contract(const Columns<V>& a, const Columns<V>& b) {

@@ -37,27 +37,6 @@ class StateWriter {
   T* next_;
 };
 
-// x y with x full (by columns) and y symmetric; only the upper half of a product that is symmetric.
-template <class V>
-HWY_INLINE void symmetric_product(const Symmetric<V>& a, const Columns<V>& b, Symmetric<V>& r) {
-  for (int i = 0; i < 3; ++i) {
-    for (int j = i; j < 3; ++j) {
-      r(i, j) = hn::MulAdd(a(i, 2), b.m[j][2],
-                           hn::MulAdd(a(i, 1), b.m[j][1], hn::Mul(a(i, 0), b.m[j][0])));
-    }
-  }
-}
-
-template <class V>
-HWY_INLINE void symmetric_times(const Symmetric<V>& a, const Symmetric<V>& b, Columns<V>& r) {
-  for (int j = 0; j < 3; ++j) {
-    for (int i = 0; i < 3; ++i) {
-      r.m[j][i] =
-          hn::MulAdd(a(i, 2), b(2, j), hn::MulAdd(a(i, 1), b(1, j), hn::Mul(a(i, 0), b(0, j))));
-    }
-  }
-}
-
 template <MaterialKind kKind, TangentForm kForm, class T>
 HWY_NOINLINE void prepare(const BatchView& batches, const IsotropicModuli& constants,
                           const double* HWY_RESTRICT positions, T* HWY_RESTRICT state) {

@@ -60,36 +60,11 @@ void TangentOperator<T>::set(const Vector& q, const ViscousPotential& viscous) {
       blocks_.load_rows(block, q.data(), positions.data());
       const auto moduli =
           isotropic_moduli(elastic_.materials()[static_cast<std::size_t>(block.material)]);
-      prepare_tangent(blocks_.batches(block), *moduli, form(block), positions.data(),
-                      state_.data() + begin_[static_cast<std::size_t>(b)]);
-      if (viscous_) add_viscosity(b, q, viscous);
+      T* state = state_.data() + begin_[static_cast<std::size_t>(b)];
+      prepare_tangent(blocks_.batches(block), *moduli, form(block), positions.data(), state);
+      if (viscous_) viscous.add_tangent(b, positions.data(), form(block), state);
     }
   });
-}
-
-// T += 2fV D⁻¹(E − E₀)D⁻ᵀ and a₁ += fV with f = η/s (viscous_potential.h).
-template <class T>
-void TangentOperator<T>::add_viscosity(Index b, const Vector& q, const ViscousPotential& viscous) {
-  const ElementBlocks::Block& block = blocks_.block(b);
-  const TangentForm kind = form(block);
-  T* state = state_.data() + begin_[static_cast<std::size_t>(b)];
-  constexpr int kEntries[6][2] = {{0, 0}, {0, 1}, {0, 2}, {1, 1}, {1, 2}, {2, 2}};
-  for (Index batch = 0; batch < block.batch_count; ++batch) {
-    T* numbers = state + batch * tangent_numbers(kind) * kBatchLanes;
-    for (int lane = 0; lane < kBatchLanes; ++lane) {
-      const Index e = blocks_.element(block.first_batch + batch, lane);
-      if (e < 0) continue;
-      const auto element = elastic_.rest().element(e);
-      const Matrix3 gradients = element.gradients[0].rightCols<3>();
-      const Matrix3 stress =
-          gradients.transpose() * viscous.stress(e, q) * gradients * element.weights[0];
-      for (int k = 0; k < 6; ++k) {
-        numbers[k * kBatchLanes + lane] += static_cast<T>(stress(kEntries[k][0], kEntries[k][1]));
-      }
-      const int a1 = tangent_metric_offset(kind) + 15;
-      numbers[a1 * kBatchLanes + lane] += static_cast<T>(viscous.factor() * element.weights[0]);
-    }
-  }
 }
 
 template <class T>

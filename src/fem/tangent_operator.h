@@ -57,7 +57,6 @@ class TangentOperator {
     const std::int32_t* places = row_place_.empty() ? nullptr : row_place_.data();
     blocks_.copy_rows(block, x, rows, places);
   }
-  void add_viscosity(Index b, const Vector& q, const ViscousPotential& viscous);
 
   const ElasticPotential& elastic_;
   const ElementBlocks& blocks_;

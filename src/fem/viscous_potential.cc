@@ -1,19 +1,24 @@
 #include "tetraction/fem/viscous_potential.h"
 
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+#include "block_stiffness.h"
+#include "element_blocks.h"
 #include "tetraction/core/parallel.h"
+#include "viscous_kernels.h"
 
 namespace tetraction {
 namespace {
 
 using Shape = RestState::Shape;
 
-constexpr Index kGrain = 512;
-
 Matrix3 green_strain(const Matrix3& f) {
   return 0.5 * (f.transpose() * f - Matrix3::Identity());
 }
 
-// Ψ = c |E − E_k|² with the interface of a material, so that the element kernels serve it too.
+// Ψ = c |E − E_k|² with the interface of a material: for one element at a time.
 // P = 2c F (E − E_k); dP = 2c dF (E − E_k) + c (F Fᵀ dF + F dFᵀ F).
 class ViscousDensity {
  public:
@@ -44,94 +49,187 @@ class ViscousDensity {
 
  private:
   double factor_;
-  const Matrix3& start_;
+  Matrix3 start_;
 };
 
 static_assert(Material<ViscousDensity>);
 
 }  // namespace
 
-ViscousPotential::ViscousPotential(const RestState& rest) : rest_(rest) {}
+struct ViscousPotential::Impl {
+  const RestState& rest;
+  const ElementBlocks& blocks;
+  double factor = 0.0;
+  AlignedVector<double> start;           // c₀ of the lanes (viscous_kernels.h)
+  std::vector<std::int32_t> place;       // batch × kBatchLanes + lane of each element
+  mutable AlignedVector<double> rows;    // forces, per row
+  mutable std::vector<double> energies;  // per block
 
-const VertexIncidence& ViscousPotential::incidence() const {
-  if (!incidence_) incidence_ = std::make_unique<VertexIncidence>(rest_);
-  return *incidence_;
+  explicit Impl(const ElasticPotential& elastic) : rest(elastic.rest()), blocks(elastic.blocks()) {}
+
+  const double* start_of(const ElementBlocks::Block& block) const {
+    return start.data() + block.first_batch * kViscousNumbers * kBatchLanes;
+  }
+
+  // Places of the elements in the lanes, once.
+  void find_places() {
+    if (!place.empty()) return;
+    place.resize(static_cast<std::size_t>(rest.element_count()));
+    for (Index b = 0; b < blocks.block_count(); ++b) {
+      const ElementBlocks::Block& block = blocks.block(b);
+      for (Index batch = block.first_batch; batch < block.first_batch + block.batch_count;
+           ++batch) {
+        for (int lane = 0; lane < kBatchLanes; ++lane) {
+          const Index e = blocks.element(batch, lane);
+          if (e < 0) continue;
+          place[static_cast<std::size_t>(e)] =
+              static_cast<std::int32_t>(batch * kBatchLanes + lane);
+        }
+      }
+    }
+    start.resize(static_cast<std::size_t>(batch_count() * kViscousNumbers * kBatchLanes));
+  }
+  Index batch_count() const {
+    if (blocks.block_count() == 0) return 0;
+    const ElementBlocks::Block& last = blocks.block(blocks.block_count() - 1);
+    return last.first_batch + last.batch_count;
+  }
+
+  // c |E − E₀|² of element e, E₀ = ½ (D⁻ᵀ c₀ D⁻¹ − 1).
+  ViscousDensity density(Index e) const {
+    const std::int32_t at = place[static_cast<std::size_t>(e)];
+    const double* c =
+        start.data() + Index{at / kBatchLanes} * kViscousNumbers * kBatchLanes + at % kBatchLanes;
+    constexpr int kEntries[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
+    Matrix3 c0;
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) c0(i, j) = c[kEntries[i][j] * kBatchLanes];
+    }
+    const Matrix3 b = rest.element(e).gradients[0].rightCols<3>();
+    return {factor, 0.5 * (b * c0 * b.transpose() - Matrix3::Identity())};
+  }
+
+  // Calls body(number, block, its rows of x) for all blocks.
+  template <class Body>
+  void for_each_block(const Vector& x, const Body& body) const {
+    parallel_for(blocks.block_count(), 1, [&](Index begin, Index end) {
+      thread_local AlignedVector<double> positions;
+      for (Index b = begin; b < end; ++b) {
+        const ElementBlocks::Block& block = blocks.block(b);
+        positions.resize(static_cast<std::size_t>(ElementBlocks::kRowSize * block.row_count));
+        blocks.load_rows(block, x.data(), positions.data());
+        body(b, block, positions.data());
+      }
+    });
+  }
+
+  double* cleared_rows(const ElementBlocks::Block& block) const {
+    double* own = rows.data() + ElementBlocks::kRowSize * block.first_row;
+    std::fill_n(own, ElementBlocks::kRowSize * block.row_count, 0.0);
+    return own;
+  }
+
+  double energy(const Vector& x, bool with_gradient) const {
+    energies.resize(static_cast<std::size_t>(blocks.block_count()));
+    if (with_gradient) make_rows();
+    for_each_block(x, [&](Index b, const ElementBlocks::Block& block, const double* positions) {
+      energies[static_cast<std::size_t>(b)] =
+          viscous_gradient(blocks.batches(block), factor, start_of(block), positions,
+                           with_gradient ? cleared_rows(block) : nullptr);
+    });
+    double sum = 0.0;
+    for (const double of_block : energies) sum += of_block;
+    return sum;
+  }
+
+  void make_rows() const {
+    rows.resize(static_cast<std::size_t>(ElementBlocks::kRowSize * blocks.row_count()));
+  }
+
+  template <class T>
+  void add_tangent(Index b, const double* positions, TangentForm form, T* state) const {
+    const ElementBlocks::Block& block = blocks.block(b);
+    add_viscous_tangent(blocks.batches(block), factor, start_of(block), positions, form, state);
+  }
+};
+
+ViscousPotential::ViscousPotential(const ElasticPotential& elastic)
+    : impl_(std::make_unique<Impl>(elastic)) {}
+ViscousPotential::~ViscousPotential() = default;
+ViscousPotential::ViscousPotential(ViscousPotential&&) noexcept = default;
+
+double ViscousPotential::factor() const {
+  return impl_->factor;
 }
 
 void ViscousPotential::add_force(double viscosity, const Vector& q, const Vector& v,
                                  Vector& force) const {
-  local_.resize(static_cast<std::size_t>(rest_.element_count()));
-  parallel_for(rest_.element_count(), kGrain, [&](Index begin, Index end) {
-    for (Index e = begin; e < end; ++e) {
-      const auto element = rest_.element(e);
-      const Matrix3 f = deformation_gradient(element, 0, rest_.gather(q, e));
-      const Matrix3 rate = f.transpose() * deformation_gradient(element, 0, rest_.gather(v, e));
-      const Matrix3 stress = viscosity * (rate + rate.transpose());
-      local_[static_cast<std::size_t>(e)] = -element.weights[0] * f * stress * element.gradients[0];
-    }
+  const Impl& s = *impl_;
+  s.make_rows();
+  s.for_each_block(q, [&](Index, const ElementBlocks::Block& block, const double* positions) {
+    thread_local AlignedVector<double> velocities;
+    velocities.resize(static_cast<std::size_t>(ElementBlocks::kRowSize * block.row_count));
+    s.blocks.load_changes(block, v.data(), velocities.data());
+    add_viscous_force(s.blocks.batches(block), viscosity, positions, velocities.data(),
+                      s.cleared_rows(block));
   });
-  incidence().add_gathered(local_, force);
+  s.blocks.add_row_sums(s.rows, force);
 }
 
 void ViscousPotential::begin(const Vector& q, const Vector& displacement, double factor) {
-  factor_ = factor;
+  Impl& s = *impl_;
+  s.factor = factor;
   if (factor == 0.0) return;
-  strain_.resize(static_cast<std::size_t>(rest_.element_count()));
-  parallel_for(rest_.element_count(), kGrain, [&](Index begin, Index end) {
-    for (Index e = begin; e < end; ++e) {
-      Matrix3& strain = strain_[static_cast<std::size_t>(e)];
-      strain = green_strain(deformation_gradient(rest_.element(e), 0, rest_.gather(q, e)));
-      if (displacement.size() == 0) continue;
-      const Matrix3 change =
-          deformation_gradient(rest_.element(e), 0, rest_.gather(displacement, e));
-      strain -= 0.125 * change.transpose() * change;
+  s.find_places();
+  s.for_each_block(q, [&](Index, const ElementBlocks::Block& block, const double* positions) {
+    thread_local AlignedVector<double> changes;
+    const double* displacements = nullptr;
+    if (displacement.size() > 0) {
+      changes.resize(static_cast<std::size_t>(ElementBlocks::kRowSize * block.row_count));
+      s.blocks.load_changes(block, displacement.data(), changes.data());
+      displacements = changes.data();
     }
+    begin_viscous_step(s.blocks.batches(block), positions, displacements,
+                       s.start.data() + block.first_batch * kViscousNumbers * kBatchLanes);
   });
-}
-
-Matrix3 ViscousPotential::stress(Index e, const Vector& x) const {
-  const Matrix3 f = deformation_gradient(rest_.element(e), 0, rest_.gather(x, e));
-  return 2.0 * factor_ * (green_strain(f) - strain_[static_cast<std::size_t>(e)]);
 }
 
 void ViscousPotential::add_value(const Vector& x, double& value) const {
-  if (factor_ == 0.0) return;
-  value += parallel_sum(rest_.element_count(), [&](Index begin, Index end) {
-    double sum = 0.0;
-    for (Index e = begin; e < end; ++e) {
-      sum += element_energy<Shape>(rest_.element(e),
-                                   ViscousDensity(factor_, strain_[static_cast<std::size_t>(e)]),
-                                   rest_.gather(x, e));
-    }
-    return sum;
-  });
+  if (impl_->factor != 0.0) value += impl_->energy(x, false);
 }
 
 void ViscousPotential::add_value_and_gradient(const Vector& x, double& value,
                                               Vector& gradient) const {
-  if (factor_ == 0.0) return;
-  add_value(x, value);
-  local_.resize(static_cast<std::size_t>(rest_.element_count()));
-  parallel_for(rest_.element_count(), kGrain, [&](Index begin, Index end) {
-    for (Index e = begin; e < end; ++e) {
-      const auto i = static_cast<std::size_t>(e);
-      local_[i] = element_gradient<Shape>(rest_.element(e), ViscousDensity(factor_, strain_[i]),
-                                          rest_.gather(x, e));
-    }
-  });
-  incidence().add_gathered(local_, gradient);
+  if (impl_->factor == 0.0) return;
+  value += impl_->energy(x, true);
+  impl_->blocks.add_row_sums(impl_->rows, gradient);
 }
 
+// Blocks of one colour share no vertex, and colours come one after the other.
 void ViscousPotential::add_hessian(const Vector& x, const SparsityPattern& pattern,
                                    double* values) const {
-  if (factor_ == 0.0) return;
-  for (const std::vector<Index>& color : pattern.colors()) {
-    parallel_for(static_cast<Index>(color.size()), 64, [&](Index begin, Index end) {
+  const Impl& s = *impl_;
+  if (s.factor == 0.0) return;
+  constexpr IsotropicModuli kNothing{MaterialKind::kStVenantKirchhoff};
+  constexpr TangentForm kForm = TangentForm::kMetric;
+  for (const std::vector<Index>& color : pattern.block_colors(s.blocks)) {
+    parallel_for(static_cast<Index>(color.size()), 1, [&](Index begin, Index end) {
+      thread_local AlignedVector<double> positions;
+      thread_local AlignedVector<double> state;
       for (Index i = begin; i < end; ++i) {
-        const Index e = color[static_cast<std::size_t>(i)];
-        const ViscousDensity density(factor_, strain_[static_cast<std::size_t>(e)]);
-        pattern.scatter(e, element_hessian<Shape>(rest_.element(e), density, rest_.gather(x, e)),
-                        values);
+        const Index b = color[static_cast<std::size_t>(i)];
+        const ElementBlocks::Block& block = s.blocks.block(b);
+        positions.resize(static_cast<std::size_t>(ElementBlocks::kRowSize * block.row_count));
+        s.blocks.load_rows(block, x.data(), positions.data());
+        state.resize(static_cast<std::size_t>(block.batch_count * tangent_numbers(kForm)) *
+                     kBatchLanes);
+        prepare_tangent(s.blocks.batches(block), kNothing, kForm, positions.data(), state.data());
+        s.add_tangent(b, positions.data(), kForm, state.data());
+        add_block_stiffness(s.blocks, block, kForm, state.data(), pattern, values, [&](Index e) {
+          pattern.scatter(
+              e, element_hessian<Shape>(s.rest.element(e), s.density(e), s.rest.gather(x, e)),
+              values);
+        });
       }
     });
   }
@@ -139,13 +237,23 @@ void ViscousPotential::add_hessian(const Vector& x, const SparsityPattern& patte
 
 void ViscousPotential::add_element_terms(Index e, const Vector& x, bool with_hessian,
                                          ElasticPotential::ElementTerms& terms) const {
-  if (factor_ == 0.0) return;
-  const auto element = rest_.element(e);
-  const ViscousDensity density(factor_, strain_[static_cast<std::size_t>(e)]);
-  const Shape::NodeMatrix local = rest_.gather(x, e);
+  const Impl& s = *impl_;
+  if (s.factor == 0.0) return;
+  const auto element = s.rest.element(e);
+  const ViscousDensity density = s.density(e);
+  const Shape::NodeMatrix local = s.rest.gather(x, e);
   terms.energy += element_energy<Shape>(element, density, local);
   terms.gradient += element_gradient<Shape>(element, density, local);
   if (with_hessian) terms.hessian += element_hessian<Shape>(element, density, local);
+}
+
+void ViscousPotential::add_tangent(Index block, const double* positions, TangentForm form,
+                                   float* state) const {
+  impl_->add_tangent(block, positions, form, state);
+}
+void ViscousPotential::add_tangent(Index block, const double* positions, TangentForm form,
+                                   double* state) const {
+  impl_->add_tangent(block, positions, form, state);
 }
 
 }  // namespace tetraction

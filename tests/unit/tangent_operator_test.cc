@@ -58,7 +58,7 @@ class TangentOperatorOf : public testing::TestWithParam<std::tuple<std::int64_t,
                                     regions_of(rest_.element_count())};
   const Vector q_ = strained_state(potential_, mesh_.rest_positions(), 0.2);
   const Vector x_ = jiggled(Vector::Zero(q_.size()), 0.3, 3);
-  ViscousPotential viscous_{rest_};
+  ViscousPotential viscous_{potential_};
 
   void make_viscous() {
     viscous_.begin(strained_state(potential_, mesh_.rest_positions(), 0.05),

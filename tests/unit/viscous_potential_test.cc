@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 
 #include "support/bodies.h"
+#include "support/instruction_sets.h"
 #include "tetraction/dynamics/derivative_check.h"
 
 namespace tetraction {
@@ -10,14 +11,15 @@ namespace {
 
 using namespace testing_support;
 
-class Viscosity : public testing::Test {
+class Viscosity : public testing::TestWithParam<std::int64_t> {
  protected:
+  const UseInstructionSet use_{GetParam()};
   const TetMesh mesh_ = small_block({2, 2, 1});
   const RestState rest_{mesh_};
   const ElasticPotential elastic_{rest_, all_materials()[1]};
   const Vector start_ = strained_state(elastic_, mesh_.rest_positions(), 0.2);
   const Vector x_ = jiggled(start_, 0.02);
-  ViscousPotential viscous_{rest_};
+  ViscousPotential viscous_{elastic_};
 
   double value(const Vector& x) const {
     double energy = 0.0;
@@ -40,7 +42,7 @@ class Viscosity : public testing::Test {
   }
 };
 
-TEST_F(Viscosity, GradientAndHessianAreDerivatives) {
+TEST_P(Viscosity, GradientAndHessianAreDerivatives) {
   viscous_.begin(start_, jiggled(Vector::Zero(x_.size()), 0.1, 3), 700.0);
   const Vector direction = jiggled(Vector::Zero(x_.size()), 1.0, 5);
   const double h = 1e-6;
@@ -76,7 +78,27 @@ TEST_F(Viscosity, GradientAndHessianAreDerivatives) {
   EXPECT_LT((sum - g).norm(), 1e-12 * g.norm());
 }
 
-TEST_F(Viscosity, TakesNoMomentumAndOnlyEnergy) {
+TEST_P(Viscosity, ForceIsThatOfTheStress) {
+  const Vector velocity = jiggled(Vector::Zero(x_.size()), 1.0, 9);
+  Vector force = Vector::Ones(x_.size());
+  viscous_.add_force(50.0, x_, velocity, force);
+  Vector expected = Vector::Ones(x_.size());
+  for (Index e = 0; e < rest_.element_count(); ++e) {
+    const auto element = rest_.element(e);
+    const Matrix3 f = deformation_gradient(element, 0, rest_.gather(x_, e));
+    const Matrix3 rate =
+        f.transpose() * deformation_gradient(element, 0, rest_.gather(velocity, e));
+    const Matrix3 stress = 50.0 * (rate + rate.transpose());
+    const RestState::Shape::NodeMatrix local =
+        -element.weights[0] * f * stress * element.gradients[0];
+    for (int a = 0; a < 4; ++a) {
+      expected.segment<3>(3 * rest_.nodes(e)[static_cast<std::size_t>(a)]) += local.col(a);
+    }
+  }
+  EXPECT_LT((force - expected).norm(), 1e-13 * expected.norm());
+}
+
+TEST_P(Viscosity, TakesNoMomentumAndOnlyEnergy) {
   const Vector velocity = jiggled(Vector::Zero(x_.size()), 1.0, 9);
   Vector force = Vector::Zero(x_.size());
   viscous_.add_force(50.0, x_, velocity, force);
@@ -92,7 +114,7 @@ TEST_F(Viscosity, TakesNoMomentumAndOnlyEnergy) {
   EXPECT_LT(torque(x_, g).norm(), 1e-12 * g.norm());
 }
 
-TEST_F(Viscosity, DoesNotResistRigidMotion) {
+TEST_P(Viscosity, DoesNotResistRigidMotion) {
   const Vector3 w(0.3, -1.0, 0.7);
   Vector velocity(x_.size());
   for (Index v = 0; v < mesh_.vertex_count(); ++v) {
@@ -124,6 +146,9 @@ TEST_F(Viscosity, DoesNotResistRigidMotion) {
   };
   EXPECT_LT(left(0.05), left(0.1) / 7.0);
 }
+
+INSTANTIATE_TEST_SUITE_P(All, Viscosity, testing::ValuesIn(instruction_sets()),
+                         [](const auto& test) { return instruction_set_name(test.param); });
 
 }  // namespace
 }  // namespace tetraction

@@ -48,29 +48,4 @@ class RestState {
   TetrahedronView tetrahedra_;
 };
 
-/// Which elements meet at each vertex, in ascending order.
-class VertexIncidence {
- public:
-  /// One use of a vertex by an element.
-  struct Use {
-    Index element;
-    int node;
-  };
-
-  explicit VertexIncidence(const RestState& rest);
-
-  std::span<const Use> uses(Index vertex) const {
-    const auto v = static_cast<std::size_t>(vertex);
-    return {uses_.data() + begin_[v], begin_[v + 1] - begin_[v]};
-  }
-
-  /// Sums columns of per-element results into a DOF-ordered field: field(v) += Σ local(e, node), in
-  /// the same order for any number of threads.
-  void add_gathered(const std::vector<RestState::Shape::NodeMatrix>& local, Vector& field) const;
-
- private:
-  std::vector<Use> uses_;
-  std::vector<std::size_t> begin_;
-};
-
 }  // namespace tetraction

@@ -7,6 +7,8 @@
 
 namespace tetraction {
 
+enum class TangentForm;
+
 /// Second Piola stress S = 2ηĖ with the rate of the Green strain Ė = sym(FᵀḞ): objective and
 /// symmetric, so that it takes neither linear nor angular momentum from the body.
 ///
@@ -22,8 +24,10 @@ class ViscousPotential {
  public:
   using Shape = RestState::Shape;
 
-  /// Keeps a reference to `rest`, which must live longer.
-  explicit ViscousPotential(const RestState& rest);
+  /// In all elements of the body of `elastic`, which must live longer.
+  explicit ViscousPotential(const ElasticPotential& elastic);
+  ~ViscousPotential();
+  ViscousPotential(ViscousPotential&&) noexcept;
 
   /// force −= Σ V F (2ηĖ) ∂N at positions q and velocities v (3 per vertex, N).
   void add_force(double viscosity, const Vector& q, const Vector& v, Vector& force) const;
@@ -31,9 +35,7 @@ class ViscousPotential {
   /// Begins an implicit step at q_k with factor = η/s, Pa; 0 switches the terms below off.
   /// `displacement` is h v_k for the midpoint rule, else empty.
   void begin(const Vector& q, const Vector& displacement, double factor);
-  double factor() const { return factor_; }
-  /// 2 (η/s) (E − E₀) of element e at x, Pa.
-  Matrix3 stress(Index e, const Vector& x) const;
+  double factor() const;
   /// value += D(x), J; gradient += ∇D(x), N.
   void add_value(const Vector& x, double& value) const;
   void add_value_and_gradient(const Vector& x, double& value, Vector& gradient) const;
@@ -42,15 +44,14 @@ class ViscousPotential {
   /// Adds the terms of element e. Safe to call from several threads.
   void add_element_terms(Index e, const Vector& x, bool with_hessian,
                          ElasticPotential::ElementTerms& terms) const;
+  /// Adds the tangent of a block of elastic().blocks() at rows of positions to a state with metric
+  /// terms (fem/tangent_kernels.h; private to the library).
+  void add_tangent(Index block, const double* positions, TangentForm form, float* state) const;
+  void add_tangent(Index block, const double* positions, TangentForm form, double* state) const;
 
  private:
-  const VertexIncidence& incidence() const;
-
-  const RestState& rest_;
-  double factor_ = 0.0;
-  std::vector<Matrix3> strain_;                         // E₀ per element
-  mutable std::vector<Shape::NodeMatrix> local_;        // forces per element
-  mutable std::unique_ptr<VertexIncidence> incidence_;  // made when first needed
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
 };
 
 }  // namespace tetraction
