@@ -102,6 +102,7 @@ std::string Simulation::redo_text() const {
 
 std::shared_ptr<const Snapshot> Simulation::snapshot() const {
   const std::lock_guard lock(impl_->mutex);
+  impl_->snapshot_taken = true;
   return impl_->snapshot;
 }
 Settings Simulation::settings() const {

@@ -97,6 +97,7 @@ void SolverThread::publish() {
   next->running = running;
   if (!running) next->real_time_factor = 0.0;
   snapshot = std::move(next);
+  snapshot_taken = false;
   published = Clock::now();
 }
 
@@ -277,8 +278,9 @@ bool SolverThread::work_once(std::unique_lock<std::mutex>& lock,
   if (running) {
     due = pace.due(session().state().time);
     const bool waits = *due > now;
+    // One that nobody has seen yet is not replaced: making them takes longer than many a step.
     if (steps_since_snapshot >= steps_per_snapshot &&
-        (waits || now - published >= kSnapshotInterval)) {
+        (waits || (snapshot_taken && now - published >= kSnapshotInterval))) {
       return unlocked([this] { publish(); });
     }
     return !waits && unlocked([this] { step(); });

@@ -74,6 +74,7 @@ struct SolverThread {
   double speed_limit = 0.0;
   ColorField field = ColorField::kNone;
   std::shared_ptr<const Snapshot> snapshot;
+  bool snapshot_taken = false;  // by the window
   Settings settings;
   HistoryLog history;
   std::vector<EditMark> marks;

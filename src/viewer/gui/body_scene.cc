@@ -337,8 +337,10 @@ void BodyScene::set_drawing(const DrawingSettings& drawing) {
                                        {{1.0, 1.0, 1.0}, {1.0, 1.0, 1.0}, 0.10, 0.25, 0.7},
                                        {{0.10, 0.12, 0.16}, {0.25, 0.28, 0.33}, 0.92, 0.12, 0.5}};
   const Shades& shades = kShades[static_cast<int>(drawing.background)];
-  renderer_->GradientBackgroundOn();
-  renderer_->SetBackground(shades.bottom);
+  renderer_->SetGradientBackground(gradient_);
+  double middle[3];
+  for (int i = 0; i < 3; ++i) middle[i] = 0.5 * (shades.top[i] + shades.bottom[i]);
+  renderer_->SetBackground(gradient_ ? shades.bottom : middle);
   renderer_->SetBackground2(shades.top);
   const double edge = drawing.surface ? shades.edge : (shades.text < 0.5 ? 0.25 : 0.8);
   edge_actor_->GetProperty()->SetColor(edge, edge, edge);
@@ -382,6 +384,12 @@ void BodyScene::set_drawing(const DrawingSettings& drawing) {
     color(*last_);
     update_arrows();
   }
+}
+
+void BodyScene::set_graphics_card(bool present) {
+  gradient_ = present;
+  renderer_->SetUseFXAA(present);
+  set_drawing(drawing_);
 }
 
 void BodyScene::set_selection(const std::vector<Index>& vertices) {

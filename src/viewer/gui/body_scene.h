@@ -42,6 +42,9 @@ class BodyScene {
   /// Moves the points to the state and colours them.
   void set_state(std::shared_ptr<const Snapshot> snapshot);
   void set_drawing(const DrawingSettings& drawing);
+  /// Without a card, where the processor draws: no smoothing of edges, which would halve the pictures
+  /// a second, and a background of one colour.
+  void set_graphics_card(bool present);
   void set_selection(const std::vector<Index>& vertices);
   /// An arrow that is being pulled; of length zero: none.
   void set_pulled_arrow(const Vector3& from, const Vector3& to);
@@ -66,6 +69,7 @@ class BodyScene {
   std::shared_ptr<const Snapshot> last_;
   Vector3 low_ = Vector3::Zero(), high_ = Vector3::Ones();  // of the rest shape
   bool attraction_ = false;
+  bool gradient_ = true;
   int regions_ = 1;
   double text_gray_ = 0.0;
   std::vector<std::array<Index, 3>> triangles_;

@@ -120,21 +120,20 @@ void BodyView::render() {
   if (!widget_->isValid()) return;  // not on the screen yet
   if (!started_) {
     started_ = true;
-    choose_smoothing();
+    look_for_graphics_card();
   }
   renderer_->ResetCameraClippingRange();
   window_->Render();
 }
 
-// A filter smooths edges; where the processor draws, it would halve the pictures a second.
-void BodyView::choose_smoothing() {
+void BodyView::look_for_graphics_card() {
   widget_->makeCurrent();
   const auto* name =
       reinterpret_cast<const char*>(widget_->context()->functions()->glGetString(GL_RENDERER));
   const QByteArray renderer(name);
   widget_->doneCurrent();
-  renderer_->SetUseFXAA(!renderer.contains("llvmpipe") && !renderer.contains("softpipe") &&
-                        !renderer.contains("swrast"));
+  scene_->set_graphics_card(!renderer.contains("llvmpipe") && !renderer.contains("softpipe") &&
+                            !renderer.contains("swrast"));
 }
 
 QImage BodyView::picture() const {

@@ -81,7 +81,7 @@ class BodyView : public QWidget {
   Ray ray_at(const QPointF& place) const;
   /// Where the ray meets the plane through `anchor` that faces the camera.
   Vector3 in_view_plane(const QPointF& place, const Vector3& anchor) const;
-  void choose_smoothing();
+  void look_for_graphics_card();
   bool press(const QPointF& place, Qt::KeyboardModifiers modifiers);
   bool move(const QPointF& place);
   bool release(const QPointF& place, Qt::KeyboardModifiers modifiers);
