@@ -10,7 +10,7 @@ find_package(tomlplusplus REQUIRED CONFIG)
 find_package(CLI11 REQUIRED CONFIG)
 # The second list is the viewer's, which is built where Qt 5 and VTK's module for it are installed.
 set(viewer_vtk_components
-  CommonTransforms FiltersCore FiltersGeometry FiltersSources InteractionStyle InteractionWidgets
+  CommonTransforms ImagingCore FiltersCore FiltersGeometry FiltersSources InteractionStyle InteractionWidgets
   RenderingCore RenderingOpenGL2 RenderingAnnotation RenderingFreeType RenderingContext2D
   RenderingContextOpenGL2 ChartsCore ViewsContext2D IOExport GUISupportQt)
 find_package(VTK REQUIRED COMPONENTS CommonCore CommonDataModel IOXML IOLegacy FiltersVerdict

@@ -252,8 +252,12 @@ void Session::Impl::apply(const Edit& edit, double at, const std::string& what) 
 }
 
 bool Session::Impl::apply_events() {
-  const double slack = 1e-6 * time_step;  // t = k h carries round-off
-  while (next_event < scene.event.size() && scene.event[next_event].at <= state.time + slack) {
+  // t = k h carries round-off. An event may make the step so short that what follows is not due yet.
+  const auto due = [this] {
+    return next_event < scene.event.size() &&
+           scene.event[next_event].at <= state.time + 1e-6 * time_step;
+  };
+  while (due()) {
     const EventSettings& event = scene.event[next_event++];
     const std::size_t before = edits.size();
     try {

@@ -136,9 +136,11 @@ void Engine::redo() {
 }
 
 void Engine::make_due_events() {
-  const double slack = 1e-6 * session_->time_step();  // as Session does
-  while (next_event_ < events_.size() &&
-         events_[next_event_].at <= session_->state().time + slack) {
+  const auto due = [this] {  // as Session does
+    return next_event_ < events_.size() &&
+           events_[next_event_].at <= session_->state().time + 1e-6 * session_->time_step();
+  };
+  while (due()) {
     const EventSettings& event = events_[next_event_++];
     const std::string what = fmt::format("event at {:.6g} s", event.at);
     for (const Edit& edit : event.edits) {

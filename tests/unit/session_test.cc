@@ -339,6 +339,27 @@ TEST(Session, AnEventThatMovesTheEndMakesLaterOnesHappen) {
   EXPECT_EQ(session.edits().size(), 2u);
 }
 
+// The round-off that an event's time may have is counted in steps, and an event may shorten them.
+TEST(Session, EventsRightAfterStepsWereMadeMuchShorterAreNotMadeTooEarly) {
+  Scene scene = spinning_block(Integrator::kBackwardEuler, 10.0, 30.0);
+  scene.initial = {};
+  const auto event = [](double at, const Edit& edit) {
+    EventSettings settings;
+    settings.at = at;
+    settings.edits = {edit};
+    settings.echo = "{}";
+    return settings;
+  };
+  scene.event = {event(10.0, SetTime{{Integrator::kBackwardEuler, 1e-6, false, 10.000003}}),
+                 event(10.000001, SetDamping{{.drag = 1.0}})};
+  Session session(scene, generate_mesh(*scene.mesh.generate));
+  ASSERT_TRUE(session.step());
+  ASSERT_TRUE(session.step());
+  EXPECT_EQ(session.damping().drag, 0.0);
+  ASSERT_TRUE(session.step()) << session.message();
+  EXPECT_EQ(session.damping().drag, 1.0);
+}
+
 TEST(Session, RefusedEditsLeaveEverythingAsItWas) {
   Scene scene = spinning_block(Integrator::kVerlet, 1e-3, 0.1);
   FixSettings fix;

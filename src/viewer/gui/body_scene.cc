@@ -359,7 +359,12 @@ void BodyScene::set_drawing(const DrawingSettings& drawing) {
   }
 
   surface_actor_->SetVisibility(drawing.surface);
-  edge_actor_->SetVisibility(drawing.edges);
+  // Of a surface, its own edges; lines of their own would lie half below it.
+  surface_actor_->GetProperty()->SetEdgeVisibility(drawing.edges);
+  surface_actor_->GetProperty()->SetEdgeColor(edge, edge, edge);
+  section_actor_->GetProperty()->SetEdgeVisibility(drawing.edges);
+  section_actor_->GetProperty()->SetEdgeColor(edge, edge, edge);
+  edge_actor_->SetVisibility(drawing.edges && !drawing.surface);
   cloud_actor_->SetVisibility(drawing.points);
   fixed_actor_->SetVisibility(drawing.fixed);
   rest_actor_->SetVisibility(drawing.rest);
@@ -429,8 +434,8 @@ void BodyScene::update_clip() {
   clip_plane_->SetNormal(normal.data());
   clip_plane_->SetOrigin(origin.data());
   section_actor_->SetVisibility(drawing_.clip && drawing_.surface);
-  for (vtkPolyDataMapper* mapper :
-       {surface_mapper_.Get(), edge_mapper_.Get(), cloud_mapper_.Get()}) {
+  for (vtkPolyDataMapper* mapper : {surface_mapper_.Get(), edge_mapper_.Get(), cloud_mapper_.Get(),
+                                    fixed_mapper_.Get(), selected_mapper_.Get()}) {
     mapper->RemoveAllClippingPlanes();
     if (drawing_.clip) mapper->AddClippingPlane(clip_plane_);
   }

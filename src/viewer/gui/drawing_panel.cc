@@ -110,6 +110,8 @@ DrawingPanel::DrawingPanel(QWidget* parent) : QWidget(parent) {
     connect(end, &NumberField::entered, this, [this] {
       if (!(low_->value() < high_->value())) {
         emit refused(tr("Colours: the lowest value must be below the highest."));
+        low_->set_value(drawing_.range[0]);
+        high_->set_value(drawing_.range[1]);
         return;
       }
       drawing_.automatic_range = false;
@@ -191,15 +193,13 @@ void DrawingPanel::show_all() {
 }
 
 void DrawingPanel::tell() {
-  if (!drawing_.automatic_range) {
-    drawing_.range[0] = low_->value();
-    drawing_.range[1] = high_->value();
-  }
   show_all();
   emit changed(drawing_);
 }
 
 void DrawingPanel::show_range(double low, double high) {
+  drawing_.range[0] = low;
+  drawing_.range[1] = high;
   low_->set_value(low);
   high_->set_value(high);
 }
