@@ -425,7 +425,8 @@ void BodyScene::set_attraction(bool present) {
 bool BodyScene::is_drawn(const Vector3& point) const {
   if (!drawing_.clip) return true;
   Vector3 x = point;
-  return clip_plane_->EvaluateFunction(x.data()) >= 0.0;
+  // What lies in the plane is drawn, whatever the round-off.
+  return clip_plane_->EvaluateFunction(x.data()) >= -1e-9 * (high_ - low_).norm();
 }
 
 void BodyScene::update_clip() {

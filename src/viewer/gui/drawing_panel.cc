@@ -94,6 +94,8 @@ DrawingPanel::DrawingPanel(QWidget* parent) : QWidget(parent) {
                          this);
   high_ = new NumberField(tr("Highest value of the colours"), tr("the field's unit"), {-1e30, 1e30},
                           this);
+  low_->setObjectName(QStringLiteral("range_low"));
+  high_->setObjectName(QStringLiteral("range_high"));
   range->addWidget(low_);
   range->addWidget(high_);
   color->addRow(tr("From, to"), range);
@@ -101,6 +103,7 @@ DrawingPanel::DrawingPanel(QWidget* parent) : QWidget(parent) {
   add_check(fit, tr("Follow the data"), "automatic_range",
             tr("The colours' range grows with the values"), &DrawingSettings::automatic_range);
   refit_ = new QPushButton(tr("Fit now"), this);
+  refit_->setObjectName(QStringLiteral("fit_colors"));
   refit_->setToolTip(tr("Fits the colours to the values of this moment"));
   fit->addWidget(refit_);
   color->addRow(fit);
@@ -109,9 +112,8 @@ DrawingPanel::DrawingPanel(QWidget* parent) : QWidget(parent) {
     connect(end, &NumberField::refused, this, &DrawingPanel::refused);
     connect(end, &NumberField::entered, this, [this] {
       if (!(low_->value() < high_->value())) {
+        show_range(drawing_.range[0], drawing_.range[1]);
         emit refused(tr("Colours: the lowest value must be below the highest."));
-        low_->set_value(drawing_.range[0]);
-        high_->set_value(drawing_.range[1]);
         return;
       }
       drawing_.automatic_range = false;
@@ -155,6 +157,7 @@ DrawingPanel::DrawingPanel(QWidget* parent) : QWidget(parent) {
             &DrawingSettings::clip);
   clip_axis_ = new QComboBox(this);
   clip_axis_->addItems({tr("x"), tr("y"), tr("z")});
+  clip_axis_->setObjectName(QStringLiteral("clip_axis"));
   clip_axis_->setToolTip(tr("Normal of the plane"));
   clip_row->addWidget(clip_axis_);
   add_check(clip_row, tr("Other side"), "clip_flipped", tr("Draw the other side"),
@@ -198,6 +201,7 @@ void DrawingPanel::tell() {
 }
 
 void DrawingPanel::show_range(double low, double high) {
+  // Kept as it is where the colours stop following the data.
   drawing_.range[0] = low;
   drawing_.range[1] = high;
   low_->set_value(low);

@@ -107,6 +107,10 @@ LiveChart::LiveChart(QWidget* parent)
   view_->GetRenderer()->SetBackground(1.0, 1.0, 1.0);
   chart_ = vtkSmartPointer<vtkChartXY>::New();
   view_->GetScene()->AddItem(chart_);
+  // Axes also where there is no line: before the first step, with every series hidden.
+  chart_->SetRenderEmpty(true);
+  chart_->SetAutoAxes(false);
+  for (const int side : {vtkAxis::TOP, vtkAxis::RIGHT}) chart_->GetAxis(side)->SetVisible(false);
   chart_->SetActionToButton(vtkChart::ZOOM, vtkContextMouseEvent::LEFT_BUTTON);
   chart_->SetActionToButton(vtkChart::PAN, vtkContextMouseEvent::MIDDLE_BUTTON);
   for (const int side : {vtkAxis::LEFT, vtkAxis::BOTTOM}) {
@@ -136,10 +140,14 @@ LiveChart::LiveChart(QWidget* parent)
 LiveChart::~LiveChart() = default;
 
 void LiveChart::clear() {
-  rows_.clear();
+  clear_rows();
   marks_.clear();
   cursor_ = kNaN;
   following_ = true;
+}
+
+void LiveChart::clear_rows() {
+  rows_.clear();
   stale_ = true;
 }
 
@@ -325,12 +333,18 @@ QWidget* LiveChart::canvas() const {
   return widget_;
 }
 
+std::array<double, 4> LiveChart::axis_ranges() const {
+  vtkAxis* x = chart_->GetAxis(vtkAxis::BOTTOM);
+  vtkAxis* y = chart_->GetAxis(vtkAxis::LEFT);
+  return {x->GetMinimum(), x->GetMaximum(), y->GetMinimum(), y->GetMaximum()};
+}
+
 bool LiveChart::eventFilter(QObject* watched, QEvent* event) {
   if (watched == widget_) {
-    // From the user's own zoom on the axes stay as they are.
-    if (event->type() == QEvent::MouseButtonPress || event->type() == QEvent::Wheel) {
-      following_ = false;
-    }
+    // From the user's own zoom on the axes stay as they are; a click alone is none.
+    const bool dragged = event->type() == QEvent::MouseMove &&
+                         static_cast<QMouseEvent*>(event)->buttons() != Qt::NoButton;
+    if (dragged || event->type() == QEvent::Wheel) following_ = false;
     if (event->type() == QEvent::Resize || event->type() == QEvent::Show) {
       view_->GetScene()->SetDirty(true);
     }

@@ -32,7 +32,10 @@ class LiveChart : public QWidget {
   explicit LiveChart(QWidget* parent = nullptr);
   ~LiveChart() override;
 
+  /// For another body, or a run that begins anew.
   void clear();
+  /// The rows alone: others, of the same run, will come in their place.
+  void clear_rows();
   /// Rows that came since.
   void append(const std::vector<HistoryRow>& rows);
   void set_marks(const std::vector<EditMark>& marks);
@@ -44,6 +47,8 @@ class LiveChart : public QWidget {
   /// Draws what is new.
   void refresh();
   QWidget* canvas() const;
+  /// What the axes show: time from, to (s); values from, to.
+  std::array<double, 4> axis_ranges() const;
   void show_kind(int kind);
   /// By the name's ending: .csv (all rows), .png, .svg (the chart as it is seen).
   void save_as(const QString& path);

@@ -80,7 +80,9 @@ MainWindow::MainWindow()
   timer->start(kPoll_ms);
 }
 
-MainWindow::~MainWindow() = default;
+MainWindow::~MainWindow() {
+  hide();  // a field that loses the focus makes its edit while there is still something to edit
+}
 
 const TetMesh* MainWindow::mesh() const {
   if (simulation_) return &simulation_->mesh();
@@ -140,13 +142,15 @@ void MainWindow::show_document(Document document) {
 }
 
 void MainWindow::begin_body(const TetMesh& mesh) {
-  stop_recording();
   messages_->hide();
+  stop_recording();  // may have something to tell
   chart_->clear();
   shown_generation_ = 0;
   shown_history_ = 0;
   history_rows_ = 0;
   failure_told_ = false;
+  shown_attraction_ = false;
+  view_->set_attraction(false);
   view_->set_body(mesh);
   status_body_->setText(tr("%1 vertices, %2 tetrahedra")
                             .arg(static_cast<qlonglong>(mesh.vertex_count()))
@@ -190,6 +194,8 @@ void MainWindow::poll() {
     if (snapshot->body != shown_body_) {  // reset: the same mesh, another history
       shown_body_ = snapshot->body;
       failure_told_ = false;
+      chart_->clear();
+      history_rows_ = 0;
       messages_->hide();
     }
     if (snapshot->generation != shown_generation_) {
@@ -237,13 +243,14 @@ void MainWindow::show_slow_things() {
       drawing_->show_range(view_->color_low(), view_->color_high());
     }
   }
+  check_pictures();
   if (!simulation_) return;
   if (!run_folder_.isEmpty() && !simulation_->observed()) tell_end_of_run_recording();
 
   if (simulation_->history_generation() != shown_history_) {
     shown_history_ = simulation_->history_generation();
     history_rows_ = 0;
-    chart_->clear();
+    chart_->clear_rows();
   }
   const std::vector<HistoryRow> rows = simulation_->history(history_rows_);
   history_rows_ += rows.size();
@@ -255,7 +262,12 @@ void MainWindow::show_slow_things() {
   control_->show_settings(settings);
   material_->show_settings(settings);
   surroundings_->show_settings(settings);
-  view_->set_attraction(settings.environment.kind == EnvironmentKind::kAttraction);
+  const bool attraction = settings.environment.kind == EnvironmentKind::kAttraction;
+  if (attraction != shown_attraction_) {
+    shown_attraction_ = attraction;
+    view_->set_attraction(attraction);
+    view_->render();  // while it is paused no other picture comes
+  }
   for (const Notice& notice : simulation_->take_notices()) {
     messages_->show_message(notice.kind == Notice::Kind::kRefused ? MessageStrip::Kind::kError
                                                                   : MessageStrip::Kind::kWarning,

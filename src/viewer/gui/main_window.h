@@ -24,6 +24,7 @@ class ControlPanel;
 class DrawingPanel;
 class LiveChart;
 class MaterialPanel;
+struct PictureQueue;
 class ReplayBar;
 class SurroundingsPanel;
 class VertexPanel;
@@ -52,7 +53,8 @@ class MainWindow : public QMainWindow {
   void select(std::vector<Index> vertices);
   /// All edits so far as the events of a scene.
   void save_scene(const QString& path);
-  /// From now on every picture that is drawn, as a PNG.
+  /// From now on every picture that is drawn, as a PNG. The folder is made if it is not there, and
+  /// must hold no such pictures.
   void record_pictures(const QString& folder);
   /// From now on everything that `tetraction run` would write, with a frame every so many steps.
   void record_run(const QString& folder, int frame_every);
@@ -104,9 +106,11 @@ class MainWindow : public QMainWindow {
   void ask_record_pictures(bool on);
   void ask_record_run(bool on);
   void stop_pictures();
+  void check_pictures();
   void tell_end_of_run_recording();
   void show_recording();
   void record_picture();
+  void tell_error(const QString& message);
 
   std::unique_ptr<Simulation> simulation_;
   std::unique_ptr<VertexEdits> edits_;
@@ -120,10 +124,12 @@ class MainWindow : public QMainWindow {
   std::size_t shown_history_ = 0;
   std::size_t history_rows_ = 0;
   bool failure_told_ = false;
+  bool shown_attraction_ = false;
   QElapsedTimer since_slow_;
   std::uint64_t pictures_before_ = 0;
   QString picture_folder_;  // empty: pictures are not recorded
   std::size_t pictures_recorded_ = 0;
+  std::shared_ptr<PictureQueue> picture_queue_;
   QString run_folder_;  // empty: the run is not recorded
 
   BodyView* view_;

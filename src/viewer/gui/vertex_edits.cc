@@ -20,15 +20,14 @@ std::string text(const Vector3& x, const char* unit) {
 SelectVertices VertexEdits::ids(const std::vector<Index>& vertices) const {
   SelectVertices select;
   for (const Index v : vertices) {
-    select.ids.push_back(simulation_.mesh().vertex_ids[static_cast<std::size_t>(v)]);
+    select.ids.push_back(simulation_.mesh().vertex_id(v));
   }
   return select;
 }
 
 std::string VertexEdits::names(const std::vector<Index>& vertices) const {
   if (vertices.size() != 1) return fmt::format("{} vertices", vertices.size());
-  return fmt::format("vertex {}",
-                     simulation_.mesh().vertex_ids[static_cast<std::size_t>(vertices.front())]);
+  return fmt::format("vertex {}", simulation_.mesh().vertex_id(vertices.front()));
 }
 
 std::vector<Index> VertexEdits::fixed_among(const std::vector<Index>& vertices) const {

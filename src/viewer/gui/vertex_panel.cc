@@ -154,9 +154,7 @@ void VertexPanel::set_selection(const std::vector<Index>& vertices, const TetMes
            "several with Shift held."));
     for (QLabel* label : {held_, reaction_, speed_}) label->setText(QStringLiteral("–"));
   } else if (vertices.size() == 1) {
-    which_->setText(
-        tr("Vertex %1")
-            .arg(static_cast<qlonglong>(mesh.vertex_ids[static_cast<std::size_t>(vertices[0])])));
+    which_->setText(tr("Vertex %1").arg(static_cast<qlonglong>(mesh.vertex_id(vertices[0]))));
   } else {
     which_->setText(tr("%1 vertices: means of them are shown").arg(vertices.size()));
   }

@@ -220,7 +220,9 @@ void MainWindow::update_recent_files() {
   recent_->clear();
   const QStringList files = QSettings().value(QStringLiteral("recent")).toStringList();
   for (const QString& file : files) {
-    recent_->addAction(file, this, [this, file] { open(file); });
+    QString text = file;
+    text.replace(QLatin1Char('&'), QLatin1String("&&"));  // one alone would underline a letter
+    recent_->addAction(text, this, [this, file] { open(file); });
   }
   recent_->setEnabled(!files.isEmpty());
 }

@@ -103,8 +103,16 @@ void MainWindow::connect_panels() {
 
   connect(drawing_, &DrawingPanel::changed, this, &MainWindow::set_drawing);
   connect(drawing_, &DrawingPanel::refit_wanted, this, [this] {
-    view_->refit_colors();
-    drawing_->show_range(view_->color_low(), view_->color_high());
+    DrawingSettings following = drawing_->drawing();
+    if (following.automatic_range) {
+      view_->refit_colors();
+      drawing_->show_range(view_->color_low(), view_->color_high());
+    } else {  // colours that begin to follow the data fit them: once, then they stay
+      following.automatic_range = true;
+      view_->set_drawing(following);
+      drawing_->show_range(view_->color_low(), view_->color_high());
+      view_->set_drawing(drawing_->drawing());
+    }
   });
   const auto warn = [this](const QString& message) {
     messages_->show_message(MessageStrip::Kind::kWarning, message);

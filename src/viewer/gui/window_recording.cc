@@ -7,7 +7,9 @@
 #include <QStatusBar>
 #include <QThreadPool>
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <utility>
 
 #include "body_view.h"
 #include "main_window.h"
@@ -16,6 +18,22 @@
 #include "tetraction/io/scene_writer.h"
 
 namespace tetraction::viewer {
+namespace {
+
+constexpr int kMostWaiting = 16;  // pictures
+
+QString picture_path(const QString& folder, std::size_t number) {
+  return QDir(folder).filePath(
+      QStringLiteral("picture_%1.png").arg(number, 6, 10, QLatin1Char('0')));
+}
+
+}  // namespace
+
+/// Pictures on their way to the disk.
+struct PictureQueue {
+  std::atomic<int> waiting = 0;
+  std::atomic<bool> failed = false;
+};
 
 void MainWindow::ask_save_scene() {
   const QString path =
@@ -29,7 +47,7 @@ void MainWindow::save_scene(const QString& path) {
     write_scene(simulation_->recorded_scene(), path.toLocal8Bit().toStdString());
     statusBar()->showMessage(tr("%1 is written: replay it with tetraction run.").arg(path), 8000);
   } catch (const Error& error) {
-    messages_->show_message(MessageStrip::Kind::kError, QString::fromUtf8(error.what()));
+    tell_error(QString::fromUtf8(error.what()));
   }
 }
 
@@ -40,8 +58,7 @@ void MainWindow::ask_save_screenshot() {
   if (view_->picture().save(path)) {
     statusBar()->showMessage(tr("%1 is written.").arg(path), 8000);
   } else {
-    messages_->show_message(MessageStrip::Kind::kError,
-                            tr("%1: cannot be written. Choose another folder.").arg(path));
+    tell_error(tr("%1: cannot be written. Choose another folder.").arg(path));
   }
 }
 
@@ -57,12 +74,28 @@ void MainWindow::ask_record_pictures(bool on) {
 }
 
 void MainWindow::stop_pictures() {
-  if (!picture_folder_.isEmpty()) {
-    statusBar()->showMessage(
-        tr("%1 pictures are in %2.").arg(pictures_recorded_).arg(picture_folder_), 8000);
+  if (picture_folder_.isEmpty()) {
+    show_recording();
+    return;
   }
-  picture_folder_.clear();
+  QThreadPool::globalInstance()->waitForDone();
+  const QString folder = std::exchange(picture_folder_, QString());
   show_recording();
+  if (picture_queue_->failed) {
+    tell_error(tr("%1: not all pictures could be written. Choose another folder.").arg(folder));
+  } else {
+    statusBar()->showMessage(tr("%1 pictures are in %2.").arg(pictures_recorded_).arg(folder),
+                             8000);
+  }
+}
+
+// Ends a recording that fails.
+void MainWindow::check_pictures() {
+  if (!picture_folder_.isEmpty() && picture_queue_->failed) stop_pictures();
+}
+
+void MainWindow::tell_error(const QString& message) {
+  messages_->show_message(MessageStrip::Kind::kError, message);
 }
 
 // The marks in the menu, without asking anything.
@@ -74,18 +107,33 @@ void MainWindow::show_recording() {
 }
 
 void MainWindow::record_pictures(const QString& folder) {
-  picture_folder_ = folder;
-  pictures_recorded_ = 0;
+  stop_pictures();
+  if (QFileInfo::exists(picture_path(folder, 1))) {
+    tell_error(tr("%1: there are pictures in it already, which would be lost. Choose an empty "
+                  "folder.")
+                   .arg(folder));
+  } else if (!QDir().mkpath(folder)) {
+    tell_error(tr("%1: cannot be made. Choose another folder.").arg(folder));
+  } else {
+    picture_folder_ = folder;
+    pictures_recorded_ = 0;
+    picture_queue_ = std::make_shared<PictureQueue>();
+  }
   show_recording();
 }
 
 void MainWindow::record_picture() {
-  const QString path =
-      QDir(picture_folder_)
-          .filePath(
-              QStringLiteral("picture_%1.png").arg(++pictures_recorded_, 6, 10, QLatin1Char('0')));
-  // Compressing takes longer than drawing: not in the window's thread.
-  QThreadPool::globalInstance()->start([image = view_->picture(), path] { image.save(path); });
+  auto save = [image = view_->picture(), queue = picture_queue_,
+               path = picture_path(picture_folder_, ++pictures_recorded_)] {
+    if (!image.save(path)) queue->failed = true;
+    --queue->waiting;
+  };
+  // Compressing takes longer than drawing: not in the window's thread, unless the memory would fill.
+  if (++picture_queue_->waiting > kMostWaiting) {
+    save();
+  } else {
+    QThreadPool::globalInstance()->start(std::move(save));
+  }
 }
 
 void MainWindow::ask_record_run(bool on) {
@@ -131,10 +179,8 @@ void MainWindow::stop_recording() {
 
 void MainWindow::record_run(const QString& folder, int frame_every) {
   if (QFileInfo::exists(QDir(folder).filePath(QStringLiteral("frames.pvd")))) {
-    messages_->show_message(
-        MessageStrip::Kind::kError,
-        tr("%1: there is a run in it already, which would be lost. Choose an empty folder.")
-            .arg(folder));
+    tell_error(tr("%1: there is a run in it already, which would be lost. Choose an empty folder.")
+                   .arg(folder));
   } else {
     run_folder_ = folder;
     simulation_->observe(

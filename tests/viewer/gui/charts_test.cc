@@ -6,22 +6,14 @@
 
 #include <algorithm>
 
+#include "pictures.h"
 #include "viewer/gui/chart_series.h"
 #include "window_test.h"
 
 namespace tetraction::viewer {
 namespace {
 
-class Charts : public WindowTest {
- protected:
-  void run_to(double time) {
-    window_->simulation()->set_speed_limit(0.0);
-    window_->simulation()->run();
-    ASSERT_TRUE(wait_for([&] { return state().time > time; }));
-    window_->simulation()->pause();
-    settle();
-  }
-};
+using Charts = WindowTest;
 
 TEST_F(Charts, GetRowsAndMarks) {
   show(first_scene());
@@ -45,6 +37,87 @@ TEST_F(Charts, SeriesCanBeHidden) {
   EXPECT_FALSE(check->isChecked());
   wait(300);
   EXPECT_NE(window_->chart()->grab().toImage(), before);
+}
+
+// Before the first step, and with every series hidden.
+TEST_F(Charts, AxesAreThereWithoutLines) {
+  show(quiet_beam());
+  const auto lines = [this] {  // of the grid
+    wait(300);
+    const QImage image = window_->chart()->canvas()->grab().toImage();
+    return pixels(image, [](QRgb c) { return !differ(c, qRgb(225, 225, 225)); }).size();
+  };
+  EXPECT_GT(lines(), 500U);
+  press_key(Qt::Key_S);
+  settle();
+  for (const char* series : {"series_0", "series_1", "series_2", "series_3"}) click(series);
+  EXPECT_GT(lines(), 500U);
+}
+
+TEST_F(Charts, EditsAreMarkedOnTheTimeAxis) {
+  show(first_scene());
+  raise("dock_world");
+  run_to(0.2);
+  const auto marks = [this] {
+    wait(300);
+    const QImage image = window_->chart()->canvas()->grab().toImage();
+    // Dashed lines of this grey from the bottom to the top.
+    std::vector<int> in_column(static_cast<std::size_t>(image.width()), 0);
+    for (const QPoint& p : pixels(image, [](QRgb c) { return !differ(c, qRgb(150, 150, 160)); })) {
+      ++in_column[static_cast<std::size_t>(p.x())];
+    }
+    int lines = 0;
+    bool before = false;
+    for (const int count : in_column) {
+      const bool line = 5 * count > image.height();
+      if (line && !before) ++lines;
+      before = line;
+    }
+    return lines;
+  };
+  EXPECT_EQ(marks(), 0);
+  enter(find<NumberSlider>("mass_damping")->field(), "0.5");
+  run_to(0.4);
+  EXPECT_EQ(marks(), 1);
+  enter(find<NumberSlider>("viscosity")->field(), "70");
+  run_to(0.6);
+  EXPECT_EQ(marks(), 2);
+  keep_picture("chart_marks");
+  press_key(Qt::Key_R);
+  settle();
+  EXPECT_EQ(marks(), 0);
+}
+
+TEST_F(Charts, HiddenSeriesStayHiddenInEachChart) {
+  show(first_scene());
+  run_to(0.3);
+  auto* tabs = find<QTabBar>("chart_tabs");
+  const auto choose = [&](int kind) {
+    QTest::mouseClick(tabs, Qt::LeftButton, Qt::NoModifier, tabs->tabRect(kind).center());
+    wait(200);
+  };
+  const auto orange = [this] {  // lines of series 1 in the chart itself
+    const QImage image = window_->chart()->canvas()->grab().toImage();
+    return pixels(image, [](QRgb c) { return !differ(c, qRgb(230, 159, 0)); }).size();
+  };
+  EXPECT_GT(orange(), 50U);
+  click("series_1");
+  wait(200);
+  EXPECT_EQ(orange(), 0U);
+  choose(2);
+  EXPECT_TRUE(find<QCheckBox>("series_1")->isChecked());
+  EXPECT_GT(orange(), 50U);
+  click("series_0");
+  choose(0);
+  EXPECT_FALSE(find<QCheckBox>("series_1")->isChecked());
+  EXPECT_TRUE(find<QCheckBox>("series_0")->isChecked());
+  EXPECT_EQ(orange(), 0U);
+  choose(2);
+  EXPECT_FALSE(find<QCheckBox>("series_0")->isChecked());
+  choose(0);
+  click("series_1");
+  wait(200);
+  EXPECT_GT(orange(), 50U);
 }
 
 TEST_F(Charts, AreSavedAsCsvPngAndSvg) {

@@ -1,6 +1,9 @@
 // What is opened and what is written: scenes, meshes, runs.
+#include <QCheckBox>
+#include <QComboBox>
 #include <QDropEvent>
 #include <QFile>
+#include <QMenu>
 #include <QMimeData>
 #include <QSlider>
 #include <QTemporaryDir>
@@ -149,9 +152,8 @@ TEST_F(Files, ARecordedSceneReplaysBitwise) {
                            static_cast<std::size_t>(live.position.size()) * sizeof(double)));
 }
 
-TEST_F(Files, PicturesAreSavedAndRecentFilesRemembered) {
-  const QString scene = write("scene.toml", kScene);
-  window_->open(scene);
+TEST_F(Files, APictureShowsTheBody) {
+  window_->open(write("scene.toml", kScene));
   wait(300);
   const QImage picture = window_->body_view()->picture();
   EXPECT_GT(picture.width(), 300);
@@ -161,7 +163,91 @@ TEST_F(Files, PicturesAreSavedAndRecentFilesRemembered) {
     for (int y = 0; y < picture.height(); y += 3) colors.insert(picture.pixel(x, y));
   }
   EXPECT_GT(colors.size(), 50);
-  EXPECT_TRUE(QSettings().value(QStringLiteral("recent")).toStringList().contains(scene));
+}
+
+TEST_F(Files, RecentFilesAreOpenedFromTheMenu) {
+  const QString first = write("first.toml", kScene);
+  const QString second = write("second & last.toml", kScene);
+  auto* recent = menu_action(QStringLiteral("Re&cent"))->menu();
+  const auto names = [&] {
+    QStringList list;
+    for (const QAction* action : recent->actions()) {
+      // As it is seen: "&&" is "&", one alone underlines a letter.
+      QString text = action->text();
+      text.replace(QStringLiteral("&&"), QStringLiteral("\n")).remove(QLatin1Char('&'));
+      list.push_back(text.replace(QLatin1Char('\n'), QLatin1Char('&')));
+    }
+    return list;
+  };
+  EXPECT_FALSE(recent->isEnabled());
+  window_->open(first);
+  window_->open(second);
+  EXPECT_EQ(names(), (QStringList{second, first}));
+  window_->open(folder_.filePath(QStringLiteral("missing.toml")));
+  EXPECT_EQ(names(), (QStringList{second, first}));
+  const auto choose = [&](int entry) {
+    recent->popup(window_->mapToGlobal(QPoint(50, 50)));
+    ASSERT_TRUE(QTest::qWaitForWindowExposed(recent));
+    const QRect place = recent->actionGeometry(recent->actions()[entry]);
+    QTest::mouseClick(recent, Qt::LeftButton, Qt::NoModifier, place.center());
+    wait();
+    EXPECT_FALSE(recent->isVisible());
+  };
+  choose(1);
+  EXPECT_EQ(names(), (QStringList{first, second}));
+  EXPECT_TRUE(window_->windowTitle().startsWith(QStringLiteral("first.toml")));
+  EXPECT_TRUE(window_->messages()->text().isEmpty());
+  // They are there in the next window, too; a file that is gone is told.
+  window_->close();
+  open_window();
+  recent = menu_action(QStringLiteral("Re&cent"))->menu();
+  EXPECT_EQ(names(), (QStringList{first, second}));
+  choose(1);
+  EXPECT_TRUE(window_->windowTitle().startsWith(QStringLiteral("second & last.toml")));
+  ASSERT_TRUE(QFile::remove(first));
+  choose(1);
+  EXPECT_TRUE(window_->messages()->text().contains(QStringLiteral("first.toml")));
+  EXPECT_TRUE(window_->windowTitle().startsWith(QStringLiteral("second & last.toml")));
+}
+
+TEST_F(Files, TheNextWindowIsAsThisOneWas) {
+  show(quiet_beam());
+  raise("dock_drawing");
+  click("points");
+  click("edges");
+  click("clip");
+  press_key_in("color_field", Qt::Key_Home);
+  press_key_in("color_field", Qt::Key_Down);
+  press_key_in("background", Qt::Key_End);
+  press_key_in("light_azimuth", Qt::Key_End);
+  press_key_in("arrow_scale", Qt::Key_End);
+  find<QDockWidget>("dock_charts")->close();
+  raise("dock_world");
+  window_->resize(1100, 700);
+  wait();
+  window_->close();
+
+  open_window(false);
+  wait();
+  EXPECT_EQ(window_->size(), QSize(1100, 700));
+  EXPECT_FALSE(find<QDockWidget>("dock_charts")->isVisible());
+  EXPECT_FALSE(find<QDockWidget>("dock_world")->visibleRegion().isEmpty());
+  const DrawingSettings& drawing = window_->body_view()->drawing();
+  EXPECT_TRUE(drawing.points);
+  EXPECT_FALSE(drawing.edges);
+  EXPECT_TRUE(drawing.surface);
+  EXPECT_FALSE(drawing.clip);  // of one body
+  EXPECT_EQ(drawing.field, ColorField::kDisplacement);
+  EXPECT_EQ(drawing.background, Background::kDark);
+  EXPECT_EQ(drawing.light_azimuth, 90.0);
+  EXPECT_EQ(drawing.arrow_scale, 4.0);
+  EXPECT_TRUE(find<QCheckBox>("points")->isChecked());
+  EXPECT_EQ(find<QComboBox>("color_field")->currentIndex(), 1);
+  EXPECT_EQ(find<QSlider>("light_azimuth")->value(), 90);
+  // The simulation is told of the field that is remembered.
+  show(quiet_beam());
+  settle();
+  EXPECT_EQ(state().field, ColorField::kDisplacement);
 }
 
 TEST_F(Files, ClosingWhileRunningStops) {

@@ -17,6 +17,8 @@ int main(int argc, char** argv) {
       QSettings::NativeFormat, QSettings::UserScope,
       QDir::temp().filePath(
           QStringLiteral("tetraction_gui_test_%1").arg(QCoreApplication::applicationPid())));
+  // Dialogs of the system, where there are any, cannot be found among the widgets.
+  QCoreApplication::setAttribute(Qt::AA_DontUseNativeDialogs);
   QApplication app(argc, argv);
   return RUN_ALL_TESTS();
 }

@@ -1,30 +1,15 @@
 // Panels of material, surroundings, vertices, drawing.
 #include <QCheckBox>
 #include <QComboBox>
-#include <QDockWidget>
 #include <QPushButton>
 #include <QSlider>
 
-#include "viewer/gui/number_field.h"
 #include "window_test.h"
 
 namespace tetraction::viewer {
 namespace {
 
-class Panels : public WindowTest {
- protected:
-  void enter(NumberField* field, const char* text) {
-    field->setFocus();
-    field->selectAll();
-    QTest::keyClicks(field, QLatin1String(text));
-    QTest::keyClick(field, Qt::Key_Return);
-    settle();
-  }
-  void raise(const char* dock) {
-    find<QDockWidget>(dock)->raise();
-    wait(50);
-  }
-};
+using Panels = WindowTest;
 
 TEST_F(Panels, MaterialByNumberAndSlider) {
   show(quiet_beam());

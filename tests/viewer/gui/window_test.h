@@ -6,6 +6,7 @@
 #include <QAction>
 #include <QApplication>
 #include <QDir>
+#include <QDockWidget>
 #include <QSettings>
 #include <QtTest/QTest>
 #include <functional>
@@ -17,6 +18,7 @@
 #include "viewer/gui/documents.h"
 #include "viewer/gui/live_chart.h"
 #include "viewer/gui/main_window.h"
+#include "viewer/gui/number_field.h"
 
 namespace tetraction::viewer {
 
@@ -33,8 +35,12 @@ class WindowTest : public testing::Test {
  protected:
   void SetUp() override {
     QSettings().clear();
+    open_window();
+  }
+  /// Another window; as large as it was when the one before was closed, or of the usual size.
+  void open_window(bool usual_size = true) {
     window_ = std::make_unique<MainWindow>();
-    window_->resize(1280, 800);
+    if (usual_size) window_->resize(1280, 800);
     window_->show();
     QApplication::setActiveWindow(
         window_.get());  // no window manager does it, and shortcuts need it
@@ -61,6 +67,14 @@ class WindowTest : public testing::Test {
   static bool wait_for(const std::function<bool()>& done, int ms = 20000) {
     return QTest::qWaitFor(done, ms);
   }
+  /// As fast as it goes, to this time or a little later.
+  void run_to(double time) {
+    window_->simulation()->set_speed_limit(0.0);
+    window_->simulation()->run();
+    ASSERT_TRUE(wait_for([&] { return state().time > time; }));
+    window_->simulation()->pause();
+    settle();
+  }
 
   template <class Widget>
   Widget* find(const char* name) {
@@ -73,8 +87,43 @@ class WindowTest : public testing::Test {
     ASSERT_NE(action, nullptr) << name;
     action->trigger();
   }
-  void press_key(int key) {
-    QTest::keyClick(window_->body_view()->canvas(), static_cast<Qt::Key>(key));
+  /// Of a menu, by the beginning of its text.
+  QAction* menu_action(const QString& beginning) {
+    for (QAction* action : window_->findChildren<QAction*>()) {
+      if (action->text().startsWith(beginning)) return action;
+    }
+    ADD_FAILURE() << "no action " << beginning.toStdString();
+    return nullptr;
+  }
+  void raise(const char* dock) {
+    find<QDockWidget>(dock)->raise();
+    wait(50);
+  }
+  /// A check box, a button: at its left end, as a check box is wider than what can be clicked.
+  void click(const char* name) {
+    auto* widget = find<QWidget>(name);
+    QTest::mouseClick(widget, Qt::LeftButton, Qt::NoModifier, QPoint(8, widget->height() / 2));
+  }
+  /// A key for a combo box or a slider that was reached with Tab.
+  void press_key_in(const char* name, int key) {
+    auto* widget = find<QWidget>(name);
+    widget->setFocus(Qt::TabFocusReason);
+    QTest::keyClick(widget, static_cast<Qt::Key>(key));
+  }
+  /// Types a number and Return.
+  static void type(NumberField* field, const char* text) {
+    field->setFocus();
+    field->selectAll();
+    QTest::keyClicks(field, QLatin1String(text));
+    QTest::keyClick(field, Qt::Key_Return);
+  }
+  /// The same, and waits for what it does.
+  void enter(NumberField* field, const char* text) {
+    type(field, text);
+    settle();
+  }
+  void press_key(int key, Qt::KeyboardModifiers modifiers = Qt::NoModifier) {
+    QTest::keyClick(window_->body_view()->canvas(), static_cast<Qt::Key>(key), modifiers);
   }
 
   const Snapshot& state() {
@@ -85,6 +134,7 @@ class WindowTest : public testing::Test {
   QPoint place_of(Index vertex) {
     return window_->body_view()->to_canvas(position(vertex)).toPoint();
   }
+  QPoint place_of(const Vector3& point) { return window_->body_view()->to_canvas(point).toPoint(); }
   /// The surface vertex nearest to a point.
   Index nearest(const Vector3& point) {
     const TetMesh& mesh = window_->simulation()->mesh();
@@ -97,9 +147,13 @@ class WindowTest : public testing::Test {
     }
     return best;
   }
+  /// With the left button, on the body's picture or another canvas.
   void drag(const QPoint& from, const QPoint& to,
             Qt::KeyboardModifiers modifiers = Qt::NoModifier) {
-    QWidget* canvas = window_->body_view()->canvas();
+    drag(window_->body_view()->canvas(), from, to, modifiers);
+  }
+  void drag(QWidget* canvas, const QPoint& from, const QPoint& to,
+            Qt::KeyboardModifiers modifiers = Qt::NoModifier) {
     QTest::mousePress(canvas, Qt::LeftButton, modifiers, from);
     constexpr int kMoves = 8;
     for (int i = 1; i <= kMoves; ++i) {

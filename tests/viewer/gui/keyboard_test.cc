@@ -1,0 +1,173 @@
+// Everything without a mouse: Tab, shortcuts.
+#include <QAbstractButton>
+#include <QAbstractSlider>
+#include <QAbstractSpinBox>
+#include <QComboBox>
+#include <QLabel>
+#include <QLineEdit>
+#include <QMessageBox>
+#include <QScrollBar>
+#include <QSet>
+#include <QTabBar>
+
+#include "dialogs.h"
+#include "window_test.h"
+
+namespace tetraction::viewer {
+namespace {
+
+class Keyboard : public WindowTest {
+ protected:
+  // What takes input in a panel that is seen.
+  static QList<QWidget*> inputs(const QWidget* panel) {
+    QList<QWidget*> found;
+    for (QWidget* widget : panel->findChildren<QWidget*>()) {
+      const bool input = qobject_cast<QAbstractButton*>(widget) != nullptr ||
+                         qobject_cast<QAbstractSlider*>(widget) != nullptr ||
+                         qobject_cast<QComboBox*>(widget) != nullptr ||
+                         qobject_cast<QAbstractSpinBox*>(widget) != nullptr ||
+                         qobject_cast<QLineEdit*>(widget) != nullptr ||
+                         qobject_cast<QTabBar*>(widget) != nullptr;
+      // A spin box has its line's focus; what a bar scrolls is scrolled to by Tab itself; the buttons
+      // that scroll a row of tabs are Qt's own.
+      const bool part = qobject_cast<QAbstractSpinBox*>(widget->parentWidget()) != nullptr ||
+                        qobject_cast<QTabBar*>(widget->parentWidget()) != nullptr ||
+                        qobject_cast<QScrollBar*>(widget) != nullptr;
+      if (input && !part && widget->isVisible() && widget->isEnabled()) found.push_back(widget);
+    }
+    return found;
+  }
+  static std::string name_of(const QWidget* widget) {
+    return (QLatin1String(widget->metaObject()->className()) + QLatin1String(" ") +
+            widget->objectName() + QLatin1String(" ") + widget->toolTip())
+        .toStdString();
+  }
+  // All that has the focus in turn as the key is pressed, until it comes round.
+  QSet<QWidget*> round(QWidget* start, Qt::Key key) {
+    QSet<QWidget*> reached;
+    start->setFocus(Qt::TabFocusReason);
+    constexpr int kMost = 300;
+    for (int i = 0; i < kMost; ++i) {
+      QWidget* now = QApplication::focusWidget();
+      if (now == nullptr || (now == start && i > 0)) break;
+      reached.insert(now);
+      QTest::keyClick(now, key);
+      EXPECT_NE(QApplication::focusWidget(), now) << "the key leaves it not: " << name_of(now);
+      if (QApplication::focusWidget() == now) break;
+    }
+    EXPECT_EQ(QApplication::focusWidget(), start) << "it comes not round";
+    return reached;
+  }
+};
+
+TEST_F(Keyboard, TabReachesEveryControl) {
+  Document document = quiet_beam();
+  document.scene.material.model = "mooney-rivlin";
+  document.scene.material.ratio = 0.5;
+  show(std::move(document));
+  window_->select({nearest({0.0, 0.3, 0.3})});  // it is held: everything can be done with it
+  settle();
+  QWidget* charts = find<QDockWidget>("dock_charts")->widget();
+  for (const char* name :
+       {"dock_run", "dock_material", "dock_world", "dock_vertices", "dock_drawing"}) {
+    raise(name);
+    const QList<QWidget*> there = inputs(find<QDockWidget>(name)->widget());
+    ASSERT_GE(there.size(), 5) << name;
+    for (const Qt::Key key : {Qt::Key_Tab, Qt::Key_Backtab}) {
+      const QSet<QWidget*> reached = round(there.front(), key);
+      for (QWidget* widget : there + inputs(charts)) {
+        EXPECT_TRUE(reached.contains(widget)) << name << ": " << name_of(widget);
+      }
+      EXPECT_TRUE(reached.contains(window_->body_view()->canvas()));
+    }
+  }
+}
+
+TEST_F(Keyboard, DigitsChooseTools) {
+  show(quiet_beam());
+  const std::pair<int, Tool> tools[] = {{Qt::Key_2, Tool::kSelect},
+                                        {Qt::Key_3, Tool::kMove},
+                                        {Qt::Key_4, Tool::kForce},
+                                        {Qt::Key_5, Tool::kMomentum},
+                                        {Qt::Key_1, Tool::kLook}};
+  for (const auto& [key, tool] : tools) {
+    press_key(key);
+    EXPECT_EQ(window_->body_view()->tool(), tool);
+    for (int i = 1; i <= 5; ++i) {
+      auto* action = find<QAction>(QByteArray("tool_").append(QByteArray::number(i)).constData());
+      EXPECT_EQ(action->isChecked(), i == key - Qt::Key_0);
+    }
+  }
+  // From a button, too; in a field they are digits.
+  press_key_in("run", Qt::Key_3);
+  EXPECT_EQ(window_->body_view()->tool(), Tool::kMove);
+  auto* field = find<NumberSlider>("step_size")->field();
+  field->setFocus();
+  field->selectAll();
+  QTest::keyClick(field, Qt::Key_5);
+  EXPECT_EQ(field->text(), QStringLiteral("5"));
+  EXPECT_EQ(window_->body_view()->tool(), Tool::kMove);
+}
+
+TEST_F(Keyboard, UndoAndRedo) {
+  show(quiet_beam());
+  raise("dock_world");
+  const auto drag_now = [this] { return window_->simulation()->settings().damping.drag; };
+  enter(find<NumberSlider>("drag")->field(), "0.25");
+  enter(find<NumberSlider>("drag")->field(), "0.5");
+  const auto press = [this](Qt::KeyboardModifiers modifiers) {
+    press_key(Qt::Key_Z, modifiers);
+    settle();
+  };
+  press(Qt::ControlModifier);
+  EXPECT_EQ(drag_now(), 0.25);
+  press(Qt::ControlModifier);
+  EXPECT_EQ(drag_now(), 0.0);
+  EXPECT_EQ(find<NumberSlider>("drag")->value(), 0.0);
+  press(Qt::ControlModifier | Qt::ShiftModifier);
+  EXPECT_EQ(drag_now(), 0.25);
+  press(Qt::ControlModifier | Qt::ShiftModifier);
+  EXPECT_EQ(drag_now(), 0.5);
+  EXPECT_EQ(find<NumberSlider>("drag")->value(), 0.5);
+}
+
+TEST_F(Keyboard, F1ShowsTheKeys) {
+  QString text;
+  const DialogAnswer answer([&](QDialog& dialog) {
+    if (const auto* box = qobject_cast<QMessageBox*>(&dialog)) text = box->text();
+    QTest::keyClick(&dialog, Qt::Key_Escape);
+  });
+  press_key(Qt::Key_F1);
+  EXPECT_TRUE(answer.given());
+  EXPECT_FALSE(answer.stuck());
+  for (const char* key : {"Space", "Ctrl+Z", "Home, X, Y, Z", "1 … 5"}) {
+    EXPECT_TRUE(text.contains(QString::fromUtf8(key))) << key;
+  }
+  EXPECT_EQ(QApplication::activeModalWidget(), nullptr);
+}
+
+TEST_F(Keyboard, HomeAndLettersTurnTheCamera) {
+  show(quiet_beam());
+  const Vector3 middle(0.6, 0.15, 0.15);
+  // Whether one looks along an axis: points on it through the middle are at one place.
+  const auto along = [&](int axis) {
+    const QPoint a = place_of(middle);
+    const QPoint b = place_of(Vector3(middle + 0.1 * Vector3::Unit(axis)));
+    return (a - b).manhattanLength() < 2;
+  };
+  const Vector3 tip(1.2, 0.3, 0.3);
+  const QPoint home = place_of(tip);
+  const int keys[] = {Qt::Key_X, Qt::Key_Y, Qt::Key_Z};
+  for (int axis = 0; axis < 3; ++axis) {
+    press_key(keys[axis]);
+    for (int other = 0; other < 3; ++other) EXPECT_EQ(along(other), other == axis) << axis;
+  }
+  // Also after the mouse has turned it.
+  drag(QPoint(200, 200), QPoint(260, 260));
+  EXPECT_FALSE(along(2));
+  press_key(Qt::Key_Home);
+  EXPECT_LT((place_of(tip) - home).manhattanLength(), 2);
+}
+
+}  // namespace
+}  // namespace tetraction::viewer
