@@ -91,12 +91,12 @@ ColorBar::ColorBar(vtkRenderer* renderer) {
   bar_->SetNumberOfLabels(5);
   bar_->SetLabelFormat("%.3g");
   bar_->UnconstrainedFontSizeOn();
-  bar_->SetBarRatio(0.22);
+  bar_->SetBarRatio(0.17);
   bar_->SetTitleRatio(0.4);
   bar_->SetVerticalTitleSeparation(8);
   bar_->GetPositionCoordinate()->SetCoordinateSystemToNormalizedViewport();
-  bar_->SetPosition(0.86, 0.28);
-  bar_->SetWidth(0.13);
+  bar_->SetPosition(0.82, 0.28);
+  bar_->SetWidth(0.17);
   bar_->SetHeight(0.62);
   for (vtkTextProperty* text : {bar_->GetTitleTextProperty(), bar_->GetLabelTextProperty()}) {
     text->SetFontFamilyToArial();

@@ -342,8 +342,9 @@ std::array<double, 4> LiveChart::axis_ranges() const {
 bool LiveChart::eventFilter(QObject* watched, QEvent* event) {
   if (watched == widget_) {
     // From the user's own zoom on the axes stay as they are; a click alone is none.
-    const bool dragged = event->type() == QEvent::MouseMove &&
-                         static_cast<QMouseEvent*>(event)->buttons() != Qt::NoButton;
+    if (event->type() == QEvent::MouseButtonPress) pressed_ = true;
+    if (event->type() == QEvent::MouseButtonRelease) pressed_ = false;
+    const bool dragged = event->type() == QEvent::MouseMove && pressed_;
     if (dragged || event->type() == QEvent::Wheel) following_ = false;
     if (event->type() == QEvent::Resize || event->type() == QEvent::Show) {
       view_->GetScene()->SetDirty(true);

@@ -73,6 +73,7 @@ class LiveChart : public QWidget {
   double cursor_;
   bool stale_ = true;      // something to draw
   bool following_ = true;  // the axes fit the whole run
+  bool pressed_ = false;   // a button, on the chart
   int kind_ = 0;
   std::array<std::vector<bool>, kChartKinds> shown_;  // by kind and series
   double top_ = 1.0, bottom_ = 0.0;                   // of the marks' lines

@@ -150,12 +150,14 @@ TEST_F(Drawing, FitNowFitsTheColoursOfThisMoment) {
   click("fit_colors");
   const std::vector<float>& values = state().field_values;
   const double most = *std::max_element(values.begin(), values.end());
-  EXPECT_NEAR(high(), most, 1e-5 * most);
+  const double fitted = high();  // rounded up, so that the bar has short numbers
+  EXPECT_GE(fitted, most);
+  EXPECT_LT(fitted, 1.35 * most);
   EXPECT_FALSE(drawing().automatic_range);
   EXPECT_EQ(find<NumberField>("range_high")->value(), high());
   press_key(Qt::Key_R);
   settle();
-  EXPECT_NEAR(high(), most, 1e-5 * most);
+  EXPECT_EQ(high(), fitted);
 }
 
 TEST_F(Drawing, ClipPlaneHidesOneSide) {

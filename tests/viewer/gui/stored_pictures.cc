@@ -41,7 +41,9 @@ double difference_to_stored(const QImage& picture, const std::string& name) {
   vtkNew<vtkImageDifference> difference;
   difference->SetInputData(now);
   difference->SetImageData(before);
-  difference->AllowShiftOff();  // which would forgive missing lines
+  // These would forgive missing lines.
+  difference->AllowShiftOff();
+  difference->AveragingOff();
   difference->Update();
   return difference->GetThresholdedError();
 }

@@ -7,8 +7,8 @@
 namespace tetraction::viewer {
 
 /// How far a picture is from the stored one of that name (stored_pictures/NAME.png), as
-/// vtkImageDifference counts it: about the number of pixels that differ, where small differences of
-/// colour do not count. Infinite where sizes differ or nothing is stored.
+/// vtkImageDifference counts it: differing pixels, weighted by their difference of colour, of which
+/// small ones do not count. Infinite where sizes differ or nothing is stored.
 double difference_to_stored(const QImage& picture, const std::string& name);
 
 /// Expects a difference below `threshold`. The picture is kept beside the other screenshots; with
