@@ -44,37 +44,6 @@ constexpr double kBodyColor[3] = {0.62, 0.70, 0.78};
 constexpr double kFixedColor[3] = {0.15, 0.15, 0.18};
 constexpr double kSelectedColor[3] = {1.0, 0.45, 0.0};
 
-// One vertex cell for each of `vertices`.
-vtkSmartPointer<vtkCellArray> point_cells(const std::vector<Index>& vertices) {
-  auto cells = vtkSmartPointer<vtkCellArray>::New();
-  cells->AllocateExact(static_cast<vtkIdType>(vertices.size()),
-                       static_cast<vtkIdType>(vertices.size()));
-  for (const Index v : vertices) {
-    const vtkIdType id = v;
-    cells->InsertNextCell(1, &id);
-  }
-  return cells;
-}
-
-// Every edge of the triangles once.
-vtkSmartPointer<vtkCellArray> edge_cells(const std::vector<std::array<Index, 3>>& triangles) {
-  std::vector<std::array<Index, 2>> edges;
-  for (const auto& triangle : triangles) {
-    for (std::size_t i = 0; i < 3; ++i) {
-      const auto [a, b] = std::minmax({triangle[i], triangle[(i + 1) % 3]});
-      edges.push_back({a, b});
-    }
-  }
-  std::sort(edges.begin(), edges.end());
-  edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
-  auto cells = vtkSmartPointer<vtkCellArray>::New();
-  for (const auto& edge : edges) {
-    const vtkIdType ids[2] = {edge[0], edge[1]};
-    cells->InsertNextCell(2, ids);
-  }
-  return cells;
-}
-
 void draw_as_points(vtkPolyDataMapper* mapper, vtkPolyData* data, vtkActor* actor,
                     const double* color, float size) {
   mapper->SetInputData(data);
@@ -185,74 +154,20 @@ BodyScene::BodyScene(vtkRenderer* renderer)
 
 BodyScene::~BodyScene() = default;
 
-void BodyScene::set_body(const TetMesh& mesh) {
-  const Index n = mesh.vertex_count();
-  points_->SetNumberOfPoints(n);
-  low_ = high_ = mesh.vertices.front();
-  for (Index v = 0; v < n; ++v) {
-    const Vector3& x = mesh.vertices[static_cast<std::size_t>(v)];
-    points_->SetPoint(v, x.data());
-    low_ = low_.cwiseMin(x);
-    high_ = high_.cwiseMax(x);
-  }
-  points_->Modified();
-
-  vtkNew<vtkCellArray> cells;
-  for (const auto& tetrahedron : mesh.tetrahedra) {
-    const vtkIdType ids[4] = {tetrahedron[0], tetrahedron[1], tetrahedron[2], tetrahedron[3]};
-    cells->InsertNextCell(4, ids);
-  }
-  grid_->SetCells(VTK_TETRA, cells);
-
-  // The surface, once; from here on only points move. Its triangles take the body's own numbers, so
-  // that everything can share the points.
-  vtkNew<vtkDataSetSurfaceFilter> filter;
-  filter->SetInputData(grid_);
-  filter->PassThroughPointIdsOn();
-  filter->PassThroughCellIdsOn();
-  filter->Update();
-  vtkPolyData* found = filter->GetOutput();
-  const auto* vertex =
-      vtkIdTypeArray::SafeDownCast(found->GetPointData()->GetArray("vtkOriginalPointIds"));
-  const auto* cell =
-      vtkIdTypeArray::SafeDownCast(found->GetCellData()->GetArray("vtkOriginalCellIds"));
-  triangles_.clear();
-  triangle_cell_.clear();
-  vtkNew<vtkCellArray> faces;
-  for (vtkIdType t = 0; t < found->GetNumberOfCells(); ++t) {
-    vtkIdType count = 0;
-    const vtkIdType* corners = nullptr;
-    found->GetCellPoints(t, count, corners);
-    if (count != 3) continue;
-    const vtkIdType ids[3] = {vertex->GetValue(corners[0]), vertex->GetValue(corners[1]),
-                              vertex->GetValue(corners[2])};
-    faces->InsertNextCell(3, ids);
-    triangles_.push_back({ids[0], ids[1], ids[2]});
-    triangle_cell_.push_back(cell->GetValue(t));
-  }
-  surface_vertices_.clear();
-  for (const auto& triangle : triangles_) {
-    surface_vertices_.insert(surface_vertices_.end(), triangle.begin(), triangle.end());
-  }
-  std::sort(surface_vertices_.begin(), surface_vertices_.end());
-  surface_vertices_.erase(std::unique(surface_vertices_.begin(), surface_vertices_.end()),
-                          surface_vertices_.end());
-  surface_->SetPolys(faces);
-  edges_->SetLines(edge_cells(triangles_));
-  surface_->Modified();
-
-  std::vector<Index> all(static_cast<std::size_t>(n));
-  for (Index v = 0; v < n; ++v) all[static_cast<std::size_t>(v)] = v;
-  cloud_->SetVerts(point_cells(all));
-  vtkNew<vtkPoints> rest_points;
-  rest_points->DeepCopy(points_);
-  rest_->SetPoints(rest_points);
-  rest_->SetLines(edge_cells(triangles_));
+void BodyScene::set_body(std::shared_ptr<const BodyShape> shape) {
+  shape_ = std::move(shape);
+  points_->DeepCopy(shape_->rest);
+  grid_->SetCells(VTK_TETRA, shape_->tetrahedra);
+  surface_->SetPolys(shape_->faces);
+  edges_->SetLines(shape_->edges);
+  cloud_->SetVerts(shape_->points);
+  rest_->SetPoints(shape_->rest);
+  rest_->SetLines(shape_->edges);
   selection_.clear();
   selected_->SetVerts(point_cells({}));
   fixed_->SetVerts(point_cells({}));
 
-  const double diagonal = (high_ - low_).norm();
+  const double diagonal = size();
   axes_->SetTotalLength(0.25 * diagonal, 0.25 * diagonal, 0.25 * diagonal);
   center_->SetRadius(0.015 * diagonal);
   last_.reset();
@@ -310,9 +225,9 @@ void BodyScene::color(const Snapshot& snapshot) {
   color_bar_.follow(values);
   if (snapshot.field_on_cells) {
     cloud_mapper_->ScalarVisibilityOff();  // vertices have no value of their own
-    std::vector<float> of_triangles(triangle_cell_.size());
+    std::vector<float> of_triangles(shape_->triangle_cell.size());
     for (std::size_t t = 0; t < of_triangles.size(); ++t) {
-      of_triangles[t] = values[static_cast<std::size_t>(triangle_cell_[t])];
+      of_triangles[t] = values[static_cast<std::size_t>(shape_->triangle_cell[t])];
     }
     set_values(triangle_values_, of_triangles);
     set_values(cell_values_, values);
@@ -426,12 +341,12 @@ bool BodyScene::is_drawn(const Vector3& point) const {
   if (!drawing_.clip) return true;
   Vector3 x = point;
   // What lies in the plane is drawn, whatever the round-off.
-  return clip_plane_->EvaluateFunction(x.data()) >= -1e-9 * (high_ - low_).norm();
+  return clip_plane_->EvaluateFunction(x.data()) >= -1e-9 * size();
 }
 
 void BodyScene::update_clip() {
   Vector3 normal = Vector3::Unit(drawing_.clip_axis) * (drawing_.clip_flipped ? 1.0 : -1.0);
-  Vector3 origin = low_ + drawing_.clip_at * (high_ - low_);
+  Vector3 origin = shape_->low + drawing_.clip_at * (shape_->high - shape_->low);
   clip_plane_->SetNormal(normal.data());
   clip_plane_->SetOrigin(origin.data());
   section_actor_->SetVisibility(drawing_.clip && drawing_.surface);
@@ -444,11 +359,11 @@ void BodyScene::update_clip() {
 
 void BodyScene::update_arrows() {
   if (!last_) return;
-  const double longest = 0.2 * (high_ - low_).norm() * drawing_.arrow_scale;
+  const double longest = 0.2 * size() * drawing_.arrow_scale;
   std::string legend;
   const auto draw = [&](BodyArrows& arrows, const Vector& field) {
     if (!arrows.visible()) return;
-    arrows.update(last_->position, field, surface_vertices_, longest,
+    arrows.update(last_->position, field, shape_->surface_vertices, longest,
                   [this](const Vector3& x) { return is_drawn(x); });
     if (const std::string text = arrows.legend(); !text.empty()) {
       legend += (legend.empty() ? "" : "\n") + text;
@@ -467,7 +382,7 @@ void BodyScene::update_arrows() {
 
 void BodyScene::reset_camera(int axis) {
   vtkCamera* camera = renderer_->GetActiveCamera();
-  const Vector3 middle = 0.5 * (low_ + high_);
+  const Vector3 middle = 0.5 * (shape_->low + shape_->high);
   Vector3 from(0.45, 0.4, 1.0);
   Vector3 up(0.0, 1.0, 0.0);
   if (axis >= 0) from = Vector3::Unit(axis);
@@ -477,9 +392,9 @@ void BodyScene::reset_camera(int axis) {
   camera->SetPosition(eye.x(), eye.y(), eye.z());
   camera->SetViewUp(up.x(), up.y(), up.z());
   // Room to move in, and for the colour bar.
-  const Vector3 room = 0.12 * (high_ - low_).norm() * Vector3::Ones();
-  const Vector3 low = low_ - room;
-  const Vector3 high = high_ + room;
+  const Vector3 room = 0.12 * size() * Vector3::Ones();
+  const Vector3 low = shape_->low - room;
+  const Vector3 high = shape_->high + room;
   const double box[6] = {low.x(), high.x(), low.y(), high.y(), low.z(), high.z()};
   renderer_->ResetCamera(box);
 }

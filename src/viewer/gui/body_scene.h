@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "body_arrows.h"
+#include "body_shape.h"
 #include "color_bar.h"
 #include "drawing_settings.h"
-#include "tetraction/mesh/tet_mesh.h"
 #include "viewer/snapshot.h"
 
 class vtkActor;
@@ -38,7 +38,7 @@ class BodyScene {
   ~BodyScene();
 
   /// Another body: everything is built anew, and the camera is turned to it.
-  void set_body(const TetMesh& mesh);
+  void set_body(std::shared_ptr<const BodyShape> shape);
   /// Moves the points to the state and colours them.
   void set_state(std::shared_ptr<const Snapshot> snapshot);
   void set_drawing(const DrawingSettings& drawing);
@@ -54,27 +54,25 @@ class BodyScene {
   void reset_camera(int axis);
 
   /// Triangles of the surface, by vertices.
-  const std::vector<std::array<Index, 3>>& triangles() const { return triangles_; }
+  const std::vector<std::array<Index, 3>>& triangles() const { return shape_->triangles; }
   /// Whether a point is on the side of the clip plane that is drawn.
   bool is_drawn(const Vector3& point) const;
   ColorBar& color_bar() { return color_bar_; }
 
  private:
+  double size() const { return (shape_->high - shape_->low).norm(); }  // of the rest shape, m
   void update_clip();
   void update_arrows();
   void color(const Snapshot& snapshot);
 
   vtkRenderer* renderer_;
   DrawingSettings drawing_;
+  std::shared_ptr<const BodyShape> shape_ = std::make_shared<BodyShape>();
   std::shared_ptr<const Snapshot> last_;
-  Vector3 low_ = Vector3::Zero(), high_ = Vector3::Ones();  // of the rest shape
   bool attraction_ = false;
   bool gradient_ = true;
   int regions_ = 1;
   double text_gray_ = 0.0;
-  std::vector<std::array<Index, 3>> triangles_;
-  std::vector<Index> triangle_cell_;  // the tetrahedron of each
-  std::vector<Index> surface_vertices_;
   std::vector<Index> selection_;
 
   vtkNew<vtkPoints> points_;

@@ -73,9 +73,9 @@ BodyView::~BodyView() {
   marker_->SetInteractor(nullptr);
 }
 
-void BodyView::set_body(const TetMesh& mesh) {
+void BodyView::set_body(std::shared_ptr<const BodyShape> shape) {
   snapshot_.reset();
-  scene_->set_body(mesh);
+  scene_->set_body(std::move(shape));
 }
 
 void BodyView::show_state(std::shared_ptr<const Snapshot> snapshot) {

@@ -31,7 +31,7 @@ class BodyView : public QWidget {
   explicit BodyView(QWidget* parent = nullptr);
   ~BodyView() override;
 
-  void set_body(const TetMesh& mesh);
+  void set_body(std::shared_ptr<const BodyShape> shape);
   void show_state(std::shared_ptr<const Snapshot> snapshot);
   void set_drawing(const DrawingSettings& drawing);
   /// The state that is shown; null before the first.

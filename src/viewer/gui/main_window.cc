@@ -15,7 +15,9 @@
 #include <QTimer>
 #include <QVBoxLayout>
 #include <algorithm>
+#include <chrono>
 
+#include "body_shape.h"
 #include "body_view.h"
 #include "control_panel.h"
 #include "drawing_panel.h"
@@ -34,6 +36,27 @@ constexpr qint64 kSlowThings_ms = 150;  // charts, fields and menus: people read
 
 QString text(const std::string& utf8) {
   return QString::fromUtf8(utf8.c_str());
+}
+
+Opened set_up(Document document) {
+  Opened opened;
+  opened.simulation =
+      std::make_unique<Simulation>(std::move(document.scene), std::move(document.mesh));
+  opened.shape = make_body_shape(opened.simulation->mesh());
+  return opened;
+}
+
+// All that takes its time with a large mesh; in a thread of its own.
+Opened read_file(const std::string& file) {
+  const DocumentKind kind = kind_of(file);
+  if (kind != DocumentKind::kRun) {
+    return set_up(kind == DocumentKind::kScene ? open_scene(file) : open_mesh(file));
+  }
+  Opened opened;
+  opened.replay = std::make_unique<Replay>(file);
+  opened.replay->frame(0, ColorField::kNone);  // what cannot be drawn is told of before it is shown
+  opened.shape = make_body_shape(opened.replay->mesh());
+  return opened;
 }
 
 }  // namespace
@@ -90,25 +113,27 @@ const TetMesh* MainWindow::mesh() const {
 }
 
 void MainWindow::open(const QString& path) {
-  const std::string file = path.toLocal8Bit().toStdString();
+  if (opening()) {
+    messages_->show_message(MessageStrip::Kind::kWarning,
+                            tr("%1 is still being read.").arg(opening_path_));
+    return;
+  }
+  opening_path_ = path;
+  opening_ = std::async(std::launch::async, read_file, path.toLocal8Bit().toStdString());
+  statusBar()->showMessage(tr("Reading %1…").arg(path));
+}
+
+void MainWindow::finish_opening() {
+  const QString path = opening_path_;
+  statusBar()->clearMessage();
   try {
-    if (kind_of(file) == DocumentKind::kRun) {
-      auto replay = std::make_unique<Replay>(file);
-      replay->frame(0,
-                    ColorField::kNone);  // a run that cannot be drawn is told of before it is shown
-      edits_.reset();
-      simulation_.reset();
-      replay_ = std::move(replay);
-      path_ = path;
-      begin_body(replay_->mesh());
-      replay_bar_->set_times(replay_->times());
-      replay_bar_->show();
-      chart_->append(replay_->history());
-      show_frame(0);
+    Opened opened = opening_.get();
+    if (opened.replay) {
+      show_replay(std::move(opened.replay), std::move(opened.shape));
     } else {
-      show_document(kind_of(file) == DocumentKind::kScene ? open_scene(file) : open_mesh(file));
-      path_ = path;
+      show_simulation(std::move(opened.simulation), std::move(opened.shape));
     }
+    path_ = path;
     remember_file(QFileInfo(path).absoluteFilePath());
     update_title();
   } catch (const std::exception& error) {
@@ -117,9 +142,25 @@ void MainWindow::open(const QString& path) {
   update_actions();
 }
 
+void MainWindow::show_replay(std::unique_ptr<Replay> replay,
+                             std::shared_ptr<const BodyShape> shape) {
+  edits_.reset();
+  simulation_.reset();
+  replay_ = std::move(replay);
+  begin_body(replay_->mesh(), std::move(shape));
+  replay_bar_->set_times(replay_->times());
+  replay_bar_->show();
+  chart_->append(replay_->history());
+  show_frame(0);
+}
+
 void MainWindow::show_document(Document document) {
-  auto simulation =
-      std::make_unique<Simulation>(std::move(document.scene), std::move(document.mesh));
+  Opened opened = set_up(std::move(document));
+  show_simulation(std::move(opened.simulation), std::move(opened.shape));
+}
+
+void MainWindow::show_simulation(std::unique_ptr<Simulation> simulation,
+                                 std::shared_ptr<const BodyShape> shape) {
   edits_.reset();
   replay_.reset();
   simulation_ = std::move(simulation);
@@ -133,7 +174,7 @@ void MainWindow::show_document(Document document) {
   simulation_->set_color_field(drawing_->drawing().field);
   simulation_->set_steps_per_snapshot(control_->steps_a_picture());
   simulation_->set_speed_limit(control_->speed_limit());
-  begin_body(simulation_->mesh());
+  begin_body(simulation_->mesh(), std::move(shape));
   shown_body_ = simulation_->snapshot()->body;
   update_title();
   update_actions();
@@ -141,7 +182,7 @@ void MainWindow::show_document(Document document) {
   show_slow_things();
 }
 
-void MainWindow::begin_body(const TetMesh& mesh) {
+void MainWindow::begin_body(const TetMesh& mesh, std::shared_ptr<const BodyShape> shape) {
   messages_->hide();
   stop_recording();  // may have something to tell
   chart_->clear();
@@ -151,7 +192,7 @@ void MainWindow::begin_body(const TetMesh& mesh) {
   failure_told_ = false;
   shown_attraction_ = false;
   view_->set_attraction(false);
-  view_->set_body(mesh);
+  view_->set_body(std::move(shape));
   status_body_->setText(tr("%1 vertices, %2 tetrahedra")
                             .arg(static_cast<qlonglong>(mesh.vertex_count()))
                             .arg(static_cast<qlonglong>(mesh.tetrahedron_count())));
@@ -189,6 +230,9 @@ void MainWindow::show_frame(std::size_t frame) {
 }
 
 void MainWindow::poll() {
+  if (opening() && opening_.wait_for(std::chrono::seconds(0)) == std::future_status::ready) {
+    finish_opening();
+  }
   if (simulation_) {
     const auto snapshot = simulation_->snapshot();
     if (snapshot->body != shown_body_) {  // reset: the same mesh, another history

@@ -4,6 +4,7 @@
 #include <QElapsedTimer>
 #include <QMainWindow>
 #include <functional>
+#include <future>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -20,6 +21,7 @@ class QLabel;
 namespace tetraction::viewer {
 
 class BodyView;
+struct BodyShape;
 class ControlPanel;
 class DrawingPanel;
 class LiveChart;
@@ -30,6 +32,13 @@ class SurroundingsPanel;
 class VertexPanel;
 enum class Tool;
 
+/// What was read: a simulation, or a run to replay, and how the body looks.
+struct Opened {
+  std::unique_ptr<Simulation> simulation;
+  std::unique_ptr<Replay> replay;
+  std::shared_ptr<const BodyShape> shape;
+};
+
 class MainWindow : public QMainWindow {
   Q_OBJECT
 
@@ -37,9 +46,12 @@ class MainWindow : public QMainWindow {
   MainWindow();
   ~MainWindow() override;
 
-  /// A scene, a mesh, or the directory of a run, by what is there. What cannot be opened is told in the
-  /// message strip; the window then stays as it is.
+  /// A scene, a mesh, or the directory of a run, by what is there. Reads it in another thread: the
+  /// window goes on meanwhile. What cannot be opened is told in the message strip; the window then
+  /// stays as it is.
   void open(const QString& path);
+  /// Whether something is still being read.
+  bool opening() const { return opening_.valid(); }
   /// A scene to play with. Throws InputError.
   void show_document(Document document);
 
@@ -76,8 +88,12 @@ class MainWindow : public QMainWindow {
   void connect_view();
 
   // main_window.cc
+  void finish_opening();
+  void show_simulation(std::unique_ptr<Simulation> simulation,
+                       std::shared_ptr<const BodyShape> shape);
+  void show_replay(std::unique_ptr<Replay> replay, std::shared_ptr<const BodyShape> shape);
   void show_frame(std::size_t frame);
-  void begin_body(const TetMesh& mesh);
+  void begin_body(const TetMesh& mesh, std::shared_ptr<const BodyShape> shape);
   void show_news(const std::shared_ptr<const Snapshot>& snapshot);
   void show_slow_things();
   void show_failure(const Snapshot& snapshot);
@@ -116,6 +132,8 @@ class MainWindow : public QMainWindow {
   std::unique_ptr<VertexEdits> edits_;
   std::unique_ptr<Replay> replay_;
   QString path_;
+  QString opening_path_;
+  std::future<Opened> opening_;  // valid while something is read
   std::vector<Index> selection_;
 
   // What was shown last.

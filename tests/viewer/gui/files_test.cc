@@ -44,14 +44,14 @@ select = { plane = { axis = "x", at = 0.0 } }
 )";
 
 TEST_F(Files, ABrokenSceneIsToldWithItsPlace) {
-  window_->open(write("broken.toml", "[mesh]\nfile = \"a.vtu\"\n[materiel]\n"));
+  open(write("broken.toml", "[mesh]\nfile = \"a.vtu\"\n[materiel]\n"));
   wait();
   EXPECT_TRUE(window_->messages()->text().contains(QStringLiteral("broken.toml:3")))
       << window_->messages()->text().toStdString();
   EXPECT_EQ(window_->simulation(), nullptr);
   keep_picture("broken_scene");
   // A good one after it.
-  window_->open(write("good.toml", kScene));
+  open(write("good.toml", kScene));
   wait();
   EXPECT_TRUE(window_->messages()->text().isEmpty());
   ASSERT_NE(window_->simulation(), nullptr);
@@ -65,7 +65,7 @@ TEST_F(Files, AMeshIsDroppedOnTheWindow) {
   EXPECT_TRUE(enter.isAccepted());
   QDropEvent drop(QPointF(600, 300), Qt::CopyAction, &data, Qt::LeftButton, Qt::NoModifier);
   QCoreApplication::sendEvent(window_.get(), &drop);
-  wait();
+  wait_until_opened();
   ASSERT_NE(window_->simulation(), nullptr) << window_->messages()->text().toStdString();
   EXPECT_GT(window_->simulation()->mesh().tetrahedron_count(), 0);
   press_key(Qt::Key_S);
@@ -80,7 +80,7 @@ TEST_F(Files, ARunIsReplayed) {
   RunRecorder recorder(directory, 5);
   session.run({&recorder});
 
-  window_->open(QString::fromStdString(directory));
+  open(QString::fromStdString(directory));
   wait(300);
   ASSERT_NE(window_->replay(), nullptr) << window_->messages()->text().toStdString();
   EXPECT_EQ(window_->simulation(), nullptr);
@@ -100,7 +100,7 @@ TEST_F(Files, ARunIsReplayed) {
   press_key(Qt::Key_R);
   EXPECT_EQ(slider->value(), 0);
   // A directory without a run says so and leaves the window as it is.
-  window_->open(folder_.path());
+  open(folder_.path());
   EXPECT_TRUE(window_->messages()->text().contains(QStringLiteral("frames.pvd")));
   EXPECT_NE(window_->replay(), nullptr);
 }
@@ -111,12 +111,12 @@ TEST_F(Files, ARecordedRunIsReplayed) {
   window_->record_run(directory, 10);
   window_->simulation()->run();
   ASSERT_TRUE(wait_for([&] { return state().time > 0.3; }));
-  window_->open(directory + QStringLiteral("/../scene.toml"));  // not there: the window stays
+  open(directory + QStringLiteral("/../scene.toml"));  // not there: the window stays
   window_->simulation()->pause();
   window_->stop_recording();
   settle();
   const Snapshot live = state();
-  window_->open(directory);
+  open(directory);
   ASSERT_NE(window_->replay(), nullptr) << window_->messages()->text().toStdString();
   const auto frames = static_cast<std::size_t>(live.step) / 10 + 1;
   EXPECT_EQ(window_->replay()->times().size(), frames + (live.step % 10 != 0));
@@ -133,7 +133,7 @@ TEST_F(Files, ARecordedRunIsReplayed) {
 }
 
 TEST_F(Files, ARecordedSceneReplaysBitwise) {
-  window_->open(write("scene.toml", kScene));
+  open(write("scene.toml", kScene));
   wait();
   ASSERT_NE(window_->simulation(), nullptr);
   for (int i = 0; i < 5; ++i) press_key(Qt::Key_S);
@@ -153,7 +153,7 @@ TEST_F(Files, ARecordedSceneReplaysBitwise) {
 }
 
 TEST_F(Files, APictureShowsTheBody) {
-  window_->open(write("scene.toml", kScene));
+  open(write("scene.toml", kScene));
   wait(300);
   const QImage picture = window_->body_view()->picture();
   EXPECT_GT(picture.width(), 300);
@@ -180,17 +180,17 @@ TEST_F(Files, RecentFilesAreOpenedFromTheMenu) {
     return list;
   };
   EXPECT_FALSE(recent->isEnabled());
-  window_->open(first);
-  window_->open(second);
+  open(first);
+  open(second);
   EXPECT_EQ(names(), (QStringList{second, first}));
-  window_->open(folder_.filePath(QStringLiteral("missing.toml")));
+  open(folder_.filePath(QStringLiteral("missing.toml")));
   EXPECT_EQ(names(), (QStringList{second, first}));
   const auto choose = [&](int entry) {
     recent->popup(window_->mapToGlobal(QPoint(50, 50)));
     ASSERT_TRUE(QTest::qWaitForWindowExposed(recent));
     const QRect place = recent->actionGeometry(recent->actions()[entry]);
     QTest::mouseClick(recent, Qt::LeftButton, Qt::NoModifier, place.center());
-    wait();
+    wait_until_opened();
     EXPECT_FALSE(recent->isVisible());
   };
   choose(1);

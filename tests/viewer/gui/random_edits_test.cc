@@ -208,7 +208,7 @@ class RandomEdits : public WindowTest {
   }
 
   // The recording of all this is a scene that goes the same way, to the last bit.
-  void expect_replay(const TetMesh& mesh) {
+  void expect_replay(const TetMesh& mesh, bool complete) {
     const Scene recorded = window_->simulation()->recorded_scene();
     const std::string path =
         QDir::temp().filePath(QStringLiteral("tetraction_random_edits.toml")).toStdString();
@@ -223,6 +223,7 @@ class RandomEdits : public WindowTest {
           << "Another way from step " << row.step << ", " << row.time << " s on (total energy "
           << row.total << ", was " << rows[i].total << "): " << path << edits_around(row.time);
     }
+    if (!complete) return;
     EXPECT_EQ(session.state().position, state().position);
     EXPECT_EQ(session.state().momentum, state().momentum);
   }
@@ -242,7 +243,6 @@ class RandomEdits : public WindowTest {
 };
 
 TEST_F(RandomEdits, NeitherCrashNorStallAndReplay) {
-  if (std::getenv("SEED")) numbers_.seed(static_cast<unsigned>(std::atoi(std::getenv("SEED"))));
   const char* wanted = std::getenv("TETRACTION_RANDOM_SECONDS");
   const double seconds = wanted != nullptr ? std::atof(wanted) : 60.0;
   const Document document = quiet_beam();
@@ -270,11 +270,12 @@ TEST_F(RandomEdits, NeitherCrashNorStallAndReplay) {
   }
   std::printf("%d actions, %d runs that failed, longest stall %d ms, time %g s\n", actions_,
               blow_ups, longest, state().time);
-  // An edit is in force at the next step: so that the last ones count, one more.
+  // An edit is in force at the next step: so that the last ones count, one more, if it goes well.
   window_->simulation()->pause();
   window_->simulation()->step();
   settle();
-  if (state().status != RunStatus::kRunning) {
+  const bool complete = state().status == RunStatus::kRunning;
+  if (!complete) {
     window_->simulation()->go_back();
     settle();
   }
@@ -283,7 +284,7 @@ TEST_F(RandomEdits, NeitherCrashNorStallAndReplay) {
   EXPECT_LT(longest, 200);
 #endif
 
-  expect_replay(document.mesh);
+  expect_replay(document.mesh, complete);
 }
 
 }  // namespace

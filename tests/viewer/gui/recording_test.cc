@@ -30,7 +30,7 @@ class Recordings : public WindowTest {
   // The replay of what was recorded, with a frame for each file.
   void expect_replay(const QString& directory) {
     const int frames = files(directory + QStringLiteral("/frames"), "frame_*.vtu").size();
-    window_->open(directory);
+    open(directory);
     ASSERT_NE(window_->replay(), nullptr) << message();
     const Replay& replay = *window_->replay();
     ASSERT_EQ(static_cast<int>(replay.times().size()), frames);
@@ -220,6 +220,7 @@ TEST_F(Recordings, MenusAskForFilesAndFolders) {
     menu_action(QLatin1String(action))->trigger();
     EXPECT_TRUE(answer.given()) << action;
     EXPECT_FALSE(answer.stuck()) << action;
+    wait_until_opened();
   };
   choose("Save s&creenshot", path("shot.png"));
   EXPECT_EQ(QImage(path("shot.png")).size(), window_->body_view()->picture().size());

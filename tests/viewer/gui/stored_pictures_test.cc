@@ -29,7 +29,7 @@ class StoredPictures : public testing::Test {
     simulation_->set_color_field(field);
     for (int i = 0; i < steps; ++i) simulation_->step();
     ASSERT_TRUE(simulation_->wait_until_idle(30.0));
-    view.set_body(simulation_->mesh());
+    view.set_body(make_body_shape(simulation_->mesh()));
     view.show_state(simulation_->snapshot());
   }
 

@@ -47,6 +47,13 @@ class WindowTest : public testing::Test {
     ASSERT_TRUE(QTest::qWaitForWindowExposed(window_.get()));
   }
 
+  void open(const QString& path) {
+    window_->open(path);
+    wait_until_opened();
+  }
+  void wait_until_opened() {
+    ASSERT_TRUE(wait_for([this] { return !window_->opening(); }));
+  }
   void show(Document document) {
     window_->show_document(std::move(document));
     wait();

@@ -1,0 +1,114 @@
+#include "body_shape.h"
+
+#include <vtkCellArray.h>
+#include <vtkCellData.h>
+#include <vtkCellType.h>
+#include <vtkDataSetSurfaceFilter.h>
+#include <vtkIdTypeArray.h>
+#include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkPoints.h>
+#include <vtkPolyData.h>
+#include <vtkUnstructuredGrid.h>
+
+#include <algorithm>
+#include <numeric>
+
+namespace tetraction::viewer {
+namespace {
+
+// Every edge of the triangles once.
+vtkSmartPointer<vtkCellArray> edge_cells(const std::vector<std::array<Index, 3>>& triangles) {
+  std::vector<std::array<Index, 2>> edges;
+  for (const auto& triangle : triangles) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto [a, b] = std::minmax({triangle[i], triangle[(i + 1) % 3]});
+      edges.push_back({a, b});
+    }
+  }
+  std::sort(edges.begin(), edges.end());
+  edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
+  auto cells = vtkSmartPointer<vtkCellArray>::New();
+  for (const auto& edge : edges) {
+    const vtkIdType ids[2] = {edge[0], edge[1]};
+    cells->InsertNextCell(2, ids);
+  }
+  return cells;
+}
+
+// The surface's triangles and the tetrahedra behind them.
+void find_surface(vtkUnstructuredGrid* grid, BodyShape& shape) {
+  vtkNew<vtkDataSetSurfaceFilter> filter;
+  filter->SetInputData(grid);
+  filter->PassThroughPointIdsOn();
+  filter->PassThroughCellIdsOn();
+  filter->Update();
+  vtkPolyData* found = filter->GetOutput();
+  const auto* vertex =
+      vtkIdTypeArray::SafeDownCast(found->GetPointData()->GetArray("vtkOriginalPointIds"));
+  const auto* cell =
+      vtkIdTypeArray::SafeDownCast(found->GetCellData()->GetArray("vtkOriginalCellIds"));
+  for (vtkIdType t = 0; t < found->GetNumberOfCells(); ++t) {
+    vtkIdType count = 0;
+    const vtkIdType* corners = nullptr;
+    found->GetCellPoints(t, count, corners);
+    if (count != 3) continue;
+    const vtkIdType ids[3] = {vertex->GetValue(corners[0]), vertex->GetValue(corners[1]),
+                              vertex->GetValue(corners[2])};
+    shape.faces->InsertNextCell(3, ids);
+    shape.triangles.push_back({ids[0], ids[1], ids[2]});
+    shape.triangle_cell.push_back(cell->GetValue(t));
+  }
+}
+
+}  // namespace
+
+vtkSmartPointer<vtkCellArray> point_cells(const std::vector<Index>& vertices) {
+  auto cells = vtkSmartPointer<vtkCellArray>::New();
+  cells->AllocateExact(static_cast<vtkIdType>(vertices.size()),
+                       static_cast<vtkIdType>(vertices.size()));
+  for (const Index v : vertices) {
+    const vtkIdType id = v;
+    cells->InsertNextCell(1, &id);
+  }
+  return cells;
+}
+
+std::shared_ptr<const BodyShape> make_body_shape(const TetMesh& mesh) {
+  auto shape = std::make_shared<BodyShape>();
+  const Index n = mesh.vertex_count();
+  shape->rest = vtkSmartPointer<vtkPoints>::New();
+  shape->rest->SetDataTypeToFloat();
+  shape->rest->SetNumberOfPoints(n);
+  shape->low = shape->high = mesh.vertices.front();
+  for (Index v = 0; v < n; ++v) {
+    const Vector3& x = mesh.vertices[static_cast<std::size_t>(v)];
+    shape->rest->SetPoint(v, x.data());
+    shape->low = shape->low.cwiseMin(x);
+    shape->high = shape->high.cwiseMax(x);
+  }
+  shape->tetrahedra = vtkSmartPointer<vtkCellArray>::New();
+  for (const auto& tetrahedron : mesh.tetrahedra) {
+    const vtkIdType ids[4] = {tetrahedron[0], tetrahedron[1], tetrahedron[2], tetrahedron[3]};
+    shape->tetrahedra->InsertNextCell(4, ids);
+  }
+  shape->faces = vtkSmartPointer<vtkCellArray>::New();
+  vtkNew<vtkUnstructuredGrid> grid;
+  grid->SetPoints(shape->rest);
+  grid->SetCells(VTK_TETRA, shape->tetrahedra);
+  find_surface(grid, *shape);
+  shape->edges = edge_cells(shape->triangles);
+
+  for (const auto& triangle : shape->triangles) {
+    shape->surface_vertices.insert(shape->surface_vertices.end(), triangle.begin(), triangle.end());
+  }
+  auto& surface = shape->surface_vertices;
+  std::sort(surface.begin(), surface.end());
+  surface.erase(std::unique(surface.begin(), surface.end()), surface.end());
+  std::vector<Index> all(static_cast<std::size_t>(n));
+  std::iota(all.begin(), all.end(), Index{0});
+  shape->points = point_cells(all);
+  return shape;
+}
+
+}  // namespace tetraction::viewer
