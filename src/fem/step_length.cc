@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <mutex>
 
@@ -18,13 +19,28 @@ Matrix3 edges(const RestState& rest, const Vector& field, Index e) {
 // J(t)/J(0) = 1 + a t + b t² + c t³ stays above `least` up to the result (≤ limit).
 double first_loss(double a, double b, double c, double least, double limit) {
   if (1.0 + std::min(a, 0.0) + std::min(b, 0.0) + std::min(c, 0.0) > least) return limit;
-  // Advance by what the steepest slope allows, until a tenth of the loss is left.
-  const double slope = std::abs(a) + 2.0 * std::abs(b) + 3.0 * std::abs(c);
-  double t = 0.0;
-  while (t < limit) {
-    const double room = 1.0 + t * (a + t * (b + t * c)) - least;
-    if (room < 0.1 * (1.0 - least)) return t;
-    t += room / slope;
+  const auto ratio = [=](double t) { return 1.0 + t * (a + t * (b + t * c)); };
+  // Where it turns, ascending; in between it is monotonic.
+  std::array<double, 3> ends{limit, limit, limit};
+  if (const double square = b * b - 3.0 * a * c; square > 0.0) {
+    const double s = -(b + std::copysign(std::sqrt(square), b));
+    const auto within = [=](double turn) { return turn > 0.0 && turn < limit ? turn : limit; };
+    ends = {within(s / (3.0 * c)), within(a / s), limit};
+    std::sort(ends.begin(), ends.end());
+  }
+  double low = 0.0;
+  for (double high : ends) {
+    if (ratio(high) > least) {
+      low = high;
+      continue;
+    }
+    // By halves until a tenth of the loss is left.
+    while (ratio(low) - least >= 0.1 * (1.0 - least)) {
+      const double middle = low + 0.5 * (high - low);
+      if (!(middle > low && middle < high)) break;
+      (ratio(middle) > least ? low : high) = middle;
+    }
+    return low;
   }
   return limit;
 }

@@ -148,6 +148,19 @@ TEST_F(StepLength, ElementsThatAreInvertedAlreadyDoNotCount) {
   expect_exact(rest_, one, d, step);
 }
 
+// A search that goes by the steepest slope would not come to an end here.
+TEST_F(StepLength, EnormousDisplacementsAreCutAtOnce) {
+  for (const double size : {1e4, 1e8, 1e12}) {
+    for (unsigned seed = 1; seed <= 5; ++seed) {
+      const Vector d = size * jiggled(Vector::Zero(q_.size()), 1.0, seed);
+      const double step = admissible_step(rest_, q_, d);
+      EXPECT_GT(step, 0.0);
+      EXPECT_LT(step, 1e-1);
+      expect_exact(rest_, q_, d, step);
+    }
+  }
+}
+
 TEST(StepLengthOfManyElements, IsTheSameForAnyNumberOfThreads) {
   const TetMesh mesh = small_block({14, 9, 9});
   const RestState rest(mesh);
