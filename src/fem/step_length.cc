@@ -16,16 +16,17 @@ Matrix3 edges(const RestState& rest, const Vector& field, Index e) {
   return nodes.rightCols<3>().colwise() - nodes.col(0);
 }
 
-// J(t)/J(0) = 1 + a t + b t² + c t³ stays above `least` up to the result (≤ limit).
-double first_loss(double a, double b, double c, double least, double limit) {
-  if (1.0 + std::min(a, 0.0) + std::min(b, 0.0) + std::min(c, 0.0) > least) return limit;
+// J(t)/J(0) = 1 + a t + b t² + c t³ stays above `least` up to the result (≤ 1).
+double first_loss(double a, double b, double c, double least) {
+  constexpr double kLimit = 1.0;
+  if (1.0 + std::min(a, 0.0) + std::min(b, 0.0) + std::min(c, 0.0) > least) return kLimit;
   const auto ratio = [=](double t) { return 1.0 + t * (a + t * (b + t * c)); };
   // Where it turns, ascending; in between it is monotonic.
-  std::array<double, 3> ends{limit, limit, limit};
+  std::array<double, 3> ends{kLimit, kLimit, kLimit};
   if (const double square = b * b - 3.0 * a * c; square > 0.0) {
     const double s = -(b + std::copysign(std::sqrt(square), b));
-    const auto within = [=](double turn) { return turn > 0.0 && turn < limit ? turn : limit; };
-    ends = {within(s / (3.0 * c)), within(a / s), limit};
+    const auto within = [=](double turn) { return turn > 0.0 && turn < kLimit ? turn : kLimit; };
+    ends = {within(s / (3.0 * c)), within(a / s), kLimit};
     std::sort(ends.begin(), ends.end());
   }
   double low = 0.0;
@@ -42,7 +43,7 @@ double first_loss(double a, double b, double c, double least, double limit) {
     }
     return low;
   }
-  return limit;
+  return kLimit;
 }
 
 }  // namespace
@@ -62,7 +63,7 @@ double admissible_step(const RestState& rest, const Vector& q, const Vector& d,
       const Matrix3 m = now.inverse() * edges(rest, d, e);
       const double a = m.trace();
       const double b = 0.5 * (a * a - (m * m).trace());
-      own = first_loss(a, b, m.determinant(), kLeast, own);
+      own = std::min(own, first_loss(a, b, m.determinant(), kLeast));
     }
     const std::lock_guard<std::mutex> lock(mutex);
     step = std::min(step, own);
