@@ -20,6 +20,7 @@
 #include <QVBoxLayout>
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 #include "ray_picking.h"
 #include "vtk_widget.h"
@@ -242,6 +243,12 @@ bool BodyView::move(const QPointF& place) {
       emit arrow_moved(tool_, in_view_plane(place, anchor_) - anchor_);
       render();
       return true;
+    case Gesture::kLight: {
+      constexpr double kDegrees = 0.4;  // a pixel
+      const QPointF way = place - std::exchange(pressed_, place);
+      emit light_pulled(kDegrees * way.x(), -kDegrees * way.y());
+      return true;
+    }
     default:
       return false;
   }
@@ -281,6 +288,11 @@ bool BodyView::eventFilter(QObject* watched, QEvent* event) {
       return true;
     case QEvent::MouseButtonPress: {
       const auto* mouse = static_cast<QMouseEvent*>(event);
+      if (mouse->button() == Qt::RightButton && (mouse->modifiers() & Qt::ControlModifier) != 0) {
+        pressed_ = mouse->localPos();
+        gesture_ = Gesture::kLight;
+        return true;
+      }
       if (mouse->button() != Qt::LeftButton) return false;
       widget_->setFocus(Qt::MouseFocusReason);
       return press(mouse->localPos(), mouse->modifiers());
@@ -289,6 +301,10 @@ bool BodyView::eventFilter(QObject* watched, QEvent* event) {
       return move(static_cast<QMouseEvent*>(event)->localPos());
     case QEvent::MouseButtonRelease: {
       const auto* mouse = static_cast<QMouseEvent*>(event);
+      if (mouse->button() == Qt::RightButton && gesture_ == Gesture::kLight) {
+        gesture_ = Gesture::kNone;
+        return true;
+      }
       if (mouse->button() != Qt::LeftButton) return false;
       return release(mouse->localPos(), mouse->modifiers());
     }

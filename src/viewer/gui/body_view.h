@@ -62,6 +62,8 @@ class BodyView : public QWidget {
  signals:
   void picked(tetraction::Index vertex, bool add);
   void banded(std::vector<tetraction::Index> vertices, bool add);
+  /// The light is pulled, degrees to the right and up.
+  void light_pulled(double azimuth, double elevation);
   /// A vertex is taken hold of, moved (m, from where it was taken), let go.
   void grabbed(tetraction::Index vertex);
   void dragged(tetraction::Vector3 displacement);
@@ -87,7 +89,7 @@ class BodyView : public QWidget {
   bool release(const QPointF& place, Qt::KeyboardModifiers modifiers);
   std::vector<Index> vertices_in(const QRect& band) const;
 
-  enum class Gesture { kNone, kCamera, kBand, kDrag, kArrow };
+  enum class Gesture { kNone, kCamera, kBand, kDrag, kArrow, kLight };
 
   vtkNew<vtkGenericOpenGLRenderWindow> window_;
   QVTKOpenGLNativeWidget* widget_;  // draws what is in window_

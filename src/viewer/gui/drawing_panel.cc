@@ -6,6 +6,7 @@
 #include <QPushButton>
 #include <QSettings>
 #include <QSlider>
+#include <algorithm>
 #include <cmath>
 
 #include "number_field.h"
@@ -172,8 +173,10 @@ DrawingPanel::DrawingPanel(QWidget* parent) : QWidget(parent) {
   shows_.emplace_back([this] { clip_axis_->setCurrentIndex(drawing_.clip_axis); });
 
   auto* light = add_group(column, tr("Light and background"));
-  add_slider(light, tr("Left, right"), "light_azimuth", tr("Light's place, degrees to the right"),
-             -90, 90, 1.0, &DrawingSettings::light_azimuth);
+  add_slider(
+      light, tr("Left, right"), "light_azimuth",
+      tr("Light's place, degrees to the right; also by the mouse with Ctrl and the right button"),
+      -90, 90, 1.0, &DrawingSettings::light_azimuth);
   add_slider(light, tr("Down, up"), "light_elevation", tr("Light's place, degrees up"), -90, 90,
              1.0, &DrawingSettings::light_elevation);
   background_ = new QComboBox(this);
@@ -206,6 +209,13 @@ void DrawingPanel::show_range(double low, double high) {
   drawing_.range[1] = high;
   low_->set_value(low);
   high_->set_value(high);
+}
+
+void DrawingPanel::turn_light(double azimuth, double elevation) {
+  constexpr double kMost = 90.0;  // as the sliders have
+  drawing_.light_azimuth = std::clamp(drawing_.light_azimuth + azimuth, -kMost, kMost);
+  drawing_.light_elevation = std::clamp(drawing_.light_elevation + elevation, -kMost, kMost);
+  tell();
 }
 
 void DrawingPanel::save(QSettings& settings) const {

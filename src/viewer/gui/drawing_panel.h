@@ -28,6 +28,8 @@ class DrawingPanel : public QWidget {
   const DrawingSettings& drawing() const { return drawing_; }
   /// Shows the range that the colours have now.
   void show_range(double low, double high);
+  /// Moves the light, degrees to the right and up.
+  void turn_light(double azimuth, double elevation);
   void save(QSettings& settings) const;
   void load(QSettings& settings);
 

@@ -40,6 +40,7 @@ namespace tetraction::viewer {
 namespace {
 
 constexpr std::size_t kBuckets = 1000;  // pixels are not more
+constexpr double kLargest = 1e30;       // VTK plots in single precision
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 vtkDoubleArray* add_column(vtkTable* table, const char* name) {
@@ -51,6 +52,14 @@ vtkDoubleArray* add_column(vtkTable* table, const char* name) {
 
 vtkDoubleArray* column(vtkTable* table, int i) {
   return vtkDoubleArray::SafeDownCast(table->GetColumn(i));
+}
+
+// Whether an axis from `low` to `high` can have ticks. VTK looks for them without end where neighbouring
+// ones would be the same number.
+bool is_drawable(double low, double high) {
+  const double range = high - low;
+  return range > std::max(1e-30, 1e-6 * std::max(std::abs(low), std::abs(high))) &&
+         range < kLargest;
 }
 
 }  // namespace
@@ -266,20 +275,20 @@ void LiveChart::scale() {
       const vtkDoubleArray* array = column(table_, static_cast<int>(s) + 1);
       for (vtkIdType i = 0; i < array->GetNumberOfTuples(); ++i) {
         const double value = array->GetValue(i);
-        if (!std::isfinite(value)) continue;
+        if (!(std::abs(value) < kLargest)) continue;
         low = std::min(low, value);
         high = std::max(high, value);
       }
     }
     if (!(low <= high)) low = high = 0.0;
     double room = 0.06 * (high - low);
-    // Round-off around zero is not a signal: an axis of 1e-17 would be all noise.
+    // Round-off is not a signal: an axis of 1e-17, or of the last digits of a number, would be all noise.
     const double size = std::max(std::abs(low), std::abs(high));
-    if (room < 1e-12) room = size < 1e-12 ? 1.0 : 0.1 * size;
+    if (room < 1e-12 || !is_drawable(low, high)) room = size < 1e-12 ? 1.0 : 0.1 * size;
     y->SetRange(low - room, high + room);
     const double begin = rows_.empty() ? 0.0 : rows_.front().time;
     const double end = rows_.empty() ? 1.0 : rows_.back().time;
-    x->SetRange(begin, end > begin ? end : begin + 1.0);
+    x->SetRange(begin, is_drawable(begin, end) ? end : begin + std::max(1.0, 0.1 * begin));
   }
   bottom_ = y->GetMinimum();
   top_ = y->GetMaximum();
@@ -341,6 +350,14 @@ std::array<double, 4> LiveChart::axis_ranges() const {
 
 bool LiveChart::eventFilter(QObject* watched, QEvent* event) {
   if (watched == widget_) {
+    // Zooming goes as far as there are numbers to tell apart.
+    const bool zooms = event->type() == QEvent::Wheel ||
+                       (event->type() == QEvent::MouseButtonPress &&
+                        static_cast<QMouseEvent*>(event)->button() == Qt::LeftButton);
+    const std::array<double, 4> ranges = axis_ranges();
+    if (zooms && !(is_drawable(ranges[0], ranges[1]) && is_drawable(ranges[2], ranges[3]))) {
+      return true;
+    }
     // From the user's own zoom on the axes stay as they are; a click alone is none.
     if (event->type() == QEvent::MouseButtonPress) pressed_ = true;
     if (event->type() == QEvent::MouseButtonRelease) pressed_ = false;

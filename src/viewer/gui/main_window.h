@@ -87,13 +87,15 @@ class MainWindow : public QMainWindow {
   void connect_panels();
   void connect_view();
 
-  // main_window.cc
+  // window_opening.cc
   void finish_opening();
   void show_simulation(std::unique_ptr<Simulation> simulation,
                        std::shared_ptr<const BodyShape> shape);
   void show_replay(std::unique_ptr<Replay> replay, std::shared_ptr<const BodyShape> shape);
-  void show_frame(std::size_t frame);
   void begin_body(const TetMesh& mesh, std::shared_ptr<const BodyShape> shape);
+
+  // main_window.cc
+  void show_frame(std::size_t frame);
   void show_news(const std::shared_ptr<const Snapshot>& snapshot);
   void show_slow_things();
   void show_failure(const Snapshot& snapshot);

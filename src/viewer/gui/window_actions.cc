@@ -135,7 +135,10 @@ void MainWindow::make_simulation_menu() {
   reset_ = menu->addAction(
       tr("R&eset"), this,
       [this] {
-        if (simulation_) simulation_->reset();
+        if (simulation_) {
+          edits_->release();  // what the mouse holds is not there any more afterwards
+          simulation_->reset();
+        }
         if (replay_) replay_bar_->set_frame(0);
       },
       QKeySequence(tr("R")));
@@ -186,7 +189,9 @@ void MainWindow::make_tools() {
       add(tr("Look"), QStringLiteral("1"),
           tr("Drag turns the body, middle button moves it, wheel zooms; click picks"), Tool::kLook);
   add(tr("Select"), QStringLiteral("2"),
-      tr("Drag a band around vertices; Ctrl or Shift adds to the selection"), Tool::kSelect);
+      tr("Drag a band around vertices, also those inside and behind; Ctrl or Shift adds to the "
+         "selection"),
+      Tool::kSelect);
   live_only_.push_back(
       add(tr("Drag"), QStringLiteral("3"),
           tr("Drag vertices with the mouse; they are held while the button is down"), Tool::kMove));
@@ -252,6 +257,7 @@ void MainWindow::show_keys() {
          "<tr><td><b>Click</b></td><td>pick a vertex; with Ctrl or Shift: add it</td></tr>"
          "<tr><td><b>Shift and drag</b></td><td>rubber band, with every tool</td></tr>"
          "<tr><td><b>Middle button, wheel</b></td><td>move, zoom</td></tr>"
+         "<tr><td><b>Ctrl and right button</b></td><td>move the light</td></tr>"
          "</table>"));
 }
 

@@ -143,6 +143,7 @@ void MainWindow::connect_view() {
     if (add) vertices.insert(vertices.end(), selection_.begin(), selection_.end());
     select(std::move(vertices));
   });
+  connect(view_, &BodyView::light_pulled, drawing_, &DrawingPanel::turn_light);
   connect(view_, &BodyView::grabbed, this, [this](Index vertex) {
     if (!edits_) return;
     // A vertex of the selection takes all of it along.

@@ -37,6 +37,36 @@ TEST_F(ChartZoom, DraggingZoomsAndWholeRunBringsAllBack) {
   EXPECT_DOUBLE_EQ(chart->axis_ranges()[1], state().time);
 }
 
+// VTK looks without end for the ticks of an axis whose ends are nearly the same number.
+TEST_F(ChartZoom, EndsWhereNumbersAreTheSame) {
+  show(first_scene());
+  run_to(0.3);
+  LiveChart* chart = window_->chart();
+  const QPoint middle = chart->canvas()->rect().center();
+  for (int i = 0; i < 15; ++i) drag(chart->canvas(), middle, middle + QPoint(6, 6));
+  const auto zoomed = chart->axis_ranges();
+  EXPECT_GT(zoomed[1], zoomed[0]);
+  EXPECT_GT(zoomed[3], zoomed[2]);
+  EXPECT_LT(zoomed[1] - zoomed[0], 1e-5);
+  click("whole_run");
+  EXPECT_DOUBLE_EQ(chart->axis_ranges()[1], state().time);
+  // A series that changes in its last digits only, alone.
+  LiveChart alone;
+  std::vector<HistoryRow> rows(50);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    rows[i].time = 0.1 * static_cast<double>(i);
+    rows[i].kinetic = rows[i].elastic = rows[i].environment = rows[i].total =
+        i % 2 == 0 ? 1e10 : 1e10 + 2e-6;
+  }
+  rows[7].total = 1e300;  // before a blow-up
+  alone.append(rows);
+  alone.resize(500, 300);
+  alone.show();
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&alone));
+  alone.refresh();
+  EXPECT_GT(alone.axis_ranges()[3] - alone.axis_ranges()[2], 1e8);
+}
+
 TEST_F(ChartZoom, TheWheelZooms) {
   show(first_scene());
   run_to(0.3);

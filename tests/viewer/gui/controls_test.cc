@@ -18,6 +18,7 @@ TEST_F(Controls, FirstSceneMoves) {
   const Vector start = state().position;
   EXPECT_TRUE(wait_for([&] { return state().time > 0.3; }));
   EXPECT_GT((state().position - start).norm(), 1e-3);
+  window_->simulation()->pause();
   keep_picture("first_scene");
 }
 

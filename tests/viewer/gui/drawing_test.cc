@@ -48,6 +48,17 @@ TEST_F(Drawing, LightComesFromWhereTheSlidersSay) {
   EXPECT_EQ(drawing().light_elevation, 90.0);
   EXPECT_GT(at(kTop), top_from_below + 8.0);
   keep_picture("light_top");
+
+  // By the mouse, too: down and to the left.
+  QWidget* canvas = window_->body_view()->canvas();
+  const QPoint from(300, 200);
+  QTest::mousePress(canvas, Qt::RightButton, Qt::ControlModifier, from);
+  QTest::mouseMove(canvas, from + QPoint(-150, 100));
+  QTest::mouseRelease(canvas, Qt::RightButton, Qt::ControlModifier, from + QPoint(-150, 100));
+  EXPECT_NEAR(drawing().light_azimuth, 30.0, 1.0);
+  EXPECT_NEAR(drawing().light_elevation, 50.0, 1.0);
+  QTest::mouseMove(canvas, from);
+  EXPECT_NEAR(drawing().light_azimuth, 30.0, 1.0);
 }
 
 TEST_F(Drawing, BackgroundIsLightWhiteOrDark) {
