@@ -30,7 +30,8 @@
 namespace tetraction::viewer {
 namespace {
 
-constexpr int kPoll_ms = 15;            // about 60 pictures a second at most
+constexpr int kPoll_ms = 4;
+constexpr qint64 kPicture_ms = 15;      // about 60 a second at most
 constexpr qint64 kSlowThings_ms = 150;  // charts, fields and menus: people read no faster
 
 QString text(const std::string& utf8) {
@@ -75,6 +76,7 @@ MainWindow::MainWindow()
   update_title();
 
   since_slow_.start();
+  since_picture_.start();
   auto* timer = new QTimer(this);
   timer->setTimerType(Qt::PreciseTimer);
   connect(timer, &QTimer::timeout, this, &MainWindow::poll);
@@ -124,7 +126,8 @@ void MainWindow::poll() {
   if (opening() && opening_.wait_for(std::chrono::seconds(0)) == std::future_status::ready) {
     finish_opening();
   }
-  if (simulation_) {
+  // Asked for no earlier than it will be drawn: the solver makes the next one when this is taken.
+  if (simulation_ && since_picture_.elapsed() >= kPicture_ms) {
     const auto snapshot = simulation_->snapshot();
     if (snapshot->body != shown_body_) {  // reset: the same mesh, another history
       shown_body_ = snapshot->body;
@@ -135,6 +138,7 @@ void MainWindow::poll() {
     }
     if (snapshot->generation != shown_generation_) {
       shown_generation_ = snapshot->generation;
+      since_picture_.restart();
       show_news(snapshot);
       if (edits_->holding()) edits_->follow(*snapshot);
     }

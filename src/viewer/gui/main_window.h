@@ -145,7 +145,7 @@ class MainWindow : public QMainWindow {
   std::size_t history_rows_ = 0;
   bool failure_told_ = false;
   bool shown_attraction_ = false;
-  QElapsedTimer since_slow_;
+  QElapsedTimer since_slow_, since_picture_;
   std::uint64_t pictures_before_ = 0;
   QString picture_folder_;  // empty: pictures are not recorded
   std::size_t pictures_recorded_ = 0;
