@@ -45,13 +45,12 @@ constexpr double kFixedColor[3] = {0.15, 0.15, 0.18};
 constexpr double kSelectedColor[3] = {1.0, 0.45, 0.0};
 
 void draw_as_points(vtkPolyDataMapper* mapper, vtkPolyData* data, vtkActor* actor,
-                    const double* color, float size) {
+                    const double* color) {
   mapper->SetInputData(data);
   mapper->ScalarVisibilityOff();
   mapper->SetRelativeCoincidentTopologyPointOffsetParameter(-8.0);
   actor->SetMapper(mapper);
   actor->GetProperty()->SetColor(color[0], color[1], color[2]);
-  actor->GetProperty()->SetPointSize(size);
   actor->GetProperty()->LightingOff();
 }
 
@@ -105,9 +104,9 @@ BodyScene::BodyScene(vtkRenderer* renderer)
   edge_mapper_->SetRelativeCoincidentTopologyLineOffsetParameters(-1.0, -4.0);
   edge_actor_->SetMapper(edge_mapper_);
   edge_actor_->GetProperty()->LightingOff();
-  draw_as_points(cloud_mapper_, cloud_, cloud_actor_, kBodyColor, 4.0F);
-  draw_as_points(fixed_mapper_, fixed_, fixed_actor_, kFixedColor, 6.0F);
-  draw_as_points(selected_mapper_, selected_, selected_actor_, kSelectedColor, 9.0F);
+  draw_as_points(cloud_mapper_, cloud_, cloud_actor_, kBodyColor);
+  draw_as_points(fixed_mapper_, fixed_, fixed_actor_, kFixedColor);
+  draw_as_points(selected_mapper_, selected_, selected_actor_, kSelectedColor);
   selected_actor_->GetProperty()->RenderPointsAsSpheresOn();
   rest_mapper_->SetInputData(rest_);
   rest_mapper_->ScalarVisibilityOff();
@@ -149,6 +148,7 @@ BodyScene::BodyScene(vtkRenderer* renderer)
   fill->SetLightTypeToHeadlight();
   fill->SetIntensity(0.45);
   renderer->AddLight(fill);
+  set_pixel_ratio(1.0);
   set_drawing(drawing_);
 }
 
@@ -303,6 +303,18 @@ void BodyScene::set_drawing(const DrawingSettings& drawing) {
   if (last_) {
     color(*last_);
     update_arrows();
+  }
+}
+
+void BodyScene::set_pixel_ratio(double ratio) {
+  if (ratio == std::exchange(pixel_ratio_, ratio)) return;
+  const auto size = static_cast<float>(ratio);
+  cloud_actor_->GetProperty()->SetPointSize(4.0F * size);
+  fixed_actor_->GetProperty()->SetPointSize(6.0F * size);
+  selected_actor_->GetProperty()->SetPointSize(9.0F * size);
+  for (vtkActor* actor :
+       {surface_actor_.Get(), section_actor_.Get(), edge_actor_.Get(), rest_actor_.Get()}) {
+    actor->GetProperty()->SetLineWidth(size);
   }
 }
 

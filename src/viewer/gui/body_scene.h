@@ -42,6 +42,8 @@ class BodyScene {
   /// Moves the points to the state and colours them.
   void set_state(std::shared_ptr<const Snapshot> snapshot);
   void set_drawing(const DrawingSettings& drawing);
+  /// Pixels of the screen a logical one: points and lines keep their size to the eye.
+  void set_pixel_ratio(double ratio);
   /// Without a card, where the processor draws: no smoothing of edges, which would halve the pictures
   /// a second, and a background of one colour.
   void set_graphics_card(bool present);
@@ -71,6 +73,7 @@ class BodyScene {
   std::shared_ptr<const Snapshot> last_;
   bool attraction_ = false;
   bool gradient_ = true;
+  double pixel_ratio_ = 0.0;
   int regions_ = 1;
   double text_gray_ = 0.0;
   std::vector<Index> selection_;

@@ -123,6 +123,7 @@ void BodyView::render() {
     started_ = true;
     look_for_graphics_card();
   }
+  scene_->set_pixel_ratio(widget_->effectiveDevicePixelRatio());
   renderer_->ResetCameraClippingRange();
   window_->Render();
 }
