@@ -239,6 +239,7 @@ bool MainWindow::eventFilter(QObject* watched, QEvent* event) {
 void MainWindow::closeEvent(QCloseEvent* event) {
   stop_recording();  // a run's history belongs to its frames
   save_window();
+  opening_ = {};  // waits for what is being read
   edits_.reset();
   simulation_.reset();  // waits for the step in progress
   QMainWindow::closeEvent(event);

@@ -57,6 +57,31 @@ TEST_F(Files, ABrokenSceneIsToldWithItsPlace) {
   ASSERT_NE(window_->simulation(), nullptr);
 }
 
+TEST_F(Files, TheWindowGoesOnWhileALargeBodyIsRead) {
+  show(first_scene());
+  window_->simulation()->run();
+  QString large = QString::fromLatin1(kScene);
+  large.replace(QStringLiteral("[6, 2, 2]"), QStringLiteral("[60, 30, 30]"));
+  const QString path = write("large.toml", large.toLatin1().constData());
+  const auto before = window_->body_view()->picture_count();
+  window_->open(path);
+  EXPECT_TRUE(window_->opening());
+  EXPECT_TRUE(wait_for(
+      [&] { return !window_->opening() || window_->body_view()->picture_count() > before + 3; }));
+  EXPECT_TRUE(window_->opening());
+  // One at a time.
+  window_->open(path);
+  EXPECT_TRUE(window_->messages()->text().contains(QStringLiteral("still being read")));
+  wait_until_opened();
+  EXPECT_EQ(window_->simulation()->mesh().tetrahedron_count(), 324000);
+  EXPECT_TRUE(window_->messages()->text().isEmpty());
+  // Closing meanwhile waits, and nothing is left behind.
+  window_->open(path);
+  EXPECT_TRUE(window_->close());
+  EXPECT_FALSE(window_->opening());
+  EXPECT_EQ(window_->simulation(), nullptr);
+}
+
 TEST_F(Files, AMeshIsDroppedOnTheWindow) {
   QMimeData data;
   data.setUrls({QUrl::fromLocalFile(QStringLiteral(TETRACTION_DATA "/orbiting_cube.msh"))});
