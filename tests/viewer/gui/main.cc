@@ -5,13 +5,17 @@
 #include <QDir>
 #include <QSettings>
 #include <QStandardPaths>
+#include <algorithm>
 
+#include "tetraction/core/parallel.h"
 #include "viewer/gui/view_app.h"
 
 int main(int argc, char** argv) {
   testing::InitGoogleTest(&argc, argv);
   // gtest_discover_tests lists the cases while building, where no display is needed.
   if (testing::GTEST_FLAG(list_tests)) return RUN_ALL_TESTS();
+  // As the program does: one core is the window's.
+  tetraction::set_thread_count(std::max(1, tetraction::thread_count() - 1));
   tetraction::viewer::set_up_application();
   QSettings::setPath(
       QSettings::NativeFormat, QSettings::UserScope,

@@ -247,7 +247,9 @@ class RandomEdits : public WindowTest {
     const std::vector<HistoryRow> rows = window_->simulation()->history(0);
     Session session(recorded, mesh);
     for (std::size_t i = 1; i < rows.size(); ++i) {
-      ASSERT_TRUE(session.step()) << session.message() << " See " << path;
+      do {  // a long history has not every step
+        ASSERT_TRUE(session.step()) << session.message() << " See " << path;
+      } while (session.state().step < rows[i].step);
       const HistoryRow row = history_row(session);
       ASSERT_TRUE(row.step == rows[i].step && row.time == rows[i].time &&
                   row.total == rows[i].total && row.linear_momentum == rows[i].linear_momentum)
