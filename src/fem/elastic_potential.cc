@@ -78,12 +78,7 @@ struct ElasticPotential::Impl {
         const ElementBlocks::Block& block = blocks.block(b);
         std::visit(
             [&](const auto& m) {
-              for (Index batch = 0; batch < block.batch_count; ++batch) {
-                for (int lane = 0; lane < kBatchLanes; ++lane) {
-                  const Index e = blocks.element(block.first_batch + batch, lane);
-                  if (e >= 0) body(e, m);
-                }
-              }
+              blocks.for_each_element(block, [&](Index e, Index, int) { body(e, m); });
             },
             materials[static_cast<std::size_t>(block.material)]);
       }
@@ -113,23 +108,18 @@ struct ElasticPotential::Impl {
     BlockSums sums;
     std::visit(
         [&](const auto& m) {
-          for (Index batch = block.first_batch; batch < block.first_batch + block.batch_count;
-               ++batch) {
-            for (int lane = 0; lane < kBatchLanes; ++lane) {
-              const Index e = blocks.element(batch, lane);
-              if (e < 0) continue;
-              const Shape::NodeMatrix positions = rest.gather(q, e);
-              if (!element_admissible<Shape>(rest.element(e), m, positions)) {
-                sums.admissible = false;
-                continue;
-              }
-              const Shape::NodeMatrix g = local(e, positions, m, sums.energy);
-              if (gradients == nullptr) continue;
-              for (int a = 0; a < Shape::kNodes; ++a) {
-                Eigen::Map<Vector3>(gradients + blocks.slot(batch, a, lane)) += g.col(a);
-              }
+          blocks.for_each_element(block, [&](Index e, Index batch, int lane) {
+            const Shape::NodeMatrix positions = rest.gather(q, e);
+            if (!element_admissible<Shape>(rest.element(e), m, positions)) {
+              sums.admissible = false;
+              return;
             }
-          }
+            const Shape::NodeMatrix g = local(e, positions, m, sums.energy);
+            if (gradients == nullptr) return;
+            for (int a = 0; a < Shape::kNodes; ++a) {
+              Eigen::Map<Vector3>(gradients + blocks.slot(batch, a, lane)) += g.col(a);
+            }
+          });
         },
         materials[static_cast<std::size_t>(block.material)]);
     return sums;
@@ -189,12 +179,7 @@ struct ElasticPotential::Impl {
           model);
     };
     if (!moduli) {
-      for (Index batch = block.first_batch; batch < block.first_batch + block.batch_count;
-           ++batch) {
-        for (int lane = 0; lane < kBatchLanes; ++lane) {
-          if (const Index e = blocks.element(batch, lane); e >= 0) add_one(e);
-        }
-      }
+      blocks.for_each_element(block, [&](Index e, Index, int) { add_one(e); });
       return;
     }
     const TangentForm form = tangent_form(moduli->kind, false);

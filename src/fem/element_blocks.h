@@ -55,6 +55,16 @@ class ElementBlocks {
   Index element(Index batch, int lane) const {
     return element_[static_cast<std::size_t>(batch * kBatchLanes + lane)];
   }
+  Index batch_count() const { return static_cast<Index>(element_.size()) / kBatchLanes; }
+  /// Calls body(element, batch, lane) for the elements of a block, without the padding.
+  template <class Body>
+  void for_each_element(const Block& block, const Body& body) const {
+    for (Index batch = block.first_batch; batch < block.first_batch + block.batch_count; ++batch) {
+      for (int lane = 0; lane < kBatchLanes; ++lane) {
+        if (const Index e = element(batch, lane); e >= 0) body(e, batch, lane);
+      }
+    }
+  }
   /// Where node a of the element in a lane begins in its block's rows.
   Index slot(Index batch, int node, int lane) const {
     return slots_[static_cast<std::size_t>((4 * batch + node) * kBatchLanes + lane)];

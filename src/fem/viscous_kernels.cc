@@ -36,9 +36,10 @@ HWY_INLINE void pull_back(const Rest& rest, V factor, const Symmetric<V>& a, Col
   for (V& number : result.m) number = hn::Mul(scale, number);
 }
 
-// a = eᵀe − c₀.
-HWY_INLINE void strain_since(D d, const Columns<V>& e, const double* HWY_RESTRICT start,
-                             Symmetric<V>& a) {
+// The edges e in the lanes, and a = eᵀe − c₀.
+HWY_INLINE void strain_since(D d, const uint16_t* slots, const double* HWY_RESTRICT positions,
+                             const double* HWY_RESTRICT start, Columns<V>& e, Symmetric<V>& a) {
+  RowAccess<D>::edges(d, positions, slots, kBatchLanes, e);
   metric(e, a);
   for (size_t k = 0; k < 6; ++k) a.m[k] = hn::Sub(a.m[k], hn::Load(d, start + k * kBatchLanes));
 }
@@ -126,9 +127,8 @@ HWY_NOINLINE double gradient(const BatchView& batches, double constant,
   for_all_lanes(batches, [&](size_t b, size_t lane, const Rest& rest) HWY_ATTR {
     const uint16_t* slots = batches.slots + 4 * kBatchLanes * b + lane;
     Columns<V> e;
-    RowAccess<D>::edges(d, positions, slots, kBatchLanes, e);
     Symmetric<V> a;
-    strain_since(d, e, start + kViscousNumbers * kBatchLanes * b + lane, a);
+    strain_since(d, slots, positions, start + kViscousNumbers * kBatchLanes * b + lane, e, a);
     Columns<V> avg;
     if constexpr (kGradient) {
       Symmetric<V> stress;
@@ -175,9 +175,8 @@ HWY_INLINE void add_tangent(const BatchView& batches, double constant,
   for_all_lanes(batches, [&](size_t b, size_t lane, const Rest& rest) HWY_ATTR {
     const uint16_t* slots = batches.slots + 4 * kBatchLanes * b + lane;
     Columns<V> e;
-    RowAccess<D>::edges(d, positions, slots, kBatchLanes, e);
     Symmetric<V> a;
-    strain_since(d, e, start + kViscousNumbers * kBatchLanes * b + lane, a);
+    strain_since(d, slots, positions, start + kViscousNumbers * kBatchLanes * b + lane, e, a);
     Columns<V> avg;
     Symmetric<V> stress;
     pull_back(rest, factor, a, avg, stress);

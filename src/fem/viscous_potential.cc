@@ -76,23 +76,11 @@ struct ViscousPotential::Impl {
     if (!place.empty()) return;
     place.resize(static_cast<std::size_t>(rest.element_count()));
     for (Index b = 0; b < blocks.block_count(); ++b) {
-      const ElementBlocks::Block& block = blocks.block(b);
-      for (Index batch = block.first_batch; batch < block.first_batch + block.batch_count;
-           ++batch) {
-        for (int lane = 0; lane < kBatchLanes; ++lane) {
-          const Index e = blocks.element(batch, lane);
-          if (e < 0) continue;
-          place[static_cast<std::size_t>(e)] =
-              static_cast<std::int32_t>(batch * kBatchLanes + lane);
-        }
-      }
+      blocks.for_each_element(blocks.block(b), [&](Index e, Index batch, int lane) {
+        place[static_cast<std::size_t>(e)] = static_cast<std::int32_t>(batch * kBatchLanes + lane);
+      });
     }
-    start.resize(static_cast<std::size_t>(batch_count() * kViscousNumbers * kBatchLanes));
-  }
-  Index batch_count() const {
-    if (blocks.block_count() == 0) return 0;
-    const ElementBlocks::Block& last = blocks.block(blocks.block_count() - 1);
-    return last.first_batch + last.batch_count;
+    start.resize(static_cast<std::size_t>(blocks.batch_count() * kViscousNumbers * kBatchLanes));
   }
 
   // c |E − E₀|² of element e, E₀ = ½ (D⁻ᵀ c₀ D⁻¹ − 1).
