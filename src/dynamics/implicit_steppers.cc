@@ -4,10 +4,10 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <limits>
 #include <utility>
 
+#include "first_guess.h"
 #include "tetraction/dynamics/multipliers.h"
 #include "tetraction/dynamics/stepper.h"
 
@@ -19,11 +19,15 @@ enum class Rule { kMidpoint, kBackwardEuler };
 class ImplicitStepper : public Stepper {
  public:
   ImplicitStepper(const MechanicalSystem& system, std::shared_ptr<Minimizer> minimizer, Rule rule)
-      : Stepper(system), minimizer_(std::move(minimizer)), problem_(system), rule_(rule) {}
+      : Stepper(system),
+        minimizer_(std::move(minimizer)),
+        problem_(system),
+        guess_(system),
+        rule_(rule) {}
 
   void reset() override {
     constraint_force_.resize(0);
-    earlier_count_ = 0;
+    guess_.reset();
   }
 
   StepOutcome step_to(State& state, double h, double end_time) override {
@@ -31,15 +35,13 @@ class ImplicitStepper : public Stepper {
     system_.user_force(state.time, h, user_force_);
     reaction_.setZero();
     problem_.begin(state, h, end_time, rule_ == Rule::kMidpoint ? 0.5 : 1.0, user_force_);
-    first_guess(state);
-    const bool solved = system_.constraints().has_equations()
-                            ? solve_constrained(state, x_, outcome)
-                            : solve(x_, outcome);
-    if (!solved) return outcome;
+    if (!find(state, end_time, outcome)) return outcome;
 
     next_.step = state.step + 1;
     next_.time = end_time;
-    next_.velocity = (x_ - state.position) / problem_.step();
+    problem_.positions(u_, x_);
+    // The change of position before it is rounded to a position.
+    next_.velocity = ((problem_.origin() - state.position) + u_) / problem_.step();
     if (rule_ == Rule::kMidpoint) {
       next_.position = state.position + h * next_.velocity;
     } else {
@@ -52,65 +54,94 @@ class ImplicitStepper : public Stepper {
       return outcome;
     }
     // The midpoint rule may leave an element inverted at q_{k+1} although it is not at x.
-    if (const Evaluation end = problem_.elastic_energy(next_.position, outcome.elastic_energy);
-        !end.ok()) {
-      return inverted(outcome, end.failed_element);
-    }
+    const Evaluation end =
+        rule_ == Rule::kMidpoint
+            ? system_.elastic().value(next_.position, outcome.elastic_energy)
+            : problem_.elastic_energy(u_, outcome.elastic_energy);
+    if (!end.ok()) return inverted(outcome, end.failed_element);
     if (user_force_.size() > 0) {
       outcome.external_work = user_force_.dot(next_.position - state.position);
     }
-    if (!system_.damping().none()) {
-      outcome.dissipated_energy = -damping_.dot(next_.position - state.position);
-    }
+    if (!system_.damping().none()) outcome.dissipated_energy = problem_.dissipated_energy(u_, h);
     reaction_ /= h;
     outcome.constraint_work = constraint_work(state, next_);
     system_.constraints().add_spring_force(x_, state.time + problem_.step(), reaction_);
-    std::swap(earlier_[0], earlier_[1]);
-    earlier_[0].swap(state.velocity);
-    earlier_count_ = std::min(earlier_count_ + 1, 2);
+    guess_.keep(state.velocity, outcome.elastic_energy);
     std::swap(state, next_);
     return outcome;
   }
 
  private:
-  // x_ ← of the natural guesses (inertia alone; the last velocity kept, or going on to change as it
-  // did) the one with the lowest Φ. The one that was best in the last step is evaluated with its
-  // gradient: the minimiser begins with that.
-  void first_guess(const State& state) {
-    double least = std::numeric_limits<double>::infinity();
-    int best = 0;
-    for (int guess = 0; guess < 2 + earlier_count_; ++guess) {
-      make_guess(guess, state, trial_);
+  // u_ ← the minimiser of the step, or the outcome says why there is none.
+  bool find(const State& state, double end_time, StepOutcome& outcome) {
+    const bool guessed = guess_.choose(problem_, state);
+    u_.setZero(system_.dof_count());
+    if (!guessed && !lead_along(state, end_time, outcome)) return false;
+    if (minimize(state, outcome)) return true;
+    // From a guess that is not led along, a body with moving parts may end in a dead end.
+    if (!guessed || !system_.constraints().moving()) return false;
+    StepOutcome again;
+    again.minimizer.iterations = outcome.minimizer.iterations;
+    again.minimizer.factorizations = outcome.minimizer.factorizations;
+    again.minimizer.cg_iterations = outcome.minimizer.cg_iterations;
+    problem_.set_impulse({});
+    u_.setZero(system_.dof_count());
+    if (!lead_along(state, end_time, again) || !minimize(state, again)) return false;
+    outcome = again;
+    return true;
+  }
+
+  bool minimize(const State& state, StepOutcome& outcome) {
+    return system_.constraints().has_equations() ? solve_constrained(state, outcome)
+                                                 : solve(outcome);
+  }
+
+  // Moves what is prescribed a part of its way at a time. The body is led along by a harmonic
+  // extension and comes to its minimum each time, so that nothing is crushed or inverted by a motion
+  // of more than an element a step.
+  bool lead_along(const State& state, double end_time, StepOutcome& outcome) {
+    constexpr double kLeastPart = 1.0 / 512;
+    if (!system_.constraints().moving()) {
+      outcome.status = StepStatus::kNotConverged;
+      outcome.message = "the elastic energy is not defined at the start of the step";
+      return false;
+    }
+    x_ = state.position;
+    double done = 0.0;
+    double part = 1.0;
+    while (done < 1.0) {
+      const double next = std::min(1.0, done + part);
+      problem_.prescribe_base(next < 1.0 ? state.time + next * (end_time - state.time) : end_time);
+      trial_ = x_;
+      guess_.carry_along(problem_, trial_);
+      problem_.set_origin(trial_);
+      u_.setZero();
       double phi = 0.0;
-      const Evaluation status = guess == best_guess_
-                                    ? problem_.value_and_full_gradient(trial_, phi, force_)
-                                    : problem_.value(trial_, phi);
-      const bool better = status.ok() && phi < least;
-      if (better) least = phi;
-      if (better || guess == 0) {
-        best = guess;
-        x_.swap(trial_);
+      bool good = problem_.value(u_, phi).ok() && guess_.keeps_volumes(x_, trial_);
+      if (good && next < 1.0) good = solve(outcome);
+      if (good) {
+        problem_.positions(u_, x_);
+        done = next;
+        part *= 2.0;
+      } else {
+        part *= 0.5;
+      }
+      if (part < kLeastPart) {
+        outcome.status = StepStatus::kNotConverged;
+        outcome.message =
+            "what moves as prescribed would crush the elements beside it, however it is led there: "
+            "take a smaller step";
+        return false;
       }
     }
-    best_guess_ = best;
+    outcome.status = StepStatus::kOk;
+    outcome.message.clear();
+    return true;
   }
 
-  void make_guess(int guess, const State& state, Vector& x) const {
-    if (guess == 0) {
-      problem_.inertial_guess(x);
-      return;
-    }
-    // Polynomials through the last velocities, equal steps taken for granted.
-    const double s = problem_.step();
-    if (guess == 1) x = s * state.velocity;
-    if (guess == 2) x = s * (2.0 * state.velocity - earlier_[0]);
-    if (guess == 3) x = s * (3.0 * (state.velocity - earlier_[0]) + earlier_[1]);
-    system_.coordinates().project_velocity(system_.mass(), x);
-    x += problem_.base();
-  }
-
-  bool solve(Vector& x, StepOutcome& outcome) {
-    const MinimizerReport report = minimizer_->minimize(problem_, x);
+  // One call of the minimiser, and what it did on top of what was done before.
+  MinimizerReport call_minimizer(StepOutcome& outcome) {
+    const MinimizerReport report = minimizer_->minimize(problem_, u_);
     const int iterations = outcome.minimizer.iterations;
     const int factorizations = outcome.minimizer.factorizations;
     const int cg_iterations = outcome.minimizer.cg_iterations;
@@ -118,16 +149,55 @@ class ImplicitStepper : public Stepper {
     outcome.minimizer.cg_iterations += cg_iterations;
     outcome.minimizer.iterations += iterations;
     outcome.minimizer.factorizations += factorizations;
-    if (report.converged()) return true;
-    outcome.status = StepStatus::kNotConverged;
-    outcome.message = report.message;
-    return false;
+    return report;
+  }
+
+  // u_ ← the minimiser, beginning at u_.
+  bool solve(StepOutcome& outcome) {
+    constexpr int kEstimates = 40;
+    for (int i = 0;; ++i) {
+      problem_.set_rate_estimate(u_);
+      const MinimizerReport report = minimize_to_round_off(outcome);
+      if (!report.converged()) {
+        outcome.status = StepStatus::kNotConverged;
+        outcome.message = report.message;
+        return false;
+      }
+      // What has been found is what was estimated: nothing was left to do.
+      if (!problem_.needs_rate_estimate() || (i > 0 && report.iterations == 0)) return true;
+      if (i == kEstimates) {
+        outcome.status = StepStatus::kNotConverged;
+        outcome.message =
+            "the strain rate of the viscosity does not settle: take a smaller step";
+        return false;
+      }
+    }
+  }
+
+  // Displacements from the origin have round-off of their own. Where that keeps the minimiser from
+  // what was asked for, the origin is moved to where it came. What remains then is the best that can be
+  // had: the step goes on with it, and its report says so (MinimizerReport::limited_by_round_off).
+  MinimizerReport minimize_to_round_off(StepOutcome& outcome) {
+    constexpr int kMoves = 3;
+    constexpr double kOverEstimate = 100.0;
+    MinimizerReport report = call_minimizer(outcome);
+    for (int i = 0; i < kMoves && report.termination == Termination::kNoProgress; ++i) {
+      const double before = report.residual;
+      problem_.move_origin(u_);
+      report = call_minimizer(outcome);
+      if (report.residual > 0.5 * before) break;
+    }
+    if (report.termination == Termination::kNoProgress &&
+        report.residual <= kOverEstimate * problem_.round_off(u_)) {
+      report.termination = Termination::kConverged;
+    }
+    return report;
   }
 
   // Newton's method on position and multipliers together. Each round moves both to where the problem
   // linearised at x meets the constraints; where that does not lower the residual, Φ is minimised
   // with the constraint forces held before the next round.
-  bool solve_constrained(const State& state, Vector& x, StepOutcome& outcome) {
+  bool solve_constrained(const State& state, StepOutcome& outcome) {
     constexpr int kRounds = 40;
     const Constraints& constraints = system_.constraints();
     const bool midpoint = rule_ == Rule::kMidpoint;
@@ -147,7 +217,8 @@ class ImplicitStepper : public Stepper {
       Vector gradient;
       if (round > 0) {
         minimize = true;
-        if (problem_.value_and_gradient(x, phi, gradient).ok()) {
+        problem_.set_rate_estimate(u_);
+        if (problem_.value_and_gradient(u_, phi, gradient).ok()) {
           const double residual = gradient.norm();
           outcome.minimizer.residual = residual;
           if (residual <= outcome.minimizer.residual_limit) {
@@ -160,7 +231,7 @@ class ImplicitStepper : public Stepper {
         }
       }
       if (minimize) {
-        if (!solve(x, outcome)) return false;
+        if (!solve(outcome)) return false;
         right.col(size).setZero();
         last_residual = std::numeric_limits<double>::infinity();
       } else {
@@ -168,7 +239,7 @@ class ImplicitStepper : public Stepper {
       }
       Matrix influence;  // of u on the free coordinates at x; last column: Newton's step
       ++outcome.minimizer.factorizations;
-      if (!minimizer_->solve_linearized(problem_, x, right, influence)) {
+      if (!minimizer_->solve_linearized(problem_, u_, right, influence)) {
         if (!minimize) {
           last_residual = 0.0;  // minimise from here
           continue;
@@ -177,15 +248,16 @@ class ImplicitStepper : public Stepper {
         outcome.message = "the stiffness at the minimum is not positive definite";
         return false;
       }
-      x -= system_.coordinates().extend(influence.col(size));
+      u_ -= system_.coordinates().extend(influence.col(size));
       const Matrix response = constraints.selector().transpose() * influence.leftCols(size);
-      const Vector at_x = constraints.configuration(x);
-      const Vector free_end = start + stretch * (at_x - response * u - start);
+      const Vector way =
+          constraints.configuration((problem_.origin() - state.position) + u_);
+      const Vector free_end = start + stretch * (way - response * u);
       const MultiplierSolution solution = solve_multipliers(
           constraints, free_end, stretch * response, start,
           midpoint ? ConstraintDirection::kStart : ConstraintDirection::kEnd, multipliers);
       if (!solution.ok && !minimize) {
-        x += system_.coordinates().extend(influence.col(size));
+        u_ += system_.coordinates().extend(influence.col(size));
         last_residual = 0.0;  // minimise from here
         multipliers.resize(0);
         continue;
@@ -196,7 +268,7 @@ class ImplicitStepper : public Stepper {
         return false;
       }
       multipliers = solution.multipliers;
-      x += system_.coordinates().extend(influence.leftCols(size) * (solution.forces - u));
+      u_ += system_.coordinates().extend(influence.leftCols(size) * (solution.forces - u));
       u = solution.forces;
     }
     outcome.status = StepStatus::kNotConverged;
@@ -213,7 +285,7 @@ class ImplicitStepper : public Stepper {
     const Constraints& constraints = system_.constraints();
     const double s = problem_.step();
     const Vector* gradient = nullptr;
-    if (const Evaluation status = problem_.elastic_gradient(x_, gradient); !status.ok()) {
+    if (const Evaluation status = problem_.elastic_gradient(u_, gradient); !status.ok()) {
       inverted(outcome, status.failed_element);
       return false;
     }
@@ -270,7 +342,7 @@ class ImplicitStepper : public Stepper {
     // First the gradient of the viscous potential, which its forces point against.
     damping_.setZero(system_.dof_count());
     double ignored = 0.0;
-    problem_.viscous().add_value_and_gradient(x_, ignored, damping_);
+    problem_.viscous().add_value_and_gradient(problem_.step_displacement(u_), ignored, damping_);
     damping_ = -damping_;
     system_.add_drag_force(next_.velocity, damping_);
     system_.add_drag_force(next_.velocity, outer_);
@@ -328,15 +400,13 @@ class ImplicitStepper : public Stepper {
 
   std::shared_ptr<Minimizer> minimizer_;
   StepProblem problem_;
+  FirstGuess guess_;
   Rule rule_;
   Vector impulse_;           // of the multipliers, per vertex
   Vector constraint_force_;  // on the configuration, of the last step
-  int best_guess_ = 0;       // of the last step
-  // Velocities of the steps before the last one, and how many of them are known.
-  std::array<Vector, 2> earlier_;
-  int earlier_count_ = 0;
   // Kept to spare allocations.
   State next_;
+  Vector u_;  // from the problem's origin
   Vector x_;
   Vector trial_;
   Vector user_force_;  // empty: none

@@ -2,15 +2,15 @@
 
 namespace tetraction {
 
-bool make_admissible(const StepProblem& problem, Vector& x) {
+bool make_admissible(const StepProblem& problem, Vector& u) {
   const ElasticPotential& elastic = problem.system().elastic();
   constexpr int kHalvings = 40;
   for (int i = 0; i < kHalvings; ++i) {
-    if (elastic.admissible(x).ok()) return true;
-    x = 0.5 * (x + problem.base());
+    if (elastic.admissible(Positions(problem.origin(), u)).ok()) return true;
+    u *= 0.5;
   }
-  x = problem.base();
-  return elastic.admissible(x).ok();
+  u.setZero();
+  return elastic.admissible(problem.origin()).ok();
 }
 
 }  // namespace tetraction

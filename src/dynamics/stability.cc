@@ -29,7 +29,7 @@ class ScaledMatrix {
             system.coordinates().reduced_mass(system.mass()).cwiseSqrt().cwiseInverse()) {
     if (kind == Kind::kStiffness && TangentOperator<float>::supports(system.elastic())) {
       tangent_ = std::make_unique<TangentOperator<float>>(system.elastic());
-      tangent_->set(q, ViscousPotential(system.elastic()));
+      tangent_->set(q);
       rows_.resize(static_cast<std::size_t>(ElementBlocks::kRowSize * system.vertex_count()));
     }
   }

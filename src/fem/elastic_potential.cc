@@ -43,9 +43,9 @@ struct ElasticPotential::Impl {
   std::vector<MaterialModel> materials;
   std::vector<int> material_of_element;  // empty: one material everywhere
   ElementBlocks blocks;
-  std::vector<double> energies;            // per block
-  AlignedVector<double> rows;              // gradients, per row
-  std::vector<double> squared_shape_sums;  // per material
+  std::vector<double> energies;        // per block
+  AlignedVector<double> rows;          // gradients, per row
+  std::vector<ShapeSums> shape_sums;   // per material
 
   Impl(const RestState& rest_state, std::vector<MaterialModel> models,
        std::vector<int> index_of_element)
@@ -55,10 +55,24 @@ struct ElasticPotential::Impl {
                                                  : std::move(index_of_element)),
         blocks(rest, material_of_element, materials.size()),
         energies(static_cast<std::size_t>(blocks.block_count())),
-        squared_shape_sums(materials.size(), 0.0) {
+        shape_sums(materials.size()) {
     for (Index b = 0; b < blocks.block_count(); ++b) {
-      squared_shape_sums[static_cast<std::size_t>(blocks.block(b).material)] +=
-          blocks.squared_shape_sum(blocks.block(b));
+      const ElementBlocks::Block& block = blocks.block(b);
+      ShapeSums& sums = shape_sums[static_cast<std::size_t>(block.material)];
+      blocks.for_each_element(block, [&](Index e, Index, int) {
+        const auto element = rest.element(e);
+        const double shape = element.weights[0] * element.gradients[0].squaredNorm();
+        const auto nodes = rest.nodes(e);
+        double longest = 0.0;
+        for (std::size_t a = 0; a < nodes.size(); ++a) {
+          for (std::size_t c = 0; c < a; ++c) {
+            longest = std::max(
+                longest, (rest.position(nodes[a]) - rest.position(nodes[c])).squaredNorm());
+          }
+        }
+        sums.squared += shape * shape;
+        sums.with_edges += shape * shape * longest;
+      });
     }
   }
 
@@ -87,10 +101,10 @@ struct ElasticPotential::Impl {
 
   // Runs body(element, element positions, material) over all elements where the energy is defined.
   template <class Body>
-  Evaluation for_each_admissible(const Vector& q, const Body& body) const {
+  Evaluation for_each_admissible(const Positions& q, const Body& body) const {
     FirstFailure failure;
     for_each([&](Index e, const auto& m) {
-      const Shape::NodeMatrix local = rest.gather(q, e);
+      const Shape::NodeMatrix local = rest.gather_relative(q, e);
       if (element_admissible<Shape>(rest.element(e), m, local)) {
         body(e, local, m);
       } else {
@@ -103,13 +117,13 @@ struct ElasticPotential::Impl {
   // The loop for what is no isotropic kernel: one element after the other. local(e, positions,
   // material, energy) gives the element's gradient and its energy.
   template <class Local>
-  BlockSums scalar_block(const ElementBlocks::Block& block, const Vector& q, double* gradients,
+  BlockSums scalar_block(const ElementBlocks::Block& block, const Positions& q, double* gradients,
                          const Local& local) const {
     BlockSums sums;
     std::visit(
         [&](const auto& m) {
           blocks.for_each_element(block, [&](Index e, Index batch, int lane) {
-            const Shape::NodeMatrix positions = rest.gather(q, e);
+            const Shape::NodeMatrix positions = rest.gather_relative(q, e);
             if (!element_admissible<Shape>(rest.element(e), m, positions)) {
               sums.admissible = false;
               return;
@@ -126,7 +140,7 @@ struct ElasticPotential::Impl {
   }
 
   // Energies of all blocks, and their rows of gradients unless `with_gradient` is false.
-  bool run_blocks(const Vector& q, bool with_gradient) {
+  bool run_blocks(const Positions& q, bool with_gradient) {
     if (with_gradient)
       rows.resize(static_cast<std::size_t>(ElementBlocks::kRowSize * blocks.row_count()));
     std::atomic<bool> admissible{true};
@@ -146,7 +160,8 @@ struct ElasticPotential::Impl {
     return admissible;
   }
 
-  BlockSums run_block(const ElementBlocks::Block& block, const Vector& q, double* gradients) const {
+  BlockSums run_block(const ElementBlocks::Block& block, const Positions& q,
+                      double* gradients) const {
     const std::optional<IsotropicModuli> moduli =
         isotropic_moduli(materials[static_cast<std::size_t>(block.material)]);
     if (!moduli) {
@@ -160,20 +175,27 @@ struct ElasticPotential::Impl {
     }
     thread_local AlignedVector<double> positions;
     positions.resize(static_cast<std::size_t>(ElementBlocks::kRowSize * block.row_count));
-    blocks.load_rows(block, q.data(), positions.data());
-    return gradients == nullptr ? elastic_energy(blocks.batches(block), *moduli, positions.data())
-                                : elastic_gradient(blocks.batches(block), *moduli, positions.data(),
-                                                   true, gradients);
+    blocks.load_rows(block, q.origin().data(), positions.data());
+    thread_local AlignedVector<double> changes;
+    if (q.displacement() != nullptr) {
+      changes.resize(positions.size());
+      blocks.load_changes(block, q.displacement()->data(), changes.data());
+    }
+    const double* change = q.displacement() == nullptr ? nullptr : changes.data();
+    return gradients == nullptr
+               ? elastic_energy(blocks.batches(block), *moduli, positions.data(), change)
+               : elastic_gradient(blocks.batches(block), *moduli, positions.data(), change,
+                                  gradients);
   }
 
-  void add_block_hessian(const ElementBlocks::Block& block, const Vector& q,
+  void add_block_hessian(const ElementBlocks::Block& block, const Positions& q,
                          const SparsityPattern& pattern, double* values) const {
     const MaterialModel& model = materials[static_cast<std::size_t>(block.material)];
     const std::optional<IsotropicModuli> moduli = isotropic_moduli(model);
     const auto add_one = [&](Index e) {
       std::visit(
           [&](const auto& m) {
-            pattern.scatter(e, element_hessian<Shape>(rest.element(e), m, rest.gather(q, e)),
+            pattern.scatter(e, element_hessian<Shape>(rest.element(e), m, rest.gather_relative(q, e)),
                             values);
           },
           model);
@@ -188,7 +210,7 @@ struct ElasticPotential::Impl {
     positions.resize(static_cast<std::size_t>(ElementBlocks::kRowSize * block.row_count));
     const auto numbers = static_cast<std::size_t>(tangent_numbers(form)) * kBatchLanes;
     state.resize(numbers * static_cast<std::size_t>(block.batch_count));
-    blocks.load_rows(block, q.data(), positions.data());
+    blocks.load_positions(block, q, positions.data());
     prepare_tangent(blocks.batches(block), *moduli, form, positions.data(), state.data());
     add_block_stiffness(blocks, block, form, state.data(), pattern, values, add_one);
   }
@@ -200,7 +222,7 @@ struct ElasticPotential::Impl {
   }
 
   // The first element where the energy is not defined, after a block said that there is one.
-  Evaluation failure(const Vector& q) const {
+  Evaluation failure(const Positions& q) const {
     const Evaluation found = for_each_admissible(q, [](Index, const auto&, const auto&) {});
     return found.ok() ? Evaluation{0} : found;  // on the very edge the kernels may differ
   }
@@ -214,8 +236,8 @@ ElasticPotential::ElasticPotential(const RestState& rest, std::vector<MaterialMo
 ElasticPotential::~ElasticPotential() = default;
 ElasticPotential::ElasticPotential(ElasticPotential&&) noexcept = default;
 
-double ElasticPotential::squared_shape_sum(std::size_t material) const {
-  return impl_->squared_shape_sums.at(material);
+const ElasticPotential::ShapeSums& ElasticPotential::shape_sums(std::size_t material) const {
+  return impl_->shape_sums.at(material);
 }
 const ElementBlocks& ElasticPotential::blocks() const {
   return impl_->blocks;
@@ -238,17 +260,17 @@ void ElasticPotential::set_material(std::size_t index, const MaterialModel& mate
   impl_->materials.at(index) = material;
 }
 
-Evaluation ElasticPotential::admissible(const Vector& q) const {
+Evaluation ElasticPotential::admissible(const Positions& q) const {
   return impl_->for_each_admissible(q, [](Index, const auto&, const auto&) {});
 }
 
-Evaluation ElasticPotential::value(const Vector& q, double& energy) const {
+Evaluation ElasticPotential::value(const Positions& q, double& energy) const {
   if (!impl_->run_blocks(q, false)) return impl_->failure(q);
   energy = impl_->total_energy();
   return {};
 }
 
-Evaluation ElasticPotential::value_and_gradient(const Vector& q, double& energy,
+Evaluation ElasticPotential::value_and_gradient(const Positions& q, double& energy,
                                                 Vector& gradient) const {
   if (!impl_->run_blocks(q, true)) return impl_->failure(q);
   energy = impl_->total_energy();
@@ -257,7 +279,7 @@ Evaluation ElasticPotential::value_and_gradient(const Vector& q, double& energy,
 }
 
 // Blocks of one colour share no vertex, and colours come one after the other.
-Evaluation ElasticPotential::add_hessian(const Vector& q, const SparsityPattern& pattern,
+Evaluation ElasticPotential::add_hessian(const Positions& q, const SparsityPattern& pattern,
                                          double* values) const {
   if (!impl_->run_blocks(q, false)) return impl_->failure(q);
   for (const std::vector<Index>& color : pattern.block_colors(impl_->blocks)) {
@@ -297,11 +319,11 @@ Vector ElasticPotential::energies_by_material(const Vector& q) const {
   return sums;
 }
 
-bool ElasticPotential::element_terms(Index e, const Vector& q, bool with_hessian,
+bool ElasticPotential::element_terms(Index e, const Positions& q, bool with_hessian,
                                      ElementTerms& terms) const {
   return std::visit(
       [&](const auto& material) {
-        const Shape::NodeMatrix local = impl_->rest.gather(q, e);
+        const Shape::NodeMatrix local = impl_->rest.gather_relative(q, e);
         const auto rest = impl_->rest.element(e);
         if (!element_admissible<Shape>(rest, material, local)) return false;
         terms.energy = element_energy<Shape>(rest, material, local);

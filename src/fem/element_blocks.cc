@@ -161,20 +161,13 @@ void ElementBlocks::add_row_sums(const AlignedVector<double>& rows, Vector& fiel
   gather<true>(rows, field);
 }
 
-double ElementBlocks::squared_shape_sum(const Block& block) const {
-  double sum = 0.0;
-  const BatchView view = batches(block);
-  for (Index batch = 0; batch < block.batch_count; ++batch) {
-    const double* vg = view.rest + batch * kRestNumbers * kBatchLanes;
-    for (int lane = 0; lane < kBatchLanes; ++lane) {
-      if (element(block.first_batch + batch, lane) < 0) continue;
-      const auto entry = [&](int k) { return vg[k * kBatchLanes + lane]; };
-      // Nodes 1 to 3 have the diagonal of VG, node 0 the sum of all entries.
-      const double value = 2.0 * (entry(0) + entry(3) + entry(5) + entry(1) + entry(2) + entry(4));
-      sum += value * value;
-    }
-  }
-  return sum;
+void ElementBlocks::load_positions(const Block& block, const Positions& x, double* rows) const {
+  load_rows(block, x.origin().data(), rows);
+  if (x.displacement() == nullptr) return;
+  thread_local AlignedVector<double> changes;
+  changes.resize(static_cast<std::size_t>(kRowSize * block.row_count));
+  load_changes(block, x.displacement()->data(), changes.data());
+  for (std::size_t i = 0; i < changes.size(); ++i) rows[i] += changes[i];
 }
 
 }  // namespace tetraction

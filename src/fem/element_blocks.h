@@ -70,9 +70,6 @@ class ElementBlocks {
     return slots_[static_cast<std::size_t>((4 * batch + node) * kBatchLanes + lane)];
   }
 
-  /// Σ (V Σ_a |∇N_a|²)² over the block's elements, m².
-  double squared_shape_sum(const Block& block) const;
-
   /// rows ← the block's vertices of a field with 3 numbers per vertex.
   template <class T, class Source>
   void load_rows(const Block& block, const Source* field, T* rows) const {
@@ -96,6 +93,9 @@ class ElementBlocks {
       std::fill_n(rows + kRowSize * (last - 3), 4 * kRowSize, T(0));
     }
   }
+
+  /// The same of the vertices' positions, with the padding of load_rows().
+  void load_positions(const Block& block, const Positions& x, double* rows) const;
 
   /// The same of a field that has rows itself, in the order of the vertices or, with a place for each
   /// row of all blocks (−1: padding), in another.

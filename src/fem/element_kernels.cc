@@ -172,9 +172,10 @@ HWY_INLINE bool evaluate(D d, const Moduli& moduli, const Columns<V>& e, const S
   }
 }
 
-template <MaterialKind kKind, bool kGradient, bool kEnergy>
+template <MaterialKind kKind, bool kGradient, bool kEnergy, bool kChanges>
 HWY_NOINLINE BlockSums run(const BatchView& batches, const IsotropicModuli& constants,
-                           const double* HWY_RESTRICT positions, double* HWY_RESTRICT gradients) {
+                           const double* HWY_RESTRICT positions, const double* HWY_RESTRICT changes,
+                           double* HWY_RESTRICT gradients) {
   const D d;
   constexpr size_t kLanes = hn::MaxLanes(D());
   constexpr size_t kParts = kBatchLanes / kLanes;
@@ -191,7 +192,7 @@ HWY_NOINLINE BlockSums run(const BatchView& batches, const IsotropicModuli& cons
     for (size_t part = 0; part < kParts; ++part) {
       const size_t lane = part * kLanes;
       Columns<V> e;
-      RowAccess<D>::edges(d, positions, slots + lane, kBatchLanes, e);
+      RowAccess<D>::edges<kChanges>(d, positions, changes, slots + lane, kBatchLanes, e);
       Symmetric<V> vg;
       for (size_t k = 0; k < 6; ++k) vg.m[k] = hn::Load(d, rest + k * kBatchLanes + lane);
       const V inverse_six_volume = hn::Load(d, rest + 6 * kBatchLanes + lane);
@@ -220,9 +221,10 @@ struct Stage {
   V vi1;  // V I₁
 };
 
-template <bool kGradient, bool kEnergy>
+template <bool kGradient, bool kEnergy, bool kChanges>
 HWY_NOINLINE BlockSums run_neo_hookean(const BatchView& batches, const IsotropicModuli& constants,
                                        const double* HWY_RESTRICT positions,
+                                       const double* HWY_RESTRICT changes,
                                        double* HWY_RESTRICT gradients) {
   const D d;
   constexpr size_t kLanes = hn::MaxLanes(D());
@@ -251,7 +253,7 @@ HWY_NOINLINE BlockSums run_neo_hookean(const BatchView& batches, const Isotropic
         const size_t lane = (first_part + i) * kLanes;
         Stage& s = stages[i];
         Columns<V> e;
-        RowAccess<D>::edges(d, positions, slots + lane, kBatchLanes, e);
+        RowAccess<D>::edges<kChanges>(d, positions, changes, slots + lane, kBatchLanes, e);
         s.det = cofactors(e, s.cofactor);
         s.j = hn::Mul(s.det, hn::Load(d, rest + 6 * kBatchLanes + lane));
         Symmetric<V> vg;
@@ -274,7 +276,7 @@ HWY_NOINLINE BlockSums run_neo_hookean(const BatchView& batches, const Isotropic
           V first = hn::MulSub(s.vi1, inverse_volume, three_ln);
           if (HWY_UNLIKELY(!hn::AllFalse(d, hn::Lt(first, hn::Set(d, kSmallStrain))))) {
             Columns<V> e;
-            RowAccess<D>::edges(d, positions, slots + lane, kBatchLanes, e);
+            RowAccess<D>::edges<kChanges>(d, positions, changes, slots + lane, kBatchLanes, e);
             Symmetric<V> c;
             metric(e, c);
             Symmetric<V> vg;
@@ -304,33 +306,34 @@ HWY_NOINLINE BlockSums run_neo_hookean(const BatchView& batches, const Isotropic
   return {kEnergy ? sum_of_lanes(d, sums) : 0.0, admissible};
 }
 
-template <bool kGradient, bool kEnergy>
+template <bool kGradient, bool kEnergy, bool kChanges>
 BlockSums run_kind(const BatchView& batches, const IsotropicModuli& moduli, const double* positions,
-                   double* gradients) {
+                   const double* changes, double* gradients) {
   switch (moduli.kind) {
     case MaterialKind::kMooneyRivlin:
-      return run<MaterialKind::kMooneyRivlin, kGradient, kEnergy>(batches, moduli, positions,
-                                                                  gradients);
+      return run<MaterialKind::kMooneyRivlin, kGradient, kEnergy, kChanges>(
+          batches, moduli, positions, changes, gradients);
     case MaterialKind::kStVenantKirchhoff:
-      return run<MaterialKind::kStVenantKirchhoff, kGradient, kEnergy>(batches, moduli, positions,
-                                                                       gradients);
+      return run<MaterialKind::kStVenantKirchhoff, kGradient, kEnergy, kChanges>(
+          batches, moduli, positions, changes, gradients);
     case MaterialKind::kNeoHookean:
       break;
   }
-  return run_neo_hookean<kGradient, kEnergy>(batches, moduli, positions, gradients);
+  return run_neo_hookean<kGradient, kEnergy, kChanges>(batches, moduli, positions, changes,
+                                                       gradients);
 }
 
 BlockSums gradient_and_energy(const BatchView& batches, const IsotropicModuli& moduli,
-                              const double* positions, double* gradients) {
-  return run_kind<true, true>(batches, moduli, positions, gradients);
-}
-BlockSums gradient_only(const BatchView& batches, const IsotropicModuli& moduli,
-                        const double* positions, double* gradients) {
-  return run_kind<true, false>(batches, moduli, positions, gradients);
+                              const double* positions, const double* changes, double* gradients) {
+  return changes == nullptr
+             ? run_kind<true, true, false>(batches, moduli, positions, nullptr, gradients)
+             : run_kind<true, true, true>(batches, moduli, positions, changes, gradients);
 }
 BlockSums energy_only(const BatchView& batches, const IsotropicModuli& moduli,
-                      const double* positions) {
-  return run_kind<false, true>(batches, moduli, positions, nullptr);
+                      const double* positions, const double* changes) {
+  return changes == nullptr
+             ? run_kind<false, true, false>(batches, moduli, positions, nullptr, nullptr)
+             : run_kind<false, true, true>(batches, moduli, positions, changes, nullptr);
 }
 const char* target_name() {
   return hwy::TargetName(HWY_TARGET);
@@ -344,20 +347,17 @@ HWY_AFTER_NAMESPACE();
 namespace tetraction {
 
 HWY_EXPORT(gradient_and_energy);
-HWY_EXPORT(gradient_only);
 HWY_EXPORT(energy_only);
 HWY_EXPORT(target_name);
 
 BlockSums elastic_gradient(const BatchView& batches, const IsotropicModuli& moduli,
-                           const double* positions, bool with_energy, double* gradients) {
-  return with_energy
-             ? HWY_DYNAMIC_DISPATCH(gradient_and_energy)(batches, moduli, positions, gradients)
-             : HWY_DYNAMIC_DISPATCH(gradient_only)(batches, moduli, positions, gradients);
+                           const double* positions, const double* changes, double* gradients) {
+  return HWY_DYNAMIC_DISPATCH(gradient_and_energy)(batches, moduli, positions, changes, gradients);
 }
 
 BlockSums elastic_energy(const BatchView& batches, const IsotropicModuli& moduli,
-                         const double* positions) {
-  return HWY_DYNAMIC_DISPATCH(energy_only)(batches, moduli, positions);
+                         const double* positions, const double* changes) {
+  return HWY_DYNAMIC_DISPATCH(energy_only)(batches, moduli, positions, changes);
 }
 
 const char* instruction_set() {

@@ -48,13 +48,14 @@ struct BlockSums {
   bool admissible = true;  ///< J > 0 in every element, all numbers finite
 };
 
-/// Energy (if asked for) and gradients: adds ∂W/∂q of the elements to `gradients`. Rows have four
-/// numbers (x y z 0), 32-byte aligned.
+/// Energy and gradients: adds ∂W/∂q of the elements to `gradients`. Rows have four numbers (x y z 0),
+/// 32-byte aligned. The nodes are at positions + changes (null: at positions), of which the edges
+/// are formed part by part (tetraction/fem/positions.h).
 BlockSums elastic_gradient(const BatchView& batches, const IsotropicModuli& moduli,
-                           const double* positions, bool with_energy, double* gradients);
+                           const double* positions, const double* changes, double* gradients);
 /// Energy alone.
 BlockSums elastic_energy(const BatchView& batches, const IsotropicModuli& moduli,
-                         const double* positions);
+                         const double* positions, const double* changes);
 
 /// Name of the instruction set in use, e.g. "AVX3" (AVX-512), "AVX2", "SCALAR" (portable).
 const char* instruction_set();

@@ -49,9 +49,18 @@ class RowAccess {
 
   /// e[k] = row of node k + 1 less row of node 0.
   static void edges(D d, const T* rows, const uint16_t* slots, size_t stride, Columns<V>& e) {
+    edges<false>(d, rows, nullptr, slots, stride, e);
+  }
+  /// The same of rows + changes, part by part.
+  template <bool kChanges>
+  static void edges(D d, const T* rows, const T* changes, const uint16_t* slots, size_t stride,
+                    Columns<V>& e) {
     for (size_t k = 0; k < 3; ++k) {
+      const uint16_t node = slots[(k + 1) * stride];
       for (size_t i = 0; i < 3; ++i) {
-        e.m[k][i] = hn::Set(d, rows[slots[(k + 1) * stride] + i] - rows[slots[0] + i]);
+        T edge = rows[node + i] - rows[slots[0] + i];
+        if constexpr (kChanges) edge += changes[node + i] - changes[slots[0] + i];
+        e.m[k][i] = hn::Set(d, edge);
       }
     }
   }
@@ -80,21 +89,35 @@ class RowAccess {
   /// e[k] = row of node k + 1 less row of node 0.
   static HWY_INLINE void edges(D d, const T* HWY_RESTRICT rows, const uint16_t* HWY_RESTRICT slots,
                                size_t stride, Columns<V>& e) {
+    edges<false>(d, rows, nullptr, slots, stride, e);
+  }
+  /// The same of rows + changes, part by part.
+  template <bool kChanges>
+  static HWY_INLINE void edges(D d, const T* HWY_RESTRICT rows, const T* HWY_RESTRICT changes,
+                               const uint16_t* HWY_RESTRICT slots, size_t stride, Columns<V>& e) {
     for (size_t k = 0; k < 3; ++k) {
       const uint16_t* node = slots + (k + 1) * stride;
       if constexpr (sizeof(T) * kLanes == 16 && sizeof(T) == 8) {
-        const V low0 = hn::Sub(hn::Load(d, rows + node[0]), hn::Load(d, rows + slots[0]));
-        const V low1 = hn::Sub(hn::Load(d, rows + node[1]), hn::Load(d, rows + slots[1]));
-        const V high0 = hn::Sub(hn::Load(d, rows + node[0] + 2), hn::Load(d, rows + slots[0] + 2));
-        const V high1 = hn::Sub(hn::Load(d, rows + node[1] + 2), hn::Load(d, rows + slots[1] + 2));
+        const auto part = [&](size_t lane, size_t half) HWY_ATTR {
+          const size_t to = node[lane] + half;
+          const size_t from = slots[lane] + half;
+          V edge = hn::Sub(hn::Load(d, rows + to), hn::Load(d, rows + from));
+          if constexpr (kChanges) {
+            edge =
+                hn::Add(edge, hn::Sub(hn::Load(d, changes + to), hn::Load(d, changes + from)));
+          }
+          return edge;
+        };
+        const V low0 = part(0, 0);
+        const V low1 = part(1, 0);
         e.m[k][0] = hn::InterleaveLower(d, low0, low1);
         e.m[k][1] = hn::InterleaveUpper(d, low0, low1);
-        e.m[k][2] = hn::InterleaveLower(d, high0, high1);
+        e.m[k][2] = hn::InterleaveLower(d, part(0, 2), part(1, 2));
       } else {
-        const V a = difference<0>(d, rows, node, slots);
-        const V b = difference<1>(d, rows, node, slots);
-        const V c = difference<2>(d, rows, node, slots);
-        const V f = difference<3>(d, rows, node, slots);
+        const V a = difference<0, kChanges>(d, rows, changes, node, slots);
+        const V b = difference<1, kChanges>(d, rows, changes, node, slots);
+        const V c = difference<2, kChanges>(d, rows, changes, node, slots);
+        const V f = difference<3, kChanges>(d, rows, changes, node, slots);
         transpose(d, a, b, c, f, e.m[k]);
       }
     }
@@ -158,13 +181,18 @@ class RowAccess {
     return hn::Sub(hn::Load(r, rows + node), hn::Load(r, rows + origin));
   }
 
-  template <size_t I>
-  static HWY_INLINE V difference(D d, const T* HWY_RESTRICT rows, const uint16_t* node,
-                                 const uint16_t* origin) {
+  template <size_t I, bool kChanges>
+  static HWY_INLINE V difference(D d, const T* HWY_RESTRICT rows, const T* HWY_RESTRICT changes,
+                                 const uint16_t* node, const uint16_t* origin) {
     (void)d;
     const auto at = [&](size_t place) HWY_ATTR {
       const size_t lane = lane_of(I, place);
-      return row_difference(rows, node[lane], origin[lane]);
+      const auto edge = row_difference(rows, node[lane], origin[lane]);
+      if constexpr (kChanges) {
+        return hn::Add(edge, row_difference(changes, node[lane], origin[lane]));
+      } else {
+        return edge;
+      }
     };
     if constexpr (kRows == 1) {
       return at(0);

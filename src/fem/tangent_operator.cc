@@ -43,8 +43,9 @@ TangentForm TangentOperator<T>::form(const ElementBlocks::Block& block) const {
 }
 
 template <class T>
-void TangentOperator<T>::set(const Vector& q, const ViscousPotential& viscous) {
-  viscous_ = viscous.factor() != 0.0;
+void TangentOperator<T>::set(const Vector& q, const ViscousPotential* viscous,
+                             const Vector& displacement) {
+  viscous_ = viscous != nullptr;
   for (Index b = 0; b < blocks_.block_count(); ++b) {
     const ElementBlocks::Block& block = blocks_.block(b);
     const auto i = static_cast<std::size_t>(b);
@@ -62,7 +63,7 @@ void TangentOperator<T>::set(const Vector& q, const ViscousPotential& viscous) {
           isotropic_moduli(elastic_.materials()[static_cast<std::size_t>(block.material)]);
       T* state = state_.data() + begin_[static_cast<std::size_t>(b)];
       prepare_tangent(blocks_.batches(block), *moduli, form(block), positions.data(), state);
-      if (viscous_) viscous.add_tangent(b, positions.data(), form(block), state);
+      if (viscous_) viscous->add_tangent(b, displacement, form(block), state);
     }
   });
 }

@@ -23,8 +23,12 @@ class TangentOperator {
   /// Keeps references, which must live longer. `order`: the vertices by place; empty: by number.
   explicit TangentOperator(const ElasticPotential& elastic, std::vector<std::int32_t> order = {});
 
-  /// Linearises at q; W must be defined there.
-  void set(const Vector& q, const ViscousPotential& viscous);
+  /// Linearises W at q, where it must be defined.
+  void set(const Vector& q) { set(q, nullptr, q); }
+  /// Linearises W + D, of a step that has led to q by `displacement` (fem/viscous_potential.h).
+  void set(const Vector& q, const ViscousPotential& viscous, const Vector& displacement) {
+    set(q, viscous.factor() == 0.0 ? nullptr : &viscous, displacement);
+  }
 
   /// The rows of K x: a vertex' part is the sum over its rows (row_sum).
   void multiply(const T* x);
@@ -43,6 +47,7 @@ class TangentOperator {
  private:
   using Row = Eigen::Matrix<T, 4, 1>;
 
+  void set(const Vector& q, const ViscousPotential* viscous, const Vector& displacement);
   Row sum(const AlignedVector<T>& rows, Index place) const {
     const Index vertex = order_.empty() ? place : order_[static_cast<std::size_t>(place)];
     Row total = Row::Zero();

@@ -36,12 +36,40 @@ HWY_INLINE void pull_back(const Rest& rest, V factor, const Symmetric<V>& a, Col
   for (V& number : result.m) number = hn::Mul(scale, number);
 }
 
-// The edges e in the lanes, and a = eᵀe − c₀.
-HWY_INLINE void strain_since(D d, const uint16_t* slots, const double* HWY_RESTRICT positions,
-                             const double* HWY_RESTRICT start, Columns<V>& e, Symmetric<V>& a) {
-  RowAccess<D>::edges(d, positions, slots, kBatchLanes, e);
-  metric(e, a);
-  for (size_t k = 0; k < 6; ++k) a.m[k] = hn::Sub(a.m[k], hn::Load(d, start + k * kBatchLanes));
+// aᵀb + bᵀa.
+HWY_INLINE void symmetric_sum(const Columns<V>& a, const Columns<V>& b, Symmetric<V>& result) {
+  for (int i = 0; i < 3; ++i) {
+    for (int j = i; j < 3; ++j) {
+      V sum = hn::Mul(a.m[i][0], b.m[j][0]);
+      sum = hn::MulAdd(a.m[j][0], b.m[i][0], sum);
+      for (int k = 1; k < 3; ++k) {
+        sum = hn::MulAdd(a.m[i][k], b.m[j][k], sum);
+        sum = hn::MulAdd(a.m[j][k], b.m[i][k], sum);
+      }
+      result(i, j) = sum;
+    }
+  }
+}
+
+// The edges e = e₀ + δ of the elements in the lanes, and a = (e₀ + ½δ)ᵀδ + δᵀ(e₀ + ½δ) + c.
+HWY_INLINE void strain_of_step(D d, const uint16_t* slots, const ViscousStep& step, size_t numbers,
+                               Columns<V>& e, Symmetric<V>& a) {
+  Columns<V> change;
+  Columns<V> middle;
+  RowAccess<D>::edges(d, step.positions, slots, kBatchLanes, e);
+  RowAccess<D>::edges(d, step.displacements, slots, kBatchLanes, change);
+  const V half = hn::Set(d, 0.5);
+  for (int k = 0; k < 9; ++k) {
+    const V delta = change.m[k / 3][k % 3];
+    V& edge = e.m[k / 3][k % 3];
+    middle.m[k / 3][k % 3] = hn::MulAdd(half, delta, edge);
+    edge = hn::Add(edge, delta);
+  }
+  symmetric_sum(middle, change, a);
+  if (step.correction == nullptr) return;
+  for (size_t k = 0; k < 6; ++k) {
+    a.m[k] = hn::Add(a.m[k], hn::Load(d, step.correction + numbers + k * kBatchLanes));
+  }
 }
 
 // Calls body(batch, lane, rest data) for all lanes of all batches.
@@ -71,17 +99,7 @@ HWY_NOINLINE void force(const BatchView& batches, double viscosity,
     RowAccess<D>::edges(d, positions, slots, kBatchLanes, e);
     RowAccess<D>::edges(d, velocities, slots, kBatchLanes, rate);
     Symmetric<V> dc;
-    for (int i = 0; i < 3; ++i) {
-      for (int j = i; j < 3; ++j) {
-        V sum = hn::Mul(rate.m[i][0], e.m[j][0]);
-        sum = hn::MulAdd(rate.m[j][0], e.m[i][0], sum);
-        for (int k = 1; k < 3; ++k) {
-          sum = hn::MulAdd(rate.m[i][k], e.m[j][k], sum);
-          sum = hn::MulAdd(rate.m[j][k], e.m[i][k], sum);
-        }
-        dc(i, j) = sum;
-      }
-    }
+    symmetric_sum(rate, e, dc);
     Columns<V> dcvg;
     Symmetric<V> stress;
     pull_back(rest, factor, dc, dcvg, stress);
@@ -91,44 +109,36 @@ HWY_NOINLINE void force(const BatchView& batches, double viscosity,
   });
 }
 
-HWY_NOINLINE void begin_step(const BatchView& batches, const double* HWY_RESTRICT positions,
-                             const double* HWY_RESTRICT displacements, double* HWY_RESTRICT start) {
+HWY_NOINLINE void correction(const BatchView& batches, const double* HWY_RESTRICT displacements,
+                             double* HWY_RESTRICT result) {
   const D d;
   constexpr size_t kLanes = hn::MaxLanes(D());
-  const V quarter = hn::Set(d, 0.25);
   for (size_t b = 0; b < static_cast<size_t>(batches.count); ++b) {
     for (size_t lane = 0; lane < kBatchLanes; lane += kLanes) {
       const uint16_t* slots = batches.slots + 4 * kBatchLanes * b + lane;
       Columns<V> edges;
       Symmetric<V> c;
-      RowAccess<D>::edges(d, positions, slots, kBatchLanes, edges);
+      RowAccess<D>::edges(d, displacements, slots, kBatchLanes, edges);
       metric(edges, c);
-      if (displacements != nullptr) {
-        Symmetric<V> change;
-        RowAccess<D>::edges(d, displacements, slots, kBatchLanes, edges);
-        metric(edges, change);
-        for (size_t k = 0; k < 6; ++k) c.m[k] = hn::NegMulAdd(quarter, change.m[k], c.m[k]);
-      }
-      double* to = start + kViscousNumbers * kBatchLanes * b + lane;
+      double* to = result + kViscousNumbers * kBatchLanes * b + lane;
       for (size_t k = 0; k < 6; ++k) hn::Store(c.m[k], d, to + k * kBatchLanes);
     }
   }
 }
 
 template <bool kGradient>
-HWY_NOINLINE double gradient(const BatchView& batches, double constant,
-                             const double* HWY_RESTRICT start, const double* HWY_RESTRICT positions,
+HWY_NOINLINE double gradient(const BatchView& batches, const ViscousStep& step,
                              double* HWY_RESTRICT gradients) {
   const D d;
   constexpr size_t kLanes = hn::MaxLanes(D());
-  const V factor = hn::Set(d, constant);
+  const V factor = hn::Set(d, step.factor);
   V sums[kBatchLanes / kLanes];
   for (V& v : sums) v = hn::Zero(d);
   for_all_lanes(batches, [&](size_t b, size_t lane, const Rest& rest) HWY_ATTR {
     const uint16_t* slots = batches.slots + 4 * kBatchLanes * b + lane;
     Columns<V> e;
     Symmetric<V> a;
-    strain_since(d, slots, positions, start + kViscousNumbers * kBatchLanes * b + lane, e, a);
+    strain_of_step(d, slots, step, kViscousNumbers * kBatchLanes * b + lane, e, a);
     Columns<V> avg;
     if constexpr (kGradient) {
       Symmetric<V> stress;
@@ -142,16 +152,14 @@ HWY_NOINLINE double gradient(const BatchView& batches, double constant,
     sums[lane / kLanes] =
         hn::MulAdd(rest.inverse_volume, trace_of_square(d, avg), sums[lane / kLanes]);
   });
-  return 0.25 * constant * sum_of_lanes(d, sums);
+  return 0.25 * step.factor * sum_of_lanes(d, sums);
 }
 
-double gradient_and_energy(const BatchView& batches, double factor, const double* start,
-                           const double* positions, double* gradients) {
-  return gradient<true>(batches, factor, start, positions, gradients);
+double gradient_and_energy(const BatchView& batches, const ViscousStep& step, double* gradients) {
+  return gradient<true>(batches, step, gradients);
 }
-double energy_only(const BatchView& batches, double factor, const double* start,
-                   const double* positions) {
-  return gradient<false>(batches, factor, start, positions, nullptr);
+double energy_only(const BatchView& batches, const ViscousStep& step) {
+  return gradient<false>(batches, step, nullptr);
 }
 
 HWY_INLINE void add_number(V v, double* to) {
@@ -165,18 +173,17 @@ HWY_INLINE void add_number(V v, float* to) {
 }
 
 template <class T>
-HWY_INLINE void add_tangent(const BatchView& batches, double constant,
-                            const double* HWY_RESTRICT start, const double* HWY_RESTRICT positions,
-                            TangentForm form, T* HWY_RESTRICT state) {
+HWY_INLINE void add_tangent(const BatchView& batches, const ViscousStep& step, TangentForm form,
+                            T* HWY_RESTRICT state) {
   const D d;
-  const V factor = hn::Set(d, constant);
+  const V factor = hn::Set(d, step.factor);
   const auto numbers = static_cast<size_t>(tangent_numbers(form)) * kBatchLanes;
   const auto a1 = static_cast<size_t>(tangent_metric_offset(form) + 15) * kBatchLanes;
   for_all_lanes(batches, [&](size_t b, size_t lane, const Rest& rest) HWY_ATTR {
     const uint16_t* slots = batches.slots + 4 * kBatchLanes * b + lane;
     Columns<V> e;
     Symmetric<V> a;
-    strain_since(d, slots, positions, start + kViscousNumbers * kBatchLanes * b + lane, e, a);
+    strain_of_step(d, slots, step, kViscousNumbers * kBatchLanes * b + lane, e, a);
     Columns<V> avg;
     Symmetric<V> stress;
     pull_back(rest, factor, a, avg, stress);
@@ -186,13 +193,13 @@ HWY_INLINE void add_tangent(const BatchView& batches, double constant,
   });
 }
 
-HWY_NOINLINE void add_tangent_float(const BatchView& batches, double factor, const double* start,
-                                    const double* positions, TangentForm form, float* state) {
-  add_tangent(batches, factor, start, positions, form, state);
+HWY_NOINLINE void add_tangent_float(const BatchView& batches, const ViscousStep& step,
+                                    TangentForm form, float* state) {
+  add_tangent(batches, step, form, state);
 }
-HWY_NOINLINE void add_tangent_double(const BatchView& batches, double factor, const double* start,
-                                     const double* positions, TangentForm form, double* state) {
-  add_tangent(batches, factor, start, positions, form, state);
+HWY_NOINLINE void add_tangent_double(const BatchView& batches, const ViscousStep& step,
+                                     TangentForm form, double* state) {
+  add_tangent(batches, step, form, state);
 }
 
 }  // namespace HWY_NAMESPACE
@@ -203,7 +210,7 @@ HWY_AFTER_NAMESPACE();
 namespace tetraction {
 
 HWY_EXPORT(force);
-HWY_EXPORT(begin_step);
+HWY_EXPORT(correction);
 HWY_EXPORT(gradient_and_energy);
 HWY_EXPORT(energy_only);
 HWY_EXPORT(add_tangent_float);
@@ -214,25 +221,22 @@ void add_viscous_force(const BatchView& batches, double viscosity, const double*
   HWY_DYNAMIC_DISPATCH(force)(batches, viscosity, positions, velocities, forces);
 }
 
-void begin_viscous_step(const BatchView& batches, const double* positions,
-                        const double* displacements, double* start) {
-  HWY_DYNAMIC_DISPATCH(begin_step)(batches, positions, displacements, start);
+void viscous_correction(const BatchView& batches, const double* displacements, double* result) {
+  HWY_DYNAMIC_DISPATCH(correction)(batches, displacements, result);
 }
 
-double viscous_gradient(const BatchView& batches, double factor, const double* start,
-                        const double* positions, double* gradients) {
-  return gradients == nullptr ? HWY_DYNAMIC_DISPATCH(energy_only)(batches, factor, start, positions)
-                              : HWY_DYNAMIC_DISPATCH(gradient_and_energy)(batches, factor, start,
-                                                                          positions, gradients);
+double viscous_gradient(const BatchView& batches, const ViscousStep& step, double* gradients) {
+  return gradients == nullptr ? HWY_DYNAMIC_DISPATCH(energy_only)(batches, step)
+                              : HWY_DYNAMIC_DISPATCH(gradient_and_energy)(batches, step, gradients);
 }
 
-void add_viscous_tangent(const BatchView& batches, double factor, const double* start,
-                         const double* positions, TangentForm form, float* state) {
-  HWY_DYNAMIC_DISPATCH(add_tangent_float)(batches, factor, start, positions, form, state);
+void add_viscous_tangent(const BatchView& batches, const ViscousStep& step, TangentForm form,
+                         float* state) {
+  HWY_DYNAMIC_DISPATCH(add_tangent_float)(batches, step, form, state);
 }
-void add_viscous_tangent(const BatchView& batches, double factor, const double* start,
-                         const double* positions, TangentForm form, double* state) {
-  HWY_DYNAMIC_DISPATCH(add_tangent_double)(batches, factor, start, positions, form, state);
+void add_viscous_tangent(const BatchView& batches, const ViscousStep& step, TangentForm form,
+                         double* state) {
+  HWY_DYNAMIC_DISPATCH(add_tangent_double)(batches, step, form, state);
 }
 
 }  // namespace tetraction

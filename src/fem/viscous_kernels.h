@@ -1,12 +1,13 @@
-// Kernels of internal viscosity, on edges as in element_kernels.h. With c = eᵀe and ċ = ėᵀe + eᵀė,
-// the Kelvin–Voigt stress of viscous_potential.h has
+// Kernels of internal viscosity, on edges as in element_kernels.h. A step leads from the edges e₀ to
+// e = e₀ + δ. With ċ = ėᵀe + eᵀė, the Kelvin–Voigt stress of viscous_potential.h has
 //
 //     force                at (q, v): −η V e G ċ G
-//     dissipation          D = ¼ f V tr((aG)²), a = c − c₀, f = η/s
+//     dissipation          D = ¼ f V tr((aG)²), a = e₀ᵀδ + δᵀe₀ + δᵀδ + c, f = η/s
 //     its gradient         ∂D/∂e = f V e G a G
 //     its tangent          of the form of tangent_kernels.h: T = f V G a G, a₁ = f V
 //
-// so that the strain E₀ is kept as c₀ = Dᵀ(2E₀ + 1)D: six numbers an element.
+// where ½ D⁻ᵀ a D⁻¹ = E(x) − E₀, written in δ so that no digits are lost, and c holds what E₀ has beside
+// E(q_k): six numbers an element.
 #pragma once
 
 #include "element_kernels.h"
@@ -20,19 +21,25 @@ constexpr int kViscousNumbers = 6;
 void add_viscous_force(const BatchView& batches, double viscosity, const double* positions,
                        const double* velocities, double* forces);
 
-/// start ← c₀ = eᵀe − ¼ dᵀd with the edges d of `displacements` (null: none): kViscousNumbers ×
-/// kBatchLanes a batch.
-void begin_viscous_step(const BatchView& batches, const double* positions,
-                        const double* displacements, double* start);
+/// One step of the elements of a block.
+struct ViscousStep {
+  double factor = 0.0;                    ///< f, Pa
+  const double* positions = nullptr;      ///< rows of q_k
+  const double* displacements = nullptr;  ///< rows of x − q_k
+  /// c, kViscousNumbers × kBatchLanes a batch; null: zero.
+  const double* correction = nullptr;
+};
+
+/// correction ← dᵀd with the edges d of `displacements`.
+void viscous_correction(const BatchView& batches, const double* displacements, double* correction);
 
 /// Σ D of the elements, J; adds ∂D/∂q to `gradients` unless it is null.
-double viscous_gradient(const BatchView& batches, double factor, const double* start,
-                        const double* positions, double* gradients);
+double viscous_gradient(const BatchView& batches, const ViscousStep& step, double* gradients);
 
 /// Adds T and a₁ to a state with metric terms, which prepare_tangent() has made.
-void add_viscous_tangent(const BatchView& batches, double factor, const double* start,
-                         const double* positions, TangentForm form, float* state);
-void add_viscous_tangent(const BatchView& batches, double factor, const double* start,
-                         const double* positions, TangentForm form, double* state);
+void add_viscous_tangent(const BatchView& batches, const ViscousStep& step, TangentForm form,
+                         float* state);
+void add_viscous_tangent(const BatchView& batches, const ViscousStep& step, TangentForm form,
+                         double* state);
 
 }  // namespace tetraction

@@ -59,16 +59,19 @@ static_assert(Material<ViscousDensity>);
 struct ViscousPotential::Impl {
   const RestState& rest;
   const ElementBlocks& blocks;
+  const Vector* start = nullptr;  // q_k
   double factor = 0.0;
-  AlignedVector<double> start;           // c₀ of the lanes (viscous_kernels.h)
+  bool corrected = false;                // whether E₀ is not E(q_k)
+  AlignedVector<double> correction;      // c of the lanes (viscous_kernels.h)
   std::vector<std::int32_t> place;       // batch × kBatchLanes + lane of each element
   mutable AlignedVector<double> rows;    // forces, per row
   mutable std::vector<double> energies;  // per block
 
   explicit Impl(const ElasticPotential& elastic) : rest(elastic.rest()), blocks(elastic.blocks()) {}
 
-  const double* start_of(const ElementBlocks::Block& block) const {
-    return start.data() + block.first_batch * kViscousNumbers * kBatchLanes;
+  const double* correction_of(const ElementBlocks::Block& block) const {
+    return corrected ? correction.data() + block.first_batch * kViscousNumbers * kBatchLanes
+                     : nullptr;
   }
 
   // Places of the elements in the lanes, once.
@@ -80,35 +83,52 @@ struct ViscousPotential::Impl {
         place[static_cast<std::size_t>(e)] = static_cast<std::int32_t>(batch * kBatchLanes + lane);
       });
     }
-    start.resize(static_cast<std::size_t>(blocks.batch_count() * kViscousNumbers * kBatchLanes));
+    correction.resize(
+        static_cast<std::size_t>(blocks.batch_count() * kViscousNumbers * kBatchLanes));
   }
 
-  // c |E − E₀|² of element e, E₀ = ½ (D⁻ᵀ c₀ D⁻¹ − 1).
+  // f |E − E₀|² of element e.
   ViscousDensity density(Index e) const {
-    const std::int32_t at = place[static_cast<std::size_t>(e)];
-    const double* c =
-        start.data() + Index{at / kBatchLanes} * kViscousNumbers * kBatchLanes + at % kBatchLanes;
-    constexpr int kEntries[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
-    Matrix3 c0;
-    for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j < 3; ++j) c0(i, j) = c[kEntries[i][j] * kBatchLanes];
+    const auto element = rest.element(e);
+    const Matrix3 f = deformation_gradient(element, 0, rest.gather_relative(*start, e));
+    Matrix3 strain = green_strain(f);
+    if (corrected) {
+      const std::int32_t at = place[static_cast<std::size_t>(e)];
+      const double* c = correction.data() +
+                        Index{at / kBatchLanes} * kViscousNumbers * kBatchLanes + at % kBatchLanes;
+      constexpr int kEntries[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
+      Matrix3 own;
+      for (int i = 0; i < 3; ++i) {
+        for (int j = 0; j < 3; ++j) own(i, j) = c[kEntries[i][j] * kBatchLanes];
+      }
+      const Matrix3 b = element.gradients[0].rightCols<3>();
+      strain -= 0.5 * b * own * b.transpose();
     }
-    const Matrix3 b = rest.element(e).gradients[0].rightCols<3>();
-    return {factor, 0.5 * (b * c0 * b.transpose() - Matrix3::Identity())};
+    return {factor, strain};
   }
 
-  // Calls body(number, block, its rows of x) for all blocks.
+  // Calls body(number, block, its rows of displacements and those of the positions) for all blocks.
   template <class Body>
-  void for_each_block(const Vector& x, const Body& body) const {
+  void for_each_block(const Vector& positions, const Vector& changes, const Body& body) const {
     parallel_for(blocks.block_count(), 1, [&](Index begin, Index end) {
-      thread_local AlignedVector<double> positions;
       for (Index b = begin; b < end; ++b) {
-        const ElementBlocks::Block& block = blocks.block(b);
-        positions.resize(static_cast<std::size_t>(ElementBlocks::kRowSize * block.row_count));
-        blocks.load_rows(block, x.data(), positions.data());
-        body(b, block, positions.data());
+        const auto [from, change] = load(b, positions, changes);
+        body(b, blocks.block(b), from, change);
       }
     });
+  }
+
+  // Rows of a block; overwritten by the next call in the same thread.
+  std::pair<const double*, const double*> load(Index b, const Vector& positions,
+                                               const Vector& changes) const {
+    thread_local AlignedVector<double> from;
+    thread_local AlignedVector<double> change;
+    const ElementBlocks::Block& block = blocks.block(b);
+    from.resize(static_cast<std::size_t>(ElementBlocks::kRowSize * block.row_count));
+    change.resize(from.size());
+    blocks.load_rows(block, positions.data(), from.data());
+    blocks.load_changes(block, changes.data(), change.data());
+    return {from.data(), change.data()};
   }
 
   double* cleared_rows(const ElementBlocks::Block& block) const {
@@ -117,14 +137,16 @@ struct ViscousPotential::Impl {
     return own;
   }
 
-  double energy(const Vector& x, bool with_gradient) const {
+  double energy(const Vector& displacement, bool with_gradient) const {
     energies.resize(static_cast<std::size_t>(blocks.block_count()));
     if (with_gradient) make_rows();
-    for_each_block(x, [&](Index b, const ElementBlocks::Block& block, const double* positions) {
-      energies[static_cast<std::size_t>(b)] =
-          viscous_gradient(blocks.batches(block), factor, start_of(block), positions,
-                           with_gradient ? cleared_rows(block) : nullptr);
-    });
+    for_each_block(*start, displacement,
+                   [&](Index b, const ElementBlocks::Block& block, const double* positions,
+                       const double* changes) {
+                     energies[static_cast<std::size_t>(b)] = viscous_gradient(
+                         blocks.batches(block), {factor, positions, changes, correction_of(block)},
+                         with_gradient ? cleared_rows(block) : nullptr);
+                   });
     double sum = 0.0;
     for (const double of_block : energies) sum += of_block;
     return sum;
@@ -135,9 +157,11 @@ struct ViscousPotential::Impl {
   }
 
   template <class T>
-  void add_tangent(Index b, const double* positions, TangentForm form, T* state) const {
+  void add_tangent(Index b, const Vector& displacement, TangentForm form, T* state) const {
     const ElementBlocks::Block& block = blocks.block(b);
-    add_viscous_tangent(blocks.batches(block), factor, start_of(block), positions, form, state);
+    const auto [positions, changes] = load(b, *start, displacement);
+    add_viscous_tangent(blocks.batches(block), {factor, positions, changes, correction_of(block)},
+                        form, state);
   }
 };
 
@@ -154,47 +178,48 @@ void ViscousPotential::add_force(double viscosity, const Vector& q, const Vector
                                  Vector& force) const {
   const Impl& s = *impl_;
   s.make_rows();
-  s.for_each_block(q, [&](Index, const ElementBlocks::Block& block, const double* positions) {
-    thread_local AlignedVector<double> velocities;
-    velocities.resize(static_cast<std::size_t>(ElementBlocks::kRowSize * block.row_count));
-    s.blocks.load_changes(block, v.data(), velocities.data());
-    add_viscous_force(s.blocks.batches(block), viscosity, positions, velocities.data(),
-                      s.cleared_rows(block));
-  });
+  s.for_each_block(q, v,
+                   [&](Index, const ElementBlocks::Block& block, const double* positions,
+                       const double* velocities) {
+                     add_viscous_force(s.blocks.batches(block), viscosity, positions, velocities,
+                                       s.cleared_rows(block));
+                   });
   s.blocks.add_row_sums(s.rows, force);
 }
 
-void ViscousPotential::begin(const Vector& q, const Vector& displacement, double factor) {
+void ViscousPotential::begin(const Vector& q, double factor) {
+  impl_->start = &q;
+  impl_->factor = factor;
+  impl_->corrected = false;
+}
+
+void ViscousPotential::set_estimate(const Vector& displacement) {
   Impl& s = *impl_;
-  s.factor = factor;
-  if (factor == 0.0) return;
+  if (s.factor == 0.0) return;
   s.find_places();
-  s.for_each_block(q, [&](Index, const ElementBlocks::Block& block, const double* positions) {
-    thread_local AlignedVector<double> changes;
-    const double* displacements = nullptr;
-    if (displacement.size() > 0) {
-      changes.resize(static_cast<std::size_t>(ElementBlocks::kRowSize * block.row_count));
-      s.blocks.load_changes(block, displacement.data(), changes.data());
-      displacements = changes.data();
-    }
-    begin_viscous_step(s.blocks.batches(block), positions, displacements,
-                       s.start.data() + block.first_batch * kViscousNumbers * kBatchLanes);
-  });
+  s.corrected = true;
+  s.for_each_block(*s.start, displacement,
+                   [&](Index, const ElementBlocks::Block& block, const double*,
+                       const double* displacements) {
+                     viscous_correction(
+                         s.blocks.batches(block), displacements,
+                         s.correction.data() + block.first_batch * kViscousNumbers * kBatchLanes);
+                   });
 }
 
-void ViscousPotential::add_value(const Vector& x, double& value) const {
-  if (impl_->factor != 0.0) value += impl_->energy(x, false);
+void ViscousPotential::add_value(const Vector& displacement, double& value) const {
+  if (impl_->factor != 0.0) value += impl_->energy(displacement, false);
 }
 
-void ViscousPotential::add_value_and_gradient(const Vector& x, double& value,
+void ViscousPotential::add_value_and_gradient(const Vector& displacement, double& value,
                                               Vector& gradient) const {
   if (impl_->factor == 0.0) return;
-  value += impl_->energy(x, true);
+  value += impl_->energy(displacement, true);
   impl_->blocks.add_row_sums(impl_->rows, gradient);
 }
 
 // Blocks of one colour share no vertex, and colours come one after the other.
-void ViscousPotential::add_hessian(const Vector& x, const SparsityPattern& pattern,
+void ViscousPotential::add_hessian(const Vector& displacement, const SparsityPattern& pattern,
                                    double* values) const {
   const Impl& s = *impl_;
   if (s.factor == 0.0) return;
@@ -208,14 +233,16 @@ void ViscousPotential::add_hessian(const Vector& x, const SparsityPattern& patte
         const Index b = color[static_cast<std::size_t>(i)];
         const ElementBlocks::Block& block = s.blocks.block(b);
         positions.resize(static_cast<std::size_t>(ElementBlocks::kRowSize * block.row_count));
-        s.blocks.load_rows(block, x.data(), positions.data());
+        s.blocks.load_positions(block, Positions(*s.start, displacement), positions.data());
         state.resize(static_cast<std::size_t>(block.batch_count * tangent_numbers(kForm)) *
                      kBatchLanes);
         prepare_tangent(s.blocks.batches(block), kNothing, kForm, positions.data(), state.data());
-        s.add_tangent(b, positions.data(), kForm, state.data());
+        s.add_tangent(b, displacement, kForm, state.data());
         add_block_stiffness(s.blocks, block, kForm, state.data(), pattern, values, [&](Index e) {
           pattern.scatter(
-              e, element_hessian<Shape>(s.rest.element(e), s.density(e), s.rest.gather(x, e)),
+              e,
+              element_hessian<Shape>(s.rest.element(e), s.density(e),
+                                     s.rest.gather_relative(Positions(*s.start, displacement), e)),
               values);
         });
       }
@@ -223,25 +250,25 @@ void ViscousPotential::add_hessian(const Vector& x, const SparsityPattern& patte
   }
 }
 
-void ViscousPotential::add_element_terms(Index e, const Vector& x, bool with_hessian,
+void ViscousPotential::add_element_terms(Index e, const Positions& x, bool with_hessian,
                                          ElasticPotential::ElementTerms& terms) const {
   const Impl& s = *impl_;
   if (s.factor == 0.0) return;
   const auto element = s.rest.element(e);
   const ViscousDensity density = s.density(e);
-  const Shape::NodeMatrix local = s.rest.gather(x, e);
+  const Shape::NodeMatrix local = s.rest.gather_relative(x, e);
   terms.energy += element_energy<Shape>(element, density, local);
   terms.gradient += element_gradient<Shape>(element, density, local);
   if (with_hessian) terms.hessian += element_hessian<Shape>(element, density, local);
 }
 
-void ViscousPotential::add_tangent(Index block, const double* positions, TangentForm form,
+void ViscousPotential::add_tangent(Index block, const Vector& displacement, TangentForm form,
                                    float* state) const {
-  impl_->add_tangent(block, positions, form, state);
+  impl_->add_tangent(block, displacement, form, state);
 }
-void ViscousPotential::add_tangent(Index block, const double* positions, TangentForm form,
+void ViscousPotential::add_tangent(Index block, const Vector& displacement, TangentForm form,
                                    double* state) const {
-  impl_->add_tangent(block, positions, form, state);
+  impl_->add_tangent(block, displacement, form, state);
 }
 
 }  // namespace tetraction

@@ -168,6 +168,7 @@ class CeresMinimizer : public Minimizer {
     }
     double phi = 0.0;
     if (!problem.value(x_, phi).ok()) return kLargest * mu;
+    phi += problem.square_value();
     return std::clamp(kOverEnergy * phi / system_.mesh().total_volume(), kSmallest * mu,
                       kLargest * mu);
   }
@@ -177,6 +178,7 @@ class CeresMinimizer : public Minimizer {
     evaluator_.begin(problem, x_, shift);
     y_.setZero();
     report.residual_limit = problem.residual_limit(x_, options_.tolerance);
+    report.asked_limit = options_.tolerance * problem.force_scale();
     // Ceres adds the gradient up in another order: half the limit leaves room for round-off.
     monitor_.set_limit(0.5 * report.residual_limit);
     const int most = std::min(kRound, options_.max_iterations - report.iterations);

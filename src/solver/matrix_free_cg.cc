@@ -54,18 +54,18 @@ MatrixFreeCg<T>::MatrixFreeCg(const MechanicalSystem& system)
 }
 
 template <class T>
-void MatrixFreeCg<T>::set(const StepProblem& problem, const Vector& x) {
+void MatrixFreeCg<T>::set(const StepProblem& problem, const Vector& u) {
   problem_ = &problem;
-  point_ = &x;
   has_blocks_ = false;
-  operator_.set(x, problem.viscous());
+  problem.positions(u, point_);
+  operator_.set(point_, problem.viscous(), problem.step_displacement(u));
   curved_ = !system_.environment().is_uniform();
   if (curved_) off_.resize(diagonal_.size());
   for_places([&](Index i) {
     const Index v = groups_.vertex(i);
     Vector3 on = vertex_block(problem.coefficient(), v);
     if (curved_) {
-      const Matrix3 h = system_.environment().hessian(system_.mass()[v], vertex_block(x, v));
+      const Matrix3 h = system_.environment().hessian(system_.mass()[v], vertex_block(point_, v));
       on += h.diagonal();
       row(off_, i) = Eigen::Vector4d(h(0, 1), h(0, 2), h(1, 2), 0.0).template cast<T>();
     }
@@ -128,7 +128,7 @@ bool MatrixFreeCg<T>::make_coarse_space() {
     }
     return block;
   };
-  return coarse_->update(operator_, vertex_term, *point_);
+  return coarse_->update(operator_, vertex_term, point_);
 }
 
 // body(g) for all groups.

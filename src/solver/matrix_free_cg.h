@@ -36,8 +36,8 @@ class MatrixFreeCg {
   static bool supports(const MechanicalSystem& system);
   explicit MatrixFreeCg(const MechanicalSystem& system);
 
-  /// Linearises at x, where Φ must be defined.
-  void set(const StepProblem& problem, const Vector& x);
+  /// Linearises at u, where Φ must be defined.
+  void set(const StepProblem& problem, const Vector& u);
   /// step ≈ −(∇²Φ)⁻¹ gradient (3 per vertex) to a relative residual of `forcing`.
   CgReport solve(const Vector& gradient, double forcing, int max_iterations, Vector& step) {
     return run(gradient, forcing, max_iterations, nullptr, step);
@@ -88,7 +88,7 @@ class MatrixFreeCg {
   std::unique_ptr<CoarseSpace<T>> coarse_;
   CoarseChoice choice_;
   const StepProblem* problem_ = nullptr;  // of set()
-  const Vector* point_ = nullptr;         // its x
+  Vector point_;                          // positions at its u
   bool has_blocks_ = false;
   SinglePrecisionFactor* factor_ = nullptr;  // of the solve in progress
   Eigen::Matrix<T, Eigen::Dynamic, 1> free_;

@@ -32,6 +32,7 @@ class NewtonMinimizer : public Minimizer {
       }
     }
     report.residual_limit = problem.residual_limit(x, options_.tolerance);
+    report.asked_limit = options_.tolerance * problem.force_scale();
     report.residual = residual();
     if (!std::isfinite(report.residual_limit) || !std::isfinite(report.residual)) {
       report.termination = Termination::kInadmissible;
@@ -85,9 +86,11 @@ class NewtonMinimizer : public Minimizer {
   double residual() const { return system_.coordinates().restricted_norm(gradient_); }
 
   // Saint Venant–Kirchhoff is defined for any J and may have to go through 0.
-  double longest_step(const Vector& x) const {
+  double longest_step(const StepProblem& problem, const Vector& x) const {
     const ElasticPotential& elastic = system_.elastic();
-    return admissible_step(system_.rest(), x, direction_, [&](Index e) {
+    Vector positions;
+    problem.positions(x, positions);
+    return admissible_step(system_.rest(), positions, direction_, [&](Index e) {
       return !std::holds_alternative<StVenantKirchhoff>(
           elastic.materials()[static_cast<std::size_t>(elastic.material_index(e))]);
     });
@@ -97,7 +100,7 @@ class NewtonMinimizer : public Minimizer {
   bool search(const StepProblem& problem, Vector& x, MinimizerReport& report) {
     constexpr double kArmijo = 1e-4;
     constexpr double kRoundOff = 1e-11;
-    const double longest = linear_.is_safe() ? 1.0 : longest_step(x);
+    const double longest = linear_.is_safe() ? 1.0 : longest_step(problem, x);
     const double slope = gradient_.dot(direction_);
     if (!(slope < 0.0)) return false;
     before_ = x;
@@ -106,13 +109,15 @@ class NewtonMinimizer : public Minimizer {
     const double residual_before = report.residual;
     for (double t = longest; t > 1e-6 * longest; t *= 0.5) {
       x = before_ + t * direction_;
+      // Where the fall of Φ drowns in its round-off, the residual decides, and a much shorter step
+      // would be no better.
+      const double fall = -t * slope;
+      const bool drowned = fall <= kRoundOff * std::abs(phi);
+      if (drowned && t < 0.1 * longest) break;
       if (!evaluate(problem, x)) continue;
       report.residual = residual();
-      // Where the fall of Φ drowns in its round-off, the residual decides.
-      const double fall = -t * slope;
-      const bool lower = fall > kRoundOff * std::abs(phi)
-                             ? phi_ <= phi - kArmijo * fall
-                             : report.residual <= 0.9 * residual_before;
+      const bool lower = drowned ? report.residual <= 0.9 * residual_before
+                                 : phi_ <= phi - kArmijo * fall;
       if (lower || report.residual <= 0.5 * residual_before ||
           report.residual <= report.residual_limit) {
         return true;

@@ -12,13 +12,18 @@ namespace tetraction {
 ///
 /// (Kharevych et al. 2006, the Pontryagin–d'Alembert functional), with W = elastic energy +
 /// environment, the dissipation potential D of drag, mass damping and viscosity, and the penalty
-/// springs. Everything that is quadratic in single vertices is gathered into
+/// springs.
 ///
-///     ½ Σ_i k_i (x_i − x̂_i)²,   k = m/s² + (k_D + a m)/s + 2γ,
+/// The unknown is the displacement u from an origin o near the solution, x = o + u, because sums of
+/// positions and small changes lose digits (fem/positions.h). Everything that is quadratic in single
+/// vertices is gathered, and Φ is taken about q_k, so that it has no constant that grows with s:
 ///
-/// with the linear part of the environment at q_k in x̂; for a uniform environment that is all of it.
+///     ½ Σ_i k_i (x_i − q_i)² − Σ_i l_i (x_i − q_i) = Φ_o + ½ Σ_i k_i u_i² − Σ_i r_i u_i,
+///     k = m/s² + (k_D + a m)/s + 2γ,   l = p_k/s + f − ∇U(q_k) + 2γ(c − q_k),   r = l − k (o − q_k),
+///
+/// with the linear part of the environment U at q_k in l; for a uniform environment that is all of it.
 /// The minimiser over the free coordinates gives v = (x − q_k)/s. Prescribed components stay where
-/// base() has them.
+/// the origin has them.
 class StepProblem {
  public:
   using Shape = RestState::Shape;
@@ -27,7 +32,7 @@ class StepProblem {
   explicit StepProblem(const MechanicalSystem& system);
 
   /// Sets up the step of size h from `state` to `end_time` under the user forces f (3 per vertex,
-  /// N; empty: none). To be called again after any change of the system.
+  /// N; empty: none), with the origin at base(). To be called again after any change of the system.
   void begin(const State& state, double h, double end_time, double alpha, const Vector& user_force);
   /// Adds constraint impulses to p_k (3 per vertex, N s) for the same step.
   void set_impulse(const Vector& impulse);
@@ -37,70 +42,104 @@ class StepProblem {
   double step() const { return step_; }
   /// q_k, with the prescribed components where they are at x.
   const Vector& base() const { return base_; }
-  /// x = x̂, less what the constraints do not allow: where the vertices would go without elastic
-  /// forces.
+  /// Puts the prescribed components of base() where x would have them if the step ended at `time`: a
+  /// part of their way, for a body that has to be led along. begin() takes the end of the step.
+  void prescribe_base(double time);
+  /// o ← `positions`, whose prescribed components must be those of base().
+  void set_origin(const Vector& positions);
+  const Vector& origin() const { return origin_; }
+  /// Moves the origin to o + u, rounded, and leaves in u what rounding has taken.
+  void move_origin(Vector& u);
+  /// Φ_o, J: what value() leaves out, so that values with different origins can be compared.
+  double origin_value() const;
+  /// x = o + u.
+  void positions(const Vector& u, Vector& x) const { x = origin_ + u; }
+  /// x − q_k = (o − q_k) + u, until the next call; not worked out (u itself) without viscosity.
+  const Vector& step_displacement(const Vector& u) const;
+  /// x = q_k + l/k, less what the constraints do not allow: where the vertices would go without
+  /// elastic forces.
   void inertial_guess(Vector& x) const;
 
   /// k, per DOF, N/m.
   const Vector& coefficient() const { return coefficient_; }
   /// The dissipation potential of the viscosity in this step.
   const ViscousPotential& viscous() const { return viscous_; }
+  /// Whether Φ has an estimate of the strain rate in it that has to agree with the minimiser
+  /// (ViscousPotential: viscosity with the midpoint rule).
+  bool needs_rate_estimate() const { return alpha_ == 0.5 && viscous_.factor() != 0.0; }
+  /// Takes the estimate from u.
+  void set_rate_estimate(const Vector& u);
+  /// The energy that drag, mass damping and viscosity take in the whole step of size h, J, 0 or more:
+  /// h Σ (k_D + a m)|v|² + h Σ V 2η|Ė|² with the rates at x.
+  double dissipated_energy(const Vector& u, double h) const;
 
-  /// phi = Φ(x), J.
-  Evaluation value(const Vector& x, double& phi) const;
-  /// gradient = Tᵀ∇Φ(x) over the free coordinates, N.
-  Evaluation value_and_gradient(const Vector& x, double& phi, Vector& gradient) const;
-  /// gradient = ∇Φ(x), 3 per vertex, N.
-  Evaluation value_and_full_gradient(const Vector& x, double& phi, Vector& gradient) const;
-  /// energy = the elastic energy at x, J.
-  Evaluation elastic_energy(const Vector& x, double& energy) const;
-  /// gradient points to the gradient of the elastic energy at x (3 per vertex, N) until the next
+  /// phi = Φ(o + u) − Φ_o, J.
+  Evaluation value(const Vector& u, double& phi) const;
+  /// gradient = Tᵀ∇Φ over the free coordinates, N.
+  Evaluation value_and_gradient(const Vector& u, double& phi, Vector& gradient) const;
+  /// gradient = ∇Φ, 3 per vertex, N.
+  Evaluation value_and_full_gradient(const Vector& u, double& phi, Vector& gradient) const;
+  /// energy = the elastic energy at o + u, J.
+  Evaluation elastic_energy(const Vector& u, double& energy) const;
+  /// gradient points to the gradient of the elastic energy at o + u (3 per vertex, N) until the next
   /// evaluation.
-  Evaluation elastic_gradient(const Vector& x, const Vector*& gradient) const;
-  /// values = Tᵀ∇²Φ(x)T in the pattern's order, N/m.
-  Evaluation hessian(const Vector& x, const SparsityPattern& pattern, double* values) const;
+  Evaluation elastic_gradient(const Vector& u, const Vector*& gradient) const;
+  /// values = Tᵀ∇²Φ T in the pattern's order, N/m.
+  Evaluation hessian(const Vector& u, const SparsityPattern& pattern, double* values) const;
   /// The share of element e in Φ: its elastic and viscous energy and its part of what belongs to its
-  /// vertices, in proportion to their lumped mass. The shares add up to Φ.
-  bool element_terms(Index e, const Vector& x, bool with_hessian,
+  /// vertices, in proportion to their lumped mass. The shares add up to value() + square_value().
+  bool element_terms(Index e, const Vector& u, bool with_hessian,
                      ElasticPotential::ElementTerms& terms) const;
+  /// ½ Σ r²/k, J: what makes squares of the vertices' part of Φ, ½ k (u − r/k)², in the shares.
+  double square_value() const;
 
-  /// The share of element e in the environment's energy at x, taken positive, J: how far the shares
-  /// of element_terms() can get below zero is of this order. 0 for uniform environments.
-  double environment_share(Index e, const Vector& x) const;
+  /// The share of element e in the environment's energy at o + u, taken positive, J: how far the
+  /// shares of element_terms() can get below zero is of this order. 0 for uniform environments.
+  double environment_share(Index e, const Vector& u) const;
 
-  /// Largest |Tᵀ∇Φ|₂ that counts as converged, N: max(tolerance × force scale, round-off).
-  /// The force scale of a step is |Tᵀ(p_k/s + f − ∇U(q_k) + springs)|₂: the force that would give
-  /// the body its momentum and the impulse of the loads within s. Round-off is what double precision
-  /// leaves of positions: 4ε (|k x|₂ + K max|x|) with K the root sum of squares of the elements'
-  /// V (λ + 2μ + 2η/s) |∇N|². No solver can get below it.
-  double residual_limit(const Vector& x, double tolerance) const;
+  /// |Tᵀ l|₂, N: the force that would give the body its momentum and the impulse of the loads within
+  /// s. Tolerances are relative to it.
+  double force_scale() const { return force_scale_; }
+  /// What double precision leaves of |Tᵀ∇Φ|₂ at u, N:
+  ///
+  ///     2ε (|k u|₂ + |Tᵀl|₂ + K max|u| + K_L),
+  ///
+  /// with K and K_L the root sums of squares of the elements' C V |∇N|² and C V |∇N|² L, C = λ + 2μ
+  /// + 2η/s and L the longest edge: the round-off of displacements, and of the edges themselves.
+  /// No solver can get far below it.
+  double round_off(const Vector& u) const;
+  /// Largest |Tᵀ∇Φ|₂ that counts as converged, N: max(tolerance × force scale, round_off()).
+  double residual_limit(const Vector& u, double tolerance) const;
 
  private:
-  void make_target();
-  // Brings elastic_ to x.
-  Evaluation evaluate_elastic(const Vector& x) const;
+  // Brings elastic_ to u.
+  Evaluation evaluate_elastic(const Vector& u) const;
+  void make_remainder();
 
   const MechanicalSystem& system_;
   ViscousPotential viscous_;
   double step_ = 0.0;
+  double alpha_ = 1.0;
   Vector previous_;  // q_k
   Vector base_;
-  Vector load_;         // p_k/s + f − ∇U(q_k) + 2γ(c − q_k), without constraint impulses
+  Vector origin_;
+  Vector load_;         // l without constraint impulses
   Vector impulse_;      // of constraints; empty: none
   Vector coefficient_;  // k, per DOF
-  Vector target_;       // x̂
+  Vector remainder_;    // r
   bool curved_environment_ = false;
   double force_scale_ = 0.0;
   // The elastic part of the last evaluation with a gradient: a minimiser's last one is at the point
   // that the momenta are taken from, its first one often at the best guess.
   struct ElasticPart {
     bool known = false;
-    Vector x;
+    Vector u;
     double energy = 0.0;
     Vector gradient;
   };
   mutable ElasticPart elastic_;
-  mutable Vector full_;  // work space
+  mutable Vector full_;   // work space
+  mutable Vector moved_;  // x − q_k
 };
 
 }  // namespace tetraction

@@ -21,6 +21,7 @@ struct Evaluation {
 
 /// W(q) = Σ_elements V Ψ(F(q)): value, gradient, Hessian, matrix-free product.
 ///
+/// Positions may be one field of 3 numbers per vertex (m) or a sum of two (Positions).
 /// All results are bitwise the same for any number of threads. After a failed evaluation the
 /// outputs are unspecified. Calls on one object must not overlap in time (shared work space).
 class ElasticPotential {
@@ -52,24 +53,28 @@ class ElasticPotential {
   void set_material(std::size_t index, const MaterialModel& material);
 
   /// Whether W is defined at q.
-  Evaluation admissible(const Vector& q) const;
+  Evaluation admissible(const Positions& q) const;
   /// energy = W(q), J.
-  Evaluation value(const Vector& q, double& energy) const;
+  Evaluation value(const Positions& q, double& energy) const;
   /// gradient = ∇W(q) (3 per vertex, N) and energy = W(q), in one pass over the mesh.
-  Evaluation value_and_gradient(const Vector& q, double& energy, Vector& gradient) const;
+  Evaluation value_and_gradient(const Positions& q, double& energy, Vector& gradient) const;
   /// values += entries of ∇²W(q) in the pattern's order, N/m.
-  Evaluation add_hessian(const Vector& q, const SparsityPattern& pattern, double* values) const;
+  Evaluation add_hessian(const Positions& q, const SparsityPattern& pattern, double* values) const;
   /// result = ∇²W(q) x without a matrix (3 per vertex). W must be defined at q.
   void product(const Vector& q, const Vector& x, Vector& result) const;
 
-  /// Σ (V Σ_a |∇N_a|²)² over the elements of a material, m²: what residual limits are made of.
-  double squared_shape_sum(std::size_t material) const;
+  /// What residual limits are made of.
+  struct ShapeSums {
+    double squared = 0.0;    ///< Σ (V Σ_a |∇N_a|²)² over the elements of a material, m²
+    double with_edges = 0.0; ///< Σ (V Σ_a |∇N_a|² L)² with L the longest rest edge, m⁴
+  };
+  const ShapeSums& shape_sums(std::size_t material) const;
   /// The layout of the fast loops (private to the library).
   const ElementBlocks& blocks() const;
 
   /// Terms of element e; false if its energy is not defined at q. `with_hessian` false leaves the
   /// Hessian untouched. Safe to call from several threads.
-  bool element_terms(Index e, const Vector& q, bool with_hessian, ElementTerms& terms) const;
+  bool element_terms(Index e, const Positions& q, bool with_hessian, ElementTerms& terms) const;
   /// The energy of each material's elements, J; W must be defined at q.
   Vector energies_by_material(const Vector& q) const;
   /// Ψ at the first point of every element, J/m³.

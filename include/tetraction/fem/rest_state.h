@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tetraction/fem/element_shape.h"
+#include "tetraction/fem/positions.h"
 #include "tetraction/mesh/tet_mesh.h"
 
 namespace tetraction {
@@ -41,6 +42,17 @@ class RestState {
       local.col(a) = field.segment<3>(3 * n[static_cast<std::size_t>(a)]);
     }
     return local;
+  }
+  /// The element's nodes as seen from its first one: what F and J need, without the round-off of where
+  /// the element is.
+  Shape::NodeMatrix gather_relative(const Positions& x, Index e) const {
+    const auto relative = [&](const Vector& field) {
+      const Shape::NodeMatrix local = gather(field, e);
+      return Shape::NodeMatrix(local.colwise() - local.col(0));
+    };
+    Shape::NodeMatrix nodes = relative(x.origin());
+    if (x.displacement() != nullptr) nodes += relative(*x.displacement());
+    return nodes;
   }
 
  private:

@@ -15,11 +15,13 @@ enum class TangentForm;
 /// Explicit steps take its force at (q, v). In an implicit step it is the derivative of the
 /// dissipation potential, written in the point x = q_k + s v where forces are evaluated,
 ///
-///     D(x) = Σ_elements V η |E(x) − E₀|²/s,
+///     D(x) = Σ_elements V η |E(x) − E₀|²/s,     Ė = (E(x) − E₀)/s.
 ///
-/// so that Ė = (E(x) − E₀)/s. For s = h (backward Euler) E₀ = E(q_k). For s = h/2 (midpoint) x is no
-/// rotation of q_k even if the step is one, and E(x) − E(q_k) is off by −⅛ ΔFᵀΔF, a first-order
-/// error of the stress: E₀ = E(q_k) − ⅛h² ∇v_kᵀ∇v_k takes it out to second order. η in Pa s.
+/// For s = h (backward Euler) E₀ = E(q_k). For s = h/2 (midpoint) the rate has to be that of the motion
+/// at x, Ė = sym(Fᵀ(F − F_k))/s: no strain energy comes into being then, whatever the step, and the
+/// dissipation 2η|Ė|² is never negative. That is E₀ = E(q_k) − ½ΔFᵀΔF with ΔF = F(x) − F_k, which
+/// depends on x itself: D is minimised with E₀ of an estimate of ΔF (set_estimate()), which is
+/// replaced by what came out until both agree. η in Pa s.
 class ViscousPotential {
  public:
   using Shape = RestState::Shape;
@@ -32,22 +34,25 @@ class ViscousPotential {
   /// force −= Σ V F (2ηĖ) ∂N at positions q and velocities v (3 per vertex, N).
   void add_force(double viscosity, const Vector& q, const Vector& v, Vector& force) const;
 
-  /// Begins an implicit step at q_k with factor = η/s, Pa; 0 switches the terms below off.
-  /// `displacement` is h v_k for the midpoint rule, else empty.
-  void begin(const Vector& q, const Vector& displacement, double factor);
+  /// Begins an implicit step at q_k with factor = η/s, Pa; 0 switches the terms below off. Keeps a
+  /// reference to `q` until the next step begins.
+  void begin(const Vector& q, double factor);
+  /// E₀ = E(q_k) − ½ΔFᵀΔF with ΔF of this displacement (3 per vertex, m); until then E₀ = E(q_k).
+  void set_estimate(const Vector& displacement);
   double factor() const;
-  /// value += D(x), J; gradient += ∇D(x), N.
-  void add_value(const Vector& x, double& value) const;
-  void add_value_and_gradient(const Vector& x, double& value, Vector& gradient) const;
-  /// values += entries of ∇²D(x) in the pattern's order, N/m.
-  void add_hessian(const Vector& x, const SparsityPattern& pattern, double* values) const;
-  /// Adds the terms of element e. Safe to call from several threads.
-  void add_element_terms(Index e, const Vector& x, bool with_hessian,
+  /// value += D, J; gradient += ∇D, N; at x = q_k + displacement.
+  void add_value(const Vector& displacement, double& value) const;
+  void add_value_and_gradient(const Vector& displacement, double& value, Vector& gradient) const;
+  /// values += entries of ∇²D in the pattern's order, N/m.
+  void add_hessian(const Vector& displacement, const SparsityPattern& pattern,
+                   double* values) const;
+  /// Adds the terms of element e at positions x. Safe to call from several threads.
+  void add_element_terms(Index e, const Positions& x, bool with_hessian,
                          ElasticPotential::ElementTerms& terms) const;
-  /// Adds the tangent of a block of elastic().blocks() at rows of positions to a state with metric
-  /// terms (fem/tangent_kernels.h; private to the library).
-  void add_tangent(Index block, const double* positions, TangentForm form, float* state) const;
-  void add_tangent(Index block, const double* positions, TangentForm form, double* state) const;
+  /// Adds the tangent of a block of elastic().blocks() to a state with metric terms
+  /// (fem/tangent_kernels.h; private to the library).
+  void add_tangent(Index block, const Vector& displacement, TangentForm form, float* state) const;
+  void add_tangent(Index block, const Vector& displacement, TangentForm form, double* state) const;
 
  private:
   struct Impl;

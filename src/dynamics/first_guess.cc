@@ -1,0 +1,164 @@
+#include "first_guess.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace tetraction {
+
+FirstGuess::FirstGuess(const MechanicalSystem& system)
+    : system_(system), zero_(Vector::Zero(system.dof_count())) {
+  if (!system.constraints().moving()) return;
+  const RestState& rest = system.rest();
+  for (Index e = 0; e < rest.element_count(); ++e) {
+    const RestState::Nodes nodes = rest.nodes(e);
+    const auto free = std::count_if(nodes.begin(), nodes.end(),
+                                    [&](Index v) { return system.coordinates().is_free(v); });
+    if (free > 0 && free < RestState::Shape::kNodes) moved_elements_.push_back(e);
+  }
+}
+
+void FirstGuess::reset() {
+  earlier_count_ = 0;
+  knows_energy_ = false;
+}
+
+bool FirstGuess::choose(StepProblem& problem, const State& state) {
+  const int count = 3 + earlier_count_;
+  const int favourite = best_ < count ? best_ : 0;
+  double least = std::numeric_limits<double>::infinity();
+  int best = -1;
+  const auto judge = [&](int guess) {
+    double phi = 0.0;
+    if (guess == kStay && knows_energy_ && !system_.constraints().moving()) {
+      phi = elastic_energy_;
+    } else {
+      make(guess, problem, state, trial_);
+      problem.set_origin(trial_);
+      // The one that was best in the last step is evaluated with its gradient, and last: the
+      // minimiser begins with that.
+      const Evaluation status = guess == favourite
+                                    ? problem.value_and_full_gradient(zero_, phi, gradient_)
+                                    : problem.value(zero_, phi);
+      if (!status.ok()) return;
+      phi += problem.origin_value();
+    }
+    if (!(phi < least)) return;
+    least = phi;
+    best = guess;
+    if (guess != favourite) least_.swap(trial_);
+  };
+  for (int guess = 0; guess < count; ++guess) {
+    if (guess != favourite) judge(guess);
+  }
+  judge(favourite);
+  if (best < 0) {
+    problem.set_origin(problem.base());
+    return false;
+  }
+  best_ = best;
+  if (best == kStay && (best != favourite || knows_energy_)) {
+    problem.set_origin(problem.base());
+  } else if (best != favourite) {
+    problem.set_origin(least_);
+  }
+  return keeps_volumes(state.position, problem.origin());
+}
+
+void FirstGuess::make(int guess, const StepProblem& problem, const State& state, Vector& x) const {
+  if (guess == 0) {
+    problem.inertial_guess(x);
+    return;
+  }
+  if (guess == kStay) {
+    x = problem.base();
+    return;
+  }
+  // Polynomials through the last velocities, equal steps taken for granted.
+  const double s = problem.step();
+  if (guess == 2) x = s * state.velocity;
+  if (guess == 3) x = s * (2.0 * state.velocity - earlier_[0]);
+  if (guess == 4) x = s * (3.0 * (state.velocity - earlier_[0]) + earlier_[1]);
+  system_.coordinates().project_velocity(system_.mass(), x);
+  x += problem.base();
+}
+
+void FirstGuess::keep(Vector& velocity, double elastic_energy) {
+  std::swap(earlier_[0], earlier_[1]);
+  earlier_[0].swap(velocity);
+  earlier_count_ = std::min(earlier_count_ + 1, 2);
+  elastic_energy_ = elastic_energy;
+  knows_energy_ = true;
+}
+
+bool FirstGuess::keeps_volumes(const Vector& from, const Vector& x) const {
+  constexpr double kFair = 0.2;
+  const auto volume = [&](const Vector& q, Index e) {
+    const RestState::Shape::NodeMatrix nodes = system_.rest().gather_relative(q, e);
+    return Matrix3(nodes.rightCols<3>()).determinant();
+  };
+  return std::all_of(moved_elements_.begin(), moved_elements_.end(), [&](Index e) {
+    const double before = volume(from, e);
+    return !(before > 0.0) || volume(x, e) > kFair * before;
+  });
+}
+
+// Conjugate gradients with the diagonal, on the free coordinates z of x + T z. A few digits do.
+void FirstGuess::carry_along(const StepProblem& problem, Vector& x) const {
+  const RestState& rest = system_.rest();
+  const FreeCoordinates& free = system_.coordinates();
+  const auto apply = [&](const Vector& u) {
+    Vector result = Vector::Zero(u.size());
+    for (Index e = 0; e < rest.element_count(); ++e) {
+      const auto element = rest.element(e);
+      const auto& gradients = element.gradients[0];
+      const RestState::Shape::NodeMatrix local =
+          element.weights[0] * rest.gather_relative(u, e) * (gradients.transpose() * gradients);
+      const RestState::Nodes nodes = rest.nodes(e);
+      for (int a = 0; a < RestState::Shape::kNodes; ++a) {
+        vertex_block(result, nodes[static_cast<std::size_t>(a)]) += local.col(a);
+      }
+    }
+    return result;
+  };
+  Vector diagonal = Vector::Zero(system_.vertex_count());
+  for (Index e = 0; e < rest.element_count(); ++e) {
+    const auto element = rest.element(e);
+    const RestState::Nodes nodes = rest.nodes(e);
+    for (int a = 0; a < RestState::Shape::kNodes; ++a) {
+      diagonal[nodes[static_cast<std::size_t>(a)]] +=
+          element.weights[0] * element.gradients[0].col(a).squaredNorm();
+    }
+  }
+  const Vector inverse_diagonal = free.reduced_mass(diagonal).cwiseInverse();
+
+  // What the prescribed components lack.
+  Vector lack = problem.base() - x;
+  Vector own = lack;
+  free.project_velocity(system_.mass(), own);
+  lack -= own;
+  x += lack;
+  Vector z = Vector::Zero(free.count());
+  if (free.count() == 0) return;
+  Vector r = -free.restrict(apply(lack));
+  Vector y = inverse_diagonal.cwiseProduct(r);
+  Vector p = y;
+  double ry = r.dot(y);
+  const double enough = 1e-8 * ry;
+  const int most = 10 + static_cast<int>(10.0 * std::cbrt(static_cast<double>(free.count())));
+  for (int i = 0; i < most && ry > enough; ++i) {
+    const Vector ap = free.restrict(apply(free.extend(p)));
+    const double alpha = ry / p.dot(ap);
+    z += alpha * p;
+    r -= alpha * ap;
+    y = inverse_diagonal.cwiseProduct(r);
+    const double next = r.dot(y);
+    p = y + (next / ry) * p;
+    ry = next;
+  }
+  x += free.extend(z);
+}
+
+}  // namespace tetraction

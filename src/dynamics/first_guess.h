@@ -1,0 +1,50 @@
+// Where the minimisation of an implicit step begins.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "tetraction/dynamics/step_problem.h"
+
+namespace tetraction {
+
+/// Puts the origin of a step problem to the natural guess with the lowest Φ: inertia alone; q_k
+/// itself; the last velocity kept, or going on to change as it did.
+class FirstGuess {
+ public:
+  /// Keeps a reference to `system`, which must live longer.
+  explicit FirstGuess(const MechanicalSystem& system);
+
+  /// Forgets earlier steps: the state or the system was changed from outside.
+  void reset();
+  /// Sets the origin. False where Φ is defined at none of the guesses, or where prescribed vertices
+  /// would crush or invert elements beside them: carry_along() has to be used then.
+  bool choose(StepProblem& problem, const State& state);
+  /// x ← x plus the harmonic extension of what its prescribed components lack to those of
+  /// problem.base(): the displacement with the least Σ V |∇u|² over the free coordinates.
+  void carry_along(const StepProblem& problem, Vector& x) const;
+  /// Whether the elements at prescribed vertices keep a fair part of the volume they have at `from`.
+  bool keeps_volumes(const Vector& from, const Vector& x) const;
+  /// After a step with this velocity; it is swapped for an older one. `elastic_energy`: at q_{k+1}.
+  void keep(Vector& velocity, double elastic_energy);
+
+ private:
+  static constexpr int kStay = 1;  // q_k; 0: inertia; 2 and above: velocities
+
+  void make(int guess, const StepProblem& problem, const State& state, Vector& x) const;
+
+  const MechanicalSystem& system_;
+  int best_ = 0;  // of the last step
+  // Velocities of the steps before the last one, and how many of them are known.
+  std::array<Vector, 2> earlier_;
+  int earlier_count_ = 0;
+  bool knows_energy_ = false;
+  double elastic_energy_ = 0.0;       // at q_k
+  std::vector<Index> moved_elements_;  // some of whose vertices are prescribed
+  Vector zero_;
+  Vector least_;
+  Vector trial_;
+  Vector gradient_;
+};
+
+}  // namespace tetraction
