@@ -39,7 +39,7 @@ class FirstGuess {
   std::array<Vector, 2> earlier_;
   int earlier_count_ = 0;
   bool knows_energy_ = false;
-  double elastic_energy_ = 0.0;       // at q_k
+  double elastic_energy_ = 0.0;        // at q_k
   std::vector<Index> moved_elements_;  // some of whose vertices are prescribed
   Vector zero_;
   Vector least_;

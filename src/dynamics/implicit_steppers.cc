@@ -54,10 +54,9 @@ class ImplicitStepper : public Stepper {
       return outcome;
     }
     // The midpoint rule may leave an element inverted at q_{k+1} although it is not at x.
-    const Evaluation end =
-        rule_ == Rule::kMidpoint
-            ? system_.elastic().value(next_.position, outcome.elastic_energy)
-            : problem_.elastic_energy(u_, outcome.elastic_energy);
+    const Evaluation end = rule_ == Rule::kMidpoint
+                               ? system_.elastic().value(next_.position, outcome.elastic_energy)
+                               : problem_.elastic_energy(u_, outcome.elastic_energy);
     if (!end.ok()) return inverted(outcome, end.failed_element);
     if (user_force_.size() > 0) {
       outcome.external_work = user_force_.dot(next_.position - state.position);
@@ -167,8 +166,7 @@ class ImplicitStepper : public Stepper {
       if (!problem_.needs_rate_estimate() || (i > 0 && report.iterations == 0)) return true;
       if (i == kEstimates) {
         outcome.status = StepStatus::kNotConverged;
-        outcome.message =
-            "the strain rate of the viscosity does not settle: take a smaller step";
+        outcome.message = "the strain rate of the viscosity does not settle: take a smaller step";
         return false;
       }
     }
@@ -250,8 +248,7 @@ class ImplicitStepper : public Stepper {
       }
       u_ -= system_.coordinates().extend(influence.col(size));
       const Matrix response = constraints.selector().transpose() * influence.leftCols(size);
-      const Vector way =
-          constraints.configuration((problem_.origin() - state.position) + u_);
+      const Vector way = constraints.configuration((problem_.origin() - state.position) + u_);
       const Vector free_end = start + stretch * (way - response * u);
       const MultiplierSolution solution = solve_multipliers(
           constraints, free_end, stretch * response, start,

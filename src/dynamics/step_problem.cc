@@ -61,9 +61,9 @@ void StepProblem::begin(const State& state, double h, double end_time, double al
 
 void StepProblem::prescribe_base(double time) {
   base_ = previous_;
-  system_.constraints().for_each_prescribed_way(
-      previous_, time,
-      [&](Index v, const Vector3& way) { vertex_block(base_, v) += alpha_ * way; });
+  system_.constraints().for_each_prescribed_way(previous_, time, [&](Index v, const Vector3& way) {
+    vertex_block(base_, v) += alpha_ * way;
+  });
 }
 
 void StepProblem::set_impulse(const Vector& impulse) {
@@ -124,8 +124,8 @@ double StepProblem::dissipated_energy(const Vector& u, double h) const {
   double drag = 0.0;
   if (damping.drag > 0.0 || damping.mass_damping > 0.0) {
     for (Index v = 0; v < system_.vertex_count(); ++v) {
-      const Vector3 way = (vertex_block(origin_, v) - vertex_block(previous_, v)) +
-                          vertex_block(u, v);
+      const Vector3 way =
+          (vertex_block(origin_, v) - vertex_block(previous_, v)) + vertex_block(u, v);
       drag += (damping.drag + damping.mass_damping * system_.mass()[v]) * way.squaredNorm();
     }
   }
@@ -139,8 +139,8 @@ Evaluation StepProblem::value(const Vector& u, double& phi) const {
     double sum = 0.0;
     for (Index v = begin; v < end; ++v) {
       const Vector3 d = vertex_block(u, v);
-      sum += d.dot(0.5 * vertex_block(coefficient_, v).cwiseProduct(d) -
-                   vertex_block(remainder_, v));
+      sum +=
+          d.dot(0.5 * vertex_block(coefficient_, v).cwiseProduct(d) - vertex_block(remainder_, v));
       if (curved_environment_) {
         sum += environment_rest(system_.environment(), system_.mass()[v],
                                 vertex_block(previous_, v), vertex_block(origin_, v) + d);
@@ -194,7 +194,8 @@ Evaluation StepProblem::value_and_full_gradient(const Vector& u, double& phi,
       const Vector3 stiff = vertex_block(coefficient_, v).cwiseProduct(d);
       const Vector3 rest = vertex_block(remainder_, v);
       sum += d.dot(0.5 * stiff - rest);
-      vertex_block(gradient, v) = vertex_block(std::as_const(elastic_.gradient), v) + (stiff - rest);
+      vertex_block(gradient, v) =
+          vertex_block(std::as_const(elastic_.gradient), v) + (stiff - rest);
       if (curved_environment_) {
         const double mass = system_.mass()[v];
         const Vector3 from = vertex_block(previous_, v);
@@ -213,8 +214,7 @@ Evaluation StepProblem::value_and_full_gradient(const Vector& u, double& phi,
 Evaluation StepProblem::hessian(const Vector& u, const SparsityPattern& pattern,
                                 double* values) const {
   std::fill(values, values + pattern.nonzeros(), 0.0);
-  const Evaluation status =
-      system_.elastic().add_hessian(Positions(origin_, u), pattern, values);
+  const Evaluation status = system_.elastic().add_hessian(Positions(origin_, u), pattern, values);
   if (!status.ok()) return status;
   viscous_.add_hessian(step_displacement(u), pattern, values);
   Matrix blocks = Matrix::Zero(3, system_.dof_count());

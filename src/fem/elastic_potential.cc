@@ -43,9 +43,9 @@ struct ElasticPotential::Impl {
   std::vector<MaterialModel> materials;
   std::vector<int> material_of_element;  // empty: one material everywhere
   ElementBlocks blocks;
-  std::vector<double> energies;        // per block
-  AlignedVector<double> rows;          // gradients, per row
-  std::vector<ShapeSums> shape_sums;   // per material
+  std::vector<double> energies;       // per block
+  AlignedVector<double> rows;         // gradients, per row
+  std::vector<ShapeSums> shape_sums;  // per material
 
   Impl(const RestState& rest_state, std::vector<MaterialModel> models,
        std::vector<int> index_of_element)
@@ -66,8 +66,8 @@ struct ElasticPotential::Impl {
         double longest = 0.0;
         for (std::size_t a = 0; a < nodes.size(); ++a) {
           for (std::size_t c = 0; c < a; ++c) {
-            longest = std::max(
-                longest, (rest.position(nodes[a]) - rest.position(nodes[c])).squaredNorm());
+            longest = std::max(longest,
+                               (rest.position(nodes[a]) - rest.position(nodes[c])).squaredNorm());
           }
         }
         sums.squared += shape * shape;
@@ -195,8 +195,8 @@ struct ElasticPotential::Impl {
     const auto add_one = [&](Index e) {
       std::visit(
           [&](const auto& m) {
-            pattern.scatter(e, element_hessian<Shape>(rest.element(e), m, rest.gather_relative(q, e)),
-                            values);
+            pattern.scatter(
+                e, element_hessian<Shape>(rest.element(e), m, rest.gather_relative(q, e)), values);
           },
           model);
     };

@@ -103,8 +103,7 @@ class RowAccess {
           const size_t from = slots[lane] + half;
           V edge = hn::Sub(hn::Load(d, rows + to), hn::Load(d, rows + from));
           if constexpr (kChanges) {
-            edge =
-                hn::Add(edge, hn::Sub(hn::Load(d, changes + to), hn::Load(d, changes + from)));
+            edge = hn::Add(edge, hn::Sub(hn::Load(d, changes + to), hn::Load(d, changes + from)));
           }
           return edge;
         };

@@ -198,13 +198,12 @@ void ViscousPotential::set_estimate(const Vector& displacement) {
   if (s.factor == 0.0) return;
   s.find_places();
   s.corrected = true;
-  s.for_each_block(*s.start, displacement,
-                   [&](Index, const ElementBlocks::Block& block, const double*,
-                       const double* displacements) {
-                     viscous_correction(
-                         s.blocks.batches(block), displacements,
-                         s.correction.data() + block.first_batch * kViscousNumbers * kBatchLanes);
-                   });
+  s.for_each_block(
+      *s.start, displacement,
+      [&](Index, const ElementBlocks::Block& block, const double*, const double* displacements) {
+        viscous_correction(s.blocks.batches(block), displacements,
+                           s.correction.data() + block.first_batch * kViscousNumbers * kBatchLanes);
+      });
 }
 
 void ViscousPotential::add_value(const Vector& displacement, double& value) const {

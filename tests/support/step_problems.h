@@ -30,9 +30,15 @@ inline State bending_state(const MechanicalSystem& system) {
   return state;
 }
 
-/// Begins the step to time h from `state`; α = 1 is backward Euler.
+/// Puts the origin to zero, so that the problem's displacements are the positions themselves.
+inline void measure_from_zero(StepProblem& problem) {
+  problem.set_origin(Vector::Zero(problem.system().dof_count()));
+}
+
+/// Begins the step to time h from `state`, with positions as the unknowns; α = 1 is backward Euler.
 inline void begin(StepProblem& problem, const State& state, double h = kStep, double alpha = 1.0) {
   problem.begin(state, h, h, alpha, {});
+  measure_from_zero(problem);
 }
 
 /// The bending step of a clamped block under gravity.

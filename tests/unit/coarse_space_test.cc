@@ -100,8 +100,7 @@ class CoarseSpaceOf : public testing::TestWithParam<std::size_t> {
     const VertexGroups groups(system_.rest());
     ASSERT_GT(groups.count(), 3);
     TangentOperator<T> tangent(system_.elastic(), groups.order());
-    ViscousPotential viscous(system_.elastic());
-    tangent.set(q_, viscous);
+    tangent.set(q_);
     CoarseSpace<T> space(system_, groups);
     ASSERT_TRUE(space.update(
         tangent, [&](Index place) { return vertex_term(groups.vertex(place)); }, q_));
@@ -113,7 +112,7 @@ class CoarseSpaceOf : public testing::TestWithParam<std::size_t> {
     EXPECT_LT((found - expected).norm(), tolerance * expected.norm());
     // Once more, from another point: nothing is left of the first.
     q_ = strained_state(system_.elastic(), system_.mesh().rest_positions(), 0.05);
-    tangent.set(q_, viscous);
+    tangent.set(q_);
     ASSERT_TRUE(space.update(
         tangent, [&](Index place) { return vertex_term(groups.vertex(place)); }, q_));
     const Matrix p2 = motions(groups);
@@ -137,7 +136,7 @@ TEST_P(CoarseSpaceOf, InvertsTheProjectedMatrixInSinglePrecision) {
 TEST_P(CoarseSpaceOf, IsBitwiseTheSameForAnyNumberOfThreads) {
   const VertexGroups groups(system_.rest());
   TangentOperator<float> tangent(system_.elastic(), groups.order());
-  tangent.set(q_, ViscousPotential(system_.elastic()));
+  tangent.set(q_);
   const Vector right = jiggled(Vector::Zero(6 * groups.count()), 1.0);
   std::vector<Vector> found;
   for (const int threads : {1, 2, 4}) {
@@ -155,7 +154,7 @@ TEST_P(CoarseSpaceOf, IsBitwiseTheSameForAnyNumberOfThreads) {
 TEST_P(CoarseSpaceOf, SaysWhenTheMatrixIsNotPositiveDefinite) {
   const VertexGroups groups(system_.rest());
   TangentOperator<double> tangent(system_.elastic(), groups.order());
-  tangent.set(q_, ViscousPotential(system_.elastic()));
+  tangent.set(q_);
   CoarseSpace<double> space(system_, groups);
   EXPECT_FALSE(space.update(
       tangent, [](Index) { return Matrix3(-1e9 * Matrix3::Identity()); }, q_));
@@ -171,7 +170,7 @@ TEST(CoarseSpace, TakesGroupsWithTooFewFreeVertices) {
   const Vector q = system.mesh().rest_positions();
   const VertexGroups groups(system.rest());
   TangentOperator<double> tangent(system.elastic(), groups.order());
-  tangent.set(q, ViscousPotential(system.elastic()));
+  tangent.set(q);
   CoarseSpace<double> space(system, groups);
   ASSERT_TRUE(space.update(
       tangent, [](Index) { return Matrix3(Matrix3::Zero()); }, q));

@@ -123,8 +123,8 @@ TEST_P(ElasticPotentialOf, HessianAndProductAreTheDerivativeOfTheGradient) {
   double energy = 0.0;
   Vector above;
   Vector below;
-  ASSERT_TRUE(potential_.value_and_gradient(q + kStep * direction, energy, above).ok());
-  ASSERT_TRUE(potential_.value_and_gradient(q - kStep * direction, energy, below).ok());
+  ASSERT_TRUE(potential_.value_and_gradient(Vector(q + kStep * direction), energy, above).ok());
+  ASSERT_TRUE(potential_.value_and_gradient(Vector(q - kStep * direction), energy, below).ok());
   const Vector difference = (above - below) / (2.0 * kStep);
   Vector product;
   potential_.product(q, direction, product);

@@ -33,6 +33,7 @@ class StiffBeam : public testing::Test {
 
   void begin(double h) {
     problem_.begin(state_, h, h, 1.0, Vector::Zero(system_.dof_count()));
+    measure_from_zero(problem_);
     double phi = 0.0;
     ASSERT_TRUE(problem_.value_and_full_gradient(state_.position, phi, gradient_).ok());
   }

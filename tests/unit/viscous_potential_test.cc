@@ -23,13 +23,13 @@ class Viscosity : public testing::TestWithParam<std::int64_t> {
 
   double value(const Vector& x) const {
     double energy = 0.0;
-    viscous_.add_value(x, energy);
+    viscous_.add_value(x - start_, energy);
     return energy;
   }
   Vector gradient(const Vector& x) const {
     double energy = 0.0;
     Vector result = Vector::Zero(x.size());
-    viscous_.add_value_and_gradient(x, energy, result);
+    viscous_.add_value_and_gradient(x - start_, energy, result);
     EXPECT_EQ(energy, value(x));
     return result;
   }
@@ -43,7 +43,8 @@ class Viscosity : public testing::TestWithParam<std::int64_t> {
 };
 
 TEST_P(Viscosity, GradientAndHessianAreDerivatives) {
-  viscous_.begin(start_, jiggled(Vector::Zero(x_.size()), 0.1, 3), 700.0);
+  viscous_.begin(start_, 700.0);
+  viscous_.set_estimate(jiggled(Vector::Zero(x_.size()), 0.05, 3));
   const Vector direction = jiggled(Vector::Zero(x_.size()), 1.0, 5);
   const double h = 1e-6;
   const Vector g = gradient(x_);
@@ -53,7 +54,7 @@ TEST_P(Viscosity, GradientAndHessianAreDerivatives) {
   const Vector bend = (gradient(x_ + h * direction) - gradient(x_ - h * direction)) / (2.0 * h);
   const SparsityPattern pattern(rest_, FreeCoordinates(mesh_.vertex_count()));
   std::vector<double> values(static_cast<std::size_t>(pattern.nonzeros()), 0.0);
-  viscous_.add_hessian(x_, pattern, values.data());
+  viscous_.add_hessian(x_ - start_, pattern, values.data());
   Vector product = Vector::Zero(x_.size());
   for (Index j = 0; j < pattern.size(); ++j) {
     for (int k = pattern.column_begin()[static_cast<std::size_t>(j)];
@@ -109,7 +110,7 @@ TEST_P(Viscosity, TakesNoMomentumAndOnlyEnergy) {
   EXPECT_LT(torque(x_, force).norm(), 1e-12 * force.norm());
   EXPECT_LT(force.dot(velocity), 0.0);
 
-  viscous_.begin(start_, Vector(), 700.0);
+  viscous_.begin(start_, 700.0);
   const Vector g = gradient(x_);
   EXPECT_LT(torque(x_, g).norm(), 1e-12 * g.norm());
 }
@@ -124,8 +125,8 @@ TEST_P(Viscosity, DoesNotResistRigidMotion) {
   viscous_.add_force(50.0, x_, velocity, force);
   EXPECT_LT(force.norm(), 1e-11);
 
-  // Backward Euler: x is q_k turned by any angle. Midpoint: half way to the turned q_{k+1}, with a
-  // velocity of that rotation; what is left is of the third order in the angle.
+  // Backward Euler: x is q_k turned by any angle. Midpoint: x is half way to the turned q_{k+1}, and
+  // Ė = sym(Fᵀ(F − F_k))/s is zero for a rotation by any angle, since |F + ΔF| = |F − ΔF|.
   const auto turned = [&](double angle) {
     const Matrix3 r = Eigen::AngleAxisd(angle, w.normalized()).toRotationMatrix();
     Vector q(start_.size());
@@ -134,17 +135,35 @@ TEST_P(Viscosity, DoesNotResistRigidMotion) {
     }
     return q;
   };
-  viscous_.begin(start_, Vector(), 700.0);
+  viscous_.begin(start_, 700.0);
   EXPECT_LT(gradient(turned(1.0)).norm(), 1e-9);
-  const auto left = [&](double angle) {
-    Vector displacement(start_.size());
-    for (Index v = 0; v < mesh_.vertex_count(); ++v) {
-      displacement.segment<3>(3 * v) = angle * w.normalized().cross(start_.segment<3>(3 * v));
+  const Vector middle = 0.5 * (start_ + turned(1.0));
+  viscous_.set_estimate(middle - start_);
+  EXPECT_LT(gradient(middle).norm(), 1e-9);
+}
+
+// With the estimate at x itself the stress is that of Ė = sym(Fᵀ(F − F_k))/s, and the force does work
+// against the displacement, however large it is.
+TEST_P(Viscosity, RateOfTheMotionAtTheMidpoint) {
+  const Vector far = jiggled(x_, 0.5, 11);
+  viscous_.begin(start_, 700.0);
+  viscous_.set_estimate(far - start_);
+  Vector expected = Vector::Zero(x_.size());
+  for (Index e = 0; e < rest_.element_count(); ++e) {
+    const auto element = rest_.element(e);
+    const Matrix3 f = deformation_gradient(element, 0, rest_.gather(far, e));
+    const Matrix3 change = f - deformation_gradient(element, 0, rest_.gather(start_, e));
+    const Matrix3 rate = f.transpose() * change;
+    const RestState::Shape::NodeMatrix local =
+        element.weights[0] * f * 700.0 * (rate + rate.transpose()) * element.gradients[0];
+    for (int a = 0; a < 4; ++a) {
+      expected.segment<3>(3 * rest_.nodes(e)[static_cast<std::size_t>(a)]) += local.col(a);
     }
-    viscous_.begin(start_, displacement, 700.0);
-    return gradient(0.5 * (start_ + turned(angle))).norm();
-  };
-  EXPECT_LT(left(0.05), left(0.1) / 7.0);
+  }
+  const Vector g = gradient(far);
+  ASSERT_GT(g.norm(), 1.0);
+  EXPECT_LT((g - expected).norm(), 1e-12 * expected.norm());
+  EXPECT_NEAR(g.dot(far - start_), 2.0 * value(far), 1e-12 * value(far));
 }
 
 INSTANTIATE_TEST_SUITE_P(All, Viscosity, testing::ValuesIn(instruction_sets()),

@@ -65,8 +65,8 @@ class ElasticPotential {
 
   /// What residual limits are made of.
   struct ShapeSums {
-    double squared = 0.0;    ///< Σ (V Σ_a |∇N_a|²)² over the elements of a material, m²
-    double with_edges = 0.0; ///< Σ (V Σ_a |∇N_a|² L)² with L the longest rest edge, m⁴
+    double squared = 0.0;     ///< Σ (V Σ_a |∇N_a|²)² over the elements of a material, m²
+    double with_edges = 0.0;  ///< Σ (V Σ_a |∇N_a|² L)² with L the longest rest edge, m⁴
   };
   const ShapeSums& shape_sums(std::size_t material) const;
   /// The layout of the fast loops (private to the library).
