@@ -29,6 +29,12 @@ void Books::enter(const State& state, const StepOutcome& outcome) {
   angular_impulse_ += outcome.angular_impulse;
   residual_angular_impulse_ += outcome.residual_angular_impulse;
 
+  largest_allowed_residual_ = std::max(largest_allowed_residual_, outcome.minimizer.asked_limit);
+  if (outcome.minimizer.limited_by_round_off()) {
+    ++limited_steps_;
+    largest_limited_residual_ = std::max(largest_limited_residual_, outcome.minimizer.residual);
+  }
+
   largest_environment_exchange_ =
       std::max(largest_environment_exchange_,
                std::abs(energies_.environment - initial_energies_.environment));

@@ -60,12 +60,9 @@ class ExplicitStepper : public Stepper {
     next_.position.resize(system_.dof_count());
     if (system_.constraints().has_springs()) reaction_.setZero();
     for (const Index v : tied_) vertex_block(reaction_, v).setZero();
-    if (damped) {
-      damping_.setZero(system_.dof_count());
-      system_.velocity_of(state.momentum, velocity_);
-    }
+    if (damped) system_.velocity_of(state.momentum, velocity_);
 
-    const VertexKick first = kick(state.position, state.time, kick_step, outcome);
+    const VertexKick first = kick(state.position, state.time, kick_step, When::kFirst, outcome);
     if (!move(first, h, state)) {
       outcome.status = StepStatus::kNotFinite;
       return outcome;
@@ -77,10 +74,14 @@ class ExplicitStepper : public Stepper {
     }
     if (halves_ == 2) {
       if (damped) predict_velocity(kick_step);
-      const VertexKick second = kick(next_.position, next_.time, kick_step, outcome);
+      const VertexKick second = kick(next_.position, next_.time, kick_step, When::kLast, outcome);
       parallel_for(system_.vertex_count(), kGrain, [&](Index begin, Index end) {
         kick_only(begin, end, second, next_.momentum.data());
       });
+    }
+    if (damped && !(outcome.dissipated_energy >= 0.0)) {
+      outcome.status = StepStatus::kOverdamped;
+      return outcome;
     }
     end_drift(h, outcome);
     finish(state, h, outcome);
@@ -89,9 +90,12 @@ class ExplicitStepper : public Stepper {
   }
 
  private:
+  // Whether a kick comes before or after the drift.
+  enum class When { kFirst, kLast };
+
   // f + m a − ∇W, with f holding whatever is not a uniform environment; enters the impulses of all
   // outer forces at positions q. Damping is that of velocity_.
-  VertexKick kick(const Vector& q, double time, double dt, StepOutcome& outcome) {
+  VertexKick kick(const Vector& q, double time, double dt, When when, StepOutcome& outcome) {
     VertexKick kick;
     kick.mass = system_.mass().data();
     kick.inverse_mass = system_.inverse_mass().data();
@@ -128,12 +132,26 @@ class ExplicitStepper : public Stepper {
       outer_ -= work_;
       system_.add_viscous_force(q, velocity_, work_);
       outer_ += work_;
-      damping_ += dt * work_;
+      outcome.dissipated_energy += dissipated_by(dt, when);
     } else {
       add_impulse(q, outer_, dt, outcome);
     }
     kick.force = outer_.data();
     return kick;
+  }
+
+  // The kinetic energy that the damping forces f in work_, at velocities v in velocity_, take by their
+  // impulse in a time dt, J: −dt fᵀ(v ± ½ dt M⁻¹f), as if the impulse came before all others of the
+  // step, or after them. Never negative as long as it turns no velocity around.
+  double dissipated_by(double dt, When when) {
+    const double rate = -work_.dot(velocity_);
+    free_damping_ = work_;
+    system_.coordinates().project_momentum(system_.mass(), free_damping_);
+    double square = 0.0;
+    for (Index v = 0; v < system_.vertex_count(); ++v) {
+      square += system_.inverse_mass()[v] * vertex_block(free_damping_, v).squaredNorm();
+    }
+    return dt * (rate + (when == When::kFirst ? -0.5 : 0.5) * dt * square);
   }
 
   // outer_ ← environment and user forces at q.
@@ -251,7 +269,6 @@ class ExplicitStepper : public Stepper {
           (vertex_block(next_.position, v) - vertex_block(state.position, v)) / h;
     }
     if (user_force_.size() > 0) outcome.external_work = h * user_force_.dot(next_.velocity);
-    if (!system_.damping().none()) outcome.dissipated_energy = -damping_.dot(next_.velocity);
     if (!constraints.empty()) outcome.constraint_work = constraint_work(state, next_);
     outcome.elastic_energy = force_.elastic_energy();
     next_.step = state.step + 1;
@@ -273,7 +290,7 @@ class ExplicitStepper : public Stepper {
   Vector outer_;
   Vector work_;
   Vector velocity_;  // that damping is of
-  Vector damping_;   // impulse of the damping forces in this step
+  Vector free_damping_;  // the part of damping forces that changes the free momenta
   Matrix before_;    // momenta of the constrained vertices
   Vector multipliers_;
 };

@@ -279,6 +279,10 @@ bool Session::step() {
     case StepStatus::kNotFinite:
       s.stop(RunStatus::kUnstable, "positions or momenta overflowed", s.hottest_element());
       return false;
+    case StepStatus::kOverdamped:
+      s.stop(RunStatus::kUnstable,
+             "the damping forces of one step would turn velocities around and give energy", -1);
+      return false;
     case StepStatus::kNotConverged:
       s.stop(RunStatus::kNotConverged,
              outcome.minimizer.iterations == 0

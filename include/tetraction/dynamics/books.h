@@ -48,6 +48,16 @@ class Books {
   /// Σ over steps of their angular impulse (StepOutcome), over the same scale.
   double allowed_angular_momentum_drift() const;
 
+  /// Implicit steps that are as good as double precision allows but not as good as the tolerance asks
+  /// for.
+  Index steps_limited_by_round_off() const { return limited_steps_; }
+  /// The largest residual that such a step was left with, over the largest residual that the tolerance
+  /// allowed in any step; 0 without such steps. Above 1 the tolerance has not been reached.
+  double residual_over_tolerance() const {
+    return largest_allowed_residual_ > 0.0 ? largest_limited_residual_ / largest_allowed_residual_
+                                           : 0.0;
+  }
+
  private:
   const MechanicalSystem& system_;
   Energies initial_energies_;
@@ -71,6 +81,9 @@ class Books {
   double largest_angular_drift_ = 0.0;
   double linear_scale_ = 0.0;
   double angular_scale_ = 0.0;
+  Index limited_steps_ = 0;
+  double largest_limited_residual_ = 0.0;
+  double largest_allowed_residual_ = 0.0;
 };
 
 }  // namespace tetraction

@@ -26,7 +26,9 @@ enum class StepStatus {
   kOk,
   kInverted,     ///< an element is inverted where its energy is needed
   kNotFinite,    ///< a position or momentum overflowed
-  kNotConverged  ///< the minimiser gave up
+  kNotConverged,  ///< the minimiser gave up
+  kOverdamped  ///< explicit rules: the damping forces of the step are so large that they would turn
+               ///< velocities around and give energy instead of taking it
 };
 
 /// What one step did, for the books.
@@ -37,7 +39,7 @@ struct StepOutcome {
   MinimizerReport minimizer;                  ///< implicit steps only
   double elastic_energy = 0.0;                ///< W_elastic(q_{k+1}), J
   double external_work = 0.0;                 ///< of the user forces, J
-  double dissipated_energy = 0.0;             ///< by drag, mass damping and viscosity, J
+  double dissipated_energy = 0.0;  ///< by drag, mass damping and viscosity, J; never negative
   double constraint_work = 0.0;               ///< of moving targets and penalty springs, J
   Vector3 linear_impulse = Vector3::Zero();   ///< of loads, damping, environment, reactions, N s
   Vector3 angular_impulse = Vector3::Zero();  ///< the same about the origin, N m s
