@@ -1,13 +1,33 @@
 #include "tangent_operator.h"
 
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <utility>
 
 #include "isotropic_moduli.h"
 #include "tetraction/core/parallel.h"
 
 namespace tetraction {
+namespace {
+
+// Symmetric matrices are stored as xx xy xz yy yz zz.
+constexpr int kPacked[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
+
+// The multiple of `metric` that has to be added to `stress` before no eigenvalue of it with respect
+// to `metric` is below `floor`.
+double missing(const Matrix3& stress, const Matrix3& metric, double floor) {
+  const Eigen::LLT<Matrix3> root(metric);
+  if (root.info() != Eigen::Success) return 0.0;
+  Matrix3 scaled = root.matrixL().solve(stress);
+  scaled = root.matrixL().solve(scaled.transpose()).eval();
+  const Eigen::SelfAdjointEigenSolver<Matrix3> eigen(scaled, Eigen::EigenvaluesOnly);
+  return std::max(0.0, floor - eigen.eigenvalues()[0]);
+}
+
+}  // namespace
 
 template <class T>
 bool TangentOperator<T>::supports(const ElasticPotential& elastic) {
@@ -66,6 +86,51 @@ void TangentOperator<T>::set(const Vector& q, const ViscousPotential* viscous,
       if (viscous_) viscous->add_tangent(b, displacement, form(block), state);
     }
   });
+}
+
+// With Z = w deᵀ the spatial terms are de:(de T) + k Z:Zᵀ + l (tr Z)², and Z:Zᵀ = 2|sym Z|² − |Z|²,
+// |Z|² = de:(de wᵀw): positive where T − |k| wᵀw is. The metric terms are where T is.
+template <class T>
+void TangentOperator<T>::convexify() {
+  parallel_for(blocks_.block_count(), 1, [&](Index begin, Index end) {
+    for (Index b = begin; b < end; ++b) {
+      const ElementBlocks::Block& block = blocks_.block(b);
+      const TangentForm kind = form(block);
+      T* state = state_.data() + begin_[static_cast<std::size_t>(b)];
+      for (Index batch = 0; batch < block.batch_count; ++batch) {
+        for (int lane = 0; lane < kBatchLanes; ++lane) {
+          if (blocks_.element(block.first_batch + batch, lane) >= 0) convexify(kind, state + lane);
+        }
+        state += tangent_numbers(kind) * kBatchLanes;
+      }
+    }
+  });
+}
+
+template <class T>
+void TangentOperator<T>::convexify(TangentForm kind, T* state) {
+  const auto number = [&](int i) -> T& { return state[i * kBatchLanes]; };
+  const auto symmetric = [&](int first) {
+    Matrix3 m;
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) m(i, j) = static_cast<double>(number(first + kPacked[i][j]));
+    }
+    return m;
+  };
+  Matrix3 metric;
+  double floor = 0.0;
+  if (kind == TangentForm::kMetric) {
+    metric = symmetric(tangent_metric_offset(kind) + 9);
+  } else {
+    Matrix3 w;
+    for (int i = 0; i < 9; ++i) w(i % 3, i / 3) = static_cast<double>(number(6 + i));
+    metric = w.transpose() * w;
+    floor = std::abs(static_cast<double>(number(15)));
+  }
+  const double added = missing(symmetric(0), metric, floor);
+  for (int i = 0; i < 3; ++i) {
+    for (int j = i; j < 3; ++j) number(kPacked[i][j]) += static_cast<T>(added * metric(i, j));
+  }
 }
 
 template <class T>

@@ -30,6 +30,11 @@ class TangentOperator {
     set(q, viscous.factor() == 0.0 ? nullptr : &viscous, displacement);
   }
 
+  /// Makes K (nearly) positive semidefinite: takes the compressive part of every element's initial
+  /// stress away, as a multiple of the deformed metric on which the smallest principal stress vanishes.
+  /// Exactly positive semidefinite for neo-Hookean and Saint Venant–Kirchhoff solids. Until set().
+  void convexify();
+
   /// The rows of K x: a vertex' part is the sum over its rows (row_sum).
   void multiply(const T* x);
   /// Σ of the rows of the vertex at a place after multiply().
@@ -57,6 +62,7 @@ class TangentOperator {
     return total;
   }
   TangentForm form(const ElementBlocks::Block& block) const;
+  static void convexify(TangentForm kind, T* state);
   const T* state(Index b) const { return state_.data() + begin_[static_cast<std::size_t>(b)]; }
   void copy_rows(const ElementBlocks::Block& block, const T* x, T* rows) const {
     const std::int32_t* places = row_place_.empty() ? nullptr : row_place_.data();

@@ -8,9 +8,16 @@
 #include "tetraction/core/parallel.h"
 
 namespace tetraction {
+namespace {
+
+constexpr double kSeed = 0.1;  // of the residual asked for: the last solve's residual in this one
+constexpr double kCertain = 1e-6;  // residual at which there is no more to be found
+
+}  // namespace
 
 AssembledSystem::AssembledSystem(const MechanicalSystem& system)
-    : pattern_(system.rest(), system.coordinates()),
+    : coordinates_(system.coordinates()),
+      pattern_(system.rest(), system.coordinates()),
       cholesky_(pattern_),
       values_(static_cast<std::size_t>(pattern_.nonzeros())) {}
 
@@ -42,6 +49,29 @@ bool AssembledSystem::factorize() {
   has_single_ = false;
   has_factor_ = cholesky_.factorize(values_);
   return has_factor_;
+}
+
+bool AssembledSystem::factorize_projected(const StepProblem& problem, const Vector& x) {
+  std::vector<double> exact(values_.size());
+  exact.swap(values_);
+  assemble_projected(problem, x);
+  const bool done = factorize();
+  exact.swap(values_);
+  return done;
+}
+
+NegativeCurvature AssembledSystem::find_negative_curvature(const StepProblem& problem,
+                                                           const Vector& x) {
+  constexpr int kMost = 500;
+  if (!assemble(problem, x) || factorize() || !factorize_projected(problem, x)) return {};
+  Vector ignored;
+  const CgReport cg =
+      solve(pseudo_random(size()), Preconditioner::kFactor, kCertain, kMost, ignored);
+  return cg.negative_curvature ? negative_curvature() : NegativeCurvature();
+}
+
+NegativeCurvature AssembledSystem::negative_curvature() const {
+  return {coordinates_.extend(curved_direction_), curvature_};
 }
 
 SinglePrecisionFactor& AssembledSystem::single_precision_factor() {
@@ -88,7 +118,14 @@ CgReport AssembledSystem::solve(const Vector& right, Preconditioner precondition
     return z;
   };
   solution.setZero(right.size());
-  Vector r = right;
+  if (residual_.size() != right.size()) residual_ = pseudo_random(right.size());
+  Vector& r = residual_;
+  const double share = kSeed * forcing * right.norm() / r.norm();
+  if (std::isfinite(share)) {
+    r = right + share * r;
+  } else {
+    r = right;
+  }
   Vector z = precondition(r);
   Vector p = z;
   Vector ap;
@@ -111,6 +148,8 @@ CgReport AssembledSystem::solve(const Vector& right, Preconditioner precondition
     const double curvature = p.dot(ap);
     if (!(curvature > 0.0)) {
       report.negative_curvature = true;
+      curved_direction_ = p;
+      curvature_ = curvature;
       if (report.iterations == 1) solution = p;
       break;
     }

@@ -30,10 +30,20 @@ class AssembledSystem {
   /// Frees the numbers of the factor in double precision: two thirds of the memory of both.
   void release_double_precision() { cholesky_.release_factor(); }
 
+  /// After factorize() failed: the factor of the matrix that assemble_projected() makes, to
+  /// precondition with; the matrix itself stays. False if that failed as well.
+  bool factorize_projected(const StepProblem& problem, const Vector& x);
+  /// Factorises the Hessian at x. Where it is not positive definite, looks for a direction of negative
+  /// curvature by conjugate gradients on a pseudo-random right-hand side, preconditioned by the
+  /// projected factor. Nothing is found where Φ is not defined or the matrix is semidefinite.
+  NegativeCurvature find_negative_curvature(const StepProblem& problem, const Vector& x);
+
   enum class Preconditioner { kDiagonal, kSinglePrecisionFactor, kFactor };
   /// solution ≈ A⁻¹ right to a relative residual of `forcing`, |r|₂/|right|₂.
   CgReport solve(const Vector& right, Preconditioner preconditioner, double forcing,
                  int max_iterations, Vector& solution);
+  /// After a solve that met negative curvature: the direction, whose length says nothing.
+  NegativeCurvature negative_curvature() const;
 
   Index size() const { return pattern_.size(); }
   Index nonzeros() const { return pattern_.nonzeros(); }
@@ -42,9 +52,13 @@ class AssembledSystem {
  private:
   void multiply(const Vector& x, Vector& y) const;
 
+  const FreeCoordinates& coordinates_;
   SparsityPattern pattern_;
   SparseCholesky cholesky_;
   std::vector<double> values_;
+  Vector residual_;  // of the last solve
+  Vector curved_direction_;
+  double curvature_ = 0.0;
   SinglePrecisionFactor single_;
   bool has_factor_ = false;
   bool has_single_ = false;

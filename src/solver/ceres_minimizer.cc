@@ -96,11 +96,13 @@ class CeresMinimizer : public Minimizer {
     // the cost, refuses the last steps: these are judged by the gradient. Should that fail as well,
     // Ceres goes on from there with a smaller constant under the root, which costs fewer digits.
     // Where elements' Hessians are clamped Ceres converges slowly: then, too, Newton's method on
-    // the exact Hessian is tried now and then.
+    // the exact Hessian is tried now and then. Where that Hessian is not positive definite at the end
+    // of it all, Ceres begins anew further down a direction of negative curvature.
     double shift = shift_density(problem);
     for (int stalls = 0; stalls < kStalls;) {
       const bool went_on = solve(problem, shift, report);
       if (report.termination == Termination::kNoProgress) polish(problem, report);
+      if (leave_saddle(problem, report)) continue;
       if (report.termination != Termination::kNoProgress) break;
       if (went_on) continue;
       ++stalls;
@@ -213,6 +215,23 @@ class CeresMinimizer : public Minimizer {
     }
   }
 
+  // x_ ← a point lower down a direction of negative curvature, if there is one at the end of a solve.
+  bool leave_saddle(const StepProblem& problem, MinimizerReport& report) {
+    if (!report.converged() && report.termination != Termination::kNoProgress) return false;
+    ++report.factorizations;
+    const NegativeCurvature way = assembled().find_negative_curvature(problem, x_);
+    if (!way.found()) return false;
+    ++report.factorizations;
+    Vector gradient;
+    if (!problem.value_and_full_gradient(x_, phi_, gradient).ok()) return false;
+    if (!follow(problem, way, phi_, gradient, x_)) return false;
+    ++report.iterations;
+    assess(problem, report);
+    if (report.iterations < options_.max_iterations) return true;
+    report.termination = Termination::kIterationLimit;
+    return false;
+  }
+
   // Newton steps with the exact Hessian, each shortened until it halves the gradient or lowers Φ; the
   // matrix has to be positive definite, so that this cannot end at a saddle point.
   void polish(const StepProblem& problem, MinimizerReport& report) {
@@ -249,8 +268,12 @@ class CeresMinimizer : public Minimizer {
 
   // CHOLMOD's factor of the assembled Hessian; false if it is not positive definite.
   bool factorize(const StepProblem& problem, const Vector& x) {
+    return assembled().assemble(problem, x) && assembled().factorize();
+  }
+
+  AssembledSystem& assembled() {
     if (!assembled_) assembled_ = std::make_unique<AssembledSystem>(system_);
-    return assembled_->assemble(problem, x) && assembled_->factorize();
+    return *assembled_;
   }
 
   const MechanicalSystem& system_;

@@ -1,5 +1,6 @@
 #include "matrix_free_cg.h"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <array>
 #include <cmath>
@@ -8,6 +9,9 @@
 
 namespace tetraction {
 namespace {
+
+constexpr double kSeed = 0.5;            // of the residual asked for, …
+constexpr double kSeedWithFactor = 0.1;  // … is what comes from the last solve
 
 // The part of x along the directions in which the vertex may move. Reactions are kept out of
 // residuals like this: next to them the rest would be round-off.
@@ -51,6 +55,14 @@ MatrixFreeCg<T>::MatrixFreeCg(const MechanicalSystem& system)
   const auto size = static_cast<std::size_t>(4 * system.vertex_count());
   for (AlignedVector<T>* field : {&diagonal_, &x_, &r_, &p_, &z_, &ap_}) field->resize(size);
   inverse_.resize(3 * size);
+  const Vector seed = pseudo_random(system.dof_count());
+  for_places([&](Index i) {
+    const Index v = groups_.vertex(i);
+    Vector3 own = vertex_block(seed, v);
+    if (!system.coordinates().is_free(v)) own = project(system.coordinates(), v, own);
+    row(r_, i) = Eigen::Vector4d(own[0], own[1], own[2], 0.0).template cast<T>();
+  });
+  last_ = seed.squaredNorm();
 }
 
 template <class T>
@@ -70,6 +82,58 @@ void MatrixFreeCg<T>::set(const StepProblem& problem, const Vector& u) {
       row(off_, i) = Eigen::Vector4d(h(0, 1), h(0, 2), h(1, 2), 0.0).template cast<T>();
     }
     row(diagonal_, i) = Eigen::Vector4d(on[0], on[1], on[2], 0.0).template cast<T>();
+  });
+}
+
+template <class T>
+void MatrixFreeCg<T>::convexify() {
+  operator_.convexify();
+  has_blocks_ = false;
+  if (!curved_) return;
+  for_places([&](Index i) {
+    const Row on = row(diagonal_, i);
+    const Row off = row(off_, i);
+    Eigen::Matrix<T, 3, 3> block = on.template head<3>().asDiagonal();
+    block(1, 0) = off[0];
+    block(2, 0) = off[1];
+    block(2, 1) = off[2];
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<T, 3, 3>> eigen(block);
+    block = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(T(0)).asDiagonal() *
+            eigen.eigenvectors().transpose();
+    row(diagonal_, i) = Row(block(0, 0), block(1, 1), block(2, 2), T(0));
+    row(off_, i) = Row(block(1, 0), block(2, 0), block(2, 1), T(0));
+  });
+}
+
+template <class T>
+NegativeCurvature MatrixFreeCg<T>::negative_curvature() const {
+  NegativeCurvature way;
+  way.curvature = curvature_;
+  copy(p_, way.direction);
+  return way;
+}
+
+template <class T>
+double MatrixFreeCg<T>::curvature(const Vector& d) {
+  const double scale = d.lpNorm<Eigen::Infinity>();
+  if (!(scale > 0.0)) return 0.0;
+  for_places([&](Index i) {
+    const Vector3 own = vertex_block(d, groups_.vertex(i)) / scale;
+    row(p_, i) = Eigen::Vector4d(own[0], own[1], own[2], 0.0).template cast<T>();
+  });
+  return multiply() * scale * scale;
+}
+
+// vector ← field, 3 per vertex, along the directions in which the vertices may move.
+template <class T>
+void MatrixFreeCg<T>::copy(const AlignedVector<T>& field, Vector& vector) const {
+  const FreeCoordinates& coordinates = system_.coordinates();
+  vector.resize(3 * system_.vertex_count());
+  for_places([&](Index i) {
+    const Index v = groups_.vertex(i);
+    Vector3 own = row(field, i).template head<3>().template cast<double>();
+    if (!coordinates.is_free(v)) own = project(coordinates, v, own);
+    vertex_block(vector, v) = own;
   });
 }
 
@@ -170,17 +234,21 @@ auto MatrixFreeCg<T>::allowed(const Row& x, Index place) const -> Row {
   return coordinates.is_free(v) ? x : project(coordinates, v, x);
 }
 
-// x = 0, r = −gradient/scale, so that single precision holds any units.
+// x = 0, r = −gradient/scale, so that single precision holds any units, and a part of the last
+// solve's residual, of size `share`.
 template <class T>
-auto MatrixFreeCg<T>::start(const Vector& gradient, double scale) -> Products {
+auto MatrixFreeCg<T>::start(const Vector& gradient, double scale, double share) -> Products {
   const FreeCoordinates& coordinates = system_.coordinates();
+  const T kept =
+      last_ > 0.0 && std::isfinite(last_) ? static_cast<T>(share / std::sqrt(last_)) : T(0);
   for_places([&](Index i) {
     const Index v = groups_.vertex(i);
     Vector3 g = vertex_block(gradient, v) / -scale;
     if (!coordinates.is_free(v)) g = project(coordinates, v, g);
     row(x_, i).setZero();
     row(ap_, i).setZero();
-    row(r_, i) = Eigen::Vector4d(g[0], g[1], g[2], 0.0).template cast<T>();
+    const Row own = Eigen::Vector4d(g[0], g[1], g[2], 0.0).template cast<T>();
+    row(r_, i) = kept > T(0) ? Row(own + kept * row(r_, i)) : own;
   });
   return start_direction();
 }
@@ -344,7 +412,8 @@ CgReport MatrixFreeCg<T>::run(const Vector& gradient, double forcing, int max_it
     report.converged = true;
     return report;
   }
-  Products products = start(gradient, scale);
+  Products products =
+      start(gradient, scale, (factor == nullptr ? kSeed : kSeedWithFactor) * forcing);
   const double first = products.rr;
   const auto digits = [&] { return 0.5 * std::log10(first / products.rr); };
   int counted = 0;  // iterations and digits that the choice knows of already
@@ -365,6 +434,7 @@ CgReport MatrixFreeCg<T>::run(const Vector& gradient, double forcing, int max_it
     const double curvature = multiply();
     if (!(curvature > 0.0)) {
       report.negative_curvature = true;
+      curvature_ = curvature;
       if (report.iterations == 1) x_ = p_;  // the preconditioned gradient itself
       break;
     }
@@ -374,17 +444,12 @@ CgReport MatrixFreeCg<T>::run(const Vector& gradient, double forcing, int max_it
     const T beta = static_cast<T>(products.rz / last);
     turn(alpha, beta);
   }
+  last_ = products.rr;
   report.reduction = std::sqrt(products.rr / first);
   if (report.converged && factor == nullptr)
     choice_.solved(report.iterations - counted, digits() - known_digits);
-  step.resize(3 * n);
-  for_places([&](Index i) {
-    const Index v = groups_.vertex(i);
-    row(x_, i) *= static_cast<T>(scale);
-    Vector3 own = row(x_, i).template head<3>().template cast<double>();
-    if (!coordinates.is_free(v)) own = project(coordinates, v, own);
-    vertex_block(step, v) = own;
-  });
+  for_places([&](Index i) { row(x_, i) *= static_cast<T>(scale); });
+  copy(x_, step);
   return report;
 }
 

@@ -7,6 +7,7 @@
 #include "coarse_choice.h"
 #include "coarse_space.h"
 #include "fem/tangent_operator.h"
+#include "negative_curvature.h"
 #include "single_precision_factor.h"
 #include "tetraction/dynamics/step_problem.h"
 #include "vertex_groups.h"
@@ -28,6 +29,11 @@ struct CgReport {
 /// preconditioner; affine sets (rigid handles) are not supported. Or the caller has a factor of a
 /// similar matrix to precondition with.
 ///
+/// To the right-hand side of a system that is to be solved to the residual η comes the residual of the
+/// last one, scaled to half of η. In a direction of negative curvature conjugate gradients only make a
+/// residual grow: over a few solves one comes to light even if the gradient has no part of it, as by
+/// symmetry, at hardly any cost.
+///
 /// Single precision is enough: what is wanted of a direction is a few digits, and the residuals of
 /// Newton's method are worked out in double precision outside.
 template <class T>
@@ -38,6 +44,9 @@ class MatrixFreeCg {
 
   /// Linearises at u, where Φ must be defined.
   void set(const StepProblem& problem, const Vector& u);
+  /// From now on, until set(), with the stiffness made (nearly) positive semidefinite
+  /// (TangentOperator::convexify) and with the environment's part so.
+  void convexify();
   /// step ≈ −(∇²Φ)⁻¹ gradient (3 per vertex) to a relative residual of `forcing`.
   CgReport solve(const Vector& gradient, double forcing, int max_iterations, Vector& step) {
     return run(gradient, forcing, max_iterations, nullptr, step);
@@ -47,6 +56,10 @@ class MatrixFreeCg {
                  SinglePrecisionFactor& factor, Vector& step) {
     return run(gradient, forcing, max_iterations, &factor, step);
   }
+  /// After a solve that met negative curvature: the direction, whose length says nothing.
+  NegativeCurvature negative_curvature() const;
+  /// dᵀ∇²Φ d (d: 3 per vertex), to be called between solves.
+  double curvature(const Vector& d);
   /// Whether no element can be inverted on the way along the last step.
   bool step_is_safe() const { return operator_.step_is_safe(x_.data()); }
   /// To be called when the systems to come are different altogether (another step size).
@@ -63,12 +76,13 @@ class MatrixFreeCg {
                SinglePrecisionFactor* factor, Vector& step);
   void make_blocks();
   bool make_coarse_space();
-  Products start(const Vector& gradient, double scale);
+  Products start(const Vector& gradient, double scale, double share);
   Products start_direction();
   double multiply();
   Products descend(T alpha);
   double precondition_with_factor();
   void turn(T alpha, T beta);
+  void copy(const AlignedVector<T>& field, Vector& vector) const;
   Row allowed(const Row& x, Index place) const;
   template <class Body>
   Products sum_over_groups(const Body& body);
@@ -78,6 +92,9 @@ class MatrixFreeCg {
   void for_places(const Body& body) const;
   Eigen::Map<Row, Eigen::Aligned16> row(AlignedVector<T>& field, Index place) const {
     return Eigen::Map<Row, Eigen::Aligned16>(field.data() + 4 * place);
+  }
+  Eigen::Map<const Row, Eigen::Aligned16> row(const AlignedVector<T>& field, Index place) const {
+    return Eigen::Map<const Row, Eigen::Aligned16>(field.data() + 4 * place);
   }
 
   const MechanicalSystem& system_;
@@ -97,6 +114,8 @@ class MatrixFreeCg {
   AlignedVector<T> off_;       // (xy xz yz 0), of curved environments
   AlignedVector<T> inverse_;   // of the vertices' blocks: three rows each
   AlignedVector<T> x_, r_, p_, z_, ap_;
+  double last_ = 0.0;           // r·r at the end of the last solve
+  double curvature_ = 0.0;      // of p_, if that is negative
   std::vector<Products> sums_;  // of groups
 };
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <type_traits>
 
 #include "tetraction/core/error.h"
 
@@ -28,6 +30,13 @@ struct NewtonDirection::Prices {
 };
 
 namespace {
+
+constexpr int kPatience = 8;  // iterations of a step that met negative curvature or gained little
+constexpr int kVisits = 3;    // steps with a factor for their sake, until it stays
+constexpr int kMost = 30;     // iterations of conjugate gradients with a factor
+constexpr double kCurved = 1e-6;
+// Below this part of its size at random, a vector is taken to have a component.
+constexpr double kAcross = 0.01;
 
 // What a factorisation by nested dissection costs, by the number of unknowns: fitted to blocks and
 // beams of 10³ to 10⁵ unknowns. Good to a factor of two, which is enough to decide on an analysis.
@@ -57,6 +66,11 @@ NewtonDirection::NewtonDirection(const MechanicalSystem& system, const NewtonOpt
 
 void NewtonDirection::begin_step(const StepProblem& problem) {
   cost_of_step_ = 0.0;
+  refined_ = false;
+  slow_ = 0;
+  last_residual_ = std::numeric_limits<double>::infinity();
+  if (for_this_step_) current_ = LinearSolver::kMatrixFree;
+  for_this_step_ = false;
   // What was made for another step size is of another matrix altogether.
   const double sum = problem.coefficient().sum();
   if (std::abs(sum - coefficient_sum_) > 0.01 * std::abs(sum)) {
@@ -70,8 +84,22 @@ void NewtonDirection::begin_step(const StepProblem& problem) {
 bool NewtonDirection::find(const StepProblem& problem, const Vector& x, const Vector& gradient,
                            double forcing, MinimizerReport& report, Vector& direction) {
   safe_ = false;
+  definite_ = false;
+  curvature_ = {};
+  // Newton's method makes slow progress with approximate directions: exact ones for this step, and
+  // for good where that happens again and again.
+  if (report.residual > 0.5 * last_residual_) ++slow_;
+  last_residual_ = report.residual;
+  if (options_.linear == LinearSolver::kAuto && current_ == LinearSolver::kMatrixFree &&
+      slow_ > kPatience) {
+    current_ = LinearSolver::kFactor;
+    stale_ = true;
+    for_this_step_ = ++visits_ < kVisits;
+  }
   bool found = false;
-  if (current_ == LinearSolver::kMatrixFree) {
+  if (refined_ && options_.linear != LinearSolver::kMatrixFree) {
+    found = with_exact_factor(problem, x, gradient, report, direction);
+  } else if (current_ == LinearSolver::kMatrixFree) {
     found = without_matrix(problem, x, gradient, forcing, report, direction);
   } else if (current_ == LinearSolver::kCg) {
     found = with_diagonal(problem, x, gradient, forcing, report, direction);
@@ -79,6 +107,12 @@ bool NewtonDirection::find(const StepProblem& problem, const Vector& x, const Ve
     found = with_factor(problem, x, gradient, forcing, report, direction);
   }
   return found && direction.allFinite();
+}
+
+bool NewtonDirection::refine() {
+  if (refined_ || current_ == LinearSolver::kCg) return false;
+  refined_ = true;
+  return true;
 }
 
 bool NewtonDirection::without_matrix(const StepProblem& problem, const Vector& x,
@@ -92,28 +126,106 @@ bool NewtonDirection::without_matrix(const StepProblem& problem, const Vector& x
     most = std::max(50, static_cast<int>((worth - regret_ - cost_of_step_) / p.product));
   }
   const auto solve_in = [&](auto& cg) {
-    cg.set(problem, x);
-    const CgReport done = cg.solve(gradient, forcing, most, direction);
+    const CgReport done = solve_without_matrix(cg, problem, x, gradient, forcing, most, direction);
     safe_ = cg.step_is_safe();
     report.cg_iterations += done.iterations;
     cost_of_step_ += p.product * (done.iterations + CoarseChoice::kPrice * done.coarse_spaces);
     return done;
   };
-  CgReport cg = single_precision_ ? solve_in(single()) : solve_in(twice());
+  CgReport cg = single_precision_ && !refined_ ? solve_in(single()) : solve_in(twice());
   const auto failed = [&] { return !cg.converged && !cg.negative_curvature; };
-  if (single_precision_ && failed() && options_.linear == LinearSolver::kMatrixFree) {
+  if (single_precision_ && !refined_ && failed() && options_.linear == LinearSolver::kMatrixFree) {
     // Round-off of single precision: from now on in double.
     single_precision_ = false;
     single_.reset();
     cg = solve_in(twice());
   }
   cost_of_step_ += p.newton;
+  if (curvature_.found()) ++slow_;
   if (failed() && options_.linear == LinearSolver::kAuto) {
     current_ = LinearSolver::kFactor;
     regret_ = 0.0;
     return with_factor(problem, x, gradient, forcing, report, direction);
   }
   return true;
+}
+
+// Where the matrix is not positive definite: Newton's direction of one that nearly is.
+template <class Cg>
+CgReport NewtonDirection::solve_without_matrix(Cg& cg, const StepProblem& problem, const Vector& x,
+                                               const Vector& gradient, double forcing, int most,
+                                               Vector& direction) {
+  cg.set(problem, x);
+  CgReport exact = cg.solve(gradient, forcing, most, direction);
+  if (!exact.negative_curvature) return exact;
+  curvature_ = cg.negative_curvature();
+  if (std::is_same_v<Cg, MatrixFreeCg<float>> && !is_true_curvature(problem, x)) {
+    exact.negative_curvature = false;  // round-off, so that single precision has failed
+    curvature_ = {};
+    return exact;
+  }
+  cg.convexify();
+  CgReport convex = cg.solve(gradient, forcing, most, direction);
+  convex.iterations += exact.iterations;
+  convex.coarse_spaces += exact.coarse_spaces;
+  return convex;
+}
+
+// Whether a direction that was found in single precision is one in double precision, too.
+bool NewtonDirection::is_true_curvature(const StepProblem& problem, const Vector& x) {
+  twice().set(problem, x);
+  curvature_.curvature = twice().curvature(curvature_.direction);
+  return curvature_.curvature < 0.0;
+}
+
+bool NewtonDirection::find_negative_curvature(const StepProblem& problem, const Vector& x,
+                                              MinimizerReport& report) {
+  curvature_ = {};
+  return current_ == LinearSolver::kMatrixFree ? probe_without_matrix(problem, x, report)
+                                               : probe_matrix(problem, x, report);
+}
+
+bool NewtonDirection::probe_without_matrix(const StepProblem& problem, const Vector& x,
+                                           MinimizerReport& report) {
+  const auto count = static_cast<double>(system_.coordinates().count());
+  const int most = std::max(2000, static_cast<int>(count));
+  if (right_.size() != x.size()) right_ = pseudo_random(x.size());
+  const auto probe = [&](auto& cg) {
+    cg.set(problem, x);
+    const CgReport done = cg.solve(right_, kAcross / std::sqrt(count), most, ignored_);
+    report.cg_iterations += done.iterations;
+    if (done.negative_curvature) curvature_ = cg.negative_curvature();
+    return done;
+  };
+  if (single_precision_) {
+    const CgReport done = probe(single());
+    if (done.converged) return false;
+    if (done.negative_curvature && is_true_curvature(problem, x)) return true;
+    curvature_ = {};
+  }
+  probe(twice());
+  return curvature_.found();
+}
+
+bool NewtonDirection::probe_matrix(const StepProblem& problem, const Vector& x,
+                                   MinimizerReport& report) {
+  AssembledSystem& matrix = assembled();
+  if (current_ == LinearSolver::kFactor) {
+    curvature_ = matrix.find_negative_curvature(problem, x);
+    stale_ = false;
+    regret_ = 0.0;
+    report.factorizations += curvature_.found() ? 2 : 1;
+    return curvature_.found();
+  }
+  if (!matrix.assemble(problem, x)) return false;
+  const Index count = system_.coordinates().count();
+  Vector ignored;
+  const CgReport cg = matrix.solve(pseudo_random(count), AssembledSystem::Preconditioner::kDiagonal,
+                                   kAcross / std::sqrt(static_cast<double>(count)),
+                                   static_cast<int>(2 * count) + 100, ignored);
+  report.cg_iterations += cg.iterations;
+  if (cg.negative_curvature) curvature_ = matrix.negative_curvature();
+  return curvature_.found();
 }
 
 bool NewtonDirection::with_diagonal(const StepProblem& problem, const Vector& x,
@@ -123,10 +235,17 @@ bool NewtonDirection::with_diagonal(const StepProblem& problem, const Vector& x,
   matrix.assemble(problem, x);
   const Vector right = -system_.coordinates().restrict(gradient);
   Vector solution;
-  report.cg_iterations += matrix
-                              .solve(right, AssembledSystem::Preconditioner::kDiagonal, forcing,
-                                     static_cast<int>(2 * right.size()) + 100, solution)
-                              .iterations;
+  const auto solve = [&] {
+    const CgReport done = matrix.solve(right, AssembledSystem::Preconditioner::kDiagonal, forcing,
+                                       static_cast<int>(2 * right.size()) + 100, solution);
+    report.cg_iterations += done.iterations;
+    return done.negative_curvature;
+  };
+  if (solve()) {
+    curvature_ = matrix.negative_curvature();
+    matrix.assemble_projected(problem, x);
+    solve();
+  }
   direction = system_.coordinates().extend(solution);
   return true;
 }
@@ -145,11 +264,16 @@ bool NewtonDirection::with_factor(const StepProblem& problem, const Vector& x,
   ++report.factorizations;
   stale_ = false;
   regret_ = 0.0;
-  const bool definite = matrix.factorize();
-  if (!definite) {
+  definite_ = matrix.factorize();
+  if (!definite_) {
     ++report.factorizations;
-    matrix.assemble_projected(problem, x);
-    if (!matrix.factorize()) return false;
+    if (!matrix.factorize_projected(problem, x)) return false;
+    Vector solution;
+    const CgReport cg =
+        matrix.solve(-system_.coordinates().restrict(gradient),
+                     AssembledSystem::Preconditioner::kFactor, kCurved, kMost, solution);
+    report.cg_iterations += cg.iterations;
+    if (cg.negative_curvature) curvature_ = matrix.negative_curvature();
   } else if (single_precision_factor_ && try_kept()) {
     matrix.release_double_precision();
     return true;
@@ -163,11 +287,25 @@ bool NewtonDirection::with_factor(const StepProblem& problem, const Vector& x,
   return true;
 }
 
+bool NewtonDirection::with_exact_factor(const StepProblem& problem, const Vector& x,
+                                        const Vector& gradient, MinimizerReport& report,
+                                        Vector& direction) {
+  AssembledSystem& matrix = assembled();
+  stale_ = true;
+  if (!matrix.assemble(problem, x)) return false;
+  if (!matrix.factorize()) return with_factor(problem, x, gradient, 0.1, report, direction);
+  ++report.factorizations;
+  stale_ = false;
+  definite_ = true;
+  direction =
+      system_.coordinates().extend(matrix.back_solve(-system_.coordinates().restrict(gradient)));
+  return true;
+}
+
 // Conjugate gradients on the system at hand, preconditioned by the factor of an older one.
 bool NewtonDirection::with_kept_factor(const StepProblem& problem, const Vector& x,
                                        const Vector& gradient, double forcing,
                                        MinimizerReport& report, Vector& direction) {
-  constexpr int kMost = 30;
   constexpr int kFree = 3;
   AssembledSystem& matrix = assembled();
   CgReport cg;

@@ -7,7 +7,6 @@
 #include "newton_direction.h"
 #include "termination_message.h"
 #include "tetraction/core/error.h"
-#include "tetraction/fem/step_length.h"
 
 namespace tetraction {
 namespace {
@@ -19,6 +18,9 @@ class NewtonMinimizer : public Minimizer {
     if (!(options.tolerance > 0.0 && options.tolerance < 1.0) || options.max_iterations < 1) {
       throw InputError("The solver needs 0 < tolerance < 1 and max_iterations ≥ 1.");
     }
+    const double cell =
+        6.0 * system.mesh().total_volume() / static_cast<double>(system.rest().element_count());
+    inertia_ = system.mass().sum() * std::pow(cell, 2.0 / 3.0);
   }
 
   MinimizerReport minimize(const StepProblem& problem, Vector& x) override {
@@ -39,27 +41,17 @@ class NewtonMinimizer : public Minimizer {
       report.message = "the forces or momenta are too large for double precision";
       return report;
     }
-    double forcing = first_forcing_;
-    while (report.residual > report.residual_limit) {
-      if (report.iterations >= options_.max_iterations) {
-        report.termination = Termination::kIterationLimit;
+    met_curvature_ = false;
+    for (;;) {
+      descend(problem, x, report);
+      const bool ended = report.converged() || report.termination == Termination::kNoProgress;
+      // A saddle has no gradient either, and Newton's method may come to a halt beside one.
+      if (!ended || !is_suspect(problem, x, report) ||
+          !find_negative_curvature(problem, x, report) || !leave(problem, x, report)) {
         break;
       }
       ++report.iterations;
-      // No more digits than the end of the step needs.
-      const double enough = 0.3 * report.residual_limit / report.residual;
-      const double before = report.residual;
-      if (!linear_.find(problem, x, gradient_, std::clamp(forcing, enough, kLoosest), report,
-                        direction_) ||
-          !search(problem, x, report)) {
-        report.termination = Termination::kNoProgress;
-        break;
-      }
-      const double ratio = report.residual / before;
-      forcing = kGamma * ratio * ratio;
-      if (report.iterations == 1) first_forcing_ = std::clamp(kGamma * ratio, kTightest, kLoosest);
     }
-    if (report.residual <= report.residual_limit) report.termination = Termination::kConverged;
     report.linear = linear_.name();
     report.message = termination_message(report.termination);
     if (report.converged()) linear_.end_step(report.iterations);
@@ -79,28 +71,106 @@ class NewtonMinimizer : public Minimizer {
   static constexpr double kTightest = 1e-4;
   static constexpr double kGamma = 0.5;
 
+  // Newton's method until the residual is small or nothing helps any more.
+  void descend(const StepProblem& problem, Vector& x, MinimizerReport& report) {
+    double forcing = first_forcing_;
+    while (report.residual > report.residual_limit) {
+      if (report.iterations >= options_.max_iterations) {
+        report.termination = Termination::kIterationLimit;
+        return;
+      }
+      ++report.iterations;
+      // No more digits than the end of the step needs.
+      const double enough = 0.3 * report.residual_limit / report.residual;
+      const double before = report.residual;
+      if (!linear_.find(problem, x, gradient_, std::clamp(forcing, enough, kLoosest), report,
+                        direction_) ||
+          !search(problem, x, report)) {
+        if (linear_.refine()) continue;
+        report.termination = Termination::kNoProgress;
+        return;
+      }
+      if (linear_.negative_curvature().found()) {
+        met_curvature_ = true;
+        leave(problem, x, report);
+      }
+      const double ratio = report.residual / before;
+      forcing = kGamma * ratio * ratio;
+      if (report.iterations == 1) first_forcing_ = std::clamp(kGamma * ratio, kTightest, kLoosest);
+    }
+    report.termination = Termination::kConverged;
+  }
+
+  // Whether the Hessian at the end of a minimisation is to be looked at. Where directions of negative
+  // curvature were met, the step was a large one or the body may buckle, always; otherwise so seldom
+  // that it costs no more than a per cent.
+  bool is_suspect(const StepProblem& problem, const Vector& x, const MinimizerReport& report) {
+    constexpr int kOrdinary = 5;     // iterations
+    constexpr double kShare = 0.01;  // of the work
+    constexpr double kNewton = 5.0;  // work of an iteration of Newton's method …
+    constexpr double kStep = 15.0;   // … and of a step, in iterations of conjugate gradients
+    credit_ += kShare * (kStep + kNewton * report.iterations + report.cg_iterations);
+    const bool may_buckle = buckles(problem, x);
+    if (met_curvature_ || !report.converged()) return true;
+    if (linear_.is_definite()) return false;
+    // A body at rest: the first guess was good enough.
+    const bool nothing_known = report.iterations == 0 && !known_;
+    known_ = report.iterations == 0;
+    return nothing_known || may_buckle || report.iterations > kOrdinary || credit_ > price_;
+  }
+
+  // Whether a compression by the stress σ = √(2EW/V) could make a strut as thin as an element bend
+  // faster than inertia lets it within s. A bending wave of wave number k in a strut of radius of
+  // gyration r has the frequency ω² = (E r² k⁴ − σ k²)/ρ ≥ −σ²/(4Eρr²), with l = √12 r: Φ may have a
+  // saddle where 6 W s² > m l². What is known of smaller energies W need not be looked at again.
+  bool buckles(const StepProblem& problem, const Vector& x) {
+    constexpr double kGrowth = 1.2;
+    constexpr double kMemory = 0.97;
+    double energy = 0.0;
+    if (!problem.elastic_energy(x, energy).ok()) return true;
+    const double s = problem.step();
+    definite_energy_ *= kMemory;
+    if (6.0 * energy * s * s <= inertia_ || energy <= kGrowth * definite_energy_) return false;
+    definite_energy_ = energy;
+    return true;
+  }
+
+  bool find_negative_curvature(const StepProblem& problem, const Vector& x,
+                               MinimizerReport& report) {
+    const int before = report.cg_iterations;
+    const bool found = linear_.find_negative_curvature(problem, x, report);
+    price_ = 1.0 + report.cg_iterations - before;
+    credit_ = 0.0;
+    return found;
+  }
+
+  // x ← a point lower down the direction of negative curvature that was found.
+  bool leave(const StepProblem& problem, Vector& x, MinimizerReport& report) {
+    before_ = x;
+    if (!follow(problem, linear_.negative_curvature(), phi_, gradient_, x)) return false;
+    gradient_before_ = gradient_;
+    const double phi = phi_;
+    if (evaluate(problem, x)) {
+      report.residual = residual();
+      return true;
+    }
+    x = before_;
+    gradient_.swap(gradient_before_);
+    phi_ = phi;
+    return false;
+  }
+
   bool evaluate(const StepProblem& problem, const Vector& x) {
     return problem.value_and_full_gradient(x, phi_, gradient_).ok() && std::isfinite(phi_);
   }
 
   double residual() const { return system_.coordinates().restricted_norm(gradient_); }
 
-  // Saint Venant–Kirchhoff is defined for any J and may have to go through 0.
-  double longest_step(const StepProblem& problem, const Vector& x) const {
-    const ElasticPotential& elastic = system_.elastic();
-    Vector positions;
-    problem.positions(x, positions);
-    return admissible_step(system_.rest(), positions, direction_, [&](Index e) {
-      return !std::holds_alternative<StVenantKirchhoff>(
-          elastic.materials()[static_cast<std::size_t>(elastic.material_index(e))]);
-    });
-  }
-
   // x ← x + t d with the first t of a halving sequence that lowers Φ or halves the residual.
   bool search(const StepProblem& problem, Vector& x, MinimizerReport& report) {
     constexpr double kArmijo = 1e-4;
     constexpr double kRoundOff = 1e-11;
-    const double longest = linear_.is_safe() ? 1.0 : longest_step(problem, x);
+    const double longest = linear_.is_safe() ? 1.0 : longest_step(problem, x, direction_);
     const double slope = gradient_.dot(direction_);
     if (!(slope < 0.0)) return false;
     before_ = x;
@@ -134,6 +204,12 @@ class NewtonMinimizer : public Minimizer {
   NewtonOptions options_;
   NewtonDirection linear_;
   double first_forcing_ = 0.01;
+  bool met_curvature_ = false;    // in this minimisation
+  bool known_ = false;            // the last minimisation took no iteration either
+  double inertia_ = 0.0;          // m l², l the size of an element
+  double definite_energy_ = 0.0;  // elastic, of a body whose Hessian was looked at
+  double credit_ = 0.0;  // for the next look at a Hessian, in iterations of conjugate gradients
+  double price_ = 30.0;  // of the last one
   double phi_ = 0.0;
   Vector gradient_;  // 3 per vertex
   Vector gradient_before_;

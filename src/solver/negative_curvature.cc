@@ -1,0 +1,76 @@
+#include "negative_curvature.h"
+
+#include <cmath>
+#include <cstdint>
+#include <variant>
+
+#include "tetraction/fem/step_length.h"
+
+namespace tetraction {
+
+Vector pseudo_random(Index size) {
+  // SplitMix64 (Steele, Lea & Flood 2014): the same on every machine.
+  Vector numbers(size);
+  std::uint64_t state = 0;
+  for (Index i = 0; i < size; ++i) {
+    std::uint64_t z = (state += 0x9e3779b97f4a7c15U);
+    z = (z ^ (z >> 30U)) * 0xbf58476d1ce4e5b9U;
+    z = (z ^ (z >> 27U)) * 0x94d049bb133111ebU;
+    z ^= z >> 31U;
+    numbers[i] = static_cast<double>(static_cast<std::int64_t>(z)) * 0x1p-63;
+  }
+  return numbers;
+}
+
+double longest_step(const StepProblem& problem, const Vector& x, const Vector& displacement) {
+  const ElasticPotential& elastic = problem.system().elastic();
+  Vector positions;
+  problem.positions(x, positions);
+  return admissible_step(problem.system().rest(), positions, displacement, [&](Index e) {
+    return !std::holds_alternative<StVenantKirchhoff>(
+        elastic.materials()[static_cast<std::size_t>(elastic.material_index(e))]);
+  });
+}
+
+bool follow(const StepProblem& problem, const NegativeCurvature& way, double phi,
+            const Vector& gradient, Vector& x) {
+  constexpr double kShare = 0.1;
+  constexpr double kRoundOff = 1e-11;
+  constexpr double kShortest = 1e-9;
+  const double size = std::cbrt(problem.system().mesh().total_volume());
+  const double largest = way.direction.lpNorm<Eigen::Infinity>();
+  if (!(way.curvature < 0.0) || !(largest > 0.0) || !std::isfinite(largest)) return false;
+  // t = 1 moves some vertex by the size of the body.
+  Vector direction = (size / largest) * way.direction;
+  const double curvature = way.curvature * (size / largest) * (size / largest);
+  double slope = gradient.dot(direction);
+  if (slope > 0.0) {
+    direction = -direction;
+    slope = -slope;
+  }
+  Vector trial;
+  const auto value = [&](double t, double& result) {
+    trial = x + t * direction;
+    return problem.value(trial, result).ok() && std::isfinite(result);
+  };
+  for (int sign = 0; sign < 2; ++sign) {
+    for (double t = longest_step(problem, x, direction); t > kShortest; t *= 0.5) {
+      const double fall = -t * slope - 0.5 * t * t * curvature;
+      if (fall <= kRoundOff * std::abs(phi)) break;
+      double lowest = 0.0;
+      if (!value(t, lowest) || lowest > phi - kShare * fall) continue;
+      double next = 0.0;
+      while (value(0.5 * t, next) && next < lowest) {
+        lowest = next;
+        t *= 0.5;
+      }
+      x += t * direction;
+      return true;
+    }
+    direction = -direction;
+    slope = -slope;
+  }
+  return false;
+}
+
+}  // namespace tetraction
