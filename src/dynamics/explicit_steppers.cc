@@ -60,6 +60,7 @@ class ExplicitStepper : public Stepper {
     next_.position.resize(system_.dof_count());
     if (system_.constraints().has_springs()) reaction_.setZero();
     for (const Index v : tied_) vertex_block(reaction_, v).setZero();
+    overdamped_ = false;
     if (damped) system_.velocity_of(state.momentum, velocity_);
 
     const VertexKick first = kick(state.position, state.time, kick_step, When::kFirst, outcome);
@@ -79,7 +80,7 @@ class ExplicitStepper : public Stepper {
         kick_only(begin, end, second, next_.momentum.data());
       });
     }
-    if (damped && !(outcome.dissipated_energy >= 0.0)) {
+    if (overdamped_) {
       outcome.status = StepStatus::kOverdamped;
       return outcome;
     }
@@ -132,7 +133,9 @@ class ExplicitStepper : public Stepper {
       outer_ -= work_;
       system_.add_viscous_force(q, velocity_, work_);
       outer_ += work_;
-      outcome.dissipated_energy += dissipated_by(dt, when);
+      const double dissipated = dissipated_by(dt, when);
+      overdamped_ = overdamped_ || !(dissipated >= 0.0);
+      outcome.dissipated_energy += dissipated;
     } else {
       add_impulse(q, outer_, dt, outcome);
     }
@@ -291,6 +294,7 @@ class ExplicitStepper : public Stepper {
   Vector work_;
   Vector velocity_;  // that damping is of
   Vector free_damping_;  // the part of damping forces that changes the free momenta
+  bool overdamped_ = false;
   Matrix before_;    // momenta of the constrained vertices
   Vector multipliers_;
 };

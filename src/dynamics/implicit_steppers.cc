@@ -151,43 +151,49 @@ class ImplicitStepper : public Stepper {
     return report;
   }
 
-  // u_ ← the minimiser, beginning at u_.
+  // u_ ← the minimiser, beginning at u_. An estimate of the strain rate is replaced by what came out
+  // until both agree.
   bool solve(StepOutcome& outcome) {
     constexpr int kEstimates = 40;
-    for (int i = 0;; ++i) {
-      problem_.set_rate_estimate(u_);
+    problem_.set_rate_estimate(u_);
+    for (int i = 0; i < kEstimates; ++i) {
       const MinimizerReport report = minimize_to_round_off(outcome);
       if (!report.converged()) {
         outcome.status = StepStatus::kNotConverged;
         outcome.message = report.message;
         return false;
       }
-      // What has been found is what was estimated: nothing was left to do.
-      if (!problem_.needs_rate_estimate() || (i > 0 && report.iterations == 0)) return true;
-      if (i == kEstimates) {
-        outcome.status = StepStatus::kNotConverged;
-        outcome.message = "the strain rate of the viscosity does not settle: take a smaller step";
-        return false;
+      if (!problem_.needs_rate_estimate()) return true;
+      problem_.set_rate_estimate(u_);
+      double phi = 0.0;
+      if (!problem_.value_and_full_gradient(u_, phi, force_).ok()) break;
+      outcome.minimizer.residual = system_.coordinates().restricted_norm(force_);
+      if (outcome.minimizer.residual <= std::max(report.residual, report.residual_limit)) {
+        return true;
       }
     }
+    outcome.status = StepStatus::kNotConverged;
+    outcome.message = "the strain rate of the viscosity does not settle: take a smaller step";
+    return false;
   }
 
   // Displacements from the origin have round-off of their own. Where that keeps the minimiser from
   // what was asked for, the origin is moved to where it came. What remains then is the best that can be
   // had: the step goes on with it, and its report says so (MinimizerReport::limited_by_round_off).
   MinimizerReport minimize_to_round_off(StepOutcome& outcome) {
-    constexpr int kMoves = 3;
+    constexpr int kMoves = 4;
     constexpr double kOverEstimate = 100.0;
     MinimizerReport report = call_minimizer(outcome);
     for (int i = 0; i < kMoves && report.termination == Termination::kNoProgress; ++i) {
       const double before = report.residual;
       problem_.move_origin(u_);
       report = call_minimizer(outcome);
-      if (report.residual > 0.5 * before) break;
+      if (i > 0 && report.residual > 0.5 * before) break;
     }
-    if (report.termination == Termination::kNoProgress &&
-        report.residual <= kOverEstimate * problem_.round_off(u_)) {
-      report.termination = Termination::kConverged;
+    if (report.termination != Termination::kNoProgress) return report;
+    problem_.move_origin(u_);
+    if (report.residual <= kOverEstimate * problem_.round_off(u_)) {
+      report.termination = outcome.minimizer.termination = Termination::kConverged;
     }
     return report;
   }

@@ -289,7 +289,7 @@ double StepProblem::round_off(const Vector& u) const {
     stiffness += modulus * modulus * sums.squared;
     with_edges += modulus * modulus * sums.with_edges;
   }
-  return 2.0 * std::numeric_limits<double>::epsilon() *
+  return 0.5 * std::numeric_limits<double>::epsilon() *
          (coefficient_.cwiseProduct(u).norm() + force_scale_ +
           std::sqrt(stiffness) * u.cwiseAbs().maxCoeff() + std::sqrt(with_edges));
 }

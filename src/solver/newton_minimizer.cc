@@ -54,6 +54,10 @@ class NewtonMinimizer : public Minimizer {
     }
     report.linear = linear_.name();
     report.message = termination_message(report.termination);
+    if (!report.converged() && (options_.linear == LinearSolver::kCg ||
+                                options_.linear == LinearSolver::kMatrixFree)) {
+      report.message += "; solver.linear = \"auto\" or \"factor\" gives better directions";
+    }
     if (report.converged()) linear_.end_step(report.iterations);
     return report;
   }

@@ -102,7 +102,7 @@ class StepProblem {
   double force_scale() const { return force_scale_; }
   /// What double precision leaves of |Tᵀ∇Φ|₂ at u, N:
   ///
-  ///     2ε (|k u|₂ + |Tᵀl|₂ + K max|u| + K_L),
+  ///     ½ε (|k u|₂ + |Tᵀl|₂ + K max|u| + K_L),
   ///
   /// with K and K_L the root sums of squares of the elements' C V |∇N|² and C V |∇N|² L, C = λ + 2μ
   /// + 2η/s and L the longest edge: the round-off of displacements, and of the edges themselves.

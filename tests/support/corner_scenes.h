@@ -1,0 +1,72 @@
+// Scenes of the corner cases: bodies, and every way to solve an implicit step.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "support/bodies.h"
+#include "tetraction/simulation/session.h"
+
+namespace tetraction::testing_support {
+
+/// A rule with a solver.
+struct ImplicitWay {
+  Integrator integrator = Integrator::kBackwardEuler;
+  SolverSettings solver;
+  std::string name;
+};
+
+/// Every implicit rule with every solver.
+inline std::vector<ImplicitWay> all_implicit_ways() {
+  struct Solver {
+    const char* kind;
+    LinearSolver linear;
+    const char* name;
+  };
+  std::vector<ImplicitWay> ways;
+  for (const Integrator rule : {Integrator::kMidpoint, Integrator::kBackwardEuler}) {
+    for (const Solver& solver : {Solver{"ceres", LinearSolver::kAuto, "ceres"},
+                                 {"newton", LinearSolver::kAuto, "auto"},
+                                 {"newton", LinearSolver::kMatrixFree, "matrix_free"},
+                                 {"newton", LinearSolver::kCg, "cg"},
+                                 {"newton", LinearSolver::kFactor, "factor"}}) {
+      ImplicitWay& way = ways.emplace_back();
+      way.integrator = rule;
+      way.solver.kind = solver.kind;
+      way.solver.linear = solver.linear;
+      way.name = rule == Integrator::kMidpoint ? "midpoint_" : "backward_euler_";
+      way.name += solver.name;
+    }
+  }
+  return ways;
+}
+
+inline std::string name_of_way(const testing::TestParamInfo<ImplicitWay>& info) {
+  return info.param.name;
+}
+
+/// A beam along x, held at x = 0, of soft rubber.
+inline Scene clamped_beam(const Vector3& size, const std::array<int, 3>& cells) {
+  Scene scene;
+  scene.mesh.generate = GeneratorSettings{GeneratorKind::kBeam, size, cells};
+  scene.material.youngs_modulus = 1e6;
+  scene.material.poissons_ratio = 0.4;
+  FixSettings clamp;
+  clamp.select = SelectPlane{0, 0.0, {}};
+  scene.fix.push_back(clamp);
+  return scene;
+}
+
+inline TetMesh mesh_of(const Scene& scene) {
+  return generate_box(scene.mesh.generate->size, scene.mesh.generate->cells);
+}
+
+/// What the supports carry together at the end of the last step, N.
+inline Vector3 total_reaction(const Session& session) {
+  Vector3 sum = Vector3::Zero();
+  const Vector& reaction = session.reaction_force();
+  for (Index i = 0; i < reaction.size(); i += 3) sum += reaction.segment<3>(i);
+  return sum;
+}
+
+}  // namespace tetraction::testing_support

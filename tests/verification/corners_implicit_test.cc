@@ -1,0 +1,190 @@
+// Implicit steps in the corners: thin bodies whose forces drown in the round-off of positions, steps of
+// any length at rest and in free fall, prescribed motion of more than an element a step.
+#include <cmath>
+
+#include "support/corner_scenes.h"
+
+namespace tetraction {
+namespace {
+
+using namespace testing_support;
+
+class ImplicitCorner : public testing::TestWithParam<ImplicitWay> {
+ protected:
+  Scene with_way(Scene scene, double step, double end) const {
+    scene.time = {GetParam().integrator, step, false, end};
+    scene.solver = GetParam().solver;
+    return scene;
+  }
+  bool midpoint() const { return GetParam().integrator == Integrator::kMidpoint; }
+  bool ceres() const { return GetParam().solver.kind == "ceres"; }
+};
+
+INSTANTIATE_TEST_SUITE_P(All, ImplicitCorner, testing::ValuesIn(all_implicit_ways()), name_of_way);
+
+// A steel sheet a two-thousandth as thick as it is long, standing on its narrow side.
+Scene steel_sheet() {
+  Scene scene = clamped_beam({1, 0.1, 0.0005}, {50, 5, 1});
+  scene.material.youngs_modulus = 210e9;
+  scene.material.poissons_ratio = 0.3;
+  scene.material.density = 7800.0;
+  scene.environment.kind = EnvironmentKind::kGravity;
+  return scene;
+}
+
+// At rest the clamp carries the weight.
+TEST_P(ImplicitCorner, AThinSheetHasItsWeightInTheClamp) {
+  if (midpoint()) GTEST_SKIP() << "the midpoint rule swings and does not come to rest";
+  const Scene scene = with_way(steel_sheet(), 0.1, 8.0);
+  Session session(scene, mesh_of(scene));
+  while (session.step()) {
+    // Not a step is taken for converged at its beginning while the sheet moves.
+    if (session.state().step < 5) {
+      EXPECT_GT(session.last_iterations(), 0);
+    }
+  }
+  ASSERT_EQ(session.status(), RunStatus::kFinished) << session.message();
+  const double weight = session.system().total_mass() * 9.81;
+  EXPECT_NEAR(total_reaction(session).y(), weight, 1e-6 * weight);
+  EXPECT_LE(session.books().residual_over_tolerance() * GetParam().solver.tolerance, 1e-4);
+}
+
+// Across the sheet the weight is a small difference of large stresses, and the tolerance is out of
+// reach. The run goes on with what double precision leaves, and the books tell.
+TEST_P(ImplicitCorner, AToleranceOutOfReachIsTold) {
+  if (midpoint()) GTEST_SKIP() << "the midpoint rule swings and does not come to rest";
+  if (GetParam().solver.linear == LinearSolver::kCg) {
+    GTEST_SKIP() << "conjugate gradients with the diagonal give up before: they say so";
+  }
+  Scene scene = with_way(steel_sheet(), 0.1, 3.0);
+  scene.environment.direction = {0.0, 0.0, -1.0};
+  Session session(scene, mesh_of(scene));
+  ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+  const double weight = session.system().total_mass() * 9.81;
+  EXPECT_NEAR(total_reaction(session).z(), weight, 1e-4 * weight);
+  EXPECT_GT(session.books().steps_limited_by_round_off(), 0);
+  EXPECT_GT(session.books().residual_over_tolerance(), 1.0);
+  EXPECT_LT(session.books().residual_over_tolerance(), 1e5);
+}
+
+// One flat tetrahedron in a beam, its fourth vertex 1e-9 of its edges above the plane of the others.
+TEST(ImplicitRoundOff, ASliverDoesNotMoveTheTip) {
+  Scene scene = clamped_beam({4, 1, 1}, {8, 2, 2});
+  scene.environment.kind = EnvironmentKind::kGravity;
+  scene.time = {Integrator::kBackwardEuler, 0.5, false, 30.0};
+  const TetMesh good = mesh_of(scene);
+  const auto tip = [&](const TetMesh& mesh) {
+    Session session(scene, mesh);
+    EXPECT_EQ(session.run(), RunStatus::kFinished) << session.message();
+    double sum = 0.0;
+    for (Index v = 0; v < good.vertex_count(); ++v) {
+      const Vector3 rest = good.vertices[static_cast<std::size_t>(v)];
+      if (rest.x() == 4.0) sum += session.state().position[3 * v + 1] - rest.y();
+    }
+    return sum;
+  };
+  std::vector<double> positions;
+  std::vector<std::int64_t> tetrahedra;
+  std::array<std::int64_t, 3> face{-1, -1, -1};
+  for (Index v = 0; v < good.vertex_count(); ++v) {
+    const Vector3 x = good.vertices[static_cast<std::size_t>(v)];
+    positions.insert(positions.end(), {x.x(), x.y(), x.z()});
+    if (x == Vector3(1.5, 1.0, 0.5)) face[0] = v;
+    if (x == Vector3(2.0, 1.0, 1.0)) face[1] = v;
+    if (x == Vector3(2.5, 1.0, 0.5)) face[2] = v;
+  }
+  ASSERT_TRUE(face[0] >= 0 && face[1] >= 0 && face[2] >= 0);
+  for (Index e = 0; e < good.tetrahedron_count(); ++e) {
+    for (const Index v : good.tetrahedra[static_cast<std::size_t>(e)]) tetrahedra.push_back(v);
+  }
+  // The sliver stands on the top face and has next to no volume.
+  positions.insert(positions.end(), {2.0, 1.0 + 1e-9, 0.7});
+  tetrahedra.insert(tetrahedra.end(), {face[0], face[1], face[2], good.vertex_count()});
+  const double expected = tip(good);
+  const double found = tip(view_mesh(positions, tetrahedra));
+  EXPECT_NEAR(found, expected, 1e-5 * std::abs(expected));
+}
+
+// A step of any length under gravity: at rest where the clamp holds the body, in free fall where
+// nothing does.
+TEST_P(ImplicitCorner, HugeStepsUnderGravity) {
+  if (midpoint()) GTEST_SKIP() << "the midpoint rule swings to the other side in every step";
+  for (const double step : {1e2, 1e5, 1e7}) {
+    Scene scene = clamped_beam({4, 1, 1}, {8, 2, 2});
+    scene.environment.kind = EnvironmentKind::kGravity;
+    scene = with_way(scene, step, 5.0 * step);
+    Session session(scene, mesh_of(scene));
+    int later = 0;
+    while (session.step()) {
+      if (session.state().step > 2) later += session.last_iterations();
+    }
+    ASSERT_EQ(session.status(), RunStatus::kFinished) << step << ": " << session.message();
+    const double weight = session.system().total_mass() * 9.81;
+    EXPECT_NEAR(total_reaction(session).y(), weight, 1e-6 * weight) << step;
+    // The body is at rest after a step or two: nothing is left to do.
+    EXPECT_LE(later, 3) << step;
+  }
+}
+
+TEST_P(ImplicitCorner, FreeFallWithHugeSteps) {
+  for (const double step : {1e2, midpoint() ? 1e3 : 1e4}) {
+    Scene scene = clamped_beam({4, 1, 1}, {8, 2, 2});
+    scene.fix.clear();
+    scene.environment.kind = EnvironmentKind::kGravity;
+    scene = with_way(scene, step, 2.0 * step);
+    Session session(scene, mesh_of(scene));
+    ASSERT_EQ(session.run(), RunStatus::kFinished) << step << ": " << session.message();
+    const double speed = 9.81 * 2.0 * step;
+    const double mass = session.system().total_mass();
+    EXPECT_NEAR(session.books().momenta().linear.y(), -mass * speed, 1e-9 * mass * speed);
+  }
+}
+
+// Turned and pushed by more than an element a step, the end takes the body along.
+TEST_P(ImplicitCorner, PrescribedMotionOfMoreThanAnElementAStep) {
+  Scene scene = clamped_beam({4, 1, 1}, {16, 4, 4});
+  ConstraintSettings handle;
+  handle.kind = ConstraintKind::kRigid;
+  handle.select = SelectPlane{0, 4.0, {}};
+  handle.angular_velocity = Vector3(0.4 * 3.14159265358979, 0.0, 0.0);  // 72° a second
+  scene.constraint.push_back(handle);
+  if (ceres()) scene.mesh.generate->cells = {8, 2, 2};  // 25 times as slow
+  scene = with_way(scene, midpoint() ? 0.25 : 1.0, 1.0);
+  Session session(scene, mesh_of(scene));
+  ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+  EXPECT_LT(session.constraint_error(), 1e-10);
+  // The middle has turned about half as far: St Venant's torsion of a prism.
+  double turn = 0.0;
+  Index count = 0;
+  const TetMesh& mesh = session.system().mesh();
+  for (Index v = 0; v < mesh.vertex_count(); ++v) {
+    const Vector3 rest = mesh.vertices[static_cast<std::size_t>(v)];
+    const Vector3 arm = rest - Vector3(2.0, 0.5, 0.5);
+    if (std::abs(arm.x()) > 1e-9 || arm.norm() < 0.3) continue;
+    const Vector3 now = session.state().position.segment<3>(3 * v) - Vector3(2.0, 0.5, 0.5);
+    turn +=
+        std::atan2(arm.y() * now.z() - arm.z() * now.y(), arm.y() * now.y() + arm.z() * now.z());
+    ++count;
+  }
+  if (!midpoint()) {
+    EXPECT_NEAR(turn / static_cast<double>(count), 0.2 * 3.14159265358979, 0.1);
+  }
+}
+
+TEST_P(ImplicitCorner, ABeamPushedTogetherByTwoElementsAStep) {
+  if (midpoint())
+    GTEST_SKIP() << "the midpoint rule itself inverts elements at the ends of such steps";
+  Scene scene = clamped_beam({4, 1, 1}, {16, 4, 4});
+  if (ceres()) scene.mesh.generate->cells = {8, 2, 2};
+  FixSettings push;
+  push.select = SelectPlane{0, 4.0, {}};
+  push.velocity = {-1.0, 0.0, 0.0};
+  scene.fix.push_back(push);
+  scene = with_way(scene, 0.5, 1.0);
+  Session session(scene, mesh_of(scene));
+  ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+  EXPECT_EQ(session.constraint_error(), 0.0);
+}
+
+}  // namespace
+}  // namespace tetraction
