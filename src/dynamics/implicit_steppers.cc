@@ -110,6 +110,11 @@ class ImplicitStepper : public Stepper {
   }
 
   bool solve(Vector& x, StepOutcome& outcome) {
+    if (system_.coordinates().count() == 0) {  // x is where everything is prescribed to be
+      outcome.minimizer.termination = Termination::kConverged;
+      outcome.minimizer.message = "nothing to solve for: every vertex is held";
+      return true;
+    }
     const MinimizerReport report = minimizer_->minimize(problem_, x);
     const int iterations = outcome.minimizer.iterations;
     const int factorizations = outcome.minimizer.factorizations;
@@ -166,9 +171,11 @@ class ImplicitStepper : public Stepper {
       } else {
         ++outcome.minimizer.iterations;
       }
-      Matrix influence;  // of u on the free coordinates at x; last column: Newton's step
-      ++outcome.minimizer.factorizations;
-      if (!minimizer_->solve_linearized(problem_, x, right, influence)) {
+      // Of u on the free coordinates at x; last column: Newton's step.
+      Matrix influence(0, size + 1);
+      const bool movable = right.rows() > 0;
+      if (movable) ++outcome.minimizer.factorizations;
+      if (movable && !minimizer_->solve_linearized(problem_, x, right, influence)) {
         if (!minimize) {
           last_residual = 0.0;  // minimise from here
           continue;
