@@ -97,6 +97,23 @@ bool same_motion(const HeldVertices& a, Index i, const HeldVertices& b, Index j,
   return (rate - other).cwiseAbs().maxCoeff() <= kTolerance * speed;
 }
 
+// What has no name gets one for messages.
+void name_all(ConstraintList& list, const TetMesh& mesh) {
+  const auto name = [](auto& constraints, const char* kind) {
+    for (auto& constraint : constraints) {
+      if (constraint.name.empty()) constraint.name = kind;
+    }
+  };
+  name(list.held, "a fix");
+  name(list.guided, "a plane or line");
+  name(list.handles, "a rigid handle");
+  for (FixedDistance& distance : list.distances) {
+    if (!distance.name.empty()) continue;
+    distance.name = fmt::format("the distance of vertices {} and {}", mesh.vertex_id(distance.a),
+                                mesh.vertex_id(distance.b));
+  }
+}
+
 }  // namespace
 
 Vector3 PrescribedMotion::position(const Vector3& start, double time) const {
@@ -127,6 +144,7 @@ Constraints::Constraints(Index vertex_count) : coordinates_(vertex_count) {}
 
 Constraints::Constraints(ConstraintList list, const TetMesh& mesh, const Vector& mass)
     : list_(std::move(list)), coordinates_(mesh.vertex_count()), mass_(mass) {
+  name_all(list_, mesh);
   std::map<Index, Prescribed> vertices;
   add_held(vertices, mesh);
   add_guided(vertices, mesh);

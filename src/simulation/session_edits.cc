@@ -237,7 +237,6 @@ void Session::Impl::apply(const Edit& edit, double at, const std::string& what) 
   Editor editor{*system,       new_constraints, new_time,   new_solver,
                 new_materials, new_environment, new_forces, new_state};
   std::unique_ptr<Stepper> new_stepper;
-  auto new_books = std::make_unique<Books>(*books);
   AppliedEdit done;
   GoodState new_good;
   SystemSettings old_system(*system);
@@ -266,7 +265,6 @@ void Session::Impl::apply(const Edit& edit, double at, const std::string& what) 
     done.time = state.time;
     done.step = state.step;
     done.what = what;
-    done.energy_jump = new_books->enter_edit(new_state);
     done.warning = editor.warning;
     if (renewal.limit) {
       if (std::string warning = step_warning(limit); !warning.empty()) {
@@ -278,8 +276,12 @@ void Session::Impl::apply(const Edit& edit, double at, const std::string& what) 
           "no step of {:.4g} s fits into the {:.4g} s that are left: the run ends here.", time_step,
           time.end - state.time);
     }
-    if (keeps_good_states) new_good = {new_state, std::make_unique<Books>(*new_books)};
     edits.reserve(edits.size() + 1);
+    if (keeps_good_states) {
+      new_good = {new_state, std::make_unique<Books>(*books)};
+      new_good.books->enter_edit(new_state);
+    }
+    done.energy_jump = books->enter_edit(new_state);
   } catch (...) {
     if (old_constraints) system->set_constraints(std::move(*old_constraints));
     old_system.put_back(*system);
@@ -292,11 +294,10 @@ void Session::Impl::apply(const Edit& edit, double at, const std::string& what) 
   } else {
     stepper->reset();
   }
-  books = std::move(new_books);
   constraints = std::move(new_constraints);
-  solver = new_solver;
+  solver = std::move(new_solver);
   materials = std::move(new_materials);
-  environment = new_environment;
+  environment = std::move(new_environment);
   forces = std::move(new_forces);
   state = std::move(new_state);
   edits.push_back(std::move(done));

@@ -110,11 +110,11 @@ TEST_F(ConstraintsOfABlock, MotionsThatAgreeInTheComponentsTheyShareAreAllowed) 
   sides.motion.velocity = {0.0, 0.1, 0.0};
   EXPECT_NE(refusal({{along_x, sides}, {}, {}, {}}).find("different targets"), std::string::npos);
 
-  // A turn about x leaves x alone; the other components are not at rest, but on the axis.
-  HeldVertices turning = held({4, 5}, "turning");
+  // A turn about x leaves x alone, and all of a vertex on its axis.
+  HeldVertices turning = held({4, 7}, "turning");
   turning.motion.angular_velocity = {2.0, 0.0, 0.0};
   turning.motion.center = rest_.segment<3>(12);
-  HeldVertices still = held({4, 5}, "still");
+  HeldVertices still = held({4, 7}, "still");
   still.components = {true, false, false};
   EXPECT_EQ(refusal({{turning, still}, {}, {}, {}}), "");
   still.components = {false, true, false};
@@ -231,6 +231,10 @@ TEST_F(ConstraintsOfABlock, RedundantDistancesShareAndContradictoryOnesAreNamed)
   const Constraints stuck = make({{held({2, 5}, "fix")}, {}, {{2, 5, 1.5 * length, "rod"}}, {}});
   q = rest_;
   EXPECT_EQ(project_positions(stuck, 0.0, q), "rod");
+  // Also without a name.
+  const Constraints unnamed = make({{held({2, 5}, "")}, {}, {{2, 5, 1.5 * length, ""}}, {}});
+  q = rest_;
+  EXPECT_EQ(project_positions(unnamed, 0.0, q), "the distance of vertices 2 and 5");
 }
 
 TEST_F(ConstraintsOfABlock, GradientsAndCurvatureAreDerivatives) {

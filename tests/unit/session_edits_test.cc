@@ -6,6 +6,7 @@
 #include <limits>
 #include <memory>
 #include <stdexcept>
+#include <utility>
 
 #include "support/bodies.h"
 #include "support/fibre_rubber.h"
@@ -27,15 +28,20 @@ TetMesh mesh_of(const Scene& scene) {
 class FailingRubber {
  public:
   static constexpr const char* kName = "failing-rubber";
-  explicit FailingRubber(const LameParameters& lame) : rubber_(lame.mu, lame.lambda) {}
+  FailingRubber(const LameParameters& lame, std::shared_ptr<bool> fails)
+      : rubber_(lame.mu, lame.lambda), fails_(std::move(fails)) {}
   bool admissible(const Matrix3& f) const { return rubber_.admissible(f); }
-  double energy_density(const Matrix3&) const { throw std::runtime_error("no energy"); }
+  double energy_density(const Matrix3& f) const {
+    if (*fails_) throw std::runtime_error("no energy");
+    return rubber_.energy_density(f);
+  }
   Matrix3 first_piola(const Matrix3& f) const { return rubber_.first_piola(f); }
   Matrix9 stiffness(const Matrix3& f) const { return rubber_.stiffness(f); }
   LameParameters initial_lame() const { return rubber_.initial_lame(); }
 
  private:
   NeoHookean rubber_;
+  std::shared_ptr<bool> fails_;
 };
 
 class FailingField : public ForceField {
@@ -168,7 +174,7 @@ std::vector<NamedEdit> wrong_edits(const Scene& scene) {
   ConstraintSettings same_vertex = scene.constraint[0];
   same_vertex.vertices = {3, 3};
   ConstraintSettings unreachable = scene.constraint[0];
-  unreachable.length = 50.0;
+  unreachable.length = 0.5;  // beside the one there is
   ConstraintSettings over_the_fix = free_handle();
   over_the_fix.select = SelectPlane{0, 0.0, {}};
   MomentumSettings momentum;
@@ -177,14 +183,16 @@ std::vector<NamedEdit> wrong_edits(const Scene& scene) {
   momentum_nowhere.select = SelectPlane{1, 99.0, {}};
   ShiftSettings inverting;
   inverting.vertices = {5};
-  inverting.displacement = {Vector3(9.0, 0.0, 0.0)};
+  inverting.displacement = {Vector3(-9.0, 0.0, 0.0)};
   ShiftSettings unknown_vertex = inverting;
   unknown_vertex.vertices = {99};
   ShiftSettings infinite;
   infinite.vertices = {5};
   infinite.impulse = {Vector3(kNan, 0.0, 0.0)};
+  const auto fails = std::make_shared<bool>(false);  // not yet: a material is tried when it is made
   const MaterialSettings failing =
-      custom(scene, CustomMaterial(FailingRubber(lame_from_young(1e5, 0.3))));
+      custom(scene, CustomMaterial(FailingRubber(lame_from_young(1e5, 0.3), fails)));
+  *fails = true;
   return {{"density", SetMaterial{0, heavier}},
           {"region", SetMaterial{3, scene.material}},
           {"Poisson's ratio", SetMaterial{0, impossible}},
@@ -206,7 +214,7 @@ std::vector<NamedEdit> wrong_edits(const Scene& scene) {
           {"unfix number", Unfix{SelectAll{}, {}, 7}},
           {"unfix nowhere", Unfix{SelectPlane{1, 99.0, {}}, {}, {}}},
           {"distance of one vertex", SetConstraint{std::nullopt, same_vertex}},
-          {"length", SetConstraint{0, unreachable}},
+          {"another length", SetConstraint{std::nullopt, unreachable}},
           {"constraint number", SetConstraint{7, scene.constraint[0]}},
           {"handle over a fix", SetConstraint{std::nullopt, over_the_fix}},
           {"no such constraint", RemoveConstraint{7}},
