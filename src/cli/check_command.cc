@@ -72,7 +72,7 @@ int check(const std::string& path, const std::vector<std::string>& overrides, bo
   json["wave_speed"] = fastest;
   json["omega_max"] = limit.omega_max;
   json["stable_step"] = limit.critical_step;
-  json["stable_step_element"] = mesh.tetrahedron_id(limit.element);
+  if (limit.element >= 0) json["stable_step_element"] = mesh.tetrahedron_id(limit.element);
 
   bool exact = true;
   json["derivatives"] = nlohmann::ordered_json::array();
@@ -109,13 +109,21 @@ int check(const std::string& path, const std::vector<std::string>& overrides, bo
       fmt::print(", {} multipliers", system->constraints().equation_count());
     }
     fmt::print("\n");
-    fmt::print(
-        "stability limit of the explicit rules: h_crit = {:.6g} s (omega_max = "
-        "{:.6g} "
-        "rad/s, most at element {})\n",
-        limit.critical_step, limit.omega_max, mesh.tetrahedron_id(limit.element));
-    if (scene.time.automatic) {
+    if (limit.element >= 0) {
+      fmt::print(
+          "stability limit of the explicit rules: h_crit = {:.6g} s (omega_max = "
+          "{:.6g} "
+          "rad/s, most at element {})\n",
+          limit.critical_step, limit.omega_max, mesh.tetrahedron_id(limit.element));
+    } else {
+      fmt::print("stability limit of the explicit rules: none, because every vertex is held\n");
+    }
+    if (scene.time.automatic && limit.element < 0) {
+      fmt::print("time.step = \"auto\" needs such a limit: give the step in seconds\n");
+    } else if (scene.time.automatic) {
       fmt::print("time.step = \"auto\" takes {:.6g} s\n", 0.5 * limit.critical_step);
+    } else if (limit.element < 0) {
+      fmt::print("time.step = {:.6g} s\n", scene.time.step);
     } else if (!is_implicit(scene.time.integrator)) {
       fmt::print("time.step = {:.6g} s is {:.3g} of it: {}\n", scene.time.step,
                  scene.time.step / limit.critical_step,

@@ -53,7 +53,9 @@ void Books::enter(const State& state, const StepOutcome& outcome) {
 double Books::enter_edit(const State& state) {
   const Energies before = energies_;
   const Momenta momenta_before = momenta_;
-  system_.energies(state, energies_);
+  Energies energies = energies_;
+  system_.energies(state, energies);  // may throw what a user's own material throws
+  energies_ = energies;
   momenta_ = system_.momenta(state);
   // Term by term: a large one that did not change costs no digits.
   const double jump = (energies_.kinetic - before.kinetic) + (energies_.elastic - before.elastic) +

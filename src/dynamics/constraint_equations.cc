@@ -1,11 +1,121 @@
 // The equations g(w) = 0 of distances and free handles, with their derivatives.
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <utility>
 
+#include "tetraction/core/error.h"
 #include "tetraction/dynamics/constraints.h"
 
 namespace tetraction {
+
+std::vector<AffineSet> Constraints::add_handles(const std::map<Index, Prescribed>& vertices,
+                                                const TetMesh& mesh) {
+  std::vector<AffineSet> sets;
+  std::map<Index, const std::string*> owner;
+  for (const RigidHandle& handle : list_.handles) {
+    const auto count = static_cast<Index>(handle.vertices.size());
+    double total = 0.0;
+    Vector3 center = Vector3::Zero();
+    for (Index i = 0; i < count; ++i) {
+      const Index v = handle.vertices[static_cast<std::size_t>(i)];
+      const bool held = vertices.count(v) > 0;
+      if (held || owner.count(v) > 0) {
+        throw InputError(fmt::format(
+            "{}: vertex {} is already {}. The vertices of a rigid handle cannot be constrained in "
+            "another way: let only one of them select it.",
+            handle.name, mesh.vertex_id(v), held ? "fixed or guided" : "in " + *owner[v]));
+      }
+      owner[v] = &handle.name;
+      total += mass_[v];
+      center += mass_[v] * handle.shape.col(i);
+    }
+    center /= total;
+    Matrix3 moment = Matrix3::Zero();
+    for (Index i = 0; i < count; ++i) {
+      const Vector3 arm = handle.shape.col(i) - center;
+      moment += mass_[handle.vertices[static_cast<std::size_t>(i)]] / total * arm * arm.transpose();
+    }
+    // Radii of gyration along the principal axes, largest first; flat directions have none.
+    constexpr double kFlat = 1e-6;  // round-off in the squares is of the order of 1e-8
+    const Eigen::SelfAdjointEigenSolver<Matrix3> axes(moment);
+    Matrix3 directions;  // right-handed, so that w never has to be a mirror image
+    directions.col(0) = axes.eigenvectors().col(2);
+    directions.col(1) = axes.eigenvectors().col(1);
+    directions.col(2) = directions.col(0).cross(directions.col(1));
+    const double largest = std::sqrt(std::max(0.0, axes.eigenvalues()[2]));
+    int rank = 0;
+    while (rank < 3 && std::sqrt(std::max(0.0, axes.eigenvalues()[2 - rank])) > kFlat * largest) {
+      ++rank;
+    }
+    if (rank == 0) {
+      throw InputError(fmt::format(
+          "{}: all its vertices are in one place: a rigid handle needs two or more.", handle.name));
+    }
+
+    Equation equation;
+    equation.first_entry = configuration_size_;
+    equation.first_equation = equation_count_;
+    equation.rank = rank;
+    equation.name = handle.name;
+    AffineSet set;
+    set.vertices = handle.vertices;
+    set.coordinates.resize(rank, count);
+    for (Index i = 0; i < count; ++i) {
+      const Index v = handle.vertices[static_cast<std::size_t>(i)];
+      Vector3 weights = Vector3::Zero();
+      for (int j = 0; j < rank; ++j) {
+        const double radius = std::sqrt(axes.eigenvalues()[2 - j]);
+        equation.scale[j] = radius;
+        set.coordinates(j, i) = directions.col(j).dot(handle.shape.col(i) - center) / radius;
+        weights[j] = mass_[v] / total * set.coordinates(j, i);
+      }
+      equation.weights.emplace_back(v, weights);
+    }
+    configuration_size_ += equation.entries();
+    equation_count_ += equation.count();
+    equations_.push_back(std::move(equation));
+    sets.push_back(std::move(set));
+  }
+  return sets;
+}
+
+void Constraints::add_distances(const TetMesh& mesh) {
+  for (const FixedDistance& distance : list_.distances) {
+    if (distance.a == distance.b || !(distance.length > 0.0) || !std::isfinite(distance.length)) {
+      throw InputError(fmt::format(
+          "{}: a distance must be kept between two different vertices and be above 0; between {} "
+          "and {} it is {} m.",
+          distance.name, mesh.vertex_id(distance.a), mesh.vertex_id(distance.b), distance.length));
+    }
+    Equation equation;
+    equation.first_entry = configuration_size_;
+    equation.first_equation = equation_count_;
+    equation.scale[0] = distance.length;
+    equation.weights = {{distance.a, Vector3::UnitX()}, {distance.b, -Vector3::UnitX()}};
+    equation.name = distance.name;
+    configuration_size_ += equation.entries();
+    equation_count_ += equation.count();
+    equations_.push_back(std::move(equation));
+  }
+}
+
+void Constraints::make_selector() {
+  selector_.resize(coordinates_.count(), configuration_size_);
+  Vector unit = Vector::Zero(configuration_size_);
+  for (Index i = 0; i < configuration_size_; ++i) {
+    unit[i] = 1.0;
+    selector_.col(i) = coordinates_.restrict(vertex_forces(unit));
+    unit[i] = 0.0;
+  }
+  reduced_mass_ = coordinates_.reduced_mass(mass_);
+  inverse_mass_ = selector_.transpose() * reduced_mass_.cwiseInverse().asDiagonal() * selector_;
+}
 
 Vector Constraints::configuration(const Vector& q) const {
   Vector w = Vector::Zero(configuration_size_);
@@ -90,6 +200,31 @@ Vector Constraints::retract(Vector w) const {
     }
   }
   return w;
+}
+
+Vector Constraints::configuration_lengths() const {
+  Vector lengths(configuration_size_);
+  for (const Equation& equation : equations_) {
+    for (Index j = 0; j < equation.entries() / 3; ++j) {
+      lengths.segment<3>(equation.first_entry + 3 * j).setConstant(equation.scale[j]);
+    }
+  }
+  return lengths;
+}
+
+Constraints::Units Constraints::units(const Matrix& response) const {
+  const Vector lengths = configuration_lengths();
+  Units units{lengths, Vector(equation_count_)};
+  for (Index i = 0; i < configuration_size_; i += 3) {
+    // One number for the three components of a vector: what is small of it is small on purpose.
+    const double most = response.diagonal().segment<3>(i).maxCoeff();
+    if (most > 0.0) units.displacement.segment<3>(i).setConstant(std::sqrt(most));
+  }
+  const Vector strains = units.displacement.cwiseQuotient(lengths);
+  for_each_equation([&](Index k, Index i, Index j, double) {
+    units.multiplier[k] = 1.0 / std::max(strains[i], strains[j]);
+  });
+  return units;
 }
 
 double Constraints::tension(std::size_t i, const Vector& u, const Vector& w) const {

@@ -2,23 +2,17 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "tetraction/core/error.h"
 
 namespace tetraction {
 namespace {
-
-std::int64_t id_of(const TetMesh& mesh, Index vertex) {
-  return mesh.vertex_id(vertex);
-}
 
 Matrix3 rotation(const Vector3& rotation_vector) {
   const double angle = rotation_vector.norm();
@@ -72,16 +66,52 @@ class Normals {
   Vector3 point_;
 };
 
-bool same_motion(const HeldVertices& a, Index i, const HeldVertices& b, Index j, int axis) {
+// Whether the component `axis` of a vertex goes the same way in both, at all times.
+bool same_motion(const HeldVertices& a, Index i, const HeldVertices& b, Index j, Index axis,
+                 double size) {
   constexpr double kTolerance = 1e-12;
   const double time = std::max(a.motion.since, b.motion.since);
   const Vector3 x = a.motion.position(a.start.col(i), time);
   const Vector3 y = b.motion.position(b.start.col(j), time);
-  const bool both_rest = a.motion.at_rest() && b.motion.at_rest();
-  const bool same_rate = a.motion.velocity == b.motion.velocity &&
-                         a.motion.angular_velocity.isZero(0.0) &&
-                         b.motion.angular_velocity.isZero(0.0);
-  return std::abs(x[axis] - y[axis]) <= kTolerance * std::abs(x[axis]) && (both_rest || same_rate);
+  if (std::abs(x[axis] - y[axis]) > kTolerance * std::max(size, std::abs(x[axis]))) return false;
+  // A component along the axis of a turn, or of a vertex on that axis, does not feel it.
+  const auto turns = [&](const HeldVertices& held, const Vector3& position) {
+    const Vector3& angular = held.motion.angular_velocity;
+    if (angular.isZero(0.0)) return false;
+    const Vector3 center = held.motion.center + (time - held.motion.since) * held.motion.velocity;
+    const Vector3 rate = angular.normalized().cross(position - center);
+    const double off =
+        std::max(std::abs(rate[axis]), std::abs(angular.cross(rate)[axis]) / angular.norm());
+    return off > kTolerance * size;
+  };
+  const bool a_turns = turns(a, x);
+  if (a_turns != turns(b, y)) return false;
+  if (!a_turns) return a.motion.velocity[axis] == b.motion.velocity[axis];
+  if (a.motion.velocity != b.motion.velocity ||
+      a.motion.angular_velocity != b.motion.angular_velocity) {
+    return false;
+  }
+  const Vector3 rate = a.motion.rate(a.start.col(i), time);
+  const Vector3 other = b.motion.rate(b.start.col(j), time);
+  const double speed = a.motion.velocity.norm() + size * a.motion.angular_velocity.norm();
+  return (rate - other).cwiseAbs().maxCoeff() <= kTolerance * speed;
+}
+
+// What has no name gets one for messages.
+void name_all(ConstraintList& list, const TetMesh& mesh) {
+  const auto name = [](auto& constraints, const char* kind) {
+    for (auto& constraint : constraints) {
+      if (constraint.name.empty()) constraint.name = kind;
+    }
+  };
+  name(list.held, "a fix");
+  name(list.guided, "a plane or line");
+  name(list.handles, "a rigid handle");
+  for (FixedDistance& distance : list.distances) {
+    if (!distance.name.empty()) continue;
+    distance.name = fmt::format("the distance of vertices {} and {}", mesh.vertex_id(distance.a),
+                                mesh.vertex_id(distance.b));
+  }
 }
 
 }  // namespace
@@ -114,6 +144,7 @@ Constraints::Constraints(Index vertex_count) : coordinates_(vertex_count) {}
 
 Constraints::Constraints(ConstraintList list, const TetMesh& mesh, const Vector& mass)
     : list_(std::move(list)), coordinates_(mesh.vertex_count()), mass_(mass) {
+  name_all(list_, mesh);
   std::map<Index, Prescribed> vertices;
   add_held(vertices, mesh);
   add_guided(vertices, mesh);
@@ -126,14 +157,11 @@ Constraints::Constraints(ConstraintList list, const TetMesh& mesh, const Vector&
     prescribed_.push_back(vertex);
   }
   coordinates_ = FreeCoordinates(mesh.vertex_count(), std::move(freedoms), std::move(sets));
-  if (coordinates_.count() == 0) {
-    throw InputError(
-        "Every vertex is fixed: there is nothing left to move. Let [[fix]] select fewer vertices.");
-  }
   make_selector();
 }
 
 void Constraints::add_held(std::map<Index, Prescribed>& vertices, const TetMesh& mesh) {
+  const double size = mesh.rest_positions().cwiseAbs().maxCoeff();
   spring_stiffness_ = Vector::Zero(3 * mesh.vertex_count());
   for (std::size_t h = 0; h < list_.held.size(); ++h) {
     const HeldVertices& held = list_.held[h];
@@ -157,11 +185,11 @@ void Constraints::add_held(std::map<Index, Prescribed>& vertices, const TetMesh&
         if (vertex.held[i] >= 0) {
           const HeldVertices& other = this->held(vertex.held[i]);
           if (!same_motion(other, vertex.place[i], held, static_cast<Index>(place),
-                           static_cast<int>(i))) {
+                           static_cast<Index>(i), size)) {
             throw InputError(fmt::format(
                 "{}: vertex {} is fixed twice, to different targets (also by {}). Let only one of "
                 "them select it.",
-                held.name, id_of(mesh, v), other.name));
+                held.name, mesh.vertex_id(v), other.name));
           }
           continue;
         }
@@ -180,7 +208,7 @@ void Constraints::add_held(std::map<Index, Prescribed>& vertices, const TetMesh&
 }
 
 void Constraints::add_guided(std::map<Index, Prescribed>& vertices, const TetMesh& mesh) const {
-  const double size = mesh.rest_positions().cwiseAbs().maxCoeff() + 1.0;
+  const double extent = mesh.rest_positions().cwiseAbs().maxCoeff();
   std::map<Index, Normals> normals;
   for (const GuidedVertices& guide : list_.guided) {
     for (std::size_t place = 0; place < guide.vertices.size(); ++place) {
@@ -188,6 +216,7 @@ void Constraints::add_guided(std::map<Index, Prescribed>& vertices, const TetMes
       Prescribed& vertex = vertices[v];
       vertex.vertex = v;
       const Vector3 through = guide.points.col(static_cast<Index>(place));
+      const double size = std::max(extent, through.cwiseAbs().maxCoeff());
       auto found = normals.find(v);
       if (found == normals.end()) {
         found = normals.emplace(v, Normals(through)).first;
@@ -198,7 +227,7 @@ void Constraints::add_guided(std::map<Index, Prescribed>& vertices, const TetMes
             throw InputError(fmt::format(
                 "{}: vertex {} is already moved by {}. A vertex that moves as prescribed cannot be "
                 "guided as well: let only one of them select it.",
-                guide.name, id_of(mesh, v), held(h).name));
+                guide.name, mesh.vertex_id(v), held(h).name));
           }
           const Vector3 target = held(h).start.col(vertex.place[static_cast<std::size_t>(i)]);
           found->second.add(Vector3::Unit(i), target, size);
@@ -211,116 +240,13 @@ void Constraints::add_guided(std::map<Index, Prescribed>& vertices, const TetMes
         throw InputError(fmt::format(
             "{}: vertex {} cannot be there and obey the other constraints on it, which hold it "
             "elsewhere. Let only one of them select it, or let them meet.",
-            guide.name, id_of(mesh, v)));
+            guide.name, mesh.vertex_id(v)));
       }
       vertex.freedom = found->second.freedom();
       vertex.point = found->second.point();
       vertex.guided = true;
     }
   }
-}
-
-std::vector<AffineSet> Constraints::add_handles(const std::map<Index, Prescribed>& vertices,
-                                                const TetMesh& mesh) {
-  std::vector<AffineSet> sets;
-  std::map<Index, const std::string*> owner;
-  for (const RigidHandle& handle : list_.handles) {
-    const auto count = static_cast<Index>(handle.vertices.size());
-    double total = 0.0;
-    Vector3 center = Vector3::Zero();
-    for (Index i = 0; i < count; ++i) {
-      const Index v = handle.vertices[static_cast<std::size_t>(i)];
-      const bool held = vertices.count(v) > 0;
-      if (held || owner.count(v) > 0) {
-        throw InputError(fmt::format(
-            "{}: vertex {} is already {}. The vertices of a rigid handle cannot be constrained in "
-            "another way: let only one of them select it.",
-            handle.name, id_of(mesh, v), held ? "fixed or guided" : "in " + *owner[v]));
-      }
-      owner[v] = &handle.name;
-      total += mass_[v];
-      center += mass_[v] * handle.shape.col(i);
-    }
-    center /= total;
-    Matrix3 moment = Matrix3::Zero();
-    for (Index i = 0; i < count; ++i) {
-      const Vector3 arm = handle.shape.col(i) - center;
-      moment += mass_[handle.vertices[static_cast<std::size_t>(i)]] / total * arm * arm.transpose();
-    }
-    // Radii of gyration along the principal axes, largest first; flat directions have none.
-    constexpr double kFlat = 1e-6;  // round-off in the squares is of the order of 1e-8
-    const Eigen::SelfAdjointEigenSolver<Matrix3> axes(moment);
-    Matrix3 directions;  // right-handed, so that w never has to be a mirror image
-    directions.col(0) = axes.eigenvectors().col(2);
-    directions.col(1) = axes.eigenvectors().col(1);
-    directions.col(2) = directions.col(0).cross(directions.col(1));
-    const double largest = std::sqrt(std::max(0.0, axes.eigenvalues()[2]));
-    int rank = 0;
-    while (rank < 3 && std::sqrt(std::max(0.0, axes.eigenvalues()[2 - rank])) > kFlat * largest) {
-      ++rank;
-    }
-    if (rank == 0) {
-      throw InputError(fmt::format(
-          "{}: all its vertices are in one place: a rigid handle needs two or more.", handle.name));
-    }
-
-    Equation equation;
-    equation.first_entry = configuration_size_;
-    equation.first_equation = equation_count_;
-    equation.rank = rank;
-    equation.name = handle.name;
-    AffineSet set;
-    set.vertices = handle.vertices;
-    set.coordinates.resize(rank, count);
-    for (Index i = 0; i < count; ++i) {
-      const Index v = handle.vertices[static_cast<std::size_t>(i)];
-      Vector3 weights = Vector3::Zero();
-      for (int j = 0; j < rank; ++j) {
-        const double radius = std::sqrt(axes.eigenvalues()[2 - j]);
-        equation.scale[j] = radius;
-        set.coordinates(j, i) = directions.col(j).dot(handle.shape.col(i) - center) / radius;
-        weights[j] = mass_[v] / total * set.coordinates(j, i);
-      }
-      equation.weights.emplace_back(v, weights);
-    }
-    configuration_size_ += equation.entries();
-    equation_count_ += equation.count();
-    equations_.push_back(std::move(equation));
-    sets.push_back(std::move(set));
-  }
-  return sets;
-}
-
-void Constraints::add_distances(const TetMesh& mesh) {
-  for (const FixedDistance& distance : list_.distances) {
-    if (distance.a == distance.b || !(distance.length > 0.0) || !std::isfinite(distance.length)) {
-      throw InputError(fmt::format(
-          "{}: a distance must be kept between two different vertices and be above 0; between {} "
-          "and {} it is {} m.",
-          distance.name, id_of(mesh, distance.a), id_of(mesh, distance.b), distance.length));
-    }
-    Equation equation;
-    equation.first_entry = configuration_size_;
-    equation.first_equation = equation_count_;
-    equation.scale[0] = distance.length;
-    equation.weights = {{distance.a, Vector3::UnitX()}, {distance.b, -Vector3::UnitX()}};
-    equation.name = distance.name;
-    configuration_size_ += equation.entries();
-    equation_count_ += equation.count();
-    equations_.push_back(std::move(equation));
-  }
-}
-
-void Constraints::make_selector() {
-  selector_.resize(coordinates_.count(), configuration_size_);
-  Vector unit = Vector::Zero(configuration_size_);
-  for (Index i = 0; i < configuration_size_; ++i) {
-    unit[i] = 1.0;
-    selector_.col(i) = coordinates_.restrict(vertex_forces(unit));
-    unit[i] = 0.0;
-  }
-  reduced_mass_ = coordinates_.reduced_mass(mass_);
-  inverse_mass_ = selector_.transpose() * reduced_mass_.cwiseInverse().asDiagonal() * selector_;
 }
 
 }  // namespace tetraction

@@ -58,7 +58,7 @@ class ExplicitStepper : public Stepper {
     next_.momentum.resize(system_.dof_count());
     next_.velocity.resize(system_.dof_count());
     next_.position.resize(system_.dof_count());
-    if (system_.constraints().has_springs()) reaction_.setZero();
+    if (system_.constraints().has_springs()) spring_impulse_.setZero(system_.dof_count());
     for (const Index v : tied_) vertex_block(reaction_, v).setZero();
     overdamped_ = false;
     if (damped) system_.velocity_of(state.momentum, velocity_);
@@ -123,7 +123,7 @@ class ExplicitStepper : public Stepper {
       work_.setZero(system_.dof_count());
       system_.constraints().add_spring_force(q, time, work_);
       outer_ += work_;
-      reaction_ += dt * work_;
+      spring_impulse_ += dt * work_;
     }
     if (damped) {
       work_.setZero(system_.dof_count());
@@ -262,17 +262,17 @@ class ExplicitStepper : public Stepper {
 
   void finish(const State& state, double h, StepOutcome& outcome) {
     const Constraints& constraints = system_.constraints();
-    if (constraints.has_springs()) {
-      reaction_ /= h;
-    } else {
-      for (const Index v : tied_) vertex_block(reaction_, v) /= h;
-    }
     for (const Index v : tied_) {
+      vertex_block(reaction_, v) /= h;
       vertex_block(next_.velocity, v) =
           (vertex_block(next_.position, v) - vertex_block(state.position, v)) / h;
     }
     if (user_force_.size() > 0) outcome.external_work = h * user_force_.dot(next_.velocity);
     if (!constraints.empty()) outcome.constraint_work = constraint_work(state, next_);
+    if (constraints.has_springs()) {
+      for (const Index v : tied_)
+        vertex_block(reaction_, v) += vertex_block(spring_impulse_, v) / h;
+    }
     outcome.elastic_energy = force_.elastic_energy();
     next_.step = state.step + 1;
   }
@@ -292,10 +292,11 @@ class ExplicitStepper : public Stepper {
   Vector user_force_;  // empty: none
   Vector outer_;
   Vector work_;
-  Vector velocity_;  // that damping is of
-  Vector free_damping_;  // the part of damping forces that changes the free momenta
+  Vector velocity_;        // that damping is of
+  Vector free_damping_;    // the part of damping forces that changes the free momenta
+  Vector spring_impulse_;  // of penalty springs in this step
+  Matrix before_;          // momenta of the constrained vertices
   bool overdamped_ = false;
-  Matrix before_;    // momenta of the constrained vertices
   Vector multipliers_;
 };
 

@@ -156,6 +156,11 @@ class ImplicitStepper : public Stepper {
   bool solve(StepOutcome& outcome) {
     constexpr int kEstimates = 40;
     problem_.set_rate_estimate(u_);
+    if (system_.coordinates().count() == 0) {  // x is where everything is prescribed to be
+      outcome.minimizer.termination = Termination::kConverged;
+      outcome.minimizer.message = "nothing to solve for: every vertex is held";
+      return true;
+    }
     for (int i = 0; i < kEstimates; ++i) {
       const MinimizerReport report = minimize_to_round_off(outcome);
       if (!report.converged()) {
@@ -241,9 +246,11 @@ class ImplicitStepper : public Stepper {
       } else {
         ++outcome.minimizer.iterations;
       }
-      Matrix influence;  // of u on the free coordinates at x; last column: Newton's step
-      ++outcome.minimizer.factorizations;
-      if (!minimizer_->solve_linearized(problem_, u_, right, influence)) {
+      // Of u on the free coordinates at x; last column: Newton's step.
+      Matrix influence(0, size + 1);
+      const bool movable = right.rows() > 0;
+      if (movable) ++outcome.minimizer.factorizations;
+      if (movable && !minimizer_->solve_linearized(problem_, u_, right, influence)) {
         if (!minimize) {
           last_residual = 0.0;  // minimise from here
           continue;

@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "tetraction/core/error.h"
@@ -19,6 +20,17 @@ std::vector<MaterialModel> materials_of(const std::vector<BodyRegion>& regions) 
   materials.reserve(regions.size());
   for (const BodyRegion& region : regions) materials.push_back(region.material);
   return materials;
+}
+
+// The part of the step from `start` on, of size h, that lies before `time`: 0 to 1.
+double part_of_step(double time, double start, double h) {
+  const double end = start + h;
+  // start = k h carries round-off: a time that is meant to be at an end of the step is taken as it is.
+  const double round_off =
+      16.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(start), std::abs(end));
+  if (std::abs(time - start) <= round_off) return 0.0;
+  if (std::abs(time - end) <= round_off) return 1.0;
+  return std::clamp((time - start) / h, 0.0, 1.0);
 }
 
 }  // namespace
@@ -52,11 +64,11 @@ void MechanicalSystem::set_material(Index region, const MaterialModel& material)
   elastic_.set_material(static_cast<std::size_t>(region), material);
 }
 
-void MechanicalSystem::set_constraints(Constraints constraints) {
+Constraints MechanicalSystem::set_constraints(Constraints constraints) {
   if (constraints.coordinates().dof_count() != dof_count()) {
     throw InputError("The constraints are for another mesh: the number of vertices differs.");
   }
-  constraints_ = std::move(constraints);
+  return std::exchange(constraints_, std::move(constraints));
 }
 
 void MechanicalSystem::set_damping(const Damping& damping) {
@@ -88,12 +100,17 @@ void MechanicalSystem::set_force(std::size_t index, UserForce force) {
   forces_.at(index) = std::move(force);
 }
 
+void MechanicalSystem::set_forces(std::vector<UserForce> forces) {
+  for (const UserForce& force : forces) check(force);
+  forces_ = std::move(forces);
+}
+
 void MechanicalSystem::user_force(double time, double h, Vector& f) const {
   f.setZero(forces_.empty() ? 0 : dof_count());
-  const double slack = 1e-6 * h;  // time = k h carries round-off
   for (const UserForce& force : forces_) {
-    if (time < force.from - slack || time >= force.until - slack) continue;
-    for (const Index v : force.vertices) vertex_block(f, v) += force.vector;
+    const double share = part_of_step(force.until, time, h) - part_of_step(force.from, time, h);
+    if (!(share > 0.0)) continue;
+    for (const Index v : force.vertices) vertex_block(f, v) += share * force.vector;
   }
 }
 

@@ -11,12 +11,15 @@ namespace {
 constexpr double kAccepted = 1e-12;  // |g|, relative
 constexpr int kIterations = 60;
 
-// Least-squares solution, minimum norm where equations are redundant.
-Vector solve_redundant(const Matrix& a, const Vector& b) {
+// Least-squares solution, minimum norm where equations are redundant. Rows are multiplied by their
+// factors and the unknowns measured in their units: what is redundant must not depend on the size of a
+// constraint or the masses at its ends.
+Vector solve_redundant(const Matrix& a, const Vector& b, const Vector& row_factors,
+                       const Vector& units) {
   Eigen::CompleteOrthogonalDecomposition<Matrix> qr;
   qr.setThreshold(1e-11);
-  qr.compute(a);
-  return qr.solve(b);
+  qr.compute(row_factors.asDiagonal() * a * units.asDiagonal());
+  return units.cwiseProduct(qr.solve(row_factors.cwiseProduct(b)));
 }
 
 double largest(const Vector& g) {
@@ -33,6 +36,7 @@ void finish(const Constraints& constraints, MultiplierSolution& solution) {
 MultiplierSolution solve_along_start(const Constraints& constraints, const Vector& free_end,
                                      const Matrix& response, const Vector& start,
                                      const Vector& guess) {
+  const Vector unit = constraints.units(response).multiplier;
   const Matrix directions = constraints.gradients(start);
   const Matrix moved = response * directions;  // ∂w/∂λ
   MultiplierSolution solution;
@@ -47,7 +51,7 @@ MultiplierSolution solve_along_start(const Constraints& constraints, const Vecto
   }
   for (int i = 0; i < kIterations && error > 0.0; ++i) {
     const Vector step = solve_redundant(constraints.gradients(solution.end).transpose() * moved,
-                                        -constraints.values(solution.end));
+                                        -constraints.values(solution.end), unit, unit);
     if (!step.allFinite()) break;
     double length = 1.0;
     bool better = false;
@@ -69,36 +73,44 @@ MultiplierSolution solve_along_start(const Constraints& constraints, const Vecto
   return solution;
 }
 
-// Newton on w − ŵ − S G(w) λ = 0, g(w) = 0, with S and λ scaled to be of the order of one.
+// Newton on w − ŵ − S G(w) λ = 0, g(w) = 0.
 MultiplierSolution solve_along_end(const Constraints& constraints, const Vector& free_end,
-                                   const Matrix& unscaled_response, const Vector& guess) {
+                                   const Matrix& response, const Vector& guess) {
   const Index n = free_end.size();
   const Index m = constraints.equation_count();
+  const Constraints::Units units = constraints.units(response);
+  const Vector lengths = constraints.configuration_lengths();
+  // Columns in the units of w and λ, rows in those of w and of what λ does work on.
+  Vector column_unit(n + m);
+  column_unit << units.displacement, units.multiplier;
+  Vector row_factor(n + m);
+  row_factor << units.displacement.cwiseInverse(), units.multiplier;
   MultiplierSolution solution;
   solution.end = constraints.retract(free_end);
-  const double scale = std::max(solution.end.norm(), 1e-300);
-  const double softness =
-      std::max(unscaled_response.cwiseAbs().maxCoeff(), 1e-300) / (scale * scale);
-  const Matrix response = unscaled_response / softness;
-  solution.multipliers = guess.size() == m
-                             ? Vector(guess * softness)
-                             : solve_redundant(response * constraints.gradients(solution.end),
-                                               solution.end - free_end);
+  solution.multipliers =
+      guess.size() == m
+          ? guess
+          : solve_redundant(response * constraints.gradients(solution.end), solution.end - free_end,
+                            row_factor.head(n), units.multiplier);
   const auto residual = [&](const Vector& w, const Vector& multipliers) {
     Vector r(n + m);
-    r.head(n) = (w - free_end - response * (constraints.gradients(w) * multipliers)) / scale;
+    r.head(n) = w - free_end - response * (constraints.gradients(w) * multipliers);
     r.tail(m) = constraints.values(w);
     return r;
   };
+  // Every constraint is held against its own length.
+  const auto size_of = [&](const Vector& r) {
+    return std::hypot(r.head(n).cwiseQuotient(lengths).norm(), r.tail(m).norm());
+  };
   Vector r = residual(solution.end, solution.multipliers);
-  for (int i = 0; i < kIterations && r.norm() > 0.0; ++i) {
+  for (int i = 0; i < kIterations && size_of(r) > 0.0; ++i) {
     Matrix jacobian = Matrix::Zero(n + m, n + m);
     const Matrix gradients = constraints.gradients(solution.end);
     jacobian.topLeftCorner(n, n) =
-        (Matrix::Identity(n, n) - response * constraints.curvature(solution.multipliers)) / scale;
-    jacobian.topRightCorner(n, m) = -response * gradients / scale;
+        Matrix::Identity(n, n) - response * constraints.curvature(solution.multipliers);
+    jacobian.topRightCorner(n, m) = -response * gradients;
     jacobian.bottomLeftCorner(m, n) = gradients.transpose();
-    const Vector step = solve_redundant(jacobian, -r);
+    const Vector step = solve_redundant(jacobian, -r, row_factor, column_unit);
     if (!step.allFinite()) break;
     double length = 1.0;
     bool better = false;
@@ -106,7 +118,7 @@ MultiplierSolution solve_along_end(const Constraints& constraints, const Vector&
       const Vector end = solution.end + length * step.head(n);
       const Vector multipliers = solution.multipliers + length * step.tail(m);
       const Vector now = residual(end, multipliers);
-      if (now.norm() < r.norm()) {
+      if (size_of(now) < size_of(r)) {
         solution.end = end;
         solution.multipliers = multipliers;
         r = now;
@@ -115,10 +127,9 @@ MultiplierSolution solve_along_end(const Constraints& constraints, const Vector&
     }
     if (!better) break;
   }
-  solution.multipliers /= softness;
   solution.forces = constraints.gradients(solution.end) * solution.multipliers;
   finish(constraints, solution);
-  solution.ok = solution.ok && r.head(n).norm() <= 1e-10;
+  solution.ok = solution.ok && r.head(n).cwiseQuotient(lengths).norm() <= 1e-10;
   if (!solution.ok && solution.worst < 0) solution.worst = 0;
   return solution;
 }
@@ -158,9 +169,10 @@ Vector project_to_constraints(const Constraints& constraints, const Vector& mass
   Vector velocity = momentum;
   for (Index i = 0; i < velocity.size(); ++i) velocity[i] /= mass[i / 3];
   const Matrix gradients = constraints.gradients(constraints.configuration(q));
+  const Vector unit = constraints.units(constraints.inverse_mass()).multiplier;
   const Vector multipliers =
       solve_redundant(gradients.transpose() * constraints.inverse_mass() * gradients,
-                      -gradients.transpose() * constraints.configuration(velocity));
+                      -gradients.transpose() * constraints.configuration(velocity), unit, unit);
   Vector u = gradients * multipliers;
   Vector impulse = constraints.vertex_forces(u);
   constraints.coordinates().project_momentum(mass, impulse);

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <random>
 
 #include "fem/tangent_operator.h"
 #include "tetraction/core/parallel.h"
@@ -131,9 +132,17 @@ Eigenpair lanczos_largest(ScaledMatrix& op) {
   return {solver.eigenvalues()[0], solver.eigenvectors().col(0)};
 }
 
+// The same at every call, whatever the rest of the program does with random numbers.
+Vector start_vector(Index size) {
+  std::mt19937 random;  // always the same seed
+  Vector x(size);
+  for (double& xi : x) xi = 2.0 * static_cast<double>(random()) / std::mt19937::max() - 1.0;
+  return x.normalized();
+}
+
 // Power iteration with the Rayleigh quotient: the fall-back, should Lanczos not converge.
 Eigenpair power_largest(const ScaledMatrix& op) {
-  Vector x = Vector::Random(op.rows()).normalized();
+  Vector x = start_vector(op.rows());
   Vector y(op.rows());
   double value = 0.0;
   for (int i = 0; i < 2000; ++i) {
@@ -169,10 +178,11 @@ double largest_damping_rate(const MechanicalSystem& system, const Vector& q) {
 }  // namespace
 
 StabilityLimit stability_limit(const MechanicalSystem& system, const Vector& q) {
-  ScaledMatrix op(system, q, ScaledMatrix::Kind::kStiffness);
-  const Eigenpair largest = largest_eigenpair(op);
   StabilityLimit limit;
   limit.critical_step = std::numeric_limits<double>::infinity();
+  if (system.coordinates().count() == 0) return limit;  // nothing that could oscillate
+  ScaledMatrix op(system, q, ScaledMatrix::Kind::kStiffness);
+  const Eigenpair largest = largest_eigenpair(op);
   if (largest.value > 0.0) {
     limit.omega_max = std::sqrt(largest.value);
     limit.critical_step = 2.0 / limit.omega_max;

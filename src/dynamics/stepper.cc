@@ -24,9 +24,15 @@ void Stepper::add_reaction(const Vector& x, const Vector& impulse, StepOutcome& 
 double Stepper::constraint_work(const State& from, const State& to) const {
   const Constraints& constraints = system_.constraints();
   double work = 0.0;
-  constraints.for_each_prescribed_way(from.position, to.time, [&](Index v, const Vector3& way) {
-    work += vertex_block(reaction_, v).dot(way);
-  });
+  if (constraints.moving()) {
+    // The force of a distance on a prescribed vertex is no part of what moves it: the distance takes
+    // as much work there as it gives at its other end, and what moves the vertex has to make up for it.
+    Vector support = reaction_;
+    if (configuration_force_.size() > 0) support -= constraints.vertex_forces(configuration_force_);
+    constraints.for_each_prescribed_way(from.position, to.time, [&](Index v, const Vector3& way) {
+      work += vertex_block(support, v).dot(way);
+    });
+  }
   if (constraints.has_springs()) {
     // What a moving target puts into its spring, less what stays in it.
     work += constraints.spring_energy(from.position, from.time) -

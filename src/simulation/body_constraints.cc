@@ -110,8 +110,7 @@ Matrix own_targets(const FixSettings& fix, const TetMesh& mesh,
   for (std::size_t i = 0; i < select->ids.size(); ++i) place.emplace(select->ids[i], i);
   Matrix targets(3, static_cast<Index>(vertices.size()));
   for (std::size_t i = 0; i < vertices.size(); ++i) {
-    const std::int64_t id = mesh.vertex_ids[static_cast<std::size_t>(vertices[i])];
-    targets.col(static_cast<Index>(i)) = fix.targets[place.at(id)];
+    targets.col(static_cast<Index>(i)) = fix.targets[place.at(mesh.vertex_id(vertices[i]))];
   }
   return targets;
 }

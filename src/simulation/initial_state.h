@@ -10,10 +10,11 @@ namespace tetraction {
 State make_initial_state(const Scene& scene, MechanicalSystem& system,
                          BodyConstraints& constraints);
 
-/// Gives the system these constraints and moves `position` to where they hold it. Throws InputError
-/// and leaves both as they were if they contradict each other or an element would be inverted.
-void constrain(MechanicalSystem& system, const BodyConstraints& constraints, double time,
-               Vector& position);
+/// Gives the system these constraints and moves `position` to where they hold it; returns those it
+/// had before. Throws InputError and leaves both as they were if they contradict each other or an
+/// element would be inverted.
+Constraints constrain(MechanicalSystem& system, const BodyConstraints& constraints, double time,
+                      Vector& position);
 
 UserForce make_force(const ForceSettings& force, const TetMesh& mesh);
 

@@ -96,8 +96,8 @@ UserForce make_force(const ForceSettings& force, const TetMesh& mesh) {
   return {select_at(mesh, force.select, force.where), force.vector, force.from, force.until};
 }
 
-void constrain(MechanicalSystem& system, const BodyConstraints& constraints, double time,
-               Vector& position) {
+Constraints constrain(MechanicalSystem& system, const BodyConstraints& constraints, double time,
+                      Vector& position) {
   Constraints next(constraints.list(), system.mesh(), system.mass());
   Vector moved = position;
   if (const std::string failed = project_positions(next, time, moved); !failed.empty()) {
@@ -112,8 +112,8 @@ void constrain(MechanicalSystem& system, const BodyConstraints& constraints, dou
         "displacement.",
         system.mesh().tetrahedron_id(status.failed_element)));
   }
-  system.set_constraints(std::move(next));
-  position = moved;
+  position.swap(moved);
+  return system.set_constraints(std::move(next));
 }
 
 State make_initial_state(const Scene& scene, MechanicalSystem& system) {
@@ -207,7 +207,7 @@ std::vector<Index> check_shift(const ShiftSettings& shift, const TetMesh& mesh) 
   const std::vector<Index> sorted = select_at(mesh, SelectVertices{shift.vertices}, shift.where);
   if (sorted.size() != count) refuse("a vertex comes twice; give each once.");
   std::unordered_map<std::int64_t, Index> index_of;
-  for (const Index v : sorted) index_of.emplace(mesh.vertex_ids[static_cast<std::size_t>(v)], v);
+  for (const Index v : sorted) index_of.emplace(mesh.vertex_id(v), v);
   std::vector<Index> vertices;
   vertices.reserve(count);
   for (const std::int64_t id : shift.vertices) vertices.push_back(index_of.at(id));

@@ -138,9 +138,9 @@ void Session::Impl::warn_of_events() {
   }
 }
 
-StabilityLimit Session::Impl::current_limit() {
+StabilityLimit Session::Impl::current_limit(const Vector& position) {
   const PhaseTimer timer(times.stability);
-  return stability_limit(*system, state.position);
+  return stability_limit(*system, position);
 }
 
 std::string Session::Impl::limit_advice() const {

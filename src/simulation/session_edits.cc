@@ -2,6 +2,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
+#include <tuple>
 #include <utility>
 
 #include "session_impl.h"
@@ -28,6 +30,30 @@ struct Renewal {
   bool limit = false;  // the stability limit may be another
 };
 
+// What edits change of a system, but for its constraints.
+class SystemSettings {
+ public:
+  explicit SystemSettings(const MechanicalSystem& system)
+      : materials_(system.elastic().materials()),
+        environment_(system.environment()),
+        damping_(system.damping()),
+        forces_(system.forces()) {}
+  void put_back(MechanicalSystem& system) {
+    for (std::size_t i = 0; i < materials_.size(); ++i) {
+      system.set_material(static_cast<Index>(i), materials_[i]);
+    }
+    system.set_environment(environment_);
+    system.set_damping(damping_);
+    system.set_forces(std::move(forces_));
+  }
+
+ private:
+  std::vector<MaterialModel> materials_;
+  Environment environment_;
+  Damping damping_;
+  std::vector<UserForce> forces_;
+};
+
 // Changes copies of what an edit concerns; nothing is committed before all of it is known to fit.
 struct Editor {
   MechanicalSystem& system;
@@ -52,8 +78,11 @@ struct Editor {
           "nowhere, and momentum and energy with it. Change it before the start.",
           density, edit.material.density));
     }
+    const bool built_in = all_built_in();
     system.set_material(edit.region, make_material(edit.material));
     materials[static_cast<std::size_t>(edit.region)] = edit.material;
+    // A solver knows from its beginning whether it can do without a matrix.
+    renewal.stepper = all_built_in() != built_in;
     renewal.limit = true;
   }
   void operator()(const SetTime& edit) {
@@ -76,17 +105,15 @@ struct Editor {
     renewal.limit = !system.environment().is_uniform();
   }
   void operator()(const SetForce& edit) {
+    if (edit.index) require_index(forces, *edit.index, "force");
     UserForce force = make_force(edit.force, system.mesh());
-    if (!edit.index) {
+    if (edit.index) {
+      system.set_force(*edit.index, std::move(force));
+      forces[*edit.index] = edit.force;
+    } else {
       system.add_force(std::move(force));
       forces.push_back(edit.force);
-      return;
     }
-    if (*edit.index >= system.force_count()) {
-      throw InputError(fmt::format(kNoSuch, "force", *edit.index, system.force_count()));
-    }
-    system.set_force(*edit.index, std::move(force));
-    forces[*edit.index] = edit.force;
   }
   void operator()(const SetFix& edit) {
     if (edit.index) {
@@ -143,6 +170,10 @@ struct Editor {
     renewal.constraints = renewal.limit = true;
   }
   void operator()(const SetMomentum& edit) {
+    if (!edit.momentum.value.allFinite()) {
+      throw InputError(fmt::format("{}{}the momentum must be finite.", edit.momentum.where,
+                                   edit.momentum.where.empty() ? "" : ": "));
+    }
     for (const Index v : select_at(system.mesh(), edit.momentum.select, edit.momentum.where)) {
       vertex_block(state.momentum, v) = edit.momentum.value;
     }
@@ -177,7 +208,13 @@ struct Editor {
     throw InputError(fmt::format(
         "{}{}the displacement inverts element {}: make it smaller, or move more vertices together.",
         shift.where, shift.where.empty() ? "" : ": ",
-        system.mesh().tetrahedron_ids[static_cast<std::size_t>(status.failed_element)]));
+        system.mesh().tetrahedron_id(status.failed_element)));
+  }
+  bool all_built_in() const {
+    const std::vector<MaterialModel>& models = system.elastic().materials();
+    return std::none_of(models.begin(), models.end(), [](const MaterialModel& model) {
+      return std::holds_alternative<CustomMaterial>(model);
+    });
   }
 };
 
@@ -188,7 +225,8 @@ void Session::apply(const Edit& edit, const std::string& what) {
 }
 
 void Session::Impl::apply(const Edit& edit, double at, const std::string& what) {
-  // Copies of what can fail half-way; the system itself refuses before it changes anything.
+  // What changes are copies, committed once nothing can fail any more. The system, which everything
+  // refers to, and the plan of the steps are changed in place and put back where something fails.
   BodyConstraints new_constraints = constraints;
   TimeSettings new_time = time;
   SolverSettings new_solver = solver;
@@ -198,57 +236,72 @@ void Session::Impl::apply(const Edit& edit, double at, const std::string& what) 
   State new_state = state;
   Editor editor{*system,       new_constraints, new_time,   new_solver,
                 new_materials, new_environment, new_forces, new_state};
-  std::visit(editor, edit);
-  StabilityLimit limit;
-  if (editor.renewal.step) {
-    if (!is_implicit(new_time.integrator)) limit = current_limit();
-    const TimeSettings old_time = std::exchange(time, new_time);
-    try {
-      choose_step(limit);
-    } catch (...) {
-      time = old_time;
-      throw;
+  std::unique_ptr<Stepper> new_stepper;
+  AppliedEdit done;
+  GoodState new_good;
+  SystemSettings old_system(*system);
+  std::optional<Constraints> old_constraints;
+  const TimeSettings old_time = time;
+  const auto old_steps = std::tuple(time_step, segment_time, segment_step, segment_count);
+  try {
+    std::visit(editor, edit);
+    const Renewal& renewal = editor.renewal;
+    if (renewal.constraints) {
+      old_constraints = constrain(*system, new_constraints, state.time, new_state.position);
+      project_to_constraints(system->constraints(), system->mass(), new_state.position, state.time,
+                             new_state.momentum);
+      new_state.velocity = system->velocity_of(new_state.momentum);
     }
+    StabilityLimit limit;
+    if (renewal.limit && !is_implicit(new_time.integrator)) {
+      limit = current_limit(new_state.position);
+    }
+    time = new_time;
+    if (renewal.step) choose_step(limit);
+    if (renewal.stepper || renewal.constraints) {
+      new_stepper = make_stepper(time.integrator, new_solver, *system);
+    }
+    done.at = at;
+    done.time = state.time;
+    done.step = state.step;
+    done.what = what;
+    done.warning = editor.warning;
+    if (renewal.limit) {
+      if (std::string warning = step_warning(limit); !warning.empty()) {
+        done.warning = std::move(warning);
+      }
+    }
+    if (renewal.step && segment_count == 0 && time.end - state.time > 1e-9 * time_step) {
+      done.warning = fmt::format(
+          "no step of {:.4g} s fits into the {:.4g} s that are left: the run ends here.", time_step,
+          time.end - state.time);
+    }
+    edits.reserve(edits.size() + 1);
+    if (keeps_good_states) {
+      new_good = {new_state, std::make_unique<Books>(*books)};
+      new_good.books->enter_edit(new_state);
+    }
+    done.energy_jump = books->enter_edit(new_state);
+  } catch (...) {
+    if (old_constraints) system->set_constraints(std::move(*old_constraints));
+    old_system.put_back(*system);
+    time = old_time;
+    std::tie(time_step, segment_time, segment_step, segment_count) = old_steps;
+    throw;
   }
-  if (editor.renewal.constraints) {
-    constrain(*system, new_constraints, state.time, new_state.position);
-    project_to_constraints(system->constraints(), system->mass(), new_state.position, state.time,
-                           new_state.momentum);
-    new_state.velocity = system->velocity_of(new_state.momentum);
-  }
-  if (editor.renewal.stepper || editor.renewal.constraints) {
-    stepper = make_stepper(new_time.integrator, new_solver, *system);
+  if (new_stepper) {
+    stepper = std::move(new_stepper);
   } else {
     stepper->reset();
   }
   constraints = std::move(new_constraints);
-  time = new_time;
-  solver = new_solver;
+  solver = std::move(new_solver);
   materials = std::move(new_materials);
-  environment = new_environment;
+  environment = std::move(new_environment);
   forces = std::move(new_forces);
   state = std::move(new_state);
-
-  AppliedEdit done;
-  done.at = at;
-  done.time = state.time;
-  done.step = state.step;
-  done.what = what;
-  done.energy_jump = books->enter_edit(state);
-  done.warning = editor.warning;
-  if (editor.renewal.limit && !is_implicit(time.integrator)) {
-    if (!editor.renewal.step) limit = current_limit();
-    if (std::string warning = step_warning(limit); !warning.empty()) {
-      done.warning = std::move(warning);
-    }
-  }
-  if (editor.renewal.step && segment_count == 0 && time.end - state.time > 1e-9 * time_step) {
-    done.warning =
-        fmt::format("no step of {:.4g} s fits into the {:.4g} s that are left: the run ends here.",
-                    time_step, time.end - state.time);
-  }
   edits.push_back(std::move(done));
-  if (keeps_good_states) keep_state();
+  if (keeps_good_states) good = std::move(new_good);
 }
 
 bool Session::Impl::apply_events() {

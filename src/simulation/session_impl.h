@@ -89,7 +89,7 @@ struct Session::Impl {
   Index hottest_element() const;
   // Says if a vertex is or was so near a singular centre that its energy there means nothing.
   std::string center_note();
-  StabilityLimit current_limit();
+  StabilityLimit current_limit(const Vector& position);
   void stop(RunStatus how, const std::string& what, Index element);
   bool blown_up() const;
   /// The energy that the integrator has made, relative to what entered.

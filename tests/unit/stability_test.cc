@@ -1,6 +1,8 @@
 #include "tetraction/dynamics/stability.h"
 
 #include <Eigen/Eigenvalues>
+#include <cmath>
+#include <cstdlib>
 
 #include "support/bodies.h"
 #include "support/step_problems.h"
@@ -51,6 +53,27 @@ TEST(StabilityLimit, IsSetByTheSmallestElement) {
             0.7 * stability_limit(regular, regular.rest_state().position).critical_step);
   const auto& nodes = squeezed.rest().nodes(limit.element);
   EXPECT_NE(std::find(nodes.begin(), nodes.end(), squeezed.vertex_count() - 1), nodes.end());
+}
+
+TEST(StabilityLimit, NeitherUsesNorDependsOnTheProgramsRandomNumbers) {
+  const MechanicalSystem system(small_block({6, 4, 3}), all_materials()[1], 1000.0);
+  const Vector q = jiggled(system.rest_state().position, 0.01);
+  std::srand(1);
+  const int expected = std::rand();
+  std::srand(1);
+  const StabilityLimit first = stability_limit(system, q);
+  EXPECT_EQ(std::rand(), expected);
+  EXPECT_EQ(stability_limit(system, q).omega_max, first.omega_max);
+}
+
+TEST(StabilityLimit, IsNoneWhereEveryVertexIsHeld) {
+  MechanicalSystem system(small_block(), all_materials()[1], 1000.0);
+  system.set_constraints(hold(system.mesh(), SelectAll{}));
+  system.set_damping({1.0, 1.0, 1.0});
+  const StabilityLimit limit = stability_limit(system, system.rest_state().position);
+  EXPECT_TRUE(std::isinf(limit.critical_step));
+  EXPECT_EQ(limit.omega_max, 0.0);
+  EXPECT_EQ(limit.element, -1);
 }
 
 }  // namespace

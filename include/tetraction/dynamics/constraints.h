@@ -86,9 +86,10 @@ class Constraints {
  public:
   /// None.
   explicit Constraints(Index vertex_count);
-  /// `mass`: one per vertex, kg. Throws InputError, naming the constraints, for: a component of a
-  /// vertex that is prescribed twice differently, guides that do not meet, a handle's vertex that is
-  /// constrained otherwise, a distance of zero, and if nothing is left free.
+  /// `mass`: one per vertex, kg. All vertices may be held: then nothing is left to solve for. Throws
+  /// InputError, naming the constraints, for: a component of a vertex that is prescribed twice
+  /// differently, guides that do not meet, a handle's vertex that is constrained otherwise, a
+  /// distance of zero.
   Constraints(ConstraintList list, const TetMesh& mesh, const Vector& mass);
 
   const ConstraintList& list() const { return list_; }
@@ -134,6 +135,15 @@ class Constraints {
   Matrix curvature(const Vector& multipliers) const;
   /// The configuration nearest to w with g = 0, each constraint for itself.
   Vector retract(Vector w) const;
+  /// The length of every entry of w, m: L of a distance, ρ_j of a handle.
+  Vector configuration_lengths() const;
+  /// Units that make the numbers of large and small, heavy and light constraints comparable, for
+  /// `response` S, what unit forces move w by. In them S and ∂g/∂w are of the order of one.
+  struct Units {
+    Vector displacement;  ///< of the entries of w: √S_ii; the length where nothing moves it
+    Vector multiplier;    ///< of the λ: the inverse of the larger √S_ii/s_i of the equation
+  };
+  Units units(const Matrix& response) const;
   /// What pulls the ends of list().distances[i] together under generalised forces u at w, N.
   double tension(std::size_t i, const Vector& u, const Vector& w) const;
   /// The name of the constraint that an equation belongs to.

@@ -14,7 +14,7 @@ namespace tetraction {
 
 struct VertexSums;
 
-/// A force on each of some vertices, constant over every step that starts in [from, until).
+/// A force on each of some vertices, constant from `from` until `until`. Both may lie inside a step.
 struct UserForce {
   std::vector<Index> vertices;
   Vector3 vector = Vector3::Zero();                        ///< N, on every vertex of the list
@@ -90,8 +90,8 @@ class MechanicalSystem {
   Index vertex_count() const { return mesh_.vertex_count(); }
   Index dof_count() const { return 3 * vertex_count(); }
 
-  /// What holds and guides the body.
-  void set_constraints(Constraints constraints);
+  /// What holds and guides the body. Returns what did before.
+  Constraints set_constraints(Constraints constraints);
   const Constraints& constraints() const { return constraints_; }
   const FreeCoordinates& coordinates() const { return constraints_.coordinates(); }
   void set_environment(const Environment& environment) { environment_ = environment; }
@@ -103,9 +103,11 @@ class MechanicalSystem {
   void add_force(UserForce force);
   /// Exchanges the force added as number `index`.
   void set_force(std::size_t index, UserForce force);
-  std::size_t force_count() const { return forces_.size(); }
-  /// f of the step of size h that starts at `time`: 3 per vertex, N; empty if there are no forces at
-  /// all. A start within 1e-6 h of `from` or `until` counts as being there.
+  const std::vector<UserForce>& forces() const { return forces_; }
+  /// Exchanges all of them.
+  void set_forces(std::vector<UserForce> forces);
+  /// f of the step of size h that starts at `time`: the mean over the step, so that h f is the impulse
+  /// ∫ f dt of every force. 3 per vertex, N; empty if there are no forces at all.
   void user_force(double time, double h, Vector& f) const;
   /// force += drag and mass damping at velocities v, which take momentum away (3 per vertex, N).
   void add_drag_force(const Vector& v, Vector& force) const;

@@ -11,7 +11,7 @@ struct StabilityLimit {
   double damping_rate = 0.0;  ///< c, 1/s: λ_max of M⁻¹C with the damping matrix C
   /// h_crit, s: 2/ω_max without damping, else the h of h²ω_max² + 2hc = 4.
   double critical_step = 0.0;
-  Index element = -1;  ///< element that moves most in that eigenmode (internal number)
+  Index element = -1;  ///< that moves most in that eigenmode (internal number); −1 without any
 };
 
 /// h_crit at positions q by Lanczos iterations (Spectra) on the matrix-free K, to a relative accuracy
@@ -21,8 +21,8 @@ struct StabilityLimit {
 /// Damping that is taken at the beginning of the step lowers the limit: with one mode of frequency ω
 /// and rate c, `explicit` is stable for h²ω² + 2hc < 4; ω_max and c may belong to different modes,
 /// so the limit is on the safe side.
-/// If K(q) has no positive eigenvalue, omega_max is 0; without damping critical_step is then
-/// infinite.
+/// If K(q) has no positive eigenvalue, or every vertex is held, omega_max is 0; without damping
+/// critical_step is then infinite.
 StabilityLimit stability_limit(const MechanicalSystem& system, const Vector& q);
 
 }  // namespace tetraction

@@ -53,7 +53,8 @@ struct StepOutcome {
 /// One time-stepping rule applied to one system.
 ///
 /// Keeps the force at the end of a step for the beginning of the next; call reset() after the state
-/// or the system was changed from outside, and make a new one after its constraints were.
+/// or the system was changed from outside, and make a new one after its constraints were, or one of
+/// its materials from a built-in one to a custom one or back.
 class Stepper {
  public:
   virtual ~Stepper() = default;
@@ -77,8 +78,8 @@ class Stepper {
   void add_impulse(const Vector& x, const Vector& force, double dt, StepOutcome& outcome) const;
   /// Enters a change of momenta that the constraints make at positions x.
   void add_reaction(const Vector& x, const Vector& impulse, StepOutcome& outcome);
-  /// What moving targets did from one state to the next with the current reactions, and what the
-  /// penalty springs gave back, J.
+  /// What moving targets did from one state to the next: the reactions, less the forces of distances,
+  /// along their way; and what the penalty springs gave back, J. `reaction_` is without springs.
   double constraint_work(const State& from, const State& to) const;
 
   const MechanicalSystem& system_;
