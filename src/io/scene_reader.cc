@@ -28,14 +28,14 @@ MaterialSettings read_material(const TomlTable& table) {
   MaterialSettings material;
   table.read("model", material.model,
              {StVenantKirchhoff::kName, NeoHookean::kName, MooneyRivlin::kName});
-  table.read("youngs_modulus", material.youngs_modulus, kPositive);
+  table.read("youngs_modulus", material.youngs_modulus, kModeratePositive);
   table.read("poissons_ratio", material.poissons_ratio, kPoisson);
-  table.read("mu", material.mu, kPositive);
-  table.read("lambda", material.lambda);
-  table.read("mu1", material.mu1, kNotNegative);
-  table.read("mu2", material.mu2, kNotNegative);
+  table.read("mu", material.mu, kModeratePositive);
+  table.read("lambda", material.lambda, kModerate);
+  table.read("mu1", material.mu1, kModerateNotNegative);
+  table.read("mu2", material.mu2, kModerateNotNegative);
   table.read("ratio", material.ratio, kNotNegative);
-  table.read("density", material.density, kPositive);
+  table.read("density", material.density, kModeratePositive);
   try {
     make_material(material);
   } catch (const InputError& error) {
