@@ -17,9 +17,9 @@ constexpr NumberRange kPoisson{
     [](double x) { return x > -1.0 && x < 0.5; },
     "lie between -1 and 0.5, both excluded; take 0.45 to 0.49 for rubber-like materials"};
 constexpr NumberRange kStrength{[](double x) { return x >= 0.0; },
-                                "be 0 or more; turn it with environment.direction"};
+                                "be 0 or more; turn it with environment.direction", false, true};
 constexpr NumberRange kDamping{[](double x) { return x >= 0.0; },
-                               "be 0 or more: negative damping makes energy"};
+                               "be 0 or more: negative damping makes energy", false, true};
 
 const NameList kMaterialKeys{"model", "youngs_modulus", "poissons_ratio", "mu", "lambda", "mu1",
                              "mu2",   "ratio",          "density"};
@@ -129,7 +129,7 @@ EnvironmentSettings read_environment(const TomlTable& root) {
   if (kind == "gravity") environment.kind = EnvironmentKind::kGravity;
   if (kind == "attraction") environment.kind = EnvironmentKind::kAttraction;
   table.read("strength", environment.strength, kStrength);
-  table.read("softening", environment.softening, kNotNegative);
+  table.read("softening", environment.softening, kModerateNotNegative);
   table.read("direction", environment.direction);
   if (environment.direction.isZero(0.0)) {
     table.refuse("direction", "must not be zero; [0, -1, 0] is downward.");
