@@ -19,7 +19,7 @@ constexpr NumberRange kPoisson{
 constexpr NumberRange kStrength{[](double x) { return x >= 0.0; },
                                 "be 0 or more; turn it with environment.direction", false, true};
 constexpr NumberRange kDamping{[](double x) { return x >= 0.0; },
-                               "be 0 or more: negative damping makes energy", false, true};
+                               "be 0 or more: negative damping makes energy"};
 
 const NameList kMaterialKeys{"model", "youngs_modulus", "poissons_ratio", "mu", "lambda", "mu1",
                              "mu2",   "ratio",          "density"};

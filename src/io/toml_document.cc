@@ -55,7 +55,7 @@ std::string file_text(const std::string& path) {
   // A character of UTF-8 is not cut into two.
   while (length < source.size() && length > 0 && (source[length] & 0xC0) == 0x80) --length;
   throw InputError(fmt::format(
-      "{}{}: keys, lists and tables may be nested {} deep at most, and these are nested deeper. No "
+      "{}{}: not valid TOML for a scene: keys, lists and tables may be nested {} deep at most, and these are nested deeper. No "
       "scene needs ten; look for a dot or a bracket too many.",
       source.substr(0, length), length < source.size() ? "…" : "", kDeepestNesting));
 }
