@@ -90,7 +90,8 @@ int check(const std::string& path, const std::vector<std::string>& overrides, bo
   }
 
   if (as_json) {
-    fmt::print("{}\n", json.dump(2));
+    // The name of a file need not be UTF-8, which JSON must be.
+    fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
   } else {
     fmt::print("{}: the scene is valid\n\n", path);
     print_mesh_table(mesh);

@@ -32,7 +32,9 @@ void add_info(CLI::App& parent) {
   command->callback([file, json] {
     const TetMesh mesh = read_mesh(*file);
     if (*json) {
-      fmt::print("{}\n", mesh_json(mesh).dump(2));
+      // Names of files and groups need not be UTF-8, which JSON must be.
+      fmt::print("{}\n", mesh_json(mesh).dump(2, ' ', false,
+                                              nlohmann::ordered_json::error_handler_t::replace));
     } else {
       print_mesh_table(mesh);
     }

@@ -9,7 +9,11 @@ import math
 import os
 import sys
 
-import matplotlib
+if len(sys.argv) == 2:
+    sys.argv[1] = os.path.abspath(sys.argv[1])
+    os.chdir("/")  # matplotlib takes settings from a file of the working folder
+
+import matplotlib  # noqa: E402
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
@@ -99,7 +103,8 @@ def read_study(folder):
             runs.append({**entry, "integrator": name, "step": step, "directory": directory})
     if not runs:
         raise Unusable("study.json names no run with a step")
-    return {"runs": runs, "stable_step": number(study.get("stable_step"))}
+    variants = {str(run.get("variant")) for run in runs}
+    return {"runs": runs, "variants": variants, "stable_step": number(study.get("stable_step"))}
 
 
 def read_history(run):
@@ -337,9 +342,14 @@ def main(folder):
               "body free of outer forces)", "$|p|$ [kg m/s]", magnitude("p"))  # fmt: skip
     over_time(study, folder, "angular_momentum_over_time", "Angular momentum about the origin "
               "(constant only without outer torque)", "$|L|$ [kg m²/s]", magnitude("l"))  # fmt: skip
-    step, error = "step $h$ [s]", r"position error $|q - q_{ref}|\,/\,|q_{ref}|$"
+    step = "step $h$ [s]"
+    what = "position error" if len(study["variants"]) < 2 else "position error or difference"
+    error = what + r" at the end $|q - q_{ref}|\,/\,|q_{ref} - X|$"
     scatter(study, folder, "error_over_step", "Error over step size", step, "step",
             "position_error", error, guides=True)  # fmt: skip
+    scatter(study, folder, "rms_error_over_step", "Error of the whole motion over step size", step,
+            "step", "position_error_rms", f"root mean square of the {what} over time",
+            guides=True)  # fmt: skip
     scatter(study, folder, "work_precision", "Work and precision", "wall time of the run [s]",
             "wall_seconds", "position_error", error)  # fmt: skip
     scatter(study, folder, "energy_drift_over_step", "Largest energy error over step size", step,

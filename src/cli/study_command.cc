@@ -53,12 +53,21 @@ std::string shell_quoted(const std::string& text) {
 bool draw_plots(const std::string& directory) {
   // Debian's own python3 first: another one on the PATH does not have Debian's matplotlib.
   const char* python = std::filesystem::exists("/usr/bin/python3") ? "/usr/bin/python3" : "python3";
-  const std::string command = fmt::format("{} - {}", python, shell_quoted(directory));
-  std::FILE* pipe = popen(command.c_str(), "w");
-  if (pipe == nullptr) return false;
-  const std::string script = kPlotStudyScript;
-  const bool written = std::fwrite(script.data(), 1, script.size(), pipe) == script.size();
-  return pclose(pipe) == 0 && written;
+  // Isolated: else a csv.py or json.py in the working folder would run in place of Python's own.
+  const std::string command = fmt::format("{} -I -c {} {}", python, shell_quoted(kPlotStudyScript),
+                                          shell_quoted(directory));
+  return std::system(command.c_str()) == 0;
+}
+
+// What a study sets itself, or has once for all variants: to vary it would change nothing.
+void check_varied_key(const std::string& argument, const std::string& key) {
+  for (const char* section : {"mesh", "time", "output"}) {
+    if (key != section && key.rfind(std::string(section) + ".", 0) != 0) continue;
+    throw InputError(fmt::format(
+        "--vary {}: a study has one mesh, one end time and one output directory, and sets "
+        "integrators and steps itself. Vary another key, or make two studies.",
+        argument));
+  }
 }
 
 // KEY=V1,V2,…: the scene once with each value.
@@ -72,6 +81,7 @@ std::vector<StudyVariant> read_variants(const StudyArguments& arguments) {
         arguments.vary));
   }
   const std::string key = arguments.vary.substr(0, equals);
+  check_varied_key(arguments.vary, key);
   for (std::size_t begin = equals + 1; begin <= arguments.vary.size();) {
     const std::size_t end = std::min(arguments.vary.find(',', begin), arguments.vary.size());
     const std::string value = arguments.vary.substr(begin, end - begin);
@@ -174,7 +184,7 @@ void add_study_command(CLI::App& app, int& exit_code) {
                       "Integrator of the reference run (default: midpoint)");
   command->add_option("--vary", arguments->vary,
                       "KEY=V1,V2,...: the whole study once with each value of a scene key, e.g. "
-                      "fix.0.mode=exact,penalty; errors are against the first");
+                      "fix.0.mode=exact,penalty; all are compared with the reference of the first");
   command->add_option("--out", arguments->out, "Output directory (default: the scene's)");
   command->add_option("--set", arguments->overrides, "KEY=VALUE: overrides a scene key")
       ->take_all()

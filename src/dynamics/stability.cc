@@ -8,8 +8,10 @@
 #include <limits>
 #include <memory>
 #include <random>
+#include <stdexcept>
 
 #include "fem/tangent_operator.h"
+#include "tetraction/core/error.h"
 #include "tetraction/core/parallel.h"
 
 namespace tetraction {
@@ -164,13 +166,32 @@ Eigenpair largest_eigenpair(ScaledMatrix& op) {
   return largest;
 }
 
+// The same, or InputError: Spectra gives up on a matrix that holds infinity or nothing but zeros.
+Eigenpair finite_largest_eigenpair(ScaledMatrix& op) {
+  Eigenpair largest;
+  largest.value = std::numeric_limits<double>::quiet_NaN();
+  try {
+    largest = largest_eigenpair(op);
+  } catch (const std::runtime_error&) {
+  } catch (const std::invalid_argument&) {
+  }
+  if (std::isfinite(largest.value)) return largest;
+  throw InputError(
+      "The stability limit cannot be worked out, as the highest frequency of the body overflows: "
+      "material.youngs_modulus (or mu, lambda), material.density, mesh.generate.size or "
+      "mesh.scale, "
+      "fix.penalty, damping.viscosity and environment.strength are too far apart in size, or one "
+      "is "
+      "too large or too small. Choose other units or values.");
+}
+
 double largest_damping_rate(const MechanicalSystem& system, const Vector& q) {
   const Damping& damping = system.damping();
   double rate = damping.mass_damping;
   if (damping.drag > 0.0) rate += damping.drag / system.mass().minCoeff();
   if (damping.viscosity > 0.0) {
     ScaledMatrix op(system, q, ScaledMatrix::Kind::kViscosity);
-    rate += std::max(0.0, largest_eigenpair(op).value);
+    rate += std::max(0.0, finite_largest_eigenpair(op).value);
   }
   return rate;
 }
@@ -182,7 +203,7 @@ StabilityLimit stability_limit(const MechanicalSystem& system, const Vector& q) 
   limit.critical_step = std::numeric_limits<double>::infinity();
   if (system.coordinates().count() == 0) return limit;  // nothing that could oscillate
   ScaledMatrix op(system, q, ScaledMatrix::Kind::kStiffness);
-  const Eigenpair largest = largest_eigenpair(op);
+  const Eigenpair largest = finite_largest_eigenpair(op);
   if (largest.value > 0.0) {
     limit.omega_max = std::sqrt(largest.value);
     limit.critical_step = 2.0 / limit.omega_max;

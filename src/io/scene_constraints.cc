@@ -98,7 +98,7 @@ FixSettings read_fix(const TomlTable& table) {
   if (fix.is_penalty) {
     table.require("penalty", "gamma of the force -2 gamma (q - target), in N/m.");
   }
-  table.read("penalty", fix.penalty, kPositive);
+  table.read("penalty", fix.penalty, kModeratePositive);
   return fix;
 }
 

@@ -34,7 +34,7 @@ GeneratorSettings read_generator(const TomlTable& mesh) {
     case GeneratorKind::kBox:
       table.require("size", "the lengths along x, y, z in m, for instance [4, 1, 1].");
       table.require("cells", "the numbers of cells along x, y, z, for instance [40, 10, 10].");
-      table.read("size", generator.size, kPositive);
+      table.read("size", generator.size, kModeratePositive);
       table.read("cells", generator.cells, 1);
       return generator;
     case GeneratorKind::kCube: {
@@ -47,7 +47,7 @@ GeneratorSettings read_generator(const TomlTable& mesh) {
     case GeneratorKind::kTetrahedron:
       break;
   }
-  table.read("size", edge, kPositive);
+  table.read("size", edge, kModeratePositive);
   generator.size.setConstant(edge);
   return generator;
 }
@@ -65,7 +65,7 @@ MeshSettings read_mesh_settings(const TomlTable& root, const std::string& folder
   if (!table.has("file") && !table.has("generate")) {
     table.refuse_table(fmt::format("has no mesh: {}", kNeeded));
   }
-  table.read("scale", mesh.scale, kPositive);
+  table.read("scale", mesh.scale, kModeratePositive);
   std::string element;
   table.read("element", element, {"linear"}, {"quadratic"});
   if (table.has("file")) {

@@ -17,7 +17,7 @@ constexpr NumberRange kPoisson{
     [](double x) { return x > -1.0 && x < 0.5; },
     "lie between -1 and 0.5, both excluded; take 0.45 to 0.49 for rubber-like materials"};
 constexpr NumberRange kStrength{[](double x) { return x >= 0.0; },
-                                "be 0 or more; turn it with environment.direction"};
+                                "be 0 or more; turn it with environment.direction", false, true};
 constexpr NumberRange kDamping{[](double x) { return x >= 0.0; },
                                "be 0 or more: negative damping makes energy"};
 
@@ -28,14 +28,14 @@ MaterialSettings read_material(const TomlTable& table) {
   MaterialSettings material;
   table.read("model", material.model,
              {StVenantKirchhoff::kName, NeoHookean::kName, MooneyRivlin::kName});
-  table.read("youngs_modulus", material.youngs_modulus, kPositive);
+  table.read("youngs_modulus", material.youngs_modulus, kModeratePositive);
   table.read("poissons_ratio", material.poissons_ratio, kPoisson);
-  table.read("mu", material.mu, kPositive);
-  table.read("lambda", material.lambda);
-  table.read("mu1", material.mu1, kNotNegative);
-  table.read("mu2", material.mu2, kNotNegative);
+  table.read("mu", material.mu, kModeratePositive);
+  table.read("lambda", material.lambda, kModerate);
+  table.read("mu1", material.mu1, kModerateNotNegative);
+  table.read("mu2", material.mu2, kModerateNotNegative);
   table.read("ratio", material.ratio, kNotNegative);
-  table.read("density", material.density, kPositive);
+  table.read("density", material.density, kModeratePositive);
   try {
     make_material(material);
   } catch (const InputError& error) {
@@ -129,7 +129,7 @@ EnvironmentSettings read_environment(const TomlTable& root) {
   if (kind == "gravity") environment.kind = EnvironmentKind::kGravity;
   if (kind == "attraction") environment.kind = EnvironmentKind::kAttraction;
   table.read("strength", environment.strength, kStrength);
-  table.read("softening", environment.softening, kNotNegative);
+  table.read("softening", environment.softening, kModerateNotNegative);
   table.read("direction", environment.direction);
   if (environment.direction.isZero(0.0)) {
     table.refuse("direction", "must not be zero; [0, -1, 0] is downward.");

@@ -30,18 +30,20 @@ std::string study_csv(const StudyResult& result) {
   std::string text =
       "integrator,step,status,steps,wall_seconds,seconds_per_simulated_second,"
       "iterations_per_step,max_relative_energy_drift,linear_momentum_drift,"
-      "angular_momentum_drift,angular_momentum_drift_allowed,position_error,observed_order"
-      ",stable_step,variant\n";
+      "angular_momentum_drift,angular_momentum_drift_allowed,position_error,position_error_rms,"
+      "observed_order,stable_step,variant,role\n";
   for (const StudyRow& row : result.rows) {
     text += fmt::format("{},{:.17g},{},{}", to_string(row.integrator), row.step,
                         to_string(row.status), row.steps);
     for (const double value :
          {row.wall_seconds, row.seconds_per_simulated_second, row.iterations_per_step,
           row.max_relative_energy_drift, row.linear_momentum_drift, row.angular_momentum_drift,
-          row.angular_momentum_drift_allowed, row.position_error, row.observed_order}) {
+          row.angular_momentum_drift_allowed, row.position_error, row.position_error_rms,
+          row.observed_order}) {
       text += ',' + csv_number(value);
     }
-    text += ',' + csv_number(row.stable_step) + ',' + row.variant + '\n';
+    text +=
+        ',' + csv_number(row.stable_step) + ',' + row.variant + ',' + to_string(row.role) + '\n';
   }
   return text;
 }
@@ -63,6 +65,7 @@ std::string study_json(const StudyResult& result, const std::string& scene_name)
         {{"integrator", to_string(row.integrator)},
          {"step", row.step},
          {"variant", row.variant},
+         {"role", to_string(row.role)},
          {"stable_step", json_number(row.stable_step)},
          {"step_over_stable_step", json_number(row.step / row.stable_step)},
          {"status", to_string(row.status)},
@@ -77,37 +80,46 @@ std::string study_json(const StudyResult& result, const std::string& scene_name)
          {"angular_momentum_drift", json_number(row.angular_momentum_drift)},
          {"angular_momentum_drift_allowed", json_number(row.angular_momentum_drift_allowed)},
          {"position_error", json_number(row.position_error)},
+         {"position_error_rms", json_number(row.position_error_rms)},
          {"observed_order", json_number(row.observed_order)}});
   }
-  return json.dump(2) + "\n";
+  // The names of files, which stand in messages as well, need not be UTF-8, which JSON must be.
+  return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
 std::string study_table(const StudyResult& result) {
   std::string text =
-      fmt::format("{:<15}{:>11}{:>9}{:>10}{:>8}{:>10}{:>9}{:>9}{:>10}{:>10}{:>10}{:>7}\n",
+      fmt::format("{:<15}{:>11}{:>9}{:>10}{:>8}{:>10}{:>9}{:>9}{:>10}{:>10}{:>10}{:>10}{:>7}\n",
                   "integrator", "step [s]", "h/h_crit", "status", "steps", "wall [s]", "iter/st",
-                  "energy", "lin.mom.", "ang.mom.", "pos.error", "order");
+                  "energy", "lin.mom.", "ang.mom.", "pos.error", "pos.rms", "order");
   for (std::size_t i = 0; i < result.rows.size(); ++i) {
     const StudyRow& row = result.rows[i];
+    const bool is_reference = row.role == StudyRole::kReference;
     const bool other_variant = i == 0 || result.rows[i - 1].variant != row.variant;
     if (i > 0 && (other_variant || result.rows[i - 1].integrator != row.integrator)) text += '\n';
     if (other_variant && !row.variant.empty()) {
-      text += fmt::format("{}: h_crit = {:.4g} s\n", row.variant, row.stable_step);
+      text += fmt::format("{}: h_crit = {:.4g} s{}\n", row.variant, row.stable_step,
+                          row.role == StudyRole::kVariant
+                              ? "; pos.error and pos.rms are differences to another variant"
+                              : "");
     }
     text += fmt::format(
-        "{:<15}{:>11.4g}{:>9.3g}{:>10}{:>8}{:>10.3g}{:>9}{:>9}{:>10}{:>10}{:>10}{:>7}\n",
+        "{:<15}{:>11.4g}{:>9.3g}{:>10}{:>8}{:>10.3g}{:>9}{:>9}{:>10}{:>10}{:>10}{:>10}{:>7}\n",
         to_string(row.integrator), row.step, row.step / row.stable_step, to_string(row.status),
         row.steps, row.wall_seconds,
         is_implicit(row.integrator) ? cell(row.iterations_per_step, "{:.2f}") : "-",
         cell(row.max_relative_energy_drift, "{:.1e}"), cell(row.linear_momentum_drift, "{:.1e}"),
-        cell(row.angular_momentum_drift, "{:.1e}"), cell(row.position_error),
-        cell(row.observed_order, "{:.2f}"));
+        cell(row.angular_momentum_drift, "{:.1e}"),
+        is_reference ? "reference" : cell(row.position_error),
+        is_reference ? "-" : cell(row.position_error_rms), cell(row.observed_order, "{:.2f}"));
   }
   text += fmt::format(
       "\nStability limit of the explicit rules: h_crit = {:.4g} s. Reference: {} at {:.4g} s "
       "({}).\n"
       "energy: largest energy error over the energy that entered; momenta: what is left after\n"
-      "the impulses of all outer forces; pos.error: |q - q_ref|/|q_ref| at the end.\n",
+      "the impulses of all outer forces; pos.error: |q - q_ref| at the end over the displacement "
+      "of\n"
+      "the reference, |q_ref - X|; pos.rms: the same as root mean squares over the whole time.\n",
       result.stable_step, to_string(result.reference_integrator), result.reference_step,
       to_string(result.reference_status));
   return text;

@@ -105,7 +105,8 @@ std::string summary_json(const Session& session) {
   json["scene"] = session.scene().echo.empty()
                       ? nlohmann::ordered_json::object()
                       : nlohmann::ordered_json::parse(session.scene().echo);
-  return json.dump(2) + "\n";
+  // The names of files, which stand in messages as well, need not be UTF-8, which JSON must be.
+  return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace tetraction

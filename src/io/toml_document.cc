@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "tetraction/core/error.h"
+#include "toml_depth.h"
 
 namespace tetraction {
 namespace {
@@ -48,6 +49,17 @@ std::string file_text(const std::string& path) {
   return text;
 }
 
+[[noreturn]] void refuse_depth(std::string_view source) {
+  constexpr std::size_t kMost = 500;  // of what is quoted: a deep key is a long one
+  std::size_t length = std::min(source.size(), kMost);
+  // A character of UTF-8 is not cut into two.
+  while (length < source.size() && length > 0 && (source[length] & 0xC0) == 0x80) --length;
+  throw InputError(fmt::format(
+      "{}{}: not valid TOML for a scene: keys, lists and tables may be nested {} deep at most, and these are nested deeper. No "
+      "scene needs ten; look for a dot or a bracket too many.",
+      source.substr(0, length), length < source.size() ? "…" : "", kDeepestNesting));
+}
+
 std::string trimmed(std::string_view text) {
   const auto first = text.find_first_not_of(" \t");
   if (first == std::string_view::npos) return {};
@@ -76,6 +88,7 @@ std::string quoted(const std::string& word) {
 // The value of an override: TOML, or a bare word as a string.
 toml::table override_value(const std::string& text, const std::string& source) {
   if (text.empty()) throw InputError(source + ": the value is missing; " + kExample);
+  if (place_of_deep_nesting(text)) refuse_depth(source);
   if (auto table = parse_value(text, source)) return std::move(*table);
   const bool looks_like_toml = std::strchr("[{\"'", text.front()) != nullptr;
   if (!looks_like_toml && text.find('\n') == std::string::npos) {
@@ -108,6 +121,7 @@ std::vector<std::string> split_key(const std::string& key, const std::string& so
     segment = trimmed(segment);
     if (segment.empty()) throw InputError(source + ": a part of the key is empty; " + kExample);
   }
+  if (segments.size() > kDeepestNesting) refuse_depth(source);
   return segments;
 }
 
@@ -161,6 +175,9 @@ TomlDocument::TomlDocument(const std::string& path, const std::vector<std::strin
 
 TomlDocument::TomlDocument(std::string path, std::string text, const std::vector<Change>& changes)
     : path_(std::move(path)), text_(std::move(text)) {
+  if (const auto place = place_of_deep_nesting(text_)) {
+    refuse_depth(fmt::format("{}:{}:{}", path_, place->line, place->column));
+  }
   try {
     root_ = toml::parse(text_, path_);
   } catch (const toml::parse_error& error) {

@@ -72,12 +72,20 @@ double TomlTable::number_of(std::string_view key, const toml::node& node, const 
     refuse(key, fmt::format("{} {}, not {}.", in_list ? "must be a list of" : "must be",
                             in_list ? "numbers" : "a number", kind_of(node)));
   }
-  const double value = *node.value<double>();
+  // toml++ itself converts no whole number that double precision has to round.
+  const auto* whole = node.as_integer();
+  const double value = whole != nullptr ? static_cast<double>(whole->get()) : *node.value<double>();
   if (std::isnan(value) || (std::isinf(value) && !range.infinity)) {
     refuse(key, fmt::format("{}{}; it must be finite.", subject, value));
   }
   if (!range.holds(value)) {
     refuse(key, fmt::format("{}{}; it must {}.", subject, value, range.words));
+  }
+  const double size = std::abs(value);
+  if (range.is_moderate && size != 0.0 && !(size >= 1e-30 && size <= 1e30)) {
+    refuse(key, fmt::format("{}{}; its size must lie between 1e-30 and 1e30, or what is computed "
+                            "from it overflows. Choose other units if it is meant.",
+                            subject, value));
   }
   return value;
 }
@@ -90,7 +98,7 @@ std::int64_t TomlTable::integer_of(std::string_view key, const toml::node& node,
                             node.is_floating_point() ? "a number with a decimal point or exponent"
                                                      : kind_of(node)));
   }
-  const std::int64_t value = *node.value<std::int64_t>();
+  const std::int64_t value = node.as_integer()->get();
   if (value < least || value > most) {
     refuse(key, fmt::format("{}{}; it must be {}.", in_list ? "holds " : "= ", value,
                             value < least ? fmt::format("{} or more", least)

@@ -19,11 +19,18 @@ struct NumberRange {
   bool (*holds)(double);
   const char* words;
   bool infinity = false;  ///< whether an infinite number may pass
+  /// Whether numbers other than 0 must have a size between 1e-30 and 1e30: for moduli and the like,
+  /// from whose products and single-precision copies infinity would come.
+  bool is_moderate = false;
 };
 
 inline constexpr NumberRange kFinite{[](double) { return true; }, "be finite"};
 inline constexpr NumberRange kPositive{[](double x) { return x > 0.0; }, "be above 0"};
+inline constexpr NumberRange kModerate{[](double) { return true; }, "be finite", false, true};
+inline constexpr NumberRange kModeratePositive{kPositive.holds, kPositive.words, false, true};
 inline constexpr NumberRange kNotNegative{[](double x) { return x >= 0.0; }, "be 0 or more"};
+inline constexpr NumberRange kModerateNotNegative{kNotNegative.holds, kNotNegative.words, false,
+                                                  true};
 
 /// The keys that a table may have.
 struct TableKeys {

@@ -7,6 +7,7 @@
 #include <limits>
 #include <utility>
 
+#include "position_errors.h"
 #include "tetraction/core/error.h"
 
 namespace tetraction {
@@ -20,6 +21,7 @@ constexpr double kAboveReference = 5.0;
 struct Run {
   StudyRow row;
   Vector final_position;
+  double mean_distance = kNone;  // from the reference over time, m
 };
 
 // The step nearest to h that divides `end`.
@@ -43,41 +45,55 @@ class Study {
     const std::size_t count = variants_.size() * integrators.size() * steps_.size() +
                               (reference_is_row ? std::size_t{0} : std::size_t{1});
 
+    std::size_t done = 0;
+    const auto tell = [&](Integrator integrator, double step) {
+      if (progress) progress(done, count, integrator, step);
+      ++done;
+    };
+
+    // The reference first: the others are compared with it while they run.
+    ReferenceTrack track(comparison_times(steps_, result_.end, 3 * mesh_.vertex_count()));
+    tell(settings_.reference_integrator, result_.reference_step);
+    const Run reference =
+        run_one(variants_.front(), settings_.reference_integrator, result_.reference_step,
+                reference_is_row ? "" : "reference-", observers, track);
+    result_.reference_status = reference.row.status;
+    result_.reference_directory = reference.row.directory;
+
     std::vector<Run> runs;
+    bool is_cancelled = reference.row.status == RunStatus::kCancelled;
     for (const StudyVariant& variant : variants_) {
       for (const Integrator integrator : integrators) {
         for (const double step : steps_) {
-          if (progress) progress(runs.size(), count, integrator, step);
-          runs.push_back(run_one(variant, integrator, step, "", observers));
-          if (runs.back().row.status == RunStatus::kCancelled) return cancelled(std::move(runs));
+          if (is_the_reference(variant.name, integrator, step)) {
+            runs.push_back(reference);
+            runs.back().mean_distance = 0.0;
+            runs.back().row.role = StudyRole::kReference;
+            continue;
+          }
+          if (is_cancelled) continue;
+          tell(integrator, step);
+          DistanceFromReference distance(track);
+          runs.push_back(run_one(variant, integrator, step, "", observers, distance));
+          runs.back().mean_distance = distance.root_mean_square();
+          StudyRow& row = runs.back().row;
+          if (&variant != &variants_.front()) row.role = StudyRole::kVariant;
+          is_cancelled = row.status == RunStatus::kCancelled;
         }
       }
     }
-    Run reference;
-    if (reference_is_row) {
-      for (const Run& run : runs) {
-        if (is_reference(run.row)) reference = run;
-      }
-    } else {
-      if (progress) {
-        progress(runs.size(), count, settings_.reference_integrator, result_.reference_step);
-      }
-      reference = run_one(variants_.front(), settings_.reference_integrator, result_.reference_step,
-                          "reference-", observers);
-    }
-    result_.reference_status = reference.row.status;
-    result_.reference_directory = reference.row.directory;
+    if (is_cancelled) return cancelled(std::move(runs));
     if (reference.row.status != RunStatus::kFinished) {
       result_.remarks.push_back("the reference run did not reach the end (" +
                                 reference.row.message + "): there are no position errors");
     }
-    compare(runs, reference);
+    compare(runs, reference, track);
     for (Run& run : runs) result_.rows.push_back(std::move(run.row));
     return std::move(result_);
   }
 
  private:
-  // What was computed up to then is kept; there is nothing to compare it with.
+  // What was computed up to then is kept, without errors.
   StudyResult cancelled(std::vector<Run> runs) {
     result_.remarks.emplace_back("the study was interrupted: the runs from there on are missing");
     result_.reference_status = RunStatus::kCancelled;
@@ -94,6 +110,13 @@ class Study {
   void prepare() {
     const Scene& scene = variants_.front().scene;
     result_.end = scene.time.end;
+    for (const StudyVariant& variant : variants_) {
+      if (variant.scene.time.end == result_.end) continue;
+      throw InputError(
+          fmt::format("The variants {} and {} end at different times, {} s and {} s: give all the "
+                      "same time.end, or their positions cannot be compared.",
+                      variants_.front().name, variant.name, result_.end, variant.scene.time.end));
+    }
     result_.reference_integrator = settings_.reference_integrator;
     {
       const std::unique_ptr<MechanicalSystem> system = make_system(scene, mesh_);
@@ -140,13 +163,14 @@ class Study {
     return used;
   }
 
-  bool is_reference(const StudyRow& row) const {
-    return row.variant == variants_.front().name &&
-           row.integrator == settings_.reference_integrator && row.step == result_.reference_step;
+  bool is_the_reference(const std::string& variant, Integrator integrator, double step) const {
+    return variant == variants_.front().name && integrator == settings_.reference_integrator &&
+           step == result_.reference_step;
   }
 
   Run run_one(const StudyVariant& variant, Integrator integrator, double step,
-              const std::string& prefix, const ObserverFactory& make_observers) const {
+              const std::string& prefix, const ObserverFactory& make_observers,
+              Observer& comparison) const {
     Scene scene = variant.scene;
     scene.time.integrator = integrator;
     scene.time.step = step;
@@ -157,13 +181,14 @@ class Study {
     run.row.variant = variant.name;
     run.row.directory = fmt::format("{}{}{}{}-{:.10g}", prefix, variant.name,
                                     variant.name.empty() ? "" : "-", to_string(integrator), step);
-    run.row.position_error = run.row.observed_order = kNone;
+    run.row.position_error = run.row.position_error_rms = run.row.observed_order = kNone;
 
     Session session(scene, mesh_);
     std::vector<std::unique_ptr<Observer>> observers;
     if (make_observers) observers = make_observers(run.row.directory);
     std::vector<Observer*> watching;
-    watching.reserve(observers.size());
+    watching.reserve(observers.size() + 1);
+    watching.push_back(&comparison);
     for (const auto& observer : observers) watching.push_back(observer.get());
     run.row.status = session.run(watching);
     run.row.stable_step = session.initial_limit().critical_step;
@@ -187,20 +212,20 @@ class Study {
   }
 
   // Errors against the reference, and orders between neighbouring steps.
-  void compare(std::vector<Run>& runs, const Run& reference) const {
+  void compare(std::vector<Run>& runs, const Run& reference, const ReferenceTrack& track) const {
     if (reference.row.status != RunStatus::kFinished) return;
-    const double norm = reference.final_position.norm();
     for (Run& run : runs) {
-      if (run.row.status == RunStatus::kFinished) {
-        run.row.position_error = (run.final_position - reference.final_position).norm() / norm;
-      }
+      if (run.row.status != RunStatus::kFinished) continue;
+      run.row.position_error =
+          (run.final_position - reference.final_position).norm() / track.scale_at_end();
+      run.row.position_error_rms = run.mean_distance / track.scale_over_time();
     }
     const double reference_error = error_of_reference(runs);
     for (std::size_t i = 1; i < runs.size(); ++i) {
       const StudyRow& finer = runs[i - 1].row;
       StudyRow& row = runs[i].row;
       if (finer.integrator != row.integrator || finer.variant != row.variant ||
-          row.variant != variants_.front().name || is_reference(finer)) {
+          row.variant != variants_.front().name || finer.role == StudyRole::kReference) {
         continue;  // the errors of another variant are not errors of the rule
       }
       const bool family = row.integrator == result_.reference_integrator;
@@ -235,6 +260,18 @@ class Study {
 };
 
 }  // namespace
+
+std::string to_string(StudyRole role) {
+  switch (role) {
+    case StudyRole::kReference:
+      return "reference";
+    case StudyRole::kVariant:
+      return "variant";
+    case StudyRole::kRun:
+      break;
+  }
+  return "run";
+}
 
 double observed_order(double h1, double e1, double h2, double e2, double hr) {
   if (!(e1 > 0.0) || !(e2 > e1) || !(h2 > h1) || !(h1 > hr)) return kNone;

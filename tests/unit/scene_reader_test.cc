@@ -1585,5 +1585,73 @@ shift = [{ vertices = [0], impulse = [[1, 2, 3]] }, { vertices = [1], impulse = 
           "one of the three");
 }
 
+TEST_F(SceneReader, WholeNumbersThatDoublePrecisionDoesNotHoldAreRounded) {
+  const std::string select = "select = { vertices = [9007199254740993] }";
+  const std::string all = "[[force]]\n" + select +
+                          "\nvector = [100000000000000001, -9007199254740993, 9007199254740993]\n"
+                          "[[fix]]\n" +
+                          select + "\ntarget = [9223372036854775807, -9223372036854775808, 3]\n";
+  const Scene scene = read(kSmall + all +
+                               "[[event]]\nat = 9007199254740993\nset = { \"force.0.vector\" = "
+                               "[100000000000000001, 0, 0] }\n",
+                           {"material.density=100000000000000001", "mesh.scale=9007199254740995"});
+  EXPECT_EQ(scene.force[0].vector, Vector3(1e17, -9007199254740992.0, 9007199254740992.0));
+  EXPECT_EQ(scene.fix[0].target, Vector3(0x1p63, -0x1p63, 3.0));
+  EXPECT_EQ(scene.material.density, 1e17);
+  EXPECT_EQ(scene.mesh.scale, 9007199254740996.0);
+  EXPECT_EQ(scene.event[0].at, 9007199254740992.0);
+  EXPECT_EQ(std::get<SetForce>(scene.event[0].edits[0]).force.vector, Vector3(1e17, 0, 0));
+  // Ids are whole numbers and stay exact.
+  EXPECT_EQ(std::get<SelectVertices>(scene.force[0].select).ids[0], 9007199254740993);
+  expect_refusal(kSmall, "--set material.youngs_modulus=-9007199254740993: material.youngs_modulus",
+                 {"above 0"}, {"material.youngs_modulus=-9007199254740993"});
+  expect_refusal(kSmall, "--set time.step=-9007199254740993: time.step", {"above 0"},
+                 {"time.step=-9007199254740993"});
+}
+
+TEST_F(SceneReader, WhatIsNestedTooDeeplyIsRefused) {
+  std::string key;
+  for (int i = 0; i < 35'000; ++i) key += "a.";
+  key += "a";
+  const std::string said = "deep at most";
+  const std::string value = "x = { " + key + " = 1 }";
+  expect_refused_lines(key + " = 1\n", "scene.toml:7:", {said});
+  expect_refused_lines("[" + key + "]\n", "scene.toml:7:", {said});
+  expect_refused_lines("[[" + key + "]]\n", "scene.toml:7:", {said});
+  expect_refused_lines(value + "\n", "scene.toml:7:", {said});
+  expect_refused_lines("x = " + std::string(100'000, '[') + "\n", "scene.toml:7:", {said});
+  expect_refused_lines("[[event]]\nat = 0\nset = { " + key + " = 1 }\n", "scene.toml:9:", {said});
+  expect_refused_lines("[[event]]\nat = 0\nset = { \"damping." + key + "\" = 1 }\n",
+                       "scene.toml:9:", {said});
+  expect_refused_lines("[[event]]\nat = 0\nunset = [\"damping." + key + "\"]\n",
+                       "scene.toml:9:", {said});
+  for (const std::string& override : {key + "=1", "damping." + key + "=1", value}) {
+    const std::string message = refusal(kSmall, {override});
+    EXPECT_NE(message.find(said), std::string::npos);
+    EXPECT_LT(message.size(), 1000U) << "the key is not repeated whole";
+  }
+}
+
+TEST_F(SceneReader, MaterialsOfSizesThatOverflowAreRefused) {
+  for (const char* key :
+       {"material.youngs_modulus", "material.density", "mesh.scale", "environment.strength"}) {
+    for (const char* value : {"1e300", "1e-300", "1e308", "1e31", "1e-31"}) {
+      const std::string override = std::string(key) + "=" + value;
+      expect_refusal(kSmall, "--set " + override + ": " + key, {"between 1e-30 and 1e30"},
+                     {"environment.kind=gravity", override});
+    }
+    read(kSmall, {"environment.kind=gravity", std::string(key) + "=1e30"});
+    read(kSmall, {"environment.kind=gravity", std::string(key) + "=1e-30"});
+  }
+  expect_refused_lines("[[fix]]\nselect = { all = true }\nmode = \"penalty\"\npenalty = 1e308\n",
+                       "scene.toml:10:1: fix.0.penalty", {"between 1e-30 and 1e30"});
+  expect_refused_lines("[[event]]\nat = 0\nset = { \"material.youngs_modulus\" = 1e300 }\n",
+                       "scene.toml:9:", {"material.youngs_modulus", "between 1e-30 and 1e30"});
+  const std::string lame = "[mesh]\nfile = \"a.vtu\"\n[material]\n";
+  expect_refusal(lame + "mu = 1e5\nlambda = -1e300\n", "scene.toml:5:1: material.lambda", {"1e30"});
+  expect_refusal(lame + "mu = 1e300\nlambda = 0\n", "scene.toml:4:1: material.mu", {"1e30"});
+  read(lame + "mu = 1e5\nlambda = 0\n");
+}
+
 }  // namespace
 }  // namespace tetraction

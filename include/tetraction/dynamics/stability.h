@@ -22,7 +22,7 @@ struct StabilityLimit {
 /// and rate c, `explicit` is stable for h²ω² + 2hc < 4; ω_max and c may belong to different modes,
 /// so the limit is on the safe side.
 /// If K(q) has no positive eigenvalue, or every vertex is held, omega_max is 0; without damping
-/// critical_step is then infinite.
+/// critical_step is then infinite. Throws InputError where K(q) over the masses is not finite.
 StabilityLimit stability_limit(const MechanicalSystem& system, const Vector& q);
 
 }  // namespace tetraction

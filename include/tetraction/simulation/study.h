@@ -19,8 +19,8 @@ struct StudyVariant {
 
 /// What to compare.
 struct StudySettings {
-  /// Instead of the one scene: each is run with every integrator at every step. Errors are against
-  /// one reference, of the first.
+  /// Instead of the one scene: each is run with every integrator at every step and compared with one
+  /// reference, of the first. They must have the same end time.
   std::vector<StudyVariant> variants;
   std::vector<Integrator> integrators;  ///< empty: all four
   std::vector<double> steps;            ///< s; empty: 1/4, 1/2, 2, 8 and 32 times h_crit
@@ -28,6 +28,16 @@ struct StudySettings {
   std::optional<double> reference_step;
   Integrator reference_integrator = Integrator::kMidpoint;
 };
+
+/// What a row of a study is to the others.
+enum class StudyRole {
+  kRun,        ///< compared with the reference: the differences are its errors
+  kReference,  ///< what the others are compared with; its own differences are zero by definition
+  kVariant     ///< of another variant than the reference: the differences are not errors
+};
+
+/// "run", "reference", "variant": the words of study.csv.
+std::string to_string(StudyRole role);
 
 /// One row of a study.
 struct StudyRow {
@@ -46,8 +56,16 @@ struct StudyRow {
   double linear_momentum_drift = 0.0;           ///< Books::linear_momentum_drift
   double angular_momentum_drift = 0.0;          ///< Books::angular_momentum_drift
   double angular_momentum_drift_allowed = 0.0;  ///< Books::allowed_angular_momentum_drift
-  /// |q − q_ref|₂/|q_ref|₂ of the final positions; NaN unless the run finished.
+  StudyRole role = StudyRole::kRun;
+  /// |q − q_ref|₂/|q_ref − X|₂ at the end, with the rest positions X; NaN unless run and reference
+  /// finished. The divisor is at least a tenth of the reference's displacement over time, as a body
+  /// may pass its rest position at the end, and at least 1e-12 √N times the diagonal of the body
+  /// (N vertices). It does not depend on where the origin lies.
   double position_error = 0.0;
+  /// The same over the whole time: √(mean |q − q_ref|²)/√(mean |q_ref − X|²). The differences are
+  /// taken at up to a hundred steps of the run or more, where the reference is interpolated between
+  /// its own steps (cubic, with its velocities).
+  double position_error_rms = 0.0;
   /// Order between this step and the next finer one of the integrator; NaN where there is none.
   double observed_order = 0.0;
 };

@@ -12,6 +12,7 @@
 #include <functional>
 #include <memory>
 
+#include "tetraction/core/blas.h"
 #include "tetraction/mesh/generate.h"
 #include "tetraction/simulation/scene_objects.h"
 #include "viewer/gui/body_view.h"
@@ -57,6 +58,11 @@ class WindowTest : public testing::Test {
   void show(Document document) {
     window_->show_document(std::move(document));
     wait();
+  }
+  /// Whether nothing is told, but of the machine's BLAS.
+  bool no_message() const {
+    const QString told = window_->messages()->text();
+    return told.isEmpty() || told == QString::fromStdString(blas_warning());
   }
   /// Lets the window work for a moment.
   static void wait(int ms = 100) { QTest::qWait(ms); }

@@ -1,0 +1,68 @@
+// How far the positions of a study's runs are from those of its reference, at the end and over time.
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "tetraction/simulation/session.h"
+
+namespace tetraction {
+
+/// Times at which runs with these steps are compared with a reference: for each step up to a hundred
+/// of its multiples, evenly over the time, and the end. Ascending. Fewer where `dof_count` is so
+/// large that the positions at all these times would take more than 256 MiB.
+std::vector<double> comparison_times(const std::vector<double>& steps, double end, Index dof_count);
+
+/// Keeps the positions of a run at given times, by cubic Hermite interpolation between its steps
+/// (with the velocities M⁻¹p), whose error is of fourth order in the step.
+class ReferenceTrack : public Observer {
+ public:
+  /// Ascending times above 0.
+  explicit ReferenceTrack(std::vector<double> times) : times_(std::move(times)) {}
+
+  void on_start(const Session& session) override;
+  bool on_step(const Session& session) override;
+
+  /// The positions at a time that is among the given ones but for round-off and that the run has
+  /// reached, or nullptr.
+  const Vector* at(double time) const;
+  /// √(mean of |q − X|²) over the times that were reached, with the rest positions X.
+  double mean_displacement() const;
+  /// What the error |q − q_ref|₂ of positions at the end of the run is taken relative to:
+  /// |q_ref − X|₂, but at least a tenth of mean_displacement(), as a body may pass its rest position
+  /// just then, and at least 1e-12 √N times the body's diagonal (N vertices), below which
+  /// displacements are round-off. Independent of where the origin lies.
+  double scale_at_end() const;
+  /// The same for the root mean square over time: mean_displacement(), with the same least value.
+  double scale_over_time() const;
+
+ private:
+  void keep(const Vector& position);
+
+  std::vector<double> times_;
+  std::vector<Vector> positions_;  // at the first of times_
+  Vector rest_;
+  Vector inverse_mass_;
+  double least_scale_ = 0.0;
+  double squares_ = 0.0;  // sum of |q − X|² over positions_
+  double time_ = 0.0;     // of the last step, with its positions and velocities
+  Vector position_;
+  Vector velocity_;
+};
+
+/// Adds up the distances of a run from a reference that is there already.
+class DistanceFromReference : public Observer {
+ public:
+  explicit DistanceFromReference(const ReferenceTrack& reference) : reference_(reference) {}
+  bool on_step(const Session& session) override;
+
+  /// √(mean of |q − q_ref|²) over the comparison times that are times of the run; NaN without one.
+  double root_mean_square() const;
+
+ private:
+  const ReferenceTrack& reference_;
+  double squares_ = 0.0;
+  Index count_ = 0;
+};
+
+}  // namespace tetraction

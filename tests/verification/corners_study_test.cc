@@ -1,0 +1,124 @@
+// What a study calls an error: it does not depend on where the body is, and it sees a motion that is
+// lost.
+#include <cmath>
+
+#include "support/bodies.h"
+#include "tetraction/core/error.h"
+#include "tetraction/simulation/study.h"
+
+namespace tetraction {
+namespace {
+
+using namespace testing_support;
+
+// A cantilever that is let go at a speed; the body may lie anywhere.
+Scene swinging_beam() {
+  Scene scene;
+  scene.material.youngs_modulus = 1e6;
+  scene.material.poissons_ratio = 0.3;
+  scene.time = {Integrator::kMidpoint, 1e-2, false, 2.0};
+  scene.initial.velocity = {0.0, 0.2, 0.0};
+  FixSettings clamp;
+  clamp.select = SelectVertices{{0, 5, 10, 15}};  // x = 0
+  scene.fix.push_back(clamp);
+  return scene;
+}
+
+TetMesh beam_at(const Vector3& corner) {
+  TetMesh mesh = generate_box({4, 1, 1}, {4, 1, 1});
+  for (Vector3& x : mesh.vertices.own()) x += corner;
+  return mesh;
+}
+
+TEST(CornersOfStudies, ErrorsDoNotDependOnTheOrigin) {
+  StudySettings settings;
+  settings.integrators = {Integrator::kMidpoint, Integrator::kBackwardEuler};
+  settings.steps = {0.01, 0.02, 0.05};
+  const StudyResult here = run_study(swinging_beam(), beam_at({0, 0, 0}), settings);
+  const StudyResult there = run_study(swinging_beam(), beam_at({4096, -8192, 1024}), settings);
+  ASSERT_EQ(here.rows.size(), 6U);
+  for (std::size_t i = 0; i < here.rows.size(); ++i) {
+    const StudyRow& a = here.rows[i];
+    const StudyRow& b = there.rows[i];
+    ASSERT_EQ(a.status, RunStatus::kFinished) << a.message;
+    EXPECT_NEAR(a.position_error, b.position_error, 1e-6 * a.position_error) << i;
+    EXPECT_NEAR(a.position_error_rms, b.position_error_rms, 1e-6 * a.position_error_rms) << i;
+  }
+}
+
+TEST(CornersOfStudies, ALostMotionIsAnErrorOfOrderOne) {
+  StudySettings settings;
+  settings.integrators = {Integrator::kVerlet, Integrator::kMidpoint, Integrator::kBackwardEuler};
+  settings.steps = {0.002, 0.25};
+  const StudyResult result = run_study(swinging_beam(), beam_at({100, 0, 0}), settings);
+  for (const StudyRow& row : result.rows) {
+    if (row.role == StudyRole::kReference) {
+      EXPECT_EQ(row.integrator, Integrator::kMidpoint);
+      EXPECT_EQ(row.position_error, 0.0);
+      EXPECT_EQ(row.position_error_rms, 0.0);
+      EXPECT_EQ(row.status, RunStatus::kFinished);
+      continue;
+    }
+    EXPECT_EQ(row.role, StudyRole::kRun);
+    if (row.integrator == Integrator::kBackwardEuler && row.step == 0.25) {
+      EXPECT_GT(row.position_error_rms, 0.5) << "the beam has come to rest";
+      EXPECT_LT(row.position_error_rms, 1.5);
+    }
+    if (row.integrator == Integrator::kVerlet && row.step == 0.002) {
+      EXPECT_LT(row.position_error_rms, 0.01);
+    }
+  }
+}
+
+// With steps whose multiples hardly coincide the reference is interpolated, which must not show.
+TEST(CornersOfStudies, TheErrorOverTimeHasTheOrderOfTheRule) {
+  Scene scene = swinging_beam();
+  scene.solver.tolerance = 1e-11;
+  StudySettings settings;
+  settings.integrators = {Integrator::kVerlet, Integrator::kBackwardEuler};
+  settings.steps = {2.0 / 1501, 2.0 / 751};
+  settings.reference_step = 2.0 / 4003;
+  settings.reference_integrator = Integrator::kVerlet;
+  const StudyResult result = run_study(scene, beam_at({0, 0, 0}), settings);
+  ASSERT_EQ(result.rows.size(), 4U);
+  for (const StudyRow& row : result.rows) ASSERT_EQ(row.status, RunStatus::kFinished);
+  const auto order = [&](std::size_t fine, double reference) {
+    return observed_order(result.rows[fine].step, result.rows[fine].position_error_rms,
+                          result.rows[fine + 1].step, result.rows[fine + 1].position_error_rms,
+                          reference);
+  };
+  EXPECT_NEAR(order(0, result.reference_step), 2.0, 0.1);
+  EXPECT_NEAR(order(2, 0.0), 1.0, 0.1);
+}
+
+TEST(CornersOfStudies, VariantsDifferAndMustEndTogether) {
+  StudySettings settings;
+  settings.integrators = {Integrator::kMidpoint};
+  settings.steps = {0.05};
+  Scene soft = swinging_beam();
+  soft.material.youngs_modulus = 5e5;
+  settings.variants = {{"hard", swinging_beam()}, {"soft", soft}};
+  const TetMesh mesh = beam_at({0, 0, 0});
+  const StudyResult result = run_study(settings.variants[0].scene, mesh, settings);
+  ASSERT_EQ(result.rows.size(), 2U);
+  EXPECT_EQ(result.rows[0].role, StudyRole::kReference);
+  EXPECT_EQ(result.rows[1].role, StudyRole::kVariant);
+  EXPECT_GT(result.rows[1].position_error_rms, 0.1);
+  settings.variants[1].scene.time.end = 1.0;
+  EXPECT_THROW(run_study(settings.variants[0].scene, mesh, settings), InputError);
+}
+
+TEST(CornersOfStudies, ABodyAtRestHasNoError) {
+  Scene scene = swinging_beam();
+  scene.initial = {};
+  StudySettings settings;
+  settings.steps = {0.005};
+  const StudyResult result = run_study(scene, beam_at({0, 0, 0}), settings);
+  for (const StudyRow& row : result.rows) {
+    EXPECT_LT(row.position_error, 1e-3) << to_string(row.integrator);
+    EXPECT_LT(row.position_error_rms, 1e-3) << to_string(row.integrator);
+  }
+}
+
+}  // namespace
+}  // namespace tetraction
