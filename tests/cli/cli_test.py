@@ -232,7 +232,7 @@ class Run(CliTest):
         scene = self.write("beam.toml", BEAM)
 
         def warnings(*arguments, env=slow):
-            lines = self.run_program(*arguments, "--quiet", env=env).stderr.splitlines()
+            lines = self.run_program(*arguments, env=env).stderr.splitlines()
             return [line for line in lines if "OPENBLAS_CORETYPE" in line]
 
         run = ["run", scene, "--out", self.path("out")]
