@@ -9,8 +9,8 @@
 
 namespace tetraction {
 
-/// To be called first of all. A pipe that nobody reads becomes an error of writing instead of the
-/// end of the program, and a stream that was closed stays unusable: without this the first file that
+/// To be called first of all. A pipe that nobody reads and a file that grows beyond the limit of the
+/// shell become errors of writing instead of the end of the program, and a stream that was closed stays unusable: without this the first file that
 /// is opened would take its place and receive what is printed.
 void prepare_streams();
 

@@ -105,7 +105,7 @@ void add_convert(CLI::App& parent) {
   auto scale = std::make_shared<double>(1.0);
   command->add_option("in", *in, "Mesh to read")->required();
   command->add_option("out", *out, "Mesh to write (.vtu .vtk .msh .node .ele .veg)")->required();
-  command->add_option("--scale", *scale, "Multiplies the coordinates")->check(CLI::PositiveNumber);
+  command->add_option("--scale", *scale, "Multiplies the coordinates; above 0");
   command->callback([in, out, scale] { convert(*in, *out, *scale); });
 }
 

@@ -48,9 +48,11 @@ bool is_frame(const fs::path& file) {
 // A result of an earlier run may be the mesh of this one, but not in the same place.
 void check_mesh_file(const Scene& scene, const std::string& directory) {
   if (scene.mesh.generate) return;
-  const fs::path mesh = fs::weakly_canonical(scene.mesh.file);
+  // What cannot be looked at cannot be read or written either, which has its own message.
+  std::error_code error;
+  const fs::path mesh = fs::weakly_canonical(scene.mesh.file, error);
   if (mesh.filename() != "final.vtu" && !is_frame(mesh)) return;
-  const fs::path place = mesh.lexically_relative(fs::weakly_canonical(directory));
+  const fs::path place = mesh.lexically_relative(fs::weakly_canonical(directory, error));
   if (place.empty() || *place.begin() == "..") return;
   throw InputError(
       fmt::format("{}: this mesh is a result in the output directory {}, where it would be "

@@ -122,8 +122,7 @@ void add_run_command(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("run", "Run a scene and write its results");
   command->add_option("scene", arguments->scene, "Scene file (TOML)")->required();
   command->add_option("--out", arguments->out, "Output directory (default: the scene's)")
-      ->check(CLI::Validator(
-          [](std::string& name) { return name.empty() ? "it names no directory" : ""; }, ""));
+      ->check(not_empty("it names no directory"));
   command
       ->add_option("--set", arguments->overrides,
                    "KEY=VALUE: overrides a scene key, e.g. time.step=1e-4")

@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -31,7 +32,7 @@ struct StudyArguments {
   std::vector<std::string> overrides;
   std::vector<std::string> integrators;
   std::vector<double> steps;
-  double reference_step = 0.0;
+  std::optional<double> reference_step;
   std::string reference_integrator = "midpoint";
   std::string vary;
   bool quiet = false;
@@ -114,7 +115,7 @@ int study(const StudyArguments& arguments) {
     settings.integrators.push_back(integrator);
   }
   settings.steps = arguments.steps;
-  if (arguments.reference_step != 0.0) settings.reference_step = arguments.reference_step;
+  settings.reference_step = arguments.reference_step;
   settings.reference_integrator = integrator_from_string(arguments.reference_integrator);
 
   const TetMesh mesh = load_mesh(scene);
@@ -122,9 +123,6 @@ int study(const StudyArguments& arguments) {
     if (const std::string remarks = mesh_remarks(mesh); !remarks.empty()) print_note(remarks);
   }
   make_output_directory(directory);
-  if (!arguments.quiet && has_implicit_runs(settings)) {
-    if (const std::string warning = blas_warning(); !warning.empty()) print_warning(warning);
-  }
 
   std::string label;
   std::vector<std::string> begun;
@@ -145,6 +143,10 @@ int study(const StudyArguments& arguments) {
   };
   const auto progress = [&](std::size_t index, std::size_t count, Integrator integrator,
                             double step) {
+    // Behind the checks of the settings, whose message is the only one then.
+    if (index == 0 && !arguments.quiet && has_implicit_runs(settings)) {
+      if (const std::string warning = blas_warning(); !warning.empty()) print_warning(warning);
+    }
     label = fmt::format("[{}/{}] {} h = {:.4g} s", index + 1, count, to_string(integrator), step);
     if (!arguments.quiet && !ProgressBar::possible()) print_progress(label + "\n");
   };
@@ -191,12 +193,13 @@ void add_study_command(CLI::App& app, int& exit_code) {
                       "Step of the reference run (default: the finest of the study)");
   command->add_option("--reference-integrator", arguments->reference_integrator,
                       "Integrator of the reference run (default: midpoint)");
-  command->add_option("--vary", arguments->vary,
-                      "KEY=V1,V2,...: the whole study once with each value of a scene key, e.g. "
-                      "fix.0.mode=exact,penalty; errors are against the first");
+  command
+      ->add_option("--vary", arguments->vary,
+                   "KEY=V1,V2,...: the whole study once with each value of a scene key, e.g. "
+                   "fix.0.mode=exact,penalty; errors are against the first")
+      ->check(not_empty("it names no key"));
   command->add_option("--out", arguments->out, "Output directory (default: the scene's)")
-      ->check(CLI::Validator(
-          [](std::string& name) { return name.empty() ? "it names no directory" : ""; }, ""));
+      ->check(not_empty("it names no directory"));
   command->add_option("--set", arguments->overrides, "KEY=VALUE: overrides a scene key")
       ->take_all()
       ->allow_extra_args(false);

@@ -107,6 +107,17 @@ class Streams(CliTest):
                     self.assertEqual(after[name], before[name], name)
 
 
+    def test_files_beyond_the_limit_of_the_shell(self):
+        self.write("beam.toml", BEAM)
+        for command in ("run beam.toml --out out", "mesh generate cube cube.vtu --cells 20",
+                        "mesh generate cube cube.msh --cells 20",
+                        "mesh generate cube cube.vtk --cells 20"):  # fmt: skip
+            with self.subTest(command):
+                result = self.shell(f'ulimit -f 2; "$0" {command}', 4)
+                self.assertIn("cannot be written", result.stderr)
+                self.assertIn("File too large", result.stderr)
+
+
 class Advice(CliTest):
     def test_mistyped_commands_and_options(self):
         scene = self.write("beam.toml", BEAM)
@@ -188,6 +199,18 @@ class Advice(CliTest):
             self.run_program(*study, "--out", self.path("s"), "--quiet", env=slow).stderr, ""
         )
 
+    def test_scales_that_are_none(self):
+        self.run_program("mesh", "generate", "box", "box.msh")
+        for scale in ("0", "-1", "nan", "inf", ""):
+            with self.subTest(scale):
+                message = self.refused(2, "mesh", "convert", "box.msh", "x.msh", "--scale", scale)
+                self.assertLess(len(message), 300)
+        for scale in ("1e308", "1e-300"):
+            message = self.refused(3, "mesh", "convert", "box.msh", "x.msh", "--scale", scale)
+            self.assertIn("scale", message)
+        scene = self.write("beam.toml", BEAM)
+        self.refused(2, "study", scene, "--reference-step", "0", "--out", "s")
+
     def test_nothing_is_minus_zero(self):
         scene = self.write("beam.toml", BEAM.replace('"gravity"', '"none"'))
         result = self.run_program("run", scene, "--out", self.path("out"))
@@ -211,6 +234,8 @@ class Advice(CliTest):
         scene = self.write("beam.toml", BEAM)
         for arguments, code in ((["run", ""], 3), (["run", scene, "--out", ""], 2),
                                 (["study", scene, "--out", ""], 2), (["mesh", "info", ""], 2),
+                                (["study", scene, "--vary", ""], 2),
+                                (["study", scene, "--integrators", ""], 2),
                                 (["check", ""], 3), (["run", scene, "--set", ""], 2),
                                 ([""], 2), (["mesh", "convert", "", ""], 2)):  # fmt: skip
             with self.subTest(arguments):
