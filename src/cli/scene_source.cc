@@ -13,7 +13,7 @@ namespace tetraction {
 TetMesh load_mesh(const Scene& scene) {
   if (scene.mesh.generate) return generate_mesh(*scene.mesh.generate);
   std::error_code error;
-  if (!std::filesystem::exists(scene.mesh.file, error)) {
+  if (!std::filesystem::exists(scene.mesh.file, error) && !error) {
     throw FileError(scene.mesh.file +
                     ": no such file. Check mesh.file; it is relative to the scene's folder.");
   }

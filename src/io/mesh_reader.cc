@@ -13,7 +13,10 @@ namespace tetraction {
 RawMesh read_raw_mesh(const std::string& path) {
   const std::string extension = mesh_ending(path, "read");
   std::error_code error;
-  if (!std::filesystem::exists(path, error)) throw FileError(path + ": no such file.");
+  if (!std::filesystem::exists(path, error)) {
+    throw FileError(error ? path + ": cannot be read (" + error.message() + ")."
+                          : path + ": no such file.");
+  }
   if (extension == ".msh") return read_gmsh(path);
   if (extension == ".veg") return read_vega(path);
   if (extension == ".node" || extension == ".ele") return read_tetgen(path);

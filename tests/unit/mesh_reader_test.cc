@@ -486,6 +486,10 @@ TEST(MeshReader, RefusesUnknownEndingsAndMissingFiles) {
   const std::string missing = refusal("/nowhere/mesh.msh");
   EXPECT_NE(missing.find("no such file"), std::string::npos);
   EXPECT_EQ(missing.find("scene"), std::string::npos) << missing;
+  const std::string loop = scratch("loop.msh");
+  std::filesystem::remove(loop);
+  std::filesystem::create_symlink("loop.msh", loop);
+  EXPECT_NE(refusal(loop).find("cannot be read"), std::string::npos) << refusal(loop);
   const std::string folder = scratch("folder.msh");
   std::filesystem::create_directories(folder);
   EXPECT_NE(refusal(folder).find("not a regular file"), std::string::npos);
