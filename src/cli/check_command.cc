@@ -3,13 +3,13 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "commands.h"
+#include "console.h"
 #include "mesh_table.h"
 #include "scene_source.h"
 #include "tetraction/dynamics/derivative_check.h"
@@ -91,56 +91,57 @@ int check(const std::string& path, const std::vector<std::string>& overrides, bo
 
   if (as_json) {
     // The name of a file need not be UTF-8, which JSON must be.
-    fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+    print_result("{}\n",
+                 json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
   } else {
-    fmt::print("{}: the scene is valid\n\n", path);
+    print_result("{}: the scene is valid\n\n", path);
     print_mesh_table(mesh);
-    fmt::print("\n");
+    write_result("\n");
     for (const auto& material : json["materials"]) {
-      fmt::print(
+      print_result(
           "material: {} with mu = {:.6g} Pa, lambda = {:.6g} Pa at small strain, density {:.6g} "
           "kg/m3, wave speed {:.6g} m/s\n",
           material["model"].get<std::string>(), material["mu"].get<double>(),
           material["lambda"].get<double>(), material["density"].get<double>(),
           material["wave_speed"].get<double>());
     }
-    fmt::print("mass: {:.6g} kg; {} of {} degrees of freedom free", system->total_mass(),
-               system->coordinates().count(), system->dof_count());
+    print_result("mass: {:.6g} kg; {} of {} degrees of freedom free", system->total_mass(),
+                 system->coordinates().count(), system->dof_count());
     if (system->constraints().has_equations()) {
-      fmt::print(", {} multipliers", system->constraints().equation_count());
+      print_result(", {} multipliers", system->constraints().equation_count());
     }
-    fmt::print("\n");
+    write_result("\n");
     if (limit.element >= 0) {
-      fmt::print(
+      print_result(
           "stability limit of the explicit rules: h_crit = {:.6g} s (omega_max = "
           "{:.6g} "
           "rad/s, most at element {})\n",
           limit.critical_step, limit.omega_max, mesh.tetrahedron_id(limit.element));
     } else {
-      fmt::print("stability limit of the explicit rules: none, because every vertex is held\n");
+      print_result("stability limit of the explicit rules: none, because every vertex is held\n");
     }
     if (scene.time.automatic && limit.element < 0) {
-      fmt::print("time.step = \"auto\" needs such a limit: give the step in seconds\n");
+      print_result("time.step = \"auto\" needs such a limit: give the step in seconds\n");
     } else if (scene.time.automatic) {
-      fmt::print("time.step = \"auto\" takes {:.6g} s\n", 0.5 * limit.critical_step);
+      print_result("time.step = \"auto\" takes {:.6g} s\n", 0.5 * limit.critical_step);
     } else if (limit.element < 0) {
-      fmt::print("time.step = {:.6g} s\n", scene.time.step);
+      print_result("time.step = {:.6g} s\n", scene.time.step);
     } else if (!is_implicit(scene.time.integrator)) {
-      fmt::print("time.step = {:.6g} s is {:.3g} of it: {}\n", scene.time.step,
-                 scene.time.step / limit.critical_step,
-                 scene.time.step > limit.critical_step ? "the run will blow up" : "stable");
+      print_result("time.step = {:.6g} s is {:.3g} of it: {}\n", scene.time.step,
+                   scene.time.step / limit.critical_step,
+                   scene.time.step > limit.critical_step ? "the run will blow up" : "stable");
     } else {
-      fmt::print("time.step = {:.6g} s is {:.3g} times it\n", scene.time.step,
-                 scene.time.step / limit.critical_step);
+      print_result("time.step = {:.6g} s is {:.3g} times it\n", scene.time.step,
+                   scene.time.step / limit.critical_step);
     }
-    fmt::print(
+    print_result(
         "\nanalytic derivatives against central differences, at the initial state strained "
         "by about 10 %:\n{:<16}{:>18}{:>18}\n",
         "material", "forces", "stiffness");
     for (const auto& row : json["derivatives"]) {
-      fmt::print("{:<16}{:>18.2e}{:>18.2e}{}\n", row["material"].get<std::string>(),
-                 row["force_error"].get<double>(), row["stiffness_error"].get<double>(),
-                 row["ok"].get<bool>() ? "" : "   NOT below 1e-7");
+      print_result("{:<16}{:>18.2e}{:>18.2e}{}\n", row["material"].get<std::string>(),
+                   row["force_error"].get<double>(), row["stiffness_error"].get<double>(),
+                   row["ok"].get<bool>() ? "" : "   NOT below 1e-7");
     }
   }
   if (!exact) print_warning("the derivatives differ from finite differences by more than 1e-7");

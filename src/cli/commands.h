@@ -3,8 +3,14 @@
 #pragma once
 
 #include <CLI/App.hpp>
+#include <string>
 
 namespace tetraction {
+
+/// Refuses an empty value of an option, with this reason.
+inline CLI::Validator not_empty(const char* reason) {
+  return {[reason](std::string& value) { return value.empty() ? std::string(reason) : ""; }, ""};
+}
 
 void add_run_command(CLI::App& app, int& exit_code);
 void add_study_command(CLI::App& app, int& exit_code);

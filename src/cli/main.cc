@@ -1,11 +1,17 @@
 // The program: command line in, exit code out. The only place that prints and exits.
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
-#include <cstdio>
+#include <algorithm>
 #include <exception>
 #include <new>
+#include <sstream>
+#include <string>
+#include <string_view>
+#include <vector>
 
+#include "../io/spelling.h"
 #include "commands.h"
+#include "console.h"
 #include "tetraction/core/blas.h"
 #include "tetraction/core/error.h"
 #include "tetraction/core/parallel.h"
@@ -19,8 +25,8 @@ constexpr int kWrongInput = 2;
 constexpr int kBadFile = 3;
 constexpr int kCannotWrite = 4;
 
-int report(int code, const char* what) {
-  fmt::print(stderr, "tetraction: {}\n", what);
+int report(int code, std::string_view what) {
+  tetraction::print_message(what);
   return code;
 }
 
@@ -28,6 +34,57 @@ std::string version_text() {
   const tetraction::BlasInfo blas = tetraction::blas_info();
   return fmt::format("tetraction {}\nBLAS: {}{}{}", tetraction::version(), blas.library,
                      blas.core.empty() ? "" : ", core ", blas.core);
+}
+
+// Help and version are results, too.
+int print_exit(const CLI::App& app, const CLI::Error& request) {
+  std::ostringstream out;
+  const int code = app.exit(request, out, out);
+  tetraction::write_result(out.str());
+  return code;
+}
+
+// "tetraction mesh", for instance: the words of the command line up to here that name commands.
+std::string spoken_name(const CLI::App& command) {
+  const CLI::App* parent = command.get_parent();
+  return (parent != nullptr ? spoken_name(*parent) + ' ' : "") + command.get_name();
+}
+
+std::string advice_on(const CLI::App& app, const CLI::ParseError& error) {
+  const CLI::App* command = &app;
+  while (!command->get_subcommands().empty()) command = command->get_subcommands().front();
+  const std::vector<const CLI::App*> choices =
+      command->get_subcommands([](const CLI::App*) { return true; });
+  const std::vector<std::string> rest = app.remaining(true);
+  std::string text = error.what();
+  if (!choices.empty() && dynamic_cast<const CLI::RequiredError*>(&error) != nullptr) {
+    std::vector<std::string> names;
+    for (const CLI::App* choice : choices) names.push_back(choice->get_name());
+    const tetraction::NameList valid(names.begin(), names.end());
+    const auto word = std::find_if(rest.begin(), rest.end(), [](const std::string& argument) {
+      return argument.empty() || argument.front() != '-';
+    });
+    text = word == rest.end()
+               ? fmt::format("{} needs a command: {}.", spoken_name(*command),
+                             tetraction::listing(valid))
+               : fmt::format("there is no command \"{} {}\": {}", spoken_name(*command), *word,
+                             tetraction::advice(*word, valid));
+  }
+  const auto unknown = std::find_if(rest.begin(), rest.end(), [](const std::string& argument) {
+    return argument.rfind("--", 0) == 0;
+  });
+  if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr && unknown != rest.end()) {
+    std::vector<std::string> names;
+    for (const CLI::Option* option : command->get_options()) {
+      names.insert(names.end(), option->get_lnames().begin(), option->get_lnames().end());
+    }
+    const std::string option = unknown->substr(0, unknown->find('='));
+    const std::string_view near =
+        tetraction::nearest_name(option.substr(2), {names.begin(), names.end()});
+    text = fmt::format("{} has no option {}{}", spoken_name(*command), option,
+                       near.empty() ? "." : fmt::format(": did you mean --{}?", near));
+  }
+  return fmt::format("{}\nSee {} --help.", text, spoken_name(*command));
 }
 
 int run_program(int argc, char** argv) {
@@ -39,8 +96,11 @@ int run_program(int argc, char** argv) {
   app.require_subcommand(1);
   app.fallthrough();
   int threads = 0;
-  app.add_option("--threads", threads, "Number of threads; 0: one per core")
-      ->check(CLI::Range(0, 1024));
+  const auto add_threads = [&threads](CLI::App& command) {
+    command.add_option("--threads", threads, "Number of threads; 0: one per core")
+        ->check(CLI::Range(0, 1024));
+  };
+  add_threads(app);
 
   int exit_code = 0;
   tetraction::add_run_command(app, exit_code);
@@ -48,6 +108,10 @@ int run_program(int argc, char** argv) {
   tetraction::add_check_command(app, exit_code);
   tetraction::add_mesh_command(app, exit_code);
   tetraction::add_view_command(app, exit_code);
+  // Accepted anywhere, and told of where it matters.
+  for (CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
+    if (command->get_name() != "mesh") add_threads(*command);
+  }
   app.parse_complete_callback([&] {
     if (threads > 0) tetraction::set_thread_count(threads);
   });
@@ -55,20 +119,18 @@ int run_program(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::CallForHelp& help) {
-    return app.exit(help);
+    return print_exit(app, help);
   } catch (const CLI::CallForAllHelp& help) {
-    return app.exit(help);
+    return print_exit(app, help);
   } catch (const CLI::CallForVersion& version) {
-    return app.exit(version);
+    return print_exit(app, version);
   } catch (const CLI::ParseError& error) {
-    return report(kWrongInput, fmt::format("{}\nSee tetraction --help.", error.what()).c_str());
+    return report(kWrongInput, advice_on(app, error));
   }
   return exit_code;
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int guarded(int argc, char** argv) {
   try {
     return run_program(argc, argv);
   } catch (const tetraction::InputError& error) {
@@ -82,6 +144,18 @@ int main(int argc, char** argv) {
                   "out of memory: the mesh is too large for this machine and this integrator. The "
                   "explicit integrators need the least.");
   } catch (const std::exception& error) {
-    return report(kNumericalFailure, fmt::format("unexpected failure: {}", error.what()).c_str());
+    return report(kNumericalFailure, fmt::format("unexpected failure: {}", error.what()));
   }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  tetraction::prepare_streams();
+  const int code = guarded(argc, argv);
+  const std::string reason = tetraction::lost_results();
+  if (reason.empty()) return code;
+  report(kCannotWrite,
+         fmt::format("the results cannot be written to standard output ({}).", reason));
+  return code != 0 ? code : kCannotWrite;
 }

@@ -2,14 +2,19 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 #include <array>
-#include <cstdio>
+#include <cctype>
+#include <filesystem>
 #include <memory>
 #include <string>
+#include <system_error>
+#include <utility>
 #include <vector>
 
 #include "commands.h"
+#include "console.h"
 #include "mesh_table.h"
 #include "scene_source.h"
+#include "tetraction/core/error.h"
 #include "tetraction/io/mesh_reader.h"
 #include "tetraction/io/mesh_writer.h"
 #include "tetraction/mesh/generate.h"
@@ -17,10 +22,63 @@
 namespace tetraction {
 namespace {
 
+namespace fs = std::filesystem;
+
+void tell(const TetMesh& mesh, const std::string& path) {
+  print_result("{}: {} vertices, {} tetrahedra, volume {:.10g} m3\n", path, mesh.vertex_count(),
+               mesh.tetrahedron_count(), mesh.total_volume());
+}
+
 void write_and_tell(const TetMesh& mesh, const std::string& path) {
   write_mesh(mesh, path);
-  fmt::print("{}: {} vertices, {} tetrahedra, volume {:.10g} m3\n", path, mesh.vertex_count(),
-             mesh.tetrahedron_count(), mesh.total_volume());
+  tell(mesh, path);
+}
+
+// The files of a mesh: TetGen's come in pairs.
+std::vector<fs::path> files_of(const std::string& name) {
+  const fs::path path(name);
+  std::string ending = path.extension().string();
+  for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  if (ending != ".node" && ending != ".ele") return {path};
+  return {path, fs::path(path).replace_extension(".node"),
+          fs::path(path).replace_extension(".ele")};
+}
+
+// Links and other spellings of a name are the same file.
+void refuse_to_overwrite(const std::string& in, const std::string& out) {
+  for (const fs::path& read : files_of(in)) {
+    for (const fs::path& written : files_of(out)) {
+      std::error_code error;
+      if (!fs::equivalent(read, written, error)) continue;
+      throw InputError(
+          fmt::format("{} is {}, which is being read and would be overwritten. Give the converted "
+                      "mesh another name.",
+                      written.string(), read == written ? "the file" : read.string()));
+    }
+  }
+}
+
+void convert(const std::string& in, const std::string& out, double scale) {
+  refuse_to_overwrite(in, out);
+  RawMesh raw = read_raw_mesh(in);
+  const std::vector<RawCell> cells = group_cells(raw);
+  TetMesh mesh = build_mesh(std::move(raw), scale);
+  const MeshWriteReport written = write_mesh(mesh, out, cells);
+  // What the file holds has not been left out.
+  for (const auto& [type, count] : written.cells) {
+    Index& skipped = mesh.report.skipped_cells[type];
+    skipped -= count;
+    if (skipped <= 0) mesh.report.skipped_cells.erase(type);
+  }
+  if (const std::string remarks = mesh_remarks(mesh); !remarks.empty()) print_note(remarks);
+  if (!written.lost_groups.empty()) {
+    print_warning(fmt::format(
+        "{}: these groups of {} are lost, wholly or in part: {}. A .msh file holds groups of "
+        "points, lines, triangles and tetrahedra, a .veg file those of tetrahedra, the other "
+        "formats none.",
+        out, in, fmt::join(written.lost_groups, ", ")));
+  }
+  tell(mesh, out);
 }
 
 void add_info(CLI::App& parent) {
@@ -33,8 +91,8 @@ void add_info(CLI::App& parent) {
     const TetMesh mesh = read_mesh(*file);
     if (*json) {
       // Names of files and groups need not be UTF-8, which JSON must be.
-      fmt::print("{}\n", mesh_json(mesh).dump(2, ' ', false,
-                                              nlohmann::ordered_json::error_handler_t::replace));
+      print_result("{}\n", mesh_json(mesh).dump(2, ' ', false,
+                                                nlohmann::ordered_json::error_handler_t::replace));
     } else {
       print_mesh_table(mesh);
     }
@@ -42,44 +100,39 @@ void add_info(CLI::App& parent) {
 }
 
 void add_convert(CLI::App& parent) {
-  auto* command = parent.add_subcommand("convert", "Read one mesh file, write another");
+  auto* command =
+      parent.add_subcommand("convert", "Read one mesh file, write another; .msh keeps all groups");
   auto in = std::make_shared<std::string>();
   auto out = std::make_shared<std::string>();
   auto scale = std::make_shared<double>(1.0);
   command->add_option("in", *in, "Mesh to read")->required();
   command->add_option("out", *out, "Mesh to write (.vtu .vtk .msh .node .ele .veg)")->required();
-  command->add_option("--scale", *scale, "Multiplies the coordinates")->check(CLI::PositiveNumber);
-  command->callback([in, out, scale] {
-    const TetMesh mesh = read_mesh(*in, *scale);
-    if (const std::string remarks = mesh_remarks(mesh); !remarks.empty()) print_note(remarks);
-    write_and_tell(mesh, *out);
-  });
+  command->add_option("--scale", *scale, "Multiplies the coordinates; above 0");
+  command->callback([in, out, scale] { convert(*in, *out, *scale); });
 }
 
 void add_box(CLI::App& parent, const char* name, const char* what, std::array<double, 3> size,
              std::array<int, 3> cells) {
   struct Arguments {
-    std::vector<double> size;
-    std::vector<int> cells;
+    std::array<double, 3> size;
+    std::array<int, 3> cells;
     std::string out;
   };
   auto* command = parent.add_subcommand(name, what);
   auto a = std::make_shared<Arguments>();
-  a->size.assign(size.begin(), size.end());
-  a->cells.assign(cells.begin(), cells.end());
+  a->size = size;
+  a->cells = cells;
   command->add_option("out", a->out, "Mesh to write")->required();
-  command->add_option("--size", a->size, "Edge lengths in x, y, z, m: 4,1,1")
+  command->add_option("--size", a->size, "Edge lengths in m")
       ->delimiter(',')
-      ->expected(3)
-      ->capture_default_str();
-  command->add_option("--cells", a->cells, "Number of cells in x, y, z: 40,9,9")
+      ->type_name("X,Y,Z")
+      ->default_str(fmt::format("{}", fmt::join(size, ",")));
+  command->add_option("--cells", a->cells, "Numbers of cells")
       ->delimiter(',')
-      ->expected(3)
-      ->capture_default_str();
+      ->type_name("X,Y,Z")
+      ->default_str(fmt::format("{}", fmt::join(cells, ",")));
   command->callback([a] {
-    write_and_tell(generate_box(Vector3(a->size[0], a->size[1], a->size[2]),
-                                {a->cells[0], a->cells[1], a->cells[2]}),
-                   a->out);
+    write_and_tell(generate_box(Vector3(a->size[0], a->size[1], a->size[2]), a->cells), a->out);
   });
 }
 

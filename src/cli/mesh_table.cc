@@ -4,12 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <map>
 #include <string>
 #include <vector>
 
+#include "console.h"
 #include "scene_source.h"
 #include "tetraction/io/mesh_quality.h"
 
@@ -93,39 +93,39 @@ nlohmann::ordered_json mesh_json(const TetMesh& mesh) {
 
 void print_mesh_table(const TetMesh& mesh) {
   const Box box = bounding_box(mesh);
-  fmt::print("mesh: {}\n  {} vertices, {} tetrahedra, volume {:.10g} m3\n", mesh.source,
-             mesh.vertex_count(), mesh.tetrahedron_count(), mesh.total_volume());
-  fmt::print("  bounding box [{:.6g}, {:.6g}] x [{:.6g}, {:.6g}] x [{:.6g}, {:.6g}] m\n",
-             box.low.x(), box.high.x(), box.low.y(), box.high.y(), box.low.z(), box.high.z());
+  print_result("mesh: {}\n  {} vertices, {} tetrahedra, volume {:.10g} m3\n", mesh.source,
+               mesh.vertex_count(), mesh.tetrahedron_count(), mesh.total_volume());
+  print_result("  bounding box [{:.6g}, {:.6g}] x [{:.6g}, {:.6g}] x [{:.6g}, {:.6g}] m\n",
+               box.low.x(), box.high.x(), box.low.y(), box.high.y(), box.low.z(), box.high.z());
   if (const std::string remarks = mesh_remarks(mesh); !remarks.empty()) {
-    fmt::print("  {}\n", remarks);
+    print_result("  {}\n", remarks);
   }
   for (const auto& [region, count] : region_counts(mesh)) {
-    fmt::print("  region {}: {} tetrahedra\n", region, count);
+    print_result("  region {}: {} tetrahedra\n", region, count);
   }
   for (const Group& group : mesh.groups) {
-    fmt::print("  group \"{}\" (dimension {}, tag {}): {} vertices", group.name, group.dimension,
-               group.tag, group.vertices.size());
-    if (group.dimension == 3) fmt::print(", {} tetrahedra", group.tetrahedra.size());
-    fmt::print("\n");
+    print_result("  group \"{}\" (dimension {}, tag {}): {} vertices", group.name, group.dimension,
+                 group.tag, group.vertices.size());
+    if (group.dimension == 3) print_result(", {} tetrahedra", group.tetrahedra.size());
+    write_result("\n");
   }
   const std::vector<QualityMeasure> measures = mesh_quality(mesh);
-  fmt::print("  {:<24}{:>12}{:>12}{:>12}  {:<16}worst element\n", "quality", "min", "mean", "max",
-             "ideal");
+  print_result("  {:<24}{:>12}{:>12}{:>12}  {:<16}worst element\n", "quality", "min", "mean", "max",
+               "ideal");
   for (const QualityMeasure& m : measures) {
-    fmt::print("  {:<24}{:>12.4g}{:>12.4g}{:>12.4g}  {:<16}{}\n", m.name, m.min, m.mean, m.max,
-               m.ideal, m.worst_element);
+    print_result("  {:<24}{:>12.4g}{:>12.4g}{:>12.4g}  {:<16}{}\n", m.name, m.min, m.mean, m.max,
+                 m.ideal, m.worst_element);
   }
   const QualityMeasure& first = measures.front();
   const std::vector<Index> bins = histogram(first);
   const Index most = *std::max_element(bins.begin(), bins.end());
-  fmt::print("  {}:\n", first.name);
+  print_result("  {}:\n", first.name);
   for (std::size_t i = 0; i < bins.size(); ++i) {
     const double width = (first.max - first.min) / static_cast<double>(kBins);
     const auto length =
         static_cast<std::size_t>(40.0 * static_cast<double>(bins[i]) / static_cast<double>(most));
-    fmt::print("  {:>8.3f} – {:<8.3f}{:>9}  {}\n", first.min + width * static_cast<double>(i),
-               first.min + width * static_cast<double>(i + 1), bins[i], std::string(length, '#'));
+    print_result("  {:>8.3f} – {:<8.3f}{:>9}  {}\n", first.min + width * static_cast<double>(i),
+                 first.min + width * static_cast<double>(i + 1), bins[i], std::string(length, '#'));
   }
 }
 

@@ -5,9 +5,10 @@
 
 #include <cmath>
 #include <csignal>
-#include <cstdio>
 #include <cstdlib>
 #include <cstring>
+
+#include "console.h"
 
 namespace tetraction {
 namespace {
@@ -46,16 +47,15 @@ bool ProgressBar::on_step(const Session& session) {
       static_cast<double>(session.state().step) / static_cast<double>(session.step_count());
   const double elapsed = std::chrono::duration<double>(now - start_).count();
   const auto filled = static_cast<std::size_t>(done * kWidth);
-  fmt::print(stderr, "\r\033[K{} [{}{}] {:3.0f} %  step {}/{}  {} left", label_,
-             std::string(filled, '='), std::string(kWidth - filled, ' '), 100.0 * done,
-             session.state().step, session.step_count(), duration(elapsed * (1.0 - done) / done));
-  std::fflush(stderr);
+  print_progress(fmt::format("\r\033[K{} [{}{}] {:3.0f} %  step {}/{}  {} left", label_,
+                             std::string(filled, '='), std::string(kWidth - filled, ' '),
+                             100.0 * done, session.state().step, session.step_count(),
+                             duration(elapsed * (1.0 - done) / done)));
   return true;
 }
 
 void ProgressBar::on_finish(const Session&) {
-  fmt::print(stderr, "\r\033[K");
-  std::fflush(stderr);
+  print_progress("\r\033[K");
 }
 
 InterruptGuard::InterruptGuard() : previous_(std::signal(SIGINT, note_interrupt)) {}

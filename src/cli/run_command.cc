@@ -1,7 +1,6 @@
 // tetraction run: one scene, one trajectory.
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
-#include <cstdio>
 #include <memory>
 #include <optional>
 #include <string>
@@ -9,8 +8,11 @@
 #include <vector>
 
 #include "commands.h"
+#include "console.h"
 #include "progress_bar.h"
+#include "result_folders.h"
 #include "scene_source.h"
+#include "tetraction/core/blas.h"
 #include "tetraction/io/run_recorder.h"
 #include "tetraction/io/scene_reader.h"
 
@@ -32,59 +34,65 @@ void print_outcome(const Session& session, const std::string& directory) {
                            (1.0 - 1e-9) * session.state().time ||
                        session.time_step() * static_cast<double>(session.state().step) >
                            (1.0 + 1e-9) * session.state().time;
-  fmt::print("{}: {} steps{} of {:.6g} s to t = {:.6g} s in {:.3g} s\n",
-             to_string(session.time_settings().integrator), session.state().step,
-             changed ? ", the last" : "", session.time_step(), session.state().time,
-             session.times().stepping);
-  fmt::print("mesh: {} vertices, {} tetrahedra; mass {:.6g} kg; {} of {} degrees of freedom free\n",
-             session.system().vertex_count(), session.system().mesh().tetrahedron_count(),
-             session.system().total_mass(), session.system().coordinates().count(),
-             session.system().dof_count());
-  fmt::print("stability limit of the explicit rules: h_crit = {:.6g} s\n",
-             session.initial_limit().critical_step);
-  fmt::print(
+  print_result("{}: {} steps{} of {:.6g} s to t = {:.6g} s in {:.3g} s\n",
+               to_string(session.time_settings().integrator), session.state().step,
+               changed ? ", the last" : "", session.time_step(), session.state().time,
+               session.times().stepping);
+  print_result(
+      "mesh: {} vertices, {} tetrahedra; mass {:.6g} kg; {} of {} degrees of freedom free\n",
+      session.system().vertex_count(), session.system().mesh().tetrahedron_count(),
+      session.system().total_mass(), session.system().coordinates().count(),
+      session.system().dof_count());
+  print_result("stability limit of the explicit rules: h_crit = {:.6g} s\n",
+               session.initial_limit().critical_step);
+  print_result(
       "energy [J]: kinetic {:.6g}, elastic {:.6g}, environment {:.6g}, total {:.6g}; largest error "
       "{:.3g} of what entered\n",
       e.kinetic, e.elastic, e.environment, e.total(), books.max_relative_energy_drift());
-  fmt::print("work [J]: user forces {:.6g}, dissipated {:.6g}, constraints {:.6g}",
-             books.external_work(), books.dissipated_energy(), books.constraint_work());
+  print_result("work [J]: user forces {:.6g}, dissipated {:.6g}, constraints {:.6g}",
+               books.external_work(), books.dissipated_energy(), books.constraint_work());
   if (session.edits().empty()) {
-    fmt::print("\n");
+    write_result("\n");
   } else {
-    fmt::print("; {} event{} {:.6g}\n", session.edits().size(),
-               session.edits().size() == 1 ? "" : "s", books.edit_work());
+    print_result("; {} event{} {:.6g}\n", session.edits().size(),
+                 session.edits().size() == 1 ? "" : "s", books.edit_work());
   }
-  fmt::print("momentum drift: linear {:.3g}, angular {:.3g}", books.linear_momentum_drift(),
-             books.angular_momentum_drift());
+  print_result("momentum drift: linear {:.3g}, angular {:.3g}", books.linear_momentum_drift(),
+               books.angular_momentum_drift());
   if (is_implicit(session.time_settings().integrator)) {
     const auto steps = static_cast<double>(std::max<Index>(1, session.state().step));
     const std::string& linear = session.linear_solver();
-    fmt::print(" (the solver's residuals allow {:.3g})\n{}{}{}: {:.3g} iterations a step",
-               books.allowed_angular_momentum_drift(), session.solver_settings().kind,
-               linear.empty() ? "" : ", ", linear,
-               static_cast<double>(session.total_iterations()) / steps);
+    print_result(" (the solver's residuals allow {:.3g})\n{}{}{}: {:.3g} iterations a step",
+                 books.allowed_angular_momentum_drift(), session.solver_settings().kind,
+                 linear.empty() ? "" : ", ", linear,
+                 static_cast<double>(session.total_iterations()) / steps);
     if (session.total_cg_iterations() > 0) {
-      fmt::print(" and {:.3g} of conjugate gradients",
-                 static_cast<double>(session.total_cg_iterations()) / steps);
+      print_result(" and {:.3g} of conjugate gradients",
+                   static_cast<double>(session.total_cg_iterations()) / steps);
     }
-    fmt::print("; last one: {}\n", session.solver_message());
+    print_result("; last one: {}\n", session.solver_message());
   } else {
-    fmt::print("\n");
+    write_result("\n");
   }
-  fmt::print("results: {0}/history.csv, {0}/frames.pvd, {0}/final.vtu, {0}/summary.json\n",
-             directory);
+  print_result("results: {0}/history.csv, {0}/frames.pvd, {0}/final.vtu, {0}/summary.json\n",
+               directory);
 }
 
 int run(const RunArguments& arguments) {
   const Scene scene = read_scene(arguments.scene, arguments.overrides);
   const std::string directory = arguments.out.empty() ? scene.output.directory : arguments.out;
+  check_folder_of_run(scene, directory);
   TetMesh mesh = load_mesh(scene);
   if (!arguments.quiet) {
     if (const std::string remarks = mesh_remarks(mesh); !remarks.empty()) print_note(remarks);
   }
   make_output_directory(directory);
   Session session(scene, std::move(mesh));
-  for (const std::string& warning : session.warnings()) print_warning(warning);
+  // A slow BLAS costs time, not results: --quiet asks not to hear of it. It is in summary.json.
+  const std::string slow_blas = arguments.quiet ? blas_warning() : "";
+  for (const std::string& warning : session.warnings()) {
+    if (warning != slow_blas || slow_blas.empty()) print_warning(warning);
+  }
 
   RunRecorder recorder(directory, scene.output.every);
   InterruptGuard interrupt;
@@ -94,7 +102,7 @@ int run(const RunArguments& arguments) {
   const RunStatus status = session.run(observers);
 
   if (arguments.json) {
-    fmt::print("{}", summary_json(session));
+    write_result(summary_json(session, directory));
   } else if (!arguments.quiet) {
     print_outcome(session, directory);
   }
@@ -103,7 +111,7 @@ int run(const RunArguments& arguments) {
       print_warning(fmt::format("after the event at {:.6g} s: {}", edit.at, edit.warning));
     }
   }
-  if (!session.message().empty()) fmt::print(stderr, "tetraction: {}\n", session.message());
+  if (!session.message().empty()) print_message(session.message());
   return tetraction::exit_code(status);
 }
 
@@ -113,7 +121,8 @@ void add_run_command(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<RunArguments>();
   CLI::App* command = app.add_subcommand("run", "Run a scene and write its results");
   command->add_option("scene", arguments->scene, "Scene file (TOML)")->required();
-  command->add_option("--out", arguments->out, "Output directory (default: the scene's)");
+  command->add_option("--out", arguments->out, "Output directory (default: the scene's)")
+      ->check(not_empty("it names no directory"));
   command
       ->add_option("--set", arguments->overrides,
                    "KEY=VALUE: overrides a scene key, e.g. time.step=1e-4")

@@ -2,8 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <cstdio>
+#include <filesystem>
 
+#include "tetraction/core/error.h"
 #include "tetraction/io/mesh_reader.h"
 #include "tetraction/simulation/scene_objects.h"
 
@@ -11,6 +12,11 @@ namespace tetraction {
 
 TetMesh load_mesh(const Scene& scene) {
   if (scene.mesh.generate) return generate_mesh(*scene.mesh.generate);
+  std::error_code error;
+  if (!std::filesystem::exists(scene.mesh.file, error) && !error) {
+    throw FileError(scene.mesh.file +
+                    ": no such file. Check mesh.file; it is relative to the scene's folder.");
+  }
   return read_mesh(scene.mesh.file, scene.mesh.scale);
 }
 
@@ -28,14 +34,6 @@ std::string mesh_remarks(const TetMesh& mesh) {
     add(fmt::format("{} cells of type {} were left out", count, to_string(type)));
   }
   return text.empty() ? text : mesh.source + ": " + text;
-}
-
-void print_note(const std::string& text) {
-  fmt::print(stderr, "tetraction: note: {}\n", text);
-}
-
-void print_warning(const std::string& text) {
-  fmt::print(stderr, "tetraction: warning: {}\n", text);
 }
 
 }  // namespace tetraction

@@ -15,9 +15,4 @@ TetMesh load_mesh(const Scene& scene);
 /// One line for people on what building the mesh changed and left out; empty if nothing.
 std::string mesh_remarks(const TetMesh& mesh);
 
-/// Prints "tetraction: note: …" to stderr.
-void print_note(const std::string& text);
-/// Prints "tetraction: warning: …" to stderr.
-void print_warning(const std::string& text);
-
 }  // namespace tetraction

@@ -6,13 +6,16 @@
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "commands.h"
+#include "console.h"
 #include "plot_study_script.h"
 #include "progress_bar.h"
+#include "result_folders.h"
 #include "scene_source.h"
 #include "tetraction/core/blas.h"
 #include "tetraction/core/error.h"
@@ -29,7 +32,7 @@ struct StudyArguments {
   std::vector<std::string> overrides;
   std::vector<std::string> integrators;
   std::vector<double> steps;
-  double reference_step = 0.0;
+  std::optional<double> reference_step;
   std::string reference_integrator = "midpoint";
   std::string vary;
   bool quiet = false;
@@ -89,6 +92,11 @@ std::vector<StudyVariant> read_variants(const StudyArguments& arguments) {
     overrides.push_back(fmt::format("{}={}", key, value));
     std::string name = value;  // of a folder, too
     std::replace(name.begin(), name.end(), '/', '_');
+    for (const StudyVariant& variant : variants) {
+      if (variant.name == name) {
+        throw InputError(fmt::format("--vary {}: {} is there twice.", arguments.vary, value));
+      }
+    }
     variants.push_back({name, read_scene(arguments.scene, overrides)});
     begin = end + 1;
   }
@@ -106,13 +114,18 @@ int study(const StudyArguments& arguments) {
   const Scene scene =
       variants.empty() ? read_scene(arguments.scene, arguments.overrides) : variants.front().scene;
   const std::string directory = arguments.out.empty() ? scene.output.directory : arguments.out;
+  check_folder_of_study(scene, directory);
   StudySettings settings;
   settings.variants = std::move(variants);
   for (const std::string& name : arguments.integrators) {
-    settings.integrators.push_back(integrator_from_string(name));
+    const Integrator integrator = integrator_from_string(name);
+    if (std::count(settings.integrators.begin(), settings.integrators.end(), integrator) > 0) {
+      throw InputError(fmt::format("--integrators: {} is there twice.", name));
+    }
+    settings.integrators.push_back(integrator);
   }
   settings.steps = arguments.steps;
-  if (arguments.reference_step != 0.0) settings.reference_step = arguments.reference_step;
+  settings.reference_step = arguments.reference_step;
   settings.reference_integrator = integrator_from_string(arguments.reference_integrator);
 
   const TetMesh mesh = load_mesh(scene);
@@ -120,12 +133,16 @@ int study(const StudyArguments& arguments) {
     if (const std::string remarks = mesh_remarks(mesh); !remarks.empty()) print_note(remarks);
   }
   make_output_directory(directory);
-  if (has_implicit_runs(settings)) {
-    if (const std::string warning = blas_warning(); !warning.empty()) print_warning(warning);
-  }
 
   std::string label;
+  std::vector<std::string> begun;
   const auto observers = [&](const std::string& run) {
+    // Everything has been checked by now: a mistake does not cost the results of an earlier study.
+    if (begun.empty() && remove_study(directory) && !arguments.quiet) {
+      print_note(fmt::format("{}: the results of an earlier study were deleted", directory));
+    }
+    begun.push_back(run);
+    write_study_begun(directory, begun);
     std::vector<std::unique_ptr<Observer>> result;
     result.push_back(std::make_unique<RunRecorder>(directory + "/" + run, scene.output.every));
     result.push_back(std::make_unique<InterruptGuard>());
@@ -136,8 +153,12 @@ int study(const StudyArguments& arguments) {
   };
   const auto progress = [&](std::size_t index, std::size_t count, Integrator integrator,
                             double step) {
+    // Behind the checks of the settings, whose message is the only one then.
+    if (index == 0 && !arguments.quiet && has_implicit_runs(settings)) {
+      if (const std::string warning = blas_warning(); !warning.empty()) print_warning(warning);
+    }
     label = fmt::format("[{}/{}] {} h = {:.4g} s", index + 1, count, to_string(integrator), step);
-    if (!arguments.quiet && !ProgressBar::possible()) fmt::print(stderr, "{}\n", label);
+    if (!arguments.quiet && !ProgressBar::possible()) print_progress(label + "\n");
   };
   const StudyResult result = run_study(scene, mesh, settings, observers, progress);
 
@@ -146,11 +167,11 @@ int study(const StudyArguments& arguments) {
   for (const std::string& remark : result.remarks) print_note(remark);
   const bool plotted = !arguments.no_plots && draw_plots(directory);
   if (arguments.json) {
-    fmt::print("{}", study_json(result, name));
+    write_result(study_json(result, name));
   } else if (!arguments.quiet) {
-    fmt::print("{}", study_table(result));
-    fmt::print("\nresults: {0}/study.csv, {0}/study.json{1}\n", directory,
-               plotted ? ", plots (*.png, *.svg)" : "");
+    write_result(study_table(result));
+    print_result("\nresults: {0}/study.csv, {0}/study.json{1}\n", directory,
+                 plotted ? ", plots (*.png, *.svg)" : "");
   }
   if (!arguments.no_plots && !plotted) {
     print_warning("the plots were not drawn: install python3 and python3-matplotlib");
@@ -182,10 +203,14 @@ void add_study_command(CLI::App& app, int& exit_code) {
                       "Step of the reference run (default: the finest of the study)");
   command->add_option("--reference-integrator", arguments->reference_integrator,
                       "Integrator of the reference run (default: midpoint)");
-  command->add_option("--vary", arguments->vary,
-                      "KEY=V1,V2,...: the whole study once with each value of a scene key, e.g. "
-                      "fix.0.mode=exact,penalty; all are compared with the reference of the first");
-  command->add_option("--out", arguments->out, "Output directory (default: the scene's)");
+  command
+      ->add_option("--vary", arguments->vary,
+                   "KEY=V1,V2,...: the whole study once with each value of a scene key, e.g. "
+                   "fix.0.mode=exact,penalty; all are compared with the reference of the "
+                   "first")
+      ->check(not_empty("it names no key"));
+  command->add_option("--out", arguments->out, "Output directory (default: the scene's)")
+      ->check(not_empty("it names no directory"));
   command->add_option("--set", arguments->overrides, "KEY=VALUE: overrides a scene key")
       ->take_all()
       ->allow_extra_args(false);

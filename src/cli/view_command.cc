@@ -37,9 +37,10 @@ void add_view_command(CLI::App& app, int& exit_code) {
   command->add_option("path", *path,
                       "Scene (.toml), output directory of a run, or mesh file; without one: a "
                       "first scene");
-  command->callback([path, &app, &exit_code] {
+  command->callback([path, &app, command, &exit_code] {
     // The window draws while the solver works: one core is its own.
-    if (app.count("--threads") == 0) set_thread_count(std::max(1, thread_count() - 1));
+    if (app.count("--threads") + command->count("--threads") == 0)
+      set_thread_count(std::max(1, thread_count() - 1));
     exit_code = view(*path);
   });
 }

@@ -224,8 +224,9 @@ void MechanicalSystem::vertex_books(const State& state, Energies& energies,
   const VertexSums total = sums(state.position, state.momentum);
   momenta = {total.linear, total.angular, total.linear_scale, total.angular_scale};
   energies.kinetic = 0.5 * total.twice_kinetic;
+  // A difference, as minus zero would be written where there is no energy.
   energies.environment = environment_.is_uniform()
-                             ? -environment_.acceleration().dot(total.first_moment)
+                             ? 0.0 - environment_.acceleration().dot(total.first_moment)
                              : environment_.value(mass_, state.position);
 }
 

@@ -3,12 +3,15 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <cmath>
 #include <cstdlib>
+#include <filesystem>
 #include <map>
 #include <utility>
 
+#include "gmsh1_reader.h"
+#include "gmsh_builder.h"
 #include "gmsh_numbers.h"
-#include "gmsh_types.h"
 #include "tetraction/core/error.h"
 #include "text_scanner.h"
 
@@ -22,11 +25,18 @@ constexpr std::int64_t kMostPhysicals = 100;
 class GmshReader {
  public:
   explicit GmshReader(const std::string& path)
-      : text_(read_file(path)), in_(path, text_), numbers_(in_) {
-    mesh_.source = path;
-  }
+      : text_(read_file(path)), in_(path, text_), numbers_(in_), mesh_(path) {}
 
   RawMesh read() {
+    const std::string_view first = first_section();
+    if (first == "$NOD") {
+      read_gmsh1(in_, mesh_);
+      return mesh_.take();
+    }
+    if (first != "$MeshFormat") {
+      throw FileError(in_.path() +
+                      ": is not a Gmsh mesh: it begins with neither $MeshFormat nor $NOD.");
+    }
     read_format();
     bool nodes = false;
     bool elements = false;
@@ -59,7 +69,7 @@ class GmshReader {
       in_.fail(fmt::format("the file has no ${} section: it is truncated or holds no mesh.",
                            nodes ? "Elements" : "Nodes"));
     }
-    return std::move(mesh_);
+    return mesh_.take();
   }
 
  private:
@@ -74,20 +84,31 @@ class GmshReader {
     return checked(size(wanted), wanted, least_bytes);
   }
 
-  void read_format() {
-    if (in_.at_end() || in_.token("$MeshFormat") != "$MeshFormat") {
-      throw FileError(in_.path() + ": is not a Gmsh mesh: it does not begin with $MeshFormat.");
+  // Comments may come before it.
+  std::string_view first_section() {
+    while (!in_.at_end()) {
+      const std::string_view section = in_.token("$MeshFormat");
+      if (section != "$Comments") return section;
+      skip_section("$Comments");
     }
+    return {};
+  }
+
+  void read_format() {
     const double version = in_.real("the version");
     const std::int64_t type = in_.integer("the file type");
     const std::int64_t data_size = in_.integer("the data size");
-    if (version != 2.2 && version != 4.1) {
-      in_.fail(
-          fmt::format("MSH format {} is not read; save the mesh as version 4.1 or 2.2 (gmsh "
-                      "-format msh41).",
-                      version));
-    }
+    // 2.0 and 2.1 differ from 2.2 in the physical names only.
+    const bool version2 = version == 2.0 || version == 2.1 || version == 2.2;
     version4_ = version == 4.1;
+    if (!version2 && !version4_) {
+      const bool whole = version == std::floor(version) && std::abs(version) < 1e6;
+      in_.fail(
+          fmt::format("the mesh is in the MSH format {}, which is not read. Save it in version 4.1 "
+                      "or 2.2, for instance with gmsh {} -save -format msh41 -o NEW.msh.",
+                      whole ? fmt::format("{:.1f}", version) : fmt::format("{}", version),
+                      std::filesystem::path(in_.path()).filename().string()));
+    }
     if (type != 0 && type != 1) in_.fail(fmt::format("file type {} is neither 0 nor 1.", type));
     if (data_size != 8) in_.fail(fmt::format("data size {} is not 8.", data_size));
     if (type == 1) numbers_.begin_binary_file();
@@ -95,7 +116,7 @@ class GmshReader {
   }
 
   void end_section(const std::string& section) {
-    const std::string end = "$End" + section.substr(1);
+    const std::string end = fmt::format("$End{}", section.substr(1));
     const std::string_view found = in_.token(end.c_str());
     if (found != end) {
       in_.fail(fmt::format("\"{}\" where {} is expected: the numbers in the section do not fit.",
@@ -105,7 +126,7 @@ class GmshReader {
   }
 
   void skip_section(const std::string& section) {
-    const std::string end = "$End" + section.substr(1);
+    const std::string end = fmt::format("$End{}", section.substr(1));
     const auto found = text_.find(end, in_.position());
     if (found == std::string::npos) in_.fail("the section does not end: the file is truncated.");
     in_.set_position(found + end.size());
@@ -114,13 +135,18 @@ class GmshReader {
   void read_physical_names() {
     const std::int64_t names = in_.count("the number of physical names", 5);
     for (std::int64_t i = 0; i < names; ++i) {
-      const std::int64_t dimension = in_.integer("a dimension");
-      const std::int64_t tag = in_.integer("a physical tag");
+      // Version 2.0 does not say the dimension.
+      std::int64_t dimension = GmshBuilder::kAnyDimension;
+      std::int64_t tag = in_.integer("a dimension or a physical tag");
+      if (!in_.next_is('"')) {
+        dimension = tag;
+        tag = in_.integer("a physical tag");
+      }
       const std::string line(in_.line());
       const auto open = line.find('"');
       const auto close = line.rfind('"');
       if (open == std::string::npos || close == open) in_.fail("a physical name is not in quotes.");
-      names_[{dimension, tag}] = line.substr(open + 1, close - open - 1);
+      mesh_.name_group(dimension, tag, line.substr(open + 1, close - open - 1));
     }
   }
 
@@ -150,8 +176,7 @@ class GmshReader {
   void add_vertex(std::int64_t tag) {
     Vector3 x;
     for (Index i = 0; i < 3; ++i) x[i] = real("a coordinate");
-    mesh_.vertex_ids.push_back(tag);
-    mesh_.vertices.push_back(x);
+    mesh_.add_vertex(tag, x);
   }
 
   void read_nodes2() {
@@ -185,9 +210,8 @@ class GmshReader {
         for (std::int64_t p = 0; parametric != 0 && p < dimension; ++p) real("a parameter");
       }
     }
-    if (static_cast<std::int64_t>(mesh_.vertices.size()) != nodes) {
-      in_.fail(
-          fmt::format("$Nodes announces {} nodes and holds {}.", nodes, mesh_.vertices.size()));
+    if (static_cast<std::int64_t>(mesh_.vertex_count()) != nodes) {
+      in_.fail(fmt::format("$Nodes announces {} nodes and holds {}.", nodes, mesh_.vertex_count()));
     }
   }
 
@@ -200,30 +224,6 @@ class GmshReader {
 
   // A tag is negative where a group takes an entity with the orientation turned round.
   std::int64_t physical_tag() { return std::abs(int32("a physical tag")); }
-
-  int group_index(int dimension, std::int64_t tag) {
-    const auto [found, inserted] =
-        group_of_.emplace(std::pair{dimension, tag}, static_cast<int>(mesh_.groups.size()));
-    if (inserted) {
-      const auto name = names_.find({dimension, tag});
-      mesh_.groups.push_back({name != names_.end() ? name->second : std::to_string(tag), dimension,
-                              static_cast<int>(tag)});
-    }
-    return found->second;
-  }
-
-  void add_cell(const GmshType& type, std::int64_t tag, std::vector<std::int64_t> nodes,
-                const std::vector<std::int64_t>& physicals) {
-    RawCell cell;
-    cell.type = type.type;
-    cell.id = tag;
-    cell.vertices = std::move(nodes);
-    for (const std::int64_t physical : physicals) {
-      cell.groups.push_back(group_index(type.dimension, physical));
-      if (type.dimension == 3) cell.region = static_cast<int>(physical);
-    }
-    mesh_.cells.push_back(std::move(cell));
-  }
 
   std::vector<std::int64_t> read_cell_nodes(const GmshType& type, bool wide) {
     std::vector<std::int64_t> nodes;
@@ -243,7 +243,7 @@ class GmshReader {
         physicals.push_back(physical);
       }
     }
-    add_cell(type, tag, read_cell_nodes(type, false), physicals);
+    mesh_.add_cell(type, tag, read_cell_nodes(type, false), physicals);
   }
 
   void read_elements2() {
@@ -289,23 +289,21 @@ class GmshReader {
           found != physicals_.end() ? found->second : std::vector<std::int64_t>{};
       for (std::int64_t e = 0; e < in_block; ++e) {
         const std::int64_t tag = size("an element tag");
-        add_cell(type, tag, read_cell_nodes(type, true), physicals);
+        mesh_.add_cell(type, tag, read_cell_nodes(type, true), physicals);
       }
     }
-    if (static_cast<std::int64_t>(mesh_.cells.size()) != elements) {
+    if (static_cast<std::int64_t>(mesh_.cell_count()) != elements) {
       in_.fail(fmt::format("$Elements announces {} elements and holds {}.", elements,
-                           mesh_.cells.size()));
+                           mesh_.cell_count()));
     }
   }
 
   std::string text_;
   TextScanner in_;
   GmshNumbers numbers_;
-  RawMesh mesh_;
+  GmshBuilder mesh_;
   bool version4_ = false;
-  std::map<std::pair<std::int64_t, std::int64_t>, std::string> names_;
   std::map<std::pair<int, std::int64_t>, std::vector<std::int64_t>> physicals_;
-  std::map<std::pair<int, std::int64_t>, int> group_of_;
 };
 
 }  // namespace

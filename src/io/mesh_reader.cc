@@ -1,12 +1,9 @@
 #include "tetraction/io/mesh_reader.h"
 
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <cctype>
 #include <filesystem>
 
 #include "gmsh_reader.h"
+#include "mesh_files.h"
 #include "plain_readers.h"
 #include "tetraction/core/error.h"
 #include "vtk_reader.h"
@@ -14,21 +11,11 @@
 namespace tetraction {
 
 RawMesh read_raw_mesh(const std::string& path) {
-  std::string extension = std::filesystem::path(path).extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  const bool known = extension == ".vtu" || extension == ".vtk" || extension == ".msh" ||
-                     extension == ".node" || extension == ".ele" || extension == ".veg";
-  if (!known) {
-    throw FileError(
-        fmt::format("{}: the ending \"{}\" is not that of a mesh; .vtu .vtk .msh .node "
-                    ".ele .veg are read.",
-                    path, extension));
-  }
+  const std::string extension = mesh_ending(path, "read");
   std::error_code error;
   if (!std::filesystem::exists(path, error)) {
-    throw FileError(path +
-                    ": no such file. Check mesh.file; it is relative to the scene's folder.");
+    throw FileError(error ? path + ": cannot be read (" + error.message() + ")."
+                          : path + ": no such file.");
   }
   if (extension == ".msh") return read_gmsh(path);
   if (extension == ".veg") return read_vega(path);

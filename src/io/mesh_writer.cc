@@ -8,12 +8,13 @@
 #include <vtkUnstructuredGridWriter.h>
 
 #include <algorithm>
-#include <cctype>
 #include <filesystem>
 #include <iterator>
 #include <map>
-#include <set>
 
+#include "gmsh_writer.h"
+#include "mesh_files.h"
+#include "mesh_text.h"
 #include "quiet_vtk.h"
 #include "tetraction/core/error.h"
 #include "text_file.h"
@@ -52,85 +53,10 @@ void write_legacy(const TetMesh& mesh, const std::string& path) {
   write_text_file(path, writer->GetOutputStdString());
 }
 
-// The file's own numbers if they are all at least 1, else numbers from 1. id(i): the number of item i.
-template <class Id>
-std::vector<std::int64_t> positive_ids(Index count, const Id& id) {
-  std::vector<std::int64_t> ids;
-  ids.reserve(static_cast<std::size_t>(count));
-  for (Index i = 0; i < count; ++i) ids.push_back(id(i));
-  const std::int64_t least = *std::min_element(ids.begin(), ids.end());
-  if (least < 1) {
-    for (std::int64_t& number : ids) number += 1 - least;
-  }
-  return ids;
-}
-
 std::map<int, std::vector<Index>> tetrahedra_by_region(const TetMesh& mesh) {
   std::map<int, std::vector<Index>> regions;
   for (Index e = 0; e < mesh.tetrahedron_count(); ++e) regions[mesh.region(e)].push_back(e);
   return regions;
-}
-
-std::string coordinates(const Vector3& x) {
-  return fmt::format("{:.17g} {:.17g} {:.17g}", x.x(), x.y(), x.z());
-}
-
-template <class... Args>
-void append(std::string& text, fmt::format_string<Args...> format, Args&&... args) {
-  fmt::format_to(std::back_inserter(text), format, std::forward<Args>(args)...);
-}
-
-// One volume entity a region; a region's number becomes its physical tag.
-void write_gmsh(const TetMesh& mesh, const std::string& path) {
-  const std::vector<std::int64_t> nodes =
-      positive_ids(mesh.vertex_count(), [&](Index v) { return mesh.vertex_id(v); });
-  const std::vector<std::int64_t> elements =
-      positive_ids(mesh.tetrahedron_count(), [&](Index e) { return mesh.tetrahedron_id(e); });
-  const std::map<int, std::vector<Index>> regions = tetrahedra_by_region(mesh);
-  std::map<int, std::string> names;
-  for (const Group& group : mesh.groups) {
-    if (group.dimension == 3 && group.tag > 0 && regions.count(group.tag) > 0) {
-      names[group.tag] = group.name;
-      std::replace(names[group.tag].begin(), names[group.tag].end(), '"', '\'');
-    }
-  }
-  std::string text = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n";
-  if (!names.empty()) {
-    append(text, "$PhysicalNames\n{}\n", names.size());
-    for (const auto& [tag, name] : names) append(text, "3 {} \"{}\"\n", tag, name);
-    text += "$EndPhysicalNames\n";
-  }
-  Vector3 low = mesh.vertices.front();
-  Vector3 high = low;
-  for (const Vector3 x : mesh.vertices) {
-    low = low.cwiseMin(x);
-    high = high.cwiseMax(x);
-  }
-  append(text, "$Entities\n0 0 0 {}\n", regions.size());
-  int entity = 0;
-  for (const auto& [region, members] : regions) {
-    append(text, "{} {} {} ", ++entity, coordinates(low), coordinates(high));
-    text += region > 0 ? fmt::format("1 {} 0\n", region) : "0 0\n";
-  }
-  text += "$EndEntities\n";
-  const auto [first_node, last_node] = std::minmax_element(nodes.begin(), nodes.end());
-  append(text, "$Nodes\n1 {0} {1} {2}\n3 1 0 {0}\n", nodes.size(), *first_node, *last_node);
-  for (const std::int64_t id : nodes) append(text, "{}\n", id);
-  for (const Vector3 x : mesh.vertices) append(text, "{}\n", coordinates(x));
-  const auto [first, last] = std::minmax_element(elements.begin(), elements.end());
-  append(text, "$EndNodes\n$Elements\n{} {} {} {}\n", regions.size(), elements.size(), *first,
-         *last);
-  entity = 0;
-  for (const auto& [region, members] : regions) {
-    append(text, "3 {} 4 {}\n", ++entity, members.size());
-    for (const Index e : members) {
-      append(text, "{}", elements[static_cast<std::size_t>(e)]);
-      for (const Index v : mesh.tetrahedra[static_cast<std::size_t>(e)])
-        append(text, " {}", nodes[static_cast<std::size_t>(v)]);
-      text += '\n';
-    }
-  }
-  write_text_file(path, text + "$EndElements\n");
 }
 
 // TetGen wants numbers in a row: from 0 if the file's are that, else from 1.
@@ -200,31 +126,44 @@ void write_vega(const TetMesh& mesh, const std::string& path) {
   write_text_file(path, text);
 }
 
+// The groups that are not kept where only volume groups can be, or none.
+std::vector<std::string> lost_groups(const TetMesh& mesh, bool keeps_volumes) {
+  std::vector<std::string> names;
+  for (const Group& group : mesh.groups) {
+    const bool kept = keeps_volumes && group.dimension == 3 && !group.tetrahedra.empty();
+    if (!kept) names.push_back(group.name);
+  }
+  return names;
+}
+
 }  // namespace
 
-void write_mesh(const TetMesh& mesh, const std::string& path) {
+std::vector<RawCell> group_cells(const RawMesh& raw) {
+  std::vector<RawCell> cells;
+  std::copy_if(raw.cells.begin(), raw.cells.end(), std::back_inserter(cells),
+               [](const RawCell& cell) {
+                 return cell.type != CellType::kTetrahedron && !cell.groups.empty();
+               });
+  return cells;
+}
+
+MeshWriteReport write_mesh(const TetMesh& mesh, const std::string& path,
+                           const std::vector<RawCell>& cells) {
+  const std::string ending = mesh_ending(path, "written");
   if (mesh.vertices.empty() || mesh.tetrahedra.empty()) {
     throw InputError(path + ": there is nothing to write: the mesh is empty.");
   }
-  std::string extension = std::filesystem::path(path).extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  if (extension == ".vtu") {
+  if (ending == ".msh") return write_gmsh(mesh, path, cells);
+  if (ending == ".vtu") {
     write_vtu(grid_with_data(mesh), path);
-  } else if (extension == ".vtk") {
+  } else if (ending == ".vtk") {
     write_legacy(mesh, path);
-  } else if (extension == ".msh") {
-    write_gmsh(mesh, path);
-  } else if (extension == ".node" || extension == ".ele") {
-    write_tetgen(mesh, path);
-  } else if (extension == ".veg") {
+  } else if (ending == ".veg") {
     write_vega(mesh, path);
   } else {
-    throw InputError(
-        fmt::format("{}: the ending \"{}\" is not that of a mesh; .vtu .vtk .msh .node "
-                    ".ele .veg are written.",
-                    path, extension));
+    write_tetgen(mesh, path);
   }
+  return {lost_groups(mesh, ending == ".veg"), {}};
 }
 
 }  // namespace tetraction

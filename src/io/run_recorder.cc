@@ -222,7 +222,7 @@ void RunRecorder::on_finish(const Session& session) {
     throw OutputError(s.path("history.csv") +
                       ": cannot be written. Check the free space of the disk.");
   }
-  write_text_file(s.path("summary.json"), summary_json(session));
+  write_text_file(s.path("summary.json"), summary_json(session, s.directory));
 }
 
 }  // namespace tetraction

@@ -43,7 +43,7 @@ nlohmann::ordered_json solver_json(const Session& session) {
 
 }  // namespace
 
-std::string summary_json(const Session& session) {
+std::string summary_json(const Session& session, const std::string& directory) {
   const MechanicalSystem& system = session.system();
   const Books& books = session.books();
   const PhaseTimes& times = session.times();
@@ -102,9 +102,12 @@ std::string summary_json(const Session& session) {
   json["peak_memory_bytes"] = peak_memory_bytes();
   json["threads"] = thread_count();
   json["blas"] = {{"library", blas.library}, {"core", blas.core}};
-  json["scene"] = session.scene().echo.empty()
-                      ? nlohmann::ordered_json::object()
-                      : nlohmann::ordered_json::parse(session.scene().echo);
+  json["scene"] = nlohmann::ordered_json::object();
+  if (!session.scene().echo.empty()) {
+    json["scene"] = nlohmann::ordered_json::parse(session.scene().echo);
+    // A program may have been told another directory than the scene's.
+    json["scene"]["output"]["directory"] = directory;
+  }
   // The names of files, which stand in messages as well, need not be UTF-8, which JSON must be.
   return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }

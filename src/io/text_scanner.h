@@ -25,6 +25,8 @@ class TextScanner {
   void count_bytes() { bytes_ = true; }
 
   bool at_end();
+  /// Whether the next token begins with this character.
+  bool next_is(char c) { return !at_end() && text_[position_] == c; }
   /// The next token, or an error naming what was wanted if the file ends.
   std::string_view token(const char* wanted);
   std::int64_t integer(const char* wanted);

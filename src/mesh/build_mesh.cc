@@ -160,6 +160,11 @@ class Builder {
     for (Index e = 0; e < mesh_.tetrahedron_count(); ++e) {
       const double longest = longest_edge(mesh_, e);
       const double volume = mesh_.volume(e);
+      if (!std::isfinite(longest * longest * longest) || longest == 0.0) {
+        refuse(fmt::format("element {} is of a size that double precision does not hold{}.",
+                           mesh_.tetrahedron_ids[static_cast<std::size_t>(e)],
+                           scale_ == 1.0 ? "" : fmt::format(" at the scale {}", scale_)));
+      }
       if (is_flat(volume, longest)) {
         refuse(
             fmt::format("element {} has no volume ({:.3g} m³ with a longest edge of {:.3g} m). "

@@ -237,7 +237,7 @@ class Run(CliTest):
         scene = self.write("beam.toml", BEAM)
 
         def warnings(*arguments, env=slow):
-            lines = self.run_program(*arguments, "--quiet", env=env).stderr.splitlines()
+            lines = self.run_program(*arguments, env=env).stderr.splitlines()
             return [line for line in lines if "OPENBLAS_CORETYPE=Prescott" in line]
 
         run = ["run", scene, "--out", self.path("out")]

@@ -135,6 +135,81 @@ TEST(GmshReader, QuadraticTetrahedraAreRefusedForNow) {
   EXPECT_NE(refusal(shipped("sphere_p2.msh")).find("quadratic"), std::string::npos);
 }
 
+// The mesh of 22_ascii.msh, with another version in the header.
+std::string with_header(const std::string& version) {
+  std::string text = read_all(shipped("22_ascii.msh"));
+  const std::string header = "2.2 0 8";
+  text.replace(text.find(header), header.size(), version + " 0 8");
+  return text;
+}
+
+TEST(GmshReader, HeadersOfVersionTwo) {
+  const TetMesh v22 = read_mesh(shipped("22_ascii.msh"));
+  for (const char* version : {"2", "2.0", "2.1", "2.2"}) {
+    expect_same(v22, read_mesh(written("two.msh", with_header(version))));
+  }
+}
+
+TEST(GmshReader, OtherVersionsAreNamed) {
+  const std::string four = refusal(written("four.msh", with_header("4")));
+  EXPECT_NE(four.find("MSH format 4.0,"), std::string::npos) << four;
+  EXPECT_NE(four.find("msh41"), std::string::npos) << four;
+  EXPECT_NE(refusal(written("three.msh", with_header("3"))).find("MSH format 3.0,"),
+            std::string::npos);
+  EXPECT_NE(refusal(written("much.msh", with_header("1e300"))).find("MSH format 1e+300,"),
+            std::string::npos);
+}
+
+TEST(GmshReader, PhysicalNamesOfVersionTwoPointZeroHaveNoDimension) {
+  const TetMesh mesh = read_mesh(
+      written("names.msh",
+              "$MeshFormat\n2 0 8\n$EndMeshFormat\n$PhysicalNames\n2\n7 \"left face\"\n9 \"core\"\n"
+              "$EndPhysicalNames\n$Nodes\n4\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n$EndNodes\n"
+              "$Elements\n2\n1 2 2 7 1 1 2 3\n2 4 2 9 1 1 2 3 4\n$EndElements\n"));
+  ASSERT_EQ(mesh.groups.size(), 2U);
+  EXPECT_EQ(mesh.groups[0].name, "left face");
+  EXPECT_EQ(mesh.groups[0].dimension, 2);
+  EXPECT_EQ(mesh.groups[1].name, "core");
+  EXPECT_EQ(mesh.groups[1].dimension, 3);
+}
+
+constexpr const char* kVersionOne =
+    "$NOD\n5\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n9 1 1 1\n$ENDNOD\n"
+    "$ELM\n3\n1 2 7 1 3 1 2 3\n2 4 5 1 4 1 2 3 4\n3 4 0 1 4 2 3 4 9\n$ENDELM\n";
+
+TEST(GmshReader, VersionOne) {
+  const TetMesh mesh = read_mesh(written("one.msh", kVersionOne));
+  EXPECT_EQ(mesh.vertex_ids, (std::vector<std::int64_t>{1, 2, 3, 4, 9}));
+  EXPECT_EQ(mesh.tetrahedron_ids, (std::vector<std::int64_t>{2, 3}));
+  EXPECT_EQ(mesh.regions, (std::vector<int>{5, 0}));
+  EXPECT_NEAR(mesh.total_volume(), 0.5, 1e-15);
+  ASSERT_EQ(mesh.groups.size(), 2U);
+  EXPECT_EQ(mesh.groups[0].name, "7");
+  EXPECT_EQ(mesh.groups[0].vertices, (std::vector<Index>{0, 1, 2}));
+  EXPECT_EQ(mesh.groups[1].tetrahedra, std::vector<Index>{0});
+
+  const auto changed = [](const std::string& from, const std::string& to) {
+    std::string text = kVersionOne;
+    text.replace(text.find(from), from.size(), to);
+    return refusal(written("wrong.msh", text));
+  };
+  EXPECT_NE(
+      changed("4 5 1 4 1", "4 5 1 3 1").find("wrong.msh:12: in $ELM: element 2 of type 4 has"),
+      std::string::npos);
+  EXPECT_NE(changed("4 5 1 4", "4 5000000000 1 4").find("not a physical tag"), std::string::npos);
+  EXPECT_NE(changed("$ENDNOD", "7").find("\"7\" where $ENDNOD"), std::string::npos);
+  const std::string text = kVersionOne;
+  for (std::size_t size = 0; size + 1 < text.size(); ++size) {
+    EXPECT_NE(refusal(written("cut.msh", text.substr(0, size))), "accepted") << size;
+  }
+}
+
+TEST(GmshReader, CommentsBeforeTheHeader) {
+  const std::string text = "$Comments\nmade by hand: $MeshFormat\n$EndComments\n";
+  expect_same(read_mesh(shipped("22_ascii.msh")),
+              read_mesh(written("comments.msh", text + with_header("2.2"))));
+}
+
 TEST(GmshReader, BinaryOfEitherByteOrder) {
   // Format 2.2, big-endian: one tetrahedron.
   std::string text = "$MeshFormat\n2.2 1 8\n";
@@ -397,9 +472,24 @@ TEST(TetgenReader, BrokenPairs) {
 }
 
 TEST(MeshReader, RefusesUnknownEndingsAndMissingFiles) {
-  EXPECT_NE(refusal(shipped("SOURCES.md")).find("\".md\""), std::string::npos);
-  EXPECT_NE(refusal("/nowhere/mesh.msh").find("no such file"), std::string::npos);
-  EXPECT_NE(refusal(TETRACTION_TEST_DATA "/meshes").find("ending"), std::string::npos);
+  // A name that cannot be that of a mesh is wrong input; the file plays no part.
+  for (const auto& [name, part] : {std::pair{shipped("SOURCES.md"), "\".md\""},
+                                   std::pair{std::string("/nowhere/mesh.stl"), "\".stl\""},
+                                   std::pair{shipped(""), "ending"}}) {
+    try {
+      read_mesh(name);
+      FAIL() << name;
+    } catch (const InputError& error) {
+      EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
+    }
+  }
+  const std::string missing = refusal("/nowhere/mesh.msh");
+  EXPECT_NE(missing.find("no such file"), std::string::npos);
+  EXPECT_EQ(missing.find("scene"), std::string::npos) << missing;
+  const std::string loop = scratch("loop.msh");
+  std::filesystem::remove(loop);
+  std::filesystem::create_symlink("loop.msh", loop);
+  EXPECT_NE(refusal(loop).find("cannot be read"), std::string::npos) << refusal(loop);
   const std::string folder = scratch("folder.msh");
   std::filesystem::create_directories(folder);
   EXPECT_NE(refusal(folder).find("not a regular file"), std::string::npos);

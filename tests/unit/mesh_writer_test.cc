@@ -7,6 +7,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <set>
 #include <sstream>
 
@@ -162,6 +163,9 @@ TEST_F(MeshWriterDetails, GmshKeepsTagsAndNamesOfVolumes) {
   for (auto& id : mesh.tetrahedron_ids) id = 2 * id + 11;
   set_regions(mesh);
   Group bone{"hard \"bone\"", 3, 2, {}, {}};
+  for (Index e = 0; e < mesh.tetrahedron_count(); ++e) {
+    if (mesh.region(e) == 2) bone.tetrahedra.push_back(e);
+  }
   Group skin{"skin", 2, 3, {0, 1, 2}, {}};
   mesh.groups = {bone, skin};
   write_mesh(mesh, path("tags.msh"));
@@ -183,6 +187,114 @@ TEST_F(MeshWriterDetails, GmshKeepsTagsAndNamesOfVolumes) {
   EXPECT_EQ(named->tag, 2);
   EXPECT_EQ(named->tetrahedra.size(), mesh.tetrahedra.size() / 3);
   for (const Group& group : read.groups) EXPECT_NE(group.name, "skin");
+}
+
+// A block with groups of all dimensions, some of which overlap; vertex 900 is in no tetrahedron.
+RawMesh grouped_block() {
+  RawMesh raw;
+  raw.source = "block";
+  const TetMesh block = generate_box({1, 1, 1}, {1, 1, 2});
+  for (Index v = 0; v < block.vertex_count(); ++v) {
+    raw.vertices.push_back(block.vertices[static_cast<std::size_t>(v)]);
+    raw.vertex_ids.push_back(10 + 3 * v);
+  }
+  raw.vertices.emplace_back(9, 9, 9);
+  raw.vertex_ids.push_back(900);
+  raw.groups = {{"corner", 0, 1}, {"edge", 1, 1},  {"floor", 2, 1}, {"wet", 2, 2},
+                {"body", 3, 1},   {"upper", 3, 4}, {"stray", 2, 3}};
+  const auto id = [](Index v) { return 10 + 3 * v; };
+  raw.cells.push_back({CellType::kVertex, 1, {id(0)}, 0, {0}});
+  raw.cells.push_back({CellType::kLine, 2, {id(0), id(1)}, 0, {1}});
+  raw.cells.push_back({CellType::kTriangle, 3, {id(0), id(1), id(2)}, 0, {2, 3}});
+  raw.cells.push_back({CellType::kTriangle, 4, {id(1), id(3), id(2)}, 0, {2}});
+  // The same triangle once more, as version 2 of the format has it.
+  raw.cells.push_back({CellType::kTriangle, 5, {id(3), id(2), id(1)}, 0, {3}});
+  raw.cells.push_back({CellType::kTriangle, 6, {id(3), id(2), 900}, 0, {6}});
+  raw.cells.push_back({CellType::kTriangle, 7, {id(4), id(5), id(6)}, 0, {}});
+  for (Index e = 0; e < block.tetrahedron_count(); ++e) {
+    RawCell cell{CellType::kTetrahedron, 20 + e, {}, 1, {4}};
+    for (const Index v : block.tetrahedra[static_cast<std::size_t>(e)]) {
+      cell.vertices.push_back(id(v));
+    }
+    if (e >= 6) {
+      cell.groups.push_back(5);
+      cell.region = 4;
+    }
+    raw.cells.push_back(cell);
+  }
+  return raw;
+}
+
+TEST_F(MeshWriterDetails, GmshKeepsGroupsOfAllDimensions) {
+  const RawMesh raw = grouped_block();
+  const TetMesh mesh = build_mesh(raw);
+  const MeshWriteReport report = write_mesh(mesh, path("groups.msh"), group_cells(raw));
+  EXPECT_EQ(report.lost_groups, std::vector<std::string>{"stray"});
+  EXPECT_EQ(report.cells,
+            (std::map<CellType, Index>{
+                {CellType::kVertex, 1}, {CellType::kLine, 1}, {CellType::kTriangle, 3}}));
+
+  const RawMesh again = read_raw_mesh(path("groups.msh"));
+  std::map<std::pair<std::string, int>, std::multiset<std::set<std::int64_t>>> cells;
+  std::set<std::int64_t> numbers;
+  for (const RawCell& cell : again.cells) {
+    EXPECT_TRUE(numbers.insert(cell.id).second) << "element " << cell.id << " is there twice";
+    if (cell.type == CellType::kTetrahedron) continue;
+    for (const int g : cell.groups) {
+      const RawGroup& group = again.groups[static_cast<std::size_t>(g)];
+      cells[{group.name, group.dimension}].insert({cell.vertices.begin(), cell.vertices.end()});
+    }
+  }
+  using Cells = std::multiset<std::set<std::int64_t>>;
+  EXPECT_EQ(cells.size(), 4U);
+  EXPECT_EQ((cells[{"corner", 0}]), (Cells{{10}}));
+  EXPECT_EQ((cells[{"edge", 1}]), (Cells{{10, 13}}));
+  EXPECT_EQ((cells[{"floor", 2}]), (Cells{{10, 13, 16}, {13, 16, 19}}));
+  EXPECT_EQ((cells[{"wet", 2}]), (Cells{{10, 13, 16}, {13, 16, 19}}));
+
+  const TetMesh read = build_mesh(again);
+  expect_same_geometry(read, mesh);
+  EXPECT_EQ(elements_of(read), elements_of(mesh));
+  for (const Group& group : mesh.groups) {
+    if (group.name == "stray") continue;
+    const auto same = std::find_if(read.groups.begin(), read.groups.end(), [&](const Group& g) {
+      return g.name == group.name && g.dimension == group.dimension;
+    });
+    ASSERT_NE(same, read.groups.end()) << group.name;
+    EXPECT_EQ(same->tag, group.tag) << group.name;
+    EXPECT_EQ(same->vertices, group.vertices) << group.name;
+    std::set<std::int64_t> ids;
+    std::set<std::int64_t> read_ids;
+    for (const Index e : group.tetrahedra) ids.insert(mesh.tetrahedron_id(e));
+    for (const Index e : same->tetrahedra) read_ids.insert(read.tetrahedron_id(e));
+    EXPECT_EQ(read_ids, ids) << group.name;
+  }
+  EXPECT_EQ(read.tetrahedron_ids, mesh.tetrahedron_ids);
+}
+
+TEST_F(MeshWriterDetails, GmshTagsOfSetsDoNotMixWithRegions) {
+  TetMesh mesh = generate_box({1, 1, 1}, {1, 1, 1});
+  mesh.regions = {1, 1, 1, 2, 2, 2};
+  mesh.groups = {{"even", 3, 1, {}, {0, 2, 4}}, {"zero", 3, 0, {}, {1}}};  // as Vega has them
+  write_mesh(mesh, path("sets.msh"));
+  const TetMesh read = read_mesh(path("sets.msh"));
+  EXPECT_EQ(elements_of(read), elements_of(mesh));
+  std::map<std::string, std::size_t> sizes;
+  for (const Group& group : read.groups) sizes[group.name] = group.tetrahedra.size();
+  EXPECT_EQ(sizes,
+            (std::map<std::string, std::size_t>{{"1", 3}, {"2", 3}, {"even", 3}, {"zero", 1}}));
+}
+
+TEST_F(MeshWriterDetails, FormatsSayWhichGroupsTheyLose) {
+  const RawMesh raw = grouped_block();
+  const TetMesh mesh = build_mesh(raw);
+  const std::vector<std::string> all{"corner", "edge", "floor", "wet", "body", "upper", "stray"};
+  const std::vector<std::string> lower{"corner", "edge", "floor", "wet", "stray"};
+  for (const char* ending : {".vtu", ".vtk", ".node", ".ele"}) {
+    EXPECT_EQ(write_mesh(mesh, path("lost") + ending, group_cells(raw)).lost_groups, all) << ending;
+  }
+  EXPECT_EQ(write_mesh(mesh, path("lost.veg"), group_cells(raw)).lost_groups, lower);
+  EXPECT_EQ(write_mesh(mesh, path("lost.msh")).lost_groups, lower) << "without the cells";
 }
 
 TEST_F(MeshWriterDetails, NumbersBelowOneAreShiftedForGmsh) {

@@ -7,10 +7,10 @@
 
 namespace tetraction {
 
-/// Reads a mesh by the file name's ending: .vtu, .vtk, .msh (Gmsh 2.2 and 4.1, ASCII and binary),
-/// .node or .ele (TetGen, both files), .veg (Vega). Nothing is checked beyond the file itself;
-/// build_mesh() does that.
-/// Throws FileError (file, line or section, what is wrong) for anything that is not a whole,
+/// Reads a mesh by the file name's ending: .vtu, .vtk, .msh (Gmsh 1, 2 and 4.1, ASCII and, from 2 on,
+/// binary), .node or .ele (TetGen, both files), .veg (Vega). Nothing is checked beyond the file
+/// itself; build_mesh() does that.
+/// Throws InputError for another ending; FileError (file, line or section, what is wrong) for anything that is not a whole,
 /// well-formed file; a broken file never crashes or hangs the program.
 RawMesh read_raw_mesh(const std::string& path);
 

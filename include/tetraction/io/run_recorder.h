@@ -35,8 +35,8 @@ class RunRecorder : public Observer {
   std::unique_ptr<Impl> impl_;
 };
 
-/// The text of summary.json for a run.
-std::string summary_json(const Session& session);
+/// The text of summary.json for a run whose results go to `directory`.
+std::string summary_json(const Session& session, const std::string& directory);
 
 /// Makes a directory and its parents; throws OutputError if it cannot be made or written to.
 void make_output_directory(const std::string& directory);

@@ -1,0 +1,60 @@
+#include "console.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+
+namespace tetraction {
+namespace {
+
+int first_error = 0;  // of standard output
+
+void note_failure() {
+  if (first_error == 0) first_error = errno != 0 ? errno : EIO;
+}
+
+}  // namespace
+
+void prepare_streams() {
+  std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);
+  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    if (fcntl(stream, F_GETFD) != -1 || errno != EBADF) continue;
+    // The lowest free number is this one. What is written to standard output must fail still.
+    static_cast<void>(open("/dev/null", stream == STDERR_FILENO ? O_WRONLY : O_RDONLY));
+  }
+}
+
+void write_result(std::string_view text) {
+  errno = 0;
+  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size()) note_failure();
+}
+
+std::string lost_results() {
+  errno = 0;
+  if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) note_failure();
+  return first_error == 0 ? "" : std::strerror(first_error);
+}
+
+void print_progress(std::string_view text) {
+  static_cast<void>(std::fwrite(text.data(), 1, text.size(), stderr));
+  static_cast<void>(std::fflush(stderr));
+}
+
+void print_message(std::string_view text) {
+  print_progress(fmt::format("tetraction: {}\n", text));
+}
+
+void print_note(std::string_view text) {
+  print_message(fmt::format("note: {}", text));
+}
+
+void print_warning(std::string_view text) {
+  print_message(fmt::format("warning: {}", text));
+}
+
+}  // namespace tetraction

@@ -1,0 +1,151 @@
+#include "result_folders.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <system_error>
+
+#include "../io/text_file.h"
+#include "tetraction/core/error.h"
+#include "tetraction/core/version.h"
+
+namespace tetraction {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Without their endings, as plot_study.py names them.
+constexpr std::array kPlots{"energy_over_time",
+                            "linear_momentum_over_time",
+                            "angular_momentum_over_time",
+                            "error_over_step",
+                            "work_precision",
+                            "energy_drift_over_step",
+                            "momentum_drift_over_step"};
+
+bool is_there(const fs::path& path) {
+  std::error_code error;
+  return fs::exists(path, error);
+}
+
+bool holds_study(const fs::path& directory) {
+  return is_there(directory / "study.json") || is_there(directory / "study.csv");
+}
+
+bool holds_run(const fs::path& directory) {
+  return is_there(directory / "history.csv") &&
+         (is_there(directory / "frames.pvd") || is_there(directory / "summary.json"));
+}
+
+bool is_frame(const fs::path& file) {
+  return file.filename().string().rfind("frame_", 0) == 0 && file.extension() == ".vtu";
+}
+
+// A result of an earlier run may be the mesh of this one, but not in the same place.
+void check_mesh_file(const Scene& scene, const std::string& directory) {
+  if (scene.mesh.generate) return;
+  // What cannot be looked at cannot be read or written either, which has its own message.
+  std::error_code error;
+  const fs::path mesh = fs::weakly_canonical(scene.mesh.file, error);
+  if (mesh.filename() != "final.vtu" && !is_frame(mesh)) return;
+  const fs::path place = mesh.lexically_relative(fs::weakly_canonical(directory, error));
+  if (place.empty() || *place.begin() == "..") return;
+  throw InputError(
+      fmt::format("{}: this mesh is a result in the output directory {}, where it would be "
+                  "overwritten. Choose another directory with --out.",
+                  scene.mesh.file, directory));
+}
+
+// Folders of runs that study.json names. What is not the name of a folder there is left out.
+std::vector<fs::path> folders_of_study(const fs::path& directory) {
+  std::ifstream file(directory / "study.json");
+  const auto json = nlohmann::json::parse(file, nullptr, false);
+  std::vector<fs::path> folders;
+  const auto add = [&](const nlohmann::json& run) {
+    if (!run.is_object() || !run.contains("directory") || !run["directory"].is_string()) return;
+    const fs::path name(run["directory"].get<std::string>());
+    if (name.empty() || name != name.filename() || name == "." || name == "..") return;
+    if (holds_run(directory / name)) folders.push_back(directory / name);
+  };
+  if (!json.is_object()) return folders;
+  if (json.contains("reference")) add(json["reference"]);
+  if (json.contains("runs") && json["runs"].is_array()) {
+    for (const auto& run : json["runs"]) add(run);
+  }
+  return folders;
+}
+
+void remove_results_of_run(const fs::path& folder) {
+  for (const char* name : {"history.csv", "summary.json", "final.vtu", "frames.pvd"}) {
+    fs::remove(folder / name);
+  }
+  if (fs::is_directory(folder / "frames")) {
+    std::vector<fs::path> frames;
+    for (const auto& entry : fs::directory_iterator(folder / "frames")) {
+      if (is_frame(entry.path())) frames.push_back(entry.path());
+    }
+    for (const fs::path& frame : frames) fs::remove(frame);
+  }
+  // Folders stay if there is something else in them.
+  std::error_code not_empty;
+  fs::remove(folder / "frames", not_empty);
+  fs::remove(folder, not_empty);
+}
+
+}  // namespace
+
+void check_folder_of_run(const Scene& scene, const std::string& directory) {
+  if (holds_study(directory)) {
+    throw InputError(
+        fmt::format("{}: this directory holds the results of a study, with which those of the run "
+                    "would be mixed. Choose another directory with --out, or delete it.",
+                    directory));
+  }
+  check_mesh_file(scene, directory);
+}
+
+void check_folder_of_study(const Scene& scene, const std::string& directory) {
+  if (holds_run(directory)) {
+    throw InputError(
+        fmt::format("{}: this directory holds the results of a run, with which those of the study "
+                    "would be mixed. Choose another directory with --out, or delete it.",
+                    directory));
+  }
+  check_mesh_file(scene, directory);
+}
+
+bool remove_study(const std::string& directory) {
+  const fs::path root(directory);
+  if (!holds_study(root)) return false;
+  try {
+    for (const fs::path& folder : folders_of_study(root)) remove_results_of_run(folder);
+    for (const char* plot : kPlots) {
+      for (const char* ending : {".png", ".svg"}) fs::remove(root / (std::string(plot) + ending));
+    }
+    fs::remove(root / "study.csv");
+    fs::remove(root / "study.json");
+  } catch (const fs::filesystem_error& error) {
+    throw OutputError(
+        fmt::format("{}: the results of the earlier study cannot be deleted ({}). Choose another "
+                    "directory with --out.",
+                    error.path1().string(), error.code().message()));
+  }
+  return true;
+}
+
+void write_study_begun(const std::string& directory, const std::vector<std::string>& runs) {
+  nlohmann::ordered_json json;
+  json["version"] = version();
+  json["message"] = "The study has not ended: it runs, or was cut off.";
+  json["runs"] = nlohmann::ordered_json::array();
+  for (const std::string& run : runs) json["runs"].push_back({{"directory", run}});
+  write_text_file(
+      directory + "/study.json",
+      json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
+}
+
+}  // namespace tetraction

@@ -1,0 +1,27 @@
+// Keeps the results of one run or study from mixing with those of another.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tetraction/simulation/scene.h"
+
+namespace tetraction {
+
+/// Throws InputError if a run that writes into `directory` would mix its results with those of a
+/// study, or write over its own mesh file.
+void check_folder_of_run(const Scene& scene, const std::string& directory);
+
+/// The same for a study and the results of a run.
+void check_folder_of_study(const Scene& scene, const std::string& directory);
+
+/// Deletes the results of an earlier study in `directory`: study.csv, study.json, the plots, and the
+/// results in the folders of the runs that study.json names. Other files stay. Returns whether there
+/// was a study. Throws OutputError if something cannot be deleted.
+bool remove_study(const std::string& directory);
+
+/// Writes a study.json that names the runs begun so far, so that a study that is cut off can be told
+/// from other files and deleted by the next one. Throws OutputError.
+void write_study_begun(const std::string& directory, const std::vector<std::string>& runs);
+
+}  // namespace tetraction

@@ -1,0 +1,47 @@
+// Collects what the readers of all versions of the Gmsh format find.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "gmsh_types.h"
+#include "tetraction/mesh/tet_mesh.h"
+
+namespace tetraction {
+
+class GmshBuilder {
+ public:
+  explicit GmshBuilder(const std::string& source) { mesh_.source = source; }
+
+  /// Dimension of a physical name in files that do not say it: it holds for every dimension.
+  static constexpr std::int64_t kAnyDimension = -1;
+  /// Names a physical group. Names come before the elements.
+  void name_group(std::int64_t dimension, std::int64_t tag, std::string name) {
+    names_[{dimension, tag}] = std::move(name);
+  }
+
+  void add_vertex(std::int64_t tag, const Vector3& x) {
+    mesh_.vertex_ids.push_back(tag);
+    mesh_.vertices.push_back(x);
+  }
+
+  /// Adds an element that belongs to the physical groups of these tags. The last one is its region.
+  void add_cell(const GmshType& type, std::int64_t tag, std::vector<std::int64_t> nodes,
+                const std::vector<std::int64_t>& physicals);
+
+  std::size_t vertex_count() const { return mesh_.vertices.size(); }
+  std::size_t cell_count() const { return mesh_.cells.size(); }
+  RawMesh take() { return std::move(mesh_); }
+
+ private:
+  int group_index(int dimension, std::int64_t tag);
+
+  RawMesh mesh_;
+  std::map<std::pair<std::int64_t, std::int64_t>, std::string> names_;
+  std::map<std::pair<int, std::int64_t>, int> group_of_;
+};
+
+}  // namespace tetraction

@@ -1,0 +1,366 @@
+"""The commands themselves: streams that cannot be written, files that must not be lost, advice.
+
+Usage: python3 commands_test.py PROGRAM DATA_DIRECTORY [unittest arguments]
+"""
+
+import json
+import os
+import subprocess
+import sys
+import time
+import unittest
+
+from cli_test import BEAM, CliTest
+
+PROGRAM, DATA = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
+ENVIRONMENT = {k: v for k, v in os.environ.items() if k != "OPENBLAS_CORETYPE"}
+# A step above the stability limit: the run warns of it.
+WARNING = ["--set", "time.integrator=verlet", "--set", "time.step=0.0075", "--set", "time.end=0.0075"]
+
+
+def files_below(folder):
+    """What is in a folder: text by path."""
+    result = {}
+    for root, _, names in os.walk(folder):
+        for name in names:
+            path = os.path.join(root, name)
+            with open(path, "rb") as file:
+                result[os.path.relpath(path, folder)] = file.read()
+    return result
+
+
+class Streams(CliTest):
+    def shell(self, command, code):
+        """The program by a shell, which can close streams; $0 is the program."""
+        result = subprocess.run(
+            ["bash", "-c", command, PROGRAM], capture_output=True, text=True, timeout=300,
+            cwd=self.folder, env=ENVIRONMENT,
+        )  # fmt: skip
+        self.assertEqual(result.returncode, code, command + "\n" + result.stdout + result.stderr)
+        return result
+
+    def test_standard_error_that_cannot_be_written(self):
+        self.write("beam.toml", BEAM)
+        warning = " ".join(f"'{word}'" for word in WARNING)
+        for stream in ("2>&-", "2>/dev/full"):
+            with self.subTest(stream):
+                self.shell(f'"$0" run none.toml {stream}', 3)
+                self.shell(f'"$0" fly {stream}', 2)
+                self.shell(f'"$0" mesh info none.msh {stream}', 3)
+                self.shell(f'"$0" run beam.toml --out /dev/null/out {stream}', 4)
+                self.shell(f'"$0" run beam.toml --out out {warning} {stream}', 0)
+                with open(self.path("out", "summary.json")) as file:
+                    self.assertEqual(json.load(file)["status"], "ok")
+                self.shell(f'"$0" study beam.toml --out s --integrators midpoint --steps 0.05 '
+                           f"--no-plots {stream}", 0)  # fmt: skip
+        # Such a run does warn.
+        self.assertIn("warning", self.shell(f'"$0" run beam.toml --out out {warning}', 0).stderr)
+
+    def test_lost_results_are_an_error(self):
+        self.write("beam.toml", BEAM)
+        self.run_program("mesh", "generate", "box", self.path("box.msh"))
+        commands = [
+            "--help", "--version", "run --help", "mesh generate box --help",
+            "run beam.toml --out out", "run beam.toml --out out --json", "check beam.toml",
+            "check beam.toml --json", "mesh info box.msh", "mesh info box.msh --json",
+            "mesh convert box.msh out.vtu", "mesh generate cube out.vtu",
+            "study beam.toml --out s --integrators midpoint --steps 0.05 --no-plots",
+            "study beam.toml --out s --integrators midpoint --steps 0.05 --no-plots --json",
+        ]  # fmt: skip
+        for command in commands:
+            for stream in (">/dev/full", ">&-"):
+                with self.subTest(command, stream=stream):
+                    result = self.shell(f'"$0" {command} {stream}', 4)
+                    self.assertIn("standard output", result.stderr)
+        # Everything that belongs into files is there, and nothing is said where nothing was lost.
+        self.shell('"$0" run beam.toml --out quiet --quiet >&-', 0)
+        self.assertTrue(os.path.exists(self.path("quiet", "summary.json")))
+        # The reason why a run failed goes before.
+        self.shell('"$0" run beam.toml --out failed --set solver.max_iterations=1 --set '
+                   "solver.tolerance=1e-13 --set time.step=0.1 >/dev/full", 1)  # fmt: skip
+
+    def test_a_pipe_that_nobody_reads(self):
+        self.write("beam.toml", BEAM)
+        for command in ("--help", "check beam.toml --json", "run beam.toml --out out"):
+            with self.subTest(command):
+                read, write = os.pipe()
+                os.close(read)
+                result = subprocess.run([PROGRAM, *command.split()], stdout=write, text=True,
+                                        stderr=subprocess.PIPE, cwd=self.folder, timeout=300,
+                                        env=ENVIRONMENT)  # fmt: skip
+                os.close(write)
+                self.assertEqual(result.returncode, 4, result.stderr)
+                self.assertIn("standard output", result.stderr)
+
+    def test_closed_streams_do_not_end_in_files(self):
+        """The first file that is opened must not become standard output."""
+        self.write("beam.toml", BEAM)
+        self.shell('"$0" run beam.toml --out out --threads 1', 0)
+        before = files_below(self.path("out"))
+        for streams in (">&-", "2>&-", ">&- 2>&-", "<&- >&- 2>&-"):
+            code = 0 if streams == "2>&-" else 4
+            self.shell(f'"$0" run beam.toml --out out --threads 1 {streams}', code)
+            after = files_below(self.path("out"))
+            self.assertEqual(set(after), set(before))
+            for name in after:
+                if name != "summary.json":  # which has the wall times
+                    self.assertEqual(after[name], before[name], name)
+
+
+    def test_files_beyond_the_limit_of_the_shell(self):
+        self.write("beam.toml", BEAM)
+        for command in ("run beam.toml --out out", "mesh generate cube cube.vtu --cells 20",
+                        "mesh generate cube cube.msh --cells 20",
+                        "mesh generate cube cube.vtk --cells 20"):  # fmt: skip
+            with self.subTest(command):
+                result = self.shell(f'ulimit -f 2; "$0" {command}', 4)
+                self.assertIn("cannot be written", result.stderr)
+
+
+class Advice(CliTest):
+    def test_mistyped_commands_and_options(self):
+        scene = self.write("beam.toml", BEAM)
+        for arguments, part in (
+            (["rnu"], "did you mean run?"),
+            (["rnu", scene, "--out", "out"], "did you mean run?"),
+            (["--threads", "1", "stduy", scene], "did you mean study?"),
+            (["fly"], "run, study, check, mesh or view"),
+            ([], "run, study, check, mesh or view"),
+            (["mesh", "inof", "a.msh"], "did you mean info?"),
+            (["mesh"], "info, convert or generate"),
+            (["mesh", "generate", "bxo", "a.msh"], "did you mean box?"),
+            (["run", scene, "--ot", "out"], "did you mean --out?"),
+            (["run", scene, "--jsn"], "did you mean --json?"),
+            (["study", scene, "--step=1"], "did you mean --steps?"),
+            (["run"], "scene is required"),
+        ):
+            with self.subTest(arguments):
+                self.assertIn(part, self.refused(2, *arguments))
+
+    def test_helps(self):
+        for command in ("run", "study", "check", "view"):
+            self.assertIn("--threads", self.run_program(command, "--help").stdout, command)
+        for kind, size, cells in (("beam", "4,1,1", "40,9,9"), ("box", "1,1,1", "4,4,4")):
+            text = self.run_program("mesh", "generate", kind, "--help").stdout
+            self.assertRegex(text, rf"--size [^\n]*={size}\s")
+            self.assertRegex(text, rf"--cells [^\n]*={cells}\s")
+            self.assertEqual("40,9,9" in text, kind == "beam")
+
+    def test_threads_before_and_behind_the_command(self):
+        scene = self.write("beam.toml", BEAM)
+        for arguments in (["--threads", "1", "run", scene], ["run", scene, "--threads", "1"],
+                          ["run", "--threads=1", scene]):  # fmt: skip
+            result = self.run_program(*arguments, "--json", "--out", self.path("out"))
+            self.assertEqual(json.loads(result.stdout)["threads"], 1)
+        self.refused(2, "run", scene, "--threads", "-1")
+        self.run_program("mesh", "generate", "box", self.path("a.msh"), "--threads", "1")
+
+    def test_endings_that_no_mesh_has(self):
+        self.write("part.stl", "solid")
+        self.write("part", "nothing")
+        box = self.path("box.msh")
+        self.run_program("mesh", "generate", "box", box)
+        for name in ("part.stl", "part"):
+            for arguments in (["mesh", "info", name], ["mesh", "convert", name, "out.msh"],
+                              ["mesh", "convert", box, name], ["mesh", "generate", "box", name]):  # fmt: skip
+                with self.subTest(arguments):
+                    self.assertIn("ending", self.refused(2, *arguments))
+        scene = self.write("scene.toml", '[mesh]\nfile = "part.stl"\n[material]\n'
+                           "youngs_modulus = 1e5\npoissons_ratio = 0.3\n")  # fmt: skip
+        self.assertIn("ending", self.refused(2, "check", scene))
+
+    def test_missing_files(self):
+        message = self.refused(3, "mesh", "info", "missing.msh")
+        self.assertIn("missing.msh: no such file", message)
+        self.assertNotIn("scene", message)
+        scene = self.write("scene.toml", '[mesh]\nfile = "missing.msh"\n[material]\n'
+                           "youngs_modulus = 1e5\npoissons_ratio = 0.3\n")  # fmt: skip
+        self.assertIn("mesh.file", self.refused(3, "check", scene))
+
+    def test_quiet_runs_do_not_speak_of_the_blas(self):
+        slow = {"OPENBLAS_CORETYPE": "Prescott"}
+        if "Prescott" not in self.run_program("--version", env=slow).stdout:
+            self.skipTest("OpenBLAS has no such kernels here")
+        with open("/proc/cpuinfo") as file:
+            if " avx2 " not in file.read():
+                self.skipTest("the processor has nothing better")
+        scene = self.write("beam.toml", BEAM)
+        run = ["run", scene, "--out", self.path("out"), "--quiet"]
+        self.assertEqual(self.run_program(*run, env=slow).stderr, "")
+        with open(self.path("out", "summary.json")) as file:
+            self.assertIn("OPENBLAS_CORETYPE", json.load(file)["warnings"][0])
+        # What concerns the results is still told.
+        warned = self.run_program(*run, *WARNING, env=slow).stderr
+        self.assertIn("h_crit", warned)
+        self.assertNotIn("OPENBLAS", warned)
+        study = ["study", scene, "--steps", "0.05", "--integrators", "midpoint", "--no-plots"]
+        self.assertEqual(
+            self.run_program(*study, "--out", self.path("s"), "--quiet", env=slow).stderr, ""
+        )
+
+    def test_scales_that_are_none(self):
+        self.run_program("mesh", "generate", "box", "box.msh")
+        for scale in ("0", "-1", "nan", "inf", ""):
+            with self.subTest(scale):
+                message = self.refused(2, "mesh", "convert", "box.msh", "x.msh", "--scale", scale)
+                self.assertLess(len(message), 300)
+        for scale in ("1e308", "1e-300"):
+            message = self.refused(3, "mesh", "convert", "box.msh", "x.msh", "--scale", scale)
+            self.assertIn("scale", message)
+        scene = self.write("beam.toml", BEAM)
+        self.refused(2, "study", scene, "--reference-step", "0", "--out", "s")
+
+    def test_nothing_is_minus_zero(self):
+        scene = self.write("beam.toml", BEAM.replace('"gravity"', '"none"'))
+        result = self.run_program("run", scene, "--out", self.path("out"))
+        self.assertIn("environment 0,", result.stdout)
+        with open(self.path("out", "history.csv")) as file:
+            self.assertNotIn(",-0,", file.read())
+
+    def test_the_summary_names_the_directory_of_its_run(self):
+        scene = self.write("beam.toml", BEAM)
+        result = self.run_program("run", scene, "--out", "there", "--json")
+        self.assertEqual(json.loads(result.stdout)["scene"]["output"]["directory"], "there")
+        with open(self.path("there", "summary.json")) as file:
+            self.assertEqual(json.load(file)["scene"]["output"]["directory"], "there")
+        self.run_program("study", scene, "--out", "s", "--steps", "0.05", "--integrators",
+                         "midpoint", "--no-plots")  # fmt: skip
+        with open(self.path("s", "midpoint-0.05", "summary.json")) as file:
+            directory = json.load(file)["scene"]["output"]["directory"]
+        self.assertEqual(directory, "s/midpoint-0.05")
+
+    def test_empty_arguments(self):
+        scene = self.write("beam.toml", BEAM)
+        for arguments, code in ((["run", ""], 3), (["run", scene, "--out", ""], 2),
+                                (["study", scene, "--out", ""], 2), (["mesh", "info", ""], 2),
+                                (["study", scene, "--vary", ""], 2),
+                                (["study", scene, "--integrators", ""], 2),
+                                (["check", ""], 3), (["run", scene, "--set", ""], 2),
+                                ([""], 2), (["mesh", "convert", "", ""], 2)):  # fmt: skip
+            with self.subTest(arguments):
+                self.refused(code, *arguments)
+        self.assertFalse(os.path.exists(self.path("out")))
+
+
+class Overwriting(CliTest):
+    def test_a_conversion_does_not_overwrite_its_input(self):
+        self.run_program("mesh", "generate", "box", self.path("a.msh"))
+        self.run_program("mesh", "generate", "box", self.path("t.node"))
+        os.symlink("a.msh", self.path("link.msh"))
+        os.link(self.path("a.msh"), self.path("hard.msh"))
+        os.mkdir(self.path("sub"))
+        os.symlink(self.folder, self.path("sub", "up"))
+        before = files_below(self.folder)
+        for source, target in (
+            ("a.msh", "a.msh"), ("a.msh", "./a.msh"), ("a.msh", "sub/../a.msh"),
+            ("a.msh", self.path("a.msh")), ("a.msh", "sub/up/a.msh"), ("a.msh", "link.msh"),
+            ("link.msh", "a.msh"), ("a.msh", "hard.msh"), ("t.node", "t.ele"), ("t.ele", "t.node"),
+            ("t.node", "./t.node"),
+        ):  # fmt: skip
+            with self.subTest(source, target=target):
+                self.assertIn("overwritten", self.refused(2, "mesh", "convert", source, target))
+        self.assertEqual(files_below(self.folder), before)
+        self.run_program("mesh", "convert", "a.msh", "b.msh")
+        self.run_program("mesh", "convert", "a.msh", "b.msh")  # another file may be
+
+    def groups(self, *arguments):
+        info = json.loads(self.run_program("mesh", "info", *arguments, "--json").stdout)
+        return {g["name"]: (g["dimension"], g["vertices"], g["tetrahedra"]) for g in info["groups"]}
+
+    def test_conversions_keep_groups_or_say_what_they_lose(self):
+        part = os.path.join(DATA, "serpentine_spring.msh")
+        before = self.groups(part)
+        self.assertEqual(set(before), {"body", "clamp", "tip"})
+        result = self.run_program("mesh", "convert", part, "out.msh")
+        self.assertNotIn("lost", result.stderr)
+        self.assertEqual(self.groups("out.msh"), before)
+        for ending, lost in (("vtu", set(before)), ("vtk", set(before)), ("node", set(before)),
+                             ("veg", {"clamp", "tip"})):  # fmt: skip
+            with self.subTest(ending):
+                result = self.run_program("mesh", "convert", part, "out." + ending)
+                lines = [l for l in result.stderr.splitlines() if "warning" in l]
+                self.assertEqual(len(lines), 1, result.stderr)
+                for name in before:
+                    self.assertEqual(f"{name}" in lines[0].split("lost", 1)[1].split(".")[0],
+                                     name in lost, name)  # fmt: skip
+        # A mesh without groups has none to lose.
+        self.run_program("mesh", "generate", "box", "box.vtu")
+        self.assertEqual(self.run_program("mesh", "convert", "box.vtu", "box.vtk").stderr, "")
+
+    def test_a_run_does_not_overwrite_its_own_mesh(self):
+        scene = self.write("beam.toml", BEAM)
+        self.run_program("run", scene, "--out", "first", "--quiet")
+        again = self.write("again.toml", BEAM.replace(
+            'generate = { kind = "beam", size = [4, 1, 1], cells = [8, 2, 2] }',
+            'file = "first/final.vtu"'))  # fmt: skip
+        before = files_below(self.path("first"))
+        self.assertIn("overwritten", self.refused(2, "run", again, "--out", "first"))
+        self.assertIn("overwritten", self.refused(2, "run", again, "--out", "./first/../first"))
+        frame = ["--set", "mesh.file=first/frames/frame_000000.vtu"]
+        self.assertIn("overwritten", self.refused(2, "run", again, "--out", "first", *frame))
+        self.assertEqual(files_below(self.path("first")), before)
+        self.run_program("run", again, "--out", "second", "--quiet")
+
+    def test_a_study_replaces_an_earlier_one(self):
+        scene = self.write("beam.toml", BEAM)
+        study = ["study", scene, "--out", "s"]
+        first = self.run_program(*study, "--steps", "0.025,0.05", "--integrators", "midpoint")
+        self.assertNotIn("earlier", first.stderr)
+        names = set(os.listdir(self.path("s")))
+        self.assertIn("midpoint-0.025", names)
+        self.assertTrue(any(name.endswith(".png") for name in names))
+        # Mistakes cost nothing, and what is not of the study stays.
+        before = files_below(self.path("s"))
+        self.refused(2, *study, "--steps", "7", "--quiet")
+        self.refused(2, *study, "--set", "fix.0.select={all=true}")
+        self.refused(3, "study", self.path("none.toml"), "--out", "s")
+        self.assertEqual(files_below(self.path("s")), before)
+        for name in ("notes.txt", os.path.join("midpoint-0.025", "figure.png")):
+            self.write(os.path.join("s", name), "mine")
+        os.mkdir(self.path("s", "midpoint-0.5"))
+        self.write(os.path.join("s", "midpoint-0.5", "history.csv"), "mine")
+        second = self.run_program(*study, "--steps", "0.02", "--integrators",
+                                  "midpoint,backward-euler", "--no-plots")  # fmt: skip
+        self.assertIn("earlier study", second.stderr)
+        self.assertEqual(
+            {name for name in files_below(self.path("s")) if not name.startswith("midpoint-0.02/")
+             and not name.startswith("backward-euler-0.02/")},
+            {"study.csv", "study.json", "notes.txt", "midpoint-0.025/figure.png",
+             "midpoint-0.5/history.csv"},
+        )  # fmt: skip
+        # A study that is cut off leaves word of what it began.
+        process = subprocess.Popen(
+            [PROGRAM, *study, "--steps", "1e-5", "--integrators", "midpoint", "--quiet"],
+            cwd=self.folder, env=ENVIRONMENT, stderr=subprocess.DEVNULL,
+        )  # fmt: skip
+        folder = self.path("s", "midpoint-1e-05")
+        while process.poll() is None and not os.path.exists(os.path.join(folder, "frames.pvd")):
+            time.sleep(0.01)
+        process.kill()
+        process.wait()
+        self.assertFalse(os.path.exists(self.path("s", "midpoint-0.02")))
+        with open(self.path("s", "study.json")) as file:
+            self.assertIn("not ended", json.load(file)["message"])
+        self.run_program(*study, "--steps", "0.02", "--integrators", "midpoint", "--no-plots")
+        self.assertFalse(os.path.exists(folder))
+
+    def test_runs_and_studies_do_not_mix(self):
+        scene = self.write("beam.toml", BEAM)
+        study = ["study", scene, "--steps", "0.05", "--integrators", "midpoint", "--no-plots"]
+        self.run_program("run", scene, "--out", "r", "--quiet")
+        before = files_below(self.path("r"))
+        self.assertIn("results of a run", self.refused(2, *study, "--out", "r"))
+        self.assertEqual(files_below(self.path("r")), before)
+        self.run_program("run", scene, "--out", "r", "--quiet")  # again: its own it replaces
+        self.run_program(*study, "--out", "s", "--quiet")
+        self.assertIn("results of a study", self.refused(2, "run", scene, "--out", "s"))
+
+    def test_a_study_of_the_same_twice(self):
+        scene = self.write("beam.toml", BEAM)
+        study = ["study", scene, "--steps", "0.05", "--out", "s", "--no-plots"]
+        self.assertIn("twice", self.refused(2, *study, "--integrators", "midpoint,midpoint"))
+        self.assertIn("twice", self.refused(2, *study, "--vary", "time.end=0.1,0.1"))
+
+
+if __name__ == "__main__":
+    unittest.main(argv=[sys.argv[0], *sys.argv[3:]], verbosity=1)
