@@ -131,7 +131,6 @@ void MainWindow::poll() {
     const auto snapshot = simulation_->snapshot();
     if (snapshot->body != shown_body_) {  // reset: the same mesh, another history
       shown_body_ = snapshot->body;
-      failure_told_ = false;
       chart_->clear();
       history_rows_ = 0;
       messages_->hide();
@@ -140,7 +139,6 @@ void MainWindow::poll() {
       shown_generation_ = snapshot->generation;
       since_picture_.restart();
       show_news(snapshot);
-      if (edits_->holding()) edits_->follow(*snapshot);
     }
   }
   if (since_slow_.elapsed() >= kSlowThings_ms) show_slow_things();
@@ -156,13 +154,23 @@ void MainWindow::show_news(const std::shared_ptr<const Snapshot>& snapshot) {
 void MainWindow::show_failure(const Snapshot& snapshot) {
   const bool failed =
       snapshot.status == RunStatus::kUnstable || snapshot.status == RunStatus::kNotConverged;
-  if (failed && !failure_told_ && simulation_) {
-    messages_->show_message(MessageStrip::Kind::kError, text(snapshot.message),
-                            tr("Back to the last good state"), [this] {
-                              if (simulation_) simulation_->go_back();
-                            });
+  if (failed == failed_ || !simulation_) return;
+  failed_ = failed;
+  go_back_->setEnabled(failed);
+  if (failed) {
+    // Whatever else is said meanwhile, this button stays.
+    messages_->set_way_out(tr("Back to the last good state"), [this] { go_back_->trigger(); });
+    messages_->show_message(MessageStrip::Kind::kError, text(snapshot.message));
+  } else {
+    messages_->set_way_out(QString(), {});
+    messages_->hide();
+    statusBar()->showMessage(tr("At the last good state, %1 s").arg(snapshot.time), 8000);
   }
-  failure_told_ = failed;
+}
+
+// What is set after a failure is meant for the last good state: there it can be changed.
+void MainWindow::leave_failure() {
+  if (failed_ && simulation_) simulation_->go_back();
 }
 
 // Everything that people read rather than watch.
