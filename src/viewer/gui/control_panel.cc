@@ -104,6 +104,7 @@ ControlPanel::ControlPanel(QWidget* parent) : QWidget(parent) {
   limit_->setObjectName(QStringLiteral("limit"));
   limit_->setToolTip(tr("Largest stable step of the explicit rules, 2/ω_max, estimated now"));
   half_limit_ = new QPushButton(tr("Use half"), this);
+  half_limit_->setObjectName(QStringLiteral("use_half"));
   half_limit_->setToolTip(tr("Sets the step to half the stability limit"));
   auto* limit_row = new QHBoxLayout;
   limit_row->addWidget(limit_, 1);

@@ -11,6 +11,7 @@
 #include <QKeyEvent>
 #include <QLabel>
 #include <QMimeData>
+#include <QSpinBox>
 #include <QStatusBar>
 #include <QTimer>
 #include <QVBoxLayout>
@@ -230,6 +231,11 @@ void MainWindow::update_title() {
 
 // Keys that a widget with the focus understands are its own before they are shortcuts of menus.
 bool MainWindow::eventFilter(QObject* watched, QEvent* event) {
+  if (event->type() == QEvent::KeyPress && qobject_cast<QSpinBox*>(watched) != nullptr &&
+      static_cast<QKeyEvent*>(event)->key() == Qt::Key_Escape) {
+    view_->canvas()->setFocus(Qt::OtherFocusReason);
+    return true;
+  }
   if (event->type() != QEvent::ShortcutOverride) return QMainWindow::eventFilter(watched, event);
   const auto* key = static_cast<QKeyEvent*>(event);
   if ((key->modifiers() & (Qt::ControlModifier | Qt::AltModifier)) != 0) return false;

@@ -12,6 +12,7 @@
 #include <functional>
 #include <memory>
 
+#include "tetraction/core/blas.h"
 #include "tetraction/mesh/generate.h"
 #include "tetraction/simulation/scene_objects.h"
 #include "viewer/gui/body_view.h"
@@ -131,6 +132,12 @@ class WindowTest : public testing::Test {
   }
   void press_key(int key, Qt::KeyboardModifiers modifiers = Qt::NoModifier) {
     QTest::keyClick(window_->body_view()->canvas(), static_cast<Qt::Key>(key), modifiers);
+  }
+
+  /// What the window tells; empty also for what a machine's BLAS is warned of, which is no matter here.
+  QString message() const {
+    const QString text = window_->messages()->text();
+    return text == QString::fromStdString(blas_warning()) ? QString() : text;
   }
 
   const Snapshot& state() {
