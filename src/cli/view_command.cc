@@ -1,7 +1,9 @@
 // tetraction view: play with a scene, or look at a finished run, in a window.
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "commands.h"
@@ -14,14 +16,21 @@
 namespace tetraction {
 namespace {
 
-int view(const std::string& path) {
-#ifdef TETRACTION_HAS_VIEWER
-  if (const std::string problem = viewer::display_problem(); !problem.empty()) {
-    throw InputError(problem);
+struct ViewOptions {
+  std::string path;
+  std::optional<double> scale;
+};
+
+int view(const ViewOptions& options) {
+  if (options.scale && options.path.empty()) {
+    throw InputError("view: --scale needs a mesh file whose coordinates it multiplies.");
   }
-  return viewer::run_viewer(path);
+  if (options.scale && !(*options.scale > 0.0 && std::isfinite(*options.scale))) {
+    throw InputError("view: --scale must be above 0 and finite; 0.001 for a mesh in millimetres.");
+  }
+#ifdef TETRACTION_HAS_VIEWER
+  return viewer::run_viewer(options.path, options.scale);
 #else
-  static_cast<void>(path);
   throw InputError(
       "view: this program was built without the viewer. Install qtbase5-dev and libvtk9-qt-dev "
       "(scripts/setup does), configure and build again.");
@@ -31,17 +40,19 @@ int view(const std::string& path) {
 }  // namespace
 
 void add_view_command(CLI::App& app, int& exit_code) {
-  auto path = std::make_shared<std::string>();
+  auto options = std::make_shared<ViewOptions>();
   CLI::App* command = app.add_subcommand(
       "view", "Open a window: play with a scene or a mesh, or replay a finished run");
-  command->add_option("path", *path,
+  command->add_option("path", options->path,
                       "Scene (.toml), output directory of a run, or mesh file; without one: a "
                       "first scene");
-  command->callback([path, &app, command, &exit_code] {
+  command->add_option("--scale", options->scale,
+                      "Multiplies the coordinates of a mesh file; 0.001 for one in millimetres");
+  command->callback([options, &app, command, &exit_code] {
     // The window draws while the solver works: one core is its own.
     if (app.count("--threads") + command->count("--threads") == 0)
       set_thread_count(std::max(1, thread_count() - 1));
-    exit_code = view(*path);
+    exit_code = view(*options);
   });
 }
 

@@ -194,7 +194,7 @@ void EditHistory::make(const Edit& edit, const std::string& what, bool goes_on) 
     Entry entry;
     make(edit, what, entry);
     undo_.push_back(std::move(entry));
-    if (undo_.size() > kMostEntries) undo_.erase(undo_.begin());
+    if (undo_.size() > kMostEntries) forget_oldest();
   }
   finish(undo_.back());
   redo_.clear();
@@ -315,6 +315,27 @@ void EditHistory::redo() {
   redo_.pop_back();
   undo_.push_back(std::move(entry));
   can_go_on_ = false;
+}
+
+void EditHistory::append(const Entry& entry, std::vector<MadeEdit>& made) {
+  bool goes_on = false;
+  for (const Edit& edit : entry.edits) {
+    made.push_back({edit, entry.what, std::exchange(goes_on, true)});
+  }
+}
+
+void EditHistory::forget_oldest() {
+  for (const Edit& edit : undo_.front().edits) {
+    std::erase_if(too_old_, [&](const MadeEdit& old) { return replaces(edit, old.edit); });
+  }
+  append(undo_.front(), too_old_);
+  undo_.erase(undo_.begin());
+}
+
+std::vector<MadeEdit> EditHistory::in_force() const {
+  std::vector<MadeEdit> made = too_old_;
+  for (const Entry& entry : undo_) append(entry, made);
+  return made;
 }
 
 void EditHistory::stepped() {

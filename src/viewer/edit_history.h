@@ -14,6 +14,13 @@ namespace tetraction::viewer {
 /// Whether `later` replaces all that `earlier` sets, so that the latter need not be made if both wait.
 bool replaces(const Edit& later, const Edit& earlier);
 
+/// An edit that was made.
+struct MadeEdit {
+  Edit edit;             ///< with the number of what it added
+  std::string what;      ///< for people
+  bool goes_on = false;  ///< it is undone together with the one before
+};
+
 /// Makes edits and takes them back by others that set what was set before: all of them ordinary edits
 /// at the present time, so that what a person does and undoes can be recorded and replayed.
 ///
@@ -37,6 +44,8 @@ class EditHistory {
   std::string redo_text() const { return redo_.empty() ? "" : redo_.back().what; }
   /// A step was made.
   void stepped();
+  /// All edits that are in force, in their order: those that were not undone.
+  std::vector<MadeEdit> in_force() const;
 
  private:
   // What one part of the body was before it was edited; nothing: it was not there.
@@ -80,6 +89,10 @@ class EditHistory {
 
   const Session& session_;
   Apply apply_;
+  void forget_oldest();
+  static void append(const Entry& entry, std::vector<MadeEdit>& made);
+
+  std::vector<MadeEdit> too_old_;  // to be undone
   std::vector<Entry> undo_;
   std::vector<Entry> redo_;
   bool can_go_on_ = false;  // the last entry is of the last edit

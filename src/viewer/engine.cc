@@ -127,12 +127,53 @@ void Engine::edit(Edit edit, const std::string& what, bool goes_on) {
 
 void Engine::undo() {
   require_good_state();
+  release();  // what the mouse holds is undone as a whole
   edits_->undo();
 }
 
 void Engine::redo() {
   require_good_state();
+  release();
   edits_->redo();
+}
+
+// Without the drag, if it cannot go on.
+template <class Work>
+void Engine::with_drag(const Work& work) {
+  if (!drag_ || session_->status() != RunStatus::kRunning) return;
+  try {
+    work(*drag_);
+  } catch (const InputError& error) {
+    drag_.reset();
+    notices_.push_back({Notice::Kind::kRefused, error.what()});
+  }
+}
+
+void Engine::grab(const std::vector<Index>& vertices) {
+  require_good_state();
+  release();
+  if (vertices.empty()) return;
+  drag_.emplace(*session_, vertices,
+                [this](const Edit& made, const std::string& what, bool goes_on) {
+                  edit(made, what, goes_on);
+                });
+}
+
+void Engine::lead_to(const Vector3& place, double duration) {
+  with_drag([&](VertexDrag& drag) {
+    if (duration > 0.0) {
+      drag.lead_to(place, duration);
+    } else {
+      drag.put_at(place);
+    }
+  });
+}
+
+void Engine::release() {
+  released_ = drag_.has_value() && session_->status() != RunStatus::kRunning;
+  if (released_) return;
+  with_drag([](VertexDrag& drag) { drag.release(); });
+  drag_.reset();
 }
 
 void Engine::make_due_events() {
@@ -169,6 +210,7 @@ void Engine::make_due_events() {
 bool Engine::step() {
   require_good_state();
   make_due_events();
+  with_drag([](VertexDrag& drag) { drag.before_step(); });
   const bool went_well = session_->step();
   if (went_well) edits_->stepped();
   recording_.move_to(*session_);
@@ -183,6 +225,7 @@ void Engine::go_back() {
   recording_.move_to(*session_);
   marks_.push_back({session_->state().time, "back to the last good state"});
   limit_changed_ = true;
+  if (released_) release();
 }
 
 }  // namespace tetraction::viewer

@@ -10,6 +10,7 @@
 #include "numbering.h"
 #include "recording.h"
 #include "simulation.h"
+#include "vertex_drag.h"
 
 namespace tetraction::viewer {
 
@@ -27,6 +28,12 @@ class Engine {
   void edit(Edit edit, const std::string& what, bool goes_on);
   void undo();
   void redo();
+  /// The mouse takes hold of vertices, leads the first of them to a place (m, to be reached in about
+  /// `duration` seconds of simulated time; 0: at once), and lets go. What it does after the hold ended
+  /// in another way, or while the run has failed, is nothing; a hold ends at the latest in go_back().
+  void grab(const std::vector<Index>& vertices);
+  void lead_to(const Vector3& place, double duration);
+  void release();
   /// Makes the events that are due, then one step. False: the run has ended, status() tells how.
   bool step();
   /// Session::go_back().
@@ -41,6 +48,8 @@ class Engine {
  private:
   void apply(const Edit& edit, const std::string& what);
   void make_due_events();
+  template <class Work>
+  void with_drag(const Work& work);
   void resolve_newest(Edit& edit) const;
   void remember_newest(const Edit& edit, const Counts& before);
   void require_good_state() const;
@@ -49,6 +58,8 @@ class Engine {
   Recording& recording_;
   std::unique_ptr<Session> session_;
   std::unique_ptr<EditHistory> edits_;
+  std::optional<VertexDrag> drag_;
+  bool released_ = false;  // in a state in which nothing could be changed
   Numbering numbering_;
   std::size_t next_event_ = 0;
   std::optional<std::size_t> newest_force_, newest_fix_, newest_constraint_;

@@ -41,6 +41,9 @@ void Simulation::pause() {
 void Simulation::step() {
   impl_->send(Step{});
 }
+void Simulation::restart() {
+  impl_->send(Restart{});
+}
 void Simulation::reset() {
   impl_->send(Reset{});
 }
@@ -71,6 +74,15 @@ void Simulation::set_color_field(ColorField field) {
 
 void Simulation::edit(Edit edit, std::string what, bool goes_on) {
   impl_->send(MakeEdit{std::move(edit), std::move(what), goes_on});
+}
+void Simulation::grab(std::vector<Index> vertices) {
+  impl_->send(Grab{std::move(vertices)});
+}
+void Simulation::lead_to(const Vector3& place) {
+  impl_->send(LeadTo{place});
+}
+void Simulation::release() {
+  impl_->send(Release{});
 }
 void Simulation::undo() {
   impl_->send(Undo{});

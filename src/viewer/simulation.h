@@ -59,7 +59,11 @@ class Simulation {
   void pause();
   /// One step, then pause.
   void step();
-  /// Back to the scene's start; edits made by hand are forgotten.
+  /// Back to the scene's start, paused. The settings that edits made by hand have changed stay as they
+  /// are now, and each can be undone; vertices fixed by hand are fixed where they are at the start,
+  /// unless a place was given. Moves and kicks of vertices are over.
+  void restart();
+  /// Back to the scene's start, paused; edits made by hand are forgotten.
   void reset();
   /// After a blow-up: makes the last good state the present one again, paused, with the history up to
   /// there. Until then edits and steps are refused.
@@ -82,6 +86,12 @@ class Simulation {
   /// were released are held where they are.
   void undo();
   void redo();
+  /// The mouse takes hold of vertices, leads the first of them to a place, m, and lets go; the others
+  /// keep their places beside it. While the simulation runs they move there with a bounded velocity,
+  /// and stop there; while it is paused they are put there. An edit, undone as a whole.
+  void grab(std::vector<Index> vertices);
+  void lead_to(const Vector3& place);
+  void release();
   /// Texts of the edits that undo() and redo() would act on; empty: none.
   std::string undo_text() const;
   std::string redo_text() const;

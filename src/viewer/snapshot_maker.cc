@@ -5,15 +5,6 @@
 namespace tetraction::viewer {
 namespace {
 
-std::vector<std::uint8_t> held_vertices(const Session& session) {
-  const MechanicalSystem& system = session.system();
-  std::vector<std::uint8_t> held(static_cast<std::size_t>(system.vertex_count()), 0);
-  for (const HeldVertices& list : system.constraints().list().held) {
-    for (const Index v : list.vertices) held[static_cast<std::size_t>(v)] = 1;
-  }
-  return held;
-}
-
 std::vector<float> floats(const Vector& values) {
   std::vector<float> result(static_cast<std::size_t>(values.size()));
   for (std::size_t i = 0; i < result.size(); ++i) {
@@ -60,6 +51,15 @@ Vector color_values(const Session& session, ColorField field) {
 }
 
 }  // namespace
+
+std::vector<std::uint8_t> held_vertices(const Session& session) {
+  const MechanicalSystem& system = session.system();
+  std::vector<std::uint8_t> held(static_cast<std::size_t>(system.vertex_count()), 0);
+  for (const HeldVertices& list : system.constraints().list().held) {
+    for (const Index v : list.vertices) held[static_cast<std::size_t>(v)] = 1;
+  }
+  return held;
+}
 
 Snapshot make_snapshot(const Session& session, ColorField field) {
   const State& state = session.state();

@@ -6,6 +6,7 @@
 #include <iterator>
 #include <utility>
 
+#include "kept_settings.h"
 #include "snapshot_maker.h"
 #include "tetraction/core/error.h"
 
@@ -20,6 +21,7 @@ constexpr Seconds kSnapshotInterval{0.004};
 // after an edit that may have changed it, and as the body deforms.
 constexpr double kLimitPauseAfterEdit = 4.0;
 constexpr double kLimitPause = 30.0;
+constexpr double kCatchUp = 0.08;  // s of wall clock in which a dragged vertex reaches the mouse
 
 }  // namespace
 
@@ -40,6 +42,9 @@ void SolverThread::send(Command command) {
     if (next != nullptr && last != nullptr && next->goes_on && replaces(next->edit, last->edit)) {
       last->edit = std::move(next->edit);
       last->what = std::move(next->what);
+    } else if (!commands.empty() && std::holds_alternative<LeadTo>(command) &&
+               std::holds_alternative<LeadTo>(commands.back())) {
+      commands.back() = std::move(command);
     } else {
       commands.push_back(std::move(command));
     }
@@ -208,6 +213,19 @@ void SolverThread::execute(const Step&) {
   step();
 }
 
+void SolverThread::execute(const Restart&) {
+  halt();
+  end_observation();
+  engine->release();
+  engine->go_back();  // where nothing could be changed, the mouse lets go only now
+  const std::vector<MadeEdit> made = engine->edits().in_force();
+  engine = std::make_unique<Engine>(scene, mesh, recording);
+  begin();
+  for (const MadeEdit& kept : kept_settings(made, session())) {
+    guarded([&] { engine->edit(kept.edit, kept.what, kept.goes_on); });
+  }
+}
+
 void SolverThread::execute(const Reset&) {
   halt();
   end_observation();
@@ -220,6 +238,21 @@ void SolverThread::execute(const GoBack&) {
   engine->go_back();
   const std::lock_guard lock(mutex);
   history.go_back_to(session().state().step);
+}
+
+void SolverThread::execute(const Grab& grab) {
+  engine->grab(grab.vertices);
+}
+
+void SolverThread::execute(const LeadTo& lead) {
+  // A run that is slower than the wall clock gets the same time on the wall; before the run has a
+  // speed, as at real time.
+  const double factor = pace.real_time_factor(session().state().time);
+  engine->lead_to(lead.place, running ? kCatchUp * (factor > 0.0 ? factor : 1.0) : 0.0);
+}
+
+void SolverThread::execute(const Release&) {
+  engine->release();
 }
 
 void SolverThread::execute(const Undo&) {

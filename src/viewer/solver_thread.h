@@ -21,8 +21,16 @@ namespace tetraction::viewer {
 struct Run {};
 struct Pause {};
 struct Step {};
+struct Restart {};
 struct Reset {};
 struct GoBack {};
+struct Grab {
+  std::vector<Index> vertices;
+};
+struct LeadTo {
+  Vector3 place;
+};
+struct Release {};
 struct Undo {};
 struct Redo {};
 struct NewSnapshot {};
@@ -34,8 +42,8 @@ struct MakeEdit {
   std::string what;
   bool goes_on = false;
 };
-using Command =
-    std::variant<Run, Pause, Step, Reset, GoBack, Undo, Redo, NewSnapshot, Observe, MakeEdit>;
+using Command = std::variant<Run, Pause, Step, Restart, Reset, GoBack, Grab, LeadTo, Release, Undo,
+                             Redo, NewSnapshot, Observe, MakeEdit>;
 
 /// Carries out commands, makes steps while running, publishes snapshots. The window's side uses
 /// send() and, under the mutex, what both sides share.
@@ -104,8 +112,12 @@ struct SolverThread {
   void execute(const Run&);
   void execute(const Pause&);
   void execute(const Step&);
+  void execute(const Restart&);
   void execute(const Reset&);
   void execute(const GoBack&);
+  void execute(const Grab&);
+  void execute(const LeadTo&);
+  void execute(const Release&);
   void execute(const Undo&);
   void execute(const Redo&);
   void execute(const NewSnapshot&);

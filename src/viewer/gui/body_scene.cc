@@ -394,7 +394,15 @@ void BodyScene::update_arrows() {
 
 void BodyScene::reset_camera(int axis) {
   vtkCamera* camera = renderer_->GetActiveCamera();
-  const Vector3 middle = 0.5 * (shape_->low + shape_->high);
+  // The body may have moved far away from where it is at rest.
+  Vector3 body_low = shape_->low;
+  Vector3 body_high = shape_->high;
+  if (last_ && last_->position.size() > 0 && last_->position.allFinite()) {
+    const auto places = last_->position.reshaped(3, last_->position.size() / 3);
+    body_low = places.rowwise().minCoeff();
+    body_high = places.rowwise().maxCoeff();
+  }
+  const Vector3 middle = 0.5 * (body_low + body_high);
   Vector3 from(0.45, 0.4, 1.0);
   Vector3 up(0.0, 1.0, 0.0);
   if (axis >= 0) from = Vector3::Unit(axis);
@@ -404,9 +412,9 @@ void BodyScene::reset_camera(int axis) {
   camera->SetPosition(eye.x(), eye.y(), eye.z());
   camera->SetViewUp(up.x(), up.y(), up.z());
   // Room to move in, and for the colour bar.
-  const Vector3 room = 0.12 * size() * Vector3::Ones();
-  const Vector3 low = shape_->low - room;
-  const Vector3 high = shape_->high + room;
+  const Vector3 room = 0.12 * (body_high - body_low).norm() * Vector3::Ones();
+  const Vector3 low = body_low - room;
+  const Vector3 high = body_high + room;
   const double box[6] = {low.x(), high.x(), low.y(), high.y(), low.z(), high.z()};
   renderer_->ResetCamera(box);
 }

@@ -52,7 +52,7 @@ class BodyScene {
   void set_pulled_arrow(const Vector3& from, const Vector3& to);
   /// Where the attraction pulls to; drawn only while there is one.
   void set_attraction(bool present);
-  /// Turns the camera to the whole body; `axis` 0, 1, 2: along x, y, z; −1: obliquely.
+  /// Turns the camera to the whole body, where it is now; `axis` 0, 1, 2: along x, y, z; −1: obliquely.
   void reset_camera(int axis);
 
   /// Triangles of the surface, by vertices.

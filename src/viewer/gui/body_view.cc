@@ -235,7 +235,7 @@ bool BodyView::move(const QPointF& place) {
       band_->show();
       return true;
     case Gesture::kDrag:
-      emit dragged(in_view_plane(place, anchor_) - in_view_plane(pressed_, anchor_));
+      emit dragged(anchor_ + in_view_plane(place, anchor_) - in_view_plane(pressed_, anchor_));
       return true;
     case Gesture::kArrow:
       // The body may move on while the arrow is pulled: it starts where the vertex is.

@@ -64,9 +64,9 @@ class BodyView : public QWidget {
   void banded(std::vector<tetraction::Index> vertices, bool add);
   /// The light is pulled, degrees to the right and up.
   void light_pulled(double azimuth, double elevation);
-  /// A vertex is taken hold of, moved (m, from where it was taken), let go.
+  /// A vertex is taken hold of, led to a place (m), let go.
   void grabbed(tetraction::Index vertex);
-  void dragged(tetraction::Vector3 displacement);
+  void dragged(tetraction::Vector3 place);
   void released();
   /// An arrow that is being pulled, and one that was let go, with the tools for force and momentum; m.
   void arrow_moved(tetraction::viewer::Tool tool, tetraction::Vector3 arrow);

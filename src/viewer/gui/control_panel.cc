@@ -55,13 +55,14 @@ ControlPanel::ControlPanel(QWidget* parent) : QWidget(parent) {
   run_->setObjectName(QStringLiteral("run"));
   step_ = button(tr("Step"), QStyle::SP_MediaSkipForward, tr("One time step, then pause (S)"));
   step_->setObjectName(QStringLiteral("step"));
-  reset_ = button(tr("Reset"), QStyle::SP_MediaSkipBackward,
-                  tr("Back to the scene's start; edits made by hand are forgotten (R)"));
-  reset_->setObjectName(QStringLiteral("reset"));
+  restart_ =
+      button(tr("Restart"), QStyle::SP_MediaSkipBackward,
+             tr("Back to the scene's start; settings, fixes and forces stay as they are (R)"));
+  restart_->setObjectName(QStringLiteral("restart"));
   column->addLayout(buttons);
   connect(run_, &QPushButton::clicked, this, [this] { emit run_wanted(!running_); });
   connect(step_, &QPushButton::clicked, this, &ControlPanel::step_wanted);
-  connect(reset_, &QPushButton::clicked, this, &ControlPanel::reset_wanted);
+  connect(restart_, &QPushButton::clicked, this, &ControlPanel::restart_wanted);
 
   auto* now = add_group(column, tr("Now"));
   time_ = new QLabel(this);
@@ -103,6 +104,7 @@ ControlPanel::ControlPanel(QWidget* parent) : QWidget(parent) {
   limit_->setObjectName(QStringLiteral("limit"));
   limit_->setToolTip(tr("Largest stable step of the explicit rules, 2/ω_max, estimated now"));
   half_limit_ = new QPushButton(tr("Use half"), this);
+  half_limit_->setObjectName(QStringLiteral("use_half"));
   half_limit_->setToolTip(tr("Sets the step to half the stability limit"));
   auto* limit_row = new QHBoxLayout;
   limit_row->addWidget(limit_, 1);

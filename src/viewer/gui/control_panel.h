@@ -30,7 +30,7 @@ class ControlPanel : public QWidget {
  signals:
   void run_wanted(bool run);
   void step_wanted();
-  void reset_wanted();
+  void restart_wanted();
   void edited(tetraction::Edit edit, const QString& what, bool goes_on);
   void steps_per_picture(int steps);
   void speed_limited(double real_time_factor);
@@ -44,7 +44,7 @@ class ControlPanel : public QWidget {
   Settings settings_;
   double stable_step_ = 0.0;
   bool running_ = false;
-  QPushButton *run_, *step_, *reset_;
+  QPushButton *run_, *step_, *restart_;
   QLabel *time_, *factor_, *limit_;
   NumberSlider* step_size_;
   QPushButton* half_limit_;

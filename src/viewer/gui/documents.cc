@@ -1,8 +1,6 @@
 #include "documents.h"
 
-#include <algorithm>
 #include <filesystem>
-#include <limits>
 
 #include "tetraction/io/mesh_reader.h"
 #include "tetraction/io/scene_reader.h"
@@ -23,26 +21,15 @@ Document open_scene(const std::string& path) {
   return document;
 }
 
-Document open_mesh(const std::string& path) {
+Document open_mesh(const std::string& path, double scale) {
   Document document;
-  document.mesh = read_mesh(path);
+  document.mesh = read_mesh(path, scale);
   Scene& scene = document.scene;
   scene.mesh.file = std::filesystem::absolute(path).string();
+  scene.mesh.scale = scale;
   scene.material.youngs_modulus = 1.0e6;
   scene.material.poissons_ratio = 0.4;
   scene.time.step = 5.0e-3;
-  scene.environment.kind = EnvironmentKind::kGravity;
-  // Held by the topmost slice, so that it does not fall out of the picture.
-  double low = std::numeric_limits<double>::infinity();
-  double high = -low;
-  for (const Vector3& x : document.mesh.vertices) {
-    low = std::min(low, x.y());
-    high = std::max(high, x.y());
-  }
-  constexpr double kSlice = 0.02;  // of the height
-  FixSettings hold;
-  hold.select = SelectPlane{1, high, kSlice * (high - low)};
-  scene.fix.push_back(hold);
   return document;
 }
 

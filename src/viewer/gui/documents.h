@@ -20,8 +20,9 @@ DocumentKind kind_of(const std::string& path);
 
 /// Throws FileError and InputError as read_scene() and read_mesh() do.
 Document open_scene(const std::string& path);
-/// The mesh in a scene of rubber that hangs from its highest side in gravity.
-Document open_mesh(const std::string& path);
+/// The mesh in a scene of rubber: at rest, held nowhere, without gravity. `scale` multiplies its
+/// coordinates.
+Document open_mesh(const std::string& path, double scale = 1.0);
 /// What the window shows when nothing was asked for: a clamped beam that swings.
 Document first_scene();
 

@@ -11,6 +11,7 @@
 #include <QKeyEvent>
 #include <QLabel>
 #include <QMimeData>
+#include <QSpinBox>
 #include <QStatusBar>
 #include <QTimer>
 #include <QVBoxLayout>
@@ -131,7 +132,6 @@ void MainWindow::poll() {
     const auto snapshot = simulation_->snapshot();
     if (snapshot->body != shown_body_) {  // reset: the same mesh, another history
       shown_body_ = snapshot->body;
-      failure_told_ = false;
       chart_->clear();
       history_rows_ = 0;
       messages_->hide();
@@ -140,7 +140,6 @@ void MainWindow::poll() {
       shown_generation_ = snapshot->generation;
       since_picture_.restart();
       show_news(snapshot);
-      if (edits_->holding()) edits_->follow(*snapshot);
     }
   }
   if (since_slow_.elapsed() >= kSlowThings_ms) show_slow_things();
@@ -156,13 +155,23 @@ void MainWindow::show_news(const std::shared_ptr<const Snapshot>& snapshot) {
 void MainWindow::show_failure(const Snapshot& snapshot) {
   const bool failed =
       snapshot.status == RunStatus::kUnstable || snapshot.status == RunStatus::kNotConverged;
-  if (failed && !failure_told_ && simulation_) {
-    messages_->show_message(MessageStrip::Kind::kError, text(snapshot.message),
-                            tr("Back to the last good state"), [this] {
-                              if (simulation_) simulation_->go_back();
-                            });
+  if (failed == failed_ || !simulation_) return;
+  failed_ = failed;
+  go_back_->setEnabled(failed);
+  if (failed) {
+    // Whatever else is said meanwhile, this button stays.
+    messages_->set_way_out(tr("Back to the last good state"), [this] { go_back_->trigger(); });
+    messages_->show_message(MessageStrip::Kind::kError, text(snapshot.message));
+  } else {
+    messages_->set_way_out(QString(), {});
+    messages_->hide();
+    statusBar()->showMessage(tr("At the last good state, %1 s").arg(snapshot.time), 8000);
   }
-  failure_told_ = failed;
+}
+
+// What is set after a failure is meant for the last good state: there it can be changed.
+void MainWindow::leave_failure() {
+  if (failed_ && simulation_) simulation_->go_back();
 }
 
 // Everything that people read rather than watch.
@@ -222,6 +231,11 @@ void MainWindow::update_title() {
 
 // Keys that a widget with the focus understands are its own before they are shortcuts of menus.
 bool MainWindow::eventFilter(QObject* watched, QEvent* event) {
+  if (event->type() == QEvent::KeyPress && qobject_cast<QSpinBox*>(watched) != nullptr &&
+      static_cast<QKeyEvent*>(event)->key() == Qt::Key_Escape) {
+    view_->canvas()->setFocus(Qt::OtherFocusReason);
+    return true;
+  }
   if (event->type() != QEvent::ShortcutOverride) return QMainWindow::eventFilter(watched, event);
   const auto* key = static_cast<QKeyEvent*>(event);
   if ((key->modifiers() & (Qt::ControlModifier | Qt::AltModifier)) != 0) return false;

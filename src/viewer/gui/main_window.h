@@ -3,16 +3,16 @@
 
 #include <QElapsedTimer>
 #include <QMainWindow>
+#include <exception>
 #include <functional>
 #include <future>
 #include <memory>
 #include <optional>
 #include <vector>
 
-#include "documents.h"
 #include "drawing_settings.h"
 #include "message_strip.h"
-#include "replay.h"
+#include "opened_file.h"
 #include "vertex_edits.h"
 #include "viewer/simulation.h"
 
@@ -21,7 +21,6 @@ class QLabel;
 namespace tetraction::viewer {
 
 class BodyView;
-struct BodyShape;
 class ControlPanel;
 class DrawingPanel;
 class LiveChart;
@@ -32,13 +31,6 @@ class SurroundingsPanel;
 class VertexPanel;
 enum class Tool;
 
-/// What was read: a simulation, or a run to replay, and how the body looks.
-struct Opened {
-  std::unique_ptr<Simulation> simulation;
-  std::unique_ptr<Replay> replay;
-  std::shared_ptr<const BodyShape> shape;
-};
-
 class MainWindow : public QMainWindow {
   Q_OBJECT
 
@@ -46,10 +38,13 @@ class MainWindow : public QMainWindow {
   MainWindow();
   ~MainWindow() override;
 
-  /// A scene, a mesh, or the directory of a run, by what is there. Reads it in another thread: the
+  /// A scene, a mesh (whose coordinates `scale` multiplies), or the directory of a run, by what is
+  /// there. Reads it in another thread: the
   /// window goes on meanwhile. What cannot be opened is told in the message strip; the window then
   /// stays as it is.
-  void open(const QString& path);
+  void open(const QString& path, std::optional<double> scale = {});
+  /// What the window was made for, while it is read: could_not_open() tells when that fails.
+  void open_from_start(const QString& path, std::future<Opened> reading);
   /// Whether something is still being read.
   bool opening() const { return opening_.valid(); }
   /// A scene to play with. Throws InputError.
@@ -75,6 +70,9 @@ class MainWindow : public QMainWindow {
   /// Looks for news of the simulation and shows them: what the timer does.
   void poll();
 
+ signals:
+  void could_not_open(const std::exception_ptr& problem);
+
  protected:
   bool eventFilter(QObject* watched, QEvent* event) override;
   void closeEvent(QCloseEvent* event) override;
@@ -93,12 +91,17 @@ class MainWindow : public QMainWindow {
                        std::shared_ptr<const BodyShape> shape);
   void show_replay(std::unique_ptr<Replay> replay, std::shared_ptr<const BodyShape> shape);
   void begin_body(const TetMesh& mesh, std::shared_ptr<const BodyShape> shape);
+  void tell_of_bare_mesh();
+  void ask_scale();
+  bool may_forget_edits();
+  void reload();
 
   // main_window.cc
   void show_frame(std::size_t frame);
   void show_news(const std::shared_ptr<const Snapshot>& snapshot);
   void show_slow_things();
   void show_failure(const Snapshot& snapshot);
+  void leave_failure();
   void set_drawing(const DrawingSettings& drawing);
   void update_title();
   const TetMesh* mesh() const;
@@ -134,8 +137,10 @@ class MainWindow : public QMainWindow {
   std::unique_ptr<VertexEdits> edits_;
   std::unique_ptr<Replay> replay_;
   QString path_;
+  std::optional<double> mesh_scale_;  // of a mesh without a scene
   QString opening_path_;
   std::future<Opened> opening_;  // valid while something is read
+  bool needs_file_ = false;      // without what is read there is nothing to show
   std::vector<Index> selection_;
 
   // What was shown last.
@@ -143,7 +148,7 @@ class MainWindow : public QMainWindow {
   std::uint64_t shown_body_ = 0;
   std::size_t shown_history_ = 0;
   std::size_t history_rows_ = 0;
-  bool failure_told_ = false;
+  bool failed_ = false;
   bool shown_attraction_ = false;
   QElapsedTimer since_slow_, since_picture_;
   std::uint64_t pictures_before_ = 0;
@@ -164,8 +169,8 @@ class MainWindow : public QMainWindow {
   QLabel *status_body_, *status_rate_;
 
   QMenu *view_menu_, *recent_;
-  QAction *undo_, *redo_, *fix_, *unfix_, *run_, *step_, *reset_, *save_scene_, *record_pictures_,
-      *record_run_;
+  QAction *undo_, *redo_, *fix_, *unfix_, *run_, *step_, *restart_, *reload_, *go_back_, *scale_,
+      *save_scene_, *record_pictures_, *record_run_;
   std::vector<QAction*> live_only_;  // need a simulation
 };
 

@@ -34,7 +34,12 @@ MessageStrip::MessageStrip(QWidget* parent)
 }
 
 void MessageStrip::show_message(Kind kind, const QString& text) {
-  show_message(kind, text, QString(), {});
+  show_message(kind, text, way_out_button_, way_out_);
+}
+
+void MessageStrip::set_way_out(const QString& button, std::function<void()> action) {
+  way_out_button_ = button;
+  way_out_ = std::move(action);
 }
 
 void MessageStrip::show_message(Kind kind, const QString& text, const QString& button,

@@ -21,6 +21,8 @@ class MessageStrip : public QFrame {
   /// With a button for what can be done about it.
   void show_message(Kind kind, const QString& text, const QString& button,
                     std::function<void()> action);
+  /// From now on, until it is withdrawn with an empty one: the button of messages that have none.
+  void set_way_out(const QString& button, std::function<void()> action);
   QString text() const;
   QPushButton* action_button() const { return action_; }
 
@@ -28,6 +30,8 @@ class MessageStrip : public QFrame {
   QLabel* label_;
   QPushButton* action_;
   std::function<void()> do_;
+  QString way_out_button_;
+  std::function<void()> way_out_;
 };
 
 }  // namespace tetraction::viewer

@@ -108,12 +108,12 @@ void NumberField::commit() {
 void NumberField::keyPressEvent(QKeyEvent* event) {
   if (event->key() == Qt::Key_Return || event->key() == Qt::Key_Enter) {
     commit();
-    if (!isModified()) selectAll();
+    if (!isModified()) emit finished();
     return;
   }
   if (event->key() == Qt::Key_Escape) {
     restore();
-    selectAll();
+    emit finished();
     return;
   }
   QLineEdit::keyPressEvent(event);

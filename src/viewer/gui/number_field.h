@@ -44,6 +44,8 @@ class NumberField : public QLineEdit {
   void entered(double value);
   /// The user entered what cannot be; a sentence.
   void refused(const QString& message);
+  /// The user is done with the field, by Return or Escape.
+  void finished();
 
  protected:
   void keyPressEvent(QKeyEvent* event) override;

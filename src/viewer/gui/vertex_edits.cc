@@ -9,8 +9,6 @@
 namespace tetraction::viewer {
 namespace {
 
-constexpr double kCatchUp = 0.08;  // s of wall clock in which a held vertex reaches the mouse
-
 std::string text(const Vector3& x, const char* unit) {
   return fmt::format("({:.4g}, {:.4g}, {:.4g}) {}", x.x(), x.y(), x.z(), unit);
 }
@@ -80,10 +78,14 @@ void VertexEdits::fix_at(const std::vector<Index>& vertices, const Vector3& targ
   if (vertices.empty()) return;
   const std::string what = fmt::format("Fix {} at {}", names(vertices), text(target, "m"));
   const std::vector<Index> fixed = fixed_among(vertices);
+  const auto snapshot = simulation_.snapshot();
+  const Vector3 offset = target - mean_position(vertices);
   if (!fixed.empty()) simulation_.edit(Unfix{ids(fixed), {}}, what);
   FixSettings settings;
   settings.select = ids(vertices);
-  settings.offset = target - mean_position(vertices);
+  for (const Index v : vertices) {
+    settings.targets.emplace_back(vertex_block(snapshot->position, v) + offset);
+  }
   simulation_.edit(SetFix{std::nullopt, settings}, what, !fixed.empty());
 }
 
@@ -114,65 +116,20 @@ void VertexEdits::set_force(const std::vector<Index>& vertices, const Vector3& v
   }
 }
 
-void VertexEdits::grab(const std::vector<Index>& vertices) {
-  if (vertices.empty()) return;
-  const auto snapshot = simulation_.snapshot();
-  fixed_before_ = fixed_among(vertices);
-  held_ = vertices;
-  start_.clear();
-  for (const Index v : held_) start_.emplace_back(vertex_block(snapshot->position, v));
-  wanted_.setZero();
-  const std::string what = "Drag " + names(held_);
-  if (!fixed_before_.empty()) simulation_.edit(Unfix{ids(fixed_before_), {}}, what);
-  FixSettings settings;
-  settings.select = ids(held_);
-  simulation_.edit(SetFix{std::nullopt, settings}, what, !fixed_before_.empty());
-  moving_ = false;
-  edited_at_ = snapshot->generation;
+void VertexEdits::grab(std::vector<Index> vertices, Index led) {
+  const auto first = std::find(vertices.begin(), vertices.end(), led);
+  if (first == vertices.end()) return;
+  std::iter_swap(vertices.begin(), first);
+  simulation_.grab(std::move(vertices));
+  holding_ = true;
 }
 
-void VertexEdits::drag(const Vector3& displacement) {
-  wanted_ = displacement;
-}
-
-void VertexEdits::follow(const Snapshot& snapshot) {
-  // One edit a snapshot: more would pile up before a solver that is slower than the mouse.
-  if (held_.empty() || snapshot.generation <= edited_at_) return;
-  const Vector3 now = vertex_block(snapshot.position, held_.front());
-  const Vector3 missing = start_.front() + wanted_ - now;
-  const bool there = missing.norm() <= 1e-6 * (1.0 + now.norm());
-  if (there && !moving_) return;
-  FixSettings settings;
-  settings.select = ids(held_);
-  if (!snapshot.running) {
-    for (const Vector3& start : start_) settings.targets.emplace_back(start + wanted_);
-    moving_ = false;
-  } else {
-    const double h = simulation_.settings().time.step;
-    const double time = std::max(2.0 * h, kCatchUp * snapshot.real_time_factor);
-    if (!there) settings.velocity = missing / time;
-    moving_ = !there;
-  }
-  simulation_.edit(SetFix{kNewest, settings}, "Drag " + names(held_), true);
-  edited_at_ = snapshot.generation;
+void VertexEdits::lead_to(const Vector3& place) {
+  if (holding_) simulation_.lead_to(place);
 }
 
 void VertexEdits::release() {
-  if (held_.empty()) return;
-  const std::vector<Index> held = std::exchange(held_, {});
-  const std::string what = "Drag " + names(held);
-  if (moving_) {
-    FixSettings still;
-    still.select = ids(held);
-    simulation_.edit(SetFix{kNewest, still}, what, true);
-  }
-  std::vector<Index> loose;
-  for (const Index v : held) {
-    if (std::find(fixed_before_.begin(), fixed_before_.end(), v) == fixed_before_.end()) {
-      loose.push_back(v);
-    }
-  }
-  if (!loose.empty()) simulation_.edit(Unfix{ids(loose), {}}, what, true);
+  if (std::exchange(holding_, false)) simulation_.release();
 }
 
 }  // namespace tetraction::viewer

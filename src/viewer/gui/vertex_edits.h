@@ -25,17 +25,11 @@ class VertexEdits {
   /// N, on each of the vertices, instead of what acts on them now.
   void set_force(const std::vector<Index>& vertices, const Vector3& value);
 
-  /// Takes hold of vertices: from now on they are held where drag() says.
-  void grab(const std::vector<Index>& vertices);
-  /// Wants the held vertices at this displacement from where they were taken hold of, m.
-  void drag(const Vector3& displacement);
-  /// To be called with every new snapshot while vertices are held. While the simulation runs they move
-  /// to the wanted place with a velocity, so that nothing jumps and the reaction means something;
-  /// while it is paused they are put there.
-  void follow(const Snapshot& snapshot);
+  /// Takes hold of vertices, of which the mouse leads one; lead_to() says where to, m.
+  void grab(std::vector<Index> vertices, Index led);
+  void lead_to(const Vector3& place);
   /// Lets go; what was fixed before stays fixed where it now is.
   void release();
-  bool holding() const { return !held_.empty(); }
 
  private:
   SelectVertices ids(const std::vector<Index>& vertices) const;
@@ -44,12 +38,7 @@ class VertexEdits {
   Vector3 mean_position(const std::vector<Index>& vertices) const;
 
   Simulation& simulation_;
-  std::vector<Index> held_;
-  std::vector<Index> fixed_before_;
-  std::vector<Vector3> start_;        // of the held vertices
-  Vector3 wanted_ = Vector3::Zero();  // displacement
-  bool moving_ = false;               // whether the hold has a velocity
-  std::uint64_t edited_at_ = 0;       // generation of the snapshot that the last edit was made from
+  bool holding_ = false;
 };
 
 }  // namespace tetraction::viewer

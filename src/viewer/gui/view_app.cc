@@ -5,15 +5,24 @@
 #include <QApplication>
 #include <QSurfaceFormat>
 #include <QTimer>
+#include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <exception>
+#include <future>
+#include <utility>
 
 #include "main_window.h"
+#include "opened_file.h"
+#include "tetraction/core/error.h"
 
 namespace tetraction::viewer {
 namespace {
 
 constexpr int kWrongInput = 2;  // exit code, as documented
+// The window waits so long for what it is to show: a file that is wrong then opens none, and a small
+// one is there with the first picture.
+constexpr std::chrono::milliseconds kPatience(500);
 
 // A display that is named but cannot be opened ends the program inside of Qt, which would abort it.
 void end_without_display(QtMsgType type, const QMessageLogContext&, const QString& message) {
@@ -26,8 +35,7 @@ void end_without_display(QtMsgType type, const QMessageLogContext&, const QStrin
   std::_Exit(kWrongInput);
 }
 
-}  // namespace
-
+// Why no window can be opened here, as a sentence with what to do; empty if one can.
 std::string display_problem() {
   // Without a display Qt ends the program; so look before it does.
   for (const char* name : {"DISPLAY", "WAYLAND_DISPLAY"}) {
@@ -39,6 +47,8 @@ std::string display_problem() {
          "in "
          "ParaView.";
 }
+
+}  // namespace
 
 void set_up_application() {
   QSurfaceFormat format = QVTKOpenGLNativeWidget::defaultFormat();
@@ -53,7 +63,17 @@ void set_up_application() {
   QCoreApplication::setApplicationName(QStringLiteral("tetraction"));
 }
 
-int run_viewer(const std::string& path) {
+int run_viewer(const std::string& path, std::optional<double> scale) {
+  std::future<Opened> reading;
+  if (!path.empty()) {
+    reading = std::async(std::launch::async, open_file, path, scale);
+    if (reading.wait_for(kPatience) == std::future_status::ready) {
+      std::promise<Opened> read;
+      read.set_value(reading.get());  // throws here what is wrong with the file
+      reading = read.get_future();
+    }
+  }
+  if (const std::string problem = display_problem(); !problem.empty()) throw InputError(problem);
   set_up_application();
   int argc = 1;
   char name[] = "tetraction";
@@ -63,16 +83,23 @@ int run_viewer(const std::string& path) {
   qInstallMessageHandler(usual);
   MainWindow window;
   window.show();
+  std::exception_ptr problem;
+  QObject::connect(&window, &MainWindow::could_not_open, &app, [&](const std::exception_ptr& what) {
+    problem = what;
+    QApplication::quit();
+  });
   // Behind the first picture of the empty window: a large mesh takes its time to read.
   QTimer::singleShot(0, &window, [&] {
     if (path.empty()) {
       window.show_document(first_scene());
       window.simulation()->run();
     } else {
-      window.open(QString::fromLocal8Bit(path.c_str()));
+      window.open_from_start(QString::fromLocal8Bit(path.c_str()), std::move(reading));
     }
   });
-  return QApplication::exec();
+  const int exit_code = QApplication::exec();
+  if (problem) std::rethrow_exception(problem);
+  return exit_code;
 }
 
 }  // namespace tetraction::viewer

@@ -8,6 +8,7 @@
 #include <QMenu>
 #include <QMenuBar>
 #include <QMessageBox>
+#include <QPushButton>
 #include <QSettings>
 #include <QStatusBar>
 #include <QStyle>
@@ -67,6 +68,8 @@ void MainWindow::make_file_menu() {
       },
       QKeySequence(tr("Ctrl+Shift+O")));
   recent_ = file->addMenu(tr("Re&cent"));
+  scale_ = file->addAction(tr("Scale of the mes&h…"), this, &MainWindow::ask_scale);
+  scale_->setStatusTip(tr("Reads a mesh without a scene again, in another unit"));
   file->addSeparator();
   save_scene_ = file->addAction(tr("&Save recorded scene as…"), this, &MainWindow::ask_save_scene,
                                 QKeySequence::Save);
@@ -89,9 +92,19 @@ void MainWindow::make_file_menu() {
 void MainWindow::make_edit_menu() {
   QMenu* edit = menuBar()->addMenu(tr("&Edit"));
   undo_ = edit->addAction(
-      tr("Undo"), this, [this] { simulation_->undo(); }, QKeySequence::Undo);
+      tr("Undo"), this,
+      [this] {
+        leave_failure();
+        simulation_->undo();
+      },
+      QKeySequence::Undo);
   redo_ = edit->addAction(
-      tr("Redo"), this, [this] { simulation_->redo(); }, QKeySequence::Redo);
+      tr("Redo"), this,
+      [this] {
+        leave_failure();
+        simulation_->redo();
+      },
+      QKeySequence::Redo);
   edit->addSeparator();
   edit->addAction(
       tr("Select &all"), this,
@@ -106,9 +119,19 @@ void MainWindow::make_edit_menu() {
       tr("Select &none"), this, [this] { select({}); }, QKeySequence(tr("Ctrl+Shift+A")));
   edit->addSeparator();
   fix_ = edit->addAction(
-      tr("&Fix selection"), this, [this] { edits_->fix(selection_); }, QKeySequence(tr("F")));
+      tr("&Fix selection"), this,
+      [this] {
+        leave_failure();
+        edits_->fix(selection_);
+      },
+      QKeySequence(tr("F")));
   unfix_ = edit->addAction(
-      tr("&Unfix selection"), this, [this] { edits_->unfix(selection_); }, QKeySequence(tr("U")));
+      tr("&Unfix selection"), this,
+      [this] {
+        leave_failure();
+        edits_->unfix(selection_);
+      },
+      QKeySequence(tr("U")));
 }
 
 void MainWindow::make_simulation_menu() {
@@ -132,16 +155,48 @@ void MainWindow::make_simulation_menu() {
         if (replay_) replay_bar_->forward();
       },
       QKeySequence(tr("S")));
-  reset_ = menu->addAction(
-      tr("R&eset"), this,
+  go_back_ = menu->addAction(
+      tr("&Back to the last good state"), this,
       [this] {
-        if (simulation_) {
-          edits_->release();  // what the mouse holds is not there any more afterwards
-          simulation_->reset();
-        }
+        if (simulation_) simulation_->go_back();
+      },
+      QKeySequence(tr("B")));
+  go_back_->setEnabled(false);
+  menu->addSeparator();
+  restart_ = menu->addAction(
+      tr("R&estart"), this,
+      [this] {
+        if (simulation_) simulation_->restart();
         if (replay_) replay_bar_->set_frame(0);
       },
       QKeySequence(tr("R")));
+  restart_->setToolTip(
+      tr("Back to the scene's start; settings, fixes and forces stay as they are (R)"));
+  reload_ = menu->addAction(tr("Re&load…"), this, &MainWindow::reload, QKeySequence(tr("Ctrl+R")));
+  reload_->setStatusTip(tr("Reads the file again; edits made by hand are forgotten"));
+}
+
+// Asks where there is something to lose.
+bool MainWindow::may_forget_edits() {
+  if (!simulation_ || simulation_->undo_text().empty()) return true;
+  QMessageBox box(QMessageBox::Question, tr("Forget the edits?"),
+                  tr("Edits made by hand, the last of them “%1”, are forgotten. To keep them, save "
+                     "the recorded scene first.")
+                      .arg(QString::fromStdString(simulation_->undo_text())),
+                  QMessageBox::Cancel, this);
+  QPushButton* forget = box.addButton(tr("Forget them"), QMessageBox::DestructiveRole);
+  box.exec();
+  return box.clickedButton() == forget;
+}
+
+void MainWindow::reload() {
+  if (!may_forget_edits()) return;
+  if (!path_.isEmpty()) {
+    open(path_, mesh_scale_);
+  } else if (simulation_) {
+    edits_->release();  // what the mouse holds is not there any more afterwards
+    simulation_->reset();
+  }
 }
 
 void MainWindow::make_view_menu() {
@@ -172,7 +227,7 @@ void MainWindow::make_tools() {
   bar->setToolButtonStyle(Qt::ToolButtonTextOnly);
   bar->addAction(run_);
   bar->addAction(step_);
-  bar->addAction(reset_);
+  bar->addAction(restart_);
   bar->addSeparator();
   auto* group = new QActionGroup(this);
   const auto add = [&](const QString& name, const QString& key, const QString& tip, Tool tool) {
@@ -213,9 +268,10 @@ void MainWindow::update_actions() {
   undo_->setText(undo.isEmpty() ? tr("&Undo") : tr("&Undo “%1”").arg(undo));
   redo_->setEnabled(!redo.isEmpty());
   redo_->setText(redo.isEmpty() ? tr("&Redo") : tr("&Redo “%1”").arg(redo));
+  scale_->setEnabled(mesh_scale_.has_value());
   fix_->setEnabled(live && !selection_.empty());
   unfix_->setEnabled(live && !selection_.empty());
-  for (QAction* action : {run_, step_, reset_}) action->setEnabled(live || replay_);
+  for (QAction* action : {run_, step_, restart_, reload_}) action->setEnabled(live || replay_);
   control_->setEnabled(live);
   material_->setEnabled(live);
   surroundings_->setEnabled(live);
@@ -248,7 +304,10 @@ void MainWindow::show_keys() {
       tr("<table cellpadding=3>"
          "<tr><td><b>Space</b></td><td>run or pause</td></tr>"
          "<tr><td><b>S</b></td><td>one step</td></tr>"
-         "<tr><td><b>R</b></td><td>reset to the scene's start</td></tr>"
+         "<tr><td><b>R</b></td><td>restart: back to the scene's start, with the settings of "
+         "now</td></tr>"
+         "<tr><td><b>Ctrl+R</b></td><td>reload the scene; edits are forgotten</td></tr>"
+         "<tr><td><b>B</b></td><td>after a failure: back to the last good state</td></tr>"
          "<tr><td><b>F, U</b></td><td>fix, unfix the selection</td></tr>"
          "<tr><td><b>Ctrl+Z, Ctrl+Shift+Z</b></td><td>undo, redo</td></tr>"
          "<tr><td><b>Ctrl+A, Ctrl+Shift+A</b></td><td>select all, none</td></tr>"

@@ -5,6 +5,7 @@
 #include <QComboBox>
 #include <QDockWidget>
 #include <QScrollArea>
+#include <QSpinBox>
 #include <QStatusBar>
 #include <algorithm>
 
@@ -14,6 +15,7 @@
 #include "live_chart.h"
 #include "main_window.h"
 #include "material_panel.h"
+#include "number_field.h"
 #include "replay_bar.h"
 #include "surroundings_panel.h"
 #include "vertex_panel.h"
@@ -61,6 +63,17 @@ void MainWindow::make_docks() {
     }
   }
 
+  // Who has entered a number goes on with the body: Space runs, S makes a step.
+  const auto to_the_view = [this] { view_->canvas()->setFocus(Qt::OtherFocusReason); };
+  for (NumberField* field : findChildren<NumberField*>()) {
+    connect(field, &NumberField::finished, this, to_the_view);
+  }
+  for (QSpinBox* box : findChildren<QSpinBox*>()) {
+    connect(box, &QSpinBox::editingFinished, this, [box, to_the_view] {
+      if (box->hasFocus()) to_the_view();
+    });
+  }
+
   auto* charts = new QDockWidget(tr("Charts"), this);
   charts->setObjectName(QStringLiteral("dock_charts"));
   charts->setWidget(chart_);
@@ -69,14 +82,16 @@ void MainWindow::make_docks() {
 
 void MainWindow::connect_panels() {
   const auto edit = [this](const Edit& e, const QString& what, bool goes_on) {
-    if (simulation_) simulation_->edit(e, what.toStdString(), goes_on);
+    if (!simulation_) return;
+    leave_failure();
+    simulation_->edit(e, what.toStdString(), goes_on);
   };
   connect(control_, &ControlPanel::edited, this, edit);
   connect(material_, &MaterialPanel::edited, this, edit);
   connect(surroundings_, &SurroundingsPanel::edited, this, edit);
   connect(control_, &ControlPanel::run_wanted, this, [this] { run_->trigger(); });
   connect(control_, &ControlPanel::step_wanted, this, [this] { step_->trigger(); });
-  connect(control_, &ControlPanel::reset_wanted, this, [this] { reset_->trigger(); });
+  connect(control_, &ControlPanel::restart_wanted, this, [this] { restart_->trigger(); });
   connect(control_, &ControlPanel::steps_per_picture, this, [this](int steps) {
     if (simulation_) simulation_->set_steps_per_snapshot(steps);
   });
@@ -150,17 +165,13 @@ void MainWindow::connect_view() {
     if (std::find(selection_.begin(), selection_.end(), vertex) == selection_.end()) {
       select({vertex});
     }
-    edits_->grab(selection_);
+    edits_->grab(selection_, vertex);
   });
-  connect(view_, &BodyView::dragged, this, [this](const Vector3& displacement) {
-    if (!edits_) return;
-    edits_->drag(displacement);
-    edits_->follow(*simulation_->snapshot());
+  connect(view_, &BodyView::dragged, this, [this](const Vector3& place) {
+    if (edits_) edits_->lead_to(place);
   });
   connect(view_, &BodyView::released, this, [this] {
-    if (!edits_) return;
-    edits_->follow(*simulation_->snapshot());
-    edits_->release();
+    if (edits_) edits_->release();
   });
   connect(view_, &BodyView::arrow_pulled, this,
           [this](Tool tool, Index vertex, const Vector3& arrow) {

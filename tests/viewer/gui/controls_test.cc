@@ -1,9 +1,11 @@
 // Running, pausing, stepping; time steps, integrator, solver; what the window says when it goes wrong.
 #include <QComboBox>
 #include <QLabel>
+#include <QMessageBox>
 #include <QPushButton>
 #include <QSpinBox>
 
+#include "dialogs.h"
 #include "viewer/gui/number_field.h"
 #include "window_test.h"
 
@@ -35,7 +37,7 @@ TEST_F(Controls, SpaceRunsAndPauses) {
   EXPECT_EQ(state().step, step);
 }
 
-TEST_F(Controls, StepAndResetByKeyAndButton) {
+TEST_F(Controls, StepAndRestartByKeyAndButton) {
   show(quiet_beam());
   press_key(Qt::Key_S);
   settle();
@@ -48,7 +50,7 @@ TEST_F(Controls, StepAndResetByKeyAndButton) {
   EXPECT_EQ(state().step, 0);
   QTest::mouseClick(find<QPushButton>("run"), Qt::LeftButton);
   EXPECT_TRUE(wait_for([&] { return state().step > 1; }));
-  QTest::mouseClick(find<QPushButton>("reset"), Qt::LeftButton);
+  QTest::mouseClick(find<QPushButton>("restart"), Qt::LeftButton);
   settle();
   EXPECT_EQ(state().step, 0);
   EXPECT_FALSE(state().running);
@@ -127,6 +129,114 @@ TEST_F(Controls, LimitTurnsRedAndBlowUpOffersTheWayBack) {
   EXPECT_EQ(state().status, RunStatus::kRunning);
   EXPECT_FALSE(state().running);
   EXPECT_FALSE(back->isVisible());
+}
+
+// The message suggests a smaller step: what sets one goes back by itself, and nothing that is said
+// meanwhile takes the button for the way back away.
+TEST_F(Controls, AfterAFailureEverythingLeadsBack) {
+  Document document = quiet_beam();
+  document.scene.environment.kind = EnvironmentKind::kGravity;
+  document.scene.damping = {};
+  show(std::move(document));
+  auto* back = find<QPushButton>("message_action");
+  QAction* menu = menu_action(QStringLiteral("&Back to the last good state"));
+  EXPECT_FALSE(menu->isEnabled());
+  const double limit = state().stable_step;
+  const auto blow_up = [&] {
+    window_->simulation()->edit(SetTime{{Integrator::kVerlet, 3.0 * limit, false, 1000.0}},
+                                "large");
+    window_->simulation()->set_speed_limit(0.0);
+    window_->simulation()->run();
+    ASSERT_TRUE(wait_for([&] { return back->isVisible(); }));
+    ASSERT_EQ(state().status, RunStatus::kUnstable);
+    settle();
+  };
+  blow_up();
+  // Running on and kicking a vertex are refused, and the button stays.
+  press_key(Qt::Key_Space);
+  settle();
+  EXPECT_TRUE(back->isVisible());
+  EXPECT_FALSE(window_->messages()->text().isEmpty());
+  window_->simulation()->edit(SetMomentum{}, "kick");
+  settle();
+  EXPECT_TRUE(back->isVisible());
+  // The message is closed: the menu and the key are left.
+  window_->messages()->hide();
+  EXPECT_TRUE(menu->isEnabled());
+  press_key(Qt::Key_B);
+  settle();
+  EXPECT_EQ(state().status, RunStatus::kRunning);
+  EXPECT_FALSE(menu->isEnabled());
+
+  blow_up();
+  QTest::mouseClick(find<QPushButton>("use_half"), Qt::LeftButton);
+  settle();
+  EXPECT_EQ(state().status, RunStatus::kRunning);
+  EXPECT_LT(window_->simulation()->settings().time.step, limit);
+  EXPECT_FALSE(window_->messages()->isVisible());
+  EXPECT_FALSE(menu->isEnabled());
+  const Index step = state().step;
+  press_key(Qt::Key_Space);
+  ASSERT_TRUE(wait_for([&] { return state().step > step + 5; }));
+  press_key(Qt::Key_Space);
+  settle();
+  EXPECT_EQ(state().status, RunStatus::kRunning);
+
+  blow_up();
+  press_key(Qt::Key_Z, Qt::ControlModifier);  // the step that was too large
+  settle();
+  EXPECT_EQ(state().status, RunStatus::kRunning);
+  EXPECT_LT(window_->simulation()->settings().time.step, limit);
+  EXPECT_FALSE(window_->messages()->isVisible());
+}
+
+TEST_F(Controls, RestartKeepsAndReloadAsks) {
+  show(quiet_beam());
+  const auto viscosity = [this] { return window_->simulation()->settings().damping.viscosity; };
+  const double before = viscosity();
+  // Nothing to lose: nothing is asked.
+  press_key(Qt::Key_S);
+  settle();
+  press_key(Qt::Key_R, Qt::ControlModifier);
+  settle();
+  EXPECT_EQ(state().step, 0);
+  raise("dock_world");
+  enter(find<NumberSlider>("viscosity")->field(), "20");
+  press_key(Qt::Key_S);
+  settle();
+  press_key(Qt::Key_R);
+  settle();
+  EXPECT_EQ(state().step, 0);
+  EXPECT_EQ(viscosity(), 20.0);
+  EXPECT_EQ(find<NumberSlider>("viscosity")->value(), 20.0);
+  press_key(Qt::Key_S);
+  settle();
+  {
+    const DialogAnswer answer([](QDialog& dialog) { dialog.reject(); });
+    menu_action(QStringLiteral("Re&load"))->trigger();
+    EXPECT_TRUE(answer.given());
+    EXPECT_FALSE(answer.stuck());
+  }
+  settle();
+  EXPECT_EQ(state().step, 1);
+  EXPECT_EQ(viscosity(), 20.0);
+  {
+    QString text;
+    const DialogAnswer answer([&](QDialog& dialog) {
+      auto* box = qobject_cast<QMessageBox*>(&dialog);
+      if (box == nullptr) return;
+      text = box->text();
+      for (QAbstractButton* button : box->buttons()) {
+        if (box->buttonRole(button) == QMessageBox::DestructiveRole) button->click();
+      }
+    });
+    menu_action(QStringLiteral("Re&load"))->trigger();
+    EXPECT_TRUE(answer.given());
+    EXPECT_TRUE(text.contains(QStringLiteral("Viscosity"), Qt::CaseInsensitive));
+  }
+  settle();
+  EXPECT_EQ(state().step, 0);
+  EXPECT_EQ(viscosity(), before);
 }
 
 TEST_F(Controls, UndoAndRedoWithTheirTexts) {

@@ -1,15 +1,21 @@
 // What is opened and what is written: scenes, meshes, runs.
+#include <Eigen/Geometry>
 #include <QCheckBox>
 #include <QComboBox>
 #include <QDropEvent>
 #include <QFile>
+#include <QLabel>
 #include <QMenu>
 #include <QMimeData>
+#include <QPushButton>
 #include <QSlider>
+#include <QStatusBar>
 #include <QTemporaryDir>
 #include <QUrl>
+#include <algorithm>
 #include <cstring>
 
+#include "dialogs.h"
 #include "tetraction/io/run_recorder.h"
 #include "tetraction/io/scene_reader.h"
 #include "window_test.h"
@@ -96,6 +102,91 @@ TEST_F(Files, AMeshIsDroppedOnTheWindow) {
   press_key(Qt::Key_S);
   settle();
   EXPECT_EQ(state().step, 1);
+}
+
+// A mesh says nothing of what holds it and of its unit: it is free, and its size is told.
+TEST_F(Files, AMeshStartsFreeAndCanBeScaled) {
+  open(QStringLiteral(TETRACTION_DATA "/orbiting_cube.msh"));
+  ASSERT_NE(window_->simulation(), nullptr) << window_->messages()->text().toStdString();
+  settle();
+  EXPECT_TRUE(
+      std::all_of(state().fixed.begin(), state().fixed.end(), [](int f) { return f == 0; }));
+  EXPECT_EQ(window_->simulation()->settings().environment.kind, EnvironmentKind::kNone);
+  const auto size = [this] {
+    Eigen::AlignedBox3d box;
+    for (const Vector3& x : window_->simulation()->mesh().vertices) box.extend(x);
+    return box.sizes().eval();
+  };
+  const Vector3 whole = size();
+  const auto size_text = [&] {
+    return QStringLiteral("%1 × %2 × %3 m").arg(size().x()).arg(size().y()).arg(size().z());
+  };
+  EXPECT_TRUE(window_->messages()->text().contains(size_text()))
+      << window_->messages()->text().toStdString();
+  EXPECT_TRUE(window_->messages()->text().contains(QStringLiteral("without gravity")));
+  const auto status_tells = [&](const QString& text) {
+    const QList<QLabel*> labels = window_->statusBar()->findChildren<QLabel*>();
+    return std::any_of(labels.begin(), labels.end(),
+                       [&](const QLabel* label) { return label->text().contains(text); });
+  };
+  EXPECT_TRUE(status_tells(size_text()));
+  keep_picture("bare_mesh");
+  {  // by the button of the message: millimetres are proposed
+    const DialogAnswer answer([](QDialog& dialog) { dialog.accept(); });
+    QTest::mouseClick(find<QPushButton>("message_action"), Qt::LeftButton);
+    EXPECT_TRUE(answer.given());
+    EXPECT_FALSE(answer.stuck());
+  }
+  wait_until_opened();
+  settle();
+  EXPECT_LT((size() - 1e-3 * whole).norm(), 1e-12);
+  EXPECT_TRUE(status_tells(size_text()));
+  EXPECT_TRUE(window_->messages()->text().contains(QStringLiteral("scaled by 0.001")));
+  EXPECT_EQ(window_->simulation()->recorded_scene().mesh.scale, 1e-3);
+  press_key(Qt::Key_Space);
+  EXPECT_TRUE(wait_for([&] { return state().step > 3; }));
+  press_key(Qt::Key_Space);
+  // Read again, it keeps the scale.
+  press_key(Qt::Key_R, Qt::ControlModifier);
+  wait_until_opened();
+  EXPECT_LT((size() - 1e-3 * whole).norm(), 1e-12);
+  // The menu has it, too; not for a scene.
+  QAction* scale = menu_action(QStringLiteral("Scale of the mes&h"));
+  EXPECT_TRUE(scale->isEnabled());
+  for (const char* wrong : {"-1", "0", "many"}) {
+    const DialogAnswer answer([wrong](QDialog& dialog) {
+      dialog.findChild<QComboBox*>()->setEditText(QLatin1String(wrong));
+      dialog.accept();
+    });
+    scale->trigger();
+    EXPECT_TRUE(window_->messages()->text().contains(QStringLiteral("above 0"))) << wrong;
+    EXPECT_FALSE(window_->opening());
+  }
+  open(write("good.toml", kScene));
+  EXPECT_FALSE(scale->isEnabled());
+  EXPECT_TRUE(status_tells(QStringLiteral("1 × 0.3 × 0.3 m")));
+}
+
+TEST_F(Files, ReloadReadsTheFileAgain) {
+  const QString path = write("scene.toml", kScene);
+  open(path);
+  wait();
+  press_key(Qt::Key_S);
+  settle();
+  QString other = QString::fromLatin1(kScene);
+  other.replace(QStringLiteral("1e6"), QStringLiteral("3e6"));
+  write("scene.toml", other.toLatin1().constData());
+  press_key(Qt::Key_R, Qt::ControlModifier);
+  wait_until_opened();
+  settle();
+  EXPECT_EQ(state().step, 0);
+  EXPECT_EQ(*window_->simulation()->settings().materials[0].youngs_modulus, 3e6);
+  // One that is gone is told, and what is there stays.
+  ASSERT_TRUE(QFile::remove(path));
+  press_key(Qt::Key_R, Qt::ControlModifier);
+  wait_until_opened();
+  EXPECT_TRUE(window_->messages()->text().contains(QStringLiteral("no such file")));
+  EXPECT_NE(window_->simulation(), nullptr);
 }
 
 TEST_F(Files, ARunIsReplayed) {

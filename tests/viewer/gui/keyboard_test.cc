@@ -8,6 +8,7 @@
 #include <QMessageBox>
 #include <QScrollBar>
 #include <QSet>
+#include <QSpinBox>
 #include <QTabBar>
 
 #include "dialogs.h"
@@ -109,6 +110,48 @@ TEST_F(Keyboard, DigitsChooseTools) {
   EXPECT_EQ(window_->body_view()->tool(), Tool::kMove);
 }
 
+// After a number the keys are the body's again.
+TEST_F(Keyboard, ANumberThatWasEnteredGivesTheKeyboardBack) {
+  show(quiet_beam());
+  raise("dock_material");
+  auto* field = find<NumberSlider>("youngs_modulus")->field();
+  QWidget* canvas = window_->body_view()->canvas();
+  const auto press = [](int key) {
+    QTest::keyClick(QApplication::focusWidget(), static_cast<Qt::Key>(key));
+  };
+  enter(field, "2e6");
+  EXPECT_EQ(QApplication::focusWidget(), canvas);
+  press(Qt::Key_S);
+  settle();
+  EXPECT_EQ(state().step, 1);
+  EXPECT_EQ(field->text(), QStringLiteral("2e+06"));
+  // With Escape the old number stays.
+  field->setFocus();
+  field->selectAll();
+  QTest::keyClicks(field, "7");
+  press(Qt::Key_Escape);
+  EXPECT_EQ(QApplication::focusWidget(), canvas);
+  EXPECT_EQ(field->text(), QStringLiteral("2e+06"));
+  // What is refused is to be corrected first.
+  type(field, "-1");
+  EXPECT_EQ(QApplication::focusWidget(), field);
+  press(Qt::Key_Escape);
+  press(Qt::Key_Space);
+  EXPECT_TRUE(wait_for([&] { return state().running; }));
+  press(Qt::Key_Space);
+  settle();
+  raise("dock_run");
+  auto* steps = find<QSpinBox>("steps_per_picture");
+  for (const int key : {Qt::Key_Return, Qt::Key_Escape}) {
+    steps->setFocus();
+    steps->selectAll();
+    QTest::keyClicks(steps, "2");
+    press(key);
+    EXPECT_EQ(QApplication::focusWidget(), canvas) << key;
+    EXPECT_EQ(steps->value(), 2);
+  }
+}
+
 TEST_F(Keyboard, UndoAndRedo) {
   show(quiet_beam());
   raise("dock_world");
@@ -167,6 +210,29 @@ TEST_F(Keyboard, HomeAndLettersTurnTheCamera) {
   EXPECT_FALSE(along(2));
   press_key(Qt::Key_Home);
   EXPECT_LT((place_of(tip) - home).manhattanLength(), 2);
+}
+
+// A body that has flown away is what the views show, not the place where it was.
+TEST_F(Keyboard, ViewsFrameTheBodyWhereItIs) {
+  Document document = quiet_beam();
+  document.scene.fix.clear();
+  document.scene.damping = {};
+  document.scene.initial.velocity = {30.0, -50.0, 20.0};
+  show(std::move(document));
+  run_to(1.0);
+  const QRect canvas = window_->body_view()->canvas()->rect();
+  const Vector3 at_rest = window_->simulation()->mesh().vertices[0];
+  ASSERT_GT((position(0) - at_rest).norm(), 50.0);
+  ASSERT_FALSE(canvas.contains(place_of(Index{0})));
+  for (const int key : {Qt::Key_Home, Qt::Key_X, Qt::Key_Y, Qt::Key_Z}) {
+    press_key(key);
+    QRect box;
+    for (Index v = 0; v < window_->simulation()->mesh().vertex_count(); ++v) {
+      EXPECT_TRUE(canvas.contains(place_of(v))) << key << " " << v;
+      box |= QRect(place_of(v), QSize(1, 1));
+    }
+    EXPECT_GT(std::max(box.width(), box.height()), 50) << key;
+  }
 }
 
 }  // namespace

@@ -1,5 +1,7 @@
 // The mouse on the body.
 #include <QPushButton>
+#include <chrono>
+#include <thread>
 
 #include "window_test.h"
 
@@ -100,6 +102,38 @@ TEST_F(Picking, DraggingPullsARunningBodyAndTellsTheReaction) {
   EXPECT_GT(reaction, 0.1);
   settle_running();
   EXPECT_EQ(state().fixed[static_cast<std::size_t>(tip)], 0);
+  EXPECT_EQ(state().status, RunStatus::kRunning);
+}
+
+// The window has no time for pictures while the solver goes on: the vertex stops where the mouse is.
+TEST_F(Picking, ADraggedVertexDoesNotOvershootWhenPicturesLag) {
+  Document document = quiet_beam();
+  document.scene.time.integrator = Integrator::kVerlet;
+  document.scene.time.step = 2e-4;
+  show(std::move(document));
+  trigger("tool_3");
+  press_key(Qt::Key_Space);
+  ASSERT_TRUE(wait_for([&] { return state().step > 2; }));
+  const Index tip = nearest({1.2, 0.3, 0.3});
+  const Vector3 start = position(tip);
+  const QPoint from = place_of(tip);
+  QWidget* canvas = window_->body_view()->canvas();
+  QTest::mousePress(canvas, Qt::LeftButton, Qt::NoModifier, from);
+  wait(200);
+  QTest::mouseMove(canvas, from + QPoint(0, -20));
+  QTest::mouseMove(canvas, from + QPoint(0, -40));
+  // Until the solver has heard of it, at most.
+  ASSERT_TRUE(wait_for([&] { return position(tip).y() > start.y() + 0.001; }));
+  double highest = 0.0;
+  for (int i = 0; i < 20; ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    highest = std::max(highest, position(tip).y());
+  }
+  const QPoint there = place_of(tip);
+  QTest::mouseRelease(canvas, Qt::LeftButton, Qt::NoModifier, from + QPoint(0, -40));
+  EXPECT_NEAR(there.x(), from.x(), 2);
+  EXPECT_NEAR(there.y(), from.y() - 40, 2);
+  EXPECT_NEAR(position(tip).y(), highest, 0.3 * (highest - start.y()));
   EXPECT_EQ(state().status, RunStatus::kRunning);
 }
 

@@ -139,6 +139,12 @@ class WindowTest : public testing::Test {
     QTest::keyClick(window_->body_view()->canvas(), static_cast<Qt::Key>(key), modifiers);
   }
 
+  /// What the window tells; empty also for what a machine's BLAS is warned of, which is no matter here.
+  QString message() const {
+    const QString text = window_->messages()->text();
+    return text == QString::fromStdString(blas_warning()) ? QString() : text;
+  }
+
   const Snapshot& state() {
     snapshot_ = window_->simulation()->snapshot();
     return *snapshot_;
