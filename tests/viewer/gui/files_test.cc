@@ -59,7 +59,7 @@ TEST_F(Files, ABrokenSceneIsToldWithItsPlace) {
   // A good one after it.
   open(write("good.toml", kScene));
   wait();
-  EXPECT_TRUE(no_message()) << window_->messages()->text().toStdString();
+  EXPECT_EQ(message(), QString());
   ASSERT_NE(window_->simulation(), nullptr);
 }
 
@@ -80,7 +80,7 @@ TEST_F(Files, TheWindowGoesOnWhileALargeBodyIsRead) {
   EXPECT_TRUE(window_->messages()->text().contains(QStringLiteral("still being read")));
   wait_until_opened();
   EXPECT_EQ(window_->simulation()->mesh().tetrahedron_count(), 324000);
-  EXPECT_TRUE(no_message()) << window_->messages()->text().toStdString();
+  EXPECT_EQ(message(), QString());
   // Closing meanwhile waits, and nothing is left behind.
   window_->open(path);
   EXPECT_TRUE(window_->close());
@@ -312,7 +312,7 @@ TEST_F(Files, RecentFilesAreOpenedFromTheMenu) {
   choose(1);
   EXPECT_EQ(names(), (QStringList{first, second}));
   EXPECT_TRUE(window_->windowTitle().startsWith(QStringLiteral("first.toml")));
-  EXPECT_TRUE(no_message()) << window_->messages()->text().toStdString();
+  EXPECT_EQ(message(), QString());
   // They are there in the next window, too; a file that is gone is told.
   window_->close();
   open_window();

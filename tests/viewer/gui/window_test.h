@@ -59,11 +59,6 @@ class WindowTest : public testing::Test {
     window_->show_document(std::move(document));
     wait();
   }
-  /// Whether nothing is told, but of the machine's BLAS.
-  bool no_message() const {
-    const QString told = window_->messages()->text();
-    return told.isEmpty() || told == QString::fromStdString(blas_warning());
-  }
   /// Lets the window work for a moment.
   static void wait(int ms = 100) { QTest::qWait(ms); }
   /// Waits for the simulation, then for the window to show what it did.
