@@ -25,12 +25,15 @@ double Stepper::constraint_work(const State& from, const State& to) const {
   const Constraints& constraints = system_.constraints();
   double work = 0.0;
   if (constraints.moving()) {
-    // The force of a distance on a prescribed vertex is no part of what moves it: the distance takes
-    // as much work there as it gives at its other end, and what moves the vertex has to make up for it.
-    Vector support = reaction_;
-    if (configuration_force_.size() > 0) support -= constraints.vertex_forces(configuration_force_);
+    // A reaction is the force of the support and that of distances at the vertex. A distance takes as
+    // much work at one end as it gives at the other, so that only the support's work enters the body.
+    Vector passed_on;
+    if (configuration_force_.size() > 0) {
+      passed_on = constraints.vertex_forces(configuration_force_);
+    }
     constraints.for_each_prescribed_way(from.position, to.time, [&](Index v, const Vector3& way) {
-      work += vertex_block(support, v).dot(way);
+      work += vertex_block(reaction_, v).dot(way);
+      if (passed_on.size() > 0) work -= vertex_block(passed_on, v).dot(way);
     });
   }
   if (constraints.has_springs()) {

@@ -354,7 +354,6 @@ class Failures(CliTest):
             "material.poissons_ratio=0.7": "0.5",
             "material.density=-1": "density",
             "material.model=rubber": "neo-hookean",
-            "fix.0.select={all=true}": "fixed",
             'fix.0.select={plane={axis="y",at=17}}': "selects no vertex",
             "fix.0.select={vertices=[100000]}": "100000",
             'fix.0.select={group="lid"}': "group",
@@ -907,13 +906,76 @@ fix = { select = { vertices = [0] }, offset = [0, 0, 0.1] }
         self.assertIn("vertex 0", message)
         message = self.refused_scene(CUBE + plane.format(0) + plane.format(0.1))
         self.assertRegex(message, r"constraint\.[01]")
-        # All vertices held.
-        self.assertIn("fix", self.refused_scene(CUBE + "[[fix]]\nselect = { all = true }\n"))
         # Vertices and selections that are not there.
         self.assertIn("1000", self.refused_scene(
             CUBE + '[[constraint]]\nkind = "distance"\nvertices = [0, 1000]\n'))  # fmt: skip
         self.assertIn("constraint.0", self.refused_scene(
             CUBE + '[[constraint]]\nkind = "rigid"\nselect = { group = "lid" }\n'))  # fmt: skip
+
+    def test_a_body_of_which_every_vertex_is_held(self):
+        scene = self.write(
+            "held.toml",
+            BEAM.replace('{ plane = { axis = "x", at = 0.0 } }', "{ all = true }"),
+        )
+        report = json.loads(self.run_program("check", scene, "--json").stdout)
+        self.assertEqual(report["free_degrees_of_freedom"], 0)
+        self.assertIsNone(report["stable_step"])
+        self.assertIn("every vertex is held", self.run_program("check", scene).stdout)
+        for rule in ("explicit", "verlet", "midpoint", "backward-euler"):
+            for solver in ("newton", "ceres"):
+                with self.subTest(rule=rule, solver=solver):
+                    self.run_program(
+                        "run", scene, "--out", self.path("out"), "--set", f"time.integrator={rule}",
+                        "--set", f"solver.kind={solver}",
+                    )  # fmt: skip
+                    # Held against gravity: 4000 kg.
+                    last = self.history("out", "history.csv")[-1]
+                    self.assertAlmostEqual(last["reaction_y"], 39240.0, delta=1e-6)
+        message = self.refused(
+            2, "run", scene, "--set", "time.integrator=verlet", "--set", 'time.step="auto"'
+        )
+        self.assertIn("no stability limit", message)
+
+    def test_fixes_that_agree_are_not_refused(self):
+        fixes = """velocity = [0.1, 0, 0]
+[[fix]]
+select = { plane = { axis = "x", at = 0.0 } }
+components = "yz"
+[output]"""
+        scene = self.write("agree.toml", BEAM.replace("[output]", fixes))
+        self.run_program("run", scene, "--out", self.path("out"))
+        scene = self.write("differ.toml", BEAM.replace("[output]", fixes.replace("yz", "xz")))
+        self.assertIn("different targets", self.refused(2, "run", scene))
+
+    def test_a_force_that_acts_for_less_than_a_step(self):
+        scene = self.write(
+            "push.toml",
+            """
+[mesh]
+generate = { kind = "cube", size = 1.0, cells = 2 }
+[material]
+model = "neo-hookean"
+youngs_modulus = 1.0e4
+poissons_ratio = 0.3
+density = 10.0
+[time]
+integrator = "explicit"
+step = 0.002
+end = 0.1
+[[force]]
+select = { all = true }
+vector = [10.0, 0, 0]
+from = 0.012
+until = 0.013
+""",
+        )
+        for step in (0.0004, 0.002, 0.05):
+            rule = "explicit" if step < 0.01 else "midpoint"
+            self.run_program(
+                "run", scene, "--out", self.path("out"), "--set", f"time.step={step}",
+                "--set", f"time.integrator={rule}",
+            )  # fmt: skip
+            self.assertAlmostEqual(self.history("out", "history.csv")[-1]["px"], 0.27, places=12)
 
     def test_redundant_constraints_run(self):
         spin = "[initial]\nangular_velocity = [1, 2, 3]\n"
