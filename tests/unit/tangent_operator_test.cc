@@ -1,5 +1,6 @@
 #include "fem/tangent_operator.h"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
@@ -302,6 +303,40 @@ TEST(TangentOperator, KnowsTheBuiltInMaterialsOnly) {
   EXPECT_FALSE(TangentOperator<float>::supports(ElasticPotential(rest, fibres)));
   EXPECT_FALSE(
       TangentOperator<double>::supports(ElasticPotential(rest, {all_materials()[1], fibres}, {0})));
+}
+
+TEST(TangentOperator, ConvexifiedStiffnessIsPositiveSemidefinite) {
+  const TetMesh mesh = small_block({2, 1, 1});
+  const RestState rest(mesh);
+  for (const bool metric : {false, true}) {
+    const ElasticPotential potential(rest, {all_materials()[metric ? 0 : 1]},
+                                     std::vector<int>(rest.element_count(), 0));
+    Vector q = jiggled(mesh.rest_positions(), 0.03);
+    for (Index v = 0; v < mesh.vertex_count(); ++v) q[3 * v] *= 0.4;  // compressed
+    TangentOperator<double> tangent(potential);
+    const auto matrix = [&] {
+      Matrix k(q.size(), q.size());
+      for (Index j = 0; j < q.size(); ++j)
+        k.col(j) = product_of(tangent, Vector::Unit(q.size(), j));
+      return k;
+    };
+    const auto lowest = [](const Matrix& k) {
+      return Eigen::SelfAdjointEigenSolver<Matrix>(k, Eigen::EigenvaluesOnly).eigenvalues()[0];
+    };
+    tangent.set(q, ViscousPotential(potential));
+    const Matrix exact = matrix();
+    tangent.convexify();
+    const Matrix convex = matrix();
+    const double scale = exact.norm();
+    ASSERT_LT(lowest(exact), -1e-3 * scale);
+    EXPECT_GT(lowest(convex), -1e-12 * scale);
+    EXPECT_GT(lowest(convex - exact), -1e-12 * scale);
+    // Until the next point, and nothing is changed where there is no compression.
+    tangent.set(mesh.rest_positions(), ViscousPotential(potential));
+    const Matrix at_rest = matrix();
+    tangent.convexify();
+    EXPECT_LT((matrix() - at_rest).norm(), 1e-12 * at_rest.norm());
+  }
 }
 
 }  // namespace
