@@ -8,7 +8,6 @@
 #include <QMenu>
 #include <QMenuBar>
 #include <QMessageBox>
-#include <QPushButton>
 #include <QSettings>
 #include <QStatusBar>
 #include <QStyle>
@@ -174,29 +173,6 @@ void MainWindow::make_simulation_menu() {
       tr("Back to the scene's start; settings, fixes and forces stay as they are (R)"));
   reload_ = menu->addAction(tr("Re&load…"), this, &MainWindow::reload, QKeySequence(tr("Ctrl+R")));
   reload_->setStatusTip(tr("Reads the file again; edits made by hand are forgotten"));
-}
-
-// Asks where there is something to lose.
-bool MainWindow::may_forget_edits() {
-  if (!simulation_ || simulation_->undo_text().empty()) return true;
-  QMessageBox box(QMessageBox::Question, tr("Forget the edits?"),
-                  tr("Edits made by hand, the last of them “%1”, are forgotten. To keep them, save "
-                     "the recorded scene first.")
-                      .arg(QString::fromStdString(simulation_->undo_text())),
-                  QMessageBox::Cancel, this);
-  QPushButton* forget = box.addButton(tr("Forget them"), QMessageBox::DestructiveRole);
-  box.exec();
-  return box.clickedButton() == forget;
-}
-
-void MainWindow::reload() {
-  if (!may_forget_edits()) return;
-  if (!path_.isEmpty()) {
-    open(path_, mesh_scale_);
-  } else if (simulation_) {
-    edits_->release();  // what the mouse holds is not there any more afterwards
-    simulation_->reset();
-  }
 }
 
 void MainWindow::make_view_menu() {

@@ -3,6 +3,8 @@
 #include <QFileInfo>
 #include <QInputDialog>
 #include <QLabel>
+#include <QMessageBox>
+#include <QPushButton>
 #include <QStatusBar>
 #include <cmath>
 #include <future>
@@ -107,6 +109,29 @@ void MainWindow::ask_scale() {
     return;
   }
   if (may_forget_edits()) open(path_, scale);
+}
+
+// Asks where there is something to lose.
+bool MainWindow::may_forget_edits() {
+  if (!simulation_ || simulation_->undo_text().empty()) return true;
+  QMessageBox box(QMessageBox::Question, tr("Forget the edits?"),
+                  tr("Edits made by hand, the last of them “%1”, are forgotten. To keep them, save "
+                     "the recorded scene first.")
+                      .arg(QString::fromStdString(simulation_->undo_text())),
+                  QMessageBox::Cancel, this);
+  QPushButton* forget = box.addButton(tr("Forget them"), QMessageBox::DestructiveRole);
+  box.exec();
+  return box.clickedButton() == forget;
+}
+
+void MainWindow::reload() {
+  if (!may_forget_edits()) return;
+  if (!path_.isEmpty()) {
+    open(path_, mesh_scale_);
+  } else if (simulation_) {
+    edits_->release();  // what the mouse holds is not there any more afterwards
+    simulation_->reset();
+  }
 }
 
 void MainWindow::show_replay(std::unique_ptr<Replay> replay,

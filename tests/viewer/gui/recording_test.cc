@@ -54,7 +54,8 @@ TEST_F(Recordings, PicturesAreNumberedAndShowTheMotion) {
   window_->record_pictures(folder_.path());
   EXPECT_TRUE(menu_action(QStringLiteral("Record &pictures"))->isChecked());
   window_->simulation()->run();
-  ASSERT_TRUE(wait_for([&] { return state().time > 0.3; }));
+  ASSERT_TRUE(
+      wait_for([&] { return state().time > 0.3 && files(folder_.path(), "*").size() > 3; }));
   const QSize size = window_->body_view()->picture().size();
   window_->stop_recording();
   EXPECT_FALSE(menu_action(QStringLiteral("Record &pictures"))->isChecked());
