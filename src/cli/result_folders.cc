@@ -79,16 +79,24 @@ std::vector<fs::path> folders_of_study(const fs::path& directory) {
   return folders;
 }
 
+// With what a program that was killed in the middle of writing has left of it (text_file.h).
+void remove_result(const fs::path& file) {
+  fs::remove(file);
+  fs::remove(file.string() + ".part");
+}
+
 void remove_results_of_run(const fs::path& folder) {
   for (const char* name : {"history.csv", "summary.json", "final.vtu", "frames.pvd"}) {
-    fs::remove(folder / name);
+    remove_result(folder / name);
   }
   if (fs::is_directory(folder / "frames")) {
     std::vector<fs::path> frames;
     for (const auto& entry : fs::directory_iterator(folder / "frames")) {
-      if (is_frame(entry.path())) frames.push_back(entry.path());
+      fs::path frame = entry.path();
+      if (frame.extension() == ".part") frame.replace_extension();
+      if (is_frame(frame)) frames.push_back(frame);
     }
-    for (const fs::path& frame : frames) fs::remove(frame);
+    for (const fs::path& frame : frames) remove_result(frame);
   }
   // Folders stay if there is something else in them.
   std::error_code not_empty;
@@ -126,8 +134,8 @@ bool remove_study(const std::string& directory) {
     for (const char* plot : kPlots) {
       for (const char* ending : {".png", ".svg"}) fs::remove(root / (std::string(plot) + ending));
     }
-    fs::remove(root / "study.csv");
-    fs::remove(root / "study.json");
+    remove_result(root / "study.csv");
+    remove_result(root / "study.json");
   } catch (const fs::filesystem_error& error) {
     throw OutputError(
         fmt::format("{}: the results of the earlier study cannot be deleted ({}). Choose another "

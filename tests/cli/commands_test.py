@@ -341,6 +341,9 @@ class Overwriting(CliTest):
         self.assertFalse(os.path.exists(self.path("s", "midpoint-0.02")))
         with open(self.path("s", "study.json")) as file:
             self.assertIn("not ended", json.load(file)["message"])
+        # As if it had been killed while it wrote.
+        for name in (os.path.join("frames", "frame_000007.vtu.part"), "frames.pvd.part"):
+            self.write(os.path.join(folder, name), "half")
         self.run_program(*study, "--steps", "0.02", "--integrators", "midpoint", "--no-plots")
         self.assertFalse(os.path.exists(folder))
 
