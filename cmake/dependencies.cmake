@@ -16,34 +16,21 @@ if(NOT TARGET SuiteSparse::cholmod)
     INTERFACE_INCLUDE_DIRECTORIES ${CHOLMOD_INCLUDE_DIR})
 endif()
 
-# What tetraction::io, the program and the viewer need beyond that. Tetraction by itself is nothing
-# without them; another project that links tetraction::core alone needs none of them.
-set(TETRACTION_HAS_IO FALSE)
+# What tetraction::io, the program and the viewer need beyond that.
 set(TETRACTION_HAS_VIEWER FALSE)
 if(NOT TETRACTION_BUILD_IO)
   return()
 endif()
-if(PROJECT_IS_TOP_LEVEL)
-  set(how REQUIRED)
-else()
-  set(how QUIET)
-endif()
-find_package(nlohmann_json ${how} CONFIG)
-find_package(tomlplusplus ${how} CONFIG)
-find_package(CLI11 ${how} CONFIG)
+find_package(nlohmann_json REQUIRED CONFIG)
+find_package(tomlplusplus REQUIRED CONFIG)
+find_package(CLI11 REQUIRED CONFIG)
 # The second list is the viewer's, which is built where Qt 5 and VTK's module for it are installed.
 set(viewer_vtk_components
   CommonTransforms ImagingCore FiltersCore FiltersGeometry FiltersSources InteractionStyle InteractionWidgets
   RenderingCore RenderingOpenGL2 RenderingAnnotation RenderingFreeType RenderingContext2D
   RenderingContextOpenGL2 ChartsCore ViewsContext2D IOExport GUISupportQt)
-find_package(VTK ${how} COMPONENTS CommonCore CommonDataModel IOXML IOLegacy FiltersVerdict
+find_package(VTK REQUIRED COMPONENTS CommonCore CommonDataModel IOXML IOLegacy FiltersVerdict
   OPTIONAL_COMPONENTS ${viewer_vtk_components})
-if(NOT VTK_FOUND OR NOT nlohmann_json_FOUND OR NOT tomlplusplus_FOUND OR NOT CLI11_FOUND)
-  message(STATUS "tetraction::io is skipped, tetraction::core is there: VTK, nlohmann-json, toml++ or "
-    "CLI11 is not installed")
-  return()
-endif()
-set(TETRACTION_HAS_IO TRUE)
 find_package(Qt5 5.15 QUIET COMPONENTS Widgets OPTIONAL_COMPONENTS Test)
 # VTK names its Qt module also where only the other headers are installed.
 find_path(VTK_QT_INCLUDE_DIR QVTKOpenGLNativeWidget.h PATHS ${VTK_PREFIX_PATH}

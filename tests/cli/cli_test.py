@@ -366,6 +366,44 @@ class Failures(CliTest):
                 )
                 self.assertIn(expected, message)
 
+    def test_numbers_and_keys_beyond_all_bounds(self):
+        scene = self.write("beam.toml", BEAM)
+        penalty = '[[fix]]\nselect = { vertices = [80] }\nmode = "penalty"\npenalty = 1e6\n'
+        springs = self.write("springs.toml", BEAM + penalty)
+        for key in ("material.youngs_modulus", "material.density", "mesh.generate.size.0",
+                    "fix.1.penalty"):  # fmt: skip
+            for value in ("1e300", "1e-300", "1e308"):
+                for command in (["run", "--out", self.path("o")], ["check"]):
+                    with self.subTest(key, value=value, command=command[0]):
+                        file = springs if "penalty" in key else scene
+                        message = self.refused(2, *command, file, "--set", f"{key}={value}")
+                        self.assertIn(key.replace(".0", ""), message)
+        # What overflows only together names the keys that may be to blame.
+        message = self.refused(2, "check", scene, "--set", "mesh.generate.size=[1e30,1e30,1e30]")
+        self.assertIn("mesh.generate.size", message)
+        deep = ".".join(["a"] * 35000)
+        for text in (f"{deep} = 1\n", f"[{deep}]\n", f"[[{deep}]]\n", "x = " + "[" * 100000 + "\n",
+                     f"[[event]]\nat = 0\nset = {{ {deep} = 1 }}\n"):  # fmt: skip
+            self.assertIn("deep", self.refused(2, "check", self.write("deep.toml", BEAM + text)))
+        for override in (f"{deep}=1", f"material.{deep}=1", f"x={{{deep}=1}}", "x=" + "[" * 100000):
+            self.assertIn("deep", self.refused(2, "check", scene, "--set", override))
+
+    def test_names_that_are_not_utf8(self):
+        folder = os.path.join(os.fsencode(self.folder), b"f\xff")
+        os.mkdir(folder)
+        mesh, scene = os.path.join(folder, b"m\xe4.msh"), os.path.join(folder, b"b\xe4.toml")
+        self.run_program("mesh", "generate", "beam", mesh)
+        json.loads(self.run_program("mesh", "info", mesh, "--json").stdout)
+        generated = 'generate = { kind = "beam", size = [4, 1, 1], cells = [8, 2, 2] }'
+        with open(scene, "w") as file:
+            file.write(BEAM.replace(generated, 'file = "m.msh"'))
+        os.rename(mesh, os.path.join(folder, b"m.msh"))
+        out = os.path.join(folder, b"o\xfe")
+        json.loads(self.run_program("check", scene, "--json").stdout)
+        json.loads(self.run_program("run", scene, "--out", out, "--json").stdout)
+        study = ["study", scene, "--steps", "0.05", "--integrators", "midpoint", "--no-plots"]
+        json.loads(self.run_program(*study, "--out", out, "--json").stdout)
+
     def test_places_in_the_scene(self):
         wrong = self.write("wrong.toml", BEAM.replace("density = 1000.0", "densty = 1000.0"))
         message = self.refused(2, "check", wrong)
@@ -484,6 +522,49 @@ class Study(CliTest):
             for ending in ("png", "svg"):
                 self.assertGreater(os.path.getsize(self.path("s", f"{name}.{ending}")), 5000)
 
+    def test_python_files_of_the_working_folder_do_not_run(self):
+        scene = self.write("beam.toml", BEAM)
+        for module in ("csv", "json", "math", "matplotlib", "numpy", "os", "sitecustomize"):
+            self.write(module + ".py", f"open({self.path('ran')!r}, 'w')\nraise SystemExit\n")
+        self.write("matplotlibrc", "backend: module://csv\n")
+        result = self.run_program("study", scene, "--steps", "0.05", "--integrators", "midpoint",
+                                  "--out", "s", env={"PYTHONPATH": self.folder})  # fmt: skip
+        self.assertFalse(os.path.exists(self.path("ran")))
+        self.assertNotIn("plots were not drawn", result.stderr)
+        self.assertTrue(os.path.exists(self.path("s", "error_over_step.png")))
+
+    def test_errors_are_relative_to_the_displacement(self):
+        """As anybody works them out from the results; the reference is told from the others."""
+        scene = self.write("beam.toml", BEAM)
+        result = self.run_program(
+            "study", scene, "--steps", "0.005,0.02", "--integrators", "midpoint,backward-euler",
+            "--out", self.path("s"), "--no-plots",
+        )  # fmt: skip
+        import vtk
+        from vtk.util.numpy_support import vtk_to_numpy
+
+        def displacement(directory):
+            reader = vtk.vtkXMLUnstructuredGridReader()
+            reader.SetFileName(self.path("s", directory, "final.vtu"))
+            reader.Update()
+            return vtk_to_numpy(reader.GetOutput().GetPointData().GetArray("displacement")).copy()
+
+        with open(self.path("s", "study.csv"), newline="") as file:
+            rows = {(r["integrator"], r["step"][:4]): r for r in csv.DictReader(file)}
+        reference = displacement("midpoint-0.005")
+        for (integrator, step), row in rows.items():
+            if row["role"] == "reference":
+                self.assertEqual((integrator, float(row["position_error"])), ("midpoint", 0))
+                self.assertEqual(float(row["position_error_rms"]), 0)
+                continue
+            self.assertEqual(row["role"], "run")
+            difference = displacement(f"{integrator}-{float(row['step']):.10g}") - reference
+            expected = (difference**2).sum() ** 0.5 / (reference**2).sum() ** 0.5
+            self.assertAlmostEqual(float(row["position_error"]) / expected, 1, delta=1e-8)
+            self.assertGreater(float(row["position_error_rms"]), 0)
+        self.assertEqual([r["role"] for r in rows.values()].count("reference"), 1)
+        self.assertRegex(result.stdout, r"midpoint +0\.005 .* reference")
+
     def test_variants_show_that_the_penalty_blows_up(self):
         """The shipped scene, as its header says: at one step the exact constraint runs."""
         scene = os.path.join(os.path.dirname(DATA), "examples", "scenes",
@@ -501,6 +582,11 @@ class Study(CliTest):
         self.assertEqual(rows["penalty"]["status"], "unstable")
         self.assertLess(float(rows["penalty"]["stable_step"]), 5e-4)
         self.assertGreater(float(rows["exact"]["stable_step"]), 5e-4)
+        self.assertEqual(rows["exact"]["role"], "reference")
+        self.assertEqual(rows["penalty"]["role"], "variant")
+        self.assertIn("differences", result.stdout)
+        for key in ("time.end=1,2", "mesh.generate.size.0=1,2", "time.step=1e-3,1e-4"):
+            self.assertIn("one end time", self.refused(2, "study", scene, "--vary", key))
         for bad in ("fix.0.mode", "fix.0.mode=exact", "fix.0.mode=exact,soft"):
             self.assertIn("fix.0.mode", self.refused(2, "study", scene, "--vary", bad))
 

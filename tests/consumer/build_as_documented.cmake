@@ -7,7 +7,10 @@ foreach(package VTK X11 OpenGL Qt5 Python Python3 MPI nlohmann_json tomlplusplus
 endforeach()
 execute_process(COMMAND ${CMAKE_COMMAND} -E env --unset=CMAKE_BUILD_TYPE --unset=CXXFLAGS
   ${CMAKE_COMMAND} -G Ninja -S ${SOURCE} -B ${FOLDER} -DTETRACTION=${TETRACTION} ${absent}
-  COMMAND_ERROR_IS_FATAL ANY)
+  OUTPUT_VARIABLE told COMMAND_ERROR_IS_FATAL ANY)
+if(NOT told MATCHES "sets it to Release")
+  message(FATAL_ERROR "it is not said that the build type was set:\n${told}")
+endif()
 execute_process(
   COMMAND ${CMAKE_COMMAND} --build ${FOLDER} --target CMakeFiles/my_program.dir/main.cc.o
   COMMAND_ERROR_IS_FATAL ANY)
