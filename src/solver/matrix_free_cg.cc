@@ -10,7 +10,7 @@
 namespace tetraction {
 namespace {
 
-constexpr double kSeed = 0.5;            // of the residual asked for, …
+constexpr double kSeed = 0.25;           // of the residual asked for, …
 constexpr double kSeedWithFactor = 0.1;  // … is what comes from the last solve
 
 // The part of x along the directions in which the vertex may move. Reactions are kept out of

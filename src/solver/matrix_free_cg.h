@@ -30,7 +30,7 @@ struct CgReport {
 /// similar matrix to precondition with.
 ///
 /// To the right-hand side of a system that is to be solved to the residual η comes the residual of the
-/// last one, scaled to half of η. In a direction of negative curvature conjugate gradients only make a
+/// last one, scaled to a quarter of η. In a direction of negative curvature conjugate gradients only make a
 /// residual grow: over a few solves one comes to light even if the gradient has no part of it, as by
 /// symmetry, at hardly any cost.
 ///

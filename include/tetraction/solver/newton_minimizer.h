@@ -27,10 +27,12 @@ struct NewtonOptions : MinimizerOptions {
 /// residual's own reduction (Eisenstat & Walker 1996, choice 2, γ = 0.5; the first of a step begins
 /// where that of the last step would have ended), cuts the step where an
 /// element could be inverted on the way (fem/step_length.h), and halves it until Φ falls
-/// (Armijo, 1e-4) or the residual is halved. Where the matrix is not positive definite, conjugate
-/// gradients stop at the first direction of negative curvature, and a matrix that CHOLMOD cannot
-/// factorise is assembled anew with the elements' negative eigenvalues set to zero.
-/// It stops at |Tᵀ∇Φ| ≤ StepProblem::residual_limit.
+/// (Armijo, 1e-4) or the residual is halved. Where a direction of negative curvature is met, the
+/// system is solved with a matrix that is made positive semidefinite, and the step goes on along that
+/// direction as long as Φ falls.
+/// It stops at |Tᵀ∇Φ| ≤ StepProblem::residual_limit. Where that may be a saddle it looks for negative
+/// curvature in the Hessian there, and goes on if it finds any (docs/theory.md says when it looks, and
+/// what that guarantees).
 ///
 /// The factor of kFactor is kept across iterations and steps. It is made anew when the iterations
 /// of conjugate gradients beyond the third have cost as much as a factorisation since the last one.
