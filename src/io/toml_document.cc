@@ -54,10 +54,11 @@ std::string file_text(const std::string& path) {
   std::size_t length = std::min(source.size(), kMost);
   // A character of UTF-8 is not cut into two.
   while (length < source.size() && length > 0 && (source[length] & 0xC0) == 0x80) --length;
-  throw InputError(fmt::format(
-      "{}{}: not valid TOML for a scene: keys, lists and tables may be nested {} deep at most, and these are nested deeper. No "
-      "scene needs ten; look for a dot or a bracket too many.",
-      source.substr(0, length), length < source.size() ? "…" : "", kDeepestNesting));
+  throw InputError(
+      fmt::format("{}{}: not valid TOML for a scene: keys, lists and tables may be nested {} deep "
+                  "at most, and these are nested deeper. No "
+                  "scene needs ten; look for a dot or a bracket too many.",
+                  source.substr(0, length), length < source.size() ? "…" : "", kDeepestNesting));
 }
 
 std::string trimmed(std::string_view text) {
