@@ -32,6 +32,7 @@ class Column : public testing::Test {
     Vector load = Vector::Zero(system_.dof_count());
     for (Index v = 0; v < mesh.vertex_count(); ++v) load[3 * v] = 1e-3;
     problem_.begin(state_, 100.0, 100.0, 1.0, load);
+    measure_from_zero(problem_);
     // Newton's method on the gradient ends in a saddle as well as in a minimum, if it begins nearby:
     // at the column that has become shorter and thicker.
     saddle_ = state_.position;
