@@ -28,14 +28,17 @@ struct RunArguments {
 void print_outcome(const Session& session, const std::string& directory) {
   const Books& books = session.books();
   const Energies& e = books.energies();
-  const bool changed = session.time_step() * static_cast<double>(session.state().step) <
-                           (1.0 - 1e-9) * session.state().time ||
-                       session.time_step() * static_cast<double>(session.state().step) >
-                           (1.0 + 1e-9) * session.state().time;
-  fmt::print("{}: {} steps{} of {:.6g} s to t = {:.6g} s in {:.3g} s\n",
-             to_string(session.time_settings().integrator), session.state().step,
-             changed ? ", the last" : "", session.time_step(), session.state().time,
-             session.times().stepping);
+  const StepRange& taken = session.steps();
+  std::string lengths = fmt::format("{:.6g} s", session.time_step());
+  if (taken.changes > 0) {
+    lengths = fmt::format("{:.6g} to {:.6g} s, changed {} times", taken.smallest, taken.largest,
+                          taken.changes);
+  } else if (taken.last < (1.0 - 1e-9) * session.time_step() && taken.last > 0.0) {
+    lengths += fmt::format(", the last of {:.6g} s", taken.last);
+  }
+  fmt::print("{}: {} steps of {} to t = {:.6g} s in {:.3g} s\n",
+             to_string(session.time_settings().integrator), session.state().step, lengths,
+             session.state().time, session.times().stepping);
   fmt::print("mesh: {} vertices, {} tetrahedra; mass {:.6g} kg; {} of {} degrees of freedom free\n",
              session.system().vertex_count(), session.system().mesh().tetrahedron_count(),
              session.system().total_mass(), session.system().coordinates().count(),
@@ -85,6 +88,7 @@ int run(const RunArguments& arguments) {
   make_output_directory(directory);
   Session session(scene, std::move(mesh));
   for (const std::string& warning : session.warnings()) print_warning(warning);
+  const std::size_t told = session.warnings().size();
 
   RunRecorder recorder(directory, scene.output.every);
   InterruptGuard interrupt;
@@ -97,6 +101,9 @@ int run(const RunArguments& arguments) {
     fmt::print("{}", summary_json(session));
   } else if (!arguments.quiet) {
     print_outcome(session, directory);
+  }
+  for (std::size_t i = told; i < session.warnings().size(); ++i) {
+    print_warning(session.warnings()[i]);
   }
   for (const AppliedEdit& edit : session.edits()) {
     if (!edit.warning.empty()) {

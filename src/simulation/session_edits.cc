@@ -7,6 +7,7 @@
 #include "session_impl.h"
 #include "tetraction/core/error.h"
 #include "tetraction/dynamics/multipliers.h"
+#include "tetraction/simulation/warnings.h"
 
 namespace tetraction {
 namespace {
@@ -52,8 +53,10 @@ struct Editor {
           "nowhere, and momentum and energy with it. Change it before the start.",
           density, edit.material.density));
     }
+    const bool locked = !locking_warning(system).empty();
     system.set_material(edit.region, make_material(edit.material));
     materials[static_cast<std::size_t>(edit.region)] = edit.material;
+    if (!locked) warning = locking_warning(system);
     renewal.limit = true;
   }
   void operator()(const SetTime& edit) {
@@ -200,11 +203,12 @@ void Session::Impl::apply(const Edit& edit, double at, const std::string& what) 
                 new_materials, new_environment, new_forces, new_state};
   std::visit(editor, edit);
   StabilityLimit limit;
+  CriticalModes modes;
   if (editor.renewal.step) {
-    if (!is_implicit(new_time.integrator)) limit = current_limit();
     const TimeSettings old_time = std::exchange(time, new_time);
     try {
-      choose_step(limit);
+      if (!is_implicit(time.integrator)) limit = current_limit(&modes);
+      choose_step(limit, std::move(modes));
     } catch (...) {
       time = old_time;
       throw;
@@ -235,17 +239,16 @@ void Session::Impl::apply(const Edit& edit, double at, const std::string& what) 
   done.step = state.step;
   done.what = what;
   done.energy_jump = books->enter_edit(state);
+  count_inverted();
   done.warning = editor.warning;
   if (editor.renewal.limit && !is_implicit(time.integrator)) {
-    if (!editor.renewal.step) limit = current_limit();
+    if (!editor.renewal.step) {
+      limit = current_limit(&modes);
+      renew_automatic_step(limit, std::move(modes));
+    }
     if (std::string warning = step_warning(limit); !warning.empty()) {
       done.warning = std::move(warning);
     }
-  }
-  if (editor.renewal.step && segment_count == 0 && time.end - state.time > 1e-9 * time_step) {
-    done.warning =
-        fmt::format("no step of {:.4g} s fits into the {:.4g} s that are left: the run ends here.",
-                    time_step, time.end - state.time);
   }
   edits.push_back(std::move(done));
   if (keeps_good_states) keep_state();
@@ -255,7 +258,7 @@ bool Session::Impl::apply_events() {
   // t = k h carries round-off. An event may make the step so short that what follows is not due yet.
   const auto due = [this] {
     return next_event < scene.event.size() &&
-           scene.event[next_event].at <= state.time + 1e-6 * time_step;
+           scene.event[next_event].at <= state.time + 1e-6 * stepping.time_step;
   };
   while (due()) {
     const EventSettings& event = scene.event[next_event++];
@@ -275,8 +278,9 @@ bool Session::Impl::apply_events() {
       if (!edits[i].warning.empty()) whole.warning = edits[i].warning;
     }
     edits.resize(before + 1);
-    if (segment_count <= state.step - segment_step) {
+    if (stepping.segment_count <= state.step - stepping.segment_step) {
       status = RunStatus::kFinished;
+      warn_at_the_end();
       return false;
     }
   }
