@@ -90,8 +90,8 @@ Eigenpair largest_eigenpair(ScaledMatrix& op, const Vector& start = {}) {
 // find nothing else, so that noise is added, and `other` if there is one.
 Eigenpair follow_largest(ScaledMatrix& op, const Vector& last, const Vector& other) {
   constexpr Index kDense = 8;
-  constexpr Index kSubspace = 8;
-  constexpr Index kRestarts = 8;
+  constexpr Index kSubspace = 5;
+  constexpr Index kRestarts = 12;
   constexpr double kTolerance = 0.02;
   if (op.rows() <= kDense) return dense_largest(op);
   Vector start = 0.05 * noise(op.rows()).normalized();
@@ -210,9 +210,9 @@ StabilityLimit stability_limit(const MechanicalSystem& system, const Vector& q, 
 struct StabilityTracker::Impl {
   explicit Impl(const MechanicalSystem& body) : system(body), op(body) {}
 
-  // What was done since the last set_…(), measured on one thread against value_and_gradient().
+  // What was done since the last set_…(), as measured.
   void count() {
-    cost += op.is_fast() ? 2.0 + 1.5 * static_cast<double>(op.products())
+    cost += op.is_fast() ? 2.0 + 0.75 * static_cast<double>(op.products())
                          : 3.5 * static_cast<double>(op.products());
   }
 

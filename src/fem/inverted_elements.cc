@@ -1,5 +1,10 @@
 #include "inverted_elements.h"
 
+#include <algorithm>
+#include <atomic>
+#include <limits>
+#include <variant>
+
 #include "element_blocks.h"
 #include "tetraction/core/parallel.h"
 #include "tetraction/fem/elastic_potential.h"
@@ -46,19 +51,73 @@ std::ptrdiff_t negative_determinants(const BatchView& batches, const double* pos
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-#include <atomic>
 
 namespace tetraction {
 
 HWY_EXPORT(negative_determinants);
 
-Index count_inverted(const ElasticPotential& elastic, const Vector& q) {
+namespace {
+
+constexpr double kAlways = -std::numeric_limits<double>::infinity();
+constexpr double kNever = std::numeric_limits<double>::infinity();
+
+// The energy density from which on a stretch below 0.7 is possible: a quarter of the least one with a
+// vanishing stretch, E = diag(−½, s, s), because Ψ is quadratic in E.
+double least_density(const StVenantKirchhoff& material) {
+  const double mu = material.mu();
+  const double lambda = material.lambda();
+  const double s = lambda / (4.0 * (mu + lambda));
+  const double trace = 2.0 * s - 0.5;
+  return 0.25 * (mu * (0.25 + 2.0 * s * s) + 0.5 * lambda * trace * trace);
+}
+double least_density(const NeoHookean&) {
+  return kNever;  // defined for J > 0 only
+}
+double least_density(const MooneyRivlin&) {
+  return kNever;
+}
+double least_density(const CustomMaterial&) {
+  return kAlways;
+}
+
+}  // namespace
+
+InversionCounter::InversionCounter(const ElasticPotential& elastic) : elastic_(elastic) {
   const ElementBlocks& blocks = elastic.blocks();
+  for (Index b = 0; b < blocks.block_count(); ++b) {
+    const ElementBlocks::Block& block = blocks.block(b);
+    double volume = kNever;
+    blocks.for_each_element(
+        block, [&](Index e, Index, int) { volume = std::min(volume, elastic.rest().volume(e)); });
+    const double density =
+        std::visit([](const auto& material) { return least_density(material); },
+                   elastic.materials()[static_cast<std::size_t>(block.material)]);
+    least_energy_.push_back(volume * density);
+  }
+}
+
+Index InversionCounter::count(const Vector& q) const {
+  return count(q, false);
+}
+
+Index InversionCounter::count_after_step(const Vector& q, double energy) const {
+  // Whoever evaluated it elsewhere since then has changed the sum.
+  double sum = 0.0;
+  for (Index b = 0; b < elastic_.blocks().block_count(); ++b) sum += elastic_.block_energy(b);
+  return count(q, sum == energy);
+}
+
+Index InversionCounter::count(const Vector& q, bool energies_are_known) const {
+  const ElementBlocks& blocks = elastic_.blocks();
   std::atomic<Index> count{0};
   parallel_for(blocks.block_count(), 1, [&](Index begin, Index end) {
     thread_local AlignedVector<double> positions;
     Index own = 0;
     for (Index b = begin; b < end; ++b) {
+      if (energies_are_known &&
+          elastic_.block_energy(b) < least_energy_[static_cast<std::size_t>(b)]) {
+        continue;
+      }
       const ElementBlocks::Block& block = blocks.block(b);
       positions.resize(static_cast<std::size_t>(ElementBlocks::kRowSize * block.row_count));
       blocks.load_rows(block, q.data(), positions.data());
@@ -69,8 +128,8 @@ Index count_inverted(const ElasticPotential& elastic, const Vector& q) {
   return count;
 }
 
-Index first_inverted(const ElasticPotential& elastic, const Vector& q) {
-  const RestState& rest = elastic.rest();
+Index InversionCounter::first(const Vector& q) const {
+  const RestState& rest = elastic_.rest();
   for (Index e = 0; e < rest.element_count(); ++e) {
     const RestState::Shape::NodeMatrix nodes = rest.gather(q, e);
     const Matrix3 edges = nodes.rightCols<3>().colwise() - nodes.col(0);

@@ -21,6 +21,10 @@ constexpr double kTooSmall = 0.8 * AutomaticStep::kShare;
 constexpr double kGrown = 0.96 * AutomaticStep::kShare;
 constexpr double kGrowth = 1.02;
 constexpr double kFastGrowth = 1.1;
+// An instability multiplies the energy error by four or more a step.
+constexpr double kSuddenGrowth = 4.0;
+constexpr double kNoticeable = 1e-8;  // of the energy that entered
+constexpr double kForgetting = 0.999;
 
 }  // namespace
 
@@ -52,6 +56,15 @@ double AutomaticStep::enter(double critical_step, double cost, Index step, doubl
   last_ = step;
   next_ = step + interval_;
   return changed;
+}
+
+void AutomaticStep::watch(double change, double scale, Index step) {
+  change = std::abs(change);
+  if (largest_change_ > 0.0 && change > kSuddenGrowth * largest_change_ &&
+      change > kNoticeable * scale) {
+    next_ = step;
+  }
+  largest_change_ = std::max(change, kForgetting * largest_change_);
 }
 
 double AutomaticStep::changed_step(double time_step) {

@@ -15,7 +15,8 @@ namespace tetraction {
 /// what it should be), and only after the limit has been well above it for eight estimates in a row.
 ///
 /// Estimates come so seldom that they cost about 2.5 % of the steps; sooner where the limit has been
-/// changing so fast that it could fall below the step, and in the first steps, when this is not known.
+/// changing so fast that it could fall below the step, in the first steps, when this is not known, and
+/// when the energy error begins to grow.
 class AutomaticStep {
  public:
   /// The share of the limit that the step is.
@@ -34,6 +35,11 @@ class AutomaticStep {
   /// `time_step`.
   double enter(double critical_step, double cost, Index step, double time_step);
 
+  /// Enters by how much the energy error changed in the step that ended as number `step`, and the energy
+  /// that entered so far, J. A change far above all those lately is how an instability begins: then an
+  /// estimate is due.
+  void watch(double change, double scale, Index step);
+
   /// The limit at the last estimate, s.
   double critical_step() const { return critical_step_; }
 
@@ -50,6 +56,7 @@ class AutomaticStep {
   Index interval_ = 0;
   std::array<double, kRemembered> recent_{};  // limits, the oldest replaced first
   std::size_t known_ = 0;                     // how many since the beginning
+  double largest_change_ = 0.0;               // of the energy error in a step lately, J
   bool grows_ = false;
 };
 

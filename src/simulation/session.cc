@@ -70,7 +70,7 @@ void Session::Impl::stop(RunStatus how, const std::string& what, Index element) 
                         state.time + stepping.time_step, what, where, limit_advice());
 }
 
-double Session::Impl::relative_energy_error() const {
+double Session::Impl::relative_energy(double energy) const {
   // The floor keeps round-off in a body at rest from counting.
   double modulus = 0.0;
   for (const MaterialModel& material : system->elastic().materials()) {
@@ -78,7 +78,11 @@ double Session::Impl::relative_energy_error() const {
     modulus = std::max(modulus, lame.lambda + 2.0 * lame.mu);
   }
   const double floor = 1e-12 * modulus * system->mesh().total_volume();
-  return books->energy_error() / std::max(books->energy_scale(), floor);
+  return energy / std::max(books->energy_scale(), floor);
+}
+
+double Session::Impl::relative_energy_error() const {
+  return relative_energy(books->energy_error());
 }
 
 bool Session::Impl::blown_up() const {
@@ -123,7 +127,7 @@ Session::Session(Scene scene, TetMesh mesh) : impl_(std::make_unique<Impl>()) {
   const PhaseTimer timer(s.times.setup);
   s.choose_step(s.initial_limit, std::move(modes));
   s.system->user_force(s.state.time, s.stepping.time_step, s.external_force);
-  s.count_inverted();
+  s.count_inverted(nullptr);
   if (std::string warning = locking_warning(*s.system); !warning.empty()) {
     s.warnings.push_back(std::move(warning));
   }
@@ -151,7 +155,9 @@ bool Session::step() {
              outcome.element);
       return false;
     case StepStatus::kNotFinite:
-      s.stop(RunStatus::kUnstable, "positions or momenta overflowed", s.hottest_element());
+      s.stop(RunStatus::kUnstable,
+             outcome.message.empty() ? "positions or momenta overflowed" : outcome.message,
+             s.hottest_element());
       return false;
     case StepStatus::kNotConverged:
       s.stop(RunStatus::kNotConverged,
@@ -164,8 +170,7 @@ bool Session::step() {
              -1);
       return false;
   }
-  s.books->enter(s.state, outcome);
-  s.count_inverted();
+  s.count_inverted(&outcome.elastic_energy);
   const std::string center = s.center_note();
   if (s.blown_up()) {
     s.status = RunStatus::kUnstable;
@@ -199,7 +204,6 @@ void Session::go_back() {
     s.state = s.good.state;
     s.books = std::make_unique<Books>(*s.good.books);
     s.stepping = s.good.stepping;
-    s.count_inverted();
   }
   s.status = RunStatus::kRunning;
   s.message.clear();

@@ -239,7 +239,7 @@ void Session::Impl::apply(const Edit& edit, double at, const std::string& what) 
   done.step = state.step;
   done.what = what;
   done.energy_jump = books->enter_edit(state);
-  count_inverted();
+  count_inverted(nullptr);
   done.warning = editor.warning;
   if (editor.renewal.limit && !is_implicit(time.integrator)) {
     if (!editor.renewal.step) {

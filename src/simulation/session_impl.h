@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "fem/inverted_elements.h"
+
 #include "automatic_step.h"
 #include "body_constraints.h"
 #include "initial_state.h"
@@ -67,6 +69,7 @@ struct Session::Impl {
   double first_time_step = 0.0;               // of "auto", at the start or the last edit
   StepRange steps;
   InvertedElements inverted;
+  std::unique_ptr<InversionCounter> inversion_counter;  // null: no material allows any
 
   std::size_t next_event = 0;
   std::vector<AppliedEdit> edits;
@@ -98,8 +101,9 @@ struct Session::Impl {
   /// One step, made smaller as often as it takes if "auto" finds that it was too large.
   StepOutcome advance();
   StepOutcome attempt();
-  /// Counts inverted elements where materials allow them.
-  void count_inverted();
+  /// Counts inverted elements where materials allow them; of a state that a small step led to with the
+  /// elastic energy that is given, or else (null) of any state and new materials.
+  void count_inverted(const double* energy_after_step);
   /// Warns of a large energy error, and of events for which no step was left.
   void warn_at_the_end();
   /// A warning for a step above the limit, or empty.
@@ -123,6 +127,8 @@ struct Session::Impl {
   StabilityLimit current_limit(CriticalModes* modes = nullptr);
   void stop(RunStatus how, const std::string& what, Index element);
   bool blown_up() const;
+  /// An energy relative to what entered.
+  double relative_energy(double energy) const;
   /// The energy that the integrator has made, relative to what entered.
   double relative_energy_error() const;
   void keep_state();

@@ -6,7 +6,6 @@
 #include <limits>
 #include <utility>
 
-#include "fem/inverted_elements.h"
 #include "session_impl.h"
 #include "tetraction/core/error.h"
 
@@ -136,11 +135,11 @@ bool Session::Impl::follow_limit() {
 
 StepOutcome Session::Impl::attempt() {
   const double h = stepping.time_step;
-  const Index made = state.step - stepping.segment_step + 1;
+  const Index number = state.step - stepping.segment_step + 1;
   double length = h;
   // Multiples of h, not a running sum: the time carries no accumulated round-off.
-  double end_time = stepping.segment_time + static_cast<double>(made) * h;
-  if (made == stepping.segment_count && std::isfinite(time.end)) {
+  double end_time = stepping.segment_time + static_cast<double>(number) * h;
+  if (number == stepping.segment_count && std::isfinite(time.end)) {
     end_time = time.end;
     const double left = end_time - state.time;
     if (std::abs(left - h) > round_off(end_time)) length = left;
@@ -152,6 +151,21 @@ StepOutcome Session::Impl::attempt() {
   total_factorizations += outcome.minimizer.factorizations;
   total_cg_iterations += outcome.minimizer.cg_iterations;
   if (!outcome.minimizer.linear.empty()) linear_solver = outcome.minimizer.linear;
+  if (outcome.ok() && is_automatic()) {
+    // What makes more energy in a step than ever entered was too large.
+    const Books before = *books;
+    books->enter(state, outcome);
+    const double made = books->energy_error() - before.energy_error();
+    if (relative_energy(made) > 1.0 && stepper->take_back(state)) {
+      books = std::make_unique<Books>(before);
+      outcome.status = StepStatus::kNotFinite;
+      outcome.message = "the step makes more energy than ever entered";
+    } else {
+      stepping.automatic.watch(made, books->energy_scale(), state.step);
+    }
+  } else if (outcome.ok()) {
+    books->enter(state, outcome);
+  }
   if (outcome.ok()) {
     steps.last = length;
     steps.largest = std::max(steps.largest, length);
@@ -187,23 +201,36 @@ StepOutcome Session::Impl::advance() {
   return outcome;
 }
 
-void Session::Impl::count_inverted() {
-  const auto& models = system->elastic().materials();
-  inverted.now = 0;
-  if (!std::any_of(models.begin(), models.end(), defined_inside_out)) return;
-  inverted.now = tetraction::count_inverted(system->elastic(), state.position);
+void Session::Impl::count_inverted(const double* energy_after_step) {
+  const ElasticPotential& elastic = system->elastic();
+  if (energy_after_step == nullptr) {
+    const auto& models = elastic.materials();
+    inversion_counter.reset();
+    if (std::any_of(models.begin(), models.end(), defined_inside_out)) {
+      inversion_counter = std::make_unique<InversionCounter>(elastic);
+    }
+  }
+  if (!inversion_counter) {
+    inverted.now = 0;
+    return;
+  }
+  inverted.now = energy_after_step != nullptr && inverted.now == 0 && !is_implicit(time.integrator)
+                     ? inversion_counter->count_after_step(state.position, *energy_after_step)
+                     : inversion_counter->count(state.position);
   if (inverted.now > inverted.most) {
     inverted.most = inverted.now;
     inverted.most_step = state.step;
   }
   if (inverted.now == 0 || inverted.first >= 0) return;
-  inverted.first = element_id(first_inverted(system->elastic(), state.position));
+  inverted.first = element_id(inversion_counter->first(state.position));
   inverted.first_time = state.time;
-  warnings.push_back(fmt::format(
-      "element {} is turned inside out (J < 0) at t = {:.6g} s, which its material does not resist: "
-      "from there on the result is no deformation of a body. history.csv counts such elements. Take "
-      "neo-hookean, a smaller time.step or a finer mesh, or check the loads.",
-      inverted.first, inverted.first_time));
+  warnings.push_back(
+      fmt::format("element {} is turned inside out (J < 0) at t = {:.6g} s, which its material "
+                  "does not resist: "
+                  "from there on the result is no deformation of a body. history.csv counts such "
+                  "elements. Take "
+                  "neo-hookean, a smaller time.step or a finer mesh, or check the loads.",
+                  inverted.first, inverted.first_time));
 }
 
 bool Session::may_invert() const {

@@ -33,8 +33,10 @@ std::string locking_warning(const MechanicalSystem& system) {
   }
   if (largest < kNearlyIncompressible - 1e-9) return {};
   return fmt::format(
-      "a Poisson's ratio of {:.5g} is nearly incompressible, and linear tetrahedra lock: the body is "
-      "too stiff, by several times near 0.5, and stresses are wrong. Take a ratio below {} where the "
+      "a Poisson's ratio of {:.5g} is nearly incompressible, and linear tetrahedra lock: the body "
+      "is "
+      "too stiff, by several times near 0.5, and stresses are wrong. Take a ratio below {} where "
+      "the "
       "exact change of volume does not matter, or refine the mesh until results no longer change.",
       largest, kNearlyIncompressible);
 }
@@ -118,7 +120,8 @@ void Session::Impl::warn_at_the_end() {
   const double frequency = resolved_frequency(time.integrator, stepping.time_step);
   if (is_variational(time.integrator)) {
     warnings.push_back(fmt::format(
-        "the energy error reached {:.3g} % of the energy that entered: the step does not resolve the "
+        "the energy error reached {:.3g} % of the energy that entered: the step does not resolve "
+        "the "
         "motion. {:.4g} s resolve vibrations up to {:.3g} Hz (20 steps a period). Take a smaller "
         "time.step.",
         100.0 * drift, stepping.time_step, frequency));
@@ -126,7 +129,8 @@ void Session::Impl::warn_at_the_end() {
   }
   warnings.push_back(fmt::format(
       "the energy error reached {:.3g} % of the energy that entered: backward-euler damps what the "
-      "step does not resolve, which is right on the way to rest and wrong for a motion. With {:.4g} s "
+      "step does not resolve, which is right on the way to rest and wrong for a motion. With "
+      "{:.4g} s "
       "vibrations up to {:.3g} Hz keep nine tenths of their energy over a period. Take a smaller "
       "time.step, or midpoint.",
       100.0 * drift, stepping.time_step, frequency));
@@ -140,9 +144,9 @@ std::string Session::Impl::limit_advice() const {
   }
   if (is_automatic()) {
     return fmt::format(
-        "time.step = \"auto\" has followed the stability limit down to {:.4g} s (initially {:.4g} s), "
-        "and smaller steps do not help. Check loads and prescribed motion, end the run earlier, or "
-        "take an implicit integrator.",
+        "The steps were half of the stability limit, which has come down to {:.4g} s (initially "
+        "{:.4g} s). Check loads and prescribed motion, end the run earlier, or take an implicit "
+        "integrator.",
         limit, initial_limit.critical_step);
   }
   if (!is_implicit(time.integrator)) {

@@ -58,8 +58,8 @@ TEST(StabilityLimit, IsSetByTheSmallestElement) {
 // The spectral radius of a step about rest, by differences of the step itself: what really decides. In
 // q and p/(mω), so that all numbers are of one size.
 double spectral_radius(const MechanicalSystem& system, ExplicitRule rule, double h, double omega) {
-  const auto stepper = rule == ExplicitRule::kVerlet ? make_verlet_stepper(system)
-                                                     : make_explicit_stepper(system);
+  const auto stepper =
+      rule == ExplicitRule::kVerlet ? make_verlet_stepper(system) : make_explicit_stepper(system);
   constexpr double kDifference = 1e-7;
   std::vector<Index> free;
   for (Index i = 0; i < system.dof_count(); ++i) {
@@ -91,10 +91,9 @@ double spectral_radius(const MechanicalSystem& system, ExplicitRule rule, double
 TEST(StabilityLimit, IsWhereStepsBecomeUnstableWithAnyDamping) {
   const LameParameters lame = lame_from_young(1e6, 0.4);
   for (const ExplicitRule rule : {ExplicitRule::kExplicit, ExplicitRule::kVerlet}) {
-    for (const Damping& damping :
-         {Damping{0, 0, 0}, Damping{0, 0, 100}, Damping{0, 0, 1e3}, Damping{0, 0, 1e4},
-          Damping{0, 0, 1e6}, Damping{0, 100, 0}, Damping{3e3, 0, 0}, Damping{1e6, 0, 0},
-          Damping{1e3, 50, 2e3}}) {
+    for (const Damping& damping : {Damping{0, 0, 0}, Damping{0, 0, 100}, Damping{0, 0, 1e3},
+                                   Damping{0, 0, 1e4}, Damping{0, 0, 1e6}, Damping{0, 100, 0},
+                                   Damping{3e3, 0, 0}, Damping{1e6, 0, 0}, Damping{1e3, 50, 2e3}}) {
       MechanicalSystem system(small_block({2, 1, 1}), NeoHookean(lame.mu, lame.lambda), 1000.0);
       system.set_constraints(hold(system.mesh(), SelectPlane{0, 0.0, {}}));
       system.set_damping(damping);

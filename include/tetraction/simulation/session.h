@@ -55,11 +55,11 @@ struct StepRange {
 
 /// Elements with J < 0, which only some materials allow (St Venant–Kirchhoff and custom ones).
 struct InvertedElements {
-  Index now = 0;                 ///< in the present state
-  Index most = 0;                ///< largest number so far
-  Index most_step = 0;           ///< step at which that was first so
-  std::int64_t first = -1;       ///< number of the first one in the mesh file; −1: there was none
-  double first_time = 0.0;       ///< when it was found, s
+  Index now = 0;            ///< in the present state
+  Index most = 0;           ///< largest number so far
+  Index most_step = 0;      ///< step at which that was first so
+  std::int64_t first = -1;  ///< number of the first one in the mesh file; −1: there was none
+  double first_time = 0.0;  ///< when it was found, s
 };
 
 /// A [[fix]] as it is now.

@@ -59,9 +59,8 @@ struct StudyResult {
   double reference_step = 0.0;
   RunStatus reference_status = RunStatus::kRunning;
   std::string reference_directory;
-  std::vector<StudyRow> rows;  ///< by variant, integrator, then from the finest step up
-  std::vector<std::string>
-      remarks;  ///< for the user: a missing reference
+  std::vector<StudyRow> rows;        ///< by variant, integrator, then from the finest step up
+  std::vector<std::string> remarks;  ///< for the user: a missing reference
 };
 
 /// Makes the observers of one run, given its directory relative to the study's.
