@@ -16,6 +16,7 @@
 #include "tetraction/dynamics/stability.h"
 #include "tetraction/io/scene_reader.h"
 #include "tetraction/simulation/scene_objects.h"
+#include "tetraction/simulation/warnings.h"
 
 namespace tetraction {
 namespace {
@@ -48,7 +49,10 @@ int check(const std::string& path, const std::vector<std::string>& overrides, bo
   const TetMesh& mesh = system->mesh();
   const State state = make_initial_state(scene, *system);
   check_events(scene, *system);
-  const StabilityLimit limit = stability_limit(*system, state.position);
+  const StabilityLimit limit =
+      stability_limit(*system, state.position,
+                      scene.time.integrator == Integrator::kVerlet ? ExplicitRule::kVerlet
+                                                                   : ExplicitRule::kExplicit);
 
   nlohmann::ordered_json json;
   json["mesh"] = mesh_json(mesh);
@@ -143,6 +147,9 @@ int check(const std::string& path, const std::vector<std::string>& overrides, bo
                    row["force_error"].get<double>(), row["stiffness_error"].get<double>(),
                    row["ok"].get<bool>() ? "" : "   NOT below 1e-7");
     }
+  }
+  if (const std::string warning = locking_warning(*system); !warning.empty()) {
+    print_warning(warning);
   }
   if (!exact) print_warning("the derivatives differ from finite differences by more than 1e-7");
   return exact ? 0 : 1;

@@ -30,14 +30,17 @@ struct RunArguments {
 void print_outcome(const Session& session, const std::string& directory) {
   const Books& books = session.books();
   const Energies& e = books.energies();
-  const bool changed = session.time_step() * static_cast<double>(session.state().step) <
-                           (1.0 - 1e-9) * session.state().time ||
-                       session.time_step() * static_cast<double>(session.state().step) >
-                           (1.0 + 1e-9) * session.state().time;
-  print_result("{}: {} steps{} of {:.6g} s to t = {:.6g} s in {:.3g} s\n",
-               to_string(session.time_settings().integrator), session.state().step,
-               changed ? ", the last" : "", session.time_step(), session.state().time,
-               session.times().stepping);
+  const StepRange& taken = session.steps();
+  std::string lengths = fmt::format("{:.6g} s", session.time_step());
+  if (taken.changes > 0) {
+    lengths = fmt::format("{:.6g} to {:.6g} s, changed {} times", taken.smallest, taken.largest,
+                          taken.changes);
+  } else if (taken.last < (1.0 - 1e-9) * session.time_step() && taken.last > 0.0) {
+    lengths += fmt::format(", the last of {:.6g} s", taken.last);
+  }
+  print_result("{}: {} steps of {} to t = {:.6g} s in {:.3g} s\n",
+               to_string(session.time_settings().integrator), session.state().step, lengths,
+               session.state().time, session.times().stepping);
   print_result(
       "mesh: {} vertices, {} tetrahedra; mass {:.6g} kg; {} of {} degrees of freedom free\n",
       session.system().vertex_count(), session.system().mesh().tetrahedron_count(),
@@ -93,6 +96,7 @@ int run(const RunArguments& arguments) {
   for (const std::string& warning : session.warnings()) {
     if (warning != slow_blas || slow_blas.empty()) print_warning(warning);
   }
+  const std::size_t told = session.warnings().size();
 
   RunRecorder recorder(directory, scene.output.every);
   InterruptGuard interrupt;
@@ -105,6 +109,9 @@ int run(const RunArguments& arguments) {
     write_result(summary_json(session, directory));
   } else if (!arguments.quiet) {
     print_outcome(session, directory);
+  }
+  for (std::size_t i = told; i < session.warnings().size(); ++i) {
+    print_warning(session.warnings()[i]);
   }
   for (const AppliedEdit& edit : session.edits()) {
     if (!edit.warning.empty()) {

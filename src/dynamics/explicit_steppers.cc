@@ -46,6 +46,12 @@ class ExplicitStepper : public Stepper {
     multipliers_.resize(0);
   }
 
+  bool take_back(State& state) override {
+    std::swap(state, next_);
+    reset();
+    return true;
+  }
+
   StepOutcome step_to(State& state, double h, double end_time) override {
     StepOutcome outcome;
     if (const Evaluation start = force_.update(system_, state.position); !start.ok()) {

@@ -5,115 +5,38 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
-#include <memory>
-#include <random>
 #include <stdexcept>
 
-#include "fem/tangent_operator.h"
+#include "scaled_matrix.h"
 #include "tetraction/core/error.h"
-#include "tetraction/core/parallel.h"
 
 namespace tetraction {
 namespace {
 
-// y = m^(−½) Tᵀ A T m^(−½) x over the free coordinates with m = TᵀMT: symmetric, with the
-// eigenvalues of M⁻¹A. A is the stiffness or the viscous damping matrix at q.
-class ScaledMatrix {
- public:
-  using Scalar = double;
-  enum class Kind { kStiffness, kViscosity };
-
-  ScaledMatrix(const MechanicalSystem& system, const Vector& q, Kind kind)
-      : system_(system),
-        q_(q),
-        kind_(kind),
-        inverse_root_mass_(
-            system.coordinates().reduced_mass(system.mass()).cwiseSqrt().cwiseInverse()) {
-    if (kind == Kind::kStiffness && TangentOperator<float>::supports(system.elastic())) {
-      tangent_ = std::make_unique<TangentOperator<float>>(system.elastic());
-      tangent_->set(q);
-      rows_.resize(static_cast<std::size_t>(ElementBlocks::kRowSize * system.vertex_count()));
-    }
-  }
-
-  Index rows() const { return inverse_root_mass_.size(); }
-  Index cols() const { return rows(); }
-
-  void perform_op(const double* in, double* out) const {
-    const Vector u = displacement(Eigen::Map<const Vector>(in, rows()));
-    if (kind_ == Kind::kViscosity) {
-      product_.setZero(system_.dof_count());
-      system_.add_viscous_force(q_, u, product_);
-      product_ *= -1.0;
-    } else {
-      if (tangent_) {
-        multiply_fast(u);
-      } else {
-        system_.elastic().product(q_, u, product_);
-      }
-      add_vertex_terms(u);
-    }
-    Eigen::Map<Vector>(out, rows()) =
-        inverse_root_mass_.cwiseProduct(system_.coordinates().restrict(product_));
-  }
-
-  Vector displacement(const Vector& eigenvector) const {
-    return system_.coordinates().extend(inverse_root_mass_.cwiseProduct(eigenvector));
-  }
-
- private:
-  // Single precision is far beyond the accuracy that is asked for.
-  void multiply_fast(const Vector& u) const {
-    constexpr Index kGrain = 2048;
-    const float scale = static_cast<float>(u.cwiseAbs().maxCoeff());
-    parallel_for(system_.vertex_count(), kGrain, [&](Index begin, Index end) {
-      for (Index v = begin; v < end; ++v) {
-        float* row = rows_.data() + ElementBlocks::kRowSize * v;
-        for (Index i = 0; i < 3; ++i) row[i] = static_cast<float>(u[3 * v + i]) / scale;
-        row[3] = 0.0F;
-      }
-    });
-    tangent_->multiply(rows_.data());
-    product_.resize(system_.dof_count());
-    parallel_for(system_.vertex_count(), kGrain, [&](Index begin, Index end) {
-      for (Index v = begin; v < end; ++v) {
-        vertex_block(product_, v) =
-            static_cast<double>(scale) * tangent_->row_sum(v).head<3>().cast<double>();
-      }
-    });
-  }
-
-  void add_vertex_terms(const Vector& u) const {
-    if (!system_.environment().is_uniform()) {
-      for (Index v = 0; v < system_.vertex_count(); ++v) {
-        vertex_block(product_, v) +=
-            system_.environment().hessian(system_.mass()[v], vertex_block(q_, v)) *
-            vertex_block(u, v);
-      }
-    }
-    if (system_.constraints().has_springs()) {
-      product_ += system_.constraints().spring_stiffness().cwiseProduct(u);
-    }
-  }
-
-  const MechanicalSystem& system_;
-  const Vector& q_;
-  Kind kind_;
-  Vector inverse_root_mass_;
-  mutable Vector product_;
-  std::unique_ptr<TangentOperator<float>> tangent_;  // where the materials allow it
-  mutable AlignedVector<float> rows_;
-};
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 struct Eigenpair {
   double value = 0.0;
-  Vector vector;
+  Vector vector;  // empty: not found
 };
+
+// The same numbers in every run, between −1 and 1.
+Vector noise(Index size) {
+  Vector values(size);
+  std::uint32_t state = 12345;
+  for (double& value : values) {
+    state = 1664525U * state + 1013904223U;
+    value = static_cast<double>(state >> 8U) / 8388608.0 - 1.0;
+  }
+  return values;
+}
 
 // Small systems: all eigenvalues of the dense matrix.
 Eigenpair dense_largest(const ScaledMatrix& op) {
   const Index n = op.rows();
+  if (n == 0) return {0.0, Vector(0)};
   Matrix k(n, n);
   for (Index j = 0; j < n; ++j) {
     const Vector unit = Vector::Unit(n, j);
@@ -123,28 +46,23 @@ Eigenpair dense_largest(const ScaledMatrix& op) {
   return {solver.eigenvalues()[n - 1], solver.eigenvectors().col(n - 1)};
 }
 
-Eigenpair lanczos_largest(ScaledMatrix& op) {
-  constexpr double kTolerance = 1e-4;
-  constexpr Index kSubspace = 24;
-  constexpr Index kRestarts = 300;
-  Spectra::SymEigsSolver<ScaledMatrix> solver(op, 1, kSubspace);
-  solver.init();
-  solver.compute(Spectra::SortRule::LargestAlge, kRestarts, kTolerance);
+// `start` may be empty.
+Eigenpair lanczos_largest(ScaledMatrix& op, const Vector& start, Index subspace, Index restarts,
+                          double tolerance) {
+  Spectra::SymEigsSolver<ScaledMatrix> solver(op, 1, subspace);
+  if (start.size() > 0) {
+    solver.init(start.data());
+  } else {
+    solver.init();
+  }
+  solver.compute(Spectra::SortRule::LargestAlge, restarts, tolerance);
   if (solver.info() != Spectra::CompInfo::Successful) return {};
   return {solver.eigenvalues()[0], solver.eigenvectors().col(0)};
 }
 
-// The same at every call, whatever the rest of the program does with random numbers.
-Vector start_vector(Index size) {
-  std::mt19937 random;  // always the same seed
-  Vector x(size);
-  for (double& xi : x) xi = 2.0 * static_cast<double>(random()) / std::mt19937::max() - 1.0;
-  return x.normalized();
-}
-
 // Power iteration with the Rayleigh quotient: the fall-back, should Lanczos not converge.
 Eigenpair power_largest(const ScaledMatrix& op) {
-  Vector x = start_vector(op.rows());
+  Vector x = noise(op.rows()).normalized();
   Vector y(op.rows());
   double value = 0.0;
   for (int i = 0; i < 2000; ++i) {
@@ -159,19 +77,24 @@ Eigenpair power_largest(const ScaledMatrix& op) {
   return {value, x};
 }
 
-Eigenpair largest_eigenpair(ScaledMatrix& op) {
+Eigenpair largest_eigenpair(ScaledMatrix& op, const Vector& start = {}) {
   constexpr Index kDense = 60;
-  Eigenpair largest = op.rows() <= kDense ? dense_largest(op) : lanczos_largest(op);
-  if (largest.vector.size() == 0) largest = power_largest(op);
+  constexpr Index kSubspace = 24;
+  constexpr Index kRestarts = 300;
+  constexpr double kTolerance = 1e-4;
+  Eigenpair largest = op.rows() <= kDense
+                          ? dense_largest(op)
+                          : lanczos_largest(op, start, kSubspace, kRestarts, kTolerance);
+  if (largest.vector.size() == 0 && op.rows() > 0) largest = power_largest(op);
   return largest;
 }
 
 // The same, or InputError: Spectra gives up on a matrix that holds infinity or nothing but zeros.
-Eigenpair finite_largest_eigenpair(ScaledMatrix& op) {
+Eigenpair finite_largest_eigenpair(ScaledMatrix& op, const Vector& start = {}) {
   Eigenpair largest;
   largest.value = std::numeric_limits<double>::quiet_NaN();
   try {
-    largest = largest_eigenpair(op);
+    largest = largest_eigenpair(op, start);
   } catch (const std::runtime_error&) {
   } catch (const std::invalid_argument&) {
   }
@@ -185,43 +108,193 @@ Eigenpair finite_largest_eigenpair(ScaledMatrix& op) {
       "too large or too small. Choose other units or values.");
 }
 
-double largest_damping_rate(const MechanicalSystem& system, const Vector& q) {
+// The same with a few products from a start that is near. A start that is exactly an eigenvector would
+// find nothing else, so that noise is added, and `other` if there is one.
+Eigenpair follow_largest(ScaledMatrix& op, const Vector& last, const Vector& other) {
+  constexpr Index kDense = 8;
+  constexpr Index kSubspace = 5;
+  constexpr Index kRestarts = 12;
+  constexpr double kTolerance = 0.02;
+  if (op.rows() <= kDense) return dense_largest(op);
+  Vector start = 0.05 * noise(op.rows()).normalized();
+  if (last.size() == start.size()) start += last.normalized();
+  if (other.size() == start.size()) start += 0.5 * other.normalized();
+  Eigenpair largest = lanczos_largest(op, start, kSubspace, kRestarts, kTolerance);
+  if (largest.vector.size() == 0) largest = largest_eigenpair(op, start);
+  return largest;
+}
+
+double omega_of(double eigenvalue) {
+  return std::sqrt(std::max(0.0, eigenvalue));
+}
+
+// c of drag and mass damping, which need no iterations; and whether there is viscosity, which does.
+double vertex_damping_rate(const MechanicalSystem& system) {
   const Damping& damping = system.damping();
   double rate = damping.mass_damping;
   if (damping.drag > 0.0) rate += damping.drag / system.mass().minCoeff();
-  if (damping.viscosity > 0.0) {
-    ScaledMatrix op(system, q, ScaledMatrix::Kind::kViscosity);
-    rate += std::max(0.0, finite_largest_eigenpair(op).value);
-  }
   return rate;
+}
+
+double rayleigh_quotient(const ScaledMatrix& op, const Vector& x) {
+  Vector y(x.size());
+  op.perform_op(x.data(), y.data());
+  return x.dot(y) / x.squaredNorm();
+}
+
+// One step towards the h at which the largest eigenvalue of M⁻¹(K + (2/h)C) is 4/h²: exact for the
+// eigenvector at h, whose Rayleigh quotients k and c give the next one. Never too small.
+double refine_explicit_step(ScaledMatrix& op, const Vector& q, const Eigenpair& at_h, double h) {
+  op.set_damping(q);
+  const double c = std::max(0.0, rayleigh_quotient(op, at_h.vector));
+  return explicit_critical_step(omega_of(at_h.value - 2.0 / h * c), c);
 }
 
 }  // namespace
 
-StabilityLimit stability_limit(const MechanicalSystem& system, const Vector& q) {
-  StabilityLimit limit;
-  limit.critical_step = std::numeric_limits<double>::infinity();
-  if (system.coordinates().count() == 0) return limit;  // nothing that could oscillate
-  ScaledMatrix op(system, q, ScaledMatrix::Kind::kStiffness);
-  const Eigenpair largest = finite_largest_eigenpair(op);
-  if (largest.value > 0.0) {
-    limit.omega_max = std::sqrt(largest.value);
-    limit.critical_step = 2.0 / limit.omega_max;
+double explicit_critical_step(double omega, double rate) {
+  const double sum = rate + std::hypot(rate, 2.0 * omega);
+  return sum > 0.0 ? 4.0 / sum : kInfinity;
+}
+
+double verlet_critical_step(double omega, double rate) {
+  constexpr double kMostDamped = 1.5436890126920764;  // a with (1−a)(1−a+a²) = −1
+  const double undamped = omega > 0.0 ? 2.0 / omega : kInfinity;
+  if (rate <= 0.0 || 0.5 * undamped * rate <= 1.0) return undamped;
+  const auto stable = [&](double h) {
+    const double a = 0.5 * h * rate;
+    const double b = 1.0 - a;
+    return 0.25 * h * h * omega * omega * (1.0 + b * b) < 1.0 + b * (b + a * a);
+  };
+  double low = 2.0 / rate;  // a = 1
+  double high = std::min(undamped, 2.0 * kMostDamped / rate);
+  for (int i = 0; i < 60 && low < high; ++i) {
+    const double middle = 0.5 * (low + high);
+    (stable(middle) ? low : high) = middle;
   }
-  limit.damping_rate = largest_damping_rate(system, q);
-  if (const double c = limit.damping_rate; c > 0.0) {
-    limit.critical_step = 4.0 / (c + std::hypot(c, 2.0 * limit.omega_max));
-  }
-  const Vector mode = op.displacement(largest.vector);
+  return low;
+}
+
+Index critical_element(const MechanicalSystem& system, const CriticalModes& modes) {
+  Vector mode = modes.stiffness;
+  if (mode.size() != system.coordinates().count() || mode.size() == 0) return -1;
+  mode = ScaledMatrix(system).displacement(mode);
+  Index element = -1;
   double most = -1.0;
   for (Index e = 0; e < system.rest().element_count(); ++e) {
     const double motion = system.rest().gather(mode, e).squaredNorm();
     if (motion > most) {
       most = motion;
-      limit.element = e;
+      element = e;
     }
   }
+  return element;
+}
+
+StabilityLimit stability_limit(const MechanicalSystem& system, const Vector& q, ExplicitRule rule,
+                               CriticalModes* modes) {
+  StabilityLimit limit;
+  if (system.coordinates().count() == 0) {  // nothing that could oscillate
+    limit.critical_step = kInfinity;
+    if (modes != nullptr) *modes = {};
+    return limit;
+  }
+  ScaledMatrix op(system);
+  op.set_stiffness(q);
+  Eigenpair largest = finite_largest_eigenpair(op);
+  Eigenpair damped;
+  limit.omega_max = omega_of(largest.value);
+  limit.damping_rate = vertex_damping_rate(system);
+  if (system.damping().viscosity > 0.0) {
+    op.set_damping(q);
+    damped = finite_largest_eigenpair(op, largest.vector);
+    limit.damping_rate = std::max(limit.damping_rate, damped.value);
+  }
+  if (rule == ExplicitRule::kVerlet) {
+    limit.critical_step = verlet_critical_step(limit.omega_max, limit.damping_rate);
+  } else {
+    // Both at once in one mode: a lower bound, from which few iterations lead to the limit.
+    constexpr int kRounds = 4;
+    constexpr double kAccuracy = 1e-4;
+    double h = explicit_critical_step(limit.omega_max, limit.damping_rate);
+    const bool damping = system.damping().viscosity > 0.0 || system.damping().drag > 0.0;
+    for (int round = 0; round < kRounds && damping && std::isfinite(h); ++round) {
+      op.set_stiffness(q, 2.0 / h);
+      largest = finite_largest_eigenpair(op, largest.vector);
+      const double next = refine_explicit_step(op, q, largest, h);
+      const bool done = std::abs(next - h) <= kAccuracy * h;
+      h = next;
+      if (done) break;
+    }
+    limit.critical_step = h;
+  }
+  CriticalModes found{std::move(largest.vector), std::move(damped.vector)};
+  limit.element = critical_element(system, found);
+  if (modes != nullptr) *modes = std::move(found);
   return limit;
+}
+
+struct StabilityTracker::Impl {
+  explicit Impl(const MechanicalSystem& body) : system(body), op(body) {}
+
+  // What was done since the last set_…(), as measured.
+  void count() {
+    cost += op.is_fast() ? 2.0 + 0.75 * static_cast<double>(op.products())
+                         : 3.5 * static_cast<double>(op.products());
+  }
+
+  const MechanicalSystem& system;
+  ScaledMatrix op;
+  double cost = 0.0;
+};
+
+StabilityTracker::StabilityTracker(const MechanicalSystem& system)
+    : impl_(std::make_unique<Impl>(system)) {}
+StabilityTracker::~StabilityTracker() = default;
+
+double StabilityTracker::cost() const {
+  return impl_->cost;
+}
+
+double StabilityTracker::critical_step(const Vector& q, ExplicitRule rule, CriticalModes& modes) {
+  Impl& s = *impl_;
+  s.cost = 0.0;
+  const bool viscous = s.system.damping().viscosity > 0.0;
+  const bool damped = !s.system.damping().none();
+  if (rule == ExplicitRule::kExplicit && damped) {
+    // The limit that these modes would have now is where K + (2/h)C is taken.
+    double h = 0.0;
+    if (modes.stiffness.size() == s.op.rows()) {
+      s.op.set_stiffness(q);
+      const double k = rayleigh_quotient(s.op, modes.stiffness);
+      s.op.set_damping(q);
+      h = explicit_critical_step(omega_of(k), rayleigh_quotient(s.op, modes.stiffness));
+      s.count();
+    }
+    if (!(h > 0.0) || !std::isfinite(h)) {
+      return stability_limit(s.system, q, rule, &modes).critical_step;
+    }
+    s.op.set_stiffness(q, 2.0 / h);
+    Eigenpair largest = follow_largest(s.op, modes.stiffness, s.op.stiffest_vertex());
+    s.count();
+    h = refine_explicit_step(s.op, q, largest, h);
+    s.count();
+    modes.stiffness = std::move(largest.vector);
+    return h;
+  }
+  s.op.set_stiffness(q);
+  Eigenpair largest = follow_largest(s.op, modes.stiffness, s.op.stiffest_vertex());
+  s.count();
+  double rate = vertex_damping_rate(s.system);
+  if (viscous) {
+    s.op.set_damping(q);
+    Eigenpair most = follow_largest(s.op, modes.damping, largest.vector);
+    s.count();
+    rate = std::max(rate, most.value);
+    modes.damping = std::move(most.vector);
+  }
+  modes.stiffness = std::move(largest.vector);
+  return verlet_critical_step(omega_of(largest.value), rate);
 }
 
 }  // namespace tetraction

@@ -319,6 +319,10 @@ Vector ElasticPotential::energies_by_material(const Vector& q) const {
   return sums;
 }
 
+double ElasticPotential::block_energy(Index block) const {
+  return impl_->energies[static_cast<std::size_t>(block)];
+}
+
 bool ElasticPotential::element_terms(Index e, const Positions& q, bool with_hessian,
                                      ElementTerms& terms) const {
   return std::visit(

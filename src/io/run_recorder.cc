@@ -25,7 +25,8 @@ std::string history_header(const Session& session) {
   std::string header =
       "step,time,kinetic_energy,elastic_energy,environment_energy,total_energy,external_work,"
       "dissipated_energy,constraint_work,edit_work,energy_error,px,py,pz,lx,ly,lz,"
-      "max_constraint_error,iterations,reaction_x,reaction_y,reaction_z";
+      "max_constraint_error,iterations,reaction_x,reaction_y,reaction_z,time_step";
+  if (session.may_invert()) header += ",inverted_elements";
   for (std::size_t i = 0; i < session.scene().constraint.size(); ++i) {
     if (session.scene().constraint[i].kind == ConstraintKind::kDistance) {
       header += fmt::format(",constraint_{}_tension", i);
@@ -73,7 +74,7 @@ std::vector<double> constraint_columns(const Session& session) {
   return values;
 }
 
-std::string history_row(const Session& session) {
+std::string history_row(const Session& session, bool counts_inverted) {
   const State& state = session.state();
   const Books& books = session.books();
   const Energies& e = books.energies();
@@ -88,7 +89,11 @@ std::string history_row(const Session& session) {
     row += ',' + g(value);
   }
   row += fmt::format(",{}", session.last_iterations());
-  for (const double value : constraint_columns(session)) row += ',' + g(value);
+  const std::vector<double> constraints = constraint_columns(session);
+  for (std::size_t i = 0; i < 3; ++i) row += ',' + g(constraints[i]);
+  row += ',' + g(session.steps().last);
+  if (counts_inverted) row += fmt::format(",{}", session.inverted_elements().now);
+  for (std::size_t i = 3; i < constraints.size(); ++i) row += ',' + g(constraints[i]);
   if (session.system().region_count() > 1) {
     const Vector kinetic = session.system().kinetic_energies_by_region(state.momentum);
     const Vector elastic = session.system().elastic().energies_by_material(state.position);
@@ -157,6 +162,7 @@ void make_output_directory(const std::string& directory) {
 struct RunRecorder::Impl {
   std::string directory;
   int frame_every;
+  bool counts_inverted = false;
   std::ofstream history;
   std::unique_ptr<FrameWriter> frames;
   Index last_frame = -1;
@@ -164,7 +170,7 @@ struct RunRecorder::Impl {
   std::string path(const char* name) const { return directory + "/" + name; }
 
   void write_row(const Session& session) {
-    history << history_row(session);
+    history << history_row(session, counts_inverted);
     if (!history) {
       throw OutputError(path("history.csv") +
                         ": cannot be written. Check the free space of the disk.");
@@ -199,6 +205,7 @@ void RunRecorder::on_start(const Session& session) {
         fmt::format("{}: cannot be written ({}). Choose another directory with --out.",
                     s.path("history.csv"), std::strerror(errno)));
   }
+  s.counts_inverted = session.may_invert();
   s.history << history_header(session);
   s.frames = std::make_unique<FrameWriter>(session.system().mesh(), s.directory);
   s.write_row(session);

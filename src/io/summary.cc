@@ -66,6 +66,11 @@ std::string summary_json(const Session& session, const std::string& directory) {
   json["omega_max"] = limit.omega_max;
   json["steps"] = session.state().step;
   json["steps_planned"] = session.step_count();
+  const StepRange& steps = session.steps();
+  json["time_steps"] = {{"smallest", steps.smallest},
+                        {"largest", steps.largest},
+                        {"last", steps.last},
+                        {"changes", steps.changes}};
   json["time"] = session.state().time;
   json["solver"] = solver_json(session);
   json["energy"] = {{"kinetic", books.energies().kinetic},
@@ -83,6 +88,19 @@ std::string summary_json(const Session& session, const std::string& directory) {
   json["angular_momentum_drift"] = books.angular_momentum_drift();
   json["angular_momentum_drift_allowed"] = books.allowed_angular_momentum_drift();
   json["max_constraint_error"] = session.constraint_error();
+  if (session.may_invert()) {
+    const InvertedElements& inverted = session.inverted_elements();
+    json["inverted_elements"] = {{"now", inverted.now},
+                                 {"most", inverted.most},
+                                 {"most_at_step", nullptr},
+                                 {"first", nullptr},
+                                 {"first_time", nullptr}};
+    if (inverted.first >= 0) {
+      json["inverted_elements"]["most_at_step"] = inverted.most_step;
+      json["inverted_elements"]["first"] = inverted.first;
+      json["inverted_elements"]["first_time"] = inverted.first_time;
+    }
+  }
   json["events"] = nlohmann::ordered_json::array();
   for (const AppliedEdit& edit : session.edits()) {
     nlohmann::ordered_json entry{{"at", edit.at},

@@ -9,6 +9,7 @@
 #include "session_impl.h"
 #include "tetraction/core/error.h"
 #include "tetraction/dynamics/multipliers.h"
+#include "tetraction/simulation/warnings.h"
 
 namespace tetraction {
 namespace {
@@ -79,8 +80,10 @@ struct Editor {
           density, edit.material.density));
     }
     const bool built_in = all_built_in();
+    const bool locked = !locking_warning(system).empty();
     system.set_material(edit.region, make_material(edit.material));
     materials[static_cast<std::size_t>(edit.region)] = edit.material;
+    if (!locked) warning = locking_warning(system);
     // A solver knows from its beginning whether it can do without a matrix.
     renewal.stepper = all_built_in() != built_in;
     renewal.limit = true;
@@ -242,7 +245,9 @@ void Session::Impl::apply(const Edit& edit, double at, const std::string& what) 
   SystemSettings old_system(*system);
   std::optional<Constraints> old_constraints;
   const TimeSettings old_time = time;
-  const auto old_steps = std::tuple(time_step, segment_time, segment_step, segment_count);
+  const Stepping old_stepping = stepping;
+  const StepRange old_steps = steps;
+  const double old_first_step = first_time_step;
   try {
     std::visit(editor, edit);
     const Renewal& renewal = editor.renewal;
@@ -252,12 +257,18 @@ void Session::Impl::apply(const Edit& edit, double at, const std::string& what) 
                              new_state.momentum);
       new_state.velocity = system->velocity_of(new_state.momentum);
     }
-    StabilityLimit limit;
-    if (renewal.limit && !is_implicit(new_time.integrator)) {
-      limit = current_limit(new_state.position);
-    }
     time = new_time;
-    if (renewal.step) choose_step(limit);
+    const bool limited = !is_implicit(time.integrator);
+    StabilityLimit limit;
+    CriticalModes modes;
+    if (limited && (renewal.limit || renewal.step)) {
+      limit = current_limit(new_state.position, &modes);
+    }
+    if (renewal.step) {
+      choose_step(limit, std::move(modes));
+    } else if (limited && renewal.limit) {
+      renew_automatic_step(limit, std::move(modes));
+    }
     if (renewal.stepper || renewal.constraints) {
       new_stepper = make_stepper(time.integrator, new_solver, *system);
     }
@@ -266,19 +277,14 @@ void Session::Impl::apply(const Edit& edit, double at, const std::string& what) 
     done.step = state.step;
     done.what = what;
     done.warning = editor.warning;
-    if (renewal.limit) {
+    if (limited && renewal.limit) {
       if (std::string warning = step_warning(limit); !warning.empty()) {
         done.warning = std::move(warning);
       }
     }
-    if (renewal.step && segment_count == 0 && time.end - state.time > 1e-9 * time_step) {
-      done.warning = fmt::format(
-          "no step of {:.4g} s fits into the {:.4g} s that are left: the run ends here.", time_step,
-          time.end - state.time);
-    }
     edits.reserve(edits.size() + 1);
     if (keeps_good_states) {
-      new_good = {new_state, std::make_unique<Books>(*books)};
+      new_good = {new_state, std::make_unique<Books>(*books), stepping};
       new_good.books->enter_edit(new_state);
     }
     done.energy_jump = books->enter_edit(new_state);
@@ -286,7 +292,10 @@ void Session::Impl::apply(const Edit& edit, double at, const std::string& what) 
     if (old_constraints) system->set_constraints(std::move(*old_constraints));
     old_system.put_back(*system);
     time = old_time;
-    std::tie(time_step, segment_time, segment_step, segment_count) = old_steps;
+    stepping = old_stepping;
+    steps = old_steps;
+    first_time_step = old_first_step;
+    tracker.reset();
     throw;
   }
   if (new_stepper) {
@@ -300,6 +309,7 @@ void Session::Impl::apply(const Edit& edit, double at, const std::string& what) 
   environment = std::move(new_environment);
   forces = std::move(new_forces);
   state = std::move(new_state);
+  count_inverted(nullptr);
   edits.push_back(std::move(done));
   if (keeps_good_states) good = std::move(new_good);
 }
@@ -308,7 +318,7 @@ bool Session::Impl::apply_events() {
   // t = k h carries round-off. An event may make the step so short that what follows is not due yet.
   const auto due = [this] {
     return next_event < scene.event.size() &&
-           scene.event[next_event].at <= state.time + 1e-6 * time_step;
+           scene.event[next_event].at <= state.time + 1e-6 * stepping.time_step;
   };
   while (due()) {
     const EventSettings& event = scene.event[next_event++];
@@ -328,8 +338,9 @@ bool Session::Impl::apply_events() {
       if (!edits[i].warning.empty()) whole.warning = edits[i].warning;
     }
     edits.resize(before + 1);
-    if (segment_count <= state.step - segment_step) {
+    if (stepping.segment_count <= state.step - stepping.segment_step) {
       status = RunStatus::kFinished;
+      warn_at_the_end();
       return false;
     }
   }

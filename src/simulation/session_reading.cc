@@ -22,16 +22,22 @@ const std::string& Session::message() const {
   return impl_->message;
 }
 double Session::time_step() const {
-  return impl_->time_step;
+  return impl_->stepping.time_step;
 }
 Index Session::step_count() const {
-  return impl_->segment_step + impl_->segment_count;
+  return impl_->stepping.segment_step + impl_->stepping.segment_count;
+}
+const StepRange& Session::steps() const {
+  return impl_->steps;
+}
+const InvertedElements& Session::inverted_elements() const {
+  return impl_->inverted;
 }
 const StabilityLimit& Session::initial_limit() const {
   return impl_->initial_limit;
 }
 StabilityLimit Session::current_limit() const {
-  return stability_limit(*impl_->system, impl_->state.position);
+  return impl_->limit_at(impl_->state.position);
 }
 const std::vector<std::string>& Session::warnings() const {
   return impl_->warnings;
@@ -87,7 +93,7 @@ Vector Session::external_force() const {
 }
 Vector Session::next_external_force() const {
   Vector force;
-  impl_->system->user_force(impl_->state.time, impl_->time_step, force);
+  impl_->system->user_force(impl_->state.time, impl_->stepping.time_step, force);
   if (force.size() == 0) force.setZero(impl_->system->dof_count());
   return force;
 }

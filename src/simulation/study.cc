@@ -24,7 +24,7 @@ struct Run {
   double mean_distance = kNone;  // from the reference over time, m
 };
 
-// The step nearest to h that divides `end`.
+// The step nearest to h that divides `end`: for steps that nobody asked for.
 double dividing_step(double h, double end) {
   return end / std::max(1.0, std::round(end / h));
 }
@@ -149,18 +149,13 @@ class Study {
         settings_.reference_step ? checked(*settings_.reference_step) : steps_.front();
   }
 
-  double checked(double step) {
+  double checked(double step) const {
     if (!(step > 0.0) || !std::isfinite(step) || step > result_.end) {
       throw InputError(
           fmt::format("A study's step must be positive and at most the end time {} s, not {} s.",
                       result_.end, step));
     }
-    const double used = dividing_step(step, result_.end);
-    if (std::abs(used - step) <= 1e-9 * step) return step;
-    result_.remarks.push_back(fmt::format(
-        "the step {:.6g} s does not divide the end time {:.6g} s: {:.6g} s is used instead", step,
-        result_.end, used));
-    return used;
+    return step;
   }
 
   bool is_the_reference(const std::string& variant, Integrator integrator, double step) const {

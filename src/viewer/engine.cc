@@ -46,9 +46,7 @@ Engine::Engine(const Scene& scene, const TetMesh& mesh, Recording& recording)
       numbering_(scene) {
   session_->keep_good_states();
   check_events(scene, session_->system());
-  for (const std::string& warning : session_->warnings()) {
-    notices_.push_back({Notice::Kind::kWarning, warning});
-  }
+  tell_warnings();
   recording_.clear();
   recording_.move_to(*session_);
 }
@@ -81,6 +79,12 @@ void Engine::apply(const Edit& edit, const std::string& what) {
     notices_.push_back({Notice::Kind::kWarning, warning});
   }
   limit_changed_ = limit_changed_ || may_change_limit(edit);
+}
+
+void Engine::tell_warnings() {
+  for (; told_warnings_ < session_->warnings().size(); ++told_warnings_) {
+    notices_.push_back({Notice::Kind::kWarning, session_->warnings()[told_warnings_]});
+  }
 }
 
 void Engine::require_good_state() const {
@@ -213,6 +217,7 @@ bool Engine::step() {
   with_drag([](VertexDrag& drag) { drag.before_step(); });
   const bool went_well = session_->step();
   if (went_well) edits_->stepped();
+  tell_warnings();
   recording_.move_to(*session_);
   return went_well;
 }

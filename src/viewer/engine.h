@@ -53,6 +53,7 @@ class Engine {
   void resolve_newest(Edit& edit) const;
   void remember_newest(const Edit& edit, const Counts& before);
   void require_good_state() const;
+  void tell_warnings();
 
   const std::vector<EventSettings> events_;
   Recording& recording_;
@@ -64,6 +65,7 @@ class Engine {
   std::size_t next_event_ = 0;
   std::optional<std::size_t> newest_force_, newest_fix_, newest_constraint_;
   std::vector<Notice> notices_;
+  std::size_t told_warnings_ = 0;  // of the session
   std::vector<EditMark> marks_;
   bool limit_changed_ = false;
 };

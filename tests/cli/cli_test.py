@@ -94,7 +94,7 @@ class Run(CliTest):
             header,
             "step,time,kinetic_energy,elastic_energy,environment_energy,total_energy,external_work,"
             "dissipated_energy,constraint_work,edit_work,energy_error,px,py,pz,lx,ly,lz,"
-            "max_constraint_error,iterations,reaction_x,reaction_y,reaction_z",
+            "max_constraint_error,iterations,reaction_x,reaction_y,reaction_z,time_step",
         )
         self.assertEqual([row["step"] for row in rows], list(range(11)))
         self.assertAlmostEqual(rows[-1]["time"], 0.1, places=15)
@@ -357,7 +357,6 @@ class Failures(CliTest):
             'fix.0.select={plane={axis="y",at=17}}': "selects no vertex",
             "fix.0.select={vertices=[100000]}": "100000",
             'fix.0.select={group="lid"}': "group",
-            "time.end=1e-5": "no step",
         }
         for override, expected in cases.items():
             with self.subTest(override):
@@ -735,6 +734,117 @@ class Mechanics(CliTest):
             for i in range(data.GetNumberOfArrays())
         }
         return arrays, vtk_to_numpy(grid.GetPoints().GetData()).copy()
+
+    # Steps.
+
+    def test_the_end_is_met_by_a_shorter_step(self):
+        for integrator in INTEGRATORS:
+            with self.subTest(integrator):
+                rows = self.simulate(CUBE, f"time.integrator={integrator}", "time.end=0.0105")
+                self.assertEqual(rows[-1]["time"], 0.0105)
+                self.assertEqual(len(rows), 12)
+                self.assertEqual([rows[i]["time_step"] for i in (0, 1, 10)], [0, 1e-3, 1e-3])
+                self.assertAlmostEqual(rows[11]["time_step"], 5e-4, places=15)
+                steps = self.summary("out")["time_steps"]
+                self.assertEqual((steps["smallest"], steps["largest"]), (1e-3, 1e-3))
+                self.assertEqual(steps["changes"], 0)
+                self.assertEqual(self.messages(), [])
+        scene = self.write("scene.toml", CUBE)
+        result = self.run_program("run", scene, "--out", self.path("out"), "--set",
+                                  "time.end=4e-4")  # fmt: skip
+        self.assertIn("1 steps of 0.001 s, the last of 0.0004 s to t = 0.0004 s", result.stdout)
+        # An event that moves the end moves it exactly.
+        rows = self.simulate(CUBE + '[[event]]\nat = 0.005\nset = { "time.end" = 0.0077 }\n')
+        self.assertEqual(rows[-1]["time"], 0.0077)
+        # The last step starts at 0.01 s.
+        late = '[[event]]\nat = {}\nset = {{ "damping.drag" = 1 }}\n'
+        self.simulate(CUBE + late.format(0.01), "time.end=0.0105")
+        self.assertEqual(self.messages(), [])
+        self.simulate(CUBE + late.format(0.0102), "time.end=0.0105")
+        self.assertEqual(len(self.warnings_of()), 1)
+
+    PRESS = """
+[mesh]
+generate = { kind = "cube", cells = 2 }
+[material]
+youngs_modulus = 1e6
+poissons_ratio = 0.4
+[time]
+integrator = "verlet"
+step = "auto"
+end = 3
+[damping]
+viscosity = 100
+[[fix]]
+select = { plane = { axis = "x", at = 0 } }
+[[fix]]
+select = { plane = { axis = "x", at = 1 } }
+velocity = [-0.5, 0, 0]
+"""
+
+    def test_an_automatic_step_follows_the_limit(self):
+        rows = self.simulate(self.PRESS, code=1)
+        self.assertGreater(rows[-1]["time"], 1.5)
+        self.assertLess(rows[-1]["time_step"], 1e-3 * rows[1]["time_step"])
+        summary = self.summary("out")
+        self.assertEqual(summary["status"], "unstable")
+        self.assertGreater(summary["time_steps"]["changes"], 5)
+        for part in ("crushed", "element", "half of the stability limit"):
+            self.assertIn(part, self.result.stderr)
+        self.assertNotIn("auto", self.result.stderr)  # which is in force
+        # Smaller or larger after an event that says so, and no warning.
+        event = '[[event]]\nat = 0.05\nset = { "material.youngs_modulus" = 1e8 }\n'
+        rows = self.simulate(self.PRESS + event, "time.end=0.1")
+        self.assertAlmostEqual(rows[-2]["time_step"] / rows[1]["time_step"], 0.1, delta=0.02)
+        self.assertEqual(self.messages(), [])
+
+    def test_the_same_bits_with_an_automatic_step(self):
+        scene = self.write("scene.toml", self.PRESS)
+        for name, threads in (("a", "1"), ("b", "2")):
+            self.run_program("--threads", threads, "run", scene, "--out", self.path(name),
+                             "--quiet", "--set", "time.end=1.3")  # fmt: skip
+        self.assertEqual(self.history("a", "history.csv"), self.history("b", "history.csv"))
+
+    def test_inverted_elements_are_counted(self):
+        twisted = CUBE.replace("youngs_modulus", 'model = "stvk"\nyoungs_modulus') + """
+[damping]
+viscosity = 200
+[[fix]]
+select = { plane = { axis = "x", at = 0 } }
+[[constraint]]
+kind = "rigid"
+select = { plane = { axis = "x", at = 1 } }
+angular_velocity = [12, 0, 0]
+"""
+        rows = self.simulate(twisted, "time.integrator=backward-euler", "time.step=0.01",
+                             "time.end=0.4")  # fmt: skip
+        counts = [row["inverted_elements"] for row in rows]
+        self.assertGreater(max(counts), 0)
+        first = next(row for row in rows if row["inverted_elements"] > 0)
+        told = self.summary("out")["inverted_elements"]
+        self.assertEqual(told["most"], max(counts))
+        self.assertEqual(rows[told["most_at_step"]]["inverted_elements"], max(counts))
+        self.assertEqual((told["now"], told["first_time"]), (counts[-1], first["time"]))
+        warnings = [w for w in self.warnings_of() if "turned inside out" in w]
+        self.assertEqual(len(warnings), 1)
+        self.assertIn(f"element {told['first']} ", warnings[0])
+        # Not where no material allows it.
+        rows = self.simulate(CUBE)
+        self.assertNotIn("inverted_elements", rows[0])
+        self.assertNotIn("inverted_elements", self.summary("out"))
+
+    def test_warnings_of_results_that_mislead(self):
+        beam = BEAM.replace("every = 4", "every = 100")
+        self.simulate(beam, "time.end=4", "time.integrator=backward-euler", "time.step=0.1")
+        self.assertEqual(len(self.warnings_of()), 1)
+        self.assertIn("energy error", self.result.stderr)
+        self.assertIn("0.025 Hz", self.result.stderr)
+        self.assertEqual(len(self.summary("out")["warnings"]), 1)
+        self.simulate(beam, "material.poissons_ratio=0.45")
+        self.assertEqual(len(self.warnings_of()), 1)
+        self.assertIn("lock", self.result.stderr)
+        self.simulate(beam, "material.poissons_ratio=0.44")
+        self.assertEqual(self.messages(), [])
 
     # Events.
 

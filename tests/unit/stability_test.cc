@@ -7,6 +7,7 @@
 #include "support/bodies.h"
 #include "support/step_problems.h"
 #include "tetraction/dynamics/derivative_check.h"
+#include "tetraction/dynamics/stepper.h"
 
 namespace tetraction {
 namespace {
@@ -74,6 +75,127 @@ TEST(StabilityLimit, IsNoneWhereEveryVertexIsHeld) {
   EXPECT_TRUE(std::isinf(limit.critical_step));
   EXPECT_EQ(limit.omega_max, 0.0);
   EXPECT_EQ(limit.element, -1);
+}
+
+// The spectral radius of a step about rest, by differences of the step itself: what really decides. In
+// q and p/(mω), so that all numbers are of one size.
+double spectral_radius(const MechanicalSystem& system, ExplicitRule rule, double h, double omega) {
+  const auto stepper =
+      rule == ExplicitRule::kVerlet ? make_verlet_stepper(system) : make_explicit_stepper(system);
+  constexpr double kDifference = 1e-7;
+  std::vector<Index> free;
+  for (Index i = 0; i < system.dof_count(); ++i) {
+    if (system.coordinates().is_free(i / 3)) free.push_back(i);
+  }
+  const auto n = static_cast<Index>(free.size());
+  Matrix step(2 * n, 2 * n);
+  for (Index j = 0; j < 2 * n; ++j) {
+    Vector change = Vector::Zero(2 * n);
+    for (const double sign : {1.0, -1.0}) {
+      State state = system.rest_state();
+      const Index dof = free[static_cast<std::size_t>(j % n)];
+      (j < n ? state.position : state.momentum)[dof] +=
+          sign * kDifference * (j < n ? 1.0 : system.mass()[dof / 3] * omega);
+      stepper->reset();
+      EXPECT_TRUE(stepper->step(state, h).ok());
+      for (Index i = 0; i < n; ++i) {
+        const Index k = free[static_cast<std::size_t>(i)];
+        change[i] += sign * (state.position[k] - system.rest_state().position[k]);
+        change[n + i] += sign * state.momentum[k] / (system.mass()[k / 3] * omega);
+      }
+    }
+    step.col(j) = change / (2.0 * kDifference);
+  }
+  return step.eigenvalues().cwiseAbs().maxCoeff();
+}
+
+// From no damping to damping that has all the say: 0.98 h_crit is stable and 1.05 h_crit is not.
+TEST(StabilityLimit, IsWhereStepsBecomeUnstableWithAnyDamping) {
+  const LameParameters lame = lame_from_young(1e6, 0.4);
+  for (const ExplicitRule rule : {ExplicitRule::kExplicit, ExplicitRule::kVerlet}) {
+    for (const Damping& damping : {Damping{0, 0, 0}, Damping{0, 0, 100}, Damping{0, 0, 1e3},
+                                   Damping{0, 0, 1e4}, Damping{0, 0, 1e6}, Damping{0, 100, 0},
+                                   Damping{3e3, 0, 0}, Damping{1e6, 0, 0}, Damping{1e3, 50, 2e3}}) {
+      MechanicalSystem system(small_block({2, 1, 1}), NeoHookean(lame.mu, lame.lambda), 1000.0);
+      system.set_constraints(hold(system.mesh(), SelectPlane{0, 0.0, {}}));
+      system.set_damping(damping);
+      const StabilityLimit limit = stability_limit(system, system.rest_state().position, rule);
+      SCOPED_TRACE(::testing::Message()
+                   << (rule == ExplicitRule::kVerlet ? "verlet" : "explicit") << ", viscosity "
+                   << damping.viscosity << ", drag " << damping.drag << ", mass damping "
+                   << damping.mass_damping << ", h c " << limit.critical_step * limit.damping_rate);
+      const auto radius = [&](double share) {
+        return spectral_radius(system, rule, share * limit.critical_step, limit.omega_max);
+      };
+      EXPECT_LT(radius(0.98), 1.0 + 1e-6);
+      EXPECT_GT(radius(1.05), 1.01);
+    }
+  }
+}
+
+TEST(StabilityLimit, OfOneModeIsThatOfItsPolynomial) {
+  EXPECT_EQ(explicit_critical_step(10.0, 0.0), 0.2);
+  EXPECT_EQ(verlet_critical_step(10.0, 0.0), 0.2);
+  EXPECT_NEAR(explicit_critical_step(0.0, 10.0), 0.2, 1e-15);
+  EXPECT_NEAR(verlet_critical_step(0.0, 10.0), 0.30873780253841524, 1e-12);
+  EXPECT_TRUE(std::isinf(explicit_critical_step(0.0, 0.0)));
+  EXPECT_TRUE(std::isinf(verlet_critical_step(0.0, 0.0)));
+  for (const double rate : {1.0, 10.0, 20.0, 30.0, 100.0, 1e4}) {
+    const double h = explicit_critical_step(10.0, rate);
+    EXPECT_NEAR(h * h * 100.0 + 2.0 * h * rate, 4.0, 1e-12);
+    EXPECT_GE(verlet_critical_step(10.0, rate), h);
+  }
+}
+
+// Pressed to a fraction of its height in many small steps of the positions, from the modes of each for the
+// next.
+TEST(StabilityTracker, FollowsABodyThatIsCrushed) {
+  const LameParameters lame = lame_from_young(1e6, 0.45);
+  for (const double viscosity : {0.0, 1e3}) {
+    for (const ExplicitRule rule : {ExplicitRule::kExplicit, ExplicitRule::kVerlet}) {
+      for (const bool custom : {false, true}) {
+        const NeoHookean material(lame.mu, lame.lambda);
+        MechanicalSystem system(
+            small_block({4, 3, 3}),
+            custom ? MaterialModel(CustomMaterial(material)) : MaterialModel(material), 1000.0);
+        system.set_constraints(hold(system.mesh(), SelectPlane{0, 0.0, {}}));
+        system.set_damping({0.0, 0.0, viscosity});
+        const Vector rest = system.rest_state().position;
+        StabilityTracker tracker(system);
+        CriticalModes modes;
+        stability_limit(system, rest, rule, &modes);
+        const Vector noise = jiggled(Vector::Zero(rest.size()), 0.02);
+        for (int k = 1; k <= 20; ++k) {
+          Vector q = rest + (0.05 * k) * noise;
+          for (Index v = 0; v < system.vertex_count(); ++v) {  // more and more at the far end
+            const double x = rest[3 * v];
+            q[3 * v] -= 0.02 * k * x * x;
+          }
+          const double exact = stability_limit(system, q, rule).critical_step;
+          const double followed = tracker.critical_step(q, rule, modes);
+          EXPECT_LT(followed, 1.05 * exact) << k;
+          EXPECT_GT(followed, 0.98 * exact) << k;
+        }
+      }
+    }
+  }
+}
+
+// What becomes stiff elsewhere than where the last mode moves.
+TEST(StabilityTracker, FindsAnElementThatIsFlattenedFarAway) {
+  const LameParameters lame = lame_from_young(1e6, 0.3);
+  MechanicalSystem system(small_block({12, 3, 3}), NeoHookean(lame.mu, lame.lambda), 1000.0);
+  Vector q = system.rest_state().position;
+  q[0] += 0.12;  // a corner, against its neighbours
+  StabilityTracker tracker(system);
+  CriticalModes modes;
+  stability_limit(system, q, ExplicitRule::kExplicit, &modes);
+  q[0] -= 0.12;
+  const Index last = system.dof_count() - 3;
+  q[last] -= 0.14;
+  const double exact = stability_limit(system, q).critical_step;
+  EXPECT_NEAR(tracker.critical_step(q, ExplicitRule::kExplicit, modes), exact, 0.03 * exact);
+  EXPECT_LT(tracker.cost(), 40.0);
 }
 
 }  // namespace

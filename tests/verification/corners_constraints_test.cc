@@ -147,6 +147,8 @@ TEST_P(RuleAtCorners, ConstraintsOfVeryDifferentSizeAreAllKept) {
     scene.material.youngs_modulus = 1e3;
     scene.material.poissons_ratio = 0.3;
     scene.time = {GetParam(), 1e-4, false, 5e-3};
+    // Beside the momentum of the large box the forces in the small one are tiny.
+    scene.solver.tolerance = 1e-13;
     scene.initial.angular_velocity = {1.0, 2.0, 3.0};
     ConstraintSettings grip;
     grip.kind = ConstraintKind::kRigid;

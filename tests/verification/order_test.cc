@@ -56,18 +56,5 @@ TEST(Study, UnstableRunsAreResults) {
   EXPECT_GT(result.rows[3].position_error, 0.0);
 }
 
-TEST(Study, StepsThatDoNotDivideTheEndAreAdjustedAndSaid) {
-  Scene scene = spinning_block(Integrator::kVerlet, 1e-3, 0.01);
-  const TetMesh mesh = generate_mesh(*scene.mesh.generate);
-  StudySettings settings;
-  settings.integrators = {Integrator::kVerlet};
-  settings.steps = {0.0007};
-  settings.reference_step = 0.001;
-  const StudyResult result = run_study(scene, mesh, settings);
-  EXPECT_NEAR(result.rows[0].step, 0.01 / 14, 1e-15);
-  ASSERT_EQ(result.remarks.size(), 1U);
-  EXPECT_NE(result.remarks[0].find("does not divide"), std::string::npos);
-}
-
 }  // namespace
 }  // namespace tetraction

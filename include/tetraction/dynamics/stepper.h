@@ -64,6 +64,9 @@ class Stepper {
   /// bitwise where they are at `end_time`.
   virtual StepOutcome step_to(State& state, double h, double end_time) = 0;
   virtual void reset() {}
+  /// Makes `state`, which must not have changed since the last step went well, what it was before that step.
+  /// Returns false, and does nothing, where that is not known any more (implicit rules).
+  virtual bool take_back(State&) { return false; }
   /// What the constraints did during the last step (3 per vertex, N): their impulse over h, and the
   /// forces of penalty springs.
   const Vector& reaction_force() const { return reaction_; }

@@ -77,6 +77,8 @@ class ElasticPotential {
   bool element_terms(Index e, const Positions& q, bool with_hessian, ElementTerms& terms) const;
   /// The energy of each material's elements, J; W must be defined at q.
   Vector energies_by_material(const Vector& q) const;
+  /// The energy of a block of blocks() at the q where W was evaluated last, J.
+  double block_energy(Index block) const;
   /// Ψ at the first point of every element, J/m³.
   void energy_densities(const Vector& q, Vector& densities) const;
   /// P at the first point of element e, Pa; W must be defined at q.

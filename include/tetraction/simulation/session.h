@@ -45,6 +45,23 @@ struct AppliedEdit {
   std::string warning;       ///< for the user, or empty
 };
 
+/// The steps of a run so far.
+struct StepRange {
+  double smallest = 0.0;  ///< s; but for one that the end cut short; 0 before the first step
+  double largest = 0.0;   ///< s
+  double last = 0.0;      ///< length of the last step, s
+  Index changes = 0;      ///< how often the next step was of another size
+};
+
+/// Elements with J < 0, which only some materials allow (St Venant–Kirchhoff and custom ones).
+struct InvertedElements {
+  Index now = 0;            ///< in the present state
+  Index most = 0;           ///< largest number so far
+  Index most_step = 0;      ///< step at which that was first so
+  std::int64_t first = -1;  ///< number of the first one in the mesh file; −1: there was none
+  double first_time = 0.0;  ///< when it was found, s
+};
+
 /// A [[fix]] as it is now.
 struct PresentFix {
   FixSettings settings;
@@ -93,8 +110,9 @@ class Session {
   /// The edits made so far, the scene's events among them.
   const std::vector<AppliedEdit>& edits() const;
 
-  /// Makes the scene's events that are due, then takes one step. Returns false when the run is over:
-  /// status() tells why. A step that fails leaves the state as it was before.
+  /// Makes the scene's events that are due, then takes one step; the last one before the end is as long
+  /// as what is left, so that the end is met exactly. Returns false when the run is over: status() tells
+  /// why. A step that fails leaves the state as it was before.
   bool step();
   /// Steps to the end and calls the observers. Returns how it ended.
   RunStatus run(const std::vector<Observer*>& observers = {});
@@ -131,17 +149,24 @@ class Session {
   RunStatus status() const;
   /// One line on how the run ended: what, where (step, element), what to do. Empty if all is well.
   const std::string& message() const;
-  /// h, s.
+  /// h of the steps to come, s. The last one before the end may be shorter. time.step = "auto" changes it.
   double time_step() const;
-  /// Number of steps of the whole run: end/h, rounded; with edits of the step, those taken and those
+  /// The steps taken so far.
+  const StepRange& steps() const;
+  /// Number of steps of the whole run: end/h, rounded up; where the step changes, those taken and those
   /// that are left; very many if there is no end.
   Index step_count() const;
-  /// Stable-step estimate at the initial state.
+  /// Whether a material is defined for J < 0, or an event may set one that is.
+  bool may_invert() const;
+  /// The elements that are and were inverted.
+  const InvertedElements& inverted_elements() const;
+  /// Stable-step estimate at the initial state: of verlet if that is the rule, else of explicit.
   const StabilityLimit& initial_limit() const;
   /// Stable-step estimate at the current state, worked out anew.
   StabilityLimit current_limit() const;
-  /// Remarks for the user before the run starts: a step above the stability limit, events that never
-  /// happen, a slow BLAS.
+  /// Remarks for the user. Before the run: a step above the stability limit, events that never happen, a
+  /// slow BLAS, nearly incompressible elements. Added during the run: the first inverted element. Added
+  /// at the end: a large energy error.
   const std::vector<std::string>& warnings() const;
   /// What the constraints did during the last step (3 per vertex, N).
   const Vector& reaction_force() const;

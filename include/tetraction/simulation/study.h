@@ -77,9 +77,8 @@ struct StudyResult {
   double reference_step = 0.0;
   RunStatus reference_status = RunStatus::kRunning;
   std::string reference_directory;
-  std::vector<StudyRow> rows;  ///< by variant, integrator, then from the finest step up
-  std::vector<std::string>
-      remarks;  ///< for the user: steps that were adjusted, a missing reference
+  std::vector<StudyRow> rows;        ///< by variant, integrator, then from the finest step up
+  std::vector<std::string> remarks;  ///< for the user: a missing reference
 };
 
 /// Makes the observers of one run, given its directory relative to the study's.
@@ -91,8 +90,8 @@ using StudyProgress = std::function<void(std::size_t, std::size_t, Integrator, d
 /// Runs `scene` with every integrator at every step, and the reference. A run that blows up or
 /// fails is a result, not an error.
 ///
-/// Steps that do not divide the end time are replaced by the nearest that does (and remarked), so
-/// that all final positions are of the same time.
+/// All final positions are of the same time: where a step does not divide the end time, the last one is
+/// shorter.
 ///
 /// The observed order p solves e(h₂)/e(h₁) = (h₂/h₁)^p; for runs of the reference's own integrator,
 /// whose errors are differences to a member of the family, (h₂^p − h_r^p)/(h₁^p − h_r^p) instead.

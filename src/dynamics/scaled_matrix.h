@@ -1,0 +1,58 @@
+// The matrix whose largest eigenvalue limits the step of the explicit rules.
+#pragma once
+
+#include <memory>
+
+#include "fem/tangent_operator.h"
+#include "tetraction/dynamics/mechanical_system.h"
+
+namespace tetraction {
+
+/// y = m^(−½) Tᵀ (K + wC) T m^(−½) x over the free coordinates with m = TᵀMT: symmetric, with the
+/// eigenvalues of M⁻¹(K + wC). K is the stiffness and C the damping matrix at q. An operation of
+/// Spectra's solvers.
+class ScaledMatrix {
+ public:
+  using Scalar = double;
+
+  explicit ScaledMatrix(const MechanicalSystem& system);
+
+  /// K(q) + w C(q). Keeps a reference to q.
+  void set_stiffness(const Vector& q, double damping_weight = 0.0);
+  /// C(q).
+  void set_damping(const Vector& q);
+
+  Index rows() const { return inverse_root_mass_.size(); }
+  Index cols() const { return rows(); }
+  void perform_op(const double* in, double* out) const;
+
+  /// Products since the last set_…().
+  Index products() const { return products_; }
+  /// Whether K is applied in single precision, which is far beyond the accuracy that is asked for and
+  /// several times faster.
+  bool is_fast() const { return tangent_ != nullptr; }
+  /// The displacements of the vertices that belong to an eigenvector.
+  Vector displacement(const Vector& eigenvector) const;
+  /// A vector that has the vertex move alone which is held most stiffly for its mass, in the direction
+  /// in which it is; empty if that is not known. After set_stiffness().
+  Vector stiffest_vertex() const;
+
+ private:
+  void multiply_stiffness(const Vector& u) const;
+  void multiply_damping(const Vector& u) const;
+  void add_vertex_terms(const Vector& u) const;
+
+  const MechanicalSystem& system_;
+  const Vector* q_ = nullptr;
+  double stiffness_ = 0.0;  // weights of K and C
+  double damping_ = 0.0;
+  Vector inverse_root_mass_;
+  mutable Index products_ = 0;
+  mutable Vector product_;
+  mutable Vector force_;
+  std::unique_ptr<TangentOperator<float>> tangent_;  // where the materials allow it
+  std::unique_ptr<ViscousPotential> viscous_;        // C in the tangent: 2(K + wC) in one product
+  mutable AlignedVector<float> rows_;
+};
+
+}  // namespace tetraction

@@ -1,0 +1,142 @@
+#include "inverted_elements.h"
+
+#include <algorithm>
+#include <atomic>
+#include <limits>
+#include <variant>
+
+#include "element_blocks.h"
+#include "tetraction/core/parallel.h"
+#include "tetraction/fem/elastic_potential.h"
+
+// Portable, SSE4, AVX2 and AVX-512 (Highway's AVX3).
+#define HWY_DISABLED_TARGETS HWY_SSSE3
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "fem/inverted_elements.cc"
+#include <hwy/foreach_target.h>  // compiles this file once for every instruction set
+#include <hwy/highway.h>
+
+#include "simd_rows-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tetraction {
+namespace HWY_NAMESPACE {
+
+// Elements of the batches whose edges have a negative determinant.
+std::ptrdiff_t negative_determinants(const BatchView& batches, const double* positions) {
+  using D = hn::CappedTag<double, 8>;
+  using V = hn::Vec<D>;
+  const D d;
+  constexpr size_t kLanes = hn::MaxLanes(D());
+  const uint16_t* slots = batches.slots;
+  size_t count = 0;
+  for (std::ptrdiff_t b = 0; b < batches.count; ++b) {
+    for (size_t lane = 0; lane < kBatchLanes; lane += kLanes) {
+      Columns<V> e;
+      RowAccess<D>::edges(d, positions, slots + lane, kBatchLanes, e);
+      const auto& m = e.m;
+      const V x = hn::MulSub(m[1][1], m[2][2], hn::Mul(m[1][2], m[2][1]));
+      const V y = hn::MulSub(m[1][2], m[2][0], hn::Mul(m[1][0], m[2][2]));
+      const V z = hn::MulSub(m[1][0], m[2][1], hn::Mul(m[1][1], m[2][0]));
+      const V det = hn::MulAdd(m[0][0], x, hn::MulAdd(m[0][1], y, hn::Mul(m[0][2], z)));
+      count += hn::CountTrue(d, hn::Lt(det, hn::Zero(d)));
+    }
+    slots += 4 * kBatchLanes;
+  }
+  return static_cast<std::ptrdiff_t>(count);
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace tetraction
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+
+namespace tetraction {
+
+HWY_EXPORT(negative_determinants);
+
+namespace {
+
+constexpr double kAlways = -std::numeric_limits<double>::infinity();
+constexpr double kNever = std::numeric_limits<double>::infinity();
+
+// The energy density from which on a stretch below 0.7 is possible: a quarter of the least one with a
+// vanishing stretch, E = diag(−½, s, s), because Ψ is quadratic in E.
+double least_density(const StVenantKirchhoff& material) {
+  const double mu = material.mu();
+  const double lambda = material.lambda();
+  const double s = lambda / (4.0 * (mu + lambda));
+  const double trace = 2.0 * s - 0.5;
+  return 0.25 * (mu * (0.25 + 2.0 * s * s) + 0.5 * lambda * trace * trace);
+}
+double least_density(const NeoHookean&) {
+  return kNever;  // defined for J > 0 only
+}
+double least_density(const MooneyRivlin&) {
+  return kNever;
+}
+double least_density(const CustomMaterial&) {
+  return kAlways;
+}
+
+}  // namespace
+
+InversionCounter::InversionCounter(const ElasticPotential& elastic) : elastic_(elastic) {
+  const ElementBlocks& blocks = elastic.blocks();
+  for (Index b = 0; b < blocks.block_count(); ++b) {
+    const ElementBlocks::Block& block = blocks.block(b);
+    double volume = kNever;
+    blocks.for_each_element(
+        block, [&](Index e, Index, int) { volume = std::min(volume, elastic.rest().volume(e)); });
+    const double density =
+        std::visit([](const auto& material) { return least_density(material); },
+                   elastic.materials()[static_cast<std::size_t>(block.material)]);
+    least_energy_.push_back(volume * density);
+  }
+}
+
+Index InversionCounter::count(const Vector& q) const {
+  return count(q, false);
+}
+
+Index InversionCounter::count_after_step(const Vector& q, double energy) const {
+  // Whoever evaluated it elsewhere since then has changed the sum.
+  double sum = 0.0;
+  for (Index b = 0; b < elastic_.blocks().block_count(); ++b) sum += elastic_.block_energy(b);
+  return count(q, sum == energy);
+}
+
+Index InversionCounter::count(const Vector& q, bool energies_are_known) const {
+  const ElementBlocks& blocks = elastic_.blocks();
+  std::atomic<Index> count{0};
+  parallel_for(blocks.block_count(), 1, [&](Index begin, Index end) {
+    thread_local AlignedVector<double> positions;
+    Index own = 0;
+    for (Index b = begin; b < end; ++b) {
+      if (energies_are_known &&
+          elastic_.block_energy(b) < least_energy_[static_cast<std::size_t>(b)]) {
+        continue;
+      }
+      const ElementBlocks::Block& block = blocks.block(b);
+      positions.resize(static_cast<std::size_t>(ElementBlocks::kRowSize * block.row_count));
+      blocks.load_rows(block, q.data(), positions.data());
+      own += HWY_DYNAMIC_DISPATCH(negative_determinants)(blocks.batches(block), positions.data());
+    }
+    count += own;
+  });
+  return count;
+}
+
+Index InversionCounter::first(const Vector& q) const {
+  const RestState& rest = elastic_.rest();
+  for (Index e = 0; e < rest.element_count(); ++e) {
+    const RestState::Shape::NodeMatrix nodes = rest.gather(q, e);
+    const Matrix3 edges = nodes.rightCols<3>().colwise() - nodes.col(0);
+    if (jacobian(edges) < 0.0) return e;
+  }
+  return -1;
+}
+
+}  // namespace tetraction
+#endif

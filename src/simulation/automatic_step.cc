@@ -1,0 +1,84 @@
+#include "automatic_step.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace tetraction {
+namespace {
+
+// Steps from the beginning to the first estimate; each interval is up to four times the one before.
+constexpr Index kFirstInterval = 4;
+constexpr Index kIntervalGrowth = 4;
+constexpr Index kLongestInterval = 1024;
+// Of all steps' cost, what estimates may have.
+constexpr double kBudget = 0.025;
+// Where the step is more than this share of the limit at the rate of its change, an estimate is due.
+constexpr double kLargestShare = 0.8;
+// Shares of the limit at which the step is made smaller, begins to grow, and has grown enough.
+constexpr double kTooLarge = 1.1 * AutomaticStep::kShare;
+constexpr double kTooSmall = 0.8 * AutomaticStep::kShare;
+constexpr double kGrown = 0.96 * AutomaticStep::kShare;
+constexpr double kGrowth = 1.02;
+constexpr double kFastGrowth = 1.1;
+// An instability multiplies the energy error by four or more a step.
+constexpr double kSuddenGrowth = 4.0;
+constexpr double kNoticeable = 1e-8;  // of the energy that entered
+constexpr double kForgetting = 0.999;
+
+}  // namespace
+
+AutomaticStep::AutomaticStep(double critical_step, CriticalModes modes, Index step)
+    : modes_(std::move(modes)),
+      critical_step_(critical_step),
+      last_(step),
+      next_(step + kFirstInterval),
+      interval_(kFirstInterval) {}
+
+double AutomaticStep::enter(double critical_step, double cost, Index step, double time_step) {
+  const auto passed = static_cast<double>(std::max<Index>(1, step - last_));
+  if (critical_step_ > 0.0 && std::isfinite(critical_step_) && std::isfinite(critical_step)) {
+    // What was fast a moment ago may be so again.
+    rate_ = std::max(0.5 * rate_, std::abs(std::log(critical_step / critical_step_)) / passed);
+  }
+  critical_step_ = critical_step;
+  recent_[known_ % kRemembered] = critical_step;
+  ++known_;
+  const double changed = changed_step(time_step);
+
+  const double affordable = std::min(std::ceil(cost / kBudget), double{kLongestInterval});
+  interval_ = std::min(kIntervalGrowth * interval_, static_cast<Index>(affordable));
+  if (rate_ > 0.0) {
+    const double margin = std::log(kLargestShare * critical_step / changed) / rate_;
+    interval_ = static_cast<Index>(std::min(static_cast<double>(interval_), margin));
+  }
+  interval_ = std::max(kFirstInterval, interval_);
+  last_ = step;
+  next_ = step + interval_;
+  return changed;
+}
+
+void AutomaticStep::watch(double change, double scale, Index step) {
+  change = std::abs(change);
+  if (largest_change_ > 0.0 && change > kSuddenGrowth * largest_change_ &&
+      change > kNoticeable * scale) {
+    next_ = step;
+  }
+  largest_change_ = std::max(change, kForgetting * largest_change_);
+}
+
+double AutomaticStep::changed_step(double time_step) {
+  if (time_step > kTooLarge * critical_step_) {
+    grows_ = false;
+    return kShare * critical_step_;
+  }
+  const double least = *std::min_element(recent_.begin(), recent_.end());
+  if (known_ < kRemembered || !std::isfinite(least)) return time_step;
+  if (time_step < kTooSmall * least) grows_ = true;
+  if (time_step > kGrown * least) grows_ = false;
+  if (!grows_) return time_step;
+  const double growth = time_step < 0.5 * kShare * least ? kFastGrowth : kGrowth;
+  return std::min(growth * time_step, kShare * least);
+}
+
+}  // namespace tetraction

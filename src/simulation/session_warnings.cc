@@ -1,0 +1,183 @@
+// What a session tells its user: warnings, and the advice that goes with a failure.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "session_impl.h"
+#include "tetraction/core/blas.h"
+#include "tetraction/simulation/warnings.h"
+
+namespace tetraction {
+namespace {
+
+// Share of a step within which an event is due.
+constexpr double kSameTime = 1e-6;
+// Of the energy that entered.
+constexpr double kLargeEnergyError = 0.1;
+constexpr double kNearlyIncompressible = 0.45;
+
+std::string no_such_event(const EventSettings& event, double end) {
+  return fmt::format(
+      "{} is at {} s, but no step starts then or later: the end is at {} s. It does not happen.",
+      event.where, event.at, end);
+}
+
+}  // namespace
+
+std::string locking_warning(const MechanicalSystem& system) {
+  double largest = 0.0;
+  for (const MaterialModel& material : system.elastic().materials()) {
+    const LameParameters lame = initial_lame(material);
+    largest = std::max(largest, 0.5 * lame.lambda / (lame.lambda + lame.mu));
+  }
+  if (largest < kNearlyIncompressible - 1e-9) return {};
+  return fmt::format(
+      "a Poisson's ratio of {:.5g} is nearly incompressible, and linear tetrahedra lock: the body "
+      "is "
+      "too stiff, by several times near 0.5, and stresses are wrong. Take a ratio below {} where "
+      "the "
+      "exact change of volume does not matter, or refine the mesh until results no longer change.",
+      largest, kNearlyIncompressible);
+}
+
+double resolved_frequency(Integrator integrator, double time_step) {
+  return 1.0 / ((is_variational(integrator) ? 20.0 : 400.0) * time_step);
+}
+
+std::string Session::Impl::step_warning(const StabilityLimit& limit) const {
+  if (is_implicit(time.integrator) || stepping.time_step <= limit.critical_step) return {};
+  std::string why;
+  if (system->constraints().has_springs()) {
+    why = " (the springs of fix.mode = \"penalty\" count: the stiffer, the lower the limit)";
+  } else if (limit.damping_rate * stepping.time_step > 0.5) {
+    why = " (the damping counts: the stronger, the lower the limit)";
+  }
+  return fmt::format(
+      "the step {:.4g} s is above the stability limit h_crit = {:.4g} s of the {} rule{}: "
+      "the run will blow up. Take a smaller time.step, \"auto\", or an implicit integrator.",
+      stepping.time_step, limit.critical_step, to_string(time.integrator), why);
+}
+
+void Session::Impl::warn_of_blas() {
+  bool implicit = is_implicit(time.integrator);
+  for (const EventSettings& event : scene.event) {
+    for (const Edit& edit : event.edits) {
+      const auto* change = std::get_if<SetTime>(&edit);
+      implicit = implicit || (change != nullptr && is_implicit(change->time.integrator));
+    }
+  }
+  if (!implicit) return;
+  if (std::string warning = blas_warning(); !warning.empty()) {
+    warnings.push_back(std::move(warning));
+  }
+}
+
+void Session::Impl::warn_of_events() {
+  // Where the run is when the step was set last; which, as step and end, events may change.
+  double start = state.time;
+  double end = time.end;
+  double step = stepping.time_step;
+  bool automatic = time.automatic;
+  const auto steps_until = [&](double when) {
+    return std::max(0.0, std::ceil((when - start) / step - kSameTime));
+  };
+  for (const EventSettings& event : scene.event) {
+    // With "auto" the last step may begin at any time before the end.
+    const double last_start =
+        automatic ? end - 2.0 * kSameTime * step : start + (steps_until(end) - 1.0) * step;
+    if (event.at > last_start + kSameTime * step) {
+      warnings.push_back(no_such_event(event, end));
+      continue;
+    }
+    if (event.at < 0.0) {
+      warnings.push_back(
+          fmt::format("{} is at {} s, before the start: it happens before the first step.",
+                      event.where, event.at));
+    }
+    for (const Edit& edit : event.edits) {
+      const auto* change = std::get_if<SetTime>(&edit);
+      if (change == nullptr) continue;
+      start += steps_until(event.at) * step;
+      end = change->time.end;
+      automatic = change->time.automatic;
+      if (!automatic) step = change->time.step;
+    }
+  }
+}
+
+void Session::Impl::warn_at_the_end() {
+  if (is_automatic()) {
+    for (std::size_t i = next_event; i < scene.event.size(); ++i) {
+      std::string warning = no_such_event(scene.event[i], time.end);
+      if (std::find(warnings.begin(), warnings.end(), warning) == warnings.end()) {
+        warnings.push_back(std::move(warning));
+      }
+    }
+  }
+  const double drift = books->max_relative_energy_drift();
+  if (!(drift > kLargeEnergyError)) return;
+  const double frequency = resolved_frequency(time.integrator, stepping.time_step);
+  if (is_variational(time.integrator)) {
+    warnings.push_back(fmt::format(
+        "the energy error reached {:.3g} % of the energy that entered: the step does not resolve "
+        "the "
+        "motion. {:.4g} s resolve vibrations up to {:.3g} Hz (20 steps a period). Take a smaller "
+        "time.step.",
+        100.0 * drift, stepping.time_step, frequency));
+    return;
+  }
+  warnings.push_back(fmt::format(
+      "the energy error reached {:.3g} % of the energy that entered: backward-euler damps what the "
+      "step does not resolve, which is right on the way to rest and wrong for a motion. With "
+      "{:.4g} s "
+      "vibrations up to {:.3g} Hz keep nine tenths of their energy over a period. Take a smaller "
+      "time.step, or midpoint.",
+      100.0 * drift, stepping.time_step, frequency));
+}
+
+std::string Session::Impl::limit_advice() const {
+  const double step = stepping.time_step;
+  double limit = initial_limit.critical_step;
+  if (system->elastic().admissible(state.position).ok()) {
+    limit = std::min(limit, limit_at(state.position).critical_step);
+  }
+  if (is_automatic()) {
+    return fmt::format(
+        "The steps were half of the stability limit, which has come down to {:.4g} s (initially "
+        "{:.4g} s). Check loads and prescribed motion, end the run earlier, or take an implicit "
+        "integrator.",
+        limit, initial_limit.critical_step);
+  }
+  if (!is_implicit(time.integrator)) {
+    return fmt::format(
+        "The step is {:.4g} s; the stability limit is {:.4g} s (initially {:.4g} s). Take a step "
+        "below it, time.step = \"auto\", or an implicit integrator.",
+        step, limit, initial_limit.critical_step);
+  }
+  return fmt::format(
+      "The step is {:.4g} s, {:.3g} times the explicit stability limit of {:.4g} s. Take a smaller "
+      "time.step{}, and check the loads.",
+      step, step / limit, limit,
+      time.integrator == Integrator::kBackwardEuler ? "" : " or backward-euler");
+}
+
+// A vertex that falls into the centre of attraction is the likely cause of a failure.
+std::string Session::Impl::center_note() {
+  if (!system->environment().is_singular()) return {};
+  Index nearest = 0;
+  const double distance =
+      state.position.reshaped(3, system->vertex_count()).colwise().norm().minCoeff(&nearest);
+  const double moved = state.velocity.segment<3>(3 * nearest).norm() * stepping.time_step;
+  // Whoever has passed the centre within what it moves in a step has got an arbitrary energy there,
+  // and may be far away by the time that shows.
+  if (distance <= 4.0 * moved || distance == 0.0) {
+    passed_center = fmt::format(
+        "; vertex {} came as near as {:.3g} m to the centre of attraction, where the force has no "
+        "bound: give environment.softening a length",
+        system->mesh().vertex_id(nearest), distance);
+  }
+  return passed_center;
+}
+
+}  // namespace tetraction
