@@ -18,18 +18,30 @@
 
 #include "simd_rows-inl.h"
 
+#ifndef TETRACTION_FEM_JACOBIAN_SIGNS
+#define TETRACTION_FEM_JACOBIAN_SIGNS
+namespace tetraction {
+struct JacobianSigns {
+  Index negative = 0;
+  bool all_above_half = true;
+};
+}  // namespace tetraction
+#endif
+
 HWY_BEFORE_NAMESPACE();
 namespace tetraction {
 namespace HWY_NAMESPACE {
 
-// Elements of the batches whose edges have a negative determinant.
-std::ptrdiff_t negative_determinants(const BatchView& batches, const double* positions) {
+// How many elements have J < 0, and whether all have J > ½.
+JacobianSigns jacobian_signs(const BatchView& batches, const double* positions) {
   using D = hn::CappedTag<double, 8>;
   using V = hn::Vec<D>;
   const D d;
   constexpr size_t kLanes = hn::MaxLanes(D());
+  const double* inverse_six_volumes = batches.rest + 6 * kBatchLanes;
   const uint16_t* slots = batches.slots;
-  size_t count = 0;
+  size_t negative = 0;
+  V least = hn::Set(d, 1.0);
   for (std::ptrdiff_t b = 0; b < batches.count; ++b) {
     for (size_t lane = 0; lane < kBatchLanes; lane += kLanes) {
       Columns<V> e;
@@ -39,11 +51,16 @@ std::ptrdiff_t negative_determinants(const BatchView& batches, const double* pos
       const V y = hn::MulSub(m[1][2], m[2][0], hn::Mul(m[1][0], m[2][2]));
       const V z = hn::MulSub(m[1][0], m[2][1], hn::Mul(m[1][1], m[2][0]));
       const V det = hn::MulAdd(m[0][0], x, hn::MulAdd(m[0][1], y, hn::Mul(m[0][2], z)));
-      count += hn::CountTrue(d, hn::Lt(det, hn::Zero(d)));
+      const V j = hn::Mul(det, hn::Load(d, inverse_six_volumes + lane));
+      least = hn::Min(least, j);
+      if (!hn::AllFalse(d, hn::Lt(j, hn::Zero(d)))) {
+        negative += hn::CountTrue(d, hn::Lt(j, hn::Zero(d)));
+      }
     }
+    inverse_six_volumes += kRestNumbers * kBatchLanes;
     slots += 4 * kBatchLanes;
   }
-  return static_cast<std::ptrdiff_t>(count);
+  return {static_cast<Index>(negative), hn::AllTrue(d, hn::Gt(least, hn::Set(d, 0.5)))};
 }
 
 }  // namespace HWY_NAMESPACE
@@ -54,7 +71,7 @@ HWY_AFTER_NAMESPACE();
 
 namespace tetraction {
 
-HWY_EXPORT(negative_determinants);
+HWY_EXPORT(jacobian_signs);
 
 namespace {
 
@@ -96,32 +113,39 @@ InversionCounter::InversionCounter(const ElasticPotential& elastic) : elastic_(e
   }
 }
 
-Index InversionCounter::count(const Vector& q) const {
+Index InversionCounter::count(const Vector& q) {
   return count(q, false);
 }
 
-Index InversionCounter::count_after_step(const Vector& q, double energy) const {
+Index InversionCounter::count_after_step(const Vector& q, double energy) {
   // Whoever evaluated it elsewhere since then has changed the sum.
   double sum = 0.0;
   for (Index b = 0; b < elastic_.blocks().block_count(); ++b) sum += elastic_.block_energy(b);
   return count(q, sum == energy);
 }
 
-Index InversionCounter::count(const Vector& q, bool energies_are_known) const {
+Index InversionCounter::count(const Vector& q, bool is_small_step) {
+  constexpr int kPause = 3;
   const ElementBlocks& blocks = elastic_.blocks();
+  pause_.resize(least_energy_.size(), 0);
   std::atomic<Index> count{0};
   parallel_for(blocks.block_count(), 1, [&](Index begin, Index end) {
     thread_local AlignedVector<double> positions;
     Index own = 0;
     for (Index b = begin; b < end; ++b) {
-      if (energies_are_known &&
-          elastic_.block_energy(b) < least_energy_[static_cast<std::size_t>(b)]) {
+      const auto i = static_cast<std::size_t>(b);
+      if (is_small_step && elastic_.block_energy(b) < least_energy_[i]) continue;
+      if (is_small_step && pause_[i] > 0) {
+        --pause_[i];
         continue;
       }
       const ElementBlocks::Block& block = blocks.block(b);
       positions.resize(static_cast<std::size_t>(ElementBlocks::kRowSize * block.row_count));
       blocks.load_rows(block, q.data(), positions.data());
-      own += HWY_DYNAMIC_DISPATCH(negative_determinants)(blocks.batches(block), positions.data());
+      const JacobianSigns signs =
+          HWY_DYNAMIC_DISPATCH(jacobian_signs)(blocks.batches(block), positions.data());
+      own += signs.negative;
+      pause_[i] = signs.all_above_half ? kPause : 0;
     }
     count += own;
   });

@@ -151,7 +151,9 @@ bool Session::step() {
     case StepStatus::kOk:
       break;
     case StepStatus::kInverted:
-      s.stop(RunStatus::kUnstable, "the material's energy is not defined (inverted, J <= 0)",
+      s.stop(RunStatus::kUnstable,
+             s.is_automatic() ? "the body is crushed or torn (inverted, J <= 0, whatever the step)"
+                              : "the material's energy is not defined (inverted, J <= 0)",
              outcome.element);
       return false;
     case StepStatus::kNotFinite:
