@@ -1,4 +1,5 @@
 // summary.json: the account of one run for people and programs.
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -38,6 +39,9 @@ nlohmann::ordered_json solver_json(const Session& session) {
   json["factorizations"] = session.total_factorizations();
   json["cg_iterations"] = session.total_cg_iterations();
   json["message"] = session.solver_message();
+  const Books& books = session.books();
+  json["steps_limited_by_round_off"] = books.steps_limited_by_round_off();
+  json["tolerance_reached"] = solver.tolerance * std::max(1.0, books.residual_over_tolerance());
   return json;
 }
 

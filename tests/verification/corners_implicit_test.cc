@@ -1,5 +1,6 @@
 // Implicit steps in the corners: thin bodies whose forces drown in the round-off of positions, steps of
 // any length at rest and in free fall, prescribed motion of more than an element a step.
+#include <algorithm>
 #include <cmath>
 
 #include "support/corner_scenes.h"
@@ -65,6 +66,10 @@ TEST_P(ImplicitCorner, AToleranceOutOfReachIsTold) {
   EXPECT_GT(session.books().steps_limited_by_round_off(), 0);
   EXPECT_GT(session.books().residual_over_tolerance(), 1.0);
   EXPECT_LT(session.books().residual_over_tolerance(), 1e5);
+  const auto tells = [](const std::string& warning) {
+    return warning.find("solver.tolerance") != std::string::npos;
+  };
+  EXPECT_TRUE(std::any_of(session.warnings().begin(), session.warnings().end(), tells));
 }
 
 // One flat tetrahedron in a beam, its fourth vertex 1e-9 of its edges above the plane of the others.
