@@ -132,7 +132,7 @@ TEST_P(ImplicitCorner, HugeStepsUnderGravity) {
 }
 
 TEST_P(ImplicitCorner, FreeFallWithHugeSteps) {
-  for (const double step : {1e2, midpoint() ? 1e3 : 1e4}) {
+  for (const double step : {1.0, midpoint() ? 1e2 : 1e4}) {
     Scene scene = clamped_beam({4, 1, 1}, {8, 2, 2});
     scene.fix.clear();
     scene.environment.kind = EnvironmentKind::kGravity;
