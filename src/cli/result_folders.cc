@@ -19,13 +19,10 @@ namespace {
 namespace fs = std::filesystem;
 
 // Without their endings, as plot_study.py names them.
-constexpr std::array kPlots{"energy_over_time",
-                            "linear_momentum_over_time",
-                            "angular_momentum_over_time",
-                            "error_over_step",
-                            "work_precision",
-                            "energy_drift_over_step",
-                            "momentum_drift_over_step"};
+constexpr std::array kPlots{"energy_over_time",           "linear_momentum_over_time",
+                            "angular_momentum_over_time", "error_over_step",
+                            "rms_error_over_step",        "work_precision",
+                            "energy_drift_over_step",     "momentum_drift_over_step"};
 
 bool is_there(const fs::path& path) {
   std::error_code error;

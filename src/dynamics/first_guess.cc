@@ -25,7 +25,7 @@ void FirstGuess::reset() {
   knows_energy_ = false;
 }
 
-bool FirstGuess::choose(StepProblem& problem, const State& state) {
+FirstGuess::Quality FirstGuess::choose(StepProblem& problem, const State& state) {
   const int count = 3 + earlier_count_;
   const int favourite = best_ < count ? best_ : 0;
   double least = std::numeric_limits<double>::infinity();
@@ -56,7 +56,7 @@ bool FirstGuess::choose(StepProblem& problem, const State& state) {
   judge(favourite);
   if (best < 0) {
     problem.set_origin(problem.base());
-    return false;
+    return Quality::kUndefined;
   }
   best_ = best;
   if (best == kStay && (best != favourite || knows_energy_)) {
@@ -64,7 +64,7 @@ bool FirstGuess::choose(StepProblem& problem, const State& state) {
   } else if (best != favourite) {
     problem.set_origin(least_);
   }
-  return keeps_volumes(state.position, problem.origin());
+  return keeps_volumes(state.position, problem.origin()) ? Quality::kGood : Quality::kCrushed;
 }
 
 void FirstGuess::make(int guess, const StepProblem& problem, const State& state, Vector& x) const {

@@ -17,9 +17,14 @@ class FirstGuess {
 
   /// Forgets earlier steps: the state or the system was changed from outside.
   void reset();
-  /// Sets the origin. False where Φ is defined at none of the guesses, or where prescribed vertices
-  /// would crush or invert elements beside them: carry_along() has to be used then.
-  bool choose(StepProblem& problem, const State& state);
+  /// What the best guess is worth.
+  enum class Quality {
+    kGood,
+    kCrushed,   ///< prescribed vertices crush or invert elements beside them
+    kUndefined  ///< Φ is defined at none of the guesses; the origin is the problem's base()
+  };
+  /// Sets the origin. Unless the guess is good, carry_along() should be used.
+  Quality choose(StepProblem& problem, const State& state);
   /// x ← x plus the harmonic extension of what its prescribed components lack to those of
   /// problem.base(): the displacement with the least Σ V |∇u|² over the free coordinates.
   void carry_along(const StepProblem& problem, Vector& x) const;

@@ -73,12 +73,22 @@ class ImplicitStepper : public Stepper {
  private:
   // u_ ← the minimiser of the step, or the outcome says why there is none.
   bool find(const State& state, double end_time, StepOutcome& outcome) {
-    const bool guessed = guess_.choose(problem_, state);
+    using Quality = FirstGuess::Quality;
+    Quality guess = guess_.choose(problem_, state);
     u_.setZero(system_.dof_count());
-    if (!guessed && !lead_along(state, end_time, outcome)) return false;
+    const bool led = guess != Quality::kGood;
+    if (led && !lead_along(state, end_time, outcome)) {
+      if (guess == Quality::kUndefined) return false;
+      // Materials that may be turned inside out go on from a poor guess.
+      outcome.status = StepStatus::kOk;
+      outcome.message.clear();
+      problem_.prescribe_base(end_time);
+      guess_.choose(problem_, state);
+      u_.setZero();
+    }
     if (minimize(state, outcome)) return true;
     // From a guess that is not led along, a body with moving parts may end in a dead end.
-    if (!guessed || !system_.constraints().moving()) return false;
+    if (led || !system_.constraints().moving()) return false;
     StepOutcome again;
     again.minimizer.iterations = outcome.minimizer.iterations;
     again.minimizer.factorizations = outcome.minimizer.factorizations;

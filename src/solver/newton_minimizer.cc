@@ -54,8 +54,8 @@ class NewtonMinimizer : public Minimizer {
     }
     report.linear = linear_.name();
     report.message = termination_message(report.termination);
-    if (!report.converged() && (options_.linear == LinearSolver::kCg ||
-                                options_.linear == LinearSolver::kMatrixFree)) {
+    if (!report.converged() &&
+        (options_.linear == LinearSolver::kCg || options_.linear == LinearSolver::kMatrixFree)) {
       report.message += "; solver.linear = \"auto\" or \"factor\" gives better directions";
     }
     if (report.converged()) linear_.end_step(report.iterations);
@@ -190,8 +190,8 @@ class NewtonMinimizer : public Minimizer {
       if (drowned && t < 0.1 * longest) break;
       if (!evaluate(problem, x)) continue;
       report.residual = residual();
-      const bool lower = drowned ? report.residual <= 0.9 * residual_before
-                                 : phi_ <= phi - kArmijo * fall;
+      const bool lower =
+          drowned ? report.residual <= 0.9 * residual_before : phi_ <= phi - kArmijo * fall;
       if (lower || report.residual <= 0.5 * residual_before ||
           report.residual <= report.residual_limit) {
         return true;

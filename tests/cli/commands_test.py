@@ -362,7 +362,7 @@ class Overwriting(CliTest):
         scene = self.write("beam.toml", BEAM)
         study = ["study", scene, "--steps", "0.05", "--out", "s", "--no-plots"]
         self.assertIn("twice", self.refused(2, *study, "--integrators", "midpoint,midpoint"))
-        self.assertIn("twice", self.refused(2, *study, "--vary", "time.end=0.1,0.1"))
+        self.assertIn("twice", self.refused(2, *study, "--vary", "material.density=900,900"))
 
 
 if __name__ == "__main__":

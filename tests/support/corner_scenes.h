@@ -1,6 +1,7 @@
 // Scenes of the corner cases: bodies, and every way to solve an implicit step.
 #pragma once
 
+#include <ostream>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,10 @@ struct ImplicitWay {
   SolverSettings solver;
   std::string name;
 };
+
+inline void PrintTo(const ImplicitWay& way, std::ostream* out) {
+  *out << way.name;
+}
 
 /// Every implicit rule with every solver.
 inline std::vector<ImplicitWay> all_implicit_ways() {

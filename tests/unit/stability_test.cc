@@ -2,8 +2,8 @@
 
 #include <Eigen/Eigenvalues>
 #include <cmath>
-#include <limits>
 #include <cstdlib>
+#include <limits>
 
 #include "support/bodies.h"
 #include "support/step_problems.h"

@@ -158,7 +158,8 @@ TEST(Simulation, ARefusedEditLeavesEverythingAsItWas) {
   wrong.poissons_ratio = 0.7;
   MaterialSettings heavier = scene.material;
   heavier.density = 2000.0;
-  FixSettings everything;
+  FixSettings nothing;
+  nothing.select = SelectGroup{"nowhere"};
   EnvironmentSettings upward;
   upward.strength = -1.0;
   TimeSettings backward = scene.time;
@@ -171,8 +172,8 @@ TEST(Simulation, ARefusedEditLeavesEverythingAsItWas) {
                                 SetMaterial{0, heavier},
                                 SetMaterial{4, scene.material},
                                 SetDamping{{.drag = -1.0}},
-                                SetFix{std::nullopt, everything},
-                                SetFix{kNewest, everything},
+                                SetFix{std::nullopt, nothing},
+                                SetFix{kNewest, nothing},
                                 SetEnvironment{upward},
                                 SetTime{backward},
                                 SetSolver{sloppy},

@@ -24,8 +24,8 @@ namespace tetraction {
 /// How a step ended. Anything but kOk leaves the state as it was.
 enum class StepStatus {
   kOk,
-  kInverted,     ///< an element is inverted where its energy is needed
-  kNotFinite,    ///< a position or momentum overflowed
+  kInverted,      ///< an element is inverted where its energy is needed
+  kNotFinite,     ///< a position or momentum overflowed
   kNotConverged,  ///< the minimiser gave up
   kOverdamped  ///< explicit rules: the damping forces of the step are so large that they would turn
                ///< velocities around and give energy instead of taking it
@@ -34,13 +34,13 @@ enum class StepStatus {
 /// What one step did, for the books.
 struct StepOutcome {
   StepStatus status = StepStatus::kOk;
-  Index element = -1;                         ///< inverted element (internal number)
-  std::string message;                        ///< why a step did not converge
-  MinimizerReport minimizer;                  ///< implicit steps only
-  double elastic_energy = 0.0;                ///< W_elastic(q_{k+1}), J
-  double external_work = 0.0;                 ///< of the user forces, J
+  Index element = -1;              ///< inverted element (internal number)
+  std::string message;             ///< why a step did not converge
+  MinimizerReport minimizer;       ///< implicit steps only
+  double elastic_energy = 0.0;     ///< W_elastic(q_{k+1}), J
+  double external_work = 0.0;      ///< of the user forces, J
   double dissipated_energy = 0.0;  ///< by drag, mass damping and viscosity, J; never negative
-  double constraint_work = 0.0;               ///< of moving targets and penalty springs, J
+  double constraint_work = 0.0;    ///< of moving targets and penalty springs, J
   Vector3 linear_impulse = Vector3::Zero();   ///< of loads, damping, environment, reactions, N s
   Vector3 angular_impulse = Vector3::Zero();  ///< the same about the origin, N m s
   /// Change of angular momentum that the minimiser's remaining residual r = ∇Φ(x) makes, N m s:
