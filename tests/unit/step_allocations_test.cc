@@ -138,8 +138,7 @@ TEST(StepEvaluations, NothingIsEvaluatedTwice) {
       if (k < 5) continue;  // until the best of four guesses is the same every time
       // The guesses but the present place, whose energy is known; Newton's Hessians and the points
       // they lead to; the end of the step.
-      EXPECT_EQ(count, system.rest().element_count() *
-                           (5 + 2 * outcome.minimizer.iterations));
+      EXPECT_EQ(count, system.rest().element_count() * (5 + 2 * outcome.minimizer.iterations));
     }
   }
 }
