@@ -46,8 +46,9 @@ void Books::enter(const State& state, const StepOutcome& outcome) {
   largest_angular_drift_ =
       std::max(largest_angular_drift_,
                (momenta_.angular - initial_momenta_.angular - angular_impulse_).norm());
-  linear_scale_ = std::max(linear_scale_, momenta_.linear_scale);
-  angular_scale_ = std::max(angular_scale_, momenta_.angular_scale);
+  // Impulses count, too: a body that should have moved and did not has a drift.
+  linear_scale_ = std::max({linear_scale_, momenta_.linear_scale, linear_impulse_.norm()});
+  angular_scale_ = std::max({angular_scale_, momenta_.angular_scale, angular_impulse_.norm()});
 }
 
 double Books::enter_edit(const State& state) {

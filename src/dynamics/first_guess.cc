@@ -1,6 +1,7 @@
 #include "first_guess.h"
 
 #include <Eigen/LU>
+#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -9,7 +10,9 @@
 namespace tetraction {
 
 FirstGuess::FirstGuess(const MechanicalSystem& system)
-    : system_(system), zero_(Vector::Zero(system.dof_count())) {
+    : system_(system),
+      free_(system.constraints().empty()),
+      zero_(Vector::Zero(system.dof_count())) {
   if (!system.constraints().moving()) return;
   const RestState& rest = system.rest();
   for (Index e = 0; e < rest.element_count(); ++e) {
@@ -26,8 +29,7 @@ void FirstGuess::reset() {
 }
 
 FirstGuess::Quality FirstGuess::choose(StepProblem& problem, const State& state) {
-  const int count = 3 + earlier_count_;
-  const int favourite = best_ < count ? best_ : 0;
+  const int favourite = is_possible(best_) ? best_ : 0;
   double least = std::numeric_limits<double>::infinity();
   int best = -1;
   const auto judge = [&](int guess) {
@@ -50,8 +52,8 @@ FirstGuess::Quality FirstGuess::choose(StepProblem& problem, const State& state)
     best = guess;
     if (guess != favourite) least_.swap(trial_);
   };
-  for (int guess = 0; guess < count; ++guess) {
-    if (guess != favourite) judge(guess);
+  for (int guess = 0; guess <= kRigid; ++guess) {
+    if (guess != favourite && is_possible(guess)) judge(guess);
   }
   judge(favourite);
   if (best < 0) {
@@ -76,6 +78,11 @@ void FirstGuess::make(int guess, const StepProblem& problem, const State& state,
     x = problem.base();
     return;
   }
+  if (guess == kRigid) {
+    problem.inertial_guess(x);
+    make_rigid(state.position, x, x);
+    return;
+  }
   // Polynomials through the last velocities, equal steps taken for granted.
   const double s = problem.step();
   if (guess == 2) x = s * state.velocity;
@@ -83,6 +90,24 @@ void FirstGuess::make(int guess, const StepProblem& problem, const State& state,
   if (guess == 4) x = s * (3.0 * (state.velocity - earlier_[0]) + earlier_[1]);
   system_.coordinates().project_velocity(system_.mass(), x);
   x += problem.base();
+}
+
+void FirstGuess::make_rigid(const Vector& q, const Vector& target, Vector& x) const {
+  const Vector3 from = system_.center_of_mass(q);
+  const Vector3 to = system_.center_of_mass(target);
+  Matrix3 moment = Matrix3::Zero();
+  for (Index v = 0; v < system_.vertex_count(); ++v) {
+    moment += system_.mass()[v] * (vertex_block(target, v) - to) *
+              (vertex_block(q, v) - from).transpose();
+  }
+  const Eigen::JacobiSVD<Matrix3> svd(moment, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Vector3 signs = Vector3::Ones();
+  signs[2] = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0.0 ? -1.0 : 1.0;
+  const Matrix3 rotation = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
+  x.resize(q.size());
+  for (Index v = 0; v < system_.vertex_count(); ++v) {
+    vertex_block(x, v) = to + rotation * (vertex_block(q, v) - from);
+  }
 }
 
 void FirstGuess::keep(Vector& velocity, double elastic_energy) {

@@ -9,7 +9,8 @@
 namespace tetraction {
 
 /// Puts the origin of a step problem to the natural guess with the lowest Φ: inertia alone; q_k
-/// itself; the last velocity kept, or going on to change as it did.
+/// itself; the last velocity kept, or going on to change as it did; for a body that nothing holds, the
+/// rigid motion that comes nearest to inertia, which a stiff body makes at any step.
 class FirstGuess {
  public:
   /// Keeps a reference to `system`, which must live longer.
@@ -34,12 +35,18 @@ class FirstGuess {
   void keep(Vector& velocity, double elastic_energy);
 
  private:
-  static constexpr int kStay = 1;  // q_k; 0: inertia; 2 and above: velocities
+  static constexpr int kStay = 1;   // q_k; 0: inertia; 2 to 4: velocities
+  static constexpr int kRigid = 5;  // the last one
 
+  bool is_possible(int guess) const { return guess == kRigid ? free_ : guess < 3 + earlier_count_; }
   void make(int guess, const StepProblem& problem, const State& state, Vector& x) const;
 
+  // The rigid motion of q with the least Σ m |x − target|² (shape matching, Müller et al. 2005).
+  void make_rigid(const Vector& q, const Vector& target, Vector& x) const;
+
   const MechanicalSystem& system_;
-  int best_ = 0;  // of the last step
+  bool free_ = false;  // nothing holds or guides the body
+  int best_ = 0;       // of the last step
   // Velocities of the steps before the last one, and how many of them are known.
   std::array<Vector, 2> earlier_;
   int earlier_count_ = 0;

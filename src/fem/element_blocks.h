@@ -35,6 +35,7 @@ class ElementBlocks {
     Index first_row = 0;
     Index row_count = 0;  ///< with those of padding elements
     int material = 0;
+    double aspect = 0.0;  ///< largest ratio of an element's longest edge to its least height
   };
 
   /// `material_of_element` may be empty: one material.
@@ -43,6 +44,7 @@ class ElementBlocks {
 
   Index block_count() const { return static_cast<Index>(blocks_.size()); }
   const Block& block(Index b) const { return blocks_[static_cast<std::size_t>(b)]; }
+  Block& block(Index b) { return blocks_[static_cast<std::size_t>(b)]; }
   Index row_count() const { return static_cast<Index>(row_vertex_.size()); }
   /// The vertex of a row, or −1: padding.
   Index row_vertex(Index row) const { return row_vertex_[static_cast<std::size_t>(row)]; }

@@ -68,6 +68,24 @@ HWY_INLINE void refine(D d, const Symmetric<V>& c, const Symmetric<V>& vg, V inv
   }
 }
 
+// Above this value of I₁ the formula ½ (I₁² − tr C²) of I₂ loses digits that matter.
+constexpr double kLargeStretch = 1e3;
+
+// I₂ = |cof F|² = cof(e)ᵀcof(e) : adj(V G)/V², a sum of squares.
+HWY_INLINE V second_invariant(const Columns<V>& cofactor, const Symmetric<V>& vg,
+                              V inverse_volume) {
+  Symmetric<V> w;
+  metric(cofactor, w);
+  V sum = hn::Mul(w(0, 0), hn::MulSub(vg(1, 1), vg(2, 2), hn::Mul(vg(1, 2), vg(1, 2))));
+  sum = hn::MulAdd(w(1, 1), hn::MulSub(vg(0, 0), vg(2, 2), hn::Mul(vg(0, 2), vg(0, 2))), sum);
+  sum = hn::MulAdd(w(2, 2), hn::MulSub(vg(0, 0), vg(1, 1), hn::Mul(vg(0, 1), vg(0, 1))), sum);
+  V off = hn::Mul(w(0, 1), hn::MulSub(vg(0, 2), vg(1, 2), hn::Mul(vg(0, 1), vg(2, 2))));
+  off = hn::MulAdd(w(0, 2), hn::MulSub(vg(0, 1), vg(1, 2), hn::Mul(vg(0, 2), vg(1, 1))), off);
+  off = hn::MulAdd(w(1, 2), hn::MulSub(vg(0, 1), vg(0, 2), hn::Mul(vg(0, 0), vg(1, 2))), off);
+  sum = hn::Add(sum, hn::Add(off, off));
+  return hn::Mul(sum, hn::Mul(inverse_volume, inverse_volume));
+}
+
 struct Moduli {
   V mu, mu2, lambda;
 };
@@ -158,7 +176,11 @@ HWY_INLINE bool evaluate(D d, const Moduli& moduli, const Columns<V>& e, const S
         for (int k = 0; k < 3; ++k) square = hn::MulAdd(c(i, k), gcvg(i, k), square);
       }
       const V half = hn::Set(d, 0.5);
-      const V i2 = hn::Mul(half, hn::MulSub(i1, i1, hn::Mul(square, inverse_volume)));
+      V i2 = hn::Mul(half, hn::MulSub(i1, i1, hn::Mul(square, inverse_volume)));
+      const auto far = hn::Gt(i1, hn::Set(d, kLargeStretch));
+      if (HWY_UNLIKELY(!hn::AllFalse(d, far))) {
+        i2 = hn::IfThenElse(far, second_invariant(cofactor, vg, inverse_volume), i2);
+      }
       V second = hn::Sub(i2, hn::MulAdd(hn::Set(d, 4.0), log_j, hn::Set(d, 3.0)));
       if (HWY_UNLIKELY(!hn::AllFalse(d, hn::Lt(first, hn::Set(d, kSmallStrain))))) {
         refine<true>(d, c, vg, inverse_volume, first, second);

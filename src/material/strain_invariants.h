@@ -1,6 +1,7 @@
 // Invariants of the strain, free of cancellation near the rest state.
 #pragma once
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <cmath>
 
@@ -41,7 +42,7 @@ struct StrainInvariants {
     const double two = 0.5 * (trace * trace - a_matrix.squaredNorm());
     const double three = a_matrix.determinant();
     const double a = trace + two + three;
-    if (std::abs(a) < 0.5) {
+    if (std::abs(a) < 0.5 && trace < 1.0) {
       const double rest = x_minus_log1p(a);
       log_j = 0.5 * std::log1p(a);
       first = rest - two - three;
@@ -50,7 +51,11 @@ struct StrainInvariants {
       // Far from rest nothing cancels, and det F is more accurate than 1 + a.
       log_j = std::log(f.determinant());
       first = trace - 2.0 * log_j;
-      second = 2.0 * trace + two - 4.0 * log_j;
+      // I₂ = |cof F|² is a sum of squares, where ½(I₁² − tr C²) would cancel for large stretches.
+      const double i2 = f.col(1).cross(f.col(2)).squaredNorm() +
+                        f.col(2).cross(f.col(0)).squaredNorm() +
+                        f.col(0).cross(f.col(1)).squaredNorm();
+      second = i2 - 3.0 - 4.0 * log_j;
     }
   }
 };

@@ -78,7 +78,13 @@ class NewtonMinimizer : public Minimizer {
   // Newton's method until the residual is small or nothing helps any more.
   void descend(const StepProblem& problem, Vector& x, MinimizerReport& report) {
     double forcing = first_forcing_;
-    while (report.residual > report.residual_limit) {
+    // Round-off does not excuse the first guess where there is a load: it may be smaller than that.
+    const auto done = [&] {
+      return report.residual <= report.asked_limit ||
+             ((report.iterations > 0 || report.asked_limit == 0.0) &&
+              report.residual <= report.residual_limit);
+    };
+    while (!done()) {
       if (report.iterations >= options_.max_iterations) {
         report.termination = Termination::kIterationLimit;
         return;

@@ -839,7 +839,8 @@ angular_velocity = [12, 0, 0]
         self.assertEqual(len(self.warnings_of()), 1)
         self.assertIn("energy error", self.result.stderr)
         self.assertIn("0.025 Hz", self.result.stderr)
-        self.assertEqual(len(self.summary("out")["warnings"]), 1)
+        told = [w for w in self.summary("out")["warnings"] if "OpenBLAS" not in w]
+        self.assertEqual(len(told), 1)
         self.simulate(beam, "material.poissons_ratio=0.45")
         self.assertEqual(len(self.warnings_of()), 1)
         self.assertIn("lock", self.result.stderr)

@@ -13,6 +13,8 @@
 
 #include "support/fibre_rubber.h"
 #include "tetraction/core/error.h"
+#include "tetraction/fem/elastic_potential.h"
+#include "tetraction/mesh/generate.h"
 
 namespace tetraction {
 namespace {
@@ -378,6 +380,28 @@ TEST(Conversion, OfMooneyRivlinKeepsTheSmallStrainResponse) {
 
 TEST(WaveSpeed, IsThatOfCompressionWaves) {
   EXPECT_DOUBLE_EQ(wave_speed({2.0, 5.0}, 4.0), 1.5);
+}
+
+// I₂ = λ₁²λ₂² + λ₂²λ₃² + λ₃²λ₁², without cancellation, in the material and in the element loop.
+TEST(MooneyRivlinEnergy, IsRightAtLargeStretches) {
+  const MooneyRivlin material(1e3, 1e3, 1e4);
+  for (const Vector3& stretch : {Vector3(1e3, 1, 1), Vector3(1e6, 1, 1), Vector3(1e8, 1e-4, 1e-4),
+                                 Vector3(1e10, 1e-5, 1e-5)}) {
+    const Vector3 squares = stretch.cwiseAbs2();
+    const double i2 = squares[0] * squares[1] + squares[1] * squares[2] + squares[2] * squares[0];
+    const double log_j = std::log(stretch.prod());
+    const double expected = 500.0 * (squares.sum() - 3.0 - 2.0 * log_j) +
+                            500.0 * (i2 - 3.0 - 4.0 * log_j) + 5e3 * log_j * log_j;
+    EXPECT_NEAR(material.energy_density(stretch.asDiagonal()), expected, 1e-12 * expected);
+    const TetMesh mesh = generate_box({1, 1, 1}, {1, 1, 1});
+    const RestState rest(mesh);
+    const ElasticPotential potential(rest, material);
+    Vector q = mesh.rest_positions();
+    for (Index i = 0; i < q.size(); ++i) q[i] *= stretch[i % 3];
+    double energy = 0.0;
+    ASSERT_TRUE(potential.value(q, energy).ok());
+    EXPECT_NEAR(energy, expected, 1e-12 * expected) << stretch.transpose();
+  }
 }
 
 }  // namespace

@@ -197,5 +197,72 @@ TEST_P(RestCorner, ABeamPushedTogetherByTwoElementsAStep) {
   EXPECT_EQ(session.constraint_error(), 0.0);
 }
 
+// A steel strip a thousand times as long as it is thick, that nothing holds, under a force that is below
+// the round-off of its stresses: it is moved and turned all the same.
+TEST(ImplicitRoundOff, TinyForcesMoveAFreeStrip) {
+  for (const char* kind : {"newton", "ceres"}) {
+    Scene scene = clamped_beam({1, 0.001, 0.001}, {10, 1, 1});
+    scene.fix.clear();
+    scene.material.youngs_modulus = 2e11;
+    scene.material.poissons_ratio = 0.3;
+    scene.material.density = 7800.0;
+    ForceSettings push;
+    push.select = SelectPlane{0, 1.0, {}};
+    push.vector = {0.0, -2.5e-7, 0.0};
+    scene.force.push_back(push);
+    scene.solver.kind = kind;
+    scene.time = {Integrator::kBackwardEuler, 1.0, false, 20.0};
+    Session session(scene, mesh_of(scene));
+    ASSERT_EQ(session.run(), RunStatus::kFinished) << kind << ": " << session.message();
+    EXPECT_NEAR(session.books().momenta().linear.y(), -2e-5, 1e-9) << kind;
+  }
+}
+
+class FlatElements : public testing::TestWithParam<std::string> {};
+
+// Bars of flat and long elements under small loads: small strains, so that all materials agree.
+TEST_P(FlatElements, CarryTheirWeight) {
+  for (const double thickness : {0.002, 0.01}) {
+    Scene scene = clamped_beam({1, thickness, thickness}, {20, 1, 1});
+    scene.material.model = GetParam();
+    scene.material.youngs_modulus = 2e11;
+    scene.material.poissons_ratio = 0.3;
+    scene.material.density = 7800.0;
+    if (GetParam() == "mooney-rivlin") scene.material.ratio = 0.5;
+    scene.environment.kind = EnvironmentKind::kGravity;
+    scene.time = {Integrator::kBackwardEuler, 1.0, false, 10.0};
+    Session session(scene, mesh_of(scene));
+    ASSERT_EQ(session.run(), RunStatus::kFinished) << thickness << ": " << session.message();
+    const double weight = session.system().total_mass() * 9.81;
+    EXPECT_NEAR(total_reaction(session).y(), weight, 1e-5 * weight) << thickness;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Materials, FlatElements,
+                         testing::Values("stvk", "neo-hookean", "mooney-rivlin"),
+                         [](const auto& test) {
+                           std::string name = test.param;
+                           std::erase(name, '-');
+                           return name;
+                         });
+
+// I₂ as a sum of squares: the guess of inertia alone stretches the body by 10⁹, and its energy must not
+// come out lower than that of a body at rest.
+TEST(LargeSteps, MooneyRivlinComesToRestWithAnyStep) {
+  double expected = 0.0;
+  for (const double step : {10.0, 1e4, 1e6}) {
+    Scene scene = clamped_beam({4, 1, 1}, {8, 2, 2});
+    scene.material.model = "mooney-rivlin";
+    scene.material.ratio = 0.3;
+    scene.environment.kind = EnvironmentKind::kGravity;
+    scene.time = {Integrator::kBackwardEuler, step, false, 10.0 * step};
+    Session session(scene, mesh_of(scene));
+    ASSERT_EQ(session.run(), RunStatus::kFinished) << step << ": " << session.message();
+    const double elastic = session.books().energies().elastic;
+    if (expected == 0.0) expected = elastic;
+    EXPECT_NEAR(elastic, expected, 1e-3 * expected) << step;
+  }
+}
+
 }  // namespace
 }  // namespace tetraction
