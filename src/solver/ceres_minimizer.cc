@@ -182,8 +182,7 @@ class CeresMinimizer : public Minimizer {
     report.residual_limit = problem.residual_limit(x_, options_.tolerance);
     report.asked_limit = options_.tolerance * problem.force_scale();
     // Ceres adds the gradient up in another order: half the limit leaves room for round-off.
-    // Round-off does not excuse the first guess where there is a load: it may be smaller than that.
-    const bool first = report.iterations == 0 && report.asked_limit > 0.0;
+    const bool first = report.iterations == 0 && problem.is_loaded(x_);
     monitor_.set_limit(0.5 * (first ? report.asked_limit : report.residual_limit));
     const int most = std::min(kRound, options_.max_iterations - report.iterations);
     solver_options_.max_num_iterations = most;

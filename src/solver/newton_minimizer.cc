@@ -78,11 +78,10 @@ class NewtonMinimizer : public Minimizer {
   // Newton's method until the residual is small or nothing helps any more.
   void descend(const StepProblem& problem, Vector& x, MinimizerReport& report) {
     double forcing = first_forcing_;
-    // Round-off does not excuse the first guess where there is a load: it may be smaller than that.
+    const bool first_may_do = !problem.is_loaded(x);
     const auto done = [&] {
       return report.residual <= report.asked_limit ||
-             ((report.iterations > 0 || report.asked_limit == 0.0) &&
-              report.residual <= report.residual_limit);
+             ((report.iterations > 0 || first_may_do) && report.residual <= report.residual_limit);
     };
     while (!done()) {
       if (report.iterations >= options_.max_iterations) {

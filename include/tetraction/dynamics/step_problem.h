@@ -108,6 +108,9 @@ class StepProblem {
   /// + 2η/s and L the longest edge: the round-off of displacements, and of the edges themselves.
   /// No solver can get far below it.
   double round_off(const Vector& u) const;
+  /// Whether there is a load worth the name: a force scale above a thousandth of round_off(). Then the
+  /// first guess of a step must not be excused by round-off, as the load may be smaller than that.
+  bool is_loaded(const Vector& u) const { return force_scale_ > 1e-3 * round_off(u); }
   /// Largest |Tᵀ∇Φ|₂ that counts as converged, N: max(tolerance × force scale, round_off()).
   double residual_limit(const Vector& u, double tolerance) const;
 
