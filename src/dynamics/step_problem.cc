@@ -57,6 +57,11 @@ void StepProblem::begin(const State& state, double h, double end_time, double al
   }
   force_scale_ = system_.coordinates().restricted_norm(load_);
   set_origin(base_);
+  // Momenta that round-off has made are no load.
+  full_ = load_ - state.momentum / step_;
+  const bool applied = system_.coordinates().restricted_norm(full_) > 0.0;
+  full_.setZero();
+  if (!applied && force_scale_ <= round_off(full_)) force_scale_ = 0.0;
 }
 
 void StepProblem::prescribe_base(double time) {

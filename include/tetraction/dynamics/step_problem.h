@@ -97,8 +97,8 @@ class StepProblem {
   /// shares of element_terms() can get below zero is of this order. 0 for uniform environments.
   double environment_share(Index e, const Vector& u) const;
 
-  /// |Tᵀ l|₂, N: the force that would give the body its momentum and the impulse of the loads within
-  /// s. Tolerances are relative to it.
+  /// |Tᵀ l|₂, N: the force that would give the body its momentum and the impulse of the loads within s;
+  /// 0 for momenta alone that are mere round-off. Tolerances are relative to it.
   double force_scale() const { return force_scale_; }
   /// What double precision leaves of |Tᵀ∇Φ|₂ at u, N:
   ///
