@@ -25,6 +25,9 @@ constexpr double kFastGrowth = 1.1;
 constexpr double kSuddenGrowth = 4.0;
 constexpr double kNoticeable = 1e-8;  // of the energy that entered
 constexpr double kForgetting = 0.999;
+// Expected change of ln h_crit after which an estimate is due, but not sooner than after some steps.
+constexpr double kExpectedChange = 0.05;
+constexpr Index kLeastInterval = 8;
 
 }  // namespace
 
@@ -39,7 +42,13 @@ double AutomaticStep::enter(double critical_step, double cost, Index step, doubl
   const auto passed = static_cast<double>(std::max<Index>(1, step - last_));
   if (critical_step_ > 0.0 && std::isfinite(critical_step_) && std::isfinite(critical_step)) {
     // What was fast a moment ago may be so again.
-    rate_ = std::max(0.5 * rate_, std::abs(std::log(critical_step / critical_step_)) / passed);
+    const double change = std::abs(std::log(critical_step / critical_step_));
+    rate_ = std::max(0.5 * rate_, change / passed);
+    if (elastic_energy_ > 0.0 && elastic_energy_at_estimate_ > 0.0) {
+      constexpr double kLeast = 0.01;
+      const double stored = std::abs(std::log(elastic_energy_ / elastic_energy_at_estimate_));
+      sensitivity_ = std::max(0.5 * sensitivity_, change / std::max(kLeast, stored));
+    }
   }
   critical_step_ = critical_step;
   recent_[known_ % kRemembered] = critical_step;
@@ -55,6 +64,7 @@ double AutomaticStep::enter(double critical_step, double cost, Index step, doubl
   interval_ = std::max(kFirstInterval, interval_);
   last_ = step;
   next_ = step + interval_;
+  elastic_energy_at_estimate_ = elastic_energy_;
   return changed;
 }
 
@@ -65,6 +75,14 @@ void AutomaticStep::watch(double change, double scale, Index step) {
     next_ = step;
   }
   largest_change_ = std::max(change, kForgetting * largest_change_);
+}
+
+void AutomaticStep::watch_elastic(double energy, Index step) {
+  elastic_energy_ = energy;
+  if (elastic_energy_at_estimate_ > 0.0 && energy > 0.0 && step >= last_ + kLeastInterval &&
+      sensitivity_ * std::abs(std::log(energy / elastic_energy_at_estimate_)) > kExpectedChange) {
+    next_ = step;
+  }
 }
 
 double AutomaticStep::changed_step(double time_step) {

@@ -40,6 +40,11 @@ class AutomaticStep {
   /// estimate is due.
   void watch(double change, double scale, Index step);
 
+  /// Enters the elastic energy after a step, J. An estimate is due where it has changed so much since the
+  /// last one that the limit should have changed by a twentieth, as it went with the energy before: a body
+  /// that is pressed together stiffens with it.
+  void watch_elastic(double energy, Index step);
+
   /// The limit at the last estimate, s.
   double critical_step() const { return critical_step_; }
 
@@ -58,6 +63,9 @@ class AutomaticStep {
   std::size_t known_ = 0;                     // how many since the beginning
   double largest_change_ = 0.0;               // of the energy error in a step lately, J
   bool grows_ = false;
+  double elastic_energy_ = 0.0;              // after the last step, J
+  double elastic_energy_at_estimate_ = 0.0;  // J
+  double sensitivity_ = 0.0;                 // |d ln h_crit / d ln W| between the last estimates
 };
 
 }  // namespace tetraction

@@ -163,6 +163,7 @@ StepOutcome Session::Impl::attempt() {
       outcome.message = "the step makes more energy than ever entered";
     } else {
       stepping.automatic.watch(made, books->energy_scale(), state.step);
+      stepping.automatic.watch_elastic(outcome.elastic_energy, state.step);
     }
   } else if (outcome.ok()) {
     books->enter(state, outcome);
