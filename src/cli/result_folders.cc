@@ -101,25 +101,23 @@ void remove_results_of_run(const fs::path& folder) {
   fs::remove(folder, not_empty);
 }
 
+[[noreturn]] void refuse_to_mix(const std::string& directory, const char* there,
+                                const char* coming) {
+  throw InputError(fmt::format(
+      "{}: this directory holds the results of a {}, with which those of the {} would be "
+      "mixed. Choose another directory with --out, or delete it.",
+      directory, there, coming));
+}
+
 }  // namespace
 
 void check_folder_of_run(const Scene& scene, const std::string& directory) {
-  if (holds_study(directory)) {
-    throw InputError(
-        fmt::format("{}: this directory holds the results of a study, with which those of the run "
-                    "would be mixed. Choose another directory with --out, or delete it.",
-                    directory));
-  }
+  if (holds_study(directory)) refuse_to_mix(directory, "study", "run");
   check_mesh_file(scene, directory);
 }
 
 void check_folder_of_study(const Scene& scene, const std::string& directory) {
-  if (holds_run(directory)) {
-    throw InputError(
-        fmt::format("{}: this directory holds the results of a run, with which those of the study "
-                    "would be mixed. Choose another directory with --out, or delete it.",
-                    directory));
-  }
+  if (holds_run(directory)) refuse_to_mix(directory, "run", "study");
   check_mesh_file(scene, directory);
 }
 

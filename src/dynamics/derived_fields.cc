@@ -1,9 +1,9 @@
 #include "tetraction/dynamics/derived_fields.h"
 
 #include <Eigen/LU>
-#include <Eigen/SVD>
 #include <cmath>
 
+#include "proper_rotation.h"
 #include "tetraction/core/parallel.h"
 
 namespace tetraction {
@@ -23,14 +23,6 @@ Matrix3 cauchy_stress(const MechanicalSystem& system, Index e, const Vector& q, 
 double von_mises(const Matrix3& stress) {
   const Matrix3 deviator = stress - stress.trace() / 3.0 * Matrix3::Identity();
   return std::sqrt(1.5) * deviator.norm();
-}
-
-// The rotation R of the polar decomposition of a, det R = +1 always (Kabsch's sign).
-Matrix3 proper_rotation(const Matrix3& a) {
-  const Eigen::JacobiSVD<Matrix3> svd(a, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Vector3 signs = Vector3::Ones();
-  if ((svd.matrixU() * svd.matrixV().transpose()).determinant() < 0.0) signs[2] = -1.0;
-  return svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
 }
 
 }  // namespace

@@ -1,11 +1,12 @@
 #include "first_guess.h"
 
 #include <Eigen/LU>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
+
+#include "proper_rotation.h"
 
 namespace tetraction {
 
@@ -100,10 +101,7 @@ void FirstGuess::make_rigid(const Vector& q, const Vector& target, Vector& x) co
     moment += system_.mass()[v] * (vertex_block(target, v) - to) *
               (vertex_block(q, v) - from).transpose();
   }
-  const Eigen::JacobiSVD<Matrix3> svd(moment, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Vector3 signs = Vector3::Ones();
-  signs[2] = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0.0 ? -1.0 : 1.0;
-  const Matrix3 rotation = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
+  const Matrix3 rotation = proper_rotation(moment);
   x.resize(q.size());
   for (Index v = 0; v < system_.vertex_count(); ++v) {
     vertex_block(x, v) = to + rotation * (vertex_block(q, v) - from);
