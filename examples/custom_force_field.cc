@@ -80,8 +80,8 @@ int main(int argc, char** argv) {
     }
     if (step % (steps / 10 > 0 ? steps / 10 : 1) == 0) {
       const Energies& e = books.energies();
-      std::printf("%8.3f %14.4f %14.4f %14.4f %14.4f %16.9f\n", session.state().time, e.kinetic,
-                  e.elastic, e.environment, books.edit_work(), books.momenta().angular.z());
+      std::printf("%8.3f %14.4f %14.4f %14.4f %14.4f %16.9f\n", session.state().time, e.kinetic(),
+                  e.elastic(), e.environment(), books.edit_work(), books.momenta().angular.z());
     }
   }
   if (session.status() != RunStatus::kFinished) {

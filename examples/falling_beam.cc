@@ -59,8 +59,8 @@ int main(int argc, char** argv) {
     // 8. Energies of the new state.
     Energies energies;
     beam.energies(state, energies);
-    std::printf("%6.2f %14.6f %14.6f %14.6f %14.6f %5d\n", state.time, energies.elastic,
-                energies.kinetic, energies.environment, energies.total(),
+    std::printf("%6.2f %14.6f %14.6f %14.6f %14.6f %5d\n", state.time, energies.elastic(),
+                energies.kinetic(), energies.environment(), energies.total(),
                 outcome.minimizer.iterations);
     // 9. A frame for ParaView: Warp By Vector on `displacement`.
     const Vector u = state.position - mesh.rest_positions();

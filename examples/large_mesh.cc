@@ -95,7 +95,7 @@ bool run(Stepper& stepper, State& state, Books& books, double h, Index steps, co
     if (k % (steps > 10 ? steps / 10 : 1) == 0) {
       std::printf("  %s %lld/%lld  t = %.5f s  kinetic %.3e J  energy error %.1e J\n", name,
                   static_cast<long long>(k), static_cast<long long>(steps), state.time,
-                  books.energies().kinetic, books.energy_error());
+                  books.energies().kinetic(), books.energy_error());
       std::fflush(stdout);
     }
   }

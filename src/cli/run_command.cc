@@ -51,7 +51,7 @@ void print_outcome(const Session& session, const std::string& directory) {
   print_result(
       "energy [J]: kinetic {:.6g}, elastic {:.6g}, environment {:.6g}, total {:.6g}; largest error "
       "{:.3g} of what entered\n",
-      e.kinetic, e.elastic, e.environment, e.total(), books.max_relative_energy_drift());
+      e.kinetic(), e.elastic(), e.environment(), e.total(), books.max_relative_energy_drift());
   print_result("work [J]: user forces {:.6g}, dissipated {:.6g}, constraints {:.6g}",
                books.external_work(), books.dissipated_energy(), books.constraint_work());
   if (session.edits().empty()) {

@@ -21,7 +21,7 @@ Books::Books(const MechanicalSystem& system, const State& state)
 
 void Books::enter(const State& state, const StepOutcome& outcome) {
   system_.vertex_books(state, energies_, momenta_);
-  energies_.elastic = outcome.elastic_energy;
+  energies_.set_elastic(outcome.elastic_energy);
   external_work_ += outcome.external_work;
   dissipated_energy_ += outcome.dissipated_energy;
   constraint_work_ += outcome.constraint_work;
@@ -35,9 +35,11 @@ void Books::enter(const State& state, const StepOutcome& outcome) {
     largest_limited_residual_ = std::max(largest_limited_residual_, outcome.minimizer.residual);
   }
 
-  largest_environment_exchange_ =
-      std::max(largest_environment_exchange_,
-               std::abs(energies_.environment - initial_energies_.environment));
+  double exchange = std::abs(energies_.environment() - initial_energies_.environment());
+  for (std::size_t i = 0; i < energies_.extra_count(); ++i) {
+    exchange += std::abs(energies_.extra(i).value - initial_energies_.extra(i).value);
+  }
+  largest_environment_exchange_ = std::max(largest_environment_exchange_, exchange);
   largest_external_work_ = std::max(largest_external_work_, std::abs(external_work_));
   largest_constraint_work_ = std::max(largest_constraint_work_, std::abs(constraint_work_));
   largest_energy_error_ = std::max(largest_energy_error_, std::abs(energy_error()));
@@ -59,8 +61,10 @@ double Books::enter_edit(const State& state) {
   energies_ = energies;
   momenta_ = system_.momenta(state);
   // Term by term: a large one that did not change costs no digits.
-  const double jump = (energies_.kinetic - before.kinetic) + (energies_.elastic - before.elastic) +
-                      (energies_.environment - before.environment);
+  double jump = 0.0;
+  for (std::size_t i = 0; i < energies_.entries().size(); ++i) {
+    jump += energies_.entries()[i].value - before.entries()[i].value;
+  }
   edit_work_ += jump;
   sum_of_edits_ += std::abs(jump);
   linear_impulse_ += momenta_.linear - momenta_before.linear;
@@ -76,7 +80,7 @@ double Books::energy_error() const {
 }
 
 double Books::energy_scale() const {
-  return initial_energies_.kinetic + initial_energies_.elastic + largest_environment_exchange_ +
+  return initial_energies_.kinetic() + initial_energies_.elastic() + largest_environment_exchange_ +
          largest_external_work_ + largest_constraint_work_ + sum_of_edits_;
 }
 

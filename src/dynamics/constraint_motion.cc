@@ -14,10 +14,7 @@ bool Constraints::is_constrained(Index vertex) const {
       if (v == vertex) return true;
     }
   }
-  for (int i = 0; i < 3 && !springs_.empty(); ++i) {
-    if (spring_stiffness_[3 * vertex + i] > 0.0) return true;
-  }
-  return false;
+  return springs_.holds(vertex);
 }
 
 std::vector<Index> Constraints::constrained_vertices() const {
@@ -26,8 +23,8 @@ std::vector<Index> Constraints::constrained_vertices() const {
   for (const Equation& equation : equations_) {
     for (const auto& [v, weights] : equation.weights) vertices.insert(v);
   }
-  for (Index i = 0; i < spring_stiffness_.size(); ++i) {
-    if (spring_stiffness_[i] > 0.0) vertices.insert(i / 3);
+  for (Index i = 0; i < springs_.stiffness().size(); ++i) {
+    if (springs_.stiffness()[i] > 0.0) vertices.insert(i / 3);
   }
   return {vertices.begin(), vertices.end()};
 }
@@ -102,47 +99,6 @@ void Constraints::prescribe_momentum(double time, Vector& momentum) const {
       momentum[3 * vertex.vertex + axis] = mass_[vertex.vertex] * rate[axis];
     }
   }
-}
-
-template <class Visit>
-void Constraints::for_each_spring(const Visit& visit) const {
-  for (const Index h : springs_) {
-    const HeldVertices& list = held(h);
-    for (std::size_t i = 0; i < list.vertices.size(); ++i) {
-      const Vector3 start = list.start.col(static_cast<Index>(i));
-      for (Index axis = 0; axis < 3; ++axis) {
-        if (!list.components[static_cast<std::size_t>(axis)]) continue;
-        visit(3 * list.vertices[i] + axis, list.penalty,
-              [&](double time) { return list.motion.position(start, time)[axis]; });
-      }
-    }
-  }
-}
-
-void Constraints::add_spring_force(const Vector& q, double time, Vector& force) const {
-  for_each_spring([&](Index dof, double penalty, const auto& target) {
-    force[dof] += 2.0 * penalty * (target(time) - q[dof]);
-  });
-}
-
-double Constraints::spring_energy(const Vector& q, double time) const {
-  double energy = 0.0;
-  for_each_spring([&](Index dof, double penalty, const auto& target) {
-    const double gap = q[dof] - target(time);
-    energy += penalty * gap * gap;
-  });
-  return energy;
-}
-
-double Constraints::spring_work(const Vector& from, double from_time, const Vector& to,
-                                double to_time) const {
-  double work = 0.0;
-  for_each_spring([&](Index dof, double penalty, const auto& target) {
-    const double start = target(from_time);
-    const double end = target(to_time);
-    work += penalty * ((start - from[dof]) + (end - to[dof])) * (end - start);
-  });
-  return work;
 }
 
 double Constraints::error(const Vector& q, double time) const {

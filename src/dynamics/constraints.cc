@@ -14,12 +14,6 @@
 namespace tetraction {
 namespace {
 
-Matrix3 rotation(const Vector3& rotation_vector) {
-  const double angle = rotation_vector.norm();
-  if (angle == 0.0) return Matrix3::Identity();
-  return Eigen::AngleAxisd(angle, rotation_vector / angle).toRotationMatrix();
-}
-
 // Orthonormal directions that motion is forbidden in, and a point that obeys them.
 class Normals {
  public:
@@ -116,30 +110,6 @@ void name_all(ConstraintList& list, const TetMesh& mesh) {
 
 }  // namespace
 
-Vector3 PrescribedMotion::position(const Vector3& start, double time) const {
-  if (at_rest()) return start;
-  const double tau = time - since;
-  if (angular_velocity.isZero(0.0)) return start + tau * velocity;
-  return center + tau * velocity + rotation(tau * angular_velocity) * (start - center);
-}
-
-Vector3 PrescribedMotion::rate(const Vector3& start, double time) const {
-  if (angular_velocity.isZero(0.0)) return velocity;
-  const double tau = time - since;
-  return velocity + angular_velocity.cross(rotation(tau * angular_velocity) * (start - center));
-}
-
-HeldVertices hold_at_rest(const TetMesh& mesh, std::vector<Index> vertices, std::string name) {
-  HeldVertices held;
-  held.start.resize(3, static_cast<Index>(vertices.size()));
-  for (std::size_t i = 0; i < vertices.size(); ++i) {
-    held.start.col(static_cast<Index>(i)) = mesh.vertices[static_cast<std::size_t>(vertices[i])];
-  }
-  held.vertices = std::move(vertices);
-  held.name = std::move(name);
-  return held;
-}
-
 Constraints::Constraints(Index vertex_count) : coordinates_(vertex_count) {}
 
 Constraints::Constraints(ConstraintList list, const TetMesh& mesh, const Vector& mass)
@@ -162,19 +132,10 @@ Constraints::Constraints(ConstraintList list, const TetMesh& mesh, const Vector&
 
 void Constraints::add_held(std::map<Index, Prescribed>& vertices, const TetMesh& mesh) {
   const double size = mesh.rest_positions().cwiseAbs().maxCoeff();
-  spring_stiffness_ = Vector::Zero(3 * mesh.vertex_count());
+  springs_ = PenaltySprings(list_.held, mesh.vertex_count());
   for (std::size_t h = 0; h < list_.held.size(); ++h) {
     const HeldVertices& held = list_.held[h];
-    if (held.penalty > 0.0) {
-      springs_.push_back(static_cast<Index>(h));
-      for (const Index v : held.vertices) {
-        for (int i = 0; i < 3; ++i) {
-          if (!held.components[static_cast<std::size_t>(i)]) continue;
-          spring_stiffness_[3 * v + i] += 2.0 * held.penalty;
-        }
-      }
-      continue;
-    }
+    if (held.penalty > 0.0) continue;  // a spring
     moving_ = moving_ || !held.motion.at_rest();
     for (std::size_t place = 0; place < held.vertices.size(); ++place) {
       const Index v = held.vertices[place];

@@ -80,18 +80,9 @@ Matrix3 Environment::hessian(double mass, const Vector3& q) const {
          (Matrix3::Identity() - 3.0 * direction * direction.transpose());
 }
 
-double Environment::value(const Vector& mass, const Vector& q) const {
-  if (is_none()) return 0.0;
-  double energy = 0.0;
-  for (Index v = 0; v < mass.size(); ++v) energy += value(mass[v], vertex_block(q, v));
-  return energy;
-}
-
-void Environment::add_gradient(const Vector& mass, const Vector& q, Vector& gradient) const {
-  if (is_none()) return;
-  for (Index v = 0; v < mass.size(); ++v) {
-    vertex_block(gradient, v) += this->gradient(mass[v], vertex_block(q, v));
-  }
+std::optional<Vector3> Environment::uniform_acceleration() const {
+  if (!is_uniform()) return std::nullopt;
+  return acceleration_;
 }
 
 }  // namespace tetraction

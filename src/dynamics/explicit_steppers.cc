@@ -1,6 +1,7 @@
 // The explicit rules: nothing is solved but the multipliers of constraints, if there are any.
 #include <Eigen/Geometry>
 #include <atomic>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -57,17 +58,17 @@ class ExplicitStepper : public Stepper {
     if (const Evaluation start = force_.update(system_, state.position); !start.ok()) {
       return inverted(outcome, start.failed_element);
     }
-    const bool damped = !system_.damping().none();
+    classify_terms();
     const double kick_step = halves_ == 2 ? 0.5 * h : h;
-    system_.user_force(state.time, h, user_force_);
+    system_.external_force(state.time, h, load_);
     next_.time = end_time;
     next_.momentum.resize(system_.dof_count());
     next_.velocity.resize(system_.dof_count());
     next_.position.resize(system_.dof_count());
-    if (system_.constraints().has_springs()) spring_impulse_.setZero(system_.dof_count());
+    if (terms_.constraining) spring_impulse_.setZero(system_.dof_count());
     for (const Index v : tied_) vertex_block(reaction_, v).setZero();
     overdamped_ = false;
-    if (damped) system_.velocity_of(state.momentum, velocity_);
+    if (terms_.damping) system_.velocity_of(state.momentum, velocity_);
 
     const VertexKick first = kick(state.position, state.time, kick_step, When::kFirst, outcome);
     if (!move(first, h, state)) {
@@ -79,8 +80,12 @@ class ExplicitStepper : public Stepper {
     if (const Evaluation end = force_.update(system_, next_.position); !end.ok()) {
       return inverted(outcome, end.failed_element);
     }
+    if (Index vertex = -1; terms_.potential) {
+      const ForceTerm* term = system_.undefined_term(next_.position, end_time, vertex);
+      if (term != nullptr) return undefined(outcome, *term, vertex);
+    }
     if (halves_ == 2) {
-      if (damped) predict_velocity(kick_step);
+      if (terms_.damping) predict_velocity(kick_step);
       const VertexKick second = kick(next_.position, next_.time, kick_step, When::kLast, outcome);
       parallel_for(system_.vertex_count(), kGrain, [&](Index begin, Index end) {
         kick_only(begin, end, second, next_.momentum.data());
@@ -100,22 +105,41 @@ class ExplicitStepper : public Stepper {
   // Whether a kick comes before or after the drift.
   enum class When { kFirst, kLast };
 
-  // f + m a − ∇W, with f holding whatever is not a uniform environment; enters the impulses of all
-  // outer forces at positions q. Damping is that of velocity_.
+  // What the terms ask of a step.
+  struct Terms {
+    Vector3 acceleration = Vector3::Zero();  // of all that are uniform
+    bool potential = false;     // some others have a potential of the body or of a constraint, …
+    bool constraining = false;  // … of a constraint
+    bool damping = false;       // anything, viscosity included, is dissipative
+  };
+
+  void classify_terms() {
+    terms_ = {};
+    terms_.damping = system_.is_dissipative();
+    for (const ForceTerm* term : system_.force_terms()) {
+      if (!term->has_potential()) continue;
+      if (const std::optional<Vector3> acceleration = term->uniform_acceleration()) {
+        terms_.acceleration += *acceleration;
+        continue;
+      }
+      terms_.potential = true;
+      if (term->account() == EnergyAccount::kConstraintWork) terms_.constraining = true;
+    }
+  }
+
+  // f + m a − ∇W, with f holding whatever is not a uniform acceleration; enters the impulses of all
+  // terms at positions q. Damping is that of velocity_.
   VertexKick kick(const Vector& q, double time, double dt, When when, StepOutcome& outcome) {
     VertexKick kick;
     kick.mass = system_.mass().data();
     kick.inverse_mass = system_.inverse_mass().data();
     kick.gradient = force_.gradient().data();
     kick.dt = dt;
-    const Environment& environment = system_.environment();
-    const bool damped = !system_.damping().none();
-    const bool springs = system_.constraints().has_springs();
-    if (environment.is_uniform() && !damped && !springs) {
-      kick.acceleration = environment.acceleration();
-      if (user_force_.size() > 0) {
-        kick.force = user_force_.data();
-        add_impulse(q, user_force_, dt, outcome);
+    if (!terms_.potential && !terms_.damping) {
+      kick.acceleration = terms_.acceleration;
+      if (load_.size() > 0) {
+        kick.force = load_.data();
+        add_impulse(q, load_, dt, outcome);
       }
       if (!kick.acceleration.isZero(0.0)) {
         const Vector3 moment = system_.total_mass() * system_.center_of_mass(q);
@@ -124,16 +148,11 @@ class ExplicitStepper : public Stepper {
       }
       return kick;
     }
-    gather_outer(q);
-    if (springs) {
+    gather_terms(q, time);
+    if (terms_.constraining) spring_impulse_ += dt * spring_force_;
+    if (terms_.damping) {
       work_.setZero(system_.dof_count());
-      system_.constraints().add_spring_force(q, time, work_);
-      outer_ += work_;
-      spring_impulse_ += dt * work_;
-    }
-    if (damped) {
-      work_.setZero(system_.dof_count());
-      system_.add_drag_force(velocity_, work_);
+      system_.add_damping_force(q, time, velocity_, work_);
       outer_ += work_;
       add_impulse(q, outer_, dt, outcome);
       outer_ -= work_;
@@ -163,12 +182,21 @@ class ExplicitStepper : public Stepper {
     return dt * (rate + (when == When::kFirst ? -0.5 : 0.5) * dt * square);
   }
 
-  // outer_ ← environment and user forces at q.
-  void gather_outer(const Vector& q) {
+  // outer_ ← loads and the forces of all potentials at q, spring_force_ ← those of constraints among them.
+  void gather_terms(const Vector& q, double time) {
     outer_.setZero(system_.dof_count());
-    system_.environment().add_gradient(system_.mass(), q, outer_);
+    if (terms_.constraining) spring_force_.setZero(system_.dof_count());
+    const ForcePoint at = system_.force_point(q, time);
+    for (const ForceTerm* term : system_.force_terms()) {
+      if (!term->has_potential()) continue;
+      const bool constraint = term->account() == EnergyAccount::kConstraintWork;
+      term->add_gradient(at, constraint ? spring_force_ : outer_);
+    }
     outer_ = -outer_;
-    if (user_force_.size() > 0) outer_ += user_force_;
+    if (load_.size() > 0) outer_ += load_;
+    if (!terms_.constraining) return;
+    spring_force_ = -spring_force_;
+    outer_ += spring_force_;
   }
 
   // All vertices as if they were free. Returns false if a position overflows.
@@ -252,10 +280,9 @@ class ExplicitStepper : public Stepper {
   // velocity_ ← that at the end of the step as a first kick with the drift's own velocity gives it:
   // second order, which is what the damping force of verlet needs.
   void predict_velocity(double dt) {
-    gather_outer(next_.position);
+    gather_terms(next_.position, next_.time);
     outer_ -= force_.gradient();
-    system_.constraints().add_spring_force(next_.position, next_.time, outer_);
-    system_.add_drag_force(next_.velocity, outer_);
+    system_.add_damping_force(next_.position, next_.time, next_.velocity, outer_);
     system_.add_viscous_force(next_.position, next_.velocity, outer_);
     Vector& momentum = work_;
     momentum = next_.momentum + dt * outer_;
@@ -273,9 +300,12 @@ class ExplicitStepper : public Stepper {
       vertex_block(next_.velocity, v) =
           (vertex_block(next_.position, v) - vertex_block(state.position, v)) / h;
     }
-    if (user_force_.size() > 0) outcome.external_work = h * user_force_.dot(next_.velocity);
-    if (!constraints.empty()) outcome.constraint_work = constraint_work(state, next_);
-    if (constraints.has_springs()) {
+    if (load_.size() > 0) outcome.external_work = h * load_.dot(next_.velocity);
+    if (terms_.potential) outcome.external_work += driven_work(state, next_);
+    if (!constraints.empty() || terms_.constraining) {
+      outcome.constraint_work = constraint_work(state, next_);
+    }
+    if (terms_.constraining) {
       for (const Index v : tied_)
         vertex_block(reaction_, v) += vertex_block(spring_impulse_, v) / h;
     }
@@ -295,12 +325,14 @@ class ExplicitStepper : public Stepper {
   ForceCache force_;
   // Kept to spare allocations.
   State next_;
-  Vector user_force_;  // empty: none
+  Terms terms_;
+  Vector load_;  // empty: none
   Vector outer_;
   Vector work_;
   Vector velocity_;        // that damping is of
   Vector free_damping_;    // the part of damping forces that changes the free momenta
-  Vector spring_impulse_;  // of penalty springs in this step
+  Vector spring_force_;    // of terms that stand for constraints
+  Vector spring_impulse_;  // of them in this step
   Matrix before_;          // momenta of the constrained vertices
   bool overdamped_ = false;
   Vector multipliers_;

@@ -32,9 +32,9 @@ class ImplicitStepper : public Stepper {
 
   StepOutcome step_to(State& state, double h, double end_time) override {
     StepOutcome outcome;
-    system_.user_force(state.time, h, user_force_);
+    system_.external_force(state.time, h, load_);
     reaction_.setZero();
-    problem_.begin(state, h, end_time, rule_ == Rule::kMidpoint ? 0.5 : 1.0, user_force_);
+    problem_.begin(state, h, end_time, rule_ == Rule::kMidpoint ? 0.5 : 1.0, load_);
     if (!find(state, end_time, outcome)) return outcome;
 
     next_.step = state.step + 1;
@@ -57,13 +57,15 @@ class ImplicitStepper : public Stepper {
     // is that of the rounded positions, which an edit between two steps finds, too.
     const Evaluation end = system_.elastic().value(next_.position, outcome.elastic_energy);
     if (!end.ok()) return inverted(outcome, end.failed_element);
-    if (user_force_.size() > 0) {
-      outcome.external_work = user_force_.dot(next_.position - state.position);
-    }
-    if (!system_.damping().none()) outcome.dissipated_energy = problem_.dissipated_energy(u_, h);
+    Index vertex = -1;
+    const ForceTerm* term = system_.undefined_term(next_.position, next_.time, vertex);
+    if (term != nullptr) return undefined(outcome, *term, vertex);
+    if (load_.size() > 0) outcome.external_work = load_.dot(next_.position - state.position);
+    outcome.external_work += driven_work(state, next_);
+    if (system_.is_dissipative()) outcome.dissipated_energy = problem_.dissipated_energy(u_, h);
     reaction_ /= h;
     outcome.constraint_work = constraint_work(state, next_);
-    system_.constraints().add_spring_force(x_, state.time + problem_.step(), reaction_);
+    if (constraining_) reaction_ += spring_force_;
     guess_.keep(state.velocity, outcome.elastic_energy);
     std::swap(state, next_);
     return outcome;
@@ -314,7 +316,7 @@ class ImplicitStepper : public Stepper {
       inverted(outcome, status.failed_element);
       return false;
     }
-    gather_forces(state.time + s, *gradient);
+    gather_forces(state.time + s, state.position, *gradient);
     add_impulse(x_, outer_, h, outcome);
 
     // p⁺: the momenta after the impulses of the multipliers at q_k (midpoint).
@@ -355,22 +357,35 @@ class ImplicitStepper : public Stepper {
   }
 
   // outer_ ← the forces at x_ that change the body's momentum, force_ ← all forces, damping_ ← those
-  // of damping. `gradient`: of the elastic energy.
-  void gather_forces(double time, const Vector& gradient) {
+  // of damping, spring_force_ ← those of terms that stand for constraints. `gradient`: of the elastic
+  // energy; `previous`: q_k.
+  void gather_forces(double time, const Vector& previous, const Vector& gradient) {
     outer_.setZero(system_.dof_count());
-    system_.environment().add_gradient(system_.mass(), x_, outer_);
+    constraining_ = false;
+    const ForcePoint at = system_.force_point(x_, time);
+    for (const ForceTerm* term : system_.force_terms()) {
+      if (!term->has_potential()) continue;
+      const bool constraint = term->account() == EnergyAccount::kConstraintWork;
+      if (constraint && !constraining_) spring_force_.setZero(system_.dof_count());
+      constraining_ = constraining_ || constraint;
+      term->add_gradient(at, constraint ? spring_force_ : outer_);
+    }
     outer_ = -outer_;
-    if (user_force_.size() > 0) outer_ += user_force_;
-    system_.constraints().add_spring_force(x_, time, outer_);
+    if (load_.size() > 0) outer_ += load_;
+    if (constraining_) {
+      spring_force_ = -spring_force_;
+      outer_ += spring_force_;
+    }
     force_ = outer_ - gradient;
-    if (system_.damping().none()) return;
+    if (!system_.is_dissipative()) return;
     // First the gradient of the viscous potential, which its forces point against.
     damping_.setZero(system_.dof_count());
     double ignored = 0.0;
     problem_.viscous().add_value_and_gradient(problem_.step_displacement(u_), ignored, damping_);
     damping_ = -damping_;
-    system_.add_drag_force(next_.velocity, damping_);
-    system_.add_drag_force(next_.velocity, outer_);
+    // Dissipation potentials of terms are taken at the positions at the beginning of the step.
+    system_.add_damping_force(previous, time, next_.velocity, damping_);
+    system_.add_damping_force(previous, time, next_.velocity, outer_);
     force_ += damping_;
   }
 
@@ -434,7 +449,9 @@ class ImplicitStepper : public Stepper {
   Vector u_;  // from the problem's origin
   Vector x_;
   Vector trial_;
-  Vector user_force_;  // empty: none
+  Vector load_;  // empty: none
+  Vector spring_force_;
+  bool constraining_ = false;  // some term stands for a constraint
   Vector outer_;
   Vector force_;
   Vector damping_;

@@ -22,15 +22,27 @@ std::vector<MaterialModel> materials_of(const std::vector<BodyRegion>& regions) 
   return materials;
 }
 
-// The part of the step from `start` on, of size h, that lies before `time`: 0 to 1.
-double part_of_step(double time, double start, double h) {
-  const double end = start + h;
-  // start = k h carries round-off: a time that is meant to be at an end of the step is taken as it is.
-  const double round_off =
-      16.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(start), std::abs(end));
-  if (std::abs(time - start) <= round_off) return 0.0;
-  if (std::abs(time - end) <= round_off) return 1.0;
-  return std::clamp((time - start) / h, 0.0, 1.0);
+bool is_column_name(const std::string& name) {
+  return !name.empty() && std::all_of(name.begin(), name.end(), [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_';
+  });
+}
+
+// In an order that does not depend on the number of threads.
+VertexSums sums(const MechanicalSystem& system, const Vector& q, const Vector& p) {
+  constexpr Index kRange = 2048;
+  const Index ranges = (system.vertex_count() + kRange - 1) / kRange;
+  std::vector<VertexSums> parts(static_cast<std::size_t>(ranges));
+  parallel_for(ranges, 1, [&](Index begin, Index end) {
+    for (Index r = begin; r < end; ++r) {
+      parts[static_cast<std::size_t>(r)] =
+          vertex_sums(r * kRange, std::min(system.vertex_count(), (r + 1) * kRange),
+                      system.mass().data(), system.inverse_mass().data(), q.data(), p.data());
+    }
+  });
+  VertexSums total;
+  for (const VertexSums& part : parts) total += part;
+  return total;
 }
 
 }  // namespace
@@ -58,6 +70,7 @@ MechanicalSystem::MechanicalSystem(TetMesh mesh, const std::vector<BodyRegion>& 
   }
   inverse_mass_ = mass_.cwiseInverse();
   total_mass_ = mass_.sum();
+  list_terms();
 }
 
 void MechanicalSystem::set_material(Index region, const MaterialModel& material) {
@@ -78,6 +91,7 @@ void MechanicalSystem::set_damping(const Damping& damping) {
     }
   }
   damping_ = damping;
+  vertex_damping_ = VertexDamping(damping);
 }
 
 void MechanicalSystem::check(const UserForce& force) const {
@@ -92,26 +106,86 @@ void MechanicalSystem::check(const UserForce& force) const {
 
 void MechanicalSystem::add_force(UserForce force) {
   check(force);
-  forces_.push_back(std::move(force));
+  external_forces_.list().push_back(std::move(force));
 }
 
 void MechanicalSystem::set_force(std::size_t index, UserForce force) {
   check(force);
-  forces_.at(index) = std::move(force);
+  external_forces_.list().at(index) = std::move(force);
 }
 
 void MechanicalSystem::set_forces(std::vector<UserForce> forces) {
   for (const UserForce& force : forces) check(force);
-  forces_ = std::move(forces);
+  external_forces_.list() = std::move(forces);
 }
 
-void MechanicalSystem::user_force(double time, double h, Vector& f) const {
-  f.setZero(forces_.empty() ? 0 : dof_count());
-  for (const UserForce& force : forces_) {
-    const double share = part_of_step(force.until, time, h) - part_of_step(force.from, time, h);
-    if (!(share > 0.0)) continue;
-    for (const Index v : force.vertices) vertex_block(f, v) += share * force.vector;
+void MechanicalSystem::list_terms() {
+  terms_ = {&environment_, &vertex_damping_, &constraints_.springs(), &external_forces_};
+  for (const auto& term : added_terms_) terms_.push_back(term.get());
+}
+
+void MechanicalSystem::add_force_term(std::shared_ptr<const ForceTerm> term) {
+  if (!term) throw InputError("A force term is needed, not a null pointer.");
+  const std::string name = term->name();
+  if (!is_column_name(name)) {
+    throw InputError("The force term \"" + name +
+                     "\" needs a name of lower-case letters, digits and underscores.");
   }
+  const bool taken = name == "kinetic" || name == "elastic" || name == "total" ||
+                     std::any_of(terms_.begin(), terms_.end(),
+                                 [&](const ForceTerm* other) { return other->name() == name; });
+  if (taken) throw InputError("The name \"" + name + "\" of a force term is in use already.");
+  if (term->has_potential() && term->account() == EnergyAccount::kNone) {
+    throw InputError("The force term \"" + name +
+                     "\" has a potential: its energy needs an account (ForceTerm::account()).");
+  }
+  added_terms_.push_back(std::move(term));
+  list_terms();
+}
+
+void MechanicalSystem::external_force(double time, double h, Vector& f) const {
+  const bool any = std::any_of(terms_.begin(), terms_.end(),
+                               [](const ForceTerm* term) { return term->has_load(); });
+  f.setZero(any ? dof_count() : 0);
+  for (const ForceTerm* term : terms_) {
+    if (term->has_load()) term->add_load(mass_, time, h, f);
+  }
+}
+
+void MechanicalSystem::add_potential_gradient(const Vector& q, double time,
+                                              Vector& gradient) const {
+  for (const ForceTerm* term : terms_) {
+    if (term->has_potential()) term->add_gradient(force_point(q, time), gradient);
+  }
+}
+
+void MechanicalSystem::add_damping_force(const Vector& q, double time, const Vector& v,
+                                         Vector& force) const {
+  if (std::none_of(terms_.begin(), terms_.end(),
+                   [](const ForceTerm* term) { return term->has_dissipation(); })) {
+    return;
+  }
+  force = -force;
+  for (const ForceTerm* term : terms_) {
+    if (term->has_dissipation()) term->add_dissipation_gradient(force_point(q, time), v, force);
+  }
+  force = -force;
+}
+
+bool MechanicalSystem::is_dissipative() const {
+  return damping_.viscosity > 0.0 ||
+         std::any_of(terms_.begin(), terms_.end(),
+                     [](const ForceTerm* term) { return term->has_dissipation(); });
+}
+
+const ForceTerm* MechanicalSystem::undefined_term(const Vector& q, double time,
+                                                  Index& vertex) const {
+  for (const ForceTerm* term : terms_) {
+    if (!term->has_potential()) continue;
+    vertex = term->undefined_vertex(force_point(q, time));
+    if (vertex >= 0) return term;
+  }
+  return nullptr;
 }
 
 State MechanicalSystem::rest_state() const {
@@ -120,14 +194,6 @@ State MechanicalSystem::rest_state() const {
   state.momentum = Vector::Zero(dof_count());
   state.velocity = Vector::Zero(dof_count());
   return state;
-}
-
-void MechanicalSystem::add_drag_force(const Vector& v, Vector& force) const {
-  if (damping_.drag == 0.0 && damping_.mass_damping == 0.0) return;
-  for (Index a = 0; a < vertex_count(); ++a) {
-    vertex_block(force, a) -=
-        (damping_.drag + damping_.mass_damping * mass_[a]) * vertex_block(v, a);
-  }
 }
 
 void MechanicalSystem::add_viscous_force(const Vector& q, const Vector& v, Vector& force) const {
@@ -167,34 +233,11 @@ void MechanicalSystem::set_velocity(State& state, const Vector& velocity) const 
 }
 
 Vector3 MechanicalSystem::center_of_mass(const Vector& q) const {
-  return sums(q, q).first_moment / total_mass();
-}
-
-VertexSums MechanicalSystem::sums(const Vector& q, const Vector& p) const {
-  constexpr Index kRange = 2048;
-  const Index ranges = (vertex_count() + kRange - 1) / kRange;
-  std::vector<VertexSums> parts(static_cast<std::size_t>(ranges));
-  parallel_for(ranges, 1, [&](Index begin, Index end) {
-    for (Index r = begin; r < end; ++r) {
-      parts[static_cast<std::size_t>(r)] =
-          vertex_sums(r * kRange, std::min(vertex_count(), (r + 1) * kRange), mass_.data(),
-                      inverse_mass_.data(), q.data(), p.data());
-    }
-  });
-  VertexSums total;
-  for (const VertexSums& part : parts) total += part;
-  return total;
-}
-
-Evaluation MechanicalSystem::potential(const Vector& q, double& elastic_energy,
-                                       Vector& gradient) const {
-  const Evaluation status = elastic_.value_and_gradient(q, elastic_energy, gradient);
-  if (status.ok()) environment_.add_gradient(mass_, q, gradient);
-  return status;
+  return sums(*this, q, q).first_moment / total_mass();
 }
 
 double MechanicalSystem::kinetic_energy(const Vector& momentum) const {
-  return 0.5 * sums(momentum, momentum).twice_kinetic;
+  return 0.5 * sums(*this, momentum, momentum).twice_kinetic;
 }
 
 Vector MechanicalSystem::kinetic_energies_by_region(const Vector& momentum) const {
@@ -211,23 +254,38 @@ Vector MechanicalSystem::kinetic_energies_by_region(const Vector& momentum) cons
 Evaluation MechanicalSystem::energies(const State& state, Energies& energies) const {
   Momenta ignored;
   vertex_books(state, energies, ignored);
-  return elastic_.value(state.position, energies.elastic);
+  double elastic = 0.0;
+  const Evaluation status = elastic_.value(state.position, elastic);
+  energies.set_elastic(elastic);
+  return status;
 }
 
 Momenta MechanicalSystem::momenta(const State& state) const {
-  const VertexSums total = sums(state.position, state.momentum);
+  const VertexSums total = sums(*this, state.position, state.momentum);
   return {total.linear, total.angular, total.linear_scale, total.angular_scale};
 }
 
 void MechanicalSystem::vertex_books(const State& state, Energies& energies,
                                     Momenta& momenta) const {
-  const VertexSums total = sums(state.position, state.momentum);
+  const VertexSums total = sums(*this, state.position, state.momentum);
   momenta = {total.linear, total.angular, total.linear_scale, total.angular_scale};
-  energies.kinetic = 0.5 * total.twice_kinetic;
-  // A difference, as minus zero would be written where there is no energy.
-  energies.environment = environment_.is_uniform()
-                             ? 0.0 - environment_.acceleration().dot(total.first_moment)
-                             : environment_.value(mass_, state.position);
+  energies.set_kinetic(0.5 * total.twice_kinetic);
+  std::size_t extra = 0;
+  for (const ForceTerm* term : terms_) {
+    if (term->account() != EnergyAccount::kStored) continue;
+    double energy = 0.0;
+    if (const std::optional<Vector3> acceleration = term->uniform_acceleration()) {
+      // A difference, as minus zero would be written where there is no energy.
+      energy = 0.0 - acceleration->dot(total.first_moment);
+    } else if (term->has_potential()) {
+      energy = term->energy(force_point(state.position, state.time));
+    }
+    if (term == &environment_) {
+      energies.set_environment(energy);
+    } else {
+      energies.set_extra(extra++, term->name(), energy);
+    }
+  }
 }
 
 }  // namespace tetraction

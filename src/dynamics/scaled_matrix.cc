@@ -16,11 +16,12 @@ ScaledMatrix::ScaledMatrix(const MechanicalSystem& system)
       inverse_root_mass_(
           system.coordinates().reduced_mass(system.mass()).cwiseSqrt().cwiseInverse()) {}
 
-void ScaledMatrix::set_stiffness(const Vector& q, double damping_weight) {
+void ScaledMatrix::set_stiffness(const Vector& q, double time, double damping_weight) {
   q_ = &q;
   stiffness_ = 1.0;
-  damping_ = system_.damping().none() ? 0.0 : damping_weight;
+  damping_ = system_.is_dissipative() ? damping_weight : 0.0;
   products_ = 0;
+  gather_terms(time);
   if (!TangentOperator<float>::supports(system_.elastic())) {
     tangent_.reset();
     return;
@@ -35,11 +36,34 @@ void ScaledMatrix::set_stiffness(const Vector& q, double damping_weight) {
   tangent_->set(q, *viscous_, Vector::Zero(q.size()));
 }
 
-void ScaledMatrix::set_damping(const Vector& q) {
+void ScaledMatrix::set_damping(const Vector& q, double time) {
   q_ = &q;
   stiffness_ = 0.0;
   damping_ = 1.0;
   products_ = 0;
+  gather_terms(time);
+}
+
+// The Hessians of the potentials, and those of the dissipation potentials at rest.
+void ScaledMatrix::gather_terms(double time) {
+  has_terms_ = false;
+  terms_.reset(system_.vertex_count());
+  const ForcePoint at = system_.force_point(*q_, time);
+  if (damping_ != 0.0) {
+    const Vector rest = Vector::Zero(system_.dof_count());
+    for (const ForceTerm* term : system_.force_terms()) {
+      if (!term->has_dissipation()) continue;
+      term->add_dissipation_hessian(at, rest, HessianForm::kExact, terms_);
+      has_terms_ = true;
+    }
+    if (has_terms_) terms_.scale(damping_);
+  }
+  if (stiffness_ == 0.0) return;
+  for (const ForceTerm* term : system_.force_terms()) {
+    if (!term->has_potential() || term->uniform_acceleration()) continue;
+    term->add_hessian(at, HessianForm::kExact, terms_);
+    has_terms_ = true;
+  }
 }
 
 void ScaledMatrix::perform_op(const double* in, double* out) const {
@@ -47,11 +71,11 @@ void ScaledMatrix::perform_op(const double* in, double* out) const {
   const Vector u = displacement(Eigen::Map<const Vector>(in, rows()));
   if (stiffness_ != 0.0) {
     multiply_stiffness(u);
-    add_vertex_terms(u);
   } else {
     product_.setZero(system_.dof_count());
   }
-  if (damping_ != 0.0) multiply_damping(u);
+  if (stiffness_ == 0.0) multiply_damping(u);
+  if (has_terms_) terms_.add_product(u, product_);
   Eigen::Map<Vector>(out, rows()) =
       inverse_root_mass_.cwiseProduct(system_.coordinates().restrict(product_));
 }
@@ -116,25 +140,11 @@ void ScaledMatrix::multiply_stiffness(const Vector& u) const {
   });
 }
 
-// Drag and mass damping; viscosity where it is not in the tangent.
+// Viscosity alone.
 void ScaledMatrix::multiply_damping(const Vector& u) const {
   force_.setZero(system_.dof_count());
-  system_.add_drag_force(u, force_);
-  if (stiffness_ == 0.0) system_.add_viscous_force(*q_, u, force_);
+  system_.add_viscous_force(*q_, u, force_);
   product_ -= damping_ * force_;
-}
-
-void ScaledMatrix::add_vertex_terms(const Vector& u) const {
-  if (!system_.environment().is_uniform()) {
-    for (Index v = 0; v < system_.vertex_count(); ++v) {
-      vertex_block(product_, v) +=
-          system_.environment().hessian(system_.mass()[v], vertex_block(*q_, v)) *
-          vertex_block(u, v);
-    }
-  }
-  if (system_.constraints().has_springs()) {
-    product_ += system_.constraints().spring_stiffness().cwiseProduct(u);
-  }
 }
 
 }  // namespace tetraction

@@ -17,10 +17,10 @@ class ScaledMatrix {
 
   explicit ScaledMatrix(const MechanicalSystem& system);
 
-  /// K(q) + w C(q). Keeps a reference to q.
-  void set_stiffness(const Vector& q, double damping_weight = 0.0);
+  /// K(q) + w C(q) at a time of the terms' potentials. Keeps a reference to q.
+  void set_stiffness(const Vector& q, double time, double damping_weight = 0.0);
   /// C(q).
-  void set_damping(const Vector& q);
+  void set_damping(const Vector& q, double time);
 
   Index rows() const { return inverse_root_mass_.size(); }
   Index cols() const { return rows(); }
@@ -40,12 +40,14 @@ class ScaledMatrix {
  private:
   void multiply_stiffness(const Vector& u) const;
   void multiply_damping(const Vector& u) const;
-  void add_vertex_terms(const Vector& u) const;
+  void gather_terms(double time);
 
   const MechanicalSystem& system_;
   const Vector* q_ = nullptr;
   double stiffness_ = 0.0;  // weights of K and C
   double damping_ = 0.0;
+  HessianBlocks terms_;  // of all force terms, in the matrix
+  bool has_terms_ = false;
   Vector inverse_root_mass_;
   mutable Index products_ = 0;
   mutable Vector product_;

@@ -128,12 +128,32 @@ double omega_of(double eigenvalue) {
   return std::sqrt(std::max(0.0, eigenvalue));
 }
 
-// c of drag and mass damping, which need no iterations; and whether there is viscosity, which does.
-double vertex_damping_rate(const MechanicalSystem& system) {
-  const Damping& damping = system.damping();
-  double rate = damping.mass_damping;
-  if (damping.drag > 0.0) rate += damping.drag / system.mass().minCoeff();
+// c of the terms that dissipate energy at single vertices, which needs no iterations.
+double vertex_damping_rate(const MechanicalSystem& system, const Vector& q, double time) {
+  HessianBlocks blocks;
+  bool any = false;
+  for (const ForceTerm* term : system.force_terms()) {
+    if (!term->has_dissipation() || term->couples_vertices()) continue;
+    if (!any) blocks.reset(system.vertex_count());
+    any = true;
+    term->add_dissipation_hessian(system.force_point(q, time), Vector::Zero(q.size()),
+                                  HessianForm::kExact, blocks);
+  }
+  double rate = 0.0;
+  for (Index v = 0; any && v < system.vertex_count(); ++v) {
+    const Eigen::SelfAdjointEigenSolver<Matrix3> eigen(blocks.diagonal(v), Eigen::EigenvaluesOnly);
+    rate = std::max(rate, eigen.eigenvalues()[2] * system.inverse_mass()[v]);
+  }
   return rate;
+}
+
+// Whether damping connects vertices, so that its rate takes iterations.
+bool has_connecting_damping(const MechanicalSystem& system) {
+  return system.damping().viscosity > 0.0 ||
+         std::any_of(system.force_terms().begin(), system.force_terms().end(),
+                     [](const ForceTerm* term) {
+                       return term->has_dissipation() && term->couples_vertices();
+                     });
 }
 
 double rayleigh_quotient(const ScaledMatrix& op, const Vector& x) {
@@ -144,8 +164,9 @@ double rayleigh_quotient(const ScaledMatrix& op, const Vector& x) {
 
 // One step towards the h at which the largest eigenvalue of M⁻¹(K + (2/h)C) is 4/h²: exact for the
 // eigenvector at h, whose Rayleigh quotients k and c give the next one. Never too small.
-double refine_explicit_step(ScaledMatrix& op, const Vector& q, const Eigenpair& at_h, double h) {
-  op.set_damping(q);
+double refine_explicit_step(ScaledMatrix& op, const Vector& q, double time, const Eigenpair& at_h,
+                            double h) {
+  op.set_damping(q, time);
   const double c = std::max(0.0, rayleigh_quotient(op, at_h.vector));
   return explicit_critical_step(omega_of(at_h.value - 2.0 / h * c), c);
 }
@@ -192,7 +213,7 @@ Index critical_element(const MechanicalSystem& system, const CriticalModes& mode
 }
 
 StabilityLimit stability_limit(const MechanicalSystem& system, const Vector& q, ExplicitRule rule,
-                               CriticalModes* modes) {
+                               CriticalModes* modes, double time) {
   StabilityLimit limit;
   if (system.coordinates().count() == 0) {  // nothing that could oscillate
     limit.critical_step = kInfinity;
@@ -200,13 +221,13 @@ StabilityLimit stability_limit(const MechanicalSystem& system, const Vector& q, 
     return limit;
   }
   ScaledMatrix op(system);
-  op.set_stiffness(q);
+  op.set_stiffness(q, time);
   Eigenpair largest = finite_largest_eigenpair(op);
   Eigenpair damped;
   limit.omega_max = omega_of(largest.value);
-  limit.damping_rate = vertex_damping_rate(system);
-  if (system.damping().viscosity > 0.0) {
-    op.set_damping(q);
+  limit.damping_rate = vertex_damping_rate(system, q, time);
+  if (has_connecting_damping(system)) {
+    op.set_damping(q, time);
     damped = finite_largest_eigenpair(op, largest.vector);
     limit.damping_rate = std::max(limit.damping_rate, damped.value);
   }
@@ -217,11 +238,11 @@ StabilityLimit stability_limit(const MechanicalSystem& system, const Vector& q, 
     constexpr int kRounds = 4;
     constexpr double kAccuracy = 1e-4;
     double h = explicit_critical_step(limit.omega_max, limit.damping_rate);
-    const bool damping = system.damping().viscosity > 0.0 || system.damping().drag > 0.0;
+    const bool damping = system.is_dissipative();
     for (int round = 0; round < kRounds && damping && std::isfinite(h); ++round) {
-      op.set_stiffness(q, 2.0 / h);
+      op.set_stiffness(q, time, 2.0 / h);
       largest = finite_largest_eigenpair(op, largest.vector);
-      const double next = refine_explicit_step(op, q, largest, h);
+      const double next = refine_explicit_step(op, q, time, largest, h);
       const bool done = std::abs(next - h) <= kAccuracy * h;
       h = next;
       if (done) break;
@@ -256,38 +277,39 @@ double StabilityTracker::cost() const {
   return impl_->cost;
 }
 
-double StabilityTracker::critical_step(const Vector& q, ExplicitRule rule, CriticalModes& modes) {
+double StabilityTracker::critical_step(const Vector& q, ExplicitRule rule, CriticalModes& modes,
+                                       double time) {
   Impl& s = *impl_;
   s.cost = 0.0;
-  const bool viscous = s.system.damping().viscosity > 0.0;
-  const bool damped = !s.system.damping().none();
+  const bool connecting = has_connecting_damping(s.system);
+  const bool damped = s.system.is_dissipative();
   if (rule == ExplicitRule::kExplicit && damped) {
     // The limit that these modes would have now is where K + (2/h)C is taken.
     double h = 0.0;
     if (modes.stiffness.size() == s.op.rows()) {
-      s.op.set_stiffness(q);
+      s.op.set_stiffness(q, time);
       const double k = rayleigh_quotient(s.op, modes.stiffness);
-      s.op.set_damping(q);
+      s.op.set_damping(q, time);
       h = explicit_critical_step(omega_of(k), rayleigh_quotient(s.op, modes.stiffness));
       s.count();
     }
     if (!(h > 0.0) || !std::isfinite(h)) {
-      return stability_limit(s.system, q, rule, &modes).critical_step;
+      return stability_limit(s.system, q, rule, &modes, time).critical_step;
     }
-    s.op.set_stiffness(q, 2.0 / h);
+    s.op.set_stiffness(q, time, 2.0 / h);
     Eigenpair largest = follow_largest(s.op, modes.stiffness, s.op.stiffest_vertex());
     s.count();
-    h = refine_explicit_step(s.op, q, largest, h);
+    h = refine_explicit_step(s.op, q, time, largest, h);
     s.count();
     modes.stiffness = std::move(largest.vector);
     return h;
   }
-  s.op.set_stiffness(q);
+  s.op.set_stiffness(q, time);
   Eigenpair largest = follow_largest(s.op, modes.stiffness, s.op.stiffest_vertex());
   s.count();
-  double rate = vertex_damping_rate(s.system);
-  if (viscous) {
-    s.op.set_damping(q);
+  double rate = vertex_damping_rate(s.system, q, time);
+  if (connecting) {
+    s.op.set_damping(q, time);
     Eigenpair most = follow_largest(s.op, modes.damping, largest.vector);
     s.count();
     rate = std::max(rate, most.value);

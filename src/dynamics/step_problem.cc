@@ -13,48 +13,30 @@ namespace {
 // Vertices worth a task of their own.
 constexpr Index kGrain = 2048;
 
-// What the linear part at q leaves of the environment's energy at x, of one vertex.
-double environment_rest(const Environment& environment, double mass, const Vector3& q,
-                        const Vector3& x) {
-  return environment.value(mass, x) - environment.value(mass, q) -
-         environment.gradient(mass, q).dot(x - q);
-}
-
 }  // namespace
 
 StepProblem::StepProblem(const MechanicalSystem& system)
     : system_(system), viscous_(system.elastic()) {}
 
 void StepProblem::begin(const State& state, double h, double end_time, double alpha,
-                        const Vector& user_force) {
+                        const Vector& load) {
   step_ = alpha * h;
   alpha_ = alpha;
   previous_ = state.position;
   impulse_.resize(0);
   elastic_.known = false;
   prescribe_base(end_time);
-  const Damping& damping = system_.damping();
-  viscous_.begin(previous_, damping.viscosity / step_);
-  const Environment& environment = system_.environment();
-  curved_environment_ = !environment.is_uniform();
-
+  time_ = state.time + step_;
+  viscous_.begin(previous_, system_.damping().viscosity / step_);
   load_ = state.momentum / step_;
-  if (user_force.size() > 0) load_ += user_force;
+  if (load.size() > 0) load_ += load;
   coefficient_.resize(system_.dof_count());
   parallel_for(system_.vertex_count(), kGrain, [&](Index begin, Index end) {
     for (Index v = begin; v < end; ++v) {
-      const double mass = system_.mass()[v];
-      vertex_block(load_, v) -= environment.gradient(mass, vertex_block(previous_, v));
-      vertex_block(coefficient_, v)
-          .setConstant(mass / (step_ * step_) +
-                       (damping.drag + damping.mass_damping * mass) / step_);
+      vertex_block(coefficient_, v).setConstant(system_.mass()[v] / (step_ * step_));
     }
   });
-  const Constraints& constraints = system_.constraints();
-  if (constraints.has_springs()) {
-    coefficient_ += constraints.spring_stiffness();
-    constraints.add_spring_force(previous_, state.time + step_, load_);
-  }
+  gather_terms();
   force_scale_ = system_.coordinates().restricted_norm(load_);
   set_origin(base_);
   // Momenta that round-off has made are no load.
@@ -62,6 +44,52 @@ void StepProblem::begin(const State& state, double h, double end_time, double al
   const bool applied = system_.coordinates().restricted_norm(full_) > 0.0;
   full_.setZero();
   if (!applied && force_scale_ <= round_off(full_)) force_scale_ = 0.0;
+}
+
+// Linear parts of the terms into l, quadratic ones into k.
+void StepProblem::gather_terms() {
+  potentials_.clear();
+  dissipations_.clear();
+  const ForcePoint at = system_.force_point(previous_, time_);
+  bool any = false;
+  const auto begin_blocks = [&] {
+    if (!any) blocks_.reset(system_.vertex_count());
+    any = true;
+  };
+  const auto add_diagonal = [&](double factor) {
+    for (Index v = 0; any && v < system_.vertex_count(); ++v) {
+      vertex_block(coefficient_, v) += factor * Matrix3(blocks_.diagonal(v)).diagonal();
+    }
+    any = false;
+  };
+  full_.setZero(system_.dof_count());
+  for (const ForceTerm* term : system_.force_terms()) {
+    if (!term->has_potential()) continue;
+    if (!term->is_quadratic()) {
+      if (potentials_.empty()) start_gradient_.setZero(system_.dof_count());
+      potentials_.push_back(term);
+      term->add_gradient(at, start_gradient_);
+      continue;
+    }
+    term->add_gradient(at, full_);
+    if (term->uniform_acceleration()) continue;
+    begin_blocks();
+    term->add_hessian(at, HessianForm::kExact, blocks_);
+  }
+  load_ -= full_;
+  if (!potentials_.empty()) load_ -= start_gradient_;
+  add_diagonal(1.0);
+  velocity_.setZero(system_.dof_count());
+  for (const ForceTerm* term : system_.force_terms()) {
+    if (!term->has_dissipation()) continue;
+    if (!term->is_quadratic()) {
+      dissipations_.push_back(term);
+      continue;
+    }
+    begin_blocks();
+    term->add_dissipation_hessian(at, velocity_, HessianForm::kExact, blocks_);
+  }
+  add_diagonal(1.0 / step_);
 }
 
 void StepProblem::prescribe_base(double time) {
@@ -122,22 +150,93 @@ void StepProblem::set_rate_estimate(const Vector& u) {
 }
 
 double StepProblem::dissipated_energy(const Vector& u, double h) const {
-  const Damping& damping = system_.damping();
-  const double ratio = h / step_;
   double viscous = 0.0;
   viscous_.add_value(step_displacement(u), viscous);
-  double drag = 0.0;
-  if (damping.drag > 0.0 || damping.mass_damping > 0.0) {
-    for (Index v = 0; v < system_.vertex_count(); ++v) {
-      const Vector3 way =
-          (vertex_block(origin_, v) - vertex_block(previous_, v)) + vertex_block(u, v);
-      drag += (damping.drag + damping.mass_damping * system_.mass()[v]) * way.squaredNorm();
-    }
+  double rate = 0.0;
+  const ForcePoint start = system_.force_point(previous_, time_);
+  for (const ForceTerm* term : system_.force_terms()) {
+    if (!term->has_dissipation()) continue;
+    velocity_ = ((origin_ - previous_) + u) / step_;
+    full_.setZero(system_.dof_count());
+    term->add_dissipation_gradient(start, velocity_, full_);
+    rate += velocity_.dot(full_);
   }
-  return ratio * (2.0 * viscous + drag / step_);
+  return h / step_ * 2.0 * viscous + h * rate;
+}
+
+Evaluation StepProblem::move_terms(const Vector& u) const {
+  if (!has_general_terms()) return {};
+  at_ = origin_ + u;
+  if (!dissipations_.empty()) velocity_ = ((origin_ - previous_) + u) / step_;
+  for (const ForceTerm* term : potentials_) {
+    const Index vertex = term->undefined_vertex(system_.force_point(at_, time_));
+    if (vertex >= 0) return {-1, vertex};
+  }
+  return {};
+}
+
+double StepProblem::term_energy() const {
+  const ForcePoint start = system_.force_point(previous_, time_);
+  const ForcePoint at = system_.force_point(at_, time_);
+  double energy = 0.0;
+  for (const ForceTerm* term : potentials_) energy += term->energy_change(start, at);
+  if (!potentials_.empty()) {
+    energy -= parallel_sum(system_.vertex_count(), [&](Index begin, Index end) {
+      double sum = 0.0;
+      for (Index v = begin; v < end; ++v) {
+        sum += vertex_block(start_gradient_, v)
+                   .dot(vertex_block(std::as_const(at_), v) - vertex_block(previous_, v));
+      }
+      return sum;
+    });
+  }
+  for (const ForceTerm* term : dissipations_) energy += step_ * term->dissipation(start, velocity_);
+  return energy;
+}
+
+void StepProblem::add_term_gradient(Vector& gradient) const {
+  if (!potentials_.empty()) gradient -= start_gradient_;
+  for (const ForceTerm* term : potentials_) {
+    term->add_gradient(system_.force_point(at_, time_), gradient);
+  }
+  for (const ForceTerm* term : dissipations_) {
+    term->add_dissipation_gradient(system_.force_point(previous_, time_), velocity_, gradient);
+  }
+}
+
+void StepProblem::term_hessian(const Vector& u, HessianForm form, HessianBlocks& hessian) const {
+  hessian.reset(system_.vertex_count());
+  if (!has_general_terms()) return;
+  at_ = origin_ + u;
+  if (!dissipations_.empty()) {
+    velocity_ = ((origin_ - previous_) + u) / step_;
+    for (const ForceTerm* term : dissipations_) {
+      term->add_dissipation_hessian(system_.force_point(previous_, time_), velocity_, form,
+                                    hessian);
+    }
+    hessian.scale(1.0 / step_);
+  }
+  for (const ForceTerm* term : potentials_) {
+    term->add_hessian(system_.force_point(at_, time_), form, hessian);
+  }
+}
+
+double StepProblem::longest_term_step(const Vector& u, const Vector& d) const {
+  double longest = std::numeric_limits<double>::infinity();
+  if (potentials_.empty()) return longest;
+  at_ = origin_ + u;
+  for (const ForceTerm* term : potentials_) {
+    longest = std::min(longest, term->longest_step(system_.force_point(at_, time_), d));
+  }
+  return longest;
+}
+
+bool StepProblem::is_defined(const Vector& u) const {
+  return move_terms(u).ok() && system_.elastic().admissible(Positions(origin_, u)).ok();
 }
 
 Evaluation StepProblem::value(const Vector& u, double& phi) const {
+  if (const Evaluation terms = move_terms(u); !terms.ok()) return terms;
   const Evaluation status = system_.elastic().value(Positions(origin_, u), phi);
   if (!status.ok()) return status;
   phi += parallel_sum(system_.vertex_count(), [&](Index begin, Index end) {
@@ -146,13 +245,10 @@ Evaluation StepProblem::value(const Vector& u, double& phi) const {
       const Vector3 d = vertex_block(u, v);
       sum +=
           d.dot(0.5 * vertex_block(coefficient_, v).cwiseProduct(d) - vertex_block(remainder_, v));
-      if (curved_environment_) {
-        sum += environment_rest(system_.environment(), system_.mass()[v],
-                                vertex_block(previous_, v), vertex_block(origin_, v) + d);
-      }
     }
     return sum;
   });
+  if (has_general_terms()) phi += term_energy();
   viscous_.add_value(step_displacement(u), phi);
   return status;
 }
@@ -187,11 +283,11 @@ Evaluation StepProblem::elastic_gradient(const Vector& u, const Vector*& gradien
 
 Evaluation StepProblem::value_and_full_gradient(const Vector& u, double& phi,
                                                 Vector& gradient) const {
+  if (const Evaluation terms = move_terms(u); !terms.ok()) return terms;
   const Evaluation status = evaluate_elastic(u);
   if (!status.ok()) return status;
   phi = elastic_.energy;
   gradient.resize(u.size());
-  const Environment& environment = system_.environment();
   phi += parallel_sum(system_.vertex_count(), [&](Index begin, Index end) {
     double sum = 0.0;
     for (Index v = begin; v < end; ++v) {
@@ -201,67 +297,72 @@ Evaluation StepProblem::value_and_full_gradient(const Vector& u, double& phi,
       sum += d.dot(0.5 * stiff - rest);
       vertex_block(gradient, v) =
           vertex_block(std::as_const(elastic_.gradient), v) + (stiff - rest);
-      if (curved_environment_) {
-        const double mass = system_.mass()[v];
-        const Vector3 from = vertex_block(previous_, v);
-        const Vector3 to = vertex_block(origin_, v) + d;
-        sum += environment_rest(environment, mass, from, to);
-        vertex_block(gradient, v) +=
-            environment.gradient(mass, to) - environment.gradient(mass, from);
-      }
     }
     return sum;
   });
+  if (has_general_terms()) {
+    phi += term_energy();
+    add_term_gradient(gradient);
+  }
   viscous_.add_value_and_gradient(step_displacement(u), phi, gradient);
   return status;
 }
 
-Evaluation StepProblem::hessian(const Vector& u, const SparsityPattern& pattern,
-                                double* values) const {
+Evaluation StepProblem::hessian(const Vector& u, const HessianBlocks& terms,
+                                const SparsityPattern& pattern, double* values) const {
   std::fill(values, values + pattern.nonzeros(), 0.0);
+  if (const Evaluation status = move_terms(u); !status.ok()) return status;
   const Evaluation status = system_.elastic().add_hessian(Positions(origin_, u), pattern, values);
   if (!status.ok()) return status;
   viscous_.add_hessian(step_displacement(u), pattern, values);
   Matrix blocks = Matrix::Zero(3, system_.dof_count());
   for (Index v = 0; v < system_.vertex_count(); ++v) {
-    auto block = blocks.middleCols<3>(3 * v);
-    block.diagonal() = vertex_block(coefficient_, v);
-    if (curved_environment_) {
-      block += system_.environment().hessian(system_.mass()[v],
-                                             vertex_block(origin_, v) + vertex_block(u, v));
-    }
+    blocks.middleCols<3>(3 * v).diagonal() = vertex_block(coefficient_, v);
   }
+  if (has_general_terms()) blocks += terms.diagonal();
   pattern.add_vertex_blocks(blocks, values);
+  for (const HessianBlocks::Pair& pair : terms.pairs()) {
+    pattern.add_pair_block(pair.row, pair.column, pair.block, values);
+  }
   return status;
 }
 
-bool StepProblem::element_terms(Index e, const Vector& u, bool with_hessian,
-                                ElasticPotential::ElementTerms& terms) const {
+bool StepProblem::term_shares(const Vector& u, bool with_hessian, TermShares& shares) const {
+  if (!move_terms(u).ok()) return false;
+  shares.energy = term_energy();
+  shares.magnitude = 0.0;
+  for (const ForceTerm* term : potentials_) {
+    shares.magnitude += std::abs(term->energy(system_.force_point(at_, time_)));
+  }
+  shares.gradient.setZero(system_.dof_count());
+  add_term_gradient(shares.gradient);
+  if (with_hessian) term_hessian(u, HessianForm::kExact, shares.hessian);
+  return true;
+}
+
+bool StepProblem::element_terms(Index e, const Vector& u, const TermShares* terms,
+                                bool with_hessian, ElasticPotential::ElementTerms& result) const {
   const Positions x(origin_, u);
-  if (!system_.elastic().element_terms(e, x, with_hessian, terms)) return false;
-  viscous_.add_element_terms(e, x, with_hessian, terms);
+  if (!system_.elastic().element_terms(e, x, with_hessian, result)) return false;
+  viscous_.add_element_terms(e, x, with_hessian, result);
   const double share = system_.mass_share(e);
+  if (terms != nullptr) {
+    result.energy += Shape::kNodes * share / system_.total_mass() * terms->energy;
+  }
   const auto& nodes = system_.rest().nodes(e);
   for (int a = 0; a < Shape::kNodes; ++a) {
     const Index v = nodes[static_cast<std::size_t>(a)];
-    const double mass = system_.mass()[v];
-    const double fraction = share / mass;
+    const double fraction = share / system_.mass()[v];
     const Vector3 k = vertex_block(coefficient_, v);
     const Vector3 d = vertex_block(u, v) - vertex_block(remainder_, v).cwiseQuotient(k);
     const Vector3 force = fraction * k.cwiseProduct(d);
-    terms.energy += 0.5 * force.dot(d);
-    terms.gradient.col(a) += force;
-    if (with_hessian) terms.hessian.diagonal().segment<3>(3 * a) += fraction * k;
-    if (curved_environment_) {
-      const Environment& environment = system_.environment();
-      const Vector3 from = vertex_block(previous_, v);
-      const Vector3 to = vertex_block(origin_, v) + vertex_block(u, v);
-      terms.energy += fraction * environment_rest(environment, mass, from, to);
-      terms.gradient.col(a) +=
-          fraction * (environment.gradient(mass, to) - environment.gradient(mass, from));
-      if (with_hessian) {
-        terms.hessian.block<3, 3>(3 * a, 3 * a) += fraction * environment.hessian(mass, to);
-      }
+    result.energy += 0.5 * force.dot(d);
+    result.gradient.col(a) += force;
+    if (with_hessian) result.hessian.diagonal().segment<3>(3 * a) += fraction * k;
+    if (terms == nullptr) continue;
+    result.gradient.col(a) += fraction * vertex_block(terms->gradient, v);
+    if (with_hessian) {
+      result.hessian.block<3, 3>(3 * a, 3 * a) += fraction * terms->hessian.diagonal(v);
     }
   }
   return true;
@@ -269,17 +370,6 @@ bool StepProblem::element_terms(Index e, const Vector& u, bool with_hessian,
 
 double StepProblem::square_value() const {
   return 0.5 * remainder_.cwiseAbs2().cwiseQuotient(coefficient_).sum();
-}
-
-double StepProblem::environment_share(Index e, const Vector& u) const {
-  if (!curved_environment_) return 0.0;
-  double energy = 0.0;
-  for (const Index v : system_.rest().nodes(e)) {
-    const double mass = system_.mass()[v];
-    const Vector3 x = vertex_block(origin_, v) + vertex_block(u, v);
-    energy += system_.mass_share(e) / mass * std::abs(system_.environment().value(mass, x));
-  }
-  return energy;
 }
 
 double StepProblem::round_off(const Vector& u) const {

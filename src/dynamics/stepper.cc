@@ -36,13 +36,35 @@ double Stepper::constraint_work(const State& from, const State& to) const {
       if (passed_on.size() > 0) work -= vertex_block(passed_on, v).dot(way);
     });
   }
-  if (constraints.has_springs()) {
-    // What a moving target puts into its spring, less what stays in it.
-    work += constraints.spring_energy(from.position, from.time) -
-            constraints.spring_energy(to.position, to.time);
-    work += constraints.spring_work(from.position, from.time, to.position, to.time);
+  // Terms that stand for constraints: what their explicit dependence on the time puts in, less what stays
+  // in them.
+  const ForcePoint start = system_.force_point(from.position, from.time);
+  const ForcePoint end = system_.force_point(to.position, to.time);
+  for (const ForceTerm* term : system_.force_terms()) {
+    if (!term->has_potential() || term->account() != EnergyAccount::kConstraintWork) continue;
+    work += term->energy(start) - term->energy(end);
+    work += term->driven_work(start, end);
   }
   return work;
+}
+
+double Stepper::driven_work(const State& from, const State& to) const {
+  const ForcePoint start = system_.force_point(from.position, from.time);
+  const ForcePoint end = system_.force_point(to.position, to.time);
+  double work = 0.0;
+  for (const ForceTerm* term : system_.force_terms()) {
+    if (term->has_potential() && term->account() == EnergyAccount::kStored) {
+      work += term->driven_work(start, end);
+    }
+  }
+  return work;
+}
+
+StepOutcome& Stepper::undefined(StepOutcome& outcome, const ForceTerm& term, Index vertex) const {
+  outcome.status = StepStatus::kUndefined;
+  outcome.message = "vertex " + std::to_string(system_.mesh().vertex_id(vertex)) +
+                    " is where the potential of \"" + term.name() + "\" is not defined";
+  return outcome;
 }
 
 }  // namespace tetraction

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <limits>
+#include <map>
 #include <utility>
 
 #include "element_blocks.h"
@@ -76,10 +77,20 @@ std::vector<std::vector<Index>> color_items(Index count, const std::vector<Index
 
 }  // namespace
 
-SparsityPattern::SparsityPattern(const RestState& rest, const FreeCoordinates& coordinates)
+SparsityPattern::SparsityPattern(const RestState& rest, const FreeCoordinates& coordinates,
+                                 const std::vector<std::pair<Index, Index>>& pairs)
     : coordinates_(coordinates), rest_(rest) {
   const std::vector<Index> owner = coordinate_owners(coordinates);
   const std::vector<std::vector<Index>> elements = elements_of_owners(rest, owner);
+  // Of each owner, the other owners that pairs couple it with.
+  std::map<Index, std::vector<Index>> partners;
+  for (const auto& [i, j] : pairs) {
+    const Index a = owner[static_cast<std::size_t>(i)];
+    const Index b = owner[static_cast<std::size_t>(j)];
+    if (a < 0 || b < 0 || a == b) continue;
+    partners[a].push_back(b);
+    partners[b].push_back(a);
+  }
 
   // Owners in the order of their coordinates: vertices first, then affine sets.
   std::vector<std::pair<int, Index>> columns;
@@ -91,13 +102,16 @@ SparsityPattern::SparsityPattern(const RestState& rest, const FreeCoordinates& c
   std::vector<std::pair<int, int>> adjacent;  // first coordinate and count
   for (const auto& [first, v] : columns) {
     adjacent.clear();
+    const auto add = [&, column = first](Index o) {
+      if (o < 0) return;
+      const FreeCoordinates::VertexMap map = coordinates.map(o);
+      if (map.first >= column) adjacent.emplace_back(map.first, map.count);
+    };
     for (const Index e : elements[static_cast<std::size_t>(v)]) {
-      for (const Index w : rest.nodes(e)) {
-        const Index o = owner[static_cast<std::size_t>(w)];
-        if (o < 0) continue;
-        const FreeCoordinates::VertexMap map = coordinates.map(o);
-        if (map.first >= first) adjacent.emplace_back(map.first, map.count);
-      }
+      for (const Index w : rest.nodes(e)) add(owner[static_cast<std::size_t>(w)]);
+    }
+    if (const auto found = partners.find(v); found != partners.end()) {
+      for (const Index o : found->second) add(o);
     }
     std::sort(adjacent.begin(), adjacent.end());
     adjacent.erase(std::unique(adjacent.begin(), adjacent.end()), adjacent.end());
@@ -149,7 +163,8 @@ const std::vector<std::vector<Index>>& SparsityPattern::colors() const {
 
 const std::vector<std::vector<Index>>& SparsityPattern::block_colors(
     const ElementBlocks& blocks) const {
-  if (block_colors_.empty()) {
+  if (colored_blocks_ != &blocks) {
+    colored_blocks_ = &blocks;
     block_colors_ = color_items(blocks.block_count(), owner_, [&](Index b, const auto& use) {
       const ElementBlocks::Block& block = blocks.block(b);
       for (Index r = 0; r < block.row_count; ++r) {
@@ -223,6 +238,25 @@ void SparsityPattern::add_vertex_blocks(const Matrix& blocks, double* values) co
     const FreeCoordinates::VertexMap map = coordinates_.map(v);
     scatter_block(map, map, blocks.middleCols<3>(3 * v), values);
   }
+}
+
+bool SparsityPattern::couples(Index i, Index j) const {
+  const FreeCoordinates::VertexMap a = coordinates_.map(i);
+  const FreeCoordinates::VertexMap b = coordinates_.map(j);
+  if (a.count == 0 || b.count == 0) return true;
+  const int column = std::min(a.first, b.first);
+  const int row = std::max(a.first, b.first);
+  const auto begin = row_.begin() + column_begin_[static_cast<std::size_t>(column)];
+  const auto end = row_.begin() + column_begin_[static_cast<std::size_t>(column) + 1];
+  return std::binary_search(begin, end, row);
+}
+
+void SparsityPattern::add_pair_block(Index i, Index j, const Matrix3& block, double* values) const {
+  if (coordinates_.is_held(i) || coordinates_.is_held(j)) return;
+  const FreeCoordinates::VertexMap rows = coordinates_.map(i);
+  const FreeCoordinates::VertexMap columns = coordinates_.map(j);
+  scatter_block(rows, columns, block, values);
+  scatter_block(columns, rows, block.transpose(), values);
 }
 
 }  // namespace tetraction

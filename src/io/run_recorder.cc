@@ -20,7 +20,7 @@ namespace {
 
 // The columns beyond those that every run has: the sum of the reactions; of each [[constraint]] the
 // tension of a distance, or the resultant of its forces and their moment about the centre of its
-// vertices; energies by region where there are several.
+// vertices; energies by region where there are several; the energies of a program's own force terms.
 std::string history_header(const Session& session) {
   std::string header =
       "step,time,kinetic_energy,elastic_energy,environment_energy,total_energy,external_work,"
@@ -38,6 +38,10 @@ std::string history_header(const Session& session) {
   for (Index r = 0; r < session.system().region_count() && session.system().region_count() > 1;
        ++r) {
     header += fmt::format(",kinetic_energy_{0},elastic_energy_{0}", r);
+  }
+  const Energies& energies = session.books().energies();
+  for (std::size_t i = 0; i < energies.extra_count(); ++i) {
+    header += fmt::format(",{}_energy", energies.extra(i).name);
   }
   return header + "\n";
 }
@@ -82,7 +86,7 @@ std::string history_row(const Session& session, bool counts_inverted) {
   const auto g = [](double value) { return fmt::format("{:.17g}", value); };
   std::string row = fmt::format("{},{}", state.step, g(state.time));
   for (const double value :
-       {e.kinetic, e.elastic, e.environment, e.total(), books.external_work(),
+       {e.kinetic(), e.elastic(), e.environment(), e.total(), books.external_work(),
         books.dissipated_energy(), books.constraint_work(), books.edit_work(), books.energy_error(),
         m.linear.x(), m.linear.y(), m.linear.z(), m.angular.x(), m.angular.y(), m.angular.z(),
         session.constraint_error()}) {
@@ -99,6 +103,7 @@ std::string history_row(const Session& session, bool counts_inverted) {
     const Vector elastic = session.system().elastic().energies_by_material(state.position);
     for (Index r = 0; r < kinetic.size(); ++r) row += ',' + g(kinetic[r]) + ',' + g(elastic[r]);
   }
+  for (std::size_t i = 0; i < e.extra_count(); ++i) row += ',' + g(e.extra(i).value);
   return row + '\n';
 }
 

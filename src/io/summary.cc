@@ -77,9 +77,9 @@ std::string summary_json(const Session& session, const std::string& directory) {
                         {"changes", steps.changes}};
   json["time"] = session.state().time;
   json["solver"] = solver_json(session);
-  json["energy"] = {{"kinetic", books.energies().kinetic},
-                    {"elastic", books.energies().elastic},
-                    {"environment", books.energies().environment},
+  json["energy"] = {{"kinetic", books.energies().kinetic()},
+                    {"elastic", books.energies().elastic()},
+                    {"environment", books.energies().environment()},
                     {"total", books.energies().total()},
                     {"external_work", books.external_work()},
                     {"dissipated", books.dissipated_energy()},
@@ -87,6 +87,9 @@ std::string summary_json(const Session& session, const std::string& directory) {
                     {"edit_work", books.edit_work()},
                     {"error", books.energy_error()},
                     {"scale", books.energy_scale()}};
+  for (std::size_t i = 0; i < books.energies().extra_count(); ++i) {
+    json["energy"]["terms"][books.energies().extra(i).name] = books.energies().extra(i).value;
+  }
   json["max_relative_energy_drift"] = books.max_relative_energy_drift();
   json["linear_momentum_drift"] = books.linear_momentum_drift();
   json["angular_momentum_drift"] = books.angular_momentum_drift();

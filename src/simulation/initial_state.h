@@ -16,6 +16,10 @@ State make_initial_state(const Scene& scene, MechanicalSystem& system,
 Constraints constrain(MechanicalSystem& system, const BodyConstraints& constraints, double time,
                       Vector& position);
 
+/// Throws InputError, which begins with `what`, if the potential of a force term is not defined there.
+void require_defined_terms(const MechanicalSystem& system, const Vector& position, double time,
+                           const std::string& what);
+
 UserForce make_force(const ForceSettings& force, const TetMesh& mesh);
 
 /// The vertices of a shift, in its order. Throws InputError for numbers that are not there or come

@@ -89,11 +89,23 @@ std::unique_ptr<MechanicalSystem> make_system(const Scene& scene, TetMesh mesh) 
   system->set_damping(scene.damping);
   for (const ForceSettings& force : scene.force)
     system->add_force(make_force(force, system->mesh()));
+  for (const auto& term : scene.force_term) system->add_force_term(term);
   return system;
 }
 
 UserForce make_force(const ForceSettings& force, const TetMesh& mesh) {
   return {select_at(mesh, force.select, force.where), force.vector, force.from, force.until};
+}
+
+void require_defined_terms(const MechanicalSystem& system, const Vector& position, double time,
+                           const std::string& what) {
+  Index vertex = -1;
+  const ForceTerm* term = system.undefined_term(position, time, vertex);
+  if (term == nullptr) return;
+  throw InputError(fmt::format(
+      "{} puts vertex {} to where the potential of \"{}\" is not defined: move the body away from "
+      "there.",
+      what, system.mesh().vertex_id(vertex), term->name()));
 }
 
 Constraints constrain(MechanicalSystem& system, const BodyConstraints& constraints, double time,
@@ -112,6 +124,8 @@ Constraints constrain(MechanicalSystem& system, const BodyConstraints& constrain
         "displacement.",
         system.mesh().tetrahedron_id(status.failed_element)));
   }
+  require_defined_terms(system, moved, time,
+                        "Moving the vertices to where the constraints hold them");
   position.swap(moved);
   return system.set_constraints(std::move(next));
 }
@@ -133,6 +147,7 @@ State make_initial_state(const Scene& scene, MechanicalSystem& system,
         "smaller.",
         mesh.tetrahedron_id(status.failed_element)));
   }
+  require_defined_terms(system, state.position, 0.0, "The initial state");
   constraints = make_body_constraints(scene, system, state.position);
   constrain(system, constraints, state.time, state.position);
 

@@ -119,14 +119,14 @@ Session::Session(Scene scene, TetMesh mesh) : impl_(std::make_unique<Impl>()) {
       throw InputError(
           fmt::format("The energy at the start is not finite (kinetic {} J, elastic {} J, "
                       "environment {} J): make speeds, moduli or environment.strength smaller.",
-                      energies.kinetic, energies.elastic, energies.environment));
+                      energies.kinetic(), energies.elastic(), energies.environment()));
     }
   }
   CriticalModes modes;
   s.initial_limit = s.current_limit(s.state.position, &modes);
   const PhaseTimer timer(s.times.setup);
   s.choose_step(s.initial_limit, std::move(modes));
-  s.system->user_force(s.state.time, s.stepping.time_step, s.external_force);
+  s.system->external_force(s.state.time, s.stepping.time_step, s.external_force);
   s.count_inverted(nullptr);
   if (std::string warning = locking_warning(*s.system); !warning.empty()) {
     s.warnings.push_back(std::move(warning));
@@ -160,6 +160,9 @@ bool Session::step() {
       s.stop(RunStatus::kUnstable,
              outcome.message.empty() ? "positions or momenta overflowed" : outcome.message,
              s.hottest_element());
+      return false;
+    case StepStatus::kUndefined:
+      s.stop(RunStatus::kUnstable, outcome.message, -1);
       return false;
     case StepStatus::kOverdamped:
       s.stop(RunStatus::kUnstable,

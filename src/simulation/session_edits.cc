@@ -207,7 +207,10 @@ struct Editor {
   }
   void require_admissible(const ShiftSettings& shift) const {
     const Evaluation status = system.elastic().admissible(state.position);
-    if (status.ok()) return;
+    if (status.ok()) {
+      require_defined_terms(system, state.position, state.time, "The displacement");
+      return;
+    }
     throw InputError(fmt::format(
         "{}{}the displacement inverts element {}: make it smaller, or move more vertices together.",
         shift.where, shift.where.empty() ? "" : ": ",

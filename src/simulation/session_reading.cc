@@ -93,7 +93,7 @@ Vector Session::external_force() const {
 }
 Vector Session::next_external_force() const {
   Vector force;
-  impl_->system->user_force(impl_->state.time, impl_->stepping.time_step, force);
+  impl_->system->external_force(impl_->state.time, impl_->stepping.time_step, force);
   if (force.size() == 0) force.setZero(impl_->system->dof_count());
   return force;
 }

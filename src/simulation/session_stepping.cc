@@ -30,7 +30,7 @@ double round_off(double t) {
 // Whether a smaller step may do what this one did not.
 bool was_too_large(StepStatus status) {
   return status == StepStatus::kInverted || status == StepStatus::kNotFinite ||
-         status == StepStatus::kOverdamped;
+         status == StepStatus::kOverdamped || status == StepStatus::kUndefined;
 }
 
 bool defined_inside_out(const MaterialModel& material) {
@@ -80,7 +80,7 @@ void Session::Impl::choose_step(const StabilityLimit& limit, CriticalModes modes
 }
 
 StabilityLimit Session::Impl::limit_at(const Vector& q, CriticalModes* modes) const {
-  return stability_limit(*system, q, rule_of(time.integrator), modes);
+  return stability_limit(*system, q, rule_of(time.integrator), modes, state.time);
 }
 
 StabilityLimit Session::Impl::current_limit(const Vector& q, CriticalModes* modes) {
@@ -96,7 +96,7 @@ double Session::Impl::tracked_limit(double& cost) {
     const PhaseTimer timer(times.stability);
     if (!tracker) tracker = std::make_unique<StabilityTracker>(*system);
     critical = tracker->critical_step(state.position, rule_of(time.integrator),
-                                      stepping.automatic.modes());
+                                      stepping.automatic.modes(), state.time);
     cost = tracker->cost();
   }
   times.stepping -= times.stability - before;
@@ -145,7 +145,7 @@ StepOutcome Session::Impl::attempt() {
     const double left = end_time - state.time;
     if (std::abs(left - h) > round_off(end_time)) length = left;
   }
-  system->user_force(state.time, length, external_force);
+  system->external_force(state.time, length, external_force);
   StepOutcome outcome = stepper->step_to(state, length, end_time);
   last_report = outcome.minimizer;
   total_iterations += outcome.minimizer.iterations;

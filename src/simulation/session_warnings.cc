@@ -48,7 +48,7 @@ double resolved_frequency(Integrator integrator, double time_step) {
 std::string Session::Impl::step_warning(const StabilityLimit& limit) const {
   if (is_implicit(time.integrator) || stepping.time_step <= limit.critical_step) return {};
   std::string why;
-  if (system->constraints().has_springs()) {
+  if (!system->constraints().springs().empty()) {
     why = " (the springs of fix.mode = \"penalty\" count: the stiffer, the lower the limit)";
   } else if (limit.damping_rate * stepping.time_step > 0.5) {
     why = " (the damping counts: the stronger, the lower the limit)";

@@ -16,47 +16,76 @@ constexpr double kCertain = 1e-6;  // residual at which there is no more to be f
 }  // namespace
 
 AssembledSystem::AssembledSystem(const MechanicalSystem& system)
-    : coordinates_(system.coordinates()),
-      pattern_(system.rest(), system.coordinates()),
-      cholesky_(pattern_),
-      values_(static_cast<std::size_t>(pattern_.nonzeros())) {}
+    : system_(system),
+      coordinates_(system.coordinates()),
+      matrix_(std::make_unique<MatrixParts>(system, pairs_)),
+      values_(static_cast<std::size_t>(matrix_->pattern.nonzeros())) {}
+
+void AssembledSystem::set_terms(const StepProblem& problem, const Vector& x, HessianForm form) {
+  terms_.reset(system_.vertex_count());
+  if (!problem.has_general_terms()) return;
+  problem.term_hessian(x, form, terms_);
+  const bool complete = std::all_of(terms_.pairs().begin(), terms_.pairs().end(),
+                                    [&](const HessianBlocks::Pair& pair) {
+                                      return matrix_->pattern.couples(pair.row, pair.column);
+                                    });
+  if (complete) return;
+  // Pairs come and go, as in contact. Old ones stay, unless they have become many.
+  constexpr std::size_t kMost = 4;
+  if (pairs_.size() > kMost * terms_.pairs().size()) pairs_.clear();
+  for (const HessianBlocks::Pair& pair : terms_.pairs()) pairs_.emplace_back(pair.row, pair.column);
+  std::sort(pairs_.begin(), pairs_.end());
+  pairs_.erase(std::unique(pairs_.begin(), pairs_.end()), pairs_.end());
+  matrix_ = std::make_unique<MatrixParts>(system_, pairs_);
+  values_.assign(static_cast<std::size_t>(matrix_->pattern.nonzeros()), 0.0);
+  has_factor_ = has_single_ = false;
+}
 
 bool AssembledSystem::assemble(const StepProblem& problem, const Vector& x) {
-  return problem.hessian(x, pattern_, values_.data()).ok();
+  set_terms(problem, x, HessianForm::kExact);
+  return problem.hessian(x, terms_, matrix_->pattern, values_.data()).ok();
 }
 
 void AssembledSystem::assemble_projected(const StepProblem& problem, const Vector& x) {
   using Shape = RestState::Shape;
+  set_terms(problem, x, HessianForm::kConvex);
   std::fill(values_.begin(), values_.end(), 0.0);
-  for (const std::vector<Index>& color : pattern_.colors()) {
+  const SparsityPattern& pattern = matrix_->pattern;
+  for (const std::vector<Index>& color : pattern.colors()) {
     parallel_for(static_cast<Index>(color.size()), 64, [&](Index begin, Index end) {
       ElasticPotential::ElementTerms terms;
       for (Index i = begin; i < end; ++i) {
         const Index e = color[static_cast<std::size_t>(i)];
-        problem.element_terms(e, x, true, terms);
+        problem.element_terms(e, x, nullptr, true, terms);
         if (Eigen::LLT<Shape::DofMatrix>(terms.hessian).info() != Eigen::Success) {
           const Eigen::SelfAdjointEigenSolver<Shape::DofMatrix> eigen(terms.hessian);
           terms.hessian = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).asDiagonal() *
                           eigen.eigenvectors().transpose();
         }
-        pattern_.scatter(e, terms.hessian, values_.data());
+        pattern.scatter(e, terms.hessian, values_.data());
       }
     });
+  }
+  if (!problem.has_general_terms()) return;
+  pattern.add_vertex_blocks(terms_.diagonal(), values_.data());
+  for (const HessianBlocks::Pair& pair : terms_.pairs()) {
+    pattern.add_pair_block(pair.row, pair.column, pair.block, values_.data());
   }
 }
 
 bool AssembledSystem::factorize() {
   has_single_ = false;
-  has_factor_ = cholesky_.factorize(values_);
+  has_factor_ = matrix_->cholesky.factorize(values_);
   return has_factor_;
 }
 
 bool AssembledSystem::factorize_projected(const StepProblem& problem, const Vector& x) {
-  std::vector<double> exact(values_.size());
-  exact.swap(values_);
+  const std::vector<double> exact = values_;
   assemble_projected(problem, x);
   const bool done = factorize();
-  exact.swap(values_);
+  // Where a convex form couples other vertices, the pattern has changed.
+  if (values_.size() != exact.size()) return assemble(problem, x) && done;
+  values_ = exact;
   return done;
 }
 
@@ -75,15 +104,15 @@ NegativeCurvature AssembledSystem::negative_curvature() const {
 }
 
 SinglePrecisionFactor& AssembledSystem::single_precision_factor() {
-  if (!has_single_) cholesky_.copy_to(single_);
+  if (!has_single_) matrix_->cholesky.copy_to(single_);
   has_single_ = true;
   return single_;
 }
 
 void AssembledSystem::multiply(const Vector& x, Vector& y) const {
   y.setZero(x.size());
-  const std::vector<int>& begin = pattern_.column_begin();
-  const std::vector<int>& rows = pattern_.rows();
+  const std::vector<int>& begin = matrix_->pattern.column_begin();
+  const std::vector<int>& rows = matrix_->pattern.rows();
   for (Index j = 0; j < x.size(); ++j) {
     auto k = static_cast<std::size_t>(begin[static_cast<std::size_t>(j)]);
     const auto end = static_cast<std::size_t>(begin[static_cast<std::size_t>(j) + 1]);
@@ -105,14 +134,14 @@ CgReport AssembledSystem::solve(const Vector& right, Preconditioner precondition
   if (preconditioner == Preconditioner::kDiagonal) {
     inverse_diagonal.resize(right.size());
     for (Index j = 0; j < right.size(); ++j) {
-      const double d =
-          values_[static_cast<std::size_t>(pattern_.column_begin()[static_cast<std::size_t>(j)])];
+      const double d = values_[static_cast<std::size_t>(
+          matrix_->pattern.column_begin()[static_cast<std::size_t>(j)])];
       inverse_diagonal[j] = d > 0.0 ? 1.0 / d : 1.0;
     }
   }
   const auto precondition = [&](const Vector& r) -> Vector {
     if (preconditioner == Preconditioner::kDiagonal) return inverse_diagonal.cwiseProduct(r);
-    if (preconditioner == Preconditioner::kFactor) return cholesky_.solve(r);
+    if (preconditioner == Preconditioner::kFactor) return matrix_->cholesky.solve(r);
     Vector z(r.size());
     single_precision_factor().solve(r, z);
     return z;

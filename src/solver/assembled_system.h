@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "matrix_free_cg.h"
@@ -11,7 +12,8 @@
 
 namespace tetraction {
 
-/// ∇²Φ over the free coordinates in the fixed sparsity pattern, and CHOLMOD's factor.
+/// ∇²Φ over the free coordinates in a fixed sparsity pattern, and CHOLMOD's factor. The pattern grows
+/// where a force term couples vertices that it does not couple yet.
 class AssembledSystem {
  public:
   explicit AssembledSystem(const MechanicalSystem& system);
@@ -24,11 +26,11 @@ class AssembledSystem {
   bool factorize();
   bool has_factor() const { return has_factor_; }
   /// With the factor, of an older matrix or not, unless its numbers were released.
-  Vector back_solve(const Vector& right) { return cholesky_.solve(right); }
+  Vector back_solve(const Vector& right) { return matrix_->cholesky.solve(right); }
   /// The factor in single precision: less than half the memory to read in a solve.
   SinglePrecisionFactor& single_precision_factor();
   /// Frees the numbers of the factor in double precision: two thirds of the memory of both.
-  void release_double_precision() { cholesky_.release_factor(); }
+  void release_double_precision() { matrix_->cholesky.release_factor(); }
 
   /// After factorize() failed: the factor of the matrix that assemble_projected() makes, to
   /// precondition with; the matrix itself stays. False if that failed as well.
@@ -45,16 +47,29 @@ class AssembledSystem {
   /// After a solve that met negative curvature: the direction, whose length says nothing.
   NegativeCurvature negative_curvature() const;
 
-  Index size() const { return pattern_.size(); }
-  Index nonzeros() const { return pattern_.nonzeros(); }
-  const CholeskyCost& cost() { return cholesky_.cost(); }
+  Index size() const { return matrix_->pattern.size(); }
+  Index nonzeros() const { return matrix_->pattern.nonzeros(); }
+  const CholeskyCost& cost() { return matrix_->cholesky.cost(); }
 
  private:
+  using Pairs = std::vector<std::pair<Index, Index>>;
+  // What is made for one pattern.
+  struct MatrixParts {
+    MatrixParts(const MechanicalSystem& system, const Pairs& pairs)
+        : pattern(system.rest(), system.coordinates(), pairs), cholesky(pattern) {}
+    SparsityPattern pattern;
+    SparseCholesky cholesky;
+  };
+
+  // terms_ ← the Hessian of force terms at x, with a place in the pattern for each of its pairs.
+  void set_terms(const StepProblem& problem, const Vector& x, HessianForm form);
   void multiply(const Vector& x, Vector& y) const;
 
+  const MechanicalSystem& system_;
   const FreeCoordinates& coordinates_;
-  SparsityPattern pattern_;
-  SparseCholesky cholesky_;
+  Pairs pairs_;  // that the pattern has beside those of elements
+  std::unique_ptr<MatrixParts> matrix_;
+  HessianBlocks terms_;
   std::vector<double> values_;
   Vector residual_;  // of the last solve
   Vector curved_direction_;

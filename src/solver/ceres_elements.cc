@@ -78,12 +78,15 @@ ElementEvaluator::ElementEvaluator(const MechanicalSystem& system, const Vector&
 void ElementEvaluator::begin(const StepProblem& problem, const Vector& x, double shift_density) {
   problem_ = &problem;
   start_ = x_ = x;
-  constexpr double kRoom = 10.0;  // for the environment's energy to fall within a step
+  constexpr double kRoom = 10.0;  // for the energies of force terms to fall within a step
   shifts_.resize(elements_.size());
+  has_terms_ = problem.has_general_terms();
+  if (has_terms_) problem.term_shares(x, false, terms_);
+  const double room = has_terms_ ? kRoom * terms_.magnitude / system_.total_mass() : 0.0;
   for (std::size_t e = 0; e < shifts_.size(); ++e) {
     const auto element = static_cast<Index>(e);
     shifts_[e] = shift_density * system_.rest().volume(element) +
-                 kRoom * problem.environment_share(element, x);
+                 room * Shape::kNodes * system_.mass_share(element);
   }
   has_residuals_ = has_jacobians_ = false;
 }
@@ -92,6 +95,11 @@ void ElementEvaluator::PrepareForEvaluation(bool evaluate_jacobians, bool new_ev
   if (new_evaluation_point) has_residuals_ = has_jacobians_ = false;
   if (evaluate_jacobians ? has_jacobians_ : has_residuals_) return;
   x_ = start_ + system_.coordinates().extend(y_);
+  if (has_terms_ && !problem_->term_shares(x_, evaluate_jacobians, terms_)) {
+    for (ElementResidual& element : elements_) element.defined = false;
+    has_residuals_ = has_jacobians_ = true;
+    return;
+  }
   parallel_for(system_.rest().element_count(), 64, [&](Index begin, Index end) {
     for (Index e = begin; e < end; ++e) evaluate(e, evaluate_jacobians);
   });
@@ -102,7 +110,8 @@ void ElementEvaluator::PrepareForEvaluation(bool evaluate_jacobians, bool new_ev
 void ElementEvaluator::evaluate(Index e, bool with_jacobian) {
   ElementResidual& result = elements_[static_cast<std::size_t>(e)];
   ElasticPotential::ElementTerms terms;
-  result.defined = problem_->element_terms(e, x_, with_jacobian, terms);
+  result.defined =
+      problem_->element_terms(e, x_, has_terms_ ? &terms_ : nullptr, with_jacobian, terms);
   if (!result.defined) return;
   const double shifted = terms.energy + shifts_[static_cast<std::size_t>(e)];
   result.defined = shifted > 0.0 && std::isfinite(shifted);

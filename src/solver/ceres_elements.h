@@ -39,8 +39,10 @@ class ElementEvaluator : public ceres::EvaluationCallback {
 
   const MechanicalSystem& system_;
   const Vector& y_;
-  Vector start_;  // positions at y = 0
-  Vector x_;      // positions at y
+  Vector start_;                   // positions at y = 0
+  Vector x_;                       // positions at y
+  StepProblem::TermShares terms_;  // of force terms at x_
+  bool has_terms_ = false;
   std::vector<ElementResidual> elements_;
   const StepProblem* problem_ = nullptr;
   std::vector<double> shifts_;  // of the energies of the elements, J

@@ -60,6 +60,11 @@ class CeresMinimizer : public Minimizer {
     if (!(options.tolerance > 0.0 && options.tolerance < 1.0) || options.max_iterations < 1) {
       throw InputError("The solver needs 0 < tolerance < 1 and max_iterations ≥ 1.");
     }
+    for (const ForceTerm* term : system.force_terms()) {
+      if (!term->couples_vertices()) continue;
+      throw InputError("Ceres cannot take the force term \"" + term->name() +
+                       "\", which couples vertices: set solver.kind = \"newton\".");
+    }
     add_blocks();
     solver_options_.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
     solver_options_.sparse_linear_algebra_library_type = ceres::SUITE_SPARSE;

@@ -1,9 +1,9 @@
 #include "matrix_free_cg.h"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <array>
 #include <cmath>
+#include <numeric>
 
 #include "tetraction/core/parallel.h"
 
@@ -69,40 +69,65 @@ template <class T>
 void MatrixFreeCg<T>::set(const StepProblem& problem, const Vector& u) {
   problem_ = &problem;
   has_blocks_ = false;
+  u_ = u;
   problem.positions(u, point_);
   operator_.set(point_, problem.viscous(), problem.step_displacement(u));
-  curved_ = !system_.environment().is_uniform();
-  if (curved_) off_.resize(diagonal_.size());
-  for_places([&](Index i) {
-    const Index v = groups_.vertex(i);
-    Vector3 on = vertex_block(problem.coefficient(), v);
-    if (curved_) {
-      const Matrix3 h = system_.environment().hessian(system_.mass()[v], vertex_block(point_, v));
-      on += h.diagonal();
-      row(off_, i) = Eigen::Vector4d(h(0, 1), h(0, 2), h(1, 2), 0.0).template cast<T>();
-    }
-    row(diagonal_, i) = Eigen::Vector4d(on[0], on[1], on[2], 0.0).template cast<T>();
-  });
+  has_terms_ = problem.has_general_terms();
+  if (has_terms_) problem.term_hessian(u, HessianForm::kExact, terms_);
+  set_terms();
 }
 
 template <class T>
 void MatrixFreeCg<T>::convexify() {
   operator_.convexify();
   has_blocks_ = false;
-  if (!curved_) return;
+  if (!has_terms_) return;
+  problem_->term_hessian(u_, HessianForm::kConvex, terms_);
+  set_terms();
+}
+
+// The part of the matrix that does not come from elements: what is quadratic in single vertices, and
+// terms_.
+template <class T>
+void MatrixFreeCg<T>::set_terms() {
+  if (has_terms_) off_.resize(diagonal_.size());
   for_places([&](Index i) {
-    const Row on = row(diagonal_, i);
-    const Row off = row(off_, i);
-    Eigen::Matrix<T, 3, 3> block = on.template head<3>().asDiagonal();
-    block(1, 0) = off[0];
-    block(2, 0) = off[1];
-    block(2, 1) = off[2];
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<T, 3, 3>> eigen(block);
-    block = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(T(0)).asDiagonal() *
-            eigen.eigenvectors().transpose();
-    row(diagonal_, i) = Row(block(0, 0), block(1, 1), block(2, 2), T(0));
-    row(off_, i) = Row(block(1, 0), block(2, 0), block(2, 1), T(0));
+    const Index v = groups_.vertex(i);
+    Vector3 on = vertex_block(problem_->coefficient(), v);
+    if (has_terms_) {
+      const Matrix3 h = terms_.diagonal(v);
+      on += h.diagonal();
+      row(off_, i) = Eigen::Vector4d(h(0, 1), h(0, 2), h(1, 2), 0.0).template cast<T>();
+    }
+    row(diagonal_, i) = Eigen::Vector4d(on[0], on[1], on[2], 0.0).template cast<T>();
   });
+  neighbors_begin_.clear();
+  neighbors_.clear();
+  if (!has_terms_ || terms_.pairs().empty()) return;
+  if (place_of_.empty()) {
+    place_of_.resize(static_cast<std::size_t>(system_.vertex_count()));
+    for (Index i = 0; i < system_.vertex_count(); ++i) {
+      place_of_[static_cast<std::size_t>(groups_.vertex(i))] = static_cast<std::int32_t>(i);
+    }
+  }
+  const auto place = [&](Index v) { return place_of_[static_cast<std::size_t>(v)]; };
+  // Counted, then filled in the order of the pairs.
+  neighbors_begin_.assign(static_cast<std::size_t>(system_.vertex_count()) + 1, 0);
+  for (const HessianBlocks::Pair& pair : terms_.pairs()) {
+    ++neighbors_begin_[static_cast<std::size_t>(place(pair.row)) + 1];
+    ++neighbors_begin_[static_cast<std::size_t>(place(pair.column)) + 1];
+  }
+  std::partial_sum(neighbors_begin_.begin(), neighbors_begin_.end(), neighbors_begin_.begin());
+  std::vector<Index> next(neighbors_begin_.begin(), neighbors_begin_.end() - 1);
+  neighbors_.resize(2 * terms_.pairs().size());
+  const auto enter = [&](Index v, Index other, const Matrix3& block) {
+    Index& end = next[static_cast<std::size_t>(place(v))];
+    neighbors_[static_cast<std::size_t>(end++)] = {place(other), block.template cast<T>()};
+  };
+  for (const HessianBlocks::Pair& pair : terms_.pairs()) {
+    enter(pair.row, pair.column, pair.block);
+    enter(pair.column, pair.row, pair.block.transpose());
+  }
 }
 
 template <class T>
@@ -149,7 +174,7 @@ void MatrixFreeCg<T>::make_blocks() {
     if (!coordinates.is_held(v)) {
       Eigen::Vector4d on = (row(p_, i) + row(diagonal_, i)).template cast<double>();
       Eigen::Vector4d off = row(z_, i).template cast<double>();
-      if (curved_) off += row(off_, i).template cast<double>();
+      if (has_terms_) off += row(off_, i).template cast<double>();
       Matrix3 block;
       block << on[0], off[0], off[1], off[0], on[1], off[2], off[1], off[2], on[2];
       if (coordinates.is_free(v)) {
@@ -184,7 +209,7 @@ bool MatrixFreeCg<T>::make_coarse_space() {
   const auto vertex_term = [&](Index i) -> Matrix3 {
     const Row on = row(diagonal_, i);
     Matrix3 block = Vector3(on.template head<3>().template cast<double>()).asDiagonal();
-    if (curved_) {
+    if (has_terms_) {
       const Row off = row(off_, i);
       block(0, 1) = block(1, 0) = off[0];
       block(0, 2) = block(2, 0) = off[1];
@@ -272,11 +297,12 @@ double MatrixFreeCg<T>::multiply() {
     for (Index i = groups_.begin(g); i < groups_.end(g); ++i) {
       const Row p = row(p_, i);
       Row ap = operator_.row_sum(i) + row(diagonal_, i).cwiseProduct(p);
-      if (curved_) {
+      if (has_terms_) {
         const Row off = row(off_, i);
         ap += Row(off[0] * p[1] + off[1] * p[2], off[0] * p[0] + off[2] * p[2],
                   off[1] * p[0] + off[2] * p[1], T(0));
       }
+      if (!neighbors_begin_.empty()) add_neighbors(i, ap);
       if (!all_free) ap = allowed(ap, i);
       row(ap_, i) = ap;
       sum += p.cwiseProduct(ap);
@@ -284,6 +310,17 @@ double MatrixFreeCg<T>::multiply() {
     return Products{sum.template cast<double>().sum(), 0.0};
   });
   return products.rz;
+}
+
+// sum += the blocks of pairs that the vertex at a place takes part in, times p.
+template <class T>
+void MatrixFreeCg<T>::add_neighbors(Index place, Row& sum) const {
+  const auto begin = static_cast<std::size_t>(neighbors_begin_[static_cast<std::size_t>(place)]);
+  const auto end = static_cast<std::size_t>(neighbors_begin_[static_cast<std::size_t>(place) + 1]);
+  for (std::size_t k = begin; k < end; ++k) {
+    const Neighbor& other = neighbors_[k];
+    sum.template head<3>() += other.block * row(p_, other.place).template head<3>();
+  }
 }
 
 // r −= alpha ap; z = the vertices' part of the preconditioned r, the coarse part in the motions of

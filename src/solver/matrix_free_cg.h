@@ -1,6 +1,7 @@
 // Newton's linear systems by conjugate gradients without a matrix.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <vector>
 
@@ -45,7 +46,7 @@ class MatrixFreeCg {
   /// Linearises at u, where Φ must be defined.
   void set(const StepProblem& problem, const Vector& u);
   /// From now on, until set(), with the stiffness made (nearly) positive semidefinite
-  /// (TangentOperator::convexify) and with the environment's part so.
+  /// (TangentOperator::convexify) and with the force terms' part so.
   void convexify();
   /// step ≈ −(∇²Φ)⁻¹ gradient (3 per vertex) to a relative residual of `forcing`.
   CgReport solve(const Vector& gradient, double forcing, int max_iterations, Vector& step) {
@@ -74,11 +75,13 @@ class MatrixFreeCg {
 
   CgReport run(const Vector& gradient, double forcing, int max_iterations,
                SinglePrecisionFactor* factor, Vector& step);
+  void set_terms();
   void make_blocks();
   bool make_coarse_space();
   Products start(const Vector& gradient, double scale, double share);
   Products start_direction();
   double multiply();
+  void add_neighbors(Index place, Row& sum) const;
   Products descend(T alpha);
   double precondition_with_factor();
   void turn(T alpha, T beta);
@@ -105,14 +108,24 @@ class MatrixFreeCg {
   std::unique_ptr<CoarseSpace<T>> coarse_;
   CoarseChoice choice_;
   const StepProblem* problem_ = nullptr;  // of set()
-  Vector point_;                          // positions at its u
+  Vector u_;
+  Vector point_;  // positions at u_
   bool has_blocks_ = false;
   SinglePrecisionFactor* factor_ = nullptr;  // of the solve in progress
   Eigen::Matrix<T, Eigen::Dynamic, 1> free_;
-  bool curved_ = false;
-  AlignedVector<T> diagonal_;  // of what belongs to single vertices: rows (xx yy zz 0)
-  AlignedVector<T> off_;       // (xy xz yz 0), of curved environments
-  AlignedVector<T> inverse_;   // of the vertices' blocks: three rows each
+  // What force terms that are not quadratic add: blocks of single vertices, and of pairs.
+  HessianBlocks terms_;
+  bool has_terms_ = false;
+  struct Neighbor {
+    std::int32_t place = 0;
+    Eigen::Matrix<T, 3, 3> block;
+  };
+  std::vector<Index> neighbors_begin_;  // of each place; empty without pairs
+  std::vector<Neighbor> neighbors_;
+  std::vector<std::int32_t> place_of_;  // of each vertex; made for the first pairs
+  AlignedVector<T> diagonal_;           // of what belongs to single vertices: rows (xx yy zz 0)
+  AlignedVector<T> off_;                // (xy xz yz 0), of terms
+  AlignedVector<T> inverse_;            // of the vertices' blocks: three rows each
   AlignedVector<T> x_, r_, p_, z_, ap_;
   double last_ = 0.0;           // r·r at the end of the last solve
   double curvature_ = 0.0;      // of p_, if that is negative

@@ -1,5 +1,6 @@
 #include "negative_curvature.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <variant>
@@ -22,14 +23,19 @@ Vector pseudo_random(Index size) {
   return numbers;
 }
 
-double longest_step(const StepProblem& problem, const Vector& x, const Vector& displacement) {
+double longest_step(const StepProblem& problem, const Vector& x, const Vector& displacement,
+                    bool elements_are_safe) {
+  constexpr double kShare = 0.9;
+  const double longest = std::min(1.0, kShare * problem.longest_term_step(x, displacement));
+  if (elements_are_safe) return longest;
   const ElasticPotential& elastic = problem.system().elastic();
   Vector positions;
   problem.positions(x, positions);
-  return admissible_step(problem.system().rest(), positions, displacement, [&](Index e) {
-    return !std::holds_alternative<StVenantKirchhoff>(
-        elastic.materials()[static_cast<std::size_t>(elastic.material_index(e))]);
-  });
+  return std::min(longest,
+                  admissible_step(problem.system().rest(), positions, displacement, [&](Index e) {
+                    return !std::holds_alternative<StVenantKirchhoff>(
+                        elastic.materials()[static_cast<std::size_t>(elastic.material_index(e))]);
+                  }));
 }
 
 bool follow(const StepProblem& problem, const NegativeCurvature& way, double phi,

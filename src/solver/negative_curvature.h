@@ -24,8 +24,11 @@ Vector pseudo_random(Index size);
 bool follow(const StepProblem& problem, const NegativeCurvature& way, double phi,
             const Vector& gradient, Vector& x);
 
-/// admissible_step() from x along `displacement`, over the elements whose energy is defined for
-/// J > 0 only: Saint Venant–Kirchhoff is for any J and may have to go through 0.
-double longest_step(const StepProblem& problem, const Vector& x, const Vector& displacement);
+/// The longest step from x along `displacement`, at most 1: admissible_step() over the elements whose
+/// energy is defined for J > 0 only (Saint Venant–Kirchhoff is for any J and may have to go through 0),
+/// and nine tenths of the way to where a force term may not be defined. `elements_are_safe`: none can
+/// be inverted.
+double longest_step(const StepProblem& problem, const Vector& x, const Vector& displacement,
+                    bool elements_are_safe = false);
 
 }  // namespace tetraction

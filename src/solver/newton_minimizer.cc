@@ -179,7 +179,7 @@ class NewtonMinimizer : public Minimizer {
   bool search(const StepProblem& problem, Vector& x, MinimizerReport& report) {
     constexpr double kArmijo = 1e-4;
     constexpr double kRoundOff = 1e-11;
-    const double longest = linear_.is_safe() ? 1.0 : longest_step(problem, x, direction_);
+    const double longest = longest_step(problem, x, direction_, linear_.is_safe());
     const double slope = gradient_.dot(direction_);
     if (!(slope < 0.0)) return false;
     before_ = x;

@@ -34,9 +34,9 @@ HistoryRow history_row(const Session& session) {
   HistoryRow row;
   row.step = state.step;
   row.time = state.time;
-  row.kinetic = energies.kinetic;
-  row.elastic = energies.elastic;
-  row.environment = energies.environment;
+  row.kinetic = energies.kinetic();
+  row.elastic = energies.elastic();
+  row.environment = energies.environment();
   row.total = energies.total();
   row.external_work = books.external_work();
   row.constraint_work = books.constraint_work();

@@ -80,7 +80,9 @@ inline Matrix dense_matrix(const SparsityPattern& pattern, const std::vector<dou
 inline Matrix dense_hessian(const StepProblem& problem, const Vector& x) {
   const SparsityPattern pattern(problem.system().rest(), problem.system().coordinates());
   std::vector<double> values(static_cast<std::size_t>(pattern.nonzeros()));
-  EXPECT_TRUE(problem.hessian(x, pattern, values.data()).ok());
+  HessianBlocks terms;
+  problem.term_hessian(x, HessianForm::kExact, terms);
+  EXPECT_TRUE(problem.hessian(x, terms, pattern, values.data()).ok());
   return dense_matrix(pattern, values);
 }
 

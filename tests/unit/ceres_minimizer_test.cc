@@ -34,7 +34,7 @@ TEST_F(ImplicitStep, SharesOfTheElementsAddUpToTheWhole) {
   Vector sum_gradient = Vector::Zero(x.size());
   for (Index e = 0; e < system_.rest().element_count(); ++e) {
     ElasticPotential::ElementTerms terms;
-    ASSERT_TRUE(problem_.element_terms(e, x, false, terms));
+    ASSERT_TRUE(problem_.element_terms(e, x, nullptr, false, terms));
     sum += terms.energy;
     for (int a = 0; a < 4; ++a) {
       sum_gradient.segment<3>(3 * system_.rest().nodes(e)[static_cast<std::size_t>(a)]) +=

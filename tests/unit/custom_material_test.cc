@@ -170,8 +170,8 @@ TEST(CustomMaterial, StandsBesideOtherMaterialsInOneBody) {
   double plain_energy = 0.0;
   Vector mixed_gradient;
   Vector plain_gradient;
-  ASSERT_TRUE(mixed.potential(q, mixed_energy, mixed_gradient).ok());
-  ASSERT_TRUE(plain.potential(q, plain_energy, plain_gradient).ok());
+  ASSERT_TRUE(mixed.elastic().value_and_gradient(q, mixed_energy, mixed_gradient).ok());
+  ASSERT_TRUE(plain.elastic().value_and_gradient(q, plain_energy, plain_gradient).ok());
   EXPECT_NEAR(mixed_energy, plain_energy, 1e-13 * plain_energy);
   EXPECT_LT((mixed_gradient - plain_gradient).norm(), 1e-13 * plain_gradient.norm());
 }

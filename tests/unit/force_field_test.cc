@@ -111,7 +111,7 @@ TEST(ForceField, OfAllVerticesIsTheSum) {
   const MechanicalSystem system(small_block(), all_materials()[1], 1000.0);
   const Vector q = jiggled(system.rest_state().position, 0.1);
   Vector gradient = Vector::Ones(q.size());
-  environment.add_gradient(system.mass(), q, gradient);
+  environment.add_gradient(system.force_point(q, 0.0), gradient);
   double energy = 0.0;
   for (Index v = 0; v < system.vertex_count(); ++v) {
     const Vector3 x = q.segment<3>(3 * v);
@@ -121,7 +121,7 @@ TEST(ForceField, OfAllVerticesIsTheSum) {
             .norm(),
         1e-10);
   }
-  EXPECT_NEAR(environment.value(system.mass(), q), energy, 1e-12 * energy);
+  EXPECT_NEAR(environment.energy(system.force_point(q, 0.0)), energy, 1e-12 * energy);
 }
 
 class ForceFieldSteps : public testing::TestWithParam<Integrator> {};
@@ -145,14 +145,14 @@ TEST_P(ForceFieldSteps, TheBooksClose) {
     system.set_velocity(state, Vector3(0.5, 2.0, -1.0).replicate(system.vertex_count(), 1));
     Books books(system, state);
     const double spin = books.momenta().angular.z();
-    double smallest = books.energies().environment;
+    double smallest = books.energies().environment();
     double largest = smallest;
     for (double t = 0.0; t < 1.0 - 0.5 * h; t += h) {
       const StepOutcome outcome = stepper->step(state, h);
       EXPECT_TRUE(outcome.ok()) << outcome.message;
       books.enter(state, outcome);
-      smallest = std::min(smallest, books.energies().environment);
-      largest = std::max(largest, books.energies().environment);
+      smallest = std::min(smallest, books.energies().environment());
+      largest = std::max(largest, books.energies().environment());
     }
     EXPECT_GT(largest - smallest, 0.2 * books.energy_scale());  // the trap has taken part
     EXPECT_LT(books.linear_momentum_drift(), 1e-9);

@@ -241,7 +241,7 @@ TEST(Attraction, AVertexAtTheOriginIsHandledWithoutNan) {
   scene.time = {Integrator::kVerlet, 1e-5, false, 1e-3};
   scene.environment.strength = 1e-3;
   Session session(scene, mesh_of(scene));
-  EXPECT_TRUE(std::isfinite(session.books().energies().environment));
+  EXPECT_TRUE(std::isfinite(session.books().energies().environment()));
   EXPECT_EQ(session.run(), RunStatus::kUnstable);
   EXPECT_NE(session.message().find("softening"), std::string::npos) << session.message();
   EXPECT_TRUE(session.state().position.allFinite());

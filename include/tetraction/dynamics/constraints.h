@@ -19,36 +19,12 @@
 #include <utility>
 #include <vector>
 
+#include "tetraction/dynamics/penalty_springs.h"
+#include "tetraction/dynamics/prescribed_motion.h"
 #include "tetraction/fem/free_coordinates.h"
 #include "tetraction/mesh/tet_mesh.h"
 
 namespace tetraction {
-
-/// x(t) = c + v τ + R(ω τ)(x₀ − c) with τ = t − since: what a prescribed vertex does.
-struct PrescribedMotion {
-  double since = 0.0;                          ///< s
-  Vector3 velocity = Vector3::Zero();          ///< v, m/s
-  Vector3 angular_velocity = Vector3::Zero();  ///< ω, rad/s
-  Vector3 center = Vector3::Zero();            ///< c at τ = 0, m
-
-  bool at_rest() const { return velocity.isZero(0.0) && angular_velocity.isZero(0.0); }
-  Vector3 position(const Vector3& start, double time) const;
-  Vector3 rate(const Vector3& start, double time) const;
-};
-
-/// Vertices whose named components are prescribed, exactly or by springs.
-struct HeldVertices {
-  std::vector<Index> vertices;
-  std::array<bool, 3> components{true, true, true};
-  Matrix start;  ///< 3 × vertices: positions at motion.since, m
-  PrescribedMotion motion;
-  /// 0: exact. Otherwise γ of the force −2γ(q − target), N/m: the penalty for comparison.
-  double penalty = 0.0;
-  std::string name;  ///< for messages
-};
-
-/// Vertices held with all components where they rest.
-HeldVertices hold_at_rest(const TetMesh& mesh, std::vector<Index> vertices, std::string name = {});
 
 /// Vertices confined to planes (two directions) or lines (one) through a point each.
 struct GuidedVertices {
@@ -149,17 +125,8 @@ class Constraints {
   /// The name of the constraint that an equation belongs to.
   const std::string& name_of_equation(Index equation) const;
 
-  // Penalty springs.
-  bool has_springs() const { return !springs_.empty(); }
-  /// 2γ of every DOF, N/m.
-  const Vector& spring_stiffness() const { return spring_stiffness_; }
-  /// force −= 2γ(q − c(t)), N.
-  void add_spring_force(const Vector& q, double time, Vector& force) const;
-  /// Σ γ|q − c(t)|², J.
-  double spring_energy(const Vector& q, double time) const;
-  /// What the motion of the targets puts into the springs on the way from one state to another, by
-  /// the mean of the forces at its ends, J.
-  double spring_work(const Vector& from, double from_time, const Vector& to, double to_time) const;
+  /// The springs of those that are held by a penalty.
+  const PenaltySprings& springs() const { return springs_; }
 
   /// Largest distance of a prescribed component from its target, a guided vertex from its plane or
   /// line, a length from what it should be, m. Penalty springs do not count.
@@ -189,9 +156,6 @@ class Constraints {
     Index count() const { return rank == 0 ? 1 : rank * (rank + 1) / 2; }
   };
 
-  // Calls visit(degree of freedom, γ, target) for every spring; target(time) is where it pulls to.
-  template <class Visit>
-  void for_each_spring(const Visit& visit) const;
   // Calls visit(number of the equation, first entry of w_i, of w_j, s_ij) for every equation; those of
   // distances have i = j.
   template <class Visit>
@@ -211,8 +175,7 @@ class Constraints {
   Vector mass_;
   std::vector<Prescribed> prescribed_;
   std::vector<Equation> equations_;
-  std::vector<Index> springs_;  // of list().held
-  Vector spring_stiffness_;
+  PenaltySprings springs_;
   Index configuration_size_ = 0;
   Index equation_count_ = 0;
   Matrix selector_;

@@ -3,8 +3,8 @@
 
 #include <memory>
 
-#include "tetraction/core/types.h"
 #include "tetraction/dynamics/force_field.h"
+#include "tetraction/dynamics/vertex_potential.h"
 
 namespace tetraction {
 
@@ -16,7 +16,7 @@ namespace tetraction {
 ///   Exactly at the origin the force is zero, and without softening (ε = 0) U, which has no value
 ///   there, counts as zero. Its second derivative is indefinite;
 /// - custom: what the ForceField says.
-class Environment {
+class Environment : public VertexPotential {
  public:
   /// None.
   Environment() = default;
@@ -36,15 +36,14 @@ class Environment {
   /// Whether the force is known to have no bound near the origin.
   bool is_singular() const { return strength_ != 0.0 && softening_ == 0.0; }
 
-  /// Of one vertex: energy, J; its derivative (minus the force), N; its second derivative, N/m.
-  double value(double mass, const Vector3& q) const;
-  Vector3 gradient(double mass, const Vector3& q) const;
-  Matrix3 hessian(double mass, const Vector3& q) const;
+  double value(double mass, const Vector3& q) const override;
+  Vector3 gradient(double mass, const Vector3& q) const override;
+  Matrix3 hessian(double mass, const Vector3& q) const override;
 
-  /// Energy of all vertices (masses: one per vertex, kg) at positions q, J.
-  double value(const Vector& mass, const Vector& q) const;
-  /// gradient += derivative of value() (3 per vertex, N).
-  void add_gradient(const Vector& mass, const Vector& q, Vector& gradient) const;
+  std::string name() const override { return "environment"; }
+  bool has_potential() const override { return !is_none(); }
+  bool is_quadratic() const override { return is_uniform(); }
+  std::optional<Vector3> uniform_acceleration() const override;
 
  private:
   bool is_none() const { return is_uniform() && acceleration_.isZero(0.0); }

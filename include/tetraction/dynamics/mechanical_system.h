@@ -1,48 +1,25 @@
 // The body and everything that acts on it: what the integrators step.
 #pragma once
 
-#include <limits>
+#include <memory>
 #include <vector>
 
 #include "tetraction/dynamics/constraints.h"
+#include "tetraction/dynamics/damping.h"
+#include "tetraction/dynamics/energies.h"
 #include "tetraction/dynamics/environment.h"
+#include "tetraction/dynamics/external_forces.h"
+#include "tetraction/dynamics/force_term.h"
 #include "tetraction/dynamics/state.h"
 #include "tetraction/fem/elastic_potential.h"
 #include "tetraction/fem/viscous_potential.h"
 
 namespace tetraction {
 
-struct VertexSums;
-
-/// A force on each of some vertices, constant from `from` until `until`. Both may lie inside a step.
-struct UserForce {
-  std::vector<Index> vertices;
-  Vector3 vector = Vector3::Zero();                        ///< N, on every vertex of the list
-  double from = 0.0;                                       ///< s
-  double until = std::numeric_limits<double>::infinity();  ///< s
-};
-
-/// Dissipative forces, each the derivative of a dissipation potential; all 0 or more.
-struct Damping {
-  double drag = 0.0;          ///< k_D: force −k_D v on every vertex, kg/s
-  double mass_damping = 0.0;  ///< a: force −a M v, 1/s
-  double viscosity = 0.0;     ///< η: second Piola stress 2ηĖ, Pa s (fem/viscous_potential.h)
-
-  bool none() const { return drag == 0.0 && mass_damping == 0.0 && viscosity == 0.0; }
-};
-
 /// What a part of the body is made of.
 struct BodyRegion {
   MaterialModel material;
   double density = 1000.0;  ///< ρ₀, kg/m³
-};
-
-/// Energies of a state, J.
-struct Energies {
-  double kinetic = 0.0;      ///< T = ½ pᵀM⁻¹p
-  double elastic = 0.0;      ///< Σ V Ψ
-  double environment = 0.0;  ///< potential of the environment
-  double total() const { return kinetic + elastic + environment; }
 };
 
 /// Linear and angular momentum about the origin, with the sums of magnitudes that drifts are
@@ -103,14 +80,33 @@ class MechanicalSystem {
   void add_force(UserForce force);
   /// Exchanges the force added as number `index`.
   void set_force(std::size_t index, UserForce force);
-  const std::vector<UserForce>& forces() const { return forces_; }
+  const std::vector<UserForce>& forces() const { return external_forces_.list(); }
   /// Exchanges all of them.
   void set_forces(std::vector<UserForce> forces);
-  /// f of the step of size h that starts at `time`: the mean over the step, so that h f is the impulse
-  /// ∫ f dt of every force. 3 per vertex, N; empty if there are no forces at all.
-  void user_force(double time, double h, Vector& f) const;
-  /// force += drag and mass damping at velocities v, which take momentum away (3 per vertex, N).
-  void add_drag_force(const Vector& v, Vector& force) const;
+
+  /// Adds a force term of the caller's own. Steppers and solvers that were made before do not know it.
+  /// Throws InputError for a null pointer, for a name that is not made of lower-case letters, digits
+  /// and underscores, or that another term or energy has, and for a potential without an account.
+  void add_force_term(std::shared_ptr<const ForceTerm> term);
+  /// Everything that acts on the body besides elasticity and viscosity: environment, damping of single
+  /// vertices, penalty springs, external forces, and the terms that were added, in this order.
+  const std::vector<const ForceTerm*>& force_terms() const { return terms_; }
+  /// Where force terms are evaluated. It refers to `position`.
+  ForcePoint force_point(const Vector& position, double time) const {
+    return {mass_, position, time};
+  }
+  /// The sum of the loads of all terms, f, for the step of size h that starts at `time`: the mean over
+  /// the step, so that h f is the impulse ∫ f dt. 3 per vertex, N; empty if no term has a load.
+  void external_force(double time, double h, Vector& f) const;
+  /// gradient += ∂U/∂x of all terms with a potential (3 per vertex, N).
+  void add_potential_gradient(const Vector& q, double time, Vector& gradient) const;
+  /// force −= ∂D/∂v of all terms at velocities v (3 per vertex, N). Viscosity is not among them.
+  void add_damping_force(const Vector& q, double time, const Vector& v, Vector& force) const;
+  /// Whether anything takes energy from a moving body: a term, or viscosity.
+  bool is_dissipative() const;
+  /// The first vertex at which the potential of a term is not defined, and the term; null: there is none.
+  const ForceTerm* undefined_term(const Vector& q, double time, Index& vertex) const;
+
   /// force += the viscous forces at positions q and velocities v, which do not.
   void add_viscous_force(const Vector& q, const Vector& v, Vector& force) const;
   /// v = M⁻¹p.
@@ -127,21 +123,18 @@ class MechanicalSystem {
   /// Mass-weighted mean of positions, m.
   Vector3 center_of_mass(const Vector& q) const;
 
-  /// value = elastic energy, gradient = ∇W of elastic and environment energy together.
-  Evaluation potential(const Vector& q, double& elastic_energy, Vector& gradient) const;
   double kinetic_energy(const Vector& momentum) const;
   /// ½ Σ m_r|p/m|² of each region, with m_r the region's share in the mass of a vertex, J.
   Vector kinetic_energies_by_region(const Vector& momentum) const;
   /// Fails where the elastic energy is not defined.
   Evaluation energies(const State& state, Energies& energies) const;
   Momenta momenta(const State& state) const;
-  /// Kinetic and environment energy and the momenta in one pass over the vertices; the elastic
-  /// energy is left alone.
+  /// Kinetic energy, the energies of all terms and the momenta; the elastic energy is left alone.
   void vertex_books(const State& state, Energies& energies, Momenta& momenta) const;
 
  private:
   void check(const UserForce& force) const;
-  VertexSums sums(const Vector& q, const Vector& p) const;
+  void list_terms();
 
   TetMesh mesh_;
   RestState rest_;
@@ -154,7 +147,10 @@ class MechanicalSystem {
   Constraints constraints_;
   Environment environment_;
   Damping damping_;
-  std::vector<UserForce> forces_;
+  VertexDamping vertex_damping_;
+  ExternalForces external_forces_;
+  std::vector<std::shared_ptr<const ForceTerm>> added_terms_;
+  std::vector<const ForceTerm*> terms_;
 };
 
 }  // namespace tetraction

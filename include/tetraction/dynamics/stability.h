@@ -35,8 +35,9 @@ double explicit_critical_step(double omega, double rate);
 double verlet_critical_step(double omega, double rate);
 
 /// h_crit at positions q by Lanczos iterations (Spectra) on the matrix-free K, to a relative accuracy
-/// of 1e-4 in ω². W must be defined at q. K holds elastic energy, environment and penalty springs;
-/// multipliers are left out, which can only make the limit too small.
+/// of 1e-4 in ω². W must be defined at q. K holds elastic energy and the potentials of all
+/// force terms at `time`, C viscosity and the dissipation potentials of all terms at rest; multipliers
+/// are left out, which can only make the limit too small.
 ///
 /// Damping lowers the limit, as its force is taken at velocities that are known. The limit of `explicit`
 /// is the least h for which h²K + 2hC − 4M is singular, which is exact. That of `verlet` is
@@ -46,7 +47,7 @@ double verlet_critical_step(double omega, double rate);
 /// are left in `modes` unless it is null.
 StabilityLimit stability_limit(const MechanicalSystem& system, const Vector& q,
                                ExplicitRule rule = ExplicitRule::kExplicit,
-                               CriticalModes* modes = nullptr);
+                               CriticalModes* modes = nullptr, double time = 0.0);
 
 /// Follows h_crit while a body moves: a few products with K from the modes that were critical last,
 /// where stability_limit() takes hundreds. The search begins with these modes, the vertex that is held
@@ -62,7 +63,7 @@ class StabilityTracker {
   StabilityTracker& operator=(const StabilityTracker&) = delete;
 
   /// h_crit at q, where W must be defined; exchanges `modes` for those at q.
-  double critical_step(const Vector& q, ExplicitRule rule, CriticalModes& modes);
+  double critical_step(const Vector& q, ExplicitRule rule, CriticalModes& modes, double time = 0.0);
   /// What the last call cost, in evaluations of the elastic forces.
   double cost() const;
 

@@ -1,6 +1,8 @@
 // The implicit Hamilton–Pontryagin step as a minimisation.
 #pragma once
 
+#include <vector>
+
 #include "tetraction/dynamics/mechanical_system.h"
 
 namespace tetraction {
@@ -8,20 +10,22 @@ namespace tetraction {
 /// The incremental potential of one implicit step, written in the point x = q_k + s v where the
 /// force is evaluated, with s = αh (α = ½: midpoint, α = 1: backward Euler):
 ///
-///     Φ(x) = 1/(2s²) |x − q_k − s M⁻¹(p_k + s f)|²_M + W(x) + s D((x − q_k)/s) + Σ γ|x − c|²
+///     Φ(x) = 1/(2s²) |x − q_k − s M⁻¹(p_k + s f)|²_M + W(x) + Σ U(x) + s Σ D((x − q_k)/s)
 ///
-/// (Kharevych et al. 2006, the Pontryagin–d'Alembert functional), with W = elastic energy +
-/// environment, the dissipation potential D of drag, mass damping and viscosity, and the penalty
-/// springs.
+/// (Kharevych et al. 2006, the Pontryagin–d'Alembert functional), with the elastic energy W, the
+/// dissipation potential of viscosity among the D, and the potentials U, dissipation potentials D and
+/// loads f of the system's force terms (force_term.h). Potentials that depend on the time are taken at
+/// t_k + s.
 ///
 /// The unknown is the displacement u from an origin o near the solution, x = o + u, because sums of
-/// positions and small changes lose digits (fem/positions.h). Everything that is quadratic in single
-/// vertices is gathered, and Φ is taken about q_k, so that it has no constant that grows with s:
+/// positions and small changes lose digits (fem/positions.h). Terms that are quadratic in single
+/// vertices are gathered, and Φ is taken about q_k, so that it has no constant that grows with s:
 ///
 ///     ½ Σ_i k_i (x_i − q_i)² − Σ_i l_i (x_i − q_i) = Φ_o + ½ Σ_i k_i u_i² − Σ_i r_i u_i,
-///     k = m/s² + (k_D + a m)/s + 2γ,   l = p_k/s + f − ∇U(q_k) + 2γ(c − q_k),   r = l − k (o − q_k),
+///     k = m/s² + ∂²D/∂v²/s + ∂²U/∂x²,   l = p_k/s + f − ∇U(q_k),   r = l − k (o − q_k).
 ///
-/// with the linear part of the environment U at q_k in l; for a uniform environment that is all of it.
+/// Of the other terms the linear part at q_k is in l, and the rest, U(x) − U(q_k) − ∇U(q_k)·(x − q_k)
+/// and s D, is evaluated at every x.
 /// The minimiser over the free coordinates gives v = (x − q_k)/s. Prescribed components stay where
 /// the origin has them.
 class StepProblem {
@@ -31,9 +35,9 @@ class StepProblem {
   /// Keeps a reference to `system`, which must live longer.
   explicit StepProblem(const MechanicalSystem& system);
 
-  /// Sets up the step of size h from `state` to `end_time` under the user forces f (3 per vertex,
-  /// N; empty: none), with the origin at base(). To be called again after any change of the system.
-  void begin(const State& state, double h, double end_time, double alpha, const Vector& user_force);
+  /// Sets up the step of size h from `state` to `end_time` under the loads f (3 per vertex, N; empty:
+  /// none), with the origin at base(). To be called again after any change of the system.
+  void begin(const State& state, double h, double end_time, double alpha, const Vector& load);
   /// Adds constraint impulses to p_k (3 per vertex, N s) for the same step.
   void set_impulse(const Vector& impulse);
 
@@ -69,8 +73,8 @@ class StepProblem {
   bool needs_rate_estimate() const { return alpha_ == 0.5 && viscous_.factor() != 0.0; }
   /// Takes the estimate from u.
   void set_rate_estimate(const Vector& u);
-  /// The energy that drag, mass damping and viscosity take in the whole step of size h, J, 0 or more:
-  /// h Σ (k_D + a m)|v|² + h Σ V 2η|Ė|² with the rates at x.
+  /// The energy that dissipative terms and viscosity take in the whole step of size h, J, 0 or more:
+  /// h Σ v·∂D/∂v + h Σ V 2η|Ė|² with the rates at x.
   double dissipated_energy(const Vector& u, double h) const;
 
   /// phi = Φ(o + u) − Φ_o, J.
@@ -84,18 +88,35 @@ class StepProblem {
   /// gradient points to the gradient of the elastic energy at o + u (3 per vertex, N) until the next
   /// evaluation.
   Evaluation elastic_gradient(const Vector& u, const Vector*& gradient) const;
-  /// values = Tᵀ∇²Φ T in the pattern's order, N/m.
-  Evaluation hessian(const Vector& u, const SparsityPattern& pattern, double* values) const;
+  /// Whether there are force terms that are not quadratic in single vertices.
+  bool has_general_terms() const { return !potentials_.empty() || !dissipations_.empty(); }
+  /// hessian = what these add to ∇²Φ at o + u, N/m; all zero if there are none.
+  void term_hessian(const Vector& u, HessianForm form, HessianBlocks& hessian) const;
+  /// The largest t up to which the potentials of all terms are known to be defined from o + u to
+  /// o + u + t d; infinite where there is no limit.
+  double longest_term_step(const Vector& u, const Vector& d) const;
+  /// Whether Φ is defined at o + u.
+  bool is_defined(const Vector& u) const;
+  /// values = Tᵀ∇²Φ T in the pattern's order, N/m, with `terms` from term_hessian(). The pattern must
+  /// have the pairs of `terms`.
+  Evaluation hessian(const Vector& u, const HessianBlocks& terms, const SparsityPattern& pattern,
+                     double* values) const;
+  /// What the terms that are not quadratic add to Φ, for sums over elements.
+  struct TermShares {
+    double energy = 0.0;     ///< J
+    double magnitude = 0.0;  ///< how far `energy` can get below zero is of this order, J
+    Vector gradient;         ///< 3 per vertex, N
+    HessianBlocks hessian;   ///< of evaluations with a Hessian
+  };
+  /// Evaluates them at o + u. False where one is not defined.
+  bool term_shares(const Vector& u, bool with_hessian, TermShares& shares) const;
   /// The share of element e in Φ: its elastic and viscous energy and its part of what belongs to its
-  /// vertices, in proportion to their lumped mass. The shares add up to value() + square_value().
-  bool element_terms(Index e, const Vector& u, bool with_hessian,
-                     ElasticPotential::ElementTerms& terms) const;
+  /// vertices, in proportion to their lumped mass; `terms` may be null where there are none. Only the
+  /// diagonal blocks of their Hessians enter. The shares add up to value() + square_value().
+  bool element_terms(Index e, const Vector& u, const TermShares* terms, bool with_hessian,
+                     ElasticPotential::ElementTerms& result) const;
   /// ½ Σ r²/k, J: what makes squares of the vertices' part of Φ, ½ k (u − r/k)², in the shares.
   double square_value() const;
-
-  /// The share of element e in the environment's energy at o + u, taken positive, J: how far the
-  /// shares of element_terms() can get below zero is of this order. 0 for uniform environments.
-  double environment_share(Index e, const Vector& u) const;
 
   /// |Tᵀ l|₂, N: the force that would give the body its momentum and the impulse of the loads within s;
   /// 0 for momenta alone that are mere round-off. Tolerances are relative to it.
@@ -115,6 +136,15 @@ class StepProblem {
   double residual_limit(const Vector& u, double tolerance) const;
 
  private:
+  void gather_terms();
+  // x − q_k at u.
+  Vector3 way(const Vector& u, Index v) const {
+    return (vertex_block(origin_, v) - vertex_block(previous_, v)) + vertex_block(u, v);
+  }
+  // Puts positions and velocities at u into at_ and velocity_; fails where a term is not defined.
+  Evaluation move_terms(const Vector& u) const;
+  double term_energy() const;
+  void add_term_gradient(Vector& gradient) const;
   // Brings elastic_ to u.
   Evaluation evaluate_elastic(const Vector& u) const;
   void make_remainder();
@@ -130,7 +160,11 @@ class StepProblem {
   Vector impulse_;      // of constraints; empty: none
   Vector coefficient_;  // k, per DOF
   Vector remainder_;    // r
-  bool curved_environment_ = false;
+  double time_ = 0.0;   // of potentials
+  // Terms that are not quadratic, and the gradient of their potentials at q_k.
+  std::vector<const ForceTerm*> potentials_;
+  std::vector<const ForceTerm*> dissipations_;
+  Vector start_gradient_;
   double force_scale_ = 0.0;
   // The elastic part of the last evaluation with a gradient: a minimiser's last one is at the point
   // that the momenta are taken from, its first one often at the best guess.
@@ -141,7 +175,10 @@ class StepProblem {
     Vector gradient;
   };
   mutable ElasticPart elastic_;
-  mutable Vector full_;   // work space
+  mutable Vector full_;  // work space
+  mutable Vector at_;
+  mutable Vector velocity_;
+  HessianBlocks blocks_;
   mutable Vector moved_;  // x − q_k
 };
 

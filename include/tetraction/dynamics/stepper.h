@@ -27,6 +27,7 @@ enum class StepStatus {
   kInverted,      ///< an element is inverted where its energy is needed
   kNotFinite,     ///< a position or momentum overflowed
   kNotConverged,  ///< the minimiser gave up
+  kUndefined,     ///< a vertex is where the potential of a force term is not defined
   kOverdamped  ///< explicit rules: the damping forces of the step are so large that they would turn
                ///< velocities around and give energy instead of taking it
 };
@@ -35,11 +36,11 @@ enum class StepStatus {
 struct StepOutcome {
   StepStatus status = StepStatus::kOk;
   Index element = -1;              ///< inverted element (internal number)
-  std::string message;             ///< why a step did not converge
+  std::string message;             ///< why a step did not converge or ended at an undefined point
   MinimizerReport minimizer;       ///< implicit steps only
   double elastic_energy = 0.0;     ///< W_elastic(q_{k+1}), J
-  double external_work = 0.0;      ///< of the user forces, J
-  double dissipated_energy = 0.0;  ///< by drag, mass damping and viscosity, J; never negative
+  double external_work = 0.0;      ///< of loads and of potentials that depend on the time, J
+  double dissipated_energy = 0.0;  ///< by dissipative terms and viscosity, J; never negative
   double constraint_work = 0.0;    ///< of moving targets and penalty springs, J
   Vector3 linear_impulse = Vector3::Zero();   ///< of loads, damping, environment, reactions, N s
   Vector3 angular_impulse = Vector3::Zero();  ///< the same about the origin, N m s
@@ -84,6 +85,10 @@ class Stepper {
   /// What moving targets did from one state to the next: the reactions, less the forces of distances,
   /// along their way; and what the penalty springs gave back, J. `reaction_` is without springs.
   double constraint_work(const State& from, const State& to) const;
+  /// What potentials that depend on the time put into the body from one state to the next, J.
+  double driven_work(const State& from, const State& to) const;
+  /// Enters that a step has led a vertex to where the potential of a term is not defined.
+  StepOutcome& undefined(StepOutcome& outcome, const ForceTerm& term, Index vertex) const;
 
   const MechanicalSystem& system_;
   Vector reaction_;

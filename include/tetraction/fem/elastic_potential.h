@@ -13,10 +13,12 @@ namespace tetraction {
 class ElementBlocks;
 
 /// Outcome of an evaluation: either everything is defined, or the first element where the
-/// material's energy is not (J ≤ 0, or a position that is not finite).
+/// material's energy is not (J ≤ 0, or a position that is not finite), or the first vertex where the
+/// potential of a force term is not.
 struct Evaluation {
   Index failed_element = -1;
-  bool ok() const { return failed_element < 0; }
+  Index failed_vertex = -1;
+  bool ok() const { return failed_element < 0 && failed_vertex < 0; }
 };
 
 /// W(q) = Σ_elements V Ψ(F(q)): value, gradient, Hessian, matrix-free product.

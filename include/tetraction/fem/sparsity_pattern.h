@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "tetraction/fem/free_coordinates.h"
@@ -20,7 +21,9 @@ class SparsityPattern {
   using Shape = RestState::Shape;
 
   /// Keeps a reference to `rest`, which must live longer.
-  SparsityPattern(const RestState& rest, const FreeCoordinates& coordinates);
+  /// `pairs`: vertices that are coupled in other ways than by an element.
+  SparsityPattern(const RestState& rest, const FreeCoordinates& coordinates,
+                  const std::vector<std::pair<Index, Index>>& pairs = {});
 
   /// Number of rows and columns: the free coordinates.
   Index size() const { return static_cast<Index>(column_begin_.size()) - 1; }
@@ -44,6 +47,11 @@ class SparsityPattern {
   void scatter(Index e, const Shape::DofMatrix& local, double* values) const;
   /// Adds Tᵀ B T of symmetric 3 × 3 matrices B, one per vertex (side by side: 3 × 3n).
   void add_vertex_blocks(const Matrix& blocks, double* values) const;
+  /// Whether there is a place for the block of two vertices.
+  bool couples(Index i, Index j) const;
+  /// Adds Tᵀ(B + Bᵀ)T, B being `block` in the rows of vertex i and the columns of vertex j, which the
+  /// pattern must couple.
+  void add_pair_block(Index i, Index j, const Matrix3& block, double* values) const;
 
   /// Elements by colour: no two of a colour share a free coordinate, so a colour's elements can be
   /// scattered at once; colours come one after the other, so sums do not depend on the number of
@@ -66,7 +74,8 @@ class SparsityPattern {
   std::vector<std::uint8_t> is_simple_;                   // other elements look their entries up
   mutable std::vector<std::vector<Index>> colors_;        // made when first needed
   std::vector<Index> owner_;                              // a vertex of each group of coordinates
-  mutable std::vector<std::vector<Index>> block_colors_;  // made when first needed
+  mutable std::vector<std::vector<Index>> block_colors_;  // of colored_blocks_
+  mutable const ElementBlocks* colored_blocks_ = nullptr;
 };
 
 }  // namespace tetraction

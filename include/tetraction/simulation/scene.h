@@ -263,6 +263,8 @@ struct Scene {
   std::vector<FixSettings> fix;
   std::vector<ConstraintSettings> constraint;
   std::vector<ForceSettings> force;
+  /// By programs only: terms that act on the body beside those above, see MechanicalSystem.
+  std::vector<std::shared_ptr<const ForceTerm>> force_term{};
   InitialSettings initial;
   std::vector<EventSettings> event;  ///< in the order of their times
   OutputSettings output;

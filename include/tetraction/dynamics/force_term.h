@@ -1,0 +1,143 @@
+// The interface of everything that acts on a body besides its own elasticity and viscosity.
+#pragma once
+
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tetraction/core/types.h"
+
+namespace tetraction {
+
+/// Where a force term is evaluated. It refers to its fields and is meant for one call.
+struct ForcePoint {
+  const Vector& mass;      ///< lumped mass of each vertex, kg
+  const Vector& position;  ///< x, 3 per vertex, m
+  double time = 0.0;       ///< s
+};
+
+/// Which entry of the energy balance the potential energy of a term belongs to.
+enum class EnergyAccount {
+  kStored,          ///< it is part of the body's energy and has a column of history.csv
+  kConstraintWork,  ///< it stands for a constraint: its changes count as constraint work
+  kNone             ///< the term has no potential energy (loads, damping)
+};
+
+/// Whether a Hessian is wanted as it is or as a matrix without negative eigenvalues near it, which
+/// preconditioners and descent directions need.
+enum class HessianForm { kExact, kConvex };
+
+/// A sum of 3 × 3 blocks of a symmetric matrix over all vertices: the Hessian of a force term.
+class HessianBlocks {
+ public:
+  /// The block in the rows of vertex `row` and the columns of vertex `column`, and its transpose at the
+  /// mirrored place.
+  struct Pair {
+    Index row = 0;
+    Index column = 0;
+    Matrix3 block = Matrix3::Zero();
+  };
+
+  /// Sets all blocks to zero.
+  void reset(Index vertex_count);
+  /// Adds ∂²U/∂x_v², which is symmetric. Different vertices may be added to from several threads.
+  void add(Index v, const Matrix3& block) { diagonal_.block<3, 3>(0, 3 * v) += block; }
+  /// Adds ∂²U/∂x_i∂x_j and, at the mirrored place, its transpose. To be called from one thread, for two
+  /// different vertices.
+  void add_pair(Index i, Index j, const Matrix3& block);
+
+  Index vertex_count() const { return diagonal_.cols() / 3; }
+  /// The blocks on the diagonal side by side: 3 × 3n.
+  const Matrix& diagonal() const { return diagonal_; }
+  auto diagonal(Index v) const { return diagonal_.block<3, 3>(0, 3 * v); }
+  /// The other blocks, in the order in which they were added.
+  const std::vector<Pair>& pairs() const { return pairs_; }
+  /// Multiplies all blocks by a number.
+  void scale(double factor);
+  /// product += H u (3 per vertex).
+  void add_product(const Vector& u, Vector& product) const;
+
+ private:
+  Matrix diagonal_;
+  std::vector<Pair> pairs_;
+};
+
+/// A force that acts on the vertices of a body: the sum of any of
+///
+/// - a potential part −∂U/∂x of a potential energy U(x, t);
+/// - a dissipative part −∂D/∂v of a dissipation potential D(v; x), convex in v with its least value
+///   D = 0 at v = 0;
+/// - a load f(t) that does not depend on the motion.
+///
+/// A mechanical system keeps a list of its terms (MechanicalSystem::force_terms()). The steppers, the
+/// incremental potential of implicit steps, the linear solvers, the stability limit and the energy
+/// balance know terms by this interface alone, so that a new term needs no change in any of them.
+/// Elasticity and viscosity have loops over the elements of their own (fem/elastic_potential.h,
+/// fem/viscous_potential.h) and are not in the list.
+///
+/// Each function is called once for all vertices, and adds to what it is given. Functions that return
+/// derivatives have to fit the energies, because energy balances and implicit steps rely on it.
+/// VertexPotential (vertex_potential.h) makes a term of three functions of one vertex.
+///
+/// A term must not change while it belongs to a system, unless its owner resets the steppers.
+class ForceTerm {
+ public:
+  virtual ~ForceTerm() = default;
+
+  /// A name of lower-case letters, digits and underscores; the energy of the term is in column
+  /// <name>_energy of history.csv.
+  virtual std::string name() const = 0;
+  virtual EnergyAccount account() const { return EnergyAccount::kStored; }
+
+  /// Which parts the term has. Parts that it lacks are not evaluated.
+  virtual bool has_potential() const { return false; }
+  virtual bool has_dissipation() const { return false; }
+  virtual bool has_load() const { return false; }
+  /// Whether ∂²U/∂x² and ∂²D/∂v² are constant and diagonal, and ∂D/∂v is zero at v = 0. Implicit steps
+  /// then evaluate the term once a step. The first derivatives may depend on the time.
+  virtual bool is_quadratic() const { return false; }
+  /// Whether the Hessian of U or D has blocks of two different vertices. Ceres refuses such terms.
+  virtual bool couples_vertices() const { return false; }
+  /// The acceleration a, m/s², if the term is a force m a on every vertex and nothing else. Explicit
+  /// steps then need no separate pass over the vertices for it.
+  virtual std::optional<Vector3> uniform_acceleration() const { return std::nullopt; }
+
+  /// The first vertex at which U is not defined at `at`, or −1. A step never ends at such a point.
+  virtual Index undefined_vertex(const ForcePoint& at) const;
+  /// The largest t such that U is known to be defined on the whole way from `from` to from + t d, and
+  /// does not grow beyond all bounds there. Implicit steps do not go further in one iteration.
+  virtual double longest_step(const ForcePoint& from, const Vector& displacement) const;
+
+  /// U, J.
+  virtual double energy(const ForcePoint& at) const;
+  /// U(to) − U(from), J. To be overridden where a difference of sums would lose digits.
+  virtual double energy_change(const ForcePoint& from, const ForcePoint& to) const;
+  /// gradient += ∂U/∂x, 3 per vertex, N: minus the force.
+  virtual void add_gradient(const ForcePoint& at, Vector& gradient) const;
+  /// hessian += ∂²U/∂x², N/m.
+  virtual void add_hessian(const ForcePoint& at, HessianForm form, HessianBlocks& hessian) const;
+  /// The energy that the dependence of U on time alone puts into the body between two states,
+  /// ∫ ∂U/∂t dt along the motion, J. 0 for potentials that do not depend on the time.
+  virtual double driven_work(const ForcePoint& from, const ForcePoint& to) const;
+
+  /// D at velocities v (3 per vertex, m/s), W. `at` is the beginning of the step in implicit steps.
+  virtual double dissipation(const ForcePoint& at, const Vector& v) const;
+  /// gradient += ∂D/∂v, N: minus the force.
+  virtual void add_dissipation_gradient(const ForcePoint& at, const Vector& v,
+                                        Vector& gradient) const;
+  /// hessian += ∂²D/∂v², kg/s.
+  virtual void add_dissipation_hessian(const ForcePoint& at, const Vector& v, HessianForm form,
+                                       HessianBlocks& hessian) const;
+
+  /// force += the mean of f over the step of size h that begins at `time`, so that h times it is the
+  /// impulse ∫ f dt; 3 per vertex, N.
+  virtual void add_load(const Vector& mass, double time, double h, Vector& force) const;
+
+ protected:
+  ForceTerm() = default;
+  ForceTerm(const ForceTerm&) = default;
+  ForceTerm& operator=(const ForceTerm&) = default;
+};
+
+}  // namespace tetraction

@@ -1,0 +1,38 @@
+// Vertices that are held, and motions that are prescribed to them.
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "tetraction/mesh/tet_mesh.h"
+
+namespace tetraction {
+
+/// x(t) = c + v τ + R(ω τ)(x₀ − c) with τ = t − since: what a prescribed vertex does.
+struct PrescribedMotion {
+  double since = 0.0;                          ///< s
+  Vector3 velocity = Vector3::Zero();          ///< v, m/s
+  Vector3 angular_velocity = Vector3::Zero();  ///< ω, rad/s
+  Vector3 center = Vector3::Zero();            ///< c at τ = 0, m
+
+  bool at_rest() const { return velocity.isZero(0.0) && angular_velocity.isZero(0.0); }
+  Vector3 position(const Vector3& start, double time) const;
+  Vector3 rate(const Vector3& start, double time) const;
+};
+
+/// Vertices whose named components are prescribed, exactly or by springs.
+struct HeldVertices {
+  std::vector<Index> vertices;
+  std::array<bool, 3> components{true, true, true};
+  Matrix start;  ///< 3 × vertices: positions at motion.since, m
+  PrescribedMotion motion;
+  /// 0: exact. Otherwise γ of the force −2γ(q − target), N/m: the penalty for comparison.
+  double penalty = 0.0;
+  std::string name;  ///< for messages
+};
+
+/// Vertices held with all components where they rest.
+HeldVertices hold_at_rest(const TetMesh& mesh, std::vector<Index> vertices, std::string name = {});
+
+}  // namespace tetraction

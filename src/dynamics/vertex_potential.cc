@@ -1,0 +1,91 @@
+#include "tetraction/dynamics/vertex_potential.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <atomic>
+#include <mutex>
+
+#include "tetraction/core/parallel.h"
+
+namespace tetraction {
+namespace {
+
+// Vertices worth a task of their own.
+constexpr Index kGrain = 2048;
+
+}  // namespace
+
+Matrix3 positive_semidefinite_part(const Matrix3& a) {
+  const Eigen::SelfAdjointEigenSolver<Matrix3> eigen(a);
+  if (eigen.eigenvalues()[0] >= 0.0) return a;
+  return eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).asDiagonal() *
+         eigen.eigenvectors().transpose();
+}
+
+Index VertexPotential::undefined_vertex(const ForcePoint& at) const {
+  std::atomic<Index> first{at.mass.size()};
+  parallel_for(at.mass.size(), kGrain, [&](Index begin, Index end) {
+    for (Index v = begin; v < end; ++v) {
+      if (defined(vertex_block(at.position, v))) continue;
+      Index known = first;
+      while (v < known && !first.compare_exchange_weak(known, v)) {
+      }
+      return;
+    }
+  });
+  return first == at.mass.size() ? -1 : first.load();
+}
+
+double VertexPotential::longest_step(const ForcePoint& from, const Vector& displacement) const {
+  double longest = std::numeric_limits<double>::infinity();
+  std::mutex mutex;
+  parallel_for(from.mass.size(), kGrain, [&](Index begin, Index end) {
+    double own = std::numeric_limits<double>::infinity();
+    for (Index v = begin; v < end; ++v) {
+      own = std::min(
+          own, admissible_fraction(vertex_block(from.position, v), vertex_block(displacement, v)));
+    }
+    const std::lock_guard<std::mutex> lock(mutex);
+    longest = std::min(longest, own);
+  });
+  return longest;
+}
+
+double VertexPotential::energy(const ForcePoint& at) const {
+  return parallel_sum(at.mass.size(), [&](Index begin, Index end) {
+    double sum = 0.0;
+    for (Index v = begin; v < end; ++v) sum += value(at.mass[v], vertex_block(at.position, v));
+    return sum;
+  });
+}
+
+double VertexPotential::energy_change(const ForcePoint& from, const ForcePoint& to) const {
+  return parallel_sum(from.mass.size(), [&](Index begin, Index end) {
+    double sum = 0.0;
+    for (Index v = begin; v < end; ++v) {
+      sum += value(to.mass[v], vertex_block(to.position, v)) -
+             value(from.mass[v], vertex_block(from.position, v));
+    }
+    return sum;
+  });
+}
+
+void VertexPotential::add_gradient(const ForcePoint& at, Vector& gradient) const {
+  parallel_for(at.mass.size(), kGrain, [&](Index begin, Index end) {
+    for (Index v = begin; v < end; ++v) {
+      vertex_block(gradient, v) += this->gradient(at.mass[v], vertex_block(at.position, v));
+    }
+  });
+}
+
+void VertexPotential::add_hessian(const ForcePoint& at, HessianForm form,
+                                  HessianBlocks& hessian) const {
+  parallel_for(at.mass.size(), kGrain, [&](Index begin, Index end) {
+    for (Index v = begin; v < end; ++v) {
+      const Matrix3 block = this->hessian(at.mass[v], vertex_block(at.position, v));
+      hessian.add(v, form == HessianForm::kExact ? block : positive_semidefinite_part(block));
+    }
+  });
+}
+
+}  // namespace tetraction
