@@ -20,10 +20,10 @@
 #include "tetraction/core/parallel.h"
 #include "tetraction/mesh/generate.h"
 #include "timing.h"
-#include "viewer/gui/body_view.h"
-#include "viewer/gui/documents.h"
-#include "viewer/gui/main_window.h"
-#include "viewer/gui/view_app.h"
+#include "viewer/gui/body/body_view.h"
+#include "viewer/gui/window/documents.h"
+#include "viewer/gui/window/main_window.h"
+#include "viewer/gui/window/view_app.h"
 
 namespace {
 

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "../io/spelling.h"
+#include "../io/text/spelling.h"
 #include "commands.h"
 #include "console.h"
 #include "tetraction/core/blas.h"

@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <system_error>
 
-#include "../io/text_file.h"
+#include "../io/text/text_file.h"
 #include "tetraction/core/error.h"
 #include "tetraction/core/version.h"
 

@@ -10,7 +10,7 @@
 #include "tetraction/core/error.h"
 #include "tetraction/core/parallel.h"
 #ifdef TETRACTION_HAS_VIEWER
-#include "viewer/gui/view_app.h"
+#include "viewer/gui/window/view_app.h"
 #endif
 
 namespace tetraction {

@@ -5,7 +5,7 @@
 #include <random>
 #include <sstream>
 
-#include "io/scene_echo.h"
+#include "io/scene/scene_echo.h"
 #include "support/bodies.h"
 #include "tetraction/core/error.h"
 #include "tetraction/io/mesh_reader.h"

@@ -1,4 +1,4 @@
-#include "io/toml_depth.h"
+#include "io/toml/toml_depth.h"
 
 #include <gtest/gtest.h>
 

@@ -7,7 +7,7 @@
 #include <algorithm>
 
 #include "pictures.h"
-#include "viewer/gui/chart_series.h"
+#include "viewer/gui/chart/chart_series.h"
 #include "window_test.h"
 
 namespace tetraction::viewer {

@@ -6,7 +6,7 @@
 #include <QSpinBox>
 
 #include "dialogs.h"
-#include "viewer/gui/number_field.h"
+#include "viewer/gui/widgets/number_field.h"
 #include "window_test.h"
 
 namespace tetraction::viewer {

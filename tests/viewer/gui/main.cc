@@ -8,7 +8,7 @@
 #include <algorithm>
 
 #include "tetraction/core/parallel.h"
-#include "viewer/gui/view_app.h"
+#include "viewer/gui/window/view_app.h"
 
 int main(int argc, char** argv) {
   testing::InitGoogleTest(&argc, argv);

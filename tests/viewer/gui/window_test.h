@@ -15,11 +15,11 @@
 #include "tetraction/core/blas.h"
 #include "tetraction/mesh/generate.h"
 #include "tetraction/simulation/scene_objects.h"
-#include "viewer/gui/body_view.h"
-#include "viewer/gui/documents.h"
-#include "viewer/gui/live_chart.h"
-#include "viewer/gui/main_window.h"
-#include "viewer/gui/number_field.h"
+#include "viewer/gui/body/body_view.h"
+#include "viewer/gui/chart/live_chart.h"
+#include "viewer/gui/widgets/number_field.h"
+#include "viewer/gui/window/documents.h"
+#include "viewer/gui/window/main_window.h"
 
 namespace tetraction::viewer {
 

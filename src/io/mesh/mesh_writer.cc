@@ -1,0 +1,169 @@
+#include "tetraction/io/mesh_writer.h"
+
+#include <fmt/format.h>
+#include <vtkCellData.h>
+#include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkUnstructuredGrid.h>
+#include <vtkUnstructuredGridWriter.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <iterator>
+#include <map>
+
+#include "io/gmsh/gmsh_writer.h"
+#include "io/text/text_file.h"
+#include "io/vtk/quiet_vtk.h"
+#include "io/vtk/vtk_grid.h"
+#include "io/vtk/vtk_header.h"
+#include "mesh_files.h"
+#include "mesh_text.h"
+#include "tetraction/core/error.h"
+
+namespace tetraction {
+namespace {
+
+vtkSmartPointer<vtkUnstructuredGrid> grid_with_data(const TetMesh& mesh) {
+  auto grid = make_grid(mesh);
+  Matrix regions(1, mesh.tetrahedron_count());
+  for (Index e = 0; e < regions.cols(); ++e) {
+    regions(0, e) = mesh.region(e);
+  }
+  grid->GetCellData()->AddArray(make_array("region", regions, true));
+  for (const auto& [name, values] : mesh.point_arrays) {
+    grid->GetPointData()->AddArray(make_array(name, values, false));
+  }
+  return grid;
+}
+
+// Binary: text would cost digits.
+void write_legacy(const TetMesh& mesh, const std::string& path) {
+  VtkMessages messages;
+  vtkNew<vtkUnstructuredGridWriter> writer;
+  messages.watch(writer);
+  writer->SetInputData(grid_with_data(mesh));
+  writer->SetFileTypeToBinary();
+  writer->SetFileVersion(vtkUnstructuredGridWriter::VTK_LEGACY_READER_VERSION_4_2);
+  writer->SetHeader(kOwnLegacyTitle);
+  writer->WriteToOutputStringOn();
+  if (writer->Write() != 1 || !messages.empty()) {
+    throw OutputError(path + ": VTK cannot write it: " + messages.first());
+  }
+  write_text_file(path, writer->GetOutputStdString());
+}
+
+std::map<int, std::vector<Index>> tetrahedra_by_region(const TetMesh& mesh) {
+  std::map<int, std::vector<Index>> regions;
+  for (Index e = 0; e < mesh.tetrahedron_count(); ++e) regions[mesh.region(e)].push_back(e);
+  return regions;
+}
+
+// TetGen wants numbers in a row: from 0 if the file's are that, else from 1.
+void write_tetgen(const TetMesh& mesh, const std::string& path) {
+  const std::filesystem::path base(path);
+  Index first = 0;
+  for (Index v = 0; v < mesh.vertex_count(); ++v) {
+    if (mesh.vertex_id(v) != v) first = 1;
+  }
+  const bool regions =
+      std::any_of(mesh.regions.begin(), mesh.regions.end(), [](int region) { return region != 0; });
+  std::string nodes = fmt::format("{} 3 0 0\n", mesh.vertex_count());
+  for (Index v = 0; v < mesh.vertex_count(); ++v) {
+    append(nodes, "{} {}\n", v + first, coordinates(mesh.vertices[static_cast<std::size_t>(v)]));
+  }
+  std::string elements = fmt::format("{} 4 {}\n", mesh.tetrahedron_count(), regions ? 1 : 0);
+  for (Index e = 0; e < mesh.tetrahedron_count(); ++e) {
+    append(elements, "{}", e + first);
+    for (const Index v : mesh.tetrahedra[static_cast<std::size_t>(e)]) {
+      append(elements, " {}", v + first);
+    }
+    if (regions) append(elements, " {}", mesh.region(e));
+    elements += '\n';
+  }
+  write_text_file(std::filesystem::path(base).replace_extension(".node").string(), nodes);
+  write_text_file(std::filesystem::path(base).replace_extension(".ele").string(), elements);
+}
+
+// Elements as a comma-separated set, the way Vega writes them.
+void append_set(std::string& text, const std::string& name, const std::vector<Index>& elements) {
+  append(text, "\n*SET {}\n", name);
+  for (std::size_t i = 0; i < elements.size(); ++i) {
+    append(text, "{}{}", elements[i] + 1,
+           i + 1 == elements.size() ? "\n"
+           : i % 8 == 7             ? ",\n"
+                                    : ", ");
+  }
+}
+
+// Vega has numbers from 1 only, and regions without numbers: their order stands for them.
+void write_vega(const TetMesh& mesh, const std::string& path) {
+  std::string text = fmt::format("# Vega mesh file.\n\n*VERTICES\n{} 3 0 0\n", mesh.vertex_count());
+  for (Index v = 0; v < mesh.vertex_count(); ++v) {
+    append(text, "{} {}\n", v + 1, coordinates(mesh.vertices[static_cast<std::size_t>(v)]));
+  }
+  append(text, "\n*ELEMENTS\nTET\n{} 4 0\n", mesh.tetrahedron_count());
+  for (Index e = 0; e < mesh.tetrahedron_count(); ++e) {
+    append(text, "{}", e + 1);
+    for (const Index v : mesh.tetrahedra[static_cast<std::size_t>(e)]) append(text, " {}", v + 1);
+    text += '\n';
+  }
+  for (const Group& group : mesh.groups) {
+    if (group.dimension == 3 && !group.tetrahedra.empty()) {
+      append_set(text, group.name, group.tetrahedra);
+    }
+  }
+  const std::map<int, std::vector<Index>> regions = tetrahedra_by_region(mesh);
+  if (regions.size() > 1) {
+    // The format demands a material; this program takes its materials from the scene.
+    text += "\n*MATERIAL placeholder\nENU, 1000, 1000000, 0.45\n";
+    for (const auto& [region, elements] : regions) {
+      const std::string name = fmt::format("region_{}", region);
+      append_set(text, name, elements);
+      append(text, "\n*REGION\n{}, placeholder\n", name);
+    }
+  }
+  write_text_file(path, text);
+}
+
+// The groups that are not kept where only volume groups can be, or none.
+std::vector<std::string> lost_groups(const TetMesh& mesh, bool keeps_volumes) {
+  std::vector<std::string> names;
+  for (const Group& group : mesh.groups) {
+    const bool kept = keeps_volumes && group.dimension == 3 && !group.tetrahedra.empty();
+    if (!kept) names.push_back(group.name);
+  }
+  return names;
+}
+
+}  // namespace
+
+std::vector<RawCell> group_cells(const RawMesh& raw) {
+  std::vector<RawCell> cells;
+  std::copy_if(raw.cells.begin(), raw.cells.end(), std::back_inserter(cells),
+               [](const RawCell& cell) {
+                 return cell.type != CellType::kTetrahedron && !cell.groups.empty();
+               });
+  return cells;
+}
+
+MeshWriteReport write_mesh(const TetMesh& mesh, const std::string& path,
+                           const std::vector<RawCell>& cells) {
+  const std::string ending = mesh_ending(path, "written");
+  if (mesh.vertices.empty() || mesh.tetrahedra.empty()) {
+    throw InputError(path + ": there is nothing to write: the mesh is empty.");
+  }
+  if (ending == ".msh") return write_gmsh(mesh, path, cells);
+  if (ending == ".vtu") {
+    write_vtu(grid_with_data(mesh), path);
+  } else if (ending == ".vtk") {
+    write_legacy(mesh, path);
+  } else if (ending == ".veg") {
+    write_vega(mesh, path);
+  } else {
+    write_tetgen(mesh, path);
+  }
+  return {lost_groups(mesh, ending == ".veg"), {}};
+}
+
+}  // namespace tetraction

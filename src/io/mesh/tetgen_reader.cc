@@ -1,0 +1,88 @@
+#include <fmt/format.h>
+
+#include <cmath>
+#include <filesystem>
+#include <limits>
+
+#include "io/text/text_scanner.h"
+#include "plain_readers.h"
+
+namespace tetraction {
+namespace {
+
+// TetGen's comments go from # to the end of the line; blanked out, line numbers stay right.
+std::string without_comments(std::string text) {
+  bool comment = false;
+  for (char& c : text) {
+    if (c == '#') comment = true;
+    if (c == '\n') comment = false;
+    if (comment) c = ' ';
+  }
+  return text;
+}
+
+void read_nodes(TextScanner& in, RawMesh& mesh) {
+  const std::int64_t nodes = in.count("the number of points", 7);
+  if (in.integer("the dimension") != 3) in.fail("the dimension is not 3.");
+  const std::int64_t attributes = in.count("the number of attributes", 2);
+  const std::int64_t markers = in.integer("the boundary-marker flag");
+  if (markers != 0 && markers != 1) in.fail("the boundary-marker flag is neither 0 nor 1.");
+  for (std::int64_t i = 0; i < nodes; ++i) {
+    mesh.vertex_ids.push_back(in.integer("a point number"));
+    Vector3 x;
+    for (Index c = 0; c < 3; ++c) x[c] = in.real("a coordinate");
+    mesh.vertices.push_back(x);
+    for (std::int64_t a = 0; a < attributes; ++a) in.real("a point attribute");
+    if (markers == 1) in.integer("a boundary marker");
+  }
+}
+
+void read_elements(TextScanner& in, RawMesh& mesh) {
+  const std::int64_t elements = in.count("the number of tetrahedra", 9);
+  const std::int64_t nodes = in.integer("the number of nodes of a tetrahedron");
+  if (nodes != 4 && nodes != 10) in.fail("tetrahedra have neither 4 nor 10 nodes.");
+  const std::int64_t attributes = in.count("the number of attributes", 2);
+  for (std::int64_t e = 0; e < elements; ++e) {
+    RawCell cell;
+    cell.type = nodes == 4 ? CellType::kTetrahedron : CellType::kQuadraticTetrahedron;
+    cell.id = in.integer("a tetrahedron number");
+    for (std::int64_t n = 0; n < nodes; ++n) cell.vertices.push_back(in.integer("a node"));
+    for (std::int64_t a = 0; a < attributes; ++a) {
+      const double value = in.real("an attribute");
+      if (a > 0) continue;
+      if (value != std::floor(value) || std::abs(value) > std::numeric_limits<int>::max()) {
+        in.fail(fmt::format("the region attribute {} of element {} is not an integer.", value,
+                            cell.id));
+      }
+      cell.region = static_cast<int>(value);
+    }
+    mesh.cells.push_back(std::move(cell));
+  }
+}
+
+}  // namespace
+
+RawMesh read_tetgen(const std::string& path) {
+  RawMesh mesh;
+  mesh.source = path;
+  // Both endings are in capitals or neither.
+  const std::string given = std::filesystem::path(path).extension().string();
+  const bool upper = given == ".NODE" || given == ".ELE";
+  const auto sibling = [&](const char* extension) {
+    return std::filesystem::path(path).replace_extension(extension).string();
+  };
+  const std::string node_path = sibling(upper ? ".NODE" : ".node");
+  const std::string node_text = without_comments(read_file(node_path));
+  TextScanner nodes(node_path, node_text);
+  read_nodes(nodes, mesh);
+  const std::string element_path = sibling(upper ? ".ELE" : ".ele");
+  const std::string element_text = without_comments(read_file(element_path));
+  TextScanner elements(element_path, element_text);
+  read_elements(elements, mesh);
+  for (TextScanner* in : {&nodes, &elements}) {
+    if (!in->at_end()) in->fail("there is more in the file than its first line announces.");
+  }
+  return mesh;
+}
+
+}  // namespace tetraction

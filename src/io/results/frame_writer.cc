@@ -1,0 +1,98 @@
+#include "tetraction/io/frame_writer.h"
+
+#include <fmt/format.h>
+#include <vtkCellData.h>
+#include <vtkDoubleArray.h>
+#include <vtkFieldData.h>
+#include <vtkPointData.h>
+#include <vtkUnstructuredGrid.h>
+
+#include <filesystem>
+
+#include "io/text/text_file.h"
+#include "io/vtk/vtk_grid.h"
+#include "tetraction/core/error.h"
+
+namespace tetraction {
+
+struct FrameWriter::Impl {
+  std::string directory;
+  vtkSmartPointer<vtkUnstructuredGrid> grid;  // points and cells, made once
+  std::string entries;                        // of the collection
+  Index count = 0;
+
+  static void check(const FrameField& field, vtkIdType tuples) {
+    if (field.values.cols() != tuples || field.values.rows() < 1) {
+      throw InputError(fmt::format("frame array \"{}\" has {} x {} values for {} places.",
+                                   field.name, field.values.rows(), field.values.cols(), tuples));
+    }
+  }
+
+  // The shared grid with the frame's arrays on it.
+  vtkSmartPointer<vtkUnstructuredGrid> filled(const Frame& frame) const {
+    auto result = vtkSmartPointer<vtkUnstructuredGrid>::New();
+    result->ShallowCopy(grid);
+    for (const FrameField& field : frame.point_fields) {
+      check(field, grid->GetNumberOfPoints());
+      result->GetPointData()->AddArray(make_array(field.name, field.values, field.integral));
+    }
+    for (const FrameField& field : frame.cell_fields) {
+      check(field, grid->GetNumberOfCells());
+      result->GetCellData()->AddArray(make_array(field.name, field.values, field.integral));
+    }
+    auto time = vtkSmartPointer<vtkDoubleArray>::New();
+    time->SetName("TimeValue");
+    time->InsertNextValue(frame.time);
+    result->GetFieldData()->AddArray(time);
+    return result;
+  }
+};
+
+FrameWriter::FrameWriter(const TetMesh& mesh, const std::string& directory)
+    : impl_(std::make_unique<Impl>()) {
+  namespace fs = std::filesystem;
+  impl_->directory = directory;
+  impl_->grid = make_grid(mesh);
+  const fs::path frames = fs::path(directory) / "frames";
+  try {
+    fs::create_directories(frames);
+    // Frames of an earlier run would pass for this one's.
+    fs::remove(fs::path(directory) / "frames.pvd");
+    std::vector<fs::path> old;
+    for (const auto& entry : fs::directory_iterator(frames)) {
+      const std::string name = entry.path().filename().string();
+      if (name.rfind("frame_", 0) == 0 && entry.path().extension() == ".vtu") {
+        old.push_back(entry.path());
+      }
+    }
+    for (const fs::path& file : old) fs::remove(file);
+  } catch (const fs::filesystem_error& error) {
+    throw OutputError(fmt::format("{}: cannot be made or emptied ({}). Choose another directory.",
+                                  frames.string(), error.code().message()));
+  }
+}
+
+FrameWriter::~FrameWriter() = default;
+
+void FrameWriter::write(const Frame& frame) {
+  const std::string name = fmt::format("frames/frame_{:06}.vtu", frame.step);
+  write_vtu(impl_->filled(frame), impl_->directory + "/" + name);
+  impl_->entries += fmt::format(
+      "    <DataSet timestep=\"{:.17g}\" group=\"\" part=\"0\" file=\"{}\"/>\n", frame.time, name);
+  ++impl_->count;
+  write_text_file(impl_->directory + "/frames.pvd",
+                  "<?xml version=\"1.0\"?>\n"
+                  "<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n"
+                  "  <Collection>\n" +
+                      impl_->entries + "  </Collection>\n</VTKFile>\n");
+}
+
+void FrameWriter::write_single(const Frame& frame, const std::string& path) const {
+  write_vtu(impl_->filled(frame), path);
+}
+
+Index FrameWriter::frame_count() const {
+  return impl_->count;
+}
+
+}  // namespace tetraction

@@ -1,0 +1,240 @@
+#include "tetraction/io/run_recorder.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <Eigen/Geometry>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <utility>
+
+#include "io/text/text_file.h"
+#include "tetraction/core/error.h"
+#include "tetraction/dynamics/derived_fields.h"
+#include "tetraction/io/frame_writer.h"
+
+namespace tetraction {
+namespace {
+
+// The columns beyond those that every run has: the sum of the reactions; of each [[constraint]] the
+// tension of a distance, or the resultant of its forces and their moment about the centre of its
+// vertices; energies by region where there are several; the energies of a program's own force terms.
+std::string history_header(const Session& session) {
+  std::string header =
+      "step,time,kinetic_energy,elastic_energy,environment_energy,total_energy,external_work,"
+      "dissipated_energy,constraint_work,edit_work,energy_error,px,py,pz,lx,ly,lz,"
+      "max_constraint_error,iterations,reaction_x,reaction_y,reaction_z,time_step";
+  if (session.may_invert()) header += ",inverted_elements";
+  for (std::size_t i = 0; i < session.scene().constraint.size(); ++i) {
+    if (session.scene().constraint[i].kind == ConstraintKind::kDistance) {
+      header += fmt::format(",constraint_{}_tension", i);
+      continue;
+    }
+    header += fmt::format(",constraint_{0}_fx,constraint_{0}_fy,constraint_{0}_fz", i);
+    header += fmt::format(",constraint_{0}_mx,constraint_{0}_my,constraint_{0}_mz", i);
+  }
+  for (Index r = 0; r < session.system().region_count() && session.system().region_count() > 1;
+       ++r) {
+    header += fmt::format(",kinetic_energy_{0},elastic_energy_{0}", r);
+  }
+  const Energies& energies = session.books().energies();
+  for (std::size_t i = 0; i < energies.extra_count(); ++i) {
+    header += fmt::format(",{}_energy", energies.extra(i).name);
+  }
+  return header + "\n";
+}
+
+std::vector<double> constraint_columns(const Session& session) {
+  const Vector& q = session.state().position;
+  const Vector& reaction = session.reaction_force();
+  std::vector<double> values;
+  Vector3 total = Vector3::Zero();
+  for (Index v = 0; v < session.system().vertex_count(); ++v) total += vertex_block(reaction, v);
+  values.insert(values.end(), total.data(), total.data() + 3);
+  for (std::size_t i = 0; i < session.scene().constraint.size(); ++i) {
+    if (session.scene().constraint[i].kind == ConstraintKind::kDistance) {
+      values.push_back(session.tension(i));
+      continue;
+    }
+    const std::vector<Index>& vertices = session.constraint_vertices(i);
+    double mass = 0.0;
+    Vector3 center = Vector3::Zero();
+    for (const Index v : vertices) {
+      mass += session.system().mass()[v];
+      center += session.system().mass()[v] * vertex_block(q, v);
+    }
+    if (mass > 0.0) center /= mass;
+    Vector3 force = Vector3::Zero();
+    Vector3 moment = Vector3::Zero();
+    for (const Index v : vertices) {
+      force += vertex_block(reaction, v);
+      moment += (vertex_block(q, v) - center).cross(vertex_block(reaction, v));
+    }
+    values.insert(values.end(), force.data(), force.data() + 3);
+    values.insert(values.end(), moment.data(), moment.data() + 3);
+  }
+  return values;
+}
+
+std::string history_row(const Session& session, bool counts_inverted) {
+  const State& state = session.state();
+  const Books& books = session.books();
+  const Energies& e = books.energies();
+  const Momenta& m = books.momenta();
+  const auto g = [](double value) { return fmt::format("{:.17g}", value); };
+  std::string row = fmt::format("{},{}", state.step, g(state.time));
+  for (const double value :
+       {e.kinetic(), e.elastic(), e.environment(), e.total(), books.external_work(),
+        books.dissipated_energy(), books.constraint_work(), books.edit_work(), books.energy_error(),
+        m.linear.x(), m.linear.y(), m.linear.z(), m.angular.x(), m.angular.y(), m.angular.z(),
+        session.constraint_error()}) {
+    row += ',' + g(value);
+  }
+  row += fmt::format(",{}", session.last_iterations());
+  const std::vector<double> constraints = constraint_columns(session);
+  for (std::size_t i = 0; i < 3; ++i) row += ',' + g(constraints[i]);
+  row += ',' + g(session.steps().last);
+  if (counts_inverted) row += fmt::format(",{}", session.inverted_elements().now);
+  for (std::size_t i = 3; i < constraints.size(); ++i) row += ',' + g(constraints[i]);
+  if (session.system().region_count() > 1) {
+    const Vector kinetic = session.system().kinetic_energies_by_region(state.momentum);
+    const Vector elastic = session.system().elastic().energies_by_material(state.position);
+    for (Index r = 0; r < kinetic.size(); ++r) row += ',' + g(kinetic[r]) + ',' + g(elastic[r]);
+  }
+  for (std::size_t i = 0; i < e.extra_count(); ++i) row += ',' + g(e.extra(i).value);
+  return row + '\n';
+}
+
+Matrix columns(const Vector& field) {
+  return field.reshaped(3, field.size() / 3);
+}
+
+Frame make_frame(const Session& session) {
+  const MechanicalSystem& system = session.system();
+  const State& state = session.state();
+  Frame frame;
+  frame.time = state.time;
+  frame.step = state.step;
+
+  Matrix fixed(1, system.vertex_count());
+  for (Index v = 0; v < system.vertex_count(); ++v) {
+    fixed(0, v) = system.constraints().is_constrained(v) ? 1.0 : 0.0;
+  }
+  frame.point_fields = {{"displacement", columns(state.position - system.mesh().rest_positions())},
+                        {"velocity", columns(state.velocity)},
+                        {"momentum", columns(state.momentum)},
+                        {"external_force", columns(session.external_force())},
+                        {"reaction_force", columns(session.reaction_force())},
+                        {"fixed", std::move(fixed), true},
+                        {"deformation", deformation_field(system, state.position)}};
+
+  ElementFields fields = element_fields(system, state.position);
+  Matrix region(1, system.mesh().tetrahedron_count());
+  for (Index e = 0; e < region.cols(); ++e) {
+    region(0, e) = system.region_count() > 1 ? system.region(e) : system.mesh().region(e);
+  }
+  frame.cell_fields = {{"cauchy_stress", std::move(fields.cauchy_stress)},
+                       {"green_strain", std::move(fields.green_strain)},
+                       {"von_mises", std::move(fields.von_mises)},
+                       {"jacobian", std::move(fields.jacobian)},
+                       {"energy_density", std::move(fields.energy_density)},
+                       {"region", std::move(region), true}};
+  return frame;
+}
+
+}  // namespace
+
+void make_output_directory(const std::string& directory) {
+  std::error_code error;
+  std::filesystem::create_directories(directory, error);
+  std::string reason;
+  if (error) {
+    reason = error.message();
+  } else if (!std::filesystem::is_directory(directory, error)) {
+    reason = "there is a file of that name";
+  } else if (access(directory.c_str(), W_OK) != 0) {
+    reason = std::strerror(errno);
+  }
+  if (!reason.empty()) {
+    throw OutputError(fmt::format(
+        "{}: not a directory that can be written to ({}). Choose another one with --out.",
+        directory, reason));
+  }
+}
+
+struct RunRecorder::Impl {
+  std::string directory;
+  int frame_every;
+  bool counts_inverted = false;
+  std::ofstream history;
+  std::unique_ptr<FrameWriter> frames;
+  Index last_frame = -1;
+
+  std::string path(const char* name) const { return directory + "/" + name; }
+
+  void write_row(const Session& session) {
+    history << history_row(session, counts_inverted);
+    if (!history) {
+      throw OutputError(path("history.csv") +
+                        ": cannot be written. Check the free space of the disk.");
+    }
+  }
+
+  void write_frame(const Session& session, const Frame& frame) {
+    frames->write(frame);
+    history.flush();  // the history is never behind the frames
+    last_frame = session.state().step;
+  }
+};
+
+RunRecorder::RunRecorder(std::string directory, int frame_every) : impl_(std::make_unique<Impl>()) {
+  impl_->directory = std::move(directory);
+  impl_->frame_every = frame_every;
+}
+
+RunRecorder::~RunRecorder() = default;
+
+void RunRecorder::on_start(const Session& session) {
+  Impl& s = *impl_;
+  make_output_directory(s.directory);
+  // What an earlier run left must not pass for this one's.
+  std::error_code ignored;
+  for (const char* name : {"final.vtu", "summary.json"}) {
+    std::filesystem::remove(s.path(name), ignored);
+  }
+  s.history.open(s.path("history.csv"), std::ios::binary);
+  if (!s.history) {
+    throw OutputError(
+        fmt::format("{}: cannot be written ({}). Choose another directory with --out.",
+                    s.path("history.csv"), std::strerror(errno)));
+  }
+  s.counts_inverted = session.may_invert();
+  s.history << history_header(session);
+  s.frames = std::make_unique<FrameWriter>(session.system().mesh(), s.directory);
+  s.write_row(session);
+  s.write_frame(session, make_frame(session));
+}
+
+bool RunRecorder::on_step(const Session& session) {
+  impl_->write_row(session);
+  if (session.state().step % impl_->frame_every == 0)
+    impl_->write_frame(session, make_frame(session));
+  return true;
+}
+
+void RunRecorder::on_finish(const Session& session) {
+  Impl& s = *impl_;
+  const Frame last = make_frame(session);
+  if (s.last_frame != session.state().step) s.write_frame(session, last);
+  s.frames->write_single(last, s.path("final.vtu"));
+  s.history.close();
+  if (!s.history) {
+    throw OutputError(s.path("history.csv") +
+                      ": cannot be written. Check the free space of the disk.");
+  }
+  write_text_file(s.path("summary.json"), summary_json(session, s.directory));
+}
+
+}  // namespace tetraction

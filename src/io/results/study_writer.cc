@@ -1,0 +1,134 @@
+#include "tetraction/io/study_writer.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "io/text/text_file.h"
+#include "tetraction/core/version.h"
+
+namespace tetraction {
+namespace {
+
+std::string csv_number(double value) {
+  return std::isfinite(value) ? fmt::format("{:.10g}", value) : "";
+}
+
+nlohmann::ordered_json json_number(double value) {
+  if (std::isfinite(value)) return value;
+  return nullptr;
+}
+
+std::string cell(double value, const char* format = "{:.2e}") {
+  return std::isfinite(value) ? fmt::format(fmt::runtime(format), value) : "-";
+}
+
+}  // namespace
+
+std::string study_csv(const StudyResult& result) {
+  std::string text =
+      "integrator,step,status,steps,wall_seconds,seconds_per_simulated_second,"
+      "iterations_per_step,max_relative_energy_drift,linear_momentum_drift,"
+      "angular_momentum_drift,angular_momentum_drift_allowed,position_error,position_error_rms,"
+      "observed_order,stable_step,variant,role\n";
+  for (const StudyRow& row : result.rows) {
+    text += fmt::format("{},{:.17g},{},{}", to_string(row.integrator), row.step,
+                        to_string(row.status), row.steps);
+    for (const double value :
+         {row.wall_seconds, row.seconds_per_simulated_second, row.iterations_per_step,
+          row.max_relative_energy_drift, row.linear_momentum_drift, row.angular_momentum_drift,
+          row.angular_momentum_drift_allowed, row.position_error, row.position_error_rms,
+          row.observed_order}) {
+      text += ',' + csv_number(value);
+    }
+    text +=
+        ',' + csv_number(row.stable_step) + ',' + row.variant + ',' + to_string(row.role) + '\n';
+  }
+  return text;
+}
+
+std::string study_json(const StudyResult& result, const std::string& scene_name) {
+  nlohmann::ordered_json json;
+  json["version"] = version();
+  json["scene"] = scene_name;
+  json["stable_step"] = json_number(result.stable_step);
+  json["end"] = result.end;
+  json["reference"] = {{"integrator", to_string(result.reference_integrator)},
+                       {"step", result.reference_step},
+                       {"status", to_string(result.reference_status)},
+                       {"directory", result.reference_directory}};
+  json["remarks"] = result.remarks;
+  json["runs"] = nlohmann::ordered_json::array();
+  for (const StudyRow& row : result.rows) {
+    json["runs"].push_back(
+        {{"integrator", to_string(row.integrator)},
+         {"step", row.step},
+         {"variant", row.variant},
+         {"role", to_string(row.role)},
+         {"stable_step", json_number(row.stable_step)},
+         {"step_over_stable_step", json_number(row.step / row.stable_step)},
+         {"status", to_string(row.status)},
+         {"message", row.message},
+         {"directory", row.directory},
+         {"steps", row.steps},
+         {"wall_seconds", row.wall_seconds},
+         {"seconds_per_simulated_second", json_number(row.seconds_per_simulated_second)},
+         {"iterations_per_step", row.iterations_per_step},
+         {"max_relative_energy_drift", json_number(row.max_relative_energy_drift)},
+         {"linear_momentum_drift", json_number(row.linear_momentum_drift)},
+         {"angular_momentum_drift", json_number(row.angular_momentum_drift)},
+         {"angular_momentum_drift_allowed", json_number(row.angular_momentum_drift_allowed)},
+         {"position_error", json_number(row.position_error)},
+         {"position_error_rms", json_number(row.position_error_rms)},
+         {"observed_order", json_number(row.observed_order)}});
+  }
+  // The names of files, which stand in messages as well, need not be UTF-8, which JSON must be.
+  return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+}
+
+std::string study_table(const StudyResult& result) {
+  std::string text =
+      fmt::format("{:<15}{:>11}{:>9}{:>10}{:>8}{:>10}{:>9}{:>9}{:>10}{:>10}{:>10}{:>10}{:>7}\n",
+                  "integrator", "step [s]", "h/h_crit", "status", "steps", "wall [s]", "iter/st",
+                  "energy", "lin.mom.", "ang.mom.", "pos.error", "pos.rms", "order");
+  for (std::size_t i = 0; i < result.rows.size(); ++i) {
+    const StudyRow& row = result.rows[i];
+    const bool is_reference = row.role == StudyRole::kReference;
+    const bool other_variant = i == 0 || result.rows[i - 1].variant != row.variant;
+    if (i > 0 && (other_variant || result.rows[i - 1].integrator != row.integrator)) text += '\n';
+    if (other_variant && !row.variant.empty()) {
+      text += fmt::format("{}: h_crit = {:.4g} s{}\n", row.variant, row.stable_step,
+                          row.role == StudyRole::kVariant
+                              ? "; pos.error and pos.rms are differences to another variant"
+                              : "");
+    }
+    text += fmt::format(
+        "{:<15}{:>11.4g}{:>9.3g}{:>10}{:>8}{:>10.3g}{:>9}{:>9}{:>10}{:>10}{:>10}{:>10}{:>7}\n",
+        to_string(row.integrator), row.step, row.step / row.stable_step, to_string(row.status),
+        row.steps, row.wall_seconds,
+        is_implicit(row.integrator) ? cell(row.iterations_per_step, "{:.2f}") : "-",
+        cell(row.max_relative_energy_drift, "{:.1e}"), cell(row.linear_momentum_drift, "{:.1e}"),
+        cell(row.angular_momentum_drift, "{:.1e}"),
+        is_reference ? "reference" : cell(row.position_error),
+        is_reference ? "-" : cell(row.position_error_rms), cell(row.observed_order, "{:.2f}"));
+  }
+  text += fmt::format(
+      "\nStability limit of the explicit rules: h_crit = {:.4g} s. Reference: {} at {:.4g} s "
+      "({}).\n"
+      "energy: largest energy error over the energy that entered; momenta: what is left after\n"
+      "the impulses of all outer forces; pos.error: |q - q_ref| at the end over the displacement "
+      "of\n"
+      "the reference, |q_ref - X|; pos.rms: the same as root mean squares over the whole time.\n",
+      result.stable_step, to_string(result.reference_integrator), result.reference_step,
+      to_string(result.reference_status));
+  return text;
+}
+
+void write_study(const StudyResult& result, const std::string& scene_name,
+                 const std::string& directory) {
+  write_text_file(directory + "/study.csv", study_csv(result));
+  write_text_file(directory + "/study.json", study_json(result, scene_name));
+}
+
+}  // namespace tetraction

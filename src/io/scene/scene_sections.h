@@ -1,0 +1,42 @@
+// The tables of a scene, each read into its settings.
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "io/toml/toml_table.h"
+#include "tetraction/simulation/scene.h"
+
+namespace tetraction {
+
+/// The vertices that `select` of a table names; exactly one kind of selection.
+Selection read_selection(const TomlTable& parent);
+/// The same of the table under a key that holds the kind of selection itself.
+Selection read_selection(const TomlTable& parent, std::string_view key, const TomlTable& table);
+const NameList& selection_kinds();
+
+/// `folder` is where the scene lies: a mesh file's path is relative to it.
+MeshSettings read_mesh_settings(const TomlTable& root, const std::string& folder);
+
+FixSettings read_fix(const TomlTable& table);
+ConstraintSettings read_constraint(const TomlTable& table);
+ForceSettings read_force(const TomlTable& table);
+MomentumSettings read_momentum(const TomlTable& table);
+ShiftSettings read_shift(const TomlTable& table);
+InitialSettings read_initial(const TomlTable& root);
+
+/// The keys of [[fix]], [[constraint]], [[force]], [[initial.momentum]], an event's shift, [[event]].
+const TableKeys& fix_keys();
+const TableKeys& constraint_keys();
+const TableKeys& force_keys();
+const TableKeys& momentum_keys();
+const TableKeys& shift_keys();
+const TableKeys& event_keys();
+
+/// Reads all sections of a document but the events.
+using SectionReader = std::function<Scene(const TomlDocument&)>;
+/// Reads [[event]] into `scene`, whose other sections are read already.
+void read_events(const TomlDocument& document, const TomlTable& root,
+                 const SectionReader& read_sections, Scene& scene);
+
+}  // namespace tetraction

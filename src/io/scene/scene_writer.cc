@@ -1,0 +1,142 @@
+#include "tetraction/io/scene_writer.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "event_writer.h"
+#include "io/text/text_file.h"
+#include "scene_keys.h"
+#include "tetraction/core/error.h"
+
+namespace tetraction {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string lines(const SceneKeys& keys) {
+  std::string text;
+  for (const SceneKey& key : keys) {
+    std::string line = key.name + " = " + key.value;
+    if (key.unit[0] != '\0') line = fmt::format("{:<32}  # {}", line, key.unit);
+    text += line + "\n";
+  }
+  return text;
+}
+
+std::string section(const char* head, const SceneKeys& keys, const Selection* select = nullptr) {
+  return fmt::format("\n{}\n{}{}", head,
+                     select != nullptr ? "select = " + inline_selection(*select) + "\n" : "",
+                     lines(keys));
+}
+
+// A section whose values are all the default ones is left out.
+template <class Settings>
+std::string section_unless_default(const char* head, const Settings& settings) {
+  const SceneKeys keys = keys_of(settings);
+  const SceneKeys defaults = keys_of(Settings{});
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    if (keys[i].value != defaults[i].value) return section(head, keys);
+  }
+  return {};
+}
+
+// From the scene's folder to the mesh; whole if they have nothing but the root in common.
+std::string mesh_path(const std::string& file, const std::string& folder) {
+  const fs::path mesh = fs::absolute(file).lexically_normal();
+  const fs::path base = fs::absolute(folder.empty() ? "." : folder).lexically_normal();
+  auto a = mesh.begin();
+  auto b = base.begin();
+  std::size_t common = 0;
+  for (; a != mesh.end() && b != base.end() && *a == *b; ++a, ++b) ++common;
+  return common > 1 ? mesh.lexically_relative(base).string() : mesh.string();
+}
+
+SceneKeys keys_of_mesh(const MeshSettings& mesh, const std::string& folder) {
+  if (!mesh.generate) {
+    if (mesh.file.empty()) {
+      throw InputError(
+          "The scene has neither a mesh file nor a generated mesh that a scene file could name: "
+          "write the mesh to a file first and set mesh.file.");
+    }
+    SceneKeys keys{{"file", toml_text(mesh_path(mesh.file, folder))}};
+    if (mesh.scale != 1.0) keys.push_back({"scale", toml_number(mesh.scale)});
+    return keys;
+  }
+  const GeneratorSettings& generator = *mesh.generate;
+  SceneKeys keys;
+  switch (generator.kind) {
+    case GeneratorKind::kBeam:
+    case GeneratorKind::kBox:
+      keys = {{"kind", toml_text(generator.kind == GeneratorKind::kBeam ? "beam" : "box")},
+              {"size", toml_list(generator.size)},
+              {"cells", fmt::format("[{}, {}, {}]", generator.cells[0], generator.cells[1],
+                                    generator.cells[2])}};
+      break;
+    case GeneratorKind::kCube:
+      keys = {{"kind", toml_text("cube")},
+              {"size", toml_number(generator.size.x())},
+              {"cells", std::to_string(generator.cells[0])}};
+      break;
+    case GeneratorKind::kTetrahedron:
+      keys = {{"kind", toml_text("tetrahedron")}, {"size", toml_number(generator.size.x())}};
+      break;
+  }
+  return {{"generate", inline_table(keys), "m"}};
+}
+
+std::string initial_section(const InitialSettings& initial) {
+  SceneKeys keys;
+  if (!initial.velocity.isZero(0.0)) {
+    keys.push_back({"velocity", toml_list(initial.velocity), "m/s"});
+  }
+  if (!initial.angular_velocity.isZero(0.0)) {
+    keys.push_back({"angular_velocity", toml_list(initial.angular_velocity), "rad/s"});
+  }
+  if (initial.stretch != Vector3::Ones()) {
+    keys.push_back({"stretch", toml_list(initial.stretch)});
+  }
+  if (!initial.displacement_array.empty()) {
+    keys.push_back({"displacement_array", toml_text(initial.displacement_array)});
+  }
+  if (!initial.velocity_array.empty()) {
+    keys.push_back({"velocity_array", toml_text(initial.velocity_array)});
+  }
+  std::string text = keys.empty() ? "" : section("[initial]", keys);
+  for (const MomentumSettings& momentum : initial.momentum) {
+    text += section("[[initial.momentum]]", keys_of(momentum), &momentum.select);
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string scene_text(const Scene& scene, const std::string& folder) {
+  std::string text = "[mesh]\n" + lines(keys_of_mesh(scene.mesh, folder));
+  text += section("[material]", keys_of(scene.material));
+  for (const MaterialRegionSettings& region : scene.material_region) {
+    text += section("[[material_region]]", keys_of(region.material), &region.select);
+  }
+  text += section("[time]", keys_of(scene.time));
+  text += section_unless_default("[solver]", scene.solver);
+  text += section_unless_default("[damping]", scene.damping);
+  text += section_unless_default("[environment]", scene.environment);
+  for (const FixSettings& fix : scene.fix) text += section("[[fix]]", keys_of(fix), &fix.select);
+  for (const ConstraintSettings& constraint : scene.constraint) {
+    text += section("[[constraint]]", keys_of(constraint),
+                    has_selection(constraint) ? &constraint.select : nullptr);
+  }
+  for (const ForceSettings& force : scene.force) {
+    text += section("[[force]]", keys_of(force), &force.select);
+  }
+  text += initial_section(scene.initial);
+  text += section("[output]", {{"directory", toml_text(scene.output.directory)},
+                               {"every", std::to_string(scene.output.every)}});
+  return text + event_text(scene);
+}
+
+void write_scene(const Scene& scene, const std::string& path) {
+  write_text_file(path, scene_text(scene, fs::path(path).parent_path().string()));
+}
+
+}  // namespace tetraction

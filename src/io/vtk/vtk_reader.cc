@@ -1,0 +1,282 @@
+#include "vtk_reader.h"
+
+#include <fmt/format.h>
+#include <vtkCellArray.h>
+#include <vtkCellData.h>
+#include <vtkDataArray.h>
+#include <vtkIdList.h>
+#include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkSmartPointer.h>
+#include <vtkTypeInt64Array.h>
+#include <vtkUnstructuredGrid.h>
+#include <vtkUnstructuredGridReader.h>
+#include <vtkXMLUnstructuredGridReader.h>
+
+#include <cctype>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <limits>
+#include <unordered_set>
+
+#include "guarded_process.h"
+#include "io/text/byte_stream.h"
+#include "io/text/text_scanner.h"
+#include "quiet_vtk.h"
+#include "tetraction/core/error.h"
+#include "vtk_cells.h"
+#include "vtk_header.h"
+
+namespace tetraction {
+namespace {
+
+constexpr const char* kNotThat = "the file cannot be read as a VTK unstructured grid";
+
+// ---- in the child ------------------------------------------------------------------------------
+
+// The integers of an array, if it is an array of that many single integers.
+std::vector<std::int64_t> integers(vtkDataArray* array, vtkIdType count) {
+  if (array == nullptr || array->GetNumberOfComponents() != 1 ||
+      array->GetNumberOfTuples() != count || array->GetDataType() == VTK_FLOAT ||
+      array->GetDataType() == VTK_DOUBLE) {
+    return {};
+  }
+  vtkNew<vtkTypeInt64Array> whole;  // a double would lose digits of large numbers
+  whole->DeepCopy(array);
+  return {whole->GetPointer(0), whole->GetPointer(0) + count};
+}
+
+// Cell data `region`; other programs may store it as real numbers.
+std::vector<std::int64_t> regions(vtkDataArray* array, vtkIdType cells) {
+  std::vector<std::int64_t> values;
+  if (array == nullptr) return values;
+  if (array->GetNumberOfComponents() != 1 || array->GetNumberOfTuples() != cells) {
+    throw FileError("its cell data \"region\" are not one number a cell");
+  }
+  for (vtkIdType c = 0; c < cells; ++c) {
+    const double value = array->GetTuple1(c);
+    if (!(value == std::floor(value)) || std::abs(value) > std::numeric_limits<int>::max()) {
+      throw FileError(
+          fmt::format("the region {} of cell {} is not an integer that fits 32 bits", value, c));
+    }
+    values.push_back(static_cast<std::int64_t>(value));
+  }
+  return values;
+}
+
+std::string encode(vtkUnstructuredGrid* grid) {
+  ByteWriter out;
+  out.put_text("");  // no error
+  const vtkIdType points = grid->GetNumberOfPoints();
+  const vtkIdType cells = grid->GetNumberOfCells();
+  std::vector<double> coordinates(3 * static_cast<std::size_t>(points));
+  for (vtkIdType i = 0; i < points; ++i) {
+    grid->GetPoint(i, coordinates.data() + 3 * static_cast<std::size_t>(i));
+  }
+  out.put_all(coordinates.data(), coordinates.size());
+  std::vector<std::int32_t> types;
+  std::vector<std::int64_t> connectivity;
+  std::vector<std::int64_t> ends;
+  vtkNew<vtkIdList> ids;
+  if (cells > 0 && !grid->GetCells()->IsValid()) {
+    throw FileError("the offsets of its cells do not fit their connectivity");
+  }
+  for (vtkIdType c = 0; c < cells; ++c) {
+    types.push_back(grid->GetCellType(c));
+    grid->GetCellPoints(c, ids);
+    for (vtkIdType i = 0; i < ids->GetNumberOfIds(); ++i) connectivity.push_back(ids->GetId(i));
+    ends.push_back(static_cast<std::int64_t>(connectivity.size()));
+  }
+  out.put_all(types.data(), types.size());
+  out.put_all(connectivity.data(), connectivity.size());
+  out.put_all(ends.data(), ends.size());
+  vtkPointData* point_data = grid->GetPointData();
+  vtkCellData* cell_data = grid->GetCellData();
+  for (const auto& values : {integers(point_data->GetArray("vertex_id"), points),
+                             integers(cell_data->GetArray("element_id"), cells),
+                             regions(cell_data->GetArray("region"), cells)}) {
+    out.put_all(values.data(), values.size());
+  }
+  std::vector<vtkDataArray*> arrays;
+  for (int a = 0; a < point_data->GetNumberOfArrays(); ++a) {
+    vtkDataArray* array = point_data->GetArray(a);
+    if (array == nullptr || array->GetName() == nullptr) continue;
+    const bool real = array->GetDataType() == VTK_FLOAT || array->GetDataType() == VTK_DOUBLE;
+    if (real && array->GetNumberOfTuples() == points && array->GetNumberOfComponents() <= 9) {
+      arrays.push_back(array);
+    }
+  }
+  out.put<std::uint64_t>(arrays.size());
+  for (vtkDataArray* array : arrays) {
+    out.put_text(array->GetName());
+    const int components = array->GetNumberOfComponents();
+    out.put<std::int32_t>(components);
+    std::vector<double> values(static_cast<std::size_t>(components * points));
+    for (vtkIdType i = 0; i < points; ++i) {
+      array->GetTuple(i, values.data() + static_cast<std::size_t>(components * i));
+    }
+    out.put_all(values.data(), values.size());
+  }
+  return out.bytes();
+}
+
+vtkSmartPointer<vtkUnstructuredGrid> read_grid(const std::string& path, bool xml) {
+  VtkMessages messages;
+  vtkNew<vtkXMLUnstructuredGridReader> xml_reader;
+  vtkNew<vtkUnstructuredGridReader> legacy_reader;
+  vtkSmartPointer<vtkUnstructuredGrid> grid;
+  if (xml) {
+    messages.watch(xml_reader);
+    xml_reader->SetFileName(path.c_str());
+    xml_reader->Update();
+    grid = xml_reader->GetOutput();
+  } else {
+    messages.watch(legacy_reader);
+    legacy_reader->SetFileName(path.c_str());
+    legacy_reader->ReadAllScalarsOn();
+    legacy_reader->ReadAllVectorsOn();
+    legacy_reader->ReadAllTensorsOn();
+    legacy_reader->ReadAllNormalsOn();
+    legacy_reader->ReadAllTCoordsOn();
+    legacy_reader->ReadAllColorScalarsOn();
+    legacy_reader->ReadAllFieldsOn();
+    legacy_reader->Update();
+    grid = legacy_reader->GetOutput();
+  }
+  if (!messages.empty()) throw FileError("VTK: " + messages.first());
+  return grid;
+}
+
+std::string read_in_child(const std::string& path, bool xml, const VtkHeader& header) {
+  // Threads of the parent do not exist here; a pool that waits for them would hang.
+  setenv("VTK_SMP_BACKEND_IN_USE", "Sequential", 1);
+  try {
+    const auto grid = read_grid(path, xml);
+    if (header.own_arrays && (grid->GetPointData()->GetArray("vertex_id") == nullptr ||
+                              grid->GetCellData()->GetArray("element_id") == nullptr ||
+                              grid->GetCellData()->GetArray("region") == nullptr)) {
+      throw FileError("it lacks the data that its title announces");
+    }
+    return encode(grid);
+  } catch (const FileError& error) {
+    ByteWriter out;
+    out.put_text(error.what());
+    return out.bytes();
+  }
+}
+
+// ---- in the parent -----------------------------------------------------------------------------
+
+bool distinct(const std::vector<std::int64_t>& ids) {
+  return std::unordered_set<std::int64_t>(ids.begin(), ids.end()).size() == ids.size();
+}
+
+class Decoder {
+ public:
+  Decoder(const std::string& path, const std::string& bytes) : path_(path), in_(bytes) {}
+
+  RawMesh decode(const VtkHeader& announced) {
+    if (const std::string error = in_.get_text(); !error.empty()) refuse(error);
+    const auto coordinates = in_.get_all<double>();
+    const auto types = in_.get_all<std::int32_t>();
+    const auto connectivity = in_.get_all<std::int64_t>();
+    const auto ends = in_.get_all<std::int64_t>();
+    const auto vertex_ids = in_.get_all<std::int64_t>();
+    const auto element_ids = in_.get_all<std::int64_t>();
+    const auto region_numbers = in_.get_all<std::int64_t>();
+    const std::size_t points = coordinates.size() / 3;
+    if (!in_.good() || ends.size() != types.size()) refuse("its parts do not fit together");
+    check_count("points", announced.points, points);
+    check_count("cells", announced.cells, types.size());
+
+    RawMesh mesh;
+    mesh.source = path_;
+    for (std::size_t i = 0; i < points; ++i) {
+      mesh.vertices.emplace_back(coordinates[3 * i], coordinates[3 * i + 1],
+                                 coordinates[3 * i + 2]);
+      mesh.vertex_ids.push_back(static_cast<std::int64_t>(i));
+    }
+    // The file's own numbers, should it carry them.
+    if (vertex_ids.size() == points && distinct(vertex_ids)) mesh.vertex_ids = vertex_ids;
+    const bool own_elements = element_ids.size() == types.size() && distinct(element_ids);
+    std::int64_t begin = 0;
+    for (std::size_t c = 0; c < types.size(); ++c) {
+      RawCell cell;
+      cell.type = vtk_cell_type(types[c]);
+      cell.id = own_elements ? element_ids[c] : static_cast<std::int64_t>(c);
+      if (region_numbers.size() == types.size()) cell.region = static_cast<int>(region_numbers[c]);
+      for (std::int64_t i = begin; i < ends[c]; ++i) {
+        const std::int64_t point = connectivity.at(static_cast<std::size_t>(i));
+        if (point < 0 || point >= static_cast<std::int64_t>(points)) {
+          refuse(fmt::format("cell {} refers to point {}, but there are only {} points", cell.id,
+                             point, points));
+        }
+        cell.vertices.push_back(mesh.vertex_ids[static_cast<std::size_t>(point)]);
+      }
+      const std::size_t wanted = vtk_cell_size(types[c]);
+      if (wanted != 0 && cell.vertices.size() != wanted) {
+        refuse(fmt::format("cell {} is a {} with {} vertices", cell.id, to_string(cell.type),
+                           cell.vertices.size()));
+      }
+      begin = ends[c];
+      mesh.cells.push_back(std::move(cell));
+    }
+    read_point_arrays(mesh, points);
+    return mesh;
+  }
+
+ private:
+  [[noreturn]] void refuse(const std::string& what) const {
+    throw FileError(fmt::format("{}: {}: {}.", path_, kNotThat, what));
+  }
+
+  void check_count(const char* what, std::int64_t announced, std::size_t found) const {
+    if (announced != static_cast<std::int64_t>(found)) {
+      refuse(fmt::format("it announces {} {} and holds {}", announced, what, found));
+    }
+  }
+
+  void read_point_arrays(RawMesh& mesh, std::size_t points) {
+    const auto arrays = in_.get<std::uint64_t>();
+    for (std::uint64_t a = 0; a < arrays && in_.good(); ++a) {
+      const std::string name = in_.get_text();
+      const auto components = in_.get<std::int32_t>();
+      const auto values = in_.get_all<double>();
+      if (!in_.good() || components < 1 ||
+          values.size() != static_cast<std::size_t>(components) * points) {
+        refuse("its point data do not fit");
+      }
+      mesh.point_arrays[name] =
+          Eigen::Map<const Matrix>(values.data(), components, static_cast<Index>(points));
+    }
+  }
+
+  const std::string& path_;
+  ByteReader in_;
+};
+
+}  // namespace
+
+RawMesh read_vtk_mesh(const std::string& path) {
+  const std::string extension = std::filesystem::path(path).extension().string();
+  const bool xml = extension.size() == 4 && std::tolower(extension.back()) == 'u';
+  std::size_t size = 0;
+  VtkHeader header;
+  {
+    const std::string text = read_file(path);
+    size = text.size();
+    header = xml ? check_xml_header(path, text) : check_legacy_header(path, text);
+  }
+  GuardLimits limits;
+  limits.seconds = 20.0 + static_cast<double>(size) / 1e6;
+  limits.memory = (std::size_t{1} << 30) + 100 * size;
+  const GuardResult result = run_guarded([&] { return read_in_child(path, xml, header); }, limits);
+  if (!result.finished) {
+    throw FileError(fmt::format("{}: {}: VTK's reader {} on it. The file is broken; write it anew.",
+                                path, kNotThat, result.failure));
+  }
+  return Decoder(path, result.bytes).decode(header);
+}
+
+}  // namespace tetraction

@@ -1,0 +1,408 @@
+#include "live_chart.h"
+
+#include <QVTKInteractor.h>
+#include <QVTKOpenGLNativeWidget.h>
+#include <vtkAxis.h>
+#include <vtkCallbackCommand.h>
+#include <vtkChartXY.h>
+#include <vtkCommand.h>
+#include <vtkContextInteractorStyle.h>
+#include <vtkContextMouseEvent.h>
+#include <vtkContextScene.h>
+#include <vtkContextView.h>
+#include <vtkDoubleArray.h>
+#include <vtkGenericOpenGLRenderWindow.h>
+#include <vtkPen.h>
+#include <vtkPlotLine.h>
+#include <vtkRenderer.h>
+#include <vtkSVGExporter.h>
+#include <vtkStringArray.h>
+#include <vtkTable.h>
+#include <vtkTextProperty.h>
+
+#include <QCheckBox>
+#include <QFileDialog>
+#include <QHBoxLayout>
+#include <QMouseEvent>
+#include <QPushButton>
+#include <QTabBar>
+#include <QVBoxLayout>
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <limits>
+
+#include "io/text/text_file.h"
+#include "tetraction/core/error.h"
+#include "viewer/gui/widgets/vtk_widget.h"
+
+namespace tetraction::viewer {
+namespace {
+
+constexpr std::size_t kBuckets = 1000;  // pixels are not more
+constexpr double kLargest = 1e30;       // VTK plots in single precision
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+vtkDoubleArray* add_column(vtkTable* table, const char* name) {
+  vtkNew<vtkDoubleArray> array;
+  array->SetName(name);
+  table->AddColumn(array);
+  return array;
+}
+
+vtkDoubleArray* column(vtkTable* table, int i) {
+  return vtkDoubleArray::SafeDownCast(table->GetColumn(i));
+}
+
+// Whether an axis from `low` to `high` can have ticks. VTK looks for them without end where neighbouring
+// ones would be the same number.
+bool is_drawable(double low, double high) {
+  const double range = high - low;
+  return range > std::max(1e-30, 1e-6 * std::max(std::abs(low), std::abs(high))) &&
+         range < kLargest;
+}
+
+}  // namespace
+
+LiveChart::LiveChart(QWidget* parent)
+    : QWidget(parent), cursor_(kNaN), widget_(make_vtk_widget(window_, this)) {
+  tabs_ = new QTabBar(this);
+  tabs_->setObjectName(QStringLiteral("chart_tabs"));
+  tabs_->setExpanding(false);
+  tabs_->setDrawBase(false);
+  for (std::size_t k = 0; k < kChartKinds; ++k) {
+    tabs_->addTab(QString::fromUtf8(chart_kinds()[k].name));
+    shown_[k].assign(chart_kinds()[k].series.size(), true);
+  }
+  auto* whole = new QPushButton(tr("Whole run"), this);
+  whole->setObjectName(QStringLiteral("whole_run"));
+  whole->setToolTip(
+      tr("Shows the whole run again after zooming (drag: zoom; wheel: in and out; "
+         "middle button: move)"));
+  auto* save = new QPushButton(tr("Save…"), this);
+  save->setToolTip(tr("Saves the data as CSV or the chart as PNG or SVG"));
+
+  auto* top = new QHBoxLayout;
+  top->addWidget(tabs_, 1);
+  top->addWidget(whole);
+  top->addWidget(save);
+  legend_box_ = new QWidget(this);
+  legend_ = new QVBoxLayout(legend_box_);
+  legend_->setContentsMargins(4, 4, 4, 4);
+  legend_->setSpacing(3);
+  auto* row = new QHBoxLayout;
+  row->addWidget(widget_, 1);
+  row->addWidget(legend_box_);
+  auto* columns = new QVBoxLayout(this);
+  columns->setContentsMargins(4, 2, 4, 4);
+  columns->setSpacing(2);
+  columns->addLayout(top);
+  columns->addLayout(row, 1);
+  widget_->setMinimumSize(200, 110);
+  widget_->setAccessibleName(tr("Chart"));
+
+  window_->SetMultiSamples(0);
+  view_->SetRenderWindow(window_);
+  view_->SetInteractor(widget_->interactor());
+  // VTK draws a changed chart once more by a timer of its own: only what was not drawn yet is.
+  widget_->interactor()->EnableRenderOff();
+  vtkNew<vtkCallbackCommand> draw;
+  draw->SetClientData(this);
+  draw->SetCallback([](vtkObject*, unsigned long, void* self, void*) {
+    auto* chart = static_cast<LiveChart*>(self);
+    if (chart->view_->GetScene()->GetDirty()) chart->window_->Render();
+  });
+  widget_->interactor()->AddObserver(vtkCommand::RenderEvent, draw);
+  view_->GetRenderer()->SetBackground(1.0, 1.0, 1.0);
+  chart_ = vtkSmartPointer<vtkChartXY>::New();
+  view_->GetScene()->AddItem(chart_);
+  // Axes also where there is no line: before the first step, with every series hidden.
+  chart_->SetRenderEmpty(true);
+  chart_->SetAutoAxes(false);
+  for (const int side : {vtkAxis::TOP, vtkAxis::RIGHT}) chart_->GetAxis(side)->SetVisible(false);
+  chart_->SetActionToButton(vtkChart::ZOOM, vtkContextMouseEvent::LEFT_BUTTON);
+  chart_->SetActionToButton(vtkChart::PAN, vtkContextMouseEvent::MIDDLE_BUTTON);
+  for (const int side : {vtkAxis::LEFT, vtkAxis::BOTTOM}) {
+    vtkAxis* axis = chart_->GetAxis(side);
+    axis->SetBehavior(vtkAxis::FIXED);
+    axis->GetTitleProperties()->SetFontSize(12);
+    axis->GetTitleProperties()->SetBold(false);
+    axis->GetLabelProperties()->SetFontSize(11);
+    axis->GetGridPen()->SetColor(225, 225, 225);
+    // Left axis labels come in one width of numbers, so that the picture does not jump.
+    axis->SetNotation(vtkAxis::PRINTF_NOTATION);
+    axis->SetLabelFormat("%.4g");
+  }
+  chart_->GetAxis(vtkAxis::BOTTOM)->SetTitle("Time [s]");
+
+  for (vtkTable* table : {mark_table_.Get(), cursor_table_.Get()}) {
+    add_column(table, "time");
+    add_column(table, "line");
+  }
+  widget_->installEventFilter(this);
+  connect(tabs_, &QTabBar::currentChanged, this, &LiveChart::show_kind);
+  connect(whole, &QPushButton::clicked, this, &LiveChart::show_whole_run);
+  connect(save, &QPushButton::clicked, this, &LiveChart::save);
+  rebuild();
+}
+
+LiveChart::~LiveChart() = default;
+
+void LiveChart::clear() {
+  clear_rows();
+  marks_.clear();
+  cursor_ = kNaN;
+  following_ = true;
+}
+
+void LiveChart::clear_rows() {
+  rows_.clear();
+  stale_ = true;
+}
+
+void LiveChart::append(const std::vector<HistoryRow>& rows) {
+  if (rows.empty()) return;
+  rows_.insert(rows_.end(), rows.begin(), rows.end());
+  stale_ = true;
+}
+
+void LiveChart::set_marks(const std::vector<EditMark>& marks) {
+  if (marks.size() != marks_.size()) stale_ = true;
+  marks_ = marks;
+}
+
+void LiveChart::set_cursor(double time) {
+  cursor_ = time;
+  stale_ = true;
+}
+
+void LiveChart::show_kind(int kind) {
+  kind_ = kind;
+  const QSignalBlocker quiet(tabs_);
+  tabs_->setCurrentIndex(kind);
+  following_ = true;
+  rebuild();
+  refresh();
+}
+
+void LiveChart::show_whole_run() {
+  following_ = true;
+  stale_ = true;
+  refresh();
+}
+
+// The plots and the legend of another kind of chart.
+void LiveChart::rebuild() {
+  const ChartKind& kind = chart_kinds()[static_cast<std::size_t>(kind_)];
+  chart_->ClearPlots();
+  plots_.clear();
+  table_->Initialize();
+  add_column(table_, "time");
+  while (QLayoutItem* item = legend_->takeAt(0)) {
+    delete item->widget();
+    delete item;
+  }
+  const auto add_line = [this](vtkTable* table, int y, int r, int g, int b, float width) {
+    auto* plot = vtkPlotLine::SafeDownCast(chart_->AddPlot(vtkChart::LINE));
+    plot->SetInputData(table, 0, y);
+    plot->SetColor(static_cast<unsigned char>(r), static_cast<unsigned char>(g),
+                   static_cast<unsigned char>(b), 255);
+    plot->SetWidth(width);
+    plot->SetVisible(false);  // until it has two points
+    return plot;
+  };
+  marks_plot_ = add_line(mark_table_, 1, 150, 150, 160, 1.0F);
+  marks_plot_->GetPen()->SetLineType(vtkPen::DASH_LINE);
+  marks_plot_->SetTooltipLabelFormat("%i");
+  cursor_plot_ = add_line(cursor_table_, 1, 90, 90, 90, 1.0F);
+  for (std::size_t s = 0; s < kind.series.size(); ++s) {
+    const ChartSeries& series = kind.series[s];
+    add_column(table_, series.name);
+    vtkPlotLine* plot = add_line(table_, static_cast<int>(s) + 1, series.color[0], series.color[1],
+                                 series.color[2], 1.6F);
+    plot->SetTooltipLabelFormat("%l: %y at %x s");
+    plots_.push_back(plot);
+
+    auto* check = new QCheckBox(QString::fromUtf8(series.name), legend_box_);
+    check->setObjectName(QStringLiteral("series_%1").arg(s));
+    check->setChecked(shown_[static_cast<std::size_t>(kind_)][s]);
+    check->setToolTip(tr("Show or hide this series"));
+    QPixmap patch(18, 4);
+    patch.fill(QColor(series.color[0], series.color[1], series.color[2]));
+    check->setIcon(patch);
+    check->setIconSize(patch.size());
+    legend_->addWidget(check);
+    connect(check, &QCheckBox::toggled, this, [this, s](bool on) {
+      shown_[static_cast<std::size_t>(kind_)][s] = on;
+      stale_ = true;
+      refresh();
+    });
+  }
+  legend_->addStretch(1);
+  chart_->GetAxis(vtkAxis::LEFT)->SetTitle(kind.axis);
+  stale_ = true;
+}
+
+void LiveChart::fill() {
+  const ChartKind& kind = chart_kinds()[static_cast<std::size_t>(kind_)];
+  const ThinnedSeries thinned = thin(rows_, kind.series, kBuckets);
+  const auto count = static_cast<vtkIdType>(thinned.time.size());
+  for (int c = 0; c <= static_cast<int>(kind.series.size()); ++c) {
+    vtkDoubleArray* array = column(table_, c);
+    const std::vector<double>& from =
+        c == 0 ? thinned.time : thinned.values[static_cast<std::size_t>(c) - 1];
+    array->SetNumberOfTuples(count);
+    std::copy(from.begin(), from.end(), array->GetPointer(0));
+    array->Modified();
+  }
+  table_->Modified();
+  for (std::size_t s = 0; s < plots_.size(); ++s) {
+    plots_[s]->SetVisible(count > 1 && shown_[static_cast<std::size_t>(kind_)][s]);
+    plots_[s]->Modified();
+  }
+}
+
+// Axes around what is shown, unless the user has zoomed; lines of the marks from top to bottom.
+void LiveChart::scale() {
+  vtkAxis* x = chart_->GetAxis(vtkAxis::BOTTOM);
+  vtkAxis* y = chart_->GetAxis(vtkAxis::LEFT);
+  if (following_) {
+    double low = std::numeric_limits<double>::infinity();
+    double high = -low;
+    const auto& shown = shown_[static_cast<std::size_t>(kind_)];
+    for (std::size_t s = 0; s < shown.size(); ++s) {
+      if (!shown[s]) continue;
+      const vtkDoubleArray* array = column(table_, static_cast<int>(s) + 1);
+      for (vtkIdType i = 0; i < array->GetNumberOfTuples(); ++i) {
+        const double value = array->GetValue(i);
+        if (!(std::abs(value) < kLargest)) continue;
+        low = std::min(low, value);
+        high = std::max(high, value);
+      }
+    }
+    if (!(low <= high)) low = high = 0.0;
+    double room = 0.06 * (high - low);
+    // Round-off is not a signal: an axis of 1e-17, or of the last digits of a number, would be all noise.
+    const double size = std::max(std::abs(low), std::abs(high));
+    if (room < 1e-12 || !is_drawable(low, high)) room = size < 1e-12 ? 1.0 : 0.1 * size;
+    y->SetRange(low - room, high + room);
+    const double begin = rows_.empty() ? 0.0 : rows_.front().time;
+    const double end = rows_.empty() ? 1.0 : rows_.back().time;
+    x->SetRange(begin, is_drawable(begin, end) ? end : begin + std::max(1.0, 0.1 * begin));
+  }
+  bottom_ = y->GetMinimum();
+  top_ = y->GetMaximum();
+
+  // One broken line: down at each mark, a gap to the next.
+  vtkNew<vtkStringArray> texts;
+  vtkDoubleArray* time = column(mark_table_, 0);
+  vtkDoubleArray* line = column(mark_table_, 1);
+  time->SetNumberOfTuples(0);
+  line->SetNumberOfTuples(0);
+  for (std::size_t i = 0; i < marks_.size(); ++i) {
+    const EditMark& mark = marks_[i];
+    // A drag is many edits: its beginning is marked.
+    if (i > 0 && marks_[i - 1].what == mark.what) continue;
+    for (const double place : {bottom_, top_, kNaN}) {
+      time->InsertNextValue(mark.time);
+      line->InsertNextValue(place);
+      texts->InsertNextValue(mark.what);
+    }
+  }
+  marks_plot_->SetIndexedLabels(texts);
+  marks_plot_->SetVisible(!marks_.empty());
+  vtkDoubleArray* cursor_time = column(cursor_table_, 0);
+  vtkDoubleArray* cursor_line = column(cursor_table_, 1);
+  cursor_time->SetNumberOfTuples(2);
+  cursor_line->SetNumberOfTuples(2);
+  for (vtkIdType i = 0; i < 2; ++i) {
+    cursor_time->SetValue(i, std::isfinite(cursor_) ? cursor_ : 0.0);
+    cursor_line->SetValue(i, i == 0 ? bottom_ : top_);
+  }
+  cursor_plot_->SetVisible(std::isfinite(cursor_));
+  for (vtkTable* table : {mark_table_.Get(), cursor_table_.Get()}) {
+    column(table, 0)->Modified();
+    column(table, 1)->Modified();
+    table->Modified();
+  }
+  marks_plot_->Modified();
+  cursor_plot_->Modified();
+}
+
+void LiveChart::refresh() {
+  if (!stale_ || !widget_->isValid() || !isVisible()) return;
+  stale_ = false;
+  fill();
+  scale();
+  view_->GetScene()->SetDirty(true);
+  window_->Render();
+}
+
+QWidget* LiveChart::canvas() const {
+  return widget_;
+}
+
+std::array<double, 4> LiveChart::axis_ranges() const {
+  vtkAxis* x = chart_->GetAxis(vtkAxis::BOTTOM);
+  vtkAxis* y = chart_->GetAxis(vtkAxis::LEFT);
+  return {x->GetMinimum(), x->GetMaximum(), y->GetMinimum(), y->GetMaximum()};
+}
+
+bool LiveChart::eventFilter(QObject* watched, QEvent* event) {
+  if (watched == widget_) {
+    // Zooming goes as far as there are numbers to tell apart.
+    const bool zooms = event->type() == QEvent::Wheel ||
+                       (event->type() == QEvent::MouseButtonPress &&
+                        static_cast<QMouseEvent*>(event)->button() == Qt::LeftButton);
+    const std::array<double, 4> ranges = axis_ranges();
+    if (zooms && !(is_drawable(ranges[0], ranges[1]) && is_drawable(ranges[2], ranges[3]))) {
+      return true;
+    }
+    // From the user's own zoom on the axes stay as they are; a click alone is none.
+    if (event->type() == QEvent::MouseButtonPress) pressed_ = true;
+    if (event->type() == QEvent::MouseButtonRelease) pressed_ = false;
+    const bool dragged = event->type() == QEvent::MouseMove && pressed_;
+    if (dragged || event->type() == QEvent::Wheel) following_ = false;
+    if (event->type() == QEvent::Resize || event->type() == QEvent::Show) {
+      view_->GetScene()->SetDirty(true);
+    }
+    if (event->type() == QEvent::KeyPress || event->type() == QEvent::KeyRelease) {
+      event->ignore();
+      return true;
+    }
+  }
+  return QWidget::eventFilter(watched, event);
+}
+
+void LiveChart::save() {
+  const QString path = QFileDialog::getSaveFileName(
+      this, tr("Save the chart or its data"), QStringLiteral("chart.csv"),
+      tr("Data of all charts (*.csv);;Picture (*.png);;Drawing (*.svg)"));
+  if (!path.isEmpty()) save_as(path);
+}
+
+void LiveChart::save_as(const QString& path) {
+  bool good = false;
+  if (path.endsWith(QLatin1String(".png"), Qt::CaseInsensitive)) {
+    refresh();
+    good = widget_->grabFramebuffer().save(path);
+  } else if (path.endsWith(QLatin1String(".svg"), Qt::CaseInsensitive)) {
+    vtkNew<vtkSVGExporter> exporter;
+    exporter->SetRenderWindow(window_);
+    exporter->SetFileName(path.toLocal8Bit().constData());
+    exporter->Write();
+    good = std::ifstream(path.toLocal8Bit().constData()).good();
+  } else {
+    try {
+      write_text_file(path.toLocal8Bit().toStdString(), history_text(rows_));
+      good = true;
+    } catch (const OutputError& error) {
+      emit told(QString::fromStdString(error.what()));
+      return;
+    }
+  }
+  emit told(good ? tr("%1 is written.").arg(path)
+                 : tr("%1 cannot be written. Choose another folder.").arg(path));
+}
+
+}  // namespace tetraction::viewer

@@ -1,0 +1,226 @@
+#include "control_panel.h"
+
+#include <QComboBox>
+#include <QFormLayout>
+#include <QGroupBox>
+#include <QHBoxLayout>
+#include <QLabel>
+#include <QPushButton>
+#include <QSpinBox>
+#include <QStyle>
+#include <QVBoxLayout>
+#include <cmath>
+#include <limits>
+
+#include "panel_layout.h"
+#include "viewer/gui/widgets/number_field.h"
+
+namespace tetraction::viewer {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+struct SolverChoice {
+  const char* text;
+  const char* kind;
+  LinearSolver linear;
+};
+constexpr SolverChoice kSolvers[] = {
+    {"Newton, chosen linear solver", "newton", LinearSolver::kAuto},
+    {"Newton, matrix-free gradients", "newton", LinearSolver::kMatrixFree},
+    {"Newton, conjugate gradients", "newton", LinearSolver::kCg},
+    {"Newton, kept factor", "newton", LinearSolver::kFactor},
+    {"Ceres", "ceres", LinearSolver::kAuto}};
+
+constexpr Integrator kIntegrators[] = {Integrator::kExplicit, Integrator::kVerlet,
+                                       Integrator::kMidpoint, Integrator::kBackwardEuler};
+
+QString short_number(double value) {
+  return QString::number(value, 'g', 4);
+}
+
+}  // namespace
+
+ControlPanel::ControlPanel(QWidget* parent) : QWidget(parent) {
+  auto* column = new QVBoxLayout(this);
+
+  auto* buttons = new QHBoxLayout;
+  const auto button = [&](const QString& text, QStyle::StandardPixmap icon, const QString& tip) {
+    auto* b = new QPushButton(style()->standardIcon(icon), text, this);
+    b->setToolTip(tip);
+    buttons->addWidget(b);
+    return b;
+  };
+  run_ = button(tr("Run"), QStyle::SP_MediaPlay, tr("Run or pause (Space)"));
+  run_->setObjectName(QStringLiteral("run"));
+  step_ = button(tr("Step"), QStyle::SP_MediaSkipForward, tr("One time step, then pause (S)"));
+  step_->setObjectName(QStringLiteral("step"));
+  restart_ =
+      button(tr("Restart"), QStyle::SP_MediaSkipBackward,
+             tr("Back to the scene's start; settings, fixes and forces stay as they are (R)"));
+  restart_->setObjectName(QStringLiteral("restart"));
+  column->addLayout(buttons);
+  connect(run_, &QPushButton::clicked, this, [this] { emit run_wanted(!running_); });
+  connect(step_, &QPushButton::clicked, this, &ControlPanel::step_wanted);
+  connect(restart_, &QPushButton::clicked, this, &ControlPanel::restart_wanted);
+
+  auto* now = add_group(column, tr("Now"));
+  time_ = new QLabel(this);
+  factor_ = new QLabel(this);
+  factor_->setToolTip(tr("Simulated seconds a second of wall clock"));
+  now->addRow(tr("Time"), time_);
+  now->addRow(tr("Real-time factor"), factor_);
+
+  auto* speed = add_group(column, tr("Speed"));
+  per_picture_ = new QSpinBox(this);
+  per_picture_->setObjectName(QStringLiteral("steps_per_picture"));
+  per_picture_->setRange(1, 100000);
+  per_picture_->setToolTip(tr("Time steps from one picture to the next, 1 to 100000"));
+  speed->addRow(tr("Steps a picture"), per_picture_);
+  connect(per_picture_, QOverload<int>::of(&QSpinBox::valueChanged), this,
+          &ControlPanel::steps_per_picture);
+  speed_ = new NumberField(tr("Largest real-time factor (0: as fast as it goes)"), QString(),
+                           {0.0, kInfinity}, this);
+  speed_->setObjectName(QStringLiteral("speed_limit"));
+  speed_->set_value(1.0);
+  speed->addRow(tr("At most × real time"), speed_);
+  connect(speed_, &NumberField::entered, this, &ControlPanel::speed_limited);
+  connect(speed_, &NumberField::refused, this, &ControlPanel::refused);
+
+  auto* time = add_group(column, tr("Time steps"));
+  integrator_ = new QComboBox(this);
+  integrator_->setObjectName(QStringLiteral("integrator"));
+  integrator_->setToolTip(
+      tr("Explicit rules need steps below the stability limit; implicit ones solve each step"));
+  for (const Integrator integrator : kIntegrators) {
+    integrator_->addItem(QString::fromStdString(to_string(integrator)));
+  }
+  time->addRow(tr("Integrator"), integrator_);
+  step_size_ = new NumberSlider(tr("Step size"), tr("s"), {0.0, kInfinity, false}, 1e-6, 1e-1,
+                                NumberSlider::Scale::kLogarithmic, this);
+  step_size_->setObjectName(QStringLiteral("step_size"));
+  time->addRow(tr("Step [s]"), step_size_);
+  limit_ = new QLabel(this);
+  limit_->setObjectName(QStringLiteral("limit"));
+  limit_->setToolTip(tr("Largest stable step of the explicit rules, 2/ω_max, estimated now"));
+  half_limit_ = new QPushButton(tr("Use half"), this);
+  half_limit_->setObjectName(QStringLiteral("use_half"));
+  half_limit_->setToolTip(tr("Sets the step to half the stability limit"));
+  auto* limit_row = new QHBoxLayout;
+  limit_row->addWidget(limit_, 1);
+  limit_row->addWidget(half_limit_);
+  time->addRow(tr("Stability limit"), limit_row);
+
+  auto* solver = add_group(column, tr("Solver of implicit steps"));
+  solver_ = new QComboBox(this);
+  solver_->setObjectName(QStringLiteral("solver"));
+  solver_->setSizeAdjustPolicy(QComboBox::AdjustToMinimumContentsLengthWithIcon);
+  for (const SolverChoice& choice : kSolvers) solver_->addItem(tr(choice.text));
+  solver_->setToolTip(tr("Minimiser of each implicit step, and its linear systems"));
+  solver->addRow(tr("Solver"), solver_);
+  tolerance_ = new NumberField(tr("Tolerance (force residual relative to the step's force scale)"),
+                               QString(), {0.0, 1.0, false, false}, this);
+  tolerance_->setObjectName(QStringLiteral("tolerance"));
+  solver->addRow(tr("Tolerance"), tolerance_);
+  iterations_ = new QSpinBox(this);
+  iterations_->setObjectName(QStringLiteral("max_iterations"));
+  iterations_->setRange(1, 100000);
+  iterations_->setToolTip(tr("Most iterations of one step, 1 to 100000"));
+  iterations_->setKeyboardTracking(false);
+  solver->addRow(tr("Most iterations"), iterations_);
+  column->addStretch(1);
+
+  connect(integrator_, QOverload<int>::of(&QComboBox::activated), this, [this](int i) {
+    settings_.time.integrator = kIntegrators[i];
+    time_edited(tr("Integrator %1").arg(integrator_->currentText()), false);
+  });
+  connect(step_size_, &NumberSlider::entered, this, [this](double h, bool goes_on) {
+    settings_.time.step = h;
+    time_edited(tr("Step %1 s").arg(short_number(h)), goes_on);
+  });
+  connect(half_limit_, &QPushButton::clicked, this, [this] {
+    if (!(stable_step_ > 0.0) || !std::isfinite(stable_step_)) return;
+    settings_.time.step = short_number(0.5 * stable_step_).toDouble();
+    time_edited(tr("Step %1 s").arg(short_number(settings_.time.step)), false);
+  });
+  connect(solver_, QOverload<int>::of(&QComboBox::activated), this, &ControlPanel::solver_edited);
+  connect(tolerance_, &NumberField::entered, this, &ControlPanel::solver_edited);
+  connect(iterations_, QOverload<int>::of(&QSpinBox::valueChanged), this,
+          &ControlPanel::solver_edited);
+  connect(step_size_, &NumberSlider::refused, this, &ControlPanel::refused);
+  connect(tolerance_, &NumberField::refused, this, &ControlPanel::refused);
+}
+
+void ControlPanel::time_edited(const QString& what, bool goes_on) {
+  settings_.time.automatic = false;
+  emit edited(SetTime{settings_.time}, what, goes_on);
+}
+
+void ControlPanel::solver_edited() {
+  const SolverChoice& choice = kSolvers[solver_->currentIndex()];
+  settings_.solver.kind = choice.kind;
+  settings_.solver.linear = choice.linear;
+  settings_.solver.tolerance = tolerance_->value();
+  settings_.solver.max_iterations = iterations_->value();
+  emit edited(SetSolver{settings_.solver},
+              tr("Solver %1, tolerance %2")
+                  .arg(solver_->currentText(), short_number(settings_.solver.tolerance)),
+              false);
+}
+
+void ControlPanel::show_settings(const Settings& settings) {
+  settings_ = settings;
+  for (int i = 0; i < integrator_->count(); ++i) {
+    if (kIntegrators[i] == settings.time.integrator) integrator_->setCurrentIndex(i);
+  }
+  step_size_->set_value(settings.time.step);
+  for (int i = 0; i < solver_->count(); ++i) {
+    if (settings.solver.kind == kSolvers[i].kind && settings.solver.linear == kSolvers[i].linear) {
+      solver_->setCurrentIndex(i);
+    }
+  }
+  tolerance_->set_value(settings.solver.tolerance);
+  if (!iterations_->hasFocus()) {
+    const QSignalBlocker quiet(iterations_);
+    iterations_->setValue(settings.solver.max_iterations);
+  }
+  const bool implicit = is_implicit(settings.time.integrator);
+  solver_->setEnabled(implicit);
+  tolerance_->setEnabled(implicit);
+  iterations_->setEnabled(implicit);
+  show_limit(stable_step_);
+}
+
+int ControlPanel::steps_a_picture() const {
+  return per_picture_->value();
+}
+
+double ControlPanel::speed_limit() const {
+  return speed_->value();
+}
+
+void ControlPanel::show_state(const Snapshot& snapshot) {
+  running_ = snapshot.running;
+  run_->setText(running_ ? tr("Pause") : tr("Run"));
+  run_->setIcon(style()->standardIcon(running_ ? QStyle::SP_MediaPause : QStyle::SP_MediaPlay));
+  time_->setText(tr("%1 s, step %2")
+                     .arg(QString::number(snapshot.time, 'f', 4))
+                     .arg(static_cast<qlonglong>(snapshot.step)));
+  factor_->setText(running_ ? QString::number(snapshot.real_time_factor, 'g', 3) : tr("paused"));
+  show_limit(snapshot.stable_step);
+}
+
+void ControlPanel::show_limit(double stable_step) {
+  stable_step_ = stable_step;
+  const bool known = stable_step > 0.0 && std::isfinite(stable_step);
+  const bool exceeded = known && settings_.time.step > stable_step;
+  const bool matters = !is_implicit(settings_.time.integrator);
+  QString text = known ? tr("%1 s").arg(short_number(stable_step)) : tr("none");
+  if (exceeded) text += matters ? tr(", exceeded") : tr(", not needed");
+  limit_->setText(text);
+  limit_->setStyleSheet(exceeded && matters ? QStringLiteral("color: #b00000; font-weight: bold;")
+                                            : QString());
+  half_limit_->setEnabled(known);
+}
+
+}  // namespace tetraction::viewer

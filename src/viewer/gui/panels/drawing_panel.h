@@ -1,0 +1,58 @@
+// The panel of what is drawn, and how.
+#pragma once
+
+#include <QWidget>
+#include <functional>
+#include <vector>
+
+#include "viewer/gui/body/drawing_settings.h"
+
+class QCheckBox;
+class QFormLayout;
+class QLayout;
+class QComboBox;
+class QPushButton;
+class QSettings;
+class QSlider;
+
+namespace tetraction::viewer {
+
+class NumberField;
+
+class DrawingPanel : public QWidget {
+  Q_OBJECT
+
+ public:
+  explicit DrawingPanel(QWidget* parent = nullptr);
+
+  const DrawingSettings& drawing() const { return drawing_; }
+  /// Shows the range that the colours have now.
+  void show_range(double low, double high);
+  /// Moves the light, degrees to the right and up.
+  void turn_light(double azimuth, double elevation);
+  void save(QSettings& settings) const;
+  void load(QSettings& settings);
+
+ signals:
+  void changed(const tetraction::viewer::DrawingSettings& drawing);
+  void refit_wanted();
+  void refused(const QString& message);
+
+ private:
+  QCheckBox* add_check(QLayout* layout, const QString& text, const char* name, const QString& tip,
+                       bool DrawingSettings::*flag);
+  QSlider* add_slider(QFormLayout* form, const QString& text, const char* name, const QString& tip,
+                      int low, int high, double factor, double DrawingSettings::*value);
+  void show_all();
+  void tell();
+
+  DrawingSettings drawing_;
+  std::vector<std::function<void()>> shows_;  // put the settings into the widgets
+  std::vector<std::pair<const char*, bool DrawingSettings::*>> flags_;
+  std::vector<std::pair<const char*, double DrawingSettings::*>> numbers_;
+  QComboBox *field_, *clip_axis_, *background_;
+  NumberField *low_, *high_;
+  QPushButton* refit_;
+};
+
+}  // namespace tetraction::viewer

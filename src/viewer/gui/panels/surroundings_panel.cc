@@ -1,0 +1,155 @@
+#include "surroundings_panel.h"
+
+#include <QComboBox>
+#include <QHBoxLayout>
+#include <limits>
+
+#include "panel_layout.h"
+#include "viewer/gui/widgets/number_field.h"
+
+namespace tetraction::viewer {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+QString short_number(double value) {
+  return QString::number(value, 'g', 4);
+}
+
+void set_row_visible(QFormLayout* form, QWidget* field, bool visible) {
+  field->setVisible(visible);
+  if (QWidget* label = form->labelForField(field)) label->setVisible(visible);
+}
+
+}  // namespace
+
+SurroundingsPanel::SurroundingsPanel(QWidget* parent) : QWidget(parent) {
+  auto* column = new QVBoxLayout(this);
+  auto* environment = add_group(column, tr("Environment"));
+  kind_ = new QComboBox(this);
+  kind_->setObjectName(QStringLiteral("environment"));
+  kind_->addItems({tr("None"), tr("Gravity"), tr("Attraction to the origin")});
+  kind_->setToolTip(tr("Force field around the body"));
+  environment->addRow(tr("Kind"), kind_);
+  gravity_ = new NumberSlider(tr("Gravity"), tr("m/s²"), {-kInfinity, kInfinity}, 0.0, 30.0,
+                              NumberSlider::Scale::kLinear, this);
+  gravity_->setObjectName(QStringLiteral("gravity"));
+  environment->addRow(tr("g [m/s²]"), gravity_);
+  auto* direction = new QWidget(this);
+  auto* row = new QHBoxLayout(direction);
+  row->setContentsMargins(0, 0, 0, 0);
+  for (int i = 0; i < 3; ++i) {
+    direction_[i] = new NumberField(tr("Direction of gravity, %1").arg(QChar('x' + i)), QString(),
+                                    {-1e6, 1e6}, this);
+    row->addWidget(direction_[i]);
+    connect(direction_[i], &NumberField::entered, this, [this] { environment_edited(false); });
+    connect(direction_[i], &NumberField::refused, this, &SurroundingsPanel::refused);
+  }
+  environment->addRow(tr("Direction"), direction);
+  attraction_ =
+      new NumberSlider(tr("Attraction k of the force −k q/|q|³ on every vertex"), tr("N m²"),
+                       {-kInfinity, kInfinity}, 0.0, 5.0, NumberSlider::Scale::kLinear, this);
+  attraction_->setObjectName(QStringLiteral("attraction"));
+  environment->addRow(tr("k [N m²]"), attraction_);
+  softening_ = new NumberField(tr("Softening ε, which bounds the force near the origin"), tr("m"),
+                               {0.0, kInfinity}, this);
+  environment->addRow(tr("Softening [m]"), softening_);
+
+  auto* damping = add_group(column, tr("Damping"));
+  drag_ = new NumberSlider(tr("Drag: force −k v on every vertex"), tr("kg/s"), {0.0, kInfinity},
+                           0.0, 1.0, NumberSlider::Scale::kLinear, this);
+  drag_->setObjectName(QStringLiteral("drag"));
+  damping->addRow(tr("Drag [kg/s]"), drag_);
+  mass_damping_ = new NumberSlider(tr("Mass damping: force −a m v on every vertex"), tr("1/s"),
+                                   {0.0, kInfinity}, 0.0, 10.0, NumberSlider::Scale::kLinear, this);
+  mass_damping_->setObjectName(QStringLiteral("mass_damping"));
+  damping->addRow(tr("Mass [1/s]"), mass_damping_);
+  viscosity_ =
+      new NumberSlider(tr("Viscosity of the material: damps deformation, not motion"), tr("Pa s"),
+                       {0.0, kInfinity}, 0.0, 5000.0, NumberSlider::Scale::kLinear, this);
+  viscosity_->setObjectName(QStringLiteral("viscosity"));
+  damping->addRow(tr("Viscosity [Pa s]"), viscosity_);
+  column->addStretch(1);
+
+  connect(kind_, QOverload<int>::of(&QComboBox::activated), this,
+          [this] { environment_edited(false); });
+  for (NumberSlider* slider : {gravity_, attraction_}) {
+    connect(slider, &NumberSlider::entered, this,
+            [this](double, bool goes_on) { environment_edited(goes_on); });
+  }
+  connect(softening_, &NumberField::entered, this, [this] { environment_edited(false); });
+  connect(softening_, &NumberField::refused, this, &SurroundingsPanel::refused);
+  connect(drag_, &NumberSlider::entered, this, [this](double value, bool goes_on) {
+    damping_edited(tr("Drag %1 kg/s").arg(short_number(value)), goes_on);
+  });
+  connect(mass_damping_, &NumberSlider::entered, this, [this](double value, bool goes_on) {
+    damping_edited(tr("Mass damping %1 1/s").arg(short_number(value)), goes_on);
+  });
+  connect(viscosity_, &NumberSlider::entered, this, [this](double value, bool goes_on) {
+    damping_edited(tr("Viscosity %1 Pa s").arg(short_number(value)), goes_on);
+  });
+  for (NumberSlider* slider : {gravity_, attraction_, drag_, mass_damping_, viscosity_}) {
+    connect(slider, &NumberSlider::refused, this, &SurroundingsPanel::refused);
+  }
+}
+
+void SurroundingsPanel::show_settings(const Settings& settings) {
+  damping_ = settings.damping;
+  drag_->set_value(damping_.drag);
+  mass_damping_->set_value(damping_.mass_damping);
+  viscosity_->set_value(damping_.viscosity);
+  environment_ = settings.environment;
+  show_environment();
+}
+
+void SurroundingsPanel::show_environment() {
+  const EnvironmentKind kind = environment_.kind;
+  if (kind == EnvironmentKind::kCustom) {
+    kind_->setEnabled(false);  // a program's own field has no name here
+    return;
+  }
+  kind_->setCurrentIndex(static_cast<int>(kind));
+  const bool gravity = kind == EnvironmentKind::kGravity;
+  const bool attraction = kind == EnvironmentKind::kAttraction;
+  auto* form = static_cast<QFormLayout*>(kind_->parentWidget()->layout());
+  set_row_visible(form, gravity_, gravity);
+  set_row_visible(form, direction_[0]->parentWidget(), gravity);
+  set_row_visible(form, attraction_, attraction);
+  set_row_visible(form, softening_, attraction);
+  if (gravity) gravity_->set_value(environment_.strength);
+  if (attraction) attraction_->set_value(environment_.strength);
+  softening_->set_value(environment_.softening);
+  for (int i = 0; i < 3; ++i) direction_[i]->set_value(environment_.direction[i]);
+}
+
+void SurroundingsPanel::damping_edited(const QString& what, bool goes_on) {
+  damping_ = {drag_->value(), mass_damping_->value(), viscosity_->value()};
+  emit edited(SetDamping{damping_}, what, goes_on);
+}
+
+void SurroundingsPanel::environment_edited(bool goes_on) {
+  const auto kind = static_cast<EnvironmentKind>(kind_->currentIndex());
+  EnvironmentSettings next;
+  next.kind = kind;
+  const bool same = kind == environment_.kind;
+  QString what = tr("No environment");
+  if (kind == EnvironmentKind::kGravity) {
+    if (same) next.strength = gravity_->value();
+    Vector3 direction(direction_[0]->value(), direction_[1]->value(), direction_[2]->value());
+    if (!(direction.norm() > 0.0)) {
+      emit refused(tr("Direction of gravity: at least one component must not be zero."));
+      show_environment();
+      return;
+    }
+    next.direction = direction.normalized();
+    what = tr("Gravity %1 m/s²").arg(short_number(next.strength));
+  } else if (kind == EnvironmentKind::kAttraction) {
+    // A start that neither flings nor freezes; the softening keeps it bounded at the origin.
+    next.strength = same ? attraction_->value() : 0.5;
+    next.softening = same ? softening_->value() : 0.3;
+    what = tr("Attraction %1 N m²").arg(short_number(next.strength));
+  }
+  emit edited(SetEnvironment{next}, what, goes_on);
+}
+
+}  // namespace tetraction::viewer

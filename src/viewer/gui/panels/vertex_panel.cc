@@ -1,0 +1,179 @@
+#include "vertex_panel.h"
+
+#include <QHBoxLayout>
+#include <QLabel>
+#include <QPushButton>
+#include <cmath>
+
+#include "panel_layout.h"
+#include "viewer/gui/widgets/number_field.h"
+
+namespace tetraction::viewer {
+namespace {
+
+Vector3 mean(const Vector& field, const std::vector<Index>& vertices) {
+  Vector3 sum = Vector3::Zero();
+  for (const Index v : vertices) sum += vertex_block(field, v);
+  return sum / static_cast<double>(vertices.size());
+}
+
+QString triple_text(const Vector3& x, const QString& unit) {
+  const auto n = [](double value) { return QString::number(value, 'g', 4); };
+  return QStringLiteral("(%1, %2, %3) %4").arg(n(x.x()), n(x.y()), n(x.z()), unit);
+}
+
+}  // namespace
+
+Vector3 VertexPanel::Triple::value() const {
+  return {field[0]->value(), field[1]->value(), field[2]->value()};
+}
+
+void VertexPanel::Triple::set_value(const Vector3& value) {
+  for (int i = 0; i < 3; ++i) field[i]->set_value(value[i]);
+}
+
+VertexPanel::Triple VertexPanel::add_triple(QFormLayout* form, const QString& label,
+                                            const QString& what, const QString& unit) {
+  Triple triple{};
+  auto* row = new QHBoxLayout;
+  row->setSpacing(4);
+  for (int i = 0; i < 3; ++i) {
+    triple.field[i] =
+        new NumberField(tr("%1, %2").arg(what).arg(QChar('x' + i)), unit, {-1e12, 1e12}, this);
+    row->addWidget(triple.field[i]);
+    editable_.push_back(triple.field[i]);
+    connect(triple.field[i], &NumberField::refused, this, &VertexPanel::refused);
+  }
+  form->addRow(new QLabel(label, this));
+  form->addRow(row);
+  return triple;
+}
+
+VertexPanel::VertexPanel(QWidget* parent) : QWidget(parent) {
+  auto* column = new QVBoxLayout(this);
+  auto* chosen = add_group(column, tr("Selection"));
+  which_ = new QLabel(this);
+  which_->setObjectName(QStringLiteral("which_vertices"));
+  which_->setWordWrap(true);
+  held_ = new QLabel(this);
+  chosen->addRow(which_);
+  chosen->addRow(tr("Held"), held_);
+  auto* buttons = new QHBoxLayout;
+  fix_ = new QPushButton(tr("Fix"), this);
+  fix_->setObjectName(QStringLiteral("fix"));
+  fix_->setToolTip(tr("Holds the selected vertices where they are (F)"));
+  unfix_ = new QPushButton(tr("Unfix"), this);
+  unfix_->setObjectName(QStringLiteral("unfix"));
+  unfix_->setToolTip(tr("Lets the selected vertices go (U)"));
+  buttons->addWidget(fix_);
+  buttons->addWidget(unfix_);
+  chosen->addRow(buttons);
+
+  auto* state = add_group(column, tr("State"));
+  position_ = add_triple(state, tr("Position [m]"), tr("Position"), tr("m"));
+  position_.field[0]->setObjectName(QStringLiteral("position_x"));
+  place_ = new QPushButton(tr("Fix at these coordinates"), this);
+  place_->setObjectName(QStringLiteral("place"));
+  place_->setToolTip(
+      tr("Holds the selection at these coordinates; several vertices keep their shape"));
+  state->addRow(place_);
+  momentum_ = add_triple(state, tr("Momentum of each [kg m/s]"), tr("Momentum"), tr("kg m/s"));
+  momentum_.field[0]->setObjectName(QStringLiteral("momentum_x"));
+  force_ = add_triple(state, tr("External force on each [N]"), tr("External force"), tr("N"));
+  force_.field[0]->setObjectName(QStringLiteral("force_x"));
+  speed_ = new QLabel(this);
+  speed_->setToolTip(tr("Mean velocity of the selected vertices, m/s"));
+  reaction_ = new QLabel(this);
+  reaction_->setObjectName(QStringLiteral("reaction"));
+  reaction_->setToolTip(tr("Sum of what holds the selected vertices did in the last step, N"));
+  state->addRow(new QLabel(tr("Velocity"), this));
+  state->addRow(speed_);
+  state->addRow(new QLabel(tr("Reaction, all together"), this));
+  state->addRow(reaction_);
+  auto* arrows = add_group(column, tr("Arrows pulled with the mouse"));
+  force_scale_ =
+      new NumberField(tr("Force of an arrow of 1 m"), tr("N/m"), {0.0, 1e15, false}, this);
+  momentum_scale_ =
+      new NumberField(tr("Momentum of an arrow of 1 m"), tr("kg/s"), {0.0, 1e15, false}, this);
+  arrows->addRow(tr("Force [N/m]"), force_scale_);
+  arrows->addRow(tr("Momentum [kg/s]"), momentum_scale_);
+  connect(force_scale_, &NumberField::refused, this, &VertexPanel::refused);
+  connect(momentum_scale_, &NumberField::refused, this, &VertexPanel::refused);
+  column->addStretch(1);
+  editable_.insert(editable_.end(), {fix_, unfix_, place_});
+
+  connect(fix_, &QPushButton::clicked, this, &VertexPanel::fix_wanted);
+  connect(unfix_, &QPushButton::clicked, this, &VertexPanel::unfix_wanted);
+  connect(place_, &QPushButton::clicked, this,
+          [this] { emit move_wanted(position_.value(), true); });
+  for (int i = 0; i < 3; ++i) {
+    connect(position_.field[i], &NumberField::entered, this,
+            [this] { emit move_wanted(position_.value(), false); });
+    connect(momentum_.field[i], &NumberField::entered, this,
+            [this] { emit momentum_wanted(momentum_.value()); });
+    connect(force_.field[i], &NumberField::entered, this,
+            [this] { emit force_wanted(force_.value()); });
+  }
+  set_selection({}, {});
+}
+
+double VertexPanel::force_per_length() const {
+  return force_scale_->value();
+}
+
+double VertexPanel::momentum_per_length() const {
+  return momentum_scale_->value();
+}
+
+void VertexPanel::suggest_arrows(const TetMesh& mesh, const MaterialModel& material,
+                                 double density) {
+  Vector3 low = mesh.vertices.front();
+  Vector3 high = low;
+  for (const Vector3& x : mesh.vertices) {
+    low = low.cwiseMin(x);
+    high = high.cwiseMax(x);
+  }
+  constexpr double kStrain = 0.1;          // of the elements at the vertex
+  constexpr double kSoundFraction = 0.05;  // of the wave speed: an impact that bends
+  const double volume = mesh.total_volume();
+  const double edge = std::cbrt(6.0 * volume / static_cast<double>(mesh.tetrahedron_count()));
+  const double arrow = 0.2 * (high - low).norm();
+  const LameParameters lame = initial_lame(material);
+  const double mass = density * volume / static_cast<double>(mesh.vertex_count());
+  const auto round = [](double x) { return QString::number(x, 'g', 1).toDouble(); };
+  force_scale_->set_value(round(kStrain * 3.0 * lame.mu * edge * edge / arrow));
+  momentum_scale_->set_value(round(kSoundFraction * mass * wave_speed(lame, density) / arrow));
+}
+
+void VertexPanel::set_selection(const std::vector<Index>& vertices, const TetMesh& mesh) {
+  selection_ = vertices;
+  for (QWidget* widget : editable_) widget->setEnabled(!vertices.empty());
+  if (vertices.empty()) {
+    which_->setText(
+        tr("Nothing is selected. Click a vertex of the body, or drag a band around "
+           "several with Shift held."));
+    for (QLabel* label : {held_, reaction_, speed_}) label->setText(QStringLiteral("–"));
+  } else if (vertices.size() == 1) {
+    which_->setText(tr("Vertex %1").arg(static_cast<qlonglong>(mesh.vertex_id(vertices[0]))));
+  } else {
+    which_->setText(tr("%1 vertices: means of them are shown").arg(vertices.size()));
+  }
+}
+
+void VertexPanel::show_state(const Snapshot& snapshot) {
+  if (selection_.empty()) return;
+  position_.set_value(mean(snapshot.position, selection_));
+  momentum_.set_value(mean(snapshot.momentum, selection_));
+  force_.set_value(mean(snapshot.external_force, selection_));
+  speed_->setText(triple_text(mean(snapshot.velocity, selection_), tr("m/s")));
+  reaction_->setText(triple_text(
+      mean(snapshot.reaction_force, selection_) * static_cast<double>(selection_.size()), tr("N")));
+  std::size_t held = 0;
+  for (const Index v : selection_) held += snapshot.fixed[static_cast<std::size_t>(v)];
+  held_->setText(held == 0                   ? tr("no")
+                 : held == selection_.size() ? tr("yes")
+                                             : tr("%1 of them").arg(held));
+  unfix_->setEnabled(held > 0);
+}
+
+}  // namespace tetraction::viewer

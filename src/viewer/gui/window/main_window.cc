@@ -1,0 +1,274 @@
+#include "main_window.h"
+
+#include <QAbstractButton>
+#include <QAbstractSlider>
+#include <QAction>
+#include <QApplication>
+#include <QCloseEvent>
+#include <QComboBox>
+#include <QDragEnterEvent>
+#include <QFileInfo>
+#include <QKeyEvent>
+#include <QLabel>
+#include <QMimeData>
+#include <QSpinBox>
+#include <QStatusBar>
+#include <QTimer>
+#include <QVBoxLayout>
+#include <algorithm>
+#include <chrono>
+
+#include "tetraction/core/error.h"
+#include "viewer/gui/body/body_view.h"
+#include "viewer/gui/chart/live_chart.h"
+#include "viewer/gui/panels/control_panel.h"
+#include "viewer/gui/panels/drawing_panel.h"
+#include "viewer/gui/panels/material_panel.h"
+#include "viewer/gui/panels/surroundings_panel.h"
+#include "viewer/gui/panels/vertex_panel.h"
+#include "viewer/gui/replay/replay_bar.h"
+
+namespace tetraction::viewer {
+namespace {
+
+constexpr int kPoll_ms = 4;
+constexpr qint64 kPicture_ms = 15;      // about 60 a second at most
+constexpr qint64 kSlowThings_ms = 150;  // charts, fields and menus: people read no faster
+
+QString text(const std::string& utf8) {
+  return QString::fromUtf8(utf8.c_str());
+}
+
+}  // namespace
+
+MainWindow::MainWindow()
+    : view_(new BodyView(this)),
+      messages_(new MessageStrip(this)),
+      replay_bar_(new ReplayBar(this)),
+      control_(new ControlPanel(this)),
+      material_(new MaterialPanel(this)),
+      surroundings_(new SurroundingsPanel(this)),
+      vertex_(new VertexPanel(this)),
+      drawing_(new DrawingPanel(this)),
+      chart_(new LiveChart(this)),
+      status_body_(new QLabel(this)),
+      status_rate_(new QLabel(this)) {
+  setAcceptDrops(true);
+  qApp->installEventFilter(this);
+  auto* center = new QWidget(this);
+  auto* column = new QVBoxLayout(center);
+  column->setContentsMargins(0, 0, 0, 0);
+  column->setSpacing(0);
+  column->addWidget(messages_);
+  column->addWidget(view_, 1);
+  column->addWidget(replay_bar_);
+  replay_bar_->hide();
+  setCentralWidget(center);
+  statusBar()->addWidget(status_body_, 1);
+  statusBar()->addPermanentWidget(status_rate_);
+  status_rate_->setToolTip(tr("Pictures drawn in a second"));
+
+  make_docks();
+  make_actions();
+  connect_panels();
+  connect_view();
+  restore_window();
+  set_drawing(drawing_->drawing());
+  update_title();
+
+  since_slow_.start();
+  since_picture_.start();
+  auto* timer = new QTimer(this);
+  timer->setTimerType(Qt::PreciseTimer);
+  connect(timer, &QTimer::timeout, this, &MainWindow::poll);
+  timer->start(kPoll_ms);
+}
+
+MainWindow::~MainWindow() {
+  hide();  // a field that loses the focus makes its edit while there is still something to edit
+}
+
+const TetMesh* MainWindow::mesh() const {
+  if (simulation_) return &simulation_->mesh();
+  return replay_ ? &replay_->mesh() : nullptr;
+}
+
+void MainWindow::select(std::vector<Index> vertices) {
+  std::sort(vertices.begin(), vertices.end());
+  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+  selection_ = std::move(vertices);
+  if (const TetMesh* body = mesh()) vertex_->set_selection(selection_, *body);
+  view_->set_selection(selection_);
+  if (const auto state = view_->state()) vertex_->show_state(*state);
+  update_actions();
+}
+
+void MainWindow::set_drawing(const DrawingSettings& drawing) {
+  const bool other_field = drawing.field != view_->drawing().field;
+  view_->set_drawing(drawing);
+  if (simulation_) simulation_->set_color_field(drawing.field);
+  if (replay_ && other_field) show_frame(static_cast<std::size_t>(replay_bar_->frame()));
+  if (drawing.automatic_range) drawing_->show_range(view_->color_low(), view_->color_high());
+}
+
+void MainWindow::show_frame(std::size_t frame) {
+  if (!replay_) return;
+  try {
+    show_news(replay_->frame(frame, view_->drawing().field));
+    chart_->set_cursor(replay_->times()[frame]);
+    chart_->refresh();
+  } catch (const Error& error) {
+    replay_bar_->play(false);
+    messages_->show_message(MessageStrip::Kind::kError, text(error.what()));
+  }
+}
+
+void MainWindow::poll() {
+  if (opening() && opening_.wait_for(std::chrono::seconds(0)) == std::future_status::ready) {
+    finish_opening();
+  }
+  // Asked for no earlier than it will be drawn: the solver makes the next one when this is taken.
+  if (simulation_ && since_picture_.elapsed() >= kPicture_ms) {
+    const auto snapshot = simulation_->snapshot();
+    if (snapshot->body != shown_body_) {  // reset: the same mesh, another history
+      shown_body_ = snapshot->body;
+      chart_->clear();
+      history_rows_ = 0;
+      messages_->hide();
+    }
+    if (snapshot->generation != shown_generation_) {
+      shown_generation_ = snapshot->generation;
+      since_picture_.restart();
+      show_news(snapshot);
+    }
+  }
+  if (since_slow_.elapsed() >= kSlowThings_ms) show_slow_things();
+}
+
+void MainWindow::show_news(const std::shared_ptr<const Snapshot>& snapshot) {
+  view_->show_state(snapshot);
+  view_->render();
+  show_failure(*snapshot);
+  if (!picture_folder_.isEmpty()) record_picture();
+}
+
+void MainWindow::show_failure(const Snapshot& snapshot) {
+  const bool failed =
+      snapshot.status == RunStatus::kUnstable || snapshot.status == RunStatus::kNotConverged;
+  if (failed == failed_ || !simulation_) return;
+  failed_ = failed;
+  go_back_->setEnabled(failed);
+  if (failed) {
+    // Whatever else is said meanwhile, this button stays.
+    messages_->set_way_out(tr("Back to the last good state"), [this] { go_back_->trigger(); });
+    messages_->show_message(MessageStrip::Kind::kError, text(snapshot.message));
+  } else {
+    messages_->set_way_out(QString(), {});
+    messages_->hide();
+    statusBar()->showMessage(tr("At the last good state, %1 s").arg(snapshot.time), 8000);
+  }
+}
+
+// What is set after a failure is meant for the last good state: there it can be changed.
+void MainWindow::leave_failure() {
+  if (failed_ && simulation_) simulation_->go_back();
+}
+
+// Everything that people read rather than watch.
+void MainWindow::show_slow_things() {
+  const auto elapsed = static_cast<double>(since_slow_.restart());
+  const std::uint64_t pictures = view_->picture_count();
+  if (pictures > pictures_before_ && elapsed > 0.0) {
+    status_rate_->setText(
+        tr("%1 pictures a second")
+            .arg(static_cast<double>(pictures - pictures_before_) * 1000.0 / elapsed, 0, 'f', 0));
+  }
+  pictures_before_ = pictures;
+  if (const auto state = view_->state()) {
+    control_->show_state(*state);
+    vertex_->show_state(*state);
+    if (drawing_->drawing().automatic_range) {
+      drawing_->show_range(view_->color_low(), view_->color_high());
+    }
+  }
+  check_pictures();
+  if (!simulation_) return;
+  if (!run_folder_.isEmpty() && !simulation_->observed()) tell_end_of_run_recording();
+
+  if (simulation_->history_generation() != shown_history_) {
+    shown_history_ = simulation_->history_generation();
+    history_rows_ = 0;
+    chart_->clear_rows();
+  }
+  const std::vector<HistoryRow> rows = simulation_->history(history_rows_);
+  history_rows_ += rows.size();
+  chart_->append(rows);
+  chart_->set_marks(simulation_->marks());
+  chart_->refresh();
+
+  const Settings settings = simulation_->settings();
+  control_->show_settings(settings);
+  material_->show_settings(settings);
+  surroundings_->show_settings(settings);
+  const bool attraction = settings.environment.kind == EnvironmentKind::kAttraction;
+  if (attraction != shown_attraction_) {
+    shown_attraction_ = attraction;
+    view_->set_attraction(attraction);
+    view_->render();  // while it is paused no other picture comes
+  }
+  for (const Notice& notice : simulation_->take_notices()) {
+    messages_->show_message(notice.kind == Notice::Kind::kRefused ? MessageStrip::Kind::kError
+                                                                  : MessageStrip::Kind::kWarning,
+                            text(notice.text));
+  }
+  update_actions();
+}
+
+void MainWindow::update_title() {
+  const QString name = path_.isEmpty() ? tr("First scene") : QFileInfo(path_).fileName();
+  setWindowTitle(mesh() == nullptr ? tr("Tetraction") : tr("%1 – Tetraction").arg(name));
+}
+
+// Keys that a widget with the focus understands are its own before they are shortcuts of menus.
+bool MainWindow::eventFilter(QObject* watched, QEvent* event) {
+  if (event->type() == QEvent::KeyPress && qobject_cast<QSpinBox*>(watched) != nullptr &&
+      static_cast<QKeyEvent*>(event)->key() == Qt::Key_Escape) {
+    view_->canvas()->setFocus(Qt::OtherFocusReason);
+    return true;
+  }
+  if (event->type() != QEvent::ShortcutOverride) return QMainWindow::eventFilter(watched, event);
+  const auto* key = static_cast<QKeyEvent*>(event);
+  if ((key->modifiers() & (Qt::ControlModifier | Qt::AltModifier)) != 0) return false;
+  const bool button = qobject_cast<QAbstractButton*>(watched) != nullptr;
+  const bool list = qobject_cast<QComboBox*>(watched) != nullptr;
+  const bool slider = qobject_cast<QAbstractSlider*>(watched) != nullptr;
+  const bool ends = key->key() == Qt::Key_Home || key->key() == Qt::Key_End;
+  if ((key->key() == Qt::Key_Space && (button || list)) || (ends && (list || slider))) {
+    event->accept();
+    return true;
+  }
+  return false;
+}
+
+void MainWindow::closeEvent(QCloseEvent* event) {
+  stop_recording();  // a run's history belongs to its frames
+  save_window();
+  opening_ = {};  // waits for what is being read
+  edits_.reset();
+  simulation_.reset();  // waits for the step in progress
+  QMainWindow::closeEvent(event);
+}
+
+void MainWindow::dragEnterEvent(QDragEnterEvent* event) {
+  if (event->mimeData()->hasUrls()) event->acceptProposedAction();
+}
+
+void MainWindow::dropEvent(QDropEvent* event) {
+  const QList<QUrl> urls = event->mimeData()->urls();
+  if (!urls.isEmpty() && urls.front().isLocalFile()) {
+    event->acceptProposedAction();
+    open(urls.front().toLocalFile());
+  }
+}
+
+}  // namespace tetraction::viewer

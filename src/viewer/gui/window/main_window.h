@@ -1,0 +1,177 @@
+// The window: what a person sees and does, turned into calls of the simulation and back.
+#pragma once
+
+#include <QElapsedTimer>
+#include <QMainWindow>
+#include <exception>
+#include <functional>
+#include <future>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "message_strip.h"
+#include "opened_file.h"
+#include "viewer/gui/body/drawing_settings.h"
+#include "viewer/gui/panels/vertex_edits.h"
+#include "viewer/simulation.h"
+
+class QLabel;
+
+namespace tetraction::viewer {
+
+class BodyView;
+class ControlPanel;
+class DrawingPanel;
+class LiveChart;
+class MaterialPanel;
+struct PictureQueue;
+class ReplayBar;
+class SurroundingsPanel;
+class VertexPanel;
+enum class Tool;
+
+class MainWindow : public QMainWindow {
+  Q_OBJECT
+
+ public:
+  MainWindow();
+  ~MainWindow() override;
+
+  /// A scene, a mesh (whose coordinates `scale` multiplies), or the directory of a run, by what is
+  /// there. Reads it in another thread: the
+  /// window goes on meanwhile. What cannot be opened is told in the message strip; the window then
+  /// stays as it is.
+  void open(const QString& path, std::optional<double> scale = {});
+  /// What the window was made for, while it is read: could_not_open() tells when that fails.
+  void open_from_start(const QString& path, std::future<Opened> reading);
+  /// Whether something is still being read.
+  bool opening() const { return opening_.valid(); }
+  /// A scene to play with. Throws InputError.
+  void show_document(Document document);
+
+  /// Null while a run is replayed or nothing is open.
+  Simulation* simulation() { return simulation_.get(); }
+  const Replay* replay() const { return replay_.get(); }
+  BodyView* body_view() { return view_; }
+  LiveChart* chart() { return chart_; }
+  MessageStrip* messages() { return messages_; }
+  const std::vector<Index>& selection() const { return selection_; }
+  void select(std::vector<Index> vertices);
+  /// All edits so far as the events of a scene.
+  void save_scene(const QString& path);
+  /// From now on every picture that is drawn, as a PNG. The folder is made if it is not there, and
+  /// must hold no such pictures.
+  void record_pictures(const QString& folder);
+  /// From now on everything that `tetraction run` would write, with a frame every so many steps.
+  void record_run(const QString& folder, int frame_every);
+  /// Ends either recording.
+  void stop_recording();
+  /// Looks for news of the simulation and shows them: what the timer does.
+  void poll();
+
+ signals:
+  void could_not_open(const std::exception_ptr& problem);
+
+ protected:
+  bool eventFilter(QObject* watched, QEvent* event) override;
+  void closeEvent(QCloseEvent* event) override;
+  void dragEnterEvent(QDragEnterEvent* event) override;
+  void dropEvent(QDropEvent* event) override;
+
+ private:
+  // window_parts.cc
+  void make_docks();
+  void connect_panels();
+  void connect_view();
+
+  // window_opening.cc
+  void finish_opening();
+  void show_simulation(std::unique_ptr<Simulation> simulation,
+                       std::shared_ptr<const BodyShape> shape);
+  void show_replay(std::unique_ptr<Replay> replay, std::shared_ptr<const BodyShape> shape);
+  void begin_body(const TetMesh& mesh, std::shared_ptr<const BodyShape> shape);
+  void tell_of_bare_mesh();
+  void ask_scale();
+  bool may_forget_edits();
+  void reload();
+
+  // main_window.cc
+  void show_frame(std::size_t frame);
+  void show_news(const std::shared_ptr<const Snapshot>& snapshot);
+  void show_slow_things();
+  void show_failure(const Snapshot& snapshot);
+  void leave_failure();
+  void set_drawing(const DrawingSettings& drawing);
+  void update_title();
+  const TetMesh* mesh() const;
+
+  // window_actions.cc
+  void make_actions();
+  void make_file_menu();
+  void make_edit_menu();
+  void make_simulation_menu();
+  void make_view_menu();
+  void make_help_menu();
+  void make_tools();
+  void update_actions();
+  void update_recent_files();
+  void remember_file(const QString& path);
+  void show_keys();
+  void restore_window();
+  void save_window() const;
+
+  // window_recording.cc
+  void ask_save_scene();
+  void ask_save_screenshot();
+  void ask_record_pictures(bool on);
+  void ask_record_run(bool on);
+  void stop_pictures();
+  void check_pictures();
+  void tell_end_of_run_recording();
+  void show_recording();
+  void record_picture();
+  void tell_error(const QString& message);
+
+  std::unique_ptr<Simulation> simulation_;
+  std::unique_ptr<VertexEdits> edits_;
+  std::unique_ptr<Replay> replay_;
+  QString path_;
+  std::optional<double> mesh_scale_;  // of a mesh without a scene
+  QString opening_path_;
+  std::future<Opened> opening_;  // valid while something is read
+  bool needs_file_ = false;      // without what is read there is nothing to show
+  std::vector<Index> selection_;
+
+  // What was shown last.
+  std::uint64_t shown_generation_ = 0;
+  std::uint64_t shown_body_ = 0;
+  std::size_t shown_history_ = 0;
+  std::size_t history_rows_ = 0;
+  bool failed_ = false;
+  bool shown_attraction_ = false;
+  QElapsedTimer since_slow_, since_picture_;
+  std::uint64_t pictures_before_ = 0;
+  QString picture_folder_;  // empty: pictures are not recorded
+  std::size_t pictures_recorded_ = 0;
+  std::shared_ptr<PictureQueue> picture_queue_;
+  QString run_folder_;  // empty: the run is not recorded
+
+  BodyView* view_;
+  MessageStrip* messages_;
+  ReplayBar* replay_bar_;
+  ControlPanel* control_;
+  MaterialPanel* material_;
+  SurroundingsPanel* surroundings_;
+  VertexPanel* vertex_;
+  DrawingPanel* drawing_;
+  LiveChart* chart_;
+  QLabel *status_body_, *status_rate_;
+
+  QMenu *view_menu_, *recent_;
+  QAction *undo_, *redo_, *fix_, *unfix_, *run_, *step_, *restart_, *reload_, *go_back_, *scale_,
+      *save_scene_, *record_pictures_, *record_run_;
+  std::vector<QAction*> live_only_;  // need a simulation
+};
+
+}  // namespace tetraction::viewer

@@ -1,0 +1,317 @@
+// Menus, shortcuts, tools, and what is remembered from one day to the next.
+#include <QAction>
+#include <QActionGroup>
+#include <QApplication>
+#include <QDockWidget>
+#include <QFileDialog>
+#include <QFileInfo>
+#include <QMenu>
+#include <QMenuBar>
+#include <QMessageBox>
+#include <QSettings>
+#include <QStatusBar>
+#include <QStyle>
+#include <QToolBar>
+#include <algorithm>
+
+#include "main_window.h"
+#include "viewer/gui/body/body_view.h"
+#include "viewer/gui/panels/control_panel.h"
+#include "viewer/gui/panels/drawing_panel.h"
+#include "viewer/gui/panels/material_panel.h"
+#include "viewer/gui/panels/surroundings_panel.h"
+#include "viewer/gui/replay/replay_bar.h"
+
+namespace tetraction::viewer {
+namespace {
+
+constexpr int kRecentFiles = 8;
+constexpr int kPanelWidth = 345;   // pixels of the panels …
+constexpr int kChartHeight = 240;  // … and the charts in a new window
+
+}  // namespace
+
+void MainWindow::make_actions() {
+  make_file_menu();
+  make_edit_menu();
+  make_simulation_menu();
+  make_view_menu();
+  make_help_menu();
+  make_tools();
+  update_recent_files();
+  update_actions();
+}
+
+void MainWindow::make_file_menu() {
+  QMenu* file = menuBar()->addMenu(tr("&File"));
+  const auto ask = [this](const QString& title, const QString& filter) {
+    const QString path = QFileDialog::getOpenFileName(this, title, QFileInfo(path_).path(), filter);
+    if (!path.isEmpty()) open(path);
+  };
+  file->addAction(
+      tr("&Open scene…"), this, [ask] { ask(tr("Open a scene"), tr("Scenes (*.toml)")); },
+      QKeySequence::Open);
+  file->addAction(
+      tr("Open &mesh…"), this,
+      [ask] {
+        ask(tr("Open a mesh, with a default material"),
+            tr("Meshes (*.vtu *.vtk *.msh *.node *.ele *.veg)"));
+      },
+      QKeySequence(tr("Ctrl+M")));
+  file->addAction(
+      tr("Open &run…"), this,
+      [this] {
+        const QString path = QFileDialog::getExistingDirectory(
+            this, tr("Open the output directory of a run"), QFileInfo(path_).path());
+        if (!path.isEmpty()) open(path);
+      },
+      QKeySequence(tr("Ctrl+Shift+O")));
+  recent_ = file->addMenu(tr("Re&cent"));
+  scale_ = file->addAction(tr("Scale of the mes&h…"), this, &MainWindow::ask_scale);
+  scale_->setStatusTip(tr("Reads a mesh without a scene again, in another unit"));
+  file->addSeparator();
+  save_scene_ = file->addAction(tr("&Save recorded scene as…"), this, &MainWindow::ask_save_scene,
+                                QKeySequence::Save);
+  save_scene_->setStatusTip(
+      tr("The scene with all edits so far as events, which tetraction run replays"));
+  live_only_.push_back(save_scene_);
+  file->addAction(tr("Save s&creenshot…"), this, &MainWindow::ask_save_screenshot,
+                  QKeySequence(tr("Ctrl+P")));
+  record_pictures_ = file->addAction(tr("Record &pictures (PNG)…"));
+  record_pictures_->setCheckable(true);
+  connect(record_pictures_, &QAction::toggled, this, &MainWindow::ask_record_pictures);
+  record_run_ = file->addAction(tr("Record &run (VTU, PVD, CSV)…"));
+  record_run_->setCheckable(true);
+  live_only_.push_back(record_run_);
+  connect(record_run_, &QAction::toggled, this, &MainWindow::ask_record_run);
+  file->addSeparator();
+  file->addAction(tr("&Quit"), this, &QWidget::close, QKeySequence::Quit);
+}
+
+void MainWindow::make_edit_menu() {
+  QMenu* edit = menuBar()->addMenu(tr("&Edit"));
+  undo_ = edit->addAction(
+      tr("Undo"), this,
+      [this] {
+        leave_failure();
+        simulation_->undo();
+      },
+      QKeySequence::Undo);
+  redo_ = edit->addAction(
+      tr("Redo"), this,
+      [this] {
+        leave_failure();
+        simulation_->redo();
+      },
+      QKeySequence::Redo);
+  edit->addSeparator();
+  edit->addAction(
+      tr("Select &all"), this,
+      [this] {
+        if (mesh() == nullptr) return;
+        std::vector<Index> all(static_cast<std::size_t>(mesh()->vertex_count()));
+        for (std::size_t v = 0; v < all.size(); ++v) all[v] = static_cast<Index>(v);
+        select(std::move(all));
+      },
+      QKeySequence::SelectAll);
+  edit->addAction(
+      tr("Select &none"), this, [this] { select({}); }, QKeySequence(tr("Ctrl+Shift+A")));
+  edit->addSeparator();
+  fix_ = edit->addAction(
+      tr("&Fix selection"), this,
+      [this] {
+        leave_failure();
+        edits_->fix(selection_);
+      },
+      QKeySequence(tr("F")));
+  unfix_ = edit->addAction(
+      tr("&Unfix selection"), this,
+      [this] {
+        leave_failure();
+        edits_->unfix(selection_);
+      },
+      QKeySequence(tr("U")));
+}
+
+void MainWindow::make_simulation_menu() {
+  QMenu* menu = menuBar()->addMenu(tr("&Simulation"));
+  run_ = menu->addAction(
+      tr("&Run or pause"), this,
+      [this] {
+        if (replay_) replay_bar_->play(!replay_bar_->playing());
+        if (!simulation_) return;
+        if (simulation_->snapshot()->running) {
+          simulation_->pause();
+        } else {
+          simulation_->run();
+        }
+      },
+      QKeySequence(Qt::Key_Space));
+  step_ = menu->addAction(
+      tr("&Step"), this,
+      [this] {
+        if (simulation_) simulation_->step();
+        if (replay_) replay_bar_->forward();
+      },
+      QKeySequence(tr("S")));
+  go_back_ = menu->addAction(
+      tr("&Back to the last good state"), this,
+      [this] {
+        if (simulation_) simulation_->go_back();
+      },
+      QKeySequence(tr("B")));
+  go_back_->setEnabled(false);
+  menu->addSeparator();
+  restart_ = menu->addAction(
+      tr("R&estart"), this,
+      [this] {
+        if (simulation_) simulation_->restart();
+        if (replay_) replay_bar_->set_frame(0);
+      },
+      QKeySequence(tr("R")));
+  restart_->setToolTip(
+      tr("Back to the scene's start; settings, fixes and forces stay as they are (R)"));
+  reload_ = menu->addAction(tr("Re&load…"), this, &MainWindow::reload, QKeySequence(tr("Ctrl+R")));
+  reload_->setStatusTip(tr("Reads the file again; edits made by hand are forgotten"));
+}
+
+void MainWindow::make_view_menu() {
+  view_menu_ = menuBar()->addMenu(tr("&View"));
+  const auto look = [this](const QString& name, const QString& key, int axis) {
+    view_menu_->addAction(
+        name, this, [this, axis] { view_->reset_camera(axis); }, QKeySequence(key));
+  };
+  look(tr("Whole &body"), tr("Home"), -1);
+  look(tr("Along &x"), tr("X"), 0);
+  look(tr("Along &y"), tr("Y"), 1);
+  look(tr("Along &z"), tr("Z"), 2);
+  view_menu_->addSeparator();
+  for (QDockWidget* dock : findChildren<QDockWidget*>()) {
+    view_menu_->addAction(dock->toggleViewAction());
+  }
+}
+
+void MainWindow::make_help_menu() {
+  QMenu* help = menuBar()->addMenu(tr("&Help"));
+  help->addAction(tr("&Keys and mouse"), this, &MainWindow::show_keys, QKeySequence(Qt::Key_F1));
+}
+
+void MainWindow::make_tools() {
+  auto* bar = addToolBar(tr("Tools"));
+  bar->setObjectName(QStringLiteral("tools"));
+  bar->setMovable(false);
+  bar->setToolButtonStyle(Qt::ToolButtonTextOnly);
+  bar->addAction(run_);
+  bar->addAction(step_);
+  bar->addAction(restart_);
+  bar->addSeparator();
+  auto* group = new QActionGroup(this);
+  const auto add = [&](const QString& name, const QString& key, const QString& tip, Tool tool) {
+    QAction* action = bar->addAction(name);
+    action->setObjectName(QStringLiteral("tool_%1").arg(key));
+    action->setCheckable(true);
+    action->setShortcut(QKeySequence(key));
+    action->setToolTip(tr("%1 (%2)").arg(tip, key));
+    group->addAction(action);
+    connect(action, &QAction::triggered, this, [this, tool] { view_->set_tool(tool); });
+    return action;
+  };
+  QAction* look =
+      add(tr("Look"), QStringLiteral("1"),
+          tr("Drag turns the body, middle button moves it, wheel zooms; click picks"), Tool::kLook);
+  add(tr("Select"), QStringLiteral("2"),
+      tr("Drag a band around vertices, also those inside and behind; Ctrl or Shift adds to the "
+         "selection"),
+      Tool::kSelect);
+  live_only_.push_back(
+      add(tr("Drag"), QStringLiteral("3"),
+          tr("Drag vertices with the mouse; they are held while the button is down"), Tool::kMove));
+  live_only_.push_back(add(tr("Force"), QStringLiteral("4"),
+                           tr("Pull a force arrow from a vertex; it acts until changed"),
+                           Tool::kForce));
+  live_only_.push_back(add(tr("Momentum"), QStringLiteral("5"),
+                           tr("Pull a momentum arrow from a vertex: a kick"), Tool::kMomentum));
+  look->setChecked(true);
+  view_->set_tool(Tool::kLook);
+}
+
+void MainWindow::update_actions() {
+  const bool live = simulation_ != nullptr;
+  for (QAction* action : live_only_) action->setEnabled(live);
+  const QString undo = live ? QString::fromStdString(simulation_->undo_text()) : QString();
+  const QString redo = live ? QString::fromStdString(simulation_->redo_text()) : QString();
+  undo_->setEnabled(!undo.isEmpty());
+  undo_->setText(undo.isEmpty() ? tr("&Undo") : tr("&Undo “%1”").arg(undo));
+  redo_->setEnabled(!redo.isEmpty());
+  redo_->setText(redo.isEmpty() ? tr("&Redo") : tr("&Redo “%1”").arg(redo));
+  scale_->setEnabled(mesh_scale_.has_value());
+  fix_->setEnabled(live && !selection_.empty());
+  unfix_->setEnabled(live && !selection_.empty());
+  for (QAction* action : {run_, step_, restart_, reload_}) action->setEnabled(live || replay_);
+  control_->setEnabled(live);
+  material_->setEnabled(live);
+  surroundings_->setEnabled(live);
+}
+
+void MainWindow::update_recent_files() {
+  recent_->clear();
+  const QStringList files = QSettings().value(QStringLiteral("recent")).toStringList();
+  for (const QString& file : files) {
+    QString text = file;
+    text.replace(QLatin1Char('&'), QLatin1String("&&"));  // one alone would underline a letter
+    recent_->addAction(text, this, [this, file] { open(file); });
+  }
+  recent_->setEnabled(!files.isEmpty());
+}
+
+void MainWindow::remember_file(const QString& path) {
+  QSettings settings;
+  QStringList files = settings.value(QStringLiteral("recent")).toStringList();
+  files.removeAll(path);
+  files.prepend(path);
+  while (files.size() > kRecentFiles) files.removeLast();
+  settings.setValue(QStringLiteral("recent"), files);
+  update_recent_files();
+}
+
+void MainWindow::show_keys() {
+  QMessageBox::information(
+      this, tr("Keys and mouse"),
+      tr("<table cellpadding=3>"
+         "<tr><td><b>Space</b></td><td>run or pause</td></tr>"
+         "<tr><td><b>S</b></td><td>one step</td></tr>"
+         "<tr><td><b>R</b></td><td>restart: back to the scene's start, with the settings of "
+         "now</td></tr>"
+         "<tr><td><b>Ctrl+R</b></td><td>reload the scene; edits are forgotten</td></tr>"
+         "<tr><td><b>B</b></td><td>after a failure: back to the last good state</td></tr>"
+         "<tr><td><b>F, U</b></td><td>fix, unfix the selection</td></tr>"
+         "<tr><td><b>Ctrl+Z, Ctrl+Shift+Z</b></td><td>undo, redo</td></tr>"
+         "<tr><td><b>Ctrl+A, Ctrl+Shift+A</b></td><td>select all, none</td></tr>"
+         "<tr><td><b>1 … 5</b></td><td>tools: look, select, drag, force, momentum</td></tr>"
+         "<tr><td><b>Home, X, Y, Z</b></td><td>whole body, along an axis</td></tr>"
+         "<tr><td><b>Click</b></td><td>pick a vertex; with Ctrl or Shift: add it</td></tr>"
+         "<tr><td><b>Shift and drag</b></td><td>rubber band, with every tool</td></tr>"
+         "<tr><td><b>Middle button, wheel</b></td><td>move, zoom</td></tr>"
+         "<tr><td><b>Ctrl and right button</b></td><td>move the light</td></tr>"
+         "</table>"));
+}
+
+void MainWindow::restore_window() {
+  QSettings settings;
+  resize(1280, 800);
+  resizeDocks({findChild<QDockWidget*>(QStringLiteral("dock_run"))}, {kPanelWidth}, Qt::Horizontal);
+  resizeDocks({findChild<QDockWidget*>(QStringLiteral("dock_charts"))}, {kChartHeight},
+              Qt::Vertical);
+  restoreGeometry(settings.value(QStringLiteral("geometry")).toByteArray());
+  restoreState(settings.value(QStringLiteral("docks")).toByteArray());
+  drawing_->load(settings);
+}
+
+void MainWindow::save_window() const {
+  QSettings settings;
+  settings.setValue(QStringLiteral("geometry"), saveGeometry());
+  settings.setValue(QStringLiteral("docks"), saveState());
+  drawing_->save(settings);
+}
+
+}  // namespace tetraction::viewer

@@ -1,0 +1,199 @@
+// What is opened, and what the window shows of it first.
+#include <QAction>
+#include <QFileInfo>
+#include <QInputDialog>
+#include <QLabel>
+#include <QMessageBox>
+#include <QPushButton>
+#include <QStatusBar>
+#include <cmath>
+#include <future>
+#include <utility>
+
+#include "main_window.h"
+#include "opened_file.h"
+#include "viewer/gui/body/body_view.h"
+#include "viewer/gui/chart/live_chart.h"
+#include "viewer/gui/panels/control_panel.h"
+#include "viewer/gui/panels/drawing_panel.h"
+#include "viewer/gui/panels/vertex_panel.h"
+#include "viewer/gui/replay/replay_bar.h"
+
+namespace tetraction::viewer {
+namespace {
+
+// "1.2 × 0.3 × 0.3 m": a mesh in millimetres is noticed.
+QString size_text(const TetMesh& mesh) {
+  Vector3 low = mesh.vertices.front();
+  Vector3 high = low;
+  for (const Vector3& x : mesh.vertices) {
+    low = low.cwiseMin(x);
+    high = high.cwiseMax(x);
+  }
+  const auto n = [&](int axis) { return QString::number(high[axis] - low[axis], 'g', 4); };
+  return QObject::tr("%1 × %2 × %3 m").arg(n(0), n(1), n(2));
+}
+
+}  // namespace
+
+void MainWindow::open(const QString& path, std::optional<double> scale) {
+  if (opening()) {
+    messages_->show_message(MessageStrip::Kind::kWarning,
+                            tr("%1 is still being read.").arg(opening_path_));
+    return;
+  }
+  opening_path_ = path;
+  opening_ = std::async(std::launch::async, open_file, path.toLocal8Bit().toStdString(), scale);
+  statusBar()->showMessage(tr("Reading %1…").arg(path));
+}
+
+void MainWindow::open_from_start(const QString& path, std::future<Opened> reading) {
+  opening_path_ = path;
+  opening_ = std::move(reading);
+  needs_file_ = true;
+  statusBar()->showMessage(tr("Reading %1…").arg(path));
+}
+
+void MainWindow::finish_opening() {
+  const QString path = opening_path_;
+  const bool needed = std::exchange(needs_file_, false);
+  statusBar()->clearMessage();
+  try {
+    Opened opened = opening_.get();
+    const std::optional<double> mesh_scale = opened.mesh_scale;
+    if (opened.replay) {
+      show_replay(std::move(opened.replay), std::move(opened.shape));
+    } else {
+      show_simulation(std::move(opened.simulation), std::move(opened.shape));
+    }
+    path_ = path;
+    mesh_scale_ = mesh_scale;
+    if (mesh_scale) tell_of_bare_mesh();
+    remember_file(QFileInfo(path).absoluteFilePath());
+    update_title();
+  } catch (const std::exception& error) {
+    tell_error(QString::fromUtf8(error.what()));
+    if (needed) emit could_not_open(std::current_exception());
+  }
+  update_actions();
+}
+
+// A mesh says nothing of what it is made of, what holds it and what unit it is in.
+void MainWindow::tell_of_bare_mesh() {
+  QString text = tr("%1 is %2 large").arg(QFileInfo(path_).fileName(), size_text(*mesh()));
+  if (*mesh_scale_ != 1.0) text += tr(", scaled by %1").arg(*mesh_scale_);
+  text +=
+      tr(". It is of rubber (1 MPa), free and without gravity: to hold it, select vertices and "
+         "press F; Material and World have the rest. If its unit is not the metre, scale it.");
+  messages_->show_message(MessageStrip::Kind::kNote, text, tr("Scale…"), [this] { ask_scale(); });
+}
+
+void MainWindow::ask_scale() {
+  const QStringList usual{tr("0.001 (millimetres)"), tr("0.01 (centimetres)"),
+                          tr("0.0254 (inches)"), tr("1 (metres)")};
+  bool accepted = false;
+  const QString answer =
+      QInputDialog::getItem(this, tr("Scale of the mesh"),
+                            tr("Number that turns the coordinates of %1 into metres; the mesh is "
+                               "read again, at rest:")
+                                .arg(QFileInfo(path_).fileName()),
+                            usual, 0, true, &accepted);
+  if (!accepted) return;
+  bool is_number = false;
+  QString number = answer.section(QLatin1Char('('), 0, 0).trimmed();
+  const double scale = number.replace(QLatin1Char(','), QLatin1Char('.')).toDouble(&is_number);
+  if (!is_number || !std::isfinite(scale) || !(scale > 0.0)) {
+    messages_->show_message(MessageStrip::Kind::kWarning,
+                            tr("Scale: “%1” is not possible; allowed: above 0.").arg(answer),
+                            tr("Scale…"), [this] { ask_scale(); });
+    return;
+  }
+  if (may_forget_edits()) open(path_, scale);
+}
+
+// Asks where there is something to lose.
+bool MainWindow::may_forget_edits() {
+  if (!simulation_ || simulation_->undo_text().empty()) return true;
+  QMessageBox box(QMessageBox::Question, tr("Forget the edits?"),
+                  tr("Edits made by hand, the last of them “%1”, are forgotten. To keep them, save "
+                     "the recorded scene first.")
+                      .arg(QString::fromStdString(simulation_->undo_text())),
+                  QMessageBox::Cancel, this);
+  QPushButton* forget = box.addButton(tr("Forget them"), QMessageBox::DestructiveRole);
+  box.exec();
+  return box.clickedButton() == forget;
+}
+
+void MainWindow::reload() {
+  if (!may_forget_edits()) return;
+  if (!path_.isEmpty()) {
+    open(path_, mesh_scale_);
+  } else if (simulation_) {
+    edits_->release();  // what the mouse holds is not there any more afterwards
+    simulation_->reset();
+  }
+}
+
+void MainWindow::show_replay(std::unique_ptr<Replay> replay,
+                             std::shared_ptr<const BodyShape> shape) {
+  edits_.reset();
+  simulation_.reset();
+  mesh_scale_.reset();
+  replay_ = std::move(replay);
+  begin_body(replay_->mesh(), std::move(shape));
+  replay_bar_->set_times(replay_->times());
+  replay_bar_->show();
+  chart_->append(replay_->history());
+  show_frame(0);
+}
+
+void MainWindow::show_document(Document document) {
+  Opened opened = set_up(std::move(document));
+  show_simulation(std::move(opened.simulation), std::move(opened.shape));
+}
+
+void MainWindow::show_simulation(std::unique_ptr<Simulation> simulation,
+                                 std::shared_ptr<const BodyShape> shape) {
+  edits_.reset();
+  replay_.reset();
+  simulation_ = std::move(simulation);
+  edits_ = std::make_unique<VertexEdits>(*simulation_);
+  path_.clear();
+  mesh_scale_.reset();
+  replay_bar_->play(false);
+  replay_bar_->hide();
+  const Scene& scene = simulation_->scene();
+  vertex_->suggest_arrows(simulation_->mesh(), make_material(scene.material),
+                          scene.material.density);
+  simulation_->set_color_field(drawing_->drawing().field);
+  simulation_->set_steps_per_snapshot(control_->steps_a_picture());
+  simulation_->set_speed_limit(control_->speed_limit());
+  begin_body(simulation_->mesh(), std::move(shape));
+  shown_body_ = simulation_->snapshot()->body;
+  update_title();
+  update_actions();
+  poll();
+  show_slow_things();
+}
+
+void MainWindow::begin_body(const TetMesh& mesh, std::shared_ptr<const BodyShape> shape) {
+  messages_->hide();
+  stop_recording();  // may have something to tell
+  chart_->clear();
+  shown_generation_ = 0;
+  shown_history_ = 0;
+  history_rows_ = 0;
+  failed_ = false;
+  go_back_->setEnabled(false);
+  messages_->set_way_out(QString(), {});
+  shown_attraction_ = false;
+  view_->set_attraction(false);
+  view_->set_body(std::move(shape));
+  status_body_->setText(tr("%1 vertices, %2 tetrahedra, %3")
+                            .arg(static_cast<qlonglong>(mesh.vertex_count()))
+                            .arg(static_cast<qlonglong>(mesh.tetrahedron_count()))
+                            .arg(size_text(mesh)));
+  select({});
+}
+
+}  // namespace tetraction::viewer

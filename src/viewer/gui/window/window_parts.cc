@@ -1,0 +1,197 @@
+// The parts of the window: where they are, and what they tell each other.
+#include <QAbstractButton>
+#include <QAbstractSlider>
+#include <QAction>
+#include <QComboBox>
+#include <QDockWidget>
+#include <QScrollArea>
+#include <QSpinBox>
+#include <QStatusBar>
+#include <algorithm>
+
+#include "main_window.h"
+#include "viewer/gui/body/body_view.h"
+#include "viewer/gui/chart/live_chart.h"
+#include "viewer/gui/panels/control_panel.h"
+#include "viewer/gui/panels/drawing_panel.h"
+#include "viewer/gui/panels/material_panel.h"
+#include "viewer/gui/panels/surroundings_panel.h"
+#include "viewer/gui/panels/vertex_panel.h"
+#include "viewer/gui/replay/replay_bar.h"
+#include "viewer/gui/widgets/number_field.h"
+
+namespace tetraction::viewer {
+
+void MainWindow::make_docks() {
+  setTabPosition(Qt::LeftDockWidgetArea, QTabWidget::North);
+  setTabPosition(Qt::RightDockWidgetArea, QTabWidget::North);
+  setCorner(Qt::BottomLeftCorner, Qt::LeftDockWidgetArea);
+  setCorner(Qt::BottomRightCorner, Qt::RightDockWidgetArea);
+  QDockWidget* first = nullptr;
+  const auto add = [&](QWidget* panel, const QString& title, const char* name) {
+    auto* dock = new QDockWidget(title, this);
+    dock->setObjectName(QLatin1String(name));
+    auto* scroll = new QScrollArea(dock);
+    scroll->setWidgetResizable(true);
+    scroll->setFrameShape(QFrame::NoFrame);
+    scroll->setHorizontalScrollBarPolicy(Qt::ScrollBarAlwaysOff);
+    scroll->setWidget(panel);
+    scroll->setMinimumWidth(panel->minimumSizeHint().width() + 18);  // and the scroll bar
+    dock->setWidget(scroll);
+    addDockWidget(Qt::LeftDockWidgetArea, dock);
+    if (first == nullptr) {
+      first = dock;
+    } else {
+      tabifyDockWidget(first, dock);
+    }
+  };
+  add(control_, tr("Run"), "dock_run");
+  add(material_, tr("Material"), "dock_material");
+  add(surroundings_, tr("World"), "dock_world");
+  add(vertex_, tr("Vertices"), "dock_vertices");
+  add(drawing_, tr("Drawing"), "dock_drawing");
+  first->raise();
+  // A click leaves the focus where it is, so that Space still runs and pauses; with Tab everything is
+  // reached, and Space then presses what has the focus (eventFilter).
+  for (QDockWidget* dock : findChildren<QDockWidget*>()) {
+    for (QWidget* widget : dock->findChildren<QWidget*>()) {
+      if (qobject_cast<QAbstractButton*>(widget) != nullptr ||
+          qobject_cast<QAbstractSlider*>(widget) != nullptr ||
+          qobject_cast<QComboBox*>(widget) != nullptr) {
+        widget->setFocusPolicy(Qt::TabFocus);
+      }
+    }
+  }
+
+  // Who has entered a number goes on with the body: Space runs, S makes a step.
+  const auto to_the_view = [this] { view_->canvas()->setFocus(Qt::OtherFocusReason); };
+  for (NumberField* field : findChildren<NumberField*>()) {
+    connect(field, &NumberField::finished, this, to_the_view);
+  }
+  for (QSpinBox* box : findChildren<QSpinBox*>()) {
+    connect(box, &QSpinBox::editingFinished, this, [box, to_the_view] {
+      if (box->hasFocus()) to_the_view();
+    });
+  }
+
+  auto* charts = new QDockWidget(tr("Charts"), this);
+  charts->setObjectName(QStringLiteral("dock_charts"));
+  charts->setWidget(chart_);
+  addDockWidget(Qt::BottomDockWidgetArea, charts);
+}
+
+void MainWindow::connect_panels() {
+  const auto edit = [this](const Edit& e, const QString& what, bool goes_on) {
+    if (!simulation_) return;
+    leave_failure();
+    simulation_->edit(e, what.toStdString(), goes_on);
+  };
+  connect(control_, &ControlPanel::edited, this, edit);
+  connect(material_, &MaterialPanel::edited, this, edit);
+  connect(surroundings_, &SurroundingsPanel::edited, this, edit);
+  connect(control_, &ControlPanel::run_wanted, this, [this] { run_->trigger(); });
+  connect(control_, &ControlPanel::step_wanted, this, [this] { step_->trigger(); });
+  connect(control_, &ControlPanel::restart_wanted, this, [this] { restart_->trigger(); });
+  connect(control_, &ControlPanel::steps_per_picture, this, [this](int steps) {
+    if (simulation_) simulation_->set_steps_per_snapshot(steps);
+  });
+  connect(control_, &ControlPanel::speed_limited, this, [this](double factor) {
+    if (simulation_) simulation_->set_speed_limit(factor);
+  });
+
+  connect(vertex_, &VertexPanel::fix_wanted, this, [this] { fix_->trigger(); });
+  connect(vertex_, &VertexPanel::unfix_wanted, this, [this] { unfix_->trigger(); });
+  connect(vertex_, &VertexPanel::move_wanted, this, [this](const Vector3& target, bool fix) {
+    if (!edits_) return;
+    if (fix) {
+      edits_->fix_at(selection_, target);
+    } else {
+      edits_->move_to(selection_, target);
+    }
+  });
+  connect(vertex_, &VertexPanel::momentum_wanted, this, [this](const Vector3& value) {
+    if (edits_) edits_->set_momentum(selection_, value);
+  });
+  connect(vertex_, &VertexPanel::force_wanted, this, [this](const Vector3& value) {
+    if (edits_) edits_->set_force(selection_, value);
+  });
+
+  connect(drawing_, &DrawingPanel::changed, this, &MainWindow::set_drawing);
+  connect(drawing_, &DrawingPanel::refit_wanted, this, [this] {
+    DrawingSettings following = drawing_->drawing();
+    if (following.automatic_range) {
+      view_->refit_colors();
+      drawing_->show_range(view_->color_low(), view_->color_high());
+    } else {  // colours that begin to follow the data fit them: once, then they stay
+      following.automatic_range = true;
+      view_->set_drawing(following);
+      drawing_->show_range(view_->color_low(), view_->color_high());
+      view_->set_drawing(drawing_->drawing());
+    }
+  });
+  const auto warn = [this](const QString& message) {
+    messages_->show_message(MessageStrip::Kind::kWarning, message);
+  };
+  connect(control_, &ControlPanel::refused, this, warn);
+  connect(material_, &MaterialPanel::refused, this, warn);
+  connect(surroundings_, &SurroundingsPanel::refused, this, warn);
+  connect(vertex_, &VertexPanel::refused, this, warn);
+  connect(drawing_, &DrawingPanel::refused, this, warn);
+  connect(chart_, &LiveChart::told, this,
+          [this](const QString& message) { statusBar()->showMessage(message, 8000); });
+  connect(replay_bar_, &ReplayBar::frame_wanted, this,
+          [this](int frame) { show_frame(static_cast<std::size_t>(frame)); });
+}
+
+void MainWindow::connect_view() {
+  connect(view_, &BodyView::picked, this, [this](Index vertex, bool add) {
+    std::vector<Index> next = add ? selection_ : std::vector<Index>{};
+    const auto there = std::find(next.begin(), next.end(), vertex);
+    if (there != next.end()) {
+      next.erase(there);
+    } else if (vertex >= 0) {
+      next.push_back(vertex);
+    }
+    select(std::move(next));
+  });
+  connect(view_, &BodyView::banded, this, [this](std::vector<Index> vertices, bool add) {
+    if (add) vertices.insert(vertices.end(), selection_.begin(), selection_.end());
+    select(std::move(vertices));
+  });
+  connect(view_, &BodyView::light_pulled, drawing_, &DrawingPanel::turn_light);
+  connect(view_, &BodyView::grabbed, this, [this](Index vertex) {
+    if (!edits_) return;
+    // A vertex of the selection takes all of it along.
+    if (std::find(selection_.begin(), selection_.end(), vertex) == selection_.end()) {
+      select({vertex});
+    }
+    edits_->grab(selection_, vertex);
+  });
+  connect(view_, &BodyView::dragged, this, [this](const Vector3& place) {
+    if (edits_) edits_->lead_to(place);
+  });
+  connect(view_, &BodyView::released, this, [this] {
+    if (edits_) edits_->release();
+  });
+  connect(view_, &BodyView::arrow_pulled, this,
+          [this](Tool tool, Index vertex, const Vector3& arrow) {
+            if (!edits_) return;
+            if (std::find(selection_.begin(), selection_.end(), vertex) == selection_.end()) {
+              select({vertex});
+            }
+            if (tool == Tool::kForce) {
+              edits_->set_force(selection_, arrow * vertex_->force_per_length());
+            } else {
+              edits_->set_momentum(selection_, arrow * vertex_->momentum_per_length());
+            }
+          });
+  connect(view_, &BodyView::arrow_moved, this, [this](Tool tool, const Vector3& arrow) {
+    const bool force = tool == Tool::kForce;
+    const double scale = force ? vertex_->force_per_length() : vertex_->momentum_per_length();
+    statusBar()->showMessage(
+        (force ? tr("Force %1 N") : tr("Momentum %1 kg m/s")).arg(arrow.norm() * scale, 0, 'g', 4),
+        2000);
+  });
+}
+
+}  // namespace tetraction::viewer

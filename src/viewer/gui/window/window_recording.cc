@@ -1,0 +1,192 @@
+// What the window writes: scenes, pictures, frames.
+#include <QAction>
+#include <QDir>
+#include <QFileDialog>
+#include <QFileInfo>
+#include <QInputDialog>
+#include <QStatusBar>
+#include <QThreadPool>
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <utility>
+
+#include "main_window.h"
+#include "tetraction/core/error.h"
+#include "tetraction/io/run_recorder.h"
+#include "tetraction/io/scene_writer.h"
+#include "viewer/gui/body/body_view.h"
+
+namespace tetraction::viewer {
+namespace {
+
+constexpr int kMostWaiting = 16;  // pictures
+
+QString picture_path(const QString& folder, std::size_t number) {
+  return QDir(folder).filePath(
+      QStringLiteral("picture_%1.png").arg(number, 6, 10, QLatin1Char('0')));
+}
+
+}  // namespace
+
+/// Pictures on their way to the disk.
+struct PictureQueue {
+  std::atomic<int> waiting = 0;
+  std::atomic<bool> failed = false;
+};
+
+void MainWindow::ask_save_scene() {
+  const QString path =
+      QFileDialog::getSaveFileName(this, tr("Save the scene with all edits as events"),
+                                   QStringLiteral("recorded.toml"), tr("Scenes (*.toml)"));
+  if (!path.isEmpty()) save_scene(path);
+}
+
+void MainWindow::save_scene(const QString& path) {
+  try {
+    write_scene(simulation_->recorded_scene(), path.toLocal8Bit().toStdString());
+    statusBar()->showMessage(tr("%1 is written: replay it with tetraction run.").arg(path), 8000);
+  } catch (const Error& error) {
+    tell_error(QString::fromUtf8(error.what()));
+  }
+}
+
+void MainWindow::ask_save_screenshot() {
+  const QString path = QFileDialog::getSaveFileName(
+      this, tr("Save what the view shows"), QStringLiteral("body.png"), tr("Pictures (*.png)"));
+  if (path.isEmpty()) return;
+  if (view_->picture().save(path)) {
+    statusBar()->showMessage(tr("%1 is written.").arg(path), 8000);
+  } else {
+    tell_error(tr("%1: cannot be written. Choose another folder.").arg(path));
+  }
+}
+
+void MainWindow::ask_record_pictures(bool on) {
+  const QString folder =
+      on ? QFileDialog::getExistingDirectory(this, tr("Folder for picture_000001.png and so on"))
+         : QString();
+  if (folder.isEmpty()) {
+    stop_pictures();
+  } else {
+    record_pictures(folder);
+  }
+}
+
+void MainWindow::stop_pictures() {
+  if (picture_folder_.isEmpty()) {
+    show_recording();
+    return;
+  }
+  QThreadPool::globalInstance()->waitForDone();
+  const QString folder = std::exchange(picture_folder_, QString());
+  show_recording();
+  if (picture_queue_->failed) {
+    tell_error(tr("%1: not all pictures could be written. Choose another folder.").arg(folder));
+  } else {
+    statusBar()->showMessage(tr("%1 pictures are in %2.").arg(pictures_recorded_).arg(folder),
+                             8000);
+  }
+}
+
+// Ends a recording that fails.
+void MainWindow::check_pictures() {
+  if (!picture_folder_.isEmpty() && picture_queue_->failed) stop_pictures();
+}
+
+void MainWindow::tell_error(const QString& message) {
+  messages_->show_message(MessageStrip::Kind::kError, message);
+}
+
+// The marks in the menu, without asking anything.
+void MainWindow::show_recording() {
+  const QSignalBlocker quiet_pictures(record_pictures_);
+  const QSignalBlocker quiet_run(record_run_);
+  record_pictures_->setChecked(!picture_folder_.isEmpty());
+  record_run_->setChecked(!run_folder_.isEmpty());
+}
+
+void MainWindow::record_pictures(const QString& folder) {
+  stop_pictures();
+  if (QFileInfo::exists(picture_path(folder, 1))) {
+    tell_error(tr("%1: there are pictures in it already, which would be lost. Choose an empty "
+                  "folder.")
+                   .arg(folder));
+  } else if (!QDir().mkpath(folder)) {
+    tell_error(tr("%1: cannot be made. Choose another folder.").arg(folder));
+  } else {
+    picture_folder_ = folder;
+    pictures_recorded_ = 0;
+    picture_queue_ = std::make_shared<PictureQueue>();
+  }
+  show_recording();
+}
+
+void MainWindow::record_picture() {
+  auto save = [image = view_->picture(), queue = picture_queue_,
+               path = picture_path(picture_folder_, ++pictures_recorded_)] {
+    if (!image.save(path)) queue->failed = true;
+    --queue->waiting;
+  };
+  // Compressing takes longer than drawing: not in the window's thread, unless the memory would fill.
+  if (++picture_queue_->waiting > kMostWaiting) {
+    save();
+  } else {
+    QThreadPool::globalInstance()->start(std::move(save));
+  }
+}
+
+void MainWindow::ask_record_run(bool on) {
+  QString folder;
+  bool wanted = false;
+  int frame_every = 1;
+  if (on) {
+    folder = QFileDialog::getExistingDirectory(
+        this, tr("Empty folder for frames.pvd, history.csv, summary.json"));
+    constexpr double kFramesASecond = 25.0;
+    const double steps = 1.0 / (kFramesASecond * simulation_->settings().time.step);
+    const int usual = static_cast<int>(std::clamp(std::round(steps), 1.0, 1e6));
+    if (!folder.isEmpty()) {
+      frame_every = QInputDialog::getInt(this, tr("Record the run"),
+                                         tr("Steps from frame to frame (proposed: %1 frames a "
+                                            "simulated second)")
+                                             .arg(kFramesASecond),
+                                         usual, 1, 100'000'000, 1, &wanted);
+    }
+  }
+  if (wanted) {
+    record_run(folder, frame_every);
+  } else {
+    if (simulation_ && !run_folder_.isEmpty()) simulation_->observe(nullptr);
+    show_recording();
+  }
+}
+
+// The solver's thread ends it: by command, with a run that fails or is reset, or because of an error,
+// of which there is a notice.
+void MainWindow::tell_end_of_run_recording() {
+  statusBar()->showMessage(tr("The recording in %1 has ended.").arg(run_folder_), 8000);
+  run_folder_.clear();
+  show_recording();
+}
+
+void MainWindow::stop_recording() {
+  stop_pictures();
+  if (simulation_ && !run_folder_.isEmpty()) simulation_->observe(nullptr);
+  run_folder_.clear();
+  show_recording();
+}
+
+void MainWindow::record_run(const QString& folder, int frame_every) {
+  if (QFileInfo::exists(QDir(folder).filePath(QStringLiteral("frames.pvd")))) {
+    tell_error(tr("%1: there is a run in it already, which would be lost. Choose an empty folder.")
+                   .arg(folder));
+  } else {
+    run_folder_ = folder;
+    simulation_->observe(
+        std::make_unique<RunRecorder>(folder.toLocal8Bit().toStdString(), frame_every));
+  }
+  show_recording();
+}
+
+}  // namespace tetraction::viewer
