@@ -4,7 +4,7 @@
 #include <functional>
 
 #include "element_blocks.h"
-#include "tangent_kernels.h"
+#include "kernels/tangent_kernels.h"
 #include "tetraction/fem/sparsity_pattern.h"
 
 namespace tetraction {

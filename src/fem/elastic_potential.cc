@@ -10,9 +10,9 @@
 
 #include "block_stiffness.h"
 #include "element_blocks.h"
-#include "element_kernels.h"
 #include "isotropic_moduli.h"
-#include "tangent_kernels.h"
+#include "kernels/element_kernels.h"
+#include "kernels/tangent_kernels.h"
 #include "tetraction/core/parallel.h"
 
 namespace tetraction {

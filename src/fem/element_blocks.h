@@ -16,7 +16,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "element_kernels.h"
+#include "kernels/element_kernels.h"
 #include "tetraction/fem/rest_state.h"
 
 namespace tetraction {

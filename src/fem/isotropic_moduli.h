@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "element_kernels.h"
+#include "kernels/element_kernels.h"
 #include "tetraction/material/material.h"
 
 namespace tetraction {

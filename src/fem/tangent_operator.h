@@ -2,7 +2,7 @@
 #pragma once
 
 #include "element_blocks.h"
-#include "tangent_kernels.h"
+#include "kernels/tangent_kernels.h"
 #include "tetraction/fem/elastic_potential.h"
 #include "tetraction/fem/viscous_potential.h"
 

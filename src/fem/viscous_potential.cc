@@ -6,8 +6,8 @@
 
 #include "block_stiffness.h"
 #include "element_blocks.h"
+#include "kernels/viscous_kernels.h"
 #include "tetraction/core/parallel.h"
-#include "viscous_kernels.h"
 
 namespace tetraction {
 namespace {

@@ -1,4 +1,4 @@
-#include "fem/element_kernels.h"
+#include "fem/kernels/element_kernels.h"
 
 #include <algorithm>
 #include <cmath>

@@ -3,7 +3,7 @@
 // Portable, SSE4, AVX2 and AVX-512 (Highway's AVX3).
 #define HWY_DISABLED_TARGETS HWY_SSSE3
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "fem/element_kernels.cc"
+#define HWY_TARGET_INCLUDE "fem/kernels/element_kernels.cc"
 #include <hwy/foreach_target.h>  // compiles this file once for every instruction set
 #include <hwy/highway.h>
 
