@@ -70,7 +70,9 @@ TEST_P(ForceTerms, ABodyBouncesOnAFloorAndTheBalanceCloses) {
     EXPECT_LT(lowest, -0.083) << "it came well into the barrier, which begins at −0.08";
     // Up again: the impulse of the floor is in the momentum, and nothing else.
     EXPECT_GT(session.books().momenta().linear.y(), 0.0);
-    EXPECT_LT(session.books().linear_momentum_drift(), 1e-9);
+    // The momenta of backward Euler carry the residual that the solver leaves in every step.
+    EXPECT_LT(session.books().linear_momentum_drift(),
+              is_variational(GetParam().integrator) ? 1e-11 : 1e-8);
     return largest / session.books().energy_scale();
   };
   double held = 0.0;
