@@ -36,9 +36,9 @@ int main(int argc, char** argv) {
   // 3. Run everything.
   const StudyResult result =
       run_study(scene, generate_mesh(*scene.mesh.generate), settings, {},
-                [](std::size_t index, std::size_t count, Integrator integrator, double step) {
+                [](std::size_t index, std::size_t count, const PlannedRun& run) {
                   std::printf("run %zu of %zu: %s, h = %g s\n", index + 1, count,
-                              to_string(integrator).c_str(), step);
+                              to_string(run.integrator).c_str(), run.step);
                 });
 
   // 4. The table. A run that blew up is a result.

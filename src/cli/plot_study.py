@@ -17,6 +17,7 @@ import matplotlib  # noqa: E402
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
+import numpy as np  # noqa: E402
 from matplotlib.lines import Line2D  # noqa: E402
 
 # Okabe and Ito's colours: told apart by colour-blind readers as well. Explicit rules have large
@@ -52,8 +53,10 @@ class Unusable(Exception):
     """The study cannot be plotted; the text says why."""
 
 
-def style(integrator):
-    return STYLE.get(integrator.split(" (")[0], OTHER)
+def style(integrator, compares_solver=False):
+    """Of a curve; another solver is a ring around the point that it should agree with."""
+    own = STYLE.get(integrator.split(" (")[0], OTHER)
+    return {**own, "marker": "o", "ms": 13, "mfc": "none", "lw": 0} if compares_solver else own
 
 
 def number(value):
@@ -86,7 +89,7 @@ def in_limits(step, limit):
 
 
 def read_study(folder):
-    """study.json; a run of a variant gets its name beside the integrator's."""
+    """study.json; variants and solvers that are compared get their names beside the integrator's."""
     try:
         with open(os.path.join(folder, "study.json"), encoding="utf-8") as file:
             study = json.load(file)
@@ -97,8 +100,9 @@ def read_study(folder):
     for entry in found if isinstance(found, list) else []:
         if isinstance(entry, dict) and usable(number(entry.get("step"))):
             name, step = str(entry.get("integrator")), number(entry["step"])
-            if entry.get("variant"):
-                name += f" ({entry['variant']})"
+            tags = [entry.get("variant"), entry.get("compares_solver") and entry.get("solver")]
+            if any(tags):
+                name += f" ({', '.join(str(tag) for tag in tags if tag)})"
             directory = os.path.join(folder, str(entry.get("directory")))
             runs.append({**entry, "integrator": name, "step": step, "directory": directory})
     if not runs:
@@ -137,8 +141,10 @@ def by_integrator(runs):
 
 
 def save(figure, folder, name):
+    # The box is worked out once for both files, which takes as long as to draw the figure.
+    box = figure.get_tightbbox(figure.canvas.get_renderer()).padded(0.1)
     for ending in ("png", "svg"):
-        figure.savefig(os.path.join(folder, f"{name}.{ending}"), bbox_inches="tight")
+        figure.savefig(os.path.join(folder, f"{name}.{ending}"), bbox_inches=box)
     plt.close(figure)
 
 
@@ -160,7 +166,8 @@ def over_time(study, folder, name, title, ylabel, value_of, floor=None):
 
     The axis fits the runs that ended well: a run that blew up leaves the picture.
     """
-    groups = by_integrator(study["runs"])
+    # Another solver's curves would lie on those that are there.
+    groups = by_integrator([run for run in study["runs"] if not run.get("compares_solver")])
     columns = min(2, len(groups))
     rows = math.ceil(len(groups) / columns)
     steps = sorted({run["step"] for run in study["runs"]})
@@ -237,38 +244,51 @@ def magnitude(letter):
     return lambda history: [math.hypot(*v) for v in zip(*(history[letter + a] for a in "xyz"))]
 
 
+def along(lines):
+    """Points on lines through points in pixels, and the slope of the piece that each lies on."""
+    points, slopes = [], []
+    for line in lines:
+        for p, q in zip(line, line[1:] if len(line) > 1 else line):
+            piece = p + (q - p) * np.linspace(0, 1, 41)[:, None]
+            points.append(piece)
+            slopes += [(q - p)[1] / (q - p)[0] if q[0] > p[0] else math.inf] * len(piece)
+    return np.vstack(points), np.array(slopes)
+
+
 def slope_guides(axes, lines, limit):
-    """Triangles of slope 1 and 2, each where it is near the curves and covers none of them."""
+    """Triangles of slope 1 and 2, each beside the curves that have its slope, and covering none."""
     to_screen, back = axes.transData.transform, axes.transData.inverted().transform
     box = axes.bbox
-    taken = []  # points on the curves and on the line of the limit
     (x0, x1), (y0, y1) = axes.get_xlim(), axes.get_ylim()
+    # Pixels of a decade: what has slope 1 in the axes has the slope `unit` in pixels.
+    unit = (box.height / math.log10(y1 / y0)) / (box.width / math.log10(x1 / x0))
+    curves, slopes = along([to_screen(line) for line in lines])
+    taken = curves
     if x0 < limit < x1:
-        lines = [*lines, [(limit, y0), (limit, y1)]]
-    for a, b in ((p, q) for line in lines for p, q in zip(line, line[1:] or line)):
-        (ax, ay), (bx, by) = to_screen(a), to_screen(b)
-        taken += [(ax + (bx - ax) * i / 40, ay + (by - ay) * i / 40) for i in range(41)]
+        taken = np.vstack([curves, along([to_screen([(limit, y0), (limit, y1)])])[0]])
     decades = min(0.13 * math.log10(x1 / x0), 0.14 * math.log10(y1 / y0))
+    width, pad = decades * box.width / math.log10(x1 / x0), 0.07 * box.height
     for slope in (1, 2):
-        width = decades * box.width / math.log10(x1 / x0)
-        height = slope * decades * box.height / math.log10(y1 / y0)
-        pad, best = 0.07 * box.height, None
-        for i in range(2, 88):
-            for j in range(3, 80):
-                x, y = box.x0 + i / 100 * box.width, box.y0 + j / 100 * box.height
-                if x + width > box.x1 - pad or y + height > box.y1 - 1.5 * pad:
-                    continue
-                # Distance of the curves to the triangle's box with room for its two labels.
-                gap = min(
-                    math.hypot(max(x - px, 0, px - x - width - pad / 2),
-                               max(y - pad / 2 - py, 0, py - y - height))
-                    for px, py in taken
-                )  # fmt: skip
-                if gap > 0.35 * pad and (best is None or gap < best[0]):
-                    best = (gap, x, y)
-        if best is None:
+        height = slope * unit * width
+        own = curves[np.abs(slopes / unit - slope) < 0.3]
+        # Places of the lower left corner, row by row, that leave room for the labels.
+        x, y = (array.ravel() for array in np.meshgrid(
+            box.x0 + np.arange(2, 88) / 100 * box.width,
+            box.y0 + np.arange(3, 80) / 100 * box.height))  # fmt: skip
+        inside = (x + width <= box.x1 - pad) & (y + height <= box.y1 - 1.5 * pad)
+        x, y = x[inside, None], y[inside, None]
+        px, py = taken.T
+        clear = np.hypot(np.maximum(np.maximum(x - px, px - x - width - pad / 2), 0),
+                         np.maximum(np.maximum(y - pad / 2 - py, py - y - height), 0))  # fmt: skip
+        free = clear.min(axis=1) > 0.2 * pad
+        if len(own) == 0 or not free.any():
             continue
-        _, x, y = best
+        # The hypotenuse is as near to the curves of its slope as possible, at both ends.
+        x, y = x[free], y[free]
+        px, py = own.T
+        gap = np.maximum(np.hypot(px - x, py - y).min(axis=1),
+                         np.hypot(px - x - width, py - y - height).min(axis=1))  # fmt: skip
+        x, y = x[gap.argmin(), 0], y[gap.argmin(), 0]
         corners = [(x, y), (x + width, y), (x + width, y + height)]
         axes.add_patch(plt.Polygon([back(c) for c in corners], closed=True, fc="#f2f2f2", ec=GREY))
         axes.annotate("1", back((x + width / 2, y)), (0, -2), textcoords="offset points",
@@ -276,7 +296,7 @@ def slope_guides(axes, lines, limit):
         axes.annotate(str(slope), back((x + width, y + height / 2)), (3, 0), color=GREY,
                       textcoords="offset points", va="center", fontsize=8)  # fmt: skip
         grid = [(i / 9, j / 9) for i in range(-2, 13) for j in range(-2, 12)]
-        taken += [(x + width * i, y + height * j) for i, j in grid]
+        taken = np.vstack([taken, [(x + width * i, y + height * j) for i, j in grid]])
 
 
 def scatter(study, folder, name, title, xlabel, x_key, key, ylabel, floor=0.0, guides=False):
@@ -288,16 +308,17 @@ def scatter(study, folder, name, title, xlabel, x_key, key, ylabel, floor=0.0, g
     axes.set_yscale("log")
     handles, lines, rows = [], [], []
     for integrator, runs in groups.items():
+        looks = style(integrator, any(run.get("compares_solver") for run in runs))
         points = [(number(r.get(x_key)), max(number(r.get(key)), floor)) for r in runs
                   if ended_well(r)]  # fmt: skip
         points = [p for p in points if usable(p[0]) and usable(p[1])]
         if points:
             lines.append(points)
-            axes.plot(*zip(*points), **style(integrator), mew=1.6)
-        handles.append(Line2D([], [], label=integrator, mew=1.6, **style(integrator)))
+            axes.plot(*zip(*points), **looks, mew=1.6)
+        handles.append(Line2D([], [], label=integrator, mew=1.6, **looks))
         bad = [r["step"] for r in runs if not ended_well(r)]
         if bad and over_step:
-            rows.append((style(integrator)["color"], bad))
+            rows.append((looks["color"], bad))
     if not lines:
         axes.text(0.5, 0.5, "no run has this number", transform=axes.transAxes, ha="center")
         axes.set_yticks([])

@@ -66,7 +66,8 @@ std::vector<fs::path> folders_of_study(const fs::path& directory) {
     if (!run.is_object() || !run.contains("directory") || !run["directory"].is_string()) return;
     const fs::path name(run["directory"].get<std::string>());
     if (name.empty() || name != name.filename() || name == "." || name == "..") return;
-    if (holds_run(directory / name)) folders.push_back(directory / name);
+    // A run without frames that was cut off has nothing but its history.
+    if (is_there(directory / name / "history.csv")) folders.push_back(directory / name);
   };
   if (!json.is_object()) return folders;
   if (json.contains("reference")) add(json["reference"]);

@@ -17,6 +17,7 @@
 #include "progress_bar.h"
 #include "result_folders.h"
 #include "scene_source.h"
+#include "study_frames.h"
 #include "tetraction/core/blas.h"
 #include "tetraction/core/error.h"
 #include "tetraction/io/run_recorder.h"
@@ -35,6 +36,8 @@ struct StudyArguments {
   std::optional<double> reference_step;
   std::string reference_integrator = "midpoint";
   std::string vary;
+  std::vector<std::string> also_solvers;
+  std::vector<std::string> frames;
   bool quiet = false;
   bool json = false;
   bool no_plots = false;
@@ -103,20 +106,22 @@ std::vector<StudyVariant> read_variants(const StudyArguments& arguments) {
   return variants;
 }
 
-// Whether the study or its reference has an implicit run.
-bool has_implicit_runs(const StudySettings& settings) {
-  return settings.integrators.empty() || is_implicit(settings.reference_integrator) ||
-         std::any_of(settings.integrators.begin(), settings.integrators.end(), is_implicit);
+// SOLVER@STEP.
+SolverComparison read_comparison(const std::string& text) {
+  const auto at = text.find('@');
+  const std::string number = at == std::string::npos ? "" : text.substr(at + 1);
+  char* end = nullptr;
+  SolverComparison comparison{text.substr(0, at), std::strtod(number.c_str(), &end)};
+  if (comparison.solver.empty() || number.empty() || *end != '\0') {
+    throw InputError(fmt::format(
+        "--also-solver {}: write SOLVER@STEP, for instance --also-solver ceres@1e-3.", text));
+  }
+  return comparison;
 }
 
-int study(const StudyArguments& arguments) {
-  std::vector<StudyVariant> variants = read_variants(arguments);
-  const Scene scene =
-      variants.empty() ? read_scene(arguments.scene, arguments.overrides) : variants.front().scene;
-  const std::string directory = arguments.out.empty() ? scene.output.directory : arguments.out;
-  check_folder_of_study(scene, directory);
+StudySettings read_settings(const StudyArguments& arguments) {
   StudySettings settings;
-  settings.variants = std::move(variants);
+  settings.variants = read_variants(arguments);
   for (const std::string& name : arguments.integrators) {
     const Integrator integrator = integrator_from_string(name);
     if (std::count(settings.integrators.begin(), settings.integrators.end(), integrator) > 0) {
@@ -127,11 +132,42 @@ int study(const StudyArguments& arguments) {
   settings.steps = arguments.steps;
   settings.reference_step = arguments.reference_step;
   settings.reference_integrator = integrator_from_string(arguments.reference_integrator);
+  for (const std::string& text : arguments.also_solvers) {
+    settings.solver_comparisons.push_back(read_comparison(text));
+  }
+  return settings;
+}
 
+// Whether the study or its reference has an implicit run.
+bool has_implicit_runs(const StudyPlan& plan) {
+  return is_implicit(plan.reference.integrator) ||
+         std::any_of(plan.runs.begin(), plan.runs.end(),
+                     [](const PlannedRun& run) { return is_implicit(run.integrator); });
+}
+
+// How to see the motion of the first of the runs with frames that was made.
+std::string advice_to_look(const std::string& directory, const std::vector<std::string>& frames) {
+  for (const std::string& run : frames) {
+    const std::string folder = directory + "/" + run;
+    if (!std::filesystem::exists(folder + "/frames.pvd")) continue;
+    return fmt::format(
+        "to see the motion: open {0}/frames.pvd in ParaView, or: tetraction view {0}\n", folder);
+  }
+  return {};
+}
+
+int study(const StudyArguments& arguments) {
+  const StudySettings settings = read_settings(arguments);
+  const Scene scene = settings.variants.empty() ? read_scene(arguments.scene, arguments.overrides)
+                                                : settings.variants.front().scene;
+  const std::string directory = arguments.out.empty() ? scene.output.directory : arguments.out;
+  check_folder_of_study(scene, directory);
   const TetMesh mesh = load_mesh(scene);
   if (!arguments.quiet) {
     if (const std::string remarks = mesh_remarks(mesh); !remarks.empty()) print_note(remarks);
   }
+  const StudyPlan plan = plan_study(scene, mesh, settings);
+  const std::vector<std::string> frames = runs_with_frames(arguments.frames, plan);
   make_output_directory(directory);
 
   std::string label;
@@ -144,23 +180,26 @@ int study(const StudyArguments& arguments) {
     begun.push_back(run);
     write_study_begun(directory, begun);
     std::vector<std::unique_ptr<Observer>> result;
-    result.push_back(std::make_unique<RunRecorder>(directory + "/" + run, scene.output.every));
+    const bool has_frames = std::count(frames.begin(), frames.end(), run) > 0;
+    result.push_back(
+        std::make_unique<RunRecorder>(directory + "/" + run, has_frames ? scene.output.every : 0));
     result.push_back(std::make_unique<InterruptGuard>());
     if (!arguments.quiet && ProgressBar::possible()) {
       result.push_back(std::make_unique<ProgressBar>(label));
     }
     return result;
   };
-  const auto progress = [&](std::size_t index, std::size_t count, Integrator integrator,
-                            double step) {
+  const auto progress = [&](std::size_t index, std::size_t count, const PlannedRun& run) {
     // Behind the checks of the settings, whose message is the only one then.
-    if (index == 0 && !arguments.quiet && has_implicit_runs(settings)) {
+    if (index == 0 && !arguments.quiet && has_implicit_runs(plan)) {
       if (const std::string warning = blas_warning(); !warning.empty()) print_warning(warning);
     }
-    label = fmt::format("[{}/{}] {} h = {:.4g} s", index + 1, count, to_string(integrator), step);
+    label = fmt::format("[{}/{}] {}{}{} h = {:.4g} s", index + 1, count, to_string(run.integrator),
+                        run.compares_solver ? " " : "", run.compares_solver ? run.solver : "",
+                        run.step);
     if (!arguments.quiet && !ProgressBar::possible()) print_progress(label + "\n");
   };
-  const StudyResult result = run_study(scene, mesh, settings, observers, progress);
+  const StudyResult result = run_study(plan, mesh, observers, progress);
 
   const std::string name = std::filesystem::path(arguments.scene).stem().string();
   write_study(result, name, directory);
@@ -170,8 +209,8 @@ int study(const StudyArguments& arguments) {
     write_result(study_json(result, name));
   } else if (!arguments.quiet) {
     write_result(study_table(result));
-    print_result("\nresults: {0}/study.csv, {0}/study.json{1}\n", directory,
-                 plotted ? ", plots (*.png, *.svg)" : "");
+    print_result("\nresults: {0}/study.csv, {0}/study.json{1}\n{2}", directory,
+                 plotted ? ", plots (*.png, *.svg)" : "", advice_to_look(directory, frames));
   }
   if (!arguments.no_plots && !plotted) {
     print_warning("the plots were not drawn: install python3 and python3-matplotlib");
@@ -209,6 +248,20 @@ void add_study_command(CLI::App& app, int& exit_code) {
                    "fix.0.mode=exact,penalty; all are compared with the reference of the "
                    "first")
       ->check(not_empty("it names no key"));
+  command
+      ->add_option("--also-solver", arguments->also_solvers,
+                   "SOLVER@STEP: one more row, with another solver than the scene's and the first "
+                   "implicit integrator of the study, e.g. ceres@1e-3; several with commas")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  command
+      ->add_option(
+          "--frames", arguments->frames,
+          "Which runs write frames for ParaView and the viewer: all, none, or the names of "
+          "their folders, e.g. midpoint-0.01 (default: the scene's integrator at the step "
+          "nearest to the scene's)")
+      ->delimiter(',')
+      ->allow_extra_args(false);
   command->add_option("--out", arguments->out, "Output directory (default: the scene's)")
       ->check(not_empty("it names no directory"));
   command->add_option("--set", arguments->overrides, "KEY=VALUE: overrides a scene key")

@@ -24,63 +24,51 @@ struct Run {
   double mean_distance = kNone;  // from the reference over time, m
 };
 
-// The step nearest to h that divides `end`: for steps that nobody asked for.
-double dividing_step(double h, double end) {
-  return end / std::max(1.0, std::round(end / h));
-}
-
 class Study {
  public:
-  Study(const Scene& scene, const TetMesh& mesh, const StudySettings& settings)
-      : mesh_(mesh), settings_(settings), variants_(settings.variants) {
-    if (variants_.empty()) variants_.push_back({"", scene});
+  Study(const StudyPlan& plan, const TetMesh& mesh) : plan_(plan), mesh_(mesh) {
+    result_.stable_step = plan.stable_step;
+    result_.end = plan.end;
+    result_.reference_integrator = plan.reference.integrator;
+    result_.reference_step = plan.reference.step;
   }
 
   StudyResult run(const ObserverFactory& observers, const StudyProgress& progress) {
-    prepare();
-    const std::vector<Integrator> integrators = integrators_of_study();
-    const bool reference_is_row =
-        std::count(integrators.begin(), integrators.end(), settings_.reference_integrator) > 0 &&
-        std::count(steps_.begin(), steps_.end(), result_.reference_step) > 0;
-    const std::size_t count = variants_.size() * integrators.size() * steps_.size() +
-                              (reference_is_row ? std::size_t{0} : std::size_t{1});
-
     std::size_t done = 0;
-    const auto tell = [&](Integrator integrator, double step) {
-      if (progress) progress(done, count, integrator, step);
+    const auto tell = [&](const PlannedRun& run) {
+      if (progress) progress(done, plan_.run_count(), run);
       ++done;
     };
 
     // The reference first: the others are compared with it while they run.
-    ReferenceTrack track(comparison_times(steps_, result_.end, 3 * mesh_.vertex_count()));
-    tell(settings_.reference_integrator, result_.reference_step);
-    const Run reference =
-        run_one(variants_.front(), settings_.reference_integrator, result_.reference_step,
-                reference_is_row ? "" : "reference-", observers, track);
+    std::vector<double> steps;
+    for (const PlannedRun& run : plan_.runs) steps.push_back(run.step);
+    std::sort(steps.begin(), steps.end());
+    steps.erase(std::unique(steps.begin(), steps.end()), steps.end());
+    ReferenceTrack track(comparison_times(steps, result_.end, 3 * mesh_.vertex_count()));
+    tell(plan_.reference);
+    const Run reference = run_one(plan_.reference, observers, track);
     result_.reference_status = reference.row.status;
     result_.reference_directory = reference.row.directory;
 
     std::vector<Run> runs;
     bool is_cancelled = reference.row.status == RunStatus::kCancelled;
-    for (const StudyVariant& variant : variants_) {
-      for (const Integrator integrator : integrators) {
-        for (const double step : steps_) {
-          if (is_the_reference(variant.name, integrator, step)) {
-            runs.push_back(reference);
-            runs.back().mean_distance = 0.0;
-            runs.back().row.role = StudyRole::kReference;
-            continue;
-          }
-          if (is_cancelled) continue;
-          tell(integrator, step);
-          DistanceFromReference distance(track);
-          runs.push_back(run_one(variant, integrator, step, "", observers, distance));
-          runs.back().mean_distance = distance.root_mean_square();
-          StudyRow& row = runs.back().row;
-          if (&variant != &variants_.front()) row.role = StudyRole::kVariant;
-          is_cancelled = row.status == RunStatus::kCancelled;
-        }
+    for (const PlannedRun& planned : plan_.runs) {
+      if (plan_.reference_is_row && planned.directory == plan_.reference.directory &&
+          planned.step == plan_.reference.step) {
+        runs.push_back(reference);
+        runs.back().mean_distance = 0.0;
+        runs.back().row.role = StudyRole::kReference;
+        continue;
       }
+      if (is_cancelled) continue;
+      tell(planned);
+      DistanceFromReference distance(track);
+      runs.push_back(run_one(planned, observers, distance));
+      runs.back().mean_distance = distance.root_mean_square();
+      StudyRow& row = runs.back().row;
+      if (planned.variant > 0) row.role = StudyRole::kVariant;
+      is_cancelled = row.status == RunStatus::kCancelled;
     }
     if (is_cancelled) return cancelled(std::move(runs));
     if (reference.row.status != RunStatus::kFinished) {
@@ -101,81 +89,24 @@ class Study {
     return std::move(result_);
   }
 
-  std::vector<Integrator> integrators_of_study() const {
-    if (!settings_.integrators.empty()) return settings_.integrators;
-    return {Integrator::kExplicit, Integrator::kVerlet, Integrator::kMidpoint,
-            Integrator::kBackwardEuler};
-  }
-
-  void prepare() {
-    const Scene& scene = variants_.front().scene;
-    result_.end = scene.time.end;
-    for (const StudyVariant& variant : variants_) {
-      if (variant.scene.time.end == result_.end) continue;
-      throw InputError(
-          fmt::format("The variants {} and {} end at different times, {} s and {} s: give all the "
-                      "same time.end, or their positions cannot be compared.",
-                      variants_.front().name, variant.name, result_.end, variant.scene.time.end));
-    }
-    result_.reference_integrator = settings_.reference_integrator;
-    {
-      const std::unique_ptr<MechanicalSystem> system = make_system(scene, mesh_);
-      const State initial = make_initial_state(scene, *system);
-      result_.stable_step = stability_limit(*system, initial.position).critical_step;
-    }
-    for (const EventSettings& event : scene.event) {
-      for (const Edit& edit : event.edits) {
-        if (!std::holds_alternative<SetTime>(edit)) continue;
-        throw InputError(event.where +
-                         " changes [time], which a study does itself: integrators and steps are "
-                         "what it compares. Leave that change out.");
-      }
-    }
-    std::vector<double> wanted = settings_.steps;
-    if (wanted.empty()) {
-      for (const double factor : {0.25, 0.5, 2.0, 8.0, 32.0}) {
-        const double step = factor * result_.stable_step;
-        if (step <= result_.end) wanted.push_back(dividing_step(step, result_.end));
-      }
-    }
-    steps_.reserve(wanted.size());
-    for (const double step : wanted) steps_.push_back(checked(step));
-    if (steps_.empty()) {
-      throw InputError("The end time is shorter than the stable step: make time.end larger.");
-    }
-    std::sort(steps_.begin(), steps_.end());
-    steps_.erase(std::unique(steps_.begin(), steps_.end()), steps_.end());
-    result_.reference_step =
-        settings_.reference_step ? checked(*settings_.reference_step) : steps_.front();
-  }
-
-  double checked(double step) const {
-    if (!(step > 0.0) || !std::isfinite(step) || step > result_.end) {
-      throw InputError(
-          fmt::format("A study's step must be positive and at most the end time {} s, not {} s.",
-                      result_.end, step));
-    }
-    return step;
-  }
-
-  bool is_the_reference(const std::string& variant, Integrator integrator, double step) const {
-    return variant == variants_.front().name && integrator == settings_.reference_integrator &&
-           step == result_.reference_step;
-  }
-
-  Run run_one(const StudyVariant& variant, Integrator integrator, double step,
-              const std::string& prefix, const ObserverFactory& make_observers,
+  Run run_one(const PlannedRun& planned, const ObserverFactory& make_observers,
               Observer& comparison) const {
+    const StudyVariant& variant = plan_.variants[planned.variant];
     Scene scene = variant.scene;
-    scene.time.integrator = integrator;
-    scene.time.step = step;
+    scene.time.integrator = planned.integrator;
+    scene.time.step = planned.step;
     scene.time.automatic = false;
+    if (planned.compares_solver) {
+      scene.solver.kind = planned.solver;
+      scene.solver.linear = LinearSolver::kAuto;  // another solver has other linear solvers
+    }
     Run run;
-    run.row.integrator = integrator;
-    run.row.step = step;
+    run.row.integrator = planned.integrator;
+    run.row.step = planned.step;
+    run.row.solver = planned.solver;
+    run.row.compares_solver = planned.compares_solver;
     run.row.variant = variant.name;
-    run.row.directory = fmt::format("{}{}{}{}-{:.10g}", prefix, variant.name,
-                                    variant.name.empty() ? "" : "-", to_string(integrator), step);
+    run.row.directory = planned.directory;
     run.row.position_error = run.row.position_error_rms = run.row.observed_order = kNone;
 
     Session session(scene, mesh_);
@@ -220,7 +151,8 @@ class Study {
       const StudyRow& finer = runs[i - 1].row;
       StudyRow& row = runs[i].row;
       if (finer.integrator != row.integrator || finer.variant != row.variant ||
-          row.variant != variants_.front().name || finer.role == StudyRole::kReference) {
+          row.variant != plan_.variants.front().name || row.compares_solver ||
+          finer.role == StudyRole::kReference) {
         continue;  // the errors of another variant are not errors of the rule
       }
       const bool family = row.integrator == result_.reference_integrator;
@@ -238,7 +170,7 @@ class Study {
     for (const Run& run : runs) {
       const StudyRow& row = run.row;
       if (row.integrator != result_.reference_integrator || !(row.position_error > 0.0) ||
-          row.step <= result_.reference_step || row.variant != variants_.front().name) {
+          row.step <= result_.reference_step || row.variant != plan_.variants.front().name) {
         continue;
       }
       const double ratio = std::pow(row.step / result_.reference_step, order(row.integrator));
@@ -247,11 +179,9 @@ class Study {
     return 0.0;
   }
 
+  const StudyPlan& plan_;
   const TetMesh& mesh_;
-  const StudySettings& settings_;
-  std::vector<StudyVariant> variants_;
   StudyResult result_;
-  std::vector<double> steps_;
 };
 
 }  // namespace
@@ -285,9 +215,14 @@ double observed_order(double h1, double e1, double h2, double e2, double hr) {
   return 0.5 * (low + high);
 }
 
+StudyResult run_study(const StudyPlan& plan, const TetMesh& mesh, const ObserverFactory& observers,
+                      const StudyProgress& progress) {
+  return Study(plan, mesh).run(observers, progress);
+}
+
 StudyResult run_study(const Scene& scene, const TetMesh& mesh, const StudySettings& settings,
                       const ObserverFactory& observers, const StudyProgress& progress) {
-  return Study(scene, mesh, settings).run(observers, progress);
+  return run_study(plan_study(scene, mesh, settings), mesh, observers, progress);
 }
 
 }  // namespace tetraction

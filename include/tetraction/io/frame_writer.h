@@ -29,8 +29,7 @@ struct Frame {
 /// beside the folder valid after every frame (written anew and renamed into place).
 class FrameWriter {
  public:
-  /// Makes the folder; removes frames and collection of an earlier run in the same directory.
-  /// Throws OutputError if that fails. Copies what it needs of the mesh.
+  /// Makes the directory and removes frames and collection of an earlier run from it. OutputError if that fails. Copies what it needs of the mesh.
   FrameWriter(const TetMesh& mesh, const std::string& directory);
   ~FrameWriter();
   FrameWriter(const FrameWriter&) = delete;

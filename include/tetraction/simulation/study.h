@@ -17,6 +17,12 @@ struct StudyVariant {
   Scene scene;
 };
 
+/// One run more, beside those of every integrator at every step: with another solver.
+struct SolverComparison {
+  std::string solver;  ///< a value of SolverSettings::kind, other than the scene's own
+  double step = 0.0;   ///< s
+};
+
 /// What to compare.
 struct StudySettings {
   /// Instead of the one scene: each is run with every integrator at every step and compared with one
@@ -27,7 +33,40 @@ struct StudySettings {
   /// Step of the reference run; absent: the finest step of the study.
   std::optional<double> reference_step;
   Integrator reference_integrator = Integrator::kMidpoint;
+  /// Each is a run of the (first) scene with the first implicit integrator of the study.
+  std::vector<SolverComparison> solver_comparisons;
 };
+
+/// One run of a study.
+struct PlannedRun {
+  std::size_t variant = 0;  ///< its place in StudyPlan::variants
+  Integrator integrator = Integrator::kMidpoint;
+  double step = 0.0;             ///< s
+  std::string solver;            ///< SolverSettings::kind; empty for explicit integrators
+  bool compares_solver = false;  ///< one of StudySettings::solver_comparisons
+  std::string directory;         ///< of its results, relative to the study's
+};
+
+/// All runs of a study, known before the first one begins.
+struct StudyPlan {
+  std::vector<StudyVariant> variants;  ///< at least one; its name is empty where nothing is varied
+  double stable_step = 0.0;            ///< h_crit at the initial state of the first variant, s
+  double end = 0.0;                    ///< s
+  /// What becomes the rows of the result, by variant, integrator, then from the finest step up. The
+  /// comparisons of solvers follow the other runs of their integrator.
+  std::vector<PlannedRun> runs;
+  PlannedRun reference;           ///< is made first
+  bool reference_is_row = false;  ///< whether the reference is one of `runs`, too
+
+  /// How many runs are made.
+  std::size_t run_count() const { return runs.size() + (reference_is_row ? 0 : 1); }
+};
+
+/// Checks the settings and plans the runs. Where no steps are given, they are multiples of the
+/// stability limit. Throws InputError for steps that are not positive or longer than the end time,
+/// variants that end at different times, events that change [time], and solvers that cannot be
+/// compared.
+StudyPlan plan_study(const Scene& scene, const TetMesh& mesh, const StudySettings& settings);
 
 /// What a row of a study is to the others.
 enum class StudyRole {
@@ -43,8 +82,10 @@ std::string to_string(StudyRole role);
 struct StudyRow {
   std::string variant;  ///< its name; empty without variants
   Integrator integrator = Integrator::kMidpoint;
-  double step = 0.0;         ///< s
-  double stable_step = 0.0;  ///< h_crit at the initial state, s
+  double step = 0.0;             ///< s
+  std::string solver;            ///< SolverSettings::kind; empty for explicit integrators
+  bool compares_solver = false;  ///< one of StudySettings::solver_comparisons
+  double stable_step = 0.0;      ///< h_crit at the initial state, s
   RunStatus status = RunStatus::kRunning;
   std::string message;
   std::string directory;      ///< of the run, relative to the study's
@@ -84,11 +125,10 @@ struct StudyResult {
 /// Makes the observers of one run, given its directory relative to the study's.
 using ObserverFactory =
     std::function<std::vector<std::unique_ptr<Observer>>(const std::string& directory)>;
-/// Told before each run: its number from 0, how many there are, integrator and step.
-using StudyProgress = std::function<void(std::size_t, std::size_t, Integrator, double)>;
+/// Told before each run: its number from 0, how many there are, and what it is.
+using StudyProgress = std::function<void(std::size_t, std::size_t, const PlannedRun&)>;
 
-/// Runs `scene` with every integrator at every step, and the reference. A run that blows up or
-/// fails is a result, not an error.
+/// Makes the runs of the plan. A run that blows up or fails is a result, not an error.
 ///
 /// All final positions are of the same time: where a step does not divide the end time, the last one is
 /// shorter.
@@ -96,7 +136,10 @@ using StudyProgress = std::function<void(std::size_t, std::size_t, Integrator, d
 /// The observed order p solves e(h₂)/e(h₁) = (h₂/h₁)^p; for runs of the reference's own integrator,
 /// whose errors are differences to a member of the family, (h₂^p − h_r^p)/(h₁^p − h_r^p) instead.
 /// Where the reference's own error is not small beside the errors compared, there is no order.
-/// Throws InputError for steps that are not positive or longer than the end time.
+StudyResult run_study(const StudyPlan& plan, const TetMesh& mesh,
+                      const ObserverFactory& observers = {}, const StudyProgress& progress = {});
+
+/// Plans a study and makes its runs.
 StudyResult run_study(const Scene& scene, const TetMesh& mesh, const StudySettings& settings,
                       const ObserverFactory& observers = {}, const StudyProgress& progress = {});
 

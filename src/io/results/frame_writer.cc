@@ -55,9 +55,10 @@ FrameWriter::FrameWriter(const TetMesh& mesh, const std::string& directory)
   impl_->grid = make_grid(mesh);
   const fs::path frames = fs::path(directory) / "frames";
   try {
-    fs::create_directories(frames);
+    fs::create_directories(directory);
     // Frames of an earlier run would pass for this one's.
     fs::remove(fs::path(directory) / "frames.pvd");
+    if (!fs::exists(frames)) return;
     std::vector<fs::path> old;
     for (const auto& entry : fs::directory_iterator(frames)) {
       const std::string name = entry.path().filename().string();
@@ -66,6 +67,8 @@ FrameWriter::FrameWriter(const TetMesh& mesh, const std::string& directory)
       }
     }
     for (const fs::path& file : old) fs::remove(file);
+    std::error_code not_empty;  // something else is in it
+    fs::remove(frames, not_empty);
   } catch (const fs::filesystem_error& error) {
     throw OutputError(fmt::format("{}: cannot be made or emptied ({}). Choose another directory.",
                                   frames.string(), error.code().message()));
@@ -75,6 +78,13 @@ FrameWriter::FrameWriter(const TetMesh& mesh, const std::string& directory)
 FrameWriter::~FrameWriter() = default;
 
 void FrameWriter::write(const Frame& frame) {
+  const std::string frames = impl_->directory + "/frames";
+  std::error_code error;
+  std::filesystem::create_directories(frames, error);
+  if (error) {
+    throw OutputError(
+        fmt::format("{}: cannot be made ({}). Choose another directory.", frames, error.message()));
+  }
   const std::string name = fmt::format("frames/frame_{:06}.vtu", frame.step);
   write_vtu(impl_->filled(frame), impl_->directory + "/" + name);
   impl_->entries += fmt::format(

@@ -214,12 +214,12 @@ void RunRecorder::on_start(const Session& session) {
   s.history << history_header(session);
   s.frames = std::make_unique<FrameWriter>(session.system().mesh(), s.directory);
   s.write_row(session);
-  s.write_frame(session, make_frame(session));
+  if (s.frame_every > 0) s.write_frame(session, make_frame(session));
 }
 
 bool RunRecorder::on_step(const Session& session) {
   impl_->write_row(session);
-  if (session.state().step % impl_->frame_every == 0)
+  if (impl_->frame_every > 0 && session.state().step % impl_->frame_every == 0)
     impl_->write_frame(session, make_frame(session));
   return true;
 }
@@ -227,7 +227,7 @@ bool RunRecorder::on_step(const Session& session) {
 void RunRecorder::on_finish(const Session& session) {
   Impl& s = *impl_;
   const Frame last = make_frame(session);
-  if (s.last_frame != session.state().step) s.write_frame(session, last);
+  if (s.frame_every > 0 && s.last_frame != session.state().step) s.write_frame(session, last);
   s.frames->write_single(last, s.path("final.vtu"));
   s.history.close();
   if (!s.history) {

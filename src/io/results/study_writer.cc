@@ -31,7 +31,7 @@ std::string study_csv(const StudyResult& result) {
       "integrator,step,status,steps,wall_seconds,seconds_per_simulated_second,"
       "iterations_per_step,max_relative_energy_drift,linear_momentum_drift,"
       "angular_momentum_drift,angular_momentum_drift_allowed,position_error,position_error_rms,"
-      "observed_order,stable_step,variant,role\n";
+      "observed_order,stable_step,variant,role,solver\n";
   for (const StudyRow& row : result.rows) {
     text += fmt::format("{},{:.17g},{},{}", to_string(row.integrator), row.step,
                         to_string(row.status), row.steps);
@@ -42,8 +42,8 @@ std::string study_csv(const StudyResult& result) {
           row.observed_order}) {
       text += ',' + csv_number(value);
     }
-    text +=
-        ',' + csv_number(row.stable_step) + ',' + row.variant + ',' + to_string(row.role) + '\n';
+    text += fmt::format(",{},{},{},{}\n", csv_number(row.stable_step), row.variant,
+                        to_string(row.role), row.solver);
   }
   return text;
 }
@@ -64,6 +64,8 @@ std::string study_json(const StudyResult& result, const std::string& scene_name)
     json["runs"].push_back(
         {{"integrator", to_string(row.integrator)},
          {"step", row.step},
+         {"solver", row.solver},
+         {"compares_solver", row.compares_solver},
          {"variant", row.variant},
          {"role", to_string(row.role)},
          {"stable_step", json_number(row.stable_step)},
@@ -89,9 +91,9 @@ std::string study_json(const StudyResult& result, const std::string& scene_name)
 
 std::string study_table(const StudyResult& result) {
   std::string text =
-      fmt::format("{:<15}{:>11}{:>9}{:>10}{:>8}{:>10}{:>9}{:>9}{:>10}{:>10}{:>10}{:>10}{:>7}\n",
-                  "integrator", "step [s]", "h/h_crit", "status", "steps", "wall [s]", "iter/st",
-                  "energy", "lin.mom.", "ang.mom.", "pos.error", "pos.rms", "order");
+      fmt::format("{:<15}{:<8}{:>9}{:>9}{:>10}{:>7}{:>10}{:>9}{:>9}{:>10}{:>10}{:>10}{:>10}{:>7}\n",
+                  "integrator", "solver", "step [s]", "h/h_crit", "status", "steps", "wall [s]",
+                  "iter/st", "energy", "lin.mom.", "ang.mom.", "pos.error", "pos.rms", "order");
   for (std::size_t i = 0; i < result.rows.size(); ++i) {
     const StudyRow& row = result.rows[i];
     const bool is_reference = row.role == StudyRole::kReference;
@@ -104,9 +106,9 @@ std::string study_table(const StudyResult& result) {
                               : "");
     }
     text += fmt::format(
-        "{:<15}{:>11.4g}{:>9.3g}{:>10}{:>8}{:>10.3g}{:>9}{:>9}{:>10}{:>10}{:>10}{:>10}{:>7}\n",
-        to_string(row.integrator), row.step, row.step / row.stable_step, to_string(row.status),
-        row.steps, row.wall_seconds,
+        "{:<15}{:<8}{:>9.4g}{:>9.3g}{:>10}{:>7}{:>10.3g}{:>9}{:>9}{:>10}{:>10}{:>10}{:>10}{:>7}\n",
+        to_string(row.integrator), row.solver.empty() ? "-" : row.solver, row.step,
+        row.step / row.stable_step, to_string(row.status), row.steps, row.wall_seconds,
         is_implicit(row.integrator) ? cell(row.iterations_per_step, "{:.2f}") : "-",
         cell(row.max_relative_energy_drift, "{:.1e}"), cell(row.linear_momentum_drift, "{:.1e}"),
         cell(row.angular_momentum_drift, "{:.1e}"),

@@ -56,6 +56,29 @@ const char* cell_array_name(ColorField field) {
   }
 }
 
+// Why a directory without frames.pvd cannot be replayed, and what can.
+std::string why_no_frames(const fs::path& directory) {
+  if (fs::exists(directory / "study.json")) {
+    std::vector<std::string> runs;
+    for (const auto& entry : fs::directory_iterator(directory)) {
+      if (fs::exists(entry.path() / "frames.pvd")) runs.push_back(entry.path().string());
+    }
+    std::sort(runs.begin(), runs.end());
+    if (runs.empty()) {
+      return "this study has written no frames. Repeat it with --frames all, or with the names of "
+             "the runs to look at.";
+    }
+    return fmt::format(
+        "this is a study of several runs. Give the folder of one that has frames: {}.",
+        fmt::join(runs, ", "));
+  }
+  if (fs::exists(directory / "history.csv")) {
+    return "this run of a study has written no frames. Repeat the study with --frames and the name "
+           "of this folder.";
+  }
+  return "there is no frames.pvd in it. Give the output directory of a run, or a scene.";
+}
+
 void set_magnitudes(Snapshot& snapshot, const Vector& field) {
   for (Index v = 0; v < field.size() / 3; ++v) {
     snapshot.field_values.push_back(static_cast<float>(field.segment<3>(3 * v).norm()));
@@ -68,10 +91,7 @@ Replay::Replay(const std::string& path) {
   fs::path collection = path;
   if (fs::is_directory(collection)) collection /= "frames.pvd";
   directory_ = fs::absolute(collection).parent_path().string();
-  if (!fs::exists(collection)) {
-    throw FileError(fmt::format(
-        "{}: there is no frames.pvd in it. Give the output directory of a run, or a scene.", path));
-  }
+  if (!fs::exists(collection)) throw FileError(path + ": " + why_no_frames(path));
   read_collection(collection.string());
   mesh_ = read_mesh(files_.front());
   rest_ = mesh_.rest_positions();

@@ -1,0 +1,151 @@
+// Which runs a study makes.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "initial_state.h"
+#include "tetraction/core/error.h"
+#include "tetraction/simulation/study.h"
+
+namespace tetraction {
+namespace {
+
+// The step nearest to h that divides `end`: for steps that nobody asked for.
+double dividing_step(double h, double end) {
+  return end / std::max(1.0, std::round(end / h));
+}
+
+double checked_step(double step, double end) {
+  if (!(step > 0.0) || !std::isfinite(step) || step > end) {
+    throw InputError(fmt::format(
+        "A study's step must be positive and at most the end time {} s, not {} s.", end, step));
+  }
+  return step;
+}
+
+void check_scenes(const std::vector<StudyVariant>& variants) {
+  const StudyVariant& first = variants.front();
+  for (const StudyVariant& variant : variants) {
+    if (variant.scene.time.end == first.scene.time.end) continue;
+    throw InputError(
+        fmt::format("The variants {} and {} end at different times, {} s and {} s: give all the "
+                    "same time.end, or their positions cannot be compared.",
+                    first.name, variant.name, first.scene.time.end, variant.scene.time.end));
+  }
+  for (const EventSettings& event : first.scene.event) {
+    for (const Edit& edit : event.edits) {
+      if (!std::holds_alternative<SetTime>(edit)) continue;
+      throw InputError(event.where +
+                       " changes [time], which a study does itself: integrators and steps are "
+                       "what it compares. Leave that change out.");
+    }
+  }
+}
+
+// Ascending, each once.
+std::vector<double> steps_of(const StudySettings& settings, double stable_step, double end) {
+  std::vector<double> wanted = settings.steps;
+  if (wanted.empty()) {
+    for (const double factor : {0.25, 0.5, 2.0, 8.0, 32.0}) {
+      const double step = factor * stable_step;
+      if (step <= end) wanted.push_back(dividing_step(step, end));
+    }
+  }
+  if (wanted.empty()) {
+    throw InputError("The end time is shorter than the stable step: make time.end larger.");
+  }
+  for (const double step : wanted) checked_step(step, end);
+  std::sort(wanted.begin(), wanted.end());
+  wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
+  return wanted;
+}
+
+PlannedRun planned_run(const StudyPlan& plan, std::size_t variant, Integrator integrator,
+                       double step) {
+  const StudyVariant& scene = plan.variants[variant];
+  PlannedRun run;
+  run.variant = variant;
+  run.integrator = integrator;
+  run.step = step;
+  if (is_implicit(integrator)) run.solver = scene.scene.solver.kind;
+  run.directory = fmt::format("{}{}{}-{:.10g}", scene.name, scene.name.empty() ? "" : "-",
+                              to_string(integrator), step);
+  return run;
+}
+
+void check_comparison(const SolverComparison& wanted, const Scene& scene) {
+  SolverSettings solver = scene.solver;
+  solver.kind = wanted.solver;
+  solver.linear = LinearSolver::kAuto;
+  check_solver(solver);
+  if (solver.kind == scene.solver.kind) {
+    throw InputError(fmt::format(
+        "The scene's own solver is {} already, so that there is nothing to compare it with. To run "
+        "it at {} s, add that step to the steps of the study.",
+        solver.kind, wanted.step));
+  }
+}
+
+}  // namespace
+
+StudyPlan plan_study(const Scene& scene, const TetMesh& mesh, const StudySettings& settings) {
+  StudyPlan plan;
+  plan.variants = settings.variants;
+  if (plan.variants.empty()) plan.variants.push_back({"", scene});
+  check_scenes(plan.variants);
+  const Scene& first = plan.variants.front().scene;
+  plan.end = first.time.end;
+  {
+    const std::unique_ptr<MechanicalSystem> system = make_system(first, mesh);
+    const State initial = make_initial_state(first, *system);
+    plan.stable_step = stability_limit(*system, initial.position).critical_step;
+  }
+  std::vector<Integrator> integrators = settings.integrators;
+  if (integrators.empty()) {
+    integrators = {Integrator::kExplicit, Integrator::kVerlet, Integrator::kMidpoint,
+                   Integrator::kBackwardEuler};
+  }
+  const std::vector<double> steps = steps_of(settings, plan.stable_step, plan.end);
+
+  const auto implicit = std::find_if(integrators.begin(), integrators.end(), is_implicit);
+  if (!settings.solver_comparisons.empty() && implicit == integrators.end()) {
+    throw InputError(
+        "Solvers can be compared only in a study with an implicit integrator: add midpoint or "
+        "backward-euler to its integrators.");
+  }
+  for (std::size_t variant = 0; variant < plan.variants.size(); ++variant) {
+    for (auto integrator = integrators.begin(); integrator != integrators.end(); ++integrator) {
+      for (const double step : steps) {
+        plan.runs.push_back(planned_run(plan, variant, *integrator, step));
+      }
+      if (variant > 0 || integrator != implicit) continue;
+      for (const SolverComparison& wanted : settings.solver_comparisons) {
+        check_comparison(wanted, first);
+        PlannedRun run =
+            planned_run(plan, variant, *integrator, checked_step(wanted.step, plan.end));
+        run.solver = wanted.solver;
+        run.compares_solver = true;
+        run.directory += "-" + wanted.solver;
+        for (const PlannedRun& other : plan.runs) {
+          if (other.directory != run.directory) continue;
+          throw InputError(
+              fmt::format("The solver {} at {} s is there twice.", wanted.solver, wanted.step));
+        }
+        plan.runs.push_back(run);
+      }
+    }
+  }
+
+  const double reference_step =
+      settings.reference_step ? checked_step(*settings.reference_step, plan.end) : steps.front();
+  plan.reference = planned_run(plan, 0, settings.reference_integrator, reference_step);
+  plan.reference_is_row =
+      std::any_of(plan.runs.begin(), plan.runs.end(), [&](const PlannedRun& run) {
+        return run.directory == plan.reference.directory && run.step == reference_step;
+      });
+  if (!plan.reference_is_row) plan.reference.directory.insert(0, "reference-");
+  return plan;
+}
+
+}  // namespace tetraction

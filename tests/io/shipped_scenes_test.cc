@@ -1,0 +1,80 @@
+// The scenes of examples/scenes as whole problems.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "tetraction/io/mesh_reader.h"
+#include "tetraction/io/scene_reader.h"
+#include "tetraction/mesh/generate.h"
+#include "tetraction/simulation/scene_objects.h"
+
+namespace tetraction {
+namespace {
+
+// Every shipped scene, with the implicit rules: the same steps as Ceres'.
+class ShippedScene : public testing::TestWithParam<std::tuple<std::string, Integrator>> {};
+
+std::vector<std::string> shipped_scenes() {
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(TETRACTION_SCENES)) {
+    if (entry.path().extension() == ".toml") names.push_back(entry.path().stem().string());
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+TEST_P(ShippedScene, TheSameStepsAsCeres) {
+  const auto& [name, integrator] = GetParam();
+  Scene scene = read_scene(std::string(TETRACTION_SCENES) + "/" + name + ".toml");
+  const TetMesh mesh = scene.mesh.generate ? generate_mesh(*scene.mesh.generate)
+                                           : read_mesh(scene.mesh.file, scene.mesh.scale);
+  const auto system = make_system(scene, mesh);
+  const State start = make_initial_state(scene, *system);
+  const double h = scene.time.automatic ? 0.01 : scene.time.step;
+  const int steps = mesh.tetrahedron_count() > 3000 ? 2 : 3;
+  SolverSettings settings;
+  settings.tolerance = 1e-10;
+  settings.max_iterations = 200;
+  settings.kind = "ceres";
+  const auto run = [&] {
+    std::vector<Vector> positions;
+    State state = start;
+    const auto stepper = make_stepper(integrator, settings, *system);
+    for (int i = 1; i <= steps; ++i) {
+      const StepOutcome outcome = stepper->step_to(state, h, i * h);
+      EXPECT_TRUE(outcome.ok()) << settings.kind << " " << outcome.message;
+      positions.push_back(state.position);
+    }
+    return positions;
+  };
+  const std::vector<Vector> expected = run();
+  settings.kind = "newton";
+  for (const LinearSolver linear :
+       {LinearSolver::kAuto, LinearSolver::kMatrixFree, LinearSolver::kCg, LinearSolver::kFactor}) {
+    settings.linear = linear;
+    if (linear == LinearSolver::kMatrixFree && !system->coordinates().sets().empty()) continue;
+    const std::vector<Vector> positions = run();
+    for (std::size_t i = 0; i < positions.size(); ++i) {
+      const double moved = (expected[i] - start.position).norm();
+      EXPECT_LE((positions[i] - expected[i]).norm(), 1e-7 * moved)
+          << to_string(linear) << ", step " << i + 1;
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, ShippedScene,
+                         testing::Combine(testing::ValuesIn(shipped_scenes()),
+                                          testing::Values(Integrator::kMidpoint,
+                                                          Integrator::kBackwardEuler)),
+                         [](const auto& test) {
+                           return std::get<0>(test.param) +
+                                  (std::get<1>(test.param) == Integrator::kMidpoint ? "_midpoint"
+                                                                                    : "_euler");
+                         });
+
+}  // namespace
+}  // namespace tetraction
