@@ -6,6 +6,7 @@
 #include <limits>
 #include <utility>
 
+#include "core/conjugate_gradients.h"
 #include "proper_rotation.h"
 
 namespace tetraction {
@@ -130,6 +131,7 @@ bool FirstGuess::keeps_volumes(const Vector& from, const Vector& x) const {
 
 // Conjugate gradients with the diagonal, on the free coordinates z of x + T z. A few digits do.
 void FirstGuess::carry_along(const StepProblem& problem, Vector& x) const {
+  constexpr double kEnough = 1e-4;
   const RestState& rest = system_.rest();
   const FreeCoordinates& free = system_.coordinates();
   const auto apply = [&](const Vector& u) {
@@ -166,21 +168,11 @@ void FirstGuess::carry_along(const StepProblem& problem, Vector& x) const {
   Vector z = Vector::Zero(free.count());
   if (free.count() == 0) return;
   Vector r = -free.restrict(apply(lack));
-  Vector y = inverse_diagonal.cwiseProduct(r);
-  Vector p = y;
-  double ry = r.dot(y);
-  const double enough = 1e-8 * ry;
   const int most = 10 + static_cast<int>(10.0 * std::cbrt(static_cast<double>(free.count())));
-  for (int i = 0; i < most && ry > enough; ++i) {
-    const Vector ap = free.restrict(apply(free.extend(p)));
-    const double alpha = ry / p.dot(ap);
-    z += alpha * p;
-    r -= alpha * ap;
-    y = inverse_diagonal.cwiseProduct(r);
-    const double next = r.dot(y);
-    p = y + (next / ry) * p;
-    ry = next;
-  }
+  PlainVectors vectors(
+      z, r, [&](const Vector& p, Vector& ap) { ap = free.restrict(apply(free.extend(p))); },
+      [&](const Vector& residual, Vector& y) { y = inverse_diagonal.cwiseProduct(residual); });
+  conjugate_gradients(vectors, kEnough, most);
   x += free.extend(z);
 }
 

@@ -5,10 +5,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <limits>
 #include <stdexcept>
 
+#include "core/pseudo_random.h"
 #include "scaled_matrix.h"
 #include "tetraction/core/error.h"
 
@@ -21,17 +21,6 @@ struct Eigenpair {
   double value = 0.0;
   Vector vector;  // empty: not found
 };
-
-// The same numbers in every run, between −1 and 1.
-Vector noise(Index size) {
-  Vector values(size);
-  std::uint32_t state = 12345;
-  for (double& value : values) {
-    state = 1664525U * state + 1013904223U;
-    value = static_cast<double>(state >> 8U) / 8388608.0 - 1.0;
-  }
-  return values;
-}
 
 // Small systems: all eigenvalues of the dense matrix.
 Eigenpair dense_largest(const ScaledMatrix& op) {
@@ -62,7 +51,7 @@ Eigenpair lanczos_largest(ScaledMatrix& op, const Vector& start, Index subspace,
 
 // Power iteration with the Rayleigh quotient: the fall-back, should Lanczos not converge.
 Eigenpair power_largest(const ScaledMatrix& op) {
-  Vector x = noise(op.rows()).normalized();
+  Vector x = pseudo_random(op.rows()).normalized();
   Vector y(op.rows());
   double value = 0.0;
   for (int i = 0; i < 2000; ++i) {
@@ -116,7 +105,7 @@ Eigenpair follow_largest(ScaledMatrix& op, const Vector& last, const Vector& oth
   constexpr Index kRestarts = 12;
   constexpr double kTolerance = 0.02;
   if (op.rows() <= kDense) return dense_largest(op);
-  Vector start = 0.05 * noise(op.rows()).normalized();
+  Vector start = 0.05 * pseudo_random(op.rows()).normalized();
   if (last.size() == start.size()) start += last.normalized();
   if (other.size() == start.size()) start += 0.5 * other.normalized();
   Eigenpair largest = lanczos_largest(op, start, kSubspace, kRestarts, kTolerance);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/pseudo_random.h"
 #include "tetraction/core/parallel.h"
 
 namespace tetraction {
@@ -129,7 +130,6 @@ void AssembledSystem::multiply(const Vector& x, Vector& y) const {
 
 CgReport AssembledSystem::solve(const Vector& right, Preconditioner preconditioner, double forcing,
                                 int max_iterations, Vector& solution) {
-  CgReport report;
   Vector inverse_diagonal;
   if (preconditioner == Preconditioner::kDiagonal) {
     inverse_diagonal.resize(right.size());
@@ -139,55 +139,31 @@ CgReport AssembledSystem::solve(const Vector& right, Preconditioner precondition
       inverse_diagonal[j] = d > 0.0 ? 1.0 / d : 1.0;
     }
   }
-  const auto precondition = [&](const Vector& r) -> Vector {
-    if (preconditioner == Preconditioner::kDiagonal) return inverse_diagonal.cwiseProduct(r);
-    if (preconditioner == Preconditioner::kFactor) return matrix_->cholesky.solve(r);
-    Vector z(r.size());
-    single_precision_factor().solve(r, z);
-    return z;
+  const auto precondition = [&](const Vector& r, Vector& z) {
+    if (preconditioner == Preconditioner::kDiagonal) {
+      z = inverse_diagonal.cwiseProduct(r);
+    } else if (preconditioner == Preconditioner::kFactor) {
+      z = matrix_->cholesky.solve(r);
+    } else {
+      z.resize(r.size());
+      single_precision_factor().solve(r, z);
+    }
   };
   solution.setZero(right.size());
   if (residual_.size() != right.size()) residual_ = pseudo_random(right.size());
-  Vector& r = residual_;
-  const double share = kSeed * forcing * right.norm() / r.norm();
+  const double share = kSeed * forcing * right.norm() / residual_.norm();
   if (std::isfinite(share)) {
-    r = right + share * r;
+    residual_ = right + share * residual_;
   } else {
-    r = right;
+    residual_ = right;
   }
-  Vector z = precondition(r);
-  Vector p = z;
-  Vector ap;
-  double rz = r.dot(z);
-  double rr = r.squaredNorm();
-  const double first = rr;
-  while (report.iterations < max_iterations) {
-    if (rr <= forcing * forcing * first) {
-      report.converged = true;
-      break;
-    }
-    if (report.iterations > 0) {
-      z = precondition(r);
-      const double next = r.dot(z);
-      p = z + (next / rz) * p;
-      rz = next;
-    }
-    ++report.iterations;
-    multiply(p, ap);
-    const double curvature = p.dot(ap);
-    if (!(curvature > 0.0)) {
-      report.negative_curvature = true;
-      curved_direction_ = p;
-      curvature_ = curvature;
-      if (report.iterations == 1) solution = p;
-      break;
-    }
-    const double alpha = rz / curvature;
-    solution += alpha * p;
-    r -= alpha * ap;
-    rr = r.squaredNorm();
+  PlainVectors vectors(
+      solution, residual_, [&](const Vector& p, Vector& ap) { multiply(p, ap); }, precondition);
+  const CgReport report = conjugate_gradients(vectors, forcing, max_iterations);
+  if (report.negative_curvature) {
+    curved_direction_ = vectors.direction();
+    curvature_ = report.curvature;
   }
-  report.reduction = first > 0.0 ? std::sqrt(rr / first) : 0.0;
   return report;
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "core/pseudo_random.h"
 #include "tetraction/core/parallel.h"
 
 namespace tetraction {
@@ -262,7 +263,7 @@ auto MatrixFreeCg<T>::allowed(const Row& x, Index place) const -> Row {
 // x = 0, r = −gradient/scale, so that single precision holds any units, and a part of the last
 // solve's residual, of size `share`.
 template <class T>
-auto MatrixFreeCg<T>::start(const Vector& gradient, double scale, double share) -> Products {
+void MatrixFreeCg<T>::start(const Vector& gradient, double scale, double share) {
   const FreeCoordinates& coordinates = system_.coordinates();
   const T kept =
       last_ > 0.0 && std::isfinite(last_) ? static_cast<T>(share / std::sqrt(last_)) : T(0);
@@ -272,19 +273,22 @@ auto MatrixFreeCg<T>::start(const Vector& gradient, double scale, double share) 
     if (!coordinates.is_free(v)) g = project(coordinates, v, g);
     row(x_, i).setZero();
     row(ap_, i).setZero();
+    row(p_, i).setZero();
     const Row own = Eigen::Vector4d(g[0], g[1], g[2], 0.0).template cast<T>();
     row(r_, i) = kept > T(0) ? Row(own + kept * row(r_, i)) : own;
   });
-  return start_direction();
+  descend(0.0);
 }
 
-// p = z = the preconditioned r; returns r·z and r·r.
+// Makes a coarse space where that pays by now.
 template <class T>
-auto MatrixFreeCg<T>::start_direction() -> Products {
-  for_places([&](Index i) { row(p_, i).setZero(); });
-  const Products products = descend(T(0));
-  turn(T(0), T(0));
-  return products;
+bool MatrixFreeCg<T>::renew(const CgReport& report) {
+  if (factor_ != nullptr || !choice_.should_make(report.iterations)) return false;
+  known_digits_ = 0.5 * std::log10(report.first_square / report.last_square);
+  known_iterations_ = report.iterations;
+  choice_.made(make_coarse_space(), report.iterations, known_digits_);
+  descend(0.0);
+  return true;
 }
 
 // ap = A p; returns p·A p.
@@ -323,12 +327,13 @@ void MatrixFreeCg<T>::add_neighbors(Index place, Row& sum) const {
   }
 }
 
-// r −= alpha ap; z = the vertices' part of the preconditioned r, the coarse part in the motions of
-// the groups; returns r·z of both and r·r.
+// r −= alpha ap; z = the vertices' part of the preconditioned r, and of the coarse part what the motions
+// of the groups are worked out from.
 template <class T>
-auto MatrixFreeCg<T>::descend(T alpha) -> Products {
+void MatrixFreeCg<T>::descend(double step) {
+  const T alpha = static_cast<T>(step);
   const bool coarse = factor_ == nullptr && choice_.in_use();
-  Products products = sum_over_groups([&](Index g) {
+  products_ = sum_over_groups([&](Index g) {
     Row own = Row::Zero();
     Row square = Row::Zero();
     Row force = Row::Zero();
@@ -360,9 +365,13 @@ auto MatrixFreeCg<T>::descend(T alpha) -> Products {
     }
     return Products{own.template cast<double>().sum(), square.template cast<double>().sum()};
   });
-  if (coarse) products.rz += coarse_->solve();
-  if (factor_ != nullptr) products.rz = precondition_with_factor();
-  return products;
+}
+
+// The rest of the preconditioned r, the coarse part in the motions of the groups.
+template <class T>
+double MatrixFreeCg<T>::precondition() {
+  if (factor_ != nullptr) return precondition_with_factor();
+  return choice_.in_use() ? products_.rz + coarse_->solve() : products_.rz;
 }
 
 // z = (L Lᵀ)⁻¹ r over the free coordinates; returns r·z.
@@ -409,7 +418,9 @@ double MatrixFreeCg<T>::precondition_with_factor() {
 
 // x += alpha p; p = z + beta p, z with the motions of the groups.
 template <class T>
-void MatrixFreeCg<T>::turn(T alpha, T beta) {
+void MatrixFreeCg<T>::turn(double step_length, double share) {
+  const T alpha = static_cast<T>(step_length);
+  const T beta = static_cast<T>(share);
   for_groups([&](Index g) {
     const auto step = [&](Index i, const Row& z) {
       const Row p = row(p_, i);
@@ -435,56 +446,34 @@ void MatrixFreeCg<T>::turn(T alpha, T beta) {
   });
 }
 
+// x += alpha p.
+template <class T>
+void MatrixFreeCg<T>::finish(double alpha) {
+  for_places([&](Index i) { row(x_, i) += static_cast<T>(alpha) * row(p_, i); });
+}
+
 template <class T>
 CgReport MatrixFreeCg<T>::run(const Vector& gradient, double forcing, int max_iterations,
                               SinglePrecisionFactor* factor, Vector& step) {
   factor_ = factor;
   if (factor == nullptr && !has_blocks_) make_blocks();
-  const Index n = system_.vertex_count();
-  const FreeCoordinates& coordinates = system_.coordinates();
-  CgReport report;
-  const double scale = coordinates.restricted_norm(gradient);
+  const double scale = system_.coordinates().restricted_norm(gradient);
   if (!(scale > 0.0)) {
-    step.setZero(3 * n);
+    step.setZero(3 * system_.vertex_count());
+    CgReport report;
     report.converged = true;
     return report;
   }
-  Products products =
-      start(gradient, scale, (factor == nullptr ? kSeed : kSeedWithFactor) * forcing);
-  const double first = products.rr;
-  const auto digits = [&] { return 0.5 * std::log10(first / products.rr); };
-  int counted = 0;  // iterations and digits that the choice knows of already
-  double known_digits = 0.0;
-  while (report.iterations < max_iterations) {
-    if (products.rr <= forcing * forcing * first) {
-      report.converged = true;
-      break;
-    }
-    if (factor == nullptr && choice_.should_make(report.iterations)) {
-      known_digits = digits();
-      counted = report.iterations;
-      choice_.made(make_coarse_space(), report.iterations, known_digits);
-      ++report.coarse_spaces;
-      products = start_direction();  // conjugate gradients begin again from here
-    }
-    ++report.iterations;
-    const double curvature = multiply();
-    if (!(curvature > 0.0)) {
-      report.negative_curvature = true;
-      curvature_ = curvature;
-      if (report.iterations == 1) x_ = p_;  // the preconditioned gradient itself
-      break;
-    }
-    const T alpha = static_cast<T>(products.rz / curvature);
-    const double last = products.rz;
-    products = descend(alpha);
-    const T beta = static_cast<T>(products.rz / last);
-    turn(alpha, beta);
+  known_iterations_ = 0;
+  known_digits_ = 0.0;
+  start(gradient, scale, (factor == nullptr ? kSeed : kSeedWithFactor) * forcing);
+  const CgReport report = conjugate_gradients(*this, forcing, max_iterations);
+  if (report.negative_curvature) curvature_ = report.curvature;
+  last_ = report.last_square;
+  if (report.converged && factor == nullptr) {
+    choice_.solved(report.iterations - known_iterations_,
+                   0.5 * std::log10(report.first_square / report.last_square) - known_digits_);
   }
-  last_ = products.rr;
-  report.reduction = std::sqrt(products.rr / first);
-  if (report.converged && factor == nullptr)
-    choice_.solved(report.iterations - counted, digits() - known_digits);
   for_places([&](Index i) { row(x_, i) *= static_cast<T>(scale); });
   copy(x_, step);
   return report;

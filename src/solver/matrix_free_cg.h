@@ -7,6 +7,7 @@
 
 #include "coarse_choice.h"
 #include "coarse_space.h"
+#include "core/conjugate_gradients.h"
 #include "fem/tangent_operator.h"
 #include "negative_curvature.h"
 #include "single_precision_factor.h"
@@ -14,15 +15,6 @@
 #include "vertex_groups.h"
 
 namespace tetraction {
-
-/// How a solve by conjugate gradients ended.
-struct CgReport {
-  int iterations = 0;
-  double reduction = 1.0;           ///< |r|/|b| at the end
-  bool negative_curvature = false;  ///< the direction found so far is given
-  bool converged = false;
-  int coarse_spaces = 0;  ///< that were made in this solve
-};
 
 /// Conjugate gradients on ∇²Φ(x) in precision T with the tangent stiffness applied element by
 /// element, preconditioned by the vertices' 3 × 3 blocks and, where that pays (coarse_choice.h), a
@@ -78,13 +70,22 @@ class MatrixFreeCg {
   void set_terms();
   void make_blocks();
   bool make_coarse_space();
-  Products start(const Vector& gradient, double scale, double share);
-  Products start_direction();
-  double multiply();
+  void start(const Vector& gradient, double scale, double share);
   void add_neighbors(Index place, Row& sum) const;
-  Products descend(T alpha);
   double precondition_with_factor();
-  void turn(T alpha, T beta);
+  // The verbs of conjugate_gradients(). descend() works out the vertices' part of the preconditioned
+  // residual in the same pass.
+  template <class Vectors>
+  friend CgReport conjugate_gradients(Vectors& vectors, double forcing, int max_iterations);
+  double square() const { return products_.rr; }
+  double precondition();
+  void begin() { turn(0.0, 0.0); }
+  bool renew(const CgReport& report);
+  double multiply();
+  void descend(double alpha);
+  void turn(double alpha, double beta);
+  void finish(double alpha);
+  void take_direction() { x_ = p_; }
   void copy(const AlignedVector<T>& field, Vector& vector) const;
   Row allowed(const Row& x, Index place) const;
   template <class Body>
@@ -127,6 +128,9 @@ class MatrixFreeCg {
   AlignedVector<T> off_;                // (xy xz yz 0), of terms
   AlignedVector<T> inverse_;            // of the vertices' blocks: three rows each
   AlignedVector<T> x_, r_, p_, z_, ap_;
+  Products products_;           // of the residual: the vertices' part of r·z, and r·r
+  double known_digits_ = 0.0;   // of the solve in progress, that the choice knows of already
+  int known_iterations_ = 0;    // the iterations that it knows of
   double last_ = 0.0;           // r·r at the end of the last solve
   double curvature_ = 0.0;      // of p_, if that is negative
   std::vector<Products> sums_;  // of groups

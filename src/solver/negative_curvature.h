@@ -13,9 +13,6 @@ struct NegativeCurvature {
   bool found() const { return direction.size() > 0; }
 };
 
-/// Numbers between −1 and 1, always the same: a vector that has a part of every eigenvector.
-Vector pseudo_random(Index size);
-
 /// x ← x + t d, or x − t d, with Φ(x + t d) ≤ Φ(x) − 0.1 |t ∇Φ·d + ½ t² dᵀ∇²Φ d|, first along the sign
 /// in which Φ does not rise: t is halved from as far as no element is inverted and the body's own
 /// size, and on until Φ no longer falls (curvilinear searches: Moré & Sorensen 1979). False, and x

@@ -5,6 +5,7 @@
 #include <limits>
 #include <type_traits>
 
+#include "core/pseudo_random.h"
 #include "tetraction/core/error.h"
 
 namespace tetraction {

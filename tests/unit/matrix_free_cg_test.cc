@@ -64,7 +64,7 @@ TEST_F(StiffBeam, TheCoarseSpaceSparesIterationsAndChangesNoDirection) {
   const CgReport first = cg.solve(gradient_, 1e-9, 2000, step);
   ASSERT_TRUE(first.converged);
   EXPECT_EQ(first.coarse_spaces, 1);
-  EXPECT_LE(first.reduction, 1e-9);
+  EXPECT_LE(first.reduction(), 1e-9);
   EXPECT_LT((step - expected).norm(), 1e-6 * expected.norm());
   // … and serves from the beginning.
   const CgReport second = cg.solve(gradient_, 1e-9, 2000, step);

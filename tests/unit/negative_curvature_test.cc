@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <memory>
 
+#include "core/pseudo_random.h"
 #include "support/bodies.h"
 #include "support/step_problems.h"
 #include "tetraction/solver/ceres_minimizer.h"

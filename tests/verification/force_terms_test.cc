@@ -163,6 +163,7 @@ TEST(UndefinedPotentials, AStepThroughTheFloorIsRefused) {
     Scene scene;
     scene.time = {rule, 1e-2, false, 1.0};
     scene.material.youngs_modulus = 1e3;
+    scene.material.poissons_ratio = 0.3;
     scene.initial.velocity = {0.0, -50.0, 0.0};
     scene.force_term.push_back(std::make_shared<FloorBarrier>(-0.6, 1e3, 0.01));
     Session session(scene, generate_box({0.2, 0.2, 0.2}, {1, 1, 1}));
@@ -175,6 +176,8 @@ TEST(UndefinedPotentials, AStepThroughTheFloorIsRefused) {
 
 TEST(UndefinedPotentials, ABodyMayNotBeginThere) {
   Scene scene;
+  scene.material.youngs_modulus = 1e3;
+  scene.material.poissons_ratio = 0.3;
   scene.force_term.push_back(std::make_shared<FloorBarrier>(0.1, 1e3, 0.01));
   try {
     Session session(scene, generate_box({0.2, 0.2, 0.2}, {1, 1, 1}));
@@ -188,6 +191,7 @@ TEST(UndefinedPotentials, ABodyMayNotBeginThere) {
 TEST(TermsAndStability, TheLimitKnowsTheirStiffness) {
   Scene scene;
   scene.material.youngs_modulus = 1e3;
+  scene.material.poissons_ratio = 0.3;
   scene.time = {Integrator::kVerlet, 1e-6, false, 1.0};
   const TetMesh mesh = generate_box({0.2, 0.2, 0.2}, {1, 1, 1});
   const double without = Session(scene, mesh).initial_limit().omega_max;

@@ -1,0 +1,45 @@
+// Backward Euler: forces at q_{k+1}, p = M v.
+#include <utility>
+
+#include "implicit_stepper.h"
+
+namespace tetraction {
+namespace {
+
+class BackwardEulerStepper : public ImplicitStepper {
+ public:
+  BackwardEulerStepper(const MechanicalSystem& system, std::shared_ptr<Minimizer> minimizer)
+      : ImplicitStepper(system, std::move(minimizer), 1.0, ConstraintDirection::kEnd) {}
+
+ private:
+  void set_end_position(const State& /*state*/, double /*h*/) override { next_.position = x_; }
+  void set_end_momentum(const State& state, const Vector& /*start*/, double h,
+                        StepOutcome& outcome) override {
+    const Constraints& constraints = system_.constraints();
+    next_.momentum = carried_;
+    configuration_force_ = constraint_force_;
+    constraints.prescribe_momentum(next_.time, next_.momentum);
+    if (constraints.empty()) return;
+    // What the free coordinates keep beside the multipliers is the solver's residual, not a reaction.
+    Vector& reaction = outer_;
+    Vector& free_part = work_;
+    reaction = next_.momentum - state.momentum - h * force_;
+    free_part = reaction;
+    if (constraints.has_equations()) free_part -= impulse_;
+    constraints.coordinates().project_momentum(system_.mass(), free_part);
+    reaction -= free_part;
+    add_reaction(next_.position, reaction, outcome);
+  }
+  Vector3 residual_arm(const State& /*state*/, Index v) const override {
+    return vertex_block(x_, v);
+  }
+};
+
+}  // namespace
+
+std::unique_ptr<Stepper> make_backward_euler_stepper(const MechanicalSystem& system,
+                                                     std::shared_ptr<Minimizer> minimizer) {
+  return std::make_unique<BackwardEulerStepper>(system, std::move(minimizer));
+}
+
+}  // namespace tetraction

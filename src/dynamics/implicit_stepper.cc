@@ -1,0 +1,125 @@
+#include "implicit_stepper.h"
+
+#include <Eigen/Geometry>
+#include <utility>
+
+namespace tetraction {
+
+ImplicitStepper::ImplicitStepper(const MechanicalSystem& system,
+                                 std::shared_ptr<Minimizer> minimizer, double alpha,
+                                 ConstraintDirection direction)
+    : Stepper(system),
+      alpha_(alpha),
+      direction_(direction),
+      minimizer_(std::move(minimizer)),
+      problem_(system),
+      guess_(system) {}
+
+void ImplicitStepper::reset() {
+  constraint_force_.resize(0);
+  guess_.reset();
+}
+
+StepOutcome ImplicitStepper::step_to(State& state, double h, double end_time) {
+  StepOutcome outcome;
+  system_.external_force(state.time, h, load_);
+  reaction_.setZero();
+  problem_.begin(state, h, end_time, alpha_, load_);
+  if (!find(state, end_time, outcome)) return outcome;
+
+  next_.step = state.step + 1;
+  next_.time = end_time;
+  problem_.positions(u_, x_);
+  // The change of position before it is rounded to a position.
+  next_.velocity = ((problem_.origin() - state.position) + u_) / problem_.step();
+  set_end_position(state, h);
+  system_.constraints().prescribe(next_.time, next_.position);
+  if (!take_momenta(state, h, outcome)) return outcome;
+  if (!next_.position.allFinite() || !next_.momentum.allFinite()) {
+    outcome.status = StepStatus::kNotFinite;
+    return outcome;
+  }
+  // The midpoint rule may leave an element inverted at q_{k+1} although it is not at x; and the energy
+  // is that of the rounded positions, which an edit between two steps finds, too.
+  const Evaluation end = system_.elastic().value(next_.position, outcome.elastic_energy);
+  if (!end.ok()) {
+    outcome.status = StepStatus::kInverted;
+    outcome.element = end.failed_element;
+    return outcome;
+  }
+  Index vertex = -1;
+  const ForceTerm* term = system_.undefined_term(next_.position, next_.time, vertex);
+  if (term != nullptr) return undefined(outcome, *term, vertex);
+  if (load_.size() > 0) outcome.external_work = load_.dot(next_.position - state.position);
+  outcome.external_work += driven_work(state, next_);
+  if (system_.is_dissipative()) outcome.dissipated_energy = problem_.dissipated_energy(u_, h);
+  reaction_ /= h;
+  outcome.constraint_work = constraint_work(state, next_);
+  if (constraining_) reaction_ += spring_force_;
+  guess_.keep(state.velocity, outcome.elastic_energy);
+  std::swap(state, next_);
+  return outcome;
+}
+
+bool ImplicitStepper::take_momenta(const State& state, double h, StepOutcome& outcome) {
+  const double s = problem_.step();
+  const Vector* gradient = nullptr;
+  if (const Evaluation status = problem_.elastic_gradient(u_, gradient); !status.ok()) {
+    outcome.status = StepStatus::kInverted;
+    outcome.element = status.failed_element;
+    return false;
+  }
+  gather_forces(state.time + s, state.position, *gradient);
+  add_impulse(x_, outer_, h, outcome);
+
+  const bool has_equations = system_.constraints().has_equations();
+  if (has_equations) start_ = state.momentum + impulse_;
+  const Vector& start = has_equations ? start_ : state.momentum;
+  system_.momentum_of(next_.velocity, carried_);
+
+  Vector& residual = work_;
+  residual = (carried_ - start) / s - force_;
+  system_.coordinates().project_momentum(system_.mass(), residual);
+  Vector3 torque = Vector3::Zero();
+  for (Index v = 0; v < system_.vertex_count(); ++v) {
+    torque += residual_arm(state, v).cross(vertex_block(residual, v));
+  }
+  outcome.residual_angular_impulse = h * torque.norm();
+  set_end_momentum(state, start, h, outcome);
+  return true;
+}
+
+// outer_ ← the forces at x_ that change the body's momentum, force_ ← all forces, damping_ ← those
+// of damping, spring_force_ ← those of terms that stand for constraints. `gradient`: of the elastic
+// energy; `previous`: q_k.
+void ImplicitStepper::gather_forces(double time, const Vector& previous, const Vector& gradient) {
+  outer_.setZero(system_.dof_count());
+  constraining_ = false;
+  const ForcePoint at = system_.force_point(x_, time);
+  for (const ForceTerm* term : system_.force_terms()) {
+    if (!term->has_potential()) continue;
+    const bool constraint = term->account() == EnergyAccount::kConstraintWork;
+    if (constraint && !constraining_) spring_force_.setZero(system_.dof_count());
+    constraining_ = constraining_ || constraint;
+    term->add_gradient(at, constraint ? spring_force_ : outer_);
+  }
+  outer_ = -outer_;
+  if (load_.size() > 0) outer_ += load_;
+  if (constraining_) {
+    spring_force_ = -spring_force_;
+    outer_ += spring_force_;
+  }
+  force_ = outer_ - gradient;
+  if (!system_.is_dissipative()) return;
+  // First the gradient of the viscous potential, which its forces point against.
+  damping_.setZero(system_.dof_count());
+  double ignored = 0.0;
+  problem_.viscous().add_value_and_gradient(problem_.step_displacement(u_), ignored, damping_);
+  damping_ = -damping_;
+  // Dissipation potentials of terms are taken at the positions at the beginning of the step.
+  system_.add_damping_force(previous, time, next_.velocity, damping_);
+  system_.add_damping_force(previous, time, next_.velocity, outer_);
+  force_ += damping_;
+}
+
+}  // namespace tetraction

@@ -1,0 +1,73 @@
+// What the implicit time-stepping rules share: one minimisation of the incremental potential a step
+// (step_problem.h), or a few where multipliers have to be found with it.
+#pragma once
+
+#include <memory>
+
+#include "first_guess.h"
+#include "tetraction/dynamics/multipliers.h"
+#include "tetraction/dynamics/stepper.h"
+
+namespace tetraction {
+
+/// An implicit step takes its forces at x = q_k + αh v, which minimises the incremental potential Φ. A
+/// rule says what α is, where the step ends, and what the momenta are there.
+class ImplicitStepper : public Stepper {
+ public:
+  void reset() override;
+  StepOutcome step_to(State& state, double h, double end_time) override;
+
+ protected:
+  /// `direction`: of the impulses of multipliers, at q_k or at the end of the step.
+  ImplicitStepper(const MechanicalSystem& system, std::shared_ptr<Minimizer> minimizer,
+                  double alpha, ConstraintDirection direction);
+
+  /// next_.position ← q_{k+1}, next_.velocity being v.
+  virtual void set_end_position(const State& state, double h) = 0;
+  /// next_.momentum ← p_{k+1}, with the reactions of constraints entered. `start`: p_k after the impulses
+  /// of the multipliers, 3 per vertex.
+  virtual void set_end_momentum(const State& state, const Vector& start, double h,
+                                StepOutcome& outcome) = 0;
+  /// What the torque of the minimiser's residual at a vertex acts over, m
+  /// (StepOutcome::residual_angular_impulse).
+  virtual Vector3 residual_arm(const State& state, Index v) const = 0;
+
+  // What the rules need of the step in progress.
+  const StepProblem& problem() const { return problem_; }
+  State next_;
+  Vector x_;                 // where forces are taken
+  Vector impulse_;           // of the multipliers, per vertex
+  Vector constraint_force_;  // on the configuration, of the last step
+  Vector outer_;             // the forces at x_ that change the body's momentum; work space then
+  Vector force_;             // all forces at x_
+  Vector carried_;           // M v
+  Vector work_;
+
+ private:
+  bool find(const State& state, double end_time, StepOutcome& outcome);
+  bool minimize(const State& state, StepOutcome& outcome);
+  bool lead_along(const State& state, double end_time, StepOutcome& outcome);
+  MinimizerReport call_minimizer(StepOutcome& outcome);
+  bool solve(StepOutcome& outcome);
+  MinimizerReport minimize_to_round_off(StepOutcome& outcome);
+  bool solve_constrained(const State& state, StepOutcome& outcome);
+  void apply_constraint_force(const Vector& force);
+  bool take_momenta(const State& state, double h, StepOutcome& outcome);
+  void gather_forces(double time, const Vector& previous, const Vector& gradient);
+
+  double alpha_;
+  ConstraintDirection direction_;
+  std::shared_ptr<Minimizer> minimizer_;
+  StepProblem problem_;
+  FirstGuess guess_;
+  // Kept to spare allocations.
+  Vector u_;  // from the problem's origin
+  Vector trial_;
+  Vector load_;  // empty: none
+  Vector spring_force_;
+  bool constraining_ = false;  // some term stands for a constraint
+  Vector damping_;
+  Vector start_;
+};
+
+}  // namespace tetraction
