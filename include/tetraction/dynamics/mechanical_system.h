@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "tetraction/dynamics/constraints.h"
+#include "tetraction/dynamics/damping.h"
 #include "tetraction/dynamics/environment.h"
 #include "tetraction/dynamics/state.h"
 #include "tetraction/fem/elastic_potential.h"
@@ -20,15 +21,6 @@ struct UserForce {
   Vector3 vector = Vector3::Zero();                        ///< N, on every vertex of the list
   double from = 0.0;                                       ///< s
   double until = std::numeric_limits<double>::infinity();  ///< s
-};
-
-/// Dissipative forces, each the derivative of a dissipation potential; all 0 or more.
-struct Damping {
-  double drag = 0.0;          ///< k_D: force −k_D v on every vertex, kg/s
-  double mass_damping = 0.0;  ///< a: force −a M v, 1/s
-  double viscosity = 0.0;     ///< η: second Piola stress 2ηĖ, Pa s (fem/viscous_potential.h)
-
-  bool none() const { return drag == 0.0 && mass_damping == 0.0 && viscosity == 0.0; }
 };
 
 /// What a part of the body is made of.

@@ -1,0 +1,15 @@
+// The coefficients of the dissipative forces.
+#pragma once
+
+namespace tetraction {
+
+/// Dissipative forces, each the derivative of a dissipation potential; all 0 or more.
+struct Damping {
+  double drag = 0.0;          ///< k_D: force −k_D v on every vertex, kg/s
+  double mass_damping = 0.0;  ///< a: force −a M v, 1/s
+  double viscosity = 0.0;     ///< η: second Piola stress 2ηĖ, Pa s (fem/viscous_potential.h)
+
+  bool none() const { return drag == 0.0 && mass_damping == 0.0 && viscosity == 0.0; }
+};
+
+}  // namespace tetraction
