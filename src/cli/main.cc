@@ -107,6 +107,7 @@ int run_program(int argc, char** argv) {
   tetraction::add_study_command(app, exit_code);
   tetraction::add_check_command(app, exit_code);
   tetraction::add_mesh_command(app, exit_code);
+  tetraction::add_keys_command(app, exit_code);
   tetraction::add_view_command(app, exit_code);
   // Accepted anywhere, and told of where it matters.
   for (CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {

@@ -9,9 +9,9 @@
 #include <nlohmann/json.hpp>
 #include <system_error>
 
-#include "../io/text/text_file.h"
 #include "tetraction/core/error.h"
 #include "tetraction/core/version.h"
+#include "tetraction/io/text_file.h"
 
 namespace tetraction {
 namespace {
@@ -77,7 +77,7 @@ std::vector<fs::path> folders_of_study(const fs::path& directory) {
   return folders;
 }
 
-// With what a program that was killed in the middle of writing has left of it (text_file.h).
+// With what a program that was killed in the middle of writing has left of it (io/text_file.h).
 void remove_result(const fs::path& file) {
   fs::remove(file);
   fs::remove(file.string() + ".part");

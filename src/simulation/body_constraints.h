@@ -5,6 +5,7 @@
 #include <variant>
 #include <vector>
 
+#include "tetraction/dynamics/mechanical_system.h"
 #include "tetraction/simulation/scene.h"
 
 namespace tetraction {

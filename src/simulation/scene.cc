@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "tetraction/core/error.h"
+#include "tetraction/dynamics/environment.h"
 
 namespace tetraction {
 namespace {
@@ -22,6 +23,13 @@ constexpr std::array<std::pair<LinearSolver, const char*>, 4> kLinearSolvers{
      {LinearSolver::kMatrixFree, "matrix-free"},
      {LinearSolver::kCg, "cg"},
      {LinearSolver::kFactor, "factor"}}};
+
+template <class Table>
+std::vector<const char*> names_of(const Table& table) {
+  std::vector<const char*> names;
+  for (const auto& [value, name] : table) names.push_back(name);
+  return names;
+}
 
 using Parameter = std::pair<const char*, const std::optional<double>*>;
 
@@ -62,6 +70,10 @@ Integrator integrator_from_string(const std::string& name) {
   throw InputError(fmt::format("\"{}\" is not an integrator; there are {}.", name, known));
 }
 
+std::vector<const char*> integrator_names() {
+  return names_of(kIntegrators);
+}
+
 std::string to_string(LinearSolver linear) {
   for (const auto& [value, name] : kLinearSolvers) {
     if (value == linear) return name;
@@ -76,6 +88,10 @@ LinearSolver linear_solver_from_string(const std::string& name) {
     known += fmt::format("{}{}", known.empty() ? "" : ", ", text);
   }
   throw InputError(fmt::format("\"{}\" is not a linear solver; there are {}.", name, known));
+}
+
+std::vector<const char*> linear_solver_names() {
+  return names_of(kLinearSolvers);
 }
 
 std::string solver_conflict(const SolverSettings& settings) {
@@ -106,6 +122,28 @@ std::string to_string(ConstraintKind kind) {
       break;
   }
   return "rigid";
+}
+
+std::string letters_of(const std::array<bool, 3>& components) {
+  std::string letters;
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (components[i]) letters += static_cast<char>('x' + i);
+  }
+  return letters;
+}
+
+std::string to_string(EnvironmentKind kind) {
+  switch (kind) {
+    case EnvironmentKind::kNone:
+      return "none";
+    case EnvironmentKind::kGravity:
+      return "gravity";
+    case EnvironmentKind::kAttraction:
+      return "attraction";
+    case EnvironmentKind::kCustom:
+      break;
+  }
+  return "custom";
 }
 
 Vector3 unit_direction(const Vector3& direction) {

@@ -13,23 +13,16 @@ struct Simulation::Impl : SolverThread {
 
 Simulation::Simulation(Scene scene, TetMesh mesh)
     : impl_(std::make_unique<Impl>(std::move(scene), std::move(mesh))) {
-  impl_->thread = std::thread([impl = impl_.get()] { impl->work(); });
+  impl_->start();
 }
 
-Simulation::~Simulation() {
-  {
-    const std::lock_guard lock(impl_->mutex);
-    impl_->stop = true;
-  }
-  impl_->wake.notify_one();
-  impl_->thread.join();
-}
+Simulation::~Simulation() = default;
 
 const TetMesh& Simulation::mesh() const {
-  return impl_->mesh;
+  return impl_->mesh();
 }
 const Scene& Simulation::scene() const {
-  return impl_->scene;
+  return impl_->scene();
 }
 
 void Simulation::run() {
@@ -52,23 +45,16 @@ void Simulation::go_back() {
 }
 
 void Simulation::set_steps_per_snapshot(int steps) {
-  const std::lock_guard lock(impl_->mutex);
-  impl_->steps_per_snapshot = std::max(steps, 1);
+  impl_->lock()->steps_per_snapshot = std::max(steps, 1);
 }
 
 void Simulation::set_speed_limit(double real_time_factor) {
-  {
-    const std::lock_guard lock(impl_->mutex);
-    impl_->speed_limit = real_time_factor > 0.0 ? real_time_factor : 0.0;
-  }
-  impl_->wake.notify_one();
+  impl_->lock()->speed_limit = real_time_factor > 0.0 ? real_time_factor : 0.0;
+  impl_->wake();
 }
 
 void Simulation::set_color_field(ColorField field) {
-  {
-    const std::lock_guard lock(impl_->mutex);
-    impl_->field = field;
-  }
+  impl_->lock()->field = field;
   impl_->send(NewSnapshot{});
 }
 
@@ -92,66 +78,53 @@ void Simulation::redo() {
 }
 
 void Simulation::observe(std::unique_ptr<Observer> observer) {
-  {
-    const std::lock_guard lock(impl_->mutex);
-    impl_->observed = observer != nullptr;
-  }
+  impl_->lock()->observed = observer != nullptr;
   impl_->send(Observe{std::move(observer)});
 }
 bool Simulation::observed() const {
-  const std::lock_guard lock(impl_->mutex);
-  return impl_->observed;
+  return impl_->lock()->observed;
 }
 
 std::string Simulation::undo_text() const {
-  const std::lock_guard lock(impl_->mutex);
-  return impl_->undo_text;
+  return impl_->lock()->undo_text;
 }
 std::string Simulation::redo_text() const {
-  const std::lock_guard lock(impl_->mutex);
-  return impl_->redo_text;
+  return impl_->lock()->redo_text;
 }
 
 std::shared_ptr<const Snapshot> Simulation::snapshot() const {
-  const std::lock_guard lock(impl_->mutex);
-  impl_->snapshot_taken = true;
-  return impl_->snapshot;
+  const auto shared = impl_->lock();
+  shared->snapshot_taken = true;
+  return shared->snapshot;
 }
 Settings Simulation::settings() const {
-  const std::lock_guard lock(impl_->mutex);
-  return impl_->settings;
+  return impl_->lock()->settings;
 }
 
 std::vector<HistoryRow> Simulation::history(std::size_t from) const {
-  const std::lock_guard lock(impl_->mutex);
-  const std::vector<HistoryRow>& rows = impl_->history.rows();
+  const auto shared = impl_->lock();
+  const std::vector<HistoryRow>& rows = shared->history.rows();
   return {rows.begin() + static_cast<std::ptrdiff_t>(std::min(from, rows.size())), rows.end()};
 }
 std::size_t Simulation::history_generation() const {
-  const std::lock_guard lock(impl_->mutex);
-  return impl_->history.generation();
+  return impl_->lock()->history.generation();
 }
 std::vector<EditMark> Simulation::marks() const {
-  const std::lock_guard lock(impl_->mutex);
-  return impl_->marks;
+  return impl_->lock()->marks;
 }
 std::vector<Notice> Simulation::take_notices() {
-  const std::lock_guard lock(impl_->mutex);
-  return std::exchange(impl_->notices, {});
+  return std::exchange(impl_->lock()->notices, {});
 }
 
 bool Simulation::idle() const {
-  const std::lock_guard lock(impl_->mutex);
-  return impl_->idle();
+  return impl_->lock()->idle();
 }
 bool Simulation::wait_until_idle(double seconds) const {
-  std::unique_lock lock(impl_->mutex);
-  return impl_->became_idle.wait_for(lock, std::chrono::duration<double>(seconds),
-                                     [this] { return impl_->idle(); });
+  return impl_->wait_until_idle(seconds);
 }
 
 Scene Simulation::recorded_scene() const {
-  return impl_->recording.scene();
+  return impl_->recording().scene();
 }
 
 }  // namespace tetraction::viewer

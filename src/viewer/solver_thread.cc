@@ -26,17 +26,29 @@ constexpr double kCatchUp = 0.08;  // s of wall clock in which a dragged vertex 
 }  // namespace
 
 SolverThread::SolverThread(Scene start_scene, TetMesh start_mesh)
-    : scene(std::move(start_scene)),
-      mesh(std::move(start_mesh)),
-      recording(scene),
-      engine(std::make_unique<Engine>(scene, mesh, recording)) {
+    : scene_(std::move(start_scene)),
+      mesh_(std::move(start_mesh)),
+      recording_(scene_),
+      engine_(std::make_unique<Engine>(scene_, mesh_, recording_)) {
   begin();
   publish();
 }
 
+SolverThread::~SolverThread() {
+  if (!thread_.joinable()) return;
+  shared_.lock()->stop = true;
+  wake();
+  thread_.join();
+}
+
+void SolverThread::start() {
+  thread_ = std::thread([this] { work(); });
+}
+
 void SolverThread::send(Command command) {
   {
-    const std::lock_guard lock(mutex);
+    const auto shared = shared_.lock();
+    std::deque<Command>& commands = shared->commands;
     auto* next = std::get_if<MakeEdit>(&command);
     auto* last = commands.empty() ? nullptr : std::get_if<MakeEdit>(&commands.back());
     if (next != nullptr && last != nullptr && next->goes_on && replaces(next->edit, last->edit)) {
@@ -49,101 +61,101 @@ void SolverThread::send(Command command) {
       commands.push_back(std::move(command));
     }
   }
-  wake.notify_one();
+  wake();
+}
+
+bool SolverThread::wait_until_idle(double seconds) {
+  return shared_.lock().wait_for(became_idle_, Seconds(seconds),
+                                 [](const SharedState& shared) { return shared.idle(); });
 }
 
 // A new engine: its history begins.
 void SolverThread::begin() {
   const HistoryRow row = history_row(session());
-  stable_step = session().initial_limit().critical_step;
-  limit_cost = session().times().stability;
-  stepping_since_limit = 0.0;
-  limit_is_old = false;
-  pace.restart(0.0);
-  ++body;
-  const std::lock_guard lock(mutex);
-  history.clear();
-  history.add(row);
-  marks.clear();
+  stable_step_ = session().initial_limit().critical_step;
+  limit_cost_ = session().times().stability;
+  stepping_since_limit_ = 0.0;
+  limit_is_old_ = false;
+  pace_.restart(0.0);
+  ++body_;
+  const auto shared = shared_.lock();
+  shared->history.clear();
+  shared->history.add(row);
+  shared->marks.clear();
 }
 
 // Hands out what has become of edits, by command or by events.
 void SolverThread::hand_out() {
-  std::vector<EditMark> new_marks = engine->take_marks();
-  std::vector<Notice> new_notices = engine->take_notices();
-  if (!snapshot_due && new_marks.empty() && new_notices.empty()) return;
-  Settings now = engine->settings();
-  std::string to_undo = engine->edits().undo_text();
-  std::string to_redo = engine->edits().redo_text();
-  limit_is_old = engine->take_limit_change() || limit_is_old;
-  const std::lock_guard lock(mutex);
-  settings = std::move(now);
-  undo_text = std::move(to_undo);
-  redo_text = std::move(to_redo);
-  marks.insert(marks.end(), new_marks.begin(), new_marks.end());
-  std::move(new_notices.begin(), new_notices.end(), std::back_inserter(notices));
+  std::vector<EditMark> new_marks = engine_->take_marks();
+  std::vector<Notice> new_notices = engine_->take_notices();
+  if (!snapshot_due_ && new_marks.empty() && new_notices.empty()) return;
+  Settings now = engine_->settings();
+  std::string to_undo = engine_->edits().undo_text();
+  std::string to_redo = engine_->edits().redo_text();
+  limit_is_old_ = engine_->take_limit_change() || limit_is_old_;
+  const auto shared = shared_.lock();
+  shared->settings = std::move(now);
+  shared->undo_text = std::move(to_undo);
+  shared->redo_text = std::move(to_redo);
+  shared->marks.insert(shared->marks.end(), new_marks.begin(), new_marks.end());
+  std::move(new_notices.begin(), new_notices.end(), std::back_inserter(shared->notices));
 }
 
 void SolverThread::publish() {
   hand_out();
-  snapshot_due = false;
-  steps_since_snapshot = 0;
-  ColorField wanted{};
-  {
-    const std::lock_guard lock(mutex);
-    wanted = field;
-  }
+  snapshot_due_ = false;
+  steps_since_snapshot_ = 0;
+  const ColorField wanted = shared_.lock()->field;
   auto next = std::make_shared<Snapshot>(make_snapshot(session(), wanted));
-  next->generation = ++generation;
-  next->body = body;
-  next->stable_step = stable_step;
-  next->real_time_factor = pace.real_time_factor(session().state().time);
-  const std::lock_guard lock(mutex);
-  next->running = running;
-  if (!running) next->real_time_factor = 0.0;
-  snapshot = std::move(next);
-  snapshot_taken = false;
-  published = Clock::now();
+  next->generation = ++generation_;
+  next->body = body_;
+  next->stable_step = stable_step_;
+  next->real_time_factor = pace_.real_time_factor(session().state().time);
+  const auto shared = shared_.lock();
+  next->running = shared->running;
+  if (!shared->running) next->real_time_factor = 0.0;
+  shared->snapshot = std::move(next);
+  shared->snapshot_taken = false;
+  published_ = Clock::now();
 }
 
 // The state of a run that failed has a limit only where its energy is defined.
 void SolverThread::estimate_limit() {
-  limit_is_old = false;
-  stepping_since_limit = 0.0;
+  limit_is_old_ = false;
+  stepping_since_limit_ = 0.0;
   const MechanicalSystem& system = session().system();
   if (!system.elastic().admissible(session().state().position).ok()) return;
   const Clock::time_point start = Clock::now();
-  stable_step = session().current_limit().critical_step;
-  limit_cost = Seconds(Clock::now() - start).count();
+  stable_step_ = session().current_limit().critical_step;
+  limit_cost_ = Seconds(Clock::now() - start).count();
 }
 
 void SolverThread::halt() {
-  const std::lock_guard lock(mutex);
-  running = false;
+  shared_.lock()->running = false;
 }
 
 // One step; false if the run cannot go on.
 void SolverThread::step() {
   const Index before = session().state().step;
   const Clock::time_point start = Clock::now();
-  const bool went_on = engine->step() && session().status() == RunStatus::kRunning;
-  stepping_since_limit += Seconds(Clock::now() - start).count();
-  ++steps_since_snapshot;
-  pace.advance(session().state().time);
+  const bool went_on = engine_->step() && session().status() == RunStatus::kRunning;
+  stepping_since_limit_ += Seconds(Clock::now() - start).count();
+  ++steps_since_snapshot_;
+  pace_.advance(session().state().time);
   {
-    const std::lock_guard lock(mutex);
-    if (session().state().step > before) history.add(history_row(session()));
-    if (!went_on) running = false;
+    const auto shared = shared_.lock();
+    if (session().state().step > before) shared->history.add(history_row(session()));
+    if (!went_on) shared->running = false;
   }
   if (session().state().step > before) {
     tell_observer([this](Observer& o) { return o.on_step(session()); });
   }
   if (!went_on) {
-    snapshot_due = true;
+    snapshot_due_ = true;
     end_observation();
   }
-  limit_is_old = engine->take_limit_change() || limit_is_old;
-  if (stepping_since_limit > (limit_is_old ? kLimitPauseAfterEdit : kLimitPause) * limit_cost) {
+  limit_is_old_ = engine_->take_limit_change() || limit_is_old_;
+  if (stepping_since_limit_ > (limit_is_old_ ? kLimitPauseAfterEdit : kLimitPause) * limit_cost_) {
     estimate_limit();
   }
 }
@@ -151,19 +163,21 @@ void SolverThread::step() {
 // What goes wrong in an observer ends the observation, not the run.
 template <class Call>
 void SolverThread::tell_observer(const Call& call) {
-  if (!observer) return;
+  if (!observer_) return;
   bool goes_on = false;
   std::string problem;
   try {
-    goes_on = call(*observer);
+    goes_on = call(*observer_);
   } catch (const std::exception& error) {
     problem = error.what();
   }
   if (goes_on) return;
-  observer.reset();
-  const std::lock_guard lock(mutex);
-  observed = false;
-  if (!problem.empty()) notices.push_back({Notice::Kind::kWarning, std::move(problem)});
+  observer_.reset();
+  const auto shared = shared_.lock();
+  shared->observed = false;
+  if (!problem.empty()) {
+    shared->notices.push_back({Notice::Kind::kWarning, std::move(problem)});
+  }
 }
 
 void SolverThread::end_observation() {
@@ -180,17 +194,11 @@ void SolverThread::require_good_state() const {
 
 void SolverThread::execute(Observe& observe) {
   end_observation();
-  {
-    const std::lock_guard lock(mutex);
-    observed = false;
-  }
+  shared_.lock()->observed = false;
   if (!observe.observer) return;
   require_good_state();
-  {
-    const std::lock_guard lock(mutex);
-    observed = true;
-  }
-  observer = std::move(observe.observer);
+  shared_.lock()->observed = true;
+  observer_ = std::move(observe.observer);
   tell_observer([this](Observer& o) {
     o.on_start(session());
     return true;
@@ -199,9 +207,8 @@ void SolverThread::execute(Observe& observe) {
 
 void SolverThread::execute(const Run&) {
   require_good_state();
-  pace.restart(session().state().time);
-  const std::lock_guard lock(mutex);
-  running = true;
+  pace_.restart(session().state().time);
+  shared_.lock()->running = true;
 }
 
 void SolverThread::execute(const Pause&) {
@@ -216,62 +223,62 @@ void SolverThread::execute(const Step&) {
 void SolverThread::execute(const Restart&) {
   halt();
   end_observation();
-  engine->release();
-  engine->go_back();  // where nothing could be changed, the mouse lets go only now
-  const std::vector<MadeEdit> made = engine->edits().in_force();
-  engine = std::make_unique<Engine>(scene, mesh, recording);
+  engine_->release();
+  engine_->go_back();  // where nothing could be changed, the mouse lets go only now
+  const std::vector<MadeEdit> made = engine_->edits().in_force();
+  engine_ = std::make_unique<Engine>(scene_, mesh_, recording_);
   begin();
   for (const MadeEdit& kept : kept_settings(made, session())) {
-    guarded([&] { engine->edit(kept.edit, kept.what, kept.goes_on); });
+    report_failure_of([&] { engine_->edit(kept.edit, kept.what, kept.goes_on); });
   }
 }
 
 void SolverThread::execute(const Reset&) {
   halt();
   end_observation();
-  engine = std::make_unique<Engine>(scene, mesh, recording);
+  engine_ = std::make_unique<Engine>(scene_, mesh_, recording_);
   begin();
 }
 
 void SolverThread::execute(const GoBack&) {
   halt();
-  engine->go_back();
-  const std::lock_guard lock(mutex);
-  history.go_back_to(session().state().step);
+  engine_->go_back();
+  shared_.lock()->history.go_back_to(session().state().step);
 }
 
 void SolverThread::execute(const Grab& grab) {
-  engine->grab(grab.vertices);
+  engine_->grab(grab.vertices);
 }
 
 void SolverThread::execute(const LeadTo& lead) {
   // A run that is slower than the wall clock gets the same time on the wall; before the run has a
   // speed, as at real time.
-  const double factor = pace.real_time_factor(session().state().time);
-  engine->lead_to(lead.place, running ? kCatchUp * (factor > 0.0 ? factor : 1.0) : 0.0);
+  const double factor = pace_.real_time_factor(session().state().time);
+  const bool running = shared_.lock()->running;
+  engine_->lead_to(lead.place, running ? kCatchUp * (factor > 0.0 ? factor : 1.0) : 0.0);
 }
 
 void SolverThread::execute(const Release&) {
-  engine->release();
+  engine_->release();
 }
 
 void SolverThread::execute(const Undo&) {
-  engine->undo();
+  engine_->undo();
 }
 
 void SolverThread::execute(const Redo&) {
-  engine->redo();
+  engine_->redo();
 }
 
 void SolverThread::execute(const NewSnapshot&) {}
 
 void SolverThread::execute(MakeEdit& edit) {
-  engine->edit(std::move(edit.edit), edit.what, edit.goes_on);
+  engine_->edit(std::move(edit.edit), edit.what, edit.goes_on);
 }
 
 // Whatever goes wrong in the work is a notice, and the run pauses unless an edit was refused.
 template <class Work>
-void SolverThread::guarded(const Work& work) {
+void SolverThread::report_failure_of(const Work& work) {
   Notice notice;
   try {
     work();
@@ -283,63 +290,83 @@ void SolverThread::guarded(const Work& work) {
               fmt::format("The solver stopped: {}. Reset, or open the scene again.", error.what())};
     halt();
   }
-  const std::lock_guard lock(mutex);
-  notices.push_back(std::move(notice));
+  shared_.lock()->notices.push_back(std::move(notice));
 }
 
-// Does one thing that is to be done, without the lock. False if there is nothing to do until `due`.
-bool SolverThread::work_once(std::unique_lock<std::mutex>& lock,
-                             std::optional<Clock::time_point>& due) {
-  const auto unlocked = [&](const auto& work) {
-    busy = true;
-    lock.unlock();
-    guarded(work);
-    lock.lock();
-    busy = false;
-    return true;
-  };
+// What is to be done now; without anything, `due` says when to ask again.
+SolverThread::Task SolverThread::task_due(SharedState& shared,
+                                          std::optional<Clock::time_point>& due) {
   due.reset();
-  if (!commands.empty()) {
-    Command command = std::move(commands.front());
-    commands.pop_front();
-    snapshot_due = true;
-    return unlocked([&] { std::visit([this](auto& specific) { execute(specific); }, command); });
+  if (!shared.commands.empty()) {
+    Task task{Task::Kind::kCommand, std::move(shared.commands.front())};
+    shared.commands.pop_front();
+    return task;
   }
-  if (snapshot_due) return unlocked([this] { publish(); });
-  if (pace.limit() != speed_limit) pace.set_limit(speed_limit, session().state().time);
+  if (snapshot_due_) return {Task::Kind::kPublish};
+  const double time = session().state().time;
+  if (pace_.limit() != shared.speed_limit) pace_.set_limit(shared.speed_limit, time);
   const Clock::time_point now = Clock::now();
-  if (running) {
-    due = pace.due(session().state().time);
+  if (shared.running) {
+    due = pace_.due(time);
     const bool waits = *due > now;
     // One that nobody has seen yet is not replaced: making them takes longer than many a step.
-    if (steps_since_snapshot >= steps_per_snapshot &&
-        (waits || (snapshot_taken && now - published >= kSnapshotInterval))) {
-      return unlocked([this] { publish(); });
+    if (steps_since_snapshot_ >= shared.steps_per_snapshot &&
+        (waits || (shared.snapshot_taken && now - published_ >= kSnapshotInterval))) {
+      return {Task::Kind::kPublish};
     }
-    return !waits && unlocked([this] { step(); });
+    return {waits ? Task::Kind::kNone : Task::Kind::kStep};
   }
-  if (limit_is_old) {
-    return unlocked([this] {
+  return {limit_is_old_ ? Task::Kind::kEstimateLimit : Task::Kind::kNone};
+}
+
+// Waits until something is to be done; nothing once the thread shall stop.
+SolverThread::Task SolverThread::next_task() {
+  auto shared = shared_.lock();
+  shared->busy = false;
+  while (!shared->stop) {
+    std::optional<Clock::time_point> due;
+    Task task = task_due(*shared, due);
+    if (task.kind != Task::Kind::kNone) {
+      shared->busy = true;
+      return task;
+    }
+    if (due) {
+      shared.wait_until(wake_, *due);
+    } else {
+      became_idle_.notify_all();
+      shared.wait(wake_);
+    }
+  }
+  return {};
+}
+
+void SolverThread::carry_out(Task& task) {
+  switch (task.kind) {
+    case Task::Kind::kNone:
+      return;
+    case Task::Kind::kCommand:
+      snapshot_due_ = true;
+      std::visit([this](auto& specific) { execute(specific); }, task.command);
+      return;
+    case Task::Kind::kPublish:
+      publish();
+      return;
+    case Task::Kind::kStep:
+      step();
+      return;
+    case Task::Kind::kEstimateLimit:
       estimate_limit();
-      snapshot_due = true;
-    });
+      snapshot_due_ = true;
+      return;
   }
-  return false;
 }
 
 void SolverThread::work() {
-  std::unique_lock lock(mutex);
-  std::optional<Clock::time_point> due;
-  while (!stop) {
-    if (work_once(lock, due)) continue;
-    if (due) {
-      wake.wait_until(lock, *due);
-    } else {
-      became_idle.notify_all();
-      wake.wait(lock);
-    }
+  for (;;) {
+    Task task = next_task();
+    if (task.kind == Task::Kind::kNone) break;
+    report_failure_of([&] { carry_out(task); });
   }
-  lock.unlock();
   end_observation();
 }
 

@@ -4,7 +4,6 @@
 #include <condition_variable>
 #include <deque>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <thread>
@@ -12,6 +11,7 @@
 #include <vector>
 
 #include "engine.h"
+#include "guarded.h"
 #include "history_log.h"
 #include "pace.h"
 
@@ -45,34 +45,9 @@ struct MakeEdit {
 using Command = std::variant<Run, Pause, Step, Restart, Reset, GoBack, Grab, LeadTo, Release, Undo,
                              Redo, NewSnapshot, Observe, MakeEdit>;
 
-/// Carries out commands, makes steps while running, publishes snapshots. The window's side uses
-/// send() and, under the mutex, what both sides share.
-struct SolverThread {
-  /// Sets the scene up in the calling thread. Throws InputError.
-  SolverThread(Scene start_scene, TetMesh start_mesh);
-
-  const Scene scene;
-  const TetMesh mesh;
-  Recording recording;
-
-  // Of the solver's thread alone.
-  std::unique_ptr<Engine> engine;
-  Pace pace;
-  std::uint64_t generation = 0;
-  std::uint64_t body = 0;
-  Clock::time_point published = Clock::now();
-  int steps_since_snapshot = 0;
-  bool snapshot_due = true;
-  double stable_step = 0.0;
-  bool limit_is_old = false;
-  double limit_cost = 0.0;            // s of the last estimate
-  double stepping_since_limit = 0.0;  // s
-  std::unique_ptr<Observer> observer;
-
-  // Of both, under the mutex, which is never held while something is worked out.
-  mutable std::mutex mutex;
-  std::condition_variable wake;
-  mutable std::condition_variable became_idle;
+/// What the window's thread and the solver's thread share. The lock is never held while something is
+/// worked out.
+struct SharedState {
   std::deque<Command> commands;
   bool stop = false;
   bool running = false;
@@ -90,15 +65,38 @@ struct SolverThread {
   std::string undo_text;
   std::string redo_text;
 
-  std::thread thread;  // the last: it uses all of the above
-
   bool idle() const { return commands.empty() && !busy && !running; }
+};
+
+/// Carries out commands, makes steps while running, publishes snapshots.
+class SolverThread {
+ public:
+  /// Sets the scene up in the calling thread. Throws InputError.
+  SolverThread(Scene start_scene, TetMesh start_mesh);
+  SolverThread(const SolverThread&) = delete;
+  SolverThread& operator=(const SolverThread&) = delete;
+  /// Stops after the step in progress.
+  ~SolverThread();
+
+  const Scene& scene() const { return scene_; }
+  const TetMesh& mesh() const { return mesh_; }
+  const Recording& recording() const { return recording_; }
+
+  void start();
   void send(Command command);
-  /// The solver's thread, until `stop`.
-  void work();
+  /// The shared state, locked as long as the result lives.
+  auto lock() { return shared_.lock(); }
+  /// Tells the solver's thread that the shared state has changed.
+  void wake() { wake_.notify_one(); }
+  bool wait_until_idle(double seconds);
 
  private:
-  const Session& session() const { return engine->session(); }
+  struct Task {
+    enum class Kind { kNone, kCommand, kPublish, kStep, kEstimateLimit } kind = Kind::kNone;
+    Command command{};  // of kCommand
+  };
+
+  const Session& session() const { return engine_->session(); }
   void begin();
   void hand_out();
   void publish();
@@ -124,8 +122,35 @@ struct SolverThread {
   void execute(Observe& observe);
   void execute(MakeEdit& edit);
   template <class Work>
-  void guarded(const Work& work);
-  bool work_once(std::unique_lock<std::mutex>& lock, std::optional<Clock::time_point>& due);
+  void report_failure_of(const Work& work);
+  Task task_due(SharedState& shared, std::optional<Clock::time_point>& due);
+  Task next_task();
+  void carry_out(Task& task);
+  void work();
+
+  const Scene scene_;
+  const TetMesh mesh_;
+  Recording recording_;
+
+  // Of the solver's thread alone.
+  std::unique_ptr<Engine> engine_;
+  Pace pace_;
+  std::uint64_t generation_ = 0;
+  std::uint64_t body_ = 0;
+  Clock::time_point published_ = Clock::now();
+  int steps_since_snapshot_ = 0;
+  bool snapshot_due_ = true;
+  double stable_step_ = 0.0;
+  bool limit_is_old_ = false;
+  double limit_cost_ = 0.0;            // s of the last estimate
+  double stepping_since_limit_ = 0.0;  // s
+  std::unique_ptr<Observer> observer_;
+
+  Guarded<SharedState> shared_;
+  std::condition_variable wake_;
+  std::condition_variable became_idle_;
+
+  std::thread thread_;  // the last: it uses all of the above
 };
 
 }  // namespace tetraction::viewer

@@ -12,6 +12,7 @@
 #include <sstream>
 
 #include "tetraction/core/error.h"
+#include "tetraction/io/frame_reader.h"
 #include "tetraction/io/mesh_reader.h"
 #include "tetraction/mesh/generate.h"
 
@@ -216,6 +217,25 @@ TEST_F(FrameWriterTest, FieldsOfTheWrongSizeAreRefused) {
   wrong.cell_fields.push_back({"empty", Matrix(0, mesh_.tetrahedron_count()), false});
   EXPECT_THROW(writer.write(wrong), InputError);
   EXPECT_EQ(writer.frame_count(), 0);
+}
+
+TEST_F(FrameWriterTest, FramesAreReadBack) {
+  FrameWriter writer(mesh_, directory_.string());
+  const Frame written = frame(3, 0.5);
+  writer.write(written);
+  const std::string path = (directory_ / "frames/frame_000003.vtu").string();
+  const StoredFrame read =
+      read_frame(path, {"displacement", "no_such_array", "fixed"}, {"cauchy_stress"});
+  EXPECT_EQ(read.vertex_count, mesh_.vertex_count());
+  EXPECT_EQ(read.tetrahedron_count, mesh_.tetrahedron_count());
+  ASSERT_EQ(read.point_arrays.size(), 3U);
+  EXPECT_LT((read.point_arrays[0] - written.point_fields[0].values).cwiseAbs().maxCoeff(), 1e-6);
+  EXPECT_EQ(read.point_arrays[1].size(), 0);
+  EXPECT_EQ(read.point_arrays[2], written.point_fields[1].values);
+  EXPECT_LT((read.cell_arrays.at(0) - written.cell_fields[0].values).cwiseAbs().maxCoeff(), 1e-6);
+  EXPECT_THROW(read_frame((directory_ / "none.vtu").string(), {}), FileError);
+  std::ofstream(path) << "<VTKFile>";
+  EXPECT_THROW(read_frame(path, {}), FileError);
 }
 
 }  // namespace

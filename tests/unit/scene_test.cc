@@ -5,6 +5,7 @@
 #include <string>
 
 #include "tetraction/core/error.h"
+#include "tetraction/dynamics/environment.h"
 
 namespace tetraction {
 namespace {

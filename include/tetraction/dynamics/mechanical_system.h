@@ -11,6 +11,7 @@
 #include "tetraction/dynamics/external_forces.h"
 #include "tetraction/dynamics/force_term.h"
 #include "tetraction/dynamics/state.h"
+#include "tetraction/dynamics/vertex_damping.h"
 #include "tetraction/fem/elastic_potential.h"
 #include "tetraction/fem/viscous_potential.h"
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -11,12 +12,16 @@
 #include <vector>
 
 #include "tetraction/core/types.h"
-#include "tetraction/dynamics/mechanical_system.h"
+#include "tetraction/dynamics/damping.h"
 #include "tetraction/material/material.h"
 #include "tetraction/mesh/selection.h"
-#include "tetraction/solver/newton_minimizer.h"
+#include "tetraction/solver/linear_solver.h"
 
 namespace tetraction {
+
+class Environment;
+class ForceField;
+class ForceTerm;
 
 /// The time-stepping rules of physics.md.
 enum class Integrator { kExplicit, kVerlet, kMidpoint, kBackwardEuler };
@@ -25,6 +30,8 @@ enum class Integrator { kExplicit, kVerlet, kMidpoint, kBackwardEuler };
 std::string to_string(Integrator integrator);
 /// Inverse of to_string(); throws InputError listing the valid names.
 Integrator integrator_from_string(const std::string& name);
+/// All names, in the order of the enumeration.
+std::vector<const char*> integrator_names();
 /// Whether a step solves a minimisation.
 bool is_implicit(Integrator integrator);
 /// Order in the step size of the rule's positions: 2 for verlet and midpoint, 1 for the others.
@@ -86,6 +93,8 @@ struct TimeSettings {
 std::string to_string(LinearSolver linear);
 /// Inverse of to_string(); throws InputError listing the valid names.
 LinearSolver linear_solver_from_string(const std::string& name);
+/// All names, in the order of the enumeration.
+std::vector<const char*> linear_solver_names();
 
 struct SolverSettings {
   std::string kind = "newton";                ///< or "ceres"
@@ -99,6 +108,9 @@ std::string solver_conflict(const SolverSettings& settings);
 
 /// kCustom: by programs only, a scene file cannot name it.
 enum class EnvironmentKind { kNone, kGravity, kAttraction, kCustom };
+
+/// "none", "gravity", "attraction", "custom".
+std::string to_string(EnvironmentKind kind);
 
 struct EnvironmentSettings {
   EnvironmentKind kind = EnvironmentKind::kNone;
@@ -133,6 +145,12 @@ enum class ConstraintKind { kDistance, kPlane, kLine, kRigid };
 
 /// "distance", "plane", "line", "rigid".
 std::string to_string(ConstraintKind kind);
+/// Whether a constraint of that kind is of selected vertices; one of a distance names its own two.
+inline bool has_selection(ConstraintKind kind) {
+  return kind != ConstraintKind::kDistance;
+}
+/// "x", "yz", "xyz": which components are true.
+std::string letters_of(const std::array<bool, 3>& components);
 
 struct ConstraintSettings {
   ConstraintKind kind = ConstraintKind::kDistance;

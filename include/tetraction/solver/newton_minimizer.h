@@ -4,16 +4,9 @@
 #include <memory>
 
 #include "tetraction/dynamics/minimizer.h"
+#include "tetraction/solver/linear_solver.h"
 
 namespace tetraction {
-
-/// How Newton's linear systems are solved.
-enum class LinearSolver {
-  kAuto,  ///< the first of the others that the measured rule (docs/performance.md) finds cheapest
-  kMatrixFree,  ///< two-level conjugate gradients on the exact stiffness, without a matrix
-  kCg,          ///< conjugate gradients on the assembled matrix
-  kFactor       ///< the same, preconditioned by CHOLMOD's factor of an older matrix
-};
 
 struct NewtonOptions : MinimizerOptions {
   LinearSolver linear = LinearSolver::kAuto;

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "io/mesh/mesh_text.h"
-#include "io/text/text_file.h"
+#include "tetraction/io/text_file.h"
 
 namespace tetraction {
 namespace {

@@ -13,13 +13,13 @@
 #include <map>
 
 #include "io/gmsh/gmsh_writer.h"
-#include "io/text/text_file.h"
 #include "io/vtk/quiet_vtk.h"
 #include "io/vtk/vtk_grid.h"
 #include "io/vtk/vtk_header.h"
 #include "mesh_files.h"
 #include "mesh_text.h"
 #include "tetraction/core/error.h"
+#include "tetraction/io/text_file.h"
 
 namespace tetraction {
 namespace {

@@ -9,9 +9,9 @@
 
 #include <filesystem>
 
-#include "io/text/text_file.h"
 #include "io/vtk/vtk_grid.h"
 #include "tetraction/core/error.h"
+#include "tetraction/io/text_file.h"
 
 namespace tetraction {
 

@@ -10,10 +10,10 @@
 #include <fstream>
 #include <utility>
 
-#include "io/text/text_file.h"
 #include "tetraction/core/error.h"
 #include "tetraction/dynamics/derived_fields.h"
 #include "tetraction/io/frame_writer.h"
+#include "tetraction/io/text_file.h"
 
 namespace tetraction {
 namespace {

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "io/text/text_file.h"
 #include "tetraction/core/version.h"
+#include "tetraction/io/text_file.h"
 
 namespace tetraction {
 namespace {

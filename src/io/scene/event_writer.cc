@@ -159,7 +159,7 @@ class EventWriter {
   }
 
   static const Selection* selection_of(const ConstraintSettings& settings) {
-    return has_selection(settings) ? &settings.select : nullptr;
+    return has_selection(settings.kind) ? &settings.select : nullptr;
   }
   template <class Settings>
   static const Selection* selection_of(const Settings& settings) {

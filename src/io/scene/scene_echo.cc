@@ -2,7 +2,10 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <type_traits>
+#include <string_view>
+#include <utility>
+
+#include "tetraction/simulation/setting_keys.h"
 
 namespace tetraction {
 namespace {
@@ -17,20 +20,73 @@ void put_if(Json& json, const char* key, const std::optional<double>& value) {
   if (value) json[key] = *value;
 }
 
+// The value of one key as JSON; null where there is none. Every kind has its own function.
+template <class S>
+struct ValueJson {
+  const S& settings;
+
+  Json operator()(int S::*member) const { return settings.*member; }
+  Json operator()(double S::*member) const {
+    const double value = settings.*member;
+    return std::isfinite(value) ? Json(value) : Json();
+  }
+  Json operator()(std::optional<double> S::*member) const {
+    return settings.*member ? Json(*(settings.*member)) : Json();
+  }
+  Json operator()(Vector3 S::*member) const { return list(settings.*member); }
+  Json operator()(std::optional<Vector3> S::*member) const {
+    return settings.*member ? list(*(settings.*member)) : Json();
+  }
+  Json operator()(std::array<bool, 3> S::*member) const { return letters_of(settings.*member); }
+  Json operator()(std::string S::*member) const {
+    return (settings.*member).empty() ? Json() : Json(settings.*member);
+  }
+  Json operator()(std::array<std::int64_t, 2> S::*member) const { return settings.*member; }
+  Json operator()(std::vector<std::int64_t> S::*member) const { return settings.*member; }
+  Json operator()(std::vector<Vector3> S::*member) const {
+    Json json;
+    for (const Vector3& entry : settings.*member) json.push_back(list(entry));
+    return json;
+  }
+  Json operator()(const Choice<S>& choice) const { return choice.get(settings); }
+  Json operator()(const NumberOrAuto<S>& value) const {
+    return settings.*value.automatic ? Json("auto") : Json(settings.*value.number);
+  }
+  Json operator()(const ByHand&) const { return {}; }
+};
+
+// All keys of a section that mean something. `by_hand` gives the JSON of a key that is treated by
+// hand, or null.
+template <class S, class ByHandJson>
+Json section_json(const S& settings, const ByHandJson& by_hand) {
+  const S defaults{};
+  Json json = Json::object();
+  for (const Key<S>& key : section_of<S>().keys) {
+    if (!key.is_used(settings)) continue;
+    Json value = std::holds_alternative<ByHand>(key.value)
+                     ? by_hand(std::string_view(key.info.name))
+                     : std::visit(ValueJson<S>{settings}, key.value);
+    if (value.is_null()) continue;
+    if (key.info.in_echo == Written::kUnlessDefault &&
+        value == std::visit(ValueJson<S>{defaults}, key.value)) {
+      continue;
+    }
+    json[key.info.name] = std::move(value);
+  }
+  return json;
+}
+
+template <class S>
+Json section_json(const S& settings) {
+  return section_json(settings, [](std::string_view) { return Json(); });
+}
+
 Json selection_json(const Selection& selection) {
   struct Visitor {
     Json operator()(const SelectVertices& s) const { return {{"vertices", s.ids}}; }
-    Json operator()(const SelectPlane& s) const {
-      Json plane{{"axis", std::string(1, static_cast<char>('x' + s.axis))}, {"at", s.at}};
-      put_if(plane, "tolerance", s.tolerance);
-      return {{"plane", plane}};
-    }
-    Json operator()(const SelectBox& s) const {
-      return {{"box", {{"min", list(s.min)}, {"max", list(s.max)}}}};
-    }
-    Json operator()(const SelectSphere& s) const {
-      return {{"sphere", {{"center", list(s.center)}, {"radius", s.radius}}}};
-    }
+    Json operator()(const SelectPlane& s) const { return {{"plane", section_json(s)}}; }
+    Json operator()(const SelectBox& s) const { return {{"box", section_json(s)}}; }
+    Json operator()(const SelectSphere& s) const { return {{"sphere", section_json(s)}}; }
     Json operator()(const SelectNearest& s) const { return {{"nearest", list(s.point)}}; }
     Json operator()(const SelectGroup& s) const { return {{"group", s.name}}; }
     Json operator()(const SelectSurface&) const { return {{"surface", true}}; }
@@ -39,31 +95,35 @@ Json selection_json(const Selection& selection) {
   return std::visit(Visitor{}, selection);
 }
 
-Json mesh_json(const MeshSettings& mesh) {
-  Json json;
-  if (!mesh.generate) {
-    json["file"] = mesh.file;
-  } else {
-    const GeneratorSettings& g = *mesh.generate;
-    Json generate;
-    switch (g.kind) {
-      case GeneratorKind::kBeam:
-      case GeneratorKind::kBox:
-        generate["kind"] = g.kind == GeneratorKind::kBeam ? "beam" : "box";
-        generate["size"] = list(g.size);
-        generate["cells"] = g.cells;
-        break;
-      case GeneratorKind::kCube:
-        generate = {{"kind", "cube"}, {"size", g.size.x()}, {"cells", g.cells[0]}};
-        break;
-      case GeneratorKind::kTetrahedron:
-        generate = {{"kind", "tetrahedron"}, {"size", g.size.x()}};
-        break;
-    }
-    json["generate"] = generate;
+// Of settings with a selection.
+template <class S>
+Json selected_json(const S& settings) {
+  return section_json(settings, [&](std::string_view key) {
+    return key == "select" ? selection_json(settings.select) : Json();
+  });
+}
+
+Json generate_json(const GeneratorSettings& g) {
+  switch (g.kind) {
+    case GeneratorKind::kBeam:
+    case GeneratorKind::kBox:
+      break;
+    case GeneratorKind::kCube:
+      return {{"kind", "cube"}, {"size", g.size.x()}, {"cells", g.cells[0]}};
+    case GeneratorKind::kTetrahedron:
+      return {{"kind", "tetrahedron"}, {"size", g.size.x()}};
   }
-  json["scale"] = mesh.scale;
-  return json;
+  return {{"kind", g.kind == GeneratorKind::kBeam ? "beam" : "box"},
+          {"size", list(g.size)},
+          {"cells", g.cells}};
+}
+
+Json mesh_json(const MeshSettings& mesh) {
+  return section_json(mesh, [&](std::string_view key) {
+    if (key == "file" && !mesh.generate) return Json(mesh.file);
+    if (key == "generate" && mesh.generate) return generate_json(*mesh.generate);
+    return Json();
+  });
 }
 
 Json material_json(const MaterialSettings& material) {
@@ -82,86 +142,15 @@ Json material_json(const MaterialSettings& material) {
   return json;
 }
 
-Json constraint_json(const ConstraintSettings& c) {
-  Json json{{"kind", to_string(c.kind)}};
-  switch (c.kind) {
-    case ConstraintKind::kDistance:
-      json["vertices"] = c.vertices;
-      put_if(json, "length", c.length);
-      return json;
-    case ConstraintKind::kPlane:
-    case ConstraintKind::kLine:
-      json["select"] = selection_json(c.select);
-      if (c.point) json["point"] = list(*c.point);
-      json[c.kind == ConstraintKind::kPlane ? "normal" : "direction"] = list(c.direction);
-      return json;
-    case ConstraintKind::kRigid:
-      break;
-  }
-  json["select"] = selection_json(c.select);
-  if (c.velocity) json["velocity"] = list(*c.velocity);
-  if (c.angular_velocity) json["angular_velocity"] = list(*c.angular_velocity);
-  return json;
-}
-
-const char* environment_name(EnvironmentKind kind) {
-  switch (kind) {
-    case EnvironmentKind::kNone:
-      return "none";
-    case EnvironmentKind::kGravity:
-      return "gravity";
-    case EnvironmentKind::kAttraction:
-      return "attraction";
-    case EnvironmentKind::kCustom:
-      break;
-  }
-  return "custom";
-}
-
-Json time_json(const TimeSettings& time) {
-  Json json{{"integrator", to_string(time.integrator)}};
-  if (time.automatic) {
-    json["step"] = "auto";
-  } else {
-    json["step"] = time.step;
-  }
-  json["end"] = time.end;
-  return json;
-}
-
-Json fix_json(const FixSettings& fix) {
-  std::string components;
-  for (std::size_t i = 0; i < 3; ++i) {
-    if (fix.components[i]) components += static_cast<char>('x' + i);
-  }
-  Json json{{"select", selection_json(fix.select)}, {"components", components}};
-  if (fix.target) json["target"] = list(*fix.target);
-  if (fix.offset) json["offset"] = list(*fix.offset);
-  for (const Vector3& target : fix.targets) json["targets"].push_back(list(target));
-  if (!fix.velocity.isZero(0.0)) json["velocity"] = list(fix.velocity);
-  json["mode"] = fix.is_penalty ? "penalty" : "exact";
-  if (fix.is_penalty) json["penalty"] = fix.penalty;
-  return json;
-}
-
-Json force_json(const ForceSettings& force) {
-  Json json{{"select", selection_json(force.select)},
-            {"vector", list(force.vector)},
-            {"from", force.from}};
-  if (std::isfinite(force.until)) json["until"] = force.until;
-  return json;
-}
-
 Json initial_json(const InitialSettings& initial) {
-  Json json{{"velocity", list(initial.velocity)},
-            {"angular_velocity", list(initial.angular_velocity)},
-            {"stretch", list(initial.stretch)}};
-  if (!initial.displacement_array.empty()) json["displacement_array"] = initial.displacement_array;
-  if (!initial.velocity_array.empty()) json["velocity_array"] = initial.velocity_array;
-  for (const MomentumSettings& m : initial.momentum) {
-    json["momentum"].push_back({{"select", selection_json(m.select)}, {"value", list(m.value)}});
-  }
-  return json;
+  return section_json(initial, [&](std::string_view key) {
+    Json list;
+    if (key != "momentum") return list;
+    for (const MomentumSettings& momentum : initial.momentum) {
+      list.push_back(selected_json(momentum));
+    }
+    return list;
+  });
 }
 
 }  // namespace
@@ -175,26 +164,18 @@ std::string scene_echo(const Scene& scene) {
     entry["select"] = selection_json(region.select);
     json["material_region"].push_back(entry);
   }
-  json["time"] = time_json(scene.time);
-  json["solver"] = {{"kind", scene.solver.kind},
-                    {"linear", to_string(scene.solver.linear)},
-                    {"tolerance", scene.solver.tolerance},
-                    {"max_iterations", scene.solver.max_iterations}};
-  json["damping"] = {{"drag", scene.damping.drag},
-                     {"mass_damping", scene.damping.mass_damping},
-                     {"viscosity", scene.damping.viscosity}};
-  json["environment"] = {{"kind", environment_name(scene.environment.kind)},
-                         {"strength", scene.environment.strength},
-                         {"direction", list(scene.environment.direction)},
-                         {"softening", scene.environment.softening}};
-  for (const FixSettings& fix : scene.fix) json["fix"].push_back(fix_json(fix));
+  json["time"] = section_json(scene.time);
+  json["solver"] = section_json(scene.solver);
+  json["damping"] = section_json(scene.damping);
+  json["environment"] = section_json(scene.environment);
+  for (const FixSettings& fix : scene.fix) json["fix"].push_back(selected_json(fix));
   for (const ConstraintSettings& c : scene.constraint) {
-    json["constraint"].push_back(constraint_json(c));
+    json["constraint"].push_back(selected_json(c));
   }
-  for (const ForceSettings& force : scene.force) json["force"].push_back(force_json(force));
+  for (const ForceSettings& force : scene.force) json["force"].push_back(selected_json(force));
   json["initial"] = initial_json(scene.initial);
   for (const EventSettings& event : scene.event) json["event"].push_back(Json::parse(event.echo));
-  json["output"] = {{"directory", scene.output.directory}, {"every", scene.output.every}};
+  json["output"] = section_json(scene.output);
   // A path on the command line need not be UTF-8, which JSON must be.
   return json.dump(2, ' ', false, Json::error_handler_t::replace);
 }

@@ -10,6 +10,7 @@
 #include <sstream>
 #include <utility>
 
+#include "key_reader.h"
 #include "scene_sections.h"
 #include "tetraction/core/error.h"
 
@@ -69,10 +70,10 @@ std::string inline_text(const toml::node& node) {
 }
 
 // The parts of a scene that a changed key belongs to.
-struct Section {
+struct ChangedSection {
   std::string name;
   std::optional<std::size_t> index;
-  bool operator<(const Section& other) const {
+  bool operator<(const ChangedSection& other) const {
     return std::tie(name, index) < std::tie(other.name, other.index);
   }
 };
@@ -81,8 +82,9 @@ const NameList kChangeable{"time",        "solver", "material", "material_region
                            "environment", "force",  "fix",      "constraint"};
 
 // `refuse` throws what is wrong with the key.
-Section section_of(std::string_view key, const std::function<void(const std::string&)>& refuse) {
-  Section section;
+ChangedSection section_of(std::string_view key,
+                          const std::function<void(const std::string&)>& refuse) {
+  ChangedSection section;
   if (key.find(' ') != std::string_view::npos) {
     refuse("holds a blank; keys are names with dots between them.");
   }
@@ -123,7 +125,7 @@ Section section_of(std::string_view key, const std::function<void(const std::str
 }
 
 // The edit that takes a section from what it was to what it is in `next`.
-Edit edit_of(const Section& section, const Scene& scene, const Scene& next) {
+Edit edit_of(const ChangedSection& section, const Scene& scene, const Scene& next) {
   const std::size_t i = section.index.value_or(0);
   if (section.name == "time") return SetTime{next.time};
   if (section.name == "solver") return SetSolver{next.solver};
@@ -224,7 +226,7 @@ void read_events(const TomlDocument& document, const TomlTable& root,
     event.at = at;
     event.where = table.where();
     event.echo = to_json(table.node()).dump(-1, ' ', false, Json::error_handler_t::replace);
-    std::set<Section> sections;
+    std::set<ChangedSection> sections;
     std::string changed_at;
     if (table.has("unset")) {
       std::vector<std::string> keys;
@@ -250,7 +252,7 @@ void read_events(const TomlDocument& document, const TomlTable& root,
           set.refuse(key.str(),
                      "is a table: put the whole key into quotes, like \"time.step\" = 1e-3.");
         }
-        const Section section = section_of(
+        const ChangedSection section = section_of(
             key.str(), [&](const std::string& message) { set.refuse(key.str(), message); });
         if (section.name == "material_region" && *section.index >= now.material_region.size()) {
           set.refuse(key.str(),
@@ -267,7 +269,8 @@ void read_events(const TomlDocument& document, const TomlTable& root,
     }
     if (!changed_at.empty()) {
       const Scene next = read_changed(changed, changes, read_sections, changed_at);
-      for (const Section& section : sections) event.edits.push_back(edit_of(section, now, next));
+      for (const ChangedSection& section : sections)
+        event.edits.push_back(edit_of(section, now, next));
       now = next;
     }
     if (table.has("unfix")) event.edits.emplace_back(read_unfix(table, now.fix.size()));
@@ -280,25 +283,27 @@ void read_events(const TomlDocument& document, const TomlTable& root,
       changes.push_back({fmt::format("{}.{}", list, number), inline_text(entry.node()),
                          fmt::format("{}: event at {} s", entry.place(), at)});
     };
-    for (const TomlTable& entry : table.one_or_more_tables("fix", fix_keys())) {
+    for (const TomlTable& entry : table.one_or_more_tables("fix", table_keys<FixSettings>())) {
       added("fix", now.fix.size(), entry);
       now.fix.push_back(read_fix(entry));
       event.edits.emplace_back(SetFix{std::nullopt, now.fix.back()});
     }
-    for (const TomlTable& entry : table.one_or_more_tables("constraint", constraint_keys())) {
+    for (const TomlTable& entry :
+         table.one_or_more_tables("constraint", table_keys<ConstraintSettings>())) {
       added("constraint", now.constraint.size(), entry);
       now.constraint.push_back(read_constraint(entry));
       event.edits.emplace_back(SetConstraint{std::nullopt, now.constraint.back()});
     }
-    for (const TomlTable& entry : table.one_or_more_tables("force", force_keys())) {
+    for (const TomlTable& entry : table.one_or_more_tables("force", table_keys<ForceSettings>())) {
       added("force", now.force.size(), entry);
       now.force.push_back(read_force(entry));
       event.edits.emplace_back(SetForce{std::nullopt, now.force.back()});
     }
-    for (const TomlTable& entry : table.one_or_more_tables("momentum", momentum_keys())) {
+    for (const TomlTable& entry :
+         table.one_or_more_tables("momentum", table_keys<MomentumSettings>())) {
       event.edits.emplace_back(SetMomentum{read_momentum(entry)});
     }
-    for (const TomlTable& entry : table.one_or_more_tables("shift", shift_keys())) {
+    for (const TomlTable& entry : table.one_or_more_tables("shift", table_keys<ShiftSettings>())) {
       event.edits.emplace_back(ShiftState{read_shift(entry)});
     }
     if (event.edits.empty()) {

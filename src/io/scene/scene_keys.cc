@@ -6,7 +6,9 @@
 #include <cmath>
 #include <variant>
 
+#include "key_text.h"
 #include "tetraction/core/error.h"
+#include "tetraction/simulation/setting_keys.h"
 
 namespace tetraction {
 namespace {
@@ -16,16 +18,45 @@ void put_if(SceneKeys& keys, const char* name, const std::optional<double>& valu
   if (value) keys.push_back({name, toml_number(*value), unit});
 }
 
-void put_if(SceneKeys& keys, const char* name, const std::optional<Vector3>& value,
-            const char* unit) {
-  if (value) keys.push_back({name, toml_list(*value), unit});
-}
-
 template <class Values, class Text>
 std::string list_text(const Values& values, const Text& text) {
   std::string list = "[";
   for (const auto& value : values) list += (list.size() > 1 ? ", " : "") + text(value);
   return list + "]";
+}
+
+template <class S>
+std::string unit_text(const Key<S>& key, const S& settings) {
+  const char* unit = key.unit != nullptr ? key.unit(settings) : key.info.unit;
+  return key.info.per[0] == '\0' ? unit : fmt::format("{} {}", unit, key.info.per);
+}
+
+// All keys of a section but those written by hand.
+template <class S>
+SceneKeys table_keys_of(const S& settings) {
+  const Section<S>& section = section_of<S>();
+  const S defaults{};
+  SceneKeys keys;
+  for (const Key<S>& key : section.keys) {
+    if (section.refuses_unused && !key.is_used(settings)) continue;
+    const std::string value = std::visit(ValueText<S>{settings}, key.value);
+    if (value.empty()) continue;
+    if (key.info.in_file == Written::kUnlessDefault &&
+        value == std::visit(ValueText<S>{defaults}, key.value)) {
+      continue;
+    }
+    keys.push_back(
+        {key.info.name, value, value[0] == '"' ? std::string() : unit_text(key, settings)});
+  }
+  return keys;
+}
+
+// Of a kind of selection that is a table of its own.
+template <class Kind>
+SceneKeys selection_keys(const char* name, const Kind& kind) {
+  SceneKeys keys = table_keys_of(kind);
+  for (SceneKey& key : keys) key = {fmt::format("{}.{}", name, key.name), key.value};
+  return keys;
 }
 
 }  // namespace
@@ -87,126 +118,55 @@ SceneKeys keys_of(const TimeSettings& time) {
   if (!std::isfinite(time.end)) {
     throw InputError("The run has no end, which a scene file must give: set time.end.");
   }
-  return {{"integrator", toml_text(to_string(time.integrator))},
-          {"step", time.automatic ? toml_text("auto") : toml_number(time.step),
-           time.automatic ? "" : "s"},
-          {"end", toml_number(time.end), "s"}};
-}
-
-SceneKeys keys_of(const SolverSettings& solver) {
-  return {{"kind", toml_text(solver.kind)},
-          {"linear", toml_text(to_string(solver.linear))},
-          {"tolerance", toml_number(solver.tolerance)},
-          {"max_iterations", std::to_string(solver.max_iterations)}};
-}
-
-SceneKeys keys_of(const Damping& damping) {
-  return {{"drag", toml_number(damping.drag), "kg/s per vertex"},
-          {"mass_damping", toml_number(damping.mass_damping), "1/s"},
-          {"viscosity", toml_number(damping.viscosity), "Pa s"}};
+  return table_keys_of(time);
 }
 
 SceneKeys keys_of(const EnvironmentSettings& environment) {
-  const char* kind = "none";
-  const char* unit = "";
-  switch (environment.kind) {
-    case EnvironmentKind::kNone:
-      break;
-    case EnvironmentKind::kGravity:
-      kind = "gravity";
-      unit = "m/s²";
-      break;
-    case EnvironmentKind::kAttraction:
-      kind = "attraction";
-      unit = "N m²";
-      break;
-    case EnvironmentKind::kCustom:
-      throw InputError(
-          "The environment is a program's own force field: a scene file cannot name it. Take "
-          "none, gravity or attraction.");
+  if (environment.kind == EnvironmentKind::kCustom) {
+    throw InputError(
+        "The environment is a program's own force field: a scene file cannot name it. Take none, "
+        "gravity or attraction.");
   }
-  return {{"kind", toml_text(kind)},
-          {"strength", toml_number(environment.strength), unit},
-          {"direction", toml_list(environment.direction)},
-          {"softening", toml_number(environment.softening), "m"}};
+  return table_keys_of(environment);
 }
 
+SceneKeys keys_of(const MeshSettings& mesh) {
+  return table_keys_of(mesh);
+}
+SceneKeys keys_of(const SolverSettings& solver) {
+  return table_keys_of(solver);
+}
+SceneKeys keys_of(const Damping& damping) {
+  return table_keys_of(damping);
+}
+SceneKeys keys_of(const OutputSettings& output) {
+  return table_keys_of(output);
+}
+SceneKeys keys_of(const InitialSettings& initial) {
+  return table_keys_of(initial);
+}
 SceneKeys keys_of(const FixSettings& fix) {
-  std::string components;
-  for (std::size_t i = 0; i < 3; ++i) {
-    if (fix.components[i]) components += static_cast<char>('x' + i);
-  }
-  SceneKeys keys{{"components", toml_text(components)}};
-  put_if(keys, "target", fix.target, "m");
-  put_if(keys, "offset", fix.offset, "m");
-  if (!fix.targets.empty()) keys.push_back({"targets", toml_list(fix.targets), "m"});
-  if (!fix.velocity.isZero(0.0)) keys.push_back({"velocity", toml_list(fix.velocity), "m/s"});
-  if (fix.is_penalty) keys.push_back({"mode", toml_text("penalty")});
-  if (fix.penalty > 0.0) keys.push_back({"penalty", toml_number(fix.penalty), "N/m"});
-  return keys;
+  return table_keys_of(fix);
 }
-
-bool has_selection(const ConstraintSettings& constraint) {
-  return constraint.kind != ConstraintKind::kDistance;
-}
-
 SceneKeys keys_of(const ConstraintSettings& constraint) {
-  SceneKeys keys{{"kind", toml_text(to_string(constraint.kind))}};
-  switch (constraint.kind) {
-    case ConstraintKind::kDistance:
-      keys.push_back({"vertices", toml_list(std::vector<std::int64_t>(constraint.vertices.begin(),
-                                                                      constraint.vertices.end()))});
-      put_if(keys, "length", constraint.length, "m");
-      break;
-    case ConstraintKind::kPlane:
-    case ConstraintKind::kLine:
-      put_if(keys, "point", constraint.point, "m");
-      keys.push_back({constraint.kind == ConstraintKind::kPlane ? "normal" : "direction",
-                      toml_list(constraint.direction)});
-      break;
-    case ConstraintKind::kRigid:
-      put_if(keys, "velocity", constraint.velocity, "m/s");
-      put_if(keys, "angular_velocity", constraint.angular_velocity, "rad/s");
-      break;
-  }
-  return keys;
+  return table_keys_of(constraint);
 }
-
 SceneKeys keys_of(const ForceSettings& force) {
-  SceneKeys keys{{"vector", toml_list(force.vector), "N on each vertex"},
-                 {"from", toml_number(force.from), "s"}};
-  if (std::isfinite(force.until)) keys.push_back({"until", toml_number(force.until), "s"});
-  return keys;
+  return table_keys_of(force);
 }
-
 SceneKeys keys_of(const MomentumSettings& momentum) {
-  return {{"value", toml_list(momentum.value), "kg m/s of each vertex"}};
+  return table_keys_of(momentum);
 }
-
 SceneKeys keys_of(const ShiftSettings& shift) {
-  SceneKeys keys{{"vertices", toml_list(shift.vertices)}};
-  if (!shift.displacement.empty()) {
-    keys.push_back({"displacement", toml_list(shift.displacement), "m"});
-  }
-  if (!shift.impulse.empty()) keys.push_back({"impulse", toml_list(shift.impulse), "N s"});
-  return keys;
+  return table_keys_of(shift);
 }
 
 SceneKeys keys_of(const Selection& selection) {
   struct Visitor {
     SceneKeys operator()(const SelectVertices& s) const { return {{"vertices", toml_list(s.ids)}}; }
-    SceneKeys operator()(const SelectPlane& s) const {
-      SceneKeys keys{{"plane.axis", toml_text(std::string(1, static_cast<char>('x' + s.axis)))},
-                     {"plane.at", toml_number(s.at)}};
-      put_if(keys, "plane.tolerance", s.tolerance);
-      return keys;
-    }
-    SceneKeys operator()(const SelectBox& s) const {
-      return {{"box.min", toml_list(s.min)}, {"box.max", toml_list(s.max)}};
-    }
-    SceneKeys operator()(const SelectSphere& s) const {
-      return {{"sphere.center", toml_list(s.center)}, {"sphere.radius", toml_number(s.radius)}};
-    }
+    SceneKeys operator()(const SelectPlane& s) const { return selection_keys("plane", s); }
+    SceneKeys operator()(const SelectBox& s) const { return selection_keys("box", s); }
+    SceneKeys operator()(const SelectSphere& s) const { return selection_keys("sphere", s); }
     SceneKeys operator()(const SelectNearest& s) const { return {{"nearest", toml_list(s.point)}}; }
     SceneKeys operator()(const SelectGroup& s) const { return {{"group", toml_text(s.name)}}; }
     SceneKeys operator()(const SelectSurface&) const { return {{"surface", "true"}}; }

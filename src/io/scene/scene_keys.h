@@ -14,7 +14,7 @@ namespace tetraction {
 struct SceneKey {
   std::string name;
   std::string value;
-  const char* unit = "";  ///< for a comment
+  std::string unit{};  ///< for a comment
 };
 using SceneKeys = std::vector<SceneKey>;
 
@@ -28,11 +28,14 @@ std::string toml_list(const std::vector<Vector3>& values);
 /// All that is not its default, with what a section cannot do without. Throws InputError for what a
 /// scene file cannot say.
 SceneKeys keys_of(const MaterialSettings& material);
+SceneKeys keys_of(const MeshSettings& mesh);  ///< without file and generate
 SceneKeys keys_of(const TimeSettings& time);
 SceneKeys keys_of(const SolverSettings& solver);
 SceneKeys keys_of(const Damping& damping);
 SceneKeys keys_of(const EnvironmentSettings& environment);
-/// These without `select`.
+SceneKeys keys_of(const OutputSettings& output);
+/// These without `select` and the tables they hold.
+SceneKeys keys_of(const InitialSettings& initial);
 SceneKeys keys_of(const FixSettings& fix);
 SceneKeys keys_of(const ConstraintSettings& constraint);
 SceneKeys keys_of(const ForceSettings& force);
@@ -40,8 +43,6 @@ SceneKeys keys_of(const MomentumSettings& momentum);
 SceneKeys keys_of(const ShiftSettings& shift);
 /// "vertices", "plane.axis", …
 SceneKeys keys_of(const Selection& selection);
-/// Whether the kind takes a selection.
-bool has_selection(const ConstraintSettings& constraint);
 
 /// { plane = { axis = "x", at = 0.0 } }
 std::string inline_selection(const Selection& selection);

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 
+#include "key_reader.h"
 #include "scene_sections.h"
 
 namespace tetraction {
@@ -56,7 +57,7 @@ GeneratorSettings read_generator(const TomlTable& mesh) {
 
 MeshSettings read_mesh_settings(const TomlTable& root, const std::string& folder) {
   root.require("mesh", fmt::format("under [mesh], {}", kNeeded));
-  const TomlTable table = root.table("mesh", {{"file", "generate", "scale", "element"}});
+  const TomlTable table = root.table("mesh", table_keys<MeshSettings>());
   MeshSettings mesh;
   if (table.has("file") && table.has("generate")) {
     table.refuse(table.is_override("file") ? "file" : "generate",
@@ -65,7 +66,7 @@ MeshSettings read_mesh_settings(const TomlTable& root, const std::string& folder
   if (!table.has("file") && !table.has("generate")) {
     table.refuse_table(fmt::format("has no mesh: {}", kNeeded));
   }
-  table.read("scale", mesh.scale, kModeratePositive);
+  read_keys(table, mesh);
   std::string element;
   table.read("element", element, {"linear"}, {"quadratic"});
   if (table.has("file")) {

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 
+#include "key_reader.h"
 #include "scene_echo.h"
 #include "scene_sections.h"
 #include "tetraction/core/error.h"
@@ -11,15 +12,11 @@
 namespace tetraction {
 namespace {
 
-constexpr NumberRange kBelowOne{[](double x) { return x > 0.0 && x < 1.0; },
-                                "lie between 0 and 1, both excluded; 1e-8 is usual"};
-constexpr NumberRange kPoisson{
-    [](double x) { return x > -1.0 && x < 0.5; },
-    "lie between -1 and 0.5, both excluded; take 0.45 to 0.49 for rubber-like materials"};
-constexpr NumberRange kStrength{[](double x) { return x >= 0.0; },
-                                "be 0 or more; turn it with environment.direction", false, true};
-constexpr NumberRange kDamping{[](double x) { return x >= 0.0; },
-                               "be 0 or more: negative damping makes energy"};
+constexpr NumberRange kPoisson{.least = -1.0,
+                               .most = 0.5,
+                               .least_itself = false,
+                               .most_itself = false,
+                               .advice = "; take 0.45 to 0.49 for rubber-like materials"};
 
 const NameList kMaterialKeys{"model", "youngs_modulus", "poissons_ratio", "mu", "lambda", "mu1",
                              "mu2",   "ratio",          "density"};
@@ -55,49 +52,13 @@ MaterialSettings read_material(const TomlTable& table) {
   return material;
 }
 
-TimeSettings read_time(const TomlTable& root) {
-  TimeSettings time;
-  if (!root.has("time")) return time;
-  const TomlTable table = root.table("time", {{"integrator", "step", "end"}});
-  std::string integrator = to_string(time.integrator);
-  table.read("integrator", integrator, {"explicit", "verlet", "midpoint", "backward-euler"},
-             {"energy-momentum"});
-  time.integrator = integrator_from_string(integrator);
-  table.read("end", time.end, kPositive);
-  if (!table.has("step") || !table.is_string("step")) {
-    table.read("step", time.step, kPositive);
-    return time;
-  }
-  std::string word;
-  table.read("step", word);
-  if (word != "auto") {
-    table.refuse("step",
-                 fmt::format("= \"{}\" must be a number of seconds above 0, or \"auto\".", word));
-  }
-  if (is_implicit(time.integrator)) {
-    table.refuse("step", fmt::format("= \"auto\" is for the integrators explicit and verlet: {} "
-                                     "has no stability limit to take half of. Give a number of "
-                                     "seconds.",
-                                     integrator));
-  }
-  time.automatic = true;
-  return time;
-}
-
-SolverSettings read_solver(const TomlTable& root) {
-  SolverSettings solver;
-  if (!root.has("solver")) return solver;
-  const TomlTable table = root.table("solver", {{"kind", "linear", "tolerance", "max_iterations"}});
-  table.read("kind", solver.kind, {"newton", "ceres"});
-  std::string linear = to_string(solver.linear);
-  table.read("linear", linear, {"auto", "matrix-free", "cg", "factor"});
-  solver.linear = linear_solver_from_string(linear);
-  if (const std::string conflict = solver_conflict(solver); !conflict.empty()) {
-    table.refuse("linear", conflict);
-  }
-  table.read("tolerance", solver.tolerance, kBelowOne);
-  table.read("max_iterations", solver.max_iterations, 1);
-  return solver;
+// A section that may be absent: everything then has its default.
+template <class Settings>
+Settings read_section(const TomlTable& root) {
+  Settings settings;
+  const char* name = section_of<Settings>().name;
+  if (root.has(name)) read_keys(root.table(name, table_keys<Settings>()), settings);
+  return settings;
 }
 
 MaterialRegionSettings read_material_region(const TomlTable& table) {
@@ -108,42 +69,10 @@ MaterialRegionSettings read_material_region(const TomlTable& table) {
   return region;
 }
 
-Damping read_damping(const TomlTable& root) {
-  Damping damping;
-  if (!root.has("damping")) return damping;
-  const TomlTable table = root.table("damping", {{"drag", "mass_damping", "viscosity"}});
-  table.read("drag", damping.drag, kDamping);
-  table.read("mass_damping", damping.mass_damping, kDamping);
-  table.read("viscosity", damping.viscosity, kDamping);
-  return damping;
-}
-
-EnvironmentSettings read_environment(const TomlTable& root) {
-  EnvironmentSettings environment;
-  if (!root.has("environment")) return environment;
-  const TomlTable table =
-      root.table("environment", {{"kind", "strength", "direction", "softening"}});
-  table.require("kind", "\"none\", \"gravity\" or \"attraction\".");
-  std::string kind;
-  table.read("kind", kind, {"none", "gravity", "attraction"});
-  if (kind == "gravity") environment.kind = EnvironmentKind::kGravity;
-  if (kind == "attraction") environment.kind = EnvironmentKind::kAttraction;
-  table.read("strength", environment.strength, kStrength);
-  table.read("softening", environment.softening, kModerateNotNegative);
-  table.read("direction", environment.direction);
-  if (environment.direction.isZero(0.0)) {
-    table.refuse("direction", "must not be zero; [0, -1, 0] is downward.");
-  }
-  environment.direction = unit_direction(environment.direction);
-  return environment;
-}
-
 OutputSettings read_output(const TomlTable& root) {
-  OutputSettings output;
+  OutputSettings output = read_section<OutputSettings>(root);
   if (!root.has("output")) return output;
-  const TomlTable table = root.table("output", {{"directory", "every", "checkpoint_every"}});
-  table.read("directory", output.directory);
-  table.read("every", output.every, 1);
+  const TomlTable table = root.table("output", table_keys<OutputSettings>());
   int checkpoint_every = 0;
   table.read("checkpoint_every", checkpoint_every, 0);
   if (checkpoint_every != 0) {
@@ -174,17 +103,18 @@ Scene read_sections(const TomlDocument& document, const std::string& path) {
   for (const TomlTable& table : root.tables("material_region", {region_keys})) {
     scene.material_region.push_back(read_material_region(table));
   }
-  scene.time = read_time(root);
-  scene.solver = read_solver(root);
-  scene.damping = read_damping(root);
-  scene.environment = read_environment(root);
-  for (const TomlTable& table : root.tables("fix", fix_keys())) {
+  scene.time = read_section<TimeSettings>(root);
+  scene.solver = read_section<SolverSettings>(root);
+  scene.damping = read_section<Damping>(root);
+  scene.environment = read_section<EnvironmentSettings>(root);
+  scene.environment.direction = unit_direction(scene.environment.direction);
+  for (const TomlTable& table : root.tables("fix", table_keys<FixSettings>())) {
     scene.fix.push_back(read_fix(table));
   }
-  for (const TomlTable& table : root.tables("constraint", constraint_keys())) {
+  for (const TomlTable& table : root.tables("constraint", table_keys<ConstraintSettings>())) {
     scene.constraint.push_back(read_constraint(table));
   }
-  for (const TomlTable& table : root.tables("force", force_keys())) {
+  for (const TomlTable& table : root.tables("force", table_keys<ForceSettings>())) {
     scene.force.push_back(read_force(table));
   }
   scene.initial = read_initial(root);

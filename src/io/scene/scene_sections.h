@@ -25,12 +25,7 @@ MomentumSettings read_momentum(const TomlTable& table);
 ShiftSettings read_shift(const TomlTable& table);
 InitialSettings read_initial(const TomlTable& root);
 
-/// The keys of [[fix]], [[constraint]], [[force]], [[initial.momentum]], an event's shift, [[event]].
-const TableKeys& fix_keys();
-const TableKeys& constraint_keys();
-const TableKeys& force_keys();
-const TableKeys& momentum_keys();
-const TableKeys& shift_keys();
+/// The keys of [[event]].
 const TableKeys& event_keys();
 
 /// Reads all sections of a document but the events.

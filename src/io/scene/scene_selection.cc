@@ -1,6 +1,7 @@
 // select = { … }
 #include <fmt/format.h>
 
+#include "key_reader.h"
 #include "scene_sections.h"
 
 namespace tetraction {
@@ -8,37 +9,12 @@ namespace {
 
 const NameList kKinds{"vertices", "plane", "box", "sphere", "nearest", "group", "surface", "all"};
 
-Selection read_plane(const TomlTable& table) {
-  SelectPlane plane;
-  table.require("axis", "\"x\", \"y\" or \"z\", the axis that the plane is normal to.");
-  std::string axis;
-  table.read("axis", axis, {"x", "y", "z"});
-  plane.axis = axis[0] - 'x';
-  table.require("at", "the coordinate of the plane along the axis, in m.");
-  table.read("at", plane.at);
-  table.read("tolerance", plane.tolerance, kNotNegative);
-  return plane;
-}
-
-Selection read_box(const TomlTable& table) {
-  SelectBox box;
-  table.require("min", "the lower corner, [x, y, z] in m.");
-  table.require("max", "the upper corner, [x, y, z] in m.");
-  table.read("min", box.min);
-  table.read("max", box.max);
-  if ((box.min.array() > box.max.array()).any()) {
-    table.refuse("max", "must not be below min in any component; exchange them.");
-  }
-  return box;
-}
-
-Selection read_sphere(const TomlTable& table) {
-  SelectSphere sphere;
-  table.require("center", "the centre, [x, y, z] in m.");
-  table.require("radius", "the radius in m.");
-  table.read("center", sphere.center);
-  table.read("radius", sphere.radius, kPositive);
-  return sphere;
+// A kind of selection that is a table of its own.
+template <class Kind>
+Selection read_kind(const TomlTable& parent, std::string_view key) {
+  Kind kind;
+  read_keys(parent.table(key, table_keys<Kind>()), kind);
+  return kind;
 }
 
 }  // namespace
@@ -71,9 +47,9 @@ Selection read_selection(const TomlTable& parent, std::string_view key, const To
     table.read("vertices", vertices.ids);
     return vertices;
   }
-  if (kind == "plane") return read_plane(table.table("plane", {{"axis", "at", "tolerance"}}));
-  if (kind == "box") return read_box(table.table("box", {{"min", "max"}}));
-  if (kind == "sphere") return read_sphere(table.table("sphere", {{"center", "radius"}}));
+  if (kind == "plane") return read_kind<SelectPlane>(table, kind);
+  if (kind == "box") return read_kind<SelectBox>(table, kind);
+  if (kind == "sphere") return read_kind<SelectSphere>(table, kind);
   if (kind == "nearest") {
     SelectNearest nearest;
     table.read("nearest", nearest.point);

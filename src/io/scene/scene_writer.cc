@@ -3,11 +3,12 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <utility>
 
 #include "event_writer.h"
-#include "io/text/text_file.h"
 #include "scene_keys.h"
 #include "tetraction/core/error.h"
+#include "tetraction/io/text_file.h"
 
 namespace tetraction {
 namespace {
@@ -18,7 +19,7 @@ std::string lines(const SceneKeys& keys) {
   std::string text;
   for (const SceneKey& key : keys) {
     std::string line = key.name + " = " + key.value;
-    if (key.unit[0] != '\0') line = fmt::format("{:<32}  # {}", line, key.unit);
+    if (!key.unit.empty()) line = fmt::format("{:<32}  # {}", line, key.unit);
     text += line + "\n";
   }
   return text;
@@ -60,7 +61,7 @@ SceneKeys keys_of_mesh(const MeshSettings& mesh, const std::string& folder) {
           "write the mesh to a file first and set mesh.file.");
     }
     SceneKeys keys{{"file", toml_text(mesh_path(mesh.file, folder))}};
-    if (mesh.scale != 1.0) keys.push_back({"scale", toml_number(mesh.scale)});
+    for (SceneKey& key : keys_of(mesh)) keys.push_back(std::move(key));
     return keys;
   }
   const GeneratorSettings& generator = *mesh.generate;
@@ -86,22 +87,7 @@ SceneKeys keys_of_mesh(const MeshSettings& mesh, const std::string& folder) {
 }
 
 std::string initial_section(const InitialSettings& initial) {
-  SceneKeys keys;
-  if (!initial.velocity.isZero(0.0)) {
-    keys.push_back({"velocity", toml_list(initial.velocity), "m/s"});
-  }
-  if (!initial.angular_velocity.isZero(0.0)) {
-    keys.push_back({"angular_velocity", toml_list(initial.angular_velocity), "rad/s"});
-  }
-  if (initial.stretch != Vector3::Ones()) {
-    keys.push_back({"stretch", toml_list(initial.stretch)});
-  }
-  if (!initial.displacement_array.empty()) {
-    keys.push_back({"displacement_array", toml_text(initial.displacement_array)});
-  }
-  if (!initial.velocity_array.empty()) {
-    keys.push_back({"velocity_array", toml_text(initial.velocity_array)});
-  }
+  const SceneKeys keys = keys_of(initial);
   std::string text = keys.empty() ? "" : section("[initial]", keys);
   for (const MomentumSettings& momentum : initial.momentum) {
     text += section("[[initial.momentum]]", keys_of(momentum), &momentum.select);
@@ -124,14 +110,13 @@ std::string scene_text(const Scene& scene, const std::string& folder) {
   for (const FixSettings& fix : scene.fix) text += section("[[fix]]", keys_of(fix), &fix.select);
   for (const ConstraintSettings& constraint : scene.constraint) {
     text += section("[[constraint]]", keys_of(constraint),
-                    has_selection(constraint) ? &constraint.select : nullptr);
+                    has_selection(constraint.kind) ? &constraint.select : nullptr);
   }
   for (const ForceSettings& force : scene.force) {
     text += section("[[force]]", keys_of(force), &force.select);
   }
   text += initial_section(scene.initial);
-  text += section("[output]", {{"directory", toml_text(scene.output.directory)},
-                               {"every", std::to_string(scene.output.every)}});
+  text += section("[output]", keys_of(scene.output));
   return text + event_text(scene);
 }
 

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cassert>
-#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -75,17 +74,8 @@ double TomlTable::number_of(std::string_view key, const toml::node& node, const 
   // toml++ itself converts no whole number that double precision has to round.
   const auto* whole = node.as_integer();
   const double value = whole != nullptr ? static_cast<double>(whole->get()) : *node.value<double>();
-  if (std::isnan(value) || (std::isinf(value) && !range.infinity)) {
-    refuse(key, fmt::format("{}{}; it must be finite.", subject, value));
-  }
-  if (!range.holds(value)) {
-    refuse(key, fmt::format("{}{}; it must {}.", subject, value, range.words));
-  }
-  const double size = std::abs(value);
-  if (range.is_moderate && size != 0.0 && !(size >= 1e-30 && size <= 1e30)) {
-    refuse(key, fmt::format("{}{}; its size must lie between 1e-30 and 1e30, or what is computed "
-                            "from it overflows. Choose other units if it is meant.",
-                            subject, value));
+  if (const std::string refusal = range.refusal(value); !refusal.empty()) {
+    refuse(key, fmt::format("{}{}{}", subject, value, refusal));
   }
   return value;
 }
@@ -159,6 +149,48 @@ void TomlTable::read(std::string_view key, std::array<int, 3>& target, int least
   for (std::size_t i = 0; i < 3; ++i) {
     target[i] = static_cast<int>(integer_of(key, list[i], least, kMostInt, true));
   }
+}
+
+void TomlTable::read_pair(std::string_view key, std::array<std::int64_t, 2>& target) const {
+  if (!has(key)) return;
+  std::vector<std::int64_t> pair;
+  read(key, pair);
+  if (pair.size() != 2 || pair[0] == pair[1]) {
+    refuse(key, "must name two different vertices, like [3, 40].");
+  }
+  target = {pair[0], pair[1]};
+}
+
+void TomlTable::read_letters(std::string_view key, std::array<bool, 3>& target) const {
+  if (!has(key)) return;
+  std::string letters;
+  read(key, letters);
+  target.fill(false);
+  for (const char letter : letters) {
+    if (letter < 'x' || letter > 'z' || target[static_cast<std::size_t>(letter - 'x')]) {
+      refuse(key, fmt::format("= \"{}\" must name some of x, y and z, each once, for instance "
+                              "\"xz\".",
+                              letters));
+    }
+    target[static_cast<std::size_t>(letter - 'x')] = true;
+  }
+}
+
+void TomlTable::read_or_auto(std::string_view key, double& target, bool& automatic,
+                             const NumberRange& range) const {
+  if (!has(key)) return;
+  if (!is_string(key)) {
+    read(key, target, range);
+    automatic = false;
+    return;
+  }
+  std::string word;
+  read(key, word);
+  if (word != "auto") {
+    refuse(key, fmt::format("= \"{}\" must be a number of seconds {}, or \"auto\".", word,
+                            range.text()));
+  }
+  automatic = true;
 }
 
 void TomlTable::read(std::string_view key, std::vector<std::int64_t>& target) const {

@@ -9,28 +9,11 @@
 #include <vector>
 
 #include "io/text/spelling.h"
+#include "tetraction/core/number_range.h"
 #include "tetraction/core/types.h"
 #include "toml_document.h"
 
 namespace tetraction {
-
-/// The numbers that a key accepts, and the same in words: "must " + words. NaN never passes.
-struct NumberRange {
-  bool (*holds)(double);
-  const char* words;
-  bool infinity = false;  ///< whether an infinite number may pass
-  /// Whether numbers other than 0 must have a size between 1e-30 and 1e30: for moduli and the like,
-  /// from whose products and single-precision copies infinity would come.
-  bool is_moderate = false;
-};
-
-inline constexpr NumberRange kFinite{[](double) { return true; }, "be finite"};
-inline constexpr NumberRange kPositive{[](double x) { return x > 0.0; }, "be above 0"};
-inline constexpr NumberRange kModerate{[](double) { return true; }, "be finite", false, true};
-inline constexpr NumberRange kModeratePositive{kPositive.holds, kPositive.words, false, true};
-inline constexpr NumberRange kNotNegative{[](double x) { return x >= 0.0; }, "be 0 or more"};
-inline constexpr NumberRange kModerateNotNegative{kNotNegative.holds, kNotNegative.words, false,
-                                                  true};
 
 /// The keys that a table may have.
 struct TableKeys {
@@ -60,6 +43,13 @@ class TomlTable {
   void read(std::string_view key, Vector3& target, const NumberRange& range = kFinite) const;
   void read(std::string_view key, std::optional<Vector3>& target) const;
   void read(std::string_view key, std::array<int, 3>& target, int least) const;
+  /// Two different whole numbers of at least 0.
+  void read_pair(std::string_view key, std::array<std::int64_t, 2>& target) const;
+  /// Which of x, y and z a text names, each once.
+  void read_letters(std::string_view key, std::array<bool, 3>& target) const;
+  /// A number in the range, or "auto", which leaves the number as it is.
+  void read_or_auto(std::string_view key, double& target, bool& automatic,
+                    const NumberRange& range) const;
   /// A list of one or more whole numbers of at least 0.
   void read(std::string_view key, std::vector<std::int64_t>& target) const;
   /// A list of one or more lists of three numbers.

@@ -32,8 +32,8 @@
 #include <fstream>
 #include <limits>
 
-#include "io/text/text_file.h"
 #include "tetraction/core/error.h"
+#include "tetraction/io/text_file.h"
 #include "viewer/gui/widgets/vtk_widget.h"
 
 namespace tetraction::viewer {

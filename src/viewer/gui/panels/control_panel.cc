@@ -13,6 +13,7 @@
 #include <limits>
 
 #include "panel_layout.h"
+#include "tetraction/simulation/setting_keys.h"
 #include "viewer/gui/widgets/number_field.h"
 
 namespace tetraction::viewer {
@@ -31,9 +32,6 @@ constexpr SolverChoice kSolvers[] = {
     {"Newton, conjugate gradients", "newton", LinearSolver::kCg},
     {"Newton, kept factor", "newton", LinearSolver::kFactor},
     {"Ceres", "ceres", LinearSolver::kAuto}};
-
-constexpr Integrator kIntegrators[] = {Integrator::kExplicit, Integrator::kVerlet,
-                                       Integrator::kMidpoint, Integrator::kBackwardEuler};
 
 QString short_number(double value) {
   return QString::number(value, 'g', 4);
@@ -92,11 +90,9 @@ ControlPanel::ControlPanel(QWidget* parent) : QWidget(parent) {
   integrator_->setObjectName(QStringLiteral("integrator"));
   integrator_->setToolTip(
       tr("Explicit rules need steps below the stability limit; implicit ones solve each step"));
-  for (const Integrator integrator : kIntegrators) {
-    integrator_->addItem(QString::fromStdString(to_string(integrator)));
-  }
+  for (const char* name : integrator_names()) integrator_->addItem(QString::fromUtf8(name));
   time->addRow(tr("Integrator"), integrator_);
-  step_size_ = new NumberSlider(tr("Step size"), tr("s"), {0.0, kInfinity, false}, 1e-6, 1e-1,
+  step_size_ = new NumberSlider(key_info(&TimeSettings::step), 1e-6, 1e-1,
                                 NumberSlider::Scale::kLogarithmic, this);
   step_size_->setObjectName(QStringLiteral("step_size"));
   time->addRow(tr("Step [s]"), step_size_);
@@ -118,20 +114,20 @@ ControlPanel::ControlPanel(QWidget* parent) : QWidget(parent) {
   for (const SolverChoice& choice : kSolvers) solver_->addItem(tr(choice.text));
   solver_->setToolTip(tr("Minimiser of each implicit step, and its linear systems"));
   solver->addRow(tr("Solver"), solver_);
-  tolerance_ = new NumberField(tr("Tolerance (force residual relative to the step's force scale)"),
-                               QString(), {0.0, 1.0, false, false}, this);
+  tolerance_ = new NumberField(key_info(&SolverSettings::tolerance), this);
   tolerance_->setObjectName(QStringLiteral("tolerance"));
   solver->addRow(tr("Tolerance"), tolerance_);
   iterations_ = new QSpinBox(this);
   iterations_->setObjectName(QStringLiteral("max_iterations"));
-  iterations_->setRange(1, 100000);
-  iterations_->setToolTip(tr("Most iterations of one step, 1 to 100000"));
+  const KeyInfo& iterations_key = key_info(&SolverSettings::max_iterations);
+  iterations_->setRange(static_cast<int>(iterations_key.range.least), 100000);
+  iterations_->setToolTip(key_tip(iterations_key));
   iterations_->setKeyboardTracking(false);
   solver->addRow(tr("Most iterations"), iterations_);
   column->addStretch(1);
 
-  connect(integrator_, QOverload<int>::of(&QComboBox::activated), this, [this](int i) {
-    settings_.time.integrator = kIntegrators[i];
+  connect(integrator_, QOverload<int>::of(&QComboBox::activated), this, [this] {
+    settings_.time.integrator = integrator_from_string(integrator_->currentText().toStdString());
     time_edited(tr("Integrator %1").arg(integrator_->currentText()), false);
   });
   connect(step_size_, &NumberSlider::entered, this, [this](double h, bool goes_on) {
@@ -170,9 +166,7 @@ void ControlPanel::solver_edited() {
 
 void ControlPanel::show_settings(const Settings& settings) {
   settings_ = settings;
-  for (int i = 0; i < integrator_->count(); ++i) {
-    if (kIntegrators[i] == settings.time.integrator) integrator_->setCurrentIndex(i);
-  }
+  integrator_->setCurrentText(QString::fromStdString(to_string(settings.time.integrator)));
   step_size_->set_value(settings.time.step);
   for (int i = 0; i < solver_->count(); ++i) {
     if (settings.solver.kind == kSolvers[i].kind && settings.solver.linear == kSolvers[i].linear) {

@@ -2,15 +2,22 @@
 
 #include <QComboBox>
 #include <QHBoxLayout>
-#include <limits>
 
 #include "panel_layout.h"
+#include "tetraction/simulation/setting_keys.h"
 #include "viewer/gui/widgets/number_field.h"
 
 namespace tetraction::viewer {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+// The strength, which means another quantity with each kind of environment.
+KeyInfo strength(const char* title, const char* unit, const char* help) {
+  KeyInfo key = key_info(&EnvironmentSettings::strength);
+  key.title = title;
+  key.unit = unit;
+  key.help = help;
+  return key;
+}
 
 QString short_number(double value) {
   return QString::number(value, 'g', 4);
@@ -31,42 +38,40 @@ SurroundingsPanel::SurroundingsPanel(QWidget* parent) : QWidget(parent) {
   kind_->addItems({tr("None"), tr("Gravity"), tr("Attraction to the origin")});
   kind_->setToolTip(tr("Force field around the body"));
   environment->addRow(tr("Kind"), kind_);
-  gravity_ = new NumberSlider(tr("Gravity"), tr("m/s²"), {-kInfinity, kInfinity}, 0.0, 30.0,
+  gravity_ = new NumberSlider(strength("Gravity", "m/s²", "acceleration of gravity"), 0.0, 30.0,
                               NumberSlider::Scale::kLinear, this);
   gravity_->setObjectName(QStringLiteral("gravity"));
   environment->addRow(tr("g [m/s²]"), gravity_);
   auto* direction = new QWidget(this);
   auto* row = new QHBoxLayout(direction);
   row->setContentsMargins(0, 0, 0, 0);
+  const KeyInfo& direction_key = key_info(&EnvironmentSettings::direction);
   for (int i = 0; i < 3; ++i) {
-    direction_[i] = new NumberField(tr("Direction of gravity, %1").arg(QChar('x' + i)), QString(),
-                                    {-1e6, 1e6}, this);
+    direction_[i] = new NumberField(tr("%1, %2").arg(tr(direction_key.title)).arg(QChar('x' + i)),
+                                    QString(), direction_key.range, this);
     row->addWidget(direction_[i]);
     connect(direction_[i], &NumberField::entered, this, [this] { environment_edited(false); });
     connect(direction_[i], &NumberField::refused, this, &SurroundingsPanel::refused);
   }
   environment->addRow(tr("Direction"), direction);
   attraction_ =
-      new NumberSlider(tr("Attraction k of the force −k q/|q|³ on every vertex"), tr("N m²"),
-                       {-kInfinity, kInfinity}, 0.0, 5.0, NumberSlider::Scale::kLinear, this);
+      new NumberSlider(strength("Attraction", "N m²", "k of the force −k q/|q|³ on every vertex"),
+                       0.0, 5.0, NumberSlider::Scale::kLinear, this);
   attraction_->setObjectName(QStringLiteral("attraction"));
   environment->addRow(tr("k [N m²]"), attraction_);
-  softening_ = new NumberField(tr("Softening ε, which bounds the force near the origin"), tr("m"),
-                               {0.0, kInfinity}, this);
+  softening_ = new NumberField(key_info(&EnvironmentSettings::softening), this);
   environment->addRow(tr("Softening [m]"), softening_);
 
   auto* damping = add_group(column, tr("Damping"));
-  drag_ = new NumberSlider(tr("Drag: force −k v on every vertex"), tr("kg/s"), {0.0, kInfinity},
-                           0.0, 1.0, NumberSlider::Scale::kLinear, this);
+  drag_ = new NumberSlider(key_info(&Damping::drag), 0.0, 1.0, NumberSlider::Scale::kLinear, this);
   drag_->setObjectName(QStringLiteral("drag"));
   damping->addRow(tr("Drag [kg/s]"), drag_);
-  mass_damping_ = new NumberSlider(tr("Mass damping: force −a m v on every vertex"), tr("1/s"),
-                                   {0.0, kInfinity}, 0.0, 10.0, NumberSlider::Scale::kLinear, this);
+  mass_damping_ = new NumberSlider(key_info(&Damping::mass_damping), 0.0, 10.0,
+                                   NumberSlider::Scale::kLinear, this);
   mass_damping_->setObjectName(QStringLiteral("mass_damping"));
   damping->addRow(tr("Mass [1/s]"), mass_damping_);
-  viscosity_ =
-      new NumberSlider(tr("Viscosity of the material: damps deformation, not motion"), tr("Pa s"),
-                       {0.0, kInfinity}, 0.0, 5000.0, NumberSlider::Scale::kLinear, this);
+  viscosity_ = new NumberSlider(key_info(&Damping::viscosity), 0.0, 5000.0,
+                                NumberSlider::Scale::kLinear, this);
   viscosity_->setObjectName(QStringLiteral("viscosity"));
   damping->addRow(tr("Viscosity [Pa s]"), viscosity_);
   column->addStretch(1);

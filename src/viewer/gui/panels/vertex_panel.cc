@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "panel_layout.h"
+#include "tetraction/simulation/setting_keys.h"
 #include "viewer/gui/widgets/number_field.h"
 
 namespace tetraction::viewer {
@@ -70,16 +71,19 @@ VertexPanel::VertexPanel(QWidget* parent) : QWidget(parent) {
   chosen->addRow(buttons);
 
   auto* state = add_group(column, tr("State"));
-  position_ = add_triple(state, tr("Position [m]"), tr("Position"), tr("m"));
+  position_ = add_triple(state, tr("Position [m]"), tr("Position"),
+                         tr(key_info(&FixSettings::target).unit));
   position_.field[0]->setObjectName(QStringLiteral("position_x"));
   place_ = new QPushButton(tr("Fix at these coordinates"), this);
   place_->setObjectName(QStringLiteral("place"));
   place_->setToolTip(
       tr("Holds the selection at these coordinates; several vertices keep their shape"));
   state->addRow(place_);
-  momentum_ = add_triple(state, tr("Momentum of each [kg m/s]"), tr("Momentum"), tr("kg m/s"));
+  momentum_ = add_triple(state, tr("Momentum of each [kg m/s]"), tr("Momentum"),
+                         tr(key_info(&MomentumSettings::value).unit));
   momentum_.field[0]->setObjectName(QStringLiteral("momentum_x"));
-  force_ = add_triple(state, tr("External force on each [N]"), tr("External force"), tr("N"));
+  force_ = add_triple(state, tr("External force on each [N]"), tr("External force"),
+                      tr(key_info(&ForceSettings::vector).unit));
   force_.field[0]->setObjectName(QStringLiteral("force_x"));
   speed_ = new QLabel(this);
   speed_->setToolTip(tr("Mean velocity of the selected vertices, m/s"));

@@ -1,12 +1,6 @@
 #include "replay.h"
 
 #include <fmt/format.h>
-#include <vtkCellData.h>
-#include <vtkDataArray.h>
-#include <vtkNew.h>
-#include <vtkPointData.h>
-#include <vtkUnstructuredGrid.h>
-#include <vtkXMLUnstructuredGridReader.h>
 
 #include <QFile>
 #include <QXmlStreamReader>
@@ -19,10 +13,8 @@
 #include <map>
 #include <sstream>
 
-#include "io/text/text_scanner.h"
-#include "io/vtk/quiet_vtk.h"
-#include "io/vtk/vtk_header.h"
 #include "tetraction/core/error.h"
+#include "tetraction/io/frame_reader.h"
 #include "tetraction/io/mesh_reader.h"
 
 namespace tetraction::viewer {
@@ -30,13 +22,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// 3 per vertex; zeros where the frame has no such array.
-Vector point_vectors(vtkUnstructuredGrid* grid, const char* name, Index vertices) {
-  Vector values = Vector::Zero(3 * vertices);
-  vtkDataArray* array = grid->GetPointData()->GetArray(name);
-  if (array == nullptr || array->GetNumberOfComponents() != 3) return values;
-  for (Index v = 0; v < vertices; ++v) array->GetTuple(v, values.data() + 3 * v);
-  return values;
+// Three values per vertex; zeros where the frame has no such array.
+Vector vectors(const Matrix& array, Index vertices) {
+  if (array.rows() != 3) return Vector::Zero(3 * vertices);
+  return array.reshaped();
 }
 
 // The cell array of a frame that holds a field; null for fields of vertices, which follow from what a
@@ -195,22 +184,17 @@ void Replay::read_history(const std::string& path) {
 
 std::shared_ptr<const Snapshot> Replay::frame(std::size_t i, ColorField field) const {
   const std::string& path = files_[i];
-  // What VTK's reader would crash on is refused before it sees the file.
-  check_xml_header(path, read_file(path));
-  VtkMessages messages;
-  vtkNew<vtkXMLUnstructuredGridReader> reader;
-  messages.watch(reader);
-  reader->SetFileName(path.c_str());
-  reader->Update();
-  vtkUnstructuredGrid* grid = reader->GetOutput();
+  const char* cell_array = cell_array_name(field);
+  const StoredFrame frame = read_frame(
+      path, {"displacement", "velocity", "momentum", "external_force", "reaction_force", "fixed"},
+      cell_array != nullptr ? std::vector<std::string>{cell_array} : std::vector<std::string>{});
   const Index n = mesh_.vertex_count();
   const Index m = mesh_.tetrahedron_count();
-  if (!messages.empty()) throw FileError(fmt::format("{}: {}", path, messages.first()));
-  if (grid->GetNumberOfPoints() != n || grid->GetNumberOfCells() != m) {
+  if (frame.vertex_count != n || frame.tetrahedron_count != m) {
     throw FileError(
         fmt::format("{}: {} vertices and {} tetrahedra, but the first frame has {} and "
                     "{}: the frames are not of one run.",
-                    path, grid->GetNumberOfPoints(), grid->GetNumberOfCells(), n, m));
+                    path, frame.vertex_count, frame.tetrahedron_count, n, m));
   }
   auto snapshot = std::make_shared<Snapshot>();
   snapshot->generation = i + 1;
@@ -220,27 +204,25 @@ std::shared_ptr<const Snapshot> Replay::frame(std::size_t i, ColorField field) c
     return r.time >= times_[i] - 1e-9 * (1.0 + std::abs(times_[i]));
   });
   snapshot->step = row == history_.end() ? static_cast<Index>(i) : row->step;
-  const Vector displacement = point_vectors(grid, "displacement", n);
+  const Vector displacement = vectors(frame.point_arrays[0], n);
   snapshot->position = rest_ + displacement;
-  snapshot->velocity = point_vectors(grid, "velocity", n);
-  snapshot->momentum = point_vectors(grid, "momentum", n);
-  snapshot->external_force = point_vectors(grid, "external_force", n);
-  snapshot->reaction_force = point_vectors(grid, "reaction_force", n);
+  snapshot->velocity = vectors(frame.point_arrays[1], n);
+  snapshot->momentum = vectors(frame.point_arrays[2], n);
+  snapshot->external_force = vectors(frame.point_arrays[3], n);
+  snapshot->reaction_force = vectors(frame.point_arrays[4], n);
+  const Matrix& fixed = frame.point_arrays[5];
   snapshot->fixed.assign(static_cast<std::size_t>(n), 0);
-  if (vtkDataArray* fixed = grid->GetPointData()->GetArray("fixed")) {
-    for (Index v = 0; v < n; ++v) {
-      snapshot->fixed[static_cast<std::size_t>(v)] = fixed->GetComponent(v, 0) != 0.0;
-    }
+  for (Index v = 0; v < fixed.cols(); ++v) {
+    snapshot->fixed[static_cast<std::size_t>(v)] = fixed(0, v) != 0.0;
   }
   snapshot->field = field;
   if (field == ColorField::kDisplacement) set_magnitudes(*snapshot, displacement);
   if (field == ColorField::kSpeed) set_magnitudes(*snapshot, snapshot->velocity);
-  if (const char* name = cell_array_name(field)) {
+  if (cell_array != nullptr) {
     snapshot->field_on_cells = true;
-    if (vtkDataArray* array = grid->GetCellData()->GetArray(name)) {
-      for (Index e = 0; e < m; ++e) {
-        snapshot->field_values.push_back(static_cast<float>(array->GetComponent(e, 0)));
-      }
+    const Matrix& values = frame.cell_arrays[0];
+    for (Index e = 0; e < values.cols(); ++e) {
+      snapshot->field_values.push_back(static_cast<float>(values(0, e)));
     }
   }
   return snapshot;

@@ -8,11 +8,17 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tetraction/simulation/setting_keys.h"
+
 namespace tetraction::viewer {
 namespace {
 
 constexpr int kPlaces = 1000;  // of a slider
 constexpr int kPause_ms = 40;  // between two values of a slider that is dragged
+
+QString text_of(const NumberRange& range) {
+  return QString::fromStdString(range.text());
+}
 
 QString number(double value) {
   return QString::number(value, 'g', 6);
@@ -20,28 +26,13 @@ QString number(double value) {
 
 }  // namespace
 
-bool NumberRange::contains(double value) const {
-  if (!std::isfinite(value)) return false;
-  return (least_itself ? value >= least : value > least) &&
-         (most_itself ? value <= most : value < most);
-}
-
-QString NumberRange::text() const {
-  const bool below = std::isfinite(least);
-  const bool above = std::isfinite(most);
-  const QString low =
-      (least_itself ? QObject::tr("%1 or more") : QObject::tr("above %1")).arg(number(least));
-  const QString high =
-      (most_itself ? QObject::tr("%1 or less") : QObject::tr("below %1")).arg(number(most));
-  if (below && above) {
-    if (least_itself && most_itself) {
-      return QObject::tr("from %1 to %2").arg(number(least), number(most));
-    }
-    return low + QObject::tr(" and ") + high;
-  }
-  if (below) return low;
-  if (above) return high;
-  return QObject::tr("any number");
+QString key_tip(const KeyInfo& key) {
+  QString help = QString::fromUtf8(key.help);
+  help.remove(QLatin1Char('`')).remove(QLatin1String("**"));
+  const QString unit = QString::fromUtf8(key.unit);
+  return NumberField::tr("%1%2; allowed: %3")
+      .arg(help, unit.isEmpty() ? QString() : NumberField::tr("; in %1").arg(unit),
+           QString::fromStdString(key.range.text()));
 }
 
 NumberField::NumberField(const QString& what, const QString& unit, NumberRange range,
@@ -49,9 +40,14 @@ NumberField::NumberField(const QString& what, const QString& unit, NumberRange r
     : QLineEdit(parent), what_(what), unit_(unit), range_(range) {
   setAlignment(Qt::AlignRight);
   setAccessibleName(what);
-  setToolTip(unit.isEmpty() ? tr("%1; allowed: %2").arg(what, range.text())
-                            : tr("%1 in %2; allowed: %3").arg(what, unit, range.text()));
+  setToolTip(unit.isEmpty() ? tr("%1; allowed: %2").arg(what, text_of(range))
+                            : tr("%1 in %2; allowed: %3").arg(what, unit, text_of(range)));
   connect(this, &QLineEdit::textEdited, this, [this] { mark(false); });
+}
+
+NumberField::NumberField(const KeyInfo& key, QWidget* parent)
+    : NumberField(QString::fromUtf8(key.title), QString::fromUtf8(key.unit), key.range, parent) {
+  setToolTip(key_tip(key));
 }
 
 QSize NumberField::sizeHint() const {
@@ -92,7 +88,7 @@ void NumberField::commit() {
   if (!is_number || !range_.contains(value)) {
     mark(true);
     const QString message = tr("%1: “%2” is not possible; allowed: %3%4.")
-                                .arg(what_, text(), range_.text(),
+                                .arg(what_, text(), text_of(range_),
                                      unit_.isEmpty() ? QString() : QLatin1Char(' ') + unit_);
     QToolTip::showText(mapToGlobal(QPoint(0, height())), message, this);
     emit refused(message);
@@ -132,8 +128,16 @@ void NumberField::focusOutEvent(QFocusEvent* event) {
 
 NumberSlider::NumberSlider(const QString& what, const QString& unit, NumberRange allowed,
                            double low, double high, Scale scale, QWidget* parent)
+    : NumberSlider(new NumberField(what, unit, allowed), low, high, scale, parent) {}
+
+NumberSlider::NumberSlider(const KeyInfo& key, double low, double high, Scale scale,
+                           QWidget* parent)
+    : NumberSlider(new NumberField(key), low, high, scale, parent) {}
+
+NumberSlider::NumberSlider(NumberField* field, double low, double high, Scale scale,
+                           QWidget* parent)
     : QWidget(parent),
-      field_(new NumberField(what, unit, allowed, this)),
+      field_(field),
       slider_(new QSlider(Qt::Horizontal, this)),
       pause_(new QTimer(this)),
       low_(low),
@@ -146,7 +150,7 @@ NumberSlider::NumberSlider(const QString& what, const QString& unit, NumberRange
   slider_->setRange(0, kPlaces);
   slider_->setPageStep(kPlaces / 20);
   slider_->setMinimumWidth(70);
-  slider_->setAccessibleName(what);
+  slider_->setAccessibleName(field_->what());
   slider_->setToolTip(field_->toolTip());
   setFocusProxy(field_);
   pause_->setSingleShot(true);

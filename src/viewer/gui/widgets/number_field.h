@@ -5,22 +5,16 @@
 #include <QString>
 #include <QWidget>
 
+#include "tetraction/core/number_range.h"
+
 class QSlider;
 class QTimer;
 
+namespace tetraction {
+struct KeyInfo;
+}
+
 namespace tetraction::viewer {
-
-/// The numbers that a field takes.
-struct NumberRange {
-  double least = 0.0;
-  double most = 0.0;
-  bool least_itself = true;  ///< whether `least` is allowed, too
-  bool most_itself = true;
-
-  bool contains(double value) const;
-  /// "from 0 to 0.49", "above 0".
-  QString text() const;
-};
 
 /// A line for one number. What is not a number or out of range is refused in the field, with the
 /// allowed range; the value in force stays until Return or leaving the field.
@@ -31,6 +25,8 @@ class NumberField : public QLineEdit {
   /// `what` and `unit` make the tooltip and the message: "Young's modulus", "Pa".
   NumberField(const QString& what, const QString& unit, NumberRange range,
               QWidget* parent = nullptr);
+  /// Title, unit, range and meaning of a key of the scene.
+  explicit NumberField(const KeyInfo& key, QWidget* parent = nullptr);
 
   double value() const { return value_; }
   /// Shows the value in force; not while the user is typing another one.
@@ -64,6 +60,9 @@ class NumberField : public QLineEdit {
   bool empty_ = true;  // nothing was shown yet
 };
 
+/// The meaning of a key of the scene and what it may be, as a tooltip.
+QString key_tip(const KeyInfo& key);
+
 /// A field with a slider for the range in which people usually look.
 class NumberSlider : public QWidget {
   Q_OBJECT
@@ -72,6 +71,7 @@ class NumberSlider : public QWidget {
   enum class Scale { kLinear, kLogarithmic };
   NumberSlider(const QString& what, const QString& unit, NumberRange allowed, double low,
                double high, Scale scale, QWidget* parent = nullptr);
+  NumberSlider(const KeyInfo& key, double low, double high, Scale scale, QWidget* parent = nullptr);
 
   double value() const { return field_->value(); }
   void set_value(double value);
@@ -84,6 +84,7 @@ class NumberSlider : public QWidget {
   void refused(const QString& message);
 
  private:
+  NumberSlider(NumberField* field, double low, double high, Scale scale, QWidget* parent);
   double at(int place) const;
   int place_of(double value) const;
   void slid();

@@ -1,4 +1,4 @@
-#include "tetraction/dynamics/damping.h"
+#include "tetraction/dynamics/vertex_damping.h"
 
 namespace tetraction {
 

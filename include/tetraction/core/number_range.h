@@ -1,0 +1,36 @@
+// The numbers that a parameter may take, and how that is said.
+#pragma once
+
+#include <limits>
+#include <string>
+
+namespace tetraction {
+
+/// An interval of real numbers. NaN is in none, and infinity only where `infinity` says so.
+struct NumberRange {
+  double least = -std::numeric_limits<double>::infinity();
+  double most = std::numeric_limits<double>::infinity();
+  bool least_itself = true;  ///< whether `least` belongs to it
+  bool most_itself = true;   ///< whether `most` belongs to it
+  bool infinity = false;     ///< whether an infinite number may pass
+  /// Whether numbers other than 0 must have a size between 1e-30 and 1e30: for moduli and the like,
+  /// from whose products and single-precision copies infinity would come.
+  bool is_moderate = false;
+  const char* advice = "";  ///< what a refusal says after the range, with its punctuation
+
+  bool contains(double value) const;
+  /// "above 0", "0 or more", "between 0 and 1, both excluded", "from 0 to 0.49", "any number".
+  std::string text() const;
+  /// What is wrong with a number, to be put after it: "; it must be above 0." Empty if it is allowed.
+  std::string refusal(double value) const;
+};
+
+inline constexpr NumberRange kFinite{};
+inline constexpr NumberRange kPositive{.least = 0.0, .least_itself = false};
+inline constexpr NumberRange kNotNegative{.least = 0.0};
+inline constexpr NumberRange kModerate{.is_moderate = true};
+inline constexpr NumberRange kModeratePositive{
+    .least = 0.0, .least_itself = false, .is_moderate = true};
+inline constexpr NumberRange kModerateNotNegative{.least = 0.0, .is_moderate = true};
+
+}  // namespace tetraction

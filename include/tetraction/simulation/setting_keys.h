@@ -1,0 +1,173 @@
+// The keys of a scene's sections, one table for each settings struct: name, unit, range, meaning.
+// Scene reader, writer and echo, the checks of edits, the fields of the window and the tables of
+// docs/scene.md are all made from these tables. Default values are those of the structs themselves.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "tetraction/core/number_range.h"
+#include "tetraction/simulation/scene.h"
+
+namespace tetraction {
+
+/// When a key is written.
+enum class Written { kAlways, kUnlessDefault };
+
+/// What there is to say of a key, whatever its type.
+struct KeyInfo {
+  const char* name = "";
+  const char* title = "";    ///< what a window calls it: "Mass damping"
+  const char* unit = "";     ///< "m/s²"
+  const char* per = "";      ///< completes the unit in a scene file: "on each vertex"
+  const char* help = "";     ///< meaning, in Markdown, without range and default
+  NumberRange range = {};    ///< of numbers, also of each entry of a list
+  const char* needed = "";   ///< what to give, if the key must be there; empty: it need not
+  const char* absent = "–";  ///< the default in words, where the struct holds no value
+  Written in_file = Written::kAlways;
+  Written in_echo = Written::kAlways;
+};
+
+/// A text that is one of some names.
+template <class Settings>
+struct Choice {
+  std::vector<const char*> names;
+  std::vector<const char*> later;  ///< names of later versions, refused as such
+  std::string (*get)(const Settings&);
+  void (*set)(Settings&, const std::string&);
+};
+
+/// A number or, where the other member is true, the word "auto".
+template <class Settings>
+struct NumberOrAuto {
+  double Settings::*number;
+  bool Settings::*automatic;
+};
+
+/// A key with a value of its own kind, which reader and writer treat by hand.
+struct ByHand {
+  const char* type;  ///< in Markdown
+};
+
+/// Where the value of a key is kept.
+template <class S>
+using KeyValue =
+    std::variant<int S::*, double S::*, std::optional<double> S::*, Vector3 S::*,
+                 std::optional<Vector3> S::*, std::array<bool, 3> S::*, std::string S::*,
+                 std::array<std::int64_t, 2> S::*, std::vector<std::int64_t> S::*,
+                 std::vector<Vector3> S::*, Choice<S>, NumberOrAuto<S>, ByHand>;
+
+/// One key of a section.
+template <class Settings>
+struct Key {
+  KeyInfo info;
+  KeyValue<Settings> value;
+  /// Whether the key means anything with the other settings; null: always.
+  bool (*used)(const Settings&) = nullptr;
+  /// The unit, where it depends on the other settings.
+  const char* (*unit)(const Settings&) = nullptr;
+
+  bool is_used(const Settings& settings) const { return used == nullptr || used(settings); }
+};
+
+/// What must hold between keys of a section.
+template <class Settings>
+struct KeyRule {
+  /// Those it is between; none: the section as a whole. A message names the one that an override
+  /// brought in, or else the last one that is present.
+  std::vector<const char*> keys;
+  /// What to say after the key's name, "must not be zero."; empty where the rule holds.
+  std::string (*conflict)(const Settings&);
+};
+
+/// A section of the scene file: the keys in the order of reading and writing.
+template <class Settings>
+struct Section {
+  const char* name;
+  std::vector<Key<Settings>> keys;
+  std::vector<KeyRule<Settings>> rules = {};
+  /// Whether a key that means nothing with the others is refused; the first key is then a `kind`.
+  bool refuses_unused = false;
+};
+
+/// The table of a settings struct. There is one for each of the types below.
+template <class Settings>
+const Section<Settings>& section_of();
+
+template <>
+const Section<MeshSettings>& section_of();
+template <>
+const Section<TimeSettings>& section_of();
+template <>
+const Section<SolverSettings>& section_of();
+template <>
+const Section<Damping>& section_of();
+template <>
+const Section<EnvironmentSettings>& section_of();
+template <>
+const Section<FixSettings>& section_of();
+template <>
+const Section<ConstraintSettings>& section_of();
+template <>
+const Section<ForceSettings>& section_of();
+template <>
+const Section<InitialSettings>& section_of();
+template <>
+const Section<MomentumSettings>& section_of();
+template <>
+const Section<ShiftSettings>& section_of();
+template <>
+const Section<OutputSettings>& section_of();
+template <>
+const Section<SelectPlane>& section_of();
+template <>
+const Section<SelectBox>& section_of();
+template <>
+const Section<SelectSphere>& section_of();
+
+/// Calls `visit(section)` for every table, in the order of docs/scene.md.
+template <class Visit>
+void for_each_section(const Visit& visit) {
+  visit(section_of<MeshSettings>());
+  visit(section_of<TimeSettings>());
+  visit(section_of<SolverSettings>());
+  visit(section_of<EnvironmentSettings>());
+  visit(section_of<Damping>());
+  visit(section_of<FixSettings>());
+  visit(section_of<ConstraintSettings>());
+  visit(section_of<ForceSettings>());
+  visit(section_of<InitialSettings>());
+  visit(section_of<MomentumSettings>());
+  visit(section_of<ShiftSettings>());
+  visit(section_of<OutputSettings>());
+  visit(section_of<SelectPlane>());
+  visit(section_of<SelectBox>());
+  visit(section_of<SelectSphere>());
+}
+
+/// What there is to say of the key that a member holds: key_info(&Damping::drag).
+template <class Settings, class Value>
+const KeyInfo& key_info(Value Settings::*member) {
+  for (const Key<Settings>& key : section_of<Settings>().keys) {
+    if (const auto* held = std::get_if<Value Settings::*>(&key.value)) {
+      if (*held == member) return key.info;
+    }
+    if constexpr (std::is_same_v<Value, double>) {
+      const auto* either = std::get_if<NumberOrAuto<Settings>>(&key.value);
+      if (either != nullptr && either->number == member) return key.info;
+    }
+  }
+  static const KeyInfo none;
+  return none;
+}
+
+/// Checks values and rules as the scene reader does. Throws InputError that names the key, its value
+/// and what is allowed. Instantiated for all types above.
+template <class Settings>
+void check_settings(const Settings& settings);
+
+}  // namespace tetraction

@@ -1,0 +1,93 @@
+#include "tetraction/io/key_tables.h"
+
+#include <fmt/format.h>
+
+#include "io/text/spelling.h"
+#include "key_text.h"
+#include "tetraction/core/error.h"
+
+namespace tetraction {
+namespace {
+
+// Every kind of value has its own function.
+template <class S>
+struct TypeText {
+  std::string operator()(int S::*) const { return "whole number"; }
+  std::string operator()(double S::*) const { return "number"; }
+  std::string operator()(std::optional<double> S::*) const { return "number"; }
+  std::string operator()(Vector3 S::*) const { return "three numbers"; }
+  std::string operator()(std::optional<Vector3> S::*) const { return "three numbers"; }
+  std::string operator()(std::array<bool, 3> S::*) const { return "text"; }
+  std::string operator()(std::string S::*) const { return "text"; }
+  std::string operator()(std::array<std::int64_t, 2> S::*) const { return "two whole numbers"; }
+  std::string operator()(std::vector<std::int64_t> S::*) const { return "list of whole numbers"; }
+  std::string operator()(std::vector<Vector3> S::*) const { return "list of three numbers each"; }
+  std::string operator()(const Choice<S>&) const { return "text"; }
+  std::string operator()(const NumberOrAuto<S>&) const { return "number"; }
+  std::string operator()(const ByHand& by_hand) const { return by_hand.type; }
+};
+
+template <class S>
+std::string type_text(const Key<S>& key) {
+  std::string text = std::visit(TypeText<S>{}, key.value);
+  if (key.info.unit[0] != '\0') text += fmt::format(", {}", key.info.unit);
+  if (std::holds_alternative<NumberOrAuto<S>>(key.value)) text += ", or `\"auto\"`";
+  return text;
+}
+
+template <class S>
+std::string default_text(const Key<S>& key) {
+  const S defaults{};
+  if (key.info.needed[0] != '\0') return key.used == nullptr ? "must be given" : "–";
+  if (const auto* number = std::get_if<double S::*>(&key.value)) {
+    std::string value = fmt::format("`{}`", defaults.*(*number));
+    if (const auto zero = value.find("e-0"); zero != std::string::npos) value.erase(zero + 2, 1);
+    return value;
+  }
+  const std::string value = std::visit(ValueText<S>{defaults}, key.value);
+  return value.empty() ? key.info.absent : fmt::format("`{}`", value);
+}
+
+template <class S>
+std::string meaning_text(const Key<S>& key) {
+  std::string text = key.info.help;
+  if (const auto* choice = std::get_if<Choice<S>>(&key.value)) {
+    std::vector<std::string> quoted;
+    for (const char* name : choice->names) quoted.push_back(fmt::format("`\"{}\"`", name));
+    text += "; " + listing({quoted.begin(), quoted.end()});
+  }
+  const std::string range = key.info.range.text();
+  return range == kFinite.text() ? text : text + "; " + range;
+}
+
+template <class S>
+std::string markdown(const Section<S>& section) {
+  std::string text =
+      "| key | type, unit | default | meaning and range |\n| --- | --- | --- | --- |\n";
+  for (const Key<S>& key : section.keys) {
+    text += fmt::format("| `{}` | {} | {} | {} |\n", key.info.name, type_text(key),
+                        default_text(key), meaning_text(key));
+  }
+  return text;
+}
+
+}  // namespace
+
+std::vector<std::string> key_table_names() {
+  std::vector<std::string> names;
+  for_each_section([&](const auto& section) { names.emplace_back(section.name); });
+  return names;
+}
+
+std::string key_table(const std::string& name) {
+  std::string text;
+  for_each_section([&](const auto& section) {
+    if (name == section.name) text = markdown(section);
+  });
+  if (!text.empty()) return text;
+  const std::vector<std::string> names = key_table_names();
+  throw InputError(fmt::format("\"{}\" is not a section with a table of keys: {}", name,
+                               advice(name, {names.begin(), names.end()})));
+}
+
+}  // namespace tetraction

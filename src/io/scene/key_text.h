@@ -1,0 +1,52 @@
+// The value of a key as TOML text.
+#pragma once
+
+#include <cmath>
+#include <string>
+
+#include "scene_keys.h"
+#include "tetraction/simulation/setting_keys.h"
+
+namespace tetraction {
+
+/// The value of one key as TOML text; empty where there is none. Every kind has its own function.
+template <class S>
+struct ValueText {
+  const S& settings;
+
+  std::string operator()(int S::*member) const { return std::to_string(settings.*member); }
+  std::string operator()(double S::*member) const {
+    const double value = settings.*member;
+    return std::isfinite(value) ? toml_number(value) : "";
+  }
+  std::string operator()(std::optional<double> S::*member) const {
+    return settings.*member ? toml_number(*(settings.*member)) : "";
+  }
+  std::string operator()(Vector3 S::*member) const { return toml_list(settings.*member); }
+  std::string operator()(std::optional<Vector3> S::*member) const {
+    return settings.*member ? toml_list(*(settings.*member)) : "";
+  }
+  std::string operator()(std::array<bool, 3> S::*member) const {
+    return toml_text(letters_of(settings.*member));
+  }
+  std::string operator()(std::string S::*member) const {
+    return (settings.*member).empty() ? "" : toml_text(settings.*member);
+  }
+  std::string operator()(std::array<std::int64_t, 2> S::*member) const {
+    const auto& pair = settings.*member;
+    return toml_list(std::vector<std::int64_t>(pair.begin(), pair.end()));
+  }
+  std::string operator()(std::vector<std::int64_t> S::*member) const {
+    return toml_list(settings.*member);
+  }
+  std::string operator()(std::vector<Vector3> S::*member) const {
+    return (settings.*member).empty() ? "" : toml_list(settings.*member);
+  }
+  std::string operator()(const Choice<S>& choice) const { return toml_text(choice.get(settings)); }
+  std::string operator()(const NumberOrAuto<S>& value) const {
+    return settings.*value.automatic ? toml_text("auto") : toml_number(settings.*value.number);
+  }
+  std::string operator()(const ByHand&) const { return {}; }
+};
+
+}  // namespace tetraction

@@ -1,0 +1,316 @@
+// Keys of what acts on vertices: [[fix]], [[constraint]], [[force]], momenta, shifts, selections.
+#include <fmt/format.h>
+
+#include "tetraction/simulation/setting_keys.h"
+
+namespace tetraction {
+namespace {
+
+constexpr NumberRange kAnyTime{.infinity = true};
+
+template <class S>
+Key<S> select_key(const char* help = "the vertices", bool (*used)(const S&) = nullptr) {
+  return {{.name = "select", .help = help, .absent = "must be given"},
+          ByHand{"[selection](#selections)"},
+          used};
+}
+
+bool is_penalty(const FixSettings& fix) {
+  return fix.is_penalty;
+}
+
+std::string target_conflict(const FixSettings& fix) {
+  return fix.target && fix.offset
+             ? "stands beside the other of target and offset; give one of the two."
+             : "";
+}
+
+std::string targets_conflict(const FixSettings& fix) {
+  if (fix.targets.empty()) return {};
+  const auto* select = std::get_if<SelectVertices>(&fix.select);
+  if (select == nullptr || select->ids.size() != fix.targets.size()) {
+    return "goes with select = { vertices = [...] }, one target for each vertex.";
+  }
+  if (fix.target || fix.offset) return "stands beside target or offset; give one of the three.";
+  return {};
+}
+
+template <ConstraintKind kind>
+bool is_kind(const ConstraintSettings& constraint) {
+  return constraint.kind == kind;
+}
+
+bool is_guide(const ConstraintSettings& constraint) {
+  return constraint.kind == ConstraintKind::kPlane || constraint.kind == ConstraintKind::kLine;
+}
+
+bool takes_selection(const ConstraintSettings& constraint) {
+  return has_selection(constraint.kind);
+}
+
+template <ConstraintKind kind>
+std::string zero_direction(const ConstraintSettings& constraint) {
+  return constraint.kind == kind && constraint.direction.isZero(0.0) ? "must not be zero." : "";
+}
+
+std::string force_times_conflict(const ForceSettings& force) {
+  if (force.until > force.from) return {};
+  return fmt::format(
+      "does not fit: the force acts from {} s until {} s; until must be later than from.",
+      force.from, force.until);
+}
+
+std::string size_conflict(const ShiftSettings& shift, const std::vector<Vector3>& list) {
+  if (list.empty() || list.size() == shift.vertices.size()) return {};
+  return fmt::format("has {} entries for {} vertices; give one for each.", list.size(),
+                     shift.vertices.size());
+}
+
+std::string box_conflict(const SelectBox& box) {
+  return (box.min.array() > box.max.array()).any()
+             ? "must not be below min in any component; exchange them."
+             : "";
+}
+
+}  // namespace
+
+template <>
+const Section<FixSettings>& section_of() {
+  using S = FixSettings;
+  static const Section<S> section{
+      "fix",
+      {select_key<S>(),
+       {{.name = "components",
+         .help =
+             "the directions that are held, each letter at most once: `\"z\"` keeps vertices in "
+             "a plane"},
+        &S::components},
+       {{.name = "target",
+         .unit = "m",
+         .help = "a point to hold them at",
+         .absent = "where the vertices are"},
+        &S::target},
+       {{.name = "offset",
+         .unit = "m",
+         .help = "a displacement to hold them at; not beside `target`",
+         .absent = "`[0, 0, 0]`"},
+        &S::offset},
+       {{.name = "targets",
+         .unit = "m",
+         .help = "a place for each vertex of `select = { vertices = [...] }`, in its order; beside "
+                 "neither of the two"},
+        &S::targets},
+       {{.name = "velocity",
+         .unit = "m/s",
+         .help = "of the target: it moves from where it is at the start (or at the event that "
+                 "fixes)",
+         .in_file = Written::kUnlessDefault,
+         .in_echo = Written::kUnlessDefault},
+        &S::velocity},
+       {{.name = "mode",
+         .help = "whether they are held exactly or, for comparison, by springs with the force "
+                 "−2γ(q − target)",
+         .in_file = Written::kUnlessDefault},
+        Choice<S>{{"exact", "penalty"},
+                  {},
+                  [](const S& s) { return std::string(s.is_penalty ? "penalty" : "exact"); },
+                  [](S& s, const std::string& name) { s.is_penalty = name == "penalty"; }}},
+       {{.name = "penalty",
+         .unit = "N/m",
+         .help = "γ; must be given with `\"penalty\"`, has no effect with `\"exact\"`",
+         .range = kModeratePositive,
+         .needed = "gamma of the force -2 gamma (q - target), in N/m.",
+         .in_file = Written::kUnlessDefault},
+        &S::penalty,
+        is_penalty}},
+      {{{"target", "offset"}, target_conflict}, {{"targets"}, targets_conflict}}};
+  return section;
+}
+
+template <>
+const Section<ConstraintSettings>& section_of() {
+  using S = ConstraintSettings;
+  static const Section<S> section{
+      "constraint",
+      {{{.name = "kind",
+         .help = "what the constraint keeps, see below",
+         .needed = "\"distance\", \"plane\", \"line\" or \"rigid\"."},
+        Choice<S>{{"distance", "plane", "line", "rigid"},
+                  {},
+                  [](const S& s) { return to_string(s.kind); },
+                  [](S& s, const std::string& name) {
+                    for (const ConstraintKind kind :
+                         {ConstraintKind::kDistance, ConstraintKind::kPlane, ConstraintKind::kLine,
+                          ConstraintKind::kRigid}) {
+                      if (name == to_string(kind)) s.kind = kind;
+                    }
+                  }}},
+       select_key<S>("the vertices, of all kinds but `distance`", takes_selection),
+       {{.name = "vertices",
+         .help = "of `distance`: the two vertices",
+         .needed = "the two vertices, [a, b], as the mesh file numbers them."},
+        &S::vertices,
+        is_kind<ConstraintKind::kDistance>},
+       {{.name = "length",
+         .unit = "m",
+         .help = "of `distance`",
+         .range = kPositive,
+         .absent = "as it is"},
+        &S::length,
+        is_kind<ConstraintKind::kDistance>},
+       {{.name = "point",
+         .unit = "m",
+         .help = "of `plane` and `line`: a point of it",
+         .absent = "each vertex its own"},
+        &S::point,
+        is_guide},
+       {{.name = "normal",
+         .help = "of `plane`: the direction that it is normal to; any length but zero",
+         .needed = "the direction that the plane is normal to, [nx, ny, nz]."},
+        &S::direction,
+        is_kind<ConstraintKind::kPlane>},
+       {{.name = "direction",
+         .help = "of `line`; any length but zero",
+         .needed = "the direction of the line, [dx, dy, dz]."},
+        &S::direction,
+        is_kind<ConstraintKind::kLine>},
+       {{.name = "velocity",
+         .unit = "m/s",
+         .help = "of `rigid`: drives it, with this velocity of its centre of mass",
+         .absent = "free"},
+        &S::velocity,
+        is_kind<ConstraintKind::kRigid>},
+       {{.name = "angular_velocity",
+         .unit = "rad/s",
+         .help = "of `rigid`: drives it, turning about its centre of mass",
+         .absent = "free"},
+        &S::angular_velocity,
+        is_kind<ConstraintKind::kRigid>}},
+      {{{"normal"}, zero_direction<ConstraintKind::kPlane>},
+       {{"direction"}, zero_direction<ConstraintKind::kLine>}},
+      true};
+  return section;
+}
+
+template <>
+const Section<ForceSettings>& section_of() {
+  using S = ForceSettings;
+  static const Section<S> section{
+      "force",
+      {select_key<S>(),
+       {{.name = "vector",
+         .unit = "N",
+         .per = "on each vertex",
+         .help = "the force on each selected vertex",
+         .needed = "the force on each selected vertex, [fx, fy, fz] in N."},
+        &S::vector},
+       {{.name = "from", .unit = "s", .help = "when it begins"}, &S::from},
+       {{.name = "until",
+         .unit = "s",
+         .help = "when it ends, later than `from`; `inf` for ever",
+         .range = kAnyTime},
+        &S::until}},
+      {{{"from", "until"}, force_times_conflict}}};
+  return section;
+}
+
+template <>
+const Section<MomentumSettings>& section_of() {
+  using S = MomentumSettings;
+  static const Section<S> section{
+      "initial.momentum",
+      {select_key<S>(),
+       {{.name = "value",
+         .unit = "kg m/s",
+         .per = "of each vertex",
+         .help = "the momentum of each selected vertex",
+         .needed = "the momentum of each selected vertex, [px, py, pz] in kg m/s."},
+        &S::value}}};
+  return section;
+}
+
+template <>
+const Section<ShiftSettings>& section_of() {
+  using S = ShiftSettings;
+  static const Section<S> section{
+      "shift",
+      {{{.name = "vertices",
+         .help = "the vertices, as the mesh file numbers them",
+         .needed = "the vertices, [a, b, ...], as the mesh file numbers them."},
+        &S::vertices},
+       {{.name = "displacement", .unit = "m", .help = "what is added to each position"},
+        &S::displacement},
+       {{.name = "impulse", .unit = "N s", .help = "what is added to each momentum"}, &S::impulse}},
+      {{{},
+        [](const S& s) -> std::string {
+          if (!s.displacement.empty() || !s.impulse.empty()) return {};
+          return "does nothing: give displacement or impulse, one entry for each vertex.";
+        }},
+       {{"displacement"}, [](const S& s) { return size_conflict(s, s.displacement); }},
+       {{"impulse"}, [](const S& s) { return size_conflict(s, s.impulse); }}}};
+  return section;
+}
+
+template <>
+const Section<SelectPlane>& section_of() {
+  using S = SelectPlane;
+  static const Section<S> section{
+      "select.plane",
+      {{{.name = "axis",
+         .help = "the axis that the plane is normal to",
+         .needed = "\"x\", \"y\" or \"z\", the axis that the plane is normal to."},
+        Choice<S>{{"x", "y", "z"},
+                  {},
+                  [](const S& s) { return std::string(1, static_cast<char>('x' + s.axis)); },
+                  [](S& s, const std::string& name) { s.axis = name[0] - 'x'; }}},
+       {{.name = "at",
+         .unit = "m",
+         .help = "the coordinate of the plane along the axis",
+         .needed = "the coordinate of the plane along the axis, in m."},
+        &S::at},
+       {{.name = "tolerance",
+         .unit = "m",
+         .help = "how far from the plane a vertex may be",
+         .range = kNotNegative,
+         .absent = "1e-6 of the diagonal of the body's bounding box"},
+        &S::tolerance}}};
+  return section;
+}
+
+template <>
+const Section<SelectBox>& section_of() {
+  using S = SelectBox;
+  static const Section<S> section{"select.box",
+                                  {{{.name = "min",
+                                     .unit = "m",
+                                     .help = "the lower corner",
+                                     .needed = "the lower corner, [x, y, z] in m."},
+                                    &S::min},
+                                   {{.name = "max",
+                                     .unit = "m",
+                                     .help = "the upper corner; no component below that of `min`",
+                                     .needed = "the upper corner, [x, y, z] in m."},
+                                    &S::max}},
+                                  {{{"max"}, box_conflict}}};
+  return section;
+}
+
+template <>
+const Section<SelectSphere>& section_of() {
+  using S = SelectSphere;
+  static const Section<S> section{"select.sphere",
+                                  {{{.name = "center",
+                                     .unit = "m",
+                                     .help = "the centre",
+                                     .needed = "the centre, [x, y, z] in m."},
+                                    &S::center},
+                                   {{.name = "radius",
+                                     .unit = "m",
+                                     .help = "the radius",
+                                     .range = kPositive,
+                                     .needed = "the radius in m."},
+                                    &S::radius}}};
+  return section;
+}
+
+}  // namespace tetraction

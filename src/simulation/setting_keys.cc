@@ -1,0 +1,243 @@
+// [mesh], [time], [solver], [environment], [damping], [initial], [output]
+#include "tetraction/simulation/setting_keys.h"
+
+#include <fmt/format.h>
+
+namespace tetraction {
+namespace {
+
+// Its message gives the usual value, as most people never think of it.
+constexpr NumberRange kTolerance{.least = 0.0,
+                                 .most = 1.0,
+                                 .least_itself = false,
+                                 .most_itself = false,
+                                 .advice = "; 1e-8 is usual"};
+constexpr NumberRange kStrength{
+    .least = 0.0, .is_moderate = true, .advice = "; turn it with environment.direction"};
+constexpr NumberRange kDamping{.least = 0.0, .advice = ": negative damping makes energy"};
+constexpr NumberRange kCount{.least = 1.0};
+
+std::string automatic_step_conflict(const TimeSettings& time) {
+  if (!time.automatic || !is_implicit(time.integrator)) return {};
+  return fmt::format(
+      "= \"auto\" is for the integrators explicit and verlet: {} has no stability limit to take "
+      "half of. Give a number of seconds.",
+      to_string(time.integrator));
+}
+
+std::string direction_conflict(const EnvironmentSettings& environment) {
+  return environment.direction.isZero(0.0) ? "must not be zero; [0, -1, 0] is downward." : "";
+}
+
+const char* strength_unit(const EnvironmentSettings& environment) {
+  switch (environment.kind) {
+    case EnvironmentKind::kGravity:
+      return "m/s²";
+    case EnvironmentKind::kAttraction:
+      return "N m²";
+    case EnvironmentKind::kNone:
+    case EnvironmentKind::kCustom:
+      break;
+  }
+  return "";
+}
+
+}  // namespace
+
+template <>
+const Section<MeshSettings>& section_of() {
+  using S = MeshSettings;
+  static const Section<S> section{
+      "mesh",
+      {{{.name = "file",
+         .help =
+             "a tetrahedral mesh; a relative path starts at the scene's folder. `.vtu`, `.vtk`, "
+             "`.msh` (Gmsh 1, 2 and 4.1), `.node` or `.ele` (TetGen), `.veg` (Vega)"},
+        ByHand{"text"}},
+       {{.name = "generate", .help = "a mesh made on the spot, see below"}, ByHand{"table"}},
+       {{.name = "scale",
+         .help = "multiplies the file's coordinates (0.001 for a mesh in millimetres); for files "
+                 "only",
+         .range = kModeratePositive,
+         .in_file = Written::kUnlessDefault},
+        &S::scale},
+       {{.name = "element",
+         .help = "only `\"linear\"`: four-node tetrahedra",
+         .absent = "`\"linear\"`"},
+        ByHand{"text"}}}};
+  return section;
+}
+
+template <>
+const Section<TimeSettings>& section_of() {
+  using S = TimeSettings;
+  static const Section<S> section{
+      "time",
+      {{{.name = "integrator", .title = "Integrator", .help = "the time-stepping rule"},
+        Choice<S>{
+            integrator_names(),
+            {"energy-momentum"},
+            [](const S& s) { return to_string(s.integrator); },
+            [](S& s, const std::string& name) { s.integrator = integrator_from_string(name); }}},
+       {{.name = "step",
+         .title = "Step size",
+         .unit = "s",
+         .help = "the length of a step, or with `explicit` and `verlet` `\"auto\"`: half of the "
+                 "stability limit",
+         .range = kPositive},
+        NumberOrAuto<S>{&S::step, &S::automatic}},
+       {{.name = "end",
+         .unit = "s",
+         .help = "met exactly: where `step` does not divide it, the last step is shorter",
+         .range = kPositive},
+        &S::end}},
+      {{{"step"}, automatic_step_conflict}}};
+  return section;
+}
+
+template <>
+const Section<SolverSettings>& section_of() {
+  using S = SolverSettings;
+  static const Section<S> section{
+      "solver",
+      {{{.name = "kind", .help = "the minimiser of each implicit step"},
+        Choice<S>{{"newton", "ceres"},
+                  {},
+                  [](const S& s) { return s.kind; },
+                  [](S& s, const std::string& name) { s.kind = name; }}},
+       {{.name = "linear", .help = "of `newton` only: how its linear systems are solved"},
+        Choice<S>{
+            linear_solver_names(),
+            {},
+            [](const S& s) { return to_string(s.linear); },
+            [](S& s, const std::string& name) { s.linear = linear_solver_from_string(name); }}},
+       {{.name = "tolerance",
+         .title = "Tolerance",
+         .help = "largest force residual relative to the step's force scale",
+         .range = kTolerance},
+        &S::tolerance},
+       {{.name = "max_iterations",
+         .title = "Most iterations",
+         .help = "most iterations of one step",
+         .range = kCount},
+        &S::max_iterations}},
+      {{{"linear"}, solver_conflict}}};
+  return section;
+}
+
+template <>
+const Section<EnvironmentSettings>& section_of() {
+  using S = EnvironmentSettings;
+  static const Section<S> section{
+      "environment",
+      {{{.name = "kind",
+         .help = "the force field around the body; without an `[environment]` there is none",
+         .needed = "\"none\", \"gravity\" or \"attraction\"."},
+        Choice<S>{{"none", "gravity", "attraction"},
+                  {},
+                  [](const S& s) { return to_string(s.kind); },
+                  [](S& s, const std::string& name) {
+                    for (const auto kind : {EnvironmentKind::kNone, EnvironmentKind::kGravity,
+                                            EnvironmentKind::kAttraction}) {
+                      if (name == to_string(kind)) s.kind = kind;
+                    }
+                  }}},
+       {{.name = "strength",
+         .unit = "m/s² or N m²",
+         .help = "g of gravity in m/s², k of attraction in N m²",
+         .range = kStrength},
+        &S::strength,
+        nullptr,
+        strength_unit},
+       {{.name = "direction",
+         .title = "Direction of gravity",
+         .help = "of gravity; any length but zero"},
+        &S::direction},
+       {{.name = "softening",
+         .title = "Softening",
+         .unit = "m",
+         .help = "ε of attraction, which bounds the force near the origin",
+         .range = kModerateNotNegative},
+        &S::softening}},
+      {{{"direction"}, direction_conflict}}};
+  return section;
+}
+
+template <>
+const Section<Damping>& section_of() {
+  using S = Damping;
+  static const Section<S> section{
+      "damping",
+      {{{.name = "drag",
+         .title = "Drag",
+         .unit = "kg/s",
+         .per = "per vertex",
+         .help = "k_D: force −k_D v on every vertex, whatever its mass",
+         .range = kDamping},
+        &S::drag},
+       {{.name = "mass_damping",
+         .title = "Mass damping",
+         .unit = "1/s",
+         .help = "a: force −a m v; the momentum of a free body decays as exp(−at)",
+         .range = kDamping},
+        &S::mass_damping},
+       {{.name = "viscosity",
+         .title = "Viscosity",
+         .unit = "Pa s",
+         .help = "η: internal stress 2ηĖ (Kelvin–Voigt), which takes energy but no momentum",
+         .range = kDamping},
+        &S::viscosity}}};
+  return section;
+}
+
+template <>
+const Section<InitialSettings>& section_of() {
+  using S = InitialSettings;
+  static const Section<S> section{
+      "initial",
+      {{{.name = "velocity",
+         .unit = "m/s",
+         .help = "of the whole body",
+         .in_file = Written::kUnlessDefault},
+        &S::velocity},
+       {{.name = "angular_velocity",
+         .unit = "rad/s",
+         .help = "about the centre of mass of the deformed body",
+         .in_file = Written::kUnlessDefault},
+        &S::angular_velocity},
+       {{.name = "stretch",
+         .help = "scales positions about the centre of mass",
+         .range = kPositive,
+         .in_file = Written::kUnlessDefault},
+        &S::stretch},
+       {{.name = "displacement_array", .help = "name of a point-data array of the mesh file, in m"},
+        &S::displacement_array},
+       {{.name = "velocity_array", .help = "name of a point-data array of the mesh file, in m/s"},
+        &S::velocity_array},
+       {{.name = "momentum",
+         .help =
+             "`[[initial.momentum]]`: momenta of single vertices, instead of what they had, see "
+             "below"},
+        ByHand{"tables"}}}};
+  return section;
+}
+
+template <>
+const Section<OutputSettings>& section_of() {
+  using S = OutputSettings;
+  static const Section<S> section{
+      "output",
+      {{{.name = "directory",
+         .help = "where results go; a relative path starts at the working directory. `--out` goes "
+                 "before it"},
+        &S::directory},
+       {{.name = "every",
+         .help = "a frame each so many steps, and always the first and the last",
+         .range = kCount},
+        &S::every},
+       {{.name = "checkpoint_every", .help = "must be 0 in this version", .absent = "`0`"},
+        ByHand{"whole number"}}}};
+  return section;
+}
+
+}  // namespace tetraction

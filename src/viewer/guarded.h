@@ -1,0 +1,51 @@
+// Data shared by two threads, which can only be reached while its mutex is held.
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+
+namespace tetraction::viewer {
+
+/// Owns a T and the mutex that guards it. The only way to the data is lock(), whose result holds the
+/// mutex as long as it lives, so that the compiler refuses an access without the lock.
+template <class T>
+class Guarded {
+ public:
+  /// The locked data. One thread; not to be kept beyond the block in which it is needed.
+  template <class Data>
+  class Access {
+   public:
+    Access(Data& data, std::mutex& mutex) : data_(&data), lock_(mutex) {}
+    Data* operator->() const { return data_; }
+    Data& operator*() const { return *data_; }
+
+    /// Gives the mutex up until the condition is notified.
+    void wait(std::condition_variable& condition) { condition.wait(lock_); }
+    /// The same, at the latest until a point in time.
+    template <class Clock, class Duration>
+    void wait_until(std::condition_variable& condition,
+                    const std::chrono::time_point<Clock, Duration>& time) {
+      condition.wait_until(lock_, time);
+    }
+    /// Waits until `holds(data)` or for a duration; returns whether it holds.
+    template <class Rep, class Period, class Predicate>
+    bool wait_for(std::condition_variable& condition,
+                  const std::chrono::duration<Rep, Period>& duration, const Predicate& holds) {
+      return condition.wait_for(lock_, duration, [&] { return holds(*data_); });
+    }
+
+   private:
+    Data* data_;
+    std::unique_lock<std::mutex> lock_;
+  };
+
+  [[nodiscard]] Access<T> lock() { return {data_, mutex_}; }
+  [[nodiscard]] Access<const T> lock() const { return {data_, mutex_}; }
+
+ private:
+  T data_;
+  mutable std::mutex mutex_;
+};
+
+}  // namespace tetraction::viewer
