@@ -199,7 +199,10 @@ int study(const StudyArguments& arguments) {
                         run.step);
     if (!arguments.quiet && !ProgressBar::possible()) print_progress(label + "\n");
   };
-  const StudyResult result = run_study(plan, mesh, observers, progress);
+  const StudyResult result = [&] {
+    const InterruptGuard between_runs;
+    return run_study(plan, mesh, observers, progress);
+  }();
 
   const std::string name = std::filesystem::path(arguments.scene).stem().string();
   write_study(result, name, directory);

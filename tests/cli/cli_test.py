@@ -562,7 +562,7 @@ class Study(CliTest):
             self.assertAlmostEqual(float(row["position_error"]) / expected, 1, delta=1e-8)
             self.assertGreater(float(row["position_error_rms"]), 0)
         self.assertEqual([r["role"] for r in rows.values()].count("reference"), 1)
-        self.assertRegex(result.stdout, r"midpoint +0\.005 .* reference")
+        self.assertRegex(result.stdout, r"midpoint +newton +0\.005 .* reference")
 
     def test_variants_show_that_the_penalty_blows_up(self):
         """The shipped scene, as its header says: at one step the exact constraint runs."""

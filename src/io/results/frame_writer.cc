@@ -80,7 +80,7 @@ FrameWriter::~FrameWriter() = default;
 void FrameWriter::write(const Frame& frame) {
   const std::string frames = impl_->directory + "/frames";
   std::error_code error;
-  std::filesystem::create_directories(frames, error);
+  std::filesystem::create_directory(frames, error);
   if (error) {
     throw OutputError(
         fmt::format("{}: cannot be made ({}). Choose another directory.", frames, error.message()));
