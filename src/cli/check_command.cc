@@ -165,7 +165,8 @@ void add_check_command(CLI::App& app, int& exit_code) {
   };
   auto arguments = std::make_shared<Arguments>();
   CLI::App* command = app.add_subcommand(
-      "check", "Validate a scene; mesh quality, mass, stable step, exactness of the derivatives");
+      "check",
+      "Validate a scene and report mesh quality, mass, stable step and errors of the derivatives");
   command->add_option("scene", arguments->scene, "Scene file (TOML)")->required();
   command->add_option("--set", arguments->overrides, "KEY=VALUE: overrides a scene key")
       ->take_all()

@@ -89,8 +89,8 @@ std::string advice_on(const CLI::App& app, const CLI::ParseError& error) {
 
 int run_program(int argc, char** argv) {
   CLI::App app{
-      "Moves hyperelastic tetrahedral solids through time with the Hamilton-Pontryagin "
-      "variational integrator, explicit or implicit.",
+      "Simulates the dynamics of hyperelastic solids on tetrahedral meshes with variational "
+      "integrators, and reports a complete balance of energy and momentum.",
       "tetraction"};
   app.set_version_flag("--version", version_text);
   app.require_subcommand(1);

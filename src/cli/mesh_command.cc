@@ -82,7 +82,8 @@ void convert(const std::string& in, const std::string& out, double scale) {
 }
 
 void add_info(CLI::App& parent) {
-  auto* command = parent.add_subcommand("info", "Counts, volume, bounding box, groups, quality");
+  auto* command =
+      parent.add_subcommand("info", "Report counts, volume, bounding box, groups and quality");
   auto file = std::make_shared<std::string>();
   auto json = std::make_shared<bool>(false);
   command->add_option("file", *file, "Mesh (.vtu .vtk .msh .node .ele .veg)")->required();
@@ -100,8 +101,8 @@ void add_info(CLI::App& parent) {
 }
 
 void add_convert(CLI::App& parent) {
-  auto* command =
-      parent.add_subcommand("convert", "Read one mesh file, write another; .msh keeps all groups");
+  auto* command = parent.add_subcommand(
+      "convert", "Read a mesh file and write it in another format; only .msh keeps all groups");
   auto in = std::make_shared<std::string>();
   auto out = std::make_shared<std::string>();
   auto scale = std::make_shared<double>(1.0);
@@ -168,14 +169,14 @@ void add_tetrahedron(CLI::App& parent) {
 }  // namespace
 
 void add_mesh_command(CLI::App& app, int& exit_code) {
-  CLI::App* command = app.add_subcommand("mesh", "Look at, convert and make meshes");
+  CLI::App* command = app.add_subcommand("mesh", "Inspect, convert and generate meshes");
   command->require_subcommand(1);
   add_info(*command);
   add_convert(*command);
-  CLI::App* generate = command->add_subcommand("generate", "Make a mesh");
+  CLI::App* generate = command->add_subcommand("generate", "Generate a mesh");
   generate->require_subcommand(1);
-  add_box(*generate, "beam", "A beam of six tetrahedra a cell", {4, 1, 1}, {40, 9, 9});
-  add_box(*generate, "box", "A box of six tetrahedra a cell", {1, 1, 1}, {4, 4, 4});
+  add_box(*generate, "beam", "A beam with six tetrahedra in each cell", {4, 1, 1}, {40, 9, 9});
+  add_box(*generate, "box", "A box with six tetrahedra in each cell", {1, 1, 1}, {4, 4, 4});
   add_cube(*generate);
   add_tetrahedron(*generate);
   command->callback([&exit_code] { exit_code = 0; });

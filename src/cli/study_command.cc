@@ -228,7 +228,9 @@ int study(const StudyArguments& arguments) {
 void add_study_command(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<StudyArguments>();
   CLI::App* command = app.add_subcommand(
-      "study", "Compare integrators and step sizes on one scene; a run that blows up is a result");
+      "study",
+      "Compare integrators, step sizes and solvers on one scene. A run that becomes unstable is a "
+      "result, not an error.");
   command->add_option("scene", arguments->scene, "Scene file (TOML)")->required();
   command
       ->add_option("--integrators", arguments->integrators,
@@ -246,22 +248,24 @@ void add_study_command(CLI::App& app, int& exit_code) {
   command->add_option("--reference-integrator", arguments->reference_integrator,
                       "Integrator of the reference run (default: midpoint)");
   command
-      ->add_option("--vary", arguments->vary,
-                   "KEY=V1,V2,...: the whole study once with each value of a scene key, e.g. "
-                   "fix.0.mode=exact,penalty; all are compared with the reference of the "
-                   "first")
+      ->add_option(
+          "--vary", arguments->vary,
+          "KEY=V1,V2,...: makes the whole study with each value of a scene key, e.g. "
+          "fix.0.mode=exact,penalty. All runs are compared with the reference of the first "
+          "value.")
       ->check(not_empty("it names no key"));
   command
       ->add_option("--also-solver", arguments->also_solvers,
-                   "SOLVER@STEP: one more row, with another solver than the scene's and the first "
-                   "implicit integrator of the study, e.g. ceres@1e-3; several with commas")
+                   "Comma-separated SOLVER@STEP, e.g. ceres@1e-3: each adds a run with another "
+                   "solver than the scene's and the first implicit integrator of the study")
       ->delimiter(',')
       ->allow_extra_args(false);
   command
       ->add_option(
           "--frames", arguments->frames,
-          "Which runs write frames for ParaView and the viewer: all, none, or the names of "
-          "their folders, e.g. midpoint-0.01 (default: the scene's integrator at the step "
+          "Runs that write frames for ParaView and the viewer: all, none, or a comma-separated "
+          "list "
+          "of their folders, e.g. midpoint-0.01 (default: the scene's integrator at the step "
           "nearest to the scene's)")
       ->delimiter(',')
       ->allow_extra_args(false);

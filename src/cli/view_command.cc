@@ -42,10 +42,10 @@ int view(const ViewOptions& options) {
 void add_view_command(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<ViewOptions>();
   CLI::App* command = app.add_subcommand(
-      "view", "Open a window: play with a scene or a mesh, or replay a finished run");
+      "view", "Open a window: simulate a scene or a mesh interactively, or replay a finished run");
   command->add_option("path", options->path,
-                      "Scene (.toml), output directory of a run, or mesh file; without one: a "
-                      "first scene");
+                      "Scene (.toml), output directory of a run, or mesh file; without a path, "
+                      "an example scene");
   command->add_option("--scale", options->scale,
                       "Multiplies the coordinates of a mesh file; 0.001 for one in millimetres");
   command->callback([options, &app, command, &exit_code] {

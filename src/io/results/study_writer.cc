@@ -102,7 +102,7 @@ std::string study_table(const StudyResult& result) {
     if (other_variant && !row.variant.empty()) {
       text += fmt::format("{}: h_crit = {:.4g} s{}\n", row.variant, row.stable_step,
                           row.role == StudyRole::kVariant
-                              ? "; pos.error and pos.rms are differences to another variant"
+                              ? "; pos.error and pos.rms are differences from another variant"
                               : "");
     }
     text += fmt::format(
@@ -118,10 +118,11 @@ std::string study_table(const StudyResult& result) {
   text += fmt::format(
       "\nStability limit of the explicit rules: h_crit = {:.4g} s. Reference: {} at {:.4g} s "
       "({}).\n"
-      "energy: largest energy error over the energy that entered; momenta: what is left after\n"
-      "the impulses of all outer forces; pos.error: |q - q_ref| at the end over the displacement "
-      "of\n"
-      "the reference, |q_ref - X|; pos.rms: the same as root mean squares over the whole time.\n",
+      "energy: the largest energy error, divided by the energy that entered.\n"
+      "lin.mom., ang.mom.: the change of the momentum that no impulse of a force explains.\n"
+      "pos.error: |q - q_ref| at the end, divided by the displacement |q_ref - X| of the "
+      "reference.\n"
+      "pos.rms: the same, as root mean squares over the whole time.\n",
       result.stable_step, to_string(result.reference_integrator), result.reference_step,
       to_string(result.reference_status));
   return text;
