@@ -10,8 +10,8 @@
 namespace tetraction {
 
 void add_keys_command(CLI::App& app, int& exit_code) {
-  CLI::App* command =
-      app.add_subcommand("keys", "Prints the keys of the scene file as Markdown tables");
+  CLI::App* command = app.add_subcommand(
+      "keys", "Print the keys of the scene file: type, unit, default, meaning and range");
   const auto section = std::make_shared<std::string>();
   command->add_option("SECTION", *section, "One section, such as time or fix; default: all");
   command->callback([section, &exit_code] {

@@ -124,8 +124,8 @@ class Advice(CliTest):
             (["rnu"], "did you mean run?"),
             (["rnu", scene, "--out", "out"], "did you mean run?"),
             (["--threads", "1", "stduy", scene], "did you mean study?"),
-            (["fly"], "run, study, check, mesh or view"),
-            ([], "run, study, check, mesh or view"),
+            (["fly"], "run, study, check, mesh, keys or view"),
+            ([], "run, study, check, mesh, keys or view"),
             (["mesh", "inof", "a.msh"], "did you mean info?"),
             (["mesh"], "info, convert or generate"),
             (["mesh", "generate", "bxo", "a.msh"], "did you mean box?"),
@@ -136,6 +136,14 @@ class Advice(CliTest):
         ):
             with self.subTest(arguments):
                 self.assertIn(part, self.refused(2, *arguments))
+
+    def test_keys(self):
+        one = self.run_program("keys", "damping").stdout
+        self.assertIn("| `viscosity` | number, Pa s | `0` |", one)
+        everything = self.run_program("keys").stdout
+        self.assertIn(one, everything)
+        self.assertIn("[select.plane]", everything)
+        self.assertIn("did you mean damping?", self.refused(2, "keys", "dampin"))
 
     def test_helps(self):
         for command in ("run", "study", "check", "view"):
