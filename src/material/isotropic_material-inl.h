@@ -45,6 +45,13 @@ inline void add_coupling(Matrix9& m, double factor, const Matrix3& a, const Matr
 }
 inline void add_coupling(Matrix9&, Zero, const Matrix3&, const Matrix3&) {}
 
+/// The number, or 0.
+inline double number(double x) {
+  return x;
+}
+inline double number(Zero) {
+  return 0.0;
+}
 template <class T>
 auto times(double factor, T x) {
   if constexpr (kIsZero<T>) {
@@ -107,60 +114,60 @@ Matrix3 IsotropicMaterial<M>::first_piola(const Matrix3& f) const {
 template <class M>
 Matrix9 IsotropicMaterial<M>::stiffness(const Matrix3& f) const {
   using Terms = isotropic::TermsOf<M>;
+  using L = isotropic::Law<M>;
   const M& material = static_cast<const M&>(*this);
-  const Matrix3 c = f.transpose() * f;
-  Matrix9 result = Matrix9::Zero();
-  // The part of de T: `t` on the diagonal of every block.
-  const auto add_stress = [&](const Matrix3& t) {
+  Matrix9 result;
+  // Calls body(J, L, block) for all blocks.
+  const auto for_blocks = [&](const auto& body) {
     for (int l = 0; l < 3; ++l) {
-      for (int j = 0; j < 3; ++j) result.block<3, 3>(3 * j, 3 * l).diagonal().array() += t(l, j);
+      for (int j = 0; j < 3; ++j) body(j, l, result.template block<3, 3>(3 * j, 3 * l));
     }
   };
-  const auto add_second_invariant = [&](double i2) {
-    const Matrix3 b = f * f.transpose();
-    for (int l = 0; l < 3; ++l) {
-      for (int j = 0; j < 3; ++j) {
-        auto block = result.block<3, 3>(3 * j, 3 * l);
-        block +=
-            2.0 * i2 * (2.0 * f.col(j) * f.col(l).transpose() - f.col(l) * f.col(j).transpose());
-        if (j == l) block -= 2.0 * i2 * b;
-      }
-    }
+  // The terms of a constant Ψ₂ ≠ 0, with `t` for what de is multiplied by.
+  const auto add_second_invariant = [&](double i2, const Matrix3& t, double square) {
+    const Matrix3 b = 2.0 * i2 * f * f.transpose();
+    for_blocks([&](int j, int l, auto block) {
+      block +=
+          square * f.col(j) * f.col(l).transpose() - 2.0 * i2 * f.col(l) * f.col(j).transpose();
+      block.diagonal().array() += t(l, j);
+      if (j == l) block -= b;
+    });
   };
   if constexpr (Terms::kStrain) {
     const Matrix3 a = 2.0 * green_strain(f);
     const StrainMeasures<double> s = isotropic::strain_measures(a);
-    const auto first = isotropic::Law<M>::first(material, s);
-    Matrix3 stress = -2.0 * first.i2 * a;
-    stress.diagonal().array() += 2.0 * isotropic::Law<M>::spherical(material, s);
-    add_stress(stress);
-    add_second_invariant(first.i2);
-    isotropic::add_coupling(
-        result, isotropic::times(2.0, isotropic::Law<M>::second(material, s).i1_i1), f, f);
+    const double i2 = L::first(material, s).i2;
+    Matrix3 stress = -2.0 * i2 * a;
+    stress.diagonal().array() += 2.0 * L::spherical(material, s);
+    result.setZero();
+    add_second_invariant(i2, stress, 4.0 * (i2 + L::second(material, s).i1_i1));
   } else {
     const Matrix3 g = f.inverse().transpose();
+    const Matrix3 c = f.transpose() * f;
     const Invariants<double> s = isotropic::plain_invariants(f, c);
-    const auto first = isotropic::Law<M>::first(material, s);
-    const auto second = isotropic::Law<M>::second(material, s);
-    Matrix3 stress = Matrix3::Identity() * (2.0 * first.i1);
+    const auto first = L::first(material, s);
+    const auto second = L::second(material, s);
+    const double log_j_log_j = isotropic::number(second.log_j_log_j);
+    for_blocks([&](int j, int l, auto block) {
+      block = log_j_log_j * g.col(j) * g.col(l).transpose() -
+              first.log_j * g.col(l) * g.col(j).transpose();
+    });
     Matrix3 i2_gradient = Matrix3::Zero();  // half of it
     if constexpr (Terms::kI2) {
-      stress += 2.0 * first.i2 * (s.i1 * Matrix3::Identity() - c);
-      add_second_invariant(first.i2);
-      i2_gradient = s.i1 * f - f * c;
+      Matrix3 stress = -2.0 * first.i2 * c;
+      stress.diagonal().array() += 2.0 * (first.i1 + s.i1 * first.i2);
+      add_second_invariant(first.i2, stress, 4.0 * first.i2);
+      if constexpr (Terms::kI2Coupled) i2_gradient = s.i1 * f - f * c;
+    } else {
+      result.diagonal().array() += 2.0 * first.i1;
     }
-    add_stress(stress);
-    for (int l = 0; l < 3; ++l) {
-      for (int j = 0; j < 3; ++j) {
-        result.block<3, 3>(3 * j, 3 * l) -= first.log_j * g.col(l) * g.col(j).transpose();
-      }
-    }
-    isotropic::add_coupling(result, isotropic::times(0.5, second.log_j_log_j), g, g);
-    isotropic::add_coupling(result, isotropic::times(2.0, second.i1_i1), f, f);
-    isotropic::add_coupling(result, isotropic::times(2.0, second.i1_log_j), f, g);
-    isotropic::add_coupling(result, isotropic::times(4.0, second.i1_i2), f, i2_gradient);
-    isotropic::add_coupling(result, isotropic::times(2.0, second.i2_i2), i2_gradient, i2_gradient);
-    isotropic::add_coupling(result, isotropic::times(2.0, second.i2_log_j), i2_gradient, g);
+    using isotropic::add_coupling;
+    using isotropic::times;
+    add_coupling(result, times(2.0, second.i1_i1), f, f);
+    add_coupling(result, times(2.0, second.i1_log_j), f, g);
+    add_coupling(result, times(4.0, second.i1_i2), f, i2_gradient);
+    add_coupling(result, times(2.0, second.i2_i2), i2_gradient, i2_gradient);
+    add_coupling(result, times(2.0, second.i2_log_j), i2_gradient, g);
   }
   return result;
 }

@@ -359,19 +359,19 @@ HWY_NOINLINE void diagonal_blocks(const BatchView& batches, const T* HWY_RESTRIC
             parts[i] = on;
             parts[3 + i] = hn::Zero(d);
           }
-          const auto of_node = [&](const Columns<V>& columns, V* v) HWY_ATTR {
-            for (int i = 0; i < 3; ++i) {
-              v[i] = node == 0 ? hn::Add(columns.m[0][i], hn::Add(columns.m[1][i], columns.m[2][i]))
-                               : columns.m[node == 0 ? 0 : node - 1][i];
-            }
-          };
           // factor (u vᵀ + v uᵀ)
           const auto add_mixed = [&](const Columns<V>& left, const Columns<V>& right,
                                      V factor) HWY_ATTR {
             V u[3];
             V v[3];
-            of_node(left, u);
-            of_node(right, v);
+            for (int i = 0; i < 3; ++i) {
+              const auto of_node = [&](const Columns<V>& m) HWY_ATTR {
+                return node == 0 ? hn::Add(m.m[0][i], hn::Add(m.m[1][i], m.m[2][i]))
+                                 : m.m[node == 0 ? 0 : node - 1][i];
+              };
+              u[i] = of_node(left);
+              v[i] = of_node(right);
+            }
             for (int i = 0; i < 3; ++i) {
               const V first = hn::Mul(factor, u[i]);
               const V second = hn::Mul(factor, v[i]);
@@ -384,7 +384,10 @@ HWY_NOINLINE void diagonal_blocks(const BatchView& batches, const T* HWY_RESTRIC
           };
           const auto add_outer = [&](const Columns<V>& columns, V factor) HWY_ATTR {
             V v[3];
-            of_node(columns, v);
+            for (int i = 0; i < 3; ++i) {
+              v[i] = node == 0 ? hn::Add(columns.m[0][i], hn::Add(columns.m[1][i], columns.m[2][i]))
+                               : columns.m[node == 0 ? 0 : node - 1][i];
+            }
             for (int i = 0; i < 3; ++i) {
               const V scaled = hn::Mul(factor, v[i]);
               parts[i] = hn::MulAdd(scaled, v[i], parts[i]);
