@@ -9,8 +9,8 @@
 
 #include "timing.h"
 
-// Portable, SSE4, AVX2 and AVX-512 (Highway's AVX3), as the library's own kernels.
-#define HWY_DISABLED_TARGETS HWY_SSSE3
+// The instruction sets of the library's own kernels.
+#include "core/simd_targets.h"
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "machine_limits.cc"
 #include <hwy/foreach_target.h>  // compiles this file once for every instruction set

@@ -34,7 +34,8 @@ std::vector<MaterialModel> materials_to_check(const std::vector<MaterialModel>& 
   for (const MaterialModel& other :
        {MaterialModel(StVenantKirchhoff(lame.mu, lame.lambda)),
         MaterialModel(NeoHookean(lame.mu, lame.lambda)),
-        MaterialModel(MooneyRivlin(lame.mu - mu2, mu2, lame.lambda - 2.0 * mu2))}) {
+        MaterialModel(MooneyRivlin(lame.mu - mu2, mu2, lame.lambda - 2.0 * mu2)),
+        MaterialModel(Yeoh::from_young(lame, -0.1 * lame.mu, 0.05 * lame.mu))}) {
     const bool there = std::any_of(own.begin(), own.end(), [&](const MaterialModel& model) {
       return model.index() == other.index();
     });

@@ -10,7 +10,7 @@
 
 #include "block_stiffness.h"
 #include "element_blocks.h"
-#include "isotropic_moduli.h"
+#include "isotropic_model.h"
 #include "kernels/element_kernels.h"
 #include "kernels/tangent_kernels.h"
 #include "tetraction/core/parallel.h"
@@ -163,19 +163,20 @@ struct ElasticPotential::Impl {
     return admissible;
   }
 
-  // On edges det F loses digits with the square of the elements' aspect ratio, and the metrics of St
-  // Venant–Kirchhoff and Mooney–Rivlin do with its cube; one element after the other, with F, forces do
+  // On edges det F loses digits with the square of the elements' aspect ratio, and the metric
+  // terms of St Venant–Kirchhoff and Mooney–Rivlin do with its cube; one element after the other, with F, forces do
   // with the ratio itself. That matters where positions are given as a sum, which is done where digits
   // count.
-  static bool loses_digits(const ElementBlocks::Block& block, MaterialKind kind) {
-    return block.aspect > (kind == MaterialKind::kNeoHookean ? 50.0 : 12.0);
+  static bool loses_digits(const ElementBlocks::Block& block, const IsotropicModel& model) {
+    const bool has_metric = has(tangent_form(model, false), TangentForm::kMetric);
+    return block.aspect > (has_metric ? 12.0 : 50.0);
   }
 
   BlockSums run_block(const ElementBlocks::Block& block, const Positions& q,
                       double* gradients) const {
-    const std::optional<IsotropicModuli> moduli =
-        isotropic_moduli(materials[static_cast<std::size_t>(block.material)]);
-    if (!moduli || (q.displacement() != nullptr && loses_digits(block, moduli->kind))) {
+    const std::optional<IsotropicModel> model =
+        isotropic_model(materials[static_cast<std::size_t>(block.material)]);
+    if (!model || (q.displacement() != nullptr && loses_digits(block, *model))) {
       return scalar_block(block, q, gradients,
                           [&](Index e, const Shape::NodeMatrix& local, const auto& m,
                               double& energy) -> Shape::NodeMatrix {
@@ -194,35 +195,35 @@ struct ElasticPotential::Impl {
     }
     const double* change = q.displacement() == nullptr ? nullptr : changes.data();
     return gradients == nullptr
-               ? elastic_energy(blocks.batches(block), *moduli, positions.data(), change)
-               : elastic_gradient(blocks.batches(block), *moduli, positions.data(), change,
+               ? elastic_energy(blocks.batches(block), *model, positions.data(), change)
+               : elastic_gradient(blocks.batches(block), *model, positions.data(), change,
                                   gradients);
   }
 
   void add_block_hessian(const ElementBlocks::Block& block, const Positions& q,
                          const SparsityPattern& pattern, double* values) const {
-    const MaterialModel& model = materials[static_cast<std::size_t>(block.material)];
-    const std::optional<IsotropicModuli> moduli = isotropic_moduli(model);
+    const MaterialModel& material = materials[static_cast<std::size_t>(block.material)];
+    const std::optional<IsotropicModel> model = isotropic_model(material);
     const auto add_one = [&](Index e) {
       std::visit(
           [&](const auto& m) {
             pattern.scatter(
                 e, element_hessian<Shape>(rest.element(e), m, rest.gather_relative(q, e)), values);
           },
-          model);
+          material);
     };
-    if (!moduli) {
+    if (!model) {
       blocks.for_each_element(block, [&](Index e, Index, int) { add_one(e); });
       return;
     }
-    const TangentForm form = tangent_form(moduli->kind, false);
+    const TangentForm form = tangent_form(*model, false);
     thread_local AlignedVector<double> positions;
     thread_local AlignedVector<double> state;
     positions.resize(static_cast<std::size_t>(ElementBlocks::kRowSize * block.row_count));
     const auto numbers = static_cast<std::size_t>(tangent_numbers(form)) * kBatchLanes;
     state.resize(numbers * static_cast<std::size_t>(block.batch_count));
     blocks.load_positions(block, q, positions.data());
-    prepare_tangent(blocks.batches(block), *moduli, form, positions.data(), state.data());
+    prepare_tangent(blocks.batches(block), *model, form, positions.data(), state.data());
     add_block_stiffness(blocks, block, form, state.data(), pattern, values, add_one);
   }
 

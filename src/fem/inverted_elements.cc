@@ -25,10 +25,9 @@ double least_density(const StVenantKirchhoff& material) {
   const double trace = 2.0 * s - 0.5;
   return 0.25 * (mu * (0.25 + 2.0 * s * s) + 0.5 * lambda * trace * trace);
 }
-double least_density(const NeoHookean&) {
-  return kNever;  // defined for J > 0 only
-}
-double least_density(const MooneyRivlin&) {
+// Others are defined for J > 0 only.
+template <class M>
+requires(!M::kDefinedForAnyJacobian) double least_density(const M&) {
   return kNever;
 }
 double least_density(const CustomMaterial&) {

@@ -2,12 +2,14 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <utility>
 
-#include "isotropic_moduli.h"
+#include "isotropic_model.h"
 #include "tetraction/core/parallel.h"
 
 namespace tetraction {
@@ -27,12 +29,21 @@ double missing(const Matrix3& stress, const Matrix3& metric, double floor) {
   return std::max(0.0, floor - eigen.eigenvalues()[0]);
 }
 
+// The lowest eigenvalue, or 0, of the quadratic form Σ s_ij (M_i:Z)(M_j:Z) in symmetric tensors Z.
+double lowest_of_form(const Matrix3& s, const std::array<Matrix3, 3>& m) {
+  Eigen::Matrix<double, 9, 3> basis;
+  for (int i = 0; i < 3; ++i) basis.col(i) = flatten(m[static_cast<std::size_t>(i)]);
+  const Matrix9 form = basis * s * basis.transpose();
+  const Eigen::SelfAdjointEigenSolver<Matrix9> eigen(form, Eigen::EigenvaluesOnly);
+  return std::min(0.0, eigen.eigenvalues()[0]);
+}
+
 }  // namespace
 
 template <class T>
 bool TangentOperator<T>::supports(const ElasticPotential& elastic) {
   return std::all_of(elastic.materials().begin(), elastic.materials().end(),
-                     [](const MaterialModel& m) { return isotropic_moduli(m).has_value(); });
+                     [](const MaterialModel& m) { return isotropic_model(m).has_value(); });
 }
 
 template <class T>
@@ -57,9 +68,9 @@ TangentOperator<T>::TangentOperator(const ElasticPotential& elastic,
 
 template <class T>
 TangentForm TangentOperator<T>::form(const ElementBlocks::Block& block) const {
-  const auto moduli =
-      isotropic_moduli(elastic_.materials()[static_cast<std::size_t>(block.material)]);
-  return tangent_form(moduli->kind, viscous_);
+  const auto model =
+      isotropic_model(elastic_.materials()[static_cast<std::size_t>(block.material)]);
+  return tangent_form(*model, viscous_);
 }
 
 template <class T>
@@ -79,17 +90,18 @@ void TangentOperator<T>::set(const Vector& q, const ViscousPotential* viscous,
       const ElementBlocks::Block& block = blocks_.block(b);
       positions.resize(static_cast<std::size_t>(ElementBlocks::kRowSize * block.row_count));
       blocks_.load_rows(block, q.data(), positions.data());
-      const auto moduli =
-          isotropic_moduli(elastic_.materials()[static_cast<std::size_t>(block.material)]);
+      const auto model =
+          isotropic_model(elastic_.materials()[static_cast<std::size_t>(block.material)]);
       T* state = state_.data() + begin_[static_cast<std::size_t>(b)];
-      prepare_tangent(blocks_.batches(block), *moduli, form(block), positions.data(), state);
+      prepare_tangent(blocks_.batches(block), *model, form(block), positions.data(), state);
       if (viscous_) viscous->add_tangent(b, displacement, form(block), state);
     }
   });
 }
 
 // With Z = w deᵀ the spatial terms are de:(de T) + k Z:Zᵀ + l (tr Z)², and Z:Zᵀ = 2|sym Z|² − |Z|²,
-// |Z|² = de:(de wᵀw): positive where T − |k| wᵀw is. The metric terms are where T is.
+// |Z|² = de:(de wᵀw): positive where T − |k| wᵀw is. The metric terms are where T is. The couplings of
+// Z with I, B = FFᵀ and I₁B − B² are a quadratic form whose lowest eigenvalue −c is worth −c |Z|².
 template <class T>
 void TangentOperator<T>::convexify() {
   parallel_for(blocks_.block_count(), 1, [&](Index begin, Index end) {
@@ -119,13 +131,35 @@ void TangentOperator<T>::convexify(TangentForm kind, T* state) {
   };
   Matrix3 metric;
   double floor = 0.0;
-  if (kind == TangentForm::kMetric) {
+  if (!has(kind, TangentForm::kSpatial)) {
     metric = symmetric(tangent_metric_offset(kind) + 9);
   } else {
     Matrix3 w;
     for (int i = 0; i < 9; ++i) w(i % 3, i / 3) = static_cast<double>(number(6 + i));
     metric = w.transpose() * w;
     floor = std::abs(static_cast<double>(number(15)));
+    if (has(kind, TangentForm::kCoupled)) {
+      const auto columns = [&](int first) {
+        Matrix3 m;
+        for (int i = 0; i < 9; ++i) m(i % 3, i / 3) = static_cast<double>(number(first + i));
+        return m;
+      };
+      const int at = tangent_coupled_offset(kind);
+      const Matrix3 e = w.inverse().transpose();
+      std::array<Matrix3, 3> tensors{Matrix3::Identity(), columns(at) * e.transpose(),
+                                     Matrix3::Zero()};
+      Matrix3 s = Matrix3::Zero();
+      s(0, 0) = static_cast<double>(number(16));
+      s(1, 1) = static_cast<double>(number(at + 9));
+      s(0, 1) = s(1, 0) = static_cast<double>(number(at + 10));
+      if (has(kind, TangentForm::kCoupledI2)) {
+        tensors[2] = columns(at + 11) * e.transpose();
+        s(2, 2) = static_cast<double>(number(at + 20));
+        s(1, 2) = s(2, 1) = static_cast<double>(number(at + 21));
+        s(0, 2) = s(2, 0) = static_cast<double>(number(at + 22));
+      }
+      floor -= lowest_of_form(s, tensors);
+    }
   }
   const double added = missing(symmetric(0), metric, floor);
   for (int i = 0; i < 3; ++i) {
@@ -188,7 +222,7 @@ bool TangentOperator<T>::step_is_safe(const T* x) const {
     thread_local AlignedVector<T> local;
     for (Index b = begin; b < end; ++b) {
       const ElementBlocks::Block& block = blocks_.block(b);
-      if (form(block) == TangentForm::kMetric) continue;  // defined for any J
+      if (!has(form(block), TangentForm::kSpatial)) continue;  // defined for any J
       local.resize(static_cast<std::size_t>(ElementBlocks::kRowSize * block.row_count));
       copy_rows(block, x, local.data());
       if (!tangent_step_is_safe(blocks_.batches(block), form(block), state(b), local.data())) {

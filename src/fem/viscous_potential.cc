@@ -222,7 +222,6 @@ void ViscousPotential::add_hessian(const Vector& displacement, const SparsityPat
                                    double* values) const {
   const Impl& s = *impl_;
   if (s.factor == 0.0) return;
-  constexpr IsotropicModuli kNothing{MaterialKind::kStVenantKirchhoff};
   constexpr TangentForm kForm = TangentForm::kMetric;
   for (const std::vector<Index>& color : pattern.block_colors(s.blocks)) {
     parallel_for(static_cast<Index>(color.size()), 1, [&](Index begin, Index end) {
@@ -235,7 +234,7 @@ void ViscousPotential::add_hessian(const Vector& displacement, const SparsityPat
         s.blocks.load_positions(block, Positions(*s.start, displacement), positions.data());
         state.resize(static_cast<std::size_t>(block.batch_count * tangent_numbers(kForm)) *
                      kBatchLanes);
-        prepare_tangent(s.blocks.batches(block), kNothing, kForm, positions.data(), state.data());
+        prepare_empty_tangent(s.blocks.batches(block), positions.data(), state.data());
         s.add_tangent(b, displacement, kForm, state.data());
         add_block_stiffness(s.blocks, block, kForm, state.data(), pattern, values, [&](Index e) {
           pattern.scatter(

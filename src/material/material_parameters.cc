@@ -54,14 +54,18 @@ LameParameters lame_from_young(double youngs_modulus, double poissons_ratio) {
           youngs_modulus * nu / ((1.0 + nu) * (1.0 - 2.0 * nu))};
 }
 
-MooneyRivlin mooney_rivlin_from_young(double youngs_modulus, double poissons_ratio, double ratio) {
+MooneyRivlin MooneyRivlin::from_young(const LameParameters& lame, double ratio,
+                                      VolumetricPart volumetric) {
   if (!std::isfinite(ratio) || !(ratio >= 0.0)) {
     throw InputError(fmt::format("ratio = mu2/mu1 = {} must be zero or positive.", ratio));
   }
-  const LameParameters lame = lame_from_young(youngs_modulus, poissons_ratio);
   const double mu1 = lame.mu / (1.0 + ratio);
   const double mu2 = lame.mu - mu1;
-  return {mu1, mu2, lame.lambda - 2.0 * mu2};
+  return {mu1, mu2, lame.lambda - 2.0 * mu2, volumetric};
+}
+
+MooneyRivlin mooney_rivlin_from_young(double youngs_modulus, double poissons_ratio, double ratio) {
+  return MooneyRivlin::from_young(lame_from_young(youngs_modulus, poissons_ratio), ratio);
 }
 
 double wave_speed(const LameParameters& lame, double density) {

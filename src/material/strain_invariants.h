@@ -35,21 +35,26 @@ struct StrainInvariants {
   double first = 0.0;   ///< I₁ − 3 − 2 ln J
   double second = 0.0;  ///< I₂ − 3 − 4 ln J
   double log_j = 0.0;   ///< ln J
+  double trace = 0.0;   ///< I₁ − 3
+  double growth = 0.0;  ///< J − 1
 
   explicit StrainInvariants(const Matrix3& f) {
     const Matrix3 a_matrix = 2.0 * green_strain(f);
-    const double trace = a_matrix.trace();
+    trace = a_matrix.trace();
     const double two = 0.5 * (trace * trace - a_matrix.squaredNorm());
     const double three = a_matrix.determinant();
     const double a = trace + two + three;
     if (std::abs(a) < 0.5 && trace < 1.0) {
       const double rest = x_minus_log1p(a);
       log_j = 0.5 * std::log1p(a);
+      growth = a / (1.0 + std::sqrt(1.0 + a));
       first = rest - two - three;
       second = 2.0 * rest - two - 2.0 * three;
     } else {
       // Far from rest nothing cancels, and det F is more accurate than 1 + a.
-      log_j = std::log(f.determinant());
+      const double j = f.determinant();
+      log_j = std::log(j);
+      growth = j - 1.0;
       first = trace - 2.0 * log_j;
       // I₂ = |cof F|² is a sum of squares, where ½(I₁² − tr C²) would cancel for large stretches.
       const double i2 = f.col(1).cross(f.col(2)).squaredNorm() +

@@ -31,27 +31,6 @@ std::vector<const char*> names_of(const Table& table) {
   return names;
 }
 
-using Parameter = std::pair<const char*, const std::optional<double>*>;
-
-// Everything in `needed` must be given, nothing in `foreign`.
-void require(const std::string& model, const std::vector<Parameter>& needed,
-             const std::vector<Parameter>& foreign, const char* wanted) {
-  for (const auto& [name, value] : foreign) {
-    if (value->has_value()) {
-      throw InputError(
-          fmt::format("material.{} does not go with the other parameters of the {} "
-                      "model: give {}.",
-                      name, model, wanted));
-    }
-  }
-  for (const auto& [name, value] : needed) {
-    if (!value->has_value()) {
-      throw InputError(
-          fmt::format("material.{} is missing: the {} model needs {}.", name, model, wanted));
-    }
-  }
-}
-
 }  // namespace
 
 std::string to_string(Integrator integrator) {
@@ -164,46 +143,6 @@ Environment make_environment(const EnvironmentSettings& settings) {
       return Environment::custom(settings.field);
   }
   return {};
-}
-
-MaterialModel make_material(const MaterialSettings& s) {
-  if (s.custom) return *s.custom;
-  const Parameter young{"youngs_modulus", &s.youngs_modulus};
-  const Parameter poisson{"poissons_ratio", &s.poissons_ratio};
-  const Parameter mu{"mu", &s.mu};
-  const Parameter lambda{"lambda", &s.lambda};
-  const Parameter mu1{"mu1", &s.mu1};
-  const Parameter mu2{"mu2", &s.mu2};
-  const Parameter ratio{"ratio", &s.ratio};
-  const bool by_young = s.youngs_modulus || s.poissons_ratio;
-
-  if (s.model == MooneyRivlin::kName) {
-    if (by_young) {
-      require(s.model, {young, poisson, ratio}, {mu, lambda, mu1, mu2},
-              "youngs_modulus, poissons_ratio and ratio (mu2/mu1), or mu1, mu2 and lambda");
-      return mooney_rivlin_from_young(*s.youngs_modulus, *s.poissons_ratio, *s.ratio);
-    }
-    require(s.model, {mu1, mu2, lambda}, {mu, ratio},
-            "mu1, mu2 and lambda, or youngs_modulus, poissons_ratio and ratio (mu2/mu1)");
-    return MooneyRivlin(*s.mu1, *s.mu2, *s.lambda);
-  }
-  if (s.model != NeoHookean::kName && s.model != StVenantKirchhoff::kName) {
-    throw InputError(fmt::format("material.model = \"{}\" is not a material; there are {}, {}, {}.",
-                                 s.model, StVenantKirchhoff::kName, NeoHookean::kName,
-                                 MooneyRivlin::kName));
-  }
-  LameParameters lame;
-  if (by_young) {
-    require(s.model, {young, poisson}, {mu, lambda, mu1, mu2, ratio},
-            "youngs_modulus and poissons_ratio, or mu and lambda");
-    lame = lame_from_young(*s.youngs_modulus, *s.poissons_ratio);
-  } else {
-    require(s.model, {mu, lambda}, {mu1, mu2, ratio},
-            "mu and lambda, or youngs_modulus and poissons_ratio");
-    lame = {*s.mu, *s.lambda};
-  }
-  if (s.model == StVenantKirchhoff::kName) return StVenantKirchhoff(lame.mu, lame.lambda);
-  return NeoHookean(lame.mu, lame.lambda);
 }
 
 }  // namespace tetraction

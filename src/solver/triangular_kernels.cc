@@ -1,7 +1,7 @@
 #include "triangular_kernels.h"
 
-// Portable, SSE4, AVX2 and AVX-512 (Highway's AVX3).
-#define HWY_DISABLED_TARGETS HWY_SSSE3
+#include "core/simd_targets.h"
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "solver/triangular_kernels.cc"
 #include <hwy/foreach_target.h>  // compiles this file once for every instruction set

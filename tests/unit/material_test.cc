@@ -29,6 +29,9 @@ struct Sample;
 // Stand for CustomMaterials that hold these.
 struct CustomNeoHookean {};
 struct CustomFibreRubber {};
+// Stand for the laws with another volumetric part.
+struct QuadraticNeoHookean {};
+struct QuadraticMooneyRivlin {};
 
 template <>
 struct Sample<StVenantKirchhoff> {
@@ -50,6 +53,31 @@ struct Sample<MooneyRivlin> {
   static constexpr double kFar = 100.0;
   static MooneyRivlin make() { return {0.8, 0.5, 1.1}; }
   static void make_bad(double mu, double lambda) { MooneyRivlin(mu, 0.0, lambda); }
+};
+template <>
+struct Sample<QuadraticNeoHookean> {
+  static constexpr const char* kName = NeoHookean::kName;
+  static constexpr double kFar = 100.0;
+  static NeoHookean make() { return {1.3, 2.1, VolumetricPart::kQuadratic}; }
+  static void make_bad(double mu, double lambda) {
+    NeoHookean(mu, lambda, VolumetricPart::kQuadratic);
+  }
+};
+template <>
+struct Sample<QuadraticMooneyRivlin> {
+  static constexpr const char* kName = MooneyRivlin::kName;
+  static constexpr double kFar = 100.0;
+  static MooneyRivlin make() { return {0.8, 0.5, 1.1, VolumetricPart::kQuadratic}; }
+  static void make_bad(double mu, double lambda) {
+    MooneyRivlin(mu, 0.0, lambda, VolumetricPart::kQuadratic);
+  }
+};
+template <>
+struct Sample<Yeoh> {
+  static constexpr const char* kName = Yeoh::kName;
+  static constexpr double kFar = 100.0;
+  static Yeoh make() { return {0.65, -0.05, 0.02, 2.9}; }
+  static void make_bad(double mu, double lambda) { Yeoh(mu, 0.0, 0.0, lambda + 2.0 / 3.0 * mu); }
 };
 template <>
 struct Sample<CustomNeoHookean> {
@@ -108,8 +136,9 @@ class MaterialBattery : public ::testing::Test {
   const decltype(Sample<M>::make()) material_ = Sample<M>::make();
 };
 
-using AllMaterials = ::testing::Types<StVenantKirchhoff, NeoHookean, MooneyRivlin, CustomNeoHookean,
-                                      CustomFibreRubber>;
+using AllMaterials =
+    ::testing::Types<StVenantKirchhoff, NeoHookean, MooneyRivlin, CustomNeoHookean,
+                     CustomFibreRubber, QuadraticNeoHookean, QuadraticMooneyRivlin, Yeoh>;
 TYPED_TEST_SUITE(MaterialBattery, AllMaterials);
 
 // What holds only without a preferred direction.
@@ -117,7 +146,8 @@ template <class M>
 class IsotropicBattery : public MaterialBattery<M> {};
 
 using IsotropicMaterials =
-    ::testing::Types<StVenantKirchhoff, NeoHookean, MooneyRivlin, CustomNeoHookean>;
+    ::testing::Types<StVenantKirchhoff, NeoHookean, MooneyRivlin, CustomNeoHookean,
+                     QuadraticNeoHookean, QuadraticMooneyRivlin, Yeoh>;
 TYPED_TEST_SUITE(IsotropicBattery, IsotropicMaterials);
 
 TYPED_TEST(MaterialBattery, RefusesBadParameters) {
@@ -335,6 +365,45 @@ TEST(MooneyRivlinMaterial, RefusesWhatOnlyItCanGetWrong) {
   // Its small-strain lambda is lambda + 2 mu2: -1.5 alone is below -2/3 (mu1 + mu2), -0.5 is not.
   EXPECT_NO_THROW(MooneyRivlin(0.5, 0.5, -1.5));
   EXPECT_THROW(MooneyRivlin(0.5, 0.5, -1.7), InputError);
+}
+
+TEST(YeohMaterial, RefusesWhatOnlyItCanGetWrong) {
+  EXPECT_THROW(Yeoh(1.0, kNan, 0.0, 1.0), InputError);
+  EXPECT_THROW(Yeoh(1.0, 0.0, kInfinity, 1.0), InputError);
+  EXPECT_NO_THROW(Yeoh(1.0, -3.0, -2.0, 1e-3));
+}
+
+TEST(YeohMaterial, FromYoungHasTheSmallStrainResponse) {
+  const LameParameters lame = lame_from_young(2.6, 0.3);
+  const Yeoh material = Yeoh::from_young(lame, -0.1, 0.2);
+  EXPECT_NEAR(material.initial_lame().mu, lame.mu, 1e-15);
+  EXPECT_NEAR(material.initial_lame().lambda, lame.lambda, 1e-15);
+  EXPECT_EQ(material.c20(), -0.1);
+  EXPECT_EQ(material.c30(), 0.2);
+}
+
+// Far from rest in volume alone, Ψ is κ/2 (J − 1)².
+TEST(YeohMaterial, PureChangesOfVolumeMeetTheBulkModulusAlone) {
+  const Yeoh material(1.0, 0.5, 0.25, 40.0);
+  for (const double j : {0.2, 0.82, 0.84, 0.999, 1.001, 1.2, 1.21, 5.0}) {
+    const double expected = 20.0 * (j - 1.0) * (j - 1.0);
+    EXPECT_NEAR(material.energy_density(std::cbrt(j) * Matrix3::Identity()), expected,
+                1e-11 * expected + 1e-15)
+        << j;
+  }
+}
+
+TEST(VolumetricParts, DifferInTheVolumeAlone) {
+  const NeoHookean logarithmic(1.3, 2.1);
+  const NeoHookean quadratic(1.3, 2.1, VolumetricPart::kQuadratic);
+  for (const Matrix3& f : deformations()) {
+    const double j = f.determinant();
+    const double expected = 1.05 * ((j - 1.0) * (j - 1.0) - std::log(j) * std::log(j));
+    EXPECT_NEAR(quadratic.energy_density(f) - logarithmic.energy_density(f), expected, 1e-14);
+  }
+  Matrix3 shear = Matrix3::Identity();
+  shear(0, 1) = 0.7;
+  EXPECT_DOUBLE_EQ(quadratic.energy_density(shear), logarithmic.energy_density(shear));
 }
 
 TEST(Conversion, OfYoungAndPoissonIsTheTextbooks) {

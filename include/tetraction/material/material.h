@@ -7,80 +7,23 @@
 
 #include "tetraction/material/custom_material.h"
 #include "tetraction/material/material_concept.h"
+#include "tetraction/material/mooney_rivlin.h"
+#include "tetraction/material/neo_hookean.h"
+#include "tetraction/material/st_venant_kirchhoff.h"
+#include "tetraction/material/yeoh.h"
 
 namespace tetraction {
 
-/// Saint Venant–Kirchhoff: Ψ = μ E:E + λ/2 (tr E)².
-/// Defined for every F; loses stiffness in compression (uniaxial limit at stretch 1/√3).
-class StVenantKirchhoff {
- public:
-  static constexpr const char* kName = "stvk";
-  /// Throws InputError unless μ > 0, λ > −2μ/3 and both are finite.
-  StVenantKirchhoff(double mu, double lambda);
-  bool admissible(const Matrix3& f) const { return f.allFinite(); }
-  double energy_density(const Matrix3& f) const;
-  Matrix3 first_piola(const Matrix3& f) const;
-  Matrix9 stiffness(const Matrix3& f) const;
-  LameParameters initial_lame() const { return {mu_, lambda_}; }
-  double mu() const { return mu_; }          ///< Pa
-  double lambda() const { return lambda_; }  ///< Pa
-
- private:
-  double mu_;
-  double lambda_;
-};
-
-/// Neo-Hookean: Ψ = μ/2 (I₁ − 3 − 2 ln J) + λ/2 (ln J)², I₁ = tr C. Needs J > 0.
-class NeoHookean {
- public:
-  static constexpr const char* kName = "neo-hookean";
-  /// Throws InputError unless μ > 0, λ > −2μ/3 and both are finite.
-  NeoHookean(double mu, double lambda);
-  bool admissible(const Matrix3& f) const { return jacobian(f) > 0.0; }
-  double energy_density(const Matrix3& f) const;
-  Matrix3 first_piola(const Matrix3& f) const;
-  Matrix9 stiffness(const Matrix3& f) const;
-  LameParameters initial_lame() const { return {mu_, lambda_}; }
-  double mu() const { return mu_; }          ///< Pa
-  double lambda() const { return lambda_; }  ///< Pa
-
- private:
-  double mu_;
-  double lambda_;
-};
-
-/// Mooney–Rivlin: Ψ = μ₁/2 (I₁ − 3 − 2 ln J) + μ₂/2 (I₂ − 3 − 4 ln J) + λ/2 (ln J)²,
-/// I₂ = ½(I₁² − tr C²); μ₁ = 2 C₁₀ and μ₂ = 2 C₀₁ of the textbooks. Needs J > 0.
-/// With μ₂ = 0 it is NeoHookean. Its small-strain parameters are μ = μ₁ + μ₂ and λ + 2μ₂ (not λ).
-class MooneyRivlin {
- public:
-  static constexpr const char* kName = "mooney-rivlin";
-  /// Throws InputError unless μ₁ ≥ 0, μ₂ ≥ 0, μ₁ + μ₂ > 0, all are finite, and the small-strain
-  /// λ + 2μ₂ > −2(μ₁ + μ₂)/3.
-  MooneyRivlin(double mu1, double mu2, double lambda);
-  bool admissible(const Matrix3& f) const { return jacobian(f) > 0.0; }
-  double energy_density(const Matrix3& f) const;
-  Matrix3 first_piola(const Matrix3& f) const;
-  Matrix9 stiffness(const Matrix3& f) const;
-  LameParameters initial_lame() const { return {mu1_ + mu2_, lambda_ + 2.0 * mu2_}; }
-  double mu1() const { return mu1_; }        ///< Pa
-  double mu2() const { return mu2_; }        ///< Pa
-  double lambda() const { return lambda_; }  ///< Pa
-
- private:
-  double mu1_;
-  double mu2_;
-  double lambda_;
-};
-
-static_assert(Material<StVenantKirchhoff> && Material<NeoHookean> && Material<MooneyRivlin> &&
-              Material<CustomMaterial>);
+/// The materials that the fast element loops know. A new one is added here, in
+/// src/material/laws/laws-inl.h and in src/material/isotropic_material.cc; whatever is missing fails to
+/// compile or to link.
+using IsotropicModel = std::variant<StVenantKirchhoff, NeoHookean, MooneyRivlin, Yeoh>;
 
 /// A material chosen at run time; visited once outside the element loop.
-using MaterialModel = std::variant<StVenantKirchhoff, NeoHookean, MooneyRivlin, CustomMaterial>;
+using MaterialModel =
+    std::variant<StVenantKirchhoff, NeoHookean, MooneyRivlin, Yeoh, CustomMaterial>;
 
-/// The scene's name of the model, "stvk", "neo-hookean", "mooney-rivlin", or the name that a custom
-/// material was given.
+/// The scene's name of the model, such as "neo-hookean", or the name that a custom material was given.
 std::string material_name(const MaterialModel& material);
 
 /// Small-strain Lamé parameters of a model, Pa.

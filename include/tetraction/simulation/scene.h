@@ -58,18 +58,44 @@ struct MeshSettings {
 
 struct MaterialSettings {
   std::string model = "neo-hookean";
-  // Either (youngs_modulus, poissons_ratio [, ratio]) or the model's own moduli; Pa.
+  // Either Young's modulus and Poisson's ratio, with what the model needs beside them, or the model's own
+  // parameters: each model's kParameters and kBesideYoung tell.
   std::optional<double> youngs_modulus;
   std::optional<double> poissons_ratio;
   std::optional<double> mu;
   std::optional<double> lambda;
-  std::optional<double> mu1;    ///< mooney-rivlin
-  std::optional<double> mu2;    ///< mooney-rivlin
-  std::optional<double> ratio;  ///< mooney-rivlin: μ₂/μ₁
-  double density = 1000.0;      ///< kg/m³
+  std::optional<double> mu1;
+  std::optional<double> mu2;
+  std::optional<double> ratio;
+  std::optional<double> c10;
+  std::optional<double> c20;
+  std::optional<double> c30;
+  std::optional<double> kappa;
+  std::optional<VolumetricPart> volumetric;  ///< of models that have the choice
+  double density = 1000.0;                   ///< kg/m³
   /// Set by a program, never by a scene file: taken as it is, whatever model and moduli say.
   std::optional<MaterialModel> custom = std::nullopt;
 };
+
+/// A parameter of materials and where its value stands in the settings.
+struct MaterialKey {
+  MaterialParameter parameter;
+  std::optional<double> MaterialSettings::*value;
+};
+/// The parameters of all models, each once, in the order of the scene's documents.
+const std::vector<MaterialKey>& material_keys();
+
+/// A model that a scene can name.
+struct MaterialChoice {
+  const char* name;
+  const char* title;  ///< for people
+  bool has_volumetric_part;
+  std::vector<MaterialParameter> parameters;
+  std::vector<MaterialParameter> beside_young;
+};
+const std::vector<MaterialChoice>& material_choices();
+/// "log" or "quadratic".
+const char* to_string(VolumetricPart part);
 
 /// The material of the settings. Throws InputError for unknown models, parameters that are missing,
 /// do not belong to the model or contradict each other, and values out of range.

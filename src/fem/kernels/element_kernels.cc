@@ -1,12 +1,15 @@
 #include "element_kernels.h"
 
-// Portable, SSE4, AVX2 and AVX-512 (Highway's AVX3).
-#define HWY_DISABLED_TARGETS HWY_SSSE3
+#include <variant>
+
+#include "core/simd_targets.h"
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "fem/kernels/element_kernels.cc"
 #include <hwy/foreach_target.h>  // compiles this file once for every instruction set
 #include <hwy/highway.h>
 
+#include "material/laws/laws-inl.h"
 #include "simd_rows-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -86,154 +89,149 @@ HWY_INLINE V second_invariant(const Columns<V>& cofactor, const Symmetric<V>& vg
   return hn::Mul(sum, hn::Mul(inverse_volume, inverse_volume));
 }
 
-struct Moduli {
-  V mu, mu2, lambda;
-};
+using N = Number<D>;
 
-// Energy and ∂W/∂e of the elements in the lanes, Mooney–Rivlin and St Venant–Kirchhoff. Returns whether all are admissible.
-template <MaterialKind kKind, bool kGradient, bool kEnergy>
-HWY_INLINE bool evaluate(D d, const Moduli& moduli, const Columns<V>& e, const Symmetric<V>& vg,
-                         V inverse_six_volume, V& energy, Columns<V>& gradient) {
-  const V inverse_volume = hn::Mul(inverse_six_volume, hn::Set(d, 6.0));
-  if constexpr (kKind == MaterialKind::kStVenantKirchhoff) {
-    Symmetric<V> c;
-    metric(e, c);
-    Columns<V> ag;
-    strain(d, c, vg, inverse_volume, ag);
-    const V tr = trace(ag);
-    const V half_lambda = hn::Mul(hn::Set(d, 0.5), moduli.lambda);
-    if constexpr (kEnergy) {
-      const V quadratic = hn::Mul(hn::Set(d, 0.25), hn::Mul(moduli.mu, trace_of_square(d, ag)));
-      const V volumetric = hn::Mul(hn::Set(d, 0.25), hn::Mul(half_lambda, hn::Mul(tr, tr)));
-      energy = hn::Div(hn::Add(quadratic, volumetric), inverse_volume);
-    }
-    if constexpr (kGradient) {
-      // V G a G μ + λ/2 tr V G, symmetric.
-      Symmetric<V> stress;
-      const V p = hn::Mul(half_lambda, tr);
-      for (int i = 0; i < 3; ++i) {
-        for (int j = i; j < 3; ++j) {
-          const V gag = hn::MulAdd(vg(i, 2), ag.m[j][2],
-                                   hn::MulAdd(vg(i, 1), ag.m[j][1], hn::Mul(vg(i, 0), ag.m[j][0])));
-          stress(i, j) = hn::MulAdd(moduli.mu, gag, hn::Mul(p, vg(i, j)));
-        }
-      }
-      multiply(e, stress, gradient);
-    }
-    // x − x is NaN for infinite and NaN x.
-    return hn::AllTrue(d, hn::Eq(hn::Sub(tr, tr), hn::Zero(d)));
-  } else {
-    static_assert(kKind == MaterialKind::kMooneyRivlin);
-    Columns<V> cofactor;
-    const V det = cofactors(e, cofactor);
-    const V j = hn::Mul(det, inverse_six_volume);
-    V inverse_j;
-    const V log_j = log_and_inverse(d, j, inverse_j);
-    Columns<V> evg;
-    multiply(e, vg, evg);
-    const V vi1 = contract(e, evg);  // V I₁
-    const V i1 = hn::Mul(vi1, inverse_volume);
-    Symmetric<V> c;
-    metric(e, c);
-    Columns<V> cvg;  // c V G, by columns
-    for (int col = 0; col < 3; ++col) {
-      for (int i = 0; i < 3; ++i) {
-        cvg.m[col][i] = hn::MulAdd(c(i, 2), vg(2, col),
-                                   hn::MulAdd(c(i, 1), vg(1, col), hn::Mul(c(i, 0), vg(0, col))));
-      }
-    }
-    Symmetric<V> gcvg;  // V G c G
-    for (int i = 0; i < 3; ++i) {
-      for (int k = i; k < 3; ++k) {
-        const V sum = hn::MulAdd(vg(i, 2), cvg.m[k][2],
-                                 hn::MulAdd(vg(i, 1), cvg.m[k][1], hn::Mul(vg(i, 0), cvg.m[k][0])));
-        gcvg(i, k) = hn::Mul(sum, inverse_volume);
-      }
-    }
-    if constexpr (kGradient) {
-      const V mu_sum = hn::MulAdd(hn::Set(d, 2.0), moduli.mu2, moduli.mu);
-      const V factor = hn::Mul(hn::MulSub(moduli.lambda, log_j, mu_sum),
-                               hn::Mul(inverse_j, hn::Set(d, 1.0 / 6.0)));
-      // V [(μ₁ + μ₂ I₁) G − μ₂ G c G]
-      const V scale = hn::MulAdd(moduli.mu2, i1, moduli.mu);
-      Symmetric<V> stress;
-      for (int k = 0; k < 6; ++k) {
-        stress.m[k] = hn::NegMulAdd(moduli.mu2, gcvg.m[k], hn::Mul(scale, vg.m[k]));
-      }
-      multiply(e, stress, gradient);
-      for (int k = 0; k < 9; ++k) {
-        gradient.m[k / 3][k % 3] =
-            hn::MulAdd(factor, cofactor.m[k / 3][k % 3], gradient.m[k / 3][k % 3]);
-      }
-    }
-    if constexpr (kEnergy) {
-      const V volume = hn::Mul(hn::Mul(det, inverse_j), hn::Set(d, 1.0 / 6.0));
-      const V three_ln = hn::MulAdd(hn::Set(d, 2.0), log_j, hn::Set(d, 3.0));
-      V first = hn::Sub(i1, three_ln);
-      // I₂ = ½ (I₁² − tr C²), tr C² = c:(G c G).
-      V square = hn::Zero(d);
-      for (int i = 0; i < 3; ++i) {
-        for (int k = 0; k < 3; ++k) square = hn::MulAdd(c(i, k), gcvg(i, k), square);
-      }
-      const V half = hn::Set(d, 0.5);
-      V i2 = hn::Mul(half, hn::MulSub(i1, i1, hn::Mul(square, inverse_volume)));
-      const auto far = hn::Gt(i1, hn::Set(d, kLargeStretch));
-      if (HWY_UNLIKELY(!hn::AllFalse(d, far))) {
-        i2 = hn::IfThenElse(far, second_invariant(cofactor, vg, inverse_volume), i2);
-      }
-      V second = hn::Sub(i2, hn::MulAdd(hn::Set(d, 4.0), log_j, hn::Set(d, 3.0)));
-      if (HWY_UNLIKELY(!hn::AllFalse(d, hn::Lt(first, hn::Set(d, kSmallStrain))))) {
-        refine<true>(d, c, vg, inverse_volume, first, second);
-      }
-      V density = hn::Mul(hn::Mul(half, moduli.lambda), hn::Mul(log_j, log_j));
-      density = hn::MulAdd(hn::Mul(half, moduli.mu), first, density);
-      density = hn::MulAdd(hn::Mul(half, moduli.mu2), second, density);
-      energy = hn::Mul(volume, density);
-    }
-    return hn::AllTrue(d, hn::And(hn::Gt(j, hn::Zero(d)), hn::Lt(j, hn::Set(d, 1e300))));
-  }
+// Rest data of the elements in the lanes.
+HWY_INLINE void load_rest(D d, const double* HWY_RESTRICT rest, Symmetric<V>& vg) {
+  for (size_t k = 0; k < 6; ++k) vg.m[k] = hn::Load(d, rest + k * kBatchLanes);
+}
+HWY_INLINE V load_inverse_six_volume(D d, const double* HWY_RESTRICT rest) {
+  return hn::Load(d, rest + 6 * kBatchLanes);
 }
 
-template <MaterialKind kKind, bool kGradient, bool kEnergy, bool kChanges>
-HWY_NOINLINE BlockSums run(const BatchView& batches, const IsotropicModuli& constants,
-                           const double* HWY_RESTRICT positions, const double* HWY_RESTRICT changes,
-                           double* HWY_RESTRICT gradients) {
+// J > 0 and finite in all lanes.
+HWY_INLINE bool all_positive(D d, V j) {
+  return hn::AllTrue(d, hn::And(hn::Gt(j, hn::Zero(d)), hn::Lt(j, hn::Set(d, 1e300))));
+}
+
+// Energy and ∂W/∂e of the elements in the lanes, of a law defined for any J. Returns whether all are
+// admissible.
+template <bool kGradient, class M>
+HWY_INLINE bool evaluate_strain(D d, const M& material, const Columns<V>& e, const Symmetric<V>& vg,
+                                V inverse_six_volume, V& energy, Columns<V>& gradient) {
+  const V inverse_volume = hn::Mul(inverse_six_volume, hn::Set(d, 6.0));
+  Symmetric<V> c;
+  metric(e, c);
+  Columns<V> ag;
+  strain(d, c, vg, inverse_volume, ag);
+  const V tr = trace(ag);
+  const StrainMeasures<N> s{N(tr), N(trace_of_square(d, ag))};
+  energy = hn::Div(Law<M>::energy(material, s).v, inverse_volume);
+  if constexpr (kGradient) {
+    const V minus = (N(-2.0) * Law<M>::first(material, s).i2).v;
+    const V p = (N(2.0) * Law<M>::spherical(material, s)).v;
+    Symmetric<V> stress;
+    for (int i = 0; i < 3; ++i) {
+      for (int j = i; j < 3; ++j) {
+        const V gag = hn::MulAdd(vg(i, 2), ag.m[j][2],
+                                 hn::MulAdd(vg(i, 1), ag.m[j][1], hn::Mul(vg(i, 0), ag.m[j][0])));
+        stress(i, j) = hn::MulAdd(minus, gag, hn::Mul(p, vg(i, j)));
+      }
+    }
+    multiply(e, stress, gradient);
+  }
+  // x − x is NaN for infinite and NaN x.
+  return hn::AllTrue(d, hn::Eq(hn::Sub(tr, tr), hn::Zero(d)));
+}
+
+// The same of a law with I₂ that needs J > 0.
+template <bool kGradient, class M>
+HWY_INLINE bool evaluate_i2(D d, const M& material, const Columns<V>& e, const Symmetric<V>& vg,
+                            V inverse_six_volume, V& energy, Columns<V>& gradient) {
+  const V inverse_volume = hn::Mul(inverse_six_volume, hn::Set(d, 6.0));
+  Columns<V> cofactor;
+  const V det = cofactors(e, cofactor);
+  const V j = hn::Mul(det, inverse_six_volume);
+  V inverse_j;
+  const V log_j = log_and_inverse(d, j, inverse_j);
+  Columns<V> evg;
+  multiply(e, vg, evg);
+  const V vi1 = contract(e, evg);  // V I₁
+  const V i1 = hn::Mul(vi1, inverse_volume);
+  Symmetric<V> c;
+  metric(e, c);
+  Columns<V> cvg;  // c V G, by columns
+  symmetric_times(c, vg, cvg);
+  Symmetric<V> gcvg;  // V G c G
+  symmetric_product(vg, cvg, gcvg);
+  for (V& number : gcvg.m) number = hn::Mul(number, inverse_volume);
+
+  V first = hn::Sub(i1, hn::MulAdd(hn::Set(d, 2.0), log_j, hn::Set(d, 3.0)));
+  // I₂ = ½ (I₁² − tr C²), tr C² = c:(G c G).
+  V square = hn::Zero(d);
+  for (int i = 0; i < 3; ++i) {
+    for (int k = 0; k < 3; ++k) square = hn::MulAdd(c(i, k), gcvg(i, k), square);
+  }
+  const V half = hn::Set(d, 0.5);
+  V i2 = hn::Mul(half, hn::MulSub(i1, i1, hn::Mul(square, inverse_volume)));
+  const auto far = hn::Gt(i1, hn::Set(d, kLargeStretch));
+  if (HWY_UNLIKELY(!hn::AllFalse(d, far))) {
+    i2 = hn::IfThenElse(far, second_invariant(cofactor, vg, inverse_volume), i2);
+  }
+  V second = hn::Sub(i2, hn::MulAdd(hn::Set(d, 4.0), log_j, hn::Set(d, 3.0)));
+  if (HWY_UNLIKELY(!hn::AllFalse(d, hn::Lt(first, hn::Set(d, kSmallStrain))))) {
+    refine<true>(d, c, vg, inverse_volume, first, second);
+  }
+  const Invariants<N> s{N(i1), N(first), N(second), N(log_j), N(j), N(j) - N(1.0)};
+  if constexpr (kGradient) {
+    const auto derivatives = Law<M>::first(material, s);
+    const V factor =
+        hn::Mul(derivatives.log_j.v, hn::Mul(inverse_j, hn::Set(d, 1.0 / 6.0)));  // Ψ_L V/det e
+    // V [2 (Ψ₁ + Ψ₂ I₁) G − 2 Ψ₂ G c G]
+    const V twice_i2 = (N(2.0) * derivatives.i2).v;
+    const V scale = hn::MulAdd(twice_i2, i1, (N(2.0) * derivatives.i1).v);
+    Symmetric<V> stress;
+    for (int k = 0; k < 6; ++k) {
+      stress.m[k] = hn::NegMulAdd(twice_i2, gcvg.m[k], hn::Mul(scale, vg.m[k]));
+    }
+    multiply(e, stress, gradient);
+    for (int k = 0; k < 9; ++k) {
+      gradient.m[k / 3][k % 3] =
+          hn::MulAdd(factor, cofactor.m[k / 3][k % 3], gradient.m[k / 3][k % 3]);
+    }
+  }
+  const V volume = hn::Mul(hn::Mul(det, inverse_j), hn::Set(d, 1.0 / 6.0));
+  energy = hn::Mul(volume, Law<M>::energy(material, s).v);
+  return all_positive(d, j);
+}
+
+template <bool kGradient, bool kChanges, class M>
+HWY_NOINLINE BlockSums run_one_by_one(const BatchView& batches, const M& constants,
+                                      const double* HWY_RESTRICT positions,
+                                      const double* HWY_RESTRICT changes,
+                                      double* HWY_RESTRICT gradients) {
   const D d;
   constexpr size_t kLanes = hn::MaxLanes(D());
-  constexpr size_t kParts = kBatchLanes / kLanes;
-  const Moduli moduli{hn::Set(d, constants.mu), hn::Set(d, constants.mu2),
-                      hn::Set(d, constants.lambda)};
-  V sums[kParts];
+  const M material = constants;
+  V sums[kBatchLanes / kLanes];
   for (V& v : sums) v = hn::Zero(d);
   bool admissible = true;
-  const double* rest = batches.rest;
-  const uint16_t* slots = batches.slots;
-  for (std::ptrdiff_t b = 0; b < batches.count; ++b) {
-    prefetch(rest + kAhead * kRestNumbers * kBatchLanes, kRestNumbers * kBatchLanes);
-    prefetch(slots + kAhead * 4 * kBatchLanes, 4 * kBatchLanes);
-    for (size_t part = 0; part < kParts; ++part) {
-      const size_t lane = part * kLanes;
-      Columns<V> e;
-      RowAccess<D>::edges<kChanges>(d, positions, changes, slots + lane, kBatchLanes, e);
-      Symmetric<V> vg;
-      for (size_t k = 0; k < 6; ++k) vg.m[k] = hn::Load(d, rest + k * kBatchLanes + lane);
-      const V inverse_six_volume = hn::Load(d, rest + 6 * kBatchLanes + lane);
-      V energy = hn::Undefined(d);
-      Columns<V> gradient;
-      admissible &= evaluate<kKind, kGradient, kEnergy>(d, moduli, e, vg, inverse_six_volume,
-                                                        energy, gradient);
-      if constexpr (kGradient) {
-        RowAccess<D>::add_balanced(d, gradient, gradients, slots + lane, kBatchLanes);
-      }
-      if constexpr (kEnergy) sums[part] = hn::Add(sums[part], energy);
+  for_each_vector<D>(batches, [&](size_t, size_t lane, const double* HWY_RESTRICT rest,
+                                  const uint16_t* HWY_RESTRICT slots) HWY_ATTR {
+    Columns<V> e;
+    RowAccess<D>::edges<kChanges>(d, positions, changes, slots, kBatchLanes, e);
+    Symmetric<V> vg;
+    load_rest(d, rest, vg);
+    const V inverse_six_volume = load_inverse_six_volume(d, rest);
+    V energy = hn::Undefined(d);
+    Columns<V> gradient;
+    if constexpr (TermsOf<M>::kStrain) {
+      admissible &=
+          evaluate_strain<kGradient>(d, material, e, vg, inverse_six_volume, energy, gradient);
+    } else {
+      admissible &=
+          evaluate_i2<kGradient>(d, material, e, vg, inverse_six_volume, energy, gradient);
     }
-    rest += kRestNumbers * kBatchLanes;
-    slots += 4 * kBatchLanes;
-  }
-  return {kEnergy ? sum_of_lanes(d, sums) : 0.0, admissible};
+    if constexpr (kGradient) {
+      RowAccess<D>::add_balanced(d, gradient, gradients, slots, kBatchLanes);
+    }
+    V& sum = sums[lane / kLanes];
+    sum = hn::Add(sum, energy);
+  });
+  return {sum_of_lanes(d, sums), admissible};
 }
 
-// Neo-Hookean in stages, so that the long chain of the logarithm of one vector hides behind the other
+// Laws without I₂ in stages, so that the long chain of the logarithm of one vector hides behind the other
 // vectors of the batch.
 struct Stage {
   Columns<V> evg;
@@ -243,119 +241,106 @@ struct Stage {
   V vi1;  // V I₁
 };
 
-template <bool kGradient, bool kEnergy, bool kChanges>
-HWY_NOINLINE BlockSums run_neo_hookean(const BatchView& batches, const IsotropicModuli& constants,
-                                       const double* HWY_RESTRICT positions,
-                                       const double* HWY_RESTRICT changes,
-                                       double* HWY_RESTRICT gradients) {
+template <bool kGradient, bool kChanges, class M>
+HWY_NOINLINE BlockSums run_in_stages(const BatchView& batches, const M& constants,
+                                     const double* HWY_RESTRICT positions,
+                                     const double* HWY_RESTRICT changes,
+                                     double* HWY_RESTRICT gradients) {
   const D d;
   constexpr size_t kLanes = hn::MaxLanes(D());
   constexpr size_t kParts = kBatchLanes / kLanes;
   constexpr size_t kTogether = kParts < 2 ? kParts : 2;
-  const V mu = hn::Set(d, constants.mu);
-  const V lambda = hn::Set(d, constants.lambda);
-  const V half = hn::Set(d, 0.5);
+  const M material = constants;
   const V sixth = hn::Set(d, 1.0 / 6.0);
   V sums[kParts];
   for (V& v : sums) v = hn::Zero(d);
   bool admissible = true;
-  const double* rest = batches.rest;
-  const uint16_t* slots = batches.slots;
-  const auto load_vg = [&](size_t lane, Symmetric<V>& vg) HWY_ATTR {
-    for (size_t k = 0; k < 6; ++k) vg.m[k] = hn::Load(d, rest + k * kBatchLanes + lane);
-  };
-  for (std::ptrdiff_t b = 0; b < batches.count; ++b) {
-    prefetch(rest + kAhead * kRestNumbers * kBatchLanes, kRestNumbers * kBatchLanes);
-    prefetch(slots + kAhead * 4 * kBatchLanes, 4 * kBatchLanes);
-    for (size_t first_part = 0; first_part < kParts; first_part += kTogether) {
-      Stage stages[kTogether];
-      V log_j[kTogether];
-      V inverse_j[kTogether];
-      for (size_t i = 0; i < kTogether; ++i) {
-        const size_t lane = (first_part + i) * kLanes;
-        Stage& s = stages[i];
+  for_each_vector<D, kTogether>(batches, [&](size_t, size_t first_lane,
+                                             const double* HWY_RESTRICT rest_of_first,
+                                             const uint16_t* HWY_RESTRICT slots_of_first) HWY_ATTR {
+    Stage stages[kTogether];
+    V log_j[kTogether];
+    V inverse_j[kTogether];
+    for (size_t i = 0; i < kTogether; ++i) {
+      const double* rest = rest_of_first + i * kLanes;
+      Stage& s = stages[i];
+      Columns<V> e;
+      RowAccess<D>::edges<kChanges>(d, positions, changes, slots_of_first + i * kLanes, kBatchLanes,
+                                    e);
+      s.det = cofactors(e, s.cofactor);
+      s.j = hn::Mul(s.det, load_inverse_six_volume(d, rest));
+      Symmetric<V> vg;
+      load_rest(d, rest, vg);
+      multiply(e, vg, s.evg);
+      s.vi1 = contract(e, s.evg);
+    }
+    for (size_t i = 0; i < kTogether; ++i) {
+      log_j[i] = log_and_inverse(d, stages[i].j, inverse_j[i]);
+    }
+    for (size_t i = 0; i < kTogether; ++i) {
+      const double* rest = rest_of_first + i * kLanes;
+      const uint16_t* slots = slots_of_first + i * kLanes;
+      const Stage& s = stages[i];
+      admissible &= all_positive(d, s.j);
+      const V inverse_volume = hn::Mul(load_inverse_six_volume(d, rest), hn::Set(d, 6.0));
+      const V three_ln = hn::MulAdd(hn::Set(d, 2.0), log_j[i], hn::Set(d, 3.0));
+      V first = hn::MulSub(s.vi1, inverse_volume, three_ln);
+      if (HWY_UNLIKELY(!hn::AllFalse(d, hn::Lt(first, hn::Set(d, kSmallStrain))))) {
         Columns<V> e;
-        RowAccess<D>::edges<kChanges>(d, positions, changes, slots + lane, kBatchLanes, e);
-        s.det = cofactors(e, s.cofactor);
-        s.j = hn::Mul(s.det, hn::Load(d, rest + 6 * kBatchLanes + lane));
+        RowAccess<D>::edges<kChanges>(d, positions, changes, slots, kBatchLanes, e);
+        Symmetric<V> c;
+        metric(e, c);
         Symmetric<V> vg;
-        load_vg(lane, vg);
-        multiply(e, vg, s.evg);
-        if constexpr (kEnergy) s.vi1 = contract(e, s.evg);
+        load_rest(d, rest, vg);
+        V second = hn::Undefined(d);
+        refine<false>(d, c, vg, inverse_volume, first, second);
       }
-      for (size_t i = 0; i < kTogether; ++i) {
-        log_j[i] = log_and_inverse(d, stages[i].j, inverse_j[i]);
-      }
-      for (size_t i = 0; i < kTogether; ++i) {
-        const size_t lane = (first_part + i) * kLanes;
-        const Stage& s = stages[i];
-        admissible &=
-            hn::AllTrue(d, hn::And(hn::Gt(s.j, hn::Zero(d)), hn::Lt(s.j, hn::Set(d, 1e300))));
-        if constexpr (kEnergy) {
-          const V inverse_volume =
-              hn::Mul(hn::Load(d, rest + 6 * kBatchLanes + lane), hn::Set(d, 6.0));
-          const V three_ln = hn::MulAdd(hn::Set(d, 2.0), log_j[i], hn::Set(d, 3.0));
-          V first = hn::MulSub(s.vi1, inverse_volume, three_ln);
-          if (HWY_UNLIKELY(!hn::AllFalse(d, hn::Lt(first, hn::Set(d, kSmallStrain))))) {
-            Columns<V> e;
-            RowAccess<D>::edges<kChanges>(d, positions, changes, slots + lane, kBatchLanes, e);
-            Symmetric<V> c;
-            metric(e, c);
-            Symmetric<V> vg;
-            load_vg(lane, vg);
-            V second = hn::Undefined(d);
-            refine<false>(d, c, vg, inverse_volume, first, second);
-          }
-          const V volume = hn::Mul(hn::Mul(s.det, inverse_j[i]), sixth);
-          const V density = hn::MulAdd(hn::Mul(half, mu), first,
-                                       hn::Mul(hn::Mul(half, lambda), hn::Mul(log_j[i], log_j[i])));
-          sums[first_part + i] = hn::MulAdd(volume, density, sums[first_part + i]);
+      const Invariants<N> given{
+          N(hn::Mul(s.vi1, inverse_volume)), N(first), N(), N(log_j[i]), N(s.j), N(s.j) - N(1.0)};
+      const V volume = hn::Mul(hn::Mul(s.det, inverse_j[i]), sixth);
+      V& sum = sums[first_lane / kLanes + i];
+      sum = hn::MulAdd(volume, Law<M>::energy(material, given).v, sum);
+      if constexpr (kGradient) {
+        const auto derivatives = Law<M>::first(material, given);
+        const V factor = hn::Mul(derivatives.log_j.v, hn::Mul(inverse_j[i], sixth));
+        const V twice_i1 = (N(2.0) * derivatives.i1).v;
+        Columns<V> gradient;
+        for (int k = 0; k < 9; ++k) {
+          gradient.m[k / 3][k % 3] = hn::MulAdd(factor, s.cofactor.m[k / 3][k % 3],
+                                                hn::Mul(twice_i1, s.evg.m[k / 3][k % 3]));
         }
-        if constexpr (kGradient) {
-          const V factor = hn::Mul(hn::MulSub(lambda, log_j[i], mu), hn::Mul(inverse_j[i], sixth));
-          Columns<V> gradient;
-          for (int k = 0; k < 9; ++k) {
-            gradient.m[k / 3][k % 3] =
-                hn::MulAdd(factor, s.cofactor.m[k / 3][k % 3], hn::Mul(mu, s.evg.m[k / 3][k % 3]));
-          }
-          RowAccess<D>::add_balanced(d, gradient, gradients, slots + lane, kBatchLanes);
-        }
+        RowAccess<D>::add_balanced(d, gradient, gradients, slots, kBatchLanes);
       }
     }
-    rest += kRestNumbers * kBatchLanes;
-    slots += 4 * kBatchLanes;
-  }
-  return {kEnergy ? sum_of_lanes(d, sums) : 0.0, admissible};
+  });
+  return {sum_of_lanes(d, sums), admissible};
 }
 
-template <bool kGradient, bool kEnergy, bool kChanges>
-BlockSums run_kind(const BatchView& batches, const IsotropicModuli& moduli, const double* positions,
-                   const double* changes, double* gradients) {
-  switch (moduli.kind) {
-    case MaterialKind::kMooneyRivlin:
-      return run<MaterialKind::kMooneyRivlin, kGradient, kEnergy, kChanges>(
-          batches, moduli, positions, changes, gradients);
-    case MaterialKind::kStVenantKirchhoff:
-      return run<MaterialKind::kStVenantKirchhoff, kGradient, kEnergy, kChanges>(
-          batches, moduli, positions, changes, gradients);
-    case MaterialKind::kNeoHookean:
-      break;
-  }
-  return run_neo_hookean<kGradient, kEnergy, kChanges>(batches, moduli, positions, changes,
-                                                       gradients);
+template <bool kGradient, bool kChanges>
+BlockSums run(const BatchView& batches, const IsotropicModel& model, const double* positions,
+              const double* changes, double* gradients) {
+  return std::visit(
+      [&]<class M>(const M& material) HWY_ATTR {
+        if constexpr (TermsOf<M>::kStrain || TermsOf<M>::kI2) {
+          return run_one_by_one<kGradient, kChanges>(batches, material, positions, changes,
+                                                     gradients);
+        } else {
+          return run_in_stages<kGradient, kChanges>(batches, material, positions, changes,
+                                                    gradients);
+        }
+      },
+      model);
 }
 
-BlockSums gradient_and_energy(const BatchView& batches, const IsotropicModuli& moduli,
+BlockSums gradient_and_energy(const BatchView& batches, const IsotropicModel& material,
                               const double* positions, const double* changes, double* gradients) {
-  return changes == nullptr
-             ? run_kind<true, true, false>(batches, moduli, positions, nullptr, gradients)
-             : run_kind<true, true, true>(batches, moduli, positions, changes, gradients);
+  return changes == nullptr ? run<true, false>(batches, material, positions, nullptr, gradients)
+                            : run<true, true>(batches, material, positions, changes, gradients);
 }
-BlockSums energy_only(const BatchView& batches, const IsotropicModuli& moduli,
+BlockSums energy_only(const BatchView& batches, const IsotropicModel& material,
                       const double* positions, const double* changes) {
-  return changes == nullptr
-             ? run_kind<false, true, false>(batches, moduli, positions, nullptr, nullptr)
-             : run_kind<false, true, true>(batches, moduli, positions, changes, nullptr);
+  return changes == nullptr ? run<false, false>(batches, material, positions, nullptr, nullptr)
+                            : run<false, true>(batches, material, positions, changes, nullptr);
 }
 const char* target_name() {
   return hwy::TargetName(HWY_TARGET);
@@ -372,14 +357,15 @@ HWY_EXPORT(gradient_and_energy);
 HWY_EXPORT(energy_only);
 HWY_EXPORT(target_name);
 
-BlockSums elastic_gradient(const BatchView& batches, const IsotropicModuli& moduli,
+BlockSums elastic_gradient(const BatchView& batches, const IsotropicModel& material,
                            const double* positions, const double* changes, double* gradients) {
-  return HWY_DYNAMIC_DISPATCH(gradient_and_energy)(batches, moduli, positions, changes, gradients);
+  return HWY_DYNAMIC_DISPATCH(gradient_and_energy)(batches, material, positions, changes,
+                                                   gradients);
 }
 
-BlockSums elastic_energy(const BatchView& batches, const IsotropicModuli& moduli,
+BlockSums elastic_energy(const BatchView& batches, const IsotropicModel& material,
                          const double* positions, const double* changes) {
-  return HWY_DYNAMIC_DISPATCH(energy_only)(batches, moduli, positions, changes);
+  return HWY_DYNAMIC_DISPATCH(energy_only)(batches, material, positions, changes);
 }
 
 const char* instruction_set() {

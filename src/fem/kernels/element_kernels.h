@@ -7,9 +7,13 @@
 //
 //     c = eᵀe,  I₁ = c:G,  J = det e/det D,  F F⁻ᵀ-terms: F D⁻ᵀ = e G,  F⁻ᵀ D⁻ᵀ = e⁻ᵀ
 //
-//     neo-Hookean          ∂W/∂e = V [μ e G + (λ ln J − μ) e⁻ᵀ]
-//     Mooney–Rivlin        ∂W/∂e = V [μ₁ e G + μ₂ (I₁ e G − e G c G) + (λ ln J − μ₁ − 2μ₂) e⁻ᵀ]
-//     St Venant–Kirchhoff  ∂W/∂e = V e [μ G a G + λ/2 (a:G) G],   a = c − DᵀD
+// With Ψ₁, Ψ₂, Ψ_L the derivatives of Ψ with respect to I₁, I₂ and ln J (material/laws),
+//
+//     ∂W/∂e = V [2 Ψ₁ e G + 2 Ψ₂ (I₁ e G − e G c G) + Ψ_L e⁻ᵀ]
+//
+// and for laws that are defined for any J, with a = c − DᵀD,
+//
+//     ∂W/∂e = 2 V e [(Ψ₁ + (I₁ − 1) Ψ₂) G − Ψ₂ G a G]
 //
 // Column k of ∂W/∂e is the gradient at node k + 1; the four nodes' gradients add up to zero.
 #pragma once
@@ -17,20 +21,12 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "tetraction/material/material.h"
+
 namespace tetraction {
 
 /// Elements side by side in the data of a batch, for every instruction set.
 constexpr int kBatchLanes = 16;
-
-enum class MaterialKind { kNeoHookean, kMooneyRivlin, kStVenantKirchhoff };
-
-/// Moduli, Pa; `mu` is μ₁ of Mooney–Rivlin.
-struct IsotropicModuli {
-  MaterialKind kind = MaterialKind::kNeoHookean;
-  double mu = 0.0;
-  double mu2 = 0.0;
-  double lambda = 0.0;
-};
 
 /// Rest data and nodes of the elements of a block, batch by batch.
 struct BatchView {
@@ -51,10 +47,10 @@ struct BlockSums {
 /// Energy and gradients: adds ∂W/∂q of the elements to `gradients`. Rows have four numbers (x y z 0),
 /// 32-byte aligned. The nodes are at positions + changes (null: at positions), of which the edges
 /// are formed part by part (tetraction/fem/positions.h).
-BlockSums elastic_gradient(const BatchView& batches, const IsotropicModuli& moduli,
+BlockSums elastic_gradient(const BatchView& batches, const IsotropicModel& material,
                            const double* positions, const double* changes, double* gradients);
 /// Energy alone.
-BlockSums elastic_energy(const BatchView& batches, const IsotropicModuli& moduli,
+BlockSums elastic_energy(const BatchView& batches, const IsotropicModel& material,
                          const double* positions, const double* changes);
 
 /// Name of the instruction set in use, e.g. "AVX3" (AVX-512), "AVX2", "SCALAR" (portable).

@@ -15,6 +15,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "element_kernels.h"
+
 HWY_BEFORE_NAMESPACE();
 namespace tetraction {
 namespace HWY_NAMESPACE {
@@ -295,6 +297,32 @@ template <class T>
 HWY_INLINE void prefetch(const T* data, size_t count) {
   const char* line = reinterpret_cast<const char*>(data);
   for (const char* end = line + count * sizeof(T); line < end; line += 64) hwy::Prefetch(line);
+}
+
+/// The loop over the elements of a block: calls body(batch, lane, rest, slots) for the vectors of every
+/// batch, kTogether of them at a time, where `rest` and `slots` are the data of the first lane; and
+/// ahead(batch) once for every batch, to fetch what will be needed soon.
+template <class D, size_t kTogether = 1, class Ahead, class Body>
+HWY_INLINE void for_each_vector(const BatchView& batches, const Ahead& ahead, const Body& body) {
+  const double* HWY_RESTRICT rest = batches.rest;
+  const uint16_t* HWY_RESTRICT slots = batches.slots;
+  for (size_t b = 0; b < static_cast<size_t>(batches.count); ++b) {
+    ahead(b);
+    prefetch(slots + kAhead * 4 * kBatchLanes, 4 * kBatchLanes);
+    for (size_t lane = 0; lane < kBatchLanes; lane += kTogether * hn::MaxLanes(D())) {
+      body(b, lane, rest + lane, slots + lane);
+    }
+    rest += kRestNumbers * kBatchLanes;
+    slots += 4 * kBatchLanes;
+  }
+}
+/// The same of a loop that reads the rest data.
+template <class D, size_t kTogether = 1, class Body>
+HWY_INLINE void for_each_vector(const BatchView& batches, const Body& body) {
+  const auto ahead = [&](size_t b) HWY_ATTR {
+    prefetch(batches.rest + (b + kAhead) * kRestNumbers * kBatchLanes, kRestNumbers * kBatchLanes);
+  };
+  for_each_vector<D, kTogether>(batches, ahead, body);
 }
 
 /// ln j and 1/j. Near 1, where volumes nearly always are, ln j = 2 artanh s with s = (j − 1)/(j + 1),

@@ -1,52 +1,64 @@
 // Kernels of the tangent stiffness K(q) of isotropic materials, applied without a matrix.
 //
 // In the notation of element_kernels.h, with edges e, de = edges of the displacement, w = e⁻ᵀ by
-// columns and dc = deᵀe + eᵀde, every isotropic material's stiffness is
+// columns, dc = deᵀe + eᵀde, z = e G and b = I₁ e G − e G c G, every isotropic material's stiffness is
 //
-//     d(∂W/∂e) = de T + e [a₁ G dc G + a₂ (dc:G) G] + k w deᵀ w + l (w:de) w
+//     d(∂W/∂e) = de T + e [a₁ G dc G + a₂ (dc:G) G] + k w deᵀ w + Σ s_ij (v_j:de) v_i,  v = w, z, b
 //
-//     neo-Hookean          T = μVG, k = V(μ − λ ln J), l = λV
-//     Mooney–Rivlin        T = V[(μ₁ + μ₂I₁) G − μ₂ GcG], a₁ = −μ₂V, a₂ = μ₂V,
-//                          k = V(μ₁ + 2μ₂ − λ ln J), l = λV
-//     St Venant–Kirchhoff  T = V[μ GaG + λ/2 (a:G) G], a₁ = μV, a₂ = λ/2 V
-//     viscosity            as St Venant–Kirchhoff
+//     T = 2V [(Ψ₁ + Ψ₂ I₁) G − Ψ₂ GcG]
+//     a₁ = −2V Ψ₂,   a₂ = 2V (Ψ₂ + Ψ₁₁)          without Ψ₂: a₁ = a₂ = 0 and s_zz = 4V Ψ₁₁
+//     k = −V Ψ_L,    s_ww = l = V Ψ_LL
+//     s_zw = 2V Ψ₁L, s_bb = 4V Ψ₂₂, s_zb = 4V Ψ₁₂, s_wb = 2V Ψ₂L
 //
-// so that one product serves all: the state is worked out once for many products.
+// with indices for derivatives with respect to I₁, I₂ and ln J. Viscosity has the metric terms of a law
+// of the strain: T and a₁. So one product serves all, and it has only the terms that the law has: the
+// state is worked out once for many products.
 #pragma once
 
 #include "element_kernels.h"
 
 namespace tetraction {
 
-/// Which terms there are.
+/// Which terms there are beside T: a set.
 enum class TangentForm {
-  kSpatial,  ///< T, w, k, l (neo-Hookean)
-  kMetric,   ///< T, e, G, a₁, a₂ (St Venant–Kirchhoff)
-  kBoth
+  kSpatial = 1,   ///< w, k, l: laws that depend on J
+  kMetric = 2,    ///< e, G, a₁, a₂: laws that depend on I₂, and viscosity
+  kCoupled = 4,   ///< z, s_zz, s_zw
+  kCoupledI2 = 8  ///< b, s_bb, s_zb, s_wb; beside kCoupled
 };
+constexpr TangentForm operator|(TangentForm a, TangentForm b) {
+  return static_cast<TangentForm>(static_cast<int>(a) | static_cast<int>(b));
+}
+constexpr bool has(TangentForm form, TangentForm part) {
+  return (static_cast<int>(form) & static_cast<int>(part)) != 0;
+}
 
 /// The terms of a material, with viscosity beside it or not.
-constexpr TangentForm tangent_form(MaterialKind kind, bool viscous) {
-  if (kind == MaterialKind::kStVenantKirchhoff) return TangentForm::kMetric;
-  return viscous || kind == MaterialKind::kMooneyRivlin ? TangentForm::kBoth
-                                                        : TangentForm::kSpatial;
-}
+TangentForm tangent_form(const IsotropicModel& material, bool viscous);
 
+// Where in the state the terms begin: T (6) first; then w (9), k, l; e (9), G (6), a₁, a₂;
+// z (9), s_zz, s_zw; b (9), s_bb, s_zb, s_wb.
+constexpr int tangent_metric_offset(TangentForm form) {
+  return has(form, TangentForm::kSpatial) ? 17 : 6;
+}
+constexpr int tangent_coupled_offset(TangentForm form) {
+  return tangent_metric_offset(form) + (has(form, TangentForm::kMetric) ? 17 : 0);
+}
 /// Numbers that the state of an element has.
 constexpr int tangent_numbers(TangentForm form) {
-  return form == TangentForm::kSpatial ? 17 : (form == TangentForm::kMetric ? 23 : 34);
+  return tangent_coupled_offset(form) + (has(form, TangentForm::kCoupled) ? 11 : 0) +
+         (has(form, TangentForm::kCoupledI2) ? 12 : 0);
 }
-constexpr int kMostTangentNumbers = tangent_numbers(TangentForm::kBoth);
-/// Where in the state they begin: T (6) first; then w (9), k, l; then e (9), G (6), a₁, a₂.
-constexpr int tangent_metric_offset(TangentForm form) {
-  return form == TangentForm::kMetric ? 6 : 17;
-}
+constexpr int kMostTangentNumbers = tangent_numbers(
+    TangentForm::kSpatial | TangentForm::kMetric | TangentForm::kCoupled | TangentForm::kCoupledI2);
 
 /// `state`: tangent_numbers(form) × kBatchLanes a batch.
-void prepare_tangent(const BatchView& batches, const IsotropicModuli& moduli, TangentForm form,
+void prepare_tangent(const BatchView& batches, const IsotropicModel& material, TangentForm form,
                      const double* positions, float* state);
-void prepare_tangent(const BatchView& batches, const IsotropicModuli& moduli, TangentForm form,
+void prepare_tangent(const BatchView& batches, const IsotropicModel& material, TangentForm form,
                      const double* positions, double* state);
+/// The same without a material: metric terms with T = 0 and a₁ = a₂ = 0, to which viscosity is added.
+void prepare_empty_tangent(const BatchView& batches, const double* positions, double* state);
 
 /// Adds K x to `result`; rows as in element_kernels.h.
 void apply_tangent(const BatchView& batches, TangentForm form, const float* state, const float* x,

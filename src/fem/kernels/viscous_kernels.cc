@@ -1,7 +1,7 @@
 #include "viscous_kernels.h"
 
-// Portable, SSE4, AVX2 and AVX-512 (Highway's AVX3).
-#define HWY_DISABLED_TARGETS HWY_SSSE3
+#include "core/simd_targets.h"
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "fem/kernels/viscous_kernels.cc"
 #include <hwy/foreach_target.h>  // compiles this file once for every instruction set
@@ -72,19 +72,12 @@ HWY_INLINE void strain_of_step(D d, const uint16_t* slots, const ViscousStep& st
   }
 }
 
-// Calls body(batch, lane, rest data) for all lanes of all batches.
+// Calls body(batch, lane, rest data, slots) for all lanes of all batches.
 template <class Body>
 HWY_INLINE void for_all_lanes(const BatchView& batches, const Body& body) {
-  const D d;
-  constexpr size_t kLanes = hn::MaxLanes(D());
-  const double* numbers = batches.rest;
-  for (size_t b = 0; b < static_cast<size_t>(batches.count); ++b) {
-    prefetch(numbers + kAhead * kRestNumbers * kBatchLanes, kRestNumbers * kBatchLanes);
-    for (size_t lane = 0; lane < kBatchLanes; lane += kLanes) {
-      body(b, lane, Rest(d, numbers + lane));
-    }
-    numbers += kRestNumbers * kBatchLanes;
-  }
+  for_each_vector<D>(batches, [&](size_t b, size_t lane, const double* HWY_RESTRICT rest,
+                                  const uint16_t* HWY_RESTRICT slots)
+                                  HWY_ATTR { body(b, lane, Rest(D(), rest), slots); });
 }
 
 HWY_NOINLINE void force(const BatchView& batches, double viscosity,
@@ -92,8 +85,7 @@ HWY_NOINLINE void force(const BatchView& batches, double viscosity,
                         double* HWY_RESTRICT forces) {
   const D d;
   const V factor = hn::Set(d, -viscosity);
-  for_all_lanes(batches, [&](size_t b, size_t lane, const Rest& rest) HWY_ATTR {
-    const uint16_t* slots = batches.slots + 4 * kBatchLanes * b + lane;
+  for_all_lanes(batches, [&](size_t, size_t, const Rest& rest, const uint16_t* slots) HWY_ATTR {
     Columns<V> e;
     Columns<V> rate;
     RowAccess<D>::edges(d, positions, slots, kBatchLanes, e);
@@ -112,18 +104,16 @@ HWY_NOINLINE void force(const BatchView& batches, double viscosity,
 HWY_NOINLINE void correction(const BatchView& batches, const double* HWY_RESTRICT displacements,
                              double* HWY_RESTRICT result) {
   const D d;
-  constexpr size_t kLanes = hn::MaxLanes(D());
-  for (size_t b = 0; b < static_cast<size_t>(batches.count); ++b) {
-    for (size_t lane = 0; lane < kBatchLanes; lane += kLanes) {
-      const uint16_t* slots = batches.slots + 4 * kBatchLanes * b + lane;
-      Columns<V> edges;
-      Symmetric<V> c;
-      RowAccess<D>::edges(d, displacements, slots, kBatchLanes, edges);
-      metric(edges, c);
-      double* to = result + kViscousNumbers * kBatchLanes * b + lane;
-      for (size_t k = 0; k < 6; ++k) hn::Store(c.m[k], d, to + k * kBatchLanes);
-    }
-  }
+  for_each_vector<D>(
+      batches, [](size_t) {},
+      [&](size_t b, size_t lane, const double*, const uint16_t* HWY_RESTRICT slots) HWY_ATTR {
+        Columns<V> edges;
+        Symmetric<V> c;
+        RowAccess<D>::edges(d, displacements, slots, kBatchLanes, edges);
+        metric(edges, c);
+        double* to = result + kViscousNumbers * kBatchLanes * b + lane;
+        for (size_t k = 0; k < 6; ++k) hn::Store(c.m[k], d, to + k * kBatchLanes);
+      });
 }
 
 template <bool kGradient>
@@ -134,24 +124,24 @@ HWY_NOINLINE double gradient(const BatchView& batches, const ViscousStep& step,
   const V factor = hn::Set(d, step.factor);
   V sums[kBatchLanes / kLanes];
   for (V& v : sums) v = hn::Zero(d);
-  for_all_lanes(batches, [&](size_t b, size_t lane, const Rest& rest) HWY_ATTR {
-    const uint16_t* slots = batches.slots + 4 * kBatchLanes * b + lane;
-    Columns<V> e;
-    Symmetric<V> a;
-    strain_of_step(d, slots, step, kViscousNumbers * kBatchLanes * b + lane, e, a);
-    Columns<V> avg;
-    if constexpr (kGradient) {
-      Symmetric<V> stress;
-      pull_back(rest, factor, a, avg, stress);
-      Columns<V> result;
-      multiply(e, stress, result);
-      RowAccess<D>::add_balanced(d, result, gradients, slots, kBatchLanes);
-    } else {
-      symmetric_times(a, rest.vg, avg);
-    }
-    sums[lane / kLanes] =
-        hn::MulAdd(rest.inverse_volume, trace_of_square(d, avg), sums[lane / kLanes]);
-  });
+  for_all_lanes(batches,
+                [&](size_t b, size_t lane, const Rest& rest, const uint16_t* slots) HWY_ATTR {
+                  Columns<V> e;
+                  Symmetric<V> a;
+                  strain_of_step(d, slots, step, kViscousNumbers * kBatchLanes * b + lane, e, a);
+                  Columns<V> avg;
+                  if constexpr (kGradient) {
+                    Symmetric<V> stress;
+                    pull_back(rest, factor, a, avg, stress);
+                    Columns<V> result;
+                    multiply(e, stress, result);
+                    RowAccess<D>::add_balanced(d, result, gradients, slots, kBatchLanes);
+                  } else {
+                    symmetric_times(a, rest.vg, avg);
+                  }
+                  sums[lane / kLanes] =
+                      hn::MulAdd(rest.inverse_volume, trace_of_square(d, avg), sums[lane / kLanes]);
+                });
   return 0.25 * step.factor * sum_of_lanes(d, sums);
 }
 
@@ -179,18 +169,18 @@ HWY_INLINE void add_tangent(const BatchView& batches, const ViscousStep& step, T
   const V factor = hn::Set(d, step.factor);
   const auto numbers = static_cast<size_t>(tangent_numbers(form)) * kBatchLanes;
   const auto a1 = static_cast<size_t>(tangent_metric_offset(form) + 15) * kBatchLanes;
-  for_all_lanes(batches, [&](size_t b, size_t lane, const Rest& rest) HWY_ATTR {
-    const uint16_t* slots = batches.slots + 4 * kBatchLanes * b + lane;
-    Columns<V> e;
-    Symmetric<V> a;
-    strain_of_step(d, slots, step, kViscousNumbers * kBatchLanes * b + lane, e, a);
-    Columns<V> avg;
-    Symmetric<V> stress;
-    pull_back(rest, factor, a, avg, stress);
-    T* to = state + numbers * b + lane;
-    for (size_t k = 0; k < 6; ++k) add_number(stress.m[k], to + k * kBatchLanes);
-    add_number(hn::Div(factor, rest.inverse_volume), to + a1);
-  });
+  for_all_lanes(batches,
+                [&](size_t b, size_t lane, const Rest& rest, const uint16_t* slots) HWY_ATTR {
+                  Columns<V> e;
+                  Symmetric<V> a;
+                  strain_of_step(d, slots, step, kViscousNumbers * kBatchLanes * b + lane, e, a);
+                  Columns<V> avg;
+                  Symmetric<V> stress;
+                  pull_back(rest, factor, a, avg, stress);
+                  T* to = state + numbers * b + lane;
+                  for (size_t k = 0; k < 6; ++k) add_number(stress.m[k], to + k * kBatchLanes);
+                  add_number(hn::Div(factor, rest.inverse_volume), to + a1);
+                });
 }
 
 HWY_NOINLINE void add_tangent_float(const BatchView& batches, const ViscousStep& step,

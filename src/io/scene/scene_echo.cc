@@ -131,13 +131,10 @@ Json material_json(const MaterialSettings& material) {
     return {{"model", material_name(*material.custom)}, {"density", material.density}};
   }
   Json json{{"model", material.model}};
-  put_if(json, "youngs_modulus", material.youngs_modulus);
-  put_if(json, "poissons_ratio", material.poissons_ratio);
-  put_if(json, "mu", material.mu);
-  put_if(json, "lambda", material.lambda);
-  put_if(json, "mu1", material.mu1);
-  put_if(json, "mu2", material.mu2);
-  put_if(json, "ratio", material.ratio);
+  for (const MaterialKey& key : material_keys()) {
+    put_if(json, key.parameter.name, material.*key.value);
+  }
+  if (material.volumetric) json["volumetric"] = to_string(*material.volumetric);
   json["density"] = material.density;
   return json;
 }

@@ -103,13 +103,12 @@ SceneKeys keys_of(const MaterialSettings& material) {
         material_name(*material.custom)));
   }
   SceneKeys keys{{"model", toml_text(material.model)}};
-  put_if(keys, "youngs_modulus", material.youngs_modulus, "Pa");
-  put_if(keys, "poissons_ratio", material.poissons_ratio);
-  put_if(keys, "mu", material.mu, "Pa");
-  put_if(keys, "lambda", material.lambda, "Pa");
-  put_if(keys, "mu1", material.mu1, "Pa");
-  put_if(keys, "mu2", material.mu2, "Pa");
-  put_if(keys, "ratio", material.ratio);
+  for (const MaterialKey& key : material_keys()) {
+    put_if(keys, key.parameter.name, material.*key.value, key.parameter.unit);
+  }
+  if (material.volumetric) {
+    keys.push_back({"volumetric", toml_text(to_string(*material.volumetric))});
+  }
   keys.push_back({"density", toml_number(material.density), "kg/m³"});
   return keys;
 }

@@ -18,20 +18,42 @@ constexpr NumberRange kPoisson{.least = -1.0,
                                .most_itself = false,
                                .advice = "; take 0.45 to 0.49 for rubber-like materials"};
 
-const NameList kMaterialKeys{"model", "youngs_modulus", "poissons_ratio", "mu", "lambda", "mu1",
-                             "mu2",   "ratio",          "density"};
+// What a parameter of a material may be.
+const NumberRange& range_of(const MaterialParameter& parameter) {
+  using Range = MaterialParameter::Range;
+  if (parameter.range == Range::kPoissonsRatio) return kPoisson;
+  if (parameter.range == Range::kPositive) return kModeratePositive;
+  if (parameter.range == Range::kAny) return kModerate;
+  return *parameter.unit == '\0' ? kNotNegative : kModerateNotNegative;
+}
+
+const NameList& known_material_keys() {
+  static const NameList names = [] {
+    NameList all{"model"};
+    for (const MaterialKey& key : material_keys()) all.emplace_back(key.parameter.name);
+    all.emplace_back("volumetric");
+    all.emplace_back("density");
+    return all;
+  }();
+  return names;
+}
 
 MaterialSettings read_material(const TomlTable& table) {
   MaterialSettings material;
-  table.read("model", material.model,
-             {StVenantKirchhoff::kName, NeoHookean::kName, MooneyRivlin::kName});
-  table.read("youngs_modulus", material.youngs_modulus, kModeratePositive);
-  table.read("poissons_ratio", material.poissons_ratio, kPoisson);
-  table.read("mu", material.mu, kModeratePositive);
-  table.read("lambda", material.lambda, kModerate);
-  table.read("mu1", material.mu1, kModerateNotNegative);
-  table.read("mu2", material.mu2, kModerateNotNegative);
-  table.read("ratio", material.ratio, kNotNegative);
+  NameList models;
+  for (const MaterialChoice& choice : material_choices()) models.emplace_back(choice.name);
+  table.read("model", material.model, models);
+  for (const MaterialKey& key : material_keys()) {
+    table.read(key.parameter.name, material.*key.value, range_of(key.parameter));
+  }
+  if (table.has("volumetric")) {
+    std::string part;
+    table.read("volumetric", part,
+               {to_string(VolumetricPart::kLogarithmic), to_string(VolumetricPart::kQuadratic)});
+    material.volumetric = part == to_string(VolumetricPart::kQuadratic)
+                              ? VolumetricPart::kQuadratic
+                              : VolumetricPart::kLogarithmic;
+  }
   table.read("density", material.density, kModeratePositive);
   try {
     make_material(material);
@@ -39,8 +61,8 @@ MaterialSettings read_material(const TomlTable& table) {
     // What is wrong lies between the parameters; if one of them came from the command line, the
     // file alone may be right.
     std::string place = table.place();
-    for (const std::string_view key :
-         {"model", "youngs_modulus", "poissons_ratio", "mu", "lambda", "mu1", "mu2", "ratio"}) {
+    for (const std::string_view key : known_material_keys()) {
+      if (key == "density") continue;
       if (table.is_override(key)) place = table.place(key);
     }
     std::string message = error.what();
@@ -97,8 +119,8 @@ Scene read_sections(const TomlDocument& document, const std::string& path) {
   scene.mesh = read_mesh_settings(root, std::filesystem::path(path).parent_path().string());
   root.require("material",
                "under [material], give model, youngs_modulus, poissons_ratio and density.");
-  scene.material = read_material(root.table("material", {kMaterialKeys}));
-  NameList region_keys = kMaterialKeys;
+  scene.material = read_material(root.table("material", {known_material_keys()}));
+  NameList region_keys = known_material_keys();
   region_keys.emplace_back("select");
   for (const TomlTable& table : root.tables("material_region", {region_keys})) {
     scene.material_region.push_back(read_material_region(table));

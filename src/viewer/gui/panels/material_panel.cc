@@ -5,6 +5,7 @@
 #include <QVBoxLayout>
 #include <algorithm>
 #include <limits>
+#include <string_view>
 
 #include "panel_layout.h"
 #include "viewer/gui/widgets/number_field.h"
@@ -16,6 +17,28 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 QString short_number(double value) {
   return QString::number(value, 'g', 4);
+}
+
+NumberRange range_of(const MaterialParameter& parameter) {
+  using Range = MaterialParameter::Range;
+  if (parameter.range == Range::kPositive) return {0.0, kInfinity, false};
+  if (parameter.range == Range::kNotNegative) return {0.0, kInfinity};
+  if (parameter.range == Range::kPoissonsRatio) return {-1.0, 0.5, false, false};
+  return {-kInfinity, kInfinity};
+}
+
+const MaterialChoice* choice_of(const std::string& model) {
+  const std::vector<MaterialChoice>& choices = material_choices();
+  const auto found = std::find_if(choices.begin(), choices.end(),
+                                  [&](const MaterialChoice& c) { return c.name == model; });
+  return found == choices.end() ? nullptr : &*found;
+}
+
+bool takes(const MaterialChoice* choice, const MaterialKey& key) {
+  return choice != nullptr && std::any_of(choice->beside_young.begin(), choice->beside_young.end(),
+                                          [&](const MaterialParameter& p) {
+                                            return std::string_view(p.name) == key.parameter.name;
+                                          });
 }
 
 }  // namespace
@@ -31,9 +54,9 @@ MaterialPanel::MaterialPanel(QWidget* parent) : QWidget(parent) {
   auto* material = add_group(column, tr("Material"));
   model_ = new QComboBox(this);
   model_->setObjectName(QStringLiteral("model"));
-  model_->addItem(tr("Saint Venant–Kirchhoff"), QStringLiteral("stvk"));
-  model_->addItem(tr("neo-Hookean"), QStringLiteral("neo-hookean"));
-  model_->addItem(tr("Mooney–Rivlin"), QStringLiteral("mooney-rivlin"));
+  for (const MaterialChoice& choice : material_choices()) {
+    model_->addItem(QString::fromUtf8(choice.title), QString::fromUtf8(choice.name));
+  }
   model_->setToolTip(tr("Hyperelastic model; all have the same response to small strains"));
   material->addRow(tr("Model"), model_);
   young_ = new NumberSlider(tr("Young's modulus"), tr("Pa"), {0.0, kInfinity, false}, 1e3, 1e10,
@@ -44,9 +67,27 @@ MaterialPanel::MaterialPanel(QWidget* parent) : QWidget(parent) {
                               0.495, NumberSlider::Scale::kLinear, this);
   poisson_->setObjectName(QStringLiteral("poissons_ratio"));
   material->addRow(tr("Poisson"), poisson_);
-  ratio_ = new NumberSlider(tr("Ratio μ₂/μ₁ of Mooney–Rivlin"), QString(), {0.0, kInfinity}, 0.0,
-                            2.0, NumberSlider::Scale::kLinear, this);
-  material->addRow(tr("μ₂/μ₁"), ratio_);
+  for (const MaterialKey& key : material_keys()) {
+    const MaterialParameter& parameter = key.parameter;
+    const std::vector<MaterialChoice>& choices = material_choices();
+    if (std::none_of(choices.begin(), choices.end(),
+                     [&](const MaterialChoice& choice) { return takes(&choice, key); })) {
+      continue;
+    }
+    const QString help = QString::fromUtf8(parameter.help);
+    const QString unit = QString::fromUtf8(parameter.unit);
+    auto* field = new NumberField(help, unit, range_of(parameter), this);
+    field->setObjectName(QString::fromUtf8(parameter.name));
+    const QString name = help.section(QStringLiteral(","), 0, 0);
+    material->addRow(unit.isEmpty() ? name : tr("%1 [%2]").arg(name, unit), field);
+    beside_.emplace_back(&key, field);
+  }
+  volumetric_ = new QComboBox(this);
+  volumetric_->setObjectName(QStringLiteral("volumetric"));
+  volumetric_->addItem(tr("λ/2 (ln J)²"), static_cast<int>(VolumetricPart::kLogarithmic));
+  volumetric_->addItem(tr("λ/2 (J − 1)²"), static_cast<int>(VolumetricPart::kQuadratic));
+  volumetric_->setToolTip(tr("Energy of changes of volume, of the models that have the choice"));
+  material->addRow(tr("Volumetric"), volumetric_);
 
   auto* derived = add_group(column, tr("That is"));
   lame_ = new QLabel(this);
@@ -69,10 +110,16 @@ MaterialPanel::MaterialPanel(QWidget* parent) : QWidget(parent) {
   connect(poisson_, &NumberSlider::entered, this, [this](double value, bool goes_on) {
     commit(tr("Poisson's ratio %1").arg(short_number(value)), goes_on);
   });
-  connect(ratio_, &NumberSlider::entered, this, [this](double value, bool goes_on) {
-    commit(tr("μ₂/μ₁ %1").arg(short_number(value)), goes_on);
-  });
-  for (NumberSlider* slider : {young_, poisson_, ratio_}) {
+  for (const auto& [key, field] : beside_) {
+    connect(field, &NumberField::entered, this, [this, field = field](double value) {
+      commit(tr("%1 %2 %3").arg(field->what(), short_number(value), field->unit()).trimmed(),
+             false);
+    });
+    connect(field, &NumberField::refused, this, &MaterialPanel::refused);
+  }
+  connect(volumetric_, QOverload<int>::of(&QComboBox::activated), this,
+          [this] { commit(tr("Volumetric part %1").arg(volumetric_->currentText()), false); });
+  for (NumberSlider* slider : {young_, poisson_}) {
     connect(slider, &NumberSlider::refused, this, &MaterialPanel::refused);
   }
 }
@@ -110,14 +157,19 @@ void MaterialPanel::show_region() {
   young_->set_value(settings.youngs_modulus.value_or(young));
   poisson_->set_value(
       settings.poissons_ratio.value_or(small.lambda / (2.0 * (small.lambda + small.mu))));
-  const auto* mooney = std::get_if<MooneyRivlin>(&material);
-  ratio_->setEnabled(mooney != nullptr);
-  if (mooney != nullptr) {
-    ratio_->set_value(
-        settings.ratio.value_or(mooney->mu1() > 0.0 ? mooney->mu2() / mooney->mu1() : 0.0));
-  } else {
-    ratio_->set_value(0.0);
+  const MaterialChoice* choice = custom ? nullptr : choice_of(settings.model);
+  for (const auto& [key, field] : beside_) {
+    field->setEnabled(takes(choice, *key));
+    double value = (settings.*key->value).value_or(0.0);
+    // A scene may have given μ₁ and μ₂ instead.
+    if (settings.mu1 && settings.mu2 && key->value == &MaterialSettings::ratio) {
+      value = *settings.mu1 > 0.0 ? *settings.mu2 / *settings.mu1 : 0.0;
+    }
+    field->set_value(field->isEnabled() ? value : 0.0);
   }
+  volumetric_->setEnabled(choice != nullptr && choice->has_volumetric_part);
+  volumetric_->setCurrentIndex(volumetric_->findData(
+      static_cast<int>(settings.volumetric.value_or(VolumetricPart::kLogarithmic))));
   lame_->setText(tr("%1 Pa, %2 Pa").arg(short_number(small.mu), short_number(small.lambda)));
   wave_->setText(tr("%1 m/s").arg(short_number(wave_speed(small, settings.density))));
   density_->setText(tr("%1 kg/m³").arg(short_number(settings.density)));
@@ -130,7 +182,14 @@ void MaterialPanel::commit(const QString& what, bool goes_on) {
   settings.density = materials_[static_cast<std::size_t>(region)].density;
   settings.youngs_modulus = young_->value();
   settings.poissons_ratio = poisson_->value();
-  if (settings.model == "mooney-rivlin") settings.ratio = ratio_->value();
+  const MaterialChoice* choice = choice_of(settings.model);
+  for (const auto& [key, field] : beside_) {
+    if (takes(choice, *key)) settings.*key->value = field->value();
+  }
+  const auto part = static_cast<VolumetricPart>(volumetric_->currentData().toInt());
+  if (choice->has_volumetric_part && part != VolumetricPart::kLogarithmic) {
+    settings.volumetric = part;
+  }
   const QString text = materials_.size() > 1 ? tr("%1 (region %2)").arg(what).arg(region) : what;
   emit edited(SetMaterial{region, settings}, text, goes_on);
 }

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <QWidget>
+#include <utility>
+#include <vector>
 
 #include "viewer/simulation.h"
 
@@ -10,6 +12,7 @@ class QLabel;
 
 namespace tetraction::viewer {
 
+class NumberField;
 class NumberSlider;
 
 /// Model and parameters of a region, as small-strain Young's modulus and Poisson's ratio whatever the
@@ -31,7 +34,10 @@ class MaterialPanel : public QWidget {
 
   std::vector<MaterialSettings> materials_;
   QComboBox *region_, *model_;
-  NumberSlider *young_, *poisson_, *ratio_;
+  QComboBox* volumetric_;
+  NumberSlider *young_, *poisson_;
+  // What the models take beside these, each parameter once.
+  std::vector<std::pair<const MaterialKey*, NumberField*>> beside_;
   QLabel *lame_, *density_, *wave_;
 };
 

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <array>
+
+#include "tetraction/material/isotropic_material.h"
+
+namespace tetraction {
+
+/// Mooney–Rivlin: Ψ = μ₁/2 (I₁ − 3 − 2 ln J) + μ₂/2 (I₂ − 3 − 4 ln J) + U(J),
+/// I₂ = ½(I₁² − tr C²); μ₁ = 2 C₁₀ and μ₂ = 2 C₀₁ of the textbooks. Needs J > 0.
+/// U = λ/2 (ln J)², or with VolumetricPart::kQuadratic U = λ/2 (J − 1)².
+/// With μ₂ = 0 it is NeoHookean. Its small-strain parameters are μ = μ₁ + μ₂ and λ + 2μ₂ (not λ).
+class MooneyRivlin : public IsotropicMaterial<MooneyRivlin> {
+ public:
+  static constexpr const char* kName = "mooney-rivlin";
+  static constexpr const char* kTitle = "Mooney–Rivlin";
+  static constexpr bool kDefinedForAnyJacobian = false;
+  static constexpr bool kHasVolumetricPart = true;
+  using Range = MaterialParameter::Range;
+  static constexpr std::array<MaterialParameter, 3> kParameters{{
+      {"mu1", "Pa", Range::kNotNegative, "μ₁ = 2 C₁₀"},
+      {"mu2", "Pa", Range::kNotNegative, "μ₂ = 2 C₀₁"},
+      {"lambda", "Pa", Range::kAny, "λ of the volumetric part"},
+  }};
+  /// Beside Young's modulus and Poisson's ratio.
+  static constexpr std::array<MaterialParameter, 1> kBesideYoung{{
+      {"ratio", "", Range::kNotNegative, "μ₂/μ₁"},
+  }};
+
+  /// Throws InputError unless μ₁ ≥ 0, μ₂ ≥ 0, μ₁ + μ₂ > 0, all are finite, and the small-strain
+  /// λ + 2μ₂ > −2(μ₁ + μ₂)/3.
+  MooneyRivlin(double mu1, double mu2, double lambda,
+               VolumetricPart volumetric = VolumetricPart::kLogarithmic);
+  /// With the small-strain response of (E, ν) and μ₂/μ₁ = `ratio` ≥ 0: μ₁ = μ/(1 + ratio), μ₂ = μ − μ₁,
+  /// and its λ is λ(E, ν) − 2μ₂. Throws InputError for a ratio out of range.
+  static MooneyRivlin from_young(const LameParameters& lame, double ratio,
+                                 VolumetricPart volumetric = VolumetricPart::kLogarithmic);
+  LameParameters initial_lame() const { return {mu1_ + mu2_, lambda_ + 2.0 * mu2_}; }
+  double mu1() const { return mu1_; }        ///< Pa
+  double mu2() const { return mu2_; }        ///< Pa
+  double lambda() const { return lambda_; }  ///< Pa
+  VolumetricPart volumetric() const { return volumetric_; }
+
+ private:
+  double mu1_;
+  double mu2_;
+  double lambda_;
+  VolumetricPart volumetric_;
+};
+
+}  // namespace tetraction

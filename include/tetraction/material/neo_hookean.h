@@ -1,0 +1,42 @@
+#pragma once
+
+#include <array>
+
+#include "tetraction/material/isotropic_material.h"
+
+namespace tetraction {
+
+/// Neo-Hookean: Ψ = μ/2 (I₁ − 3 − 2 ln J) + U(J), I₁ = tr C. Needs J > 0.
+/// U = λ/2 (ln J)², or with VolumetricPart::kQuadratic U = λ/2 (J − 1)².
+class NeoHookean : public IsotropicMaterial<NeoHookean> {
+ public:
+  static constexpr const char* kName = "neo-hookean";
+  static constexpr const char* kTitle = "neo-Hookean";
+  static constexpr bool kDefinedForAnyJacobian = false;
+  static constexpr bool kHasVolumetricPart = true;
+  using Range = MaterialParameter::Range;
+  static constexpr std::array<MaterialParameter, 2> kParameters{{
+      {"mu", "Pa", Range::kPositive, "shear modulus μ"},
+      {"lambda", "Pa", Range::kAny, "first Lamé parameter λ"},
+  }};
+  /// Beside Young's modulus and Poisson's ratio.
+  static constexpr std::array<MaterialParameter, 0> kBesideYoung{};
+
+  /// Throws InputError unless μ > 0, λ > −2μ/3 and both are finite.
+  NeoHookean(double mu, double lambda, VolumetricPart volumetric = VolumetricPart::kLogarithmic);
+  /// With the small-strain response of (E, ν).
+  static NeoHookean from_young(const LameParameters& lame, VolumetricPart volumetric) {
+    return {lame.mu, lame.lambda, volumetric};
+  }
+  LameParameters initial_lame() const { return {mu_, lambda_}; }
+  double mu() const { return mu_; }          ///< Pa
+  double lambda() const { return lambda_; }  ///< Pa
+  VolumetricPart volumetric() const { return volumetric_; }
+
+ private:
+  double mu_;
+  double lambda_;
+  VolumetricPart volumetric_;
+};
+
+}  // namespace tetraction

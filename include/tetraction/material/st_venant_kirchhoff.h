@@ -1,0 +1,38 @@
+#pragma once
+
+#include <array>
+
+#include "tetraction/material/isotropic_material.h"
+
+namespace tetraction {
+
+/// Saint Venant–Kirchhoff: Ψ = μ E:E + λ/2 (tr E)².
+/// Defined for every F; loses stiffness in compression (uniaxial limit at stretch 1/√3).
+class StVenantKirchhoff : public IsotropicMaterial<StVenantKirchhoff> {
+ public:
+  static constexpr const char* kName = "stvk";
+  static constexpr const char* kTitle = "Saint Venant–Kirchhoff";
+  static constexpr bool kDefinedForAnyJacobian = true;
+  static constexpr bool kHasVolumetricPart = false;
+  using Range = MaterialParameter::Range;
+  static constexpr std::array<MaterialParameter, 2> kParameters{{
+      {"mu", "Pa", Range::kPositive, "shear modulus μ"},
+      {"lambda", "Pa", Range::kAny, "first Lamé parameter λ"},
+  }};
+  /// Beside Young's modulus and Poisson's ratio.
+  static constexpr std::array<MaterialParameter, 0> kBesideYoung{};
+
+  /// Throws InputError unless μ > 0, λ > −2μ/3 and both are finite.
+  StVenantKirchhoff(double mu, double lambda);
+  /// With the small-strain response of (E, ν).
+  static StVenantKirchhoff from_young(const LameParameters& lame) { return {lame.mu, lame.lambda}; }
+  LameParameters initial_lame() const { return {mu_, lambda_}; }
+  double mu() const { return mu_; }          ///< Pa
+  double lambda() const { return lambda_; }  ///< Pa
+
+ private:
+  double mu_;
+  double lambda_;
+};
+
+}  // namespace tetraction

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <array>
+
+#include "tetraction/material/isotropic_material.h"
+
+namespace tetraction {
+
+/// Yeoh (1993): Ψ = Σ_{i=1..3} C_i0 (Ī₁ − 3)^i + κ/2 (J − 1)², Ī₁ = J^{−2/3} I₁. Needs J > 0.
+///
+/// Its first term alone is the neo-Hookean law of most commercial codes; the others give filled rubber its
+/// softening at moderate stretches (C₂₀ < 0, usually) and stiffening at large ones (C₃₀ > 0). Where
+/// C₁₀ + 2 C₂₀ x + 3 C₃₀ x², x = Ī₁ − 3, is not positive, shearing further sets energy free: the body is
+/// unstable there, and no step will be found that resists. That is nowhere so if C₂₀² < 3 C₁₀ C₃₀ or if
+/// neither C₂₀ nor C₃₀ is negative. C₃₀ < 0 has always such an end. Negative values are taken as they are.
+///
+/// Small strains: μ = 2 C₁₀ and λ = κ − 2μ/3, that is, the bulk modulus κ.
+class Yeoh : public IsotropicMaterial<Yeoh> {
+ public:
+  static constexpr const char* kName = "yeoh";
+  static constexpr const char* kTitle = "Yeoh";
+  static constexpr bool kDefinedForAnyJacobian = false;
+  static constexpr bool kHasVolumetricPart = false;
+  using Range = MaterialParameter::Range;
+  static constexpr std::array<MaterialParameter, 4> kParameters{{
+      {"c10", "Pa", Range::kPositive, "C₁₀, half the shear modulus of small strains"},
+      {"c20", "Pa", Range::kAny, "C₂₀, often negative"},
+      {"c30", "Pa", Range::kAny, "C₃₀"},
+      {"kappa", "Pa", Range::kPositive, "bulk modulus κ"},
+  }};
+  /// Beside Young's modulus and Poisson's ratio.
+  static constexpr std::array<MaterialParameter, 2> kBesideYoung{kParameters[1], kParameters[2]};
+
+  /// Throws InputError unless C₁₀ > 0, κ > 0 and all are finite.
+  Yeoh(double c10, double c20, double c30, double kappa);
+  /// With the small-strain response of (E, ν).
+  static Yeoh from_young(const LameParameters& lame, double c20, double c30);
+  LameParameters initial_lame() const { return {2.0 * c10_, kappa_ - 4.0 / 3.0 * c10_}; }
+  double c10() const { return c10_; }      ///< Pa
+  double c20() const { return c20_; }      ///< Pa
+  double c30() const { return c30_; }      ///< Pa
+  double kappa() const { return kappa_; }  ///< Pa
+
+ private:
+  double c10_;
+  double c20_;
+  double c30_;
+  double kappa_;
+};
+
+}  // namespace tetraction

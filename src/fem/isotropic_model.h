@@ -1,0 +1,25 @@
+// Which materials the fast element loops know.
+#pragma once
+
+#include <concepts>
+#include <optional>
+#include <variant>
+
+#include "tetraction/material/material.h"
+
+namespace tetraction {
+
+/// The material, unless it is a custom one.
+inline std::optional<IsotropicModel> isotropic_model(const MaterialModel& material) {
+  return std::visit(
+      []<class M>(const M& m) -> std::optional<IsotropicModel> {
+        if constexpr (std::same_as<M, CustomMaterial>) {
+          return std::nullopt;
+        } else {
+          return m;
+        }
+      },
+      material);
+}
+
+}  // namespace tetraction

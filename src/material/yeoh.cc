@@ -1,0 +1,32 @@
+#include "tetraction/material/yeoh.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "tetraction/core/error.h"
+
+namespace tetraction {
+
+Yeoh::Yeoh(double c10, double c20, double c30, double kappa)
+    : c10_(c10), c20_(c20), c30_(c30), kappa_(kappa) {
+  if (!std::isfinite(c10) || !(c10 > 0.0)) {
+    throw InputError(fmt::format(
+        "yeoh: c10 = {} Pa must be positive and finite; it is half the shear modulus.", c10));
+  }
+  if (!std::isfinite(c20) || !std::isfinite(c30)) {
+    throw InputError(fmt::format("yeoh: c20 = {} Pa and c30 = {} Pa must be finite.", c20, c30));
+  }
+  if (!std::isfinite(kappa) || !(kappa > 0.0)) {
+    throw InputError(fmt::format(
+        "yeoh: kappa = {} Pa must be positive and finite, or the material has no resistance to a "
+        "change of volume.",
+        kappa));
+  }
+}
+
+Yeoh Yeoh::from_young(const LameParameters& lame, double c20, double c30) {
+  return {0.5 * lame.mu, c20, c30, lame.lambda + 2.0 / 3.0 * lame.mu};
+}
+
+}  // namespace tetraction
