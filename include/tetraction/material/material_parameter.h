@@ -1,22 +1,29 @@
 // What a material says of its parameters: scenes, messages, documents and the window take it from here.
 #pragma once
 
+#include "tetraction/core/number_range.h"
+
 namespace tetraction {
 
 /// A parameter of a material, under its name in scenes.
 struct MaterialParameter {
-  enum class Range { kAny, kPositive, kNotNegative, kPoissonsRatio };
-
   const char* name;
-  const char* unit;  ///< empty: none
-  Range range;       ///< of the parameter alone; the material checks what several must satisfy
+  const char* unit;   ///< empty: none
+  NumberRange range;  ///< of the parameter alone; the material checks what several must satisfy
   const char* help;
 };
 
 /// What every material can be given by, beside parameters of its own.
-inline constexpr MaterialParameter kYoungsModulus{
-    "youngs_modulus", "Pa", MaterialParameter::Range::kPositive, "Young's modulus E"};
+inline constexpr MaterialParameter kYoungsModulus{"youngs_modulus", "Pa", kModeratePositive,
+                                                  "Young's modulus E"};
 inline constexpr MaterialParameter kPoissonsRatio{
-    "poissons_ratio", "", MaterialParameter::Range::kPoissonsRatio, "Poisson's ratio ν"};
+    "poissons_ratio",
+    "",
+    {.least = -1.0,
+     .most = 0.5,
+     .least_itself = false,
+     .most_itself = false,
+     .advice = "; take 0.45 to 0.49 for rubber-like materials"},
+    "Poisson's ratio ν"};
 
 }  // namespace tetraction

@@ -14,10 +14,9 @@ class StVenantKirchhoff : public IsotropicMaterial<StVenantKirchhoff> {
   static constexpr const char* kTitle = "Saint Venant–Kirchhoff";
   static constexpr bool kDefinedForAnyJacobian = true;
   static constexpr bool kHasVolumetricPart = false;
-  using Range = MaterialParameter::Range;
   static constexpr std::array<MaterialParameter, 2> kParameters{{
-      {"mu", "Pa", Range::kPositive, "shear modulus μ"},
-      {"lambda", "Pa", Range::kAny, "first Lamé parameter λ"},
+      {"mu", "Pa", kModeratePositive, "shear modulus μ"},
+      {"lambda", "Pa", kModerate, "first Lamé parameter λ"},
   }};
   /// Beside Young's modulus and Poisson's ratio.
   static constexpr std::array<MaterialParameter, 0> kBesideYoung{};

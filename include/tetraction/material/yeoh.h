@@ -21,12 +21,11 @@ class Yeoh : public IsotropicMaterial<Yeoh> {
   static constexpr const char* kTitle = "Yeoh";
   static constexpr bool kDefinedForAnyJacobian = false;
   static constexpr bool kHasVolumetricPart = false;
-  using Range = MaterialParameter::Range;
   static constexpr std::array<MaterialParameter, 4> kParameters{{
-      {"c10", "Pa", Range::kPositive, "C₁₀, half the shear modulus of small strains"},
-      {"c20", "Pa", Range::kAny, "C₂₀, often negative"},
-      {"c30", "Pa", Range::kAny, "C₃₀"},
-      {"kappa", "Pa", Range::kPositive, "bulk modulus κ"},
+      {"c10", "Pa", kModeratePositive, "C₁₀, half the shear modulus of small strains"},
+      {"c20", "Pa", kModerate, "C₂₀, often negative"},
+      {"c30", "Pa", kModerate, "C₃₀"},
+      {"kappa", "Pa", kModeratePositive, "bulk modulus κ"},
   }};
   /// Beside Young's modulus and Poisson's ratio.
   static constexpr std::array<MaterialParameter, 2> kBesideYoung{kParameters[1], kParameters[2]};

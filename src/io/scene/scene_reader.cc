@@ -12,21 +12,6 @@
 namespace tetraction {
 namespace {
 
-constexpr NumberRange kPoisson{.least = -1.0,
-                               .most = 0.5,
-                               .least_itself = false,
-                               .most_itself = false,
-                               .advice = "; take 0.45 to 0.49 for rubber-like materials"};
-
-// What a parameter of a material may be.
-const NumberRange& range_of(const MaterialParameter& parameter) {
-  using Range = MaterialParameter::Range;
-  if (parameter.range == Range::kPoissonsRatio) return kPoisson;
-  if (parameter.range == Range::kPositive) return kModeratePositive;
-  if (parameter.range == Range::kAny) return kModerate;
-  return *parameter.unit == '\0' ? kNotNegative : kModerateNotNegative;
-}
-
 const NameList& known_material_keys() {
   static const NameList names = [] {
     NameList all{"model"};
@@ -44,7 +29,7 @@ MaterialSettings read_material(const TomlTable& table) {
   for (const MaterialChoice& choice : material_choices()) models.emplace_back(choice.name);
   table.read("model", material.model, models);
   for (const MaterialKey& key : material_keys()) {
-    table.read(key.parameter.name, material.*key.value, range_of(key.parameter));
+    table.read(key.parameter.name, material.*key.value, key.parameter.range);
   }
   if (table.has("volumetric")) {
     std::string part;

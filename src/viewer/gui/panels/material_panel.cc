@@ -19,14 +19,6 @@ QString short_number(double value) {
   return QString::number(value, 'g', 4);
 }
 
-NumberRange range_of(const MaterialParameter& parameter) {
-  using Range = MaterialParameter::Range;
-  if (parameter.range == Range::kPositive) return {0.0, kInfinity, false};
-  if (parameter.range == Range::kNotNegative) return {0.0, kInfinity};
-  if (parameter.range == Range::kPoissonsRatio) return {-1.0, 0.5, false, false};
-  return {-kInfinity, kInfinity};
-}
-
 const MaterialChoice* choice_of(const std::string& model) {
   const std::vector<MaterialChoice>& choices = material_choices();
   const auto found = std::find_if(choices.begin(), choices.end(),
@@ -76,7 +68,7 @@ MaterialPanel::MaterialPanel(QWidget* parent) : QWidget(parent) {
     }
     const QString help = QString::fromUtf8(parameter.help);
     const QString unit = QString::fromUtf8(parameter.unit);
-    auto* field = new NumberField(help, unit, range_of(parameter), this);
+    auto* field = new NumberField(help, unit, parameter.range, this);
     field->setObjectName(QString::fromUtf8(parameter.name));
     const QString name = help.section(QStringLiteral(","), 0, 0);
     material->addRow(unit.isEmpty() ? name : tr("%1 [%2]").arg(name, unit), field);
