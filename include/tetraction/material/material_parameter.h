@@ -5,7 +5,7 @@ namespace tetraction {
 
 /// A parameter of a material, under its name in scenes.
 struct MaterialParameter {
-  enum class Range { kAny, kPositive, kNotNegative, kPoissonsRatio };
+  enum class Range { kAnyValue, kAboveZero, kZeroOrMore, kPoisson };
 
   const char* name;
   const char* unit;  ///< empty: none
@@ -15,8 +15,8 @@ struct MaterialParameter {
 
 /// What every material can be given by, beside parameters of its own.
 inline constexpr MaterialParameter kYoungsModulus{
-    "youngs_modulus", "Pa", MaterialParameter::Range::kPositive, "Young's modulus E"};
+    "youngs_modulus", "Pa", MaterialParameter::Range::kAboveZero, "Young's modulus E"};
 inline constexpr MaterialParameter kPoissonsRatio{
-    "poissons_ratio", "", MaterialParameter::Range::kPoissonsRatio, "Poisson's ratio ν"};
+    "poissons_ratio", "", MaterialParameter::Range::kPoisson, "Poisson's ratio ν"};
 
 }  // namespace tetraction

@@ -18,13 +18,13 @@ class MooneyRivlin : public IsotropicMaterial<MooneyRivlin> {
   static constexpr bool kHasVolumetricPart = true;
   using Range = MaterialParameter::Range;
   static constexpr std::array<MaterialParameter, 3> kParameters{{
-      {"mu1", "Pa", Range::kNotNegative, "μ₁ = 2 C₁₀"},
-      {"mu2", "Pa", Range::kNotNegative, "μ₂ = 2 C₀₁"},
-      {"lambda", "Pa", Range::kAny, "λ of the volumetric part"},
+      {"mu1", "Pa", Range::kZeroOrMore, "μ₁ = 2 C₁₀"},
+      {"mu2", "Pa", Range::kZeroOrMore, "μ₂ = 2 C₀₁"},
+      {"lambda", "Pa", Range::kAnyValue, "λ of the volumetric part"},
   }};
   /// Beside Young's modulus and Poisson's ratio.
   static constexpr std::array<MaterialParameter, 1> kBesideYoung{{
-      {"ratio", "", Range::kNotNegative, "μ₂/μ₁"},
+      {"ratio", "", Range::kZeroOrMore, "μ₂/μ₁"},
   }};
 
   /// Throws InputError unless μ₁ ≥ 0, μ₂ ≥ 0, μ₁ + μ₂ > 0, all are finite, and the small-strain

@@ -16,8 +16,8 @@ class StVenantKirchhoff : public IsotropicMaterial<StVenantKirchhoff> {
   static constexpr bool kHasVolumetricPart = false;
   using Range = MaterialParameter::Range;
   static constexpr std::array<MaterialParameter, 2> kParameters{{
-      {"mu", "Pa", Range::kPositive, "shear modulus μ"},
-      {"lambda", "Pa", Range::kAny, "first Lamé parameter λ"},
+      {"mu", "Pa", Range::kAboveZero, "shear modulus μ"},
+      {"lambda", "Pa", Range::kAnyValue, "first Lamé parameter λ"},
   }};
   /// Beside Young's modulus and Poisson's ratio.
   static constexpr std::array<MaterialParameter, 0> kBesideYoung{};

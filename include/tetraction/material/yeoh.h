@@ -23,10 +23,10 @@ class Yeoh : public IsotropicMaterial<Yeoh> {
   static constexpr bool kHasVolumetricPart = false;
   using Range = MaterialParameter::Range;
   static constexpr std::array<MaterialParameter, 4> kParameters{{
-      {"c10", "Pa", Range::kPositive, "C₁₀, half the shear modulus of small strains"},
-      {"c20", "Pa", Range::kAny, "C₂₀, often negative"},
-      {"c30", "Pa", Range::kAny, "C₃₀"},
-      {"kappa", "Pa", Range::kPositive, "bulk modulus κ"},
+      {"c10", "Pa", Range::kAboveZero, "C₁₀, half the shear modulus of small strains"},
+      {"c20", "Pa", Range::kAnyValue, "C₂₀, often negative"},
+      {"c30", "Pa", Range::kAnyValue, "C₃₀"},
+      {"kappa", "Pa", Range::kAboveZero, "bulk modulus κ"},
   }};
   /// Beside Young's modulus and Poisson's ratio.
   static constexpr std::array<MaterialParameter, 2> kBesideYoung{kParameters[1], kParameters[2]};

@@ -21,9 +21,9 @@ constexpr NumberRange kPoisson{.least = -1.0,
 // What a parameter of a material may be.
 const NumberRange& range_of(const MaterialParameter& parameter) {
   using Range = MaterialParameter::Range;
-  if (parameter.range == Range::kPoissonsRatio) return kPoisson;
-  if (parameter.range == Range::kPositive) return kModeratePositive;
-  if (parameter.range == Range::kAny) return kModerate;
+  if (parameter.range == Range::kPoisson) return kPoisson;
+  if (parameter.range == Range::kAboveZero) return kModeratePositive;
+  if (parameter.range == Range::kAnyValue) return kModerate;
   return *parameter.unit == '\0' ? kNotNegative : kModerateNotNegative;
 }
 

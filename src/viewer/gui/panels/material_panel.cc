@@ -21,9 +21,9 @@ QString short_number(double value) {
 
 NumberRange range_of(const MaterialParameter& parameter) {
   using Range = MaterialParameter::Range;
-  if (parameter.range == Range::kPositive) return {0.0, kInfinity, false};
-  if (parameter.range == Range::kNotNegative) return {0.0, kInfinity};
-  if (parameter.range == Range::kPoissonsRatio) return {-1.0, 0.5, false, false};
+  if (parameter.range == Range::kAboveZero) return {0.0, kInfinity, false};
+  if (parameter.range == Range::kZeroOrMore) return {0.0, kInfinity};
+  if (parameter.range == Range::kPoisson) return {-1.0, 0.5, false, false};
   return {-kInfinity, kInfinity};
 }
 
