@@ -207,7 +207,7 @@ HWY_NOINLINE BlockSums run_one_by_one(const BatchView& batches, const M& constan
   for (V& v : sums) v = hn::Zero(d);
   bool admissible = true;
   for_each_vector<D>(batches, [&](size_t, size_t lane, const double* HWY_RESTRICT rest,
-                                  const uint16_t* HWY_RESTRICT slots) HWY_ATTR {
+                                  const uint16_t* HWY_RESTRICT slots) TETRACTION_LOOP_BODY {
     Columns<V> e;
     RowAccess<D>::edges<kChanges>(d, positions, changes, slots, kBatchLanes, e);
     Symmetric<V> vg;
@@ -255,64 +255,68 @@ HWY_NOINLINE BlockSums run_in_stages(const BatchView& batches, const M& constant
   V sums[kParts];
   for (V& v : sums) v = hn::Zero(d);
   bool admissible = true;
-  for_each_vector<D, kTogether>(batches, [&](size_t, size_t first_lane,
-                                             const double* HWY_RESTRICT rest_of_first,
-                                             const uint16_t* HWY_RESTRICT slots_of_first) HWY_ATTR {
-    Stage stages[kTogether];
-    V log_j[kTogether];
-    V inverse_j[kTogether];
-    for (size_t i = 0; i < kTogether; ++i) {
-      const double* rest = rest_of_first + i * kLanes;
-      Stage& s = stages[i];
-      Columns<V> e;
-      RowAccess<D>::edges<kChanges>(d, positions, changes, slots_of_first + i * kLanes, kBatchLanes,
-                                    e);
-      s.det = cofactors(e, s.cofactor);
-      s.j = hn::Mul(s.det, load_inverse_six_volume(d, rest));
-      Symmetric<V> vg;
-      load_rest(d, rest, vg);
-      multiply(e, vg, s.evg);
-      s.vi1 = contract(e, s.evg);
-    }
-    for (size_t i = 0; i < kTogether; ++i) {
-      log_j[i] = log_and_inverse(d, stages[i].j, inverse_j[i]);
-    }
-    for (size_t i = 0; i < kTogether; ++i) {
-      const double* rest = rest_of_first + i * kLanes;
-      const uint16_t* slots = slots_of_first + i * kLanes;
-      const Stage& s = stages[i];
-      admissible &= all_positive(d, s.j);
-      const V inverse_volume = hn::Mul(load_inverse_six_volume(d, rest), hn::Set(d, 6.0));
-      const V three_ln = hn::MulAdd(hn::Set(d, 2.0), log_j[i], hn::Set(d, 3.0));
-      V first = hn::MulSub(s.vi1, inverse_volume, three_ln);
-      if (HWY_UNLIKELY(!hn::AllFalse(d, hn::Lt(first, hn::Set(d, kSmallStrain))))) {
-        Columns<V> e;
-        RowAccess<D>::edges<kChanges>(d, positions, changes, slots, kBatchLanes, e);
-        Symmetric<V> c;
-        metric(e, c);
-        Symmetric<V> vg;
-        load_rest(d, rest, vg);
-        V second = hn::Undefined(d);
-        refine<false>(d, c, vg, inverse_volume, first, second);
-      }
-      const Invariants<N> given{
-          N(hn::Mul(s.vi1, inverse_volume)), N(first), N(), N(log_j[i]), N(s.j), N(s.j) - N(1.0)};
-      const V volume = hn::Mul(hn::Mul(s.det, inverse_j[i]), sixth);
-      V& sum = sums[first_lane / kLanes + i];
-      sum = hn::MulAdd(volume, Law<M>::energy(material, given).v, sum);
-      if constexpr (kGradient) {
-        const auto derivatives = Law<M>::first(material, given);
-        const V factor = hn::Mul(derivatives.log_j.v, hn::Mul(inverse_j[i], sixth));
-        const V twice_i1 = (N(2.0) * derivatives.i1).v;
-        Columns<V> gradient;
-        for (int k = 0; k < 9; ++k) {
-          gradient.m[k / 3][k % 3] = hn::MulAdd(factor, s.cofactor.m[k / 3][k % 3],
-                                                hn::Mul(twice_i1, s.evg.m[k / 3][k % 3]));
+  for_each_vector<D, kTogether>(
+      batches, [&](size_t, size_t first_lane, const double* HWY_RESTRICT rest_of_first,
+                   const uint16_t* HWY_RESTRICT slots_of_first) TETRACTION_LOOP_BODY {
+        Stage stages[kTogether];
+        V log_j[kTogether];
+        V inverse_j[kTogether];
+        for (size_t i = 0; i < kTogether; ++i) {
+          const double* rest = rest_of_first + i * kLanes;
+          Stage& s = stages[i];
+          Columns<V> e;
+          RowAccess<D>::edges<kChanges>(d, positions, changes, slots_of_first + i * kLanes,
+                                        kBatchLanes, e);
+          s.det = cofactors(e, s.cofactor);
+          s.j = hn::Mul(s.det, load_inverse_six_volume(d, rest));
+          Symmetric<V> vg;
+          load_rest(d, rest, vg);
+          multiply(e, vg, s.evg);
+          s.vi1 = contract(e, s.evg);
         }
-        RowAccess<D>::add_balanced(d, gradient, gradients, slots, kBatchLanes);
-      }
-    }
-  });
+        for (size_t i = 0; i < kTogether; ++i) {
+          log_j[i] = log_and_inverse(d, stages[i].j, inverse_j[i]);
+        }
+        for (size_t i = 0; i < kTogether; ++i) {
+          const double* rest = rest_of_first + i * kLanes;
+          const uint16_t* slots = slots_of_first + i * kLanes;
+          const Stage& s = stages[i];
+          admissible &= all_positive(d, s.j);
+          const V inverse_volume = hn::Mul(load_inverse_six_volume(d, rest), hn::Set(d, 6.0));
+          const V three_ln = hn::MulAdd(hn::Set(d, 2.0), log_j[i], hn::Set(d, 3.0));
+          V first = hn::MulSub(s.vi1, inverse_volume, three_ln);
+          if (HWY_UNLIKELY(!hn::AllFalse(d, hn::Lt(first, hn::Set(d, kSmallStrain))))) {
+            Columns<V> e;
+            RowAccess<D>::edges<kChanges>(d, positions, changes, slots, kBatchLanes, e);
+            Symmetric<V> c;
+            metric(e, c);
+            Symmetric<V> vg;
+            load_rest(d, rest, vg);
+            V second = hn::Undefined(d);
+            refine<false>(d, c, vg, inverse_volume, first, second);
+          }
+          const Invariants<N> given{N(hn::Mul(s.vi1, inverse_volume)),
+                                    N(first),
+                                    N(),
+                                    N(log_j[i]),
+                                    N(s.j),
+                                    N(s.j) - N(1.0)};
+          const V volume = hn::Mul(hn::Mul(s.det, inverse_j[i]), sixth);
+          V& sum = sums[first_lane / kLanes + i];
+          sum = hn::MulAdd(volume, Law<M>::energy(material, given).v, sum);
+          if constexpr (kGradient) {
+            const auto derivatives = Law<M>::first(material, given);
+            const V factor = hn::Mul(derivatives.log_j.v, hn::Mul(inverse_j[i], sixth));
+            const V twice_i1 = (N(2.0) * derivatives.i1).v;
+            Columns<V> gradient;
+            for (int k = 0; k < 9; ++k) {
+              gradient.m[k / 3][k % 3] = hn::MulAdd(factor, s.cofactor.m[k / 3][k % 3],
+                                                    hn::Mul(twice_i1, s.evg.m[k / 3][k % 3]));
+            }
+            RowAccess<D>::add_balanced(d, gradient, gradients, slots, kBatchLanes);
+          }
+        }
+      });
   return {sum_of_lanes(d, sums), admissible};
 }
 

@@ -20,7 +20,7 @@ JacobianSigns signs(const BatchView& batches, const double* positions) {
   size_t negative = 0;
   V least = hn::Set(d, 1.0);
   for_each_vector<D>(batches, [&](size_t, size_t, const double* HWY_RESTRICT rest,
-                                  const uint16_t* HWY_RESTRICT slots) HWY_ATTR {
+                                  const uint16_t* HWY_RESTRICT slots) TETRACTION_LOOP_BODY {
     Columns<V> e;
     RowAccess<D>::edges(d, positions, slots, kBatchLanes, e);
     const auto& m = e.m;

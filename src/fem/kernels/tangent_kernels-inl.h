@@ -71,7 +71,7 @@ HWY_NOINLINE void prepare(const BatchView& batches, const M& constants,
   const D64 d;
   const M material = constants;
   for_each_vector<D64>(batches, [&](size_t b, size_t lane, const double* HWY_RESTRICT rest,
-                                    const uint16_t* HWY_RESTRICT slots) HWY_ATTR {
+                                    const uint16_t* HWY_RESTRICT slots) TETRACTION_LOOP_BODY {
     Columns<V64> e;
     RowAccess<D64>::edges(d, positions, slots, kBatchLanes, e);
     Symmetric<V64> vg;
@@ -259,66 +259,67 @@ HWY_NOINLINE void apply(const BatchView& batches, const T* HWY_RESTRICT state,
                          HWY_ATTR { prefetch(state + (b + kAhead) * kNumbers, kNumbers); };
   for_each_vector<D>(
       batches, ahead,
-      [&](size_t b, size_t lane, const double*, const uint16_t* HWY_RESTRICT slots) HWY_ATTR {
-        Columns<V> de;
-        RowAccess<D>::edges(d, x, slots, kBatchLanes, de);
-        const S s(d, state + b * kNumbers + lane);
-        Columns<V> force;
-        multiply(de, s.stress, force);
-        if constexpr (S::kHasSpatial) {
-          for (int j = 0; j < 3; ++j) {
-            // k w (deᵀ w): column j takes w_i with the weights (de_i · w_j) k.
-            V weight[3];
-            for (int i = 0; i < 3; ++i) weight[i] = hn::Mul(s.k, dot(de.m[i], s.w.m[j]));
-            for (int i = 0; i < 3; ++i) {
-              for (int r = 0; r < 3; ++r) {
-                force.m[j][r] = hn::MulAdd(weight[i], s.w.m[i][r], force.m[j][r]);
+      [&](size_t b, size_t lane, const double*, const uint16_t* HWY_RESTRICT slots)
+          TETRACTION_LOOP_BODY {
+            Columns<V> de;
+            RowAccess<D>::edges(d, x, slots, kBatchLanes, de);
+            const S s(d, state + b * kNumbers + lane);
+            Columns<V> force;
+            multiply(de, s.stress, force);
+            if constexpr (S::kHasSpatial) {
+              for (int j = 0; j < 3; ++j) {
+                // k w (deᵀ w): column j takes w_i with the weights (de_i · w_j) k.
+                V weight[3];
+                for (int i = 0; i < 3; ++i) weight[i] = hn::Mul(s.k, dot(de.m[i], s.w.m[j]));
+                for (int i = 0; i < 3; ++i) {
+                  for (int r = 0; r < 3; ++r) {
+                    force.m[j][r] = hn::MulAdd(weight[i], s.w.m[i][r], force.m[j][r]);
+                  }
+                }
+              }
+              // The couplings, v_i with the weight Σ_j s_ij (v_j:de).
+              const V along_w = inner_product(de, s.w);
+              V w_weight = hn::Mul(s.l, along_w);
+              if constexpr (S::kHasCoupled) {
+                const V along_z = inner_product(de, s.z);
+                w_weight = hn::MulAdd(s.s_zw, along_z, w_weight);
+                V z_weight = hn::MulAdd(s.s_zw, along_w, hn::Mul(s.s_zz, along_z));
+                if constexpr (S::kHasCoupledI2) {
+                  const V along_b = inner_product(de, s.b);
+                  w_weight = hn::MulAdd(s.s_wb, along_b, w_weight);
+                  z_weight = hn::MulAdd(s.s_zb, along_b, z_weight);
+                  const V b_weight = hn::MulAdd(
+                      s.s_wb, along_w, hn::MulAdd(s.s_zb, along_z, hn::Mul(s.s_bb, along_b)));
+                  add_scaled(b_weight, s.b, force);
+                }
+                add_scaled(z_weight, s.z, force);
+              }
+              add_scaled(w_weight, s.w, force);
+            }
+            if constexpr (S::kHasMetric) {
+              Symmetric<V> dc;
+              for (int i = 0; i < 3; ++i) {
+                for (int j = i; j < 3; ++j) {
+                  dc(i, j) = hn::Add(dot(de.m[i], s.e.m[j]), dot(s.e.m[i], de.m[j]));
+                }
+              }
+              Columns<V> dcg;
+              symmetric_times(dc, s.g, dcg);
+              Symmetric<V> change;
+              symmetric_product(s.g, dcg, change);
+              const V tr = hn::Add(dcg.m[0][0], hn::Add(dcg.m[1][1], dcg.m[2][2]));
+              const V p = hn::Mul(s.a2, tr);
+              for (int k = 0; k < 6; ++k) {
+                change.m[k] = hn::MulAdd(s.a1, change.m[k], hn::Mul(p, s.g.m[k]));
+              }
+              Columns<V> more;
+              multiply(s.e, change, more);
+              for (int k = 0; k < 9; ++k) {
+                force.m[k / 3][k % 3] = hn::Add(force.m[k / 3][k % 3], more.m[k / 3][k % 3]);
               }
             }
-          }
-          // The couplings, v_i with the weight Σ_j s_ij (v_j:de).
-          const V along_w = inner_product(de, s.w);
-          V w_weight = hn::Mul(s.l, along_w);
-          if constexpr (S::kHasCoupled) {
-            const V along_z = inner_product(de, s.z);
-            w_weight = hn::MulAdd(s.s_zw, along_z, w_weight);
-            V z_weight = hn::MulAdd(s.s_zw, along_w, hn::Mul(s.s_zz, along_z));
-            if constexpr (S::kHasCoupledI2) {
-              const V along_b = inner_product(de, s.b);
-              w_weight = hn::MulAdd(s.s_wb, along_b, w_weight);
-              z_weight = hn::MulAdd(s.s_zb, along_b, z_weight);
-              const V b_weight = hn::MulAdd(s.s_wb, along_w,
-                                            hn::MulAdd(s.s_zb, along_z, hn::Mul(s.s_bb, along_b)));
-              add_scaled(b_weight, s.b, force);
-            }
-            add_scaled(z_weight, s.z, force);
-          }
-          add_scaled(w_weight, s.w, force);
-        }
-        if constexpr (S::kHasMetric) {
-          Symmetric<V> dc;
-          for (int i = 0; i < 3; ++i) {
-            for (int j = i; j < 3; ++j) {
-              dc(i, j) = hn::Add(dot(de.m[i], s.e.m[j]), dot(s.e.m[i], de.m[j]));
-            }
-          }
-          Columns<V> dcg;
-          symmetric_times(dc, s.g, dcg);
-          Symmetric<V> change;
-          symmetric_product(s.g, dcg, change);
-          const V tr = hn::Add(dcg.m[0][0], hn::Add(dcg.m[1][1], dcg.m[2][2]));
-          const V p = hn::Mul(s.a2, tr);
-          for (int k = 0; k < 6; ++k) {
-            change.m[k] = hn::MulAdd(s.a1, change.m[k], hn::Mul(p, s.g.m[k]));
-          }
-          Columns<V> more;
-          multiply(s.e, change, more);
-          for (int k = 0; k < 9; ++k) {
-            force.m[k / 3][k % 3] = hn::Add(force.m[k / 3][k % 3], more.m[k / 3][k % 3]);
-          }
-        }
-        RowAccess<D>::add_balanced(d, force, result, slots, kBatchLanes);
-      });
+            RowAccess<D>::add_balanced(d, force, result, slots, kBatchLanes);
+          });
 }
 
 // With γ the node's column of (−1 1 0 0; −1 0 1 0; −1 0 0 1), its diagonal block is
@@ -334,7 +335,8 @@ HWY_NOINLINE void diagonal_blocks(const BatchView& batches, const T* HWY_RESTRIC
   HWY_ALIGN T block[6][kBatchLanes];
   for_each_vector<D>(
       batches, [](size_t) {},
-      [&](size_t b, size_t lane, const double*, const uint16_t* HWY_RESTRICT slots) HWY_ATTR {
+      [&](size_t b, size_t lane, const double*,
+          const uint16_t* HWY_RESTRICT slots) TETRACTION_LOOP_BODY {
         const State<D, kForm> s(d, state + b * kNumbers + lane);
         Columns<V> eg;
         Symmetric<V> ege;
@@ -528,27 +530,28 @@ HWY_NOINLINE bool is_safe(const BatchView& batches, TangentForm form, const T* H
   bool safe = true;
   for_each_vector<D>(
       batches, [](size_t) {},
-      [&](size_t b, size_t lane, const double*, const uint16_t* HWY_RESTRICT slots) HWY_ATTR {
-        if (!safe) return;
-        Columns<V> de;
-        RowAccess<D>::edges(d, x, slots, kBatchLanes, de);
-        const T* w = state + b * numbers + lane + 6 * kBatchLanes;
-        Columns<V> p;
-        for (int j = 0; j < 3; ++j) {
-          V column[3];
-          for (int i = 0; i < 3; ++i) column[i] = hn::Load(d, w + (3 * j + i) * kBatchLanes);
-          for (int i = 0; i < 3; ++i) p.m[i][j] = dot(de.m[i], column);
-        }
-        Columns<V> cofactor;
-        const V third = cofactors(p, cofactor);
-        const V first = hn::Add(p.m[0][0], hn::Add(p.m[1][1], p.m[2][2]));
-        const V second = hn::Add(cofactor.m[0][0], hn::Add(cofactor.m[1][1], cofactor.m[2][2]));
-        const auto loss = [&](V v) HWY_ATTR {  // NaN stays NaN
-          return hn::IfThenElse(hn::Gt(v, zero), zero, v);
-        };
-        const V least = hn::Add(loss(first), hn::Add(loss(second), loss(third)));
-        safe = hn::AllTrue(d, hn::Gt(least, hn::Set(d, T(-0.9))));
-      });
+      [&](size_t b, size_t lane, const double*, const uint16_t* HWY_RESTRICT slots)
+          TETRACTION_LOOP_BODY {
+            if (!safe) return;
+            Columns<V> de;
+            RowAccess<D>::edges(d, x, slots, kBatchLanes, de);
+            const T* w = state + b * numbers + lane + 6 * kBatchLanes;
+            Columns<V> p;
+            for (int j = 0; j < 3; ++j) {
+              V column[3];
+              for (int i = 0; i < 3; ++i) column[i] = hn::Load(d, w + (3 * j + i) * kBatchLanes);
+              for (int i = 0; i < 3; ++i) p.m[i][j] = dot(de.m[i], column);
+            }
+            Columns<V> cofactor;
+            const V third = cofactors(p, cofactor);
+            const V first = hn::Add(p.m[0][0], hn::Add(p.m[1][1], p.m[2][2]));
+            const V second = hn::Add(cofactor.m[0][0], hn::Add(cofactor.m[1][1], cofactor.m[2][2]));
+            const auto loss = [&](V v) HWY_ATTR {  // NaN stays NaN
+              return hn::IfThenElse(hn::Gt(v, zero), zero, v);
+            };
+            const V least = hn::Add(loss(first), hn::Add(loss(second), loss(third)));
+            safe = hn::AllTrue(d, hn::Gt(least, hn::Set(d, T(-0.9))));
+          });
   return safe;
 }
 

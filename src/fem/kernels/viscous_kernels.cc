@@ -77,7 +77,7 @@ template <class Body>
 HWY_INLINE void for_all_lanes(const BatchView& batches, const Body& body) {
   for_each_vector<D>(batches, [&](size_t b, size_t lane, const double* HWY_RESTRICT rest,
                                   const uint16_t* HWY_RESTRICT slots)
-                                  HWY_ATTR { body(b, lane, Rest(D(), rest), slots); });
+                                  TETRACTION_LOOP_BODY { body(b, lane, Rest(D(), rest), slots); });
 }
 
 HWY_NOINLINE void force(const BatchView& batches, double viscosity,
@@ -106,14 +106,15 @@ HWY_NOINLINE void correction(const BatchView& batches, const double* HWY_RESTRIC
   const D d;
   for_each_vector<D>(
       batches, [](size_t) {},
-      [&](size_t b, size_t lane, const double*, const uint16_t* HWY_RESTRICT slots) HWY_ATTR {
-        Columns<V> edges;
-        Symmetric<V> c;
-        RowAccess<D>::edges(d, displacements, slots, kBatchLanes, edges);
-        metric(edges, c);
-        double* to = result + kViscousNumbers * kBatchLanes * b + lane;
-        for (size_t k = 0; k < 6; ++k) hn::Store(c.m[k], d, to + k * kBatchLanes);
-      });
+      [&](size_t b, size_t lane, const double*, const uint16_t* HWY_RESTRICT slots)
+          TETRACTION_LOOP_BODY {
+            Columns<V> edges;
+            Symmetric<V> c;
+            RowAccess<D>::edges(d, displacements, slots, kBatchLanes, edges);
+            metric(edges, c);
+            double* to = result + kViscousNumbers * kBatchLanes * b + lane;
+            for (size_t k = 0; k < 6; ++k) hn::Store(c.m[k], d, to + k * kBatchLanes);
+          });
 }
 
 template <bool kGradient>
