@@ -30,7 +30,7 @@ std::unique_ptr<MechanicalSystem> make_beam(TetMesh mesh, double youngs_modulus)
       std::move(mesh), beam_material(NeoHookean::kName, youngs_modulus), 1000.0);
   ConstraintList clamp;
   clamp.held.push_back(
-      hold_at_rest(beam->mesh(), select_vertices(beam->mesh(), SelectPlane{0, 0.0, {}})));
+      prescribe_at_rest(beam->mesh(), select_vertices(beam->mesh(), SelectPlane{0, 0.0, {}})));
   beam->set_constraints(Constraints(clamp, beam->mesh(), beam->mass()));
   beam->set_environment(Environment::uniform({0.0, -9.81, 0.0}));
   return beam;

@@ -2,7 +2,7 @@
 
 #include "peers.h"
 #include "tables.h"
-#include "tetraction/dynamics/books.h"
+#include "tetraction/dynamics/balance.h"
 #include "tetraction/material/material.h"
 #include "timing.h"
 
@@ -14,8 +14,8 @@ constexpr double kBytes = 100.0;       // rest data, slots and its share of the 
 constexpr double kMultiplyAdds = 125;  // neo-Hookean
 
 struct Timing {
-  double step = 0.0;   // ns per tetrahedron and step
-  double books = 0.0;  // what Books::enter() adds, per cent of the step
+  double step = 0.0;     // ns per tetrahedron and step
+  double balance = 0.0;  // what Balance::enter() adds, per cent of the step
 };
 
 using Rule = std::unique_ptr<Stepper> (*)(const MechanicalSystem&);
@@ -32,18 +32,18 @@ double run_once(const Loop& loop, Stepper& stepper, bool with_books) {
   State state = loop.start;
   stepper.reset();
   require(stepper.step(state, loop.h));
-  Books books(loop.beam, state);
+  Balance balance(loop.beam, state);
   const double seconds = seconds_of([&] {
     for (Index k = 0; k < loop.steps; ++k) {
       const StepOutcome outcome = stepper.step(state, loop.h);
       require(outcome);
-      if (with_books) books.enter(state, outcome);
+      if (with_books) balance.enter(state, outcome);
     }
   });
   return seconds / static_cast<double>(loop.steps);
 }
 
-// With and without books in turns, so that both see the same moods of the machine.
+// With and without the balance in turns, so that both see the same load of the machine.
 Timing measure(const Loop& loop, Rule rule, int repetitions) {
   const std::unique_ptr<Stepper> stepper = rule(loop.beam);
   std::vector<double> bare;
@@ -66,7 +66,7 @@ std::vector<Column> columns() {
   return {{"size", 4},       {"tetrahedra", 10},  {"material", 13},
           {"rule", 8},       {"threads", 7},      {"repetitions", 11},
           {"ns/tet", 7},     {"x bandwidth", 11}, {"x multiply-add", 14},
-          {"books %", 7, 2}, {"speed-up", 8},     {"peers ns/tet", 12}};
+          {"balance %", 9, 2}, {"speed-up", 8},     {"peers ns/tet", 12}};
 }
 
 }  // namespace
@@ -100,7 +100,7 @@ void explicit_table(const Settings& settings, const LimitsByThreads& limits, Rep
           report.row({size.name, size.tetrahedra(), material, verlet ? "verlet" : "explicit",
                       Index{threads}, Index{settings.repetitions()}, t.step,
                       1e-9 * t.step * limit.read / kBytes,
-                      1e-9 * t.step * limit.multiply_add / (2.0 * kMultiplyAdds), t.books,
+                      1e-9 * t.step * limit.multiply_add / (2.0 * kMultiplyAdds), t.balance,
                       first / t.step, peers(material, threads)});
         }
       }

@@ -38,18 +38,18 @@ void conservation(Integrator integrator, double fraction, Index steps,
   double last = 0.0;
   while (session.step()) {
     const Index k = session.state().step;
-    if (10 * k <= steps) first += session.books().energies().total();
-    if (10 * k > 9 * steps) last += session.books().energies().total();
+    if (10 * k <= steps) first += session.balance().energies().total();
+    if (10 * k > 9 * steps) last += session.balance().energies().total();
   }
-  const Books& books = session.books();
+  const Balance& balance = session.balance();
   fmt::print(
       "{:<10} {:>6} steps of {:.2f} h_crit, {:>4} tetrahedra: {}  linear {:.1e}  angular "
       "{:.1e} (allowed {:.1e})  energy error {:.1e}  mean of last tenth / first tenth - 1 = "
       "{:.1e}\n",
       to_string(integrator), steps, fraction, session.system().mesh().tetrahedron_count(),
-      to_string(session.status()), books.linear_momentum_drift(), books.angular_momentum_drift(),
-      books.allowed_angular_momentum_drift(), books.max_relative_energy_drift(),
-      last / first - 1.0);
+      to_string(session.status()), balance.linear_momentum_drift(),
+      balance.angular_momentum_drift(), balance.allowed_angular_momentum_drift(),
+      balance.max_relative_energy_drift(), last / first - 1.0);
 }
 
 Scene beam(Integrator integrator, int n) {

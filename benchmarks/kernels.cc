@@ -79,8 +79,8 @@ void product(benchmark::State& state) {
 }
 BENCHMARK(product)->Arg(4)->Arg(9)->Unit(benchmark::kMillisecond);
 
-// One pass over the vertices: energies and momenta for the books.
-void vertex_books(benchmark::State& state) {
+// One pass over the vertices: energies and momenta for the balance.
+void vertex_balance(benchmark::State& state) {
   const Body body(static_cast<int>(state.range(0)));
   MechanicalSystem system(body.mesh, Body::material(), 1000.0);
   system.set_environment(Environment::uniform({0.0, -9.81, 0.0}));
@@ -89,12 +89,12 @@ void vertex_books(benchmark::State& state) {
   Energies energies;
   Momenta momenta;
   for (auto _ : state) {
-    system.vertex_books(now, energies, momenta);
+    system.vertex_balance(now, energies, momenta);
     benchmark::DoNotOptimize(momenta);
   }
   body.report(state);
 }
-BENCHMARK(vertex_books)->Arg(4)->Arg(9)->Unit(benchmark::kMillisecond);
+BENCHMARK(vertex_balance)->Arg(4)->Arg(9)->Unit(benchmark::kMillisecond);
 
 // v = M⁻¹p, another one.
 void velocities(benchmark::State& state) {
@@ -127,7 +127,7 @@ class Factored {
   }
   Vector right() const { return Vector::LinSpaced(pattern_.size(), -1.0, 1.0); }
   SparseCholesky& cholesky() { return cholesky_; }
-  SinglePrecisionFactor& single() { return single_; }
+  SinglePrecisionFactor& single_precision_cg() { return single_; }
   void report(benchmark::State& state, std::size_t bytes_per_number) const {
     state.SetBytesProcessed(state.iterations() *
                             static_cast<std::int64_t>(2 * bytes_per_number * single_.nonzeros()));
@@ -136,7 +136,7 @@ class Factored {
  private:
   static FreeCoordinates clamped(const TetMesh& mesh) {
     ConstraintList list;
-    list.held.push_back(hold_at_rest(mesh, select_vertices(mesh, SelectPlane{0, 0.0, {}})));
+    list.held.push_back(prescribe_at_rest(mesh, select_vertices(mesh, SelectPlane{0, 0.0, {}})));
     return Constraints(list, mesh, Vector::Ones(mesh.vertex_count())).coordinates();
   }
 
@@ -161,7 +161,7 @@ void back_solve_single(benchmark::State& state) {
   set_thread_count(static_cast<int>(state.range(1)));
   const Vector b = factored.right();
   Vector x(b.size());
-  for (auto _ : state) factored.single().solve(b, x);
+  for (auto _ : state) factored.single_precision_cg().solve(b, x);
   factored.report(state, sizeof(float));
 }
 BENCHMARK(back_solve_single)
@@ -173,7 +173,7 @@ BENCHMARK(back_solve_single)
 // The copy, as after every factorisation: into the memory of the one before.
 void copy_factor(benchmark::State& state) {
   Factored factored(static_cast<int>(state.range(0)));
-  for (auto _ : state) factored.cholesky().copy_to(factored.single());
+  for (auto _ : state) factored.cholesky().copy_to(factored.single_precision_cg());
 }
 BENCHMARK(copy_factor)->Arg(9)->Arg(18)->Unit(benchmark::kMillisecond);
 

@@ -25,7 +25,7 @@ using LimitsByThreads = std::map<int, MachineLimits>;
 
 /// The machine, its BLAS and its limits.
 LimitsByThreads limits_table(const Settings& settings, Report& report);
-/// Explicit steps, with and without books.
+/// Explicit steps, with and without balance.
 void explicit_table(const Settings& settings, const LimitsByThreads& limits, Report& report);
 /// Forces, stiffness and assembly.
 void stiffness_table(const Settings& settings, Report& report);

@@ -64,24 +64,24 @@ int main(int argc, char** argv) {
   Session session(scene, mesh);
 
   // 3. Run; half-way the trap becomes narrower. What that does to the energy is the edit's work.
-  const double spin = session.books().momenta().angular.z();
+  const double spin = session.balance().momenta().angular.z();
   double largest_spin_error = 0.0;
   std::printf("%8s %14s %14s %14s %14s %16s\n", "time", "kinetic [J]", "elastic [J]", "trap [J]",
               "edit work", "Lz [kg m2/s]");
   while (session.step()) {
-    const Books& books = session.books();
+    const Balance& balance = session.balance();
     const Index step = session.state().step;
     largest_spin_error =
-        std::fmax(largest_spin_error, std::abs(books.momenta().angular.z() - spin));
+        std::fmax(largest_spin_error, std::abs(balance.momenta().angular.z() - spin));
     if (step == steps / 2) {
       EnvironmentSettings narrower = scene.environment;
       narrower.field = std::make_shared<AxisTrap>(2.5, 2.0, 1.5);
       session.apply(SetEnvironment{narrower});
     }
     if (step % (steps / 10 > 0 ? steps / 10 : 1) == 0) {
-      const Energies& e = books.energies();
+      const Energies& e = balance.energies();
       std::printf("%8.3f %14.4f %14.4f %14.4f %14.4f %16.9f\n", session.state().time, e.kinetic(),
-                  e.elastic(), e.environment(), books.edit_work(), books.momenta().angular.z());
+                  e.elastic(), e.environment(), balance.edit_work(), balance.momenta().angular.z());
     }
   }
   if (session.status() != RunStatus::kFinished) {
@@ -91,6 +91,6 @@ int main(int argc, char** argv) {
 
   // 4. What was promised, measured.
   std::printf("energy kept within %.2g of itself\nangular momentum about the axis kept to %.2e\n",
-              session.books().max_relative_energy_drift(), largest_spin_error / std::abs(spin));
+              session.balance().max_relative_energy_drift(), largest_spin_error / std::abs(spin));
   return 0;
 }

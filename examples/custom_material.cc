@@ -16,7 +16,7 @@
 #include <cstdlib>
 #include <memory>
 
-#include "tetraction/dynamics/books.h"
+#include "tetraction/dynamics/balance.h"
 #include "tetraction/dynamics/derivative_check.h"
 #include "tetraction/dynamics/stability.h"
 #include "tetraction/mesh/generate.h"
@@ -82,7 +82,7 @@ int main(int argc, char** argv) {
   const TetMesh mesh = generate_box({4.0, 1.0, 1.0}, {12, 3, 3});
   const std::vector<Index> tip = select_vertices(mesh, SelectPlane{0, 4.0, {}});
   ConstraintList clamp;
-  clamp.held.push_back(hold_at_rest(mesh, select_vertices(mesh, SelectPlane{0, 0.0, {}})));
+  clamp.held.push_back(prescribe_at_rest(mesh, select_vertices(mesh, SelectPlane{0, 0.0, {}})));
 
   // 3. The same rubber without fibres, and with fibres along and across the beam.
   const LameParameters lame = lame_from_young(1.0e6, 0.4);
@@ -117,14 +117,14 @@ int main(int argc, char** argv) {
       const auto stepper = implicit ? make_midpoint_stepper(beam, make_ceres_minimizer(beam, {}))
                                     : make_verlet_stepper(beam);
       State state = beam.rest_state();
-      Books books(beam, state);
+      Balance balance(beam, state);
       for (int k = 0; k < steps; ++k) {
         const StepOutcome outcome = stepper->step(state, h);
         if (!outcome.ok()) {
           std::fprintf(stderr, "step %d failed: %s\n", k + 1, outcome.message.c_str());
           return 1;
         }
-        books.enter(state, outcome);
+        balance.enter(state, outcome);
       }
 
       // 6. The mean deflection of the end, and what the integrator added to the energy.
@@ -134,7 +134,7 @@ int main(int argc, char** argv) {
       }
       std::printf("%-8s %-10s %10.3g %16.8f %14.2g\n", body.fibres,
                   implicit ? "midpoint" : "verlet", h, deflection / static_cast<double>(tip.size()),
-                  books.max_relative_energy_drift());
+                  balance.max_relative_energy_drift());
     }
   }
   std::printf("derivatives against differences: largest relative error %.1e\n", worst);

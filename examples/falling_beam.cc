@@ -35,7 +35,7 @@ int main(int argc, char** argv) {
 
   // 4. The clamp: every vertex at x = 0, where it rests. Its coordinates are eliminated.
   ConstraintList clamp;
-  clamp.held.push_back(hold_at_rest(mesh, select_vertices(mesh, SelectPlane{0, 0.0, {}})));
+  clamp.held.push_back(prescribe_at_rest(mesh, select_vertices(mesh, SelectPlane{0, 0.0, {}})));
   beam.set_constraints(Constraints(clamp, mesh, beam.mass()));
 
   // 5. Gravity.

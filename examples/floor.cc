@@ -88,7 +88,7 @@ int main(int argc, char** argv) {
     }
     double most = 0.0;
     while (session.step()) {
-      most = std::fmax(most, session.books().energies().of("floor"));
+      most = std::fmax(most, session.balance().energies().of("floor"));
       if (recorder) recorder->on_step(session);
     }
     if (recorder) recorder->on_finish(session);
@@ -96,14 +96,14 @@ int main(int argc, char** argv) {
       std::printf("%s\n", session.message().c_str());
       all_well = false;
     }
-    const Books& books = session.books();
+    const Balance& balance = session.balance();
     double highest = 0.0;
     for (Index i = 1; i < session.state().position.size(); i += 3) {
       highest = std::fmax(highest, session.state().position[i]);
     }
     std::printf("%-15s %9lld %12.4f J %12.4f J %12.4f J %10.4f m\n", to_string(rule).c_str(),
-                static_cast<long long>(session.state().step), most, books.energies().of("floor"),
-                books.energy_error(), highest);
+                static_cast<long long>(session.state().step), most, balance.energies().of("floor"),
+                balance.energy_error(), highest);
   }
   return all_well ? 0 : 1;
 }

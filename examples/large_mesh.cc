@@ -21,7 +21,7 @@
 
 #include "tetraction/core/parallel.h"
 #include "tetraction/core/process.h"
-#include "tetraction/dynamics/books.h"
+#include "tetraction/dynamics/balance.h"
 #include "tetraction/dynamics/stepper.h"
 #include "tetraction/mesh/selection.h"
 #include "tetraction/solver/newton_minimizer.h"
@@ -83,7 +83,8 @@ class PhaseClock {
 };
 
 // Steps until the end, a failure or Ctrl-C; returns false after a failure.
-bool run(Stepper& stepper, State& state, Books& books, double h, Index steps, const char* name) {
+bool run(Stepper& stepper, State& state, Balance& balance, double h, Index steps,
+         const char* name) {
   for (Index k = 1; k <= steps && !stop_asked; ++k) {
     const StepOutcome outcome = stepper.step(state, h);
     if (!outcome.ok()) {
@@ -91,11 +92,11 @@ bool run(Stepper& stepper, State& state, Books& books, double h, Index steps, co
                    outcome.message.c_str());
       return false;
     }
-    books.enter(state, outcome);
+    balance.enter(state, outcome);
     if (k % (steps > 10 ? steps / 10 : 1) == 0) {
       std::printf("  %s %lld/%lld  t = %.5f s  kinetic %.3e J  energy error %.1e J\n", name,
                   static_cast<long long>(k), static_cast<long long>(steps), state.time,
-                  books.energies().kinetic(), books.energy_error());
+                  balance.energies().kinetic(), balance.energy_error());
       std::fflush(stdout);
     }
   }
@@ -126,7 +127,7 @@ int main(int argc, char** argv) {
   const LameParameters lame = lame_from_young(1.0e6, 0.4);
   MechanicalSystem body(mesh, NeoHookean(lame.mu, lame.lambda), 1000.0);
   ConstraintList clamp;
-  clamp.held.push_back(hold_at_rest(mesh, select_vertices(mesh, SelectPlane{1, 0.0, {}})));
+  clamp.held.push_back(prescribe_at_rest(mesh, select_vertices(mesh, SelectPlane{1, 0.0, {}})));
   body.set_constraints(Constraints(clamp, mesh, body.mass()));
   body.set_environment(Environment::uniform({9.81, 0.0, 0.0}));
   const auto explicit_rule = make_verlet_stepper(body);
@@ -134,20 +135,20 @@ int main(int argc, char** argv) {
 
   // 5. Explicit steps, a third of what a wave needs to cross a cell's shortest height.
   State state = body.rest_state();
-  Books books(body, state);
+  Balance balance(body, state);
   const double h = 0.33 / std::sqrt(3.0) / cells / wave_speed(lame, body.density());
-  if (!run(*explicit_rule, state, books, h, explicit_steps, "verlet")) return 1;
+  if (!run(*explicit_rule, state, balance, h, explicit_steps, "verlet")) return 1;
   clock.print("explicit steps");
 
   // 6. Implicit steps from where the explicit ones ended, twenty times as long.
   const auto implicit_rule = make_midpoint_stepper(body, make_newton_minimizer(body, {}));
-  if (!run(*implicit_rule, state, books, 20.0 * h, 3, "midpoint")) return 1;
+  if (!run(*implicit_rule, state, balance, 20.0 * h, 3, "midpoint")) return 1;
   clock.print("implicit steps");
 
   // 7. The state is whole, however the run ended: it could be written or gone on with.
   std::printf("%s at t = %.5f s after %lld steps\n", stop_asked ? "stopped" : "finished",
               state.time, static_cast<long long>(state.step));
   std::printf("energy kept within %.2e of what entered the body\npeak memory %.0f MB\n",
-              books.max_relative_energy_drift(), static_cast<double>(peak_memory_bytes()) / 1e6);
+              balance.max_relative_energy_drift(), static_cast<double>(peak_memory_bytes()) / 1e6);
   return stop_asked ? 130 : 0;
 }

@@ -5,7 +5,7 @@
 //
 // Description:  A beam sags in its clamp, gets a push, a softer material and a brake, and is let go:
 //               all by Session::apply between two steps, which is also what the events of a scene and
-//               the viewer use. The books stay closed: what an edit does to the energy is its work.
+//               the viewer use. The balance stays closed: what an edit does to the energy is its work.
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -52,12 +52,12 @@ int main(int argc, char** argv) {
   while (true) {
     edit_at(session.state().step);
     if (!session.step()) break;
-    const Books& books = session.books();
-    largest = std::fmax(largest, std::abs(books.energies().total()));
+    const Balance& balance = session.balance();
+    largest = std::fmax(largest, std::abs(balance.energies().total()));
     if (session.state().step % (steps / 10 > 0 ? steps / 10 : 1) != 0) continue;
     std::printf("%8.3f %14.4f %14.4f %14.4f %14.4f %14.4f\n", session.state().time,
-                books.energies().total(), books.external_work(), books.dissipated_energy(),
-                books.edit_work(), books.energy_error());
+                balance.energies().total(), balance.external_work(), balance.dissipated_energy(),
+                balance.edit_work(), balance.energy_error());
   }
   if (session.status() != RunStatus::kFinished) {
     std::fprintf(stderr, "%s\n", session.message().c_str());
@@ -65,7 +65,7 @@ int main(int argc, char** argv) {
   }
 
   // 4. What is left is the integrator's own error.
-  std::printf("%zu edits; the books close to %.2g of the largest total energy\n",
-              session.edits().size(), std::abs(session.books().energy_error()) / largest);
+  std::printf("%zu edits; the balance closes to %.2g of the largest total energy\n",
+              session.edits().size(), std::abs(session.balance().energy_error()) / largest);
   return 0;
 }

@@ -5,12 +5,12 @@
 //
 // Description:  A stretched block of 2 × 1 × 1 m spins freely in space. The verlet rule, derived from
 //               a discrete action, keeps linear and angular momentum to round-off and its energy
-//               error bounded. The example shows Books, which keep account of both, and
+//               error bounded. The example shows Balance, which keep account of both, and
 //               stability_limit, from which the step is chosen.
 #include <cstdio>
 #include <cstdlib>
 
-#include "tetraction/dynamics/books.h"
+#include "tetraction/dynamics/balance.h"
 #include "tetraction/dynamics/stability.h"
 #include "tetraction/mesh/generate.h"
 
@@ -45,8 +45,8 @@ int main(int argc, char** argv) {
   const double h = 0.25 * limit.critical_step;
   std::printf("stability limit %.4g s, step %.4g s\n", limit.critical_step, h);
 
-  // 5. Run, and keep the books.
-  Books books(block, state);
+  // 5. Run, and keep the balance.
+  Balance balance(block, state);
   const auto stepper = make_verlet_stepper(block);
   std::printf("%8s %16s %16s %16s %16s\n", "time", "energy [J]", "Lx", "Ly", "Lz");
   for (int k = 0; k < steps; ++k) {
@@ -55,10 +55,10 @@ int main(int argc, char** argv) {
       std::fprintf(stderr, "step %d failed\n", k + 1);
       return 1;
     }
-    books.enter(state, outcome);
+    balance.enter(state, outcome);
     if ((k + 1) % (steps / 10 > 0 ? steps / 10 : 1) == 0) {
-      const Vector3 l = books.momenta().angular;
-      std::printf("%8.3f %16.9f %16.9f %16.9f %16.9f\n", state.time, books.energies().total(),
+      const Vector3 l = balance.momenta().angular;
+      std::printf("%8.3f %16.9f %16.9f %16.9f %16.9f\n", state.time, balance.energies().total(),
                   l.x(), l.y(), l.z());
     }
   }
@@ -67,7 +67,7 @@ int main(int argc, char** argv) {
   std::printf(
       "energy kept within %.2g of itself\nlinear momentum kept to %.2e\n"
       "angular momentum kept to %.2e\n",
-      books.max_relative_energy_drift(), books.linear_momentum_drift(),
-      books.angular_momentum_drift());
+      balance.max_relative_energy_drift(), balance.linear_momentum_drift(),
+      balance.angular_momentum_drift());
   return 0;
 }

@@ -28,8 +28,8 @@ struct RunArguments {
 };
 
 void print_outcome(const Session& session, const std::string& directory) {
-  const Books& books = session.books();
-  const Energies& e = books.energies();
+  const Balance& balance = session.balance();
+  const Energies& e = balance.energies();
   const StepRange& taken = session.steps();
   std::string lengths = fmt::format("{:.6g} s", session.time_step());
   if (taken.changes > 0) {
@@ -51,22 +51,22 @@ void print_outcome(const Session& session, const std::string& directory) {
   print_result(
       "energy [J]: kinetic {:.6g}, elastic {:.6g}, environment {:.6g}, total {:.6g}; largest error "
       "{:.3g} of what entered\n",
-      e.kinetic(), e.elastic(), e.environment(), e.total(), books.max_relative_energy_drift());
+      e.kinetic(), e.elastic(), e.environment(), e.total(), balance.max_relative_energy_drift());
   print_result("work [J]: user forces {:.6g}, dissipated {:.6g}, constraints {:.6g}",
-               books.external_work(), books.dissipated_energy(), books.constraint_work());
+               balance.external_work(), balance.dissipated_energy(), balance.constraint_work());
   if (session.edits().empty()) {
     write_result("\n");
   } else {
     print_result("; {} event{} {:.6g}\n", session.edits().size(),
-                 session.edits().size() == 1 ? "" : "s", books.edit_work());
+                 session.edits().size() == 1 ? "" : "s", balance.edit_work());
   }
-  print_result("momentum drift: linear {:.3g}, angular {:.3g}", books.linear_momentum_drift(),
-               books.angular_momentum_drift());
+  print_result("momentum drift: linear {:.3g}, angular {:.3g}", balance.linear_momentum_drift(),
+               balance.angular_momentum_drift());
   if (is_implicit(session.time_settings().integrator)) {
     const auto steps = static_cast<double>(std::max<Index>(1, session.state().step));
     const std::string& linear = session.linear_solver();
     print_result(" (the solver's residuals allow {:.3g})\n{}{}{}: {:.3g} iterations a step",
-                 books.allowed_angular_momentum_drift(), session.solver_settings().kind,
+                 balance.allowed_angular_momentum_drift(), session.solver_settings().kind,
                  linear.empty() ? "" : ", ", linear,
                  static_cast<double>(session.total_iterations()) / steps);
     if (session.total_cg_iterations() > 0) {

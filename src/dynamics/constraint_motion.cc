@@ -34,7 +34,7 @@ Vector3 Constraints::axis_target(const Prescribed& vertex, double time, const Ve
   Vector3 x = q;
   for (std::size_t i = 0; i < 3; ++i) {
     if (vertex.held[i] < 0) continue;
-    const HeldVertices& by = held(vertex.held[i]);
+    const PrescribedVertices& by = held(vertex.held[i]);
     x[static_cast<Index>(i)] =
         by.motion.position(by.start.col(vertex.place[i]), time)[static_cast<Index>(i)];
   }
@@ -46,7 +46,7 @@ Vector3 Constraints::axis_rate(const Prescribed& vertex, double time) const {
   Vector3 rate = Vector3::Zero();
   for (std::size_t i = 0; i < 3; ++i) {
     if (vertex.held[i] < 0) continue;
-    const HeldVertices& by = held(vertex.held[i]);
+    const PrescribedVertices& by = held(vertex.held[i]);
     rate[static_cast<Index>(i)] =
         by.motion.rate(by.start.col(vertex.place[i]), time)[static_cast<Index>(i)];
   }

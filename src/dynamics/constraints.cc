@@ -61,15 +61,15 @@ class Normals {
 };
 
 // Whether the component `axis` of a vertex goes the same way in both, at all times.
-bool same_motion(const HeldVertices& a, Index i, const HeldVertices& b, Index j, Index axis,
-                 double size) {
+bool same_motion(const PrescribedVertices& a, Index i, const PrescribedVertices& b, Index j,
+                 Index axis, double size) {
   constexpr double kTolerance = 1e-12;
   const double time = std::max(a.motion.since, b.motion.since);
   const Vector3 x = a.motion.position(a.start.col(i), time);
   const Vector3 y = b.motion.position(b.start.col(j), time);
   if (std::abs(x[axis] - y[axis]) > kTolerance * std::max(size, std::abs(x[axis]))) return false;
   // A component along the axis of a turn, or of a vertex on that axis, does not feel it.
-  const auto turns = [&](const HeldVertices& held, const Vector3& position) {
+  const auto turns = [&](const PrescribedVertices& held, const Vector3& position) {
     const Vector3& angular = held.motion.angular_velocity;
     if (angular.isZero(0.0)) return false;
     const Vector3 center = held.motion.center + (time - held.motion.since) * held.motion.velocity;
@@ -134,7 +134,7 @@ void Constraints::add_held(std::map<Index, Prescribed>& vertices, const TetMesh&
   const double size = mesh.rest_positions().cwiseAbs().maxCoeff();
   springs_ = PenaltySprings(list_.held, mesh.vertex_count());
   for (std::size_t h = 0; h < list_.held.size(); ++h) {
-    const HeldVertices& held = list_.held[h];
+    const PrescribedVertices& held = list_.held[h];
     if (held.penalty > 0.0) continue;  // a spring
     moving_ = moving_ || !held.motion.at_rest();
     for (std::size_t place = 0; place < held.vertices.size(); ++place) {
@@ -144,7 +144,7 @@ void Constraints::add_held(std::map<Index, Prescribed>& vertices, const TetMesh&
       for (std::size_t i = 0; i < 3; ++i) {
         if (!held.components[i]) continue;
         if (vertex.held[i] >= 0) {
-          const HeldVertices& other = this->held(vertex.held[i]);
+          const PrescribedVertices& other = this->held(vertex.held[i]);
           if (!same_motion(other, vertex.place[i], held, static_cast<Index>(place),
                            static_cast<Index>(i), size)) {
             throw InputError(fmt::format(

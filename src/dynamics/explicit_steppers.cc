@@ -19,9 +19,10 @@ constexpr Index kGrain = 2048;
 // ∇W of the elastic energy at the current position, kept from the end of the last step.
 class ForceCache {
  public:
-  Evaluation update(const MechanicalSystem& system, const Vector& q) {
+  EvaluationStatus update(const MechanicalSystem& system, const Vector& q) {
     if (valid_) return {};
-    const Evaluation status = system.elastic().value_and_gradient(q, elastic_energy_, gradient_);
+    const EvaluationStatus status =
+        system.elastic().value_and_gradient(q, elastic_energy_, gradient_);
     valid_ = status.ok();
     return status;
   }
@@ -40,7 +41,9 @@ class ExplicitStepper : public Stepper {
   // `halves` 1: p moves by a whole step before q (α = 0); 2: by half before and half after
   // (verlet).
   ExplicitStepper(const MechanicalSystem& system, int halves)
-      : Stepper(system), halves_(halves), tied_(system.constraints().constrained_vertices()) {}
+      : Stepper(system),
+        halves_(halves),
+        constrained_(system.constraints().constrained_vertices()) {}
 
   void reset() override {
     force_.invalidate();
@@ -55,7 +58,7 @@ class ExplicitStepper : public Stepper {
 
   StepOutcome step_to(State& state, double h, double end_time) override {
     StepOutcome outcome;
-    if (const Evaluation start = force_.update(system_, state.position); !start.ok()) {
+    if (const EvaluationStatus start = force_.update(system_, state.position); !start.ok()) {
       return inverted(outcome, start.failed_element);
     }
     classify_terms();
@@ -66,7 +69,7 @@ class ExplicitStepper : public Stepper {
     next_.velocity.resize(system_.dof_count());
     next_.position.resize(system_.dof_count());
     if (terms_.constraining) spring_impulse_.setZero(system_.dof_count());
-    for (const Index v : tied_) vertex_block(reaction_, v).setZero();
+    for (const Index v : constrained_) vertex_block(reaction_, v).setZero();
     overdamped_ = false;
     if (terms_.damping) system_.velocity_of(state.momentum, velocity_);
 
@@ -77,7 +80,7 @@ class ExplicitStepper : public Stepper {
     }
     if (!constrain_drift(state, h, outcome)) return outcome;
     force_.invalidate();
-    if (const Evaluation end = force_.update(system_, next_.position); !end.ok()) {
+    if (const EvaluationStatus end = force_.update(system_, next_.position); !end.ok()) {
       return inverted(outcome, end.failed_element);
     }
     if (Index vertex = -1; terms_.potential) {
@@ -240,7 +243,7 @@ class ExplicitStepper : public Stepper {
       next_.momentum += impulse;
     }
     enter_reactions(state.position, outcome);
-    for (const Index v : tied_) {
+    for (const Index v : constrained_) {
       vertex_block(next_.velocity, v) = vertex_block(next_.momentum, v) / system_.mass()[v];
       vertex_block(next_.position, v) =
           vertex_block(state.position, v) + h * vertex_block(next_.velocity, v);
@@ -261,15 +264,15 @@ class ExplicitStepper : public Stepper {
   }
 
   void remember_momenta() {
-    before_.resize(3, static_cast<Index>(tied_.size()));
-    for (std::size_t i = 0; i < tied_.size(); ++i) {
-      before_.col(static_cast<Index>(i)) = vertex_block(next_.momentum, tied_[i]);
+    before_.resize(3, static_cast<Index>(constrained_.size()));
+    for (std::size_t i = 0; i < constrained_.size(); ++i) {
+      before_.col(static_cast<Index>(i)) = vertex_block(next_.momentum, constrained_[i]);
     }
   }
 
   void enter_reactions(const Vector& q, StepOutcome& outcome) {
-    for (std::size_t i = 0; i < tied_.size(); ++i) {
-      const Index v = tied_[i];
+    for (std::size_t i = 0; i < constrained_.size(); ++i) {
+      const Index v = constrained_[i];
       const Vector3 impulse = vertex_block(next_.momentum, v) - before_.col(static_cast<Index>(i));
       vertex_block(reaction_, v) += impulse;
       outcome.linear_impulse += impulse;
@@ -295,7 +298,7 @@ class ExplicitStepper : public Stepper {
 
   void finish(const State& state, double h, StepOutcome& outcome) {
     const Constraints& constraints = system_.constraints();
-    for (const Index v : tied_) {
+    for (const Index v : constrained_) {
       vertex_block(reaction_, v) /= h;
       vertex_block(next_.velocity, v) =
           (vertex_block(next_.position, v) - vertex_block(state.position, v)) / h;
@@ -306,7 +309,7 @@ class ExplicitStepper : public Stepper {
       outcome.constraint_work = constraint_work(state, next_);
     }
     if (terms_.constraining) {
-      for (const Index v : tied_)
+      for (const Index v : constrained_)
         vertex_block(reaction_, v) += vertex_block(spring_impulse_, v) / h;
     }
     outcome.elastic_energy = force_.elastic_energy();
@@ -321,7 +324,7 @@ class ExplicitStepper : public Stepper {
   }
 
   int halves_;
-  std::vector<Index> tied_;  // constrained vertices
+  std::vector<Index> constrained_;  // constrained vertices
   ForceCache force_;
   // Kept to spare allocations.
   State next_;

@@ -20,7 +20,7 @@ double part_of_step(double time, double start, double h) {
 }  // namespace
 
 void ExternalForces::add_load(const Vector& /*mass*/, double time, double h, Vector& force) const {
-  for (const UserForce& each : forces_) {
+  for (const ExternalForce& each : forces_) {
     const double share = part_of_step(each.until, time, h) - part_of_step(each.from, time, h);
     if (!(share > 0.0)) continue;
     for (const Index v : each.vertices) vertex_block(force, v) += share * each.vector;

@@ -43,9 +43,9 @@ FirstGuess::Quality FirstGuess::choose(StepProblem& problem, const State& state)
       problem.set_origin(trial_);
       // The one that was best in the last step is evaluated with its gradient, and last: the
       // minimiser begins with that.
-      const Evaluation status = guess == favourite
-                                    ? problem.value_and_full_gradient(zero_, phi, gradient_)
-                                    : problem.value(zero_, phi);
+      const EvaluationStatus status = guess == favourite
+                                          ? problem.value_and_full_gradient(zero_, phi, gradient_)
+                                          : problem.value(zero_, phi);
       if (!status.ok()) return;
       phi += problem.origin_value();
     }

@@ -41,7 +41,7 @@ StepOutcome ImplicitStepper::step_to(State& state, double h, double end_time) {
   }
   // The midpoint rule may leave an element inverted at q_{k+1} although it is not at x; and the energy
   // is that of the rounded positions, which an edit between two steps finds, too.
-  const Evaluation end = system_.elastic().value(next_.position, outcome.elastic_energy);
+  const EvaluationStatus end = system_.elastic().value(next_.position, outcome.elastic_energy);
   if (!end.ok()) {
     outcome.status = StepStatus::kInverted;
     outcome.element = end.failed_element;
@@ -64,7 +64,7 @@ StepOutcome ImplicitStepper::step_to(State& state, double h, double end_time) {
 bool ImplicitStepper::take_momenta(const State& state, double h, StepOutcome& outcome) {
   const double s = problem_.step();
   const Vector* gradient = nullptr;
-  if (const Evaluation status = problem_.elastic_gradient(u_, gradient); !status.ok()) {
+  if (const EvaluationStatus status = problem_.elastic_gradient(u_, gradient); !status.ok()) {
     outcome.status = StepStatus::kInverted;
     outcome.element = status.failed_element;
     return false;

@@ -94,7 +94,7 @@ void MechanicalSystem::set_damping(const Damping& damping) {
   vertex_damping_ = VertexDamping(damping);
 }
 
-void MechanicalSystem::check(const UserForce& force) const {
+void MechanicalSystem::check(const ExternalForce& force) const {
   if (!force.vector.allFinite()) throw InputError("A user force is not finite.");
   for (const Index v : force.vertices) {
     if (v < 0 || v >= vertex_count()) {
@@ -104,18 +104,18 @@ void MechanicalSystem::check(const UserForce& force) const {
   }
 }
 
-void MechanicalSystem::add_force(UserForce force) {
+void MechanicalSystem::add_force(ExternalForce force) {
   check(force);
   external_forces_.list().push_back(std::move(force));
 }
 
-void MechanicalSystem::set_force(std::size_t index, UserForce force) {
+void MechanicalSystem::set_force(std::size_t index, ExternalForce force) {
   check(force);
   external_forces_.list().at(index) = std::move(force);
 }
 
-void MechanicalSystem::set_forces(std::vector<UserForce> forces) {
-  for (const UserForce& force : forces) check(force);
+void MechanicalSystem::set_forces(std::vector<ExternalForce> forces) {
+  for (const ExternalForce& force : forces) check(force);
   external_forces_.list() = std::move(forces);
 }
 
@@ -251,11 +251,11 @@ Vector MechanicalSystem::kinetic_energies_by_region(const Vector& momentum) cons
   return energies;
 }
 
-Evaluation MechanicalSystem::energies(const State& state, Energies& energies) const {
+EvaluationStatus MechanicalSystem::energies(const State& state, Energies& energies) const {
   Momenta ignored;
-  vertex_books(state, energies, ignored);
+  vertex_balance(state, energies, ignored);
   double elastic = 0.0;
-  const Evaluation status = elastic_.value(state.position, elastic);
+  const EvaluationStatus status = elastic_.value(state.position, elastic);
   energies.set_elastic(elastic);
   return status;
 }
@@ -265,8 +265,8 @@ Momenta MechanicalSystem::momenta(const State& state) const {
   return {total.linear, total.angular, total.linear_scale, total.angular_scale};
 }
 
-void MechanicalSystem::vertex_books(const State& state, Energies& energies,
-                                    Momenta& momenta) const {
+void MechanicalSystem::vertex_balance(const State& state, Energies& energies,
+                                      Momenta& momenta) const {
   const VertexSums total = sums(*this, state.position, state.momentum);
   momenta = {total.linear, total.angular, total.linear_scale, total.angular_scale};
   energies.set_kinetic(0.5 * total.twice_kinetic);

@@ -2,8 +2,8 @@
 
 namespace tetraction {
 
-PenaltySprings::PenaltySprings(const std::vector<HeldVertices>& held, Index vertex_count) {
-  for (const HeldVertices& list : held) {
+PenaltySprings::PenaltySprings(const std::vector<PrescribedVertices>& held, Index vertex_count) {
+  for (const PrescribedVertices& list : held) {
     if (!(list.penalty > 0.0)) continue;
     for (std::size_t i = 0; i < list.vertices.size(); ++i) {
       const Vector3 start = list.start.col(static_cast<Index>(i));

@@ -27,8 +27,9 @@ Vector3 PrescribedMotion::rate(const Vector3& start, double time) const {
   return velocity + angular_velocity.cross(rotation(tau * angular_velocity) * (start - center));
 }
 
-HeldVertices hold_at_rest(const TetMesh& mesh, std::vector<Index> vertices, std::string name) {
-  HeldVertices held;
+PrescribedVertices prescribe_at_rest(const TetMesh& mesh, std::vector<Index> vertices,
+                                     std::string name) {
+  PrescribedVertices held;
   held.start.resize(3, static_cast<Index>(vertices.size()));
   for (std::size_t i = 0; i < vertices.size(); ++i) {
     held.start.col(static_cast<Index>(i)) = mesh.vertices[static_cast<std::size_t>(vertices[i])];

@@ -29,7 +29,7 @@ void ScaledMatrix::set_stiffness(const Vector& q, double time, double damping_we
   if (!tangent_) {
     tangent_ = std::make_unique<TangentOperator<float>>(system_.elastic());
     viscous_ = std::make_unique<ViscousPotential>(system_.elastic());
-    rows_.resize(static_cast<std::size_t>(ElementBlocks::kRowSize * system_.vertex_count()));
+    rows_.resize(static_cast<std::size_t>(ElementBlocks::kRecordSize * system_.vertex_count()));
   }
   // η |E(x) − E(q)|²/s has the second derivative C/s at x = q.
   viscous_->begin(q, damping_ * system_.damping().viscosity);
@@ -93,7 +93,7 @@ Vector ScaledMatrix::stiffest_vertex() const {
   double most = 0.0;
   for (Index v = 0; v < system_.vertex_count(); ++v) {
     if (!system_.coordinates().is_free(v)) continue;
-    const float* row = on.data() + ElementBlocks::kRowSize * v;
+    const float* row = on.data() + ElementBlocks::kRecordSize * v;
     const double trace = static_cast<double>(row[0] + row[1] + row[2]) / system_.mass()[v];
     if (trace > most) {
       most = trace;
@@ -101,8 +101,8 @@ Vector ScaledMatrix::stiffest_vertex() const {
     }
   }
   if (stiffest < 0) return {};
-  const float* d = on.data() + ElementBlocks::kRowSize * stiffest;
-  const float* o = off.data() + ElementBlocks::kRowSize * stiffest;
+  const float* d = on.data() + ElementBlocks::kRecordSize * stiffest;
+  const float* o = off.data() + ElementBlocks::kRecordSize * stiffest;
   Eigen::Matrix3f block;
   block << d[0], o[0], o[1], o[0], d[1], o[2], o[1], o[2], d[2];
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3f> solver(block);
@@ -125,7 +125,7 @@ void ScaledMatrix::multiply_stiffness(const Vector& u) const {
   const float scale = static_cast<float>(u.cwiseAbs().maxCoeff());
   parallel_for(system_.vertex_count(), kGrain, [&](Index begin, Index end) {
     for (Index v = begin; v < end; ++v) {
-      float* row = rows_.data() + ElementBlocks::kRowSize * v;
+      float* row = rows_.data() + ElementBlocks::kRecordSize * v;
       for (Index i = 0; i < 3; ++i) row[i] = static_cast<float>(u[3 * v + i]) / scale;
       row[3] = 0.0F;
     }
@@ -135,7 +135,7 @@ void ScaledMatrix::multiply_stiffness(const Vector& u) const {
   parallel_for(system_.vertex_count(), kGrain, [&](Index begin, Index end) {
     for (Index v = begin; v < end; ++v) {
       vertex_block(product_, v) =
-          static_cast<double>(scale) * tangent_->row_sum(v).head<3>().cast<double>();
+          static_cast<double>(scale) * tangent_->record_sum(v).head<3>().cast<double>();
     }
   });
 }

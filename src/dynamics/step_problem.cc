@@ -164,7 +164,7 @@ double StepProblem::dissipated_energy(const Vector& u, double h) const {
   return h / step_ * 2.0 * viscous + h * rate;
 }
 
-Evaluation StepProblem::move_terms(const Vector& u) const {
+EvaluationStatus StepProblem::move_terms(const Vector& u) const {
   if (!has_general_terms()) return {};
   at_ = origin_ + u;
   if (!dissipations_.empty()) velocity_ = ((origin_ - previous_) + u) / step_;
@@ -235,9 +235,9 @@ bool StepProblem::is_defined(const Vector& u) const {
   return move_terms(u).ok() && system_.elastic().admissible(Positions(origin_, u)).ok();
 }
 
-Evaluation StepProblem::value(const Vector& u, double& phi) const {
-  if (const Evaluation terms = move_terms(u); !terms.ok()) return terms;
-  const Evaluation status = system_.elastic().value(Positions(origin_, u), phi);
+EvaluationStatus StepProblem::value(const Vector& u, double& phi) const {
+  if (const EvaluationStatus terms = move_terms(u); !terms.ok()) return terms;
+  const EvaluationStatus status = system_.elastic().value(Positions(origin_, u), phi);
   if (!status.ok()) return status;
   phi += parallel_sum(system_.vertex_count(), [&](Index begin, Index end) {
     double sum = 0.0;
@@ -253,22 +253,23 @@ Evaluation StepProblem::value(const Vector& u, double& phi) const {
   return status;
 }
 
-Evaluation StepProblem::value_and_gradient(const Vector& u, double& phi, Vector& gradient) const {
-  const Evaluation status = value_and_full_gradient(u, phi, full_);
+EvaluationStatus StepProblem::value_and_gradient(const Vector& u, double& phi,
+                                                 Vector& gradient) const {
+  const EvaluationStatus status = value_and_full_gradient(u, phi, full_);
   if (status.ok()) gradient = system_.coordinates().restrict(full_);
   return status;
 }
 
-Evaluation StepProblem::evaluate_elastic(const Vector& u) const {
+EvaluationStatus StepProblem::evaluate_elastic(const Vector& u) const {
   if (elastic_.known && elastic_.u == u) return {};
-  const Evaluation status = system_.elastic().value_and_gradient(
+  const EvaluationStatus status = system_.elastic().value_and_gradient(
       Positions(origin_, u), elastic_.energy, elastic_.gradient);
   elastic_.known = status.ok();
   if (status.ok()) elastic_.u = u;
   return status;
 }
 
-Evaluation StepProblem::elastic_energy(const Vector& u, double& energy) const {
+EvaluationStatus StepProblem::elastic_energy(const Vector& u, double& energy) const {
   if (!elastic_.known || elastic_.u != u) {
     return system_.elastic().value(Positions(origin_, u), energy);
   }
@@ -276,15 +277,15 @@ Evaluation StepProblem::elastic_energy(const Vector& u, double& energy) const {
   return {};
 }
 
-Evaluation StepProblem::elastic_gradient(const Vector& u, const Vector*& gradient) const {
+EvaluationStatus StepProblem::elastic_gradient(const Vector& u, const Vector*& gradient) const {
   gradient = &elastic_.gradient;
   return evaluate_elastic(u);
 }
 
-Evaluation StepProblem::value_and_full_gradient(const Vector& u, double& phi,
-                                                Vector& gradient) const {
-  if (const Evaluation terms = move_terms(u); !terms.ok()) return terms;
-  const Evaluation status = evaluate_elastic(u);
+EvaluationStatus StepProblem::value_and_full_gradient(const Vector& u, double& phi,
+                                                      Vector& gradient) const {
+  if (const EvaluationStatus terms = move_terms(u); !terms.ok()) return terms;
+  const EvaluationStatus status = evaluate_elastic(u);
   if (!status.ok()) return status;
   phi = elastic_.energy;
   gradient.resize(u.size());
@@ -308,11 +309,12 @@ Evaluation StepProblem::value_and_full_gradient(const Vector& u, double& phi,
   return status;
 }
 
-Evaluation StepProblem::hessian(const Vector& u, const HessianBlocks& terms,
-                                const SparsityPattern& pattern, double* values) const {
+EvaluationStatus StepProblem::hessian(const Vector& u, const HessianBlocks& terms,
+                                      const SparsityPattern& pattern, double* values) const {
   std::fill(values, values + pattern.nonzeros(), 0.0);
-  if (const Evaluation status = move_terms(u); !status.ok()) return status;
-  const Evaluation status = system_.elastic().add_hessian(Positions(origin_, u), pattern, values);
+  if (const EvaluationStatus status = move_terms(u); !status.ok()) return status;
+  const EvaluationStatus status =
+      system_.elastic().add_hessian(Positions(origin_, u), pattern, values);
   if (!status.ok()) return status;
   viscous_.add_hessian(step_displacement(u), pattern, values);
   Matrix blocks = Matrix::Zero(3, system_.dof_count());

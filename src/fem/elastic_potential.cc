@@ -28,9 +28,9 @@ class FirstFailure {
     while (e < seen && !first_.compare_exchange_weak(seen, e, std::memory_order_relaxed)) {
     }
   }
-  Evaluation result() const {
+  EvaluationStatus result() const {
     const Index first = first_.load();
-    return first == kNone ? Evaluation{} : Evaluation{first};
+    return first == kNone ? EvaluationStatus{} : EvaluationStatus{first};
   }
 
  private:
@@ -104,7 +104,7 @@ struct ElasticPotential::Impl {
 
   // Runs body(element, element positions, material) over all elements where the energy is defined.
   template <class Body>
-  Evaluation for_each_admissible(const Positions& q, const Body& body) const {
+  EvaluationStatus for_each_admissible(const Positions& q, const Body& body) const {
     FirstFailure failure;
     for_each([&](Index e, const auto& m) {
       const Shape::NodeMatrix local = rest.gather_relative(q, e);
@@ -145,15 +145,15 @@ struct ElasticPotential::Impl {
   // Energies of all blocks, and their rows of gradients unless `with_gradient` is false.
   bool run_blocks(const Positions& q, bool with_gradient) {
     if (with_gradient)
-      rows.resize(static_cast<std::size_t>(ElementBlocks::kRowSize * blocks.row_count()));
+      rows.resize(static_cast<std::size_t>(ElementBlocks::kRecordSize * blocks.record_count()));
     std::atomic<bool> admissible{true};
     parallel_for(blocks.block_count(), 1, [&](Index begin, Index end) {
       for (Index b = begin; b < end; ++b) {
         const ElementBlocks::Block& block = blocks.block(b);
         double* gradients = nullptr;
         if (with_gradient) {
-          gradients = rows.data() + ElementBlocks::kRowSize * block.first_row;
-          std::fill_n(gradients, ElementBlocks::kRowSize * block.row_count, 0.0);
+          gradients = rows.data() + ElementBlocks::kRecordSize * block.first_record;
+          std::fill_n(gradients, ElementBlocks::kRecordSize * block.record_count, 0.0);
         }
         const BlockSums sums = run_block(block, q, gradients);
         energies[static_cast<std::size_t>(b)] = sums.energy;
@@ -186,8 +186,8 @@ struct ElasticPotential::Impl {
                           });
     }
     thread_local AlignedVector<double> positions;
-    positions.resize(static_cast<std::size_t>(ElementBlocks::kRowSize * block.row_count));
-    blocks.load_rows(block, q.origin().data(), positions.data());
+    positions.resize(static_cast<std::size_t>(ElementBlocks::kRecordSize * block.record_count));
+    blocks.load_records(block, q.origin().data(), positions.data());
     thread_local AlignedVector<double> changes;
     if (q.displacement() != nullptr) {
       changes.resize(positions.size());
@@ -219,7 +219,7 @@ struct ElasticPotential::Impl {
     const TangentForm form = tangent_form(*model, false);
     thread_local AlignedVector<double> positions;
     thread_local AlignedVector<double> state;
-    positions.resize(static_cast<std::size_t>(ElementBlocks::kRowSize * block.row_count));
+    positions.resize(static_cast<std::size_t>(ElementBlocks::kRecordSize * block.record_count));
     const auto numbers = static_cast<std::size_t>(tangent_numbers(form)) * kBatchLanes;
     state.resize(numbers * static_cast<std::size_t>(block.batch_count));
     blocks.load_positions(block, q, positions.data());
@@ -234,9 +234,9 @@ struct ElasticPotential::Impl {
   }
 
   // The first element where the energy is not defined, after a block said that there is one.
-  Evaluation failure(const Positions& q) const {
-    const Evaluation found = for_each_admissible(q, [](Index, const auto&, const auto&) {});
-    return found.ok() ? Evaluation{0} : found;  // on the very edge the kernels may differ
+  EvaluationStatus failure(const Positions& q) const {
+    const EvaluationStatus found = for_each_admissible(q, [](Index, const auto&, const auto&) {});
+    return found.ok() ? EvaluationStatus{0} : found;  // on the very edge the kernels may differ
   }
 };
 
@@ -272,27 +272,27 @@ void ElasticPotential::set_material(std::size_t index, const MaterialModel& mate
   impl_->materials.at(index) = material;
 }
 
-Evaluation ElasticPotential::admissible(const Positions& q) const {
+EvaluationStatus ElasticPotential::admissible(const Positions& q) const {
   return impl_->for_each_admissible(q, [](Index, const auto&, const auto&) {});
 }
 
-Evaluation ElasticPotential::value(const Positions& q, double& energy) const {
+EvaluationStatus ElasticPotential::value(const Positions& q, double& energy) const {
   if (!impl_->run_blocks(q, false)) return impl_->failure(q);
   energy = impl_->total_energy();
   return {};
 }
 
-Evaluation ElasticPotential::value_and_gradient(const Positions& q, double& energy,
-                                                Vector& gradient) const {
+EvaluationStatus ElasticPotential::value_and_gradient(const Positions& q, double& energy,
+                                                      Vector& gradient) const {
   if (!impl_->run_blocks(q, true)) return impl_->failure(q);
   energy = impl_->total_energy();
-  impl_->blocks.sum_rows(impl_->rows, gradient);
+  impl_->blocks.sum_records(impl_->rows, gradient);
   return {};
 }
 
 // Blocks of one colour share no vertex, and colours come one after the other.
-Evaluation ElasticPotential::add_hessian(const Positions& q, const SparsityPattern& pattern,
-                                         double* values) const {
+EvaluationStatus ElasticPotential::add_hessian(const Positions& q, const SparsityPattern& pattern,
+                                               double* values) const {
   if (!impl_->run_blocks(q, false)) return impl_->failure(q);
   for (const std::vector<Index>& color : pattern.block_colors(impl_->blocks)) {
     parallel_for(static_cast<Index>(color.size()), 1, [&](Index begin, Index end) {
@@ -307,11 +307,12 @@ Evaluation ElasticPotential::add_hessian(const Positions& q, const SparsityPatte
 
 void ElasticPotential::product(const Vector& q, const Vector& x, Vector& result) const {
   Impl& s = *impl_;
-  s.rows.assign(static_cast<std::size_t>(ElementBlocks::kRowSize * s.blocks.row_count()), 0.0);
+  s.rows.assign(static_cast<std::size_t>(ElementBlocks::kRecordSize * s.blocks.record_count()),
+                0.0);
   parallel_for(s.blocks.block_count(), 1, [&](Index begin, Index end) {
     for (Index b = begin; b < end; ++b) {
       const ElementBlocks::Block& block = s.blocks.block(b);
-      s.scalar_block(block, q, s.rows.data() + ElementBlocks::kRowSize * block.first_row,
+      s.scalar_block(block, q, s.rows.data() + ElementBlocks::kRecordSize * block.first_record,
                      [&](Index e, const Shape::NodeMatrix& local, const auto& m,
                          double&) -> Shape::NodeMatrix {
                        return element_product<Shape>(s.rest.element(e), m, local,
@@ -319,7 +320,7 @@ void ElasticPotential::product(const Vector& q, const Vector& x, Vector& result)
                      });
     }
   });
-  s.blocks.sum_rows(s.rows, result);
+  s.blocks.sum_records(s.rows, result);
 }
 
 Vector ElasticPotential::energies_by_material(const Vector& q) const {

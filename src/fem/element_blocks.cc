@@ -19,7 +19,7 @@ constexpr Index kBlockElements = 1024;
 ElementBlocks::ElementBlocks(const RestState& rest, const std::vector<int>& material_of_element,
                              std::size_t materials) {
   const Index n = rest.element_count();
-  if (n > std::numeric_limits<std::int32_t>::max() / (4 * kRowSize)) {
+  if (n > std::numeric_limits<std::int32_t>::max() / (4 * kRecordSize)) {
     throw InputError("The mesh has more than 2^27 tetrahedra: that is not supported.");
   }
   std::vector<Index> order;
@@ -35,7 +35,7 @@ ElementBlocks::ElementBlocks(const RestState& rest, const std::vector<int>& mate
     std::stable_sort(order.begin(), order.end(),
                      [&](Index a, Index b) { return material(a) < material(b); });
   }
-  std::vector<std::int32_t> row_of_vertex(static_cast<std::size_t>(rest.vertex_count()), -1);
+  std::vector<std::int32_t> record_of_vertex(static_cast<std::size_t>(rest.vertex_count()), -1);
   const auto lanes = static_cast<std::size_t>(n + kBatchLanes * materials) +
                      static_cast<std::size_t>(n / kBlockElements + 1) * kBatchLanes;
   rest_numbers_.reserve(lanes * kRestNumbers);
@@ -49,34 +49,35 @@ ElementBlocks::ElementBlocks(const RestState& rest, const std::vector<int>& mate
     const Index parts = (count + kBlockElements - 1) / kBlockElements;
     for (Index p = 0; p < parts; ++p) {
       add_block(rest, order, begin + count * p / parts, begin + count * (p + 1) / parts, m,
-                row_of_vertex);
+                record_of_vertex);
     }
     begin += count;
   }
 
-  vertex_row_begin_.assign(static_cast<std::size_t>(rest.vertex_count()) + 1, 0);
-  for (const std::int32_t v : row_vertex_) {
-    if (v >= 0) ++vertex_row_begin_[static_cast<std::size_t>(v) + 1];
+  vertex_record_begin_.assign(static_cast<std::size_t>(rest.vertex_count()) + 1, 0);
+  for (const std::int32_t v : record_vertex_) {
+    if (v >= 0) ++vertex_record_begin_[static_cast<std::size_t>(v) + 1];
   }
-  for (std::size_t v = 1; v < vertex_row_begin_.size(); ++v) {
-    vertex_row_begin_[v] += vertex_row_begin_[v - 1];
+  for (std::size_t v = 1; v < vertex_record_begin_.size(); ++v) {
+    vertex_record_begin_[v] += vertex_record_begin_[v - 1];
   }
-  vertex_rows_.resize(static_cast<std::size_t>(vertex_row_begin_.back()));
-  std::vector<std::int32_t> next(vertex_row_begin_.begin(), vertex_row_begin_.end() - 1);
-  for (std::size_t r = 0; r < row_vertex_.size(); ++r) {
-    if (row_vertex_[r] < 0) continue;
-    vertex_rows_[static_cast<std::size_t>(next[static_cast<std::size_t>(row_vertex_[r])]++)] =
+  vertex_records_.resize(static_cast<std::size_t>(vertex_record_begin_.back()));
+  std::vector<std::int32_t> next(vertex_record_begin_.begin(), vertex_record_begin_.end() - 1);
+  for (std::size_t r = 0; r < record_vertex_.size(); ++r) {
+    if (record_vertex_[r] < 0) continue;
+    vertex_records_[static_cast<std::size_t>(next[static_cast<std::size_t>(record_vertex_[r])]++)] =
         static_cast<std::int32_t>(r);
   }
 }
 
 void ElementBlocks::add_block(const RestState& rest, const std::vector<Index>& order, Index begin,
-                              Index end, int material, std::vector<std::int32_t>& row_of_vertex) {
+                              Index end, int material,
+                              std::vector<std::int32_t>& record_of_vertex) {
   Block block;
   block.material = material;
   block.first_batch = static_cast<Index>(element_.size()) / kBatchLanes;
   block.batch_count = (end - begin + kBatchLanes - 1) / kBatchLanes;
-  block.first_row = row_count();
+  block.first_record = record_count();
   const auto lanes = static_cast<std::size_t>(block.batch_count) * kBatchLanes;
   element_.resize(element_.size() + lanes, -1);
   rest_numbers_.resize(element_.size() * kRestNumbers);
@@ -84,24 +85,24 @@ void ElementBlocks::add_block(const RestState& rest, const std::vector<Index>& o
   // Rows in the order of first use: neighbours stand together.
   for (Index i = begin; i < end; ++i) {
     for (const Index v : rest.nodes(order[static_cast<std::size_t>(i)])) {
-      auto& row = row_of_vertex[static_cast<std::size_t>(v)];
-      if (row >= block.first_row) continue;
-      row = static_cast<std::int32_t>(row_vertex_.size());
-      row_vertex_.push_back(static_cast<std::int32_t>(v));
+      auto& row = record_of_vertex[static_cast<std::size_t>(v)];
+      if (row >= block.first_record) continue;
+      row = static_cast<std::int32_t>(record_vertex_.size());
+      record_vertex_.push_back(static_cast<std::int32_t>(v));
     }
   }
   const bool padded = end - begin < static_cast<Index>(lanes);
-  if (padded) row_vertex_.insert(row_vertex_.end(), 4, -1);
-  block.row_count = row_count() - block.first_row;
+  if (padded) record_vertex_.insert(record_vertex_.end(), 4, -1);
+  block.record_count = record_count() - block.first_record;
   for (Index i = 0; i < static_cast<Index>(lanes); ++i) {
     const int lane = static_cast<int>(i / block.batch_count);
     const Index batch = block.first_batch + i % block.batch_count;
     std::array<std::int32_t, 4> rows{};
     const Index e = begin + i < end ? order[static_cast<std::size_t>(begin + i)] : -1;
     for (std::size_t a = 0; a < 4; ++a) {
-      const std::int32_t row = e < 0 ? static_cast<std::int32_t>(row_vertex_.size() - 4 + a)
-                                     : row_of_vertex[static_cast<std::size_t>(rest.nodes(e)[a])];
-      rows[a] = static_cast<std::int32_t>(row - block.first_row);
+      const std::int32_t row = e < 0 ? static_cast<std::int32_t>(record_vertex_.size() - 4 + a)
+                                     : record_of_vertex[static_cast<std::size_t>(rest.nodes(e)[a])];
+      rows[a] = static_cast<std::int32_t>(row - block.first_record);
     }
     set_lane(rest, batch, lane, e, rows);
   }
@@ -114,7 +115,7 @@ void ElementBlocks::set_lane(const RestState& rest, Index batch, int lane, Index
   element_[place] = static_cast<std::int32_t>(element);
   for (std::size_t a = 0; a < 4; ++a) {
     slots_[(4 * static_cast<std::size_t>(batch) + a) * kBatchLanes +
-           static_cast<std::size_t>(lane)] = static_cast<std::uint16_t>(kRowSize * rows[a]);
+           static_cast<std::size_t>(lane)] = static_cast<std::uint16_t>(kRecordSize * rows[a]);
   }
   Matrix3 vg = Matrix3::Identity() / 6.0;
   double six_volume = 1.0;
@@ -141,7 +142,7 @@ void ElementBlocks::gather(const AlignedVector<double>& rows, Vector& field) con
     for (Index v = begin; v < end; ++v) {
       Eigen::Vector4d sum = Eigen::Vector4d::Zero();
       for (const std::int32_t* r = rows_begin(v); r != rows_end(v); ++r) {
-        sum += Eigen::Map<const Eigen::Vector4d>(rows.data() + kRowSize * *r);
+        sum += Eigen::Map<const Eigen::Vector4d>(rows.data() + kRecordSize * *r);
       }
       if constexpr (kAdd) {
         field.segment<3>(3 * v) += sum.head<3>();
@@ -152,20 +153,20 @@ void ElementBlocks::gather(const AlignedVector<double>& rows, Vector& field) con
   });
 }
 
-void ElementBlocks::sum_rows(const AlignedVector<double>& rows, Vector& field) const {
-  field.resize(3 * static_cast<Index>(vertex_row_begin_.size() - 1));
+void ElementBlocks::sum_records(const AlignedVector<double>& rows, Vector& field) const {
+  field.resize(3 * static_cast<Index>(vertex_record_begin_.size() - 1));
   gather<false>(rows, field);
 }
 
-void ElementBlocks::add_row_sums(const AlignedVector<double>& rows, Vector& field) const {
+void ElementBlocks::add_record_sums(const AlignedVector<double>& rows, Vector& field) const {
   gather<true>(rows, field);
 }
 
 void ElementBlocks::load_positions(const Block& block, const Positions& x, double* rows) const {
-  load_rows(block, x.origin().data(), rows);
+  load_records(block, x.origin().data(), rows);
   if (x.displacement() == nullptr) return;
   thread_local AlignedVector<double> changes;
-  changes.resize(static_cast<std::size_t>(kRowSize * block.row_count));
+  changes.resize(static_cast<std::size_t>(kRecordSize * block.record_count));
   load_changes(block, x.displacement()->data(), changes.data());
   for (std::size_t i = 0; i < changes.size(); ++i) rows[i] += changes[i];
 }

@@ -27,13 +27,13 @@ using AlignedVector = std::vector<T, tbb::cache_aligned_allocator<T>>;
 
 class ElementBlocks {
  public:
-  static constexpr int kRowSize = 4;
+  static constexpr int kRecordSize = 4;
 
   struct Block {
     Index first_batch = 0;
     Index batch_count = 0;
-    Index first_row = 0;
-    Index row_count = 0;  ///< with those of padding elements
+    Index first_record = 0;
+    Index record_count = 0;  ///< with those of padding elements
     int material = 0;
     double aspect = 0.0;  ///< largest ratio of an element's longest edge to its least height
   };
@@ -45,9 +45,9 @@ class ElementBlocks {
   Index block_count() const { return static_cast<Index>(blocks_.size()); }
   const Block& block(Index b) const { return blocks_[static_cast<std::size_t>(b)]; }
   Block& block(Index b) { return blocks_[static_cast<std::size_t>(b)]; }
-  Index row_count() const { return static_cast<Index>(row_vertex_.size()); }
+  Index record_count() const { return static_cast<Index>(record_vertex_.size()); }
   /// The vertex of a row, or −1: padding.
-  Index row_vertex(Index row) const { return row_vertex_[static_cast<std::size_t>(row)]; }
+  Index record_vertex(Index row) const { return record_vertex_[static_cast<std::size_t>(row)]; }
   BatchView batches(const Block& block) const {
     const auto first = static_cast<std::size_t>(block.first_batch) * kBatchLanes;
     return {rest_numbers_.data() + first * kRestNumbers, slots_.data() + 4 * first,
@@ -74,56 +74,56 @@ class ElementBlocks {
 
   /// rows ← the block's vertices of a field with 3 numbers per vertex.
   template <class T, class Source>
-  void load_rows(const Block& block, const Source* field, T* rows) const {
-    const std::int32_t* vertex = row_vertex_.data() + block.first_row;
-    for (Index r = 0; r < block.row_count; ++r, rows += kRowSize) {
+  void load_records(const Block& block, const Source* field, T* rows) const {
+    const std::int32_t* vertex = record_vertex_.data() + block.first_record;
+    for (Index r = 0; r < block.record_count; ++r, rows += kRecordSize) {
       const Source* value = field + 3 * static_cast<Index>(vertex[r] < 0 ? 0 : vertex[r]);
       rows[0] = static_cast<T>(value[0]);
       rows[1] = static_cast<T>(value[1]);
       rows[2] = static_cast<T>(value[2]);
       rows[3] = T(0);
     }
-    if (block.row_count > 0 && vertex[block.row_count - 1] < 0) fill_padding(rows);
+    if (block.record_count > 0 && vertex[block.record_count - 1] < 0) fill_padding(rows);
   }
 
-  /// The same of changes: where load_rows() puts the padding's positions, zeros.
+  /// The same of changes: where load_records() puts the padding's positions, zeros.
   template <class T, class Source>
   void load_changes(const Block& block, const Source* field, T* rows) const {
-    load_rows(block, field, rows);
-    const Index last = block.row_count - 1;
-    if (last >= 0 && row_vertex(block.first_row + last) < 0) {
-      std::fill_n(rows + kRowSize * (last - 3), 4 * kRowSize, T(0));
+    load_records(block, field, rows);
+    const Index last = block.record_count - 1;
+    if (last >= 0 && record_vertex(block.first_record + last) < 0) {
+      std::fill_n(rows + kRecordSize * (last - 3), 4 * kRecordSize, T(0));
     }
   }
 
-  /// The same of the vertices' positions, with the padding of load_rows().
+  /// The same of the vertices' positions, with the padding of load_records().
   void load_positions(const Block& block, const Positions& x, double* rows) const;
 
   /// The same of a field that has rows itself, in the order of the vertices or, with a place for each
   /// row of all blocks (−1: padding), in another.
   template <class T>
-  void copy_rows(const Block& block, const T* field, T* rows,
-                 const std::int32_t* places = nullptr) const {
-    using Row = Eigen::Matrix<T, kRowSize, 1>;
+  void copy_records(const Block& block, const T* field, T* rows,
+                    const std::int32_t* places = nullptr) const {
+    using Row = Eigen::Matrix<T, kRecordSize, 1>;
     const std::int32_t* vertex =
-        (places == nullptr ? row_vertex_.data() : places) + block.first_row;
-    for (Index r = 0; r < block.row_count; ++r, rows += kRowSize) {
-      const T* row = field + kRowSize * static_cast<Index>(vertex[r] < 0 ? 0 : vertex[r]);
+        (places == nullptr ? record_vertex_.data() : places) + block.first_record;
+    for (Index r = 0; r < block.record_count; ++r, rows += kRecordSize) {
+      const T* row = field + kRecordSize * static_cast<Index>(vertex[r] < 0 ? 0 : vertex[r]);
       Eigen::Map<Row, Eigen::Aligned16>{rows} = Eigen::Map<const Row, Eigen::Aligned16>(row);
     }
-    if (block.row_count > 0 && vertex[block.row_count - 1] < 0) fill_padding(rows);
+    if (block.record_count > 0 && vertex[block.record_count - 1] < 0) fill_padding(rows);
   }
 
   /// field(v) ← Σ of the vertex' rows, or field(v) += that; 3 numbers per vertex.
-  void sum_rows(const AlignedVector<double>& rows, Vector& field) const;
-  void add_row_sums(const AlignedVector<double>& rows, Vector& field) const;
+  void sum_records(const AlignedVector<double>& rows, Vector& field) const;
+  void add_record_sums(const AlignedVector<double>& rows, Vector& field) const;
 
   /// rows of a vertex, ascending.
   const std::int32_t* rows_begin(Index vertex) const {
-    return vertex_rows_.data() + vertex_row_begin_[static_cast<std::size_t>(vertex)];
+    return vertex_records_.data() + vertex_record_begin_[static_cast<std::size_t>(vertex)];
   }
   const std::int32_t* rows_end(Index vertex) const {
-    return vertex_rows_.data() + vertex_row_begin_[static_cast<std::size_t>(vertex) + 1];
+    return vertex_records_.data() + vertex_record_begin_[static_cast<std::size_t>(vertex) + 1];
   }
 
  private:
@@ -133,11 +133,11 @@ class ElementBlocks {
   // Padding elements are unit tetrahedra at rest on the last four rows.
   template <class T>
   static void fill_padding(T* end) {
-    for (T* r = end - 4 * kRowSize; r != end; ++r) *r = T(0);
-    for (int k = 0; k < 3; ++k) end[(k - 3) * kRowSize + k] = T(1);
+    for (T* r = end - 4 * kRecordSize; r != end; ++r) *r = T(0);
+    for (int k = 0; k < 3; ++k) end[(k - 3) * kRecordSize + k] = T(1);
   }
   void add_block(const RestState& rest, const std::vector<Index>& order, Index begin, Index end,
-                 int material, std::vector<std::int32_t>& row_of_vertex);
+                 int material, std::vector<std::int32_t>& record_of_vertex);
   void set_lane(const RestState& rest, Index batch, int lane, Index element,
                 const std::array<std::int32_t, 4>& rows);
 
@@ -145,9 +145,9 @@ class ElementBlocks {
   AlignedVector<double> rest_numbers_;
   AlignedVector<std::uint16_t> slots_;
   std::vector<std::int32_t> element_;
-  std::vector<std::int32_t> row_vertex_;  // −1: padding
-  std::vector<std::int32_t> vertex_row_begin_;
-  std::vector<std::int32_t> vertex_rows_;
+  std::vector<std::int32_t> record_vertex_;  // −1: padding
+  std::vector<std::int32_t> vertex_record_begin_;
+  std::vector<std::int32_t> vertex_records_;
 };
 
 }  // namespace tetraction

@@ -77,8 +77,8 @@ Index InversionCounter::count(const Vector& q, bool is_small_step) {
         continue;
       }
       const ElementBlocks::Block& block = blocks.block(b);
-      positions.resize(static_cast<std::size_t>(ElementBlocks::kRowSize * block.row_count));
-      blocks.load_rows(block, q.data(), positions.data());
+      positions.resize(static_cast<std::size_t>(ElementBlocks::kRecordSize * block.record_count));
+      blocks.load_records(block, q.data(), positions.data());
       const JacobianSigns signs = jacobian_signs(blocks.batches(block), positions.data());
       own += signs.negative;
       pause_[i] = signs.all_above_half ? kPause : 0;

@@ -167,8 +167,8 @@ const std::vector<std::vector<Index>>& SparsityPattern::block_colors(
     colored_blocks_ = &blocks;
     block_colors_ = color_items(blocks.block_count(), owner_, [&](Index b, const auto& use) {
       const ElementBlocks::Block& block = blocks.block(b);
-      for (Index r = 0; r < block.row_count; ++r) {
-        const Index v = blocks.row_vertex(block.first_row + r);
+      for (Index r = 0; r < block.record_count; ++r) {
+        const Index v = blocks.record_vertex(block.first_record + r);
         if (v >= 0) use(v);
       }
     });

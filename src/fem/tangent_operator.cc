@@ -53,16 +53,16 @@ TangentOperator<T>::TangentOperator(const ElasticPotential& elastic,
       blocks_(elastic.blocks()),
       order_(std::move(order)),
       begin_(static_cast<std::size_t>(blocks_.block_count()) + 1, 0),
-      rows_(static_cast<std::size_t>(ElementBlocks::kRowSize * blocks_.row_count())) {
+      rows_(static_cast<std::size_t>(ElementBlocks::kRecordSize * blocks_.record_count())) {
   if (order_.empty()) return;
   std::vector<std::int32_t> place(order_.size());
   for (std::size_t i = 0; i < order_.size(); ++i) {
     place[static_cast<std::size_t>(order_[i])] = static_cast<std::int32_t>(i);
   }
-  row_place_.resize(static_cast<std::size_t>(blocks_.row_count()));
-  for (Index r = 0; r < blocks_.row_count(); ++r) {
-    const Index v = blocks_.row_vertex(r);
-    row_place_[static_cast<std::size_t>(r)] = v < 0 ? -1 : place[static_cast<std::size_t>(v)];
+  record_place_.resize(static_cast<std::size_t>(blocks_.record_count()));
+  for (Index r = 0; r < blocks_.record_count(); ++r) {
+    const Index v = blocks_.record_vertex(r);
+    record_place_[static_cast<std::size_t>(r)] = v < 0 ? -1 : place[static_cast<std::size_t>(v)];
   }
 }
 
@@ -88,8 +88,8 @@ void TangentOperator<T>::set(const Vector& q, const ViscousPotential* viscous,
     thread_local AlignedVector<double> positions;
     for (Index b = begin; b < end; ++b) {
       const ElementBlocks::Block& block = blocks_.block(b);
-      positions.resize(static_cast<std::size_t>(ElementBlocks::kRowSize * block.row_count));
-      blocks_.load_rows(block, q.data(), positions.data());
+      positions.resize(static_cast<std::size_t>(ElementBlocks::kRecordSize * block.record_count));
+      blocks_.load_records(block, q.data(), positions.data());
       const auto model =
           isotropic_model(elastic_.materials()[static_cast<std::size_t>(block.material)]);
       T* state = state_.data() + begin_[static_cast<std::size_t>(b)];
@@ -173,10 +173,10 @@ void TangentOperator<T>::multiply(const T* x) {
     thread_local AlignedVector<T> local;
     for (Index b = begin; b < end; ++b) {
       const ElementBlocks::Block& block = blocks_.block(b);
-      local.resize(static_cast<std::size_t>(ElementBlocks::kRowSize * block.row_count));
-      copy_rows(block, x, local.data());
-      T* result = rows_.data() + ElementBlocks::kRowSize * block.first_row;
-      std::fill_n(result, ElementBlocks::kRowSize * block.row_count, T(0));
+      local.resize(static_cast<std::size_t>(ElementBlocks::kRecordSize * block.record_count));
+      copy_records(block, x, local.data());
+      T* result = rows_.data() + ElementBlocks::kRecordSize * block.first_record;
+      std::fill_n(result, ElementBlocks::kRecordSize * block.record_count, T(0));
       apply_tangent(blocks_.batches(block), form(block), state(b), local.data(), result);
     }
   });
@@ -199,18 +199,18 @@ void TangentOperator<T>::diagonal(AlignedVector<T>& on, AlignedVector<T>& off) {
   parallel_for(blocks_.block_count(), 1, [&](Index begin, Index end) {
     for (Index b = begin; b < end; ++b) {
       const ElementBlocks::Block& block = blocks_.block(b);
-      const auto first = ElementBlocks::kRowSize * block.first_row;
+      const auto first = ElementBlocks::kRecordSize * block.first_record;
       add_tangent_diagonal(blocks_.batches(block), form(block), state(b), rows_.data() + first,
                            other.data() + first);
     }
   });
   const Index n = elastic_.rest().vertex_count();
-  on.resize(static_cast<std::size_t>(ElementBlocks::kRowSize * n));
+  on.resize(static_cast<std::size_t>(ElementBlocks::kRecordSize * n));
   off.resize(on.size());
   parallel_for(n, 1024, [&](Index begin, Index end) {
     for (Index i = begin; i < end; ++i) {
-      Eigen::Map<Row>(on.data() + ElementBlocks::kRowSize * i) = sum(rows_, i);
-      Eigen::Map<Row>(off.data() + ElementBlocks::kRowSize * i) = sum(other, i);
+      Eigen::Map<Row>(on.data() + ElementBlocks::kRecordSize * i) = sum(rows_, i);
+      Eigen::Map<Row>(off.data() + ElementBlocks::kRecordSize * i) = sum(other, i);
     }
   });
 }
@@ -223,8 +223,8 @@ bool TangentOperator<T>::step_is_safe(const T* x) const {
     for (Index b = begin; b < end; ++b) {
       const ElementBlocks::Block& block = blocks_.block(b);
       if (!has(form(block), TangentForm::kSpatial)) continue;  // defined for any J
-      local.resize(static_cast<std::size_t>(ElementBlocks::kRowSize * block.row_count));
-      copy_rows(block, x, local.data());
+      local.resize(static_cast<std::size_t>(ElementBlocks::kRecordSize * block.record_count));
+      copy_records(block, x, local.data());
       if (!tangent_step_is_safe(blocks_.batches(block), form(block), state(b), local.data())) {
         safe = false;
       }

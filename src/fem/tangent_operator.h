@@ -35,10 +35,10 @@ class TangentOperator {
   /// Exactly positive semidefinite for neo-Hookean and Saint Venant–Kirchhoff solids. Until set().
   void convexify();
 
-  /// The rows of K x: a vertex' part is the sum over its rows (row_sum).
+  /// The rows of K x: a vertex' part is the sum over its rows (record_sum).
   void multiply(const T* x);
   /// Σ of the rows of the vertex at a place after multiply().
-  Eigen::Matrix<T, 4, 1> row_sum(Index place) const { return sum(rows_, place); }
+  Eigen::Matrix<T, 4, 1> record_sum(Index place) const { return sum(rows_, place); }
 
   /// The elements' matrices of a block's batch, in the numbers of tangent_stiffness().
   void element_matrices(Index block, Index batch, double* matrices) const;
@@ -57,24 +57,25 @@ class TangentOperator {
     const Index vertex = order_.empty() ? place : order_[static_cast<std::size_t>(place)];
     Row total = Row::Zero();
     for (const std::int32_t* r = blocks_.rows_begin(vertex); r != blocks_.rows_end(vertex); ++r) {
-      total += Eigen::Map<const Row, Eigen::Aligned16>(rows.data() + ElementBlocks::kRowSize * *r);
+      total +=
+          Eigen::Map<const Row, Eigen::Aligned16>(rows.data() + ElementBlocks::kRecordSize * *r);
     }
     return total;
   }
   TangentForm form(const ElementBlocks::Block& block) const;
   static void convexify(TangentForm kind, T* state);
   const T* state(Index b) const { return state_.data() + begin_[static_cast<std::size_t>(b)]; }
-  void copy_rows(const ElementBlocks::Block& block, const T* x, T* rows) const {
-    const std::int32_t* places = row_place_.empty() ? nullptr : row_place_.data();
-    blocks_.copy_rows(block, x, rows, places);
+  void copy_records(const ElementBlocks::Block& block, const T* x, T* rows) const {
+    const std::int32_t* places = record_place_.empty() ? nullptr : record_place_.data();
+    blocks_.copy_records(block, x, rows, places);
   }
 
   const ElasticPotential& elastic_;
   const ElementBlocks& blocks_;
   bool viscous_ = false;
   std::vector<std::int32_t> order_;
-  std::vector<std::int32_t> row_place_;  // of each row of the blocks, or −1: padding
-  std::vector<std::size_t> begin_;       // of each block's state
+  std::vector<std::int32_t> record_place_;  // of each row of the blocks, or −1: padding
+  std::vector<std::size_t> begin_;          // of each block's state
   AlignedVector<T> state_;
   AlignedVector<T> rows_;
 };

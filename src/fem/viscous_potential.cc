@@ -124,36 +124,36 @@ struct ViscousPotential::Impl {
     thread_local AlignedVector<double> from;
     thread_local AlignedVector<double> change;
     const ElementBlocks::Block& block = blocks.block(b);
-    from.resize(static_cast<std::size_t>(ElementBlocks::kRowSize * block.row_count));
+    from.resize(static_cast<std::size_t>(ElementBlocks::kRecordSize * block.record_count));
     change.resize(from.size());
-    blocks.load_rows(block, positions.data(), from.data());
+    blocks.load_records(block, positions.data(), from.data());
     blocks.load_changes(block, changes.data(), change.data());
     return {from.data(), change.data()};
   }
 
-  double* cleared_rows(const ElementBlocks::Block& block) const {
-    double* own = rows.data() + ElementBlocks::kRowSize * block.first_row;
-    std::fill_n(own, ElementBlocks::kRowSize * block.row_count, 0.0);
+  double* cleared_records(const ElementBlocks::Block& block) const {
+    double* own = rows.data() + ElementBlocks::kRecordSize * block.first_record;
+    std::fill_n(own, ElementBlocks::kRecordSize * block.record_count, 0.0);
     return own;
   }
 
   double energy(const Vector& displacement, bool with_gradient) const {
     energies.resize(static_cast<std::size_t>(blocks.block_count()));
-    if (with_gradient) make_rows();
+    if (with_gradient) make_records();
     for_each_block(*start, displacement,
                    [&](Index b, const ElementBlocks::Block& block, const double* positions,
                        const double* changes) {
                      energies[static_cast<std::size_t>(b)] = viscous_gradient(
                          blocks.batches(block), {factor, positions, changes, correction_of(block)},
-                         with_gradient ? cleared_rows(block) : nullptr);
+                         with_gradient ? cleared_records(block) : nullptr);
                    });
     double sum = 0.0;
     for (const double of_block : energies) sum += of_block;
     return sum;
   }
 
-  void make_rows() const {
-    rows.resize(static_cast<std::size_t>(ElementBlocks::kRowSize * blocks.row_count()));
+  void make_records() const {
+    rows.resize(static_cast<std::size_t>(ElementBlocks::kRecordSize * blocks.record_count()));
   }
 
   template <class T>
@@ -177,14 +177,14 @@ double ViscousPotential::factor() const {
 void ViscousPotential::add_force(double viscosity, const Vector& q, const Vector& v,
                                  Vector& force) const {
   const Impl& s = *impl_;
-  s.make_rows();
+  s.make_records();
   s.for_each_block(q, v,
                    [&](Index, const ElementBlocks::Block& block, const double* positions,
                        const double* velocities) {
                      add_viscous_force(s.blocks.batches(block), viscosity, positions, velocities,
-                                       s.cleared_rows(block));
+                                       s.cleared_records(block));
                    });
-  s.blocks.add_row_sums(s.rows, force);
+  s.blocks.add_record_sums(s.rows, force);
 }
 
 void ViscousPotential::begin(const Vector& q, double factor) {
@@ -214,7 +214,7 @@ void ViscousPotential::add_value_and_gradient(const Vector& displacement, double
                                               Vector& gradient) const {
   if (impl_->factor == 0.0) return;
   value += impl_->energy(displacement, true);
-  impl_->blocks.add_row_sums(impl_->rows, gradient);
+  impl_->blocks.add_record_sums(impl_->rows, gradient);
 }
 
 // Blocks of one colour share no vertex, and colours come one after the other.
@@ -230,7 +230,7 @@ void ViscousPotential::add_hessian(const Vector& displacement, const SparsityPat
       for (Index i = begin; i < end; ++i) {
         const Index b = color[static_cast<std::size_t>(i)];
         const ElementBlocks::Block& block = s.blocks.block(b);
-        positions.resize(static_cast<std::size_t>(ElementBlocks::kRowSize * block.row_count));
+        positions.resize(static_cast<std::size_t>(ElementBlocks::kRecordSize * block.record_count));
         s.blocks.load_positions(block, Positions(*s.start, displacement), positions.data());
         state.resize(static_cast<std::size_t>(block.batch_count * tangent_numbers(kForm)) *
                      kBatchLanes);

@@ -65,7 +65,7 @@ ConstraintObject make_handle(const ConstraintSettings& constraint, const Mechani
   const Matrix positions = positions_of(vertices, q);
   if (!constraint.is_driven()) return RigidHandle{vertices, positions, constraint.where};
 
-  HeldVertices driven;
+  PrescribedVertices driven;
   driven.name = constraint.where;
   driven.vertices = vertices;
   driven.start = positions;
@@ -130,7 +130,7 @@ ConstraintList BodyConstraints::list() const {
   ConstraintList list;
   list.held = fixes;
   for (const ConstraintObject& object : others) {
-    if (const auto* held = std::get_if<HeldVertices>(&object)) list.held.push_back(*held);
+    if (const auto* held = std::get_if<PrescribedVertices>(&object)) list.held.push_back(*held);
     if (const auto* guided = std::get_if<GuidedVertices>(&object)) list.guided.push_back(*guided);
     if (const auto* distance = std::get_if<FixedDistance>(&object)) {
       list.distances.push_back(*distance);
@@ -140,8 +140,9 @@ ConstraintList BodyConstraints::list() const {
   return list;
 }
 
-HeldVertices make_held(const FixSettings& fix, const TetMesh& mesh, const Vector& q, double time) {
-  HeldVertices held;
+PrescribedVertices make_held(const FixSettings& fix, const TetMesh& mesh, const Vector& q,
+                             double time) {
+  PrescribedVertices held;
   held.name = fix.where;
   held.vertices = select_at(mesh, fix.select, fix.where);
   held.components = fix.components;
@@ -162,10 +163,10 @@ HeldVertices make_held(const FixSettings& fix, const TetMesh& mesh, const Vector
   return held;
 }
 
-HeldVertices changed_held(const HeldVertices& held, const FixSettings& before,
-                          const FixSettings& after, const TetMesh& mesh, const Vector& q,
-                          double time) {
-  HeldVertices next = make_held(after, mesh, q, time);
+PrescribedVertices changed_held(const PrescribedVertices& held, const FixSettings& before,
+                                const FixSettings& after, const TetMesh& mesh, const Vector& q,
+                                double time) {
+  PrescribedVertices next = make_held(after, mesh, q, time);
   if (before.select != after.select || before.components != after.components ||
       before.target != after.target || before.offset != after.offset ||
       before.targets != after.targets || held.vertices.empty()) {

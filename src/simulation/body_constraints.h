@@ -15,11 +15,12 @@ std::vector<Index> select_at(const TetMesh& mesh, const Selection& selection,
                              const std::string& where);
 
 /// One [[constraint]]: a driven handle is held.
-using ConstraintObject = std::variant<HeldVertices, GuidedVertices, FixedDistance, RigidHandle>;
+using ConstraintObject =
+    std::variant<PrescribedVertices, GuidedVertices, FixedDistance, RigidHandle>;
 
 /// The constraints of a body by their numbers in the scene; edits add to them and change them.
 struct BodyConstraints {
-  std::vector<HeldVertices> fixes;
+  std::vector<PrescribedVertices> fixes;
   std::vector<FixSettings> fix_settings;  // of the same numbers
   std::vector<ConstraintObject> others;
   std::vector<std::optional<ConstraintSettings>> other_settings;  // of the same numbers
@@ -28,14 +29,15 @@ struct BodyConstraints {
 };
 
 /// The object of a [[fix]] for positions q at `time`. Throws InputError.
-HeldVertices make_held(const FixSettings& fix, const TetMesh& mesh, const Vector& q, double time);
+PrescribedVertices make_held(const FixSettings& fix, const TetMesh& mesh, const Vector& q,
+                             double time);
 
 /// The object of a [[fix]] whose settings change from `before` to `after` at `time`. As long as
 /// vertices, components, target and offset stay the same, the targets go on from where they are;
 /// but one that has let go of all its vertices holds them anew.
-HeldVertices changed_held(const HeldVertices& held, const FixSettings& before,
-                          const FixSettings& after, const TetMesh& mesh, const Vector& q,
-                          double time);
+PrescribedVertices changed_held(const PrescribedVertices& held, const FixSettings& before,
+                                const FixSettings& after, const TetMesh& mesh, const Vector& q,
+                                double time);
 
 /// The object of a [[constraint]] for positions q at `time`. Throws InputError for a distance of
 /// zero, a normal or direction of zero, a driven rotation of fewer than three vertices that are not

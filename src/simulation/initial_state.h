@@ -20,7 +20,7 @@ Constraints constrain(MechanicalSystem& system, const BodyConstraints& constrain
 void require_defined_terms(const MechanicalSystem& system, const Vector& position, double time,
                            const std::string& what);
 
-UserForce make_force(const ForceSettings& force, const TetMesh& mesh);
+ExternalForce make_force(const ForceSettings& force, const TetMesh& mesh);
 
 /// The vertices of a shift, in its order. Throws InputError for numbers that are not there or come
 /// twice, lists of other lengths, values that are not finite.

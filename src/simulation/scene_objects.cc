@@ -93,7 +93,7 @@ std::unique_ptr<MechanicalSystem> make_system(const Scene& scene, TetMesh mesh) 
   return system;
 }
 
-UserForce make_force(const ForceSettings& force, const TetMesh& mesh) {
+ExternalForce make_force(const ForceSettings& force, const TetMesh& mesh) {
   return {select_at(mesh, force.select, force.where), force.vector, force.from, force.until};
 }
 
@@ -117,7 +117,7 @@ Constraints constrain(MechanicalSystem& system, const BodyConstraints& constrain
                      ": cannot be met together with the other constraints on its vertices. Change "
                      "the length, or leave one of them out.");
   }
-  if (const Evaluation status = system.elastic().admissible(moved); !status.ok()) {
+  if (const EvaluationStatus status = system.elastic().admissible(moved); !status.ok()) {
     throw InputError(fmt::format(
         "Moving the vertices to where the constraints hold them inverts element {}: bring the "
         "targets of [[fix]] and [[constraint]] nearer, or take a smaller initial.stretch or "
@@ -141,7 +141,7 @@ State make_initial_state(const Scene& scene, MechanicalSystem& system,
   const InitialSettings& initial = scene.initial;
   State state = system.rest_state();
   state.position = initial_positions(scene, system);
-  if (const Evaluation status = system.elastic().admissible(state.position); !status.ok()) {
+  if (const EvaluationStatus status = system.elastic().admissible(state.position); !status.ok()) {
     throw InputError(fmt::format(
         "The initial state inverts element {}: make initial.stretch or the initial displacement "
         "smaller.",

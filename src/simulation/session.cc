@@ -78,22 +78,22 @@ double Session::Impl::relative_energy(double energy) const {
     modulus = std::max(modulus, lame.lambda + 2.0 * lame.mu);
   }
   const double floor = 1e-12 * modulus * system->mesh().total_volume();
-  return energy / std::max(books->energy_scale(), floor);
+  return energy / std::max(balance->energy_scale(), floor);
 }
 
 double Session::Impl::relative_energy_error() const {
-  return relative_energy(books->energy_error());
+  return relative_energy(balance->energy_error());
 }
 
 bool Session::Impl::blown_up() const {
   // The usual case without the loop over the mesh.
-  if (books->energy_error() <= kBlowUp * books->energy_scale()) return false;
+  if (balance->energy_error() <= kBlowUp * balance->energy_scale()) return false;
   return !(relative_energy_error() <= kBlowUp);
 }
 
 void Session::Impl::keep_state() {
   good.state = state;
-  good.books = std::make_unique<Books>(*books);
+  good.balance = std::make_unique<Balance>(*balance);
   good.stepping = stepping;
 }
 
@@ -113,8 +113,8 @@ Session::Session(Scene scene, TetMesh mesh) : impl_(std::make_unique<Impl>()) {
     s.system = make_system(s.scene, std::move(mesh));
     s.state = make_initial_state(s.scene, *s.system, s.constraints);
     s.stepper = make_stepper(s.time.integrator, s.solver, *s.system);
-    s.books = std::make_unique<Books>(*s.system, s.state);
-    const Energies& energies = s.books->energies();
+    s.balance = std::make_unique<Balance>(*s.system, s.state);
+    const Energies& energies = s.balance->energies();
     if (!std::isfinite(energies.total())) {
       throw InputError(
           fmt::format("The energy at the start is not finite (kinetic {} J, elastic {} J, "
@@ -186,8 +186,8 @@ bool Session::step() {
     s.message = fmt::format(
         "step {} (t = {:.6g} s): the energy blew up, most at element {}: the integrator has added "
         "{:.3g} J to the {:.3g} J that entered{}. {}",
-        s.state.step, s.state.time, s.element_id(s.hottest_element()), s.books->energy_error(),
-        s.books->energy_scale(), center, s.limit_advice());
+        s.state.step, s.state.time, s.element_id(s.hottest_element()), s.balance->energy_error(),
+        s.balance->energy_scale(), center, s.limit_advice());
     return true;
   }
   if (s.keeps_good_states && s.state.step % kGoodStateInterval == 0 &&
@@ -211,7 +211,7 @@ void Session::go_back() {
   if (s.status != RunStatus::kUnstable && s.status != RunStatus::kNotConverged) return;
   if (s.keeps_good_states && !(s.relative_energy_error() <= kGood)) {
     s.state = s.good.state;
-    s.books = std::make_unique<Books>(*s.good.books);
+    s.balance = std::make_unique<Balance>(*s.good.balance);
     s.stepping = s.good.stepping;
   }
   s.status = RunStatus::kRunning;

@@ -52,7 +52,7 @@ class SystemSettings {
   std::vector<MaterialModel> materials_;
   Environment environment_;
   Damping damping_;
-  std::vector<UserForce> forces_;
+  std::vector<ExternalForce> forces_;
 };
 
 // Changes copies of what an edit concerns; nothing is committed before all of it is known to fit.
@@ -109,7 +109,7 @@ struct Editor {
   }
   void operator()(const SetForce& edit) {
     if (edit.index) require_index(forces, *edit.index, "force");
-    UserForce force = make_force(edit.force, system.mesh());
+    ExternalForce force = make_force(edit.force, system.mesh());
     if (edit.index) {
       system.set_force(*edit.index, std::move(force));
       forces[*edit.index] = edit.force;
@@ -121,7 +121,7 @@ struct Editor {
   void operator()(const SetFix& edit) {
     if (edit.index) {
       require_index(constraints.fixes, *edit.index, "fix");
-      HeldVertices& held = constraints.fixes[*edit.index];
+      PrescribedVertices& held = constraints.fixes[*edit.index];
       FixSettings& settings = constraints.fix_settings[*edit.index];
       held = changed_held(held, settings, edit.fix, system.mesh(), state.position, state.time);
       settings = edit.fix;
@@ -137,8 +137,8 @@ struct Editor {
     bool any = false;
     for (std::size_t number = 0; number < constraints.fixes.size(); ++number) {
       if (edit.fix && *edit.fix != number) continue;
-      HeldVertices& fix = constraints.fixes[number];
-      HeldVertices kept = fix;
+      PrescribedVertices& fix = constraints.fixes[number];
+      PrescribedVertices kept = fix;
       kept.vertices.clear();
       for (std::size_t i = 0; i < fix.vertices.size(); ++i) {
         if (std::binary_search(released.begin(), released.end(), fix.vertices[i])) continue;
@@ -168,7 +168,7 @@ struct Editor {
   }
   void operator()(const RemoveConstraint& edit) {
     require_index(constraints.others, edit.index, "constraint");
-    constraints.others[edit.index] = HeldVertices{};  // which holds none
+    constraints.others[edit.index] = PrescribedVertices{};  // which holds none
     constraints.other_settings[edit.index].reset();
     renewal.constraints = renewal.limit = true;
   }
@@ -206,7 +206,7 @@ struct Editor {
     state.velocity = system.velocity_of(state.momentum);
   }
   void require_admissible(const ShiftSettings& shift) const {
-    const Evaluation status = system.elastic().admissible(state.position);
+    const EvaluationStatus status = system.elastic().admissible(state.position);
     if (status.ok()) {
       require_defined_terms(system, state.position, state.time, "The displacement");
       return;
@@ -287,10 +287,10 @@ void Session::Impl::apply(const Edit& edit, double at, const std::string& what) 
     }
     edits.reserve(edits.size() + 1);
     if (keeps_good_states) {
-      new_good = {new_state, std::make_unique<Books>(*books), stepping};
-      new_good.books->enter_edit(new_state);
+      new_good = {new_state, std::make_unique<Balance>(*balance), stepping};
+      new_good.balance->enter_edit(new_state);
     }
-    done.energy_jump = books->enter_edit(new_state);
+    done.energy_jump = balance->enter_edit(new_state);
   } catch (...) {
     if (old_constraints) system->set_constraints(std::move(*old_constraints));
     old_system.put_back(*system);

@@ -50,7 +50,7 @@ struct Session::Impl {
   // The last good state since the last edit, if such are kept.
   struct GoodState {
     State state;
-    std::unique_ptr<Books> books;
+    std::unique_ptr<Balance> balance;
     Stepping stepping;
   };
   bool keeps_good_states = false;
@@ -61,7 +61,7 @@ struct Session::Impl {
   BodyConstraints constraints;
   State state;
   std::unique_ptr<Stepper> stepper;
-  std::unique_ptr<Books> books;
+  std::unique_ptr<Balance> balance;
   StabilityLimit initial_limit;
 
   Stepping stepping;

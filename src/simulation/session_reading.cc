@@ -12,8 +12,8 @@ const MechanicalSystem& Session::system() const {
 const State& Session::state() const {
   return impl_->state;
 }
-const Books& Session::books() const {
-  return *impl_->books;
+const Balance& Session::balance() const {
+  return *impl_->balance;
 }
 RunStatus Session::status() const {
   return impl_->status;
@@ -67,7 +67,7 @@ std::size_t Session::fix_count() const {
   return impl_->constraints.fixes.size();
 }
 PresentFix Session::fix(std::size_t i) const {
-  const HeldVertices& held = impl_->constraints.fixes.at(i);
+  const PrescribedVertices& held = impl_->constraints.fixes.at(i);
   PresentFix fix{impl_->constraints.fix_settings.at(i), held.vertices, held.start};
   for (Index v = 0; v < fix.targets.cols(); ++v) {
     fix.targets.col(v) = held.motion.position(held.start.col(v), impl_->state.time);
@@ -100,7 +100,7 @@ Vector Session::next_external_force() const {
 const std::vector<Index>& Session::constraint_vertices(std::size_t i) const {
   static const std::vector<Index> none;
   const ConstraintObject& object = impl_->constraints.others.at(i);
-  if (const auto* held = std::get_if<HeldVertices>(&object)) return held->vertices;
+  if (const auto* held = std::get_if<PrescribedVertices>(&object)) return held->vertices;
   if (const auto* guided = std::get_if<GuidedVertices>(&object)) return guided->vertices;
   if (const auto* handle = std::get_if<RigidHandle>(&object)) return handle->vertices;
   return none;

@@ -154,19 +154,19 @@ StepOutcome Session::Impl::attempt() {
   if (!outcome.minimizer.linear.empty()) linear_solver = outcome.minimizer.linear;
   if (outcome.ok() && is_automatic()) {
     // What makes more energy in a step than ever entered was too large.
-    const Books before = *books;
-    books->enter(state, outcome);
-    const double made = books->energy_error() - before.energy_error();
+    const Balance before = *balance;
+    balance->enter(state, outcome);
+    const double made = balance->energy_error() - before.energy_error();
     if (relative_energy(made) > 1.0 && stepper->take_back(state)) {
-      books = std::make_unique<Books>(before);
+      balance = std::make_unique<Balance>(before);
       outcome.status = StepStatus::kNotFinite;
       outcome.message = "the step makes more energy than ever entered";
     } else {
-      stepping.automatic.watch(made, books->energy_scale(), state.step);
+      stepping.automatic.watch(made, balance->energy_scale(), state.step);
       stepping.automatic.watch_elastic(outcome.elastic_energy, state.step);
     }
   } else if (outcome.ok()) {
-    books->enter(state, outcome);
+    balance->enter(state, outcome);
   }
   if (outcome.ok()) {
     steps.last = length;

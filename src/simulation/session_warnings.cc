@@ -115,15 +115,15 @@ void Session::Impl::warn_at_the_end() {
       }
     }
   }
-  if (const double over = books->residual_over_tolerance(); over > 1.0) {
+  if (const double over = balance->residual_over_tolerance(); over > 1.0) {
     warnings.push_back(fmt::format(
         "round-off kept {} of the implicit steps from solver.tolerance = {:.3g}: they reached "
         "{:.2g}, which is what double precision leaves of the forces of this mesh. Thin or flat "
         "elements have large stiffnesses beside small loads: make them less so, or take a larger "
         "tolerance, which changes nothing but this warning.",
-        books->steps_limited_by_round_off(), solver.tolerance, over * solver.tolerance));
+        balance->steps_limited_by_round_off(), solver.tolerance, over * solver.tolerance));
   }
-  const double drift = books->max_relative_energy_drift();
+  const double drift = balance->max_relative_energy_drift();
   if (!(drift > kLargeEnergyError)) return;
   const double frequency = resolved_frequency(time.integrator, stepping.time_step);
   if (is_variational(time.integrator)) {

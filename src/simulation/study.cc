@@ -128,11 +128,11 @@ class Study {
         run.row.steps > 0
             ? static_cast<double>(session.total_iterations()) / static_cast<double>(run.row.steps)
             : 0.0;
-    const Books& books = session.books();
-    run.row.max_relative_energy_drift = books.max_relative_energy_drift();
-    run.row.linear_momentum_drift = books.linear_momentum_drift();
-    run.row.angular_momentum_drift = books.angular_momentum_drift();
-    run.row.angular_momentum_drift_allowed = books.allowed_angular_momentum_drift();
+    const Balance& balance = session.balance();
+    run.row.max_relative_energy_drift = balance.max_relative_energy_drift();
+    run.row.linear_momentum_drift = balance.linear_momentum_drift();
+    run.row.angular_momentum_drift = balance.angular_momentum_drift();
+    run.row.angular_momentum_drift_allowed = balance.allowed_angular_momentum_drift();
     if (run.row.status == RunStatus::kFinished) run.final_position = session.state().position;
     return run;
   }

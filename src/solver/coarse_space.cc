@@ -90,8 +90,8 @@ CoarseSpace<T>::CoarseSpace(const MechanicalSystem& system, const VertexGroups& 
       arms_(static_cast<std::size_t>(4 * system.vertex_count())),
       motions_(static_cast<std::size_t>(groups.count())),
       groups_of_block_(static_cast<std::size_t>(blocks_.block_count())),
-      group_of_row_(static_cast<std::size_t>(blocks_.row_count())),
-      place_of_row_(static_cast<std::size_t>(blocks_.row_count()), -1),
+      group_of_record_(static_cast<std::size_t>(blocks_.record_count())),
+      place_of_record_(static_cast<std::size_t>(blocks_.record_count()), -1),
       factor_(std::make_unique<Factor>()) {
   find_neighbors();
   factor_->make_pattern();
@@ -114,21 +114,21 @@ void CoarseSpace<T>::find_neighbors() {
   for (Index b = 0; b < blocks_.block_count(); ++b) {
     const ElementBlocks::Block& block = blocks_.block(b);
     auto& own = groups_of_block_[static_cast<std::size_t>(b)];
-    for (Index r = block.first_row; r < block.first_row + block.row_count; ++r) {
-      if (const Index v = blocks_.row_vertex(r); v >= 0) {
+    for (Index r = block.first_record; r < block.first_record + block.record_count; ++r) {
+      if (const Index v = blocks_.record_vertex(r); v >= 0) {
         const std::int32_t place = place_of_vertex[static_cast<std::size_t>(v)];
-        place_of_row_[static_cast<std::size_t>(r)] = place;
+        place_of_record_[static_cast<std::size_t>(r)] = place;
         own.push_back(static_cast<std::int32_t>(groups_.group(place)));
       }
     }
     std::sort(own.begin(), own.end());
     own.erase(std::unique(own.begin(), own.end()), own.end());
-    for (Index r = block.first_row; r < block.first_row + block.row_count; ++r) {
-      const Index place = place_of_row_[static_cast<std::size_t>(r)];
+    for (Index r = block.first_record; r < block.first_record + block.record_count; ++r) {
+      const Index place = place_of_record_[static_cast<std::size_t>(r)];
       if (place < 0) continue;
       const auto which =
           std::lower_bound(own.begin(), own.end(), groups_.group(place)) - own.begin();
-      group_of_row_[static_cast<std::size_t>(r)] = static_cast<std::uint16_t>(which);
+      group_of_record_[static_cast<std::size_t>(r)] = static_cast<std::uint16_t>(which);
     }
     for (Index batch = block.first_batch; batch < block.first_batch + block.batch_count; ++batch) {
       for (int lane = 0; lane < kBatchLanes; ++lane) {
@@ -136,8 +136,9 @@ void CoarseSpace<T>::find_neighbors() {
         std::array<std::int32_t, 4> groups;
         for (int a = 0; a < 4; ++a) {
           const Index row =
-              block.first_row + blocks_.slot(batch, a, lane) / ElementBlocks::kRowSize;
-          groups[static_cast<std::size_t>(a)] = own[group_of_row_[static_cast<std::size_t>(row)]];
+              block.first_record + blocks_.slot(batch, a, lane) / ElementBlocks::kRecordSize;
+          groups[static_cast<std::size_t>(a)] =
+              own[group_of_record_[static_cast<std::size_t>(row)]];
         }
         for (const std::int32_t i : groups) {
           for (const std::int32_t j : groups) {
@@ -174,7 +175,7 @@ void CoarseSpace<T>::set_arms(const Vector& x) {
         const Index v = groups_.vertex(i);
         const bool held = coordinates.is_held(v);
         const Vector3 arm = (held ? 0.0 : scale) * (vertex_block(x, v) - center);
-        Eigen::Map<Row, Eigen::Aligned16>(arms_.data() + 4 * i) =
+        Eigen::Map<Record, Eigen::Aligned16>(arms_.data() + 4 * i) =
             Eigen::Vector4d(arm[0], arm[1], arm[2], held ? 0.0 : 1.0).cast<T>();
       }
     }
@@ -184,7 +185,7 @@ void CoarseSpace<T>::set_arms(const Vector& x) {
 // u = basis (t, ω) of the vertex at a place.
 template <class T>
 Eigen::Matrix<double, 3, 6> CoarseSpace<T>::basis(Index place) const {
-  const Row a = arm(place);
+  const Record a = arm(place);
   Eigen::Matrix<double, 3, 6> q = Eigen::Matrix<double, 3, 6>::Zero();
   if (a[3] == T(0)) return q;
   q.leftCols<3>().setIdentity();
@@ -219,11 +220,12 @@ void CoarseSpace<T>::add_block(const TangentOperator<T>& stiffness, Index b,
       bool all_free = true;
       for (int a = 0; a < 4; ++a) {
         const auto i = static_cast<std::size_t>(a);
-        const Index row = block.first_row + blocks_.slot(batch, a, lane) / ElementBlocks::kRowSize;
-        group[i] = group_of_row_[static_cast<std::size_t>(row)];
-        places[i] = place_of_row_[static_cast<std::size_t>(row)];
+        const Index row =
+            block.first_record + blocks_.slot(batch, a, lane) / ElementBlocks::kRecordSize;
+        group[i] = group_of_record_[static_cast<std::size_t>(row)];
+        places[i] = place_of_record_[static_cast<std::size_t>(row)];
         arms[i] = arm(places[i]).template head<3>().template cast<double>();
-        all_free = all_free && coordinates.is_free(blocks_.row_vertex(row));
+        all_free = all_free && coordinates.is_free(blocks_.record_vertex(row));
       }
       int pair = 0;
       for (std::size_t a = 0; a < 4; ++a) {

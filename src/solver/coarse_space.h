@@ -28,7 +28,7 @@ namespace tetraction {
 template <class T>
 class CoarseSpace {
  public:
-  using Row = Eigen::Matrix<T, 4, 1>;
+  using Record = Eigen::Matrix<T, 4, 1>;
   using Motion = Eigen::Matrix<double, 6, 1>;  ///< t, ω
   /// What is added to K at the vertex at a place.
   using VertexTerm = std::function<Matrix3(Index)>;
@@ -43,8 +43,8 @@ class CoarseSpace {
   bool update(const TangentOperator<T>& stiffness, const VertexTerm& vertex_term, const Vector& x);
 
   /// (a_v, w_v) of the vertex at a place.
-  Eigen::Map<const Row, Eigen::Aligned16> arm(Index place) const {
-    return Eigen::Map<const Row, Eigen::Aligned16>(arms_.data() + 4 * place);
+  Eigen::Map<const Record, Eigen::Aligned16> arm(Index place) const {
+    return Eigen::Map<const Record, Eigen::Aligned16>(arms_.data() + 4 * place);
   }
   /// Pᵀr of a group, which the caller fills, and after solve() the motion of the group.
   Motion& motion(Index group) { return motions_[static_cast<std::size_t>(group)]; }
@@ -68,8 +68,8 @@ class CoarseSpace {
   // Of each block of elements: its groups, ascending; of each of its rows, which of these, and the
   // vertex' place.
   std::vector<std::vector<std::int32_t>> groups_of_block_;
-  std::vector<std::uint16_t> group_of_row_;
-  std::vector<std::int32_t> place_of_row_;
+  std::vector<std::uint16_t> group_of_record_;
+  std::vector<std::int32_t> place_of_record_;
   std::unique_ptr<Factor> factor_;
 };
 

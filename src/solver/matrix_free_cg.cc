@@ -61,7 +61,7 @@ MatrixFreeCg<T>::MatrixFreeCg(const MechanicalSystem& system)
     const Index v = groups_.vertex(i);
     Vector3 own = vertex_block(seed, v);
     if (!system.coordinates().is_free(v)) own = project(system.coordinates(), v, own);
-    row(r_, i) = Eigen::Vector4d(own[0], own[1], own[2], 0.0).template cast<T>();
+    record(r_, i) = Eigen::Vector4d(own[0], own[1], own[2], 0.0).template cast<T>();
   });
   last_ = seed.squaredNorm();
 }
@@ -98,9 +98,9 @@ void MatrixFreeCg<T>::set_terms() {
     if (has_terms_) {
       const Matrix3 h = terms_.diagonal(v);
       on += h.diagonal();
-      row(off_, i) = Eigen::Vector4d(h(0, 1), h(0, 2), h(1, 2), 0.0).template cast<T>();
+      record(off_, i) = Eigen::Vector4d(h(0, 1), h(0, 2), h(1, 2), 0.0).template cast<T>();
     }
-    row(diagonal_, i) = Eigen::Vector4d(on[0], on[1], on[2], 0.0).template cast<T>();
+    record(diagonal_, i) = Eigen::Vector4d(on[0], on[1], on[2], 0.0).template cast<T>();
   });
   neighbors_begin_.clear();
   neighbors_.clear();
@@ -145,7 +145,7 @@ double MatrixFreeCg<T>::curvature(const Vector& d) {
   if (!(scale > 0.0)) return 0.0;
   for_places([&](Index i) {
     const Vector3 own = vertex_block(d, groups_.vertex(i)) / scale;
-    row(p_, i) = Eigen::Vector4d(own[0], own[1], own[2], 0.0).template cast<T>();
+    record(p_, i) = Eigen::Vector4d(own[0], own[1], own[2], 0.0).template cast<T>();
   });
   return multiply() * scale * scale;
 }
@@ -157,7 +157,7 @@ void MatrixFreeCg<T>::copy(const AlignedVector<T>& field, Vector& vector) const 
   vector.resize(3 * system_.vertex_count());
   for_places([&](Index i) {
     const Index v = groups_.vertex(i);
-    Vector3 own = row(field, i).template head<3>().template cast<double>();
+    Vector3 own = record(field, i).template head<3>().template cast<double>();
     if (!coordinates.is_free(v)) own = project(coordinates, v, own);
     vertex_block(vector, v) = own;
   });
@@ -173,9 +173,9 @@ void MatrixFreeCg<T>::make_blocks() {
     const Index v = groups_.vertex(i);
     Eigen::Matrix<double, 4, 3> inverse = Eigen::Matrix<double, 4, 3>::Zero();
     if (!coordinates.is_held(v)) {
-      Eigen::Vector4d on = (row(p_, i) + row(diagonal_, i)).template cast<double>();
-      Eigen::Vector4d off = row(z_, i).template cast<double>();
-      if (has_terms_) off += row(off_, i).template cast<double>();
+      Eigen::Vector4d on = (record(p_, i) + record(diagonal_, i)).template cast<double>();
+      Eigen::Vector4d off = record(z_, i).template cast<double>();
+      if (has_terms_) off += record(off_, i).template cast<double>();
       Matrix3 block;
       block << on[0], off[0], off[1], off[0], on[1], off[2], off[1], off[2], on[2];
       if (coordinates.is_free(v)) {
@@ -208,10 +208,10 @@ template <class T>
 bool MatrixFreeCg<T>::make_coarse_space() {
   if (!coarse_) coarse_ = std::make_unique<CoarseSpace<T>>(system_, groups_);
   const auto vertex_term = [&](Index i) -> Matrix3 {
-    const Row on = row(diagonal_, i);
+    const Record on = record(diagonal_, i);
     Matrix3 block = Vector3(on.template head<3>().template cast<double>()).asDiagonal();
     if (has_terms_) {
-      const Row off = row(off_, i);
+      const Record off = record(off_, i);
       block(0, 1) = block(1, 0) = off[0];
       block(0, 2) = block(2, 0) = off[1];
       block(1, 2) = block(2, 1) = off[2];
@@ -254,7 +254,7 @@ auto MatrixFreeCg<T>::sum_over_groups(const Body& body) -> Products {
 
 // The part of a row along the directions in which the vertex may move.
 template <class T>
-auto MatrixFreeCg<T>::allowed(const Row& x, Index place) const -> Row {
+auto MatrixFreeCg<T>::allowed(const Record& x, Index place) const -> Record {
   const FreeCoordinates& coordinates = system_.coordinates();
   const Index v = groups_.vertex(place);
   return coordinates.is_free(v) ? x : project(coordinates, v, x);
@@ -271,11 +271,11 @@ void MatrixFreeCg<T>::start(const Vector& gradient, double scale, double share) 
     const Index v = groups_.vertex(i);
     Vector3 g = vertex_block(gradient, v) / -scale;
     if (!coordinates.is_free(v)) g = project(coordinates, v, g);
-    row(x_, i).setZero();
-    row(ap_, i).setZero();
-    row(p_, i).setZero();
-    const Row own = Eigen::Vector4d(g[0], g[1], g[2], 0.0).template cast<T>();
-    row(r_, i) = kept > T(0) ? Row(own + kept * row(r_, i)) : own;
+    record(x_, i).setZero();
+    record(ap_, i).setZero();
+    record(p_, i).setZero();
+    const Record own = Eigen::Vector4d(g[0], g[1], g[2], 0.0).template cast<T>();
+    record(r_, i) = kept > T(0) ? Record(own + kept * record(r_, i)) : own;
   });
   descend(0.0);
 }
@@ -297,18 +297,18 @@ double MatrixFreeCg<T>::multiply() {
   operator_.multiply(p_.data());
   const Products products = sum_over_groups([&](Index g) {
     const bool all_free = all_free_[static_cast<std::size_t>(g)];
-    Row sum = Row::Zero();
+    Record sum = Record::Zero();
     for (Index i = groups_.begin(g); i < groups_.end(g); ++i) {
-      const Row p = row(p_, i);
-      Row ap = operator_.row_sum(i) + row(diagonal_, i).cwiseProduct(p);
+      const Record p = record(p_, i);
+      Record ap = operator_.record_sum(i) + record(diagonal_, i).cwiseProduct(p);
       if (has_terms_) {
-        const Row off = row(off_, i);
-        ap += Row(off[0] * p[1] + off[1] * p[2], off[0] * p[0] + off[2] * p[2],
-                  off[1] * p[0] + off[2] * p[1], T(0));
+        const Record off = record(off_, i);
+        ap += Record(off[0] * p[1] + off[1] * p[2], off[0] * p[0] + off[2] * p[2],
+                     off[1] * p[0] + off[2] * p[1], T(0));
       }
       if (!neighbors_begin_.empty()) add_neighbors(i, ap);
       if (!all_free) ap = allowed(ap, i);
-      row(ap_, i) = ap;
+      record(ap_, i) = ap;
       sum += p.cwiseProduct(ap);
     }
     return Products{sum.template cast<double>().sum(), 0.0};
@@ -318,12 +318,12 @@ double MatrixFreeCg<T>::multiply() {
 
 // sum += the blocks of pairs that the vertex at a place takes part in, times p.
 template <class T>
-void MatrixFreeCg<T>::add_neighbors(Index place, Row& sum) const {
+void MatrixFreeCg<T>::add_neighbors(Index place, Record& sum) const {
   const auto begin = static_cast<std::size_t>(neighbors_begin_[static_cast<std::size_t>(place)]);
   const auto end = static_cast<std::size_t>(neighbors_begin_[static_cast<std::size_t>(place) + 1]);
   for (std::size_t k = begin; k < end; ++k) {
     const Neighbor& other = neighbors_[k];
-    sum.template head<3>() += other.block * row(p_, other.place).template head<3>();
+    sum.template head<3>() += other.block * record(p_, other.place).template head<3>();
   }
 }
 
@@ -334,23 +334,23 @@ void MatrixFreeCg<T>::descend(double step) {
   const T alpha = static_cast<T>(step);
   const bool coarse = factor_ == nullptr && choice_.in_use();
   products_ = sum_over_groups([&](Index g) {
-    Row own = Row::Zero();
-    Row square = Row::Zero();
-    Row force = Row::Zero();
-    std::array<Row, 3> moment{Row::Zero(), Row::Zero(), Row::Zero()};  // Σ a rᵀ
+    Record own = Record::Zero();
+    Record square = Record::Zero();
+    Record force = Record::Zero();
+    std::array<Record, 3> moment{Record::Zero(), Record::Zero(), Record::Zero()};  // Σ a rᵀ
     for (Index i = groups_.begin(g); i < groups_.end(g); ++i) {
-      const Row r = row(r_, i) - alpha * row(ap_, i);
-      row(r_, i) = r;
+      const Record r = record(r_, i) - alpha * record(ap_, i);
+      record(r_, i) = r;
       square += r.cwiseProduct(r);
       if (factor_ != nullptr) continue;
       const T* m = inverse_.data() + 12 * i;
-      const Row z = Eigen::Map<const Row, Eigen::Aligned16>(m) * r[0] +
-                    Eigen::Map<const Row, Eigen::Aligned16>(m + 4) * r[1] +
-                    Eigen::Map<const Row, Eigen::Aligned16>(m + 8) * r[2];
-      row(z_, i) = z;
+      const Record z = Eigen::Map<const Record, Eigen::Aligned16>(m) * r[0] +
+                       Eigen::Map<const Record, Eigen::Aligned16>(m + 4) * r[1] +
+                       Eigen::Map<const Record, Eigen::Aligned16>(m + 8) * r[2];
+      record(z_, i) = z;
       own += r.cwiseProduct(z);
       if (coarse) {
-        const Row arm = coarse_->arm(i);
+        const Record arm = coarse_->arm(i);
         force += r;
         moment[0] += arm[0] * r;
         moment[1] += arm[1] * r;
@@ -382,7 +382,7 @@ double MatrixFreeCg<T>::precondition_with_factor() {
   free_.resize(coordinates.count());
   for_places([&](Index i) {
     const Index v = groups_.vertex(i);
-    const Row padded = row(r_, i);
+    const Record padded = record(r_, i);
     const Vector3T r(padded[0], padded[1], padded[2]);
     if (coordinates.is_free(v)) {
       free_.template segment<3>(coordinates.first(v)) = r;
@@ -395,7 +395,7 @@ double MatrixFreeCg<T>::precondition_with_factor() {
   });
   factor_->solve(free_, free_);
   return sum_over_groups([&](Index g) {
-           Row sum = Row::Zero();
+           Record sum = Record::Zero();
            for (Index i = groups_.begin(g); i < groups_.end(g); ++i) {
              const Index v = groups_.vertex(i);
              Vector3T z = Vector3T::Zero();
@@ -407,9 +407,9 @@ double MatrixFreeCg<T>::precondition_with_factor() {
                  z += free_[map.first + k] * map.columns.col(k).template cast<T>();
                }
              }
-             const Row padded(z[0], z[1], z[2], T(0));
-             row(z_, i) = padded;
-             sum += row(r_, i).cwiseProduct(padded);
+             const Record padded(z[0], z[1], z[2], T(0));
+             record(z_, i) = padded;
+             sum += record(r_, i).cwiseProduct(padded);
            }
            return Products{sum.template cast<double>().sum(), 0.0};
          })
@@ -422,26 +422,26 @@ void MatrixFreeCg<T>::turn(double step_length, double share) {
   const T alpha = static_cast<T>(step_length);
   const T beta = static_cast<T>(share);
   for_groups([&](Index g) {
-    const auto step = [&](Index i, const Row& z) {
-      const Row p = row(p_, i);
-      row(x_, i) += alpha * p;
-      row(p_, i) = z + beta * p;
+    const auto step = [&](Index i, const Record& z) {
+      const Record p = record(p_, i);
+      record(x_, i) += alpha * p;
+      record(p_, i) = z + beta * p;
     };
     if (factor_ != nullptr || !choice_.in_use()) {
-      for (Index i = groups_.begin(g); i < groups_.end(g); ++i) step(i, row(z_, i));
+      for (Index i = groups_.begin(g); i < groups_.end(g); ++i) step(i, record(z_, i));
       return;
     }
     const Eigen::Matrix<T, 6, 1> m = coarse_->motion(g).template cast<T>();
-    const Row t(m[0], m[1], m[2], T(0));
-    const Row x_turned(T(0), m[5], -m[4], T(0));  // ω × e_x
-    const Row y_turned(-m[5], T(0), m[3], T(0));
-    const Row z_turned(m[4], -m[3], T(0), T(0));
+    const Record t(m[0], m[1], m[2], T(0));
+    const Record x_turned(T(0), m[5], -m[4], T(0));  // ω × e_x
+    const Record y_turned(-m[5], T(0), m[3], T(0));
+    const Record z_turned(m[4], -m[3], T(0), T(0));
     const bool all_free = all_free_[static_cast<std::size_t>(g)];
     for (Index i = groups_.begin(g); i < groups_.end(g); ++i) {
-      const Row arm = coarse_->arm(i);
-      Row u = arm[3] * t + arm[0] * x_turned + arm[1] * y_turned + arm[2] * z_turned;
+      const Record arm = coarse_->arm(i);
+      Record u = arm[3] * t + arm[0] * x_turned + arm[1] * y_turned + arm[2] * z_turned;
       if (!all_free) u = allowed(u, i);
-      step(i, row(z_, i) + u);
+      step(i, record(z_, i) + u);
     }
   });
 }
@@ -449,7 +449,7 @@ void MatrixFreeCg<T>::turn(double step_length, double share) {
 // x += alpha p.
 template <class T>
 void MatrixFreeCg<T>::finish(double alpha) {
-  for_places([&](Index i) { row(x_, i) += static_cast<T>(alpha) * row(p_, i); });
+  for_places([&](Index i) { record(x_, i) += static_cast<T>(alpha) * record(p_, i); });
 }
 
 template <class T>
@@ -474,7 +474,7 @@ CgReport MatrixFreeCg<T>::run(const Vector& gradient, double forcing, int max_it
     choice_.solved(report.iterations - known_iterations_,
                    0.5 * std::log10(report.first_square / report.last_square) - known_digits_);
   }
-  for_places([&](Index i) { row(x_, i) *= static_cast<T>(scale); });
+  for_places([&](Index i) { record(x_, i) *= static_cast<T>(scale); });
   copy(x_, step);
   return report;
 }

@@ -59,7 +59,7 @@ class MatrixFreeCg {
   void forget() { choice_ = CoarseChoice(); }
 
  private:
-  using Row = Eigen::Matrix<T, 4, 1>;
+  using Record = Eigen::Matrix<T, 4, 1>;
   struct Products {
     double rz = 0.0;
     double rr = 0.0;
@@ -71,7 +71,7 @@ class MatrixFreeCg {
   void make_blocks();
   bool make_coarse_space();
   void start(const Vector& gradient, double scale, double share);
-  void add_neighbors(Index place, Row& sum) const;
+  void add_neighbors(Index place, Record& sum) const;
   double precondition_with_factor();
   // The verbs of conjugate_gradients(). descend() works out the vertices' part of the preconditioned
   // residual in the same pass.
@@ -87,18 +87,19 @@ class MatrixFreeCg {
   void finish(double alpha);
   void take_direction() { x_ = p_; }
   void copy(const AlignedVector<T>& field, Vector& vector) const;
-  Row allowed(const Row& x, Index place) const;
+  Record allowed(const Record& x, Index place) const;
   template <class Body>
   Products sum_over_groups(const Body& body);
   template <class Body>
   void for_groups(const Body& body) const;
   template <class Body>
   void for_places(const Body& body) const;
-  Eigen::Map<Row, Eigen::Aligned16> row(AlignedVector<T>& field, Index place) const {
-    return Eigen::Map<Row, Eigen::Aligned16>(field.data() + 4 * place);
+  Eigen::Map<Record, Eigen::Aligned16> record(AlignedVector<T>& field, Index place) const {
+    return Eigen::Map<Record, Eigen::Aligned16>(field.data() + 4 * place);
   }
-  Eigen::Map<const Row, Eigen::Aligned16> row(const AlignedVector<T>& field, Index place) const {
-    return Eigen::Map<const Row, Eigen::Aligned16>(field.data() + 4 * place);
+  Eigen::Map<const Record, Eigen::Aligned16> record(const AlignedVector<T>& field,
+                                                    Index place) const {
+    return Eigen::Map<const Record, Eigen::Aligned16>(field.data() + 4 * place);
   }
 
   const MechanicalSystem& system_;

@@ -133,13 +133,14 @@ bool NewtonDirection::without_matrix(const StepProblem& problem, const Vector& x
     cost_of_step_ += p.product * (done.iterations + CoarseChoice::kPrice * done.coarse_spaces);
     return done;
   };
-  CgReport cg = single_precision_ && !refined_ ? solve_in(single()) : solve_in(twice());
+  CgReport cg = single_precision_ && !refined_ ? solve_in(single_precision_cg())
+                                               : solve_in(double_precision_cg());
   const auto failed = [&] { return !cg.converged && !cg.negative_curvature; };
   if (single_precision_ && !refined_ && failed() && options_.linear == LinearSolver::kMatrixFree) {
     // Round-off of single precision: from now on in double.
     single_precision_ = false;
     single_.reset();
-    cg = solve_in(twice());
+    cg = solve_in(double_precision_cg());
   }
   cost_of_step_ += p.newton;
   if (curvature_.found()) ++slow_;
@@ -174,8 +175,8 @@ CgReport NewtonDirection::solve_without_matrix(Cg& cg, const StepProblem& proble
 
 // Whether a direction that was found in single precision is one in double precision, too.
 bool NewtonDirection::is_true_curvature(const StepProblem& problem, const Vector& x) {
-  twice().set(problem, x);
-  curvature_.curvature = twice().curvature(curvature_.direction);
+  double_precision_cg().set(problem, x);
+  curvature_.curvature = double_precision_cg().curvature(curvature_.direction);
   return curvature_.curvature < 0.0;
 }
 
@@ -199,12 +200,12 @@ bool NewtonDirection::probe_without_matrix(const StepProblem& problem, const Vec
     return done;
   };
   if (single_precision_) {
-    const CgReport done = probe(single());
+    const CgReport done = probe(single_precision_cg());
     if (done.converged) return false;
     if (done.negative_curvature && is_true_curvature(problem, x)) return true;
     curvature_ = {};
   }
-  probe(twice());
+  probe(double_precision_cg());
   return curvature_.found();
 }
 
@@ -311,7 +312,7 @@ bool NewtonDirection::with_kept_factor(const StepProblem& problem, const Vector&
   AssembledSystem& matrix = assembled();
   CgReport cg;
   if (can_do_without_matrix_ && single_precision_factor_) {
-    MatrixFreeCg<float>& free = single();
+    MatrixFreeCg<float>& free = single_precision_cg();
     free.set(problem, x);
     cg = free.solve(gradient, forcing, kMost, matrix.single_precision_factor(), direction);
     safe_ = free.step_is_safe();
@@ -369,12 +370,12 @@ AssembledSystem& NewtonDirection::assembled() {
   return *assembled_;
 }
 
-MatrixFreeCg<float>& NewtonDirection::single() {
+MatrixFreeCg<float>& NewtonDirection::single_precision_cg() {
   if (!single_) single_ = std::make_unique<MatrixFreeCg<float>>(system_);
   return *single_;
 }
 
-MatrixFreeCg<double>& NewtonDirection::twice() {
+MatrixFreeCg<double>& NewtonDirection::double_precision_cg() {
   if (!double_) double_ = std::make_unique<MatrixFreeCg<double>>(system_);
   return *double_;
 }

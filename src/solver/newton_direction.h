@@ -69,8 +69,8 @@ class NewtonDirection {
   bool probe_without_matrix(const StepProblem& problem, const Vector& x, MinimizerReport& report);
   bool probe_matrix(const StepProblem& problem, const Vector& x, MinimizerReport& report);
   AssembledSystem& assembled();
-  MatrixFreeCg<float>& single();
-  MatrixFreeCg<double>& twice();
+  MatrixFreeCg<float>& single_precision_cg();
+  MatrixFreeCg<double>& double_precision_cg();
   Prices rough_prices() const;
 
   const MechanicalSystem& system_;

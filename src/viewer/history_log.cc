@@ -29,8 +29,8 @@ void HistoryLog::go_back_to(Index step) {
 
 HistoryRow history_row(const Session& session) {
   const State& state = session.state();
-  const Books& books = session.books();
-  const Energies& energies = books.energies();
+  const Balance& balance = session.balance();
+  const Energies& energies = balance.energies();
   HistoryRow row;
   row.step = state.step;
   row.time = state.time;
@@ -38,13 +38,13 @@ HistoryRow history_row(const Session& session) {
   row.elastic = energies.elastic();
   row.environment = energies.environment();
   row.total = energies.total();
-  row.external_work = books.external_work();
-  row.constraint_work = books.constraint_work();
-  row.dissipated_energy = books.dissipated_energy();
-  row.edit_work = books.edit_work();
-  row.energy_error = books.energy_error();
-  row.linear_momentum = books.momenta().linear;
-  row.angular_momentum = books.momenta().angular;
+  row.external_work = balance.external_work();
+  row.constraint_work = balance.constraint_work();
+  row.dissipated_energy = balance.dissipated_energy();
+  row.edit_work = balance.edit_work();
+  row.energy_error = balance.energy_error();
+  row.linear_momentum = balance.momenta().linear;
+  row.angular_momentum = balance.momenta().angular;
   row.iterations = session.last_iterations();
   return row;
 }

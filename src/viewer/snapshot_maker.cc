@@ -55,7 +55,7 @@ Vector color_values(const Session& session, ColorField field) {
 std::vector<std::uint8_t> held_vertices(const Session& session) {
   const MechanicalSystem& system = session.system();
   std::vector<std::uint8_t> held(static_cast<std::size_t>(system.vertex_count()), 0);
-  for (const HeldVertices& list : system.constraints().list().held) {
+  for (const PrescribedVertices& list : system.constraints().list().held) {
     for (const Index v : list.vertices) held[static_cast<std::size_t>(v)] = 1;
   }
   return held;

@@ -1361,7 +1361,7 @@ vector = [10, 300, -20]
         self.assertIn("h_crit", self.warnings_of()[0])
         self.assertIn("penalty", self.warnings_of()[0])
         self.assertIn(self.summary("out")["status"], ("unstable", "failed"))
-        # A soft one runs, and its books close with the springs' energy in them.
+        # A soft one runs, and its balance closes with the springs' energy in them.
         for integrator in INTEGRATORS:
             with self.subTest(integrator):
                 rows = self.simulate(text, penalty[0], "fix.0.penalty=1e5", "time.step=1e-3",

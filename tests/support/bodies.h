@@ -51,7 +51,7 @@ inline Scene spinning_block(Integrator integrator, double step, double end) {
 
 /// Constraints that hold every component of the selected vertices where they rest.
 inline Constraints hold(const TetMesh& mesh, const Selection& selection) {
-  const HeldVertices held = hold_at_rest(mesh, select_vertices(mesh, selection), "hold");
+  const PrescribedVertices held = prescribe_at_rest(mesh, select_vertices(mesh, selection), "hold");
   return Constraints({{held}, {}, {}, {}}, mesh, Vector::Ones(mesh.vertex_count()));
 }
 

@@ -26,10 +26,10 @@ class CoarseSpaceOf : public testing::TestWithParam<std::size_t> {
     const Matrix line = Vector3(1.0, 2.0, 2.0) / 3.0;
     const auto guide = [&](std::vector<Index> vertices, const Matrix& directions,
                            const std::string& name) {
-      const Matrix points = hold_at_rest(mesh, vertices).start;
+      const Matrix points = prescribe_at_rest(mesh, vertices).start;
       return GuidedVertices{std::move(vertices), directions, points, name};
     };
-    system_.set_constraints(Constraints({{hold_at_rest(mesh, held, "hold")},
+    system_.set_constraints(Constraints({{prescribe_at_rest(mesh, held, "hold")},
                                          {guide({right[0], right[1], right[2]}, plane, "plane"),
                                           guide({right[5], right[6]}, line, "line")},
                                          {},
@@ -165,8 +165,9 @@ INSTANTIATE_TEST_SUITE_P(Materials, CoarseSpaceOf, testing::Values(0, 1, 2));
 // One tetrahedron with one free vertex: the turns of its group are no motions of their own.
 TEST(CoarseSpace, TakesGroupsWithTooFewFreeVertices) {
   MechanicalSystem system(generate_tetrahedron(), all_materials()[1], 1000.0);
-  system.set_constraints(Constraints({{hold_at_rest(system.mesh(), {0, 1, 2}, "hold")}, {}, {}, {}},
-                                     system.mesh(), Vector::Ones(4)));
+  system.set_constraints(
+      Constraints({{prescribe_at_rest(system.mesh(), {0, 1, 2}, "hold")}, {}, {}, {}},
+                  system.mesh(), Vector::Ones(4)));
   const Vector q = system.mesh().rest_positions();
   const VertexGroups groups(system.rest());
   TangentOperator<double> tangent(system.elastic(), groups.order());

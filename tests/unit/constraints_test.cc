@@ -30,8 +30,8 @@ class ConstraintsOfABlock : public testing::Test {
     return {};
   }
 
-  HeldVertices held(std::vector<Index> vertices, const std::string& name) const {
-    return hold_at_rest(mesh_, std::move(vertices), name);
+  PrescribedVertices held(std::vector<Index> vertices, const std::string& name) const {
+    return prescribe_at_rest(mesh_, std::move(vertices), name);
   }
   RigidHandle handle(std::vector<Index> vertices, const std::string& name) const {
     return {vertices, held(vertices, name).start, name};
@@ -54,7 +54,7 @@ TEST_F(ConstraintsOfABlock, PrescribedMotionIsARotationAboutItsMovingCentre) {
 }
 
 TEST_F(ConstraintsOfABlock, RefusesContradictionsByName) {
-  HeldVertices moved = held({0, 1}, "fix.1");
+  PrescribedVertices moved = held({0, 1}, "fix.1");
   moved.start.col(0) += Vector3::UnitX();
   const std::string twice = refusal({{held({0}, "fix.0"), moved}, {}, {}, {}});
   EXPECT_NE(twice.find("fix.0"), std::string::npos) << twice;
@@ -94,9 +94,9 @@ TEST_F(ConstraintsOfABlock, AllVerticesMayBeHeld) {
 
 // Two motions of one vertex agree where those of its prescribed components do.
 TEST_F(ConstraintsOfABlock, MotionsThatAgreeInTheComponentsTheyShareAreAllowed) {
-  HeldVertices along_x = held({0, 1}, "along x");
+  PrescribedVertices along_x = held({0, 1}, "along x");
   along_x.motion.velocity = {0.3, 0.0, 0.0};
-  HeldVertices sides = held({0, 1}, "sides");
+  PrescribedVertices sides = held({0, 1}, "sides");
   sides.components = {false, true, true};
   const Constraints both = make({{along_x, sides}, {}, {}, {}});
   EXPECT_EQ(both.coordinates().count(), 3 * 10);
@@ -111,14 +111,14 @@ TEST_F(ConstraintsOfABlock, MotionsThatAgreeInTheComponentsTheyShareAreAllowed) 
   EXPECT_NE(refusal({{along_x, sides}, {}, {}, {}}).find("different targets"), std::string::npos);
 
   // A turn about x leaves x alone, and all of a vertex on its axis.
-  HeldVertices turning = held({4, 7}, "turning");
+  PrescribedVertices turning = held({4, 7}, "turning");
   turning.motion.angular_velocity = {2.0, 0.0, 0.0};
   turning.motion.center = rest_.segment<3>(12);
-  HeldVertices still = held({4, 7}, "still");
+  PrescribedVertices still = held({4, 7}, "still");
   still.components = {true, false, false};
   EXPECT_EQ(refusal({{turning, still}, {}, {}, {}}), "");
   still.components = {false, true, false};
-  HeldVertices moved_center = turning;
+  PrescribedVertices moved_center = turning;
   moved_center.motion.center += Vector3(0.0, 0.2, 0.0);
   EXPECT_NE(refusal({{moved_center, still}, {}, {}, {}}), "");
   still.vertices = {4};
@@ -126,7 +126,7 @@ TEST_F(ConstraintsOfABlock, MotionsThatAgreeInTheComponentsTheyShareAreAllowed) 
   EXPECT_EQ(refusal({{turning, still}, {}, {}, {}}), "");
 
   // The same turn, told from two moments and centres on its axis.
-  HeldVertices later = turning;
+  PrescribedVertices later = turning;
   later.motion.since = 0.5;
   later.motion.center.x() += 3.0;
   for (Index i = 0; i < 2; ++i) {
@@ -142,10 +142,10 @@ TEST_F(ConstraintsOfABlock, TargetsAreComparedOnTheScaleOfTheBody) {
   for (const double scale : {1e-9, 1.0, 1e3}) {
     const TetMesh mesh = generate_box({2 * scale, scale, scale}, {2, 1, 1});
     const auto refused = [&](const Vector3& shift) {
-      HeldVertices first = hold_at_rest(mesh, {1}, "first");
+      PrescribedVertices first = prescribe_at_rest(mesh, {1}, "first");
       GuidedVertices on_line{{1}, Matrix(Vector3::UnitX()), Matrix(first.start), "line"};
       on_line.points.colwise() += scale * shift;
-      HeldVertices second = first;
+      PrescribedVertices second = first;
       second.start.colwise() += scale * shift;
       bool held_refused = false;
       bool line_refused = false;
@@ -211,7 +211,7 @@ TEST_F(ConstraintsOfABlock, ConsistentRepetitionsAreAllowed) {
   plane << 1, 0, 0, 1, 0, 0;
   GuidedVertices on_plane{{4}, plane, rest_.segment<3>(12), "plane"};
   GuidedVertices on_line{{4}, Matrix(Vector3::UnitX()), rest_.segment<3>(12), "line"};
-  HeldVertices z = held({4}, "z");
+  PrescribedVertices z = held({4}, "z");
   z.components = {false, false, true};
   EXPECT_EQ(make({{z}, {on_plane, on_line}, {}, {}}).coordinates().count(), 3 * 11 + 1);
 }
@@ -258,7 +258,7 @@ TEST_F(ConstraintsOfABlock, GradientsAndCurvatureAreDerivatives) {
 }
 
 TEST_F(ConstraintsOfABlock, ProjectionLeavesNoRateAndIsIdempotent) {
-  HeldVertices moving = held({7}, "mover");
+  PrescribedVertices moving = held({7}, "mover");
   moving.motion.velocity = {1.0, -2.0, 0.5};
   const Constraints constraints =
       make({{moving},

@@ -100,13 +100,13 @@ void expect_like_scalar() {
   }
   const Vector x = jiggled(Vector::Zero(q.size()), 0.3, 3);
   const auto numbers = static_cast<std::size_t>(tangent_numbers(kForm)) * kBatchLanes;
-  AlignedVector<double> positions(static_cast<std::size_t>(4 * block.row_count));
+  AlignedVector<double> positions(static_cast<std::size_t>(4 * block.record_count));
   AlignedVector<double> changes(positions.size());
   AlignedVector<double> result(positions.size(), 0.0);
   AlignedVector<double> on(positions.size(), 0.0);
   AlignedVector<double> off(positions.size(), 0.0);
   AlignedVector<double> state(numbers * static_cast<std::size_t>(block.batch_count));
-  blocks.load_rows(block, q.data(), positions.data());
+  blocks.load_records(block, q.data(), positions.data());
   blocks.load_changes(block, x.data(), changes.data());
   HWY_NAMESPACE::prepare<CoupledLaw, kForm>(batches, law, positions.data(), state.data());
   HWY_NAMESPACE::apply<kForm>(batches, state.data(), changes.data(), result.data());
@@ -134,12 +134,12 @@ void expect_like_scalar() {
     EXPECT_LT((pair - k.block<3, 3>(6, 9)).norm(), 1e-12 * k.norm()) << e;
   });
   Vector found(q.size());
-  blocks.sum_rows(result, found);
+  blocks.sum_records(result, found);
   EXPECT_LT((found - expected).norm(), 1e-12 * expected.norm());
   Vector found_on(q.size());
   Vector found_off(q.size());
-  blocks.sum_rows(on, found_on);
-  blocks.sum_rows(off, found_off);
+  blocks.sum_records(on, found_on);
+  blocks.sum_records(off, found_off);
   for (Index v = 0; v < mesh.vertex_count(); ++v) {
     const Matrix3 exact = diagonal.middleCols<3>(3 * v);
     const Vector3 exact_off(exact(0, 1), exact(0, 2), exact(1, 2));

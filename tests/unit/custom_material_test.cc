@@ -8,7 +8,7 @@
 #include "support/bodies.h"
 #include "support/fibre_rubber.h"
 #include "tetraction/core/error.h"
-#include "tetraction/dynamics/books.h"
+#include "tetraction/dynamics/balance.h"
 #include "tetraction/dynamics/derivative_check.h"
 #include "tetraction/dynamics/stability.h"
 #include "tetraction/simulation/scene_objects.h"
@@ -115,13 +115,13 @@ class CustomMaterialSteps : public testing::TestWithParam<Integrator> {
     const auto stepper = make_stepper(GetParam(), solver, system);
     State state = system.rest_state();
     for (Index v = 0; v < system.vertex_count(); ++v) state.position[3 * v] *= 1.1;
-    Books books(system, state);
+    Balance balance(system, state);
     for (int k = 0; k < 100; ++k) {
       const StepOutcome outcome = stepper->step(state, 2e-3);
       EXPECT_TRUE(outcome.ok()) << outcome.message;
-      books.enter(state, outcome);
+      balance.enter(state, outcome);
     }
-    energy_drift = books.max_relative_energy_drift();
+    energy_drift = balance.max_relative_energy_drift();
     return state.position - system.rest_state().position;
   }
 };

@@ -202,7 +202,7 @@ TEST(ElasticPotential, NamesTheFirstInvertedElement) {
   // Pull the last vertex through its element.
   q.tail<3>() = mesh.vertices.front();
   double energy = 0.0;
-  const Evaluation status = potential.value(q, energy);
+  const EvaluationStatus status = potential.value(q, energy);
   ASSERT_FALSE(status.ok());
   Index first = 0;
   while (jacobian(deformation_gradient(rest.element(first), 0, rest.gather(q, first))) > 0.0) {

@@ -393,10 +393,10 @@ TEST(ElementBlocks, EveryElementHasOneLaneAndEveryVertexItsRows) {
           const Index e = blocks.element(batch, lane);
           for (int a = 0; a < 4; ++a) {
             const Index slot = blocks.slot(batch, a, lane);
-            ASSERT_LT(slot, ElementBlocks::kRowSize * block.row_count);
+            ASSERT_LT(slot, ElementBlocks::kRecordSize * block.record_count);
             if (e < 0) continue;
             // The row of the node belongs to its vertex.
-            const Index row = block.first_row + slot / ElementBlocks::kRowSize;
+            const Index row = block.first_record + slot / ElementBlocks::kRecordSize;
             const Index v = rest.nodes(e)[static_cast<std::size_t>(a)];
             EXPECT_TRUE(std::find(blocks.rows_begin(v), blocks.rows_end(v),
                                   static_cast<std::int32_t>(row)) != blocks.rows_end(v));

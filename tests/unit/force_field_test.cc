@@ -6,7 +6,7 @@
 
 #include "support/bodies.h"
 #include "tetraction/core/error.h"
-#include "tetraction/dynamics/books.h"
+#include "tetraction/dynamics/balance.h"
 #include "tetraction/simulation/scene_objects.h"
 
 namespace tetraction {
@@ -143,22 +143,22 @@ TEST_P(ForceFieldSteps, TheBooksClose) {
     const auto stepper = make_stepper(GetParam(), solver, system);
     State state = system.rest_state();
     system.set_velocity(state, Vector3(0.5, 2.0, -1.0).replicate(system.vertex_count(), 1));
-    Books books(system, state);
-    const double spin = books.momenta().angular.z();
-    double smallest = books.energies().environment();
+    Balance balance(system, state);
+    const double spin = balance.momenta().angular.z();
+    double smallest = balance.energies().environment();
     double largest = smallest;
     for (double t = 0.0; t < 1.0 - 0.5 * h; t += h) {
       const StepOutcome outcome = stepper->step(state, h);
       EXPECT_TRUE(outcome.ok()) << outcome.message;
-      books.enter(state, outcome);
-      smallest = std::min(smallest, books.energies().environment());
-      largest = std::max(largest, books.energies().environment());
+      balance.enter(state, outcome);
+      smallest = std::min(smallest, balance.energies().environment());
+      largest = std::max(largest, balance.energies().environment());
     }
-    EXPECT_GT(largest - smallest, 0.2 * books.energy_scale());  // the trap has taken part
-    EXPECT_LT(books.linear_momentum_drift(), 1e-9);
-    EXPECT_LT(books.angular_momentum_drift(), 1e-9);
-    EXPECT_NEAR(books.momenta().angular.z(), spin, 1e-9 * std::abs(spin));
-    return books.max_relative_energy_drift();
+    EXPECT_GT(largest - smallest, 0.2 * balance.energy_scale());  // the trap has taken part
+    EXPECT_LT(balance.linear_momentum_drift(), 1e-9);
+    EXPECT_LT(balance.angular_momentum_drift(), 1e-9);
+    EXPECT_NEAR(balance.momenta().angular.z(), spin, 1e-9 * std::abs(spin));
+    return balance.max_relative_energy_drift();
   };
   const double coarse = drift(2e-3);
   const double fine = drift(1e-3);

@@ -149,7 +149,7 @@ TEST_P(Laws, TangentOperatorsAgreeWithTheElements) {
       Vector found_product(q.size());
       for (Index v = 0; v < rest.vertex_count(); ++v) {
         found_product.segment<3>(3 * v) =
-            tangent.row_sum(v).template head<3>().template cast<double>();
+            tangent.record_sum(v).template head<3>().template cast<double>();
       }
       EXPECT_LT((found_product - product).norm(), tolerance * product.norm());
       AlignedVector<T> on;
@@ -192,7 +192,7 @@ TEST(YeohTangent, ConvexifiedIsPositiveSemidefinite) {
       rows[static_cast<std::size_t>(j / 3 * 4 + j % 3)] = 1.0;
       tangent.multiply(rows.data());
       for (Index v = 0; v < rest.vertex_count(); ++v) {
-        k.col(j).segment<3>(3 * v) = tangent.row_sum(v).head<3>();
+        k.col(j).segment<3>(3 * v) = tangent.record_sum(v).head<3>();
       }
     }
     return k;

@@ -23,7 +23,7 @@ class Column : public testing::Test {
     std::vector<Index> ends = select_vertices(mesh, SelectPlane{0, 0.0, {}});
     const std::vector<Index> far = select_vertices(mesh, SelectPlane{0, 4.0, {}});
     ends.insert(ends.end(), far.begin(), far.end());
-    HeldVertices held = hold_at_rest(mesh, ends, "ends");
+    PrescribedVertices held = prescribe_at_rest(mesh, ends, "ends");
     held.start.row(0) *= 0.95;
     system_.set_constraints(
         Constraints({{held}, {}, {}, {}}, mesh, Vector::Ones(mesh.vertex_count())));

@@ -318,7 +318,7 @@ TEST_P(NewtonStep, StronglyCompressedStVenantKirchhoffEndsInAMinimum) {
   std::vector<Index> ends = select_vertices(mesh, SelectPlane{0, 0.0, {}});
   const std::vector<Index> far = select_vertices(mesh, SelectPlane{0, 2.0, {}});
   ends.insert(ends.end(), far.begin(), far.end());
-  HeldVertices held = hold_at_rest(mesh, ends, "ends");
+  PrescribedVertices held = prescribe_at_rest(mesh, ends, "ends");
   held.start.row(0) *= 0.45;
   system.set_constraints(
       Constraints({{held}, {}, {}, {}}, mesh, Vector::Ones(mesh.vertex_count())));
@@ -357,7 +357,7 @@ TEST_P(NewtonStep, VerticesOnPlanesAndLines) {
   const TetMesh& mesh = system.mesh();
   const auto guide = [&](std::vector<Index> vertices, const Matrix& directions,
                          const std::string& name) {
-    Matrix points = hold_at_rest(mesh, vertices).start;
+    Matrix points = prescribe_at_rest(mesh, vertices).start;
     return GuidedVertices{std::move(vertices), directions, points, name};
   };
   const Vector3 normal = Vector3(1.0, 0.3, -0.2).normalized();
@@ -367,7 +367,7 @@ TEST_P(NewtonStep, VerticesOnPlanesAndLines) {
   plane.col(1) = normal.cross(along);
   const std::vector<Index> left = select_vertices(mesh, SelectPlane{0, 0.0, {}});
   const std::vector<Index> right = select_vertices(mesh, SelectPlane{0, 2.0, {}});
-  HeldVertices roller = hold_at_rest(mesh, {right[3]}, "roller");
+  PrescribedVertices roller = prescribe_at_rest(mesh, {right[3]}, "roller");
   roller.components = {false, true, false};
   const std::vector<Index> line_vertices{right[0], right[1]};
   const Matrix line = Vector3(1.0, 2.0, 2.0) / 3.0;
@@ -393,10 +393,10 @@ TEST_P(NewtonStep, FreeRigidHandles) {
   MechanicalSystem system(small_block(), all_materials()[1], 1000.0);
   const TetMesh& mesh = system.mesh();
   const std::vector<Index> right = select_vertices(mesh, SelectPlane{0, 2.0, {}});
-  system.set_constraints(Constraints({{hold_at_rest(mesh, {0, 5, 10}, "hold")},
+  system.set_constraints(Constraints({{prescribe_at_rest(mesh, {0, 5, 10}, "hold")},
                                       {},
                                       {},
-                                      {{right, hold_at_rest(mesh, right).start, "grip"}}},
+                                      {{right, prescribe_at_rest(mesh, right).start, "grip"}}},
                                      mesh, system.mass()));
   ASSERT_FALSE(system.coordinates().sets().empty());
   system.set_environment(Environment::uniform({0.0, -9.81, 0.0}));
@@ -475,10 +475,10 @@ TEST_P(NewtonStep, AttractionWithAnIndefiniteHessian) {
 
 TEST_P(NewtonStep, ViscosityAndPenaltySprings) {
   system_.set_damping({2.0, 0.5, 2e4});
-  HeldVertices spring = hold_at_rest(
+  PrescribedVertices spring = prescribe_at_rest(
       system_.mesh(), select_vertices(system_.mesh(), SelectPlane{0, 2.0, {}}), "springs");
   spring.penalty = 1e5;
-  HeldVertices held = hold_at_rest(
+  PrescribedVertices held = prescribe_at_rest(
       system_.mesh(), select_vertices(system_.mesh(), SelectPlane{0, 0.0, {}}), "hold");
   system_.set_constraints(Constraints({{held, spring}, {}, {}, {}}, system_.mesh(),
                                       Vector::Ones(system_.vertex_count())));

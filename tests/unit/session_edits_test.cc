@@ -83,9 +83,9 @@ void expect_same(const Session& a, const Session& b, const std::string& edit) {
   EXPECT_EQ(a.system().constraints().equation_count(), b.system().constraints().equation_count())
       << edit;
   EXPECT_EQ(a.edits().size(), b.edits().size()) << edit;
-  EXPECT_EQ(a.books().energies().total(), b.books().energies().total()) << edit;
-  EXPECT_EQ(a.books().edit_work(), b.books().edit_work()) << edit;
-  EXPECT_EQ(a.books().energy_error(), b.books().energy_error()) << edit;
+  EXPECT_EQ(a.balance().energies().total(), b.balance().energies().total()) << edit;
+  EXPECT_EQ(a.balance().edit_work(), b.balance().edit_work()) << edit;
+  EXPECT_EQ(a.balance().energy_error(), b.balance().energy_error()) << edit;
   EXPECT_EQ(a.status(), b.status()) << edit;
 }
 

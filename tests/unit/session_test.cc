@@ -83,43 +83,43 @@ TEST_P(EditedSession, TheBooksCloseWithEveryTermAtOnce) {
                      {},
                      {}}}};
 
-  const double start = session.books().energies().total();
+  const double start = session.balance().energies().total();
   double largest = std::abs(start);
   std::size_t next = 0;
   double jumps = 0.0;
   while (session.step()) {
-    const Books& books = session.books();
-    const double total = books.energies().total();
-    for (const double term : {total, books.external_work(), books.dissipated_energy(),
-                              books.constraint_work(), books.edit_work()}) {
+    const Balance& balance = session.balance();
+    const double total = balance.energies().total();
+    for (const double term : {total, balance.external_work(), balance.dissipated_energy(),
+                              balance.constraint_work(), balance.edit_work()}) {
       largest = std::max(largest, std::abs(term));
     }
-    const double sum = total - start - books.external_work() + books.dissipated_energy() -
-                       books.constraint_work() - books.edit_work();
-    EXPECT_NEAR(books.energy_error(), sum, 1e-13 * largest);
+    const double sum = total - start - balance.external_work() + balance.dissipated_energy() -
+                       balance.constraint_work() - balance.edit_work();
+    EXPECT_NEAR(balance.energy_error(), sum, 1e-13 * largest);
     if (session.state().step % 10 == 0 && next < edits.size()) {
-      const double before = books.energies().total();
+      const double before = balance.energies().total();
       session.apply(edits[next++], "{}");
-      EXPECT_NEAR(session.edits().back().energy_jump, books.energies().total() - before,
+      EXPECT_NEAR(session.edits().back().energy_jump, balance.energies().total() - before,
                   1e-12 * largest);
       jumps += session.edits().back().energy_jump;
     }
   }
   ASSERT_EQ(session.status(), RunStatus::kFinished) << session.message();
   EXPECT_EQ(next, edits.size());
-  const Books& books = session.books();
+  const Balance& balance = session.balance();
   // Every term has taken part, and what is left is the rule's own error, much smaller than any of
   // them: none was forgotten.
   double smallest = largest;
-  for (const double term : {books.external_work(), books.dissipated_energy(),
-                            books.constraint_work(), books.edit_work()}) {
+  for (const double term : {balance.external_work(), balance.dissipated_energy(),
+                            balance.constraint_work(), balance.edit_work()}) {
     smallest = std::min(smallest, std::abs(term));
   }
   EXPECT_GT(smallest, 1e-3 * largest);
-  EXPECT_NEAR(books.edit_work(), jumps, 1e-12 * largest);
-  EXPECT_LT(std::abs(books.energy_error()), is_variational(GetParam())
-                                                ? (order(GetParam()) == 2 ? 0.02 : 0.6) * smallest
-                                                : 0.02 * largest);  // it dissipates of itself
+  EXPECT_NEAR(balance.edit_work(), jumps, 1e-12 * largest);
+  EXPECT_LT(std::abs(balance.energy_error()), is_variational(GetParam())
+                                                  ? (order(GetParam()) == 2 ? 0.02 : 0.6) * smallest
+                                                  : 0.02 * largest);  // it dissipates of itself
 }
 
 TEST_P(EditedSession, AnEditIsInForceAtTheNextStepAndNotBefore) {
@@ -137,7 +137,7 @@ TEST_P(EditedSession, AnEditIsInForceAtTheNextStepAndNotBefore) {
   EXPECT_EQ(edited.state().position, plain.state().position);
   ASSERT_TRUE(edited.step());
   ASSERT_TRUE(plain.step());
-  const Vector3 change = edited.books().momenta().linear - plain.books().momenta().linear;
+  const Vector3 change = edited.balance().momenta().linear - plain.balance().momenta().linear;
   const Vector3 impulse(0.0, -9.81 * edited.system().total_mass() * 1e-3, 0.0);
   EXPECT_LT((change - impulse).norm(), 1e-6 * impulse.norm());
 }
@@ -194,10 +194,10 @@ TEST_P(EditedSession, EditsToCustomMaterialAndFieldAreThoseToTheModelsTheyCopy) 
   // The solver's tolerance lies between the two where the rule is implicit.
   const double tolerance = is_implicit(GetParam()) ? 1e-8 : 1e-12;
   EXPECT_LT((by_hand.state().position - by_name.state().position).norm(), tolerance * moved.norm());
-  EXPECT_NEAR(by_hand.books().edit_work(), by_name.books().edit_work(),
-              tolerance * by_name.books().energy_scale());
-  EXPECT_NEAR(by_hand.books().energy_error(), by_name.books().energy_error(),
-              tolerance * by_name.books().energy_scale());
+  EXPECT_NEAR(by_hand.balance().edit_work(), by_name.balance().edit_work(),
+              tolerance * by_name.balance().energy_scale());
+  EXPECT_NEAR(by_hand.balance().energy_error(), by_name.balance().energy_error(),
+              tolerance * by_name.balance().energy_scale());
 }
 
 TEST(Session, TakesACustomSceneFromTheStartAndRefusesAnEmptyField) {
@@ -386,7 +386,7 @@ TEST(Session, RefusedEditsLeaveEverythingAsItWas) {
   EXPECT_THROW(session.apply(SetConstraint{std::nullopt, zero}), InputError);
   EXPECT_TRUE(session.edits().empty());
   EXPECT_EQ(session.state().position, before.position);
-  EXPECT_EQ(session.books().edit_work(), 0.0);
+  EXPECT_EQ(session.balance().edit_work(), 0.0);
 
   Session untouched(scene, mesh_of(scene));
   for (int k = 0; k < 20; ++k) ASSERT_TRUE(untouched.step());
@@ -445,13 +445,13 @@ TEST(Session, SeveralMaterialsHaveTheirOwnMassAndEnergies) {
   ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
   const Vector elastic = session.system().elastic().energies_by_material(session.state().position);
   const Vector kinetic = session.system().kinetic_energies_by_region(session.state().momentum);
-  const Energies& total = session.books().energies();
+  const Energies& total = session.balance().energies();
   ASSERT_EQ(elastic.size(), 2);
   EXPECT_NEAR(elastic.sum(), total.elastic(), 1e-12 * total.elastic());
   EXPECT_NEAR(kinetic.sum(), total.kinetic(), 1e-12 * total.kinetic());
   EXPECT_GT(elastic.minCoeff(), 0.0);
   EXPECT_GT(kinetic[1], kinetic[0]);
-  EXPECT_LT(session.books().angular_momentum_drift(), 1e-12);
+  EXPECT_LT(session.balance().angular_momentum_drift(), 1e-12);
 }
 
 TEST(Session, TheSolverCanChangeDuringARun) {
@@ -605,8 +605,8 @@ TEST(Session, ShiftsMoveAndKickSingleVertices) {
   moved[18] = moved[13] = kicked[20] = kicked[12] = 0.0;
   EXPECT_EQ(moved.norm(), 0.0);
   EXPECT_LT(kicked.norm(), 1e-12);
-  EXPECT_EQ(session.books().edit_work(), session.edits().back().energy_jump);
-  EXPECT_NE(session.books().edit_work(), 0.0);
+  EXPECT_EQ(session.balance().edit_work(), session.edits().back().energy_jump);
+  EXPECT_NE(session.balance().edit_work(), 0.0);
 
   const State state = session.state();
   for (const ShiftSettings& wrong :
@@ -681,7 +681,7 @@ TEST(Session, GoesBackBehindABlowUpButBehindNoEdit) {
   session.go_back();
   EXPECT_GE(session.state().step, 37);
   EXPECT_LT(session.state().step, failed);
-  EXPECT_LT(session.books().energy_error(), 0.1 * session.books().energy_scale());
+  EXPECT_LT(session.balance().energy_error(), 0.1 * session.balance().energy_scale());
   session.apply(SetTime{scene.time});
   for (int k = 0; k < 50; ++k) ASSERT_TRUE(session.step()) << session.message();
 }

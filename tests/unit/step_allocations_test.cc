@@ -7,7 +7,7 @@
 
 #include "support/allocations.h"
 #include "support/step_problems.h"
-#include "tetraction/dynamics/books.h"
+#include "tetraction/dynamics/balance.h"
 #include "tetraction/dynamics/stepper.h"
 #include "tetraction/solver/newton_minimizer.h"
 
@@ -46,11 +46,11 @@ class StepAllocations : public testing::TestWithParam<Integrator> {
     const double h = implicit ? 5e-3 : 1e-4;
     const auto stepper = make(GetParam(), system_);
     State state = bending_state(system_);
-    Books books(system_, state);
+    Balance balance(system_, state);
     const auto step = [&] {
       const StepOutcome outcome = stepper->step(state, h);
       EXPECT_TRUE(outcome.ok()) << outcome.message;
-      books.enter(state, outcome);
+      balance.enter(state, outcome);
     };
     for (int k = 0; k < 10; ++k) step();
     const AllocationCounter counter(static_cast<std::size_t>(system_.vertex_count()));
@@ -72,10 +72,10 @@ TEST_P(StepAllocations, NoneWithGravityAndAClamp) {
 }
 
 TEST_P(StepAllocations, NoneWithEverythingThatNeedsNoMultipliers) {
-  HeldVertices clamp = hold_at_rest(
+  PrescribedVertices clamp = prescribe_at_rest(
       system_.mesh(), select_vertices(system_.mesh(), SelectPlane{0, 0.0, {}}), "clamp");
   clamp.motion.velocity = Vector3(0.0, 0.1, 0.0);
-  HeldVertices spring = hold_at_rest(
+  PrescribedVertices spring = prescribe_at_rest(
       system_.mesh(), select_vertices(system_.mesh(), SelectPlane{0, 2.0, {}}), "spring");
   spring.penalty = 10.0;
   system_.set_constraints(

@@ -16,7 +16,7 @@ namespace {
 using namespace testing_support;
 
 template <class T>
-AlignedVector<T> rows_of(const Vector& x) {
+AlignedVector<T> records_of(const Vector& x) {
   AlignedVector<T> rows(static_cast<std::size_t>(x.size() / 3 * 4), T(0));
   for (Index v = 0; v < x.size() / 3; ++v) {
     for (Index k = 0; k < 3; ++k)
@@ -27,11 +27,11 @@ AlignedVector<T> rows_of(const Vector& x) {
 
 template <class T>
 Vector product_of(TangentOperator<T>& tangent, const Vector& x) {
-  const AlignedVector<T> rows = rows_of<T>(x);
+  const AlignedVector<T> rows = records_of<T>(x);
   tangent.multiply(rows.data());
   Vector result(x.size());
   for (Index v = 0; v < x.size() / 3; ++v) {
-    const Eigen::Matrix<T, 4, 1> sum = tangent.row_sum(v);
+    const Eigen::Matrix<T, 4, 1> sum = tangent.record_sum(v);
     EXPECT_EQ(sum[3], T(0));
     result.segment<3>(3 * v) = sum.template head<3>().template cast<double>();
   }
@@ -220,7 +220,7 @@ TEST_P(TangentOperatorOf, StepsThatAreCalledSafeAre) {
     for (unsigned seed = 1; seed <= 10; ++seed) {
       for (const double size : {1e-3, 0.01, 0.02, 0.05, 0.3}) {
         const Vector d = jiggled(Vector::Zero(q_.size()), size, seed);
-        const bool yes = tangent.step_is_safe(rows_of<double>(d).data());
+        const bool yes = tangent.step_is_safe(records_of<double>(d).data());
         (yes ? safe : unsafe) += 1;
         if (size == 1e-3) {
           EXPECT_TRUE(yes);
@@ -228,7 +228,7 @@ TEST_P(TangentOperatorOf, StepsThatAreCalledSafeAre) {
         if (yes) {
           EXPECT_GT(least_on_the_way(potential_, q_, d), 0.0999999);
         }
-        if (single.step_is_safe(rows_of<float>(d).data())) {
+        if (single.step_is_safe(records_of<float>(d).data())) {
           EXPECT_GT(least_on_the_way(potential_, q_, d), 0.0999);
         }
       }
@@ -261,23 +261,23 @@ TEST_P(TangentOperatorOf, StepsThroughInvertedElementsAreNotSafe) {
   const Matrix3 inside_out = -Matrix3::Identity();
   for (const Matrix3& f : {half_turn, through, inside_out}) {
     const Vector d = step_to(f);
-    EXPECT_EQ(tangent.step_is_safe(rows_of<double>(d).data()), any_j);
-    EXPECT_EQ(single.step_is_safe(rows_of<float>(d).data()), any_j);
+    EXPECT_EQ(tangent.step_is_safe(records_of<double>(d).data()), any_j);
+    EXPECT_EQ(single.step_is_safe(records_of<float>(d).data()), any_j);
   }
   // A turn by 10° and growth by any factor are.
   const Matrix3 turn = Eigen::AngleAxisd(0.17, Vector3(2, 1, -1).normalized()).matrix();
   for (const Matrix3& f : {turn, Matrix3(5.0 * Matrix3::Identity())}) {
-    EXPECT_TRUE(tangent.step_is_safe(rows_of<double>(step_to(f)).data()));
+    EXPECT_TRUE(tangent.step_is_safe(records_of<double>(step_to(f)).data()));
   }
   // One vertex alone, of the last element.
   Vector d = Vector::Zero(q_.size());
   const Index v = rest_.nodes(0)[1];
   d.segment<3>(3 * v) = Vector3(1.0, 1.0, 1.0);
   const double least = least_on_the_way(potential_, q_, d);
-  EXPECT_EQ(tangent.step_is_safe(rows_of<double>(d).data()), least > 0.1);
+  EXPECT_EQ(tangent.step_is_safe(records_of<double>(d).data()), least > 0.1);
   // What is no number is not safe.
   d[3 * v] = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(tangent.step_is_safe(rows_of<double>(d).data()), any_j);
+  EXPECT_EQ(tangent.step_is_safe(records_of<double>(d).data()), any_j);
 }
 
 INSTANTIATE_TEST_SUITE_P(All, TangentOperatorOf,

@@ -27,10 +27,10 @@ TEST_P(ExplicitConservation, MomentaStayToRoundOffOver10000Steps) {
   Session session(scene, block_of(scene));
   ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
   ASSERT_EQ(session.state().step, 10000);
-  EXPECT_GT(session.books().momenta().angular_scale, 1.0);
-  EXPECT_LT(session.books().linear_momentum_drift(), 1e-12);
-  EXPECT_LT(session.books().angular_momentum_drift(), 1e-12);
-  EXPECT_LT(session.books().max_relative_energy_drift(), 0.1);
+  EXPECT_GT(session.balance().momenta().angular_scale, 1.0);
+  EXPECT_LT(session.balance().linear_momentum_drift(), 1e-12);
+  EXPECT_LT(session.balance().angular_momentum_drift(), 1e-12);
+  EXPECT_LT(session.balance().max_relative_energy_drift(), 0.1);
 }
 
 INSTANTIATE_TEST_SUITE_P(Rules, ExplicitConservation,
@@ -43,12 +43,12 @@ TEST(MidpointConservation, LinearMomentumToRoundOffAngularToTolerance) {
   Session session(scene, block_of(scene));
   ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
   ASSERT_EQ(session.state().step, 10000);
-  EXPECT_LT(session.books().linear_momentum_drift(), 1e-12);
-  EXPECT_LT(session.books().angular_momentum_drift(), 1e-8);
+  EXPECT_LT(session.balance().linear_momentum_drift(), 1e-12);
+  EXPECT_LT(session.balance().angular_momentum_drift(), 1e-8);
   // What the residuals allow is stated, and it bounds what is measured (but for round-off).
-  EXPECT_GT(session.books().allowed_angular_momentum_drift(), 0.0);
-  EXPECT_LE(session.books().angular_momentum_drift(),
-            session.books().allowed_angular_momentum_drift() + 1e-12);
+  EXPECT_GT(session.balance().allowed_angular_momentum_drift(), 0.0);
+  EXPECT_LE(session.balance().angular_momentum_drift(),
+            session.balance().allowed_angular_momentum_drift() + 1e-12);
 }
 
 TEST(VerletEnergy, DoesNotDriftOver100000Steps) {
@@ -56,7 +56,7 @@ TEST(VerletEnergy, DoesNotDriftOver100000Steps) {
   const Scene scene = spinning_block(Integrator::kVerlet, step, 100000 * step);
   Session session(scene, block_of(scene));
   std::vector<double> energy;
-  while (session.step()) energy.push_back(session.books().energies().total());
+  while (session.step()) energy.push_back(session.balance().energies().total());
   ASSERT_EQ(session.status(), RunStatus::kFinished) << session.message();
   const auto mean = [&](std::size_t begin) {
     return std::accumulate(energy.begin() + static_cast<std::ptrdiff_t>(begin),
@@ -64,23 +64,23 @@ TEST(VerletEnergy, DoesNotDriftOver100000Steps) {
            10000.0;
   };
   EXPECT_NEAR(mean(90000) / mean(0), 1.0, 1e-3);
-  EXPECT_LT(session.books().max_relative_energy_drift(), 0.01);
+  EXPECT_LT(session.balance().max_relative_energy_drift(), 0.01);
 }
 
 TEST(BackwardEulerEnergy, FallsAndTakesAngularMomentumAlong) {
   const double step = 10.0 * stable_step();
   const Scene scene = spinning_block(Integrator::kBackwardEuler, step, 40 * step);
   Session session(scene, block_of(scene));
-  double last = session.books().energies().total();
+  double last = session.balance().energies().total();
   while (session.step()) {
-    const double now = session.books().energies().total();
+    const double now = session.balance().energies().total();
     EXPECT_LT(now, last);
     last = now;
   }
   ASSERT_EQ(session.status(), RunStatus::kFinished) << session.message();
-  EXPECT_GT(session.books().max_relative_energy_drift(), 0.1);
-  EXPECT_GT(session.books().angular_momentum_drift(), 1e-3);
-  EXPECT_LT(session.books().linear_momentum_drift(), 1e-8);
+  EXPECT_GT(session.balance().max_relative_energy_drift(), 0.1);
+  EXPECT_GT(session.balance().angular_momentum_drift(), 1e-3);
+  EXPECT_LT(session.balance().linear_momentum_drift(), 1e-8);
 }
 
 TEST(Reversal, VerletAndMidpointComeBack) {
@@ -132,10 +132,10 @@ TEST(Instability, LimitIsSharpForSmallMotions) {
     scene.time.step = factor * limit;
     scene.time.end = 4000 * scene.time.step;
     Session session(scene, block_of(scene));
-    const double start = session.books().energies().total();
+    const double start = session.balance().energies().total();
     double largest = 0.0;
     while (session.step()) {
-      largest = std::max(largest, session.books().energies().total());
+      largest = std::max(largest, session.balance().energies().total());
     }
     if (stable) {
       EXPECT_EQ(session.status(), RunStatus::kFinished) << session.message();
@@ -159,17 +159,17 @@ TEST(UserForces, MomentumChangesByExactlyTheImpulse) {
     force.until = 70 * step;
     scene.force.push_back(force);
     Session session(scene, block_of(scene));
-    const Vector3 before = session.books().momenta().linear;
+    const Vector3 before = session.balance().momenta().linear;
     const double mass = session.system().total_mass();
     ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
     const Vector3 expected =
         before + 50 * step * force.vector + 100 * step * mass * Vector3(0, -9.81, 0);
     const double tolerance = integrator == Integrator::kBackwardEuler ? 1e-8 : 1e-12;
-    EXPECT_LT((session.books().momenta().linear - expected).norm(),
-              tolerance * session.books().momenta().linear_scale)
+    EXPECT_LT((session.balance().momenta().linear - expected).norm(),
+              tolerance * session.balance().momenta().linear_scale)
         << to_string(integrator);
-    EXPECT_LT(session.books().linear_momentum_drift(), tolerance);
-    EXPECT_NE(session.books().external_work(), 0.0);
+    EXPECT_LT(session.balance().linear_momentum_drift(), tolerance);
+    EXPECT_NE(session.balance().external_work(), 0.0);
   }
 }
 

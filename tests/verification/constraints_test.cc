@@ -43,7 +43,7 @@ class ConstrainedBy : public testing::TestWithParam<Integrator> {
     const Vector& r = session.reaction_force();
     for (Index v = 0; v < session.system().vertex_count(); ++v) reaction += vertex_block(r, v);
     const Vector3 weight(0.0, -9.81 * session.system().total_mass(), 0.0);
-    const Vector3 change = session.books().momenta().linear - before;
+    const Vector3 change = session.balance().momenta().linear - before;
     EXPECT_LT((change - session.time_step() * (weight + reaction)).norm(),
               tolerance * session.time_step() * weight.norm())
         << "step " << session.state().step;
@@ -67,7 +67,7 @@ TEST_P(ConstrainedBy, FixedVerticesAreBitwiseAtTheirTargetsAndReactionsBalance) 
   const TetMesh mesh = mesh_of(scene);
   Session session(scene, mesh);
   while (true) {
-    const Vector3 before = session.books().momenta().linear;
+    const Vector3 before = session.balance().momenta().linear;
     if (!session.step()) break;
     for (const Index v : select_vertices(mesh, fix.select)) {
       const Vector3 target = mesh.vertices[static_cast<std::size_t>(v)] + *fix.offset;
@@ -77,8 +77,8 @@ TEST_P(ConstrainedBy, FixedVerticesAreBitwiseAtTheirTargetsAndReactionsBalance) 
     expect_balance(session, before, GetParam() == Integrator::kBackwardEuler ? 1e-6 : 1e-10);
   }
   EXPECT_EQ(session.status(), RunStatus::kFinished) << session.message();
-  EXPECT_EQ(session.books().constraint_work(), 0.0);
-  EXPECT_LT(session.books().linear_momentum_drift(), implicit() ? 1e-8 : 1e-12);
+  EXPECT_EQ(session.balance().constraint_work(), 0.0);
+  EXPECT_LT(session.balance().linear_momentum_drift(), implicit() ? 1e-8 : 1e-12);
 }
 
 TEST_P(ConstrainedBy, MovingTargetsAreMetExactlyAndTheirWorkIsInTheBooks) {
@@ -105,14 +105,14 @@ TEST_P(ConstrainedBy, MovingTargetsAreMetExactlyAndTheirWorkIsInTheBooks) {
   ASSERT_EQ(session.status(), RunStatus::kFinished) << session.message();
   // The body was taken along: the work of the grip is what it now has.
   const double gained =
-      session.books().energies().total() - 0.5 * (session.system().mass()[0] * 0.0);
-  EXPECT_GT(session.books().constraint_work(), 10.0);
+      session.balance().energies().total() - 0.5 * (session.system().mass()[0] * 0.0);
+  EXPECT_GT(session.balance().constraint_work(), 10.0);
   EXPECT_GT(gained, 0.0);
   const double tolerance = GetParam() == Integrator::kBackwardEuler ? 0.25 : 0.05;
-  EXPECT_LT(session.books().max_relative_energy_drift(), tolerance);
-  EXPECT_LT(session.books().linear_momentum_drift(), implicit() ? 1e-7 : 1e-12);
+  EXPECT_LT(session.balance().max_relative_energy_drift(), tolerance);
+  EXPECT_LT(session.balance().linear_momentum_drift(), implicit() ? 1e-7 : 1e-12);
   if (GetParam() != Integrator::kBackwardEuler) {
-    EXPECT_LT(session.books().angular_momentum_drift(), implicit() ? 1e-7 : 1e-12);
+    EXPECT_LT(session.balance().angular_momentum_drift(), implicit() ? 1e-7 : 1e-12);
   }
 }
 
@@ -135,7 +135,7 @@ TEST_P(ConstrainedBy, VerticesStayOnSkewPlanesAndLines) {
   const Index slider = select_vertices(mesh, line.select).front();
   const Vector3 start = session.state().position.segment<3>(3 * slider);
   while (true) {
-    const Vector3 before = session.books().momenta().linear;
+    const Vector3 before = session.balance().momenta().linear;
     if (!session.step()) break;
     for (const Index v : select_vertices(mesh, plane.select)) {
       EXPECT_LT(std::abs(normal.dot(session.state().position.segment<3>(3 * v))), 1e-14);
@@ -172,7 +172,7 @@ TEST_P(ConstrainedBy, ADistanceIsKept) {
   const double hanger_length = length(hanger);
   double largest_tension = 0.0;
   while (true) {
-    const Vector3 before = session.books().momenta().linear;
+    const Vector3 before = session.balance().momenta().linear;
     if (!session.step()) break;
     EXPECT_NEAR(length(rod), rod_length, 1e-10 * rod_length);
     EXPECT_NEAR(length(hanger), hanger_length, 1e-10 * hanger_length);
@@ -182,8 +182,8 @@ TEST_P(ConstrainedBy, ADistanceIsKept) {
   ASSERT_EQ(session.status(), RunStatus::kFinished) << session.message();
   EXPECT_GT(largest_tension, 100.0);
   if (GetParam() == Integrator::kBackwardEuler) return;
-  EXPECT_LT(session.books().angular_momentum_drift(), implicit() ? 1e-6 : 1e-12);
-  EXPECT_LT(session.books().max_relative_energy_drift(), order(GetParam()) == 2 ? 0.02 : 0.1);
+  EXPECT_LT(session.balance().angular_momentum_drift(), implicit() ? 1e-6 : 1e-12);
+  EXPECT_LT(session.balance().max_relative_energy_drift(), order(GetParam()) == 2 ? 0.02 : 0.1);
 }
 
 // Distances of all pairs of a set.
@@ -227,9 +227,9 @@ TEST_P(HandleBy, AFreeHandleStaysRigidWhileTheBodySpins) {
     }
     ASSERT_EQ(session.status(), RunStatus::kFinished) << session.message();
     if (GetParam() == Integrator::kBackwardEuler) continue;
-    EXPECT_LT(session.books().linear_momentum_drift(), 1e-12) << selection.index();
-    EXPECT_LT(session.books().angular_momentum_drift(), implicit() ? 1e-7 : 1e-12);
-    EXPECT_LT(session.books().max_relative_energy_drift(), order(GetParam()) == 2 ? 0.01 : 0.1);
+    EXPECT_LT(session.balance().linear_momentum_drift(), 1e-12) << selection.index();
+    EXPECT_LT(session.balance().angular_momentum_drift(), implicit() ? 1e-7 : 1e-12);
+    EXPECT_LT(session.balance().max_relative_energy_drift(), order(GetParam()) == 2 ? 0.01 : 0.1);
     // The handle pulls at the rest of the body, but not from outside.
     Vector3 sum = Vector3::Zero();
     for (Index v = 0; v < mesh.vertex_count(); ++v) {
@@ -254,7 +254,7 @@ TEST_P(HandleBy, ADrivenHandleFollowsItsMotion) {
   const Vector start = session.state().position;
   const Vector3 center(0.0, 0.5, 0.5);
   while (true) {
-    const Vector3 before = session.books().momenta().linear;
+    const Vector3 before = session.balance().momenta().linear;
     if (!session.step()) break;
     const double t = session.state().time;
     const Matrix3 r = Eigen::AngleAxisd(4.0 * t, Vector3::UnitX()).toRotationMatrix();
@@ -270,14 +270,14 @@ TEST_P(HandleBy, ADrivenHandleFollowsItsMotion) {
     expect_balance(session, before, GetParam() == Integrator::kBackwardEuler ? 1e-6 : 1e-9);
   }
   ASSERT_EQ(session.status(), RunStatus::kFinished) << session.message();
-  EXPECT_GT(std::abs(session.books().constraint_work()), 100.0);
+  EXPECT_GT(std::abs(session.balance().constraint_work()), 100.0);
   // What the grip put in is what the body has (to the rule's own error).
-  EXPECT_LT(session.books().max_relative_energy_drift(),
+  EXPECT_LT(session.balance().max_relative_energy_drift(),
             GetParam() == Integrator::kBackwardEuler ? 0.3
             : GetParam() == Integrator::kExplicit    ? 0.1
                                                      : 0.02);
   if (GetParam() != Integrator::kBackwardEuler) {
-    EXPECT_LT(session.books().angular_momentum_drift(), implicit() ? 1e-6 : 1e-11);
+    EXPECT_LT(session.balance().angular_momentum_drift(), implicit() ? 1e-6 : 1e-11);
   }
 }
 
@@ -308,7 +308,7 @@ TEST(Pendulum, KeepsItsLengthOver100000Steps) {
     EXPECT_EQ(session.state().step, 100000);
     EXPECT_LT(worst, 1e-10) << to_string(integrator);
     EXPECT_LT(lowest, -0.5) << "it swings";
-    EXPECT_LT(session.books().max_relative_energy_drift(), 0.05) << to_string(integrator);
+    EXPECT_LT(session.balance().max_relative_energy_drift(), 0.05) << to_string(integrator);
   }
 }
 
@@ -403,8 +403,8 @@ TEST(Penalty, BlowsUpWhereTheExactConstraintRuns) {
       EXPECT_LT(gap.norm(), 1e-3);
     }
     if (integrator == Integrator::kBackwardEuler) continue;
-    EXPECT_LT(gentle.books().max_relative_energy_drift(), 0.02) << to_string(integrator);
-    EXPECT_LT(gentle.books().linear_momentum_drift(), 1e-10);
+    EXPECT_LT(gentle.balance().max_relative_energy_drift(), 0.02) << to_string(integrator);
+    EXPECT_LT(gentle.balance().linear_momentum_drift(), 1e-10);
   }
 }
 

@@ -58,7 +58,7 @@ Balance balance_of(Scene scene, double step) {
   Session session(scene, generate_mesh(*scene.mesh.generate));
   EXPECT_EQ(session.run(), RunStatus::kFinished) << session.message();
   EXPECT_LT(session.constraint_error(), 1e-11);
-  return {std::abs(session.books().energy_error()), session.books().constraint_work()};
+  return {std::abs(session.balance().energy_error()), session.balance().constraint_work()};
 }
 
 // The energy that is not accounted for has to be the rule's own error, which falls with the step as
@@ -245,7 +245,7 @@ TEST_P(PatchTest, APrescribedLinearDisplacementHasItsStressAndReactions) {
   }
   EXPECT_LT(total.norm(), 1e-10 * p.norm());
   EXPECT_LT((virial - mesh.total_volume() * p).norm(), 1e-12 * mesh.total_volume() * p.norm());
-  EXPECT_EQ(session.books().constraint_work(), 0.0);
+  EXPECT_EQ(session.balance().constraint_work(), 0.0);
 }
 
 TEST_P(RuleAtCorners, AWhollyHeldBodyFollowsItsMotion) {
@@ -261,12 +261,12 @@ TEST_P(RuleAtCorners, AWhollyHeldBodyFollowsItsMotion) {
   EXPECT_EQ(session.system().coordinates().count(), 0);
   ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
   EXPECT_LT(session.constraint_error(), 1e-14);
-  EXPECT_LT(session.books().energies().elastic(), 1e-20);
+  EXPECT_LT(session.balance().energies().elastic(), 1e-20);
   // Against gravity, all of it: the weight times the way up.
   const double weight = 9.81 * session.system().total_mass();
-  EXPECT_NEAR(session.books().constraint_work(), 0.25 * weight, 0.002 * weight);
-  EXPECT_LT(session.books().max_relative_energy_drift(), 0.01);
-  EXPECT_LT(session.books().linear_momentum_drift(), 1e-12);
+  EXPECT_NEAR(session.balance().constraint_work(), 0.25 * weight, 0.002 * weight);
+  EXPECT_LT(session.balance().max_relative_energy_drift(), 0.01);
+  EXPECT_LT(session.balance().linear_momentum_drift(), 1e-12);
 
   // A distance between held vertices that the motion does not keep cannot be met.
   scene.constraint[1].length = 0.5;

@@ -59,9 +59,9 @@ TEST_P(ForceWindow, TheImpulseIsTheIntegralOfTheForce) {
           static_cast<double>(select_vertices(mesh, scene.force[0].select).size());
       const Vector3 impulse = acting * vertices * scene.force[0].vector;
       const double tolerance = GetParam() == Integrator::kBackwardEuler ? 1e-8 : 1e-12;
-      EXPECT_LT((session.books().momenta().linear - impulse).norm(), tolerance * impulse.norm())
+      EXPECT_LT((session.balance().momenta().linear - impulse).norm(), tolerance * impulse.norm())
           << "step " << step << ", from " << window.from << " until " << window.until;
-      EXPECT_LT(session.books().linear_momentum_drift(), tolerance);
+      EXPECT_LT(session.balance().linear_momentum_drift(), tolerance);
     }
   }
 }
@@ -79,7 +79,7 @@ TEST_P(ForceWindow, TheWorkIsTheMeanForceTimesTheWay) {
     const double share = session.state().step == 2 ? 0.1 : 0.0;
     const Vector3 force = session.external_force().segment<3>(3 * 2);
     EXPECT_LT((force - share * scene.force[0].vector).norm(), 1e-11);
-    EXPECT_NEAR(session.books().external_work(), work, 1e-9 * std::abs(work));
+    EXPECT_NEAR(session.balance().external_work(), work, 1e-9 * std::abs(work));
   }
   EXPECT_GT(work, 0.0);
 }

@@ -57,11 +57,11 @@ TEST_P(RestCorner, AThinSheetHasItsWeightInTheClamp) {
   ASSERT_EQ(session.status(), RunStatus::kFinished) << session.message();
   const double weight = session.system().total_mass() * 9.81;
   EXPECT_NEAR(total_reaction(session).y(), weight, 1e-6 * weight);
-  EXPECT_LE(session.books().residual_over_tolerance() * GetParam().solver.tolerance, 1e-4);
+  EXPECT_LE(session.balance().residual_over_tolerance() * GetParam().solver.tolerance, 1e-4);
 }
 
 // Across the sheet the weight is a small difference of large stresses, and the tolerance is out of
-// reach. The run goes on with what double precision leaves, and the books tell.
+// reach. The run goes on with what double precision leaves, and the balance says so.
 TEST_P(RestCorner, AToleranceOutOfReachIsTold) {
   if (GetParam().solver.linear == LinearSolver::kCg) {
     GTEST_SKIP() << "conjugate gradients with the diagonal give up before: they say so";
@@ -72,9 +72,9 @@ TEST_P(RestCorner, AToleranceOutOfReachIsTold) {
   ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
   const double weight = session.system().total_mass() * 9.81;
   EXPECT_NEAR(total_reaction(session).z(), weight, 1e-4 * weight);
-  EXPECT_GT(session.books().steps_limited_by_round_off(), 0);
-  EXPECT_GT(session.books().residual_over_tolerance(), 1.0);
-  EXPECT_LT(session.books().residual_over_tolerance(), 1e5);
+  EXPECT_GT(session.balance().steps_limited_by_round_off(), 0);
+  EXPECT_GT(session.balance().residual_over_tolerance(), 1.0);
+  EXPECT_LT(session.balance().residual_over_tolerance(), 1e5);
   const auto tells = [](const std::string& warning) {
     return warning.find("solver.tolerance") != std::string::npos;
   };
@@ -149,7 +149,7 @@ TEST_P(ImplicitCorner, FreeFallWithHugeSteps) {
     ASSERT_EQ(session.run(), RunStatus::kFinished) << step << ": " << session.message();
     const double speed = 9.81 * 2.0 * step;
     const double mass = session.system().total_mass();
-    EXPECT_NEAR(session.books().momenta().linear.y(), -mass * speed, 1e-9 * mass * speed);
+    EXPECT_NEAR(session.balance().momenta().linear.y(), -mass * speed, 1e-9 * mass * speed);
   }
 }
 
@@ -214,7 +214,7 @@ TEST(ImplicitRoundOff, TinyForcesMoveAFreeStrip) {
     scene.time = {Integrator::kBackwardEuler, 1.0, false, 20.0};
     Session session(scene, mesh_of(scene));
     ASSERT_EQ(session.run(), RunStatus::kFinished) << kind << ": " << session.message();
-    EXPECT_NEAR(session.books().momenta().linear.y(), -2e-5, 1e-9) << kind;
+    EXPECT_NEAR(session.balance().momenta().linear.y(), -2e-5, 1e-9) << kind;
   }
 }
 
@@ -258,7 +258,7 @@ TEST(LargeSteps, MooneyRivlinComesToRestWithAnyStep) {
     scene.time = {Integrator::kBackwardEuler, step, false, 10.0 * step};
     Session session(scene, mesh_of(scene));
     ASSERT_EQ(session.run(), RunStatus::kFinished) << step << ": " << session.message();
-    const double elastic = session.books().energies().elastic();
+    const double elastic = session.balance().energies().elastic();
     if (expected == 0.0) expected = elastic;
     EXPECT_NEAR(elastic, expected, 1e-3 * expected) << step;
   }

@@ -54,7 +54,7 @@ TEST(AutomaticStepping, GoesOnUntilACubeIsCrushed) {
     EXPECT_EQ(session.message().find("auto"), std::string::npos) << "which is in force";
     EXPECT_LT(session.steps().smallest, 1e-3 * session.steps().largest);
     EXPECT_GT(session.steps().changes, 10);
-    EXPECT_LT(session.books().max_relative_energy_drift(),
+    EXPECT_LT(session.balance().max_relative_energy_drift(),
               rule == Integrator::kVerlet ? 0.02 : 0.2);
   }
 }
@@ -74,7 +74,7 @@ TEST(AutomaticStepping, FollowsABarThatIsPressedTogether) {
     scene.fix[1].velocity = {-speed, 0.0, 0.0};
     Session session(scene, mesh_of(scene));
     ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
-    EXPECT_LT(session.books().max_relative_energy_drift(), 0.01) << speed;
+    EXPECT_LT(session.balance().max_relative_energy_drift(), 0.01) << speed;
   }
 }
 
@@ -94,10 +94,10 @@ TEST(AutomaticStepping, FollowsAnEventThatStiffensTheBody) {
     EXPECT_GT(session.time_step(), 0.7 * first);
     for (const AppliedEdit& edit : session.edits()) EXPECT_TRUE(edit.warning.empty());
     // Of first order with the explicit rule, and another one for another step.
-    EXPECT_LT(session.books().max_relative_energy_drift(),
+    EXPECT_LT(session.balance().max_relative_energy_drift(),
               rule == Integrator::kVerlet ? 0.05 : 0.3);
-    EXPECT_LT(session.books().linear_momentum_drift(), 1e-11);
-    EXPECT_LT(session.books().angular_momentum_drift(), 1e-11);
+    EXPECT_LT(session.balance().linear_momentum_drift(), 1e-11);
+    EXPECT_LT(session.balance().angular_momentum_drift(), 1e-11);
   }
 }
 
@@ -108,7 +108,7 @@ TEST(AutomaticStepping, DoesNotChangeTheStepOfABodyThatSwings) {
   Session session(scene, mesh_of(scene));
   ASSERT_EQ(session.run(), RunStatus::kFinished);
   EXPECT_LE(session.steps().changes, 1);
-  EXPECT_LT(session.books().max_relative_energy_drift(), 0.02);
+  EXPECT_LT(session.balance().max_relative_energy_drift(), 0.02);
 }
 
 // A blow so hard that the first elements are crushed within a few steps: they are made again, smaller.
@@ -256,7 +256,7 @@ TEST(Warnings, TellOfAnEnergyErrorAndWhatTheStepResolves) {
   Session damped(scene, mesh_of(scene));
   EXPECT_FALSE(any_warning(damped, "energy error"));
   ASSERT_EQ(damped.run(), RunStatus::kFinished);
-  ASSERT_GT(damped.books().max_relative_energy_drift(), 0.2);
+  ASSERT_GT(damped.balance().max_relative_energy_drift(), 0.2);
   EXPECT_TRUE(any_warning(damped, "energy error"));
   EXPECT_TRUE(any_warning(damped, "0.05 Hz"));  // 1/(400 × 0.05 s)
   scene.time.integrator = Integrator::kMidpoint;

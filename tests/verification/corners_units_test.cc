@@ -65,7 +65,7 @@ TEST_P(AnyRule, NearlyIncompressibleBodies) {
     Session session(scene, mesh_of(scene));
     ASSERT_EQ(session.run(), RunStatus::kFinished) << ratio << ": " << session.message();
     EXPECT_FALSE(session.warnings().empty()) << ratio;
-    EXPECT_LT(session.books().max_relative_energy_drift(),
+    EXPECT_LT(session.balance().max_relative_energy_drift(),
               GetParam().integrator == Integrator::kBackwardEuler ? 1.0 : 0.05);
     if (!implicit()) continue;
     scene.solver = {"newton", LinearSolver::kFactor};

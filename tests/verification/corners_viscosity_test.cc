@@ -25,18 +25,18 @@ TEST_P(ViscousBeam, LosesEnergyInEveryStepAndBooksAllOfIt) {
       Scene scene = struck_beam(GetParam().integrator, viscosity, step);
       scene.solver = GetParam().solver;
       Session session(scene, mesh_of(scene));
-      const double start = session.books().energies().total();
+      const double start = session.balance().energies().total();
       double before = 0.0;
       while (session.step()) {
-        const double dissipated = session.books().dissipated_energy();
+        const double dissipated = session.balance().dissipated_energy();
         EXPECT_GE(dissipated, before) << viscosity << " Pa s, " << step << " s";
         before = dissipated;
       }
       ASSERT_EQ(session.status(), RunStatus::kFinished) << session.message();
-      EXPECT_LT(session.books().energies().total(), start);
+      EXPECT_LT(session.balance().energies().total(), start);
       if (GetParam().integrator == Integrator::kMidpoint && viscosity > 1e5) {
         // What the midpoint rule itself adds is next to nothing beside what the viscosity takes.
-        EXPECT_LT(std::abs(session.books().energy_error()), 1e-3 * start)
+        EXPECT_LT(std::abs(session.balance().energy_error()), 1e-3 * start)
             << viscosity << " Pa s, " << step << " s";
       }
     }
@@ -52,7 +52,7 @@ TEST(MidpointViscosity, SecondOrderWhereTheStepResolvesTheMotion) {
     const Scene scene = struck_beam(integrator, 1e4, step);
     Session session(scene, mesh_of(scene));
     EXPECT_EQ(session.run(), RunStatus::kFinished) << session.message();
-    return session.books().dissipated_energy();
+    return session.balance().dissipated_energy();
   };
   const double exact = dissipated(Integrator::kVerlet, 5e-5);
   const double coarse = std::abs(dissipated(Integrator::kMidpoint, 0.02) - exact);
@@ -67,7 +67,7 @@ TEST(MidpointViscosity, OverdampedBodyKeepsNoSpuriousStress) {
   const Scene scene = struck_beam(Integrator::kMidpoint, 1e7, 0.002);
   Session session(scene, mesh_of(scene));
   ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
-  EXPECT_NEAR(session.books().energies().total(), 0.530, 0.001);
+  EXPECT_NEAR(session.balance().energies().total(), 0.530, 0.001);
 }
 
 class ExplicitDamping : public testing::TestWithParam<Integrator> {};
@@ -81,8 +81,8 @@ TEST_P(ExplicitDamping, TakesEnergyInEveryStep) {
   Session session(scene, mesh_of(scene));
   double before = 0.0;
   while (session.step()) {
-    EXPECT_GE(session.books().dissipated_energy(), before);
-    before = session.books().dissipated_energy();
+    EXPECT_GE(session.balance().dissipated_energy(), before);
+    before = session.balance().dissipated_energy();
   }
   ASSERT_EQ(session.status(), RunStatus::kFinished) << session.message();
   EXPECT_GT(before, 100.0);
@@ -97,7 +97,7 @@ TEST_P(ExplicitDamping, NegativeDissipationIsAFailedStep) {
   scene.time = {GetParam(), 1e-3, false, 1.0};
   Session session(scene, mesh_of(scene));
   EXPECT_EQ(session.run(), RunStatus::kUnstable);
-  EXPECT_GE(session.books().dissipated_energy(), 0.0);
+  EXPECT_GE(session.balance().dissipated_energy(), 0.0);
   EXPECT_NE(session.message().find("damping"), std::string::npos) << session.message();
 }
 

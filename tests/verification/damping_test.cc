@@ -42,7 +42,7 @@ TEST_P(DampedBy, ZeroConstantsGiveBitwiseTheUndampedRun) {
   ASSERT_EQ(b.run(), RunStatus::kFinished);
   EXPECT_EQ(a.state().position, b.state().position);
   EXPECT_EQ(a.state().momentum, b.state().momentum);
-  EXPECT_EQ(b.books().dissipated_energy(), 0.0);
+  EXPECT_EQ(b.balance().dissipated_energy(), 0.0);
 }
 
 TEST_P(DampedBy, ViscosityKeepsMomentumWhileEnergyFalls) {
@@ -53,7 +53,7 @@ TEST_P(DampedBy, ViscosityKeepsMomentumWhileEnergyFalls) {
   std::vector<double> means;
   double sum = 0.0;
   while (session.step()) {
-    sum += session.books().energies().total();
+    sum += session.balance().energies().total();
     if (session.state().step % 50 == 0) {
       means.push_back(sum / 50.0);
       sum = 0.0;
@@ -63,14 +63,14 @@ TEST_P(DampedBy, ViscosityKeepsMomentumWhileEnergyFalls) {
   for (std::size_t i = 1; i < means.size(); ++i) {
     EXPECT_LT(means[i], means[i - 1] * (1.0 + 1e-9)) << i;
   }
-  EXPECT_GT(session.books().dissipated_energy(), 1.0);
+  EXPECT_GT(session.balance().dissipated_energy(), 1.0);
   if (GetParam() == Integrator::kBackwardEuler) return;  // loses angular momentum of itself
-  EXPECT_LT(session.books().linear_momentum_drift(), 1e-12);
+  EXPECT_LT(session.balance().linear_momentum_drift(), 1e-12);
   if (implicit()) {
-    EXPECT_LT(session.books().angular_momentum_drift(),
-              session.books().allowed_angular_momentum_drift() + 1e-12);
+    EXPECT_LT(session.balance().angular_momentum_drift(),
+              session.balance().allowed_angular_momentum_drift() + 1e-12);
   } else {
-    EXPECT_LT(session.books().angular_momentum_drift(), 1e-12);
+    EXPECT_LT(session.balance().angular_momentum_drift(), 1e-12);
   }
 }
 
@@ -79,12 +79,12 @@ TEST_P(DampedBy, MassDampingMakesMomentumDecayExponentially) {
   Scene scene = spinning_block(GetParam(), 1e-3, 0.5);
   scene.damping.mass_damping = kRate;
   Session session(scene, mesh_of(scene));
-  const Vector3 start = session.books().momenta().linear;
+  const Vector3 start = session.balance().momenta().linear;
   ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
   const Vector3 exact = std::exp(-kRate * 0.5) * start;
   const double ah = kRate * session.time_step();
   const double tolerance = order(GetParam()) == 2 ? ah * ah : ah;
-  EXPECT_LT((session.books().momenta().linear - exact).norm(), tolerance * exact.norm());
+  EXPECT_LT((session.balance().momenta().linear - exact).norm(), tolerance * exact.norm());
 }
 
 TEST_P(DampedBy, DragTakesTheMomentumOfEachVertex) {
@@ -98,13 +98,13 @@ TEST_P(DampedBy, DragTakesTheMomentumOfEachVertex) {
   scene.damping.drag = 100.0;
   Session session(scene, generate_tetrahedron());
   const double rate = 100.0 / session.system().mass()[0];
-  const Vector3 start = session.books().momenta().linear;
+  const Vector3 start = session.balance().momenta().linear;
   ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
   const double ah = rate * session.time_step();
-  EXPECT_LT((session.books().momenta().linear - std::exp(-rate * 0.2) * start).norm(),
+  EXPECT_LT((session.balance().momenta().linear - std::exp(-rate * 0.2) * start).norm(),
             (order(GetParam()) == 2 ? ah * ah : ah) * start.norm());
-  // What left the body is in the books.
-  EXPECT_NEAR(session.books().dissipated_energy(),
+  // What left the body is in the balance.
+  EXPECT_NEAR(session.balance().dissipated_energy(),
               0.5 * session.system().total_mass() * 6.0 * (1.0 - std::exp(-2.0 * rate * 0.2)),
               2.0 * ah * 0.5 * session.system().total_mass() * 6.0);
 }
@@ -117,7 +117,7 @@ TEST_P(DampedBy, DissipatedEnergyConvergesWithTheRulesOrder) {
     scene.solver.tolerance = 1e-11;
     Session session(scene, mesh_of(scene));
     EXPECT_EQ(session.run(), RunStatus::kFinished) << session.message();
-    return session.books().dissipated_energy();
+    return session.balance().dissipated_energy();
   };
   const double h = 1e-3;
   const double coarse = dissipated(h);
@@ -161,11 +161,11 @@ TEST_P(DampedBy, OneModeDecaysAtTheAnalyticRate) {
   Session session(scene, mesh);
   const Index end_dof = 3 * (mesh.vertex_count() - 1);
   std::vector<double> peaks;  // of the energy, which does not depend on the phase
-  const double energy = session.books().energies().total();
+  const double energy = session.balance().energies().total();
   (void)end_dof;
   ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
   const double measured =
-      -0.5 * std::log(session.books().energies().total() / energy) / scene.time.end;
+      -0.5 * std::log(session.balance().energies().total() / energy) / scene.time.end;
   // Backward Euler adds its own damping hω²/2.
   const double own =
       GetParam() == Integrator::kBackwardEuler ? 0.5 * session.time_step() * omega * omega : 0.0;

@@ -54,13 +54,13 @@ TEST_P(ForceTerms, ABodyBouncesOnAFloorAndTheBalanceCloses) {
     double largest = 0.0;
     double lowest = 1.0;
     while (session.step()) {
-      const Energies& energies = session.books().energies();
+      const Energies& energies = session.balance().energies();
       EXPECT_NEAR(
           energies.total(),
           energies.kinetic() + energies.elastic() + energies.environment() + energies.of("floor"),
-          1e-14 * session.books().energy_scale());
+          1e-14 * session.balance().energy_scale());
       if (held != nullptr) *held = std::max(*held, energies.of("floor"));
-      largest = std::max(largest, std::abs(session.books().energy_error()));
+      largest = std::max(largest, std::abs(session.balance().energy_error()));
       for (Index i = 1; i < session.state().position.size(); i += 3) {
         lowest = std::min(lowest, session.state().position[i]);
       }
@@ -69,11 +69,11 @@ TEST_P(ForceTerms, ABodyBouncesOnAFloorAndTheBalanceCloses) {
     EXPECT_GT(lowest, -0.1);
     EXPECT_LT(lowest, -0.083) << "it came well into the barrier, which begins at −0.08";
     // Up again: the impulse of the floor is in the momentum, and nothing else.
-    EXPECT_GT(session.books().momenta().linear.y(), 0.0);
+    EXPECT_GT(session.balance().momenta().linear.y(), 0.0);
     // The momenta of backward Euler carry the residual that the solver leaves in every step.
-    EXPECT_LT(session.books().linear_momentum_drift(),
+    EXPECT_LT(session.balance().linear_momentum_drift(),
               is_variational(GetParam().integrator) ? 1e-11 : 1e-8);
-    return largest / session.books().energy_scale();
+    return largest / session.balance().energy_scale();
   };
   double held = 0.0;
   const double coarse = error(4e-4, &held);
@@ -97,8 +97,8 @@ TEST_P(ForceTerms, DragWithTheSquareOfTheSpeedHasAClosedSolution) {
     const double mass = session.system().total_mass();
     const double exact = kSpeed / (1.0 + kDrag * kSpeed * kEnd);
     const double lost = 0.5 * mass * (kSpeed * kSpeed - exact * exact);
-    EXPECT_NEAR(session.books().dissipated_energy(), lost, 2.0 * step * lost);
-    return std::abs(session.books().momenta().linear.x() / mass - exact);
+    EXPECT_NEAR(session.balance().dissipated_energy(), lost, 2.0 * step * lost);
+    return std::abs(session.balance().momenta().linear.x() / mass - exact);
   };
   const double coarse = run(2e-3);
   const double fine = run(1e-3);
@@ -118,12 +118,12 @@ TEST_P(ForceTerms, APotentialThatDependsOnTimePutsEnergyIn) {
     scene.force_term.push_back(std::make_shared<SwingingField>(kAcceleration, kOmega));
     Session session(scene, cube_mesh());
     EXPECT_EQ(session.run(), RunStatus::kFinished) << session.message();
-    const Books& books = session.books();
+    const Balance& balance = session.balance();
     const double mass = session.system().total_mass();
     const double speed = kAcceleration / kOmega * (1.0 - std::cos(kOmega * kEnd));
-    EXPECT_NEAR(books.momenta().linear.x() / mass, speed, 5.0 * step * speed);
-    EXPECT_GT(std::abs(books.energies().of("swing")), 1.0);
-    return std::abs(books.energy_error()) / books.energies().kinetic();
+    EXPECT_NEAR(balance.momenta().linear.x() / mass, speed, 5.0 * step * speed);
+    EXPECT_GT(std::abs(balance.energies().of("swing")), 1.0);
+    return std::abs(balance.energy_error()) / balance.energies().kinetic();
   };
   const double coarse = run(2e-3);
   const double fine = run(1e-3);
@@ -144,17 +144,17 @@ TEST_P(ForceTerms, SpringsBetweenFarVerticesKeepEnergyAndMomenta) {
   double most = 0.0;
   double least = 1e9;
   while (session.step()) {
-    const double held = session.books().energies().of("pair_springs");
+    const double held = session.balance().energies().of("pair_springs");
     most = std::max(most, held);
     least = std::min(least, held);
   }
   ASSERT_EQ(session.status(), RunStatus::kFinished) << session.message();
   EXPECT_GT(most, 1.2 * least) << "they work";
-  EXPECT_LT(session.books().linear_momentum_drift(), 1e-9);
+  EXPECT_LT(session.balance().linear_momentum_drift(), 1e-9);
   // Backward Euler loses energy and angular momentum, as it does without springs.
   if (!is_variational(GetParam().integrator)) return;
-  EXPECT_LT(session.books().angular_momentum_drift(), 1e-7);
-  EXPECT_LT(session.books().max_relative_energy_drift(), has_second_order() ? 2e-3 : 0.2);
+  EXPECT_LT(session.balance().angular_momentum_drift(), 1e-7);
+  EXPECT_LT(session.balance().max_relative_energy_drift(), has_second_order() ? 2e-3 : 0.2);
 }
 
 // A step that would go through the floor fails and says why; the state is the last good one.

@@ -53,14 +53,14 @@ TEST_P(EveryRule, TotalMomentumChangesByTheImpulseInEveryStep) {
   const Scene scene = pushed_block(GetParam());
   Session session(scene, mesh_of(scene));
   const double h = session.time_step();
-  Vector3 before = session.books().momenta().linear;
+  Vector3 before = session.balance().momenta().linear;
   for (int k = 0; k < 100; ++k) {
     const double t = session.state().time;
     ASSERT_TRUE(session.step()) << session.message();
     Vector3 impulse = h * scene.force[0].vector;
     if (t > 0.05 - 1e-9 && t < 0.1 - 1e-9) impulse += 2.0 * h * scene.force[1].vector;
-    const Vector3 after = session.books().momenta().linear;
-    const double scale = session.books().momenta().linear_scale;
+    const Vector3 after = session.balance().momenta().linear;
+    const double scale = session.balance().momenta().linear_scale;
     // Backward Euler takes p = Mv, so that the solver's residual shows.
     const double tolerance = GetParam() == Integrator::kBackwardEuler ? 1e-9 : 1e-13;
     EXPECT_LT((after - before - impulse).norm(), tolerance * scale) << "step " << k;
@@ -75,7 +75,7 @@ TEST_P(EveryRule, CentreOfMassFollowsTheDiscreteTrajectoryHoweverTheBodyDeforms)
   const double h = session.time_step();
   const double m = system.total_mass();
   Vector3 x = system.center_of_mass(session.state().position);
-  Vector3 p = session.books().momenta().linear;
+  Vector3 p = session.balance().momenta().linear;
   for (int k = 0; k < 100; ++k) {
     const double t = session.state().time;
     ASSERT_TRUE(session.step()) << session.message();
@@ -113,7 +113,7 @@ TEST_P(EveryRule, ACoupleSpinsTheBodyUpByItsAngularImpulse) {
   const double h = session.time_step();
   for (int k = 0; k < 200; ++k) {
     const Vector before = session.state().position;
-    const Vector3 l = session.books().momenta().angular;
+    const Vector3 l = session.balance().momenta().angular;
     ASSERT_TRUE(session.step()) << session.message();
     // Where the rule takes the force: at q_k, at both ends, at the middle, at the end.
     const auto arm = [&](const Vector& q) {
@@ -125,7 +125,7 @@ TEST_P(EveryRule, ACoupleSpinsTheBodyUpByItsAngularImpulse) {
     const Vector3 lever = GetParam() == Integrator::kExplicit        ? begin
                           : GetParam() == Integrator::kBackwardEuler ? end
                                                                      : mean;
-    const Vector3 change = session.books().momenta().angular - l;
+    const Vector3 change = session.balance().momenta().angular - l;
     const Vector3 impulse = h * lever.cross(up.vector);
     if (GetParam() == Integrator::kBackwardEuler) {
       // Not variational: it loses some of what it has.
@@ -135,7 +135,7 @@ TEST_P(EveryRule, ACoupleSpinsTheBodyUpByItsAngularImpulse) {
           << "step " << k;
     }
   }
-  EXPECT_GT(session.books().momenta().angular.z(), 50.0);
+  EXPECT_GT(session.balance().momenta().angular.z(), 50.0);
 }
 
 TEST_P(EveryRule, AForceOnAFixedVertexShowsInItsReactionOnly) {
@@ -163,7 +163,7 @@ TEST_P(EveryRule, AForceOnAFixedVertexShowsInItsReactionOnly) {
     EXPECT_LT((difference.segment<3>(0) + force.vector).norm(),
               (implicit() ? 1e-5 : 1e-9) * force.vector.norm());
     EXPECT_LT(difference.tail(difference.size() - 3).norm(), implicit() ? 1e-3 : 1e-9);
-    EXPECT_EQ(with.books().external_work(), 0.0);
+    EXPECT_EQ(with.balance().external_work(), 0.0);
   }
 }
 
@@ -191,8 +191,8 @@ TEST(Attraction, AStiffBodyKeepsEnergyAndAngularMomentumOver100Revolutions) {
   scene.time.end = 100.0 * 2.0 * std::numbers::pi / omega;
   Session session(scene, mesh);
   ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
-  EXPECT_LT(session.books().max_relative_energy_drift(), 1e-4);
-  EXPECT_LT(session.books().angular_momentum_drift(), 1e-11);
+  EXPECT_LT(session.balance().max_relative_energy_drift(), 1e-4);
+  EXPECT_LT(session.balance().angular_momentum_drift(), 1e-11);
   // It is still there, on its circle.
   const Vector3 center = session.system().center_of_mass(session.state().position);
   EXPECT_NEAR(center.norm(), kRadius, 0.02 * kRadius);
@@ -212,9 +212,9 @@ TEST(Attraction, ImplicitStepsConvergeWithTheIndefiniteHessian) {
     ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
     EXPECT_LT(session.total_iterations(), 6 * session.state().step) << to_string(integrator);
     if (!midpoint) continue;
-    EXPECT_LT(session.books().max_relative_energy_drift(), 1e-3);
-    EXPECT_LT(session.books().angular_momentum_drift(),
-              session.books().allowed_angular_momentum_drift() + 1e-12);
+    EXPECT_LT(session.balance().max_relative_energy_drift(), 1e-3);
+    EXPECT_LT(session.balance().angular_momentum_drift(),
+              session.balance().allowed_angular_momentum_drift() + 1e-12);
   }
 }
 
@@ -241,7 +241,7 @@ TEST(Attraction, AVertexAtTheOriginIsHandledWithoutNan) {
   scene.time = {Integrator::kVerlet, 1e-5, false, 1e-3};
   scene.environment.strength = 1e-3;
   Session session(scene, mesh_of(scene));
-  EXPECT_TRUE(std::isfinite(session.books().energies().environment()));
+  EXPECT_TRUE(std::isfinite(session.balance().energies().environment()));
   EXPECT_EQ(session.run(), RunStatus::kUnstable);
   EXPECT_NE(session.message().find("softening"), std::string::npos) << session.message();
   EXPECT_TRUE(session.state().position.allFinite());

@@ -19,8 +19,9 @@ TEST(BarWave, FirstFixedFreeFrequency) {
   const LameParameters lame = lame_from_young(1e6, 0.3);
   const TetMesh mesh = generate_box({kLength, 0.1, 0.1}, {40, 1, 1});
   MechanicalSystem system(mesh, NeoHookean(lame.mu, lame.lambda), 1000.0);
-  HeldVertices end_face = hold_at_rest(mesh, select_vertices(mesh, SelectPlane{0, 0.0, {}}));
-  HeldVertices sides = hold_at_rest(mesh, select_vertices(mesh, SelectAll{}));
+  PrescribedVertices end_face =
+      prescribe_at_rest(mesh, select_vertices(mesh, SelectPlane{0, 0.0, {}}));
+  PrescribedVertices sides = prescribe_at_rest(mesh, select_vertices(mesh, SelectAll{}));
   sides.components = {false, true, true};
   system.set_constraints(Constraints({{end_face, sides}, {}, {}, {}}, mesh, system.mass()));
   State state = system.rest_state();
@@ -92,7 +93,7 @@ TEST(TurekHron, Csm1WithLinearTetrahedra) {
   scene.fix = {clamp, plane_strain};
   Session session(scene, generate_mesh(*scene.mesh.generate));
   ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
-  EXPECT_LT(session.books().energies().kinetic(), 1e-12);
+  EXPECT_LT(session.balance().energies().kinetic(), 1e-12);
   const TetMesh& mesh = session.system().mesh();
   const Index tip = select_vertices(mesh, SelectNearest{{0.35, 0.01, 0.0}}).front();
   const Vector3 u =

@@ -51,7 +51,7 @@ struct RigidHandle {
 
 /// All constraints, as data.
 struct ConstraintList {
-  std::vector<HeldVertices> held;  ///< also driven handles: with a motion that rotates
+  std::vector<PrescribedVertices> held;  ///< also driven handles: with a motion that rotates
   std::vector<GuidedVertices> guided;
   std::vector<FixedDistance> distances;
   std::vector<RigidHandle> handles;
@@ -166,7 +166,7 @@ class Constraints {
                                      const TetMesh& mesh);
   void add_distances(const TetMesh& mesh);
   void make_selector();
-  const HeldVertices& held(Index i) const { return list_.held[static_cast<std::size_t>(i)]; }
+  const PrescribedVertices& held(Index i) const { return list_.held[static_cast<std::size_t>(i)]; }
   Vector3 axis_target(const Prescribed& vertex, double time, const Vector3& q) const;
   Vector3 axis_rate(const Prescribed& vertex, double time) const;
 

@@ -8,7 +8,7 @@
 namespace tetraction {
 
 /// A force on each of some vertices, constant from `from` until `until`. Both may lie inside a step.
-struct UserForce {
+struct ExternalForce {
   std::vector<Index> vertices;
   Vector3 vector = Vector3::Zero();                        ///< N, on every vertex of the list
   double from = 0.0;                                       ///< s
@@ -23,11 +23,11 @@ class ExternalForces : public ForceTerm {
   bool has_load() const override { return !forces_.empty(); }
   void add_load(const Vector& mass, double time, double h, Vector& force) const override;
 
-  const std::vector<UserForce>& list() const { return forces_; }
-  std::vector<UserForce>& list() { return forces_; }
+  const std::vector<ExternalForce>& list() const { return forces_; }
+  std::vector<ExternalForce>& list() { return forces_; }
 
  private:
-  std::vector<UserForce> forces_;
+  std::vector<ExternalForce> forces_;
 };
 
 }  // namespace tetraction

@@ -35,7 +35,7 @@ struct Momenta {
 /// Mesh, rest state, materials, lumped mass, constraints, damping and loads of one body.
 ///
 /// Lumped mass: each tetrahedron gives ρ₀V/4 to each of its vertices. Not for: time stepping
-/// (Stepper), bookkeeping (Books).
+/// (Stepper), bookkeeping (Balance).
 class MechanicalSystem {
  public:
   /// One material everywhere. Keeps the mesh: a copy, or with std::move() the caller's own vectors.
@@ -78,12 +78,12 @@ class MechanicalSystem {
   void set_damping(const Damping& damping);
   const Damping& damping() const { return damping_; }
   /// Throws InputError for a force that is not finite or a vertex that is not there.
-  void add_force(UserForce force);
+  void add_force(ExternalForce force);
   /// Exchanges the force added as number `index`.
-  void set_force(std::size_t index, UserForce force);
-  const std::vector<UserForce>& forces() const { return external_forces_.list(); }
+  void set_force(std::size_t index, ExternalForce force);
+  const std::vector<ExternalForce>& forces() const { return external_forces_.list(); }
   /// Exchanges all of them.
-  void set_forces(std::vector<UserForce> forces);
+  void set_forces(std::vector<ExternalForce> forces);
 
   /// Adds a force term of the caller's own. Steppers and solvers that were made before do not know it.
   /// Throws InputError for a null pointer, for a name that is not made of lower-case letters, digits
@@ -128,13 +128,13 @@ class MechanicalSystem {
   /// ½ Σ m_r|p/m|² of each region, with m_r the region's share in the mass of a vertex, J.
   Vector kinetic_energies_by_region(const Vector& momentum) const;
   /// Fails where the elastic energy is not defined.
-  Evaluation energies(const State& state, Energies& energies) const;
+  EvaluationStatus energies(const State& state, Energies& energies) const;
   Momenta momenta(const State& state) const;
   /// Kinetic energy, the energies of all terms and the momenta; the elastic energy is left alone.
-  void vertex_books(const State& state, Energies& energies, Momenta& momenta) const;
+  void vertex_balance(const State& state, Energies& energies, Momenta& momenta) const;
 
  private:
-  void check(const UserForce& force) const;
+  void check(const ExternalForce& force) const;
   void list_terms();
 
   TetMesh mesh_;

@@ -15,7 +15,7 @@ class PenaltySprings : public ForceTerm {
  public:
   PenaltySprings() = default;
   /// Springs to the targets of every entry of `held` whose penalty is above 0.
-  PenaltySprings(const std::vector<HeldVertices>& held, Index vertex_count);
+  PenaltySprings(const std::vector<PrescribedVertices>& held, Index vertex_count);
 
   bool empty() const { return springs_.empty(); }
   /// Whether a spring is attached to the vertex.

@@ -22,7 +22,7 @@ struct PrescribedMotion {
 };
 
 /// Vertices whose named components are prescribed, exactly or by springs.
-struct HeldVertices {
+struct PrescribedVertices {
   std::vector<Index> vertices;
   std::array<bool, 3> components{true, true, true};
   Matrix start;  ///< 3 × vertices: positions at motion.since, m
@@ -33,6 +33,7 @@ struct HeldVertices {
 };
 
 /// Vertices held with all components where they rest.
-HeldVertices hold_at_rest(const TetMesh& mesh, std::vector<Index> vertices, std::string name = {});
+PrescribedVertices prescribe_at_rest(const TetMesh& mesh, std::vector<Index> vertices,
+                                     std::string name = {});
 
 }  // namespace tetraction

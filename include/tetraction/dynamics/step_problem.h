@@ -78,16 +78,16 @@ class StepProblem {
   double dissipated_energy(const Vector& u, double h) const;
 
   /// phi = Φ(o + u) − Φ_o, J.
-  Evaluation value(const Vector& u, double& phi) const;
+  EvaluationStatus value(const Vector& u, double& phi) const;
   /// gradient = Tᵀ∇Φ over the free coordinates, N.
-  Evaluation value_and_gradient(const Vector& u, double& phi, Vector& gradient) const;
+  EvaluationStatus value_and_gradient(const Vector& u, double& phi, Vector& gradient) const;
   /// gradient = ∇Φ, 3 per vertex, N.
-  Evaluation value_and_full_gradient(const Vector& u, double& phi, Vector& gradient) const;
+  EvaluationStatus value_and_full_gradient(const Vector& u, double& phi, Vector& gradient) const;
   /// energy = the elastic energy at o + u, J.
-  Evaluation elastic_energy(const Vector& u, double& energy) const;
+  EvaluationStatus elastic_energy(const Vector& u, double& energy) const;
   /// gradient points to the gradient of the elastic energy at o + u (3 per vertex, N) until the next
   /// evaluation.
-  Evaluation elastic_gradient(const Vector& u, const Vector*& gradient) const;
+  EvaluationStatus elastic_gradient(const Vector& u, const Vector*& gradient) const;
   /// Whether there are force terms that are not quadratic in single vertices.
   bool has_general_terms() const { return !potentials_.empty() || !dissipations_.empty(); }
   /// hessian = what these add to ∇²Φ at o + u, N/m; all zero if there are none.
@@ -99,8 +99,8 @@ class StepProblem {
   bool is_defined(const Vector& u) const;
   /// values = Tᵀ∇²Φ T in the pattern's order, N/m, with `terms` from term_hessian(). The pattern must
   /// have the pairs of `terms`.
-  Evaluation hessian(const Vector& u, const HessianBlocks& terms, const SparsityPattern& pattern,
-                     double* values) const;
+  EvaluationStatus hessian(const Vector& u, const HessianBlocks& terms,
+                           const SparsityPattern& pattern, double* values) const;
   /// What the terms that are not quadratic add to Φ, for sums over elements.
   struct TermShares {
     double energy = 0.0;     ///< J
@@ -142,11 +142,11 @@ class StepProblem {
     return (vertex_block(origin_, v) - vertex_block(previous_, v)) + vertex_block(u, v);
   }
   // Puts positions and velocities at u into at_ and velocity_; fails where a term is not defined.
-  Evaluation move_terms(const Vector& u) const;
+  EvaluationStatus move_terms(const Vector& u) const;
   double term_energy() const;
   void add_term_gradient(Vector& gradient) const;
   // Brings elastic_ to u.
-  Evaluation evaluate_elastic(const Vector& u) const;
+  EvaluationStatus evaluate_elastic(const Vector& u) const;
   void make_remainder();
 
   const MechanicalSystem& system_;

@@ -32,7 +32,7 @@ enum class StepStatus {
                ///< velocities around and give energy instead of taking it
 };
 
-/// What one step did, for the books.
+/// What one step did, for the balance.
 struct StepOutcome {
   StepStatus status = StepStatus::kOk;
   Index element = -1;              ///< inverted element (internal number)

@@ -15,7 +15,7 @@ class ElementBlocks;
 /// Outcome of an evaluation: either everything is defined, or the first element where the
 /// material's energy is not (J ≤ 0, or a position that is not finite), or the first vertex where the
 /// potential of a force term is not.
-struct Evaluation {
+struct EvaluationStatus {
   Index failed_element = -1;
   Index failed_vertex = -1;
   bool ok() const { return failed_element < 0 && failed_vertex < 0; }
@@ -55,13 +55,14 @@ class ElasticPotential {
   void set_material(std::size_t index, const MaterialModel& material);
 
   /// Whether W is defined at q.
-  Evaluation admissible(const Positions& q) const;
+  EvaluationStatus admissible(const Positions& q) const;
   /// energy = W(q), J.
-  Evaluation value(const Positions& q, double& energy) const;
+  EvaluationStatus value(const Positions& q, double& energy) const;
   /// gradient = ∇W(q) (3 per vertex, N) and energy = W(q), in one pass over the mesh.
-  Evaluation value_and_gradient(const Positions& q, double& energy, Vector& gradient) const;
+  EvaluationStatus value_and_gradient(const Positions& q, double& energy, Vector& gradient) const;
   /// values += entries of ∇²W(q) in the pattern's order, N/m.
-  Evaluation add_hessian(const Positions& q, const SparsityPattern& pattern, double* values) const;
+  EvaluationStatus add_hessian(const Positions& q, const SparsityPattern& pattern,
+                               double* values) const;
   /// result = ∇²W(q) x without a matrix (3 per vertex). W must be defined at q.
   void product(const Vector& q, const Vector& x, Vector& result) const;
 

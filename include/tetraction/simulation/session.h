@@ -1,11 +1,11 @@
-// A run: the loop over time steps, its books, and those who watch it.
+// A run: the loop over time steps, its balance, and those who watch it.
 #pragma once
 
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "tetraction/dynamics/books.h"
+#include "tetraction/dynamics/balance.h"
 #include "tetraction/dynamics/stability.h"
 #include "tetraction/simulation/scene_objects.h"
 
@@ -30,7 +30,7 @@ int exit_code(RunStatus status);
 struct PhaseTimes {
   double setup = 0.0;      ///< rest state, sparsity, solver, initial state
   double stability = 0.0;  ///< estimates of the stable step
-  double stepping = 0.0;   ///< time steps with their books
+  double stepping = 0.0;   ///< time steps with their balance
   double output = 0.0;     ///< observers
   double total() const { return setup + stability + stepping + output; }
 };
@@ -104,7 +104,7 @@ class Session {
   Session& operator=(const Session&) = delete;
 
   /// Makes an edit between two steps: it is in force at the next one. Its jumps of energy and
-  /// momentum are entered in the books as edit work. Throws InputError, and leaves everything as it
+  /// momentum are entered in the balance as edit work. Throws InputError, and leaves everything as it
   /// was, for what the body does not allow. `what` is kept in edits().
   void apply(const Edit& edit, const std::string& what = {});
   /// The edits made so far, the scene's events among them.
@@ -145,7 +145,7 @@ class Session {
   const std::vector<std::optional<ConstraintSettings>>& constraints() const;
   const MechanicalSystem& system() const;
   const State& state() const;
-  const Books& books() const;
+  const Balance& balance() const;
   RunStatus status() const;
   /// One line on how the run ended: what, where (step, element), what to do. Empty if all is well.
   const std::string& message() const;

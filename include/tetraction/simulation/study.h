@@ -93,10 +93,10 @@ struct StudyRow {
   double wall_seconds = 0.0;  ///< of the time steps alone
   double seconds_per_simulated_second = 0.0;
   double iterations_per_step = 0.0;
-  double max_relative_energy_drift = 0.0;       ///< Books::max_relative_energy_drift
-  double linear_momentum_drift = 0.0;           ///< Books::linear_momentum_drift
-  double angular_momentum_drift = 0.0;          ///< Books::angular_momentum_drift
-  double angular_momentum_drift_allowed = 0.0;  ///< Books::allowed_angular_momentum_drift
+  double max_relative_energy_drift = 0.0;       ///< Balance::max_relative_energy_drift
+  double linear_momentum_drift = 0.0;           ///< Balance::linear_momentum_drift
+  double angular_momentum_drift = 0.0;          ///< Balance::angular_momentum_drift
+  double angular_momentum_drift_allowed = 0.0;  ///< Balance::allowed_angular_momentum_drift
   StudyRole role = StudyRole::kRun;
   /// |q − q_ref|₂/|q_ref − X|₂ at the end, with the rest positions X; NaN unless run and reference
   /// finished. The divisor is at least a tenth of the reference's displacement over time, as a body

@@ -10,7 +10,7 @@
 #include <hwy/highway.h>
 
 #include "material/laws/laws-inl.h"
-#include "simd_rows-inl.h"
+#include "simd_records-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tetraction {
@@ -209,7 +209,7 @@ HWY_NOINLINE BlockSums run_one_by_one(const BatchView& batches, const M& constan
   for_each_vector<D>(batches, [&](size_t, size_t lane, const double* HWY_RESTRICT rest,
                                   const uint16_t* HWY_RESTRICT slots) TETRACTION_LOOP_BODY {
     Columns<V> e;
-    RowAccess<D>::edges<kChanges>(d, positions, changes, slots, kBatchLanes, e);
+    RecordAccess<D>::edges<kChanges>(d, positions, changes, slots, kBatchLanes, e);
     Symmetric<V> vg;
     load_rest(d, rest, vg);
     const V inverse_six_volume = load_inverse_six_volume(d, rest);
@@ -223,7 +223,7 @@ HWY_NOINLINE BlockSums run_one_by_one(const BatchView& batches, const M& constan
           evaluate_i2<kGradient>(d, material, e, vg, inverse_six_volume, energy, gradient);
     }
     if constexpr (kGradient) {
-      RowAccess<D>::add_balanced(d, gradient, gradients, slots, kBatchLanes);
+      RecordAccess<D>::add_balanced(d, gradient, gradients, slots, kBatchLanes);
     }
     V& sum = sums[lane / kLanes];
     sum = hn::Add(sum, energy);
@@ -265,8 +265,8 @@ HWY_NOINLINE BlockSums run_in_stages(const BatchView& batches, const M& constant
           const double* rest = rest_of_first + i * kLanes;
           Stage& s = stages[i];
           Columns<V> e;
-          RowAccess<D>::edges<kChanges>(d, positions, changes, slots_of_first + i * kLanes,
-                                        kBatchLanes, e);
+          RecordAccess<D>::edges<kChanges>(d, positions, changes, slots_of_first + i * kLanes,
+                                           kBatchLanes, e);
           s.det = cofactors(e, s.cofactor);
           s.j = hn::Mul(s.det, load_inverse_six_volume(d, rest));
           Symmetric<V> vg;
@@ -287,7 +287,7 @@ HWY_NOINLINE BlockSums run_in_stages(const BatchView& batches, const M& constant
           V first = hn::MulSub(s.vi1, inverse_volume, three_ln);
           if (HWY_UNLIKELY(!hn::AllFalse(d, hn::Lt(first, hn::Set(d, kSmallStrain))))) {
             Columns<V> e;
-            RowAccess<D>::edges<kChanges>(d, positions, changes, slots, kBatchLanes, e);
+            RecordAccess<D>::edges<kChanges>(d, positions, changes, slots, kBatchLanes, e);
             Symmetric<V> c;
             metric(e, c);
             Symmetric<V> vg;
@@ -313,7 +313,7 @@ HWY_NOINLINE BlockSums run_in_stages(const BatchView& batches, const M& constant
               gradient.m[k / 3][k % 3] = hn::MulAdd(factor, s.cofactor.m[k / 3][k % 3],
                                                     hn::Mul(twice_i1, s.evg.m[k / 3][k % 3]));
             }
-            RowAccess<D>::add_balanced(d, gradient, gradients, slots, kBatchLanes);
+            RecordAccess<D>::add_balanced(d, gradient, gradients, slots, kBatchLanes);
           }
         }
       });

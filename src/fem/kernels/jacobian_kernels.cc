@@ -7,7 +7,7 @@
 #include <hwy/foreach_target.h>  // compiles this file once for every instruction set
 #include <hwy/highway.h>
 
-#include "simd_rows-inl.h"
+#include "simd_records-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tetraction {
@@ -22,7 +22,7 @@ JacobianSigns signs(const BatchView& batches, const double* positions) {
   for_each_vector<D>(batches, [&](size_t, size_t, const double* HWY_RESTRICT rest,
                                   const uint16_t* HWY_RESTRICT slots) TETRACTION_LOOP_BODY {
     Columns<V> e;
-    RowAccess<D>::edges(d, positions, slots, kBatchLanes, e);
+    RecordAccess<D>::edges(d, positions, slots, kBatchLanes, e);
     const auto& m = e.m;
     const V x = hn::MulSub(m[1][1], m[2][2], hn::Mul(m[1][2], m[2][1]));
     const V y = hn::MulSub(m[1][2], m[2][0], hn::Mul(m[1][0], m[2][2]));

@@ -7,7 +7,7 @@
 #endif
 
 #include "material/laws/laws-inl.h"
-#include "simd_rows-inl.h"
+#include "simd_records-inl.h"
 #include "tangent_kernels.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -73,7 +73,7 @@ HWY_NOINLINE void prepare(const BatchView& batches, const M& constants,
   for_each_vector<D64>(batches, [&](size_t b, size_t lane, const double* HWY_RESTRICT rest,
                                     const uint16_t* HWY_RESTRICT slots) TETRACTION_LOOP_BODY {
     Columns<V64> e;
-    RowAccess<D64>::edges(d, positions, slots, kBatchLanes, e);
+    RecordAccess<D64>::edges(d, positions, slots, kBatchLanes, e);
     Symmetric<V64> vg;
     for (size_t k = 0; k < 6; ++k) vg.m[k] = hn::Load(d, rest + k * kBatchLanes);
     const V64 inverse_six_volume = hn::Load(d, rest + 6 * kBatchLanes);
@@ -262,7 +262,7 @@ HWY_NOINLINE void apply(const BatchView& batches, const T* HWY_RESTRICT state,
       [&](size_t b, size_t lane, const double*, const uint16_t* HWY_RESTRICT slots)
           TETRACTION_LOOP_BODY {
             Columns<V> de;
-            RowAccess<D>::edges(d, x, slots, kBatchLanes, de);
+            RecordAccess<D>::edges(d, x, slots, kBatchLanes, de);
             const S s(d, state + b * kNumbers + lane);
             Columns<V> force;
             multiply(de, s.stress, force);
@@ -318,7 +318,7 @@ HWY_NOINLINE void apply(const BatchView& batches, const T* HWY_RESTRICT state,
                 force.m[k / 3][k % 3] = hn::Add(force.m[k / 3][k % 3], more.m[k / 3][k % 3]);
               }
             }
-            RowAccess<D>::add_balanced(d, force, result, slots, kBatchLanes);
+            RecordAccess<D>::add_balanced(d, force, result, slots, kBatchLanes);
           });
 }
 
@@ -534,7 +534,7 @@ HWY_NOINLINE bool is_safe(const BatchView& batches, TangentForm form, const T* H
           TETRACTION_LOOP_BODY {
             if (!safe) return;
             Columns<V> de;
-            RowAccess<D>::edges(d, x, slots, kBatchLanes, de);
+            RecordAccess<D>::edges(d, x, slots, kBatchLanes, de);
             const T* w = state + b * numbers + lane + 6 * kBatchLanes;
             Columns<V> p;
             for (int j = 0; j < 3; ++j) {

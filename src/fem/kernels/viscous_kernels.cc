@@ -7,7 +7,7 @@
 #include <hwy/foreach_target.h>  // compiles this file once for every instruction set
 #include <hwy/highway.h>
 
-#include "simd_rows-inl.h"
+#include "simd_records-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tetraction {
@@ -56,8 +56,8 @@ HWY_INLINE void strain_of_step(D d, const uint16_t* slots, const ViscousStep& st
                                Columns<V>& e, Symmetric<V>& a) {
   Columns<V> change;
   Columns<V> middle;
-  RowAccess<D>::edges(d, step.positions, slots, kBatchLanes, e);
-  RowAccess<D>::edges(d, step.displacements, slots, kBatchLanes, change);
+  RecordAccess<D>::edges(d, step.positions, slots, kBatchLanes, e);
+  RecordAccess<D>::edges(d, step.displacements, slots, kBatchLanes, change);
   const V half = hn::Set(d, 0.5);
   for (int k = 0; k < 9; ++k) {
     const V delta = change.m[k / 3][k % 3];
@@ -88,8 +88,8 @@ HWY_NOINLINE void force(const BatchView& batches, double viscosity,
   for_all_lanes(batches, [&](size_t, size_t, const Rest& rest, const uint16_t* slots) HWY_ATTR {
     Columns<V> e;
     Columns<V> rate;
-    RowAccess<D>::edges(d, positions, slots, kBatchLanes, e);
-    RowAccess<D>::edges(d, velocities, slots, kBatchLanes, rate);
+    RecordAccess<D>::edges(d, positions, slots, kBatchLanes, e);
+    RecordAccess<D>::edges(d, velocities, slots, kBatchLanes, rate);
     Symmetric<V> dc;
     symmetric_sum(rate, e, dc);
     Columns<V> dcvg;
@@ -97,7 +97,7 @@ HWY_NOINLINE void force(const BatchView& batches, double viscosity,
     pull_back(rest, factor, dc, dcvg, stress);
     Columns<V> result;
     multiply(e, stress, result);
-    RowAccess<D>::add_balanced(d, result, forces, slots, kBatchLanes);
+    RecordAccess<D>::add_balanced(d, result, forces, slots, kBatchLanes);
   });
 }
 
@@ -110,7 +110,7 @@ HWY_NOINLINE void correction(const BatchView& batches, const double* HWY_RESTRIC
           TETRACTION_LOOP_BODY {
             Columns<V> edges;
             Symmetric<V> c;
-            RowAccess<D>::edges(d, displacements, slots, kBatchLanes, edges);
+            RecordAccess<D>::edges(d, displacements, slots, kBatchLanes, edges);
             metric(edges, c);
             double* to = result + kViscousNumbers * kBatchLanes * b + lane;
             for (size_t k = 0; k < 6; ++k) hn::Store(c.m[k], d, to + k * kBatchLanes);
@@ -136,7 +136,7 @@ HWY_NOINLINE double gradient(const BatchView& batches, const ViscousStep& step,
                     pull_back(rest, factor, a, avg, stress);
                     Columns<V> result;
                     multiply(e, stress, result);
-                    RowAccess<D>::add_balanced(d, result, gradients, slots, kBatchLanes);
+                    RecordAccess<D>::add_balanced(d, result, gradients, slots, kBatchLanes);
                   } else {
                     symmetric_times(a, rest.vg, avg);
                   }

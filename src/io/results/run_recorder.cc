@@ -39,7 +39,7 @@ std::string history_header(const Session& session) {
        ++r) {
     header += fmt::format(",kinetic_energy_{0},elastic_energy_{0}", r);
   }
-  const Energies& energies = session.books().energies();
+  const Energies& energies = session.balance().energies();
   for (std::size_t i = 0; i < energies.extra_count(); ++i) {
     header += fmt::format(",{}_energy", energies.extra(i).name);
   }
@@ -80,16 +80,16 @@ std::vector<double> constraint_columns(const Session& session) {
 
 std::string history_row(const Session& session, bool counts_inverted) {
   const State& state = session.state();
-  const Books& books = session.books();
-  const Energies& e = books.energies();
-  const Momenta& m = books.momenta();
+  const Balance& balance = session.balance();
+  const Energies& e = balance.energies();
+  const Momenta& m = balance.momenta();
   const auto g = [](double value) { return fmt::format("{:.17g}", value); };
   std::string row = fmt::format("{},{}", state.step, g(state.time));
   for (const double value :
-       {e.kinetic(), e.elastic(), e.environment(), e.total(), books.external_work(),
-        books.dissipated_energy(), books.constraint_work(), books.edit_work(), books.energy_error(),
-        m.linear.x(), m.linear.y(), m.linear.z(), m.angular.x(), m.angular.y(), m.angular.z(),
-        session.constraint_error()}) {
+       {e.kinetic(), e.elastic(), e.environment(), e.total(), balance.external_work(),
+        balance.dissipated_energy(), balance.constraint_work(), balance.edit_work(),
+        balance.energy_error(), m.linear.x(), m.linear.y(), m.linear.z(), m.angular.x(),
+        m.angular.y(), m.angular.z(), session.constraint_error()}) {
     row += ',' + g(value);
   }
   row += fmt::format(",{}", session.last_iterations());

@@ -39,9 +39,9 @@ nlohmann::ordered_json solver_json(const Session& session) {
   json["factorizations"] = session.total_factorizations();
   json["cg_iterations"] = session.total_cg_iterations();
   json["message"] = session.solver_message();
-  const Books& books = session.books();
-  json["steps_limited_by_round_off"] = books.steps_limited_by_round_off();
-  json["tolerance_reached"] = solver.tolerance * std::max(1.0, books.residual_over_tolerance());
+  const Balance& balance = session.balance();
+  json["steps_limited_by_round_off"] = balance.steps_limited_by_round_off();
+  json["tolerance_reached"] = solver.tolerance * std::max(1.0, balance.residual_over_tolerance());
   return json;
 }
 
@@ -49,7 +49,7 @@ nlohmann::ordered_json solver_json(const Session& session) {
 
 std::string summary_json(const Session& session, const std::string& directory) {
   const MechanicalSystem& system = session.system();
-  const Books& books = session.books();
+  const Balance& balance = session.balance();
   const PhaseTimes& times = session.times();
   const StabilityLimit& limit = session.initial_limit();
   const BlasInfo blas = blas_info();
@@ -77,23 +77,23 @@ std::string summary_json(const Session& session, const std::string& directory) {
                         {"changes", steps.changes}};
   json["time"] = session.state().time;
   json["solver"] = solver_json(session);
-  json["energy"] = {{"kinetic", books.energies().kinetic()},
-                    {"elastic", books.energies().elastic()},
-                    {"environment", books.energies().environment()},
-                    {"total", books.energies().total()},
-                    {"external_work", books.external_work()},
-                    {"dissipated", books.dissipated_energy()},
-                    {"constraint_work", books.constraint_work()},
-                    {"edit_work", books.edit_work()},
-                    {"error", books.energy_error()},
-                    {"scale", books.energy_scale()}};
-  for (std::size_t i = 0; i < books.energies().extra_count(); ++i) {
-    json["energy"]["terms"][books.energies().extra(i).name] = books.energies().extra(i).value;
+  json["energy"] = {{"kinetic", balance.energies().kinetic()},
+                    {"elastic", balance.energies().elastic()},
+                    {"environment", balance.energies().environment()},
+                    {"total", balance.energies().total()},
+                    {"external_work", balance.external_work()},
+                    {"dissipated", balance.dissipated_energy()},
+                    {"constraint_work", balance.constraint_work()},
+                    {"edit_work", balance.edit_work()},
+                    {"error", balance.energy_error()},
+                    {"scale", balance.energy_scale()}};
+  for (std::size_t i = 0; i < balance.energies().extra_count(); ++i) {
+    json["energy"]["terms"][balance.energies().extra(i).name] = balance.energies().extra(i).value;
   }
-  json["max_relative_energy_drift"] = books.max_relative_energy_drift();
-  json["linear_momentum_drift"] = books.linear_momentum_drift();
-  json["angular_momentum_drift"] = books.angular_momentum_drift();
-  json["angular_momentum_drift_allowed"] = books.allowed_angular_momentum_drift();
+  json["max_relative_energy_drift"] = balance.max_relative_energy_drift();
+  json["linear_momentum_drift"] = balance.linear_momentum_drift();
+  json["angular_momentum_drift"] = balance.angular_momentum_drift();
+  json["angular_momentum_drift_allowed"] = balance.allowed_angular_momentum_drift();
   json["max_constraint_error"] = session.constraint_error();
   if (session.may_invert()) {
     const InvertedElements& inverted = session.inverted_elements();

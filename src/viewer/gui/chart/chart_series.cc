@@ -16,7 +16,7 @@ constexpr ChartSeries kEnergies[] = {{"Kinetic", kBlue, [](Row r) { return r.kin
                                      {"Elastic", kOrange, [](Row r) { return r.elastic; }},
                                      {"Environment", kGreen, [](Row r) { return r.environment; }},
                                      {"Total", kBlack, [](Row r) { return r.total; }}};
-constexpr ChartSeries kBooks[] = {
+constexpr ChartSeries kBalance[] = {
     {"External work", kBlue, [](Row r) { return r.external_work; }},
     {"Constraint work", kOrange, [](Row r) { return r.constraint_work; }},
     {"Dissipated", kGreen, [](Row r) { return r.dissipated_energy; }},
@@ -36,7 +36,7 @@ constexpr ChartSeries kIterations[] = {
 const std::array<ChartKind, kChartKinds>& chart_kinds() {
   static const std::array<ChartKind, kChartKinds> kinds{
       {{"Energy", "Energy [J]", kEnergies},
-       {"Energy books", "Since the start [J]", kBooks},
+       {"Energy balance", "Since the start [J]", kBalance},
        {"Linear momentum", "Momentum [kg m/s]", kLinear},
        {"Angular momentum", "About the origin [kg m²/s]", kAngular},
        {"Iterations", "Iterations a step", kIterations}}};

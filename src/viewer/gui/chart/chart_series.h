@@ -23,7 +23,7 @@ struct ChartKind {
 };
 
 inline constexpr std::size_t kChartKinds = 5;
-/// Energy, energy books, linear momentum, angular momentum, iterations.
+/// Energy, energy balance, linear momentum, angular momentum, iterations.
 const std::array<ChartKind, kChartKinds>& chart_kinds();
 
 /// The rows as CSV, with the columns of history.csv that a history has.

@@ -24,7 +24,7 @@ class vtkTable;
 
 namespace tetraction::viewer {
 
-/// Energies, books, momenta, iterations over time; one of them is seen at a time.
+/// Energies, balance, momenta, iterations over time; one of them is seen at a time.
 class LiveChart : public QWidget {
   Q_OBJECT
 

@@ -1,4 +1,4 @@
-// Energy and momentum books of a run: every joule and every newton-second accounted for.
+// The balance of energy and momentum of a run: every joule and every newton-second is accounted for.
 #pragma once
 
 #include "tetraction/dynamics/mechanical_system.h"
@@ -6,17 +6,17 @@
 
 namespace tetraction {
 
-/// Books of one trajectory, kept from its first state on; all sums run from there.
+/// Balance of one trajectory, kept from its first state on; all sums run from there.
 ///
 ///     energy_error = ΔT + ΔW − external work + dissipated energy − constraint work − edit work
 ///
 /// is what the integrator itself added (without loads: its energy error). The energy of penalty
 /// springs counts as constraint work. The momentum drifts are
 /// what is left of Δp and Δ(q × p) after the impulses of all outer forces and reactions.
-class Books {
+class Balance {
  public:
-  /// Opens the books at `state`.
-  Books(const MechanicalSystem& system, const State& state);
+  /// Opens the balance at `state`.
+  Balance(const MechanicalSystem& system, const State& state);
 
   /// Enters a step that went well; `state` is the state after it.
   void enter(const State& state, const StepOutcome& outcome);

@@ -1,11 +1,11 @@
-#include "tetraction/dynamics/books.h"
+#include "tetraction/dynamics/balance.h"
 
 #include <algorithm>
 #include <cmath>
 
 namespace tetraction {
 
-Books::Books(const MechanicalSystem& system, const State& state)
+Balance::Balance(const MechanicalSystem& system, const State& state)
     : system_(system), momenta_(system.momenta(state)) {
   system.energies(state, energies_);
   // Below strains of about 1e-13 there is nothing but round-off.
@@ -19,8 +19,8 @@ Books::Books(const MechanicalSystem& system, const State& state)
   angular_scale_ = momenta_.angular_scale;
 }
 
-void Books::enter(const State& state, const StepOutcome& outcome) {
-  system_.vertex_books(state, energies_, momenta_);
+void Balance::enter(const State& state, const StepOutcome& outcome) {
+  system_.vertex_balance(state, energies_, momenta_);
   energies_.set_elastic(outcome.elastic_energy);
   external_work_ += outcome.external_work;
   dissipated_energy_ += outcome.dissipated_energy;
@@ -53,7 +53,7 @@ void Books::enter(const State& state, const StepOutcome& outcome) {
   angular_scale_ = std::max({angular_scale_, momenta_.angular_scale, angular_impulse_.norm()});
 }
 
-double Books::enter_edit(const State& state) {
+double Balance::enter_edit(const State& state) {
   const Energies before = energies_;
   const Momenta momenta_before = momenta_;
   Energies energies = energies_;
@@ -74,30 +74,30 @@ double Books::enter_edit(const State& state) {
   return jump;
 }
 
-double Books::energy_error() const {
+double Balance::energy_error() const {
   return energies_.total() - initial_energies_.total() - external_work_ + dissipated_energy() -
          constraint_work() - edit_work();
 }
 
-double Books::energy_scale() const {
+double Balance::energy_scale() const {
   return initial_energies_.kinetic() + initial_energies_.elastic() + largest_environment_exchange_ +
          largest_external_work_ + largest_constraint_work_ + sum_of_edits_;
 }
 
-double Books::max_relative_energy_drift() const {
+double Balance::max_relative_energy_drift() const {
   const double scale = std::max(energy_scale(), round_off_);
   return scale > 0.0 ? largest_energy_error_ / scale : 0.0;
 }
 
-double Books::linear_momentum_drift() const {
+double Balance::linear_momentum_drift() const {
   return linear_scale_ > 0.0 ? largest_linear_drift_ / linear_scale_ : 0.0;
 }
 
-double Books::angular_momentum_drift() const {
+double Balance::angular_momentum_drift() const {
   return angular_scale_ > 0.0 ? largest_angular_drift_ / angular_scale_ : 0.0;
 }
 
-double Books::allowed_angular_momentum_drift() const {
+double Balance::allowed_angular_momentum_drift() const {
   return angular_scale_ > 0.0 ? residual_angular_impulse_ / angular_scale_ : 0.0;
 }
 

@@ -44,7 +44,7 @@ struct Symmetric {
 /// begins, counted in numbers.
 #if HWY_TARGET == HWY_SCALAR
 template <class D>
-class RowAccess {
+class RecordAccess {
  public:
   using T = hn::TFromD<D>;
   using V = hn::Vec<D>;
@@ -82,7 +82,7 @@ class RowAccess {
 };
 #else
 template <class D>
-class RowAccess {
+class RecordAccess {
  public:
   using T = hn::TFromD<D>;
   using V = hn::Vec<D>;
