@@ -63,9 +63,9 @@ std::string peers(const std::string& material, int threads) {
 }
 
 std::vector<Column> columns() {
-  return {{"size", 4},       {"tetrahedra", 10},  {"material", 13},
-          {"rule", 8},       {"threads", 7},      {"repetitions", 11},
-          {"ns/tet", 7},     {"x bandwidth", 11}, {"x multiply-add", 14},
+  return {{"size", 4},         {"tetrahedra", 10},  {"material", 13},
+          {"rule", 8},         {"threads", 7},      {"repetitions", 11},
+          {"ns/tet", 7},       {"x bandwidth", 11}, {"x multiply-add", 14},
           {"balance %", 9, 2}, {"speed-up", 8},     {"peers ns/tet", 12}};
 }
 

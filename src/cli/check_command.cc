@@ -50,10 +50,7 @@ int check(const std::string& path, const std::vector<std::string>& overrides, bo
   const TetMesh& mesh = system->mesh();
   const State state = make_initial_state(scene, *system);
   check_events(scene, *system);
-  const StabilityLimit limit =
-      stability_limit(*system, state.position,
-                      scene.time.integrator == Integrator::kVerlet ? ExplicitRule::kVerlet
-                                                                   : ExplicitRule::kExplicit);
+  const StabilityLimit limit = stability_limit(*system, state.position, scene.time.integrator);
 
   nlohmann::ordered_json json;
   json["mesh"] = mesh_json(mesh);

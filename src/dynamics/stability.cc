@@ -201,7 +201,7 @@ Index critical_element(const MechanicalSystem& system, const CriticalModes& mode
   return element;
 }
 
-StabilityLimit stability_limit(const MechanicalSystem& system, const Vector& q, ExplicitRule rule,
+StabilityLimit stability_limit(const MechanicalSystem& system, const Vector& q, Integrator rule,
                                CriticalModes* modes, double time) {
   StabilityLimit limit;
   if (system.coordinates().count() == 0) {  // nothing that could oscillate
@@ -220,7 +220,7 @@ StabilityLimit stability_limit(const MechanicalSystem& system, const Vector& q, 
     damped = finite_largest_eigenpair(op, largest.vector);
     limit.damping_rate = std::max(limit.damping_rate, damped.value);
   }
-  if (rule == ExplicitRule::kVerlet) {
+  if (rule == Integrator::kVerlet) {
     limit.critical_step = verlet_critical_step(limit.omega_max, limit.damping_rate);
   } else {
     // Both at once in one mode: a lower bound, from which few iterations lead to the limit.
@@ -266,13 +266,13 @@ double StabilityTracker::cost() const {
   return impl_->cost;
 }
 
-double StabilityTracker::critical_step(const Vector& q, ExplicitRule rule, CriticalModes& modes,
+double StabilityTracker::critical_step(const Vector& q, Integrator rule, CriticalModes& modes,
                                        double time) {
   Impl& s = *impl_;
   s.cost = 0.0;
   const bool connecting = has_connecting_damping(s.system);
   const bool damped = s.system.is_dissipative();
-  if (rule == ExplicitRule::kExplicit && damped) {
+  if (rule != Integrator::kVerlet && damped) {
     // The limit that these modes would have now is where K + (2/h)C is taken.
     double h = 0.0;
     if (modes.stiffness.size() == s.op.rows()) {

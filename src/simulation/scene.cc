@@ -12,12 +12,6 @@
 namespace tetraction {
 namespace {
 
-constexpr std::array<std::pair<Integrator, const char*>, 4> kIntegrators{
-    {{Integrator::kExplicit, "explicit"},
-     {Integrator::kVerlet, "verlet"},
-     {Integrator::kMidpoint, "midpoint"},
-     {Integrator::kBackwardEuler, "backward-euler"}}};
-
 constexpr std::array<std::pair<LinearSolver, const char*>, 4> kLinearSolvers{
     {{LinearSolver::kAuto, "auto"},
      {LinearSolver::kMatrixFree, "matrix-free"},
@@ -32,26 +26,6 @@ std::vector<const char*> names_of(const Table& table) {
 }
 
 }  // namespace
-
-std::string to_string(Integrator integrator) {
-  for (const auto& [value, name] : kIntegrators) {
-    if (value == integrator) return name;
-  }
-  return "unknown";
-}
-
-Integrator integrator_from_string(const std::string& name) {
-  std::string known;
-  for (const auto& [value, text] : kIntegrators) {
-    if (name == text) return value;
-    known += fmt::format("{}{}", known.empty() ? "" : ", ", text);
-  }
-  throw InputError(fmt::format("\"{}\" is not an integrator; there are {}.", name, known));
-}
-
-std::vector<const char*> integrator_names() {
-  return names_of(kIntegrators);
-}
 
 std::string to_string(LinearSolver linear) {
   for (const auto& [value, name] : kLinearSolvers) {
@@ -79,14 +53,6 @@ std::string solver_conflict(const SolverSettings& settings) {
       "= \"{}\" does not go with solver.kind = \"ceres\": Ceres has its own way with linear "
       "systems, a Cholesky factor for each. Take solver.kind = \"newton\", or leave linear out.",
       to_string(settings.linear));
-}
-
-bool is_implicit(Integrator integrator) {
-  return integrator == Integrator::kMidpoint || integrator == Integrator::kBackwardEuler;
-}
-
-int order(Integrator integrator) {
-  return integrator == Integrator::kMidpoint || integrator == Integrator::kVerlet ? 2 : 1;
 }
 
 std::string to_string(ConstraintKind kind) {

@@ -261,19 +261,8 @@ std::unique_ptr<Minimizer> make_minimizer(const SolverSettings& solver,
 
 std::unique_ptr<Stepper> make_stepper(Integrator integrator, const SolverSettings& solver,
                                       const MechanicalSystem& system) {
-  switch (integrator) {
-    case Integrator::kExplicit:
-      return make_explicit_stepper(system);
-    case Integrator::kVerlet:
-      return make_verlet_stepper(system);
-    case Integrator::kMidpoint:
-    case Integrator::kBackwardEuler:
-      break;
-  }
-  std::shared_ptr<Minimizer> minimizer = make_minimizer(solver, system);
-  return integrator == Integrator::kMidpoint
-             ? make_midpoint_stepper(system, std::move(minimizer))
-             : make_backward_euler_stepper(system, std::move(minimizer));
+  return make_stepper(integrator, system,
+                      is_implicit(integrator) ? make_minimizer(solver, system) : nullptr);
 }
 
 }  // namespace tetraction

@@ -18,10 +18,6 @@ constexpr double kMerged = 1e-6;
 // "auto" gives up where it would take steps shorter than this share of those it began with.
 constexpr double kShortest = 1e-6;
 
-ExplicitRule rule_of(Integrator integrator) {
-  return integrator == Integrator::kVerlet ? ExplicitRule::kVerlet : ExplicitRule::kExplicit;
-}
-
 // What times near t are rounded to.
 double round_off(double t) {
   return 4.0 * std::numeric_limits<double>::epsilon() * std::abs(t);
@@ -80,7 +76,7 @@ void Session::Impl::choose_step(const StabilityLimit& limit, CriticalModes modes
 }
 
 StabilityLimit Session::Impl::limit_at(const Vector& q, CriticalModes* modes) const {
-  return stability_limit(*system, q, rule_of(time.integrator), modes, state.time);
+  return stability_limit(*system, q, time.integrator, modes, state.time);
 }
 
 StabilityLimit Session::Impl::current_limit(const Vector& q, CriticalModes* modes) {
@@ -95,8 +91,8 @@ double Session::Impl::tracked_limit(double& cost) {
   {
     const PhaseTimer timer(times.stability);
     if (!tracker) tracker = std::make_unique<StabilityTracker>(*system);
-    critical = tracker->critical_step(state.position, rule_of(time.integrator),
-                                      stepping.automatic.modes(), state.time);
+    critical = tracker->critical_step(state.position, time.integrator, stepping.automatic.modes(),
+                                      state.time);
     cost = tracker->cost();
   }
   times.stepping -= times.stability - before;

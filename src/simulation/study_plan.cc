@@ -103,8 +103,7 @@ StudyPlan plan_study(const Scene& scene, const TetMesh& mesh, const StudySetting
   }
   std::vector<Integrator> integrators = settings.integrators;
   if (integrators.empty()) {
-    integrators = {Integrator::kExplicit, Integrator::kVerlet, Integrator::kMidpoint,
-                   Integrator::kBackwardEuler};
+    integrators = all_integrators();
   }
   const std::vector<double> steps = steps_of(settings, plan.stable_step, plan.end);
 

@@ -303,7 +303,7 @@ TEST(YeohStability, LimitAtRestIsTheNeoHookeanOne) {
   const LameParameters lame = lame_from_young(1e6, 0.4);
   const auto limit = [&](const MaterialModel& material) {
     const MechanicalSystem system(small_block(), material, 1000.0);
-    return stability_limit(system, system.mesh().rest_positions(), ExplicitRule::kVerlet)
+    return stability_limit(system, system.mesh().rest_positions(), Integrator::kVerlet)
         .critical_step;
   };
   const double neo = limit(NeoHookean(lame.mu, lame.lambda));

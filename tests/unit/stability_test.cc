@@ -80,9 +80,9 @@ TEST(StabilityLimit, IsNoneWhereEveryVertexIsHeld) {
 
 // The spectral radius of a step about rest, by differences of the step itself: what really decides. In
 // q and p/(mω), so that all numbers are of one size.
-double spectral_radius(const MechanicalSystem& system, ExplicitRule rule, double h, double omega) {
+double spectral_radius(const MechanicalSystem& system, Integrator rule, double h, double omega) {
   const auto stepper =
-      rule == ExplicitRule::kVerlet ? make_verlet_stepper(system) : make_explicit_stepper(system);
+      rule == Integrator::kVerlet ? make_verlet_stepper(system) : make_explicit_stepper(system);
   constexpr double kDifference = 1e-7;
   std::vector<Index> free;
   for (Index i = 0; i < system.dof_count(); ++i) {
@@ -117,7 +117,7 @@ double spectral_radius(const MechanicalSystem& system, ExplicitRule rule, double
 // frequency and damping rate both count, verlet's limit is up to 7 % on the safe side.
 TEST(StabilityLimit, IsWhereStepsBecomeUnstableWithAnyDamping) {
   const LameParameters lame = lame_from_young(1e6, 0.4);
-  for (const ExplicitRule rule : {ExplicitRule::kExplicit, ExplicitRule::kVerlet}) {
+  for (const Integrator rule : {Integrator::kExplicit, Integrator::kVerlet}) {
     for (const Damping& damping : {Damping{0, 0, 0}, Damping{0, 0, 100}, Damping{0, 0, 1e3},
                                    Damping{0, 0, 1e4}, Damping{0, 0, 1e6}, Damping{0, 100, 0},
                                    Damping{3e3, 0, 0}, Damping{1e6, 0, 0}, Damping{1e3, 50, 2e3}}) {
@@ -126,7 +126,7 @@ TEST(StabilityLimit, IsWhereStepsBecomeUnstableWithAnyDamping) {
       system.set_damping(damping);
       const StabilityLimit limit = stability_limit(system, system.rest_state().position, rule);
       SCOPED_TRACE(::testing::Message()
-                   << (rule == ExplicitRule::kVerlet ? "verlet" : "explicit") << ", viscosity "
+                   << (rule == Integrator::kVerlet ? "verlet" : "explicit") << ", viscosity "
                    << damping.viscosity << ", drag " << damping.drag << ", mass damping "
                    << damping.mass_damping << ", h c " << limit.critical_step * limit.damping_rate);
       const auto radius = [&](double share) {
@@ -134,7 +134,7 @@ TEST(StabilityLimit, IsWhereStepsBecomeUnstableWithAnyDamping) {
       };
       EXPECT_LT(radius(0.98), 1.0 + 1e-6);
       const double rate = limit.critical_step * limit.damping_rate;
-      const bool mixed = rule == ExplicitRule::kVerlet && rate > 0.1 && rate < 3.0;
+      const bool mixed = rule == Integrator::kVerlet && rate > 0.1 && rate < 3.0;
       EXPECT_GT(radius(mixed ? 1.12 : 1.05), 1.01);
     }
   }
@@ -159,7 +159,7 @@ TEST(StabilityLimit, OfOneModeIsThatOfItsPolynomial) {
 TEST(StabilityTracker, FollowsABodyThatIsCrushed) {
   const LameParameters lame = lame_from_young(1e6, 0.45);
   for (const double viscosity : {0.0, 1e3}) {
-    for (const ExplicitRule rule : {ExplicitRule::kExplicit, ExplicitRule::kVerlet}) {
+    for (const Integrator rule : {Integrator::kExplicit, Integrator::kVerlet}) {
       for (const bool custom : {false, true}) {
         const NeoHookean material(lame.mu, lame.lambda);
         MechanicalSystem system(
@@ -196,12 +196,12 @@ TEST(StabilityTracker, FindsAnElementThatIsFlattenedFarAway) {
   q[0] += 0.12;  // a corner, against its neighbours
   StabilityTracker tracker(system);
   CriticalModes modes;
-  stability_limit(system, q, ExplicitRule::kExplicit, &modes);
+  stability_limit(system, q, Integrator::kExplicit, &modes);
   q[0] -= 0.12;
   const Index last = system.dof_count() - 3;
   q[last] -= 0.14;
   const double exact = stability_limit(system, q).critical_step;
-  EXPECT_NEAR(tracker.critical_step(q, ExplicitRule::kExplicit, modes), exact, 0.03 * exact);
+  EXPECT_NEAR(tracker.critical_step(q, Integrator::kExplicit, modes), exact, 0.03 * exact);
   EXPECT_LT(tracker.cost(), 40.0);
 }
 

@@ -3,12 +3,10 @@
 
 #include <memory>
 
+#include "tetraction/dynamics/integrator.h"
 #include "tetraction/dynamics/mechanical_system.h"
 
 namespace tetraction {
-
-/// The explicit rule that a limit is for: they differ where there is damping.
-enum class ExplicitRule { kExplicit, kVerlet };
 
 /// Largest eigenfrequency of the linearised system and the step it allows.
 struct StabilityLimit {
@@ -39,14 +37,15 @@ double verlet_critical_step(double omega, double rate);
 /// force terms at `time`, C viscosity and the dissipation potentials of all terms at rest; multipliers
 /// are left out, which can only make the limit too small.
 ///
-/// Damping lowers the limit, as its force is taken at velocities that are known. The limit of `explicit`
+/// The limits of the explicit rules differ where there is damping; for an implicit rule the limit is that
+/// of `explicit`. Damping lowers the limit, as its force is taken at velocities that are known. The limit of `explicit`
 /// is the least h for which h²K + 2hC − 4M is singular, which is exact. That of `verlet` is
 /// verlet_critical_step() of ω_max and c, which may belong to different modes: on the safe side.
 /// If K(q) has no positive eigenvalue, or every vertex is held, omega_max is 0; without damping
 /// critical_step is then infinite. Throws InputError where K(q) over the masses is not finite. The modes
 /// are left in `modes` unless it is null.
 StabilityLimit stability_limit(const MechanicalSystem& system, const Vector& q,
-                               ExplicitRule rule = ExplicitRule::kExplicit,
+                               Integrator rule = Integrator::kExplicit,
                                CriticalModes* modes = nullptr, double time = 0.0);
 
 /// Follows h_crit while a body moves: a few products with K from the modes that were critical last,
@@ -63,7 +62,7 @@ class StabilityTracker {
   StabilityTracker& operator=(const StabilityTracker&) = delete;
 
   /// h_crit at q, where W must be defined; exchanges `modes` for those at q.
-  double critical_step(const Vector& q, ExplicitRule rule, CriticalModes& modes, double time = 0.0);
+  double critical_step(const Vector& q, Integrator rule, CriticalModes& modes, double time = 0.0);
   /// What the last call cost, in evaluations of the elastic forces.
   double cost() const;
 

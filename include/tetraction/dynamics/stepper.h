@@ -17,6 +17,7 @@
 #include <memory>
 #include <string>
 
+#include "tetraction/dynamics/integrator.h"
 #include "tetraction/dynamics/minimizer.h"
 
 namespace tetraction {
@@ -102,6 +103,10 @@ std::unique_ptr<Stepper> make_verlet_stepper(const MechanicalSystem& system);
 /// α = ½; `minimizer` is called once a step, or a few times where there are multipliers.
 std::unique_ptr<Stepper> make_midpoint_stepper(const MechanicalSystem& system,
                                                std::shared_ptr<Minimizer> minimizer);
+/// The rule of that name. `minimizer` may be null for rules that are not implicit; otherwise InputError
+/// is thrown.
+std::unique_ptr<Stepper> make_stepper(Integrator integrator, const MechanicalSystem& system,
+                                      std::shared_ptr<Minimizer> minimizer);
 /// Backward Euler.
 std::unique_ptr<Stepper> make_backward_euler_stepper(const MechanicalSystem& system,
                                                      std::shared_ptr<Minimizer> minimizer);

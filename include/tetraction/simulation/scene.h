@@ -13,6 +13,7 @@
 
 #include "tetraction/core/types.h"
 #include "tetraction/dynamics/damping.h"
+#include "tetraction/dynamics/integrator.h"
 #include "tetraction/material/material.h"
 #include "tetraction/mesh/selection.h"
 #include "tetraction/solver/linear_solver.h"
@@ -22,24 +23,6 @@ namespace tetraction {
 class Environment;
 class ForceField;
 class ForceTerm;
-
-/// The time-stepping rules of physics.md.
-enum class Integrator { kExplicit, kVerlet, kMidpoint, kBackwardEuler };
-
-/// "explicit", "verlet", "midpoint", "backward-euler".
-std::string to_string(Integrator integrator);
-/// Inverse of to_string(); throws InputError listing the valid names.
-Integrator integrator_from_string(const std::string& name);
-/// All names, in the order of the enumeration.
-std::vector<const char*> integrator_names();
-/// Whether a step solves a minimisation.
-bool is_implicit(Integrator integrator);
-/// Order in the step size of the rule's positions: 2 for verlet and midpoint, 1 for the others.
-int order(Integrator integrator);
-/// Whether the rule is derived from a discrete action (all but backward Euler).
-inline bool is_variational(Integrator integrator) {
-  return integrator != Integrator::kBackwardEuler;
-}
 
 /// Kinds of meshes that the program can make (mesh/generate.h).
 enum class GeneratorKind { kBeam, kBox, kCube, kTetrahedron };
