@@ -80,8 +80,9 @@ double Balance::energy_error() const {
 }
 
 double Balance::energy_scale() const {
-  return initial_energies_.kinetic() + initial_energies_.elastic() + largest_environment_exchange_ +
-         largest_external_work_ + largest_constraint_work_ + sum_of_edits_;
+  return initial_energies_.kinetic() + std::abs(initial_energies_.elastic()) +
+         largest_environment_exchange_ + largest_external_work_ + largest_constraint_work_ +
+         sum_of_edits_;
 }
 
 double Balance::max_relative_energy_drift() const {

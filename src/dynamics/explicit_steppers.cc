@@ -36,6 +36,23 @@ class ForceCache {
   Vector gradient_;
 };
 
+// Forgets the forces unless the step ends well: they belong to a state that is not reached then, however
+// the step ends.
+class CacheGuard {
+ public:
+  explicit CacheGuard(ForceCache& cache) : cache_(cache) {}
+  ~CacheGuard() {
+    if (!kept_) cache_.invalidate();
+  }
+  CacheGuard(const CacheGuard&) = delete;
+  CacheGuard& operator=(const CacheGuard&) = delete;
+  void keep() { kept_ = true; }
+
+ private:
+  ForceCache& cache_;
+  bool kept_ = false;
+};
+
 class ExplicitStepper : public Stepper {
  public:
   // `halves` 1: p moves by a whole step before q (α = 0); 2: by half before and half after
@@ -58,6 +75,7 @@ class ExplicitStepper : public Stepper {
 
   StepOutcome step_to(State& state, double h, double end_time) override {
     StepOutcome outcome;
+    CacheGuard guard(force_);
     if (const EvaluationStatus start = force_.update(system_, state.position); !start.ok()) {
       return inverted(outcome, start.failed_element);
     }
@@ -100,6 +118,7 @@ class ExplicitStepper : public Stepper {
     }
     end_drift(h, outcome);
     finish(state, h, outcome);
+    guard.keep();
     std::swap(state, next_);
     return outcome;
   }
@@ -316,8 +335,7 @@ class ExplicitStepper : public Stepper {
     next_.step = state.step + 1;
   }
 
-  StepOutcome inverted(StepOutcome& outcome, Index element) {
-    force_.invalidate();
+  static StepOutcome inverted(StepOutcome& outcome, Index element) {
     outcome.status = StepStatus::kInverted;
     outcome.element = element;
     return outcome;

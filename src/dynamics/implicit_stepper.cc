@@ -69,7 +69,7 @@ bool ImplicitStepper::take_momenta(const State& state, double h, StepOutcome& ou
     outcome.element = status.failed_element;
     return false;
   }
-  gather_forces(state.time + s, state.position, *gradient);
+  gather_forces(state.time + s, *gradient);
   add_impulse(x_, outer_, h, outcome);
 
   const bool has_equations = system_.constraints().has_equations();
@@ -91,8 +91,8 @@ bool ImplicitStepper::take_momenta(const State& state, double h, StepOutcome& ou
 
 // outer_ ← the forces at x_ that change the body's momentum, force_ ← all forces, damping_ ← those
 // of damping, spring_force_ ← those of terms that stand for constraints. `gradient`: of the elastic
-// energy; `previous`: q_k.
-void ImplicitStepper::gather_forces(double time, const Vector& previous, const Vector& gradient) {
+// energy.
+void ImplicitStepper::gather_forces(double time, const Vector& gradient) {
   outer_.setZero(system_.dof_count());
   constraining_ = false;
   const ForcePoint at = system_.force_point(x_, time);
@@ -116,9 +116,9 @@ void ImplicitStepper::gather_forces(double time, const Vector& previous, const V
   double ignored = 0.0;
   problem_.viscous().add_value_and_gradient(problem_.step_displacement(u_), ignored, damping_);
   damping_ = -damping_;
-  // Dissipation potentials of terms are taken at the positions at the beginning of the step.
-  system_.add_damping_force(previous, time, next_.velocity, damping_);
-  system_.add_damping_force(previous, time, next_.velocity, outer_);
+  const Vector& point = problem_.dissipation_point();
+  system_.add_damping_force(point, time, next_.velocity, damping_);
+  system_.add_damping_force(point, time, next_.velocity, outer_);
   force_ += damping_;
 }
 

@@ -53,7 +53,7 @@ class ImplicitStepper : public Stepper {
   bool solve_constrained(const State& state, StepOutcome& outcome);
   void apply_constraint_force(const Vector& force);
   bool take_momenta(const State& state, double h, StepOutcome& outcome);
-  void gather_forces(double time, const Vector& previous, const Vector& gradient);
+  void gather_forces(double time, const Vector& gradient);
 
   double alpha_;
   ConstraintDirection direction_;

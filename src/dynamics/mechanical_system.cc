@@ -184,6 +184,8 @@ const ForceTerm* MechanicalSystem::undefined_term(const Vector& q, double time,
     if (!term->has_potential()) continue;
     vertex = term->undefined_vertex(force_point(q, time));
     if (vertex >= 0) return term;
+    if (term == &environment_ || term->is_quadratic()) continue;
+    if (!std::isfinite(term->energy(force_point(q, time)))) return term;
   }
   return nullptr;
 }

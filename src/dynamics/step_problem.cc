@@ -27,6 +27,11 @@ void StepProblem::begin(const State& state, double h, double end_time, double al
   elastic_.known = false;
   prescribe_base(end_time);
   time_ = state.time + step_;
+  dissipation_point_ = previous_;
+  if (alpha == 0.5 && system_.is_dissipative()) {
+    system_.velocity_of(state.momentum, velocity_);
+    dissipation_point_ += step_ * velocity_;
+  }
   viscous_.begin(previous_, system_.damping().viscosity / step_);
   load_ = state.momentum / step_;
   if (load.size() > 0) load_ += load;
@@ -153,7 +158,7 @@ double StepProblem::dissipated_energy(const Vector& u, double h) const {
   double viscous = 0.0;
   viscous_.add_value(step_displacement(u), viscous);
   double rate = 0.0;
-  const ForcePoint start = system_.force_point(previous_, time_);
+  const ForcePoint start = system_.force_point(dissipation_point_, time_);
   for (const ForceTerm* term : system_.force_terms()) {
     if (!term->has_dissipation()) continue;
     velocity_ = ((origin_ - previous_) + u) / step_;
@@ -190,7 +195,9 @@ double StepProblem::term_energy() const {
       return sum;
     });
   }
-  for (const ForceTerm* term : dissipations_) energy += step_ * term->dissipation(start, velocity_);
+  for (const ForceTerm* term : dissipations_) {
+    energy += step_ * term->dissipation(system_.force_point(dissipation_point_, time_), velocity_);
+  }
   return energy;
 }
 
@@ -200,7 +207,8 @@ void StepProblem::add_term_gradient(Vector& gradient) const {
     term->add_gradient(system_.force_point(at_, time_), gradient);
   }
   for (const ForceTerm* term : dissipations_) {
-    term->add_dissipation_gradient(system_.force_point(previous_, time_), velocity_, gradient);
+    term->add_dissipation_gradient(system_.force_point(dissipation_point_, time_), velocity_,
+                                   gradient);
   }
 }
 
@@ -211,7 +219,7 @@ void StepProblem::term_hessian(const Vector& u, HessianForm form, HessianBlocks&
   if (!dissipations_.empty()) {
     velocity_ = ((origin_ - previous_) + u) / step_;
     for (const ForceTerm* term : dissipations_) {
-      term->add_dissipation_hessian(system_.force_point(previous_, time_), velocity_, form,
+      term->add_dissipation_hessian(system_.force_point(dissipation_point_, time_), velocity_, form,
                                     hessian);
     }
     hessian.scale(1.0 / step_);

@@ -62,8 +62,11 @@ double Stepper::driven_work(const State& from, const State& to) const {
 
 StepOutcome& Stepper::undefined(StepOutcome& outcome, const ForceTerm& term, Index vertex) const {
   outcome.status = StepStatus::kUndefined;
-  outcome.message = "vertex " + std::to_string(system_.mesh().vertex_id(vertex)) +
-                    " is where the potential of \"" + term.name() + "\" is not defined";
+  const std::string potential = "the potential of the force term \"" + term.name() + "\" is not ";
+  outcome.message = vertex < 0 ? potential + "finite"
+                               : potential + "defined at vertex " +
+                                     std::to_string(system_.mesh().vertex_id(vertex)) +
+                                     ", where the step led it";
   return outcome;
 }
 

@@ -102,9 +102,13 @@ void require_defined_terms(const MechanicalSystem& system, const Vector& positio
   Index vertex = -1;
   const ForceTerm* term = system.undefined_term(position, time, vertex);
   if (term == nullptr) return;
+  if (vertex < 0) {
+    throw InputError(fmt::format("{}: the potential of the force term \"{}\" is not finite there.",
+                                 what, term->name()));
+  }
   throw InputError(fmt::format(
-      "{} puts vertex {} to where the potential of \"{}\" is not defined: move the body away from "
-      "there.",
+      "{} puts vertex {} to where the potential of the force term \"{}\" is not defined: move the "
+      "body away from there.",
       what, system.mesh().vertex_id(vertex), term->name()));
 }
 

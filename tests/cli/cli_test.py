@@ -476,7 +476,7 @@ class Check(CliTest):
     def test_derivatives_are_exact(self):
         scene = self.write("beam.toml", BEAM)
         report = json.loads(self.run_program("check", scene, "--json").stdout)
-        self.assertEqual(len(report["derivatives"]), 3)
+        self.assertEqual(len(report["derivatives"]), 4)
         for row in report["derivatives"]:
             self.assertLess(row["force_error"], 1e-7)
             self.assertLess(row["stiffness_error"], 1e-7)

@@ -169,7 +169,7 @@ TEST(UndefinedPotentials, AStepThroughTheFloorIsRefused) {
     Session session(scene, generate_box({0.2, 0.2, 0.2}, {1, 1, 1}));
     EXPECT_EQ(session.run(), RunStatus::kUnstable);
     EXPECT_EQ(session.state().step, 1);
-    EXPECT_NE(session.message().find("\"floor\" is not defined"), std::string::npos)
+    EXPECT_NE(session.message().find("\"floor\" is not defined at vertex"), std::string::npos)
         << session.message();
   }
 }

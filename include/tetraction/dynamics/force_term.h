@@ -121,7 +121,8 @@ class ForceTerm {
   /// ∫ ∂U/∂t dt along the motion, J. 0 for potentials that do not depend on the time.
   virtual double driven_work(const ForcePoint& from, const ForcePoint& to) const;
 
-  /// D at velocities v (3 per vertex, m/s), W. `at` is the beginning of the step in implicit steps.
+  /// D at velocities v (3 per vertex, m/s), W. In implicit steps `at` does not change
+  /// while the step is solved for (StepProblem::dissipation_point()).
   virtual double dissipation(const ForcePoint& at, const Vector& v) const;
   /// gradient += ∂D/∂v, N: minus the force.
   virtual void add_dissipation_gradient(const ForcePoint& at, const Vector& v,

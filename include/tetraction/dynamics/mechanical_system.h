@@ -105,7 +105,8 @@ class MechanicalSystem {
   void add_damping_force(const Vector& q, double time, const Vector& v, Vector& force) const;
   /// Whether anything takes energy from a moving body: a term, or viscosity.
   bool is_dissipative() const;
-  /// The first vertex at which the potential of a term is not defined, and the term; null: there is none.
+  /// The first term whose potential is not defined at q: null if there is none. `vertex` is where it is not,
+  /// or −1 if the term gives an energy that is not finite.
   const ForceTerm* undefined_term(const Vector& q, double time, Index& vertex) const;
 
   /// force += the viscous forces at positions q and velocities v, which do not.

@@ -24,6 +24,7 @@ namespace tetraction {
 ///     ½ Σ_i k_i (x_i − q_i)² − Σ_i l_i (x_i − q_i) = Φ_o + ½ Σ_i k_i u_i² − Σ_i r_i u_i,
 ///     k = m/s² + ∂²D/∂v²/s + ∂²U/∂x²,   l = p_k/s + f − ∇U(q_k),   r = l − k (o − q_k).
 ///
+/// Dissipation potentials that depend on positions are taken at dissipation_point(), which is known.
 /// Of the other terms the linear part at q_k is in l, and the rest, U(x) − U(q_k) − ∇U(q_k)·(x − q_k)
 /// and s D, is evaluated at every x.
 /// The minimiser over the free coordinates gives v = (x − q_k)/s. Prescribed components stay where
@@ -73,6 +74,9 @@ class StepProblem {
   bool needs_rate_estimate() const { return alpha_ == 0.5 && viscous_.factor() != 0.0; }
   /// Takes the estimate from u.
   void set_rate_estimate(const Vector& u);
+  /// Where dissipation potentials of terms are taken, 3 per vertex, m: for backward Euler at q_k, for the
+  /// midpoint rule at q_k + s M⁻¹p_k, which keeps its order.
+  const Vector& dissipation_point() const { return dissipation_point_; }
   /// The energy that dissipative terms and viscosity take in the whole step of size h, J, 0 or more:
   /// h Σ v·∂D/∂v + h Σ V 2η|Ė|² with the rates at x.
   double dissipated_energy(const Vector& u, double h) const;
@@ -154,6 +158,7 @@ class StepProblem {
   double step_ = 0.0;
   double alpha_ = 1.0;
   Vector previous_;  // q_k
+  Vector dissipation_point_;
   Vector base_;
   Vector origin_;
   Vector load_;         // l without constraint impulses

@@ -32,7 +32,7 @@ TEST_F(Panels, MaterialByNumberAndSlider) {
   model->setFocus();
   QTest::keyClick(model, Qt::Key_End);
   settle();
-  EXPECT_EQ(window_->simulation()->settings().materials[0].model, "mooney-rivlin");
+  EXPECT_EQ(window_->simulation()->settings().materials[0].model, "yeoh");
   keep_picture("material");
 }
 

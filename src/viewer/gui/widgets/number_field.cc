@@ -138,11 +138,13 @@ NumberSlider::NumberSlider(NumberField* field, double low, double high, Scale sc
                            QWidget* parent)
     : QWidget(parent),
       field_(field),
-      slider_(new QSlider(Qt::Horizontal, this)),
       pause_(new QTimer(this)),
       low_(low),
       high_(high),
       scale_(scale) {
+  // Tab comes to children in the order in which they are added.
+  field_->setParent(this);
+  slider_ = new QSlider(Qt::Horizontal, this);
   auto* layout = new QHBoxLayout(this);
   layout->setContentsMargins(0, 0, 0, 0);
   layout->addWidget(slider_, 3);
