@@ -40,7 +40,8 @@ class Balance {
   /// Largest |energy_error| so far, divided by energy_scale() or by the energy of round-off,
   /// whichever is larger.
   double max_relative_energy_drift() const;
-  /// Largest |Δp − impulses| so far, divided by the largest Σ|p_i|; 0 for a body that never moved.
+  /// Largest |Δp − impulses| so far, divided by the largest Σ|p_i| or sum of impulses so far; 0 for
+  /// a body that never moved.
   double linear_momentum_drift() const;
   /// Largest |Δ(q × p) − angular impulses| about the origin so far, divided by the largest Σ|q_i ×
   /// p_i|.
