@@ -52,7 +52,7 @@ struct RigidHandle {
 
 /// All constraints, as data.
 struct ConstraintList {
-  std::vector<PrescribedVertices> held;  ///< also driven handles: with a motion that rotates
+  std::vector<PrescribedVertices> held;  ///< prescribed vertices; driven handles are among them
   std::vector<GuidedVertices> guided;
   std::vector<FixedDistance> distances;
   std::vector<RigidHandle> handles;

@@ -31,8 +31,8 @@ enum class StepStatus {
   kNotFinite,     ///< a position or momentum overflowed
   kNotConverged,  ///< the minimiser gave up
   kUndefined,     ///< the potential of a force term is not defined at a vertex
-  kOverdamped  ///< explicit rules: the damping forces of the step are so large that they would
-               ///< reverse velocities and add energy instead of dissipating it
+  kOverdamped     ///< explicit rules: the damping forces of the step would reverse velocities and
+                  ///< add energy instead of dissipating it
 };
 
 /// The result of one step and its contributions to the balance.

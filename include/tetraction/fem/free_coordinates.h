@@ -11,7 +11,7 @@ namespace tetraction {
 
 /// Directions in which one vertex may move: the first `count` columns of an orthonormal basis.
 struct VertexFreedom {
-  int count = 3;  ///< 0 (held) to 3 (free)
+  int count = 3;  ///< 0 (cannot move) to 3 (free)
   Matrix3 basis = Matrix3::Identity();
 
   /// The part of x along these directions.
@@ -88,7 +88,7 @@ class FreeCoordinates {
 
   std::vector<Kind> kind_;
   std::vector<int> first_;                           // free and partial vertices
-  std::map<Index, VertexFreedom> freedoms_;          // partial and held vertices
+  std::map<Index, VertexFreedom> freedoms_;          // vertices with fewer than three directions
   std::map<Index, std::pair<Index, Index>> member_;  // vertex → set and place in it
   std::vector<AffineSet> sets_;
   std::vector<int> set_first_;
