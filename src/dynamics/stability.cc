@@ -78,8 +78,8 @@ Eigenpair largest_eigenpair(ScaledMatrix& op, const Vector& start = {}) {
   return largest;
 }
 
-// The largest eigenpair. Throws InputError if the matrix is not finite, on which Spectra fails, as
-// it does on a zero matrix.
+// The largest eigenpair. Throws InputError if it cannot be found. Spectra fails on a matrix that is
+// zero or not finite.
 Eigenpair finite_largest_eigenpair(ScaledMatrix& op, const Vector& start = {}) {
   Eigenpair largest;
   largest.value = std::numeric_limits<double>::quiet_NaN();

@@ -13,8 +13,9 @@ namespace tetraction {
 /// position of a vertex in this order is its *place*.
 class VertexGroups {
  public:
-  /// Makes about 0.08 n^¾ groups of n vertices. Factorising the coarse matrix, which has six
-  /// unknowns per group, then costs a small and constant multiple of a product with the stiffness.
+  /// Makes about 0.08 n^¾ groups of n vertices. A solve with the factor of the coarse matrix, which
+  /// has six unknowns per group, then costs a small and constant part of a product with the
+  /// stiffness.
   explicit VertexGroups(const RestState& rest);
 
   Index count() const { return static_cast<Index>(begin_.size()) - 1; }
