@@ -85,8 +85,8 @@ class NewtonDirection {
   std::unique_ptr<MatrixFreeCg<float>> single_;
   std::unique_ptr<MatrixFreeCg<double>> double_;
   std::unique_ptr<AssembledSystem> assembled_;
-  bool single_precision_ = true;         // is enough without a matrix
-  bool single_precision_factor_ = true;  // is enough as a preconditioner
+  bool single_precision_ = true;         // it is sufficient for the matrix-free method
+  bool single_precision_factor_ = true;  // it is sufficient for the factor as a preconditioner
   bool refined_ = false;                 // directions of this step are in double precision
   bool safe_ = false;
   bool definite_ = false;

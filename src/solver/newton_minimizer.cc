@@ -218,8 +218,7 @@ class NewtonMinimizer : public Minimizer {
   bool known_ = false;            // the last minimisation took no iteration either
   double inertia_ = 0.0;          // m l², l the size of an element
   double definite_energy_ = 0.0;  // elastic energy when the Hessian was examined last
-  double credit_ =
-      0.0;  // work for examining the next Hessian, in iterations of conjugate gradients
+  double credit_ = 0.0;  // for examining the next Hessian, in iterations of conjugate gradients
   double price_ = 30.0;  // of the last one
   double phi_ = 0.0;
   Vector gradient_;  // 3 per vertex

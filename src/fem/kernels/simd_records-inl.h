@@ -49,7 +49,7 @@ class RecordAccess {
   using T = hn::TFromD<D>;
   using V = hn::Vec<D>;
 
-  /// e[k] = row of node k + 1 less row of node 0.
+  /// e[k] = record of node k + 1 less record of node 0.
   static void edges(D d, const T* rows, const uint16_t* slots, size_t stride, Columns<V>& e) {
     edges<false>(d, rows, nullptr, slots, stride, e);
   }
@@ -67,7 +67,7 @@ class RecordAccess {
     }
   }
 
-  /// Adds f[k] to the row of node k + 1 and takes it from that of node 0.
+  /// Adds f[k] to the record of node k + 1 and subtracts it from that of node 0.
   static void add_balanced(D, const Columns<V>& f, T* rows, const uint16_t* slots, size_t stride) {
     for (size_t i = 0; i < 3; ++i) {
       T sum = 0;
@@ -88,7 +88,7 @@ class RecordAccess {
   using V = hn::Vec<D>;
   static constexpr size_t kLanes = hn::MaxLanes(D());
 
-  /// e[k] = row of node k + 1 less row of node 0.
+  /// e[k] = record of node k + 1 less record of node 0.
   static HWY_INLINE void edges(D d, const T* HWY_RESTRICT rows, const uint16_t* HWY_RESTRICT slots,
                                size_t stride, Columns<V>& e) {
     edges<false>(d, rows, nullptr, slots, stride, e);
@@ -124,7 +124,7 @@ class RecordAccess {
     }
   }
 
-  /// Adds f[k] to the rows of node k + 1 and takes it from those of node 0.
+  /// Adds f[k] to the records of node k + 1 and subtracts it from those of node 0.
   static HWY_INLINE void add_balanced(D d, const Columns<V>& f, T* HWY_RESTRICT rows,
                                       const uint16_t* HWY_RESTRICT slots, size_t stride) {
     if constexpr (sizeof(T) * kLanes == 16 && sizeof(T) == 8) {
@@ -165,16 +165,16 @@ class RecordAccess {
   }
 
  private:
-  using R = hn::CappedTag<T, 4>;               // holds one row
-  static constexpr size_t kRows = kLanes / 4;  // rows in a vector
+  using R = hn::CappedTag<T, 4>;               // holds one record
+  static constexpr size_t kRows = kLanes / 4;  // records in a vector
 
   template <class D2>
   static HWY_INLINE void add(D2 d, hn::Vec<D2> v, T* row) {
     hn::Store(hn::Add(hn::Load(d, row), v), d, row);
   }
 
-  // Lane of the element whose row stands at place `place` of vector `i` of four. Doubles are
-  // transposed in blocks of two, floats in blocks of four.
+  // Lane of the element whose record is at `place` in vector `i` of four. Doubles are transposed in
+  // blocks of two, floats in blocks of four.
   static constexpr size_t lane_of(size_t i, size_t place) { return i + 4 * place; }
 
   static HWY_INLINE hn::Vec<R> row_difference(const T* rows, uint16_t node, uint16_t origin) {
