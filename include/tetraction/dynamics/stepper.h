@@ -109,8 +109,8 @@ std::unique_ptr<Stepper> make_verlet_stepper(const MechanicalSystem& system);
 /// multipliers, viscosity or prescribed vertices that move far.
 std::unique_ptr<Stepper> make_midpoint_stepper(const MechanicalSystem& system,
                                                std::shared_ptr<Minimizer> minimizer);
-/// The rule of that name. `minimizer` may be null for rules that are not implicit; otherwise InputError
-/// is thrown.
+/// The rule of that name. `minimizer` may be null for rules that are not implicit; otherwise
+/// InputError is thrown.
 std::unique_ptr<Stepper> make_stepper(Integrator integrator, const MechanicalSystem& system,
                                       std::shared_ptr<Minimizer> minimizer);
 /// Backward Euler.
