@@ -34,12 +34,12 @@ bool contains(const List& list, const std::string& core) {
                      [&](const char* entry) { return same_core(core, entry); });
 }
 
-// The file that the matrix product of this process comes from; empty if it cannot be told.
+// The file that contains the matrix product of this process; empty if it is not known.
 std::string file_of_blas() {
   void* product = dlsym(RTLD_DEFAULT, "dgemm_");
   Dl_info info{};
   if (product == nullptr || dladdr(product, &info) == 0 || info.dli_fname == nullptr) return {};
-  // Debian's alternatives are links: what they lead to has the name.
+  // Debian's alternatives are links. The file to which they lead has the name of the library.
   std::error_code error;
   const std::filesystem::path file = std::filesystem::canonical(info.dli_fname, error);
   return error ? info.dli_fname : file.string();
@@ -48,8 +48,9 @@ std::string file_of_blas() {
 }  // namespace
 
 BlasInfo blas_info() {
-  // Looked up at run time: which BLAS is called depends on Debian's alternatives and on the order
-  // in which libraries are loaded. There may be OpenBLAS in the process and another one in use.
+  // This is looked up at run time, because the BLAS that is called depends on Debian's alternatives
+  // and on the order in which libraries are loaded. OpenBLAS may be loaded while another one is
+  // used.
   using CoreName = char* (*)();
   auto* const core_name = reinterpret_cast<CoreName>(dlsym(RTLD_DEFAULT, "openblas_get_corename"));
   const std::string file = file_of_blas();
@@ -107,16 +108,16 @@ std::string blas_warning(const BlasInfo& blas, const ProcessorFeatures& processo
   const bool slow = processor.avx2 && contains(kWithoutAvx2, blas.core);
   const bool slower = processor.avx512 && contains(kWithAvx2Only, blas.core);
   if (!slow && !slower) return {};
-  // A name that OpenBLAS does not know it ignores: then the core type is its own choice.
+  // OpenBLAS ignores a name that it does not know, and then chooses the core type itself.
   if (!asked_core.empty() && same_core(asked_core, blas.core)) {
     return fmt::format(
         "OPENBLAS_CORETYPE={} in the environment keeps OpenBLAS from using {}, which this "
         "processor has: factorisations take longer. Unset it.",
         asked_core, processor.avx512 ? "AVX-512" : "AVX2");
   }
-  // Left to itself, OpenBLAS may well take AVX2 kernels on a processor with AVX-512: for AMD's Zen 4
-  // version 0.3.21 chooses SkylakeX, Cooperlake or Zen, by what the machine shows of its processor.
-  // That is its makers' decision and costs little; no use of AVX2 at all costs much.
+  // By itself OpenBLAS may choose AVX2 kernels on a processor with AVX-512. For AMD's Zen 4, for
+  // example, version 0.3.21 chooses SkylakeX, Cooperlake or Zen, depending on the features that the
+  // machine reports. This costs little, and there is no warning. Kernels without AVX2 cost much.
   if (!slow) return {};
   return fmt::format(
       "OpenBLAS takes this processor for {} and does not use its AVX2: factorisations take longer. "

@@ -1,4 +1,4 @@
-// Preconditioned conjugate gradients, once for all operators and preconditioners.
+// Preconditioned conjugate gradients for all operators and preconditioners.
 #pragma once
 
 #include <cmath>
@@ -12,8 +12,8 @@ struct CgReport {
   int iterations = 0;
   double first_square = 0.0;        ///< r·r at the beginning
   double last_square = 0.0;         ///< r·r at the end
-  bool negative_curvature = false;  ///< the direction found so far is given
-  double curvature = 0.0;           ///< p·A p of the direction where that was met
+  bool negative_curvature = false;  ///< a direction p with p·A p ≤ 0 was met
+  double curvature = 0.0;           ///< p·A p of that direction
   bool converged = false;
   int coarse_spaces = 0;  ///< that were made in this solve
 
@@ -76,8 +76,8 @@ CgReport conjugate_gradients(Vectors& vectors, double forcing, int max_iteration
   }
 }
 
-/// The vectors of conjugate_gradients() for `multiply(p, ap)` and `precondition(r, z)` on Eigen vectors.
-/// Begins with x as it is and r = b − A x.
+/// The vectors of conjugate_gradients() for `multiply(p, ap)` and `precondition(r, z)` on Eigen
+/// vectors. Begins with x as it is and r = b − A x.
 template <class Multiply, class Precondition>
 class PlainVectors {
  public:

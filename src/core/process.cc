@@ -9,8 +9,9 @@ namespace tetraction {
 
 std::int64_t peak_memory_bytes() {
   constexpr std::int64_t kKibibyte = 1024;
-  // getrusage() would do, but that a process begins with the peak of the one that started it: called
-  // from a large Python program it tells of Python. The kernel's status file tells of this program.
+  // getrusage() is not used, because there a process begins with the peak of the process that
+  // started it, for example of a large Python program. The kernel's status file has the peak of
+  // this process alone.
   std::ifstream status("/proc/self/status");
   for (std::string word; status >> word;) {
     std::int64_t kibibytes = 0;

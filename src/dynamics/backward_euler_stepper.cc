@@ -20,7 +20,8 @@ class BackwardEulerStepper : public ImplicitStepper {
     configuration_force_ = constraint_force_;
     constraints.prescribe_momentum(next_.time, next_.momentum);
     if (constraints.empty()) return;
-    // What the free coordinates keep beside the multipliers is the solver's residual, not a reaction.
+    // The part along the free coordinates, apart from the multipliers, is the solver's residual. It
+    // is not a reaction.
     Vector& reaction = outer_;
     Vector& free_part = work_;
     reaction = next_.momentum - state.momentum - h * force_;

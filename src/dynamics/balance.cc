@@ -8,7 +8,7 @@ namespace tetraction {
 Balance::Balance(const MechanicalSystem& system, const State& state)
     : system_(system), momenta_(system.momenta(state)) {
   system.energies(state, energies_);
-  // Below strains of about 1e-13 there is nothing but round-off.
+  // Strains below about 1e-13 are mere round-off.
   for (Index e = 0; e < system.rest().element_count(); ++e) {
     const LameParameters lame = system.elastic().lame(e);
     round_off_ += 1e-26 * (std::abs(lame.lambda) + 2.0 * lame.mu) * system.rest().volume(e);
@@ -48,7 +48,7 @@ void Balance::enter(const State& state, const StepOutcome& outcome) {
   largest_angular_drift_ =
       std::max(largest_angular_drift_,
                (momenta_.angular - initial_momenta_.angular - angular_impulse_).norm());
-  // Impulses count, too: a body that should have moved and did not has a drift.
+  // Impulses count, too, because a body that should have moved and did not has a drift.
   linear_scale_ = std::max({linear_scale_, momenta_.linear_scale, linear_impulse_.norm()});
   angular_scale_ = std::max({angular_scale_, momenta_.angular_scale, angular_impulse_.norm()});
 }
@@ -60,7 +60,7 @@ double Balance::enter_edit(const State& state) {
   system_.energies(state, energies);  // may throw what a user's own material throws
   energies_ = energies;
   momenta_ = system_.momenta(state);
-  // Term by term: a large one that did not change costs no digits.
+  // The jump is summed term by term, so that a large energy that did not change costs no digits.
   double jump = 0.0;
   for (std::size_t i = 0; i < energies_.entries().size(); ++i) {
     jump += energies_.entries()[i].value - before.entries()[i].value;

@@ -216,7 +216,8 @@ Constraints::Units Constraints::units(const Matrix& response) const {
   const Vector lengths = configuration_lengths();
   Units units{lengths, Vector(equation_count_)};
   for (Index i = 0; i < configuration_size_; i += 3) {
-    // One number for the three components of a vector: what is small of it is small on purpose.
+    // The three components of a vector share one unit, because a component of it may be small by
+    // intention.
     const double most = response.diagonal().segment<3>(i).maxCoeff();
     if (most > 0.0) units.displacement.segment<3>(i).setConstant(std::sqrt(most));
   }

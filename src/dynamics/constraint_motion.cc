@@ -1,4 +1,5 @@
-// What constraints prescribe: positions, momenta, springs, and how far off a state is.
+// Prescribed positions and momenta, penalty springs, and the deviation of a state from its
+// constraints.
 #include <algorithm>
 #include <cmath>
 #include <set>
@@ -29,7 +30,8 @@ std::vector<Index> Constraints::constrained_vertices() const {
   return {vertices.begin(), vertices.end()};
 }
 
-// The prescribed components of one vertex at `time`, the others of q.
+// The position of a vertex with its prescribed components at `time` and its other components from
+// q.
 Vector3 Constraints::axis_target(const Prescribed& vertex, double time, const Vector3& q) const {
   Vector3 x = q;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -41,7 +43,7 @@ Vector3 Constraints::axis_target(const Prescribed& vertex, double time, const Ve
   return x;
 }
 
-// Their rates, zero for the others.
+// The rates of the prescribed components at `time`; zero for the others.
 Vector3 Constraints::axis_rate(const Prescribed& vertex, double time) const {
   Vector3 rate = Vector3::Zero();
   for (std::size_t i = 0; i < 3; ++i) {

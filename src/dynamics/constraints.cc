@@ -14,12 +14,12 @@
 namespace tetraction {
 namespace {
 
-// Orthonormal directions that motion is forbidden in, and a point that obeys them.
+// Orthonormal directions in which motion is forbidden, and a point that satisfies them.
 class Normals {
  public:
   explicit Normals(const Vector3& point) : point_(point) {}
 
-  // n·x = n·target. Returns false if that contradicts the directions before it.
+  // Adds the condition n·x = n·target. Returns false if it contradicts the earlier ones.
   bool add(const Vector3& n, const Vector3& target, double size) {
     constexpr double kParallel = 1e-9;
     Vector3 rest = n;
@@ -34,7 +34,7 @@ class Normals {
 
   const Vector3& point() const { return point_; }
 
-  // The directions that are left, unit vectors of the axes where these are among them.
+  // The remaining directions; they are unit vectors of the axes where possible.
   VertexFreedom freedom() const {
     VertexFreedom freedom;
     freedom.count = 3 - count_;
@@ -60,7 +60,7 @@ class Normals {
   Vector3 point_;
 };
 
-// Whether the component `axis` of a vertex goes the same way in both, at all times.
+// Whether the component `axis` of a vertex has the same motion in both, at all times.
 bool same_motion(const PrescribedVertices& a, Index i, const PrescribedVertices& b, Index j,
                  Index axis, double size) {
   constexpr double kTolerance = 1e-12;
@@ -68,7 +68,7 @@ bool same_motion(const PrescribedVertices& a, Index i, const PrescribedVertices&
   const Vector3 x = a.motion.position(a.start.col(i), time);
   const Vector3 y = b.motion.position(b.start.col(j), time);
   if (std::abs(x[axis] - y[axis]) > kTolerance * std::max(size, std::abs(x[axis]))) return false;
-  // A component along the axis of a turn, or of a vertex on that axis, does not feel it.
+  // A rotation does not change the component along its axis, nor a vertex on its axis.
   const auto turns = [&](const PrescribedVertices& held, const Vector3& position) {
     const Vector3& angular = held.motion.angular_velocity;
     if (angular.isZero(0.0)) return false;
@@ -91,7 +91,7 @@ bool same_motion(const PrescribedVertices& a, Index i, const PrescribedVertices&
   return (rate - other).cwiseAbs().maxCoeff() <= kTolerance * speed;
 }
 
-// What has no name gets one for messages.
+// Gives names to constraints without one, for messages.
 void name_all(ConstraintList& list, const TetMesh& mesh) {
   const auto name = [](auto& constraints, const char* kind) {
     for (auto& constraint : constraints) {
@@ -194,7 +194,7 @@ void Constraints::add_guided(std::map<Index, Prescribed>& vertices, const TetMes
           found->second.add(Vector3::Unit(i), target, size);
         }
       }
-      // The directions forbidden by this guide: all that its own directions leave.
+      // This guide forbids all directions that are orthogonal to its own.
       Eigen::JacobiSVD<Matrix> svd(guide.directions, Eigen::ComputeFullU);
       for (Index k = guide.directions.cols(); k < 3; ++k) {
         if (found->second.add(svd.matrixU().col(k), through, size)) continue;

@@ -14,8 +14,8 @@ double distance(const Vector3& q, double softening) {
   return std::hypot(q.stableNorm(), softening);
 }
 
-// Infinity times zero would be NaN: what is beyond double precision becomes huge instead, and a step
-// that meets it fails by its positions.
+// Infinity times zero would be NaN. Therefore numbers beyond double precision become huge but
+// finite, and a step that meets them fails because of its positions.
 double bounded(double factor) {
   constexpr double kHuge = 1e300;
   return std::clamp(factor, -kHuge, kHuge);

@@ -1,4 +1,5 @@
-// The explicit rules: nothing is solved but the multipliers of constraints, if there are any.
+// The explicit rules. The only unknowns to be solved for are the multipliers of constraints, if
+// any.
 #include <Eigen/Geometry>
 #include <atomic>
 #include <optional>
@@ -13,7 +14,7 @@
 namespace tetraction {
 namespace {
 
-// Vertices worth a task of their own.
+// The number of vertices for which a task of its own is worthwhile.
 constexpr Index kGrain = 2048;
 
 // ∇W of the elastic energy at the current position, kept from the end of the last step.
@@ -127,7 +128,7 @@ class ExplicitStepper : public Stepper {
   // Whether a kick comes before or after the drift.
   enum class When { kFirst, kLast };
 
-  // What the terms ask of a step.
+  // The kinds of force terms that a step has to deal with.
   struct Terms {
     Vector3 acceleration = Vector3::Zero();  // of all that are uniform
     bool potential = false;     // some others have a potential of the body or of a constraint, …
@@ -190,9 +191,10 @@ class ExplicitStepper : public Stepper {
     return kick;
   }
 
-  // The kinetic energy that the damping forces f in work_, at velocities v in velocity_, take by their
-  // impulse in a time dt, J: −dt fᵀ(v ± ½ dt M⁻¹f), as if the impulse came before all others of the
-  // step, or after them. Never negative as long as it turns no velocity around.
+  // The kinetic energy that the impulse of the damping forces f in work_ dissipates in a time dt,
+  // J. With the velocities v in velocity_ it is −dt fᵀ(v ± ½ dt M⁻¹f). The sign depends on whether
+  // the impulse comes before or after all others of the step. It is not negative unless it reverses
+  // a velocity.
   double dissipated_by(double dt, When when) {
     const double rate = -work_.dot(velocity_);
     free_damping_ = work_;
@@ -204,7 +206,8 @@ class ExplicitStepper : public Stepper {
     return dt * (rate + (when == When::kFirst ? -0.5 : 0.5) * dt * square);
   }
 
-  // outer_ ← loads and the forces of all potentials at q, spring_force_ ← those of constraints among them.
+  // outer_ ← loads and the forces of all potentials at q, spring_force_ ← those of constraints
+  // among them.
   void gather_terms(const Vector& q, double time) {
     outer_.setZero(system_.dof_count());
     if (terms_.constraining) spring_force_.setZero(system_.dof_count());
@@ -233,7 +236,7 @@ class ExplicitStepper : public Stepper {
     return finite;
   }
 
-  // What the momenta of constrained vertices have to be, so that the step ends on the constraints.
+  // Sets the momenta of constrained vertices so that the step ends on the constraints.
   bool constrain_drift(const State& state, double h, StepOutcome& outcome) {
     const Constraints& constraints = system_.constraints();
     if (constraints.empty()) return true;
@@ -299,8 +302,8 @@ class ExplicitStepper : public Stepper {
     }
   }
 
-  // velocity_ ← that at the end of the step as a first kick with the drift's own velocity gives it:
-  // second order, which is what the damping force of verlet needs.
+  // velocity_ ← a prediction of the velocity at the end of the step: a first kick with the velocity
+  // of the drift gives it. It is of second order, as the damping force of verlet needs.
   void predict_velocity(double dt) {
     gather_terms(next_.position, next_.time);
     outer_ -= force_.gradient();
@@ -344,7 +347,7 @@ class ExplicitStepper : public Stepper {
   int halves_;
   std::vector<Index> constrained_;  // constrained vertices
   ForceCache force_;
-  // Kept to spare allocations.
+  // These are members in order to avoid allocations.
   State next_;
   Terms terms_;
   Vector load_;  // empty: none

@@ -6,10 +6,11 @@
 namespace tetraction {
 namespace {
 
-// The part of the step from `start` on, of size h, that lies before `time`: 0 to 1.
+// The fraction, 0 to 1, of the step of size h from `start` on that lies before `time`.
 double part_of_step(double time, double start, double h) {
   const double end = start + h;
-  // start = k h carries round-off: a time that is meant to be at an end of the step is taken as it is.
+  // start = k h has round-off. A time within round-off of an end of the step is taken to be at that
+  // end.
   const double round_off =
       16.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(start), std::abs(end));
   if (std::abs(time - start) <= round_off) return 0.0;

@@ -41,8 +41,8 @@ FirstGuess::Quality FirstGuess::choose(StepProblem& problem, const State& state)
     } else {
       make(guess, problem, state, trial_);
       problem.set_origin(trial_);
-      // The one that was best in the last step is evaluated with its gradient, and last: the
-      // minimiser begins with that.
+      // The guess that was best in the last step is evaluated last and with its gradient, because
+      // the minimiser begins with this evaluation.
       const EvaluationStatus status = guess == favourite
                                           ? problem.value_and_full_gradient(zero_, phi, gradient_)
                                           : problem.value(zero_, phi);
@@ -85,7 +85,7 @@ void FirstGuess::make(int guess, const StepProblem& problem, const State& state,
     make_rigid(state.position, x, x);
     return;
   }
-  // Polynomials through the last velocities, equal steps taken for granted.
+  // Polynomials through the last velocities; equal step sizes are assumed.
   const double s = problem.step();
   if (guess == 2) x = s * state.velocity;
   if (guess == 3) x = s * (2.0 * state.velocity - earlier_[0]);
@@ -129,7 +129,8 @@ bool FirstGuess::keeps_volumes(const Vector& from, const Vector& x) const {
   });
 }
 
-// Conjugate gradients with the diagonal, on the free coordinates z of x + T z. A few digits do.
+// Conjugate gradients, preconditioned with the diagonal, over the free coordinates z of x + T z. A
+// few digits are sufficient.
 void FirstGuess::carry_along(const StepProblem& problem, Vector& x) const {
   constexpr double kEnough = 1e-4;
   const RestState& rest = system_.rest();
@@ -159,7 +160,7 @@ void FirstGuess::carry_along(const StepProblem& problem, Vector& x) const {
   }
   const Vector inverse_diagonal = free.reduced_mass(diagonal).cwiseInverse();
 
-  // What the prescribed components lack.
+  // The missing displacement of the prescribed components.
   Vector lack = problem.base() - x;
   Vector own = lack;
   free.project_velocity(system_.mass(), own);

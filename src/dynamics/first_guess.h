@@ -1,4 +1,4 @@
-// Where the minimisation of an implicit step begins.
+// The point at which the minimisation of an implicit step begins.
 #pragma once
 
 #include <array>
@@ -8,17 +8,18 @@
 
 namespace tetraction {
 
-/// Puts the origin of a step problem to the natural guess with the lowest Φ: inertia alone; q_k
-/// itself; the last velocity kept, or going on to change as it did; for a body that nothing holds, the
-/// rigid motion that comes nearest to inertia, which a stiff body makes at any step.
+/// Sets the origin of a step problem to the guess with the lowest Φ. The guesses are: the motion by
+/// inertia alone; q_k itself; the last velocity, constant or extrapolated from earlier steps; and,
+/// for a body without constraints, the rigid motion nearest to the motion by inertia, which is
+/// close to the motion of a stiff body at any step size.
 class FirstGuess {
  public:
   /// Keeps a reference to `system`, which must live longer.
   explicit FirstGuess(const MechanicalSystem& system);
 
-  /// Forgets earlier steps: the state or the system was changed from outside.
+  /// Forgets earlier steps. Call it after the state or the system was changed from outside.
   void reset();
-  /// What the best guess is worth.
+  /// The quality of the best guess.
   enum class Quality {
     kGood,
     kCrushed,   ///< prescribed vertices crush or invert elements beside them
@@ -26,12 +27,14 @@ class FirstGuess {
   };
   /// Sets the origin. Unless the guess is good, carry_along() should be used.
   Quality choose(StepProblem& problem, const State& state);
-  /// x ← x plus the harmonic extension of what its prescribed components lack to those of
-  /// problem.base(): the displacement with the least Σ V |∇u|² over the free coordinates.
+  /// Moves the prescribed components of x to their values in problem.base(), and the rest of the
+  /// body by the harmonic extension of this displacement: the one with the least Σ V |∇u|² over the
+  /// free coordinates.
   void carry_along(const StepProblem& problem, Vector& x) const;
-  /// Whether the elements at prescribed vertices keep a fair part of the volume they have at `from`.
+  /// Whether the elements at prescribed vertices keep a sufficient part of their volume at `from`.
   bool keeps_volumes(const Vector& from, const Vector& x) const;
-  /// After a step with this velocity; it is swapped for an older one. `elastic_energy`: at q_{k+1}.
+  /// Call it after a step with this velocity. The velocity is kept, and an older one is returned in
+  /// its place. `elastic_energy` is that at q_{k+1}.
   void keep(Vector& velocity, double elastic_energy);
 
  private:
@@ -45,7 +48,7 @@ class FirstGuess {
   void make_rigid(const Vector& q, const Vector& target, Vector& x) const;
 
   const MechanicalSystem& system_;
-  bool free_ = false;  // nothing holds or guides the body
+  bool free_ = false;  // the body has no constraints
   int best_ = 0;       // of the last step
   // Velocities of the steps before the last one, and how many of them are known.
   std::array<Vector, 2> earlier_;

@@ -1,5 +1,5 @@
-// How an implicit step finds its minimiser: the first guess, led along where vertices move far, the
-// calls of the minimiser, and the multipliers of constraints.
+// The solution of an implicit step: the first guess, intermediate steps if prescribed vertices move
+// far, the calls of the minimiser, and the multipliers of constraints.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -23,7 +23,7 @@ bool ImplicitStepper::find(const State& state, double end_time, StepOutcome& out
   const bool led = guess != Quality::kGood;
   if (led && !lead_along(state, end_time, outcome)) {
     if (guess == Quality::kUndefined) return false;
-    // Materials that may be turned inside out go on from a poor guess.
+    // Materials that are defined for inverted elements continue from a poor guess.
     outcome.status = StepStatus::kOk;
     outcome.message.clear();
     problem_.prescribe_base(end_time);
@@ -31,7 +31,7 @@ bool ImplicitStepper::find(const State& state, double end_time, StepOutcome& out
     u_.setZero();
   }
   if (minimize(state, outcome)) return true;
-  // From a guess that is not led along, a body with moving parts may end in a dead end.
+  // Without intermediate steps the minimisation of a body with moving targets may fail.
   if (led || !system_.constraints().moving()) return false;
   StepOutcome again;
   again.minimizer.iterations = outcome.minimizer.iterations;
@@ -48,9 +48,9 @@ bool ImplicitStepper::minimize(const State& state, StepOutcome& outcome) {
   return system_.constraints().has_equations() ? solve_constrained(state, outcome) : solve(outcome);
 }
 
-// Moves what is prescribed a part of its way at a time. The body is led along by a harmonic
-// extension and comes to its minimum each time, so that nothing is crushed or inverted by a motion
-// of more than an element a step.
+// Moves the prescribed components a part of their way at a time. Each time the body follows by a
+// harmonic extension, and Φ is minimised. So a motion by more than the size of an element in a step
+// crushes or inverts no element.
 bool ImplicitStepper::lead_along(const State& state, double end_time, StepOutcome& outcome) {
   constexpr double kLeastPart = 1.0 / 512;
   if (!system_.constraints().moving()) {
@@ -91,7 +91,7 @@ bool ImplicitStepper::lead_along(const State& state, double end_time, StepOutcom
   return true;
 }
 
-// One call of the minimiser, and what it did on top of what was done before.
+// Calls the minimiser once and adds its report to the reports of the calls before.
 MinimizerReport ImplicitStepper::call_minimizer(StepOutcome& outcome) {
   const MinimizerReport report = minimizer_->minimize(problem_, u_);
   const int iterations = outcome.minimizer.iterations;
@@ -104,8 +104,8 @@ MinimizerReport ImplicitStepper::call_minimizer(StepOutcome& outcome) {
   return report;
 }
 
-// u_ ← the minimiser, beginning at u_. An estimate of the strain rate is replaced by what came out
-// until both agree.
+// u_ ← the minimiser, beginning at u_. If Φ contains an estimate of the strain rate, the estimate
+// is replaced by the strain rate of the minimiser until both agree.
 bool ImplicitStepper::solve(StepOutcome& outcome) {
   constexpr int kEstimates = 40;
   double before = std::numeric_limits<double>::infinity();
@@ -129,7 +129,7 @@ bool ImplicitStepper::solve(StepOutcome& outcome) {
     const double residual = system_.coordinates().restricted_norm(force_);
     outcome.minimizer.residual = residual;
     if (residual <= std::max(report.residual, report.residual_limit)) return true;
-    // Where it falls no further, what remains is round-off.
+    // If the residual does not fall any more, it is round-off.
     if (i > 2 && residual > 0.5 * before && residual <= kOverEstimate * problem_.round_off(u_)) {
       return true;
     }
@@ -140,9 +140,10 @@ bool ImplicitStepper::solve(StepOutcome& outcome) {
   return false;
 }
 
-// Displacements from the origin have round-off of their own. Where that keeps the minimiser from
-// what was asked for, the origin is moved to where it came. What remains then is the best that can be
-// had: the step goes on with it, and its report says so (MinimizerReport::limited_by_round_off).
+// Displacements from the origin have round-off of their own. If it prevents the minimiser from
+// reaching the tolerance, the origin is moved to the point that was reached. If the tolerance still
+// is not reached, the step uses the result, and its report says so
+// (MinimizerReport::limited_by_round_off).
 MinimizerReport ImplicitStepper::minimize_to_round_off(StepOutcome& outcome) {
   constexpr int kMoves = 4;
   MinimizerReport report = call_minimizer(outcome);
@@ -160,9 +161,9 @@ MinimizerReport ImplicitStepper::minimize_to_round_off(StepOutcome& outcome) {
   return report;
 }
 
-// Newton's method on position and multipliers together. Each round moves both to where the problem
-// linearised at x meets the constraints; where that does not lower the residual, Φ is minimised
-// with the constraint forces held before the next round.
+// Newton's method for positions and multipliers together. Each round moves both to the solution of
+// the problem linearised at x. If that does not lower the residual, Φ is minimised with constant
+// constraint forces before the next round.
 bool ImplicitStepper::solve_constrained(const State& state, StepOutcome& outcome) {
   constexpr int kRounds = 40;
   const Constraints& constraints = system_.constraints();

@@ -39,8 +39,8 @@ StepOutcome ImplicitStepper::step_to(State& state, double h, double end_time) {
     outcome.status = StepStatus::kNotFinite;
     return outcome;
   }
-  // The midpoint rule may leave an element inverted at q_{k+1} although it is not at x; and the energy
-  // is that of the rounded positions, which an edit between two steps finds, too.
+  // With the midpoint rule an element may be inverted at q_{k+1} although it is not at x. The
+  // energy is that of the rounded positions, because an edit between two steps computes the same.
   const EvaluationStatus end = system_.elastic().value(next_.position, outcome.elastic_energy);
   if (!end.ok()) {
     outcome.status = StepStatus::kInverted;
@@ -111,7 +111,7 @@ void ImplicitStepper::gather_forces(double time, const Vector& gradient) {
   }
   force_ = outer_ - gradient;
   if (!system_.is_dissipative()) return;
-  // First the gradient of the viscous potential, which its forces point against.
+  // The forces of viscosity are minus the gradient of its potential.
   damping_.setZero(system_.dof_count());
   double ignored = 0.0;
   problem_.viscous().add_value_and_gradient(problem_.step_displacement(u_), ignored, damping_);

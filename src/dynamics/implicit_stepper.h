@@ -1,5 +1,5 @@
-// What the implicit time-stepping rules share: one minimisation of the incremental potential a step
-// (step_problem.h), or a few where multipliers have to be found with it.
+// The common part of the implicit time-stepping rules. A step is one minimisation of the
+// incremental potential (step_problem.h), or a few if multipliers must be found, too.
 #pragma once
 
 #include <memory>
@@ -10,29 +10,30 @@
 
 namespace tetraction {
 
-/// An implicit step takes its forces at x = q_k + αh v, which minimises the incremental potential Φ. A
-/// rule says what α is, where the step ends, and what the momenta are there.
+/// An implicit step takes its forces at x = q_k + αh v, which minimises the incremental potential
+/// Φ. A rule says what α is, where the step ends, and what the momenta are there.
 class ImplicitStepper : public Stepper {
  public:
   void reset() override;
   StepOutcome step_to(State& state, double h, double end_time) override;
 
  protected:
-  /// `direction`: of the impulses of multipliers, at q_k or at the end of the step.
+  /// `direction` tells whether the impulses of multipliers have their direction from q_k or from
+  /// the end of the step.
   ImplicitStepper(const MechanicalSystem& system, std::shared_ptr<Minimizer> minimizer,
                   double alpha, ConstraintDirection direction);
 
-  /// next_.position ← q_{k+1}, next_.velocity being v.
+  /// next_.position ← q_{k+1}. next_.velocity is already v.
   virtual void set_end_position(const State& state, double h) = 0;
-  /// next_.momentum ← p_{k+1}, with the reactions of constraints entered. `start`: p_k after the impulses
-  /// of the multipliers, 3 per vertex.
+  /// next_.momentum ← p_{k+1}. Also enters the reactions of constraints. `start` is p_k after the
+  /// impulses of the multipliers, 3 per vertex.
   virtual void set_end_momentum(const State& state, const Vector& start, double h,
                                 StepOutcome& outcome) = 0;
-  /// What the torque of the minimiser's residual at a vertex acts over, m
+  /// The lever arm of the minimiser's residual at a vertex, m
   /// (StepOutcome::residual_angular_impulse).
   virtual Vector3 residual_arm(const State& state, Index v) const = 0;
 
-  // What the rules need of the step in progress.
+  // The data of the step in progress that the rules need.
   const StepProblem& problem() const { return problem_; }
   State next_;
   Vector x_;                 // where forces are taken
@@ -60,12 +61,12 @@ class ImplicitStepper : public Stepper {
   std::shared_ptr<Minimizer> minimizer_;
   StepProblem problem_;
   FirstGuess guess_;
-  // Kept to spare allocations.
+  // These are members in order to avoid allocations.
   Vector u_;  // from the problem's origin
   Vector trial_;
   Vector load_;  // empty: none
   Vector spring_force_;
-  bool constraining_ = false;  // some term stands for a constraint
+  bool constraining_ = false;  // a term stands for a constraint
   Vector damping_;
   Vector start_;
 };

@@ -28,7 +28,7 @@ bool is_column_name(const std::string& name) {
   });
 }
 
-// In an order that does not depend on the number of threads.
+// The sums are formed in an order that does not depend on the number of threads.
 VertexSums sums(const MechanicalSystem& system, const Vector& q, const Vector& p) {
   constexpr Index kRange = 2048;
   const Index ranges = (system.vertex_count() + kRange - 1) / kRange;

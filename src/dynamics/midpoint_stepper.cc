@@ -15,8 +15,8 @@ class MidpointStepper : public ImplicitStepper {
   void set_end_position(const State& state, double h) override {
     next_.position = state.position + h * next_.velocity;
   }
-  // Force form: inner forces add up to zero whatever the solver's tolerance is, so that linear momentum
-  // is exact to round-off.
+  // The momenta are computed from the forces. Internal forces add up to zero whatever the solver's
+  // tolerance is, so that linear momentum is exact to round-off.
   void set_end_momentum(const State& state, const Vector& start, double h,
                         StepOutcome& outcome) override {
     next_.momentum = start + h * force_;
@@ -31,7 +31,7 @@ class MidpointStepper : public ImplicitStepper {
     const Constraints& constraints = system_.constraints();
     const FreeCoordinates& free = constraints.coordinates();
     const Vector& mass = system_.mass();
-    // Eliminated directions: the momenta that carry the vertices through the step.
+    // In eliminated directions these are the momenta of the vertices' displacement in the step.
     Vector& eliminated = carried_;
     work_ = carried_;
     free.project_momentum(mass, work_);

@@ -11,9 +11,9 @@ namespace {
 constexpr double kAccepted = 1e-12;  // |g|, relative
 constexpr int kIterations = 60;
 
-// Least-squares solution, minimum norm where equations are redundant. Rows are multiplied by their
-// factors and the unknowns measured in their units: what is redundant must not depend on the size of a
-// constraint or the masses at its ends.
+// The least-squares solution, with minimum norm if equations are redundant. Rows are multiplied by
+// their factors and unknowns are measured in their units, because the decision which equations are
+// redundant must not depend on the size of a constraint or the masses at its ends.
 Vector solve_redundant(const Matrix& a, const Vector& b, const Vector& row_factors,
                        const Vector& units) {
   Eigen::CompleteOrthogonalDecomposition<Matrix> qr;
@@ -80,7 +80,7 @@ MultiplierSolution solve_along_end(const Constraints& constraints, const Vector&
   const Index m = constraints.equation_count();
   const Constraints::Units units = constraints.units(response);
   const Vector lengths = constraints.configuration_lengths();
-  // Columns in the units of w and λ, rows in those of w and of what λ does work on.
+  // Columns have the units of w and λ. Rows have the units of w and of the conjugate of λ.
   Vector column_unit(n + m);
   column_unit << units.displacement, units.multiplier;
   Vector row_factor(n + m);
@@ -98,7 +98,7 @@ MultiplierSolution solve_along_end(const Constraints& constraints, const Vector&
     r.tail(m) = constraints.values(w);
     return r;
   };
-  // Every constraint is held against its own length.
+  // The deviation of every constraint is relative to its own length.
   const auto size_of = [&](const Vector& r) {
     return std::hypot(r.head(n).cwiseQuotient(lengths).norm(), r.tail(m).norm());
   };
@@ -189,7 +189,8 @@ std::string project_positions(const Constraints& constraints, double time, Vecto
       solve_multipliers(constraints, w, constraints.inverse_mass(), w, ConstraintDirection::kEnd);
   if (!solution.ok) {
     Index worst = solution.worst;
-    // The first one that is off tells more than the one that Newton's method stopped at.
+    // The first equation that is violated tells the user more than the one where Newton's method
+    // stopped.
     const Vector g = constraints.values(solution.end);
     for (Index i = 0; i < g.size(); ++i) {
       if (std::abs(g[i]) > kAccepted) worst = std::max<Index>(worst, i);

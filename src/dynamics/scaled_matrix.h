@@ -8,33 +8,33 @@
 
 namespace tetraction {
 
-/// y = m^(−½) Tᵀ (K + wC) T m^(−½) x over the free coordinates with m = TᵀMT: symmetric, with the
-/// eigenvalues of M⁻¹(K + wC). K is the stiffness and C the damping matrix at q. An operation of
-/// Spectra's solvers.
+/// The operator y = m^(−½) Tᵀ (K + wC) T m^(−½) x over the free coordinates, with m = TᵀMT. It is
+/// symmetric and has the eigenvalues of M⁻¹(K + wC). K is the stiffness and C the damping matrix at
+/// q. The class has the interface that Spectra's solvers expect of an operation.
 class ScaledMatrix {
  public:
   using Scalar = double;
 
   explicit ScaledMatrix(const MechanicalSystem& system);
 
-  /// K(q) + w C(q) at a time of the terms' potentials. Keeps a reference to q.
+  /// Takes K(q) + w C(q), with the potentials of the terms at `time`. Keeps a reference to q.
   void set_stiffness(const Vector& q, double time, double damping_weight = 0.0);
-  /// C(q).
+  /// Takes C(q) alone.
   void set_damping(const Vector& q, double time);
 
   Index rows() const { return inverse_root_mass_.size(); }
   Index cols() const { return rows(); }
   void perform_op(const double* in, double* out) const;
 
-  /// Products since the last set_…().
+  /// The number of products since the last set_stiffness() or set_damping().
   Index products() const { return products_; }
-  /// Whether K is applied in single precision, which is far beyond the accuracy that is asked for and
-  /// several times faster.
+  /// Whether K is applied in single precision. This is several times faster, and much more accurate
+  /// than the limit needs.
   bool is_fast() const { return tangent_ != nullptr; }
   /// The displacements of the vertices that belong to an eigenvector.
   Vector displacement(const Vector& eigenvector) const;
-  /// A vector that has the vertex move alone which is held most stiffly for its mass, in the direction
-  /// in which it is; empty if that is not known. After set_stiffness().
+  /// A vector in which only one vertex moves: the vertex with the largest stiffness for its mass,
+  /// in the direction of this stiffness. Empty if it is not known. Call it after set_stiffness().
   Vector stiffest_vertex() const;
 
  private:

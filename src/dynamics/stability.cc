@@ -49,7 +49,7 @@ Eigenpair lanczos_largest(ScaledMatrix& op, const Vector& start, Index subspace,
   return {solver.eigenvalues()[0], solver.eigenvectors().col(0)};
 }
 
-// Power iteration with the Rayleigh quotient: the fall-back, should Lanczos not converge.
+// Power iteration with the Rayleigh quotient, for the case that Lanczos iterations do not converge.
 Eigenpair power_largest(const ScaledMatrix& op) {
   Vector x = pseudo_random(op.rows()).normalized();
   Vector y(op.rows());
@@ -78,7 +78,8 @@ Eigenpair largest_eigenpair(ScaledMatrix& op, const Vector& start = {}) {
   return largest;
 }
 
-// The same, or InputError: Spectra gives up on a matrix that holds infinity or nothing but zeros.
+// The largest eigenpair. Throws InputError if it cannot be found. Spectra fails on a matrix that is
+// zero or not finite.
 Eigenpair finite_largest_eigenpair(ScaledMatrix& op, const Vector& start = {}) {
   Eigenpair largest;
   largest.value = std::numeric_limits<double>::quiet_NaN();
@@ -97,8 +98,8 @@ Eigenpair finite_largest_eigenpair(ScaledMatrix& op, const Vector& start = {}) {
       "too large or too small. Choose other units or values.");
 }
 
-// The same with a few products from a start that is near. A start that is exactly an eigenvector would
-// find nothing else, so that noise is added, and `other` if there is one.
+// The same with a few products from a start that is near. A start that is exactly an eigenvector
+// would find nothing else, so that noise is added, and `other` if there is one.
 Eigenpair follow_largest(ScaledMatrix& op, const Vector& last, const Vector& other) {
   constexpr Index kDense = 8;
   constexpr Index kSubspace = 5;
@@ -117,7 +118,7 @@ double omega_of(double eigenvalue) {
   return std::sqrt(std::max(0.0, eigenvalue));
 }
 
-// c of the terms that dissipate energy at single vertices, which needs no iterations.
+// The damping rate c of the terms that act on single vertices. It needs no iterations.
 double vertex_damping_rate(const MechanicalSystem& system, const Vector& q, double time) {
   HessianBlocks blocks;
   bool any = false;
@@ -223,7 +224,8 @@ StabilityLimit stability_limit(const MechanicalSystem& system, const Vector& q, 
   if (rule == Integrator::kVerlet) {
     limit.critical_step = verlet_critical_step(limit.omega_max, limit.damping_rate);
   } else {
-    // Both at once in one mode: a lower bound, from which few iterations lead to the limit.
+    // The largest ω and the largest c in one mode would give this lower bound of the limit. A few
+    // iterations lead from it to the limit itself.
     constexpr int kRounds = 4;
     constexpr double kAccuracy = 1e-4;
     double h = explicit_critical_step(limit.omega_max, limit.damping_rate);

@@ -10,7 +10,7 @@
 namespace tetraction {
 namespace {
 
-// Vertices worth a task of their own.
+// The number of vertices for which a task of its own is worthwhile.
 constexpr Index kGrain = 2048;
 
 }  // namespace
@@ -44,14 +44,14 @@ void StepProblem::begin(const State& state, double h, double end_time, double al
   gather_terms();
   force_scale_ = system_.coordinates().restricted_norm(load_);
   set_origin(base_);
-  // Momenta that round-off has made are no load.
+  // Momenta that are mere round-off do not count as a load.
   full_ = load_ - state.momentum / step_;
   const bool applied = system_.coordinates().restricted_norm(full_) > 0.0;
   full_.setZero();
   if (!applied && force_scale_ <= round_off(full_)) force_scale_ = 0.0;
 }
 
-// Linear parts of the terms into l, quadratic ones into k.
+// Adds the linear parts of the terms to l and the quadratic ones to k.
 void StepProblem::gather_terms() {
   potentials_.clear();
   dissipations_.clear();

@@ -25,8 +25,8 @@ double Stepper::constraint_work(const State& from, const State& to) const {
   const Constraints& constraints = system_.constraints();
   double work = 0.0;
   if (constraints.moving()) {
-    // A reaction is the force of the support and that of distances at the vertex. A distance takes as
-    // much work at one end as it gives at the other, so that only the support's work enters the body.
+    // A reaction is the force of the support plus the forces of distances at the vertex. The work
+    // of a distance at its two ends adds up to zero, so that only the work of the support counts.
     Vector passed_on;
     if (configuration_force_.size() > 0) {
       passed_on = constraints.vertex_forces(configuration_force_);
@@ -36,8 +36,8 @@ double Stepper::constraint_work(const State& from, const State& to) const {
       if (passed_on.size() > 0) work -= vertex_block(passed_on, v).dot(way);
     });
   }
-  // Terms that stand for constraints: what their explicit dependence on the time puts in, less what stays
-  // in them.
+  // For terms that stand for constraints the work of their dependence on the time counts, less the
+  // change of their stored energy.
   const ForcePoint start = system_.force_point(from.position, from.time);
   const ForcePoint end = system_.force_point(to.position, to.time);
   for (const ForceTerm* term : system_.force_terms()) {

@@ -1,11 +1,11 @@
-// Loops over the vertices that every explicit step makes, for several instruction sets.
+// Loops over the vertices in explicit steps, compiled for several instruction sets.
 #pragma once
 
 #include "tetraction/core/types.h"
 
 namespace tetraction {
 
-/// What changes the momenta of free vertices within dt: p += dt (f + m a − ∇W).
+/// The change of the momenta of free vertices within dt: p += dt (f + m a − ∇W).
 struct VertexKick {
   const double* mass = nullptr;            ///< per vertex, kg
   const double* inverse_mass = nullptr;    ///< per vertex, 1/kg

@@ -10,7 +10,7 @@
 namespace tetraction {
 namespace {
 
-// Vertices worth a task of their own.
+// The number of vertices for which a task of its own is worthwhile.
 constexpr Index kGrain = 2048;
 
 }  // namespace

@@ -1,4 +1,4 @@
-// The matrices of a block's elements into a sparse matrix.
+// Assembly of the stiffness matrices of a block's elements into a sparse matrix.
 #pragma once
 
 #include <functional>
@@ -9,8 +9,9 @@
 
 namespace tetraction {
 
-/// values += the elements' matrices, in the pattern's order, from a state of the tangent kernels.
-/// Elements for which the pattern has no simple place are left to `other`.
+/// values += the stiffness matrices of the block's elements, in the pattern's order. They are
+/// computed from a state of the tangent kernels. For elements without a simple place in the pattern
+/// `other` is called instead.
 void add_block_stiffness(const ElementBlocks& blocks, const ElementBlocks::Block& block,
                          TangentForm form, const double* state, const SparsityPattern& pattern,
                          double* values, const std::function<void(Index)>& other);

@@ -20,7 +20,7 @@ namespace {
 
 constexpr Index kNone = std::numeric_limits<Index>::max();
 
-// Keeps the least element number that failed, whichever thread finds it.
+// Keeps the smallest number of an element that failed, whichever thread finds it.
 class FirstFailure {
  public:
   void note(Index e) {
@@ -45,7 +45,7 @@ struct ElasticPotential::Impl {
   std::vector<int> material_of_element;  // empty: one material everywhere
   ElementBlocks blocks;
   std::vector<double> energies;       // per block
-  AlignedVector<double> rows;         // gradients, per row
+  AlignedVector<double> rows;         // gradients, per record
   std::vector<ShapeSums> shape_sums;  // per material
 
   Impl(const RestState& rest_state, std::vector<MaterialModel> models,
@@ -117,8 +117,8 @@ struct ElasticPotential::Impl {
     return failure.result();
   }
 
-  // The loop for what is no isotropic kernel: one element after the other. local(e, positions,
-  // material, energy) gives the element's gradient and its energy.
+  // The loop for blocks that the isotropic kernels cannot process: one element after the other.
+  // local(e, positions, material, energy) gives the element's gradient and its energy.
   template <class Local>
   BlockSums scalar_block(const ElementBlocks::Block& block, const Positions& q, double* gradients,
                          const Local& local) const {
@@ -142,7 +142,7 @@ struct ElasticPotential::Impl {
     return sums;
   }
 
-  // Energies of all blocks, and their rows of gradients unless `with_gradient` is false.
+  // Computes the energies of all blocks and, if `with_gradient`, their records of gradients.
   bool run_blocks(const Positions& q, bool with_gradient) {
     if (with_gradient)
       rows.resize(static_cast<std::size_t>(ElementBlocks::kRecordSize * blocks.record_count()));
@@ -163,10 +163,10 @@ struct ElasticPotential::Impl {
     return admissible;
   }
 
-  // On edges det F loses digits with the square of the elements' aspect ratio, and the metric
-  // terms of St Venant–Kirchhoff and Mooney–Rivlin do with its cube; one element after the other, with F, forces do
-  // with the ratio itself. That matters where positions are given as a sum, which is done where digits
-  // count.
+  // The kernels on edges lose digits: det F in proportion to the square of the elements' aspect
+  // ratio, the metric terms of St Venant–Kirchhoff and Mooney–Rivlin in proportion to its cube. The
+  // loop over single elements uses F, and its forces lose digits in proportion to the ratio only.
+  // This matters if positions are given as a sum, because the caller then needs the digits.
   static bool loses_digits(const ElementBlocks::Block& block, const IsotropicModel& model) {
     const bool has_metric = has(tangent_form(model, false), TangentForm::kMetric);
     return block.aspect > (has_metric ? 12.0 : 50.0);
@@ -233,7 +233,8 @@ struct ElasticPotential::Impl {
     return sum;
   }
 
-  // The first element where the energy is not defined, after a block said that there is one.
+  // The first element where the energy is not defined. Called after a block reported that there is
+  // one.
   EvaluationStatus failure(const Positions& q) const {
     const EvaluationStatus found = for_each_admissible(q, [](Index, const auto&, const auto&) {});
     return found.ok() ? EvaluationStatus{0} : found;  // on the very edge the kernels may differ
@@ -290,7 +291,7 @@ EvaluationStatus ElasticPotential::value_and_gradient(const Positions& q, double
   return {};
 }
 
-// Blocks of one colour share no vertex, and colours come one after the other.
+// Blocks of one colour share no vertex. The colours are processed one after the other.
 EvaluationStatus ElasticPotential::add_hessian(const Positions& q, const SparsityPattern& pattern,
                                                double* values) const {
   if (!impl_->run_blocks(q, false)) return impl_->failure(q);

@@ -82,7 +82,7 @@ void ElementBlocks::add_block(const RestState& rest, const std::vector<Index>& o
   element_.resize(element_.size() + lanes, -1);
   rest_numbers_.resize(element_.size() * kRestNumbers);
   slots_.resize(element_.size() * 4);
-  // Rows in the order of first use: neighbours stand together.
+  // Records are in the order of their first use, so that neighbours are near one another.
   for (Index i = begin; i < end; ++i) {
     for (const Index v : rest.nodes(order[static_cast<std::size_t>(i)])) {
       auto& row = record_of_vertex[static_cast<std::size_t>(v)];

@@ -1,13 +1,13 @@
-// The elements in blocks that fit the first-level cache: the layout of the fast element loops.
+// The elements in blocks that fit the first-level cache. The fast element loops use this layout.
 //
 // Elements of one material are sorted along a Hilbert curve and cut into blocks of about a thousand
-// neighbours. A block works on copies of its vertices, *rows* of four numbers, and leaves its share
-// of the forces in rows of its own; afterwards every vertex adds its rows in the order of the
-// blocks. So there are no atomics, results are bitwise the same for any number of threads, and the
-// numbering of the mesh does not matter for speed.
+// neighbours. A block works on copies of its vertices, *records* of four numbers, and writes its
+// share of the forces to records of its own. Afterwards every vertex adds up its records in the
+// order of the blocks. So no atomic operations are needed, results are bitwise the same for any
+// number of threads, and the numbering of the mesh does not matter for speed.
 //
-// The lanes of a batch take their elements from far apart in the block (lane l of batch b has
-// element l × batches + b), so that the rows added to by one batch are seldom the same.
+// The lanes of a batch take elements that are far apart in the block (lane l of batch b has element
+// l × batches + b), so that the lanes of a batch seldom add to the same record.
 #pragma once
 
 #include <tbb/cache_aligned_allocator.h>
@@ -33,12 +33,12 @@ class ElementBlocks {
     Index first_batch = 0;
     Index batch_count = 0;
     Index first_record = 0;
-    Index record_count = 0;  ///< with those of padding elements
+    Index record_count = 0;  ///< including those of padding elements
     int material = 0;
     double aspect = 0.0;  ///< largest ratio of an element's longest edge to its least height
   };
 
-  /// `material_of_element` may be empty: one material.
+  /// `material_of_element` may be empty if there is one material only.
   ElementBlocks(const RestState& rest, const std::vector<int>& material_of_element,
                 std::size_t materials);
 
@@ -46,14 +46,14 @@ class ElementBlocks {
   const Block& block(Index b) const { return blocks_[static_cast<std::size_t>(b)]; }
   Block& block(Index b) { return blocks_[static_cast<std::size_t>(b)]; }
   Index record_count() const { return static_cast<Index>(record_vertex_.size()); }
-  /// The vertex of a row, or −1: padding.
+  /// The vertex of a record, or −1 for padding.
   Index record_vertex(Index row) const { return record_vertex_[static_cast<std::size_t>(row)]; }
   BatchView batches(const Block& block) const {
     const auto first = static_cast<std::size_t>(block.first_batch) * kBatchLanes;
     return {rest_numbers_.data() + first * kRestNumbers, slots_.data() + 4 * first,
             static_cast<std::ptrdiff_t>(block.batch_count)};
   }
-  /// The element in a lane, or −1: padding.
+  /// The element in a lane, or −1 for padding.
   Index element(Index batch, int lane) const {
     return element_[static_cast<std::size_t>(batch * kBatchLanes + lane)];
   }
@@ -67,12 +67,13 @@ class ElementBlocks {
       }
     }
   }
-  /// Where node a of the element in a lane begins in its block's rows.
+  /// The slot of a node of the element in a lane: the index of the first number of the node's
+  /// record among the numbers of the block's records.
   Index slot(Index batch, int node, int lane) const {
     return slots_[static_cast<std::size_t>((4 * batch + node) * kBatchLanes + lane)];
   }
 
-  /// rows ← the block's vertices of a field with 3 numbers per vertex.
+  /// rows ← the records of the block, from a field with 3 numbers per vertex.
   template <class T, class Source>
   void load_records(const Block& block, const Source* field, T* rows) const {
     const std::int32_t* vertex = record_vertex_.data() + block.first_record;
@@ -86,7 +87,7 @@ class ElementBlocks {
     if (block.record_count > 0 && vertex[block.record_count - 1] < 0) fill_padding(rows);
   }
 
-  /// The same of changes: where load_records() puts the padding's positions, zeros.
+  /// As load_records(), for a field of displacements: the records of padding are zero.
   template <class T, class Source>
   void load_changes(const Block& block, const Source* field, T* rows) const {
     load_records(block, field, rows);
@@ -96,11 +97,12 @@ class ElementBlocks {
     }
   }
 
-  /// The same of the vertices' positions, with the padding of load_records().
+  /// As load_records(), for the positions x.
   void load_positions(const Block& block, const Positions& x, double* rows) const;
 
-  /// The same of a field that has rows itself, in the order of the vertices or, with a place for each
-  /// row of all blocks (−1: padding), in another.
+  /// As load_records(), for a field that has records of kRecordSize numbers itself, one per vertex.
+  /// They are in the order of the vertices. If they are in another order, `places` gives the place
+  /// of the vertex of each record of all blocks, or −1 for padding.
   template <class T>
   void copy_records(const Block& block, const T* field, T* rows,
                     const std::int32_t* places = nullptr) const {
@@ -114,11 +116,12 @@ class ElementBlocks {
     if (block.record_count > 0 && vertex[block.record_count - 1] < 0) fill_padding(rows);
   }
 
-  /// field(v) ← Σ of the vertex' rows, or field(v) += that; 3 numbers per vertex.
+  /// For every vertex v, field(v) ← the sum of its records, or field(v) += this sum. The field has
+  /// 3 numbers per vertex.
   void sum_records(const AlignedVector<double>& rows, Vector& field) const;
   void add_record_sums(const AlignedVector<double>& rows, Vector& field) const;
 
-  /// rows of a vertex, ascending.
+  /// Begin and end of the list of the records of a vertex, which is ascending.
   const std::int32_t* rows_begin(Index vertex) const {
     return vertex_records_.data() + vertex_record_begin_[static_cast<std::size_t>(vertex)];
   }
@@ -130,7 +133,8 @@ class ElementBlocks {
   template <bool kAdd>
   void gather(const AlignedVector<double>& rows, Vector& field) const;
 
-  // Padding elements are unit tetrahedra at rest on the last four rows.
+  // Padding elements are unit tetrahedra at rest. The last four records of the block are their
+  // nodes.
   template <class T>
   static void fill_padding(T* end) {
     for (T* r = end - 4 * kRecordSize; r != end; ++r) *r = T(0);

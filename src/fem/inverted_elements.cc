@@ -16,8 +16,8 @@ namespace {
 constexpr double kAlways = -std::numeric_limits<double>::infinity();
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
-// The energy density from which on a stretch below 0.7 is possible: a quarter of the least one with a
-// vanishing stretch, E = diag(−½, s, s), because Ψ is quadratic in E.
+// The energy density below which no stretch is below 0.7. It is a quarter of the least density with
+// a vanishing stretch, E = diag(−½, s, s), because Ψ is quadratic in E.
 double least_density(const StVenantKirchhoff& material) {
   const double mu = material.mu();
   const double lambda = material.lambda();
@@ -25,7 +25,7 @@ double least_density(const StVenantKirchhoff& material) {
   const double trace = 2.0 * s - 0.5;
   return 0.25 * (mu * (0.25 + 2.0 * s * s) + 0.5 * lambda * trace * trace);
 }
-// Others are defined for J > 0 only.
+// The other materials are defined for J > 0 only.
 template <class M>
 requires(!M::kDefinedForAnyJacobian) double least_density(const M&) {
   return kNever;
@@ -55,7 +55,7 @@ Index InversionCounter::count(const Vector& q) {
 }
 
 Index InversionCounter::count_after_step(const Vector& q, double energy) {
-  // Whoever evaluated it elsewhere since then has changed the sum.
+  // If the energy was evaluated elsewhere since then, the sum differs.
   double sum = 0.0;
   for (Index b = 0; b < elastic_.blocks().block_count(); ++b) sum += elastic_.block_energy(b);
   return count(q, sum == energy);

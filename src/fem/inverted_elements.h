@@ -1,4 +1,4 @@
-// Which elements are turned inside out: J = det F < 0.
+// Finds inverted elements, those with J = det F < 0.
 #pragma once
 
 #include <vector>
@@ -9,30 +9,30 @@ namespace tetraction {
 
 class ElasticPotential;
 
-/// Counts the elements with J < 0. One pass over the elements that reads nothing but their edges: det F
-/// has the sign of det e.
+/// Counts the elements with J < 0. One pass over the elements reads nothing but their edges e,
+/// because det F has the sign of det e.
 ///
-/// Keeps a reference; make a new one when a material was exchanged.
+/// Keeps a reference to the potential. Make a new counter after a material was replaced.
 class InversionCounter {
  public:
   explicit InversionCounter(const ElasticPotential& elastic);
 
   /// The number of elements with J < 0 at positions q (3 per vertex).
   Index count(const Vector& q);
-  /// The same after a small step from a state without any to q, where the elastic energy was evaluated
-  /// last, with the result `energy`. Passes over blocks that have too little energy for one of their
-  /// elements to have come near J = 0, and looks at the others at every fourth step as long as J > ½ in
-  /// all of their elements.
+  /// The same number, found faster, after a small step from a state without inverted elements to q.
+  /// The last evaluation of the elastic energy must have been at q, with the result `energy`.
+  /// Blocks are skipped if their energy is too small for an element to be near J = 0. The others
+  /// are examined, but only in every fourth step as long as J > ½ in all of their elements.
   Index count_after_step(const Vector& q, double energy);
-  /// The first of them by number, or −1.
+  /// The inverted element with the smallest number, or −1.
   Index first(const Vector& q) const;
 
  private:
   Index count(const Vector& q, bool is_small_step);
 
   const ElasticPotential& elastic_;
-  std::vector<double> least_energy_;  // per block, that makes it worth looking, J
-  std::vector<int> pause_;            // per block, steps before it is looked at again
+  std::vector<double> least_energy_;  // per block: below it no element is examined, J
+  std::vector<int> pause_;            // per block: steps until it is examined again
 };
 
 }  // namespace tetraction

@@ -1,4 +1,4 @@
-// Which materials the fast element loops know.
+// Tells whether the fast element loops know a material.
 #pragma once
 
 #include <concepts>
@@ -9,7 +9,7 @@
 
 namespace tetraction {
 
-/// The material, unless it is a custom one.
+/// The material, or nothing if it is a custom one.
 inline std::optional<IsotropicModel> isotropic_model(const MaterialModel& material) {
   return std::visit(
       []<class M>(const M& m) -> std::optional<IsotropicModel> {

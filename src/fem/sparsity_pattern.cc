@@ -13,8 +13,9 @@
 namespace tetraction {
 namespace {
 
-// A vertex of each group of coordinates: free and partial vertices stand for themselves, the members
-// of an affine set for one another; −1 for held vertices.
+// The owner of the coordinates of every vertex. A vertex that can move by itself is its own owner.
+// The members of an affine set have one of them as their common owner. Vertices that cannot move
+// have −1.
 std::vector<Index> coordinate_owners(const FreeCoordinates& coordinates) {
   std::vector<Index> owner(static_cast<std::size_t>(coordinates.vertex_count()));
   for (Index v = 0; v < coordinates.vertex_count(); ++v) {
@@ -41,9 +42,9 @@ std::vector<std::vector<Index>> elements_of_owners(const RestState& rest,
   return elements;
 }
 
-// Greedy colouring in order: the least colour that no item with the same coordinates has.
-// for_each_vertex(item, use) calls use(vertex) for an item's vertices. Held vertices count too, so
-// that the order of sums does not depend on what is held.
+// Greedy colouring: each item, in order, gets the least colour that no item with the same
+// coordinates has. for_each_vertex(item, use) calls use(vertex) for an item's vertices. Vertices
+// that cannot move count, too, so that the order of sums does not depend on the constraints.
 template <class ForEachVertex>
 std::vector<std::vector<Index>> color_items(Index count, const std::vector<Index>& owner,
                                             const ForEachVertex& for_each_vertex) {
@@ -82,7 +83,7 @@ SparsityPattern::SparsityPattern(const RestState& rest, const FreeCoordinates& c
     : coordinates_(coordinates), rest_(rest) {
   const std::vector<Index> owner = coordinate_owners(coordinates);
   const std::vector<std::vector<Index>> elements = elements_of_owners(rest, owner);
-  // Of each owner, the other owners that pairs couple it with.
+  // For each owner the other owners with which pairs couple it.
   std::map<Index, std::vector<Index>> partners;
   for (const auto& [i, j] : pairs) {
     const Index a = owner[static_cast<std::size_t>(i)];
@@ -182,8 +183,8 @@ int SparsityPattern::find(int row, int column) const {
   return static_cast<int>(std::lower_bound(begin, end, row) - row_.begin());
 }
 
-// values += the lower triangle of rowsᵀ block columns. Called for both orders of two vertices, so
-// that what one leaves out above the diagonal the other brings below it.
+// values += the lower triangle of rowsᵀ block columns. It is called for both orders of two
+// vertices: entries that one call omits above the diagonal are those that the other adds below it.
 void SparsityPattern::scatter_block(const FreeCoordinates::VertexMap& rows,
                                     const FreeCoordinates::VertexMap& columns, const Matrix3& block,
                                     double* values) const {

@@ -16,12 +16,12 @@ Matrix3 edges(const RestState& rest, const Vector& field, Index e) {
   return nodes.rightCols<3>().colwise() - nodes.col(0);
 }
 
-// J(t)/J(0) = 1 + a t + b t² + c t³ stays above `least` up to the result (≤ 1).
+// The result t ≤ 1 is such that J(t)/J(0) = 1 + a t + b t² + c t³ stays above `least` up to it.
 double first_loss(double a, double b, double c, double least) {
   constexpr double kLimit = 1.0;
   if (1.0 + std::min(a, 0.0) + std::min(b, 0.0) + std::min(c, 0.0) > least) return kLimit;
   const auto ratio = [=](double t) { return 1.0 + t * (a + t * (b + t * c)); };
-  // Where it turns, ascending; in between it is monotonic.
+  // The points where the slope changes its sign, ascending. Between them the ratio is monotonic.
   std::array<double, 3> ends{kLimit, kLimit, kLimit};
   if (const double square = b * b - 3.0 * a * c; square > 0.0) {
     const double s = -(b + std::copysign(std::sqrt(square), b));
@@ -35,7 +35,7 @@ double first_loss(double a, double b, double c, double least) {
       low = high;
       continue;
     }
-    // By halves until a tenth of the loss is left.
+    // Bisection until the ratio is above `least` by less than a tenth of the allowed loss.
     while (ratio(low) - least >= 0.1 * (1.0 - least)) {
       const double middle = low + 0.5 * (high - low);
       if (!(middle > low && middle < high)) break;

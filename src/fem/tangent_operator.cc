@@ -18,8 +18,8 @@ namespace {
 // Symmetric matrices are stored as xx xy xz yy yz zz.
 constexpr int kPacked[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
 
-// The multiple of `metric` that has to be added to `stress` before no eigenvalue of it with respect
-// to `metric` is below `floor`.
+// The smallest multiple of `metric` with which `stress` plus this multiple has no eigenvalue with
+// respect to `metric` below `floor`.
 double missing(const Matrix3& stress, const Matrix3& metric, double floor) {
   const Eigen::LLT<Matrix3> root(metric);
   if (root.info() != Eigen::Success) return 0.0;
@@ -99,9 +99,10 @@ void TangentOperator<T>::set(const Vector& q, const ViscousPotential* viscous,
   });
 }
 
-// With Z = w deᵀ the spatial terms are de:(de T) + k Z:Zᵀ + l (tr Z)², and Z:Zᵀ = 2|sym Z|² − |Z|²,
-// |Z|² = de:(de wᵀw): positive where T − |k| wᵀw is. The metric terms are where T is. The couplings of
-// Z with I, B = FFᵀ and I₁B − B² are a quadratic form whose lowest eigenvalue −c is worth −c |Z|².
+// With Z = w deᵀ the spatial terms are de:(de T) + k Z:Zᵀ + l (tr Z)². Since Z:Zᵀ = 2|sym Z|² −
+// |Z|² and |Z|² = de:(de wᵀw), they are positive if T − |k| wᵀw is. The metric terms are positive
+// if T is. The couplings of Z with I, B = FFᵀ and I₁B − B² are a quadratic form. With its lowest
+// eigenvalue −c it is at least −c |Z|².
 template <class T>
 void TangentOperator<T>::convexify() {
   parallel_for(blocks_.block_count(), 1, [&](Index begin, Index end) {

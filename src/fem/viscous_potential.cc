@@ -64,7 +64,7 @@ struct ViscousPotential::Impl {
   bool corrected = false;                // whether E₀ is not E(q_k)
   AlignedVector<double> correction;      // c of the lanes (viscous_kernels.h)
   std::vector<std::int32_t> place;       // batch × kBatchLanes + lane of each element
-  mutable AlignedVector<double> rows;    // forces, per row
+  mutable AlignedVector<double> rows;    // forces, per record
   mutable std::vector<double> energies;  // per block
 
   explicit Impl(const ElasticPotential& elastic) : rest(elastic.rest()), blocks(elastic.blocks()) {}
@@ -107,7 +107,7 @@ struct ViscousPotential::Impl {
     return {factor, strain};
   }
 
-  // Calls body(number, block, its rows of displacements and those of the positions) for all blocks.
+  // Calls body(number, block, records of displacements, records of positions) for all blocks.
   template <class Body>
   void for_each_block(const Vector& positions, const Vector& changes, const Body& body) const {
     parallel_for(blocks.block_count(), 1, [&](Index begin, Index end) {
@@ -118,7 +118,7 @@ struct ViscousPotential::Impl {
     });
   }
 
-  // Rows of a block; overwritten by the next call in the same thread.
+  // The records of a block. The next call in the same thread overwrites them.
   std::pair<const double*, const double*> load(Index b, const Vector& positions,
                                                const Vector& changes) const {
     thread_local AlignedVector<double> from;
@@ -217,7 +217,7 @@ void ViscousPotential::add_value_and_gradient(const Vector& displacement, double
   impl_->blocks.add_record_sums(impl_->rows, gradient);
 }
 
-// Blocks of one colour share no vertex, and colours come one after the other.
+// Blocks of one colour share no vertex. The colours are processed one after the other.
 void ViscousPotential::add_hessian(const Vector& displacement, const SparsityPattern& pattern,
                                    double* values) const {
   const Impl& s = *impl_;

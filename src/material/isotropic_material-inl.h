@@ -4,7 +4,8 @@
 //     P = 2 (Ψ₁ + I₁ Ψ₂) F − 2 Ψ₂ F C + Ψ_L G
 //       = 2 Ψ₁ (F − G) + 2 Ψ₂ (I₁ F − F C − 2 G) + (Ψ_L + 2 Ψ₁ + 4 Ψ₂) G, every term zero at rest,
 //
-// and for laws of A = C − I alone P = F (2 (Ψ₁ + (I₁ − 1) Ψ₂) I − 2 Ψ₂ A), without cancellation at rest.
+// and for laws of A = C − I alone P = F (2 (Ψ₁ + (I₁ − 1) Ψ₂) I − 2 Ψ₂ A), without cancellation at
+// rest.
 #pragma once
 
 #include "tetraction/material/isotropic_material.h"
@@ -21,7 +22,7 @@ namespace isotropic {
 using HWY_NAMESPACE::Law;  // of the instruction set that every processor has
 using HWY_NAMESPACE::TermsOf;
 
-// For derivatives: they need no more digits than F gives them.
+// The invariants for derivatives, which need no more digits than F has.
 inline Invariants<double> plain_invariants(const Matrix3& f, const Matrix3& c) {
   Invariants<double> s{};
   s.j = f.determinant();
@@ -109,8 +110,8 @@ Matrix3 IsotropicMaterial<M>::first_piola(const Matrix3& f) const {
 //
 //     δ_JL 2 (Ψ₁ + I₁ Ψ₂) I − 2 Ψ₂ (C_LJ I + f_L f_Jᵀ + δ_JL B − 2 f_J f_Lᵀ) − Ψ_L g_L g_Jᵀ
 //
-// and of the second derivatives every one of its own, Ψ_ab (∂a ⊗ ∂b + ∂b ⊗ ∂a) with ∂I₁ = 2F,
-// ∂I₂ = 2 (I₁ F − F C) and ∂ ln J = G.
+// Each second derivative Ψ_ab adds Ψ_ab (∂a ⊗ ∂b + ∂b ⊗ ∂a) with ∂I₁ = 2F, ∂I₂ = 2 (I₁ F − F C) and
+// ∂ ln J = G; for a = b it adds Ψ_aa ∂a ⊗ ∂a.
 template <class M>
 Matrix9 IsotropicMaterial<M>::stiffness(const Matrix3& f) const {
   using Terms = isotropic::TermsOf<M>;

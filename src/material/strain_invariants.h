@@ -9,7 +9,7 @@
 
 namespace tetraction {
 
-/// E = ½(FᵀF − I), worked out from D = F − I as sym D + ½ DᵀD.
+/// E = ½(FᵀF − I), computed from D = F − I as sym D + ½ DᵀD.
 inline Matrix3 green_strain(const Matrix3& f) {
   const Matrix3 d = f - Matrix3::Identity();
   return 0.5 * (d + d.transpose() + d.transpose() * d);
@@ -26,8 +26,8 @@ inline double x_minus_log1p(double x) {
 
 /// With A = C − I = 2E and its invariants II = ½(tr²A − tr A²), III = det A, we have
 /// J² = 1 + a with a = tr A + II + III, I₁ − 3 = tr A and I₂ − 3 = 2 tr A + II. The differences
-/// that occur in the energies are of second order in the strain; written like this, the terms of
-/// first order cancel on paper instead of in the computer:
+/// that occur in the energies are of second order in the strain. The formulas below do not contain
+/// the terms of first order, which would cancel and cost digits:
 ///
 ///     I₁ − 3 − 2 ln J = a − ln(1 + a) − II − III
 ///     I₂ − 3 − 4 ln J = 2 (a − ln(1 + a)) − II − 2 III

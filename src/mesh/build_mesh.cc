@@ -1,4 +1,4 @@
-// From what a file holds to a mesh that can be computed on.
+// Makes the mesh for computations from the contents of a file.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -27,7 +27,8 @@ double longest_edge(const TetMesh& mesh, Index e) {
   return longest;
 }
 
-// |det| below this part of the cube of the longest edge is flat to round-off.
+// A tetrahedron is flat up to round-off if |det| is below this part of the cube of its longest
+// edge.
 bool is_flat(double volume, double longest) {
   constexpr double kFlat = 1e-14;
   return !(std::abs(6.0 * volume) > kFlat * longest * longest * longest);
@@ -215,7 +216,7 @@ class Builder {
   std::unordered_map<const RawCell*, Index> tetrahedron_of_cell_;
 };
 
-// Refuses what build_mesh() would refuse, mend or leave out.
+// Refuses everything that build_mesh() would refuse, mend or leave out.
 void check_view(const TetMesh& mesh) {
   for (Index v = 0; v < mesh.vertex_count(); ++v) {
     if (!mesh.vertices[static_cast<std::size_t>(v)].allFinite()) {

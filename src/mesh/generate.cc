@@ -11,7 +11,7 @@
 namespace tetraction {
 namespace {
 
-// A mesh whose vertices and tetrahedra are there.
+// Completes a mesh whose vertices and tetrahedra have been made.
 TetMesh finished(TetMesh mesh, const char* source) {
   if (!std::isnormal(mesh.volume(0))) {
     throw InputError(fmt::format(
@@ -47,7 +47,7 @@ TetMesh generate_box(const Vector3& size, const std::array<int, 3>& cells) {
     }
     vertices *= cells[i] + 1.0;
   }
-  // Some 6 GB; far above what can be factorised.
+  // Such a mesh needs about 6 GB. It is far larger than a mesh whose matrix can be factorised.
   constexpr double kMost = 2e7;
   if (vertices > kMost) {
     throw InputError(

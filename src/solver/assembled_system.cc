@@ -31,7 +31,8 @@ void AssembledSystem::set_terms(const StepProblem& problem, const Vector& x, Hes
                                       return matrix_->pattern.couples(pair.row, pair.column);
                                     });
   if (complete) return;
-  // Pairs come and go, as in contact. Old ones stay, unless they have become many.
+  // Coupled pairs may change from step to step, as in contact. Old pairs stay in the pattern until
+  // there are too many of them.
   constexpr std::size_t kMost = 4;
   if (pairs_.size() > kMost * terms_.pairs().size()) pairs_.clear();
   for (const HessianBlocks::Pair& pair : terms_.pairs()) pairs_.emplace_back(pair.row, pair.column);
@@ -84,7 +85,7 @@ bool AssembledSystem::factorize_projected(const StepProblem& problem, const Vect
   const std::vector<double> exact = values_;
   assemble_projected(problem, x);
   const bool done = factorize();
-  // Where a convex form couples other vertices, the pattern has changed.
+  // If the convex form couples other vertices, the pattern has changed.
   if (values_.size() != exact.size()) return assemble(problem, x) && done;
   values_ = exact;
   return done;

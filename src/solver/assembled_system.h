@@ -1,5 +1,5 @@
-// Newton's linear systems with the assembled matrix: conjugate gradients with its diagonal or with
-// CHOLMOD's factor of an older matrix.
+// Newton's linear systems with an assembled matrix. They are solved by conjugate gradients that are
+// preconditioned with the diagonal or with CHOLMOD's factor of an older matrix.
 #pragma once
 
 #include <memory>
@@ -12,39 +12,42 @@
 
 namespace tetraction {
 
-/// ∇²Φ over the free coordinates in a fixed sparsity pattern, and CHOLMOD's factor. The pattern grows
-/// where a force term couples vertices that it does not couple yet.
+/// ∇²Φ over the free coordinates in a fixed sparsity pattern, and CHOLMOD's factor. The pattern
+/// grows where a force term couples vertices that it does not couple yet.
 class AssembledSystem {
  public:
   explicit AssembledSystem(const MechanicalSystem& system);
 
-  /// Assembles the exact Hessian at x; false if Φ is not defined there.
+  /// Assembles the exact Hessian at x. Returns false if Φ is not defined there.
   bool assemble(const StepProblem& problem, const Vector& x);
-  /// The same with every element's share of Φ clamped to a positive semidefinite matrix.
+  /// Assembles the Hessian at x from the elements' shares of Φ, with the negative eigenvalues of
+  /// every share set to zero.
   void assemble_projected(const StepProblem& problem, const Vector& x);
-  /// The factor of the matrix as it is; false if it is not positive definite.
+  /// Factorises the matrix as it is. Returns false if it is not positive definite.
   bool factorize();
   bool has_factor() const { return has_factor_; }
-  /// With the factor, of an older matrix or not, unless its numbers were released.
+  /// Solves with the factor, which may be that of an older matrix. Its numbers in double precision
+  /// must not have been released.
   Vector back_solve(const Vector& right) { return matrix_->cholesky.solve(right); }
-  /// The factor in single precision: less than half the memory to read in a solve.
+  /// The factor in single precision. A solve with it reads less than half the memory.
   SinglePrecisionFactor& single_precision_factor();
-  /// Frees the numbers of the factor in double precision: two thirds of the memory of both.
+  /// Frees the numbers of the factor in double precision, two thirds of the memory of both factors.
   void release_double_precision() { matrix_->cholesky.release_factor(); }
 
-  /// After factorize() failed: the factor of the matrix that assemble_projected() makes, to
-  /// precondition with; the matrix itself stays. False if that failed as well.
+  /// To be called after factorize() failed. Factorises the matrix of assemble_projected() instead,
+  /// as a preconditioner. The matrix itself stays as it is. Returns false if this fails as well.
   bool factorize_projected(const StepProblem& problem, const Vector& x);
-  /// Factorises the Hessian at x. Where it is not positive definite, looks for a direction of negative
-  /// curvature by conjugate gradients on a pseudo-random right-hand side, preconditioned by the
-  /// projected factor. Nothing is found where Φ is not defined or the matrix is semidefinite.
+  /// Factorises the Hessian at x. Where it is not positive definite, looks for a direction of
+  /// negative curvature by conjugate gradients on a pseudo-random right-hand side, preconditioned
+  /// by the projected factor. Nothing is found where Φ is not defined or the matrix is
+  /// semidefinite.
   NegativeCurvature find_negative_curvature(const StepProblem& problem, const Vector& x);
 
   enum class Preconditioner { kDiagonal, kSinglePrecisionFactor, kFactor };
   /// solution ≈ A⁻¹ right to a relative residual of `forcing`, |r|₂/|right|₂.
   CgReport solve(const Vector& right, Preconditioner preconditioner, double forcing,
                  int max_iterations, Vector& solution);
-  /// After a solve that met negative curvature: the direction, whose length says nothing.
+  /// The direction, after a solve that met negative curvature. Its length has no meaning.
   NegativeCurvature negative_curvature() const;
 
   Index size() const { return matrix_->pattern.size(); }
@@ -53,7 +56,7 @@ class AssembledSystem {
 
  private:
   using Pairs = std::vector<std::pair<Index, Index>>;
-  // What is made for one pattern.
+  // The objects that belong to one pattern.
   struct MatrixParts {
     MatrixParts(const MechanicalSystem& system, const Pairs& pairs)
         : pattern(system.rest(), system.coordinates(), pairs), cholesky(pattern) {}

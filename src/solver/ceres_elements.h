@@ -11,8 +11,8 @@
 
 namespace tetraction {
 
-/// Residuals and Jacobian of one element at the point evaluated last: r₀ = √(2(E + cV)) and twelve
-/// residuals that are zero.
+/// Residuals and Jacobian of one element at the point evaluated last. The residuals are
+/// r₀ = √(2(E + cV)) and twelve residuals that are zero.
 struct ElementResidual {
   static constexpr int kDofs = RestState::Shape::kDofs;
   static constexpr int kRows = kDofs + 1;
@@ -25,8 +25,8 @@ struct ElementResidual {
 /// Evaluates all elements at once, in parallel, when Ceres has moved to a new point.
 class ElementEvaluator : public ceres::EvaluationCallback {
  public:
-  /// Keeps references; `y` is what Ceres' parameter blocks point into: the free coordinates of the
-  /// displacement from the solve's first point.
+  /// Keeps references to `system` and `y`. Ceres' parameter blocks point into `y`, which holds the
+  /// free coordinates of the displacement from the first point of the solve.
   ElementEvaluator(const MechanicalSystem& system, const Vector& y);
 
   /// Begins a solve of `problem` at `x` with c = `shift_density`, J/m³.
@@ -50,8 +50,9 @@ class ElementEvaluator : public ceres::EvaluationCallback {
   bool has_jacobians_ = false;
 };
 
-/// The cost function that hands element e of the evaluator to Ceres (the caller owns it), and the
-/// first free coordinates of its parameter blocks; null if the element has none.
+/// Makes the cost function that gives element e of the evaluator to Ceres, and the list of the
+/// first free coordinates of its parameter blocks. The caller owns the function. Returns null if
+/// the element has no free coordinates.
 ceres::CostFunction* make_element_cost(const ElementEvaluator& evaluator,
                                        const MechanicalSystem& system, Index e,
                                        std::vector<int>& blocks);

@@ -19,8 +19,8 @@
 namespace tetraction {
 namespace {
 
-// Ends a solve once the gradient is small enough, the only test of convergence there is, or once
-// Ceres refuses a step whose change of the cost is nothing but round-off.
+// Ends a solve when the gradient is small enough, which is the only test of convergence, or when
+// Ceres refuses a step whose change of the cost is mere round-off.
 class SolveMonitor : public ceres::IterationCallback {
  public:
   void set_limit(double limit) { limit_ = limit; }
@@ -37,7 +37,7 @@ class SolveMonitor : public ceres::IterationCallback {
   double limit_ = 0.0;
 };
 
-// Keeps Ceres from printing on its own: what it has to say is in the report.
+// Keeps Ceres from printing. Its messages are in the report.
 class QuietLog {
  public:
   QuietLog() : level_(FLAGS_minloglevel) { FLAGS_minloglevel = google::GLOG_FATAL; }
@@ -97,12 +97,13 @@ class CeresMinimizer : public Minimizer {
       return report;
     }
     x_ = x;
-    // Near the minimum the changes of the cost drown in its round-off, and Ceres, which judges by
-    // the cost, refuses the last steps: these are judged by the gradient. Should that fail as well,
-    // Ceres goes on from there with a smaller constant under the root, which costs fewer digits.
-    // Where elements' Hessians are clamped Ceres converges slowly: then, too, Newton's method on
-    // the exact Hessian is tried now and then. Where that Hessian is not positive definite at the end
-    // of it all, Ceres begins anew further down a direction of negative curvature.
+    // Near the minimum the changes of the cost are below its round-off. Ceres judges steps by the
+    // cost and refuses the last ones. Therefore polish() takes these and judges them by the
+    // gradient. If that fails as well, Ceres continues with a smaller constant under the root,
+    // which costs fewer digits. Ceres converges slowly if negative eigenvalues of elements'
+    // Hessians are set to zero. Therefore Newton's method with the exact Hessian is tried from time
+    // to time. If that Hessian is not positive definite at the end, Ceres begins anew at a lower
+    // point along a direction of negative curvature.
     double shift = shift_density(problem);
     for (int stalls = 0; stalls < kStalls;) {
       const bool went_on = solve(problem, shift, report);
@@ -163,8 +164,9 @@ class CeresMinimizer : public Minimizer {
     }
   }
 
-  // Energy density c of the shift, J/m³: large enough beside the energies at hand that the matrix
-  // under the root stays positive, and no larger than 0.1 μ, where the method is well tried.
+  // Energy density c of the shift, J/m³. It is so large, compared with the current energies, that
+  // the matrix of which K is the root stays positive. It is at most 0.1 μ, with which the method is
+  // tested well.
   double shift_density(const StepProblem& problem) const {
     constexpr double kLargest = 0.1;
     constexpr double kSmallest = 1e-12;
@@ -180,13 +182,13 @@ class CeresMinimizer : public Minimizer {
                       kLargest * mu);
   }
 
-  // One round of Ceres. Returns whether it would have gone on.
+  // Runs one round of Ceres. Returns whether Ceres would have continued.
   bool solve(const StepProblem& problem, double shift, MinimizerReport& report) {
     evaluator_.begin(problem, x_, shift);
     y_.setZero();
     report.residual_limit = problem.residual_limit(x_, options_.tolerance);
     report.asked_limit = options_.tolerance * problem.force_scale();
-    // Ceres adds the gradient up in another order: half the limit leaves room for round-off.
+    // Ceres sums the gradient in another order. Half the limit leaves room for this round-off.
     const bool first = report.iterations == 0 && problem.is_loaded(x_);
     monitor_.set_limit(0.5 * (first ? report.asked_limit : report.residual_limit));
     const int most = std::min(kRound, options_.max_iterations - report.iterations);
@@ -205,7 +207,7 @@ class CeresMinimizer : public Minimizer {
     return taken >= most;
   }
 
-  // Ceres' word is not taken for it: the gradient is computed anew, outside Ceres.
+  // Computes the gradient again, outside Ceres, as an independent check.
   void assess(const StepProblem& problem, MinimizerReport& report) {
     if (!problem.value_and_gradient(x_, phi_, gradient_).ok()) {
       report.termination = Termination::kInadmissible;
@@ -221,7 +223,8 @@ class CeresMinimizer : public Minimizer {
     }
   }
 
-  // x_ ← a point lower down a direction of negative curvature, if there is one at the end of a solve.
+  // If there is a direction of negative curvature at the end of a solve, moves x_ to a lower point
+  // along it.
   bool leave_saddle(const StepProblem& problem, MinimizerReport& report) {
     if (!report.converged() && report.termination != Termination::kNoProgress) return false;
     ++report.factorizations;
@@ -238,8 +241,8 @@ class CeresMinimizer : public Minimizer {
     return false;
   }
 
-  // Newton steps with the exact Hessian, each shortened until it halves the gradient or lowers Φ; the
-  // matrix has to be positive definite, so that this cannot end at a saddle point.
+  // Newton steps with the exact Hessian. Each is shortened until it halves the gradient or lowers
+  // Φ. The matrix must be positive definite, so that the steps cannot end at a saddle point.
   void polish(const StepProblem& problem, MinimizerReport& report) {
     while (report.termination == Termination::kNoProgress) {
       ++report.iterations;
@@ -272,7 +275,7 @@ class CeresMinimizer : public Minimizer {
     return false;
   }
 
-  // CHOLMOD's factor of the assembled Hessian; false if it is not positive definite.
+  // Factorises the assembled Hessian with CHOLMOD. Returns false if it is not positive definite.
   bool factorize(const StepProblem& problem, const Vector& x) {
     return assembled().assemble(problem, x) && assembled().factorize();
   }

@@ -1,26 +1,28 @@
-// When a second level pays for itself in conjugate gradients.
+// Decides when a coarse space saves more time in conjugate gradients than it costs.
 #pragma once
 
 namespace tetraction {
 
-/// Decides when to make a coarse space (coarse_space.h), when to make it anew, and when to do without,
-/// from numbers of iterations only, so that a run repeats itself bitwise.
+/// Decides when to make a coarse space (coarse_space.h), when to renew it, and when to do without
+/// it. The decisions depend on numbers of iterations only, so that a repeated run is bitwise the
+/// same.
 ///
-/// One is made as soon as the iterations without it have cost as much as it does (so that waiting
-/// never costs more than twice the best choice), and given up if it spares less than a fifth of them:
-/// then the next try waits eight times as long. It is made anew when the iterations beyond the rate
-/// of its first solve have cost as much as a new one.
+/// A coarse space is made as soon as the iterations without it have cost as much as making it. So
+/// the total cost is never more than twice that of the best choice. It is given up if it saves less
+/// than a fifth of the iterations; then the next attempt waits eight times as long. It is renewed
+/// when the iterations in excess of the rate of its first solve have cost as much as a new one.
 class CoarseChoice {
  public:
-  /// What making a coarse space costs, in iterations of conjugate gradients.
+  /// The cost of making a coarse space, in iterations of conjugate gradients.
   static constexpr double kPrice = 25.0;
 
   bool in_use() const { return in_use_; }
-  /// Whether to make one (anew) now, `iterations` into a solve.
+  /// Whether to make or renew a coarse space now, after `iterations` iterations of a solve.
   bool should_make(int iterations) const {
     return in_use_ ? iterations == 0 && regret_ > kPrice : spent_ + iterations > patience_ * kPrice;
   }
-  /// One was made; false: its matrix has no factor. `iterations` and `digits` of the solve so far.
+  /// To be called after a coarse space was made. `usable` is false if its matrix could not be
+  /// factorised. `iterations` and `digits` are those of the solve so far.
   void made(bool usable, int iterations, double digits) {
     if (!in_use_) solved(iterations, digits);
     in_use_ = usable;
@@ -28,7 +30,8 @@ class CoarseChoice {
     regret_ = 0.0;
     if (!usable) give_up();
   }
-  /// After a solve (or the part of it with the coarse space) that gained so many decimal digits.
+  /// To be called after a solve, or after its part with the coarse space. `digits` is the number of
+  /// decimal digits by which it reduced the residual.
   void solved(int iterations, double digits) {
     if (!in_use_) {
       spent_ += iterations;

@@ -12,11 +12,12 @@ namespace {
 
 using Block66 = Eigen::Matrix<double, 6, 6>;
 
-// Added to the coarse matrix' diagonal, relative to it: a group whose free vertices lie on a line or
-// are one or two has motions that are not independent.
+// This part of the coarse matrix's diagonal is added to it. It is needed because the six motions of
+// a group are not independent if its free vertices lie on a line or if there are only one or two.
 constexpr double kShift = 1e-7;
 
-// Blocks of elements whose sums are held at one time: more than threads, and a bounded memory.
+// The number of element blocks whose sums are in memory at the same time. It exceeds the number of
+// threads and bounds the memory.
 constexpr Index kTogether = 32;
 
 // sum += QₐᵀK Q_b with Q = [1, −[a]ₓ] of two nodes; K row by row with a stride of kBatchLanes.
@@ -200,7 +201,8 @@ Eigen::Matrix<double, 3, 6> CoarseSpace<T>::basis(Index place) const {
   return q;
 }
 
-// PᵀK_eP of a block's elements: for every pair of its groups a 6 × 6 block, lower triangle.
+// The sum of PᵀK_eP over a block's elements. Every pair of the block's groups has a 6 × 6 block;
+// only the lower triangle is stored.
 template <class T>
 void CoarseSpace<T>::add_block(const TangentOperator<T>& stiffness, Index b,
                                std::vector<double>& sums) const {
@@ -249,7 +251,7 @@ void CoarseSpace<T>::add_block(const TangentOperator<T>& stiffness, Index b,
                 matrix(entries);
             product = basis(places[a]).transpose() * matrix * basis(places[c]);
           }
-          // Into the lower triangle; within one group both triangles.
+          // Entries go to the lower triangle, and within one group to both triangles.
           const auto at = [&](std::size_t row, std::size_t column) {
             return Eigen::Map<Block66>(sums.data() + 36 * (row * count + column));
           };
@@ -319,7 +321,7 @@ double CoarseSpace<T>::solve() {
   Factor& factor = *factor_;
   Eigen::Map<Vector> motions(motions_.front().data(), 6 * groups_.count());
   factor.right = motions;
-  // cholesky.solve() would take new memory each time.
+  // cholesky.solve() would allocate memory each time.
   factor.permuted.noalias() = factor.cholesky.permutationP() * factor.right;
   factor.cholesky.matrixL().solveInPlace(factor.permuted);
   factor.cholesky.matrixU().solveInPlace(factor.permuted);

@@ -14,8 +14,8 @@ namespace {
 constexpr double kSeed = 0.25;           // of the residual asked for, …
 constexpr double kSeedWithFactor = 0.1;  // … is what comes from the last solve
 
-// The part of x along the directions in which the vertex may move. Reactions are kept out of
-// residuals like this: next to them the rest would be round-off.
+// The part of x along the directions in which the vertex may move. Residuals are projected in order
+// to remove reactions, which may be so large that the rest would be mere round-off.
 Vector3 project(const FreeCoordinates& coordinates, Index v, const Vector3& x) {
   const FreeCoordinates::VertexMap map = coordinates.map(v);
   Vector3 projected = Vector3::Zero();
@@ -87,8 +87,8 @@ void MatrixFreeCg<T>::convexify() {
   set_terms();
 }
 
-// The part of the matrix that does not come from elements: what is quadratic in single vertices, and
-// terms_.
+// Sets the part of the matrix that does not come from elements: the terms that are quadratic in
+// single vertices, and terms_.
 template <class T>
 void MatrixFreeCg<T>::set_terms() {
   if (has_terms_) off_.resize(diagonal_.size());
@@ -203,7 +203,7 @@ void MatrixFreeCg<T>::make_blocks() {
   });
 }
 
-// The vertices' own matrices are in the coarse one, too.
+// Makes or renews the coarse space. Its matrix contains the vertices' own blocks, too.
 template <class T>
 bool MatrixFreeCg<T>::make_coarse_space() {
   if (!coarse_) coarse_ = std::make_unique<CoarseSpace<T>>(system_, groups_);
@@ -252,7 +252,7 @@ auto MatrixFreeCg<T>::sum_over_groups(const Body& body) -> Products {
   return total;
 }
 
-// The part of a row along the directions in which the vertex may move.
+// The part of a record along the directions in which the vertex may move.
 template <class T>
 auto MatrixFreeCg<T>::allowed(const Record& x, Index place) const -> Record {
   const FreeCoordinates& coordinates = system_.coordinates();
@@ -260,8 +260,8 @@ auto MatrixFreeCg<T>::allowed(const Record& x, Index place) const -> Record {
   return coordinates.is_free(v) ? x : project(coordinates, v, x);
 }
 
-// x = 0, r = −gradient/scale, so that single precision holds any units, and a part of the last
-// solve's residual, of size `share`.
+// Sets x = 0 and r = −gradient/scale plus a part of the last solve's residual, of the size `share`.
+// The scale makes single precision sufficient in any units.
 template <class T>
 void MatrixFreeCg<T>::start(const Vector& gradient, double scale, double share) {
   const FreeCoordinates& coordinates = system_.coordinates();
@@ -280,7 +280,7 @@ void MatrixFreeCg<T>::start(const Vector& gradient, double scale, double share) 
   descend(0.0);
 }
 
-// Makes a coarse space where that pays by now.
+// Makes or renews the coarse space if it now saves more time than it costs.
 template <class T>
 bool MatrixFreeCg<T>::renew(const CgReport& report) {
   if (factor_ != nullptr || !choice_.should_make(report.iterations)) return false;
@@ -327,8 +327,8 @@ void MatrixFreeCg<T>::add_neighbors(Index place, Record& sum) const {
   }
 }
 
-// r −= alpha ap; z = the vertices' part of the preconditioned r, and of the coarse part what the motions
-// of the groups are worked out from.
+// r −= alpha ap; z = the vertices' part of the preconditioned r. Also computes Pᵀr, from which the
+// motions of the groups follow.
 template <class T>
 void MatrixFreeCg<T>::descend(double step) {
   const T alpha = static_cast<T>(step);
@@ -367,7 +367,7 @@ void MatrixFreeCg<T>::descend(double step) {
   });
 }
 
-// The rest of the preconditioned r, the coarse part in the motions of the groups.
+// Computes the coarse part of the preconditioned r, as motions of the groups.
 template <class T>
 double MatrixFreeCg<T>::precondition() {
   if (factor_ != nullptr) return precondition_with_factor();

@@ -1,4 +1,4 @@
-// Newton's linear systems by conjugate gradients without a matrix.
+// Conjugate gradients without an assembled matrix for Newton's linear systems.
 #pragma once
 
 #include <cstdint>
@@ -16,19 +16,20 @@
 
 namespace tetraction {
 
-/// Conjugate gradients on ∇²Φ(x) in precision T with the tangent stiffness applied element by
-/// element, preconditioned by the vertices' 3 × 3 blocks and, where that pays (coarse_choice.h), a
-/// coarse space (coarse_space.h). Directions that constraints take from a vertex are left out by the
-/// preconditioner; affine sets (rigid handles) are not supported. Or the caller has a factor of a
-/// similar matrix to precondition with.
+/// Conjugate gradients on ∇²Φ(x) in precision T. The tangent stiffness is applied element by
+/// element. The preconditioner consists of the vertices' 3 × 3 blocks and, where that saves time
+/// (coarse_choice.h), a coarse space (coarse_space.h). Alternatively the caller gives the factor of
+/// a similar matrix as the preconditioner. The preconditioner removes the directions in which
+/// constraints do not let a vertex move. Affine sets (rigid handles) are not supported.
 ///
-/// To the right-hand side of a system that is to be solved to the residual η comes the residual of the
-/// last one, scaled to a quarter of η. In a direction of negative curvature conjugate gradients only make a
-/// residual grow: over a few solves one comes to light even if the gradient has no part of it, as by
-/// symmetry, at hardly any cost.
+/// A part of the last system's residual is added to the right-hand side of each system. Its size is
+/// a quarter of the residual to which the system is solved. Along a direction of negative curvature
+/// the residual of conjugate gradients can only grow. So within a few solves such a direction is
+/// found even if the gradient has no component along it, as in a symmetric body. The additional
+/// cost is small.
 ///
-/// Single precision is enough: what is wanted of a direction is a few digits, and the residuals of
-/// Newton's method are worked out in double precision outside.
+/// Single precision is sufficient, because a direction needs a few digits only and the residuals of
+/// Newton's method are computed elsewhere in double precision.
 template <class T>
 class MatrixFreeCg {
  public:
@@ -37,25 +38,25 @@ class MatrixFreeCg {
 
   /// Linearises at u, where Φ must be defined.
   void set(const StepProblem& problem, const Vector& u);
-  /// From now on, until set(), with the stiffness made (nearly) positive semidefinite
-  /// (TangentOperator::convexify) and with the force terms' part so.
+  /// Makes the stiffness (TangentOperator::convexify) and the part of the force terms (nearly)
+  /// positive semidefinite until the next set().
   void convexify();
   /// step ≈ −(∇²Φ)⁻¹ gradient (3 per vertex) to a relative residual of `forcing`.
   CgReport solve(const Vector& gradient, double forcing, int max_iterations, Vector& step) {
     return run(gradient, forcing, max_iterations, nullptr, step);
   }
-  /// The same with the factor of a matrix over the free coordinates as the preconditioner.
+  /// As above, with the factor of a matrix over the free coordinates as the preconditioner.
   CgReport solve(const Vector& gradient, double forcing, int max_iterations,
                  SinglePrecisionFactor& factor, Vector& step) {
     return run(gradient, forcing, max_iterations, &factor, step);
   }
-  /// After a solve that met negative curvature: the direction, whose length says nothing.
+  /// The direction, after a solve that met negative curvature. Its length has no meaning.
   NegativeCurvature negative_curvature() const;
   /// dᵀ∇²Φ d (d: 3 per vertex), to be called between solves.
   double curvature(const Vector& d);
-  /// Whether no element can be inverted on the way along the last step.
+  /// Whether a bound shows that no element is inverted on the way along the last step.
   bool step_is_safe() const { return operator_.step_is_safe(x_.data()); }
-  /// To be called when the systems to come are different altogether (another step size).
+  /// To be called before systems that differ strongly from the last ones (another step size).
   void forget() { choice_ = CoarseChoice(); }
 
  private:
@@ -73,8 +74,8 @@ class MatrixFreeCg {
   void start(const Vector& gradient, double scale, double share);
   void add_neighbors(Index place, Record& sum) const;
   double precondition_with_factor();
-  // The verbs of conjugate_gradients(). descend() works out the vertices' part of the preconditioned
-  // residual in the same pass.
+  // The functions that conjugate_gradients() calls. descend() also computes the vertices' part of
+  // the preconditioned residual, in the same pass.
   template <class Vectors>
   friend CgReport conjugate_gradients(Vectors& vectors, double forcing, int max_iterations);
   double square() const { return products_.rr; }
@@ -103,7 +104,7 @@ class MatrixFreeCg {
   }
 
   const MechanicalSystem& system_;
-  VertexGroups groups_;  // rows below are by its places
+  VertexGroups groups_;  // the records below are in the order of its places
   TangentOperator<T> operator_;
   Index grain_ = 1;             // groups worth a task
   std::vector<bool> all_free_;  // of each group
@@ -115,7 +116,7 @@ class MatrixFreeCg {
   bool has_blocks_ = false;
   SinglePrecisionFactor* factor_ = nullptr;  // of the solve in progress
   Eigen::Matrix<T, Eigen::Dynamic, 1> free_;
-  // What force terms that are not quadratic add: blocks of single vertices, and of pairs.
+  // The part of force terms that are not quadratic: blocks of single vertices and of pairs.
   HessianBlocks terms_;
   bool has_terms_ = false;
   struct Neighbor {

@@ -34,7 +34,8 @@ bool follow(const StepProblem& problem, const NegativeCurvature& way, double phi
   // t = 1 moves some vertex by the size of the body.
   Vector direction = (size / largest) * way.direction;
   const double curvature = way.curvature * (size / largest) * (size / largest);
-  // Directions without stiffness, such as rigid motions with a large step, bend by round-off alone.
+  // Directions without stiffness, such as rigid motions with a large step, have a curvature that is
+  // mere round-off.
   if (-curvature <= problem.round_off(direction) * direction.norm()) return false;
   double slope = gradient.dot(direction);
   if (slope > 0.0) {

@@ -10,9 +10,9 @@
 
 namespace tetraction {
 
-// Prices of the linear solvers in nanoseconds on one core (docs/performance.md has the measurements).
-// Only their ratios matter, and only for kAuto and for the time at which a factor is renewed: results
-// do not depend on how fast the machine happens to be.
+// Prices of the linear solvers in nanoseconds on one core (docs/performance.md has the
+// measurements). Only their ratios matter, and only for kAuto and for the time at which a factor is
+// renewed: results do not depend on how fast the machine happens to be.
 struct NewtonDirection::Prices {
   double product;   // an iteration of matrix-free CG
   double newton;    // an iteration of Newton's method without the linear solve
@@ -36,11 +36,12 @@ constexpr int kPatience = 8;  // iterations of a step that met negative curvatur
 constexpr int kVisits = 3;    // steps with a factor for their sake, until it stays
 constexpr int kMost = 30;     // iterations of conjugate gradients with a factor
 constexpr double kCurved = 1e-6;
-// Below this part of its size at random, a vector is taken to have a component.
+// A random vector is assumed to have a component of at least this part of its expected size.
 constexpr double kAcross = 0.01;
 
-// What a factorisation by nested dissection costs, by the number of unknowns: fitted to blocks and
-// beams of 10³ to 10⁵ unknowns. Good to a factor of two, which is enough to decide on an analysis.
+// The cost of a factorisation with nested dissection as a function of the number of unknowns. It
+// was fitted to blocks and beams of 10³ to 10⁵ unknowns. It is correct to a factor of two, which is
+// enough to decide whether to analyse the pattern.
 CholeskyCost expected_cost(double unknowns) {
   return {12.0 * unknowns * unknowns, 18.0 * std::pow(unknowns, 4.0 / 3.0)};
 }
@@ -72,7 +73,7 @@ void NewtonDirection::begin_step(const StepProblem& problem) {
   last_residual_ = std::numeric_limits<double>::infinity();
   if (for_this_step_) current_ = LinearSolver::kMatrixFree;
   for_this_step_ = false;
-  // What was made for another step size is of another matrix altogether.
+  // A factor or coarse space for another step size belongs to a very different matrix.
   const double sum = problem.coefficient().sum();
   if (std::abs(sum - coefficient_sum_) > 0.01 * std::abs(sum)) {
     stale_ = true;
@@ -87,8 +88,8 @@ bool NewtonDirection::find(const StepProblem& problem, const Vector& x, const Ve
   safe_ = false;
   definite_ = false;
   curvature_ = {};
-  // Newton's method makes slow progress with approximate directions: exact ones for this step, and
-  // for good where that happens again and again.
+  // If Newton's method makes slow progress with approximate directions, this step uses exact ones.
+  // If that happens several times, all later steps use them.
   if (report.residual > 0.5 * last_residual_) ++slow_;
   last_residual_ = report.residual;
   if (options_.linear == LinearSolver::kAuto && current_ == LinearSolver::kMatrixFree &&
@@ -120,7 +121,7 @@ bool NewtonDirection::without_matrix(const StepProblem& problem, const Vector& x
                                      const Vector& gradient, double forcing,
                                      MinimizerReport& report, Vector& direction) {
   const Prices p = rough_prices();
-  // With kAuto no more iterations than would have paid for a factor, in this step and before.
+  // With kAuto the iterations may not cost more, in this step and before, than a factor would have.
   int most = std::max(2000, static_cast<int>(system_.coordinates().count()));
   if (options_.linear == LinearSolver::kAuto) {
     const double worth = p.assembly + p.factorization + 4.0 * p.back_solve;
@@ -137,7 +138,7 @@ bool NewtonDirection::without_matrix(const StepProblem& problem, const Vector& x
                                                : solve_in(double_precision_cg());
   const auto failed = [&] { return !cg.converged && !cg.negative_curvature; };
   if (single_precision_ && !refined_ && failed() && options_.linear == LinearSolver::kMatrixFree) {
-    // Round-off of single precision: from now on in double.
+    // The round-off of single precision is too large. From now on the solver uses double precision.
     single_precision_ = false;
     single_.reset();
     cg = solve_in(double_precision_cg());
@@ -152,7 +153,8 @@ bool NewtonDirection::without_matrix(const StepProblem& problem, const Vector& x
   return true;
 }
 
-// Where the matrix is not positive definite: Newton's direction of one that nearly is.
+// If the matrix is not positive definite, finds the Newton direction of a modified matrix that
+// nearly is.
 template <class Cg>
 CgReport NewtonDirection::solve_without_matrix(Cg& cg, const StepProblem& problem, const Vector& x,
                                                const Vector& gradient, double forcing, int most,
@@ -173,7 +175,8 @@ CgReport NewtonDirection::solve_without_matrix(Cg& cg, const StepProblem& proble
   return convex;
 }
 
-// Whether a direction that was found in single precision is one in double precision, too.
+// Whether a direction that was found in single precision has negative curvature in double
+// precision, too.
 bool NewtonDirection::is_true_curvature(const StepProblem& problem, const Vector& x) {
   double_precision_cg().set(problem, x);
   curvature_.curvature = double_precision_cg().curvature(curvature_.direction);
@@ -252,7 +255,8 @@ bool NewtonDirection::with_diagonal(const StepProblem& problem, const Vector& x,
   return true;
 }
 
-// A kept factor first; where it has become too poor, or there is none, a new one.
+// Tries a kept factor first. If there is none, or if it is not good enough any more, makes a new
+// one.
 bool NewtonDirection::with_factor(const StepProblem& problem, const Vector& x,
                                   const Vector& gradient, double forcing, MinimizerReport& report,
                                   Vector& direction) {
@@ -280,7 +284,7 @@ bool NewtonDirection::with_factor(const StepProblem& problem, const Vector& x,
     matrix.release_double_precision();
     return true;
   } else if (options_.keep_factor) {
-    // Fresh, and not good enough in single precision: from now on in double.
+    // The factor is new but not good enough in single precision. From now on it is used in double.
     single_precision_factor_ = false;
   }
   safe_ = false;
@@ -333,8 +337,8 @@ bool NewtonDirection::with_kept_factor(const StepProblem& problem, const Vector&
   return cg.converged;
 }
 
-// The rule of kAuto: matrix-free, until what it has cost beyond a factor that lasts for twenty
-// steps would have paid for the factor.
+// The rule of kAuto. The matrix-free method is used until its additional cost, compared with a
+// factor that lasts for twenty steps, would have paid for the factor.
 void NewtonDirection::end_step(int newton_iterations) {
   constexpr double kLife = 20.0;
   if (options_.linear != LinearSolver::kAuto || current_ != LinearSolver::kMatrixFree) return;

@@ -10,41 +10,46 @@
 
 namespace tetraction {
 
-/// Finds d ≈ −(∇²Φ)⁻¹∇Φ by one of the ways of LinearSolver and, with kAuto, changes the way by rules
-/// that count work at fixed prices. Keeps what can serve again: coarse space, factor, analysis.
+/// Finds d ≈ −(∇²Φ)⁻¹∇Φ with one of the methods of LinearSolver. With kAuto it changes the method
+/// by rules that count work at fixed prices. It keeps what it may use again: coarse space, factor,
+/// symbolic analysis.
 class NewtonDirection {
  public:
-  /// Throws InputError for a way that the body does not allow.
+  /// Throws InputError for a method that cannot be used for the body.
   NewtonDirection(const MechanicalSystem& system, const NewtonOptions& options);
 
-  /// Before the first direction of a step.
+  /// To be called before the first direction of a step.
   void begin_step(const StepProblem& problem);
-  /// `gradient`: ∇Φ(x), 3 per vertex; |Tᵀ(∇²Φ d + ∇Φ)| ≤ forcing |Tᵀ∇Φ|. False if none was found.
+  /// Finds a direction d with |Tᵀ(∇²Φ d + ∇Φ)| ≤ forcing |Tᵀ∇Φ|. `gradient` is ∇Φ(x), 3 per vertex.
+  /// Returns false if no direction was found.
   bool find(const StepProblem& problem, const Vector& x, const Vector& gradient, double forcing,
             MinimizerReport& report, Vector& direction);
-  /// From now on, to the end of the step, directions are worked out in double precision, because the
-  /// last one did not help. False if they are already.
+  /// To be called if the last direction made no progress. From then on, to the end of the step,
+  /// directions are computed in double precision. Returns false if they are already.
   bool refine();
-  /// What the last find() met of ∇²Φ(x) not being positive definite; nothing is found in most.
+  /// The direction of negative curvature that the last find() met. Mostly there is none.
   const NegativeCurvature& negative_curvature() const { return curvature_; }
-  /// Whether the last find() factorised ∇²Φ(x) itself: it is positive definite.
+  /// Whether the last find() factorised ∇²Φ(x) itself. If so, it is positive definite.
   bool is_definite() const { return definite_; }
-  /// Looks for a direction of negative curvature at x; with none ∇²Φ(x) is positive semidefinite.
+  /// Looks for a direction of negative curvature at x. If none is found, ∇²Φ(x) is positive
+  /// semidefinite.
   ///
-  /// A factorisation answers exactly, up to round-off. Otherwise conjugate gradients are run on a
-  /// pseudo-random right-hand side b. Without a direction of negative curvature the part of their
-  /// residual along an eigenvector of a negative eigenvalue never shrinks, so that there is none,
-  /// unless b lies nearly across it, once the residual is 0.01/√n of b: with b at random a
-  /// probability below 1 % (compare Royer, O'Neill & Wright 2020, Assumption 3).
+  /// A factorisation gives an exact answer, up to round-off. Otherwise conjugate gradients are run
+  /// on a pseudo-random right-hand side b. As long as they meet no negative curvature, the
+  /// component of their residual along an eigenvector with a negative eigenvalue never shrinks. So
+  /// once the residual is 0.01/√n of b, there is no such eigenvector, unless b is nearly orthogonal
+  /// to it. For a random b this has a probability below 1 % (compare Royer, O'Neill & Wright 2020,
+  /// Assumption 3).
   bool find_negative_curvature(const StepProblem& problem, const Vector& x,
                                MinimizerReport& report);
-  /// Whether no element can be inverted on the way along the last direction; false: not known.
+  /// Whether it is known that no element is inverted on the way along the last direction.
   bool is_safe() const { return safe_; }
-  /// After a step that converged in so many iterations.
+  /// To be called after a step that converged in this number of iterations.
   void end_step(int newton_iterations);
-  /// "matrix-free", "cg" or "factor".
+  /// The current method: "matrix-free", "cg" or "factor".
   std::string name() const;
-  /// Solves ∇²Φ(x) S = `right` over the free coordinates; false if ∇²Φ is not positive definite.
+  /// Solves ∇²Φ(x) S = `right` over the free coordinates. Returns false if ∇²Φ is not positive
+  /// definite.
   bool solve_exactly(const StepProblem& problem, const Vector& x, const Matrix& right,
                      Matrix& solution);
 
@@ -80,16 +85,16 @@ class NewtonDirection {
   std::unique_ptr<MatrixFreeCg<float>> single_;
   std::unique_ptr<MatrixFreeCg<double>> double_;
   std::unique_ptr<AssembledSystem> assembled_;
-  bool single_precision_ = true;         // is enough without a matrix
-  bool single_precision_factor_ = true;  // is enough as a preconditioner
+  bool single_precision_ = true;         // it is sufficient for the matrix-free method
+  bool single_precision_factor_ = true;  // it is sufficient for the factor as a preconditioner
   bool refined_ = false;                 // directions of this step are in double precision
   bool safe_ = false;
   bool definite_ = false;
   NegativeCurvature curvature_;  // of the last find()
   Vector right_;                 // of the search for it
   Vector ignored_;
-  bool stale_ = false;   // the factor is to be made anew
-  double regret_ = 0.0;  // work that another choice would have spared
+  bool stale_ = false;   // the factor must be renewed
+  double regret_ = 0.0;  // work that another choice would have saved
   double cost_of_step_ = 0.0;
   double coefficient_sum_ = 0.0;
   // The change of kAuto to the factor where Newton's method makes slow progress.

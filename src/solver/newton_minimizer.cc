@@ -45,7 +45,7 @@ class NewtonMinimizer : public Minimizer {
     for (;;) {
       descend(problem, x, report);
       const bool ended = report.converged() || report.termination == Termination::kNoProgress;
-      // A saddle has no gradient either, and Newton's method may come to a halt beside one.
+      // The gradient vanishes at a saddle, too, and Newton's method may stop near one.
       if (!ended || !is_suspect(problem, x, report) ||
           !find_negative_curvature(problem, x, report) || !leave(problem, x, report)) {
         break;
@@ -68,14 +68,14 @@ class NewtonMinimizer : public Minimizer {
   }
 
  private:
-  // Forcing terms: how well the linear systems are solved, as |r|/|b|. From one iteration to the next
-  // after Eisenstat & Walker (1996, choice 2), with the exponent 2; the first one of a step is what
-  // Newton's method made of the first system of the last step.
+  // Forcing terms are the relative residuals |r|/|b| to which the linear systems are solved. They
+  // follow Eisenstat & Walker (1996, choice 2) with the exponent 2. The first one of a step comes
+  // from the reduction of the residual by the first iteration of the last step.
   static constexpr double kLoosest = 0.1;
   static constexpr double kTightest = 1e-4;
   static constexpr double kGamma = 0.5;
 
-  // Newton's method until the residual is small or nothing helps any more.
+  // Newton's method until the residual is small enough or no direction makes progress.
   void descend(const StepProblem& problem, Vector& x, MinimizerReport& report) {
     double forcing = first_forcing_;
     const bool first_may_do = !problem.is_loaded(x);
@@ -89,7 +89,7 @@ class NewtonMinimizer : public Minimizer {
         return;
       }
       ++report.iterations;
-      // No more digits than the end of the step needs.
+      // The system is not solved to more digits than the end of the step needs.
       const double enough = 0.3 * report.residual_limit / report.residual;
       const double before = report.residual;
       if (!linear_.find(problem, x, gradient_, std::clamp(forcing, enough, kLoosest), report,
@@ -110,9 +110,9 @@ class NewtonMinimizer : public Minimizer {
     report.termination = Termination::kConverged;
   }
 
-  // Whether the Hessian at the end of a minimisation is to be looked at. Where directions of negative
-  // curvature were met, the step was a large one or the body may buckle, always; otherwise so seldom
-  // that it costs no more than a per cent.
+  // Whether to examine the Hessian at the end of a minimisation. It is always examined if a
+  // direction of negative curvature was met, if the step was a large one, or if the body may
+  // buckle. Otherwise it is examined so seldom that it costs no more than one per cent of the work.
   bool is_suspect(const StepProblem& problem, const Vector& x, const MinimizerReport& report) {
     constexpr int kOrdinary = 5;     // iterations
     constexpr double kShare = 0.01;  // of the work
@@ -122,16 +122,17 @@ class NewtonMinimizer : public Minimizer {
     const bool may_buckle = buckles(problem, x);
     if (met_curvature_ || !report.converged()) return true;
     if (linear_.is_definite()) return false;
-    // A body at rest: the first guess was good enough.
+    // The first guess was good enough, as for a body at rest.
     const bool nothing_known = report.iterations == 0 && !known_;
     known_ = report.iterations == 0;
     return nothing_known || may_buckle || report.iterations > kOrdinary || credit_ > price_;
   }
 
-  // Whether a compression by the stress σ = √(2EW/V) could make a strut as thin as an element bend
-  // faster than inertia lets it within s. A bending wave of wave number k in a strut of radius of
-  // gyration r has the frequency ω² = (E r² k⁴ − σ k²)/ρ ≥ −σ²/(4Eρr²), with l = √12 r: Φ may have a
-  // saddle where 6 W s² > m l². What is known of smaller energies W need not be looked at again.
+  // Whether a strut as thin as an element could buckle within s under the compressive stress
+  // σ = √(2EW/V). A bending wave of wave number k in a strut with the radius of gyration r has the
+  // frequency ω² = (E r² k⁴ − σ k²)/ρ ≥ −σ²/(4Eρr²). With l = √12 r it follows that Φ may have a
+  // saddle if 6 W s² > m l². If the Hessian was definite at a similar energy W, it need not be
+  // examined again.
   bool buckles(const StepProblem& problem, const Vector& x) {
     constexpr double kGrowth = 1.2;
     constexpr double kMemory = 0.97;
@@ -153,7 +154,7 @@ class NewtonMinimizer : public Minimizer {
     return found;
   }
 
-  // x ← a point lower down the direction of negative curvature that was found.
+  // Moves x to a lower point along the direction of negative curvature that was found.
   bool leave(const StepProblem& problem, Vector& x, MinimizerReport& report) {
     before_ = x;
     if (!follow(problem, linear_.negative_curvature(), phi_, gradient_, x)) return false;
@@ -188,7 +189,7 @@ class NewtonMinimizer : public Minimizer {
     const double residual_before = report.residual;
     for (double t = longest; t > 1e-6 * longest; t *= 0.5) {
       x = before_ + t * direction_;
-      // Where the fall of Φ drowns in its round-off, the residual decides, and a much shorter step
+      // If the decrease of Φ is below its round-off, the residual decides, and a much shorter step
       // would be no better.
       const double fall = -t * slope;
       const bool drowned = fall <= kRoundOff * std::abs(phi);
@@ -216,8 +217,8 @@ class NewtonMinimizer : public Minimizer {
   bool met_curvature_ = false;    // in this minimisation
   bool known_ = false;            // the last minimisation took no iteration either
   double inertia_ = 0.0;          // m l², l the size of an element
-  double definite_energy_ = 0.0;  // elastic, of a body whose Hessian was looked at
-  double credit_ = 0.0;  // for the next look at a Hessian, in iterations of conjugate gradients
+  double definite_energy_ = 0.0;  // elastic energy when the Hessian was examined last
+  double credit_ = 0.0;  // for examining the next Hessian, in iterations of conjugate gradients
   double price_ = 30.0;  // of the last one
   double phi_ = 0.0;
   Vector gradient_;  // 3 per vertex

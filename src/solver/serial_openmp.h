@@ -3,9 +3,9 @@
 
 namespace tetraction {
 
-/// While it lives, OpenMP regions entered from this thread run on one thread. CHOLMOD asks for four
-/// whatever the machine has; on fewer cores they wait for each other most of the time (half as long
-/// again for a step of 6,000 tetrahedra on two cores).
+/// While an object of this class lives, OpenMP regions that this thread enters run on one thread.
+/// CHOLMOD asks for four threads on every machine. On fewer cores these wait for each other most of
+/// the time: a step of 6,000 tetrahedra on two cores takes half as long again.
 class SerialOpenMp {
  public:
   SerialOpenMp();

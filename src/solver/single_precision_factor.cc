@@ -17,13 +17,13 @@
 namespace tetraction {
 namespace {
 
-// The next place in an array of floats that begins a cache line if the array does.
+// The next index in an array of floats at which a cache line begins if the array begins with one.
 std::size_t aligned(std::size_t place) {
   constexpr std::size_t kLine = 16;
   return (place + kLine - 1) / kLine * kLine;
 }
 
-// Uninitialised numbers, on large pages where the system has them: with small ones streaming through
+// Allocates uninitialised numbers, on large pages if the system has them. On small pages reading
 // some hundred megabytes takes half as long again.
 float* allocate_for_stream(std::size_t count) {
   constexpr std::size_t kPage = std::size_t{1} << 21;
@@ -38,7 +38,7 @@ float* allocate_for_stream(std::size_t count) {
 
 }  // namespace
 
-// CHOLMOD's factor as a list of supernodes, those of a simplicial one found here.
+// CHOLMOD's factor as a list of supernodes. The supernodes of a simplicial factor are found here.
 class SinglePrecisionFactor::Source {
  public:
   explicit Source(const cholmod_factor& factor)
@@ -60,8 +60,8 @@ class SinglePrecisionFactor::Source {
       begin_ = static_cast<const int*>(factor.p);
       rows_ = static_cast<const int*>(factor.i);
       count_ = static_cast<const int*>(factor.nz);
-      // The rows of a column are among those of its parent in the elimination tree, which is the
-      // first of them: if they are as many, they are the same.
+      // The rows of a column, without the first, are among those of its parent in the elimination
+      // tree, which is the column of that first row. If their numbers agree, the rows are the same.
       for (std::int32_t j = 0; j < size_; ++j) {
         const bool joined =
             j > 0 && count_[j - 1] == count_[j] + 1 && rows_[begin_[j - 1] + 1] == j;
@@ -120,11 +120,11 @@ class SinglePrecisionFactor::Source {
     return largest;
   }
 
-  // The part of every supernode: whole subtrees, small ones together, or the top, which comes last.
-  // Returns the number of parts.
+  // Finds the part of every supernode. A part is one or more whole subtrees, or the top, which
+  // comes last. Returns the number of parts.
   std::int32_t deal(std::vector<std::int32_t>& part) const;
 
-  // What the kernels want of a supernode; `scale` of the columns of L.
+  // Copies a supernode in the layout of the kernels.
   void copy(std::size_t s, const double* scale, float* to) const;
 
  private:
@@ -152,7 +152,7 @@ class SinglePrecisionFactor::Source {
 };
 
 std::int32_t SinglePrecisionFactor::Source::deal(std::vector<std::int32_t>& part) const {
-  // Enough parts to keep some threads evenly busy; smaller ones would leave more to the top.
+  // There are enough parts to keep several threads busy. Smaller parts would leave more to the top.
   constexpr std::ptrdiff_t kParts = 16;
   constexpr std::ptrdiff_t kLeast = 20000;  // numbers that are worth a task
   constexpr std::int32_t kTop = -1;

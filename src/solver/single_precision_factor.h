@@ -1,10 +1,11 @@
-// A copy of CHOLMOD's factor in single precision, for conjugate gradients to precondition with.
+// A copy of CHOLMOD's factor in single precision, as a preconditioner of conjugate gradients.
 //
-// A solve reads the factor twice and does next to nothing with each number: its time is that of
-// memory. The copy has less than half the bytes, no zeros of the upper triangle, and lies in memory
-// in the order of the solve. The supernodes are dealt out to independent subtrees of the elimination
-// tree and a top that takes what these leave; the subtrees are solved at once on several threads.
-// How they are dealt out depends on the factor alone: so does the result, to the bit.
+// A solve reads the factor twice and computes little with each number, so that its time is the time
+// of reading memory. The copy has less than half the bytes and no zeros of the upper triangle, and
+// its numbers are in the order of the solve. The supernodes are distributed to independent subtrees
+// of the elimination tree and to a top, which takes the rest. The subtrees are solved at the same
+// time on several threads. The distribution depends on the factor alone, and so does the result,
+// bitwise.
 #pragma once
 
 #include <cstddef>
@@ -23,19 +24,21 @@ namespace tetraction {
 
 /// S⁻¹ P A Pᵀ S⁻¹ = L̃ L̃ᵀ in single precision, P the permutation of the factor L Lᵀ = P A Pᵀ.
 ///
-/// S = diag(sᵢ), sᵢ the power of two above the largest number of row i of L, makes no number of
-/// L̃ = S⁻¹ L larger than one: A may be as badly scaled as double precision allows. The right-hand
-/// side is brought to the size of one, too. What remains is the condition of the scaled matrix:
-/// beyond 1e7 the solution has no digits. Numbers of L must lie between 1e-300 and 1e300.
+/// S = diag(sᵢ), where sᵢ is the power of two above the largest number of row i of L. Therefore no
+/// number of L̃ = S⁻¹ L is larger than one, and A may be as badly scaled as double precision
+/// allows. The right-hand side is scaled to the size of one, too. If the condition number of the
+/// scaled matrix is beyond 1e7, the solution has no correct digits. Numbers of L must lie between
+/// 1e-300 and 1e300.
 class SinglePrecisionFactor {
  public:
-  /// Copies a real L Lᵀ, supernodal or simplicial, with indices of type int and sorted columns. Throws
-  /// Error if it is of another kind or the matrix was not positive definite. Memory of an earlier copy
-  /// of the same size is used again: on new pages a copy takes longer.
+  /// Copies a real factor L Lᵀ, supernodal or simplicial, with indices of type int and sorted
+  /// columns. Throws Error if the factor is of another kind or the matrix was not positive
+  /// definite. Memory of an earlier copy of the same size is used again, because a copy to new
+  /// memory pages takes longer.
   void assign(const cholmod_factor_struct& factor);
 
-  /// solution ← Pᵀ S⁻¹ L̃⁻ᵀ L̃⁻¹ S⁻¹ P right in the unknowns of A, after `assign`. `solution` may be
-  /// `right`. Not for several threads at once.
+  /// solution ← Pᵀ S⁻¹ L̃⁻ᵀ L̃⁻¹ S⁻¹ P right in the unknowns of A, after assign(). `solution` may
+  /// be `right`. Several threads must not call it at the same time.
   void solve(const Eigen::Ref<const Vector>& right, Eigen::Ref<Vector> solution);
   void solve(const Eigen::Ref<const Eigen::VectorXf>& right, Eigen::Ref<Eigen::VectorXf> solution);
 
@@ -48,7 +51,8 @@ class SinglePrecisionFactor {
  private:
   class Source;
 
-  // A part's vector has its own columns and then the rows of the top that these reach.
+  // A subtree or the top. Its vector has the part's own columns, and then the rows of the top in
+  // which these columns have numbers.
   struct Part {
     std::size_t first_supernode = 0;
     std::size_t supernode_count = 0;

@@ -30,13 +30,13 @@ struct SparseCholesky::Impl {
 };
 
 SparseCholesky::SparseCholesky(const SparsityPattern& pattern) : impl_(std::make_unique<Impl>()) {
-  // L Lᵀ: L D Lᵀ would take an indefinite matrix without a word.
+  // L Lᵀ is needed because L D Lᵀ would accept an indefinite matrix without an error.
   impl_->common.final_ll = 1;
   impl_->common.print = 0;  // not positive definite is a result here, not a message
   cholmod_sparse& a = impl_->matrix;
   a.nrow = a.ncol = static_cast<std::size_t>(pattern.size());
   a.nzmax = static_cast<std::size_t>(pattern.nonzeros());
-  // CHOLMOD does not write to what it is given to factorise.
+  // CHOLMOD does not change the matrix that it factorises.
   a.p = const_cast<int*>(pattern.column_begin().data());
   a.i = const_cast<int*>(pattern.rows().data());
   a.stype = -1;
@@ -52,8 +52,8 @@ SparseCholesky::~SparseCholesky() = default;
 void SparseCholesky::analyze() {
   Impl& s = *impl_;
   if (s.factor != nullptr) return;
-  // Nested dissection takes longer to find than minimum degree, and pays for itself in the first
-  // few factorisations of a solid of more than some thousand vertices.
+  // Nested dissection takes longer than a minimum degree ordering. For solids of more than some
+  // thousand vertices it saves this time within the first few factorisations.
   constexpr std::size_t kDissect = 9000;
   s.common.nmethods = 1;
   s.common.method[0].ordering = s.matrix.nrow > kDissect ? CHOLMOD_METIS : CHOLMOD_AMD;

@@ -9,13 +9,13 @@
 
 namespace tetraction {
 
-/// What CHOLMOD's symbolic analysis foretells.
+/// The cost that CHOLMOD's symbolic analysis predicts.
 struct CholeskyCost {
   double flops = 0.0;     ///< of a factorisation
   double nonzeros = 0.0;  ///< of the factor
 };
 
-/// Analyses the pattern once, then factorises and solves as often as asked.
+/// Analyses the pattern once. After that it can factorise and solve any number of times.
 class SparseCholesky {
  public:
   /// Keeps a reference to `pattern`, which must live longer.
@@ -24,7 +24,7 @@ class SparseCholesky {
   SparseCholesky(const SparseCholesky&) = delete;
   SparseCholesky& operator=(const SparseCholesky&) = delete;
 
-  /// Of a factorisation; analyses the pattern if that was not done yet.
+  /// The cost of a factorisation. Analyses the pattern if that was not done yet.
   const CholeskyCost& cost();
   /// `values` in the pattern's order. Returns false if the matrix is not positive definite.
   bool factorize(const std::vector<double>& values);
@@ -33,7 +33,8 @@ class SparseCholesky {
 
   /// Copies the factor made last. Throws Error if there is none.
   void copy_to(SinglePrecisionFactor& copy) const;
-  /// Frees the numbers of the factor, which the next `factorize` brings back; keeps the analysis.
+  /// Frees the numbers of the factor but keeps the analysis. The next factorize() makes new
+  /// numbers.
   void release_factor();
 
  private:

@@ -1,4 +1,4 @@
-// What a minimiser says at its end.
+// The message of a minimiser at its end.
 #pragma once
 
 #include <string>

@@ -19,8 +19,9 @@ using D = hn::CappedTag<float, kTileRows>;
 using V = hn::Vec<D>;
 constexpr std::ptrdiff_t kLanes = hn::MaxLanes(D());
 
-// Memory is fast only where it is read upwards for long, and going backwards does so within a panel
-// alone. Where panels are short, a group of them is first read upwards into the second-level cache.
+// Memory is fast only if long ranges are read upwards. The backward solve reads upwards within a
+// panel only. If panels are short, a group of them is first read upwards into the second-level
+// cache.
 constexpr std::ptrdiff_t kLongPanel = 32 * 1024;  // numbers
 constexpr std::ptrdiff_t kGroup = 64 * 1024;
 

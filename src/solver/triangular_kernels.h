@@ -6,7 +6,7 @@
 
 namespace tetraction {
 
-// Of the layout that FactorPart describes: the same for all instruction sets.
+// Sizes of the layout that FactorPart describes. They are the same for all instruction sets.
 constexpr std::ptrdiff_t kPanelColumns = 64;
 constexpr std::ptrdiff_t kBlockColumns = 8;
 constexpr std::ptrdiff_t kTileRows = 16;
@@ -20,13 +20,13 @@ struct Supernode {
 /// Supernodes whose columns follow each other in a vector x.
 ///
 /// A supernode of n columns and m rows below them is a trapezoid of n + m rows. Its columns come in
-/// panels of kPanelColumns, those of a panel in blocks of kBlockColumns; the last may be narrower. Of
-/// each panel `values` has
-///   - block by block: the inverse of the block's triangle, column by column from the diagonal down,
+/// panels of kPanelColumns, those of a panel in blocks of kBlockColumns; the last may be narrower.
+/// Of each panel `values` has
+///   - block by block: the inverse of the block's triangle, by columns from the diagonal down,
 ///     then the block's rows below that within the panel;
 ///   - block by block: the block's rows below the panel.
-/// Rows of a block lie in tiles of kTileRows, the last one lower if it must, and in a tile column by
-/// column. Behind the last tile kTileRows numbers must be readable and finite.
+/// Rows of a block lie in tiles of kTileRows, the last one lower if it must, and in a tile column
+/// by column. Behind the last tile kTileRows numbers must be readable and finite.
 struct FactorPart {
   const Supernode* supernodes;
   std::ptrdiff_t supernode_count;
@@ -47,11 +47,11 @@ constexpr std::ptrdiff_t trapezoid_work(const Supernode& s) {
   return std::ptrdiff_t{s.columns} + s.rows + kTileRows;
 }
 
-/// x ← L⁻¹ x in the part's columns; what they contribute to other rows is taken from x there. `work`
-/// as trapezoid_work says for the largest supernode.
+/// x ← L⁻¹ x in the part's columns. The contributions of these columns to other rows are subtracted
+/// from x there. `work` must have the size trapezoid_work() of the largest supernode.
 void substitute_forward(const FactorPart& part, float* x, float* work);
 
-/// x ← L⁻ᵀ x in the part's columns, given x in the other rows.
+/// x ← L⁻ᵀ x in the part's columns. x in the other rows must already be the solution.
 void substitute_backward(const FactorPart& part, float* x, float* work);
 
 }  // namespace tetraction

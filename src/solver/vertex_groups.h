@@ -1,4 +1,4 @@
-// The vertices of a body in groups of neighbours.
+// Divides the vertices of a body into groups of neighbours.
 #pragma once
 
 #include <vector>
@@ -7,13 +7,15 @@
 
 namespace tetraction {
 
-/// Compact groups of about equal size, by recursive coordinate bisection of the rest positions: the
-/// aggregates of the two-level preconditioner (coarse_space.h). Vertices of a group stand together
-/// in the order in which conjugate gradients go over them: a vertex' *place*.
+/// Compact groups of about equal size, made by recursive coordinate bisection of the rest
+/// positions. They are the aggregates of the two-level preconditioner (coarse_space.h). Conjugate
+/// gradients process the vertices in an order in which those of a group follow one another. The
+/// position of a vertex in this order is its *place*.
 class VertexGroups {
  public:
-  /// With n vertices about 0.08 n^¾ groups: so that a factor of the coarse matrix, which has six
-  /// unknowns a group, costs a small and constant part of what a product with the stiffness does.
+  /// Makes about 0.08 n^¾ groups of n vertices. A solve with the factor of the coarse matrix, which
+  /// has six unknowns per group, then costs a small and constant part of a product with the
+  /// stiffness.
   explicit VertexGroups(const RestState& rest);
 
   Index count() const { return static_cast<Index>(begin_.size()) - 1; }

@@ -1,4 +1,4 @@
-// The BLAS that CHOLMOD calls: which one it is, and whether it is a slow one.
+// Information about the BLAS that CHOLMOD calls: which one it is, and whether it is slow.
 #pragma once
 
 #include <string>
@@ -12,9 +12,10 @@ struct BlasInfo {
 };
 BlasInfo blas_info();
 
-/// While it lives, OpenBLAS runs on one thread. The fronts of a factor are mostly small, so that more
-/// threads cost time up to some ten thousand tetrahedra and save a fifth at 150,000; and one thread
-/// gives the same bits whatever the machine. No effect on another BLAS.
+/// While an object of this class lives, OpenBLAS runs on one thread. The dense fronts of a sparse
+/// factorisation are mostly small: more threads cost time up to some ten thousand tetrahedra and
+/// save a fifth at 150,000. One thread also gives bitwise the same results on every machine. The
+/// class has no effect on another BLAS.
 class SerialBlas {
  public:
   SerialBlas();
@@ -26,19 +27,19 @@ class SerialBlas {
   int threads_ = 0;  // as before; 0: not OpenBLAS
 };
 
-/// What a processor offers that the kernels of a BLAS may use.
+/// The instruction sets of a processor that the kernels of a BLAS may use.
 struct ProcessorFeatures {
   bool avx2 = false;
   bool avx512 = false;
 };
-/// Of this processor; none where it is not an x86.
+/// The features of this processor; none of them if it is not an x86.
 ProcessorFeatures processor_features();
 
-/// One line for the user if the BLAS costs speed, with what to do; else empty. `asked_core` is the
-/// value of OPENBLAS_CORETYPE, empty without one.
+/// One line for the user if this BLAS makes the program slow, with the remedy; otherwise empty.
+/// `asked_core` is the value of OPENBLAS_CORETYPE, empty if it is not set.
 std::string blas_warning(const BlasInfo& blas, const ProcessorFeatures& processor,
                          const std::string& asked_core);
-/// The same of this process.
+/// The warning for the BLAS and the processor of this process.
 std::string blas_warning();
 
 }  // namespace tetraction

@@ -1,4 +1,4 @@
-// The numbers that a parameter may take, and how that is said.
+// The numbers that a parameter may take, and the words that messages use for them.
 #pragma once
 
 #include <limits>
@@ -6,22 +6,25 @@
 
 namespace tetraction {
 
-/// An interval of real numbers. NaN is in none, and infinity only where `infinity` says so.
+/// An interval of real numbers. It never contains NaN, and it contains infinity only if `infinity`
+/// is true.
 struct NumberRange {
   double least = -std::numeric_limits<double>::infinity();
   double most = std::numeric_limits<double>::infinity();
   bool least_itself = true;  ///< whether `least` belongs to it
   bool most_itself = true;   ///< whether `most` belongs to it
   bool infinity = false;     ///< whether an infinite number may pass
-  /// Whether numbers other than 0 must have a size between 1e-30 and 1e30: for moduli and the like,
-  /// from whose products and single-precision copies infinity would come.
+  /// Whether numbers other than 0 must have a magnitude between 1e-30 and 1e30. Moduli and similar
+  /// numbers need this, because their products and single-precision copies would overflow
+  /// otherwise.
   bool is_moderate = false;
   const char* advice = "";  ///< what a refusal says after the range, with its punctuation
 
   bool contains(double value) const;
   /// "above 0", "0 or more", "between 0 and 1, both excluded", "from 0 to 0.49", "any number".
   std::string text() const;
-  /// What is wrong with a number, to be put after it: "; it must be above 0." Empty if it is allowed.
+  /// What is wrong with a number, to be appended to it: "; it must be above 0." Empty if it is
+  /// allowed.
   std::string refusal(double value) const;
 };
 

@@ -13,13 +13,15 @@ void set_thread_count(int threads);
 /// Number of threads the loops use.
 int thread_count();
 
-/// Calls body(begin, end) on disjoint ranges that cover [0, count), at once on several threads.
-/// `grain` is the least number of items worth a task. The body must only write to its own items.
-/// Exceptions of the body are rethrown in the calling thread.
+/// Calls body(begin, end) on disjoint ranges that cover [0, count), on several threads at the same
+/// time. `grain` is the smallest number of items for which a task of its own is worthwhile. The
+/// body must only write to its own items. Exceptions of the body are rethrown in the calling
+/// thread.
 void parallel_for(Index count, Index grain, const std::function<void(Index, Index)>& body);
 
-/// Sum over [0, count) of what `partial(begin, end)` returns for fixed ranges, added in their
-/// order: bitwise the same for any number of threads.
+/// Sum of what `partial(begin, end)` returns for the ranges that [0, count) is cut into. The ranges
+/// are fixed and added in their order, so that the sum is bitwise the same for any number of
+/// threads.
 double parallel_sum(Index count, const std::function<double(Index, Index)>& partial);
 
 }  // namespace tetraction

@@ -1,11 +1,11 @@
-// What this process has used.
+// The memory that this process has used.
 #pragma once
 
 #include <cstdint>
 
 namespace tetraction {
 
-/// The most memory that the process has held in RAM so far, bytes; 0 if it cannot be told.
+/// The largest amount of RAM that the process has used so far, bytes; 0 if it is not known.
 std::int64_t peak_memory_bytes();
 
 }  // namespace tetraction

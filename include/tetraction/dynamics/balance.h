@@ -1,4 +1,4 @@
-// The balance of energy and momentum of a run: every joule and every newton-second is accounted for.
+// The balance of energy and momentum of a run. It accounts for every joule and every newton-second.
 #pragma once
 
 #include "tetraction/dynamics/mechanical_system.h"
@@ -6,23 +6,23 @@
 
 namespace tetraction {
 
-/// Balance of one trajectory, kept from its first state on; all sums run from there.
+/// Balance of one trajectory. All sums begin with its first state.
 ///
 ///     energy_error = ΔT + ΔW − external work + dissipated energy − constraint work − edit work
 ///
-/// is what the integrator itself added (without loads: its energy error). The energy of penalty
-/// springs counts as constraint work. The momentum drifts are
-/// what is left of Δp and Δ(q × p) after the impulses of all outer forces and reactions.
+/// is the energy that the integrator itself added. The energy of penalty springs counts as
+/// constraint work. The momentum drifts are Δp and Δ(q × p) less the impulses of all outer forces
+/// and reactions.
 class Balance {
  public:
   /// Opens the balance at `state`.
   Balance(const MechanicalSystem& system, const State& state);
 
-  /// Enters a step that went well; `state` is the state after it.
+  /// Enters a successful step. `state` is the state after it.
   void enter(const State& state, const StepOutcome& outcome);
 
-  /// Enters an edit of the state or the system between two steps: the jumps of energy and momenta
-  /// are its work and its impulses. Returns the jump of the energy, J.
+  /// Enters an edit of the state or the system between two steps. The jumps of energy and momenta
+  /// count as its work and its impulses. Returns the jump of the energy, J.
   double enter_edit(const State& state);
 
   const Energies& energies() const { return energies_; }
@@ -33,26 +33,29 @@ class Balance {
   double edit_work() const { return edit_work_; }
   double energy_error() const;
 
-  /// Energy that has entered the body: what it began with (kinetic and elastic) and the largest
-  /// magnitudes of what environment, user forces and moving constraints gave it, and all edits, J.
-  /// Energy drifts are relative to it.
+  /// The energy that has entered the body, J. It is the sum of the kinetic and elastic energy at
+  /// the beginning, the largest magnitudes so far of what environment, user forces and moving
+  /// constraints gave the body, and the magnitudes of all edits. Energy drifts are relative to it.
   double energy_scale() const;
-  /// Largest |energy_error| so far over energy_scale(), or over what round-off is worth where that is
-  /// more.
+  /// Largest |energy_error| so far, divided by energy_scale() or by the energy of round-off,
+  /// whichever is larger.
   double max_relative_energy_drift() const;
-  /// Largest |Δp − impulses| so far, over the largest Σ|p_i|; 0 for a body that never moved.
+  /// Largest |Δp − impulses| so far, divided by the largest Σ|p_i| or sum of impulses so far; 0 for
+  /// a body that never moved.
   double linear_momentum_drift() const;
-  /// The same of angular momentum about the origin, over the largest Σ|q_i × p_i|.
+  /// Largest |Δ(q × p) − angular impulses| about the origin so far, divided by the largest Σ|q_i ×
+  /// p_i|.
   double angular_momentum_drift() const;
-  /// The part of angular_momentum_drift() that the solver's remaining residuals allow:
-  /// Σ over steps of their angular impulse (StepOutcome), over the same scale.
+  /// The part of angular_momentum_drift() that the solver's remaining residuals explain: the sum
+  /// over all steps of their angular impulse (StepOutcome), divided by the same scale.
   double allowed_angular_momentum_drift() const;
 
-  /// Implicit steps that are as good as double precision allows but not as good as the tolerance asks
-  /// for.
+  /// The number of implicit steps that are as exact as double precision allows, but less exact than
+  /// the tolerance demands.
   Index steps_limited_by_round_off() const { return limited_steps_; }
-  /// The largest residual that such a step was left with, over the largest residual that the tolerance
-  /// allowed in any step; 0 without such steps. Above 1 the tolerance has not been reached.
+  /// The largest remaining residual of such a step, divided by the largest residual that the
+  /// tolerance allowed in any step; 0 without such steps. Above 1 the tolerance has not been
+  /// reached.
   double residual_over_tolerance() const {
     return largest_allowed_residual_ > 0.0 ? largest_limited_residual_ / largest_allowed_residual_
                                            : 0.0;

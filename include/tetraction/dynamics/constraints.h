@@ -1,15 +1,15 @@
-// Everything that holds or guides the body: fixed and moving vertices, planes and lines, distances,
-// rigid handles.
+// All constraints of the body: prescribed vertices, planes and lines, distances, rigid handles.
 //
-// Linear constraints are eliminated (fem/free_coordinates.h). What is left, distances and the
-// rigidity of free handles, are equations g(w) = 0 in a few configuration vectors w = Bᵀq and need
-// multipliers (dynamics/multipliers.h):
+// Linear constraints are eliminated (fem/free_coordinates.h). Distances and the rigidity of free
+// handles are not linear. They are equations g(w) = 0 in a few configuration vectors w = Bᵀq, which
+// are satisfied by means of multipliers (dynamics/multipliers.h):
 //
 //     distance of a and b:  w = q_a − q_b,                    g = ½(|w|²/L² − 1)
 //     free rigid handle:    w_j = Σ_a (m_a/m) ξ_ja q_a,       g_ij = ½(w_i·w_j/(ρ_iρ_j) − δ_ij)
 //
-// A free handle is an affine set (fem/free_coordinates.h) along the principal axes of its masses,
-// with radii of gyration ρ_j, whose vectors w_j stay orthogonal and as long as they were.
+// A free handle is an affine set (fem/free_coordinates.h) along the principal axes of its masses.
+// ρ_j are its radii of gyration. The equations keep its vectors w_j orthogonal and of constant
+// length.
 #pragma once
 
 #include <array>
@@ -26,7 +26,8 @@
 
 namespace tetraction {
 
-/// Vertices confined to planes (two directions) or lines (one) through a point each.
+/// Vertices that may only move in a plane (two directions) or along a line (one direction). Each
+/// vertex has a plane or line through a point of its own.
 struct GuidedVertices {
   std::vector<Index> vertices;
   Matrix directions;  ///< 3 × 1 or 3 × 2, orthonormal
@@ -34,7 +35,7 @@ struct GuidedVertices {
   std::string name;
 };
 
-/// |q_a − q_b| = length.
+/// The constraint |q_a − q_b| = length.
 struct FixedDistance {
   Index a = 0;
   Index b = 0;
@@ -42,7 +43,7 @@ struct FixedDistance {
   std::string name;
 };
 
-/// Vertices that move as one rigid body, freely.
+/// Vertices that move together as one free rigid body.
 struct RigidHandle {
   std::vector<Index> vertices;
   Matrix shape;  ///< 3 × vertices: positions that give the shape, m
@@ -51,7 +52,7 @@ struct RigidHandle {
 
 /// All constraints, as data.
 struct ConstraintList {
-  std::vector<PrescribedVertices> held;  ///< also driven handles: with a motion that rotates
+  std::vector<PrescribedVertices> held;  ///< prescribed vertices; driven handles are among them
   std::vector<GuidedVertices> guided;
   std::vector<FixedDistance> distances;
   std::vector<RigidHandle> handles;
@@ -60,12 +61,12 @@ struct ConstraintList {
 /// A consistent set of constraints of one body.
 class Constraints {
  public:
-  /// None.
+  /// No constraints.
   explicit Constraints(Index vertex_count);
-  /// `mass`: one per vertex, kg. All vertices may be held: then nothing is left to solve for. Throws
-  /// InputError, naming the constraints, for: a component of a vertex that is prescribed twice
-  /// differently, guides that do not meet, a handle's vertex that is constrained otherwise, a
-  /// distance of zero.
+  /// `mass`: one per vertex, kg. All vertices may be prescribed; then nothing is left to solve for.
+  /// Throws InputError, which names the constraints, for: a component of a vertex that is
+  /// prescribed twice in different ways, guiding planes and lines that do not meet, a vertex of a
+  /// handle that has another constraint, a distance of zero.
   Constraints(ConstraintList list, const TetMesh& mesh, const Vector& mass);
 
   const ConstraintList& list() const { return list_; }
@@ -74,16 +75,17 @@ class Constraints {
   bool empty() const { return prescribed_.empty() && equations_.empty() && springs_.empty(); }
   /// Whether some prescribed vertex moves.
   bool moving() const { return moving_; }
-  /// Whether some direction of the vertex's motion is taken away or tied to other vertices'.
+  /// Whether a constraint restricts the motion of the vertex or couples it with other vertices.
   bool is_constrained(Index vertex) const;
-  /// All vertices of which that is so, ascending.
+  /// All vertices for which is_constrained() is true, ascending.
   std::vector<Index> constrained_vertices() const;
 
-  /// Puts the prescribed components of q where they are at `time`: exactly the targets; guided
-  /// vertices onto their planes and lines, handles back onto their affine form.
+  /// Sets the prescribed components of q exactly to their targets at `time`. Puts guided vertices
+  /// onto their planes and lines, and the vertices of handles back onto their affine form.
   void prescribe(double time, Vector& q) const;
-  /// Calls visit(vertex, displacement) for every prescribed vertex with the way of its prescribed
-  /// components from `from` to where they are at `time`; not at all unless some of them move.
+  /// Calls visit(vertex, displacement) for every prescribed vertex. The displacement leads its
+  /// prescribed components from `from` to their targets at `time`. Without moving targets it does
+  /// nothing.
   void for_each_prescribed_way(const Vector& from, double time,
                                const std::function<void(Index, const Vector3&)>& visit) const;
   /// Sets the prescribed components of momenta to M times their rates at `time`.
@@ -95,13 +97,14 @@ class Constraints {
   Index equation_count() const { return equation_count_; }
   /// w = Bᵀq.
   Vector configuration(const Vector& q) const;
-  /// Σ B u: the vertex forces (or impulses) of generalised forces u on w.
+  /// B u: the forces (or impulses) on vertices that generalised forces (or impulses) u on w amount
+  /// to.
   Vector vertex_forces(const Vector& u) const;
   /// TᵀB, one column per entry of w.
   const Matrix& selector() const { return selector_; }
   /// The diagonal of TᵀMT, kg.
   const Vector& reduced_mass() const { return reduced_mass_; }
-  /// S = BᵀT (TᵀMT)⁻¹ TᵀB, 1/kg: what unit impulses do to the rates of w.
+  /// S = BᵀT (TᵀMT)⁻¹ TᵀB, 1/kg: the change of the rates of w under unit impulses.
   const Matrix& inverse_mass() const { return inverse_mass_; }
   /// g(w).
   Vector values(const Vector& w) const;
@@ -109,33 +112,35 @@ class Constraints {
   Matrix gradients(const Vector& w) const;
   /// Σ λ_i ∂²g_i/∂w², which does not depend on w.
   Matrix curvature(const Vector& multipliers) const;
-  /// The configuration nearest to w with g = 0, each constraint for itself.
+  /// The configuration with g = 0 that is nearest to w, found for each constraint separately.
   Vector retract(Vector w) const;
   /// The length of every entry of w, m: L of a distance, ρ_j of a handle.
   Vector configuration_lengths() const;
-  /// Units that make the numbers of large and small, heavy and light constraints comparable, for
-  /// `response` S, what unit forces move w by. In them S and ∂g/∂w are of the order of one.
+  /// Units in which the numbers of large and small, heavy and light constraints are comparable.
+  /// They depend on the response S, the displacement of w under unit forces. In these units S and
+  /// ∂g/∂w are of the order of one.
   struct Units {
     Vector displacement;  ///< of the entries of w: √S_ii; the length where nothing moves it
     Vector multiplier;    ///< of the λ: the inverse of the larger √S_ii/s_i of the equation
   };
   Units units(const Matrix& response) const;
-  /// What pulls the ends of list().distances[i] together under generalised forces u at w, N.
+  /// The force that pulls the ends of list().distances[i] together, N, for generalised forces u at
+  /// w.
   double tension(std::size_t i, const Vector& u, const Vector& w) const;
   /// The name of the constraint that an equation belongs to.
   const std::string& name_of_equation(Index equation) const;
 
-  /// The springs of those that are held by a penalty.
+  /// The springs of the vertices that are prescribed by a penalty.
   const PenaltySprings& springs() const { return springs_; }
 
-  /// Largest distance of a prescribed component from its target, a guided vertex from its plane or
-  /// line, a length from what it should be, m. Penalty springs do not count.
+  /// The largest deviation, m: of a prescribed component from its target, of a guided vertex from
+  /// its plane or line, or of a length from its given value. Penalty springs do not count.
   double error(const Vector& q, double time) const;
-  /// Largest |g(w)|, relative to lengths.
+  /// The largest |g(w)|; g is relative to the lengths of the constraints.
   double relative_error(const Vector& q) const;
 
  private:
-  // One vertex with the directions that are left to it.
+  // A vertex with prescribed components or guides, and the directions in which it may still move.
   struct Prescribed {
     Index vertex = 0;
     VertexFreedom freedom;
@@ -156,8 +161,8 @@ class Constraints {
     Index count() const { return rank == 0 ? 1 : rank * (rank + 1) / 2; }
   };
 
-  // Calls visit(number of the equation, first entry of w_i, of w_j, s_ij) for every equation; those of
-  // distances have i = j.
+  // Calls visit(number of the equation, first entry of w_i, first entry of w_j, s_ij) for every
+  // equation. Distances have i = j.
   template <class Visit>
   void for_each_equation(const Visit& visit) const;
   void add_held(std::map<Index, Prescribed>& vertices, const TetMesh& mesh);

@@ -3,7 +3,8 @@
 
 namespace tetraction {
 
-/// Dissipative forces, each the derivative of a dissipation potential; all 0 or more.
+/// The coefficients of the dissipative forces, all 0 or more. Each force is the derivative of a
+/// dissipation potential.
 struct Damping {
   double drag = 0.0;          ///< k_D: force −k_D v on every vertex, kg/s
   double mass_damping = 0.0;  ///< a: force −a M v, 1/s

@@ -1,4 +1,5 @@
-// Analytic forces and stiffness against finite differences, on a user's own mesh and state.
+// Comparison of analytic forces and stiffness with finite differences on a user's own mesh and
+// state.
 #pragma once
 
 #include "tetraction/fem/elastic_potential.h"
@@ -13,13 +14,13 @@ struct DerivativeErrors {
       0.0;  ///< |∇W|₂ over all element forces, N: shows that there was something to compare
 };
 
-/// Compares element by element at q, with central differences of 1e-5 of the element's shortest
-/// edge. W must be defined at q.
+/// Compares element by element at q. The steps of the central differences are 1e-5 of the element's
+/// shortest edge. W must be defined at q.
 DerivativeErrors check_derivatives(const ElasticPotential& potential, const Vector& q);
 
-/// q with a smooth bending and twisting displacement of about `strain` strain and small random
-/// moves of single vertices (fixed seed) added, halved until W is defined there: a state in which
-/// every element is strained.
+/// Returns positions in which every element is strained. A smooth bending and twisting displacement
+/// with strains of about `strain` and small random moves of single vertices (with a fixed seed) are
+/// added to q. The displacement is halved until W is defined.
 Vector strained_state(const ElasticPotential& potential, const Vector& q, double strain = 0.1);
 
 }  // namespace tetraction

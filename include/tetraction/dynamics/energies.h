@@ -7,8 +7,9 @@
 
 namespace tetraction {
 
-/// Energies of a state, J: kinetic T = ½ pᵀM⁻¹p, elastic Σ V Ψ, that of the environment, and that of every
-/// other force term whose energy is stored (EnergyAccount::kStored), in the order of the terms.
+/// Energies of a state, J: kinetic T = ½ pᵀM⁻¹p, elastic Σ V Ψ, that of the environment, and that
+/// of every other force term whose energy is stored (EnergyAccount::kStored), in the order of the
+/// terms.
 class Energies {
  public:
   struct Entry {
@@ -26,14 +27,14 @@ class Energies {
   double total() const;
 
   const std::vector<Entry>& entries() const { return entries_; }
-  /// The entries behind the three that every body has.
+  /// The number of entries after the first three, which every body has.
   std::size_t extra_count() const { return entries_.size() - kFixed; }
   const Entry& extra(std::size_t i) const { return entries_[kFixed + i]; }
 
   void set_kinetic(double value) { entries_[kKinetic].value = value; }
   void set_elastic(double value) { entries_[kElastic].value = value; }
   void set_environment(double value) { entries_[kEnvironment].value = value; }
-  /// Sets entry i behind the first three, and its name.
+  /// Sets the name and the value of entry i after the first three.
   void set_extra(std::size_t i, const std::string& name, double value);
 
  private:

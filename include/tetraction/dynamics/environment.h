@@ -8,29 +8,30 @@
 
 namespace tetraction {
 
-/// None, a uniform acceleration, attraction to the origin, or a field of the user's own; a potential
-/// U per vertex in each case.
+/// The environment is empty, a uniform acceleration, an attraction to the origin, or a field of the
+/// user's own. Each has a potential U per vertex:
 ///
 /// - uniform: U = −m a·q, so that gravity −g e_y has the energy m g y;
 /// - attraction: U = −k/√(|q|² + ε²), force −k q/(|q|² + ε²)^{3/2}, the same k for every vertex.
-///   Exactly at the origin the force is zero, and without softening (ε = 0) U, which has no value
-///   there, counts as zero. Its second derivative is indefinite;
-/// - custom: what the ForceField says.
+///   Exactly at the origin the force is zero. Without softening (ε = 0) U has no value there and is
+///   taken as zero. The second derivative of U is indefinite;
+/// - custom: U of the ForceField.
 class Environment : public VertexPotential {
  public:
-  /// None.
+  /// No environment.
   Environment() = default;
   /// Throws InputError if the acceleration (m/s²) is not finite.
   static Environment uniform(const Vector3& acceleration);
-  /// k in N m², ε in m. Throws InputError unless both are finite and ε ≥ 0.
+  /// k = `strength` in N m², ε = `softening` in m. Throws InputError unless both are finite and ε ≥
+  /// 0.
   static Environment attraction(double strength, double softening = 0.0);
   /// Copies share the field. Throws InputError for a null pointer.
   static Environment custom(std::shared_ptr<const ForceField> field);
 
-  /// Whether the force does not depend on the position; of a custom field it is taken to depend.
+  /// Whether the force does not depend on the position. False for every custom field.
   bool is_uniform() const { return strength_ == 0.0 && !field_; }
 
-  /// Of a uniform environment, m/s².
+  /// The acceleration of a uniform environment, m/s².
   const Vector3& acceleration() const { return acceleration_; }
 
   /// Whether the force is known to have no bound near the origin.

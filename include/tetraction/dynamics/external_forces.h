@@ -1,4 +1,4 @@
-// Given forces on vertices.
+// Forces on vertices that the user gives.
 #pragma once
 
 #include <vector>
@@ -7,7 +7,8 @@
 
 namespace tetraction {
 
-/// A force on each of some vertices, constant from `from` until `until`. Both may lie inside a step.
+/// A force on each vertex of a list, constant from `from` until `until`. Both times may lie inside
+/// a step.
 struct ExternalForce {
   std::vector<Index> vertices;
   Vector3 vector = Vector3::Zero();                        ///< N, on every vertex of the list

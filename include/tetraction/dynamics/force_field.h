@@ -5,13 +5,14 @@
 
 namespace tetraction {
 
-/// A potential U(m, q) of one vertex of lumped mass m (kg) at position q (m) that does not change
-/// with time. The three functions have to belong together: energies and the implicit rules rely on
-/// it. They are called from several threads at once. A constant in U moves no body, but a large one
-/// costs the energies digits.
+/// A potential U(m, q) of one vertex with the lumped mass m (kg) at the position q (m). U must not
+/// depend on the time. The gradient and the Hessian must be the exact derivatives of the value,
+/// because energies and the implicit rules rely on it. The three functions are called from several
+/// threads at the same time. A constant in U does not change the motion, but a large one costs the
+/// energies digits.
 ///
-/// For a field per unit volume or mass make U proportional to m; the lumped mass of a vertex is ρ
-/// times its share of the volume. See Environment::custom().
+/// For a field per unit volume or mass make U proportional to m, because the lumped mass of a
+/// vertex is ρ times its share of the volume. See Environment::custom().
 class ForceField {
  public:
   virtual ~ForceField() = default;

@@ -31,8 +31,8 @@ enum class HessianForm { kExact, kConvex };
 /// A sum of 3 × 3 blocks of a symmetric matrix over all vertices: the Hessian of a force term.
 class HessianBlocks {
  public:
-  /// The block in the rows of vertex `row` and the columns of vertex `column`, and its transpose at the
-  /// mirrored place.
+  /// The block in the rows of vertex `row` and the columns of vertex `column`, and its transpose at
+  /// the mirrored place.
   struct Pair {
     Index row = 0;
     Index column = 0;
@@ -43,8 +43,8 @@ class HessianBlocks {
   void reset(Index vertex_count);
   /// Adds ∂²U/∂x_v², which is symmetric. Different vertices may be added to from several threads.
   void add(Index v, const Matrix3& block) { diagonal_.block<3, 3>(0, 3 * v) += block; }
-  /// Adds ∂²U/∂x_i∂x_j and, at the mirrored place, its transpose. To be called from one thread, for two
-  /// different vertices.
+  /// Adds ∂²U/∂x_i∂x_j and, at the mirrored place, its transpose. The two vertices must differ.
+  /// Must be called from one thread only.
   void add_pair(Index i, Index j, const Matrix3& block);
 
   Index vertex_count() const { return diagonal_.cols() / 3; }
@@ -63,21 +63,21 @@ class HessianBlocks {
   std::vector<Pair> pairs_;
 };
 
-/// A force that acts on the vertices of a body: the sum of any of
+/// A force that acts on the vertices of a body. It is the sum of one or more of these parts:
 ///
 /// - a potential part −∂U/∂x of a potential energy U(x, t);
 /// - a dissipative part −∂D/∂v of a dissipation potential D(v; x), convex in v with its least value
 ///   D = 0 at v = 0;
 /// - a load f(t) that does not depend on the motion.
 ///
-/// A mechanical system keeps a list of its terms (MechanicalSystem::force_terms()). The steppers, the
-/// incremental potential of implicit steps, the linear solvers, the stability limit and the energy
-/// balance know terms by this interface alone, so that a new term needs no change in any of them.
-/// Elasticity and viscosity have loops over the elements of their own (fem/elastic_potential.h,
-/// fem/viscous_potential.h) and are not in the list.
+/// A mechanical system keeps a list of its terms (MechanicalSystem::force_terms()). The steppers,
+/// the incremental potential of implicit steps, the linear solvers, the stability limit and the
+/// energy balance know terms by this interface alone, so that a new term needs no change in any of
+/// them. Elasticity and viscosity have loops over the elements of their own
+/// (fem/elastic_potential.h, fem/viscous_potential.h) and are not in the list.
 ///
-/// Each function is called once for all vertices, and adds to what it is given. Functions that return
-/// derivatives have to fit the energies, because energy balances and implicit steps rely on it.
+/// Each function is called once for all vertices, and adds to what it is given. Derivatives must be
+/// those of the energies exactly, because energy balances and implicit steps rely on it.
 /// VertexPotential (vertex_potential.h) makes a term of three functions of one vertex.
 ///
 /// A term must not change while it belongs to a system, unless its owner resets the steppers.
@@ -94,24 +94,24 @@ class ForceTerm {
   virtual bool has_potential() const { return false; }
   virtual bool has_dissipation() const { return false; }
   virtual bool has_load() const { return false; }
-  /// Whether ∂²U/∂x² and ∂²D/∂v² are constant and diagonal, and ∂D/∂v is zero at v = 0. Implicit steps
-  /// then evaluate the term once a step. The first derivatives may depend on the time.
+  /// Whether ∂²U/∂x² and ∂²D/∂v² are constant and diagonal, and ∂D/∂v is zero at v = 0. Implicit
+  /// steps then evaluate the term once a step. The first derivatives may depend on the time.
   virtual bool is_quadratic() const { return false; }
   /// Whether the Hessian of U or D has blocks of two different vertices. Ceres refuses such terms.
   virtual bool couples_vertices() const { return false; }
-  /// The acceleration a, m/s², if the term is a force m a on every vertex and nothing else. Explicit
-  /// steps then need no separate pass over the vertices for it.
+  /// The acceleration a, m/s², if the term is a force m a on every vertex and nothing else.
+  /// Explicit steps then need no separate pass over the vertices for it.
   virtual std::optional<Vector3> uniform_acceleration() const { return std::nullopt; }
 
   /// The first vertex at which U is not defined at `at`, or −1. A step never ends at such a point.
   virtual Index undefined_vertex(const ForcePoint& at) const;
-  /// The largest t such that U is known to be defined on the whole way from `from` to from + t d, and
-  /// does not grow beyond all bounds there. Implicit steps do not go further in one iteration.
+  /// The largest t such that U is known to be defined and bounded on the whole way from `from` to
+  /// from + t d, with d = `displacement`. Implicit steps do not go further in one iteration.
   virtual double longest_step(const ForcePoint& from, const Vector& displacement) const;
 
   /// U, J.
   virtual double energy(const ForcePoint& at) const;
-  /// U(to) − U(from), J. To be overridden where a difference of sums would lose digits.
+  /// U(to) − U(from), J. Override it if the difference of two sums would lose digits.
   virtual double energy_change(const ForcePoint& from, const ForcePoint& to) const;
   /// gradient += ∂U/∂x, 3 per vertex, N: minus the force.
   virtual void add_gradient(const ForcePoint& at, Vector& gradient) const;
@@ -131,8 +131,8 @@ class ForceTerm {
   virtual void add_dissipation_hessian(const ForcePoint& at, const Vector& v, HessianForm form,
                                        HessianBlocks& hessian) const;
 
-  /// force += the mean of f over the step of size h that begins at `time`, so that h times it is the
-  /// impulse ∫ f dt; 3 per vertex, N.
+  /// force += the mean of f over the step of size h that begins at `time`, so that h times it is
+  /// the impulse ∫ f dt; 3 per vertex, N.
   virtual void add_load(const Vector& mass, double time, double h, Vector& force) const;
 
  protected:

@@ -1,4 +1,4 @@
-// The body and everything that acts on it: what the integrators step.
+// The body and everything that acts on it. Integrators advance such a system in time.
 #pragma once
 
 #include <memory>
@@ -17,14 +17,14 @@
 
 namespace tetraction {
 
-/// What a part of the body is made of.
+/// The material and the density of a part of the body.
 struct BodyRegion {
   MaterialModel material;
   double density = 1000.0;  ///< ρ₀, kg/m³
 };
 
-/// Linear and angular momentum about the origin, with the sums of magnitudes that drifts are
-/// measured against.
+/// Linear and angular momentum about the origin, and the sums of magnitudes to which drifts are
+/// relative.
 struct Momenta {
   Vector3 linear = Vector3::Zero();   ///< Σ p, kg m/s
   Vector3 angular = Vector3::Zero();  ///< Σ q × p, kg m²/s
@@ -34,15 +34,15 @@ struct Momenta {
 
 /// Mesh, rest state, materials, lumped mass, constraints, damping and loads of one body.
 ///
-/// Lumped mass: each tetrahedron gives ρ₀V/4 to each of its vertices. Not for: time stepping
-/// (Stepper), bookkeeping (Balance).
+/// Each tetrahedron adds ρ₀V/4 to the lumped mass of each of its vertices. Time stepping is in
+/// Stepper, the balance of energy and momentum in Balance.
 class MechanicalSystem {
  public:
-  /// One material everywhere. Keeps the mesh: a copy, or with std::move() the caller's own vectors.
-  /// Of a view_mesh() nothing is copied: the arrays behind it must live longer than the system.
-  /// Throws InputError if density is not positive and finite.
+  /// The whole body has one material. The system keeps the mesh, as a copy or, with std::move(),
+  /// the caller's own vectors. The arrays of a view_mesh() are not copied and must live longer than
+  /// the system. Throws InputError if the density is not positive and finite.
   MechanicalSystem(TetMesh mesh, const MaterialModel& material, double density);
-  /// Element e is of regions[region_of_element[e]].
+  /// Element e belongs to regions[region_of_element[e]].
   MechanicalSystem(TetMesh mesh, const std::vector<BodyRegion>& regions,
                    const std::vector<int>& region_of_element);
   MechanicalSystem(const MechanicalSystem&) = delete;
@@ -55,9 +55,9 @@ class MechanicalSystem {
   /// The region of element e.
   int region(Index e) const { return elastic_.material_index(e); }
   double density(Index region = 0) const { return densities_[static_cast<std::size_t>(region)]; }
-  /// Exchanges the material of a region; its density stays.
+  /// Replaces the material of a region. Its density stays.
   void set_material(Index region, const MaterialModel& material);
-  /// Per vertex, kg.
+  /// The lumped masses, one per vertex, kg.
   const Vector& mass() const { return mass_; }
   const Vector& inverse_mass() const { return inverse_mass_; }
   double total_mass() const { return total_mass_; }
@@ -68,7 +68,7 @@ class MechanicalSystem {
   Index vertex_count() const { return mesh_.vertex_count(); }
   Index dof_count() const { return 3 * vertex_count(); }
 
-  /// What holds and guides the body. Returns what did before.
+  /// Replaces all constraints of the body. Returns the former ones.
   Constraints set_constraints(Constraints constraints);
   const Constraints& constraints() const { return constraints_; }
   const FreeCoordinates& coordinates() const { return constraints_.coordinates(); }
@@ -77,39 +77,42 @@ class MechanicalSystem {
   /// Throws InputError for numbers that are negative or not finite.
   void set_damping(const Damping& damping);
   const Damping& damping() const { return damping_; }
-  /// Throws InputError for a force that is not finite or a vertex that is not there.
+  /// Throws InputError for a force that is not finite or a vertex that does not exist.
   void add_force(ExternalForce force);
-  /// Exchanges the force added as number `index`.
+  /// Replaces force number `index`, counted from 0 in the order of their addition.
   void set_force(std::size_t index, ExternalForce force);
   const std::vector<ExternalForce>& forces() const { return external_forces_.list(); }
-  /// Exchanges all of them.
+  /// Replaces all forces.
   void set_forces(std::vector<ExternalForce> forces);
 
-  /// Adds a force term of the caller's own. Steppers and solvers that were made before do not know it.
-  /// Throws InputError for a null pointer, for a name that is not made of lower-case letters, digits
-  /// and underscores, or that another term or energy has, and for a potential without an account.
+  /// Adds a force term of the caller's own. Steppers and solvers that were made before do not know
+  /// it. Throws InputError for a null pointer, for a name that is not made of lower-case letters,
+  /// digits and underscores, or that another term or energy has, and for a potential without an
+  /// account.
   void add_force_term(std::shared_ptr<const ForceTerm> term);
-  /// Everything that acts on the body besides elasticity and viscosity: environment, damping of single
-  /// vertices, penalty springs, external forces, and the terms that were added, in this order.
+  /// Everything that acts on the body besides elasticity and viscosity: environment, damping of
+  /// single vertices, penalty springs, external forces, and the terms that were added, in this
+  /// order.
   const std::vector<const ForceTerm*>& force_terms() const { return terms_; }
   /// Where force terms are evaluated. It refers to `position`.
   ForcePoint force_point(const Vector& position, double time) const {
     return {mass_, position, time};
   }
-  /// The sum of the loads of all terms, f, for the step of size h that starts at `time`: the mean over
-  /// the step, so that h f is the impulse ∫ f dt. 3 per vertex, N; empty if no term has a load.
+  /// f ← the sum of the loads of all terms in the step of size h that starts at `time` (3 per
+  /// vertex, N). It is the mean over the step, so that h f is the impulse ∫ f dt. It is empty if no
+  /// term has a load.
   void external_force(double time, double h, Vector& f) const;
   /// gradient += ∂U/∂x of all terms with a potential (3 per vertex, N).
   void add_potential_gradient(const Vector& q, double time, Vector& gradient) const;
-  /// force −= ∂D/∂v of all terms at velocities v (3 per vertex, N). Viscosity is not among them.
+  /// force −= ∂D/∂v of all terms at velocities v (3 per vertex, N). Viscosity is not included.
   void add_damping_force(const Vector& q, double time, const Vector& v, Vector& force) const;
-  /// Whether anything takes energy from a moving body: a term, or viscosity.
+  /// Whether a term or viscosity dissipates energy of a moving body.
   bool is_dissipative() const;
-  /// The first term whose potential is not defined at q: null if there is none. `vertex` is where it is not,
-  /// or −1 if the term gives an energy that is not finite.
+  /// Returns the first term whose potential is not defined at q, or null if all are defined. `vertex` is
+  /// the first vertex at which it is not defined, or −1 if the energy of the term is not finite.
   const ForceTerm* undefined_term(const Vector& q, double time, Index& vertex) const;
 
-  /// force += the viscous forces at positions q and velocities v, which do not.
+  /// force += the forces of viscosity at positions q and velocities v (3 per vertex, N).
   void add_viscous_force(const Vector& q, const Vector& v, Vector& force) const;
   /// v = M⁻¹p.
   Vector velocity_of(const Vector& momentum) const;
@@ -118,9 +121,10 @@ class MechanicalSystem {
   Vector momentum_of(const Vector& velocity) const;
   void momentum_of(const Vector& velocity, Vector& momentum) const;
 
-  /// At rest in the reference configuration.
+  /// The state at rest in the reference configuration.
   State rest_state() const;
-  /// p = Mv, less what the constraints do not allow; prescribed components move as prescribed.
+  /// Sets p = Mv, projected to what the constraints allow. Prescribed components move as
+  /// prescribed.
   void set_velocity(State& state, const Vector& velocity) const;
   /// Mass-weighted mean of positions, m.
   Vector3 center_of_mass(const Vector& q) const;

@@ -1,4 +1,4 @@
-// What an implicit step asks of a solver.
+// The interface between an implicit step and its solver.
 #pragma once
 
 #include <string>
@@ -29,12 +29,13 @@ struct MinimizerReport {
   int cg_iterations = 0;        ///< of conjugate gradients, in all linear systems
   std::string linear;           ///< how the linear systems were solved, e.g. "matrix-free"
   double residual = 0.0;        ///< |Tᵀ∇Φ|₂ over the free coordinates at the end, N
-  double residual_limit = 0.0;  ///< what it was held against, N (StepProblem::residual_limit)
-  double asked_limit = 0.0;     ///< what the tolerance asks for: tolerance × force scale, N
+  double residual_limit = 0.0;  ///< the limit for it, N (StepProblem::residual_limit)
+  double asked_limit = 0.0;     ///< the limit of the tolerance alone: tolerance × force scale, N
   std::string message;          ///< one line, for the user
 
   bool converged() const { return termination == Termination::kConverged; }
-  /// Whether the step is as good as double precision allows, and not as good as was asked for.
+  /// Whether the step is as exact as double precision allows, but less exact than the tolerance
+  /// demands.
   bool limited_by_round_off() const {
     return converged() && asked_limit > 0.0 && residual > asked_limit;
   }
@@ -44,18 +45,18 @@ struct MinimizerReport {
 class Minimizer {
  public:
   virtual ~Minimizer() = default;
-  /// Starts from the displacement u from the problem's origin (a point with an inverted element is
-  /// first moved toward the origin until Φ is defined) and leaves the minimiser there. Prescribed
-  /// components of u must be 0 and are not touched.
+  /// Minimises Φ, beginning at the displacement u from the problem's origin, and returns the
+  /// minimiser in u. If Φ is not defined at u, u is first moved toward the origin until Φ is
+  /// defined. Prescribed components of u must be 0 and are not changed.
   virtual MinimizerReport minimize(const StepProblem& problem, Vector& u) = 0;
-  /// solution = (Tᵀ∇²Φ(u)T)⁻¹ right, for the multipliers of constraints. Returns false if the matrix
-  /// is not positive definite.
+  /// solution = (Tᵀ∇²Φ(u)T)⁻¹ right. The multipliers of constraints need it. Returns false if the
+  /// matrix is not positive definite.
   virtual bool solve_linearized(const StepProblem& problem, const Vector& u, const Matrix& right,
                                 Matrix& solution) = 0;
 };
 
-/// Moves u toward 0, the problem's origin, halving the way, until Φ is defined there.
-/// Returns false if it is not even defined at the origin.
+/// Halves u, the displacement from the problem's origin, until Φ is defined.
+/// Returns false if Φ is not even defined at the origin.
 bool make_admissible(const StepProblem& problem, Vector& u);
 
 }  // namespace tetraction

@@ -7,11 +7,12 @@ namespace tetraction {
 
 /// Where the constraint forces point.
 enum class ConstraintDirection {
-  /// Along ∂g/∂w at the node q_k where the step begins: the variational rules (Marsden & West 2001,
-  /// part 3; SHAKE and RATTLE are its explicit case). With the projection of the momenta at the end
-  /// of the step, linear and angular momentum are exact.
+  /// Along ∂g/∂w at q_k, where the step begins. The variational rules use this direction (Marsden &
+  /// West 2001, part 3; SHAKE and RATTLE are the explicit case). Together with the projection of
+  /// the momenta at the end of the step it keeps linear and angular momentum exactly.
   kStart,
-  /// Along ∂g/∂w at q_{k+1}: backward Euler, which then finds a solution for any step.
+  /// Along ∂g/∂w at q_{k+1}. Backward Euler uses this direction, because a solution then exists for
+  /// every step size.
   kEnd
 };
 
@@ -26,27 +27,29 @@ struct MultiplierSolution {
 
 /// Finds λ such that w_{k+1} = ŵ + S u has g(w_{k+1}) = 0, u = (∂g/∂w) λ.
 ///
-/// `free_end` is ŵ: where the configuration goes without multipliers; `response` S, symmetric
-/// positive semidefinite: what unit forces move it by; `start` is w_k; `guess` the multipliers to
-/// begin with (empty: zero). Newton's method with backtracking to |g| ≤ 1e-12; redundant equations
-/// share their force (least squares). Fails if the equations contradict each other or, with kStart,
-/// if the motion turns by more than about a right angle within the step.
+/// `free_end` is ŵ, the configuration at the end of the step without multipliers. `response` is S,
+/// the displacement of the configuration under unit forces; it is symmetric positive semidefinite.
+/// `start` is w_k. `guess` holds the multipliers to begin with; if it is empty, they are zero.
+///
+/// The method is Newton's with backtracking, until |g| ≤ 1e-12. Redundant equations share their
+/// force (least squares). It fails if the equations contradict each other or, with kStart, if the
+/// motion turns by more than about a right angle within the step.
 MultiplierSolution solve_multipliers(const Constraints& constraints, const Vector& free_end,
                                      const Matrix& response, const Vector& start,
                                      ConstraintDirection direction, const Vector& guess = {});
 
-/// What to tell the user of a failed solution.
+/// The message for the user if no solution was found.
 std::string cannot_be_met(const Constraints& constraints, Index equation);
 
-/// p ← the momenta nearest to p (in the metric M⁻¹) whose velocities keep all constraints at
-/// positions q: the free coordinates' part, and no rate of any g. Prescribed components are set to
-/// M times their rates at `time`. Returns the generalised impulses u on the configuration (empty
-/// without equations), N s.
+/// p ← the momenta nearest to p (in the metric M⁻¹) whose velocities satisfy all constraints at the
+/// positions q: they belong to a motion of the free coordinates, and the rate of every g is zero.
+/// Prescribed components are set to M times their rates at `time`. Returns the generalised impulses
+/// u on the configuration, N s; empty without equations.
 Vector project_to_constraints(const Constraints& constraints, const Vector& mass, const Vector& q,
                               double time, Vector& momentum);
 
-/// q ← the positions nearest to q (in the metric M) with g = 0, prescribed components at their
-/// targets. Returns the name of a constraint that cannot be met, or an empty text.
+/// q ← the positions nearest to q (in the metric M) with g = 0 and with prescribed components at
+/// their targets at `time`. Returns the name of a constraint that cannot be met, or an empty text.
 std::string project_positions(const Constraints& constraints, double time, Vector& q);
 
 }  // namespace tetraction

@@ -1,4 +1,4 @@
-// Springs that hold vertices near prescribed positions.
+// Springs that pull vertices to prescribed positions.
 #pragma once
 
 #include <memory>
@@ -9,8 +9,9 @@
 
 namespace tetraction {
 
-/// U = Σ γ |x_i − c_i(t)|² over components i of vertices with prescribed targets c_i: the penalty method
-/// for prescribed displacements, for comparison with exact ones. Its energy counts as constraint work.
+/// U = Σ γ |x_i − c_i(t)|² over components i of vertices with prescribed targets c_i: the penalty
+/// method for prescribed displacements, for comparison with exact ones. Its energy counts as
+/// constraint work.
 class PenaltySprings : public ForceTerm {
  public:
   PenaltySprings() = default;
@@ -32,7 +33,7 @@ class PenaltySprings : public ForceTerm {
   double energy(const ForcePoint& at) const override;
   void add_gradient(const ForcePoint& at, Vector& gradient) const override;
   void add_hessian(const ForcePoint& at, HessianForm form, HessianBlocks& hessian) const override;
-  /// By the mean of the forces at the two ends.
+  /// Computes it with the mean of the forces at the two ends.
   double driven_work(const ForcePoint& from, const ForcePoint& to) const override;
 
  private:

@@ -1,4 +1,4 @@
-// Vertices that are held, and motions that are prescribed to them.
+// Prescribed vertices and the motions that are prescribed to them.
 #pragma once
 
 #include <array>
@@ -9,7 +9,7 @@
 
 namespace tetraction {
 
-/// x(t) = c + v τ + R(ω τ)(x₀ − c) with τ = t − since: what a prescribed vertex does.
+/// The motion of a prescribed vertex: x(t) = c + v τ + R(ω τ)(x₀ − c) with τ = t − since.
 struct PrescribedMotion {
   double since = 0.0;                          ///< s
   Vector3 velocity = Vector3::Zero();          ///< v, m/s
@@ -27,12 +27,13 @@ struct PrescribedVertices {
   std::array<bool, 3> components{true, true, true};
   Matrix start;  ///< 3 × vertices: positions at motion.since, m
   PrescribedMotion motion;
-  /// 0: exact. Otherwise γ of the force −2γ(q − target), N/m: the penalty for comparison.
+  /// 0 if the displacement is prescribed exactly. Otherwise γ of the penalty force −2γ(q − target),
+  /// N/m.
   double penalty = 0.0;
   std::string name;  ///< for messages
 };
 
-/// Vertices held with all components where they rest.
+/// Prescribes all components of the vertices to stay at their rest positions.
 PrescribedVertices prescribe_at_rest(const TetMesh& mesh, std::vector<Index> vertices,
                                      std::string name = {});
 

@@ -7,28 +7,29 @@
 
 namespace tetraction {
 
-/// The incremental potential of one implicit step, written in the point x = q_k + s v where the
-/// force is evaluated, with s = αh (α = ½: midpoint, α = 1: backward Euler):
+/// The incremental potential Φ of one implicit step. Its variable is the point x = q_k + s v where
+/// the force is evaluated, with s = αh (α = ½: midpoint, α = 1: backward Euler):
 ///
 ///     Φ(x) = 1/(2s²) |x − q_k − s M⁻¹(p_k + s f)|²_M + W(x) + Σ U(x) + s Σ D((x − q_k)/s)
 ///
-/// (Kharevych et al. 2006, the Pontryagin–d'Alembert functional), with the elastic energy W, the
-/// dissipation potential of viscosity among the D, and the potentials U, dissipation potentials D and
-/// loads f of the system's force terms (force_term.h). Potentials that depend on the time are taken at
+/// (Kharevych et al. 2006, the Pontryagin–d'Alembert functional). W is the elastic energy. U, D and
+/// f are the potentials, dissipation potentials and loads of the system's force terms
+/// (force_term.h); viscosity is one of the D. Potentials that depend on the time are evaluated at
 /// t_k + s.
 ///
 /// The unknown is the displacement u from an origin o near the solution, x = o + u, because sums of
 /// positions and small changes lose digits (fem/positions.h). Terms that are quadratic in single
-/// vertices are gathered, and Φ is taken about q_k, so that it has no constant that grows with s:
+/// vertices are combined into one. Φ is written relative to q_k, so that it has no constant that
+/// grows with s:
 ///
 ///     ½ Σ_i k_i (x_i − q_i)² − Σ_i l_i (x_i − q_i) = Φ_o + ½ Σ_i k_i u_i² − Σ_i r_i u_i,
 ///     k = m/s² + ∂²D/∂v²/s + ∂²U/∂x²,   l = p_k/s + f − ∇U(q_k),   r = l − k (o − q_k).
 ///
-/// Dissipation potentials that depend on positions are taken at dissipation_point(), which is known.
-/// Of the other terms the linear part at q_k is in l, and the rest, U(x) − U(q_k) − ∇U(q_k)·(x − q_k)
-/// and s D, is evaluated at every x.
-/// The minimiser over the free coordinates gives v = (x − q_k)/s. Prescribed components stay where
-/// the origin has them.
+/// l also contains the linear part at q_k of all other terms. The rest of these terms,
+/// U(x) − U(q_k) − ∇U(q_k)·(x − q_k) and s D, is evaluated at every x. Dissipation potentials that depend
+/// on positions are taken at dissipation_point(), which is known before the step.
+/// The minimiser over the free coordinates gives v = (x − q_k)/s. Prescribed components keep their
+/// values in the origin.
 class StepProblem {
  public:
   using Shape = RestState::Shape;
@@ -36,8 +37,8 @@ class StepProblem {
   /// Keeps a reference to `system`, which must live longer.
   explicit StepProblem(const MechanicalSystem& system);
 
-  /// Sets up the step of size h from `state` to `end_time` under the loads f (3 per vertex, N; empty:
-  /// none), with the origin at base(). To be called again after any change of the system.
+  /// Sets up the step of size h from `state` to `end_time` under the loads f (3 per vertex, N;
+  /// empty: none). The origin is at base(). Call it again after any change of the system.
   void begin(const State& state, double h, double end_time, double alpha, const Vector& load);
   /// Adds constraint impulses to p_k (3 per vertex, N s) for the same step.
   void set_impulse(const Vector& impulse);
@@ -45,40 +46,42 @@ class StepProblem {
   const MechanicalSystem& system() const { return system_; }
   /// s = αh, s.
   double step() const { return step_; }
-  /// q_k, with the prescribed components where they are at x.
+  /// q_k, but with the prescribed components at the values that they have in x.
   const Vector& base() const { return base_; }
-  /// Puts the prescribed components of base() where x would have them if the step ended at `time`: a
-  /// part of their way, for a body that has to be led along. begin() takes the end of the step.
+  /// Sets the prescribed components of base() to the values that x would have if the step ended at
+  /// `time`. With a time within the step they move a part of their way only, which the solver uses
+  /// if they move far. begin() uses the end of the step.
   void prescribe_base(double time);
   /// o ← `positions`, whose prescribed components must be those of base().
   void set_origin(const Vector& positions);
   const Vector& origin() const { return origin_; }
-  /// Moves the origin to o + u, rounded, and leaves in u what rounding has taken.
+  /// Moves the origin to o + u, rounded, and returns the rounding error in u.
   void move_origin(Vector& u);
-  /// Φ_o, J: what value() leaves out, so that values with different origins can be compared.
+  /// Φ_o, J, the constant that value() omits. With it values with different origins can be
+  /// compared.
   double origin_value() const;
   /// x = o + u.
   void positions(const Vector& u, Vector& x) const { x = origin_ + u; }
-  /// x − q_k = (o − q_k) + u, until the next call; not worked out (u itself) without viscosity.
+  /// x − q_k = (o − q_k) + u. The reference is valid until the next call. Without viscosity nobody
+  /// needs x − q_k, and u itself is returned.
   const Vector& step_displacement(const Vector& u) const;
-  /// x = q_k + l/k, less what the constraints do not allow: where the vertices would go without
-  /// elastic forces.
+  /// x ← q_k + l/k, projected to what the constraints allow: the positions without elastic forces.
   void inertial_guess(Vector& x) const;
 
   /// k, per DOF, N/m.
   const Vector& coefficient() const { return coefficient_; }
   /// The dissipation potential of the viscosity in this step.
   const ViscousPotential& viscous() const { return viscous_; }
-  /// Whether Φ has an estimate of the strain rate in it that has to agree with the minimiser
-  /// (ViscousPotential: viscosity with the midpoint rule).
+  /// Whether Φ contains an estimate of the strain rate that must agree with the minimiser. This is
+  /// so for viscosity with the midpoint rule (ViscousPotential).
   bool needs_rate_estimate() const { return alpha_ == 0.5 && viscous_.factor() != 0.0; }
-  /// Takes the estimate from u.
+  /// Sets the estimate to the strain rate at u.
   void set_rate_estimate(const Vector& u);
   /// Where dissipation potentials of terms are taken, 3 per vertex, m: for backward Euler at q_k, for the
-  /// midpoint rule at q_k + s M⁻¹p_k, which keeps its order.
+  /// midpoint rule at q_k + s M⁻¹p_k, which keeps the order of the rule.
   const Vector& dissipation_point() const { return dissipation_point_; }
-  /// The energy that dissipative terms and viscosity take in the whole step of size h, J, 0 or more:
-  /// h Σ v·∂D/∂v + h Σ V 2η|Ė|² with the rates at x.
+  /// The energy that dissipative terms and viscosity dissipate in the whole step of size h, J. It
+  /// is h Σ v·∂D/∂v + h Σ V 2η|Ė|² with the rates at x, and never negative.
   double dissipated_energy(const Vector& u, double h) const;
 
   /// phi = Φ(o + u) − Φ_o, J.
@@ -89,52 +92,55 @@ class StepProblem {
   EvaluationStatus value_and_full_gradient(const Vector& u, double& phi, Vector& gradient) const;
   /// energy = the elastic energy at o + u, J.
   EvaluationStatus elastic_energy(const Vector& u, double& energy) const;
-  /// gradient points to the gradient of the elastic energy at o + u (3 per vertex, N) until the next
-  /// evaluation.
+  /// Sets `gradient` to the address of the gradient of the elastic energy at o + u (3 per vertex,
+  /// N). It is valid until the next evaluation.
   EvaluationStatus elastic_gradient(const Vector& u, const Vector*& gradient) const;
   /// Whether there are force terms that are not quadratic in single vertices.
   bool has_general_terms() const { return !potentials_.empty() || !dissipations_.empty(); }
-  /// hessian = what these add to ∇²Φ at o + u, N/m; all zero if there are none.
+  /// hessian = the contribution of these terms to ∇²Φ at o + u, N/m; zero if there are none.
   void term_hessian(const Vector& u, HessianForm form, HessianBlocks& hessian) const;
   /// The largest t up to which the potentials of all terms are known to be defined from o + u to
   /// o + u + t d; infinite where there is no limit.
   double longest_term_step(const Vector& u, const Vector& d) const;
   /// Whether Φ is defined at o + u.
   bool is_defined(const Vector& u) const;
-  /// values = Tᵀ∇²Φ T in the pattern's order, N/m, with `terms` from term_hessian(). The pattern must
-  /// have the pairs of `terms`.
+  /// values = Tᵀ∇²Φ T in the pattern's order, N/m, with `terms` from term_hessian(). The pattern
+  /// must have the pairs of `terms`.
   EvaluationStatus hessian(const Vector& u, const HessianBlocks& terms,
                            const SparsityPattern& pattern, double* values) const;
-  /// What the terms that are not quadratic add to Φ, for sums over elements.
+  /// The contribution to Φ of the terms that are not quadratic, for sums over elements.
   struct TermShares {
     double energy = 0.0;     ///< J
     double magnitude = 0.0;  ///< how far `energy` can get below zero is of this order, J
     Vector gradient;         ///< 3 per vertex, N
     HessianBlocks hessian;   ///< of evaluations with a Hessian
   };
-  /// Evaluates them at o + u. False where one is not defined.
+  /// Evaluates this contribution at o + u. Returns false if a term is not defined there.
   bool term_shares(const Vector& u, bool with_hessian, TermShares& shares) const;
-  /// The share of element e in Φ: its elastic and viscous energy and its part of what belongs to its
-  /// vertices, in proportion to their lumped mass; `terms` may be null where there are none. Only the
-  /// diagonal blocks of their Hessians enter. The shares add up to value() + square_value().
+  /// The share of element e in Φ. It consists of the elastic and viscous energy of the element and
+  /// of a part of the energies of its vertices, in proportion to the element's share of their
+  /// lumped mass. `terms` may be null if there are no such terms. Only the diagonal blocks of their
+  /// Hessians enter. The shares of all elements add up to value() + square_value().
   bool element_terms(Index e, const Vector& u, const TermShares* terms, bool with_hessian,
                      ElasticPotential::ElementTerms& result) const;
-  /// ½ Σ r²/k, J: what makes squares of the vertices' part of Φ, ½ k (u − r/k)², in the shares.
+  /// ½ Σ r²/k, J. With this constant the vertices' part of Φ is a sum of squares ½ k (u − r/k)²,
+  /// which the shares of elements contain.
   double square_value() const;
 
-  /// |Tᵀ l|₂, N: the force that would give the body its momentum and the impulse of the loads within s;
-  /// 0 for momenta alone that are mere round-off. Tolerances are relative to it.
+  /// |Tᵀ l|₂, N: the force that would give the body its momentum and the impulse of the loads
+  /// within s. It is 0 if there are no loads and the momenta are mere round-off. Tolerances are
+  /// relative to it.
   double force_scale() const { return force_scale_; }
-  /// What double precision leaves of |Tᵀ∇Φ|₂ at u, N:
+  /// An estimate of the round-off of |Tᵀ∇Φ|₂ at u in double precision, N:
   ///
   ///     ½ε (|k u|₂ + |Tᵀl|₂ + K max|u| + K_L),
   ///
-  /// with K and K_L the root sums of squares of the elements' C V |∇N|² and C V |∇N|² L, C = λ + 2μ
-  /// + 2η/s and L the longest edge: the round-off of displacements, and of the edges themselves.
-  /// No solver can get far below it.
+  /// K and K_L are the root sums of squares of the elements' C V |∇N|² and C V |∇N|² L, with
+  /// C = λ + 2μ + 2η/s and the longest edge L. The terms with K and K_L stand for the round-off of
+  /// displacements and of edges. No solver can get far below this residual.
   double round_off(const Vector& u) const;
-  /// Whether there is a load worth the name: a force scale above a thousandth of round_off(). Then the
-  /// first guess of a step must not be excused by round-off, as the load may be smaller than that.
+  /// Whether the force scale is above a thousandth of round_off(). If so, a first guess must not be
+  /// accepted because its residual is below round_off(): the load itself may be smaller than that.
   bool is_loaded(const Vector& u) const { return force_scale_ > 1e-3 * round_off(u); }
   /// Largest |Tᵀ∇Φ|₂ that counts as converged, N: max(tolerance × force scale, round_off()).
   double residual_limit(const Vector& u, double tolerance) const;
@@ -145,11 +151,12 @@ class StepProblem {
   Vector3 way(const Vector& u, Index v) const {
     return (vertex_block(origin_, v) - vertex_block(previous_, v)) + vertex_block(u, v);
   }
-  // Puts positions and velocities at u into at_ and velocity_; fails where a term is not defined.
+  // Sets at_ and velocity_ to the positions and velocities at u. Fails if a term is not defined
+  // there.
   EvaluationStatus move_terms(const Vector& u) const;
   double term_energy() const;
   void add_term_gradient(Vector& gradient) const;
-  // Brings elastic_ to u.
+  // Evaluates elastic_ at u, unless it is known there.
   EvaluationStatus evaluate_elastic(const Vector& u) const;
   void make_remainder();
 
@@ -171,8 +178,9 @@ class StepProblem {
   std::vector<const ForceTerm*> dissipations_;
   Vector start_gradient_;
   double force_scale_ = 0.0;
-  // The elastic part of the last evaluation with a gradient: a minimiser's last one is at the point
-  // that the momenta are taken from, its first one often at the best guess.
+  // The elastic part of the last evaluation with a gradient. It is kept because the last evaluation
+  // of a minimiser is at the point that the momenta are taken from, and its first one is often at
+  // the best guess.
   struct ElasticPart {
     bool known = false;
     Vector u;

@@ -5,13 +5,15 @@
 //     q_{k+1}   = q_k + h v_{k+1}
 //
 // (Kharevych et al. 2006; Marsden & West 2001). α = 0 is the explicit rule, α = ½ the midpoint
-// rule; verlet composes half steps of α = 0 and α = 1; backward Euler takes the force at q_{k+1}
-// and p = Mv. f holds user forces, damping and penalty springs.
+// rule. verlet composes half steps of α = 0 and α = 1. Backward Euler takes the force at q_{k+1}
+// and p = Mv. f contains user forces, damping and penalty springs.
 //
-// Multipliers act as impulses (∂g/∂q)ᵀλ at the nodes: at q_k such that g(q_{k+1}) = 0, at q_{k+1}
-// such that the momenta keep g (RATTLE and its implicit counterpart; Marsden & West 2001, part 3).
-// Backward Euler takes them at q_{k+1} alone. Damping: explicit at M⁻¹p_k; verlet at both ends, the
-// second with a predicted velocity; the implicit rules as dissipation potentials.
+// Multipliers act as impulses (∂g/∂q)ᵀλ at the ends of a step. The impulse at q_k makes
+// g(q_{k+1}) = 0; the impulse at q_{k+1} makes the rate of g zero (RATTLE and its implicit
+// counterpart; Marsden & West 2001, part 3). Backward Euler has the impulse at q_{k+1} only.
+//
+// explicit takes damping forces at the velocity M⁻¹p_k. verlet takes them at both ends of the step,
+// the second with a predicted velocity. The implicit rules use dissipation potentials.
 #pragma once
 
 #include <memory>
@@ -22,18 +24,18 @@
 
 namespace tetraction {
 
-/// How a step ended. Anything but kOk leaves the state as it was.
+/// How a step ended. If it is not kOk, the state is unchanged.
 enum class StepStatus {
   kOk,
   kInverted,      ///< an element is inverted where its energy is needed
   kNotFinite,     ///< a position or momentum overflowed
   kNotConverged,  ///< the minimiser gave up
-  kUndefined,     ///< a vertex is where the potential of a force term is not defined
-  kOverdamped  ///< explicit rules: the damping forces of the step are so large that they would turn
-               ///< velocities around and give energy instead of taking it
+  kUndefined,     ///< the potential of a force term is not defined at a vertex
+  kOverdamped     ///< explicit rules: the damping forces of the step would reverse velocities and
+                  ///< add energy instead of dissipating it
 };
 
-/// What one step did, for the balance.
+/// The result of one step and its contributions to the balance.
 struct StepOutcome {
   StepStatus status = StepStatus::kOk;
   Index element = -1;              ///< inverted element (internal number)
@@ -45,8 +47,8 @@ struct StepOutcome {
   double constraint_work = 0.0;    ///< of moving targets and penalty springs, J
   Vector3 linear_impulse = Vector3::Zero();   ///< of loads, damping, environment, reactions, N s
   Vector3 angular_impulse = Vector3::Zero();  ///< the same about the origin, N m s
-  /// Change of angular momentum that the minimiser's remaining residual r = ∇Φ(x) makes, N m s:
-  /// h |Σ (x − q_k) × r| (midpoint, momenta in force form), h |Σ q_{k+1} × r| (backward Euler).
+  /// The change of angular momentum that the minimiser's remaining residual r = ∇Φ(x) causes, N m
+  /// s: h |Σ (x − q_k) × r| for midpoint, h |Σ q_{k+1} × r| for backward Euler.
   double residual_angular_impulse = 0.0;
 
   bool ok() const { return status == StepStatus::kOk; }
@@ -54,41 +56,44 @@ struct StepOutcome {
 
 /// One time-stepping rule applied to one system.
 ///
-/// Keeps the force at the end of a step for the beginning of the next; call reset() after the state
-/// or the system was changed from outside, and make a new one after its constraints were, or one of
-/// its materials from a built-in one to a custom one or back.
+/// A stepper may keep the force at the end of a step for the beginning of the next one. Call
+/// reset() after the state or the system was changed from outside. Make a new stepper after the
+/// constraints were changed, or after a material was changed from a built-in one to a custom one or
+/// back.
 class Stepper {
  public:
   virtual ~Stepper() = default;
-  /// Advances `state` by h > 0 under user forces held constant over the step.
+  /// Advances `state` by h > 0. User forces enter with their mean over the step.
   StepOutcome step(State& state, double h) { return step_to(state, h, state.time + h); }
-  /// The same to a time that the caller knows better than by a sum of round-off: moving targets are
-  /// bitwise where they are at `end_time`.
+  /// Advances `state` by h > 0 to `end_time`, which the caller may know without the round-off of
+  /// state.time + h. Moving targets are bitwise at their positions at `end_time`.
   virtual StepOutcome step_to(State& state, double h, double end_time) = 0;
   virtual void reset() {}
-  /// Makes `state`, which must not have changed since the last step went well, what it was before that step.
-  /// Returns false, and does nothing, where that is not known any more (implicit rules).
+  /// Restores in `state` the state before the last successful step. `state` must not have changed
+  /// since then. Returns false and does nothing if that state is not known any more (implicit
+  /// rules).
   virtual bool take_back(State&) { return false; }
-  /// What the constraints did during the last step (3 per vertex, N): their impulse over h, and the
-  /// forces of penalty springs.
+  /// The reactions of the last step (3 per vertex, N): the impulses of the constraints divided by
+  /// h, and the forces of penalty springs.
   const Vector& reaction_force() const { return reaction_; }
-  /// The generalised forces u on the configuration of the constraints' equations, the mean over the
-  /// last step; empty without equations or before the first step.
+  /// The generalised forces u on the configuration of the constraints' equations, as the mean over
+  /// the last step. Empty without equations or before the first step.
   const Vector& configuration_force() const { return configuration_force_; }
 
  protected:
   explicit Stepper(const MechanicalSystem& system);
 
-  /// Enters forces that act at positions x for the time dt: their linear and angular impulse.
+  /// Enters the linear and angular impulse of forces that act at positions x for the time dt.
   void add_impulse(const Vector& x, const Vector& force, double dt, StepOutcome& outcome) const;
   /// Enters a change of momenta that the constraints make at positions x.
   void add_reaction(const Vector& x, const Vector& impulse, StepOutcome& outcome);
-  /// What moving targets did from one state to the next: the reactions, less the forces of distances,
-  /// along their way; and what the penalty springs gave back, J. `reaction_` is without springs.
+  /// The work of the constraints from one state to the next, J. It is the work of the reactions,
+  /// less the forces of distances, along the displacement of the moving targets, and the energy
+  /// that penalty springs gave to the body. `reaction_` must not contain the springs.
   double constraint_work(const State& from, const State& to) const;
-  /// What potentials that depend on the time put into the body from one state to the next, J.
+  /// The work that potentials which depend on the time do on the body between two states, J.
   double driven_work(const State& from, const State& to) const;
-  /// Enters that a step has led a vertex to where the potential of a term is not defined.
+  /// Enters that a step led a vertex to a point where the potential of a term is not defined.
   StepOutcome& undefined(StepOutcome& outcome, const ForceTerm& term, Index vertex) const;
 
   const MechanicalSystem& system_;
@@ -96,15 +101,16 @@ class Stepper {
   Vector configuration_force_;
 };
 
-/// α = 0. Keeps a reference to `system`, as all of these.
+/// The rule with α = 0. This and the other steppers keep a reference to `system`.
 std::unique_ptr<Stepper> make_explicit_stepper(const MechanicalSystem& system);
-/// α = 0 and α = 1 half steps composed.
+/// The composition of a half step with α = 0 and a half step with α = 1.
 std::unique_ptr<Stepper> make_verlet_stepper(const MechanicalSystem& system);
-/// α = ½; `minimizer` is called once a step, or a few times where there are multipliers.
+/// The rule with α = ½. `minimizer` is called once per step, or a few times if there are
+/// multipliers, viscosity or prescribed vertices that move far.
 std::unique_ptr<Stepper> make_midpoint_stepper(const MechanicalSystem& system,
                                                std::shared_ptr<Minimizer> minimizer);
-/// The rule of that name. `minimizer` may be null for rules that are not implicit; otherwise InputError
-/// is thrown.
+/// The rule of that name. `minimizer` may be null for rules that are not implicit; otherwise
+/// InputError is thrown.
 std::unique_ptr<Stepper> make_stepper(Integrator integrator, const MechanicalSystem& system,
                                       std::shared_ptr<Minimizer> minimizer);
 /// Backward Euler.

@@ -5,12 +5,12 @@
 
 namespace tetraction {
 
-/// U(x) = Σ_v U_v(m_v, x_v) with a potential of one vertex that does not depend on the time: a field, an
-/// analytic obstacle. A derived class gives value(), gradient() and hessian() of one vertex, and where
-/// U_v is not defined everywhere also defined() and admissible_fraction(). They are called from several
-/// threads at once.
+/// U(x) = Σ_v U_v(m_v, x_v) with a potential of one vertex that does not depend on the time: a
+/// field, an analytic obstacle. A derived class gives value(), gradient() and hessian() of one
+/// vertex, and where U_v is not defined everywhere also defined() and admissible_fraction(). They
+/// are called from several threads at once.
 ///
-/// A constant in U_v moves no body, but a large one costs the energies digits.
+/// A constant in U_v does not change the motion, but a large one costs the energies digits.
 class VertexPotential : public ForceTerm {
  public:
   /// U_v, J, of a vertex with the lumped mass m (kg) at x (m).

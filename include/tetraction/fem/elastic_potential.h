@@ -12,9 +12,9 @@ namespace tetraction {
 
 class ElementBlocks;
 
-/// Outcome of an evaluation: either everything is defined, or the first element where the
-/// material's energy is not (J ≤ 0, or a position that is not finite), or the first vertex where the
-/// potential of a force term is not.
+/// Outcome of an evaluation. If something was not defined, it names the first element where the
+/// material's energy is not defined (J ≤ 0, or a position that is not finite), or the first vertex
+/// where the potential of a force term is not defined.
 struct EvaluationStatus {
   Index failed_element = -1;
   Index failed_vertex = -1;
@@ -23,9 +23,10 @@ struct EvaluationStatus {
 
 /// W(q) = Σ_elements V Ψ(F(q)): value, gradient, Hessian, matrix-free product.
 ///
-/// Positions may be one field of 3 numbers per vertex (m) or a sum of two (Positions).
+/// Positions may be one field of 3 numbers per vertex (m) or a sum of two such fields (Positions).
 /// All results are bitwise the same for any number of threads. After a failed evaluation the
-/// outputs are unspecified. Calls on one object must not overlap in time (shared work space).
+/// outputs are unspecified. Calls on one object must not overlap in time, because they share work
+/// space.
 class ElasticPotential {
  public:
   using Shape = RestState::Shape;
@@ -37,9 +38,9 @@ class ElasticPotential {
     Shape::DofMatrix hessian;    ///< N/m
   };
 
-  /// One material everywhere. Keeps a reference to `rest`, which must live longer.
+  /// The whole body has one material. Keeps a reference to `rest`, which must live longer.
   ElasticPotential(const RestState& rest, const MaterialModel& material);
-  /// Element e is of materials[material_of_element[e]].
+  /// Element e has the material materials[material_of_element[e]].
   ElasticPotential(const RestState& rest, std::vector<MaterialModel> materials,
                    std::vector<int> material_of_element);
   ~ElasticPotential();
@@ -47,11 +48,11 @@ class ElasticPotential {
 
   const RestState& rest() const;
   const std::vector<MaterialModel>& materials() const;
-  /// Which of materials() element e is of.
+  /// The index in materials() of the material of element e.
   int material_index(Index e) const;
   /// The small-strain parameters of element e, Pa.
   LameParameters lame(Index e) const;
-  /// Exchanges one of the materials.
+  /// Replaces one of the materials.
   void set_material(std::size_t index, const MaterialModel& material);
 
   /// Whether W is defined at q.
@@ -66,25 +67,25 @@ class ElasticPotential {
   /// result = ∇²W(q) x without a matrix (3 per vertex). W must be defined at q.
   void product(const Vector& q, const Vector& x, Vector& result) const;
 
-  /// What residual limits are made of.
+  /// Sums over elements from which StepProblem::round_off() estimates the round-off of forces.
   struct ShapeSums {
     double squared = 0.0;     ///< Σ (V Σ_a |∇N_a|²)² over the elements of a material, m²
     double with_edges = 0.0;  ///< Σ (V Σ_a |∇N_a|² L)² with L the longest rest edge, m⁴
   };
   const ShapeSums& shape_sums(std::size_t material) const;
-  /// The layout of the fast loops (private to the library).
+  /// The element blocks that the fast loops use (private to the library).
   const ElementBlocks& blocks() const;
 
-  /// Terms of element e; false if its energy is not defined at q. `with_hessian` false leaves the
-  /// Hessian untouched. Safe to call from several threads.
+  /// Evaluates the terms of element e. Returns false if its energy is not defined at q. If
+  /// `with_hessian` is false, the Hessian is left untouched. May be called from several threads.
   bool element_terms(Index e, const Positions& q, bool with_hessian, ElementTerms& terms) const;
   /// The energy of each material's elements, J; W must be defined at q.
   Vector energies_by_material(const Vector& q) const;
-  /// The energy of a block of blocks() at the q where W was evaluated last, J.
+  /// The energy of one of blocks() at the positions where W was evaluated last, J.
   double block_energy(Index block) const;
-  /// Ψ at the first point of every element, J/m³.
+  /// Ψ at the first quadrature point of every element, J/m³.
   void energy_densities(const Vector& q, Vector& densities) const;
-  /// P at the first point of element e, Pa; W must be defined at q.
+  /// P at the first quadrature point of element e, Pa; W must be defined at q.
   Matrix3 first_piola(Index e, const Vector& q) const;
 
  private:

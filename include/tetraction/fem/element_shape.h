@@ -1,7 +1,8 @@
-// Finite-element shapes and the kernels of one element, templates over the number of nodes and
-// quadrature points so that the element loop compiles to fixed-size arithmetic.
+// Finite-element shapes and the kernels of one element. They are templates over the number of nodes
+// and quadrature points, so that the element loop compiles to fixed-size arithmetic.
 //
-// With positions q_a of the element's nodes and rest-state gradients g_a = ∂N_a/∂X at a point,
+// With the positions q_a of the element's nodes and the gradients g_a = ∂N_a/∂X of the shape
+// functions at a quadrature point,
 //
 //     F = Σ_a q_a g_aᵀ                       deformation gradient
 //     W = Σ_points w Ψ(F)                    energy, w = volume × quadrature weight
@@ -30,7 +31,7 @@ struct ElementShape {
   using DofMatrix = Eigen::Matrix<double, kDofs, kDofs>;
 };
 
-/// Four nodes, constant strain.
+/// The tetrahedron with four nodes and constant strain.
 using LinearTetrahedron = ElementShape<4, 1>;
 
 /// Rest data of one element: gradients of the shape functions and weights at each point.

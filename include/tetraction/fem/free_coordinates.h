@@ -1,5 +1,5 @@
-// The coordinates that linear constraints leave free. Everything else is eliminated: minimisers and
-// matrices see the free coordinates only (deal.II's AffineConstraints).
+// The coordinates that linear constraints leave free. All others are eliminated, so that minimisers
+// and matrices contain free coordinates only (compare deal.II's AffineConstraints).
 #pragma once
 
 #include <map>
@@ -11,7 +11,7 @@ namespace tetraction {
 
 /// Directions in which one vertex may move: the first `count` columns of an orthonormal basis.
 struct VertexFreedom {
-  int count = 3;  ///< 0 (held) to 3 (free)
+  int count = 3;  ///< 0 (cannot move) to 3 (free)
   Matrix3 basis = Matrix3::Identity();
 
   /// The part of x along these directions.
@@ -22,8 +22,9 @@ struct VertexFreedom {
   }
 };
 
-/// Vertices that move together by an affine map, q_a = c + Σ_j ξ_ja w_j: centre c and `rank` vectors
-/// w_j are free coordinates. Needs Σ m_a ξ_a = 0 and Σ m_a ξ_ia ξ_ja = Σ m_a δ_ij.
+/// Vertices that move together by an affine map, q_a = c + Σ_j ξ_ja w_j. The centre c and the
+/// `rank` vectors w_j are free coordinates. The ξ must satisfy Σ m_a ξ_a = 0 and Σ m_a ξ_ia ξ_ja =
+/// Σ m_a δ_ij.
 struct AffineSet {
   std::vector<Index> vertices;
   Matrix coordinates;  ///< ξ: rank × vertices, rank 0 to 3
@@ -32,18 +33,20 @@ struct AffineSet {
 
 /// The linear map δq = T δy from the free coordinates y to the positions of all vertices.
 ///
-/// In the order of the vertices, each has as many coordinates as directions; then come those of the
-/// affine sets (c, w_1, …). Because of the sets' scaling TᵀMT is diagonal.
+/// The coordinates of single vertices come first, in the order of the vertices; each vertex has one
+/// coordinate per direction in which it may move. The coordinates (c, w_1, …) of the affine sets
+/// follow. TᵀMT is diagonal because the ξ of the affine sets are scaled as AffineSet demands.
 class FreeCoordinates {
  public:
-  /// The three columns of T that belong to one vertex: coordinates first … first + count − 1.
+  /// The three rows of T that belong to one vertex. Only the entries of the coordinates first …
+  /// first + count − 1 are not zero; `columns` holds these.
   struct VertexMap {
     int first = 0;
     int count = 0;
     Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 12> columns;
   };
 
-  /// Every vertex free.
+  /// Every vertex is free.
   explicit FreeCoordinates(Index vertex_count);
   /// Vertices that are not named are free. Throws InputError if a vertex is in two places or the
   /// mesh has more than 2^31 coordinates.
@@ -54,7 +57,7 @@ class FreeCoordinates {
   Index dof_count() const { return 3 * vertex_count(); }
   /// Number of free coordinates.
   Index count() const { return count_; }
-  /// Whether the vertex has all three directions for itself.
+  /// Whether the vertex may move in all three directions, independently of other vertices.
   bool is_free(Index vertex) const { return kind_[static_cast<std::size_t>(vertex)] == kFree; }
   /// Whether the vertex cannot move.
   bool is_held(Index vertex) const { return kind_[static_cast<std::size_t>(vertex)] == kHeld; }
@@ -74,9 +77,10 @@ class FreeCoordinates {
   Vector extend(const Vector& free) const;
   /// The diagonal of TᵀMT, kg (`mass`: one per vertex).
   Vector reduced_mass(const Vector& mass) const;
-  /// p ← M T (TᵀMT)⁻¹ Tᵀ p: the part of momenta that the free coordinates carry.
+  /// p ← M T (TᵀMT)⁻¹ Tᵀ p: keeps the part of the momenta that a motion of the free coordinates
+  /// has.
   void project_momentum(const Vector& mass, Vector& momentum) const;
-  /// v ← T (TᵀMT)⁻¹ TᵀM v: the same of velocities.
+  /// v ← T (TᵀMT)⁻¹ TᵀM v: keeps the same part of velocities.
   void project_velocity(const Vector& mass, Vector& velocity) const;
 
  private:
@@ -84,7 +88,7 @@ class FreeCoordinates {
 
   std::vector<Kind> kind_;
   std::vector<int> first_;                           // free and partial vertices
-  std::map<Index, VertexFreedom> freedoms_;          // partial and held vertices
+  std::map<Index, VertexFreedom> freedoms_;          // vertices with fewer than three directions
   std::map<Index, std::pair<Index, Index>> member_;  // vertex → set and place in it
   std::vector<AffineSet> sets_;
   std::vector<int> set_first_;

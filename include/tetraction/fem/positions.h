@@ -5,12 +5,14 @@
 
 namespace tetraction {
 
-/// The current positions x of all vertices (3 per vertex, m), for one call: it refers to its fields.
+/// The current positions x of all vertices (3 per vertex, m). The object refers to the fields that
+/// it is made of and is meant for one call.
 ///
 /// A sum x = origin + displacement keeps more digits than one field does. An element needs the
-/// differences of its nodes' positions. Taken part by part, (o_a − o_b) + (u_a − u_b), they carry an
-/// error of ε times the edge and of ε|u|, instead of ε|x|. Forces of slender and thin bodies, which
-/// are small differences of large stresses, would otherwise drown in the round-off of positions.
+/// differences of its nodes' positions. Taken part by part, (o_a − o_b) + (u_a − u_b), they carry
+/// an error of ε times the edge and of ε|u|, instead of ε|x|. Forces of slender and thin bodies,
+/// which are small differences of large stresses, would otherwise drown in the round-off of
+/// positions.
 class Positions {
  public:
   /// x = q.
@@ -20,7 +22,7 @@ class Positions {
       : origin_(origin), displacement_(&displacement) {}
 
   const Vector& origin() const { return origin_; }
-  /// Null: x is the origin itself.
+  /// Null if x is the origin itself.
   const Vector* displacement() const { return displacement_; }
   Index size() const { return origin_.size(); }
 

@@ -1,4 +1,4 @@
-// What the element loop needs of the rest configuration.
+// The data of the rest configuration that the element loops need.
 #pragma once
 
 #include <array>
@@ -12,8 +12,9 @@
 
 namespace tetraction {
 
-/// Rest data of all elements. Refers to the positions and tetrahedra of the mesh it was made of, which
-/// must live longer, and works out the rest from them when asked.
+/// Rest data of all elements. It refers to the positions and tetrahedra of the mesh that it was
+/// made of, which must live longer. Gradients, volumes and centroids are computed when they are
+/// asked for.
 class RestState {
  public:
   using Shape = LinearTetrahedron;
@@ -34,7 +35,7 @@ class RestState {
   /// Centroid of element e, m.
   Vector3 center(Index e) const;
 
-  /// The element's columns of a DOF-ordered field.
+  /// The values of a DOF-ordered field at the element's nodes, one column per node.
   Shape::NodeMatrix gather(const Vector& field, Index e) const {
     Shape::NodeMatrix local;
     const Nodes n = nodes(e);
@@ -43,8 +44,8 @@ class RestState {
     }
     return local;
   }
-  /// The element's nodes as seen from its first one: what F and J need, without the round-off of where
-  /// the element is.
+  /// The positions of the element's nodes relative to its first node. F and J need no more, and the
+  /// differences are free of the round-off that large coordinates have.
   Shape::NodeMatrix gather_relative(const Positions& x, Index e) const {
     const auto relative = [&](const Vector& field) {
       const Shape::NodeMatrix local = gather(field, e);

@@ -1,5 +1,5 @@
-// The fixed sparsity pattern of the assembled Hessian: built once, then every element knows where
-// its entries go.
+// The fixed sparsity pattern of the assembled Hessian. It is built once and tells where the entries
+// of every element go.
 #pragma once
 
 #include <array>
@@ -14,14 +14,14 @@ namespace tetraction {
 
 class ElementBlocks;
 
-/// Lower triangle of a symmetric matrix over the free coordinates, compressed by columns with ascending
-/// rows: what CHOLMOD takes with stype = −1.
+/// The lower triangle of a symmetric matrix over the free coordinates, compressed by columns with
+/// ascending rows. CHOLMOD takes this format with stype = −1.
 class SparsityPattern {
  public:
   using Shape = RestState::Shape;
 
   /// Keeps a reference to `rest`, which must live longer.
-  /// `pairs`: vertices that are coupled in other ways than by an element.
+  /// `pairs`: pairs of vertices that something else than an element couples.
   SparsityPattern(const RestState& rest, const FreeCoordinates& coordinates,
                   const std::vector<std::pair<Index, Index>>& pairs = {});
 
@@ -32,12 +32,13 @@ class SparsityPattern {
   const std::vector<int>& column_begin() const { return column_begin_; }
   const std::vector<int>& rows() const { return row_; }
 
-  /// Where the entries of an element go whose vertices are all free or held.
+  /// Where the entries of an element go if each of its vertices is either free or cannot move at
+  /// all.
   struct Place {
-    std::array<int, 4> first;   ///< coordinate of each node; −1: held
+    std::array<int, 4> first;   ///< first coordinate of each node; −1: it cannot move
     std::array<int, 6> offset;  ///< of each pair's block (01 02 03 12 13 23) in its first column
   };
-  /// Place of element e; null if some vertex is neither free nor held.
+  /// Place of element e; null if a vertex of it is partly constrained or belongs to an affine set.
   const Place* place(Index e) const {
     return is_simple_[static_cast<std::size_t>(e)] != 0 ? &places_[static_cast<std::size_t>(e)]
                                                         : nullptr;
@@ -47,17 +48,17 @@ class SparsityPattern {
   void scatter(Index e, const Shape::DofMatrix& local, double* values) const;
   /// Adds Tᵀ B T of symmetric 3 × 3 matrices B, one per vertex (side by side: 3 × 3n).
   void add_vertex_blocks(const Matrix& blocks, double* values) const;
-  /// Whether there is a place for the block of two vertices.
+  /// Whether the pattern has a place for the block of two vertices.
   bool couples(Index i, Index j) const;
-  /// Adds Tᵀ(B + Bᵀ)T, B being `block` in the rows of vertex i and the columns of vertex j, which the
-  /// pattern must couple.
+  /// Adds Tᵀ(B + Bᵀ)T, B being `block` in the rows of vertex i and the columns of vertex j, which
+  /// the pattern must couple.
   void add_pair_block(Index i, Index j, const Matrix3& block, double* values) const;
 
-  /// Elements by colour: no two of a colour share a free coordinate, so a colour's elements can be
-  /// scattered at once; colours come one after the other, so sums do not depend on the number of
-  /// threads.
+  /// The elements by colour. No two elements of a colour share a free coordinate, so all elements
+  /// of a colour can be scattered at the same time. The colours are processed one after the other,
+  /// so that sums do not depend on the number of threads.
   const std::vector<std::vector<Index>>& colors() const;
-  /// The same of blocks of elements (private to the library).
+  /// The element blocks by colour, in the same sense (private to the library).
   const std::vector<std::vector<Index>>& block_colors(const ElementBlocks& blocks) const;
 
  private:

@@ -7,9 +7,9 @@
 
 namespace tetraction {
 
-/// The largest t ≤ 1 such that on the whole way from q to q + t d no element that is not inverted at
-/// q loses more than nine tenths of its volume; exact to a tenth of that loss. Only elements for which
-/// `counts` is true are looked at (empty: all).
+/// The largest t ≤ 1 such that no element loses more than nine tenths of its volume anywhere on the
+/// way from q to q + t d. Elements that are inverted at q do not count. t is exact to a tenth of
+/// that loss. Only elements for which `counts` returns true are examined; if it is empty, all are.
 double admissible_step(const RestState& rest, const Vector& q, const Vector& d,
                        const std::function<bool(Index)>& counts = {});
 

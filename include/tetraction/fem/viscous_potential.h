@@ -9,24 +9,26 @@ namespace tetraction {
 
 enum class TangentForm;
 
-/// Second Piola stress S = 2ηĖ with the rate of the Green strain Ė = sym(FᵀḞ): objective and
-/// symmetric, so that it takes neither linear nor angular momentum from the body.
+/// The second Piola stress is S = 2ηĖ with the rate of the Green strain Ė = sym(FᵀḞ) and η in Pa s.
+/// S is objective and symmetric, so that it takes neither linear nor angular momentum from the
+/// body.
 ///
-/// Explicit steps take its force at (q, v). In an implicit step it is the derivative of the
-/// dissipation potential, written in the point x = q_k + s v where forces are evaluated,
+/// Explicit steps take its force at (q, v). In an implicit step the force is the derivative of a
+/// dissipation potential D in the point x = q_k + s v where forces are evaluated,
 ///
 ///     D(x) = Σ_elements V η |E(x) − E₀|²/s,     Ė = (E(x) − E₀)/s.
 ///
-/// For s = h (backward Euler) E₀ = E(q_k). For s = h/2 (midpoint) the rate has to be that of the motion
-/// at x, Ė = sym(Fᵀ(F − F_k))/s: no strain energy comes into being then, whatever the step, and the
-/// dissipation 2η|Ė|² is never negative. That is E₀ = E(q_k) − ½ΔFᵀΔF with ΔF = F(x) − F_k, which
-/// depends on x itself: D is minimised with E₀ of an estimate of ΔF (set_estimate()), which is
-/// replaced by what came out until both agree. η in Pa s.
+/// For s = h (backward Euler) E₀ = E(q_k). For s = h/2 (midpoint) the strain rate must be that of
+/// the motion at x, Ė = sym(Fᵀ(F − F_k))/s. The viscosity then creates no energy, whatever the
+/// step, and the dissipation 2η|Ė|² is never negative. This rate corresponds to E₀ = E(q_k) −
+/// ½ΔFᵀΔF with ΔF = F(x) − F_k, which depends on x itself. Therefore D is minimised with an
+/// estimate of ΔF (set_estimate()). The estimate is replaced by the ΔF of the minimiser until both
+/// agree.
 class ViscousPotential {
  public:
   using Shape = RestState::Shape;
 
-  /// In all elements of the body of `elastic`, which must live longer.
+  /// The viscosity acts in all elements of `elastic`, which must live longer.
   explicit ViscousPotential(const ElasticPotential& elastic);
   ~ViscousPotential();
   ViscousPotential(ViscousPotential&&) noexcept;
@@ -34,19 +36,20 @@ class ViscousPotential {
   /// force −= Σ V F (2ηĖ) ∂N at positions q and velocities v (3 per vertex, N).
   void add_force(double viscosity, const Vector& q, const Vector& v, Vector& force) const;
 
-  /// Begins an implicit step at q_k with factor = η/s, Pa; 0 switches the terms below off. Keeps a
-  /// reference to `q` until the next step begins.
+  /// Begins an implicit step at q_k with factor = η/s, Pa. With the factor 0 the functions below
+  /// add nothing. Keeps a reference to `q` until the next step begins.
   void begin(const Vector& q, double factor);
-  /// E₀ = E(q_k) − ½ΔFᵀΔF with ΔF of this displacement (3 per vertex, m); until then E₀ = E(q_k).
+  /// Sets E₀ = E(q_k) − ½ΔFᵀΔF with ΔF of this displacement (3 per vertex, m). Before the first
+  /// call in a step E₀ is E(q_k).
   void set_estimate(const Vector& displacement);
   double factor() const;
-  /// value += D, J; gradient += ∇D, N; at x = q_k + displacement.
+  /// value += D (J) and, in the second form, gradient += ∇D (N) at x = q_k + displacement.
   void add_value(const Vector& displacement, double& value) const;
   void add_value_and_gradient(const Vector& displacement, double& value, Vector& gradient) const;
   /// values += entries of ∇²D in the pattern's order, N/m.
   void add_hessian(const Vector& displacement, const SparsityPattern& pattern,
                    double* values) const;
-  /// Adds the terms of element e at positions x. Safe to call from several threads.
+  /// Adds the terms of element e at positions x. May be called from several threads.
   void add_element_terms(Index e, const Positions& x, bool with_hessian,
                          ElasticPotential::ElementTerms& terms) const;
   /// Adds the tangent of a block of elastic().blocks() to a state with metric terms

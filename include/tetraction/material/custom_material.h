@@ -17,14 +17,16 @@ concept SelfDescribingMaterial = Material<M> && requires(const M& m) {
   { m.initial_lame() } -> std::convertible_to<LameParameters>;
 };
 
-/// Holds a user's material behind one virtual call; copies share it, so that copying is cheap.
+/// Holds a user's material behind one virtual call. Copies share the material, so that copying is
+/// cheap.
 ///
-/// Ψ counts from its value at rest, Ψ(I), whatever constant the user's formula has. Its minimum should
-/// be there: the implicit rules' solver (solver/ceres_minimizer.h) takes a root of the energy.
+/// Ψ is measured from its value at rest, Ψ(I), so that a constant in the user's formula has no
+/// effect. Ψ should have its minimum at rest, because Ceres (solver/ceres_minimizer.h) takes a
+/// square root of the energy.
 ///
-/// The small-strain parameters set scales only: the solver's tolerance near round-off, wave speeds
-/// in reports, the floor below which energy is noise. The stability limit comes from stiffness()
-/// itself. Of an anisotropic material give those of the stiffest direction.
+/// The small-strain parameters only set scales: the solver's tolerance near round-off, wave speeds
+/// in reports, and the energy below which there is only round-off. The stability limit comes from
+/// stiffness() itself. For an anisotropic material give the parameters of the stiffest direction.
 class CustomMaterial {
  public:
   /// Throws InputError unless the name is not empty, μ > 0, λ > −2μ/3, both are finite, and Ψ is
@@ -35,7 +37,7 @@ class CustomMaterial {
       : CustomMaterial(
             std::make_shared<const Model<M>>(std::move(material), std::move(name), initial)) {}
 
-  /// Of a type that tells name and parameters itself. Throws as above.
+  /// Takes the name and the parameters from the material itself. Throws as above.
   template <class M>
   requires(!std::same_as<M, CustomMaterial> &&
            SelfDescribingMaterial<M>) explicit CustomMaterial(M material)

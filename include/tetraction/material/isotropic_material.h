@@ -1,4 +1,4 @@
-// What the isotropic materials of the program have in common.
+// The common base of the program's isotropic materials.
 #pragma once
 
 #include "tetraction/material/material_concept.h"
@@ -14,11 +14,16 @@ enum class VolumetricPart {
 
 /// Base of an isotropic material M, Ψ(F) = Ψ(I₁, I₂, J) with the invariants of C = FᵀF.
 ///
-/// M gives its name in scenes, kName, and for people, kTitle; its parameters, kParameters, in the order
-/// of its constructor, and kBesideYoung, in the order of from_young(); whether a VolumetricPart comes
-/// last in both, kHasVolumetricPart; initial_lame(); and whether Ψ is defined for J ≤ 0, too,
-/// kDefinedForAnyJacobian. Ψ and its derivatives with respect to the invariants stand once, in
-/// src/material/laws; what is declared here and the fast element loops are made of them.
+/// M provides
+/// - kName, its name in scenes, and kTitle, its name for people;
+/// - kParameters, its parameters in the order of its constructor, and kBesideYoung, those that
+///   from_young() takes, in their order there;
+/// - kHasVolumetricPart, whether both take a VolumetricPart as their last argument;
+/// - kDefinedForAnyJacobian, whether Ψ is defined for J ≤ 0, too;
+/// - initial_lame().
+///
+/// Ψ and its derivatives with respect to the invariants are written once, in src/material/laws. The
+/// functions below and the fast element loops use them.
 template <class M>
 class IsotropicMaterial {
  public:

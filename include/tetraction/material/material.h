@@ -1,5 +1,6 @@
 // The hyperelastic materials of the program, and the variant that holds any material. With
-// C = FᵀF, E = ½(C − I), J = det F; conventions in material_concept.h. Each is stress-free at F = I.
+// C = FᵀF, E = ½(C − I), J = det F; conventions in material_concept.h. Each is stress-free at F =
+// I.
 #pragma once
 
 #include <string>
@@ -15,15 +16,17 @@
 namespace tetraction {
 
 /// The materials that the fast element loops know. A new one is added here, in
-/// src/material/laws/laws-inl.h and in src/material/isotropic_material.cc; whatever is missing fails to
-/// compile or to link.
+/// src/material/laws/laws-inl.h and in src/material/isotropic_material.cc; whatever is missing
+/// fails to compile or to link.
 using IsotropicModel = std::variant<StVenantKirchhoff, NeoHookean, MooneyRivlin, Yeoh>;
 
-/// A material chosen at run time; visited once outside the element loop.
+/// A material that is chosen at run time. The element loops visit the variant once, outside the
+/// loop.
 using MaterialModel =
     std::variant<StVenantKirchhoff, NeoHookean, MooneyRivlin, Yeoh, CustomMaterial>;
 
-/// The scene's name of the model, such as "neo-hookean", or the name that a custom material was given.
+/// The scene's name of the model, such as "neo-hookean", or the name that a custom material was
+/// given.
 std::string material_name(const MaterialModel& material);
 
 /// Small-strain Lamé parameters of a model, Pa.

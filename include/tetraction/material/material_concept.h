@@ -1,5 +1,6 @@
-// What a hyperelastic material is: energy density Ψ(F), first Piola stress P = ∂Ψ/∂F and stiffness
-// ∂P/∂F, all in closed form. F is the deformation gradient (3×3), J = det F.
+// The concept of a hyperelastic material. A material gives its energy density Ψ(F), first Piola
+// stress P = ∂Ψ/∂F and stiffness ∂P/∂F, all in closed form. F is the deformation gradient (3×3), J
+// = det F.
 //
 // ∂P/∂F is the 9×9 matrix A of dvec(P) = A dvec(F) with vec() column by column (core/types.h):
 //
@@ -24,11 +25,12 @@ inline double jacobian(const Matrix3& f) {
          f(0, 2) * (f(1, 0) * f(2, 1) - f(2, 0) * f(1, 1));
 }
 
-/// What a hyperelastic material offers to the element loop, which calls it from several threads at
-/// once.
+/// The functions of a hyperelastic material that the element loop calls, from several threads at
+/// the same time.
 ///
-/// `admissible(F)` tells whether Ψ is defined at F (J > 0 where a logarithm of J occurs); the other
-/// three are only called where it is. Ψ in J/m³, P and ∂P/∂F in Pa.
+/// `admissible(F)` tells whether Ψ is defined at F (for example, J > 0 if the law has a logarithm
+/// of J). The other three functions are only called where Ψ is defined. Ψ is in J/m³, P and ∂P/∂F
+/// are in Pa.
 template <class M>
 concept Material = requires(const M& m, const Matrix3& f) {
   { m.admissible(f) } -> std::convertible_to<bool>;

@@ -1,4 +1,4 @@
-// What a material says of its parameters: scenes, messages, documents and the window take it from here.
+// The description of a material's parameters, which scenes, messages, documents and the window use.
 #pragma once
 
 #include "tetraction/core/number_range.h"
@@ -13,7 +13,7 @@ struct MaterialParameter {
   const char* help;
 };
 
-/// What every material can be given by, beside parameters of its own.
+/// The two parameters that every material accepts in place of parameters of its own.
 inline constexpr MaterialParameter kYoungsModulus{"youngs_modulus", "Pa", kModeratePositive,
                                                   "Young's modulus E"};
 inline constexpr MaterialParameter kPoissonsRatio{

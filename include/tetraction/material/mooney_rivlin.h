@@ -30,8 +30,8 @@ class MooneyRivlin : public IsotropicMaterial<MooneyRivlin> {
   /// λ + 2μ₂ > −2(μ₁ + μ₂)/3.
   MooneyRivlin(double mu1, double mu2, double lambda,
                VolumetricPart volumetric = VolumetricPart::kLogarithmic);
-  /// With the small-strain response of (E, ν) and μ₂/μ₁ = `ratio` ≥ 0: μ₁ = μ/(1 + ratio), μ₂ = μ − μ₁,
-  /// and its λ is λ(E, ν) − 2μ₂. Throws InputError for a ratio out of range.
+  /// With the small-strain response of (E, ν) and μ₂/μ₁ = `ratio` ≥ 0: μ₁ = μ/(1 + ratio), μ₂ = μ −
+  /// μ₁, and its λ is λ(E, ν) − 2μ₂. Throws InputError for a ratio out of range.
   static MooneyRivlin from_young(const LameParameters& lame, double ratio,
                                  VolumetricPart volumetric = VolumetricPart::kLogarithmic);
   LameParameters initial_lame() const { return {mu1_ + mu2_, lambda_ + 2.0 * mu2_}; }

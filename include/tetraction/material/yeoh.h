@@ -8,13 +8,14 @@ namespace tetraction {
 
 /// Yeoh (1993): Ψ = Σ_{i=1..3} C_i0 (Ī₁ − 3)^i + κ/2 (J − 1)², Ī₁ = J^{−2/3} I₁. Needs J > 0.
 ///
-/// Its first term alone is the neo-Hookean law of most commercial codes; the others give filled rubber its
-/// softening at moderate stretches (C₂₀ < 0, usually) and stiffening at large ones (C₃₀ > 0). Where
-/// C₁₀ + 2 C₂₀ x + 3 C₃₀ x², x = Ī₁ − 3, is not positive, shearing further sets energy free: the body is
-/// unstable there, and no step will be found that resists. That is nowhere so if C₂₀² < 3 C₁₀ C₃₀ or if
-/// neither C₂₀ nor C₃₀ is negative. C₃₀ < 0 has always such an end. Negative values are taken as they are.
+/// The first term alone is the neo-Hookean law of most commercial codes. The others describe the
+/// softening of filled rubber at moderate stretches (usually C₂₀ < 0) and its stiffening at large
+/// ones (C₃₀ > 0). The material is unstable where C₁₀ + 2 C₂₀ x + 3 C₃₀ x², x = Ī₁ − 3, is not
+/// positive, because further shear releases energy there. This happens at no strain if C₂₀² < 3 C₁₀
+/// C₃₀ or if neither C₂₀ nor C₃₀ is negative. It always happens at some strain if C₃₀ < 0. Negative
+/// values of C₂₀ and C₃₀ are accepted without a warning.
 ///
-/// Small strains: μ = 2 C₁₀ and λ = κ − 2μ/3, that is, the bulk modulus κ.
+/// The small-strain parameters are μ = 2 C₁₀ and λ = κ − 2μ/3, that is, the bulk modulus is κ.
 class Yeoh : public IsotropicMaterial<Yeoh> {
  public:
   static constexpr const char* kName = "yeoh";

@@ -1,4 +1,5 @@
-// Positions and tetrahedra as arrays of numbers: views of them, and arrays that own or view.
+// Positions and tetrahedra as arrays of numbers: views of such arrays, and containers that either
+// own their items or view an array of the caller's.
 #pragma once
 
 #include <array>
@@ -13,7 +14,7 @@
 
 namespace tetraction {
 
-/// Reads the items of a view one after the other; they are values, made when asked for.
+/// Reads the items of a view one after the other. Items are values, made when they are read.
 template <class View>
 class ViewIterator {
  public:
@@ -60,7 +61,8 @@ class VertexView {
   std::size_t size_ = 0;
 };
 
-/// The vertices of tetrahedra, four each, in an array of 32- or 64-bit numbers that must live longer.
+/// The vertices of tetrahedra, four each, in an array of 32- or 64-bit numbers that must live
+/// longer.
 class TetrahedronView {
  public:
   using value_type = std::array<Index, 4>;
@@ -94,8 +96,9 @@ class TetrahedronView {
   std::size_t size_ = 0;
 };
 
-/// Items of its own, or a view of an array of the caller's, which must live longer than this and all
-/// its copies (a copy of a view is a view). Reading is the same for both; own() is for changes.
+/// A container that either owns its items or views an array of the caller's. A viewed array must
+/// live longer than the container and all its copies, because a copy of a view is a view. Both
+/// kinds are read in the same way. own() gives access for changes.
 template <class View>
 class MeshArray {
  public:
@@ -117,7 +120,8 @@ class MeshArray {
   iterator begin() const { return {view(), 0}; }
   iterator end() const { return {view(), size()}; }
 
-  /// Its own items, to be changed. A view becomes a copy first: the caller's array stays as it is.
+  /// Gives access to the container's own items, for changes. A view is copied first, so that the
+  /// caller's array stays as it is.
   std::vector<value_type>& own() {
     if (viewed_) {
       items_.assign(begin(), end());

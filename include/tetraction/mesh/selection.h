@@ -1,4 +1,4 @@
-// Choosing vertices of a mesh by what a user can name.
+// Ways in which a user can select vertices of a mesh.
 #pragma once
 
 #include <optional>
@@ -10,7 +10,7 @@
 
 namespace tetraction {
 
-/// Vertices by the numbers of the file.
+/// The vertices with the given numbers; the numbers are those of the mesh file.
 struct SelectVertices {
   std::vector<std::int64_t> ids;
   bool operator==(const SelectVertices&) const = default;
@@ -57,14 +57,16 @@ struct SelectAll {
 using Selection = std::variant<SelectVertices, SelectPlane, SelectBox, SelectSphere, SelectNearest,
                                SelectGroup, SelectSurface, SelectAll>;
 
-/// The selected vertices in reference coordinates, as sorted internal numbers without repeats.
-/// Throws InputError when nothing is selected, an id does not exist in the file, or a group is
-/// unknown (the message lists the groups there are), and for an axis or a point that makes no sense.
+/// The selected vertices as sorted internal numbers without repeats. Coordinates in selections are
+/// rest positions. Throws InputError if nothing is selected, if an id does not exist in the file,
+/// if a group is unknown (the message lists the groups of the mesh), and for an invalid axis or
+/// point.
 std::vector<Index> select_vertices(const TetMesh& mesh, const Selection& selection);
 
-/// The selected tetrahedra, sorted: of a group that consists of tetrahedra those, of a box or a
-/// sphere those with their centroid in it, of anything else those with all four vertices selected.
-/// Throws InputError as select_vertices() does, and when no tetrahedron is selected.
+/// The selected tetrahedra, sorted. A group that consists of tetrahedra selects these. A box or a
+/// sphere selects the tetrahedra whose centroid is inside. Any other selection selects the
+/// tetrahedra with all four vertices selected. Throws InputError as select_vertices() does, and if
+/// no tetrahedron is selected.
 std::vector<Index> select_tetrahedra(const TetMesh& mesh, const Selection& selection);
 
 }  // namespace tetraction

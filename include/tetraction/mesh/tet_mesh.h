@@ -1,5 +1,5 @@
-// The tetrahedral mesh: what a file or a generator gives (RawMesh) and what the solver takes
-// (TetMesh), with the checks between the two.
+// The tetrahedral mesh. A file gives a RawMesh, the solver takes a TetMesh, and build_mesh() checks
+// the former and makes the latter of it.
 #pragma once
 
 #include <array>
@@ -46,7 +46,7 @@ struct RawGroup {
   int tag = 0;
 };
 
-/// A mesh as a file holds it: nothing checked yet.
+/// A mesh as it stands in a file. Nothing of it has been checked yet.
 struct RawMesh {
   std::string source;  ///< file name, for messages
   std::vector<Vector3> vertices;
@@ -65,7 +65,7 @@ struct Group {
   std::vector<Index> tetrahedra;  ///< sorted; empty unless dimension is 3
 };
 
-/// What build_mesh() changed and left out; for the user to read.
+/// What build_mesh() changed and left out. It is meant for the user.
 struct MeshReport {
   Index reoriented = 0;        ///< inverted tetrahedra whose vertex order was mended
   Index dropped_vertices = 0;  ///< vertices that no tetrahedron uses
@@ -74,10 +74,11 @@ struct MeshReport {
 
 /// A checked tetrahedral mesh: positive volumes, finite coordinates, every vertex used.
 ///
-/// Vertices and tetrahedra are numbered from 0 inside; `vertex_ids` and `tetrahedron_ids` hold the
-/// numbers of the file, which are what a user gives in selections and sees in outputs. These two and
-/// `regions` have an entry for every vertex or tetrahedron, or none: ids from 0, and region 0.
-/// Positions and tetrahedra may be views of the caller's arrays (view_mesh()).
+/// The library numbers vertices and tetrahedra from 0. `vertex_ids` and `tetrahedron_ids` hold the
+/// numbers of the file, which a user gives in selections and sees in outputs. These two and
+/// `regions` have one entry per vertex or tetrahedron, or they are empty; then ids count from 0 and
+/// every tetrahedron is in region 0. Positions and tetrahedra may be views of the caller's arrays
+/// (view_mesh()).
 struct TetMesh {
   std::string source;
   VertexArray vertices;         ///< rest positions X, m
@@ -91,11 +92,11 @@ struct TetMesh {
 
   Index vertex_count() const { return static_cast<Index>(vertices.size()); }
   Index tetrahedron_count() const { return static_cast<Index>(tetrahedra.size()); }
-  /// The number that the user knows a vertex by.
+  /// The number of a vertex in the file, by which the user knows it.
   std::int64_t vertex_id(Index v) const {
     return vertex_ids.empty() ? v : vertex_ids[static_cast<std::size_t>(v)];
   }
-  /// The number that the user knows a tetrahedron by.
+  /// The number of a tetrahedron in the file, by which the user knows it.
   std::int64_t tetrahedron_id(Index e) const {
     return tetrahedron_ids.empty() ? e : tetrahedron_ids[static_cast<std::size_t>(e)];
   }
@@ -109,29 +110,30 @@ struct TetMesh {
   double total_volume() const;
 };
 
-/// Checks a raw mesh and makes the solver's mesh of it; coordinates are multiplied by `scale`.
+/// Checks a raw mesh and makes the solver's mesh of it. All coordinates are multiplied by `scale`.
 ///
-/// Takes the linear tetrahedra, counts other cells in the report, reorients inverted tetrahedra,
-/// drops vertices that no tetrahedron uses.
-/// Throws FileError, naming the file and the element's or vertex's own id, for: no tetrahedra,
+/// The function takes the linear tetrahedra, counts other cells in the report, reorients inverted
+/// tetrahedra, and drops vertices that no tetrahedron uses.
+/// Throws FileError, which names the file and the id of the element or vertex, for: no tetrahedra,
 /// quadratic tetrahedra, a vertex id that does not exist, a NaN or infinite coordinate, a repeated
-/// vertex in a tetrahedron, a volume of zero (below 1e-14 of the cube of its longest edge), and a
+/// vertex in a tetrahedron, a volume of zero (below 1e-14 of the cube of the longest edge), and a
 /// vertex number that occurs twice. Throws InputError unless the scale is positive and finite.
 TetMesh build_mesh(RawMesh raw, double scale = 1.0);
 
-/// A mesh on the caller's own arrays, without a copy: three coordinates a vertex, m, and the four
-/// vertices of each tetrahedron, numbered from 0.
+/// A mesh that uses the caller's own arrays without a copy: three coordinates per vertex, m, and
+/// the four vertices of each tetrahedron, numbered from 0.
 ///
-/// Both arrays must live longer than the mesh, its copies and every body made of them, and must not
-/// change meanwhile. Ids count from 0; there are no regions and no groups. What build_mesh() would
-/// mend or leave out has to be right already. Throws InputError, naming the tetrahedron or vertex,
-/// for: arrays that are empty or no multiple of 3 and 4, a vertex that does not exist, a NaN or
-/// infinite coordinate, a volume that is not positive (as build_mesh() judges it), a vertex that no
-/// tetrahedron uses.
+/// Both arrays must live longer than the mesh, its copies and every body made of them, and they
+/// must not change meanwhile. Ids count from 0. There are no regions and no groups. The arrays must
+/// be right already, because nothing is mended or left out as build_mesh() does. Throws InputError,
+/// which names the tetrahedron or vertex, for: arrays that are empty or whose lengths are no
+/// multiples of 3 and 4, a vertex that does not exist, a NaN or infinite coordinate, a volume that
+/// is not positive (as build_mesh() judges it), a vertex that no tetrahedron uses.
 TetMesh view_mesh(std::span<const double> positions, std::span<const std::int32_t> tetrahedra);
 TetMesh view_mesh(std::span<const double> positions, std::span<const std::int64_t> tetrahedra);
 
-/// Faces that belong to one tetrahedron only, vertices ordered so that the normal points outward.
+/// The faces that belong to one tetrahedron only. Their vertices are ordered so that normals point
+/// outward.
 std::vector<std::array<Index, 3>> boundary_faces(const TetMesh& mesh);
 
 }  // namespace tetraction

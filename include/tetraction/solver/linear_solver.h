@@ -5,10 +5,10 @@ namespace tetraction {
 
 /// How Newton's linear systems are solved.
 enum class LinearSolver {
-  kAuto,  ///< the first of the others that the measured rule (docs/performance.md) finds cheapest
+  kAuto,        ///< the cheapest of the others by a rule from measurements (docs/performance.md)
   kMatrixFree,  ///< two-level conjugate gradients on the exact stiffness, without a matrix
   kCg,          ///< conjugate gradients on the assembled matrix
-  kFactor       ///< the same, preconditioned by CHOLMOD's factor of an older matrix
+  kFactor       ///< as kCg, preconditioned with CHOLMOD's factor of an older matrix
 };
 
 }  // namespace tetraction

@@ -10,22 +10,21 @@ namespace tetraction {
 
 struct NewtonOptions : MinimizerOptions {
   LinearSolver linear = LinearSolver::kAuto;
-  /// False: with kFactor, factorise in every iteration instead of keeping the factor.
+  /// If false, kFactor factorises in every iteration instead of keeping the factor.
   bool keep_factor = true;
 };
 
 /// Minimises Φ by an inexact Newton method with the exact Hessian.
 ///
-/// An iteration solves ∇²Φ(x) d = −∇Φ(x) to a relative residual η that falls with the square of the
-/// residual's own reduction (Eisenstat & Walker 1996, choice 2, γ = 0.5; the first of a step begins
-/// where that of the last step would have ended), cuts the step where an
-/// element could be inverted on the way (fem/step_length.h), and halves it until Φ falls
-/// (Armijo, 1e-4) or the residual is halved. Where a direction of negative curvature is met, the
-/// system is solved with a matrix that is made positive semidefinite, and the step goes on along that
-/// direction as long as Φ falls.
-/// It stops at |Tᵀ∇Φ| ≤ StepProblem::residual_limit. Where that may be a saddle it looks for negative
-/// curvature in the Hessian there, and goes on if it finds any (docs/theory.md says when it looks, and
-/// what that guarantees).
+/// An iteration solves ∇²Φ(x) d = −∇Φ(x) to a relative residual η that is proportional to the
+/// square of the last reduction of |∇Φ| (Eisenstat & Walker 1996, choice 2, γ = 0.5). The first η
+/// of a step comes from the first reduction in the last step. The displacement is shortened if an
+/// element could be inverted on the way (fem/step_length.h), and then halved until Φ falls (Armijo,
+/// 1e-4) or the residual is halved. If a direction of negative curvature is met, the system is
+/// solved with a matrix that is made positive semidefinite, and the iteration then follows that
+/// direction as long as Φ falls. The method stops at |Tᵀ∇Φ| ≤ StepProblem::residual_limit. If that
+/// point may be a saddle, it looks for negative curvature in the Hessian there and continues if it
+/// finds any. docs/theory.md says when it looks, and what that guarantees.
 ///
 /// The factor of kFactor is kept across iterations and steps. It is made anew when the iterations
 /// of conjugate gradients beyond the third have cost as much as a factorisation since the last one.

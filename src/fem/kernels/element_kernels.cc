@@ -104,8 +104,8 @@ HWY_INLINE bool all_positive(D d, V j) {
   return hn::AllTrue(d, hn::And(hn::Gt(j, hn::Zero(d)), hn::Lt(j, hn::Set(d, 1e300))));
 }
 
-// Energy and ∂W/∂e of the elements in the lanes, of a law defined for any J. Returns whether all are
-// admissible.
+// Energy and ∂W/∂e of the elements in the lanes, of a law defined for any J. Returns whether all
+// are admissible.
 template <bool kGradient, class M>
 HWY_INLINE bool evaluate_strain(D d, const M& material, const Columns<V>& e, const Symmetric<V>& vg,
                                 V inverse_six_volume, V& energy, Columns<V>& gradient) {
@@ -134,7 +134,7 @@ HWY_INLINE bool evaluate_strain(D d, const M& material, const Columns<V>& e, con
   return hn::AllTrue(d, hn::Eq(hn::Sub(tr, tr), hn::Zero(d)));
 }
 
-// The same of a law with I₂ that needs J > 0.
+// The same for a law with I₂ that needs J > 0.
 template <bool kGradient, class M>
 HWY_INLINE bool evaluate_i2(D d, const M& material, const Columns<V>& e, const Symmetric<V>& vg,
                             V inverse_six_volume, V& energy, Columns<V>& gradient) {
@@ -231,8 +231,8 @@ HWY_NOINLINE BlockSums run_one_by_one(const BatchView& batches, const M& constan
   return {sum_of_lanes(d, sums), admissible};
 }
 
-// Laws without I₂ in stages, so that the long chain of the logarithm of one vector hides behind the other
-// vectors of the batch.
+// Laws without I₂ are computed in stages, so that the processor works on other vectors of the batch
+// while it waits for the long chain of operations of one vector's logarithm.
 struct Stage {
   Columns<V> evg;
   Columns<V> cofactor;

@@ -1,9 +1,9 @@
 // The kernels of the element loop for isotropic materials: many tetrahedra at a time, one in each
 // lane of a vector register, compiled for several instruction sets and chosen at run time.
 //
-// They work on edges. With the current edges e = [q1−q0, q2−q0, q3−q0], the rest edges D and
-// G = (DᵀD)⁻¹, the tensors of an isotropic material pulled back to the edges need nothing else of
-// the rest state than G and det D = 6V:
+// They work on edges. The current edges are e = [q1−q0, q2−q0, q3−q0], the rest edges are D, and
+// G = (DᵀD)⁻¹. The tensors of an isotropic material, pulled back to the edges, need only G and
+// det D = 6V of the rest state:
 //
 //     c = eᵀe,  I₁ = c:G,  J = det e/det D,  F F⁻ᵀ-terms: F D⁻ᵀ = e G,  F⁻ᵀ D⁻ᵀ = e⁻ᵀ
 //
@@ -25,31 +25,32 @@
 
 namespace tetraction {
 
-/// Elements side by side in the data of a batch, for every instruction set.
+/// The number of elements in a batch. It is the same for every instruction set.
 constexpr int kBatchLanes = 16;
 
 /// Rest data and nodes of the elements of a block, batch by batch.
 struct BatchView {
   /// Six entries of V G (00 01 02 11 12 22) and 1/(6V): 7 × kBatchLanes numbers a batch.
   const double* rest = nullptr;
-  /// Four nodes × kBatchLanes a batch: where the node's row begins in the block's rows.
+  /// Slots of the nodes, 4 × kBatchLanes a batch: where the node's record begins in the block's
+  /// records.
   const std::uint16_t* slots = nullptr;
   std::ptrdiff_t count = 0;
 };
 constexpr int kRestNumbers = 7;
 
-/// What a kernel tells of a block.
+/// The result of a kernel for one block.
 struct BlockSums {
   double energy = 0.0;     ///< J
   bool admissible = true;  ///< J > 0 in every element, all numbers finite
 };
 
-/// Energy and gradients: adds ∂W/∂q of the elements to `gradients`. Rows have four numbers (x y z 0),
-/// 32-byte aligned. The nodes are at positions + changes (null: at positions), of which the edges
-/// are formed part by part (tetraction/fem/positions.h).
+/// Computes the energy and adds ∂W/∂q of the elements to `gradients`. Records have four numbers
+/// (x y z 0) and are aligned to 32 bytes. The nodes are at positions + changes, or at positions if
+/// `changes` is null. The edges of the two are formed separately (tetraction/fem/positions.h).
 BlockSums elastic_gradient(const BatchView& batches, const IsotropicModel& material,
                            const double* positions, const double* changes, double* gradients);
-/// Energy alone.
+/// Computes the energy alone.
 BlockSums elastic_energy(const BatchView& batches, const IsotropicModel& material,
                          const double* positions, const double* changes);
 

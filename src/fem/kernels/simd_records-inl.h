@@ -1,5 +1,5 @@
-// Rows of four numbers (x y z 0 of a vertex) to and from lanes, for all vector lengths. Included by
-// Highway once per instruction set.
+// Moves records of four numbers (x y z 0 of a vertex) to lanes and back, for all vector lengths.
+// Included by Highway once per instruction set.
 #if defined(TETRACTION_FEM_SIMD_ROWS_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef TETRACTION_FEM_SIMD_ROWS_INL_H_
 #undef TETRACTION_FEM_SIMD_ROWS_INL_H_
@@ -40,8 +40,8 @@ struct Symmetric {
   V& operator()(int i, int j) { return m[at(i, j)]; }
 };
 
-/// Reads and adds rows of `rows`; `slots[a * stride + lane]` is where node a of the element in a lane
-/// begins, counted in numbers.
+/// Reads records of `rows` and adds to them. `slots[a * stride + lane]` is the slot of node a of
+/// the element in a lane: where its record begins, counted in numbers.
 #if HWY_TARGET == HWY_SCALAR
 template <class D>
 class RecordAccess {
@@ -49,7 +49,7 @@ class RecordAccess {
   using T = hn::TFromD<D>;
   using V = hn::Vec<D>;
 
-  /// e[k] = row of node k + 1 less row of node 0.
+  /// e[k] = record of node k + 1 less record of node 0.
   static void edges(D d, const T* rows, const uint16_t* slots, size_t stride, Columns<V>& e) {
     edges<false>(d, rows, nullptr, slots, stride, e);
   }
@@ -67,7 +67,7 @@ class RecordAccess {
     }
   }
 
-  /// Adds f[k] to the row of node k + 1 and takes it from that of node 0.
+  /// Adds f[k] to the record of node k + 1 and subtracts it from that of node 0.
   static void add_balanced(D, const Columns<V>& f, T* rows, const uint16_t* slots, size_t stride) {
     for (size_t i = 0; i < 3; ++i) {
       T sum = 0;
@@ -88,7 +88,7 @@ class RecordAccess {
   using V = hn::Vec<D>;
   static constexpr size_t kLanes = hn::MaxLanes(D());
 
-  /// e[k] = row of node k + 1 less row of node 0.
+  /// e[k] = record of node k + 1 less record of node 0.
   static HWY_INLINE void edges(D d, const T* HWY_RESTRICT rows, const uint16_t* HWY_RESTRICT slots,
                                size_t stride, Columns<V>& e) {
     edges<false>(d, rows, nullptr, slots, stride, e);
@@ -124,7 +124,7 @@ class RecordAccess {
     }
   }
 
-  /// Adds f[k] to the rows of node k + 1 and takes it from those of node 0.
+  /// Adds f[k] to the records of node k + 1 and subtracts it from those of node 0.
   static HWY_INLINE void add_balanced(D d, const Columns<V>& f, T* HWY_RESTRICT rows,
                                       const uint16_t* HWY_RESTRICT slots, size_t stride) {
     if constexpr (sizeof(T) * kLanes == 16 && sizeof(T) == 8) {
@@ -165,16 +165,16 @@ class RecordAccess {
   }
 
  private:
-  using R = hn::CappedTag<T, 4>;               // holds one row
-  static constexpr size_t kRows = kLanes / 4;  // rows in a vector
+  using R = hn::CappedTag<T, 4>;               // holds one record
+  static constexpr size_t kRows = kLanes / 4;  // records in a vector
 
   template <class D2>
   static HWY_INLINE void add(D2 d, hn::Vec<D2> v, T* row) {
     hn::Store(hn::Add(hn::Load(d, row), v), d, row);
   }
 
-  // Lane of the element whose row stands at place `place` of vector `i` of four. Doubles are
-  // transposed in blocks of two, floats in blocks of four.
+  // Lane of the element whose record is at `place` in vector `i` of four. Doubles are transposed in
+  // blocks of two, floats in blocks of four.
   static constexpr size_t lane_of(size_t i, size_t place) { return i + 4 * place; }
 
   static HWY_INLINE hn::Vec<R> row_difference(const T* rows, uint16_t node, uint16_t origin) {
@@ -292,21 +292,21 @@ HWY_INLINE V cofactors(const Columns<V>& e, Columns<V>& w) {
 /// How many batches ahead data is fetched from memory.
 constexpr size_t kAhead = 3;
 
-/// Asks for `count` numbers that will be needed soon; `data` may lie behind the end of an array.
+/// Prefetches `count` numbers that will be needed soon. `data` may lie behind the end of an array.
 template <class T>
 HWY_INLINE void prefetch(const T* data, size_t count) {
   const char* line = reinterpret_cast<const char*>(data);
   for (const char* end = line + count * sizeof(T); line < end; line += 64) hwy::Prefetch(line);
 }
 
-// Of a body of for_each_vector(). It must become a part of its loop, as a call for every vector would
-// cost a tenth of the time.
+// Marks the body of for_each_vector(). The body must be inlined into its loop, because a call for
+// every vector would cost a tenth of the time.
 #undef TETRACTION_LOOP_BODY
 #define TETRACTION_LOOP_BODY HWY_ATTR __attribute__((always_inline))
 
-/// The loop over the elements of a block: calls body(batch, lane, rest, slots) for the vectors of every
-/// batch, kTogether of them at a time, where `rest` and `slots` are the data of the first lane; and
-/// ahead(batch) once for every batch, to fetch what will be needed soon.
+/// The loop over the elements of a block. It calls body(batch, lane, rest, slots) for the vectors
+/// of every batch, kTogether vectors at a time; `rest` and `slots` are the data of the first lane.
+/// It also calls ahead(batch) once for every batch, which prefetches what will be needed soon.
 template <class D, size_t kTogether = 1, class Ahead, class Body>
 HWY_INLINE void for_each_vector(const BatchView& batches, const Ahead& ahead, const Body& body) {
   const double* HWY_RESTRICT rest = batches.rest;
@@ -321,7 +321,7 @@ HWY_INLINE void for_each_vector(const BatchView& batches, const Ahead& ahead, co
     slots += 4 * kBatchLanes;
   }
 }
-/// The same of a loop that reads the rest data.
+/// The same loop for a body that reads the rest data, which are prefetched.
 template <class D, size_t kTogether = 1, class Body>
 HWY_INLINE void for_each_vector(const BatchView& batches, const Body& body) {
   const auto ahead = [&](size_t b) HWY_ATTR {
@@ -330,8 +330,8 @@ HWY_INLINE void for_each_vector(const BatchView& batches, const Body& body) {
   for_each_vector<D, kTogether>(batches, ahead, body);
 }
 
-/// ln j and 1/j. Near 1, where volumes nearly always are, ln j = 2 artanh s with s = (j − 1)/(j + 1),
-/// accurate relative to ln j itself, and one division gives both.
+/// ln j and 1/j. Near 1, where volumes nearly always are, ln j = 2 artanh s with s = (j − 1)/(j +
+/// 1), accurate relative to ln j itself, and one division gives both.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V log_and_inverse(D d, V j, V& inverse) {
   const V one = hn::Set(d, 1.0);

@@ -431,8 +431,8 @@ HWY_NOINLINE void diagonal_blocks(const BatchView& batches, const T* HWY_RESTRIC
 }
 
 // The block of nodes a and b is
-// (γ_aᵀTγ_b) I + k w_b w_aᵀ + Σ s_ij v_i,a v_j,bᵀ + a₁ (z_b z_aᵀ + (γ_aᵀGγ_b) e G eᵀ) + 2a₂ z_a z_bᵀ;
-// those of node 0 follow from the others, as rigid translations cost nothing.
+// (γ_aᵀTγ_b) I + k w_b w_aᵀ + Σ s_ij v_i,a v_j,bᵀ + a₁ (z_b z_aᵀ + (γ_aᵀGγ_b) e G eᵀ) + 2a₂ z_a
+// z_bᵀ; the blocks of node 0 follow from the others, because rigid translations cause no force.
 template <TangentForm kForm>
 HWY_NOINLINE void stiffness(const double* HWY_RESTRICT state, double* HWY_RESTRICT matrices) {
   using D = D64;

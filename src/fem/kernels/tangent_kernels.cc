@@ -41,8 +41,8 @@ struct Law<NoStiffness> {
   }
 };
 
-// Calls body(form) with the form as a constant of the compiler, which is one of those that the laws have,
-// with viscosity or without.
+// Calls body(form) with the form as a compile-time constant. It must be one of the forms that the
+// laws have, with or without viscosity.
 template <class Body, class... M>
 HWY_INLINE void with_form_of_one(TangentForm form, const Body& body, const std::variant<M...>*) {
   const auto try_one = [&]<TangentForm kForm>(std::integral_constant<TangentForm, kForm> constant)
@@ -97,7 +97,7 @@ void stiffness_form(TangentForm form, const double* state, double* matrices) {
   with_form(form, [&](auto constant) HWY_ATTR { stiffness<constant()>(state, matrices); });
 }
 
-// Names without overloads, for dispatch.
+// The dispatch needs names without overloads.
 void prepare_float(const BatchView& b, const IsotropicModel& m, TangentForm f, const double* q,
                    float* s) {
   prepare_form(b, m, f, q, s);

@@ -1,7 +1,8 @@
 // Kernels of the tangent stiffness K(q) of isotropic materials, applied without a matrix.
 //
 // In the notation of element_kernels.h, with edges e, de = edges of the displacement, w = e⁻ᵀ by
-// columns, dc = deᵀe + eᵀde, z = e G and b = I₁ e G − e G c G, every isotropic material's stiffness is
+// columns, dc = deᵀe + eᵀde, z = e G and b = I₁ e G − e G c G, every isotropic material's stiffness
+// is
 //
 //     d(∂W/∂e) = de T + e [a₁ G dc G + a₂ (dc:G) G] + k w deᵀ w + Σ s_ij (v_j:de) v_i,  v = w, z, b
 //
@@ -10,16 +11,16 @@
 //     k = −V Ψ_L,    s_ww = l = V Ψ_LL
 //     s_zw = 2V Ψ₁L, s_bb = 4V Ψ₂₂, s_zb = 4V Ψ₁₂, s_wb = 2V Ψ₂L
 //
-// with indices for derivatives with respect to I₁, I₂ and ln J. Viscosity has the metric terms of a law
-// of the strain: T and a₁. So one product serves all, and it has only the terms that the law has: the
-// state is worked out once for many products.
+// with indices for derivatives with respect to I₁, I₂ and ln J. Viscosity only has T and the metric
+// term with a₁. One product therefore serves all materials. It only computes the terms that a law
+// has. The state, T and all numbers after it, is computed once for many products.
 #pragma once
 
 #include "element_kernels.h"
 
 namespace tetraction {
 
-/// Which terms there are beside T: a set.
+/// The set of terms that a stiffness has besides T.
 enum class TangentForm {
   kSpatial = 1,   ///< w, k, l: laws that depend on J
   kMetric = 2,    ///< e, G, a₁, a₂: laws that depend on I₂, and viscosity
@@ -33,7 +34,7 @@ constexpr bool has(TangentForm form, TangentForm part) {
   return (static_cast<int>(form) & static_cast<int>(part)) != 0;
 }
 
-/// The terms of a material, with viscosity beside it or not.
+/// The terms of a material, with or without viscosity.
 TangentForm tangent_form(const IsotropicModel& material, bool viscous);
 
 // Where in the state the terms begin: T (6) first; then w (9), k, l; e (9), G (6), a₁, a₂;
@@ -44,7 +45,7 @@ constexpr int tangent_metric_offset(TangentForm form) {
 constexpr int tangent_coupled_offset(TangentForm form) {
   return tangent_metric_offset(form) + (has(form, TangentForm::kMetric) ? 17 : 0);
 }
-/// Numbers that the state of an element has.
+/// The number of numbers in the state of an element.
 constexpr int tangent_numbers(TangentForm form) {
   return tangent_coupled_offset(form) + (has(form, TangentForm::kCoupled) ? 11 : 0) +
          (has(form, TangentForm::kCoupledI2) ? 12 : 0);
@@ -57,29 +58,31 @@ void prepare_tangent(const BatchView& batches, const IsotropicModel& material, T
                      const double* positions, float* state);
 void prepare_tangent(const BatchView& batches, const IsotropicModel& material, TangentForm form,
                      const double* positions, double* state);
-/// The same without a material: metric terms with T = 0 and a₁ = a₂ = 0, to which viscosity is added.
+/// Prepares a state without a material: metric terms with T = 0 and a₁ = a₂ = 0, to which viscosity
+/// is added.
 void prepare_empty_tangent(const BatchView& batches, const double* positions, double* state);
 
-/// Adds K x to `result`; rows as in element_kernels.h.
+/// Adds K x to `result`. Records are as in element_kernels.h.
 void apply_tangent(const BatchView& batches, TangentForm form, const float* state, const float* x,
                    float* result);
 void apply_tangent(const BatchView& batches, TangentForm form, const double* state, const double* x,
                    double* result);
 
-/// Adds the nodes' diagonal blocks to rows (xx yy zz 0) and (xy xz yz 0).
+/// Adds the diagonal blocks of the nodes to records (xx yy zz 0) and (xy xz yz 0).
 void add_tangent_diagonal(const BatchView& batches, TangentForm form, const float* state,
                           float* diagonal, float* off_diagonal);
 void add_tangent_diagonal(const BatchView& batches, TangentForm form, const double* state,
                           double* diagonal, double* off_diagonal);
 
-/// Numbers of an element's matrix: 6 of each node's diagonal block (xx xy xz yy yz zz), then 9 of each
-/// pair's block, row by row, rows of the first node: 01 02 03 12 13 23.
+/// The number of numbers of an element matrix. First come 6 numbers of each node's diagonal block
+/// (xx xy xz yy yz zz), then 9 of the block of each pair of nodes (01 02 03 12 13 23), row by row,
+/// with the rows of the pair's first node.
 constexpr int kStiffnessNumbers = 4 * 6 + 6 * 9;
 /// The elements' matrices of one batch: kStiffnessNumbers × kBatchLanes.
 void tangent_stiffness(TangentForm form, const double* state, double* matrices);
 
-/// Whether no element can be inverted anywhere on the way from q to q + x, by a bound on
-/// J(t)/J = det(1 + t wᵀde). Needs the spatial terms.
+/// Whether a bound on J(t)/J = det(1 + t wᵀde) shows that no element is inverted anywhere on the
+/// way from q to q + x. The state must have the spatial terms.
 bool tangent_step_is_safe(const BatchView& batches, TangentForm form, const float* state,
                           const float* x);
 bool tangent_step_is_safe(const BatchView& batches, TangentForm form, const double* state,

@@ -1,4 +1,4 @@
-// What a law is given and what it returns. A law is Ψ(I₁, I₂, J) of an isotropic material with its
+// Arguments and results of a law. A law is Ψ(I₁, I₂, J) of an isotropic material with its
 // derivatives, written for a number type N: a double, or a vector with one element in each lane.
 //
 // Derivatives are taken with respect to I₁, I₂ and ln J, because those with respect to ln J have no
@@ -10,12 +10,12 @@
 
 namespace tetraction {
 
-/// Stands for a derivative that vanishes identically: no work is done for it.
+/// Stands for a derivative that vanishes identically. Nothing is computed for it.
 struct Zero {};
 template <class T>
 constexpr bool kIsZero = std::is_same_v<std::remove_cvref_t<T>, Zero>;
 
-/// What laws that need J > 0 are given. Of laws whose ∂Ψ/∂I₂ is Zero, `second` is not defined.
+/// The arguments of laws that need J > 0. `second` is not defined for laws whose ∂Ψ/∂I₂ is Zero.
 template <class N>
 struct Invariants {
   N i1;      ///< I₁
@@ -26,7 +26,8 @@ struct Invariants {
   N growth;  ///< J − 1
 };
 
-/// What laws that are defined for any J are given, from A = C − I. Derivatives are not given `square`.
+/// The arguments of laws that are defined for any J, computed from A = C − I. `square` is not
+/// defined where derivatives are evaluated.
 template <class N>
 struct StrainMeasures {
   N trace;   ///< tr A = I₁ − 3
@@ -63,11 +64,11 @@ struct LawTerms {
   using Second = decltype(L::second(std::declval<const M&>(), std::declval<const Given&>()));
 
   static constexpr bool kI2 = !kIsZero<decltype(First::i2)>;
-  /// Second derivatives that mix with I₂.
+  /// Whether there are mixed second derivatives with I₂.
   static constexpr bool kI2Coupled = !kIsZero<decltype(Second::i1_i2)> ||
                                      !kIsZero<decltype(Second::i2_i2)> ||
                                      !kIsZero<decltype(Second::i2_log_j)>;
-  /// Second derivatives with I₁ that the terms of a law with I₂ do not hold.
+  /// Whether there are second derivatives with I₁ that the terms of a law with I₂ do not contain.
   static constexpr bool kI1Coupled = kI2Coupled || !kIsZero<decltype(Second::i1_log_j)> ||
                                      (!kI2 && !kIsZero<decltype(Second::i1_i1)>);
 

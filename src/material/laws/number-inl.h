@@ -1,5 +1,5 @@
-// Arithmetic in which laws are written, for a double and for a vector of numbers. Included by Highway
-// once per instruction set.
+// Arithmetic in which laws are written, for a double and for a vector of numbers. Included by
+// Highway once per instruction set.
 #if defined(TETRACTION_MATERIAL_NUMBER_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef TETRACTION_MATERIAL_NUMBER_INL_H_
 #undef TETRACTION_MATERIAL_NUMBER_INL_H_
@@ -69,15 +69,16 @@ HWY_INLINE double where_small(double x, double limit, double inside, double outs
   return std::abs(x) < limit ? inside : outside;
 }
 
-/// Ψ(I₁, I₂, J) of a material M and its derivatives (derivatives.h); there is one specialisation for
-/// every material, in a file of its own:
+/// Ψ(I₁, I₂, J) of a material M and its derivatives (derivatives.h); there is one specialisation
+/// for every material, in a file of its own:
 ///
 ///     energy(m, s)   Ψ, 0 at rest
 ///     first(m, s)    FirstDerivatives, Zero where one vanishes identically
 ///     second(m, s)   SecondDerivatives, likewise
 ///
-/// with s of the type Invariants<N>, or StrainMeasures<N> of a material that is defined for any J. Such
-/// a law has also spherical(m, s) = ∂Ψ/∂I₁ + (I₁ − 1) ∂Ψ/∂I₂, where terms of order one cancel at rest.
+/// with s of the type Invariants<N>, or StrainMeasures<N> of a material that is defined for any J.
+/// Such a law has also spherical(m, s) = ∂Ψ/∂I₁ + (I₁ − 1) ∂Ψ/∂I₂, where terms of order one cancel
+/// at rest.
 template <class M>
 struct Law;
 
