@@ -29,8 +29,9 @@ struct Frame {
 /// folder is valid after every frame: it is written again and renamed into place.
 class FrameWriter {
  public:
-  /// Makes the directory, and removes the frames and the collection of an earlier run from it. Copies
-  /// the parts of the mesh that it needs. Throws OutputError if the directory cannot be prepared.
+  /// Makes the directory, and removes the frames and the collection of an earlier run from it.
+  /// Copies the parts of the mesh that it needs. Throws OutputError if the directory cannot be
+  /// prepared.
   FrameWriter(const TetMesh& mesh, const std::string& directory);
   ~FrameWriter();
   FrameWriter(const FrameWriter&) = delete;

@@ -14,8 +14,8 @@ namespace tetraction {
 ///   dissipation columns are sums from the start, so that in every row
 ///   total_energy − total_energy(0) = external_work − dissipated_energy + constraint_work +
 ///   edit_work + energy_error.
-/// - frames/frame_NNNNNN.vtu and frames.pvd: every `frame_every`-th step, the first and the last. With
-///   frame_every = 0 there are none;
+/// - frames/frame_NNNNNN.vtu and frames.pvd: every `frame_every`-th step, the first and the last.
+///   With frame_every = 0 there are none;
 /// - final.vtu: the last good state in full precision;
 /// - summary.json: at the end.
 ///

@@ -58,8 +58,8 @@ struct MeshSettings {
 
 struct MaterialSettings {
   std::string model = "neo-hookean";
-  // Either Young's modulus and Poisson's ratio together with the model's kBesideYoung, or the model's
-  // own parameters, kParameters.
+  // Either Young's modulus and Poisson's ratio together with the model's kBesideYoung, or the
+  // model's own parameters, kParameters.
   std::optional<double> youngs_modulus;
   std::optional<double> poissons_ratio;
   std::optional<double> mu;
@@ -129,7 +129,8 @@ struct SolverSettings {
   int max_iterations = 100;
 };
 
-/// If the settings contradict each other: the text of a message about solver.linear. Otherwise empty.
+/// If the settings contradict each other: the text of a message about solver.linear. Otherwise
+/// empty.
 std::string solver_conflict(const SolverSettings& settings);
 
 /// Only a program can set kCustom; a scene file cannot name it.
@@ -171,7 +172,8 @@ enum class ConstraintKind { kDistance, kPlane, kLine, kRigid };
 
 /// "distance", "plane", "line", "rigid".
 std::string to_string(ConstraintKind kind);
-/// Whether a constraint of that kind has a selection of vertices. A distance has two vertices by number.
+/// Whether a constraint of that kind has a selection of vertices. A distance has two vertices by
+/// number.
 inline bool has_selection(ConstraintKind kind) {
   return kind != ConstraintKind::kDistance;
 }
@@ -270,7 +272,8 @@ struct RemoveConstraint {
 struct SetMomentum {
   MomentumSettings momentum;
 };
-/// Moves vertices and gives them impulses, then removes the parts that the constraints do not allow.
+/// Moves vertices and gives them impulses, then removes the parts that the constraints do not
+/// allow.
 struct ShiftState {
   ShiftSettings shift;
 };
