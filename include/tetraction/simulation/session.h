@@ -48,7 +48,7 @@ struct AppliedEdit {
 
 /// The sizes of the steps of a run so far.
 struct StepRange {
-  double smallest = 0.0;  ///< s, without a last step that the end made shorter; 0 before the first step
+  double smallest = 0.0;  ///< s; does not count a last step that the end made shorter
   double largest = 0.0;   ///< s
   double last = 0.0;      ///< length of the last step, s
   Index changes = 0;      ///< how often the size of the steps changed

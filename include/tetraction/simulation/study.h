@@ -71,7 +71,7 @@ StudyPlan plan_study(const Scene& scene, const TetMesh& mesh, const StudySetting
 /// The role of a row of a study.
 enum class StudyRole {
   kRun,        ///< compared with the reference: the differences are its errors
-  kReference,  ///< the run that the others are compared with; its differences are zero by definition
+  kReference,  ///< the others are compared with it; its own differences are zero
   kVariant     ///< a run of another variant than the reference; its differences are not errors
 };
 
@@ -119,7 +119,7 @@ struct StudyResult {
   double reference_step = 0.0;
   RunStatus reference_status = RunStatus::kRunning;
   std::string reference_directory;
-  std::vector<StudyRow> rows;        ///< sorted by variant, integrator, then step from the finest up
+  std::vector<StudyRow> rows;        ///< by variant, by integrator, then from the finest step up
   std::vector<std::string> remarks;  ///< remarks for the user, such as a missing reference
 };
 
