@@ -22,7 +22,7 @@ ExplicitRule rule_of(Integrator integrator) {
   return integrator == Integrator::kVerlet ? ExplicitRule::kVerlet : ExplicitRule::kExplicit;
 }
 
-// The round-off of times near t.
+// What times near t are rounded to.
 double round_off(double t) {
   return 4.0 * std::numeric_limits<double>::epsilon() * std::abs(t);
 }

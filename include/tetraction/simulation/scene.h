@@ -23,7 +23,7 @@ class Environment;
 class ForceField;
 class ForceTerm;
 
-/// The time-stepping rules of docs/theory.md.
+/// The time-stepping rules of physics.md.
 enum class Integrator { kExplicit, kVerlet, kMidpoint, kBackwardEuler };
 
 /// "explicit", "verlet", "midpoint", "backward-euler".
