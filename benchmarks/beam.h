@@ -20,7 +20,7 @@ struct BeamSize {
 
   TetMesh mesh() const { return generate_box({4.0, 1.0, 1.0}, cells); }
   Index tetrahedra() const { return Index{6} * cells[0] * cells[1] * cells[2]; }
-  /// A twentieth or so of the stability limit at kSoft, s.
+  /// About a twentieth of the stability limit at kSoft, s.
   double explicit_step() const { return 8e-4 / cells[1]; }
 };
 
@@ -42,7 +42,7 @@ double tip_deflection(const MechanicalSystem& beam, const State& state);
 /// Throws Error unless the step went well.
 void require(const StepOutcome& outcome);
 
-/// Threads of the library's loops; the BLAS has one, as in the program.
+/// Sets the number of threads of the library's loops. The BLAS uses one, as in the program.
 void use_threads(int threads);
 
 }  // namespace tetraction::benchmarks

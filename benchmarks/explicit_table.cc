@@ -9,7 +9,7 @@
 namespace tetraction::benchmarks {
 namespace {
 
-// What an explicit step needs of the machine at least, for each tetrahedron.
+// The least data and arithmetic that an explicit step needs for each tetrahedron.
 constexpr double kBytes = 100.0;       // rest data, slots and its share of the vertices' fields
 constexpr double kMultiplyAdds = 125;  // neo-Hookean
 
@@ -27,7 +27,7 @@ struct Loop {
   Index steps = 0;
 };
 
-// Seconds of a step. Every repetition starts from the same state.
+// Seconds for one step. Every repetition starts from the same state.
 double run_once(const Loop& loop, Stepper& stepper, bool with_books) {
   State state = loop.start;
   stepper.reset();
@@ -43,7 +43,8 @@ double run_once(const Loop& loop, Stepper& stepper, bool with_books) {
   return seconds / static_cast<double>(loop.steps);
 }
 
-// With and without the balance in turns, so that both see the same load of the machine.
+// Measures with and without the balance in turns, so that the load of the machine is the same for
+// both.
 Timing measure(const Loop& loop, Rule rule, int repetitions) {
   const std::unique_ptr<Stepper> stepper = rule(loop.beam);
   std::vector<double> bare;

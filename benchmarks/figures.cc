@@ -1,5 +1,5 @@
-// The figures that the project answers for, measured in one run: conservation, energy, and the cost
-// of whole steps as ratios to the explicit step of the same mesh.
+// Measures the figures that the documents state in one run: conservation, energy, and the cost of
+// whole steps as ratios to the explicit step of the same mesh.
 #include <fmt/format.h>
 
 #include <numeric>

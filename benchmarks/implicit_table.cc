@@ -25,7 +25,7 @@ struct Case {
   int threads;
 };
 
-// The steps of a run from rest. Fewer than kSteps: the time was used up.
+// The steps of a run from rest. There are fewer than kSteps if the time was used up.
 struct Run {
   std::vector<double> seconds;
   Index iterations = 0;
@@ -125,7 +125,7 @@ std::vector<Column> columns() {
           {"tip m", 13, 10},   {"peers ms/step", 13}};
 }
 
-// What to compare. A factor of XL takes about ten gigabytes; Ceres is slow above M.
+// The runs to compare. A factor of XL takes about ten gigabytes, and Ceres is slow above M.
 std::vector<Solver> solvers(const Case& c) {
   std::vector<Solver> all{Solver::kAuto};
   if (c.size.name != "XL") {
@@ -197,7 +197,7 @@ void implicit_tables(const Settings& settings, Report& report) {
   std::vector<Ratios> ratios;
   for (const double youngs_modulus : {kSoft, kStiff}) {
     for (const BeamSize& size : settings.sizes) {
-      // Stiff bodies want a factor, and that of XL takes about ten gigabytes.
+      // Stiff bodies need a factor, and that of XL takes about ten gigabytes.
       if (youngs_modulus == kStiff && size.name == "XL") continue;
       const auto beam = make_beam(size.mesh(), youngs_modulus);
       for (const bool midpoint : {false, true}) {

@@ -69,8 +69,8 @@ void energy(benchmark::State& state) {
 }
 BENCHMARK(energy)->Arg(4)->Arg(9)->Unit(benchmark::kMillisecond);
 
-// The tangent stiffness times a vector, as the public interface has it: for any material, linearised
-// anew in every call. (What matrix-free CG does is in the implicit rows of `steps`.)
+// The tangent stiffness times a vector by the public interface, which takes any material and
+// linearises in every call. (The matrix-free solver is in the implicit rows of `steps`.)
 void product(benchmark::State& state) {
   const Body body(static_cast<int>(state.range(0)));
   Vector y;
@@ -170,7 +170,7 @@ BENCHMARK(back_solve_single)
     ->UseRealTime()
     ->Unit(benchmark::kMillisecond);
 
-// The copy, as after every factorisation: into the memory of the one before.
+// Copies the factor as after every factorisation, into the memory of the copy before.
 void copy_factor(benchmark::State& state) {
   Factored factored(static_cast<int>(state.range(0)));
   for (auto _ : state) factored.cholesky().copy_to(factored.single_precision_cg());

@@ -11,7 +11,7 @@
 namespace tetraction::benchmarks {
 namespace {
 
-// A folder for temporary files that goes away with them.
+// A folder for temporary files, which is deleted together with them.
 class TemporaryFolder {
  public:
   TemporaryFolder() {
@@ -32,7 +32,7 @@ class TemporaryFolder {
   std::filesystem::path path_;
 };
 
-// One row: a mesh written, read, set up, and the first steps.
+// One row: a mesh is written, read and set up, and the first steps are made.
 void time_phases(const BeamSize& size, const std::string& format, Report& report) {
   const TemporaryFolder folder;
   const std::string path = folder.file("beam." + format);

@@ -24,7 +24,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 using D = hn::CappedTag<double, 8>;
 using V = hn::Vec<D>;
 constexpr std::int64_t kLanes = static_cast<std::int64_t>(hn::MaxLanes(D()));
-// Enough to hide the latency of two units, few enough for sixteen registers.
+// So many chains hide the latency of two units and fit into sixteen registers.
 constexpr int kChains = 12;
 
 HWY_INLINE double total(D d, const V* sums, int count) {
@@ -87,7 +87,7 @@ HWY_EXPORT(target_name);
 
 constexpr int kRepetitions = 7;
 
-// body(t) for t = 0 … threads − 1, at once.
+// Runs body(t) for t = 0 … threads − 1 at the same time.
 template <class F>
 void on_threads(int threads, const F& body) {
   std::vector<std::thread> others;
@@ -96,7 +96,7 @@ void on_threads(int threads, const F& body) {
   for (std::thread& other : others) other.join();
 }
 
-// The median rate of work() that is worth `amount`.
+// The median rate of work(), which processes `amount`.
 template <class F>
 double rate_of(double amount, const F& work) {
   work();

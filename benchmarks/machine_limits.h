@@ -1,4 +1,4 @@
-// What the machine could do at best: the rates that the times of the steps are held against.
+// The highest rates that the machine reaches. The times of the steps are compared with them.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@ struct MachineLimits {
   double multiply_add = 0.0;  ///< double precision, from registers: flop/s, two per multiply-add
   double read = 0.0;          ///< from memory, B/s
   double triad = 0.0;         ///< a = b + s c in memory, B/s of the 24 bytes that the source names
-  int repetitions = 0;        ///< medians of so many
+  int repetitions = 0;        ///< number of repetitions for each median
 };
 
 /// Measures with `threads` threads at once, about a second. The arrays are four times the last-level

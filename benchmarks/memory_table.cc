@@ -22,7 +22,8 @@ std::unique_ptr<Stepper> make_stepper(const MechanicalSystem& beam, Kind kind) {
   return make_backward_euler_stepper(beam, make_newton_minimizer(beam, options));
 }
 
-// The peak of a whole run, less what the process held before its mesh was made; mesh included.
+// The peak of a whole run minus the memory that the process held before its mesh was made. The mesh
+// is included.
 double growth_of_run(const BeamSize& size, Kind kind) {
   const std::int64_t before = peak_memory_bytes();
   const auto beam = make_beam(size.mesh());
@@ -34,7 +35,7 @@ double growth_of_run(const BeamSize& size, Kind kind) {
   return static_cast<double>(peak_memory_bytes() - before);
 }
 
-// f() in a child process, whose peak of memory is its own; NaN if that fails.
+// Runs f() in a child process, so that the peak of memory is that of f() alone. NaN if that fails.
 template <class F>
 double in_child(const F& f) {
   double result = std::numeric_limits<double>::quiet_NaN();

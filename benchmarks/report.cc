@@ -13,7 +13,7 @@
 namespace tetraction::benchmarks {
 namespace {
 
-// With so many digits that count, and without an exponent where the number has a readable size.
+// Formats a number with this many significant digits, without an exponent if its size is readable.
 std::string number_text(double value, int digits) {
   if (!std::isfinite(value)) return "-";
   const double size = std::abs(value);

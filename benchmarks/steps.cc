@@ -94,14 +94,14 @@ Settings settings_of(const Choice& choice) {
 void measure(const Choice& choice) {
   const Settings settings = settings_of(choice);
   Report report;
-  // First of all: it forks, which does not go with threads.
+  // This table comes first, because it forks, which must happen before threads are started.
   if (choice.wants("memory")) memory_table(settings, report);
   const LimitsByThreads limits = limits_table(settings, report);
   if (choice.wants("explicit")) explicit_table(settings, limits, report);
   if (choice.wants("stiffness")) stiffness_table(settings, report);
   if (choice.wants("implicit")) implicit_tables(settings, report);
   if (choice.wants("large")) large_mesh_table(settings, report);
-  // Once more: how much the machine itself has changed meanwhile.
+  // The limits are measured again to show how much the machine itself has changed meanwhile.
   limits_table(settings, report);
   if (!choice.json.empty()) report.write_json(choice.json);
 }

@@ -15,7 +15,7 @@ struct Settings {
   std::vector<BeamSize> sizes;
   std::vector<int> threads;
   bool quick = false;
-  double budget = 20.0;  ///< s for one implicit run; what does not fit is cut short, and says so
+  double budget = 20.0;  ///< s for one implicit run; the table marks runs that are cut short
 
   int repetitions() const { return quick ? 3 : 9; }
 };
@@ -31,7 +31,7 @@ void explicit_table(const Settings& settings, const LimitsByThreads& limits, Rep
 void stiffness_table(const Settings& settings, Report& report);
 /// Implicit steps and the ratios of their solvers.
 void implicit_tables(const Settings& settings, Report& report);
-/// Resident memory. Forks: to be called before any thread was started.
+/// Resident memory. It forks, and so it must be called before any thread is started.
 void memory_table(const Settings& settings, Report& report);
 /// From file to first step.
 void large_mesh_table(const Settings& settings, Report& report);

@@ -5,7 +5,7 @@
 //
 // Description:  A stretched block of 2 × 1 × 1 m spins freely in space. The verlet rule, derived from
 //               a discrete action, keeps linear and angular momentum to round-off and its energy
-//               error bounded. The example shows Balance, which keep account of both, and
+//               error bounded. The example shows Balance, which records both, and
 //               stability_limit, from which the step is chosen.
 #include <cstdio>
 #include <cstdlib>

@@ -21,7 +21,7 @@
 namespace tetraction {
 namespace {
 
-// Above this the derivatives of a material are wrong, whatever the mesh.
+// An error above this means that the derivatives of a material are wrong, on any mesh.
 constexpr double kLargestDerivativeError = 1e-7;
 
 // The scene's own materials first, then the other models with the small-strain response of the

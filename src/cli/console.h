@@ -1,4 +1,4 @@
-// What the program says: results on standard output, everything else on standard error.
+// Output of the program: results go to standard output, everything else to standard error.
 #pragma once
 
 #include <fmt/format.h>
@@ -9,23 +9,25 @@
 
 namespace tetraction {
 
-/// To be called first of all. A pipe that nobody reads and a file that grows beyond the limit of the
-/// shell become errors of writing instead of the end of the program, and a stream that was closed stays unusable: without this the first file that
-/// is opened would take its place and receive what is printed.
+/// To be called before anything else. After this, a pipe that nobody reads, or a file that grows
+/// beyond the shell's limit, causes an error of writing instead of the end of the program. A
+/// standard stream that is closed stays unusable. Otherwise the first file that is opened would
+/// take its place and receive the printed text.
 void prepare_streams();
 
-/// Writes to standard output. Never throws; what is lost is known to lost_results().
+/// Writes to standard output. Never throws; lost_results() reports text that could not be written.
 void write_result(std::string_view text);
 template <class... Args>
 void print_result(fmt::format_string<Args...> format, Args&&... args) {
   write_result(fmt::format(format, std::forward<Args>(args)...));
 }
 
-/// Flushes standard output. The system's reason if anything that was printed did not arrive, else
-/// empty.
+/// Flushes standard output. Returns the system's reason if anything that was printed could not be
+/// written, otherwise an empty text.
 std::string lost_results();
 
-/// Writes to standard error as it is. Never throws: where nobody listens there is nobody to tell.
+/// Writes the text to standard error. Never throws, because an error could not be reported
+/// anywhere.
 void print_progress(std::string_view text);
 
 /// "tetraction: …" on standard error, in the same way.

@@ -36,7 +36,7 @@ std::string version_text() {
                      blas.core.empty() ? "" : ", core ", blas.core);
 }
 
-// Help and version are results, too.
+// Help and version count as results and go to standard output.
 int print_exit(const CLI::App& app, const CLI::Error& request) {
   std::ostringstream out;
   const int code = app.exit(request, out, out);

@@ -64,7 +64,7 @@ void convert(const std::string& in, const std::string& out, double scale) {
   const std::vector<RawCell> cells = group_cells(raw);
   TetMesh mesh = build_mesh(std::move(raw), scale);
   const MeshWriteReport written = write_mesh(mesh, out, cells);
-  // What the file holds has not been left out.
+  // Cells that the file holds have not been left out.
   for (const auto& [type, count] : written.cells) {
     Index& skipped = mesh.report.skipped_cells[type];
     skipped -= count;

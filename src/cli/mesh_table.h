@@ -1,4 +1,4 @@
-// What `mesh info` and `check` say of a mesh.
+// The description of a mesh that `mesh info` and `check` print.
 #pragma once
 
 #include <nlohmann/json.hpp>

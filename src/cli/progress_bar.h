@@ -26,7 +26,7 @@ class ProgressBar : public Observer {
   Clock::time_point drawn_;
 };
 
-/// Ends runs in good order on Ctrl-C: the step at hand is finished and everything is written.
+/// Ends a run properly on Ctrl-C: the present step is finished and all files are written.
 class InterruptGuard : public Observer {
  public:
   InterruptGuard();

@@ -42,10 +42,10 @@ bool is_frame(const fs::path& file) {
   return file.filename().string().rfind("frame_", 0) == 0 && file.extension() == ".vtu";
 }
 
-// A result of an earlier run may be the mesh of this one, but not in the same place.
+// A result of an earlier run may be the mesh of this run, but only if the directories differ.
 void check_mesh_file(const Scene& scene, const std::string& directory) {
   if (scene.mesh.generate) return;
-  // What cannot be looked at cannot be read or written either, which has its own message.
+  // A path that cannot be examined cannot be read or written either, and this has its own message.
   std::error_code error;
   const fs::path mesh = fs::weakly_canonical(scene.mesh.file, error);
   if (mesh.filename() != "final.vtu" && !is_frame(mesh)) return;
@@ -66,7 +66,7 @@ std::vector<fs::path> folders_of_study(const fs::path& directory) {
     if (!run.is_object() || !run.contains("directory") || !run["directory"].is_string()) return;
     const fs::path name(run["directory"].get<std::string>());
     if (name.empty() || name != name.filename() || name == "." || name == "..") return;
-    // A run without frames that was cut off has nothing but its history.
+    // A run without frames that was interrupted has only its history.
     if (is_there(directory / name / "history.csv")) folders.push_back(directory / name);
   };
   if (!json.is_object()) return folders;

@@ -1,4 +1,4 @@
-// Keeps the results of one run or study from mixing with those of another.
+// Prevents the results of one run or study from mixing with those of another.
 #pragma once
 
 #include <string>

@@ -91,7 +91,7 @@ int run(const RunArguments& arguments) {
   }
   make_output_directory(directory);
   Session session(scene, std::move(mesh));
-  // A slow BLAS costs time, not results: --quiet asks not to hear of it. It is in summary.json.
+  // A slow BLAS affects only the time. --quiet leaves this warning out; summary.json has it.
   const std::string slow_blas = arguments.quiet ? blas_warning() : "";
   for (const std::string& warning : session.warnings()) {
     if (warning != slow_blas || slow_blas.empty()) print_warning(warning);

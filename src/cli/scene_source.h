@@ -1,4 +1,4 @@
-// What run, study and check share: from the command line to a scene and its mesh.
+// Makes a scene and its mesh from the command line, for run, study and check.
 #pragma once
 
 #include <string>
@@ -12,7 +12,8 @@ namespace tetraction {
 /// The mesh of a scene, read or generated.
 TetMesh load_mesh(const Scene& scene);
 
-/// One line for people on what building the mesh changed and left out; empty if nothing.
+/// One line for people that says what was changed or left out when the mesh was built. Empty if
+/// nothing.
 std::string mesh_remarks(const TetMesh& mesh);
 
 }  // namespace tetraction

@@ -55,7 +55,7 @@ std::string shell_quoted(const std::string& text) {
   return quoted + "'";
 }
 
-// Draws the plots with matplotlib. They are an extra: the study stands without them.
+// Draws the plots with matplotlib. If this fails, the study is still complete.
 bool draw_plots(const std::string& directory) {
   // Debian's own python3 first: another one on the PATH does not have Debian's matplotlib.
   const char* python = std::filesystem::exists("/usr/bin/python3") ? "/usr/bin/python3" : "python3";
@@ -65,7 +65,7 @@ bool draw_plots(const std::string& directory) {
   return std::system(command.c_str()) == 0;
 }
 
-// What a study sets itself, or has once for all variants: to vary it would change nothing.
+// Keys that a study sets itself or has once for all variants. To vary them would change nothing.
 void check_varied_key(const std::string& argument, const std::string& key) {
   for (const char* section : {"mesh", "time", "output"}) {
     if (key != section && key.rfind(std::string(section) + ".", 0) != 0) continue;
@@ -173,7 +173,8 @@ int study(const StudyArguments& arguments) {
   std::string label;
   std::vector<std::string> begun;
   const auto observers = [&](const std::string& run) {
-    // Everything has been checked by now: a mistake does not cost the results of an earlier study.
+    // Everything has been checked before this, so that a mistake does not delete the results of an
+    // earlier study.
     if (begun.empty() && remove_study(directory) && !arguments.quiet) {
       print_note(fmt::format("{}: the results of an earlier study were deleted", directory));
     }
@@ -190,7 +191,7 @@ int study(const StudyArguments& arguments) {
     return result;
   };
   const auto progress = [&](std::size_t index, std::size_t count, const PlannedRun& run) {
-    // Behind the checks of the settings, whose message is the only one then.
+    // This comes after the checks of the settings, whose message is then the only one.
     if (index == 0 && !arguments.quiet && has_implicit_runs(plan)) {
       if (const std::string warning = blas_warning(); !warning.empty()) print_warning(warning);
     }

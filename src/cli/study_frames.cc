@@ -22,8 +22,8 @@ std::vector<PlannedRun> all_runs(const StudyPlan& plan) {
   return runs;
 }
 
-// Whether `name` is the run's directory, but for another way to write its step: midpoint-2.4e-4 for
-// midpoint-0.00024.
+// Whether `name` is the run's directory. The step may be written in another way: midpoint-2.4e-4
+// for midpoint-0.00024.
 bool is_name_of(const std::string& name, const PlannedRun& run) {
   const std::string step = fmt::format("{:.10g}", run.step);
   const std::size_t place = run.directory.rfind(step);

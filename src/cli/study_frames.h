@@ -8,8 +8,9 @@
 
 namespace tetraction {
 
-/// The run that a user most likely wants to see: the scene's own integrator at the step nearest to
-/// the scene's, as a ratio; another integrator's where the study leaves that one out.
+/// The run that a user most likely wants to see: that of the scene's own integrator at the step
+/// with the ratio to the scene's step nearest to 1. If the study leaves that integrator out, it is
+/// a run of another one.
 const PlannedRun& run_to_look_at(const StudyPlan& plan);
 
 /// The directories of the runs that write frames. `wanted` is the value of --frames, a list: empty for

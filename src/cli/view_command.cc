@@ -49,7 +49,7 @@ void add_view_command(CLI::App& app, int& exit_code) {
   command->add_option("--scale", options->scale,
                       "Multiplies the coordinates of a mesh file; 0.001 for one in millimetres");
   command->callback([options, &app, command, &exit_code] {
-    // The window draws while the solver works: one core is its own.
+    // One core is left to the window, which draws while the solver works.
     if (app.count("--threads") + command->count("--threads") == 0)
       set_thread_count(std::max(1, thread_count() - 1));
     exit_code = view(*options);

@@ -7,21 +7,23 @@
 namespace tetraction {
 namespace {
 
-// Steps from the beginning to the first estimate; each interval is up to four times the one before.
+// Steps from the beginning to the first estimate. Each interval is at most four times the one
+// before.
 constexpr Index kFirstInterval = 4;
 constexpr Index kIntervalGrowth = 4;
 constexpr Index kLongestInterval = 1024;
-// Of all steps' cost, what estimates may have.
+// The share of the cost of all steps that estimates may take.
 constexpr double kBudget = 0.025;
-// Where the step is more than this share of the limit at the rate of its change, an estimate is due.
+// An estimate is due when the step is more than this share of the limit that is extrapolated with
+// its rate of change.
 constexpr double kLargestShare = 0.8;
-// Shares of the limit at which the step is made smaller, begins to grow, and has grown enough.
+// Ratios of step to limit at which the step is reduced, begins to grow, and stops growing.
 constexpr double kTooLarge = 1.1 * AutomaticStep::kShare;
 constexpr double kTooSmall = 0.8 * AutomaticStep::kShare;
 constexpr double kGrown = 0.96 * AutomaticStep::kShare;
 constexpr double kGrowth = 1.02;
 constexpr double kFastGrowth = 1.1;
-// An instability multiplies the energy error by four or more a step.
+// An instability multiplies the energy error by four or more in each step.
 constexpr double kSuddenGrowth = 4.0;
 constexpr double kNoticeable = 1e-8;  // of the energy that entered
 constexpr double kForgetting = 0.999;
@@ -41,7 +43,7 @@ AutomaticStep::AutomaticStep(double critical_step, CriticalModes modes, Index st
 double AutomaticStep::enter(double critical_step, double cost, Index step, double time_step) {
   const auto passed = static_cast<double>(std::max<Index>(1, step - last_));
   if (critical_step_ > 0.0 && std::isfinite(critical_step_) && std::isfinite(critical_step)) {
-    // What was fast a moment ago may be so again.
+    // A limit that changed fast a moment ago may do so again.
     const double change = std::abs(std::log(critical_step / critical_step_));
     rate_ = std::max(0.5 * rate_, change / passed);
     if (elastic_energy_ > 0.0 && elastic_energy_at_estimate_ > 0.0) {

@@ -1,4 +1,4 @@
-// time.step = "auto": half of the stability limit, followed while the body moves.
+// time.step = "auto": the step is half of the stability limit and follows it while the body moves.
 #pragma once
 
 #include <array>
@@ -7,42 +7,46 @@
 
 namespace tetraction {
 
-/// Says when the limit is to be estimated anew and what step follows from it. Plain data: a copy is what
-/// a state needs to go on as it did.
+/// Decides when the limit is estimated again and which step follows from it. The class is plain
+/// data: a copy of it, together with a copy of the state, is enough to continue a run in the same
+/// way.
 ///
-/// The step is made smaller at once when it is more than 1.1 times what it should be, so that it stays
-/// the same while a body merely swings. It grows by 2 % an estimate (by 10 % where it is less than half of
-/// what it should be), and only after the limit has been well above it for eight estimates in a row.
+/// The step is reduced at once when it is more than 1.1 times its intended size. Because of this
+/// tolerance it stays the same while a body merely swings. It grows by 2 % with an estimate (by 10
+/// % if it is less than half of its intended size), and only after the limit has been well above it
+/// for eight estimates in a row.
 ///
-/// Estimates come so seldom that they cost about 2.5 % of the steps; sooner where the limit has been
-/// changing so fast that it could fall below the step, in the first steps, when this is not known, and
-/// when the energy error begins to grow.
+/// The usual interval between estimates is so long that they cost about 2.5 % of the steps. An
+/// estimate comes sooner in three cases: the limit has been changing so fast that it could fall
+/// below the step, the run has just begun, so that this is not known, or the energy error begins to
+/// grow.
 class AutomaticStep {
  public:
-  /// The share of the limit that the step is.
+  /// Ratio of the intended step to the limit.
   static constexpr double kShare = 0.5;
 
   AutomaticStep() = default;
-  /// Begins at a limit that was worked out from scratch before step number `step` + 1.
+  /// Starts with a limit that was computed without earlier modes before step number `step` + 1.
   AutomaticStep(double critical_step, CriticalModes modes, Index step);
 
-  /// Whether the limit is to be estimated before the step after `step`.
+  /// Whether an estimate is due before the step after `step`.
   bool is_due(Index step) const { return step >= next_; }
-  /// What the next estimate begins with and leaves behind.
+  /// The modes with which the next estimate begins, and which it replaces by those that it found.
   CriticalModes& modes() { return modes_; }
   const CriticalModes& modes() const { return modes_; }
-  /// Enters an estimate that cost as much as `cost` steps. Returns the step to take from now on instead of
-  /// `time_step`.
+  /// Records an estimate that cost as much as `cost` steps. Returns the step to use from now on
+  /// instead of `time_step`.
   double enter(double critical_step, double cost, Index step, double time_step);
 
-  /// Enters by how much the energy error changed in the step that ended as number `step`, and the energy
-  /// that entered so far, J. A change far above all those lately is how an instability begins: then an
-  /// estimate is due.
+  /// Records by how much the energy error changed in step number `step`, and the energy that has
+  /// entered so far, J. An instability begins with a change far above all recent ones. In that case
+  /// an estimate becomes due.
   void watch(double change, double scale, Index step);
 
-  /// Enters the elastic energy after a step, J. An estimate is due where it has changed so much since the
-  /// last one that the limit should have changed by a twentieth, as it went with the energy before: a body
-  /// that is pressed together stiffens with it.
+  /// Records the elastic energy after a step, J. A body that is compressed stiffens, and its limit
+  /// changes with its energy. An estimate becomes due when the energy has changed so much since the
+  /// last one that, judging by the relation of both so far, the limit should have changed by a
+  /// twentieth.
   void watch_elastic(double energy, Index step);
 
   /// The limit at the last estimate, s.
@@ -55,13 +59,13 @@ class AutomaticStep {
 
   CriticalModes modes_;
   double critical_step_ = 0.0;
-  double rate_ = 0.0;  // |d ln h_crit| a step
+  double rate_ = 0.0;  // |d ln h_crit| per step
   Index last_ = 0;
   Index next_ = 0;
   Index interval_ = 0;
   std::array<double, kRemembered> recent_{};  // limits, the oldest replaced first
-  std::size_t known_ = 0;                     // how many since the beginning
-  double largest_change_ = 0.0;               // of the energy error in a step lately, J
+  std::size_t known_ = 0;                     // number of limits since the beginning
+  double largest_change_ = 0.0;               // of the energy error in a recent step, J
   bool grows_ = false;
   double elastic_energy_ = 0.0;              // after the last step, J
   double elastic_energy_at_estimate_ = 0.0;  // J

@@ -95,7 +95,7 @@ ConstraintObject make_handle(const ConstraintSettings& constraint, const Mechani
   return driven;
 }
 
-// Targets in the order of the held vertices, which are sorted.
+// Targets in the order of the fixed vertices, which are sorted.
 Matrix own_targets(const FixSettings& fix, const TetMesh& mesh,
                    const std::vector<Index>& vertices) {
   const auto* select = std::get_if<SelectVertices>(&fix.select);

@@ -1,4 +1,4 @@
-// The constraints of a scene or an edit as objects of one body at one time.
+// Makes the constraint objects of a body from the settings of a scene or an edit.
 #pragma once
 
 #include <optional>
@@ -10,7 +10,7 @@
 
 namespace tetraction {
 
-/// Selected vertices, with the place in the scene in front of what may be wrong with the selection.
+/// The selected vertices. Messages about the selection begin with its place in the scene.
 std::vector<Index> select_at(const TetMesh& mesh, const Selection& selection,
                              const std::string& where);
 
@@ -18,7 +18,7 @@ std::vector<Index> select_at(const TetMesh& mesh, const Selection& selection,
 using ConstraintObject =
     std::variant<PrescribedVertices, GuidedVertices, FixedDistance, RigidHandle>;
 
-/// The constraints of a body by their numbers in the scene; edits add to them and change them.
+/// The constraints of a body by their numbers in the scene. Edits add constraints and change them.
 struct BodyConstraints {
   std::vector<PrescribedVertices> fixes;
   std::vector<FixSettings> fix_settings;  // of the same numbers
@@ -32,23 +32,23 @@ struct BodyConstraints {
 PrescribedVertices make_held(const FixSettings& fix, const TetMesh& mesh, const Vector& q,
                              double time);
 
-/// The object of a [[fix]] whose settings change from `before` to `after` at `time`. As long as
-/// vertices, components, target and offset stay the same, the targets go on from where they are;
-/// but one that has let go of all its vertices holds them anew.
+/// The object of a [[fix]] whose settings change from `before` to `after` at `time`. If vertices,
+/// components, target and offset stay the same, the targets continue from their present positions.
+/// A [[fix]] that has released all of its vertices fixes them again.
 PrescribedVertices changed_held(const PrescribedVertices& held, const FixSettings& before,
                                 const FixSettings& after, const TetMesh& mesh, const Vector& q,
                                 double time);
 
 /// The object of a [[constraint]] for positions q at `time`. Throws InputError for a distance of
-/// zero, a normal or direction of zero, a driven rotation of fewer than three vertices that are not
-/// on a line.
+/// zero, for a normal or direction of zero, and for a driven rotation of fewer than three vertices
+/// that are not on a line.
 ConstraintObject make_constraint(const ConstraintSettings& constraint,
                                  const MechanicalSystem& system, const Vector& q, double time);
 
-/// The settings with the length that the object keeps.
+/// The settings, with the length that the object keeps if they had none.
 ConstraintSettings with_length(ConstraintSettings settings, const ConstraintObject& object);
 
-/// All constraints of a scene at the start; positions q are moved to the targets of [[fix]] first.
+/// All constraints of a scene at the start. First, positions q are moved to the targets of [[fix]].
 BodyConstraints make_body_constraints(const Scene& scene, const MechanicalSystem& system, Vector q);
 
 }  // namespace tetraction

@@ -1,4 +1,4 @@
-// Materials from their names and parameters, as the materials themselves state them.
+// Makes materials from their names and parameters. The material classes state both.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -13,7 +13,7 @@ namespace {
 
 using Value = std::optional<double> MaterialSettings::*;
 
-// Where the value of a parameter stands.
+// The member of the settings that holds the value of a parameter.
 constexpr std::pair<std::string_view, Value> kValues[] = {
     {"youngs_modulus", &MaterialSettings::youngs_modulus},
     {"poissons_ratio", &MaterialSettings::poissons_ratio},
@@ -35,7 +35,7 @@ constexpr Value value_of(std::string_view name) {
   return nullptr;
 }
 
-// A model whose parameters have no place in the settings does not compile.
+// A model with a parameter that has no member in the settings does not compile.
 template <class M>
 constexpr bool has_places() {
   const auto has_place = [](const MaterialParameter& p) { return value_of(p.name) != nullptr; };

@@ -8,8 +8,8 @@
 namespace tetraction {
 namespace {
 
-// What two times may differ by and be the same, relative to the later one: round-off of multiples
-// of different steps.
+// Relative difference up to which two times count as equal. Multiples of different steps differ by
+// round-off.
 constexpr double kSameTime = 1e-9;
 
 }  // namespace

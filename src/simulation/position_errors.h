@@ -1,4 +1,5 @@
-// How far the positions of a study's runs are from those of its reference, at the end and over time.
+// Differences between the positions of a study's runs and those of its reference, at the end and
+// over time.
 #pragma once
 
 #include <utility>
@@ -8,13 +9,13 @@
 
 namespace tetraction {
 
-/// Times at which runs with these steps are compared with a reference: for each step up to a hundred
-/// of its multiples, evenly over the time, and the end. Ascending. Fewer where `dof_count` is so
-/// large that the positions at all these times would take more than 256 MiB.
+/// Times at which runs with these steps are compared with a reference, ascending: for each step up
+/// to a hundred of its multiples, evenly distributed over the time, and the end. There are fewer if
+/// `dof_count` is so large that the positions at all these times would take more than 256 MiB.
 std::vector<double> comparison_times(const std::vector<double>& steps, double end, Index dof_count);
 
-/// Keeps the positions of a run at given times, by cubic Hermite interpolation between its steps
-/// (with the velocities M⁻¹p), whose error is of fourth order in the step.
+/// Stores the positions of a run at given times. Between its steps they are interpolated by cubic
+/// Hermite polynomials with the velocities M⁻¹p, whose error is of fourth order in the step.
 class ReferenceTrack : public Observer {
  public:
   /// Ascending times above 0.
@@ -23,17 +24,18 @@ class ReferenceTrack : public Observer {
   void on_start(const Session& session) override;
   bool on_step(const Session& session) override;
 
-  /// The positions at a time that is among the given ones but for round-off and that the run has
-  /// reached, or nullptr.
+  /// The positions at a time that equals one of the given ones up to round-off and that the run has
+  /// reached. Otherwise nullptr.
   const Vector* at(double time) const;
   /// √(mean of |q − X|²) over the times that were reached, with the rest positions X.
   double mean_displacement() const;
-  /// What the error |q − q_ref|₂ of positions at the end of the run is taken relative to:
-  /// |q_ref − X|₂, but at least a tenth of mean_displacement(), as a body may pass its rest position
+  /// The divisor for the relative error |q − q_ref|₂ of positions at the end of the run: |q_ref −
+  /// X|₂, but at least a tenth of mean_displacement(), because a body may pass its rest position
   /// just then, and at least 1e-12 √N times the body's diagonal (N vertices), below which
-  /// displacements are round-off. Independent of where the origin lies.
+  /// displacements are round-off. It does not depend on the place of the origin.
   double scale_at_end() const;
-  /// The same for the root mean square over time: mean_displacement(), with the same least value.
+  /// The divisor for the root mean square error over time: mean_displacement(), with the same
+  /// minimum.
   double scale_over_time() const;
 
  private:
@@ -50,13 +52,14 @@ class ReferenceTrack : public Observer {
   Vector velocity_;
 };
 
-/// Adds up the distances of a run from a reference that is there already.
+/// Sums the squared distances of a run from a reference that has been computed before.
 class DistanceFromReference : public Observer {
  public:
   explicit DistanceFromReference(const ReferenceTrack& reference) : reference_(reference) {}
   bool on_step(const Session& session) override;
 
-  /// √(mean of |q − q_ref|²) over the comparison times that are times of the run; NaN without one.
+  /// √(mean of |q − q_ref|²) over the comparison times that are times of the run. NaN if there are
+  /// none.
   double root_mean_square() const;
 
  private:

@@ -94,7 +94,7 @@ std::string to_string(EnvironmentKind kind) {
 Vector3 unit_direction(const Vector3& direction) {
   constexpr double kRoundOff = 8.0 * std::numeric_limits<double>::epsilon();
   if (std::abs(direction.squaredNorm() - 1.0) <= kRoundOff) return direction;
-  return direction.stableNormalized();  // neither tiny nor huge components spoil it
+  return direction.stableNormalized();  // safe with tiny and huge components
 }
 
 Environment make_environment(const EnvironmentSettings& settings) {

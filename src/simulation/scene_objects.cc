@@ -44,7 +44,7 @@ Vector initial_positions(const Scene& scene, const MechanicalSystem& system) {
   const Vector3 center = system.center_of_mass(position);
   const Vector3& stretch = scene.initial.stretch;
   for (Index v = 0; v < system.vertex_count(); ++v) {
-    // A component that is not stretched stays bitwise what it was.
+    // A component that is not stretched stays bitwise unchanged.
     for (Index i = 0; i < 3; ++i) {
       if (stretch[i] == 1.0) continue;
       position[3 * v + i] = center[i] + stretch[i] * (position[3 * v + i] - center[i]);
@@ -175,7 +175,8 @@ State make_initial_state(const Scene& scene, MechanicalSystem& system,
 
 namespace {
 
-// Selections are of the undeformed body: what is wrong with those of an edit is known before the run.
+// Selections refer to the undeformed body. So errors in the selections of edits are found before
+// the run.
 struct SelectionCheck {
   const MechanicalSystem& system;
 
@@ -222,7 +223,7 @@ std::vector<Index> check_shift(const ShiftSettings& shift, const TetMesh& mesh) 
   if (shift.displacement.empty() && shift.impulse.empty()) {
     refuse("neither a displacement nor an impulse is given.");
   }
-  // Sorted and without repeats; the shift's own order is found by the numbers.
+  // The selection is sorted and has no repeats. The order of the shift is found by the numbers.
   const std::vector<Index> sorted = select_at(mesh, SelectVertices{shift.vertices}, shift.where);
   if (sorted.size() != count) refuse("a vertex comes twice; give each once.");
   std::unordered_map<std::int64_t, Index> index_of;

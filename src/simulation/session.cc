@@ -13,11 +13,11 @@
 namespace tetraction {
 namespace {
 
-// A run counts as blown up once the integrator has made this many times the energy that entered.
+// A run counts as unstable once the energy error is this many times the energy that entered.
 constexpr double kBlowUp = 10.0;
-// What it may have made in a state that is good enough to go back to.
+// The largest such ratio at a state that is good enough to go back to.
 constexpr double kGood = 0.1;
-// Steps from one good state that is kept to the next.
+// Number of steps between two good states that are kept.
 constexpr Index kGoodStateInterval = 16;
 
 }  // namespace
@@ -53,7 +53,7 @@ std::int64_t Session::Impl::element_id(Index e) const {
   return system->mesh().tetrahedron_id(e);
 }
 
-// The element with the largest elastic energy density: where a blow-up shows.
+// The element with the largest elastic energy density. A blow-up appears there first.
 Index Session::Impl::hottest_element() const {
   Vector densities;
   system->elastic().energy_densities(state.position, densities);
@@ -71,7 +71,7 @@ void Session::Impl::stop(RunStatus how, const std::string& what, Index element) 
 }
 
 double Session::Impl::relative_energy(double energy) const {
-  // The floor keeps round-off in a body at rest from counting.
+  // Because of the lower bound, round-off in a body at rest does not count.
   double modulus = 0.0;
   for (const MaterialModel& material : system->elastic().materials()) {
     const LameParameters lame = initial_lame(material);
@@ -217,7 +217,7 @@ void Session::go_back() {
   s.status = RunStatus::kRunning;
   s.message.clear();
   s.passed_center.clear();
-  // What the solver remembers of the step that failed must not tell in those to come.
+  // Data that the solver keeps from the failed step must not affect later steps.
   apply(SetSolver{s.solver}, R"("go back")");
 }
 

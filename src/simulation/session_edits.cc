@@ -23,15 +23,15 @@ void require_index(const List& list, std::size_t index, const char* what) {
   }
 }
 
-// What an edit asks to be renewed.
+// The parts of the session that must be made again after an edit.
 struct Renewal {
-  bool stepper = false;  // integrator, solver or constraints are others
+  bool stepper = false;  // integrator, solver or constraints have changed
   bool constraints = false;
-  bool step = false;   // step or end are others
-  bool limit = false;  // the stability limit may be another
+  bool step = false;   // step or end have changed
+  bool limit = false;  // the stability limit may have changed
 };
 
-// What edits change of a system, but for its constraints.
+// The settings of a system that edits may change, without its constraints.
 class SystemSettings {
  public:
   explicit SystemSettings(const MechanicalSystem& system)
@@ -55,7 +55,7 @@ class SystemSettings {
   std::vector<ExternalForce> forces_;
 };
 
-// Changes copies of what an edit concerns; nothing is committed before all of it is known to fit.
+// Changes copies of the settings. Nothing is committed before the whole edit has been checked.
 struct Editor {
   MechanicalSystem& system;
   BodyConstraints& constraints;
@@ -84,7 +84,7 @@ struct Editor {
     system.set_material(edit.region, make_material(edit.material));
     materials[static_cast<std::size_t>(edit.region)] = edit.material;
     if (!locked) warning = locking_warning(system);
-    // A solver knows from its beginning whether it can do without a matrix.
+    // A solver determines when it is made whether it can work without a matrix.
     renewal.stepper = all_built_in() != built_in;
     renewal.limit = true;
   }
@@ -168,7 +168,7 @@ struct Editor {
   }
   void operator()(const RemoveConstraint& edit) {
     require_index(constraints.others, edit.index, "constraint");
-    constraints.others[edit.index] = PrescribedVertices{};  // which holds none
+    constraints.others[edit.index] = PrescribedVertices{};  // an empty one
     constraints.other_settings[edit.index].reset();
     renewal.constraints = renewal.limit = true;
   }
@@ -197,7 +197,7 @@ struct Editor {
     if (!edit.shift.displacement.empty()) {
       require_admissible(edit.shift);
       renewal.limit = true;
-      // Back onto whatever holds and guides them; momenta are projected there.
+      // Positions are moved back onto the constraints, and momenta are projected there.
       renewal.constraints = !system.constraints().empty();
     }
     if (renewal.constraints) return;
@@ -231,8 +231,9 @@ void Session::apply(const Edit& edit, const std::string& what) {
 }
 
 void Session::Impl::apply(const Edit& edit, double at, const std::string& what) {
-  // What changes are copies, committed once nothing can fail any more. The system, which everything
-  // refers to, and the plan of the steps are changed in place and put back where something fails.
+  // The edit changes copies, which are committed once nothing can fail any more. Other objects
+  // refer to the system; therefore it is changed in place, and so is the plan of the steps. Both
+  // are restored if something fails.
   BodyConstraints new_constraints = constraints;
   TimeSettings new_time = time;
   SolverSettings new_solver = solver;
@@ -318,7 +319,7 @@ void Session::Impl::apply(const Edit& edit, double at, const std::string& what) 
 }
 
 bool Session::Impl::apply_events() {
-  // t = k h carries round-off. An event may make the step so short that what follows is not due yet.
+  // t = k h has round-off. An event may make the step so short that the next event is not due yet.
   const auto due = [this] {
     return next_event < scene.event.size() &&
            scene.event[next_event].at <= state.time + 1e-6 * stepping.time_step;

@@ -1,4 +1,4 @@
-// What a Session holds; shared by stepping (session.cc) and editing (session_edits.cc).
+// The data of a Session, used by stepping (session.cc) and editing (session_edits.cc).
 #pragma once
 
 #include <chrono>
@@ -15,7 +15,7 @@
 
 namespace tetraction {
 
-/// Adds the time until it is destroyed to a phase.
+/// Measures the time from its construction to its destruction and adds it to a phase.
 class PhaseTimer {
  public:
   using Clock = std::chrono::steady_clock;
@@ -31,14 +31,14 @@ class PhaseTimer {
 
 struct Session::Impl {
   Scene scene;
-  // As they are now: the scene's own values until an edit.
+  // The present settings. They are the scene's own values until an edit changes them.
   TimeSettings time;
   SolverSettings solver;
   std::vector<MaterialSettings> materials;
   EnvironmentSettings environment;
   std::vector<ForceSettings> forces;
 
-  // Steps of equal size since the start or the last change of the step.
+  // Steps of equal size, counted since the start or the last change of the step.
   struct Stepping {
     double time_step = 0.0;
     double segment_time = 0.0;
@@ -47,7 +47,7 @@ struct Session::Impl {
     AutomaticStep automatic;  // if the settings say so
   };
 
-  // The last good state since the last edit, if such are kept.
+  // The last good state since the last edit, if good states are kept.
   struct GoodState {
     State state;
     std::unique_ptr<Balance> balance;
@@ -69,14 +69,14 @@ struct Session::Impl {
   double first_time_step = 0.0;               // of "auto", at the start or the last edit
   StepRange steps;
   InvertedElements inverted;
-  std::unique_ptr<InversionCounter> inversion_counter;  // null: no material allows any
+  std::unique_ptr<InversionCounter> inversion_counter;  // null if no material allows it
 
   std::size_t next_event = 0;
   std::vector<AppliedEdit> edits;
   RunStatus status = RunStatus::kRunning;
   std::string message;
   std::vector<std::string> warnings;
-  Vector external_force;  // of the last step; empty: none
+  Vector external_force;  // in the last step; empty if there is none
   MinimizerReport last_report;
   Index total_iterations = 0;
   Index total_factorizations = 0;
@@ -84,33 +84,34 @@ struct Session::Impl {
   Index total_cg_iterations = 0;
   std::string linear_solver;  // used last
 
-  /// Sets the step from `time` with the stability limit that "auto" needs; throws InputError.
+  /// Sets the step from `time`, and for "auto" from the stability limit. Throws InputError.
   void choose_step(const StabilityLimit& limit, CriticalModes modes);
-  /// Steps of this size from the present state on.
+  /// Starts steps of this size at the present state.
   void set_time_step(double step);
-  /// Steps that are left with this size, the last one shorter.
+  /// Number of steps left with this size, including a shorter last one.
   Index steps_to_end(double step) const;
-  /// "auto": the limit at the present state, from the last one's modes, and what it cost in steps.
+  /// With "auto": estimates the limit at the present state from the last modes. Also gives the cost
+  /// of the estimate in steps.
   double tracked_limit(double& cost);
-  /// "auto" after an edit that may have changed the limit.
+  /// With "auto": sets the step after an edit that may have changed the limit.
   void renew_automatic_step(const StabilityLimit& limit, CriticalModes modes);
-  /// Whether "auto" follows the limit with the present settings.
+  /// Whether the step follows the limit ("auto") with the present settings.
   bool is_automatic() const;
-  /// "auto": estimates the limit if that is due. False: the run is over.
+  /// With "auto": estimates the limit if an estimate is due. Returns false if the run is over.
   bool follow_limit();
-  /// One step, made smaller as often as it takes if "auto" finds that it was too large.
+  /// Makes one step. If "auto" finds that it was too large, it is repeated with smaller sizes.
   StepOutcome advance();
   StepOutcome attempt();
-  /// Counts inverted elements where materials allow them; of a state that a small step led to with the
-  /// elastic energy that is given, or else (null) of any state and new materials.
+  /// Counts inverted elements if materials allow them. If the state is the result of a small step,
+  /// its elastic energy is given. Null means any other state, or new materials.
   void count_inverted(const double* energy_after_step);
-  /// Warns of a large energy error, and of events for which no step was left.
+  /// Adds warnings about a large energy error, and about events for which no step was left.
   void warn_at_the_end();
-  /// A warning for a step above the limit, or empty.
+  /// A warning about a step above the limit, or an empty text.
   std::string step_warning(const StabilityLimit& limit) const;
-  /// Warns of a slow BLAS where a step is implicit, at the start or after an event.
+  /// Adds a warning about a slow BLAS if the steps are implicit at the start or after an event.
   void warn_of_blas();
-  /// Warns of events that are too early or too late.
+  /// Adds warnings about events that are too early or too late.
   void warn_of_events();
   void apply(const Edit& edit, double at, const std::string& what);
   /// Makes the events that are due. Returns false if one of them could not be made.
@@ -119,17 +120,17 @@ struct Session::Impl {
   std::int64_t element_id(Index e) const;
   std::string limit_advice() const;
   Index hottest_element() const;
-  // Says if a vertex is or was so near a singular centre that its energy there means nothing.
+  // A note if a vertex is or was so near a singular centre that its energy there is meaningless.
   std::string center_note();
-  /// The limit of the present rule.
+  /// Computes the stability limit of the present rule.
   StabilityLimit limit_at(const Vector& q, CriticalModes* modes = nullptr) const;
   /// The same, with its time.
   StabilityLimit current_limit(const Vector& q, CriticalModes* modes = nullptr);
   void stop(RunStatus how, const std::string& what, Index element);
   bool blown_up() const;
-  /// An energy relative to what entered.
+  /// An energy relative to the energy that entered.
   double relative_energy(double energy) const;
-  /// The energy that the integrator has made, relative to what entered.
+  /// The energy error of the integrator, relative to the energy that entered.
   double relative_energy_error() const;
   void keep_state();
 };

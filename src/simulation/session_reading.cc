@@ -1,4 +1,4 @@
-// What can be read of a session.
+// The functions that read a session.
 #include "session_impl.h"
 
 namespace tetraction {

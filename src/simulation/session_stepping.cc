@@ -1,4 +1,4 @@
-// How long the steps of a session are, and one step of it.
+// The size of a session's steps, and one step.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,10 +12,10 @@
 namespace tetraction {
 namespace {
 
-constexpr double kMostSteps = 9e15;  // whole numbers that double precision tells apart
-// A rest shorter than this share of a step is made part of the step before it.
+constexpr double kMostSteps = 9e15;  // double precision represents all integers up to this one
+// If the remaining time is shorter than this share of a step, the step before it is made longer.
 constexpr double kMerged = 1e-6;
-// "auto" gives up where it would take steps shorter than this share of those it began with.
+// "auto" gives up if its steps would be shorter than this share of the first ones.
 constexpr double kShortest = 1e-6;
 
 // What times near t are rounded to.
@@ -23,7 +23,7 @@ double round_off(double t) {
   return 4.0 * std::numeric_limits<double>::epsilon() * std::abs(t);
 }
 
-// Whether a smaller step may do what this one did not.
+// Whether a smaller step may succeed where this one failed.
 bool was_too_large(StepStatus status) {
   return status == StepStatus::kInverted || status == StepStatus::kNotFinite ||
          status == StepStatus::kOverdamped || status == StepStatus::kUndefined;
@@ -84,7 +84,7 @@ StabilityLimit Session::Impl::current_limit(const Vector& q, CriticalModes* mode
   return limit_at(q, modes);
 }
 
-// Within a step: its time does not count twice.
+// Called within a step, whose time must not be counted twice.
 double Session::Impl::tracked_limit(double& cost) {
   const double before = times.stability;
   double critical = 0.0;
@@ -101,7 +101,7 @@ double Session::Impl::tracked_limit(double& cost) {
 
 void Session::Impl::renew_automatic_step(const StabilityLimit& limit, CriticalModes modes) {
   if (!is_automatic() || !std::isfinite(limit.critical_step)) return;
-  // As it is where it is hardly too large and not much too small.
+  // The step stays as it is if it is hardly too large and not much too small.
   const double wanted = AutomaticStep::kShare * limit.critical_step;
   if (stepping.time_step > 1.001 * wanted || stepping.time_step < 0.8 * wanted) {
     set_time_step(wanted);
@@ -134,7 +134,7 @@ StepOutcome Session::Impl::attempt() {
   const double h = stepping.time_step;
   const Index number = state.step - stepping.segment_step + 1;
   double length = h;
-  // Multiples of h, not a running sum: the time carries no accumulated round-off.
+  // The time is a multiple of h, not a running sum, so that it has no accumulated round-off.
   double end_time = stepping.segment_time + static_cast<double>(number) * h;
   if (number == stepping.segment_count && std::isfinite(time.end)) {
     end_time = time.end;
@@ -149,7 +149,7 @@ StepOutcome Session::Impl::attempt() {
   total_cg_iterations += outcome.minimizer.cg_iterations;
   if (!outcome.minimizer.linear.empty()) linear_solver = outcome.minimizer.linear;
   if (outcome.ok() && is_automatic()) {
-    // What makes more energy in a step than ever entered was too large.
+    // A step was too large if its energy error is larger than all the energy that has entered.
     const Balance before = *balance;
     balance->enter(state, outcome);
     const double made = balance->energy_error() - before.energy_error();
@@ -178,7 +178,7 @@ StepOutcome Session::Impl::attempt() {
 StepOutcome Session::Impl::advance() {
   StepOutcome outcome = attempt();
   if (!is_automatic() || !was_too_large(outcome.status)) return outcome;
-  // The limit fell faster than it was followed.
+  // The limit has decreased faster than the step followed it.
   constexpr int kHalvings = 20;
   const Stepping before = stepping;
   const Index changes = steps.changes;

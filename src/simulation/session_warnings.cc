@@ -1,4 +1,4 @@
-// What a session tells its user: warnings, and the advice that goes with a failure.
+// The warnings of a session for its user, and the advice after a failure.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -74,7 +74,7 @@ void Session::Impl::warn_of_blas() {
 }
 
 void Session::Impl::warn_of_events() {
-  // Where the run is when the step was set last; which, as step and end, events may change.
+  // The time at which the step was set last. Events may change step and end.
   double start = state.time;
   double end = time.end;
   double step = stepping.time_step;
@@ -170,15 +170,15 @@ std::string Session::Impl::limit_advice() const {
       time.integrator == Integrator::kBackwardEuler ? "" : " or backward-euler");
 }
 
-// A vertex that falls into the centre of attraction is the likely cause of a failure.
+// A vertex near the centre of attraction is the likely cause of a failure.
 std::string Session::Impl::center_note() {
   if (!system->environment().is_singular()) return {};
   Index nearest = 0;
   const double distance =
       state.position.reshaped(3, system->vertex_count()).colwise().norm().minCoeff(&nearest);
   const double moved = state.velocity.segment<3>(3 * nearest).norm() * stepping.time_step;
-  // Whoever has passed the centre within what it moves in a step has got an arbitrary energy there,
-  // and may be far away by the time that shows.
+  // If a vertex passes the centre at a distance below its motion in one step, it gets an arbitrary
+  // energy there. It may be far away when the effect becomes visible.
   if (distance <= 4.0 * moved || distance == 0.0) {
     passed_center = fmt::format(
         "; vertex {} came as near as {:.3g} m to the centre of attraction, where the force has no "

@@ -6,7 +6,7 @@
 namespace tetraction {
 namespace {
 
-// Its message gives the usual value, as most people never think of it.
+// The message gives the usual value, because most people do not know one.
 constexpr NumberRange kTolerance{.least = 0.0,
                                  .most = 1.0,
                                  .least_itself = false,

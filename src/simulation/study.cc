@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
-// An error less than this many times the reference's own says nothing of an order.
+// An error below this many times the reference's own error gives no order.
 constexpr double kAboveReference = 5.0;
 
 struct Run {
@@ -40,7 +40,7 @@ class Study {
       ++done;
     };
 
-    // The reference first: the others are compared with it while they run.
+    // The reference is made first, because the others are compared with it while they run.
     std::vector<double> steps;
     for (const PlannedRun& run : plan_.runs) steps.push_back(run.step);
     std::sort(steps.begin(), steps.end());
@@ -81,7 +81,7 @@ class Study {
   }
 
  private:
-  // What was computed up to then is kept, without errors.
+  // The results up to then are kept, without errors.
   StudyResult cancelled(std::vector<Run> runs) {
     result_.remarks.emplace_back("the study was interrupted: the runs from there on are missing");
     result_.reference_status = RunStatus::kCancelled;
@@ -137,7 +137,7 @@ class Study {
     return run;
   }
 
-  // Errors against the reference, and orders between neighbouring steps.
+  // Computes errors relative to the reference, and orders between neighbouring steps.
   void compare(std::vector<Run>& runs, const Run& reference, const ReferenceTrack& track) const {
     if (reference.row.status != RunStatus::kFinished) return;
     for (Run& run : runs) {
@@ -163,9 +163,9 @@ class Study {
     }
   }
 
-  // What the reference itself is off by, from the finest other run of its family and the rule's
-  // order p: e(h) = C (h^p − h_r^p), so that C h_r^p = e h_r^p/(h^p − h_r^p). Zero if there is
-  // none.
+  // The error of the reference itself is estimated from the finest other run of its family and the
+  // rule's order p: e(h) = C (h^p − h_r^p), so that C h_r^p = e h_r^p/(h^p − h_r^p). It is zero if
+  // there is no such run.
   double error_of_reference(const std::vector<Run>& runs) const {
     for (const Run& run : runs) {
       const StudyRow& row = run.row;

@@ -11,7 +11,7 @@
 namespace tetraction {
 namespace {
 
-// The step nearest to h that divides `end`: for steps that nobody asked for.
+// The step nearest to h that divides `end`, for steps that the user did not choose.
 double dividing_step(double h, double end) {
   return end / std::max(1.0, std::round(end / h));
 }
@@ -43,7 +43,7 @@ void check_scenes(const std::vector<StudyVariant>& variants) {
   }
 }
 
-// Ascending, each once.
+// Sorts the steps and removes repeats.
 std::vector<double> steps_of(const StudySettings& settings, double stable_step, double end) {
   std::vector<double> wanted = settings.steps;
   if (wanted.empty()) {

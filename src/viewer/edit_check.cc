@@ -28,7 +28,7 @@ struct Check {
   void operator()(SetMaterial&) const {}  // make_material() checks
   void operator()(SetTime& edit) const {
     TimeSettings time = edit.time;
-    if (std::isinf(time.end)) time.end = TimeSettings{}.end;  // the runs of a window have no end
+    if (std::isinf(time.end)) time.end = TimeSettings{}.end;  // runs in a window have no end
     check_settings(time);
   }
   void operator()(SetSolver& edit) const { check_settings(edit.solver); }

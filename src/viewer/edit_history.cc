@@ -177,7 +177,7 @@ void EditHistory::make(const Edit& edit, const std::string& what, Entry& entry) 
   entry.what = what;
 }
 
-// Where vertices are held after the last edit, so that later it is known how far it moved them.
+// The targets of fixed vertices after the last edit. They tell later how far it moved the vertices.
 void EditHistory::finish(Entry& entry) const {
   for (Before& part : entry.before) {
     auto* fix = std::get_if<FixBefore>(&part);
@@ -242,7 +242,7 @@ Edit EditHistory::inverse(const FixBefore& before, bool at_once) const {
   return SetFix{before.index, fix};
 }
 
-// The edits that set what was before, those first that let go of something.
+// The edits that restore the earlier settings. Those that release something come first.
 std::vector<Edit> EditHistory::inverse(const Entry& entry) const {
   std::vector<Edit> release;
   std::vector<Edit> edits;
@@ -292,7 +292,8 @@ std::optional<Edit> EditHistory::shift_back(const Entry& entry) const {
 void EditHistory::take_back(const Entry& entry, const std::string& what, Entry& done,
                             bool or_none) {
   make_all(inverse(entry), what, done, or_none);
-  // Only now it is known what there is to shift: positions may be back already.
+  // The shift can be computed only now, because the other edits may already have restored
+  // positions.
   if (const std::optional<Edit> shift = shift_back(entry)) {
     make_all({*shift}, what, done, or_none);
   }

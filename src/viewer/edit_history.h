@@ -1,4 +1,4 @@
-// Undo and redo of edits of a body that has moved on since.
+// Undo and redo of edits of a body that may have moved since the edit.
 #pragma once
 
 #include <functional>
@@ -11,44 +11,47 @@
 
 namespace tetraction::viewer {
 
-/// Whether `later` replaces all that `earlier` sets, so that the latter need not be made if both wait.
+/// Whether `later` replaces everything that `earlier` sets. If both are waiting, `earlier` can then
+/// be left out.
 bool replaces(const Edit& later, const Edit& earlier);
 
 /// An edit that was made.
 struct MadeEdit {
-  Edit edit;             ///< with the number of what it added
-  std::string what;      ///< for people
-  bool goes_on = false;  ///< it is undone together with the one before
+  Edit edit;             ///< with the number of the entry that it added
+  std::string what;      ///< description for people
+  bool goes_on = false;  ///< it is undone together with the edit before it
 };
 
-/// Makes edits and takes them back by others that set what was set before: all of them ordinary edits
-/// at the present time, so that what a person does and undoes can be recorded and replayed.
+/// Makes edits and undoes them by further edits that restore the earlier settings. All of them are
+/// ordinary edits at the present time, so that everything a person does and undoes can be recorded
+/// and replayed.
 ///
-/// An edit that changed positions or momenta themselves (SetMomentum, ShiftState) is taken back by the
-/// opposite shift; any edit at a state from which no step was made yet also gives back that state.
+/// An edit that changed positions or momenta (SetMomentum, ShiftState) is undone by the opposite
+/// shift. If no step has been made since an edit, undoing it restores the positions and momenta
+/// exactly.
 class EditHistory {
  public:
-  /// Makes an edit of the session and whatever belongs to it (records, marks). Throws InputError.
+  /// Function that makes an edit of the session, with its records and marks. Throws InputError.
   using Apply = std::function<void(const Edit&, const std::string& what)>;
 
   EditHistory(const Session& session, Apply apply);
 
-  /// Throws InputError, with everything as it was.
+  /// Makes an edit. If it throws InputError, nothing has changed.
   void make(const Edit& edit, const std::string& what, bool goes_on);
-  /// These do nothing if there is nothing to undo or redo. Throw InputError, with everything as it was,
-  /// where the body does not allow it now.
+  /// These do nothing if there is nothing to undo or redo. They throw InputError, and nothing has
+  /// changed, if the body does not allow the edit now.
   void undo();
   void redo();
   /// Empty: none.
   std::string undo_text() const { return undo_.empty() ? "" : undo_.back().what; }
   std::string redo_text() const { return redo_.empty() ? "" : redo_.back().what; }
-  /// A step was made.
+  /// To be called after each step.
   void stepped();
-  /// All edits that are in force, in their order: those that were not undone.
+  /// All edits that were not undone, in their order.
   std::vector<MadeEdit> in_force() const;
 
  private:
-  // What one part of the body was before it was edited; nothing: it was not there.
+  // The settings of one part of the body before an edit. Nothing if that part did not exist.
   struct ForceBefore {
     std::size_t index;
     std::optional<ForceSettings> force;
@@ -56,7 +59,7 @@ class EditHistory {
   struct FixBefore {
     std::size_t index;
     std::optional<PresentFix> fix;
-    Matrix targets_after{};  // of its vertices, where they all are still held
+    Matrix targets_after{};  // targets of its vertices, if all of them are still fixed
   };
   struct ConstraintBefore {
     std::size_t index;
@@ -64,14 +67,14 @@ class EditHistory {
   };
   using Before = std::variant<SetMaterial, SetTime, SetSolver, SetDamping, SetEnvironment,
                               ForceBefore, FixBefore, ConstraintBefore>;
-  // What is undone at once.
+  // A group of edits that are undone together.
   struct Entry {
     std::string what;
-    std::vector<Edit> edits;  // to do it again: with the numbers of what they added
+    std::vector<Edit> edits;  // for redo, with the numbers of the entries that they added
     std::vector<Before> before;
-    // Positions and momenta before, until a step is made.
+    // Positions and momenta before the edits. They are dropped when a step is made.
     std::optional<State> state;
-    // What SetMomentum and ShiftState added to the positions and momenta; empty: nothing.
+    // The changes of positions and momenta by SetMomentum and ShiftState. Empty if there are none.
     Vector displacement;
     Vector impulse;
   };

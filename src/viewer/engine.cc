@@ -131,7 +131,7 @@ void Engine::edit(Edit edit, const std::string& what, bool goes_on) {
 
 void Engine::undo() {
   require_good_state();
-  release();  // what the mouse holds is undone as a whole
+  release();  // a grip of the mouse is undone as a whole
   edits_->undo();
 }
 
@@ -141,7 +141,7 @@ void Engine::redo() {
   edits_->redo();
 }
 
-// Without the drag, if it cannot go on.
+// Ends the drag if it cannot continue.
 template <class Work>
 void Engine::with_drag(const Work& work) {
   if (!drag_ || session_->status() != RunStatus::kRunning) return;
@@ -225,7 +225,8 @@ bool Engine::step() {
 void Engine::go_back() {
   if (session_->status() == RunStatus::kRunning) return;
   session_->go_back();
-  // As an edit: the solver began anew, and that must replay.
+  // Going back is recorded as an edit, because the solver starts again and a replay must do so,
+  // too.
   recording_.add(*session_, SetSolver{session_->solver_settings()}, "back to the last good state");
   recording_.move_to(*session_);
   marks_.push_back({session_->state().time, "back to the last good state"});

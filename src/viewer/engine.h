@@ -1,4 +1,5 @@
-// What a Simulation does in its own thread: a session with its events, edits and their record.
+// The work of a Simulation in its own thread: a session with its events, its edits and their
+// record.
 #pragma once
 
 #include <memory>
@@ -14,7 +15,7 @@
 
 namespace tetraction::viewer {
 
-/// One body from its scene's start on. Not for several threads.
+/// Runs one body from the start of its scene. To be used by one thread only.
 class Engine {
  public:
   /// Throws InputError. `recording` is cleared.
@@ -24,22 +25,23 @@ class Engine {
   Settings settings() const;
   const EditHistory& edits() const { return *edits_; }
 
-  /// These throw InputError, with everything as it was.
+  /// If these functions throw InputError, nothing has changed.
   void edit(Edit edit, const std::string& what, bool goes_on);
   void undo();
   void redo();
-  /// The mouse takes hold of vertices, leads the first of them to a place (m, to be reached in about
-  /// `duration` seconds of simulated time; 0: at once), and lets go. What it does after the hold ended
-  /// in another way, or while the run has failed, is nothing; a hold ends at the latest in go_back().
+  /// The mouse grips vertices, leads the first of them to a place (m) within about `duration`
+  /// seconds of simulated time (0: at once), and releases them. These calls have no effect if the
+  /// grip has ended in another way or if the run has failed. go_back() ends a grip in any case.
   void grab(const std::vector<Index>& vertices);
   void lead_to(const Vector3& place, double duration);
   void release();
-  /// Makes the events that are due, then one step. False: the run has ended, status() tells how.
+  /// Makes the events that are due, then one step. Returns false if the run has ended; status()
+  /// then says how.
   bool step();
   /// Session::go_back().
   void go_back();
 
-  /// What has come together since the last call.
+  /// The notices and marks since the last call.
   std::vector<Notice> take_notices() { return std::exchange(notices_, {}); }
   std::vector<EditMark> take_marks() { return std::exchange(marks_, {}); }
   /// Whether an edit may have changed the stability limit since the last call.
@@ -60,12 +62,12 @@ class Engine {
   std::unique_ptr<Session> session_;
   std::unique_ptr<EditHistory> edits_;
   std::optional<VertexDrag> drag_;
-  bool released_ = false;  // in a state in which nothing could be changed
+  bool released_ = false;  // the grip was released in a state that could not be changed
   Numbering numbering_;
   std::size_t next_event_ = 0;
   std::optional<std::size_t> newest_force_, newest_fix_, newest_constraint_;
   std::vector<Notice> notices_;
-  std::size_t told_warnings_ = 0;  // of the session
+  std::size_t told_warnings_ = 0;  // number of the session's warnings that were reported
   std::vector<EditMark> marks_;
   bool limit_changed_ = false;
 };

@@ -12,7 +12,7 @@ namespace tetraction::viewer {
 template <class T>
 class Guarded {
  public:
-  /// The locked data. One thread; not to be kept beyond the block in which it is needed.
+  /// The locked data. It belongs to one thread and must not outlive the block that needs it.
   template <class Data>
   class Access {
    public:
@@ -20,15 +20,17 @@ class Guarded {
     Data* operator->() const { return data_; }
     Data& operator*() const { return *data_; }
 
-    /// Gives the mutex up until the condition is notified.
+    /// Releases the mutex until the condition is notified.
     void wait(std::condition_variable& condition) { condition.wait(lock_); }
-    /// The same, at the latest until a point in time.
+    /// Releases the mutex until the condition is notified, but no longer than until a point in
+    /// time.
     template <class Clock, class Duration>
     void wait_until(std::condition_variable& condition,
                     const std::chrono::time_point<Clock, Duration>& time) {
       condition.wait_until(lock_, time);
     }
-    /// Waits until `holds(data)` or for a duration; returns whether it holds.
+    /// Waits until `holds(data)` is true, but no longer than a duration. Returns whether it is
+    /// true.
     template <class Rep, class Period, class Predicate>
     bool wait_for(std::condition_variable& condition,
                   const std::chrono::duration<Rep, Period>& duration, const Predicate& holds) {

@@ -1,4 +1,4 @@
-// The numbers of all steps, of bounded size.
+// The history of a run in a table of bounded size.
 #pragma once
 
 #include <vector>
@@ -7,20 +7,20 @@
 
 namespace tetraction::viewer {
 
-/// Rows in the order of their steps. When there are `capacity` of them, every second one goes, and
-/// from then on only every second step of before is kept: a run may go on for days.
+/// Rows in the order of their steps. When there are `capacity` rows, every second one is removed,
+/// and from then on half as many steps are stored. So the size stays bounded even in a run of days.
 class HistoryLog {
  public:
   explicit HistoryLog(std::size_t capacity = 1U << 20U) : capacity_(capacity) {}
 
   void add(const HistoryRow& row);
-  /// Forgets everything.
+  /// Removes all rows.
   void clear();
-  /// Forgets the rows after a step.
+  /// Removes the rows after a step.
   void go_back_to(Index step);
 
   const std::vector<HistoryRow>& rows() const { return rows_; }
-  /// One more for each time that rows were taken out.
+  /// A counter that increases each time rows are removed.
   std::size_t generation() const { return generation_; }
 
  private:
@@ -30,7 +30,7 @@ class HistoryLog {
   std::vector<HistoryRow> rows_;
 };
 
-/// The row of a session's present state.
+/// The row for a session's present state.
 HistoryRow history_row(const Session& session);
 
 }  // namespace tetraction::viewer

@@ -30,7 +30,7 @@ class Keeper {
 
   std::vector<MadeEdit> edits() const;
 
-  // Of each kind of edit, what it leaves.
+  // For each kind of edit: the settings that it leaves.
   void operator()(const SetMaterial& edit) { set({edit.region, 0}, edit); }
   void operator()(const SetTime& edit) { set({0, 1}, edit); }
   void operator()(const SetSolver& edit) { set({0, 2}, edit); }

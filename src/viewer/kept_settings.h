@@ -1,4 +1,4 @@
-// What a run that starts again keeps of what was done by hand.
+// The settings made by hand that a run keeps when it starts again.
 #pragma once
 
 #include <vector>
@@ -8,10 +8,10 @@
 
 namespace tetraction::viewer {
 
-/// The edits that give the session at the start of its scene the settings that the edits `made` (in
-/// force, in their order) gave another session of the same scene at some later time. Of each setting
-/// that is the last one. Vertices that were fixed are fixed where they are at the start, unless a
-/// place was given; moves and kicks of vertices belong to their time and are left out.
+/// `made` are the edits of a session that were not undone, in their order. Returns the edits that
+/// give the same settings to a session at the start of the same scene. Of several edits of one
+/// setting, only the last one counts. Fixed vertices are fixed at their positions at the start,
+/// unless a place was given. Moves and kicks of vertices belong to their time and are left out.
 std::vector<MadeEdit> kept_settings(const std::vector<MadeEdit>& made, const Session& start);
 
 }  // namespace tetraction::viewer

@@ -27,7 +27,7 @@ Numbering::Numbering(const Scene& scene)
 
 std::optional<Edit> Numbering::translated(const Edit& edit) const {
   Edit result = edit;
-  // False for an entry that is not there.
+  // Returns false for an entry that does not exist.
   const auto translate = [](const auto& places, std::optional<std::size_t>& number) {
     if (!number) return true;
     number = place(places, *number);

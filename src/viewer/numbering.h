@@ -1,5 +1,5 @@
-// Numbers of forces, fixes and constraints: those that a scene's events mean, when edits by hand have
-// added others in between.
+// Translates the numbers of forces, fixes and constraints in a scene's events. Edits by hand may
+// have added entries in between, so that the numbers have shifted.
 #pragma once
 
 #include <optional>
@@ -9,7 +9,7 @@
 
 namespace tetraction::viewer {
 
-/// How many of each a body has.
+/// The number of entries of each kind that a body has.
 struct Counts {
   std::size_t forces = 0;
   std::size_t fixes = 0;
@@ -18,15 +18,16 @@ struct Counts {
 
 Counts counts_of(const Session& session);
 
-/// Where the entries that a scene's events know by their numbers really are.
+/// Maps the numbers in a scene's events to the true numbers of the entries.
 class Numbering {
  public:
   explicit Numbering(const Scene& scene);
 
-  /// The edit of an event with the true numbers. Nothing if it changes an entry that was never
-  /// added, because that edit had been refused.
+  /// The edit of an event with the true numbers. Nothing if the edit changes an entry that does not
+  /// exist because the edit that would have added it was refused.
   std::optional<Edit> translated(const Edit& edit) const;
-  /// Enters that the (untranslated) edit was made, or `refused`, on a body of these counts before it.
+  /// Records that the (untranslated) edit was made, or `refused`. The counts are those of the body
+  /// before the edit.
   void enter(const Edit& edit, const Counts& counts, bool refused);
 
  private:

@@ -7,7 +7,7 @@ namespace {
 
 using Seconds = std::chrono::duration<double>;
 
-// A run that is behind by more does not hurry to make up for it.
+// If a run is behind by more than this, it does not try to make up for it.
 constexpr Seconds kLargestLag{0.1};
 constexpr Seconds kWindow{0.5};
 

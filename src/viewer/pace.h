@@ -1,4 +1,4 @@
-// When the next step may begin, and how fast the run is.
+// Controls when the next step may begin, and measures how fast the run is.
 #pragma once
 
 #include <chrono>
@@ -7,19 +7,20 @@ namespace tetraction::viewer {
 
 using Clock = std::chrono::steady_clock;
 
-/// Keeps simulated time from running ahead of the wall clock, and measures the ratio of the two.
+/// Delays steps so that simulated time does not run ahead of the wall clock, and measures the ratio
+/// of the two.
 class Pace {
  public:
-  /// Simulated seconds a second from now on; 0: no limit.
+  /// Limits the simulated seconds per second from now on. 0 means no limit.
   void set_limit(double real_time_factor, double simulated);
   double limit() const { return limit_; }
-  /// The run begins, or time jumped: nothing is made up for.
+  /// To be called when the run begins or time has jumped. Delays before that are not made up for.
   void restart(double simulated);
-  /// When the step that starts at this simulated time may begin.
+  /// The wall-clock time at which the step from this simulated time may begin.
   Clock::time_point due(double simulated) const;
-  /// A step was made.
+  /// To be called after each step.
   void advance(double simulated);
-  /// Simulated seconds a second over about the last second of the run.
+  /// Simulated seconds per second over about the last second of the run.
   double real_time_factor(double simulated) const;
 
  private:
@@ -29,8 +30,8 @@ class Pace {
   };
 
   double limit_ = 0.0;
-  Anchor anchor_;           // what the limit counts from
-  Anchor window_, newest_;  // what the measured factor counts from, now and next
+  Anchor anchor_;           // start of the count for the limit
+  Anchor window_, newest_;  // starts of the present and the next measurement
 };
 
 }  // namespace tetraction::viewer

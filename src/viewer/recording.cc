@@ -55,8 +55,8 @@ Scene Recording::scene() const {
   return scene;
 }
 
-// The run is to end now, by the step that it has now. Steps that were set earlier need an end that
-// lies behind the edits that follow.
+// The run shall end at the present time, with its present step. Steps that were set earlier need an
+// end after the edits that follow them.
 void Recording::set_ends(Scene& scene) const {
   double* end = &scene.time.end;
   if (step_ == 0) {

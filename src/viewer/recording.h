@@ -1,4 +1,4 @@
-// What was done to a scene, to be done again.
+// A record of all edits of a scene, from which the run can be repeated.
 #pragma once
 
 #include <mutex>
@@ -10,30 +10,30 @@
 
 namespace tetraction::viewer {
 
-/// Keeps all edits with their times and makes a scene of them. Functions may be called from any
-/// thread.
+/// Stores all edits with their times and makes a scene from them. The functions may be called from
+/// any thread.
 class Recording {
  public:
   explicit Recording(Scene scene);
 
   /// Forgets everything (reset).
   void clear();
-  /// An edit that the session has just made.
+  /// Records an edit that the session has just made.
   void add(const Session& session, const Edit& edit, const std::string& note);
-  /// The session has made a step or gone back.
+  /// To be called when the session has made a step or gone back.
   void move_to(const Session& session);
-  /// The scene's first `count` events are over; later edits of events are numbered so.
+  /// The scene's first `count` events are over. Later edits of events are numbered accordingly.
   void set_events_made(std::size_t count, const Numbering& numbering);
 
-  /// The scene with all edits as events, each at the time of the state that it was made at, and the
-  /// scene's events that are still to come.
+  /// The scene with all edits as events, each at the time of the state that it changed, together
+  /// with the scene's own events that are still to come.
   Scene scene() const;
 
  private:
   struct Entry {
     Index step = 0;
     double time = 0.0;
-    double time_step = 0.0;  // from then on, s
+    double time_step = 0.0;  // step from that time on, s
     Edit edit;
     std::string note;
   };

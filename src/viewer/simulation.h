@@ -1,4 +1,4 @@
-// A Session in a thread of its own, for a window that must never wait for it.
+// A Session in its own thread, for a window that must never wait for it.
 #pragma once
 
 #include <cstddef>
@@ -18,20 +18,20 @@ class Observer;
 
 namespace tetraction::viewer {
 
-/// What the window shows of settings that may change at any time: always those in force.
+/// The settings that the window shows. They may change at any time and are always the present ones.
 struct Settings {
   std::vector<MaterialSettings> materials;  ///< of each region
   std::vector<std::string> region_names;
   Damping damping;
   EnvironmentSettings environment;
-  /// `step` is the one in force also where it is automatic; `end` is infinite.
+  /// `step` is the present one even if it is automatic. `end` is infinite.
   TimeSettings time;
   SolverSettings solver;
   std::vector<ForceSettings> forces;  ///< by their numbers
-  std::vector<FixSettings> fixes;     ///< by their numbers; what was released is still listed
+  std::vector<FixSettings> fixes;     ///< by their numbers, including released ones
 };
 
-/// In place of the number of a fix, force or constraint: the one that edit() added last.
+/// A number that stands for the fix, force or constraint that edit() added last.
 inline constexpr std::size_t kNewest = std::numeric_limits<std::size_t>::max();
 
 /// A message for the user: an edit that was refused, a warning.
@@ -41,13 +41,13 @@ struct Notice {
 };
 
 /// Runs a scene in its own thread. All functions return at once and may be called from one other
-/// thread (the window's); edits, steps and resets are made in the order in which they were asked for,
-/// between two steps. The scene's events are made at their times; one that does not fit the body as
-/// it is then is refused with a notice, and the run goes on. There is no end: time.end does not
-/// matter.
+/// thread, that of the window. Edits, steps and resets are made between two steps, in the order in
+/// which they were requested. The scene's events are made at their times. If the body does not
+/// allow an event, the event is refused with a notice, and the run continues. The run has no end:
+/// time.end is ignored.
 class Simulation {
  public:
-  /// Sets the scene up in the calling thread; paused at the start. Throws InputError.
+  /// Sets the scene up in the calling thread. The run is paused at the start. Throws InputError.
   Simulation(Scene scene, TetMesh mesh);
   /// Stops after the step in progress.
   ~Simulation();
@@ -57,70 +57,75 @@ class Simulation {
 
   void run();
   void pause();
-  /// One step, then pause.
+  /// Makes one step, then pauses.
   void step();
-  /// Back to the scene's start, paused. The settings that edits made by hand have changed stay as they
-  /// are now, and each can be undone; vertices fixed by hand are fixed where they are at the start,
-  /// unless a place was given. Moves and kicks of vertices are over.
+  /// Returns to the scene's start and pauses. Settings that were changed by hand keep their present
+  /// values, and each change can be undone. Vertices fixed by hand are fixed at their positions at
+  /// the start, unless a place was given. Moves and kicks of vertices are not repeated.
   void restart();
-  /// Back to the scene's start, paused; edits made by hand are forgotten.
+  /// Returns to the scene's start, pauses, and drops the edits made by hand.
   void reset();
-  /// After a blow-up: makes the last good state the present one again, paused, with the history up to
-  /// there. Until then edits and steps are refused.
+  /// After a blow-up: makes the last good state the present one, with the history up to that state,
+  /// and pauses. Until this is called, edits and steps are refused.
   void go_back();
-  /// A snapshot after this many steps (1 or more) while running, but no more than a few hundred a
-  /// second …
+  /// While running, a snapshot is made after this many steps (1 or more), but no more than a few
+  /// hundred in a second …
   void set_steps_per_snapshot(int steps);
-  /// … and not faster than this many simulated seconds a second; 0: as fast as it goes.
+  /// … and the run is not faster than this many simulated seconds per second. 0 means no limit.
   void set_speed_limit(double real_time_factor);
-  /// What field_values of the next snapshots hold.
+  /// Sets the field that field_values of the next snapshots hold.
   void set_color_field(ColorField field);
 
-  /// In force at the next step. `what` is a short text for menus and the time axis: "Young's modulus
-  /// 2 MPa". An edit that goes on with the one before (a slider that moves, a vertex that is dragged,
-  /// several settings at once) is undone together with it, and takes its place if it still waits.
+  /// Makes an edit, which takes effect with the next step. `what` is a short text for menus and the
+  /// time axis: "Young's modulus 2 MPa". An edit may continue the one before (a slider that moves,
+  /// a vertex that is dragged, several settings at once). Then both are undone together, and the
+  /// edit replaces the one before if that is still waiting.
   void edit(Edit edit, std::string what, bool goes_on = false);
-  /// Takes the last edit back: its settings become again what they were before, at the present time.
-  /// As long as no step was made since, positions and momenta are also as before. Later, vertices
-  /// whose momenta were set or that were moved get the opposite of what that gave them; vertices that
-  /// were released are held where they are.
+  /// Undoes the last edit: its settings get their earlier values at the present time. If no step
+  /// has been made since, positions and momenta are restored, too. Otherwise vertices that were
+  /// moved or whose momenta were set get the opposite change, and vertices that were released are
+  /// fixed where they are.
   void undo();
   void redo();
-  /// The mouse takes hold of vertices, leads the first of them to a place, m, and lets go; the others
-  /// keep their places beside it. While the simulation runs they move there with a bounded velocity,
-  /// and stop there; while it is paused they are put there. An edit, undone as a whole.
+  /// The mouse grips vertices, leads the first of them to a place, m, and releases them. The others
+  /// keep their positions relative to it. While the simulation runs, the vertices move to the place
+  /// with a bounded velocity and stop there. While it is paused, they are put there. All of this is
+  /// undone as one edit.
   void grab(std::vector<Index> vertices);
   void lead_to(const Vector3& place);
   void release();
-  /// Texts of the edits that undo() and redo() would act on; empty: none.
+  /// Texts of the edits that undo() and redo() would act on. Empty if there is none.
   std::string undo_text() const;
   std::string redo_text() const;
 
-  /// From now on the observer is told of the present state (on_start) and of each step, in the
-  /// solver's thread: a recording. It ends (on_finish) with the next call, null for no other, when
-  /// the run is reset or fails, and with this object. What the observer throws ends it with a notice;
-  /// the run goes on.
+  /// Starts a recording: the solver's thread calls the observer's on_start at the present state and
+  /// its on_step after each step. The recording ends with on_finish at the next call of this
+  /// function (null: no new observer), when the run is reset or fails, and when this object is
+  /// destroyed. If the observer throws, the recording ends with a notice, and the run continues.
   void observe(std::unique_ptr<Observer> observer);
-  /// Whether there is one, or will be as soon as the solver comes to it.
+  /// Whether there is a recording, or will be as soon as the solver has started it.
   bool observed() const;
 
-  /// Never null; the newest.
+  /// The newest snapshot, never null.
   std::shared_ptr<const Snapshot> snapshot() const;
   Settings settings() const;
-  /// Rows from number `from` on: the start and all steps since, and how often earlier rows changed:
-  /// by reset(), by go_back(), and when there are so many (HistoryLog) that every second one goes.
+  /// The rows of the history (the start and all steps since) from number `from` on, and how often
+  /// earlier rows have changed. They change by reset(), by go_back(), and when HistoryLog removes
+  /// every second row.
   std::vector<HistoryRow> history(std::size_t from) const;
   std::size_t history_generation() const;
   std::vector<EditMark> marks() const;
   /// Notices since the last call.
   std::vector<Notice> take_notices();
-  /// True when no command waits and no step is being made: for tests and for orderly ends.
+  /// Whether no command is waiting and no step is being made. For tests and for closing the
+  /// program.
   bool idle() const;
-  /// Waits until idle or for so many seconds.
+  /// Waits until the simulation is idle, but no longer than this many seconds.
   bool wait_until_idle(double seconds) const;
 
-  /// The scene with every edit made so far as an event at its time, which `tetraction run` replays to
-  /// bitwise the same history. `end`: the present time; before the first step, the scene's own.
+  /// The scene with every edit made so far as an event at its time. `tetraction run` replays it
+  /// with bitwise the same history. Its `end` is the present time, or before the first step the
+  /// scene's own.
   Scene recorded_scene() const;
 
  private:

@@ -1,4 +1,5 @@
-// What the solver's thread hands to the window: a state with all that is drawn of it.
+// The data that the solver's thread gives to the window: a state with everything that is drawn of
+// it.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +11,7 @@
 
 namespace tetraction::viewer {
 
-/// One step's numbers, for the charts and the history table.
+/// The numbers of one step, for the charts and the history table.
 struct HistoryRow {
   Index step = 0;
   double time = 0.0;                                                    ///< s
@@ -28,7 +29,7 @@ struct EditMark {
   std::string what;
 };
 
-/// What colours the body.
+/// The field that colours the body.
 enum class ColorField {
   kNone,
   kDisplacement,

@@ -15,10 +15,10 @@ namespace {
 
 using Seconds = std::chrono::duration<double>;
 
-// While running there is no snapshot sooner after the one before: no window draws more.
+// Shortest time between two snapshots while running. No window draws more often.
 constexpr Seconds kSnapshotInterval{0.004};
-// How much longer than it takes itself the run goes on before the stability limit is estimated anew:
-// after an edit that may have changed it, and as the body deforms.
+// Ratio of the time between two estimates of the stability limit to the time that an estimate
+// takes: after an edit that may have changed the limit, and while the body deforms.
 constexpr double kLimitPauseAfterEdit = 4.0;
 constexpr double kLimitPause = 30.0;
 constexpr double kCatchUp = 0.08;  // s of wall clock in which a dragged vertex reaches the mouse
@@ -69,7 +69,7 @@ bool SolverThread::wait_until_idle(double seconds) {
                                  [](const SharedState& shared) { return shared.idle(); });
 }
 
-// A new engine: its history begins.
+// Starts the history of a new engine.
 void SolverThread::begin() {
   const HistoryRow row = history_row(session());
   stable_step_ = session().initial_limit().critical_step;
@@ -84,7 +84,7 @@ void SolverThread::begin() {
   shared->marks.clear();
 }
 
-// Hands out what has become of edits, by command or by events.
+// Publishes the results of edits that were made by command or by events.
 void SolverThread::hand_out() {
   std::vector<EditMark> new_marks = engine_->take_marks();
   std::vector<Notice> new_notices = engine_->take_notices();
@@ -119,7 +119,7 @@ void SolverThread::publish() {
   published_ = Clock::now();
 }
 
-// The state of a run that failed has a limit only where its energy is defined.
+// The state of a failed run has a limit only if its energy is defined.
 void SolverThread::estimate_limit() {
   limit_is_old_ = false;
   stepping_since_limit_ = 0.0;
@@ -134,7 +134,7 @@ void SolverThread::halt() {
   shared_.lock()->running = false;
 }
 
-// One step; false if the run cannot go on.
+// Makes one step. Returns false if the run cannot continue.
 void SolverThread::step() {
   const Index before = session().state().step;
   const Clock::time_point start = Clock::now();
@@ -160,7 +160,7 @@ void SolverThread::step() {
   }
 }
 
-// What goes wrong in an observer ends the observation, not the run.
+// An error in an observer ends the observation, not the run.
 template <class Call>
 void SolverThread::tell_observer(const Call& call) {
   if (!observer_) return;
@@ -224,7 +224,7 @@ void SolverThread::execute(const Restart&) {
   halt();
   end_observation();
   engine_->release();
-  engine_->go_back();  // where nothing could be changed, the mouse lets go only now
+  engine_->go_back();  // a grip that could not be released in the failed state ends here
   const std::vector<MadeEdit> made = engine_->edits().in_force();
   engine_ = std::make_unique<Engine>(scene_, mesh_, recording_);
   begin();
@@ -251,8 +251,8 @@ void SolverThread::execute(const Grab& grab) {
 }
 
 void SolverThread::execute(const LeadTo& lead) {
-  // A run that is slower than the wall clock gets the same time on the wall; before the run has a
-  // speed, as at real time.
+  // A run that is slower than real time gets the same time of the wall clock. Before the speed of
+  // the run is known, real time is assumed.
   const double factor = pace_.real_time_factor(session().state().time);
   const bool running = shared_.lock()->running;
   engine_->lead_to(lead.place, running ? kCatchUp * (factor > 0.0 ? factor : 1.0) : 0.0);
@@ -276,7 +276,7 @@ void SolverThread::execute(MakeEdit& edit) {
   engine_->edit(std::move(edit.edit), edit.what, edit.goes_on);
 }
 
-// Whatever goes wrong in the work is a notice, and the run pauses unless an edit was refused.
+// Any error in the work becomes a notice. The run pauses, unless the error is a refused edit.
 template <class Work>
 void SolverThread::report_failure_of(const Work& work) {
   Notice notice;
@@ -293,7 +293,7 @@ void SolverThread::report_failure_of(const Work& work) {
   shared_.lock()->notices.push_back(std::move(notice));
 }
 
-// What is to be done now; without anything, `due` says when to ask again.
+// The next task. If there is none, `due` is the time at which to ask again.
 SolverThread::Task SolverThread::task_due(SharedState& shared,
                                           std::optional<Clock::time_point>& due) {
   due.reset();
@@ -309,7 +309,8 @@ SolverThread::Task SolverThread::task_due(SharedState& shared,
   if (shared.running) {
     due = pace_.due(time);
     const bool waits = *due > now;
-    // One that nobody has seen yet is not replaced: making them takes longer than many a step.
+    // A snapshot that nobody has read yet is not replaced, because making one may take longer than
+    // a step.
     if (steps_since_snapshot_ >= shared.steps_per_snapshot &&
         (waits || (shared.snapshot_taken && now - published_ >= kSnapshotInterval))) {
       return {Task::Kind::kPublish};
@@ -319,7 +320,7 @@ SolverThread::Task SolverThread::task_due(SharedState& shared,
   return {limit_is_old_ ? Task::Kind::kEstimateLimit : Task::Kind::kNone};
 }
 
-// Waits until something is to be done; nothing once the thread shall stop.
+// Waits for the next task. Returns nothing when the thread shall stop.
 SolverThread::Task SolverThread::next_task() {
   auto shared = shared_.lock();
   shared->busy = false;

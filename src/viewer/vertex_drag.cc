@@ -12,11 +12,11 @@
 namespace tetraction::viewer {
 namespace {
 
-// A vertex that is faster than the waves in the body, or passes an element in one step, turns
-// elements inside out.
+// A vertex inverts elements if it is faster than the waves in the body, or if it passes an element
+// in one step.
 constexpr double kOfSound = 0.25;
 constexpr double kOfEdge = 0.2;  // in one step
-constexpr double kThere = 1e-6;  // of an edge: the goal is reached
+constexpr double kThere = 1e-6;  // of an edge; within this distance the goal is reached
 
 double shortest_edge_at(const TetMesh& mesh, const std::vector<Index>& vertices) {
   std::vector<bool> chosen(static_cast<std::size_t>(mesh.vertex_count()), false);
@@ -127,13 +127,14 @@ void VertexDrag::before_step() {
   if (std::exchange(new_goal_, false)) speed_ = distance / std::max(duration_, h);
   const double speed = std::min({speed_, fastest(), distance / h});
   const Vector3 velocity = speed / distance * way;
-  // An edit only where it changes something: at the start, at the end, and when the step changes.
+  // Edits are made only when they change something: at the start, at the end, and when the step
+  // changes.
   if ((velocity - velocity_).norm() > kThere * speed) move_with(velocity);
 }
 
 void VertexDrag::release() {
   under_way_ = false;
-  // Without a place of its own: from now on it is an ordinary fix of those vertices.
+  // The fix has no target of its own any more. From now on it is an ordinary fix of those vertices.
   if (!held_before_.empty() || !velocity_.isZero(0.0)) move_with(Vector3::Zero());
   std::vector<Index> loose;
   for (const Index v : vertices_) {

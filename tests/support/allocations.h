@@ -1,4 +1,4 @@
-// What a piece of code takes from the heap.
+// Counts the heap allocations of a piece of code.
 #pragma once
 
 #include <cstddef>
@@ -6,11 +6,12 @@
 
 namespace tetraction::testing_support {
 
-/// Whether this build can count allocations: not with the address sanitizer, which has malloc itself.
+/// Whether this build can count allocations. With the address sanitizer, which replaces malloc, it
+/// can not.
 bool can_count_allocations();
 
-/// Counts the allocations of at least `least` bytes of all threads while it lives, whoever makes them
-/// (operator new, Eigen). One at a time.
+/// While it exists, counts all allocations of at least `least` bytes in all threads, by operator
+/// new and by Eigen. Only one counter may exist at a time.
 class AllocationCounter {
  public:
   explicit AllocationCounter(std::size_t least);

@@ -46,8 +46,9 @@ class FloorBarrier : public VertexPotential {
   double height_, stiffness_, thickness_;
 };
 
-/// Springs U = ½ k (|x_i − x_j| − L)² between pairs of vertices: a Hessian with a pattern of its own.
-/// A spring pulls only: where it is shorter than L it does nothing and is not in the pattern.
+/// Springs U = ½ k (|x_i − x_j| − L)² between pairs of vertices. Their Hessian adds blocks to the
+/// pattern of the elements. A spring only pulls: if it is shorter than L, it has no force and no
+/// block.
 class PairSprings : public ForceTerm {
  public:
   PairSprings(std::vector<std::pair<Index, Index>> pairs, double stiffness, double length)
@@ -132,7 +133,7 @@ class QuadraticDrag : public ForceTerm {
   double coefficient_;
 };
 
-/// A uniform field whose strength swings: U = −Σ m A sin(ω t) x. It puts energy into the body.
+/// A uniform field whose strength oscillates: U = −Σ m A sin(ω t) x. It puts energy into the body.
 class SwingingField : public ForceTerm {
  public:
   SwingingField(double acceleration, double omega) : acceleration_(acceleration), omega_(omega) {}

@@ -30,7 +30,7 @@ inline State bending_state(const MechanicalSystem& system) {
   return state;
 }
 
-/// Puts the origin to zero, so that the problem's displacements are the positions themselves.
+/// Sets the origin to zero, so that the problem's displacements are the positions themselves.
 inline void measure_from_zero(StepProblem& problem) {
   problem.set_origin(Vector::Zero(problem.system().dof_count()));
 }
@@ -53,7 +53,7 @@ struct BendingBlock {
   StepProblem problem{system};
 };
 
-/// Strains of 1e-9: nothing is left of the elastic energy beside a constant of 0.1 μ.
+/// Strains of 1e-9. Beside a constant of 0.1 μ, such elastic energies are below round-off.
 struct StiffBlock {
   StiffBlock() {
     clamp_under_gravity(system, 1e-3);

@@ -8,7 +8,7 @@
 
 namespace tetraction {
 
-/// What read_frame() found: an array that the file does not have is an empty matrix.
+/// The result of read_frame(). An array that the file does not have is an empty matrix.
 struct StoredFrame {
   Index vertex_count = 0;
   Index tetrahedron_count = 0;

@@ -17,7 +17,7 @@ struct FrameField {
   bool integral = false;  ///< written as 32-bit integers (flags, ids, regions)
 };
 
-/// What is written of one state; points are always the rest positions.
+/// The data of one state that are written. The points of the file are always the rest positions.
 struct Frame {
   double time = 0.0;  ///< s, written as TimeValue
   Index step = 0;
@@ -25,19 +25,22 @@ struct Frame {
   std::vector<FrameField> cell_fields;
 };
 
-/// Writes `frames/frame_NNNNNN.vtu` (NNNNNN: the step) below a directory and keeps `frames.pvd`
-/// beside the folder valid after every frame (written anew and renamed into place).
+/// Writes `frames/frame_NNNNNN.vtu` (NNNNNN: the step) below a directory. `frames.pvd` beside that
+/// folder is valid after every frame: it is written again and renamed into place.
 class FrameWriter {
  public:
-  /// Makes the directory and removes frames and collection of an earlier run from it. OutputError if that fails. Copies what it needs of the mesh.
+  /// Makes the directory, and removes the frames and the collection of an earlier run from it.
+  /// Copies the parts of the mesh that it needs. Throws OutputError if the directory cannot be
+  /// prepared.
   FrameWriter(const TetMesh& mesh, const std::string& directory);
   ~FrameWriter();
   FrameWriter(const FrameWriter&) = delete;
   FrameWriter& operator=(const FrameWriter&) = delete;
 
-  /// Compressed binary VTU. Throws OutputError if the file cannot be written (also: disk full).
+  /// Writes a compressed binary VTU. Throws OutputError if the file cannot be written, for example
+  /// because the disk is full.
   void write(const Frame& frame);
-  /// One VTU at `path`, in full double precision. Throws OutputError.
+  /// Writes one VTU to `path` in full double precision. Throws OutputError.
   void write_single(const Frame& frame, const std::string& path) const;
   /// Number of frames written.
   Index frame_count() const;

@@ -7,11 +7,11 @@
 
 namespace tetraction {
 
-/// Reads a mesh by the file name's ending: .vtu, .vtk, .msh (Gmsh 1, 2 and 4.1, ASCII and, from 2 on,
-/// binary), .node or .ele (TetGen, both files), .veg (Vega). Nothing is checked beyond the file
-/// itself; build_mesh() does that.
-/// Throws InputError for another ending; FileError (file, line or section, what is wrong) for anything that is not a whole,
-/// well-formed file; a broken file never crashes or hangs the program.
+/// Reads a mesh by the file name's ending: .vtu, .vtk, .msh (Gmsh 1, 2 and 4.1, ASCII, from version
+/// 2 on also binary), .node or .ele (TetGen, both files), .veg (Vega). Only the format of the file
+/// is checked here; build_mesh() checks the mesh. Throws InputError for another ending, and
+/// FileError (file, line or section, what is wrong) for a file that is incomplete or malformed. A
+/// broken file never crashes or hangs the program.
 RawMesh read_raw_mesh(const std::string& path);
 
 /// read_raw_mesh() and build_mesh().

@@ -1,4 +1,4 @@
-// Writes what a run does: history.csv, frames, final.vtu, summary.json.
+// Writes the results of a run: history.csv, frames, final.vtu, summary.json.
 #pragma once
 
 #include <memory>
@@ -8,18 +8,18 @@
 
 namespace tetraction {
 
-/// Observer that writes the outputs of `run` into a directory (made if need be):
+/// Observer that writes the outputs of `run` into a directory, which it makes if there is none:
 ///
 /// - history.csv: one row for the initial state and each step, 17 significant digits. Work and
 ///   dissipation columns are sums from the start, so that in every row
 ///   total_energy − total_energy(0) = external_work − dissipated_energy + constraint_work +
 ///   edit_work + energy_error.
-/// - frames/frame_NNNNNN.vtu + frames.pvd: every `frame_every`-th step, the first and the last; none
-///   with 0;
+/// - frames/frame_NNNNNN.vtu and frames.pvd: every `frame_every`-th step, the first and the last.
+///   With frame_every = 0 there are none;
 /// - final.vtu: the last good state in full precision;
 /// - summary.json: at the end.
 ///
-/// What was written up to a failing step stays readable. Throws OutputError.
+/// If a step fails, the files written so far stay readable. Throws OutputError.
 class RunRecorder : public Observer {
  public:
   RunRecorder(std::string directory, int frame_every);

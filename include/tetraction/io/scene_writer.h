@@ -7,17 +7,18 @@
 
 namespace tetraction {
 
-/// The scene as TOML text with units in comments. Numbers have the shortest text that reads back
-/// bitwise. What has its default value is left out where that reads better. A mesh file is named
-/// relative to `folder`, or with its whole path if the two have nothing but the root in common.
+/// Returns the scene as TOML text with units in comments. Each number is the shortest text that
+/// reads back bitwise. Some keys with their default value are left out to make the text easier to
+/// read (Written in simulation/setting_keys.h). The path of a mesh file is relative to `folder`, or
+/// absolute if the two have only the root in common.
 ///
-/// An event whose edits stand in another order than that in which the reader makes them becomes
-/// several events of the same time.
-/// Throws InputError for what a scene file cannot say: materials and force fields that a program
-/// brought, a mesh without file or generator, a run without end.
+/// The reader makes the edits of an event in a fixed order. An event whose edits have another order
+/// becomes several events of the same time. Throws InputError for a scene that a scene file cannot
+/// express: with materials or force fields of a program, with a mesh without file or generator, or
+/// with a run without end.
 std::string scene_text(const Scene& scene, const std::string& folder);
 
-/// Writes scene_text() to a file, whole or not at all. Throws OutputError too.
+/// Writes scene_text() to a file, either completely or not at all. Throws OutputError as well.
 void write_scene(const Scene& scene, const std::string& path);
 
 }  // namespace tetraction

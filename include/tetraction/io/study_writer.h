@@ -7,10 +7,10 @@
 
 namespace tetraction {
 
-/// The text of study.csv: one row a run, 10 significant digits, empty where there is no number.
+/// The text of study.csv: one row for each run, 10 significant digits, empty if there is no number.
 std::string study_csv(const StudyResult& result);
 
-/// The text of study.json: everything of study.csv and what the plots need.
+/// The text of study.json: the data of study.csv and those that the plots need in addition.
 std::string study_json(const StudyResult& result, const std::string& scene_name);
 
 /// The table for a terminal.

@@ -1,4 +1,4 @@
-// Writing text files whole or not at all.
+// Writes text files either completely or not at all.
 #pragma once
 
 #include <string>

@@ -1,5 +1,5 @@
-// A scene: everything a run needs to know, as plain data. The scene reader (io/scene_reader.h)
-// fills it from TOML; a program may fill it by hand. Default values stand here and nowhere else.
+// A scene is the complete description of a run, as plain data. The scene reader (io/scene_reader.h)
+// fills it from TOML. A program may fill it by hand. Default values stand here and nowhere else.
 #pragma once
 
 #include <array>
@@ -41,8 +41,8 @@ struct MeshSettings {
 
 struct MaterialSettings {
   std::string model = "neo-hookean";
-  // Either Young's modulus and Poisson's ratio, with what the model needs beside them, or the model's own
-  // parameters: each model's kParameters and kBesideYoung tell.
+  // Either Young's modulus and Poisson's ratio together with the model's kBesideYoung, or the
+  // model's own parameters, kParameters.
   std::optional<double> youngs_modulus;
   std::optional<double> poissons_ratio;
   std::optional<double> mu;
@@ -54,13 +54,13 @@ struct MaterialSettings {
   std::optional<double> c20;
   std::optional<double> c30;
   std::optional<double> kappa;
-  std::optional<VolumetricPart> volumetric;  ///< of models that have the choice
+  std::optional<VolumetricPart> volumetric;  ///< only of models that have this choice
   double density = 1000.0;                   ///< kg/m³
-  /// Set by a program, never by a scene file: taken as it is, whatever model and moduli say.
+  /// Set by a program, never by a scene file. If there is one, model and moduli are ignored.
   std::optional<MaterialModel> custom = std::nullopt;
 };
 
-/// A parameter of materials and where its value stands in the settings.
+/// A parameter of materials and the member of the settings that holds its value.
 struct MaterialKey {
   MaterialParameter parameter;
   std::optional<double> MaterialSettings::*value;
@@ -112,10 +112,11 @@ struct SolverSettings {
   int max_iterations = 100;
 };
 
-/// Why settings cannot be together, as what to say of solver.linear; empty if they can.
+/// If the settings contradict each other: the text of a message about solver.linear. Otherwise
+/// empty.
 std::string solver_conflict(const SolverSettings& settings);
 
-/// kCustom: by programs only, a scene file cannot name it.
+/// Only a program can set kCustom; a scene file cannot name it.
 enum class EnvironmentKind { kNone, kGravity, kAttraction, kCustom };
 
 /// "none", "gravity", "attraction", "custom".
@@ -126,11 +127,11 @@ struct EnvironmentSettings {
   double strength = 9.81;                             ///< m/s² (gravity), N m² (attraction)
   Vector3 direction{0.0, -1.0, 0.0};                  ///< of gravity; normalised by the reader
   double softening = 0.0;                             ///< ε of attraction, m
-  std::shared_ptr<const ForceField> field = nullptr;  ///< of kCustom
+  std::shared_ptr<const ForceField> field = nullptr;  ///< only with kCustom
 };
 
-/// The direction with length 1. One that has it up to round-off stays bitwise as it is, so that a scene
-/// which is written and read again is the same.
+/// Returns the direction with length 1. A direction whose length is 1 up to round-off is returned
+/// bitwise unchanged, so that a scene which is written and read again is the same.
 Vector3 unit_direction(const Vector3& direction);
 
 /// The environment of the settings. Throws InputError for a custom one without a field.
@@ -141,20 +142,21 @@ struct FixSettings {
   std::array<bool, 3> components{true, true, true};  ///< which of x, y, z are fixed
   std::optional<Vector3> target;                     ///< m; default: where the vertices are
   std::optional<Vector3> offset;                     ///< m, added to where the vertices are
-  /// m, instead of both: one for each number of a SelectVertices.
+  /// Instead of target and offset: one target, m, for each number of a SelectVertices.
   std::vector<Vector3> targets{};
   Vector3 velocity = Vector3::Zero();  ///< of the targets, m/s
-  bool is_penalty = false;  ///< by springs with the force −2γ(q − c) instead of exactly
+  bool is_penalty = false;  ///< fixed by springs with the force −2γ(q − c) instead of exactly
   double penalty = 0.0;     ///< γ, N/m
   std::string where;        ///< place in the scene, for messages
 };
 
-/// What holds vertices in other ways than [[fix]].
+/// The kinds of [[constraint]].
 enum class ConstraintKind { kDistance, kPlane, kLine, kRigid };
 
 /// "distance", "plane", "line", "rigid".
 std::string to_string(ConstraintKind kind);
-/// Whether a constraint of that kind is of selected vertices; one of a distance names its own two.
+/// Whether a constraint of that kind has a selection of vertices. A distance has two vertices by
+/// number.
 inline bool has_selection(ConstraintKind kind) {
   return kind != ConstraintKind::kDistance;
 }
@@ -164,7 +166,7 @@ std::string letters_of(const std::array<bool, 3>& components);
 struct ConstraintSettings {
   ConstraintKind kind = ConstraintKind::kDistance;
   std::array<std::int64_t, 2> vertices{0, 1};  ///< distance: numbers of the mesh file
-  std::optional<double> length;                ///< distance, m; default: as it is
+  std::optional<double> length;                ///< distance, m; default: the present one
   Selection select = SelectAll{};              ///< plane, line, rigid
   std::optional<Vector3> point;  ///< plane, line: a point of it, m; default: each vertex its own
   Vector3 direction = Vector3::UnitX();     ///< plane: its normal; line: its direction
@@ -189,7 +191,7 @@ struct MomentumSettings {
   std::string where;
 };
 
-/// What is added to the positions and momenta of single vertices.
+/// The changes of positions and momenta of single vertices.
 struct ShiftSettings {
   std::vector<std::int64_t> vertices;  ///< numbers of the mesh file, each once
   std::vector<Vector3> displacement;   ///< m, one for each vertex, or none
@@ -206,7 +208,7 @@ struct InitialSettings {
   std::vector<MomentumSettings> momentum;
 };
 
-// What can be changed between two steps.
+// The kinds of edits, which are made between two steps.
 struct SetMaterial {
   Index region = 0;  ///< 0: [material]; i: the i-th [[material_region]]
   MaterialSettings material;
@@ -228,8 +230,8 @@ struct SetForce {
   std::optional<std::size_t> index;
   ForceSettings force;
 };
-/// Fixes vertices, or changes the [[fix]] with that number; `offset` and the default target are
-/// relative to where the vertices then are.
+/// Fixes vertices, or changes the [[fix]] with that number. `offset` and the default target are
+/// relative to the positions of the vertices at the time of the edit.
 struct SetFix {
   std::optional<std::size_t> index;
   FixSettings fix;
@@ -245,40 +247,41 @@ struct SetConstraint {
   std::optional<std::size_t> index;
   ConstraintSettings constraint;
 };
-/// Takes the constraint with that number away; the others keep their numbers.
+/// Removes the constraint with that number. The others keep their numbers.
 struct RemoveConstraint {
   std::size_t index = 0;
 };
-/// Sets momenta; what the constraints do not allow is taken away again.
+/// Sets momenta, and then removes the parts of them that the constraints do not allow.
 struct SetMomentum {
   MomentumSettings momentum;
 };
-/// Moves vertices and gives them impulses; what the constraints do not allow is taken away again.
+/// Moves vertices and gives them impulses, then removes the parts that the constraints do not
+/// allow.
 struct ShiftState {
   ShiftSettings shift;
 };
 
-/// One change between two steps. There is none of the density: mass would appear from nowhere, and
-/// with it momentum.
+/// One change between two steps. The density cannot be changed: this would create mass, and with it
+/// momentum.
 using Edit = std::variant<SetMaterial, SetTime, SetSolver, SetDamping, SetEnvironment, SetForce,
                           SetFix, Unfix, SetConstraint, RemoveConstraint, SetMomentum, ShiftState>;
 
 /// Edits that a scene makes during its run.
 struct EventSettings {
-  double at = 0.0;  ///< s: before the first step that starts at t ≥ at
+  double at = 0.0;  ///< s; the edits are made before the first step that starts at t ≥ at
   std::vector<Edit> edits;
   std::string echo;    ///< as JSON text
   std::string where;   ///< place in the scene, for messages
-  std::string note{};  ///< what it is, for people: a comment in a scene file that is written
+  std::string note{};  ///< description for people, a comment in a written scene file
 };
 
 struct OutputSettings {
   std::string directory = "out";  ///< relative to the working directory
-  int every = 10;                 ///< frames: each n-th step, and the first and last always
+  int every = 10;  ///< a frame for every n-th step, and always for the first and the last
 };
 
 struct Scene {
-  std::string path;  ///< of the scene file, for messages; empty if made by a program
+  std::string path;  ///< path of the scene file, for messages; empty if a program made the scene
   std::string echo;  ///< the scene as JSON text, with overrides applied, for summary.json
   MeshSettings mesh;
   MaterialSettings material;
@@ -290,7 +293,8 @@ struct Scene {
   std::vector<FixSettings> fix;
   std::vector<ConstraintSettings> constraint;
   std::vector<ForceSettings> force;
-  /// By programs only: terms that act on the body beside those above, see MechanicalSystem.
+  /// Further terms that act on the body, see MechanicalSystem::add_force_term(). Only a program can
+  /// set them.
   std::vector<std::shared_ptr<const ForceTerm>> force_term{};
   InitialSettings initial;
   std::vector<EventSettings> event;  ///< in the order of their times

@@ -1,4 +1,4 @@
-// A run: the loop over time steps, its balance, and those who watch it.
+// A run: the loop over time steps, its balance, and its observers.
 #pragma once
 
 #include <memory>
@@ -11,7 +11,7 @@
 
 namespace tetraction {
 
-/// How a run stands or ended.
+/// The state of a run, or how it ended.
 enum class RunStatus {
   kRunning,
   kFinished,      ///< the end time was reached
@@ -23,7 +23,8 @@ enum class RunStatus {
 /// "running", "ok", "unstable", "failed", "cancelled": the words of summary.json and study.csv.
 std::string to_string(RunStatus status);
 
-/// Exit code of a program whose run ended so: 0 finished, 1 failed numerically, 130 interrupted.
+/// Exit code of a program whose run ended with this status: 0 finished, 1 failed numerically, 130
+/// interrupted.
 int exit_code(RunStatus status);
 
 /// Wall-clock seconds of a run by phase.
@@ -37,54 +38,54 @@ struct PhaseTimes {
 
 /// An edit that was made, or an event with all its edits.
 struct AppliedEdit {
-  double at = 0.0;           ///< s: when it was asked for
-  double time = 0.0;         ///< s: of the state it was made at
-  Index step = 0;            ///< of that state
+  double at = 0.0;           ///< requested time, s
+  double time = 0.0;         ///< time of the state that it changed, s
+  Index step = 0;            ///< step number of that state
   std::string what;          ///< as JSON text
-  double energy_jump = 0.0;  ///< of the total energy, J: entered as edit work
+  double energy_jump = 0.0;  ///< jump of the total energy, J, which is edit work
   std::string warning;       ///< for the user, or empty
 };
 
-/// The steps of a run so far.
+/// The sizes of the steps of a run so far.
 struct StepRange {
-  double smallest = 0.0;  ///< s; but for one that the end cut short; 0 before the first step
+  double smallest = 0.0;  ///< s; does not count a last step that the end made shorter
   double largest = 0.0;   ///< s
   double last = 0.0;      ///< length of the last step, s
-  Index changes = 0;      ///< how often the next step was of another size
+  Index changes = 0;      ///< how often the size of the steps changed
 };
 
 /// Elements with J < 0, which only some materials allow (St Venant–Kirchhoff and custom ones).
 struct InvertedElements {
   Index now = 0;            ///< in the present state
   Index most = 0;           ///< largest number so far
-  Index most_step = 0;      ///< step at which that was first so
+  Index most_step = 0;      ///< first step with that number
   std::int64_t first = -1;  ///< number of the first one in the mesh file; −1: there was none
   double first_time = 0.0;  ///< when it was found, s
 };
 
-/// A [[fix]] as it is now.
+/// The present form of a [[fix]].
 struct PresentFix {
   FixSettings settings;
-  std::vector<Index> vertices;  ///< those that it still holds, ascending
-  Matrix targets;               ///< where it holds them now, m: 3 × vertices
+  std::vector<Index> vertices;  ///< vertices that it still fixes, ascending
+  Matrix targets;               ///< present targets, m: 3 × vertices
 };
 
 class Session;
 
-/// Watches a run. All calls come from the thread that runs it.
+/// An observer of a run. All calls come from the thread that runs it.
 class Observer {
  public:
   virtual ~Observer() = default;
-  /// Before the first step, at the initial state.
+  /// Called before the first step, at the initial state.
   virtual void on_start(const Session&) {}
-  /// After each step that went well. Returning false ends the run (kCancelled).
+  /// Called after each successful step. Returning false ends the run (kCancelled).
   virtual bool on_step(const Session&) { return true; }
-  /// At the end, however the run ended; the state is the last good one.
+  /// Called at the end, however the run ended. The state is the last good one.
   virtual void on_finish(const Session&) {}
 };
 
-/// One body moving through time: apply an edit, step, read the state. The scene's events, the
-/// viewer and users of the library all go through here.
+/// Moves one body through time: apply an edit, make a step, read the state. The scene's events, the
+/// viewer and users of the library all use this class.
 ///
 ///     Session session(scene, mesh);
 ///     while (session.step()) {
@@ -92,85 +93,89 @@ class Observer {
 ///       ... session.state() ...
 ///     }
 ///
-/// or session.run(observers). Not for: files (io/run_recorder.h).
+/// or session.run(observers). A session writes no files; see io/run_recorder.h.
 class Session {
  public:
-  /// Sets everything up and estimates the stable step. Keeps the mesh: a copy, or with std::move()
-  /// the caller's own; the arrays behind a view_mesh() must live longer than the session. Throws
-  /// InputError for what the scene or the mesh does not allow.
+  /// Sets the run up and estimates the stable step. The session keeps a copy of the mesh, or with
+  /// std::move() the caller's own arrays. The arrays behind a view_mesh() must live longer than the
+  /// session. Throws InputError for errors in the scene or the mesh.
   Session(Scene scene, TetMesh mesh);
   ~Session();
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
 
-  /// Makes an edit between two steps: it is in force at the next one. Its jumps of energy and
-  /// momentum are entered in the balance as edit work. Throws InputError, and leaves everything as it
-  /// was, for what the body does not allow. `what` is kept in edits().
+  /// Makes an edit between two steps, which takes effect with the next one. The balance records the
+  /// jump of the energy as edit work and the jumps of the momenta as impulses. If the body does not
+  /// allow the edit, InputError is thrown and nothing has changed. `what` is kept in edits().
   void apply(const Edit& edit, const std::string& what = {});
-  /// The edits made so far, the scene's events among them.
+  /// The edits made so far, including the scene's events.
   const std::vector<AppliedEdit>& edits() const;
 
-  /// Makes the scene's events that are due, then takes one step; the last one before the end is as long
-  /// as what is left, so that the end is met exactly. Returns false when the run is over: status() tells
+  /// Makes the scene's events that are due, then one step. The last step may be shorter, so that
+  /// the run ends exactly at the end time. Returns false when the run is over; status() then says
   /// why. A step that fails leaves the state as it was before.
   bool step();
   /// Steps to the end and calls the observers. Returns how it ended.
   RunStatus run(const std::vector<Observer*>& observers = {});
 
-  /// From now on good states are kept, to go back to after a blow-up: a copy of the state each few
-  /// steps and after each edit.
+  /// Starts keeping good states, to which go_back() can return after a blow-up: a copy of the state
+  /// every few steps and after each edit.
   void keep_good_states();
-  /// After a run that failed: makes the last good state the present one and the run able to go on.
-  /// That is the state before the step that failed; or an earlier one, if the integrator had made
-  /// much energy by then and good states are kept. Goes back behind no edit. The solver begins anew,
-  /// as after a SetSolver, and as such it is entered in edits(). Does nothing after a run that ended
-  /// well.
+  /// Makes the last good state the present one after a run that failed, so that the run can
+  /// continue. This is the state before the step that failed, or an earlier one if the energy error
+  /// was large by then and good states are kept. It is never a state before the last edit. The
+  /// solver starts again as after a SetSolver, and edits() contains it as one. Does nothing after a
+  /// run that ended well.
   void go_back();
 
   /// The scene as it was at the start.
   const Scene& scene() const;
-  /// Integrator, step and end as they are now.
+  /// The present integrator, step and end.
   const TimeSettings& time_settings() const;
-  /// The solver of implicit steps as it is now.
+  /// The present solver of implicit steps.
   const SolverSettings& solver_settings() const;
-  /// Of each region, as they are now.
+  /// The present materials, one for each region.
   const std::vector<MaterialSettings>& materials() const;
   const Damping& damping() const;
   const EnvironmentSettings& environment() const;
-  /// By their numbers, those that edits have added at the end.
+  /// The forces by their numbers. Forces that edits have added are at the end.
   const std::vector<ForceSettings>& forces() const;
   std::size_t fix_count() const;
   PresentFix fix(std::size_t i) const;
-  /// A length that was not given is the one that is kept. Removed ones are null.
+  /// The constraints by their numbers. If the length of a distance was not given, the settings hold
+  /// the length that it keeps. Removed constraints are null.
   const std::vector<std::optional<ConstraintSettings>>& constraints() const;
   const MechanicalSystem& system() const;
   const State& state() const;
   const Balance& balance() const;
   RunStatus status() const;
-  /// One line on how the run ended: what, where (step, element), what to do. Empty if all is well.
+  /// One line that says what ended the run, where (step, element), and what the user can do. Empty
+  /// if nothing went wrong.
   const std::string& message() const;
-  /// h of the steps to come, s. The last one before the end may be shorter. time.step = "auto" changes it.
+  /// Size of the next steps, s. The last one before the end may be shorter. time.step = "auto"
+  /// changes it.
   double time_step() const;
   /// The steps taken so far.
   const StepRange& steps() const;
-  /// Number of steps of the whole run: end/h, rounded up; where the step changes, those taken and those
-  /// that are left; very many if there is no end.
+  /// Number of steps of the whole run: end/h, rounded up. If the step changes, it is the number of
+  /// steps made plus the number of steps left. It is very large if there is no end.
   Index step_count() const;
-  /// Whether a material is defined for J < 0, or an event may set one that is.
+  /// Whether a material is defined for J < 0, or an event may set such a material.
   bool may_invert() const;
-  /// The elements that are and were inverted.
+  /// The elements that are inverted now and those that were.
   const InvertedElements& inverted_elements() const;
-  /// Stable-step estimate at the initial state: of verlet if that is the rule, else of explicit.
+  /// Stable-step estimate at the initial state, for verlet if that is the rule, otherwise for
+  /// explicit.
   const StabilityLimit& initial_limit() const;
-  /// Stable-step estimate at the current state, worked out anew.
+  /// Computes the stable-step estimate at the present state.
   StabilityLimit current_limit() const;
-  /// Remarks for the user. Before the run: a step above the stability limit, events that never happen, a
-  /// slow BLAS, nearly incompressible elements. Added during the run: the first inverted element. Added
-  /// at the end: a large energy error.
+  /// Warnings for the user. Before the run they are: a step above the stability limit, events that
+  /// never happen, a slow BLAS, nearly incompressible elements. The first inverted element is added
+  /// during the run, and a large energy error at the end.
   const std::vector<std::string>& warnings() const;
-  /// What the constraints did during the last step (3 per vertex, N).
+  /// Reactions of the constraints in the last step (3 per vertex, N).
   const Vector& reaction_force() const;
-  /// User forces of the last step; before the first, of the first (3 per vertex, N).
+  /// User forces in the last step, or before the first step those of the first (3 per vertex, N).
   Vector external_force() const;
   /// User forces at the present time: those of the next step (3 per vertex, N).
   Vector next_external_force() const;
@@ -179,15 +184,15 @@ class Session {
   /// The force that pulled the ends of the scene's distance constraint number i together during the
   /// last step (negative: kept them apart), N.
   double tension(std::size_t i) const;
-  /// Largest distance of a constrained vertex from where it should be, m.
+  /// Largest distance of a constrained vertex from its prescribed position, m.
   double constraint_error() const;
   /// Of the last step and of the run so far.
   int last_iterations() const;
   Index total_iterations() const;
   Index total_factorizations() const;
   Index total_cg_iterations() const;
-  /// What the last implicit step solved its linear systems with: "matrix-free", "cg", "factor",
-  /// "cholesky" (Ceres); empty before one.
+  /// The linear solver of the last implicit step: "matrix-free", "cg", "factor" or "cholesky"
+  /// (Ceres). Empty before such a step.
   const std::string& linear_solver() const;
   /// Why the last implicit step's minimisation stopped.
   const std::string& solver_message() const;

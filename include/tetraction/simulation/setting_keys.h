@@ -1,6 +1,7 @@
-// The keys of a scene's sections, one table for each settings struct: name, unit, range, meaning.
-// Scene reader, writer and echo, the checks of edits, the fields of the window and the tables of
-// docs/scene.md are all made from these tables. Default values are those of the structs themselves.
+// The keys of a scene's sections, in one table for each settings struct: name, unit, range,
+// meaning. The scene's reader, writer and echo, the checks of edits, the fields of the window and
+// the tables of docs/scene.md are all made from these tables. Default values are those of the
+// structs themselves.
 #pragma once
 
 #include <array>
@@ -15,45 +16,45 @@
 
 namespace tetraction {
 
-/// When a key is written.
+/// When the scene writer writes a key.
 enum class Written { kAlways, kUnlessDefault };
 
-/// What there is to say of a key, whatever its type.
+/// The description of a key, which does not depend on the type of its value.
 struct KeyInfo {
   const char* name = "";
-  const char* title = "";    ///< what a window calls it: "Mass damping"
+  const char* title = "";    ///< its name in the window: "Mass damping"
   const char* unit = "";     ///< "m/s²"
   const char* per = "";      ///< completes the unit in a scene file: "on each vertex"
   const char* help = "";     ///< meaning, in Markdown, without range and default
-  NumberRange range = {};    ///< of numbers, also of each entry of a list
-  const char* needed = "";   ///< what to give, if the key must be there; empty: it need not
-  const char* absent = "–";  ///< the default in words, where the struct holds no value
+  NumberRange range = {};    ///< allowed numbers, also for each entry of a list
+  const char* needed = "";   ///< if the key is required: what to give; otherwise empty
+  const char* absent = "–";  ///< the default in words, if the struct holds no value
   Written in_file = Written::kAlways;
   Written in_echo = Written::kAlways;
 };
 
-/// A text that is one of some names.
+/// A text that must be one of several names.
 template <class Settings>
 struct Choice {
   std::vector<const char*> names;
-  std::vector<const char*> later;  ///< names of later versions, refused as such
+  std::vector<const char*> later;  ///< names reserved for later versions, with their own message
   std::string (*get)(const Settings&);
   void (*set)(Settings&, const std::string&);
 };
 
-/// A number or, where the other member is true, the word "auto".
+/// A number, or the word "auto" if the other member is true.
 template <class Settings>
 struct NumberOrAuto {
   double Settings::*number;
   bool Settings::*automatic;
 };
 
-/// A key with a value of its own kind, which reader and writer treat by hand.
+/// A key whose value has a structure of its own. Reader and writer have special code for it.
 struct ByHand {
   const char* type;  ///< in Markdown
 };
 
-/// Where the value of a key is kept.
+/// The member that holds the value of a key.
 template <class S>
 using KeyValue =
     std::variant<int S::*, double S::*, std::optional<double> S::*, Vector3 S::*,
@@ -66,31 +67,32 @@ template <class Settings>
 struct Key {
   KeyInfo info;
   KeyValue<Settings> value;
-  /// Whether the key means anything with the other settings; null: always.
+  /// Whether the key has a meaning with the other settings. Null: always.
   bool (*used)(const Settings&) = nullptr;
-  /// The unit, where it depends on the other settings.
+  /// The unit, if it depends on the other settings.
   const char* (*unit)(const Settings&) = nullptr;
 
   bool is_used(const Settings& settings) const { return used == nullptr || used(settings); }
 };
 
-/// What must hold between keys of a section.
+/// A condition that the keys of a section must satisfy together.
 template <class Settings>
 struct KeyRule {
-  /// Those it is between; none: the section as a whole. A message names the one that an override
-  /// brought in, or else the last one that is present.
+  /// The keys of the condition. An empty list means the section as a whole. A message names the key
+  /// that an override has set, otherwise the last one that is present.
   std::vector<const char*> keys;
-  /// What to say after the key's name, "must not be zero."; empty where the rule holds.
+  /// The text of the message after the key's name, such as "must not be zero.". Empty if the
+  /// settings satisfy the condition.
   std::string (*conflict)(const Settings&);
 };
 
-/// A section of the scene file: the keys in the order of reading and writing.
+/// A section of the scene file, with its keys in the order of reading and writing.
 template <class Settings>
 struct Section {
   const char* name;
   std::vector<Key<Settings>> keys;
   std::vector<KeyRule<Settings>> rules = {};
-  /// Whether a key that means nothing with the others is refused; the first key is then a `kind`.
+  /// Whether keys without a meaning (is_used()) are refused. The first key is then a `kind`.
   bool refuses_unused = false;
 };
 
@@ -165,8 +167,8 @@ const KeyInfo& key_info(Value Settings::*member) {
   return none;
 }
 
-/// Checks values and rules as the scene reader does. Throws InputError that names the key, its value
-/// and what is allowed. Instantiated for all types above.
+/// Checks values and rules as the scene reader does. Throws InputError with the key, its value and
+/// the allowed values. It is instantiated for all types above.
 template <class Settings>
 void check_settings(const Settings& settings);
 

@@ -1,4 +1,4 @@
-// Step-size studies: the same motion by several integrators at several steps.
+// Step-size studies: the same motion with several integrators and several step sizes.
 #pragma once
 
 #include <functional>
@@ -11,68 +11,68 @@
 
 namespace tetraction {
 
-/// The same scene with something changed.
+/// A variant of the scene.
 struct StudyVariant {
   std::string name;
   Scene scene;
 };
 
-/// One run more, beside those of every integrator at every step: with another solver.
+/// A further run with another solver, in addition to those of every integrator at every step.
 struct SolverComparison {
-  std::string solver;  ///< a value of SolverSettings::kind, other than the scene's own
+  std::string solver;  ///< a value of SolverSettings::kind that differs from the scene's
   double step = 0.0;   ///< s
 };
 
-/// What to compare.
+/// The runs that a study compares.
 struct StudySettings {
-  /// Instead of the one scene: each is run with every integrator at every step and compared with one
-  /// reference, of the first. They must have the same end time.
+  /// Scenes to run instead of the given one. Each is run with every integrator at every step and
+  /// compared with one reference, a run of the first variant. All must have the same end time.
   std::vector<StudyVariant> variants;
   std::vector<Integrator> integrators;  ///< empty: all four
   std::vector<double> steps;            ///< s; empty: 1/4, 1/2, 2, 8 and 32 times h_crit
-  /// Step of the reference run; absent: the finest step of the study.
+  /// Step of the reference run. By default it is the finest step of the study.
   std::optional<double> reference_step;
   Integrator reference_integrator = Integrator::kMidpoint;
-  /// Each is a run of the (first) scene with the first implicit integrator of the study.
+  /// Each of them is a run of the (first) scene with the first implicit integrator of the study.
   std::vector<SolverComparison> solver_comparisons;
 };
 
 /// One run of a study.
 struct PlannedRun {
-  std::size_t variant = 0;  ///< its place in StudyPlan::variants
+  std::size_t variant = 0;  ///< index in StudyPlan::variants
   Integrator integrator = Integrator::kMidpoint;
   double step = 0.0;             ///< s
   std::string solver;            ///< SolverSettings::kind; empty for explicit integrators
   bool compares_solver = false;  ///< one of StudySettings::solver_comparisons
-  std::string directory;         ///< of its results, relative to the study's
+  std::string directory;         ///< directory of its results, relative to the study's
 };
 
 /// All runs of a study, known before the first one begins.
 struct StudyPlan {
-  std::vector<StudyVariant> variants;  ///< at least one; its name is empty where nothing is varied
+  std::vector<StudyVariant> variants;  ///< at least one, whose name is empty if nothing is varied
   double stable_step = 0.0;            ///< h_crit at the initial state of the first variant, s
   double end = 0.0;                    ///< s
-  /// What becomes the rows of the result, by variant, integrator, then from the finest step up. The
-  /// comparisons of solvers follow the other runs of their integrator.
+  /// The runs that become rows of the result, sorted by variant, integrator, then step from the
+  /// finest up. The comparisons of solvers follow the other runs of their integrator.
   std::vector<PlannedRun> runs;
-  PlannedRun reference;           ///< is made first
-  bool reference_is_row = false;  ///< whether the reference is one of `runs`, too
+  PlannedRun reference;           ///< made before all others
+  bool reference_is_row = false;  ///< whether the reference is also one of `runs`
 
-  /// How many runs are made.
+  /// Number of runs.
   std::size_t run_count() const { return runs.size() + (reference_is_row ? 0 : 1); }
 };
 
-/// Checks the settings and plans the runs. Where no steps are given, they are multiples of the
+/// Checks the settings and plans the runs. If no steps are given, they are multiples of the
 /// stability limit. Throws InputError for steps that are not positive or longer than the end time,
 /// variants that end at different times, events that change [time], and solvers that cannot be
 /// compared.
 StudyPlan plan_study(const Scene& scene, const TetMesh& mesh, const StudySettings& settings);
 
-/// What a row of a study is to the others.
+/// The role of a row of a study.
 enum class StudyRole {
   kRun,        ///< compared with the reference: the differences are its errors
-  kReference,  ///< what the others are compared with; its own differences are zero by definition
-  kVariant     ///< of another variant than the reference: the differences are not errors
+  kReference,  ///< the others are compared with it; its own differences are zero
+  kVariant     ///< a run of another variant than the reference; its differences are not errors
 };
 
 /// "run", "reference", "variant": the words of study.csv.
@@ -98,16 +98,17 @@ struct StudyRow {
   double angular_momentum_drift = 0.0;          ///< Balance::angular_momentum_drift
   double angular_momentum_drift_allowed = 0.0;  ///< Balance::allowed_angular_momentum_drift
   StudyRole role = StudyRole::kRun;
-  /// |q − q_ref|₂/|q_ref − X|₂ at the end, with the rest positions X; NaN unless run and reference
-  /// finished. The divisor is at least a tenth of the reference's displacement over time, as a body
-  /// may pass its rest position at the end, and at least 1e-12 √N times the diagonal of the body
-  /// (N vertices). It does not depend on where the origin lies.
+  /// |q − q_ref|₂/|q_ref − X|₂ at the end, with the rest positions X. It is NaN unless run and
+  /// reference finished. The divisor is at least a tenth of the reference's root mean square
+  /// displacement over time, because a body may pass its rest position just at the end. It is also
+  /// at least 1e-12 √N times the diagonal of the body (N vertices). The error does not depend on
+  /// the place of the origin.
   double position_error = 0.0;
-  /// The same over the whole time: √(mean |q − q_ref|²)/√(mean |q_ref − X|²). The differences are
-  /// taken at up to a hundred steps of the run or more, where the reference is interpolated between
-  /// its own steps (cubic, with its velocities).
+  /// The same error over the whole time: √(mean |q − q_ref|²)/√(mean |q_ref − X|²). The means are
+  /// over up to a hundred or more times of the run's steps. At these times the reference is
+  /// interpolated between its own steps by cubics with its velocities.
   double position_error_rms = 0.0;
-  /// Order between this step and the next finer one of the integrator; NaN where there is none.
+  /// Order between this step and the next finer one of the integrator, or NaN if there is none.
   double observed_order = 0.0;
 };
 
@@ -118,24 +119,26 @@ struct StudyResult {
   double reference_step = 0.0;
   RunStatus reference_status = RunStatus::kRunning;
   std::string reference_directory;
-  std::vector<StudyRow> rows;        ///< by variant, integrator, then from the finest step up
-  std::vector<std::string> remarks;  ///< for the user: a missing reference
+  std::vector<StudyRow> rows;        ///< by variant, by integrator, then from the finest step up
+  std::vector<std::string> remarks;  ///< remarks for the user, such as a missing reference
 };
 
 /// Makes the observers of one run, given its directory relative to the study's.
 using ObserverFactory =
     std::function<std::vector<std::unique_ptr<Observer>>(const std::string& directory)>;
-/// Told before each run: its number from 0, how many there are, and what it is.
+/// A function that is called before each run with its number from 0, the number of runs, and the
+/// run.
 using StudyProgress = std::function<void(std::size_t, std::size_t, const PlannedRun&)>;
 
 /// Makes the runs of the plan. A run that blows up or fails is a result, not an error.
 ///
-/// All final positions are of the same time: where a step does not divide the end time, the last one is
-/// shorter.
+/// All final positions belong to the same time: if a step does not divide the end time, the last
+/// step is shorter.
 ///
-/// The observed order p solves e(h₂)/e(h₁) = (h₂/h₁)^p; for runs of the reference's own integrator,
-/// whose errors are differences to a member of the family, (h₂^p − h_r^p)/(h₁^p − h_r^p) instead.
-/// Where the reference's own error is not small beside the errors compared, there is no order.
+/// The observed order p solves e(h₂)/e(h₁) = (h₂/h₁)^p. The errors of runs of the reference's own
+/// integrator are differences from a run of the same family. For these the right-hand side is (h₂^p
+/// − h_r^p)/(h₁^p − h_r^p). If the error of the reference itself is not small compared with the
+/// others, there is no order.
 StudyResult run_study(const StudyPlan& plan, const TetMesh& mesh,
                       const ObserverFactory& observers = {}, const StudyProgress& progress = {});
 

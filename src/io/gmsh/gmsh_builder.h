@@ -1,4 +1,4 @@
-// Collects what the readers of all versions of the Gmsh format find.
+// Collects the data that the readers of all versions of the Gmsh format find.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,8 @@ class GmshBuilder {
  public:
   explicit GmshBuilder(const std::string& source) { mesh_.source = source; }
 
-  /// Dimension of a physical name in files that do not say it: it holds for every dimension.
+  /// Dimension of a physical name in files that state none. The name then holds for every
+  /// dimension.
   static constexpr std::int64_t kAnyDimension = -1;
   /// Names a physical group. Names come before the elements.
   void name_group(std::int64_t dimension, std::int64_t tag, std::string name) {

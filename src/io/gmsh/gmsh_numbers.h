@@ -1,4 +1,4 @@
-// The numbers of a Gmsh file, which are text or bytes of either order.
+// Reads the numbers of a Gmsh file, which are text or bytes in either byte order.
 #pragma once
 
 #include <cstdint>
@@ -20,8 +20,8 @@ class GmshNumbers {
     if (binary_) in_.skip_line();
   }
 
-  /// What the format calls int, size_t and double. Each throws FileError, naming what was wanted, at
-  /// the end of the file and for what is no such number.
+  /// Read the types that the format calls int, size_t and double. Each throws FileError, which
+  /// names the expected item, at the end of the file and if there is no such number.
   std::int64_t int32(const char* wanted);
   std::int64_t size(const char* wanted);
   double real(const char* wanted);

@@ -18,8 +18,8 @@
 namespace tetraction {
 namespace {
 
-// More groups of one entity are no mesh's: every element of it joins each of them, so that a small
-// file could ask for any amount of memory.
+// No real mesh has more groups for one entity. Each element of an entity joins all of its groups,
+// so without this limit a small file could require any amount of memory.
 constexpr std::int64_t kMostPhysicals = 100;
 
 class GmshReader {
@@ -206,7 +206,7 @@ class GmshReader {
       for (std::int64_t i = 0; i < in_block; ++i) tags.push_back(size("a node tag"));
       for (const std::int64_t tag : tags) {
         add_vertex(tag);
-        // Coordinates on the curve or surface follow; they are of no use here.
+        // Coordinates on the curve or surface follow, which are not needed here.
         for (std::int64_t p = 0; parametric != 0 && p < dimension; ++p) real("a parameter");
       }
     }
@@ -222,7 +222,7 @@ class GmshReader {
     return *type;
   }
 
-  // A tag is negative where a group takes an entity with the orientation turned round.
+  // A tag is negative if a group contains an entity with reversed orientation.
   std::int64_t physical_tag() { return std::abs(int32("a physical tag")); }
 
   std::vector<std::int64_t> read_cell_nodes(const GmshType& type, bool wide) {

@@ -8,7 +8,7 @@
 namespace tetraction {
 
 /// Ids are Gmsh's node and element tags; physical groups become groups, and the tag of a volume
-/// group its elements' region. Throws FileError for anything but a whole, well-formed file.
+/// group its elements' region. Throws FileError if the file is incomplete or malformed.
 RawMesh read_gmsh(const std::string& path);
 
 }  // namespace tetraction

@@ -112,7 +112,7 @@ class GmshWriter {
     return entities[found->second];
   }
 
-  // The region's tag comes last: it is what a reader of this program takes for the region.
+  // The region's tag comes last, because this program's reader takes the last tag as the region.
   void sort_tetrahedra() {
     std::vector<PhysicalTags> physicals(mesh_.tetrahedra.size());
     for (std::size_t g = 0; g < tags_.size(); ++g) {

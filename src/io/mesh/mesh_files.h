@@ -1,4 +1,4 @@
-// Which files a mesh has by its name.
+// The format of a mesh file by its name.
 #pragma once
 
 #include <string>

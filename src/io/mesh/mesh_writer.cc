@@ -59,7 +59,7 @@ std::map<int, std::vector<Index>> tetrahedra_by_region(const TetMesh& mesh) {
   return regions;
 }
 
-// TetGen wants numbers in a row: from 0 if the file's are that, else from 1.
+// TetGen needs consecutive numbers: from 0 if the file's are so, otherwise from 1.
 void write_tetgen(const TetMesh& mesh, const std::string& path) {
   const std::filesystem::path base(path);
   Index first = 0;
@@ -85,7 +85,7 @@ void write_tetgen(const TetMesh& mesh, const std::string& path) {
   write_text_file(std::filesystem::path(base).replace_extension(".ele").string(), elements);
 }
 
-// Elements as a comma-separated set, the way Vega writes them.
+// Elements as a comma-separated set, in the form that Vega writes.
 void append_set(std::string& text, const std::string& name, const std::vector<Index>& elements) {
   append(text, "\n*SET {}\n", name);
   for (std::size_t i = 0; i < elements.size(); ++i) {
@@ -96,7 +96,7 @@ void append_set(std::string& text, const std::string& name, const std::vector<In
   }
 }
 
-// Vega has numbers from 1 only, and regions without numbers: their order stands for them.
+// Vega counts from 1 only. Its regions have no numbers; their order determines them.
 void write_vega(const TetMesh& mesh, const std::string& path) {
   std::string text = fmt::format("# Vega mesh file.\n\n*VERTICES\n{} 3 0 0\n", mesh.vertex_count());
   for (Index v = 0; v < mesh.vertex_count(); ++v) {
@@ -115,7 +115,7 @@ void write_vega(const TetMesh& mesh, const std::string& path) {
   }
   const std::map<int, std::vector<Index>> regions = tetrahedra_by_region(mesh);
   if (regions.size() > 1) {
-    // The format demands a material; this program takes its materials from the scene.
+    // The format requires a material. This program takes its materials from the scene.
     text += "\n*MATERIAL placeholder\nENU, 1000, 1000000, 0.45\n";
     for (const auto& [region, elements] : regions) {
       const std::string name = fmt::format("region_{}", region);
@@ -126,7 +126,7 @@ void write_vega(const TetMesh& mesh, const std::string& path) {
   write_text_file(path, text);
 }
 
-// The groups that are not kept where only volume groups can be, or none.
+// The groups that are lost in a format that has volume groups only.
 std::vector<std::string> lost_groups(const TetMesh& mesh, bool keeps_volumes) {
   std::vector<std::string> names;
   for (const Group& group : mesh.groups) {

@@ -10,7 +10,8 @@
 namespace tetraction {
 namespace {
 
-// TetGen's comments go from # to the end of the line; blanked out, line numbers stay right.
+// TetGen's comments go from # to the end of the line. They are replaced by blanks, so that line
+// numbers stay right.
 std::string without_comments(std::string text) {
   bool comment = false;
   for (char& c : text) {
@@ -65,7 +66,7 @@ void read_elements(TextScanner& in, RawMesh& mesh) {
 RawMesh read_tetgen(const std::string& path) {
   RawMesh mesh;
   mesh.source = path;
-  // Both endings are in capitals or neither.
+  // Either both endings are in capitals or neither is.
   const std::string given = std::filesystem::path(path).extension().string();
   const bool upper = given == ".NODE" || given == ".ELE";
   const auto sibling = [&](const char* extension) {

@@ -11,7 +11,8 @@
 namespace tetraction {
 namespace {
 
-// Comments are lines that begin with #; blanked out, line numbers stay right.
+// Comments are lines that begin with #. They are replaced by blanks, so that line numbers stay
+// right.
 std::string without_comments(std::string text) {
   bool comment = false;
   bool line_begins = true;
@@ -111,7 +112,7 @@ class VegaReader {
     std::string name(in_.line());
     name.erase(0, name.find_first_not_of(" \t"));
     name.erase(name.find_last_not_of(" \t") + 1);
-    // A set that is named again goes on where it ended.
+    // If a set is named again, further elements are added to it.
     if (sets_.count(name) == 0) set_order_.push_back(name);
     std::vector<std::int64_t>& set = sets_[name];
     const std::string body = body_text();
@@ -166,7 +167,7 @@ class VegaReader {
     }
     // Regions count from 1 in the order of the file; a mesh of one region keeps 0.
     if (regions_.size() < 2) return;
-    // Of several regions of one set only the last has an effect.
+    // If a set has several regions, only the last one has an effect.
     std::map<std::string, std::size_t> last;
     for (std::size_t r = 0; r < regions_.size(); ++r) last[regions_[r]] = r;
     for (std::size_t r = 0; r < regions_.size(); ++r) {

@@ -32,7 +32,7 @@ std::vector<Matrix> read_arrays(vtkDataSetAttributes* data, const std::vector<st
 
 StoredFrame read_frame(const std::string& path, const std::vector<std::string>& point_names,
                        const std::vector<std::string>& cell_names) {
-  // What VTK's reader would crash on is refused before it sees the file.
+  // Files on which VTK's reader would crash are refused before it reads them.
   check_xml_header(path, read_file(path));
   VtkMessages messages;
   vtkNew<vtkXMLUnstructuredGridReader> reader;

@@ -56,7 +56,7 @@ FrameWriter::FrameWriter(const TetMesh& mesh, const std::string& directory)
   const fs::path frames = fs::path(directory) / "frames";
   try {
     fs::create_directories(directory);
-    // Frames of an earlier run would pass for this one's.
+    // Frames of an earlier run would look like frames of this one.
     fs::remove(fs::path(directory) / "frames.pvd");
     if (!fs::exists(frames)) return;
     std::vector<fs::path> old;

@@ -184,7 +184,7 @@ struct RunRecorder::Impl {
 
   void write_frame(const Session& session, const Frame& frame) {
     frames->write(frame);
-    history.flush();  // the history is never behind the frames
+    history.flush();  // so that the history has a row for every frame
     last_frame = session.state().step;
   }
 };
@@ -199,7 +199,7 @@ RunRecorder::~RunRecorder() = default;
 void RunRecorder::on_start(const Session& session) {
   Impl& s = *impl_;
   make_output_directory(s.directory);
-  // What an earlier run left must not pass for this one's.
+  // Results of an earlier run would look like results of this one.
   std::error_code ignored;
   for (const char* name : {"final.vtu", "summary.json"}) {
     std::filesystem::remove(s.path(name), ignored);

@@ -11,20 +11,20 @@
 namespace tetraction {
 namespace {
 
-// The order in which the reader makes the edits of one event: `set` by the names of the sections,
-// then the others.
+// The order in which the reader makes the edits of one event: first those of `set`, by the names of
+// the sections, then the others.
 enum class Stage { kSet, kUnfix, kRemoveConstraint, kFix, kConstraint, kForce, kMomentum, kShift };
 
-// One [[event]] in the making.
+// One [[event]] that is being written.
 struct Block {
-  // Where the last edit stands in the reader's order.
+  // Place of the last edit in the reader's order.
   using Place = std::tuple<Stage, std::string, std::optional<std::size_t>>;
   std::optional<Place> last;
   std::vector<std::string> unset;
   SceneKeys set;
   SceneKeys others;
 
-  // Whether an edit of that place can follow.
+  // Whether an edit with that place can follow.
   bool takes(const Place& place) const {
     if (!last || *last < place) return true;
     const Stage stage = std::get<0>(place);
@@ -66,7 +66,8 @@ struct Block {
   }
 };
 
-// Writes edits and keeps the settings as they are by then, so that keys which are to go are known.
+// Writes edits, and keeps track of the settings at that time, so that it knows which keys to
+// remove.
 class EventWriter {
  public:
   explicit EventWriter(const Scene& scene) : now_(scene) {}
@@ -135,8 +136,8 @@ class EventWriter {
     block_.last = place;
   }
 
-  // All keys are written, also those that stay: an edit that changes nothing is an edit all the same.
-  // Only the density never changes, and an event may not set it.
+  // All keys are written, even those that do not change, because an edit that changes nothing is
+  // still an edit. The density is left out: it never changes, and an event may not set it.
   template <class Settings>
   void change(const std::string& section, Settings& now, const Settings& next) {
     const SceneKeys keys = keys_of(next);

@@ -1,4 +1,4 @@
-// [[event]], written.
+// Writes [[event]].
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace tetraction {
 
-/// The events of a scene as TOML text, which the reader makes the same edits of.
+/// The events of a scene as TOML text, from which the reader makes the same edits.
 std::string event_text(const Scene& scene);
 
 }  // namespace tetraction

@@ -20,7 +20,8 @@ const TableKeys& table_keys() {
   return keys;
 }
 
-/// Reads one key into the settings, where the table has it. Every kind of value has its own function.
+/// Reads one key into the settings if the table contains it. Every kind of value has its own
+/// function.
 template <class S>
 struct ValueReader {
   const TomlTable& table;
@@ -62,7 +63,7 @@ struct ValueReader {
   void operator()(const ByHand&) const {}
 };
 
-/// Refuses keys that mean nothing with the kind that the settings have, which is read already.
+/// Refuses keys that have no meaning with the settings' `kind`, which has been read before.
 template <class S>
 void refuse_unused(const TomlTable& table, const S& settings) {
   const std::vector<Key<S>>& keys = section_of<S>().keys;
@@ -79,14 +80,15 @@ void refuse_unused(const TomlTable& table, const S& settings) {
   }
 }
 
-/// Throws InputError where the settings break a rule of their section.
+/// Throws InputError if the settings break a rule of their section.
 template <class S>
 void refuse_conflicts(const TomlTable& table, const S& settings) {
   for (const KeyRule<S>& rule : section_of<S>().rules) {
     const std::string conflict = rule.conflict(settings);
     if (conflict.empty()) continue;
     if (rule.keys.empty()) table.refuse_table(conflict);
-    // Of several keys the one from the command line is to blame: the file alone may be right.
+    // If one of the keys came from the command line, it is named, because the file alone may be
+    // right.
     const char* blamed = nullptr;
     for (const char* key : rule.keys) {
       if (table.is_override(key)) {
@@ -99,8 +101,8 @@ void refuse_conflicts(const TomlTable& table, const S& settings) {
   }
 }
 
-/// Reads all keys but those treated by hand, and checks the rules between them. Keys that are absent
-/// keep what the settings hold. Throws InputError.
+/// Reads all keys except those with values of their own structure, and checks the rules between
+/// them. Absent keys leave the settings unchanged. Throws InputError.
 template <class S>
 void read_keys(const TomlTable& table, S& settings) {
   const Section<S>& section = section_of<S>();

@@ -9,7 +9,8 @@
 
 namespace tetraction {
 
-/// The value of one key as TOML text; empty where there is none. Every kind has its own function.
+/// The value of one key as TOML text, or an empty text if there is none. Every kind has its own
+/// function.
 template <class S>
 struct ValueText {
   const S& settings;

@@ -20,7 +20,7 @@ void put_if(Json& json, const char* key, const std::optional<double>& value) {
   if (value) json[key] = *value;
 }
 
-// The value of one key as JSON; null where there is none. Every kind has its own function.
+// The value of one key as JSON, or null if there is none. Every kind of value has its own function.
 template <class S>
 struct ValueJson {
   const S& settings;
@@ -55,8 +55,8 @@ struct ValueJson {
   Json operator()(const ByHand&) const { return {}; }
 };
 
-// All keys of a section that mean something. `by_hand` gives the JSON of a key that is treated by
-// hand, or null.
+// All keys of a section that have a meaning with the other settings. `by_hand` returns the JSON of
+// a key whose value has its own structure, or null.
 template <class S, class ByHandJson>
 Json section_json(const S& settings, const ByHandJson& by_hand) {
   const S defaults{};
@@ -95,7 +95,7 @@ Json selection_json(const Selection& selection) {
   return std::visit(Visitor{}, selection);
 }
 
-// Of settings with a selection.
+// The JSON of settings with a selection.
 template <class S>
 Json selected_json(const S& settings) {
   return section_json(settings, [&](std::string_view key) {

@@ -36,7 +36,7 @@ Json to_json(const toml::node& node) {
   return node.value<double>().value_or(0.0);
 }
 
-// The value as TOML text; tables have no place in `set`.
+// The value as TOML text. Tables are not allowed in `set`.
 std::string text_of(const TomlTable& set, std::string_view key, const toml::node& node) {
   if (node.is_table()) {
     set.refuse(key, "is a table; give single values, like \"time.step\" = 1e-3.");
@@ -47,7 +47,7 @@ std::string text_of(const TomlTable& set, std::string_view key, const toml::node
   return text.str();
 }
 
-// A value in one line of TOML.
+// The value as one line of TOML.
 std::string inline_text(const toml::node& node) {
   std::string text;
   if (const auto* table = node.as_table()) {
@@ -81,7 +81,7 @@ struct ChangedSection {
 const NameList kChangeable{"time",        "solver", "material", "material_region", "damping",
                            "environment", "force",  "fix",      "constraint"};
 
-// `refuse` throws what is wrong with the key.
+// `refuse` throws an error about the key.
 ChangedSection section_of(std::string_view key,
                           const std::function<void(const std::string&)>& refuse) {
   ChangedSection section;
@@ -124,7 +124,7 @@ ChangedSection section_of(std::string_view key,
   return section;
 }
 
-// The edit that takes a section from what it was to what it is in `next`.
+// The edit that changes a section from its state in `scene` to its state in `next`.
 Edit edit_of(const ChangedSection& section, const Scene& scene, const Scene& next) {
   const std::size_t i = section.index.value_or(0);
   if (section.name == "time") return SetTime{next.time};
@@ -143,7 +143,7 @@ Edit edit_of(const ChangedSection& section, const Scene& scene, const Scene& nex
   return SetConstraint{existing(scene.constraint), next.constraint[i]};
 }
 
-// The number of an entry of a list that has `count` of them by then.
+// The number of an entry of a list that has `count` entries at that time.
 std::size_t read_number(const TomlTable& table, std::string_view key, std::size_t count,
                         const char* list) {
   int number = 0;
@@ -174,8 +174,9 @@ Unfix read_unfix(const TomlTable& event, std::size_t fix_count) {
   return unfix;
 }
 
-// Makes the changes, which are then done with, and reads the scene as it is with all so far. What does not fit may lie in other places than the change: the
-// event is named in any case.
+// Applies the changes, clears their list, and reads the scene with all changes so far. An error may
+// be in a part of the scene that the event did not change. Therefore messages always name the
+// event.
 Scene read_changed(TomlDocument& document, std::vector<TomlDocument::Change>& changes,
                    const SectionReader& read_sections, const std::string& event) {
   try {
@@ -213,9 +214,9 @@ void read_events(const TomlDocument& document, const TomlTable& root,
   std::stable_sort(timed.begin(), timed.end(),
                    [](const Timed& a, const Timed& b) { return a.at < b.at; });
 
-  // Every event's `set` is read as part of the whole scene as it is then, so that what does not fit
-  // is known before the run begins.
-  // One document takes all changes: a recorded session has thousands of them.
+  // Every event's `set` is read as a part of the whole scene at that time, so that errors are found
+  // before the run begins. All changes go into one document, because a recorded session has
+  // thousands of them.
   TomlDocument changed = document.copy();
   std::vector<TomlDocument::Change> changes;
   Scene now = scene;
@@ -278,7 +279,7 @@ void read_events(const TomlDocument& document, const TomlTable& root,
       event.edits.emplace_back(RemoveConstraint{
           read_number(table, "remove_constraint", now.constraint.size(), "[[constraint]]")});
     }
-    // What is added gets the next number of its list, for later events to change.
+    // An added entry gets the next number of its list. Later events can change it by this number.
     const auto added = [&](const char* list, std::size_t number, const TomlTable& entry) {
       changes.push_back({fmt::format("{}.{}", list, number), inline_text(entry.node()),
                          fmt::format("{}: event at {} s", entry.place(), at)});

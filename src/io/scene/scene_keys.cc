@@ -51,7 +51,7 @@ SceneKeys table_keys_of(const S& settings) {
   return keys;
 }
 
-// Of a kind of selection that is a table of its own.
+// The keys of a kind of selection that is a table.
 template <class Kind>
 SceneKeys selection_keys(const char* name, const Kind& kind) {
   SceneKeys keys = table_keys_of(kind);
@@ -63,7 +63,7 @@ SceneKeys selection_keys(const char* name, const Kind& kind) {
 
 std::string toml_number(double value) {
   std::string text = fmt::format("{}", value);
-  // "3" would be read as a whole number, and "-0" lose its sign.
+  // "3" would be read as an integer, and "-0" would lose its sign.
   if (text.find_first_not_of("-0123456789") == std::string::npos) text += ".0";
   return text;
 }

@@ -1,4 +1,4 @@
-// The settings of a scene as keys with TOML values: what the reader reads, the other way round.
+// Turns the settings of a scene into keys with TOML values, which the reader reads back.
 #pragma once
 
 #include <string>
@@ -25,8 +25,8 @@ std::string toml_list(const Vector3& value);
 std::string toml_list(const std::vector<std::int64_t>& values);
 std::string toml_list(const std::vector<Vector3>& values);
 
-/// All that is not its default, with what a section cannot do without. Throws InputError for what a
-/// scene file cannot say.
+/// All keys whose value is not the default, and those that a section requires. Throws InputError
+/// for settings that a scene file cannot express.
 SceneKeys keys_of(const MaterialSettings& material);
 SceneKeys keys_of(const MeshSettings& mesh);  ///< without file and generate
 SceneKeys keys_of(const TimeSettings& time);
@@ -34,7 +34,7 @@ SceneKeys keys_of(const SolverSettings& solver);
 SceneKeys keys_of(const Damping& damping);
 SceneKeys keys_of(const EnvironmentSettings& environment);
 SceneKeys keys_of(const OutputSettings& output);
-/// These without `select` and the tables they hold.
+/// The keys of these settings without `select` and without inner tables.
 SceneKeys keys_of(const InitialSettings& initial);
 SceneKeys keys_of(const FixSettings& fix);
 SceneKeys keys_of(const ConstraintSettings& constraint);

@@ -43,8 +43,8 @@ MaterialSettings read_material(const TomlTable& table) {
   try {
     make_material(material);
   } catch (const InputError& error) {
-    // What is wrong lies between the parameters; if one of them came from the command line, the
-    // file alone may be right.
+    // The parameters contradict each other. If one of them came from the command line, the file
+    // alone may be right.
     std::string place = table.place();
     for (const std::string_view key : known_material_keys()) {
       if (key == "density") continue;

@@ -11,7 +11,7 @@ namespace tetraction {
 
 /// The vertices that `select` of a table names; exactly one kind of selection.
 Selection read_selection(const TomlTable& parent);
-/// The same of the table under a key that holds the kind of selection itself.
+/// The selection in the table under a key that contains the kind of selection directly.
 Selection read_selection(const TomlTable& parent, std::string_view key, const TomlTable& table);
 const NameList& selection_kinds();
 
@@ -28,9 +28,9 @@ InitialSettings read_initial(const TomlTable& root);
 /// The keys of [[event]].
 const TableKeys& event_keys();
 
-/// Reads all sections of a document but the events.
+/// Reads all sections of a document except the events.
 using SectionReader = std::function<Scene(const TomlDocument&)>;
-/// Reads [[event]] into `scene`, whose other sections are read already.
+/// Reads [[event]] into `scene`, whose other sections must have been read before.
 void read_events(const TomlDocument& document, const TomlTable& root,
                  const SectionReader& read_sections, Scene& scene);
 

@@ -42,7 +42,8 @@ std::string section_unless_default(const char* head, const Settings& settings) {
   return {};
 }
 
-// From the scene's folder to the mesh; whole if they have nothing but the root in common.
+// The path from the scene's folder to the mesh. It is absolute if they have only the root in
+// common.
 std::string mesh_path(const std::string& file, const std::string& folder) {
   const fs::path mesh = fs::absolute(file).lexically_normal();
   const fs::path base = fs::absolute(folder.empty() ? "." : folder).lexically_normal();

@@ -33,7 +33,7 @@ class ByteWriter {
   std::string bytes_;
 };
 
-/// Takes them out again; `good()` is false from the first value on that was not there.
+/// Takes the values out again. `good()` is false from the first missing value on.
 class ByteReader {
  public:
   explicit ByteReader(const std::string& bytes) : bytes_(bytes) {}

@@ -1,4 +1,5 @@
-// Walking through the text of a mesh file, with line numbers for messages and no way past its end.
+// Reads the text of a mesh file step by step, with line numbers for messages, and never past its
+// end.
 #pragma once
 
 #include <cstdint>
@@ -21,20 +22,20 @@ class TextScanner {
 
   /// The part of the file that messages name from now on; none if empty.
   void set_section(std::string section) { section_ = std::move(section); }
-  /// From now on messages give the byte instead of the line, which means nothing in binary data.
+  /// From now on messages give the byte instead of the line, which has no meaning in binary data.
   void count_bytes() { bytes_ = true; }
 
   bool at_end();
   /// Whether the next token begins with this character.
   bool next_is(char c) { return !at_end() && text_[position_] == c; }
-  /// The next token, or an error naming what was wanted if the file ends.
+  /// The next token. At the end of the file an error names the expected item.
   std::string_view token(const char* wanted);
   std::int64_t integer(const char* wanted);
   double real(const char* wanted);
-  /// A count of items that each take at least `least_bytes` of the rest of the file: what cannot be
-  /// there is refused before anything is allocated.
+  /// A count of items, each of which takes at least `least_bytes` of the rest of the file. A count
+  /// that is too large for the file is refused before anything is allocated.
   std::int64_t count(const char* wanted, std::int64_t least_bytes);
-  /// The same for a count that was read in another way.
+  /// Checks a count in the same way that was read by other means.
   std::int64_t checked_count(std::int64_t count, const char* wanted,
                              std::int64_t least_bytes) const;
   /// The rest of the line, without its end.

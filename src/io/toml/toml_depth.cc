@@ -5,8 +5,8 @@
 namespace tetraction {
 namespace {
 
-// The end of the string that begins at `begin`: behind its closing quotes, or where a parser gives
-// up on it.
+// The end of the string that begins at `begin`: the place after its closing quotes, or the place at
+// which a parser would report an error.
 std::size_t end_of_string(std::string_view text, std::size_t begin) {
   const char quote = text[begin];
   const bool has_escapes = quote == '"';

@@ -7,8 +7,8 @@
 
 namespace tetraction {
 
-/// No scene needs a tenth of it. A tree is walked and destroyed by recursion, so that one without a
-/// bound ends the program.
+/// The allowed depth, of which no scene needs a tenth. A tree is walked and destroyed by recursion;
+/// without a limit a deep tree would end the program.
 inline constexpr std::size_t kDeepestNesting = 64;
 
 /// A place in a text, counted from 1.
@@ -17,9 +17,9 @@ struct TextPlace {
   std::size_t column = 1;
 };
 
-/// Where the text is nested more than kDeepestNesting deep for the first time; nothing if it never
-/// is. Each dot of a key and each open bracket counts. To be asked before the text is parsed: what
-/// is not valid TOML is left to the parser.
+/// The first place where the text is nested more deeply than kDeepestNesting, or nothing. Each dot
+/// of a key and each open bracket counts. To be called before the text is parsed. Errors in the
+/// TOML are left to the parser.
 std::optional<TextPlace> place_of_deep_nesting(std::string_view text);
 
 }  // namespace tetraction

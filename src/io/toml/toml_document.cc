@@ -203,7 +203,7 @@ void TomlDocument::apply(const Change& change) {
   for (std::size_t i = 0; i + 1 < segments.size(); ++i) {
     toml::node* next = child(*node, segments[i]);
     if (next == nullptr) {
-      // What is not there yet is made: a list where a number follows, else a table.
+      // Missing parts are created: a list if a number follows, otherwise a table.
       put(*node, segments[i], *parse_value(as_index(segments[i + 1]) ? "[]" : "{}", source), where,
           source);
       next = child(*node, segments[i]);
@@ -247,7 +247,7 @@ std::string TomlDocument::place_of(const toml::node& node) const {
 std::string TomlDocument::place_of(const toml::table& table, std::string_view key) const {
   const auto found = table.find(key);
   if (found == table.end()) return place_of(table);
-  // A key of the file whose value was overridden keeps its line, but the override is to blame.
+  // A key of the file whose value was overridden keeps its line, but messages name the override.
   if (is_override(found->second) || found->first.source().begin.line == 0) {
     return place_of(found->second);
   }

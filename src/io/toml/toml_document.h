@@ -1,4 +1,4 @@
-// A TOML file with KEY=VALUE overrides applied, which knows where each value came from.
+// A TOML file with KEY=VALUE overrides, which stores the origin of each value.
 #pragma once
 
 #include <toml++/toml.h>
@@ -24,9 +24,9 @@ class TomlDocument {
     std::string source;   ///< what messages about the value begin with
     bool remove = false;  ///< takes the key out instead
   };
-  /// The same document for changes of its own.
+  /// A copy of the document, which can be changed by itself.
   TomlDocument copy() const { return {path_, text_, changes_}; }
-  /// Puts a further value in, or takes one out. Throws InputError if it does not fit the tree.
+  /// Inserts or removes a value. Throws InputError if it does not fit the tree.
   void apply(const Change& change);
 
   const toml::table& root() const { return root_; }

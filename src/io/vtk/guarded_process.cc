@@ -57,8 +57,9 @@ void write_all(int descriptor, const char* data, std::size_t size) {
                         int out) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);  // nobody would wait for it any more
   set_limit(RLIMIT_CORE, 0, 0);
-  // Half of the time: a busy machine slows the clock, not the work. Below the hard limit the signal
-  // is SIGXCPU, which tells it from a crash.
+  // The processor time is limited to half of the wall-clock time, because on a busy machine the
+  // work takes longer by the clock only. Below the hard limit the signal is SIGXCPU, which differs
+  // from a crash.
   const auto seconds = static_cast<std::size_t>(limits.seconds / 2) + 1;
   set_limit(RLIMIT_CPU, seconds, seconds + 1);
   if (!kSanitized) {

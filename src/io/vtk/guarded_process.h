@@ -1,4 +1,4 @@
-// Running code that may crash, hang or eat all memory, in a child process.
+// Runs code that may crash, hang or use all memory in a child process.
 #pragma once
 
 #include <functional>

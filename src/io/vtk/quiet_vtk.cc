@@ -10,7 +10,7 @@
 
 namespace tetraction {
 
-// An output window that keeps errors and warnings to itself.
+// An output window of VTK that stores errors and warnings instead of printing them.
 class CollectingWindow : public vtkOutputWindow {
  public:
   static CollectingWindow* New();
@@ -52,8 +52,8 @@ void VtkMessages::collect(vtkObject*, unsigned long, void* self, void* text) {
 }
 
 std::string VtkMessages::first() const {
-  // "ERROR: In file.cxx, line 12\nvtkClass (0x1234): what is wrong!\n\n": only the last part speaks
-  // to a user.
+  // "ERROR: In file.cxx, line 12\nvtkClass (0x1234): what is wrong!\n\n": only the last part
+  // is meant for a user.
   std::string text = text_;
   if (const auto place = text.find(" In "); place < text.find('\n')) {
     text.erase(0, text.find('\n') + 1);
@@ -62,7 +62,7 @@ std::string VtkMessages::first() const {
   if (text.rfind("vtk", 0) == 0) {
     if (const auto mark = text.find("): "); mark != std::string::npos) text.erase(0, mark + 3);
   }
-  // What follows from an error that was not reported; its addresses say nothing.
+  // This is a consequence of an error that was not reported. Its addresses tell a user nothing.
   if (text.rfind("Algorithm vtk", 0) == 0) return "a part of it is missing or malformed";
   text.erase(text.find_last_not_of(" .!") + 1);
   return text;

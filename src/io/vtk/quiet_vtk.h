@@ -1,4 +1,4 @@
-// VTK reports errors as events and prints them; here they become texts that can be asked for.
+// VTK reports errors as events and prints them. This class collects them as texts instead.
 #pragma once
 
 #include <string>
@@ -7,8 +7,8 @@ class vtkObject;
 
 namespace tetraction {
 
-/// While it lives, VTK prints nothing; errors and warnings of the watched objects, and those that
-/// VTK only sends to its output window, are collected.
+/// While an object of this class exists, VTK prints nothing. Errors and warnings of the watched
+/// objects, and those that VTK sends only to its output window, are collected.
 class VtkMessages {
  public:
   VtkMessages();

@@ -34,7 +34,7 @@ vtkSmartPointer<vtkDataArray> id_array(const char* name, Index count, const Id& 
   return array;
 }
 
-// VTK does not tell of a disk that fills up while the last bytes leave its buffer.
+// VTK reports no error if the disk becomes full while it writes the last bytes of its buffer.
 bool ends_as_vtu(const std::string& path) {
   constexpr std::string_view kEnd = "</VTKFile>\n";
   std::ifstream file(path, std::ios::binary);

@@ -1,4 +1,4 @@
-// What a VTK file announces in plain text, checked before VTK's readers see the file.
+// Checks the plain text at the head of a VTK file before VTK's readers read the file.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,7 @@
 
 namespace tetraction {
 
-/// Counts that the file's text promises, and whether it promises this program's own arrays.
+/// The counts that the file's text states, and whether it announces this program's own arrays.
 struct VtkHeader {
   std::int64_t points = 0;
   std::int64_t cells = 0;

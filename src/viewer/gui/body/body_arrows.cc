@@ -17,7 +17,7 @@
 namespace tetraction::viewer {
 namespace {
 
-// More arrows than these hide each other, and cost more than the body itself.
+// More arrows than these would hide each other and take longer to draw than the body.
 constexpr std::size_t kMostArrows = 500;
 
 }  // namespace

@@ -203,7 +203,7 @@ void BodyScene::color(const Snapshot& snapshot) {
   const std::vector<float>& values = snapshot.field_values;
   const auto n = static_cast<std::size_t>(points_->GetNumberOfPoints());
   const auto m = static_cast<std::size_t>(grid_->GetNumberOfCells());
-  // Until the solver has the new field, a body without colours.
+  // The body has no colours until the solver has computed the new field.
   const bool fits = snapshot.field == drawing_.field && drawing_.field != ColorField::kNone &&
                     values.size() == (snapshot.field_on_cells ? m : n);
   for (vtkPolyDataMapper* mapper :
@@ -274,7 +274,7 @@ void BodyScene::set_drawing(const DrawingSettings& drawing) {
   }
 
   surface_actor_->SetVisibility(drawing.surface);
-  // Of a surface, its own edges; lines of their own would lie half below it.
+  // The edges belong to the surface. Separate lines would lie half below it.
   surface_actor_->GetProperty()->SetEdgeVisibility(drawing.edges);
   surface_actor_->GetProperty()->SetEdgeColor(edge, edge, edge);
   section_actor_->GetProperty()->SetEdgeVisibility(drawing.edges);
@@ -352,7 +352,7 @@ void BodyScene::set_attraction(bool present) {
 bool BodyScene::is_drawn(const Vector3& point) const {
   if (!drawing_.clip) return true;
   Vector3 x = point;
-  // What lies in the plane is drawn, whatever the round-off.
+  // Points in the plane are drawn in spite of round-off.
   return clip_plane_->EvaluateFunction(x.data()) >= -1e-9 * size();
 }
 

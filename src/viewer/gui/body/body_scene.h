@@ -37,20 +37,20 @@ class BodyScene {
   explicit BodyScene(vtkRenderer* renderer);
   ~BodyScene();
 
-  /// Another body: everything is built anew, and the camera is turned to it.
+  /// Sets another body: everything is built again, and the camera is turned to the body.
   void set_body(std::shared_ptr<const BodyShape> shape);
   /// Moves the points to the state and colours them.
   void set_state(std::shared_ptr<const Snapshot> snapshot);
   void set_drawing(const DrawingSettings& drawing);
-  /// Pixels of the screen a logical one: points and lines keep their size to the eye.
+  /// Sets the screen pixels per logical pixel, so that points and lines keep their visible size.
   void set_pixel_ratio(double ratio);
-  /// Without a card, where the processor draws: no smoothing of edges, which would halve the pictures
-  /// a second, and a background of one colour.
+  /// For machines without a graphics card: the background has one colour, and edges are not
+  /// smoothed, because this would halve the pictures per second.
   void set_graphics_card(bool present);
   void set_selection(const std::vector<Index>& vertices);
-  /// An arrow that is being pulled; of length zero: none.
+  /// Draws an arrow that is being pulled. None if its length is zero.
   void set_pulled_arrow(const Vector3& from, const Vector3& to);
-  /// Where the attraction pulls to; drawn only while there is one.
+  /// Sets the centre of attraction, which is drawn only while there is one.
   void set_attraction(bool present);
   /// Turns the camera to the whole body, where it is now; `axis` 0, 1, 2: along x, y, z; −1: obliquely.
   void reset_camera(int axis);

@@ -1,4 +1,4 @@
-// What a body looks like apart from where its points are: made once for a mesh.
+// The parts of a drawn body that do not depend on its positions. They are made once for a mesh.
 #pragma once
 
 #include <vtkSmartPointer.h>

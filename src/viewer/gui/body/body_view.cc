@@ -238,7 +238,8 @@ bool BodyView::move(const QPointF& place) {
       emit dragged(anchor_ + in_view_plane(place, anchor_) - in_view_plane(pressed_, anchor_));
       return true;
     case Gesture::kArrow:
-      // The body may move on while the arrow is pulled: it starts where the vertex is.
+      // The body may move while the arrow is pulled. Therefore the arrow starts at the vertex's
+      // position.
       if (snapshot_) anchor_ = vertex_block(snapshot_->position, held_);
       scene_->set_pulled_arrow(anchor_, in_view_plane(place, anchor_));
       emit arrow_moved(tool_, in_view_plane(place, anchor_) - anchor_);
@@ -284,7 +285,7 @@ bool BodyView::eventFilter(QObject* watched, QEvent* event) {
   switch (event->type()) {
     case QEvent::KeyPress:
     case QEvent::KeyRelease:
-      // Not for VTK, to which letters mean things of their own ("e" ends the program).
+      // Keys are not passed to VTK, which has its own meanings for letters ("e" ends the program).
       event->ignore();
       return true;
     case QEvent::MouseButtonPress: {

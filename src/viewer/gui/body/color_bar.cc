@@ -33,7 +33,7 @@ constexpr std::array<std::array<double, 3>, 7> kRegions = {{{0.27, 0.47, 0.67},
                                                             {0.67, 0.20, 0.47},
                                                             {0.73, 0.73, 0.73}}};
 
-// Less than this is round-off of a body at rest, not something to see.
+// Values below this are round-off of a body at rest.
 double least_range(ColorField field) {
   return field == ColorField::kVonMises ? 1e-3 : 1e-9;
 }
@@ -178,8 +178,8 @@ void ColorBar::follow(const std::vector<float>& values) {
   const bool around_one = drawing_.field == ColorField::kJacobian;
   const double spread = around_one ? std::max({1.0 - *least, *most - 1.0, 1e-6})
                                    : std::max<double>(*most, least_range(drawing_.field));
-  // Colours and numbers that change with every picture cannot be read: the range grows by steps,
-  // and shrinks only after it was much too large for a while.
+  // Colours and numbers that change with every picture cannot be read. Therefore the range grows in
+  // steps, and shrinks only after it has been much too large for a while.
   constexpr double kMuchTooLarge = 0.4;
   constexpr int kPatience = 60;  // pictures
   too_large_ = spread < kMuchTooLarge * spread_ ? too_large_ + 1 : 0;

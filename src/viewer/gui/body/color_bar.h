@@ -22,7 +22,7 @@ class ColorBar {
   void set(const DrawingSettings& drawing, int region_count, double text_gray);
   /// Follows the values where the range is automatic.
   void follow(const std::vector<float>& values);
-  /// The next values define the automatic range anew.
+  /// The next values define a new automatic range.
   void forget_range();
   vtkLookupTable* table() const { return table_; }
   double low() const;

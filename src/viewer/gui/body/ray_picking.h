@@ -1,4 +1,4 @@
-// Which vertex a place of the picture means. Pure geometry.
+// Finds the vertex at a place of the picture. Pure geometry.
 #pragma once
 
 #include <array>

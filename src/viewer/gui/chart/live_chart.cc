@@ -54,8 +54,8 @@ vtkDoubleArray* column(vtkTable* table, int i) {
   return vtkDoubleArray::SafeDownCast(table->GetColumn(i));
 }
 
-// Whether an axis from `low` to `high` can have ticks. VTK looks for them without end where neighbouring
-// ones would be the same number.
+// Whether an axis from `low` to `high` can have ticks. If neighbouring ticks would be the same
+// number, VTK would search for them forever.
 bool is_drawable(double low, double high) {
   const double range = high - low;
   return range > std::max(1e-30, 1e-6 * std::max(std::abs(low), std::abs(high))) &&
@@ -282,7 +282,7 @@ void LiveChart::scale() {
     }
     if (!(low <= high)) low = high = 0.0;
     double room = 0.06 * (high - low);
-    // Round-off is not a signal: an axis of 1e-17, or of the last digits of a number, would be all noise.
+    // An axis of 1e-17, or of the last digits of a number, would show only round-off.
     const double size = std::max(std::abs(low), std::abs(high));
     if (room < 1e-12 || !is_drawable(low, high)) room = size < 1e-12 ? 1.0 : 0.1 * size;
     y->SetRange(low - room, high + room);
@@ -358,7 +358,7 @@ bool LiveChart::eventFilter(QObject* watched, QEvent* event) {
     if (zooms && !(is_drawable(ranges[0], ranges[1]) && is_drawable(ranges[2], ranges[3]))) {
       return true;
     }
-    // From the user's own zoom on the axes stay as they are; a click alone is none.
+    // After the user has zoomed, the axes stay as they are. A click alone is no zoom.
     if (event->type() == QEvent::MouseButtonPress) pressed_ = true;
     if (event->type() == QEvent::MouseButtonRelease) pressed_ = false;
     const bool dragged = event->type() == QEvent::MouseMove && pressed_;

@@ -34,7 +34,7 @@ class LiveChart : public QWidget {
 
   /// For another body, or a run that begins anew.
   void clear();
-  /// The rows alone: others, of the same run, will come in their place.
+  /// Clears the rows only. Other rows of the same run will replace them.
   void clear_rows();
   /// Rows that came since.
   void append(const std::vector<HistoryRow>& rows);
@@ -50,7 +50,7 @@ class LiveChart : public QWidget {
   /// What the axes show: time from, to (s); values from, to.
   std::array<double, 4> axis_ranges() const;
   void show_kind(int kind);
-  /// By the name's ending: .csv (all rows), .png, .svg (the chart as it is seen).
+  /// Saves by the ending of the name: .csv (all rows), .png or .svg (the visible chart).
   void save_as(const QString& path);
 
  public slots:

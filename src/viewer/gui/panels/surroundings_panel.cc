@@ -149,7 +149,8 @@ void SurroundingsPanel::environment_edited(bool goes_on) {
     next.direction = direction.normalized();
     what = tr("Gravity %1 m/s²").arg(short_number(next.strength));
   } else if (kind == EnvironmentKind::kAttraction) {
-    // A start that neither flings nor freezes; the softening keeps it bounded at the origin.
+    // The first strength moves the body visibly but not violently. The softening keeps the force
+    // bounded at the origin.
     next.strength = same ? attraction_->value() : 0.5;
     next.softening = same ? softening_->value() : 0.3;
     what = tr("Attraction %1 N m²").arg(short_number(next.strength));

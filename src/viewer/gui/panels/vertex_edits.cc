@@ -99,7 +99,8 @@ void VertexEdits::set_momentum(const std::vector<Index>& vertices, const Vector3
 }
 
 void VertexEdits::set_force(const std::vector<Index>& vertices, const Vector3& value) {
-  // Forces add up: what is missing to the wanted one is added, for all with the same force at once.
+  // Forces add up. The difference to the wanted force is added, in one edit for all vertices with
+  // the same difference.
   const auto snapshot = simulation_.snapshot();
   std::map<std::array<double, 3>, std::vector<Index>> by_force;
   for (const Index v : vertices) {

@@ -1,4 +1,4 @@
-// From what the user does with vertices to edits of the simulation.
+// Turns the user's actions on vertices into edits of the simulation.
 #pragma once
 
 #include <memory>
@@ -25,10 +25,10 @@ class VertexEdits {
   /// N, on each of the vertices, instead of what acts on them now.
   void set_force(const std::vector<Index>& vertices, const Vector3& value);
 
-  /// Takes hold of vertices, of which the mouse leads one; lead_to() says where to, m.
+  /// Grips vertices, of which the mouse leads one. lead_to() gives its goal, m.
   void grab(std::vector<Index> vertices, Index led);
   void lead_to(const Vector3& place);
-  /// Lets go; what was fixed before stays fixed where it now is.
+  /// Releases the vertices. Vertices that were fixed before stay fixed at their present positions.
   void release();
 
  private:

@@ -24,10 +24,11 @@ class VertexPanel : public QWidget {
 
   void set_selection(const std::vector<Index>& vertices, const TetMesh& mesh);
   void show_state(const Snapshot& snapshot);
-  /// What arrows of one metre mean when they are pulled, N and kg m/s.
+  /// Force and momentum for a pulled arrow of one metre, N and kg m/s.
   double force_per_length() const;
   double momentum_per_length() const;
-  /// Sets both so that an arrow of a fifth of the body does something to see and breaks nothing.
+  /// Sets both so that an arrow of a fifth of the body has a visible effect without being too
+  /// strong for the body.
   void suggest_arrows(const TetMesh& mesh, const MaterialModel& material, double density);
 
  signals:

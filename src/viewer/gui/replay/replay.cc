@@ -45,7 +45,7 @@ const char* cell_array_name(ColorField field) {
   }
 }
 
-// Why a directory without frames.pvd cannot be replayed, and what can.
+// Says why a directory without frames.pvd cannot be replayed, and which can.
 std::string why_no_frames(const fs::path& directory) {
   if (fs::exists(directory / "study.json")) {
     std::vector<std::string> runs;

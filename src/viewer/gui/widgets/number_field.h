@@ -16,8 +16,9 @@ struct KeyInfo;
 
 namespace tetraction::viewer {
 
-/// A line for one number. What is not a number or out of range is refused in the field, with the
-/// allowed range; the value in force stays until Return or leaving the field.
+/// A field for one number. A text that is not a number or is out of range is refused in the field,
+/// with the allowed range. The present value stays until the user presses Return or leaves the
+/// field.
 class NumberField : public QLineEdit {
   Q_OBJECT
 
@@ -29,7 +30,7 @@ class NumberField : public QLineEdit {
   explicit NumberField(const KeyInfo& key, QWidget* parent = nullptr);
 
   double value() const { return value_; }
-  /// Shows the value in force; not while the user is typing another one.
+  /// Shows the present value, unless the user is typing another one.
   void set_value(double value);
   const QString& what() const { return what_; }
   const QString& unit() const { return unit_; }
@@ -38,7 +39,7 @@ class NumberField : public QLineEdit {
  signals:
   /// The user entered another value.
   void entered(double value);
-  /// The user entered what cannot be; a sentence.
+  /// The user entered an impossible value. The argument is a sentence about it.
   void refused(const QString& message);
   /// The user is done with the field, by Return or Escape.
   void finished();
@@ -79,7 +80,7 @@ class NumberSlider : public QWidget {
   QSlider* slider() const { return slider_; }
 
  signals:
-  /// `goes_on`: the slider is still under way, this value replaces the one before.
+  /// `goes_on`: the slider is still moving, and this value replaces the one before.
   void entered(double value, bool goes_on);
   void refused(const QString& message);
 

@@ -1,4 +1,4 @@
-// What can be opened: scenes, meshes, and a first scene that moves.
+// Opens scenes and meshes, and makes the first scene.
 #pragma once
 
 #include <string>
@@ -15,7 +15,7 @@ struct Document {
 
 enum class DocumentKind { kScene, kMesh, kRun };
 
-/// By what is there: a directory or a .pvd is a run, .toml a scene, anything else a mesh.
+/// The kind of a path: a directory or a .pvd is a run, a .toml is a scene, anything else is a mesh.
 DocumentKind kind_of(const std::string& path);
 
 /// Throws FileError and InputError as read_scene() and read_mesh() do.
@@ -23,7 +23,7 @@ Document open_scene(const std::string& path);
 /// The mesh in a scene of rubber: at rest, held nowhere, without gravity. `scale` multiplies its
 /// coordinates.
 Document open_mesh(const std::string& path, double scale = 1.0);
-/// What the window shows when nothing was asked for: a clamped beam that swings.
+/// The scene that the window shows if nothing else is opened: a clamped beam that swings.
 Document first_scene();
 
 }  // namespace tetraction::viewer

@@ -127,7 +127,7 @@ void MainWindow::poll() {
   if (opening() && opening_.wait_for(std::chrono::seconds(0)) == std::future_status::ready) {
     finish_opening();
   }
-  // Asked for no earlier than it will be drawn: the solver makes the next one when this is taken.
+  // The snapshot is taken only when it will be drawn, because the solver then makes the next one.
   if (simulation_ && since_picture_.elapsed() >= kPicture_ms) {
     const auto snapshot = simulation_->snapshot();
     if (snapshot->body != shown_body_) {  // reset: the same mesh, another history
@@ -159,7 +159,7 @@ void MainWindow::show_failure(const Snapshot& snapshot) {
   failed_ = failed;
   go_back_->setEnabled(failed);
   if (failed) {
-    // Whatever else is said meanwhile, this button stays.
+    // This button stays when other messages appear.
     messages_->set_way_out(tr("Back to the last good state"), [this] { go_back_->trigger(); });
     messages_->show_message(MessageStrip::Kind::kError, text(snapshot.message));
   } else {
@@ -169,7 +169,7 @@ void MainWindow::show_failure(const Snapshot& snapshot) {
   }
 }
 
-// What is set after a failure is meant for the last good state: there it can be changed.
+// Settings changed after a failure are meant for the last good state, in which they can be changed.
 void MainWindow::leave_failure() {
   if (failed_ && simulation_) simulation_->go_back();
 }
@@ -229,7 +229,7 @@ void MainWindow::update_title() {
   setWindowTitle(mesh() == nullptr ? tr("Tetraction") : tr("%1 – Tetraction").arg(name));
 }
 
-// Keys that a widget with the focus understands are its own before they are shortcuts of menus.
+// A widget with the focus receives the keys that it uses before the shortcuts of menus do.
 bool MainWindow::eventFilter(QObject* watched, QEvent* event) {
   if (event->type() == QEvent::KeyPress && qobject_cast<QSpinBox*>(watched) != nullptr &&
       static_cast<QKeyEvent*>(event)->key() == Qt::Key_Escape) {

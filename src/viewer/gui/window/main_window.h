@@ -1,4 +1,4 @@
-// The window: what a person sees and does, turned into calls of the simulation and back.
+// The window, which turns a person's actions into calls of the simulation and shows the results.
 #pragma once
 
 #include <QElapsedTimer>
@@ -38,12 +38,13 @@ class MainWindow : public QMainWindow {
   MainWindow();
   ~MainWindow() override;
 
-  /// A scene, a mesh (whose coordinates `scale` multiplies), or the directory of a run, by what is
-  /// there. Reads it in another thread: the
-  /// window goes on meanwhile. What cannot be opened is told in the message strip; the window then
-  /// stays as it is.
+  /// Opens a scene, a mesh (whose coordinates `scale` multiplies), or the directory of a run,
+  /// depending on what the path is. It is read in another thread, while the window stays
+  /// responsive. If it cannot be opened, the message strip says so and the window keeps its
+  /// contents.
   void open(const QString& path, std::optional<double> scale = {});
-  /// What the window was made for, while it is read: could_not_open() tells when that fails.
+  /// Shows the file that the window was made for when `reading` is done. could_not_open() is
+  /// emitted if it cannot be read.
   void open_from_start(const QString& path, std::future<Opened> reading);
   /// Whether something is still being read.
   bool opening() const { return opening_.valid(); }
@@ -60,14 +61,14 @@ class MainWindow : public QMainWindow {
   void select(std::vector<Index> vertices);
   /// All edits so far as the events of a scene.
   void save_scene(const QString& path);
-  /// From now on every picture that is drawn, as a PNG. The folder is made if it is not there, and
-  /// must hold no such pictures.
+  /// Starts to save every drawn picture as a PNG. The folder is made if it does not exist. It must
+  /// hold no such pictures.
   void record_pictures(const QString& folder);
-  /// From now on everything that `tetraction run` would write, with a frame every so many steps.
+  /// Starts to write all files that `tetraction run` would write, with a frame every so many steps.
   void record_run(const QString& folder, int frame_every);
   /// Ends either recording.
   void stop_recording();
-  /// Looks for news of the simulation and shows them: what the timer does.
+  /// Shows the latest state of the simulation. The timer calls it.
   void poll();
 
  signals:

@@ -20,8 +20,8 @@ namespace tetraction::viewer {
 namespace {
 
 constexpr int kWrongInput = 2;  // exit code, as documented
-// The window waits so long for what it is to show: a file that is wrong then opens none, and a small
-// one is there with the first picture.
+// Time for which the window waits for its file. So no window opens for a broken file, and a small
+// file is shown in the first picture.
 constexpr std::chrono::milliseconds kPatience(500);
 
 // A display that is named but cannot be opened ends the program inside of Qt, which would abort it.
@@ -37,7 +37,7 @@ void end_without_display(QtMsgType type, const QMessageLogContext&, const QStrin
 
 // Why no window can be opened here, as a sentence with what to do; empty if one can.
 std::string display_problem() {
-  // Without a display Qt ends the program; so look before it does.
+  // Without a display Qt would end the program. Therefore the display is checked before.
   for (const char* name : {"DISPLAY", "WAYLAND_DISPLAY"}) {
     const char* value = std::getenv(name);
     if (value != nullptr && *value != '\0') return {};
@@ -88,7 +88,8 @@ int run_viewer(const std::string& path, std::optional<double> scale) {
     problem = what;
     QApplication::quit();
   });
-  // Behind the first picture of the empty window: a large mesh takes its time to read.
+  // This comes after the first picture of the empty window, because reading a large mesh takes
+  // time.
   QTimer::singleShot(0, &window, [&] {
     if (path.empty()) {
       window.show_document(first_scene());

@@ -1,4 +1,4 @@
-// Menus, shortcuts, tools, and what is remembered from one day to the next.
+// Menus, shortcuts, tools, and the settings that are kept between two starts of the program.
 #include <QAction>
 #include <QActionGroup>
 #include <QApplication>

@@ -1,4 +1,4 @@
-// What is opened, and what the window shows of it first.
+// Opens files, and sets what the window shows of them at first.
 #include <QAction>
 #include <QFileInfo>
 #include <QInputDialog>
@@ -78,7 +78,7 @@ void MainWindow::finish_opening() {
   update_actions();
 }
 
-// A mesh says nothing of what it is made of, what holds it and what unit it is in.
+// A mesh has no information about its material, its constraints and its unit of length.
 void MainWindow::tell_of_bare_mesh() {
   QString text = tr("%1 is %2 large").arg(QFileInfo(path_).fileName(), size_text(*mesh()));
   if (*mesh_scale_ != 1.0) text += tr(", scaled by %1").arg(*mesh_scale_);
@@ -111,7 +111,7 @@ void MainWindow::ask_scale() {
   if (may_forget_edits()) open(path_, scale);
 }
 
-// Asks where there is something to lose.
+// Asks the user if edits could be lost.
 bool MainWindow::may_forget_edits() {
   if (!simulation_ || simulation_->undo_text().empty()) return true;
   QMessageBox box(QMessageBox::Question, tr("Forget the edits?"),

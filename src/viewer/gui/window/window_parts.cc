@@ -1,4 +1,4 @@
-// The parts of the window: where they are, and what they tell each other.
+// The parts of the window: their places and the connections between them.
 #include <QAbstractButton>
 #include <QAbstractSlider>
 #include <QAction>

@@ -1,4 +1,4 @@
-// What the window writes: scenes, pictures, frames.
+// Writes scenes, pictures and frames from the window.
 #include <QAction>
 #include <QDir>
 #include <QFileDialog>
@@ -128,7 +128,8 @@ void MainWindow::record_picture() {
     if (!image.save(path)) queue->failed = true;
     --queue->waiting;
   };
-  // Compressing takes longer than drawing: not in the window's thread, unless the memory would fill.
+  // Compressing takes longer than drawing. It runs in other threads, unless the memory would fill
+  // up.
   if (++picture_queue_->waiting > kMostWaiting) {
     save();
   } else {
@@ -162,8 +163,8 @@ void MainWindow::ask_record_run(bool on) {
   }
 }
 
-// The solver's thread ends it: by command, with a run that fails or is reset, or because of an error,
-// of which there is a notice.
+// The solver's thread ends the recording: by command, when a run fails or is reset, or because of
+// an error, for which there is a notice.
 void MainWindow::tell_end_of_run_recording() {
   statusBar()->showMessage(tr("The recording in %1 has ended.").arg(run_folder_), 8000);
   run_folder_.clear();
