@@ -133,6 +133,41 @@ class QuadraticDrag : public ForceTerm {
   double coefficient_;
 };
 
+/// Drag in a medium that gets denser with x: D = ½ c Σ m (1 + x/L)|v|².
+class LayeredDrag : public ForceTerm {
+ public:
+  LayeredDrag(double coefficient, double length) : coefficient_(coefficient), length_(length) {}
+  std::string name() const override { return "layered_drag"; }
+  EnergyAccount account() const override { return EnergyAccount::kNone; }
+  bool has_dissipation() const override { return true; }
+  double dissipation(const ForcePoint& at, const Vector& v) const override {
+    double sum = 0.0;
+    for (Index a = 0; a < at.mass.size(); ++a) {
+      sum += 0.5 * factor(at, a) * vertex_block(v, a).squaredNorm();
+    }
+    return sum;
+  }
+  void add_dissipation_gradient(const ForcePoint& at, const Vector& v,
+                                Vector& gradient) const override {
+    for (Index a = 0; a < at.mass.size(); ++a) {
+      vertex_block(gradient, a) += factor(at, a) * vertex_block(v, a);
+    }
+  }
+  void add_dissipation_hessian(const ForcePoint& at, const Vector& /*v*/, HessianForm /*form*/,
+                               HessianBlocks& hessian) const override {
+    for (Index a = 0; a < at.mass.size(); ++a) {
+      hessian.add(a, factor(at, a) * Matrix3::Identity());
+    }
+  }
+
+ private:
+  double factor(const ForcePoint& at, Index a) const {
+    return coefficient_ * at.mass[a] * (1.0 + at.position[3 * a] / length_);
+  }
+
+  double coefficient_, length_;
+};
+
 /// A uniform field whose strength oscillates: U = −Σ m A sin(ω t) x. It puts energy into the body.
 class SwingingField : public ForceTerm {
  public:

@@ -107,6 +107,23 @@ TEST_P(ForceTerms, DragWithTheSquareOfTheSpeedHasAClosedSolution) {
   EXPECT_GT(coarse / fine, has_second_order() ? 3.7 : 1.9);
 }
 
+// Dissipation that depends on the position keeps the order of the rule.
+TEST_P(ForceTerms, DragThatDependsOnThePositionKeepsTheOrder) {
+  const auto end = [&](double step) {
+    Scene scene = cube(step, 0.2);
+    scene.initial.velocity = {2.0, 0.0, 0.0};
+    scene.force_term.push_back(std::make_shared<LayeredDrag>(4.0, 0.2));
+    Session session(scene, cube_mesh());
+    EXPECT_EQ(session.run(), RunStatus::kFinished) << session.message();
+    return Vector(session.state().position);
+  };
+  const Vector coarse = end(1e-3);
+  const Vector middle = end(5e-4);
+  const Vector fine = end(2.5e-4);
+  const double ratio = (coarse - middle).norm() / (middle - fine).norm();
+  EXPECT_GT(ratio, has_second_order() ? 3.5 : 1.8);
+}
+
 // A field that swings moves the body as A(ωt − sin ωt)/ω² from rest, and the work of its change is
 // external work.
 TEST_P(ForceTerms, APotentialThatDependsOnTimePutsEnergyIn) {
@@ -184,6 +201,31 @@ TEST(UndefinedPotentials, ABodyMayNotBeginThere) {
     FAIL();
   } catch (const InputError& error) {
     EXPECT_NE(std::string(error.what()).find("\"floor\""), std::string::npos) << error.what();
+  }
+}
+
+// A step that was too large for its damping is repeated with a smaller one, as if it had never been
+// tried.
+TEST(TermsAndStability, ARepeatedStepKnowsNothingOfTheOneThatFailed) {
+  for (const Integrator rule : {Integrator::kExplicit, Integrator::kVerlet}) {
+    Scene scene;
+    scene.material.youngs_modulus = 5e4;
+    scene.material.poissons_ratio = 0.3;
+    scene.time = {rule, 1e-3, true, 1.0};
+    scene.initial.velocity = {3.0, 0.0, 1.0};
+    scene.initial.angular_velocity = {0.0, 20.0, 0.0};
+    scene.force_term.push_back(std::make_shared<QuadraticDrag>(400.0));
+    const TetMesh mesh = generate_box({0.2, 0.2, 0.2}, {2, 2, 2});
+    Session automatic(scene, mesh);
+    ASSERT_TRUE(automatic.step()) << automatic.message();
+    const double step = automatic.steps().last;
+    EXPECT_LT(step, 0.4 * automatic.initial_limit().critical_step) << "a step was repeated";
+    scene.time.automatic = false;
+    scene.time.step = step;
+    Session fixed(scene, mesh);
+    ASSERT_TRUE(fixed.step()) << fixed.message();
+    EXPECT_EQ(automatic.state().momentum, fixed.state().momentum);
+    EXPECT_EQ(automatic.state().position, fixed.state().position);
   }
 }
 
