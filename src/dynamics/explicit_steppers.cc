@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "term_forces.h"
 #include "tetraction/core/parallel.h"
 #include "tetraction/dynamics/multipliers.h"
 #include "tetraction/dynamics/stepper.h"
@@ -171,7 +172,7 @@ class ExplicitStepper : public Stepper {
       }
       return kick;
     }
-    gather_terms(q, time);
+    gather_term_forces(system_, q, time, load_, outer_, spring_force_);
     if (terms_.constraining) spring_impulse_ += dt * spring_force_;
     if (terms_.damping) {
       work_.setZero(system_.dof_count());
@@ -204,24 +205,6 @@ class ExplicitStepper : public Stepper {
       square += system_.inverse_mass()[v] * vertex_block(free_damping_, v).squaredNorm();
     }
     return dt * (rate + (when == When::kFirst ? -0.5 : 0.5) * dt * square);
-  }
-
-  // outer_ ← loads and the forces of all potentials at q, spring_force_ ← those of constraints
-  // among them.
-  void gather_terms(const Vector& q, double time) {
-    outer_.setZero(system_.dof_count());
-    if (terms_.constraining) spring_force_.setZero(system_.dof_count());
-    const ForcePoint at = system_.force_point(q, time);
-    for (const ForceTerm* term : system_.force_terms()) {
-      if (!term->has_potential()) continue;
-      const bool constraint = term->account() == EnergyAccount::kConstraintWork;
-      term->add_gradient(at, constraint ? spring_force_ : outer_);
-    }
-    outer_ = -outer_;
-    if (load_.size() > 0) outer_ += load_;
-    if (!terms_.constraining) return;
-    spring_force_ = -spring_force_;
-    outer_ += spring_force_;
   }
 
   // All vertices as if they were free. Returns false if a position overflows.
@@ -305,7 +288,7 @@ class ExplicitStepper : public Stepper {
   // velocity_ ← a prediction of the velocity at the end of the step: a first kick with the velocity
   // of the drift gives it. It is of second order, as the damping force of verlet needs.
   void predict_velocity(double dt) {
-    gather_terms(next_.position, next_.time);
+    gather_term_forces(system_, next_.position, next_.time, load_, outer_, spring_force_);
     outer_ -= force_.gradient();
     system_.add_damping_force(next_.position, next_.time, next_.velocity, outer_);
     system_.add_viscous_force(next_.position, next_.velocity, outer_);

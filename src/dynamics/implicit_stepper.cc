@@ -3,6 +3,8 @@
 #include <Eigen/Geometry>
 #include <utility>
 
+#include "term_forces.h"
+
 namespace tetraction {
 
 ImplicitStepper::ImplicitStepper(const MechanicalSystem& system,
@@ -93,22 +95,7 @@ bool ImplicitStepper::take_momenta(const State& state, double h, StepOutcome& ou
 // of damping, spring_force_ ← those of terms that stand for constraints. `gradient`: of the elastic
 // energy.
 void ImplicitStepper::gather_forces(double time, const Vector& gradient) {
-  outer_.setZero(system_.dof_count());
-  constraining_ = false;
-  const ForcePoint at = system_.force_point(x_, time);
-  for (const ForceTerm* term : system_.force_terms()) {
-    if (!term->has_potential()) continue;
-    const bool constraint = term->account() == EnergyAccount::kConstraintWork;
-    if (constraint && !constraining_) spring_force_.setZero(system_.dof_count());
-    constraining_ = constraining_ || constraint;
-    term->add_gradient(at, constraint ? spring_force_ : outer_);
-  }
-  outer_ = -outer_;
-  if (load_.size() > 0) outer_ += load_;
-  if (constraining_) {
-    spring_force_ = -spring_force_;
-    outer_ += spring_force_;
-  }
+  constraining_ = gather_term_forces(system_, x_, time, load_, outer_, spring_force_);
   force_ = outer_ - gradient;
   if (!system_.is_dissipative()) return;
   // The forces of viscosity are minus the gradient of its potential.

@@ -159,9 +159,9 @@ double StepProblem::dissipated_energy(const Vector& u, double h) const {
   viscous_.add_value(step_displacement(u), viscous);
   double rate = 0.0;
   const ForcePoint start = system_.force_point(dissipation_point_, time_);
+  velocity_ = ((origin_ - previous_) + u) / step_;
   for (const ForceTerm* term : system_.force_terms()) {
     if (!term->has_dissipation()) continue;
-    velocity_ = ((origin_ - previous_) + u) / step_;
     full_.setZero(system_.dof_count());
     term->add_dissipation_gradient(start, velocity_, full_);
     rate += velocity_.dot(full_);

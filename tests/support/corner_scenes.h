@@ -46,6 +46,17 @@ inline std::vector<ImplicitWay> all_implicit_ways() {
   return ways;
 }
 
+/// Every implicit rule with every solver, and the explicit rules.
+inline std::vector<ImplicitWay> all_ways() {
+  std::vector<ImplicitWay> ways = all_implicit_ways();
+  for (const Integrator rule : {Integrator::kExplicit, Integrator::kVerlet}) {
+    ImplicitWay& way = ways.emplace_back();
+    way.integrator = rule;
+    way.name = to_string(rule);
+  }
+  return ways;
+}
+
 inline std::string name_of_way(const testing::TestParamInfo<ImplicitWay>& info) {
   return info.param.name;
 }

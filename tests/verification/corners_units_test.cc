@@ -9,16 +9,6 @@ namespace {
 
 using namespace testing_support;
 
-std::vector<ImplicitWay> all_ways() {
-  std::vector<ImplicitWay> ways = all_implicit_ways();
-  for (const Integrator rule : {Integrator::kExplicit, Integrator::kVerlet}) {
-    ImplicitWay& way = ways.emplace_back();
-    way.integrator = rule;
-    way.name = to_string(rule);
-  }
-  return ways;
-}
-
 class AnyRule : public testing::TestWithParam<ImplicitWay> {
  protected:
   bool implicit() const { return is_implicit(GetParam().integrator); }

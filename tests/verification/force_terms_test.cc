@@ -13,17 +13,6 @@ namespace {
 
 using namespace testing_support;
 
-// Every explicit rule, and every implicit one with every solver.
-std::vector<ImplicitWay> all_ways() {
-  std::vector<ImplicitWay> ways = all_implicit_ways();
-  for (const Integrator rule : {Integrator::kExplicit, Integrator::kVerlet}) {
-    ImplicitWay& way = ways.emplace_back();
-    way.integrator = rule;
-    way.name = to_string(rule);
-  }
-  return ways;
-}
-
 class ForceTerms : public testing::TestWithParam<ImplicitWay> {
  protected:
   // A soft cube of 0.2 m.
@@ -40,8 +29,7 @@ class ForceTerms : public testing::TestWithParam<ImplicitWay> {
   bool has_second_order() const { return order(GetParam().integrator) == 2; }
 };
 
-INSTANTIATE_TEST_SUITE_P(All, ForceTerms, testing::ValuesIn(all_ways()),
-                         [](const auto& test) { return test.param.name; });
+INSTANTIATE_TEST_SUITE_P(All, ForceTerms, testing::ValuesIn(all_ways()), name_of_way);
 
 // The block falls on a floor, and bounces. What is missing in the balance is what the rule itself adds,
 // which falls with its order.
