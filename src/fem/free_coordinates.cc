@@ -22,13 +22,14 @@ FreeCoordinates::FreeCoordinates(Index vertex_count, std::map<Index, VertexFreed
   }
   for (const auto& [v, freedom] : freedoms_) {
     kind_[static_cast<std::size_t>(v)] =
-        freedom.count == 0 ? kHeld : (freedom.count == 3 ? kFree : kPartial);
+        freedom.count == 0 ? kFullyPrescribed : (freedom.count == 3 ? kFree : kPartlyPrescribed);
   }
   for (std::size_t s = 0; s < sets_.size(); ++s) {
     for (std::size_t i = 0; i < sets_[s].vertices.size(); ++i) {
       const Index v = sets_[s].vertices[i];
       if (kind_[static_cast<std::size_t>(v)] != kFree) {
-        throw InputError("A vertex of an affine set is held or in another set.");
+        throw InputError(
+            "A vertex of an affine set has a prescribed displacement or is in another set.");
       }
       kind_[static_cast<std::size_t>(v)] = kAffine;
       member_[v] = {static_cast<Index>(s), static_cast<Index>(i)};
@@ -36,7 +37,7 @@ FreeCoordinates::FreeCoordinates(Index vertex_count, std::map<Index, VertexFreed
   }
   int next = 0;
   for (std::size_t v = 0; v < kind_.size(); ++v) {
-    if (kind_[v] == kHeld || kind_[v] == kAffine) continue;
+    if (kind_[v] == kFullyPrescribed || kind_[v] == kAffine) continue;
     first_[v] = next;
     next += kind_[v] == kFree ? 3 : freedoms_.at(static_cast<Index>(v)).count;
   }
@@ -61,14 +62,14 @@ FreeCoordinates::VertexMap FreeCoordinates::map(Index vertex) const {
       map.count = 3;
       map.columns = Matrix3::Identity();
       break;
-    case kPartial: {
+    case kPartlyPrescribed: {
       const VertexFreedom& freedom = freedoms_.at(vertex);
       map.first = first_[v];
       map.count = freedom.count;
       map.columns = freedom.basis.leftCols(freedom.count);
       break;
     }
-    case kHeld:
+    case kFullyPrescribed:
       map.columns.resize(3, 0);
       break;
     case kAffine: {
@@ -93,7 +94,7 @@ Vector FreeCoordinates::restrict(const Vector& full) const {
     const Index vertex = static_cast<Index>(v);
     if (kind_[v] == kFree) {
       free.segment<3>(first_[v]) = full.segment<3>(3 * vertex);
-    } else if (kind_[v] == kPartial) {
+    } else if (kind_[v] == kPartlyPrescribed) {
       const VertexFreedom& freedom = freedoms_.at(vertex);
       for (int i = 0; i < freedom.count; ++i) {
         free[first_[v] + i] = freedom.basis.col(i).dot(full.segment<3>(3 * vertex));
@@ -150,7 +151,7 @@ Vector FreeCoordinates::extend(const Vector& free) const {
     const Index vertex = static_cast<Index>(v);
     if (kind_[v] == kFree) {
       full.segment<3>(3 * vertex) = free.segment<3>(first_[v]);
-    } else if (kind_[v] == kPartial) {
+    } else if (kind_[v] == kPartlyPrescribed) {
       const VertexFreedom& freedom = freedoms_.at(vertex);
       for (int i = 0; i < freedom.count; ++i) {
         full.segment<3>(3 * vertex) += free[first_[v] + i] * freedom.basis.col(i);
@@ -174,7 +175,7 @@ Vector FreeCoordinates::extend(const Vector& free) const {
 Vector FreeCoordinates::reduced_mass(const Vector& mass) const {
   Vector reduced(count_);
   for (std::size_t v = 0; v < kind_.size(); ++v) {
-    if (kind_[v] == kHeld || kind_[v] == kAffine) continue;
+    if (kind_[v] == kFullyPrescribed || kind_[v] == kAffine) continue;
     const Index vertex = static_cast<Index>(v);
     const int count = kind_[v] == kFree ? 3 : freedoms_.at(vertex).count;
     reduced.segment(first_[v], count).setConstant(mass[vertex]);

@@ -22,7 +22,7 @@ std::vector<Index> coordinate_owners(const FreeCoordinates& coordinates) {
     const Index set = coordinates.set_of(v);
     owner[static_cast<std::size_t>(v)] =
         set >= 0 ? coordinates.sets()[static_cast<std::size_t>(set)].vertices.front()
-                 : (coordinates.is_held(v) ? -1 : v);
+                 : (coordinates.is_fully_prescribed(v) ? -1 : v);
   }
   return owner;
 }
@@ -136,7 +136,8 @@ SparsityPattern::SparsityPattern(const RestState& rest, const FreeCoordinates& c
       Place& place = places_[static_cast<std::size_t>(e)];
       for (std::size_t a = 0; a < nodes.size(); ++a) {
         const bool free = coordinates.is_free(nodes[a]);
-        if (!free && !coordinates.is_held(nodes[a])) is_simple_[static_cast<std::size_t>(e)] = 0;
+        if (!free && !coordinates.is_fully_prescribed(nodes[a]))
+          is_simple_[static_cast<std::size_t>(e)] = 0;
         place.first[a] = free ? coordinates.first(nodes[a]) : -1;
       }
       if (is_simple_[static_cast<std::size_t>(e)] == 0) continue;
@@ -235,7 +236,7 @@ void SparsityPattern::scatter(Index e, const Shape::DofMatrix& local, double* va
 
 void SparsityPattern::add_vertex_blocks(const Matrix& blocks, double* values) const {
   for (Index v = 0; v < coordinates_.vertex_count(); ++v) {
-    if (coordinates_.is_held(v)) continue;
+    if (coordinates_.is_fully_prescribed(v)) continue;
     const FreeCoordinates::VertexMap map = coordinates_.map(v);
     scatter_block(map, map, blocks.middleCols<3>(3 * v), values);
   }
@@ -253,7 +254,7 @@ bool SparsityPattern::couples(Index i, Index j) const {
 }
 
 void SparsityPattern::add_pair_block(Index i, Index j, const Matrix3& block, double* values) const {
-  if (coordinates_.is_held(i) || coordinates_.is_held(j)) return;
+  if (coordinates_.is_fully_prescribed(i) || coordinates_.is_fully_prescribed(j)) return;
   const FreeCoordinates::VertexMap rows = coordinates_.map(i);
   const FreeCoordinates::VertexMap columns = coordinates_.map(j);
   scatter_block(rows, columns, block, values);

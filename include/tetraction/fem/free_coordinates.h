@@ -59,8 +59,10 @@ class FreeCoordinates {
   Index count() const { return count_; }
   /// Whether the vertex may move in all three directions, independently of other vertices.
   bool is_free(Index vertex) const { return kind_[static_cast<std::size_t>(vertex)] == kFree; }
-  /// Whether the vertex cannot move.
-  bool is_held(Index vertex) const { return kind_[static_cast<std::size_t>(vertex)] == kHeld; }
+  /// Whether all three displacements of the vertex are prescribed: it has no free coordinate.
+  bool is_fully_prescribed(Index vertex) const {
+    return kind_[static_cast<std::size_t>(vertex)] == kFullyPrescribed;
+  }
   /// First coordinate of a free vertex.
   int first(Index vertex) const { return first_[static_cast<std::size_t>(vertex)]; }
   VertexMap map(Index vertex) const;
@@ -84,7 +86,7 @@ class FreeCoordinates {
   void project_velocity(const Vector& mass, Vector& velocity) const;
 
  private:
-  enum Kind : std::uint8_t { kFree, kPartial, kHeld, kAffine };
+  enum Kind : std::uint8_t { kFree, kPartlyPrescribed, kFullyPrescribed, kAffine };
 
   std::vector<Kind> kind_;
   std::vector<int> first_;                           // free and partial vertices
