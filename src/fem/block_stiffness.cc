@@ -5,14 +5,14 @@
 namespace tetraction {
 namespace {
 
-// Adds an element's matrix, in the numbers of tangent_stiffness() with a stride of kBatchLanes, to
-// the lower triangle.
-void scatter_matrix(const SparsityPattern::Place& place, const std::vector<int>& column_begin,
-                    const double* matrix, double* values) {
+// Adds an element matrix of tangent_stiffness(), with a stride of kBatchLanes, to the lower triangle
+// of the sparse matrix.
+void scatter_matrix(const SparsityPattern::ElementEntries& entries,
+                    const std::vector<int>& column_begin, const double* matrix, double* values) {
   const auto number = [&](int k) { return matrix[k * kBatchLanes]; };
   const auto column = [&](int j) { return values + column_begin[static_cast<std::size_t>(j)]; };
   for (std::size_t a = 0; a < 4; ++a) {
-    const int first = place.first[a];
+    const int first = entries.first[a];
     if (first < 0) continue;
     const int from = 6 * static_cast<int>(a);
     double* c = column(first);
@@ -26,14 +26,14 @@ void scatter_matrix(const SparsityPattern::Place& place, const std::vector<int>&
   }
   constexpr int kPairs[6][2] = {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}};
   for (int pair = 0; pair < 6; ++pair) {
-    const int a = place.first[static_cast<std::size_t>(kPairs[pair][0])];
-    const int b = place.first[static_cast<std::size_t>(kPairs[pair][1])];
+    const int a = entries.first[static_cast<std::size_t>(kPairs[pair][0])];
+    const int b = entries.first[static_cast<std::size_t>(kPairs[pair][1])];
     if (a < 0 || b < 0) continue;
-    // Rows of the later vertex, columns of the earlier one.
+    // The block in the lower triangle has the rows of the node with the larger first coordinate.
     const int along_row = a > b ? 3 : 1;
     const int along_column = a > b ? 1 : 3;
     for (int c = 0; c < 3; ++c) {
-      double* to = column(std::min(a, b) + c) + place.offset[static_cast<std::size_t>(pair)] - c;
+      double* to = column(std::min(a, b) + c) + entries.offset[static_cast<std::size_t>(pair)] - c;
       const int from = 24 + 9 * pair + c * along_column;
       to[0] += number(from);
       to[1] += number(from + along_row);
@@ -54,8 +54,8 @@ void add_block_stiffness(const ElementBlocks& blocks, const ElementBlocks::Block
     for (int lane = 0; lane < kBatchLanes; ++lane) {
       const Index e = blocks.element(block.first_batch + batch, lane);
       if (e < 0) continue;
-      if (const SparsityPattern::Place* place = pattern.place(e)) {
-        scatter_matrix(*place, pattern.column_begin(), matrices + lane, values);
+      if (const SparsityPattern::ElementEntries* entries = pattern.element_entries(e)) {
+        scatter_matrix(*entries, pattern.column_begin(), matrices + lane, values);
       } else {
         other(e);
       }

@@ -73,14 +73,14 @@ FreeCoordinates::VertexMap FreeCoordinates::map(Index vertex) const {
       map.columns.resize(3, 0);
       break;
     case kAffine: {
-      const auto [s, place] = member_.at(vertex);
+      const auto [s, index] = member_.at(vertex);
       const AffineSet& set = sets_[static_cast<std::size_t>(s)];
       map.first = first_of_set(s);
       map.count = 3 * (1 + set.rank());
       map.columns.resize(3, map.count);
       map.columns.leftCols<3>().setIdentity();
       for (int j = 0; j < set.rank(); ++j) {
-        map.columns.middleCols<3>(3 * (j + 1)) = set.coordinates(j, place) * Matrix3::Identity();
+        map.columns.middleCols<3>(3 * (j + 1)) = set.coordinates(j, index) * Matrix3::Identity();
       }
       break;
     }
@@ -104,11 +104,11 @@ Vector FreeCoordinates::restrict(const Vector& full) const {
   for (std::size_t s = 0; s < sets_.size(); ++s) {
     const AffineSet& set = sets_[s];
     for (std::size_t i = 0; i < set.vertices.size(); ++i) {
-      const Vector3 f = full.segment<3>(3 * set.vertices[i]);
-      free.segment<3>(set_first_[s]) += f;
+      const Vector3 force = full.segment<3>(3 * set.vertices[i]);
+      free.segment<3>(set_first_[s]) += force;
       for (int j = 0; j < set.rank(); ++j) {
         free.segment<3>(set_first_[s] + 3 * (j + 1)) +=
-            set.coordinates(j, static_cast<Index>(i)) * f;
+            set.coordinates(j, static_cast<Index>(i)) * force;
       }
     }
   }
@@ -134,10 +134,10 @@ double FreeCoordinates::restricted_norm(const Vector& full) const {
   for (const AffineSet& set : sets_) {
     Eigen::Matrix<double, 3, 4> forces = Eigen::Matrix<double, 3, 4>::Zero();
     for (std::size_t i = 0; i < set.vertices.size(); ++i) {
-      const Vector3 f = full.segment<3>(3 * set.vertices[i]);
-      forces.col(0) += f;
+      const Vector3 force = full.segment<3>(3 * set.vertices[i]);
+      forces.col(0) += force;
       for (int j = 0; j < set.rank(); ++j) {
-        forces.col(j + 1) += set.coordinates(j, static_cast<Index>(i)) * f;
+        forces.col(j + 1) += set.coordinates(j, static_cast<Index>(i)) * force;
       }
     }
     sum += forces.squaredNorm();
@@ -195,21 +195,21 @@ void FreeCoordinates::project_momentum(const Vector& mass, Vector& momentum) con
   }
   for (const AffineSet& set : sets_) {
     double total = 0.0;
-    Matrix generalised = Matrix::Zero(3, 1 + set.rank());
+    Matrix generalised_momentum = Matrix::Zero(3, 1 + set.rank());
     for (std::size_t i = 0; i < set.vertices.size(); ++i) {
       const Index v = set.vertices[i];
       const Vector3 p = momentum.segment<3>(3 * v);
       total += mass[v];
-      generalised.col(0) += p;
+      generalised_momentum.col(0) += p;
       for (int j = 0; j < set.rank(); ++j) {
-        generalised.col(j + 1) += set.coordinates(j, static_cast<Index>(i)) * p;
+        generalised_momentum.col(j + 1) += set.coordinates(j, static_cast<Index>(i)) * p;
       }
     }
     for (std::size_t i = 0; i < set.vertices.size(); ++i) {
       const Index v = set.vertices[i];
-      Vector3 rate = generalised.col(0);
+      Vector3 rate = generalised_momentum.col(0);
       for (int j = 0; j < set.rank(); ++j) {
-        rate += set.coordinates(j, static_cast<Index>(i)) * generalised.col(j + 1);
+        rate += set.coordinates(j, static_cast<Index>(i)) * generalised_momentum.col(j + 1);
       }
       momentum.segment<3>(3 * v) = mass[v] / total * rate;
     }
@@ -217,12 +217,13 @@ void FreeCoordinates::project_momentum(const Vector& mass, Vector& momentum) con
 }
 
 void FreeCoordinates::project_velocity(const Vector& mass, Vector& velocity) const {
-  // M⁻¹ P_p M, vertex by vertex; free vertices stay bitwise what they are.
+  // v ← M⁻¹ P M v with the projection P of momenta. Only the vertices that P may change are scaled
+  // by their masses, so that the velocities of free vertices stay bitwise the same.
   for (const auto& [v, freedom] : freedoms_) velocity.segment<3>(3 * v) *= mass[v];
-  for (const auto& [v, place] : member_) velocity.segment<3>(3 * v) *= mass[v];
+  for (const auto& [v, membership] : member_) velocity.segment<3>(3 * v) *= mass[v];
   project_momentum(mass, velocity);
   for (const auto& [v, freedom] : freedoms_) velocity.segment<3>(3 * v) /= mass[v];
-  for (const auto& [v, place] : member_) velocity.segment<3>(3 * v) /= mass[v];
+  for (const auto& [v, membership] : member_) velocity.segment<3>(3 * v) /= mass[v];
 }
 
 }  // namespace tetraction
