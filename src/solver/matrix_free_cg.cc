@@ -25,6 +25,23 @@ Vector3 project(const FreeCoordinates& coordinates, Index v, const Vector3& x) {
   return projected;
 }
 
+// t (tᵀ B t)⁻¹ tᵀ with the directions t in which a vertex may move. It is the inverse of P B P +
+// c (1 − P), P = t tᵀ, less (1 − P)/c. If tᵀ B t is not positive definite, it is P/`substitute`.
+Matrix3 inverse_along(const FreeCoordinates::VertexMap& map, const Matrix3& block,
+                      double substitute) {
+  Matrix3 allowed = Matrix3::Zero();
+  for (int i = 0; i < map.count; ++i) {
+    allowed += map.columns.col(i) * map.columns.col(i).transpose();
+  }
+  const Matrix3 across = Matrix3::Identity() - allowed;
+  const Matrix3 own = allowed * block * allowed;
+  // There are one or two directions, so trace and determinant of tᵀ B t decide.
+  const double scale = own.trace() / map.count;
+  const Matrix3 filled = own + scale * across;
+  if (!(scale > 0.0) || !(filled.determinant() > 0.0)) return allowed / substitute;
+  return filled.inverse() - across / scale;
+}
+
 template <class T>
 Eigen::Matrix<T, 4, 1> project(const FreeCoordinates& coordinates, Index v,
                                const Eigen::Matrix<T, 4, 1>& x) {
@@ -191,14 +208,7 @@ void MatrixFreeCg<T>::make_blocks() {
         }
         inverse.topRows<3>() = inverted;
       } else {
-        const Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 3> t = coordinates.map(v).columns;
-        const Matrix own = t.transpose() * block * t;
-        const bool positive = own(0, 0) > 0.0 && own.determinant() > 0.0;
-        inverse.topRows<3>() =
-            t *
-            (positive ? Matrix(own.inverse())
-                      : Matrix(Matrix::Identity(own.rows(), own.rows()) / diagonal[3 * v])) *
-            t.transpose();
+        inverse.topRows<3>() = inverse_along(coordinates.map(v), block, diagonal[3 * v]);
       }
     }
     Eigen::Map<Eigen::Matrix<T, 4, 3>>(inverse_.data() + 12 * i) = inverse.template cast<T>();
