@@ -1,14 +1,13 @@
 // The equations g(w) = 0 of distances and free handles, with their derivatives.
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
+#include "core/decompositions.h"
 #include "tetraction/core/error.h"
 #include "tetraction/dynamics/constraints.h"
 
@@ -43,14 +42,14 @@ std::vector<AffineSet> Constraints::add_handles(const std::map<Index, Prescribed
     }
     // Radii of gyration along the principal axes, largest first; flat directions have none.
     constexpr double kFlat = 1e-6;  // round-off in the squares is of the order of 1e-8
-    const Eigen::SelfAdjointEigenSolver<Matrix3> axes(moment);
+    const SymmetricEigen3 axes = symmetric_eigen(moment);
     Matrix3 directions;  // right-handed, so that w never has to be a mirror image
-    directions.col(0) = axes.eigenvectors().col(2);
-    directions.col(1) = axes.eigenvectors().col(1);
+    directions.col(0) = axes.vectors.col(2);
+    directions.col(1) = axes.vectors.col(1);
     directions.col(2) = directions.col(0).cross(directions.col(1));
-    const double largest = std::sqrt(std::max(0.0, axes.eigenvalues()[2]));
+    const double largest = std::sqrt(std::max(0.0, axes.values[2]));
     int rank = 0;
-    while (rank < 3 && std::sqrt(std::max(0.0, axes.eigenvalues()[2 - rank])) > kFlat * largest) {
+    while (rank < 3 && std::sqrt(std::max(0.0, axes.values[2 - rank])) > kFlat * largest) {
       ++rank;
     }
     if (rank == 0) {
@@ -70,7 +69,7 @@ std::vector<AffineSet> Constraints::add_handles(const std::map<Index, Prescribed
       const Index v = handle.vertices[static_cast<std::size_t>(i)];
       Vector3 weights = Vector3::Zero();
       for (int j = 0; j < rank; ++j) {
-        const double radius = std::sqrt(axes.eigenvalues()[2 - j]);
+        const double radius = std::sqrt(axes.values[2 - j]);
         equation.scale[j] = radius;
         set.coordinates(j, i) = directions.col(j).dot(handle.shape.col(i) - center) / radius;
         weights[j] = mass_[v] / total * set.coordinates(j, i);
@@ -189,12 +188,11 @@ Vector Constraints::retract(Vector w) const {
     for (Index j = 0; j < vectors; ++j) {
       a.col(j) = w.segment<3>(equation.first_entry + 3 * j) / equation.scale[j];
     }
-    const Eigen::JacobiSVD<Matrix> svd(a, Eigen::ComputeThinU | Eigen::ComputeThinV);
-    Matrix u = svd.matrixU();
+    const SingularVectors singular = singular_vectors(a);
+    Matrix u = singular.u.leftCols(vectors);
     // A handle never turns into its mirror image.
-    if (vectors == 3 && Matrix3(u * svd.matrixV().transpose()).determinant() < 0.0)
-      u.col(2) *= -1.0;
-    const Matrix nearest = u * svd.matrixV().transpose();
+    if (vectors == 3 && Matrix3(u * singular.v.transpose()).determinant() < 0.0) u.col(2) *= -1.0;
+    const Matrix nearest = u * singular.v.transpose();
     for (Index j = 0; j < vectors; ++j) {
       w.segment<3>(equation.first_entry + 3 * j) = equation.scale[j] * nearest.col(j);
     }

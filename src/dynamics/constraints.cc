@@ -3,12 +3,11 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
-#include <Eigen/LU>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
+#include "core/decompositions.h"
 #include "tetraction/core/error.h"
 
 namespace tetraction {
@@ -195,9 +194,9 @@ void Constraints::add_guided(std::map<Index, Prescribed>& vertices, const TetMes
         }
       }
       // This guide forbids all directions that are orthogonal to its own.
-      Eigen::JacobiSVD<Matrix> svd(guide.directions, Eigen::ComputeFullU);
+      const Matrix across = singular_vectors(guide.directions).u;
       for (Index k = guide.directions.cols(); k < 3; ++k) {
-        if (found->second.add(svd.matrixU().col(k), through, size)) continue;
+        if (found->second.add(across.col(k), through, size)) continue;
         throw InputError(fmt::format(
             "{}: vertex {} cannot be there and obey the other constraints on it, which hold it "
             "elsewhere. Let only one of them select it, or let them meet.",

@@ -6,6 +6,7 @@
 
 #include "first_guess.h"
 #include "tetraction/dynamics/multipliers.h"
+#include "tetraction/dynamics/step_problem.h"
 #include "tetraction/dynamics/stepper.h"
 
 namespace tetraction {

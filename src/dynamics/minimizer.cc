@@ -2,7 +2,7 @@
 
 namespace tetraction {
 
-bool make_admissible(const StepProblem& problem, Vector& u) {
+bool make_admissible(const NonlinearProblem& problem, Vector& u) {
   constexpr int kHalvings = 40;
   for (int i = 0; i < kHalvings; ++i) {
     if (problem.is_defined(u)) return true;

@@ -1,7 +1,6 @@
 #include "scaled_matrix.h"
 
-#include <Eigen/Eigenvalues>
-
+#include "core/decompositions.h"
 #include "tetraction/core/parallel.h"
 
 namespace tetraction {
@@ -103,12 +102,10 @@ Vector ScaledMatrix::stiffest_vertex() const {
   if (stiffest < 0) return {};
   const float* d = on.data() + ElementBlocks::kRecordSize * stiffest;
   const float* o = off.data() + ElementBlocks::kRecordSize * stiffest;
-  Eigen::Matrix3f block;
+  Matrix3 block;
   block << d[0], o[0], o[1], o[0], d[1], o[2], o[1], o[2], d[2];
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3f> solver(block);
   Vector alone = Vector::Zero(rows());
-  alone.segment<3>(system_.coordinates().first(stiffest)) =
-      solver.eigenvectors().col(2).cast<double>();
+  alone.segment<3>(system_.coordinates().first(stiffest)) = symmetric_eigen(block).vectors.col(2);
   return alone;
 }
 

@@ -1,13 +1,13 @@
 #include "tetraction/dynamics/stability.h"
 
 #include <Spectra/SymEigsSolver.h>
-#include <Eigen/Eigenvalues>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
 
+#include "core/decompositions.h"
 #include "core/pseudo_random.h"
 #include "scaled_matrix.h"
 #include "tetraction/core/error.h"
@@ -31,8 +31,8 @@ Eigenpair dense_largest(const ScaledMatrix& op) {
     const Vector unit = Vector::Unit(n, j);
     op.perform_op(unit.data(), k.col(j).data());
   }
-  const Eigen::SelfAdjointEigenSolver<Matrix> solver(k);
-  return {solver.eigenvalues()[n - 1], solver.eigenvectors().col(n - 1)};
+  const SymmetricEigen eigen = symmetric_eigen(k);
+  return {eigen.values[n - 1], eigen.vectors.col(n - 1)};
 }
 
 // `start` may be empty.
@@ -131,8 +131,8 @@ double vertex_damping_rate(const MechanicalSystem& system, const Vector& q, doub
   }
   double rate = 0.0;
   for (Index v = 0; any && v < system.vertex_count(); ++v) {
-    const Eigen::SelfAdjointEigenSolver<Matrix3> eigen(blocks.diagonal(v), Eigen::EigenvaluesOnly);
-    rate = std::max(rate, eigen.eigenvalues()[2] * system.inverse_mass()[v]);
+    const double largest = symmetric_eigen(Matrix3(blocks.diagonal(v))).values[2];
+    rate = std::max(rate, largest * system.inverse_mass()[v]);
   }
   return rate;
 }

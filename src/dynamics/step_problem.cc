@@ -4,8 +4,10 @@
 #include <cmath>
 #include <limits>
 #include <utility>
+#include <variant>
 
 #include "tetraction/core/parallel.h"
+#include "tetraction/fem/step_length.h"
 
 namespace tetraction {
 namespace {
@@ -16,7 +18,11 @@ constexpr Index kGrain = 2048;
 }  // namespace
 
 StepProblem::StepProblem(const MechanicalSystem& system)
-    : system_(system), viscous_(system.elastic()) {}
+    : system_(system), volume_(system.mesh().total_volume()), viscous_(system.elastic()) {}
+
+double StepProblem::length_scale() const {
+  return std::cbrt(volume_);
+}
 
 void StepProblem::begin(const State& state, double h, double end_time, double alpha,
                         const Vector& load) {
@@ -229,6 +235,18 @@ void StepProblem::term_hessian(const Vector& u, HessianForm form, HessianBlocks&
   }
 }
 
+double StepProblem::longest_step(const Vector& u, const Vector& d, bool elements_are_safe) const {
+  constexpr double kShare = 0.9;
+  const double longest = std::min(1.0, kShare * longest_term_step(u, d));
+  if (elements_are_safe) return longest;
+  const ElasticPotential& elastic = system_.elastic();
+  at_ = origin_ + u;
+  return std::min(longest, admissible_step(system_.rest(), at_, d, [&](Index e) {
+                    return !std::holds_alternative<StVenantKirchhoff>(
+                        elastic.materials()[static_cast<std::size_t>(elastic.material_index(e))]);
+                  }));
+}
+
 double StepProblem::longest_term_step(const Vector& u, const Vector& d) const {
   double longest = std::numeric_limits<double>::infinity();
   if (potentials_.empty()) return longest;
@@ -258,13 +276,6 @@ EvaluationStatus StepProblem::value(const Vector& u, double& phi) const {
   });
   if (has_general_terms()) phi += term_energy();
   viscous_.add_value(step_displacement(u), phi);
-  return status;
-}
-
-EvaluationStatus StepProblem::value_and_gradient(const Vector& u, double& phi,
-                                                 Vector& gradient) const {
-  const EvaluationStatus status = value_and_full_gradient(u, phi, full_);
-  if (status.ok()) gradient = system_.coordinates().restrict(full_);
   return status;
 }
 
@@ -317,24 +328,8 @@ EvaluationStatus StepProblem::value_and_full_gradient(const Vector& u, double& p
   return status;
 }
 
-EvaluationStatus StepProblem::hessian(const Vector& u, const HessianBlocks& terms,
-                                      const SparsityPattern& pattern, double* values) const {
-  std::fill(values, values + pattern.nonzeros(), 0.0);
-  if (const EvaluationStatus status = move_terms(u); !status.ok()) return status;
-  const EvaluationStatus status =
-      system_.elastic().add_hessian(Positions(origin_, u), pattern, values);
-  if (!status.ok()) return status;
-  viscous_.add_hessian(step_displacement(u), pattern, values);
-  Matrix blocks = Matrix::Zero(3, system_.dof_count());
-  for (Index v = 0; v < system_.vertex_count(); ++v) {
-    blocks.middleCols<3>(3 * v).diagonal() = vertex_block(coefficient_, v);
-  }
-  if (has_general_terms()) blocks += terms.diagonal();
-  pattern.add_vertex_blocks(blocks, values);
-  for (const HessianBlocks::Pair& pair : terms.pairs()) {
-    pattern.add_pair_block(pair.row, pair.column, pair.block, values);
-  }
-  return status;
+MinimizationProblem::HessianParts StepProblem::hessian_parts(const Vector& u) const {
+  return {system_.elastic(), Positions(origin_, u), viscous_, step_displacement(u), coefficient_};
 }
 
 bool StepProblem::term_shares(const Vector& u, bool with_hessian, TermShares& shares) const {
@@ -399,8 +394,11 @@ double StepProblem::round_off(const Vector& u) const {
           std::sqrt(stiffness) * u.cwiseAbs().maxCoeff() + std::sqrt(with_edges));
 }
 
-double StepProblem::residual_limit(const Vector& u, double tolerance) const {
-  return std::max(tolerance * force_scale_, round_off(u));
+double StepProblem::buckling_ratio(const Vector& u) const {
+  double energy = 0.0;
+  if (!elastic_energy(u, energy).ok()) return std::numeric_limits<double>::infinity();
+  const double cell = 6.0 * volume_ / static_cast<double>(system_.rest().element_count());
+  return 6.0 * energy * step_ * step_ / (system_.total_mass() * std::pow(cell, 2.0 / 3.0));
 }
 
 }  // namespace tetraction

@@ -1,6 +1,5 @@
 #include "tetraction/dynamics/vertex_potential.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <atomic>
 #include <mutex>
@@ -14,13 +13,6 @@ namespace {
 constexpr Index kGrain = 2048;
 
 }  // namespace
-
-Matrix3 positive_semidefinite_part(const Matrix3& a) {
-  const Eigen::SelfAdjointEigenSolver<Matrix3> eigen(a);
-  if (eigen.eigenvalues()[0] >= 0.0) return a;
-  return eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).asDiagonal() *
-         eigen.eigenvectors().transpose();
-}
 
 Index VertexPotential::undefined_vertex(const ForcePoint& at) const {
   std::atomic<Index> first{at.mass.size()};

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "element_blocks.h"
+#include "element_scatter.h"
 #include "tetraction/core/error.h"
 #include "tetraction/core/parallel.h"
 
@@ -205,27 +206,14 @@ void SparsityPattern::scatter_block(const FreeCoordinates::VertexMap& rows,
 }
 
 void SparsityPattern::scatter(Index e, const Shape::DofMatrix& local, double* values) const {
-  const auto column = [&](int j) { return values + column_begin_[static_cast<std::size_t>(j)]; };
   if (const ElementEntries* to = element_entries(e)) {
-    int pair = 0;
-    for (int a = 0; a < Shape::kNodes; ++a) {
-      const int first = to->first[static_cast<std::size_t>(a)];
-      for (int c = 0; c < 3 && first >= 0; ++c) {
-        double* entries = column(first + c);
-        for (int r = c; r < 3; ++r) entries[r - c] += local(3 * a + r, 3 * a + c);
-      }
-      for (int b = a + 1; b < Shape::kNodes; ++b, ++pair) {
-        const int second = to->first[static_cast<std::size_t>(b)];
-        if (first < 0 || second < 0) continue;
-        const int row = first > second ? a : b;
-        const int col = first > second ? b : a;
-        for (int c = 0; c < 3; ++c) {
-          double* entries =
-              column(std::min(first, second) + c) + to->offset[static_cast<std::size_t>(pair)] - c;
-          for (int r = 0; r < 3; ++r) entries[r] += local(3 * row + r, 3 * col + c);
-        }
-      }
-    }
+    constexpr int kDofs = Shape::kDofs;
+    scatter_element(
+        *to, column_begin_, [&](int a, int i, int j) { return local(3 * a + i, 3 * a + j); },
+        [&](int k) {
+          return StridedBlock{&local(3 * kNodePairs[k][0], 3 * kNodePairs[k][1]), 1, kDofs};
+        },
+        values);
     return;
   }
   std::array<FreeCoordinates::VertexMap, Shape::kNodes> maps;

@@ -1,7 +1,6 @@
 #include "tangent_operator.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
@@ -9,6 +8,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/decompositions.h"
 #include "isotropic_model.h"
 #include "tetraction/core/parallel.h"
 
@@ -25,8 +25,7 @@ double required_multiple(const Matrix3& stress, const Matrix3& metric, double fl
   if (root.info() != Eigen::Success) return 0.0;
   Matrix3 scaled = root.matrixL().solve(stress);
   scaled = root.matrixL().solve(scaled.transpose()).eval();
-  const Eigen::SelfAdjointEigenSolver<Matrix3> eigen(scaled, Eigen::EigenvaluesOnly);
-  return std::max(0.0, floor - eigen.eigenvalues()[0]);
+  return std::max(0.0, floor - symmetric_eigen(scaled).values[0]);
 }
 
 // The lowest eigenvalue of the quadratic form Σ s_ij (M_i:Z)(M_j:Z) of tensors Z, or 0 if it is
@@ -34,9 +33,11 @@ double required_multiple(const Matrix3& stress, const Matrix3& metric, double fl
 double lowest_eigenvalue(const Matrix3& s, const std::array<Matrix3, 3>& m) {
   Eigen::Matrix<double, 9, 3> basis;
   for (int i = 0; i < 3; ++i) basis.col(i) = flatten(m[static_cast<std::size_t>(i)]);
-  const Matrix9 form = basis * s * basis.transpose();
-  const Eigen::SelfAdjointEigenSolver<Matrix9> eigen(form, Eigen::EigenvaluesOnly);
-  return std::min(0.0, eigen.eigenvalues()[0]);
+  // With B = (M_i) and BᵀB = RᵀR, the eigenvalues of B s Bᵀ are those of R s Rᵀ and zeros.
+  const SymmetricEigen3 gram = symmetric_eigen(Matrix3(basis.transpose() * basis));
+  const Matrix3 root =
+      gram.values.cwiseMax(0.0).cwiseSqrt().asDiagonal() * gram.vectors.transpose();
+  return std::min(0.0, symmetric_eigen(Matrix3(root * s * root.transpose())).values[0]);
 }
 
 }  // namespace

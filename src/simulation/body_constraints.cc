@@ -2,12 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <cmath>
 #include <unordered_map>
 #include <utility>
 
+#include "core/decompositions.h"
 #include "tetraction/core/error.h"
 
 namespace tetraction {
@@ -81,8 +81,7 @@ ConstraintObject make_handle(const ConstraintSettings& constraint, const Mechani
   if (!driven.motion.angular_velocity.isZero(0.0)) {
     constexpr double kCollinear = 1e-9;
     const Matrix arms = positions.colwise() - driven.motion.center;
-    const Eigen::SelfAdjointEigenSolver<Matrix3> spread(arms * arms.transpose());
-    const Vector3& squared = spread.eigenvalues();
+    const Vector3 squared = symmetric_eigen(Matrix3(arms * arms.transpose())).values;
     if (vertices.size() < 3 ||
         !(std::sqrt(std::abs(squared[1])) > kCollinear * std::sqrt(std::abs(squared[2])))) {
       throw InputError(fmt::format(

@@ -1,12 +1,11 @@
 #include "assembled_system.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
 #include "core/pseudo_random.h"
 #include "tetraction/core/parallel.h"
+#include "tetraction/core/positive_semidefinite.h"
 
 namespace tetraction {
 namespace {
@@ -22,7 +21,8 @@ AssembledSystem::AssembledSystem(const MechanicalSystem& system)
       matrix_(std::make_unique<MatrixParts>(system, pairs_)),
       values_(static_cast<std::size_t>(matrix_->pattern.nonzeros())) {}
 
-void AssembledSystem::set_terms(const StepProblem& problem, const Vector& x, HessianForm form) {
+void AssembledSystem::set_terms(const MinimizationProblem& problem, const Vector& x,
+                                HessianForm form) {
   terms_.reset(system_.vertex_count());
   if (!problem.has_general_terms()) return;
   problem.term_hessian(x, form, terms_);
@@ -43,13 +43,12 @@ void AssembledSystem::set_terms(const StepProblem& problem, const Vector& x, Hes
   has_factor_ = has_single_ = false;
 }
 
-bool AssembledSystem::assemble(const StepProblem& problem, const Vector& x) {
+bool AssembledSystem::assemble(const MinimizationProblem& problem, const Vector& x) {
   set_terms(problem, x, HessianForm::kExact);
   return problem.hessian(x, terms_, matrix_->pattern, values_.data()).ok();
 }
 
-void AssembledSystem::assemble_projected(const StepProblem& problem, const Vector& x) {
-  using Shape = RestState::Shape;
+void AssembledSystem::assemble_projected(const MinimizationProblem& problem, const Vector& x) {
   set_terms(problem, x, HessianForm::kConvex);
   std::fill(values_.begin(), values_.end(), 0.0);
   const SparsityPattern& pattern = matrix_->pattern;
@@ -59,12 +58,7 @@ void AssembledSystem::assemble_projected(const StepProblem& problem, const Vecto
       for (Index i = begin; i < end; ++i) {
         const Index e = color[static_cast<std::size_t>(i)];
         problem.element_terms(e, x, nullptr, true, terms);
-        if (Eigen::LLT<Shape::DofMatrix>(terms.hessian).info() != Eigen::Success) {
-          const Eigen::SelfAdjointEigenSolver<Shape::DofMatrix> eigen(terms.hessian);
-          terms.hessian = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).asDiagonal() *
-                          eigen.eigenvectors().transpose();
-        }
-        pattern.scatter(e, terms.hessian, values_.data());
+        pattern.scatter(e, positive_semidefinite_part(terms.hessian), values_.data());
       }
     });
   }
@@ -81,7 +75,7 @@ bool AssembledSystem::factorize() {
   return has_factor_;
 }
 
-bool AssembledSystem::factorize_projected(const StepProblem& problem, const Vector& x) {
+bool AssembledSystem::factorize_projected(const MinimizationProblem& problem, const Vector& x) {
   const std::vector<double> exact = values_;
   assemble_projected(problem, x);
   const bool done = factorize();
@@ -91,7 +85,7 @@ bool AssembledSystem::factorize_projected(const StepProblem& problem, const Vect
   return done;
 }
 
-NegativeCurvature AssembledSystem::find_negative_curvature(const StepProblem& problem,
+NegativeCurvature AssembledSystem::find_negative_curvature(const MinimizationProblem& problem,
                                                            const Vector& x) {
   constexpr int kMost = 500;
   if (!assemble(problem, x) || factorize() || !factorize_projected(problem, x)) return {};

@@ -8,7 +8,8 @@
 
 #include "matrix_free_cg.h"
 #include "sparse_cholesky.h"
-#include "tetraction/dynamics/step_problem.h"
+#include "tetraction/dynamics/mechanical_system.h"
+#include "tetraction/dynamics/nonlinear_problem.h"
 
 namespace tetraction {
 
@@ -19,10 +20,10 @@ class AssembledSystem {
   explicit AssembledSystem(const MechanicalSystem& system);
 
   /// Assembles the exact Hessian at x. Returns false if Φ is not defined there.
-  bool assemble(const StepProblem& problem, const Vector& x);
+  bool assemble(const MinimizationProblem& problem, const Vector& x);
   /// Assembles the Hessian at x from the elements' shares of Φ, with the negative eigenvalues of
   /// every share set to zero.
-  void assemble_projected(const StepProblem& problem, const Vector& x);
+  void assemble_projected(const MinimizationProblem& problem, const Vector& x);
   /// Factorises the matrix as it is. Returns false if it is not positive definite.
   bool factorize();
   bool has_factor() const { return has_factor_; }
@@ -36,12 +37,12 @@ class AssembledSystem {
 
   /// To be called after factorize() failed. Factorises the matrix of assemble_projected() instead,
   /// as a preconditioner. The matrix itself stays as it is. Returns false if this fails as well.
-  bool factorize_projected(const StepProblem& problem, const Vector& x);
+  bool factorize_projected(const MinimizationProblem& problem, const Vector& x);
   /// Factorises the Hessian at x. Where it is not positive definite, looks for a direction of
   /// negative curvature by conjugate gradients on a pseudo-random right-hand side, preconditioned
   /// by the projected factor. Nothing is found where Φ is not defined or the matrix is
   /// semidefinite.
-  NegativeCurvature find_negative_curvature(const StepProblem& problem, const Vector& x);
+  NegativeCurvature find_negative_curvature(const MinimizationProblem& problem, const Vector& x);
 
   enum class Preconditioner { kDiagonal, kSinglePrecisionFactor, kFactor };
   /// solution ≈ A⁻¹ right to a relative residual of `forcing`, |r|₂/|right|₂.
@@ -65,7 +66,7 @@ class AssembledSystem {
   };
 
   // terms_ ← the Hessian of force terms at x, with a place in the pattern for each of its pairs.
-  void set_terms(const StepProblem& problem, const Vector& x, HessianForm form);
+  void set_terms(const MinimizationProblem& problem, const Vector& x, HessianForm form);
   void multiply(const Vector& x, Vector& y) const;
 
   const MechanicalSystem& system_;

@@ -1,26 +1,16 @@
 #include "ceres_elements.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "tetraction/core/parallel.h"
+#include "tetraction/core/positive_semidefinite.h"
 
 namespace tetraction {
 namespace {
 
 using Shape = RestState::Shape;
-
-// K with KᵀK = the positive semidefinite part of h.
-Shape::DofMatrix square_root(const Shape::DofMatrix& h) {
-  const Eigen::LLT<Shape::DofMatrix> cholesky(h);
-  if (cholesky.info() == Eigen::Success) return cholesky.matrixU();
-  const Eigen::SelfAdjointEigenSolver<Shape::DofMatrix> eigen(h);
-  return eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal() *
-         eigen.eigenvectors().transpose();
-}
 
 // The columns of the Jacobian that belong to one of Ceres' parameter blocks: the coordinates of one
 // vertex, or of the affine set that some of the element's vertices belong to.
@@ -75,7 +65,8 @@ class ElementCost : public ceres::CostFunction {
 ElementEvaluator::ElementEvaluator(const MechanicalSystem& system, const Vector& y)
     : system_(system), y_(y), elements_(static_cast<std::size_t>(system.rest().element_count())) {}
 
-void ElementEvaluator::begin(const StepProblem& problem, const Vector& x, double shift_density) {
+void ElementEvaluator::begin(const MinimizationProblem& problem, const Vector& x,
+                             double shift_density) {
   problem_ = &problem;
   start_ = x_ = x;
   constexpr double kRoom = 10.0;  // for the energies of force terms to fall within a step
@@ -121,7 +112,7 @@ void ElementEvaluator::evaluate(Index e, bool with_jacobian) {
   const Eigen::Map<const Shape::DofVector> gradient(terms.gradient.data());
   result.jacobian.row(0) = gradient.transpose() / result.root;
   result.jacobian.bottomRows<ElementResidual::kDofs>() =
-      square_root(terms.hessian - gradient * gradient.transpose() / (2.0 * shifted));
+      positive_semidefinite_root(terms.hessian - gradient * gradient.transpose() / (2.0 * shifted));
 }
 
 ceres::CostFunction* make_element_cost(const ElementEvaluator& evaluator,

@@ -1,4 +1,4 @@
-// The elements of a step problem as residuals of Ceres: the shifted square root of
+// The elements of a minimisation problem as residuals of Ceres: the shifted square root of
 // tetraction/solver/ceres_minimizer.h.
 #pragma once
 
@@ -7,7 +7,8 @@
 
 #include <vector>
 
-#include "tetraction/dynamics/step_problem.h"
+#include "tetraction/dynamics/mechanical_system.h"
+#include "tetraction/dynamics/nonlinear_problem.h"
 
 namespace tetraction {
 
@@ -30,7 +31,7 @@ class ElementEvaluator : public ceres::EvaluationCallback {
   ElementEvaluator(const MechanicalSystem& system, const Vector& y);
 
   /// Begins a solve of `problem` at `x` with c = `shift_density`, J/m³.
-  void begin(const StepProblem& problem, const Vector& x, double shift_density);
+  void begin(const MinimizationProblem& problem, const Vector& x, double shift_density);
   void PrepareForEvaluation(bool evaluate_jacobians, bool new_evaluation_point) override;
   const ElementResidual& element(Index e) const { return elements_[static_cast<std::size_t>(e)]; }
 
@@ -39,12 +40,12 @@ class ElementEvaluator : public ceres::EvaluationCallback {
 
   const MechanicalSystem& system_;
   const Vector& y_;
-  Vector start_;                   // positions at y = 0
-  Vector x_;                       // positions at y
-  StepProblem::TermShares terms_;  // of force terms at x_
+  Vector start_;                           // positions at y = 0
+  Vector x_;                               // positions at y
+  MinimizationProblem::TermShares terms_;  // of force terms at x_
   bool has_terms_ = false;
   std::vector<ElementResidual> elements_;
-  const StepProblem* problem_ = nullptr;
+  const MinimizationProblem* problem_ = nullptr;
   std::vector<double> shifts_;  // of the energies of the elements, J
   bool has_residuals_ = false;
   bool has_jacobians_ = false;

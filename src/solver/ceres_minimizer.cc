@@ -11,8 +11,9 @@
 
 #include "assembled_system.h"
 #include "ceres_elements.h"
+#include "line_search.h"
 #include "serial_openmp.h"
-#include "termination_message.h"
+#include "solver_checks.h"
 #include "tetraction/core/blas.h"
 #include "tetraction/core/error.h"
 
@@ -57,9 +58,7 @@ class CeresMinimizer : public Minimizer {
         y_(Vector::Zero(system.coordinates().count())),
         evaluator_(system, y_),
         problem_(problem_options()) {
-    if (!(options.tolerance > 0.0 && options.tolerance < 1.0) || options.max_iterations < 1) {
-      throw InputError("The solver needs 0 < tolerance < 1 and max_iterations ≥ 1.");
-    }
+    check_options(options);
     for (const ForceTerm* term : system.force_terms()) {
       if (!term->couples_vertices()) continue;
       throw InputError("Ceres cannot take the force term \"" + term->name() +
@@ -83,7 +82,7 @@ class CeresMinimizer : public Minimizer {
     solver_options_.callbacks.push_back(&monitor_);
   }
 
-  MinimizerReport minimize(const StepProblem& problem, Vector& x) override {
+  MinimizerReport minimize(const MinimizationProblem& problem, Vector& x) override {
     MinimizerReport report;
     report.linear = "cholesky";
     if (!make_admissible(problem, x)) {
@@ -96,7 +95,7 @@ class CeresMinimizer : public Minimizer {
       report.message = "the forces or momenta are too large for double precision";
       return report;
     }
-    x_ = x;
+    at_.u = x;
     // Near the minimum the changes of the cost are below its round-off. Ceres judges steps by the
     // cost and refuses the last ones. Therefore polish() takes these and judges them by the
     // gradient. If that fails as well, Ceres continues with a smaller constant under the root,
@@ -114,12 +113,12 @@ class CeresMinimizer : public Minimizer {
       ++stalls;
       shift *= 1e-3;
     }
-    x = x_;
+    x = at_.u;
     report.message = termination_message(report.termination);
     return report;
   }
 
-  bool solve_linearized(const StepProblem& problem, const Vector& x, const Matrix& right,
+  bool solve_linearized(const MinimizationProblem& problem, const Vector& x, const Matrix& right,
                         Matrix& solution) override {
     if (!factorize(problem, x)) return false;
     solution.resize(right.rows(), right.cols());
@@ -167,7 +166,7 @@ class CeresMinimizer : public Minimizer {
   // Energy density c of the shift, J/m³. It is so large, compared with the current energies, that
   // the matrix of which K is the root stays positive. It is at most 0.1 μ, with which the method is
   // tested well.
-  double shift_density(const StepProblem& problem) const {
+  double shift_density(const MinimizationProblem& problem) const {
     constexpr double kLargest = 0.1;
     constexpr double kSmallest = 1e-12;
     constexpr double kOverEnergy = 1e3;
@@ -176,20 +175,20 @@ class CeresMinimizer : public Minimizer {
       mu = std::min(mu, initial_lame(material).mu);
     }
     double phi = 0.0;
-    if (!problem.value(x_, phi).ok()) return kLargest * mu;
+    if (!problem.value(at_.u, phi).ok()) return kLargest * mu;
     phi += problem.square_value();
     return std::clamp(kOverEnergy * phi / system_.mesh().total_volume(), kSmallest * mu,
                       kLargest * mu);
   }
 
   // Runs one round of Ceres. Returns whether Ceres would have continued.
-  bool solve(const StepProblem& problem, double shift, MinimizerReport& report) {
-    evaluator_.begin(problem, x_, shift);
+  bool solve(const MinimizationProblem& problem, double shift, MinimizerReport& report) {
+    evaluator_.begin(problem, at_.u, shift);
     y_.setZero();
-    report.residual_limit = problem.residual_limit(x_, options_.tolerance);
+    report.residual_limit = problem.residual_limit(at_.u, options_.tolerance);
     report.asked_limit = options_.tolerance * problem.force_scale();
     // Ceres sums the gradient in another order. Half the limit leaves room for this round-off.
-    const bool first = report.iterations == 0 && problem.is_loaded(x_);
+    const bool first = report.iterations == 0 && problem.is_loaded(at_.u);
     monitor_.set_limit(0.5 * (first ? report.asked_limit : report.residual_limit));
     const int most = std::min(kRound, options_.max_iterations - report.iterations);
     solver_options_.max_num_iterations = most;
@@ -198,22 +197,23 @@ class CeresMinimizer : public Minimizer {
     const SerialOpenMp serial;
     const SerialBlas serial_blas;
     ceres::Solve(solver_options_, &problem_, &summary);
-    x_ += system_.coordinates().extend(y_);
+    at_.u += system_.coordinates().extend(y_);
     const int taken = std::max(0, static_cast<int>(summary.iterations.size()) - 1);
     report.iterations += taken;
     report.factorizations += std::max(0, summary.num_linear_solves);
 
-    assess(problem, report);
+    // The gradient is computed again, outside Ceres, as an independent check.
+    if (evaluate(problem, at_)) {
+      judge(report);
+    } else {
+      report.termination = Termination::kInadmissible;
+    }
     return taken >= most;
   }
 
-  // Computes the gradient again, outside Ceres, as an independent check.
-  void assess(const StepProblem& problem, MinimizerReport& report) {
-    if (!problem.value_and_gradient(x_, phi_, gradient_).ok()) {
-      report.termination = Termination::kInadmissible;
-      return;
-    }
-    report.residual = gradient_.norm();
+  // Sets the report to what at_ means.
+  void judge(MinimizerReport& report) const {
+    report.residual = at_.residual;
     if (report.residual <= report.residual_limit) {
       report.termination = Termination::kConverged;
     } else if (report.iterations >= options_.max_iterations) {
@@ -223,60 +223,39 @@ class CeresMinimizer : public Minimizer {
     }
   }
 
-  // If there is a direction of negative curvature at the end of a solve, moves x_ to a lower point
+  // If there is a direction of negative curvature at the end of a solve, moves to a lower point
   // along it.
-  bool leave_saddle(const StepProblem& problem, MinimizerReport& report) {
+  bool leave_saddle(const MinimizationProblem& problem, MinimizerReport& report) {
     if (!report.converged() && report.termination != Termination::kNoProgress) return false;
     ++report.factorizations;
-    const NegativeCurvature way = assembled().find_negative_curvature(problem, x_);
+    const NegativeCurvature way = assembled().find_negative_curvature(problem, at_.u);
     if (!way.found()) return false;
     ++report.factorizations;
-    Vector gradient;
-    if (!problem.value_and_full_gradient(x_, phi_, gradient).ok()) return false;
-    if (!follow(problem, way, phi_, gradient, x_)) return false;
+    if (!follow(problem, way, at_)) return false;
     ++report.iterations;
-    assess(problem, report);
+    judge(report);
     if (report.iterations < options_.max_iterations) return true;
     report.termination = Termination::kIterationLimit;
     return false;
   }
 
-  // Newton steps with the exact Hessian. Each is shortened until it halves the gradient or lowers
-  // Φ. The matrix must be positive definite, so that the steps cannot end at a saddle point.
-  void polish(const StepProblem& problem, MinimizerReport& report) {
+  // Newton steps with the exact Hessian. The matrix must be positive definite, so that the steps
+  // cannot end at a saddle point.
+  void polish(const MinimizationProblem& problem, MinimizerReport& report) {
     while (report.termination == Termination::kNoProgress) {
       ++report.iterations;
       ++report.factorizations;
-      if (!factorize(problem, x_)) return;
-      if (!newton_step(problem, report)) return;
+      if (!factorize(problem, at_.u)) return;
+      const FreeCoordinates& coordinates = system_.coordinates();
+      const Vector direction =
+          coordinates.extend(assembled_->back_solve(-coordinates.restrict(at_.force)));
+      if (!line_search_.search(problem, {direction, false, report.residual_limit}, at_)) return;
+      judge(report);
     }
-  }
-
-  bool newton_step(const StepProblem& problem, MinimizerReport& report) {
-    constexpr double kArmijo = 1e-4;
-    constexpr double kRoundOff = 1e-12;
-    const Vector before = x_;
-    const Vector free_step = assembled_->back_solve(gradient_);
-    const double slope = free_step.dot(gradient_);
-    const Vector step = system_.coordinates().extend(free_step);
-    const double residual = report.residual;
-    const double phi = phi_;
-    for (double length = 1.0; length > 1e-3; length *= 0.5) {
-      x_ = before - length * step;
-      assess(problem, report);
-      if (report.converged()) return true;
-      if (report.termination == Termination::kInadmissible) continue;
-      const double gain = kArmijo * length * slope;
-      const bool lower = gain > kRoundOff * std::abs(phi) && phi_ <= phi - gain;
-      if (lower || report.residual <= 0.5 * residual) return true;
-    }
-    x_ = before;
-    assess(problem, report);
-    return false;
   }
 
   // Factorises the assembled Hessian with CHOLMOD. Returns false if it is not positive definite.
-  bool factorize(const StepProblem& problem, const Vector& x) {
+  bool factorize(const MinimizationProblem& problem, const Vector& x) {
     return assembled().assemble(problem, x) && assembled().factorize();
   }
 
@@ -287,15 +266,15 @@ class CeresMinimizer : public Minimizer {
 
   const MechanicalSystem& system_;
   MinimizerOptions options_;
-  Vector x_;
-  Vector
-      y_;  // what Ceres' parameter blocks point into: free coordinates of x_ less its first value
+  // Ceres' parameter blocks point into it. It holds the free coordinates of the displacement from
+  // the first point of a solve.
+  Vector y_;
   ElementEvaluator evaluator_;
   SolveMonitor monitor_;
   ceres::Problem problem_;
   ceres::Solver::Options solver_options_;
-  Vector gradient_;
-  double phi_ = 0.0;
+  Iterate at_;
+  LineSearch line_search_;
   std::unique_ptr<AssembledSystem> assembled_;  // made when first needed
 };
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "fem/tangent_operator.h"
-#include "tetraction/dynamics/step_problem.h"
+#include "tetraction/dynamics/mechanical_system.h"
 #include "vertex_groups.h"
 
 namespace tetraction {

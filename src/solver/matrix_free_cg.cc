@@ -25,6 +25,23 @@ Vector3 project(const FreeCoordinates& coordinates, Index v, const Vector3& x) {
   return projected;
 }
 
+// t (tᵀ B t)⁻¹ tᵀ with the directions t in which a vertex may move. It is the inverse of P B P +
+// c (1 − P), P = t tᵀ, less (1 − P)/c. If tᵀ B t is not positive definite, it is P/`substitute`.
+Matrix3 inverse_along(const FreeCoordinates::VertexMap& map, const Matrix3& block,
+                      double substitute) {
+  Matrix3 allowed = Matrix3::Zero();
+  for (int i = 0; i < map.count; ++i) {
+    allowed += map.columns.col(i) * map.columns.col(i).transpose();
+  }
+  const Matrix3 across = Matrix3::Identity() - allowed;
+  const Matrix3 own = allowed * block * allowed;
+  // There are one or two directions, so trace and determinant of tᵀ B t decide.
+  const double scale = own.trace() / map.count;
+  const Matrix3 filled = own + scale * across;
+  if (!(scale > 0.0) || !(filled.determinant() > 0.0)) return allowed / substitute;
+  return filled.inverse() - across / scale;
+}
+
 template <class T>
 Eigen::Matrix<T, 4, 1> project(const FreeCoordinates& coordinates, Index v,
                                const Eigen::Matrix<T, 4, 1>& x) {
@@ -67,12 +84,13 @@ MatrixFreeCg<T>::MatrixFreeCg(const MechanicalSystem& system)
 }
 
 template <class T>
-void MatrixFreeCg<T>::set(const StepProblem& problem, const Vector& u) {
+void MatrixFreeCg<T>::set(const MinimizationProblem& problem, const Vector& u) {
   problem_ = &problem;
   has_blocks_ = false;
   u_ = u;
-  problem.positions(u, point_);
-  operator_.set(point_, problem.viscous(), problem.step_displacement(u));
+  const MinimizationProblem::HessianParts parts = problem.hessian_parts(u);
+  point_ = parts.positions.origin() + u;
+  operator_.set(point_, parts.viscous, parts.step_displacement);
   has_terms_ = problem.has_general_terms();
   if (has_terms_) problem.term_hessian(u, HessianForm::kExact, terms_);
   set_terms();
@@ -91,10 +109,11 @@ void MatrixFreeCg<T>::convexify() {
 // single vertices, and terms_.
 template <class T>
 void MatrixFreeCg<T>::set_terms() {
+  const Vector& diagonal = problem_->hessian_parts(u_).diagonal;
   if (has_terms_) off_.resize(diagonal_.size());
   for_places([&](Index i) {
     const Index v = groups_.vertex(i);
-    Vector3 on = vertex_block(problem_->coefficient(), v);
+    Vector3 on = vertex_block(diagonal, v);
     if (has_terms_) {
       const Matrix3 h = terms_.diagonal(v);
       on += h.diagonal();
@@ -166,7 +185,7 @@ void MatrixFreeCg<T>::copy(const AlignedVector<T>& field, Vector& vector) const 
 template <class T>
 void MatrixFreeCg<T>::make_blocks() {
   has_blocks_ = true;
-  const StepProblem& problem = *problem_;
+  const Vector& diagonal = problem_->hessian_parts(u_).diagonal;
   operator_.diagonal(p_, z_);
   const FreeCoordinates& coordinates = system_.coordinates();
   for_places([&](Index i) {
@@ -185,18 +204,11 @@ void MatrixFreeCg<T>::make_blocks() {
                               block(0, 0) * block(1, 1) > block(0, 1) * block(0, 1) &&
                               block.determinant() > 0.0;
         if (!positive) {
-          inverted = vertex_block(problem.coefficient(), v).cwiseInverse().asDiagonal();
+          inverted = vertex_block(diagonal, v).cwiseInverse().asDiagonal();
         }
         inverse.topRows<3>() = inverted;
       } else {
-        const Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 3> t = coordinates.map(v).columns;
-        const Matrix own = t.transpose() * block * t;
-        const bool positive = own(0, 0) > 0.0 && own.determinant() > 0.0;
-        inverse.topRows<3>() = t *
-                               (positive ? Matrix(own.inverse())
-                                         : Matrix(Matrix::Identity(own.rows(), own.rows()) /
-                                                  problem.coefficient()[3 * v])) *
-                               t.transpose();
+        inverse.topRows<3>() = inverse_along(coordinates.map(v), block, diagonal[3 * v]);
       }
     }
     Eigen::Map<Eigen::Matrix<T, 4, 3>>(inverse_.data() + 12 * i) = inverse.template cast<T>();

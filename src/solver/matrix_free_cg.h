@@ -11,7 +11,8 @@
 #include "fem/tangent_operator.h"
 #include "negative_curvature.h"
 #include "single_precision_factor.h"
-#include "tetraction/dynamics/step_problem.h"
+#include "tetraction/dynamics/mechanical_system.h"
+#include "tetraction/dynamics/nonlinear_problem.h"
 #include "vertex_groups.h"
 
 namespace tetraction {
@@ -37,7 +38,7 @@ class MatrixFreeCg {
   explicit MatrixFreeCg(const MechanicalSystem& system);
 
   /// Linearises at u, where Φ must be defined.
-  void set(const StepProblem& problem, const Vector& u);
+  void set(const MinimizationProblem& problem, const Vector& u);
   /// Makes the stiffness (TangentOperator::convexify) and the part of the force terms (nearly)
   /// positive semidefinite until the next set().
   void convexify();
@@ -110,7 +111,7 @@ class MatrixFreeCg {
   std::vector<bool> all_free_;  // of each group
   std::unique_ptr<CoarseSpace<T>> coarse_;
   CoarseChoice choice_;
-  const StepProblem* problem_ = nullptr;  // of set()
+  const MinimizationProblem* problem_ = nullptr;  // of set()
   Vector u_;
   Vector point_;  // positions at u_
   bool has_blocks_ = false;

@@ -66,7 +66,7 @@ NewtonDirection::NewtonDirection(const MechanicalSystem& system, const NewtonOpt
       can_do_without_matrix_(MatrixFreeCg<float>::supports(system)),
       current_(first_choice(can_do_without_matrix_, options.linear)) {}
 
-void NewtonDirection::begin_step(const StepProblem& problem) {
+void NewtonDirection::begin_step(const MinimizationProblem& problem, const Vector& x) {
   cost_of_step_ = 0.0;
   refined_ = false;
   slow_ = 0;
@@ -74,7 +74,7 @@ void NewtonDirection::begin_step(const StepProblem& problem) {
   if (for_this_step_) current_ = LinearSolver::kMatrixFree;
   for_this_step_ = false;
   // A factor or coarse space for another step size belongs to a very different matrix.
-  const double sum = problem.coefficient().sum();
+  const double sum = problem.hessian_parts(x).diagonal.sum();
   if (std::abs(sum - coefficient_sum_) > 0.01 * std::abs(sum)) {
     stale_ = true;
     if (single_) single_->forget();
@@ -83,8 +83,9 @@ void NewtonDirection::begin_step(const StepProblem& problem) {
   }
 }
 
-bool NewtonDirection::find(const StepProblem& problem, const Vector& x, const Vector& gradient,
-                           double forcing, MinimizerReport& report, Vector& direction) {
+bool NewtonDirection::find(const MinimizationProblem& problem, const Vector& x,
+                           const Vector& gradient, double forcing, MinimizerReport& report,
+                           Vector& direction) {
   safe_ = false;
   definite_ = false;
   curvature_ = {};
@@ -117,7 +118,7 @@ bool NewtonDirection::refine() {
   return true;
 }
 
-bool NewtonDirection::without_matrix(const StepProblem& problem, const Vector& x,
+bool NewtonDirection::without_matrix(const MinimizationProblem& problem, const Vector& x,
                                      const Vector& gradient, double forcing,
                                      MinimizerReport& report, Vector& direction) {
   const Prices p = rough_prices();
@@ -156,9 +157,9 @@ bool NewtonDirection::without_matrix(const StepProblem& problem, const Vector& x
 // If the matrix is not positive definite, finds the Newton direction of a modified matrix that
 // nearly is.
 template <class Cg>
-CgReport NewtonDirection::solve_without_matrix(Cg& cg, const StepProblem& problem, const Vector& x,
-                                               const Vector& gradient, double forcing, int most,
-                                               Vector& direction) {
+CgReport NewtonDirection::solve_without_matrix(Cg& cg, const MinimizationProblem& problem,
+                                               const Vector& x, const Vector& gradient,
+                                               double forcing, int most, Vector& direction) {
   cg.set(problem, x);
   CgReport exact = cg.solve(gradient, forcing, most, direction);
   if (!exact.negative_curvature) return exact;
@@ -177,20 +178,20 @@ CgReport NewtonDirection::solve_without_matrix(Cg& cg, const StepProblem& proble
 
 // Whether a direction that was found in single precision has negative curvature in double
 // precision, too.
-bool NewtonDirection::is_true_curvature(const StepProblem& problem, const Vector& x) {
+bool NewtonDirection::is_true_curvature(const MinimizationProblem& problem, const Vector& x) {
   double_precision_cg().set(problem, x);
   curvature_.curvature = double_precision_cg().curvature(curvature_.direction);
   return curvature_.curvature < 0.0;
 }
 
-bool NewtonDirection::find_negative_curvature(const StepProblem& problem, const Vector& x,
+bool NewtonDirection::find_negative_curvature(const MinimizationProblem& problem, const Vector& x,
                                               MinimizerReport& report) {
   curvature_ = {};
   return current_ == LinearSolver::kMatrixFree ? probe_without_matrix(problem, x, report)
                                                : probe_matrix(problem, x, report);
 }
 
-bool NewtonDirection::probe_without_matrix(const StepProblem& problem, const Vector& x,
+bool NewtonDirection::probe_without_matrix(const MinimizationProblem& problem, const Vector& x,
                                            MinimizerReport& report) {
   const auto count = static_cast<double>(system_.coordinates().count());
   const int most = std::max(2000, static_cast<int>(count));
@@ -212,7 +213,7 @@ bool NewtonDirection::probe_without_matrix(const StepProblem& problem, const Vec
   return curvature_.found();
 }
 
-bool NewtonDirection::probe_matrix(const StepProblem& problem, const Vector& x,
+bool NewtonDirection::probe_matrix(const MinimizationProblem& problem, const Vector& x,
                                    MinimizerReport& report) {
   AssembledSystem& matrix = assembled();
   if (current_ == LinearSolver::kFactor) {
@@ -233,7 +234,7 @@ bool NewtonDirection::probe_matrix(const StepProblem& problem, const Vector& x,
   return curvature_.found();
 }
 
-bool NewtonDirection::with_diagonal(const StepProblem& problem, const Vector& x,
+bool NewtonDirection::with_diagonal(const MinimizationProblem& problem, const Vector& x,
                                     const Vector& gradient, double forcing, MinimizerReport& report,
                                     Vector& direction) {
   AssembledSystem& matrix = assembled();
@@ -257,7 +258,7 @@ bool NewtonDirection::with_diagonal(const StepProblem& problem, const Vector& x,
 
 // Tries a kept factor first. If there is none, or if it is not good enough any more, makes a new
 // one.
-bool NewtonDirection::with_factor(const StepProblem& problem, const Vector& x,
+bool NewtonDirection::with_factor(const MinimizationProblem& problem, const Vector& x,
                                   const Vector& gradient, double forcing, MinimizerReport& report,
                                   Vector& direction) {
   AssembledSystem& matrix = assembled();
@@ -293,7 +294,7 @@ bool NewtonDirection::with_factor(const StepProblem& problem, const Vector& x,
   return true;
 }
 
-bool NewtonDirection::with_exact_factor(const StepProblem& problem, const Vector& x,
+bool NewtonDirection::with_exact_factor(const MinimizationProblem& problem, const Vector& x,
                                         const Vector& gradient, MinimizerReport& report,
                                         Vector& direction) {
   AssembledSystem& matrix = assembled();
@@ -309,7 +310,7 @@ bool NewtonDirection::with_exact_factor(const StepProblem& problem, const Vector
 }
 
 // Conjugate gradients on the system at hand, preconditioned by the factor of an older one.
-bool NewtonDirection::with_kept_factor(const StepProblem& problem, const Vector& x,
+bool NewtonDirection::with_kept_factor(const MinimizationProblem& problem, const Vector& x,
                                        const Vector& gradient, double forcing,
                                        MinimizerReport& report, Vector& direction) {
   constexpr int kFree = 3;
@@ -357,7 +358,7 @@ std::string NewtonDirection::name() const {
   return current_ == LinearSolver::kCg ? "cg" : "factor";
 }
 
-bool NewtonDirection::solve_exactly(const StepProblem& problem, const Vector& x,
+bool NewtonDirection::solve_exactly(const MinimizationProblem& problem, const Vector& x,
                                     const Matrix& right, Matrix& solution) {
   AssembledSystem& matrix = assembled();
   matrix.assemble(problem, x);

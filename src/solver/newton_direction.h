@@ -18,12 +18,12 @@ class NewtonDirection {
   /// Throws InputError for a method that cannot be used for the body.
   NewtonDirection(const MechanicalSystem& system, const NewtonOptions& options);
 
-  /// To be called before the first direction of a step.
-  void begin_step(const StepProblem& problem);
+  /// To be called before the first direction of a step, which begins at x.
+  void begin_step(const MinimizationProblem& problem, const Vector& x);
   /// Finds a direction d with |Tᵀ(∇²Φ d + ∇Φ)| ≤ forcing |Tᵀ∇Φ|. `gradient` is ∇Φ(x), 3 per vertex.
   /// Returns false if no direction was found.
-  bool find(const StepProblem& problem, const Vector& x, const Vector& gradient, double forcing,
-            MinimizerReport& report, Vector& direction);
+  bool find(const MinimizationProblem& problem, const Vector& x, const Vector& gradient,
+            double forcing, MinimizerReport& report, Vector& direction);
   /// To be called if the last direction made no progress. From then on, to the end of the step,
   /// directions are computed in double precision. Returns false if they are already.
   bool refine();
@@ -40,7 +40,7 @@ class NewtonDirection {
   /// once the residual is 0.01/√n of b, there is no such eigenvector, unless b is nearly orthogonal
   /// to it. For a random b this has a probability below 1 % (compare Royer, O'Neill & Wright 2020,
   /// Assumption 3).
-  bool find_negative_curvature(const StepProblem& problem, const Vector& x,
+  bool find_negative_curvature(const MinimizationProblem& problem, const Vector& x,
                                MinimizerReport& report);
   /// Whether it is known that no element is inverted on the way along the last direction.
   bool is_safe() const { return safe_; }
@@ -50,29 +50,30 @@ class NewtonDirection {
   std::string name() const;
   /// Solves ∇²Φ(x) S = `right` over the free coordinates. Returns false if ∇²Φ is not positive
   /// definite.
-  bool solve_exactly(const StepProblem& problem, const Vector& x, const Matrix& right,
+  bool solve_exactly(const MinimizationProblem& problem, const Vector& x, const Matrix& right,
                      Matrix& solution);
 
  private:
   struct Prices;
 
-  bool without_matrix(const StepProblem& problem, const Vector& x, const Vector& gradient,
+  bool without_matrix(const MinimizationProblem& problem, const Vector& x, const Vector& gradient,
                       double forcing, MinimizerReport& report, Vector& direction);
-  bool with_diagonal(const StepProblem& problem, const Vector& x, const Vector& gradient,
+  bool with_diagonal(const MinimizationProblem& problem, const Vector& x, const Vector& gradient,
                      double forcing, MinimizerReport& report, Vector& direction);
-  bool with_factor(const StepProblem& problem, const Vector& x, const Vector& gradient,
+  bool with_factor(const MinimizationProblem& problem, const Vector& x, const Vector& gradient,
                    double forcing, MinimizerReport& report, Vector& direction);
-  bool with_exact_factor(const StepProblem& problem, const Vector& x, const Vector& gradient,
-                         MinimizerReport& report, Vector& direction);
-  bool with_kept_factor(const StepProblem& problem, const Vector& x, const Vector& gradient,
+  bool with_exact_factor(const MinimizationProblem& problem, const Vector& x,
+                         const Vector& gradient, MinimizerReport& report, Vector& direction);
+  bool with_kept_factor(const MinimizationProblem& problem, const Vector& x, const Vector& gradient,
                         double forcing, MinimizerReport& report, Vector& direction);
   template <class Cg>
-  CgReport solve_without_matrix(Cg& cg, const StepProblem& problem, const Vector& x,
+  CgReport solve_without_matrix(Cg& cg, const MinimizationProblem& problem, const Vector& x,
                                 const Vector& gradient, double forcing, int most,
                                 Vector& direction);
-  bool is_true_curvature(const StepProblem& problem, const Vector& x);
-  bool probe_without_matrix(const StepProblem& problem, const Vector& x, MinimizerReport& report);
-  bool probe_matrix(const StepProblem& problem, const Vector& x, MinimizerReport& report);
+  bool is_true_curvature(const MinimizationProblem& problem, const Vector& x);
+  bool probe_without_matrix(const MinimizationProblem& problem, const Vector& x,
+                            MinimizerReport& report);
+  bool probe_matrix(const MinimizationProblem& problem, const Vector& x, MinimizerReport& report);
   AssembledSystem& assembled();
   MatrixFreeCg<float>& single_precision_cg();
   MatrixFreeCg<double>& double_precision_cg();

@@ -1,4 +1,4 @@
-#include "solver/negative_curvature.h"
+#include "solver/line_search.h"
 
 #include <Eigen/Eigenvalues>
 #include <memory>
@@ -102,30 +102,31 @@ TEST_F(Column, FollowsNegativeCurvatureDownhill) {
   NegativeCurvature way;
   way.direction = system_.coordinates().extend(modes.eigenvectors().col(0));
   way.curvature = modes.eigenvalues()[0];
-  double start = 0.0;
-  Vector full;
-  ASSERT_TRUE(problem_.value_and_full_gradient(saddle_, start, full).ok());
-  Vector x = saddle_;
-  ASSERT_TRUE(follow(problem_, way, start, full, x));
-  EXPECT_LT(phi(x), start);
-  const Vector moved = x - saddle_;
+  Iterate at;
+  at.u = saddle_;
+  ASSERT_TRUE(evaluate(problem_, at));
+  const double start = at.phi;
+  ASSERT_TRUE(follow(problem_, way, at));
+  EXPECT_LT(at.phi, start);
+  EXPECT_EQ(at.phi, phi(at.u));
+  const Vector moved = at.u - saddle_;
   EXPECT_NEAR(std::abs(moved.dot(way.direction)), moved.norm() * way.direction.norm(),
               1e-9 * moved.norm());
   // With a slope it goes the way that the slope points down.
-  Vector y = saddle_ + 1e-3 * way.direction;
-  ASSERT_TRUE(problem_.value_and_full_gradient(y, start, full).ok());
-  const Vector before = y;
-  ASSERT_TRUE(follow(problem_, way, start, full, y));
-  EXPECT_GT((y - before).dot(way.direction), 0.0);
+  const Vector before = saddle_ + 1e-3 * way.direction;
+  at.u = before;
+  ASSERT_TRUE(evaluate(problem_, at));
+  ASSERT_TRUE(follow(problem_, way, at));
+  EXPECT_GT((at.u - before).dot(way.direction), 0.0);
   // What does not bend downwards is left alone.
   way.direction =
       system_.coordinates().extend(modes.eigenvectors().col(modes.eigenvalues().size() - 1));
-  Vector z = saddle_;
-  ASSERT_TRUE(problem_.value_and_full_gradient(z, start, full).ok());
-  EXPECT_FALSE(follow(problem_, way, start, full, z));
+  at.u = saddle_;
+  ASSERT_TRUE(evaluate(problem_, at));
+  EXPECT_FALSE(follow(problem_, way, at));
   way.curvature = 1.0;
-  EXPECT_FALSE(follow(problem_, way, start, full, z));
-  EXPECT_EQ(z, saddle_);
+  EXPECT_FALSE(follow(problem_, way, at));
+  EXPECT_EQ(at.u, saddle_);
 }
 
 TEST(PseudoRandom, IsTheSameEveryTimeAndFillsItsRange) {

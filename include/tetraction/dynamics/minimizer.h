@@ -1,35 +1,35 @@
-// The interface between an implicit step and its solver.
+// The interfaces between an implicit step and its solvers.
 #pragma once
 
 #include <string>
 
-#include "tetraction/dynamics/step_problem.h"
+#include "tetraction/dynamics/nonlinear_problem.h"
 
 namespace tetraction {
 
-/// Why a minimisation ended.
+/// Why a solver ended. r is the residual, ∇Φ in a minimisation.
 enum class Termination {
-  kConverged,       ///< |Tᵀ∇Φ| ≤ residual_limit
+  kConverged,       ///< |Tᵀr| ≤ residual_limit
   kIterationLimit,  ///< max_iterations reached
-  kNoProgress,      ///< no step lowers Φ any further, and the gradient is still too large
-  kInadmissible     ///< Φ is not defined at the starting point nor at q_k
+  kNoProgress,      ///< no step makes progress any more, and the residual is still too large
+  kInadmissible     ///< the problem is not defined at the starting point nor at its origin
 };
 
 /// Options of an implicit step's solver.
 struct MinimizerOptions {
-  double tolerance = 1.0e-8;  ///< see StepProblem::residual_limit; 0 < tolerance < 1
+  double tolerance = 1.0e-8;  ///< see NonlinearProblem::residual_limit(); 0 < tolerance < 1
   int max_iterations = 100;   ///< ≥ 1
 };
 
-/// What a minimisation did.
+/// What a solver did.
 struct MinimizerReport {
   Termination termination = Termination::kNoProgress;
   int iterations = 0;  ///< linear systems solved for a step, accepted or not
   int factorizations = 0;
   int cg_iterations = 0;        ///< of conjugate gradients, in all linear systems
   std::string linear;           ///< how the linear systems were solved, e.g. "matrix-free"
-  double residual = 0.0;        ///< |Tᵀ∇Φ|₂ over the free coordinates at the end, N
-  double residual_limit = 0.0;  ///< the limit for it, N (StepProblem::residual_limit)
+  double residual = 0.0;        ///< |Tᵀr|₂ over the free coordinates at the end, N
+  double residual_limit = 0.0;  ///< the limit for it, N (NonlinearProblem::residual_limit())
   double asked_limit = 0.0;     ///< the limit of the tolerance alone: tolerance × force scale, N
   std::string message;          ///< one line, for the user
 
@@ -48,15 +48,26 @@ class Minimizer {
   /// Minimises Φ, beginning at the displacement u from the problem's origin, and returns the
   /// minimiser in u. If Φ is not defined at u, u is first moved toward the origin until Φ is
   /// defined. Prescribed components of u must be 0 and are not changed.
-  virtual MinimizerReport minimize(const StepProblem& problem, Vector& u) = 0;
+  virtual MinimizerReport minimize(const MinimizationProblem& problem, Vector& u) = 0;
   /// solution = (Tᵀ∇²Φ(u)T)⁻¹ right. The multipliers of constraints need it. Returns false if the
   /// matrix is not positive definite.
-  virtual bool solve_linearized(const StepProblem& problem, const Vector& u, const Matrix& right,
-                                Matrix& solution) = 0;
+  virtual bool solve_linearized(const MinimizationProblem& problem, const Vector& u,
+                                const Matrix& right, Matrix& solution) = 0;
 };
 
-/// Halves u, the displacement from the problem's origin, until Φ is defined.
-/// Returns false if Φ is not even defined at the origin.
-bool make_admissible(const StepProblem& problem, Vector& u);
+/// Finds a root of equations that are not the gradient of a function.
+class RootFinder {
+ public:
+  virtual ~RootFinder() = default;
+  /// Solves r(u) = 0 over the free coordinates, beginning at u, and returns the solution in u. If r
+  /// is not defined at u, u is first moved toward the origin as in Minimizer::minimize(). In the
+  /// report the residual is |Tᵀr|₂, and conjugate gradients stand for the method that solves the
+  /// linear systems.
+  virtual MinimizerReport find_root(RootProblem& problem, Vector& u) = 0;
+};
+
+/// Halves u, the displacement from the problem's origin, until the problem is defined there.
+/// Returns false if it is not even defined at the origin.
+bool make_admissible(const NonlinearProblem& problem, Vector& u);
 
 }  // namespace tetraction

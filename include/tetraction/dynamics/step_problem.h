@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "tetraction/dynamics/mechanical_system.h"
+#include "tetraction/dynamics/nonlinear_problem.h"
 
 namespace tetraction {
 
@@ -30,7 +31,7 @@ namespace tetraction {
 /// on positions are taken at dissipation_point(), which is known before the step.
 /// The minimiser over the free coordinates gives v = (x − q_k)/s. Prescribed components keep their
 /// values in the origin.
-class StepProblem {
+class StepProblem : public MinimizationProblem {
  public:
   using Shape = RestState::Shape;
 
@@ -84,66 +85,53 @@ class StepProblem {
   /// is h Σ v·∂D/∂v + h Σ V 2η|Ė|² with the rates at x, and never negative.
   double dissipated_energy(const Vector& u, double h) const;
 
+  const FreeCoordinates& coordinates() const override { return system_.coordinates(); }
+  /// The cube root of the body's volume, m.
+  double length_scale() const override;
+
   /// phi = Φ(o + u) − Φ_o, J.
-  EvaluationStatus value(const Vector& u, double& phi) const;
-  /// gradient = Tᵀ∇Φ over the free coordinates, N.
-  EvaluationStatus value_and_gradient(const Vector& u, double& phi, Vector& gradient) const;
-  /// gradient = ∇Φ, 3 per vertex, N.
-  EvaluationStatus value_and_full_gradient(const Vector& u, double& phi, Vector& gradient) const;
+  EvaluationStatus value(const Vector& u, double& phi) const override;
+  EvaluationStatus value_and_full_gradient(const Vector& u, double& phi,
+                                           Vector& gradient) const override;
   /// energy = the elastic energy at o + u, J.
   EvaluationStatus elastic_energy(const Vector& u, double& energy) const;
   /// Sets `gradient` to the address of the gradient of the elastic energy at o + u (3 per vertex,
   /// N). It is valid until the next evaluation.
   EvaluationStatus elastic_gradient(const Vector& u, const Vector*& gradient) const;
-  /// Whether there are force terms that are not quadratic in single vertices.
-  bool has_general_terms() const { return !potentials_.empty() || !dissipations_.empty(); }
-  /// hessian = the contribution of these terms to ∇²Φ at o + u, N/m; zero if there are none.
-  void term_hessian(const Vector& u, HessianForm form, HessianBlocks& hessian) const;
-  /// The largest t up to which the potentials of all terms are known to be defined from o + u to
-  /// o + u + t d; infinite where there is no limit.
-  double longest_term_step(const Vector& u, const Vector& d) const;
-  /// Whether Φ is defined at o + u.
-  bool is_defined(const Vector& u) const;
-  /// values = Tᵀ∇²Φ T in the pattern's order, N/m, with `terms` from term_hessian(). The pattern
-  /// must have the pairs of `terms`.
-  EvaluationStatus hessian(const Vector& u, const HessianBlocks& terms,
-                           const SparsityPattern& pattern, double* values) const;
-  /// The contribution to Φ of the terms that are not quadratic, for sums over elements.
-  struct TermShares {
-    double energy = 0.0;     ///< J
-    double magnitude = 0.0;  ///< how far `energy` can get below zero is of this order, J
-    Vector gradient;         ///< 3 per vertex, N
-    HessianBlocks hessian;   ///< of evaluations with a Hessian
-  };
-  /// Evaluates this contribution at o + u. Returns false if a term is not defined there.
-  bool term_shares(const Vector& u, bool with_hessian, TermShares& shares) const;
-  /// The share of element e in Φ. It consists of the elastic and viscous energy of the element and
-  /// of a part of the energies of its vertices, in proportion to the element's share of their
-  /// lumped mass. `terms` may be null if there are no such terms. Only the diagonal blocks of their
-  /// Hessians enter. The shares of all elements add up to value() + square_value().
+  bool is_defined(const Vector& u) const override;
+  /// The step is limited by admissible_step() (fem/step_length.h) over the elements whose energy is
+  /// defined for J > 0 only (Saint Venant–Kirchhoff is defined for any J and may have to pass
+  /// J = 0), and by nine tenths of the way to where a force term may not be defined.
+  double longest_step(const Vector& u, const Vector& d, bool elements_are_safe) const override;
+
+  HessianParts hessian_parts(const Vector& u) const override;
+  /// General force terms are those that are not quadratic in single vertices.
+  bool has_general_terms() const override { return !potentials_.empty() || !dissipations_.empty(); }
+  void term_hessian(const Vector& u, HessianForm form, HessianBlocks& hessian) const override;
+  bool term_shares(const Vector& u, bool with_hessian, TermShares& shares) const override;
+  /// A vertex's part in an element is in proportion to the element's share of its lumped mass.
   bool element_terms(Index e, const Vector& u, const TermShares* terms, bool with_hessian,
-                     ElasticPotential::ElementTerms& result) const;
+                     ElasticPotential::ElementTerms& result) const override;
   /// ½ Σ r²/k, J. With this constant the vertices' part of Φ is a sum of squares ½ k (u − r/k)²,
   /// which the shares of elements contain.
-  double square_value() const;
+  double square_value() const override;
 
   /// |Tᵀ l|₂, N: the force that would give the body its momentum and the impulse of the loads
-  /// within s. It is 0 if there are no loads and the momenta are mere round-off. Tolerances are
-  /// relative to it.
-  double force_scale() const { return force_scale_; }
-  /// An estimate of the round-off of |Tᵀ∇Φ|₂ at u in double precision, N:
+  /// within s. It is 0 if there are no loads and the momenta are mere round-off.
+  double force_scale() const override { return force_scale_; }
+  /// The estimate is
   ///
   ///     ½ε (|k u|₂ + |Tᵀl|₂ + K max|u| + K_L),
   ///
   /// K and K_L are the root sums of squares of the elements' C V |∇N|² and C V |∇N|² L, with
   /// C = λ + 2μ + 2η/s and the longest edge L. The terms with K and K_L stand for the round-off of
-  /// displacements and of edges. No solver can get far below this residual.
-  double round_off(const Vector& u) const;
-  /// Whether the force scale is above a thousandth of round_off(). If so, a first guess must not be
-  /// accepted because its residual is below round_off(): the load itself may be smaller than that.
-  bool is_loaded(const Vector& u) const { return force_scale_ > 1e-3 * round_off(u); }
-  /// Largest |Tᵀ∇Φ|₂ that counts as converged, N: max(tolerance × force scale, round_off()).
-  double residual_limit(const Vector& u, double tolerance) const;
+  /// displacements and of edges.
+  double round_off(const Vector& u) const override;
+  /// 6 W s²/(m l²) with the elastic energy W, the mass m and the size l of an element. It compares s
+  /// with the time in which a strut as thin as an element buckles under the stress σ = √(2EW/V): a
+  /// bending wave of wave number k in a strut with the radius of gyration r has the frequency
+  /// ω² = (E r² k⁴ − σ k²)/ρ ≥ −σ²/(4Eρr²), and l = √12 r.
+  double buckling_ratio(const Vector& u) const override;
 
  private:
   void gather_terms();
@@ -154,6 +142,7 @@ class StepProblem {
   // Sets at_ and velocity_ to the positions and velocities at u. Fails if a term is not defined
   // there.
   EvaluationStatus move_terms(const Vector& u) const;
+  double longest_term_step(const Vector& u, const Vector& d) const;
   double term_energy() const;
   void add_term_gradient(Vector& gradient) const;
   // Evaluates elastic_ at u, unless it is known there.
@@ -161,6 +150,7 @@ class StepProblem {
   void make_remainder();
 
   const MechanicalSystem& system_;
+  double volume_ = 0.0;  // of the body, m³
   ViscousPotential viscous_;
   double step_ = 0.0;
   double alpha_ = 1.0;

@@ -20,6 +20,7 @@
 #include <string>
 
 #include "tetraction/dynamics/integrator.h"
+#include "tetraction/dynamics/mechanical_system.h"
 #include "tetraction/dynamics/minimizer.h"
 
 namespace tetraction {

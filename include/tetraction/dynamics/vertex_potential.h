@@ -1,6 +1,7 @@
 // A force term made of a potential of single vertices.
 #pragma once
 
+#include "tetraction/core/positive_semidefinite.h"
 #include "tetraction/dynamics/force_term.h"
 
 namespace tetraction {
@@ -34,8 +35,5 @@ class VertexPotential : public ForceTerm {
   void add_gradient(const ForcePoint& at, Vector& gradient) const override;
   void add_hessian(const ForcePoint& at, HessianForm form, HessianBlocks& hessian) const override;
 };
-
-/// The symmetric matrix without negative eigenvalues that is nearest to `a`.
-Matrix3 positive_semidefinite_part(const Matrix3& a);
 
 }  // namespace tetraction

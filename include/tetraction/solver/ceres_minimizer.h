@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "tetraction/dynamics/mechanical_system.h"
 #include "tetraction/dynamics/minimizer.h"
 
 namespace tetraction {

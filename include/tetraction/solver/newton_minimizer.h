@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "tetraction/dynamics/mechanical_system.h"
 #include "tetraction/dynamics/minimizer.h"
 #include "tetraction/solver/linear_solver.h"
 
@@ -22,7 +23,7 @@ struct NewtonOptions : MinimizerOptions {
 /// element could be inverted on the way (fem/step_length.h), and then halved until Φ falls (Armijo,
 /// 1e-4) or the residual is halved. If a direction of negative curvature is met, the system is
 /// solved with a matrix that is made positive semidefinite, and the iteration then follows that
-/// direction as long as Φ falls. The method stops at |Tᵀ∇Φ| ≤ StepProblem::residual_limit. If that
+/// direction as long as Φ falls. The method stops at |Tᵀ∇Φ| ≤ NonlinearProblem::residual_limit(). If that
 /// point may be a saddle, it looks for negative curvature in the Hessian there and continues if it
 /// finds any. docs/theory.md says when it looks, and what that guarantees.
 ///

@@ -1,11 +1,19 @@
-// The message of a minimiser at its end.
+// What all solvers of implicit steps check and report in the same way.
 #pragma once
 
 #include <string>
 
+#include "tetraction/core/error.h"
 #include "tetraction/dynamics/minimizer.h"
 
 namespace tetraction {
+
+/// Throws InputError for options out of their range.
+inline void check_options(const MinimizerOptions& options) {
+  if (!(options.tolerance > 0.0 && options.tolerance < 1.0) || options.max_iterations < 1) {
+    throw InputError("The solver needs 0 < tolerance < 1 and max_iterations ≥ 1.");
+  }
+}
 
 /// One line for MinimizerReport::message.
 inline std::string termination_message(Termination termination) {

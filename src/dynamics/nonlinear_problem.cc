@@ -1,0 +1,44 @@
+#include "tetraction/dynamics/nonlinear_problem.h"
+
+#include <algorithm>
+
+namespace tetraction {
+
+double NonlinearProblem::residual_limit(const Vector& u, double tolerance) const {
+  return std::max(tolerance * force_scale(), round_off(u));
+}
+
+EvaluationStatus MinimizationProblem::value_and_gradient(const Vector& u, double& phi,
+                                                         Vector& gradient) const {
+  Vector full;
+  const EvaluationStatus status = value_and_full_gradient(u, phi, full);
+  if (status.ok()) gradient = coordinates().restrict(full);
+  return status;
+}
+
+EvaluationStatus MinimizationProblem::residual(const Vector& u, Vector& residual) const {
+  double phi = 0.0;
+  return value_and_full_gradient(u, phi, residual);
+}
+
+EvaluationStatus MinimizationProblem::hessian(const Vector& u, const HessianBlocks& terms,
+                                              const SparsityPattern& pattern,
+                                              double* values) const {
+  std::fill(values, values + pattern.nonzeros(), 0.0);
+  const HessianParts parts = hessian_parts(u);
+  const EvaluationStatus status = parts.elastic.add_hessian(parts.positions, pattern, values);
+  if (!status.ok()) return status;
+  parts.viscous.add_hessian(parts.step_displacement, pattern, values);
+  Matrix blocks = Matrix::Zero(3, u.size());
+  for (Index v = 0; v < u.size() / 3; ++v) {
+    blocks.middleCols<3>(3 * v).diagonal() = vertex_block(parts.diagonal, v);
+  }
+  if (has_general_terms()) blocks += terms.diagonal();
+  pattern.add_vertex_blocks(blocks, values);
+  for (const HessianBlocks::Pair& pair : terms.pairs()) {
+    pattern.add_pair_block(pair.row, pair.column, pair.block, values);
+  }
+  return status;
+}
+
+}  // namespace tetraction

@@ -1,0 +1,120 @@
+#include "line_search.h"
+
+#include <cmath>
+#include <utility>
+
+namespace tetraction {
+namespace {
+
+constexpr double kArmijo = 1e-4;
+// A change of Φ relative to Φ that may be mere round-off.
+constexpr double kRoundOff = 1e-11;
+
+}  // namespace
+
+bool evaluate(const MinimizationProblem& problem, Iterate& iterate) {
+  if (!problem.value_and_full_gradient(iterate.u, iterate.phi, iterate.force).ok()) return false;
+  iterate.residual = problem.coordinates().restricted_norm(iterate.force);
+  return std::isfinite(iterate.phi);
+}
+
+bool evaluate(const RootProblem& problem, Iterate& iterate) {
+  if (!problem.residual(iterate.u, iterate.force).ok()) return false;
+  iterate.residual = problem.coordinates().restricted_norm(iterate.force);
+  return std::isfinite(iterate.residual);
+}
+
+// Tries u + t d for t = longest step, half of it, and so on. A trial point is evaluated if
+// is_worth_trying(t), and then judged by judge(t, trial).
+template <class Problem, class TryAt, class Judge>
+bool LineSearch::halve(const Problem& problem, const Way& way, const TryAt& is_worth_trying,
+                       const Judge& judge, Iterate& iterate) {
+  constexpr double kShortest = 1e-6;
+  const double longest = problem.longest_step(iterate.u, way.direction, way.elements_are_safe);
+  before_.u = iterate.u;
+  before_.force.swap(iterate.force);
+  before_.phi = iterate.phi;
+  before_.residual = iterate.residual;
+  for (double t = longest; t > kShortest * longest && is_worth_trying(t, longest); t *= 0.5) {
+    iterate.u = before_.u + t * way.direction;
+    if (evaluate(problem, iterate) && judge(t)) return true;
+  }
+  std::swap(iterate, before_);
+  return false;
+}
+
+bool LineSearch::search(const MinimizationProblem& problem, const Way& way, Iterate& iterate) {
+  const double slope = iterate.force.dot(way.direction);
+  if (!(slope < 0.0)) return false;
+  const double phi = iterate.phi;
+  const double residual = iterate.residual;
+  const auto drowns = [&](double t) { return -t * slope <= kRoundOff * std::abs(phi); };
+  return halve(
+      problem, way,
+      // A step so short that Φ cannot tell is not better than a long one.
+      [&](double t, double longest) { return !drowns(t) || t >= 0.1 * longest; },
+      [&](double t) {
+        const bool lower = drowns(t) ? iterate.residual <= 0.9 * residual
+                                     : iterate.phi <= phi + kArmijo * t * slope;
+        return lower || iterate.residual <= 0.5 * residual ||
+               iterate.residual <= way.residual_limit;
+      },
+      iterate);
+}
+
+bool LineSearch::search(const RootProblem& problem, const Way& way, Iterate& iterate) {
+  const double residual = iterate.residual;
+  return halve(
+      problem, way, [](double, double) { return true; },
+      [&](double t) {
+        return iterate.residual <= (1.0 - kArmijo * t) * residual ||
+               iterate.residual <= way.residual_limit;
+      },
+      iterate);
+}
+
+bool follow(const MinimizationProblem& problem, const NegativeCurvature& way, Iterate& iterate) {
+  constexpr double kShare = 0.1;
+  constexpr double kShortest = 1e-9;
+  const double size = problem.length_scale();
+  const double largest = way.direction.lpNorm<Eigen::Infinity>();
+  if (!(way.curvature < 0.0) || !(largest > 0.0) || !std::isfinite(largest)) return false;
+  // t = 1 moves some vertex by the size of the body.
+  Vector direction = (size / largest) * way.direction;
+  const double curvature = way.curvature * (size / largest) * (size / largest);
+  // Directions without stiffness, such as rigid motions with a large step, have a curvature that is
+  // mere round-off.
+  if (-curvature <= problem.round_off(direction) * direction.norm()) return false;
+  double slope = iterate.force.dot(direction);
+  if (slope > 0.0) {
+    direction = -direction;
+    slope = -slope;
+  }
+  Iterate trial;
+  const auto value = [&](double t, double& result) {
+    trial.u = iterate.u + t * direction;
+    return problem.value(trial.u, result).ok() && std::isfinite(result);
+  };
+  for (int sign = 0; sign < 2; ++sign) {
+    for (double t = problem.longest_step(iterate.u, direction, false); t > kShortest; t *= 0.5) {
+      const double fall = -t * slope - 0.5 * t * t * curvature;
+      if (fall <= kRoundOff * std::abs(iterate.phi)) break;
+      double lowest = 0.0;
+      if (!value(t, lowest) || lowest > iterate.phi - kShare * fall) continue;
+      double next = 0.0;
+      while (value(0.5 * t, next) && next < lowest) {
+        lowest = next;
+        t *= 0.5;
+      }
+      trial.u = iterate.u + t * direction;
+      if (!evaluate(problem, trial)) return false;
+      std::swap(iterate, trial);
+      return true;
+    }
+    direction = -direction;
+    slope = -slope;
+  }
+  return false;
+}
+
+}  // namespace tetraction
