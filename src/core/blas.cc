@@ -15,15 +15,15 @@ namespace {
 
 constexpr const char* kOpenBlas = "OpenBLAS";
 
-// Core types of OpenBLAS (its driver/others/dynamic.c) by the kernels they have. Those that are
-// in neither list count as up to date.
+// Core types of OpenBLAS (its driver/others/dynamic.c) whose kernels are old. Core types that are in
+// neither list count as up to date.
 constexpr std::array kWithoutAvx2{
     "Katmai",       "Coppermine",  "Northwood", "Prescott",  "Banias",     "Atom",       "Core2",
     "Penryn",       "Dunnington",  "Nehalem",   "Athlon",    "Opteron",    "Barcelona",  "Nano",
     "Opteron_SSE3", "Sandybridge", "Bobcat",    "Bulldozer", "Piledriver", "Steamroller"};
 constexpr std::array kWithAvx2Only{"Haswell", "Zen", "Excavator"};
 
-// OpenBLAS, too, compares core types without regard to case.
+// Like OpenBLAS, ignores case.
 bool same_core(const std::string& a, const std::string& b) {
   return strcasecmp(a.c_str(), b.c_str()) == 0;
 }
@@ -34,7 +34,7 @@ bool contains(const List& list, const std::string& core) {
                      [&](const char* entry) { return same_core(core, entry); });
 }
 
-// The file that contains the matrix product of this process; empty if it is not known.
+// The library file that contains the matrix product of this process. Empty if it is not known.
 std::string file_of_blas() {
   void* product = dlsym(RTLD_DEFAULT, "dgemm_");
   Dl_info info{};

@@ -1,4 +1,4 @@
-// Preconditioned conjugate gradients for all operators and preconditioners.
+// Preconditioned conjugate gradients for any operator and preconditioner.
 #pragma once
 
 #include <cmath>
@@ -12,33 +12,34 @@ struct CgReport {
   int iterations = 0;
   double first_square = 0.0;        ///< r·r at the beginning
   double last_square = 0.0;         ///< r·r at the end
-  bool negative_curvature = false;  ///< a direction p with p·A p ≤ 0 was met
+  bool negative_curvature = false;  ///< whether a direction p with p·A p ≤ 0 was found
   double curvature = 0.0;           ///< p·A p of that direction
   bool converged = false;
-  int coarse_spaces = 0;  ///< that were made in this solve
+  int coarse_spaces = 0;  ///< number of coarse spaces that were built during the solve
 
-  /// |r| at the end over |r| at the beginning.
+  /// The ratio of |r| at the end to |r| at the beginning.
   double reduction() const {
     return first_square > 0.0 ? std::sqrt(last_square / first_square) : 0.0;
   }
 };
 
-/// Solves A x = b to |r| ≤ forcing × |r at the beginning| in at most `max_iterations` (Hestenes &
-/// Stiefel 1952). It stops where a direction p has p·A p ≤ 0; if that is the first one, x is p.
+/// Solves A x = b until |r| ≤ forcing × |r at the beginning|, in at most `max_iterations` iterations
+/// (Hestenes & Stiefel 1952). It ends if a search direction p has p·A p ≤ 0. If this is the first
+/// search direction, x is set to p.
 ///
-/// `Vectors` keeps x, r, p and A p in whatever form suits its loops, and provides
+/// `Vectors` stores x, r, p and A p in any form and provides
 ///
-///     double square() const        r·r
+///     double square() const        returns r·r
 ///     double precondition()        z = M⁻¹ r; returns r·z
 ///     void begin()                 p = z
-///     bool renew(const CgReport&)  true: the preconditioner is another one from here on
+///     bool renew(const CgReport&)  may change the preconditioner; returns whether it did
 ///     double multiply()            ap = A p; returns p·ap
 ///     void descend(double alpha)   r −= alpha ap
 ///     void turn(double alpha, double beta)  x += alpha p; p = z + beta p
 ///     void finish(double alpha)    x += alpha p
 ///     void take_direction()        x = p
 ///
-/// The last iteration needs no preconditioner, which may be the most expensive part.
+/// The preconditioner may be the most expensive part. It is not applied in the last iteration.
 template <class Vectors>
 CgReport conjugate_gradients(Vectors& vectors, double forcing, int max_iterations) {
   CgReport report;
@@ -76,8 +77,8 @@ CgReport conjugate_gradients(Vectors& vectors, double forcing, int max_iteration
   }
 }
 
-/// The vectors of conjugate_gradients() for `multiply(p, ap)` and `precondition(r, z)` on Eigen
-/// vectors. Begins with x as it is and r = b − A x.
+/// The vectors of conjugate_gradients() as Eigen vectors. multiply(p, ap) sets ap = A p, and
+/// precondition(r, z) sets z = M⁻¹ r. The caller sets the initial x and r = b − A x.
 template <class Multiply, class Precondition>
 class PlainVectors {
  public:

@@ -12,7 +12,7 @@
 namespace tetraction {
 namespace {
 
-// Length of the ranges of parallel_sum: fixed, so that the order of additions never changes.
+// Length of the ranges of parallel_sum(). It is fixed, so that the order of additions never changes.
 constexpr Index kSumRange = 4096;
 
 std::unique_ptr<tbb::global_control>& control() {

@@ -5,7 +5,7 @@
 namespace tetraction {
 
 Vector pseudo_random(Index size) {
-  // SplitMix64 (Steele, Lea & Flood 2014): the same on every machine.
+  // SplitMix64 (Steele, Lea & Flood 2014) gives the same numbers on every machine.
   Vector numbers(size);
   std::uint64_t state = 0;
   for (Index i = 0; i < size; ++i) {

@@ -2,9 +2,9 @@
 // before Highway.
 //
 // On x86 these are the portable set, SSE4, AVX2 and AVX-512 (Highway's AVX3). Sets whose vectors
-// have no size at compile time (SVE of Arm, RVV of RISC-V) are left out, because the kernels keep
-// vectors in structs and arrays; those processors take their sets of fixed size, or the portable
-// one.
+// have no size at compile time (SVE of Arm, RVV of RISC-V) are left out, because the kernels store
+// vectors in structs and arrays. Those processors use an instruction set with vectors of fixed size,
+// or the portable set.
 #pragma once
 
 #define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)

@@ -6,11 +6,11 @@ namespace tetraction {
 namespace {
 
 // Adds an element's matrix, in the numbers of tangent_stiffness() with a stride of kBatchLanes.
-void scatter_numbers(const SparsityPattern& pattern, const SparsityPattern::Place& place,
+void scatter_numbers(const SparsityPattern& pattern, const SparsityPattern::ElementEntries& entries,
                      const double* numbers, double* values) {
   constexpr int kLanes = kBatchLanes;
   scatter_element(
-      place, pattern.column_begin(),
+      entries, pattern.column_begin(),
       [&](int a, int i, int j) { return numbers[(6 * a + j * (5 - j) / 2 + i) * kLanes]; },
       [&](int k) {
         return StridedBlock{numbers + (24 + 9 * k) * kLanes, 3 * kLanes, kLanes};
@@ -30,8 +30,8 @@ void add_block_stiffness(const ElementBlocks& blocks, const ElementBlocks::Block
     for (int lane = 0; lane < kBatchLanes; ++lane) {
       const Index e = blocks.element(block.first_batch + batch, lane);
       if (e < 0) continue;
-      if (const SparsityPattern::Place* place = pattern.place(e)) {
-        scatter_numbers(pattern, *place, matrices + lane, values);
+      if (const SparsityPattern::ElementEntries* entries = pattern.element_entries(e)) {
+        scatter_numbers(pattern, *entries, matrices + lane, values);
       } else {
         other(e);
       }

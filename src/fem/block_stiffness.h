@@ -10,8 +10,8 @@
 namespace tetraction {
 
 /// values += the stiffness matrices of the block's elements, in the pattern's order. They are
-/// computed from a state of the tangent kernels. For elements without a simple place in the pattern
-/// `other` is called instead.
+/// computed from a state of the tangent kernels. For elements without
+/// SparsityPattern::element_entries() it calls other(element) instead.
 void add_block_stiffness(const ElementBlocks& blocks, const ElementBlocks::Block& block,
                          TangentForm form, const double* state, const SparsityPattern& pattern,
                          double* values, const std::function<void(Index)>& other);

@@ -20,10 +20,10 @@ namespace {
 
 constexpr Index kNone = std::numeric_limits<Index>::max();
 
-// Keeps the smallest number of an element that failed, whichever thread finds it.
+// Keeps the smallest index of the elements that failed. Several threads may report elements.
 class FirstFailure {
  public:
-  void note(Index e) {
+  void report(Index e) {
     Index seen = first_.load(std::memory_order_relaxed);
     while (e < seen && !first_.compare_exchange_weak(seen, e, std::memory_order_relaxed)) {
     }
@@ -42,10 +42,10 @@ class FirstFailure {
 struct ElasticPotential::Impl {
   const RestState& rest;
   std::vector<MaterialModel> materials;
-  std::vector<int> material_of_element;  // empty: one material everywhere
+  std::vector<int> material_of_element;  // empty if there is one material only
   ElementBlocks blocks;
   std::vector<double> energies;       // per block
-  AlignedVector<double> rows;         // gradients, per record
+  AlignedVector<double> records;      // gradients, per record
   std::vector<ShapeSums> shape_sums;  // per material
 
   Impl(const RestState& rest_state, std::vector<MaterialModel> models,
@@ -73,8 +73,8 @@ struct ElasticPotential::Impl {
         }
         sums.squared += shape * shape;
         sums.with_edges += shape * shape * longest;
-        const double steepest = element.gradients[0].colwise().squaredNorm().maxCoeff();
-        block.aspect = std::max(block.aspect, std::sqrt(longest * steepest));
+        const double largest_gradient = element.gradients[0].colwise().squaredNorm().maxCoeff();
+        block.aspect = std::max(block.aspect, std::sqrt(longest * largest_gradient));
       });
     }
   }
@@ -86,8 +86,8 @@ struct ElasticPotential::Impl {
                                material_of_element[static_cast<std::size_t>(e)])];
   }
 
-  // Runs body(element, material) over all elements; the material's type is resolved outside the
-  // inner loop.
+  // Calls body(element, material) for all elements. The type of the material is resolved once for
+  // each block.
   template <class Body>
   void for_each(const Body& body) const {
     parallel_for(blocks.block_count(), 1, [&](Index begin, Index end) {
@@ -102,7 +102,8 @@ struct ElasticPotential::Impl {
     });
   }
 
-  // Runs body(element, element positions, material) over all elements where the energy is defined.
+  // Calls body(element, positions of its nodes, material) for all elements where the energy is
+  // defined.
   template <class Body>
   EvaluationStatus for_each_admissible(const Positions& q, const Body& body) const {
     FirstFailure failure;
@@ -111,14 +112,14 @@ struct ElasticPotential::Impl {
       if (element_admissible<Shape>(rest.element(e), m, local)) {
         body(e, local, m);
       } else {
-        failure.note(e);
+        failure.report(e);
       }
     });
     return failure.result();
   }
 
-  // The loop for blocks that the isotropic kernels cannot process: one element after the other.
-  // local(e, positions, material, energy) gives the element's gradient and its energy.
+  // Processes a block one element after the other, where the isotropic kernels cannot be used.
+  // local(e, positions, material, energy) returns the gradient of an element and adds to the energy.
   template <class Local>
   BlockSums scalar_block(const ElementBlocks::Block& block, const Positions& q, double* gradients,
                          const Local& local) const {
@@ -142,17 +143,18 @@ struct ElasticPotential::Impl {
     return sums;
   }
 
-  // Computes the energies of all blocks and, if `with_gradient`, their records of gradients.
+  // Computes the energies of all blocks and, if `with_gradient` is true, the records of their
+  // gradients. Returns whether the energy is defined in all elements.
   bool run_blocks(const Positions& q, bool with_gradient) {
     if (with_gradient)
-      rows.resize(static_cast<std::size_t>(ElementBlocks::kRecordSize * blocks.record_count()));
+      records.resize(static_cast<std::size_t>(ElementBlocks::kRecordSize * blocks.record_count()));
     std::atomic<bool> admissible{true};
     parallel_for(blocks.block_count(), 1, [&](Index begin, Index end) {
       for (Index b = begin; b < end; ++b) {
         const ElementBlocks::Block& block = blocks.block(b);
         double* gradients = nullptr;
         if (with_gradient) {
-          gradients = rows.data() + ElementBlocks::kRecordSize * block.first_record;
+          gradients = records.data() + ElementBlocks::kRecordSize * block.first_record;
           std::fill_n(gradients, ElementBlocks::kRecordSize * block.record_count, 0.0);
         }
         const BlockSums sums = run_block(block, q, gradients);
@@ -163,10 +165,11 @@ struct ElasticPotential::Impl {
     return admissible;
   }
 
-  // The kernels on edges lose digits: det F in proportion to the square of the elements' aspect
-  // ratio, the metric terms of St Venant–Kirchhoff and Mooney–Rivlin in proportion to its cube. The
-  // loop over single elements uses F, and its forces lose digits in proportion to the ratio only.
-  // This matters if positions are given as a sum, because the caller then needs the digits.
+  // Whether the kernels are too inaccurate for the shapes of the block's elements. The kernels work
+  // on edges. Their round-off in det F grows with the square of the aspect ratio, and that of the
+  // metric terms of Saint Venant–Kirchhoff and Mooney–Rivlin with its cube. The loop over single
+  // elements works on F, and its round-off grows with the ratio itself. The difference matters to
+  // callers that give positions as a sum for the sake of accuracy.
   static bool loses_digits(const ElementBlocks::Block& block, const IsotropicModel& model) {
     const bool has_metric = has(tangent_form(model, false), TangentForm::kMetric);
     return block.aspect > (has_metric ? 12.0 : 50.0);
@@ -188,15 +191,15 @@ struct ElasticPotential::Impl {
     thread_local AlignedVector<double> positions;
     positions.resize(static_cast<std::size_t>(ElementBlocks::kRecordSize * block.record_count));
     blocks.load_records(block, q.origin().data(), positions.data());
-    thread_local AlignedVector<double> changes;
+    thread_local AlignedVector<double> displacements;
     if (q.displacement() != nullptr) {
-      changes.resize(positions.size());
-      blocks.load_changes(block, q.displacement()->data(), changes.data());
+      displacements.resize(positions.size());
+      blocks.load_displacements(block, q.displacement()->data(), displacements.data());
     }
-    const double* change = q.displacement() == nullptr ? nullptr : changes.data();
+    const double* displacement = q.displacement() == nullptr ? nullptr : displacements.data();
     return gradients == nullptr
-               ? elastic_energy(blocks.batches(block), *model, positions.data(), change)
-               : elastic_gradient(blocks.batches(block), *model, positions.data(), change,
+               ? elastic_energy(blocks.batches(block), *model, positions.data(), displacement)
+               : elastic_gradient(blocks.batches(block), *model, positions.data(), displacement,
                                   gradients);
   }
 
@@ -233,11 +236,12 @@ struct ElasticPotential::Impl {
     return sum;
   }
 
-  // The first element where the energy is not defined. Called after a block reported that there is
+  // Finds the first element where the energy is not defined, after a block reported that there is
   // one.
   EvaluationStatus failure(const Positions& q) const {
     const EvaluationStatus found = for_each_admissible(q, [](Index, const auto&, const auto&) {});
-    return found.ok() ? EvaluationStatus{0} : found;  // on the very edge the kernels may differ
+    // If J is zero up to round-off, this loop may find no failure although the kernels found one.
+    return found.ok() ? EvaluationStatus{0} : found;
   }
 };
 
@@ -287,7 +291,7 @@ EvaluationStatus ElasticPotential::value_and_gradient(const Positions& q, double
                                                       Vector& gradient) const {
   if (!impl_->run_blocks(q, true)) return impl_->failure(q);
   energy = impl_->total_energy();
-  impl_->blocks.sum_records(impl_->rows, gradient);
+  impl_->blocks.sum_records(impl_->records, gradient);
   return {};
 }
 
@@ -308,12 +312,12 @@ EvaluationStatus ElasticPotential::add_hessian(const Positions& q, const Sparsit
 
 void ElasticPotential::product(const Vector& q, const Vector& x, Vector& result) const {
   Impl& s = *impl_;
-  s.rows.assign(static_cast<std::size_t>(ElementBlocks::kRecordSize * s.blocks.record_count()),
-                0.0);
+  s.records.assign(static_cast<std::size_t>(ElementBlocks::kRecordSize * s.blocks.record_count()),
+                   0.0);
   parallel_for(s.blocks.block_count(), 1, [&](Index begin, Index end) {
     for (Index b = begin; b < end; ++b) {
       const ElementBlocks::Block& block = s.blocks.block(b);
-      s.scalar_block(block, q, s.rows.data() + ElementBlocks::kRecordSize * block.first_record,
+      s.scalar_block(block, q, s.records.data() + ElementBlocks::kRecordSize * block.first_record,
                      [&](Index e, const Shape::NodeMatrix& local, const auto& m,
                          double&) -> Shape::NodeMatrix {
                        return element_product<Shape>(s.rest.element(e), m, local,
@@ -321,7 +325,7 @@ void ElasticPotential::product(const Vector& q, const Vector& x, Vector& result)
                      });
     }
   });
-  s.blocks.sum_records(s.rows, result);
+  s.blocks.sum_records(s.records, result);
 }
 
 Vector ElasticPotential::energies_by_material(const Vector& q) const {

@@ -11,7 +11,8 @@
 namespace tetraction {
 namespace {
 
-// About 300 vertices: their positions and forces take 20 KiB.
+// A block of this size has about 300 vertices. Their positions and forces take 20 KiB, which fits the
+// first-level cache.
 constexpr Index kBlockElements = 1024;
 
 }  // namespace
@@ -82,12 +83,12 @@ void ElementBlocks::add_block(const RestState& rest, const std::vector<Index>& o
   element_.resize(element_.size() + lanes, -1);
   rest_numbers_.resize(element_.size() * kRestNumbers);
   slots_.resize(element_.size() * 4);
-  // Records are in the order of their first use, so that neighbours are near one another.
+  // Records are in the order of their first use. Neighbouring vertices are then near in memory.
   for (Index i = begin; i < end; ++i) {
     for (const Index v : rest.nodes(order[static_cast<std::size_t>(i)])) {
-      auto& row = record_of_vertex[static_cast<std::size_t>(v)];
-      if (row >= block.first_record) continue;
-      row = static_cast<std::int32_t>(record_vertex_.size());
+      auto& record = record_of_vertex[static_cast<std::size_t>(v)];
+      if (record >= block.first_record) continue;
+      record = static_cast<std::int32_t>(record_vertex_.size());
       record_vertex_.push_back(static_cast<std::int32_t>(v));
     }
   }
@@ -97,32 +98,33 @@ void ElementBlocks::add_block(const RestState& rest, const std::vector<Index>& o
   for (Index i = 0; i < static_cast<Index>(lanes); ++i) {
     const int lane = static_cast<int>(i / block.batch_count);
     const Index batch = block.first_batch + i % block.batch_count;
-    std::array<std::int32_t, 4> rows{};
+    std::array<std::int32_t, 4> records{};
     const Index e = begin + i < end ? order[static_cast<std::size_t>(begin + i)] : -1;
     for (std::size_t a = 0; a < 4; ++a) {
-      const std::int32_t row = e < 0 ? static_cast<std::int32_t>(record_vertex_.size() - 4 + a)
-                                     : record_of_vertex[static_cast<std::size_t>(rest.nodes(e)[a])];
-      rows[a] = static_cast<std::int32_t>(row - block.first_record);
+      const std::int32_t record =
+          e < 0 ? static_cast<std::int32_t>(record_vertex_.size() - 4 + a)
+                : record_of_vertex[static_cast<std::size_t>(rest.nodes(e)[a])];
+      records[a] = static_cast<std::int32_t>(record - block.first_record);
     }
-    set_lane(rest, batch, lane, e, rows);
+    set_lane(rest, batch, lane, e, records);
   }
   blocks_.push_back(block);
 }
 
 void ElementBlocks::set_lane(const RestState& rest, Index batch, int lane, Index element,
-                             const std::array<std::int32_t, 4>& rows) {
-  const auto place = static_cast<std::size_t>(batch * kBatchLanes + lane);
-  element_[place] = static_cast<std::int32_t>(element);
+                             const std::array<std::int32_t, 4>& records) {
+  const auto index = static_cast<std::size_t>(batch * kBatchLanes + lane);
+  element_[index] = static_cast<std::int32_t>(element);
   for (std::size_t a = 0; a < 4; ++a) {
     slots_[(4 * static_cast<std::size_t>(batch) + a) * kBatchLanes +
-           static_cast<std::size_t>(lane)] = static_cast<std::uint16_t>(kRecordSize * rows[a]);
+           static_cast<std::size_t>(lane)] = static_cast<std::uint16_t>(kRecordSize * records[a]);
   }
   Matrix3 vg = Matrix3::Identity() / 6.0;
   double six_volume = 1.0;
   if (element >= 0) {
     const auto& data = rest.element(element);
-    const auto b = data.gradients[0].rightCols<3>();  // D⁻ᵀ
-    vg = data.weights[0] * b.transpose() * b;
+    const auto inverse_transpose = data.gradients[0].rightCols<3>();  // D_m⁻ᵀ
+    vg = data.weights[0] * inverse_transpose.transpose() * inverse_transpose;
     six_volume = 6.0 * data.weights[0];
   }
   double* numbers = rest_numbers_.data() +
@@ -137,12 +139,12 @@ void ElementBlocks::set_lane(const RestState& rest, Index batch, int lane, Index
 }
 
 template <bool kAdd>
-void ElementBlocks::gather(const AlignedVector<double>& rows, Vector& field) const {
+void ElementBlocks::gather(const AlignedVector<double>& records, Vector& field) const {
   parallel_for(field.size() / 3, 2048, [&](Index begin, Index end) {
     for (Index v = begin; v < end; ++v) {
       Eigen::Vector4d sum = Eigen::Vector4d::Zero();
-      for (const std::int32_t* r = rows_begin(v); r != rows_end(v); ++r) {
-        sum += Eigen::Map<const Eigen::Vector4d>(rows.data() + kRecordSize * *r);
+      for (const std::int32_t* r = records_begin(v); r != records_end(v); ++r) {
+        sum += Eigen::Map<const Eigen::Vector4d>(records.data() + kRecordSize * *r);
       }
       if constexpr (kAdd) {
         field.segment<3>(3 * v) += sum.head<3>();
@@ -153,22 +155,22 @@ void ElementBlocks::gather(const AlignedVector<double>& rows, Vector& field) con
   });
 }
 
-void ElementBlocks::sum_records(const AlignedVector<double>& rows, Vector& field) const {
+void ElementBlocks::sum_records(const AlignedVector<double>& records, Vector& field) const {
   field.resize(3 * static_cast<Index>(vertex_record_begin_.size() - 1));
-  gather<false>(rows, field);
+  gather<false>(records, field);
 }
 
-void ElementBlocks::add_record_sums(const AlignedVector<double>& rows, Vector& field) const {
-  gather<true>(rows, field);
+void ElementBlocks::add_record_sums(const AlignedVector<double>& records, Vector& field) const {
+  gather<true>(records, field);
 }
 
-void ElementBlocks::load_positions(const Block& block, const Positions& x, double* rows) const {
-  load_records(block, x.origin().data(), rows);
+void ElementBlocks::load_positions(const Block& block, const Positions& x, double* records) const {
+  load_records(block, x.origin().data(), records);
   if (x.displacement() == nullptr) return;
-  thread_local AlignedVector<double> changes;
-  changes.resize(static_cast<std::size_t>(kRecordSize * block.record_count));
-  load_changes(block, x.displacement()->data(), changes.data());
-  for (std::size_t i = 0; i < changes.size(); ++i) rows[i] += changes[i];
+  thread_local AlignedVector<double> displacements;
+  displacements.resize(static_cast<std::size_t>(kRecordSize * block.record_count));
+  load_displacements(block, x.displacement()->data(), displacements.data());
+  for (std::size_t i = 0; i < displacements.size(); ++i) records[i] += displacements[i];
 }
 
 }  // namespace tetraction

@@ -1,13 +1,14 @@
-// The elements in blocks that fit the first-level cache. The fast element loops use this layout.
+// The layout of the elements that the fast element loops use: blocks that fit the first-level cache.
 //
 // Elements of one material are sorted along a Hilbert curve and cut into blocks of about a thousand
-// neighbours. A block works on copies of its vertices, *records* of four numbers, and writes its
-// share of the forces to records of its own. Afterwards every vertex adds up its records in the
-// order of the blocks. So no atomic operations are needed, results are bitwise the same for any
-// number of threads, and the numbering of the mesh does not matter for speed.
+// neighbours. Each block copies the data of its vertices to *records* of four numbers, and it adds
+// the forces of its elements to records of its own. Afterwards the records of every vertex are added
+// up in the order of the blocks. This needs no atomic operations, the results are bitwise the same
+// for any number of threads, and the speed does not depend on the numbering of the mesh.
 //
-// The lanes of a batch take elements that are far apart in the block (lane l of batch b has element
-// l × batches + b), so that the lanes of a batch seldom add to the same record.
+// A batch has one element in each of its kBatchLanes lanes. Lane l of batch b has the element
+// l × batches + b of the block. The elements of a batch are therefore far apart, and its lanes
+// seldom add to the same record.
 #pragma once
 
 #include <tbb/cache_aligned_allocator.h>
@@ -33,9 +34,9 @@ class ElementBlocks {
     Index first_batch = 0;
     Index batch_count = 0;
     Index first_record = 0;
-    Index record_count = 0;  ///< including those of padding elements
+    Index record_count = 0;  ///< with the records of padding elements
     int material = 0;
-    double aspect = 0.0;  ///< largest ratio of an element's longest edge to its least height
+    double aspect = 0.0;  ///< largest ratio of the longest edge to the least height of an element
   };
 
   /// `material_of_element` may be empty if there is one material only.
@@ -47,7 +48,9 @@ class ElementBlocks {
   Block& block(Index b) { return blocks_[static_cast<std::size_t>(b)]; }
   Index record_count() const { return static_cast<Index>(record_vertex_.size()); }
   /// The vertex of a record, or −1 for padding.
-  Index record_vertex(Index row) const { return record_vertex_[static_cast<std::size_t>(row)]; }
+  Index record_vertex(Index record) const {
+    return record_vertex_[static_cast<std::size_t>(record)];
+  }
   BatchView batches(const Block& block) const {
     const auto first = static_cast<std::size_t>(block.first_batch) * kBatchLanes;
     return {rest_numbers_.data() + first * kRestNumbers, slots_.data() + 4 * first,
@@ -73,68 +76,70 @@ class ElementBlocks {
     return slots_[static_cast<std::size_t>((4 * batch + node) * kBatchLanes + lane)];
   }
 
-  /// rows ← the records of the block, from a field with 3 numbers per vertex.
+  /// Fills the records of the block from a field with 3 numbers per vertex. Padding elements get the
+  /// nodes of a unit tetrahedron.
   template <class T, class Source>
-  void load_records(const Block& block, const Source* field, T* rows) const {
+  void load_records(const Block& block, const Source* field, T* records) const {
     const std::int32_t* vertex = record_vertex_.data() + block.first_record;
-    for (Index r = 0; r < block.record_count; ++r, rows += kRecordSize) {
+    for (Index r = 0; r < block.record_count; ++r, records += kRecordSize) {
       const Source* value = field + 3 * static_cast<Index>(vertex[r] < 0 ? 0 : vertex[r]);
-      rows[0] = static_cast<T>(value[0]);
-      rows[1] = static_cast<T>(value[1]);
-      rows[2] = static_cast<T>(value[2]);
-      rows[3] = T(0);
+      records[0] = static_cast<T>(value[0]);
+      records[1] = static_cast<T>(value[1]);
+      records[2] = static_cast<T>(value[2]);
+      records[3] = T(0);
     }
-    if (block.record_count > 0 && vertex[block.record_count - 1] < 0) fill_padding(rows);
+    if (block.record_count > 0 && vertex[block.record_count - 1] < 0) fill_padding(records);
   }
 
-  /// As load_records(), for a field of displacements: the records of padding are zero.
+  /// Does the same for a field of displacements or velocities. The records of padding are zero.
   template <class T, class Source>
-  void load_changes(const Block& block, const Source* field, T* rows) const {
-    load_records(block, field, rows);
+  void load_displacements(const Block& block, const Source* field, T* records) const {
+    load_records(block, field, records);
     const Index last = block.record_count - 1;
     if (last >= 0 && record_vertex(block.first_record + last) < 0) {
-      std::fill_n(rows + kRecordSize * (last - 3), 4 * kRecordSize, T(0));
+      std::fill_n(records + kRecordSize * (last - 3), 4 * kRecordSize, T(0));
     }
   }
 
-  /// As load_records(), for the positions x.
-  void load_positions(const Block& block, const Positions& x, double* rows) const;
+  /// Fills the records of the block with the positions x.
+  void load_positions(const Block& block, const Positions& x, double* records) const;
 
-  /// As load_records(), for a field that has records of kRecordSize numbers itself, one per vertex.
-  /// They are in the order of the vertices. If they are in another order, `places` gives the place
-  /// of the vertex of each record of all blocks, or −1 for padding.
+  /// Fills the records of the block from a field that has one record of kRecordSize numbers per
+  /// vertex. If `places` is null, the field is in the order of the vertices. Otherwise places[r] is
+  /// the index in the field of the vertex that record r of all blocks belongs to, or −1 for padding.
   template <class T>
-  void copy_records(const Block& block, const T* field, T* rows,
+  void copy_records(const Block& block, const T* field, T* records,
                     const std::int32_t* places = nullptr) const {
-    using Row = Eigen::Matrix<T, kRecordSize, 1>;
+    using Record = Eigen::Matrix<T, kRecordSize, 1>;
     const std::int32_t* vertex =
         (places == nullptr ? record_vertex_.data() : places) + block.first_record;
-    for (Index r = 0; r < block.record_count; ++r, rows += kRecordSize) {
-      const T* row = field + kRecordSize * static_cast<Index>(vertex[r] < 0 ? 0 : vertex[r]);
-      Eigen::Map<Row, Eigen::Aligned16>{rows} = Eigen::Map<const Row, Eigen::Aligned16>(row);
+    for (Index r = 0; r < block.record_count; ++r, records += kRecordSize) {
+      const T* source = field + kRecordSize * static_cast<Index>(vertex[r] < 0 ? 0 : vertex[r]);
+      Eigen::Map<Record, Eigen::Aligned16>{records} =
+          Eigen::Map<const Record, Eigen::Aligned16>(source);
     }
-    if (block.record_count > 0 && vertex[block.record_count - 1] < 0) fill_padding(rows);
+    if (block.record_count > 0 && vertex[block.record_count - 1] < 0) fill_padding(records);
   }
 
-  /// For every vertex v, field(v) ← the sum of its records, or field(v) += this sum. The field has
-  /// 3 numbers per vertex.
-  void sum_records(const AlignedVector<double>& rows, Vector& field) const;
-  void add_record_sums(const AlignedVector<double>& rows, Vector& field) const;
+  /// Sets the field at every vertex to the sum of the vertex's records, or adds this sum to the field.
+  /// The field has 3 numbers per vertex.
+  void sum_records(const AlignedVector<double>& records, Vector& field) const;
+  void add_record_sums(const AlignedVector<double>& records, Vector& field) const;
 
-  /// Begin and end of the list of the records of a vertex, which is ascending.
-  const std::int32_t* rows_begin(Index vertex) const {
+  /// Begin and end of the ascending list of the records of a vertex.
+  const std::int32_t* records_begin(Index vertex) const {
     return vertex_records_.data() + vertex_record_begin_[static_cast<std::size_t>(vertex)];
   }
-  const std::int32_t* rows_end(Index vertex) const {
+  const std::int32_t* records_end(Index vertex) const {
     return vertex_records_.data() + vertex_record_begin_[static_cast<std::size_t>(vertex) + 1];
   }
 
  private:
   template <bool kAdd>
-  void gather(const AlignedVector<double>& rows, Vector& field) const;
+  void gather(const AlignedVector<double>& records, Vector& field) const;
 
-  // Padding elements are unit tetrahedra at rest. The last four records of the block are their
-  // nodes.
+  // Sets the last four records of the block to the nodes of the padding elements, which are unit
+  // tetrahedra at rest.
   template <class T>
   static void fill_padding(T* end) {
     for (T* r = end - 4 * kRecordSize; r != end; ++r) *r = T(0);
@@ -143,13 +148,13 @@ class ElementBlocks {
   void add_block(const RestState& rest, const std::vector<Index>& order, Index begin, Index end,
                  int material, std::vector<std::int32_t>& record_of_vertex);
   void set_lane(const RestState& rest, Index batch, int lane, Index element,
-                const std::array<std::int32_t, 4>& rows);
+                const std::array<std::int32_t, 4>& records);
 
   std::vector<Block> blocks_;
   AlignedVector<double> rest_numbers_;
   AlignedVector<std::uint16_t> slots_;
   std::vector<std::int32_t> element_;
-  std::vector<std::int32_t> record_vertex_;  // −1: padding
+  std::vector<std::int32_t> record_vertex_;  // −1 for padding
   std::vector<std::int32_t> vertex_record_begin_;
   std::vector<std::int32_t> vertex_records_;
 };

@@ -22,13 +22,14 @@ FreeCoordinates::FreeCoordinates(Index vertex_count, std::map<Index, VertexFreed
   }
   for (const auto& [v, freedom] : freedoms_) {
     kind_[static_cast<std::size_t>(v)] =
-        freedom.count == 0 ? kHeld : (freedom.count == 3 ? kFree : kPartial);
+        freedom.count == 0 ? kFullyPrescribed : (freedom.count == 3 ? kFree : kPartlyPrescribed);
   }
   for (std::size_t s = 0; s < sets_.size(); ++s) {
     for (std::size_t i = 0; i < sets_[s].vertices.size(); ++i) {
       const Index v = sets_[s].vertices[i];
       if (kind_[static_cast<std::size_t>(v)] != kFree) {
-        throw InputError("A vertex of an affine set is held or in another set.");
+        throw InputError(
+            "A vertex of an affine set has a prescribed displacement or is in another set.");
       }
       kind_[static_cast<std::size_t>(v)] = kAffine;
       member_[v] = {static_cast<Index>(s), static_cast<Index>(i)};
@@ -36,7 +37,7 @@ FreeCoordinates::FreeCoordinates(Index vertex_count, std::map<Index, VertexFreed
   }
   int next = 0;
   for (std::size_t v = 0; v < kind_.size(); ++v) {
-    if (kind_[v] == kHeld || kind_[v] == kAffine) continue;
+    if (kind_[v] == kFullyPrescribed || kind_[v] == kAffine) continue;
     first_[v] = next;
     next += kind_[v] == kFree ? 3 : freedoms_.at(static_cast<Index>(v)).count;
   }
@@ -61,25 +62,25 @@ FreeCoordinates::VertexMap FreeCoordinates::map(Index vertex) const {
       map.count = 3;
       map.columns = Matrix3::Identity();
       break;
-    case kPartial: {
+    case kPartlyPrescribed: {
       const VertexFreedom& freedom = freedoms_.at(vertex);
       map.first = first_[v];
       map.count = freedom.count;
       map.columns = freedom.basis.leftCols(freedom.count);
       break;
     }
-    case kHeld:
+    case kFullyPrescribed:
       map.columns.resize(3, 0);
       break;
     case kAffine: {
-      const auto [s, place] = member_.at(vertex);
+      const auto [s, index] = member_.at(vertex);
       const AffineSet& set = sets_[static_cast<std::size_t>(s)];
       map.first = first_of_set(s);
       map.count = 3 * (1 + set.rank());
       map.columns.resize(3, map.count);
       map.columns.leftCols<3>().setIdentity();
       for (int j = 0; j < set.rank(); ++j) {
-        map.columns.middleCols<3>(3 * (j + 1)) = set.coordinates(j, place) * Matrix3::Identity();
+        map.columns.middleCols<3>(3 * (j + 1)) = set.coordinates(j, index) * Matrix3::Identity();
       }
       break;
     }
@@ -93,7 +94,7 @@ Vector FreeCoordinates::restrict(const Vector& full) const {
     const Index vertex = static_cast<Index>(v);
     if (kind_[v] == kFree) {
       free.segment<3>(first_[v]) = full.segment<3>(3 * vertex);
-    } else if (kind_[v] == kPartial) {
+    } else if (kind_[v] == kPartlyPrescribed) {
       const VertexFreedom& freedom = freedoms_.at(vertex);
       for (int i = 0; i < freedom.count; ++i) {
         free[first_[v] + i] = freedom.basis.col(i).dot(full.segment<3>(3 * vertex));
@@ -103,11 +104,11 @@ Vector FreeCoordinates::restrict(const Vector& full) const {
   for (std::size_t s = 0; s < sets_.size(); ++s) {
     const AffineSet& set = sets_[s];
     for (std::size_t i = 0; i < set.vertices.size(); ++i) {
-      const Vector3 f = full.segment<3>(3 * set.vertices[i]);
-      free.segment<3>(set_first_[s]) += f;
+      const Vector3 force = full.segment<3>(3 * set.vertices[i]);
+      free.segment<3>(set_first_[s]) += force;
       for (int j = 0; j < set.rank(); ++j) {
         free.segment<3>(set_first_[s] + 3 * (j + 1)) +=
-            set.coordinates(j, static_cast<Index>(i)) * f;
+            set.coordinates(j, static_cast<Index>(i)) * force;
       }
     }
   }
@@ -133,10 +134,10 @@ double FreeCoordinates::restricted_norm(const Vector& full) const {
   for (const AffineSet& set : sets_) {
     Eigen::Matrix<double, 3, 4> forces = Eigen::Matrix<double, 3, 4>::Zero();
     for (std::size_t i = 0; i < set.vertices.size(); ++i) {
-      const Vector3 f = full.segment<3>(3 * set.vertices[i]);
-      forces.col(0) += f;
+      const Vector3 force = full.segment<3>(3 * set.vertices[i]);
+      forces.col(0) += force;
       for (int j = 0; j < set.rank(); ++j) {
-        forces.col(j + 1) += set.coordinates(j, static_cast<Index>(i)) * f;
+        forces.col(j + 1) += set.coordinates(j, static_cast<Index>(i)) * force;
       }
     }
     sum += forces.squaredNorm();
@@ -150,7 +151,7 @@ Vector FreeCoordinates::extend(const Vector& free) const {
     const Index vertex = static_cast<Index>(v);
     if (kind_[v] == kFree) {
       full.segment<3>(3 * vertex) = free.segment<3>(first_[v]);
-    } else if (kind_[v] == kPartial) {
+    } else if (kind_[v] == kPartlyPrescribed) {
       const VertexFreedom& freedom = freedoms_.at(vertex);
       for (int i = 0; i < freedom.count; ++i) {
         full.segment<3>(3 * vertex) += free[first_[v] + i] * freedom.basis.col(i);
@@ -174,7 +175,7 @@ Vector FreeCoordinates::extend(const Vector& free) const {
 Vector FreeCoordinates::reduced_mass(const Vector& mass) const {
   Vector reduced(count_);
   for (std::size_t v = 0; v < kind_.size(); ++v) {
-    if (kind_[v] == kHeld || kind_[v] == kAffine) continue;
+    if (kind_[v] == kFullyPrescribed || kind_[v] == kAffine) continue;
     const Index vertex = static_cast<Index>(v);
     const int count = kind_[v] == kFree ? 3 : freedoms_.at(vertex).count;
     reduced.segment(first_[v], count).setConstant(mass[vertex]);
@@ -194,21 +195,21 @@ void FreeCoordinates::project_momentum(const Vector& mass, Vector& momentum) con
   }
   for (const AffineSet& set : sets_) {
     double total = 0.0;
-    Matrix generalised = Matrix::Zero(3, 1 + set.rank());
+    Matrix generalised_momentum = Matrix::Zero(3, 1 + set.rank());
     for (std::size_t i = 0; i < set.vertices.size(); ++i) {
       const Index v = set.vertices[i];
       const Vector3 p = momentum.segment<3>(3 * v);
       total += mass[v];
-      generalised.col(0) += p;
+      generalised_momentum.col(0) += p;
       for (int j = 0; j < set.rank(); ++j) {
-        generalised.col(j + 1) += set.coordinates(j, static_cast<Index>(i)) * p;
+        generalised_momentum.col(j + 1) += set.coordinates(j, static_cast<Index>(i)) * p;
       }
     }
     for (std::size_t i = 0; i < set.vertices.size(); ++i) {
       const Index v = set.vertices[i];
-      Vector3 rate = generalised.col(0);
+      Vector3 rate = generalised_momentum.col(0);
       for (int j = 0; j < set.rank(); ++j) {
-        rate += set.coordinates(j, static_cast<Index>(i)) * generalised.col(j + 1);
+        rate += set.coordinates(j, static_cast<Index>(i)) * generalised_momentum.col(j + 1);
       }
       momentum.segment<3>(3 * v) = mass[v] / total * rate;
     }
@@ -216,12 +217,13 @@ void FreeCoordinates::project_momentum(const Vector& mass, Vector& momentum) con
 }
 
 void FreeCoordinates::project_velocity(const Vector& mass, Vector& velocity) const {
-  // M⁻¹ P_p M, vertex by vertex; free vertices stay bitwise what they are.
+  // v ← M⁻¹ P M v with the projection P of momenta. Only the vertices that P may change are scaled
+  // by their masses, so that the velocities of free vertices stay bitwise the same.
   for (const auto& [v, freedom] : freedoms_) velocity.segment<3>(3 * v) *= mass[v];
-  for (const auto& [v, place] : member_) velocity.segment<3>(3 * v) *= mass[v];
+  for (const auto& [v, membership] : member_) velocity.segment<3>(3 * v) *= mass[v];
   project_momentum(mass, velocity);
   for (const auto& [v, freedom] : freedoms_) velocity.segment<3>(3 * v) /= mass[v];
-  for (const auto& [v, place] : member_) velocity.segment<3>(3 * v) /= mass[v];
+  for (const auto& [v, membership] : member_) velocity.segment<3>(3 * v) /= mass[v];
 }
 
 }  // namespace tetraction

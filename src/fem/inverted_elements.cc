@@ -13,25 +13,26 @@
 namespace tetraction {
 namespace {
 
-constexpr double kAlways = -std::numeric_limits<double>::infinity();
-constexpr double kNever = std::numeric_limits<double>::infinity();
+constexpr double kAlwaysExamine = -std::numeric_limits<double>::infinity();
+constexpr double kNeverExamine = std::numeric_limits<double>::infinity();
 
-// The energy density below which no stretch is below 0.7. It is a quarter of the least density with
-// a vanishing stretch, E = diag(−½, s, s), because Ψ is quadratic in E.
-double least_density(const StVenantKirchhoff& material) {
+// An energy density below which no principal stretch can be less than 0.7. A stretch of 0 has at
+// least the energy density of E = diag(−½, s, s) with the best s. A stretch of √½ has half of this
+// strain and therefore at least a quarter of the density, because Ψ is quadratic in E.
+double density_threshold(const StVenantKirchhoff& material) {
   const double mu = material.mu();
   const double lambda = material.lambda();
   const double s = lambda / (4.0 * (mu + lambda));
   const double trace = 2.0 * s - 0.5;
   return 0.25 * (mu * (0.25 + 2.0 * s * s) + 0.5 * lambda * trace * trace);
 }
-// The other materials are defined for J > 0 only.
+// The other built-in materials are defined for J > 0 only, so that no element can be inverted.
 template <class M>
-requires(!M::kDefinedForAnyJacobian) double least_density(const M&) {
-  return kNever;
+requires(!M::kDefinedForAnyJacobian) double density_threshold(const M&) {
+  return kNeverExamine;
 }
-double least_density(const CustomMaterial&) {
-  return kAlways;
+double density_threshold(const CustomMaterial&) {
+  return kAlwaysExamine;
 }
 
 }  // namespace
@@ -40,13 +41,14 @@ InversionCounter::InversionCounter(const ElasticPotential& elastic) : elastic_(e
   const ElementBlocks& blocks = elastic.blocks();
   for (Index b = 0; b < blocks.block_count(); ++b) {
     const ElementBlocks::Block& block = blocks.block(b);
-    double volume = kNever;
-    blocks.for_each_element(
-        block, [&](Index e, Index, int) { volume = std::min(volume, elastic.rest().volume(e)); });
+    double least_volume = std::numeric_limits<double>::infinity();
+    blocks.for_each_element(block, [&](Index e, Index, int) {
+      least_volume = std::min(least_volume, elastic.rest().volume(e));
+    });
     const double density =
-        std::visit([](const auto& material) { return least_density(material); },
+        std::visit([](const auto& material) { return density_threshold(material); },
                    elastic.materials()[static_cast<std::size_t>(block.material)]);
-    least_energy_.push_back(volume * density);
+    energy_threshold_.push_back(least_volume * density);
   }
 }
 
@@ -55,35 +57,36 @@ Index InversionCounter::count(const Vector& q) {
 }
 
 Index InversionCounter::count_after_step(const Vector& q, double energy) {
-  // If the energy was evaluated elsewhere since then, the sum differs.
+  // If the energy was evaluated at other positions in the meantime, the sum differs, and the block
+  // energies cannot be used.
   double sum = 0.0;
   for (Index b = 0; b < elastic_.blocks().block_count(); ++b) sum += elastic_.block_energy(b);
   return count(q, sum == energy);
 }
 
 Index InversionCounter::count(const Vector& q, bool is_small_step) {
-  constexpr int kPause = 3;
+  constexpr int kStepsToSkip = 3;
   const ElementBlocks& blocks = elastic_.blocks();
-  pause_.resize(least_energy_.size(), 0);
+  steps_to_skip_.resize(energy_threshold_.size(), 0);
   std::atomic<Index> count{0};
   parallel_for(blocks.block_count(), 1, [&](Index begin, Index end) {
     thread_local AlignedVector<double> positions;
-    Index own = 0;
+    Index count_of_range = 0;
     for (Index b = begin; b < end; ++b) {
       const auto i = static_cast<std::size_t>(b);
-      if (is_small_step && elastic_.block_energy(b) < least_energy_[i]) continue;
-      if (is_small_step && pause_[i] > 0) {
-        --pause_[i];
+      if (is_small_step && elastic_.block_energy(b) < energy_threshold_[i]) continue;
+      if (is_small_step && steps_to_skip_[i] > 0) {
+        --steps_to_skip_[i];
         continue;
       }
       const ElementBlocks::Block& block = blocks.block(b);
       positions.resize(static_cast<std::size_t>(ElementBlocks::kRecordSize * block.record_count));
       blocks.load_records(block, q.data(), positions.data());
       const JacobianSigns signs = jacobian_signs(blocks.batches(block), positions.data());
-      own += signs.negative;
-      pause_[i] = signs.all_above_half ? kPause : 0;
+      count_of_range += signs.negative;
+      steps_to_skip_[i] = signs.all_above_half ? kStepsToSkip : 0;
     }
-    count += own;
+    count += count_of_range;
   });
   return count;
 }

@@ -9,20 +9,22 @@ namespace tetraction {
 
 class ElasticPotential;
 
-/// Counts the elements with J < 0. One pass over the elements reads nothing but their edges e,
-/// because det F has the sign of det e.
+/// Counts the elements with J < 0. This needs only the current edges e of the elements, because
+/// det F has the sign of det e.
 ///
-/// Keeps a reference to the potential. Make a new counter after a material was replaced.
+/// Keeps a reference to the potential, which must live longer. Make a new counter after a material
+/// was replaced.
 class InversionCounter {
  public:
   explicit InversionCounter(const ElasticPotential& elastic);
 
   /// The number of elements with J < 0 at positions q (3 per vertex).
   Index count(const Vector& q);
-  /// The same number, found faster, after a small step from a state without inverted elements to q.
-  /// The last evaluation of the elastic energy must have been at q, with the result `energy`.
-  /// Blocks are skipped if their energy is too small for an element to be near J = 0. The others
-  /// are examined, but only in every fourth step as long as J > ½ in all of their elements.
+  /// Counts faster than count(), after a small step from a state without inverted elements to q. The
+  /// last evaluation of the elastic energy must have been at q, with the result `energy`.
+  ///
+  /// A block is skipped if its energy is too small for any element to be near J = 0. A block in which
+  /// J > ½ in all elements is skipped in the next three steps.
   Index count_after_step(const Vector& q, double energy);
   /// The inverted element with the smallest number, or −1.
   Index first(const Vector& q) const;
@@ -31,8 +33,8 @@ class InversionCounter {
   Index count(const Vector& q, bool is_small_step);
 
   const ElasticPotential& elastic_;
-  std::vector<double> least_energy_;  // per block: below it no element is examined, J
-  std::vector<int> pause_;            // per block: steps until it is examined again
+  std::vector<double> energy_threshold_;  // per block: with less energy it is skipped, J
+  std::vector<int> steps_to_skip_;        // per block: steps until it is examined again
 };
 
 }  // namespace tetraction

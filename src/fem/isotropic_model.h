@@ -1,4 +1,4 @@
-// Tells whether the fast element loops know a material.
+// Tells whether the fast element loops can process a material.
 #pragma once
 
 #include <concepts>
@@ -9,7 +9,7 @@
 
 namespace tetraction {
 
-/// The material, or nothing if it is a custom one.
+/// The material, or no value if it is a CustomMaterial.
 inline std::optional<IsotropicModel> isotropic_model(const MaterialModel& material) {
   return std::visit(
       []<class M>(const M& m) -> std::optional<IsotropicModel> {

@@ -9,7 +9,7 @@ namespace {
 
 using Shape = RestState::Shape;
 
-// D = [X1 − X0, X2 − X0, X3 − X0].
+// D_m = [X1 − X0, X2 − X0, X3 − X0].
 Matrix3 rest_edges(const RestState& rest, Index e) {
   const RestState::Nodes n = rest.nodes(e);
   Matrix3 edges;
@@ -24,7 +24,8 @@ Matrix3 rest_edges(const RestState& rest, Index e) {
 RestElement<Shape> RestState::element(Index e) const {
   const Matrix3 edges = rest_edges(*this, e);
   RestElement<Shape> element;
-  // The rows of D⁻¹ are the gradients of N1..N3; those of all four add up to zero.
+  // The rows of D_m⁻¹ are the gradients of N1, N2 and N3. The gradients of all four shape functions
+  // add up to zero.
   Shape::NodeMatrix& g = element.gradients[0];
   g.rightCols<3>() = edges.inverse().transpose();
   g.col(0) = -(g.col(1) + g.col(2) + g.col(3));

@@ -14,21 +14,21 @@
 namespace tetraction {
 namespace {
 
-// The owner of the coordinates of every vertex. A vertex that can move by itself is its own owner.
-// The members of an affine set have one of them as their common owner. Vertices that cannot move
-// have −1.
+// For every vertex, the vertex that represents its free coordinates, its *owner*. A vertex with free
+// coordinates of its own is its own owner. The vertices of an affine set have its first vertex as
+// their common owner. The value is −1 for a fully prescribed vertex.
 std::vector<Index> coordinate_owners(const FreeCoordinates& coordinates) {
   std::vector<Index> owner(static_cast<std::size_t>(coordinates.vertex_count()));
   for (Index v = 0; v < coordinates.vertex_count(); ++v) {
     const Index set = coordinates.set_of(v);
     owner[static_cast<std::size_t>(v)] =
         set >= 0 ? coordinates.sets()[static_cast<std::size_t>(set)].vertices.front()
-                 : (coordinates.is_held(v) ? -1 : v);
+                 : (coordinates.is_fully_prescribed(v) ? -1 : v);
   }
   return owner;
 }
 
-// The elements in which an owner's coordinates take part, ascending.
+// For every owner, the ascending list of the elements that depend on its coordinates.
 std::vector<std::vector<Index>> elements_of_owners(const RestState& rest,
                                                    const std::vector<Index>& owner) {
   std::vector<std::vector<Index>> elements(owner.size());
@@ -43,31 +43,33 @@ std::vector<std::vector<Index>> elements_of_owners(const RestState& rest,
   return elements;
 }
 
-// Greedy colouring: each item, in order, gets the least colour that no item with the same
-// coordinates has. for_each_vertex(item, use) calls use(vertex) for an item's vertices. Vertices
-// that cannot move count, too, so that the order of sums does not depend on the constraints.
+// Greedy colouring of items (elements or blocks). Each item, in ascending order, gets the smallest
+// colour that no earlier item with a common owner has. for_each_vertex(item, use) must call
+// use(vertex) for every vertex of the item. Fully prescribed vertices count as their own owners
+// here, so that the order of sums does not depend on the prescribed displacements.
 template <class ForEachVertex>
 std::vector<std::vector<Index>> color_items(Index count, const std::vector<Index>& owner,
                                             const ForEachVertex& for_each_vertex) {
   std::vector<std::vector<Index>> colors;
-  std::vector<std::vector<Index>> used_by(owner.size());  // colours, per owner
-  std::vector<Index> last_use;  // per colour: the last item that found it taken
-  const auto colored_as = [&](Index v) {
+  std::vector<std::vector<Index>> colors_of(owner.size());  // per owner
+  std::vector<Index> last_conflict;  // per colour: the last item that cannot have it
+  const auto owner_of = [&](Index v) {
     const Index o = owner[static_cast<std::size_t>(v)];
     return static_cast<std::size_t>(o < 0 ? v : o);
   };
   for (Index item = 0; item < count; ++item) {
     for_each_vertex(item, [&](Index v) {
-      for (const Index c : used_by[colored_as(v)]) last_use[static_cast<std::size_t>(c)] = item;
+      for (const Index c : colors_of[owner_of(v)])
+        last_conflict[static_cast<std::size_t>(c)] = item;
     });
     std::size_t c = 0;
-    while (c < last_use.size() && last_use[c] == item) ++c;
-    if (c == last_use.size()) {
-      last_use.push_back(-1);
+    while (c < last_conflict.size() && last_conflict[c] == item) ++c;
+    if (c == last_conflict.size()) {
+      last_conflict.push_back(-1);
       colors.emplace_back();
     }
     for_each_vertex(item, [&](Index v) {
-      auto& list = used_by[colored_as(v)];
+      auto& list = colors_of[owner_of(v)];
       if (list.empty() || list.back() != static_cast<Index>(c)) {
         list.push_back(static_cast<Index>(c));
       }
@@ -84,7 +86,7 @@ SparsityPattern::SparsityPattern(const RestState& rest, const FreeCoordinates& c
     : coordinates_(coordinates), rest_(rest) {
   const std::vector<Index> owner = coordinate_owners(coordinates);
   const std::vector<std::vector<Index>> elements = elements_of_owners(rest, owner);
-  // For each owner the other owners with which pairs couple it.
+  // For each owner, the owners that are coupled to it by `pairs`.
   std::map<Index, std::vector<Index>> partners;
   for (const auto& [i, j] : pairs) {
     const Index a = owner[static_cast<std::size_t>(i)];
@@ -129,24 +131,26 @@ SparsityPattern::SparsityPattern(const RestState& rest, const FreeCoordinates& c
     }
   }
 
-  places_.resize(static_cast<std::size_t>(rest.element_count()));
-  is_simple_.assign(places_.size(), 1);
+  element_entries_.resize(static_cast<std::size_t>(rest.element_count()));
+  has_element_entries_.assign(element_entries_.size(), 1);
   parallel_for(rest.element_count(), 1024, [&](Index begin, Index end) {
     for (Index e = begin; e < end; ++e) {
       const auto& nodes = rest.nodes(e);
-      Place& place = places_[static_cast<std::size_t>(e)];
+      ElementEntries& entries = element_entries_[static_cast<std::size_t>(e)];
       for (std::size_t a = 0; a < nodes.size(); ++a) {
         const bool free = coordinates.is_free(nodes[a]);
-        if (!free && !coordinates.is_held(nodes[a])) is_simple_[static_cast<std::size_t>(e)] = 0;
-        place.first[a] = free ? coordinates.first(nodes[a]) : -1;
+        if (!free && !coordinates.is_fully_prescribed(nodes[a]))
+          has_element_entries_[static_cast<std::size_t>(e)] = 0;
+        entries.first[a] = free ? coordinates.first(nodes[a]) : -1;
       }
-      if (is_simple_[static_cast<std::size_t>(e)] == 0) continue;
+      if (has_element_entries_[static_cast<std::size_t>(e)] == 0) continue;
       std::size_t pair = 0;
       for (std::size_t a = 0; a < 4; ++a) {
         for (std::size_t c = a + 1; c < 4; ++c, ++pair) {
-          const auto [column, row] = std::minmax(place.first[a], place.first[c]);
+          const auto [column, row] = std::minmax(entries.first[a], entries.first[c]);
           if (column < 0) continue;
-          place.offset[pair] = find(row, column) - column_begin_[static_cast<std::size_t>(column)];
+          entries.offset[pair] =
+              find(row, column) - column_begin_[static_cast<std::size_t>(column)];
         }
       }
     }
@@ -184,8 +188,9 @@ int SparsityPattern::find(int row, int column) const {
   return static_cast<int>(std::lower_bound(begin, end, row) - row_.begin());
 }
 
-// values += the lower triangle of rowsᵀ block columns. It is called for both orders of two
-// vertices: entries that one call omits above the diagonal are those that the other adds below it.
+// values += the lower triangle of rowsᵀ block columns. The caller calls it for both orders of two
+// vertices. The entries above the diagonal, which one call leaves out, are added below the diagonal
+// by the other.
 void SparsityPattern::scatter_block(const FreeCoordinates::VertexMap& rows,
                                     const FreeCoordinates::VertexMap& columns, const Matrix3& block,
                                     double* values) const {
@@ -201,7 +206,7 @@ void SparsityPattern::scatter_block(const FreeCoordinates::VertexMap& rows,
 }
 
 void SparsityPattern::scatter(Index e, const Shape::DofMatrix& local, double* values) const {
-  if (const Place* to = place(e)) {
+  if (const ElementEntries* to = element_entries(e)) {
     constexpr int kDofs = Shape::kDofs;
     scatter_element(
         *to, column_begin_, [&](int a, int i, int j) { return local(3 * a + i, 3 * a + j); },
@@ -223,7 +228,7 @@ void SparsityPattern::scatter(Index e, const Shape::DofMatrix& local, double* va
 
 void SparsityPattern::add_vertex_blocks(const Matrix& blocks, double* values) const {
   for (Index v = 0; v < coordinates_.vertex_count(); ++v) {
-    if (coordinates_.is_held(v)) continue;
+    if (coordinates_.is_fully_prescribed(v)) continue;
     const FreeCoordinates::VertexMap map = coordinates_.map(v);
     scatter_block(map, map, blocks.middleCols<3>(3 * v), values);
   }
@@ -241,7 +246,7 @@ bool SparsityPattern::couples(Index i, Index j) const {
 }
 
 void SparsityPattern::add_pair_block(Index i, Index j, const Matrix3& block, double* values) const {
-  if (coordinates_.is_held(i) || coordinates_.is_held(j)) return;
+  if (coordinates_.is_fully_prescribed(i) || coordinates_.is_fully_prescribed(j)) return;
   const FreeCoordinates::VertexMap rows = coordinates_.map(i);
   const FreeCoordinates::VertexMap columns = coordinates_.map(j);
   scatter_block(rows, columns, block, values);

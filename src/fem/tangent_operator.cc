@@ -15,12 +15,12 @@
 namespace tetraction {
 namespace {
 
-// Symmetric matrices are stored as xx xy xz yy yz zz.
+// Index of an entry of a symmetric matrix that is stored as xx xy xz yy yz zz.
 constexpr int kPacked[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
 
-// The smallest multiple of `metric` with which `stress` plus this multiple has no eigenvalue with
-// respect to `metric` below `floor`.
-double missing(const Matrix3& stress, const Matrix3& metric, double floor) {
+// The smallest t ≥ 0 such that no eigenvalue of stress + t metric with respect to `metric` is below
+// `floor`.
+double required_multiple(const Matrix3& stress, const Matrix3& metric, double floor) {
   const Eigen::LLT<Matrix3> root(metric);
   if (root.info() != Eigen::Success) return 0.0;
   Matrix3 scaled = root.matrixL().solve(stress);
@@ -28,8 +28,9 @@ double missing(const Matrix3& stress, const Matrix3& metric, double floor) {
   return std::max(0.0, floor - symmetric_eigen(scaled).values[0]);
 }
 
-// The lowest eigenvalue, or 0, of the quadratic form Σ s_ij (M_i:Z)(M_j:Z) in symmetric tensors Z.
-double lowest_of_form(const Matrix3& s, const std::array<Matrix3, 3>& m) {
+// The lowest eigenvalue of the quadratic form Σ s_ij (M_i:Z)(M_j:Z) of tensors Z, or 0 if it is
+// positive.
+double lowest_eigenvalue(const Matrix3& s, const std::array<Matrix3, 3>& m) {
   Eigen::Matrix<double, 9, 3> basis;
   for (int i = 0; i < 3; ++i) basis.col(i) = flatten(m[static_cast<std::size_t>(i)]);
   // With B = (M_i) and BᵀB = RᵀR, the matrix B s Bᵀ has the eigenvalues of R s Rᵀ and zeros.
@@ -54,7 +55,7 @@ TangentOperator<T>::TangentOperator(const ElasticPotential& elastic,
       blocks_(elastic.blocks()),
       order_(std::move(order)),
       begin_(static_cast<std::size_t>(blocks_.block_count()) + 1, 0),
-      rows_(static_cast<std::size_t>(ElementBlocks::kRecordSize * blocks_.record_count())) {
+      records_(static_cast<std::size_t>(ElementBlocks::kRecordSize * blocks_.record_count())) {
   if (order_.empty()) return;
   std::vector<std::int32_t> place(order_.size());
   for (std::size_t i = 0; i < order_.size(); ++i) {
@@ -100,10 +101,11 @@ void TangentOperator<T>::set(const Vector& q, const ViscousPotential* viscous,
   });
 }
 
-// With Z = w deᵀ the spatial terms are de:(de T) + k Z:Zᵀ + l (tr Z)². Since Z:Zᵀ = 2|sym Z|² −
-// |Z|² and |Z|² = de:(de wᵀw), they are positive if T − |k| wᵀw is. The metric terms are positive
-// if T is. The couplings of Z with I, B = FFᵀ and I₁B − B² are a quadratic form. With its lowest
-// eigenvalue −c it is at least −c |Z|².
+// Conditions under which the quadratic form of the stiffness (tangent_kernels.h) is positive. With
+// Z = w deᵀ the spatial terms are de:(de S) + k Z:Zᵀ + l (tr Z)². Since Z:Zᵀ = 2|sym Z|² − |Z|² and
+// |Z|² = de:(de wᵀw), they are positive if S − |k| wᵀw is positive. The metric terms are positive if
+// S is. The couplings are a quadratic form of Z with the tensors I, B = FFᵀ and I₁B − B². If its
+// lowest eigenvalue is −c, it is not less than −c |Z|².
 template <class T>
 void TangentOperator<T>::convexify() {
   parallel_for(blocks_.block_count(), 1, [&](Index begin, Index end) {
@@ -160,10 +162,10 @@ void TangentOperator<T>::convexify(TangentForm kind, T* state) {
         s(1, 2) = s(2, 1) = static_cast<double>(number(at + 21));
         s(0, 2) = s(2, 0) = static_cast<double>(number(at + 22));
       }
-      floor -= lowest_of_form(s, tensors);
+      floor -= lowest_eigenvalue(s, tensors);
     }
   }
-  const double added = missing(symmetric(0), metric, floor);
+  const double added = required_multiple(symmetric(0), metric, floor);
   for (int i = 0; i < 3; ++i) {
     for (int j = i; j < 3; ++j) number(kPacked[i][j]) += static_cast<T>(added * metric(i, j));
   }
@@ -177,7 +179,7 @@ void TangentOperator<T>::multiply(const T* x) {
       const ElementBlocks::Block& block = blocks_.block(b);
       local.resize(static_cast<std::size_t>(ElementBlocks::kRecordSize * block.record_count));
       copy_records(block, x, local.data());
-      T* result = rows_.data() + ElementBlocks::kRecordSize * block.first_record;
+      T* result = records_.data() + ElementBlocks::kRecordSize * block.first_record;
       std::fill_n(result, ElementBlocks::kRecordSize * block.record_count, T(0));
       apply_tangent(blocks_.batches(block), form(block), state(b), local.data(), result);
     }
@@ -188,21 +190,21 @@ template <class T>
 void TangentOperator<T>::element_matrices(Index b, Index batch, double* matrices) const {
   const TangentForm kind = form(blocks_.block(b));
   const auto numbers = static_cast<std::size_t>(tangent_numbers(kind)) * kBatchLanes;
-  const T* numbers_of_batch = state(b) + static_cast<std::size_t>(batch) * numbers;
-  alignas(64) double wide[std::size_t{kMostTangentNumbers} * kBatchLanes];
-  std::copy_n(numbers_of_batch, numbers, wide);
-  tangent_stiffness(kind, wide, matrices);
+  const T* batch_state = state(b) + static_cast<std::size_t>(batch) * numbers;
+  alignas(64) double state_in_double[std::size_t{kMostTangentNumbers} * kBatchLanes];
+  std::copy_n(batch_state, numbers, state_in_double);
+  tangent_stiffness(kind, state_in_double, matrices);
 }
 
 template <class T>
 void TangentOperator<T>::diagonal(AlignedVector<T>& on, AlignedVector<T>& off) {
-  AlignedVector<T> other(rows_.size());
-  std::fill(rows_.begin(), rows_.end(), T(0));
+  AlignedVector<T> other(records_.size());
+  std::fill(records_.begin(), records_.end(), T(0));
   parallel_for(blocks_.block_count(), 1, [&](Index begin, Index end) {
     for (Index b = begin; b < end; ++b) {
       const ElementBlocks::Block& block = blocks_.block(b);
       const auto first = ElementBlocks::kRecordSize * block.first_record;
-      add_tangent_diagonal(blocks_.batches(block), form(block), state(b), rows_.data() + first,
+      add_tangent_diagonal(blocks_.batches(block), form(block), state(b), records_.data() + first,
                            other.data() + first);
     }
   });
@@ -211,8 +213,8 @@ void TangentOperator<T>::diagonal(AlignedVector<T>& on, AlignedVector<T>& off) {
   off.resize(on.size());
   parallel_for(n, 1024, [&](Index begin, Index end) {
     for (Index i = begin; i < end; ++i) {
-      Eigen::Map<Row>(on.data() + ElementBlocks::kRecordSize * i) = sum(rows_, i);
-      Eigen::Map<Row>(off.data() + ElementBlocks::kRecordSize * i) = sum(other, i);
+      Eigen::Map<Record>(on.data() + ElementBlocks::kRecordSize * i) = sum(records_, i);
+      Eigen::Map<Record>(off.data() + ElementBlocks::kRecordSize * i) = sum(other, i);
     }
   });
 }
@@ -224,7 +226,7 @@ bool TangentOperator<T>::step_is_safe(const T* x) const {
     thread_local AlignedVector<T> local;
     for (Index b = begin; b < end; ++b) {
       const ElementBlocks::Block& block = blocks_.block(b);
-      if (!has(form(block), TangentForm::kSpatial)) continue;  // defined for any J
+      if (!has(form(block), TangentForm::kSpatial)) continue;  // the law is defined for any J
       local.resize(static_cast<std::size_t>(ElementBlocks::kRecordSize * block.record_count));
       copy_records(block, x, local.data());
       if (!tangent_step_is_safe(blocks_.batches(block), form(block), state(b), local.data())) {

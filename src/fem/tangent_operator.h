@@ -9,15 +9,15 @@
 namespace tetraction {
 
 /// The stiffness of elastic and viscous energy at a fixed q, in precision T (float or double), for
-/// isotropic materials. A vector has one record of four numbers per vertex (x y z 0) and is aligned
-/// to cache lines. The records are in the order of the vertices or in another order, for instance
-/// one that keeps neighbours together. The position of a vertex in this order is its place.
+/// isotropic materials. A vector has one record of four numbers (x y z 0) per vertex and is aligned
+/// to cache lines. Its records may be in the order of the vertices or in another order, for instance
+/// one that keeps neighbours together. The *place* of a vertex is its index in this order.
 ///
 /// Products are bitwise the same for any number of threads.
 template <class T>
 class TangentOperator {
  public:
-  /// Whether the kernels know all materials.
+  /// Whether all materials are isotropic models, which the kernels can process.
   static bool supports(const ElasticPotential& elastic);
 
   /// Keeps a reference to `elastic`, which must live longer. `order` lists the vertices by place;
@@ -32,56 +32,57 @@ class TangentOperator {
     set(q, viscous.factor() == 0.0 ? nullptr : &viscous, displacement);
   }
 
-  /// Makes K (nearly) positive semidefinite until the next set(). It removes the compressive part
-  /// of the initial stress of every element: it adds the multiple of the deformed metric with which
-  /// the smallest principal stress vanishes. For neo-Hookean and Saint Venant–Kirchhoff solids K is
-  /// then exactly positive semidefinite.
+  /// Makes K positive semidefinite, or nearly so, until the next set(). In every element it adds that
+  /// multiple of the deformed metric to the initial stress with which the smallest principal stress
+  /// becomes zero. For neo-Hookean and Saint Venant–Kirchhoff solids K is then exactly positive
+  /// semidefinite.
   void convexify();
 
-  /// Computes K x in the records of all blocks. The value at a vertex is the sum over its records
-  /// (record_sum()).
+  /// Computes K x in the records of all blocks. record_sum() gives its value at a vertex.
   void multiply(const T* x);
   /// The sum of the records of the vertex at a place, after multiply().
-  Eigen::Matrix<T, 4, 1> record_sum(Index place) const { return sum(rows_, place); }
+  Eigen::Matrix<T, 4, 1> record_sum(Index place) const { return sum(records_, place); }
 
   /// The element matrices of a batch of a block, in the format of tangent_stiffness().
   void element_matrices(Index block, Index batch, double* matrices) const;
 
-  /// The diagonal 3 × 3 blocks, as records (xx yy zz 0) and (xy xz yz 0) per place.
+  /// The diagonal 3 × 3 blocks of K: at each place a record (xx yy zz 0) in `on` and a record
+  /// (xy xz yz 0) in `off`.
   void diagonal(AlignedVector<T>& on, AlignedVector<T>& off);
 
-  /// Whether a bound shows that no element is inverted anywhere between q and q + x.
+  /// Whether a sufficient condition shows that no element is inverted anywhere between q and q + x.
   bool step_is_safe(const T* x) const;
 
  private:
-  using Row = Eigen::Matrix<T, 4, 1>;
+  using Record = Eigen::Matrix<T, 4, 1>;
 
   void set(const Vector& q, const ViscousPotential* viscous, const Vector& displacement);
-  Row sum(const AlignedVector<T>& rows, Index place) const {
+  Record sum(const AlignedVector<T>& records, Index place) const {
     const Index vertex = order_.empty() ? place : order_[static_cast<std::size_t>(place)];
-    Row total = Row::Zero();
-    for (const std::int32_t* r = blocks_.rows_begin(vertex); r != blocks_.rows_end(vertex); ++r) {
-      total +=
-          Eigen::Map<const Row, Eigen::Aligned16>(rows.data() + ElementBlocks::kRecordSize * *r);
+    Record total = Record::Zero();
+    for (const std::int32_t* r = blocks_.records_begin(vertex); r != blocks_.records_end(vertex);
+         ++r) {
+      total += Eigen::Map<const Record, Eigen::Aligned16>(records.data() +
+                                                          ElementBlocks::kRecordSize * *r);
     }
     return total;
   }
   TangentForm form(const ElementBlocks::Block& block) const;
   static void convexify(TangentForm kind, T* state);
   const T* state(Index b) const { return state_.data() + begin_[static_cast<std::size_t>(b)]; }
-  void copy_records(const ElementBlocks::Block& block, const T* x, T* rows) const {
+  void copy_records(const ElementBlocks::Block& block, const T* x, T* records) const {
     const std::int32_t* places = record_place_.empty() ? nullptr : record_place_.data();
-    blocks_.copy_records(block, x, rows, places);
+    blocks_.copy_records(block, x, records, places);
   }
 
   const ElasticPotential& elastic_;
   const ElementBlocks& blocks_;
   bool viscous_ = false;
   std::vector<std::int32_t> order_;
-  std::vector<std::int32_t> record_place_;  // of each record of the blocks, or −1: padding
-  std::vector<std::size_t> begin_;          // of each block's state
+  std::vector<std::int32_t> record_place_;  // place of each record's vertex; −1 for padding
+  std::vector<std::size_t> begin_;          // begin of each block in state_
   AlignedVector<T> state_;
-  AlignedVector<T> rows_;
+  AlignedVector<T> records_;
 };
 
 extern template class TangentOperator<float>;

@@ -18,20 +18,21 @@ Matrix3 green_strain(const Matrix3& f) {
   return 0.5 * (f.transpose() * f - Matrix3::Identity());
 }
 
-// Ψ = c |E − E_k|² with the interface of a material: for one element at a time.
-// P = 2c F (E − E_k); dP = 2c dF (E − E_k) + c (F Fᵀ dF + F dFᵀ F).
+// The density c |E − E₀|² of one element, with the interface of a material, c = η/s.
+// P = 2c F (E − E₀), dP = 2c dF (E − E₀) + c (F Fᵀ dF + F dFᵀ F).
 class ViscousDensity {
  public:
-  ViscousDensity(double factor, const Matrix3& start) : factor_(factor), start_(start) {}
+  ViscousDensity(double factor, const Matrix3& initial_strain)
+      : factor_(factor), initial_strain_(initial_strain) {}
   static bool admissible(const Matrix3&) { return true; }
   double energy_density(const Matrix3& f) const {
-    return factor_ * (green_strain(f) - start_).squaredNorm();
+    return factor_ * (green_strain(f) - initial_strain_).squaredNorm();
   }
   Matrix3 first_piola(const Matrix3& f) const {
-    return 2.0 * factor_ * f * (green_strain(f) - start_);
+    return 2.0 * factor_ * f * (green_strain(f) - initial_strain_);
   }
   Matrix9 stiffness(const Matrix3& f) const {
-    const Matrix3 stress = 2.0 * factor_ * (green_strain(f) - start_);
+    const Matrix3 stress = 2.0 * factor_ * (green_strain(f) - initial_strain_);
     const Matrix3 left = factor_ * f * f.transpose();
     Matrix9 a;
     for (int l = 0; l < 3; ++l) {
@@ -49,7 +50,7 @@ class ViscousDensity {
 
  private:
   double factor_;
-  Matrix3 start_;
+  Matrix3 initial_strain_;  // E₀
 };
 
 static_assert(Material<ViscousDensity>);
@@ -61,11 +62,11 @@ struct ViscousPotential::Impl {
   const ElementBlocks& blocks;
   const Vector* start = nullptr;  // q_k
   double factor = 0.0;
-  bool corrected = false;                // whether E₀ is not E(q_k)
-  AlignedVector<double> correction;      // c of the lanes (viscous_kernels.h)
-  std::vector<std::int32_t> place;       // batch × kBatchLanes + lane of each element
-  mutable AlignedVector<double> rows;    // forces, per record
-  mutable std::vector<double> energies;  // per block
+  bool corrected = false;                 // whether E₀ is not E(q_k)
+  AlignedVector<double> correction;       // c of the elements (viscous_kernels.h)
+  std::vector<std::int32_t> lane_index;   // batch × kBatchLanes + lane of each element
+  mutable AlignedVector<double> records;  // forces, per record
+  mutable std::vector<double> energies;   // per block
 
   explicit Impl(const ElasticPotential& elastic) : rest(elastic.rest()), blocks(elastic.blocks()) {}
 
@@ -74,65 +75,68 @@ struct ViscousPotential::Impl {
                      : nullptr;
   }
 
-  // Places of the elements in the lanes, once.
-  void find_places() {
-    if (!place.empty()) return;
-    place.resize(static_cast<std::size_t>(rest.element_count()));
+  // Computes lane_index when it is first needed.
+  void find_lane_indices() {
+    if (!lane_index.empty()) return;
+    lane_index.resize(static_cast<std::size_t>(rest.element_count()));
     for (Index b = 0; b < blocks.block_count(); ++b) {
       blocks.for_each_element(blocks.block(b), [&](Index e, Index batch, int lane) {
-        place[static_cast<std::size_t>(e)] = static_cast<std::int32_t>(batch * kBatchLanes + lane);
+        lane_index[static_cast<std::size_t>(e)] =
+            static_cast<std::int32_t>(batch * kBatchLanes + lane);
       });
     }
     correction.resize(
         static_cast<std::size_t>(blocks.batch_count() * kViscousNumbers * kBatchLanes));
   }
 
-  // f |E − E₀|² of element e.
+  // The density of element e.
   ViscousDensity density(Index e) const {
     const auto element = rest.element(e);
     const Matrix3 f = deformation_gradient(element, 0, rest.gather_relative(*start, e));
     Matrix3 strain = green_strain(f);
     if (corrected) {
-      const std::int32_t at = place[static_cast<std::size_t>(e)];
+      const std::int32_t at = lane_index[static_cast<std::size_t>(e)];
       const double* c = correction.data() +
                         Index{at / kBatchLanes} * kViscousNumbers * kBatchLanes + at % kBatchLanes;
       constexpr int kEntries[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
-      Matrix3 own;
+      Matrix3 correction_matrix;
       for (int i = 0; i < 3; ++i) {
-        for (int j = 0; j < 3; ++j) own(i, j) = c[kEntries[i][j] * kBatchLanes];
+        for (int j = 0; j < 3; ++j) correction_matrix(i, j) = c[kEntries[i][j] * kBatchLanes];
       }
       const Matrix3 b = element.gradients[0].rightCols<3>();
-      strain -= 0.5 * b * own * b.transpose();
+      strain -= 0.5 * b * correction_matrix * b.transpose();
     }
     return {factor, strain};
   }
 
-  // Calls body(number, block, records of displacements, records of positions) for all blocks.
+  // Calls body(index, block, records of positions, records of displacements) for all blocks.
   template <class Body>
-  void for_each_block(const Vector& positions, const Vector& changes, const Body& body) const {
+  void for_each_block(const Vector& positions, const Vector& displacements,
+                      const Body& body) const {
     parallel_for(blocks.block_count(), 1, [&](Index begin, Index end) {
       for (Index b = begin; b < end; ++b) {
-        const auto [from, change] = load(b, positions, changes);
-        body(b, blocks.block(b), from, change);
+        const auto [from, displacement] = load(b, positions, displacements);
+        body(b, blocks.block(b), from, displacement);
       }
     });
   }
 
-  // The records of a block. The next call in the same thread overwrites them.
+  // Returns the records of a block. The next call in the same thread overwrites them.
   std::pair<const double*, const double*> load(Index b, const Vector& positions,
-                                               const Vector& changes) const {
-    thread_local AlignedVector<double> from;
-    thread_local AlignedVector<double> change;
+                                               const Vector& displacements) const {
+    thread_local AlignedVector<double> position_records;
+    thread_local AlignedVector<double> displacement_records;
     const ElementBlocks::Block& block = blocks.block(b);
-    from.resize(static_cast<std::size_t>(ElementBlocks::kRecordSize * block.record_count));
-    change.resize(from.size());
-    blocks.load_records(block, positions.data(), from.data());
-    blocks.load_changes(block, changes.data(), change.data());
-    return {from.data(), change.data()};
+    position_records.resize(
+        static_cast<std::size_t>(ElementBlocks::kRecordSize * block.record_count));
+    displacement_records.resize(position_records.size());
+    blocks.load_records(block, positions.data(), position_records.data());
+    blocks.load_displacements(block, displacements.data(), displacement_records.data());
+    return {position_records.data(), displacement_records.data()};
   }
 
   double* cleared_records(const ElementBlocks::Block& block) const {
-    double* own = rows.data() + ElementBlocks::kRecordSize * block.first_record;
+    double* own = records.data() + ElementBlocks::kRecordSize * block.first_record;
     std::fill_n(own, ElementBlocks::kRecordSize * block.record_count, 0.0);
     return own;
   }
@@ -142,10 +146,11 @@ struct ViscousPotential::Impl {
     if (with_gradient) make_records();
     for_each_block(*start, displacement,
                    [&](Index b, const ElementBlocks::Block& block, const double* positions,
-                       const double* changes) {
-                     energies[static_cast<std::size_t>(b)] = viscous_gradient(
-                         blocks.batches(block), {factor, positions, changes, correction_of(block)},
-                         with_gradient ? cleared_records(block) : nullptr);
+                       const double* displacements) {
+                     energies[static_cast<std::size_t>(b)] =
+                         viscous_gradient(blocks.batches(block),
+                                          {factor, positions, displacements, correction_of(block)},
+                                          with_gradient ? cleared_records(block) : nullptr);
                    });
     double sum = 0.0;
     for (const double of_block : energies) sum += of_block;
@@ -153,15 +158,15 @@ struct ViscousPotential::Impl {
   }
 
   void make_records() const {
-    rows.resize(static_cast<std::size_t>(ElementBlocks::kRecordSize * blocks.record_count()));
+    records.resize(static_cast<std::size_t>(ElementBlocks::kRecordSize * blocks.record_count()));
   }
 
   template <class T>
   void add_tangent(Index b, const Vector& displacement, TangentForm form, T* state) const {
     const ElementBlocks::Block& block = blocks.block(b);
-    const auto [positions, changes] = load(b, *start, displacement);
-    add_viscous_tangent(blocks.batches(block), {factor, positions, changes, correction_of(block)},
-                        form, state);
+    const auto [positions, displacements] = load(b, *start, displacement);
+    add_viscous_tangent(blocks.batches(block),
+                        {factor, positions, displacements, correction_of(block)}, form, state);
   }
 };
 
@@ -184,7 +189,7 @@ void ViscousPotential::add_force(double viscosity, const Vector& q, const Vector
                      add_viscous_force(s.blocks.batches(block), viscosity, positions, velocities,
                                        s.cleared_records(block));
                    });
-  s.blocks.add_record_sums(s.rows, force);
+  s.blocks.add_record_sums(s.records, force);
 }
 
 void ViscousPotential::begin(const Vector& q, double factor) {
@@ -196,7 +201,7 @@ void ViscousPotential::begin(const Vector& q, double factor) {
 void ViscousPotential::set_estimate(const Vector& displacement) {
   Impl& s = *impl_;
   if (s.factor == 0.0) return;
-  s.find_places();
+  s.find_lane_indices();
   s.corrected = true;
   s.for_each_block(
       *s.start, displacement,
@@ -214,7 +219,7 @@ void ViscousPotential::add_value_and_gradient(const Vector& displacement, double
                                               Vector& gradient) const {
   if (impl_->factor == 0.0) return;
   value += impl_->energy(displacement, true);
-  impl_->blocks.add_record_sums(impl_->rows, gradient);
+  impl_->blocks.add_record_sums(impl_->records, gradient);
 }
 
 // Blocks of one colour share no vertex. The colours are processed one after the other.

@@ -1,11 +1,11 @@
-// Energy, stress and stiffness of isotropic materials for one F, from their laws. With G = F⁻ᵀ,
-// C = FᵀF and Ψ₁, Ψ₂, Ψ_L the derivatives with respect to I₁, I₂ and ln J,
+// Energy, stress and stiffness of isotropic materials at one F, computed from their laws. With
+// G = F⁻ᵀ, C = FᵀF and the derivatives Ψ₁, Ψ₂, Ψ_L of Ψ with respect to I₁, I₂ and ln J,
 //
 //     P = 2 (Ψ₁ + I₁ Ψ₂) F − 2 Ψ₂ F C + Ψ_L G
-//       = 2 Ψ₁ (F − G) + 2 Ψ₂ (I₁ F − F C − 2 G) + (Ψ_L + 2 Ψ₁ + 4 Ψ₂) G, every term zero at rest,
+//       = 2 Ψ₁ (F − G) + 2 Ψ₂ (I₁ F − F C − 2 G) + (Ψ_L + 2 Ψ₁ + 4 Ψ₂) G.
 //
-// and for laws of A = C − I alone P = F (2 (Ψ₁ + (I₁ − 1) Ψ₂) I − 2 Ψ₂ A), without cancellation at
-// rest.
+// Every term of the second form is zero at rest, so that it loses no digits there. Laws that are
+// defined for any J depend on A = C − I alone, and P = F (2 (Ψ₁ + (I₁ − 1) Ψ₂) I − 2 Ψ₂ A).
 #pragma once
 
 #include "tetraction/material/isotropic_material.h"
@@ -19,18 +19,19 @@
 namespace tetraction {
 namespace isotropic {
 
-using HWY_NAMESPACE::Law;  // of the instruction set that every processor has
+using HWY_NAMESPACE::Law;  // compiled for the instruction set that every processor has
 using HWY_NAMESPACE::TermsOf;
 
-// The invariants for derivatives, which need no more digits than F has.
+// The invariants for derivatives. The plain formulas suffice, because stress and stiffness need no
+// more digits than F has.
 inline Invariants<double> plain_invariants(const Matrix3& f, const Matrix3& c) {
   Invariants<double> s{};
   s.j = f.determinant();
-  s.growth = s.j - 1.0;
+  s.volume_change = s.j - 1.0;
   s.log_j = std::log(s.j);
   s.i1 = c.trace();
-  s.first = s.i1 - 3.0 - 2.0 * s.log_j;
-  s.second = 0.5 * (s.i1 * s.i1 - c.squaredNorm()) - 3.0 - 4.0 * s.log_j;
+  s.i1_term = s.i1 - 3.0 - 2.0 * s.log_j;
+  s.i2_term = 0.5 * (s.i1 * s.i1 - c.squaredNorm()) - 3.0 - 4.0 * s.log_j;
   return s;
 }
 
@@ -38,7 +39,7 @@ inline StrainMeasures<double> strain_measures(const Matrix3& a) {
   return {a.trace(), a.squaredNorm()};
 }
 
-// m += factor (a ⊗ b + b ⊗ a), or nothing.
+// m += factor (a ⊗ b + b ⊗ a). A factor of type Zero adds nothing.
 inline void add_coupling(Matrix9& m, double factor, const Matrix3& a, const Matrix3& b) {
   const Vector9 u = flatten(a);
   const Vector9 v = flatten(b);
@@ -46,7 +47,7 @@ inline void add_coupling(Matrix9& m, double factor, const Matrix3& a, const Matr
 }
 inline void add_coupling(Matrix9&, Zero, const Matrix3&, const Matrix3&) {}
 
-/// The number, or 0.
+/// The value of a derivative, which is 0 for the type Zero.
 inline double number(double x) {
   return x;
 }
@@ -73,11 +74,11 @@ double IsotropicMaterial<M>::energy_density(const Matrix3& f) const {
     const StrainInvariants strain(f);
     Invariants<double> s{};
     s.i1 = strain.trace + 3.0;
-    s.first = strain.first;
-    s.second = strain.second;
+    s.i1_term = strain.i1_term;
+    s.i2_term = strain.i2_term;
     s.log_j = strain.log_j;
-    s.growth = strain.growth;
-    s.j = 1.0 + strain.growth;
+    s.volume_change = strain.volume_change;
+    s.j = 1.0 + strain.volume_change;
     return isotropic::Law<M>::energy(material, s);
   }
 }
@@ -88,14 +89,14 @@ Matrix3 IsotropicMaterial<M>::first_piola(const Matrix3& f) const {
   if constexpr (M::kDefinedForAnyJacobian) {
     const Matrix3 a = 2.0 * green_strain(f);
     const StrainMeasures<double> s = isotropic::strain_measures(a);
-    Matrix3 stress = -2.0 * isotropic::Law<M>::first(material, s).i2 * a;
+    Matrix3 stress = -2.0 * isotropic::Law<M>::first_derivatives(material, s).i2 * a;
     stress.diagonal().array() += 2.0 * isotropic::Law<M>::spherical(material, s);
     return f * stress;
   } else {
     const Matrix3 g = f.inverse().transpose();
     const Matrix3 c = f.transpose() * f;
     const Invariants<double> s = isotropic::plain_invariants(f, c);
-    const auto first = isotropic::Law<M>::first(material, s);
+    const auto first = isotropic::Law<M>::first_derivatives(material, s);
     if constexpr (isotropic::TermsOf<M>::kI2) {
       const double pressure = first.log_j + (2.0 * first.i1 + 4.0 * first.i2);
       return 2.0 * first.i1 * (f - g) + 2.0 * first.i2 * (s.i1 * f - f * c - 2.0 * g) +
@@ -124,41 +125,42 @@ Matrix9 IsotropicMaterial<M>::stiffness(const Matrix3& f) const {
       for (int j = 0; j < 3; ++j) body(j, l, result.template block<3, 3>(3 * j, 3 * l));
     }
   };
-  // The terms of a constant Ψ₂ ≠ 0, with `t` for what de is multiplied by.
-  const auto add_second_invariant = [&](double i2, const Matrix3& t, double square) {
+  // Adds the terms of Ψ₂: F S with S = `stress` varies by dF S + F dS. `square` is the factor of
+  // F ⊗ F.
+  const auto add_second_invariant = [&](double i2, const Matrix3& stress, double square) {
     const Matrix3 b = 2.0 * i2 * f * f.transpose();
     for_blocks([&](int j, int l, auto block) {
       block +=
           square * f.col(j) * f.col(l).transpose() - 2.0 * i2 * f.col(l) * f.col(j).transpose();
-      block.diagonal().array() += t(l, j);
+      block.diagonal().array() += stress(l, j);
       if (j == l) block -= b;
     });
   };
   if constexpr (Terms::kStrain) {
     const Matrix3 a = 2.0 * green_strain(f);
     const StrainMeasures<double> s = isotropic::strain_measures(a);
-    const double i2 = L::first(material, s).i2;
+    const double i2 = L::first_derivatives(material, s).i2;
     Matrix3 stress = -2.0 * i2 * a;
     stress.diagonal().array() += 2.0 * L::spherical(material, s);
     result.setZero();
-    add_second_invariant(i2, stress, 4.0 * (i2 + L::second(material, s).i1_i1));
+    add_second_invariant(i2, stress, 4.0 * (i2 + L::second_derivatives(material, s).i1_i1));
   } else {
     const Matrix3 g = f.inverse().transpose();
     const Matrix3 c = f.transpose() * f;
     const Invariants<double> s = isotropic::plain_invariants(f, c);
-    const auto first = L::first(material, s);
-    const auto second = L::second(material, s);
+    const auto first = L::first_derivatives(material, s);
+    const auto second = L::second_derivatives(material, s);
     const double log_j_log_j = isotropic::number(second.log_j_log_j);
     for_blocks([&](int j, int l, auto block) {
       block = log_j_log_j * g.col(j) * g.col(l).transpose() -
               first.log_j * g.col(l) * g.col(j).transpose();
     });
-    Matrix3 i2_gradient = Matrix3::Zero();  // half of it
+    Matrix3 half_i2_gradient = Matrix3::Zero();  // ½ ∂I₂/∂F
     if constexpr (Terms::kI2) {
       Matrix3 stress = -2.0 * first.i2 * c;
       stress.diagonal().array() += 2.0 * (first.i1 + s.i1 * first.i2);
       add_second_invariant(first.i2, stress, 4.0 * first.i2);
-      if constexpr (Terms::kI2Coupled) i2_gradient = s.i1 * f - f * c;
+      if constexpr (Terms::kI2Coupled) half_i2_gradient = s.i1 * f - f * c;
     } else {
       result.diagonal().array() += 2.0 * first.i1;
     }
@@ -166,9 +168,9 @@ Matrix9 IsotropicMaterial<M>::stiffness(const Matrix3& f) const {
     using isotropic::times;
     add_coupling(result, times(2.0, second.i1_i1), f, f);
     add_coupling(result, times(2.0, second.i1_log_j), f, g);
-    add_coupling(result, times(4.0, second.i1_i2), f, i2_gradient);
-    add_coupling(result, times(2.0, second.i2_i2), i2_gradient, i2_gradient);
-    add_coupling(result, times(2.0, second.i2_log_j), i2_gradient, g);
+    add_coupling(result, times(4.0, second.i1_i2), f, half_i2_gradient);
+    add_coupling(result, times(2.0, second.i2_i2), half_i2_gradient, half_i2_gradient);
+    add_coupling(result, times(2.0, second.i2_log_j), half_i2_gradient, g);
   }
   return result;
 }

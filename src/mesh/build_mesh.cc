@@ -27,8 +27,8 @@ double longest_edge(const TetMesh& mesh, Index e) {
   return longest;
 }
 
-// A tetrahedron is flat up to round-off if |det| is below this part of the cube of its longest
-// edge.
+// Whether a tetrahedron is flat up to round-off: |det| is below this fraction of the cube of its
+// longest edge.
 bool is_flat(double volume, double longest) {
   constexpr double kFlat = 1e-14;
   return !(std::abs(6.0 * volume) > kFlat * longest * longest * longest);
@@ -145,7 +145,7 @@ class Builder {
     }
   }
 
-  // " (of element N)": an element that uses raw vertex i.
+  // The text " (of element N)" with an element that uses raw vertex i.
   std::string user_of(std::size_t i) const {
     for (std::size_t e = 0; e < mesh_.tetrahedra.size(); ++e) {
       for (const Index v : mesh_.tetrahedra[e]) {
@@ -216,7 +216,7 @@ class Builder {
   std::unordered_map<const RawCell*, Index> tetrahedron_of_cell_;
 };
 
-// Refuses everything that build_mesh() would refuse, mend or leave out.
+// Throws InputError for everything that build_mesh() would refuse, correct or leave out.
 void check_view(const TetMesh& mesh) {
   for (Index v = 0; v < mesh.vertex_count(); ++v) {
     if (!mesh.vertices[static_cast<std::size_t>(v)].allFinite()) {

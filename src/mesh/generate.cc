@@ -11,7 +11,7 @@
 namespace tetraction {
 namespace {
 
-// Completes a mesh whose vertices and tetrahedra have been made.
+// Completes a mesh that has its vertices and tetrahedra.
 TetMesh finished(TetMesh mesh, const char* source) {
   if (!std::isnormal(mesh.volume(0))) {
     throw InputError(fmt::format(
@@ -66,7 +66,7 @@ TetMesh generate_box(const Vector3& size, const std::array<int, 3>& cells) {
   for (Index k = 0; k <= nz; ++k) {
     for (Index j = 0; j <= ny; ++j) {
       for (Index i = 0; i <= nx; ++i) {
-        // i/n first: the far face lies exactly at `size`.
+        // i/n is computed first, so that the last face lies exactly at `size`.
         positions.emplace_back(size.x() * (static_cast<double>(i) / static_cast<double>(nx)),
                                size.y() * (static_cast<double>(j) / static_cast<double>(ny)),
                                size.z() * (static_cast<double>(k) / static_cast<double>(nz)));
@@ -74,7 +74,7 @@ TetMesh generate_box(const Vector3& size, const std::array<int, 3>& cells) {
     }
   }
   const auto vertex = [&](Index i, Index j, Index k) { return i + (nx + 1) * (j + (ny + 1) * k); };
-  // Six paths along the axes from corner (0,0,0) to (1,1,1), one tetrahedron each.
+  // Each of the six paths along the axes from corner (0,0,0) to (1,1,1) gives one tetrahedron.
   constexpr std::array<std::array<std::size_t, 3>, 6> kPaths{
       {{0, 1, 2}, {1, 2, 0}, {2, 0, 1}, {0, 2, 1}, {1, 0, 2}, {2, 1, 0}}};
   for (Index k = 0; k < nz; ++k) {
@@ -88,7 +88,7 @@ TetMesh generate_box(const Vector3& size, const std::array<int, 3>& cells) {
             ++corner[kPaths[p][a]];
             tetrahedron[a + 1] = vertex(corner[0], corner[1], corner[2]);
           }
-          // The last three paths are odd permutations of the axes: their volume is negative.
+          // The last three paths are odd permutations of the axes, so that their volume is negative.
           if (p >= 3) std::swap(tetrahedron[2], tetrahedron[3]);
           tetrahedra.push_back(tetrahedron);
         }

@@ -56,7 +56,7 @@ double TetMesh::total_volume() const {
 }
 
 std::vector<std::array<Index, 3>> boundary_faces(const TetMesh& mesh) {
-  // Outward faces of a positive tetrahedron.
+  // The faces of a tetrahedron with positive volume, with outward normals.
   constexpr std::array<std::array<std::size_t, 3>, 4> kFaces{
       {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};
   struct Face {

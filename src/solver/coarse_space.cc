@@ -174,7 +174,7 @@ void CoarseSpace<T>::set_arms(const Vector& x) {
       const double scale = radius > 0.0 ? 1.0 / radius : 0.0;
       for (Index i = groups_.begin(g); i < groups_.end(g); ++i) {
         const Index v = groups_.vertex(i);
-        const bool held = coordinates.is_held(v);
+        const bool held = coordinates.is_fully_prescribed(v);
         const Vector3 arm = (held ? 0.0 : scale) * (vertex_block(x, v) - center);
         Eigen::Map<Record, Eigen::Aligned16>(arms_.data() + 4 * i) =
             Eigen::Vector4d(arm[0], arm[1], arm[2], held ? 0.0 : 1.0).cast<T>();

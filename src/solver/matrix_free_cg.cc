@@ -191,7 +191,7 @@ void MatrixFreeCg<T>::make_blocks() {
   for_places([&](Index i) {
     const Index v = groups_.vertex(i);
     Eigen::Matrix<double, 4, 3> inverse = Eigen::Matrix<double, 4, 3>::Zero();
-    if (!coordinates.is_held(v)) {
+    if (!coordinates.is_fully_prescribed(v)) {
       Eigen::Vector4d on = (record(p_, i) + record(diagonal_, i)).template cast<double>();
       Eigen::Vector4d off = record(z_, i).template cast<double>();
       if (has_terms_) off += record(off_, i).template cast<double>();

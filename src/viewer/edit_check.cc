@@ -25,7 +25,7 @@ void check(const Selection& selection) {
 }
 
 struct Check {
-  void operator()(SetMaterial&) const {}  // make_material() checks
+  void operator()(SetMaterial&) const {}  // make_material() checks the values
   void operator()(SetTime& edit) const {
     TimeSettings time = edit.time;
     if (std::isinf(time.end)) time.end = TimeSettings{}.end;  // runs in a window have no end

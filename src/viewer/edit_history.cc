@@ -17,18 +17,19 @@ std::vector<std::int64_t> ids_of(const TetMesh& mesh, const std::vector<Index>& 
   return ids;
 }
 
-// Of one vertex; an empty field is zero.
+// The value of a field at a vertex. An empty field is zero.
 Vector3 at_vertex(const Vector& field, Index v) {
   if (field.size() == 0) return Vector3::Zero();
   return vertex_block(field, v);
 }
 
-// q += displacement, p += impulse, for those vertices that it concerns.
+// The edit q += displacement, p += impulse for all vertices where one of them is not zero. No value
+// if there are no such vertices.
 std::optional<Edit> shift_of(const TetMesh& mesh, const Vector& displacement,
                              const Vector& impulse) {
   ShiftSettings shift;
-  bool moves = false;
-  bool kicks = false;
+  bool has_displacement = false;
+  bool has_impulse = false;
   for (Index v = 0; v < mesh.vertex_count(); ++v) {
     const Vector3 d = at_vertex(displacement, v);
     const Vector3 j = at_vertex(impulse, v);
@@ -36,16 +37,16 @@ std::optional<Edit> shift_of(const TetMesh& mesh, const Vector& displacement,
     shift.vertices.push_back(mesh.vertex_id(v));
     shift.displacement.push_back(d);
     shift.impulse.push_back(j);
-    moves = moves || !d.isZero(0.0);
-    kicks = kicks || !j.isZero(0.0);
+    has_displacement = has_displacement || !d.isZero(0.0);
+    has_impulse = has_impulse || !j.isZero(0.0);
   }
-  if (!moves) shift.displacement.clear();
-  if (!kicks) shift.impulse.clear();
+  if (!has_displacement) shift.displacement.clear();
+  if (!has_impulse) shift.impulse.clear();
   if (shift.vertices.empty()) return std::nullopt;
   return ShiftState{std::move(shift)};
 }
 
-bool same_held(const PresentFix& a, const PresentFix& b) {
+bool same_fix(const PresentFix& a, const PresentFix& b) {
   return a.vertices == b.vertices && a.targets == b.targets &&
          a.settings.components == b.settings.components &&
          a.settings.velocity == b.settings.velocity &&
@@ -86,7 +87,7 @@ std::vector<EditHistory::Before> EditHistory::before(const Edit& edit) const {
     const Session& session;
     std::vector<Before> operator()(const SetMaterial& e) const {
       const auto region = static_cast<std::size_t>(e.region);
-      if (region >= session.materials().size()) return {};  // will be refused
+      if (region >= session.materials().size()) return {};  // the session will refuse the edit
       return {SetMaterial{e.region, session.materials()[region]}};
     }
     std::vector<Before> operator()(const SetTime&) const {
@@ -152,19 +153,19 @@ void EditHistory::make(const Edit& edit, const std::string& what, Entry& entry) 
   apply_(edit, what);
   if (entry.edits.empty()) entry.state = state;
   for (Before& part : parts) {
-    const bool known = std::any_of(entry.before.begin(), entry.before.end(),
-                                   [&](const Before& old) { return same_part(old, part); });
-    if (!known) entry.before.push_back(std::move(part));
+    const bool is_stored = std::any_of(entry.before.begin(), entry.before.end(),
+                                       [&](const Before& old) { return same_part(old, part); });
+    if (!is_stored) entry.before.push_back(std::move(part));
   }
-  Edit again = edit;
-  if (auto* force = std::get_if<SetForce>(&again)) {
+  Edit redo_edit = edit;
+  if (auto* force = std::get_if<SetForce>(&redo_edit)) {
     if (!force->index) force->index = session_.forces().size() - 1;
-  } else if (auto* fix = std::get_if<SetFix>(&again)) {
+  } else if (auto* fix = std::get_if<SetFix>(&redo_edit)) {
     if (!fix->index) fix->index = session_.fix_count() - 1;
-  } else if (auto* constraint = std::get_if<SetConstraint>(&again)) {
+  } else if (auto* constraint = std::get_if<SetConstraint>(&redo_edit)) {
     if (!constraint->index) constraint->index = session_.constraints().size() - 1;
-  } else if (std::holds_alternative<SetMomentum>(again) ||
-             std::holds_alternative<ShiftState>(again)) {
+  } else if (std::holds_alternative<SetMomentum>(redo_edit) ||
+             std::holds_alternative<ShiftState>(redo_edit)) {
     const auto add = [](Vector& sum, const Vector& part) {
       if (sum.size() == 0) sum = Vector::Zero(part.size());
       sum += part;
@@ -172,13 +173,14 @@ void EditHistory::make(const Edit& edit, const std::string& what, Entry& entry) 
     add(entry.displacement, session_.state().position - state.position);
     add(entry.impulse, session_.state().momentum - state.momentum);
   }
-  if (!entry.edits.empty() && replaces(again, entry.edits.back())) entry.edits.pop_back();
-  entry.edits.push_back(std::move(again));
+  if (!entry.edits.empty() && replaces(redo_edit, entry.edits.back())) entry.edits.pop_back();
+  entry.edits.push_back(std::move(redo_edit));
   entry.what = what;
 }
 
-// The targets of fixed vertices after the last edit. They tell later how far it moved the vertices.
-void EditHistory::finish(Entry& entry) const {
+// Stores the targets of fixed vertices after the edits of an entry. An undo needs them to compute by
+// how much the edits moved the targets.
+void EditHistory::store_targets(Entry& entry) const {
   for (Before& part : entry.before) {
     auto* fix = std::get_if<FixBefore>(&part);
     if (fix == nullptr || !fix->fix) continue;
@@ -187,33 +189,33 @@ void EditHistory::finish(Entry& entry) const {
   }
 }
 
-void EditHistory::make(const Edit& edit, const std::string& what, bool goes_on) {
-  if (goes_on && can_go_on_ && !undo_.empty()) {
+void EditHistory::make(const Edit& edit, const std::string& what, bool continues_previous) {
+  if (continues_previous && can_continue_ && !undo_.empty()) {
     make(edit, what, undo_.back());
   } else {
     Entry entry;
     make(edit, what, entry);
     undo_.push_back(std::move(entry));
-    if (undo_.size() > kMostEntries) forget_oldest();
+    if (undo_.size() > kMostEntries) drop_oldest_entry();
   }
-  finish(undo_.back());
+  store_targets(undo_.back());
   redo_.clear();
-  can_go_on_ = true;
+  can_continue_ = true;
 }
 
 void EditHistory::make_all(const std::vector<Edit>& edits, const std::string& what, Entry& entry,
-                           bool or_none) {
+                           bool all_or_none) {
   try {
     for (const Edit& edit : edits) make(edit, what, entry);
   } catch (const InputError&) {
-    if (or_none && !entry.edits.empty()) {
-      finish(entry);
-      Entry taken_back;
-      take_back(entry, what, taken_back, false);
+    if (all_or_none && !entry.edits.empty()) {
+      store_targets(entry);
+      Entry reverted;
+      revert(entry, what, reverted, false);
     }
     throw;
   }
-  finish(entry);
+  store_targets(entry);
 }
 
 Edit EditHistory::inverse(const FixBefore& before, bool at_once) const {
@@ -242,7 +244,8 @@ Edit EditHistory::inverse(const FixBefore& before, bool at_once) const {
   return SetFix{before.index, fix};
 }
 
-// The edits that restore the earlier settings. Those that release something come first.
+// The edits that restore the earlier settings. Edits that release vertices or remove constraints come
+// first.
 std::vector<Edit> EditHistory::inverse(const Entry& entry) const {
   std::vector<Edit> release;
   std::vector<Edit> edits;
@@ -257,7 +260,7 @@ std::vector<Edit> EditHistory::inverse(const Entry& entry) const {
         Unfix unfix;
         unfix.fix = fix->index;
         if (!now.vertices.empty()) release.emplace_back(unfix);
-      } else if (!same_held(*fix->fix, now)) {
+      } else if (!same_fix(*fix->fix, now)) {
         edits.push_back(inverse(*fix, entry.state.has_value()));
       }
     } else if (const auto* constraint = std::get_if<ConstraintBefore>(&*part)) {
@@ -289,13 +292,12 @@ std::optional<Edit> EditHistory::shift_back(const Entry& entry) const {
   return shift_of(mesh, -entry.displacement, -entry.impulse);
 }
 
-void EditHistory::take_back(const Entry& entry, const std::string& what, Entry& done,
-                            bool or_none) {
-  make_all(inverse(entry), what, done, or_none);
-  // The shift can be computed only now, because the other edits may already have restored
-  // positions.
+void EditHistory::revert(const Entry& entry, const std::string& what, Entry& done,
+                         bool all_or_none) {
+  make_all(inverse(entry), what, done, all_or_none);
+  // The shift is computed after the other edits, because they may have restored positions already.
   if (const std::optional<Edit> shift = shift_back(entry)) {
-    make_all({*shift}, what, done, or_none);
+    make_all({*shift}, what, done, all_or_none);
   }
 }
 
@@ -303,10 +305,10 @@ void EditHistory::undo() {
   if (undo_.empty()) return;
   const std::string what = "undo: " + undo_.back().what;
   Entry done;
-  take_back(undo_.back(), what, done);
+  revert(undo_.back(), what, done);
   redo_.push_back(std::move(undo_.back()));
   undo_.pop_back();
-  can_go_on_ = false;
+  can_continue_ = false;
 }
 
 void EditHistory::redo() {
@@ -315,26 +317,26 @@ void EditHistory::redo() {
   make_all(redo_.back().edits, redo_.back().what, entry);
   redo_.pop_back();
   undo_.push_back(std::move(entry));
-  can_go_on_ = false;
+  can_continue_ = false;
 }
 
 void EditHistory::append(const Entry& entry, std::vector<MadeEdit>& made) {
-  bool goes_on = false;
+  bool continues_previous = false;
   for (const Edit& edit : entry.edits) {
-    made.push_back({edit, entry.what, std::exchange(goes_on, true)});
+    made.push_back({edit, entry.what, std::exchange(continues_previous, true)});
   }
 }
 
-void EditHistory::forget_oldest() {
+void EditHistory::drop_oldest_entry() {
   for (const Edit& edit : undo_.front().edits) {
-    std::erase_if(too_old_, [&](const MadeEdit& old) { return replaces(edit, old.edit); });
+    std::erase_if(not_undoable_, [&](const MadeEdit& old) { return replaces(edit, old.edit); });
   }
-  append(undo_.front(), too_old_);
+  append(undo_.front(), not_undoable_);
   undo_.erase(undo_.begin());
 }
 
-std::vector<MadeEdit> EditHistory::in_force() const {
-  std::vector<MadeEdit> made = too_old_;
+std::vector<MadeEdit> EditHistory::edits_in_effect() const {
+  std::vector<MadeEdit> made = not_undoable_;
   for (const Entry& entry : undo_) append(entry, made);
   return made;
 }

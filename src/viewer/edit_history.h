@@ -1,4 +1,4 @@
-// Undo and redo of edits of a body that may have moved since the edit.
+// Undo and redo of edits. The body may have moved since an edit was made.
 #pragma once
 
 #include <functional>
@@ -11,47 +11,46 @@
 
 namespace tetraction::viewer {
 
-/// Whether `later` replaces everything that `earlier` sets. If both are waiting, `earlier` can then
-/// be left out.
+/// Whether `later` sets everything that `earlier` sets. Then `earlier` need not be made if it is still
+/// waiting.
 bool replaces(const Edit& later, const Edit& earlier);
 
 /// An edit that was made.
 struct MadeEdit {
-  Edit edit;             ///< with the number of the entry that it added
-  std::string what;      ///< description for people
-  bool goes_on = false;  ///< it is undone together with the edit before it
+  Edit edit;                        ///< with the index of the entry that it added
+  std::string what;                 ///< description for people
+  bool continues_previous = false;  ///< whether it is undone together with the previous edit
 };
 
-/// Makes edits and undoes them by further edits that restore the earlier settings. All of them are
-/// ordinary edits at the present time, so that everything a person does and undoes can be recorded
-/// and replayed.
+/// Makes edits, and undoes them by further edits that restore the earlier settings. An undo is an
+/// ordinary edit at the present time. Therefore the recording of a run can replay it.
 ///
 /// An edit that changed positions or momenta (SetMomentum, ShiftState) is undone by the opposite
 /// shift. If no step has been made since an edit, undoing it restores the positions and momenta
 /// exactly.
 class EditHistory {
  public:
-  /// Function that makes an edit of the session, with its records and marks. Throws InputError.
+  /// Makes an edit of the session and records it. Throws InputError.
   using Apply = std::function<void(const Edit&, const std::string& what)>;
 
   EditHistory(const Session& session, Apply apply);
 
-  /// Makes an edit. If it throws InputError, nothing has changed.
-  void make(const Edit& edit, const std::string& what, bool goes_on);
-  /// These do nothing if there is nothing to undo or redo. They throw InputError, and nothing has
-  /// changed, if the body does not allow the edit now.
+  /// Makes an edit. Throws InputError if the session refuses it; then nothing has changed.
+  void make(const Edit& edit, const std::string& what, bool continues_previous);
+  /// Undoes or redoes one entry. The functions do nothing if there is none. They throw InputError if
+  /// the session refuses an edit in the present state; then nothing has changed.
   void undo();
   void redo();
-  /// Empty: none.
+  /// The texts of the entries that undo() and redo() would process. Empty if there is none.
   std::string undo_text() const { return undo_.empty() ? "" : undo_.back().what; }
   std::string redo_text() const { return redo_.empty() ? "" : redo_.back().what; }
-  /// To be called after each step.
+  /// Must be called after each step.
   void stepped();
-  /// All edits that were not undone, in their order.
-  std::vector<MadeEdit> in_force() const;
+  /// All edits that have not been undone, in their order.
+  std::vector<MadeEdit> edits_in_effect() const;
 
  private:
-  // The settings of one part of the body before an edit. Nothing if that part did not exist.
+  // The settings of a force, fix or constraint before an edit. No value if it did not exist.
   struct ForceBefore {
     std::size_t index;
     std::optional<ForceSettings> force;
@@ -59,7 +58,7 @@ class EditHistory {
   struct FixBefore {
     std::size_t index;
     std::optional<PresentFix> fix;
-    Matrix targets_after{};  // targets of its vertices, if all of them are still fixed
+    Matrix targets_after{};  // targets after the edits of an entry, if the vertices are the same
   };
   struct ConstraintBefore {
     std::size_t index;
@@ -70,9 +69,9 @@ class EditHistory {
   // A group of edits that are undone together.
   struct Entry {
     std::string what;
-    std::vector<Edit> edits;  // for redo, with the numbers of the entries that they added
+    std::vector<Edit> edits;  // for redo, with the indices of the entries that they added
     std::vector<Before> before;
-    // Positions and momenta before the edits. They are dropped when a step is made.
+    // The state before the edits. It is removed when a step is made.
     std::optional<State> state;
     // The changes of positions and momenta by SetMomentum and ShiftState. Empty if there are none.
     Vector displacement;
@@ -82,23 +81,23 @@ class EditHistory {
   std::vector<Before> before(const Edit& edit) const;
   void make(const Edit& edit, const std::string& what, Entry& entry);
   void make_all(const std::vector<Edit>& edits, const std::string& what, Entry& entry,
-                bool or_none = true);
-  void finish(Entry& entry) const;
+                bool all_or_none = true);
+  void store_targets(Entry& entry) const;
   std::vector<Edit> inverse(const Entry& entry) const;
   Edit inverse(const FixBefore& before, bool at_once) const;
   std::optional<Edit> shift_back(const Entry& entry) const;
-  void take_back(const Entry& entry, const std::string& what, Entry& done, bool or_none = true);
+  void revert(const Entry& entry, const std::string& what, Entry& done, bool all_or_none = true);
   static bool same_part(const Before& a, const Before& b);
 
   const Session& session_;
   Apply apply_;
-  void forget_oldest();
+  void drop_oldest_entry();
   static void append(const Entry& entry, std::vector<MadeEdit>& made);
 
-  std::vector<MadeEdit> too_old_;  // to be undone
+  std::vector<MadeEdit> not_undoable_;  // edits of entries that were dropped
   std::vector<Entry> undo_;
   std::vector<Entry> redo_;
-  bool can_go_on_ = false;  // the last entry is of the last edit
+  bool can_continue_ = false;  // whether the last entry contains the last edit
 };
 
 }  // namespace tetraction::viewer

@@ -11,8 +11,8 @@
 namespace tetraction::viewer {
 namespace {
 
-// The engine makes the events itself, and the run has no end.
-Scene endless(Scene scene) {
+// The scene of the session. It has no events, because the engine makes them, and no end.
+Scene without_events_and_end(Scene scene) {
   scene.event.clear();
   scene.time.end = std::numeric_limits<double>::infinity();
   return scene;
@@ -40,13 +40,13 @@ void resolve(std::optional<std::size_t>& index, const std::optional<std::size_t>
 Engine::Engine(const Scene& scene, const TetMesh& mesh, Recording& recording)
     : events_(scene.event),
       recording_(recording),
-      session_(std::make_unique<Session>(endless(scene), mesh)),
+      session_(std::make_unique<Session>(without_events_and_end(scene), mesh)),
       edits_(std::make_unique<EditHistory>(
           *session_, [this](const Edit& edit, const std::string& what) { apply(edit, what); })),
       numbering_(scene) {
   session_->keep_good_states();
   check_events(scene, session_->system());
-  tell_warnings();
+  report_new_warnings();
   recording_.clear();
   recording_.move_to(*session_);
 }
@@ -81,9 +81,9 @@ void Engine::apply(const Edit& edit, const std::string& what) {
   limit_changed_ = limit_changed_ || may_change_limit(edit);
 }
 
-void Engine::tell_warnings() {
-  for (; told_warnings_ < session_->warnings().size(); ++told_warnings_) {
-    notices_.push_back({Notice::Kind::kWarning, session_->warnings()[told_warnings_]});
+void Engine::report_new_warnings() {
+  for (; reported_warnings_ < session_->warnings().size(); ++reported_warnings_) {
+    notices_.push_back({Notice::Kind::kWarning, session_->warnings()[reported_warnings_]});
   }
 }
 
@@ -117,7 +117,7 @@ void Engine::remember_newest(const Edit& edit, const Counts& before) {
   if (constraint != nullptr && !constraint->index) newest_constraint_ = before.constraints;
 }
 
-void Engine::edit(Edit edit, const std::string& what, bool goes_on) {
+void Engine::edit(Edit edit, const std::string& what, bool continues_previous) {
   require_good_state();
   resolve_newest(edit);
   check_edit(edit);
@@ -125,13 +125,13 @@ void Engine::edit(Edit edit, const std::string& what, bool goes_on) {
     set->time.end = std::numeric_limits<double>::infinity();
   }
   const Counts before = counts_of(*session_);
-  edits_->make(edit, what, goes_on);
+  edits_->make(edit, what, continues_previous);
   remember_newest(edit, before);
 }
 
 void Engine::undo() {
   require_good_state();
-  release();  // a grip of the mouse is undone as a whole
+  release();  // a drag is undone as a whole
   edits_->undo();
 }
 
@@ -141,7 +141,7 @@ void Engine::redo() {
   edits_->redo();
 }
 
-// Ends the drag if it cannot continue.
+// Calls work(drag) if there is a drag. Ends the drag if this throws InputError.
 template <class Work>
 void Engine::with_drag(const Work& work) {
   if (!drag_ || session_->status() != RunStatus::kRunning) return;
@@ -158,30 +158,30 @@ void Engine::grab(const std::vector<Index>& vertices) {
   release();
   if (vertices.empty()) return;
   drag_.emplace(*session_, vertices,
-                [this](const Edit& made, const std::string& what, bool goes_on) {
-                  edit(made, what, goes_on);
+                [this](const Edit& made, const std::string& what, bool continues_previous) {
+                  edit(made, what, continues_previous);
                 });
 }
 
-void Engine::lead_to(const Vector3& place, double duration) {
+void Engine::drag_to(const Vector3& position, double duration) {
   with_drag([&](VertexDrag& drag) {
     if (duration > 0.0) {
-      drag.lead_to(place, duration);
+      drag.drag_to(position, duration);
     } else {
-      drag.put_at(place);
+      drag.move_at_once(position);
     }
   });
 }
 
 void Engine::release() {
-  released_ = drag_.has_value() && session_->status() != RunStatus::kRunning;
-  if (released_) return;
+  release_pending_ = drag_.has_value() && session_->status() != RunStatus::kRunning;
+  if (release_pending_) return;
   with_drag([](VertexDrag& drag) { drag.release(); });
   drag_.reset();
 }
 
 void Engine::make_due_events() {
-  const auto due = [this] {  // as Session does
+  const auto due = [this] {  // the same rule as in Session
     return next_event_ < events_.size() &&
            events_[next_event_].at <= session_->state().time + 1e-6 * session_->time_step();
   };
@@ -194,7 +194,9 @@ void Engine::make_due_events() {
       try {
         std::optional<Edit> translated = numbering_.translated(edit);
         if (!translated) {
-          throw InputError("it changes what an earlier event was to add, which was refused.");
+          throw InputError(
+              "it changes an entry that an earlier event should have added, but that event was "
+              "refused.");
         }
         if (auto* set = std::get_if<SetTime>(&*translated)) {
           set->time.end = std::numeric_limits<double>::infinity();
@@ -205,7 +207,7 @@ void Engine::make_due_events() {
         notices_.push_back({Notice::Kind::kRefused,
                             fmt::format("The {} could not be made: {}", what, error.what())});
       }
-      numbering_.enter(edit, before, refused);
+      numbering_.record_edit(edit, before, refused);
     }
     recording_.set_events_made(next_event_, numbering_);
   }
@@ -215,23 +217,23 @@ bool Engine::step() {
   require_good_state();
   make_due_events();
   with_drag([](VertexDrag& drag) { drag.before_step(); });
-  const bool went_well = session_->step();
-  if (went_well) edits_->stepped();
-  tell_warnings();
+  const bool succeeded = session_->step();
+  if (succeeded) edits_->stepped();
+  report_new_warnings();
   recording_.move_to(*session_);
-  return went_well;
+  return succeeded;
 }
 
 void Engine::go_back() {
   if (session_->status() == RunStatus::kRunning) return;
   session_->go_back();
-  // Going back is recorded as an edit, because the solver starts again and a replay must do so,
-  // too.
+  // Going back resets the solver. A replay must do the same. Therefore it is recorded as an edit
+  // that sets the solver.
   recording_.add(*session_, SetSolver{session_->solver_settings()}, "back to the last good state");
   recording_.move_to(*session_);
   marks_.push_back({session_->state().time, "back to the last good state"});
   limit_changed_ = true;
-  if (released_) release();
+  if (release_pending_) release();
 }
 
 }  // namespace tetraction::viewer

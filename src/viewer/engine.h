@@ -1,5 +1,5 @@
-// The work of a Simulation in its own thread: a session with its events, its edits and their
-// record.
+// The part of a Simulation that works in the solver's thread: a session with its events, its edits
+// and their recording.
 #pragma once
 
 #include <memory>
@@ -15,33 +15,34 @@
 
 namespace tetraction::viewer {
 
-/// Runs one body from the start of its scene. To be used by one thread only.
+/// Runs a body from the start of its scene. Not thread-safe.
 class Engine {
  public:
-  /// Throws InputError. `recording` is cleared.
+  /// Sets up the scene and clears `recording`. Throws InputError.
   Engine(const Scene& scene, const TetMesh& mesh, Recording& recording);
 
   const Session& session() const { return *session_; }
   Settings settings() const;
   const EditHistory& edits() const { return *edits_; }
 
-  /// If these functions throw InputError, nothing has changed.
-  void edit(Edit edit, const std::string& what, bool goes_on);
+  /// If one of these functions throws InputError, nothing has changed.
+  void edit(Edit edit, const std::string& what, bool continues_previous);
   void undo();
   void redo();
-  /// The mouse grips vertices, leads the first of them to a place (m) within about `duration`
-  /// seconds of simulated time (0: at once), and releases them. These calls have no effect if the
-  /// grip has ended in another way or if the run has failed. go_back() ends a grip in any case.
+  /// A drag with the mouse: grab() begins it, drag_to() moves the first vertex to a position (m) in
+  /// about `duration` seconds of simulated time (0: at once), and release() ends it. drag_to() and
+  /// release() have no effect if the drag has ended already or the run has failed. go_back() ends a
+  /// drag in any case.
   void grab(const std::vector<Index>& vertices);
-  void lead_to(const Vector3& place, double duration);
+  void drag_to(const Vector3& position, double duration);
   void release();
-  /// Makes the events that are due, then one step. Returns false if the run has ended; status()
-  /// then says how.
+  /// Makes the events that are due, then one step. Returns false if the run has ended. The session's
+  /// status() then has the reason.
   bool step();
   /// Session::go_back().
   void go_back();
 
-  /// The notices and marks since the last call.
+  /// The notices and marks that are new since the last call.
   std::vector<Notice> take_notices() { return std::exchange(notices_, {}); }
   std::vector<EditMark> take_marks() { return std::exchange(marks_, {}); }
   /// Whether an edit may have changed the stability limit since the last call.
@@ -55,19 +56,19 @@ class Engine {
   void resolve_newest(Edit& edit) const;
   void remember_newest(const Edit& edit, const Counts& before);
   void require_good_state() const;
-  void tell_warnings();
+  void report_new_warnings();
 
   const std::vector<EventSettings> events_;
   Recording& recording_;
   std::unique_ptr<Session> session_;
   std::unique_ptr<EditHistory> edits_;
   std::optional<VertexDrag> drag_;
-  bool released_ = false;  // the grip was released in a state that could not be changed
+  bool release_pending_ = false;  // the drag ended in a failed state and must be released later
   Numbering numbering_;
   std::size_t next_event_ = 0;
   std::optional<std::size_t> newest_force_, newest_fix_, newest_constraint_;
   std::vector<Notice> notices_;
-  std::size_t told_warnings_ = 0;  // number of the session's warnings that were reported
+  std::size_t reported_warnings_ = 0;  // number of warnings that are already notices
   std::vector<EditMark> marks_;
   bool limit_changed_ = false;
 };

@@ -1,4 +1,4 @@
-// Data shared by two threads, which can only be reached while its mutex is held.
+// Data that two threads share, and the mutex that protects them.
 #pragma once
 
 #include <chrono>
@@ -7,12 +7,12 @@
 
 namespace tetraction::viewer {
 
-/// Owns a T and the mutex that guards it. The only way to the data is lock(), whose result holds the
-/// mutex as long as it lives, so that the compiler refuses an access without the lock.
+/// Owns a T and its mutex. The data can be accessed through the result of lock() only, which holds the
+/// mutex as long as it exists. Therefore an access without the lock does not compile.
 template <class T>
 class Guarded {
  public:
-  /// The locked data. It belongs to one thread and must not outlive the block that needs it.
+  /// Access to the locked data. It must be used in one thread and destroyed as soon as possible.
   template <class Data>
   class Access {
    public:

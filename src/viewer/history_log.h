@@ -7,8 +7,9 @@
 
 namespace tetraction::viewer {
 
-/// Rows in the order of their steps. When there are `capacity` rows, every second one is removed,
-/// and from then on half as many steps are stored. So the size stays bounded even in a run of days.
+/// Rows in the order of their steps. When there are `capacity` rows, every second row is removed, and
+/// from then on only half as many steps are stored. The size is therefore bounded in runs of any
+/// length.
 class HistoryLog {
  public:
   explicit HistoryLog(std::size_t capacity = 1U << 20U) : capacity_(capacity) {}
@@ -30,7 +31,7 @@ class HistoryLog {
   std::vector<HistoryRow> rows_;
 };
 
-/// The row for a session's present state.
+/// The row of a session's present state.
 HistoryRow history_row(const Session& session);
 
 }  // namespace tetraction::viewer

@@ -12,17 +12,18 @@
 namespace tetraction::viewer {
 namespace {
 
-// Forces, fixes and constraints with numbers from those of the scene on were added by hand.
-class Keeper {
+// Collects the settings that result from a list of edits. A force, fix or constraint was added by the
+// user if its index is not below the number of those in the scene.
+class SettingsCollector {
  public:
-  explicit Keeper(const Session& start) : start_(start), mesh_(start.system().mesh()) {
+  explicit SettingsCollector(const Session& start) : start_(start), mesh_(start.system().mesh()) {
     for (std::size_t i = 0; i < start.fix_count(); ++i) {
       fixes_[i].vertices = fixes_[i].at_start = start.fix(i).vertices;
     }
   }
 
   void add(const MadeEdit& made) {
-    if (!made.goes_on) ++entry_;
+    if (!made.continues_previous) ++entry_;
     ++order_;
     what_ = &made.what;
     std::visit(*this, made.edit);
@@ -30,7 +31,7 @@ class Keeper {
 
   std::vector<MadeEdit> edits() const;
 
-  // For each kind of edit: the settings that it leaves.
+  // One function for each kind of edit, which stores the resulting settings.
   void operator()(const SetMaterial& edit) { set({edit.region, 0}, edit); }
   void operator()(const SetTime& edit) { set({0, 1}, edit); }
   void operator()(const SetSolver& edit) { set({0, 2}, edit); }
@@ -58,47 +59,47 @@ class Keeper {
     Fix& fix = fixes_[*edit.index];
     fix.settings = edit.fix;
     fix.vertices = select_vertices(mesh_, edit.fix.select);
-    touch(fix);
+    set_origin(fix);
   }
   void operator()(const Unfix& edit) {
-    const std::vector<Index> loose = select_vertices(mesh_, edit.select);
+    const std::vector<Index> released = select_vertices(mesh_, edit.select);
     for (auto& [number, fix] : fixes_) {
       if (edit.fix && *edit.fix != number) continue;
       std::vector<Index> left;
-      std::set_difference(fix.vertices.begin(), fix.vertices.end(), loose.begin(), loose.end(),
-                          std::back_inserter(left));
+      std::set_difference(fix.vertices.begin(), fix.vertices.end(), released.begin(),
+                          released.end(), std::back_inserter(left));
       if (left.size() == fix.vertices.size()) continue;
       fix.vertices = std::move(left);
-      touch(fix);
+      set_origin(fix);
     }
   }
   void operator()(const SetMomentum&) const {}
   void operator()(const ShiftState&) const {}
 
  private:
-  using Key = std::pair<Index, int>;  // a number, and of what
-  struct Kept {
-    int order = 0;  // of the last edit that set it; 0: none did
-    int entry = 0;  // what is undone together
+  using Key = std::pair<Index, int>;  // index of an entry, kind of the entry
+  struct Origin {
+    int order = 0;  // number of the last edit of this setting; 0 if there was none
+    int entry = 0;  // number of the group of edits that are undone together
     std::string what;
   };
-  struct Setting : Kept {
+  struct Setting : Origin {
     Edit edit;
   };
-  struct Fix : Kept {
-    std::optional<FixSettings> settings;  // by hand
+  struct Fix : Origin {
+    std::optional<FixSettings> settings;  // if the user changed them
     std::vector<Index> vertices, at_start;
   };
 
-  void touch(Kept& kept) const {
-    kept.order = order_;
-    kept.entry = entry_;
-    kept.what = *what_;
+  void set_origin(Origin& origin) const {
+    origin.order = order_;
+    origin.entry = entry_;
+    origin.what = *what_;
   }
   void set(const Key& key, const Edit& edit) {
     Setting& setting = settings_[key];
     setting.edit = edit;
-    touch(setting);
+    set_origin(setting);
   }
   std::optional<Edit> edit_of(std::size_t number, const Fix& fix) const;
   SelectVertices ids(const std::vector<Index>& vertices) const {
@@ -116,7 +117,7 @@ class Keeper {
   const std::string* what_ = nullptr;
 };
 
-std::optional<Edit> Keeper::edit_of(std::size_t number, const Fix& fix) const {
+std::optional<Edit> SettingsCollector::edit_of(std::size_t number, const Fix& fix) const {
   const bool in_scene = number < start_.fix_count();
   if (fix.vertices.empty() && !in_scene) return std::nullopt;
   if (fix.settings && !fix.vertices.empty()) {
@@ -132,19 +133,19 @@ std::optional<Edit> Keeper::edit_of(std::size_t number, const Fix& fix) const {
     }
     return SetFix{in_scene ? std::optional(number) : std::nullopt, settings};
   }
-  std::vector<Index> loose;
+  std::vector<Index> released;
   std::set_difference(fix.at_start.begin(), fix.at_start.end(), fix.vertices.begin(),
-                      fix.vertices.end(), std::back_inserter(loose));
-  if (loose.empty()) return std::nullopt;
-  return Unfix{ids(loose), {}, number};
+                      fix.vertices.end(), std::back_inserter(released));
+  if (released.empty()) return std::nullopt;
+  return Unfix{ids(released), {}, number};
 }
 
-std::vector<MadeEdit> Keeper::edits() const {
-  std::map<int, std::pair<const Kept*, std::vector<Edit>>> by_order;
+std::vector<MadeEdit> SettingsCollector::edits() const {
+  std::map<int, std::pair<const Origin*, std::vector<Edit>>> by_order;
   for (const auto& [key, setting] : settings_) {
     by_order[setting.order] = {&setting, {setting.edit}};
   }
-  for (const auto& [number, fix] : fixes_) {  // one edit may release from several of them
+  for (const auto& [number, fix] : fixes_) {  // one Unfix may change several fixes
     if (fix.order == 0) continue;
     if (const std::optional<Edit> edit = edit_of(number, fix)) {
       by_order[fix.order].first = &fix;
@@ -165,9 +166,9 @@ std::vector<MadeEdit> Keeper::edits() const {
 }  // namespace
 
 std::vector<MadeEdit> kept_settings(const std::vector<MadeEdit>& made, const Session& start) {
-  Keeper keeper(start);
-  for (const MadeEdit& edit : made) keeper.add(edit);
-  return keeper.edits();
+  SettingsCollector collector(start);
+  for (const MadeEdit& edit : made) collector.add(edit);
+  return collector.edits();
 }
 
 }  // namespace tetraction::viewer

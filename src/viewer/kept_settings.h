@@ -1,4 +1,4 @@
-// The settings made by hand that a run keeps when it starts again.
+// The settings that the user has changed and that a run keeps when it is restarted.
 #pragma once
 
 #include <vector>
@@ -8,10 +8,11 @@
 
 namespace tetraction::viewer {
 
-/// `made` are the edits of a session that were not undone, in their order. Returns the edits that
+/// `made` are the edits of a session that have not been undone, in their order. Returns the edits that
 /// give the same settings to a session at the start of the same scene. Of several edits of one
 /// setting, only the last one counts. Fixed vertices are fixed at their positions at the start,
-/// unless a place was given. Moves and kicks of vertices belong to their time and are left out.
+/// unless the edit has a target. Edits of positions and momenta are left out, because they apply to
+/// the time at which they were made.
 std::vector<MadeEdit> kept_settings(const std::vector<MadeEdit>& made, const Session& start);
 
 }  // namespace tetraction::viewer

@@ -3,15 +3,15 @@
 namespace tetraction::viewer {
 namespace {
 
-std::vector<std::optional<std::size_t>> first(std::size_t count) {
-  std::vector<std::optional<std::size_t>> places;
-  for (std::size_t i = 0; i < count; ++i) places.emplace_back(i);
-  return places;
+std::vector<std::optional<std::size_t>> initial_numbers(std::size_t count) {
+  std::vector<std::optional<std::size_t>> numbers;
+  for (std::size_t i = 0; i < count; ++i) numbers.emplace_back(i);
+  return numbers;
 }
 
-std::optional<std::size_t> place(const std::vector<std::optional<std::size_t>>& places,
-                                 std::size_t number) {
-  return number < places.size() ? places[number] : std::nullopt;
+std::optional<std::size_t> number_of_entry(const std::vector<std::optional<std::size_t>>& numbers,
+                                           std::size_t number) {
+  return number < numbers.size() ? numbers[number] : std::nullopt;
 }
 
 }  // namespace
@@ -21,16 +21,16 @@ Counts counts_of(const Session& session) {
 }
 
 Numbering::Numbering(const Scene& scene)
-    : forces_(first(scene.force.size())),
-      fixes_(first(scene.fix.size())),
-      constraints_(first(scene.constraint.size())) {}
+    : forces_(initial_numbers(scene.force.size())),
+      fixes_(initial_numbers(scene.fix.size())),
+      constraints_(initial_numbers(scene.constraint.size())) {}
 
 std::optional<Edit> Numbering::translated(const Edit& edit) const {
   Edit result = edit;
-  // Returns false for an entry that does not exist.
-  const auto translate = [](const auto& places, std::optional<std::size_t>& number) {
+  // Replaces `number`. Returns false if the entry does not exist.
+  const auto translate = [](const auto& numbers, std::optional<std::size_t>& number) {
     if (!number) return true;
-    number = place(places, *number);
+    number = number_of_entry(numbers, *number);
     return number.has_value();
   };
   bool known = true;
@@ -46,9 +46,9 @@ std::optional<Edit> Numbering::translated(const Edit& edit) const {
   return known ? std::optional(result) : std::nullopt;
 }
 
-void Numbering::enter(const Edit& edit, const Counts& counts, bool refused) {
-  const auto add = [refused](auto& places, std::size_t count) {
-    places.push_back(refused ? std::nullopt : std::optional(count));
+void Numbering::record_edit(const Edit& edit, const Counts& counts, bool refused) {
+  const auto add = [refused](auto& numbers, std::size_t count) {
+    numbers.push_back(refused ? std::nullopt : std::optional(count));
   };
   if (const auto* force = std::get_if<SetForce>(&edit); force != nullptr && !force->index) {
     add(forces_, counts.forces);

@@ -1,5 +1,5 @@
-// Translates the numbers of forces, fixes and constraints in a scene's events. Edits by hand may
-// have added entries in between, so that the numbers have shifted.
+// Translates the indices of forces, fixes and constraints in the events of a scene. The user may have
+// added entries, so that entries of later events have other indices than in the scene.
 #pragma once
 
 #include <optional>
@@ -18,23 +18,23 @@ struct Counts {
 
 Counts counts_of(const Session& session);
 
-/// Maps the numbers in a scene's events to the true numbers of the entries.
+/// Maps the indices in a scene's events to the actual indices of the entries.
 class Numbering {
  public:
   explicit Numbering(const Scene& scene);
 
-  /// The edit of an event with the true numbers. Nothing if the edit changes an entry that does not
-  /// exist because the edit that would have added it was refused.
+  /// The edit of an event with the actual indices. No value if the edit changes an entry that does not
+  /// exist because the edit that should have added it was refused.
   std::optional<Edit> translated(const Edit& edit) const;
-  /// Records that the (untranslated) edit was made, or `refused`. The counts are those of the body
-  /// before the edit.
-  void enter(const Edit& edit, const Counts& counts, bool refused);
+  /// Must be called for every edit of an event, with the untranslated indices, after it was made or
+  /// `refused`. The counts are those before the edit.
+  void record_edit(const Edit& edit, const Counts& counts, bool refused);
 
  private:
-  using Places = std::vector<std::optional<std::size_t>>;
-  Places forces_;
-  Places fixes_;
-  Places constraints_;
+  using EntryNumbers = std::vector<std::optional<std::size_t>>;
+  EntryNumbers forces_;
+  EntryNumbers fixes_;
+  EntryNumbers constraints_;
 };
 
 }  // namespace tetraction::viewer

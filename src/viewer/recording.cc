@@ -55,8 +55,8 @@ Scene Recording::scene() const {
   return scene;
 }
 
-// The run shall end at the present time, with its present step. Steps that were set earlier need an
-// end after the edits that follow them.
+// Sets time.end such that the replay ends at the present time. An edit of the time settings contains an
+// end, too. It must not be before the edits that follow.
 void Recording::set_ends(Scene& scene) const {
   double* end = &scene.time.end;
   if (step_ == 0) {
@@ -69,7 +69,7 @@ void Recording::set_ends(Scene& scene) const {
   for (std::size_t i = 0; i < entries_.size(); ++i) {
     auto* set = std::get_if<SetTime>(&scene.event[i].edits.front());
     if (set == nullptr) continue;
-    if (entries_[i].step == step_) {  // no step was made with it
+    if (entries_[i].step == step_) {  // no step was made after this edit
       set->time.end = time_ + entries_[i].time_step;
       continue;
     }
@@ -89,7 +89,7 @@ void Recording::add_events_to_come(Scene& scene) const {
     event.edits.clear();
     for (const Edit& edit : start_.event[i].edits) {
       const std::optional<Edit> translated = numbering.translated(edit);
-      numbering.enter(edit, counts, false);
+      numbering.record_edit(edit, counts, false);
       if (const auto* force = std::get_if<SetForce>(&edit)) counts.forces += force->index ? 0 : 1;
       if (const auto* fix = std::get_if<SetFix>(&edit)) counts.fixes += fix->index ? 0 : 1;
       if (const auto* set = std::get_if<SetConstraint>(&edit)) {

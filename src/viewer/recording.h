@@ -1,4 +1,4 @@
-// A record of all edits of a scene, from which the run can be repeated.
+// A recording of all edits, from which a run can be repeated.
 #pragma once
 
 #include <mutex>
@@ -10,30 +10,30 @@
 
 namespace tetraction::viewer {
 
-/// Stores all edits with their times and makes a scene from them. The functions may be called from
-/// any thread.
+/// Stores all edits with their times and makes a scene of them. All functions are thread-safe.
 class Recording {
  public:
   explicit Recording(Scene scene);
 
-  /// Forgets everything (reset).
+  /// Removes everything.
   void clear();
-  /// Records an edit that the session has just made.
+  /// Adds an edit that the session has just made.
   void add(const Session& session, const Edit& edit, const std::string& note);
-  /// To be called when the session has made a step or gone back.
+  /// Must be called when the session has made a step or gone back.
   void move_to(const Session& session);
-  /// The scene's first `count` events are over. Later edits of events are numbered accordingly.
+  /// Must be called when the scene's first `count` events have been made. `numbering` translates the
+  /// indices of the other events.
   void set_events_made(std::size_t count, const Numbering& numbering);
 
-  /// The scene with all edits as events, each at the time of the state that it changed, together
-  /// with the scene's own events that are still to come.
+  /// The scene with all edits as events. Each event has the time of the state that the edit changed.
+  /// The scene's own events that have not been made yet follow.
   Scene scene() const;
 
  private:
   struct Entry {
     Index step = 0;
     double time = 0.0;
-    double time_step = 0.0;  // step from that time on, s
+    double time_step = 0.0;  // time step after the edit, s
     Edit edit;
     std::string note;
   };

@@ -58,14 +58,14 @@ void Simulation::set_color_field(ColorField field) {
   impl_->send(NewSnapshot{});
 }
 
-void Simulation::edit(Edit edit, std::string what, bool goes_on) {
-  impl_->send(MakeEdit{std::move(edit), std::move(what), goes_on});
+void Simulation::edit(Edit edit, std::string what, bool continues_previous) {
+  impl_->send(MakeEdit{std::move(edit), std::move(what), continues_previous});
 }
 void Simulation::grab(std::vector<Index> vertices) {
   impl_->send(Grab{std::move(vertices)});
 }
-void Simulation::lead_to(const Vector3& place) {
-  impl_->send(LeadTo{place});
+void Simulation::drag_to(const Vector3& position) {
+  impl_->send(DragTo{position});
 }
 void Simulation::release() {
   impl_->send(Release{});

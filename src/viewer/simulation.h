@@ -1,4 +1,4 @@
-// A Session in its own thread, for a window that must never wait for it.
+// A Session in its own thread, so that the window never has to wait for it.
 #pragma once
 
 #include <cstddef>
@@ -18,114 +18,111 @@ class Observer;
 
 namespace tetraction::viewer {
 
-/// The settings that the window shows. They may change at any time and are always the present ones.
+/// The present settings, which the window shows.
 struct Settings {
-  std::vector<MaterialSettings> materials;  ///< of each region
+  std::vector<MaterialSettings> materials;  ///< per region
   std::vector<std::string> region_names;
   Damping damping;
   EnvironmentSettings environment;
-  /// `step` is the present one even if it is automatic. `end` is infinite.
+  /// `step` is the present time step, also if it is automatic. `end` is infinite.
   TimeSettings time;
   SolverSettings solver;
-  std::vector<ForceSettings> forces;  ///< by their numbers
-  std::vector<FixSettings> fixes;     ///< by their numbers, including released ones
+  std::vector<ForceSettings> forces;
+  std::vector<FixSettings> fixes;  ///< with those that have been released
 };
 
-/// A number that stands for the fix, force or constraint that edit() added last.
+/// An index that stands for the fix, force or constraint that edit() added last.
 inline constexpr std::size_t kNewest = std::numeric_limits<std::size_t>::max();
 
-/// A message for the user: an edit that was refused, a warning.
+/// A message for the user.
 struct Notice {
   enum class Kind { kRefused, kWarning } kind = Kind::kWarning;
   std::string text;
 };
 
-/// Runs a scene in its own thread. All functions return at once and may be called from one other
-/// thread, that of the window. Edits, steps and resets are made between two steps, in the order in
-/// which they were requested. The scene's events are made at their times. If the body does not
-/// allow an event, the event is refused with a notice, and the run continues. The run has no end:
-/// time.end is ignored.
+/// Runs a scene in its own thread. The functions must be called from one thread, that of the window.
+/// They return at once. Their commands are executed between two steps, in the order of the calls. The
+/// scene's events are made at their times. If the session refuses an event, there is a notice, and the
+/// run continues. The run has no end: time.end is ignored.
 class Simulation {
  public:
-  /// Sets the scene up in the calling thread. The run is paused at the start. Throws InputError.
+  /// Sets up the scene in the calling thread. The run is paused. Throws InputError.
   Simulation(Scene scene, TetMesh mesh);
   /// Stops after the step in progress.
   ~Simulation();
 
   const TetMesh& mesh() const;
-  const Scene& scene() const;  ///< as it was at the start
+  const Scene& scene() const;  ///< the scene without the edits
 
   void run();
   void pause();
   /// Makes one step, then pauses.
   void step();
-  /// Returns to the scene's start and pauses. Settings that were changed by hand keep their present
-  /// values, and each change can be undone. Vertices fixed by hand are fixed at their positions at
-  /// the start, unless a place was given. Moves and kicks of vertices are not repeated.
+  /// Returns to the scene's start and pauses. Settings that the user changed keep their present values,
+  /// and each change can be undone. Vertices that the user fixed are fixed at their positions at the
+  /// start, unless a target was given. Changes of positions and momenta are not repeated.
   void restart();
-  /// Returns to the scene's start, pauses, and drops the edits made by hand.
+  /// Returns to the scene's start, pauses, and removes the user's edits.
   void reset();
-  /// After a blow-up: makes the last good state the present one, with the history up to that state,
-  /// and pauses. Until this is called, edits and steps are refused.
+  /// Returns to the last good state after a failure, with the history up to that state, and pauses.
+  /// After a failure edits and steps are refused until this function is called.
   void go_back();
-  /// While running, a snapshot is made after this many steps (1 or more), but no more than a few
-  /// hundred in a second …
+  /// Sets the number of steps (1 or more) between two snapshots of a running simulation. There are at
+  /// most a few hundred snapshots per second.
   void set_steps_per_snapshot(int steps);
-  /// … and the run is not faster than this many simulated seconds per second. 0 means no limit.
+  /// Limits the simulated seconds per real second. 0 means no limit.
   void set_speed_limit(double real_time_factor);
-  /// Sets the field that field_values of the next snapshots hold.
+  /// Sets the field of Snapshot::field_values in the next snapshots.
   void set_color_field(ColorField field);
 
-  /// Makes an edit, which takes effect with the next step. `what` is a short text for menus and the
-  /// time axis: "Young's modulus 2 MPa". An edit may continue the one before (a slider that moves,
-  /// a vertex that is dragged, several settings at once). Then both are undone together, and the
-  /// edit replaces the one before if that is still waiting.
-  void edit(Edit edit, std::string what, bool goes_on = false);
-  /// Undoes the last edit: its settings get their earlier values at the present time. If no step
-  /// has been made since, positions and momenta are restored, too. Otherwise vertices that were
-  /// moved or whose momenta were set get the opposite change, and vertices that were released are
-  /// fixed where they are.
+  /// Makes an edit, which takes effect with the next step. `what` is a short text for menus and the time
+  /// axis, such as "Young's modulus 2 MPa". An edit may continue the previous one, for instance while a
+  /// slider moves. Then both are undone together, and the edit replaces the previous one if that has
+  /// not been made yet.
+  void edit(Edit edit, std::string what, bool continues_previous = false);
+  /// Undoes the last edit: the settings get their earlier values at the present time. If no step has
+  /// been made since the edit, positions and momenta are restored, too. Otherwise an edit of positions
+  /// or momenta is undone by the opposite change, and vertices that were released are fixed at their
+  /// present positions.
   void undo();
   void redo();
-  /// The mouse grips vertices, leads the first of them to a place, m, and releases them. The others
-  /// keep their positions relative to it. While the simulation runs, the vertices move to the place
-  /// with a bounded velocity and stop there. While it is paused, they are put there. All of this is
-  /// undone as one edit.
+  /// A drag with the mouse: grab() begins it, drag_to() moves the first vertex to a position (m), and
+  /// release() ends it. The other vertices keep their positions relative to the first. While the
+  /// simulation runs, the vertices move with a bounded velocity. While it is paused, they are moved at
+  /// once. The whole drag is undone as one edit.
   void grab(std::vector<Index> vertices);
-  void lead_to(const Vector3& place);
+  void drag_to(const Vector3& position);
   void release();
-  /// Texts of the edits that undo() and redo() would act on. Empty if there is none.
+  /// Texts of the edits that undo() and redo() would process. Empty if there is none.
   std::string undo_text() const;
   std::string redo_text() const;
 
   /// Starts a recording: the solver's thread calls the observer's on_start at the present state and
   /// its on_step after each step. The recording ends with on_finish at the next call of this
-  /// function (null: no new observer), when the run is reset or fails, and when this object is
-  /// destroyed. If the observer throws, the recording ends with a notice, and the run continues.
+  /// function, when the run is reset or fails, and when this object is destroyed. A null pointer ends
+  /// the present recording only. If the observer throws, the recording ends with a notice, and the run continues.
   void observe(std::unique_ptr<Observer> observer);
-  /// Whether there is a recording, or will be as soon as the solver has started it.
+  /// Whether there is a recording, or the solver has still to start it.
   bool observed() const;
 
-  /// The newest snapshot, never null.
+  /// The newest snapshot. It is never null.
   std::shared_ptr<const Snapshot> snapshot() const;
   Settings settings() const;
-  /// The rows of the history (the start and all steps since) from number `from` on, and how often
-  /// earlier rows have changed. They change by reset(), by go_back(), and when HistoryLog removes
-  /// every second row.
+  /// The rows of the history from index `from` on. Row 0 is the start.
   std::vector<HistoryRow> history(std::size_t from) const;
+  /// A counter that increases when earlier rows are removed: by restart(), reset(), go_back(), and
+  /// when HistoryLog removes every second row.
   std::size_t history_generation() const;
   std::vector<EditMark> marks() const;
-  /// Notices since the last call.
+  /// The notices that are new since the last call.
   std::vector<Notice> take_notices();
-  /// Whether no command is waiting and no step is being made. For tests and for closing the
-  /// program.
+  /// Whether no command is waiting and no step is being made.
   bool idle() const;
   /// Waits until the simulation is idle, but no longer than this many seconds.
   bool wait_until_idle(double seconds) const;
 
-  /// The scene with every edit made so far as an event at its time. `tetraction run` replays it
-  /// with bitwise the same history. Its `end` is the present time, or before the first step the
-  /// scene's own.
+  /// The scene with all edits so far as events. `tetraction run` replays it with a bitwise identical
+  /// history. Its end is the present time. Before the first step it is the end of the original scene.
   Scene recorded_scene() const;
 
  private:

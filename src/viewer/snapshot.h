@@ -1,5 +1,4 @@
-// The data that the solver's thread gives to the window: a state with everything that is drawn of
-// it.
+// The data that the solver's thread gives to the window: a state and the fields that are drawn.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +10,7 @@
 
 namespace tetraction::viewer {
 
-/// The numbers of one step, for the charts and the history table.
+/// The data of one step for the charts and the history table.
 struct HistoryRow {
   Index step = 0;
   double time = 0.0;                                                    ///< s
@@ -40,26 +39,26 @@ enum class ColorField {
   kRegion
 };
 
-/// A state between two steps. Never changed once published: the window may keep it as long as it
-/// likes.
+/// A state between two steps. It is not changed after it has been published. Therefore the window may
+/// keep it for any time.
 struct Snapshot {
-  std::uint64_t generation = 0;  ///< one more for each snapshot
-  std::uint64_t body = 0;  ///< one more for each new scene or reset: mesh and regions may differ
-  double time = 0.0;       ///< s
+  std::uint64_t generation = 0;  ///< number of the snapshot
+  std::uint64_t body = 0;        ///< number of the body; increases with every reset
+  double time = 0.0;             ///< s
   Index step = 0;
   RunStatus status = RunStatus::kRunning;
-  bool running = false;             ///< the solver goes on by itself
-  std::string message;              ///< of a run that ended, or empty
+  bool running = false;             ///< whether the solver makes steps
+  std::string message;              ///< of a run that ended; otherwise empty
   Vector position;                  ///< 3 per vertex, m
   Vector velocity, momentum;        ///< m/s, kg m/s
   Vector external_force;            ///< N
   Vector reaction_force;            ///< N
-  std::vector<std::uint8_t> fixed;  ///< per vertex: 1 where a [[fix]] or the mouse holds it
+  std::vector<std::uint8_t> fixed;  ///< per vertex: 1 if a [[fix]] or the mouse prescribes it
   ColorField field = ColorField::kNone;
   bool field_on_cells = false;
   std::vector<float> field_values;  ///< per vertex or per tetrahedron
   double stable_step = 0.0;         ///< estimate of the explicit limit, s
-  double real_time_factor = 0.0;    ///< simulated seconds a second of wall clock, while running
+  double real_time_factor = 0.0;    ///< simulated seconds per real second; 0 if paused
 };
 
 }  // namespace tetraction::viewer

@@ -52,13 +52,13 @@ Vector color_values(const Session& session, ColorField field) {
 
 }  // namespace
 
-std::vector<std::uint8_t> held_vertices(const Session& session) {
+std::vector<std::uint8_t> prescribed_vertices(const Session& session) {
   const MechanicalSystem& system = session.system();
-  std::vector<std::uint8_t> held(static_cast<std::size_t>(system.vertex_count()), 0);
+  std::vector<std::uint8_t> is_prescribed(static_cast<std::size_t>(system.vertex_count()), 0);
   for (const PrescribedVertices& list : system.constraints().list().held) {
-    for (const Index v : list.vertices) held[static_cast<std::size_t>(v)] = 1;
+    for (const Index v : list.vertices) is_prescribed[static_cast<std::size_t>(v)] = 1;
   }
-  return held;
+  return is_prescribed;
 }
 
 Snapshot make_snapshot(const Session& session, ColorField field) {
@@ -73,7 +73,7 @@ Snapshot make_snapshot(const Session& session, ColorField field) {
   snapshot.momentum = state.momentum;
   snapshot.external_force = session.next_external_force();
   snapshot.reaction_force = session.reaction_force();
-  snapshot.fixed = held_vertices(session);
+  snapshot.fixed = prescribed_vertices(session);
   snapshot.field = field;
   snapshot.field_on_cells = field == ColorField::kVonMises || field == ColorField::kEnergyDensity ||
                             field == ColorField::kJacobian || field == ColorField::kRegion;

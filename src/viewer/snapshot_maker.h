@@ -1,4 +1,4 @@
-// From a session to what the window draws.
+// Makes snapshots of a session.
 #pragma once
 
 #include <cstdint>
@@ -8,10 +8,10 @@
 
 namespace tetraction::viewer {
 
-/// Fills the parts of a snapshot that the session knows: time, state, forces, held vertices, colours.
+/// A snapshot with the data of the session: time, state, forces, prescribed vertices and field values.
 Snapshot make_snapshot(const Session& session, ColorField field);
 
-/// Per vertex: 1 where a [[fix]] or the mouse holds it.
-std::vector<std::uint8_t> held_vertices(const Session& session);
+/// Per vertex: 1 if a [[fix]] or the mouse prescribes its displacement, else 0.
+std::vector<std::uint8_t> prescribed_vertices(const Session& session);
 
 }  // namespace tetraction::viewer

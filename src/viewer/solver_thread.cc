@@ -15,13 +15,13 @@ namespace {
 
 using Seconds = std::chrono::duration<double>;
 
-// Shortest time between two snapshots while running. No window draws more often.
+// Shortest time between two snapshots of a running simulation. The window does not draw more often.
 constexpr Seconds kSnapshotInterval{0.004};
-// Ratio of the time between two estimates of the stability limit to the time that an estimate
-// takes: after an edit that may have changed the limit, and while the body deforms.
+// The stability limit is estimated again when the steps since the last estimate have taken this many
+// times as long as the estimate: after an edit that may have changed the limit, and otherwise.
 constexpr double kLimitPauseAfterEdit = 4.0;
 constexpr double kLimitPause = 30.0;
-constexpr double kCatchUp = 0.08;  // s of wall clock in which a dragged vertex reaches the mouse
+constexpr double kDragDelay = 0.08;  // real time in which a dragged vertex reaches the mouse, s
 
 }  // namespace
 
@@ -51,11 +51,12 @@ void SolverThread::send(Command command) {
     std::deque<Command>& commands = shared->commands;
     auto* next = std::get_if<MakeEdit>(&command);
     auto* last = commands.empty() ? nullptr : std::get_if<MakeEdit>(&commands.back());
-    if (next != nullptr && last != nullptr && next->goes_on && replaces(next->edit, last->edit)) {
+    if (next != nullptr && last != nullptr && next->continues_previous &&
+        replaces(next->edit, last->edit)) {
       last->edit = std::move(next->edit);
       last->what = std::move(next->what);
-    } else if (!commands.empty() && std::holds_alternative<LeadTo>(command) &&
-               std::holds_alternative<LeadTo>(commands.back())) {
+    } else if (!commands.empty() && std::holds_alternative<DragTo>(command) &&
+               std::holds_alternative<DragTo>(commands.back())) {
       commands.back() = std::move(command);
     } else {
       commands.push_back(std::move(command));
@@ -76,7 +77,7 @@ void SolverThread::begin() {
   limit_cost_ = session().times().stability;
   stepping_since_limit_ = 0.0;
   limit_is_old_ = false;
-  pace_.restart(0.0);
+  speed_limiter_.restart(0.0);
   ++body_;
   const auto shared = shared_.lock();
   shared->history.clear();
@@ -84,33 +85,33 @@ void SolverThread::begin() {
   shared->marks.clear();
 }
 
-// Publishes the results of edits that were made by command or by events.
-void SolverThread::hand_out() {
+// Publishes the settings, marks and notices that edits and events have changed.
+void SolverThread::publish_edit_results() {
   std::vector<EditMark> new_marks = engine_->take_marks();
   std::vector<Notice> new_notices = engine_->take_notices();
   if (!snapshot_due_ && new_marks.empty() && new_notices.empty()) return;
-  Settings now = engine_->settings();
-  std::string to_undo = engine_->edits().undo_text();
-  std::string to_redo = engine_->edits().redo_text();
+  Settings settings = engine_->settings();
+  std::string undo_text = engine_->edits().undo_text();
+  std::string redo_text = engine_->edits().redo_text();
   limit_is_old_ = engine_->take_limit_change() || limit_is_old_;
   const auto shared = shared_.lock();
-  shared->settings = std::move(now);
-  shared->undo_text = std::move(to_undo);
-  shared->redo_text = std::move(to_redo);
+  shared->settings = std::move(settings);
+  shared->undo_text = std::move(undo_text);
+  shared->redo_text = std::move(redo_text);
   shared->marks.insert(shared->marks.end(), new_marks.begin(), new_marks.end());
   std::move(new_notices.begin(), new_notices.end(), std::back_inserter(shared->notices));
 }
 
 void SolverThread::publish() {
-  hand_out();
+  publish_edit_results();
   snapshot_due_ = false;
   steps_since_snapshot_ = 0;
-  const ColorField wanted = shared_.lock()->field;
-  auto next = std::make_shared<Snapshot>(make_snapshot(session(), wanted));
+  const ColorField field = shared_.lock()->field;
+  auto next = std::make_shared<Snapshot>(make_snapshot(session(), field));
   next->generation = ++generation_;
   next->body = body_;
   next->stable_step = stable_step_;
-  next->real_time_factor = pace_.real_time_factor(session().state().time);
+  next->real_time_factor = speed_limiter_.real_time_factor(session().state().time);
   const auto shared = shared_.lock();
   next->running = shared->running;
   if (!shared->running) next->real_time_factor = 0.0;
@@ -119,7 +120,7 @@ void SolverThread::publish() {
   published_ = Clock::now();
 }
 
-// The state of a failed run has a limit only if its energy is defined.
+// Estimates the stability limit. In a failed state this is possible only if the energy is defined.
 void SolverThread::estimate_limit() {
   limit_is_old_ = false;
   stepping_since_limit_ = 0.0;
@@ -134,23 +135,23 @@ void SolverThread::halt() {
   shared_.lock()->running = false;
 }
 
-// Makes one step. Returns false if the run cannot continue.
+// Makes one step. If the run cannot continue, it is no longer running.
 void SolverThread::step() {
   const Index before = session().state().step;
   const Clock::time_point start = Clock::now();
-  const bool went_on = engine_->step() && session().status() == RunStatus::kRunning;
+  const bool can_continue = engine_->step() && session().status() == RunStatus::kRunning;
   stepping_since_limit_ += Seconds(Clock::now() - start).count();
   ++steps_since_snapshot_;
-  pace_.advance(session().state().time);
+  speed_limiter_.advance(session().state().time);
   {
     const auto shared = shared_.lock();
     if (session().state().step > before) shared->history.add(history_row(session()));
-    if (!went_on) shared->running = false;
+    if (!can_continue) shared->running = false;
   }
   if (session().state().step > before) {
-    tell_observer([this](Observer& o) { return o.on_step(session()); });
+    notify_observer([this](Observer& o) { return o.on_step(session()); });
   }
-  if (!went_on) {
+  if (!can_continue) {
     snapshot_due_ = true;
     end_observation();
   }
@@ -160,18 +161,18 @@ void SolverThread::step() {
   }
 }
 
-// An error in an observer ends the observation, not the run.
+// Calls the observer. If the observer throws, the observation ends and the run continues.
 template <class Call>
-void SolverThread::tell_observer(const Call& call) {
+void SolverThread::notify_observer(const Call& call) {
   if (!observer_) return;
-  bool goes_on = false;
+  bool continues = false;
   std::string problem;
   try {
-    goes_on = call(*observer_);
+    continues = call(*observer_);
   } catch (const std::exception& error) {
     problem = error.what();
   }
-  if (goes_on) return;
+  if (continues) return;
   observer_.reset();
   const auto shared = shared_.lock();
   shared->observed = false;
@@ -181,7 +182,7 @@ void SolverThread::tell_observer(const Call& call) {
 }
 
 void SolverThread::end_observation() {
-  tell_observer([this](Observer& o) {
+  notify_observer([this](Observer& o) {
     o.on_finish(session());
     return false;
   });
@@ -199,7 +200,7 @@ void SolverThread::execute(Observe& observe) {
   require_good_state();
   shared_.lock()->observed = true;
   observer_ = std::move(observe.observer);
-  tell_observer([this](Observer& o) {
+  notify_observer([this](Observer& o) {
     o.on_start(session());
     return true;
   });
@@ -207,7 +208,7 @@ void SolverThread::execute(Observe& observe) {
 
 void SolverThread::execute(const Run&) {
   require_good_state();
-  pace_.restart(session().state().time);
+  speed_limiter_.restart(session().state().time);
   shared_.lock()->running = true;
 }
 
@@ -224,12 +225,12 @@ void SolverThread::execute(const Restart&) {
   halt();
   end_observation();
   engine_->release();
-  engine_->go_back();  // a grip that could not be released in the failed state ends here
-  const std::vector<MadeEdit> made = engine_->edits().in_force();
+  engine_->go_back();  // ends a drag that could not be released in the failed state
+  const std::vector<MadeEdit> made = engine_->edits().edits_in_effect();
   engine_ = std::make_unique<Engine>(scene_, mesh_, recording_);
   begin();
   for (const MadeEdit& kept : kept_settings(made, session())) {
-    report_failure_of([&] { engine_->edit(kept.edit, kept.what, kept.goes_on); });
+    report_failure_of([&] { engine_->edit(kept.edit, kept.what, kept.continues_previous); });
   }
 }
 
@@ -250,12 +251,12 @@ void SolverThread::execute(const Grab& grab) {
   engine_->grab(grab.vertices);
 }
 
-void SolverThread::execute(const LeadTo& lead) {
-  // A run that is slower than real time gets the same time of the wall clock. Before the speed of
-  // the run is known, real time is assumed.
-  const double factor = pace_.real_time_factor(session().state().time);
+void SolverThread::execute(const DragTo& drag) {
+  // The delay is in real time. Therefore it is converted to simulated time with the measured speed.
+  // Until the speed has been measured, it is assumed to be 1.
+  const double factor = speed_limiter_.real_time_factor(session().state().time);
   const bool running = shared_.lock()->running;
-  engine_->lead_to(lead.place, running ? kCatchUp * (factor > 0.0 ? factor : 1.0) : 0.0);
+  engine_->drag_to(drag.position, running ? kDragDelay * (factor > 0.0 ? factor : 1.0) : 0.0);
 }
 
 void SolverThread::execute(const Release&) {
@@ -273,10 +274,11 @@ void SolverThread::execute(const Redo&) {
 void SolverThread::execute(const NewSnapshot&) {}
 
 void SolverThread::execute(MakeEdit& edit) {
-  engine_->edit(std::move(edit.edit), edit.what, edit.goes_on);
+  engine_->edit(std::move(edit.edit), edit.what, edit.continues_previous);
 }
 
-// Any error in the work becomes a notice. The run pauses, unless the error is a refused edit.
+// Calls work(). An InputError becomes a notice about a refused command. Any other exception becomes a
+// warning, and the run is paused.
 template <class Work>
 void SolverThread::report_failure_of(const Work& work) {
   Notice notice;
@@ -293,7 +295,7 @@ void SolverThread::report_failure_of(const Work& work) {
   shared_.lock()->notices.push_back(std::move(notice));
 }
 
-// The next task. If there is none, `due` is the time at which to ask again.
+// Returns the next task. If a running simulation has none yet, `due` is the time of the next step.
 SolverThread::Task SolverThread::task_due(SharedState& shared,
                                           std::optional<Clock::time_point>& due) {
   due.reset();
@@ -304,13 +306,14 @@ SolverThread::Task SolverThread::task_due(SharedState& shared,
   }
   if (snapshot_due_) return {Task::Kind::kPublish};
   const double time = session().state().time;
-  if (pace_.limit() != shared.speed_limit) pace_.set_limit(shared.speed_limit, time);
+  if (speed_limiter_.limit() != shared.speed_limit)
+    speed_limiter_.set_limit(shared.speed_limit, time);
   const Clock::time_point now = Clock::now();
   if (shared.running) {
-    due = pace_.due(time);
+    due = speed_limiter_.due(time);
     const bool waits = *due > now;
-    // A snapshot that nobody has read yet is not replaced, because making one may take longer than
-    // a step.
+    // A snapshot is made only after the window has read the previous one, because it may take longer
+    // than a step.
     if (steps_since_snapshot_ >= shared.steps_per_snapshot &&
         (waits || (shared.snapshot_taken && now - published_ >= kSnapshotInterval))) {
       return {Task::Kind::kPublish};
@@ -320,7 +323,7 @@ SolverThread::Task SolverThread::task_due(SharedState& shared,
   return {limit_is_old_ ? Task::Kind::kEstimateLimit : Task::Kind::kNone};
 }
 
-// Waits for the next task. Returns nothing when the thread shall stop.
+// Waits for the next task. Returns a task of kind kNone when the thread shall stop.
 SolverThread::Task SolverThread::next_task() {
   auto shared = shared_.lock();
   shared->busy = false;

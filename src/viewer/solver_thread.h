@@ -1,4 +1,4 @@
-// The thread behind a Simulation: what both sides share, and the solver's side of it.
+// The thread of a Simulation, and the data that it shares with the window's thread.
 #pragma once
 
 #include <condition_variable>
@@ -13,11 +13,11 @@
 #include "engine.h"
 #include "guarded.h"
 #include "history_log.h"
-#include "pace.h"
+#include "speed_limiter.h"
 
 namespace tetraction::viewer {
 
-// What the window asks for, in the order in which it does.
+// Commands from the window.
 struct Run {};
 struct Pause {};
 struct Step {};
@@ -27,26 +27,26 @@ struct GoBack {};
 struct Grab {
   std::vector<Index> vertices;
 };
-struct LeadTo {
-  Vector3 place;
+struct DragTo {
+  Vector3 position;
 };
 struct Release {};
 struct Undo {};
 struct Redo {};
 struct NewSnapshot {};
 struct Observe {
-  std::unique_ptr<Observer> observer;  // null: none from now on
+  std::unique_ptr<Observer> observer;  // null ends the present observation
 };
 struct MakeEdit {
   Edit edit;
   std::string what;
-  bool goes_on = false;
+  bool continues_previous = false;
 };
-using Command = std::variant<Run, Pause, Step, Restart, Reset, GoBack, Grab, LeadTo, Release, Undo,
+using Command = std::variant<Run, Pause, Step, Restart, Reset, GoBack, Grab, DragTo, Release, Undo,
                              Redo, NewSnapshot, Observe, MakeEdit>;
 
-/// What the window's thread and the solver's thread share. The lock is never held while something is
-/// worked out.
+/// Data that the window's thread and the solver's thread share. No computation is made while the lock
+/// is held.
 struct SharedState {
   std::deque<Command> commands;
   bool stop = false;
@@ -57,7 +57,7 @@ struct SharedState {
   double speed_limit = 0.0;
   ColorField field = ColorField::kNone;
   std::shared_ptr<const Snapshot> snapshot;
-  bool snapshot_taken = false;  // by the window
+  bool snapshot_taken = false;  // whether the window has read the snapshot
   Settings settings;
   HistoryLog history;
   std::vector<EditMark> marks;
@@ -68,10 +68,10 @@ struct SharedState {
   bool idle() const { return commands.empty() && !busy && !running; }
 };
 
-/// Carries out commands, makes steps while running, publishes snapshots.
+/// Executes commands, makes steps while the simulation runs, and publishes snapshots.
 class SolverThread {
  public:
-  /// Sets the scene up in the calling thread. Throws InputError.
+  /// Sets up the scene in the calling thread. Throws InputError.
   SolverThread(Scene start_scene, TetMesh start_mesh);
   SolverThread(const SolverThread&) = delete;
   SolverThread& operator=(const SolverThread&) = delete;
@@ -86,7 +86,7 @@ class SolverThread {
   void send(Command command);
   /// The shared state, locked as long as the result lives.
   auto lock() { return shared_.lock(); }
-  /// Tells the solver's thread that the shared state has changed.
+  /// Notifies the solver's thread that the shared state has changed.
   void wake() { wake_.notify_one(); }
   bool wait_until_idle(double seconds);
 
@@ -98,13 +98,13 @@ class SolverThread {
 
   const Session& session() const { return engine_->session(); }
   void begin();
-  void hand_out();
+  void publish_edit_results();
   void publish();
   void estimate_limit();
   void halt();
   void step();
   template <class Call>
-  void tell_observer(const Call& call);
+  void notify_observer(const Call& call);
   void end_observation();
   void require_good_state() const;
   void execute(const Run&);
@@ -114,7 +114,7 @@ class SolverThread {
   void execute(const Reset&);
   void execute(const GoBack&);
   void execute(const Grab&);
-  void execute(const LeadTo&);
+  void execute(const DragTo&);
   void execute(const Release&);
   void execute(const Undo&);
   void execute(const Redo&);
@@ -132,9 +132,9 @@ class SolverThread {
   const TetMesh mesh_;
   Recording recording_;
 
-  // Of the solver's thread alone.
+  // Data of the solver's thread.
   std::unique_ptr<Engine> engine_;
-  Pace pace_;
+  SpeedLimiter speed_limiter_;
   std::uint64_t generation_ = 0;
   std::uint64_t body_ = 0;
   Clock::time_point published_ = Clock::now();
@@ -142,15 +142,15 @@ class SolverThread {
   bool snapshot_due_ = true;
   double stable_step_ = 0.0;
   bool limit_is_old_ = false;
-  double limit_cost_ = 0.0;            // s of the last estimate
-  double stepping_since_limit_ = 0.0;  // s
+  double limit_cost_ = 0.0;            // duration of the last estimate of the limit, s
+  double stepping_since_limit_ = 0.0;  // duration of the steps since then, s
   std::unique_ptr<Observer> observer_;
 
   Guarded<SharedState> shared_;
   std::condition_variable wake_;
   std::condition_variable became_idle_;
 
-  std::thread thread_;  // the last: it uses all of the above
+  std::thread thread_;  // the last member, because it uses the others
 };
 
 }  // namespace tetraction::viewer

@@ -12,11 +12,12 @@
 namespace tetraction::viewer {
 namespace {
 
-// A vertex inverts elements if it is faster than the waves in the body, or if it passes an element
-// in one step.
-constexpr double kOfSound = 0.25;
-constexpr double kOfEdge = 0.2;  // in one step
-constexpr double kThere = 1e-6;  // of an edge; within this distance the goal is reached
+// Largest velocity of the vertices as a fraction of the wave speed, and largest displacement in a step
+// as a fraction of an edge. A vertex that is faster than the waves in the body inverts elements, and so
+// does a vertex that moves by more than an element in one step.
+constexpr double kWaveSpeedFraction = 0.25;
+constexpr double kEdgeFraction = 0.2;
+constexpr double kTolerance = 1e-6;  // relative: of an edge, and of the speed
 
 double shortest_edge_at(const TetMesh& mesh, const std::vector<Index>& vertices) {
   std::vector<bool> chosen(static_cast<std::size_t>(mesh.vertex_count()), false);
@@ -35,7 +36,7 @@ double shortest_edge_at(const TetMesh& mesh, const std::vector<Index>& vertices)
   return shortest;
 }
 
-double slowest_sound(const Session& session) {
+double slowest_shear_wave(const Session& session) {
   double slowest = std::numeric_limits<double>::infinity();
   for (const MaterialSettings& settings : session.materials()) {
     const LameParameters lame = initial_lame(make_material(settings));
@@ -50,25 +51,25 @@ VertexDrag::VertexDrag(const Session& session, std::vector<Index> vertices, Make
     : session_(session),
       vertices_(std::move(vertices)),
       make_(std::move(make)),
-      held_before_(held_among(vertices_)),
-      edge_(shortest_edge_at(session.system().mesh(), vertices_)),
-      sound_(slowest_sound(session)) {
+      prescribed_before_(prescribed_among(vertices_)),
+      shortest_edge_(shortest_edge_at(session.system().mesh(), vertices_)),
+      wave_speed_(slowest_shear_wave(session)) {
   const TetMesh& mesh = session_.system().mesh();
   what_ = vertices_.size() == 1 ? fmt::format("Drag vertex {}", mesh.vertex_id(vertices_.front()))
                                 : fmt::format("Drag {} vertices", vertices_.size());
   const Vector& position = session_.state().position;
   const Vector3 first = vertex_block(position, vertices_.front());
-  for (const Index v : vertices_) beside_.emplace_back(vertex_block(position, v) - first);
+  for (const Index v : vertices_) offsets_.emplace_back(vertex_block(position, v) - first);
   goal_ = first;
-  if (!held_before_.empty()) make_(Unfix{ids(held_before_), {}}, what_, false);
+  if (!prescribed_before_.empty()) make_(Unfix{ids(prescribed_before_), {}}, what_, false);
   FixSettings hold;
   hold.select = ids(vertices_);
   fix_ = session_.fix_count();
-  make_(SetFix{std::nullopt, hold}, what_, !held_before_.empty());
+  make_(SetFix{std::nullopt, hold}, what_, !prescribed_before_.empty());
 }
 
-std::vector<Index> VertexDrag::held_among(const std::vector<Index>& vertices) const {
-  const std::vector<std::uint8_t> held = held_vertices(session_);
+std::vector<Index> VertexDrag::prescribed_among(const std::vector<Index>& vertices) const {
+  const std::vector<std::uint8_t> held = prescribed_vertices(session_);
   std::vector<Index> found;
   for (const Index v : vertices) {
     if (held[static_cast<std::size_t>(v)] != 0) found.push_back(v);
@@ -82,15 +83,16 @@ SelectVertices VertexDrag::ids(const std::vector<Index>& vertices) const {
   return select;
 }
 
-Vector3 VertexDrag::missing() const {
+Vector3 VertexDrag::remaining_path() const {
   return goal_ - vertex_block(session_.state().position, vertices_.front());
 }
 
-double VertexDrag::fastest() const {
-  return std::min(kOfSound * sound_, kOfEdge * edge_ / session_.time_step());
+double VertexDrag::largest_speed() const {
+  return std::min(kWaveSpeedFraction * wave_speed_,
+                  kEdgeFraction * shortest_edge_ / session_.time_step());
 }
 
-void VertexDrag::move_with(const Vector3& velocity) {
+void VertexDrag::set_velocity(const Vector3& velocity) {
   FixSettings hold;
   hold.select = ids(vertices_);
   hold.velocity = velocity;
@@ -98,51 +100,51 @@ void VertexDrag::move_with(const Vector3& velocity) {
   velocity_ = velocity;
 }
 
-void VertexDrag::lead_to(const Vector3& goal, double duration) {
+void VertexDrag::drag_to(const Vector3& goal, double duration) {
   goal_ = goal;
   duration_ = duration;
-  under_way_ = new_goal_ = true;
+  moving_ = new_goal_ = true;
 }
 
-void VertexDrag::put_at(const Vector3& goal) {
+void VertexDrag::move_at_once(const Vector3& goal) {
   goal_ = goal;
-  under_way_ = false;
+  moving_ = false;
   FixSettings hold;
   hold.select = ids(vertices_);
-  for (const Vector3& beside : beside_) hold.targets.emplace_back(goal_ + beside);
+  for (const Vector3& offset : offsets_) hold.targets.emplace_back(goal_ + offset);
   make_(SetFix{fix_, hold}, what_, true);
   velocity_.setZero();
 }
 
 void VertexDrag::before_step() {
-  if (!under_way_) return;
-  const Vector3 way = missing();
-  const double distance = way.norm();
+  if (!moving_) return;
+  const Vector3 path = remaining_path();
+  const double distance = path.norm();
   const double h = session_.time_step();
-  if (distance <= kThere * edge_) {
-    under_way_ = false;
-    move_with(Vector3::Zero());
+  if (distance <= kTolerance * shortest_edge_) {
+    moving_ = false;
+    set_velocity(Vector3::Zero());
     return;
   }
   if (std::exchange(new_goal_, false)) speed_ = distance / std::max(duration_, h);
-  const double speed = std::min({speed_, fastest(), distance / h});
-  const Vector3 velocity = speed / distance * way;
-  // Edits are made only when they change something: at the start, at the end, and when the step
-  // changes.
-  if ((velocity - velocity_).norm() > kThere * speed) move_with(velocity);
+  const double speed = std::min({speed_, largest_speed(), distance / h});
+  const Vector3 velocity = speed / distance * path;
+  // An edit is made only if the velocity changes: at the start, at the end, and with the time step.
+  if ((velocity - velocity_).norm() > kTolerance * speed) set_velocity(velocity);
 }
 
 void VertexDrag::release() {
-  under_way_ = false;
-  // The fix has no target of its own any more. From now on it is an ordinary fix of those vertices.
-  if (!held_before_.empty() || !velocity_.isZero(0.0)) move_with(Vector3::Zero());
-  std::vector<Index> loose;
+  moving_ = false;
+  // Without velocity the fix is an ordinary fix of these vertices at their present positions.
+  if (!prescribed_before_.empty() || !velocity_.isZero(0.0)) set_velocity(Vector3::Zero());
+  std::vector<Index> to_release;
   for (const Index v : vertices_) {
-    if (std::find(held_before_.begin(), held_before_.end(), v) == held_before_.end()) {
-      loose.push_back(v);
+    if (std::find(prescribed_before_.begin(), prescribed_before_.end(), v) ==
+        prescribed_before_.end()) {
+      to_release.push_back(v);
     }
   }
-  if (!loose.empty()) make_(Unfix{ids(loose), {}}, what_, true);
+  if (!to_release.empty()) make_(Unfix{ids(to_release), {}}, what_, true);
 }
 
 }  // namespace tetraction::viewer

@@ -1,4 +1,4 @@
-// Vertices that the mouse holds and leads.
+// Vertices that are dragged with the mouse.
 #pragma once
 
 #include <functional>
@@ -9,50 +9,53 @@
 
 namespace tetraction::viewer {
 
-/// Holds vertices and leads them to a goal, which may change at any time: by a velocity while the body
-/// moves, so that nothing jumps and the reaction means something, at once while it does not. The
-/// velocity is bounded and ends at the goal, whenever the next one may come. For the solver's thread.
+/// Prescribes the motion of vertices towards a goal, which may change at any time. While the body moves,
+/// the vertices get a velocity, so that their positions are continuous and their reactions are those of
+/// a motion. The velocity is bounded, and the vertices stop at the goal. While the body does not move,
+/// the vertices are moved at once. Used in the solver's thread.
 class VertexDrag {
  public:
-  /// Makes an edit of the session. Throws InputError, with everything as it was.
-  using MakeEdit = std::function<void(const Edit&, const std::string& what, bool goes_on)>;
+  /// Makes an edit of the session. Throws InputError if it is refused; then nothing has changed.
+  using MakeEdit =
+      std::function<void(const Edit&, const std::string& what, bool continues_previous)>;
 
-  /// Takes hold of the vertices where they are. The first one is led; the others keep their places
-  /// beside it. Throws InputError.
+  /// Fixes the vertices at their present positions. The goal is that of the first vertex; the others
+  /// keep their positions relative to it. Throws InputError.
   VertexDrag(const Session& session, std::vector<Index> vertices, MakeEdit make);
 
-  /// The goal of the first vertex, m, which it is to reach in `duration` (s of simulated time) or
-  /// later, if that would be too fast.
-  void lead_to(const Vector3& goal, double duration);
-  /// The same, at once.
-  void put_at(const Vector3& goal);
-  /// To be called before each step.
+  /// Sets the goal of the first vertex, m. The vertex reaches it after `duration` (simulated seconds),
+  /// or later if the velocity would be too large.
+  void drag_to(const Vector3& goal, double duration);
+  /// Moves the vertices to the goal at once.
+  void move_at_once(const Vector3& goal);
+  /// Must be called before each step.
   void before_step();
-  /// Lets go; what was held before stays held where it now is.
+  /// Releases the vertices. Those that were prescribed before the drag are fixed at their present
+  /// positions.
   void release();
 
  private:
-  std::vector<Index> held_among(const std::vector<Index>& vertices) const;
+  std::vector<Index> prescribed_among(const std::vector<Index>& vertices) const;
   SelectVertices ids(const std::vector<Index>& vertices) const;
-  Vector3 missing() const;
-  double fastest() const;
-  void move_with(const Vector3& velocity);
+  Vector3 remaining_path() const;
+  double largest_speed() const;
+  void set_velocity(const Vector3& velocity);
 
   const Session& session_;
   std::vector<Index> vertices_;
   MakeEdit make_;
   std::string what_;
-  std::vector<Index> held_before_;
-  std::size_t fix_ = 0;                 // number of the hold
-  std::vector<Vector3> beside_;         // of each vertex, from the first one, m
-  double edge_ = 0.0;                   // shortest at the vertices at rest, m
-  double sound_ = 0.0;                  // of shear waves, m/s
+  std::vector<Index> prescribed_before_;
+  std::size_t fix_ = 0;                 // index of the fix that prescribes the motion
+  std::vector<Vector3> offsets_;        // of the vertices relative to the first, m
+  double shortest_edge_ = 0.0;          // of the edges at the vertices, at rest, m
+  double wave_speed_ = 0.0;             // of shear waves, m/s
   Vector3 goal_ = Vector3::Zero();      // of the first vertex
-  Vector3 velocity_ = Vector3::Zero();  // of the hold
-  double duration_ = 0.0;               // s, in which the goal is wanted to be reached …
-  double speed_ = 0.0;                  // … and the speed that takes, m/s
-  bool under_way_ = false;              // the goal may not be reached yet
-  bool new_goal_ = false;               // none of the steps has gone there
+  Vector3 velocity_ = Vector3::Zero();  // prescribed, m/s
+  double duration_ = 0.0;               // until the goal shall be reached, s
+  double speed_ = 0.0;                  // that is needed for this duration, m/s
+  bool moving_ = false;                 // whether the goal has not been reached yet
+  bool new_goal_ = false;               // whether no step has been made since the goal was set
 };
 
 }  // namespace tetraction::viewer

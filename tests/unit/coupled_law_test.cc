@@ -31,16 +31,16 @@ struct Law<CoupledLaw> {
   template <class N>
   static N energy(const M&, const Invariants<N>& s) {
     const N x = s.i1 - N(3.0);
-    const N y = s.second + N(4.0) * s.log_j;
+    const N y = s.i2_term + N(4.0) * s.log_j;
     const N l = s.log_j;
-    return N(M::kA) * s.first + N(M::kB) * s.second +
+    return N(M::kA) * s.i1_term + N(M::kB) * s.i2_term +
            N(0.5) * (N(M::kXX) * x * x + N(M::kYY) * y * y + N(M::kLL) * l * l) +
            N(M::kXY) * x * y + N(M::kXL) * x * l + N(M::kYL) * y * l;
   }
   template <class N>
-  static auto first(const M&, const Invariants<N>& s) {
+  static auto first_derivatives(const M&, const Invariants<N>& s) {
     const N x = s.i1 - N(3.0);
-    const N y = s.second + N(4.0) * s.log_j;
+    const N y = s.i2_term + N(4.0) * s.log_j;
     const N l = s.log_j;
     return FirstDerivatives{
         N(M::kA) + N(M::kXX) * x + N(M::kXY) * y + N(M::kXL) * l,
@@ -48,7 +48,7 @@ struct Law<CoupledLaw> {
         N(-2.0 * M::kA - 4.0 * M::kB) + N(M::kXL) * x + N(M::kYL) * y + N(M::kLL) * l};
   }
   template <class N>
-  static auto second(const M&, const Invariants<N>&) {
+  static auto second_derivatives(const M&, const Invariants<N>&) {
     return SecondDerivatives{N(M::kXX), N(M::kXY), N(M::kYY), N(M::kXL), N(M::kYL), N(M::kLL)};
   }
 };
@@ -101,15 +101,15 @@ void expect_like_scalar() {
   const Vector x = jiggled(Vector::Zero(q.size()), 0.3, 3);
   const auto numbers = static_cast<std::size_t>(tangent_numbers(kForm)) * kBatchLanes;
   AlignedVector<double> positions(static_cast<std::size_t>(4 * block.record_count));
-  AlignedVector<double> changes(positions.size());
+  AlignedVector<double> displacements(positions.size());
   AlignedVector<double> result(positions.size(), 0.0);
   AlignedVector<double> on(positions.size(), 0.0);
   AlignedVector<double> off(positions.size(), 0.0);
   AlignedVector<double> state(numbers * static_cast<std::size_t>(block.batch_count));
   blocks.load_records(block, q.data(), positions.data());
-  blocks.load_changes(block, x.data(), changes.data());
+  blocks.load_displacements(block, x.data(), displacements.data());
   HWY_NAMESPACE::prepare<CoupledLaw, kForm>(batches, law, positions.data(), state.data());
-  HWY_NAMESPACE::apply<kForm>(batches, state.data(), changes.data(), result.data());
+  HWY_NAMESPACE::apply<kForm>(batches, state.data(), displacements.data(), result.data());
   HWY_NAMESPACE::diagonal_blocks<kForm>(batches, state.data(), on.data(), off.data());
 
   Vector expected = Vector::Zero(q.size());

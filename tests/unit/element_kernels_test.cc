@@ -398,8 +398,8 @@ TEST(ElementBlocks, EveryElementHasOneLaneAndEveryVertexItsRows) {
             // The row of the node belongs to its vertex.
             const Index row = block.first_record + slot / ElementBlocks::kRecordSize;
             const Index v = rest.nodes(e)[static_cast<std::size_t>(a)];
-            EXPECT_TRUE(std::find(blocks.rows_begin(v), blocks.rows_end(v),
-                                  static_cast<std::int32_t>(row)) != blocks.rows_end(v));
+            EXPECT_TRUE(std::find(blocks.records_begin(v), blocks.records_end(v),
+                                  static_cast<std::int32_t>(row)) != blocks.records_end(v));
           }
           if (e < 0) continue;
           ++seen[static_cast<std::size_t>(e)];
@@ -409,7 +409,7 @@ TEST(ElementBlocks, EveryElementHasOneLaneAndEveryVertexItsRows) {
     }
     EXPECT_TRUE(std::ranges::all_of(seen, [](int n) { return n == 1; }));
     for (Index v = 0; v < rest.vertex_count(); ++v) {
-      EXPECT_TRUE(std::is_sorted(blocks.rows_begin(v), blocks.rows_end(v)));
+      EXPECT_TRUE(std::is_sorted(blocks.records_begin(v), blocks.records_end(v)));
     }
   }
 }

@@ -94,7 +94,7 @@ TEST_F(StiffBeam, HeldVerticesStayWhereTheyAre) {
   CgReport report;
   for (int i = 0; i < 3; ++i) report = cg.solve(gradient_, 1e-3, 2000, step);
   for (Index v = 0; v < system_.vertex_count(); ++v) {
-    if (system_.coordinates().is_held(v)) {
+    if (system_.coordinates().is_fully_prescribed(v)) {
       EXPECT_EQ(step.segment<3>(3 * v), Vector3::Zero());
     }
   }

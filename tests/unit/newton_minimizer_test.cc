@@ -170,7 +170,7 @@ TEST_P(NewtonStep, LeavesFixedVerticesBitwiseAlone) {
   Vector x = state_.position;
   ASSERT_TRUE(make()->minimize(problem_, x).converged());
   for (Index v = 0; v < system_.vertex_count(); ++v) {
-    if (!system_.coordinates().is_held(v)) continue;
+    if (!system_.coordinates().is_fully_prescribed(v)) continue;
     EXPECT_EQ(x.segment<3>(3 * v), state_.position.segment<3>(3 * v));
   }
 }

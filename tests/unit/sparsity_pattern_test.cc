@@ -115,7 +115,7 @@ TEST(SparsityPattern, ElementsOfAColorShareNoFreeCoordinate) {
     for (const Index e : color) {
       std::set<int> own;
       for (const Index v : rest.nodes(e)) {
-        if (!coordinates.is_held(v)) own.insert(coordinates.map(v).first);
+        if (!coordinates.is_fully_prescribed(v)) own.insert(coordinates.map(v).first);
       }
       for (const int first : own) EXPECT_TRUE(seen.insert(first).second);
     }

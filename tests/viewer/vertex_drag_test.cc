@@ -67,7 +67,7 @@ TEST_F(VertexDrags, StopAtTheGoalWhoeverLooks) {
     simulation_->grab({tip_});
     simulation_->run();
     const Vector3 goal = start_ + Vector3(0.02, 0.1, 0.03);
-    simulation_->lead_to(goal);
+    simulation_->drag_to(goal);
     run_unseen(static_cast<Index>(1.0 / step));
     EXPECT_EQ(simulation_->snapshot()->status, RunStatus::kRunning)
         << simulation_->snapshot()->message;
@@ -89,7 +89,7 @@ TEST_F(VertexDrags, HaveABoundedSpeed) {
   settle(*simulation_);
   simulation_->set_speed_limit(1e-3);  // so that the goal is wanted within a few steps
   simulation_->run();
-  simulation_->lead_to(start_ + Vector3(0.0, 0.3, 0.0));
+  simulation_->drag_to(start_ + Vector3(0.0, 0.3, 0.0));
   simulation_->set_speed_limit(0.0);
   double highest = 0.0;
   double fastest = 0.0;
@@ -112,7 +112,7 @@ TEST_F(VertexDrags, SeveralKeepTheirPlacesBesideTheFirst) {
   open(beam_scene(Integrator::kMidpoint, 5e-3));
   const Vector3 beside = vertex_block(simulation_->snapshot()->position, tip_ - 1) - start_;
   simulation_->grab({tip_, tip_ - 1});
-  simulation_->lead_to(start_ + Vector3(0.0, 0.01, 0.0));  // paused: at once
+  simulation_->drag_to(start_ + Vector3(0.0, 0.01, 0.0));  // paused: at once
   settle(*simulation_);
   EXPECT_LT((tip() - start_ - Vector3(0.0, 0.01, 0.0)).norm(), 1e-15);
   const auto offset = [&] {
@@ -120,7 +120,7 @@ TEST_F(VertexDrags, SeveralKeepTheirPlacesBesideTheFirst) {
   };
   EXPECT_LT((offset() - beside).norm(), 1e-15);
   simulation_->run();
-  simulation_->lead_to(start_ + Vector3(0.0, 0.05, 0.0));
+  simulation_->drag_to(start_ + Vector3(0.0, 0.05, 0.0));
   run_unseen(200);
   EXPECT_LT((tip() - start_ - Vector3(0.0, 0.05, 0.0)).norm(), 1e-6);
   EXPECT_LT((offset() - beside).norm(), 1e-9);
@@ -135,7 +135,7 @@ TEST_F(VertexDrags, AFixedVertexStaysFixedWhereItIsLeft) {
   const Vector3 clamp = vertex_block(simulation_->snapshot()->position, 0);
   simulation_->grab({0});
   simulation_->run();
-  simulation_->lead_to(clamp + Vector3(0.0, 0.02, 0.0));
+  simulation_->drag_to(clamp + Vector3(0.0, 0.02, 0.0));
   run_unseen(200);
   simulation_->release();
   make_steps(*simulation_, 20);
@@ -154,7 +154,7 @@ TEST_F(VertexDrags, AreReleasedAfterAFailure) {
   simulation_->grab({tip_});
   simulation_->edit(SetTime{{Integrator::kVerlet, 1.0, false, 1.0}}, "far too large");
   make_steps(*simulation_, 20);
-  simulation_->lead_to(start_ + Vector3(0.0, 0.02, 0.0));
+  simulation_->drag_to(start_ + Vector3(0.0, 0.02, 0.0));
   ASSERT_EQ(simulation_->snapshot()->status, RunStatus::kUnstable);
   simulation_->take_notices();  // of the steps that were asked for in vain
   simulation_->release();
@@ -169,9 +169,9 @@ TEST_F(VertexDrags, AreReleasedAfterAFailure) {
 TEST_F(VertexDrags, EndWithUndo) {
   open(beam_scene(Integrator::kMidpoint, 5e-3));
   simulation_->grab({tip_});
-  simulation_->lead_to(start_ + Vector3(0.0, 0.02, 0.0));
+  simulation_->drag_to(start_ + Vector3(0.0, 0.02, 0.0));
   simulation_->undo();
-  simulation_->lead_to(start_ + Vector3(0.0, 0.04, 0.0));
+  simulation_->drag_to(start_ + Vector3(0.0, 0.04, 0.0));
   simulation_->release();
   settle(*simulation_);
   EXPECT_FALSE(is_held());

@@ -8,14 +8,14 @@ namespace tetraction {
 /// The BLAS of this process, as found at run time.
 struct BlasInfo {
   std::string library;  ///< "OpenBLAS", the file of another one, or "unknown"
-  std::string core;     ///< of OpenBLAS: processor type its kernels are made for; else empty
+  std::string core;     ///< the processor type of OpenBLAS's kernels; empty for another BLAS
 };
 BlasInfo blas_info();
 
-/// While an object of this class lives, OpenBLAS runs on one thread. The dense fronts of a sparse
-/// factorisation are mostly small: more threads cost time up to some ten thousand tetrahedra and
-/// save a fifth at 150,000. One thread also gives bitwise the same results on every machine. The
-/// class has no effect on another BLAS.
+/// While an object of this class exists, OpenBLAS runs on one thread. The dense blocks of a sparse
+/// factorisation are mostly small. With more threads the factorisation is slower for meshes of up to
+/// some ten thousand tetrahedra, and a fifth faster for 150,000. With one thread the results do not
+/// depend on the number of cores. The class has no effect on another BLAS.
 class SerialBlas {
  public:
   SerialBlas();
@@ -24,7 +24,7 @@ class SerialBlas {
   SerialBlas& operator=(const SerialBlas&) = delete;
 
  private:
-  int threads_ = 0;  // as before; 0: not OpenBLAS
+  int threads_ = 0;  // number of threads to restore; 0 if the BLAS is not OpenBLAS
 };
 
 /// The instruction sets of a processor that the kernels of a BLAS may use.
@@ -32,11 +32,11 @@ struct ProcessorFeatures {
   bool avx2 = false;
   bool avx512 = false;
 };
-/// The features of this processor; none of them if it is not an x86.
+/// The features of this processor. All are false if it is not an x86 processor.
 ProcessorFeatures processor_features();
 
-/// One line for the user if this BLAS makes the program slow, with the remedy; otherwise empty.
-/// `asked_core` is the value of OPENBLAS_CORETYPE, empty if it is not set.
+/// A message for the user if this BLAS makes the program slow, with what to do about it. Otherwise
+/// empty. `asked_core` is the value of OPENBLAS_CORETYPE, or empty if it is not set.
 std::string blas_warning(const BlasInfo& blas, const ProcessorFeatures& processor,
                          const std::string& asked_core);
 /// The warning for the BLAS and the processor of this process.

@@ -1,5 +1,5 @@
-// The exceptions of the library. Bad input throws; a numerical outcome (no convergence, an inverted
-// element) is a returned status, never an exception. Only the front ends print and exit.
+// The exceptions of the library. Bad input throws an exception. Numerical outcomes such as no
+// convergence or an inverted element are returned as a status. The library neither prints nor exits.
 #pragma once
 
 #include <stdexcept>
@@ -7,7 +7,7 @@
 
 namespace tetraction {
 
-/// Base of all exceptions thrown on purpose; what() says what is wrong, where, and what to do.
+/// Base class of the exceptions of the library. what() says what is wrong, where, and what to do.
 class Error : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

@@ -1,4 +1,4 @@
-// The numbers that a parameter may take, and the words that messages use for them.
+// The range of numbers that a parameter may have, and its text in messages.
 #pragma once
 
 #include <limits>
@@ -11,20 +11,20 @@ namespace tetraction {
 struct NumberRange {
   double least = -std::numeric_limits<double>::infinity();
   double most = std::numeric_limits<double>::infinity();
-  bool least_itself = true;  ///< whether `least` belongs to it
-  bool most_itself = true;   ///< whether `most` belongs to it
-  bool infinity = false;     ///< whether an infinite number may pass
+  bool least_itself = true;  ///< whether `least` belongs to the range
+  bool most_itself = true;   ///< whether `most` belongs to the range
+  bool infinity = false;     ///< whether infinity is allowed
   /// Whether numbers other than 0 must have a magnitude between 1e-30 and 1e30. Moduli and similar
   /// numbers need this, because their products and single-precision copies would overflow
   /// otherwise.
   bool is_moderate = false;
-  const char* advice = "";  ///< what a refusal says after the range, with its punctuation
+  const char* advice = "";  ///< text that refusal() adds after the range, with its punctuation
 
   bool contains(double value) const;
   /// "above 0", "0 or more", "between 0 and 1, both excluded", "from 0 to 0.49", "any number".
   std::string text() const;
-  /// What is wrong with a number, to be appended to it: "; it must be above 0." Empty if it is
-  /// allowed.
+  /// The end of a message about a number that is not allowed, such as "; it must be above 0." Empty
+  /// if the number is allowed.
   std::string refusal(double value) const;
 };
 

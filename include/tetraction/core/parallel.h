@@ -10,7 +10,7 @@ namespace tetraction {
 /// Limits the number of threads of all parallel loops from now on; 0 means one per core.
 void set_thread_count(int threads);
 
-/// Number of threads the loops use.
+/// Number of threads that the loops use.
 int thread_count();
 
 /// Calls body(begin, end) on disjoint ranges that cover [0, count), on several threads at the same
@@ -19,9 +19,9 @@ int thread_count();
 /// thread.
 void parallel_for(Index count, Index grain, const std::function<void(Index, Index)>& body);
 
-/// Sum of what `partial(begin, end)` returns for the ranges that [0, count) is cut into. The ranges
-/// are fixed and added in their order, so that the sum is bitwise the same for any number of
-/// threads.
+/// Cuts [0, count) into ranges and returns the sum of partial(begin, end) over them. The ranges have
+/// a fixed length and are added in ascending order, so that the sum is bitwise the same for any
+/// number of threads.
 double parallel_sum(Index count, const std::function<double(Index, Index)>& partial);
 
 }  // namespace tetraction

@@ -1,7 +1,7 @@
-// Linear-algebra names used everywhere.
+// Types of linear algebra that the whole library uses.
 //
-// Order of degrees of freedom (DOF): x0 y0 z0 x1 y1 z1 …, so a field on n vertices is a vector of
-// 3n numbers and vertex a owns the entries 3a, 3a+1, 3a+2.
+// Order of degrees of freedom (DOF): x0 y0 z0 x1 y1 z1 …. A field on n vertices is a vector of 3n
+// numbers, and its value at vertex a has the entries 3a, 3a+1, 3a+2.
 // Order of a flattened 3×3 matrix: column by column, vec(F)[3 j + i] = F(i, j).
 #pragma once
 

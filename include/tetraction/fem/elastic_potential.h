@@ -12,9 +12,9 @@ namespace tetraction {
 
 class ElementBlocks;
 
-/// Outcome of an evaluation. If something was not defined, it names the first element where the
-/// material's energy is not defined (J ≤ 0, or a position that is not finite), or the first vertex
-/// where the potential of a force term is not defined.
+/// The outcome of an evaluation. An evaluation fails where the energy of a material is not defined
+/// (J ≤ 0, or a position that is not finite) or where the potential of a force term is not defined.
+/// The status then contains the first such element or vertex, and −1 otherwise.
 struct EvaluationStatus {
   Index failed_element = -1;
   Index failed_vertex = -1;
@@ -25,8 +25,8 @@ struct EvaluationStatus {
 ///
 /// Positions may be one field of 3 numbers per vertex (m) or a sum of two such fields (Positions).
 /// All results are bitwise the same for any number of threads. After a failed evaluation the
-/// outputs are unspecified. Calls on one object must not overlap in time, because they share work
-/// space.
+/// outputs are unspecified. An object must not be used by two threads at the same time, because its
+/// functions share work space.
 class ElasticPotential {
  public:
   using Shape = RestState::Shape;
@@ -77,7 +77,7 @@ class ElasticPotential {
   const ElementBlocks& blocks() const;
 
   /// Evaluates the terms of element e. Returns false if its energy is not defined at q. If
-  /// `with_hessian` is false, the Hessian is left untouched. May be called from several threads.
+  /// `with_hessian` is false, the Hessian is left unchanged. May be called from several threads.
   bool element_terms(Index e, const Positions& q, bool with_hessian, ElementTerms& terms) const;
   /// The energy of each material's elements, J; W must be defined at q.
   Vector energies_by_material(const Vector& q) const;

@@ -1,16 +1,17 @@
-// Finite-element shapes and the kernels of one element. They are templates over the number of nodes
-// and quadrature points, so that the element loop compiles to fixed-size arithmetic.
+// Finite-element shapes and the functions of one element. They are templates over the numbers of
+// nodes and quadrature points, so that all matrices have a fixed size.
 //
 // With the positions q_a of the element's nodes and the gradients g_a = ∂N_a/∂X of the shape
 // functions at a quadrature point,
 //
 //     F = Σ_a q_a g_aᵀ                       deformation gradient
 //     W = Σ_points w Ψ(F)                    energy, w = volume × quadrature weight
-//     ∂W/∂q_a = Σ_points w P g_a             gradient (minus the internal force)
+//     ∂W/∂q_a = Σ_points w P g_a             gradient, the internal forces with reversed sign
 //     ∂²W/∂q_a∂q_b = Σ_points w Σ_JL g_a[J] A_JL g_b[L]
 //
 // where A_JL is the 3×3 block (J, L) of ∂P/∂F (material/material.h).
-// For the linear tetrahedron this F is [q1−q0, q2−q0, q3−q0] Dm⁻¹ (Sumner & Popović 2004).
+// For the linear tetrahedron F = [q1−q0, q2−q0, q3−q0] D_m⁻¹ with the rest edges
+// D_m = [X1−X0, X2−X0, X3−X0] (Sumner & Popović 2004).
 #pragma once
 
 #include <array>
@@ -19,7 +20,7 @@
 
 namespace tetraction {
 
-/// Compile-time size of an element.
+/// The number of nodes and quadrature points of an element, and its matrix types.
 template <int Nodes, int Points>
 struct ElementShape {
   static constexpr int kNodes = Nodes;
@@ -41,6 +42,7 @@ struct RestElement {
   std::array<double, Shape::kPoints> weights{};                      ///< m³
 };
 
+/// F at a quadrature point.
 template <class Shape>
 Matrix3 deformation_gradient(const RestElement<Shape>& rest, int point,
                              const typename Shape::NodeMatrix& q) {

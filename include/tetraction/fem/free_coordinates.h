@@ -1,5 +1,5 @@
-// The coordinates that linear constraints leave free. All others are eliminated, so that minimisers
-// and matrices contain free coordinates only (compare deal.II's AffineConstraints).
+// The free coordinates of a body with linear constraints. The other coordinates are eliminated, so
+// that minimisers and matrices contain free coordinates only (compare deal.II's AffineConstraints).
 #pragma once
 
 #include <map>
@@ -9,12 +9,13 @@
 
 namespace tetraction {
 
-/// Directions in which one vertex may move: the first `count` columns of an orthonormal basis.
+/// The directions in which a vertex may move. They are the first `count` columns of the orthonormal
+/// matrix `basis`.
 struct VertexFreedom {
-  int count = 3;  ///< 0 (cannot move) to 3 (free)
+  int count = 3;  ///< from 0 (the vertex cannot move) to 3 (it is free)
   Matrix3 basis = Matrix3::Identity();
 
-  /// The part of x along these directions.
+  /// The orthogonal projection of x on these directions.
   Vector3 project(const Vector3& x) const {
     Vector3 result = Vector3::Zero();
     for (int i = 0; i < count; ++i) result += basis.col(i).dot(x) * basis.col(i);
@@ -33,13 +34,13 @@ struct AffineSet {
 
 /// The linear map δq = T δy from the free coordinates y to the positions of all vertices.
 ///
-/// The coordinates of single vertices come first, in the order of the vertices; each vertex has one
-/// coordinate per direction in which it may move. The coordinates (c, w_1, …) of the affine sets
-/// follow. TᵀMT is diagonal because the ξ of the affine sets are scaled as AffineSet demands.
+/// The coordinates of single vertices come first, in the order of the vertices. Each vertex has one
+/// coordinate for every direction in which it may move. The coordinates (c, w_1, …) of the affine
+/// sets follow. TᵀMT is diagonal because the ξ of the affine sets are scaled as AffineSet demands.
 class FreeCoordinates {
  public:
-  /// The three rows of T that belong to one vertex. Only the entries of the coordinates first …
-  /// first + count − 1 are not zero; `columns` holds these.
+  /// The three rows of T that belong to one vertex. Only the columns first … first + count − 1 are
+  /// not zero. They are in `columns`.
   struct VertexMap {
     int first = 0;
     int count = 0;
@@ -48,8 +49,8 @@ class FreeCoordinates {
 
   /// Every vertex is free.
   explicit FreeCoordinates(Index vertex_count);
-  /// Vertices that are not named are free. Throws InputError if a vertex is in two places or the
-  /// mesh has more than 2^31 coordinates.
+  /// Vertices that are in neither `freedoms` nor `sets` are free. Throws InputError if a vertex is in
+  /// more than one of them or the mesh has more than 2^31 coordinates.
   FreeCoordinates(Index vertex_count, std::map<Index, VertexFreedom> freedoms,
                   std::vector<AffineSet> sets = {});
 
@@ -59,8 +60,10 @@ class FreeCoordinates {
   Index count() const { return count_; }
   /// Whether the vertex may move in all three directions, independently of other vertices.
   bool is_free(Index vertex) const { return kind_[static_cast<std::size_t>(vertex)] == kFree; }
-  /// Whether the vertex cannot move.
-  bool is_held(Index vertex) const { return kind_[static_cast<std::size_t>(vertex)] == kHeld; }
+  /// Whether all three displacements of the vertex are prescribed: it has no free coordinate.
+  bool is_fully_prescribed(Index vertex) const {
+    return kind_[static_cast<std::size_t>(vertex)] == kFullyPrescribed;
+  }
   /// First coordinate of a free vertex.
   int first(Index vertex) const { return first_[static_cast<std::size_t>(vertex)]; }
   VertexMap map(Index vertex) const;
@@ -77,19 +80,18 @@ class FreeCoordinates {
   Vector extend(const Vector& free) const;
   /// The diagonal of TᵀMT, kg (`mass`: one per vertex).
   Vector reduced_mass(const Vector& mass) const;
-  /// p ← M T (TᵀMT)⁻¹ Tᵀ p: keeps the part of the momenta that a motion of the free coordinates
-  /// has.
+  /// p ← M T (TᵀMT)⁻¹ Tᵀ p: projects momenta on those that motions of the free coordinates have.
   void project_momentum(const Vector& mass, Vector& momentum) const;
-  /// v ← T (TᵀMT)⁻¹ TᵀM v: keeps the same part of velocities.
+  /// v ← T (TᵀMT)⁻¹ TᵀM v: projects velocities on those of motions of the free coordinates.
   void project_velocity(const Vector& mass, Vector& velocity) const;
 
  private:
-  enum Kind : std::uint8_t { kFree, kPartial, kHeld, kAffine };
+  enum Kind : std::uint8_t { kFree, kPartlyPrescribed, kFullyPrescribed, kAffine };
 
   std::vector<Kind> kind_;
-  std::vector<int> first_;                           // free and partial vertices
-  std::map<Index, VertexFreedom> freedoms_;          // vertices with fewer than three directions
-  std::map<Index, std::pair<Index, Index>> member_;  // vertex → set and place in it
+  std::vector<int> first_;                           // per vertex; −1 if it has no coordinates
+  std::map<Index, VertexFreedom> freedoms_;          // of the vertices that are not free
+  std::map<Index, std::pair<Index, Index>> member_;  // vertex → set, index in the set
   std::vector<AffineSet> sets_;
   std::vector<int> set_first_;
   Index count_ = 0;

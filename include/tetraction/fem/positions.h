@@ -8,11 +8,11 @@ namespace tetraction {
 /// The current positions x of all vertices (3 per vertex, m). The object refers to the fields that
 /// it is made of and is meant for one call.
 ///
-/// A sum x = origin + displacement keeps more digits than one field does. An element needs the
-/// differences of its nodes' positions. Taken part by part, (o_a − o_b) + (u_a − u_b), they carry
-/// an error of ε times the edge and of ε|u|, instead of ε|x|. Forces of slender and thin bodies,
-/// which are small differences of large stresses, would otherwise drown in the round-off of
-/// positions.
+/// A sum x = origin + displacement keeps more digits than one field does. The element loops need the
+/// differences of the positions of an element's nodes. With both parts taken separately,
+/// (o_a − o_b) + (u_a − u_b), the round-off is ε times the length of the edge plus ε|u|, instead of
+/// ε|x|. This matters for slender and thin bodies, whose forces are small differences of large
+/// stresses.
 class Positions {
  public:
   /// x = q.

@@ -12,9 +12,9 @@
 
 namespace tetraction {
 
-/// Rest data of all elements. It refers to the positions and tetrahedra of the mesh that it was
-/// made of, which must live longer. Gradients, volumes and centroids are computed when they are
-/// asked for.
+/// Rest data of all elements. The object refers to the positions and tetrahedra of the mesh, which
+/// must live longer. It stores nothing else: gradients, volumes and centroids are computed in each
+/// call.
 class RestState {
  public:
   using Shape = LinearTetrahedron;
@@ -44,8 +44,8 @@ class RestState {
     }
     return local;
   }
-  /// The positions of the element's nodes relative to its first node. F and J need no more, and the
-  /// differences are free of the round-off that large coordinates have.
+  /// The positions of the element's nodes relative to its first node. They suffice for F and J, and
+  /// they do not have the round-off of large coordinates.
   Shape::NodeMatrix gather_relative(const Positions& x, Index e) const {
     const auto relative = [&](const Vector& field) {
       const Shape::NodeMatrix local = gather(field, e);

@@ -1,5 +1,5 @@
-// The fixed sparsity pattern of the assembled Hessian. It is built once and tells where the entries
-// of every element go.
+// The sparsity pattern of the assembled Hessian. It is built once and knows which entries of the
+// sparse matrix belong to each element.
 #pragma once
 
 #include <array>
@@ -21,7 +21,7 @@ class SparsityPattern {
   using Shape = RestState::Shape;
 
   /// Keeps a reference to `rest`, which must live longer.
-  /// `pairs`: pairs of vertices that something else than an element couples.
+  /// `pairs`: further pairs of vertices that are coupled, besides those of the elements.
   SparsityPattern(const RestState& rest, const FreeCoordinates& coordinates,
                   const std::vector<std::pair<Index, Index>>& pairs = {});
 
@@ -32,23 +32,26 @@ class SparsityPattern {
   const std::vector<int>& column_begin() const { return column_begin_; }
   const std::vector<int>& rows() const { return row_; }
 
-  /// Where the entries of an element go if each of its vertices is either free or cannot move at
-  /// all.
-  struct Place {
-    std::array<int, 4> first;   ///< first coordinate of each node; −1: it cannot move
-    std::array<int, 6> offset;  ///< of each pair's block (01 02 03 12 13 23) in its first column
+  /// The position in the sparse matrix of the entries of an element whose vertices are all free or
+  /// fully prescribed.
+  struct ElementEntries {
+    std::array<int, 4> first;   ///< first coordinate of each node; −1 if it is fully prescribed
+    std::array<int, 6> offset;  ///< of the block of each pair of nodes (01 02 03 12 13 23): the
+                                ///< index of its first entry in the column
   };
-  /// Place of element e; null if a vertex of it is partly constrained or belongs to an affine set.
-  const Place* place(Index e) const {
-    return is_simple_[static_cast<std::size_t>(e)] != 0 ? &places_[static_cast<std::size_t>(e)]
-                                                        : nullptr;
+  /// The entries of element e. Null if a vertex of the element is partly prescribed or belongs to an
+  /// affine set.
+  const ElementEntries* element_entries(Index e) const {
+    return has_element_entries_[static_cast<std::size_t>(e)] != 0
+               ? &element_entries_[static_cast<std::size_t>(e)]
+               : nullptr;
   }
 
   /// Adds Tᵀ K T of the symmetric element matrix K of element e to `values` (nonzeros() numbers).
   void scatter(Index e, const Shape::DofMatrix& local, double* values) const;
   /// Adds Tᵀ B T of symmetric 3 × 3 matrices B, one per vertex (side by side: 3 × 3n).
   void add_vertex_blocks(const Matrix& blocks, double* values) const;
-  /// Whether the pattern has a place for the block of two vertices.
+  /// Whether the pattern contains the entries of the block of two vertices.
   bool couples(Index i, Index j) const;
   /// Adds Tᵀ(B + Bᵀ)T, B being `block` in the rows of vertex i and the columns of vertex j, which
   /// the pattern must couple.
@@ -71,10 +74,10 @@ class SparsityPattern {
   const RestState& rest_;
   std::vector<int> column_begin_;
   std::vector<int> row_;
-  std::vector<Place> places_;
-  std::vector<std::uint8_t> is_simple_;                   // other elements look their entries up
-  mutable std::vector<std::vector<Index>> colors_;        // made when first needed
-  std::vector<Index> owner_;                              // a vertex of each group of coordinates
+  std::vector<ElementEntries> element_entries_;
+  std::vector<std::uint8_t> has_element_entries_;   // per element: whether element_entries_ is set
+  mutable std::vector<std::vector<Index>> colors_;  // made when first needed
+  std::vector<Index> owner_;                        // of the coordinates of each vertex
   mutable std::vector<std::vector<Index>> block_colors_;  // of colored_blocks_
   mutable const ElementBlocks* colored_blocks_ = nullptr;
 };

@@ -1,4 +1,4 @@
-// Internal viscosity: a Kelvin–Voigt stress beside the elastic one.
+// Internal viscosity: a Kelvin–Voigt stress that is added to the elastic stress.
 #pragma once
 
 #include <memory>
@@ -9,12 +9,12 @@ namespace tetraction {
 
 enum class TangentForm;
 
-/// The second Piola stress is S = 2ηĖ with the rate of the Green strain Ė = sym(FᵀḞ) and η in Pa s.
-/// S is objective and symmetric, so that it takes neither linear nor angular momentum from the
-/// body.
+/// The second Piola–Kirchhoff stress of the viscosity is S = 2ηĖ with the rate of the Green strain
+/// Ė = sym(FᵀḞ) and η in Pa s. S is objective and symmetric, so that it takes neither linear nor
+/// angular momentum from the body.
 ///
-/// Explicit steps take its force at (q, v). In an implicit step the force is the derivative of a
-/// dissipation potential D in the point x = q_k + s v where forces are evaluated,
+/// Explicit steps evaluate the viscous force at (q, v). In an implicit step the viscous force is
+/// −∇D of a dissipation potential D of the positions x = q_k + s v at which forces are evaluated,
 ///
 ///     D(x) = Σ_elements V η |E(x) − E₀|²/s,     Ė = (E(x) − E₀)/s.
 ///
@@ -52,8 +52,8 @@ class ViscousPotential {
   /// Adds the terms of element e at positions x. May be called from several threads.
   void add_element_terms(Index e, const Positions& x, bool with_hessian,
                          ElasticPotential::ElementTerms& terms) const;
-  /// Adds the tangent of a block of elastic().blocks() to a state with metric terms
-  /// (fem/tangent_kernels.h; private to the library).
+  /// Adds the viscous tangent of a block of ElasticPotential::blocks() to a state with metric terms
+  /// (src/fem/kernels/tangent_kernels.h; private to the library).
   void add_tangent(Index block, const Vector& displacement, TangentForm form, float* state) const;
   void add_tangent(Index block, const Vector& displacement, TangentForm form, double* state) const;
 

@@ -10,23 +10,23 @@
 
 namespace tetraction {
 
-/// A Material that also tells its name (kName) and its small-strain parameters (initial_lame()).
+/// A Material that also has a name (kName) and small-strain parameters (initial_lame()).
 template <class M>
 concept SelfDescribingMaterial = Material<M> && requires(const M& m) {
   { M::kName } -> std::convertible_to<std::string>;
   { m.initial_lame() } -> std::convertible_to<LameParameters>;
 };
 
-/// Holds a user's material behind one virtual call. Copies share the material, so that copying is
-/// cheap.
+/// Holds a user's material of any type and calls it through a virtual function. Copies share the
+/// material, so that copying is cheap.
 ///
 /// Ψ is measured from its value at rest, Ψ(I), so that a constant in the user's formula has no
 /// effect. Ψ should have its minimum at rest, because Ceres (solver/ceres_minimizer.h) takes a
 /// square root of the energy.
 ///
-/// The small-strain parameters only set scales: the solver's tolerance near round-off, wave speeds
-/// in reports, and the energy below which there is only round-off. The stability limit comes from
-/// stiffness() itself. For an anisotropic material give the parameters of the stiffest direction.
+/// The small-strain parameters are used for scales only: the solver's tolerance near round-off, wave
+/// speeds in reports, and the energy that counts as round-off. The stability limit is computed from
+/// stiffness(). For an anisotropic material give the parameters of the stiffest direction.
 class CustomMaterial {
  public:
   /// Throws InputError unless the name is not empty, μ > 0, λ > −2μ/3, both are finite, and Ψ is

@@ -16,14 +16,14 @@ enum class VolumetricPart {
 ///
 /// M provides
 /// - kName, its name in scenes, and kTitle, its name for people;
-/// - kParameters, its parameters in the order of its constructor, and kBesideYoung, those that
-///   from_young() takes, in their order there;
-/// - kHasVolumetricPart, whether both take a VolumetricPart as their last argument;
-/// - kDefinedForAnyJacobian, whether Ψ is defined for J ≤ 0, too;
+/// - kParameters, the parameters of its constructor in their order;
+/// - kBesideYoung, the parameters of from_young() after the Lamé parameters, in their order;
+/// - kHasVolumetricPart, whether the last argument of both is a VolumetricPart;
+/// - kDefinedForAnyJacobian, whether Ψ is also defined for J ≤ 0;
 /// - initial_lame().
 ///
-/// Ψ and its derivatives with respect to the invariants are written once, in src/material/laws. The
-/// functions below and the fast element loops use them.
+/// The formulas of Ψ and its derivatives with respect to the invariants are in src/material/laws. The
+/// functions below and the fast element loops use the same formulas.
 template <class M>
 class IsotropicMaterial {
  public:

@@ -1,6 +1,5 @@
-// The hyperelastic materials of the program, and the variant that holds any material. With
-// C = FᵀF, E = ½(C − I), J = det F; conventions in material_concept.h. Each is stress-free at F =
-// I.
+// The hyperelastic materials of the program, and the variant that holds any material. The notation is
+// that of material_concept.h, with C = FᵀF and E = ½(C − I). Every material is stress-free at F = I.
 #pragma once
 
 #include <string>
@@ -15,9 +14,9 @@
 
 namespace tetraction {
 
-/// The materials that the fast element loops know. A new one is added here, in
-/// src/material/laws/laws-inl.h and in src/material/isotropic_material.cc; whatever is missing
-/// fails to compile or to link.
+/// The materials that the fast element loops can process. A new one must be added here, in
+/// src/material/laws/laws-inl.h and in src/material/isotropic_material.cc. If one of these is
+/// missing, the library does not compile or link.
 using IsotropicModel = std::variant<StVenantKirchhoff, NeoHookean, MooneyRivlin, Yeoh>;
 
 /// A material that is chosen at run time. The element loops visit the variant once, outside the
@@ -25,8 +24,7 @@ using IsotropicModel = std::variant<StVenantKirchhoff, NeoHookean, MooneyRivlin,
 using MaterialModel =
     std::variant<StVenantKirchhoff, NeoHookean, MooneyRivlin, Yeoh, CustomMaterial>;
 
-/// The scene's name of the model, such as "neo-hookean", or the name that a custom material was
-/// given.
+/// The name of the model in scenes, such as "neo-hookean", or the name of a custom material.
 std::string material_name(const MaterialModel& material);
 
 /// Small-strain Lamé parameters of a model, Pa.

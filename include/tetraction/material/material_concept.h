@@ -1,6 +1,6 @@
-// The concept of a hyperelastic material. A material gives its energy density Ψ(F), first Piola
-// stress P = ∂Ψ/∂F and stiffness ∂P/∂F, all in closed form. F is the deformation gradient (3×3), J
-// = det F.
+// The concept of a hyperelastic material. A material has an energy density Ψ(F), a first
+// Piola–Kirchhoff stress P = ∂Ψ/∂F and a stiffness ∂P/∂F, all in closed form. F is the deformation
+// gradient (3 × 3), and J = det F.
 //
 // ∂P/∂F is the 9×9 matrix A of dvec(P) = A dvec(F) with vec() column by column (core/types.h):
 //
@@ -28,8 +28,8 @@ inline double jacobian(const Matrix3& f) {
 /// The functions of a hyperelastic material that the element loop calls, from several threads at
 /// the same time.
 ///
-/// `admissible(F)` tells whether Ψ is defined at F (for example, J > 0 if the law has a logarithm
-/// of J). The other three functions are only called where Ψ is defined. Ψ is in J/m³, P and ∂P/∂F
+/// admissible(F) returns whether Ψ is defined at F (for example J > 0 if the law contains ln J). The
+/// other three functions are called only where Ψ is defined. Ψ is in J/m³, P and ∂P/∂F
 /// are in Pa.
 template <class M>
 concept Material = requires(const M& m, const Matrix3& f) {

@@ -1,15 +1,17 @@
-// The description of a material's parameters, which scenes, messages, documents and the window use.
+// The description of a material parameter, which the scene reader, messages, documents and the window
+// use.
 #pragma once
 
 #include "tetraction/core/number_range.h"
 
 namespace tetraction {
 
-/// A parameter of a material, under its name in scenes.
+/// A parameter of a material.
 struct MaterialParameter {
-  const char* name;
-  const char* unit;   ///< empty: none
-  NumberRange range;  ///< of the parameter alone; the material checks what several must satisfy
+  const char* name;  ///< its name in scenes
+  const char* unit;  ///< empty if it has none
+  NumberRange
+      range;  ///< range of this parameter; the material itself checks relations between several
   const char* help;
 };
 

@@ -9,7 +9,7 @@ namespace tetraction {
 /// Mooney–Rivlin: Ψ = μ₁/2 (I₁ − 3 − 2 ln J) + μ₂/2 (I₂ − 3 − 4 ln J) + U(J),
 /// I₂ = ½(I₁² − tr C²); μ₁ = 2 C₁₀ and μ₂ = 2 C₀₁ of the textbooks. Needs J > 0.
 /// U = λ/2 (ln J)², or with VolumetricPart::kQuadratic U = λ/2 (J − 1)².
-/// With μ₂ = 0 it is NeoHookean. Its small-strain parameters are μ = μ₁ + μ₂ and λ + 2μ₂ (not λ).
+/// With μ₂ = 0 the material is the same as NeoHookean. Its small-strain parameters are μ = μ₁ + μ₂ and λ + 2μ₂ (not λ).
 class MooneyRivlin : public IsotropicMaterial<MooneyRivlin> {
  public:
   static constexpr const char* kName = "mooney-rivlin";
@@ -21,7 +21,7 @@ class MooneyRivlin : public IsotropicMaterial<MooneyRivlin> {
       {"mu2", "Pa", kModerateNotNegative, "μ₂ = 2 C₀₁"},
       {"lambda", "Pa", kModerate, "λ of the volumetric part"},
   }};
-  /// Beside Young's modulus and Poisson's ratio.
+  /// The parameters that are given together with Young's modulus and Poisson's ratio.
   static constexpr std::array<MaterialParameter, 1> kBesideYoung{{
       {"ratio", "", kNotNegative, "μ₂/μ₁"},
   }};
@@ -30,7 +30,7 @@ class MooneyRivlin : public IsotropicMaterial<MooneyRivlin> {
   /// λ + 2μ₂ > −2(μ₁ + μ₂)/3.
   MooneyRivlin(double mu1, double mu2, double lambda,
                VolumetricPart volumetric = VolumetricPart::kLogarithmic);
-  /// With the small-strain response of (E, ν) and μ₂/μ₁ = `ratio` ≥ 0: μ₁ = μ/(1 + ratio), μ₂ = μ −
+  /// Makes a material with these small-strain parameters and μ₂/μ₁ = `ratio` ≥ 0: μ₁ = μ/(1 + ratio), μ₂ = μ −
   /// μ₁, and its λ is λ(E, ν) − 2μ₂. Throws InputError for a ratio out of range.
   static MooneyRivlin from_young(const LameParameters& lame, double ratio,
                                  VolumetricPart volumetric = VolumetricPart::kLogarithmic);

@@ -18,12 +18,12 @@ class NeoHookean : public IsotropicMaterial<NeoHookean> {
       {"mu", "Pa", kModeratePositive, "shear modulus μ"},
       {"lambda", "Pa", kModerate, "first Lamé parameter λ"},
   }};
-  /// Beside Young's modulus and Poisson's ratio.
+  /// The parameters that are given together with Young's modulus and Poisson's ratio.
   static constexpr std::array<MaterialParameter, 0> kBesideYoung{};
 
   /// Throws InputError unless μ > 0, λ > −2μ/3 and both are finite.
   NeoHookean(double mu, double lambda, VolumetricPart volumetric = VolumetricPart::kLogarithmic);
-  /// With the small-strain response of (E, ν).
+  /// Makes a material with these small-strain parameters.
   static NeoHookean from_young(const LameParameters& lame, VolumetricPart volumetric) {
     return {lame.mu, lame.lambda, volumetric};
   }

@@ -7,7 +7,8 @@
 namespace tetraction {
 
 /// Saint Venant–Kirchhoff: Ψ = μ E:E + λ/2 (tr E)².
-/// Defined for every F; loses stiffness in compression (uniaxial limit at stretch 1/√3).
+/// It is defined for every F. It loses its stiffness in compression: under uniaxial compression the
+/// force has its largest magnitude at the stretch 1/√3.
 class StVenantKirchhoff : public IsotropicMaterial<StVenantKirchhoff> {
  public:
   static constexpr const char* kName = "stvk";
@@ -18,12 +19,12 @@ class StVenantKirchhoff : public IsotropicMaterial<StVenantKirchhoff> {
       {"mu", "Pa", kModeratePositive, "shear modulus μ"},
       {"lambda", "Pa", kModerate, "first Lamé parameter λ"},
   }};
-  /// Beside Young's modulus and Poisson's ratio.
+  /// The parameters that are given together with Young's modulus and Poisson's ratio.
   static constexpr std::array<MaterialParameter, 0> kBesideYoung{};
 
   /// Throws InputError unless μ > 0, λ > −2μ/3 and both are finite.
   StVenantKirchhoff(double mu, double lambda);
-  /// With the small-strain response of (E, ν).
+  /// Makes a material with these small-strain parameters.
   static StVenantKirchhoff from_young(const LameParameters& lame) { return {lame.mu, lame.lambda}; }
   LameParameters initial_lame() const { return {mu_, lambda_}; }
   double mu() const { return mu_; }          ///< Pa

@@ -28,12 +28,12 @@ class Yeoh : public IsotropicMaterial<Yeoh> {
       {"c30", "Pa", kModerate, "C₃₀"},
       {"kappa", "Pa", kModeratePositive, "bulk modulus κ"},
   }};
-  /// Beside Young's modulus and Poisson's ratio.
+  /// The parameters that are given together with Young's modulus and Poisson's ratio.
   static constexpr std::array<MaterialParameter, 2> kBesideYoung{kParameters[1], kParameters[2]};
 
   /// Throws InputError unless C₁₀ > 0, κ > 0 and all are finite.
   Yeoh(double c10, double c20, double c30, double kappa);
-  /// With the small-strain response of (E, ν).
+  /// Makes a material with these small-strain parameters.
   static Yeoh from_young(const LameParameters& lame, double c20, double c30);
   LameParameters initial_lame() const { return {2.0 * c10_, kappa_ - 4.0 / 3.0 * c10_}; }
   double c10() const { return c10_; }      ///< Pa

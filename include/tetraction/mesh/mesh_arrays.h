@@ -1,5 +1,5 @@
-// Positions and tetrahedra as arrays of numbers: views of such arrays, and containers that either
-// own their items or view an array of the caller's.
+// Positions and tetrahedra as arrays of numbers. There are views of such arrays, and containers that
+// either own their items or view an array of the caller.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@
 
 namespace tetraction {
 
-/// Reads the items of a view one after the other. Items are values, made when they are read.
+/// Iterator over the items of a view. An item is returned by value.
 template <class View>
 class ViewIterator {
  public:
@@ -24,18 +24,18 @@ class ViewIterator {
   using pointer = void;
   using reference = value_type;
 
-  ViewIterator(const View& view, std::size_t place) : view_(view), place_(place) {}
-  value_type operator*() const { return view_[place_]; }
+  ViewIterator(const View& view, std::size_t index) : view_(view), index_(index) {}
+  value_type operator*() const { return view_[index_]; }
   ViewIterator& operator++() {
-    ++place_;
+    ++index_;
     return *this;
   }
-  ViewIterator operator++(int) { return {view_, place_++}; }
-  bool operator==(const ViewIterator& other) const { return place_ == other.place_; }
+  ViewIterator operator++(int) { return {view_, index_++}; }
+  bool operator==(const ViewIterator& other) const { return index_ == other.index_; }
 
  private:
   View view_;
-  std::size_t place_;
+  std::size_t index_;
 };
 
 /// Positions of vertices, m, in an array x0 y0 z0 x1 y1 z1 … that must live longer.
@@ -44,7 +44,7 @@ class VertexView {
   using value_type = Vector3;
 
   VertexView() = default;
-  /// Three numbers a vertex.
+  /// Three numbers per vertex.
   explicit VertexView(std::span<const double> numbers)
       : numbers_(numbers.data()), size_(numbers.size() / 3) {}
   explicit VertexView(const std::vector<Vector3>& items)
@@ -68,7 +68,7 @@ class TetrahedronView {
   using value_type = std::array<Index, 4>;
 
   TetrahedronView() = default;
-  /// Four numbers a tetrahedron.
+  /// Four numbers per tetrahedron.
   explicit TetrahedronView(std::span<const std::int32_t> numbers)
       : narrow_(numbers.data()), size_(numbers.size() / 4) {}
   explicit TetrahedronView(std::span<const std::int64_t> numbers)
@@ -77,7 +77,7 @@ class TetrahedronView {
       : wide_(items.empty() ? nullptr : items.front().data()), size_(items.size()) {}
 
   std::size_t size() const { return size_; }
-  /// Where the numbers are.
+  /// The address of the first number.
   const void* data() const {
     return narrow_ != nullptr ? static_cast<const void*>(narrow_) : wide_;
   }
@@ -96,7 +96,7 @@ class TetrahedronView {
   std::size_t size_ = 0;
 };
 
-/// A container that either owns its items or views an array of the caller's. A viewed array must
+/// A container that either owns its items or views an array of the caller. A viewed array must
 /// live longer than the container and all its copies, because a copy of a view is a view. Both
 /// kinds are read in the same way. own() gives access for changes.
 template <class View>
@@ -113,7 +113,7 @@ class MeshArray {
   View view() const { return viewed_ ? *viewed_ : View(items_); }
   std::size_t size() const { return view().size(); }
   bool empty() const { return size() == 0; }
-  // Const values: an assignment to one, which would be lost, does not compile.
+  // The values are const, so that an assignment to such a copy does not compile.
   const value_type operator[](std::size_t i) const { return view()[i]; }
   const value_type front() const { return view()[0]; }
   const value_type back() const { return view()[size() - 1]; }

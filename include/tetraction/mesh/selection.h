@@ -35,7 +35,7 @@ struct SelectSphere {
   double radius = 0.0;
   bool operator==(const SelectSphere&) const = default;
 };
-/// The one vertex nearest to a point (the lowest number among equals).
+/// The vertex nearest to a point. If several are equally near, the one with the lowest number.
 struct SelectNearest {
   Vector3 point = Vector3::Zero();
   bool operator==(const SelectNearest&) const = default;

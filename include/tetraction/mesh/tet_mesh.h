@@ -1,5 +1,5 @@
-// The tetrahedral mesh. A file gives a RawMesh, the solver takes a TetMesh, and build_mesh() checks
-// the former and makes the latter of it.
+// The tetrahedral mesh. A reader makes a RawMesh from a file. build_mesh() checks it and makes a
+// TetMesh, which the solver needs.
 #pragma once
 
 #include <array>
@@ -46,7 +46,7 @@ struct RawGroup {
   int tag = 0;
 };
 
-/// A mesh as it stands in a file. Nothing of it has been checked yet.
+/// The unchecked contents of a mesh file.
 struct RawMesh {
   std::string source;  ///< file name, for messages
   std::vector<Vector3> vertices;
@@ -67,7 +67,7 @@ struct Group {
 
 /// What build_mesh() changed and left out. It is meant for the user.
 struct MeshReport {
-  Index reoriented = 0;        ///< inverted tetrahedra whose vertex order was mended
+  Index reoriented = 0;        ///< inverted tetrahedra whose vertex order was corrected
   Index dropped_vertices = 0;  ///< vertices that no tetrahedron uses
   std::map<CellType, Index> skipped_cells;
 };
@@ -92,11 +92,11 @@ struct TetMesh {
 
   Index vertex_count() const { return static_cast<Index>(vertices.size()); }
   Index tetrahedron_count() const { return static_cast<Index>(tetrahedra.size()); }
-  /// The number of a vertex in the file, by which the user knows it.
+  /// The number of a vertex in the file. Messages and results show this number.
   std::int64_t vertex_id(Index v) const {
     return vertex_ids.empty() ? v : vertex_ids[static_cast<std::size_t>(v)];
   }
-  /// The number of a tetrahedron in the file, by which the user knows it.
+  /// The number of a tetrahedron in the file. Messages and results show this number.
   std::int64_t tetrahedron_id(Index e) const {
     return tetrahedron_ids.empty() ? e : tetrahedron_ids[static_cast<std::size_t>(e)];
   }
@@ -125,7 +125,7 @@ TetMesh build_mesh(RawMesh raw, double scale = 1.0);
 ///
 /// Both arrays must live longer than the mesh, its copies and every body made of them, and they
 /// must not change meanwhile. Ids count from 0. There are no regions and no groups. The arrays must
-/// be right already, because nothing is mended or left out as build_mesh() does. Throws InputError,
+/// be correct already, because view_mesh() corrects nothing and leaves nothing out. Throws InputError,
 /// which names the tetrahedron or vertex, for: arrays that are empty or whose lengths are no
 /// multiples of 3 and 4, a vertex that does not exist, a NaN or infinite coordinate, a volume that
 /// is not positive (as build_mesh() judges it), a vertex that no tetrahedron uses.

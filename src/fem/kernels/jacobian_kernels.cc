@@ -14,27 +14,28 @@ namespace tetraction {
 namespace HWY_NAMESPACE {
 
 JacobianSigns signs(const BatchView& batches, const double* positions) {
-  using D = hn::CappedTag<double, 8>;
-  using V = hn::Vec<D>;
-  const D d;
+  using Tag = hn::CappedTag<double, 8>;
+  using Vec = hn::Vec<Tag>;
+  const Tag tag;
   size_t negative = 0;
-  V least = hn::Set(d, 1.0);
-  for_each_vector<D>(batches, [&](size_t, size_t, const double* HWY_RESTRICT rest,
-                                  const uint16_t* HWY_RESTRICT slots) TETRACTION_LOOP_BODY {
-    Columns<V> e;
-    RecordAccess<D>::edges(d, positions, slots, kBatchLanes, e);
+  Vec least = hn::Set(tag, 1.0);
+  for_each_vector<Tag>(batches, [&](size_t, size_t, const double* HWY_RESTRICT rest,
+                                    const uint16_t* HWY_RESTRICT slots) TETRACTION_LOOP_BODY {
+    Columns<Vec> e;
+    RecordAccess<Tag>::edges(tag, positions, slots, kBatchLanes, e);
     const auto& m = e.m;
-    const V x = hn::MulSub(m[1][1], m[2][2], hn::Mul(m[1][2], m[2][1]));
-    const V y = hn::MulSub(m[1][2], m[2][0], hn::Mul(m[1][0], m[2][2]));
-    const V z = hn::MulSub(m[1][0], m[2][1], hn::Mul(m[1][1], m[2][0]));
-    const V det = hn::MulAdd(m[0][0], x, hn::MulAdd(m[0][1], y, hn::Mul(m[0][2], z)));
-    const V j = hn::Mul(det, hn::Load(d, rest + 6 * kBatchLanes));
+    const Vec x = hn::MulSub(m[1][1], m[2][2], hn::Mul(m[1][2], m[2][1]));
+    const Vec y = hn::MulSub(m[1][2], m[2][0], hn::Mul(m[1][0], m[2][2]));
+    const Vec z = hn::MulSub(m[1][0], m[2][1], hn::Mul(m[1][1], m[2][0]));
+    const Vec det = hn::MulAdd(m[0][0], x, hn::MulAdd(m[0][1], y, hn::Mul(m[0][2], z)));
+    const Vec j = hn::Mul(det, hn::Load(tag, rest + 6 * kBatchLanes));
     least = hn::Min(least, j);
-    if (!hn::AllFalse(d, hn::Lt(j, hn::Zero(d)))) {
-      negative += hn::CountTrue(d, hn::Lt(j, hn::Zero(d)));
+    if (!hn::AllFalse(tag, hn::Lt(j, hn::Zero(tag)))) {
+      negative += hn::CountTrue(tag, hn::Lt(j, hn::Zero(tag)));
     }
   });
-  return {static_cast<std::ptrdiff_t>(negative), hn::AllTrue(d, hn::Gt(least, hn::Set(d, 0.5)))};
+  return {static_cast<std::ptrdiff_t>(negative),
+          hn::AllTrue(tag, hn::Gt(least, hn::Set(tag, 0.5)))};
 }
 
 }  // namespace HWY_NAMESPACE

@@ -1,10 +1,10 @@
-// Moves records of four numbers (x y z 0 of a vertex) to lanes and back, for all vector lengths.
-// Included by Highway once per instruction set.
-#if defined(TETRACTION_FEM_SIMD_ROWS_INL_H_) == defined(HWY_TARGET_TOGGLE)
-#ifdef TETRACTION_FEM_SIMD_ROWS_INL_H_
-#undef TETRACTION_FEM_SIMD_ROWS_INL_H_
+// Loads records of four numbers (x y z 0 of a vertex) into the lanes of vectors and adds lanes back
+// to records, for all vector lengths. Highway includes this file once for each instruction set.
+#if defined(TETRACTION_FEM_SIMD_RECORDS_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef TETRACTION_FEM_SIMD_RECORDS_INL_H_
+#undef TETRACTION_FEM_SIMD_RECORDS_INL_H_
 #else
-#define TETRACTION_FEM_SIMD_ROWS_INL_H_
+#define TETRACTION_FEM_SIMD_RECORDS_INL_H_
 #endif
 
 #include <hwy/cache_control.h>
@@ -22,263 +22,274 @@ namespace tetraction {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Columns of a 3 × 3 matrix, or the coordinates of three edges: m[column][component].
-template <class V>
+/// A 3 × 3 matrix in every lane, for instance three edges as columns: m[column][component].
+template <class Vec>
 struct Columns {
-  V m[3][3];
+  Vec m[3][3];
 };
 
-/// A symmetric 3 × 3 matrix: 00 01 02 11 12 22.
-template <class V>
+/// A symmetric 3 × 3 matrix in every lane: the entries 00 01 02 11 12 22.
+template <class Vec>
 struct Symmetric {
-  V m[6];
+  Vec m[6];
   static constexpr int at(int i, int j) {
     constexpr int kPlace[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
     return kPlace[i][j];
   }
-  const V& operator()(int i, int j) const { return m[at(i, j)]; }
-  V& operator()(int i, int j) { return m[at(i, j)]; }
+  const Vec& operator()(int i, int j) const { return m[at(i, j)]; }
+  Vec& operator()(int i, int j) { return m[at(i, j)]; }
 };
 
-/// Reads records of `rows` and adds to them. `slots[a * stride + lane]` is the slot of node a of
-/// the element in a lane: where its record begins, counted in numbers.
+/// Reads vertex records and adds to them. slots[a * stride + lane] is the slot of node a of the
+/// element in a lane: the index in `records` of the first number of the node's record.
 #if HWY_TARGET == HWY_SCALAR
-template <class D>
+template <class Tag>
 class RecordAccess {
  public:
-  using T = hn::TFromD<D>;
-  using V = hn::Vec<D>;
+  using T = hn::TFromD<Tag>;
+  using Vec = hn::Vec<Tag>;
 
-  /// e[k] = record of node k + 1 less record of node 0.
-  static void edges(D d, const T* rows, const uint16_t* slots, size_t stride, Columns<V>& e) {
-    edges<false>(d, rows, nullptr, slots, stride, e);
+  /// Edges: e[k] = record of node k + 1 minus record of node 0.
+  static void edges(Tag tag, const T* records, const uint16_t* slots, size_t stride,
+                    Columns<Vec>& e) {
+    edges<false>(tag, records, nullptr, slots, stride, e);
   }
-  /// The same of rows + changes, part by part.
-  template <bool kChanges>
-  static void edges(D d, const T* rows, const T* changes, const uint16_t* slots, size_t stride,
-                    Columns<V>& e) {
+  /// Edges of the sum records + displacements. The edges of both parts are formed separately and then
+  /// added (tetraction/fem/positions.h).
+  template <bool kHasDisplacements>
+  static void edges(Tag tag, const T* records, const T* displacements, const uint16_t* slots,
+                    size_t stride, Columns<Vec>& e) {
     for (size_t k = 0; k < 3; ++k) {
       const uint16_t node = slots[(k + 1) * stride];
       for (size_t i = 0; i < 3; ++i) {
-        T edge = rows[node + i] - rows[slots[0] + i];
-        if constexpr (kChanges) edge += changes[node + i] - changes[slots[0] + i];
-        e.m[k][i] = hn::Set(d, edge);
+        T edge = records[node + i] - records[slots[0] + i];
+        if constexpr (kHasDisplacements)
+          edge += displacements[node + i] - displacements[slots[0] + i];
+        e.m[k][i] = hn::Set(tag, edge);
       }
     }
   }
 
-  /// Adds f[k] to the record of node k + 1 and subtracts it from that of node 0.
-  static void add_balanced(D, const Columns<V>& f, T* rows, const uint16_t* slots, size_t stride) {
+  /// Adds f[k] to the record of node k + 1 and subtracts it from the record of node 0.
+  static void add_balanced(Tag, const Columns<Vec>& f, T* records, const uint16_t* slots,
+                           size_t stride) {
     for (size_t i = 0; i < 3; ++i) {
       T sum = 0;
       for (size_t k = 0; k < 3; ++k) {
         const T value = hn::GetLane(f.m[k][i]);
-        rows[slots[(k + 1) * stride] + i] += value;
+        records[slots[(k + 1) * stride] + i] += value;
         sum += value;
       }
-      rows[slots[0] + i] -= sum;
+      records[slots[0] + i] -= sum;
     }
   }
 };
 #else
-template <class D>
+template <class Tag>
 class RecordAccess {
  public:
-  using T = hn::TFromD<D>;
-  using V = hn::Vec<D>;
-  static constexpr size_t kLanes = hn::MaxLanes(D());
+  using T = hn::TFromD<Tag>;
+  using Vec = hn::Vec<Tag>;
+  static constexpr size_t kLanes = hn::MaxLanes(Tag());
 
-  /// e[k] = record of node k + 1 less record of node 0.
-  static HWY_INLINE void edges(D d, const T* HWY_RESTRICT rows, const uint16_t* HWY_RESTRICT slots,
-                               size_t stride, Columns<V>& e) {
-    edges<false>(d, rows, nullptr, slots, stride, e);
+  /// Edges: e[k] = record of node k + 1 minus record of node 0.
+  static HWY_INLINE void edges(Tag tag, const T* HWY_RESTRICT records,
+                               const uint16_t* HWY_RESTRICT slots, size_t stride, Columns<Vec>& e) {
+    edges<false>(tag, records, nullptr, slots, stride, e);
   }
-  /// The same of rows + changes, part by part.
-  template <bool kChanges>
-  static HWY_INLINE void edges(D d, const T* HWY_RESTRICT rows, const T* HWY_RESTRICT changes,
-                               const uint16_t* HWY_RESTRICT slots, size_t stride, Columns<V>& e) {
+  /// Edges of the sum records + displacements. The edges of both parts are formed separately and then
+  /// added (tetraction/fem/positions.h).
+  template <bool kHasDisplacements>
+  static HWY_INLINE void edges(Tag tag, const T* HWY_RESTRICT records,
+                               const T* HWY_RESTRICT displacements,
+                               const uint16_t* HWY_RESTRICT slots, size_t stride, Columns<Vec>& e) {
     for (size_t k = 0; k < 3; ++k) {
       const uint16_t* node = slots + (k + 1) * stride;
       if constexpr (sizeof(T) * kLanes == 16 && sizeof(T) == 8) {
         const auto part = [&](size_t lane, size_t half) HWY_ATTR {
           const size_t to = node[lane] + half;
           const size_t from = slots[lane] + half;
-          V edge = hn::Sub(hn::Load(d, rows + to), hn::Load(d, rows + from));
-          if constexpr (kChanges) {
-            edge = hn::Add(edge, hn::Sub(hn::Load(d, changes + to), hn::Load(d, changes + from)));
+          Vec edge = hn::Sub(hn::Load(tag, records + to), hn::Load(tag, records + from));
+          if constexpr (kHasDisplacements) {
+            edge = hn::Add(edge, hn::Sub(hn::Load(tag, displacements + to),
+                                         hn::Load(tag, displacements + from)));
           }
           return edge;
         };
-        const V low0 = part(0, 0);
-        const V low1 = part(1, 0);
-        e.m[k][0] = hn::InterleaveLower(d, low0, low1);
-        e.m[k][1] = hn::InterleaveUpper(d, low0, low1);
-        e.m[k][2] = hn::InterleaveLower(d, part(0, 2), part(1, 2));
+        const Vec low0 = part(0, 0);
+        const Vec low1 = part(1, 0);
+        e.m[k][0] = hn::InterleaveLower(tag, low0, low1);
+        e.m[k][1] = hn::InterleaveUpper(tag, low0, low1);
+        e.m[k][2] = hn::InterleaveLower(tag, part(0, 2), part(1, 2));
       } else {
-        const V a = difference<0, kChanges>(d, rows, changes, node, slots);
-        const V b = difference<1, kChanges>(d, rows, changes, node, slots);
-        const V c = difference<2, kChanges>(d, rows, changes, node, slots);
-        const V f = difference<3, kChanges>(d, rows, changes, node, slots);
-        transpose(d, a, b, c, f, e.m[k]);
+        const Vec a = difference<0, kHasDisplacements>(tag, records, displacements, node, slots);
+        const Vec b = difference<1, kHasDisplacements>(tag, records, displacements, node, slots);
+        const Vec c = difference<2, kHasDisplacements>(tag, records, displacements, node, slots);
+        const Vec f = difference<3, kHasDisplacements>(tag, records, displacements, node, slots);
+        transpose(tag, a, b, c, f, e.m[k]);
       }
     }
   }
 
-  /// Adds f[k] to the records of node k + 1 and subtracts it from those of node 0.
-  static HWY_INLINE void add_balanced(D d, const Columns<V>& f, T* HWY_RESTRICT rows,
+  /// Adds f[k] to the record of node k + 1 and subtracts it from the record of node 0.
+  static HWY_INLINE void add_balanced(Tag tag, const Columns<Vec>& f, T* HWY_RESTRICT records,
                                       const uint16_t* HWY_RESTRICT slots, size_t stride) {
     if constexpr (sizeof(T) * kLanes == 16 && sizeof(T) == 8) {
-      const V zero = hn::Zero(d);
-      V sum[4] = {zero, zero, zero, zero};
+      const Vec zero = hn::Zero(tag);
+      Vec sum[4] = {zero, zero, zero, zero};
       for (size_t k = 0; k < 3; ++k) {
         const uint16_t* node = slots + (k + 1) * stride;
-        const V part[4] = {
-            hn::InterleaveLower(d, f.m[k][0], f.m[k][1]), hn::InterleaveLower(d, f.m[k][2], zero),
-            hn::InterleaveUpper(d, f.m[k][0], f.m[k][1]), hn::InterleaveUpper(d, f.m[k][2], zero)};
+        const Vec part[4] = {hn::InterleaveLower(tag, f.m[k][0], f.m[k][1]),
+                             hn::InterleaveLower(tag, f.m[k][2], zero),
+                             hn::InterleaveUpper(tag, f.m[k][0], f.m[k][1]),
+                             hn::InterleaveUpper(tag, f.m[k][2], zero)};
         for (size_t i = 0; i < 4; ++i) {
-          add(d, part[i], rows + node[i / 2] + 2 * (i % 2));
+          add(tag, part[i], records + node[i / 2] + 2 * (i % 2));
           sum[i] = hn::Add(sum[i], part[i]);
         }
       }
       for (size_t i = 0; i < 4; ++i) {
-        T* row = rows + slots[i / 2] + 2 * (i % 2);
-        hn::Store(hn::Sub(hn::Load(d, row), sum[i]), d, row);
+        T* record = records + slots[i / 2] + 2 * (i % 2);
+        hn::Store(hn::Sub(hn::Load(tag, record), sum[i]), tag, record);
       }
     } else {
-      V total[4];
+      Vec total[4];
       for (size_t k = 0; k < 3; ++k) {
         const uint16_t* node = slots + (k + 1) * stride;
-        V r[4];
-        transpose_back(d, f.m[k], r);
-        for (size_t i = 0; i < 4; ++i) total[i] = k == 0 ? r[i] : hn::Add(total[i], r[i]);
-        scatter<0>(d, r[0], rows, node);
-        scatter<1>(d, r[1], rows, node);
-        scatter<2>(d, r[2], rows, node);
-        scatter<3>(d, r[3], rows, node);
+        Vec packed[4];
+        transpose_back(tag, f.m[k], packed);
+        for (size_t i = 0; i < 4; ++i) total[i] = k == 0 ? packed[i] : hn::Add(total[i], packed[i]);
+        scatter<0>(tag, packed[0], records, node);
+        scatter<1>(tag, packed[1], records, node);
+        scatter<2>(tag, packed[2], records, node);
+        scatter<3>(tag, packed[3], records, node);
       }
-      for (V& v : total) v = hn::Neg(v);
-      scatter<0>(d, total[0], rows, slots);
-      scatter<1>(d, total[1], rows, slots);
-      scatter<2>(d, total[2], rows, slots);
-      scatter<3>(d, total[3], rows, slots);
+      for (Vec& v : total) v = hn::Neg(v);
+      scatter<0>(tag, total[0], records, slots);
+      scatter<1>(tag, total[1], records, slots);
+      scatter<2>(tag, total[2], records, slots);
+      scatter<3>(tag, total[3], records, slots);
     }
   }
 
  private:
-  using R = hn::CappedTag<T, 4>;               // holds one record
-  static constexpr size_t kRows = kLanes / 4;  // records in a vector
+  using RecordTag = hn::CappedTag<T, 4>;  // a vector of one record
+  static constexpr size_t kRecordsPerVector = kLanes / 4;
 
-  template <class D2>
-  static HWY_INLINE void add(D2 d, hn::Vec<D2> v, T* row) {
-    hn::Store(hn::Add(hn::Load(d, row), v), d, row);
+  template <class AnyTag>
+  static HWY_INLINE void add(AnyTag tag, hn::Vec<AnyTag> v, T* record) {
+    hn::Store(hn::Add(hn::Load(tag, record), v), tag, record);
   }
 
-  // Lane of the element whose record is at `place` in vector `i` of four. Doubles are transposed in
-  // blocks of two, floats in blocks of four.
+  // The lane of the element whose record is number `place` in vector `i` of four.
   static constexpr size_t lane_of(size_t i, size_t place) { return i + 4 * place; }
 
-  static HWY_INLINE hn::Vec<R> row_difference(const T* rows, uint16_t node, uint16_t origin) {
-    const R r;
-    return hn::Sub(hn::Load(r, rows + node), hn::Load(r, rows + origin));
+  static HWY_INLINE hn::Vec<RecordTag> record_difference(const T* records, uint16_t node,
+                                                         uint16_t origin) {
+    const RecordTag record_tag;
+    return hn::Sub(hn::Load(record_tag, records + node), hn::Load(record_tag, records + origin));
   }
 
-  template <size_t I, bool kChanges>
-  static HWY_INLINE V difference(D d, const T* HWY_RESTRICT rows, const T* HWY_RESTRICT changes,
-                                 const uint16_t* node, const uint16_t* origin) {
-    (void)d;
+  template <size_t I, bool kHasDisplacements>
+  static HWY_INLINE Vec difference(Tag tag, const T* HWY_RESTRICT records,
+                                   const T* HWY_RESTRICT displacements, const uint16_t* node,
+                                   const uint16_t* origin) {
+    (void)tag;
     const auto at = [&](size_t place) HWY_ATTR {
       const size_t lane = lane_of(I, place);
-      const auto edge = row_difference(rows, node[lane], origin[lane]);
-      if constexpr (kChanges) {
-        return hn::Add(edge, row_difference(changes, node[lane], origin[lane]));
+      const auto edge = record_difference(records, node[lane], origin[lane]);
+      if constexpr (kHasDisplacements) {
+        return hn::Add(edge, record_difference(displacements, node[lane], origin[lane]));
       } else {
         return edge;
       }
     };
-    if constexpr (kRows == 1) {
+    if constexpr (kRecordsPerVector == 1) {
       return at(0);
-    } else if constexpr (kRows == 2) {
-      return hn::Combine(d, at(1), at(0));
+    } else if constexpr (kRecordsPerVector == 2) {
+      return hn::Combine(tag, at(1), at(0));
     } else {
-      const hn::Half<D> h;
-      return hn::Combine(d, hn::Combine(h, at(3), at(2)), hn::Combine(h, at(1), at(0)));
+      const hn::Half<Tag> half_tag;
+      return hn::Combine(tag, hn::Combine(half_tag, at(3), at(2)),
+                         hn::Combine(half_tag, at(1), at(0)));
     }
   }
 
   template <size_t I>
-  static HWY_INLINE void scatter(D d, V v, T* HWY_RESTRICT rows, const uint16_t* node) {
-    const R r;
-    (void)d;
-    if constexpr (kRows == 1) {
-      add(r, v, rows + node[lane_of(I, 0)]);
-    } else if constexpr (kRows == 2) {
-      add(r, hn::LowerHalf(r, v), rows + node[lane_of(I, 0)]);
-      add(r, hn::UpperHalf(r, v), rows + node[lane_of(I, 1)]);
+  static HWY_INLINE void scatter(Tag tag, Vec v, T* HWY_RESTRICT records, const uint16_t* node) {
+    const RecordTag record_tag;
+    (void)tag;
+    if constexpr (kRecordsPerVector == 1) {
+      add(record_tag, v, records + node[lane_of(I, 0)]);
+    } else if constexpr (kRecordsPerVector == 2) {
+      add(record_tag, hn::LowerHalf(record_tag, v), records + node[lane_of(I, 0)]);
+      add(record_tag, hn::UpperHalf(record_tag, v), records + node[lane_of(I, 1)]);
     } else {
-      const hn::Half<D> h;
-      const auto low = hn::LowerHalf(h, v);
-      const auto high = hn::UpperHalf(h, v);
-      add(r, hn::LowerHalf(r, low), rows + node[lane_of(I, 0)]);
-      add(r, hn::UpperHalf(r, low), rows + node[lane_of(I, 1)]);
-      add(r, hn::LowerHalf(r, high), rows + node[lane_of(I, 2)]);
-      add(r, hn::UpperHalf(r, high), rows + node[lane_of(I, 3)]);
+      const hn::Half<Tag> half_tag;
+      const auto low = hn::LowerHalf(half_tag, v);
+      const auto high = hn::UpperHalf(half_tag, v);
+      add(record_tag, hn::LowerHalf(record_tag, low), records + node[lane_of(I, 0)]);
+      add(record_tag, hn::UpperHalf(record_tag, low), records + node[lane_of(I, 1)]);
+      add(record_tag, hn::LowerHalf(record_tag, high), records + node[lane_of(I, 2)]);
+      add(record_tag, hn::UpperHalf(record_tag, high), records + node[lane_of(I, 3)]);
     }
   }
 
-  static HWY_INLINE void transpose(D d, V a, V b, V c, V f, V* x) {
+  static HWY_INLINE void transpose(Tag tag, Vec a, Vec b, Vec c, Vec f, Vec* x) {
     if constexpr (sizeof(T) == 8) {
-      const V ab_low = hn::InterleaveLower(d, a, b);
-      const V ab_high = hn::InterleaveUpper(d, a, b);
-      const V cf_low = hn::InterleaveLower(d, c, f);
-      const V cf_high = hn::InterleaveUpper(d, c, f);
+      const Vec ab_low = hn::InterleaveLower(tag, a, b);
+      const Vec ab_high = hn::InterleaveUpper(tag, a, b);
+      const Vec cf_low = hn::InterleaveLower(tag, c, f);
+      const Vec cf_high = hn::InterleaveUpper(tag, c, f);
       x[0] = hn::OddEvenBlocks(hn::SwapAdjacentBlocks(cf_low), ab_low);
       x[1] = hn::OddEvenBlocks(hn::SwapAdjacentBlocks(cf_high), ab_high);
       x[2] = hn::OddEvenBlocks(cf_low, hn::SwapAdjacentBlocks(ab_low));
     } else {
-      const hn::RepartitionToWide<D> w;
-      const auto ab_low = hn::BitCast(w, hn::InterleaveLower(d, a, b));
-      const auto ab_high = hn::BitCast(w, hn::InterleaveUpper(d, a, b));
-      const auto cf_low = hn::BitCast(w, hn::InterleaveLower(d, c, f));
-      const auto cf_high = hn::BitCast(w, hn::InterleaveUpper(d, c, f));
-      x[0] = hn::BitCast(d, hn::InterleaveLower(w, ab_low, cf_low));
-      x[1] = hn::BitCast(d, hn::InterleaveUpper(w, ab_low, cf_low));
-      x[2] = hn::BitCast(d, hn::InterleaveLower(w, ab_high, cf_high));
+      const hn::RepartitionToWide<Tag> wide;
+      const auto ab_low = hn::BitCast(wide, hn::InterleaveLower(tag, a, b));
+      const auto ab_high = hn::BitCast(wide, hn::InterleaveUpper(tag, a, b));
+      const auto cf_low = hn::BitCast(wide, hn::InterleaveLower(tag, c, f));
+      const auto cf_high = hn::BitCast(wide, hn::InterleaveUpper(tag, c, f));
+      x[0] = hn::BitCast(tag, hn::InterleaveLower(wide, ab_low, cf_low));
+      x[1] = hn::BitCast(tag, hn::InterleaveUpper(wide, ab_low, cf_low));
+      x[2] = hn::BitCast(tag, hn::InterleaveLower(wide, ab_high, cf_high));
     }
   }
 
-  static HWY_INLINE void transpose_back(D d, const V* x, V* r) {
-    const V zero = hn::Zero(d);
-    const V xy_low = hn::InterleaveLower(d, x[0], x[1]);
-    const V xy_high = hn::InterleaveUpper(d, x[0], x[1]);
-    const V z_low = hn::InterleaveLower(d, x[2], zero);
-    const V z_high = hn::InterleaveUpper(d, x[2], zero);
+  static HWY_INLINE void transpose_back(Tag tag, const Vec* x, Vec* packed) {
+    const Vec zero = hn::Zero(tag);
+    const Vec xy_low = hn::InterleaveLower(tag, x[0], x[1]);
+    const Vec xy_high = hn::InterleaveUpper(tag, x[0], x[1]);
+    const Vec z_low = hn::InterleaveLower(tag, x[2], zero);
+    const Vec z_high = hn::InterleaveUpper(tag, x[2], zero);
     if constexpr (sizeof(T) == 8) {
-      r[0] = hn::OddEvenBlocks(hn::SwapAdjacentBlocks(z_low), xy_low);
-      r[1] = hn::OddEvenBlocks(hn::SwapAdjacentBlocks(z_high), xy_high);
-      r[2] = hn::OddEvenBlocks(z_low, hn::SwapAdjacentBlocks(xy_low));
-      r[3] = hn::OddEvenBlocks(z_high, hn::SwapAdjacentBlocks(xy_high));
+      packed[0] = hn::OddEvenBlocks(hn::SwapAdjacentBlocks(z_low), xy_low);
+      packed[1] = hn::OddEvenBlocks(hn::SwapAdjacentBlocks(z_high), xy_high);
+      packed[2] = hn::OddEvenBlocks(z_low, hn::SwapAdjacentBlocks(xy_low));
+      packed[3] = hn::OddEvenBlocks(z_high, hn::SwapAdjacentBlocks(xy_high));
     } else {
-      const hn::RepartitionToWide<D> w;
-      const auto low = hn::BitCast(w, xy_low);
-      const auto high = hn::BitCast(w, xy_high);
-      const auto zl = hn::BitCast(w, z_low);
-      const auto zh = hn::BitCast(w, z_high);
-      r[0] = hn::BitCast(d, hn::InterleaveLower(w, low, zl));
-      r[1] = hn::BitCast(d, hn::InterleaveUpper(w, low, zl));
-      r[2] = hn::BitCast(d, hn::InterleaveLower(w, high, zh));
-      r[3] = hn::BitCast(d, hn::InterleaveUpper(w, high, zh));
+      const hn::RepartitionToWide<Tag> wide;
+      const auto low = hn::BitCast(wide, xy_low);
+      const auto high = hn::BitCast(wide, xy_high);
+      const auto zl = hn::BitCast(wide, z_low);
+      const auto zh = hn::BitCast(wide, z_high);
+      packed[0] = hn::BitCast(tag, hn::InterleaveLower(wide, low, zl));
+      packed[1] = hn::BitCast(tag, hn::InterleaveUpper(wide, low, zl));
+      packed[2] = hn::BitCast(tag, hn::InterleaveLower(wide, high, zh));
+      packed[3] = hn::BitCast(tag, hn::InterleaveUpper(wide, high, zh));
     }
   }
 };
 
 #endif
 
-/// w.m[k] = cofactor of column k of e (the cross product of the other two); returns det e.
-template <class V>
-HWY_INLINE V cofactors(const Columns<V>& e, Columns<V>& w) {
+/// Column k of w is the cross product of the other two columns of e: w is the cofactor matrix of e.
+/// Returns det e.
+template <class Vec>
+HWY_INLINE Vec cofactors(const Columns<Vec>& e, Columns<Vec>& w) {
   for (int k = 0; k < 3; ++k) {
-    const V* a = e.m[(k + 1) % 3];
-    const V* b = e.m[(k + 2) % 3];
+    const Vec* a = e.m[(k + 1) % 3];
+    const Vec* b = e.m[(k + 2) % 3];
     for (int i = 0; i < 3; ++i) {
       const int p = (i + 1) % 3;
       const int q = (i + 2) % 3;
@@ -289,10 +300,11 @@ HWY_INLINE V cofactors(const Columns<V>& e, Columns<V>& w) {
                     hn::MulAdd(e.m[0][1], w.m[0][1], hn::Mul(e.m[0][2], w.m[0][2])));
 }
 
-/// How many batches ahead data is fetched from memory.
-constexpr size_t kAhead = 3;
+/// Data are prefetched this number of batches before they are used.
+constexpr size_t kPrefetchDistance = 3;
 
-/// Prefetches `count` numbers that will be needed soon. `data` may lie behind the end of an array.
+/// Prefetches `count` numbers into the cache. `data` may lie behind the end of an array, because a
+/// prefetch of any address is harmless.
 template <class T>
 HWY_INLINE void prefetch(const T* data, size_t count) {
   const char* line = reinterpret_cast<const char*>(data);
@@ -304,60 +316,62 @@ HWY_INLINE void prefetch(const T* data, size_t count) {
 #undef TETRACTION_LOOP_BODY
 #define TETRACTION_LOOP_BODY HWY_ATTR __attribute__((always_inline))
 
-/// The loop over the elements of a block. It calls body(batch, lane, rest, slots) for the vectors
-/// of every batch, kTogether vectors at a time; `rest` and `slots` are the data of the first lane.
-/// It also calls ahead(batch) once for every batch, which prefetches what will be needed soon.
-template <class D, size_t kTogether = 1, class Ahead, class Body>
+/// The loop over the elements of a block. It calls body(batch, lane, rest, slots) for every group of
+/// kTogether vectors of a batch; `rest` and `slots` point to the data of the group's first lane.
+/// Before each batch it calls ahead(batch), which prefetches data of a later batch.
+template <class Tag, size_t kTogether = 1, class Ahead, class Body>
 HWY_INLINE void for_each_vector(const BatchView& batches, const Ahead& ahead, const Body& body) {
   const double* HWY_RESTRICT rest = batches.rest;
   const uint16_t* HWY_RESTRICT slots = batches.slots;
   for (size_t b = 0; b < static_cast<size_t>(batches.count); ++b) {
     ahead(b);
-    prefetch(slots + kAhead * 4 * kBatchLanes, 4 * kBatchLanes);
-    for (size_t lane = 0; lane < kBatchLanes; lane += kTogether * hn::MaxLanes(D())) {
+    prefetch(slots + kPrefetchDistance * 4 * kBatchLanes, 4 * kBatchLanes);
+    for (size_t lane = 0; lane < kBatchLanes; lane += kTogether * hn::MaxLanes(Tag())) {
       body(b, lane, rest + lane, slots + lane);
     }
     rest += kRestNumbers * kBatchLanes;
     slots += 4 * kBatchLanes;
   }
 }
-/// The same loop for a body that reads the rest data, which are prefetched.
-template <class D, size_t kTogether = 1, class Body>
+/// The same loop with the rest data prefetched, for a body that reads them.
+template <class Tag, size_t kTogether = 1, class Body>
 HWY_INLINE void for_each_vector(const BatchView& batches, const Body& body) {
   const auto ahead = [&](size_t b) HWY_ATTR {
-    prefetch(batches.rest + (b + kAhead) * kRestNumbers * kBatchLanes, kRestNumbers * kBatchLanes);
+    prefetch(batches.rest + (b + kPrefetchDistance) * kRestNumbers * kBatchLanes,
+             kRestNumbers * kBatchLanes);
   };
-  for_each_vector<D, kTogether>(batches, ahead, body);
+  for_each_vector<Tag, kTogether>(batches, ahead, body);
 }
 
-/// ln j and 1/j. Near 1, where volumes nearly always are, ln j = 2 artanh s with s = (j − 1)/(j +
-/// 1), accurate relative to ln j itself, and one division gives both.
-template <class D, class V = hn::Vec<D>>
-HWY_INLINE V log_and_inverse(D d, V j, V& inverse) {
-  const V one = hn::Set(d, 1.0);
-  const V above = hn::Add(j, one);
-  const V r = hn::Div(one, hn::Mul(j, above));
+/// Returns ln j and sets `inverse` = 1/j. For j near 1, which is the usual case, it uses
+/// ln j = 2 artanh s with s = (j − 1)/(j + 1). This keeps the relative accuracy of ln j, and one
+/// division gives both results.
+template <class Tag, class Vec = hn::Vec<Tag>>
+HWY_INLINE Vec log_and_inverse(Tag tag, Vec j, Vec& inverse) {
+  const Vec one = hn::Set(tag, 1.0);
+  const Vec above = hn::Add(j, one);
+  const Vec r = hn::Div(one, hn::Mul(j, above));
   inverse = hn::Mul(r, above);
-  const V s = hn::Mul(hn::Sub(j, one), hn::Mul(r, j));
-  // |s| ≤ 1/6: the next term of the series is below 1e-18.
-  if (HWY_UNLIKELY(!hn::AllTrue(d, hn::Le(hn::Abs(s), hn::Set(d, 1.0 / 6.0))))) {
-    return hn::Log(d, j);
+  const Vec s = hn::Mul(hn::Sub(j, one), hn::Mul(r, j));
+  // For |s| ≤ 1/6 the first omitted term of the series is below 1e-18.
+  if (HWY_UNLIKELY(!hn::AllTrue(tag, hn::Le(hn::Abs(s), hn::Set(tag, 1.0 / 6.0))))) {
+    return hn::Log(tag, j);
   }
-  const V x = hn::Mul(s, s);
-  const V x2 = hn::Mul(x, x);
+  const Vec x = hn::Mul(s, s);
+  const Vec x2 = hn::Mul(x, x);
   const auto pair = [&](int k) HWY_ATTR {  // terms k and k + 1
-    return hn::MulAdd(hn::Set(d, 2.0 / (2 * k + 3)), x, hn::Set(d, 2.0 / (2 * k + 1)));
+    return hn::MulAdd(hn::Set(tag, 2.0 / (2 * k + 3)), x, hn::Set(tag, 2.0 / (2 * k + 1)));
   };
-  const V low = hn::MulAdd(pair(2), x2, pair(0));
-  const V middle = hn::MulAdd(pair(6), x2, pair(4));
-  const V high = hn::MulAdd(hn::Set(d, 2.0 / 21), x2, pair(8));
-  const V x4 = hn::Mul(x2, x2);
+  const Vec low = hn::MulAdd(pair(2), x2, pair(0));
+  const Vec middle = hn::MulAdd(pair(6), x2, pair(4));
+  const Vec high = hn::MulAdd(hn::Set(tag, 2.0 / 21), x2, pair(8));
+  const Vec x4 = hn::Mul(x2, x2);
   return hn::Mul(s, hn::MulAdd(hn::MulAdd(high, x4, middle), x4, low));
 }
 
-/// e s, s symmetric.
-template <class V>
-HWY_INLINE void multiply(const Columns<V>& e, const Symmetric<V>& s, Columns<V>& result) {
+/// result = e s with a symmetric s.
+template <class Vec>
+HWY_INLINE void multiply(const Columns<Vec>& e, const Symmetric<Vec>& s, Columns<Vec>& result) {
   for (int j = 0; j < 3; ++j) {
     for (int i = 0; i < 3; ++i) {
       result.m[j][i] = hn::MulAdd(e.m[2][i], s(2, j),
@@ -366,9 +380,9 @@ HWY_INLINE void multiply(const Columns<V>& e, const Symmetric<V>& s, Columns<V>&
   }
 }
 
-/// eᵀe.
-template <class V>
-HWY_INLINE void metric(const Columns<V>& e, Symmetric<V>& c) {
+/// c = eᵀe.
+template <class Vec>
+HWY_INLINE void metric(const Columns<Vec>& e, Symmetric<Vec>& c) {
   for (int i = 0; i < 3; ++i) {
     for (int j = i; j < 3; ++j) {
       c(i, j) = hn::MulAdd(e.m[i][2], e.m[j][2],
@@ -377,54 +391,56 @@ HWY_INLINE void metric(const Columns<V>& e, Symmetric<V>& c) {
   }
 }
 
-/// a b, both symmetric.
-template <class V>
-HWY_INLINE void symmetric_times(const Symmetric<V>& a, const Symmetric<V>& b, Columns<V>& r) {
+/// result = a b with symmetric a and b.
+template <class Vec>
+HWY_INLINE void symmetric_times(const Symmetric<Vec>& a, const Symmetric<Vec>& b,
+                                Columns<Vec>& result) {
   for (int j = 0; j < 3; ++j) {
     for (int i = 0; i < 3; ++i) {
-      r.m[j][i] =
+      result.m[j][i] =
           hn::MulAdd(a(i, 2), b(2, j), hn::MulAdd(a(i, 1), b(1, j), hn::Mul(a(i, 0), b(0, j))));
     }
   }
 }
 
-/// a b with a symmetric, where the product is known to be symmetric, too.
-template <class V>
-HWY_INLINE void symmetric_product(const Symmetric<V>& a, const Columns<V>& b, Symmetric<V>& r) {
+/// result = a b with a symmetric a, if the product is known to be symmetric.
+template <class Vec>
+HWY_INLINE void symmetric_product(const Symmetric<Vec>& a, const Columns<Vec>& b,
+                                  Symmetric<Vec>& result) {
   for (int i = 0; i < 3; ++i) {
     for (int j = i; j < 3; ++j) {
-      r(i, j) = hn::MulAdd(a(i, 2), b.m[j][2],
-                           hn::MulAdd(a(i, 1), b.m[j][1], hn::Mul(a(i, 0), b.m[j][0])));
+      result(i, j) = hn::MulAdd(a(i, 2), b.m[j][2],
+                                hn::MulAdd(a(i, 1), b.m[j][1], hn::Mul(a(i, 0), b.m[j][0])));
     }
   }
 }
 
 /// tr(m²).
-template <class D, class V = hn::Vec<D>>
-HWY_INLINE V trace_of_square(D d, const Columns<V>& m) {
-  const V off = hn::MulAdd(m.m[0][1], m.m[1][0],
-                           hn::MulAdd(m.m[0][2], m.m[2][0], hn::Mul(m.m[1][2], m.m[2][1])));
-  const V on = hn::MulAdd(m.m[0][0], m.m[0][0],
-                          hn::MulAdd(m.m[1][1], m.m[1][1], hn::Mul(m.m[2][2], m.m[2][2])));
-  return hn::MulAdd(hn::Set(d, 2.0), off, on);
+template <class Tag, class Vec = hn::Vec<Tag>>
+HWY_INLINE Vec trace_of_square(Tag tag, const Columns<Vec>& m) {
+  const Vec off = hn::MulAdd(m.m[0][1], m.m[1][0],
+                             hn::MulAdd(m.m[0][2], m.m[2][0], hn::Mul(m.m[1][2], m.m[2][1])));
+  const Vec on = hn::MulAdd(m.m[0][0], m.m[0][0],
+                            hn::MulAdd(m.m[1][1], m.m[1][1], hn::Mul(m.m[2][2], m.m[2][2])));
+  return hn::MulAdd(hn::Set(tag, 2.0), off, on);
 }
 
-/// Σ of the kBatchLanes numbers of a batch, lane by lane: the same order of additions for every
-/// vector length.
-template <class D, class V = hn::Vec<D>>
-HWY_INLINE double sum_of_lanes(D d, const V* sums) {
-  constexpr size_t kLanes = hn::MaxLanes(D());
+/// The sum of the kBatchLanes numbers of a batch. Lanes are added one after the other, so that the
+/// result is the same for every vector length.
+template <class Tag, class Vec = hn::Vec<Tag>>
+HWY_INLINE double sum_of_lanes(Tag tag, const Vec* sums) {
+  constexpr size_t kLanes = hn::MaxLanes(Tag());
   HWY_ALIGN double lanes[kBatchLanes];
-  for (size_t i = 0; i < kBatchLanes / kLanes; ++i) hn::Store(sums[i], d, lanes + i * kLanes);
+  for (size_t i = 0; i < kBatchLanes / kLanes; ++i) hn::Store(sums[i], tag, lanes + i * kLanes);
   double total = 0.0;
   for (const double lane : lanes) total += lane;
   return total;
 }
 
 /// a:b = Σ a_ij b_ij.
-template <class V>
-HWY_INLINE V contract(const Columns<V>& a, const Columns<V>& b) {
-  V sum = hn::Mul(a.m[0][0], b.m[0][0]);
+template <class Vec>
+HWY_INLINE Vec contract(const Columns<Vec>& a, const Columns<Vec>& b) {
+  Vec sum = hn::Mul(a.m[0][0], b.m[0][0]);
   for (int k = 1; k < 9; ++k) {
     sum = hn::MulAdd(a.m[k / 3][k % 3], b.m[k / 3][k % 3], sum);
   }

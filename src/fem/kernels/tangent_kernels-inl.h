@@ -1,4 +1,4 @@
-// Templates of the tangent kernels, for one instruction set. Included by Highway once for each.
+// Templates of the tangent kernels. Highway includes this file once for each instruction set.
 #if defined(TETRACTION_FEM_TANGENT_KERNELS_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef TETRACTION_FEM_TANGENT_KERNELS_INL_H_
 #undef TETRACTION_FEM_TANGENT_KERNELS_INL_H_
@@ -14,22 +14,23 @@ HWY_BEFORE_NAMESPACE();
 namespace tetraction {
 namespace HWY_NAMESPACE {
 
-using D64 = hn::CappedTag<double, 8>;
-using V64 = hn::Vec<D64>;
+using DoubleTag = hn::CappedTag<double, 8>;
+using DoubleVec = hn::Vec<DoubleTag>;
 
-HWY_INLINE void store_number(V64 v, double* to) {
-  hn::Store(v, D64(), to);
+HWY_INLINE void store_number(DoubleVec v, double* to) {
+  hn::Store(v, DoubleTag(), to);
 }
-HWY_INLINE void store_number(V64 v, float* to) {
-  const hn::Rebind<float, D64> d;
-  hn::Store(hn::DemoteTo(d, v), d, to);
+HWY_INLINE void store_number(DoubleVec v, float* to) {
+  const hn::Rebind<float, DoubleTag> tag;
+  hn::Store(hn::DemoteTo(tag, v), tag, to);
 }
 
+// Writes the numbers of the state of the elements in the lanes, one after the other.
 template <class T>
 class StateWriter {
  public:
   explicit StateWriter(T* state) : next_(state) {}
-  HWY_INLINE void put(V64 v) {
+  HWY_INLINE void put(DoubleVec v) {
     store_number(v, next_);
     next_ += kBatchLanes;
   }
@@ -38,7 +39,7 @@ class StateWriter {
   T* next_;
 };
 
-// The form of a material alone.
+// The form of the stiffness of a material without viscosity.
 template <class M>
 constexpr TangentForm form_of() {
   using Terms = TermsOf<M>;
@@ -54,43 +55,45 @@ constexpr TangentForm form_of() {
 }
 
 // factor × volume × derivative.
-template <class N, class T>
-HWY_INLINE N scaled(double factor, N volume, T derivative) {
+template <class Real, class T>
+HWY_INLINE Real scaled(double factor, Real volume, T derivative) {
   if constexpr (kIsZero<T>) {
-    return N(0.0);
+    return Real(0.0);
   } else {
-    return volume * (N(factor) * derivative);
+    return volume * (Real(factor) * derivative);
   }
 }
 
+// Computes the state of all elements at `positions` (tangent_kernels.h).
 template <class M, TangentForm kForm, class T>
 HWY_NOINLINE void prepare(const BatchView& batches, const M& constants,
                           const double* HWY_RESTRICT positions, T* HWY_RESTRICT state) {
-  using N = Number<D64>;
+  using Real = Number<DoubleTag>;
   using Terms = TermsOf<M>;
-  const D64 d;
+  const DoubleTag tag;
   const M material = constants;
-  for_each_vector<D64>(batches, [&](size_t b, size_t lane, const double* HWY_RESTRICT rest,
-                                    const uint16_t* HWY_RESTRICT slots) TETRACTION_LOOP_BODY {
-    Columns<V64> e;
-    RecordAccess<D64>::edges(d, positions, slots, kBatchLanes, e);
-    Symmetric<V64> vg;
-    for (size_t k = 0; k < 6; ++k) vg.m[k] = hn::Load(d, rest + k * kBatchLanes);
-    const V64 inverse_six_volume = hn::Load(d, rest + 6 * kBatchLanes);
-    const V64 inverse_volume = hn::Mul(inverse_six_volume, hn::Set(d, 6.0));
-    const N volume(hn::Div(hn::Set(d, 1.0), inverse_volume));
-    Symmetric<V64> c;
+  for_each_vector<DoubleTag>(batches, [&](size_t b, size_t lane, const double* HWY_RESTRICT rest,
+                                          const uint16_t* HWY_RESTRICT slots) TETRACTION_LOOP_BODY {
+    Columns<DoubleVec> e;
+    RecordAccess<DoubleTag>::edges(tag, positions, slots, kBatchLanes, e);
+    Symmetric<DoubleVec> vg;
+    for (size_t k = 0; k < 6; ++k) vg.m[k] = hn::Load(tag, rest + k * kBatchLanes);
+    const DoubleVec inverse_six_volume = hn::Load(tag, rest + 6 * kBatchLanes);
+    const DoubleVec inverse_volume = hn::Mul(inverse_six_volume, hn::Set(tag, 6.0));
+    const Real volume(hn::Div(hn::Set(tag, 1.0), inverse_volume));
+    Symmetric<DoubleVec> c;
     metric(e, c);
-    Columns<V64> cvg;
+    Columns<DoubleVec> cvg;
     symmetric_times(c, vg, cvg);
-    Symmetric<V64> gcg;  // V² G c G
+    Symmetric<DoubleVec> gcg;  // V² G c G
     symmetric_product(vg, cvg, gcg);
-    const V64 i1 = hn::Mul(hn::Add(cvg.m[0][0], hn::Add(cvg.m[1][1], cvg.m[2][2])), inverse_volume);
+    const DoubleVec i1 =
+        hn::Mul(hn::Add(cvg.m[0][0], hn::Add(cvg.m[1][1], cvg.m[2][2])), inverse_volume);
 
     StateWriter<T> write(state + tangent_numbers(kForm) * kBatchLanes * b + lane);
-    Symmetric<V64> stress;
-    N a1 = 0.0;
-    N a2 = 0.0;
+    Symmetric<DoubleVec> stress;
+    Real a1 = 0.0;
+    Real a2 = 0.0;
     const auto write_metric = [&]() HWY_ATTR {
       for (int k = 0; k < 9; ++k) write.put(e.m[k / 3][k % 3]);
       for (int k = 0; k < 6; ++k) write.put(hn::Mul(vg.m[k], inverse_volume));
@@ -98,43 +101,43 @@ HWY_NOINLINE void prepare(const BatchView& batches, const M& constants,
       write.put(a2.v);
     };
     if constexpr (Terms::kStrain) {
-      const StrainMeasures<N> given{N(i1) - N(3.0), N(0.0)};
-      const N twice_i2 = N(2.0) * Law<M>::first(material, given).i2;
+      const StrainMeasures<Real> given{Real(i1) - Real(3.0), Real(0.0)};
+      const Real twice_i2 = Real(2.0) * Law<M>::first_derivatives(material, given).i2;
       // G a G = G c G − G.
-      const V64 forward = hn::Mul((-twice_i2).v, inverse_volume);
-      const V64 p = (N(2.0) * Law<M>::spherical(material, given) + twice_i2).v;
+      const DoubleVec forward = hn::Mul((-twice_i2).v, inverse_volume);
+      const DoubleVec p = (Real(2.0) * Law<M>::spherical(material, given) + twice_i2).v;
       for (int k = 0; k < 6; ++k) {
         stress.m[k] = hn::MulAdd(forward, gcg.m[k], hn::Mul(p, vg.m[k]));
       }
       a1 = -twice_i2 * volume;
-      a2 = (twice_i2 + N(2.0) * Law<M>::second(material, given).i1_i1) * volume;
+      a2 = (twice_i2 + Real(2.0) * Law<M>::second_derivatives(material, given).i1_i1) * volume;
       for (int k = 0; k < 6; ++k) write.put(stress.m[k]);
       write_metric();
     } else {
-      Columns<V64> w;
-      const V64 det = cofactors(e, w);
-      const V64 j = hn::Mul(det, inverse_six_volume);
-      V64 inverse_det;
-      const N log_j(log_and_inverse(d, j, inverse_det));
+      Columns<DoubleVec> w;
+      const DoubleVec det = cofactors(e, w);
+      const DoubleVec j = hn::Mul(det, inverse_six_volume);
+      DoubleVec inverse_det;
+      const Real log_j(log_and_inverse(tag, j, inverse_det));
       inverse_det = hn::Mul(inverse_det, inverse_six_volume);
-      V64 square = hn::Zero(d);  // V² tr C²
-      if constexpr (Terms::kI2) square = trace_of_square(d, cvg);
-      const V64 i2 =
-          hn::Mul(hn::Set(d, 0.5),
+      DoubleVec square = hn::Zero(tag);  // V² tr C²
+      if constexpr (Terms::kI2) square = trace_of_square(tag, cvg);
+      const DoubleVec i2 =
+          hn::Mul(hn::Set(tag, 0.5),
                   hn::NegMulAdd(square, hn::Mul(inverse_volume, inverse_volume), hn::Mul(i1, i1)));
-      const Invariants<N> given{N(i1),
-                                N(i1) - mul_add(N(2.0), log_j, N(3.0)),
-                                N(i2) - mul_add(N(4.0), log_j, N(3.0)),
-                                log_j,
-                                N(j),
-                                N(j) - N(1.0)};
-      const auto first = Law<M>::first(material, given);
-      const auto second = Law<M>::second(material, given);
-      const N twice_i1 = N(2.0) * first.i1;
+      const Invariants<Real> given{Real(i1),
+                                   Real(i1) - mul_add(Real(2.0), log_j, Real(3.0)),
+                                   Real(i2) - mul_add(Real(4.0), log_j, Real(3.0)),
+                                   log_j,
+                                   Real(j),
+                                   Real(j) - Real(1.0)};
+      const auto first = Law<M>::first_derivatives(material, given);
+      const auto second = Law<M>::second_derivatives(material, given);
+      const Real twice_i1 = Real(2.0) * first.i1;
       if constexpr (Terms::kI2) {
-        const N twice_i2 = N(2.0) * first.i2;
-        const V64 scale = hn::MulAdd(twice_i2.v, i1, twice_i1.v);
-        const V64 back = hn::Mul(twice_i2.v, inverse_volume);
+        const Real twice_i2 = Real(2.0) * first.i2;
+        const DoubleVec scale = hn::MulAdd(twice_i2.v, i1, twice_i1.v);
+        const DoubleVec back = hn::Mul(twice_i2.v, inverse_volume);
         for (int k = 0; k < 6; ++k) {
           stress.m[k] = hn::NegMulAdd(back, gcg.m[k], hn::Mul(scale, vg.m[k]));
         }
@@ -149,23 +152,23 @@ HWY_NOINLINE void prepare(const BatchView& batches, const M& constants,
       write.put(scaled(1.0, volume, second.log_j_log_j).v);
       if constexpr (has(kForm, TangentForm::kMetric)) write_metric();
       if constexpr (has(kForm, TangentForm::kCoupled)) {
-        Columns<V64> z;
+        Columns<DoubleVec> z;
         multiply(e, vg, z);
         for (int k = 0; k < 9; ++k) write.put(hn::Mul(z.m[k / 3][k % 3], inverse_volume));
         if constexpr (Terms::kI2) {
-          write.put(hn::Zero(d));  // Ψ₁₁ is in a₂
+          write.put(hn::Zero(tag));  // Ψ₁₁ is in a₂
         } else {
           write.put(scaled(4.0, volume, second.i1_i1).v);
         }
         write.put(scaled(2.0, volume, second.i1_log_j).v);
       }
       if constexpr (has(kForm, TangentForm::kCoupledI2)) {
-        Symmetric<V64> inner;  // I₁ G − G c G
+        Symmetric<DoubleVec> inner;  // I₁ G − G c G
         for (int k = 0; k < 6; ++k) {
           inner.m[k] = hn::Mul(inverse_volume,
                                hn::NegMulAdd(inverse_volume, gcg.m[k], hn::Mul(i1, vg.m[k])));
         }
-        Columns<V64> gradient;
+        Columns<DoubleVec> gradient;
         multiply(e, inner, gradient);
         for (int k = 0; k < 9; ++k) write.put(gradient.m[k / 3][k % 3]);
         write.put(scaled(4.0, volume, second.i2_i2).v);
@@ -176,30 +179,30 @@ HWY_NOINLINE void prepare(const BatchView& batches, const M& constants,
   });
 }
 
-// The numbers of the state, lane by lane.
-template <class D, TangentForm kForm>
+// The state of the elements in the lanes, with the names of tangent_kernels.h.
+template <class Tag, TangentForm kForm>
 struct State {
-  using T = hn::TFromD<D>;
-  using V = hn::Vec<D>;
+  using T = hn::TFromD<Tag>;
+  using Vec = hn::Vec<Tag>;
   static constexpr bool kHasSpatial = has(kForm, TangentForm::kSpatial);
   static constexpr bool kHasMetric = has(kForm, TangentForm::kMetric);
   static constexpr bool kHasCoupled = has(kForm, TangentForm::kCoupled);
   static constexpr bool kHasCoupledI2 = has(kForm, TangentForm::kCoupledI2);
 
-  Symmetric<V> stress;
-  Columns<V> w;
-  V k, l;
-  Columns<V> e;
-  Symmetric<V> g;
-  V a1, a2;
-  Columns<V> z;
-  V s_zz, s_zw;
-  Columns<V> b;
-  V s_bb, s_zb, s_wb;
+  Symmetric<Vec> stress;
+  Columns<Vec> w;
+  Vec k, l;
+  Columns<Vec> e;
+  Symmetric<Vec> g;
+  Vec a1, a2;
+  Columns<Vec> z;
+  Vec s_zz, s_zw;
+  Columns<Vec> b;
+  Vec s_bb, s_zb, s_wb;
 
-  HWY_INLINE State(D d, const T* HWY_RESTRICT at) {
+  HWY_INLINE State(Tag tag, const T* HWY_RESTRICT at) {
     const auto next = [&]() HWY_ATTR {
-      const V v = hn::Load(d, at);
+      const Vec v = hn::Load(tag, at);
       at += kBatchLanes;
       return v;
     };
@@ -229,47 +232,50 @@ struct State {
   }
 };
 
-template <class V>
-HWY_INLINE V dot(const V* a, const V* b) {
+template <class Vec>
+HWY_INLINE Vec dot(const Vec* a, const Vec* b) {
   return hn::MulAdd(a[2], b[2], hn::MulAdd(a[1], b[1], hn::Mul(a[0], b[0])));
 }
 
 // force += factor v.
-template <class V>
-HWY_INLINE void add_scaled(V factor, const Columns<V>& v, Columns<V>& force) {
+template <class Vec>
+HWY_INLINE void add_scaled(Vec factor, const Columns<Vec>& v, Columns<Vec>& force) {
   for (int k = 0; k < 9; ++k) {
     force.m[k / 3][k % 3] = hn::MulAdd(factor, v.m[k / 3][k % 3], force.m[k / 3][k % 3]);
   }
 }
 
-template <class V>
-HWY_INLINE V inner_product(const Columns<V>& a, const Columns<V>& b) {
+// a:b = Σ a_ij b_ij.
+template <class Vec>
+HWY_INLINE Vec inner_product(const Columns<Vec>& a, const Columns<Vec>& b) {
   return hn::Add(dot(a.m[0], b.m[0]), hn::Add(dot(a.m[1], b.m[1]), dot(a.m[2], b.m[2])));
 }
 
+// result += K x.
 template <TangentForm kForm, class T>
 HWY_NOINLINE void apply(const BatchView& batches, const T* HWY_RESTRICT state,
                         const T* HWY_RESTRICT x, T* HWY_RESTRICT result) {
-  using D = hn::CappedTag<T, kBatchLanes>;
-  using V = hn::Vec<D>;
-  using S = State<D, kForm>;
-  const D d;
+  using Tag = hn::CappedTag<T, kBatchLanes>;
+  using Vec = hn::Vec<Tag>;
+  using LoadedState = State<Tag, kForm>;
+  const Tag tag;
   constexpr size_t kNumbers = tangent_numbers(kForm) * kBatchLanes;
-  const auto ahead = [&](size_t b)
-                         HWY_ATTR { prefetch(state + (b + kAhead) * kNumbers, kNumbers); };
-  for_each_vector<D>(
+  const auto ahead = [&](size_t b) HWY_ATTR {
+    prefetch(state + (b + kPrefetchDistance) * kNumbers, kNumbers);
+  };
+  for_each_vector<Tag>(
       batches, ahead,
       [&](size_t b, size_t lane, const double*, const uint16_t* HWY_RESTRICT slots)
           TETRACTION_LOOP_BODY {
-            Columns<V> de;
-            RecordAccess<D>::edges(d, x, slots, kBatchLanes, de);
-            const S s(d, state + b * kNumbers + lane);
-            Columns<V> force;
+            Columns<Vec> de;
+            RecordAccess<Tag>::edges(tag, x, slots, kBatchLanes, de);
+            const LoadedState s(tag, state + b * kNumbers + lane);
+            Columns<Vec> force;
             multiply(de, s.stress, force);
-            if constexpr (S::kHasSpatial) {
+            if constexpr (LoadedState::kHasSpatial) {
               for (int j = 0; j < 3; ++j) {
-                // k w (deᵀ w): column j takes w_i with the weights (de_i · w_j) k.
-                V weight[3];
+                // Adds k w (deᵀ w). Its column j is Σ_i k (de_i · w_j) w_i.
+                Vec weight[3];
                 for (int i = 0; i < 3; ++i) weight[i] = hn::Mul(s.k, dot(de.m[i], s.w.m[j]));
                 for (int i = 0; i < 3; ++i) {
                   for (int r = 0; r < 3; ++r) {
@@ -277,18 +283,18 @@ HWY_NOINLINE void apply(const BatchView& batches, const T* HWY_RESTRICT state,
                   }
                 }
               }
-              // The couplings, v_i with the weight Σ_j s_ij (v_j:de).
-              const V along_w = inner_product(de, s.w);
-              V w_weight = hn::Mul(s.l, along_w);
-              if constexpr (S::kHasCoupled) {
-                const V along_z = inner_product(de, s.z);
+              // Adds the couplings Σ_i [Σ_j s_ij (v_j:de)] v_i.
+              const Vec along_w = inner_product(de, s.w);
+              Vec w_weight = hn::Mul(s.l, along_w);
+              if constexpr (LoadedState::kHasCoupled) {
+                const Vec along_z = inner_product(de, s.z);
                 w_weight = hn::MulAdd(s.s_zw, along_z, w_weight);
-                V z_weight = hn::MulAdd(s.s_zw, along_w, hn::Mul(s.s_zz, along_z));
-                if constexpr (S::kHasCoupledI2) {
-                  const V along_b = inner_product(de, s.b);
+                Vec z_weight = hn::MulAdd(s.s_zw, along_w, hn::Mul(s.s_zz, along_z));
+                if constexpr (LoadedState::kHasCoupledI2) {
+                  const Vec along_b = inner_product(de, s.b);
                   w_weight = hn::MulAdd(s.s_wb, along_b, w_weight);
                   z_weight = hn::MulAdd(s.s_zb, along_b, z_weight);
-                  const V b_weight = hn::MulAdd(
+                  const Vec b_weight = hn::MulAdd(
                       s.s_wb, along_w, hn::MulAdd(s.s_zb, along_z, hn::Mul(s.s_bb, along_b)));
                   add_scaled(b_weight, s.b, force);
                 }
@@ -296,51 +302,53 @@ HWY_NOINLINE void apply(const BatchView& batches, const T* HWY_RESTRICT state,
               }
               add_scaled(w_weight, s.w, force);
             }
-            if constexpr (S::kHasMetric) {
-              Symmetric<V> dc;
+            if constexpr (LoadedState::kHasMetric) {
+              Symmetric<Vec> dc;
               for (int i = 0; i < 3; ++i) {
                 for (int j = i; j < 3; ++j) {
                   dc(i, j) = hn::Add(dot(de.m[i], s.e.m[j]), dot(s.e.m[i], de.m[j]));
                 }
               }
-              Columns<V> dcg;
+              Columns<Vec> dcg;
               symmetric_times(dc, s.g, dcg);
-              Symmetric<V> change;
-              symmetric_product(s.g, dcg, change);
-              const V tr = hn::Add(dcg.m[0][0], hn::Add(dcg.m[1][1], dcg.m[2][2]));
-              const V p = hn::Mul(s.a2, tr);
+              Symmetric<Vec> metric_terms;
+              symmetric_product(s.g, dcg, metric_terms);
+              const Vec tr = hn::Add(dcg.m[0][0], hn::Add(dcg.m[1][1], dcg.m[2][2]));
+              const Vec p = hn::Mul(s.a2, tr);
               for (int k = 0; k < 6; ++k) {
-                change.m[k] = hn::MulAdd(s.a1, change.m[k], hn::Mul(p, s.g.m[k]));
+                metric_terms.m[k] = hn::MulAdd(s.a1, metric_terms.m[k], hn::Mul(p, s.g.m[k]));
               }
-              Columns<V> more;
-              multiply(s.e, change, more);
+              Columns<Vec> more;
+              multiply(s.e, metric_terms, more);
               for (int k = 0; k < 9; ++k) {
                 force.m[k / 3][k % 3] = hn::Add(force.m[k / 3][k % 3], more.m[k / 3][k % 3]);
               }
             }
-            RecordAccess<D>::add_balanced(d, force, result, slots, kBatchLanes);
+            RecordAccess<Tag>::add_balanced(tag, force, result, slots, kBatchLanes);
           });
 }
 
-// With γ the node's column of (−1 1 0 0; −1 0 1 0; −1 0 0 1), its diagonal block is
-// (γᵀTγ) I + k w_γ w_γᵀ + Σ s_ij v_i v_jᵀ + (a₁ + 2a₂) z zᵀ + a₁ (γᵀGγ) e G eᵀ, v_γ = vγ, z = eGγ.
+// Adds the diagonal blocks of the nodes. The edges are e = q Γ with the columns q of node positions,
+// and γ is the column of Γᵀ = (−1 1 0 0; −1 0 1 0; −1 0 0 1) that belongs to the node. Its block is
+//
+//     (γᵀSγ) I + k (wγ)(wγ)ᵀ + Σ s_ij (v_iγ)(v_jγ)ᵀ + (a₁ + 2a₂) (eGγ)(eGγ)ᵀ + a₁ (γᵀGγ) e G eᵀ
 template <TangentForm kForm, class T>
 HWY_NOINLINE void diagonal_blocks(const BatchView& batches, const T* HWY_RESTRICT state,
                                   T* HWY_RESTRICT diagonal, T* HWY_RESTRICT off_diagonal) {
-  using D = hn::CappedTag<T, kBatchLanes>;
-  using V = hn::Vec<D>;
-  const D d;
-  constexpr size_t kLanes = hn::MaxLanes(D());
+  using Tag = hn::CappedTag<T, kBatchLanes>;
+  using Vec = hn::Vec<Tag>;
+  const Tag tag;
+  constexpr size_t kLanes = hn::MaxLanes(Tag());
   constexpr size_t kNumbers = tangent_numbers(kForm) * kBatchLanes;
   HWY_ALIGN T block[6][kBatchLanes];
-  for_each_vector<D>(
+  for_each_vector<Tag>(
       batches, [](size_t) {},
       [&](size_t b, size_t lane, const double*,
           const uint16_t* HWY_RESTRICT slots) TETRACTION_LOOP_BODY {
-        const State<D, kForm> s(d, state + b * kNumbers + lane);
-        Columns<V> eg;
-        Symmetric<V> ege;
-        if constexpr (State<D, kForm>::kHasMetric) {
+        const State<Tag, kForm> s(tag, state + b * kNumbers + lane);
+        Columns<Vec> eg;
+        Symmetric<Vec> ege;
+        if constexpr (State<Tag, kForm>::kHasMetric) {
           multiply(s.e, s.g, eg);
           for (int i = 0; i < 3; ++i) {
             for (int j = i; j < 3; ++j) {
@@ -350,24 +358,24 @@ HWY_NOINLINE void diagonal_blocks(const BatchView& batches, const T* HWY_RESTRIC
             }
           }
         }
-        const auto total = [&](const Symmetric<V>& m) HWY_ATTR {
-          const V off = hn::Add(m.m[1], hn::Add(m.m[2], m.m[4]));
+        const auto total = [&](const Symmetric<Vec>& m) HWY_ATTR {
+          const Vec off = hn::Add(m.m[1], hn::Add(m.m[2], m.m[4]));
           return hn::Add(hn::Add(m.m[0], hn::Add(m.m[3], m.m[5])), hn::Add(off, off));
         };
         for (int node = 0; node < 4; ++node) {
-          V parts[6];
-          const V on = node == 0 ? total(s.stress) : s.stress(node - 1, node - 1);
+          Vec parts[6];
+          const Vec on = node == 0 ? total(s.stress) : s.stress(node - 1, node - 1);
           for (int i = 0; i < 3; ++i) {
             parts[i] = on;
-            parts[3 + i] = hn::Zero(d);
+            parts[3 + i] = hn::Zero(tag);
           }
           // factor (u vᵀ + v uᵀ)
-          const auto add_mixed = [&](const Columns<V>& left, const Columns<V>& right,
-                                     V factor) HWY_ATTR {
-            V u[3];
-            V v[3];
+          const auto add_mixed = [&](const Columns<Vec>& left, const Columns<Vec>& right,
+                                     Vec factor) HWY_ATTR {
+            Vec u[3];
+            Vec v[3];
             for (int i = 0; i < 3; ++i) {
-              const auto of_node = [&](const Columns<V>& m) HWY_ATTR {
+              const auto of_node = [&](const Columns<Vec>& m) HWY_ATTR {
                 return node == 0 ? hn::Add(m.m[0][i], hn::Add(m.m[1][i], m.m[2][i]))
                                  : m.m[node == 0 ? 0 : node - 1][i];
               };
@@ -375,42 +383,42 @@ HWY_NOINLINE void diagonal_blocks(const BatchView& batches, const T* HWY_RESTRIC
               v[i] = of_node(right);
             }
             for (int i = 0; i < 3; ++i) {
-              const V first = hn::Mul(factor, u[i]);
-              const V second = hn::Mul(factor, v[i]);
+              const Vec first = hn::Mul(factor, u[i]);
+              const Vec second = hn::Mul(factor, v[i]);
               parts[i] = hn::MulAdd(hn::Add(first, first), v[i], parts[i]);
               for (int j = i + 1; j < 3; ++j) {
-                V& part = parts[2 + i + j];
+                Vec& part = parts[2 + i + j];
                 part = hn::MulAdd(first, v[j], hn::MulAdd(second, u[j], part));
               }
             }
           };
-          const auto add_outer = [&](const Columns<V>& columns, V factor) HWY_ATTR {
-            V v[3];
+          const auto add_outer = [&](const Columns<Vec>& columns, Vec factor) HWY_ATTR {
+            Vec v[3];
             for (int i = 0; i < 3; ++i) {
               v[i] = node == 0 ? hn::Add(columns.m[0][i], hn::Add(columns.m[1][i], columns.m[2][i]))
                                : columns.m[node == 0 ? 0 : node - 1][i];
             }
             for (int i = 0; i < 3; ++i) {
-              const V scaled = hn::Mul(factor, v[i]);
+              const Vec scaled = hn::Mul(factor, v[i]);
               parts[i] = hn::MulAdd(scaled, v[i], parts[i]);
               for (int j = i + 1; j < 3; ++j) {
                 parts[2 + i + j] = hn::MulAdd(scaled, v[j], parts[2 + i + j]);
               }
             }
           };
-          if constexpr (State<D, kForm>::kHasSpatial) add_outer(s.w, hn::Add(s.k, s.l));
-          if constexpr (State<D, kForm>::kHasCoupled) {
+          if constexpr (State<Tag, kForm>::kHasSpatial) add_outer(s.w, hn::Add(s.k, s.l));
+          if constexpr (State<Tag, kForm>::kHasCoupled) {
             add_outer(s.z, s.s_zz);
             add_mixed(s.w, s.z, s.s_zw);
           }
-          if constexpr (State<D, kForm>::kHasCoupledI2) {
+          if constexpr (State<Tag, kForm>::kHasCoupledI2) {
             add_outer(s.b, s.s_bb);
             add_mixed(s.z, s.b, s.s_zb);
             add_mixed(s.w, s.b, s.s_wb);
           }
-          if constexpr (State<D, kForm>::kHasMetric) {
+          if constexpr (State<Tag, kForm>::kHasMetric) {
             add_outer(eg, hn::Add(s.a1, hn::Add(s.a2, s.a2)));
-            const V factor = hn::Mul(s.a1, node == 0 ? total(s.g) : s.g(node - 1, node - 1));
+            const Vec factor = hn::Mul(s.a1, node == 0 ? total(s.g) : s.g(node - 1, node - 1));
             for (int i = 0; i < 3; ++i) {
               parts[i] = hn::MulAdd(factor, ege(i, i), parts[i]);
               for (int j = i + 1; j < 3; ++j) {
@@ -418,7 +426,7 @@ HWY_NOINLINE void diagonal_blocks(const BatchView& batches, const T* HWY_RESTRIC
               }
             }
           }
-          for (int k = 0; k < 6; ++k) hn::Store(parts[k], d, block[k]);
+          for (int k = 0; k < 6; ++k) hn::Store(parts[k], tag, block[k]);
           const uint16_t* slot = slots + static_cast<size_t>(node) * kBatchLanes;
           for (size_t i = 0; i < kLanes; ++i) {
             for (size_t k = 0; k < 3; ++k) {
@@ -430,20 +438,23 @@ HWY_NOINLINE void diagonal_blocks(const BatchView& batches, const T* HWY_RESTRIC
       });
 }
 
-// The block of nodes a and b is
-// (γ_aᵀTγ_b) I + k w_b w_aᵀ + Σ s_ij v_i,a v_j,bᵀ + a₁ (z_b z_aᵀ + (γ_aᵀGγ_b) e G eᵀ) + 2a₂ z_a
-// z_bᵀ; the blocks of node 0 follow from the others, because rigid translations cause no force.
+// Computes the element matrices. With γ_a as above and z_a = eGγ_a, the block of nodes a and b is
+//
+//     (γ_aᵀSγ_b) I + k (wγ_b)(wγ_a)ᵀ + Σ s_ij (v_iγ_a)(v_jγ_b)ᵀ
+//       + a₁ (z_b z_aᵀ + (γ_aᵀGγ_b) e G eᵀ) + 2a₂ z_a z_bᵀ
+//
+// The blocks of node 0 follow from the others, because a translation of the element causes no force.
 template <TangentForm kForm>
 HWY_NOINLINE void stiffness(const double* HWY_RESTRICT state, double* HWY_RESTRICT matrices) {
-  using D = D64;
-  using V = V64;
-  const D d;
-  constexpr size_t kLanes = hn::MaxLanes(D());
+  using Tag = DoubleTag;
+  using Vec = DoubleVec;
+  const Tag tag;
+  constexpr size_t kLanes = hn::MaxLanes(Tag());
   for (size_t lane = 0; lane < kBatchLanes; lane += kLanes) {
-    const State<D, kForm> s(d, state + lane);
-    Columns<V> z;
-    Symmetric<V> ege;
-    if constexpr (State<D, kForm>::kHasMetric) {
+    const State<Tag, kForm> s(tag, state + lane);
+    Columns<Vec> z;
+    Symmetric<Vec> ege;
+    if constexpr (State<Tag, kForm>::kHasMetric) {
       multiply(s.e, s.g, z);
       for (int i = 0; i < 3; ++i) {
         for (int j = i; j < 3; ++j) {
@@ -453,29 +464,30 @@ HWY_NOINLINE void stiffness(const double* HWY_RESTRICT state, double* HWY_RESTRI
         }
       }
     }
-    const auto block = [&](int a, int b, V* out) HWY_ATTR {  // nodes a + 1, b + 1
+    const auto block = [&](int a, int b, Vec* out) HWY_ATTR {  // of the nodes a + 1 and b + 1
       for (int r = 0; r < 3; ++r) {
         for (int c = 0; c < 3; ++c) {
-          V sum = r == c ? s.stress(a, b) : hn::Zero(d);
-          if constexpr (State<D, kForm>::kHasSpatial) {
+          Vec sum = r == c ? s.stress(a, b) : hn::Zero(tag);
+          if constexpr (State<Tag, kForm>::kHasSpatial) {
             sum = hn::MulAdd(hn::Mul(s.k, s.w.m[b][r]), s.w.m[a][c], sum);
             sum = hn::MulAdd(hn::Mul(s.l, s.w.m[a][r]), s.w.m[b][c], sum);
           }
-          const auto add_mixed = [&](V factor, const Columns<V>& u, const Columns<V>& v) HWY_ATTR {
-            sum = hn::MulAdd(hn::Mul(factor, u.m[a][r]), v.m[b][c], sum);
-            sum = hn::MulAdd(hn::Mul(factor, v.m[a][r]), u.m[b][c], sum);
-          };
-          if constexpr (State<D, kForm>::kHasCoupled) {
+          const auto add_mixed = [&](Vec factor, const Columns<Vec>& u, const Columns<Vec>& v)
+                                     HWY_ATTR {
+                                       sum = hn::MulAdd(hn::Mul(factor, u.m[a][r]), v.m[b][c], sum);
+                                       sum = hn::MulAdd(hn::Mul(factor, v.m[a][r]), u.m[b][c], sum);
+                                     };
+          if constexpr (State<Tag, kForm>::kHasCoupled) {
             sum = hn::MulAdd(hn::Mul(s.s_zz, s.z.m[a][r]), s.z.m[b][c], sum);
             add_mixed(s.s_zw, s.w, s.z);
           }
-          if constexpr (State<D, kForm>::kHasCoupledI2) {
+          if constexpr (State<Tag, kForm>::kHasCoupledI2) {
             sum = hn::MulAdd(hn::Mul(s.s_bb, s.b.m[a][r]), s.b.m[b][c], sum);
             add_mixed(s.s_zb, s.z, s.b);
             add_mixed(s.s_wb, s.w, s.b);
           }
-          if constexpr (State<D, kForm>::kHasMetric) {
-            const V first = hn::MulAdd(z.m[b][r], z.m[a][c], hn::Mul(s.g(a, b), ege(r, c)));
+          if constexpr (State<Tag, kForm>::kHasMetric) {
+            const Vec first = hn::MulAdd(z.m[b][r], z.m[a][c], hn::Mul(s.g(a, b), ege(r, c)));
             sum = hn::MulAdd(s.a1, first, sum);
             sum = hn::MulAdd(hn::Mul(hn::Add(s.a2, s.a2), z.m[a][r]), z.m[b][c], sum);
           }
@@ -483,75 +495,77 @@ HWY_NOINLINE void stiffness(const double* HWY_RESTRICT state, double* HWY_RESTRI
         }
       }
     };
-    const auto store = [&](int number, V v) HWY_ATTR {
-      hn::Store(v, d, matrices + static_cast<size_t>(number * kBatchLanes) + lane);
+    const auto store = [&](int number, Vec v) HWY_ATTR {
+      hn::Store(v, tag, matrices + static_cast<size_t>(number * kBatchLanes) + lane);
     };
-    const auto store_diagonal = [&](int node, const V* b) HWY_ATTR {
+    const auto store_diagonal = [&](int node, const Vec* b) HWY_ATTR {
       constexpr int kUpper[6] = {0, 1, 2, 4, 5, 8};
       for (int k = 0; k < 6; ++k) store(6 * node + k, b[kUpper[k]]);
     };
-    V zero[4][9];  // rows of node 0
-    for (auto& row : zero) {
-      for (V& v : row) v = hn::Zero(d);
+    Vec node0[4][9];  // blocks of node 0 with each node
+    for (auto& block_of_pair : node0) {
+      for (Vec& v : block_of_pair) v = hn::Zero(tag);
     }
     int pair = 3;
     for (int a = 0; a < 3; ++a) {
-      V b[9];
+      Vec b[9];
       block(a, a, b);
       store_diagonal(a + 1, b);
-      for (int k = 0; k < 9; ++k) zero[a + 1][k] = hn::Sub(zero[a + 1][k], b[k]);
+      for (int k = 0; k < 9; ++k) node0[a + 1][k] = hn::Sub(node0[a + 1][k], b[k]);
       for (int c = a + 1; c < 3; ++c, ++pair) {
         block(a, c, b);
         for (int k = 0; k < 9; ++k) {
           store(24 + 9 * pair + k, b[k]);
-          zero[c + 1][k] = hn::Sub(zero[c + 1][k], b[k]);
-          zero[a + 1][k] = hn::Sub(zero[a + 1][k], b[3 * (k % 3) + k / 3]);  // K_ca = K_acᵀ
+          node0[c + 1][k] = hn::Sub(node0[c + 1][k], b[k]);
+          node0[a + 1][k] = hn::Sub(node0[a + 1][k], b[3 * (k % 3) + k / 3]);  // K_ca = K_acᵀ
         }
       }
     }
     for (int c = 1; c < 4; ++c) {
       for (int k = 0; k < 9; ++k) {
-        store(24 + 9 * (c - 1) + k, zero[c][k]);
-        zero[0][k] = hn::Sub(zero[0][k], zero[c][k]);
+        store(24 + 9 * (c - 1) + k, node0[c][k]);
+        node0[0][k] = hn::Sub(node0[0][k], node0[c][k]);
       }
     }
-    store_diagonal(0, zero[0]);
+    store_diagonal(0, node0[0]);
   }
 }
 
+// Whether det(1 + t p) > 0.1 for all t in [0, 1] and p = deᵀw, shown by the lower bound
+// 1 + min(I₁(p), 0) + min(I₂(p), 0) + min(I₃(p), 0) with the principal invariants of p.
 template <class T>
 HWY_NOINLINE bool is_safe(const BatchView& batches, TangentForm form, const T* HWY_RESTRICT state,
                           const T* HWY_RESTRICT x) {
-  using D = hn::CappedTag<T, kBatchLanes>;
-  using V = hn::Vec<D>;
-  const D d;
-  const V zero = hn::Zero(d);
+  using Tag = hn::CappedTag<T, kBatchLanes>;
+  using Vec = hn::Vec<Tag>;
+  const Tag tag;
+  const Vec zero = hn::Zero(tag);
   const auto numbers = static_cast<size_t>(tangent_numbers(form)) * kBatchLanes;
   bool safe = true;
-  for_each_vector<D>(
+  for_each_vector<Tag>(
       batches, [](size_t) {},
-      [&](size_t b, size_t lane, const double*, const uint16_t* HWY_RESTRICT slots)
-          TETRACTION_LOOP_BODY {
-            if (!safe) return;
-            Columns<V> de;
-            RecordAccess<D>::edges(d, x, slots, kBatchLanes, de);
-            const T* w = state + b * numbers + lane + 6 * kBatchLanes;
-            Columns<V> p;
-            for (int j = 0; j < 3; ++j) {
-              V column[3];
-              for (int i = 0; i < 3; ++i) column[i] = hn::Load(d, w + (3 * j + i) * kBatchLanes);
-              for (int i = 0; i < 3; ++i) p.m[i][j] = dot(de.m[i], column);
-            }
-            Columns<V> cofactor;
-            const V third = cofactors(p, cofactor);
-            const V first = hn::Add(p.m[0][0], hn::Add(p.m[1][1], p.m[2][2]));
-            const V second = hn::Add(cofactor.m[0][0], hn::Add(cofactor.m[1][1], cofactor.m[2][2]));
-            const auto loss = [&](V v) HWY_ATTR {  // NaN stays NaN
-              return hn::IfThenElse(hn::Gt(v, zero), zero, v);
-            };
-            const V least = hn::Add(loss(first), hn::Add(loss(second), loss(third)));
-            safe = hn::AllTrue(d, hn::Gt(least, hn::Set(d, T(-0.9))));
-          });
+      [&](size_t b, size_t lane, const double*,
+          const uint16_t* HWY_RESTRICT slots) TETRACTION_LOOP_BODY {
+        if (!safe) return;
+        Columns<Vec> de;
+        RecordAccess<Tag>::edges(tag, x, slots, kBatchLanes, de);
+        const T* w = state + b * numbers + lane + 6 * kBatchLanes;
+        Columns<Vec> p;
+        for (int j = 0; j < 3; ++j) {
+          Vec column[3];
+          for (int i = 0; i < 3; ++i) column[i] = hn::Load(tag, w + (3 * j + i) * kBatchLanes);
+          for (int i = 0; i < 3; ++i) p.m[i][j] = dot(de.m[i], column);
+        }
+        Columns<Vec> cofactor;
+        const Vec third = cofactors(p, cofactor);
+        const Vec first = hn::Add(p.m[0][0], hn::Add(p.m[1][1], p.m[2][2]));
+        const Vec second = hn::Add(cofactor.m[0][0], hn::Add(cofactor.m[1][1], cofactor.m[2][2]));
+        const auto loss = [&](Vec v) HWY_ATTR {  // min(v, 0); NaN stays NaN
+          return hn::IfThenElse(hn::Gt(v, zero), zero, v);
+        };
+        const Vec least = hn::Add(loss(first), hn::Add(loss(second), loss(third)));
+        safe = hn::AllTrue(tag, hn::Gt(least, hn::Set(tag, T(-0.9))));
+      });
   return safe;
 }
 

@@ -12,6 +12,7 @@
 
 #include "tangent_kernels-inl.h"
 
+// A material with Ψ = 0. Its state has the metric terms only, to which viscosity is added.
 #ifndef TETRACTION_FEM_NO_STIFFNESS
 #define TETRACTION_FEM_NO_STIFFNESS
 namespace tetraction {
@@ -27,22 +28,22 @@ namespace HWY_NAMESPACE {
 
 template <>
 struct Law<NoStiffness> {
-  template <class N>
-  static HWY_INLINE auto first(const NoStiffness&, const StrainMeasures<N>&) {
-    return FirstDerivatives{N(0.0), N(0.0), Zero()};
+  template <class Real>
+  static HWY_INLINE auto first_derivatives(const NoStiffness&, const StrainMeasures<Real>&) {
+    return FirstDerivatives{Real(0.0), Real(0.0), Zero()};
   }
-  template <class N>
-  static HWY_INLINE N spherical(const NoStiffness&, const StrainMeasures<N>&) {
-    return N(0.0);
+  template <class Real>
+  static HWY_INLINE Real spherical(const NoStiffness&, const StrainMeasures<Real>&) {
+    return Real(0.0);
   }
-  template <class N>
-  static HWY_INLINE auto second(const NoStiffness&, const StrainMeasures<N>&) {
-    return SecondDerivatives{N(0.0), Zero(), Zero(), Zero(), Zero(), Zero()};
+  template <class Real>
+  static HWY_INLINE auto second_derivatives(const NoStiffness&, const StrainMeasures<Real>&) {
+    return SecondDerivatives{Real(0.0), Zero(), Zero(), Zero(), Zero(), Zero()};
   }
 };
 
-// Calls body(form) with the form as a compile-time constant. It must be one of the forms that the
-// laws have, with or without viscosity.
+// Calls body(constant) with the form as a compile-time constant. The form must be that of one of the
+// laws, with or without viscosity.
 template <class Body, class... M>
 HWY_INLINE void with_form_of_one(TangentForm form, const Body& body, const std::variant<M...>*) {
   const auto try_one = [&]<TangentForm kForm>(std::integral_constant<TangentForm, kForm> constant)
@@ -97,7 +98,7 @@ void stiffness_form(TangentForm form, const double* state, double* matrices) {
   with_form(form, [&](auto constant) HWY_ATTR { stiffness<constant()>(state, matrices); });
 }
 
-// The dispatch needs names without overloads.
+// Highway's dispatch needs functions that are not overloaded.
 void prepare_float(const BatchView& b, const IsotropicModel& m, TangentForm f, const double* q,
                    float* s) {
   prepare_form(b, m, f, q, s);

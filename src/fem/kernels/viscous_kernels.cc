@@ -13,34 +13,35 @@ HWY_BEFORE_NAMESPACE();
 namespace tetraction {
 namespace HWY_NAMESPACE {
 
-using D = hn::CappedTag<double, 8>;
-using V = hn::Vec<D>;
+using Tag = hn::CappedTag<double, 8>;
+using Vec = hn::Vec<Tag>;
 
 /// Rest data of the elements in the lanes.
 struct Rest {
-  Symmetric<V> vg;
-  V inverse_volume;
+  Symmetric<Vec> vg;
+  Vec inverse_volume;
 
-  HWY_INLINE Rest(D d, const double* HWY_RESTRICT at) {
-    for (size_t k = 0; k < 6; ++k) vg.m[k] = hn::Load(d, at + k * kBatchLanes);
-    inverse_volume = hn::Mul(hn::Load(d, at + 6 * kBatchLanes), hn::Set(d, 6.0));
+  HWY_INLINE Rest(Tag tag, const double* HWY_RESTRICT at) {
+    for (size_t k = 0; k < 6; ++k) vg.m[k] = hn::Load(tag, at + k * kBatchLanes);
+    inverse_volume = hn::Mul(hn::Load(tag, at + 6 * kBatchLanes), hn::Set(tag, 6.0));
   }
 };
 
-// factor V G a G, symmetric as a is; avg = a V G.
-HWY_INLINE void pull_back(const Rest& rest, V factor, const Symmetric<V>& a, Columns<V>& avg,
-                          Symmetric<V>& result) {
+// Computes avg = a V G and result = factor V G a G for a symmetric a.
+HWY_INLINE void pull_back(const Rest& rest, Vec factor, const Symmetric<Vec>& a, Columns<Vec>& avg,
+                          Symmetric<Vec>& result) {
   symmetric_times(a, rest.vg, avg);
   symmetric_product(rest.vg, avg, result);
-  const V scale = hn::Mul(factor, rest.inverse_volume);
-  for (V& number : result.m) number = hn::Mul(scale, number);
+  const Vec scale = hn::Mul(factor, rest.inverse_volume);
+  for (Vec& number : result.m) number = hn::Mul(scale, number);
 }
 
-// aᵀb + bᵀa.
-HWY_INLINE void symmetric_sum(const Columns<V>& a, const Columns<V>& b, Symmetric<V>& result) {
+// result = aᵀb + bᵀa.
+HWY_INLINE void symmetric_sum(const Columns<Vec>& a, const Columns<Vec>& b,
+                              Symmetric<Vec>& result) {
   for (int i = 0; i < 3; ++i) {
     for (int j = i; j < 3; ++j) {
-      V sum = hn::Mul(a.m[i][0], b.m[j][0]);
+      Vec sum = hn::Mul(a.m[i][0], b.m[j][0]);
       sum = hn::MulAdd(a.m[j][0], b.m[i][0], sum);
       for (int k = 1; k < 3; ++k) {
         sum = hn::MulAdd(a.m[i][k], b.m[j][k], sum);
@@ -51,99 +52,100 @@ HWY_INLINE void symmetric_sum(const Columns<V>& a, const Columns<V>& b, Symmetri
   }
 }
 
-// The edges e = e₀ + δ of the elements in the lanes, and a = (e₀ + ½δ)ᵀδ + δᵀ(e₀ + ½δ) + c.
-HWY_INLINE void strain_of_step(D d, const uint16_t* slots, const ViscousStep& step, size_t numbers,
-                               Columns<V>& e, Symmetric<V>& a) {
-  Columns<V> change;
-  Columns<V> middle;
-  RecordAccess<D>::edges(d, step.positions, slots, kBatchLanes, e);
-  RecordAccess<D>::edges(d, step.displacements, slots, kBatchLanes, change);
-  const V half = hn::Set(d, 0.5);
+// Computes the edges e = e₀ + δ of the elements in the lanes and a = (e₀ + ½δ)ᵀδ + δᵀ(e₀ + ½δ) + c.
+HWY_INLINE void strain_of_step(Tag tag, const uint16_t* slots, const ViscousStep& step,
+                               size_t numbers, Columns<Vec>& e, Symmetric<Vec>& a) {
+  Columns<Vec> delta_edges;
+  Columns<Vec> midpoint_edges;
+  RecordAccess<Tag>::edges(tag, step.positions, slots, kBatchLanes, e);
+  RecordAccess<Tag>::edges(tag, step.displacements, slots, kBatchLanes, delta_edges);
+  const Vec half = hn::Set(tag, 0.5);
   for (int k = 0; k < 9; ++k) {
-    const V delta = change.m[k / 3][k % 3];
-    V& edge = e.m[k / 3][k % 3];
-    middle.m[k / 3][k % 3] = hn::MulAdd(half, delta, edge);
+    const Vec delta = delta_edges.m[k / 3][k % 3];
+    Vec& edge = e.m[k / 3][k % 3];
+    midpoint_edges.m[k / 3][k % 3] = hn::MulAdd(half, delta, edge);
     edge = hn::Add(edge, delta);
   }
-  symmetric_sum(middle, change, a);
+  symmetric_sum(midpoint_edges, delta_edges, a);
   if (step.correction == nullptr) return;
   for (size_t k = 0; k < 6; ++k) {
-    a.m[k] = hn::Add(a.m[k], hn::Load(d, step.correction + numbers + k * kBatchLanes));
+    a.m[k] = hn::Add(a.m[k], hn::Load(tag, step.correction + numbers + k * kBatchLanes));
   }
 }
 
-// Calls body(batch, lane, rest data, slots) for all lanes of all batches.
+// Calls body(batch, lane, rest, slots) for all vectors of all batches.
 template <class Body>
 HWY_INLINE void for_all_lanes(const BatchView& batches, const Body& body) {
-  for_each_vector<D>(batches, [&](size_t b, size_t lane, const double* HWY_RESTRICT rest,
-                                  const uint16_t* HWY_RESTRICT slots)
-                                  TETRACTION_LOOP_BODY { body(b, lane, Rest(D(), rest), slots); });
+  for_each_vector<Tag>(batches, [&](size_t b, size_t lane, const double* HWY_RESTRICT rest,
+                                    const uint16_t* HWY_RESTRICT slots) TETRACTION_LOOP_BODY {
+    body(b, lane, Rest(Tag(), rest), slots);
+  });
 }
 
 HWY_NOINLINE void force(const BatchView& batches, double viscosity,
                         const double* HWY_RESTRICT positions, const double* HWY_RESTRICT velocities,
                         double* HWY_RESTRICT forces) {
-  const D d;
-  const V factor = hn::Set(d, -viscosity);
+  const Tag tag;
+  const Vec factor = hn::Set(tag, -viscosity);
   for_all_lanes(batches, [&](size_t, size_t, const Rest& rest, const uint16_t* slots) HWY_ATTR {
-    Columns<V> e;
-    Columns<V> rate;
-    RecordAccess<D>::edges(d, positions, slots, kBatchLanes, e);
-    RecordAccess<D>::edges(d, velocities, slots, kBatchLanes, rate);
-    Symmetric<V> dc;
+    Columns<Vec> e;
+    Columns<Vec> rate;
+    RecordAccess<Tag>::edges(tag, positions, slots, kBatchLanes, e);
+    RecordAccess<Tag>::edges(tag, velocities, slots, kBatchLanes, rate);
+    Symmetric<Vec> dc;
     symmetric_sum(rate, e, dc);
-    Columns<V> dcvg;
-    Symmetric<V> stress;
+    Columns<Vec> dcvg;
+    Symmetric<Vec> stress;
     pull_back(rest, factor, dc, dcvg, stress);
-    Columns<V> result;
+    Columns<Vec> result;
     multiply(e, stress, result);
-    RecordAccess<D>::add_balanced(d, result, forces, slots, kBatchLanes);
+    RecordAccess<Tag>::add_balanced(tag, result, forces, slots, kBatchLanes);
   });
 }
 
 HWY_NOINLINE void correction(const BatchView& batches, const double* HWY_RESTRICT displacements,
                              double* HWY_RESTRICT result) {
-  const D d;
-  for_each_vector<D>(
+  const Tag tag;
+  for_each_vector<Tag>(
       batches, [](size_t) {},
       [&](size_t b, size_t lane, const double*, const uint16_t* HWY_RESTRICT slots)
           TETRACTION_LOOP_BODY {
-            Columns<V> edges;
-            Symmetric<V> c;
-            RecordAccess<D>::edges(d, displacements, slots, kBatchLanes, edges);
+            Columns<Vec> edges;
+            Symmetric<Vec> c;
+            RecordAccess<Tag>::edges(tag, displacements, slots, kBatchLanes, edges);
             metric(edges, c);
             double* to = result + kViscousNumbers * kBatchLanes * b + lane;
-            for (size_t k = 0; k < 6; ++k) hn::Store(c.m[k], d, to + k * kBatchLanes);
+            for (size_t k = 0; k < 6; ++k) hn::Store(c.m[k], tag, to + k * kBatchLanes);
           });
 }
 
 template <bool kGradient>
 HWY_NOINLINE double gradient(const BatchView& batches, const ViscousStep& step,
                              double* HWY_RESTRICT gradients) {
-  const D d;
-  constexpr size_t kLanes = hn::MaxLanes(D());
-  const V factor = hn::Set(d, step.factor);
-  V sums[kBatchLanes / kLanes];
-  for (V& v : sums) v = hn::Zero(d);
-  for_all_lanes(batches,
-                [&](size_t b, size_t lane, const Rest& rest, const uint16_t* slots) HWY_ATTR {
-                  Columns<V> e;
-                  Symmetric<V> a;
-                  strain_of_step(d, slots, step, kViscousNumbers * kBatchLanes * b + lane, e, a);
-                  Columns<V> avg;
-                  if constexpr (kGradient) {
-                    Symmetric<V> stress;
-                    pull_back(rest, factor, a, avg, stress);
-                    Columns<V> result;
-                    multiply(e, stress, result);
-                    RecordAccess<D>::add_balanced(d, result, gradients, slots, kBatchLanes);
-                  } else {
-                    symmetric_times(a, rest.vg, avg);
-                  }
-                  sums[lane / kLanes] =
-                      hn::MulAdd(rest.inverse_volume, trace_of_square(d, avg), sums[lane / kLanes]);
-                });
-  return 0.25 * step.factor * sum_of_lanes(d, sums);
+  const Tag tag;
+  constexpr size_t kLanes = hn::MaxLanes(Tag());
+  const Vec factor = hn::Set(tag, step.factor);
+  Vec sums[kBatchLanes / kLanes];
+  for (Vec& v : sums) v = hn::Zero(tag);
+  for_all_lanes(
+      batches, [&](size_t b, size_t lane, const Rest& rest, const uint16_t* slots) HWY_ATTR {
+        Columns<Vec> e;
+        Symmetric<Vec> a;
+        strain_of_step(tag, slots, step, kViscousNumbers * kBatchLanes * b + lane, e, a);
+        Columns<Vec> avg;
+        if constexpr (kGradient) {
+          Symmetric<Vec> stress;
+          pull_back(rest, factor, a, avg, stress);
+          Columns<Vec> result;
+          multiply(e, stress, result);
+          RecordAccess<Tag>::add_balanced(tag, result, gradients, slots, kBatchLanes);
+        } else {
+          symmetric_times(a, rest.vg, avg);
+        }
+        sums[lane / kLanes] =
+            hn::MulAdd(rest.inverse_volume, trace_of_square(tag, avg), sums[lane / kLanes]);
+      });
+  return 0.25 * step.factor * sum_of_lanes(tag, sums);
 }
 
 double gradient_and_energy(const BatchView& batches, const ViscousStep& step, double* gradients) {
@@ -153,30 +155,30 @@ double energy_only(const BatchView& batches, const ViscousStep& step) {
   return gradient<false>(batches, step, nullptr);
 }
 
-HWY_INLINE void add_number(V v, double* to) {
-  const D d;
-  hn::Store(hn::Add(hn::Load(d, to), v), d, to);
+HWY_INLINE void add_number(Vec v, double* to) {
+  const Tag tag;
+  hn::Store(hn::Add(hn::Load(tag, to), v), tag, to);
 }
-HWY_INLINE void add_number(V v, float* to) {
-  const D d;
-  const hn::Rebind<float, D> narrow;
-  hn::Store(hn::DemoteTo(narrow, hn::Add(hn::PromoteTo(d, hn::Load(narrow, to)), v)), narrow, to);
+HWY_INLINE void add_number(Vec v, float* to) {
+  const Tag tag;
+  const hn::Rebind<float, Tag> narrow;
+  hn::Store(hn::DemoteTo(narrow, hn::Add(hn::PromoteTo(tag, hn::Load(narrow, to)), v)), narrow, to);
 }
 
 template <class T>
 HWY_INLINE void add_tangent(const BatchView& batches, const ViscousStep& step, TangentForm form,
                             T* HWY_RESTRICT state) {
-  const D d;
-  const V factor = hn::Set(d, step.factor);
+  const Tag tag;
+  const Vec factor = hn::Set(tag, step.factor);
   const auto numbers = static_cast<size_t>(tangent_numbers(form)) * kBatchLanes;
   const auto a1 = static_cast<size_t>(tangent_metric_offset(form) + 15) * kBatchLanes;
   for_all_lanes(batches,
                 [&](size_t b, size_t lane, const Rest& rest, const uint16_t* slots) HWY_ATTR {
-                  Columns<V> e;
-                  Symmetric<V> a;
-                  strain_of_step(d, slots, step, kViscousNumbers * kBatchLanes * b + lane, e, a);
-                  Columns<V> avg;
-                  Symmetric<V> stress;
+                  Columns<Vec> e;
+                  Symmetric<Vec> a;
+                  strain_of_step(tag, slots, step, kViscousNumbers * kBatchLanes * b + lane, e, a);
+                  Columns<Vec> avg;
+                  Symmetric<Vec> stress;
                   pull_back(rest, factor, a, avg, stress);
                   T* to = state + numbers * b + lane;
                   for (size_t k = 0; k < 6; ++k) add_number(stress.m[k], to + k * kBatchLanes);

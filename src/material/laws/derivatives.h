@@ -1,8 +1,9 @@
-// Arguments and results of a law. A law is Ψ(I₁, I₂, J) of an isotropic material with its
-// derivatives, written for a number type N: a double, or a vector with one element in each lane.
+// Arguments and results of a material law. A law is the energy density Ψ(I₁, I₂, J) of an isotropic
+// material with its derivatives. It is written as templates over the type Real of the numbers: a
+// double, or a vector that holds one element in each lane.
 //
-// Derivatives are taken with respect to I₁, I₂ and ln J, because those with respect to ln J have no
-// factors of J: ∂Ψ/∂ln J = J ∂Ψ/∂J and ∂²Ψ/∂(ln J)² = J ∂Ψ/∂J + J² ∂²Ψ/∂J².
+// Derivatives are taken with respect to I₁, I₂ and ln J. Those with respect to ln J have simple
+// formulas, ∂Ψ/∂ln J = J ∂Ψ/∂J and ∂²Ψ/∂(ln J)² = J ∂Ψ/∂J + J² ∂²Ψ/∂J².
 #pragma once
 
 #include <type_traits>
@@ -10,28 +11,28 @@
 
 namespace tetraction {
 
-/// Stands for a derivative that vanishes identically. Nothing is computed for it.
+/// The type of a derivative that vanishes identically. The compiler omits the terms that contain it.
 struct Zero {};
 template <class T>
 constexpr bool kIsZero = std::is_same_v<std::remove_cvref_t<T>, Zero>;
 
-/// The arguments of laws that need J > 0. `second` is not defined for laws whose ∂Ψ/∂I₂ is Zero.
-template <class N>
+/// The arguments of laws that need J > 0. `i2_term` is not defined for laws whose ∂Ψ/∂I₂ is Zero.
+template <class Real>
 struct Invariants {
-  N i1;      ///< I₁
-  N first;   ///< I₁ − 3 − 2 ln J, without cancellation near rest
-  N second;  ///< I₂ − 3 − 4 ln J, likewise
-  N log_j;   ///< ln J
-  N j;       ///< J
-  N growth;  ///< J − 1
+  Real i1;             ///< I₁
+  Real i1_term;        ///< I₁ − 3 − 2 ln J, computed without cancellation near rest
+  Real i2_term;        ///< I₂ − 3 − 4 ln J, computed without cancellation near rest
+  Real log_j;          ///< ln J
+  Real j;              ///< J
+  Real volume_change;  ///< J − 1
 };
 
 /// The arguments of laws that are defined for any J, computed from A = C − I. `square` is not
-/// defined where derivatives are evaluated.
-template <class N>
+/// defined where only derivatives are evaluated, because they do not depend on it.
+template <class Real>
 struct StrainMeasures {
-  N trace;   ///< tr A = I₁ − 3
-  N square;  ///< tr A² = I₁² − 2 I₂ − 2 I₁ + 3
+  Real trace;   ///< tr A = I₁ − 3
+  Real square;  ///< tr A² = I₁² − 2 I₂ − 2 I₁ + 3
 };
 
 template <class D1, class D2, class DL>
@@ -55,20 +56,25 @@ struct SecondDerivatives {
 template <class D11, class D12, class D22, class D1L, class D2L, class DLL>
 SecondDerivatives(D11, D12, D22, D1L, D2L, DLL) -> SecondDerivatives<D11, D12, D22, D1L, D2L, DLL>;
 
-/// Which terms the derivatives of a law L of material M have.
+/// Tells at compile time which derivatives a law L of material M has.
 template <class L, class M>
 struct LawTerms {
+  /// Whether the arguments are StrainMeasures.
   static constexpr bool kStrain = M::kDefinedForAnyJacobian;
-  using Given = std::conditional_t<kStrain, StrainMeasures<double>, Invariants<double>>;
-  using First = decltype(L::first(std::declval<const M&>(), std::declval<const Given&>()));
-  using Second = decltype(L::second(std::declval<const M&>(), std::declval<const Given&>()));
+  using Arguments = std::conditional_t<kStrain, StrainMeasures<double>, Invariants<double>>;
+  using First =
+      decltype(L::first_derivatives(std::declval<const M&>(), std::declval<const Arguments&>()));
+  using Second =
+      decltype(L::second_derivatives(std::declval<const M&>(), std::declval<const Arguments&>()));
 
+  /// Whether ∂Ψ/∂I₂ exists.
   static constexpr bool kI2 = !kIsZero<decltype(First::i2)>;
-  /// Whether there are mixed second derivatives with I₂.
+  /// Whether any second derivative with respect to I₂ exists.
   static constexpr bool kI2Coupled = !kIsZero<decltype(Second::i1_i2)> ||
                                      !kIsZero<decltype(Second::i2_i2)> ||
                                      !kIsZero<decltype(Second::i2_log_j)>;
-  /// Whether there are second derivatives with I₁ that the terms of a law with I₂ do not contain.
+  /// Whether any second derivative exists besides ∂²Ψ/∂(ln J)². If ∂Ψ/∂I₂ exists, ∂²Ψ/∂I₁² does not
+  /// count, because the metric terms of fem/kernels/tangent_kernels.h contain it.
   static constexpr bool kI1Coupled = kI2Coupled || !kIsZero<decltype(Second::i1_log_j)> ||
                                      (!kI2 && !kIsZero<decltype(Second::i1_i1)>);
 

@@ -1,4 +1,5 @@
-// The laws of all isotropic materials. Included by Highway once per instruction set.
+// The laws of all isotropic materials. Highway includes this file once for each instruction
+// set.
 #if defined(TETRACTION_MATERIAL_LAWS_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef TETRACTION_MATERIAL_LAWS_INL_H_
 #undef TETRACTION_MATERIAL_LAWS_INL_H_

@@ -1,5 +1,5 @@
-// Arithmetic in which laws are written, for a double and for a vector of numbers. Included by
-// Highway once per instruction set.
+// The arithmetic that material laws use, for a double and for a vector of numbers. Highway includes
+// this file once for each instruction set.
 #if defined(TETRACTION_MATERIAL_NUMBER_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef TETRACTION_MATERIAL_NUMBER_INL_H_
 #undef TETRACTION_MATERIAL_NUMBER_INL_H_
@@ -20,15 +20,15 @@ namespace tetraction {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// One number in each lane, with the usual operators; constants go to all lanes.
-template <class D>
+/// A vector with one number in each lane and the usual operators. A constant is copied to all lanes.
+template <class Tag>
 struct Number {
-  hn::Vec<D> v;
+  hn::Vec<Tag> v;
 
-  HWY_INLINE Number() : v(hn::Undefined(D())) {}
+  HWY_INLINE Number() : v(hn::Undefined(Tag())) {}
   HWY_INLINE Number(double constant)  // NOLINT(google-explicit-constructor)
-      : v(hn::Set(D(), static_cast<hn::TFromD<D>>(constant))) {}
-  HWY_INLINE explicit Number(hn::Vec<D> vector) : v(vector) {}
+      : v(hn::Set(Tag(), static_cast<hn::TFromD<Tag>>(constant))) {}
+  HWY_INLINE explicit Number(hn::Vec<Tag> vector) : v(vector) {}
 
   friend HWY_INLINE Number operator+(Number a, Number b) { return Number(hn::Add(a.v, b.v)); }
   friend HWY_INLINE Number operator-(Number a, Number b) { return Number(hn::Sub(a.v, b.v)); }
@@ -36,49 +36,51 @@ struct Number {
   friend HWY_INLINE Number operator-(Number a) { return Number(hn::Neg(a.v)); }
 };
 
-/// a b + c, rounded once where the processor can.
-template <class D>
-HWY_INLINE Number<D> mul_add(Number<D> a, Number<D> b, Number<D> c) {
-  return Number<D>(hn::MulAdd(a.v, b.v, c.v));
+/// a b + c, rounded only once if the processor has fused multiplication and addition.
+template <class Tag>
+HWY_INLINE Number<Tag> mul_add(Number<Tag> a, Number<Tag> b, Number<Tag> c) {
+  return Number<Tag>(hn::MulAdd(a.v, b.v, c.v));
 }
 HWY_INLINE double mul_add(double a, double b, double c) {
   return a * b + c;
 }
 /// a b − c.
-template <class D>
-HWY_INLINE Number<D> mul_sub(Number<D> a, Number<D> b, Number<D> c) {
-  return Number<D>(hn::MulSub(a.v, b.v, c.v));
+template <class Tag>
+HWY_INLINE Number<Tag> mul_sub(Number<Tag> a, Number<Tag> b, Number<Tag> c) {
+  return Number<Tag>(hn::MulSub(a.v, b.v, c.v));
 }
 HWY_INLINE double mul_sub(double a, double b, double c) {
   return a * b - c;
 }
 /// eˣ.
-template <class D>
-HWY_INLINE Number<D> exponential(Number<D> x) {
-  return Number<D>(hn::Exp(D(), x.v));
+template <class Tag>
+HWY_INLINE Number<Tag> exponential(Number<Tag> x) {
+  return Number<Tag>(hn::Exp(Tag(), x.v));
 }
 HWY_INLINE double exponential(double x) {
   return std::exp(x);
 }
 /// `inside` where |x| < limit, `outside` elsewhere.
-template <class D>
-HWY_INLINE Number<D> where_small(Number<D> x, double limit, Number<D> inside, Number<D> outside) {
-  return Number<D>(hn::IfThenElse(hn::Lt(hn::Abs(x.v), Number<D>(limit).v), inside.v, outside.v));
+template <class Tag>
+HWY_INLINE Number<Tag> where_small(Number<Tag> x, double limit, Number<Tag> inside,
+                                   Number<Tag> outside) {
+  return Number<Tag>(
+      hn::IfThenElse(hn::Lt(hn::Abs(x.v), Number<Tag>(limit).v), inside.v, outside.v));
 }
 HWY_INLINE double where_small(double x, double limit, double inside, double outside) {
   return std::abs(x) < limit ? inside : outside;
 }
 
-/// Ψ(I₁, I₂, J) of a material M and its derivatives (derivatives.h); there is one specialisation
-/// for every material, in a file of its own:
+/// Ψ(I₁, I₂, J) of a material M and its derivatives (derivatives.h). There is one specialisation for
+/// every material, in a file of its own, with the functions
 ///
-///     energy(m, s)   Ψ, 0 at rest
-///     first(m, s)    FirstDerivatives, Zero where one vanishes identically
-///     second(m, s)   SecondDerivatives, likewise
+///     energy(m, s)               Ψ, zero at rest
+///     first_derivatives(m, s)    FirstDerivatives, with Zero for those that vanish identically
+///     second_derivatives(m, s)   SecondDerivatives, with Zero for those that vanish identically
 ///
-/// with s of the type Invariants<N>, or StrainMeasures<N> of a material that is defined for any J.
-/// Such a law has also spherical(m, s) = ∂Ψ/∂I₁ + (I₁ − 1) ∂Ψ/∂I₂, where terms of order one cancel
-/// at rest.
+/// The type of s is StrainMeasures<Real> if the material is defined for any J, and Invariants<Real>
+/// otherwise. A law with StrainMeasures also has spherical(m, s) = ∂Ψ/∂I₁ + (I₁ − 1) ∂Ψ/∂I₂. It is
+/// written without the terms of order one, which cancel at rest and would cost digits.
 template <class M>
 struct Law;
 

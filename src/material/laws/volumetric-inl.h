@@ -13,21 +13,21 @@ namespace tetraction {
 namespace HWY_NAMESPACE {
 
 /// A volumetric part U(J) with its derivatives with respect to ln J, all divided by λ.
-template <class N>
+template <class Real>
 struct Volumetric {
-  N energy;
-  N first;
-  N second;
+  Real energy;
+  Real first_derivative;
+  Real second_derivative;
 
-  HWY_INLINE Volumetric(VolumetricPart part, const Invariants<N>& s) {
+  HWY_INLINE Volumetric(VolumetricPart part, const Invariants<Real>& s) {
     if (part == VolumetricPart::kLogarithmic) {
-      energy = N(0.5) * (s.log_j * s.log_j);
-      first = s.log_j;
-      second = N(1.0);
+      energy = Real(0.5) * (s.log_j * s.log_j);
+      first_derivative = s.log_j;
+      second_derivative = Real(1.0);
     } else {
-      energy = N(0.5) * (s.growth * s.growth);
-      first = s.growth * s.j;
-      second = (s.growth + s.j) * s.j;  // J (2J − 1)
+      energy = Real(0.5) * (s.volume_change * s.volume_change);
+      first_derivative = s.volume_change * s.j;
+      second_derivative = (s.volume_change + s.j) * s.j;  // J (2J − 1)
     }
   }
 };

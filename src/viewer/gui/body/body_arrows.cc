@@ -17,7 +17,7 @@
 namespace tetraction::viewer {
 namespace {
 
-// More arrows than these would hide each other and take longer to draw than the body.
+// More arrows would hide each other, and drawing them would take longer than drawing the body.
 constexpr std::size_t kMostArrows = 500;
 
 }  // namespace
@@ -66,9 +66,10 @@ void BodyArrows::update(const Vector& position, const Vector& field,
   for (Index v = 0; v < field.size() / 3; ++v) {
     largest_ = std::max(largest_, field.segment<3>(3 * v).norm());
   }
-  constexpr double kNothing = 1e-6;  // of the largest: round-off, not worth a dot
+  // Vectors below this fraction of the largest are round-off and are not drawn.
+  constexpr double kLeastFraction = 1e-6;
   const auto add = [&](Index v) {
-    if (field.segment<3>(3 * v).norm() > kNothing * largest_ &&
+    if (field.segment<3>(3 * v).norm() > kLeastFraction * largest_ &&
         is_drawn(vertex_block(position, v))) {
       places.push_back(v);
     }

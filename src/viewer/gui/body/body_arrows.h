@@ -1,4 +1,4 @@
-// Arrows at vertices for one kind of vector: forces, momenta, reactions.
+// Arrows at vertices that show a vector field, such as forces.
 #pragma once
 
 #include <vtkNew.h>
@@ -18,7 +18,7 @@ class vtkRenderer;
 
 namespace tetraction::viewer {
 
-/// Draws the vectors of some vertices. All are of one scale, so that lengths can be compared.
+/// Draws the vectors of a field at some vertices. All arrows have the same scale.
 class BodyArrows {
  public:
   BodyArrows(vtkRenderer* renderer, std::string name, std::string unit, const double* color);
@@ -26,11 +26,12 @@ class BodyArrows {
 
   void set_visible(bool visible);
   bool visible() const { return visible_; }
-  /// `field`: 3 per vertex; the longest arrow gets `longest` (m). With more than some hundred vectors
-  /// only those of the surface are drawn, and of these every k-th; none where `is_drawn` says no.
+  /// Draws `field` (3 per vertex) at `position`. The longest arrow gets the length `longest` (m). If
+  /// there are more than some hundred vectors, only every k-th vertex of the surface gets an arrow.
+  /// Points for which `is_drawn` returns false get none.
   void update(const Vector& position, const Vector& field, const std::vector<Index>& surface,
               double longest, const std::function<bool(const Vector3&)>& is_drawn);
-  /// "force: longest arrow 3.2 N", or empty when there is nothing to see.
+  /// A text such as "force: longest arrow 3.2 N". Empty if no arrow is drawn.
   std::string legend() const;
   const double* color() const { return color_; }
 

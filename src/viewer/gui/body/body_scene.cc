@@ -88,7 +88,7 @@ BodyScene::BodyScene(vtkRenderer* renderer)
   section_mapper_->SetInputConnection(section_->GetOutputPort());
   section_actor_->SetMapper(section_mapper_);
   for (vtkActor* actor : {surface_actor_.Get(), section_actor_.Get()}) {
-    // Linear tetrahedra have flat faces; facets show the mesh as it is.
+    // Flat shading shows the faces of the linear tetrahedra.
     actor->GetProperty()->SetInterpolationToFlat();
     actor->GetProperty()->SetColor(kBodyColor[0], kBodyColor[1], kBodyColor[2]);
     actor->GetProperty()->SetAmbient(0.45);
@@ -144,7 +144,7 @@ BodyScene::BodyScene(vtkRenderer* renderer)
   renderer->AutomaticLightCreationOff();
   light_->SetLightTypeToCameraLight();
   renderer->AddLight(light_);
-  vtkNew<vtkLight> fill;  // so that no side is black
+  vtkNew<vtkLight> fill;  // a second light, so that no side is black
   fill->SetLightTypeToHeadlight();
   fill->SetIntensity(0.45);
   renderer->AddLight(fill);
@@ -224,7 +224,7 @@ void BodyScene::color(const Snapshot& snapshot) {
   }
   color_bar_.follow(values);
   if (snapshot.field_on_cells) {
-    cloud_mapper_->ScalarVisibilityOff();  // vertices have no value of their own
+    cloud_mapper_->ScalarVisibilityOff();  // the field has no values at vertices
     std::vector<float> of_triangles(shape_->triangle_cell.size());
     for (std::size_t t = 0; t < of_triangles.size(); ++t) {
       of_triangles[t] = values[static_cast<std::size_t>(shape_->triangle_cell[t])];
@@ -259,8 +259,8 @@ void BodyScene::set_drawing(const DrawingSettings& drawing) {
   renderer_->SetBackground2(shades.top);
   const double edge = drawing.surface ? shades.edge : (shades.text < 0.5 ? 0.25 : 0.8);
   edge_actor_->GetProperty()->SetColor(edge, edge, edge);
-  // All are opaque: one translucent part would cost more than the whole body does without a graphics
-  // card.
+  // All objects are opaque. Without a graphics card a translucent object would take longer to draw than
+  // the whole body.
   rest_actor_->GetProperty()->SetColor(shades.rest, shades.rest, shades.rest);
   arrow_legend_->GetTextProperty()->SetColor(shades.text, shades.text, shades.text);
   arrow_legend_->GetTextProperty()->SetFontSize(13);
@@ -274,7 +274,7 @@ void BodyScene::set_drawing(const DrawingSettings& drawing) {
   }
 
   surface_actor_->SetVisibility(drawing.surface);
-  // The edges belong to the surface. Separate lines would lie half below it.
+  // The edges are drawn as part of the surface. Separate lines would be half hidden by it.
   surface_actor_->GetProperty()->SetEdgeVisibility(drawing.edges);
   surface_actor_->GetProperty()->SetEdgeColor(edge, edge, edge);
   section_actor_->GetProperty()->SetEdgeVisibility(drawing.edges);
@@ -335,7 +335,7 @@ void BodyScene::set_pulled_arrow(const Vector3& from, const Vector3& to) {
   const double length = arrow.norm();
   pulled_actor_->SetVisibility(length > 0.0);
   if (!(length > 0.0)) return;
-  // VTK's arrow points along x; orientation is in degrees about z, then y.
+  // VTK's arrow points along x. Its orientation is given by rotations about z and y, in degrees.
   constexpr double kDegree = 180.0 / std::numbers::pi;
   pulled_actor_->SetPosition(from.x(), from.y(), from.z());
   pulled_actor_->SetScale(length);
@@ -352,7 +352,7 @@ void BodyScene::set_attraction(bool present) {
 bool BodyScene::is_drawn(const Vector3& point) const {
   if (!drawing_.clip) return true;
   Vector3 x = point;
-  // Points in the plane are drawn in spite of round-off.
+  // The tolerance makes sure that points in the plane are drawn in spite of round-off.
   return clip_plane_->EvaluateFunction(x.data()) >= -1e-9 * size();
 }
 
@@ -384,7 +384,8 @@ void BodyScene::update_arrows() {
   draw(forces_, last_->external_force);
   draw(momenta_, last_->momentum);
   draw(reactions_, last_->reaction_force);
-  // Numbers that change with every picture cannot be read, and drawing text is slow.
+  // The legend is changed rarely, because numbers that change in every picture cannot be read and text
+  // is slow to draw.
   constexpr std::chrono::milliseconds kLegendPause(250);
   const auto now = std::chrono::steady_clock::now();
   if (last_->running && now - legend_changed_ < kLegendPause) return;
@@ -394,7 +395,7 @@ void BodyScene::update_arrows() {
 
 void BodyScene::reset_camera(int axis) {
   vtkCamera* camera = renderer_->GetActiveCamera();
-  // The body may have moved far away from where it is at rest.
+  // The body may be far from its rest position.
   Vector3 body_low = shape_->low;
   Vector3 body_high = shape_->high;
   if (last_ && last_->position.size() > 0 && last_->position.allFinite()) {
@@ -411,7 +412,7 @@ void BodyScene::reset_camera(int axis) {
   const Vector3 eye = middle + from;
   camera->SetPosition(eye.x(), eye.y(), eye.z());
   camera->SetViewUp(up.x(), up.y(), up.z());
-  // Room to move in, and for the colour bar.
+  // A margin for motion and for the colour bar.
   const Vector3 room = 0.12 * (body_high - body_low).norm() * Vector3::Ones();
   const Vector3 low = body_low - room;
   const Vector3 high = body_high + room;

@@ -1,4 +1,4 @@
-// The body as VTK draws it: one set of points that all parts share, moved in place.
+// The body as VTK objects. All objects share one set of points, which follow the state.
 #pragma once
 
 #include <vtkNew.h>
@@ -31,38 +31,39 @@ class vtkUnstructuredGrid;
 
 namespace tetraction::viewer {
 
-/// What is drawn of a body and its state. Knows VTK, nothing of windows; one thread.
+/// Draws a body and its state in a VTK renderer. It is independent of Qt. Not thread-safe.
 class BodyScene {
  public:
   explicit BodyScene(vtkRenderer* renderer);
   ~BodyScene();
 
-  /// Sets another body: everything is built again, and the camera is turned to the body.
+  /// Sets another body: all objects are made anew, and the camera shows the whole body.
   void set_body(std::shared_ptr<const BodyShape> shape);
   /// Moves the points to the state and colours them.
   void set_state(std::shared_ptr<const Snapshot> snapshot);
   void set_drawing(const DrawingSettings& drawing);
   /// Sets the screen pixels per logical pixel, so that points and lines keep their visible size.
   void set_pixel_ratio(double ratio);
-  /// For machines without a graphics card: the background has one colour, and edges are not
-  /// smoothed, because this would halve the pictures per second.
+  /// Whether the machine has a graphics card. Without one the background has one colour and edges are
+  /// not smoothed, which doubles the pictures per second.
   void set_graphics_card(bool present);
   void set_selection(const std::vector<Index>& vertices);
-  /// Draws an arrow that is being pulled. None if its length is zero.
+  /// Draws the arrow that the user is pulling. An arrow of length zero is not drawn.
   void set_pulled_arrow(const Vector3& from, const Vector3& to);
-  /// Sets the centre of attraction, which is drawn only while there is one.
+  /// Whether there is an attraction to the origin, so that its centre is drawn.
   void set_attraction(bool present);
-  /// Turns the camera to the whole body, where it is now; `axis` 0, 1, 2: along x, y, z; −1: obliquely.
+  /// Shows the whole body at its present position. The view is along x, y or z for `axis` = 0, 1 or 2,
+  /// and oblique for −1.
   void reset_camera(int axis);
 
-  /// Triangles of the surface, by vertices.
+  /// The vertices of the surface triangles.
   const std::vector<std::array<Index, 3>>& triangles() const { return shape_->triangles; }
   /// Whether a point is on the side of the clip plane that is drawn.
   bool is_drawn(const Vector3& point) const;
   ColorBar& color_bar() { return color_bar_; }
 
  private:
-  double size() const { return (shape_->high - shape_->low).norm(); }  // of the rest shape, m
+  double size() const { return (shape_->high - shape_->low).norm(); }  // diagonal at rest, m
   void update_clip();
   void update_arrows();
   void color(const Snapshot& snapshot);

@@ -17,7 +17,7 @@
 namespace tetraction::viewer {
 namespace {
 
-// Every edge of the triangles once.
+// The edges of the triangles, each of them once.
 vtkSmartPointer<vtkCellArray> edge_cells(const std::vector<std::array<Index, 3>>& triangles) {
   std::vector<std::array<Index, 2>> edges;
   for (const auto& triangle : triangles) {
@@ -36,7 +36,7 @@ vtkSmartPointer<vtkCellArray> edge_cells(const std::vector<std::array<Index, 3>>
   return cells;
 }
 
-// The surface's triangles and the tetrahedra behind them.
+// Finds the surface triangles and their tetrahedra.
 void find_surface(vtkUnstructuredGrid* grid, BodyShape& shape) {
   vtkNew<vtkDataSetSurfaceFilter> filter;
   filter->SetInputData(grid);

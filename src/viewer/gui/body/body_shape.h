@@ -1,4 +1,4 @@
-// The parts of a drawn body that do not depend on its positions. They are made once for a mesh.
+// The data for drawing a body that do not depend on its state. They are made once for a mesh.
 #pragma once
 
 #include <vtkSmartPointer.h>
@@ -14,17 +14,18 @@ class vtkPoints;
 
 namespace tetraction::viewer {
 
-/// Cells for VTK, all with the vertices' own numbers, so that everything drawn can share the points.
+/// VTK cells with the vertex numbers of the mesh, so that all of them can use the same points.
 struct BodyShape {
-  vtkSmartPointer<vtkPoints> rest;  ///< of the mesh, single precision
+  vtkSmartPointer<vtkPoints> rest;  ///< rest positions, single precision
   vtkSmartPointer<vtkCellArray> tetrahedra, faces, edges, points;
-  std::vector<std::array<Index, 3>> triangles;            ///< of the surface, as in `faces`
-  std::vector<Index> triangle_cell;                       ///< the tetrahedron of each
-  std::vector<Index> surface_vertices;                    ///< ascending
-  Vector3 low = Vector3::Zero(), high = Vector3::Ones();  ///< corners of the box around it
+  std::vector<std::array<Index, 3>>
+      triangles;                        ///< vertices of the surface triangles, as in `faces`
+  std::vector<Index> triangle_cell;     ///< the tetrahedron of each triangle
+  std::vector<Index> surface_vertices;  ///< ascending
+  Vector3 low = Vector3::Zero(), high = Vector3::Ones();  ///< corners of the bounding box
 };
 
-/// May be called in any thread; takes a second for a million tetrahedra.
+/// Makes the data of a mesh. It takes a second for a million tetrahedra. Thread-safe.
 std::shared_ptr<const BodyShape> make_body_shape(const TetMesh& mesh);
 
 /// One vertex cell for each of `vertices`.

@@ -28,8 +28,8 @@
 namespace tetraction::viewer {
 namespace {
 
-constexpr double kClick = 4.0;            // pixels: a mouse that moved less has clicked
-constexpr double kNearSilhouette = 10.0;  // pixels beside the body in which a click still picks
+constexpr double kClickDistance = 4.0;    // pixels; a shorter movement of the mouse is a click
+constexpr double kNearSilhouette = 10.0;  // pixels; a click this near to the body picks a vertex
 
 }  // namespace
 
@@ -121,14 +121,14 @@ void BodyView::render() {
   if (!widget_->isValid()) return;  // not on the screen yet
   if (!started_) {
     started_ = true;
-    look_for_graphics_card();
+    detect_graphics_card();
   }
   scene_->set_pixel_ratio(widget_->effectiveDevicePixelRatio());
   renderer_->ResetCameraClippingRange();
   window_->Render();
 }
 
-void BodyView::look_for_graphics_card() {
+void BodyView::detect_graphics_card() {
   widget_->makeCurrent();
   const auto* name =
       reinterpret_cast<const char*>(widget_->context()->functions()->glGetString(GL_RENDERER));
@@ -220,11 +220,12 @@ bool BodyView::press(const QPointF& place, Qt::KeyboardModifiers modifiers) {
     return true;
   }
   if (tool_ == Tool::kLook) return false;
-  held_ = vertex_at(place);
-  if (held_ < 0) return false;  // beside the body the camera turns
-  anchor_ = vertex_block(snapshot_->position, held_);
+  pressed_vertex_ = vertex_at(place);
+  if (pressed_vertex_ < 0)
+    return false;  // the drag does not begin on the body: it turns the camera
+  anchor_ = vertex_block(snapshot_->position, pressed_vertex_);
   gesture_ = tool_ == Tool::kMove ? Gesture::kDrag : Gesture::kArrow;
-  if (gesture_ == Gesture::kDrag) emit grabbed(held_);
+  if (gesture_ == Gesture::kDrag) emit grabbed(pressed_vertex_);
   return true;
 }
 
@@ -238,17 +239,16 @@ bool BodyView::move(const QPointF& place) {
       emit dragged(anchor_ + in_view_plane(place, anchor_) - in_view_plane(pressed_, anchor_));
       return true;
     case Gesture::kArrow:
-      // The body may move while the arrow is pulled. Therefore the arrow starts at the vertex's
-      // position.
-      if (snapshot_) anchor_ = vertex_block(snapshot_->position, held_);
+      // The body may move while the user pulls the arrow. The arrow starts at the present position.
+      if (snapshot_) anchor_ = vertex_block(snapshot_->position, pressed_vertex_);
       scene_->set_pulled_arrow(anchor_, in_view_plane(place, anchor_));
       emit arrow_moved(tool_, in_view_plane(place, anchor_) - anchor_);
       render();
       return true;
     case Gesture::kLight: {
-      constexpr double kDegrees = 0.4;  // a pixel
-      const QPointF way = place - std::exchange(pressed_, place);
-      emit light_pulled(kDegrees * way.x(), -kDegrees * way.y());
+      constexpr double kDegreesPerPixel = 0.4;
+      const QPointF movement = place - std::exchange(pressed_, place);
+      emit light_turned(kDegreesPerPixel * movement.x(), -kDegreesPerPixel * movement.y());
       return true;
     }
     default:
@@ -259,7 +259,7 @@ bool BodyView::move(const QPointF& place) {
 bool BodyView::release(const QPointF& place, Qt::KeyboardModifiers modifiers) {
   const bool add = (modifiers & (Qt::ControlModifier | Qt::ShiftModifier)) != 0;
   const QPointF d = place - pressed_;
-  const bool clicked = std::hypot(d.x(), d.y()) < kClick;
+  const bool clicked = std::hypot(d.x(), d.y()) < kClickDistance;
   const Gesture gesture = std::exchange(gesture_, Gesture::kNone);
   band_->hide();
   if (gesture == Gesture::kDrag) emit released();
@@ -269,13 +269,13 @@ bool BodyView::release(const QPointF& place, Qt::KeyboardModifiers modifiers) {
   }
   if (clicked && gesture != Gesture::kNone) {
     emit picked(vertex_at(place), add);
-    return gesture != Gesture::kCamera;  // the camera's style wants to see the button go up
+    return gesture != Gesture::kCamera;  // VTK's camera style needs the release event
   }
   if (gesture == Gesture::kArrow) {
-    emit arrow_pulled(tool_, held_, in_view_plane(place, anchor_) - anchor_);
+    emit arrow_pulled(tool_, pressed_vertex_, in_view_plane(place, anchor_) - anchor_);
   }
   if (gesture == Gesture::kBand) {
-    emit banded(vertices_in(QRect(pressed_.toPoint(), place.toPoint()).normalized()), add);
+    emit band_selected(vertices_in(QRect(pressed_.toPoint(), place.toPoint()).normalized()), add);
   }
   return gesture != Gesture::kCamera && gesture != Gesture::kNone;
 }
@@ -285,7 +285,7 @@ bool BodyView::eventFilter(QObject* watched, QEvent* event) {
   switch (event->type()) {
     case QEvent::KeyPress:
     case QEvent::KeyRelease:
-      // Keys are not passed to VTK, which has its own meanings for letters ("e" ends the program).
+      // Keys are not passed to VTK, because it has actions of its own for letters ("e" ends the program).
       event->ignore();
       return true;
     case QEvent::MouseButtonPress: {

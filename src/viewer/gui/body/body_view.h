@@ -1,4 +1,4 @@
-// The 3-D view: the body, and the mouse on it.
+// The 3-D view of the body with its mouse actions.
 #pragma once
 
 #include <vtkNew.h>
@@ -21,7 +21,7 @@ class vtkRenderer;
 
 namespace tetraction::viewer {
 
-/// What the left mouse button does where it is dragged; a click always picks.
+/// What dragging with the left mouse button does. A click always picks a vertex.
 enum class Tool { kLook, kSelect, kMove, kForce, kMomentum };
 
 class BodyView : public QWidget {
@@ -34,7 +34,7 @@ class BodyView : public QWidget {
   void set_body(std::shared_ptr<const BodyShape> shape);
   void show_state(std::shared_ptr<const Snapshot> snapshot);
   void set_drawing(const DrawingSettings& drawing);
-  /// The state that is shown; null before the first.
+  /// The state that is shown. Null before the first show_state().
   const std::shared_ptr<const Snapshot>& state() const { return snapshot_; }
   const DrawingSettings& drawing() const { return drawing_; }
   void set_selection(const std::vector<Index>& vertices);
@@ -42,33 +42,33 @@ class BodyView : public QWidget {
   void set_tool(Tool tool);
   Tool tool() const { return tool_; }
   void reset_camera(int axis);
-  /// Fits automatic colours to the state that is shown.
+  /// Fits the automatic colour range to the state that is shown.
   void refit_colors();
   double color_low() { return scene_->color_bar().low(); }
   double color_high() { return scene_->color_bar().high(); }
 
   void render();
-  /// Pictures drawn so far.
+  /// Number of pictures that have been drawn.
   std::uint64_t picture_count() const { return pictures_; }
-  /// What is seen now.
+  /// The present picture.
   QImage picture() const;
-  /// Where the mouse events go.
+  /// The widget that receives the mouse events.
   QWidget* canvas() const;
-  /// Place of a point in the canvas, in its (logical) pixels.
+  /// Coordinates of a point in the canvas, in logical pixels.
   QPointF to_canvas(const Vector3& point) const;
-  /// The vertex that a click there picks, or −1.
+  /// The vertex that a click at these coordinates picks, or −1.
   Index vertex_at(const QPointF& place) const;
 
  signals:
   void picked(tetraction::Index vertex, bool add);
-  void banded(std::vector<tetraction::Index> vertices, bool add);
-  /// The light is pulled, degrees to the right and up.
-  void light_pulled(double azimuth, double elevation);
-  /// A vertex is taken hold of, led to a place (m), let go.
+  void band_selected(std::vector<tetraction::Index> vertices, bool add);
+  /// The user turns the light by these angles, degrees to the right and up.
+  void light_turned(double azimuth, double elevation);
+  /// The user begins to drag a vertex, drags it to a position (m), and releases it.
   void grabbed(tetraction::Index vertex);
-  void dragged(tetraction::Vector3 place);
+  void dragged(tetraction::Vector3 position);
   void released();
-  /// An arrow that is being pulled, and one that was let go, with the tools for force and momentum; m.
+  /// The user pulls an arrow (m) with the tool for force or momentum, and releases it.
   void arrow_moved(tetraction::viewer::Tool tool, tetraction::Vector3 arrow);
   void arrow_pulled(tetraction::viewer::Tool tool, tetraction::Index vertex,
                     tetraction::Vector3 arrow);
@@ -81,9 +81,9 @@ class BodyView : public QWidget {
     Vector3 origin, direction;
   };
   Ray ray_at(const QPointF& place) const;
-  /// Where the ray meets the plane through `anchor` that faces the camera.
+  /// The intersection of the ray with the plane through `anchor` that faces the camera.
   Vector3 in_view_plane(const QPointF& place, const Vector3& anchor) const;
-  void look_for_graphics_card();
+  void detect_graphics_card();
   bool press(const QPointF& place, Qt::KeyboardModifiers modifiers);
   bool move(const QPointF& place);
   bool release(const QPointF& place, Qt::KeyboardModifiers modifiers);
@@ -92,7 +92,7 @@ class BodyView : public QWidget {
   enum class Gesture { kNone, kCamera, kBand, kDrag, kArrow, kLight };
 
   vtkNew<vtkGenericOpenGLRenderWindow> window_;
-  QVTKOpenGLNativeWidget* widget_;  // draws what is in window_
+  QVTKOpenGLNativeWidget* widget_;  // shows window_
   vtkNew<vtkRenderer> renderer_;
   vtkNew<vtkAxesActor> marker_axes_;
   vtkNew<vtkOrientationMarkerWidget> marker_;
@@ -104,8 +104,8 @@ class BodyView : public QWidget {
   Tool tool_ = Tool::kLook;
   Gesture gesture_ = Gesture::kNone;
   QPointF pressed_;
-  Index held_ = -1;
-  Vector3 anchor_ = Vector3::Zero();  // of the gesture, on the body
+  Index pressed_vertex_ = -1;
+  Vector3 anchor_ = Vector3::Zero();  // position of pressed_vertex_
   QRubberBand* band_;
 };
 

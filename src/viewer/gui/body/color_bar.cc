@@ -13,7 +13,7 @@
 namespace tetraction::viewer {
 namespace {
 
-// Viridis (S. van der Walt, N. Smith; CC0) at ten places: even to the eye, readable in grey.
+// Ten colours of Viridis (S. van der Walt, N. Smith; CC0), which is perceptually uniform.
 constexpr std::array<std::array<double, 3>, 10> kViridis = {{{0.267, 0.005, 0.329},
                                                              {0.283, 0.141, 0.458},
                                                              {0.254, 0.265, 0.530},
@@ -24,7 +24,7 @@ constexpr std::array<std::array<double, 3>, 10> kViridis = {{{0.267, 0.005, 0.32
                                                              {0.267, 0.749, 0.441},
                                                              {0.478, 0.821, 0.318},
                                                              {0.741, 0.873, 0.150}}};
-// Of regions: told apart by people who confuse red and green, too (P. Tol's bright scheme).
+// Colours of regions, which colour-blind people can distinguish (P. Tol's bright scheme).
 constexpr std::array<std::array<double, 3>, 7> kRegions = {{{0.27, 0.47, 0.67},
                                                             {0.93, 0.40, 0.47},
                                                             {0.13, 0.53, 0.20},
@@ -33,15 +33,15 @@ constexpr std::array<std::array<double, 3>, 7> kRegions = {{{0.27, 0.47, 0.67},
                                                             {0.67, 0.20, 0.47},
                                                             {0.73, 0.73, 0.73}}};
 
-// Values below this are round-off of a body at rest.
+// The least range. Values below it are round-off of a body at rest.
 double least_range(ColorField field) {
   return field == ColorField::kVonMises ? 1e-3 : 1e-9;
 }
 
-// The smallest number of few digits that is not below x > 0.
+// The smallest number with one or two digits that is not below x > 0.
 double round_up(double x) {
   const double power = std::pow(10.0, std::floor(std::log10(x)));
-  constexpr double kSlack = 1e-9;  // 0.3 is not above 3 × 0.1
+  constexpr double kSlack = 1e-9;  // for round-off: 3 × 0.1 is above 0.3
   for (const double digits : {1.0, 1.2, 1.6, 2.0, 2.4, 3.0, 4.0, 5.0, 6.0, 8.0}) {
     if (x <= digits * power * (1.0 + kSlack)) return digits * power;
   }
@@ -144,7 +144,7 @@ void ColorBar::set(const DrawingSettings& drawing, int region_count, double text
     fill(regions, region_count);
   }
   if (regions) {
-    // Each number in the middle of its colour.
+    // The number of a region is in the middle of its colour.
     low_ = -0.5;
     high_ = std::max(1, region_count) - 0.5;
   } else if (!drawing.automatic_range) {
@@ -174,16 +174,16 @@ void ColorBar::follow(const std::vector<float>& values) {
   if (!drawing_.automatic_range || drawing_.field == ColorField::kRegion || values.empty()) return;
   const auto [least, most] = std::minmax_element(values.begin(), values.end());
   if (!std::isfinite(*least) || !std::isfinite(*most)) return;
-  // Magnitudes and densities begin at zero; J has 1 in its middle.
+  // The range of magnitudes and densities begins at zero. The middle of the range of J is 1.
   const bool around_one = drawing_.field == ColorField::kJacobian;
   const double spread = around_one ? std::max({1.0 - *least, *most - 1.0, 1e-6})
                                    : std::max<double>(*most, least_range(drawing_.field));
-  // Colours and numbers that change with every picture cannot be read. Therefore the range grows in
-  // steps, and shrinks only after it has been much too large for a while.
+  // A range that changes in every picture cannot be read. Therefore it grows in steps, and it shrinks
+  // only after it has been much too large for many pictures.
   constexpr double kMuchTooLarge = 0.4;
-  constexpr int kPatience = 60;  // pictures
+  constexpr int kPicturesBeforeShrinking = 60;
   too_large_ = spread < kMuchTooLarge * spread_ ? too_large_ + 1 : 0;
-  if (known_ && spread <= spread_ && too_large_ < kPatience) return;
+  if (known_ && spread <= spread_ && too_large_ < kPicturesBeforeShrinking) return;
   known_ = true;
   too_large_ = 0;
   spread_ = round_up(spread);

@@ -1,4 +1,4 @@
-// Colours of a field, and the bar that explains them.
+// The colours of a field and their legend.
 #pragma once
 
 #include <vtkNew.h>
@@ -18,11 +18,11 @@ class ColorBar {
   explicit ColorBar(vtkRenderer* renderer);
   ~ColorBar();
 
-  /// Field, its range and the bar's text colour.
+  /// Sets the field, its range and the colour of the text.
   void set(const DrawingSettings& drawing, int region_count, double text_gray);
-  /// Follows the values where the range is automatic.
+  /// Adapts an automatic range to the values.
   void follow(const std::vector<float>& values);
-  /// The next values define a new automatic range.
+  /// The next call of follow() defines a new automatic range.
   void forget_range();
   vtkLookupTable* table() const { return table_; }
   double low() const;
@@ -32,10 +32,10 @@ class ColorBar {
   void fill(bool categories, int count);
 
   DrawingSettings drawing_;
-  bool known_ = false;  // whether there was a range yet
+  bool known_ = false;  // whether the automatic range is defined
   double low_ = 0.0, high_ = 1.0;
-  double spread_ = 1.0;  // of the automatic range, from its fixed end or middle
-  int too_large_ = 0;    // pictures for which it was
+  double spread_ = 1.0;  // width of the automatic range from its fixed end or middle
+  int too_large_ = 0;    // number of pictures for which the range was too large
   int shown_regions_ = -1;
   vtkNew<vtkLookupTable> table_;
   vtkNew<vtkScalarBarActor> bar_;

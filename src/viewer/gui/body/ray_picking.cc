@@ -9,7 +9,7 @@ std::optional<RayHit> first_hit(const std::vector<std::array<Index, 3>>& triangl
                                 const Vector& position, const Vector3& origin,
                                 const Vector3& direction,
                                 const std::function<bool(const Vector3&)>& is_drawn) {
-  // Möller and Trumbore (1997), for both sides of a triangle.
+  // The method of Möller and Trumbore (1997), for both sides of a triangle.
   std::optional<RayHit> nearest;
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     const Vector3 a = vertex_block(position, triangles[t][0]);

@@ -1,4 +1,4 @@
-// Finds the vertex at a place of the picture. Pure geometry.
+// Finds the triangle that is seen at a point of the picture.
 #pragma once
 
 #include <array>
@@ -10,13 +10,13 @@
 
 namespace tetraction::viewer {
 
-/// The first triangle that a ray meets, in front of its origin, and how far away.
+/// The nearest triangle that a ray intersects in front of its origin.
 struct RayHit {
   std::size_t triangle = 0;
-  double distance = 0.0;  ///< in lengths of `direction`
+  double distance = 0.0;  ///< from the origin, in lengths of `direction`
 };
 
-/// `position`: 3 per vertex. `is_drawn` tells whether a point is drawn at all (clip plane).
+/// `position`: 3 per vertex. Intersections for which `is_drawn` returns false are ignored.
 std::optional<RayHit> first_hit(const std::vector<std::array<Index, 3>>& triangles,
                                 const Vector& position, const Vector3& origin,
                                 const Vector3& direction,

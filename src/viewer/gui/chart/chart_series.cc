@@ -8,7 +8,7 @@ namespace tetraction::viewer {
 namespace {
 
 using Row = const HistoryRow&;
-// Colours that people who confuse red and green tell apart, too (Okabe and Ito).
+// Colours that colour-blind people can distinguish (Okabe and Ito).
 constexpr std::array<unsigned char, 3> kBlue{0, 114, 178}, kOrange{230, 159, 0},
     kGreen{0, 158, 115}, kBlack{40, 40, 40}, kRed{213, 94, 0}, kPink{204, 121, 167};
 
@@ -84,7 +84,7 @@ ThinnedSeries thin(const std::vector<HistoryRow>& rows, std::span<const ChartSer
       const auto last = rows.begin() + static_cast<std::ptrdiff_t>(end);
       const auto [least, most] =
           std::minmax_element(first, last, [value](Row a, Row c) { return value(a) < value(c); });
-      // In the order in which they came.
+      // The two values have the order that they have in the history.
       result.values[s].push_back(value(least < most ? *least : *most));
       result.values[s].push_back(value(least < most ? *most : *least));
     }

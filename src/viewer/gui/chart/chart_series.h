@@ -1,4 +1,4 @@
-// What the charts show: kinds of charts, their series, and thinning of long histories.
+// The kinds of charts, their series, and the thinning of long histories.
 #pragma once
 
 #include <array>
@@ -18,22 +18,22 @@ struct ChartSeries {
 
 struct ChartKind {
   const char* name;
-  const char* axis;  ///< quantity and unit
+  const char* axis;  ///< title of the axis: quantity and unit
   std::span<const ChartSeries> series;
 };
 
 inline constexpr std::size_t kChartKinds = 5;
-/// Energy, energy balance, linear momentum, angular momentum, iterations.
+/// The kinds: energy, energy balance, linear momentum, angular momentum, iterations.
 const std::array<ChartKind, kChartKinds>& chart_kinds();
 
-/// The rows as CSV, with the columns of history.csv that a history has.
+/// The rows as CSV, with those columns of history.csv that a HistoryRow has.
 std::string history_text(const std::vector<HistoryRow>& rows);
 
-/// Times and values for drawing: at most about 2 `buckets` points. Longer histories are cut into
-/// buckets, of each of which the least and the largest value are kept, so that no spike is lost.
+/// The points of a chart, about 2 × `buckets` at most. A longer history is cut into buckets, and the
+/// least and the largest value of each bucket are taken, so that peaks are not lost.
 struct ThinnedSeries {
   std::vector<double> time;
-  std::vector<std::vector<double>> values;  ///< by series
+  std::vector<std::vector<double>> values;  ///< per series
 };
 ThinnedSeries thin(const std::vector<HistoryRow>& rows, std::span<const ChartSeries> series,
                    std::size_t buckets);

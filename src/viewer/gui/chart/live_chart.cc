@@ -39,7 +39,7 @@
 namespace tetraction::viewer {
 namespace {
 
-constexpr std::size_t kBuckets = 1000;  // pixels are not more
+constexpr std::size_t kBuckets = 1000;  // a chart is not wider, in pixels
 constexpr double kLargest = 1e30;       // VTK plots in single precision
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
@@ -104,7 +104,7 @@ LiveChart::LiveChart(QWidget* parent)
   window_->SetMultiSamples(0);
   view_->SetRenderWindow(window_);
   view_->SetInteractor(widget_->interactor());
-  // VTK draws a changed chart once more by a timer of its own: only what was not drawn yet is.
+  // VTK would draw a changed chart once more by a timer of its own.
   widget_->interactor()->EnableRenderOff();
   vtkNew<vtkCallbackCommand> draw;
   draw->SetClientData(this);
@@ -116,7 +116,7 @@ LiveChart::LiveChart(QWidget* parent)
   view_->GetRenderer()->SetBackground(1.0, 1.0, 1.0);
   chart_ = vtkSmartPointer<vtkChartXY>::New();
   view_->GetScene()->AddItem(chart_);
-  // Axes also where there is no line: before the first step, with every series hidden.
+  // The axes are drawn even if there is no line, as before the first step.
   chart_->SetRenderEmpty(true);
   chart_->SetAutoAxes(false);
   for (const int side : {vtkAxis::TOP, vtkAxis::RIGHT}) chart_->GetAxis(side)->SetVisible(false);
@@ -129,7 +129,7 @@ LiveChart::LiveChart(QWidget* parent)
     axis->GetTitleProperties()->SetBold(false);
     axis->GetLabelProperties()->SetFontSize(11);
     axis->GetGridPen()->SetColor(225, 225, 225);
-    // Left axis labels come in one width of numbers, so that the picture does not jump.
+    // All labels have the same format, so that the width of the chart does not change often.
     axis->SetNotation(vtkAxis::PRINTF_NOTATION);
     axis->SetLabelFormat("%.4g");
   }
@@ -191,7 +191,7 @@ void LiveChart::show_whole_run() {
   refresh();
 }
 
-// The plots and the legend of another kind of chart.
+// Makes the plots and the legend of the present kind of chart.
 void LiveChart::rebuild() {
   const ChartKind& kind = chart_kinds()[static_cast<std::size_t>(kind_)];
   chart_->ClearPlots();
@@ -208,7 +208,7 @@ void LiveChart::rebuild() {
     plot->SetColor(static_cast<unsigned char>(r), static_cast<unsigned char>(g),
                    static_cast<unsigned char>(b), 255);
     plot->SetWidth(width);
-    plot->SetVisible(false);  // until it has two points
+    plot->SetVisible(false);  // a line needs two points
     return plot;
   };
   marks_plot_ = add_line(mark_table_, 1, 150, 150, 160, 1.0F);
@@ -262,7 +262,8 @@ void LiveChart::fill() {
   }
 }
 
-// Axes around what is shown, unless the user has zoomed; lines of the marks from top to bottom.
+// Sets the axes to the range of the visible series, unless the user has zoomed. Also sets the lines of
+// the marks.
 void LiveChart::scale() {
   vtkAxis* x = chart_->GetAxis(vtkAxis::BOTTOM);
   vtkAxis* y = chart_->GetAxis(vtkAxis::LEFT);
@@ -282,7 +283,7 @@ void LiveChart::scale() {
     }
     if (!(low <= high)) low = high = 0.0;
     double room = 0.06 * (high - low);
-    // An axis of 1e-17, or of the last digits of a number, would show only round-off.
+    // The range is not smaller than round-off.
     const double size = std::max(std::abs(low), std::abs(high));
     if (room < 1e-12 || !is_drawable(low, high)) room = size < 1e-12 ? 1.0 : 0.1 * size;
     y->SetRange(low - room, high + room);
@@ -293,7 +294,7 @@ void LiveChart::scale() {
   bottom_ = y->GetMinimum();
   top_ = y->GetMaximum();
 
-  // One broken line: down at each mark, a gap to the next.
+  // The marks are one line with gaps: NaN separates the vertical parts.
   vtkNew<vtkStringArray> texts;
   vtkDoubleArray* time = column(mark_table_, 0);
   vtkDoubleArray* line = column(mark_table_, 1);
@@ -301,7 +302,7 @@ void LiveChart::scale() {
   line->SetNumberOfTuples(0);
   for (std::size_t i = 0; i < marks_.size(); ++i) {
     const EditMark& mark = marks_[i];
-    // A drag is many edits: its beginning is marked.
+    // Of consecutive edits with the same text, such as those of a drag, only the first is marked.
     if (i > 0 && marks_[i - 1].what == mark.what) continue;
     for (const double place : {bottom_, top_, kNaN}) {
       time->InsertNextValue(mark.time);
@@ -350,7 +351,7 @@ std::array<double, 4> LiveChart::axis_ranges() const {
 
 bool LiveChart::eventFilter(QObject* watched, QEvent* event) {
   if (watched == widget_) {
-    // Zooming goes as far as there are numbers to tell apart.
+    // Zooming ends where the numbers of the axis can no longer be distinguished.
     const bool zooms = event->type() == QEvent::Wheel ||
                        (event->type() == QEvent::MouseButtonPress &&
                         static_cast<QMouseEvent*>(event)->button() == Qt::LeftButton);
@@ -358,7 +359,7 @@ bool LiveChart::eventFilter(QObject* watched, QEvent* event) {
     if (zooms && !(is_drawable(ranges[0], ranges[1]) && is_drawable(ranges[2], ranges[3]))) {
       return true;
     }
-    // After the user has zoomed, the axes stay as they are. A click alone is no zoom.
+    // After the user has zoomed, the axes no longer follow the data. A click does not zoom.
     if (event->type() == QEvent::MouseButtonPress) pressed_ = true;
     if (event->type() == QEvent::MouseButtonRelease) pressed_ = false;
     const bool dragged = event->type() == QEvent::MouseMove && pressed_;
@@ -397,12 +398,12 @@ void LiveChart::save_as(const QString& path) {
       write_text_file(path.toLocal8Bit().toStdString(), history_text(rows_));
       good = true;
     } catch (const OutputError& error) {
-      emit told(QString::fromStdString(error.what()));
+      emit message_ready(QString::fromStdString(error.what()));
       return;
     }
   }
-  emit told(good ? tr("%1 is written.").arg(path)
-                 : tr("%1 cannot be written. Choose another folder.").arg(path));
+  emit message_ready(good ? tr("%1 is written.").arg(path)
+                          : tr("%1 cannot be written. Choose another folder.").arg(path));
 }
 
 }  // namespace tetraction::viewer

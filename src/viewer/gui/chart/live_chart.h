@@ -1,4 +1,4 @@
-// Charts of a run's history, growing as it goes.
+// Charts of the history of a run.
 #pragma once
 
 #include <vtkNew.h>
@@ -24,7 +24,7 @@ class vtkTable;
 
 namespace tetraction::viewer {
 
-/// Energies, balance, momenta, iterations over time; one of them is seen at a time.
+/// Shows one of the charts of chart_kinds() over time. New rows can be appended during a run.
 class LiveChart : public QWidget {
   Q_OBJECT
 
@@ -32,25 +32,25 @@ class LiveChart : public QWidget {
   explicit LiveChart(QWidget* parent = nullptr);
   ~LiveChart() override;
 
-  /// For another body, or a run that begins anew.
+  /// Removes all data, for another body or a run that is started again.
   void clear();
-  /// Clears the rows only. Other rows of the same run will replace them.
+  /// Removes the rows only, for other rows of the same run.
   void clear_rows();
-  /// Rows that came since.
+  /// Appends new rows.
   void append(const std::vector<HistoryRow>& rows);
   void set_marks(const std::vector<EditMark>& marks);
-  /// A line at the time that a replay shows; none if not finite.
+  /// Draws a vertical line at the time that a replay shows. No line if the time is not finite.
   void set_cursor(double time);
   std::size_t row_count() const { return rows_.size(); }
   const std::vector<HistoryRow>& rows() const { return rows_; }
 
-  /// Draws what is new.
+  /// Draws the chart if its data have changed.
   void refresh();
   QWidget* canvas() const;
-  /// What the axes show: time from, to (s); values from, to.
+  /// The ranges of the axes: first and last time (s), least and largest value.
   std::array<double, 4> axis_ranges() const;
   void show_kind(int kind);
-  /// Saves by the ending of the name: .csv (all rows), .png or .svg (the visible chart).
+  /// Saves all rows (.csv) or the visible chart (.png, .svg). The ending of the name decides.
   void save_as(const QString& path);
 
  public slots:
@@ -58,7 +58,7 @@ class LiveChart : public QWidget {
   void save();
 
  signals:
-  void told(const QString& message);
+  void message_ready(const QString& message);
 
  protected:
   bool eventFilter(QObject* watched, QEvent* event) override;
@@ -71,18 +71,18 @@ class LiveChart : public QWidget {
   std::vector<HistoryRow> rows_;
   std::vector<EditMark> marks_;
   double cursor_;
-  bool stale_ = true;      // something to draw
-  bool following_ = true;  // the axes fit the whole run
-  bool pressed_ = false;   // a button, on the chart
+  bool stale_ = true;      // whether the chart must be drawn again
+  bool following_ = true;  // whether the axes show the whole run
+  bool pressed_ = false;   // whether a mouse button is pressed on the chart
   int kind_ = 0;
   std::array<std::vector<bool>, kChartKinds> shown_;  // by kind and series
-  double top_ = 1.0, bottom_ = 0.0;                   // of the marks' lines
+  double top_ = 1.0, bottom_ = 0.0;                   // ends of the lines of the marks
 
   QTabBar* tabs_;
   QVBoxLayout* legend_;
   QWidget* legend_box_;
   vtkNew<vtkGenericOpenGLRenderWindow> window_;
-  QVTKOpenGLNativeWidget* widget_;  // draws what is in window_
+  QVTKOpenGLNativeWidget* widget_;  // shows window_
   vtkNew<vtkContextView> view_;
   vtkSmartPointer<vtkChartXY> chart_;
   vtkNew<vtkTable> table_;

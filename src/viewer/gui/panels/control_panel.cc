@@ -130,9 +130,9 @@ ControlPanel::ControlPanel(QWidget* parent) : QWidget(parent) {
     settings_.time.integrator = integrator_from_string(integrator_->currentText().toStdString());
     time_edited(tr("Integrator %1").arg(integrator_->currentText()), false);
   });
-  connect(step_size_, &NumberSlider::entered, this, [this](double h, bool goes_on) {
+  connect(step_size_, &NumberSlider::entered, this, [this](double h, bool continues_previous) {
     settings_.time.step = h;
-    time_edited(tr("Step %1 s").arg(short_number(h)), goes_on);
+    time_edited(tr("Step %1 s").arg(short_number(h)), continues_previous);
   });
   connect(half_limit_, &QPushButton::clicked, this, [this] {
     if (!(stable_step_ > 0.0) || !std::isfinite(stable_step_)) return;
@@ -147,9 +147,9 @@ ControlPanel::ControlPanel(QWidget* parent) : QWidget(parent) {
   connect(tolerance_, &NumberField::refused, this, &ControlPanel::refused);
 }
 
-void ControlPanel::time_edited(const QString& what, bool goes_on) {
+void ControlPanel::time_edited(const QString& what, bool continues_previous) {
   settings_.time.automatic = false;
-  emit edited(SetTime{settings_.time}, what, goes_on);
+  emit edited(SetTime{settings_.time}, what, continues_previous);
 }
 
 void ControlPanel::solver_edited() {
@@ -185,7 +185,7 @@ void ControlPanel::show_settings(const Settings& settings) {
   show_limit(stable_step_);
 }
 
-int ControlPanel::steps_a_picture() const {
+int ControlPanel::steps_between_pictures() const {
   return per_picture_->value();
 }
 

@@ -1,4 +1,4 @@
-// The panel of the run: start and stop, step, integrator, solver.
+// The panel that controls the run: start and stop, time step, integrator, solver.
 #pragma once
 
 #include <QWidget>
@@ -15,7 +15,7 @@ namespace tetraction::viewer {
 class NumberField;
 class NumberSlider;
 
-/// Shows the settings in force and tells which ones the user wants; makes no edits itself.
+/// Shows the present settings. It emits the edits that the user wants, but does not make them.
 class ControlPanel : public QWidget {
   Q_OBJECT
 
@@ -24,20 +24,20 @@ class ControlPanel : public QWidget {
 
   void show_settings(const Settings& settings);
   void show_state(const Snapshot& snapshot);
-  int steps_a_picture() const;
+  int steps_between_pictures() const;
   double speed_limit() const;
 
  signals:
   void run_wanted(bool run);
   void step_wanted();
   void restart_wanted();
-  void edited(tetraction::Edit edit, const QString& what, bool goes_on);
+  void edited(tetraction::Edit edit, const QString& what, bool continues_previous);
   void steps_per_picture(int steps);
   void speed_limited(double real_time_factor);
   void refused(const QString& message);
 
  private:
-  void time_edited(const QString& what, bool goes_on);
+  void time_edited(const QString& what, bool continues_previous);
   void solver_edited();
   void show_limit(double stable_step);
 

@@ -32,7 +32,7 @@ QCheckBox* DrawingPanel::add_check(QLayout* layout, const QString& text, const c
   shows_.emplace_back([this, check, flag] { check->setChecked(drawing_.*flag); });
   connect(check, &QCheckBox::clicked, this, [this, flag](bool on) {
     drawing_.*flag = on;
-    tell();
+    emit_changed();
   });
   return check;
 }
@@ -52,7 +52,7 @@ QSlider* DrawingPanel::add_slider(QFormLayout* form, const QString& text, const 
   });
   connect(slider, &QSlider::valueChanged, this, [this, factor, value](int place) {
     drawing_.*value = place * factor;
-    tell();
+    emit_changed();
   });
   return slider;
 }
@@ -88,7 +88,7 @@ DrawingPanel::DrawingPanel(QWidget* parent) : QWidget(parent) {
   connect(field_, QOverload<int>::of(&QComboBox::activated), this, [this](int i) {
     drawing_.field = kFields[i];
     drawing_.automatic_range = true;
-    tell();
+    emit_changed();
   });
   auto* range = new QHBoxLayout;
   low_ = new NumberField(tr("Lowest value of the colours"), tr("the field's unit"), {-1e30, 1e30},
@@ -120,7 +120,7 @@ DrawingPanel::DrawingPanel(QWidget* parent) : QWidget(parent) {
       drawing_.automatic_range = false;
       drawing_.range[0] = low_->value();
       drawing_.range[1] = high_->value();
-      tell();
+      emit_changed();
     });
   }
 
@@ -168,7 +168,7 @@ DrawingPanel::DrawingPanel(QWidget* parent) : QWidget(parent) {
              0.01, &DrawingSettings::clip_at);
   connect(clip_axis_, QOverload<int>::of(&QComboBox::activated), this, [this](int axis) {
     drawing_.clip_axis = axis;
-    tell();
+    emit_changed();
   });
   shows_.emplace_back([this] { clip_axis_->setCurrentIndex(drawing_.clip_axis); });
 
@@ -186,7 +186,7 @@ DrawingPanel::DrawingPanel(QWidget* parent) : QWidget(parent) {
   light->addRow(tr("Background"), background_);
   connect(background_, QOverload<int>::of(&QComboBox::activated), this, [this](int i) {
     drawing_.background = static_cast<Background>(i);
-    tell();
+    emit_changed();
   });
   shows_.emplace_back(
       [this] { background_->setCurrentIndex(static_cast<int>(drawing_.background)); });
@@ -198,13 +198,13 @@ void DrawingPanel::show_all() {
   for (const auto& show : shows_) show();
 }
 
-void DrawingPanel::tell() {
+void DrawingPanel::emit_changed() {
   show_all();
   emit changed(drawing_);
 }
 
 void DrawingPanel::show_range(double low, double high) {
-  // Kept as it is where the colours stop following the data.
+  // The range stays the same when the user turns the automatic range off.
   drawing_.range[0] = low;
   drawing_.range[1] = high;
   low_->set_value(low);
@@ -212,10 +212,10 @@ void DrawingPanel::show_range(double low, double high) {
 }
 
 void DrawingPanel::turn_light(double azimuth, double elevation) {
-  constexpr double kMost = 90.0;  // as the sliders have
+  constexpr double kMost = 90.0;  // the range of the sliders
   drawing_.light_azimuth = std::clamp(drawing_.light_azimuth + azimuth, -kMost, kMost);
   drawing_.light_elevation = std::clamp(drawing_.light_elevation + elevation, -kMost, kMost);
-  tell();
+  emit_changed();
 }
 
 void DrawingPanel::save(QSettings& settings) const {
@@ -239,7 +239,7 @@ void DrawingPanel::load(QSettings& settings) {
         settings.value(QLatin1String("drawing/") + QLatin1String(name), drawing_.*number)
             .toDouble();
   }
-  // Of one body and one moment: not for the next.
+  // These settings belong to one body. They are not restored for the next one.
   drawing_.clip = false;
   drawing_.automatic_range = true;
   const int field =

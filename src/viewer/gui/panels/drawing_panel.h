@@ -1,4 +1,4 @@
-// The panel of what is drawn, and how.
+// The panel of the drawing settings.
 #pragma once
 
 #include <QWidget>
@@ -26,9 +26,9 @@ class DrawingPanel : public QWidget {
   explicit DrawingPanel(QWidget* parent = nullptr);
 
   const DrawingSettings& drawing() const { return drawing_; }
-  /// Shows the range that the colours have now.
+  /// Shows the present range of the colours.
   void show_range(double low, double high);
-  /// Moves the light, degrees to the right and up.
+  /// Turns the light by these angles, degrees to the right and up.
   void turn_light(double azimuth, double elevation);
   void save(QSettings& settings) const;
   void load(QSettings& settings);
@@ -44,10 +44,10 @@ class DrawingPanel : public QWidget {
   QSlider* add_slider(QFormLayout* form, const QString& text, const char* name, const QString& tip,
                       int low, int high, double factor, double DrawingSettings::*value);
   void show_all();
-  void tell();
+  void emit_changed();
 
   DrawingSettings drawing_;
-  std::vector<std::function<void()>> shows_;  // put the settings into the widgets
+  std::vector<std::function<void()>> shows_;  // each shows one setting in its widget
   std::vector<std::pair<const char*, bool DrawingSettings::*>> flags_;
   std::vector<std::pair<const char*, double DrawingSettings::*>> numbers_;
   QComboBox *field_, *clip_axis_, *background_;

@@ -72,7 +72,7 @@ MaterialPanel::MaterialPanel(QWidget* parent) : QWidget(parent) {
     field->setObjectName(QString::fromUtf8(parameter.name));
     const QString name = help.section(QStringLiteral(","), 0, 0);
     material->addRow(unit.isEmpty() ? name : tr("%1 [%2]").arg(name, unit), field);
-    beside_.emplace_back(&key, field);
+    other_fields_.emplace_back(&key, field);
   }
   volumetric_ = new QComboBox(this);
   volumetric_->setObjectName(QStringLiteral("volumetric"));
@@ -96,13 +96,13 @@ MaterialPanel::MaterialPanel(QWidget* parent) : QWidget(parent) {
   connect(region_, QOverload<int>::of(&QComboBox::activated), this, &MaterialPanel::show_region);
   connect(model_, QOverload<int>::of(&QComboBox::activated), this,
           [this] { commit(tr("Model %1").arg(model_->currentText()), false); });
-  connect(young_, &NumberSlider::entered, this, [this](double value, bool goes_on) {
-    commit(tr("Young's modulus %1 Pa").arg(short_number(value)), goes_on);
+  connect(young_, &NumberSlider::entered, this, [this](double value, bool continues_previous) {
+    commit(tr("Young's modulus %1 Pa").arg(short_number(value)), continues_previous);
   });
-  connect(poisson_, &NumberSlider::entered, this, [this](double value, bool goes_on) {
-    commit(tr("Poisson's ratio %1").arg(short_number(value)), goes_on);
+  connect(poisson_, &NumberSlider::entered, this, [this](double value, bool continues_previous) {
+    commit(tr("Poisson's ratio %1").arg(short_number(value)), continues_previous);
   });
-  for (const auto& [key, field] : beside_) {
+  for (const auto& [key, field] : other_fields_) {
     connect(field, &NumberField::entered, this, [this, field = field](double value) {
       commit(tr("%1 %2 %3").arg(field->what(), short_number(value), field->unit()).trimmed(),
              false);
@@ -150,10 +150,10 @@ void MaterialPanel::show_region() {
   poisson_->set_value(
       settings.poissons_ratio.value_or(small.lambda / (2.0 * (small.lambda + small.mu))));
   const MaterialChoice* choice = custom ? nullptr : choice_of(settings.model);
-  for (const auto& [key, field] : beside_) {
+  for (const auto& [key, field] : other_fields_) {
     field->setEnabled(takes(choice, *key));
     double value = (settings.*key->value).value_or(0.0);
-    // A scene may have given μ₁ and μ₂ instead.
+    // The scene may give μ₁ and μ₂ instead of their ratio.
     if (settings.mu1 && settings.mu2 && key->value == &MaterialSettings::ratio) {
       value = *settings.mu1 > 0.0 ? *settings.mu2 / *settings.mu1 : 0.0;
     }
@@ -167,7 +167,7 @@ void MaterialPanel::show_region() {
   density_->setText(tr("%1 kg/m³").arg(short_number(settings.density)));
 }
 
-void MaterialPanel::commit(const QString& what, bool goes_on) {
+void MaterialPanel::commit(const QString& what, bool continues_previous) {
   const int region = std::max(0, region_->currentIndex());
   MaterialSettings settings;
   settings.model = model_->currentData().toString().toStdString();
@@ -175,7 +175,7 @@ void MaterialPanel::commit(const QString& what, bool goes_on) {
   settings.youngs_modulus = young_->value();
   settings.poissons_ratio = poisson_->value();
   const MaterialChoice* choice = choice_of(settings.model);
-  for (const auto& [key, field] : beside_) {
+  for (const auto& [key, field] : other_fields_) {
     if (takes(choice, *key)) settings.*key->value = field->value();
   }
   const auto part = static_cast<VolumetricPart>(volumetric_->currentData().toInt());
@@ -183,7 +183,7 @@ void MaterialPanel::commit(const QString& what, bool goes_on) {
     settings.volumetric = part;
   }
   const QString text = materials_.size() > 1 ? tr("%1 (region %2)").arg(what).arg(region) : what;
-  emit edited(SetMaterial{region, settings}, text, goes_on);
+  emit edited(SetMaterial{region, settings}, text, continues_previous);
 }
 
 }  // namespace tetraction::viewer

@@ -1,4 +1,4 @@
-// The panel of materials, by region.
+// The panel of the materials of the regions.
 #pragma once
 
 #include <QWidget>
@@ -15,8 +15,8 @@ namespace tetraction::viewer {
 class NumberField;
 class NumberSlider;
 
-/// Model and parameters of a region, as small-strain Young's modulus and Poisson's ratio whatever the
-/// scene gave.
+/// Shows the model and the parameters of a region. Young's modulus and Poisson's ratio of small strains
+/// are shown even if the scene gives other parameters.
 class MaterialPanel : public QWidget {
   Q_OBJECT
 
@@ -25,19 +25,19 @@ class MaterialPanel : public QWidget {
   void show_settings(const Settings& settings);
 
  signals:
-  void edited(tetraction::Edit edit, const QString& what, bool goes_on);
+  void edited(tetraction::Edit edit, const QString& what, bool continues_previous);
   void refused(const QString& message);
 
  private:
   void show_region();
-  void commit(const QString& what, bool goes_on);
+  void commit(const QString& what, bool continues_previous);
 
   std::vector<MaterialSettings> materials_;
   QComboBox *region_, *model_;
   QComboBox* volumetric_;
   NumberSlider *young_, *poisson_;
-  // What the models take beside these, each parameter once.
-  std::vector<std::pair<const MaterialKey*, NumberField*>> beside_;
+  // The fields of the other parameters of all models.
+  std::vector<std::pair<const MaterialKey*, NumberField*>> other_fields_;
   QLabel *lame_, *density_, *wave_;
 };
 

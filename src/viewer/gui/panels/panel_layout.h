@@ -1,4 +1,4 @@
-// How panels are laid out, the same everywhere.
+// The common layout of the panels.
 #pragma once
 
 #include <QFormLayout>
@@ -7,7 +7,7 @@
 
 namespace tetraction::viewer {
 
-/// A titled group of rows "label, widget" at the end of a column.
+/// Adds a group with a title to the end of a column. Its rows consist of a label and a widget.
 inline QFormLayout* add_group(QVBoxLayout* column, const QString& title) {
   auto* group = new QGroupBox(title);
   auto* form = new QFormLayout(group);

@@ -10,7 +10,7 @@
 namespace tetraction::viewer {
 namespace {
 
-// The strength, which means another quantity with each kind of environment.
+// The scene key of the strength, with title, unit and help for one kind of environment.
 KeyInfo strength(const char* title, const char* unit, const char* help) {
   KeyInfo key = key_info(&EnvironmentSettings::strength);
   key.title = title;
@@ -80,18 +80,19 @@ SurroundingsPanel::SurroundingsPanel(QWidget* parent) : QWidget(parent) {
           [this] { environment_edited(false); });
   for (NumberSlider* slider : {gravity_, attraction_}) {
     connect(slider, &NumberSlider::entered, this,
-            [this](double, bool goes_on) { environment_edited(goes_on); });
+            [this](double, bool continues_previous) { environment_edited(continues_previous); });
   }
   connect(softening_, &NumberField::entered, this, [this] { environment_edited(false); });
   connect(softening_, &NumberField::refused, this, &SurroundingsPanel::refused);
-  connect(drag_, &NumberSlider::entered, this, [this](double value, bool goes_on) {
-    damping_edited(tr("Drag %1 kg/s").arg(short_number(value)), goes_on);
+  connect(drag_, &NumberSlider::entered, this, [this](double value, bool continues_previous) {
+    damping_edited(tr("Drag %1 kg/s").arg(short_number(value)), continues_previous);
   });
-  connect(mass_damping_, &NumberSlider::entered, this, [this](double value, bool goes_on) {
-    damping_edited(tr("Mass damping %1 1/s").arg(short_number(value)), goes_on);
-  });
-  connect(viscosity_, &NumberSlider::entered, this, [this](double value, bool goes_on) {
-    damping_edited(tr("Viscosity %1 Pa s").arg(short_number(value)), goes_on);
+  connect(mass_damping_, &NumberSlider::entered, this,
+          [this](double value, bool continues_previous) {
+            damping_edited(tr("Mass damping %1 1/s").arg(short_number(value)), continues_previous);
+          });
+  connect(viscosity_, &NumberSlider::entered, this, [this](double value, bool continues_previous) {
+    damping_edited(tr("Viscosity %1 Pa s").arg(short_number(value)), continues_previous);
   });
   for (NumberSlider* slider : {gravity_, attraction_, drag_, mass_damping_, viscosity_}) {
     connect(slider, &NumberSlider::refused, this, &SurroundingsPanel::refused);
@@ -110,7 +111,7 @@ void SurroundingsPanel::show_settings(const Settings& settings) {
 void SurroundingsPanel::show_environment() {
   const EnvironmentKind kind = environment_.kind;
   if (kind == EnvironmentKind::kCustom) {
-    kind_->setEnabled(false);  // a program's own field has no name here
+    kind_->setEnabled(false);  // a custom force field is not in the list
     return;
   }
   kind_->setCurrentIndex(static_cast<int>(kind));
@@ -127,12 +128,12 @@ void SurroundingsPanel::show_environment() {
   for (int i = 0; i < 3; ++i) direction_[i]->set_value(environment_.direction[i]);
 }
 
-void SurroundingsPanel::damping_edited(const QString& what, bool goes_on) {
+void SurroundingsPanel::damping_edited(const QString& what, bool continues_previous) {
   damping_ = {drag_->value(), mass_damping_->value(), viscosity_->value()};
-  emit edited(SetDamping{damping_}, what, goes_on);
+  emit edited(SetDamping{damping_}, what, continues_previous);
 }
 
-void SurroundingsPanel::environment_edited(bool goes_on) {
+void SurroundingsPanel::environment_edited(bool continues_previous) {
   const auto kind = static_cast<EnvironmentKind>(kind_->currentIndex());
   EnvironmentSettings next;
   next.kind = kind;
@@ -149,13 +150,13 @@ void SurroundingsPanel::environment_edited(bool goes_on) {
     next.direction = direction.normalized();
     what = tr("Gravity %1 m/s²").arg(short_number(next.strength));
   } else if (kind == EnvironmentKind::kAttraction) {
-    // The first strength moves the body visibly but not violently. The softening keeps the force
-    // bounded at the origin.
+    // The initial strength causes a visible but moderate motion. The softening bounds the force at the
+    // origin.
     next.strength = same ? attraction_->value() : 0.5;
     next.softening = same ? softening_->value() : 0.3;
     what = tr("Attraction %1 N m²").arg(short_number(next.strength));
   }
-  emit edited(SetEnvironment{next}, what, goes_on);
+  emit edited(SetEnvironment{next}, what, continues_previous);
 }
 
 }  // namespace tetraction::viewer

@@ -1,4 +1,4 @@
-// The panel of what surrounds the body: environment and damping.
+// The panel of environment and damping.
 #pragma once
 
 #include <QWidget>
@@ -20,12 +20,12 @@ class SurroundingsPanel : public QWidget {
   void show_settings(const Settings& settings);
 
  signals:
-  void edited(tetraction::Edit edit, const QString& what, bool goes_on);
+  void edited(tetraction::Edit edit, const QString& what, bool continues_previous);
   void refused(const QString& message);
 
  private:
-  void damping_edited(const QString& what, bool goes_on);
-  void environment_edited(bool goes_on);
+  void damping_edited(const QString& what, bool continues_previous);
+  void environment_edited(bool continues_previous);
   void show_environment();
 
   Damping damping_;

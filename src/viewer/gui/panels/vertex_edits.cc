@@ -38,16 +38,16 @@ std::vector<Index> VertexEdits::fixed_among(const std::vector<Index>& vertices) 
 }
 
 void VertexEdits::fix(const std::vector<Index>& vertices) {
-  // A vertex that is fixed already keeps its own motion.
+  // A vertex that is already fixed keeps its prescribed motion.
   const std::vector<Index> fixed = fixed_among(vertices);
-  std::vector<Index> loose;
+  std::vector<Index> to_fix;
   for (const Index v : vertices) {
-    if (std::find(fixed.begin(), fixed.end(), v) == fixed.end()) loose.push_back(v);
+    if (std::find(fixed.begin(), fixed.end(), v) == fixed.end()) to_fix.push_back(v);
   }
-  if (loose.empty()) return;
+  if (to_fix.empty()) return;
   FixSettings settings;
-  settings.select = ids(loose);
-  simulation_.edit(SetFix{std::nullopt, settings}, "Fix " + names(loose));
+  settings.select = ids(to_fix);
+  simulation_.edit(SetFix{std::nullopt, settings}, "Fix " + names(to_fix));
 }
 
 void VertexEdits::unfix(const std::vector<Index>& vertices) {
@@ -99,8 +99,8 @@ void VertexEdits::set_momentum(const std::vector<Index>& vertices, const Vector3
 }
 
 void VertexEdits::set_force(const std::vector<Index>& vertices, const Vector3& value) {
-  // Forces add up. The difference to the wanted force is added, in one edit for all vertices with
-  // the same difference.
+  // Forces on a vertex are added. Therefore this adds the difference to the wanted force, with one edit
+  // for all vertices that have the same difference.
   const auto snapshot = simulation_.snapshot();
   std::map<std::array<double, 3>, std::vector<Index>> by_force;
   for (const Index v : vertices) {
@@ -117,20 +117,20 @@ void VertexEdits::set_force(const std::vector<Index>& vertices, const Vector3& v
   }
 }
 
-void VertexEdits::grab(std::vector<Index> vertices, Index led) {
-  const auto first = std::find(vertices.begin(), vertices.end(), led);
+void VertexEdits::grab(std::vector<Index> vertices, Index dragged) {
+  const auto first = std::find(vertices.begin(), vertices.end(), dragged);
   if (first == vertices.end()) return;
   std::iter_swap(vertices.begin(), first);
   simulation_.grab(std::move(vertices));
-  holding_ = true;
+  dragging_ = true;
 }
 
-void VertexEdits::lead_to(const Vector3& place) {
-  if (holding_) simulation_.lead_to(place);
+void VertexEdits::drag_to(const Vector3& position) {
+  if (dragging_) simulation_.drag_to(position);
 }
 
 void VertexEdits::release() {
-  if (std::exchange(holding_, false)) simulation_.release();
+  if (std::exchange(dragging_, false)) simulation_.release();
 }
 
 }  // namespace tetraction::viewer

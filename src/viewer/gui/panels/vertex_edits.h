@@ -8,26 +8,26 @@
 
 namespace tetraction::viewer {
 
-/// Edits of some vertices. No widgets; in the window's thread.
+/// Makes edits of vertices. It is used in the window's thread.
 class VertexEdits {
  public:
   explicit VertexEdits(Simulation& simulation) : simulation_(simulation) {}
 
-  /// Holds the vertices where they are.
+  /// Fixes the vertices at their present positions.
   void fix(const std::vector<Index>& vertices);
   void unfix(const std::vector<Index>& vertices);
-  /// Moves the vertices' mean position to `target` (m); their shape stays. Fixed ones stay fixed.
+  /// Translates the vertices such that their mean position is `target` (m). Fixed vertices stay fixed.
   void move_to(const std::vector<Index>& vertices, const Vector3& target);
-  /// The same, and holds them there.
+  /// Translates the vertices such that their mean position is `target` (m), and fixes them there.
   void fix_at(const std::vector<Index>& vertices, const Vector3& target);
-  /// kg m/s, of each of the vertices.
+  /// Sets the momentum of each of the vertices, kg m/s.
   void set_momentum(const std::vector<Index>& vertices, const Vector3& value);
-  /// N, on each of the vertices, instead of what acts on them now.
+  /// Sets the external force on each of the vertices, N. It replaces the present force.
   void set_force(const std::vector<Index>& vertices, const Vector3& value);
 
-  /// Grips vertices, of which the mouse leads one. lead_to() gives its goal, m.
-  void grab(std::vector<Index> vertices, Index led);
-  void lead_to(const Vector3& place);
+  /// Begins to drag vertices. `dragged` is the one that follows the mouse. drag_to() sets its goal, m.
+  void grab(std::vector<Index> vertices, Index dragged);
+  void drag_to(const Vector3& position);
   /// Releases the vertices. Vertices that were fixed before stay fixed at their present positions.
   void release();
 
@@ -38,7 +38,7 @@ class VertexEdits {
   Vector3 mean_position(const std::vector<Index>& vertices) const;
 
   Simulation& simulation_;
-  bool holding_ = false;
+  bool dragging_ = false;
 };
 
 }  // namespace tetraction::viewer

@@ -137,8 +137,8 @@ void VertexPanel::suggest_arrows(const TetMesh& mesh, const MaterialModel& mater
     low = low.cwiseMin(x);
     high = high.cwiseMax(x);
   }
-  constexpr double kStrain = 0.1;          // of the elements at the vertex
-  constexpr double kSoundFraction = 0.05;  // of the wave speed: an impact that bends
+  constexpr double kStrain = 0.1;              // of the elements at the vertex
+  constexpr double kWaveSpeedFraction = 0.05;  // velocity of the vertex
   const double volume = mesh.total_volume();
   const double edge = std::cbrt(6.0 * volume / static_cast<double>(mesh.tetrahedron_count()));
   const double arrow = 0.2 * (high - low).norm();
@@ -146,7 +146,7 @@ void VertexPanel::suggest_arrows(const TetMesh& mesh, const MaterialModel& mater
   const double mass = density * volume / static_cast<double>(mesh.vertex_count());
   const auto round = [](double x) { return QString::number(x, 'g', 1).toDouble(); };
   force_scale_->set_value(round(kStrain * 3.0 * lame.mu * edge * edge / arrow));
-  momentum_scale_->set_value(round(kSoundFraction * mass * wave_speed(lame, density) / arrow));
+  momentum_scale_->set_value(round(kWaveSpeedFraction * mass * wave_speed(lame, density) / arrow));
 }
 
 void VertexPanel::set_selection(const std::vector<Index>& vertices, const TetMesh& mesh) {

@@ -14,8 +14,8 @@ namespace tetraction::viewer {
 
 class NumberField;
 
-/// Shows position, momentum, forces of the selection (of several vertices the means) and takes typed
-/// ones.
+/// Shows position, momentum and forces of the selected vertex, or the means of several vertices. The
+/// user can type other values.
 class VertexPanel : public QWidget {
   Q_OBJECT
 
@@ -24,17 +24,16 @@ class VertexPanel : public QWidget {
 
   void set_selection(const std::vector<Index>& vertices, const TetMesh& mesh);
   void show_state(const Snapshot& snapshot);
-  /// Force and momentum for a pulled arrow of one metre, N and kg m/s.
+  /// Force and momentum of an arrow of one metre, N and kg m/s.
   double force_per_length() const;
   double momentum_per_length() const;
-  /// Sets both so that an arrow of a fifth of the body has a visible effect without being too
-  /// strong for the body.
+  /// Sets both such that an arrow of a fifth of the body's size has a visible but moderate effect.
   void suggest_arrows(const TetMesh& mesh, const MaterialModel& material, double density);
 
  signals:
   void fix_wanted();
   void unfix_wanted();
-  /// The mean position shall be `target`, m; held there if `fix`.
+  /// The mean position shall become `target`, m. If `fix`, the vertices are fixed there.
   void move_wanted(tetraction::Vector3 target, bool fix);
   void momentum_wanted(tetraction::Vector3 value);
   void force_wanted(tetraction::Vector3 value);

@@ -22,14 +22,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Three values per vertex; zeros where the frame has no such array.
+// Three values per vertex. They are zero if the frame does not have the array.
 Vector vectors(const Matrix& array, Index vertices) {
   if (array.rows() != 3) return Vector::Zero(3 * vertices);
   return array.reshaped();
 }
 
-// The cell array of a frame that holds a field; null for fields of vertices, which follow from what a
-// frame has anyway.
+// The name of the cell array of a frame that contains a field. Null for fields of vertices, which are
+// computed from positions and velocities.
 const char* cell_array_name(ColorField field) {
   switch (field) {
     case ColorField::kVonMises:
@@ -45,7 +45,7 @@ const char* cell_array_name(ColorField field) {
   }
 }
 
-// Says why a directory without frames.pvd cannot be replayed, and which can.
+// A message that says why a directory without frames.pvd cannot be replayed and what to open instead.
 std::string why_no_frames(const fs::path& directory) {
   if (fs::exists(directory / "study.json")) {
     std::vector<std::string> runs;
@@ -158,7 +158,7 @@ void Replay::read_history(const std::string& path) {
       if (end == cell.c_str()) values.back() = std::numeric_limits<double>::quiet_NaN();
     }
     if (values.size() < place.size()) {
-      if (in.eof()) break;  // the last line of a run that was cut off
+      if (in.eof()) break;  // the incomplete last line of a run that was killed
       throw FileError(fmt::format("{}:{}: it has {} columns of {}.", path, number, values.size(),
                                   place.size()));
     }

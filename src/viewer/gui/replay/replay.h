@@ -1,4 +1,4 @@
-// The frames of a finished run, as the states that the window draws.
+// The frames of a finished run as snapshots, which the window draws.
 #pragma once
 
 #include <memory>
@@ -10,7 +10,7 @@
 
 namespace tetraction::viewer {
 
-/// A run's directory (frames.pvd, frames/, history.csv). One thread.
+/// Reads the directory of a run (frames.pvd, frames/, history.csv). Not thread-safe.
 class Replay {
  public:
   /// `path`: the directory or its frames.pvd. Throws FileError.
@@ -18,11 +18,11 @@ class Replay {
 
   const std::string& directory() const { return directory_; }
   const TetMesh& mesh() const { return mesh_; }
-  /// Of each frame, s.
+  /// The times of the frames, s.
   const std::vector<double>& times() const { return times_; }
   /// Frame i as a snapshot, coloured by `field`. Throws FileError.
   std::shared_ptr<const Snapshot> frame(std::size_t i, ColorField field) const;
-  /// All rows of history.csv; empty without the file. Throws FileError if it is malformed.
+  /// All rows of history.csv. Empty if the file does not exist.
   const std::vector<HistoryRow>& history() const { return history_; }
 
  private:

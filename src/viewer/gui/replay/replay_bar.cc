@@ -10,7 +10,7 @@
 namespace tetraction::viewer {
 namespace {
 
-constexpr int kFrameTime_ms = 50;  // while playing
+constexpr int kFrameTime_ms = 50;
 
 }  // namespace
 

@@ -22,7 +22,7 @@ class ReplayBar : public QWidget {
   void set_frame(int frame);
   void play(bool on);
   bool playing() const;
-  /// One frame further; stays at the last.
+  /// Shows the next frame. Has no effect at the last one.
   void forward();
 
  signals:

@@ -13,8 +13,8 @@
 namespace tetraction::viewer {
 namespace {
 
-constexpr int kPlaces = 1000;  // of a slider
-constexpr int kPause_ms = 40;  // between two values of a slider that is dragged
+constexpr int kSliderSteps = 1000;
+constexpr int kEditInterval_ms = 40;  // between two values of a moving slider
 
 QString text_of(const NumberRange& range) {
   return QString::fromStdString(range.text());
@@ -119,7 +119,7 @@ void NumberField::focusOutEvent(QFocusEvent* event) {
   if (event->reason() != Qt::PopupFocusReason) {
     commit();
     if (isModified())
-      restore();  // what was refused does not stay behind
+      restore();  // removes a text that was refused
     else if (!empty_)
       restore();
   }
@@ -138,70 +138,70 @@ NumberSlider::NumberSlider(NumberField* field, double low, double high, Scale sc
                            QWidget* parent)
     : QWidget(parent),
       field_(field),
-      pause_(new QTimer(this)),
+      edit_timer_(new QTimer(this)),
       low_(low),
       high_(high),
       scale_(scale) {
-  // Tab comes to children in the order in which they are added.
+  // The Tab key follows the order in which children are added.
   field_->setParent(this);
   slider_ = new QSlider(Qt::Horizontal, this);
   auto* layout = new QHBoxLayout(this);
   layout->setContentsMargins(0, 0, 0, 0);
   layout->addWidget(slider_, 3);
   layout->addWidget(field_, 2);
-  slider_->setRange(0, kPlaces);
-  slider_->setPageStep(kPlaces / 20);
+  slider_->setRange(0, kSliderSteps);
+  slider_->setPageStep(kSliderSteps / 20);
   slider_->setMinimumWidth(70);
   slider_->setAccessibleName(field_->what());
   slider_->setToolTip(field_->toolTip());
   setFocusProxy(field_);
-  pause_->setSingleShot(true);
-  pause_->setInterval(kPause_ms);
+  edit_timer_->setSingleShot(true);
+  edit_timer_->setInterval(kEditInterval_ms);
   connect(slider_, &QSlider::valueChanged, this, [this] {
-    if (!pause_->isActive()) pause_->start();
+    if (!edit_timer_->isActive()) edit_timer_->start();
   });
   connect(slider_, &QSlider::sliderReleased, this, [this] {
-    slid();
-    under_way_ = false;
+    slider_moved();
+    moving_ = false;
   });
-  connect(pause_, &QTimer::timeout, this, &NumberSlider::slid);
+  connect(edit_timer_, &QTimer::timeout, this, &NumberSlider::slider_moved);
   connect(field_, &NumberField::entered, this, [this](double value) {
     const QSignalBlocker quiet(slider_);
-    slider_->setValue(place_of(value));
+    slider_->setValue(step_of(value));
     emit entered(value, false);
   });
   connect(field_, &NumberField::refused, this, &NumberSlider::refused);
 }
 
 void NumberSlider::set_value(double value) {
-  if (pause_->isActive() || slider_->isSliderDown()) return;  // the user's own value is on its way
+  if (edit_timer_->isActive() || slider_->isSliderDown()) return;  // the user is changing the value
   field_->set_value(value);
   const QSignalBlocker quiet(slider_);
-  slider_->setValue(place_of(value));
+  slider_->setValue(step_of(value));
 }
 
-double NumberSlider::at(int place) const {
-  const double t = static_cast<double>(place) / kPlaces;
+double NumberSlider::value_at(int step) const {
+  const double t = static_cast<double>(step) / kSliderSteps;
   const double value =
       scale_ == Scale::kLogarithmic ? low_ * std::pow(high_ / low_, t) : low_ + t * (high_ - low_);
-  return QString::number(value, 'g', 3).toDouble();  // no more digits than a slider has
+  return QString::number(value, 'g', 3).toDouble();  // the resolution of the slider
 }
 
-int NumberSlider::place_of(double value) const {
+int NumberSlider::step_of(double value) const {
   const double t = scale_ == Scale::kLogarithmic
                        ? (value > 0.0 ? std::log(value / low_) / std::log(high_ / low_) : 0.0)
                        : (value - low_) / (high_ - low_);
-  return static_cast<int>(std::lround(std::clamp(t, 0.0, 1.0) * kPlaces));
+  return static_cast<int>(std::lround(std::clamp(t, 0.0, 1.0) * kSliderSteps));
 }
 
-void NumberSlider::slid() {
-  pause_->stop();
-  if (place_of(field_->value()) == slider_->value()) return;
-  const double value = at(slider_->value());
+void NumberSlider::slider_moved() {
+  edit_timer_->stop();
+  if (step_of(field_->value()) == slider_->value()) return;
+  const double value = value_at(slider_->value());
   field_->setModified(false);
   field_->set_value(value);
-  emit entered(value, under_way_);
-  under_way_ = slider_->isSliderDown();
+  emit entered(value, moving_);
+  moving_ = slider_->isSliderDown();
 }
 
 }  // namespace tetraction::viewer

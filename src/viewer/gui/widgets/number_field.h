@@ -1,4 +1,4 @@
-// Exact numbers with unit and range, by keyboard and by slider.
+// Fields for numbers with unit and range, with or without a slider.
 #pragma once
 
 #include <QLineEdit>
@@ -16,17 +16,16 @@ struct KeyInfo;
 
 namespace tetraction::viewer {
 
-/// A field for one number. A text that is not a number or is out of range is refused in the field,
-/// with the allowed range. The present value stays until the user presses Return or leaves the
-/// field.
+/// A field for a number. The value changes when the user presses Return or leaves the field. If the
+/// text is not a number or is out of range, the field refuses it and shows the allowed range.
 class NumberField : public QLineEdit {
   Q_OBJECT
 
  public:
-  /// `what` and `unit` make the tooltip and the message: "Young's modulus", "Pa".
+  /// `what` and `unit` are used in the tooltip and the message, for instance "Young's modulus", "Pa".
   NumberField(const QString& what, const QString& unit, NumberRange range,
               QWidget* parent = nullptr);
-  /// Title, unit, range and meaning of a key of the scene.
+  /// Takes title, unit, range and help text from a scene key.
   explicit NumberField(const KeyInfo& key, QWidget* parent = nullptr);
 
   double value() const { return value_; }
@@ -39,9 +38,9 @@ class NumberField : public QLineEdit {
  signals:
   /// The user entered another value.
   void entered(double value);
-  /// The user entered an impossible value. The argument is a sentence about it.
+  /// The user entered a value that is not allowed. The argument is the message.
   void refused(const QString& message);
-  /// The user is done with the field, by Return or Escape.
+  /// The user has pressed Return or Escape.
   void finished();
 
  protected:
@@ -58,13 +57,13 @@ class NumberField : public QLineEdit {
   QString what_, unit_;
   NumberRange range_;
   double value_ = 0.0;
-  bool empty_ = true;  // nothing was shown yet
+  bool empty_ = true;  // whether no value has been set yet
 };
 
-/// The meaning of a key of the scene and what it may be, as a tooltip.
+/// The tooltip of a scene key: its help text and its range.
 QString key_tip(const KeyInfo& key);
 
-/// A field with a slider for the range in which people usually look.
+/// A field with a slider for the usual range of the number.
 class NumberSlider : public QWidget {
   Q_OBJECT
 
@@ -80,20 +79,21 @@ class NumberSlider : public QWidget {
   QSlider* slider() const { return slider_; }
 
  signals:
-  /// `goes_on`: the slider is still moving, and this value replaces the one before.
-  void entered(double value, bool goes_on);
+  /// The user entered another value. `continues_previous`: the slider is still moving, and this value
+  /// replaces the previous one.
+  void entered(double value, bool continues_previous);
   void refused(const QString& message);
 
  private:
   NumberSlider(NumberField* field, double low, double high, Scale scale, QWidget* parent);
-  double at(int place) const;
-  int place_of(double value) const;
-  void slid();
+  double value_at(int step) const;
+  int step_of(double value) const;
+  void slider_moved();
 
   NumberField* field_;
   QSlider* slider_;
-  QTimer* pause_;  // between two values of a slider under way
-  bool under_way_ = false;
+  QTimer* edit_timer_;  // limits the rate of values of a moving slider
+  bool moving_ = false;
   double low_, high_;
   Scale scale_;
 };

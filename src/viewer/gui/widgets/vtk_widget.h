@@ -1,4 +1,4 @@
-// The widgets that VTK draws in.
+// The widget in which VTK draws.
 #pragma once
 
 class QVTKOpenGLNativeWidget;
@@ -7,9 +7,9 @@ class vtkGenericOpenGLRenderWindow;
 
 namespace tetraction::viewer {
 
-/// A widget for `window`, with a window of the system's own: Qt then composes each new picture with
-/// this widget alone rather than with the whole main window, which without a graphics card takes
-/// longer than drawing the body.
+/// Makes a widget for `window`. It is a native window of its own, so that Qt composes each new picture
+/// with this widget only. Composing the whole main window would take longer than drawing the body if
+/// there is no graphics card.
 QVTKOpenGLNativeWidget* make_vtk_widget(vtkGenericOpenGLRenderWindow* window, QWidget* parent);
 
 }  // namespace tetraction::viewer

@@ -1,4 +1,4 @@
-// Opens scenes and meshes, and makes the first scene.
+// Opens scenes and meshes, and makes the initial scene.
 #pragma once
 
 #include <string>
@@ -15,15 +15,16 @@ struct Document {
 
 enum class DocumentKind { kScene, kMesh, kRun };
 
-/// The kind of a path: a directory or a .pvd is a run, a .toml is a scene, anything else is a mesh.
+/// The kind of a path. A directory or a .pvd file is a run, a .toml file is a scene, and any other file
+/// is a mesh.
 DocumentKind kind_of(const std::string& path);
 
 /// Throws FileError and InputError as read_scene() and read_mesh() do.
 Document open_scene(const std::string& path);
-/// The mesh in a scene of rubber: at rest, held nowhere, without gravity. `scale` multiplies its
+/// A scene with the mesh as a free body of rubber at rest, without gravity. `scale` multiplies the
 /// coordinates.
 Document open_mesh(const std::string& path, double scale = 1.0);
-/// The scene that the window shows if nothing else is opened: a clamped beam that swings.
+/// The scene that the window shows if no file is given: a clamped beam that swings.
 Document first_scene();
 
 }  // namespace tetraction::viewer

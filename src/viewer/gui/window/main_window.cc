@@ -32,8 +32,8 @@ namespace tetraction::viewer {
 namespace {
 
 constexpr int kPoll_ms = 4;
-constexpr qint64 kPicture_ms = 15;      // about 60 a second at most
-constexpr qint64 kSlowThings_ms = 150;  // charts, fields and menus: people read no faster
+constexpr qint64 kPicture_ms = 15;      // at most about 60 pictures per second
+constexpr qint64 kSlowUpdate_ms = 150;  // interval of the updates of charts, fields and menus
 
 QString text(const std::string& utf8) {
   return QString::fromUtf8(utf8.c_str());
@@ -85,7 +85,7 @@ MainWindow::MainWindow()
 }
 
 MainWindow::~MainWindow() {
-  hide();  // a field that loses the focus makes its edit while there is still something to edit
+  hide();  // a field that loses the focus emits its edit, which needs the simulation
 }
 
 const TetMesh* MainWindow::mesh() const {
@@ -114,7 +114,7 @@ void MainWindow::set_drawing(const DrawingSettings& drawing) {
 void MainWindow::show_frame(std::size_t frame) {
   if (!replay_) return;
   try {
-    show_news(replay_->frame(frame, view_->drawing().field));
+    show_snapshot(replay_->frame(frame, view_->drawing().field));
     chart_->set_cursor(replay_->times()[frame]);
     chart_->refresh();
   } catch (const Error& error) {
@@ -127,10 +127,10 @@ void MainWindow::poll() {
   if (opening() && opening_.wait_for(std::chrono::seconds(0)) == std::future_status::ready) {
     finish_opening();
   }
-  // The snapshot is taken only when it will be drawn, because the solver then makes the next one.
+  // A snapshot is taken only if it will be drawn, because the solver then makes the next one.
   if (simulation_ && since_picture_.elapsed() >= kPicture_ms) {
     const auto snapshot = simulation_->snapshot();
-    if (snapshot->body != shown_body_) {  // reset: the same mesh, another history
+    if (snapshot->body != shown_body_) {  // the simulation was reset
       shown_body_ = snapshot->body;
       chart_->clear();
       history_rows_ = 0;
@@ -139,13 +139,13 @@ void MainWindow::poll() {
     if (snapshot->generation != shown_generation_) {
       shown_generation_ = snapshot->generation;
       since_picture_.restart();
-      show_news(snapshot);
+      show_snapshot(snapshot);
     }
   }
-  if (since_slow_.elapsed() >= kSlowThings_ms) show_slow_things();
+  if (since_slow_.elapsed() >= kSlowUpdate_ms) update_slow_parts();
 }
 
-void MainWindow::show_news(const std::shared_ptr<const Snapshot>& snapshot) {
+void MainWindow::show_snapshot(const std::shared_ptr<const Snapshot>& snapshot) {
   view_->show_state(snapshot);
   view_->render();
   show_failure(*snapshot);
@@ -159,23 +159,24 @@ void MainWindow::show_failure(const Snapshot& snapshot) {
   failed_ = failed;
   go_back_->setEnabled(failed);
   if (failed) {
-    // This button stays when other messages appear.
-    messages_->set_way_out(tr("Back to the last good state"), [this] { go_back_->trigger(); });
+    // Later messages get this button, too.
+    messages_->set_default_action(tr("Back to the last good state"),
+                                  [this] { go_back_->trigger(); });
     messages_->show_message(MessageStrip::Kind::kError, text(snapshot.message));
   } else {
-    messages_->set_way_out(QString(), {});
+    messages_->set_default_action(QString(), {});
     messages_->hide();
     statusBar()->showMessage(tr("At the last good state, %1 s").arg(snapshot.time), 8000);
   }
 }
 
-// Settings changed after a failure are meant for the last good state, in which they can be changed.
+// Goes back to the last good state before the user changes a setting after a failure.
 void MainWindow::leave_failure() {
   if (failed_ && simulation_) simulation_->go_back();
 }
 
-// Everything that people read rather than watch.
-void MainWindow::show_slow_things() {
+// Updates charts, fields and menus, which need fewer updates than the picture.
+void MainWindow::update_slow_parts() {
   const auto elapsed = static_cast<double>(since_slow_.restart());
   const std::uint64_t pictures = view_->picture_count();
   if (pictures > pictures_before_ && elapsed > 0.0) {
@@ -193,7 +194,7 @@ void MainWindow::show_slow_things() {
   }
   check_pictures();
   if (!simulation_) return;
-  if (!run_folder_.isEmpty() && !simulation_->observed()) tell_end_of_run_recording();
+  if (!run_folder_.isEmpty() && !simulation_->observed()) report_end_of_run_recording();
 
   if (simulation_->history_generation() != shown_history_) {
     shown_history_ = simulation_->history_generation();
@@ -214,7 +215,7 @@ void MainWindow::show_slow_things() {
   if (attraction != shown_attraction_) {
     shown_attraction_ = attraction;
     view_->set_attraction(attraction);
-    view_->render();  // while it is paused no other picture comes
+    view_->render();  // a paused simulation causes no other picture
   }
   for (const Notice& notice : simulation_->take_notices()) {
     messages_->show_message(notice.kind == Notice::Kind::kRefused ? MessageStrip::Kind::kError
@@ -229,7 +230,8 @@ void MainWindow::update_title() {
   setWindowTitle(mesh() == nullptr ? tr("Tetraction") : tr("%1 – Tetraction").arg(name));
 }
 
-// A widget with the focus receives the keys that it uses before the shortcuts of menus do.
+// Gives the widget with the focus the keys that it uses, before they become shortcuts of menus. Escape
+// moves the focus from a spin box to the picture.
 bool MainWindow::eventFilter(QObject* watched, QEvent* event) {
   if (event->type() == QEvent::KeyPress && qobject_cast<QSpinBox*>(watched) != nullptr &&
       static_cast<QKeyEvent*>(event)->key() == Qt::Key_Escape) {
@@ -251,9 +253,9 @@ bool MainWindow::eventFilter(QObject* watched, QEvent* event) {
 }
 
 void MainWindow::closeEvent(QCloseEvent* event) {
-  stop_recording();  // a run's history belongs to its frames
+  stop_recording();  // completes the files of the recording
   save_window();
-  opening_ = {};  // waits for what is being read
+  opening_ = {};  // waits for the thread that reads a file
   edits_.reset();
   simulation_.reset();  // waits for the step in progress
   QMainWindow::closeEvent(event);

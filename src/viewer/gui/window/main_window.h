@@ -1,4 +1,4 @@
-// The window, which turns a person's actions into calls of the simulation and shows the results.
+// The main window. It turns the user's actions into calls of the simulation and shows the results.
 #pragma once
 
 #include <QElapsedTimer>
@@ -38,17 +38,16 @@ class MainWindow : public QMainWindow {
   MainWindow();
   ~MainWindow() override;
 
-  /// Opens a scene, a mesh (whose coordinates `scale` multiplies), or the directory of a run,
-  /// depending on what the path is. It is read in another thread, while the window stays
-  /// responsive. If it cannot be opened, the message strip says so and the window keeps its
-  /// contents.
+  /// Opens a scene, a mesh or the directory of a run, depending on the path. `scale` multiplies the
+  /// coordinates of a mesh. The file is read in another thread. If it cannot be opened, a message
+  /// appears and the window keeps its contents.
   void open(const QString& path, std::optional<double> scale = {});
-  /// Shows the file that the window was made for when `reading` is done. could_not_open() is
-  /// emitted if it cannot be read.
+  /// Shows the file of the command line when `reading` is done. If it cannot be read,
+  /// could_not_open() is emitted.
   void open_from_start(const QString& path, std::future<Opened> reading);
-  /// Whether something is still being read.
+  /// Whether a file is being read.
   bool opening() const { return opening_.valid(); }
-  /// A scene to play with. Throws InputError.
+  /// Shows a document. Throws InputError.
   void show_document(Document document);
 
   /// Null while a run is replayed or nothing is open.
@@ -59,12 +58,13 @@ class MainWindow : public QMainWindow {
   MessageStrip* messages() { return messages_; }
   const std::vector<Index>& selection() const { return selection_; }
   void select(std::vector<Index> vertices);
-  /// All edits so far as the events of a scene.
+  /// Saves a scene with all edits so far as events.
   void save_scene(const QString& path);
-  /// Starts to save every drawn picture as a PNG. The folder is made if it does not exist. It must
-  /// hold no such pictures.
+  /// Starts to save every picture as a PNG file. The folder is made if it does not exist. It must not
+  /// contain pictures of an earlier recording.
   void record_pictures(const QString& folder);
-  /// Starts to write all files that `tetraction run` would write, with a frame every so many steps.
+  /// Starts to write all files that `tetraction run` would write, with a frame every `frame_every`
+  /// steps.
   void record_run(const QString& folder, int frame_every);
   /// Ends either recording.
   void stop_recording();
@@ -92,15 +92,15 @@ class MainWindow : public QMainWindow {
                        std::shared_ptr<const BodyShape> shape);
   void show_replay(std::unique_ptr<Replay> replay, std::shared_ptr<const BodyShape> shape);
   void begin_body(const TetMesh& mesh, std::shared_ptr<const BodyShape> shape);
-  void tell_of_bare_mesh();
+  void show_mesh_message();
   void ask_scale();
-  bool may_forget_edits();
+  bool confirm_discarding_edits();
   void reload();
 
   // main_window.cc
   void show_frame(std::size_t frame);
-  void show_news(const std::shared_ptr<const Snapshot>& snapshot);
-  void show_slow_things();
+  void show_snapshot(const std::shared_ptr<const Snapshot>& snapshot);
+  void update_slow_parts();
   void show_failure(const Snapshot& snapshot);
   void leave_failure();
   void set_drawing(const DrawingSettings& drawing);
@@ -129,22 +129,22 @@ class MainWindow : public QMainWindow {
   void ask_record_run(bool on);
   void stop_pictures();
   void check_pictures();
-  void tell_end_of_run_recording();
+  void report_end_of_run_recording();
   void show_recording();
   void record_picture();
-  void tell_error(const QString& message);
+  void show_error(const QString& message);
 
   std::unique_ptr<Simulation> simulation_;
   std::unique_ptr<VertexEdits> edits_;
   std::unique_ptr<Replay> replay_;
   QString path_;
-  std::optional<double> mesh_scale_;  // of a mesh without a scene
+  std::optional<double> mesh_scale_;  // of the mesh, if it was opened without a scene
   QString opening_path_;
-  std::future<Opened> opening_;  // valid while something is read
-  bool needs_file_ = false;      // without what is read there is nothing to show
+  std::future<Opened> opening_;  // valid while a file is read
+  bool needs_file_ = false;      // whether the window has nothing else to show
   std::vector<Index> selection_;
 
-  // What was shown last.
+  // The data that were shown last.
   std::uint64_t shown_generation_ = 0;
   std::uint64_t shown_body_ = 0;
   std::size_t shown_history_ = 0;
@@ -153,10 +153,10 @@ class MainWindow : public QMainWindow {
   bool shown_attraction_ = false;
   QElapsedTimer since_slow_, since_picture_;
   std::uint64_t pictures_before_ = 0;
-  QString picture_folder_;  // empty: pictures are not recorded
+  QString picture_folder_;  // empty if pictures are not recorded
   std::size_t pictures_recorded_ = 0;
   std::shared_ptr<PictureQueue> picture_queue_;
-  QString run_folder_;  // empty: the run is not recorded
+  QString run_folder_;  // empty if the run is not recorded
 
   BodyView* view_;
   MessageStrip* messages_;
@@ -172,7 +172,7 @@ class MainWindow : public QMainWindow {
   QMenu *view_menu_, *recent_;
   QAction *undo_, *redo_, *fix_, *unfix_, *run_, *step_, *restart_, *reload_, *go_back_, *scale_,
       *save_scene_, *record_pictures_, *record_run_;
-  std::vector<QAction*> live_only_;  // need a simulation
+  std::vector<QAction*> live_only_;  // actions that need a simulation
 };
 
 }  // namespace tetraction::viewer

@@ -34,12 +34,12 @@ MessageStrip::MessageStrip(QWidget* parent)
 }
 
 void MessageStrip::show_message(Kind kind, const QString& text) {
-  show_message(kind, text, way_out_button_, way_out_);
+  show_message(kind, text, default_button_, default_action_);
 }
 
-void MessageStrip::set_way_out(const QString& button, std::function<void()> action) {
-  way_out_button_ = button;
-  way_out_ = std::move(action);
+void MessageStrip::set_default_action(const QString& button, std::function<void()> action) {
+  default_button_ = button;
+  default_action_ = std::move(action);
 }
 
 void MessageStrip::show_message(Kind kind, const QString& text, const QString& button,

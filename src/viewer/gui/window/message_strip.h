@@ -1,4 +1,4 @@
-// Messages inside the window, where they do not interrupt.
+// Messages in a strip of the window, which do not interrupt the user.
 #pragma once
 
 #include <QFrame>
@@ -9,7 +9,7 @@ class QPushButton;
 
 namespace tetraction::viewer {
 
-/// One line or more above the picture, until it is closed or another takes its place.
+/// Shows a message above the picture until the user closes it or another message replaces it.
 class MessageStrip : public QFrame {
   Q_OBJECT
 
@@ -18,11 +18,11 @@ class MessageStrip : public QFrame {
   explicit MessageStrip(QWidget* parent = nullptr);
 
   void show_message(Kind kind, const QString& text);
-  /// With a button for what can be done about it.
+  /// Shows a message with a button that calls `action`.
   void show_message(Kind kind, const QString& text, const QString& button,
                     std::function<void()> action);
-  /// From now on, until it is withdrawn with an empty one: the button of messages that have none.
-  void set_way_out(const QString& button, std::function<void()> action);
+  /// Sets the button and action of all later messages that have none. An empty button ends this.
+  void set_default_action(const QString& button, std::function<void()> action);
   QString text() const;
   QPushButton* action_button() const { return action_; }
 
@@ -30,8 +30,8 @@ class MessageStrip : public QFrame {
   QLabel* label_;
   QPushButton* action_;
   std::function<void()> do_;
-  QString way_out_button_;
-  std::function<void()> way_out_;
+  QString default_button_;
+  std::function<void()> default_action_;
 };
 
 }  // namespace tetraction::viewer

@@ -1,4 +1,4 @@
-// From a file to all that the window shows of it.
+// Reads a file and makes everything that the window needs to show it.
 #pragma once
 
 #include <memory>
@@ -12,21 +12,20 @@
 
 namespace tetraction::viewer {
 
-/// What was read: a simulation, or a run to replay, and how the body looks.
+/// A simulation or a replay, with the data for drawing the body.
 struct Opened {
   std::unique_ptr<Simulation> simulation;
   std::unique_ptr<Replay> replay;
   std::shared_ptr<const BodyShape> shape;
-  std::optional<double> mesh_scale;  ///< of a mesh without a scene: what multiplied its coordinates
+  std::optional<double> mesh_scale;  ///< the scale of a mesh that was opened without a scene
 };
 
-/// Sets a scene up. Throws InputError.
+/// Sets up the simulation of a document. Throws InputError.
 Opened set_up(Document document);
 
-/// Reads a scene, a mesh or the directory of a run, by what is there. May be called in any thread;
-/// takes its time with a large mesh. `scale` multiplies the coordinates of a mesh; a scene and a run
-/// do not take it. Throws FileError for what is missing or malformed, InputError for a scene that is
-/// wrong.
+/// Reads a scene, a mesh or the directory of a run, depending on the path. It may take long for a large
+/// mesh. Thread-safe. `scale` multiplies the coordinates of a mesh; it is not allowed for a scene or a
+/// run. Throws FileError if a file is missing or malformed, and InputError if the scene is wrong.
 Opened open_file(const std::string& path, std::optional<double> scale);
 
 }  // namespace tetraction::viewer

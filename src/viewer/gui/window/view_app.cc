@@ -20,11 +20,11 @@ namespace tetraction::viewer {
 namespace {
 
 constexpr int kWrongInput = 2;  // exit code, as documented
-// Time for which the window waits for its file. So no window opens for a broken file, and a small
-// file is shown in the first picture.
-constexpr std::chrono::milliseconds kPatience(500);
+// Time for which the program waits for its file before it opens the window. Therefore no window opens
+// for a broken file, and a small file is shown in the first picture.
+constexpr std::chrono::milliseconds kWaitForFile(500);
 
-// A display that is named but cannot be opened ends the program inside of Qt, which would abort it.
+// Ends the program with a message if Qt cannot open the display. Qt itself would abort the program.
 void end_without_display(QtMsgType type, const QMessageLogContext&, const QString& message) {
   if (type != QtFatalMsg) return;
   std::fprintf(
@@ -35,9 +35,9 @@ void end_without_display(QtMsgType type, const QMessageLogContext&, const QStrin
   std::_Exit(kWrongInput);
 }
 
-// Why no window can be opened here, as a sentence with what to do; empty if one can.
+// A message that says why no window can be opened and what to do. Empty if a window can be opened.
 std::string display_problem() {
-  // Without a display Qt would end the program. Therefore the display is checked before.
+  // This check comes first, because Qt ends the program if there is no display.
   for (const char* name : {"DISPLAY", "WAYLAND_DISPLAY"}) {
     const char* value = std::getenv(name);
     if (value != nullptr && *value != '\0') return {};
@@ -52,10 +52,10 @@ std::string display_problem() {
 
 void set_up_application() {
   QSurfaceFormat format = QVTKOpenGLNativeWidget::defaultFormat();
-  format.setSamples(0);  // edges are smoothed by a filter, which is cheap without a graphics card
+  format.setSamples(0);       // a filter smooths the edges at low cost
   format.setSwapInterval(0);  // two views in one window must not wait for each other
   QSurfaceFormat::setDefaultFormat(format);
-  // Only the widgets that ask for it have a window of their own (make_vtk_widget).
+  // Only the widgets of make_vtk_widget() are native windows.
   QCoreApplication::setAttribute(Qt::AA_DontCreateNativeWidgetSiblings);
   QCoreApplication::setAttribute(Qt::AA_EnableHighDpiScaling);
   QCoreApplication::setAttribute(Qt::AA_UseHighDpiPixmaps);
@@ -67,9 +67,9 @@ int run_viewer(const std::string& path, std::optional<double> scale) {
   std::future<Opened> reading;
   if (!path.empty()) {
     reading = std::async(std::launch::async, open_file, path, scale);
-    if (reading.wait_for(kPatience) == std::future_status::ready) {
+    if (reading.wait_for(kWaitForFile) == std::future_status::ready) {
       std::promise<Opened> read;
-      read.set_value(reading.get());  // throws here what is wrong with the file
+      read.set_value(reading.get());  // throws if the file could not be read
       reading = read.get_future();
     }
   }
@@ -88,8 +88,7 @@ int run_viewer(const std::string& path, std::optional<double> scale) {
     problem = what;
     QApplication::quit();
   });
-  // This comes after the first picture of the empty window, because reading a large mesh takes
-  // time.
+  // This is done after the first picture of the empty window, because reading a large mesh takes long.
   QTimer::singleShot(0, &window, [&] {
     if (path.empty()) {
       window.show_document(first_scene());

@@ -1,4 +1,4 @@
-// The viewer as a program.
+// The viewer as an application.
 #pragma once
 
 #include <optional>
@@ -6,13 +6,13 @@
 
 namespace tetraction::viewer {
 
-/// Settings that Qt and VTK want before there is an application.
+/// Makes the settings of Qt and VTK that must be made before the QApplication exists.
 void set_up_application();
 
-/// Opens the window on a scene, a mesh (whose coordinates `scale` multiplies) or a run's directory
-/// (empty: a first scene that moves), and returns the exit code when it is closed. To be called once,
-/// from the program's first thread. Throws FileError and InputError, as open_file() does, for what
-/// cannot be opened: then there is no window, or it is closed. Throws InputError without a display.
+/// Opens the window and returns the exit code when it is closed. `path` is a scene, a mesh or the
+/// directory of a run; if it is empty, the initial scene is shown. `scale` multiplies the coordinates of
+/// a mesh. Must be called once, from the main thread. Throws FileError and InputError as open_file()
+/// does if the file cannot be opened, and InputError if there is no display.
 int run_viewer(const std::string& path, std::optional<double> scale);
 
 }  // namespace tetraction::viewer

@@ -1,4 +1,4 @@
-// Menus, shortcuts, tools, and the settings that are kept between two starts of the program.
+// Menus, shortcuts and tools, and the settings that are stored for the next start of the program.
 #include <QAction>
 #include <QActionGroup>
 #include <QApplication>
@@ -26,8 +26,8 @@ namespace tetraction::viewer {
 namespace {
 
 constexpr int kRecentFiles = 8;
-constexpr int kPanelWidth = 345;   // pixels of the panels …
-constexpr int kChartHeight = 240;  // … and the charts in a new window
+constexpr int kPanelWidth = 345;   // of a new window, pixels
+constexpr int kChartHeight = 240;  // of a new window, pixels
 
 }  // namespace
 
@@ -258,7 +258,7 @@ void MainWindow::update_recent_files() {
   const QStringList files = QSettings().value(QStringLiteral("recent")).toStringList();
   for (const QString& file : files) {
     QString text = file;
-    text.replace(QLatin1Char('&'), QLatin1String("&&"));  // one alone would underline a letter
+    text.replace(QLatin1Char('&'), QLatin1String("&&"));  // a single & would underline a letter
     recent_->addAction(text, this, [this, file] { open(file); });
   }
   recent_->setEnabled(!files.isEmpty());

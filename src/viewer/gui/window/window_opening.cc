@@ -1,4 +1,4 @@
-// Opens files, and sets what the window shows of them at first.
+// Opens files and shows them in the window.
 #include <QAction>
 #include <QFileInfo>
 #include <QInputDialog>
@@ -22,7 +22,7 @@
 namespace tetraction::viewer {
 namespace {
 
-// "1.2 × 0.3 × 0.3 m": a mesh in millimetres is noticed.
+// The size of a mesh, such as "1.2 × 0.3 × 0.3 m". It shows the user whether the unit is right.
 QString size_text(const TetMesh& mesh) {
   Vector3 low = mesh.vertices.front();
   Vector3 high = low;
@@ -68,18 +68,18 @@ void MainWindow::finish_opening() {
     }
     path_ = path;
     mesh_scale_ = mesh_scale;
-    if (mesh_scale) tell_of_bare_mesh();
+    if (mesh_scale) show_mesh_message();
     remember_file(QFileInfo(path).absoluteFilePath());
     update_title();
   } catch (const std::exception& error) {
-    tell_error(QString::fromUtf8(error.what()));
+    show_error(QString::fromUtf8(error.what()));
     if (needed) emit could_not_open(std::current_exception());
   }
   update_actions();
 }
 
-// A mesh has no information about its material, its constraints and its unit of length.
-void MainWindow::tell_of_bare_mesh() {
+// Tells the user the size and the default material of a mesh that was opened without a scene.
+void MainWindow::show_mesh_message() {
   QString text = tr("%1 is %2 large").arg(QFileInfo(path_).fileName(), size_text(*mesh()));
   if (*mesh_scale_ != 1.0) text += tr(", scaled by %1").arg(*mesh_scale_);
   text +=
@@ -108,11 +108,11 @@ void MainWindow::ask_scale() {
                             tr("Scale…"), [this] { ask_scale(); });
     return;
   }
-  if (may_forget_edits()) open(path_, scale);
+  if (confirm_discarding_edits()) open(path_, scale);
 }
 
-// Asks the user if edits could be lost.
-bool MainWindow::may_forget_edits() {
+// Returns whether the edits may be discarded. Asks the user if there are any.
+bool MainWindow::confirm_discarding_edits() {
   if (!simulation_ || simulation_->undo_text().empty()) return true;
   QMessageBox box(QMessageBox::Question, tr("Forget the edits?"),
                   tr("Edits made by hand, the last of them “%1”, are forgotten. To keep them, save "
@@ -125,11 +125,11 @@ bool MainWindow::may_forget_edits() {
 }
 
 void MainWindow::reload() {
-  if (!may_forget_edits()) return;
+  if (!confirm_discarding_edits()) return;
   if (!path_.isEmpty()) {
     open(path_, mesh_scale_);
   } else if (simulation_) {
-    edits_->release();  // what the mouse holds is not there any more afterwards
+    edits_->release();  // ends a drag, because its vertices do not exist after the reload
     simulation_->reset();
   }
 }
@@ -166,26 +166,26 @@ void MainWindow::show_simulation(std::unique_ptr<Simulation> simulation,
   vertex_->suggest_arrows(simulation_->mesh(), make_material(scene.material),
                           scene.material.density);
   simulation_->set_color_field(drawing_->drawing().field);
-  simulation_->set_steps_per_snapshot(control_->steps_a_picture());
+  simulation_->set_steps_per_snapshot(control_->steps_between_pictures());
   simulation_->set_speed_limit(control_->speed_limit());
   begin_body(simulation_->mesh(), std::move(shape));
   shown_body_ = simulation_->snapshot()->body;
   update_title();
   update_actions();
   poll();
-  show_slow_things();
+  update_slow_parts();
 }
 
 void MainWindow::begin_body(const TetMesh& mesh, std::shared_ptr<const BodyShape> shape) {
   messages_->hide();
-  stop_recording();  // may have something to tell
+  stop_recording();  // may show a message
   chart_->clear();
   shown_generation_ = 0;
   shown_history_ = 0;
   history_rows_ = 0;
   failed_ = false;
   go_back_->setEnabled(false);
-  messages_->set_way_out(QString(), {});
+  messages_->set_default_action(QString(), {});
   shown_attraction_ = false;
   view_->set_attraction(false);
   view_->set_body(std::move(shape));

@@ -1,4 +1,4 @@
-// The parts of the window: their places and the connections between them.
+// The layout of the window, and the connections between its parts.
 #include <QAbstractButton>
 #include <QAbstractSlider>
 #include <QAction>
@@ -36,7 +36,7 @@ void MainWindow::make_docks() {
     scroll->setFrameShape(QFrame::NoFrame);
     scroll->setHorizontalScrollBarPolicy(Qt::ScrollBarAlwaysOff);
     scroll->setWidget(panel);
-    scroll->setMinimumWidth(panel->minimumSizeHint().width() + 18);  // and the scroll bar
+    scroll->setMinimumWidth(panel->minimumSizeHint().width() + 18);  // width of the scroll bar
     dock->setWidget(scroll);
     addDockWidget(Qt::LeftDockWidgetArea, dock);
     if (first == nullptr) {
@@ -51,8 +51,8 @@ void MainWindow::make_docks() {
   add(vertex_, tr("Vertices"), "dock_vertices");
   add(drawing_, tr("Drawing"), "dock_drawing");
   first->raise();
-  // A click leaves the focus where it is, so that Space still runs and pauses; with Tab everything is
-  // reached, and Space then presses what has the focus (eventFilter).
+  // A click does not move the focus, so that Space still runs and pauses the simulation. The Tab key
+  // reaches all widgets, and Space then activates the widget with the focus (eventFilter()).
   for (QDockWidget* dock : findChildren<QDockWidget*>()) {
     for (QWidget* widget : dock->findChildren<QWidget*>()) {
       if (qobject_cast<QAbstractButton*>(widget) != nullptr ||
@@ -63,7 +63,7 @@ void MainWindow::make_docks() {
     }
   }
 
-  // Who has entered a number goes on with the body: Space runs, S makes a step.
+  // After a number was entered, the focus returns to the picture: Space runs, S makes a step.
   const auto to_the_view = [this] { view_->canvas()->setFocus(Qt::OtherFocusReason); };
   for (NumberField* field : findChildren<NumberField*>()) {
     connect(field, &NumberField::finished, this, to_the_view);
@@ -81,10 +81,10 @@ void MainWindow::make_docks() {
 }
 
 void MainWindow::connect_panels() {
-  const auto edit = [this](const Edit& e, const QString& what, bool goes_on) {
+  const auto edit = [this](const Edit& e, const QString& what, bool continues_previous) {
     if (!simulation_) return;
     leave_failure();
-    simulation_->edit(e, what.toStdString(), goes_on);
+    simulation_->edit(e, what.toStdString(), continues_previous);
   };
   connect(control_, &ControlPanel::edited, this, edit);
   connect(material_, &MaterialPanel::edited, this, edit);
@@ -122,7 +122,7 @@ void MainWindow::connect_panels() {
     if (following.automatic_range) {
       view_->refit_colors();
       drawing_->show_range(view_->color_low(), view_->color_high());
-    } else {  // colours that begin to follow the data fit them: once, then they stay
+    } else {  // fits a fixed range to the data once
       following.automatic_range = true;
       view_->set_drawing(following);
       drawing_->show_range(view_->color_low(), view_->color_high());
@@ -137,7 +137,7 @@ void MainWindow::connect_panels() {
   connect(surroundings_, &SurroundingsPanel::refused, this, warn);
   connect(vertex_, &VertexPanel::refused, this, warn);
   connect(drawing_, &DrawingPanel::refused, this, warn);
-  connect(chart_, &LiveChart::told, this,
+  connect(chart_, &LiveChart::message_ready, this,
           [this](const QString& message) { statusBar()->showMessage(message, 8000); });
   connect(replay_bar_, &ReplayBar::frame_wanted, this,
           [this](int frame) { show_frame(static_cast<std::size_t>(frame)); });
@@ -154,21 +154,21 @@ void MainWindow::connect_view() {
     }
     select(std::move(next));
   });
-  connect(view_, &BodyView::banded, this, [this](std::vector<Index> vertices, bool add) {
+  connect(view_, &BodyView::band_selected, this, [this](std::vector<Index> vertices, bool add) {
     if (add) vertices.insert(vertices.end(), selection_.begin(), selection_.end());
     select(std::move(vertices));
   });
-  connect(view_, &BodyView::light_pulled, drawing_, &DrawingPanel::turn_light);
+  connect(view_, &BodyView::light_turned, drawing_, &DrawingPanel::turn_light);
   connect(view_, &BodyView::grabbed, this, [this](Index vertex) {
     if (!edits_) return;
-    // A vertex of the selection takes all of it along.
+    // If the vertex is selected, all selected vertices are dragged.
     if (std::find(selection_.begin(), selection_.end(), vertex) == selection_.end()) {
       select({vertex});
     }
     edits_->grab(selection_, vertex);
   });
   connect(view_, &BodyView::dragged, this, [this](const Vector3& place) {
-    if (edits_) edits_->lead_to(place);
+    if (edits_) edits_->drag_to(place);
   });
   connect(view_, &BodyView::released, this, [this] {
     if (edits_) edits_->release();

@@ -1,4 +1,4 @@
-// Writes scenes, pictures and frames from the window.
+// Saves scenes, and records pictures and runs.
 #include <QAction>
 #include <QDir>
 #include <QFileDialog>
@@ -20,7 +20,7 @@
 namespace tetraction::viewer {
 namespace {
 
-constexpr int kMostWaiting = 16;  // pictures
+constexpr int kMostWaiting = 16;  // largest number of pictures in the queue
 
 QString picture_path(const QString& folder, std::size_t number) {
   return QDir(folder).filePath(
@@ -29,7 +29,7 @@ QString picture_path(const QString& folder, std::size_t number) {
 
 }  // namespace
 
-/// Pictures on their way to the disk.
+/// Pictures that are being written to the disk.
 struct PictureQueue {
   std::atomic<int> waiting = 0;
   std::atomic<bool> failed = false;
@@ -47,7 +47,7 @@ void MainWindow::save_scene(const QString& path) {
     write_scene(simulation_->recorded_scene(), path.toLocal8Bit().toStdString());
     statusBar()->showMessage(tr("%1 is written: replay it with tetraction run.").arg(path), 8000);
   } catch (const Error& error) {
-    tell_error(QString::fromUtf8(error.what()));
+    show_error(QString::fromUtf8(error.what()));
   }
 }
 
@@ -58,7 +58,7 @@ void MainWindow::ask_save_screenshot() {
   if (view_->picture().save(path)) {
     statusBar()->showMessage(tr("%1 is written.").arg(path), 8000);
   } else {
-    tell_error(tr("%1: cannot be written. Choose another folder.").arg(path));
+    show_error(tr("%1: cannot be written. Choose another folder.").arg(path));
   }
 }
 
@@ -82,23 +82,23 @@ void MainWindow::stop_pictures() {
   const QString folder = std::exchange(picture_folder_, QString());
   show_recording();
   if (picture_queue_->failed) {
-    tell_error(tr("%1: not all pictures could be written. Choose another folder.").arg(folder));
+    show_error(tr("%1: not all pictures could be written. Choose another folder.").arg(folder));
   } else {
     statusBar()->showMessage(tr("%1 pictures are in %2.").arg(pictures_recorded_).arg(folder),
                              8000);
   }
 }
 
-// Ends a recording that fails.
+// Ends the recording of pictures if one could not be written.
 void MainWindow::check_pictures() {
   if (!picture_folder_.isEmpty() && picture_queue_->failed) stop_pictures();
 }
 
-void MainWindow::tell_error(const QString& message) {
+void MainWindow::show_error(const QString& message) {
   messages_->show_message(MessageStrip::Kind::kError, message);
 }
 
-// The marks in the menu, without asking anything.
+// Shows in the menu what is being recorded.
 void MainWindow::show_recording() {
   const QSignalBlocker quiet_pictures(record_pictures_);
   const QSignalBlocker quiet_run(record_run_);
@@ -109,11 +109,11 @@ void MainWindow::show_recording() {
 void MainWindow::record_pictures(const QString& folder) {
   stop_pictures();
   if (QFileInfo::exists(picture_path(folder, 1))) {
-    tell_error(tr("%1: there are pictures in it already, which would be lost. Choose an empty "
+    show_error(tr("%1: there are pictures in it already, which would be lost. Choose an empty "
                   "folder.")
                    .arg(folder));
   } else if (!QDir().mkpath(folder)) {
-    tell_error(tr("%1: cannot be made. Choose another folder.").arg(folder));
+    show_error(tr("%1: cannot be made. Choose another folder.").arg(folder));
   } else {
     picture_folder_ = folder;
     pictures_recorded_ = 0;
@@ -128,8 +128,7 @@ void MainWindow::record_picture() {
     if (!image.save(path)) queue->failed = true;
     --queue->waiting;
   };
-  // Compressing takes longer than drawing. It runs in other threads, unless the memory would fill
-  // up.
+  // Compressing takes longer than drawing. It runs in other threads unless too many pictures wait.
   if (++picture_queue_->waiting > kMostWaiting) {
     save();
   } else {
@@ -163,9 +162,9 @@ void MainWindow::ask_record_run(bool on) {
   }
 }
 
-// The solver's thread ends the recording: by command, when a run fails or is reset, or because of
-// an error, for which there is a notice.
-void MainWindow::tell_end_of_run_recording() {
+// Called when the solver's thread has ended the recording: on command, because the run failed or was
+// reset, or because of an error, for which there is a notice.
+void MainWindow::report_end_of_run_recording() {
   statusBar()->showMessage(tr("The recording in %1 has ended.").arg(run_folder_), 8000);
   run_folder_.clear();
   show_recording();
@@ -180,7 +179,7 @@ void MainWindow::stop_recording() {
 
 void MainWindow::record_run(const QString& folder, int frame_every) {
   if (QFileInfo::exists(QDir(folder).filePath(QStringLiteral("frames.pvd")))) {
-    tell_error(tr("%1: there is a run in it already, which would be lost. Choose an empty folder.")
+    show_error(tr("%1: there is a run in it already, which would be lost. Choose an empty folder.")
                    .arg(folder));
   } else {
     run_folder_ = folder;
