@@ -37,7 +37,7 @@ double least_density(const CustomMaterial&) {
 }  // namespace
 
 InversionCounter::InversionCounter(const ElasticPotential& elastic) : elastic_(elastic) {
-  const ElementBlocks& blocks = elastic.blocks();
+  const ElementBlocks& blocks = BlockAccess::blocks(elastic);
   for (Index b = 0; b < blocks.block_count(); ++b) {
     const ElementBlocks::Block& block = blocks.block(b);
     double volume = kNever;
@@ -57,13 +57,14 @@ Index InversionCounter::count(const Vector& q) {
 Index InversionCounter::count_after_step(const Vector& q, double energy) {
   // If the energy was evaluated elsewhere since then, the sum differs.
   double sum = 0.0;
-  for (Index b = 0; b < elastic_.blocks().block_count(); ++b) sum += elastic_.block_energy(b);
+  const Index count_of_blocks = BlockAccess::blocks(elastic_).block_count();
+  for (Index b = 0; b < count_of_blocks; ++b) sum += BlockAccess::energy(elastic_, b);
   return count(q, sum == energy);
 }
 
 Index InversionCounter::count(const Vector& q, bool is_small_step) {
   constexpr int kPause = 3;
-  const ElementBlocks& blocks = elastic_.blocks();
+  const ElementBlocks& blocks = BlockAccess::blocks(elastic_);
   pause_.resize(least_energy_.size(), 0);
   std::atomic<Index> count{0};
   parallel_for(blocks.block_count(), 1, [&](Index begin, Index end) {
@@ -71,7 +72,7 @@ Index InversionCounter::count(const Vector& q, bool is_small_step) {
     Index own = 0;
     for (Index b = begin; b < end; ++b) {
       const auto i = static_cast<std::size_t>(b);
-      if (is_small_step && elastic_.block_energy(b) < least_energy_[i]) continue;
+      if (is_small_step && BlockAccess::energy(elastic_, b) < least_energy_[i]) continue;
       if (is_small_step && pause_[i] > 0) {
         --pause_[i];
         continue;
