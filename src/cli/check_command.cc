@@ -44,6 +44,12 @@ std::vector<MaterialModel> materials_to_check(const std::vector<MaterialModel>& 
   return models;
 }
 
+// The rules that have the limit of stability_limit(). With damping each rule has its own.
+std::string rules_of_limit(const MechanicalSystem& system, Integrator rule) {
+  if (!system.is_dissipative()) return "explicit and verlet";
+  return to_string(is_implicit(rule) ? Integrator::kExplicit : rule);
+}
+
 int check(const std::string& path, const std::vector<std::string>& overrides, bool as_json) {
   const Scene scene = read_scene(path, overrides);
   const std::unique_ptr<MechanicalSystem> system = make_system(scene, load_mesh(scene));
@@ -115,10 +121,10 @@ int check(const std::string& path, const std::vector<std::string>& overrides, bo
     write_result("\n");
     if (limit.element >= 0) {
       print_result(
-          "stability limit of the explicit rules: h_crit = {:.6g} s (omega_max = "
-          "{:.6g} "
-          "rad/s, most at element {})\n",
-          limit.critical_step, limit.omega_max, mesh.tetrahedron_id(limit.element));
+          "stability limit of {}: h_crit = {:.6g} s (omega_max = {:.6g} rad/s, most at element "
+          "{})\n",
+          rules_of_limit(*system, scene.time.integrator), limit.critical_step, limit.omega_max,
+          mesh.tetrahedron_id(limit.element));
     } else {
       print_result("stability limit of the explicit rules: none, because every vertex is held\n");
     }
@@ -146,8 +152,8 @@ int check(const std::string& path, const std::vector<std::string>& overrides, bo
                    row["ok"].get<bool>() ? "" : "   NOT below 1e-7");
     }
   }
-  if (const std::string warning = locking_warning(*system); !warning.empty()) {
-    print_warning(warning);
+  for (const auto& warning_of : {locking_warning, instability_warning}) {
+    if (const std::string warning = warning_of(*system); !warning.empty()) print_warning(warning);
   }
   if (!exact) print_warning("the derivatives differ from finite differences by more than 1e-7");
   return exact ? 0 : 1;

@@ -9,9 +9,9 @@
 #include <string_view>
 #include <vector>
 
-#include "../io/text/spelling.h"
 #include "commands.h"
 #include "console.h"
+#include "core/spelling.h"
 #include "tetraction/core/blas.h"
 #include "tetraction/core/error.h"
 #include "tetraction/core/parallel.h"

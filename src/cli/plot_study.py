@@ -108,7 +108,23 @@ def read_study(folder):
     if not runs:
         raise Unusable("study.json names no run with a step")
     variants = {str(run.get("variant")) for run in runs}
-    return {"runs": runs, "variants": variants, "stable_step": number(study.get("stable_step"))}
+    return {"runs": runs, "variants": variants, "stable_step": number(study.get("stable_step")),
+            "limits": stability_limits(found, study)}  # fmt: skip
+
+
+def stability_limits(entries, study):
+    """[(label, h_crit)] of the explicit rules of the first variant: they differ with damping."""
+    limits = {}
+    for entry in entries:
+        if not isinstance(entry, dict) or entry.get("variant") != entries[0].get("variant"):
+            continue
+        limit = number(entry.get("stable_step"))
+        if entry.get("integrator") in ("explicit", "verlet") and usable(limit):
+            limits[entry["integrator"]] = limit
+    values = list(limits.values()) or [number(study.get("stable_step"))]
+    if max(values) > 1.001 * min(values):
+        return [(f"stability limit of {name}", limit) for name, limit in limits.items()]
+    return [("stability limit of the explicit steps", values[0])] if usable(values[0]) else []
 
 
 def read_history(run):
@@ -255,7 +271,7 @@ def along(lines):
     return np.vstack(points), np.array(slopes)
 
 
-def slope_guides(axes, lines, limit):
+def slope_guides(axes, lines, limits):
     """Triangles of slope 1 and 2, each beside the curves that have its slope, and covering none."""
     to_screen, back = axes.transData.transform, axes.transData.inverted().transform
     box = axes.bbox
@@ -264,8 +280,9 @@ def slope_guides(axes, lines, limit):
     unit = (box.height / math.log10(y1 / y0)) / (box.width / math.log10(x1 / x0))
     curves, slopes = along([to_screen(line) for line in lines])
     taken = curves
-    if x0 < limit < x1:
-        taken = np.vstack([curves, along([to_screen([(limit, y0), (limit, y1)])])[0]])
+    for _, limit in limits:
+        if x0 < limit < x1:
+            taken = np.vstack([taken, along([to_screen([(limit, y0), (limit, y1)])])[0]])
     decades = min(0.13 * math.log10(x1 / x0), 0.14 * math.log10(y1 / y0))
     width, pad = decades * box.width / math.log10(x1 / x0), 0.07 * box.height
     for slope in (1, 2):
@@ -330,28 +347,29 @@ def scatter(study, folder, name, title, xlabel, x_key, key, ylabel, floor=0.0, g
     for index, (color, bad) in enumerate(rows):
         axes.plot(bad, [0.97 - 0.065 * index] * len(bad), "x", color=color, ms=8, mew=2,
                   transform=axes.get_xaxis_transform())  # fmt: skip
-    limit = study["stable_step"]
-    if over_step and usable(limit):
+    limits = study["limits"] if over_step else []
+    for _, limit in limits:
         axes.axvline(limit, color=GREY, linestyle="--", linewidth=1, zorder=1)
     low, high = axes.get_xlim()
     if high / low < 10:
         middle = math.sqrt(low * high)
         low, high = middle / 10**0.6, middle * 10**0.6
     axes.set_xlim(low, high)
-    if over_step and usable(limit):
+    # Two labels stand on two lines, the larger limit above.
+    for line, (label, limit) in enumerate(sorted(limits, key=lambda named: named[1])):
         place = math.log(limit / low) / math.log(high / low)
-        axes.annotate("stability limit of the explicit steps", (min(max(place, 0.3), 0.7), 1.015),
+        axes.annotate(label, (min(max(place, 0.3), 0.7), 1.015 + 0.035 * line),
                       xycoords="axes fraction", ha="center", fontsize=8, color=GREY)  # fmt: skip
     if rows:
         handles.append(Line2D([], [], color=GREY, marker="x", ls="", ms=8, mew=2,
                               label="unstable or failed"))  # fmt: skip
     axes.set_xlabel(xlabel)
     axes.set_ylabel(ylabel)
-    axes.set_title(title, fontsize=11, pad=20 if over_step and usable(limit) else 8)
+    axes.set_title(title, fontsize=11, pad=8 + 12 * len(limits))
     axes.legend(handles=handles, loc="center left", bbox_to_anchor=(1.01, 0.5), fontsize=9)
     figure.canvas.draw()  # places the axes, which the guides need to know
     if guides and lines:
-        slope_guides(axes, lines, limit)
+        slope_guides(axes, lines, limits)
     save(figure, folder, name)
 
 

@@ -7,7 +7,7 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "io/text/spelling.h"
+#include "core/spelling.h"
 #include "tetraction/core/error.h"
 
 namespace tetraction {

@@ -1,9 +1,12 @@
 #include "tetraction/dynamics/mechanical_system.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <string>
 #include <utility>
 
 #include "tetraction/core/error.h"
@@ -85,10 +88,11 @@ Constraints MechanicalSystem::set_constraints(Constraints constraints) {
 }
 
 void MechanicalSystem::set_damping(const Damping& damping) {
-  for (const double value : {damping.drag, damping.mass_damping, damping.viscosity}) {
-    if (!(value >= 0.0) || !std::isfinite(value)) {
-      throw InputError("Damping must be 0 or more and finite: negative damping makes energy.");
-    }
+  for (const auto& [name, value] : {std::pair{"drag", damping.drag},
+                                    {"mass_damping", damping.mass_damping},
+                                    {"viscosity", damping.viscosity}}) {
+    const std::string refusal = kDampingRange.refusal(value);
+    if (!refusal.empty()) throw InputError(fmt::format("damping.{} = {}{}", name, value, refusal));
   }
   damping_ = damping;
   vertex_damping_ = VertexDamping(damping);
@@ -149,13 +153,6 @@ void MechanicalSystem::external_force(double time, double h, Vector& f) const {
   f.setZero(any ? dof_count() : 0);
   for (const ForceTerm* term : terms_) {
     if (term->has_load()) term->add_load(mass_, time, h, f);
-  }
-}
-
-void MechanicalSystem::add_potential_gradient(const Vector& q, double time,
-                                              Vector& gradient) const {
-  for (const ForceTerm* term : terms_) {
-    if (term->has_potential()) term->add_gradient(force_point(q, time), gradient);
   }
 }
 

@@ -256,8 +256,8 @@ ElasticPotential::ElasticPotential(ElasticPotential&&) noexcept = default;
 const ElasticPotential::ShapeSums& ElasticPotential::shape_sums(std::size_t material) const {
   return impl_->shape_sums.at(material);
 }
-const ElementBlocks& ElasticPotential::blocks() const {
-  return impl_->blocks;
+const ElementBlocks& BlockAccess::blocks(const ElasticPotential& elastic) {
+  return elastic.impl_->blocks;
 }
 const RestState& ElasticPotential::rest() const {
   return impl_->rest;
@@ -299,7 +299,7 @@ EvaluationStatus ElasticPotential::value_and_gradient(const Positions& q, double
 EvaluationStatus ElasticPotential::add_hessian(const Positions& q, const SparsityPattern& pattern,
                                                double* values) const {
   if (!impl_->run_blocks(q, false)) return impl_->failure(q);
-  for (const std::vector<Index>& color : pattern.block_colors(impl_->blocks)) {
+  for (const std::vector<Index>& color : BlockAccess::colors(pattern, impl_->blocks)) {
     parallel_for(static_cast<Index>(color.size()), 1, [&](Index begin, Index end) {
       for (Index i = begin; i < end; ++i) {
         impl_->add_block_hessian(impl_->blocks.block(color[static_cast<std::size_t>(i)]), q,
@@ -337,8 +337,8 @@ Vector ElasticPotential::energies_by_material(const Vector& q) const {
   return sums;
 }
 
-double ElasticPotential::block_energy(Index block) const {
-  return impl_->energies[static_cast<std::size_t>(block)];
+double BlockAccess::energy(const ElasticPotential& elastic, Index block) {
+  return elastic.impl_->energies[static_cast<std::size_t>(block)];
 }
 
 bool ElasticPotential::element_terms(Index e, const Positions& q, bool with_hessian,

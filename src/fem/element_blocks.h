@@ -18,9 +18,14 @@
 #include <vector>
 
 #include "kernels/element_kernels.h"
+#include "tetraction/fem/elastic_potential.h"
 #include "tetraction/fem/rest_state.h"
+#include "tetraction/fem/sparsity_pattern.h"
+#include "tetraction/fem/viscous_potential.h"
 
 namespace tetraction {
+
+enum class TangentForm;
 
 /// A vector that begins on a cache line.
 template <class T>
@@ -157,6 +162,23 @@ class ElementBlocks {
   std::vector<std::int32_t> record_vertex_;  // −1 for padding
   std::vector<std::int32_t> vertex_record_begin_;
   std::vector<std::int32_t> vertex_records_;
+};
+
+/// Gives the loops of the library access to the blocks of public classes.
+struct BlockAccess {
+  /// The blocks of the elements of the whole body.
+  static const ElementBlocks& blocks(const ElasticPotential& elastic);
+  /// The energy of a block at the positions where W was evaluated last, J.
+  static double energy(const ElasticPotential& elastic, Index block);
+  /// The blocks by colour. No two blocks of a colour share a free coordinate of the pattern.
+  static const std::vector<std::vector<Index>>& colors(const SparsityPattern& pattern,
+                                                       const ElementBlocks& blocks);
+  /// Adds the tangent of viscosity in a block to a state with metric terms
+  /// (kernels/tangent_kernels.h).
+  static void add_tangent(const ViscousPotential& viscous, Index block, const Vector& displacement,
+                          TangentForm form, float* state);
+  static void add_tangent(const ViscousPotential& viscous, Index block, const Vector& displacement,
+                          TangentForm form, double* state);
 };
 
 }  // namespace tetraction

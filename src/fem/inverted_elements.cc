@@ -38,7 +38,7 @@ double density_threshold(const CustomMaterial&) {
 }  // namespace
 
 InversionCounter::InversionCounter(const ElasticPotential& elastic) : elastic_(elastic) {
-  const ElementBlocks& blocks = elastic.blocks();
+  const ElementBlocks& blocks = BlockAccess::blocks(elastic);
   for (Index b = 0; b < blocks.block_count(); ++b) {
     const ElementBlocks::Block& block = blocks.block(b);
     double least_volume = std::numeric_limits<double>::infinity();
@@ -60,13 +60,14 @@ Index InversionCounter::count_after_step(const Vector& q, double energy) {
   // If the energy was evaluated at other positions in the meantime, the sum differs, and the block
   // energies cannot be used.
   double sum = 0.0;
-  for (Index b = 0; b < elastic_.blocks().block_count(); ++b) sum += elastic_.block_energy(b);
+  const Index count_of_blocks = BlockAccess::blocks(elastic_).block_count();
+  for (Index b = 0; b < count_of_blocks; ++b) sum += BlockAccess::energy(elastic_, b);
   return count(q, sum == energy);
 }
 
 Index InversionCounter::count(const Vector& q, bool is_small_step) {
   constexpr int kStepsToSkip = 3;
-  const ElementBlocks& blocks = elastic_.blocks();
+  const ElementBlocks& blocks = BlockAccess::blocks(elastic_);
   steps_to_skip_.resize(energy_threshold_.size(), 0);
   std::atomic<Index> count{0};
   parallel_for(blocks.block_count(), 1, [&](Index begin, Index end) {
@@ -74,7 +75,7 @@ Index InversionCounter::count(const Vector& q, bool is_small_step) {
     Index count_of_range = 0;
     for (Index b = begin; b < end; ++b) {
       const auto i = static_cast<std::size_t>(b);
-      if (is_small_step && elastic_.block_energy(b) < energy_threshold_[i]) continue;
+      if (is_small_step && BlockAccess::energy(elastic_, b) < energy_threshold_[i]) continue;
       if (is_small_step && steps_to_skip_[i] > 0) {
         --steps_to_skip_[i];
         continue;

@@ -167,19 +167,20 @@ const std::vector<std::vector<Index>>& SparsityPattern::colors() const {
   return colors_;
 }
 
-const std::vector<std::vector<Index>>& SparsityPattern::block_colors(
-    const ElementBlocks& blocks) const {
-  if (colored_blocks_ != &blocks) {
-    colored_blocks_ = &blocks;
-    block_colors_ = color_items(blocks.block_count(), owner_, [&](Index b, const auto& use) {
-      const ElementBlocks::Block& block = blocks.block(b);
-      for (Index r = 0; r < block.record_count; ++r) {
-        const Index v = blocks.record_vertex(block.first_record + r);
-        if (v >= 0) use(v);
-      }
-    });
+const std::vector<std::vector<Index>>& BlockAccess::colors(const SparsityPattern& pattern,
+                                                           const ElementBlocks& blocks) {
+  if (pattern.colored_blocks_ != &blocks) {
+    pattern.colored_blocks_ = &blocks;
+    pattern.block_colors_ =
+        color_items(blocks.block_count(), pattern.owner_, [&](Index b, const auto& use) {
+          const ElementBlocks::Block& block = blocks.block(b);
+          for (Index r = 0; r < block.record_count; ++r) {
+            const Index v = blocks.record_vertex(block.first_record + r);
+            if (v >= 0) use(v);
+          }
+        });
   }
-  return block_colors_;
+  return pattern.block_colors_;
 }
 
 int SparsityPattern::find(int row, int column) const {

@@ -52,7 +52,7 @@ template <class T>
 TangentOperator<T>::TangentOperator(const ElasticPotential& elastic,
                                     std::vector<std::int32_t> order)
     : elastic_(elastic),
-      blocks_(elastic.blocks()),
+      blocks_(BlockAccess::blocks(elastic)),
       order_(std::move(order)),
       begin_(static_cast<std::size_t>(blocks_.block_count()) + 1, 0),
       records_(static_cast<std::size_t>(ElementBlocks::kRecordSize * blocks_.record_count())) {
@@ -96,7 +96,7 @@ void TangentOperator<T>::set(const Vector& q, const ViscousPotential* viscous,
           isotropic_model(elastic_.materials()[static_cast<std::size_t>(block.material)]);
       T* state = state_.data() + begin_[static_cast<std::size_t>(b)];
       prepare_tangent(blocks_.batches(block), *model, form(block), positions.data(), state);
-      if (viscous_) viscous->add_tangent(b, displacement, form(block), state);
+      if (viscous_) BlockAccess::add_tangent(*viscous, b, displacement, form(block), state);
     }
   });
 }

@@ -68,7 +68,8 @@ struct ViscousPotential::Impl {
   mutable AlignedVector<double> records;  // forces, per record
   mutable std::vector<double> energies;   // per block
 
-  explicit Impl(const ElasticPotential& elastic) : rest(elastic.rest()), blocks(elastic.blocks()) {}
+  explicit Impl(const ElasticPotential& elastic)
+      : rest(elastic.rest()), blocks(BlockAccess::blocks(elastic)) {}
 
   const double* correction_of(const ElementBlocks::Block& block) const {
     return corrected ? correction.data() + block.first_batch * kViscousNumbers * kBatchLanes
@@ -228,7 +229,7 @@ void ViscousPotential::add_hessian(const Vector& displacement, const SparsityPat
   const Impl& s = *impl_;
   if (s.factor == 0.0) return;
   constexpr TangentForm kForm = TangentForm::kMetric;
-  for (const std::vector<Index>& color : pattern.block_colors(s.blocks)) {
+  for (const std::vector<Index>& color : BlockAccess::colors(pattern, s.blocks)) {
     parallel_for(static_cast<Index>(color.size()), 1, [&](Index begin, Index end) {
       thread_local AlignedVector<double> positions;
       thread_local AlignedVector<double> state;
@@ -265,13 +266,13 @@ void ViscousPotential::add_element_terms(Index e, const Positions& x, bool with_
   if (with_hessian) terms.hessian += element_hessian<Shape>(element, density, local);
 }
 
-void ViscousPotential::add_tangent(Index block, const Vector& displacement, TangentForm form,
-                                   float* state) const {
-  impl_->add_tangent(block, displacement, form, state);
+void BlockAccess::add_tangent(const ViscousPotential& viscous, Index block,
+                              const Vector& displacement, TangentForm form, float* state) {
+  viscous.impl_->add_tangent(block, displacement, form, state);
 }
-void ViscousPotential::add_tangent(Index block, const Vector& displacement, TangentForm form,
-                                   double* state) const {
-  impl_->add_tangent(block, displacement, form, state);
+void BlockAccess::add_tangent(const ViscousPotential& viscous, Index block,
+                              const Vector& displacement, TangentForm form, double* state) {
+  viscous.impl_->add_tangent(block, displacement, form, state);
 }
 
 }  // namespace tetraction

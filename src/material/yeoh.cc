@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <limits>
 
 #include "tetraction/core/error.h"
 
@@ -27,6 +28,17 @@ Yeoh::Yeoh(double c10, double c20, double c30, double kappa)
 
 Yeoh Yeoh::from_young(const LameParameters& lame, double c20, double c30) {
   return {0.5 * lame.mu, c20, c30, lame.lambda + 2.0 / 3.0 * lame.mu};
+}
+
+double Yeoh::unstable_from() const {
+  const double discriminant = c20_ * c20_ - 3.0 * c10_ * c30_;
+  if ((c20_ >= 0.0 && c30_ >= 0.0) || discriminant < 0.0) {
+    return std::numeric_limits<double>::infinity();
+  }
+  // The least positive root, in the form in which nothing cancels. The first one holds for C₃₀ = 0,
+  // too.
+  const double root = std::sqrt(discriminant);
+  return c20_ < 0.0 ? c10_ / (root - c20_) : (root + c20_) / (-3.0 * c30_);
 }
 
 }  // namespace tetraction

@@ -27,7 +27,4 @@ ExternalForce make_force(const ForceSettings& force, const TetMesh& mesh);
 /// twice, for lists of different lengths, and for values that are not finite.
 std::vector<Index> check_shift(const ShiftSettings& shift, const TetMesh& mesh);
 
-/// Throws InputError for settings that no implicit step could work with.
-void check_solver(const SolverSettings& solver);
-
 }  // namespace tetraction

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "tetraction/core/error.h"
-#include "tetraction/dynamics/environment.h"
 
 namespace tetraction {
 namespace {
@@ -95,20 +94,6 @@ Vector3 unit_direction(const Vector3& direction) {
   constexpr double kRoundOff = 8.0 * std::numeric_limits<double>::epsilon();
   if (std::abs(direction.squaredNorm() - 1.0) <= kRoundOff) return direction;
   return direction.stableNormalized();  // safe with tiny and huge components
-}
-
-Environment make_environment(const EnvironmentSettings& settings) {
-  switch (settings.kind) {
-    case EnvironmentKind::kNone:
-      break;
-    case EnvironmentKind::kGravity:
-      return Environment::uniform(settings.strength * settings.direction);
-    case EnvironmentKind::kAttraction:
-      return Environment::attraction(settings.strength, settings.softening);
-    case EnvironmentKind::kCustom:
-      return Environment::custom(settings.field);
-  }
-  return {};
 }
 
 }  // namespace tetraction

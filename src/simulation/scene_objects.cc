@@ -13,6 +13,7 @@
 #include "tetraction/core/error.h"
 #include "tetraction/dynamics/multipliers.h"
 #include "tetraction/mesh/generate.h"
+#include "tetraction/simulation/setting_keys.h"
 #include "tetraction/solver/ceres_minimizer.h"
 #include "tetraction/solver/newton_minimizer.h"
 
@@ -68,6 +69,20 @@ TetMesh generate_mesh(const GeneratorSettings& settings) {
       break;
   }
   return generate_box(settings.size, settings.cells);
+}
+
+Environment make_environment(const EnvironmentSettings& settings) {
+  switch (settings.kind) {
+    case EnvironmentKind::kNone:
+      break;
+    case EnvironmentKind::kGravity:
+      return Environment::uniform(settings.strength * settings.direction);
+    case EnvironmentKind::kAttraction:
+      return Environment::attraction(settings.strength, settings.softening);
+    case EnvironmentKind::kCustom:
+      return Environment::custom(settings.field);
+  }
+  return {};
 }
 
 std::unique_ptr<MechanicalSystem> make_system(const Scene& scene, TetMesh mesh) {
@@ -234,24 +249,11 @@ std::vector<Index> check_shift(const ShiftSettings& shift, const TetMesh& mesh) 
   return vertices;
 }
 
-void check_solver(const SolverSettings& solver) {
-  if (const std::string conflict = solver_conflict(solver); !conflict.empty()) {
-    throw InputError("solver.linear " + conflict);
-  }
-  if (solver.kind != "newton" && solver.kind != "ceres") {
-    throw InputError(
-        fmt::format("solver.kind = \"{}\" is not a solver; there are newton, ceres.", solver.kind));
-  }
-  if (!(solver.tolerance > 0.0 && solver.tolerance < 1.0) || solver.max_iterations < 1) {
-    throw InputError("The solver needs 0 < tolerance < 1 and max_iterations ≥ 1.");
-  }
-}
-
 namespace {
 
 std::unique_ptr<Minimizer> make_minimizer(const SolverSettings& solver,
                                           const MechanicalSystem& system) {
-  check_solver(solver);
+  check_settings(solver);
   if (solver.kind == "newton") {
     NewtonOptions options;
     options.tolerance = solver.tolerance;

@@ -128,8 +128,10 @@ Session::Session(Scene scene, TetMesh mesh) : impl_(std::make_unique<Impl>()) {
   s.choose_step(s.initial_limit, std::move(modes));
   s.system->external_force(s.state.time, s.stepping.time_step, s.external_force);
   s.count_inverted(nullptr);
-  if (std::string warning = locking_warning(*s.system); !warning.empty()) {
-    s.warnings.push_back(std::move(warning));
+  for (const auto& warning_of : {locking_warning, instability_warning}) {
+    if (std::string warning = warning_of(*s.system); !warning.empty()) {
+      s.warnings.push_back(std::move(warning));
+    }
   }
   if (std::string warning = s.step_warning(s.initial_limit); !warning.empty()) {
     s.warnings.push_back(std::move(warning));

@@ -9,6 +9,7 @@
 #include "session_impl.h"
 #include "tetraction/core/error.h"
 #include "tetraction/dynamics/multipliers.h"
+#include "tetraction/simulation/setting_keys.h"
 #include "tetraction/simulation/warnings.h"
 
 namespace tetraction {
@@ -81,9 +82,14 @@ struct Editor {
     }
     const bool built_in = all_built_in();
     const bool locked = !locking_warning(system).empty();
+    const bool unstable = !instability_warning(system).empty();
     system.set_material(edit.region, make_material(edit.material));
     materials[static_cast<std::size_t>(edit.region)] = edit.material;
     if (!locked) warning = locking_warning(system);
+    if (!unstable) {
+      const std::string more = instability_warning(system);
+      warning += (warning.empty() || more.empty() ? "" : " ") + more;
+    }
     // A solver determines when it is made whether it can work without a matrix.
     renewal.stepper = all_built_in() != built_in;
     renewal.limit = true;
@@ -94,7 +100,7 @@ struct Editor {
     time = edit.time;
   }
   void operator()(const SetSolver& edit) {
-    check_solver(edit.solver);
+    check_settings(edit.solver);
     solver = edit.solver;
     renewal.stepper = true;
   }

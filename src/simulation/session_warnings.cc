@@ -15,7 +15,6 @@ namespace {
 constexpr double kSameTime = 1e-6;
 // Of the energy that entered.
 constexpr double kLargeEnergyError = 0.1;
-constexpr double kNearlyIncompressible = 0.45;
 
 std::string no_such_event(const EventSettings& event, double end) {
   return fmt::format(
@@ -24,22 +23,6 @@ std::string no_such_event(const EventSettings& event, double end) {
 }
 
 }  // namespace
-
-std::string locking_warning(const MechanicalSystem& system) {
-  double largest = 0.0;
-  for (const MaterialModel& material : system.elastic().materials()) {
-    const LameParameters lame = initial_lame(material);
-    largest = std::max(largest, 0.5 * lame.lambda / (lame.lambda + lame.mu));
-  }
-  if (largest < kNearlyIncompressible - 1e-9) return {};
-  return fmt::format(
-      "a Poisson's ratio of {:.5g} is nearly incompressible, and linear tetrahedra lock: the body "
-      "is "
-      "too stiff, by several times near 0.5, and stresses are wrong. Take a ratio below {} where "
-      "the "
-      "exact change of volume does not matter, or refine the mesh until results no longer change.",
-      largest, kNearlyIncompressible);
-}
 
 double resolved_frequency(Integrator integrator, double time_step) {
   return 1.0 / ((is_variational(integrator) ? 20.0 : 400.0) * time_step);

@@ -14,7 +14,6 @@ constexpr NumberRange kTolerance{.least = 0.0,
                                  .advice = "; 1e-8 is usual"};
 constexpr NumberRange kStrength{
     .least = 0.0, .is_moderate = true, .advice = "; turn it with environment.direction"};
-constexpr NumberRange kDamping{.least = 0.0, .advice = ": negative damping makes energy"};
 constexpr NumberRange kCount{.least = 1.0};
 
 std::string automatic_step_conflict(const TimeSettings& time) {
@@ -23,6 +22,12 @@ std::string automatic_step_conflict(const TimeSettings& time) {
       "= \"auto\" is for the integrators explicit and verlet: {} has no stability limit to take "
       "half of. Give a number of seconds.",
       to_string(time.integrator));
+}
+
+// The reader refuses such a name before; a program may set it.
+std::string solver_kind_conflict(const SolverSettings& solver) {
+  if (solver.kind == "newton" || solver.kind == "ceres") return {};
+  return fmt::format("= \"{}\" is not a solver; there are newton and ceres.", solver.kind);
 }
 
 std::string direction_conflict(const EnvironmentSettings& environment) {
@@ -121,7 +126,7 @@ const Section<SolverSettings>& section_of() {
          .help = "most iterations of one step",
          .range = kCount},
         &S::max_iterations}},
-      {{{"linear"}, solver_conflict}}};
+      {{{"kind"}, solver_kind_conflict}, {{"linear"}, solver_conflict}}};
   return section;
 }
 
@@ -173,19 +178,19 @@ const Section<Damping>& section_of() {
          .unit = "kg/s",
          .per = "per vertex",
          .help = "k_D: force −k_D v on every vertex, whatever its mass",
-         .range = kDamping},
+         .range = kDampingRange},
         &S::drag},
        {{.name = "mass_damping",
          .title = "Mass damping",
          .unit = "1/s",
          .help = "a: force −a m v; the momentum of a free body decays as exp(−at)",
-         .range = kDamping},
+         .range = kDampingRange},
         &S::mass_damping},
        {{.name = "viscosity",
          .title = "Viscosity",
          .unit = "Pa s",
          .help = "η: internal stress 2ηĖ (Kelvin–Voigt), which takes energy but no momentum",
-         .range = kDamping},
+         .range = kDampingRange},
         &S::viscosity}}};
   return section;
 }

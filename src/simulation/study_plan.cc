@@ -6,6 +6,7 @@
 
 #include "initial_state.h"
 #include "tetraction/core/error.h"
+#include "tetraction/simulation/setting_keys.h"
 #include "tetraction/simulation/study.h"
 
 namespace tetraction {
@@ -78,7 +79,7 @@ void check_comparison(const SolverComparison& wanted, const Scene& scene) {
   SolverSettings solver = scene.solver;
   solver.kind = wanted.solver;
   solver.linear = LinearSolver::kAuto;
-  check_solver(solver);
+  check_settings(solver);
   if (solver.kind == scene.solver.kind) {
     throw InputError(fmt::format(
         "The scene's own solver is {} already, so that there is nothing to compare it with. To run "

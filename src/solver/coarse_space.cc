@@ -86,7 +86,7 @@ struct CoarseSpace<T>::Factor {
 template <class T>
 CoarseSpace<T>::CoarseSpace(const MechanicalSystem& system, const VertexGroups& groups)
     : system_(system),
-      blocks_(system.elastic().blocks()),
+      blocks_(BlockAccess::blocks(system.elastic())),
       groups_(groups),
       arms_(static_cast<std::size_t>(4 * system.vertex_count())),
       motions_(static_cast<std::size_t>(groups.count())),

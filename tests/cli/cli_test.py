@@ -7,6 +7,7 @@ import csv
 import json
 import math
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -564,6 +565,32 @@ class Study(CliTest):
         self.assertEqual([r["role"] for r in rows.values()].count("reference"), 1)
         self.assertRegex(result.stdout, r"midpoint +newton +0\.005 .* reference")
 
+    def test_the_table_names_the_rules_of_its_stability_limits(self):
+        """With damping the limits of the explicit rules differ; rules that do not take part have none."""
+        scene = self.write("beam.toml", BEAM)
+
+        def closing_line(integrators, *overrides):
+            result = self.run_program(
+                "study", scene, "--integrators", integrators, "--steps", "1e-3", "--set",
+                "time.end=2e-3", "--no-plots", "--out", self.path("s"), *overrides,
+            )  # fmt: skip
+            line = re.search(r"Stability limit: (.*)\. Reference", result.stdout).group(1)
+            with open(self.path("s", "study.csv"), newline="") as file:
+                limits = {r["integrator"]: float(r["stable_step"]) for r in csv.DictReader(file)}
+            return line, limits
+
+        damped = ("--set", "damping.viscosity=1000")
+        line, limits = closing_line("explicit,verlet")
+        self.assertEqual(line, f"h_crit = {limits['explicit']:.4g} s (explicit and verlet)")
+        line, limits = closing_line("explicit,verlet", *damped)
+        self.assertLess(limits["explicit"], 0.9 * limits["verlet"])
+        self.assertEqual(line, f"h_crit = {limits['explicit']:.4g} s (explicit), "
+                               f"{limits['verlet']:.4g} s (verlet)")  # fmt: skip
+        line, limits = closing_line("verlet,midpoint", *damped)
+        self.assertEqual(line, f"h_crit = {limits['verlet']:.4g} s (verlet)")
+        line, limits = closing_line("midpoint", *damped)
+        self.assertEqual(line, f"h_crit = {limits['midpoint']:.4g} s (explicit)")
+
     def test_variants_show_that_the_penalty_blows_up(self):
         """The shipped scene, as its header says: at one step the exact constraint runs."""
         scene = os.path.join(os.path.dirname(DATA), "examples", "scenes",
@@ -846,6 +873,14 @@ angular_velocity = [12, 0, 0]
         self.assertIn("lock", self.result.stderr)
         self.simulate(beam, "material.poissons_ratio=0.44")
         self.assertEqual(self.messages(), [])
+        expanding = ["material.poissons_ratio=-0.3", "material.volumetric=quadratic"]
+        self.simulate(beam, *expanding)
+        self.assertEqual(len(self.warnings_of()), 1)
+        self.assertIn("no lower bound", self.result.stderr)
+        # The same words before the run.
+        overrides = [word for change in expanding for word in ("--set", change)]
+        checked = self.run_program("check", self.write("beam.toml", beam), *overrides)
+        self.assertIn(self.warnings_of()[0], checked.stderr)
 
     # Events.
 

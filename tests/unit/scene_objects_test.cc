@@ -1,5 +1,8 @@
 #include "tetraction/simulation/scene_objects.h"
 
+#include <limits>
+#include <string>
+
 #include "support/bodies.h"
 #include "tetraction/core/error.h"
 
@@ -103,6 +106,50 @@ TEST(MakeSystem, RefusesWithThePlaceInTheScene) {
   Scene array = clamped();
   array.initial.displacement_array = "mode";
   EXPECT_NE(refusal(array).find("no point-data array"), std::string::npos);
+}
+
+TEST(MakeEnvironment, ACustomOneNeedsItsField) {
+  EnvironmentSettings settings;
+  settings.kind = EnvironmentKind::kCustom;
+  EXPECT_THROW(make_environment(settings), InputError);
+}
+
+template <class Action>
+std::string message_of(const Action& action) {
+  try {
+    action();
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+// Settings of a program pass the same checks as those of a scene file, with the same words.
+TEST(MakeStepper, RefusesSolverSettingsByTheirKey) {
+  const Scene scene = clamped();
+  const auto system = make_system(scene, generate_mesh(*scene.mesh.generate));
+  const auto refusal_of = [&](const SolverSettings& solver) {
+    return message_of([&] { make_stepper(Integrator::kMidpoint, solver, *system); });
+  };
+  EXPECT_EQ(refusal_of({}), "accepted");
+  EXPECT_EQ(refusal_of({.tolerance = 2.0}),
+            "solver.tolerance = 2; it must lie between 0 and 1, both excluded; 1e-8 is usual.");
+  EXPECT_EQ(refusal_of({.max_iterations = 0}), "solver.max_iterations = 0; it must be 1 or more.");
+  EXPECT_EQ(refusal_of({.kind = "gauss"}),
+            "solver.kind = \"gauss\" is not a solver; there are newton and ceres.");
+}
+
+TEST(SetDamping, RefusesACoefficientByItsKey) {
+  const Scene scene = clamped();
+  const auto system = make_system(scene, generate_mesh(*scene.mesh.generate));
+  const auto refusal_of = [&](const Damping& damping) {
+    return message_of([&] { system->set_damping(damping); });
+  };
+  EXPECT_EQ(refusal_of({1.0, 0.0, 2.0}), "accepted");
+  EXPECT_EQ(refusal_of({.mass_damping = -1.0}),
+            "damping.mass_damping = -1; it must be 0 or more: negative damping makes energy.");
+  EXPECT_EQ(refusal_of({.viscosity = std::numeric_limits<double>::infinity()}),
+            "damping.viscosity = inf; it must be finite.");
 }
 
 }  // namespace

@@ -5,7 +5,6 @@
 #include <string>
 
 #include "tetraction/core/error.h"
-#include "tetraction/dynamics/environment.h"
 
 namespace tetraction {
 namespace {
@@ -170,12 +169,6 @@ TEST(MakeMaterial, ACustomOneIsTakenWhateverElseIsSet) {
   EXPECT_EQ(initial_lame(make_material(settings)).mu, 5.0);
   settings.custom.reset();
   EXPECT_TRUE(mentions(refusal(settings), "\"steel\""));
-}
-
-TEST(MakeEnvironment, ACustomOneNeedsItsField) {
-  EnvironmentSettings settings;
-  settings.kind = EnvironmentKind::kCustom;
-  EXPECT_THROW(make_environment(settings), InputError);
 }
 
 TEST(MakeMaterial, ChecksTheValues) {

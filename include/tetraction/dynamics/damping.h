@@ -1,7 +1,13 @@
 // The coefficients of the dissipative forces.
 #pragma once
 
+#include "tetraction/core/number_range.h"
+
 namespace tetraction {
+
+/// The range of each coefficient.
+inline constexpr NumberRange kDampingRange{.least = 0.0,
+                                           .advice = ": negative damping makes energy"};
 
 /// The coefficients of the dissipative forces, all 0 or more. Each force is the derivative of a
 /// dissipation potential.

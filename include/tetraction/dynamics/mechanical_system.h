@@ -102,8 +102,6 @@ class MechanicalSystem {
   /// vertex, N). It is the mean over the step, so that h f is the impulse ∫ f dt. It is empty if no
   /// term has a load.
   void external_force(double time, double h, Vector& f) const;
-  /// gradient += ∂U/∂x of all terms with a potential (3 per vertex, N).
-  void add_potential_gradient(const Vector& q, double time, Vector& gradient) const;
   /// force −= ∂D/∂v of all terms at velocities v (3 per vertex, N). Viscosity is not included.
   void add_damping_force(const Vector& q, double time, const Vector& v, Vector& force) const;
   /// Whether a term or viscosity dissipates energy of a moving body.

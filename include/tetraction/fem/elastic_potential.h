@@ -10,8 +10,6 @@
 
 namespace tetraction {
 
-class ElementBlocks;
-
 /// The outcome of an evaluation. An evaluation fails where the energy of a material is not defined
 /// (J ≤ 0, or a position that is not finite) or where the potential of a force term is not defined.
 /// The status then contains the first such element or vertex, and −1 otherwise.
@@ -73,22 +71,19 @@ class ElasticPotential {
     double with_edges = 0.0;  ///< Σ (V Σ_a |∇N_a|² L)² with L the longest rest edge, m⁴
   };
   const ShapeSums& shape_sums(std::size_t material) const;
-  /// The element blocks that the fast loops use (private to the library).
-  const ElementBlocks& blocks() const;
 
   /// Evaluates the terms of element e. Returns false if its energy is not defined at q. If
   /// `with_hessian` is false, the Hessian is left unchanged. May be called from several threads.
   bool element_terms(Index e, const Positions& q, bool with_hessian, ElementTerms& terms) const;
   /// The energy of each material's elements, J; W must be defined at q.
   Vector energies_by_material(const Vector& q) const;
-  /// The energy of one of blocks() at the positions where W was evaluated last, J.
-  double block_energy(Index block) const;
   /// Ψ at the first quadrature point of every element, J/m³.
   void energy_densities(const Vector& q, Vector& densities) const;
   /// P at the first quadrature point of element e, Pa; W must be defined at q.
   Matrix3 first_piola(Index e, const Vector& q) const;
 
  private:
+  friend struct BlockAccess;  // the fast loops of the library (src/fem/element_blocks.h)
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

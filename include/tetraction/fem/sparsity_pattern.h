@@ -12,8 +12,6 @@
 
 namespace tetraction {
 
-class ElementBlocks;
-
 /// The lower triangle of a symmetric matrix over the free coordinates, compressed by columns with
 /// ascending rows. CHOLMOD takes this format with stype = −1.
 class SparsityPattern {
@@ -61,10 +59,10 @@ class SparsityPattern {
   /// of a colour can be scattered at the same time. The colours are processed one after the other,
   /// so that sums do not depend on the number of threads.
   const std::vector<std::vector<Index>>& colors() const;
-  /// The element blocks by colour, in the same sense (private to the library).
-  const std::vector<std::vector<Index>>& block_colors(const ElementBlocks& blocks) const;
 
  private:
+  friend struct BlockAccess;  // the fast loops of the library (src/fem/element_blocks.h)
+
   int find(int row, int column) const;
   void scatter_block(const FreeCoordinates::VertexMap& rows,
                      const FreeCoordinates::VertexMap& columns, const Matrix3& block,
@@ -78,8 +76,8 @@ class SparsityPattern {
   std::vector<std::uint8_t> has_element_entries_;   // per element: whether element_entries_ is set
   mutable std::vector<std::vector<Index>> colors_;  // made when first needed
   std::vector<Index> owner_;                        // of the coordinates of each vertex
-  mutable std::vector<std::vector<Index>> block_colors_;  // of colored_blocks_
-  mutable const ElementBlocks* colored_blocks_ = nullptr;
+  mutable std::vector<std::vector<Index>> block_colors_;  // colours of the blocks of elements
+  mutable const void* colored_blocks_ = nullptr;          // the blocks that have these colours
 };
 
 }  // namespace tetraction

@@ -7,8 +7,6 @@
 
 namespace tetraction {
 
-enum class TangentForm;
-
 /// The second Piola–Kirchhoff stress of the viscosity is S = 2ηĖ with the rate of the Green strain
 /// Ė = sym(FᵀḞ) and η in Pa s. S is objective and symmetric, so that it takes neither linear nor
 /// angular momentum from the body.
@@ -52,12 +50,9 @@ class ViscousPotential {
   /// Adds the terms of element e at positions x. May be called from several threads.
   void add_element_terms(Index e, const Positions& x, bool with_hessian,
                          ElasticPotential::ElementTerms& terms) const;
-  /// Adds the viscous tangent of a block of ElasticPotential::blocks() to a state with metric terms
-  /// (src/fem/kernels/tangent_kernels.h; private to the library).
-  void add_tangent(Index block, const Vector& displacement, TangentForm form, float* state) const;
-  void add_tangent(Index block, const Vector& displacement, TangentForm form, double* state) const;
 
  private:
+  friend struct BlockAccess;  // the fast loops of the library (src/fem/element_blocks.h)
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

@@ -6,6 +6,9 @@
 
 namespace tetraction {
 
+/// Linear tetrahedra lock from this Poisson's ratio on: the body is too stiff.
+inline constexpr double kLockingRatio = 0.45;
+
 /// A parameter of a material.
 struct MaterialParameter {
   const char* name;  ///< its name in scenes
@@ -25,7 +28,8 @@ inline constexpr MaterialParameter kPoissonsRatio{
      .most = 0.5,
      .least_itself = false,
      .most_itself = false,
-     .advice = "; take 0.45 to 0.49 for rubber-like materials"},
+     .advice = "; take 0.44 for rubber-like materials, since linear tetrahedra are too stiff from "
+               "0.45 on"},
     "Poisson's ratio ν"};
 
 }  // namespace tetraction

@@ -10,10 +10,8 @@ namespace tetraction {
 ///
 /// The first term alone is the neo-Hookean law of most commercial codes. The others describe the
 /// softening of filled rubber at moderate stretches (usually C₂₀ < 0) and its stiffening at large
-/// ones (C₃₀ > 0). The material is unstable where C₁₀ + 2 C₂₀ x + 3 C₃₀ x², x = Ī₁ − 3, is not
-/// positive, because further shear releases energy there. This happens at no strain if C₂₀² < 3 C₁₀
-/// C₃₀ or if neither C₂₀ nor C₃₀ is negative. It always happens at some strain if C₃₀ < 0. Negative
-/// values of C₂₀ and C₃₀ are accepted without a warning.
+/// ones (C₃₀ > 0). The material is unstable where ∂Ψ/∂Ī₁ is not positive, because further shear
+/// releases energy there. Such parameters are accepted; unstable_from() tells where that is.
 ///
 /// The small-strain parameters are μ = 2 C₁₀ and λ = κ − 2μ/3, that is, the bulk modulus is κ.
 class Yeoh : public IsotropicMaterial<Yeoh> {
@@ -40,6 +38,10 @@ class Yeoh : public IsotropicMaterial<Yeoh> {
   double c20() const { return c20_; }      ///< Pa
   double c30() const { return c30_; }      ///< Pa
   double kappa() const { return kappa_; }  ///< Pa
+
+  /// The least x = Ī₁ − 3 ≥ 0 at which ∂Ψ/∂Ī₁ = C₁₀ + 2 C₂₀ x + 3 C₃₀ x² is not positive; infinite
+  /// if it is positive everywhere. It is finite if C₃₀ < 0, or if C₂₀ < 0 and C₂₀² ≥ 3 C₁₀ C₃₀.
+  double unstable_from() const;
 
  private:
   double c10_;

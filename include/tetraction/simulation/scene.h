@@ -20,7 +20,6 @@
 
 namespace tetraction {
 
-class Environment;
 class ForceField;
 class ForceTerm;
 
@@ -133,9 +132,6 @@ struct EnvironmentSettings {
 /// Returns the direction with length 1. A direction whose length is 1 up to round-off is returned
 /// bitwise unchanged, so that a scene which is written and read again is the same.
 Vector3 unit_direction(const Vector3& direction);
-
-/// The environment of the settings. Throws InputError for a custom one without a field.
-Environment make_environment(const EnvironmentSettings& settings);
 
 struct FixSettings {
   Selection select = SelectAll{};

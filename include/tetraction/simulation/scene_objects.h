@@ -12,6 +12,9 @@ namespace tetraction {
 /// The mesh that the scene's generator makes. Throws InputError without one or for bad sizes.
 TetMesh generate_mesh(const GeneratorSettings& settings);
 
+/// The environment of the settings. Throws InputError for a custom one without a field.
+Environment make_environment(const EnvironmentSettings& settings);
+
 /// Makes the body of a scene on its mesh, with environment, damping and forces. Its constraints are
 /// set later, by make_initial_state(). Keeps the mesh as MechanicalSystem does. Throws InputError
 /// for selections that select nothing and for wrong parameters.

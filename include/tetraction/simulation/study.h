@@ -29,7 +29,7 @@ struct StudySettings {
   /// compared with one reference, a run of the first variant. All must have the same end time.
   std::vector<StudyVariant> variants;
   std::vector<Integrator> integrators;  ///< empty: all four
-  std::vector<double> steps;            ///< s; empty: 1/4, 1/2, 2, 8 and 32 times h_crit
+  std::vector<double> steps;  ///< s; empty: 1/4, 1/2, 2, 8 and 32 times h_crit of `explicit`
   /// Step of the reference run. By default it is the finest step of the study.
   std::optional<double> reference_step;
   Integrator reference_integrator = Integrator::kMidpoint;
@@ -50,8 +50,8 @@ struct PlannedRun {
 /// All runs of a study, known before the first one begins.
 struct StudyPlan {
   std::vector<StudyVariant> variants;  ///< at least one, whose name is empty if nothing is varied
-  double stable_step = 0.0;            ///< h_crit at the initial state of the first variant, s
-  double end = 0.0;                    ///< s
+  double stable_step = 0.0;  ///< h_crit of `explicit` at the initial state of the first variant, s
+  double end = 0.0;          ///< s
   /// The runs that become rows of the result, sorted by variant, integrator, then step from the
   /// finest up. The comparisons of solvers follow the other runs of their integrator.
   std::vector<PlannedRun> runs;
@@ -85,7 +85,8 @@ struct StudyRow {
   double step = 0.0;             ///< s
   std::string solver;            ///< SolverSettings::kind; empty for explicit integrators
   bool compares_solver = false;  ///< one of StudySettings::solver_comparisons
-  double stable_step = 0.0;      ///< h_crit at the initial state, s
+  double stable_step =
+      0.0;  ///< h_crit of the rule at the initial state (implicit: of `explicit`), s
   RunStatus status = RunStatus::kRunning;
   std::string message;
   std::string directory;      ///< of the run, relative to the study's
@@ -113,8 +114,9 @@ struct StudyRow {
 };
 
 struct StudyResult {
-  double stable_step = 0.0;  ///< h_crit at the initial state (of the first variant), s
-  double end = 0.0;          ///< s
+  double stable_step =
+      0.0;           ///< h_crit of `explicit` at the initial state (of the first variant), s
+  double end = 0.0;  ///< s
   Integrator reference_integrator = Integrator::kMidpoint;
   double reference_step = 0.0;
   RunStatus reference_status = RunStatus::kRunning;

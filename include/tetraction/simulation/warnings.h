@@ -3,13 +3,24 @@
 
 #include <string>
 
+#include "tetraction/dynamics/mechanical_system.h"
 #include "tetraction/simulation/scene.h"
 
 namespace tetraction {
 
-/// A warning for nearly incompressible materials (Poisson's ratio at small strain of 0.45 and
-/// more), with which linear tetrahedra lock. Empty if the body has none.
+/// A warning for nearly incompressible materials (Poisson's ratio at small strain of kLockingRatio
+/// and more), with which linear tetrahedra lock. Empty if the body has none.
 std::string locking_warning(const MechanicalSystem& system);
+
+/// A warning for the first material whose energy falls when the strain grows, with the stretch at
+/// which this begins. Empty if the body has none.
+/// - Yeoh, where ∂Ψ/∂Ī₁ ≤ 0 (Yeoh::unstable_from()), with the stretch λ of incompressible uniaxial
+///   tension, Ī₁ = λ² + 2/λ.
+/// - Neo-Hooke and Mooney–Rivlin with a negative λ of the volumetric part. Their energy then has no
+///   lower bound: for large J with VolumetricPart::kQuadratic, for small J with kLogarithmic. The
+///   stretch is that of F = s I at which Ψ is largest. A warning is given if it lies between 0.5
+///   and 10.
+std::string instability_warning(const MechanicalSystem& system);
 
 /// The highest frequency that a step resolves, Hz. For the variational rules it is 1/(20 h), that
 /// is, twenty steps in a period. For backward Euler it is 1/(400 h), at which a vibration loses a

@@ -2,8 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "tetraction/core/version.h"
 #include "tetraction/io/text_file.h"
@@ -22,6 +26,38 @@ nlohmann::ordered_json json_number(double value) {
 
 std::string cell(double value, const char* format = "{:.2e}") {
   return std::isfinite(value) ? fmt::format(fmt::runtime(format), value) : "-";
+}
+
+// The stability limits of the explicit rules that have a row of the variant, "h_crit = 1e-3 s
+// (explicit), 1.2e-3 s (verlet)". They differ if there is damping. Without such a row it is the
+// limit of the variant's first row, which is that of `explicit`.
+std::string limits_text(const StudyResult& result, const std::string& variant) {
+  std::vector<std::pair<double, std::string>> limits;  // with the names of their rules
+  const StudyRow* first = nullptr;
+  for (const StudyRow& row : result.rows) {
+    if (row.variant != variant) continue;
+    if (first == nullptr) first = &row;
+    if (is_implicit(row.integrator)) continue;
+    const std::string name = to_string(row.integrator);
+    const auto known = std::find_if(limits.begin(), limits.end(), [&](const auto& limit) {
+      // Lanczos iterations find a limit to 1e-4.
+      return std::abs(limit.first - row.stable_step) <= 1e-3 * row.stable_step ||
+             limit.first == row.stable_step;
+    });
+    if (known == limits.end()) {
+      limits.emplace_back(row.stable_step, name);
+    } else if (known->second.find(name) == std::string::npos) {
+      known->second += " and " + name;
+    }
+  }
+  if (limits.empty() && first != nullptr) {
+    limits.emplace_back(first->stable_step, to_string(Integrator::kExplicit));
+  }
+  std::string text = "h_crit = ";
+  for (const auto& [limit, names] : limits) {
+    text += fmt::format("{}{:.4g} s ({})", text.back() == ' ' ? "" : ", ", limit, names);
+  }
+  return text;
 }
 
 }  // namespace
@@ -100,7 +136,7 @@ std::string study_table(const StudyResult& result) {
     const bool other_variant = i == 0 || result.rows[i - 1].variant != row.variant;
     if (i > 0 && (other_variant || result.rows[i - 1].integrator != row.integrator)) text += '\n';
     if (other_variant && !row.variant.empty()) {
-      text += fmt::format("{}: h_crit = {:.4g} s{}\n", row.variant, row.stable_step,
+      text += fmt::format("{}: {}{}\n", row.variant, limits_text(result, row.variant),
                           row.role == StudyRole::kVariant
                               ? "; pos.error and pos.rms are differences from another variant"
                               : "");
@@ -116,14 +152,14 @@ std::string study_table(const StudyResult& result) {
         is_reference ? "-" : cell(row.position_error_rms), cell(row.observed_order, "{:.2f}"));
   }
   text += fmt::format(
-      "\nStability limit of the explicit rules: h_crit = {:.4g} s. Reference: {} at {:.4g} s "
-      "({}).\n"
+      "\nStability limit: {}. Reference: {} at {:.4g} s ({}).\n"
       "energy: the largest energy error, divided by the energy that entered.\n"
       "lin.mom., ang.mom.: the change of the momentum that no impulse of a force explains.\n"
       "pos.error: |q - q_ref| at the end, divided by the displacement |q_ref - X| of the "
       "reference.\n"
       "pos.rms: the same, as root mean squares over the whole time.\n",
-      result.stable_step, to_string(result.reference_integrator), result.reference_step,
+      limits_text(result, result.rows.empty() ? "" : result.rows.front().variant),
+      to_string(result.reference_integrator), result.reference_step,
       to_string(result.reference_status));
   return text;
 }

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "io/text/spelling.h"
+#include "core/spelling.h"
 #include "key_text.h"
 #include "tetraction/core/error.h"
 

@@ -31,30 +31,10 @@ std::string unit_text(const Key<S>& key, const S& settings) {
   return key.info.per[0] == '\0' ? unit : fmt::format("{} {}", unit, key.info.per);
 }
 
-// All keys of a section but those written by hand.
-template <class S>
-SceneKeys table_keys_of(const S& settings) {
-  const Section<S>& section = section_of<S>();
-  const S defaults{};
-  SceneKeys keys;
-  for (const Key<S>& key : section.keys) {
-    if (section.refuses_unused && !key.is_used(settings)) continue;
-    const std::string value = std::visit(ValueText<S>{settings}, key.value);
-    if (value.empty()) continue;
-    if (key.info.in_file == Written::kUnlessDefault &&
-        value == std::visit(ValueText<S>{defaults}, key.value)) {
-      continue;
-    }
-    keys.push_back(
-        {key.info.name, value, value[0] == '"' ? std::string() : unit_text(key, settings)});
-  }
-  return keys;
-}
-
 // The keys of a kind of selection that is a table.
 template <class Kind>
 SceneKeys selection_keys(const char* name, const Kind& kind) {
-  SceneKeys keys = table_keys_of(kind);
+  SceneKeys keys = keys_of<Kind>(kind);
   for (SceneKey& key : keys) key = {fmt::format("{}.{}", name, key.name), key.value};
   return keys;
 }
@@ -96,6 +76,36 @@ std::string toml_list(const std::vector<Vector3>& values) {
   return list_text(values, [](const Vector3& value) { return toml_list(value); });
 }
 
+template <class S>
+SceneKeys keys_of(const S& settings) {
+  const Section<S>& section = section_of<S>();
+  const S defaults{};
+  SceneKeys keys;
+  for (const Key<S>& key : section.keys) {
+    if (section.refuses_unused && !key.is_used(settings)) continue;
+    const std::string value = std::visit(ValueText<S>{settings}, key.value);
+    if (value.empty()) continue;
+    if (key.info.in_file == Written::kUnlessDefault &&
+        value == std::visit(ValueText<S>{defaults}, key.value)) {
+      continue;
+    }
+    keys.push_back(
+        {key.info.name, value, value[0] == '"' ? std::string() : unit_text(key, settings)});
+  }
+  return keys;
+}
+
+template SceneKeys keys_of(const MeshSettings&);
+template SceneKeys keys_of(const SolverSettings&);
+template SceneKeys keys_of(const Damping&);
+template SceneKeys keys_of(const OutputSettings&);
+template SceneKeys keys_of(const InitialSettings&);
+template SceneKeys keys_of(const FixSettings&);
+template SceneKeys keys_of(const ConstraintSettings&);
+template SceneKeys keys_of(const ForceSettings&);
+template SceneKeys keys_of(const MomentumSettings&);
+template SceneKeys keys_of(const ShiftSettings&);
+
 SceneKeys keys_of(const MaterialSettings& material) {
   if (material.custom) {
     throw InputError(fmt::format(
@@ -117,7 +127,7 @@ SceneKeys keys_of(const TimeSettings& time) {
   if (!std::isfinite(time.end)) {
     throw InputError("The run has no end, which a scene file must give: set time.end.");
   }
-  return table_keys_of(time);
+  return keys_of<TimeSettings>(time);
 }
 
 SceneKeys keys_of(const EnvironmentSettings& environment) {
@@ -126,38 +136,7 @@ SceneKeys keys_of(const EnvironmentSettings& environment) {
         "The environment is a program's own force field: a scene file cannot name it. Take none, "
         "gravity or attraction.");
   }
-  return table_keys_of(environment);
-}
-
-SceneKeys keys_of(const MeshSettings& mesh) {
-  return table_keys_of(mesh);
-}
-SceneKeys keys_of(const SolverSettings& solver) {
-  return table_keys_of(solver);
-}
-SceneKeys keys_of(const Damping& damping) {
-  return table_keys_of(damping);
-}
-SceneKeys keys_of(const OutputSettings& output) {
-  return table_keys_of(output);
-}
-SceneKeys keys_of(const InitialSettings& initial) {
-  return table_keys_of(initial);
-}
-SceneKeys keys_of(const FixSettings& fix) {
-  return table_keys_of(fix);
-}
-SceneKeys keys_of(const ConstraintSettings& constraint) {
-  return table_keys_of(constraint);
-}
-SceneKeys keys_of(const ForceSettings& force) {
-  return table_keys_of(force);
-}
-SceneKeys keys_of(const MomentumSettings& momentum) {
-  return table_keys_of(momentum);
-}
-SceneKeys keys_of(const ShiftSettings& shift) {
-  return table_keys_of(shift);
+  return keys_of<EnvironmentSettings>(environment);
 }
 
 SceneKeys keys_of(const Selection& selection) {

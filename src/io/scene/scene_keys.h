@@ -25,22 +25,15 @@ std::string toml_list(const Vector3& value);
 std::string toml_list(const std::vector<std::int64_t>& values);
 std::string toml_list(const std::vector<Vector3>& values);
 
-/// All keys whose value is not the default, and those that a section requires. Throws InputError
-/// for settings that a scene file cannot express.
+/// The keys of a section that has a table (simulation/setting_keys.h), except those whose value is
+/// the default and need not be written. Keys with a structure of their own are left out, such as
+/// `select` and inner tables.
+template <class Settings>
+SceneKeys keys_of(const Settings& settings);
+/// The same for settings that a scene file cannot always express. They then throw InputError.
 SceneKeys keys_of(const MaterialSettings& material);
-SceneKeys keys_of(const MeshSettings& mesh);  ///< without file and generate
 SceneKeys keys_of(const TimeSettings& time);
-SceneKeys keys_of(const SolverSettings& solver);
-SceneKeys keys_of(const Damping& damping);
 SceneKeys keys_of(const EnvironmentSettings& environment);
-SceneKeys keys_of(const OutputSettings& output);
-/// The keys of these settings without `select` and without inner tables.
-SceneKeys keys_of(const InitialSettings& initial);
-SceneKeys keys_of(const FixSettings& fix);
-SceneKeys keys_of(const ConstraintSettings& constraint);
-SceneKeys keys_of(const ForceSettings& force);
-SceneKeys keys_of(const MomentumSettings& momentum);
-SceneKeys keys_of(const ShiftSettings& shift);
 /// "vertices", "plane.axis", …
 SceneKeys keys_of(const Selection& selection);
 

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "io/text/spelling.h"
+#include "core/spelling.h"
 #include "tetraction/core/number_range.h"
 #include "tetraction/core/types.h"
 #include "toml_document.h"
