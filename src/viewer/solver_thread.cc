@@ -110,7 +110,7 @@ void SolverThread::publish() {
   next->generation = ++generation_;
   next->body = body_;
   next->stable_step = stable_step_;
-  next->real_time_factor = pace_.real_time_factor(session().state().time);
+  next->real_time_factor = pace_.real_time_factor(session().time());
   const auto shared = shared_.lock();
   next->running = shared->running;
   if (!shared->running) next->real_time_factor = 0.0;
@@ -136,18 +136,18 @@ void SolverThread::halt() {
 
 // Makes one step. Returns false if the run cannot continue.
 void SolverThread::step() {
-  const Index before = session().state().step;
+  const Index before = session().step_number();
   const Clock::time_point start = Clock::now();
   const bool went_on = engine_->step() && session().status() == RunStatus::kRunning;
   stepping_since_limit_ += Seconds(Clock::now() - start).count();
   ++steps_since_snapshot_;
-  pace_.advance(session().state().time);
+  pace_.advance(session().time());
   {
     const auto shared = shared_.lock();
-    if (session().state().step > before) shared->history.add(history_row(session()));
+    if (session().step_number() > before) shared->history.add(history_row(session()));
     if (!went_on) shared->running = false;
   }
-  if (session().state().step > before) {
+  if (session().step_number() > before) {
     tell_observer([this](Observer& o) { return o.on_step(session()); });
   }
   if (!went_on) {
@@ -207,7 +207,7 @@ void SolverThread::execute(Observe& observe) {
 
 void SolverThread::execute(const Run&) {
   require_good_state();
-  pace_.restart(session().state().time);
+  pace_.restart(session().time());
   shared_.lock()->running = true;
 }
 
@@ -243,7 +243,7 @@ void SolverThread::execute(const Reset&) {
 void SolverThread::execute(const GoBack&) {
   halt();
   engine_->go_back();
-  shared_.lock()->history.go_back_to(session().state().step);
+  shared_.lock()->history.go_back_to(session().step_number());
 }
 
 void SolverThread::execute(const Grab& grab) {
@@ -253,7 +253,7 @@ void SolverThread::execute(const Grab& grab) {
 void SolverThread::execute(const LeadTo& lead) {
   // A run that is slower than real time gets the same time of the wall clock. Before the speed of
   // the run is known, real time is assumed.
-  const double factor = pace_.real_time_factor(session().state().time);
+  const double factor = pace_.real_time_factor(session().time());
   const bool running = shared_.lock()->running;
   engine_->lead_to(lead.place, running ? kCatchUp * (factor > 0.0 ? factor : 1.0) : 0.0);
 }
@@ -303,7 +303,7 @@ SolverThread::Task SolverThread::task_due(SharedState& shared,
     return task;
   }
   if (snapshot_due_) return {Task::Kind::kPublish};
-  const double time = session().state().time;
+  const double time = session().time();
   if (pace_.limit() != shared.speed_limit) pace_.set_limit(shared.speed_limit, time);
   const Clock::time_point now = Clock::now();
   if (shared.running) {
