@@ -44,12 +44,12 @@ bool ProgressBar::on_step(const Session& session) {
   if (now - drawn_ < kRedraw) return true;
   drawn_ = now;
   const double done =
-      static_cast<double>(session.state().step) / static_cast<double>(session.step_count());
+      static_cast<double>(session.step_number()) / static_cast<double>(session.step_count());
   const double elapsed = std::chrono::duration<double>(now - start_).count();
   const auto filled = static_cast<std::size_t>(done * kWidth);
   print_progress(fmt::format("\r\033[K{} [{}{}] {:3.0f} %  step {}/{}  {} left", label_,
                              std::string(filled, '='), std::string(kWidth - filled, ' '),
-                             100.0 * done, session.state().step, session.step_count(),
+                             100.0 * done, session.step_number(), session.step_count(),
                              duration(elapsed * (1.0 - done) / done)));
   return true;
 }

@@ -39,8 +39,8 @@ void print_outcome(const Session& session, const std::string& directory) {
     lengths += fmt::format(", the last of {:.6g} s", taken.last);
   }
   print_result("{}: {} steps of {} to t = {:.6g} s in {:.3g} s\n",
-               to_string(session.time_settings().integrator), session.state().step, lengths,
-               session.state().time, session.times().stepping);
+               to_string(session.time_settings().integrator), session.step_number(), lengths,
+               session.time(), session.times().stepping);
   print_result(
       "mesh: {} vertices, {} tetrahedra; mass {:.6g} kg; {} of {} degrees of freedom free\n",
       session.system().vertex_count(), session.system().mesh().tetrahedron_count(),
@@ -63,7 +63,7 @@ void print_outcome(const Session& session, const std::string& directory) {
   print_result("momentum drift: linear {:.3g}, angular {:.3g}", balance.linear_momentum_drift(),
                balance.angular_momentum_drift());
   if (is_implicit(session.time_settings().integrator)) {
-    const auto steps = static_cast<double>(std::max<Index>(1, session.state().step));
+    const auto steps = static_cast<double>(std::max<Index>(1, session.step_number()));
     const std::string& linear = session.linear_solver();
     print_result(" (the solver's residuals allow {:.3g})\n{}{}{}: {:.3g} iterations a step",
                  balance.allowed_angular_momentum_drift(), session.solver_settings().kind,

@@ -12,26 +12,28 @@ class BackwardEulerStepper : public ImplicitStepper {
       : ImplicitStepper(system, std::move(minimizer), 1.0, ConstraintDirection::kEnd) {}
 
  private:
-  void set_end_position(const State& /*state*/, double /*h*/) override { next_.position = x_; }
-  void set_end_momentum(const State& state, const Vector& /*start*/, double h,
+  void set_end_position(const State& /*from*/, State& to, double /*h*/) override {
+    to.position = x_;
+  }
+  void set_end_momentum(const State& from, State& to, const Vector& /*start*/, double h,
                         StepOutcome& outcome) override {
     const Constraints& constraints = system_.constraints();
-    next_.momentum = carried_;
+    to.momentum = carried_;
     configuration_force_ = constraint_force_;
-    constraints.prescribe_momentum(next_.time, next_.momentum);
+    constraints.prescribe_momentum(to.time, to.momentum);
     if (constraints.empty()) return;
     // The part along the free coordinates, apart from the multipliers, is the solver's residual. It
     // is not a reaction.
     Vector& reaction = outer_;
     Vector& free_part = work_;
-    reaction = next_.momentum - state.momentum - h * force_;
+    reaction = to.momentum - from.momentum - h * force_;
     free_part = reaction;
     if (constraints.has_equations()) free_part -= impulse_;
     constraints.coordinates().project_momentum(system_.mass(), free_part);
     reaction -= free_part;
-    add_reaction(next_.position, reaction, outcome);
+    add_reaction(to.position, reaction, outcome);
   }
-  Vector3 residual_arm(const State& /*state*/, Index v) const override {
+  Vector3 residual_arm(const State& /*from*/, Index v) const override {
     return vertex_block(x_, v);
   }
 };

@@ -1,9 +1,9 @@
 // The explicit rules. The only unknowns to be solved for are the multipliers of constraints, if
 // any.
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <atomic>
 #include <optional>
-#include <utility>
 #include <vector>
 
 #include "term_forces.h"
@@ -69,65 +69,68 @@ class ExplicitStepper : public Stepper {
     multipliers_.resize(0);
   }
 
-  bool take_back(State& state) override {
-    std::swap(state, next_);
-    reset();
-    return true;
-  }
-
-  StepOutcome step_to(State& state, double h, double end_time) override {
+  StepOutcome advance(const State& from, State& to, double h, double end_time) override {
     StepOutcome outcome;
     CacheGuard guard(force_);
-    if (const EvaluationStatus start = force_.update(system_, state.position); !start.ok()) {
+    if (const EvaluationStatus start = force_.update(system_, from.position); !start.ok()) {
       return inverted(outcome, start.failed_element);
     }
     classify_terms();
     const double kick_step = halves_ == 2 ? 0.5 * h : h;
-    system_.external_force(state.time, h, load_);
-    next_.time = end_time;
-    next_.momentum.resize(system_.dof_count());
-    next_.velocity.resize(system_.dof_count());
-    next_.position.resize(system_.dof_count());
+    system_.external_force(from.time, h, load_);
+    to.step = from.step + 1;
+    to.time = end_time;
+    to.momentum.resize(system_.dof_count());
+    to.velocity.resize(system_.dof_count());
+    to.position.resize(system_.dof_count());
     if (terms_.constraining) spring_impulse_.setZero(system_.dof_count());
     for (const Index v : constrained_) vertex_block(reaction_, v).setZero();
-    overdamped_ = false;
-    if (terms_.damping) system_.velocity_of(state.momentum, velocity_);
+    if (terms_.damping) system_.velocity_of(from.momentum, velocity_);
 
-    const VertexKick first = kick(state.position, state.time, kick_step, When::kFirst, outcome);
-    if (!move(first, h, state)) {
+    const VertexKick first = kick(from.position, from.time, kick_step, outcome);
+    double dissipated = 0.0;
+    if (terms_.damping) {
+      dissipated = dissipated_by(kick_step, from.position, from.momentum, Place::kBegin);
+      if (!(dissipated >= 0.0)) {
+        outcome.status = StepStatus::kOverdamped;
+        return outcome;
+      }
+    }
+    if (!move(first, h, from, to)) {
       outcome.status = StepStatus::kNotFinite;
       return outcome;
     }
-    if (!constrain_drift(state, h, outcome)) return outcome;
+    if (!constrain_drift(from, to, h, outcome)) return outcome;
     force_.invalidate();
-    if (const EvaluationStatus end = force_.update(system_, next_.position); !end.ok()) {
+    if (const EvaluationStatus end = force_.update(system_, to.position); !end.ok()) {
       return inverted(outcome, end.failed_element);
     }
     if (Index vertex = -1; terms_.potential) {
-      const ForceTerm* term = system_.undefined_term(next_.position, end_time, vertex);
+      const ForceTerm* term = system_.undefined_term(to.position, end_time, vertex);
       if (term != nullptr) return undefined(outcome, *term, vertex);
     }
     if (halves_ == 2) {
-      if (terms_.damping) predict_velocity(kick_step);
-      const VertexKick second = kick(next_.position, next_.time, kick_step, When::kLast, outcome);
+      if (terms_.damping) predict_velocity(to, kick_step);
+      const VertexKick second = kick(to.position, to.time, kick_step, outcome);
       parallel_for(system_.vertex_count(), kGrain, [&](Index begin, Index end) {
-        kick_only(begin, end, second, next_.momentum.data());
+        kick_only(begin, end, second, to.momentum.data());
       });
     }
-    if (overdamped_) {
-      outcome.status = StepStatus::kOverdamped;
-      return outcome;
+    end_drift(to, h, outcome);
+    if (terms_.damping) {
+      if (halves_ == 2) {
+        dissipated += dissipated_by(kick_step, to.position, to.momentum, Place::kEnd);
+      }
+      outcome.dissipated_energy = std::max(0.0, dissipated);
     }
-    end_drift(h, outcome);
-    finish(state, h, outcome);
+    finish(from, to, h, outcome);
     guard.keep();
-    std::swap(state, next_);
     return outcome;
   }
 
  private:
-  // Whether a kick comes before or after the drift.
-  enum class When { kFirst, kLast };
+  // Where an impulse stands among the impulses of a step.
+  enum class Place { kBegin, kEnd };
 
   // The kinds of force terms that a step has to deal with.
   struct Terms {
@@ -152,8 +155,8 @@ class ExplicitStepper : public Stepper {
   }
 
   // f + m a − ∇W, with f holding whatever is not a uniform acceleration; enters the impulses of all
-  // terms at positions q. Damping is that of velocity_.
-  VertexKick kick(const Vector& q, double time, double dt, When when, StepOutcome& outcome) {
+  // terms at positions q. Damping is that of velocity_; its forces are in damping_ afterwards.
+  VertexKick kick(const Vector& q, double time, double dt, StepOutcome& outcome) {
     VertexKick kick;
     kick.mass = system_.mass().data();
     kick.inverse_mass = system_.inverse_mass().data();
@@ -175,16 +178,13 @@ class ExplicitStepper : public Stepper {
     gather_term_forces(system_, q, time, load_, outer_, spring_force_);
     if (terms_.constraining) spring_impulse_ += dt * spring_force_;
     if (terms_.damping) {
-      work_.setZero(system_.dof_count());
-      system_.add_damping_force(q, time, velocity_, work_);
-      outer_ += work_;
+      damping_.setZero(system_.dof_count());
+      system_.add_damping_force(q, time, velocity_, damping_);
+      outer_ += damping_;
       add_impulse(q, outer_, dt, outcome);
-      outer_ -= work_;
-      system_.add_viscous_force(q, velocity_, work_);
-      outer_ += work_;
-      const double dissipated = dissipated_by(dt, when);
-      overdamped_ = overdamped_ || !(dissipated >= 0.0);
-      outcome.dissipated_energy += dissipated;
+      outer_ -= damping_;
+      system_.add_viscous_force(q, velocity_, damping_);
+      outer_ += damping_;
     } else {
       add_impulse(q, outer_, dt, outcome);
     }
@@ -192,27 +192,36 @@ class ExplicitStepper : public Stepper {
     return kick;
   }
 
-  // The kinetic energy that the impulse of the damping forces f in work_ dissipates in a time dt,
-  // J. With the velocities v in velocity_ it is −dt fᵀ(v ± ½ dt M⁻¹f). The sign depends on whether
-  // the impulse comes before or after all others of the step. It is not negative unless it reverses
-  // a velocity.
-  double dissipated_by(double dt, When when) {
-    const double rate = -work_.dot(velocity_);
-    free_damping_ = work_;
-    system_.coordinates().project_momentum(system_.mass(), free_damping_);
-    double square = 0.0;
+  // The kinetic energy that the impulse k = dt f of the damping forces f in damping_ takes from the
+  // body, J. `momentum` is that at the beginning of the step, where k is the first impulse, or that
+  // at its end, where k is the last one. The velocities M⁻¹p are v, and P k is what the constraints
+  // leave of k:
+  //
+  //     first impulse: −kᵀv − ½ kᵀM⁻¹P k        last impulse: −kᵀv + ½ kᵀM⁻¹P k
+  //
+  // P is orthogonal in M⁻¹, so that these are the changes of ½pᵀM⁻¹p. Vertices that are moved as
+  // prescribed have no part in P k, but in kᵀv: there the support does the work that k takes.
+  // If k is the first impulse, its energy is negative only if k reverses velocities, for a damping
+  // rate beyond h c = 2 (explicit) or 4 (verlet). That is above the stability limit.
+  double dissipated_by(double dt, const Vector& q, const Vector& momentum, Place place) {
+    free_damping_ = damping_;
+    project_impulse(system_.constraints(), system_.mass(), q, free_damping_);
+    const double half = place == Place::kBegin ? -0.5 * dt : 0.5 * dt;
+    double sum = 0.0;
     for (Index v = 0; v < system_.vertex_count(); ++v) {
-      square += system_.inverse_mass()[v] * vertex_block(free_damping_, v).squaredNorm();
+      const auto k = vertex_block(std::as_const(damping_), v);
+      sum += system_.inverse_mass()[v] *
+             (half * k.dot(vertex_block(free_damping_, v)) - k.dot(vertex_block(momentum, v)));
     }
-    return dt * (rate + (when == When::kFirst ? -0.5 : 0.5) * dt * square);
+    return dt * sum;
   }
 
   // All vertices as if they were free. Returns false if a position overflows.
-  bool move(const VertexKick& kick, double h, const State& state) {
+  bool move(const VertexKick& kick, double h, const State& from, State& to) {
     std::atomic<bool> finite{true};
     parallel_for(system_.vertex_count(), kGrain, [&](Index begin, Index end) {
-      if (!kick_and_drift(begin, end, kick, h, state.position.data(), state.momentum.data(),
-                          next_.momentum.data(), next_.velocity.data(), next_.position.data())) {
+      if (!kick_and_drift(begin, end, kick, h, from.position.data(), from.momentum.data(),
+                          to.momentum.data(), to.velocity.data(), to.position.data())) {
         finite = false;
       }
     });
@@ -220,18 +229,17 @@ class ExplicitStepper : public Stepper {
   }
 
   // Sets the momenta of constrained vertices so that the step ends on the constraints.
-  bool constrain_drift(const State& state, double h, StepOutcome& outcome) {
+  bool constrain_drift(const State& from, State& to, double h, StepOutcome& outcome) {
     const Constraints& constraints = system_.constraints();
     if (constraints.empty()) return true;
-    remember_momenta();
-    constraints.coordinates().project_momentum(system_.mass(), next_.momentum);
-    constraints.for_each_prescribed_way(
-        state.position, next_.time, [&](Index v, const Vector3& way) {
-          vertex_block(next_.momentum, v) += system_.mass()[v] / h * way;
-        });
+    remember_momenta(to.momentum);
+    constraints.coordinates().project_momentum(system_.mass(), to.momentum);
+    constraints.for_each_prescribed_way(from.position, to.time, [&](Index v, const Vector3& way) {
+      vertex_block(to.momentum, v) += system_.mass()[v] / h * way;
+    });
     if (constraints.has_equations()) {
-      const Vector start = constraints.configuration(state.position);
-      system_.velocity_of(next_.momentum, work_);
+      const Vector start = constraints.configuration(from.position);
+      system_.velocity_of(to.momentum, work_);
       const Vector free_end = start + h * constraints.configuration(work_);
       const MultiplierSolution solution =
           solve_multipliers(constraints, free_end, h * constraints.inverse_mass(), start,
@@ -245,40 +253,40 @@ class ExplicitStepper : public Stepper {
       configuration_force_ = solution.forces / h;
       Vector impulse = constraints.vertex_forces(solution.forces);
       constraints.coordinates().project_momentum(system_.mass(), impulse);
-      next_.momentum += impulse;
+      to.momentum += impulse;
     }
-    enter_reactions(state.position, outcome);
+    enter_reactions(from.position, to.momentum, outcome);
     for (const Index v : constrained_) {
-      vertex_block(next_.velocity, v) = vertex_block(next_.momentum, v) / system_.mass()[v];
-      vertex_block(next_.position, v) =
-          vertex_block(state.position, v) + h * vertex_block(next_.velocity, v);
+      vertex_block(to.velocity, v) = vertex_block(to.momentum, v) / system_.mass()[v];
+      vertex_block(to.position, v) =
+          vertex_block(from.position, v) + h * vertex_block(to.velocity, v);
     }
-    constraints.prescribe(next_.time, next_.position);
+    constraints.prescribe(to.time, to.position);
     return true;
   }
 
   // Momenta that keep the constraints at the end of the step.
-  void end_drift(double h, StepOutcome& outcome) {
+  void end_drift(State& to, double h, StepOutcome& outcome) {
     const Constraints& constraints = system_.constraints();
     if (constraints.empty()) return;
-    remember_momenta();
-    const Vector impulses = project_to_constraints(constraints, system_.mass(), next_.position,
-                                                   next_.time, next_.momentum);
+    remember_momenta(to.momentum);
+    const Vector impulses =
+        project_to_constraints(constraints, system_.mass(), to.position, to.time, to.momentum);
     if (impulses.size() > 0) configuration_force_ += impulses / h;
-    enter_reactions(next_.position, outcome);
+    enter_reactions(to.position, to.momentum, outcome);
   }
 
-  void remember_momenta() {
+  void remember_momenta(const Vector& momentum) {
     before_.resize(3, static_cast<Index>(constrained_.size()));
     for (std::size_t i = 0; i < constrained_.size(); ++i) {
-      before_.col(static_cast<Index>(i)) = vertex_block(next_.momentum, constrained_[i]);
+      before_.col(static_cast<Index>(i)) = vertex_block(momentum, constrained_[i]);
     }
   }
 
-  void enter_reactions(const Vector& q, StepOutcome& outcome) {
+  void enter_reactions(const Vector& q, const Vector& momentum, StepOutcome& outcome) {
     for (std::size_t i = 0; i < constrained_.size(); ++i) {
       const Index v = constrained_[i];
-      const Vector3 impulse = vertex_block(next_.momentum, v) - before_.col(static_cast<Index>(i));
+      const Vector3 impulse = vertex_block(momentum, v) - before_.col(static_cast<Index>(i));
       vertex_block(reaction_, v) += impulse;
       outcome.linear_impulse += impulse;
       outcome.angular_impulse += vertex_block(q, v).cross(impulse);
@@ -287,38 +295,36 @@ class ExplicitStepper : public Stepper {
 
   // velocity_ ← a prediction of the velocity at the end of the step: a first kick with the velocity
   // of the drift gives it. It is of second order, as the damping force of verlet needs.
-  void predict_velocity(double dt) {
-    gather_term_forces(system_, next_.position, next_.time, load_, outer_, spring_force_);
+  void predict_velocity(const State& to, double dt) {
+    gather_term_forces(system_, to.position, to.time, load_, outer_, spring_force_);
     outer_ -= force_.gradient();
-    system_.add_damping_force(next_.position, next_.time, next_.velocity, outer_);
-    system_.add_viscous_force(next_.position, next_.velocity, outer_);
+    system_.add_damping_force(to.position, to.time, to.velocity, outer_);
+    system_.add_viscous_force(to.position, to.velocity, outer_);
     Vector& momentum = work_;
-    momentum = next_.momentum + dt * outer_;
+    momentum = to.momentum + dt * outer_;
     if (!system_.constraints().empty()) {
-      project_to_constraints(system_.constraints(), system_.mass(), next_.position, next_.time,
-                             momentum);
+      project_to_constraints(system_.constraints(), system_.mass(), to.position, to.time, momentum);
     }
     system_.velocity_of(momentum, velocity_);
   }
 
-  void finish(const State& state, double h, StepOutcome& outcome) {
+  void finish(const State& from, State& to, double h, StepOutcome& outcome) {
     const Constraints& constraints = system_.constraints();
     for (const Index v : constrained_) {
       vertex_block(reaction_, v) /= h;
-      vertex_block(next_.velocity, v) =
-          (vertex_block(next_.position, v) - vertex_block(state.position, v)) / h;
+      vertex_block(to.velocity, v) =
+          (vertex_block(to.position, v) - vertex_block(from.position, v)) / h;
     }
-    if (load_.size() > 0) outcome.external_work = h * load_.dot(next_.velocity);
-    if (terms_.potential) outcome.external_work += driven_work(state, next_);
+    if (load_.size() > 0) outcome.external_work = h * load_.dot(to.velocity);
+    if (terms_.potential) outcome.external_work += driven_work(from, to);
     if (!constraints.empty() || terms_.constraining) {
-      outcome.constraint_work = constraint_work(state, next_);
+      outcome.constraint_work = constraint_work(from, to);
     }
     if (terms_.constraining) {
       for (const Index v : constrained_)
         vertex_block(reaction_, v) += vertex_block(spring_impulse_, v) / h;
     }
     outcome.elastic_energy = force_.elastic_energy();
-    next_.step = state.step + 1;
   }
 
   static StepOutcome inverted(StepOutcome& outcome, Index element) {
@@ -331,17 +337,16 @@ class ExplicitStepper : public Stepper {
   std::vector<Index> constrained_;  // constrained vertices
   ForceCache force_;
   // These are members in order to avoid allocations.
-  State next_;
   Terms terms_;
   Vector load_;  // empty: none
   Vector outer_;
   Vector work_;
   Vector velocity_;        // that damping is of
-  Vector free_damping_;    // the part of damping forces that changes the free momenta
+  Vector damping_;         // forces, viscosity included
+  Vector free_damping_;    // what the constraints leave of them
   Vector spring_force_;    // of terms that stand for constraints
   Vector spring_impulse_;  // of them in this step
   Matrix before_;          // momenta of the constrained vertices
-  bool overdamped_ = false;
   Vector multipliers_;
 };
 

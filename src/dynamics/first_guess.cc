@@ -109,9 +109,9 @@ void FirstGuess::make_rigid(const Vector& q, const Vector& target, Vector& x) co
   }
 }
 
-void FirstGuess::keep(Vector& velocity, double elastic_energy) {
-  std::swap(earlier_[0], earlier_[1]);
-  earlier_[0].swap(velocity);
+void FirstGuess::keep(const Vector& velocity, double elastic_energy) {
+  earlier_[0].swap(earlier_[1]);
+  earlier_[0] = velocity;
   earlier_count_ = std::min(earlier_count_ + 1, 2);
   elastic_energy_ = elastic_energy;
   knows_energy_ = true;

@@ -33,9 +33,8 @@ class FirstGuess {
   void carry_along(const StepProblem& problem, Vector& x) const;
   /// Whether the elements at prescribed vertices keep a sufficient part of their volume at `from`.
   bool keeps_volumes(const Vector& from, const Vector& x) const;
-  /// Call it after a step with this velocity. The velocity is kept, and an older one is returned in
-  /// its place. `elastic_energy` is that at q_{k+1}.
-  void keep(Vector& velocity, double elastic_energy);
+  /// Call it after a step from a state with this velocity. `elastic_energy` is that at q_{k+1}.
+  void keep(const Vector& velocity, double elastic_energy);
 
  private:
   static constexpr int kStay = 1;   // q_k; 0: inertia; 2 to 4: velocities

@@ -16,21 +16,21 @@ constexpr double kOverEstimate = 100.0;  // of round-off: what is taken for it
 }  // namespace
 
 // u_ ← the minimiser of the step, or the outcome says why there is none.
-bool ImplicitStepper::find(const State& state, double end_time, StepOutcome& outcome) {
+bool ImplicitStepper::find(const State& from, double end_time, StepOutcome& outcome) {
   using Quality = FirstGuess::Quality;
-  Quality guess = guess_.choose(problem_, state);
+  Quality guess = guess_.choose(problem_, from);
   u_.setZero(system_.dof_count());
   const bool led = guess != Quality::kGood;
-  if (led && !lead_along(state, end_time, outcome)) {
+  if (led && !lead_along(from, end_time, outcome)) {
     if (guess == Quality::kUndefined) return false;
     // Materials that are defined for inverted elements continue from a poor guess.
     outcome.status = StepStatus::kOk;
     outcome.message.clear();
     problem_.prescribe_base(end_time);
-    guess_.choose(problem_, state);
+    guess_.choose(problem_, from);
     u_.setZero();
   }
-  if (minimize(state, outcome)) return true;
+  if (minimize(from, outcome)) return true;
   // Without intermediate steps the minimisation of a body with moving targets may fail.
   if (led || !system_.constraints().moving()) return false;
   StepOutcome again;
@@ -39,31 +39,31 @@ bool ImplicitStepper::find(const State& state, double end_time, StepOutcome& out
   again.minimizer.cg_iterations = outcome.minimizer.cg_iterations;
   problem_.set_impulse({});
   u_.setZero(system_.dof_count());
-  if (!lead_along(state, end_time, again) || !minimize(state, again)) return false;
+  if (!lead_along(from, end_time, again) || !minimize(from, again)) return false;
   outcome = again;
   return true;
 }
 
-bool ImplicitStepper::minimize(const State& state, StepOutcome& outcome) {
-  return system_.constraints().has_equations() ? solve_constrained(state, outcome) : solve(outcome);
+bool ImplicitStepper::minimize(const State& from, StepOutcome& outcome) {
+  return system_.constraints().has_equations() ? solve_constrained(from, outcome) : solve(outcome);
 }
 
 // Moves the prescribed components a part of their way at a time. Each time the body follows by a
 // harmonic extension, and Φ is minimised. So a motion by more than the size of an element in a step
 // crushes or inverts no element.
-bool ImplicitStepper::lead_along(const State& state, double end_time, StepOutcome& outcome) {
+bool ImplicitStepper::lead_along(const State& from, double end_time, StepOutcome& outcome) {
   constexpr double kLeastPart = 1.0 / 512;
   if (!system_.constraints().moving()) {
     outcome.status = StepStatus::kNotConverged;
     outcome.message = "the elastic energy is not defined at the start of the step";
     return false;
   }
-  x_ = state.position;
+  x_ = from.position;
   double done = 0.0;
   double part = 1.0;
   while (done < 1.0) {
     const double next = std::min(1.0, done + part);
-    problem_.prescribe_base(next < 1.0 ? state.time + next * (end_time - state.time) : end_time);
+    problem_.prescribe_base(next < 1.0 ? from.time + next * (end_time - from.time) : end_time);
     trial_ = x_;
     guess_.carry_along(problem_, trial_);
     problem_.set_origin(trial_);
@@ -164,12 +164,12 @@ MinimizerReport ImplicitStepper::minimize_to_round_off(StepOutcome& outcome) {
 // Newton's method for positions and multipliers together. Each round moves both to the solution of
 // the problem linearised at x. If that does not lower the residual, Φ is minimised with constant
 // constraint forces before the next round.
-bool ImplicitStepper::solve_constrained(const State& state, StepOutcome& outcome) {
+bool ImplicitStepper::solve_constrained(const State& from, StepOutcome& outcome) {
   constexpr int kRounds = 40;
   const Constraints& constraints = system_.constraints();
   const double stretch = 1.0 / alpha_;  // of q_{k+1} − q_k over x − q_k
   const Index size = constraints.configuration_size();
-  const Vector start = constraints.configuration(state.position);
+  const Vector start = constraints.configuration(from.position);
   Vector u = constraint_force_.size() > 0 ? constraint_force_ : Vector::Zero(size);
   Vector multipliers;
   double last_residual = std::numeric_limits<double>::infinity();
@@ -218,7 +218,7 @@ bool ImplicitStepper::solve_constrained(const State& state, StepOutcome& outcome
     }
     u_ -= system_.coordinates().extend(influence.col(size));
     const Matrix response = constraints.selector().transpose() * influence.leftCols(size);
-    const Vector way = constraints.configuration((problem_.origin() - state.position) + u_);
+    const Vector way = constraints.configuration((problem_.origin() - from.position) + u_);
     const Vector free_end = start + stretch * (way - response * u);
     const MultiplierSolution solution = solve_multipliers(constraints, free_end, stretch * response,
                                                           start, direction_, multipliers);

@@ -16,7 +16,7 @@ namespace tetraction {
 class ImplicitStepper : public Stepper {
  public:
   void reset() override;
-  StepOutcome step_to(State& state, double h, double end_time) override;
+  StepOutcome advance(const State& from, State& to, double h, double end_time) override;
 
  protected:
   /// `direction` tells whether the impulses of multipliers have their direction from q_k or from
@@ -24,19 +24,18 @@ class ImplicitStepper : public Stepper {
   ImplicitStepper(const MechanicalSystem& system, std::shared_ptr<Minimizer> minimizer,
                   double alpha, ConstraintDirection direction);
 
-  /// next_.position ← q_{k+1}. next_.velocity is already v.
-  virtual void set_end_position(const State& state, double h) = 0;
-  /// next_.momentum ← p_{k+1}. Also enters the reactions of constraints. `start` is p_k after the
+  /// to.position ← q_{k+1}. to.velocity is already v.
+  virtual void set_end_position(const State& from, State& to, double h) = 0;
+  /// to.momentum ← p_{k+1}. Also enters the reactions of constraints. `start` is p_k after the
   /// impulses of the multipliers, 3 per vertex.
-  virtual void set_end_momentum(const State& state, const Vector& start, double h,
+  virtual void set_end_momentum(const State& from, State& to, const Vector& start, double h,
                                 StepOutcome& outcome) = 0;
   /// The lever arm of the minimiser's residual at a vertex, m
   /// (StepOutcome::residual_angular_impulse).
-  virtual Vector3 residual_arm(const State& state, Index v) const = 0;
+  virtual Vector3 residual_arm(const State& from, Index v) const = 0;
 
   // The data of the step in progress that the rules need.
   const StepProblem& problem() const { return problem_; }
-  State next_;
   Vector x_;                 // where forces are taken
   Vector impulse_;           // of the multipliers, per vertex
   Vector constraint_force_;  // on the configuration, of the last step
@@ -46,16 +45,16 @@ class ImplicitStepper : public Stepper {
   Vector work_;
 
  private:
-  bool find(const State& state, double end_time, StepOutcome& outcome);
-  bool minimize(const State& state, StepOutcome& outcome);
-  bool lead_along(const State& state, double end_time, StepOutcome& outcome);
+  bool find(const State& from, double end_time, StepOutcome& outcome);
+  bool minimize(const State& from, StepOutcome& outcome);
+  bool lead_along(const State& from, double end_time, StepOutcome& outcome);
   MinimizerReport call_minimizer(StepOutcome& outcome);
   bool solve(StepOutcome& outcome);
   MinimizerReport minimize_to_round_off(StepOutcome& outcome);
-  bool solve_constrained(const State& state, StepOutcome& outcome);
+  bool solve_constrained(const State& from, StepOutcome& outcome);
   void apply_constraint_force(const Vector& force);
-  bool take_momenta(const State& state, double h, StepOutcome& outcome);
-  void gather_forces(double time, const Vector& gradient);
+  bool take_momenta(const State& from, State& to, double h, StepOutcome& outcome);
+  void gather_forces(double time, const Vector& velocity, const Vector& gradient);
 
   double alpha_;
   ConstraintDirection direction_;

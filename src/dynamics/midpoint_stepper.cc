@@ -12,22 +12,23 @@ class MidpointStepper : public ImplicitStepper {
       : ImplicitStepper(system, std::move(minimizer), 0.5, ConstraintDirection::kStart) {}
 
  private:
-  void set_end_position(const State& state, double h) override {
-    next_.position = state.position + h * next_.velocity;
+  void set_end_position(const State& from, State& to, double h) override {
+    to.position = from.position + h * to.velocity;
   }
   // The momenta are computed from the forces. Internal forces add up to zero whatever the solver's
   // tolerance is, so that linear momentum is exact to round-off.
-  void set_end_momentum(const State& state, const Vector& start, double h,
+  void set_end_momentum(const State& from, State& to, const Vector& start, double h,
                         StepOutcome& outcome) override {
-    next_.momentum = start + h * force_;
-    if (!system_.constraints().empty()) constrain_momenta(state, start, h, outcome);
+    to.momentum = start + h * force_;
+    if (!system_.constraints().empty()) constrain_momenta(from, to, start, h, outcome);
   }
-  Vector3 residual_arm(const State& state, Index v) const override {
-    return vertex_block(x_, v) - vertex_block(state.position, v);
+  Vector3 residual_arm(const State& from, Index v) const override {
+    return vertex_block(x_, v) - vertex_block(from.position, v);
   }
 
   // The momenta at q_{k+1} with the reactions of the constraints.
-  void constrain_momenta(const State& state, const Vector& start, double h, StepOutcome& outcome) {
+  void constrain_momenta(const State& from, State& to, const Vector& start, double h,
+                         StepOutcome& outcome) {
     const Constraints& constraints = system_.constraints();
     const FreeCoordinates& free = constraints.coordinates();
     const Vector& mass = system_.mass();
@@ -37,26 +38,26 @@ class MidpointStepper : public ImplicitStepper {
     free.project_momentum(mass, work_);
     eliminated -= work_;
     Vector& unconstrained = force_;
-    unconstrained = next_.momentum;
-    free.project_momentum(mass, next_.momentum);
-    next_.momentum += eliminated;
+    unconstrained = to.momentum;
+    free.project_momentum(mass, to.momentum);
+    to.momentum += eliminated;
     Vector& first = outer_;
     first = start;
     free.project_momentum(mass, first);
     first += eliminated;
     // At q_k: multipliers and the jump of prescribed vertices to their secant.
-    work_ = first - state.momentum;
-    add_reaction(state.position, work_, outcome);
-    work_ = next_.momentum - first - (unconstrained - start);
+    work_ = first - from.momentum;
+    add_reaction(from.position, work_, outcome);
+    work_ = to.momentum - first - (unconstrained - start);
     add_reaction(x_, work_, outcome);
-    work_ = next_.momentum;
+    work_ = to.momentum;
     const Vector impulses =
-        project_to_constraints(constraints, mass, next_.position, next_.time, next_.momentum);
+        project_to_constraints(constraints, mass, to.position, to.time, to.momentum);
     if (impulses.size() > 0) {
       configuration_force_ = problem().step() / h * constraint_force_ + impulses / h;
     }
-    work_ = next_.momentum - work_;
-    add_reaction(next_.position, work_, outcome);
+    work_ = to.momentum - work_;
+    add_reaction(to.position, work_, outcome);
   }
 };
 

@@ -27,6 +27,25 @@ double largest(const Vector& g) {
   return std::isfinite(value) ? value : std::numeric_limits<double>::infinity();
 }
 
+// Makes the rate of every g zero. The momenta have what the linear constraints allow already.
+// Returns the generalised impulses on the configuration.
+Vector stop_rates(const Constraints& constraints, const Vector& mass, const Vector& q,
+                  Vector& momentum) {
+  if (!constraints.has_equations()) return {};
+  Vector velocity = momentum;
+  for (Index i = 0; i < velocity.size(); ++i) velocity[i] /= mass[i / 3];
+  const Matrix gradients = constraints.gradients(constraints.configuration(q));
+  const Vector unit = constraints.units(constraints.inverse_mass()).multiplier;
+  const Vector multipliers =
+      solve_redundant(gradients.transpose() * constraints.inverse_mass() * gradients,
+                      -gradients.transpose() * constraints.configuration(velocity), unit, unit);
+  Vector u = gradients * multipliers;
+  Vector impulse = constraints.vertex_forces(u);
+  constraints.coordinates().project_momentum(mass, impulse);
+  momentum += impulse;
+  return u;
+}
+
 void finish(const Constraints& constraints, MultiplierSolution& solution) {
   const Vector g = constraints.values(solution.end);
   solution.ok = largest(g) <= kAccepted;
@@ -165,19 +184,13 @@ Vector project_to_constraints(const Constraints& constraints, const Vector& mass
                               double time, Vector& momentum) {
   constraints.coordinates().project_momentum(mass, momentum);
   constraints.prescribe_momentum(time, momentum);
-  if (!constraints.has_equations()) return {};
-  Vector velocity = momentum;
-  for (Index i = 0; i < velocity.size(); ++i) velocity[i] /= mass[i / 3];
-  const Matrix gradients = constraints.gradients(constraints.configuration(q));
-  const Vector unit = constraints.units(constraints.inverse_mass()).multiplier;
-  const Vector multipliers =
-      solve_redundant(gradients.transpose() * constraints.inverse_mass() * gradients,
-                      -gradients.transpose() * constraints.configuration(velocity), unit, unit);
-  Vector u = gradients * multipliers;
-  Vector impulse = constraints.vertex_forces(u);
+  return stop_rates(constraints, mass, q, momentum);
+}
+
+void project_impulse(const Constraints& constraints, const Vector& mass, const Vector& q,
+                     Vector& impulse) {
   constraints.coordinates().project_momentum(mass, impulse);
-  momentum += impulse;
-  return u;
+  stop_rates(constraints, mass, q, impulse);
 }
 
 std::string project_positions(const Constraints& constraints, double time, Vector& q) {

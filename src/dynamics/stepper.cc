@@ -7,6 +7,12 @@ namespace tetraction {
 Stepper::Stepper(const MechanicalSystem& system)
     : system_(system), reaction_(Vector::Zero(system.dof_count())) {}
 
+StepOutcome Stepper::step_to(State& state, double h, double end_time) {
+  const StepOutcome outcome = advance(state, result_, h, end_time);
+  if (outcome.ok()) state = result_;
+  return outcome;
+}
+
 void Stepper::add_impulse(const Vector& x, const Vector& force, double dt,
                           StepOutcome& outcome) const {
   for (Index v = 0; v < system_.vertex_count(); ++v) {

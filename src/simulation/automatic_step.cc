@@ -33,70 +33,76 @@ constexpr Index kLeastInterval = 8;
 
 }  // namespace
 
-AutomaticStep::AutomaticStep(double critical_step, CriticalModes modes, Index step)
-    : modes_(std::move(modes)),
-      critical_step_(critical_step),
-      last_(step),
-      next_(step + kFirstInterval),
-      interval_(kFirstInterval) {}
+void AutomaticStep::start(double critical_step, CriticalModes modes, Index step) {
+  memory_ = {};
+  memory_.modes = std::move(modes);
+  memory_.critical_step = critical_step;
+  memory_.last = step;
+  memory_.next = step + kFirstInterval;
+  memory_.interval = kFirstInterval;
+}
 
 double AutomaticStep::enter(double critical_step, double cost, Index step, double time_step) {
-  const auto passed = static_cast<double>(std::max<Index>(1, step - last_));
-  if (critical_step_ > 0.0 && std::isfinite(critical_step_) && std::isfinite(critical_step)) {
+  const auto passed = static_cast<double>(std::max<Index>(1, step - memory_.last));
+  if (memory_.critical_step > 0.0 && std::isfinite(memory_.critical_step) &&
+      std::isfinite(critical_step)) {
     // A limit that changed fast a moment ago may do so again.
-    const double change = std::abs(std::log(critical_step / critical_step_));
-    rate_ = std::max(0.5 * rate_, change / passed);
-    if (elastic_energy_ > 0.0 && elastic_energy_at_estimate_ > 0.0) {
+    const double change = std::abs(std::log(critical_step / memory_.critical_step));
+    memory_.rate = std::max(0.5 * memory_.rate, change / passed);
+    if (memory_.elastic_energy > 0.0 && memory_.elastic_energy_at_estimate > 0.0) {
       constexpr double kLeast = 0.01;
-      const double stored = std::abs(std::log(elastic_energy_ / elastic_energy_at_estimate_));
-      sensitivity_ = std::max(0.5 * sensitivity_, change / std::max(kLeast, stored));
+      const double stored =
+          std::abs(std::log(memory_.elastic_energy / memory_.elastic_energy_at_estimate));
+      memory_.sensitivity = std::max(0.5 * memory_.sensitivity, change / std::max(kLeast, stored));
     }
   }
-  critical_step_ = critical_step;
-  recent_[known_ % kRemembered] = critical_step;
-  ++known_;
+  memory_.critical_step = critical_step;
+  memory_.recent[memory_.known % AutomaticStepMemory::kRemembered] = critical_step;
+  ++memory_.known;
   const double changed = changed_step(time_step);
 
   const double affordable = std::min(std::ceil(cost / kBudget), double{kLongestInterval});
-  interval_ = std::min(kIntervalGrowth * interval_, static_cast<Index>(affordable));
-  if (rate_ > 0.0) {
-    const double margin = std::log(kLargestShare * critical_step / changed) / rate_;
-    interval_ = static_cast<Index>(std::min(static_cast<double>(interval_), margin));
+  memory_.interval = std::min(kIntervalGrowth * memory_.interval, static_cast<Index>(affordable));
+  if (memory_.rate > 0.0) {
+    const double margin = std::log(kLargestShare * critical_step / changed) / memory_.rate;
+    memory_.interval = static_cast<Index>(std::min(static_cast<double>(memory_.interval), margin));
   }
-  interval_ = std::max(kFirstInterval, interval_);
-  last_ = step;
-  next_ = step + interval_;
-  elastic_energy_at_estimate_ = elastic_energy_;
+  memory_.interval = std::max(kFirstInterval, memory_.interval);
+  memory_.last = step;
+  memory_.next = step + memory_.interval;
+  memory_.elastic_energy_at_estimate = memory_.elastic_energy;
   return changed;
 }
 
 void AutomaticStep::watch(double change, double scale, Index step) {
   change = std::abs(change);
-  if (largest_change_ > 0.0 && change > kSuddenGrowth * largest_change_ &&
+  if (memory_.largest_change > 0.0 && change > kSuddenGrowth * memory_.largest_change &&
       change > kNoticeable * scale) {
-    next_ = step;
+    memory_.next = step;
   }
-  largest_change_ = std::max(change, kForgetting * largest_change_);
+  memory_.largest_change = std::max(change, kForgetting * memory_.largest_change);
 }
 
 void AutomaticStep::watch_elastic(double energy, Index step) {
-  elastic_energy_ = energy;
-  if (elastic_energy_at_estimate_ > 0.0 && energy > 0.0 && step >= last_ + kLeastInterval &&
-      sensitivity_ * std::abs(std::log(energy / elastic_energy_at_estimate_)) > kExpectedChange) {
-    next_ = step;
+  memory_.elastic_energy = energy;
+  if (memory_.elastic_energy_at_estimate > 0.0 && energy > 0.0 &&
+      step >= memory_.last + kLeastInterval &&
+      memory_.sensitivity * std::abs(std::log(energy / memory_.elastic_energy_at_estimate)) >
+          kExpectedChange) {
+    memory_.next = step;
   }
 }
 
 double AutomaticStep::changed_step(double time_step) {
-  if (time_step > kTooLarge * critical_step_) {
-    grows_ = false;
-    return kShare * critical_step_;
+  if (time_step > kTooLarge * memory_.critical_step) {
+    memory_.grows = false;
+    return kShare * memory_.critical_step;
   }
-  const double least = *std::min_element(recent_.begin(), recent_.end());
-  if (known_ < kRemembered || !std::isfinite(least)) return time_step;
-  if (time_step < kTooSmall * least) grows_ = true;
-  if (time_step > kGrown * least) grows_ = false;
-  if (!grows_) return time_step;
+  const double least = *std::min_element(memory_.recent.begin(), memory_.recent.end());
+  if (memory_.known < AutomaticStepMemory::kRemembered || !std::isfinite(least)) return time_step;
+  if (time_step < kTooSmall * least) memory_.grows = true;
+  if (time_step > kGrown * least) memory_.grows = false;
+  if (!memory_.grows) return time_step;
   const double growth = time_step < 0.5 * kShare * least ? kFastGrowth : kGrowth;
   return std::min(growth * time_step, kShare * least);
 }

@@ -1,15 +1,13 @@
 // time.step = "auto": the step is half of the stability limit and follows it while the body moves.
 #pragma once
 
-#include <array>
-
-#include "tetraction/dynamics/stability.h"
+#include "tetraction/simulation/run_progress.h"
 
 namespace tetraction {
 
-/// Decides when the limit is estimated again and which step follows from it. The class is plain
-/// data: a copy of it, together with a copy of the state, is enough to continue a run in the same
-/// way.
+/// Decides when the limit is estimated again and which step follows from it. What it remembers is
+/// plain data of the run, to which it refers: a copy of them, together with a copy of the state, is
+/// enough to continue the run in the same way.
 ///
 /// The step is reduced at once when it is more than 1.1 times its intended size. Because of this
 /// tolerance it stays the same while a body merely swings. It grows by 2 % with an estimate (by 10
@@ -25,15 +23,15 @@ class AutomaticStep {
   /// Ratio of the intended step to the limit.
   static constexpr double kShare = 0.5;
 
-  AutomaticStep() = default;
+  /// Keeps a reference to `memory`.
+  explicit AutomaticStep(AutomaticStepMemory& memory) : memory_(memory) {}
   /// Starts with a limit that was computed without earlier modes before step number `step` + 1.
-  AutomaticStep(double critical_step, CriticalModes modes, Index step);
+  void start(double critical_step, CriticalModes modes, Index step);
 
   /// Whether an estimate is due before the step after `step`.
-  bool is_due(Index step) const { return step >= next_; }
+  bool is_due(Index step) const { return step >= memory_.next; }
   /// The modes with which the next estimate begins, and which it replaces by those that it found.
-  CriticalModes& modes() { return modes_; }
-  const CriticalModes& modes() const { return modes_; }
+  CriticalModes& modes() { return memory_.modes; }
   /// Records an estimate that cost as much as `cost` steps. Returns the step to use from now on
   /// instead of `time_step`.
   double enter(double critical_step, double cost, Index step, double time_step);
@@ -50,26 +48,12 @@ class AutomaticStep {
   void watch_elastic(double energy, Index step);
 
   /// The limit at the last estimate, s.
-  double critical_step() const { return critical_step_; }
+  double critical_step() const { return memory_.critical_step; }
 
  private:
-  static constexpr std::size_t kRemembered = 8;
-
   double changed_step(double time_step);
 
-  CriticalModes modes_;
-  double critical_step_ = 0.0;
-  double rate_ = 0.0;  // |d ln h_crit| per step
-  Index last_ = 0;
-  Index next_ = 0;
-  Index interval_ = 0;
-  std::array<double, kRemembered> recent_{};  // limits, the oldest replaced first
-  std::size_t known_ = 0;                     // number of limits since the beginning
-  double largest_change_ = 0.0;               // of the energy error in a recent step, J
-  bool grows_ = false;
-  double elastic_energy_ = 0.0;              // after the last step, J
-  double elastic_energy_at_estimate_ = 0.0;  // J
-  double sensitivity_ = 0.0;                 // |d ln h_crit / d ln W| between the last estimates
+  AutomaticStepMemory& memory_;
 };
 
 }  // namespace tetraction

@@ -1,32 +1,17 @@
 // Makes the constraint objects of a body from the settings of a scene or an edit.
 #pragma once
 
-#include <optional>
-#include <variant>
+#include <string>
 #include <vector>
 
 #include "tetraction/dynamics/mechanical_system.h"
-#include "tetraction/simulation/scene.h"
+#include "tetraction/simulation/run_settings.h"
 
 namespace tetraction {
 
 /// The selected vertices. Messages about the selection begin with its place in the scene.
 std::vector<Index> select_at(const TetMesh& mesh, const Selection& selection,
                              const std::string& where);
-
-/// One [[constraint]]: a driven handle is held.
-using ConstraintObject =
-    std::variant<PrescribedVertices, GuidedVertices, FixedDistance, RigidHandle>;
-
-/// The constraints of a body by their numbers in the scene. Edits add constraints and change them.
-struct BodyConstraints {
-  std::vector<PrescribedVertices> fixes;
-  std::vector<FixSettings> fix_settings;  // of the same numbers
-  std::vector<ConstraintObject> others;
-  std::vector<std::optional<ConstraintSettings>> other_settings;  // of the same numbers
-
-  ConstraintList list() const;
-};
 
 /// The object of a [[fix]] for positions q at `time`. Throws InputError.
 PrescribedVertices make_held(const FixSettings& fix, const TetMesh& mesh, const Vector& q,

@@ -145,7 +145,7 @@ Constraints constrain(MechanicalSystem& system, const BodyConstraints& constrain
   }
   require_defined_terms(system, moved, time,
                         "Moving the vertices to where the constraints hold them");
-  position.swap(moved);
+  position = moved;  // a copy, so that the vector keeps its address
   return system.set_constraints(std::move(next));
 }
 

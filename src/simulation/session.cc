@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <exception>
 #include <utility>
 
 #include "session_impl.h"
@@ -56,18 +57,19 @@ std::int64_t Session::Impl::element_id(Index e) const {
 // The element with the largest elastic energy density. A blow-up appears there first.
 Index Session::Impl::hottest_element() const {
   Vector densities;
-  system->elastic().energy_densities(state.position, densities);
+  system->elastic().energy_densities(state().position, densities);
   Index hottest = 0;
   densities.maxCoeff(&hottest);
   return hottest;
 }
 
 void Session::Impl::stop(RunStatus how, const std::string& what, Index element) {
-  status = how;
   const std::string where =
       (element >= 0 ? fmt::format(" at element {}", element_id(element)) : "") + center_note();
-  message = fmt::format("step {} (t = {:.6g} s): {}{}. {}", state.step + 1,
-                        state.time + stepping.time_step, what, where, limit_advice());
+  progress.message =
+      fmt::format("step {} (t = {:.6g} s): {}{}. {}", state().step + 1,
+                  state().time + progress.plan.time_step, what, where, limit_advice());
+  progress.status = how;
 }
 
 double Session::Impl::relative_energy(double energy) const {
@@ -92,28 +94,29 @@ bool Session::Impl::blown_up() const {
 }
 
 void Session::Impl::keep_state() {
-  good.state = state;
-  good.balance = std::make_unique<Balance>(*balance);
-  good.stepping = stepping;
+  good.state = state();
+  good.balance = balance->sums();
+  good.plan = progress.plan;
 }
 
 Session::Session(Scene scene, TetMesh mesh) : impl_(std::make_unique<Impl>()) {
   Impl& s = *impl_;
   s.scene = std::move(scene);
-  s.time = s.scene.time;
-  s.solver = s.scene.solver;
-  s.materials.push_back(s.scene.material);
+  s.settings.time = s.scene.time;
+  s.settings.solver = s.scene.solver;
+  s.settings.materials.push_back(s.scene.material);
   for (const MaterialRegionSettings& region : s.scene.material_region) {
-    s.materials.push_back(region.material);
+    s.settings.materials.push_back(region.material);
   }
-  s.environment = s.scene.environment;
-  s.forces = s.scene.force;
+  s.settings.environment = s.scene.environment;
+  s.settings.damping = s.scene.damping;
+  s.settings.forces = s.scene.force;
   {
     const PhaseTimer timer(s.times.setup);
     s.system = make_system(s.scene, std::move(mesh));
-    s.state = make_initial_state(s.scene, *s.system, s.constraints);
-    s.stepper = make_stepper(s.time.integrator, s.solver, *s.system);
-    s.balance = std::make_unique<Balance>(*s.system, s.state);
+    s.states.set(make_initial_state(s.scene, *s.system, s.settings.constraints));
+    s.stepper = make_stepper(s.settings.time.integrator, s.settings.solver, *s.system);
+    s.balance = std::make_unique<Balance>(*s.system, s.state());
     const Energies& energies = s.balance->energies();
     if (!std::isfinite(energies.total())) {
       throw InputError(
@@ -123,18 +126,18 @@ Session::Session(Scene scene, TetMesh mesh) : impl_(std::make_unique<Impl>()) {
     }
   }
   CriticalModes modes;
-  s.initial_limit = s.current_limit(s.state.position, &modes);
+  s.initial_limit = s.current_limit(s.state().position, &modes);
   const PhaseTimer timer(s.times.setup);
   s.choose_step(s.initial_limit, std::move(modes));
-  s.system->external_force(s.state.time, s.stepping.time_step, s.external_force);
+  s.system->external_force(s.state().time, s.progress.plan.time_step, s.progress.external_force);
   s.count_inverted(nullptr);
   for (const auto& warning_of : {locking_warning, instability_warning}) {
     if (std::string warning = warning_of(*s.system); !warning.empty()) {
-      s.warnings.push_back(std::move(warning));
+      s.progress.warnings.push_back(std::move(warning));
     }
   }
   if (std::string warning = s.step_warning(s.initial_limit); !warning.empty()) {
-    s.warnings.push_back(std::move(warning));
+    s.progress.warnings.push_back(std::move(warning));
   }
   check_events(s.scene, *s.system);
   s.warn_of_events();
@@ -145,62 +148,97 @@ Session::~Session() = default;
 
 bool Session::step() {
   Impl& s = *impl_;
-  if (s.status != RunStatus::kRunning) return false;
+  if (s.progress.status != RunStatus::kRunning) return false;
   const PhaseTimer timer(s.times.stepping);
-  if (!s.apply_events() || !s.follow_limit()) return false;
-  const StepOutcome outcome = s.advance();
+  try {
+    return s.step();
+  } catch (...) {
+    // What stepper and solver remember may belong to a state that was not reached.
+    try {
+      s.renew_stepper();
+    } catch (...) {
+      s.stepper->reset();
+    }
+    throw;
+  }
+}
+
+bool Session::Impl::step() {
+  if (!apply_events() || !follow_limit()) return false;
+  const StepOutcome outcome = advance();
   switch (outcome.status) {
     case StepStatus::kOk:
       break;
     case StepStatus::kInverted:
-      s.stop(RunStatus::kUnstable,
-             s.is_automatic() ? "the body is crushed or torn (inverted, J <= 0, whatever the step)"
-                              : "the material's energy is not defined (inverted, J <= 0)",
-             outcome.element);
+      stop(RunStatus::kUnstable,
+           is_automatic() ? "the body is crushed or torn (inverted, J <= 0, whatever the step)"
+                          : "the material's energy is not defined (inverted, J <= 0)",
+           outcome.element);
       return false;
     case StepStatus::kNotFinite:
-      s.stop(RunStatus::kUnstable,
-             outcome.message.empty() ? "positions or momenta overflowed" : outcome.message,
-             s.hottest_element());
+      stop(RunStatus::kUnstable,
+           outcome.message.empty() ? "positions or momenta overflowed" : outcome.message,
+           hottest_element());
       return false;
     case StepStatus::kUndefined:
-      s.stop(RunStatus::kUnstable, outcome.message, -1);
+      stop(RunStatus::kUnstable, outcome.message, -1);
       return false;
     case StepStatus::kOverdamped:
-      s.stop(RunStatus::kUnstable,
-             "the damping forces of one step would turn velocities around and give energy", -1);
+      stop(RunStatus::kUnstable,
+           "the damping forces of one step would turn velocities around and give energy", -1);
       return false;
     case StepStatus::kNotConverged:
-      s.stop(RunStatus::kNotConverged,
-             outcome.minimizer.iterations == 0
-                 ? outcome.message
-                 : fmt::format("the implicit step did not converge after {} iterations: {} (force "
-                               "residual {:.3g} N, allowed {:.3g} N)",
-                               outcome.minimizer.iterations, outcome.message,
-                               outcome.minimizer.residual, outcome.minimizer.residual_limit),
-             -1);
+      stop(RunStatus::kNotConverged,
+           outcome.minimizer.iterations == 0
+               ? outcome.message
+               : fmt::format("the implicit step did not converge after {} iterations: {} (force "
+                             "residual {:.3g} N, allowed {:.3g} N)",
+                             outcome.minimizer.iterations, outcome.message,
+                             outcome.minimizer.residual, outcome.minimizer.residual_limit),
+           -1);
       return false;
   }
-  s.count_inverted(&outcome.elastic_energy);
-  const std::string center = s.center_note();
-  if (s.blown_up()) {
-    s.status = RunStatus::kUnstable;
-    s.message = fmt::format(
+  count_inverted(&outcome.elastic_energy);
+  const std::string center = center_note();
+  if (blown_up()) {
+    progress.message = fmt::format(
         "step {} (t = {:.6g} s): the energy blew up, most at element {}: the integrator has added "
         "{:.3g} J to the {:.3g} J that entered{}. {}",
-        s.state.step, s.state.time, s.element_id(s.hottest_element()), s.balance->energy_error(),
-        s.balance->energy_scale(), center, s.limit_advice());
+        state().step, state().time, element_id(hottest_element()), balance->energy_error(),
+        balance->energy_scale(), center, limit_advice());
+    progress.status = RunStatus::kUnstable;
     return true;
   }
-  if (s.keeps_good_states && s.state.step % kGoodStateInterval == 0 &&
-      s.relative_energy_error() <= kGood) {
-    s.keep_state();
+  if (keeps_good_states && state().step % kGoodStateInterval == 0 &&
+      relative_energy_error() <= kGood) {
+    keep_state();
   }
-  if (s.state.step - s.stepping.segment_step >= s.stepping.segment_count) {
-    s.status = RunStatus::kFinished;
-    s.warn_at_the_end();
+  if (state().step - progress.plan.segment_step >= progress.plan.segment_count) {
+    progress.status = RunStatus::kFinished;
+    warn_at_the_end();
   }
   return true;
+}
+
+void Session::Impl::fail_with_exception() {
+  std::string what = "it is no std::exception";
+  try {
+    throw;
+  } catch (const std::exception& error) {
+    what = error.what();
+  } catch (...) {
+  }
+  progress.message = fmt::format(
+      "step {} (t = {:.6g} s): an exception of a material or a force term ended the run: {}",
+      state().step + 1, state().time, what);
+  progress.status = RunStatus::kNotConverged;
+}
+
+void Session::Impl::renew_stepper() {
+  auto fresh = make_stepper(settings.time.integrator, settings.solver, *system);
+  fresh->set_reactions(stepper->reaction_force(), stepper->configuration_force());
+  stepper = std::move(fresh);
+  tracker.reset();
 }
 
 void Session::keep_good_states() {
@@ -210,17 +248,18 @@ void Session::keep_good_states() {
 
 void Session::go_back() {
   Impl& s = *impl_;
-  if (s.status != RunStatus::kUnstable && s.status != RunStatus::kNotConverged) return;
+  if (s.progress.status != RunStatus::kUnstable && s.progress.status != RunStatus::kNotConverged)
+    return;
   if (s.keeps_good_states && !(s.relative_energy_error() <= kGood)) {
-    s.state = s.good.state;
-    s.balance = std::make_unique<Balance>(*s.good.balance);
-    s.stepping = s.good.stepping;
+    s.states.set(s.good.state);
+    s.balance->restore(s.good.balance);
+    s.progress.plan = s.good.plan;
   }
-  s.status = RunStatus::kRunning;
-  s.message.clear();
-  s.passed_center.clear();
+  s.progress.status = RunStatus::kRunning;
+  s.progress.message.clear();
+  s.progress.passed_center.clear();
   // Data that the solver keeps from the failed step must not affect later steps.
-  apply(SetSolver{s.solver}, R"("go back")");
+  apply(SetSolver{s.settings.solver}, R"("go back")");
 }
 
 RunStatus Session::run(const std::vector<Observer*>& observers) {
@@ -230,17 +269,32 @@ RunStatus Session::run(const std::vector<Observer*>& observers) {
     for (Observer* observer : observers) call(*observer);
   };
   tell([&](Observer& o) { o.on_start(*this); });
-  while (s.status == RunStatus::kRunning && step()) {
+  const auto make_step = [&] {
+    try {
+      return step();
+    } catch (...) {
+      s.fail_with_exception();
+      const PhaseTimer timer(s.times.output);
+      for (Observer* observer : observers) {
+        try {
+          observer->on_finish(*this);
+        } catch (...) {  // the exception of the step is the one that tells what happened
+        }
+      }
+      throw;
+    }
+  };
+  while (s.progress.status == RunStatus::kRunning && make_step()) {
     tell([&](Observer& o) {
-      if (!o.on_step(*this) && s.status == RunStatus::kRunning) {
-        s.status = RunStatus::kCancelled;
-        s.message = fmt::format("stopped on request after step {} (t = {:.6g} s)", s.state.step,
-                                s.state.time);
+      if (!o.on_step(*this) && s.progress.status == RunStatus::kRunning) {
+        s.progress.status = RunStatus::kCancelled;
+        s.progress.message = fmt::format("stopped on request after step {} (t = {:.6g} s)",
+                                         s.state().step, s.state().time);
       }
     });
   }
   tell([&](Observer& o) { o.on_finish(*this); });
-  return s.status;
+  return s.progress.status;
 }
 
 }  // namespace tetraction

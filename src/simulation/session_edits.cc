@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "session_impl.h"
+#include "system_settings.h"
 #include "tetraction/core/error.h"
 #include "tetraction/dynamics/multipliers.h"
 #include "tetraction/simulation/setting_keys.h"
@@ -32,40 +33,13 @@ struct Renewal {
   bool limit = false;  // the stability limit may have changed
 };
 
-// The settings of a system that edits may change, without its constraints.
-class SystemSettings {
- public:
-  explicit SystemSettings(const MechanicalSystem& system)
-      : materials_(system.elastic().materials()),
-        environment_(system.environment()),
-        damping_(system.damping()),
-        forces_(system.forces()) {}
-  void put_back(MechanicalSystem& system) {
-    for (std::size_t i = 0; i < materials_.size(); ++i) {
-      system.set_material(static_cast<Index>(i), materials_[i]);
-    }
-    system.set_environment(environment_);
-    system.set_damping(damping_);
-    system.set_forces(std::move(forces_));
-  }
-
- private:
-  std::vector<MaterialModel> materials_;
-  Environment environment_;
-  Damping damping_;
-  std::vector<ExternalForce> forces_;
-};
-
-// Changes copies of the settings. Nothing is committed before the whole edit has been checked.
+// Changes the settings, the system and a copy of the state. Session::Impl::apply() puts the first two
+// back if the edit cannot be made.
 struct Editor {
   MechanicalSystem& system;
-  BodyConstraints& constraints;
-  TimeSettings& time;
-  SolverSettings& solver;
-  std::vector<MaterialSettings>& materials;
-  EnvironmentSettings& environment;
-  std::vector<ForceSettings>& forces;
+  RunSettings& settings;
   State& state;
+  BodyConstraints& constraints = settings.constraints;
   Renewal renewal{};
   std::string warning{};
 
@@ -84,7 +58,7 @@ struct Editor {
     const bool locked = !locking_warning(system).empty();
     const bool unstable = !instability_warning(system).empty();
     system.set_material(edit.region, make_material(edit.material));
-    materials[static_cast<std::size_t>(edit.region)] = edit.material;
+    settings.materials[static_cast<std::size_t>(edit.region)] = edit.material;
     if (!locked) warning = locking_warning(system);
     if (!unstable) {
       const std::string more = instability_warning(system);
@@ -95,42 +69,43 @@ struct Editor {
     renewal.limit = true;
   }
   void operator()(const SetTime& edit) {
-    renewal.stepper = edit.time.integrator != time.integrator;
+    renewal.stepper = edit.time.integrator != settings.time.integrator;
     renewal.step = renewal.limit = true;
-    time = edit.time;
+    settings.time = edit.time;
   }
   void operator()(const SetSolver& edit) {
     check_settings(edit.solver);
-    solver = edit.solver;
+    settings.solver = edit.solver;
     renewal.stepper = true;
   }
   void operator()(const SetDamping& edit) {
     system.set_damping(edit.damping);
+    settings.damping = edit.damping;
     renewal.limit = true;
   }
   void operator()(const SetEnvironment& edit) {
     system.set_environment(make_environment(edit.environment));
-    environment = edit.environment;
+    settings.environment = edit.environment;
     renewal.limit = !system.environment().is_uniform();
   }
   void operator()(const SetForce& edit) {
-    if (edit.index) require_index(forces, *edit.index, "force");
+    if (edit.index) require_index(settings.forces, *edit.index, "force");
     ExternalForce force = make_force(edit.force, system.mesh());
     if (edit.index) {
       system.set_force(*edit.index, std::move(force));
-      forces[*edit.index] = edit.force;
+      settings.forces[*edit.index] = edit.force;
     } else {
       system.add_force(std::move(force));
-      forces.push_back(edit.force);
+      settings.forces.push_back(edit.force);
     }
   }
   void operator()(const SetFix& edit) {
     if (edit.index) {
       require_index(constraints.fixes, *edit.index, "fix");
       PrescribedVertices& held = constraints.fixes[*edit.index];
-      FixSettings& settings = constraints.fix_settings[*edit.index];
-      held = changed_held(held, settings, edit.fix, system.mesh(), state.position, state.time);
-      settings = edit.fix;
+      FixSettings& present = constraints.fix_settings[*edit.index];
+      held = changed_held(held, present, edit.fix, system.mesh(), state.position, state.time);
+      present = edit.fix;
     } else {
       constraints.fixes.push_back(make_held(edit.fix, system.mesh(), state.position, state.time));
       constraints.fix_settings.push_back(edit.fix);
@@ -161,14 +136,14 @@ struct Editor {
   }
   void operator()(const SetConstraint& edit) {
     ConstraintObject object = make_constraint(edit.constraint, system, state.position, state.time);
-    const ConstraintSettings settings = with_length(edit.constraint, object);
+    const ConstraintSettings complete = with_length(edit.constraint, object);
     if (edit.index) {
       require_index(constraints.others, *edit.index, "constraint");
       constraints.others[*edit.index] = std::move(object);
-      constraints.other_settings[*edit.index] = settings;
+      constraints.other_settings[*edit.index] = complete;
     } else {
       constraints.others.push_back(std::move(object));
-      constraints.other_settings.emplace_back(settings);
+      constraints.other_settings.emplace_back(complete);
     }
     renewal.constraints = renewal.limit = true;
   }
@@ -188,7 +163,7 @@ struct Editor {
     }
     project_to_constraints(system.constraints(), system.mass(), state.position, state.time,
                            state.momentum);
-    state.velocity = system.velocity_of(state.momentum);
+    system.velocity_of(state.momentum, state.velocity);
   }
   void operator()(const ShiftState& edit) {
     const std::vector<Index> vertices = check_shift(edit.shift, system.mesh());
@@ -209,7 +184,7 @@ struct Editor {
     if (renewal.constraints) return;
     project_to_constraints(system.constraints(), system.mass(), state.position, state.time,
                            state.momentum);
-    state.velocity = system.velocity_of(state.momentum);
+    system.velocity_of(state.momentum, state.velocity);
   }
   void require_admissible(const ShiftSettings& shift) const {
     const EvaluationStatus status = system.elastic().admissible(state.position);
@@ -233,42 +208,35 @@ struct Editor {
 }  // namespace
 
 void Session::apply(const Edit& edit, const std::string& what) {
-  impl_->apply(edit, impl_->state.time, what);
+  impl_->apply(edit, impl_->state().time, what);
 }
 
 void Session::Impl::apply(const Edit& edit, double at, const std::string& what) {
-  // The edit changes copies, which are committed once nothing can fail any more. Other objects
-  // refer to the system; therefore it is changed in place, and so is the plan of the steps. Both
-  // are restored if something fails.
-  BodyConstraints new_constraints = constraints;
-  TimeSettings new_time = time;
-  SolverSettings new_solver = solver;
-  std::vector<MaterialSettings> new_materials = materials;
-  EnvironmentSettings new_environment = environment;
-  std::vector<ForceSettings> new_forces = forces;
-  State new_state = state;
-  Editor editor{*system,       new_constraints, new_time,   new_solver,
-                new_materials, new_environment, new_forces, new_state};
+  // The edit changes a copy of the state, which becomes the present one once nothing can fail any
+  // more. Other objects refer to the system; therefore it is changed in place, and so are the
+  // settings and the plan of the steps. All are restored if something fails.
+  State& new_state = states.other();
+  new_state = state();
   std::unique_ptr<Stepper> new_stepper;
   AppliedEdit done;
-  GoodState new_good;
   SystemSettings old_system(*system);
   std::optional<Constraints> old_constraints;
-  const TimeSettings old_time = time;
-  const Stepping old_stepping = stepping;
-  const StepRange old_steps = steps;
-  const double old_first_step = first_time_step;
+  RunSettings old_settings = settings;
+  const StepPlan old_plan = progress.plan;
+  const StepRange old_steps = progress.steps;
+  const double old_first_step = progress.first_time_step;
   try {
+    Editor editor{*system, settings, new_state};
     std::visit(editor, edit);
     const Renewal& renewal = editor.renewal;
     if (renewal.constraints) {
-      old_constraints = constrain(*system, new_constraints, state.time, new_state.position);
-      project_to_constraints(system->constraints(), system->mass(), new_state.position, state.time,
-                             new_state.momentum);
-      new_state.velocity = system->velocity_of(new_state.momentum);
+      old_constraints =
+          constrain(*system, settings.constraints, new_state.time, new_state.position);
+      project_to_constraints(system->constraints(), system->mass(), new_state.position,
+                             new_state.time, new_state.momentum);
+      system->velocity_of(new_state.momentum, new_state.velocity);
     }
-    time = new_time;
-    const bool limited = !is_implicit(time.integrator);
+    const bool limited = !is_implicit(settings.time.integrator);
     StabilityLimit limit;
     CriticalModes modes;
     if (limited && (renewal.limit || renewal.step)) {
@@ -280,11 +248,11 @@ void Session::Impl::apply(const Edit& edit, double at, const std::string& what) 
       renew_automatic_step(limit, std::move(modes));
     }
     if (renewal.stepper || renewal.constraints) {
-      new_stepper = make_stepper(time.integrator, new_solver, *system);
+      new_stepper = make_stepper(settings.time.integrator, settings.solver, *system);
     }
     done.at = at;
-    done.time = state.time;
-    done.step = state.step;
+    done.time = new_state.time;
+    done.step = new_state.step;
     done.what = what;
     done.warning = editor.warning;
     if (limited && renewal.limit) {
@@ -292,19 +260,15 @@ void Session::Impl::apply(const Edit& edit, double at, const std::string& what) 
         done.warning = std::move(warning);
       }
     }
-    edits.reserve(edits.size() + 1);
-    if (keeps_good_states) {
-      new_good = {new_state, std::make_unique<Balance>(*balance), stepping};
-      new_good.balance->enter_edit(new_state);
-    }
+    progress.edits.reserve(progress.edits.size() + 1);
     done.energy_jump = balance->enter_edit(new_state);
   } catch (...) {
     if (old_constraints) system->set_constraints(std::move(*old_constraints));
-    old_system.put_back(*system);
-    time = old_time;
-    stepping = old_stepping;
-    steps = old_steps;
-    first_time_step = old_first_step;
+    old_system.put_in(*system);
+    settings = std::move(old_settings);
+    progress.plan = old_plan;
+    progress.steps = old_steps;
+    progress.first_time_step = old_first_step;
     tracker.reset();
     throw;
   }
@@ -313,33 +277,33 @@ void Session::Impl::apply(const Edit& edit, double at, const std::string& what) 
   } else {
     stepper->reset();
   }
-  constraints = std::move(new_constraints);
-  solver = std::move(new_solver);
-  materials = std::move(new_materials);
-  environment = std::move(new_environment);
-  forces = std::move(new_forces);
-  state = std::move(new_state);
+  states.switch_to_other();
+  progress.edits.push_back(std::move(done));
   count_inverted(nullptr);
-  edits.push_back(std::move(done));
-  if (keeps_good_states) good = std::move(new_good);
+  if (keeps_good_states) keep_state();
 }
 
 bool Session::Impl::apply_events() {
   // t = k h has round-off. An event may make the step so short that the next event is not due yet.
   const auto due = [this] {
-    return next_event < scene.event.size() &&
-           scene.event[next_event].at <= state.time + 1e-6 * stepping.time_step;
+    return progress.next_event < scene.event.size() &&
+           scene.event[progress.next_event].at <= state().time + 1e-6 * progress.plan.time_step;
   };
   while (due()) {
-    const EventSettings& event = scene.event[next_event++];
+    const EventSettings& event = scene.event[progress.next_event++];
+    std::vector<AppliedEdit>& edits = progress.edits;
     const std::size_t before = edits.size();
     try {
       for (const Edit& edit : event.edits) apply(edit, event.at, event.echo);
     } catch (const InputError& error) {
-      status = RunStatus::kNotConverged;
-      message = fmt::format("step {} (t = {:.6g} s): the event at {} s could not be made: {}",
-                            state.step + 1, state.time, event.at, error.what());
+      progress.status = RunStatus::kNotConverged;
+      progress.message =
+          fmt::format("step {} (t = {:.6g} s): the event at {} s could not be made: {}",
+                      state().step + 1, state().time, event.at, error.what());
       return false;
+    } catch (...) {
+      if (edits.size() == before) --progress.next_event;
+      throw;
     }
     // One entry for the whole event.
     AppliedEdit& whole = edits[before];
@@ -348,8 +312,8 @@ bool Session::Impl::apply_events() {
       if (!edits[i].warning.empty()) whole.warning = edits[i].warning;
     }
     edits.resize(before + 1);
-    if (stepping.segment_count <= state.step - stepping.segment_step) {
-      status = RunStatus::kFinished;
+    if (progress.plan.segment_count <= state().step - progress.plan.segment_step) {
+      progress.status = RunStatus::kFinished;
       warn_at_the_end();
       return false;
     }

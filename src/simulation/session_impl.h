@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
@@ -11,6 +12,7 @@
 #include "automatic_step.h"
 #include "body_constraints.h"
 #include "initial_state.h"
+#include "state_buffers.h"
 #include "tetraction/simulation/session.h"
 
 namespace tetraction {
@@ -31,60 +33,35 @@ class PhaseTimer {
 
 struct Session::Impl {
   Scene scene;
-  // The present settings. They are the scene's own values until an edit changes them.
-  TimeSettings time;
-  SolverSettings solver;
-  std::vector<MaterialSettings> materials;
-  EnvironmentSettings environment;
-  std::vector<ForceSettings> forces;
-
-  // Steps of equal size, counted since the start or the last change of the step.
-  struct Stepping {
-    double time_step = 0.0;
-    double segment_time = 0.0;
-    Index segment_step = 0;
-    Index segment_count = 0;
-    AutomaticStep automatic;  // if the settings say so
-  };
+  RunSettings settings;
+  RunProgress progress;
+  StateBuffers states;
 
   // The last good state since the last edit, if good states are kept.
   struct GoodState {
     State state;
-    std::unique_ptr<Balance> balance;
-    Stepping stepping;
+    BalanceSums balance;
+    StepPlan plan;
   };
   bool keeps_good_states = false;
   GoodState good;
 
   PhaseTimes times;
   std::unique_ptr<MechanicalSystem> system;
-  BodyConstraints constraints;
-  State state;
   std::unique_ptr<Stepper> stepper;
   std::unique_ptr<Balance> balance;
+  BalanceSums balance_before;  // the last step; a member in order to avoid allocations
   StabilityLimit initial_limit;
+  std::uint64_t body = 0;  // Checkpoint::body
 
-  Stepping stepping;
-  std::unique_ptr<StabilityTracker> tracker;  // made when "auto" first needs it
-  double first_time_step = 0.0;               // of "auto", at the start or the last edit
-  StepRange steps;
-  InvertedElements inverted;
+  std::unique_ptr<StabilityTracker> tracker;            // made when "auto" first needs it
   std::unique_ptr<InversionCounter> inversion_counter;  // null if no material allows it
 
-  std::size_t next_event = 0;
-  std::vector<AppliedEdit> edits;
-  RunStatus status = RunStatus::kRunning;
-  std::string message;
-  std::vector<std::string> warnings;
-  Vector external_force;  // in the last step; empty if there is none
-  MinimizerReport last_report;
-  Index total_iterations = 0;
-  Index total_factorizations = 0;
-  std::string passed_center;  // center_note() of the last vertex that was near
-  Index total_cg_iterations = 0;
-  std::string linear_solver;  // used last
+  /// The present state.
+  const State& state() const { return states.present(); }
+  AutomaticStep automatic() { return AutomaticStep(progress.plan.automatic); }
 
-  /// Sets the step from `time`, and for "auto" from the stability limit. Throws InputError.
+  /// Sets the step from the settings, and for "auto" from the stability limit. Throws InputError.
   void choose_step(const StabilityLimit& limit, CriticalModes modes);
   /// Starts steps of this size at the present state.
   void set_time_step(double step);
@@ -99,12 +76,28 @@ struct Session::Impl {
   bool is_automatic() const;
   /// With "auto": estimates the limit if an estimate is due. Returns false if the run is over.
   bool follow_limit();
+  /// One step. With "auto" it fails, without any effect, if the energy error changes in it by more
+  /// than `most_energy_share` of the energy that entered. The share is in the result, or 0.
+  struct Attempt {
+    StepOutcome outcome;
+    double energy_share = 0.0;
+  };
+  Attempt attempt(double most_energy_share);
   /// Makes one step. If "auto" finds that it was too large, it is repeated with smaller sizes.
   StepOutcome advance();
-  StepOutcome attempt();
+  StepOutcome advance_in_smaller_steps(const Attempt& first);
+  /// Makes the events that are due, and one step with all that belongs to it. Returns false when the
+  /// run is over.
+  bool step();
+  /// Ends a run whose step ended with the exception that is being handled.
+  void fail_with_exception();
+  /// Makes a stepper that remembers nothing of earlier steps.
+  void renew_stepper();
   /// Counts inverted elements if materials allow them. If the state is the result of a small step,
   /// its elastic energy is given. Null means any other state, or new materials.
   void count_inverted(const double* energy_after_step);
+  /// Makes the counter of inverted elements for the present materials.
+  std::unique_ptr<InversionCounter> make_inversion_counter() const;
   /// Adds warnings about a large energy error, and about events for which no step was left.
   void warn_at_the_end();
   /// A warning about a step above the limit, or an empty text.
@@ -116,6 +109,8 @@ struct Session::Impl {
   void apply(const Edit& edit, double at, const std::string& what);
   /// Makes the events that are due. Returns false if one of them could not be made.
   bool apply_events();
+  /// Throws InputError if the checkpoint does not belong to this body and scene.
+  void require_own(const Checkpoint& checkpoint) const;
 
   std::int64_t element_id(Index e) const;
   std::string limit_advice() const;

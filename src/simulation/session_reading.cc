@@ -10,96 +10,102 @@ const MechanicalSystem& Session::system() const {
   return *impl_->system;
 }
 const State& Session::state() const {
-  return impl_->state;
+  return impl_->states.at_home();
+}
+double Session::time() const {
+  return impl_->state().time;
+}
+Index Session::step_number() const {
+  return impl_->state().step;
 }
 const Balance& Session::balance() const {
   return *impl_->balance;
 }
 RunStatus Session::status() const {
-  return impl_->status;
+  return impl_->progress.status;
 }
 const std::string& Session::message() const {
-  return impl_->message;
+  return impl_->progress.message;
 }
 double Session::time_step() const {
-  return impl_->stepping.time_step;
+  return impl_->progress.plan.time_step;
 }
 Index Session::step_count() const {
-  return impl_->stepping.segment_step + impl_->stepping.segment_count;
+  return impl_->progress.plan.segment_step + impl_->progress.plan.segment_count;
 }
 const StepRange& Session::steps() const {
-  return impl_->steps;
+  return impl_->progress.steps;
 }
 const InvertedElements& Session::inverted_elements() const {
-  return impl_->inverted;
+  return impl_->progress.inverted;
 }
 const StabilityLimit& Session::initial_limit() const {
   return impl_->initial_limit;
 }
 StabilityLimit Session::current_limit() const {
-  return impl_->limit_at(impl_->state.position);
+  return impl_->limit_at(impl_->state().position);
 }
 const std::vector<std::string>& Session::warnings() const {
-  return impl_->warnings;
+  return impl_->progress.warnings;
 }
 const std::vector<AppliedEdit>& Session::edits() const {
-  return impl_->edits;
+  return impl_->progress.edits;
 }
 const TimeSettings& Session::time_settings() const {
-  return impl_->time;
+  return impl_->settings.time;
 }
 const SolverSettings& Session::solver_settings() const {
-  return impl_->solver;
+  return impl_->settings.solver;
 }
 const std::vector<MaterialSettings>& Session::materials() const {
-  return impl_->materials;
+  return impl_->settings.materials;
 }
 const Damping& Session::damping() const {
-  return impl_->system->damping();
+  return impl_->settings.damping;
 }
 const EnvironmentSettings& Session::environment() const {
-  return impl_->environment;
+  return impl_->settings.environment;
 }
 const std::vector<ForceSettings>& Session::forces() const {
-  return impl_->forces;
+  return impl_->settings.forces;
 }
 std::size_t Session::fix_count() const {
-  return impl_->constraints.fixes.size();
+  return impl_->settings.constraints.fixes.size();
 }
 PresentFix Session::fix(std::size_t i) const {
-  const PrescribedVertices& held = impl_->constraints.fixes.at(i);
-  PresentFix fix{impl_->constraints.fix_settings.at(i), held.vertices, held.start};
+  const PrescribedVertices& held = impl_->settings.constraints.fixes.at(i);
+  PresentFix fix{impl_->settings.constraints.fix_settings.at(i), held.vertices, held.start};
   for (Index v = 0; v < fix.targets.cols(); ++v) {
-    fix.targets.col(v) = held.motion.position(held.start.col(v), impl_->state.time);
+    fix.targets.col(v) = held.motion.position(held.start.col(v), impl_->state().time);
   }
   return fix;
 }
 const std::vector<std::optional<ConstraintSettings>>& Session::constraints() const {
-  return impl_->constraints.other_settings;
+  return impl_->settings.constraints.other_settings;
 }
 double Session::tension(std::size_t i) const {
-  if (!std::holds_alternative<FixedDistance>(impl_->constraints.others.at(i))) return 0.0;
+  if (!std::holds_alternative<FixedDistance>(impl_->settings.constraints.others.at(i))) return 0.0;
   std::size_t distance = 0;
   for (std::size_t j = 0; j < i; ++j) {
-    if (std::holds_alternative<FixedDistance>(impl_->constraints.others.at(j))) ++distance;
+    if (std::holds_alternative<FixedDistance>(impl_->settings.constraints.others.at(j))) ++distance;
   }
   const Constraints& constraints = impl_->system->constraints();
   return constraints.tension(distance, impl_->stepper->configuration_force(),
-                             constraints.configuration(impl_->state.position));
+                             constraints.configuration(impl_->state().position));
 }
 Vector Session::external_force() const {
-  const Vector& force = impl_->external_force;
+  const Vector& force = impl_->progress.external_force;
   return force.size() > 0 ? force : Vector(Vector::Zero(impl_->system->dof_count()));
 }
 Vector Session::next_external_force() const {
   Vector force;
-  impl_->system->external_force(impl_->state.time, impl_->stepping.time_step, force);
+  impl_->system->external_force(impl_->state().time, impl_->progress.plan.time_step, force);
   if (force.size() == 0) force.setZero(impl_->system->dof_count());
   return force;
 }
 const std::vector<Index>& Session::constraint_vertices(std::size_t i) const {
   static const std::vector<Index> none;
-  const ConstraintObject& object = impl_->constraints.others.at(i);
+  const ConstraintObject& object = impl_->settings.constraints.others.at(i);
   if (const auto* held = std::get_if<PrescribedVertices>(&object)) return held->vertices;
   if (const auto* guided = std::get_if<GuidedVertices>(&object)) return guided->vertices;
   if (const auto* handle = std::get_if<RigidHandle>(&object)) return handle->vertices;
@@ -109,29 +115,29 @@ const Vector& Session::reaction_force() const {
   return impl_->stepper->reaction_force();
 }
 int Session::last_iterations() const {
-  return impl_->last_report.iterations;
+  return impl_->progress.last_report.iterations;
 }
 Index Session::total_iterations() const {
-  return impl_->total_iterations;
+  return impl_->progress.total_iterations;
 }
 Index Session::total_factorizations() const {
-  return impl_->total_factorizations;
+  return impl_->progress.total_factorizations;
 }
 Index Session::total_cg_iterations() const {
-  return impl_->total_cg_iterations;
+  return impl_->progress.total_cg_iterations;
 }
 const std::string& Session::linear_solver() const {
-  return impl_->linear_solver;
+  return impl_->progress.linear_solver;
 }
 const std::string& Session::solver_message() const {
-  return impl_->last_report.message;
+  return impl_->progress.last_report.message;
 }
 const PhaseTimes& Session::times() const {
   return impl_->times;
 }
 
 double Session::constraint_error() const {
-  return impl_->system->constraints().error(impl_->state.position, impl_->state.time);
+  return impl_->system->constraints().error(impl_->state().position, impl_->state().time);
 }
 
 }  // namespace tetraction

@@ -15,6 +15,13 @@ namespace {
 constexpr double kMostSteps = 9e15;  // double precision represents all integers up to this one
 // If the remaining time is shorter than this share of a step, the step before it is made longer.
 constexpr double kMerged = 1e-6;
+// With "auto" a step is repeated with a smaller size if the energy error changes in it by more than
+// this share of the energy that entered.
+constexpr double kLargestEnergyShare = 0.25;
+// If smaller steps do not help, it is accepted up to this share.
+constexpr double kMostEnergyShare = 1.0;
+// The share falls if it is smaller than this many times the share of a step of twice the size.
+constexpr double kFalling = 0.5;
 // "auto" gives up if its steps would be shorter than this share of the first ones.
 constexpr double kShortest = 1e-6;
 
@@ -37,46 +44,47 @@ bool defined_inside_out(const MaterialModel& material) {
 }  // namespace
 
 Index Session::Impl::steps_to_end(double step) const {
-  const double left = time.end - state.time;
-  if (std::isfinite(time.end) && left <= round_off(time.end)) return 0;
+  const double left = settings.time.end - state().time;
+  if (std::isfinite(settings.time.end) && left <= round_off(settings.time.end)) return 0;
   const double count = std::ceil(std::min(left / step, kMostSteps) - kMerged);
   return std::max<Index>(1, static_cast<Index>(count));
 }
 
 void Session::Impl::set_time_step(double step) {
-  if (state.step > 0 && step != stepping.time_step) ++steps.changes;
-  stepping.time_step = step;
-  stepping.segment_time = state.time;
-  stepping.segment_step = state.step;
-  stepping.segment_count = steps_to_end(step);
+  if (state().step > 0 && step != progress.plan.time_step) ++progress.steps.changes;
+  progress.plan.time_step = step;
+  progress.plan.segment_time = state().time;
+  progress.plan.segment_step = state().step;
+  progress.plan.segment_count = steps_to_end(step);
 }
 
 bool Session::Impl::is_automatic() const {
-  return time.automatic && !is_implicit(time.integrator);
+  return settings.time.automatic && !is_implicit(settings.time.integrator);
 }
 
 void Session::Impl::choose_step(const StabilityLimit& limit, CriticalModes modes) {
-  const double step = time.automatic ? AutomaticStep::kShare * limit.critical_step : time.step;
+  const double step =
+      settings.time.automatic ? AutomaticStep::kShare * limit.critical_step : settings.time.step;
   if (!(step > 0.0) || !std::isfinite(step)) {
     throw InputError(
         "time.step = \"auto\" finds no stability limit for this body: give the step in seconds.");
   }
-  const double left = time.end - state.time;
-  if (std::isfinite(time.end) && left / step > kMostSteps) {
+  const double left = settings.time.end - state().time;
+  if (std::isfinite(settings.time.end) && left / step > kMostSteps) {
     throw InputError(
         fmt::format("The run has {:.3g} steps, more than can be counted: make time.step = {} s "
                     "larger or time.end = {} s earlier.",
-                    left / step, step, time.end));
+                    left / step, step, settings.time.end));
   }
   set_time_step(step);
-  if (!time.automatic) return;
-  stepping.automatic = AutomaticStep(limit.critical_step, std::move(modes), state.step);
-  first_time_step = step;
+  if (!settings.time.automatic) return;
+  automatic().start(limit.critical_step, std::move(modes), state().step);
+  progress.first_time_step = step;
   tracker.reset();
 }
 
 StabilityLimit Session::Impl::limit_at(const Vector& q, CriticalModes* modes) const {
-  return stability_limit(*system, q, time.integrator, modes, state.time);
+  return stability_limit(*system, q, settings.time.integrator, modes, state().time);
 }
 
 StabilityLimit Session::Impl::current_limit(const Vector& q, CriticalModes* modes) {
@@ -91,8 +99,8 @@ double Session::Impl::tracked_limit(double& cost) {
   {
     const PhaseTimer timer(times.stability);
     if (!tracker) tracker = std::make_unique<StabilityTracker>(*system);
-    critical = tracker->critical_step(state.position, time.integrator, stepping.automatic.modes(),
-                                      state.time);
+    critical = tracker->critical_step(state().position, settings.time.integrator,
+                                      automatic().modes(), state().time);
     cost = tracker->cost();
   }
   times.stepping -= times.stability - before;
@@ -103,22 +111,21 @@ void Session::Impl::renew_automatic_step(const StabilityLimit& limit, CriticalMo
   if (!is_automatic() || !std::isfinite(limit.critical_step)) return;
   // The step stays as it is if it is hardly too large and not much too small.
   const double wanted = AutomaticStep::kShare * limit.critical_step;
-  if (stepping.time_step > 1.001 * wanted || stepping.time_step < 0.8 * wanted) {
+  if (progress.plan.time_step > 1.001 * wanted || progress.plan.time_step < 0.8 * wanted) {
     set_time_step(wanted);
   }
-  stepping.automatic = AutomaticStep(limit.critical_step, std::move(modes), state.step);
-  first_time_step = stepping.time_step;
+  automatic().start(limit.critical_step, std::move(modes), state().step);
+  progress.first_time_step = progress.plan.time_step;
   tracker.reset();
 }
 
 bool Session::Impl::follow_limit() {
-  if (!is_automatic() || !stepping.automatic.is_due(state.step)) return true;
-  AutomaticStep& automatic = stepping.automatic;
+  if (!is_automatic() || !automatic().is_due(state().step)) return true;
   double cost = 0.0;
   const double critical = tracked_limit(cost);
-  const double step = automatic.enter(critical, cost, state.step, stepping.time_step);
-  if (!(step > kShortest * first_time_step)) {
-    const Index element = critical_element(*system, automatic.modes());
+  const double step = automatic().enter(critical, cost, state().step, progress.plan.time_step);
+  if (!(step > kShortest * progress.first_time_step)) {
+    const Index element = critical_element(*system, automatic().modes());
     stop(RunStatus::kUnstable,
          fmt::format("stability would need steps of {:.3g} s, less than a millionth of the first "
                      "one: the body is crushed or torn",
@@ -126,103 +133,138 @@ bool Session::Impl::follow_limit() {
          element);
     return false;
   }
-  if (step != stepping.time_step) set_time_step(step);
+  if (step != progress.plan.time_step) set_time_step(step);
   return true;
 }
 
-StepOutcome Session::Impl::attempt() {
-  const double h = stepping.time_step;
-  const Index number = state.step - stepping.segment_step + 1;
+Session::Impl::Attempt Session::Impl::attempt(double most_energy_share) {
+  const double h = progress.plan.time_step;
+  const Index number = state().step - progress.plan.segment_step + 1;
   double length = h;
   // The time is a multiple of h, not a running sum, so that it has no accumulated round-off.
-  double end_time = stepping.segment_time + static_cast<double>(number) * h;
-  if (number == stepping.segment_count && std::isfinite(time.end)) {
-    end_time = time.end;
-    const double left = end_time - state.time;
+  double end_time = progress.plan.segment_time + static_cast<double>(number) * h;
+  if (number == progress.plan.segment_count && std::isfinite(settings.time.end)) {
+    end_time = settings.time.end;
+    const double left = end_time - state().time;
     if (std::abs(left - h) > round_off(end_time)) length = left;
   }
-  system->external_force(state.time, length, external_force);
-  StepOutcome outcome = stepper->step_to(state, length, end_time);
-  last_report = outcome.minimizer;
-  total_iterations += outcome.minimizer.iterations;
-  total_factorizations += outcome.minimizer.factorizations;
-  total_cg_iterations += outcome.minimizer.cg_iterations;
-  if (!outcome.minimizer.linear.empty()) linear_solver = outcome.minimizer.linear;
-  if (outcome.ok() && is_automatic()) {
-    // A step was too large if its energy error is larger than all the energy that has entered.
-    const Balance before = *balance;
-    balance->enter(state, outcome);
-    const double made = balance->energy_error() - before.energy_error();
-    if (relative_energy(made) > 1.0 && stepper->take_back(state)) {
-      balance = std::make_unique<Balance>(before);
+  system->external_force(state().time, length, progress.external_force);
+  StepOutcome outcome = stepper->advance(state(), states.other(), length, end_time);
+  progress.last_report = outcome.minimizer;
+  progress.total_iterations += outcome.minimizer.iterations;
+  progress.total_factorizations += outcome.minimizer.factorizations;
+  progress.total_cg_iterations += outcome.minimizer.cg_iterations;
+  if (!outcome.minimizer.linear.empty()) progress.linear_solver = outcome.minimizer.linear;
+  if (!outcome.ok()) return {std::move(outcome)};
+  double energy_share = 0.0;
+  if (is_automatic()) {
+    balance_before = balance->sums();
+    const double error_before = balance->energy_error();
+    balance->enter(states.other(), outcome);
+    const double change = balance->energy_error() - error_before;
+    energy_share = relative_energy(std::abs(change));
+    if (!(energy_share <= most_energy_share)) {
+      balance->restore(balance_before);
+      stepper->reset();
       outcome.status = StepStatus::kNotFinite;
-      outcome.message = "the step makes more energy than ever entered";
-    } else {
-      stepping.automatic.watch(made, balance->energy_scale(), state.step);
-      stepping.automatic.watch_elastic(outcome.elastic_energy, state.step);
+      outcome.message = fmt::format(
+          "the integrator changes the energy by {:.3g} J, {:.3g} % of what "
+          "entered, in one step",
+          change, 100.0 * energy_share);
+      return {std::move(outcome), energy_share};
     }
-  } else if (outcome.ok()) {
-    balance->enter(state, outcome);
+    automatic().watch(change, balance->energy_scale(), states.other().step);
+    automatic().watch_elastic(outcome.elastic_energy, states.other().step);
+  } else {
+    balance->enter(states.other(), outcome);
   }
-  if (outcome.ok()) {
-    steps.last = length;
-    steps.largest = std::max(steps.largest, length);
-    const bool cut_short = length < h;
-    if (!cut_short || steps.smallest == 0.0) {
-      steps.smallest = steps.smallest == 0.0 ? length : std::min(steps.smallest, length);
-    }
+  states.switch_to_other();
+  StepRange& steps = progress.steps;
+  steps.last = length;
+  steps.largest = std::max(steps.largest, length);
+  const bool cut_short = length < h;
+  if (!cut_short || steps.smallest == 0.0) {
+    steps.smallest = steps.smallest == 0.0 ? length : std::min(steps.smallest, length);
   }
-  return outcome;
+  return {std::move(outcome), energy_share};
 }
 
 StepOutcome Session::Impl::advance() {
-  StepOutcome outcome = attempt();
-  if (!is_automatic() || !was_too_large(outcome.status)) return outcome;
-  // The limit has decreased faster than the step followed it.
-  constexpr int kHalvings = 20;
-  const Stepping before = stepping;
-  const Index changes = steps.changes;
-  CriticalModes modes;
-  const StabilityLimit limit = current_limit(state.position, &modes);
-  double step = std::min(0.5 * stepping.time_step, AutomaticStep::kShare * limit.critical_step);
-  for (int i = 0; i < kHalvings && step > kShortest * first_time_step; ++i, step *= 0.5) {
-    set_time_step(step);
-    stepping.automatic = AutomaticStep(limit.critical_step, modes, state.step);
-    outcome = attempt();
-    if (!was_too_large(outcome.status)) {
-      steps.changes = changes + 1;
-      return outcome;
-    }
+  Attempt first = attempt(kLargestEnergyShare);
+  if (!is_automatic() || !was_too_large(first.outcome.status)) return std::move(first.outcome);
+  const StepPlan before = progress.plan;
+  const Index changes = progress.steps.changes;
+  const auto take_back_plan = [&] {
+    progress.plan = before;
+    progress.steps.changes = changes;
+  };
+  try {
+    StepOutcome outcome = advance_in_smaller_steps(first);
+    if (was_too_large(outcome.status)) take_back_plan();
+    return outcome;
+  } catch (...) {
+    take_back_plan();
+    throw;
   }
-  stepping = before;
-  steps.changes = changes;
-  return outcome;
+}
+
+// The limit has decreased faster than the step followed it, or the step does not resolve the motion.
+StepOutcome Session::Impl::advance_in_smaller_steps(const Attempt& first) {
+  constexpr int kHalvings = 20;
+  const StepPlan before = progress.plan;
+  const Index changes = progress.steps.changes;
+  CriticalModes modes;
+  const StabilityLimit limit = current_limit(state().position, &modes);
+  double step =
+      std::min(0.5 * progress.plan.time_step, AutomaticStep::kShare * limit.critical_step);
+  Attempt last = first;
+  for (int i = 0; i < kHalvings && step > kShortest * progress.first_time_step; ++i, step *= 0.5) {
+    set_time_step(step);
+    automatic().start(limit.critical_step, modes, state().step);
+    Attempt next = attempt(kLargestEnergyShare);
+    if (!was_too_large(next.outcome.status)) {
+      progress.steps.changes = changes + 1;
+      return std::move(next.outcome);
+    }
+    // The error of a step that resolves the motion falls at least with the square of its size. An
+    // error that does not fall is that of a sudden event, such as a support that begins to move.
+    if (last.energy_share > 0.0 && next.energy_share > kFalling * last.energy_share) {
+      progress.plan = before;
+      progress.steps.changes = changes;
+      return attempt(kMostEnergyShare).outcome;
+    }
+    last = std::move(next);
+  }
+  return std::move(last.outcome);
+}
+
+std::unique_ptr<InversionCounter> Session::Impl::make_inversion_counter() const {
+  const auto& models = system->elastic().materials();
+  if (std::none_of(models.begin(), models.end(), defined_inside_out)) return nullptr;
+  return std::make_unique<InversionCounter>(system->elastic());
 }
 
 void Session::Impl::count_inverted(const double* energy_after_step) {
-  const ElasticPotential& elastic = system->elastic();
+  InvertedElements& inverted = progress.inverted;
   if (energy_after_step == nullptr) {
-    const auto& models = elastic.materials();
-    inversion_counter.reset();
-    if (std::any_of(models.begin(), models.end(), defined_inside_out)) {
-      inversion_counter = std::make_unique<InversionCounter>(elastic);
-    }
+    inversion_counter = make_inversion_counter();
   }
   if (!inversion_counter) {
     inverted.now = 0;
     return;
   }
-  inverted.now = energy_after_step != nullptr && inverted.now == 0 && !is_implicit(time.integrator)
-                     ? inversion_counter->count_after_step(state.position, *energy_after_step)
-                     : inversion_counter->count(state.position);
+  inverted.now =
+      energy_after_step != nullptr && inverted.now == 0 && !is_implicit(settings.time.integrator)
+          ? inversion_counter->count_after_step(state().position, *energy_after_step)
+          : inversion_counter->count(state().position);
   if (inverted.now > inverted.most) {
     inverted.most = inverted.now;
-    inverted.most_step = state.step;
+    inverted.most_step = state().step;
   }
   if (inverted.now == 0 || inverted.first >= 0) return;
-  inverted.first = element_id(inversion_counter->first(state.position));
-  inverted.first_time = state.time;
-  warnings.push_back(
+  inverted.first = element_id(inversion_counter->first(state().position));
+  inverted.first_time = state().time;
+  progress.warnings.push_back(
       fmt::format("element {} is turned inside out (J < 0) at t = {:.6g} s, which its material "
                   "does not resist: "
                   "from there on the result is no deformation of a body. history.csv counts such "

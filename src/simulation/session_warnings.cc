@@ -29,21 +29,22 @@ double resolved_frequency(Integrator integrator, double time_step) {
 }
 
 std::string Session::Impl::step_warning(const StabilityLimit& limit) const {
-  if (is_implicit(time.integrator) || stepping.time_step <= limit.critical_step) return {};
+  if (is_implicit(settings.time.integrator) || progress.plan.time_step <= limit.critical_step)
+    return {};
   std::string why;
   if (!system->constraints().springs().empty()) {
     why = " (the springs of fix.mode = \"penalty\" count: the stiffer, the lower the limit)";
-  } else if (limit.damping_rate * stepping.time_step > 0.5) {
+  } else if (limit.damping_rate * progress.plan.time_step > 0.5) {
     why = " (the damping counts: the stronger, the lower the limit)";
   }
   return fmt::format(
       "the step {:.4g} s is above the stability limit h_crit = {:.4g} s of the {} rule{}: "
       "the run will blow up. Take a smaller time.step, \"auto\", or an implicit integrator.",
-      stepping.time_step, limit.critical_step, to_string(time.integrator), why);
+      progress.plan.time_step, limit.critical_step, to_string(settings.time.integrator), why);
 }
 
 void Session::Impl::warn_of_blas() {
-  bool implicit = is_implicit(time.integrator);
+  bool implicit = is_implicit(settings.time.integrator);
   for (const EventSettings& event : scene.event) {
     for (const Edit& edit : event.edits) {
       const auto* change = std::get_if<SetTime>(&edit);
@@ -52,16 +53,16 @@ void Session::Impl::warn_of_blas() {
   }
   if (!implicit) return;
   if (std::string warning = blas_warning(); !warning.empty()) {
-    warnings.push_back(std::move(warning));
+    progress.warnings.push_back(std::move(warning));
   }
 }
 
 void Session::Impl::warn_of_events() {
   // The time at which the step was set last. Events may change step and end.
-  double start = state.time;
-  double end = time.end;
-  double step = stepping.time_step;
-  bool automatic = time.automatic;
+  double start = state().time;
+  double end = settings.time.end;
+  double step = progress.plan.time_step;
+  bool automatic = settings.time.automatic;
   const auto steps_until = [&](double when) {
     return std::max(0.0, std::ceil((when - start) / step - kSameTime));
   };
@@ -70,11 +71,11 @@ void Session::Impl::warn_of_events() {
     const double last_start =
         automatic ? end - 2.0 * kSameTime * step : start + (steps_until(end) - 1.0) * step;
     if (event.at > last_start + kSameTime * step) {
-      warnings.push_back(no_such_event(event, end));
+      progress.warnings.push_back(no_such_event(event, end));
       continue;
     }
     if (event.at < 0.0) {
-      warnings.push_back(
+      progress.warnings.push_back(
           fmt::format("{} is at {} s, before the start: it happens before the first step.",
                       event.where, event.at));
     }
@@ -91,47 +92,57 @@ void Session::Impl::warn_of_events() {
 
 void Session::Impl::warn_at_the_end() {
   if (is_automatic()) {
-    for (std::size_t i = next_event; i < scene.event.size(); ++i) {
-      std::string warning = no_such_event(scene.event[i], time.end);
-      if (std::find(warnings.begin(), warnings.end(), warning) == warnings.end()) {
-        warnings.push_back(std::move(warning));
+    for (std::size_t i = progress.next_event; i < scene.event.size(); ++i) {
+      std::string warning = no_such_event(scene.event[i], settings.time.end);
+      if (std::find(progress.warnings.begin(), progress.warnings.end(), warning) ==
+          progress.warnings.end()) {
+        progress.warnings.push_back(std::move(warning));
       }
     }
   }
   if (const double over = balance->residual_over_tolerance(); over > 1.0) {
-    warnings.push_back(fmt::format(
+    progress.warnings.push_back(fmt::format(
         "round-off kept {} of the implicit steps from solver.tolerance = {:.3g}: they reached "
         "{:.2g}, which is what double precision leaves of the forces of this mesh. Thin or flat "
         "elements have large stiffnesses beside small loads: make them less so, or take a larger "
         "tolerance, which changes nothing but this warning.",
-        balance->steps_limited_by_round_off(), solver.tolerance, over * solver.tolerance));
+        balance->steps_limited_by_round_off(), settings.solver.tolerance,
+        over * settings.solver.tolerance));
   }
   const double drift = balance->max_relative_energy_drift();
   if (!(drift > kLargeEnergyError)) return;
-  const double frequency = resolved_frequency(time.integrator, stepping.time_step);
-  if (is_variational(time.integrator)) {
-    warnings.push_back(fmt::format(
+  const double frequency = resolved_frequency(settings.time.integrator, progress.plan.time_step);
+  if (is_automatic()) {
+    progress.warnings.push_back(fmt::format(
+        "the energy error reached {:.3g} % of the energy that entered: time.step = \"auto\" keeps "
+        "steps stable, but they do not resolve the motion. Give time.step in seconds, below "
+        "{:.4g} s.",
+        100.0 * drift, progress.steps.smallest));
+    return;
+  }
+  if (is_variational(settings.time.integrator)) {
+    progress.warnings.push_back(fmt::format(
         "the energy error reached {:.3g} % of the energy that entered: the step does not resolve "
         "the "
         "motion. {:.4g} s resolve vibrations up to {:.3g} Hz (20 steps a period). Take a smaller "
         "time.step.",
-        100.0 * drift, stepping.time_step, frequency));
+        100.0 * drift, progress.plan.time_step, frequency));
     return;
   }
-  warnings.push_back(fmt::format(
+  progress.warnings.push_back(fmt::format(
       "the energy error reached {:.3g} % of the energy that entered: backward-euler damps what the "
       "step does not resolve, which is right on the way to rest and wrong for a motion. With "
       "{:.4g} s "
       "vibrations up to {:.3g} Hz keep nine tenths of their energy over a period. Take a smaller "
       "time.step, or midpoint.",
-      100.0 * drift, stepping.time_step, frequency));
+      100.0 * drift, progress.plan.time_step, frequency));
 }
 
 std::string Session::Impl::limit_advice() const {
-  const double step = stepping.time_step;
+  const double step = progress.plan.time_step;
   double limit = initial_limit.critical_step;
-  if (system->elastic().admissible(state.position).ok()) {
-    limit = std::min(limit, limit_at(state.position).critical_step);
+  if (system->elastic().admissible(state().position).ok()) {
+    limit = std::min(limit, limit_at(state().position).critical_step);
   }
   if (is_automatic()) {
     return fmt::format(
@@ -140,7 +151,7 @@ std::string Session::Impl::limit_advice() const {
         "integrator.",
         limit, initial_limit.critical_step);
   }
-  if (!is_implicit(time.integrator)) {
+  if (!is_implicit(settings.time.integrator)) {
     return fmt::format(
         "The step is {:.4g} s; the stability limit is {:.4g} s (initially {:.4g} s). Take a step "
         "below it, time.step = \"auto\", or an implicit integrator.",
@@ -150,7 +161,7 @@ std::string Session::Impl::limit_advice() const {
       "The step is {:.4g} s, {:.3g} times the explicit stability limit of {:.4g} s. Take a smaller "
       "time.step{}, and check the loads.",
       step, step / limit, limit,
-      time.integrator == Integrator::kBackwardEuler ? "" : " or backward-euler");
+      settings.time.integrator == Integrator::kBackwardEuler ? "" : " or backward-euler");
 }
 
 // A vertex near the centre of attraction is the likely cause of a failure.
@@ -158,17 +169,17 @@ std::string Session::Impl::center_note() {
   if (!system->environment().is_singular()) return {};
   Index nearest = 0;
   const double distance =
-      state.position.reshaped(3, system->vertex_count()).colwise().norm().minCoeff(&nearest);
-  const double moved = state.velocity.segment<3>(3 * nearest).norm() * stepping.time_step;
+      state().position.reshaped(3, system->vertex_count()).colwise().norm().minCoeff(&nearest);
+  const double moved = state().velocity.segment<3>(3 * nearest).norm() * progress.plan.time_step;
   // If a vertex passes the centre at a distance below its motion in one step, it gets an arbitrary
   // energy there. It may be far away when the effect becomes visible.
   if (distance <= 4.0 * moved || distance == 0.0) {
-    passed_center = fmt::format(
+    progress.passed_center = fmt::format(
         "; vertex {} came as near as {:.3g} m to the centre of attraction, where the force has no "
         "bound: give environment.softening a length",
         system->mesh().vertex_id(nearest), distance);
   }
-  return passed_center;
+  return progress.passed_center;
 }
 
 }  // namespace tetraction

@@ -74,7 +74,7 @@ Settings Engine::settings() const {
 void Engine::apply(const Edit& edit, const std::string& what) {
   session_->apply(edit, what);
   recording_.add(*session_, edit, what);
-  marks_.push_back({session_->state().time, what});
+  marks_.push_back({session_->time(), what});
   if (const std::string& warning = session_->edits().back().warning; !warning.empty()) {
     notices_.push_back({Notice::Kind::kWarning, warning});
   }
@@ -183,7 +183,7 @@ void Engine::release() {
 void Engine::make_due_events() {
   const auto due = [this] {  // the same rule as in Session
     return next_event_ < events_.size() &&
-           events_[next_event_].at <= session_->state().time + 1e-6 * session_->time_step();
+           events_[next_event_].at <= session_->time() + 1e-6 * session_->time_step();
   };
   while (due()) {
     const EventSettings& event = events_[next_event_++];
@@ -231,7 +231,7 @@ void Engine::go_back() {
   // that sets the solver.
   recording_.add(*session_, SetSolver{session_->solver_settings()}, "back to the last good state");
   recording_.move_to(*session_);
-  marks_.push_back({session_->state().time, "back to the last good state"});
+  marks_.push_back({session_->time(), "back to the last good state"});
   limit_changed_ = true;
   if (release_pending_) release();
 }

@@ -28,12 +28,11 @@ void HistoryLog::go_back_to(Index step) {
 }
 
 HistoryRow history_row(const Session& session) {
-  const State& state = session.state();
   const Balance& balance = session.balance();
   const Energies& energies = balance.energies();
   HistoryRow row;
-  row.step = state.step;
-  row.time = state.time;
+  row.step = session.step_number();
+  row.time = session.time();
   row.kinetic = energies.kinetic();
   row.elastic = energies.elastic();
   row.environment = energies.environment();

@@ -19,14 +19,14 @@ void Recording::clear() {
 
 void Recording::add(const Session& session, const Edit& edit, const std::string& note) {
   const std::lock_guard lock(mutex_);
-  entries_.push_back({session.state().step, session.state().time, session.time_step(), edit, note});
+  entries_.push_back({session.step_number(), session.time(), session.time_step(), edit, note});
   counts_ = counts_of(session);
 }
 
 void Recording::move_to(const Session& session) {
   const std::lock_guard lock(mutex_);
-  step_ = session.state().step;
-  time_ = session.state().time;
+  step_ = session.step_number();
+  time_ = session.time();
   counts_ = counts_of(session);
   if (entries_.empty()) first_time_step_ = session.time_step();
 }

@@ -111,7 +111,7 @@ void SolverThread::publish() {
   next->generation = ++generation_;
   next->body = body_;
   next->stable_step = stable_step_;
-  next->real_time_factor = speed_limiter_.real_time_factor(session().state().time);
+  next->real_time_factor = speed_limiter_.real_time_factor(session().time());
   const auto shared = shared_.lock();
   next->running = shared->running;
   if (!shared->running) next->real_time_factor = 0.0;
@@ -137,18 +137,18 @@ void SolverThread::halt() {
 
 // Makes one step. If the run cannot continue, it is no longer running.
 void SolverThread::step() {
-  const Index before = session().state().step;
+  const Index before = session().step_number();
   const Clock::time_point start = Clock::now();
   const bool can_continue = engine_->step() && session().status() == RunStatus::kRunning;
   stepping_since_limit_ += Seconds(Clock::now() - start).count();
   ++steps_since_snapshot_;
-  speed_limiter_.advance(session().state().time);
+  speed_limiter_.advance(session().time());
   {
     const auto shared = shared_.lock();
-    if (session().state().step > before) shared->history.add(history_row(session()));
+    if (session().step_number() > before) shared->history.add(history_row(session()));
     if (!can_continue) shared->running = false;
   }
-  if (session().state().step > before) {
+  if (session().step_number() > before) {
     notify_observer([this](Observer& o) { return o.on_step(session()); });
   }
   if (!can_continue) {
@@ -208,7 +208,7 @@ void SolverThread::execute(Observe& observe) {
 
 void SolverThread::execute(const Run&) {
   require_good_state();
-  speed_limiter_.restart(session().state().time);
+  speed_limiter_.restart(session().time());
   shared_.lock()->running = true;
 }
 
@@ -244,7 +244,7 @@ void SolverThread::execute(const Reset&) {
 void SolverThread::execute(const GoBack&) {
   halt();
   engine_->go_back();
-  shared_.lock()->history.go_back_to(session().state().step);
+  shared_.lock()->history.go_back_to(session().step_number());
 }
 
 void SolverThread::execute(const Grab& grab) {
@@ -254,7 +254,7 @@ void SolverThread::execute(const Grab& grab) {
 void SolverThread::execute(const DragTo& drag) {
   // The delay is in real time. Therefore it is converted to simulated time with the measured speed.
   // Until the speed has been measured, it is assumed to be 1.
-  const double factor = speed_limiter_.real_time_factor(session().state().time);
+  const double factor = speed_limiter_.real_time_factor(session().time());
   const bool running = shared_.lock()->running;
   engine_->drag_to(drag.position, running ? kDragDelay * (factor > 0.0 ? factor : 1.0) : 0.0);
 }
@@ -305,7 +305,7 @@ SolverThread::Task SolverThread::task_due(SharedState& shared,
     return task;
   }
   if (snapshot_due_) return {Task::Kind::kPublish};
-  const double time = session().state().time;
+  const double time = session().time();
   if (speed_limiter_.limit() != shared.speed_limit)
     speed_limiter_.set_limit(shared.speed_limit, time);
   const Clock::time_point now = Clock::now();

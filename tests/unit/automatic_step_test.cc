@@ -21,7 +21,9 @@ struct Course {
 };
 
 Course follow(const std::function<double(Index)>& limit, Index steps) {
-  AutomaticStep automatic(limit(0), {}, 0);
+  AutomaticStepMemory memory;
+  AutomaticStep automatic(memory);
+  automatic.start(limit(0), {}, 0);
   Course course;
   course.time_step = AutomaticStep::kShare * limit(0);
   for (Index step = 1; step <= steps; ++step) {

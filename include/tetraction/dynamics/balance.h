@@ -1,10 +1,42 @@
 // The balance of energy and momentum of a run. It accounts for every joule and every newton-second.
 #pragma once
 
+#include <utility>
+
 #include "tetraction/dynamics/mechanical_system.h"
 #include "tetraction/dynamics/stepper.h"
 
 namespace tetraction {
+
+/// The numbers of a balance as plain data. A balance that continues with them is the same balance.
+struct BalanceSums {
+  Energies initial_energies;                  ///< at the beginning, J
+  Energies energies;                          ///< now
+  Momenta initial_momenta;                    ///< at the beginning
+  Momenta momenta;                            ///< now
+  double external_work = 0.0;                 ///< J
+  double dissipated_energy = 0.0;             ///< J
+  double constraint_work = 0.0;               ///< J
+  double edit_work = 0.0;                     ///< J
+  Vector3 linear_impulse = Vector3::Zero();   ///< of outer forces, reactions and edits, N s
+  Vector3 angular_impulse = Vector3::Zero();  ///< the same about the origin, N m s
+  double residual_angular_impulse = 0.0;  ///< sum of StepOutcome::residual_angular_impulse, N m s
+  double round_off = 0.0;                 ///< energy of strains that are mere round-off, J
+  // The largest magnitudes so far.
+  double largest_environment_exchange = 0.0;  ///< energy taken from potentials of force terms, J
+  double largest_external_work = 0.0;         ///< J
+  double largest_constraint_work = 0.0;       ///< J
+  double sum_of_edits = 0.0;                  ///< sum of the magnitudes of the jumps of edits, J
+  double largest_energy_error = 0.0;          ///< J
+  double largest_linear_drift = 0.0;          ///< N s
+  double largest_angular_drift = 0.0;         ///< N m s
+  double linear_scale = 0.0;                  ///< kg m/s
+  double angular_scale = 0.0;                 ///< kg m²/s
+  // Implicit steps.
+  Index limited_steps = 0;                ///< less exact than the tolerance demands
+  double largest_limited_residual = 0.0;  ///< of such a step, N
+  double largest_allowed_residual = 0.0;  ///< of any step, N
+};
 
 /// Balance of one trajectory. All sums begin with its first state.
 ///
@@ -18,19 +50,25 @@ class Balance {
   /// Opens the balance at `state`.
   Balance(const MechanicalSystem& system, const State& state);
 
-  /// Enters a successful step. `state` is the state after it.
+  /// Enters a successful step. `state` is the state after it. If a force term throws an exception,
+  /// nothing has been entered.
   void enter(const State& state, const StepOutcome& outcome);
 
   /// Enters an edit of the state or the system between two steps. The jumps of energy and momenta
   /// count as its work and its impulses. Returns the jump of the energy, J.
   double enter_edit(const State& state);
 
-  const Energies& energies() const { return energies_; }
-  const Momenta& momenta() const { return momenta_; }
-  double external_work() const { return external_work_; }
-  double dissipated_energy() const { return dissipated_energy_; }
-  double constraint_work() const { return constraint_work_; }
-  double edit_work() const { return edit_work_; }
+  /// The numbers of the balance.
+  const BalanceSums& sums() const { return sums_; }
+  /// Continues with the numbers of an earlier time, or of another balance of the same body.
+  void restore(BalanceSums sums) { sums_ = std::move(sums); }
+
+  const Energies& energies() const { return sums_.energies; }
+  const Momenta& momenta() const { return sums_.momenta; }
+  double external_work() const { return sums_.external_work; }
+  double dissipated_energy() const { return sums_.dissipated_energy; }
+  double constraint_work() const { return sums_.constraint_work; }
+  double edit_work() const { return sums_.edit_work; }
   double energy_error() const;
 
   /// The energy that has entered the body, J. It is the sum of the kinetic and elastic energy at
@@ -52,41 +90,20 @@ class Balance {
 
   /// The number of implicit steps that are as exact as double precision allows, but less exact than
   /// the tolerance demands.
-  Index steps_limited_by_round_off() const { return limited_steps_; }
+  Index steps_limited_by_round_off() const { return sums_.limited_steps; }
   /// The largest remaining residual of such a step, divided by the largest residual that the
   /// tolerance allowed in any step; 0 without such steps. Above 1 the tolerance has not been
   /// reached.
   double residual_over_tolerance() const {
-    return largest_allowed_residual_ > 0.0 ? largest_limited_residual_ / largest_allowed_residual_
-                                           : 0.0;
+    return sums_.largest_allowed_residual > 0.0
+               ? sums_.largest_limited_residual / sums_.largest_allowed_residual
+               : 0.0;
   }
 
  private:
   const MechanicalSystem& system_;
-  Energies initial_energies_;
-  Energies energies_;
-  Momenta initial_momenta_;
-  Momenta momenta_;
-  double external_work_ = 0.0;
-  double dissipated_energy_ = 0.0;
-  double constraint_work_ = 0.0;
-  double edit_work_ = 0.0;
-  Vector3 linear_impulse_ = Vector3::Zero();
-  Vector3 angular_impulse_ = Vector3::Zero();
-  double residual_angular_impulse_ = 0.0;
-  double largest_environment_exchange_ = 0.0;
-  double round_off_ = 0.0;
-  double largest_external_work_ = 0.0;
-  double largest_constraint_work_ = 0.0;
-  double sum_of_edits_ = 0.0;
-  double largest_energy_error_ = 0.0;
-  double largest_linear_drift_ = 0.0;
-  double largest_angular_drift_ = 0.0;
-  double linear_scale_ = 0.0;
-  double angular_scale_ = 0.0;
-  Index limited_steps_ = 0;
-  double largest_limited_residual_ = 0.0;
-  double largest_allowed_residual_ = 0.0;
+  BalanceSums sums_;
+  Energies entering_;  // work space of enter(), which must not allocate
 };
 
 }  // namespace tetraction

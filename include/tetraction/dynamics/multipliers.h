@@ -48,6 +48,11 @@ std::string cannot_be_met(const Constraints& constraints, Index equation);
 Vector project_to_constraints(const Constraints& constraints, const Vector& mass, const Vector& q,
                               double time, Vector& momentum);
 
+/// k ← what the constraints at the positions q leave of an impulse k on the body: the change of the
+/// result of project_to_constraints() if k is added to its momenta.
+void project_impulse(const Constraints& constraints, const Vector& mass, const Vector& q,
+                     Vector& impulse);
+
 /// q ← the positions nearest to q (in the metric M) with g = 0 and with prescribed components at
 /// their targets at `time`. Returns the name of a constraint that cannot be met, or an empty text.
 std::string project_positions(const Constraints& constraints, double time, Vector& q);

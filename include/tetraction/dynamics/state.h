@@ -5,7 +5,8 @@
 
 namespace tetraction {
 
-/// Node k of a trajectory. All fields are DOF-ordered (3 per vertex).
+/// Node k of a trajectory. All fields are DOF-ordered (3 per vertex). The assignment of a state of the
+/// same body copies its numbers, so that the vectors keep their addresses.
 struct State {
   Index step = 0;
   double time = 0.0;  ///< s

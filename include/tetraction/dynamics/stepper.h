@@ -25,27 +25,30 @@
 
 namespace tetraction {
 
-/// How a step ended. If it is not kOk, the state is unchanged.
+/// How a step ended. If it is not kOk, there is no new state, and the old one is unchanged.
 enum class StepStatus {
   kOk,
   kInverted,      ///< an element is inverted where its energy is needed
   kNotFinite,     ///< a position or momentum overflowed
   kNotConverged,  ///< the minimiser gave up
   kUndefined,     ///< the potential of a force term is not defined at a vertex
-  kOverdamped     ///< explicit rules: the damping forces of the step would reverse velocities and
-                  ///< add energy instead of dissipating it
+  kOverdamped     ///< explicit rules: the damping forces at the start of the step would reverse
+                  ///< velocities and add energy instead of dissipating it
 };
 
 /// The result of one step and its contributions to the balance.
 struct StepOutcome {
   StepStatus status = StepStatus::kOk;
-  Index element = -1;              ///< inverted element (internal number)
-  std::string message;             ///< why a step did not converge or ended at an undefined point
-  MinimizerReport minimizer;       ///< implicit steps only
-  double elastic_energy = 0.0;     ///< W_elastic(q_{k+1}), J
-  double external_work = 0.0;      ///< of loads and of potentials that depend on the time, J
-  double dissipated_energy = 0.0;  ///< by dissipative terms and viscosity, J; never negative
-  double constraint_work = 0.0;    ///< of moving targets and penalty springs, J
+  Index element = -1;           ///< inverted element (internal number)
+  std::string message;          ///< why a step did not converge or ended at an undefined point
+  MinimizerReport minimizer;    ///< implicit steps only
+  double elastic_energy = 0.0;  ///< W_elastic(q_{k+1}), J
+  double external_work = 0.0;   ///< of loads and of potentials that depend on the time, J
+  /// What dissipative terms and viscosity took, J; never negative. If the damping impulses of a step
+  /// with an explicit rule add energy, which happens near the stability limit, this is 0, and what
+  /// they add is an error of the integrator.
+  double dissipated_energy = 0.0;
+  double constraint_work = 0.0;               ///< of moving targets and penalty springs, J
   Vector3 linear_impulse = Vector3::Zero();   ///< of loads, damping, environment, reactions, N s
   Vector3 angular_impulse = Vector3::Zero();  ///< the same about the origin, N m s
   /// The change of angular momentum that the minimiser's remaining residual r = ∇Φ(x) causes, N m
@@ -58,28 +61,37 @@ struct StepOutcome {
 /// One time-stepping rule applied to one system.
 ///
 /// A stepper may keep the force at the end of a step for the beginning of the next one. Call
-/// reset() after the state or the system was changed from outside. Make a new stepper after the
-/// constraints were changed, or after a material was changed from a built-in one to a custom one or
-/// back.
+/// reset() after the state or the system was changed from outside, and before a step from any other
+/// state than the one that the last step led to. Make a new stepper after the constraints were
+/// changed, or after a material was changed from a built-in one to a custom one or back.
 class Stepper {
  public:
   virtual ~Stepper() = default;
-  /// Advances `state` by h > 0. User forces enter with their mean over the step.
+  /// Makes the step of size h > 0 that leads from `from` to `end_time`, which the caller may know
+  /// without the round-off of from.time + h. The result is written to `to`, which must be another
+  /// object. `from` is not changed, whatever happens. After a step that failed, or that ended with an
+  /// exception of a material or a force term, `to` has no meaning. If its vectors have the size of
+  /// the body already, they keep their addresses. User forces enter with their mean over the step.
+  /// Moving targets are bitwise at their positions at `end_time`.
+  virtual StepOutcome advance(const State& from, State& to, double h, double end_time) = 0;
+  /// Advances `state` by h > 0. Its vectors keep their addresses. This takes a copy of the state,
+  /// about a tenth of the time of an explicit step. A loop that calls advance() with two states in
+  /// turn needs no copy.
   StepOutcome step(State& state, double h) { return step_to(state, h, state.time + h); }
-  /// Advances `state` by h > 0 to `end_time`, which the caller may know without the round-off of
-  /// state.time + h. Moving targets are bitwise at their positions at `end_time`.
-  virtual StepOutcome step_to(State& state, double h, double end_time) = 0;
+  /// The same, to `end_time`.
+  StepOutcome step_to(State& state, double h, double end_time);
   virtual void reset() {}
-  /// Restores in `state` the state before the last successful step. `state` must not have changed
-  /// since then. Returns false and does nothing if that state is not known any more (implicit
-  /// rules).
-  virtual bool take_back(State&) { return false; }
   /// The reactions of the last step (3 per vertex, N): the impulses of the constraints divided by
   /// h, and the forces of penalty springs.
   const Vector& reaction_force() const { return reaction_; }
   /// The generalised forces u on the configuration of the constraints' equations, as the mean over
   /// the last step. Empty without equations or before the first step.
   const Vector& configuration_force() const { return configuration_force_; }
+  /// Sets what these two functions return until the next step, for a stepper that continues a run.
+  void set_reactions(const Vector& reaction_force, const Vector& configuration_force) {
+    reaction_ = reaction_force;
+    configuration_force_ = configuration_force;
+  }
 
  protected:
   explicit Stepper(const MechanicalSystem& system);
@@ -100,6 +112,9 @@ class Stepper {
   const MechanicalSystem& system_;
   Vector reaction_;
   Vector configuration_force_;
+
+ private:
+  State result_;  // of step_to(); empty before its first call
 };
 
 /// The rule with α = 0. This and the other steppers keep a reference to `system`.

@@ -7,25 +7,10 @@
 
 #include "tetraction/dynamics/balance.h"
 #include "tetraction/dynamics/stability.h"
+#include "tetraction/simulation/checkpoint.h"
 #include "tetraction/simulation/scene_objects.h"
 
 namespace tetraction {
-
-/// The state of a run, or how it ended.
-enum class RunStatus {
-  kRunning,
-  kFinished,      ///< the end time was reached
-  kUnstable,      ///< the energy or the positions blew up, or an element inverted
-  kNotConverged,  ///< an implicit step's minimisation did not converge
-  kCancelled      ///< an observer asked to stop
-};
-
-/// "running", "ok", "unstable", "failed", "cancelled": the words of summary.json and study.csv.
-std::string to_string(RunStatus status);
-
-/// Exit code of a program whose run ended with this status: 0 finished, 1 failed numerically, 130
-/// interrupted.
-int exit_code(RunStatus status);
 
 /// Wall-clock seconds of a run by phase.
 struct PhaseTimes {
@@ -34,33 +19,6 @@ struct PhaseTimes {
   double stepping = 0.0;   ///< time steps with their balance
   double output = 0.0;     ///< observers
   double total() const { return setup + stability + stepping + output; }
-};
-
-/// An edit that was made, or an event with all its edits.
-struct AppliedEdit {
-  double at = 0.0;           ///< requested time, s
-  double time = 0.0;         ///< time of the state that it changed, s
-  Index step = 0;            ///< step number of that state
-  std::string what;          ///< as JSON text
-  double energy_jump = 0.0;  ///< jump of the total energy, J, which is edit work
-  std::string warning;       ///< for the user, or empty
-};
-
-/// The sizes of the steps of a run so far.
-struct StepRange {
-  double smallest = 0.0;  ///< s; does not count a last step that the end made shorter
-  double largest = 0.0;   ///< s
-  double last = 0.0;      ///< length of the last step, s
-  Index changes = 0;      ///< how often the size of the steps changed
-};
-
-/// Elements with J < 0, which only some materials allow (St Venant–Kirchhoff and custom ones).
-struct InvertedElements {
-  Index now = 0;            ///< in the present state
-  Index most = 0;           ///< largest number so far
-  Index most_step = 0;      ///< first step with that number
-  std::int64_t first = -1;  ///< number of the first one in the mesh file; −1: there was none
-  double first_time = 0.0;  ///< when it was found, s
 };
 
 /// The present form of a [[fix]].
@@ -80,7 +38,8 @@ class Observer {
   virtual void on_start(const Session&) {}
   /// Called after each successful step. Returning false ends the run (kCancelled).
   virtual bool on_step(const Session&) { return true; }
-  /// Called at the end, however the run ended. The state is the last good one.
+  /// Called at the end, however the run ended, also if a step ended with an exception. The state is
+  /// the last good one.
   virtual void on_finish(const Session&) {}
 };
 
@@ -94,6 +53,9 @@ class Observer {
 ///     }
 ///
 /// or session.run(observers). A session writes no files; see io/run_recorder.h.
+///
+/// Const functions may be called from several threads at once, but not while another function runs,
+/// and state() not by a material or a force term within a step.
 class Session {
  public:
   /// Sets the run up and estimates the stable step. The session keeps a copy of the mesh, or with
@@ -113,9 +75,13 @@ class Session {
 
   /// Makes the scene's events that are due, then one step. The last step may be shorter, so that
   /// the run ends exactly at the end time. Returns false when the run is over; status() then says
-  /// why. A step that fails leaves the state as it was before.
+  /// why. A step that fails leaves the state as it was before. An exception of a material or force
+  /// term passes through; state, balance and status are then as before the step, which can be made
+  /// again.
   bool step();
-  /// Steps to the end and calls the observers. Returns how it ended.
+  /// Steps to the end and calls the observers. Returns how it ended. If a material or force term
+  /// throws an exception, the run ends with kNotConverged, on_finish() is called, and the exception
+  /// passes through.
   RunStatus run(const std::vector<Observer*>& observers = {});
 
   /// Starts keeping good states, to which go_back() can return after a blow-up: a copy of the state
@@ -127,6 +93,20 @@ class Session {
   /// solver starts again as after a SetSolver, and edits() contains it as one. Does nothing after a
   /// run that ended well.
   void go_back();
+
+  /// Everything that a run needs to go on from the present state. restore() continues from there
+  /// with the same bits as this session continues now, with the same number of threads or another
+  /// one. For this purpose stepper and solver forget what they remember of earlier steps, as after a
+  /// SetSolver, but without an entry in edits(). The next implicit step therefore computes a
+  /// factor of its matrix anew, if the solver needs one, and begins with a poorer first guess.
+  /// Within its tolerance its result is the same as without the checkpoint. Explicit steps compute
+  /// the force once more. Call it between two steps, at any time and status.
+  Checkpoint checkpoint();
+  /// Goes on from a checkpoint of this session, or of another one with the same scene and mesh. All
+  /// that checkpoint() has is replaced: state, balance, settings, counters, edits, warnings, status.
+  /// Good states (keep_good_states()) begin with the restored one. Throws InputError if the
+  /// checkpoint does not belong to this body and scene; nothing has changed then.
+  void restore(const Checkpoint& checkpoint);
 
   /// The scene as it was at the start.
   const Scene& scene() const;
@@ -146,7 +126,17 @@ class Session {
   /// the length that it keeps. Removed constraints are null.
   const std::vector<std::optional<ConstraintSettings>>& constraints() const;
   const MechanicalSystem& system() const;
+  /// The present state. The addresses of this object and of its positions, momenta and velocities
+  /// stay the same as long as the session lives, whatever happens, so that others may look at them.
+  /// Their numbers are those of the present state after a call of this function and until the next
+  /// step, edit, go_back() or restore(); after one of these call it again. The first call after a
+  /// step may copy the state, about a tenth of the time of an explicit step. time() and
+  /// step_number() never do.
   const State& state() const;
+  /// state().time, s.
+  double time() const;
+  /// state().step, the number of steps made.
+  Index step_number() const;
   const Balance& balance() const;
   RunStatus status() const;
   /// One line that says what ended the run, where (step, element), and what the user can do. Empty

@@ -47,7 +47,6 @@ std::string history_header(const Session& session) {
 }
 
 std::vector<double> constraint_columns(const Session& session) {
-  const Vector& q = session.state().position;
   const Vector& reaction = session.reaction_force();
   std::vector<double> values;
   Vector3 total = Vector3::Zero();
@@ -58,6 +57,7 @@ std::vector<double> constraint_columns(const Session& session) {
       values.push_back(session.tension(i));
       continue;
     }
+    const Vector& q = session.state().position;
     const std::vector<Index>& vertices = session.constraint_vertices(i);
     double mass = 0.0;
     Vector3 center = Vector3::Zero();
@@ -79,12 +79,11 @@ std::vector<double> constraint_columns(const Session& session) {
 }
 
 std::string history_row(const Session& session, bool counts_inverted) {
-  const State& state = session.state();
   const Balance& balance = session.balance();
   const Energies& e = balance.energies();
   const Momenta& m = balance.momenta();
   const auto g = [](double value) { return fmt::format("{:.17g}", value); };
-  std::string row = fmt::format("{},{}", state.step, g(state.time));
+  std::string row = fmt::format("{},{}", session.step_number(), g(session.time()));
   for (const double value :
        {e.kinetic(), e.elastic(), e.environment(), e.total(), balance.external_work(),
         balance.dissipated_energy(), balance.constraint_work(), balance.edit_work(),
@@ -99,6 +98,7 @@ std::string history_row(const Session& session, bool counts_inverted) {
   if (counts_inverted) row += fmt::format(",{}", session.inverted_elements().now);
   for (std::size_t i = 3; i < constraints.size(); ++i) row += ',' + g(constraints[i]);
   if (session.system().region_count() > 1) {
+    const State& state = session.state();
     const Vector kinetic = session.system().kinetic_energies_by_region(state.momentum);
     const Vector elastic = session.system().elastic().energies_by_material(state.position);
     for (Index r = 0; r < kinetic.size(); ++r) row += ',' + g(kinetic[r]) + ',' + g(elastic[r]);
@@ -185,7 +185,7 @@ struct RunRecorder::Impl {
   void write_frame(const Session& session, const Frame& frame) {
     frames->write(frame);
     history.flush();  // so that the history has a row for every frame
-    last_frame = session.state().step;
+    last_frame = session.step_number();
   }
 };
 
@@ -219,7 +219,7 @@ void RunRecorder::on_start(const Session& session) {
 
 bool RunRecorder::on_step(const Session& session) {
   impl_->write_row(session);
-  if (impl_->frame_every > 0 && session.state().step % impl_->frame_every == 0)
+  if (impl_->frame_every > 0 && session.step_number() % impl_->frame_every == 0)
     impl_->write_frame(session, make_frame(session));
   return true;
 }
@@ -227,7 +227,7 @@ bool RunRecorder::on_step(const Session& session) {
 void RunRecorder::on_finish(const Session& session) {
   Impl& s = *impl_;
   const Frame last = make_frame(session);
-  if (s.frame_every > 0 && s.last_frame != session.state().step) s.write_frame(session, last);
+  if (s.frame_every > 0 && s.last_frame != session.step_number()) s.write_frame(session, last);
   s.frames->write_single(last, s.path("final.vtu"));
   s.history.close();
   if (!s.history) {

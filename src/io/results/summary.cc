@@ -68,14 +68,14 @@ std::string summary_json(const Session& session, const std::string& directory) {
   json["time_step"] = session.time_step();
   json["stable_step"] = number(limit.critical_step);
   json["omega_max"] = limit.omega_max;
-  json["steps"] = session.state().step;
+  json["steps"] = session.step_number();
   json["steps_planned"] = session.step_count();
   const StepRange& steps = session.steps();
   json["time_steps"] = {{"smallest", steps.smallest},
                         {"largest", steps.largest},
                         {"last", steps.last},
                         {"changes", steps.changes}};
-  json["time"] = session.state().time;
+  json["time"] = session.time();
   json["solver"] = solver_json(session);
   json["energy"] = {{"kinetic", balance.energies().kinetic()},
                     {"elastic", balance.energies().elastic()},

@@ -1,0 +1,268 @@
+// Checkpoints: the run that made one and a run that is restored from it go on with the same bits.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "support/corner_scenes.h"
+#include "support/force_terms.h"
+#include "support/same_run.h"
+#include "tetraction/core/error.h"
+
+namespace tetraction {
+namespace {
+
+using namespace testing_support;
+
+double step_of(Integrator rule) {
+  return is_implicit(rule) ? 4e-3 : 2e-4;
+}
+
+// Gravity, damping, a face that is held, another one that moves, a distance, and an event after
+// step 12 that changes most settings.
+Scene busy_scene(const ImplicitWay& way) {
+  Scene scene = clamped_beam({2, 1, 1}, {4, 2, 2});
+  const double h = step_of(way.integrator);
+  scene.time = {way.integrator, h, false, 60 * h};
+  scene.solver = way.solver;
+  scene.environment.kind = EnvironmentKind::kGravity;
+  scene.damping = {0.3, 0.2, 20.0};
+  FixSettings moving;
+  moving.select = SelectPlane{0, 2.0, {}};
+  moving.velocity = {0.02, 0.1, 0.0};
+  scene.fix.push_back(moving);
+  ConstraintSettings distance;
+  distance.vertices = {16, 28};
+  scene.constraint.push_back(distance);
+  MaterialSettings softer = scene.material;
+  softer.youngs_modulus = 0.8e6;
+  moving.velocity = {-0.05, 0.2, 0.1};
+  EventSettings event;
+  event.at = 12.0 * h;
+  event.edits = {SetMaterial{0, softer}, SetFix{1, moving}, SetDamping{{0.1, 0.4, 30.0}}};
+  scene.event.push_back(event);
+  return scene;
+}
+
+ForceSettings pull() {
+  ForceSettings force;
+  force.select = SelectPlane{1, 1.0, {}};
+  force.vector = {2.0, 5.0, -3.0};
+  return force;
+}
+
+void make_steps(Session& session, int count) {
+  for (int k = 0; k < count; ++k) ASSERT_TRUE(session.step()) << session.message();
+}
+
+class Checkpoints : public testing::TestWithParam<ImplicitWay> {};
+
+TEST_P(Checkpoints, ContinuedAndRestoredRunsHaveTheSameBits) {
+  const Scene scene = busy_scene(GetParam());
+  Session continued(scene, mesh_of(scene));
+  make_steps(continued, 4);
+  continued.apply(SetForce{{}, pull()}, "pull");
+  make_steps(continued, 4);
+  const Vector reaction = continued.reaction_force();
+  const Checkpoint checkpoint = continued.checkpoint();
+  EXPECT_EQ(continued.edits().size(), 1U) << "no entry of its own";
+  EXPECT_EQ(continued.reaction_force(), reaction);
+  EXPECT_EQ(checkpoint.state.step, 8);
+
+  Session restored(scene, mesh_of(scene));
+  restored.restore(checkpoint);
+  expect_same(continued, restored);
+  for (int k = 0; k < 20; ++k) {
+    ASSERT_TRUE(continued.step()) << continued.message();
+    ASSERT_TRUE(restored.step()) << restored.message();
+    ASSERT_EQ(continued.state().position, restored.state().position) << k;
+  }
+  EXPECT_EQ(continued.edits().size(), 2U) << "the event was made";
+  expect_same(continued, restored);
+
+  // Back in time, past the event, which happens again.
+  continued.restore(checkpoint);
+  EXPECT_EQ(continued.state().position, checkpoint.state.position);
+  EXPECT_EQ(continued.materials()[0].youngs_modulus, scene.material.youngs_modulus);
+  EXPECT_EQ(continued.damping().viscosity, 20.0);
+  EXPECT_EQ(continued.forces().size(), 1U);
+  make_steps(continued, 20);
+  expect_same(continued, restored);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, Checkpoints, testing::ValuesIn(all_ways()), name_of_way);
+
+class AutomaticCheckpoints : public testing::TestWithParam<Integrator> {};
+
+// The limit falls all the time, so that its estimates, their modes and the schedule count.
+TEST_P(AutomaticCheckpoints, ContinuedAndRestoredRunsHaveTheSameBits) {
+  Scene scene = clamped_beam({0.4, 0.1, 0.1}, {8, 2, 2});
+  scene.time = {GetParam(), 0.0, true, 0.1};
+  scene.damping.viscosity = 5.0;
+  FixSettings moving;
+  moving.select = SelectPlane{0, 0.4, {}};
+  moving.velocity = {-2.0, 0.0, 0.0};
+  scene.fix.push_back(moving);
+  scene.event.push_back({0.05, {SetDamping{{0.0, 0.0, 10.0}}}, "{}", "event.0"});
+  Session continued(scene, mesh_of(scene));
+  make_steps(continued, 10);
+  continued.apply(SetForce{{}, pull()});
+  make_steps(continued, 40);
+  ASSERT_LT(continued.state().time, 0.05);
+  const Checkpoint checkpoint = continued.checkpoint();
+  Session restored(scene, mesh_of(scene));
+  restored.restore(checkpoint);
+  while (continued.step()) ASSERT_TRUE(restored.step()) << restored.message();
+  EXPECT_FALSE(restored.step());
+  EXPECT_EQ(continued.status(), RunStatus::kFinished) << continued.message();
+  EXPECT_EQ(continued.edits().size(), 2U);
+  EXPECT_GT(continued.steps().changes, checkpoint.progress.steps.changes);
+  expect_same(continued, restored);
+}
+
+INSTANTIATE_TEST_SUITE_P(Rules, AutomaticCheckpoints,
+                         testing::Values(Integrator::kVerlet, Integrator::kExplicit),
+                         [](const auto& test) { return to_string(test.param); });
+
+TEST(Checkpoint, KeepsWhatEditsChangedInTheConstraints) {
+  ImplicitWay way;
+  way.integrator = Integrator::kVerlet;
+  const Scene scene = busy_scene(way);
+  Session session(scene, mesh_of(scene));
+  make_steps(session, 3);
+  session.apply(Unfix{SelectVertices{{0, 1}}, "", {}});
+  ConstraintSettings rigid;
+  rigid.kind = ConstraintKind::kRigid;
+  rigid.select = SelectVertices{{20, 21, 22, 23}};
+  session.apply(SetConstraint{{}, rigid});
+  session.apply(RemoveConstraint{0});
+  make_steps(session, 3);
+  const Checkpoint checkpoint = session.checkpoint();
+  Session restored(scene, mesh_of(scene));
+  restored.restore(checkpoint);
+  ASSERT_EQ(restored.constraints().size(), 2U);
+  EXPECT_FALSE(restored.constraints()[0].has_value());
+  EXPECT_EQ(restored.fix(0).vertices, session.fix(0).vertices);
+  EXPECT_EQ(restored.fix(1).targets, session.fix(1).targets);
+  make_steps(session, 20);
+  make_steps(restored, 20);
+  expect_same(session, restored);
+}
+
+// A run that ended stays ended, one that failed can go back, and the checkpoint needs no session.
+TEST(Checkpoint, HasTheStatusOfTheRun) {
+  Scene scene = spinning_block(Integrator::kMidpoint, 1e-2, 0.1);
+  Checkpoint finished;
+  Checkpoint failed;
+  {
+    Session session(scene, mesh_of(scene));
+    ASSERT_EQ(session.run(), RunStatus::kFinished);
+    finished = session.checkpoint();
+    Session other(scene, mesh_of(scene));
+    make_steps(other, 3);
+    other.apply(SetSolver{{"newton", LinearSolver::kAuto, 1e-13, 1}});
+    ASSERT_FALSE(other.step());
+    failed = other.checkpoint();
+  }
+  Session session(scene, mesh_of(scene));
+  session.keep_good_states();
+  session.restore(finished);
+  EXPECT_EQ(session.status(), RunStatus::kFinished);
+  EXPECT_EQ(session.state().time, 0.1);
+  EXPECT_FALSE(session.step());
+  session.restore(failed);
+  EXPECT_EQ(session.status(), RunStatus::kNotConverged);
+  EXPECT_FALSE(session.message().empty());
+  session.go_back();
+  EXPECT_EQ(session.state().step, 3);
+  session.apply(SetSolver{scene.solver});
+  make_steps(session, 3);
+}
+
+// A blow-up after a restored checkpoint never leads back to a good state of another time.
+TEST(Checkpoint, IsAGoodStateOnceItIsRestored) {
+  Scene scene = spinning_block(Integrator::kExplicit, 1e-3, 100.0);
+  Session session(scene, mesh_of(scene));
+  session.keep_good_states();
+  make_steps(session, 20);
+  const Checkpoint checkpoint = session.checkpoint();
+  make_steps(session, 300);
+  session.restore(checkpoint);
+  TimeSettings coarse = scene.time;
+  coarse.step = 1.2 * session.current_limit().critical_step;
+  session.apply(SetTime{coarse});
+  while (session.step()) {
+  }
+  ASSERT_EQ(session.status(), RunStatus::kUnstable);
+  session.go_back();
+  EXPECT_GE(session.state().step, 20);
+  EXPECT_LT(session.state().step, 300);
+}
+
+TEST(Checkpoint, RefusedOnesLeaveTheSessionAsItWas) {
+  ImplicitWay way;
+  way.integrator = Integrator::kVerlet;
+  const Scene scene = busy_scene(way);
+  Session session(scene, mesh_of(scene));
+  Session twin(scene, mesh_of(scene));
+  make_steps(session, 5);
+  make_steps(twin, 5);
+  const Checkpoint good = session.checkpoint();
+
+  const auto refuses = [&](const Checkpoint& wrong, const char* part) {
+    try {
+      session.restore(wrong);
+      ADD_FAILURE() << part;
+    } catch (const InputError& error) {
+      EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
+    }
+    expect_same(session, twin);
+  };
+  const auto changed = [&](const std::function<void(Checkpoint&)>& change) {
+    Checkpoint wrong = good;
+    change(wrong);
+    return wrong;
+  };
+  refuses({}, "another body");
+  refuses(changed([](Checkpoint& c) { c.state.momentum.resize(3); }), "another body");
+  refuses(changed([](Checkpoint& c) { c.state.position[4] = std::nan(""); }), "finite");
+  refuses(changed([](Checkpoint& c) { c.settings.materials.clear(); }), "regions");
+  refuses(changed([](Checkpoint& c) { c.settings.materials[0].model = "wood"; }), "wood");
+  refuses(changed([](Checkpoint& c) { c.settings.damping.drag = -1.0; }), "Damping");
+  refuses(changed([](Checkpoint& c) { c.settings.forces.push_back({SelectVertices{{999}}}); }),
+          "999");
+  refuses(changed([](Checkpoint& c) { c.progress.next_event = 2; }), "events");
+  refuses(changed([](Checkpoint& c) {  // a vertex prescribed twice, in two ways
+            c.settings.constraints.fixes.push_back(c.settings.constraints.fixes[1]);
+            c.settings.constraints.fixes.back().start.array() += 0.1;
+            c.settings.materials[0].youngs_modulus = 7e6;
+          }),
+          "");
+  refuses(changed([](Checkpoint& c) {
+            c.settings.time.integrator = Integrator::kMidpoint;
+            c.settings.solver.kind = "none";
+          }),
+          "solver");
+
+  // Bodies with as many vertices, which differ in a corner, a density, or a force term.
+  Scene other = scene;
+  other.mesh.generate->size.x() = 2.5;
+  other.fix[1].select = SelectPlane{0, 2.5, {}};
+  refuses(Session(other, mesh_of(other)).checkpoint(), "another body");
+  other = scene;
+  other.material.density = 999.0;
+  other.event.clear();
+  refuses(Session(other, mesh_of(other)).checkpoint(), "another body");
+  other = scene;
+  other.force_term.push_back(std::make_shared<QuadraticDrag>(0.1));
+  refuses(Session(other, mesh_of(other)).checkpoint(), "another body");
+
+  make_steps(session, 20);
+  make_steps(twin, 20);
+  expect_same(session, twin);
+}
+
+}  // namespace
+}  // namespace tetraction
