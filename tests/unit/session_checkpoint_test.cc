@@ -225,13 +225,18 @@ TEST(Checkpoint, RefusedOnesLeaveTheSessionAsItWas) {
     change(wrong);
     return wrong;
   };
-  refuses({}, "another body");
+  const auto empty = std::make_unique<Checkpoint>();
+  refuses(*empty, "another body");
   refuses(changed([](Checkpoint& c) { c.state.momentum.resize(3); }), "another body");
   refuses(changed([](Checkpoint& c) { c.state.position[4] = std::nan(""); }), "finite");
   refuses(changed([](Checkpoint& c) { c.settings.materials.clear(); }), "regions");
   refuses(changed([](Checkpoint& c) { c.settings.materials[0].model = "wood"; }), "wood");
   refuses(changed([](Checkpoint& c) { c.settings.damping.drag = -1.0; }), "Damping");
-  refuses(changed([](Checkpoint& c) { c.settings.forces.push_back({SelectVertices{{999}}}); }),
+  refuses(changed([](Checkpoint& c) {
+            ForceSettings nowhere;
+            nowhere.select = SelectVertices{{999}};
+            c.settings.forces.push_back(nowhere);
+          }),
           "999");
   refuses(changed([](Checkpoint& c) { c.progress.next_event = 2; }), "events");
   refuses(changed([](Checkpoint& c) {  // a vertex prescribed twice, in two ways
