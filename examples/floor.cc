@@ -17,6 +17,7 @@
 #include <cstdlib>
 #include <memory>
 
+#include "tetraction/dynamics/derivative_check.h"
 #include "tetraction/io/run_recorder.h"
 #include "tetraction/mesh/generate.h"
 #include "tetraction/simulation/session.h"
@@ -63,12 +64,24 @@ class Floor : public VertexPotential {
 int main(int argc, char** argv) {
   const double end = argc > 1 ? std::atof(argv[1]) : 2.0;
   const std::string directory = argc > 2 ? argv[2] : "";
+
+  // 2. The derivatives must fit the energy: here at one vertex of 1 kg, 2 mm above the floor. Differences
+  //    have steps of 10 nm.
+  const Vector mass = Vector::Ones(1);
+  const Vector vertex = Vector3(0.0, -0.298, 0.0);
+  const TermDerivativeErrors errors =
+      check_derivatives(Floor(-0.3, 2.0e5, 5.0e-3), {mass, vertex}, Vector::Zero(3), 1e-8)
+          .potential;
+  std::printf("relative errors of the derivatives: %.0e and %.0e\n", errors.gradient,
+              errors.hessian);
+  if (errors.gradient > 1e-6 || errors.hessian > 1e-6) return 1;
+
   std::printf("%-15s %9s %14s %14s %14s %12s\n", "rule", "steps", "floor, most", "floor, end",
               "energy error", "top at end");
   bool all_well = true;
   for (const Integrator rule : {Integrator::kExplicit, Integrator::kVerlet, Integrator::kMidpoint,
                                 Integrator::kBackwardEuler}) {
-    // 2. The scene: a block of 20 cm, turning a little, 30 cm above the floor.
+    // 3. The scene: a block of 20 cm, turning a little, 30 cm above the floor.
     Scene scene;
     scene.material.youngs_modulus = 5.0e4;
     scene.material.poissons_ratio = 0.3;
@@ -76,10 +89,10 @@ int main(int argc, char** argv) {
     scene.time = {rule, is_implicit(rule) ? 5.0e-4 : 1.0e-4, false, end};
     scene.initial.angular_velocity = {0.0, 0.0, 1.0};
 
-    // 3. The term joins the others.
+    // 4. The term joins the others.
     scene.force_term.push_back(std::make_shared<Floor>(-0.3, 2.0e5, 5.0e-3));
 
-    // 4. The run, with the balance of energy in every step.
+    // 5. The run, with the balance of energy in every step.
     Session session(scene, generate_box({0.2, 0.2, 0.2}, {3, 3, 3}));
     std::unique_ptr<RunRecorder> recorder;
     if (!directory.empty()) {

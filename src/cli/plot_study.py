@@ -358,7 +358,8 @@ def scatter(study, folder, name, title, xlabel, x_key, key, ylabel, floor=0.0, g
     # Two labels stand on two lines, the larger limit above.
     for line, (label, limit) in enumerate(sorted(limits, key=lambda named: named[1])):
         place = math.log(limit / low) / math.log(high / low)
-        axes.annotate(label, (min(max(place, 0.3), 0.7), 1.015 + 0.035 * line),
+        edge = 0.3 * len(label) / 36  # half of its width
+        axes.annotate(label, (min(max(place, edge), 1 - edge), 1.015 + 0.035 * line),
                       xycoords="axes fraction", ha="center", fontsize=8, color=GREY)  # fmt: skip
     if rows:
         handles.append(Line2D([], [], color=GREY, marker="x", ls="", ms=8, mew=2,

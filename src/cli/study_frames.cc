@@ -64,7 +64,10 @@ std::vector<std::string> runs_with_frames(const std::vector<std::string>& wanted
   for (const std::string& name : wanted) {
     if (name == "all" || name == "none") {
       if (wanted.size() > 1) {
-        throw InputError(fmt::format("--frames: \"{}\" stands alone, without other runs.", name));
+        throw InputError(
+            fmt::format("--frames: \"{}\" cannot be combined with the names of runs: leave one or "
+                        "the other out.",
+                        name));
       }
       if (name == "none") return {};
       found.push_back(first);

@@ -1,9 +1,14 @@
 #include "tetraction/dynamics/derivative_check.h"
 
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
+
+#include "tetraction/core/error.h"
 
 namespace tetraction {
 namespace {
@@ -18,6 +23,77 @@ double shortest_edge(const Shape::NodeMatrix& x) {
     }
   }
   return shortest;
+}
+
+// ‖analytic − difference‖/‖analytic‖ from the squares of both.
+double relative_error(double error_squared, double norm_squared) {
+  if (norm_squared > 0.0) return std::sqrt(error_squared / norm_squared);
+  return error_squared > 0.0 ? std::numeric_limits<double>::infinity() : 0.0;
+}
+
+double least_eigenvalue(const HessianBlocks& hessian) {
+  double least = std::numeric_limits<double>::infinity();
+  double size = 0.0;
+  const auto add = [&](const auto& matrix) {
+    const Eigen::SelfAdjointEigenSolver<Matrix> eigen(matrix, Eigen::EigenvaluesOnly);
+    least = std::min(least, eigen.eigenvalues().minCoeff());
+    size = std::max(size, eigen.eigenvalues().cwiseAbs().maxCoeff());
+  };
+  if (hessian.pairs().empty()) {
+    for (Index v = 0; v < hessian.vertex_count(); ++v) add(Matrix(hessian.diagonal(v)));
+  } else {
+    const Index dofs = 3 * hessian.vertex_count();
+    Matrix dense = Matrix::Zero(dofs, dofs);
+    for (Index v = 0; v < hessian.vertex_count(); ++v) {
+      dense.block<3, 3>(3 * v, 3 * v) = hessian.diagonal(v);
+    }
+    for (const HessianBlocks::Pair& pair : hessian.pairs()) {
+      dense.block<3, 3>(3 * pair.row, 3 * pair.column) += pair.block;
+      dense.block<3, 3>(3 * pair.column, 3 * pair.row) += pair.block.transpose();
+    }
+    add(dense);
+  }
+  return size > 0.0 ? least / size : 0.0;
+}
+
+// Compares at y. change(a, b) is the energy at b minus that at a, add_gradient(y, g) and
+// add_hessian(y, form, h) add the derivatives at y.
+template <class Change, class AddGradient, class AddHessian>
+TermDerivativeErrors compare(const Vector& y, double step, const Change& change,
+                             const AddGradient& add_gradient, const AddHessian& add_hessian) {
+  const auto gradient_at = [&](const Vector& point) {
+    Vector gradient = Vector::Zero(point.size());
+    add_gradient(point, gradient);
+    return gradient;
+  };
+  HessianBlocks hessian;
+  hessian.reset(y.size() / 3);
+  add_hessian(y, HessianForm::kExact, hessian);
+  const Vector gradient = gradient_at(y);
+  double gradient_error = 0.0;
+  double hessian_error = 0.0;
+  double hessian_norm = 0.0;
+  Vector low = y;
+  Vector high = y;
+  Vector unit = Vector::Zero(y.size());
+  for (Index j = 0; j < y.size(); ++j) {
+    low[j] = y[j] - step;
+    high[j] = y[j] + step;
+    const double width = high[j] - low[j];  // what the two points really are apart
+    gradient_error += std::pow(change(low, high) / width - gradient[j], 2);
+    unit[j] = 1.0;
+    Vector column = Vector::Zero(y.size());
+    hessian.add_product(unit, column);
+    hessian_error += ((gradient_at(high) - gradient_at(low)) / width - column).squaredNorm();
+    hessian_norm += column.squaredNorm();
+    low[j] = high[j] = y[j];
+    unit[j] = 0.0;
+  }
+  HessianBlocks convex;
+  convex.reset(y.size() / 3);
+  add_hessian(y, HessianForm::kConvex, convex);
+  return {relative_error(gradient_error, gradient.squaredNorm()),
+          relative_error(hessian_error, hessian_norm), least_eigenvalue(convex), gradient.norm()};
 }
 
 }  // namespace
@@ -86,6 +162,55 @@ Vector strained_state(const ElasticPotential& potential, const Vector& q, double
     if (potential.admissible(result).ok()) return result;
     if (scale < 1e-12) return q;
   }
+}
+
+ForceTermErrors check_derivatives(const ForceTerm& term, const ForcePoint& at, const Vector& v,
+                                  double step) {
+  const Index dofs = 3 * at.mass.size();
+  if (at.position.size() != dofs || v.size() != dofs || !(step > 0.0)) {
+    throw InputError(
+        fmt::format("The check of the force term \"{}\" needs {} positions and velocities, 3 for "
+                    "each mass, and "
+                    "a step above 0; it was given {} positions, {} velocities and a step of {} m.",
+                    term.name(), dofs, at.position.size(), v.size(), step));
+  }
+  constexpr double kStep = 1e-5;
+  ForceTermErrors errors;
+  if (term.has_potential()) {
+    const auto point = [&](const Vector& x) { return ForcePoint{at.mass, x, at.time}; };
+    for (const double shift : {0.0, -step, step}) {
+      for (Index axis = 0; axis < 3; ++axis) {
+        Vector moved = at.position;
+        moved.reshaped(3, at.mass.size()).row(axis).array() += shift;
+        const Index vertex = term.undefined_vertex(point(moved));
+        if (vertex < 0) continue;
+        throw InputError(fmt::format(
+            "The potential of the force term \"{}\" is not defined at vertex {} or within {} m of "
+            "it: check the derivatives at other positions, or with a smaller step.",
+            term.name(), vertex, step));
+      }
+    }
+    errors.potential = compare(
+        at.position, step,
+        [&](const Vector& a, const Vector& b) { return term.energy_change(point(a), point(b)); },
+        [&](const Vector& x, Vector& gradient) { term.add_gradient(point(x), gradient); },
+        [&](const Vector& x, HessianForm form, HessianBlocks& hessian) {
+          term.add_hessian(point(x), form, hessian);
+        });
+  }
+  if (term.has_dissipation()) {
+    const double speed = v.size() > 0 ? v.cwiseAbs().maxCoeff() : 0.0;
+    errors.dissipation = compare(
+        v, kStep * (speed > 0.0 ? speed : 1.0),
+        [&](const Vector& a, const Vector& b) {
+          return term.dissipation(at, b) - term.dissipation(at, a);
+        },
+        [&](const Vector& w, Vector& gradient) { term.add_dissipation_gradient(at, w, gradient); },
+        [&](const Vector& w, HessianForm form, HessianBlocks& hessian) {
+          term.add_dissipation_hessian(at, w, form, hessian);
+        });
+  }
+  return errors;
 }
 
 }  // namespace tetraction

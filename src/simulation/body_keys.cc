@@ -1,4 +1,5 @@
-// Keys of what acts on vertices: [[fix]], [[constraint]], [[force]], momenta, shifts, selections.
+// Keys of what acts on vertices: [[fix]], [[constraint]], [[force]], momenta, shifts, selections; and
+// [[event]].
 #include <fmt/format.h>
 
 #include "tetraction/simulation/setting_keys.h"
@@ -21,17 +22,25 @@ bool is_penalty(const FixSettings& fix) {
 
 std::string target_conflict(const FixSettings& fix) {
   return fix.target && fix.offset
-             ? "stands beside the other of target and offset; give one of the two."
+             ? "is one key too many: target and offset are both given, and each says where the "
+               "vertices are held. Leave one of the two out."
              : "";
 }
 
 std::string targets_conflict(const FixSettings& fix) {
   if (fix.targets.empty()) return {};
   const auto* select = std::get_if<SelectVertices>(&fix.select);
-  if (select == nullptr || select->ids.size() != fix.targets.size()) {
-    return "goes with select = { vertices = [...] }, one target for each vertex.";
+  if (select == nullptr) {
+    return "needs select = { vertices = [...] }: it has one place for each of these vertices.";
   }
-  if (fix.target || fix.offset) return "stands beside target or offset; give one of the three.";
+  if (select->ids.size() != fix.targets.size()) {
+    return fmt::format("has {} places for the {} vertices of select: give one for each.",
+                       fix.targets.size(), select->ids.size());
+  }
+  if (fix.target || fix.offset) {
+    return "is one key too many: target or offset is given as well, and each says where the "
+           "vertices are held. Leave all but one of them out.";
+  }
   return {};
 }
 
@@ -230,6 +239,53 @@ const Section<MomentumSettings>& section_of() {
 }
 
 template <>
+const Section<EventSettings>& section_of() {
+  using S = EventSettings;
+  static const Section<S> section{
+      "event",
+      {{{.name = "at",
+         .unit = "s",
+         .help = "when it happens. Before 0 or at the end and later: a warning; the former happens "
+                 "before the first step, the latter never",
+         .needed = "the time of the event in s."},
+        &S::at},
+       {{.name = "set",
+         .help = "`{ \"KEY\" = VALUE, … }` with any key of `[material]`, `[[material_region]]`, "
+                 "`[time]`, `[solver]`, `[damping]`, `[environment]`, `[[force]]`, `[[fix]]` and "
+                 "`[[constraint]]`, written as with `--set`: `\"time.step\" = 1e-3`, "
+                 "`\"force.0.vector\" = [0, 1, 0]`, `\"constraint.0.velocity\" = [0, 0, 0]`"},
+        ByHand{"table"}},
+       {{.name = "unset",
+         .help = "`[\"KEY\", …]`, keys that are taken out again before `set` is read: "
+                 "`\"material.ratio\"`, `\"fix.0.target\"`"},
+        ByHand{"list of texts"}},
+       {{.name = "unfix",
+         .help = "`{ select = … }` releases vertices from every `[[fix]]`, or with `fix = n` only "
+                 "from the one with that number"},
+        ByHand{"table"}},
+       {{.name = "remove_constraint",
+         .help = "takes the `[[constraint]]` with that number away; the others keep theirs"},
+        ByHand{"whole number"}},
+       {{.name = "fix",
+         .help = "fixes vertices, with the keys of `[[fix]]`; by default where they are then"},
+        ByHand{"table or list of tables"}},
+       {{.name = "constraint", .help = "adds a constraint, with the keys of `[[constraint]]`"},
+        ByHand{"table or list of tables"}},
+       {{.name = "force", .help = "adds a force, with the keys of `[[force]]`"},
+        ByHand{"table or list of tables"}},
+       {{.name = "momentum",
+         .help = "`{ select = …, value = [px, py, pz] }` sets the momentum of every selected "
+                 "vertex, in kg m/s"},
+        ByHand{"table or list of tables"}},
+       {{.name = "shift",
+         .help = "`{ vertices = [a, …], displacement = [[dx, dy, dz], …], impulse = [[jx, jy, "
+                 "jz], …] }` moves single vertices (m) and kicks them (N s), one entry for each; "
+                 "one of the two lists may be absent"},
+        ByHand{"table or list of tables"}}}};
+  return section;
+}
+
+template <>
 const Section<ShiftSettings>& section_of() {
   using S = ShiftSettings;
   static const Section<S> section{
@@ -248,6 +304,32 @@ const Section<ShiftSettings>& section_of() {
         }},
        {{"displacement"}, [](const S& s) { return size_conflict(s, s.displacement); }},
        {{"impulse"}, [](const S& s) { return size_conflict(s, s.impulse); }}}};
+  return section;
+}
+
+template <>
+const Section<Selection>& section_of() {
+  static const Section<Selection> section{
+      "select",
+      {{{.name = "vertices",
+         .help = "the vertices with these numbers, as the mesh file counts them; generated meshes "
+                 "count from 0"},
+        ByHand{"list of whole numbers"}},
+       {{.name = "plane", .help = "those on a plane `{ axis = \"x\", at = 0.0 }`"},
+        ByHand{"table"}},
+       {{.name = "box",
+         .help = "those inside a box `{ min = [x, y, z], max = [x, y, z] }` or on its border"},
+        ByHand{"table"}},
+       {{.name = "sphere",
+         .help = "those inside a sphere `{ center = [x, y, z], radius = r }` or on its border"},
+        ByHand{"table"}},
+       {{.name = "nearest", .unit = "m", .help = "the one that is nearest to the point"},
+        ByHand{"three numbers"}},
+       {{.name = "group",
+         .help = "those of a named group of the mesh file, such as a Gmsh physical group"},
+        ByHand{"text"}},
+       {{.name = "surface", .help = "those of the boundary"}, ByHand{"`true`"}},
+       {{.name = "all", .help = "every one"}, ByHand{"`true`"}}}};
   return section;
 }
 

@@ -74,6 +74,9 @@ void check_settings(const S& settings) {
 }
 
 template void check_settings(const MeshSettings&);
+template void check_settings(const GeneratorSettings&);
+template void check_settings(const MaterialSettings&);
+template void check_settings(const MaterialRegionSettings&);
 template void check_settings(const TimeSettings&);
 template void check_settings(const SolverSettings&);
 template void check_settings(const Damping&);
@@ -83,8 +86,10 @@ template void check_settings(const ConstraintSettings&);
 template void check_settings(const ForceSettings&);
 template void check_settings(const InitialSettings&);
 template void check_settings(const MomentumSettings&);
+template void check_settings(const EventSettings&);
 template void check_settings(const ShiftSettings&);
 template void check_settings(const OutputSettings&);
+template void check_settings(const Selection&);
 template void check_settings(const SelectPlane&);
 template void check_settings(const SelectBox&);
 template void check_settings(const SelectSphere&);

@@ -74,8 +74,8 @@ void require(const MaterialSettings& s, const std::vector<MaterialParameter>& ne
         needed, [&](const MaterialParameter& p) { return std::string_view(p.name) == name; });
     if (!is_needed && (s.*key.value).has_value()) {
       throw InputError(
-          fmt::format("material.{} does not go with the other parameters of the {} "
-                      "model: give {}.",
+          fmt::format("material.{} cannot be combined with the other parameters that are given: "
+                      "the {} model takes {}, and nothing else.",
                       name, s.model, wanted));
     }
   }
@@ -109,7 +109,9 @@ M make(const MaterialSettings& s) {
   by_young.insert(by_young.end(), M::kBesideYoung.begin(), M::kBesideYoung.end());
   if (!M::kHasVolumetricPart && s.volumetric) {
     throw InputError(
-        fmt::format("material.volumetric does not go with the {} model: leave it out.", s.model));
+        fmt::format("material.volumetric has no meaning for the {} model, which has one volumetric "
+                    "part only: leave it out.",
+                    s.model));
   }
   if (!s.youngs_modulus && !s.poissons_ratio) {
     require(s, own, by_young);

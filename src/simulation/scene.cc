@@ -26,6 +26,20 @@ std::vector<const char*> names_of(const Table& table) {
 
 }  // namespace
 
+std::string to_string(GeneratorKind kind) {
+  switch (kind) {
+    case GeneratorKind::kBeam:
+      return "beam";
+    case GeneratorKind::kBox:
+      return "box";
+    case GeneratorKind::kCube:
+      return "cube";
+    case GeneratorKind::kTetrahedron:
+      break;
+  }
+  return "tetrahedron";
+}
+
 std::string to_string(LinearSolver linear) {
   for (const auto& [value, name] : kLinearSolvers) {
     if (value == linear) return name;
@@ -49,8 +63,9 @@ std::vector<const char*> linear_solver_names() {
 std::string solver_conflict(const SolverSettings& settings) {
   if (settings.kind != "ceres" || settings.linear == LinearSolver::kAuto) return {};
   return fmt::format(
-      "= \"{}\" does not go with solver.kind = \"ceres\": Ceres has its own way with linear "
-      "systems, a Cholesky factor for each. Take solver.kind = \"newton\", or leave linear out.",
+      "= \"{}\" has no effect with solver.kind = \"ceres\", which solves every linear system with "
+      "a "
+      "new Cholesky factor. Take solver.kind = \"newton\", or leave linear out.",
       to_string(settings.linear));
 }
 

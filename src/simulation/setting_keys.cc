@@ -74,6 +74,40 @@ const Section<MeshSettings>& section_of() {
 }
 
 template <>
+const Section<GeneratorSettings>& section_of() {
+  using S = GeneratorSettings;
+  static const Section<S> section{
+      "mesh.generate",
+      {{{.name = "kind",
+         .help = "the shape",
+         .needed = "\"beam\", \"box\", \"cube\" or \"tetrahedron\"."},
+        Choice<S>{{"beam", "box", "cube", "tetrahedron"},
+                  {},
+                  [](const S& s) { return to_string(s.kind); },
+                  [](S& s, const std::string& name) {
+                    for (const GeneratorKind kind :
+                         {GeneratorKind::kBeam, GeneratorKind::kBox, GeneratorKind::kCube,
+                          GeneratorKind::kTetrahedron}) {
+                      if (name == to_string(kind)) s.kind = kind;
+                    }
+                  }}},
+       {{.name = "size",
+         .help = "of `beam` and `box` the lengths along x, y and z, which must be given; of `cube` "
+                 "and `tetrahedron` the length of an edge; above 0",
+         .absent = "`1` for an edge"},
+        ByHand{"three numbers or one, m"}},
+       {{.name = "cells",
+         .help = "of `beam` and `box` the numbers of cells along x, y and z, of `cube` the number "
+                 "along each edge; 1 or more",
+         .absent = "must be given"},
+        ByHand{"three whole numbers or one"},
+        [](const S& s) { return s.kind != GeneratorKind::kTetrahedron; }}},
+      {},
+      true};
+  return section;
+}
+
+template <>
 const Section<TimeSettings>& section_of() {
   using S = TimeSettings;
   static const Section<S> section{

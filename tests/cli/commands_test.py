@@ -143,6 +143,19 @@ class Advice(CliTest):
         everything = self.run_program("keys").stdout
         self.assertIn(one, everything)
         self.assertIn("[select.plane]", everything)
+        # Every section that a scene can have, and every table in it.
+        for section, key in (("mesh", "scale"), ("mesh.generate", "cells"), ("material", "c20"),
+                             ("material_region", "select"), ("time", "step"),
+                             ("solver", "linear"), ("environment", "softening"),
+                             ("fix", "target"), ("constraint", "length"), ("force", "until"),
+                             ("initial", "stretch"), ("initial.momentum", "value"),
+                             ("event", "remove_constraint"), ("shift", "impulse"),
+                             ("output", "every"), ("select", "nearest"),
+                             ("select.sphere", "radius")):  # fmt: skip
+            with self.subTest(section):
+                table = self.run_program("keys", section).stdout
+                self.assertIn(f"| `{key}` |", table)
+                self.assertIn(f"[{section}]\n{table}", everything)
         self.assertIn("did you mean damping?", self.refused(2, "keys", "dampin"))
 
     def test_helps(self):

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "tetraction/core/error.h"
+#include "tetraction/io/scene_writer.h"
 
 namespace tetraction {
 namespace {
@@ -513,9 +514,11 @@ TEST_F(SceneReader, TheAutomaticStepIsForExplicitRules) {
 
 TEST_F(SceneReader, OneMeshOnly) {
   expect_refusal("[mesh]\nfile = \"a.vtu\"\ngenerate = { kind = \"tetrahedron\" }\n",
-                 "scene.toml:3:1: mesh.generate", {"file", "one of the two"});
+                 "scene.toml:3:1: mesh.generate",
+                 {"mesh.file and mesh.generate", "Leave one of the two out"});
   expect_refusal("[mesh]\ngenerate = { kind = \"tetrahedron\" }\n",
-                 "--set mesh.file=a.vtu: mesh.file", {"one of the two"}, {"mesh.file=a.vtu"});
+                 "--set mesh.file=a.vtu: mesh.file", {"Leave one of the two out"},
+                 {"mesh.file=a.vtu"});
   expect_refusal("[mesh]\ngenerate = { kind = \"tetrahedron\" }\nscale = 2\n",
                  "scene.toml:3:1: mesh.scale", {"size"});
 }
@@ -535,17 +538,157 @@ TEST_F(SceneReader, GeneratorsAreChecked) {
   refused("kind = \"cube\"\ncells = [2, 2, 2]\n", "3:1: mesh.generate.cells", {"whole number"});
   refused("kind = \"cube\"\ncells = 2\nsize = [1, 1, 1]\n", "4:1: mesh.generate.size",
           {"number", "not a list"});
-  refused("kind = \"tetrahedron\"\ncells = 2\n", "3:1: unknown key mesh.generate.cells",
-          {"kind or size"});
+  refused("kind = \"tetrahedron\"\ncells = 2\n", "3:1: mesh.generate.cells does not belong to",
+          {"kind = \"tetrahedron\"", "takes size."});
+  refused("kind = \"cube\"\nsize = 2\n", "1:1: mesh.generate.cells is missing",
+          {"number of cells along an edge"});
 }
 
 TEST_F(SceneReader, MaterialParametersMustFitTogether) {
   expect_refusal(std::string(kSmall) + "mu = 3e5\n", "scene.toml:4:1: material.mu",
                  {"youngs_modulus and poissons_ratio"});
-  expect_refusal(kSmall, "--set material.mu=3e5: material.mu", {"does not go with"},
+  expect_refusal(kSmall, "--set material.mu=3e5: material.mu", {"cannot be combined"},
                  {"material.density=2000", "material.mu=3e5"});
   expect_refusal("[mesh]\nfile = \"a.vtu\"\n[material]\nmu = 1.0\nlambda = -0.7\n",
                  "scene.toml:3:1: material: ", {"lambda = -0.7"});
+}
+
+// A scene of one material with these lines.
+std::string with_material(const std::string& lines) {
+  return "[mesh]\nfile = \"bar.vtu\"\n[material]\n" + lines;
+}
+
+TEST_F(SceneReader, YeohIsGivenByItsOwnParameters) {
+  const Scene scene = read(
+      with_material("model = \"yeoh\"\nc10 = 0.19e6\nc20 = -1.45e3\nc30 = 38.8\nkappa = 3e6\n"));
+  const Yeoh material = std::get<Yeoh>(make_material(scene.material));
+  EXPECT_EQ(material.c10(), 0.19e6);
+  EXPECT_EQ(material.c20(), -1.45e3);
+  EXPECT_EQ(material.c30(), 38.8);
+  EXPECT_EQ(material.kappa(), 3e6);
+  EXPECT_EQ(scene.material.density, 1000.0);
+  const auto echo = nlohmann::json::parse(scene.echo).at("material");
+  EXPECT_EQ(echo, nlohmann::json::parse(R"({"model": "yeoh", "c10": 190000.0, "c20": -1450.0,
+                                            "c30": 38.8, "kappa": 3e6, "density": 1000.0})"));
+}
+
+TEST_F(SceneReader, YeohIsGivenByYoungsModulusAndPoissonsRatio) {
+  const Scene scene = read(std::string(kSmall) + "model = \"yeoh\"\nc20 = -2e3\nc30 = 0\n");
+  const Yeoh material = std::get<Yeoh>(make_material(scene.material));
+  const double mu = 1e6 / 2.8;
+  EXPECT_NEAR(material.c10(), 0.5 * mu, 1e-9);
+  EXPECT_NEAR(material.kappa(), 1e6 / (3.0 * (1.0 - 0.8)), 1e-8);
+  EXPECT_EQ(material.c20(), -2e3);
+  EXPECT_EQ(material.c30(), 0.0);
+}
+
+TEST_F(SceneReader, YeohNeedsOneCompleteSetOfParameters) {
+  const std::string own = "model = \"yeoh\"\nc10 = 1e5\nc20 = 0\nc30 = 0\nkappa = 1e6\n";
+  ASSERT_NO_THROW(read(with_material(own)));
+  const std::vector<std::string> both = {"c10, c20, c30 and kappa",
+                                         "youngs_modulus, poissons_ratio, c20 and c30"};
+  for (const char* missing : {"c10", "c20", "c30", "kappa"}) {
+    std::string text = own;
+    const auto begin = text.find(std::string(missing) + " =");
+    text.erase(begin, text.find('\n', begin) + 1 - begin);
+    expect_refusal(with_material(text),
+                   std::string("scene.toml:3:1: material.") + missing + " is missing", both);
+  }
+  expect_refusal(with_material(own + "youngs_modulus = 1e6\npoissons_ratio = 0.4\n"),
+                 "scene.toml:3:1: material.c10 cannot be combined", both);
+  expect_refusal(std::string(kSmall) + "model = \"yeoh\"\nc20 = 0\n",
+                 "scene.toml:4:1: material.c30 is missing", both);
+  expect_refusal(with_material(own + "mu = 1e5\n"), "scene.toml:3:1: material.mu cannot", both);
+  expect_refusal(with_material("model = \"stvk\"\nmu = 1\nlambda = 1\nc20 = 1\n"),
+                 "scene.toml:3:1: material.c20 cannot", {"mu and lambda"});
+  const auto refused_value = [&](const std::string& key, const std::string& value,
+                                 const std::string& why) {
+    const std::string set = std::string("material.").append(key).append("=").append(value);
+    expect_refusal(with_material(own), "--set " + set + ": material." + key + " = " + value, {why},
+                   {set});
+  };
+  refused_value("c10", "0", "above 0");
+  refused_value("c10", "-1", "above 0");
+  refused_value("kappa", "0", "above 0");
+  refused_value("c20", "1e31", "between 1e-30 and 1e30");
+  refused_value("c30", "nan", "finite");
+}
+
+TEST_F(SceneReader, TheVolumetricPartIsChosenByItsName) {
+  const auto part_of = [this](const std::string& lines) {
+    return std::get<NeoHookean>(make_material(read(kSmall + lines).material)).volumetric();
+  };
+  EXPECT_EQ(part_of(""), VolumetricPart::kLogarithmic);
+  EXPECT_EQ(part_of("volumetric = \"log\"\n"), VolumetricPart::kLogarithmic);
+  EXPECT_EQ(part_of("volumetric = \"quadratic\"\n"), VolumetricPart::kQuadratic);
+  const Scene mooney = read(std::string(kSmall) +
+                            "model = \"mooney-rivlin\"\nratio = 0.2\nvolumetric = \"quadratic\"\n");
+  EXPECT_EQ(std::get<MooneyRivlin>(make_material(mooney.material)).volumetric(),
+            VolumetricPart::kQuadratic);
+  // The echo has it only if the scene has it.
+  const auto echo_of = [this](const std::string& lines) {
+    return nlohmann::json::parse(read(kSmall + lines).echo).at("material");
+  };
+  EXPECT_FALSE(echo_of("").contains("volumetric"));
+  EXPECT_EQ(echo_of("volumetric = \"log\"\n").at("volumetric"), "log");
+  EXPECT_EQ(echo_of("volumetric = \"quadratic\"\n").at("volumetric"), "quadratic");
+}
+
+TEST_F(SceneReader, TheVolumetricPartIsChecked) {
+  expect_refusal(std::string(kSmall) + "volumetric = \"quadratc\"\n",
+                 "scene.toml:7:1: material.volumetric = \"quadratc\"", {"did you mean quadratic?"});
+  expect_refusal(std::string(kSmall) + "volumetric = \"cubic\"\n",
+                 "scene.toml:7:1: material.volumetric = \"cubic\"", {"log or quadratic"});
+  expect_refusal(std::string(kSmall) + "volumetric = 2\n", "scene.toml:7:1: material.volumetric",
+                 {"text in quotes"});
+  for (const std::string model : {"model = \"stvk\"\n", "model = \"yeoh\"\nc20 = 0\nc30 = 0\n"}) {
+    expect_refusal(kSmall + model + "volumetric = \"log\"\n",
+                   "scene.toml:4:1: material.volumetric has no meaning", {"leave it out"});
+  }
+}
+
+// Both laws come back from a file that the writer wrote, also when an event chooses them.
+TEST_F(SceneReader, MaterialsSurviveWritingAndReading) {
+  const std::string quadratic = std::string(kSmall) + "volumetric = \"quadratic\"\n";
+  const std::string own =
+      with_material("model = \"yeoh\"\nc10 = 1e5\nc20 = -3e3\nc30 = 50\nkappa = 1e6\n");
+  const std::string young = std::string(kSmall) + "model = \"yeoh\"\nc20 = -3e3\nc30 = 50\n";
+  const std::string event =
+      "[[event]]\nat = 0.5\nunset = [\"material.volumetric\"]\nset = { \"material.model\" = "
+      "\"yeoh\", \"material.c20\" = 0, \"material.c30\" = 40 }\n";
+  for (const std::string& text : {quadratic, own, young, quadratic + event}) {
+    const Scene scene = read(text);
+    const std::string copy = (folder_ / "copy.toml").string();
+    write_scene(scene, copy);
+    const Scene again = read_scene(copy);
+    EXPECT_EQ(scene_text(again, folder_.string()), scene_text(scene, folder_.string())) << text;
+    EXPECT_EQ(nlohmann::json::parse(again.echo).at("material"),
+              nlohmann::json::parse(scene.echo).at("material"));
+    ASSERT_EQ(again.event.size(), scene.event.size());
+    for (const EventSettings& changed : again.event) {
+      const auto& edit = std::get<SetMaterial>(changed.edits.at(0));
+      EXPECT_EQ(std::get<Yeoh>(make_material(edit.material)).c30(), 40.0);
+    }
+  }
+}
+
+// What an engineer gets to read who selects in two ways or gives two targets.
+TEST_F(SceneReader, KeysTooManyAreToldWithTheOthers) {
+  const std::string fix = "[[fix]]\nselect = { vertices = [3, 4] }\n";
+  expect_refused_lines(fix + "targets = [[0, 0, 0]]\n", "scene.toml:9:1: fix.0.targets",
+                       {"1 places for the 2 vertices"});
+  expect_refused_lines(fix + "targets = [[0, 0, 0], [0, 0, 1]]\ntarget = [0, 0, 0]\n",
+                       "scene.toml:9:1: fix.0.targets", {"Leave all but one of them out"});
+  expect_refused_lines("[[fix]]\nselect = { all = true }\ntargets = [[0, 0, 0]]\n",
+                       "scene.toml:9:1: fix.0.targets", {"needs select = { vertices = [...] }"});
+  expect_refused_lines("[[event]]\nat = 0\nunfix = { all = true, select = { all = true } }\n",
+                       "scene.toml:9:23: event.0.unfix.select", {"selected in two ways"});
+  expect_refused_lines("[[event]]\nat = 0\nunfix = { all = true, fix = 0 }\n",
+                       "scene.toml:9:23: event.0.unfix.fix = 0",
+                       {"at that time there is no [[fix]]"});
+  expect_refused_lines(fix + "[[event]]\nat = 0\nunfix = { all = true, fix = 1 }\n",
+                       "scene.toml:11:23: event.0.unfix.fix = 1",
+                       {"the only [[fix]] has the number 0"});
 }
 
 TEST_F(SceneReader, SelectionsAreOfOneKind) {
@@ -571,7 +714,7 @@ TEST_F(SceneReader, SelectionsAreOfOneKind) {
 TEST_F(SceneReader, FixesAreChecked) {
   const std::string fix = "[[fix]]\nselect = { all = true }\n";
   expect_refused_lines(fix + "target = [0, 0, 0]\noffset = [0, 0, 0]\n",
-                       "scene.toml:10:1: fix.0.offset", {"target", "one of the two"});
+                       "scene.toml:10:1: fix.0.offset", {"target and offset", "Leave one"});
   for (const char* components : {"xw", "xx", "X", "x,y"}) {
     expect_refused_lines(fix + "components = \"" + components + "\"\n",
                          std::string("scene.toml:9:1: fix.0.components = \"") + components + "\"",

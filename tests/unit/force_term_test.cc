@@ -4,6 +4,7 @@
 #include "support/force_terms.h"
 #include "support/step_problems.h"
 #include "tetraction/core/error.h"
+#include "tetraction/dynamics/derivative_check.h"
 #include "tetraction/solver/ceres_minimizer.h"
 #include "tetraction/solver/newton_minimizer.h"
 
@@ -66,6 +67,127 @@ TEST(ForceTerms, AreRefusedWithNamesThatCannotBeColumns) {
   system.add_force_term(std::make_shared<Named>("floor_2"));
   EXPECT_THROW(system.add_force_term(std::make_shared<Named>("floor_2")), InputError);
   EXPECT_EQ(system.force_terms().back()->name(), "floor_2");
+}
+
+// Positions and velocities at which every term below has a force.
+class TermDerivatives : public testing::Test {
+ protected:
+  TermDerivatives()
+      : system_(small_block(), all_materials()[1], 1000.0),
+        position_(jiggled(system_.mesh().rest_positions(), 0.01, 5)),
+        velocity_(jiggled(Vector::Zero(system_.dof_count()), 3.0, 7)) {}
+
+  ForceTermErrors errors_of(const ForceTerm& term, double time = 0.3) const {
+    return check_derivatives(term, system_.force_point(position_, time), velocity_, 1e-7);
+  }
+  static PairSprings springs(const MechanicalSystem& system, double length) {
+    return {{{0, system.vertex_count() - 1}, {system.vertex_count() - 3, 7}}, 3e4, length};
+  }
+  static void expect_right(const TermDerivativeErrors& errors, const std::string& name) {
+    EXPECT_GT(errors.gradient_norm, 0.0) << name;
+    EXPECT_LT(errors.gradient, 1e-7) << name;
+    EXPECT_LT(errors.hessian, 1e-7) << name;
+    EXPECT_GT(errors.least_eigenvalue, -1e-14) << name;
+  }
+
+  MechanicalSystem system_;
+  Vector position_;
+  Vector velocity_;
+};
+
+TEST_F(TermDerivatives, OfAllTermsFitTheirEnergies) {
+  const PairSprings pulled = springs(system_, 0.1);
+  const FloorBarrier floor(-0.04, 2e5, 0.05);
+  const SwingingField swing(3.0, 2.0);
+  for (const ForceTerm* term :
+       {static_cast<const ForceTerm*>(&pulled), static_cast<const ForceTerm*>(&floor),
+        static_cast<const ForceTerm*>(&swing)}) {
+    expect_right(errors_of(*term).potential, term->name());
+    EXPECT_EQ(errors_of(*term).dissipation.gradient_norm, 0.0) << term->name();
+  }
+  const QuadraticDrag drag(2.0);
+  const LayeredDrag layered(2.0, 0.5);
+  for (const ForceTerm* term :
+       {static_cast<const ForceTerm*>(&drag), static_cast<const ForceTerm*>(&layered)}) {
+    expect_right(errors_of(*term).dissipation, term->name());
+    EXPECT_EQ(errors_of(*term).potential.gradient_norm, 0.0) << term->name();
+  }
+}
+
+TEST_F(TermDerivatives, OfTheTermsOfTheLibraryFitTheirEnergies) {
+  system_.set_environment(Environment::attraction(40.0, 0.2));
+  system_.set_damping({2.0, 0.5, 0.0});
+  int potentials = 0;
+  int dissipations = 0;
+  for (const ForceTerm* term : system_.force_terms()) {
+    const ForceTermErrors errors = errors_of(*term);
+    if (errors.potential.gradient_norm > 0.0) {
+      expect_right(errors.potential, term->name());
+      ++potentials;
+    }
+    if (errors.dissipation.gradient_norm > 0.0) {
+      expect_right(errors.dissipation, term->name());
+      ++dissipations;
+    }
+  }
+  EXPECT_EQ(potentials, 1);
+  EXPECT_EQ(dissipations, 1);
+}
+
+// A floor with a mistake in one of its derivatives.
+class WrongFloor : public FloorBarrier {
+ public:
+  enum class Mistake { kGradient, kHessian, kConvex };
+  explicit WrongFloor(Mistake mistake) : FloorBarrier(-0.04, 2e5, 0.05), mistake_(mistake) {}
+  Vector3 gradient(double mass, const Vector3& x) const override {
+    return (mistake_ == Mistake::kGradient ? 1.001 : 1.0) * FloorBarrier::gradient(mass, x);
+  }
+  Matrix3 hessian(double mass, const Vector3& x) const override {
+    Matrix3 hessian = FloorBarrier::hessian(mass, x);
+    if (mistake_ == Mistake::kHessian) hessian(0, 1) += 1e-3 * hessian(1, 1);
+    return hessian;
+  }
+  void add_hessian(const ForcePoint& at, HessianForm form, HessianBlocks& hessian) const override {
+    FloorBarrier::add_hessian(at, form, hessian);
+    if (mistake_ == Mistake::kConvex && form == HessianForm::kConvex) hessian.scale(-1.0);
+  }
+
+ private:
+  Mistake mistake_;
+};
+
+TEST_F(TermDerivatives, ThatAreWrongAreFound) {
+  const TermDerivativeErrors gradient =
+      errors_of(WrongFloor(WrongFloor::Mistake::kGradient)).potential;
+  EXPECT_NEAR(gradient.gradient, 1e-3, 1e-5);
+  EXPECT_NEAR(gradient.hessian, 1e-3, 1e-5);
+  const TermDerivativeErrors hessian =
+      errors_of(WrongFloor(WrongFloor::Mistake::kHessian)).potential;
+  EXPECT_LT(hessian.gradient, 1e-7);
+  EXPECT_NEAR(hessian.hessian, 1e-3, 1e-5);
+  const TermDerivativeErrors convex = errors_of(WrongFloor(WrongFloor::Mistake::kConvex)).potential;
+  EXPECT_LT(convex.hessian, 1e-7);
+  EXPECT_EQ(convex.least_eigenvalue, -1.0);
+  // Compressed springs that push have a negative curvature across, which the convex form must drop.
+  class PushingSprings : public PairSprings {
+   public:
+    using PairSprings::PairSprings;
+    void add_hessian(const ForcePoint& at, HessianForm, HessianBlocks& blocks) const override {
+      PairSprings::add_hessian(at, HessianForm::kExact, blocks);
+      blocks.add_pair(0, 1, 1e5 * Matrix3::Identity());
+    }
+  };
+  const PushingSprings pushing(std::vector<std::pair<Index, Index>>{{0, 1}}, 3e4, 0.01);
+  EXPECT_LT(errors_of(pushing).potential.least_eigenvalue, -0.1);
+}
+
+TEST_F(TermDerivatives, AreNotCheckedWhereThePotentialIsNotDefined) {
+  const FloorBarrier floor(0.02, 2e5, 0.05);  // some vertices are below it
+  EXPECT_THROW(errors_of(floor), InputError);
+  const ForcePoint at = system_.force_point(position_, 0.0);
+  const QuadraticDrag drag(2.0);
+  EXPECT_THROW(check_derivatives(drag, at, Vector::Zero(3), 1e-7), InputError);
+  EXPECT_THROW(check_derivatives(drag, at, velocity_, 0.0), InputError);
 }
 
 // A block near the floor with springs between far vertices and drag, in an implicit step.

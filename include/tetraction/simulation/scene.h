@@ -26,6 +26,9 @@ class ForceTerm;
 /// Kinds of meshes that the program can make (mesh/generate.h).
 enum class GeneratorKind { kBeam, kBox, kCube, kTetrahedron };
 
+/// "beam", "box", "cube", "tetrahedron".
+std::string to_string(GeneratorKind kind);
+
 struct GeneratorSettings {
   GeneratorKind kind = GeneratorKind::kBeam;
   Vector3 size{1.0, 1.0, 1.0};  ///< m

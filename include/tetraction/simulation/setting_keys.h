@@ -33,7 +33,7 @@ struct KeyInfo {
   Written in_echo = Written::kAlways;
 };
 
-/// A text that must be one of several names.
+/// A text that must be one of several names. An empty text stands for an absent value.
 template <class Settings>
 struct Choice {
   std::vector<const char*> names;
@@ -49,7 +49,8 @@ struct NumberOrAuto {
   bool Settings::*automatic;
 };
 
-/// A key whose value has a structure of its own. Reader and writer have special code for it.
+/// A key whose value has a structure of its own, or a type that depends on other keys. Reader and
+/// writer have special code for it.
 struct ByHand {
   const char* type;  ///< in Markdown
 };
@@ -103,6 +104,12 @@ const Section<Settings>& section_of();
 template <>
 const Section<MeshSettings>& section_of();
 template <>
+const Section<GeneratorSettings>& section_of();
+template <>
+const Section<MaterialSettings>& section_of();
+template <>
+const Section<MaterialRegionSettings>& section_of();
+template <>
 const Section<TimeSettings>& section_of();
 template <>
 const Section<SolverSettings>& section_of();
@@ -121,9 +128,13 @@ const Section<InitialSettings>& section_of();
 template <>
 const Section<MomentumSettings>& section_of();
 template <>
+const Section<EventSettings>& section_of();
+template <>
 const Section<ShiftSettings>& section_of();
 template <>
 const Section<OutputSettings>& section_of();
+template <>
+const Section<Selection>& section_of();
 template <>
 const Section<SelectPlane>& section_of();
 template <>
@@ -135,6 +146,9 @@ const Section<SelectSphere>& section_of();
 template <class Visit>
 void for_each_section(const Visit& visit) {
   visit(section_of<MeshSettings>());
+  visit(section_of<GeneratorSettings>());
+  visit(section_of<MaterialSettings>());
+  visit(section_of<MaterialRegionSettings>());
   visit(section_of<TimeSettings>());
   visit(section_of<SolverSettings>());
   visit(section_of<EnvironmentSettings>());
@@ -144,8 +158,10 @@ void for_each_section(const Visit& visit) {
   visit(section_of<ForceSettings>());
   visit(section_of<InitialSettings>());
   visit(section_of<MomentumSettings>());
+  visit(section_of<EventSettings>());
   visit(section_of<ShiftSettings>());
   visit(section_of<OutputSettings>());
+  visit(section_of<Selection>());
   visit(section_of<SelectPlane>());
   visit(section_of<SelectBox>());
   visit(section_of<SelectSphere>());

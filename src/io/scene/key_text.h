@@ -43,7 +43,10 @@ struct ValueText {
   std::string operator()(std::vector<Vector3> S::*member) const {
     return (settings.*member).empty() ? "" : toml_list(settings.*member);
   }
-  std::string operator()(const Choice<S>& choice) const { return toml_text(choice.get(settings)); }
+  std::string operator()(const Choice<S>& choice) const {
+    const std::string name = choice.get(settings);
+    return name.empty() ? "" : toml_text(name);
+  }
   std::string operator()(const NumberOrAuto<S>& value) const {
     return settings.*value.automatic ? toml_text("auto") : toml_number(settings.*value.number);
   }

@@ -16,10 +16,6 @@ Json list(const Vector3& v) {
   return {v.x(), v.y(), v.z()};
 }
 
-void put_if(Json& json, const char* key, const std::optional<double>& value) {
-  if (value) json[key] = *value;
-}
-
 // The value of one key as JSON, or null if there is none. Every kind of value has its own function.
 template <class S>
 struct ValueJson {
@@ -48,7 +44,10 @@ struct ValueJson {
     for (const Vector3& entry : settings.*member) json.push_back(list(entry));
     return json;
   }
-  Json operator()(const Choice<S>& choice) const { return choice.get(settings); }
+  Json operator()(const Choice<S>& choice) const {
+    const std::string name = choice.get(settings);
+    return name.empty() ? Json() : Json(name);
+  }
   Json operator()(const NumberOrAuto<S>& value) const {
     return settings.*value.automatic ? Json("auto") : Json(settings.*value.number);
   }
@@ -113,9 +112,7 @@ Json generate_json(const GeneratorSettings& g) {
     case GeneratorKind::kTetrahedron:
       return {{"kind", "tetrahedron"}, {"size", g.size.x()}};
   }
-  return {{"kind", g.kind == GeneratorKind::kBeam ? "beam" : "box"},
-          {"size", list(g.size)},
-          {"cells", g.cells}};
+  return {{"kind", to_string(g.kind)}, {"size", list(g.size)}, {"cells", g.cells}};
 }
 
 Json mesh_json(const MeshSettings& mesh) {
@@ -130,13 +127,7 @@ Json material_json(const MaterialSettings& material) {
   if (material.custom) {
     return {{"model", material_name(*material.custom)}, {"density", material.density}};
   }
-  Json json{{"model", material.model}};
-  for (const MaterialKey& key : material_keys()) {
-    put_if(json, key.parameter.name, material.*key.value);
-  }
-  if (material.volumetric) json["volumetric"] = to_string(*material.volumetric);
-  json["density"] = material.density;
-  return json;
+  return section_json(material);
 }
 
 Json initial_json(const InitialSettings& initial) {

@@ -86,7 +86,7 @@ ChangedSection section_of(std::string_view key,
                           const std::function<void(const std::string&)>& refuse) {
   ChangedSection section;
   if (key.find(' ') != std::string_view::npos) {
-    refuse("holds a blank; keys are names with dots between them.");
+    refuse("contains a space: a key is made of names with dots between them, like time.step.");
   }
   const auto dot = key.find('.');
   section.name = key.substr(0, dot);
@@ -117,7 +117,10 @@ ChangedSection section_of(std::string_view key,
     const char* last = key.data() + (end == std::string_view::npos ? key.size() : end);
     const auto [stop, error] = std::from_chars(first, last, index);
     if (error != std::errc() || stop != last) {
-      refuse(fmt::format("must say which one: \"{}.0.…\" is the first.", section.name));
+      refuse(fmt::format(
+          "must have the number of the entry after \"{0}\", counted from 0: keys of the "
+          "first [[{0}]] begin with \"{0}.0.\".",
+          section.name));
     }
     section.index = index;
   }
@@ -149,14 +152,17 @@ std::size_t read_number(const TomlTable& table, std::string_view key, std::size_
   int number = 0;
   table.read(key, number, 0);
   if (static_cast<std::size_t>(number) >= count) {
-    table.refuse(key, fmt::format("= {}: there are {} {} at that time, counted from 0.", number,
-                                  count, list));
+    const std::string known = count == 0 ? fmt::format("there is no {}", list)
+                              : count == 1
+                                  ? fmt::format("the only {} has the number 0", list)
+                                  : fmt::format("the numbers of {} are 0 to {}", list, count - 1);
+    table.refuse(key, fmt::format("= {}, but at that time {}.", number, known));
   }
   return static_cast<std::size_t>(number);
 }
 
 Unfix read_unfix(const TomlTable& event, std::size_t fix_count) {
-  NameList keys = selection_kinds();
+  NameList keys = table_keys<Selection>().valid;
   keys.emplace_back("select");
   keys.emplace_back("fix");
   const TomlTable table = event.table("unfix", {keys});
@@ -168,7 +174,9 @@ Unfix read_unfix(const TomlTable& event, std::size_t fix_count) {
     return unfix;
   }
   if (table.node().size() > (unfix.fix ? 2U : 1U)) {
-    table.refuse("select", "stands beside another selection; give one of the two.");
+    table.refuse(
+        "select",
+        "is one key too many: vertices are selected in two ways. Leave one of the two out.");
   }
   unfix.select = read_selection(table);
   return unfix;
@@ -192,27 +200,20 @@ Scene read_changed(TomlDocument& document, std::vector<TomlDocument::Change>& ch
 
 }  // namespace
 
-const TableKeys& event_keys() {
-  static const TableKeys keys{{"at", "set", "unset", "fix", "unfix", "force", "momentum", "shift",
-                               "constraint", "remove_constraint"}};
-  return keys;
-}
-
 void read_events(const TomlDocument& document, const TomlTable& root,
                  const SectionReader& read_sections, Scene& scene) {
   struct Timed {
-    double at;
+    EventSettings event;
     TomlTable table;
   };
   std::vector<Timed> timed;
-  for (const TomlTable& table : root.tables("event", event_keys())) {
-    table.require("at", "the time of the event in s.");
-    double at = 0.0;
-    table.read("at", at);
-    timed.push_back({at, table});
+  for (const TomlTable& table : root.tables("event", table_keys<EventSettings>())) {
+    EventSettings event;
+    read_keys(table, event);
+    timed.push_back({std::move(event), table});
   }
   std::stable_sort(timed.begin(), timed.end(),
-                   [](const Timed& a, const Timed& b) { return a.at < b.at; });
+                   [](const Timed& a, const Timed& b) { return a.event.at < b.event.at; });
 
   // Every event's `set` is read as a part of the whole scene at that time, so that errors are found
   // before the run begins. All changes go into one document, because a recorded session has
@@ -220,11 +221,10 @@ void read_events(const TomlDocument& document, const TomlTable& root,
   TomlDocument changed = document.copy();
   std::vector<TomlDocument::Change> changes;
   Scene now = scene;
-  for (const Timed& timed_event : timed) {
-    const double at = timed_event.at;
+  for (Timed& timed_event : timed) {
     const TomlTable& table = timed_event.table;
-    EventSettings event;
-    event.at = at;
+    EventSettings& event = timed_event.event;
+    const double at = event.at;
     event.where = table.where();
     event.echo = to_json(table.node()).dump(-1, ' ', false, Json::error_handler_t::replace);
     std::set<ChangedSection> sections;
@@ -257,8 +257,8 @@ void read_events(const TomlDocument& document, const TomlTable& root,
             key.str(), [&](const std::string& message) { set.refuse(key.str(), message); });
         if (section.name == "material_region" && *section.index >= now.material_region.size()) {
           set.refuse(key.str(),
-                     fmt::format("names a region that does not exist: there are {} beside "
-                                 "[material], counted from 0, and none can be added during a run.",
+                     fmt::format("names a [[material_region]] that does not exist: the scene has "
+                                 "{}, with numbers from 0 on, and none can be added during a run.",
                                  now.material_region.size()));
         }
         sections.insert(section);

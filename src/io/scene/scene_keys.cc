@@ -13,11 +13,6 @@
 namespace tetraction {
 namespace {
 
-void put_if(SceneKeys& keys, const char* name, const std::optional<double>& value,
-            const char* unit = "") {
-  if (value) keys.push_back({name, toml_number(*value), unit});
-}
-
 template <class Values, class Text>
 std::string list_text(const Values& values, const Text& text) {
   std::string list = "[";
@@ -112,15 +107,7 @@ SceneKeys keys_of(const MaterialSettings& material) {
         "The material {} is a program's own: a scene file cannot name it. Take one of the models.",
         material_name(*material.custom)));
   }
-  SceneKeys keys{{"model", toml_text(material.model)}};
-  for (const MaterialKey& key : material_keys()) {
-    put_if(keys, key.parameter.name, material.*key.value, key.parameter.unit);
-  }
-  if (material.volumetric) {
-    keys.push_back({"volumetric", toml_text(to_string(*material.volumetric))});
-  }
-  keys.push_back({"density", toml_number(material.density), "kg/m³"});
-  return keys;
+  return keys_of<MaterialSettings>(material);
 }
 
 SceneKeys keys_of(const TimeSettings& time) {

@@ -12,23 +12,10 @@ namespace {
 constexpr const char* kNeeded =
     "give file = \"…\" or generate = { kind = \"box\", size = [1, 1, 1], cells = [4, 4, 4] }.";
 
-// Which keys a generator takes depends on its kind, so the kind comes first.
-TomlTable generator_table(const TomlTable& mesh, GeneratorKind& kind) {
-  TomlTable any = mesh.table("generate", {{"kind", "size", "cells"}});
-  any.require("kind", "\"beam\", \"box\", \"cube\" or \"tetrahedron\".");
-  std::string name;
-  any.read("kind", name, {"beam", "box", "cube", "tetrahedron"});
-  kind = name == "beam"   ? GeneratorKind::kBeam
-         : name == "box"  ? GeneratorKind::kBox
-         : name == "cube" ? GeneratorKind::kCube
-                          : GeneratorKind::kTetrahedron;
-  if (kind != GeneratorKind::kTetrahedron) return any;
-  return mesh.table("generate", {{"kind", "size"}});
-}
-
 GeneratorSettings read_generator(const TomlTable& mesh) {
   GeneratorSettings generator;
-  const TomlTable table = generator_table(mesh, generator.kind);
+  const TomlTable table = mesh.table("generate", table_keys<GeneratorSettings>());
+  read_keys(table, generator);
   double edge = 1.0;
   switch (generator.kind) {
     case GeneratorKind::kBeam:
@@ -61,7 +48,8 @@ MeshSettings read_mesh_settings(const TomlTable& root, const std::string& folder
   MeshSettings mesh;
   if (table.has("file") && table.has("generate")) {
     table.refuse(table.is_override("file") ? "file" : "generate",
-                 "stands beside the other of mesh.file and mesh.generate; give one of the two.");
+                 "is one key too many: mesh.file and mesh.generate are both given, and a scene has "
+                 "one mesh. Leave one of the two out.");
   }
   if (!table.has("file") && !table.has("generate")) {
     table.refuse_table(fmt::format("has no mesh: {}", kNeeded));
@@ -76,7 +64,9 @@ MeshSettings read_mesh_settings(const TomlTable& root, const std::string& folder
   } else {
     mesh.generate = read_generator(table);
     if (mesh.scale != 1.0) {
-      table.refuse("scale", "is for mesh files; give the generated mesh its size instead.");
+      table.refuse("scale",
+                   "multiplies the coordinates of a mesh file, and this mesh is generated: leave "
+                   "it out, and give mesh.generate the size that the mesh shall have.");
     }
   }
   return mesh;

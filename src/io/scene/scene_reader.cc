@@ -12,41 +12,16 @@
 namespace tetraction {
 namespace {
 
-const NameList& known_material_keys() {
-  static const NameList names = [] {
-    NameList all{"model"};
-    for (const MaterialKey& key : material_keys()) all.emplace_back(key.parameter.name);
-    all.emplace_back("volumetric");
-    all.emplace_back("density");
-    return all;
-  }();
-  return names;
-}
-
 MaterialSettings read_material(const TomlTable& table) {
   MaterialSettings material;
-  NameList models;
-  for (const MaterialChoice& choice : material_choices()) models.emplace_back(choice.name);
-  table.read("model", material.model, models);
-  for (const MaterialKey& key : material_keys()) {
-    table.read(key.parameter.name, material.*key.value, key.parameter.range);
-  }
-  if (table.has("volumetric")) {
-    std::string part;
-    table.read("volumetric", part,
-               {to_string(VolumetricPart::kLogarithmic), to_string(VolumetricPart::kQuadratic)});
-    material.volumetric = part == to_string(VolumetricPart::kQuadratic)
-                              ? VolumetricPart::kQuadratic
-                              : VolumetricPart::kLogarithmic;
-  }
-  table.read("density", material.density, kModeratePositive);
+  read_keys(table, material);
   try {
     make_material(material);
   } catch (const InputError& error) {
     // The parameters contradict each other. If one of them came from the command line, the file
     // alone may be right.
     std::string place = table.place();
-    for (const std::string_view key : known_material_keys()) {
+    for (const std::string_view key : table_keys<MaterialSettings>().valid) {
       if (key == "density") continue;
       if (table.is_override(key)) place = table.place(key);
     }
@@ -104,9 +79,11 @@ Scene read_sections(const TomlDocument& document, const std::string& path) {
   scene.mesh = read_mesh_settings(root, std::filesystem::path(path).parent_path().string());
   root.require("material",
                "under [material], give model, youngs_modulus, poissons_ratio and density.");
-  scene.material = read_material(root.table("material", {known_material_keys()}));
-  NameList region_keys = known_material_keys();
-  region_keys.emplace_back("select");
+  scene.material = read_material(root.table("material", table_keys<MaterialSettings>()));
+  NameList region_keys = table_keys<MaterialSettings>().valid;
+  for (const std::string_view key : table_keys<MaterialRegionSettings>().valid) {
+    region_keys.push_back(key);
+  }
   for (const TomlTable& table : root.tables("material_region", {region_keys})) {
     scene.material_region.push_back(read_material_region(table));
   }

@@ -13,7 +13,6 @@ namespace tetraction {
 Selection read_selection(const TomlTable& parent);
 /// The selection in the table under a key that contains the kind of selection directly.
 Selection read_selection(const TomlTable& parent, std::string_view key, const TomlTable& table);
-const NameList& selection_kinds();
 
 /// `folder` is where the scene lies: a mesh file's path is relative to it.
 MeshSettings read_mesh_settings(const TomlTable& root, const std::string& folder);
@@ -24,9 +23,6 @@ ForceSettings read_force(const TomlTable& table);
 MomentumSettings read_momentum(const TomlTable& table);
 ShiftSettings read_shift(const TomlTable& table);
 InitialSettings read_initial(const TomlTable& root);
-
-/// The keys of [[event]].
-const TableKeys& event_keys();
 
 /// Reads all sections of a document except the events.
 using SectionReader = std::function<Scene(const TomlDocument&)>;

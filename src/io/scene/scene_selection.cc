@@ -7,8 +7,6 @@
 namespace tetraction {
 namespace {
 
-const NameList kKinds{"vertices", "plane", "box", "sphere", "nearest", "group", "surface", "all"};
-
 // A kind of selection that is a table of its own.
 template <class Kind>
 Selection read_kind(const TomlTable& parent, std::string_view key) {
@@ -21,25 +19,22 @@ Selection read_kind(const TomlTable& parent, std::string_view key) {
 
 Selection read_selection(const TomlTable& parent) {
   parent.require("select", "say which vertices, for instance select = { all = true }.");
-  return read_selection(parent, "select", parent.table("select", {kKinds}));
-}
-
-const NameList& selection_kinds() {
-  return kKinds;
+  return read_selection(parent, "select", parent.table("select", table_keys<Selection>()));
 }
 
 Selection read_selection(const TomlTable& parent, std::string_view key, const TomlTable& table) {
+  const NameList& kinds = table_keys<Selection>().valid;
   std::string_view kind;
-  for (const std::string_view candidate : kKinds) {
+  for (const std::string_view candidate : kinds) {
     if (!table.has(candidate)) continue;
     if (!kind.empty()) {
-      parent.refuse(key, fmt::format("has both {} and {}; give one of {}.", kind, candidate,
-                                     listing(kKinds)));
+      parent.refuse(
+          key, fmt::format("has both {} and {}; give one of {}.", kind, candidate, listing(kinds)));
     }
     kind = candidate;
   }
   if (kind.empty()) {
-    parent.refuse(key, fmt::format("is empty; give one of {}.", listing(kKinds)));
+    parent.refuse(key, fmt::format("is empty; give one of {}.", listing(kinds)));
   }
 
   if (kind == "vertices") {

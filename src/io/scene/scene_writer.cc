@@ -70,7 +70,7 @@ SceneKeys keys_of_mesh(const MeshSettings& mesh, const std::string& folder) {
   switch (generator.kind) {
     case GeneratorKind::kBeam:
     case GeneratorKind::kBox:
-      keys = {{"kind", toml_text(generator.kind == GeneratorKind::kBeam ? "beam" : "box")},
+      keys = {{"kind", toml_text(to_string(generator.kind))},
               {"size", toml_list(generator.size)},
               {"cells", fmt::format("[{}, {}, {}]", generator.cells[0], generator.cells[1],
                                     generator.cells[2])}};

@@ -26,10 +26,10 @@ std::int64_t count_of(const std::string& path, const char* name, std::string_vie
   std::int64_t count = 0;
   const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), count);
   if (error != std::errc() || end != value.data() + value.size() || count < 0 || count > most) {
-    throw FileError(
-        fmt::format("{}: {} is \"{}\": this is no count that a file of this size can hold. Write "
-                    "the file anew.",
-                    path, name, value.substr(0, 40)));
+    throw FileError(fmt::format(
+        "{}: {} is \"{}\": the file is too small for so many, so that it must be damaged. Write "
+        "the file anew.",
+        path, name, value.substr(0, 40)));
   }
   return count;
 }

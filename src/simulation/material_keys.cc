@@ -1,0 +1,109 @@
+// [material] and [[material_region]]. The parameters are those that the material classes state.
+#include <fmt/format.h>
+
+#include <deque>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tetraction/simulation/setting_keys.h"
+
+namespace tetraction {
+namespace {
+
+const MaterialChoice* choice_of(const std::string& model) {
+  for (const MaterialChoice& choice : material_choices()) {
+    if (choice.name == model) return &choice;
+  }
+  return nullptr;
+}
+
+bool has_volumetric_part(const MaterialSettings& material) {
+  const MaterialChoice* choice = choice_of(material.model);
+  return choice != nullptr && choice->has_volumetric_part;
+}
+
+// The meaning of a parameter with the models that have it.
+std::string help_of(const MaterialParameter& parameter) {
+  std::vector<std::string> models;
+  for (const MaterialChoice& choice : material_choices()) {
+    for (const auto* parameters : {&choice.parameters, &choice.beside_young}) {
+      for (const MaterialParameter& own : *parameters) {
+        const std::string model = fmt::format("`{}`", choice.name);
+        if (std::string_view(own.name) != parameter.name) continue;
+        if (models.empty() || models.back() != model) models.push_back(model);
+      }
+    }
+  }
+  std::string text = parameter.help;
+  for (std::size_t i = 0; i < models.size(); ++i) {
+    text += (i == 0 ? "; of " : i + 1 < models.size() ? ", " : " and ") + models[i];
+  }
+  return text;
+}
+
+std::vector<Key<MaterialSettings>> material_table() {
+  using S = MaterialSettings;
+  std::vector<const char*> models;
+  for (const MaterialChoice& choice : material_choices()) models.push_back(choice.name);
+  std::vector<Key<S>> keys{{{.name = "model", .help = "the law of the material"},
+                            Choice<S>{models,
+                                      {},
+                                      [](const S& s) { return s.model; },
+                                      [](S& s, const std::string& name) { s.model = name; }}}};
+  static std::deque<std::string> texts;  // a KeyInfo refers to its texts
+  for (const MaterialKey& key : material_keys()) {
+    const MaterialParameter& parameter = key.parameter;
+    texts.push_back(help_of(parameter));
+    keys.push_back({{.name = parameter.name,
+                     .unit = parameter.unit,
+                     .help = texts.back().c_str(),
+                     .range = parameter.range},
+                    key.value});
+  }
+  keys.push_back(
+      {{.name = "volumetric",
+        .help = "the volumetric part U(J) of `neo-hookean` and `mooney-rivlin`: "
+                "λ/2 (ln J)² or λ/2 (J − 1)²",
+        .absent = "`\"log\"`"},
+       Choice<S>{
+           {to_string(VolumetricPart::kLogarithmic), to_string(VolumetricPart::kQuadratic)},
+           {},
+           [](const S& s) { return std::string(s.volumetric ? to_string(*s.volumetric) : ""); },
+           [](S& s, const std::string& name) {
+             s.volumetric = name == to_string(VolumetricPart::kQuadratic)
+                                ? VolumetricPart::kQuadratic
+                                : VolumetricPart::kLogarithmic;
+           }},
+       has_volumetric_part});
+  keys.push_back({{.name = "density",
+                   .unit = "kg/m³",
+                   .help = "of the undeformed body",
+                   .range = kModeratePositive},
+                  &S::density});
+  return keys;
+}
+
+}  // namespace
+
+template <>
+const Section<MaterialSettings>& section_of() {
+  static const Section<MaterialSettings> section{"material", material_table()};
+  return section;
+}
+
+template <>
+const Section<MaterialRegionSettings>& section_of() {
+  static const Section<MaterialRegionSettings> section{
+      "material_region",
+      {{{.name = "select",
+         .help = "the tetrahedra: of a group that consists of tetrahedra its own; of a `box` or "
+                 "`sphere` "
+                 "those with their centroid in it; of anything else those with all four vertices "
+                 "selected. All keys of `[material]` can stand beside it",
+         .absent = "must be given"},
+        ByHand{"[selection](#selections)"}}}};
+  return section;
+}
+
+}  // namespace tetraction
