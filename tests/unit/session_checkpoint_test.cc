@@ -48,7 +48,7 @@ Scene busy_scene(const ImplicitWay& way) {
 
 ForceSettings pull() {
   ForceSettings force;
-  force.select = SelectPlane{1, 1.0, {}};
+  force.select = SelectVertices{{22, 23}};
   force.vector = {2.0, 5.0, -3.0};
   return force;
 }
@@ -135,7 +135,7 @@ TEST(Checkpoint, KeepsWhatEditsChangedInTheConstraints) {
   session.apply(Unfix{SelectVertices{{0, 1}}, "", {}});
   ConstraintSettings rigid;
   rigid.kind = ConstraintKind::kRigid;
-  rigid.select = SelectVertices{{20, 21, 22, 23}};
+  rigid.select = SelectVertices{{17, 18, 21, 22, 23}};
   session.apply(SetConstraint{{}, rigid});
   session.apply(RemoveConstraint{0});
   make_steps(session, 3);
@@ -255,6 +255,7 @@ TEST(Checkpoint, RefusedOnesLeaveTheSessionAsItWas) {
   Scene other = scene;
   other.mesh.generate->size.x() = 2.5;
   other.fix[1].select = SelectPlane{0, 2.5, {}};
+  other.event.clear();
   refuses(Session(other, mesh_of(other)).checkpoint(), "another body");
   other = scene;
   other.material.density = 999.0;
