@@ -1370,10 +1370,11 @@ TEST_F(SceneReader, EventsSetOnlyWhatCanChange) {
   refused("velocity", "3", {"time, solver", "constraint"});
   refused("event.0.at", "3", {"not a key that can change"});
   for (const char* list : {"force", "fix", "constraint", "material_region"}) {
-    refused(list, "3", {"which one", std::string(list) + ".0."});
-    refused(std::string(list) + ".vector", "[0, 0, 1]", {"which one"});
-    refused(std::string(list) + ".-1.vector", "[0, 0, 1]", {"which one"});
-    refused(std::string(list) + ".99999999999999999999.vector", "[0, 0, 1]", {"which one"});
+    refused(list, "3", {"number of the entry", std::string(list) + ".0."});
+    refused(std::string(list) + ".vector", "[0, 0, 1]", {"number of the entry"});
+    refused(std::string(list) + ".-1.vector", "[0, 0, 1]", {"number of the entry"});
+    refused(std::string(list) + ".99999999999999999999.vector", "[0, 0, 1]",
+            {"number of the entry"});
   }
   refused("time", "{ step = 1e-3 }", {"is a table", "in"});
   refused("fix.0", "{ select = { all = true } }", {"is a table"});
@@ -1448,8 +1449,9 @@ TEST_F(SceneReader, EventsSetOnlyEntriesThatExist) {
                          "scene.toml:9:", parts);
   };
   refused(region, "\"material_region.3.youngs_modulus\" = 1",
-          {"9:9: event.0.set.material_region.3.youngs_modulus", "there are 1"});
-  refused("", "\"material_region.0.youngs_modulus\" = 1", {"material_region.0", "there are 0"});
+          {"9:9: event.0.set.material_region.3.youngs_modulus", "the scene has 1 of them"});
+  refused("", "\"material_region.0.youngs_modulus\" = 1",
+          {"material_region.0", "the scene has 0 of them"});
   refused("[[force]]\nselect = { all = true }\nvector = [0, 0, 1]\n",
           "\"force.2.vector\" = [0, 0, 1]", {"force is a list with 1 entries"});
   refused("[[fix]]\nselect = { all = true }\n", "\"fix.7.velocity\" = [0, 0, 1]",
@@ -1717,15 +1719,16 @@ shift = [{ vertices = [0], impulse = [[1, 2, 3]] }, { vertices = [1], impulse = 
   refused("unset = [\"mesh.scale\"]", "cannot change during a run");
   refused("unset = []", "at least one");
   refused("unset = [3]", "a list of texts");
-  refused("unfix = { all = true, fix = 0 }", "there are 0 [[fix]]");
-  refused("remove_constraint = 0", "there are 0 [[constraint]]");
+  refused("unfix = { all = true, fix = 0 }", "at that time there is no [[fix]]");
+  refused("remove_constraint = 0", "at that time there is no [[constraint]]");
   refused("shift = { displacement = [[0, 0, 1]] }", "vertices is missing");
   refused("shift = { vertices = [1] }", "does nothing");
   refused("shift = { vertices = [1, 2], impulse = [[0, 0, 1]] }", "1 entries for 2 vertices");
   refused("shift = { vertices = [1], impulse = [[0, 0]] }", "2 entries");
-  refused("fix = { select = { all = true }, targets = [[0, 0, 1]] }", "one target for each vertex");
+  refused("fix = { select = { all = true }, targets = [[0, 0, 1]] }",
+          "needs select = { vertices = [...] }");
   refused("fix = { select = { vertices = [1] }, targets = [[0, 0, 1]], offset = [0, 0, 1] }",
-          "one of the three");
+          "Leave all but one of them out");
 }
 
 TEST_F(SceneReader, WholeNumbersThatDoublePrecisionDoesNotHoldAreRounded) {

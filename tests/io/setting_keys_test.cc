@@ -45,7 +45,6 @@ TETRACTION_PLACE(ConstraintSettings, constraint.at(0), "constraint.0");
 TETRACTION_PLACE(ForceSettings, force.at(0), "force.0");
 TETRACTION_PLACE(InitialSettings, initial, "initial");
 TETRACTION_PLACE(MomentumSettings, initial.momentum.at(0), "initial.momentum.0");
-TETRACTION_PLACE(EventSettings, event.at(0), "event.0");
 TETRACTION_PLACE(Selection, force.at(0).select, "force.0.select");
 TETRACTION_PLACE(OutputSettings, output, "output");
 #undef TETRACTION_PLACE
@@ -57,6 +56,13 @@ struct Place<GeneratorSettings> {
     scene.mesh.generate = settings;
   }
   static GeneratorSettings get(const Scene& scene) { return *scene.mesh.generate; }
+};
+
+template <>
+struct Place<EventSettings> {
+  static constexpr const char* kPath = "event.0";
+  static void put(Scene& scene, const EventSettings& settings) { scene.event = {settings}; }
+  static EventSettings get(const Scene& scene) { return scene.event.at(0); }
 };
 
 template <>

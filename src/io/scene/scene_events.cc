@@ -258,7 +258,7 @@ void read_events(const TomlDocument& document, const TomlTable& root,
         if (section.name == "material_region" && *section.index >= now.material_region.size()) {
           set.refuse(key.str(),
                      fmt::format("names a [[material_region]] that does not exist: the scene has "
-                                 "{}, with numbers from 0 on, and none can be added during a run.",
+                                 "{} of them, counted from 0, and none can be added during a run.",
                                  now.material_region.size()));
         }
         sections.insert(section);
