@@ -610,7 +610,7 @@ TEST_F(SceneReader, YeohNeedsOneCompleteSetOfParameters) {
   refused_value("c10", "0", "above 0");
   refused_value("c10", "-1", "above 0");
   refused_value("kappa", "0", "above 0");
-  refused_value("c20", "1e31", "between 1e-30 and 1e30");
+  refused_value("c20", "1e+31", "between 1e-30 and 1e30");
   refused_value("c30", "nan", "finite");
 }
 
