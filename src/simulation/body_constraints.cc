@@ -100,10 +100,11 @@ Matrix own_targets(const FixSettings& fix, const TetMesh& mesh,
   const auto* select = std::get_if<SelectVertices>(&fix.select);
   if (select == nullptr || select->ids.size() != fix.targets.size() ||
       vertices.size() != fix.targets.size()) {
-    throw InputError(fmt::format(
-        "{}{}targets go with select = {{ vertices = [...] }}, one for each vertex, each "
-        "named once.",
-        fix.where, fix.where.empty() ? "" : ": "));
+    throw InputError(
+        fmt::format("{}{}targets needs select = {{ vertices = [...] }} with one target for each "
+                    "vertex, and each "
+                    "vertex named once.",
+                    fix.where, fix.where.empty() ? "" : ": "));
   }
   std::unordered_map<std::int64_t, std::size_t> place;
   for (std::size_t i = 0; i < select->ids.size(); ++i) place.emplace(select->ids[i], i);

@@ -7,12 +7,12 @@
 #include <utility>
 
 #include "session_impl.h"
+#include "step_count.h"
 #include "tetraction/core/error.h"
 
 namespace tetraction {
 namespace {
 
-constexpr double kMostSteps = 9e15;  // double precision represents all integers up to this one
 // If the remaining time is shorter than this share of a step, the step before it is made longer.
 constexpr double kMerged = 1e-6;
 // With "auto" a step is repeated with a smaller size if the energy error changes in it by more than

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "initial_state.h"
+#include "step_count.h"
 #include "tetraction/core/error.h"
 #include "tetraction/simulation/setting_keys.h"
 #include "tetraction/simulation/study.h"
@@ -17,10 +18,16 @@ double dividing_step(double h, double end) {
   return end / std::max(1.0, std::round(end / h));
 }
 
-double checked_step(double step, double end) {
+// `what` names the step in messages.
+double checked_step(double step, double end, const std::string& what) {
   if (!(step > 0.0) || !std::isfinite(step) || step > end) {
+    throw InputError(fmt::format("{} must be positive and at most the end time {} s, not {} s.",
+                                 what, end, step));
+  }
+  if (end / step > kMostSteps) {
     throw InputError(fmt::format(
-        "A study's step must be positive and at most the end time {} s, not {} s.", end, step));
+        "{} is {} s. A run of {} s would have more steps than can be counted: make it larger.",
+        what, step, end));
   }
   return step;
 }
@@ -56,7 +63,7 @@ std::vector<double> steps_of(const StudySettings& settings, double stable_step, 
   if (wanted.empty()) {
     throw InputError("The end time is shorter than the stable step: make time.end larger.");
   }
-  for (const double step : wanted) checked_step(step, end);
+  for (const double step : wanted) checked_step(step, end, "A step of the study");
   std::sort(wanted.begin(), wanted.end());
   wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
   return wanted;
@@ -122,8 +129,9 @@ StudyPlan plan_study(const Scene& scene, const TetMesh& mesh, const StudySetting
       if (variant > 0 || integrator != implicit) continue;
       for (const SolverComparison& wanted : settings.solver_comparisons) {
         check_comparison(wanted, first);
-        PlannedRun run =
-            planned_run(plan, variant, *integrator, checked_step(wanted.step, plan.end));
+        const double step = checked_step(
+            wanted.step, plan.end, fmt::format("The step at which {} is compared", wanted.solver));
+        PlannedRun run = planned_run(plan, variant, *integrator, step);
         run.solver = wanted.solver;
         run.compares_solver = true;
         run.directory += "-" + wanted.solver;
@@ -138,7 +146,9 @@ StudyPlan plan_study(const Scene& scene, const TetMesh& mesh, const StudySetting
   }
 
   const double reference_step =
-      settings.reference_step ? checked_step(*settings.reference_step, plan.end) : steps.front();
+      settings.reference_step
+          ? checked_step(*settings.reference_step, plan.end, "The reference step")
+          : steps.front();
   plan.reference = planned_run(plan, 0, settings.reference_integrator, reference_step);
   plan.reference_is_row =
       std::any_of(plan.runs.begin(), plan.runs.end(), [&](const PlannedRun& run) {

@@ -177,6 +177,9 @@ class Solvers(StudyTest):
         self.assertIn("already", self.refused_study(*grid, "--also-solver", "newton@0.01"))
         self.assertIn("end time", self.refused_study(*grid, "--also-solver", "ceres@5"))
         self.assertIn("end time", self.refused_study(*grid, "--also-solver", "ceres@-1"))
+        self.assertIn("counted", self.refused_study(*grid, "--also-solver", "ceres@1e-300"))
+        self.assertIn("counted", self.refused_study(*grid, "--reference-step", "1e-300"))
+        self.assertIn("counted", self.refused_study(*grid[:2], "--steps", "0.01,1e-300"))
         self.assertIn("twice", self.refused_study(*grid, "--also-solver",
                                                   "ceres@0.01,ceres@1e-2"))  # fmt: skip
         self.assertIn("implicit", self.refused_study("--integrators", "verlet", "--steps", "0.005",
