@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <utility>
 
 #include "peers.h"
 #include "tables.h"
@@ -30,13 +31,19 @@ struct Loop {
 // Seconds for one step. Every repetition starts from the same state.
 double run_once(const Loop& loop, Stepper& stepper, bool with_books) {
   State state = loop.start;
+  State next;
+  const auto step = [&] {
+    const StepOutcome outcome = stepper.advance(state, next, loop.h, state.time + loop.h);
+    require(outcome);
+    std::swap(state, next);
+    return outcome;
+  };
   stepper.reset();
-  require(stepper.step(state, loop.h));
+  step();
   Balance balance(loop.beam, state);
   const double seconds = seconds_of([&] {
     for (Index k = 0; k < loop.steps; ++k) {
-      const StepOutcome outcome = stepper.step(state, loop.h);
-      require(outcome);
+      const StepOutcome outcome = step();
       if (with_books) balance.enter(state, outcome);
     }
   });

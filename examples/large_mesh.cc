@@ -85,13 +85,15 @@ class PhaseClock {
 // Steps until the end, a failure or Ctrl-C; returns false after a failure.
 bool run(Stepper& stepper, State& state, Balance& balance, double h, Index steps,
          const char* name) {
+  State next;  // two states in turn: stepper.step(state, h) would copy the result
   for (Index k = 1; k <= steps && !stop_asked; ++k) {
-    const StepOutcome outcome = stepper.step(state, h);
+    const StepOutcome outcome = stepper.advance(state, next, h, state.time + h);
     if (!outcome.ok()) {
       std::fprintf(stderr, "step %lld failed: %s\n", static_cast<long long>(state.step) + 1,
                    outcome.message.c_str());
       return false;
     }
+    std::swap(state, next);
     balance.enter(state, outcome);
     if (k % (steps > 10 ? steps / 10 : 1) == 0) {
       std::printf("  %s %lld/%lld  t = %.5f s  kinetic %.3e J  energy error %.1e J\n", name,
