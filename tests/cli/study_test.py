@@ -86,7 +86,8 @@ class Frames(StudyTest):
             message = self.refused_study(*self.GRID, "--frames", name)
             self.assertIn(name, message)
             self.assertIn("midpoint-0.025", message)
-        self.assertIn("alone", self.refused_study(*self.GRID, "--frames", "all,midpoint-0.005"))
+        self.assertIn("cannot be combined",
+                      self.refused_study(*self.GRID, "--frames", "all,midpoint-0.005"))
         self.assertIn("twice", self.refused_study(*self.GRID, "--frames",
                                                   "midpoint-0.005,midpoint-5e-3"))  # fmt: skip
 
@@ -173,7 +174,7 @@ class Solvers(StudyTest):
         grid = ("--integrators", "midpoint", "--steps", "0.01")
         for text in ("ceres", "ceres@", "@0.01", "ceres@x", "ceres@0.01s"):
             self.assertIn("SOLVER@STEP", self.refused_study(*grid, "--also-solver", text))
-        self.assertIn("newton, ceres", self.refused_study(*grid, "--also-solver", "lbfgs@0.01"))
+        self.assertIn("newton and ceres", self.refused_study(*grid, "--also-solver", "lbfgs@0.01"))
         self.assertIn("already", self.refused_study(*grid, "--also-solver", "newton@0.01"))
         self.assertIn("end time", self.refused_study(*grid, "--also-solver", "ceres@5"))
         self.assertIn("end time", self.refused_study(*grid, "--also-solver", "ceres@-1"))
