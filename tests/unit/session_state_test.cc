@@ -63,10 +63,15 @@ TEST_P(SessionState, KeepsItsAddressesAndLookingChangesNothing) {
     stay();
     expect_same(session, watched);
   };
+  // Each edit is made once at a state that nobody has looked at, and once at another one.
   const auto edit = [&](const Edit& what) {
+    ASSERT_TRUE(session.step()) << session.message();
+    ASSERT_TRUE(watched.step()) << watched.message();
     session.apply(what);
+    watched.state();
     watched.apply(what);
     stay();
+    expect_same(session, watched);
     steps(1);
   };
   for (const int count : {1, 2, 3}) steps(count);
@@ -157,6 +162,33 @@ TEST(SessionStateWithAuto, IsNotLostWhenAStepIsMadeAgain) {
   watched.step();
   EXPECT_EQ(Addresses(session.state()), home);
   expect_same(session, watched);
+}
+
+// A step that "auto" repeats because of its energy error is the same as a first one of that size.
+TEST(SessionStateWithAuto, LeadsToWhereASingleStepOfThatSizeLeads) {
+  for (const Integrator rule : {Integrator::kVerlet, Integrator::kExplicit}) {
+    Scene scene;
+    scene.mesh.generate = GeneratorSettings{GeneratorKind::kBox, {1, 1, 1}, {2, 2, 2}};
+    scene.material.youngs_modulus = 1e6;
+    scene.material.poissons_ratio = 0.4;
+    scene.initial.stretch = {1.3, 1.3, 1.3};
+    scene.damping.viscosity = 20.0;
+    scene.time = {rule, 0.0, true, 0.2};
+    Session session(scene, mesh_of(scene));
+    State state = session.state();
+    double dissipated = 0.0;
+    while (session.step()) {
+      const StepOutcome outcome = make_stepper(rule, session.system(), nullptr)
+                                      ->step_to(state, session.steps().last, session.time());
+      ASSERT_TRUE(outcome.ok());
+      ASSERT_EQ(state.position, session.state().position) << "step " << state.step;
+      ASSERT_EQ(state.momentum, session.state().momentum) << "step " << state.step;
+      dissipated += outcome.dissipated_energy;
+      ASSERT_EQ(session.balance().dissipated_energy(), dissipated) << "step " << state.step;
+    }
+    EXPECT_EQ(session.status(), RunStatus::kFinished) << session.message();
+    EXPECT_GT(session.steps().changes, 0);
+  }
 }
 
 TEST(SessionState, ManyThreadsMayLookAtOnce) {
