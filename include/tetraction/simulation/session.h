@@ -95,8 +95,8 @@ class Session {
   void go_back();
 
   /// Everything that a run needs to go on from the present state. restore() continues from there
-  /// with the same bits as this session continues now, with the same number of threads or another
-  /// one. For this purpose stepper and solver forget what they remember of earlier steps, as after a
+  /// with the same bits as this session continues now, on the same machine and with as many threads.
+  /// For this purpose stepper and solver forget what they remember of earlier steps, as after a
   /// SetSolver, but without an entry in edits(). The next implicit step therefore computes a
   /// factor of its matrix anew, if the solver needs one, and begins with a poorer first guess.
   /// Within its tolerance its result is the same as without the checkpoint. Explicit steps compute
