@@ -232,7 +232,7 @@ TEST(Checkpoint, RefusedOnesLeaveTheSessionAsItWas) {
   refuses(changed([](Checkpoint& c) { c.state.position[4] = std::nan(""); }), "finite");
   refuses(changed([](Checkpoint& c) { c.settings.materials.clear(); }), "regions");
   refuses(changed([](Checkpoint& c) { c.settings.materials[0].model = "wood"; }), "wood");
-  refuses(changed([](Checkpoint& c) { c.settings.damping.drag = -1.0; }), "Damping");
+  refuses(changed([](Checkpoint& c) { c.settings.damping.drag = -1.0; }), "damping.drag");
   refuses(changed([](Checkpoint& c) {
             ForceSettings nowhere;
             nowhere.select = SelectVertices{{999}};

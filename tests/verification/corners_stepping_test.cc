@@ -143,7 +143,9 @@ TEST(AutomaticStepping, ResolvesAViolentMotion) {
       }
       EXPECT_EQ(session.status(), RunStatus::kFinished) << session.message();
       EXPECT_LE(most, 0.05 * session.balance().energy_scale()) << ratio << ' ' << cells;
-      EXPECT_LT(session.balance().max_relative_energy_drift(), 0.15) << ratio << ' ' << cells;
+      // The motion is chaotic. In 36 such boxes the error was 4 to 17 %, and 82 % and more where such
+      // steps were accepted.
+      EXPECT_LT(session.balance().max_relative_energy_drift(), 0.25) << ratio << ' ' << cells;
       // A user who has taken "auto" is not told to take a smaller step, but to give one.
       EXPECT_FALSE(any_warning(session, "Take a smaller time.step"));
       EXPECT_EQ(any_warning(session, "Give time.step in seconds"),
