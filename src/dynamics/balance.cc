@@ -25,6 +25,11 @@ void Balance::enter(const State& state, const StepOutcome& outcome) {
   entering_ = s.energies;
   Momenta momenta;
   system_.vertex_balance(state, entering_, momenta);  // may throw what a force term throws
+  double springs = 0.0;
+  for (const ForceTerm* term : system_.force_terms()) {
+    if (!term->has_potential() || term->account() != EnergyAccount::kConstraintWork) continue;
+    springs += std::abs(term->energy(system_.force_point(state.position, state.time)));
+  }
   entering_.set_elastic(outcome.elastic_energy);
   std::swap(s.energies, entering_);
   s.momenta = momenta;
@@ -48,6 +53,7 @@ void Balance::enter(const State& state, const StepOutcome& outcome) {
   s.largest_environment_exchange = std::max(s.largest_environment_exchange, exchange);
   s.largest_external_work = std::max(s.largest_external_work, std::abs(s.external_work));
   s.largest_constraint_work = std::max(s.largest_constraint_work, std::abs(s.constraint_work));
+  s.largest_spring_energy = std::max(s.largest_spring_energy, springs);
   s.largest_energy_error = std::max(s.largest_energy_error, std::abs(energy_error()));
   s.largest_linear_drift =
       std::max(s.largest_linear_drift,
@@ -89,7 +95,7 @@ double Balance::energy_error() const {
 double Balance::energy_scale() const {
   return sums_.initial_energies.kinetic() + std::abs(sums_.initial_energies.elastic()) +
          sums_.largest_environment_exchange + sums_.largest_external_work +
-         sums_.largest_constraint_work + sums_.sum_of_edits;
+         sums_.largest_constraint_work + sums_.largest_spring_energy + sums_.sum_of_edits;
 }
 
 double Balance::max_relative_energy_drift() const {

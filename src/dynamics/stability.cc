@@ -118,25 +118,6 @@ double omega_of(double eigenvalue) {
   return std::sqrt(std::max(0.0, eigenvalue));
 }
 
-// The damping rate c of the terms that act on single vertices. It needs no iterations.
-double vertex_damping_rate(const MechanicalSystem& system, const Vector& q, double time) {
-  HessianBlocks blocks;
-  bool any = false;
-  for (const ForceTerm* term : system.force_terms()) {
-    if (!term->has_dissipation() || term->couples_vertices()) continue;
-    if (!any) blocks.reset(system.vertex_count());
-    any = true;
-    term->add_dissipation_hessian(system.force_point(q, time), Vector::Zero(q.size()),
-                                  HessianForm::kExact, blocks);
-  }
-  double rate = 0.0;
-  for (Index v = 0; any && v < system.vertex_count(); ++v) {
-    const double largest = symmetric_eigen(Matrix3(blocks.diagonal(v))).values[2];
-    rate = std::max(rate, largest * system.inverse_mass()[v]);
-  }
-  return rate;
-}
-
 // Whether damping connects vertices, so that its rate takes iterations.
 bool has_connecting_damping(const MechanicalSystem& system) {
   return system.damping().viscosity > 0.0 ||
@@ -162,6 +143,24 @@ double refine_explicit_step(ScaledMatrix& op, const Vector& q, double time, cons
 }
 
 }  // namespace
+
+double vertex_damping_rate(const MechanicalSystem& system, const Vector& q, double time) {
+  HessianBlocks blocks;
+  bool any = false;
+  for (const ForceTerm* term : system.force_terms()) {
+    if (!term->has_dissipation() || term->couples_vertices()) continue;
+    if (!any) blocks.reset(system.vertex_count());
+    any = true;
+    term->add_dissipation_hessian(system.force_point(q, time), Vector::Zero(q.size()),
+                                  HessianForm::kExact, blocks);
+  }
+  double rate = 0.0;
+  for (Index v = 0; any && v < system.vertex_count(); ++v) {
+    const double largest = symmetric_eigen(Matrix3(blocks.diagonal(v))).values[2];
+    rate = std::max(rate, largest * system.inverse_mass()[v]);
+  }
+  return rate;
+}
 
 double explicit_critical_step(double omega, double rate) {
   const double sum = rate + std::hypot(rate, 2.0 * omega);

@@ -48,11 +48,22 @@ void StepProblem::begin(const State& state, double h, double end_time, double al
     }
   });
   gather_terms();
-  force_scale_ = system_.coordinates().restricted_norm(load_);
+  load_norm_ = force_scale_ = system_.coordinates().restricted_norm(load_);
   set_origin(base_);
   // Momenta that are mere round-off do not count as a load.
   full_ = load_ - state.momentum / step_;
   const bool applied = system_.coordinates().restricted_norm(full_) > 0.0;
+  if (system_.constraints().empty()) {
+    Vector3 velocity = Vector3::Zero();  // of the centre of mass
+    for (Index v = 0; v < system_.vertex_count(); ++v) {
+      velocity += vertex_block(state.momentum, v) / system_.total_mass();
+    }
+    full_ = load_;
+    for (Index v = 0; v < system_.vertex_count(); ++v) {
+      vertex_block(full_, v) -= system_.mass()[v] / step_ * velocity;
+    }
+    force_scale_ = full_.norm();
+  }
   full_.setZero();
   if (!applied && force_scale_ <= round_off(full_)) force_scale_ = 0.0;
 }
@@ -390,7 +401,7 @@ double StepProblem::round_off(const Vector& u) const {
     with_edges += modulus * modulus * sums.with_edges;
   }
   return 0.5 * std::numeric_limits<double>::epsilon() *
-         (coefficient_.cwiseProduct(u).norm() + force_scale_ +
+         (coefficient_.cwiseProduct(u).norm() + load_norm_ +
           std::sqrt(stiffness) * u.cwiseAbs().maxCoeff() + std::sqrt(with_edges));
 }
 

@@ -72,6 +72,10 @@ struct Session::Impl {
   double tracked_limit(double& cost);
   /// With "auto": sets the step after an edit that may have changed the limit.
   void renew_automatic_step(const StabilityLimit& limit, CriticalModes modes);
+  /// With "auto": twice the step that resolves the damping of single vertices; infinite without it.
+  double damping_limit() const;
+  /// The limit that "auto" follows: that of stability, or damping_limit() if it is smaller.
+  double automatic_limit(const StabilityLimit& limit) const;
   /// Whether the step follows the limit ("auto") with the present settings.
   bool is_automatic() const;
   /// With "auto": estimates the limit if an estimate is due. Returns false if the run is over.

@@ -68,7 +68,7 @@ bool Session::Impl::is_automatic() const {
 
 void Session::Impl::choose_step(const StabilityLimit& limit, CriticalModes modes) {
   const double step =
-      settings.time.automatic ? AutomaticStep::kShare * limit.critical_step : settings.time.step;
+      settings.time.automatic ? AutomaticStep::kShare * automatic_limit(limit) : settings.time.step;
   if (!(step > 0.0) || !std::isfinite(step)) {
     throw InputError(
         "time.step = \"auto\" finds no stability limit for this body: give the step in seconds.");
@@ -82,7 +82,7 @@ void Session::Impl::choose_step(const StabilityLimit& limit, CriticalModes modes
   }
   set_time_step(step);
   if (!settings.time.automatic) return;
-  automatic().start(limit.critical_step, std::move(modes), state().step);
+  automatic().start(automatic_limit(limit), std::move(modes), state().step);
   progress.first_time_step = step;
   tracker.reset();
 }
@@ -108,17 +108,31 @@ double Session::Impl::tracked_limit(double& cost) {
     cost = tracker->cost();
   }
   times.stepping -= times.stability - before;
-  return critical;
+  return std::min(critical, damping_limit());
+}
+
+// Damping of single vertices slows down the motion of the whole body at a rate c. A stable step may
+// be too large for it: at hc = 1 the rule `explicit` stops the body within a step. The energy error
+// does not tell, because what damping dissipates is booked exactly.
+double Session::Impl::damping_limit() const {
+  constexpr double kResolved = 0.1;  // hc of "auto"
+  const double rate = vertex_damping_rate(*system, state().position, state().time);
+  return rate > 0.0 ? kResolved / (AutomaticStep::kShare * rate)
+                    : std::numeric_limits<double>::infinity();
+}
+
+double Session::Impl::automatic_limit(const StabilityLimit& limit) const {
+  return std::min(limit.critical_step, damping_limit());
 }
 
 void Session::Impl::renew_automatic_step(const StabilityLimit& limit, CriticalModes modes) {
-  if (!is_automatic() || !std::isfinite(limit.critical_step)) return;
+  if (!is_automatic() || !std::isfinite(automatic_limit(limit))) return;
   // The step stays as it is if it is hardly too large and not much too small.
-  const double wanted = AutomaticStep::kShare * limit.critical_step;
+  const double wanted = AutomaticStep::kShare * automatic_limit(limit);
   if (progress.plan.time_step > 1.001 * wanted || progress.plan.time_step < 0.8 * wanted) {
     set_time_step(wanted);
   }
-  automatic().start(limit.critical_step, std::move(modes), state().step);
+  automatic().start(automatic_limit(limit), std::move(modes), state().step);
   progress.first_time_step = progress.plan.time_step;
   tracker.reset();
 }
@@ -220,14 +234,14 @@ StepOutcome Session::Impl::advance_in_smaller_steps(const Attempt& first) {
   CriticalModes modes;
   const StabilityLimit limit = current_limit(state().position, &modes);
   double step =
-      std::min(0.5 * progress.plan.time_step, AutomaticStep::kShare * limit.critical_step);
+      std::min(0.5 * progress.plan.time_step, AutomaticStep::kShare * automatic_limit(limit));
   // The last attempt, the plan of the last one whose error fell, and how many came after that.
   Attempt last = first;
   StepPlan best = progress.plan;
   int unhelpful = 0;
   for (int i = 0; i < kHalvings && step > kShortest * progress.first_time_step; ++i, step *= 0.5) {
     set_time_step(step);
-    automatic().start(limit.critical_step, modes, state().step);
+    automatic().start(automatic_limit(limit), modes, state().step);
     Attempt next = attempt(largest_energy_share(settings.time.integrator));
     if (!was_too_large(next.outcome.status)) {
       progress.steps.changes = changes + 1;

@@ -30,10 +30,11 @@ inline std::vector<double> numbers_of(const BalanceSums& sums) {
   for (const double number :
        {sums.external_work, sums.dissipated_energy, sums.constraint_work, sums.edit_work,
         sums.residual_angular_impulse, sums.round_off, sums.largest_environment_exchange,
-        sums.largest_external_work, sums.largest_constraint_work, sums.sum_of_edits,
-        sums.largest_energy_error, sums.largest_linear_drift, sums.largest_angular_drift,
-        sums.linear_scale, sums.angular_scale, static_cast<double>(sums.limited_steps),
-        sums.largest_limited_residual, sums.largest_allowed_residual}) {
+        sums.largest_external_work, sums.largest_constraint_work, sums.largest_spring_energy,
+        sums.sum_of_edits, sums.largest_energy_error, sums.largest_linear_drift,
+        sums.largest_angular_drift, sums.linear_scale, sums.angular_scale,
+        static_cast<double>(sums.limited_steps), sums.largest_limited_residual,
+        sums.largest_allowed_residual}) {
     numbers.push_back(number);
   }
   return numbers;

@@ -26,6 +26,7 @@ struct BalanceSums {
   double largest_environment_exchange = 0.0;  ///< energy taken from potentials of force terms, J
   double largest_external_work = 0.0;         ///< J
   double largest_constraint_work = 0.0;       ///< J
+  double largest_spring_energy = 0.0;         ///< of potentials that stand for constraints, J
   double sum_of_edits = 0.0;                  ///< sum of the magnitudes of the jumps of edits, J
   double largest_energy_error = 0.0;          ///< J
   double largest_linear_drift = 0.0;          ///< N s
@@ -73,7 +74,7 @@ class Balance {
 
   /// The energy that has entered the body, J. It is the sum of the kinetic and elastic energy at
   /// the beginning, the largest magnitudes so far of what environment, user forces and moving
-  /// constraints gave the body, and the magnitudes of all edits. Energy drifts are relative to it.
+  /// constraints gave the body and of the energy in penalty springs, and the magnitudes of all edits. Energy drifts are relative to it.
   double energy_scale() const;
   /// Largest |energy_error| so far, divided by energy_scale() or by the energy of round-off,
   /// whichever is larger.

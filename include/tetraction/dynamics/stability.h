@@ -32,6 +32,10 @@ double explicit_critical_step(double omega, double rate);
 /// = 1 + (1−a)(1−a+a²), which is hc = 3.087 for ω = 0.
 double verlet_critical_step(double omega, double rate);
 
+/// The largest rate c, 1/s, at which the damping of single vertices (drag, mass damping, terms of a
+/// program) slows down a vertex at positions q and `time`. 0 without such damping.
+double vertex_damping_rate(const MechanicalSystem& system, const Vector& q, double time);
+
 /// Computes h_crit at positions q by Lanczos iterations (Spectra) on the matrix-free K, to a
 /// relative accuracy of 1e-4 in ω². W must be defined at q. K is the Hessian of the elastic energy
 /// and of the potentials of all force terms at `time`. C is the damping matrix of viscosity and of

@@ -117,7 +117,9 @@ class StepProblem : public MinimizationProblem {
   double square_value() const override;
 
   /// |Tᵀ l|₂, N: the force that would give the body its momentum and the impulse of the loads
-  /// within s. It is 0 if there are no loads and the momenta are mere round-off.
+  /// within s. For a body without constraints the momentum is that of the motion relative to its
+  /// centre of mass, so that a uniform velocity does not make the tolerance larger. It is 0 if there
+  /// are no loads and the momenta are mere round-off.
   double force_scale() const override { return force_scale_; }
   /// The estimate is
   ///
@@ -168,6 +170,7 @@ class StepProblem : public MinimizationProblem {
   std::vector<const ForceTerm*> dissipations_;
   Vector start_gradient_;
   double force_scale_ = 0.0;
+  double load_norm_ = 0.0;  // |Tᵀ l|₂
   // The elastic part of the last evaluation with a gradient. It is kept because the last evaluation
   // of a minimiser is at the point that the momenta are taken from, and its first one is often at
   // the best guess.

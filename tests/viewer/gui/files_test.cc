@@ -18,6 +18,7 @@
 #include "dialogs.h"
 #include "tetraction/io/run_recorder.h"
 #include "tetraction/io/scene_reader.h"
+#include "viewer/gui/panels/vertex_panel.h"
 #include "window_test.h"
 
 namespace tetraction::viewer {
@@ -213,6 +214,15 @@ TEST_F(Files, ARunIsReplayed) {
   EXPECT_EQ(static_cast<Index>(shown->field_values.size()),
             window_->replay()->mesh().tetrahedron_count());
   keep_picture("replay");
+  // Nothing can be edited.
+  press_key(Qt::Key_A, Qt::ControlModifier);
+  auto* panel = window_->findChild<VertexPanel*>();
+  ASSERT_NE(panel, nullptr);
+  for (const char* name : {"fix", "unfix"}) EXPECT_FALSE(find<QPushButton>(name)->isEnabled());
+  panel->fix_wanted();
+  panel->unfix_wanted();
+  panel->momentum_wanted(Vector3::UnitX());
+  EXPECT_NE(window_->replay(), nullptr);
   press_key(Qt::Key_R);
   EXPECT_EQ(slider->value(), 0);
   // A directory without a run says so and leaves the window as it is.

@@ -19,8 +19,6 @@
 namespace tetraction::viewer {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
 struct SolverChoice {
   const char* text;
   const char* kind;
@@ -32,10 +30,6 @@ constexpr SolverChoice kSolvers[] = {
     {"Newton, conjugate gradients", "newton", LinearSolver::kCg},
     {"Newton, kept factor", "newton", LinearSolver::kFactor},
     {"Ceres", "ceres", LinearSolver::kAuto}};
-
-QString short_number(double value) {
-  return QString::number(value, 'g', 4);
-}
 
 }  // namespace
 

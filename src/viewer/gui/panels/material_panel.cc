@@ -13,12 +13,6 @@
 namespace tetraction::viewer {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-QString short_number(double value) {
-  return QString::number(value, 'g', 4);
-}
-
 const MaterialChoice* choice_of(const std::string& model) {
   const std::vector<MaterialChoice>& choices = material_choices();
   const auto found = std::find_if(choices.begin(), choices.end(),

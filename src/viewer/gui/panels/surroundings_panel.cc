@@ -19,10 +19,6 @@ KeyInfo strength(const char* title, const char* unit, const char* help) {
   return key;
 }
 
-QString short_number(double value) {
-  return QString::number(value, 'g', 4);
-}
-
 void set_row_visible(QFormLayout* form, QWidget* field, bool visible) {
   field->setVisible(visible);
   if (QWidget* label = form->labelForField(field)) label->setVisible(visible);

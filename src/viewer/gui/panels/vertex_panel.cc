@@ -151,7 +151,7 @@ void VertexPanel::suggest_arrows(const TetMesh& mesh, const MaterialModel& mater
 
 void VertexPanel::set_selection(const std::vector<Index>& vertices, const TetMesh& mesh) {
   selection_ = vertices;
-  for (QWidget* widget : editable_) widget->setEnabled(!vertices.empty());
+  enable_fields();
   if (vertices.empty()) {
     which_->setText(
         tr("Nothing is selected. Click a vertex of the body, or drag a band around "
@@ -177,7 +177,16 @@ void VertexPanel::show_state(const Snapshot& snapshot) {
   held_->setText(held == 0                   ? tr("no")
                  : held == selection_.size() ? tr("yes")
                                              : tr("%1 of them").arg(held));
-  unfix_->setEnabled(held > 0);
+  unfix_->setEnabled(may_edit_ && held > 0);
+}
+
+void VertexPanel::set_editable(bool editable) {
+  may_edit_ = editable;
+  enable_fields();
+}
+
+void VertexPanel::enable_fields() {
+  for (QWidget* widget : editable_) widget->setEnabled(may_edit_ && !selection_.empty());
 }
 
 }  // namespace tetraction::viewer

@@ -24,6 +24,8 @@ class VertexPanel : public QWidget {
 
   void set_selection(const std::vector<Index>& vertices, const TetMesh& mesh);
   void show_state(const Snapshot& snapshot);
+  /// Whether the fields may change the body. In a replay they only show it.
+  void set_editable(bool editable);
   /// Force and momentum of an arrow of one metre, N and kg m/s.
   double force_per_length() const;
   double momentum_per_length() const;
@@ -48,7 +50,10 @@ class VertexPanel : public QWidget {
   Triple add_triple(QFormLayout* form, const QString& label, const QString& what,
                     const QString& unit);
 
+  void enable_fields();
+
   std::vector<Index> selection_;
+  bool may_edit_ = true;
   QLabel *which_, *held_, *reaction_, *speed_;
   QPushButton *fix_, *unfix_, *place_;
   Triple position_, momentum_, force_;

@@ -20,6 +20,7 @@
 #include "viewer/gui/panels/drawing_panel.h"
 #include "viewer/gui/panels/material_panel.h"
 #include "viewer/gui/panels/surroundings_panel.h"
+#include "viewer/gui/panels/vertex_panel.h"
 #include "viewer/gui/replay/replay_bar.h"
 
 namespace tetraction::viewer {
@@ -251,6 +252,7 @@ void MainWindow::update_actions() {
   control_->setEnabled(live);
   material_->setEnabled(live);
   surroundings_->setEnabled(live);
+  vertex_->set_editable(live);
 }
 
 void MainWindow::update_recent_files() {

@@ -99,8 +99,12 @@ void MainWindow::connect_panels() {
     if (simulation_) simulation_->set_speed_limit(factor);
   });
 
-  connect(vertex_, &VertexPanel::fix_wanted, this, [this] { fix_->trigger(); });
-  connect(vertex_, &VertexPanel::unfix_wanted, this, [this] { unfix_->trigger(); });
+  connect(vertex_, &VertexPanel::fix_wanted, this, [this] {
+    if (fix_->isEnabled()) fix_->trigger();  // trigger() works for a disabled action, too
+  });
+  connect(vertex_, &VertexPanel::unfix_wanted, this, [this] {
+    if (unfix_->isEnabled()) unfix_->trigger();
+  });
   connect(vertex_, &VertexPanel::move_wanted, this, [this](const Vector3& target, bool fix) {
     if (!edits_) return;
     if (fix) {
