@@ -140,7 +140,14 @@ def read_history(run):
             break
         for column, value in zip(columns.values(), row):
             column.append(number(value))
-    return columns if columns.get("time") else {}
+    if not columns.get("time"):
+        return {}
+    try:
+        with open(os.path.join(run["directory"], "summary.json")) as file:
+            columns["energy_scale"] = [float(json.load(file)["energy"]["scale"])]
+    except (OSError, ValueError, KeyError, TypeError):
+        pass
+    return columns
 
 
 def ended_well(run):
@@ -247,12 +254,15 @@ def over_time(study, folder, name, title, ylabel, value_of, floor=None):
 
 def energy_error(history):
     """|energy error| over the energy that entered, at each step."""
-    error, first = history["energy_error"], [0.0] * len(history["time"])
-    environment = history.get("environment_energy", first)
-    scale = sum(history.get(key, first)[0] for key in ("kinetic_energy", "elastic_energy"))
-    scale += max((abs(e - environment[0]) for e in environment if math.isfinite(e)), default=0.0)
-    work = history.get("external_work", first)
-    scale += max((abs(w) for w in work if math.isfinite(w)), default=0.0)
+    error = history["energy_error"]
+    if "energy_scale" in history:
+        scale = history["energy_scale"][0]
+    else:  # a run without a summary
+        scale = sum(history[key][0] for key in ("kinetic_energy", "elastic_energy"))
+        for key in ("environment_energy", "external_work", "constraint_work", "edit_work"):
+            column = history.get(key, [0.0])
+            finite = (abs(value - column[0]) for value in column if math.isfinite(value))
+            scale += max(finite, default=0.0)
     return [abs(e) / scale if scale > 0 else 0.0 for e in error]
 
 

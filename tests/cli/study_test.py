@@ -4,6 +4,7 @@ Usage: study_test.py PROGRAM DATA_FOLDER [TestCase...]
 """
 
 import csv
+import importlib.util
 import json
 import os
 import shutil
@@ -128,6 +129,25 @@ class Frames(StudyTest):
             process.kill()
         self.study(*self.GRID, "--frames", "none")
         self.assertEqual(set(self.runs()), self.ALL)
+
+
+class Plots(StudyTest):
+    def test_the_energy_error_is_relative_to_the_scale_of_the_table(self):
+        """The work of moving constraints is energy that entered."""
+        self.study("--integrators", "midpoint", "--steps", "0.01", "--set", "time.end=0.05",
+                   "--set", "fix.0.velocity=[0.0, 0.1, 0.0]")  # fmt: skip
+        script = os.path.join(os.path.dirname(__file__), "..", "..", "src", "cli", "plot_study.py")
+        spec = importlib.util.spec_from_file_location("plot_study", script)
+        plots = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(plots)
+        history = plots.read_history({"directory": self.path("s", "midpoint-0.01")})
+        with open(self.path("s", "midpoint-0.01", "summary.json")) as file:
+            summary = json.load(file)
+        drift = summary["max_relative_energy_drift"]
+        self.assertGreater(drift, 0.0)
+        self.assertAlmostEqual(max(plots.energy_error(history)) / drift, 1.0, delta=1e-6)
+        del history["energy_scale"]
+        self.assertAlmostEqual(max(plots.energy_error(history)) / drift, 1.0, delta=1e-6)
 
 
 class Solvers(StudyTest):
