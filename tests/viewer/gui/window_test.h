@@ -131,6 +131,12 @@ class WindowTest : public testing::Test {
     settle();
   }
   void press_key(int key, Qt::KeyboardModifiers modifiers = Qt::NoModifier) {
+    // Without a window manager nobody activates the window again after a dialog was closed. Shortcuts need
+    // an active window.
+    if (!window_->isActiveWindow()) {
+      window_->activateWindow();
+      EXPECT_TRUE(QTest::qWaitForWindowActive(&*window_, 5000));
+    }
     QTest::keyClick(window_->body_view()->canvas(), static_cast<Qt::Key>(key), modifiers);
   }
 
