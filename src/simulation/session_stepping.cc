@@ -126,13 +126,15 @@ double Session::Impl::automatic_limit(const StabilityLimit& limit) const {
 }
 
 void Session::Impl::renew_automatic_step(const StabilityLimit& limit, CriticalModes modes) {
-  if (!is_automatic() || !std::isfinite(automatic_limit(limit))) return;
+  if (!is_automatic()) return;
+  const double critical = automatic_limit(limit);
+  if (!std::isfinite(critical)) return;
   // The step stays as it is if it is hardly too large and not much too small.
-  const double wanted = AutomaticStep::kShare * automatic_limit(limit);
+  const double wanted = AutomaticStep::kShare * critical;
   if (progress.plan.time_step > 1.001 * wanted || progress.plan.time_step < 0.8 * wanted) {
     set_time_step(wanted);
   }
-  automatic().start(automatic_limit(limit), std::move(modes), state().step);
+  automatic().start(critical, std::move(modes), state().step);
   progress.first_time_step = progress.plan.time_step;
   tracker.reset();
 }
@@ -232,16 +234,15 @@ StepOutcome Session::Impl::advance_in_smaller_steps(const Attempt& first) {
   const Index changes = progress.steps.changes;
   const double step_before = progress.plan.time_step;
   CriticalModes modes;
-  const StabilityLimit limit = current_limit(state().position, &modes);
-  double step =
-      std::min(0.5 * progress.plan.time_step, AutomaticStep::kShare * automatic_limit(limit));
+  const double critical = automatic_limit(current_limit(state().position, &modes));
+  double step = std::min(0.5 * progress.plan.time_step, AutomaticStep::kShare * critical);
   // The last attempt, the plan of the last one whose error fell, and how many came after that.
   Attempt last = first;
   StepPlan best = progress.plan;
   int unhelpful = 0;
   for (int i = 0; i < kHalvings && step > kShortest * progress.first_time_step; ++i, step *= 0.5) {
     set_time_step(step);
-    automatic().start(automatic_limit(limit), modes, state().step);
+    automatic().start(critical, modes, state().step);
     Attempt next = attempt(largest_energy_share(settings.time.integrator));
     if (!was_too_large(next.outcome.status)) {
       progress.steps.changes = changes + 1;

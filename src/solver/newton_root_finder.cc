@@ -48,11 +48,7 @@ class NewtonRootFinder : public RootFinder {
   void iterate(RootProblem& problem, MinimizerReport& report) {
     ForcingTerm forcing(first_forcing_);
     const bool first_may_do = !problem.is_loaded(at_.u);
-    const auto done = [&] {
-      return report.residual <= report.asked_limit ||
-             ((report.iterations > 0 || first_may_do) && report.residual <= report.residual_limit);
-    };
-    while (!done()) {
+    while (!is_small_enough(report, first_may_do)) {
       if (report.iterations >= options_.max_iterations) {
         report.termination = Termination::kIterationLimit;
         return;

@@ -15,6 +15,13 @@ inline void check_options(const MinimizerOptions& options) {
   }
 }
 
+/// Whether the residual in the report ends an iteration. Without an iteration it must be below the limit of
+/// the tolerance itself, unless `first_may_do` (NonlinearProblem::is_loaded()).
+inline bool is_small_enough(const MinimizerReport& report, bool first_may_do) {
+  return report.residual <= report.asked_limit ||
+         ((report.iterations > 0 || first_may_do) && report.residual <= report.residual_limit);
+}
+
 /// One line for MinimizerReport::message.
 inline std::string termination_message(Termination termination) {
   switch (termination) {
