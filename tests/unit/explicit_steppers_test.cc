@@ -5,6 +5,7 @@
 
 #include "support/corner_scenes.h"
 #include "support/force_terms.h"
+#include "support/step_problems.h"
 #include "tetraction/dynamics/balance.h"
 #include "tetraction/dynamics/multipliers.h"
 #include "tetraction/dynamics/stability.h"
@@ -19,17 +20,6 @@ std::unique_ptr<MechanicalSystem> busy_body() {
   body->set_environment(Environment::uniform({0.0, -9.81, 0.0}));
   body->add_force({{5, 6}, {1.0, 0.0, 0.0}});
   return body;
-}
-
-State bent(const MechanicalSystem& system) {
-  State state = system.rest_state();
-  Vector velocity(system.dof_count());
-  for (Index v = 0; v < system.vertex_count(); ++v) {
-    const Vector3 x = system.mesh().vertices[static_cast<std::size_t>(v)];
-    velocity.segment<3>(3 * v) = x.x() * Vector3(0.5, -4.0, 2.0 * x.y());
-  }
-  system.set_velocity(state, velocity);
-  return state;
 }
 
 class Steppers : public testing::TestWithParam<ImplicitWay> {};
@@ -48,7 +38,7 @@ TEST_P(Steppers, WriteTheirResultToAnotherStateAndLeaveTheFirstAlone) {
   const double h = is_implicit(GetParam().integrator) ? 4e-3 : 2e-4;
   const auto make = [&] { return make_stepper(GetParam().integrator, GetParam().solver, *body); };
 
-  State a = bent(*body);
+  State a = bending_state(*body);
   State b = a;
   State alone = a;
   const auto stepper = make();
@@ -118,7 +108,7 @@ TEST(DissipatedEnergy, OfVerletIsWhatTheImpulsesOfDampingTake) {
     const Damping damping{2.0, 30.0, 500.0};
     body->set_damping(damping);
     constexpr double kStep = 4e-4;
-    State state = bent(*body);
+    State state = bending_state(*body);
     {
       const auto warm_up = make_verlet_stepper(*body);
       for (int k = 0; k < 20; ++k) ASSERT_TRUE(warm_up->step(state, kStep).ok());
