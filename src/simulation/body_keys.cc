@@ -111,8 +111,8 @@ const Section<FixSettings>& section_of() {
         &S::targets},
        {{.name = "velocity",
          .unit = "m/s",
-         .help = "of the target: it moves from where it is at the start (or at the event that "
-                 "fixes)",
+         .help = "of the target, which is at its place when the run starts (or at the time of "
+                 "the event that fixes) and moves on from there",
          .in_file = Written::kUnlessDefault,
          .in_echo = Written::kUnlessDefault},
         &S::velocity},

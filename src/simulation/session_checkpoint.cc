@@ -4,7 +4,9 @@
 #include <cmath>
 #include <cstring>
 #include <optional>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "session_impl.h"
 #include "system_settings.h"
@@ -36,36 +38,74 @@ class Fingerprint {
   std::uint64_t value_ = 0xcbf29ce484222325ULL;
 };
 
-std::uint64_t fingerprint(const MechanicalSystem& system) {
-  Fingerprint print;
+BodyIdentity make_identity(const MechanicalSystem& system) {
+  Fingerprint mesh;
+  Fingerprint regions;
   const Vector rest = system.mesh().rest_positions();
-  print.add(static_cast<std::uint64_t>(rest.size()));
-  for (const double x : rest) print.add(x);
+  mesh.add(static_cast<std::uint64_t>(rest.size()));
+  for (const double x : rest) mesh.add(x);
   for (Index e = 0; e < system.rest().element_count(); ++e) {
-    for (const Index v : system.rest().nodes(e)) print.add(static_cast<std::uint64_t>(v));
-    print.add(static_cast<std::uint64_t>(system.region(e)));
+    for (const Index v : system.rest().nodes(e)) mesh.add(static_cast<std::uint64_t>(v));
+    regions.add(static_cast<std::uint64_t>(system.region(e)));
   }
-  for (Index r = 0; r < system.region_count(); ++r) print.add(system.density(r));
-  for (const ForceTerm* term : system.force_terms()) print.add(term->name());
-  return print.value();
+  Fingerprint densities;
+  for (Index r = 0; r < system.region_count(); ++r) densities.add(system.density(r));
+  Fingerprint terms;
+  for (const ForceTerm* term : system.force_terms()) terms.add(term->name());
+  return {mesh.value(), regions.value(), densities.value(), terms.value()};
+}
+
+// The parts of the identities that differ, as in "the mesh and the densities".
+std::string difference(const BodyIdentity& a, const BodyIdentity& b) {
+  std::vector<std::string> parts;
+  if (a.mesh != b.mesh) parts.emplace_back("the mesh");
+  // The regions of another mesh always differ, too.
+  if (a.mesh == b.mesh && a.regions != b.regions) parts.emplace_back("the regions of material");
+  if (a.densities != b.densities) parts.emplace_back("the densities");
+  if (a.force_terms != b.force_terms) parts.emplace_back("the names of the force terms");
+  std::string text = parts.front();
+  for (std::size_t i = 1; i < parts.size(); ++i) {
+    text += (i + 1 < parts.size() ? ", " : " and ") + parts[i];
+  }
+  return text;
 }
 
 }  // namespace
 
-void Session::Impl::require_own(const Checkpoint& checkpoint) const {
+const BodyIdentity& Session::Impl::identity() {
+  if (!body) body = make_identity(*system);
+  return *body;
+}
+
+void Session::Impl::require_own(const Checkpoint& checkpoint) {
+  if (checkpoint.body != identity()) {
+    throw InputError(fmt::format(
+        "The checkpoint belongs to another body: it differs in {} (the checkpoint has {} "
+        "vertices and {} regions, this session {} and {}).",
+        difference(checkpoint.body, identity()), checkpoint.state.position.size() / 3,
+        checkpoint.settings.materials.size(), system->vertex_count(), system->region_count()));
+  }
   const Index dofs = system->dof_count();
   const State& state = checkpoint.state;
-  if (checkpoint.body != body || state.position.size() != dofs || state.velocity.size() != dofs ||
-      state.momentum.size() != dofs || checkpoint.reaction_force.size() != dofs) {
+  if (state.position.size() != dofs || state.velocity.size() != dofs ||
+      state.momentum.size() != dofs || checkpoint.reaction_force.size() != dofs ||
+      static_cast<Index>(checkpoint.settings.materials.size()) != system->region_count()) {
     throw InputError(fmt::format(
-        "The checkpoint belongs to another body: it has {} vertices, and this one has {}; mesh, "
-        "regions, densities and force terms must be the same.",
-        state.position.size() / 3, system->vertex_count()));
+        "The checkpoint is not complete: a vector or the list of materials has not the size that a "
+        "body of {} vertices and {} regions needs.",
+        system->vertex_count(), system->region_count()));
   }
-  if (static_cast<Index>(checkpoint.settings.materials.size()) != system->region_count()) {
-    throw InputError(fmt::format("The checkpoint has {} materials, and the body has {} regions.",
-                                 checkpoint.settings.materials.size(), system->region_count()));
-  }
+  // Edits add forces, fixes and constraints, and remove none: a run never has fewer than its scene.
+  const BodyConstraints& constraints = checkpoint.settings.constraints;
+  const auto require = [](const char* what, std::size_t has, std::size_t scene_has) {
+    if (has >= scene_has) return;
+    throw InputError(
+        fmt::format("The checkpoint belongs to another scene: it has {} {}, and this scene has {}.",
+                    has, what, scene_has));
+  };
+  require("[[fix]]", constraints.fixes.size(), scene.fix.size());
+  require("[[constraint]]", constraints.others.size(), scene.constraint.size());
+  require("[[force]]", checkpoint.settings.forces.size(), scene.force.size());
   if (checkpoint.progress.next_event > scene.event.size()) {
     throw InputError(
         fmt::format("The checkpoint belongs to another scene: {} of its events were made, and this "
@@ -79,9 +119,8 @@ void Session::Impl::require_own(const Checkpoint& checkpoint) const {
 
 Checkpoint Session::checkpoint() {
   Impl& s = *impl_;
-  if (s.body == 0) s.body = fingerprint(*s.system);
   s.renew_stepper();
-  return {s.body,
+  return {s.identity(),
           s.settings,
           s.progress,
           s.state(),
@@ -92,7 +131,6 @@ Checkpoint Session::checkpoint() {
 
 void Session::restore(const Checkpoint& checkpoint) {
   Impl& s = *impl_;
-  if (s.body == 0) s.body = fingerprint(*s.system);
   s.require_own(checkpoint);
   // Copies, so that nothing can fail any more once the session changes. The system is changed in
   // place and put back if something fails.

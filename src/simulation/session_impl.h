@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -52,7 +53,7 @@ struct Session::Impl {
   std::unique_ptr<Balance> balance;
   BalanceSums balance_before;  // the last step; a member in order to avoid allocations
   StabilityLimit initial_limit;
-  std::uint64_t body = 0;  // Checkpoint::body
+  std::optional<BodyIdentity> body;  // made when the first checkpoint needs it
 
   std::unique_ptr<StabilityTracker> tracker;            // made when "auto" first needs it
   std::unique_ptr<InversionCounter> inversion_counter;  // null if no material allows it
@@ -113,8 +114,10 @@ struct Session::Impl {
   void apply(const Edit& edit, double at, const std::string& what);
   /// Makes the events that are due. Returns false if one of them could not be made.
   bool apply_events();
+  /// The identity of the body, computed once.
+  const BodyIdentity& identity();
   /// Throws InputError if the checkpoint does not belong to this body and scene.
-  void require_own(const Checkpoint& checkpoint) const;
+  void require_own(const Checkpoint& checkpoint);
 
   std::int64_t element_id(Index e) const;
   std::string limit_advice() const;

@@ -25,6 +25,13 @@ int main() {
   scene.material.custom = CustomMaterial(Rubber{}, "rubber", {3.6e5, 1.4e6});
   scene.time = {Integrator::kVerlet, 1e-4, false, 1e-2};
   Session session(scene, generate_box({4, 1, 1}, {8, 2, 2}));
+  for (int step = 0; step < 10; ++step) {
+    session.step();
+  }
+  const Checkpoint checkpoint = session.checkpoint();
+  while (session.step()) {
+  }
+  session.restore(checkpoint);
   while (session.step()) {
   }
   std::puts(to_string(session.status()).c_str());

@@ -228,9 +228,11 @@ TEST(Checkpoint, RefusedOnesLeaveTheSessionAsItWas) {
   };
   const auto empty = std::make_unique<Checkpoint>();
   refuses(*empty, "another body");
-  refuses(changed([](Checkpoint& c) { c.state.momentum.resize(3); }), "another body");
+  refuses(changed([](Checkpoint& c) { c.state.momentum.resize(3); }), "not complete");
   refuses(changed([](Checkpoint& c) { c.state.position[4] = std::nan(""); }), "finite");
-  refuses(changed([](Checkpoint& c) { c.settings.materials.clear(); }), "regions");
+  refuses(changed([](Checkpoint& c) { c.settings.materials.clear(); }), "not complete");
+  refuses(changed([](Checkpoint& c) { c.settings.constraints.fixes.pop_back(); }), "[[fix]]");
+  refuses(changed([](Checkpoint& c) { c.settings.constraints.others.clear(); }), "[[constraint]]");
   refuses(changed([](Checkpoint& c) { c.settings.materials[0].model = "wood"; }), "wood");
   refuses(changed([](Checkpoint& c) { c.settings.damping.drag = -1.0; }), "damping.drag");
   refuses(changed([](Checkpoint& c) {
@@ -251,21 +253,21 @@ TEST(Checkpoint, RefusedOnesLeaveTheSessionAsItWas) {
   other.mesh.generate->size.x() = 2.5;
   other.fix[1].select = SelectPlane{0, 2.5, {}};
   other.event.clear();
-  refuses(Session(other, mesh_of(other)).checkpoint(), "another body");
+  refuses(Session(other, mesh_of(other)).checkpoint(), "differs in the mesh (");
   other = scene;
   other.material.density = 999.0;
   other.event.clear();
-  refuses(Session(other, mesh_of(other)).checkpoint(), "another body");
+  refuses(Session(other, mesh_of(other)).checkpoint(), "differs in the densities (");
   other = scene;
   other.force_term.push_back(std::make_shared<QuadraticDrag>(0.1));
-  refuses(Session(other, mesh_of(other)).checkpoint(), "another body");
+  refuses(Session(other, mesh_of(other)).checkpoint(), "differs in the names of the force terms (");
 
   // Refused last, when the system has the other materials, forces and constraints already.
   refuses(changed([](Checkpoint& c) {
             c.settings.materials[0].youngs_modulus = 7e6;
             c.settings.damping = {};
             c.settings.forces.push_back(pull());
-            c.settings.constraints = {};
+            c.settings.constraints.fixes[1].start.array() += 0.1;
             c.settings.time.integrator = Integrator::kMidpoint;
             c.settings.solver.kind = "none";
           }),

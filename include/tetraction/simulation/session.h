@@ -102,10 +102,13 @@ class Session {
   /// Within its tolerance its result is the same as without the checkpoint. Explicit steps compute
   /// the force once more. Call it between two steps, at any time and status.
   Checkpoint checkpoint();
-  /// Goes on from a checkpoint of this session, or of another one with the same scene and mesh. All
+  /// Goes on from a checkpoint of this session, or of another one with the same mesh and scene. All
   /// that checkpoint() has is replaced: state, balance, settings, counters, edits, warnings, status.
-  /// Good states (keep_good_states()) begin with the restored one. Throws InputError if the
-  /// checkpoint does not belong to this body and scene; nothing has changed then.
+  /// Good states (keep_good_states()) begin with the restored one. Throws InputError, and changes
+  /// nothing, if the mesh, the regions of material, the densities or the names of the force terms
+  /// differ, or if the checkpoint has fewer [[fix]], [[constraint]] or [[force]], or more events that
+  /// were made, than this session's scene has. Other differences of the scenes are not found: the
+  /// settings of the checkpoint then replace those of the scene.
   void restore(const Checkpoint& checkpoint);
 
   /// The scene as it was at the start.
