@@ -14,6 +14,7 @@
 #include "tetraction/core/types.h"
 #include "tetraction/dynamics/damping.h"
 #include "tetraction/dynamics/integrator.h"
+#include "tetraction/dynamics/rayleigh_damping.h"
 #include "tetraction/material/material.h"
 #include "tetraction/mesh/selection.h"
 #include "tetraction/solver/linear_solver.h"
@@ -298,6 +299,9 @@ struct Scene {
   InitialSettings initial;
   std::vector<EventSettings> event;  ///< in the order of their times
   OutputSettings output;
+  /// The damping ratios from which a scene file's reader worked out mass damping and viscosity of
+  /// `damping`. Only messages use them.
+  std::optional<DampingRatio> damping_ratio{};
 };
 
 }  // namespace tetraction
