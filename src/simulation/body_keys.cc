@@ -314,7 +314,17 @@ const Section<Selection>& section_of() {
          .help = "those of a named group of the mesh file, such as a Gmsh physical group"},
         ByHand{"text"}},
        {{.name = "surface", .help = "those of the boundary"}, ByHand{"`true`"}},
-       {{.name = "all", .help = "every one"}, ByHand{"`true`"}}}};
+       {{.name = "all", .help = "every one"}, ByHand{"`true`"}},
+       {{.name = "faces",
+         .help = "those of the boundary's triangles that face in a direction, "
+                 "`{ normal = [0, 1, 0], angle = 30 }`"},
+        ByHand{"table"}},
+       {{.name = "all_of", .help = "those that all of these selections select"},
+        ByHand{"list of selections"}},
+       {{.name = "any_of", .help = "those that one or more of these selections select"},
+        ByHand{"list of selections"}},
+       {{.name = "not", .help = "those that this selection does not select"},
+        ByHand{"selection"}}}};
   return section;
 }
 
@@ -377,6 +387,26 @@ const Section<SelectSphere>& section_of() {
                                      .range = kPositive,
                                      .needed = "the radius in m."},
                                     &S::radius}}};
+  return section;
+}
+
+template <>
+const Section<SelectFaces>& section_of() {
+  using S = SelectFaces;
+  static const Section<S> section{
+      "select.faces",
+      {{{.name = "normal",
+         .help = "a direction; any length but zero",
+         .needed = "the direction that the triangles face, [nx, ny, nz]."},
+        &S::normal},
+       {{.name = "angle",
+         .unit = "degrees",
+         .help = "how far the outward normal of a triangle of the undeformed body may be from it",
+         .range = {.least = 0.0, .most = 180.0}},
+        &S::angle}},
+      {{{"normal"}, [](const S& s) -> std::string {
+          return s.normal.isZero(0.0) ? "must not be zero." : "";
+        }}}};
   return section;
 }
 

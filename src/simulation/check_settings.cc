@@ -51,6 +51,13 @@ struct ValueCheck {
   void operator()(const NumberOrAuto<S>& value) const {
     if (!(settings.*value.automatic)) number(settings.*value.number, "=");
   }
+  void operator()(const VectorOrField<S>& value) const {
+    const FieldSettings& field = settings.*value.field;
+    if (field.empty()) vector(settings.*value.vector);
+    if (!field.file.empty() && !field.formula[0].empty()) {
+      throw InputError(name + " has both a file and a formula; give one of them.");
+    }
+  }
   void operator()(const ByHand&) const {}
 };
 
@@ -98,5 +105,6 @@ template void check_settings(const Selection&);
 template void check_settings(const SelectPlane&);
 template void check_settings(const SelectBox&);
 template void check_settings(const SelectSphere&);
+template void check_settings(const SelectFaces&);
 
 }  // namespace tetraction

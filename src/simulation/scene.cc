@@ -62,6 +62,21 @@ std::vector<const char*> linear_solver_names() {
   return names_of(kLinearSolvers);
 }
 
+const std::vector<LengthUnit>& length_units() {
+  static const std::vector<LengthUnit> units{
+      {"m", 1.0}, {"mm", 1e-3}, {"cm", 1e-2}, {"um", 1e-6}, {"in", 0.0254}};
+  return units;
+}
+
+double coordinate_scale(const MeshSettings& mesh) {
+  std::string known;
+  for (const LengthUnit& unit : length_units()) {
+    if (mesh.unit == unit.name) return mesh.scale * unit.metres;
+    known += fmt::format("{}{}", known.empty() ? "" : ", ", unit.name);
+  }
+  throw InputError(fmt::format("\"{}\" is not a unit of length; there are {}.", mesh.unit, known));
+}
+
 std::string solver_conflict(const SolverSettings& settings) {
   if (settings.kind != "ceres" || settings.linear == LinearSolver::kAuto) return {};
   return fmt::format(

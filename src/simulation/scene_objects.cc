@@ -41,6 +41,19 @@ Vector point_array(const TetMesh& mesh, const std::string& name, const char* key
   return field;
 }
 
+// The field of [initial] that the mesh's reader has put under a name.
+Vector initial_field(const TetMesh& mesh, const FieldSettings& field, const char* name) {
+  const auto found = mesh.point_arrays.find(name);
+  if (found == mesh.point_arrays.end() || found->second.rows() != 3 ||
+      found->second.cols() != mesh.vertex_count()) {
+    throw InputError(
+        fmt::format("{}{}{} is a field whose values the mesh does not have: make the mesh with "
+                    "read_scene_mesh(), or take {}_array with values of your own.",
+                    field.where, field.where.empty() ? "" : ": ", name, name));
+  }
+  return found->second.reshaped();
+}
+
 Vector initial_positions(const Scene& scene, const MechanicalSystem& system) {
   Vector position = system.mesh().rest_positions();
   const Vector3 center = system.center_of_mass(position);
@@ -52,8 +65,14 @@ Vector initial_positions(const Scene& scene, const MechanicalSystem& system) {
       position[3 * v + i] = center[i] + stretch[i] * (position[3 * v + i] - center[i]);
     }
   }
-  if (!scene.initial.displacement_array.empty()) {
-    position += point_array(system.mesh(), scene.initial.displacement_array, "displacement_array");
+  const InitialSettings& initial = scene.initial;
+  if (!initial.displacement_field.empty()) {
+    position += initial_field(system.mesh(), initial.displacement_field, kInitialDisplacement);
+  } else if (!initial.displacement.isZero(0.0)) {
+    position += initial.displacement.replicate(system.vertex_count(), 1);
+  }
+  if (!initial.displacement_array.empty()) {
+    position += point_array(system.mesh(), initial.displacement_array, "displacement_array");
   }
   return position;
 }
@@ -184,6 +203,9 @@ State make_initial_state(const Scene& scene, MechanicalSystem& system,
   for (Index v = 0; v < system.vertex_count(); ++v) {
     const Vector3 arm = vertex_block(std::as_const(state.position), v) - center;
     vertex_block(velocity, v) = initial.velocity + initial.angular_velocity.cross(arm);
+  }
+  if (!initial.velocity_field.empty()) {
+    velocity += initial_field(mesh, initial.velocity_field, kInitialVelocity);
   }
   if (!initial.velocity_array.empty()) {
     velocity += point_array(mesh, initial.velocity_array, "velocity_array");

@@ -41,7 +41,18 @@ struct MeshSettings {
   std::string file;                           ///< absolute, or relative to the working directory
   std::optional<GeneratorSettings> generate;  ///< instead of a file
   double scale = 1.0;                         ///< multiplies the file's coordinates
+  std::string unit = "m";                     ///< of the file's coordinates, see length_units()
 };
+
+/// A unit of length that mesh.unit can name.
+struct LengthUnit {
+  const char* name;
+  double metres;
+};
+const std::vector<LengthUnit>& length_units();
+/// What the coordinates of the mesh file are multiplied by: scale times the unit in m. Throws
+/// InputError for an unknown unit.
+double coordinate_scale(const MeshSettings& mesh);
 
 struct MaterialSettings {
   std::string model = "neo-hookean";
@@ -265,6 +276,21 @@ struct ShiftSettings {
   std::string where;
 };
 
+/// A vector for each vertex that a file or three formulas give. Only one of the two is set. The
+/// library's core does not compute it: read_scene_mesh() (io/initial_fields.h) puts it into
+/// TetMesh::point_arrays.
+struct FieldSettings {
+  std::string file;                    ///< a table of comma-separated values
+  std::array<std::string, 3> formula;  ///< of X, Y, Z, the rest position in m
+  std::string where;                   ///< place in the scene, for messages
+
+  bool empty() const { return file.empty() && formula[0].empty(); }
+};
+
+/// The names of the point arrays that hold the fields of InitialSettings.
+inline constexpr const char* kInitialDisplacement = "initial.displacement";
+inline constexpr const char* kInitialVelocity = "initial.velocity";
+
 struct InitialSettings {
   Vector3 velocity = Vector3::Zero();          ///< m/s
   Vector3 angular_velocity = Vector3::Zero();  ///< rad/s about the centre of mass
@@ -272,6 +298,9 @@ struct InitialSettings {
   std::string displacement_array;              ///< point-data array of the mesh file, m
   std::string velocity_array;                  ///< point-data array of the mesh file, m/s
   std::vector<MomentumSettings> momentum;
+  Vector3 displacement = Vector3::Zero();  ///< of the whole body, m
+  FieldSettings displacement_field{};      ///< m, instead of `displacement`
+  FieldSettings velocity_field{};          ///< m/s, instead of `velocity`
 };
 
 // The kinds of edits, which are made between two steps.
@@ -346,6 +375,12 @@ struct OutputSettings {
   int every = 10;  ///< a frame for every n-th step, and always for the first and the last
 };
 
+/// A selection that other parts of the scene use by its name (SelectNamed).
+struct NamedSelection {
+  std::string name;
+  Selection select = SelectAll{};
+};
+
 struct Scene : LoadLists {
   std::string path;  ///< path of the scene file, for messages; empty if a program made the scene
   std::string echo;  ///< the scene as JSON text, with overrides applied, for summary.json
@@ -365,6 +400,7 @@ struct Scene : LoadLists {
   std::vector<EventSettings> event;  ///< in the order of their times
   OutputSettings output;
   std::vector<AmplitudeSettings> amplitude;
+  std::vector<NamedSelection> selection{};
 };
 
 /// The amplitude of the settings. Throws InputError for values that contradict each other.

@@ -49,6 +49,13 @@ struct NumberOrAuto {
   bool Settings::*automatic;
 };
 
+/// Three numbers for the whole body, or a vector for each vertex from a file or from formulas.
+template <class Settings>
+struct VectorOrField {
+  Vector3 Settings::*vector;
+  FieldSettings Settings::*field;
+};
+
 /// A key whose value has a structure of its own, or a type that depends on other keys. Reader and
 /// writer have special code for it.
 struct ByHand {
@@ -61,7 +68,7 @@ using KeyValue =
     std::variant<int S::*, double S::*, std::optional<double> S::*, Vector3 S::*,
                  std::optional<Vector3> S::*, std::array<bool, 3> S::*, std::string S::*,
                  std::array<std::int64_t, 2> S::*, std::vector<std::int64_t> S::*,
-                 std::vector<Vector3> S::*, Choice<S>, NumberOrAuto<S>, ByHand>;
+                 std::vector<Vector3> S::*, Choice<S>, NumberOrAuto<S>, VectorOrField<S>, ByHand>;
 
 /// One key of a section.
 template <class Settings>
@@ -187,6 +194,8 @@ template <>
 const Section<SelectBox>& section_of();
 template <>
 const Section<SelectSphere>& section_of();
+template <>
+const Section<SelectFaces>& section_of();
 
 /// Calls `visit(section)` for every table, in the order of docs/scene.md.
 template <class Visit>
@@ -216,6 +225,7 @@ void for_each_section(const Visit& visit) {
   visit(section_of<SelectPlane>());
   visit(section_of<SelectBox>());
   visit(section_of<SelectSphere>());
+  visit(section_of<SelectFaces>());
 }
 
 /// What there is to say of the key that a member holds: key_info(&Damping::drag).

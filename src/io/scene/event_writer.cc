@@ -200,8 +200,8 @@ class EventWriter {
       block_.unset.push_back(section + ".select");
     }
     if (select != nullptr && (old_select == nullptr || *select != *old_select)) {
-      for (const SceneKey& key : keys_of(*select)) {
-        block_.set.push_back({toml_text(section + ".select." + key.name), key.value});
+      for (const SceneKey& key : selection_keys(section + ".select", *select)) {
+        block_.set.push_back({toml_text(key.name), key.value});
       }
     }
     change(section, entry, next);

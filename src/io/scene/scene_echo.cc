@@ -51,6 +51,11 @@ struct ValueJson {
   Json operator()(const NumberOrAuto<S>& value) const {
     return settings.*value.automatic ? Json("auto") : Json(settings.*value.number);
   }
+  Json operator()(const VectorOrField<S>& value) const {
+    const FieldSettings& field = settings.*value.field;
+    if (field.empty()) return list(settings.*value.vector);
+    return field.file.empty() ? Json{{"formula", field.formula}} : Json{{"file", field.file}};
+  }
   Json operator()(const ByHand&) const { return {}; }
 };
 
@@ -90,6 +95,15 @@ Json selection_json(const Selection& selection) {
     Json operator()(const SelectGroup& s) const { return {{"group", s.name}}; }
     Json operator()(const SelectSurface&) const { return {{"surface", true}}; }
     Json operator()(const SelectAll&) const { return {{"all", true}}; }
+    Json operator()(const SelectFaces& s) const { return {{"faces", section_json(s)}}; }
+    Json operator()(const SelectSet& s) const {
+      Json parts = Json::array();
+      for (const SelectionPart& part : s.of) parts.push_back(selection_json(part.selection));
+      const std::string name = to_string(s.operation);
+      if (s.operation == SetOperation::kNot) return {{name, parts.at(0)}};
+      return {{name, parts}};
+    }
+    Json operator()(const SelectNamed& s) const { return s.name; }
   };
   return std::visit(Visitor{}, selection);
 }
@@ -194,6 +208,9 @@ std::string scene_echo(const Scene& scene) {
   json["initial"] = initial_json(scene.initial);
   for (const EventSettings& event : scene.event) json["event"].push_back(Json::parse(event.echo));
   json["output"] = section_json(scene.output);
+  for (const NamedSelection& named : scene.selection) {
+    json["selection"][named.name] = selection_json(named.select);
+  }
   // A path on the command line need not be UTF-8, which JSON must be.
   return json.dump(2, ' ', false, Json::error_handler_t::replace);
 }

@@ -36,17 +36,6 @@ Json to_json(const toml::node& node) {
   return node.value<double>().value_or(0.0);
 }
 
-// The value as TOML text. Tables are not allowed in `set`.
-std::string text_of(const TomlTable& set, std::string_view key, const toml::node& node) {
-  if (node.is_table()) {
-    set.refuse(key, "is a table; give single values, like \"time.step\" = 1e-3.");
-  }
-  std::ostringstream text;
-  text.precision(17);
-  node.visit([&](const auto& value) { text << value; });
-  return text.str();
-}
-
 // The value as one line of TOML.
 std::string inline_text(const toml::node& node) {
   std::string text;
@@ -67,6 +56,14 @@ std::string inline_text(const toml::node& node) {
   stream.precision(17);
   node.visit([&](const auto& value) { stream << value; });
   return stream.str();
+}
+
+// The value as TOML text. Tables are not allowed in `set`.
+std::string text_of(const TomlTable& set, std::string_view key, const toml::node& node) {
+  if (node.is_table()) {
+    set.refuse(key, "is a table; give single values, like \"time.step\" = 1e-3.");
+  }
+  return inline_text(node);
 }
 
 // The parts of a scene that a changed key belongs to.
@@ -100,7 +97,7 @@ ChangedSection section_of(std::string_view key,
   const auto dot = key.find('.');
   section.name = key.substr(0, dot);
   if (section.name == "mesh" || section.name == "initial" || section.name == "output" ||
-      section.name == "amplitude") {
+      section.name == "amplitude" || section.name == "selection") {
     refuse(section.name == "initial"
                ? "cannot change during a run; for momenta use the event's momentum = "
                  "{ select = { ... }, value = [...] }."

@@ -67,8 +67,8 @@ OutputSettings read_output(const TomlTable& root) {
 const TableKeys& root_keys() {
   static const TableKeys keys{{"mesh", "material", "material_region", "time", "solver", "damping",
                                "environment", "fix", "constraint", "force", "moment", "traction",
-                               "pressure", "body_force", "amplitude", "initial", "event",
-                               "output"}};
+                               "pressure", "body_force", "amplitude", "initial", "event", "output",
+                               "selection"}};
   return keys;
 }
 
@@ -77,7 +77,9 @@ Scene read_sections(const TomlDocument& document, const std::string& path) {
   const TomlTable root(document, document.root(), "", root_keys());
   Scene scene;
   scene.path = path;
-  scene.mesh = read_mesh_settings(root, std::filesystem::path(path).parent_path().string());
+  scene.selection = read_named_selections(root);
+  const std::string folder = std::filesystem::path(path).parent_path().string();
+  scene.mesh = read_mesh_settings(root, folder);
   root.require("material",
                "under [material], give model, youngs_modulus, poissons_ratio and density.");
   scene.material = read_material(root.table("material", table_keys<MaterialSettings>()));
@@ -104,8 +106,8 @@ Scene read_sections(const TomlDocument& document, const std::string& path) {
       scene.list(kind).push_back(read_load(table, kind));
     }
   }
-  scene.amplitude = read_amplitudes(root, std::filesystem::path(path).parent_path().string());
-  scene.initial = read_initial(root);
+  scene.amplitude = read_amplitudes(root, folder);
+  scene.initial = read_initial(root, folder);
   scene.output = read_output(root);
   return scene;
 }

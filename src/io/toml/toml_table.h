@@ -76,6 +76,7 @@ class TomlTable {
   const std::string& name() const { return name_; }
   /// The table as toml++ has it.
   const toml::table& node() const { return *table_; }
+  const TomlDocument& document() const { return *document_; }
   /// Whether the value under a key that is present is a string.
   bool is_string(std::string_view key) const { return table_->get(key)->is_string(); }
   bool is_override(std::string_view key) const {
