@@ -89,6 +89,9 @@ int run(const RunArguments& arguments) {
   if (!arguments.quiet) {
     if (const std::string remarks = mesh_remarks(mesh); !remarks.empty()) print_note(remarks);
   }
+  if (!arguments.quiet) {
+    if (const std::string remarks = damping_remarks(scene); !remarks.empty()) print_note(remarks);
+  }
   make_output_directory(directory);
   Session session(scene, std::move(mesh));
   // A slow BLAS affects only the time. --quiet leaves this warning out; summary.json has it.

@@ -243,7 +243,11 @@ const Section<Damping>& section_of() {
          .unit = "Pa s",
          .help = "η: internal stress 2ηĖ (Kelvin–Voigt), which takes energy but no momentum",
          .range = kDampingRange},
-        &S::viscosity}}};
+        &S::viscosity},
+       {{.name = "ratio",
+         .help = "`{ at = [f1, f2], value = [ζ1, ζ2] }`: damping ratios at two frequencies in Hz, "
+                 "from which mass damping and viscosity are worked out, see below; not beside them"},
+        ByHand{"table"}}}};
   return section;
 }
 

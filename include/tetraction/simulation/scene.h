@@ -16,6 +16,7 @@
 #include "tetraction/dynamics/amplitude.h"
 #include "tetraction/dynamics/damping.h"
 #include "tetraction/dynamics/integrator.h"
+#include "tetraction/dynamics/rayleigh_damping.h"
 #include "tetraction/material/material.h"
 #include "tetraction/mesh/selection.h"
 #include "tetraction/solver/linear_solver.h"
@@ -401,6 +402,9 @@ struct Scene : LoadLists {
   OutputSettings output;
   std::vector<AmplitudeSettings> amplitude;
   std::vector<NamedSelection> selection{};
+  /// The damping ratios from which a scene file's reader worked out mass damping and viscosity of
+  /// `damping`. Only messages use them.
+  std::optional<DampingRatio> damping_ratio{};
 };
 
 /// The amplitude of the settings. Throws InputError for values that contradict each other.
