@@ -257,7 +257,11 @@ const Section<InitialSettings>& section_of() {
          .help =
              "`[[initial.momentum]]`: momenta of single vertices, instead of what they had, see "
              "below"},
-        ByHand{"tables"}}}};
+        ByHand{"tables"}},
+       {{.name = "static",
+         .help = "whether the body starts at its equilibrium under the loads at t = 0, see below",
+         .in_file = Written::kUnlessDefault},
+        &S::is_static}}};
   return section;
 }
 

@@ -205,6 +205,8 @@ struct InitialSettings {
   std::string displacement_array;              ///< point-data array of the mesh file, m
   std::string velocity_array;                  ///< point-data array of the mesh file, m/s
   std::vector<MomentumSettings> momentum;
+  /// Whether the positions are those of the equilibrium under the loads at t = 0.
+  bool is_static = false;
 };
 
 // The kinds of edits, which are made between two steps.
