@@ -48,7 +48,7 @@ class ImplicitStepper : public Stepper {
   bool find(const State& from, double end_time, StepOutcome& outcome);
   bool lead_along(const State& from, double end_time, StepOutcome& outcome);
   bool take_momenta(const State& from, State& to, double h, StepOutcome& outcome);
-  void gather_forces(double time, const Vector& velocity, const Vector& gradient);
+  void gather_forces(const TimeSpan& step, const Vector& velocity, const Vector& gradient);
 
   double alpha_;
   StepProblem problem_;

@@ -13,10 +13,12 @@ namespace tetraction {
 PotentialProblem::PotentialProblem(const MechanicalSystem& system)
     : system_(system), volume_(system.mesh().total_volume()), viscous_(system.elastic()) {}
 
-void PotentialProblem::begin_at(const Vector& positions, double time) {
+void PotentialProblem::begin_at(const Vector& positions, double time,
+                                const std::optional<TimeSpan>& step) {
   previous_ = positions;
   base_ = previous_;
   time_ = time;
+  span_ = step;
   constraint_force_.resize(0);
   elastic_.known = false;
   potentials_.clear();
@@ -24,7 +26,7 @@ void PotentialProblem::begin_at(const Vector& positions, double time) {
 }
 
 void PotentialProblem::gather_potentials(double weight) {
-  const ForcePoint at = system_.force_point(previous_, time_);
+  const ForcePoint at = point(previous_);
   full_.setZero(system_.dof_count());
   for (const ForceTerm* term : system_.force_terms()) {
     if (!term->has_potential()) continue;
@@ -55,8 +57,7 @@ void PotentialProblem::gather_dissipations() {
       continue;
     }
     blocks_.reset(system_.vertex_count());
-    term->add_dissipation_hessian(system_.force_point(previous_, time_), velocity_,
-                                  HessianForm::kExact, blocks_);
+    term->add_dissipation_hessian(point(previous_), velocity_, HessianForm::kExact, blocks_);
     add_diagonal(1.0 / step_);
   }
 }
@@ -130,15 +131,15 @@ EvaluationStatus PotentialProblem::move_terms(const Vector& u) const {
   at_ = origin_ + u;
   if (!dissipations_.empty()) velocity_ = ((origin_ - previous_) + u) / step_;
   for (const WeightedPotential& potential : potentials_) {
-    const Index vertex = potential.term->undefined_vertex(system_.force_point(at_, time_));
+    const Index vertex = potential.term->undefined_vertex(point(at_));
     if (vertex >= 0) return {-1, vertex};
   }
   return {};
 }
 
 double PotentialProblem::term_energy() const {
-  const ForcePoint start = system_.force_point(previous_, time_);
-  const ForcePoint at = system_.force_point(at_, time_);
+  const ForcePoint start = point(previous_);
+  const ForcePoint at = point(at_);
   double energy = 0.0;
   for (const WeightedPotential& potential : potentials_) {
     energy += potential.weight * potential.term->energy_change(start, at);
@@ -154,7 +155,7 @@ double PotentialProblem::term_energy() const {
     });
   }
   for (const ForceTerm* term : dissipations_) {
-    energy += step_ * term->dissipation(system_.force_point(dissipation_point_, time_), velocity_);
+    energy += step_ * term->dissipation(point(dissipation_point_), velocity_);
   }
   return energy;
 }
@@ -162,11 +163,10 @@ double PotentialProblem::term_energy() const {
 void PotentialProblem::add_term_gradient(Vector& gradient) const {
   if (!potentials_.empty()) gradient -= start_gradient_;
   for (const WeightedPotential& potential : potentials_) {
-    add_gradient(potential, system_.force_point(at_, time_), gradient);
+    add_gradient(potential, point(at_), gradient);
   }
   for (const ForceTerm* term : dissipations_) {
-    term->add_dissipation_gradient(system_.force_point(dissipation_point_, time_), velocity_,
-                                   gradient);
+    term->add_dissipation_gradient(point(dissipation_point_), velocity_, gradient);
   }
 }
 
@@ -178,18 +178,17 @@ void PotentialProblem::term_hessian(const Vector& u, HessianForm form,
   if (!dissipations_.empty()) {
     velocity_ = ((origin_ - previous_) + u) / step_;
     for (const ForceTerm* term : dissipations_) {
-      term->add_dissipation_hessian(system_.force_point(dissipation_point_, time_), velocity_, form,
-                                    hessian);
+      term->add_dissipation_hessian(point(dissipation_point_), velocity_, form, hessian);
     }
     hessian.scale(1.0 / step_);
   }
   for (const auto& [term, weight] : potentials_) {
     if (weight == 1.0) {
-      term->add_hessian(system_.force_point(at_, time_), form, hessian);
+      term->add_hessian(point(at_), form, hessian);
       continue;
     }
     weighted_.reset(system_.vertex_count());
-    term->add_hessian(system_.force_point(at_, time_), form, weighted_);
+    term->add_hessian(point(at_), form, weighted_);
     weighted_.scale(weight);
     for (Index v = 0; v < system_.vertex_count(); ++v) hessian.add(v, weighted_.diagonal(v));
     for (const HessianBlocks::Pair& pair : weighted_.pairs()) {
@@ -216,7 +215,7 @@ double PotentialProblem::longest_term_step(const Vector& u, const Vector& d) con
   if (potentials_.empty()) return longest;
   at_ = origin_ + u;
   for (const WeightedPotential& potential : potentials_) {
-    longest = std::min(longest, potential.term->longest_step(system_.force_point(at_, time_), d));
+    longest = std::min(longest, potential.term->longest_step(point(at_), d));
   }
   return longest;
 }
@@ -302,13 +301,34 @@ bool PotentialProblem::term_shares(const Vector& u, bool with_hessian, TermShare
   shares.energy = term_energy();
   shares.magnitude = 0.0;
   for (const WeightedPotential& potential : potentials_) {
-    shares.magnitude +=
-        potential.weight * std::abs(potential.term->energy(system_.force_point(at_, time_)));
+    shares.magnitude += potential.weight * std::abs(potential.term->energy(point(at_)));
   }
   shares.gradient.setZero(system_.dof_count());
   add_term_gradient(shares.gradient);
-  if (with_hessian) term_hessian(u, HessianForm::kExact, shares.hessian);
+  if (!with_hessian) return true;
+  term_hessian(u, HessianForm::kExact, shares.hessian);
+  shares.pairs_of_element.clear();
+  for (const HessianBlocks::Pair& pair : shares.hessian.pairs()) {
+    const Index element = element_of(pair.row, pair.column);
+    if (element >= 0) shares.pairs_of_element[element].push_back(pair);
+  }
   return true;
+}
+
+// An element that has both vertices, or −1.
+Index PotentialProblem::element_of(Index i, Index j) const {
+  if (element_of_edge_.empty()) {
+    for (Index e = 0; e < system_.rest().element_count(); ++e) {
+      const auto& nodes = system_.rest().nodes(e);
+      for (const Index a : nodes) {
+        for (const Index b : nodes) {
+          if (a < b) element_of_edge_.try_emplace({a, b}, e);
+        }
+      }
+    }
+  }
+  const auto found = element_of_edge_.find({std::min(i, j), std::max(i, j)});
+  return found == element_of_edge_.end() ? -1 : found->second;
 }
 
 bool PotentialProblem::element_terms(Index e, const Vector& u, const TermShares* terms,
@@ -345,6 +365,16 @@ bool PotentialProblem::element_terms(Index e, const Vector& u, const TermShares*
     if (with_hessian) {
       result.hessian.block<3, 3>(3 * a, 3 * a) += fraction * terms->hessian.diagonal(v);
     }
+  }
+  if (terms == nullptr || !with_hessian) return true;
+  const auto pairs = terms->pairs_of_element.find(e);
+  if (pairs == terms->pairs_of_element.end()) return true;
+  const auto place = [&nodes](Index v) {
+    return 3 * (std::find(nodes.begin(), nodes.end(), v) - nodes.begin());
+  };
+  for (const HessianBlocks::Pair& pair : pairs->second) {
+    result.hessian.block<3, 3>(place(pair.row), place(pair.column)) += pair.block;
+    result.hessian.block<3, 3>(place(pair.column), place(pair.row)) += pair.block.transpose();
   }
   return true;
 }

@@ -5,17 +5,6 @@
 #include <limits>
 
 namespace tetraction {
-namespace {
-
-// The loads of all terms at one time. Loads are means over steps; this is the mean over a step so
-// short that it makes no difference. time + h and time have the difference h exactly.
-void load_at(const MechanicalSystem& system, double time, Vector& load) {
-  constexpr double kShort = 1.0 / (1 << 26);
-  const double h = (time + kShort * std::max(1.0, std::abs(time))) - time;
-  system.external_force(time, h, load);
-}
-
-}  // namespace
 
 StaticProblem::StaticProblem(const MechanicalSystem& system, double time)
     : PotentialProblem(system) {
@@ -25,7 +14,6 @@ StaticProblem::StaticProblem(const MechanicalSystem& system, double time)
   system.constraints().prescribe(time, rest_way_);
   rest_way_ -= rest;
   rest_gradient_ = constraint_gradient(rest);
-  load_at(system, time, full_load_);
 }
 
 Vector StaticProblem::constraint_gradient(const Vector& x) const {
@@ -37,15 +25,31 @@ Vector StaticProblem::constraint_gradient(const Vector& x) const {
   return gradient;
 }
 
+Vector StaticProblem::load(const Vector& x) const {
+  Vector load = Vector::Zero(system_.dof_count());
+  for (const ForceTerm* term : system_.force_terms()) {
+    if (term->has_load()) term->add_load(system_.force_point(x, time_), load);
+  }
+  return load;
+}
+
+Vector StaticProblem::applied_force(double factor, const Vector& x) const {
+  Vector force = -load(x);
+  for (const ForceTerm* term : system_.force_terms()) {
+    if (!term->has_potential() || term->account() != EnergyAccount::kExternalWork) continue;
+    term->add_gradient(system_.force_point(x, time_), force);
+  }
+  return -factor * force;
+}
+
 void StaticProblem::begin(const Vector& q, double factor) {
   factor_ = factor;
   examined_ = false;
-  begin_at(q, time_);
+  begin_at(q, time_, {});
   viscous_.begin(previous_, 0.0);
   prescribe(factor, base_);
   coefficient_.setZero(system_.dof_count());
-  load_ = (1.0 - factor) * rest_gradient_;
-  if (full_load_.size() > 0) load_ += factor * full_load_;
+  load_ = (1.0 - factor) * rest_gradient_ + factor * load(q);
   gather_potentials(factor);
   measure_load();
   set_origin(base_);

@@ -17,7 +17,7 @@ void StepProblem::begin(const State& state, double h, double end_time, double al
                         const Vector& load) {
   alpha_ = alpha;
   step_ = alpha * h;
-  begin_at(state.position, state.time + step_);
+  begin_at(state.position, state.time + step_, TimeSpan{state.time, state.time + h});
   prescribe_base(end_time);
   dissipation_point_ = previous_;
   if (alpha == 0.5 && system_.is_dissipative()) {
@@ -78,7 +78,7 @@ double StepProblem::dissipated_energy(const Vector& u, double h) const {
   double viscous = 0.0;
   viscous_.add_value(step_displacement(u), viscous);
   double rate = 0.0;
-  const ForcePoint start = system_.force_point(dissipation_point_, time_);
+  const ForcePoint start = point(dissipation_point_);
   velocity_ = ((origin() - previous_) + u) / step_;
   for (const ForceTerm* term : system_.force_terms()) {
     if (!term->has_dissipation()) continue;

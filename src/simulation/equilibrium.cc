@@ -28,8 +28,7 @@ Equilibrium find_equilibrium(const MechanicalSystem& system, const SolverSetting
   result.found = from.time == 1.0;
   result.path = loading.path();
   result.position = from.position;
-  const Vector& load = stepper->problem().load();
-  result.load = load.size() > 0 ? Vector(from.time * load) : Vector::Zero(system.dof_count());
+  result.load = stepper->problem().applied_force(from.time, from.position);
   result.reaction = stepper->reaction_force();
   result.message = loading.message(outcome);
   return result;

@@ -76,11 +76,8 @@ Potentials potentials_of(const MechanicalSystem& system, const Vector& x, double
     term->add_gradient(at, result.gradient);
     if (!term->uniform_acceleration()) term->add_hessian(at, HessianForm::kExact, result.hessian);
   }
-  const StaticProblem problem(system, time);
-  if (problem.load().size() > 0) {
-    result.any = true;
-    result.gradient -= problem.load();
-  }
+  for (const ForceTerm* term : system.force_terms()) result.any = result.any || term->has_load();
+  result.gradient -= StaticProblem(system, time).load(x);
   return result;
 }
 

@@ -37,8 +37,7 @@ void Session::Impl::enter_equilibrium(const State& at) {
   equilibrium_problem->energies(at.time, at.position, sums.energies);
   if (at.step == 0) sums.initial_energies = sums.energies;
   balance->restore(std::move(sums));
-  const Vector& load = equilibrium_problem->load();
-  if (load.size() > 0) progress.external_force = at.time * load;
+  progress.external_force = equilibrium_problem->applied_force(at.time, at.position);
 }
 
 bool Session::Impl::load_step() {

@@ -1,6 +1,9 @@
 // What the potential of an implicit step and that of an equilibrium have in common.
 #pragma once
 
+#include <array>
+#include <map>
+#include <optional>
 #include <vector>
 
 #include "tetraction/dynamics/mechanical_system.h"
@@ -105,9 +108,11 @@ class PotentialProblem : public MinimizationProblem {
   /// Keeps a reference to `system`, which must live longer.
   explicit PotentialProblem(const MechanicalSystem& system);
 
-  /// Begins the setting of a problem with the reference q = `positions` and potentials at `time`. The
-  /// base is q. k and l must be set next.
-  void begin_at(const Vector& positions, double time);
+  /// Begins the setting of a problem with the reference q = `positions` and potentials at `time`, in a
+  /// step or, without one, at this instant. The base is q. k and l must be set next.
+  void begin_at(const Vector& positions, double time, const std::optional<TimeSpan>& step);
+  /// Where terms are evaluated: at positions x, in this step.
+  ForcePoint point(const Vector& x) const { return {system_.mass(), x, time_, span_}; }
   /// Adds the potentials of all terms to k, l and the list of general terms. The weight is that of
   /// stored energies; potentials that stand for constraints have the weight 1.
   void gather_potentials(double weight);
@@ -128,6 +133,7 @@ class PotentialProblem : public MinimizationProblem {
   Vector load_;         // l without the constraints' forces
   double step_ = 0.0;   // s
   double time_ = 0.0;   // of potentials
+  std::optional<TimeSpan> span_;
   double force_scale_ = 0.0;
   double load_norm_ = 0.0;  // |Tᵀ l|₂
   mutable Vector full_;     // work space
@@ -149,6 +155,7 @@ class PotentialProblem : public MinimizationProblem {
   void add_gradient(const WeightedPotential& potential, const ForcePoint& at,
                     Vector& gradient) const;
   void add_diagonal(double factor);
+  Index element_of(Index i, Index j) const;
   // Evaluates elastic_ at u, unless it is known there.
   EvaluationStatus evaluate_elastic(const Vector& u) const;
   void make_remainder();
@@ -174,7 +181,8 @@ class PotentialProblem : public MinimizationProblem {
   HessianBlocks blocks_;
   mutable HessianBlocks weighted_;
   mutable Vector weighted_gradient_;
-  mutable Vector moved_;  // x − q
+  mutable std::map<std::array<Index, 2>, Index> element_of_edge_;  // made when first needed
+  mutable Vector moved_;                                           // x − q
 };
 
 }  // namespace tetraction

@@ -21,16 +21,19 @@ namespace tetraction {
 /// gradient at q of all but W.
 class StaticProblem : public PotentialProblem {
  public:
-  /// Potentials, loads and targets are those at `time`, s. Keeps a reference to `system`, which must
+  /// Potentials, loads and targets are those at the instant `time`, s. Keeps a reference to `system`, which must
   /// live longer. Make a new problem after the constraints were changed.
   StaticProblem(const MechanicalSystem& system, double time);
 
   /// Sets up the equilibrium under the load factor φ = `factor`, 0 ≤ φ ≤ 1, near positions q (3 per
-  /// vertex, m). The origin is at base().
+  /// vertex, m). The origin is at base(). Loads that depend on positions are those at q.
   void begin(const Vector& q, double factor);
 
-  /// The loads f, 3 per vertex, N; empty if no term has a load.
-  const Vector& load() const { return full_load_; }
+  /// The loads f at positions x, 3 per vertex, N.
+  Vector load(const Vector& x) const;
+  /// What a user has put on the body at a load factor and positions x: loads, and the forces of
+  /// potentials that count as external work (3 per vertex, N).
+  Vector applied_force(double factor, const Vector& x) const;
   /// Sets the prescribed components of x to their values at a load factor.
   void prescribe(double factor, Vector& x) const;
   /// The largest deviation of x from the constraints at a load factor, m.
@@ -53,7 +56,6 @@ class StaticProblem : public PotentialProblem {
 
   double factor_ = 1.0;
   bool examined_ = false;
-  Vector full_load_;      // f; empty: none
   Vector rest_way_;       // from X to the targets
   Vector rest_gradient_;  // ∇U_c(X)
 };
