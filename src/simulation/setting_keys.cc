@@ -285,7 +285,11 @@ const Section<InitialSettings>& section_of() {
          .help = "of the whole body, or [of each vertex](#initial-fields)",
          .in_file = Written::kUnlessDefault,
          .in_echo = Written::kUnlessDefault},
-        VectorOrField<S>{&S::displacement, &S::displacement_field}}}};
+        VectorOrField<S>{&S::displacement, &S::displacement_field}},
+       {{.name = "static",
+         .help = "whether the body starts at its equilibrium under the loads at t = 0, see below",
+         .in_file = Written::kUnlessDefault},
+        &S::is_static}}};
   return section;
 }
 

@@ -302,6 +302,8 @@ struct InitialSettings {
   Vector3 displacement = Vector3::Zero();  ///< of the whole body, m
   FieldSettings displacement_field{};      ///< m, instead of `displacement`
   FieldSettings velocity_field{};          ///< m/s, instead of `velocity`
+  /// Whether the positions are those of the equilibrium under the loads at t = 0.
+  bool is_static = false;
 };
 
 // The kinds of edits, which are made between two steps.

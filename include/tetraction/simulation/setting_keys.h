@@ -64,11 +64,11 @@ struct ByHand {
 
 /// The member that holds the value of a key.
 template <class S>
-using KeyValue =
-    std::variant<int S::*, double S::*, std::optional<double> S::*, Vector3 S::*,
-                 std::optional<Vector3> S::*, std::array<bool, 3> S::*, std::string S::*,
-                 std::array<std::int64_t, 2> S::*, std::vector<std::int64_t> S::*,
-                 std::vector<Vector3> S::*, Choice<S>, NumberOrAuto<S>, VectorOrField<S>, ByHand>;
+using KeyValue = std::variant<int S::*, double S::*, std::optional<double> S::*, Vector3 S::*,
+                              std::optional<Vector3> S::*, std::array<bool, 3> S::*,
+                              std::string S::*, std::array<std::int64_t, 2> S::*,
+                              std::vector<std::int64_t> S::*, std::vector<Vector3> S::*, bool S::*,
+                              Choice<S>, NumberOrAuto<S>, VectorOrField<S>, ByHand>;
 
 /// One key of a section.
 template <class Settings>
