@@ -106,7 +106,7 @@ int run(const RunArguments& arguments) {
   const RunStatus status = session.run(observers);
 
   if (arguments.json) {
-    write_result(summary_json(session, directory));
+    write_result(recorder.summary());
   } else if (!arguments.quiet) {
     print_outcome(session, directory);
   }

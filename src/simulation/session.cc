@@ -112,8 +112,10 @@ Session::Session(Scene scene, TetMesh mesh) : impl_(std::make_unique<Impl>()) {
   s.settings.damping = s.scene.damping;
   s.settings.forces = s.scene.force;
   {
+    s.times.mesh = mesh.report.seconds;
     const PhaseTimer timer(s.times.setup);
     s.system = make_system(s.scene, std::move(mesh));
+    s.probes = std::make_unique<ProbeSet>(s.scene.probe, *s.system);
     s.states.set(make_initial_state(s.scene, *s.system, s.settings.constraints));
     s.stepper = make_stepper(s.settings.time.integrator, s.settings.solver, *s.system);
     s.balance = std::make_unique<Balance>(*s.system, s.state());
@@ -265,7 +267,7 @@ void Session::go_back() {
 RunStatus Session::run(const std::vector<Observer*>& observers) {
   Impl& s = *impl_;
   const auto tell = [&](const auto& call) {
-    const PhaseTimer timer(s.times.output);
+    const Impl::ObserverTimer timer(s);
     for (Observer* observer : observers) call(*observer);
   };
   tell([&](Observer& o) { o.on_start(*this); });
@@ -274,7 +276,7 @@ RunStatus Session::run(const std::vector<Observer*>& observers) {
       return step();
     } catch (...) {
       s.fail_with_exception();
-      const PhaseTimer timer(s.times.output);
+      const Impl::ObserverTimer timer(s);
       for (Observer* observer : observers) {
         try {
           observer->on_finish(*this);

@@ -16,6 +16,7 @@
 #include "tetraction/dynamics/integrator.h"
 #include "tetraction/material/material.h"
 #include "tetraction/mesh/selection.h"
+#include "tetraction/simulation/frame_format.h"
 #include "tetraction/solver/linear_solver.h"
 
 namespace tetraction {
@@ -276,7 +277,35 @@ struct EventSettings {
 
 struct OutputSettings {
   std::string directory = "out";  ///< relative to the working directory
-  int every = 10;  ///< a frame for every n-th step, and always for the first and the last
+  int every = 10;         ///< a frame for every n-th step, and always for the first and the last
+  int history_every = 1;  ///< a row of history.csv for every n-th step, the first and the last
+  /// Names of fields of the frames, see simulation/output_fields.h. Empty: the default ones.
+  std::vector<std::string> fields{};
+  FramePrecision precision = FramePrecision::kFloat64;  ///< of frames; final.vtu is always double
+  FrameCompression compression = FrameCompression::kLz4;
+};
+
+/// The quantities of [[probe]].
+enum class ProbeQuantity {
+  kDisplacement,
+  kPosition,
+  kVelocity,
+  kMomentum,
+  kForce,
+  kReaction,
+  kCauchyStress,
+  kVonMises,
+  kJacobian
+};
+
+/// A quantity that a run stores in every step, see simulation/probe.h.
+struct ProbeSettings {
+  std::string name{};              ///< of its columns: letters, digits, underscores
+  Selection select = SelectAll{};  ///< if there is no point
+  std::optional<Vector3> point{};  ///< rest coordinates, m
+  ProbeQuantity quantity = ProbeQuantity::kDisplacement;
+  int every = 1;        ///< values for every n-th step
+  std::string where{};  ///< place in the scene, for messages
 };
 
 struct Scene {
@@ -298,6 +327,7 @@ struct Scene {
   InitialSettings initial;
   std::vector<EventSettings> event;  ///< in the order of their times
   OutputSettings output;
+  std::vector<ProbeSettings> probe{};
 };
 
 }  // namespace tetraction

@@ -44,6 +44,9 @@ struct ValueJson {
     for (const Vector3& entry : settings.*member) json.push_back(list(entry));
     return json;
   }
+  Json operator()(std::vector<std::string> S::*member) const {
+    return (settings.*member).empty() ? Json() : Json(settings.*member);
+  }
   Json operator()(const Choice<S>& choice) const {
     const std::string name = choice.get(settings);
     return name.empty() ? Json() : Json(name);
@@ -164,6 +167,7 @@ std::string scene_echo(const Scene& scene) {
   json["initial"] = initial_json(scene.initial);
   for (const EventSettings& event : scene.event) json["event"].push_back(Json::parse(event.echo));
   json["output"] = section_json(scene.output);
+  for (const ProbeSettings& probe : scene.probe) json["probe"].push_back(selected_json(probe));
   // A path on the command line need not be UTF-8, which JSON must be.
   return json.dump(2, ' ', false, Json::error_handler_t::replace);
 }

@@ -71,6 +71,10 @@ std::string toml_list(const std::vector<Vector3>& values) {
   return list_text(values, [](const Vector3& value) { return toml_list(value); });
 }
 
+std::string toml_list(const std::vector<std::string>& values) {
+  return list_text(values, toml_text);
+}
+
 template <class S>
 SceneKeys keys_of(const S& settings) {
   const Section<S>& section = section_of<S>();
@@ -94,6 +98,7 @@ template SceneKeys keys_of(const MeshSettings&);
 template SceneKeys keys_of(const SolverSettings&);
 template SceneKeys keys_of(const Damping&);
 template SceneKeys keys_of(const OutputSettings&);
+template SceneKeys keys_of(const ProbeSettings&);
 template SceneKeys keys_of(const InitialSettings&);
 template SceneKeys keys_of(const FixSettings&);
 template SceneKeys keys_of(const ConstraintSettings&);

@@ -67,7 +67,7 @@ OutputSettings read_output(const TomlTable& root) {
 const TableKeys& root_keys() {
   static const TableKeys keys{{"mesh", "material", "material_region", "time", "solver", "damping",
                                "environment", "fix", "constraint", "force", "initial", "event",
-                               "output"}};
+                               "output", "probe"}};
   return keys;
 }
 
@@ -103,6 +103,9 @@ Scene read_sections(const TomlDocument& document, const std::string& path) {
   }
   scene.initial = read_initial(root);
   scene.output = read_output(root);
+  for (const TomlTable& table : root.tables("probe", table_keys<ProbeSettings>())) {
+    scene.probe.push_back(read_probe(table));
+  }
   return scene;
 }
 

@@ -20,6 +20,7 @@ MeshSettings read_mesh_settings(const TomlTable& root, const std::string& folder
 FixSettings read_fix(const TomlTable& table);
 ConstraintSettings read_constraint(const TomlTable& table);
 ForceSettings read_force(const TomlTable& table);
+ProbeSettings read_probe(const TomlTable& table);
 MomentumSettings read_momentum(const TomlTable& table);
 ShiftSettings read_shift(const TomlTable& table);
 InitialSettings read_initial(const TomlTable& root);

@@ -118,6 +118,9 @@ std::string scene_text(const Scene& scene, const std::string& folder) {
   }
   text += initial_section(scene.initial);
   text += section("[output]", keys_of(scene.output));
+  for (const ProbeSettings& probe : scene.probe) {
+    text += section("[[probe]]", keys_of(probe), probe.point ? nullptr : &probe.select);
+  }
   return text + event_text(scene);
 }
 
