@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "tetraction/simulation/probe.h"
 #include "tetraction/simulation/session.h"
 
 namespace tetraction {
@@ -62,7 +63,8 @@ struct StudyPlan {
   PlannedRun reference;           ///< made before all others
   bool reference_is_row = false;  ///< whether the reference is also one of `runs`
 
-  std::string error_probe{};  ///< StudySettings::error_probe
+  std::string error_probe{};           ///< StudySettings::error_probe
+  std::vector<ProbeColumns> probes{};  ///< of the first variant
 
   /// Number of runs.
   std::size_t run_count() const { return runs.size() + (reference_is_row ? 0 : 1); }
@@ -133,9 +135,10 @@ struct StudyResult {
   double reference_step = 0.0;
   RunStatus reference_status = RunStatus::kRunning;
   std::string reference_directory;
-  std::vector<StudyRow> rows;        ///< by variant, by integrator, then from the finest step up
-  std::vector<std::string> remarks;  ///< remarks for the user, such as a missing reference
-  std::string error_probe{};         ///< StudySettings::error_probe
+  std::vector<StudyRow> rows;          ///< by variant, by integrator, then from the finest step up
+  std::vector<std::string> remarks;    ///< remarks for the user, such as a missing reference
+  std::string error_probe{};           ///< StudySettings::error_probe
+  std::vector<ProbeColumns> probes{};  ///< of the first variant
 };
 
 /// Makes the observers of one run, given its directory relative to the study's.
