@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "body_constraints.h"
+#include "body_loads.h"
 #include "initial_state.h"
 #include "tetraction/core/error.h"
 #include "tetraction/dynamics/multipliers.h"
@@ -41,6 +42,19 @@ Vector point_array(const TetMesh& mesh, const std::string& name, const char* key
   return field;
 }
 
+// The field of [initial] that the mesh's reader has put under a name.
+Vector initial_field(const TetMesh& mesh, const FieldSettings& field, const char* name) {
+  const auto found = mesh.point_arrays.find(name);
+  if (found == mesh.point_arrays.end() || found->second.rows() != 3 ||
+      found->second.cols() != mesh.vertex_count()) {
+    throw InputError(
+        fmt::format("{}{}{} is a field whose values the mesh does not have: make the mesh with "
+                    "read_scene_mesh(), or take {}_array with values of your own.",
+                    field.where, field.where.empty() ? "" : ": ", name, name));
+  }
+  return found->second.reshaped();
+}
+
 Vector initial_positions(const Scene& scene, const MechanicalSystem& system) {
   Vector position = system.mesh().rest_positions();
   const Vector3 center = system.center_of_mass(position);
@@ -52,8 +66,14 @@ Vector initial_positions(const Scene& scene, const MechanicalSystem& system) {
       position[3 * v + i] = center[i] + stretch[i] * (position[3 * v + i] - center[i]);
     }
   }
-  if (!scene.initial.displacement_array.empty()) {
-    position += point_array(system.mesh(), scene.initial.displacement_array, "displacement_array");
+  const InitialSettings& initial = scene.initial;
+  if (!initial.displacement_field.empty()) {
+    position += initial_field(system.mesh(), initial.displacement_field, kInitialDisplacement);
+  } else if (!initial.displacement.isZero(0.0)) {
+    position += initial.displacement.replicate(system.vertex_count(), 1);
+  }
+  if (!initial.displacement_array.empty()) {
+    position += point_array(system.mesh(), initial.displacement_array, "displacement_array");
   }
   return position;
 }
@@ -70,7 +90,9 @@ TetMesh generate_mesh(const GeneratorSettings& settings) {
   return mesh;
 }
 
-Environment make_environment(const EnvironmentSettings& settings) {
+namespace {
+
+Environment constant_environment(const EnvironmentSettings& settings) {
   switch (settings.kind) {
     case EnvironmentKind::kNone:
       break;
@@ -82,6 +104,15 @@ Environment make_environment(const EnvironmentSettings& settings) {
       return Environment::custom(settings.field);
   }
   return {};
+}
+
+}  // namespace
+
+Environment make_environment(const EnvironmentSettings& settings,
+                             const std::vector<AmplitudeSettings>& amplitudes) {
+  Environment environment = constant_environment(settings);
+  environment.set_amplitude(find_amplitude(amplitudes, settings.amplitude, "[environment]"));
+  return environment;
 }
 
 std::unique_ptr<MechanicalSystem> make_system(const Scene& scene, TetMesh mesh) {
@@ -99,16 +130,13 @@ std::unique_ptr<MechanicalSystem> make_system(const Scene& scene, TetMesh mesh) 
     }
   }
   auto system = std::make_unique<MechanicalSystem>(std::move(mesh), regions, region_of_element);
-  system->set_environment(make_environment(scene.environment));
+  system->set_environment(make_environment(scene.environment, scene.amplitude));
   system->set_damping(scene.damping);
-  for (const ForceSettings& force : scene.force)
-    system->add_force(make_force(force, system->mesh()));
+  BodyLoads loads = make_loads(scene, *system, scene.amplitude);
+  system->set_forces(std::move(loads.forces));
+  system->set_pressures(std::move(loads.pressures));
   for (const auto& term : scene.force_term) system->add_force_term(term);
   return system;
-}
-
-ExternalForce make_force(const ForceSettings& force, const TetMesh& mesh) {
-  return {select_at(mesh, force.select, force.where), force.vector, force.from, force.until};
 }
 
 void require_defined_terms(const MechanicalSystem& system, const Vector& position, double time,
@@ -175,6 +203,9 @@ State make_initial_state(const Scene& scene, MechanicalSystem& system,
     const Vector3 arm = vertex_block(std::as_const(state.position), v) - center;
     vertex_block(velocity, v) = initial.velocity + initial.angular_velocity.cross(arm);
   }
+  if (!initial.velocity_field.empty()) {
+    velocity += initial_field(mesh, initial.velocity_field, kInitialVelocity);
+  }
   if (!initial.velocity_array.empty()) {
     velocity += point_array(mesh, initial.velocity_array, "velocity_array");
   }
@@ -193,14 +224,18 @@ namespace {
 // the run.
 struct SelectionCheck {
   const MechanicalSystem& system;
+  const std::vector<AmplitudeSettings>& amplitudes;
 
-  void operator()(const SetForce& edit) const { make_force(edit.force, system.mesh()); }
+  void operator()(const SetForce& edit) const { check_load(edit.force, system, amplitudes); }
+  void operator()(const SetEnvironment& edit) const {
+    make_environment(edit.environment, amplitudes);
+  }
   void operator()(const SetFix& edit) const {
-    make_held(edit.fix, system.mesh(), system.mesh().rest_positions(), 0.0);
+    make_held(edit.fix, system.mesh(), system.mesh().rest_positions(), 0.0, amplitudes);
   }
   void operator()(const Unfix& edit) const { select_at(system.mesh(), edit.select, edit.where); }
   void operator()(const SetConstraint& edit) const {
-    make_constraint(edit.constraint, system, system.mesh().rest_positions(), 0.0);
+    make_constraint(edit.constraint, system, system.mesh().rest_positions(), 0.0, amplitudes);
   }
   void operator()(const ShiftState& edit) const { check_shift(edit.shift, system.mesh()); }
   void operator()(const SetMomentum& edit) const {
@@ -214,7 +249,7 @@ struct SelectionCheck {
 
 void check_events(const Scene& scene, const MechanicalSystem& system) {
   for (const EventSettings& event : scene.event) {
-    for (const Edit& edit : event.edits) std::visit(SelectionCheck{system}, edit);
+    for (const Edit& edit : event.edits) std::visit(SelectionCheck{system, scene.amplitude}, edit);
   }
 }
 

@@ -92,6 +92,10 @@ struct Place<SelectBox> : SelectionPlace<SelectBox> {
   static constexpr const char* kPath = "force.0.select.box";
 };
 template <>
+struct Place<SelectFaces> : SelectionPlace<SelectFaces> {
+  static constexpr const char* kPath = "force.0.select.faces";
+};
+template <>
 struct Place<SelectSphere> : SelectionPlace<SelectSphere> {
   static constexpr const char* kPath = "force.0.select.sphere";
 };
@@ -172,6 +176,10 @@ std::vector<SelectBox> bases() {
   return {SelectBox{Vector3::Zero(), Vector3::Ones()}};
 }
 template <>
+std::vector<SelectFaces> bases() {
+  return {SelectFaces{Vector3::UnitZ(), 30.0}};
+}
+template <>
 std::vector<SelectSphere> bases() {
   return {SelectSphere{Vector3::Zero(), 1.0}};
 }
@@ -219,6 +227,7 @@ struct Change {
     choice.set(settings, is_first ? choice.names[1] : choice.names.front());
   }
   void operator()(const NumberOrAuto<S>& value) const { settings.*value.number = number(); }
+  void operator()(const VectorOrField<S>& value) const { settings.*value.vector = vector(); }
   void operator()(const ByHand&) const {}
 };
 
@@ -254,6 +263,10 @@ struct PutNumber {
   }
   bool operator()(const NumberOrAuto<S>& number) const {
     settings.*number.number = value;
+    return true;
+  }
+  bool operator()(const VectorOrField<S>& either) const {
+    settings.*either.vector = {0.5, value, 0.5};
     return true;
   }
   template <class Other>

@@ -53,6 +53,12 @@ struct ValueText {
   std::string operator()(const NumberOrAuto<S>& value) const {
     return settings.*value.automatic ? toml_text("auto") : toml_number(settings.*value.number);
   }
+  std::string operator()(const VectorOrField<S>& value) const {
+    const FieldSettings& field = settings.*value.field;
+    if (field.empty()) return toml_list(settings.*value.vector);
+    if (!field.file.empty()) return inline_table({{"file", toml_text(field.file)}});
+    return inline_table({{"formula", toml_list(field.formula)}});
+  }
   std::string operator()(const ByHand&) const { return {}; }
 };
 
