@@ -1,6 +1,7 @@
 // tetraction run: one scene, one trajectory.
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
+#include <chrono>
 #include <memory>
 #include <optional>
 #include <string>
@@ -77,20 +78,23 @@ void print_outcome(const Session& session, const std::string& directory) {
   } else {
     write_result("\n");
   }
-  print_result("results: {0}/history.csv, {0}/frames.pvd, {0}/final.vtu, {0}/summary.json\n",
-               directory);
+  print_result("results: {0}/history.csv, {1}{0}/frames.pvd, {0}/final.vtu, {0}/summary.json\n",
+               directory, session.scene().probe.empty() ? "" : directory + "/probes.csv, ");
 }
 
 int run(const RunArguments& arguments) {
   const Scene scene = read_scene(arguments.scene, arguments.overrides);
   const std::string directory = arguments.out.empty() ? scene.output.directory : arguments.out;
   check_folder_of_run(scene, directory);
+  const auto start = std::chrono::steady_clock::now();
   TetMesh mesh = load_mesh(scene);
+  const std::chrono::duration<double> mesh_time = std::chrono::steady_clock::now() - start;
   if (!arguments.quiet) {
     if (const std::string remarks = mesh_remarks(mesh); !remarks.empty()) print_note(remarks);
   }
   make_output_directory(directory);
   Session session(scene, std::move(mesh));
+  session.add_mesh_time(mesh_time.count());
   // A slow BLAS affects only the time. --quiet leaves this warning out; summary.json has it.
   const std::string slow_blas = arguments.quiet ? blas_warning() : "";
   for (const std::string& warning : session.warnings()) {

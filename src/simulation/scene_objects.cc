@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
-#include <chrono>
 #include <string>
 #include <unordered_map>
 #include <utility>
@@ -81,13 +80,15 @@ Vector initial_positions(const Scene& scene, const MechanicalSystem& system) {
 }  // namespace
 
 TetMesh generate_mesh(const GeneratorSettings& settings) {
-  const auto start = std::chrono::steady_clock::now();
-  TetMesh mesh = settings.kind == GeneratorKind::kTetrahedron
-                     ? generate_tetrahedron(settings.size.x())
-                     : generate_box(settings.size, settings.cells);
-  mesh.report.seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  return mesh;
+  switch (settings.kind) {
+    case GeneratorKind::kTetrahedron:
+      return generate_tetrahedron(settings.size.x());
+    case GeneratorKind::kBeam:
+    case GeneratorKind::kBox:
+    case GeneratorKind::kCube:
+      break;
+  }
+  return generate_box(settings.size, settings.cells);
 }
 
 namespace {

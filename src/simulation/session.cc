@@ -112,7 +112,6 @@ Session::Session(Scene scene, TetMesh mesh) : impl_(std::make_unique<Impl>()) {
   s.settings.damping = s.scene.damping;
   s.settings.loads = s.scene;
   {
-    s.times.mesh = mesh.report.seconds;
     const PhaseTimer timer(s.times.setup);
     s.system = make_system(s.scene, std::move(mesh));
     s.probes = std::make_unique<ProbeSet>(s.scene.probe, *s.system);

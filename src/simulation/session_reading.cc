@@ -142,6 +142,9 @@ PhaseTimes Session::times() const {
   times.output += impl_->observed_seconds();
   return times;
 }
+void Session::add_mesh_time(double seconds) {
+  impl_->times.mesh += seconds;
+}
 const ProbeSet& Session::probes() const {
   return *impl_->probes;
 }

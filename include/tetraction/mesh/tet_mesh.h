@@ -76,7 +76,6 @@ struct MeshReport {
   Index reoriented = 0;        ///< inverted tetrahedra whose vertex order was corrected
   Index dropped_vertices = 0;  ///< vertices that no tetrahedron uses
   std::map<CellType, Index> skipped_cells;
-  double seconds = 0.0;  ///< wall time of reading and checking the file, or of generating the mesh
 };
 
 /// A checked tetrahedral mesh: positive volumes, finite coordinates, every vertex used.

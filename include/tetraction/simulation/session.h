@@ -16,7 +16,7 @@ class ProbeSet;
 
 /// Wall-clock seconds of a run by phase.
 struct PhaseTimes {
-  double mesh = 0.0;       ///< reading or generating the mesh (MeshReport::seconds)
+  double mesh = 0.0;       ///< reading or generating the mesh, see Session::add_mesh_time()
   double setup = 0.0;      ///< rest state, sparsity, solver, initial state
   double stability = 0.0;  ///< estimates of the stable step
   double stepping = 0.0;   ///< time steps with their balance
@@ -197,6 +197,8 @@ class Session {
   const std::string& solver_message() const;
   /// The times up to now, those of an observer that is being called included.
   PhaseTimes times() const;
+  /// Adds the time, s, that the mesh took before the session was made, to times().mesh.
+  void add_mesh_time(double seconds);
 
   /// The scene's probes. They are evaluated when an observer, or another user, asks for them.
   const ProbeSet& probes() const;

@@ -1,6 +1,5 @@
 #include "tetraction/io/mesh_reader.h"
 
-#include <chrono>
 #include <filesystem>
 
 #include "io/gmsh/gmsh_reader.h"
@@ -25,11 +24,7 @@ RawMesh read_raw_mesh(const std::string& path) {
 }
 
 TetMesh read_mesh(const std::string& path, double scale) {
-  const auto start = std::chrono::steady_clock::now();
-  TetMesh mesh = build_mesh(read_raw_mesh(path), scale);
-  mesh.report.seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  return mesh;
+  return build_mesh(read_raw_mesh(path), scale);
 }
 
 }  // namespace tetraction
