@@ -15,6 +15,7 @@
 #include "tetraction/dynamics/derivative_check.h"
 #include "tetraction/dynamics/stability.h"
 #include "tetraction/io/scene_reader.h"
+#include "tetraction/simulation/probe.h"
 #include "tetraction/simulation/scene_objects.h"
 #include "tetraction/simulation/warnings.h"
 
@@ -56,6 +57,7 @@ int check(const std::string& path, const std::vector<std::string>& overrides, bo
   const TetMesh& mesh = system->mesh();
   const State state = make_initial_state(scene, *system);
   check_events(scene, *system);
+  const ProbeSet probes(scene.probe, *system);
   const StabilityLimit limit = stability_limit(*system, state.position, scene.time.integrator);
 
   nlohmann::ordered_json json;
@@ -64,6 +66,7 @@ int check(const std::string& path, const std::vector<std::string>& overrides, bo
   json["free_degrees_of_freedom"] = system->coordinates().count();
   json["multipliers"] = system->constraints().equation_count();
   json["events"] = scene.event.size();
+  json["probes"] = probes.probes().size();
   double fastest = 0.0;
   json["materials"] = nlohmann::ordered_json::array();
   for (Index r = 0; r < system->region_count(); ++r) {

@@ -114,6 +114,7 @@ Session::Session(Scene scene, TetMesh mesh, Analysis analysis) : impl_(std::make
   {
     const PhaseTimer timer(s.times.setup);
     s.system = make_system(s.scene, std::move(mesh));
+    s.probes = std::make_unique<ProbeSet>(s.scene.probe, *s.system);
     if (analysis == Analysis::kEquilibrium) {
       s.begin_equilibrium();
       return;
@@ -268,7 +269,7 @@ void Session::go_back() {
 RunStatus Session::run(const std::vector<Observer*>& observers) {
   Impl& s = *impl_;
   const auto tell = [&](const auto& call) {
-    const PhaseTimer timer(s.times.output);
+    const Impl::ObserverTimer timer(s);
     for (Observer* observer : observers) call(*observer);
   };
   tell([&](Observer& o) { o.on_start(*this); });
@@ -277,7 +278,7 @@ RunStatus Session::run(const std::vector<Observer*>& observers) {
       return step();
     } catch (...) {
       s.fail_with_exception();
-      const PhaseTimer timer(s.times.output);
+      const Impl::ObserverTimer timer(s);
       for (Observer* observer : observers) {
         try {
           observer->on_finish(*this);

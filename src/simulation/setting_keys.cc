@@ -293,22 +293,4 @@ const Section<InitialSettings>& section_of() {
   return section;
 }
 
-template <>
-const Section<OutputSettings>& section_of() {
-  using S = OutputSettings;
-  static const Section<S> section{
-      "output",
-      {{{.name = "directory",
-         .help = "where results go; a relative path starts at the working directory. `--out` goes "
-                 "before it"},
-        &S::directory},
-       {{.name = "every",
-         .help = "a frame each so many steps, and always the first and the last",
-         .range = kCount},
-        &S::every},
-       {{.name = "checkpoint_every", .help = "must be 0 in this version", .absent = "`0`"},
-        ByHand{"whole number"}}}};
-  return section;
-}
-
 }  // namespace tetraction

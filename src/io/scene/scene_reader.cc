@@ -65,10 +65,11 @@ OutputSettings read_output(const TomlTable& root) {
 }
 
 const TableKeys& root_keys() {
-  static const TableKeys keys{{"mesh", "material", "material_region", "time", "solver", "damping",
-                               "environment", "fix", "constraint", "force", "moment", "traction",
-                               "pressure", "body_force", "amplitude", "initial", "event", "output",
-                               "selection"}};
+  static const TableKeys keys{{"mesh",       "material",   "material_region", "time",
+                               "solver",     "damping",    "environment",     "fix",
+                               "constraint", "force",      "moment",          "traction",
+                               "pressure",   "body_force", "amplitude",       "initial",
+                               "event",      "output",     "selection",       "probe"}};
   return keys;
 }
 
@@ -109,6 +110,9 @@ Scene read_sections(const TomlDocument& document, const std::string& path) {
   scene.amplitude = read_amplitudes(root, folder);
   scene.initial = read_initial(root, folder);
   scene.output = read_output(root);
+  for (const TomlTable& table : root.tables("probe", table_keys<ProbeSettings>())) {
+    scene.probe.push_back(read_probe(table));
+  }
   return scene;
 }
 
