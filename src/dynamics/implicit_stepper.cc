@@ -24,7 +24,7 @@ void ImplicitStepper::reset() {
 
 StepOutcome ImplicitStepper::advance(const State& from, State& to, double h, double end_time) {
   StepOutcome outcome;
-  system_.external_force(from.time, h, load_);
+  gather_loads(from, h, alpha_, load_);
   reaction_.setZero();
   problem_.begin(from, h, end_time, alpha_, load_);
   if (!find(from, end_time, outcome)) return outcome;
@@ -70,7 +70,7 @@ bool ImplicitStepper::take_momenta(const State& from, State& to, double h, StepO
     outcome.element = status.failed_element;
     return false;
   }
-  gather_forces(from.time + s, to.velocity, *gradient);
+  gather_forces({from.time, from.time + h}, to.velocity, *gradient);
   add_impulse(x_, outer_, h, outcome);
 
   const bool has_equations = system_.constraints().has_equations();
@@ -93,8 +93,11 @@ bool ImplicitStepper::take_momenta(const State& from, State& to, double h, StepO
 // outer_ ← the forces at x_ that change the body's momentum, force_ ← all forces, damping_ ← those
 // of damping, spring_force_ ← those of terms that stand for constraints. `gradient`: of the elastic
 // energy.
-void ImplicitStepper::gather_forces(double time, const Vector& velocity, const Vector& gradient) {
-  constraining_ = gather_term_forces(system_, x_, time, load_, outer_, spring_force_);
+void ImplicitStepper::gather_forces(const TimeSpan& step, const Vector& velocity,
+                                    const Vector& gradient) {
+  const double time = step.begin + problem_.step();
+  constraining_ = gather_term_forces(system_, system_.force_point(x_, time, step), load_, outer_,
+                                     spring_force_);
   force_ = outer_ - gradient;
   if (!system_.is_dissipative()) return;
   // The forces of viscosity are minus the gradient of its potential.

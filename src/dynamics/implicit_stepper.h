@@ -54,7 +54,7 @@ class ImplicitStepper : public Stepper {
   bool solve_constrained(const State& from, StepOutcome& outcome);
   void apply_constraint_force(const Vector& force);
   bool take_momenta(const State& from, State& to, double h, StepOutcome& outcome);
-  void gather_forces(double time, const Vector& velocity, const Vector& gradient);
+  void gather_forces(const TimeSpan& step, const Vector& velocity, const Vector& gradient);
 
   double alpha_;
   ConstraintDirection direction_;

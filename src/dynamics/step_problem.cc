@@ -33,6 +33,7 @@ void StepProblem::begin(const State& state, double h, double end_time, double al
   elastic_.known = false;
   prescribe_base(end_time);
   time_ = state.time + step_;
+  span_ = {state.time, state.time + h};
   dissipation_point_ = previous_;
   if (alpha == 0.5 && system_.is_dissipative()) {
     system_.velocity_of(state.momentum, velocity_);
@@ -72,7 +73,7 @@ void StepProblem::begin(const State& state, double h, double end_time, double al
 void StepProblem::gather_terms() {
   potentials_.clear();
   dissipations_.clear();
-  const ForcePoint at = system_.force_point(previous_, time_);
+  const ForcePoint at = point(previous_);
   bool any = false;
   const auto begin_blocks = [&] {
     if (!any) blocks_.reset(system_.vertex_count());
@@ -175,7 +176,7 @@ double StepProblem::dissipated_energy(const Vector& u, double h) const {
   double viscous = 0.0;
   viscous_.add_value(step_displacement(u), viscous);
   double rate = 0.0;
-  const ForcePoint start = system_.force_point(dissipation_point_, time_);
+  const ForcePoint start = point(dissipation_point_);
   velocity_ = ((origin_ - previous_) + u) / step_;
   for (const ForceTerm* term : system_.force_terms()) {
     if (!term->has_dissipation()) continue;
@@ -191,15 +192,15 @@ EvaluationStatus StepProblem::move_terms(const Vector& u) const {
   at_ = origin_ + u;
   if (!dissipations_.empty()) velocity_ = ((origin_ - previous_) + u) / step_;
   for (const ForceTerm* term : potentials_) {
-    const Index vertex = term->undefined_vertex(system_.force_point(at_, time_));
+    const Index vertex = term->undefined_vertex(point(at_));
     if (vertex >= 0) return {-1, vertex};
   }
   return {};
 }
 
 double StepProblem::term_energy() const {
-  const ForcePoint start = system_.force_point(previous_, time_);
-  const ForcePoint at = system_.force_point(at_, time_);
+  const ForcePoint start = point(previous_);
+  const ForcePoint at = point(at_);
   double energy = 0.0;
   for (const ForceTerm* term : potentials_) energy += term->energy_change(start, at);
   if (!potentials_.empty()) {
@@ -213,7 +214,7 @@ double StepProblem::term_energy() const {
     });
   }
   for (const ForceTerm* term : dissipations_) {
-    energy += step_ * term->dissipation(system_.force_point(dissipation_point_, time_), velocity_);
+    energy += step_ * term->dissipation(point(dissipation_point_), velocity_);
   }
   return energy;
 }
@@ -221,11 +222,10 @@ double StepProblem::term_energy() const {
 void StepProblem::add_term_gradient(Vector& gradient) const {
   if (!potentials_.empty()) gradient -= start_gradient_;
   for (const ForceTerm* term : potentials_) {
-    term->add_gradient(system_.force_point(at_, time_), gradient);
+    term->add_gradient(point(at_), gradient);
   }
   for (const ForceTerm* term : dissipations_) {
-    term->add_dissipation_gradient(system_.force_point(dissipation_point_, time_), velocity_,
-                                   gradient);
+    term->add_dissipation_gradient(point(dissipation_point_), velocity_, gradient);
   }
 }
 
@@ -236,13 +236,12 @@ void StepProblem::term_hessian(const Vector& u, HessianForm form, HessianBlocks&
   if (!dissipations_.empty()) {
     velocity_ = ((origin_ - previous_) + u) / step_;
     for (const ForceTerm* term : dissipations_) {
-      term->add_dissipation_hessian(system_.force_point(dissipation_point_, time_), velocity_, form,
-                                    hessian);
+      term->add_dissipation_hessian(point(dissipation_point_), velocity_, form, hessian);
     }
     hessian.scale(1.0 / step_);
   }
   for (const ForceTerm* term : potentials_) {
-    term->add_hessian(system_.force_point(at_, time_), form, hessian);
+    term->add_hessian(point(at_), form, hessian);
   }
 }
 
@@ -263,7 +262,7 @@ double StepProblem::longest_term_step(const Vector& u, const Vector& d) const {
   if (potentials_.empty()) return longest;
   at_ = origin_ + u;
   for (const ForceTerm* term : potentials_) {
-    longest = std::min(longest, term->longest_step(system_.force_point(at_, time_), d));
+    longest = std::min(longest, term->longest_step(point(at_), d));
   }
   return longest;
 }
@@ -348,12 +347,34 @@ bool StepProblem::term_shares(const Vector& u, bool with_hessian, TermShares& sh
   shares.energy = term_energy();
   shares.magnitude = 0.0;
   for (const ForceTerm* term : potentials_) {
-    shares.magnitude += std::abs(term->energy(system_.force_point(at_, time_)));
+    shares.magnitude += std::abs(term->energy(point(at_)));
   }
   shares.gradient.setZero(system_.dof_count());
   add_term_gradient(shares.gradient);
-  if (with_hessian) term_hessian(u, HessianForm::kExact, shares.hessian);
+  if (!with_hessian) return true;
+  term_hessian(u, HessianForm::kExact, shares.hessian);
+  shares.pairs_of_element.clear();
+  for (const HessianBlocks::Pair& pair : shares.hessian.pairs()) {
+    const Index element = element_of(pair.row, pair.column);
+    if (element >= 0) shares.pairs_of_element[element].push_back(pair);
+  }
   return true;
+}
+
+// An element that has both vertices, or −1.
+Index StepProblem::element_of(Index i, Index j) const {
+  if (element_of_edge_.empty()) {
+    for (Index e = 0; e < system_.rest().element_count(); ++e) {
+      const auto& nodes = system_.rest().nodes(e);
+      for (const Index a : nodes) {
+        for (const Index b : nodes) {
+          if (a < b) element_of_edge_.try_emplace({a, b}, e);
+        }
+      }
+    }
+  }
+  const auto found = element_of_edge_.find({std::min(i, j), std::max(i, j)});
+  return found == element_of_edge_.end() ? -1 : found->second;
 }
 
 bool StepProblem::element_terms(Index e, const Vector& u, const TermShares* terms,
@@ -380,6 +401,16 @@ bool StepProblem::element_terms(Index e, const Vector& u, const TermShares* term
     if (with_hessian) {
       result.hessian.block<3, 3>(3 * a, 3 * a) += fraction * terms->hessian.diagonal(v);
     }
+  }
+  if (terms == nullptr || !with_hessian) return true;
+  const auto pairs = terms->pairs_of_element.find(e);
+  if (pairs == terms->pairs_of_element.end()) return true;
+  const auto place = [&nodes](Index v) {
+    return 3 * (std::find(nodes.begin(), nodes.end(), v) - nodes.begin());
+  };
+  for (const HessianBlocks::Pair& pair : pairs->second) {
+    result.hessian.block<3, 3>(place(pair.row), place(pair.column)) += pair.block;
+    result.hessian.block<3, 3>(place(pair.column), place(pair.row)) += pair.block.transpose();
   }
   return true;
 }

@@ -21,8 +21,6 @@ Constraints constrain(MechanicalSystem& system, const BodyConstraints& constrain
 void require_defined_terms(const MechanicalSystem& system, const Vector& position, double time,
                            const std::string& what);
 
-ExternalForce make_force(const ForceSettings& force, const TetMesh& mesh);
-
 /// The vertices of a shift, in its order. Throws InputError for numbers that do not exist or occur
 /// twice, for lists of different lengths, and for values that are not finite.
 std::vector<Index> check_shift(const ShiftSettings& shift, const TetMesh& mesh);

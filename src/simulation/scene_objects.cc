@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "body_constraints.h"
+#include "body_loads.h"
 #include "initial_state.h"
 #include "tetraction/core/error.h"
 #include "tetraction/dynamics/multipliers.h"
@@ -90,7 +91,9 @@ TetMesh generate_mesh(const GeneratorSettings& settings) {
   return generate_box(settings.size, settings.cells);
 }
 
-Environment make_environment(const EnvironmentSettings& settings) {
+namespace {
+
+Environment constant_environment(const EnvironmentSettings& settings) {
   switch (settings.kind) {
     case EnvironmentKind::kNone:
       break;
@@ -102,6 +105,15 @@ Environment make_environment(const EnvironmentSettings& settings) {
       return Environment::custom(settings.field);
   }
   return {};
+}
+
+}  // namespace
+
+Environment make_environment(const EnvironmentSettings& settings,
+                             const std::vector<AmplitudeSettings>& amplitudes) {
+  Environment environment = constant_environment(settings);
+  environment.set_amplitude(find_amplitude(amplitudes, settings.amplitude, "[environment]"));
+  return environment;
 }
 
 std::unique_ptr<MechanicalSystem> make_system(const Scene& scene, TetMesh mesh) {
@@ -119,16 +131,13 @@ std::unique_ptr<MechanicalSystem> make_system(const Scene& scene, TetMesh mesh) 
     }
   }
   auto system = std::make_unique<MechanicalSystem>(std::move(mesh), regions, region_of_element);
-  system->set_environment(make_environment(scene.environment));
+  system->set_environment(make_environment(scene.environment, scene.amplitude));
   system->set_damping(scene.damping);
-  for (const ForceSettings& force : scene.force)
-    system->add_force(make_force(force, system->mesh()));
+  BodyLoads loads = make_loads(scene, *system, scene.amplitude);
+  system->set_forces(std::move(loads.forces));
+  system->set_pressures(std::move(loads.pressures));
   for (const auto& term : scene.force_term) system->add_force_term(term);
   return system;
-}
-
-ExternalForce make_force(const ForceSettings& force, const TetMesh& mesh) {
-  return {select_at(mesh, force.select, force.where), force.vector, force.from, force.until};
 }
 
 void require_defined_terms(const MechanicalSystem& system, const Vector& position, double time,
@@ -216,14 +225,18 @@ namespace {
 // the run.
 struct SelectionCheck {
   const MechanicalSystem& system;
+  const std::vector<AmplitudeSettings>& amplitudes;
 
-  void operator()(const SetForce& edit) const { make_force(edit.force, system.mesh()); }
+  void operator()(const SetForce& edit) const { check_load(edit.force, system, amplitudes); }
+  void operator()(const SetEnvironment& edit) const {
+    make_environment(edit.environment, amplitudes);
+  }
   void operator()(const SetFix& edit) const {
-    make_held(edit.fix, system.mesh(), system.mesh().rest_positions(), 0.0);
+    make_held(edit.fix, system.mesh(), system.mesh().rest_positions(), 0.0, amplitudes);
   }
   void operator()(const Unfix& edit) const { select_at(system.mesh(), edit.select, edit.where); }
   void operator()(const SetConstraint& edit) const {
-    make_constraint(edit.constraint, system, system.mesh().rest_positions(), 0.0);
+    make_constraint(edit.constraint, system, system.mesh().rest_positions(), 0.0, amplitudes);
   }
   void operator()(const ShiftState& edit) const { check_shift(edit.shift, system.mesh()); }
   void operator()(const SetMomentum& edit) const {
@@ -237,7 +250,7 @@ struct SelectionCheck {
 
 void check_events(const Scene& scene, const MechanicalSystem& system) {
   for (const EventSettings& event : scene.event) {
-    for (const Edit& edit : event.edits) std::visit(SelectionCheck{system}, edit);
+    for (const Edit& edit : event.edits) std::visit(SelectionCheck{system, scene.amplitude}, edit);
   }
 }
 

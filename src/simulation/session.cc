@@ -110,7 +110,7 @@ Session::Session(Scene scene, TetMesh mesh) : impl_(std::make_unique<Impl>()) {
   }
   s.settings.environment = s.scene.environment;
   s.settings.damping = s.scene.damping;
-  s.settings.forces = s.scene.force;
+  s.settings.loads = s.scene;
   {
     const PhaseTimer timer(s.times.setup);
     s.system = make_system(s.scene, std::move(mesh));
@@ -129,7 +129,8 @@ Session::Session(Scene scene, TetMesh mesh) : impl_(std::make_unique<Impl>()) {
   s.initial_limit = s.current_limit(s.state().position, &modes);
   const PhaseTimer timer(s.times.setup);
   s.choose_step(s.initial_limit, std::move(modes));
-  s.system->external_force(s.state().time, s.progress.plan.time_step, s.progress.external_force);
+  s.system->applied_force(s.state().position, s.state().time, s.progress.plan.time_step,
+                          s.progress.external_force);
   s.count_inverted(nullptr);
   for (const auto& warning_of : {locking_warning, instability_warning}) {
     if (std::string warning = warning_of(*s.system); !warning.empty()) {

@@ -67,7 +67,11 @@ const EnvironmentSettings& Session::environment() const {
   return impl_->settings.environment;
 }
 const std::vector<ForceSettings>& Session::forces() const {
-  return impl_->settings.forces;
+  return impl_->settings.loads.force;
+}
+
+const LoadLists& Session::loads() const {
+  return impl_->settings.loads;
 }
 std::size_t Session::fix_count() const {
   return impl_->settings.constraints.fixes.size();
@@ -99,7 +103,8 @@ Vector Session::external_force() const {
 }
 Vector Session::next_external_force() const {
   Vector force;
-  impl_->system->external_force(impl_->state().time, impl_->progress.plan.time_step, force);
+  impl_->system->applied_force(impl_->state().position, impl_->state().time,
+                               impl_->progress.plan.time_step, force);
   if (force.size() == 0) force.setZero(impl_->system->dof_count());
   return force;
 }

@@ -168,7 +168,7 @@ Session::Impl::Attempt Session::Impl::attempt(double most_energy_share) {
     const double left = end_time - state().time;
     if (std::abs(left - h) > round_off(end_time)) length = left;
   }
-  system->external_force(state().time, length, progress.external_force);
+  system->applied_force(state().position, state().time, length, progress.external_force);
   StepOutcome outcome = stepper->advance(state(), states.other(), length, end_time);
   progress.last_report = outcome.minimizer;
   progress.total_iterations += outcome.minimizer.iterations;

@@ -211,7 +211,11 @@ const Section<EnvironmentSettings>& section_of() {
          .unit = "m",
          .help = "ε of attraction, which bounds the force near the origin",
          .range = kModerateNotNegative},
-        &S::softening}},
+        &S::softening},
+       {{.name = "amplitude",
+         .help = "name of an `[[amplitude]]`, the factor of the strength",
+         .absent = "the factor 1"},
+        &S::amplitude}},
       {{{"direction"}, direction_conflict}}};
   return section;
 }

@@ -60,9 +60,10 @@ class CeresMinimizer : public Minimizer {
         problem_(problem_options()) {
     check_options(options);
     for (const ForceTerm* term : system.force_terms()) {
-      if (!term->couples_vertices()) continue;
+      if (term->couples_only_neighbors()) continue;
       throw InputError("Ceres cannot take the force term \"" + term->name() +
-                       "\", which couples vertices: set solver.kind = \"newton\".");
+                       "\", which couples vertices that belong to no common tetrahedron: set "
+                       "solver.kind = \"newton\".");
     }
     add_blocks();
     solver_options_.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;

@@ -42,7 +42,7 @@ struct Check {
   }
   void operator()(SetForce& edit) const {
     check(edit.force.select);
-    check_settings(edit.force);
+    visit_load(edit.force, [](const auto& load) { check_settings(load); });
   }
   void operator()(SetFix& edit) const {
     check(edit.fix.select);

@@ -1,6 +1,8 @@
 // The implicit Hamilton–Pontryagin step as a minimisation.
 #pragma once
 
+#include <array>
+#include <map>
 #include <vector>
 
 #include "tetraction/dynamics/mechanical_system.h"
@@ -137,6 +139,8 @@ class StepProblem : public MinimizationProblem {
 
  private:
   void gather_terms();
+  // Where terms are evaluated: at positions x, in this step.
+  ForcePoint point(const Vector& x) const { return system_.force_point(x, time_, span_); }
   // x − q_k at u.
   Vector3 way(const Vector& u, Index v) const {
     return (vertex_block(origin_, v) - vertex_block(previous_, v)) + vertex_block(u, v);
@@ -147,6 +151,7 @@ class StepProblem : public MinimizationProblem {
   double longest_term_step(const Vector& u, const Vector& d) const;
   double term_energy() const;
   void add_term_gradient(Vector& gradient) const;
+  Index element_of(Index i, Index j) const;
   // Evaluates elastic_ at u, unless it is known there.
   EvaluationStatus evaluate_elastic(const Vector& u) const;
   void make_remainder();
@@ -165,6 +170,7 @@ class StepProblem : public MinimizationProblem {
   Vector coefficient_;  // k, per DOF
   Vector remainder_;    // r
   double time_ = 0.0;   // of potentials
+  TimeSpan span_;       // that of the step
   // Terms that are not quadratic, and the gradient of their potentials at q_k.
   std::vector<const ForceTerm*> potentials_;
   std::vector<const ForceTerm*> dissipations_;
@@ -185,7 +191,8 @@ class StepProblem : public MinimizationProblem {
   mutable Vector at_;
   mutable Vector velocity_;
   HessianBlocks blocks_;
-  mutable Vector moved_;  // x − q_k
+  mutable std::map<std::array<Index, 2>, Index> element_of_edge_;  // made when first needed
+  mutable Vector moved_;                                           // x − q_k
 };
 
 }  // namespace tetraction

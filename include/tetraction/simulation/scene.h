@@ -8,10 +8,12 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
 #include "tetraction/core/types.h"
+#include "tetraction/dynamics/amplitude.h"
 #include "tetraction/dynamics/damping.h"
 #include "tetraction/dynamics/integrator.h"
 #include "tetraction/material/material.h"
@@ -129,6 +131,28 @@ struct SolverSettings {
 /// empty.
 std::string solver_conflict(const SolverSettings& settings);
 
+/// The kinds of amplitudes.
+enum class AmplitudeKind { kPoints, kFile, kSine, kSmoothStep };
+
+/// "points", "file", "sine", "smooth_step".
+std::string to_string(AmplitudeKind kind);
+
+/// A factor that changes in time, for loads, the environment and prescribed motions. They refer to
+/// it by its name.
+struct AmplitudeSettings {
+  std::string name;
+  AmplitudeKind kind = AmplitudeKind::kPoints;
+  /// Time in s and value of each corner; of kFile the contents of the file.
+  std::vector<std::pair<double, double>> points;
+  std::string file;        ///< of kFile: for messages and for writing the scene
+  double frequency = 1.0;  ///< of kSine, Hz
+  double phase = 0.0;      ///< of kSine, rad
+  double offset = 0.0;     ///< of kSine
+  double from = 0.0;       ///< of kSmoothStep, s
+  double until = 1.0;      ///< of kSmoothStep, s
+  std::string where;       ///< place in the scene, for messages
+};
+
 /// Only a program can set kCustom; a scene file cannot name it.
 enum class EnvironmentKind { kNone, kGravity, kAttraction, kCustom };
 
@@ -141,6 +165,7 @@ struct EnvironmentSettings {
   Vector3 direction{0.0, -1.0, 0.0};                  ///< of gravity; normalised by the reader
   double softening = 0.0;                             ///< ε of attraction, m
   std::shared_ptr<const ForceField> field = nullptr;  ///< only with kCustom
+  std::string amplitude{};                            ///< factor of the strength; empty: 1
 };
 
 /// Returns the direction with length 1. A direction whose length is 1 up to round-off is returned
@@ -158,6 +183,7 @@ struct FixSettings {
   bool is_penalty = false;  ///< fixed by springs with the force −2γ(q − c) instead of exactly
   double penalty = 0.0;     ///< γ, N/m
   std::string where;        ///< place in the scene, for messages
+  std::string amplitude{};  ///< factor of `offset`, which then changes in time; empty: 1
 };
 
 /// The kinds of [[constraint]].
@@ -183,16 +209,57 @@ struct ConstraintSettings {
   std::optional<Vector3> velocity;          ///< rigid: driven, m/s
   std::optional<Vector3> angular_velocity;  ///< rigid: driven, rad/s about its centre of mass
   std::string where;
+  std::string amplitude{};  ///< factor of both velocities; empty: 1
 
   bool is_driven() const { return velocity.has_value() || angular_velocity.has_value(); }
 };
 
+/// The kinds of loads. Each is a section of a scene: [[force]], [[moment]], [[traction]],
+/// [[pressure]], [[body_force]].
+enum class LoadKind { kForce, kMoment, kTraction, kPressure, kBodyForce };
+/// All kinds, in this order.
+const std::vector<LoadKind>& load_kinds();
+/// "force", "moment", "traction", "pressure", "body_force".
+std::string to_string(LoadKind kind);
+
+/// How a total force or a moment is shared out over its selection.
+enum class LoadShare {
+  kAuto,     ///< kSurface if triangles of the boundary are selected, but not with SelectAll or a
+             ///< group of tetrahedra; otherwise kVolume if tetrahedra are selected; else kVertices
+  kSurface,  ///< by the area of the selected triangles of the boundary
+  kVolume,   ///< by the mass of the selected tetrahedra
+  kVertices  ///< equally among the selected vertices
+};
+/// "auto", "surface", "volume", "vertices".
+std::string to_string(LoadShare share);
+
+/// A load on a part of the body. All but pressures are dead loads: their directions do not change
+/// with the deformation.
 struct ForceSettings {
   Selection select = SelectAll{};
-  Vector3 vector = Vector3::Zero();                        ///< N, on every selected vertex
+  /// Force: N, on every selected vertex. Moment: N m. Traction: Pa. Body force: N/m³.
+  Vector3 vector = Vector3::Zero();
   double from = 0.0;                                       ///< s
   double until = std::numeric_limits<double>::infinity();  ///< s
   std::string where;
+  LoadKind kind = LoadKind::kForce;
+  std::optional<Vector3> total{};         ///< force: N, shared out over the selection
+  LoadShare share = LoadShare::kAuto;     ///< of a total force and of a moment
+  double value = 0.0;                     ///< pressure: Pa; positive values push inwards
+  std::optional<Vector3> acceleration{};  ///< body force: m/s², instead of `vector`
+  std::string amplitude{};                ///< factor; empty: 1
+};
+
+/// The loads of a scene or of a run. Those of each kind have numbers of their own.
+struct LoadLists {
+  std::vector<ForceSettings> force;
+  std::vector<ForceSettings> moment;
+  std::vector<ForceSettings> traction;
+  std::vector<ForceSettings> pressure;
+  std::vector<ForceSettings> body_force;
+
+  std::vector<ForceSettings>& list(LoadKind kind);
+  const std::vector<ForceSettings>& list(LoadKind kind) const;
 };
 
 struct MomentumSettings {
@@ -253,7 +320,7 @@ struct SetDamping {
 struct SetEnvironment {
   EnvironmentSettings environment;
 };
-/// Adds a force, or changes the one with that number.
+/// Adds a load, or changes the one with that number among the loads of its kind.
 struct SetForce {
   std::optional<std::size_t> index;
   ForceSettings force;
@@ -314,7 +381,7 @@ struct NamedSelection {
   Selection select = SelectAll{};
 };
 
-struct Scene {
+struct Scene : LoadLists {
   std::string path;  ///< path of the scene file, for messages; empty if a program made the scene
   std::string echo;  ///< the scene as JSON text, with overrides applied, for summary.json
   MeshSettings mesh;
@@ -326,14 +393,21 @@ struct Scene {
   EnvironmentSettings environment;
   std::vector<FixSettings> fix;
   std::vector<ConstraintSettings> constraint;
-  std::vector<ForceSettings> force;
   /// Further terms that act on the body, see MechanicalSystem::add_force_term(). Only a program can
   /// set them.
   std::vector<std::shared_ptr<const ForceTerm>> force_term{};
   InitialSettings initial;
   std::vector<EventSettings> event;  ///< in the order of their times
   OutputSettings output;
+  std::vector<AmplitudeSettings> amplitude;
   std::vector<NamedSelection> selection{};
 };
+
+/// The amplitude of the settings. Throws InputError for values that contradict each other.
+Amplitude make_amplitude(const AmplitudeSettings& settings);
+/// The amplitude of that name, or null for an empty name. Throws InputError, which begins with
+/// `where`, for a name that the list does not have, and for settings that contradict each other.
+std::shared_ptr<const Amplitude> find_amplitude(const std::vector<AmplitudeSettings>& amplitudes,
+                                                const std::string& name, const std::string& where);
 
 }  // namespace tetraction

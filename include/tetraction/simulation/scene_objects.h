@@ -12,10 +12,12 @@ namespace tetraction {
 /// The mesh that the scene's generator makes. Throws InputError without one or for bad sizes.
 TetMesh generate_mesh(const GeneratorSettings& settings);
 
-/// The environment of the settings. Throws InputError for a custom one without a field.
-Environment make_environment(const EnvironmentSettings& settings);
+/// The environment of the settings, with an amplitude of the list if they name one. Throws
+/// InputError for a custom one without a field, and for an unknown amplitude.
+Environment make_environment(const EnvironmentSettings& settings,
+                             const std::vector<AmplitudeSettings>& amplitudes = {});
 
-/// Makes the body of a scene on its mesh, with environment, damping and forces. Its constraints are
+/// Makes the body of a scene on its mesh, with environment, damping and loads. Its constraints are
 /// set later, by make_initial_state(). Keeps the mesh as MechanicalSystem does. Throws InputError
 /// for selections that select nothing and for wrong parameters.
 std::unique_ptr<MechanicalSystem> make_system(const Scene& scene, TetMesh mesh);

@@ -121,8 +121,10 @@ class Session {
   const std::vector<MaterialSettings>& materials() const;
   const Damping& damping() const;
   const EnvironmentSettings& environment() const;
-  /// The forces by their numbers. Forces that edits have added are at the end.
+  /// The [[force]] loads by their numbers. Those that edits have added are at the end.
   const std::vector<ForceSettings>& forces() const;
+  /// The loads of all kinds by their numbers.
+  const LoadLists& loads() const;
   std::size_t fix_count() const;
   PresentFix fix(std::size_t i) const;
   /// The constraints by their numbers. If the length of a distance was not given, the settings hold
@@ -168,7 +170,8 @@ class Session {
   const std::vector<std::string>& warnings() const;
   /// Reactions of the constraints in the last step (3 per vertex, N).
   const Vector& reaction_force() const;
-  /// User forces in the last step, or before the first step those of the first (3 per vertex, N).
+  /// User forces in the last step, pressure included, or before the first step those of the first (3
+  /// per vertex, N).
   Vector external_force() const;
   /// User forces at the present time: those of the next step (3 per vertex, N).
   Vector next_external_force() const;

@@ -104,6 +104,42 @@ struct Section {
   bool refuses_unused = false;
 };
 
+// Settings of one kind of load each, so that each kind has its own table.
+struct MomentSettings : ForceSettings {
+  MomentSettings() { kind = LoadKind::kMoment; }
+};
+struct TractionSettings : ForceSettings {
+  TractionSettings() { kind = LoadKind::kTraction; }
+};
+struct PressureSettings : ForceSettings {
+  PressureSettings() { kind = LoadKind::kPressure; }
+};
+struct BodyForceSettings : ForceSettings {
+  BodyForceSettings() { kind = LoadKind::kBodyForce; }
+};
+
+/// Calls `visit` with the load as settings of its kind, which have a table, and returns the result.
+template <class Visit>
+decltype(auto) visit_load(const ForceSettings& load, const Visit& visit) {
+  const auto as = [&load]<class Settings>(Settings settings) {
+    static_cast<ForceSettings&>(settings) = load;
+    return settings;
+  };
+  switch (load.kind) {
+    case LoadKind::kMoment:
+      return visit(as(MomentSettings{}));
+    case LoadKind::kTraction:
+      return visit(as(TractionSettings{}));
+    case LoadKind::kPressure:
+      return visit(as(PressureSettings{}));
+    case LoadKind::kBodyForce:
+      return visit(as(BodyForceSettings{}));
+    case LoadKind::kForce:
+      break;
+  }
+  return visit(load);
+}
+
 /// The table of a settings struct. There is one for each of the types below.
 template <class Settings>
 const Section<Settings>& section_of();
@@ -130,6 +166,16 @@ template <>
 const Section<ConstraintSettings>& section_of();
 template <>
 const Section<ForceSettings>& section_of();
+template <>
+const Section<MomentSettings>& section_of();
+template <>
+const Section<TractionSettings>& section_of();
+template <>
+const Section<PressureSettings>& section_of();
+template <>
+const Section<BodyForceSettings>& section_of();
+template <>
+const Section<AmplitudeSettings>& section_of();
 template <>
 const Section<InitialSettings>& section_of();
 template <>
@@ -165,6 +211,11 @@ void for_each_section(const Visit& visit) {
   visit(section_of<FixSettings>());
   visit(section_of<ConstraintSettings>());
   visit(section_of<ForceSettings>());
+  visit(section_of<MomentSettings>());
+  visit(section_of<TractionSettings>());
+  visit(section_of<PressureSettings>());
+  visit(section_of<BodyForceSettings>());
+  visit(section_of<AmplitudeSettings>());
   visit(section_of<InitialSettings>());
   visit(section_of<MomentumSettings>());
   visit(section_of<EventSettings>());

@@ -116,6 +116,29 @@ Json selected_json(const S& settings) {
   });
 }
 
+Json load_json(const ForceSettings& load) {
+  Json json = visit_load(load, [](const auto& settings) { return selected_json(settings); });
+  if (load.total || load.acceleration) json.erase("vector");
+  return json;
+}
+
+Json amplitude_json(const AmplitudeSettings& a) {
+  return section_json(a, [&](std::string_view key) -> Json {
+    if (key != to_string(a.kind)) return {};
+    switch (a.kind) {
+      case AmplitudeKind::kPoints:
+        break;
+      case AmplitudeKind::kFile:
+        return a.file;
+      case AmplitudeKind::kSine:
+        return {{"frequency", a.frequency}, {"phase", a.phase}, {"offset", a.offset}};
+      case AmplitudeKind::kSmoothStep:
+        return {{"from", a.from}, {"until", a.until}};
+    }
+    return a.points;
+  });
+}
+
 Json generate_json(const GeneratorSettings& g) {
   switch (g.kind) {
     case GeneratorKind::kBeam:
@@ -174,7 +197,14 @@ std::string scene_echo(const Scene& scene) {
   for (const ConstraintSettings& c : scene.constraint) {
     json["constraint"].push_back(selected_json(c));
   }
-  for (const ForceSettings& force : scene.force) json["force"].push_back(selected_json(force));
+  for (const LoadKind kind : load_kinds()) {
+    for (const ForceSettings& load : scene.list(kind)) {
+      json[to_string(kind)].push_back(load_json(load));
+    }
+  }
+  for (const AmplitudeSettings& amplitude : scene.amplitude) {
+    json["amplitude"].push_back(amplitude_json(amplitude));
+  }
   json["initial"] = initial_json(scene.initial);
   for (const EventSettings& event : scene.event) json["event"].push_back(Json::parse(event.echo));
   json["output"] = section_json(scene.output);

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <utility>
 #include <variant>
 
 #include "key_text.h"
@@ -102,7 +104,6 @@ template SceneKeys keys_of(const OutputSettings&);
 template SceneKeys keys_of(const InitialSettings&);
 template SceneKeys keys_of(const FixSettings&);
 template SceneKeys keys_of(const ConstraintSettings&);
-template SceneKeys keys_of(const ForceSettings&);
 template SceneKeys keys_of(const MomentumSettings&);
 template SceneKeys keys_of(const ShiftSettings&);
 
@@ -113,6 +114,41 @@ SceneKeys keys_of(const MaterialSettings& material) {
         material_name(*material.custom)));
   }
   return keys_of<MaterialSettings>(material);
+}
+
+SceneKeys keys_of(const ForceSettings& load) {
+  SceneKeys keys = visit_load(
+      load, []<class Settings>(const Settings& settings) { return keys_of<Settings>(settings); });
+  if (load.total || load.acceleration) {
+    std::erase_if(keys, [](const SceneKey& key) { return key.name == "vector"; });
+  }
+  return keys;
+}
+
+SceneKeys keys_of(const AmplitudeSettings& amplitude) {
+  SceneKeys keys = keys_of<AmplitudeSettings>(amplitude);
+  std::string value;
+  switch (amplitude.kind) {
+    case AmplitudeKind::kPoints:
+      value = list_text(amplitude.points, [](const std::pair<double, double>& point) {
+        return fmt::format("[{}, {}]", toml_number(point.first), toml_number(point.second));
+      });
+      break;
+    case AmplitudeKind::kFile:
+      value = toml_text(std::filesystem::absolute(amplitude.file).lexically_normal().string());
+      break;
+    case AmplitudeKind::kSine:
+      value = inline_table({{"frequency", toml_number(amplitude.frequency)},
+                            {"phase", toml_number(amplitude.phase)},
+                            {"offset", toml_number(amplitude.offset)}});
+      break;
+    case AmplitudeKind::kSmoothStep:
+      value = inline_table(
+          {{"from", toml_number(amplitude.from)}, {"until", toml_number(amplitude.until)}});
+      break;
+  }
+  keys.push_back({to_string(amplitude.kind), value});
+  return keys;
 }
 
 SceneKeys keys_of(const TimeSettings& time) {

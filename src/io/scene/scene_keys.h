@@ -37,6 +37,10 @@ SceneKeys keys_of(const Settings& settings);
 /// The same for settings that a scene file cannot always express. They then throw InputError.
 SceneKeys keys_of(const MaterialSettings& material);
 SceneKeys keys_of(const TimeSettings& time);
+/// The keys of its kind of load.
+SceneKeys keys_of(const ForceSettings& load);
+/// All keys, also `points`, `file`, `sine` or `smooth_step`. A file is named by its absolute path.
+SceneKeys keys_of(const AmplitudeSettings& amplitude);
 SceneKeys keys_of(const EnvironmentSettings& environment);
 /// The keys of the table of a selection: "vertices", "plane.axis", …
 SceneKeys selection_keys(const Selection& selection);

@@ -66,8 +66,9 @@ OutputSettings read_output(const TomlTable& root) {
 
 const TableKeys& root_keys() {
   static const TableKeys keys{{"mesh", "material", "material_region", "time", "solver", "damping",
-                               "environment", "fix", "constraint", "force", "initial", "event",
-                               "output", "selection"}};
+                               "environment", "fix", "constraint", "force", "moment", "traction",
+                               "pressure", "body_force", "amplitude", "initial", "event", "output",
+                               "selection"}};
   return keys;
 }
 
@@ -100,9 +101,12 @@ Scene read_sections(const TomlDocument& document, const std::string& path) {
   for (const TomlTable& table : root.tables("constraint", table_keys<ConstraintSettings>())) {
     scene.constraint.push_back(read_constraint(table));
   }
-  for (const TomlTable& table : root.tables("force", table_keys<ForceSettings>())) {
-    scene.force.push_back(read_force(table));
+  for (const LoadKind kind : load_kinds()) {
+    for (const TomlTable& table : root.tables(to_string(kind), load_keys(kind))) {
+      scene.list(kind).push_back(read_load(table, kind));
+    }
   }
+  scene.amplitude = read_amplitudes(root, folder);
   scene.initial = read_initial(root, folder);
   scene.output = read_output(root);
   return scene;

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "io/toml/toml_table.h"
 #include "tetraction/simulation/scene.h"
@@ -23,7 +24,11 @@ MeshSettings read_mesh_settings(const TomlTable& root, const std::string& folder
 
 FixSettings read_fix(const TomlTable& table);
 ConstraintSettings read_constraint(const TomlTable& table);
-ForceSettings read_force(const TomlTable& table);
+/// The keys that a load of this kind may have.
+const TableKeys& load_keys(LoadKind kind);
+ForceSettings read_load(const TomlTable& table, LoadKind kind);
+/// Reads [[amplitude]], with the files that they name. `folder` is where the scene lies.
+std::vector<AmplitudeSettings> read_amplitudes(const TomlTable& root, const std::string& folder);
 MomentumSettings read_momentum(const TomlTable& table);
 ShiftSettings read_shift(const TomlTable& table);
 InitialSettings read_initial(const TomlTable& root, const std::string& folder);

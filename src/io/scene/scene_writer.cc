@@ -116,8 +116,14 @@ std::string scene_text(const Scene& scene, const std::string& folder) {
     text += section("[[constraint]]", keys_of(constraint),
                     has_selection(constraint.kind) ? &constraint.select : nullptr);
   }
-  for (const ForceSettings& force : scene.force) {
-    text += section("[[force]]", keys_of(force), &force.select);
+  for (const LoadKind kind : load_kinds()) {
+    const std::string head = fmt::format("[[{}]]", to_string(kind));
+    for (const ForceSettings& load : scene.list(kind)) {
+      text += section(head.c_str(), keys_of(load), &load.select);
+    }
+  }
+  for (const AmplitudeSettings& amplitude : scene.amplitude) {
+    text += section("[[amplitude]]", keys_of(amplitude));
   }
   text += initial_section(scene.initial, folder);
   text += section("[output]", keys_of(scene.output));

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core/spelling.h"
@@ -54,6 +55,8 @@ class TomlTable {
   void read(std::string_view key, std::vector<std::int64_t>& target) const;
   /// A list of one or more lists of three numbers.
   void read(std::string_view key, std::vector<Vector3>& target) const;
+  /// A list of one or more lists of two numbers.
+  void read(std::string_view key, std::vector<std::pair<double, double>>& target) const;
   /// A list of one or more texts.
   void read(std::string_view key, std::vector<std::string>& target) const;
   /// A text that is not empty.
