@@ -24,6 +24,15 @@ endif()
 find_package(nlohmann_json REQUIRED CONFIG)
 find_package(tomlplusplus REQUIRED CONFIG)
 find_package(CLI11 REQUIRED CONFIG)
+# muParser of Debian 12 has no CMake package.
+find_library(MUPARSER_LIBRARY muparser REQUIRED)
+find_path(MUPARSER_INCLUDE_DIR muParser.h REQUIRED)
+if(NOT TARGET muparser::muparser)
+  add_library(muparser::muparser UNKNOWN IMPORTED)
+  set_target_properties(muparser::muparser PROPERTIES
+    IMPORTED_LOCATION ${MUPARSER_LIBRARY}
+    INTERFACE_INCLUDE_DIRECTORIES ${MUPARSER_INCLUDE_DIR})
+endif()
 # The second list is the viewer's, which is built where Qt 5 and VTK's module for it are installed.
 set(viewer_vtk_components
   CommonTransforms ImagingCore FiltersCore FiltersGeometry FiltersSources InteractionStyle InteractionWidgets

@@ -104,6 +104,7 @@ int run_program(int argc, char** argv) {
 
   int exit_code = 0;
   tetraction::add_run_command(app, exit_code);
+  tetraction::add_static_command(app, exit_code);
   tetraction::add_study_command(app, exit_code);
   tetraction::add_check_command(app, exit_code);
   tetraction::add_mesh_command(app, exit_code);

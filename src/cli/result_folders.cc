@@ -67,6 +67,20 @@ void check_mesh_file(const Scene& scene, const std::string& directory) {
                   scene.mesh.file, directory));
 }
 
+// The plots of the probes that study.json names.
+std::vector<std::string> probe_plots(const fs::path& directory) {
+  std::ifstream file(directory / "study.json");
+  const auto json = nlohmann::json::parse(file, nullptr, false);
+  std::vector<std::string> plots;
+  if (!json.is_object() || !json.contains("probes") || !json["probes"].is_array()) return plots;
+  for (const auto& probe : json["probes"]) {
+    if (!probe.is_object() || !probe.contains("name") || !probe["name"].is_string()) continue;
+    const auto name = probe["name"].get<std::string>();
+    if (name.find('/') == std::string::npos) plots.push_back("probe_" + name);
+  }
+  return plots;
+}
+
 // Folders of runs that study.json names. What is not the name of a folder there is left out.
 std::vector<fs::path> folders_of_study(const fs::path& directory) {
   std::ifstream file(directory / "study.json");
@@ -94,7 +108,8 @@ void remove_result(const fs::path& file) {
 }
 
 void remove_results_of_run(const fs::path& folder) {
-  for (const char* name : {"history.csv", "summary.json", "final.vtu", "frames.pvd"}) {
+  for (const char* name :
+       {"history.csv", "probes.csv", "summary.json", "final.vtu", "frames.pvd"}) {
     remove_result(folder / name);
   }
   if (fs::is_directory(folder / "frames")) {
@@ -145,8 +160,10 @@ bool remove_study(const std::string& directory) {
   if (!holds_study(root)) return false;
   try {
     for (const fs::path& folder : folders_of_study(root)) remove_results_of_run(folder);
-    for (const char* plot : kPlots) {
-      for (const char* ending : {".png", ".svg"}) fs::remove(root / (std::string(plot) + ending));
+    std::vector<std::string> plots = probe_plots(root);
+    plots.insert(plots.end(), kPlots.begin(), kPlots.end());
+    for (const std::string& plot : plots) {
+      for (const char* ending : {".png", ".svg"}) fs::remove(root / (plot + ending));
     }
     remove_result(root / "study.csv");
     remove_result(root / "study.json");

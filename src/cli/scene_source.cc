@@ -2,22 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <filesystem>
-
-#include "tetraction/core/error.h"
-#include "tetraction/io/mesh_reader.h"
-#include "tetraction/simulation/scene_objects.h"
+#include "tetraction/io/initial_fields.h"
 
 namespace tetraction {
 
 TetMesh load_mesh(const Scene& scene) {
-  if (scene.mesh.generate) return generate_mesh(*scene.mesh.generate);
-  std::error_code error;
-  if (!std::filesystem::exists(scene.mesh.file, error) && !error) {
-    throw FileError(scene.mesh.file +
-                    ": no such file. Check mesh.file; it is relative to the scene's folder.");
-  }
-  return read_mesh(scene.mesh.file, scene.mesh.scale);
+  return read_scene_mesh(scene);
 }
 
 std::string mesh_remarks(const TetMesh& mesh) {

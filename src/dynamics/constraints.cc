@@ -67,11 +67,23 @@ bool same_motion(const PrescribedVertices& a, Index i, const PrescribedVertices&
   const Vector3 x = a.motion.position(a.start.col(i), time);
   const Vector3 y = b.motion.position(b.start.col(j), time);
   if (std::abs(x[axis] - y[axis]) > kTolerance * std::max(size, std::abs(x[axis]))) return false;
+  const auto same = [](const auto& one, const auto& other) {
+    return one == other || (one && other && *one == *other);
+  };
+  if (!same(a.motion.velocity_amplitude, b.motion.velocity_amplitude)) return false;
+  // The component of an offset that changes in time.
+  const auto offset = [axis](const PrescribedMotion& motion) {
+    return motion.offset_amplitude ? motion.offset[axis] : 0.0;
+  };
+  if (offset(a.motion) != offset(b.motion)) return false;
+  if (offset(a.motion) != 0.0 && !same(a.motion.offset_amplitude, b.motion.offset_amplitude)) {
+    return false;
+  }
   // A rotation does not change the component along its axis, nor a vertex on its axis.
   const auto turns = [&](const PrescribedVertices& held, const Vector3& position) {
     const Vector3& angular = held.motion.angular_velocity;
     if (angular.isZero(0.0)) return false;
-    const Vector3 center = held.motion.center + (time - held.motion.since) * held.motion.velocity;
+    const Vector3 center = held.motion.center + held.motion.elapsed(time) * held.motion.velocity;
     const Vector3 rate = angular.normalized().cross(position - center);
     const double off =
         std::max(std::abs(rate[axis]), std::abs(angular.cross(rate)[axis]) / angular.norm());

@@ -80,8 +80,13 @@ Matrix3 Environment::hessian(double mass, const Vector3& q) const {
          (Matrix3::Identity() - 3.0 * direction * direction.transpose());
 }
 
+double Environment::factor(const ForcePoint& at) const {
+  if (!amplitude_) return 1.0;
+  return at.step ? amplitude_->mean(*at.step) : amplitude_->value(at.time);
+}
+
 std::optional<Vector3> Environment::uniform_acceleration() const {
-  if (!is_uniform()) return std::nullopt;
+  if (!is_uniform() || amplitude_) return std::nullopt;
   return acceleration_;
 }
 

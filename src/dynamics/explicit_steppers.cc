@@ -77,7 +77,8 @@ class ExplicitStepper : public Stepper {
     }
     classify_terms();
     const double kick_step = halves_ == 2 ? 0.5 * h : h;
-    system_.external_force(from.time, h, load_);
+    gather_loads(from, h, halves_ == 2 ? 0.5 : 0.0, load_);
+    span_ = {from.time, from.time + h};
     to.step = from.step + 1;
     to.time = end_time;
     to.momentum.resize(system_.dof_count());
@@ -175,7 +176,7 @@ class ExplicitStepper : public Stepper {
       }
       return kick;
     }
-    gather_term_forces(system_, q, time, load_, outer_, spring_force_);
+    gather_term_forces(system_, system_.force_point(q, time, span_), load_, outer_, spring_force_);
     if (terms_.constraining) spring_impulse_ += dt * spring_force_;
     if (terms_.damping) {
       damping_.setZero(system_.dof_count());
@@ -296,7 +297,8 @@ class ExplicitStepper : public Stepper {
   // velocity_ ← a prediction of the velocity at the end of the step: a first kick with the velocity
   // of the drift gives it. It is of second order, as the damping force of verlet needs.
   void predict_velocity(const State& to, double dt) {
-    gather_term_forces(system_, to.position, to.time, load_, outer_, spring_force_);
+    gather_term_forces(system_, system_.force_point(to.position, to.time, span_), load_, outer_,
+                       spring_force_);
     outer_ -= force_.gradient();
     system_.add_damping_force(to.position, to.time, to.velocity, outer_);
     system_.add_viscous_force(to.position, to.velocity, outer_);
@@ -338,7 +340,8 @@ class ExplicitStepper : public Stepper {
   ForceCache force_;
   // These are members in order to avoid allocations.
   Terms terms_;
-  Vector load_;  // empty: none
+  TimeSpan span_;  // that of the step
+  Vector load_;    // empty: none
   Vector outer_;
   Vector work_;
   Vector velocity_;        // that damping is of

@@ -59,6 +59,6 @@ void ForceTerm::add_dissipation_gradient(const ForcePoint&, const Vector&, Vecto
 void ForceTerm::add_dissipation_hessian(const ForcePoint&, const Vector&, HessianForm,
                                         HessianBlocks&) const {}
 
-void ForceTerm::add_load(const Vector&, double, double, Vector&) const {}
+void ForceTerm::add_load(const ForcePoint&, Vector&) const {}
 
 }  // namespace tetraction

@@ -12,28 +12,32 @@ ImplicitStepper::ImplicitStepper(const MechanicalSystem& system,
                                  ConstraintDirection direction)
     : Stepper(system),
       alpha_(alpha),
-      direction_(direction),
-      minimizer_(std::move(minimizer)),
       problem_(system),
-      guess_(system) {}
+      solve_(problem_, std::move(minimizer), 1.0 / alpha, direction),
+      guess_(system, system.constraints().moving()) {}
 
 void ImplicitStepper::reset() {
-  constraint_force_.resize(0);
+  solve_.forget();
   guess_.reset();
 }
 
 StepOutcome ImplicitStepper::advance(const State& from, State& to, double h, double end_time) {
   StepOutcome outcome;
-  system_.external_force(from.time, h, load_);
+  gather_loads(from, h, alpha_, load_);
   reaction_.setZero();
   problem_.begin(from, h, end_time, alpha_, load_);
   if (!find(from, end_time, outcome)) return outcome;
 
   to.step = from.step + 1;
   to.time = end_time;
-  problem_.positions(u_, x_);
+  const Vector& u = solve_.u();
+  problem_.positions(u, x_);
+  constraint_force_ = solve_.constraint_force();
+  if (system_.constraints().has_equations()) {
+    impulse_ = problem_.step() * system_.constraints().vertex_forces(constraint_force_);
+  }
   // The change of position before it is rounded to a position.
-  to.velocity = ((problem_.origin() - from.position) + u_) / problem_.step();
+  to.velocity = ((problem_.origin() - from.position) + u) / problem_.step();
   set_end_position(from, to, h);
   system_.constraints().prescribe(to.time, to.position);
   if (!take_momenta(from, to, h, outcome)) return outcome;
@@ -54,7 +58,7 @@ StepOutcome ImplicitStepper::advance(const State& from, State& to, double h, dou
   if (term != nullptr) return undefined(outcome, *term, vertex);
   if (load_.size() > 0) outcome.external_work = load_.dot(to.position - from.position);
   outcome.external_work += driven_work(from, to);
-  if (system_.is_dissipative()) outcome.dissipated_energy = problem_.dissipated_energy(u_, h);
+  if (system_.is_dissipative()) outcome.dissipated_energy = problem_.dissipated_energy(u, h);
   reaction_ /= h;
   outcome.constraint_work = constraint_work(from, to);
   if (constraining_) reaction_ += spring_force_;
@@ -65,12 +69,13 @@ StepOutcome ImplicitStepper::advance(const State& from, State& to, double h, dou
 bool ImplicitStepper::take_momenta(const State& from, State& to, double h, StepOutcome& outcome) {
   const double s = problem_.step();
   const Vector* gradient = nullptr;
-  if (const EvaluationStatus status = problem_.elastic_gradient(u_, gradient); !status.ok()) {
+  if (const EvaluationStatus status = problem_.elastic_gradient(solve_.u(), gradient);
+      !status.ok()) {
     outcome.status = StepStatus::kInverted;
     outcome.element = status.failed_element;
     return false;
   }
-  gather_forces(from.time + s, to.velocity, *gradient);
+  gather_forces({from.time, from.time + h}, to.velocity, *gradient);
   add_impulse(x_, outer_, h, outcome);
 
   const bool has_equations = system_.constraints().has_equations();
@@ -93,14 +98,18 @@ bool ImplicitStepper::take_momenta(const State& from, State& to, double h, StepO
 // outer_ ← the forces at x_ that change the body's momentum, force_ ← all forces, damping_ ← those
 // of damping, spring_force_ ← those of terms that stand for constraints. `gradient`: of the elastic
 // energy.
-void ImplicitStepper::gather_forces(double time, const Vector& velocity, const Vector& gradient) {
-  constraining_ = gather_term_forces(system_, x_, time, load_, outer_, spring_force_);
+void ImplicitStepper::gather_forces(const TimeSpan& step, const Vector& velocity,
+                                    const Vector& gradient) {
+  const double time = step.begin + problem_.step();
+  constraining_ = gather_term_forces(system_, system_.force_point(x_, time, step), load_, outer_,
+                                     spring_force_);
   force_ = outer_ - gradient;
   if (!system_.is_dissipative()) return;
   // The forces of viscosity are minus the gradient of its potential.
   damping_.setZero(system_.dof_count());
   double ignored = 0.0;
-  problem_.viscous().add_value_and_gradient(problem_.step_displacement(u_), ignored, damping_);
+  problem_.viscous().add_value_and_gradient(problem_.step_displacement(solve_.u()), ignored,
+                                            damping_);
   damping_ = -damping_;
   const Vector& point = problem_.dissipation_point();
   system_.add_damping_force(point, time, velocity, damping_);

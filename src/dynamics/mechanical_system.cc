@@ -84,7 +84,9 @@ Constraints MechanicalSystem::set_constraints(Constraints constraints) {
   if (constraints.coordinates().dof_count() != dof_count()) {
     throw InputError("The constraints are for another mesh: the number of vertices differs.");
   }
-  return std::exchange(constraints_, std::move(constraints));
+  Constraints former = std::exchange(constraints_, std::move(constraints));
+  set_pressures(pressure_.list());  // it depends on what the vertices of its rim may do
+  return former;
 }
 
 void MechanicalSystem::set_damping(const Damping& damping) {
@@ -99,7 +101,17 @@ void MechanicalSystem::set_damping(const Damping& damping) {
 }
 
 void MechanicalSystem::check(const ExternalForce& force) const {
-  if (!force.vector.allFinite()) throw InputError("A user force is not finite.");
+  if (!force.vector.allFinite() || !force.vectors.allFinite()) {
+    throw InputError("A user force is not finite.");
+  }
+  if (force.vectors.size() > 0 &&
+      (force.vectors.rows() != 3 ||
+       force.vectors.cols() != static_cast<Index>(force.vertices.size()))) {
+    throw InputError(
+        fmt::format("A user force needs one vector for each of its {} vertices, not a matrix of {} "
+                    "x {}.",
+                    force.vertices.size(), force.vectors.rows(), force.vectors.cols()));
+  }
   for (const Index v : force.vertices) {
     if (v < 0 || v >= vertex_count()) {
       throw InputError("A user force acts on vertex " + std::to_string(v) +
@@ -123,8 +135,24 @@ void MechanicalSystem::set_forces(std::vector<ExternalForce> forces) {
   external_forces_.list() = std::move(forces);
 }
 
+void MechanicalSystem::set_pressures(std::vector<PressureLoad> pressures) {
+  for (const PressureLoad& pressure : pressures) {
+    if (!std::isfinite(pressure.value)) throw InputError("A pressure is not finite.");
+    if (pressure.triangles.empty()) throw InputError("A pressure acts on no triangle.");
+    for (const auto& triangle : pressure.triangles) {
+      for (const Index v : triangle) {
+        if (v >= 0 && v < vertex_count()) continue;
+        throw InputError(
+            fmt::format("A pressure acts on vertex {}, which the mesh does not have.", v));
+      }
+    }
+  }
+  pressure_ = SurfacePressure(std::move(pressures), mesh_.rest_positions(), coordinates());
+}
+
 void MechanicalSystem::list_terms() {
-  terms_ = {&environment_, &vertex_damping_, &constraints_.springs(), &external_forces_};
+  terms_ = {&environment_, &vertex_damping_, &constraints_.springs(), &external_forces_,
+            &pressure_};
   for (const auto& term : added_terms_) terms_.push_back(term.get());
 }
 
@@ -147,12 +175,29 @@ void MechanicalSystem::add_force_term(std::shared_ptr<const ForceTerm> term) {
   list_terms();
 }
 
-void MechanicalSystem::external_force(double time, double h, Vector& f) const {
+bool MechanicalSystem::has_load_of_position() const {
+  return std::any_of(terms_.begin(), terms_.end(), [](const ForceTerm* term) {
+    return term->has_load() && term->load_depends_on_position();
+  });
+}
+
+void MechanicalSystem::external_force(const Vector& q, double time, double h, Vector& f) const {
   const bool any = std::any_of(terms_.begin(), terms_.end(),
                                [](const ForceTerm* term) { return term->has_load(); });
   f.setZero(any ? dof_count() : 0);
   for (const ForceTerm* term : terms_) {
-    if (term->has_load()) term->add_load(mass_, time, h, f);
+    if (term->has_load()) term->add_load(force_point(q, time, {time, time + h}), f);
+  }
+}
+
+void MechanicalSystem::applied_force(const Vector& q, double time, double h, Vector& f) const {
+  external_force(q, time, h, f);
+  for (const ForceTerm* term : terms_) {
+    if (!term->has_potential() || term->account() != EnergyAccount::kExternalWork) continue;
+    if (f.size() == 0) f.setZero(dof_count());
+    f = -f;
+    term->add_gradient(force_point(q, time, {time, time + h}), f);
+    f = -f;
   }
 }
 

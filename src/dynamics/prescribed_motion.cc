@@ -14,17 +14,31 @@ Matrix3 rotation(const Vector3& rotation_vector) {
 
 }  // namespace
 
+double PrescribedMotion::elapsed(double time) const {
+  if (!velocity_amplitude) return time - since;
+  return time < since ? -velocity_amplitude->integral({time, since})
+                      : velocity_amplitude->integral({since, time});
+}
+
 Vector3 PrescribedMotion::position(const Vector3& start, double time) const {
   if (at_rest()) return start;
-  const double tau = time - since;
-  if (angular_velocity.isZero(0.0)) return start + tau * velocity;
-  return center + tau * velocity + rotation(tau * angular_velocity) * (start - center);
+  const double tau = elapsed(time);
+  Vector3 x = start + tau * velocity;
+  if (!angular_velocity.isZero(0.0)) {
+    x = center + tau * velocity + rotation(tau * angular_velocity) * (start - center);
+  }
+  if (offset_amplitude) x += offset_amplitude->value(time) * offset;
+  return x;
 }
 
 Vector3 PrescribedMotion::rate(const Vector3& start, double time) const {
-  if (angular_velocity.isZero(0.0)) return velocity;
-  const double tau = time - since;
-  return velocity + angular_velocity.cross(rotation(tau * angular_velocity) * (start - center));
+  Vector3 rate = velocity;
+  if (!angular_velocity.isZero(0.0)) {
+    rate += angular_velocity.cross(rotation(elapsed(time) * angular_velocity) * (start - center));
+  }
+  if (velocity_amplitude) rate *= velocity_amplitude->value(time);
+  if (offset_amplitude) rate += offset_amplitude->rate(time) * offset;
+  return rate;
 }
 
 PrescribedVertices prescribe_at_rest(const TetMesh& mesh, std::vector<Index> vertices,

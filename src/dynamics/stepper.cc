@@ -13,6 +13,16 @@ StepOutcome Stepper::step_to(State& state, double h, double end_time) {
   return outcome;
 }
 
+void Stepper::gather_loads(const State& from, double h, double alpha, Vector& load) {
+  if (alpha == 0.0 || !system_.has_load_of_position()) {
+    system_.external_force(from.position, from.time, h, load);
+    return;
+  }
+  system_.velocity_of(from.momentum, predicted_);
+  predicted_ = from.position + alpha * h * predicted_;
+  system_.external_force(predicted_, from.time, h, load);
+}
+
 void Stepper::add_impulse(const Vector& x, const Vector& force, double dt,
                           StepOutcome& outcome) const {
   for (Index v = 0; v < system_.vertex_count(); ++v) {
@@ -59,9 +69,11 @@ double Stepper::driven_work(const State& from, const State& to) const {
   const ForcePoint end = system_.force_point(to.position, to.time);
   double work = 0.0;
   for (const ForceTerm* term : system_.force_terms()) {
-    if (term->has_potential() && term->account() == EnergyAccount::kStored) {
-      work += term->driven_work(start, end);
-    }
+    if (!term->has_potential()) continue;
+    const EnergyAccount account = term->account();
+    if (account != EnergyAccount::kStored && account != EnergyAccount::kExternalWork) continue;
+    work += term->driven_work(start, end);
+    if (account == EnergyAccount::kExternalWork) work -= term->energy_change(start, end);
   }
   return work;
 }

@@ -2,11 +2,10 @@
 
 namespace tetraction {
 
-bool gather_term_forces(const MechanicalSystem& system, const Vector& q, double time,
-                        const Vector& load, Vector& outer, Vector& constraint_force) {
+bool gather_term_forces(const MechanicalSystem& system, const ForcePoint& at, const Vector& load,
+                        Vector& outer, Vector& constraint_force) {
   outer.setZero(system.dof_count());
   bool constraining = false;
-  const ForcePoint at = system.force_point(q, time);
   for (const ForceTerm* term : system.force_terms()) {
     if (!term->has_potential()) continue;
     const bool constraint = term->account() == EnergyAccount::kConstraintWork;

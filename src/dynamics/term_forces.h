@@ -5,10 +5,10 @@
 
 namespace tetraction {
 
-/// outer ← `load` (3 per vertex, N; empty: none) plus the forces of all terms with a potential at q.
+/// outer ← `load` (3 per vertex, N; empty: none) plus the forces of all terms with a potential.
 /// constraint_force ← the part of terms that stand for constraints (EnergyAccount::kConstraintWork).
 /// Returns whether there are such terms; without them constraint_force does not change.
-bool gather_term_forces(const MechanicalSystem& system, const Vector& q, double time,
-                        const Vector& load, Vector& outer, Vector& constraint_force);
+bool gather_term_forces(const MechanicalSystem& system, const ForcePoint& at, const Vector& load,
+                        Vector& outer, Vector& constraint_force);
 
 }  // namespace tetraction

@@ -44,40 +44,61 @@ double VertexPotential::longest_step(const ForcePoint& from, const Vector& displ
 }
 
 double VertexPotential::energy(const ForcePoint& at) const {
-  return parallel_sum(at.mass.size(), [&](Index begin, Index end) {
-    double sum = 0.0;
-    for (Index v = begin; v < end; ++v) sum += value(at.mass[v], vertex_block(at.position, v));
-    return sum;
-  });
+  return factor(at) * parallel_sum(at.mass.size(), [&](Index begin, Index end) {
+           double sum = 0.0;
+           for (Index v = begin; v < end; ++v)
+             sum += value(at.mass[v], vertex_block(at.position, v));
+           return sum;
+         });
 }
 
 double VertexPotential::energy_change(const ForcePoint& from, const ForcePoint& to) const {
+  const double before = factor(from);
+  const double after = factor(to);
   return parallel_sum(from.mass.size(), [&](Index begin, Index end) {
     double sum = 0.0;
     for (Index v = begin; v < end; ++v) {
-      sum += value(to.mass[v], vertex_block(to.position, v)) -
-             value(from.mass[v], vertex_block(from.position, v));
+      sum += after * value(to.mass[v], vertex_block(to.position, v)) -
+             before * value(from.mass[v], vertex_block(from.position, v));
     }
     return sum;
   });
 }
 
 void VertexPotential::add_gradient(const ForcePoint& at, Vector& gradient) const {
+  const double factor = this->factor(at);
   parallel_for(at.mass.size(), kGrain, [&](Index begin, Index end) {
     for (Index v = begin; v < end; ++v) {
-      vertex_block(gradient, v) += this->gradient(at.mass[v], vertex_block(at.position, v));
+      vertex_block(gradient, v) +=
+          factor * this->gradient(at.mass[v], vertex_block(at.position, v));
     }
   });
 }
 
 void VertexPotential::add_hessian(const ForcePoint& at, HessianForm form,
                                   HessianBlocks& hessian) const {
+  const double factor = this->factor(at);
   parallel_for(at.mass.size(), kGrain, [&](Index begin, Index end) {
     for (Index v = begin; v < end; ++v) {
-      const Matrix3 block = this->hessian(at.mass[v], vertex_block(at.position, v));
+      const Matrix3 block = factor * this->hessian(at.mass[v], vertex_block(at.position, v));
       hessian.add(v, form == HessianForm::kExact ? block : positive_semidefinite_part(block));
     }
   });
+}
+
+double VertexPotential::driven_work(const ForcePoint& from, const ForcePoint& to) const {
+  const double before = factor(from);
+  const double after = factor(to);
+  const double mean = factor({to.mass, to.position, to.time, TimeSpan{from.time, to.time}});
+  if (before == mean && after == mean) return 0.0;
+  // The force with the mean factor does the work mean (U(from) − U(to)). What is not a decrease of
+  // the potential energy is driven work.
+  double work = 0.0;
+  for (Index v = 0; v < from.mass.size(); ++v) {
+    work += (after - mean) * value(to.mass[v], vertex_block(to.position, v)) -
+            (before - mean) * value(from.mass[v], vertex_block(from.position, v));
+  }
+  return work;
 }
 
 }  // namespace tetraction

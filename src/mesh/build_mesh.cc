@@ -44,6 +44,7 @@ class Builder {
     take_tetrahedra();
     renumber_vertices();
     orient();
+    collect_cell_arrays();
     collect_groups();
     return std::move(mesh_);
   }
@@ -180,9 +181,20 @@ class Builder {
     }
   }
 
+  void collect_cell_arrays() {
+    std::vector<Index> kept;
+    for (std::size_t c = 0; c < raw_.cells.size(); ++c) {
+      if (raw_.cells[c].type == CellType::kTetrahedron) kept.push_back(static_cast<Index>(c));
+    }
+    for (const auto& [name, values] : raw_.cell_arrays) {
+      if (values.cols() != static_cast<Index>(raw_.cells.size())) continue;
+      mesh_.cell_arrays[name] = values(Eigen::all, kept);
+    }
+  }
+
   void collect_groups() {
     for (const RawGroup& group : raw_.groups) {
-      mesh_.groups.push_back({group.name, group.dimension, group.tag, {}, {}});
+      mesh_.groups.push_back({group.name, group.dimension, group.tag, {}, {}, {}, {}});
     }
     for (const RawCell& cell : raw_.cells) {
       for (const int g : cell.groups) {
@@ -199,11 +211,42 @@ class Builder {
         }
       }
     }
+    collect_triangles();
     for (Group& group : mesh_.groups) {
       std::sort(group.vertices.begin(), group.vertices.end());
       group.vertices.erase(std::unique(group.vertices.begin(), group.vertices.end()),
                            group.vertices.end());
       std::sort(group.tetrahedra.begin(), group.tetrahedra.end());
+    }
+  }
+
+  void collect_triangles() {
+    using Triangle = std::array<Index, 3>;
+    const auto key_of = [](Triangle triangle) {
+      std::sort(triangle.begin(), triangle.end());
+      return triangle;
+    };
+    std::map<Triangle, Triangle> outward;  // the boundary's triangles by their sorted vertices
+    for (const RawCell& cell : raw_.cells) {
+      if (cell.type != CellType::kTriangle || cell.vertices.size() != 3) continue;
+      for (const int g : cell.groups) {
+        Group& group = mesh_.groups[static_cast<std::size_t>(g)];
+        if (group.dimension != 2) continue;
+        if (outward.empty()) {
+          for (const Triangle& face : boundary_faces(mesh_)) outward.emplace(key_of(face), face);
+        }
+        Triangle triangle{};
+        for (std::size_t a = 0; a < 3; ++a) {
+          triangle[a] = new_index_[index_of(cell.vertices[a], cell)];
+        }
+        if (std::any_of(triangle.begin(), triangle.end(), [](Index v) { return v < 0; })) {
+          group.detached_triangles.push_back(
+              {cell.vertices[0], cell.vertices[1], cell.vertices[2]});
+          continue;
+        }
+        const auto face = outward.find(key_of(triangle));
+        group.triangles.push_back(face != outward.end() ? face->second : triangle);
+      }
     }
   }
 

@@ -2,9 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <unordered_map>
 
 #include "tetraction/core/error.h"
@@ -22,6 +24,97 @@ double diagonal(const TetMesh& mesh) {
   return (high - low).norm();
 }
 
+using Triangle = std::array<Index, 3>;
+
+Triangle sorted(Triangle triangle) {
+  std::sort(triangle.begin(), triangle.end());
+  return triangle;
+}
+
+std::string text_of(const TetMesh& mesh, const Triangle& triangle) {
+  return fmt::format("({}, {}, {})", mesh.vertex_id(triangle[0]), mesh.vertex_id(triangle[1]),
+                     mesh.vertex_id(triangle[2]));
+}
+
+// The triangles of the boundary that face in the direction of a selection.
+std::vector<Triangle> facing(const TetMesh& mesh, const SelectFaces& s) {
+  const double length = s.normal.stableNorm();
+  if (!(length > 0.0) || !std::isfinite(length)) {
+    throw InputError("the normal of faces must be finite and not zero.");
+  }
+  if (!(s.angle >= 0.0 && s.angle <= 180.0)) {
+    throw InputError(
+        fmt::format("the angle of faces is {} degrees; it must be from 0 to 180.", s.angle));
+  }
+  constexpr double kRoundOff = 1e-6;  // degrees
+  const Vector3 direction = s.normal / length;
+  std::vector<Triangle> faces = boundary_faces(mesh);
+  std::erase_if(faces, [&](const Triangle& face) {
+    const Vector3 origin = mesh.vertices[static_cast<std::size_t>(face[0])];
+    const Vector3 normal = (mesh.vertices[static_cast<std::size_t>(face[1])] - origin)
+                               .cross(mesh.vertices[static_cast<std::size_t>(face[2])] - origin);
+    const double angle = std::atan2(normal.cross(direction).norm(), normal.dot(direction));
+    return angle * (180.0 / std::numbers::pi) > s.angle + kRoundOff;
+  });
+  return faces;
+}
+
+// Which of the vertices, triangles or tetrahedra are selected.
+using Marks = std::vector<std::uint8_t>;
+
+std::vector<Index> numbers_of(const Marks& marks) {
+  std::vector<Index> numbers;
+  for (std::size_t i = 0; i < marks.size(); ++i) {
+    if (marks[i] != 0) numbers.push_back(static_cast<Index>(i));
+  }
+  return numbers;
+}
+
+Marks marks_of(const std::vector<Index>& numbers, std::size_t count) {
+  Marks marks(count, 0);
+  for (const Index i : numbers) marks[static_cast<std::size_t>(i)] = 1;
+  return marks;
+}
+
+// `marks(selection)` returns the marks of a part.
+template <class MarksOf>
+Marks marks_of(const SelectSet& set, const MarksOf& marks) {
+  const std::string name = to_string(set.operation);
+  if (set.of.empty() || (set.operation == SetOperation::kNot && set.of.size() != 1)) {
+    throw InputError(fmt::format("{} has {} selections; it takes {}.", name, set.of.size(),
+                                 set.operation == SetOperation::kNot ? "one" : "one or more"));
+  }
+  Marks result = marks(set.of.front().selection);
+  for (std::size_t p = 1; p < set.of.size(); ++p) {
+    const Marks next = marks(set.of[p].selection);
+    for (std::size_t i = 0; i < result.size(); ++i) {
+      result[i] = set.operation == SetOperation::kAllOf ? result[i] & next[i] : result[i] | next[i];
+    }
+  }
+  if (set.operation == SetOperation::kNot) {
+    for (std::uint8_t& mark : result) mark = mark == 0 ? 1 : 0;
+  }
+  return result;
+}
+
+const Selection& selection_of(const SelectNamed& named) {
+  if (named.of.size() != 1) {
+    throw InputError(fmt::format("the selection \"{}\" stands for {} selections, not for one.",
+                                 named.name, named.of.size()));
+  }
+  return named.of.front().selection;
+}
+
+template <class MarksOf>
+Marks marks_of(const SelectNamed& named, const MarksOf& marks) {
+  const Selection& selection = selection_of(named);
+  try {
+    return marks(selection);
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("selection \"{}\": {}", named.name, error.what()));
+  }
+}
+
 template <class Predicate>
 std::vector<Index> where(const TetMesh& mesh, const Predicate& predicate) {
   std::vector<Index> found;
@@ -31,7 +124,8 @@ std::vector<Index> where(const TetMesh& mesh, const Predicate& predicate) {
   return found;
 }
 
-struct Selector {
+// The vertices of a selection that is not made of others.
+struct VertexSelector {
   const TetMesh& mesh;
 
   std::vector<Index> operator()(const SelectVertices& s) const {
@@ -112,67 +206,239 @@ struct Selector {
     return found;
   }
 
+  std::vector<Index> operator()(const SelectFaces& s) const {
+    std::vector<Index> found;
+    for (const Triangle& face : facing(mesh, s))
+      found.insert(found.end(), face.begin(), face.end());
+    return found;
+  }
+
   std::vector<Index> operator()(const SelectAll&) const {
     return where(mesh, [](const Vector3&) { return true; });
   }
 };
 
+// The marks of vertices.
+struct VertexMarks {
+  const TetMesh& mesh;
+
+  Marks of(const Selection& selection) const { return std::visit(*this, selection); }
+
+  Marks operator()(const SelectSet& set) const {
+    return marks_of(set, [this](const Selection& part) { return of(part); });
+  }
+  Marks operator()(const SelectNamed& named) const {
+    return marks_of(named, [this](const Selection& part) { return of(part); });
+  }
+  template <class Leaf>
+  Marks operator()(const Leaf& leaf) const {
+    return marks_of(VertexSelector{mesh}(leaf), mesh.vertices.size());
+  }
+};
+
+// The marks of simplices all of whose vertices are marked.
+template <class Simplices>
+Marks with_all_vertices(const Simplices& simplices, const Marks& vertices) {
+  Marks marks;
+  marks.reserve(simplices.size());
+  for (const auto simplex : simplices) {
+    marks.push_back(std::all_of(simplex.begin(), simplex.end(), [&](Index v) {
+      return vertices[static_cast<std::size_t>(v)] != 0;
+    }));
+  }
+  return marks;
+}
+
+// The marks of tetrahedra.
+struct TetrahedronMarks {
+  const TetMesh& mesh;
+
+  Marks of(const Selection& selection) const { return std::visit(*this, selection); }
+
+  Marks operator()(const SelectSet& set) const {
+    return marks_of(set, [this](const Selection& part) { return of(part); });
+  }
+  Marks operator()(const SelectNamed& named) const {
+    return marks_of(named, [this](const Selection& part) { return of(part); });
+  }
+  Marks operator()(const SelectBox& box) const { return by_centroid(box); }
+  Marks operator()(const SelectSphere& sphere) const { return by_centroid(sphere); }
+  Marks operator()(const SelectGroup& group) const {
+    Marks marks(mesh.tetrahedra.size(), 0);
+    bool is_volume = false;
+    for (const Group& candidate : mesh.groups) {
+      if (candidate.name != group.name) continue;
+      for (const Index e : candidate.tetrahedra) marks[static_cast<std::size_t>(e)] = 1;
+      is_volume = is_volume || !candidate.tetrahedra.empty();
+    }
+    return is_volume ? marks : by_vertices(group);
+  }
+  template <class Leaf>
+  Marks operator()(const Leaf& leaf) const {
+    return by_vertices(leaf);
+  }
+
+ private:
+  template <class Leaf>
+  Marks by_vertices(const Leaf& leaf) const {
+    return with_all_vertices(mesh.tetrahedra, VertexMarks{mesh}(leaf));
+  }
+  template <class Leaf>
+  Marks by_centroid(const Leaf& leaf) const {
+    TetMesh centroids;
+    for (const auto tetrahedron : mesh.tetrahedra) {
+      Vector3 sum = Vector3::Zero();
+      for (const Index v : tetrahedron) sum += mesh.vertices[static_cast<std::size_t>(v)];
+      centroids.vertices.own().push_back(sum / 4.0);
+    }
+    return VertexMarks{centroids}(leaf);
+  }
+};
+
+// Whether a selection has a part that consists of triangles.
+struct HasTriangles {
+  const TetMesh& mesh;
+
+  bool any(const std::vector<SelectionPart>& parts) const {
+    return std::any_of(parts.begin(), parts.end(), [this](const SelectionPart& part) {
+      return std::visit(*this, part.selection);
+    });
+  }
+  bool operator()(const SelectSet& set) const { return any(set.of); }
+  bool operator()(const SelectNamed& named) const { return any(named.of); }
+  bool operator()(const SelectFaces&) const { return true; }
+  bool operator()(const SelectGroup& s) const {
+    return std::any_of(mesh.groups.begin(), mesh.groups.end(), [&](const Group& group) {
+      return group.name == s.name &&
+             (!group.triangles.empty() || !group.detached_triangles.empty());
+    });
+  }
+  template <class Leaf>
+  bool operator()(const Leaf&) const {
+    return false;
+  }
+};
+
+// The marks of the triangles of the boundary.
+struct TriangleMarks {
+  const TetMesh& mesh;
+  const std::vector<Triangle>& boundary;  // in the order of boundary_faces(), by sorted vertices
+
+  Marks of(const Selection& selection) const { return std::visit(*this, selection); }
+
+  Marks operator()(const SelectSet& set) const {
+    return marks_of(set, [this](const Selection& part) { return of(part); });
+  }
+  Marks operator()(const SelectNamed& named) const {
+    return marks_of(named, [this](const Selection& part) { return of(part); });
+  }
+  Marks operator()(const SelectFaces& faces) const {
+    Marks marks(boundary.size(), 0);
+    for (const Triangle& face : facing(mesh, faces)) mark(face, marks);
+    return marks;
+  }
+  Marks operator()(const SelectGroup& s) const {
+    if (!HasTriangles{mesh}(s)) return by_vertices(s);
+    Marks marks(boundary.size(), 0);
+    for (const Group& group : mesh.groups) {
+      if (group.name != s.name) continue;
+      if (!group.detached_triangles.empty()) {
+        const auto& triangle = group.detached_triangles.front();
+        refuse(group, fmt::format("({}, {}, {})", triangle[0], triangle[1], triangle[2]));
+      }
+      for (const Triangle& triangle : group.triangles) {
+        if (!mark(triangle, marks)) refuse(group, text_of(mesh, triangle));
+      }
+    }
+    return marks;
+  }
+  template <class Leaf>
+  Marks operator()(const Leaf& leaf) const {
+    return by_vertices(leaf);
+  }
+
+ private:
+  [[noreturn]] static void refuse(const Group& group, const std::string& triangle) {
+    throw InputError(fmt::format(
+        "the triangle of the vertices {} of the group \"{}\" is not on the boundary of the body. A "
+        "selection of triangles takes such triangles only.",
+        triangle, group.name));
+  }
+  // False if the triangle is not on the boundary.
+  bool mark(const Triangle& triangle, Marks& marks) const {
+    const Triangle key = sorted(triangle);
+    const auto found =
+        std::lower_bound(boundary.begin(), boundary.end(), key,
+                         [](const Triangle& a, const Triangle& b) { return sorted(a) < b; });
+    if (found == boundary.end() || sorted(*found) != key) return false;
+    marks[static_cast<std::size_t>(found - boundary.begin())] = 1;
+    return true;
+  }
+  template <class Leaf>
+  Marks by_vertices(const Leaf& leaf) const {
+    return with_all_vertices(boundary, VertexMarks{mesh}(leaf));
+  }
+};
+
+void require_vertices(const TetMesh& mesh) {
+  if (mesh.vertices.empty()) throw InputError("the mesh has no vertices to select from.");
+}
+
 }  // namespace
 
+std::string to_string(SetOperation operation) {
+  switch (operation) {
+    case SetOperation::kAllOf:
+      return "all_of";
+    case SetOperation::kAnyOf:
+      return "any_of";
+    case SetOperation::kNot:
+      return "not";
+  }
+  return "unknown";
+}
+
+bool SelectSet::operator==(const SelectSet&) const = default;
+bool SelectNamed::operator==(const SelectNamed&) const = default;
+
 std::vector<Index> select_vertices(const TetMesh& mesh, const Selection& selection) {
-  if (mesh.vertices.empty()) throw InputError("the mesh has no vertices to select from.");
-  std::vector<Index> found = std::visit(Selector{mesh}, selection);
+  require_vertices(mesh);
+  std::vector<Index> found = numbers_of(VertexMarks{mesh}.of(selection));
   if (found.empty()) {
     throw InputError(
         "the selection selects no vertex. Selections are in the coordinates of the undeformed mesh "
-        "(after mesh.scale); `tetraction mesh info` shows its bounding box and groups.");
+        "(after mesh.scale and mesh.unit); `tetraction mesh info` shows its bounding box and "
+        "groups.");
   }
-  std::sort(found.begin(), found.end());
-  found.erase(std::unique(found.begin(), found.end()), found.end());
   return found;
 }
 
 std::vector<Index> select_tetrahedra(const TetMesh& mesh, const Selection& selection) {
-  std::vector<Index> found;
-  if (const auto* group = std::get_if<SelectGroup>(&selection)) {
-    for (const Group& candidate : mesh.groups) {
-      if (candidate.name != group->name) continue;
-      found.insert(found.end(), candidate.tetrahedra.begin(), candidate.tetrahedra.end());
-    }
-  }
-  if (found.empty()) {
-    const bool by_centroid = std::holds_alternative<SelectBox>(selection) ||
-                             std::holds_alternative<SelectSphere>(selection);
-    std::vector<std::uint8_t> chosen(mesh.vertices.size(), 0);
-    if (by_centroid) {
-      TetMesh centroids;
-      for (const auto tetrahedron : mesh.tetrahedra) {
-        Vector3 sum = Vector3::Zero();
-        for (const Index v : tetrahedron) sum += mesh.vertices[static_cast<std::size_t>(v)];
-        centroids.vertices.own().push_back(sum / 4.0);
-      }
-      found = std::visit(Selector{centroids}, selection);
-    } else {
-      for (const Index v : select_vertices(mesh, selection)) {
-        chosen[static_cast<std::size_t>(v)] = 1;
-      }
-      for (Index e = 0; e < mesh.tetrahedron_count(); ++e) {
-        const auto tetrahedron = mesh.tetrahedra[static_cast<std::size_t>(e)];
-        if (std::all_of(tetrahedron.begin(), tetrahedron.end(),
-                        [&](Index v) { return chosen[static_cast<std::size_t>(v)] != 0; })) {
-          found.push_back(e);
-        }
-      }
-    }
-  }
+  require_vertices(mesh);
+  std::vector<Index> found = numbers_of(TetrahedronMarks{mesh}.of(selection));
   if (found.empty()) {
     throw InputError(
         "the selection selects no tetrahedron. A box or a sphere selects those with their centroid "
         "in it, a group its own, anything else those with all four vertices selected; coordinates "
-        "are those of the undeformed mesh (after mesh.scale).");
+        "are those of the undeformed mesh (after mesh.scale and mesh.unit).");
   }
-  std::sort(found.begin(), found.end());
-  found.erase(std::unique(found.begin(), found.end()), found.end());
+  return found;
+}
+
+std::vector<Triangle> select_triangles(const TetMesh& mesh, const Selection& selection) {
+  require_vertices(mesh);
+  const std::vector<Triangle> boundary = boundary_faces(mesh);
+  const Marks marks = std::visit(HasTriangles{mesh}, selection)
+                          ? TriangleMarks{mesh, boundary}.of(selection)
+                          : with_all_vertices(boundary, VertexMarks{mesh}.of(selection));
+  std::vector<Triangle> found;
+  for (const Index t : numbers_of(marks)) found.push_back(boundary[static_cast<std::size_t>(t)]);
+  if (found.empty()) {
+    throw InputError(
+        "the selection selects no triangle of the boundary. Faces and groups of triangles select "
+        "their own, anything else those with all three vertices selected; coordinates are those of "
+        "the undeformed mesh (after mesh.scale and mesh.unit).");
+  }
   return found;
 }
 

@@ -60,7 +60,8 @@ FixedDistance make_distance(const ConstraintSettings& constraint, const TetMesh&
 }
 
 ConstraintObject make_handle(const ConstraintSettings& constraint, const MechanicalSystem& system,
-                             const Vector& q, double time) {
+                             const Vector& q, double time,
+                             const std::vector<AmplitudeSettings>& amplitudes) {
   const std::vector<Index> vertices = select_at(system.mesh(), constraint.select, constraint.where);
   const Matrix positions = positions_of(vertices, q);
   if (!constraint.is_driven()) return RigidHandle{vertices, positions, constraint.where};
@@ -72,6 +73,8 @@ ConstraintObject make_handle(const ConstraintSettings& constraint, const Mechani
   driven.motion.since = time;
   driven.motion.velocity = constraint.velocity.value_or(Vector3::Zero());
   driven.motion.angular_velocity = constraint.angular_velocity.value_or(Vector3::Zero());
+  driven.motion.velocity_amplitude =
+      find_amplitude(amplitudes, constraint.amplitude, constraint.where);
   double mass = 0.0;
   for (std::size_t i = 0; i < vertices.size(); ++i) {
     mass += system.mass()[vertices[i]];
@@ -141,14 +144,19 @@ ConstraintList BodyConstraints::list() const {
 }
 
 PrescribedVertices make_held(const FixSettings& fix, const TetMesh& mesh, const Vector& q,
-                             double time) {
+                             double time, const std::vector<AmplitudeSettings>& amplitudes) {
   PrescribedVertices held;
   held.name = fix.where;
   held.vertices = select_at(mesh, fix.select, fix.where);
   held.components = fix.components;
   held.start = positions_of(held.vertices, q);
   if (fix.target) held.start.colwise() = *fix.target;
-  if (fix.offset) held.start.colwise() += *fix.offset;
+  held.motion.offset_amplitude = find_amplitude(amplitudes, fix.amplitude, fix.where);
+  if (held.motion.offset_amplitude) {
+    held.motion.offset = fix.offset.value_or(Vector3::Zero());
+  } else if (fix.offset) {
+    held.start.colwise() += *fix.offset;
+  }
   if (!fix.targets.empty()) held.start = own_targets(fix, mesh, held.vertices);
   held.motion.since = time;
   for (Index i = 0; i < 3; ++i) {
@@ -165,23 +173,27 @@ PrescribedVertices make_held(const FixSettings& fix, const TetMesh& mesh, const 
 
 PrescribedVertices changed_held(const PrescribedVertices& held, const FixSettings& before,
                                 const FixSettings& after, const TetMesh& mesh, const Vector& q,
-                                double time) {
-  PrescribedVertices next = make_held(after, mesh, q, time);
+                                double time, const std::vector<AmplitudeSettings>& amplitudes) {
+  PrescribedVertices next = make_held(after, mesh, q, time, amplitudes);
   if (before.select != after.select || before.components != after.components ||
       before.target != after.target || before.offset != after.offset ||
-      before.targets != after.targets || held.vertices.empty()) {
+      before.targets != after.targets || before.amplitude != after.amplitude ||
+      held.vertices.empty()) {
     return next;
   }
   next.vertices = held.vertices;  // without those that were released since
   next.start = held.start;
+  PrescribedMotion steady = held.motion;  // the offset of an amplitude goes on as it is
+  steady.offset_amplitude = nullptr;
   for (Index i = 0; i < held.start.cols(); ++i) {
-    next.start.col(i) = held.motion.position(held.start.col(i), time);
+    next.start.col(i) = steady.position(held.start.col(i), time);
   }
   return next;
 }
 
 ConstraintObject make_constraint(const ConstraintSettings& constraint,
-                                 const MechanicalSystem& system, const Vector& q, double time) {
+                                 const MechanicalSystem& system, const Vector& q, double time,
+                                 const std::vector<AmplitudeSettings>& amplitudes) {
   switch (constraint.kind) {
     case ConstraintKind::kDistance:
       return make_distance(constraint, system.mesh(), q);
@@ -191,7 +203,7 @@ ConstraintObject make_constraint(const ConstraintSettings& constraint,
     case ConstraintKind::kRigid:
       break;
   }
-  return make_handle(constraint, system, q, time);
+  return make_handle(constraint, system, q, time, amplitudes);
 }
 
 ConstraintSettings with_length(ConstraintSettings settings, const ConstraintObject& object) {
@@ -204,12 +216,12 @@ BodyConstraints make_body_constraints(const Scene& scene, const MechanicalSystem
                                       Vector q) {
   BodyConstraints constraints;
   for (const FixSettings& fix : scene.fix) {
-    constraints.fixes.push_back(make_held(fix, system.mesh(), q, 0.0));
+    constraints.fixes.push_back(make_held(fix, system.mesh(), q, 0.0, scene.amplitude));
     constraints.fix_settings.push_back(fix);
   }
   Constraints(constraints.list(), system.mesh(), system.mass()).prescribe(0.0, q);
   for (const ConstraintSettings& constraint : scene.constraint) {
-    constraints.others.push_back(make_constraint(constraint, system, q, 0.0));
+    constraints.others.push_back(make_constraint(constraint, system, q, 0.0, scene.amplitude));
     constraints.other_settings.push_back(with_length(constraint, constraints.others.back()));
   }
   return constraints;

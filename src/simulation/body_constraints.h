@@ -15,20 +15,21 @@ std::vector<Index> select_at(const TetMesh& mesh, const Selection& selection,
 
 /// The object of a [[fix]] for positions q at `time`. Throws InputError.
 PrescribedVertices make_held(const FixSettings& fix, const TetMesh& mesh, const Vector& q,
-                             double time);
+                             double time, const std::vector<AmplitudeSettings>& amplitudes);
 
 /// The object of a [[fix]] whose settings change from `before` to `after` at `time`. If vertices,
-/// components, target and offset stay the same, the targets continue from their present positions.
+/// components, target, offset and amplitude stay the same, the targets continue from their present positions.
 /// A [[fix]] that has released all of its vertices fixes them again.
 PrescribedVertices changed_held(const PrescribedVertices& held, const FixSettings& before,
                                 const FixSettings& after, const TetMesh& mesh, const Vector& q,
-                                double time);
+                                double time, const std::vector<AmplitudeSettings>& amplitudes);
 
 /// The object of a [[constraint]] for positions q at `time`. Throws InputError for a distance of
 /// zero, for a normal or direction of zero, and for a driven rotation of fewer than three vertices
 /// that are not on a line.
 ConstraintObject make_constraint(const ConstraintSettings& constraint,
-                                 const MechanicalSystem& system, const Vector& q, double time);
+                                 const MechanicalSystem& system, const Vector& q, double time,
+                                 const std::vector<AmplitudeSettings>& amplitudes);
 
 /// The settings, with the length that the object keeps if they had none.
 ConstraintSettings with_length(ConstraintSettings settings, const ConstraintObject& object);

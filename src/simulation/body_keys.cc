@@ -1,13 +1,10 @@
-// Keys of what acts on vertices: [[fix]], [[constraint]], [[force]], momenta, shifts, selections; and
-// [[event]].
+// Keys of what vertices do: [[fix]], [[constraint]], momenta, shifts, selections; and [[event]].
 #include <fmt/format.h>
 
 #include "tetraction/simulation/setting_keys.h"
 
 namespace tetraction {
 namespace {
-
-constexpr NumberRange kAnyTime{.infinity = true};
 
 template <class S>
 Key<S> select_key(const char* help = "the vertices", bool (*used)(const S&) = nullptr) {
@@ -25,6 +22,12 @@ std::string target_conflict(const FixSettings& fix) {
              ? "is one key too many: target and offset are both given, and each says where the "
                "vertices are held. Leave one of the two out."
              : "";
+}
+
+std::string amplitude_conflict(const FixSettings& fix) {
+  return fix.amplitude.empty() || fix.offset
+             ? ""
+             : "needs `offset`, the displacement that it is the factor of.";
 }
 
 std::string targets_conflict(const FixSettings& fix) {
@@ -60,13 +63,6 @@ bool takes_selection(const ConstraintSettings& constraint) {
 template <ConstraintKind kind>
 std::string zero_direction(const ConstraintSettings& constraint) {
   return constraint.kind == kind && constraint.direction.isZero(0.0) ? "must not be zero." : "";
-}
-
-std::string force_times_conflict(const ForceSettings& force) {
-  if (force.until > force.from) return {};
-  return fmt::format(
-      "does not fit: the force acts from {} s until {} s; until must be later than from.",
-      force.from, force.until);
 }
 
 std::string size_conflict(const ShiftSettings& shift, const std::vector<Vector3>& list) {
@@ -131,8 +127,14 @@ const Section<FixSettings>& section_of() {
          .needed = "gamma of the force -2 gamma (q - target), in N/m.",
          .in_file = Written::kUnlessDefault},
         &S::penalty,
-        is_penalty}},
-      {{{"target", "offset"}, target_conflict}, {{"targets"}, targets_conflict}}};
+        is_penalty},
+       {{.name = "amplitude",
+         .help = "name of an `[[amplitude]]`, the factor of `offset`, which then changes in time",
+         .absent = "the factor 1"},
+        &S::amplitude}},
+      {{{"amplitude"}, amplitude_conflict},
+       {{"target", "offset"}, target_conflict},
+       {{"targets"}, targets_conflict}}};
   return section;
 }
 
@@ -194,32 +196,15 @@ const Section<ConstraintSettings>& section_of() {
          .help = "of `rigid`: drives it, turning about its centre of mass",
          .absent = "free"},
         &S::angular_velocity,
+        is_kind<ConstraintKind::kRigid>},
+       {{.name = "amplitude",
+         .help = "of a driven `rigid`: name of an `[[amplitude]]`, the factor of both velocities",
+         .absent = "the factor 1"},
+        &S::amplitude,
         is_kind<ConstraintKind::kRigid>}},
       {{{"normal"}, zero_direction<ConstraintKind::kPlane>},
        {{"direction"}, zero_direction<ConstraintKind::kLine>}},
       true};
-  return section;
-}
-
-template <>
-const Section<ForceSettings>& section_of() {
-  using S = ForceSettings;
-  static const Section<S> section{
-      "force",
-      {select_key<S>(),
-       {{.name = "vector",
-         .unit = "N",
-         .per = "on each vertex",
-         .help = "the force on each selected vertex",
-         .needed = "the force on each selected vertex, [fx, fy, fz] in N."},
-        &S::vector},
-       {{.name = "from", .unit = "s", .help = "when it begins"}, &S::from},
-       {{.name = "until",
-         .unit = "s",
-         .help = "when it ends, later than `from`; `inf` for ever",
-         .range = kAnyTime},
-        &S::until}},
-      {{{"from", "until"}, force_times_conflict}}};
   return section;
 }
 
@@ -251,8 +236,8 @@ const Section<EventSettings>& section_of() {
         &S::at},
        {{.name = "set",
          .help = "`{ \"KEY\" = VALUE, … }` with any key of `[material]`, `[[material_region]]`, "
-                 "`[time]`, `[solver]`, `[damping]`, `[environment]`, `[[force]]`, `[[fix]]` and "
-                 "`[[constraint]]`, written as with `--set`: `\"time.step\" = 1e-3`, "
+                 "`[time]`, `[solver]`, `[damping]`, `[environment]`, `[[fix]]`, "
+                 "`[[constraint]]` and the loads, written as with `--set`: `\"time.step\" = 1e-3`, "
                  "`\"force.0.vector\" = [0, 1, 0]`, `\"constraint.0.velocity\" = [0, 0, 0]`"},
         ByHand{"table"}},
        {{.name = "unset",
@@ -329,7 +314,17 @@ const Section<Selection>& section_of() {
          .help = "those of a named group of the mesh file, such as a Gmsh physical group"},
         ByHand{"text"}},
        {{.name = "surface", .help = "those of the boundary"}, ByHand{"`true`"}},
-       {{.name = "all", .help = "every one"}, ByHand{"`true`"}}}};
+       {{.name = "all", .help = "every one"}, ByHand{"`true`"}},
+       {{.name = "faces",
+         .help = "those of the boundary's triangles that face in a direction, "
+                 "`{ normal = [0, 1, 0], angle = 30 }`"},
+        ByHand{"table"}},
+       {{.name = "all_of", .help = "those that all of these selections select"},
+        ByHand{"list of selections"}},
+       {{.name = "any_of", .help = "those that one or more of these selections select"},
+        ByHand{"list of selections"}},
+       {{.name = "not", .help = "those that this selection does not select"},
+        ByHand{"selection"}}}};
   return section;
 }
 
@@ -392,6 +387,26 @@ const Section<SelectSphere>& section_of() {
                                      .range = kPositive,
                                      .needed = "the radius in m."},
                                     &S::radius}}};
+  return section;
+}
+
+template <>
+const Section<SelectFaces>& section_of() {
+  using S = SelectFaces;
+  static const Section<S> section{
+      "select.faces",
+      {{{.name = "normal",
+         .help = "a direction; any length but zero",
+         .needed = "the direction that the triangles face, [nx, ny, nz]."},
+        &S::normal},
+       {{.name = "angle",
+         .unit = "degrees",
+         .help = "how far the outward normal of a triangle of the undeformed body may be from it",
+         .range = {.least = 0.0, .most = 180.0}},
+        &S::angle}},
+      {{{"normal"}, [](const S& s) -> std::string {
+          return s.normal.isZero(0.0) ? "must not be zero." : "";
+        }}}};
   return section;
 }
 

@@ -47,9 +47,18 @@ struct ValueCheck {
   void operator()(std::vector<Vector3> S::*member) const {
     for (const Vector3& entry : settings.*member) vector(entry);
   }
+  void operator()(bool S::*) const {}
+  void operator()(std::vector<std::string> S::*) const {}
   void operator()(const Choice<S>&) const {}
   void operator()(const NumberOrAuto<S>& value) const {
     if (!(settings.*value.automatic)) number(settings.*value.number, "=");
+  }
+  void operator()(const VectorOrField<S>& value) const {
+    const FieldSettings& field = settings.*value.field;
+    if (field.empty()) vector(settings.*value.vector);
+    if (!field.file.empty() && !field.formula[0].empty()) {
+      throw InputError(name + " has both a file and a formula; give one of them.");
+    }
   }
   void operator()(const ByHand&) const {}
 };
@@ -84,14 +93,21 @@ template void check_settings(const EnvironmentSettings&);
 template void check_settings(const FixSettings&);
 template void check_settings(const ConstraintSettings&);
 template void check_settings(const ForceSettings&);
+template void check_settings(const MomentSettings&);
+template void check_settings(const TractionSettings&);
+template void check_settings(const PressureSettings&);
+template void check_settings(const BodyForceSettings&);
+template void check_settings(const AmplitudeSettings&);
 template void check_settings(const InitialSettings&);
 template void check_settings(const MomentumSettings&);
 template void check_settings(const EventSettings&);
 template void check_settings(const ShiftSettings&);
 template void check_settings(const OutputSettings&);
+template void check_settings(const ProbeSettings&);
 template void check_settings(const Selection&);
 template void check_settings(const SelectPlane&);
 template void check_settings(const SelectBox&);
 template void check_settings(const SelectSphere&);
+template void check_settings(const SelectFaces&);
 
 }  // namespace tetraction

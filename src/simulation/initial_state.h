@@ -10,6 +10,11 @@ namespace tetraction {
 State make_initial_state(const Scene& scene, MechanicalSystem& system,
                          BodyConstraints& constraints);
 
+/// Sets the scene's constraints in the system for an equilibrium, at which the body is not yet, and
+/// stores them. Throws InputError if they contradict each other.
+void set_constraints_of_equilibrium(const Scene& scene, MechanicalSystem& system,
+                                    BodyConstraints& constraints);
+
 /// Sets these constraints in the system and moves `position` so that it satisfies them. Returns the
 /// constraints that the system had before. If the new ones contradict each other or an element
 /// would be inverted, InputError is thrown, and system and position stay as they were.
@@ -20,8 +25,6 @@ Constraints constrain(MechanicalSystem& system, const BodyConstraints& constrain
 /// begins with `what`.
 void require_defined_terms(const MechanicalSystem& system, const Vector& position, double time,
                            const std::string& what);
-
-ExternalForce make_force(const ForceSettings& force, const TetMesh& mesh);
 
 /// The vertices of a shift, in its order. Throws InputError for numbers that do not exist or occur
 /// twice, for lists of different lengths, and for values that are not finite.

@@ -4,8 +4,10 @@
 
 #include <cmath>
 #include <limits>
+#include <string_view>
 #include <utility>
 
+#include "core/spelling.h"
 #include "tetraction/core/error.h"
 
 namespace tetraction {
@@ -60,6 +62,21 @@ std::vector<const char*> linear_solver_names() {
   return names_of(kLinearSolvers);
 }
 
+const std::vector<LengthUnit>& length_units() {
+  static const std::vector<LengthUnit> units{
+      {"m", 1.0}, {"mm", 1e-3}, {"cm", 1e-2}, {"um", 1e-6}, {"in", 0.0254}};
+  return units;
+}
+
+double coordinate_scale(const MeshSettings& mesh) {
+  std::string known;
+  for (const LengthUnit& unit : length_units()) {
+    if (mesh.unit == unit.name) return mesh.scale * unit.metres;
+    known += fmt::format("{}{}", known.empty() ? "" : ", ", unit.name);
+  }
+  throw InputError(fmt::format("\"{}\" is not a unit of length; there are {}.", mesh.unit, known));
+}
+
 std::string solver_conflict(const SolverSettings& settings) {
   if (settings.kind != "ceres" || settings.linear == LinearSolver::kAuto) return {};
   return fmt::format(
@@ -81,6 +98,107 @@ std::string to_string(ConstraintKind kind) {
       break;
   }
   return "rigid";
+}
+
+std::string to_string(AmplitudeKind kind) {
+  switch (kind) {
+    case AmplitudeKind::kPoints:
+      return "points";
+    case AmplitudeKind::kFile:
+      return "file";
+    case AmplitudeKind::kSine:
+      return "sine";
+    case AmplitudeKind::kSmoothStep:
+      break;
+  }
+  return "smooth_step";
+}
+
+std::shared_ptr<const Amplitude> find_amplitude(const std::vector<AmplitudeSettings>& amplitudes,
+                                                const std::string& name, const std::string& where) {
+  if (name.empty()) return nullptr;
+  std::vector<std::string_view> names;
+  for (const AmplitudeSettings& amplitude : amplitudes) {
+    if (amplitude.name == name) return std::make_shared<const Amplitude>(make_amplitude(amplitude));
+    names.push_back(amplitude.name);
+  }
+  throw InputError(fmt::format(
+      "{}{}amplitude = \"{}\" is not defined{}", where, where.empty() ? "" : ": ", name,
+      names.empty() ? ": the scene has no [[amplitude]]." : ": " + advice(name, names)));
+}
+
+Amplitude make_amplitude(const AmplitudeSettings& settings) {
+  try {
+    switch (settings.kind) {
+      case AmplitudeKind::kPoints:
+      case AmplitudeKind::kFile:
+        break;
+      case AmplitudeKind::kSine:
+        return Amplitude::sine(settings.frequency, settings.phase, settings.offset);
+      case AmplitudeKind::kSmoothStep:
+        return Amplitude::smooth_step(settings.from, settings.until);
+    }
+    return Amplitude::piecewise_linear(settings.points);
+  } catch (const InputError& error) {
+    throw InputError(
+        fmt::format("{}{}{}", settings.where, settings.where.empty() ? "" : ": ", error.what()));
+  }
+}
+
+const std::vector<LoadKind>& load_kinds() {
+  static const std::vector<LoadKind> kinds{LoadKind::kForce, LoadKind::kMoment, LoadKind::kTraction,
+                                           LoadKind::kPressure, LoadKind::kBodyForce};
+  return kinds;
+}
+
+std::string to_string(LoadKind kind) {
+  switch (kind) {
+    case LoadKind::kForce:
+      return "force";
+    case LoadKind::kMoment:
+      return "moment";
+    case LoadKind::kTraction:
+      return "traction";
+    case LoadKind::kPressure:
+      return "pressure";
+    case LoadKind::kBodyForce:
+      break;
+  }
+  return "body_force";
+}
+
+std::string to_string(LoadShare share) {
+  switch (share) {
+    case LoadShare::kAuto:
+      return "auto";
+    case LoadShare::kSurface:
+      return "surface";
+    case LoadShare::kVolume:
+      return "volume";
+    case LoadShare::kVertices:
+      break;
+  }
+  return "vertices";
+}
+
+std::vector<ForceSettings>& LoadLists::list(LoadKind kind) {
+  return const_cast<std::vector<ForceSettings>&>(std::as_const(*this).list(kind));
+}
+
+const std::vector<ForceSettings>& LoadLists::list(LoadKind kind) const {
+  switch (kind) {
+    case LoadKind::kForce:
+      return force;
+    case LoadKind::kMoment:
+      return moment;
+    case LoadKind::kTraction:
+      return traction;
+    case LoadKind::kPressure:
+      return pressure;
+    case LoadKind::kBodyForce:
+      break;
+  }
+  return body_force;
 }
 
 std::string letters_of(const std::array<bool, 3>& components) {

@@ -9,10 +9,12 @@
 #include <vector>
 
 #include "body_constraints.h"
+#include "body_loads.h"
 #include "initial_state.h"
 #include "tetraction/core/error.h"
 #include "tetraction/dynamics/multipliers.h"
 #include "tetraction/mesh/generate.h"
+#include "tetraction/simulation/equilibrium.h"
 #include "tetraction/simulation/setting_keys.h"
 #include "tetraction/solver/ceres_minimizer.h"
 #include "tetraction/solver/newton_minimizer.h"
@@ -40,6 +42,19 @@ Vector point_array(const TetMesh& mesh, const std::string& name, const char* key
   return field;
 }
 
+// The field of [initial] that the mesh's reader has put under a name.
+Vector initial_field(const TetMesh& mesh, const FieldSettings& field, const char* name) {
+  const auto found = mesh.point_arrays.find(name);
+  if (found == mesh.point_arrays.end() || found->second.rows() != 3 ||
+      found->second.cols() != mesh.vertex_count()) {
+    throw InputError(
+        fmt::format("{}{}{} is a field whose values the mesh does not have: make the mesh with "
+                    "read_scene_mesh(), or take {}_array with values of your own.",
+                    field.where, field.where.empty() ? "" : ": ", name, name));
+  }
+  return found->second.reshaped();
+}
+
 Vector initial_positions(const Scene& scene, const MechanicalSystem& system) {
   Vector position = system.mesh().rest_positions();
   const Vector3 center = system.center_of_mass(position);
@@ -51,8 +66,14 @@ Vector initial_positions(const Scene& scene, const MechanicalSystem& system) {
       position[3 * v + i] = center[i] + stretch[i] * (position[3 * v + i] - center[i]);
     }
   }
-  if (!scene.initial.displacement_array.empty()) {
-    position += point_array(system.mesh(), scene.initial.displacement_array, "displacement_array");
+  const InitialSettings& initial = scene.initial;
+  if (!initial.displacement_field.empty()) {
+    position += initial_field(system.mesh(), initial.displacement_field, kInitialDisplacement);
+  } else if (!initial.displacement.isZero(0.0)) {
+    position += initial.displacement.replicate(system.vertex_count(), 1);
+  }
+  if (!initial.displacement_array.empty()) {
+    position += point_array(system.mesh(), initial.displacement_array, "displacement_array");
   }
   return position;
 }
@@ -71,7 +92,9 @@ TetMesh generate_mesh(const GeneratorSettings& settings) {
   return generate_box(settings.size, settings.cells);
 }
 
-Environment make_environment(const EnvironmentSettings& settings) {
+namespace {
+
+Environment constant_environment(const EnvironmentSettings& settings) {
   switch (settings.kind) {
     case EnvironmentKind::kNone:
       break;
@@ -83,6 +106,15 @@ Environment make_environment(const EnvironmentSettings& settings) {
       return Environment::custom(settings.field);
   }
   return {};
+}
+
+}  // namespace
+
+Environment make_environment(const EnvironmentSettings& settings,
+                             const std::vector<AmplitudeSettings>& amplitudes) {
+  Environment environment = constant_environment(settings);
+  environment.set_amplitude(find_amplitude(amplitudes, settings.amplitude, "[environment]"));
+  return environment;
 }
 
 std::unique_ptr<MechanicalSystem> make_system(const Scene& scene, TetMesh mesh) {
@@ -100,16 +132,13 @@ std::unique_ptr<MechanicalSystem> make_system(const Scene& scene, TetMesh mesh) 
     }
   }
   auto system = std::make_unique<MechanicalSystem>(std::move(mesh), regions, region_of_element);
-  system->set_environment(make_environment(scene.environment));
+  system->set_environment(make_environment(scene.environment, scene.amplitude));
   system->set_damping(scene.damping);
-  for (const ForceSettings& force : scene.force)
-    system->add_force(make_force(force, system->mesh()));
+  BodyLoads loads = make_loads(scene, *system, scene.amplitude);
+  system->set_forces(std::move(loads.forces));
+  system->set_pressures(std::move(loads.pressures));
   for (const auto& term : scene.force_term) system->add_force_term(term);
   return system;
-}
-
-ExternalForce make_force(const ForceSettings& force, const TetMesh& mesh) {
-  return {select_at(mesh, force.select, force.where), force.vector, force.from, force.until};
 }
 
 void require_defined_terms(const MechanicalSystem& system, const Vector& position, double time,
@@ -127,15 +156,33 @@ void require_defined_terms(const MechanicalSystem& system, const Vector& positio
       what, system.mesh().vertex_id(vertex), term->name()));
 }
 
-Constraints constrain(MechanicalSystem& system, const BodyConstraints& constraints, double time,
-                      Vector& position) {
+namespace {
+
+// Makes the constraints and moves `position` so that it satisfies them. Throws InputError.
+Constraints make_constraints(const MechanicalSystem& system, const BodyConstraints& constraints,
+                             double time, Vector& position) {
   Constraints next(constraints.list(), system.mesh(), system.mass());
-  Vector moved = position;
-  if (const std::string failed = project_positions(next, time, moved); !failed.empty()) {
+  if (const std::string failed = project_positions(next, time, position); !failed.empty()) {
     throw InputError(failed +
                      ": cannot be met together with the other constraints on its vertices. Change "
                      "the length, or leave one of them out.");
   }
+  return next;
+}
+
+}  // namespace
+
+void set_constraints_of_equilibrium(const Scene& scene, MechanicalSystem& system,
+                                    BodyConstraints& constraints) {
+  Vector position = initial_positions(scene, system);
+  constraints = make_body_constraints(scene, system, position);
+  system.set_constraints(make_constraints(system, constraints, 0.0, position));
+}
+
+Constraints constrain(MechanicalSystem& system, const BodyConstraints& constraints, double time,
+                      Vector& position) {
+  Vector moved = position;
+  Constraints next = make_constraints(system, constraints, time, moved);
   if (const EvaluationStatus status = system.elastic().admissible(moved); !status.ok()) {
     throw InputError(fmt::format(
         "Moving the vertices to where the constraints hold them inverts element {}: bring the "
@@ -149,6 +196,43 @@ Constraints constrain(MechanicalSystem& system, const BodyConstraints& constrain
   return system.set_constraints(std::move(next));
 }
 
+namespace {
+
+// The positions of the equilibrium under the loads at t = 0.
+Vector static_positions(const Scene& scene, const MechanicalSystem& system) {
+  Equilibrium equilibrium = find_equilibrium(system, scene.solver, 0.0);
+  if (!equilibrium.found) {
+    throw InputError(
+        "initial.static = true: there is no equilibrium to start from: " + equilibrium.message +
+        ". Make the loads smaller, or let tetraction static show how far they go.");
+  }
+  return std::move(equilibrium.position);
+}
+
+void set_initial_velocity(const Scene& scene, const MechanicalSystem& system, State& state) {
+  const InitialSettings& initial = scene.initial;
+  const Vector3 center = system.center_of_mass(state.position);
+  Vector velocity(system.dof_count());
+  for (Index v = 0; v < system.vertex_count(); ++v) {
+    const Vector3 arm = vertex_block(std::as_const(state.position), v) - center;
+    vertex_block(velocity, v) = initial.velocity + initial.angular_velocity.cross(arm);
+  }
+  if (!initial.velocity_field.empty()) {
+    velocity += initial_field(system.mesh(), initial.velocity_field, kInitialVelocity);
+  }
+  if (!initial.velocity_array.empty()) {
+    velocity += point_array(system.mesh(), initial.velocity_array, "velocity_array");
+  }
+  for (const MomentumSettings& momentum : initial.momentum) {
+    for (const Index v : select_at(system.mesh(), momentum.select, momentum.where)) {
+      vertex_block(velocity, v) = momentum.value / system.mass()[v];
+    }
+  }
+  system.set_velocity(state, velocity);
+}
+
+}  // namespace
+
 State make_initial_state(const Scene& scene, MechanicalSystem& system) {
   BodyConstraints constraints;
   return make_initial_state(scene, system, constraints);
@@ -159,6 +243,12 @@ State make_initial_state(const Scene& scene, MechanicalSystem& system,
   const TetMesh& mesh = system.mesh();
   const InitialSettings& initial = scene.initial;
   State state = system.rest_state();
+  if (initial.is_static) {
+    set_constraints_of_equilibrium(scene, system, constraints);
+    state.position = static_positions(scene, system);
+    set_initial_velocity(scene, system, state);
+    return state;
+  }
   state.position = initial_positions(scene, system);
   if (const EvaluationStatus status = system.elastic().admissible(state.position); !status.ok()) {
     throw InputError(fmt::format(
@@ -169,22 +259,7 @@ State make_initial_state(const Scene& scene, MechanicalSystem& system,
   require_defined_terms(system, state.position, 0.0, "The initial state");
   constraints = make_body_constraints(scene, system, state.position);
   constrain(system, constraints, state.time, state.position);
-
-  const Vector3 center = system.center_of_mass(state.position);
-  Vector velocity(system.dof_count());
-  for (Index v = 0; v < system.vertex_count(); ++v) {
-    const Vector3 arm = vertex_block(std::as_const(state.position), v) - center;
-    vertex_block(velocity, v) = initial.velocity + initial.angular_velocity.cross(arm);
-  }
-  if (!initial.velocity_array.empty()) {
-    velocity += point_array(mesh, initial.velocity_array, "velocity_array");
-  }
-  for (const MomentumSettings& momentum : initial.momentum) {
-    for (const Index v : select_at(mesh, momentum.select, momentum.where)) {
-      vertex_block(velocity, v) = momentum.value / system.mass()[v];
-    }
-  }
-  system.set_velocity(state, velocity);
+  set_initial_velocity(scene, system, state);
   return state;
 }
 
@@ -194,14 +269,18 @@ namespace {
 // the run.
 struct SelectionCheck {
   const MechanicalSystem& system;
+  const std::vector<AmplitudeSettings>& amplitudes;
 
-  void operator()(const SetForce& edit) const { make_force(edit.force, system.mesh()); }
+  void operator()(const SetForce& edit) const { check_load(edit.force, system, amplitudes); }
+  void operator()(const SetEnvironment& edit) const {
+    make_environment(edit.environment, amplitudes);
+  }
   void operator()(const SetFix& edit) const {
-    make_held(edit.fix, system.mesh(), system.mesh().rest_positions(), 0.0);
+    make_held(edit.fix, system.mesh(), system.mesh().rest_positions(), 0.0, amplitudes);
   }
   void operator()(const Unfix& edit) const { select_at(system.mesh(), edit.select, edit.where); }
   void operator()(const SetConstraint& edit) const {
-    make_constraint(edit.constraint, system, system.mesh().rest_positions(), 0.0);
+    make_constraint(edit.constraint, system, system.mesh().rest_positions(), 0.0, amplitudes);
   }
   void operator()(const ShiftState& edit) const { check_shift(edit.shift, system.mesh()); }
   void operator()(const SetMomentum& edit) const {
@@ -215,7 +294,7 @@ struct SelectionCheck {
 
 void check_events(const Scene& scene, const MechanicalSystem& system) {
   for (const EventSettings& event : scene.event) {
-    for (const Edit& edit : event.edits) std::visit(SelectionCheck{system}, edit);
+    for (const Edit& edit : event.edits) std::visit(SelectionCheck{system, scene.amplitude}, edit);
   }
 }
 
@@ -249,8 +328,6 @@ std::vector<Index> check_shift(const ShiftSettings& shift, const TetMesh& mesh) 
   return vertices;
 }
 
-namespace {
-
 std::unique_ptr<Minimizer> make_minimizer(const SolverSettings& solver,
                                           const MechanicalSystem& system) {
   check_settings(solver);
@@ -263,8 +340,6 @@ std::unique_ptr<Minimizer> make_minimizer(const SolverSettings& solver,
   }
   return make_ceres_minimizer(system, {solver.tolerance, solver.max_iterations});
 }
-
-}  // namespace
 
 std::unique_ptr<Stepper> make_stepper(Integrator integrator, const SolverSettings& solver,
                                       const MechanicalSystem& system) {

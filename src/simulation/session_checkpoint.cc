@@ -97,7 +97,7 @@ void Session::Impl::require_own(const Checkpoint& checkpoint) {
   }
   // Edits add forces, fixes and constraints, and remove none: a run never has fewer than its scene.
   const BodyConstraints& constraints = checkpoint.settings.constraints;
-  const auto require = [](const char* what, std::size_t has, std::size_t scene_has) {
+  const auto require = [](const std::string& what, std::size_t has, std::size_t scene_has) {
     if (has >= scene_has) return;
     throw InputError(
         fmt::format("The checkpoint belongs to another scene: it has {} {}, and this scene has {}.",
@@ -105,7 +105,10 @@ void Session::Impl::require_own(const Checkpoint& checkpoint) {
   };
   require("[[fix]]", constraints.fixes.size(), scene.fix.size());
   require("[[constraint]]", constraints.others.size(), scene.constraint.size());
-  require("[[force]]", checkpoint.settings.forces.size(), scene.force.size());
+  for (const LoadKind kind : load_kinds()) {
+    require(fmt::format("[[{}]]", to_string(kind)), checkpoint.settings.loads.list(kind).size(),
+            scene.list(kind).size());
+  }
   if (checkpoint.progress.next_event > scene.event.size()) {
     throw InputError(
         fmt::format("The checkpoint belongs to another scene: {} of its events were made, and this "
@@ -119,6 +122,7 @@ void Session::Impl::require_own(const Checkpoint& checkpoint) {
 
 Checkpoint Session::checkpoint() {
   Impl& s = *impl_;
+  s.require_motion("checkpoints");
   s.renew_stepper();
   return {s.identity(),
           s.settings,
@@ -131,6 +135,7 @@ Checkpoint Session::checkpoint() {
 
 void Session::restore(const Checkpoint& checkpoint) {
   Impl& s = *impl_;
+  s.require_motion("checkpoints");
   s.require_own(checkpoint);
   // Copies, so that nothing can fail any more once the session changes. The system is changed in
   // place and put back if something fails.
@@ -140,7 +145,7 @@ void Session::restore(const Checkpoint& checkpoint) {
   std::unique_ptr<Stepper> stepper;
   const TimeSettings& time = own.settings.time;
   try {
-    SystemSettings(own.settings, s.system->mesh()).put_in(*s.system);
+    SystemSettings(own.settings, *s.system, s.scene.amplitude).put_in(*s.system);
     old_constraints = s.system->set_constraints(
         Constraints(own.settings.constraints.list(), s.system->mesh(), s.system->mass()));
     stepper = make_stepper(time.integrator, own.settings.solver, *s.system);

@@ -39,6 +39,7 @@ struct Editor {
   MechanicalSystem& system;
   RunSettings& settings;
   State& state;
+  const AmplitudeList& amplitudes;
   BodyConstraints& constraints = settings.constraints;
   Renewal renewal{};
   std::string warning{};
@@ -84,30 +85,25 @@ struct Editor {
     renewal.limit = true;
   }
   void operator()(const SetEnvironment& edit) {
-    system.set_environment(make_environment(edit.environment));
+    system.set_environment(make_environment(edit.environment, amplitudes));
     settings.environment = edit.environment;
     renewal.limit = !system.environment().is_uniform();
   }
   void operator()(const SetForce& edit) {
-    if (edit.index) require_index(settings.forces, *edit.index, "force");
-    ExternalForce force = make_force(edit.force, system.mesh());
-    if (edit.index) {
-      system.set_force(*edit.index, std::move(force));
-      settings.forces[*edit.index] = edit.force;
-    } else {
-      system.add_force(std::move(force));
-      settings.forces.push_back(edit.force);
-    }
+    set_load(edit.force, edit.index, settings.loads, system, amplitudes);
+    renewal.limit = edit.force.kind == LoadKind::kPressure;
   }
   void operator()(const SetFix& edit) {
     if (edit.index) {
       require_index(constraints.fixes, *edit.index, "fix");
       PrescribedVertices& held = constraints.fixes[*edit.index];
       FixSettings& present = constraints.fix_settings[*edit.index];
-      held = changed_held(held, present, edit.fix, system.mesh(), state.position, state.time);
+      held = changed_held(held, present, edit.fix, system.mesh(), state.position, state.time,
+                          amplitudes);
       present = edit.fix;
     } else {
-      constraints.fixes.push_back(make_held(edit.fix, system.mesh(), state.position, state.time));
+      constraints.fixes.push_back(
+          make_held(edit.fix, system.mesh(), state.position, state.time, amplitudes));
       constraints.fix_settings.push_back(edit.fix);
     }
     renewal.constraints = renewal.limit = true;
@@ -135,7 +131,8 @@ struct Editor {
     renewal.constraints = renewal.limit = true;
   }
   void operator()(const SetConstraint& edit) {
-    ConstraintObject object = make_constraint(edit.constraint, system, state.position, state.time);
+    ConstraintObject object =
+        make_constraint(edit.constraint, system, state.position, state.time, amplitudes);
     const ConstraintSettings complete = with_length(edit.constraint, object);
     if (edit.index) {
       require_index(constraints.others, *edit.index, "constraint");
@@ -208,6 +205,7 @@ struct Editor {
 }  // namespace
 
 void Session::apply(const Edit& edit, const std::string& what) {
+  impl_->require_motion("edits");
   impl_->apply(edit, impl_->state().time, what);
 }
 
@@ -226,7 +224,7 @@ void Session::Impl::apply(const Edit& edit, double at, const std::string& what) 
   const StepRange old_steps = progress.steps;
   const double old_first_step = progress.first_time_step;
   try {
-    Editor editor{*system, settings, new_state};
+    Editor editor{*system, settings, new_state, scene.amplitude};
     std::visit(editor, edit);
     const Renewal& renewal = editor.renewal;
     if (renewal.constraints) {

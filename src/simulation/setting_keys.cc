@@ -47,6 +47,12 @@ const char* strength_unit(const EnvironmentSettings& environment) {
   return "";
 }
 
+std::vector<const char*> length_unit_names() {
+  std::vector<const char*> names;
+  for (const LengthUnit& unit : length_units()) names.push_back(unit.name);
+  return names;
+}
+
 }  // namespace
 
 template <>
@@ -69,7 +75,15 @@ const Section<MeshSettings>& section_of() {
        {{.name = "element",
          .help = "only `\"linear\"`: four-node tetrahedra",
          .absent = "`\"linear\"`"},
-        ByHand{"text"}}}};
+        ByHand{"text"}},
+       {{.name = "unit",
+         .help = "of the file's coordinates, which are then multiplied by `scale`; for files only",
+         .in_file = Written::kUnlessDefault,
+         .in_echo = Written::kUnlessDefault},
+        Choice<S>{length_unit_names(),
+                  {},
+                  [](const S& s) { return s.unit; },
+                  [](S& s, const std::string& name) { s.unit = name; }}}}};
   return section;
 }
 
@@ -197,7 +211,11 @@ const Section<EnvironmentSettings>& section_of() {
          .unit = "m",
          .help = "ε of attraction, which bounds the force near the origin",
          .range = kModerateNotNegative},
-        &S::softening}},
+        &S::softening},
+       {{.name = "amplitude",
+         .help = "name of an `[[amplitude]]`, the factor of the strength",
+         .absent = "the factor 1"},
+        &S::amplitude}},
       {{{"direction"}, direction_conflict}}};
   return section;
 }
@@ -240,9 +258,9 @@ const Section<InitialSettings>& section_of() {
       "initial",
       {{{.name = "velocity",
          .unit = "m/s",
-         .help = "of the whole body",
+         .help = "of the whole body, or [of each vertex](#initial-fields)",
          .in_file = Written::kUnlessDefault},
-        &S::velocity},
+        VectorOrField<S>{&S::velocity, &S::velocity_field}},
        {{.name = "angular_velocity",
          .unit = "rad/s",
          .help = "about the centre of mass of the deformed body",
@@ -261,25 +279,17 @@ const Section<InitialSettings>& section_of() {
          .help =
              "`[[initial.momentum]]`: momenta of single vertices, instead of what they had, see "
              "below"},
-        ByHand{"tables"}}}};
-  return section;
-}
-
-template <>
-const Section<OutputSettings>& section_of() {
-  using S = OutputSettings;
-  static const Section<S> section{
-      "output",
-      {{{.name = "directory",
-         .help = "where results go; a relative path starts at the working directory. `--out` goes "
-                 "before it"},
-        &S::directory},
-       {{.name = "every",
-         .help = "a frame each so many steps, and always the first and the last",
-         .range = kCount},
-        &S::every},
-       {{.name = "checkpoint_every", .help = "must be 0 in this version", .absent = "`0`"},
-        ByHand{"whole number"}}}};
+        ByHand{"tables"}},
+       {{.name = "displacement",
+         .unit = "m",
+         .help = "of the whole body, or [of each vertex](#initial-fields)",
+         .in_file = Written::kUnlessDefault,
+         .in_echo = Written::kUnlessDefault},
+        VectorOrField<S>{&S::displacement, &S::displacement_field}},
+       {{.name = "static",
+         .help = "whether the body starts at its equilibrium under the loads at t = 0, see below",
+         .in_file = Written::kUnlessDefault},
+        &S::is_static}}};
   return section;
 }
 

@@ -4,11 +4,13 @@
 #include <utility>
 #include <vector>
 
-#include "initial_state.h"
+#include "body_loads.h"
+#include "tetraction/simulation/run_settings.h"
+#include "tetraction/simulation/scene_objects.h"
 
 namespace tetraction {
 
-/// Materials, environment, damping and forces of a system.
+/// Materials, environment, damping and loads of a system.
 class SystemSettings {
  public:
   /// Those that the system has.
@@ -16,14 +18,16 @@ class SystemSettings {
       : materials_(system.elastic().materials()),
         environment_(system.environment()),
         damping_(system.damping()),
-        forces_(system.forces()) {}
+        loads_{system.forces(), system.pressures()} {}
   /// Those of the settings. Throws InputError.
-  SystemSettings(const RunSettings& settings, const TetMesh& mesh)
-      : environment_(make_environment(settings.environment)), damping_(settings.damping) {
+  SystemSettings(const RunSettings& settings, const MechanicalSystem& system,
+                 const AmplitudeList& amplitudes)
+      : environment_(make_environment(settings.environment, amplitudes)),
+        damping_(settings.damping),
+        loads_(make_loads(settings.loads, system, amplitudes)) {
     for (const MaterialSettings& material : settings.materials) {
       materials_.push_back(make_material(material));
     }
-    for (const ForceSettings& force : settings.forces) forces_.push_back(make_force(force, mesh));
   }
 
   /// Sets them in a system with as many regions.
@@ -33,14 +37,15 @@ class SystemSettings {
     }
     system.set_environment(environment_);
     system.set_damping(damping_);
-    system.set_forces(std::move(forces_));
+    system.set_forces(std::move(loads_.forces));
+    system.set_pressures(std::move(loads_.pressures));
   }
 
  private:
   std::vector<MaterialModel> materials_;
   Environment environment_;
   Damping damping_;
-  std::vector<ExternalForce> forces_;
+  BodyLoads loads_;
 };
 
 }  // namespace tetraction

@@ -60,9 +60,10 @@ class CeresMinimizer : public Minimizer {
         problem_(problem_options()) {
     check_options(options);
     for (const ForceTerm* term : system.force_terms()) {
-      if (!term->couples_vertices()) continue;
+      if (term->couples_only_neighbors()) continue;
       throw InputError("Ceres cannot take the force term \"" + term->name() +
-                       "\", which couples vertices: set solver.kind = \"newton\".");
+                       "\", which couples vertices that belong to no common tetrahedron: set "
+                       "solver.kind = \"newton\".");
     }
     add_blocks();
     solver_options_.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
@@ -232,6 +233,7 @@ class CeresMinimizer : public Minimizer {
     if (!way.found()) return false;
     ++report.factorizations;
     if (!follow(problem, way, at_)) return false;
+    report.met_negative_curvature = true;
     ++report.iterations;
     judge(report);
     if (report.iterations < options_.max_iterations) return true;

@@ -13,8 +13,11 @@ void check(const Selection& selection) {
   const auto check_kind = [](const auto& kind) {
     using Kind = std::decay_t<decltype(kind)>;
     if constexpr (std::is_same_v<Kind, SelectPlane> || std::is_same_v<Kind, SelectBox> ||
-                  std::is_same_v<Kind, SelectSphere>) {
+                  std::is_same_v<Kind, SelectSphere> || std::is_same_v<Kind, SelectFaces>) {
       check_settings(kind);
+    }
+    if constexpr (std::is_same_v<Kind, SelectSet> || std::is_same_v<Kind, SelectNamed>) {
+      for (const SelectionPart& part : kind.of) check(part.selection);
     }
   };
   std::visit(check_kind, selection);
@@ -39,7 +42,7 @@ struct Check {
   }
   void operator()(SetForce& edit) const {
     check(edit.force.select);
-    check_settings(edit.force);
+    visit_load(edit.force, [](const auto& load) { check_settings(load); });
   }
   void operator()(SetFix& edit) const {
     check(edit.fix.select);

@@ -65,8 +65,9 @@ bool replaces(const Edit& later, const Edit& earlier) {
     return std::get<SetMaterial>(later).region == std::get<SetMaterial>(earlier).region;
   }
   if (both<SetForce>(later, earlier)) {
-    const std::optional<std::size_t>& index = std::get<SetForce>(later).index;
-    return index.has_value() && index == std::get<SetForce>(earlier).index;
+    const SetForce& next = std::get<SetForce>(later);
+    const SetForce& last = std::get<SetForce>(earlier);
+    return next.index.has_value() && next.index == last.index && next.force.kind == last.force.kind;
   }
   if (both<SetFix>(later, earlier)) {
     const SetFix& next = std::get<SetFix>(later);
@@ -103,9 +104,10 @@ std::vector<EditHistory::Before> EditHistory::before(const Edit& edit) const {
       return {SetEnvironment{session.environment()}};
     }
     std::vector<Before> operator()(const SetForce& e) const {
-      const std::size_t i = e.index.value_or(session.forces().size());
-      if (i >= session.forces().size()) return {ForceBefore{i, std::nullopt}};
-      return {ForceBefore{i, session.forces()[i]}};
+      const std::vector<ForceSettings>& loads = session.loads().list(e.force.kind);
+      const std::size_t i = e.index.value_or(loads.size());
+      if (i >= loads.size()) return {ForceBefore{e.force.kind, i, std::nullopt}};
+      return {ForceBefore{e.force.kind, i, loads[i]}};
     }
     std::vector<Before> operator()(const SetFix& e) const {
       const std::size_t i = e.index.value_or(session.fix_count());
@@ -139,7 +141,9 @@ bool EditHistory::same_part(const Before& a, const Before& b) {
     if (const auto* material = std::get_if<SetMaterial>(&part)) {
       return static_cast<std::size_t>(material->region);
     }
-    if (const auto* force = std::get_if<ForceBefore>(&part)) return force->index;
+    if (const auto* force = std::get_if<ForceBefore>(&part)) {
+      return load_kinds().size() * force->index + static_cast<std::size_t>(force->kind);
+    }
     if (const auto* fix = std::get_if<FixBefore>(&part)) return fix->index;
     if (const auto* constraint = std::get_if<ConstraintBefore>(&part)) return constraint->index;
     return 0;
@@ -159,7 +163,7 @@ void EditHistory::make(const Edit& edit, const std::string& what, Entry& entry) 
   }
   Edit redo_edit = edit;
   if (auto* force = std::get_if<SetForce>(&redo_edit)) {
-    if (!force->index) force->index = session_.forces().size() - 1;
+    if (!force->index) force->index = session_.loads().list(force->force.kind).size() - 1;
   } else if (auto* fix = std::get_if<SetFix>(&redo_edit)) {
     if (!fix->index) fix->index = session_.fix_count() - 1;
   } else if (auto* constraint = std::get_if<SetConstraint>(&redo_edit)) {
@@ -251,8 +255,14 @@ std::vector<Edit> EditHistory::inverse(const Entry& entry) const {
   std::vector<Edit> edits;
   for (auto part = entry.before.rbegin(); part != entry.before.rend(); ++part) {
     if (const auto* force = std::get_if<ForceBefore>(&*part)) {
-      ForceSettings settings = force->force.value_or(session_.forces()[force->index]);
-      if (!force->force) settings.vector.setZero();
+      const ForceSettings& now = session_.loads().list(force->kind)[force->index];
+      ForceSettings settings = force->force.value_or(now);
+      if (!force->force) {  // loads cannot be taken away, but they can be zero
+        settings.vector.setZero();
+        settings.value = 0.0;
+        if (settings.total) settings.total->setZero();
+        if (settings.acceleration) settings.acceleration->setZero();
+      }
       edits.emplace_back(SetForce{force->index, settings});
     } else if (const auto* fix = std::get_if<FixBefore>(&*part)) {
       const PresentFix now = session_.fix(fix->index);

@@ -52,6 +52,7 @@ class EditHistory {
  private:
   // The settings of a force, fix or constraint before an edit. No value if it did not exist.
   struct ForceBefore {
+    LoadKind kind;
     std::size_t index;
     std::optional<ForceSettings> force;
   };

@@ -64,7 +64,7 @@ Settings Engine::settings() const {
   settings.time = session_->time_settings();
   settings.time.step = session_->time_step();
   settings.solver = session_->solver_settings();
-  settings.forces = session_->forces();
+  settings.loads = session_->loads();
   for (std::size_t i = 0; i < session_->fix_count(); ++i) {
     settings.fixes.push_back(session_->fix(i).settings);
   }
@@ -110,7 +110,9 @@ void Engine::resolve_newest(Edit& edit) const {
 
 void Engine::remember_newest(const Edit& edit, const Counts& before) {
   const auto* force = std::get_if<SetForce>(&edit);
-  if (force != nullptr && !force->index) newest_force_ = before.forces;
+  if (force != nullptr && !force->index && force->force.kind == LoadKind::kForce) {
+    newest_force_ = before.of(LoadKind::kForce);
+  }
   const auto* fix = std::get_if<SetFix>(&edit);
   if (fix != nullptr && !fix->index) newest_fix_ = before.fixes;
   const auto* constraint = std::get_if<SetConstraint>(&edit);

@@ -39,16 +39,16 @@ class SettingsCollector {
   void operator()(const SetEnvironment& edit) { set({0, 4}, edit); }
   void operator()(const SetForce& edit) {
     SetForce kept = edit;
-    if (*edit.index >= start_.forces().size()) kept.index.reset();
-    set({static_cast<Index>(*edit.index), 5}, kept);
+    if (*edit.index >= start_.loads().list(edit.force.kind).size()) kept.index.reset();
+    set({static_cast<Index>(*edit.index), 5 + static_cast<int>(edit.force.kind)}, kept);
   }
   void operator()(const SetConstraint& edit) {
     SetConstraint kept = edit;
     if (*edit.index >= start_.constraints().size()) kept.index.reset();
-    set({static_cast<Index>(*edit.index), 6}, kept);
+    set({static_cast<Index>(*edit.index), 10}, kept);
   }
   void operator()(const RemoveConstraint& edit) {
-    const Key key{static_cast<Index>(edit.index), 6};
+    const Key key{static_cast<Index>(edit.index), 10};
     if (edit.index < start_.constraints().size()) {
       set(key, edit);
     } else {

@@ -17,13 +17,18 @@ std::optional<std::size_t> number_of_entry(const std::vector<std::optional<std::
 }  // namespace
 
 Counts counts_of(const Session& session) {
-  return {session.forces().size(), session.fix_count(), session.constraints().size()};
+  Counts counts{{}, session.fix_count(), session.constraints().size()};
+  for (const LoadKind kind : load_kinds()) counts.of(kind) = session.loads().list(kind).size();
+  return counts;
 }
 
 Numbering::Numbering(const Scene& scene)
-    : forces_(initial_numbers(scene.force.size())),
-      fixes_(initial_numbers(scene.fix.size())),
-      constraints_(initial_numbers(scene.constraint.size())) {}
+    : fixes_(initial_numbers(scene.fix.size())),
+      constraints_(initial_numbers(scene.constraint.size())) {
+  for (const LoadKind kind : load_kinds()) {
+    numbers_of(kind) = initial_numbers(scene.list(kind).size());
+  }
+}
 
 std::optional<Edit> Numbering::translated(const Edit& edit) const {
   Edit result = edit;
@@ -34,7 +39,9 @@ std::optional<Edit> Numbering::translated(const Edit& edit) const {
     return number.has_value();
   };
   bool known = true;
-  if (auto* force = std::get_if<SetForce>(&result)) known = translate(forces_, force->index);
+  if (auto* set = std::get_if<SetForce>(&result)) {
+    known = translate(numbers_of(set->force.kind), set->index);
+  }
   if (auto* fix = std::get_if<SetFix>(&result)) known = translate(fixes_, fix->index);
   if (auto* unfix = std::get_if<Unfix>(&result)) known = translate(fixes_, unfix->fix);
   if (auto* set = std::get_if<SetConstraint>(&result)) known = translate(constraints_, set->index);
@@ -50,8 +57,8 @@ void Numbering::record_edit(const Edit& edit, const Counts& counts, bool refused
   const auto add = [refused](auto& numbers, std::size_t count) {
     numbers.push_back(refused ? std::nullopt : std::optional(count));
   };
-  if (const auto* force = std::get_if<SetForce>(&edit); force != nullptr && !force->index) {
-    add(forces_, counts.forces);
+  if (const auto* set = std::get_if<SetForce>(&edit); set != nullptr && !set->index) {
+    add(numbers_of(set->force.kind), counts.of(set->force.kind));
   }
   if (const auto* fix = std::get_if<SetFix>(&edit); fix != nullptr && !fix->index) {
     add(fixes_, counts.fixes);

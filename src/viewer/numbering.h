@@ -1,7 +1,8 @@
-// Translates the indices of forces, fixes and constraints in the events of a scene. The user may have
+// Translates the indices of loads, fixes and constraints in the events of a scene. The user may have
 // added entries, so that entries of later events have other indices than in the scene.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <vector>
 
@@ -11,7 +12,10 @@ namespace tetraction::viewer {
 
 /// The number of entries of each kind that a body has.
 struct Counts {
-  std::size_t forces = 0;
+  std::array<std::size_t, 5> loads{};  ///< of each kind of load
+
+  std::size_t& of(LoadKind kind) { return loads[static_cast<std::size_t>(kind)]; }
+  std::size_t of(LoadKind kind) const { return loads[static_cast<std::size_t>(kind)]; }
   std::size_t fixes = 0;
   std::size_t constraints = 0;
 };
@@ -32,7 +36,12 @@ class Numbering {
 
  private:
   using EntryNumbers = std::vector<std::optional<std::size_t>>;
-  EntryNumbers forces_;
+  EntryNumbers& numbers_of(LoadKind kind) { return loads_[static_cast<std::size_t>(kind)]; }
+  const EntryNumbers& numbers_of(LoadKind kind) const {
+    return loads_[static_cast<std::size_t>(kind)];
+  }
+
+  std::array<EntryNumbers, 5> loads_;  // of each kind of load
   EntryNumbers fixes_;
   EntryNumbers constraints_;
 };

@@ -90,7 +90,9 @@ void Recording::add_events_to_come(Scene& scene) const {
     for (const Edit& edit : start_.event[i].edits) {
       const std::optional<Edit> translated = numbering.translated(edit);
       numbering.record_edit(edit, counts, false);
-      if (const auto* force = std::get_if<SetForce>(&edit)) counts.forces += force->index ? 0 : 1;
+      if (const auto* set = std::get_if<SetForce>(&edit)) {
+        counts.of(set->force.kind) += set->index ? 0 : 1;
+      }
       if (const auto* fix = std::get_if<SetFix>(&edit)) counts.fixes += fix->index ? 0 : 1;
       if (const auto* set = std::get_if<SetConstraint>(&edit)) {
         counts.constraints += set->index ? 0 : 1;

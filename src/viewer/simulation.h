@@ -27,7 +27,7 @@ struct Settings {
   /// `step` is the present time step, also if it is automatic. `end` is infinite.
   TimeSettings time;
   SolverSettings solver;
-  std::vector<ForceSettings> forces;
+  LoadLists loads;
   std::vector<FixSettings> fixes;  ///< with those that have been released
 };
 

@@ -13,6 +13,7 @@
 #include <sstream>
 
 #include "tetraction/core/error.h"
+#include "tetraction/mesh/selection.h"
 
 namespace tetraction {
 namespace {
@@ -129,6 +130,34 @@ TEST(GmshReader, NamedPhysicalGroupsOfAShippedPart) {
   }
   EXPECT_EQ(dimension, (std::map<std::string, int>{{"body", 3}, {"clamp", 2}, {"tip", 2}}));
   EXPECT_GT(spring.report.skipped_cells.at(CellType::kTriangle), 0);
+}
+
+// The groups of the shipped part have the triangles of the file, with outward normals.
+TEST(GmshReader, GroupsOfTrianglesInAllVersions) {
+  const TetMesh spring = read_mesh(TETRACTION_DATA "/serpentine_spring.msh");
+  std::size_t triangles = 0;
+  for (const Group& group : spring.groups) {
+    EXPECT_EQ(group.triangles.empty(), group.dimension != 2) << group.name;
+    EXPECT_TRUE(group.detached_triangles.empty());
+    triangles += group.triangles.size();
+  }
+  EXPECT_EQ(static_cast<Index>(triangles), spring.report.skipped_cells.at(CellType::kTriangle));
+  const auto boundary = boundary_faces(spring);
+  for (const auto& triangle : select_triangles(spring, SelectGroup{"tip"})) {
+    EXPECT_EQ(std::count(boundary.begin(), boundary.end(), triangle), 1);
+  }
+
+  const std::string body = "$Elements\n2\n1 2 2 7 1 1 2 3\n2 4 2 1 1 1 2 3 4\n$EndElements\n";
+  const std::string nodes = "4\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n";
+  const std::vector<std::string> files{
+      "$NOD\n" + nodes + "$ENDNOD\n$ELM\n2\n1 2 7 1 3 1 2 3\n2 4 1 1 4 1 2 3 4\n$ENDELM\n",
+      "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n" + nodes + "$EndNodes\n" + body};
+  for (const std::string& file : files) {
+    const TetMesh mesh = read_mesh(written("triangles.msh", file));
+    EXPECT_EQ(select_triangles(mesh, SelectGroup{"7"}),
+              (std::vector<std::array<Index, 3>>{{0, 2, 1}}))
+        << file;
+  }
 }
 
 TEST(GmshReader, QuadraticTetrahedraAreRefusedForNow) {

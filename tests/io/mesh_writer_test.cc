@@ -14,6 +14,7 @@
 #include "tetraction/core/error.h"
 #include "tetraction/io/mesh_reader.h"
 #include "tetraction/mesh/generate.h"
+#include "tetraction/mesh/selection.h"
 
 namespace tetraction {
 namespace {
@@ -125,7 +126,7 @@ INSTANTIATE_TEST_SUITE_P(Formats, MeshWriter,
 
 using MeshWriterDetails = MeshWriter;
 
-TEST_F(MeshWriterDetails, VtkFormatsKeepIdsNegativeRegionsAndPointArrays) {
+TEST_F(MeshWriterDetails, VtkFormatsKeepIdsNegativeRegionsAndArrays) {
   TetMesh mesh = awkward_block();
   for (std::size_t v = 0; v < mesh.vertex_ids.size(); ++v) {
     mesh.vertex_ids[v] = (std::int64_t{1} << 60) + 7 * static_cast<std::int64_t>(v);
@@ -143,6 +144,9 @@ TEST_F(MeshWriterDetails, VtkFormatsKeepIdsNegativeRegionsAndPointArrays) {
   }
   mesh.point_arrays["displacement"] = displacement;
   mesh.point_arrays["weight"] = weight;
+  Matrix modulus(1, mesh.tetrahedron_count());
+  for (Index e = 0; e < modulus.cols(); ++e) modulus(0, e) = 1e6 / (1.0 + static_cast<double>(e));
+  mesh.cell_arrays["E"] = modulus;
   for (const char* name : {"own.vtu", "own.vtk"}) {
     write_mesh(mesh, path(name));
     const TetMesh read = read_mesh(path(name));
@@ -154,6 +158,8 @@ TEST_F(MeshWriterDetails, VtkFormatsKeepIdsNegativeRegionsAndPointArrays) {
     ASSERT_EQ(read.point_arrays.size(), 2u) << name;
     EXPECT_EQ(read.point_arrays.at("displacement"), displacement);
     EXPECT_EQ(read.point_arrays.at("weight"), weight);
+    ASSERT_EQ(read.cell_arrays.size(), 1u) << name;
+    EXPECT_EQ(read.cell_arrays.at("E"), modulus);
   }
 }
 
@@ -225,6 +231,20 @@ RawMesh grouped_block() {
   return raw;
 }
 
+std::set<std::array<Index, 3>> as_set(const std::vector<std::array<Index, 3>>& triangles) {
+  return {triangles.begin(), triangles.end()};
+}
+
+TEST_F(MeshWriterDetails, GmshKeepsTrianglesOfGroupsWithoutTheCells) {
+  const TetMesh mesh = build_mesh(grouped_block());
+  write_mesh(mesh, path("triangles.msh"));
+  const TetMesh read = read_mesh(path("triangles.msh"));
+  for (const char* name : {"floor", "wet"}) {
+    EXPECT_EQ(select_triangles(read, SelectGroup{name}), select_triangles(mesh, SelectGroup{name}));
+    EXPECT_EQ(select_triangles(read, SelectGroup{name}).size(), 2U);
+  }
+}
+
 TEST_F(MeshWriterDetails, GmshKeepsGroupsOfAllDimensions) {
   const RawMesh raw = grouped_block();
   const TetMesh mesh = build_mesh(raw);
@@ -263,6 +283,7 @@ TEST_F(MeshWriterDetails, GmshKeepsGroupsOfAllDimensions) {
     ASSERT_NE(same, read.groups.end()) << group.name;
     EXPECT_EQ(same->tag, group.tag) << group.name;
     EXPECT_EQ(same->vertices, group.vertices) << group.name;
+    EXPECT_EQ(as_set(same->triangles), as_set(group.triangles)) << group.name;
     std::set<std::int64_t> ids;
     std::set<std::int64_t> read_ids;
     for (const Index e : group.tetrahedra) ids.insert(mesh.tetrahedron_id(e));
@@ -294,7 +315,9 @@ TEST_F(MeshWriterDetails, FormatsSayWhichGroupsTheyLose) {
     EXPECT_EQ(write_mesh(mesh, path("lost") + ending, group_cells(raw)).lost_groups, all) << ending;
   }
   EXPECT_EQ(write_mesh(mesh, path("lost.veg"), group_cells(raw)).lost_groups, lower);
-  EXPECT_EQ(write_mesh(mesh, path("lost.msh")).lost_groups, lower) << "without the cells";
+  EXPECT_EQ(write_mesh(mesh, path("lost.msh")).lost_groups,
+            (std::vector<std::string>{"corner", "edge", "stray"}))
+      << "without the cells";
 }
 
 TEST_F(MeshWriterDetails, NumbersBelowOneAreShiftedForGmsh) {

@@ -240,6 +240,94 @@ TEST_F(SceneReader, ReadsEverySelection) {
   EXPECT_EQ(std::get<SelectGroup>(select("group = \"clamp\"")).name, "clamp");
   EXPECT_TRUE(std::holds_alternative<SelectSurface>(select("surface = true")));
   EXPECT_TRUE(std::holds_alternative<SelectAll>(select("all = true")));
+  const auto faces = std::get<SelectFaces>(select("faces = { normal = [0, 2, 0] }"));
+  EXPECT_EQ(faces.normal, Vector3(0, 2, 0));
+  EXPECT_EQ(faces.angle, 30.0);
+  const SelectPlane low{1, 0.0, {}};
+  const SelectNearest tip{{1, 2, 3}};
+  const std::string parts = "[{ plane = { axis = \"y\", at = 0 } }, { nearest = [1, 2, 3] }]";
+  EXPECT_EQ(select("all_of = " + parts),
+            Selection(SelectSet{SetOperation::kAllOf, {{low}, {tip}}}));
+  EXPECT_EQ(select("any_of = " + parts),
+            Selection(SelectSet{SetOperation::kAnyOf, {{low}, {tip}}}));
+  const SelectSet outside{SetOperation::kNot, {{SelectSet{SetOperation::kAnyOf, {{low}, {tip}}}}}};
+  EXPECT_EQ(select("not = { any_of = " + parts + " }"), Selection(outside));
+}
+
+TEST_F(SceneReader, ReadsNamedSelections) {
+  const std::string names =
+      "[selection.clamp]\nplane = { axis = \"x\", at = 0 }\n"
+      "[selection.\"the rest\"]\nnot = \"clamp\"\n"
+      "[selection.both]\nany_of = [\"the rest\", \"clamp\", { nearest = [1, 2, 3] }]\n";
+  const Scene scene =
+      read(std::string(kSmall) +
+           "[[fix]]\nselect = \"clamp\"\n"
+           "[[force]]\nselect = { all_of = [\"both\", { surface = true }] }\nvector = [1, 0, 0]\n"
+           "[[event]]\nat = 0.1\nunfix = { select = \"clamp\" }\n"
+           "[[event]]\nat = 0.2\nset = { \"fix.0.select\" = \"the rest\" }\n"
+           "[[event]]\nat = 0.3\nfix = { select = \"both\" }\n" +
+           names);
+  const SelectNamed clamp{"clamp", {{SelectPlane{0, 0.0, {}}}}};
+  const SelectNamed rest{"the rest", {{SelectSet{SetOperation::kNot, {{clamp}}}}}};
+  const SelectNamed both{
+      "both", {{SelectSet{SetOperation::kAnyOf, {{rest}, {clamp}, {SelectNearest{{1, 2, 3}}}}}}}};
+  EXPECT_EQ(scene.fix[0].select, Selection(clamp));
+  EXPECT_EQ(scene.force[0].select,
+            Selection(SelectSet{SetOperation::kAllOf, {{both}, {SelectSurface{}}}}));
+  ASSERT_EQ(scene.selection.size(), 3U);
+  EXPECT_EQ(scene.selection[0].name, "both");
+  EXPECT_EQ(scene.selection[0].select, both.of[0].selection);
+  EXPECT_EQ(std::get<Unfix>(scene.event[0].edits[0]).select, Selection(clamp));
+  EXPECT_EQ(std::get<SetFix>(scene.event[1].edits[0]).fix.select, Selection(rest));
+  EXPECT_EQ(std::get<SetFix>(scene.event[2].edits[0]).fix.select, Selection(both));
+  const auto echo = nlohmann::json::parse(scene.echo);
+  EXPECT_EQ(echo["fix"][0]["select"], "clamp");
+  EXPECT_EQ(echo["selection"]["the rest"]["not"], "clamp");
+  EXPECT_EQ(echo["selection"]["both"]["any_of"].size(), 3U);
+}
+
+TEST_F(SceneReader, RefusesNamedSelectionsThatMakeNoSense) {
+  const auto refused = [this](const std::string& select, const std::string& names) {
+    return refusal(std::string(kSmall) + "[[fix]]\nselect = " + select + "\n" + names);
+  };
+  const std::string clamp = "[selection.clamp]\nsurface = true\n[selection.tip]\nall = true\n";
+  const std::string unknown = refused("\"clmp\"", clamp);
+  EXPECT_NE(unknown.find("9:1: fix.0.select = \"clmp\""), std::string::npos) << unknown;
+  EXPECT_NE(unknown.find("did you mean clamp? the scene has clamp or tip."), std::string::npos)
+      << unknown;
+  const std::string inner = refused("{ not = { all_of = [\"clamp\", \"tipp\"] } }", clamp);
+  EXPECT_NE(inner.find("fix.0.select.not.all_of = \"tipp\""), std::string::npos) << inner;
+  EXPECT_NE(refused("\"clamp\"", "").find("no named selections"), std::string::npos);
+  const std::string itself = refused("\"a\"",
+                                     "[selection.a]\nnot = \"b\"\n"
+                                     "[selection.b]\nany_of = [{ all = true }, \"a\"]\n");
+  EXPECT_NE(itself.find("refer to itself: a → b → a."), std::string::npos) << itself;
+  EXPECT_NE(refused("7", clamp).find("must be a selection"), std::string::npos);
+  EXPECT_NE(refused("{ all_of = [] }", clamp).find("one or more selections"), std::string::npos);
+  EXPECT_NE(refused("{ all_of = \"clamp\" }", clamp).find("must be a list"), std::string::npos);
+  EXPECT_NE(refused("{ any_of = [3] }", clamp).find("not a"), std::string::npos);
+  EXPECT_NE(refused("{ not = [\"clamp\"] }", clamp).find("must be a selection"), std::string::npos);
+  EXPECT_NE(refused("\"clamp\"", "[selection]\nclamp = \"tip\"\n").find("must be a table"),
+            std::string::npos);
+  EXPECT_NE(refused("\"clamp\"", "[[selection]]\nall = true\n").find("must be a table"),
+            std::string::npos);
+  EXPECT_NE(refused("{ faces = { normal = [0, 0, 0] } }", "").find("must not be zero"),
+            std::string::npos);
+  // A definition that nobody uses is checked as well.
+  EXPECT_NE(refused("{ all = true }", "[selection.c]\nall = false\n").find("selection.c.all"),
+            std::string::npos);
+  EXPECT_NE(refusal(std::string(kSmall) + clamp +
+                    "[[event]]\nat = 0.1\nset = { \"selection.clamp.all\" = true }\n")
+                .find("cannot change during a run"),
+            std::string::npos);
+  // Names within names, which would stand for 2^40 selections.
+  std::string doubled = "[selection.n0]\nall = true\n";
+  for (int i = 1; i <= 40; ++i) {
+    doubled += "[selection.n" + std::to_string(i) + "]\nany_of = [\"n" + std::to_string(i - 1) +
+               "\", \"n" + std::to_string(i - 1) + "\"]\n";
+  }
+  EXPECT_NE(refused("{ all = true }", doubled).find("more than 10000 selections"),
+            std::string::npos);
 }
 
 TEST_F(SceneReader, ReadsEveryGenerator) {
@@ -730,6 +818,68 @@ TEST_F(SceneReader, ForcesEndAfterTheyBegin) {
   expect_refused_lines(force + "from = 1\nuntil = 1\n", "scene.toml:11:1: force.0.until",
                        {"later than from"});
   expect_refused_lines(force + "until = 0\n", "scene.toml:10:1: force.0.until", {"from 0 s"});
+}
+
+TEST_F(SceneReader, ReadsProbesAndTheKeysOfOutput) {
+  const Scene scene = read(std::string(kSmall) + R"(
+[output]
+history_every = 5
+fields = ["default", "pressure"]
+precision = "float32"
+compression = "none"
+[[probe]]
+name = "tip_1"
+select = { plane = { axis = "x", at = 4.0 } }
+quantity = "reaction"
+every = 3
+[[probe]]
+name = "middle"
+point = [2.0, 0.5, 0.5]
+quantity = "cauchy_stress"
+)");
+  EXPECT_EQ(scene.output.history_every, 5);
+  EXPECT_EQ(scene.output.fields, (std::vector<std::string>{"default", "pressure"}));
+  EXPECT_EQ(scene.output.precision, FramePrecision::kFloat32);
+  EXPECT_EQ(scene.output.compression, FrameCompression::kNone);
+  ASSERT_EQ(scene.probe.size(), 2U);
+  EXPECT_EQ(scene.probe[0].name, "tip_1");
+  EXPECT_EQ(std::get<SelectPlane>(scene.probe[0].select).at, 4.0);
+  EXPECT_FALSE(scene.probe[0].point.has_value());
+  EXPECT_EQ(scene.probe[0].quantity, ProbeQuantity::kReaction);
+  EXPECT_EQ(scene.probe[0].every, 3);
+  EXPECT_EQ(*scene.probe[1].point, Vector3(2.0, 0.5, 0.5));
+  EXPECT_EQ(scene.probe[1].quantity, ProbeQuantity::kCauchyStress);
+  EXPECT_EQ(scene.probe[1].every, 1);
+  EXPECT_NE(scene.echo.find("\"middle\""), std::string::npos);
+}
+
+TEST_F(SceneReader, ProbesAndTheKeysOfOutputAreChecked) {
+  const std::string tip = "[[probe]]\nname = \"tip\"\n";
+  const std::string all = "select = { all = true }\n";
+  expect_refused_lines(tip + "quantity = \"velocity\"\n", "scene.toml:7:1: probe.0.select",
+                       {"point = [x, y, z]"});
+  expect_refused_lines(tip + all + "point = [0, 0, 0]\nquantity = \"velocity\"\n",
+                       "scene.toml:10:1: probe.0.point is one key too many");
+  expect_refused_lines(tip + all + "quantity = \"velocty\"\n",
+                       "scene.toml:10:1: probe.0.quantity = \"velocty\"",
+                       {"did you mean velocity?"});
+  expect_refused_lines(tip + all, "scene.toml:7:1: probe.0.quantity is missing");
+  expect_refused_lines("[[probe]]\nquantity = \"force\"\n" + all,
+                       "scene.toml:7:1: probe.0.name is missing");
+  expect_refused_lines("[[probe]]\nname = \"a b\"\nquantity = \"force\"\n" + all,
+                       "scene.toml:8:1: probe.0.name = \"a b\"", {"letters"});
+  expect_refused_lines(tip + "point = [0, 0, 0]\nquantity = \"force\"\n",
+                       "scene.toml:10:1: probe.0.quantity = \"force\" is a sum");
+  expect_refused_lines(tip + all + "quantity = \"force\"\nevery = 0\n",
+                       "scene.toml:11:1: probe.0.every");
+  expect_refused_lines("[output]\nfields = [\"displacment\"]\n",
+                       "scene.toml:8:1: output.fields has \"displacment\"",
+                       {"did you mean \"displacement\"?", "von_mises_nodal"});
+  expect_refused_lines("[output]\ncompression = \"gzip\"\n", "scene.toml:8:1: output.compression",
+                       {"lz4, zlib or none"});
+  expect_refused_lines("[output]\nprecision = \"double\"\n", "scene.toml:8:1: output.precision",
+                       {"float32 or float64"});
+  expect_refused_lines("[output]\nhistory_every = 0\n", "scene.toml:8:1: output.history_every");
 }
 
 TEST_F(SceneReader, SyntaxErrorsHaveALineAndAColumn) {

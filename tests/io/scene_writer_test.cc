@@ -151,6 +151,35 @@ Scene full_scene() {
   scene.initial.displacement_array = "u";
   scene.initial.velocity_array = "v";
   scene.output = {"out/dir", 3};
+  scene.output.history_every = 4;
+  scene.output.fields = {"default", "first_piola"};
+  scene.output.precision = FramePrecision::kFloat32;
+  scene.output.compression = FrameCompression::kZlib;
+  ProbeSettings at_point;
+  at_point.name = "inside";
+  at_point.point = Vector3(1.0 / 3.0, 0.2, 0.3);
+  at_point.quantity = ProbeQuantity::kVonMises;
+  ProbeSettings selected;
+  selected.name = "end_1";
+  selected.select = SelectPlane{0, 2.0, {}};
+  selected.quantity = ProbeQuantity::kReaction;
+  selected.every = 7;
+  scene.probe = {at_point, selected};
+  // Selections of selections, by name and without.
+  const SelectSet side{SetOperation::kAllOf,
+                       {{SelectFaces{{0, 0, 1.0 / 3.0}, 12.5}},
+                        {SelectSet{SetOperation::kNot, {{SelectPlane{0, 0.0, 1e-3}}}}}}};
+  const SelectNamed top{"top", {{side}}};
+  const SelectSet only_top{SetOperation::kAnyOf, {{top}}};
+  const SelectNamed odd{"an \"odd\" name", {{only_top}}};
+  scene.selection = {{"an \"odd\" name", only_top}, {"top", side}};
+  ForceSettings named = forever;
+  named.select = odd;
+  ForceSettings unnamed = forever;
+  unnamed.select =
+      SelectSet{SetOperation::kAnyOf, {{top}, {SelectSet{SetOperation::kNot, {{odd}}}}, {side}}};
+  scene.force.push_back(named);
+  scene.force.push_back(unnamed);
   return scene;
 }
 
@@ -200,6 +229,11 @@ std::vector<Edit> every_edit(const Scene& scene) {
   ForceSettings forever = scene.force[0];
   forever.until = std::numeric_limits<double>::infinity();
   forever.select = SelectVertices{{1, 2, 3}};
+  ForceSettings inside_out = scene.force[2];
+  inside_out.select = SelectSet{SetOperation::kNot,
+                                {{SelectSet{SetOperation::kNot, {{SelectSphere{{1, 2, 3}, 4}}}}}}};
+  ForceSettings of_nothing = scene.force[2];
+  of_nothing.select = SelectSet{SetOperation::kNot, {{scene.force[2].select}}};
   ConstraintSettings now_a_line = scene.constraint[2];
   ConstraintSettings now_a_rod = scene.constraint[0];
   TimeSettings automatic;
@@ -220,7 +254,11 @@ std::vector<Edit> every_edit(const Scene& scene) {
           SetEnvironment{{EnvironmentKind::kNone, 1.0, Vector3::UnitX(), 0.5}},
           SetForce{0, forever},
           SetForce{std::nullopt, forever},
-          SetForce{2, scene.force[0]},
+          SetForce{4, scene.force[0]},
+          SetForce{4, scene.force[2]},
+          SetForce{4, scene.force[3]},
+          SetForce{2, inside_out},
+          SetForce{3, of_nothing},
           SetFix{0, fix},
           SetFix{1, exact},
           SetFix{1, scene.fix[1]},

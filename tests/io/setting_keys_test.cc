@@ -47,6 +47,7 @@ TETRACTION_PLACE(InitialSettings, initial, "initial");
 TETRACTION_PLACE(MomentumSettings, initial.momentum.at(0), "initial.momentum.0");
 TETRACTION_PLACE(Selection, force.at(0).select, "force.0.select");
 TETRACTION_PLACE(OutputSettings, output, "output");
+TETRACTION_PLACE(ProbeSettings, probe.at(0), "probe.0");
 #undef TETRACTION_PLACE
 
 template <>
@@ -90,6 +91,10 @@ struct Place<SelectPlane> : SelectionPlace<SelectPlane> {
 template <>
 struct Place<SelectBox> : SelectionPlace<SelectBox> {
   static constexpr const char* kPath = "force.0.select.box";
+};
+template <>
+struct Place<SelectFaces> : SelectionPlace<SelectFaces> {
+  static constexpr const char* kPath = "force.0.select.faces";
 };
 template <>
 struct Place<SelectSphere> : SelectionPlace<SelectSphere> {
@@ -168,8 +173,18 @@ std::vector<ShiftSettings> bases() {
   return {shift};
 }
 template <>
+std::vector<ProbeSettings> bases() {
+  ProbeSettings probe;
+  probe.name = "tip";
+  return {probe};
+}
+template <>
 std::vector<SelectBox> bases() {
   return {SelectBox{Vector3::Zero(), Vector3::Ones()}};
+}
+template <>
+std::vector<SelectFaces> bases() {
+  return {SelectFaces{Vector3::UnitZ(), 30.0}};
 }
 template <>
 std::vector<SelectSphere> bases() {
@@ -214,11 +229,15 @@ struct Change {
   void operator()(std::vector<Vector3> S::*member) const {
     settings.*member = {vector(), -vector()};
   }
+  void operator()(std::vector<std::string> S::*member) const {
+    settings.*member = {"pressure", "displacement"};
+  }
   void operator()(const Choice<S>& choice) const {
     const bool is_first = choice.get(settings) == choice.names.front();
     choice.set(settings, is_first ? choice.names[1] : choice.names.front());
   }
   void operator()(const NumberOrAuto<S>& value) const { settings.*value.number = number(); }
+  void operator()(const VectorOrField<S>& value) const { settings.*value.vector = vector(); }
   void operator()(const ByHand&) const {}
 };
 
@@ -254,6 +273,10 @@ struct PutNumber {
   }
   bool operator()(const NumberOrAuto<S>& number) const {
     settings.*number.number = value;
+    return true;
+  }
+  bool operator()(const VectorOrField<S>& either) const {
+    settings.*either.vector = {0.5, value, 0.5};
     return true;
   }
   template <class Other>
@@ -297,6 +320,8 @@ class SettingKeys : public testing::Test {
     scene.constraint.resize(1);
     scene.force.resize(1);
     scene.initial.momentum.resize(1);
+    scene.probe.resize(1);
+    scene.probe[0].name = "tip";
     Place<S>::put(scene, settings);
     return scene;
   }

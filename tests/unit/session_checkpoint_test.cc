@@ -238,7 +238,7 @@ TEST(Checkpoint, RefusedOnesLeaveTheSessionAsItWas) {
   refuses(changed([](Checkpoint& c) {
             ForceSettings nowhere;
             nowhere.select = SelectVertices{{999}};
-            c.settings.forces.push_back(nowhere);
+            c.settings.loads.force.push_back(nowhere);
           }),
           "999");
   refuses(changed([](Checkpoint& c) { c.progress.next_event = 2; }), "events");
@@ -266,7 +266,7 @@ TEST(Checkpoint, RefusedOnesLeaveTheSessionAsItWas) {
   refuses(changed([](Checkpoint& c) {
             c.settings.materials[0].youngs_modulus = 7e6;
             c.settings.damping = {};
-            c.settings.forces.push_back(pull());
+            c.settings.loads.force.push_back(pull());
             c.settings.constraints.fixes[1].start.array() += 0.1;
             c.settings.time.integrator = Integrator::kMidpoint;
             c.settings.solver.kind = "none";

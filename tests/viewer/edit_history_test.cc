@@ -111,7 +111,7 @@ std::string text_of(const Simulation& simulation) {
   scene.damping = settings.damping;
   scene.environment = settings.environment;
   scene.force.clear();
-  for (const ForceSettings& force : settings.forces) {
+  for (const ForceSettings& force : settings.loads.force) {
     if (!force.vector.isZero(0.0)) scene.force.push_back(force);
   }
   scene.fix.clear();
@@ -329,9 +329,9 @@ TEST(Recording, KeepsTheEventsOfTheSceneWithTheirNumbers) {
   make_steps(*simulation, 15);
   expect_no_notices(*simulation);
   const Settings settings = simulation->settings();
-  ASSERT_EQ(settings.forces.size(), 3U);
-  EXPECT_EQ(settings.forces[1].vector, Vector3(1, 0, 0)) << "not what the event means";
-  EXPECT_EQ(settings.forces[2].vector, Vector3(0, 0, -50));
+  ASSERT_EQ(settings.loads.force.size(), 3U);
+  EXPECT_EQ(settings.loads.force[1].vector, Vector3(1, 0, 0)) << "not what the event means";
+  EXPECT_EQ(settings.loads.force[2].vector, Vector3(0, 0, -50));
   EXPECT_EQ(settings.time.step, 2e-3);
   const Scene recorded = simulation->recorded_scene();
   EXPECT_EQ(recorded.time.end > 0.0, true);

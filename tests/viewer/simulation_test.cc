@@ -386,7 +386,7 @@ TEST(Simulation, ShowsForcesAndHeldVerticesOfTheNextStep) {
   EXPECT_EQ(snapshot->fixed[5], 1);
   EXPECT_EQ(snapshot->fixed[3], 0);
   const Settings settings = simulation->settings();
-  EXPECT_EQ(settings.forces.size(), 1U);
+  EXPECT_EQ(settings.loads.force.size(), 1U);
   EXPECT_EQ(settings.fixes.size(), 1U);
 }
 

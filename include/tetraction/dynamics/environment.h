@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <utility>
 
 #include "tetraction/dynamics/force_field.h"
 #include "tetraction/dynamics/vertex_potential.h"
@@ -16,6 +17,8 @@ namespace tetraction {
 ///   Exactly at the origin the force is zero. Without softening (ε = 0) U has no value there and is
 ///   taken as zero. The second derivative of U is indefinite;
 /// - custom: U of the ForceField.
+///
+/// An amplitude makes the strength change in time: it is the factor of U.
 class Environment : public VertexPotential {
  public:
   /// No environment.
@@ -27,6 +30,11 @@ class Environment : public VertexPotential {
   static Environment attraction(double strength, double softening = 0.0);
   /// Copies share the field. Throws InputError for a null pointer.
   static Environment custom(std::shared_ptr<const ForceField> field);
+
+  /// The same environment with a strength that changes in time. Null: it does not.
+  void set_amplitude(std::shared_ptr<const Amplitude> amplitude) {
+    amplitude_ = std::move(amplitude);
+  }
 
   /// Whether the force does not depend on the position. False for every custom field.
   bool is_uniform() const { return strength_ == 0.0 && !field_; }
@@ -42,6 +50,7 @@ class Environment : public VertexPotential {
   Matrix3 hessian(double mass, const Vector3& q) const override;
 
   std::string name() const override { return "environment"; }
+  double factor(const ForcePoint& at) const override;
   bool has_potential() const override { return !is_none(); }
   bool is_quadratic() const override { return is_uniform(); }
   std::optional<Vector3> uniform_acceleration() const override;
@@ -53,6 +62,7 @@ class Environment : public VertexPotential {
   double strength_ = 0.0;
   double softening_ = 0.0;
   std::shared_ptr<const ForceField> field_;
+  std::shared_ptr<const Amplitude> amplitude_;
 };
 
 }  // namespace tetraction

@@ -7,13 +7,13 @@
 
 namespace tetraction {
 
-/// A force on each vertex of a list, constant from `from` until `until`. Both times may lie inside
-/// a step.
+/// A force on each vertex of a list, whose directions do not change with the deformation.
 struct ExternalForce {
   std::vector<Index> vertices;
-  Vector3 vector = Vector3::Zero();                        ///< N, on every vertex of the list
-  double from = 0.0;                                       ///< s
-  double until = std::numeric_limits<double>::infinity();  ///< s
+  Vector3 vector = Vector3::Zero();  ///< N, on every vertex of the list
+  /// If it is not empty: one force for each vertex instead, 3 × vertices, N.
+  Matrix vectors{};
+  LoadHistory history{};
 };
 
 /// The sum of all forces that a user has put on vertices.
@@ -22,7 +22,7 @@ class ExternalForces : public ForceTerm {
   std::string name() const override { return "external_forces"; }
   EnergyAccount account() const override { return EnergyAccount::kNone; }
   bool has_load() const override { return !forces_.empty(); }
-  void add_load(const Vector& mass, double time, double h, Vector& force) const override;
+  void add_load(const ForcePoint& at, Vector& force) const override;
 
   const std::vector<ExternalForce>& list() const { return forces_; }
   std::vector<ExternalForce>& list() { return forces_; }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tetraction/core/types.h"
+#include "tetraction/dynamics/amplitude.h"
 
 namespace tetraction {
 
@@ -15,12 +16,16 @@ struct ForcePoint {
   const Vector& mass;      ///< lumped mass of each vertex, kg
   const Vector& position;  ///< x, 3 per vertex, m
   double time = 0.0;       ///< s
+  /// The step in which the force acts. Factors that change in time then have their mean over it, so
+  /// that their impulse is exact. Absent: a force at the instant `time`.
+  std::optional<TimeSpan> step = std::nullopt;
 };
 
 /// Which entry of the energy balance the potential energy of a term belongs to.
 enum class EnergyAccount {
   kStored,          ///< it is part of the body's energy and has a column of history.csv
   kConstraintWork,  ///< it stands for a constraint: its changes count as constraint work
+  kExternalWork,    ///< it is a load of the user's: its changes count as external work
   kNone             ///< the term has no potential energy (loads, damping)
 };
 
@@ -68,7 +73,7 @@ class HessianBlocks {
 /// - a potential part −∂U/∂x of a potential energy U(x, t);
 /// - a dissipative part −∂D/∂v of a dissipation potential D(v; x), convex in v with its least value
 ///   D = 0 at v = 0;
-/// - a load f(t) that does not depend on the motion.
+/// - a load f(t, x̃), which may depend on positions x̃ that are known before the step.
 ///
 /// A mechanical system keeps a list of its terms (MechanicalSystem::force_terms()). The steppers,
 /// the incremental potential of implicit steps, the linear solvers, the stability limit and the
@@ -94,11 +99,16 @@ class ForceTerm {
   virtual bool has_potential() const { return false; }
   virtual bool has_dissipation() const { return false; }
   virtual bool has_load() const { return false; }
+  /// Whether the load depends on the positions x̃.
+  virtual bool load_depends_on_position() const { return false; }
   /// Whether ∂²U/∂x² and ∂²D/∂v² are constant and diagonal, and ∂D/∂v is zero at v = 0. Implicit
   /// steps then evaluate the term once a step. The first derivatives may depend on the time.
   virtual bool is_quadratic() const { return false; }
-  /// Whether the Hessian of U or D has blocks of two different vertices. Ceres refuses such terms.
+  /// Whether the Hessian of U or D has blocks of two different vertices.
   virtual bool couples_vertices() const { return false; }
+  /// Whether the two vertices of each such block belong to a common tetrahedron. Ceres refuses terms
+  /// that couple other vertices.
+  virtual bool couples_only_neighbors() const { return !couples_vertices(); }
   /// The acceleration a, m/s², if the term is a force m a on every vertex and nothing else.
   /// Explicit steps then need no separate pass over the vertices for it.
   virtual std::optional<Vector3> uniform_acceleration() const { return std::nullopt; }
@@ -131,9 +141,11 @@ class ForceTerm {
   virtual void add_dissipation_hessian(const ForcePoint& at, const Vector& v, HessianForm form,
                                        HessianBlocks& hessian) const;
 
-  /// force += the mean of f over the step of size h that begins at `time`, so that h times it is
-  /// the impulse ∫ f dt; 3 per vertex, N.
-  virtual void add_load(const Vector& mass, double time, double h, Vector& force) const;
+  /// force += the mean of f over the step `at.step`, so that its length times the mean is the
+  /// impulse ∫ f dt; 3 per vertex, N. `at.position` are the positions at the point of the step at
+  /// which the rule evaluates forces (`verlet`: in the middle), predicted with the velocities M⁻¹p
+  /// at the start of the step.
+  virtual void add_load(const ForcePoint& at, Vector& force) const;
 
  protected:
   ForceTerm() = default;

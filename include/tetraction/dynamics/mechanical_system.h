@@ -11,6 +11,7 @@
 #include "tetraction/dynamics/external_forces.h"
 #include "tetraction/dynamics/force_term.h"
 #include "tetraction/dynamics/state.h"
+#include "tetraction/dynamics/surface_pressure.h"
 #include "tetraction/dynamics/vertex_damping.h"
 #include "tetraction/fem/elastic_potential.h"
 #include "tetraction/fem/viscous_potential.h"
@@ -84,6 +85,10 @@ class MechanicalSystem {
   const std::vector<ExternalForce>& forces() const { return external_forces_.list(); }
   /// Replaces all forces.
   void set_forces(std::vector<ExternalForce> forces);
+  /// Replaces all pressures. Throws InputError for a pressure that is not finite, a vertex that does
+  /// not exist, or a pressure without triangles.
+  void set_pressures(std::vector<PressureLoad> pressures);
+  const std::vector<PressureLoad>& pressures() const { return pressure_.list(); }
 
   /// Adds a force term of the caller's own. Steppers and solvers that were made before do not know
   /// it. Throws InputError for a null pointer, for a name that is not made of lower-case letters,
@@ -91,17 +96,26 @@ class MechanicalSystem {
   /// account.
   void add_force_term(std::shared_ptr<const ForceTerm> term);
   /// Everything that acts on the body besides elasticity and viscosity: environment, damping of
-  /// single vertices, penalty springs, external forces, and the terms that were added, in this
-  /// order.
+  /// single vertices, penalty springs, external forces, pressure, and the terms that were added, in
+  /// this order.
   const std::vector<const ForceTerm*>& force_terms() const { return terms_; }
-  /// Where force terms are evaluated. It refers to `position`.
+  /// Where force terms are evaluated, at an instant. It refers to `position`.
   ForcePoint force_point(const Vector& position, double time) const {
     return {mass_, position, time};
   }
+  /// The same for forces that act in a step.
+  ForcePoint force_point(const Vector& position, double time, const TimeSpan& step) const {
+    return {mass_, position, time, step};
+  }
   /// f ← the sum of the loads of all terms in the step of size h that starts at `time` (3 per
-  /// vertex, N). It is the mean over the step, so that h f is the impulse ∫ f dt. It is empty if no
-  /// term has a load.
-  void external_force(double time, double h, Vector& f) const;
+  /// vertex, N), with the positions `q` where they depend on positions. It is the mean over the
+  /// step, so that h f is the impulse ∫ f dt. It is empty if no term has a load.
+  void external_force(const Vector& q, double time, double h, Vector& f) const;
+  /// f ← all forces of the user's on the vertices, as the mean over such a step, for display: the
+  /// loads, and the forces of potentials that count as external work (pressure).
+  void applied_force(const Vector& q, double time, double h, Vector& f) const;
+  /// Whether a load depends on positions.
+  bool has_load_of_position() const;
   /// force −= ∂D/∂v of all terms at velocities v (3 per vertex, N). Viscosity is not included.
   void add_damping_force(const Vector& q, double time, const Vector& v, Vector& force) const;
   /// Whether a term or viscosity dissipates energy of a moving body.
@@ -153,6 +167,7 @@ class MechanicalSystem {
   Damping damping_;
   VertexDamping vertex_damping_;
   ExternalForces external_forces_;
+  SurfacePressure pressure_;
   std::vector<std::shared_ptr<const ForceTerm>> added_terms_;
   std::vector<const ForceTerm*> terms_;
 };

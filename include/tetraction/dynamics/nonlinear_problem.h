@@ -1,6 +1,9 @@
 // The nonlinear problems of implicit steps, as solvers see them.
 #pragma once
 
+#include <unordered_map>
+#include <vector>
+
 #include "tetraction/dynamics/force_term.h"
 #include "tetraction/fem/elastic_potential.h"
 #include "tetraction/fem/free_coordinates.h"
@@ -66,7 +69,7 @@ class MinimizationProblem : public NonlinearProblem {
     Positions positions;              ///< x
     const ViscousPotential& viscous;  ///< evaluated at the displacement of the step
     const Vector& step_displacement;  ///< 3 per vertex, m
-    const Vector& diagonal;           ///< 3 per vertex, N/m; positive
+    const Vector& diagonal;           ///< 3 per vertex, N/m; not negative
   };
   virtual HessianParts hessian_parts(const Vector& u) const = 0;
   /// Whether term_hessian() may be different from zero.
@@ -84,20 +87,23 @@ class MinimizationProblem : public NonlinearProblem {
     double magnitude = 0.0;  ///< how far `energy` can get below zero is of this order, J
     Vector gradient;         ///< 3 per vertex, N
     HessianBlocks hessian;   ///< of evaluations with a Hessian
+    /// The pairs of `hessian`, each at one element that has both of its vertices.
+    std::unordered_map<Index, std::vector<HessianBlocks::Pair>> pairs_of_element;
   };
   /// Evaluates this contribution at u. Returns false if a term is not defined there.
   virtual bool term_shares(const Vector& u, bool with_hessian, TermShares& shares) const = 0;
   /// The share of element e in Φ. It consists of the energy of the element and of a part of the
-  /// energies of its vertices. `terms` may be null if there are no general force terms. Only the
-  /// diagonal blocks of their Hessians enter. The shares of all elements add up to value() +
-  /// square_value().
+  /// energies of its vertices. `terms` may be null if there are no general force terms. Of their
+  /// Hessians the diagonal blocks and `pairs_of_element` enter. The shares of all elements add up to
+  /// value() + square_value().
   virtual bool element_terms(Index e, const Vector& u, const TermShares* terms, bool with_hessian,
                              ElasticPotential::ElementTerms& result) const = 0;
   /// The constant, J, with which the vertices' part of Φ is a sum of squares.
   virtual double square_value() const = 0;
 
   /// An estimate of how far ∇²Φ(u) is from a saddle. If it is at most 1, the compressive stresses
-  /// are too small to make a part of the body buckle, and ∇²Φ is expected to be positive definite.
+  /// are too small to make a part of the body buckle, and ∇²Φ is expected to be positive definite. If
+  /// it is infinite, the solver always examines ∇²Φ at the end.
   virtual double buckling_ratio(const Vector& u) const = 0;
 };
 

@@ -96,6 +96,10 @@ class Stepper {
  protected:
   explicit Stepper(const MechanicalSystem& system);
 
+  /// load ← the loads in the step of size h that begins at `from`, as their mean over it (3 per
+  /// vertex, N); empty if there are none. Loads that depend on positions take those of
+  /// q_k + α h M⁻¹p_k.
+  void gather_loads(const State& from, double h, double alpha, Vector& load);
   /// Enters the linear and angular impulse of forces that act at positions x for the time dt.
   void add_impulse(const Vector& x, const Vector& force, double dt, StepOutcome& outcome) const;
   /// Enters a change of momenta that the constraints make at positions x.
@@ -104,7 +108,8 @@ class Stepper {
   /// less the forces of distances, along the displacement of the moving targets, and the energy
   /// that penalty springs gave to the body. `reaction_` must not contain the springs.
   double constraint_work(const State& from, const State& to) const;
-  /// The work that potentials which depend on the time do on the body between two states, J.
+  /// The work of loads that have a potential, and that of stored potentials which depend on the
+  /// time, on the body between two states, J.
   double driven_work(const State& from, const State& to) const;
   /// Enters that a step led a vertex to a point where the potential of a term is not defined.
   StepOutcome& undefined(StepOutcome& outcome, const ForceTerm& term, Index vertex) const;
@@ -114,7 +119,8 @@ class Stepper {
   Vector configuration_force_;
 
  private:
-  State result_;  // of step_to(); empty before its first call
+  State result_;      // of step_to(); empty before its first call
+  Vector predicted_;  // positions for gather_loads()
 };
 
 /// The rule with α = 0. This and the other steppers keep a reference to `system`.

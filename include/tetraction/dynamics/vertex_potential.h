@@ -6,8 +6,8 @@
 
 namespace tetraction {
 
-/// U(x) = Σ_v U_v(m_v, x_v) with a potential of one vertex that does not depend on the time: a
-/// field, an analytic obstacle. A derived class gives value(), gradient() and hessian() of one
+/// U(x, t) = a(t) Σ_v U_v(m_v, x_v) with a potential of one vertex and a factor that is 1 unless a
+/// derived class overrides it: a field, an analytic obstacle. A derived class gives value(), gradient() and hessian() of one
 /// vertex, and where U_v is not defined everywhere also defined() and admissible_fraction(). They
 /// are called from several threads at once.
 ///
@@ -27,6 +27,9 @@ class VertexPotential : public ForceTerm {
     return std::numeric_limits<double>::infinity();
   }
 
+  /// a at the instant `at.time`, or its mean over `at.step` if there is one.
+  virtual double factor(const ForcePoint& /*at*/) const { return 1.0; }
+
   bool has_potential() const override { return true; }
   Index undefined_vertex(const ForcePoint& at) const override;
   double longest_step(const ForcePoint& from, const Vector& displacement) const override;
@@ -34,6 +37,8 @@ class VertexPotential : public ForceTerm {
   double energy_change(const ForcePoint& from, const ForcePoint& to) const override;
   void add_gradient(const ForcePoint& at, Vector& gradient) const override;
   void add_hessian(const ForcePoint& at, HessianForm form, HessianBlocks& hessian) const override;
+  /// With the mean of the factor over the step that leads from one point to the other.
+  double driven_work(const ForcePoint& from, const ForcePoint& to) const override;
 };
 
 }  // namespace tetraction

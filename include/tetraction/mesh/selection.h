@@ -1,6 +1,8 @@
-// Ways in which a user can select vertices of a mesh.
+// Ways in which a user can select vertices, triangles and tetrahedra of a mesh.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <variant>
@@ -54,19 +56,66 @@ struct SelectAll {
   bool operator==(const SelectAll&) const = default;
 };
 
-using Selection = std::variant<SelectVertices, SelectPlane, SelectBox, SelectSphere, SelectNearest,
-                               SelectGroup, SelectSurface, SelectAll>;
+/// The boundary triangles whose outward unit normal at rest is within `angle` (degrees, 0 to 180) of
+/// `normal`; their vertices if vertices are selected. Angles are compared to 1e-6 degrees.
+struct SelectFaces {
+  Vector3 normal = Vector3::Zero();  ///< of any length but zero
+  double angle = 30.0;
+  bool operator==(const SelectFaces&) const = default;
+};
+
+struct SelectionPart;
+
+enum class SetOperation { kAllOf, kAnyOf, kNot };
+
+/// "all_of", "any_of", "not".
+std::string to_string(SetOperation operation);
+
+/// What is in all parts, in any part, or not in the only part. A part may select nothing.
+struct SelectSet {
+  SetOperation operation = SetOperation::kAllOf;
+  std::vector<SelectionPart> of;  ///< one or more; exactly one for kNot
+  bool operator==(const SelectSet&) const;
+};
+/// A selection that has a name in the scene. The scene writer writes the name; the selection itself
+/// must then be in Scene::selection.
+struct SelectNamed {
+  std::string name;
+  std::vector<SelectionPart> of;  ///< exactly one
+  bool operator==(const SelectNamed&) const;
+};
+
+using Selection =
+    std::variant<SelectVertices, SelectPlane, SelectBox, SelectSphere, SelectNearest, SelectGroup,
+                 SelectSurface, SelectAll, SelectFaces, SelectSet, SelectNamed>;
+
+/// One operand of a set.
+struct SelectionPart {
+  Selection selection;
+  bool operator==(const SelectionPart&) const = default;
+};
 
 /// The selected vertices as sorted internal numbers without repeats. Coordinates in selections are
-/// rest positions. Throws InputError if nothing is selected, if an id does not exist in the file,
-/// if a group is unknown (the message lists the groups of the mesh), and for an invalid axis or
-/// point.
+/// rest positions. Sets are sets of vertices. Throws InputError if nothing is selected, if an id
+/// does not exist in the file, if a group is unknown (the message lists the groups of the mesh),
+/// for an invalid axis, point or normal, and for a set or a named selection with a wrong number of
+/// parts.
 std::vector<Index> select_vertices(const TetMesh& mesh, const Selection& selection);
 
 /// The selected tetrahedra, sorted. A group that consists of tetrahedra selects these. A box or a
-/// sphere selects the tetrahedra whose centroid is inside. Any other selection selects the
-/// tetrahedra with all four vertices selected. Throws InputError as select_vertices() does, and if
-/// no tetrahedron is selected.
+/// sphere selects the tetrahedra whose centroid is inside. Sets are sets of tetrahedra. Any other
+/// selection selects the tetrahedra with all four vertices selected. Throws InputError as
+/// select_vertices() does, and if no tetrahedron is selected.
 std::vector<Index> select_tetrahedra(const TetMesh& mesh, const Selection& selection);
+
+/// The selected triangles of the boundary in the order of boundary_faces(), with outward normals.
+///
+/// A SelectFaces and a group of dimension 2 select their own triangles. If a selection contains one
+/// of these, its sets are sets of boundary triangles, and any other part selects the triangles with
+/// all three vertices selected. A selection without such a part selects the triangles whose three
+/// vertices are all in select_vertices(). Throws InputError as select_vertices() does, if no
+/// triangle is selected, and for a group with a triangle that is not on the boundary; the message
+/// names the group and the vertices of the triangle.
+std::vector<std::array<Index, 3>> select_triangles(const TetMesh& mesh, const Selection& selection);
 
 }  // namespace tetraction

@@ -54,15 +54,21 @@ struct RawMesh {
   std::vector<RawCell> cells;
   std::vector<RawGroup> groups;
   std::map<std::string, Matrix> point_arrays;  ///< components × vertices, e.g. "displacement"
+  std::map<std::string, Matrix> cell_arrays;   ///< components × cells
 };
 
-/// A named set of vertices and tetrahedra.
+/// A named set of vertices, triangles and tetrahedra.
 struct Group {
   std::string name;
   int dimension = 3;              ///< of the cells that define it: 0 point … 3 volume
   int tag = 0;                    ///< the file's number of the group
   std::vector<Index> vertices;    ///< sorted: all vertices of the group's cells
   std::vector<Index> tetrahedra;  ///< sorted; empty unless dimension is 3
+  /// Empty unless dimension is 2. Those on the boundary have outward normals; others have the order
+  /// of vertices of the file.
+  std::vector<std::array<Index, 3>> triangles{};
+  /// Triangles that have a vertex which no tetrahedron uses, with the vertex numbers of the file.
+  std::vector<std::array<std::int64_t, 3>> detached_triangles{};
 };
 
 /// What build_mesh() changed and left out. It is meant for the user.
@@ -89,6 +95,7 @@ struct TetMesh {
   std::vector<Group> groups;
   std::map<std::string, Matrix> point_arrays;  ///< components × vertices
   MeshReport report;
+  std::map<std::string, Matrix> cell_arrays{};  ///< components × tetrahedra
 
   Index vertex_count() const { return static_cast<Index>(vertices.size()); }
   Index tetrahedron_count() const { return static_cast<Index>(tetrahedra.size()); }
@@ -112,8 +119,8 @@ struct TetMesh {
 
 /// Checks a raw mesh and makes the solver's mesh of it. All coordinates are multiplied by `scale`.
 ///
-/// The function takes the linear tetrahedra, counts other cells in the report, reorients inverted
-/// tetrahedra, and drops vertices that no tetrahedron uses.
+/// The function takes the linear tetrahedra and the triangles of groups, counts other cells in the
+/// report, reorients inverted tetrahedra, and drops vertices that no tetrahedron uses.
 /// Throws FileError, which names the file and the id of the element or vertex, for: no tetrahedra,
 /// quadratic tetrahedra, a vertex id that does not exist, a NaN or infinite coordinate, a repeated
 /// vertex in a tetrahedron, a volume of zero (below 1e-14 of the cube of the longest edge), and a

@@ -31,7 +31,7 @@ struct RunSettings {
   std::vector<MaterialSettings> materials;  ///< one for each region
   EnvironmentSettings environment;
   Damping damping;
-  std::vector<ForceSettings> forces;
+  LoadLists loads;
   BodyConstraints constraints;
 };
 

@@ -8,15 +8,18 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
 #include "tetraction/core/types.h"
+#include "tetraction/dynamics/amplitude.h"
 #include "tetraction/dynamics/damping.h"
 #include "tetraction/dynamics/integrator.h"
 #include "tetraction/dynamics/rayleigh_damping.h"
 #include "tetraction/material/material.h"
 #include "tetraction/mesh/selection.h"
+#include "tetraction/simulation/frame_format.h"
 #include "tetraction/solver/linear_solver.h"
 
 namespace tetraction {
@@ -40,7 +43,18 @@ struct MeshSettings {
   std::string file;                           ///< absolute, or relative to the working directory
   std::optional<GeneratorSettings> generate;  ///< instead of a file
   double scale = 1.0;                         ///< multiplies the file's coordinates
+  std::string unit = "m";                     ///< of the file's coordinates, see length_units()
 };
+
+/// A unit of length that mesh.unit can name.
+struct LengthUnit {
+  const char* name;
+  double metres;
+};
+const std::vector<LengthUnit>& length_units();
+/// What the coordinates of the mesh file are multiplied by: scale times the unit in m. Throws
+/// InputError for an unknown unit.
+double coordinate_scale(const MeshSettings& mesh);
 
 struct MaterialSettings {
   std::string model = "neo-hookean";
@@ -119,6 +133,28 @@ struct SolverSettings {
 /// empty.
 std::string solver_conflict(const SolverSettings& settings);
 
+/// The kinds of amplitudes.
+enum class AmplitudeKind { kPoints, kFile, kSine, kSmoothStep };
+
+/// "points", "file", "sine", "smooth_step".
+std::string to_string(AmplitudeKind kind);
+
+/// A factor that changes in time, for loads, the environment and prescribed motions. They refer to
+/// it by its name.
+struct AmplitudeSettings {
+  std::string name;
+  AmplitudeKind kind = AmplitudeKind::kPoints;
+  /// Time in s and value of each corner; of kFile the contents of the file.
+  std::vector<std::pair<double, double>> points;
+  std::string file;        ///< of kFile: for messages and for writing the scene
+  double frequency = 1.0;  ///< of kSine, Hz
+  double phase = 0.0;      ///< of kSine, rad
+  double offset = 0.0;     ///< of kSine
+  double from = 0.0;       ///< of kSmoothStep, s
+  double until = 1.0;      ///< of kSmoothStep, s
+  std::string where;       ///< place in the scene, for messages
+};
+
 /// Only a program can set kCustom; a scene file cannot name it.
 enum class EnvironmentKind { kNone, kGravity, kAttraction, kCustom };
 
@@ -131,6 +167,7 @@ struct EnvironmentSettings {
   Vector3 direction{0.0, -1.0, 0.0};                  ///< of gravity; normalised by the reader
   double softening = 0.0;                             ///< ε of attraction, m
   std::shared_ptr<const ForceField> field = nullptr;  ///< only with kCustom
+  std::string amplitude{};                            ///< factor of the strength; empty: 1
 };
 
 /// Returns the direction with length 1. A direction whose length is 1 up to round-off is returned
@@ -148,6 +185,7 @@ struct FixSettings {
   bool is_penalty = false;  ///< fixed by springs with the force −2γ(q − c) instead of exactly
   double penalty = 0.0;     ///< γ, N/m
   std::string where;        ///< place in the scene, for messages
+  std::string amplitude{};  ///< factor of `offset`, which then changes in time; empty: 1
 };
 
 /// The kinds of [[constraint]].
@@ -173,16 +211,57 @@ struct ConstraintSettings {
   std::optional<Vector3> velocity;          ///< rigid: driven, m/s
   std::optional<Vector3> angular_velocity;  ///< rigid: driven, rad/s about its centre of mass
   std::string where;
+  std::string amplitude{};  ///< factor of both velocities; empty: 1
 
   bool is_driven() const { return velocity.has_value() || angular_velocity.has_value(); }
 };
 
+/// The kinds of loads. Each is a section of a scene: [[force]], [[moment]], [[traction]],
+/// [[pressure]], [[body_force]].
+enum class LoadKind { kForce, kMoment, kTraction, kPressure, kBodyForce };
+/// All kinds, in this order.
+const std::vector<LoadKind>& load_kinds();
+/// "force", "moment", "traction", "pressure", "body_force".
+std::string to_string(LoadKind kind);
+
+/// How a total force or a moment is shared out over its selection.
+enum class LoadShare {
+  kAuto,     ///< kSurface if triangles of the boundary are selected, but not with SelectAll or a
+             ///< group of tetrahedra; otherwise kVolume if tetrahedra are selected; else kVertices
+  kSurface,  ///< by the area of the selected triangles of the boundary
+  kVolume,   ///< by the mass of the selected tetrahedra
+  kVertices  ///< equally among the selected vertices
+};
+/// "auto", "surface", "volume", "vertices".
+std::string to_string(LoadShare share);
+
+/// A load on a part of the body. All but pressures are dead loads: their directions do not change
+/// with the deformation.
 struct ForceSettings {
   Selection select = SelectAll{};
-  Vector3 vector = Vector3::Zero();                        ///< N, on every selected vertex
+  /// Force: N, on every selected vertex. Moment: N m. Traction: Pa. Body force: N/m³.
+  Vector3 vector = Vector3::Zero();
   double from = 0.0;                                       ///< s
   double until = std::numeric_limits<double>::infinity();  ///< s
   std::string where;
+  LoadKind kind = LoadKind::kForce;
+  std::optional<Vector3> total{};         ///< force: N, shared out over the selection
+  LoadShare share = LoadShare::kAuto;     ///< of a total force and of a moment
+  double value = 0.0;                     ///< pressure: Pa; positive values push inwards
+  std::optional<Vector3> acceleration{};  ///< body force: m/s², instead of `vector`
+  std::string amplitude{};                ///< factor; empty: 1
+};
+
+/// The loads of a scene or of a run. Those of each kind have numbers of their own.
+struct LoadLists {
+  std::vector<ForceSettings> force;
+  std::vector<ForceSettings> moment;
+  std::vector<ForceSettings> traction;
+  std::vector<ForceSettings> pressure;
+  std::vector<ForceSettings> body_force;
+
+  std::vector<ForceSettings>& list(LoadKind kind);
+  const std::vector<ForceSettings>& list(LoadKind kind) const;
 };
 
 struct MomentumSettings {
@@ -199,6 +278,21 @@ struct ShiftSettings {
   std::string where;
 };
 
+/// A vector for each vertex that a file or three formulas give. Only one of the two is set. The
+/// library's core does not compute it: read_scene_mesh() (io/initial_fields.h) puts it into
+/// TetMesh::point_arrays.
+struct FieldSettings {
+  std::string file;                    ///< a table of comma-separated values
+  std::array<std::string, 3> formula;  ///< of X, Y, Z, the rest position in m
+  std::string where;                   ///< place in the scene, for messages
+
+  bool empty() const { return file.empty() && formula[0].empty(); }
+};
+
+/// The names of the point arrays that hold the fields of InitialSettings.
+inline constexpr const char* kInitialDisplacement = "initial.displacement";
+inline constexpr const char* kInitialVelocity = "initial.velocity";
+
 struct InitialSettings {
   Vector3 velocity = Vector3::Zero();          ///< m/s
   Vector3 angular_velocity = Vector3::Zero();  ///< rad/s about the centre of mass
@@ -206,6 +300,11 @@ struct InitialSettings {
   std::string displacement_array;              ///< point-data array of the mesh file, m
   std::string velocity_array;                  ///< point-data array of the mesh file, m/s
   std::vector<MomentumSettings> momentum;
+  Vector3 displacement = Vector3::Zero();  ///< of the whole body, m
+  FieldSettings displacement_field{};      ///< m, instead of `displacement`
+  FieldSettings velocity_field{};          ///< m/s, instead of `velocity`
+  /// Whether the positions are those of the equilibrium under the loads at t = 0.
+  bool is_static = false;
 };
 
 // The kinds of edits, which are made between two steps.
@@ -225,7 +324,7 @@ struct SetDamping {
 struct SetEnvironment {
   EnvironmentSettings environment;
 };
-/// Adds a force, or changes the one with that number.
+/// Adds a load, or changes the one with that number among the loads of its kind.
 struct SetForce {
   std::optional<std::size_t> index;
   ForceSettings force;
@@ -277,10 +376,44 @@ struct EventSettings {
 
 struct OutputSettings {
   std::string directory = "out";  ///< relative to the working directory
-  int every = 10;  ///< a frame for every n-th step, and always for the first and the last
+  int every = 10;         ///< a frame for every n-th step, and always for the first and the last
+  int history_every = 1;  ///< a row of history.csv for every n-th step, the first and the last
+  /// Names of fields of the frames, see simulation/output_fields.h. Empty: the default ones.
+  std::vector<std::string> fields{};
+  FramePrecision precision = FramePrecision::kFloat64;  ///< of frames; final.vtu is always double
+  FrameCompression compression = FrameCompression::kLz4;
 };
 
-struct Scene {
+/// The quantities of [[probe]].
+enum class ProbeQuantity {
+  kDisplacement,
+  kPosition,
+  kVelocity,
+  kMomentum,
+  kForce,
+  kReaction,
+  kCauchyStress,
+  kVonMises,
+  kJacobian
+};
+
+/// A quantity that a run stores in every step, see simulation/probe.h.
+struct ProbeSettings {
+  std::string name{};              ///< of its columns: letters, digits, underscores
+  Selection select = SelectAll{};  ///< if there is no point
+  std::optional<Vector3> point{};  ///< rest coordinates, m
+  ProbeQuantity quantity = ProbeQuantity::kDisplacement;
+  int every = 1;        ///< values for every n-th step
+  std::string where{};  ///< place in the scene, for messages
+};
+
+/// A selection that other parts of the scene use by its name (SelectNamed).
+struct NamedSelection {
+  std::string name;
+  Selection select = SelectAll{};
+};
+
+struct Scene : LoadLists {
   std::string path;  ///< path of the scene file, for messages; empty if a program made the scene
   std::string echo;  ///< the scene as JSON text, with overrides applied, for summary.json
   MeshSettings mesh;
@@ -292,16 +425,25 @@ struct Scene {
   EnvironmentSettings environment;
   std::vector<FixSettings> fix;
   std::vector<ConstraintSettings> constraint;
-  std::vector<ForceSettings> force;
   /// Further terms that act on the body, see MechanicalSystem::add_force_term(). Only a program can
   /// set them.
   std::vector<std::shared_ptr<const ForceTerm>> force_term{};
   InitialSettings initial;
   std::vector<EventSettings> event;  ///< in the order of their times
   OutputSettings output;
+  std::vector<AmplitudeSettings> amplitude;
+  std::vector<NamedSelection> selection{};
   /// The damping ratios from which a scene file's reader worked out mass damping and viscosity of
   /// `damping`. Only messages use them.
   std::optional<DampingRatio> damping_ratio{};
+  std::vector<ProbeSettings> probe{};
 };
+
+/// The amplitude of the settings. Throws InputError for values that contradict each other.
+Amplitude make_amplitude(const AmplitudeSettings& settings);
+/// The amplitude of that name, or null for an empty name. Throws InputError, which begins with
+/// `where`, for a name that the list does not have, and for settings that contradict each other.
+std::shared_ptr<const Amplitude> find_amplitude(const std::vector<AmplitudeSettings>& amplitudes,
+                                                const std::string& name, const std::string& where);
 
 }  // namespace tetraction

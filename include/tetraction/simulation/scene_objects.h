@@ -12,10 +12,12 @@ namespace tetraction {
 /// The mesh that the scene's generator makes. Throws InputError without one or for bad sizes.
 TetMesh generate_mesh(const GeneratorSettings& settings);
 
-/// The environment of the settings. Throws InputError for a custom one without a field.
-Environment make_environment(const EnvironmentSettings& settings);
+/// The environment of the settings, with an amplitude of the list if they name one. Throws
+/// InputError for a custom one without a field, and for an unknown amplitude.
+Environment make_environment(const EnvironmentSettings& settings,
+                             const std::vector<AmplitudeSettings>& amplitudes = {});
 
-/// Makes the body of a scene on its mesh, with environment, damping and forces. Its constraints are
+/// Makes the body of a scene on its mesh, with environment, damping and loads. Its constraints are
 /// set later, by make_initial_state(). Keeps the mesh as MechanicalSystem does. Throws InputError
 /// for selections that select nothing and for wrong parameters.
 std::unique_ptr<MechanicalSystem> make_system(const Scene& scene, TetMesh mesh);
@@ -31,6 +33,10 @@ State make_initial_state(const Scene& scene, MechanicalSystem& system);
 /// Checks what can be checked of the scene's events before the run. Throws InputError for
 /// selections that select nothing and for constraints with impossible values.
 void check_events(const Scene& scene, const MechanicalSystem& system);
+
+/// Makes the solver of the settings. Throws InputError for an unknown one.
+std::unique_ptr<Minimizer> make_minimizer(const SolverSettings& solver,
+                                          const MechanicalSystem& system);
 
 /// Makes the stepper of an integrator with its solver. Throws InputError for an unknown solver.
 std::unique_ptr<Stepper> make_stepper(Integrator integrator, const SolverSettings& solver,

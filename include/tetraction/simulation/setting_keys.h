@@ -49,6 +49,13 @@ struct NumberOrAuto {
   bool Settings::*automatic;
 };
 
+/// Three numbers for the whole body, or a vector for each vertex from a file or from formulas.
+template <class Settings>
+struct VectorOrField {
+  Vector3 Settings::*vector;
+  FieldSettings Settings::*field;
+};
+
 /// A key whose value has a structure of its own, or a type that depends on other keys. Reader and
 /// writer have special code for it.
 struct ByHand {
@@ -61,7 +68,8 @@ using KeyValue =
     std::variant<int S::*, double S::*, std::optional<double> S::*, Vector3 S::*,
                  std::optional<Vector3> S::*, std::array<bool, 3> S::*, std::string S::*,
                  std::array<std::int64_t, 2> S::*, std::vector<std::int64_t> S::*,
-                 std::vector<Vector3> S::*, Choice<S>, NumberOrAuto<S>, ByHand>;
+                 std::vector<Vector3> S::*, std::vector<std::string> S::*, bool S::*, Choice<S>,
+                 NumberOrAuto<S>, VectorOrField<S>, ByHand>;
 
 /// One key of a section.
 template <class Settings>
@@ -97,6 +105,42 @@ struct Section {
   bool refuses_unused = false;
 };
 
+// Settings of one kind of load each, so that each kind has its own table.
+struct MomentSettings : ForceSettings {
+  MomentSettings() { kind = LoadKind::kMoment; }
+};
+struct TractionSettings : ForceSettings {
+  TractionSettings() { kind = LoadKind::kTraction; }
+};
+struct PressureSettings : ForceSettings {
+  PressureSettings() { kind = LoadKind::kPressure; }
+};
+struct BodyForceSettings : ForceSettings {
+  BodyForceSettings() { kind = LoadKind::kBodyForce; }
+};
+
+/// Calls `visit` with the load as settings of its kind, which have a table, and returns the result.
+template <class Visit>
+decltype(auto) visit_load(const ForceSettings& load, const Visit& visit) {
+  const auto as = [&load]<class Settings>(Settings settings) {
+    static_cast<ForceSettings&>(settings) = load;
+    return settings;
+  };
+  switch (load.kind) {
+    case LoadKind::kMoment:
+      return visit(as(MomentSettings{}));
+    case LoadKind::kTraction:
+      return visit(as(TractionSettings{}));
+    case LoadKind::kPressure:
+      return visit(as(PressureSettings{}));
+    case LoadKind::kBodyForce:
+      return visit(as(BodyForceSettings{}));
+    case LoadKind::kForce:
+      break;
+  }
+  return visit(load);
+}
+
 /// The table of a settings struct. There is one for each of the types below.
 template <class Settings>
 const Section<Settings>& section_of();
@@ -124,6 +168,16 @@ const Section<ConstraintSettings>& section_of();
 template <>
 const Section<ForceSettings>& section_of();
 template <>
+const Section<MomentSettings>& section_of();
+template <>
+const Section<TractionSettings>& section_of();
+template <>
+const Section<PressureSettings>& section_of();
+template <>
+const Section<BodyForceSettings>& section_of();
+template <>
+const Section<AmplitudeSettings>& section_of();
+template <>
 const Section<InitialSettings>& section_of();
 template <>
 const Section<MomentumSettings>& section_of();
@@ -134,6 +188,8 @@ const Section<ShiftSettings>& section_of();
 template <>
 const Section<OutputSettings>& section_of();
 template <>
+const Section<ProbeSettings>& section_of();
+template <>
 const Section<Selection>& section_of();
 template <>
 const Section<SelectPlane>& section_of();
@@ -141,6 +197,8 @@ template <>
 const Section<SelectBox>& section_of();
 template <>
 const Section<SelectSphere>& section_of();
+template <>
+const Section<SelectFaces>& section_of();
 
 /// Calls `visit(section)` for every table, in the order of docs/scene.md.
 template <class Visit>
@@ -156,15 +214,22 @@ void for_each_section(const Visit& visit) {
   visit(section_of<FixSettings>());
   visit(section_of<ConstraintSettings>());
   visit(section_of<ForceSettings>());
+  visit(section_of<MomentSettings>());
+  visit(section_of<TractionSettings>());
+  visit(section_of<PressureSettings>());
+  visit(section_of<BodyForceSettings>());
+  visit(section_of<AmplitudeSettings>());
   visit(section_of<InitialSettings>());
   visit(section_of<MomentumSettings>());
   visit(section_of<EventSettings>());
   visit(section_of<ShiftSettings>());
   visit(section_of<OutputSettings>());
+  visit(section_of<ProbeSettings>());
   visit(section_of<Selection>());
   visit(section_of<SelectPlane>());
   visit(section_of<SelectBox>());
   visit(section_of<SelectSphere>());
+  visit(section_of<SelectFaces>());
 }
 
 /// What there is to say of the key that a member holds: key_info(&Damping::drag).

@@ -152,6 +152,17 @@ class GmshWriter {
     std::map<std::vector<Index>, std::size_t> known;
     std::vector<bool> whole(mesh_.groups.size(), true);
     std::vector<bool> begun(mesh_.groups.size(), false);
+    const auto keep = [&](CellType type, int dimension, std::vector<Index> nodes,
+                          const std::vector<int>& groups) {
+      std::vector<Index> key = nodes;
+      std::sort(key.begin(), key.end());
+      const auto [found, inserted] = known.emplace(std::move(key), kept.size());
+      if (inserted) kept.push_back({dimension, std::move(nodes), {}});
+      ++report_.cells[type];
+      for (const int g : groups) {
+        kept[found->second].physicals.insert(tags_[static_cast<std::size_t>(g)]);
+      }
+    };
     for (const RawCell& cell : cells) {
       const int dimension = dimension_of(cell);
       std::vector<Index> nodes;
@@ -164,14 +175,16 @@ class GmshWriter {
       for (const int g : cell.groups) {
         (possible ? begun : whole)[static_cast<std::size_t>(g)] = possible;
       }
-      if (!possible) continue;
-      std::vector<Index> key = nodes;
-      std::sort(key.begin(), key.end());
-      const auto [found, inserted] = known.emplace(std::move(key), kept.size());
-      if (inserted) kept.push_back({dimension, std::move(nodes), {}});
-      ++report_.cells[cell.type];
-      for (const int g : cell.groups) {
-        kept[found->second].physicals.insert(tags_[static_cast<std::size_t>(g)]);
+      if (possible) keep(cell.type, dimension, std::move(nodes), cell.groups);
+    }
+    // Without its cells, a group has the triangles of the mesh.
+    for (std::size_t g = 0; g < mesh_.groups.size(); ++g) {
+      const Group& group = mesh_.groups[g];
+      if (group.dimension != 2 || begun[g] || !whole[g] || group.triangles.empty()) continue;
+      begun[g] = true;
+      whole[g] = group.detached_triangles.empty();
+      for (const auto& triangle : group.triangles) {
+        keep(CellType::kTriangle, 2, {triangle.begin(), triangle.end()}, {static_cast<int>(g)});
       }
     }
     for (Cell& cell : kept) {

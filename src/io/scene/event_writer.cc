@@ -13,7 +13,20 @@ namespace {
 
 // The order in which the reader makes the edits of one event: first those of `set`, by the names of
 // the sections, then the others.
-enum class Stage { kSet, kUnfix, kRemoveConstraint, kFix, kConstraint, kForce, kMomentum, kShift };
+enum class Stage {
+  kSet,
+  kUnfix,
+  kRemoveConstraint,
+  kFix,
+  kConstraint,
+  kForce,  // and the other kinds of loads, in the order of LoadKind
+  kMoment,
+  kTraction,
+  kPressure,
+  kBodyForce,
+  kMomentum,
+  kShift
+};
 
 // One [[event]] that is being written.
 struct Block {
@@ -99,7 +112,9 @@ class EventWriter {
     change_section("environment", now_.environment, edit.environment);
   }
   void operator()(const SetForce& edit) {
-    change_entry(Stage::kForce, "force", now_.force, edit.index, edit.force);
+    const LoadKind kind = edit.force.kind;
+    const auto stage = static_cast<Stage>(static_cast<int>(Stage::kForce) + static_cast<int>(kind));
+    change_entry(stage, to_string(kind), now_.list(kind), edit.index, edit.force);
   }
   void operator()(const SetFix& edit) {
     change_entry(Stage::kFix, "fix", now_.fix, edit.index, edit.fix);
@@ -168,7 +183,7 @@ class EventWriter {
   }
 
   template <class Settings>
-  void change_entry(Stage stage, const char* list, std::vector<Settings>& now,
+  void change_entry(Stage stage, const std::string& list, std::vector<Settings>& now,
                     const std::optional<std::size_t>& index, const Settings& next) {
     if (!index) {
       begin({stage, {}, {}});
@@ -185,8 +200,8 @@ class EventWriter {
       block_.unset.push_back(section + ".select");
     }
     if (select != nullptr && (old_select == nullptr || *select != *old_select)) {
-      for (const SceneKey& key : keys_of(*select)) {
-        block_.set.push_back({toml_text(section + ".select." + key.name), key.value});
+      for (const SceneKey& key : selection_keys(section + ".select", *select)) {
+        block_.set.push_back({toml_text(key.name), key.value});
       }
     }
     change(section, entry, next);

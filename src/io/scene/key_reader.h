@@ -20,6 +20,9 @@ const TableKeys& table_keys() {
   return keys;
 }
 
+/// A table { file = "…" } or { formula = ["…", "…", "…"] }. The path is as the scene has it.
+FieldSettings read_field(const TomlTable& parent, std::string_view key);
+
 /// Reads one key into the settings if the table contains it. Every kind of value has its own
 /// function.
 template <class S>
@@ -50,6 +53,10 @@ struct ValueReader {
     table.read(key.name, settings.*member);
   }
   void operator()(std::vector<Vector3> S::*member) const { table.read(key.name, settings.*member); }
+  void operator()(bool S::*member) const { table.read(key.name, settings.*member); }
+  void operator()(std::vector<std::string> S::*member) const {
+    table.read(key.name, settings.*member);
+  }
   void operator()(const Choice<S>& choice) const {
     if (!table.has(key.name)) return;
     std::string name;
@@ -59,6 +66,14 @@ struct ValueReader {
   }
   void operator()(const NumberOrAuto<S>& value) const {
     table.read_or_auto(key.name, settings.*value.number, settings.*value.automatic, key.range);
+  }
+  void operator()(const VectorOrField<S>& value) const {
+    if (!table.has(key.name)) return;
+    if (table.node().get(key.name)->is_table()) {
+      settings.*value.field = read_field(table, key.name);
+    } else {
+      table.read(key.name, settings.*value.vector, key.range);
+    }
   }
   void operator()(const ByHand&) const {}
 };

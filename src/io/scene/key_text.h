@@ -43,12 +43,22 @@ struct ValueText {
   std::string operator()(std::vector<Vector3> S::*member) const {
     return (settings.*member).empty() ? "" : toml_list(settings.*member);
   }
+  std::string operator()(bool S::*member) const { return settings.*member ? "true" : "false"; }
+  std::string operator()(std::vector<std::string> S::*member) const {
+    return (settings.*member).empty() ? "" : toml_list(settings.*member);
+  }
   std::string operator()(const Choice<S>& choice) const {
     const std::string name = choice.get(settings);
     return name.empty() ? "" : toml_text(name);
   }
   std::string operator()(const NumberOrAuto<S>& value) const {
     return settings.*value.automatic ? toml_text("auto") : toml_number(settings.*value.number);
+  }
+  std::string operator()(const VectorOrField<S>& value) const {
+    const FieldSettings& field = settings.*value.field;
+    if (field.empty()) return toml_list(settings.*value.vector);
+    if (!field.file.empty()) return inline_table({{"file", toml_text(field.file)}});
+    return inline_table({{"formula", toml_list(field.formula)}});
   }
   std::string operator()(const ByHand&) const { return {}; }
 };

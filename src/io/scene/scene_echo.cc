@@ -44,12 +44,21 @@ struct ValueJson {
     for (const Vector3& entry : settings.*member) json.push_back(list(entry));
     return json;
   }
+  Json operator()(bool S::*member) const { return settings.*member; }
+  Json operator()(std::vector<std::string> S::*member) const {
+    return (settings.*member).empty() ? Json() : Json(settings.*member);
+  }
   Json operator()(const Choice<S>& choice) const {
     const std::string name = choice.get(settings);
     return name.empty() ? Json() : Json(name);
   }
   Json operator()(const NumberOrAuto<S>& value) const {
     return settings.*value.automatic ? Json("auto") : Json(settings.*value.number);
+  }
+  Json operator()(const VectorOrField<S>& value) const {
+    const FieldSettings& field = settings.*value.field;
+    if (field.empty()) return list(settings.*value.vector);
+    return field.file.empty() ? Json{{"formula", field.formula}} : Json{{"file", field.file}};
   }
   Json operator()(const ByHand&) const { return {}; }
 };
@@ -90,6 +99,15 @@ Json selection_json(const Selection& selection) {
     Json operator()(const SelectGroup& s) const { return {{"group", s.name}}; }
     Json operator()(const SelectSurface&) const { return {{"surface", true}}; }
     Json operator()(const SelectAll&) const { return {{"all", true}}; }
+    Json operator()(const SelectFaces& s) const { return {{"faces", section_json(s)}}; }
+    Json operator()(const SelectSet& s) const {
+      Json parts = Json::array();
+      for (const SelectionPart& part : s.of) parts.push_back(selection_json(part.selection));
+      const std::string name = to_string(s.operation);
+      if (s.operation == SetOperation::kNot) return {{name, parts.at(0)}};
+      return {{name, parts}};
+    }
+    Json operator()(const SelectNamed& s) const { return s.name; }
   };
   return std::visit(Visitor{}, selection);
 }
@@ -99,6 +117,29 @@ template <class S>
 Json selected_json(const S& settings) {
   return section_json(settings, [&](std::string_view key) {
     return key == "select" ? selection_json(settings.select) : Json();
+  });
+}
+
+Json load_json(const ForceSettings& load) {
+  Json json = visit_load(load, [](const auto& settings) { return selected_json(settings); });
+  if (load.total || load.acceleration) json.erase("vector");
+  return json;
+}
+
+Json amplitude_json(const AmplitudeSettings& a) {
+  return section_json(a, [&](std::string_view key) -> Json {
+    if (key != to_string(a.kind)) return {};
+    switch (a.kind) {
+      case AmplitudeKind::kPoints:
+        break;
+      case AmplitudeKind::kFile:
+        return a.file;
+      case AmplitudeKind::kSine:
+        return {{"frequency", a.frequency}, {"phase", a.phase}, {"offset", a.offset}};
+      case AmplitudeKind::kSmoothStep:
+        return {{"from", a.from}, {"until", a.until}};
+    }
+    return a.points;
   });
 }
 
@@ -160,10 +201,21 @@ std::string scene_echo(const Scene& scene) {
   for (const ConstraintSettings& c : scene.constraint) {
     json["constraint"].push_back(selected_json(c));
   }
-  for (const ForceSettings& force : scene.force) json["force"].push_back(selected_json(force));
+  for (const LoadKind kind : load_kinds()) {
+    for (const ForceSettings& load : scene.list(kind)) {
+      json[to_string(kind)].push_back(load_json(load));
+    }
+  }
+  for (const AmplitudeSettings& amplitude : scene.amplitude) {
+    json["amplitude"].push_back(amplitude_json(amplitude));
+  }
   json["initial"] = initial_json(scene.initial);
   for (const EventSettings& event : scene.event) json["event"].push_back(Json::parse(event.echo));
   json["output"] = section_json(scene.output);
+  for (const NamedSelection& named : scene.selection) {
+    json["selection"][named.name] = selection_json(named.select);
+  }
+  for (const ProbeSettings& probe : scene.probe) json["probe"].push_back(selected_json(probe));
   // A path on the command line need not be UTF-8, which JSON must be.
   return json.dump(2, ' ', false, Json::error_handler_t::replace);
 }

@@ -36,17 +36,6 @@ Json to_json(const toml::node& node) {
   return node.value<double>().value_or(0.0);
 }
 
-// The value as TOML text. Tables are not allowed in `set`.
-std::string text_of(const TomlTable& set, std::string_view key, const toml::node& node) {
-  if (node.is_table()) {
-    set.refuse(key, "is a table; give single values, like \"time.step\" = 1e-3.");
-  }
-  std::ostringstream text;
-  text.precision(17);
-  node.visit([&](const auto& value) { text << value; });
-  return text.str();
-}
-
 // The value as one line of TOML.
 std::string inline_text(const toml::node& node) {
   std::string text;
@@ -69,6 +58,14 @@ std::string inline_text(const toml::node& node) {
   return stream.str();
 }
 
+// The value as TOML text. Tables are not allowed in `set`.
+std::string text_of(const TomlTable& set, std::string_view key, const toml::node& node) {
+  if (node.is_table()) {
+    set.refuse(key, "is a table; give single values, like \"time.step\" = 1e-3.");
+  }
+  return inline_text(node);
+}
+
 // The parts of a scene that a changed key belongs to.
 struct ChangedSection {
   std::string name;
@@ -78,8 +75,17 @@ struct ChangedSection {
   }
 };
 
-const NameList kChangeable{"time",        "solver", "material", "material_region", "damping",
-                           "environment", "force",  "fix",      "constraint"};
+const NameList kChangeable{"time",        "solver",   "material",   "material_region", "damping",
+                           "environment", "fix",      "constraint", "force",           "moment",
+                           "traction",    "pressure", "body_force"};
+
+// The kind of load whose section has this name.
+std::optional<LoadKind> load_kind_of(const std::string& section) {
+  for (const LoadKind kind : load_kinds()) {
+    if (section == to_string(kind)) return kind;
+  }
+  return std::nullopt;
+}
 
 // `refuse` throws an error about the key.
 ChangedSection section_of(std::string_view key,
@@ -90,7 +96,8 @@ ChangedSection section_of(std::string_view key,
   }
   const auto dot = key.find('.');
   section.name = key.substr(0, dot);
-  if (section.name == "mesh" || section.name == "initial" || section.name == "output") {
+  if (section.name == "mesh" || section.name == "initial" || section.name == "output" ||
+      section.name == "amplitude" || section.name == "selection") {
     refuse(section.name == "initial"
                ? "cannot change during a run; for momenta use the event's momentum = "
                  "{ select = { ... }, value = [...] }."
@@ -109,8 +116,8 @@ ChangedSection section_of(std::string_view key,
         "cannot change during a run: the masses of the vertices would change. Give the "
         "parts that are to change regions of their own.");
   }
-  if (section.name == "material_region" || section.name == "force" || section.name == "fix" ||
-      section.name == "constraint") {
+  if (section.name == "material_region" || section.name == "fix" || section.name == "constraint" ||
+      load_kind_of(section.name)) {
     const auto end = key.find('.', dot == std::string_view::npos ? key.size() : dot + 1);
     std::size_t index = 0;
     const char* first = key.data() + (dot == std::string_view::npos ? key.size() : dot + 1);
@@ -141,7 +148,9 @@ Edit edit_of(const ChangedSection& section, const Scene& scene, const Scene& nex
   const auto existing = [i](const auto& list) {
     return i < list.size() ? std::optional<std::size_t>(i) : std::nullopt;
   };
-  if (section.name == "force") return SetForce{existing(scene.force), next.force[i]};
+  if (const std::optional<LoadKind> kind = load_kind_of(section.name)) {
+    return SetForce{existing(scene.list(*kind)), next.list(*kind)[i]};
+  }
   if (section.name == "fix") return SetFix{existing(scene.fix), next.fix[i]};
   return SetConstraint{existing(scene.constraint), next.constraint[i]};
 }
@@ -295,10 +304,14 @@ void read_events(const TomlDocument& document, const TomlTable& root,
       now.constraint.push_back(read_constraint(entry));
       event.edits.emplace_back(SetConstraint{std::nullopt, now.constraint.back()});
     }
-    for (const TomlTable& entry : table.one_or_more_tables("force", table_keys<ForceSettings>())) {
-      added("force", now.force.size(), entry);
-      now.force.push_back(read_force(entry));
-      event.edits.emplace_back(SetForce{std::nullopt, now.force.back()});
+    for (const LoadKind kind : load_kinds()) {
+      const std::string name = to_string(kind);
+      std::vector<ForceSettings>& loads = now.list(kind);
+      for (const TomlTable& entry : table.one_or_more_tables(name, load_keys(kind))) {
+        added(name.c_str(), loads.size(), entry);
+        loads.push_back(read_load(entry, kind));
+        event.edits.emplace_back(SetForce{std::nullopt, loads.back()});
+      }
     }
     for (const TomlTable& entry :
          table.one_or_more_tables("momentum", table_keys<MomentumSettings>())) {
@@ -309,8 +322,9 @@ void read_events(const TomlDocument& document, const TomlTable& root,
     }
     if (event.edits.empty()) {
       table.refuse_table(
-          "changes nothing: give set, unset, fix, unfix, constraint, remove_constraint, force, "
-          "momentum or shift.");
+          "changes nothing: give set, unset, fix, unfix, constraint, remove_constraint, a load "
+          "such as "
+          "force, momentum or shift.");
     }
     scene.event.push_back(std::move(event));
   }

@@ -68,6 +68,11 @@ MeshSettings read_mesh_settings(const TomlTable& root, const std::string& folder
                    "multiplies the coordinates of a mesh file, and this mesh is generated: leave "
                    "it out, and give mesh.generate the size that the mesh shall have.");
     }
+    if (mesh.unit != MeshSettings{}.unit) {
+      table.refuse("unit",
+                   "is that of the coordinates of a mesh file, and this mesh is generated: leave "
+                   "it out, and give mesh.generate the size in m.");
+    }
   }
   return mesh;
 }

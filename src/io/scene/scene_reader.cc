@@ -65,9 +65,11 @@ OutputSettings read_output(const TomlTable& root) {
 }
 
 const TableKeys& root_keys() {
-  static const TableKeys keys{{"mesh", "material", "material_region", "time", "solver", "damping",
-                               "environment", "fix", "constraint", "force", "initial", "event",
-                               "output"}};
+  static const TableKeys keys{{"mesh",       "material",   "material_region", "time",
+                               "solver",     "damping",    "environment",     "fix",
+                               "constraint", "force",      "moment",          "traction",
+                               "pressure",   "body_force", "amplitude",       "initial",
+                               "event",      "output",     "selection",       "probe"}};
   return keys;
 }
 
@@ -76,7 +78,9 @@ Scene read_sections(const TomlDocument& document, const std::string& path) {
   const TomlTable root(document, document.root(), "", root_keys());
   Scene scene;
   scene.path = path;
-  scene.mesh = read_mesh_settings(root, std::filesystem::path(path).parent_path().string());
+  scene.selection = read_named_selections(root);
+  const std::string folder = std::filesystem::path(path).parent_path().string();
+  scene.mesh = read_mesh_settings(root, folder);
   root.require("material",
                "under [material], give model, youngs_modulus, poissons_ratio and density.");
   scene.material = read_material(root.table("material", table_keys<MaterialSettings>()));
@@ -98,11 +102,17 @@ Scene read_sections(const TomlDocument& document, const std::string& path) {
   for (const TomlTable& table : root.tables("constraint", table_keys<ConstraintSettings>())) {
     scene.constraint.push_back(read_constraint(table));
   }
-  for (const TomlTable& table : root.tables("force", table_keys<ForceSettings>())) {
-    scene.force.push_back(read_force(table));
+  for (const LoadKind kind : load_kinds()) {
+    for (const TomlTable& table : root.tables(to_string(kind), load_keys(kind))) {
+      scene.list(kind).push_back(read_load(table, kind));
+    }
   }
-  scene.initial = read_initial(root);
+  scene.amplitude = read_amplitudes(root, folder);
+  scene.initial = read_initial(root, folder);
   scene.output = read_output(root);
+  for (const TomlTable& table : root.tables("probe", table_keys<ProbeSettings>())) {
+    scene.probe.push_back(read_probe(table));
+  }
   return scene;
 }
 

@@ -42,16 +42,16 @@ std::string section_unless_default(const char* head, const Settings& settings) {
   return {};
 }
 
-// The path from the scene's folder to the mesh. It is absolute if they have only the root in
+// The path from the scene's folder to a file. It is absolute if they have only the root in
 // common.
-std::string mesh_path(const std::string& file, const std::string& folder) {
-  const fs::path mesh = fs::absolute(file).lexically_normal();
+std::string relative_path(const std::string& file, const std::string& folder) {
+  const fs::path target = fs::absolute(file).lexically_normal();
   const fs::path base = fs::absolute(folder.empty() ? "." : folder).lexically_normal();
-  auto a = mesh.begin();
+  auto a = target.begin();
   auto b = base.begin();
   std::size_t common = 0;
-  for (; a != mesh.end() && b != base.end() && *a == *b; ++a, ++b) ++common;
-  return common > 1 ? mesh.lexically_relative(base).string() : mesh.string();
+  for (; a != target.end() && b != base.end() && *a == *b; ++a, ++b) ++common;
+  return common > 1 ? target.lexically_relative(base).string() : target.string();
 }
 
 SceneKeys keys_of_mesh(const MeshSettings& mesh, const std::string& folder) {
@@ -61,7 +61,7 @@ SceneKeys keys_of_mesh(const MeshSettings& mesh, const std::string& folder) {
           "The scene has neither a mesh file nor a generated mesh that a scene file could name: "
           "write the mesh to a file first and set mesh.file.");
     }
-    SceneKeys keys{{"file", toml_text(mesh_path(mesh.file, folder))}};
+    SceneKeys keys{{"file", toml_text(relative_path(mesh.file, folder))}};
     for (SceneKey& key : keys_of(mesh)) keys.push_back(std::move(key));
     return keys;
   }
@@ -87,7 +87,10 @@ SceneKeys keys_of_mesh(const MeshSettings& mesh, const std::string& folder) {
   return {{"generate", inline_table(keys), "m"}};
 }
 
-std::string initial_section(const InitialSettings& initial) {
+std::string initial_section(InitialSettings initial, const std::string& folder) {
+  for (FieldSettings* field : {&initial.displacement_field, &initial.velocity_field}) {
+    if (!field->file.empty()) field->file = relative_path(field->file, folder);
+  }
   const SceneKeys keys = keys_of(initial);
   std::string text = keys.empty() ? "" : section("[initial]", keys);
   for (const MomentumSettings& momentum : initial.momentum) {
@@ -113,11 +116,24 @@ std::string scene_text(const Scene& scene, const std::string& folder) {
     text += section("[[constraint]]", keys_of(constraint),
                     has_selection(constraint.kind) ? &constraint.select : nullptr);
   }
-  for (const ForceSettings& force : scene.force) {
-    text += section("[[force]]", keys_of(force), &force.select);
+  for (const LoadKind kind : load_kinds()) {
+    const std::string head = fmt::format("[[{}]]", to_string(kind));
+    for (const ForceSettings& load : scene.list(kind)) {
+      text += section(head.c_str(), keys_of(load), &load.select);
+    }
   }
-  text += initial_section(scene.initial);
+  for (const AmplitudeSettings& amplitude : scene.amplitude) {
+    text += section("[[amplitude]]", keys_of(amplitude));
+  }
+  text += initial_section(scene.initial, folder);
   text += section("[output]", keys_of(scene.output));
+  for (const NamedSelection& named : scene.selection) {
+    const std::string head = fmt::format("[selection.{}]", toml_key(named.name));
+    text += section(head.c_str(), selection_keys(named.select));
+  }
+  for (const ProbeSettings& probe : scene.probe) {
+    text += section("[[probe]]", keys_of(probe), probe.point ? nullptr : &probe.select);
+  }
   return text + event_text(scene);
 }
 

@@ -228,6 +228,19 @@ void TomlTable::read(std::string_view key, std::vector<Vector3>& target) const {
   }
 }
 
+void TomlTable::read(std::string_view key, std::vector<std::pair<double, double>>& target) const {
+  const toml::node* node = find(key);
+  if (node == nullptr) return;
+  const toml::array& list = list_of(key, *node, 0, "[[0.0, 0.0], [1.0, 2.5]]");
+  target.clear();
+  target.reserve(list.size());
+  for (const toml::node& entry : list) {
+    const toml::array& two = list_of(key, entry, 2, "[1.0, 2.5]");
+    target.emplace_back(number_of(key, two[0], kFinite, true),
+                        number_of(key, two[1], kFinite, true));
+  }
+}
+
 void TomlTable::read(std::string_view key, std::vector<std::string>& target) const {
   const toml::node* node = find(key);
   if (node == nullptr) return;

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core/spelling.h"
@@ -57,6 +58,8 @@ class TomlTable {
   void read(std::string_view key, std::vector<std::int64_t>& target) const;
   /// A list of one or more lists of three numbers.
   void read(std::string_view key, std::vector<Vector3>& target) const;
+  /// A list of one or more lists of two numbers.
+  void read(std::string_view key, std::vector<std::pair<double, double>>& target) const;
   /// A list of one or more texts.
   void read(std::string_view key, std::vector<std::string>& target) const;
   /// A text that is not empty.
@@ -76,6 +79,7 @@ class TomlTable {
   const std::string& name() const { return name_; }
   /// The table as toml++ has it.
   const toml::table& node() const { return *table_; }
+  const TomlDocument& document() const { return *document_; }
   /// Whether the value under a key that is present is a string.
   bool is_string(std::string_view key) const { return table_->get(key)->is_string(); }
   bool is_override(std::string_view key) const {

@@ -3,6 +3,7 @@
 #include <QComboBox>
 #include <QHBoxLayout>
 
+#include "load_editor.h"
 #include "panel_layout.h"
 #include "tetraction/simulation/setting_keys.h"
 #include "viewer/gui/widgets/number_field.h"
@@ -58,6 +59,12 @@ SurroundingsPanel::SurroundingsPanel(QWidget* parent) : QWidget(parent) {
   softening_ = new NumberField(key_info(&EnvironmentSettings::softening), this);
   environment->addRow(tr("Softening [m]"), softening_);
 
+  auto* loads = add_group(column, tr("Loads"));
+  loads_ = new LoadEditor(this);
+  loads->addRow(loads_);
+  connect(loads_, &LoadEditor::edited, this, &SurroundingsPanel::edited);
+  connect(loads_, &LoadEditor::refused, this, &SurroundingsPanel::refused);
+
   auto* damping = add_group(column, tr("Damping"));
   drag_ = new NumberSlider(key_info(&Damping::drag), 0.0, 1.0, NumberSlider::Scale::kLinear, this);
   drag_->setObjectName(QStringLiteral("drag"));
@@ -102,6 +109,7 @@ void SurroundingsPanel::show_settings(const Settings& settings) {
   viscosity_->set_value(damping_.viscosity);
   environment_ = settings.environment;
   show_environment();
+  loads_->show_loads(settings.loads);
 }
 
 void SurroundingsPanel::show_environment() {
@@ -134,6 +142,7 @@ void SurroundingsPanel::environment_edited(bool continues_previous) {
   EnvironmentSettings next;
   next.kind = kind;
   const bool same = kind == environment_.kind;
+  if (same) next.amplitude = environment_.amplitude;
   QString what = tr("No environment");
   if (kind == EnvironmentKind::kGravity) {
     if (same) next.strength = gravity_->value();

@@ -1,4 +1,4 @@
-// The panel of environment and damping.
+// The panel of environment, loads and damping.
 #pragma once
 
 #include <QWidget>
@@ -9,6 +9,7 @@ class QComboBox;
 
 namespace tetraction::viewer {
 
+class LoadEditor;
 class NumberField;
 class NumberSlider;
 
@@ -31,6 +32,7 @@ class SurroundingsPanel : public QWidget {
   Damping damping_;
   EnvironmentSettings environment_;
   QComboBox* kind_;
+  LoadEditor* loads_;
   NumberSlider *gravity_, *attraction_;
   NumberField* direction_[3];
   NumberField* softening_;

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 
+#include "tetraction/io/initial_fields.h"
 #include "tetraction/io/mesh_reader.h"
 #include "tetraction/io/scene_reader.h"
 #include "tetraction/simulation/scene_objects.h"
@@ -16,8 +17,7 @@ DocumentKind kind_of(const std::string& path) {
 Document open_scene(const std::string& path) {
   Document document;
   document.scene = read_scene(path);
-  const MeshSettings& mesh = document.scene.mesh;
-  document.mesh = mesh.generate ? generate_mesh(*mesh.generate) : read_mesh(mesh.file, mesh.scale);
+  document.mesh = read_scene_mesh(document.scene);
   return document;
 }
 

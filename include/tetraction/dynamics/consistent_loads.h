@@ -1,0 +1,47 @@
+// Forces on vertices that are equivalent to loads on surfaces and volumes.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "tetraction/dynamics/external_forces.h"
+#include "tetraction/dynamics/mechanical_system.h"
+
+namespace tetraction {
+
+/// The vertices over which a load is distributed, each with its part of a surface (m²), of a mass
+/// (kg) or of a number.
+struct LoadDistribution {
+  std::vector<Index> vertices;  ///< sorted, each once
+  Vector weights;               ///< positive
+
+  double total() const { return weights.sum(); }
+};
+
+/// A third of the area at rest of each triangle at each of its vertices, m².
+LoadDistribution surface_distribution(const TetMesh& mesh,
+                                      const std::vector<std::array<Index, 3>>& triangles);
+/// A quarter of the volume at rest of each tetrahedron at each of its vertices, m³.
+LoadDistribution volume_distribution(const TetMesh& mesh, const std::vector<Index>& tetrahedra);
+/// A quarter of the mass of each tetrahedron at each of its vertices, kg.
+LoadDistribution mass_distribution(const MechanicalSystem& system,
+                                   const std::vector<Index>& tetrahedra);
+/// The weight 1 at each vertex.
+LoadDistribution equal_distribution(std::vector<Index> vertices);
+
+/// The force w_v `density` on every vertex v: a traction (Pa) with weights in m², a body force
+/// (N/m³) with weights in m³, an acceleration (m/s²) with weights in kg. For constant densities
+/// these are the consistent forces of linear tetrahedra.
+ExternalForce distributed_force(const LoadDistribution& distribution, const Vector3& density);
+
+/// Forces with the sum `total`, N: the force w_v/Σw `total` on every vertex.
+ExternalForce shared_force(const LoadDistribution& distribution, const Vector3& total);
+
+/// Forces without a resultant, whose moment in the rest configuration is `moment`, N m: the force
+/// w_v θ × r_v on every vertex, with r_v from the weighted mean of the rest positions, and θ so that
+/// Σ r_v × f_v is the moment. Throws InputError if the vertices cannot carry it: a single vertex, or
+/// a moment about the line on which all vertices are.
+ExternalForce shared_moment(const LoadDistribution& distribution, const TetMesh& mesh,
+                            const Vector3& moment);
+
+}  // namespace tetraction

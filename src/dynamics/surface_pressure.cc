@@ -1,0 +1,201 @@
+#include "tetraction/dynamics/surface_pressure.h"
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <set>
+#include <utility>
+
+#include "core/decompositions.h"
+
+namespace tetraction {
+namespace {
+
+Matrix3 cross_matrix(const Vector3& a) {
+  Matrix3 m;
+  m << 0.0, -a.z(), a.y(), a.z(), 0.0, -a.x(), -a.y(), a.x(), 0.0;
+  return m;
+}
+
+// The edges of the triangles that have no opposite edge.
+std::vector<std::array<Index, 2>> rim_of(const std::vector<std::array<Index, 3>>& triangles) {
+  std::set<std::array<Index, 2>> edges;
+  for (const auto& triangle : triangles) {
+    for (std::size_t i = 0; i < 3; ++i) edges.insert({triangle[i], triangle[(i + 1) % 3]});
+  }
+  std::vector<std::array<Index, 2>> rim;
+  for (const auto& edge : edges) {
+    if (!edges.contains({edge[1], edge[0]})) rim.push_back(edge);
+  }
+  return rim;
+}
+
+// The point nearest to `center` that lies in the planes in which vertices of the rim are held.
+Vector3 origin_of(const std::vector<std::array<Index, 2>>& rim, const Vector3& center,
+                  const Vector& rest, const FreeCoordinates& coordinates) {
+  Matrix3 normals = Matrix3::Zero();
+  Vector3 right = Vector3::Zero();
+  for (const auto& edge : rim) {
+    const FreeCoordinates::VertexMap map = coordinates.map(edge[0]);
+    if (map.count != 2 || coordinates.set_of(edge[0]) >= 0) continue;
+    const Vector3 normal = Vector3(map.columns.col(0)).cross(Vector3(map.columns.col(1)));
+    normals += normal * normal.transpose();
+    right += normal * normal.dot(vertex_block(rest, edge[0]) - center);
+  }
+  const SymmetricEigen3 eigen = symmetric_eigen(normals);
+  Vector3 origin = center;
+  for (int i = 0; i < 3; ++i) {
+    if (eigen.values[i] <= 1e-9 * eigen.values[2]) continue;
+    const Vector3 direction = eigen.vectors.col(i);
+    origin += direction.dot(right) / eigen.values[i] * direction;
+  }
+  return origin;
+}
+
+double factor(const LoadHistory& history, const ForcePoint& at) {
+  return at.step ? history.mean(*at.step) : history.value(at.time);
+}
+
+}  // namespace
+
+SurfacePressure::SurfacePressure(std::vector<PressureLoad> loads, const Vector& rest,
+                                 const FreeCoordinates& coordinates)
+    : loads_(std::move(loads)) {
+  for (const PressureLoad& load : loads_) {
+    Surface surface;
+    surface.rim = rim_of(load.triangles);
+    Vector3 center = Vector3::Zero();
+    for (const auto& triangle : load.triangles) {
+      for (const Index v : triangle) center += vertex_block(rest, v);
+    }
+    center /= 3.0 * static_cast<double>(load.triangles.size());
+    surface.origin = origin_of(surface.rim, center, rest, coordinates);
+    surfaces_.push_back(std::move(surface));
+  }
+}
+
+bool SurfacePressure::has_load() const {
+  for (const Surface& surface : surfaces_) {
+    if (!surface.rim.empty()) return true;
+  }
+  return false;
+}
+
+double SurfacePressure::energy(const ForcePoint& at) const {
+  double energy = 0.0;
+  for (std::size_t i = 0; i < loads_.size(); ++i) {
+    const Vector3& o = surfaces_[i].origin;
+    double volume = 0.0;
+    for (const auto& [a, b, c] : loads_[i].triangles) {
+      volume += (vertex_block(at.position, a) - o)
+                    .dot((vertex_block(at.position, b) - o)
+                             .cross(Vector3(vertex_block(at.position, c) - o))) /
+                6.0;
+    }
+    energy += loads_[i].value * factor(loads_[i].history, at) * volume;
+  }
+  return energy;
+}
+
+double SurfacePressure::volume_change(std::size_t load, const Vector& from,
+                                      const Vector& to) const {
+  const Vector3& o = surfaces_[load].origin;
+  double change = 0.0;
+  for (const auto& [a, b, c] : loads_[load].triangles) {
+    const Vector3 a0 = vertex_block(from, a) - o;
+    const Vector3 b0 = vertex_block(from, b) - o;
+    const Vector3 b1 = vertex_block(to, b) - o;
+    const Vector3 c1 = vertex_block(to, c) - o;
+    const Vector3 da = vertex_block(to, a) - vertex_block(from, a);
+    const Vector3 db = vertex_block(to, b) - vertex_block(from, b);
+    const Vector3 dc = vertex_block(to, c) - vertex_block(from, c);
+    change += (da.dot(b1.cross(c1)) + a0.dot(db.cross(c1)) + a0.dot(b0.cross(dc))) / 6.0;
+  }
+  return change;
+}
+
+double SurfacePressure::energy_change(const ForcePoint& from, const ForcePoint& to) const {
+  double change = 0.0;
+  double steady = 0.0;  // energy of pressures that changed
+  for (std::size_t i = 0; i < loads_.size(); ++i) {
+    const double before = factor(loads_[i].history, from);
+    const double after = factor(loads_[i].history, to);
+    change += loads_[i].value * after * volume_change(i, from.position, to.position);
+    if (after != before) {
+      const Vector zero = surfaces_[i].origin.replicate(from.position.size() / 3, 1);
+      steady += loads_[i].value * (after - before) * volume_change(i, zero, from.position);
+    }
+  }
+  return change + steady;
+}
+
+void SurfacePressure::add_gradient(const ForcePoint& at, Vector& gradient) const {
+  for (std::size_t i = 0; i < loads_.size(); ++i) {
+    const double pressure = loads_[i].value * factor(loads_[i].history, at);
+    if (pressure == 0.0) continue;
+    // The forces of the triangles themselves, whose sum is zero over a closed surface, and minus
+    // those of the rim.
+    for (const auto& [a, b, c] : loads_[i].triangles) {
+      const Vector3 x = vertex_block(at.position, a);
+      const Vector3 area =
+          (vertex_block(at.position, b) - x).cross(Vector3(vertex_block(at.position, c) - x));
+      const Vector3 share = pressure / 6.0 * area;
+      for (const Index v : {a, b, c}) vertex_block(gradient, v) += share;
+    }
+    const Vector3& o = surfaces_[i].origin;
+    for (const auto& [u, w] : surfaces_[i].rim) {
+      const Vector3 share =
+          pressure / 6.0 *
+          (vertex_block(at.position, u) - o).cross(Vector3(vertex_block(at.position, w) - o));
+      vertex_block(gradient, u) -= share;
+      vertex_block(gradient, w) -= share;
+    }
+  }
+}
+
+void SurfacePressure::add_hessian(const ForcePoint& at, HessianForm form,
+                                  HessianBlocks& hessian) const {
+  // The Hessian of a volume has as many negative as positive eigenvalues. The positive semidefinite
+  // matrix that stands for it is zero: the stiffness of the body is far larger.
+  if (form == HessianForm::kConvex) return;
+  for (std::size_t i = 0; i < loads_.size(); ++i) {
+    const double pressure = loads_[i].value * factor(loads_[i].history, at);
+    if (pressure == 0.0) continue;
+    const Vector3& o = surfaces_[i].origin;
+    for (const auto& triangle : loads_[i].triangles) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        // a·(b × c): the derivative b × c with respect to a has the derivative −[c]× with respect
+        // to b.
+        const Vector3 c = vertex_block(at.position, triangle[(k + 2) % 3]) - o;
+        hessian.add_pair(triangle[k], triangle[(k + 1) % 3], -pressure / 6.0 * cross_matrix(c));
+      }
+    }
+  }
+}
+
+double SurfacePressure::driven_work(const ForcePoint& from, const ForcePoint& to) const {
+  // The pressure of the step does the work −p (V(to) − V(from)). What is not a decrease of U is
+  // driven work.
+  const TimeSpan step{from.time, to.time};
+  double work = energy_change(from, to);
+  for (std::size_t i = 0; i < loads_.size(); ++i) {
+    work -= loads_[i].value * loads_[i].history.mean(step) *
+            volume_change(i, from.position, to.position);
+  }
+  return work;
+}
+
+void SurfacePressure::add_load(const ForcePoint& at, Vector& force) const {
+  for (std::size_t i = 0; i < loads_.size(); ++i) {
+    const double pressure = loads_[i].value * factor(loads_[i].history, at);
+    const Vector3& o = surfaces_[i].origin;
+    for (const auto& [u, w] : surfaces_[i].rim) {
+      const Vector3 share =
+          -pressure / 6.0 *
+          (vertex_block(at.position, u) - o).cross(Vector3(vertex_block(at.position, w) - o));
+      vertex_block(force, u) += share;
+      vertex_block(force, w) += share;
+    }
+  }
+}
+
+}  // namespace tetraction

@@ -1,0 +1,181 @@
+#include "body_loads.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "body_constraints.h"
+#include "tetraction/core/error.h"
+#include "tetraction/dynamics/consistent_loads.h"
+
+namespace tetraction {
+namespace {
+
+// Calls `make` and begins its messages with the place of the load.
+template <class Make>
+auto at_place(const ForceSettings& load, const Make& make) {
+  try {
+    return make();
+  } catch (const InputError& error) {
+    const std::string message = error.what();
+    const bool placed = load.where.empty() || message.rfind(load.where, 0) == 0;
+    throw InputError(placed ? message : load.where + ": " + message);
+  }
+}
+
+LoadHistory make_history(const ForceSettings& load, const AmplitudeList& amplitudes) {
+  return {load.from, load.until, find_amplitude(amplitudes, load.amplitude, load.where)};
+}
+
+const Group* find_group(const TetMesh& mesh, const Selection& selection) {
+  const auto* by_name = std::get_if<SelectGroup>(&selection);
+  if (by_name == nullptr) return nullptr;
+  for (const Group& group : mesh.groups) {
+    if (group.name == by_name->name) return &group;
+  }
+  return nullptr;
+}
+
+// What `select` returns, or nothing if it selects nothing.
+template <class Select>
+auto any_of_selection(const Select& select) -> decltype(select()) {
+  try {
+    return select();
+  } catch (const InputError&) {
+    return {};
+  }
+}
+
+LoadDistribution distribution_of(const ForceSettings& load, const MechanicalSystem& system) {
+  const TetMesh& mesh = system.mesh();
+  const auto vertices = [&] { return equal_distribution(select_vertices(mesh, load.select)); };
+  switch (load.share) {
+    case LoadShare::kSurface:
+      return surface_distribution(mesh, select_triangles(mesh, load.select));
+    case LoadShare::kVolume:
+      return mass_distribution(system, select_tetrahedra(mesh, load.select));
+    case LoadShare::kVertices:
+      return vertices();
+    case LoadShare::kAuto:
+      break;
+  }
+  select_vertices(mesh, load.select);  // throws if nothing at all is selected
+  const Group* group = find_group(mesh, load.select);
+  if (group != nullptr && group->dimension == 2) {
+    return surface_distribution(mesh, select_triangles(mesh, load.select));
+  }
+  const bool is_volume =
+      std::holds_alternative<SelectAll>(load.select) || (group != nullptr && group->dimension == 3);
+  if (!is_volume) {
+    const auto triangles = any_of_selection([&] { return select_triangles(mesh, load.select); });
+    if (!triangles.empty()) return surface_distribution(mesh, triangles);
+  }
+  const auto tetrahedra = any_of_selection([&] { return select_tetrahedra(mesh, load.select); });
+  if (!tetrahedra.empty()) return mass_distribution(system, tetrahedra);
+  return vertices();
+}
+
+ExternalForce make_dead_load(const ForceSettings& load, const MechanicalSystem& system,
+                             const AmplitudeList& amplitudes) {
+  const TetMesh& mesh = system.mesh();
+  const auto make = [&]() -> ExternalForce {
+    switch (load.kind) {
+      case LoadKind::kMoment:
+        return shared_moment(distribution_of(load, system), mesh, load.vector);
+      case LoadKind::kTraction:
+        return distributed_force(surface_distribution(mesh, select_triangles(mesh, load.select)),
+                                 load.vector);
+      case LoadKind::kBodyForce: {
+        const std::vector<Index> tetrahedra = select_tetrahedra(mesh, load.select);
+        return load.acceleration
+                   ? distributed_force(mass_distribution(system, tetrahedra), *load.acceleration)
+                   : distributed_force(volume_distribution(mesh, tetrahedra), load.vector);
+      }
+      case LoadKind::kForce:
+      case LoadKind::kPressure:
+        break;
+    }
+    if (load.total) return shared_force(distribution_of(load, system), *load.total);
+    ExternalForce force;
+    force.vertices = select_vertices(mesh, load.select);
+    force.vector = load.vector;
+    return force;
+  };
+  ExternalForce force = at_place(load, make);
+  force.history = make_history(load, amplitudes);
+  return force;
+}
+
+PressureLoad make_pressure(const ForceSettings& load, const MechanicalSystem& system,
+                           const AmplitudeList& amplitudes) {
+  PressureLoad pressure;
+  pressure.triangles = at_place(load, [&] { return select_triangles(system.mesh(), load.select); });
+  pressure.value = load.value;
+  pressure.history = make_history(load, amplitudes);
+  return pressure;
+}
+
+}  // namespace
+
+BodyLoads make_loads(const LoadLists& lists, const MechanicalSystem& system,
+                     const AmplitudeList& amplitudes) {
+  BodyLoads loads;
+  for (const LoadKind kind : load_kinds()) {
+    for (const ForceSettings& load : lists.list(kind)) {
+      if (kind == LoadKind::kPressure) {
+        loads.pressures.push_back(make_pressure(load, system, amplitudes));
+      } else {
+        loads.forces.push_back(make_dead_load(load, system, amplitudes));
+      }
+    }
+  }
+  return loads;
+}
+
+void check_load(const ForceSettings& load, const MechanicalSystem& system,
+                const AmplitudeList& amplitudes) {
+  if (load.kind == LoadKind::kPressure) {
+    make_pressure(load, system, amplitudes);
+  } else {
+    make_dead_load(load, system, amplitudes);
+  }
+}
+
+void set_load(const ForceSettings& load, std::optional<std::size_t> index, LoadLists& lists,
+              MechanicalSystem& system, const AmplitudeList& amplitudes) {
+  std::vector<ForceSettings>& list = lists.list(load.kind);
+  if (index && *index >= list.size()) {
+    throw InputError(fmt::format("{} number {} does not exist: there are {}, counted from 0.",
+                                 to_string(load.kind), *index, list.size()));
+  }
+  const std::size_t number = index.value_or(list.size());
+  if (load.kind == LoadKind::kPressure) {
+    std::vector<PressureLoad> pressures = system.pressures();
+    pressures.resize(std::max(pressures.size(), number + 1));
+    pressures[number] = make_pressure(load, system, amplitudes);
+    system.set_pressures(std::move(pressures));
+  } else {
+    // The dead loads of a system are in the order of their kinds.
+    std::size_t first = 0;
+    for (const LoadKind kind : load_kinds()) {
+      if (kind == load.kind) break;
+      if (kind != LoadKind::kPressure) first += lists.list(kind).size();
+    }
+    ExternalForce force = make_dead_load(load, system, amplitudes);
+    if (index) {
+      system.set_force(first + number, std::move(force));
+    } else {
+      std::vector<ExternalForce> forces = system.forces();
+      forces.insert(forces.begin() + static_cast<std::ptrdiff_t>(first + number), std::move(force));
+      system.set_forces(std::move(forces));
+    }
+  }
+  if (index) {
+    list[number] = load;
+  } else {
+    list.push_back(load);
+  }
+}
+
+}  // namespace tetraction

@@ -1,0 +1,36 @@
+// Makes the loads of a body from the settings of a scene or an edit.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "tetraction/dynamics/mechanical_system.h"
+#include "tetraction/simulation/scene.h"
+
+namespace tetraction {
+
+using AmplitudeList = std::vector<AmplitudeSettings>;
+
+/// The loads as a system has them: the dead ones in the order of their kinds and numbers, and the
+/// pressures.
+struct BodyLoads {
+  std::vector<ExternalForce> forces;
+  std::vector<PressureLoad> pressures;
+};
+
+/// All loads of the lists. Throws InputError, with the place of the load in the scene, for
+/// selections that select nothing, unknown amplitudes, and values that are missing or contradict
+/// each other.
+BodyLoads make_loads(const LoadLists& lists, const MechanicalSystem& system,
+                     const AmplitudeList& amplitudes);
+
+/// Throws InputError as make_loads() does.
+void check_load(const ForceSettings& load, const MechanicalSystem& system,
+                const AmplitudeList& amplitudes);
+
+/// Adds a load to the lists and to the system, or replaces the one with that number of its kind.
+/// Throws InputError as make_loads() does; nothing has changed then.
+void set_load(const ForceSettings& load, std::optional<std::size_t> index, LoadLists& lists,
+              MechanicalSystem& system, const AmplitudeList& amplitudes);
+
+}  // namespace tetraction

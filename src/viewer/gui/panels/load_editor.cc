@@ -1,0 +1,148 @@
+#include "load_editor.h"
+
+#include <QComboBox>
+#include <QFormLayout>
+#include <QHBoxLayout>
+#include <QLabel>
+#include <cmath>
+
+#include "panel_layout.h"
+#include "tetraction/simulation/setting_keys.h"
+#include "viewer/gui/widgets/number_field.h"
+
+namespace tetraction::viewer {
+namespace {
+
+QString title(LoadKind kind) {
+  switch (kind) {
+    case LoadKind::kMoment:
+      return QObject::tr("Moment");
+    case LoadKind::kTraction:
+      return QObject::tr("Traction");
+    case LoadKind::kPressure:
+      return QObject::tr("Pressure");
+    case LoadKind::kBodyForce:
+      return QObject::tr("Body force");
+    case LoadKind::kForce:
+      break;
+  }
+  return QObject::tr("Force");
+}
+
+// The vector of a load that has one.
+const Vector3& vector_of(const ForceSettings& load) {
+  if (load.total) return *load.total;
+  return load.acceleration ? *load.acceleration : load.vector;
+}
+
+QString unit_of(const ForceSettings& load) {
+  switch (load.kind) {
+    case LoadKind::kMoment:
+      return QStringLiteral("N m");
+    case LoadKind::kTraction:
+    case LoadKind::kPressure:
+      return QStringLiteral("Pa");
+    case LoadKind::kBodyForce:
+      return load.acceleration ? QStringLiteral("m/s²") : QStringLiteral("N/m³");
+    case LoadKind::kForce:
+      break;
+  }
+  return load.total ? QObject::tr("N in all") : QObject::tr("N on each vertex");
+}
+
+}  // namespace
+
+LoadEditor::LoadEditor(QWidget* parent) : QWidget(parent) {
+  auto* form = new QFormLayout(this);
+  form->setContentsMargins(0, 0, 0, 0);
+  which_ = new QComboBox(this);
+  which_->setObjectName(QStringLiteral("load"));
+  which_->setToolTip(tr("The loads of the scene and those that were added, with their numbers"));
+  form->addRow(tr("Load"), which_);
+  auto* row = new QHBoxLayout;
+  row->setSpacing(4);
+  for (int i = 0; i < 3; ++i) {
+    field_[i] = new NumberField(tr("Load, %1").arg(QChar('x' + i)), QString(), kFinite, this);
+    field_[i]->setObjectName(QStringLiteral("load_%1").arg(QChar('x' + i)));
+    row->addWidget(field_[i]);
+    connect(field_[i], &NumberField::entered, this, [this] { value_entered(); });
+    connect(field_[i], &NumberField::refused, this, &LoadEditor::refused);
+  }
+  unit_ = new QLabel(this);
+  form->addRow(unit_, row);
+  history_ = new QLabel(this);
+  history_->setWordWrap(true);
+  form->addRow(history_);
+  connect(which_, QOverload<int>::of(&QComboBox::activated), this, [this] { show_chosen(); });
+}
+
+void LoadEditor::show_loads(const LoadLists& loads) {
+  loads_ = loads;
+  const int before = which_->currentIndex();
+  which_->clear();
+  for (const LoadKind kind : load_kinds()) {
+    for (std::size_t i = 0; i < loads_.list(kind).size(); ++i) {
+      // The kind and the number of the load are kept with the entry.
+      which_->addItem(QStringLiteral("%1 %2").arg(title(kind)).arg(i),
+                      QPoint(static_cast<int>(kind), static_cast<int>(i)));
+    }
+  }
+  setEnabled(which_->count() > 0);
+  which_->setCurrentIndex(std::min(std::max(before, 0), which_->count() - 1));
+  show_chosen();
+}
+
+const ForceSettings& LoadEditor::chosen() const {
+  const QPoint place = which_->currentData().toPoint();
+  return loads_.list(static_cast<LoadKind>(place.x())).at(static_cast<std::size_t>(place.y()));
+}
+
+void LoadEditor::show_chosen() {
+  if (which_->count() == 0) {
+    unit_->setText(tr("The scene has no loads"));
+    for (NumberField* field : field_) field->hide();
+    history_->hide();
+    return;
+  }
+  const ForceSettings& load = chosen();
+  const bool is_scalar = load.kind == LoadKind::kPressure;
+  for (int i = 0; i < 3; ++i) {
+    field_[i]->setVisible(i == 0 || !is_scalar);
+    field_[i]->set_value(is_scalar ? load.value : vector_of(load)[i]);
+  }
+  unit_->setText(unit_of(load));
+  QString history;
+  if (!load.amplitude.empty()) {
+    history = tr("times the amplitude \"%1\"").arg(QString::fromStdString(load.amplitude));
+  }
+  if (load.from > 0.0 || std::isfinite(load.until)) {
+    history += (history.isEmpty() ? "" : ", ") +
+               tr("from %1 s until %2")
+                   .arg(load.from)
+                   .arg(std::isfinite(load.until) ? tr("%1 s").arg(load.until) : tr("the end"));
+  }
+  history_->setText(history);
+  history_->setVisible(!history.isEmpty());
+}
+
+void LoadEditor::value_entered() {
+  if (which_->count() == 0) return;
+  ForceSettings load = chosen();
+  const Vector3 value(field_[0]->value(), field_[1]->value(), field_[2]->value());
+  QString text = QStringLiteral("[%1, %2, %3]").arg(value.x()).arg(value.y()).arg(value.z());
+  if (load.kind == LoadKind::kPressure) {
+    load.value = value.x();
+    text = QString::number(value.x());
+  } else if (load.total) {
+    load.total = value;
+  } else if (load.acceleration) {
+    load.acceleration = value;
+  } else {
+    load.vector = value;
+  }
+  const QPoint place = which_->currentData().toPoint();
+  emit edited(SetForce{static_cast<std::size_t>(place.y()), load},
+              tr("%1: %2 %3").arg(which_->currentText(), text, unit_of(load)), false);
+}
+
+}  // namespace tetraction::viewer
