@@ -45,6 +45,17 @@ std::vector<MaterialModel> materials_to_check(const std::vector<MaterialModel>& 
   return models;
 }
 
+// The edge lengths of the bounding box.
+Vector3 extent(const TetMesh& mesh) {
+  Vector3 low = mesh.vertices.front();
+  Vector3 high = low;
+  for (const Vector3 x : mesh.vertices) {
+    low = low.cwiseMin(x);
+    high = high.cwiseMax(x);
+  }
+  return high - low;
+}
+
 // The rules that have the limit of stability_limit(). With damping each rule has its own.
 std::string rules_of_limit(const MechanicalSystem& system, Integrator rule) {
   if (!system.is_dissipative()) return "explicit and verlet";
@@ -78,9 +89,13 @@ int check(const std::string& path, const std::vector<std::string>& overrides, bo
                                  {"mu", lame.mu},
                                  {"lambda", lame.lambda},
                                  {"density", system->density(r)},
-                                 {"wave_speed", speed}});
+                                 {"wave_speed", speed},
+                                 {"shear_wave_speed", std::sqrt(lame.mu / system->density(r))}});
   }
   json["wave_speed"] = fastest;
+  const Vector3 size = extent(mesh);
+  json["size"] = {size.x(), size.y(), size.z()};
+  json["wave_time"] = size.maxCoeff() / fastest;
   json["omega_max"] = limit.omega_max;
   json["stable_step"] = limit.critical_step;
   if (limit.element >= 0) json["stable_step_element"] = mesh.tetrahedron_id(limit.element);
@@ -111,11 +126,16 @@ int check(const std::string& path, const std::vector<std::string>& overrides, bo
     for (const auto& material : json["materials"]) {
       print_result(
           "material: {} with mu = {:.6g} Pa, lambda = {:.6g} Pa at small strain, density {:.6g} "
-          "kg/m3, wave speed {:.6g} m/s\n",
+          "kg/m3, wave speeds {:.6g} m/s (pressure) and {:.6g} m/s (shear)\n",
           material["model"].get<std::string>(), material["mu"].get<double>(),
           material["lambda"].get<double>(), material["density"].get<double>(),
-          material["wave_speed"].get<double>());
+          material["wave_speed"].get<double>(), material["shear_wave_speed"].get<double>());
     }
+    print_result(
+        "size: {:.6g} x {:.6g} x {:.6g} m; a pressure wave takes {:.4g} s along the longest side. "
+        "If "
+        "this is not the body that you mean, see mesh.unit and mesh.scale\n",
+        size.x(), size.y(), size.z(), size.maxCoeff() / fastest);
     print_result("mass: {:.6g} kg; {} of {} degrees of freedom free", system->total_mass(),
                  system->coordinates().count(), system->dof_count());
     if (system->constraints().has_equations()) {

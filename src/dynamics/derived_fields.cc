@@ -136,4 +136,18 @@ Matrix deformation_field(const MechanicalSystem& system, const Vector& q) {
   return deformation;
 }
 
+Displacement largest_displacement(const MechanicalSystem& system, const Vector& q) {
+  const Vector moved = q - system.mesh().rest_positions();
+  Displacement largest;
+  largest.length =
+      moved.reshaped(3, system.vertex_count()).colwise().norm().maxCoeff(&largest.vertex);
+  return largest;
+}
+
+Vector3 resultant(const Vector& force) {
+  Vector3 sum = Vector3::Zero();
+  for (Index v = 0; v < force.size() / 3; ++v) sum += vertex_block(force, v);
+  return sum;
+}
+
 }  // namespace tetraction

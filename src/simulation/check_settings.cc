@@ -47,6 +47,7 @@ struct ValueCheck {
   void operator()(std::vector<Vector3> S::*member) const {
     for (const Vector3& entry : settings.*member) vector(entry);
   }
+  void operator()(bool S::*) const {}
   void operator()(std::vector<std::string> S::*) const {}
   void operator()(const Choice<S>&) const {}
   void operator()(const NumberOrAuto<S>& value) const {

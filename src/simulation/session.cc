@@ -99,7 +99,7 @@ void Session::Impl::keep_state() {
   good.plan = progress.plan;
 }
 
-Session::Session(Scene scene, TetMesh mesh) : impl_(std::make_unique<Impl>()) {
+Session::Session(Scene scene, TetMesh mesh, Analysis analysis) : impl_(std::make_unique<Impl>()) {
   Impl& s = *impl_;
   s.scene = std::move(scene);
   s.settings.time = s.scene.time;
@@ -115,6 +115,10 @@ Session::Session(Scene scene, TetMesh mesh) : impl_(std::make_unique<Impl>()) {
     const PhaseTimer timer(s.times.setup);
     s.system = make_system(s.scene, std::move(mesh));
     s.probes = std::make_unique<ProbeSet>(s.scene.probe, *s.system);
+    if (analysis == Analysis::kEquilibrium) {
+      s.begin_equilibrium();
+      return;
+    }
     s.states.set(make_initial_state(s.scene, *s.system, s.settings.constraints));
     s.stepper = make_stepper(s.settings.time.integrator, s.settings.solver, *s.system);
     s.balance = std::make_unique<Balance>(*s.system, s.state());
@@ -133,11 +137,7 @@ Session::Session(Scene scene, TetMesh mesh) : impl_(std::make_unique<Impl>()) {
   s.system->applied_force(s.state().position, s.state().time, s.progress.plan.time_step,
                           s.progress.external_force);
   s.count_inverted(nullptr);
-  for (const auto& warning_of : {locking_warning, instability_warning}) {
-    if (std::string warning = warning_of(*s.system); !warning.empty()) {
-      s.progress.warnings.push_back(std::move(warning));
-    }
-  }
+  s.warn_of_materials();
   if (std::string warning = s.step_warning(s.initial_limit); !warning.empty()) {
     s.progress.warnings.push_back(std::move(warning));
   }
@@ -166,6 +166,7 @@ bool Session::step() {
 }
 
 bool Session::Impl::step() {
+  if (loading) return load_step();
   if (!apply_events() || !follow_limit()) return false;
   const StepOutcome outcome = advance();
   switch (outcome.status) {
@@ -250,6 +251,7 @@ void Session::keep_good_states() {
 
 void Session::go_back() {
   Impl& s = *impl_;
+  if (s.loading) return;
   if (s.progress.status != RunStatus::kUnstable && s.progress.status != RunStatus::kNotConverged)
     return;
   if (s.keeps_good_states && !(s.relative_energy_error() <= kGood)) {

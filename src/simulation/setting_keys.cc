@@ -243,7 +243,11 @@ const Section<Damping>& section_of() {
          .unit = "Pa s",
          .help = "η: internal stress 2ηĖ (Kelvin–Voigt), which takes energy but no momentum",
          .range = kDampingRange},
-        &S::viscosity}}};
+        &S::viscosity},
+       {{.name = "ratio",
+         .help = "`{ at = [f1, f2], value = [ζ1, ζ2] }`: damping ratios at two frequencies in Hz, "
+                 "from which mass damping and viscosity are worked out, see below; not beside them"},
+        ByHand{"table"}}}};
   return section;
 }
 
@@ -281,7 +285,11 @@ const Section<InitialSettings>& section_of() {
          .help = "of the whole body, or [of each vertex](#initial-fields)",
          .in_file = Written::kUnlessDefault,
          .in_echo = Written::kUnlessDefault},
-        VectorOrField<S>{&S::displacement, &S::displacement_field}}}};
+        VectorOrField<S>{&S::displacement, &S::displacement_field}},
+       {{.name = "static",
+         .help = "whether the body starts at its equilibrium under the loads at t = 0, see below",
+         .in_file = Written::kUnlessDefault},
+        &S::is_static}}};
   return section;
 }
 

@@ -126,7 +126,7 @@ INSTANTIATE_TEST_SUITE_P(Formats, MeshWriter,
 
 using MeshWriterDetails = MeshWriter;
 
-TEST_F(MeshWriterDetails, VtkFormatsKeepIdsNegativeRegionsAndPointArrays) {
+TEST_F(MeshWriterDetails, VtkFormatsKeepIdsNegativeRegionsAndArrays) {
   TetMesh mesh = awkward_block();
   for (std::size_t v = 0; v < mesh.vertex_ids.size(); ++v) {
     mesh.vertex_ids[v] = (std::int64_t{1} << 60) + 7 * static_cast<std::int64_t>(v);
@@ -144,6 +144,9 @@ TEST_F(MeshWriterDetails, VtkFormatsKeepIdsNegativeRegionsAndPointArrays) {
   }
   mesh.point_arrays["displacement"] = displacement;
   mesh.point_arrays["weight"] = weight;
+  Matrix modulus(1, mesh.tetrahedron_count());
+  for (Index e = 0; e < modulus.cols(); ++e) modulus(0, e) = 1e6 / (1.0 + static_cast<double>(e));
+  mesh.cell_arrays["E"] = modulus;
   for (const char* name : {"own.vtu", "own.vtk"}) {
     write_mesh(mesh, path(name));
     const TetMesh read = read_mesh(path(name));
@@ -155,6 +158,8 @@ TEST_F(MeshWriterDetails, VtkFormatsKeepIdsNegativeRegionsAndPointArrays) {
     ASSERT_EQ(read.point_arrays.size(), 2u) << name;
     EXPECT_EQ(read.point_arrays.at("displacement"), displacement);
     EXPECT_EQ(read.point_arrays.at("weight"), weight);
+    ASSERT_EQ(read.cell_arrays.size(), 1u) << name;
+    EXPECT_EQ(read.cell_arrays.at("E"), modulus);
   }
 }
 

@@ -52,4 +52,14 @@ Matrix nodal_average(const MechanicalSystem& system, const Matrix& element_field
 /// 2005). R is a proper rotation even for flat or mirrored shapes.
 Matrix deformation_field(const MechanicalSystem& system, const Vector& q);
 
+/// The largest displacement from rest.
+struct Displacement {
+  double length = 0.0;  ///< m
+  Index vertex = 0;
+};
+Displacement largest_displacement(const MechanicalSystem& system, const Vector& q);
+
+/// The sum of the forces of all vertices (3 per vertex, N).
+Vector3 resultant(const Vector& force);
+
 }  // namespace tetraction

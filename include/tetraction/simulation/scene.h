@@ -16,6 +16,7 @@
 #include "tetraction/dynamics/amplitude.h"
 #include "tetraction/dynamics/damping.h"
 #include "tetraction/dynamics/integrator.h"
+#include "tetraction/dynamics/rayleigh_damping.h"
 #include "tetraction/material/material.h"
 #include "tetraction/mesh/selection.h"
 #include "tetraction/simulation/frame_format.h"
@@ -302,6 +303,8 @@ struct InitialSettings {
   Vector3 displacement = Vector3::Zero();  ///< of the whole body, m
   FieldSettings displacement_field{};      ///< m, instead of `displacement`
   FieldSettings velocity_field{};          ///< m/s, instead of `velocity`
+  /// Whether the positions are those of the equilibrium under the loads at t = 0.
+  bool is_static = false;
 };
 
 // The kinds of edits, which are made between two steps.
@@ -430,6 +433,9 @@ struct Scene : LoadLists {
   OutputSettings output;
   std::vector<AmplitudeSettings> amplitude;
   std::vector<NamedSelection> selection{};
+  /// The damping ratios from which a scene file's reader worked out mass damping and viscosity of
+  /// `damping`. Only messages use them.
+  std::optional<DampingRatio> damping_ratio{};
   std::vector<ProbeSettings> probe{};
 };
 

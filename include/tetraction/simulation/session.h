@@ -32,6 +32,13 @@ struct PresentFix {
 };
 
 class Session;
+struct LoadPath;
+
+/// What a session computes.
+enum class Analysis {
+  kMotion,      ///< the motion of the body
+  kEquilibrium  ///< its equilibrium, as the load factor grows from 0 to 1 (simulation/equilibrium.h)
+};
 
 /// An observer of a run. All calls come from the thread that runs it.
 class Observer {
@@ -64,7 +71,12 @@ class Session {
   /// Sets the run up and estimates the stable step. The session keeps a copy of the mesh, or with
   /// std::move() the caller's own arrays. The arrays behind a view_mesh() must live longer than the
   /// session. Throws InputError for errors in the scene or the mesh.
-  Session(Scene scene, TetMesh mesh);
+  ///
+  /// An equilibrium begins with the body at rest without loads. Its steps are load steps, and its
+  /// time is the load factor, which ends at 1. Loads, potentials and targets are those at t = 0. It
+  /// has neither events, edits nor checkpoints. InputError is also thrown if a rigid motion of the
+  /// body is free.
+  Session(Scene scene, TetMesh mesh, Analysis analysis = Analysis::kMotion);
   ~Session();
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
@@ -114,6 +126,9 @@ class Session {
   /// settings of the checkpoint then replace those of the scene.
   void restore(const Checkpoint& checkpoint);
 
+  Analysis analysis() const;
+  /// What the load steps found so far; null unless the session computes an equilibrium.
+  const LoadPath* load_path() const;
   /// The scene as it was at the start.
   const Scene& scene() const;
   /// The present integrator, step and end.

@@ -68,7 +68,7 @@ using KeyValue =
     std::variant<int S::*, double S::*, std::optional<double> S::*, Vector3 S::*,
                  std::optional<Vector3> S::*, std::array<bool, 3> S::*, std::string S::*,
                  std::array<std::int64_t, 2> S::*, std::vector<std::int64_t> S::*,
-                 std::vector<Vector3> S::*, std::vector<std::string> S::*, Choice<S>,
+                 std::vector<Vector3> S::*, std::vector<std::string> S::*, bool S::*, Choice<S>,
                  NumberOrAuto<S>, VectorOrField<S>, ByHand>;
 
 /// One key of a section.

@@ -11,7 +11,6 @@
 
 #include "io/vtk/vtk_grid.h"
 #include "tetraction/core/error.h"
-#include "tetraction/io/text_file.h"
 
 namespace tetraction {
 
@@ -92,14 +91,9 @@ std::string FrameWriter::write(const Frame& frame) {
   const std::string name = fmt::format("frames/frame_{:06}.vtu", frame.step);
   const std::string path = impl_->directory + "/" + name;
   write_vtu(impl_->filled(frame, impl_->format.precision), path, impl_->format.compression);
-  impl_->entries += fmt::format(
-      "    <DataSet timestep=\"{:.17g}\" group=\"\" part=\"0\" file=\"{}\"/>\n", frame.time, name);
+  impl_->entries += collection_entry(frame.time, name);
   ++impl_->count;
-  write_text_file(impl_->directory + "/frames.pvd",
-                  "<?xml version=\"1.0\"?>\n"
-                  "<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n"
-                  "  <Collection>\n" +
-                      impl_->entries + "  </Collection>\n</VTKFile>\n");
+  write_collection(impl_->entries, impl_->directory + "/frames.pvd");
   return path;
 }
 

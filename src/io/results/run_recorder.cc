@@ -16,6 +16,7 @@
 #include "tetraction/core/error.h"
 #include "tetraction/io/frame_writer.h"
 #include "tetraction/io/text_file.h"
+#include "tetraction/simulation/equilibrium.h"
 
 namespace tetraction {
 namespace {
@@ -24,10 +25,15 @@ namespace {
 // tension of a distance, or the resultant of its forces and their moment about the centre of its
 // vertices; energies by region where there are several; the energies of a program's own force terms.
 std::string history_header(const Session& session) {
+  // An equilibrium has no motion, and what entered depends on the way of loading.
   std::string header =
-      "step,time,kinetic_energy,elastic_energy,environment_energy,total_energy,external_work,"
-      "dissipated_energy,constraint_work,edit_work,energy_error,px,py,pz,lx,ly,lz,"
-      "max_constraint_error,iterations,reaction_x,reaction_y,reaction_z,time_step";
+      session.load_path() != nullptr
+          ? "step,time,elastic_energy,environment_energy,total_energy,max_constraint_error,"
+            "iterations,"
+            "reaction_x,reaction_y,reaction_z,time_step,max_displacement,residual"
+          : "step,time,kinetic_energy,elastic_energy,environment_energy,total_energy,external_work,"
+            "dissipated_energy,constraint_work,edit_work,energy_error,px,py,pz,lx,ly,lz,"
+            "max_constraint_error,iterations,reaction_x,reaction_y,reaction_z,time_step";
   if (session.may_invert()) header += ",inverted_elements";
   for (std::size_t i = 0; i < session.scene().constraint.size(); ++i) {
     if (session.scene().constraint[i].kind == ConstraintKind::kDistance) {
@@ -39,7 +45,8 @@ std::string history_header(const Session& session) {
   }
   for (Index r = 0; r < session.system().region_count() && session.system().region_count() > 1;
        ++r) {
-    header += fmt::format(",kinetic_energy_{0},elastic_energy_{0}", r);
+    if (session.load_path() == nullptr) header += fmt::format(",kinetic_energy_{0}", r);
+    header += fmt::format(",elastic_energy_{0}", r);
   }
   const Energies& energies = session.balance().energies();
   for (std::size_t i = 0; i < energies.extra_count(); ++i) {
@@ -51,8 +58,7 @@ std::string history_header(const Session& session) {
 std::vector<double> constraint_columns(const Session& session) {
   const Vector& reaction = session.reaction_force();
   std::vector<double> values;
-  Vector3 total = Vector3::Zero();
-  for (Index v = 0; v < session.system().vertex_count(); ++v) total += vertex_block(reaction, v);
+  const Vector3 total = resultant(reaction);
   values.insert(values.end(), total.data(), total.data() + 3);
   for (std::size_t i = 0; i < session.scene().constraint.size(); ++i) {
     if (session.scene().constraint[i].kind == ConstraintKind::kDistance) {
@@ -86,24 +92,37 @@ std::string history_row(const Session& session, bool counts_inverted) {
   const Momenta& m = balance.momenta();
   const auto g = [](double value) { return fmt::format("{:.17g}", value); };
   std::string row = fmt::format("{},{}", session.step_number(), g(session.time()));
-  for (const double value :
-       {e.kinetic(), e.elastic(), e.environment(), e.total(), balance.external_work(),
-        balance.dissipated_energy(), balance.constraint_work(), balance.edit_work(),
-        balance.energy_error(), m.linear.x(), m.linear.y(), m.linear.z(), m.angular.x(),
-        m.angular.y(), m.angular.z(), session.constraint_error()}) {
-    row += ',' + g(value);
+  const LoadPath* path = session.load_path();
+  if (path != nullptr) {
+    for (const double value : {e.elastic(), e.environment(), e.total()}) row += ',' + g(value);
+  } else {
+    for (const double value :
+         {e.kinetic(), e.elastic(), e.environment(), e.total(), balance.external_work(),
+          balance.dissipated_energy(), balance.constraint_work(), balance.edit_work(),
+          balance.energy_error(), m.linear.x(), m.linear.y(), m.linear.z(), m.angular.x(),
+          m.angular.y(), m.angular.z()}) {
+      row += ',' + g(value);
+    }
   }
+  row += ',' + g(session.constraint_error());
   row += fmt::format(",{}", session.last_iterations());
   const std::vector<double> constraints = constraint_columns(session);
   for (std::size_t i = 0; i < 3; ++i) row += ',' + g(constraints[i]);
   row += ',' + g(session.steps().last);
+  if (path != nullptr) {
+    row += ',' + g(largest_displacement(session.system(), session.state().position).length);
+    row += ',' + g(path->residual);
+  }
   if (counts_inverted) row += fmt::format(",{}", session.inverted_elements().now);
   for (std::size_t i = 3; i < constraints.size(); ++i) row += ',' + g(constraints[i]);
   if (session.system().region_count() > 1) {
     const State& state = session.state();
     const Vector kinetic = session.system().kinetic_energies_by_region(state.momentum);
     const Vector elastic = session.system().elastic().energies_by_material(state.position);
-    for (Index r = 0; r < kinetic.size(); ++r) row += ',' + g(kinetic[r]) + ',' + g(elastic[r]);
+    for (Index r = 0; r < kinetic.size(); ++r) {
+      if (path == nullptr) row += ',' + g(kinetic[r]);
+      row += ',' + g(elastic[r]);
+    }
   }
   for (std::size_t i = 0; i < e.extra_count(); ++i) row += ',' + g(e.extra(i).value);
   return row + '\n';

@@ -53,6 +53,7 @@ struct ValueReader {
     table.read(key.name, settings.*member);
   }
   void operator()(std::vector<Vector3> S::*member) const { table.read(key.name, settings.*member); }
+  void operator()(bool S::*member) const { table.read(key.name, settings.*member); }
   void operator()(std::vector<std::string> S::*member) const {
     table.read(key.name, settings.*member);
   }

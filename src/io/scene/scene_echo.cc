@@ -44,6 +44,7 @@ struct ValueJson {
     for (const Vector3& entry : settings.*member) json.push_back(list(entry));
     return json;
   }
+  Json operator()(bool S::*member) const { return settings.*member; }
   Json operator()(std::vector<std::string> S::*member) const {
     return (settings.*member).empty() ? Json() : Json(settings.*member);
   }

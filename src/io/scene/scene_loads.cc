@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <utility>
 
-#include "io/text/number_table.h"
+#include "io/text/csv_table.h"
 #include "key_reader.h"
 #include "scene_sections.h"
 #include "tetraction/core/error.h"
@@ -86,8 +86,14 @@ AmplitudeSettings read_amplitude(const TomlTable& table, const std::string& fold
     table.read("file", amplitude.file);
     const std::filesystem::path path(amplitude.file);
     if (path.is_relative()) amplitude.file = (std::filesystem::path(folder) / path).string();
-    for (const std::vector<double>& row : read_number_table(amplitude.file, 2)) {
-      amplitude.points.emplace_back(row[0], row[1]);
+    for (const CsvTable::Row& row : read_csv(amplitude.file).rows) {
+      if (row.values.size() != 2) {
+        throw FileError(
+            fmt::format("{}:{}: an amplitude has two columns, time in s and factor; this "
+                        "line has {}.",
+                        amplitude.file, row.line, row.values.size()));
+      }
+      amplitude.points.emplace_back(row.values[0], row.values[1]);
     }
   } else if (kind == "sine") {
     amplitude.kind = AmplitudeKind::kSine;

@@ -93,7 +93,7 @@ Scene read_sections(const TomlDocument& document, const std::string& path) {
   }
   scene.time = read_section<TimeSettings>(root);
   scene.solver = read_section<SolverSettings>(root);
-  scene.damping = read_section<Damping>(root);
+  read_damping(root, scene);
   scene.environment = read_section<EnvironmentSettings>(root);
   scene.environment.direction = unit_direction(scene.environment.direction);
   for (const TomlTable& table : root.tables("fix", table_keys<FixSettings>())) {

@@ -33,6 +33,9 @@ ProbeSettings read_probe(const TomlTable& table);
 MomentumSettings read_momentum(const TomlTable& table);
 ShiftSettings read_shift(const TomlTable& table);
 InitialSettings read_initial(const TomlTable& root, const std::string& folder);
+/// Reads [damping] into `scene`, whose materials must have been read before: `ratio` becomes mass
+/// damping and viscosity.
+void read_damping(const TomlTable& root, Scene& scene);
 
 /// Reads all sections of a document except the events.
 using SectionReader = std::function<Scene(const TomlDocument&)>;

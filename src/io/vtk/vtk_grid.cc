@@ -22,6 +22,7 @@
 
 #include "quiet_vtk.h"
 #include "tetraction/core/error.h"
+#include "tetraction/io/text_file.h"
 
 namespace tetraction {
 namespace {
@@ -141,6 +142,19 @@ void write_vtu(vtkUnstructuredGrid* grid, const std::string& path, FrameCompress
         "{}: cannot be written{}. Check the directory's permissions and the free space.", path,
         error ? " (" + error.message() + ")" : ""));
   }
+}
+
+std::string collection_entry(double time, const std::string& file) {
+  return fmt::format("    <DataSet timestep=\"{:.17g}\" group=\"\" part=\"0\" file=\"{}\"/>\n",
+                     time, file);
+}
+
+void write_collection(const std::string& entries, const std::string& path) {
+  write_text_file(path,
+                  "<?xml version=\"1.0\"?>\n"
+                  "<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n"
+                  "  <Collection>\n" +
+                      entries + "  </Collection>\n</VTKFile>\n");
 }
 
 }  // namespace tetraction

@@ -26,4 +26,9 @@ vtkSmartPointer<vtkDataArray> make_array(const std::string& name, const Matrix& 
 void write_vtu(vtkUnstructuredGrid* grid, const std::string& path,
                FrameCompression compression = FrameCompression::kZlib);
 
+/// A file of a collection at a time, as a line for write_collection().
+std::string collection_entry(double time, const std::string& file);
+/// Writes a .pvd collection. The entries name files relative to its folder. Throws OutputError.
+void write_collection(const std::string& entries, const std::string& path);
+
 }  // namespace tetraction
