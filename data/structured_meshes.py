@@ -166,7 +166,9 @@ def tuning_fork(cells, name='tuning_fork.msh'):
                 tetrahedra += cut_prism((a, b, c, e, f, g))
                 tetrahedra += cut_prism((a, c, d, e, g, h))
     write_msh(name, points, tetrahedra,
-              [('stem', lambda p: p[1] == y[0]), ('tip', lambda p: p[1] == y[-1] and p[0] > 0.0)])
+              [('stem', lambda p: p[1] == y[0]),
+               ('left', lambda p: p[1] == y[-1] and p[0] < 0.0),
+               ('right', lambda p: p[1] == y[-1] and p[0] > 0.0)])
 
 
 if __name__ == '__main__':
