@@ -246,8 +246,7 @@ def probe_over_time(study, folder, probe):
                 times, values, "-" if ended_well(run) else "--", color=looks["color"],
                 lw=1.3, alpha=1.0 - 0.65 * rank, marker="." if len(times) < 8 else "",
             )  # fmt: skip
-            tag = f", {run['solver']}" if run.get("compares_solver") else ""
-            handles[f"{run['integrator']}{tag}, $h$ = {si(run['step'], 's')}"] = line
+            handles[f"{run['integrator']}, $h$ = {si(run['step'], 's')}"] = line
             if ended_well(run):
                 good += [min(values), max(values)]
         if good:
