@@ -140,13 +140,14 @@ RigidMotions rigid_motions(const MechanicalSystem& system, const Vector& q,
 // The matrix S = m^(−½) TᵀKT m^(−½) with m = TᵀMT, without the curvature of the equations.
 class ScaledStiffness {
  public:
-  ScaledStiffness(const MechanicalSystem& system, const Vector& q, double time)
+  ScaledStiffness(const MechanicalSystem& system, const Vector& q, double time, bool with_loads)
       : coordinates_(system.coordinates()),
         inverse_root_mass_(coordinates_.reduced_mass(system.mass()).cwiseSqrt().cwiseInverse()) {
     const ForcePoint at = system.force_point(q, time);
     terms_.reset(system.vertex_count());
     for (const ForceTerm* term : system.force_terms()) {
       if (!term->has_potential() || term->uniform_acceleration()) continue;
+      if (term->account() == EnergyAccount::kExternalWork && !with_loads) continue;
       term->add_hessian(at, HessianForm::kExact, terms_);
     }
     std::vector<std::pair<Index, Index>> pairs;
@@ -526,6 +527,26 @@ double NormalMode::frequency() const {
   return std::sqrt(std::abs(omega_squared)) / (2.0 * std::numbers::pi);
 }
 
+Vector balancing_multipliers(const MechanicalSystem& system, const Vector& q, const Vector& load,
+                             double time) {
+  const Constraints& constraints = system.constraints();
+  if (!constraints.has_equations()) return {};
+  double energy = 0.0;
+  Vector force;
+  if (!system.elastic().value_and_gradient(q, energy, force).ok()) {
+    throw InputError("The multipliers cannot be computed: the elastic energy is not defined.");
+  }
+  for (const ForceTerm* term : system.force_terms()) {
+    if (!term->has_potential() || term->account() == EnergyAccount::kExternalWork) continue;
+    term->add_gradient(system.force_point(q, time), force);
+  }
+  force -= load;
+  const Matrix gradients =
+      constraints.selector() * constraints.gradients(constraints.configuration(q));
+  return -Eigen::CompleteOrthogonalDecomposition<Matrix>(gradients).solve(
+      system.coordinates().restrict(force));
+}
+
 NormalModes normal_modes(const MechanicalSystem& system, const Vector& q,
                          const NormalModeOptions& options) {
   if (options.count < 1) throw InputError("The number of modes must be 1 or more.");
@@ -538,7 +559,7 @@ NormalModes normal_modes(const MechanicalSystem& system, const Vector& q,
         "The modes cannot be computed: the potential of the force term \"{}\" is not defined.",
         term->name()));
   }
-  const ScaledStiffness stiffness(system, q, options.time);
+  const ScaledStiffness stiffness(system, q, options.time, options.with_loads);
   const LinearisedEquations equations(system, stiffness, q, options.multipliers);
   const Matrix rigid = free_rigid_motions(system, q, stiffness, equations);
 
