@@ -14,6 +14,7 @@
 #include "frame_fields.h"
 #include "probe_file.h"
 #include "tetraction/core/error.h"
+#include "tetraction/dynamics/derived_fields.h"
 #include "tetraction/io/frame_writer.h"
 #include "tetraction/io/text_file.h"
 #include "tetraction/simulation/equilibrium.h"
