@@ -181,6 +181,8 @@ class ScaledStiffness {
   const SparsityPattern& pattern() const { return *pattern_; }
   /// The largest entry on the diagonal, 1/s².
   double largest() const { return largest_; }
+  /// The same, or 1 if there is no stiffness.
+  double unit() const { return largest_ > 0.0 ? largest_ : 1.0; }
   /// The entries of S − σ in the pattern's order.
   std::vector<double> shifted(double sigma) const {
     std::vector<double> values = values_;
@@ -270,14 +272,16 @@ struct LinearisedEquations {
   }
 };
 
-// z ↦ P (S + Q D Qᵀ − σ)⁻¹ P z in the space that the equations allow, where P removes the modes that
+// z ↦ s P (S + Q D Qᵀ − σ)⁻¹ P z with the unit s, 1/s², in the space that the equations allow, where P removes the modes that
 // are known already. It has the interface that Spectra's solvers expect of an operation.
 class InverseOperation {
  public:
   using Scalar = double;
 
-  InverseOperation(SparseCholesky& cholesky, const LinearisedEquations& equations)
-      : cholesky_(cholesky), equations_(equations), known_(equations.q.rows(), 0) {
+  // The unit should be of the order of the largest ω², since Spectra takes values below 1e-11 for
+  // zero.
+  InverseOperation(SparseCholesky& cholesky, const LinearisedEquations& equations, double unit)
+      : cholesky_(cholesky), equations_(equations), unit_(unit), known_(equations.q.rows(), 0) {
     const Index n = equations.q.cols();
     if (n == 0) return;
     // x = A⁻¹(b − Q s) with s = D w + H μ and w = Qᵀx = N ν, so that HᵀQᵀx = 0. This gives
@@ -305,7 +309,7 @@ class InverseOperation {
       x -= response_ * (forces_ * solver_.solve(w));
       x = equations_.project(x);
     }
-    return without_known(x);
+    return unit_ * without_known(x);
   }
   // Spectra must not see these directions.
   void exclude(const Vector& z) {
@@ -322,6 +326,7 @@ class InverseOperation {
  private:
   SparseCholesky& cholesky_;
   const LinearisedEquations& equations_;
+  double unit_;
   Matrix known_;
   Matrix response_;
   Matrix forces_;
@@ -329,11 +334,11 @@ class InverseOperation {
 };
 
 struct Eigenpair {
-  double value = 0.0;  // of the inverse operation, 1/(ω² − σ)
+  double value = 0.0;
   Vector vector;
 };
 
-// All eigenpairs of a small operation.
+// The largest eigenpairs of a small operation, descending.
 std::vector<Eigenpair> dense_pairs(const InverseOperation& operation, Index count) {
   const Index n = operation.rows();
   Matrix matrix(n, n);
@@ -445,13 +450,43 @@ Matrix free_rigid_motions(const MechanicalSystem& system, const Vector& q,
   return z * coefficients;
 }
 
-// S − σ with the smallest −σ for which it is positive definite. Returns σ.
-double factorize_shifted(const ScaledStiffness& stiffness, SparseCholesky& cholesky) {
+// The `count` lowest eigenvalues ω², ascending, beside the known modes, of which there are at least
+// so many.
+std::vector<Eigenpair> lowest_pairs(const ScaledStiffness& stiffness,
+                                    const LinearisedEquations& equations, const Matrix& known,
+                                    SparseCholesky& cholesky, double sigma, Index count,
+                                    Index available) {
+  InverseOperation operation(cholesky, equations, stiffness.unit());
+  for (Index j = 0; j < known.cols(); ++j) operation.exclude(known.col(j));
+  std::vector<Eigenpair> pairs = largest_pairs(operation, count, available);
+  for (Eigenpair& pair : pairs) pair.value = sigma + stiffness.unit() / pair.value;
+  return pairs;
+}
+
+// Whether S + Q D Qᵀ − σ is positive definite in the space that the equations allow, with the factor
+// of S − σ. The least zᵀ(S − σ)z for Qᵀz = w is wᵀG⁻¹w with G = Qᵀ(S − σ)⁻¹Q.
+bool is_positive(SparseCholesky& cholesky, const LinearisedEquations& equations) {
+  if (equations.curvature.isZero(0.0) || equations.allowed.cols() == 0) return true;
+  const Index n = equations.q.cols();
+  Matrix g(n, n);
+  for (Index j = 0; j < n; ++j) {
+    g.col(j) = equations.q.transpose() * cholesky.solve(equations.q.col(j));
+  }
+  const Matrix least = g.llt().solve(Matrix::Identity(n, n)) + equations.curvature;
+  const Matrix allowed = equations.allowed.transpose() * least * equations.allowed;
+  return allowed.llt().info() == Eigen::Success;
+}
+
+// Factorises S − σ with the smallest −σ for which no ω² is below σ. Returns σ.
+double factorize_shifted(const ScaledStiffness& stiffness, const LinearisedEquations& equations,
+                         SparseCholesky& cholesky) {
   constexpr double kSmallest = 1e-11;
   constexpr double kLargest = 1e3;
-  const double scale = stiffness.largest() > 0.0 ? stiffness.largest() : 1.0;
   for (double part = kSmallest; part <= kLargest; part *= 10.0) {
-    if (cholesky.factorize(stiffness.shifted(-part * scale))) return -part * scale;
+    const double sigma = -part * stiffness.unit();
+    if (cholesky.factorize(stiffness.shifted(sigma)) && is_positive(cholesky, equations)) {
+      return sigma;
+    }
   }
   throw InputError("The modes cannot be computed: the stiffness matrix cannot be factorised.");
 }
@@ -521,13 +556,24 @@ NormalModes normal_modes(const MechanicalSystem& system, const Vector& q,
   const Index others = result.total - rigid.cols();
   if (others > 0) {
     SparseCholesky cholesky(stiffness.pattern());
-    const double sigma = factorize_shifted(stiffness, cholesky);
-    InverseOperation operation(cholesky, equations);
-    for (Index j = 0; j < rigid.cols(); ++j) operation.exclude(rigid.col(j));
+    double sigma = factorize_shifted(stiffness, equations, cholesky);
     // There may be unstable modes, which come before the rigid ones.
-    for (const Eigenpair& pair :
-         largest_pairs(operation, std::min(options.count, others), result.total)) {
-      result.modes.push_back(make_mode(system, stiffness, sigma + 1.0 / pair.value, pair.vector));
+    const auto find = [&](Index count) {
+      return lowest_pairs(stiffness, equations, rigid, cholesky, sigma, std::min(count, others),
+                          result.total);
+    };
+    if (equations.count() > 0) {
+      // Without the equations the body may have more rigid motions, in which the inverse has the
+      // round-off of 1/σ. A σ of the order of the lowest ω² avoids it.
+      constexpr Index kFew = 4;
+      for (const Eigenpair& pair : find(kFew)) {
+        if (pair.value < -10.0 * sigma) continue;
+        if (cholesky.factorize(stiffness.shifted(-pair.value))) sigma = -pair.value;
+        break;
+      }
+    }
+    for (const Eigenpair& pair : find(options.count)) {
+      result.modes.push_back(make_mode(system, stiffness, pair.value, pair.vector));
     }
   }
   std::stable_sort(
