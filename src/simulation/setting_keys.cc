@@ -245,8 +245,9 @@ const Section<Damping>& section_of() {
          .range = kDampingRange},
         &S::viscosity},
        {{.name = "ratio",
-         .help = "`{ at = [f1, f2], value = [ζ1, ζ2] }`: damping ratios at two frequencies in Hz, "
-                 "from which mass damping and viscosity are worked out, see below; not beside them"},
+         .help =
+             "`{ at = [f1, f2], value = [ζ1, ζ2] }`: damping ratios at two frequencies in Hz, "
+             "from which mass damping and viscosity are worked out, see below; not beside them"},
         ByHand{"table"}}}};
   return section;
 }
