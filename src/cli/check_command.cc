@@ -12,9 +12,11 @@
 #include "console.h"
 #include "mesh_table.h"
 #include "scene_source.h"
+#include "spectrum.h"
 #include "tetraction/dynamics/derivative_check.h"
 #include "tetraction/dynamics/stability.h"
 #include "tetraction/io/scene_reader.h"
+#include "tetraction/simulation/probe.h"
 #include "tetraction/simulation/scene_objects.h"
 #include "tetraction/simulation/warnings.h"
 
@@ -61,12 +63,14 @@ std::string rules_of_limit(const MechanicalSystem& system, Integrator rule) {
   return to_string(is_implicit(rule) ? Integrator::kExplicit : rule);
 }
 
-int check(const std::string& path, const std::vector<std::string>& overrides, bool as_json) {
+int check(const std::string& path, const std::vector<std::string>& overrides, bool as_json,
+          bool with_spectrum) {
   const Scene scene = read_scene(path, overrides);
   const std::unique_ptr<MechanicalSystem> system = make_system(scene, load_mesh(scene));
   const TetMesh& mesh = system->mesh();
   const State state = make_initial_state(scene, *system);
   check_events(scene, *system);
+  const ProbeSet probes(scene.probe, *system);
   const StabilityLimit limit = stability_limit(*system, state.position, scene.time.integrator);
 
   nlohmann::ordered_json json;
@@ -75,6 +79,7 @@ int check(const std::string& path, const std::vector<std::string>& overrides, bo
   json["free_degrees_of_freedom"] = system->coordinates().count();
   json["multipliers"] = system->constraints().equation_count();
   json["events"] = scene.event.size();
+  json["probes"] = probes.probes().size();
   double fastest = 0.0;
   json["materials"] = nlohmann::ordered_json::array();
   for (Index r = 0; r < system->region_count(); ++r) {
@@ -96,6 +101,12 @@ int check(const std::string& path, const std::vector<std::string>& overrides, bo
   json["omega_max"] = limit.omega_max;
   json["stable_step"] = limit.critical_step;
   if (limit.element >= 0) json["stable_step_element"] = mesh.tetrahedron_id(limit.element);
+
+  const double step = scene.time.automatic ? 0.5 * limit.critical_step : scene.time.step;
+  const Spectrum spectrum = spectrum_of(*system, limit, with_spectrum);
+  if (spectrum.lowest) json["lowest_frequency"] = *spectrum.lowest;
+  json["highest_frequency"] = spectrum.highest;
+  if (with_spectrum) json["spectrum"] = spectrum_json(spectrum, step);
 
   bool exact = true;
   json["derivatives"] = nlohmann::ordered_json::array();
@@ -162,6 +173,11 @@ int check(const std::string& path, const std::vector<std::string>& overrides, bo
       print_result("time.step = {:.6g} s is {:.3g} times it\n", scene.time.step,
                    scene.time.step / limit.critical_step);
     }
+    print_resolution(spectrum, scene.time.integrator, step);
+    if (with_spectrum) print_spectrum(spectrum, step);
+    if (const std::string remarks = damping_remarks(scene); !remarks.empty()) {
+      print_result("{}\n", remarks);
+    }
     print_result(
         "\nanalytic derivatives against central differences, at the initial state strained "
         "by about 10 %:\n{:<16}{:>18}{:>18}\n",
@@ -186,6 +202,7 @@ void add_check_command(CLI::App& app, int& exit_code) {
     std::string scene;
     std::vector<std::string> overrides;
     bool json = false;
+    bool spectrum = false;
   };
   auto arguments = std::make_shared<Arguments>();
   CLI::App* command = app.add_subcommand(
@@ -196,8 +213,10 @@ void add_check_command(CLI::App& app, int& exit_code) {
       ->take_all()
       ->allow_extra_args(false);
   command->add_flag("--json", arguments->json, "Print JSON to stdout");
+  command->add_flag("--spectrum", arguments->spectrum,
+                    "Say for each integrator what the step does to the lowest and highest modes");
   command->callback([arguments, &exit_code] {
-    exit_code = check(arguments->scene, arguments->overrides, arguments->json);
+    exit_code = check(arguments->scene, arguments->overrides, arguments->json, arguments->spectrum);
   });
 }
 

@@ -13,10 +13,12 @@ inline CLI::Validator not_empty(const char* reason) {
 }
 
 void add_run_command(CLI::App& app, int& exit_code);
+void add_static_command(CLI::App& app, int& exit_code);
 void add_study_command(CLI::App& app, int& exit_code);
 void add_check_command(CLI::App& app, int& exit_code);
 void add_keys_command(CLI::App& app, int& exit_code);
 void add_mesh_command(CLI::App& app, int& exit_code);
 void add_view_command(CLI::App& app, int& exit_code);
+void add_modes_command(CLI::App& app, int& exit_code);
 
 }  // namespace tetraction

@@ -1,31 +1,16 @@
 // tetraction run: one scene, one trajectory.
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <memory>
-#include <optional>
 #include <string>
-#include <utility>
-#include <vector>
 
 #include "commands.h"
 #include "console.h"
-#include "progress_bar.h"
-#include "result_folders.h"
-#include "scene_source.h"
-#include "tetraction/core/blas.h"
-#include "tetraction/io/run_recorder.h"
-#include "tetraction/io/scene_reader.h"
+#include "recorded_session.h"
 
 namespace tetraction {
 namespace {
-
-struct RunArguments {
-  std::string scene;
-  std::string out;
-  std::vector<std::string> overrides;
-  bool quiet = false;
-  bool json = false;
-};
 
 void print_outcome(const Session& session, const std::string& directory) {
   const Balance& balance = session.balance();
@@ -77,67 +62,19 @@ void print_outcome(const Session& session, const std::string& directory) {
   } else {
     write_result("\n");
   }
-  print_result("results: {0}/history.csv, {0}/frames.pvd, {0}/final.vtu, {0}/summary.json\n",
-               directory);
-}
-
-int run(const RunArguments& arguments) {
-  const Scene scene = read_scene(arguments.scene, arguments.overrides);
-  const std::string directory = arguments.out.empty() ? scene.output.directory : arguments.out;
-  check_folder_of_run(scene, directory);
-  TetMesh mesh = load_mesh(scene);
-  if (!arguments.quiet) {
-    if (const std::string remarks = mesh_remarks(mesh); !remarks.empty()) print_note(remarks);
-  }
-  make_output_directory(directory);
-  Session session(scene, std::move(mesh));
-  // A slow BLAS affects only the time. --quiet leaves this warning out; summary.json has it.
-  const std::string slow_blas = arguments.quiet ? blas_warning() : "";
-  for (const std::string& warning : session.warnings()) {
-    if (warning != slow_blas || slow_blas.empty()) print_warning(warning);
-  }
-  const std::size_t told = session.warnings().size();
-
-  RunRecorder recorder(directory, scene.output.every);
-  InterruptGuard interrupt;
-  ProgressBar bar("running");
-  std::vector<Observer*> observers{&recorder, &interrupt};
-  if (!arguments.quiet && ProgressBar::possible()) observers.push_back(&bar);
-  const RunStatus status = session.run(observers);
-
-  if (arguments.json) {
-    write_result(summary_json(session, directory));
-  } else if (!arguments.quiet) {
-    print_outcome(session, directory);
-  }
-  for (std::size_t i = told; i < session.warnings().size(); ++i) {
-    print_warning(session.warnings()[i]);
-  }
-  for (const AppliedEdit& edit : session.edits()) {
-    if (!edit.warning.empty()) {
-      print_warning(fmt::format("after the event at {:.6g} s: {}", edit.at, edit.warning));
-    }
-  }
-  if (!session.message().empty()) print_message(session.message());
-  return tetraction::exit_code(status);
+  print_result("results: {0}/history.csv, {1}{0}/frames.pvd, {0}/final.vtu, {0}/summary.json\n",
+               directory, session.scene().probe.empty() ? "" : directory + "/probes.csv, ");
 }
 
 }  // namespace
 
 void add_run_command(CLI::App& app, int& exit_code) {
-  auto arguments = std::make_shared<RunArguments>();
+  auto arguments = std::make_shared<SessionArguments>();
   CLI::App* command = app.add_subcommand("run", "Run a scene and write its results");
-  command->add_option("scene", arguments->scene, "Scene file (TOML)")->required();
-  command->add_option("--out", arguments->out, "Output directory (default: the scene's)")
-      ->check(not_empty("it names no directory"));
-  command
-      ->add_option("--set", arguments->overrides,
-                   "KEY=VALUE: overrides a scene key, e.g. time.step=1e-4")
-      ->take_all()
-      ->allow_extra_args(false);
-  command->add_flag("--quiet", arguments->quiet, "Only warnings and errors");
-  command->add_flag("--json", arguments->json, "Print summary.json to stdout");
-  command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
+  add_session_options(*command, *arguments);
+  command->callback([arguments, &exit_code] {
+    exit_code = run_recorded(*arguments, Analysis::kMotion, "running", print_outcome);
+  });
 }
 
 }  // namespace tetraction

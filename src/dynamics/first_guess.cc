@@ -11,11 +11,11 @@
 
 namespace tetraction {
 
-FirstGuess::FirstGuess(const MechanicalSystem& system)
+FirstGuess::FirstGuess(const MechanicalSystem& system, bool prescribed_move)
     : system_(system),
       free_(system.constraints().empty()),
       zero_(Vector::Zero(system.dof_count())) {
-  if (!system.constraints().moving()) return;
+  if (!prescribed_move) return;
   const RestState& rest = system.rest();
   for (Index e = 0; e < rest.element_count(); ++e) {
     const RestState::Nodes nodes = rest.nodes(e);
@@ -131,7 +131,7 @@ bool FirstGuess::keeps_volumes(const Vector& from, const Vector& x) const {
 
 // Conjugate gradients, preconditioned with the diagonal, over the free coordinates z of x + T z. A
 // few digits are sufficient.
-void FirstGuess::carry_along(const StepProblem& problem, Vector& x) const {
+void FirstGuess::carry_along(const PotentialProblem& problem, Vector& x) const {
   constexpr double kEnough = 1e-4;
   const RestState& rest = system_.rest();
   const FreeCoordinates& free = system_.coordinates();

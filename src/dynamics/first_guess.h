@@ -14,8 +14,9 @@ namespace tetraction {
 /// close to the motion of a stiff body at any step size.
 class FirstGuess {
  public:
-  /// Keeps a reference to `system`, which must live longer.
-  explicit FirstGuess(const MechanicalSystem& system);
+  /// `prescribed_move` says whether prescribed vertices move. Keeps a reference to `system`, which
+  /// must live longer.
+  FirstGuess(const MechanicalSystem& system, bool prescribed_move);
 
   /// Forgets earlier steps. Call it after the state or the system was changed from outside.
   void reset();
@@ -30,7 +31,7 @@ class FirstGuess {
   /// Moves the prescribed components of x to their values in problem.base(), and the rest of the
   /// body by the harmonic extension of this displacement: the one with the least Σ V |∇u|² over the
   /// free coordinates.
-  void carry_along(const StepProblem& problem, Vector& x) const;
+  void carry_along(const PotentialProblem& problem, Vector& x) const;
   /// Whether the elements at prescribed vertices keep a sufficient part of their volume at `from`.
   bool keeps_volumes(const Vector& from, const Vector& x) const;
   /// Call it after a step from a state with this velocity. `elastic_energy` is that at q_{k+1}.

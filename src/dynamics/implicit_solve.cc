@@ -1,25 +1,16 @@
-// The solution of an implicit step: the first guess, intermediate steps if prescribed vertices move
-// far, the calls of the minimiser, and the multipliers of constraints.
-#include <fmt/format.h>
-
+// The solution of an implicit step: the first guess, and intermediate steps if prescribed vertices
+// move far.
 #include <algorithm>
-#include <limits>
-#include <utility>
 
 #include "implicit_stepper.h"
 
 namespace tetraction {
-namespace {
 
-constexpr double kOverEstimate = 100.0;  // of round-off: what is taken for it
-
-}  // namespace
-
-// u_ ← the minimiser of the step, or the outcome says why there is none.
+// Minimises Φ, or the outcome says why there is no minimiser.
 bool ImplicitStepper::find(const State& from, double end_time, StepOutcome& outcome) {
   using Quality = FirstGuess::Quality;
   Quality guess = guess_.choose(problem_, from);
-  u_.setZero(system_.dof_count());
+  solve_.u().setZero(system_.dof_count());
   const bool led = guess != Quality::kGood;
   if (led && !lead_along(from, end_time, outcome)) {
     if (guess == Quality::kUndefined) return false;
@@ -28,24 +19,20 @@ bool ImplicitStepper::find(const State& from, double end_time, StepOutcome& outc
     outcome.message.clear();
     problem_.prescribe_base(end_time);
     guess_.choose(problem_, from);
-    u_.setZero();
+    solve_.u().setZero();
   }
-  if (minimize(from, outcome)) return true;
+  if (solve_.minimize(from.position, outcome)) return true;
   // Without intermediate steps the minimisation of a body with moving targets may fail.
   if (led || !system_.constraints().moving()) return false;
   StepOutcome again;
   again.minimizer.iterations = outcome.minimizer.iterations;
   again.minimizer.factorizations = outcome.minimizer.factorizations;
   again.minimizer.cg_iterations = outcome.minimizer.cg_iterations;
-  problem_.set_impulse({});
-  u_.setZero(system_.dof_count());
-  if (!lead_along(from, end_time, again) || !minimize(from, again)) return false;
+  problem_.set_constraint_force({});
+  solve_.u().setZero(system_.dof_count());
+  if (!lead_along(from, end_time, again) || !solve_.minimize(from.position, again)) return false;
   outcome = again;
   return true;
-}
-
-bool ImplicitStepper::minimize(const State& from, StepOutcome& outcome) {
-  return system_.constraints().has_equations() ? solve_constrained(from, outcome) : solve(outcome);
 }
 
 // Moves the prescribed components a part of their way at a time. Each time the body follows by a
@@ -67,12 +54,12 @@ bool ImplicitStepper::lead_along(const State& from, double end_time, StepOutcome
     trial_ = x_;
     guess_.carry_along(problem_, trial_);
     problem_.set_origin(trial_);
-    u_.setZero();
+    solve_.u().setZero();
     double phi = 0.0;
-    bool good = problem_.value(u_, phi).ok() && guess_.keeps_volumes(x_, trial_);
-    if (good && next < 1.0) good = solve(outcome);
+    bool good = problem_.value(solve_.u(), phi).ok() && guess_.keeps_volumes(x_, trial_);
+    if (good && next < 1.0) good = solve_.solve(outcome);
     if (good) {
-      problem_.positions(u_, x_);
+      problem_.positions(solve_.u(), x_);
       done = next;
       part *= 2.0;
     } else {
@@ -89,162 +76,6 @@ bool ImplicitStepper::lead_along(const State& from, double end_time, StepOutcome
   outcome.status = StepStatus::kOk;
   outcome.message.clear();
   return true;
-}
-
-// Calls the minimiser once and adds its report to the reports of the calls before.
-MinimizerReport ImplicitStepper::call_minimizer(StepOutcome& outcome) {
-  const MinimizerReport report = minimizer_->minimize(problem_, u_);
-  const int iterations = outcome.minimizer.iterations;
-  const int factorizations = outcome.minimizer.factorizations;
-  const int cg_iterations = outcome.minimizer.cg_iterations;
-  outcome.minimizer = report;
-  outcome.minimizer.cg_iterations += cg_iterations;
-  outcome.minimizer.iterations += iterations;
-  outcome.minimizer.factorizations += factorizations;
-  return report;
-}
-
-// u_ ← the minimiser, beginning at u_. If Φ contains an estimate of the strain rate, the estimate
-// is replaced by the strain rate of the minimiser until both agree.
-bool ImplicitStepper::solve(StepOutcome& outcome) {
-  constexpr int kEstimates = 40;
-  double before = std::numeric_limits<double>::infinity();
-  problem_.set_rate_estimate(u_);
-  if (system_.coordinates().count() == 0) {  // x is where everything is prescribed to be
-    outcome.minimizer.termination = Termination::kConverged;
-    outcome.minimizer.message = "nothing to solve for: every vertex is held";
-    return true;
-  }
-  for (int i = 0; i < kEstimates; ++i) {
-    const MinimizerReport report = minimize_to_round_off(outcome);
-    if (!report.converged()) {
-      outcome.status = StepStatus::kNotConverged;
-      outcome.message = report.message;
-      return false;
-    }
-    if (!problem_.needs_rate_estimate()) return true;
-    problem_.set_rate_estimate(u_);
-    double phi = 0.0;
-    if (!problem_.value_and_full_gradient(u_, phi, force_).ok()) break;
-    const double residual = system_.coordinates().restricted_norm(force_);
-    outcome.minimizer.residual = residual;
-    if (residual <= std::max(report.residual, report.residual_limit)) return true;
-    // If the residual does not fall any more, it is round-off.
-    if (i > 2 && residual > 0.5 * before && residual <= kOverEstimate * problem_.round_off(u_)) {
-      return true;
-    }
-    before = residual;
-  }
-  outcome.status = StepStatus::kNotConverged;
-  outcome.message = "the strain rate of the viscosity does not settle: take a smaller step";
-  return false;
-}
-
-// Displacements from the origin have round-off of their own. If it prevents the minimiser from
-// reaching the tolerance, the origin is moved to the point that was reached. If the tolerance still
-// is not reached, the step uses the result, and its report says so
-// (MinimizerReport::limited_by_round_off).
-MinimizerReport ImplicitStepper::minimize_to_round_off(StepOutcome& outcome) {
-  constexpr int kMoves = 4;
-  MinimizerReport report = call_minimizer(outcome);
-  for (int i = 0; i < kMoves && report.termination == Termination::kNoProgress; ++i) {
-    const double before = report.residual;
-    problem_.move_origin(u_);
-    report = call_minimizer(outcome);
-    if (i > 0 && report.residual > 0.5 * before) break;
-  }
-  if (report.termination != Termination::kNoProgress) return report;
-  problem_.move_origin(u_);
-  if (report.residual <= kOverEstimate * problem_.round_off(u_)) {
-    report.termination = outcome.minimizer.termination = Termination::kConverged;
-  }
-  return report;
-}
-
-// Newton's method for positions and multipliers together. Each round moves both to the solution of
-// the problem linearised at x. If that does not lower the residual, Φ is minimised with constant
-// constraint forces before the next round.
-bool ImplicitStepper::solve_constrained(const State& from, StepOutcome& outcome) {
-  constexpr int kRounds = 40;
-  const Constraints& constraints = system_.constraints();
-  const double stretch = 1.0 / alpha_;  // of q_{k+1} − q_k over x − q_k
-  const Index size = constraints.configuration_size();
-  const Vector start = constraints.configuration(from.position);
-  Vector u = constraint_force_.size() > 0 ? constraint_force_ : Vector::Zero(size);
-  Vector multipliers;
-  double last_residual = std::numeric_limits<double>::infinity();
-  bool minimize = true;
-  for (int round = 0; round < kRounds; ++round) {
-    apply_constraint_force(u);
-    Matrix right(system_.coordinates().count(), size + 1);
-    right.leftCols(size) = constraints.selector();
-    right.col(size).setZero();
-    double phi = 0.0;
-    Vector gradient;
-    if (round > 0) {
-      minimize = true;
-      problem_.set_rate_estimate(u_);
-      if (problem_.value_and_gradient(u_, phi, gradient).ok()) {
-        const double residual = gradient.norm();
-        outcome.minimizer.residual = residual;
-        if (residual <= outcome.minimizer.residual_limit) {
-          constraint_force_ = u;
-          return true;
-        }
-        minimize = !(residual < 0.5 * last_residual);
-        last_residual = residual;
-        right.col(size) = gradient;
-      }
-    }
-    if (minimize) {
-      if (!solve(outcome)) return false;
-      right.col(size).setZero();
-      last_residual = std::numeric_limits<double>::infinity();
-    } else {
-      ++outcome.minimizer.iterations;
-    }
-    // Of u on the free coordinates at x; last column: Newton's step.
-    Matrix influence(0, size + 1);
-    const bool movable = right.rows() > 0;
-    if (movable) ++outcome.minimizer.factorizations;
-    if (movable && !minimizer_->solve_linearized(problem_, u_, right, influence)) {
-      if (!minimize) {
-        last_residual = 0.0;  // minimise from here
-        continue;
-      }
-      outcome.status = StepStatus::kNotConverged;
-      outcome.message = "the stiffness at the minimum is not positive definite";
-      return false;
-    }
-    u_ -= system_.coordinates().extend(influence.col(size));
-    const Matrix response = constraints.selector().transpose() * influence.leftCols(size);
-    const Vector way = constraints.configuration((problem_.origin() - from.position) + u_);
-    const Vector free_end = start + stretch * (way - response * u);
-    const MultiplierSolution solution = solve_multipliers(constraints, free_end, stretch * response,
-                                                          start, direction_, multipliers);
-    if (!solution.ok && !minimize) {
-      u_ += system_.coordinates().extend(influence.col(size));
-      last_residual = 0.0;  // minimise from here
-      multipliers.resize(0);
-      continue;
-    }
-    if (!solution.ok) {
-      outcome.status = StepStatus::kNotConverged;
-      outcome.message = cannot_be_met(constraints, solution.worst);
-      return false;
-    }
-    multipliers = solution.multipliers;
-    u_ += system_.coordinates().extend(influence.leftCols(size) * (solution.forces - u));
-    u = solution.forces;
-  }
-  outcome.status = StepStatus::kNotConverged;
-  outcome.message = fmt::format("the multipliers did not settle in {} rounds", kRounds);
-  return false;
-}
-
-void ImplicitStepper::apply_constraint_force(const Vector& u) {
-  impulse_ = problem_.step() * system_.constraints().vertex_forces(u);
-  problem_.set_impulse(impulse_);
 }
 
 }  // namespace tetraction

@@ -12,13 +12,12 @@ ImplicitStepper::ImplicitStepper(const MechanicalSystem& system,
                                  ConstraintDirection direction)
     : Stepper(system),
       alpha_(alpha),
-      direction_(direction),
-      minimizer_(std::move(minimizer)),
       problem_(system),
-      guess_(system) {}
+      solve_(problem_, std::move(minimizer), 1.0 / alpha, direction),
+      guess_(system, system.constraints().moving()) {}
 
 void ImplicitStepper::reset() {
-  constraint_force_.resize(0);
+  solve_.forget();
   guess_.reset();
 }
 
@@ -31,9 +30,14 @@ StepOutcome ImplicitStepper::advance(const State& from, State& to, double h, dou
 
   to.step = from.step + 1;
   to.time = end_time;
-  problem_.positions(u_, x_);
+  const Vector& u = solve_.u();
+  problem_.positions(u, x_);
+  constraint_force_ = solve_.constraint_force();
+  if (system_.constraints().has_equations()) {
+    impulse_ = problem_.step() * system_.constraints().vertex_forces(constraint_force_);
+  }
   // The change of position before it is rounded to a position.
-  to.velocity = ((problem_.origin() - from.position) + u_) / problem_.step();
+  to.velocity = ((problem_.origin() - from.position) + u) / problem_.step();
   set_end_position(from, to, h);
   system_.constraints().prescribe(to.time, to.position);
   if (!take_momenta(from, to, h, outcome)) return outcome;
@@ -54,7 +58,7 @@ StepOutcome ImplicitStepper::advance(const State& from, State& to, double h, dou
   if (term != nullptr) return undefined(outcome, *term, vertex);
   if (load_.size() > 0) outcome.external_work = load_.dot(to.position - from.position);
   outcome.external_work += driven_work(from, to);
-  if (system_.is_dissipative()) outcome.dissipated_energy = problem_.dissipated_energy(u_, h);
+  if (system_.is_dissipative()) outcome.dissipated_energy = problem_.dissipated_energy(u, h);
   reaction_ /= h;
   outcome.constraint_work = constraint_work(from, to);
   if (constraining_) reaction_ += spring_force_;
@@ -65,7 +69,8 @@ StepOutcome ImplicitStepper::advance(const State& from, State& to, double h, dou
 bool ImplicitStepper::take_momenta(const State& from, State& to, double h, StepOutcome& outcome) {
   const double s = problem_.step();
   const Vector* gradient = nullptr;
-  if (const EvaluationStatus status = problem_.elastic_gradient(u_, gradient); !status.ok()) {
+  if (const EvaluationStatus status = problem_.elastic_gradient(solve_.u(), gradient);
+      !status.ok()) {
     outcome.status = StepStatus::kInverted;
     outcome.element = status.failed_element;
     return false;
@@ -103,7 +108,8 @@ void ImplicitStepper::gather_forces(const TimeSpan& step, const Vector& velocity
   // The forces of viscosity are minus the gradient of its potential.
   damping_.setZero(system_.dof_count());
   double ignored = 0.0;
-  problem_.viscous().add_value_and_gradient(problem_.step_displacement(u_), ignored, damping_);
+  problem_.viscous().add_value_and_gradient(problem_.step_displacement(solve_.u()), ignored,
+                                            damping_);
   damping_ = -damping_;
   const Vector& point = problem_.dissipation_point();
   system_.add_damping_force(point, time, velocity, damping_);

@@ -4,8 +4,8 @@
 
 #include <memory>
 
+#include "constrained_minimization.h"
 #include "first_guess.h"
-#include "tetraction/dynamics/multipliers.h"
 #include "tetraction/dynamics/step_problem.h"
 #include "tetraction/dynamics/stepper.h"
 
@@ -46,23 +46,15 @@ class ImplicitStepper : public Stepper {
 
  private:
   bool find(const State& from, double end_time, StepOutcome& outcome);
-  bool minimize(const State& from, StepOutcome& outcome);
   bool lead_along(const State& from, double end_time, StepOutcome& outcome);
-  MinimizerReport call_minimizer(StepOutcome& outcome);
-  bool solve(StepOutcome& outcome);
-  MinimizerReport minimize_to_round_off(StepOutcome& outcome);
-  bool solve_constrained(const State& from, StepOutcome& outcome);
-  void apply_constraint_force(const Vector& force);
   bool take_momenta(const State& from, State& to, double h, StepOutcome& outcome);
   void gather_forces(const TimeSpan& step, const Vector& velocity, const Vector& gradient);
 
   double alpha_;
-  ConstraintDirection direction_;
-  std::shared_ptr<Minimizer> minimizer_;
   StepProblem problem_;
+  ConstrainedMinimization solve_;
   FirstGuess guess_;
   // These are members in order to avoid allocations.
-  Vector u_;  // from the problem's origin
   Vector trial_;
   Vector load_;  // empty: none
   Vector spring_force_;

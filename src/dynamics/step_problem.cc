@@ -1,13 +1,9 @@
 #include "tetraction/dynamics/step_problem.h"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
-#include <utility>
-#include <variant>
 
 #include "tetraction/core/parallel.h"
-#include "tetraction/fem/step_length.h"
 
 namespace tetraction {
 namespace {
@@ -17,23 +13,12 @@ constexpr Index kGrain = 2048;
 
 }  // namespace
 
-StepProblem::StepProblem(const MechanicalSystem& system)
-    : system_(system), volume_(system.mesh().total_volume()), viscous_(system.elastic()) {}
-
-double StepProblem::length_scale() const {
-  return std::cbrt(volume_);
-}
-
 void StepProblem::begin(const State& state, double h, double end_time, double alpha,
                         const Vector& load) {
-  step_ = alpha * h;
   alpha_ = alpha;
-  previous_ = state.position;
-  impulse_.resize(0);
-  elastic_.known = false;
+  step_ = alpha * h;
+  begin_at(state.position, state.time + step_, TimeSpan{state.time, state.time + h});
   prescribe_base(end_time);
-  time_ = state.time + step_;
-  span_ = {state.time, state.time + h};
   dissipation_point_ = previous_;
   if (alpha == 0.5 && system_.is_dissipative()) {
     system_.velocity_of(state.momentum, velocity_);
@@ -48,8 +33,9 @@ void StepProblem::begin(const State& state, double h, double end_time, double al
       vertex_block(coefficient_, v).setConstant(system_.mass()[v] / (step_ * step_));
     }
   });
-  gather_terms();
-  load_norm_ = force_scale_ = system_.coordinates().restricted_norm(load_);
+  gather_potentials(1.0);
+  gather_dissipations();
+  measure_load();
   set_origin(base_);
   // Momenta that are mere round-off do not count as a load.
   full_ = load_ - state.momentum / step_;
@@ -69,52 +55,6 @@ void StepProblem::begin(const State& state, double h, double end_time, double al
   if (!applied && force_scale_ <= round_off(full_)) force_scale_ = 0.0;
 }
 
-// Adds the linear parts of the terms to l and the quadratic ones to k.
-void StepProblem::gather_terms() {
-  potentials_.clear();
-  dissipations_.clear();
-  const ForcePoint at = point(previous_);
-  bool any = false;
-  const auto begin_blocks = [&] {
-    if (!any) blocks_.reset(system_.vertex_count());
-    any = true;
-  };
-  const auto add_diagonal = [&](double factor) {
-    for (Index v = 0; any && v < system_.vertex_count(); ++v) {
-      vertex_block(coefficient_, v) += factor * Matrix3(blocks_.diagonal(v)).diagonal();
-    }
-    any = false;
-  };
-  full_.setZero(system_.dof_count());
-  for (const ForceTerm* term : system_.force_terms()) {
-    if (!term->has_potential()) continue;
-    if (!term->is_quadratic()) {
-      if (potentials_.empty()) start_gradient_.setZero(system_.dof_count());
-      potentials_.push_back(term);
-      term->add_gradient(at, start_gradient_);
-      continue;
-    }
-    term->add_gradient(at, full_);
-    if (term->uniform_acceleration()) continue;
-    begin_blocks();
-    term->add_hessian(at, HessianForm::kExact, blocks_);
-  }
-  load_ -= full_;
-  if (!potentials_.empty()) load_ -= start_gradient_;
-  add_diagonal(1.0);
-  velocity_.setZero(system_.dof_count());
-  for (const ForceTerm* term : system_.force_terms()) {
-    if (!term->has_dissipation()) continue;
-    if (!term->is_quadratic()) {
-      dissipations_.push_back(term);
-      continue;
-    }
-    begin_blocks();
-    term->add_dissipation_hessian(at, velocity_, HessianForm::kExact, blocks_);
-  }
-  add_diagonal(1.0 / step_);
-}
-
 void StepProblem::prescribe_base(double time) {
   base_ = previous_;
   system_.constraints().for_each_prescribed_way(previous_, time, [&](Index v, const Vector3& way) {
@@ -122,47 +62,9 @@ void StepProblem::prescribe_base(double time) {
   });
 }
 
-void StepProblem::set_impulse(const Vector& impulse) {
-  impulse_ = impulse;
-  make_remainder();
-}
-
-void StepProblem::set_origin(const Vector& positions) {
-  origin_ = positions;
-  elastic_.known = false;
-  make_remainder();
-}
-
-void StepProblem::move_origin(Vector& u) {
-  for (Index i = 0; i < u.size(); ++i) {
-    const double before = origin_[i];
-    const double after = before + u[i];
-    u[i] = (before - after) + u[i];
-    origin_[i] = after;
-  }
-  elastic_.known = false;
-  make_remainder();
-}
-
-void StepProblem::make_remainder() {
-  remainder_ = load_ - coefficient_.cwiseProduct(origin_ - previous_);
-  if (impulse_.size() > 0) remainder_ += impulse_ / step_;
-}
-
-double StepProblem::origin_value() const {
-  return -0.5 * (origin_ - previous_).dot(load_ + remainder_) -
-         (impulse_.size() > 0 ? 0.5 / step_ * (origin_ - previous_).dot(impulse_) : 0.0);
-}
-
-const Vector& StepProblem::step_displacement(const Vector& u) const {
-  if (viscous_.factor() == 0.0) return u;
-  moved_ = (origin_ - previous_) + u;
-  return moved_;
-}
-
 void StepProblem::inertial_guess(Vector& x) const {
   x = load_;
-  if (impulse_.size() > 0) x += impulse_ / step_;
+  if (constraint_force().size() > 0) x += constraint_force();
   x = x.cwiseQuotient(coefficient_);
   system_.coordinates().project_velocity(system_.mass(), x);
   x += base_;
@@ -177,7 +79,7 @@ double StepProblem::dissipated_energy(const Vector& u, double h) const {
   viscous_.add_value(step_displacement(u), viscous);
   double rate = 0.0;
   const ForcePoint start = point(dissipation_point_);
-  velocity_ = ((origin_ - previous_) + u) / step_;
+  velocity_ = ((origin() - previous_) + u) / step_;
   for (const ForceTerm* term : system_.force_terms()) {
     if (!term->has_dissipation()) continue;
     full_.setZero(system_.dof_count());
@@ -185,255 +87,6 @@ double StepProblem::dissipated_energy(const Vector& u, double h) const {
     rate += velocity_.dot(full_);
   }
   return h / step_ * 2.0 * viscous + h * rate;
-}
-
-EvaluationStatus StepProblem::move_terms(const Vector& u) const {
-  if (!has_general_terms()) return {};
-  at_ = origin_ + u;
-  if (!dissipations_.empty()) velocity_ = ((origin_ - previous_) + u) / step_;
-  for (const ForceTerm* term : potentials_) {
-    const Index vertex = term->undefined_vertex(point(at_));
-    if (vertex >= 0) return {-1, vertex};
-  }
-  return {};
-}
-
-double StepProblem::term_energy() const {
-  const ForcePoint start = point(previous_);
-  const ForcePoint at = point(at_);
-  double energy = 0.0;
-  for (const ForceTerm* term : potentials_) energy += term->energy_change(start, at);
-  if (!potentials_.empty()) {
-    energy -= parallel_sum(system_.vertex_count(), [&](Index begin, Index end) {
-      double sum = 0.0;
-      for (Index v = begin; v < end; ++v) {
-        sum += vertex_block(start_gradient_, v)
-                   .dot(vertex_block(std::as_const(at_), v) - vertex_block(previous_, v));
-      }
-      return sum;
-    });
-  }
-  for (const ForceTerm* term : dissipations_) {
-    energy += step_ * term->dissipation(point(dissipation_point_), velocity_);
-  }
-  return energy;
-}
-
-void StepProblem::add_term_gradient(Vector& gradient) const {
-  if (!potentials_.empty()) gradient -= start_gradient_;
-  for (const ForceTerm* term : potentials_) {
-    term->add_gradient(point(at_), gradient);
-  }
-  for (const ForceTerm* term : dissipations_) {
-    term->add_dissipation_gradient(point(dissipation_point_), velocity_, gradient);
-  }
-}
-
-void StepProblem::term_hessian(const Vector& u, HessianForm form, HessianBlocks& hessian) const {
-  hessian.reset(system_.vertex_count());
-  if (!has_general_terms()) return;
-  at_ = origin_ + u;
-  if (!dissipations_.empty()) {
-    velocity_ = ((origin_ - previous_) + u) / step_;
-    for (const ForceTerm* term : dissipations_) {
-      term->add_dissipation_hessian(point(dissipation_point_), velocity_, form, hessian);
-    }
-    hessian.scale(1.0 / step_);
-  }
-  for (const ForceTerm* term : potentials_) {
-    term->add_hessian(point(at_), form, hessian);
-  }
-}
-
-double StepProblem::longest_step(const Vector& u, const Vector& d, bool elements_are_safe) const {
-  constexpr double kShare = 0.9;
-  const double longest = std::min(1.0, kShare * longest_term_step(u, d));
-  if (elements_are_safe) return longest;
-  const ElasticPotential& elastic = system_.elastic();
-  at_ = origin_ + u;
-  return std::min(longest, admissible_step(system_.rest(), at_, d, [&](Index e) {
-                    return !std::holds_alternative<StVenantKirchhoff>(
-                        elastic.materials()[static_cast<std::size_t>(elastic.material_index(e))]);
-                  }));
-}
-
-double StepProblem::longest_term_step(const Vector& u, const Vector& d) const {
-  double longest = std::numeric_limits<double>::infinity();
-  if (potentials_.empty()) return longest;
-  at_ = origin_ + u;
-  for (const ForceTerm* term : potentials_) {
-    longest = std::min(longest, term->longest_step(point(at_), d));
-  }
-  return longest;
-}
-
-bool StepProblem::is_defined(const Vector& u) const {
-  return move_terms(u).ok() && system_.elastic().admissible(Positions(origin_, u)).ok();
-}
-
-EvaluationStatus StepProblem::value(const Vector& u, double& phi) const {
-  if (const EvaluationStatus terms = move_terms(u); !terms.ok()) return terms;
-  const EvaluationStatus status = system_.elastic().value(Positions(origin_, u), phi);
-  if (!status.ok()) return status;
-  phi += parallel_sum(system_.vertex_count(), [&](Index begin, Index end) {
-    double sum = 0.0;
-    for (Index v = begin; v < end; ++v) {
-      const Vector3 d = vertex_block(u, v);
-      sum +=
-          d.dot(0.5 * vertex_block(coefficient_, v).cwiseProduct(d) - vertex_block(remainder_, v));
-    }
-    return sum;
-  });
-  if (has_general_terms()) phi += term_energy();
-  viscous_.add_value(step_displacement(u), phi);
-  return status;
-}
-
-EvaluationStatus StepProblem::evaluate_elastic(const Vector& u) const {
-  if (elastic_.known && elastic_.u == u) return {};
-  const EvaluationStatus status = system_.elastic().value_and_gradient(
-      Positions(origin_, u), elastic_.energy, elastic_.gradient);
-  elastic_.known = status.ok();
-  if (status.ok()) elastic_.u = u;
-  return status;
-}
-
-EvaluationStatus StepProblem::elastic_energy(const Vector& u, double& energy) const {
-  if (!elastic_.known || elastic_.u != u) {
-    return system_.elastic().value(Positions(origin_, u), energy);
-  }
-  energy = elastic_.energy;
-  return {};
-}
-
-EvaluationStatus StepProblem::elastic_gradient(const Vector& u, const Vector*& gradient) const {
-  gradient = &elastic_.gradient;
-  return evaluate_elastic(u);
-}
-
-EvaluationStatus StepProblem::value_and_full_gradient(const Vector& u, double& phi,
-                                                      Vector& gradient) const {
-  if (const EvaluationStatus terms = move_terms(u); !terms.ok()) return terms;
-  const EvaluationStatus status = evaluate_elastic(u);
-  if (!status.ok()) return status;
-  phi = elastic_.energy;
-  gradient.resize(u.size());
-  phi += parallel_sum(system_.vertex_count(), [&](Index begin, Index end) {
-    double sum = 0.0;
-    for (Index v = begin; v < end; ++v) {
-      const Vector3 d = vertex_block(u, v);
-      const Vector3 stiff = vertex_block(coefficient_, v).cwiseProduct(d);
-      const Vector3 rest = vertex_block(remainder_, v);
-      sum += d.dot(0.5 * stiff - rest);
-      vertex_block(gradient, v) =
-          vertex_block(std::as_const(elastic_.gradient), v) + (stiff - rest);
-    }
-    return sum;
-  });
-  if (has_general_terms()) {
-    phi += term_energy();
-    add_term_gradient(gradient);
-  }
-  viscous_.add_value_and_gradient(step_displacement(u), phi, gradient);
-  return status;
-}
-
-MinimizationProblem::HessianParts StepProblem::hessian_parts(const Vector& u) const {
-  return {system_.elastic(), Positions(origin_, u), viscous_, step_displacement(u), coefficient_};
-}
-
-bool StepProblem::term_shares(const Vector& u, bool with_hessian, TermShares& shares) const {
-  if (!move_terms(u).ok()) return false;
-  shares.energy = term_energy();
-  shares.magnitude = 0.0;
-  for (const ForceTerm* term : potentials_) {
-    shares.magnitude += std::abs(term->energy(point(at_)));
-  }
-  shares.gradient.setZero(system_.dof_count());
-  add_term_gradient(shares.gradient);
-  if (!with_hessian) return true;
-  term_hessian(u, HessianForm::kExact, shares.hessian);
-  shares.pairs_of_element.clear();
-  for (const HessianBlocks::Pair& pair : shares.hessian.pairs()) {
-    const Index element = element_of(pair.row, pair.column);
-    if (element >= 0) shares.pairs_of_element[element].push_back(pair);
-  }
-  return true;
-}
-
-// An element that has both vertices, or −1.
-Index StepProblem::element_of(Index i, Index j) const {
-  if (element_of_edge_.empty()) {
-    for (Index e = 0; e < system_.rest().element_count(); ++e) {
-      const auto& nodes = system_.rest().nodes(e);
-      for (const Index a : nodes) {
-        for (const Index b : nodes) {
-          if (a < b) element_of_edge_.try_emplace({a, b}, e);
-        }
-      }
-    }
-  }
-  const auto found = element_of_edge_.find({std::min(i, j), std::max(i, j)});
-  return found == element_of_edge_.end() ? -1 : found->second;
-}
-
-bool StepProblem::element_terms(Index e, const Vector& u, const TermShares* terms,
-                                bool with_hessian, ElasticPotential::ElementTerms& result) const {
-  const Positions x(origin_, u);
-  if (!system_.elastic().element_terms(e, x, with_hessian, result)) return false;
-  viscous_.add_element_terms(e, x, with_hessian, result);
-  const double share = system_.mass_share(e);
-  if (terms != nullptr) {
-    result.energy += Shape::kNodes * share / system_.total_mass() * terms->energy;
-  }
-  const auto& nodes = system_.rest().nodes(e);
-  for (int a = 0; a < Shape::kNodes; ++a) {
-    const Index v = nodes[static_cast<std::size_t>(a)];
-    const double fraction = share / system_.mass()[v];
-    const Vector3 k = vertex_block(coefficient_, v);
-    const Vector3 d = vertex_block(u, v) - vertex_block(remainder_, v).cwiseQuotient(k);
-    const Vector3 force = fraction * k.cwiseProduct(d);
-    result.energy += 0.5 * force.dot(d);
-    result.gradient.col(a) += force;
-    if (with_hessian) result.hessian.diagonal().segment<3>(3 * a) += fraction * k;
-    if (terms == nullptr) continue;
-    result.gradient.col(a) += fraction * vertex_block(terms->gradient, v);
-    if (with_hessian) {
-      result.hessian.block<3, 3>(3 * a, 3 * a) += fraction * terms->hessian.diagonal(v);
-    }
-  }
-  if (terms == nullptr || !with_hessian) return true;
-  const auto pairs = terms->pairs_of_element.find(e);
-  if (pairs == terms->pairs_of_element.end()) return true;
-  const auto place = [&nodes](Index v) {
-    return 3 * (std::find(nodes.begin(), nodes.end(), v) - nodes.begin());
-  };
-  for (const HessianBlocks::Pair& pair : pairs->second) {
-    result.hessian.block<3, 3>(place(pair.row), place(pair.column)) += pair.block;
-    result.hessian.block<3, 3>(place(pair.column), place(pair.row)) += pair.block.transpose();
-  }
-  return true;
-}
-
-double StepProblem::square_value() const {
-  return 0.5 * remainder_.cwiseAbs2().cwiseQuotient(coefficient_).sum();
-}
-
-double StepProblem::round_off(const Vector& u) const {
-  // C V |∇N|²: what one metre of a node's displacement adds to the force, element by element.
-  double stiffness = 0.0;
-  double with_edges = 0.0;
-  const std::vector<MaterialModel>& materials = system_.elastic().materials();
-  for (std::size_t m = 0; m < materials.size(); ++m) {
-    const LameParameters lame = initial_lame(materials[m]);
-    const double modulus = std::abs(lame.lambda) + 2.0 * lame.mu + 2.0 * viscous_.factor();
-    const ElasticPotential::ShapeSums& sums = system_.elastic().shape_sums(m);
-    stiffness += modulus * modulus * sums.squared;
-    with_edges += modulus * modulus * sums.with_edges;
-  }
-  return 0.5 * std::numeric_limits<double>::epsilon() *
-         (coefficient_.cwiseProduct(u).norm() + load_norm_ +
-          std::sqrt(stiffness) * u.cwiseAbs().maxCoeff() + std::sqrt(with_edges));
 }
 
 double StepProblem::buckling_ratio(const Vector& u) const {

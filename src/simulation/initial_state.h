@@ -10,6 +10,11 @@ namespace tetraction {
 State make_initial_state(const Scene& scene, MechanicalSystem& system,
                          BodyConstraints& constraints);
 
+/// Sets the scene's constraints in the system for an equilibrium, at which the body is not yet, and
+/// stores them. Throws InputError if they contradict each other.
+void set_constraints_of_equilibrium(const Scene& scene, MechanicalSystem& system,
+                                    BodyConstraints& constraints);
+
 /// Sets these constraints in the system and moves `position` so that it satisfies them. Returns the
 /// constraints that the system had before. If the new ones contradict each other or an element
 /// would be inverted, InputError is thrown, and system and position stay as they were.

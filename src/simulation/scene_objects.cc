@@ -14,6 +14,7 @@
 #include "tetraction/core/error.h"
 #include "tetraction/dynamics/multipliers.h"
 #include "tetraction/mesh/generate.h"
+#include "tetraction/simulation/equilibrium.h"
 #include "tetraction/simulation/setting_keys.h"
 #include "tetraction/solver/ceres_minimizer.h"
 #include "tetraction/solver/newton_minimizer.h"
@@ -155,15 +156,33 @@ void require_defined_terms(const MechanicalSystem& system, const Vector& positio
       what, system.mesh().vertex_id(vertex), term->name()));
 }
 
-Constraints constrain(MechanicalSystem& system, const BodyConstraints& constraints, double time,
-                      Vector& position) {
+namespace {
+
+// Makes the constraints and moves `position` so that it satisfies them. Throws InputError.
+Constraints make_constraints(const MechanicalSystem& system, const BodyConstraints& constraints,
+                             double time, Vector& position) {
   Constraints next(constraints.list(), system.mesh(), system.mass());
-  Vector moved = position;
-  if (const std::string failed = project_positions(next, time, moved); !failed.empty()) {
+  if (const std::string failed = project_positions(next, time, position); !failed.empty()) {
     throw InputError(failed +
                      ": cannot be met together with the other constraints on its vertices. Change "
                      "the length, or leave one of them out.");
   }
+  return next;
+}
+
+}  // namespace
+
+void set_constraints_of_equilibrium(const Scene& scene, MechanicalSystem& system,
+                                    BodyConstraints& constraints) {
+  Vector position = initial_positions(scene, system);
+  constraints = make_body_constraints(scene, system, position);
+  system.set_constraints(make_constraints(system, constraints, 0.0, position));
+}
+
+Constraints constrain(MechanicalSystem& system, const BodyConstraints& constraints, double time,
+                      Vector& position) {
+  Vector moved = position;
+  Constraints next = make_constraints(system, constraints, time, moved);
   if (const EvaluationStatus status = system.elastic().admissible(moved); !status.ok()) {
     throw InputError(fmt::format(
         "Moving the vertices to where the constraints hold them inverts element {}: bring the "
@@ -177,6 +196,43 @@ Constraints constrain(MechanicalSystem& system, const BodyConstraints& constrain
   return system.set_constraints(std::move(next));
 }
 
+namespace {
+
+// The positions of the equilibrium under the loads at t = 0.
+Vector static_positions(const Scene& scene, const MechanicalSystem& system) {
+  Equilibrium equilibrium = find_equilibrium(system, scene.solver, 0.0);
+  if (!equilibrium.found) {
+    throw InputError(
+        "initial.static = true: there is no equilibrium to start from: " + equilibrium.message +
+        ". Make the loads smaller, or let tetraction static show how far they go.");
+  }
+  return std::move(equilibrium.position);
+}
+
+void set_initial_velocity(const Scene& scene, const MechanicalSystem& system, State& state) {
+  const InitialSettings& initial = scene.initial;
+  const Vector3 center = system.center_of_mass(state.position);
+  Vector velocity(system.dof_count());
+  for (Index v = 0; v < system.vertex_count(); ++v) {
+    const Vector3 arm = vertex_block(std::as_const(state.position), v) - center;
+    vertex_block(velocity, v) = initial.velocity + initial.angular_velocity.cross(arm);
+  }
+  if (!initial.velocity_field.empty()) {
+    velocity += initial_field(system.mesh(), initial.velocity_field, kInitialVelocity);
+  }
+  if (!initial.velocity_array.empty()) {
+    velocity += point_array(system.mesh(), initial.velocity_array, "velocity_array");
+  }
+  for (const MomentumSettings& momentum : initial.momentum) {
+    for (const Index v : select_at(system.mesh(), momentum.select, momentum.where)) {
+      vertex_block(velocity, v) = momentum.value / system.mass()[v];
+    }
+  }
+  system.set_velocity(state, velocity);
+}
+
+}  // namespace
+
 State make_initial_state(const Scene& scene, MechanicalSystem& system) {
   BodyConstraints constraints;
   return make_initial_state(scene, system, constraints);
@@ -187,6 +243,12 @@ State make_initial_state(const Scene& scene, MechanicalSystem& system,
   const TetMesh& mesh = system.mesh();
   const InitialSettings& initial = scene.initial;
   State state = system.rest_state();
+  if (initial.is_static) {
+    set_constraints_of_equilibrium(scene, system, constraints);
+    state.position = static_positions(scene, system);
+    set_initial_velocity(scene, system, state);
+    return state;
+  }
   state.position = initial_positions(scene, system);
   if (const EvaluationStatus status = system.elastic().admissible(state.position); !status.ok()) {
     throw InputError(fmt::format(
@@ -197,25 +259,7 @@ State make_initial_state(const Scene& scene, MechanicalSystem& system,
   require_defined_terms(system, state.position, 0.0, "The initial state");
   constraints = make_body_constraints(scene, system, state.position);
   constrain(system, constraints, state.time, state.position);
-
-  const Vector3 center = system.center_of_mass(state.position);
-  Vector velocity(system.dof_count());
-  for (Index v = 0; v < system.vertex_count(); ++v) {
-    const Vector3 arm = vertex_block(std::as_const(state.position), v) - center;
-    vertex_block(velocity, v) = initial.velocity + initial.angular_velocity.cross(arm);
-  }
-  if (!initial.velocity_field.empty()) {
-    velocity += initial_field(mesh, initial.velocity_field, kInitialVelocity);
-  }
-  if (!initial.velocity_array.empty()) {
-    velocity += point_array(mesh, initial.velocity_array, "velocity_array");
-  }
-  for (const MomentumSettings& momentum : initial.momentum) {
-    for (const Index v : select_at(mesh, momentum.select, momentum.where)) {
-      vertex_block(velocity, v) = momentum.value / system.mass()[v];
-    }
-  }
-  system.set_velocity(state, velocity);
+  set_initial_velocity(scene, system, state);
   return state;
 }
 
@@ -284,8 +328,6 @@ std::vector<Index> check_shift(const ShiftSettings& shift, const TetMesh& mesh) 
   return vertices;
 }
 
-namespace {
-
 std::unique_ptr<Minimizer> make_minimizer(const SolverSettings& solver,
                                           const MechanicalSystem& system) {
   check_settings(solver);
@@ -298,8 +340,6 @@ std::unique_ptr<Minimizer> make_minimizer(const SolverSettings& solver,
   }
   return make_ceres_minimizer(system, {solver.tolerance, solver.max_iterations});
 }
-
-}  // namespace
 
 std::unique_ptr<Stepper> make_stepper(Integrator integrator, const SolverSettings& solver,
                                       const MechanicalSystem& system) {

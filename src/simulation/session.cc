@@ -99,7 +99,7 @@ void Session::Impl::keep_state() {
   good.plan = progress.plan;
 }
 
-Session::Session(Scene scene, TetMesh mesh) : impl_(std::make_unique<Impl>()) {
+Session::Session(Scene scene, TetMesh mesh, Analysis analysis) : impl_(std::make_unique<Impl>()) {
   Impl& s = *impl_;
   s.scene = std::move(scene);
   s.settings.time = s.scene.time;
@@ -114,6 +114,11 @@ Session::Session(Scene scene, TetMesh mesh) : impl_(std::make_unique<Impl>()) {
   {
     const PhaseTimer timer(s.times.setup);
     s.system = make_system(s.scene, std::move(mesh));
+    s.probes = std::make_unique<ProbeSet>(s.scene.probe, *s.system);
+    if (analysis == Analysis::kEquilibrium) {
+      s.begin_equilibrium();
+      return;
+    }
     s.states.set(make_initial_state(s.scene, *s.system, s.settings.constraints));
     s.stepper = make_stepper(s.settings.time.integrator, s.settings.solver, *s.system);
     s.balance = std::make_unique<Balance>(*s.system, s.state());
@@ -132,11 +137,7 @@ Session::Session(Scene scene, TetMesh mesh) : impl_(std::make_unique<Impl>()) {
   s.system->applied_force(s.state().position, s.state().time, s.progress.plan.time_step,
                           s.progress.external_force);
   s.count_inverted(nullptr);
-  for (const auto& warning_of : {locking_warning, instability_warning}) {
-    if (std::string warning = warning_of(*s.system); !warning.empty()) {
-      s.progress.warnings.push_back(std::move(warning));
-    }
-  }
+  s.warn_of_materials();
   if (std::string warning = s.step_warning(s.initial_limit); !warning.empty()) {
     s.progress.warnings.push_back(std::move(warning));
   }
@@ -165,6 +166,7 @@ bool Session::step() {
 }
 
 bool Session::Impl::step() {
+  if (loading) return load_step();
   if (!apply_events() || !follow_limit()) return false;
   const StepOutcome outcome = advance();
   switch (outcome.status) {
@@ -249,6 +251,7 @@ void Session::keep_good_states() {
 
 void Session::go_back() {
   Impl& s = *impl_;
+  if (s.loading) return;
   if (s.progress.status != RunStatus::kUnstable && s.progress.status != RunStatus::kNotConverged)
     return;
   if (s.keeps_good_states && !(s.relative_energy_error() <= kGood)) {
@@ -266,7 +269,7 @@ void Session::go_back() {
 RunStatus Session::run(const std::vector<Observer*>& observers) {
   Impl& s = *impl_;
   const auto tell = [&](const auto& call) {
-    const PhaseTimer timer(s.times.output);
+    const Impl::ObserverTimer timer(s);
     for (Observer* observer : observers) call(*observer);
   };
   tell([&](Observer& o) { o.on_start(*this); });
@@ -275,7 +278,7 @@ RunStatus Session::run(const std::vector<Observer*>& observers) {
       return step();
     } catch (...) {
       s.fail_with_exception();
-      const PhaseTimer timer(s.times.output);
+      const Impl::ObserverTimer timer(s);
       for (Observer* observer : observers) {
         try {
           observer->on_finish(*this);

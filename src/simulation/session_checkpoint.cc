@@ -122,6 +122,7 @@ void Session::Impl::require_own(const Checkpoint& checkpoint) {
 
 Checkpoint Session::checkpoint() {
   Impl& s = *impl_;
+  s.require_motion("checkpoints");
   s.renew_stepper();
   return {s.identity(),
           s.settings,
@@ -134,6 +135,7 @@ Checkpoint Session::checkpoint() {
 
 void Session::restore(const Checkpoint& checkpoint) {
   Impl& s = *impl_;
+  s.require_motion("checkpoints");
   s.require_own(checkpoint);
   // Copies, so that nothing can fail any more once the session changes. The system is changed in
   // place and put back if something fails.

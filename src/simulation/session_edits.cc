@@ -205,6 +205,7 @@ struct Editor {
 }  // namespace
 
 void Session::apply(const Edit& edit, const std::string& what) {
+  impl_->require_motion("edits");
   impl_->apply(edit, impl_->state().time, what);
 }
 

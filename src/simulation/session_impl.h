@@ -13,7 +13,9 @@
 #include "automatic_step.h"
 #include "body_constraints.h"
 #include "initial_state.h"
+#include "load_stepping.h"
 #include "state_buffers.h"
+#include "tetraction/simulation/probe.h"
 #include "tetraction/simulation/session.h"
 
 namespace tetraction {
@@ -48,6 +50,8 @@ struct Session::Impl {
   GoodState good;
 
   PhaseTimes times;
+  // The beginning of the calls of observers that are being made.
+  std::optional<PhaseTimer::Clock::time_point> observed_since;
   std::unique_ptr<MechanicalSystem> system;
   std::unique_ptr<Stepper> stepper;
   std::unique_ptr<Balance> balance;
@@ -55,8 +59,35 @@ struct Session::Impl {
   StabilityLimit initial_limit;
   std::optional<BodyIdentity> body;  // made when the first checkpoint needs it
 
+  // Of an equilibrium; null for a motion. The stepper of load steps is `stepper`.
+  std::unique_ptr<LoadStepping> loading;
+  const StaticProblem* equilibrium_problem = nullptr;
+
   std::unique_ptr<StabilityTracker> tracker;            // made when "auto" first needs it
   std::unique_ptr<InversionCounter> inversion_counter;  // null if no material allows it
+  std::unique_ptr<const ProbeSet> probes;
+
+  /// Measures the time of observers. They can ask for it meanwhile.
+  class ObserverTimer {
+   public:
+    explicit ObserverTimer(Impl& session) : session_(session) {
+      session_.observed_since = PhaseTimer::Clock::now();
+    }
+    ~ObserverTimer() {
+      session_.times.output += session_.observed_seconds();
+      session_.observed_since.reset();
+    }
+    ObserverTimer(const ObserverTimer&) = delete;
+    ObserverTimer& operator=(const ObserverTimer&) = delete;
+
+   private:
+    Impl& session_;
+  };
+  /// Time since the observers are being called, s; 0 if they are not.
+  double observed_seconds() const {
+    if (!observed_since) return 0.0;
+    return std::chrono::duration<double>(PhaseTimer::Clock::now() - *observed_since).count();
+  }
 
   /// The present state.
   const State& state() const { return states.present(); }
@@ -94,6 +125,15 @@ struct Session::Impl {
   /// Makes the events that are due, and one step with all that belongs to it. Returns false when the
   /// run is over.
   bool step();
+  /// Sets up an equilibrium.
+  void begin_equilibrium();
+  void enter_equilibrium(const State& at);
+  /// One load step. Returns false if there is none.
+  bool load_step();
+  /// Throws InputError if the session computes an equilibrium, which has none of `what`.
+  void require_motion(const char* what) const;
+  /// Enters what the solver did in a step.
+  void count(const MinimizerReport& report);
   /// Ends a run whose step ended with the exception that is being handled.
   void fail_with_exception();
   /// Makes a stepper that remembers nothing of earlier steps.
@@ -107,6 +147,8 @@ struct Session::Impl {
   void warn_at_the_end();
   /// A warning about a step above the limit, or an empty text.
   std::string step_warning(const StabilityLimit& limit) const;
+  /// Adds warnings about nearly incompressible and unstable materials.
+  void warn_of_materials();
   /// Adds a warning about a slow BLAS if the steps are implicit at the start or after an event.
   void warn_of_blas();
   /// Adds warnings about events that are too early or too late.

@@ -3,6 +3,12 @@
 
 namespace tetraction {
 
+Analysis Session::analysis() const {
+  return impl_->loading ? Analysis::kEquilibrium : Analysis::kMotion;
+}
+const LoadPath* Session::load_path() const {
+  return impl_->loading ? &impl_->loading->path() : nullptr;
+}
 const Scene& Session::scene() const {
   return impl_->scene;
 }
@@ -78,9 +84,11 @@ std::size_t Session::fix_count() const {
 }
 PresentFix Session::fix(std::size_t i) const {
   const PrescribedVertices& held = impl_->settings.constraints.fixes.at(i);
+  // In an equilibrium the targets are those at the full loads.
+  const double time = impl_->loading ? 0.0 : impl_->state().time;
   PresentFix fix{impl_->settings.constraints.fix_settings.at(i), held.vertices, held.start};
   for (Index v = 0; v < fix.targets.cols(); ++v) {
-    fix.targets.col(v) = held.motion.position(held.start.col(v), impl_->state().time);
+    fix.targets.col(v) = held.motion.position(held.start.col(v), time);
   }
   return fix;
 }
@@ -103,6 +111,7 @@ Vector Session::external_force() const {
 }
 Vector Session::next_external_force() const {
   Vector force;
+  if (impl_->loading) return external_force();
   impl_->system->applied_force(impl_->state().position, impl_->state().time,
                                impl_->progress.plan.time_step, force);
   if (force.size() == 0) force.setZero(impl_->system->dof_count());
@@ -137,12 +146,30 @@ const std::string& Session::linear_solver() const {
 const std::string& Session::solver_message() const {
   return impl_->progress.last_report.message;
 }
-const PhaseTimes& Session::times() const {
-  return impl_->times;
+PhaseTimes Session::times() const {
+  PhaseTimes times = impl_->times;
+  times.output += impl_->observed_seconds();
+  return times;
+}
+void Session::add_mesh_time(double seconds) {
+  impl_->times.mesh += seconds;
+}
+const ProbeSet& Session::probes() const {
+  return *impl_->probes;
+}
+const State& Session::present_state() const {
+  return impl_->state();
+}
+const Vector& Session::present_external_force() const {
+  return impl_->progress.external_force;
 }
 
 double Session::constraint_error() const {
-  return impl_->system->constraints().error(impl_->state().position, impl_->state().time);
+  const State& state = impl_->state();
+  if (impl_->loading) {
+    return impl_->equilibrium_problem->constraint_error(state.time, state.position);
+  }
+  return impl_->system->constraints().error(state.position, state.time);
 }
 
 }  // namespace tetraction

@@ -157,6 +157,14 @@ bool Session::Impl::follow_limit() {
   return true;
 }
 
+void Session::Impl::count(const MinimizerReport& report) {
+  progress.last_report = report;
+  progress.total_iterations += report.iterations;
+  progress.total_factorizations += report.factorizations;
+  progress.total_cg_iterations += report.cg_iterations;
+  if (!report.linear.empty()) progress.linear_solver = report.linear;
+}
+
 Session::Impl::Attempt Session::Impl::attempt(double most_energy_share) {
   const double h = progress.plan.time_step;
   const Index number = state().step - progress.plan.segment_step + 1;
@@ -170,11 +178,7 @@ Session::Impl::Attempt Session::Impl::attempt(double most_energy_share) {
   }
   system->applied_force(state().position, state().time, length, progress.external_force);
   StepOutcome outcome = stepper->advance(state(), states.other(), length, end_time);
-  progress.last_report = outcome.minimizer;
-  progress.total_iterations += outcome.minimizer.iterations;
-  progress.total_factorizations += outcome.minimizer.factorizations;
-  progress.total_cg_iterations += outcome.minimizer.cg_iterations;
-  if (!outcome.minimizer.linear.empty()) progress.linear_solver = outcome.minimizer.linear;
+  count(outcome.minimizer);
   if (!outcome.ok()) return {std::move(outcome)};
   double energy_share = 0.0;
   if (is_automatic()) {

@@ -138,6 +138,14 @@ void Session::Impl::warn_at_the_end() {
       100.0 * drift, progress.plan.time_step, frequency));
 }
 
+void Session::Impl::warn_of_materials() {
+  for (const auto& warning_of : {locking_warning, instability_warning}) {
+    if (std::string warning = warning_of(*system); !warning.empty()) {
+      progress.warnings.push_back(std::move(warning));
+    }
+  }
+}
+
 std::string Session::Impl::limit_advice() const {
   const double step = progress.plan.time_step;
   double limit = initial_limit.critical_step;

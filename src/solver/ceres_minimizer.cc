@@ -233,6 +233,7 @@ class CeresMinimizer : public Minimizer {
     if (!way.found()) return false;
     ++report.factorizations;
     if (!follow(problem, way, at_)) return false;
+    report.met_negative_curvature = true;
     ++report.iterations;
     judge(report);
     if (report.iterations < options_.max_iterations) return true;

@@ -45,6 +45,7 @@ class NewtonMinimizer : public Minimizer {
           !leave(problem, report)) {
         break;
       }
+      report.met_negative_curvature = true;
       ++report.iterations;
     }
     x = at_.u;
@@ -54,6 +55,7 @@ class NewtonMinimizer : public Minimizer {
         (options_.linear == LinearSolver::kCg || options_.linear == LinearSolver::kMatrixFree)) {
       report.message += "; solver.linear = \"auto\" or \"factor\" gives better directions";
     }
+    report.met_negative_curvature |= met_curvature_;
     if (report.converged()) linear_.end_step(report.iterations);
     return report;
   }
@@ -122,6 +124,7 @@ class NewtonMinimizer : public Minimizer {
     constexpr double kGrowth = 1.2;
     constexpr double kMemory = 0.97;
     const double ratio = problem.buckling_ratio(at_.u);
+    if (std::isinf(ratio)) return true;
     definite_ratio_ *= kMemory;
     if (ratio <= 1.0 || ratio <= kGrowth * definite_ratio_) return false;
     definite_ratio_ = ratio;

@@ -820,6 +820,68 @@ TEST_F(SceneReader, ForcesEndAfterTheyBegin) {
   expect_refused_lines(force + "until = 0\n", "scene.toml:10:1: force.0.until", {"from 0 s"});
 }
 
+TEST_F(SceneReader, ReadsProbesAndTheKeysOfOutput) {
+  const Scene scene = read(std::string(kSmall) + R"(
+[output]
+history_every = 5
+fields = ["default", "pressure"]
+precision = "float32"
+compression = "none"
+[[probe]]
+name = "tip_1"
+select = { plane = { axis = "x", at = 4.0 } }
+quantity = "reaction"
+every = 3
+[[probe]]
+name = "middle"
+point = [2.0, 0.5, 0.5]
+quantity = "cauchy_stress"
+)");
+  EXPECT_EQ(scene.output.history_every, 5);
+  EXPECT_EQ(scene.output.fields, (std::vector<std::string>{"default", "pressure"}));
+  EXPECT_EQ(scene.output.precision, FramePrecision::kFloat32);
+  EXPECT_EQ(scene.output.compression, FrameCompression::kNone);
+  ASSERT_EQ(scene.probe.size(), 2U);
+  EXPECT_EQ(scene.probe[0].name, "tip_1");
+  EXPECT_EQ(std::get<SelectPlane>(scene.probe[0].select).at, 4.0);
+  EXPECT_FALSE(scene.probe[0].point.has_value());
+  EXPECT_EQ(scene.probe[0].quantity, ProbeQuantity::kReaction);
+  EXPECT_EQ(scene.probe[0].every, 3);
+  EXPECT_EQ(*scene.probe[1].point, Vector3(2.0, 0.5, 0.5));
+  EXPECT_EQ(scene.probe[1].quantity, ProbeQuantity::kCauchyStress);
+  EXPECT_EQ(scene.probe[1].every, 1);
+  EXPECT_NE(scene.echo.find("\"middle\""), std::string::npos);
+}
+
+TEST_F(SceneReader, ProbesAndTheKeysOfOutputAreChecked) {
+  const std::string tip = "[[probe]]\nname = \"tip\"\n";
+  const std::string all = "select = { all = true }\n";
+  expect_refused_lines(tip + "quantity = \"velocity\"\n", "scene.toml:7:1: probe.0.select",
+                       {"point = [x, y, z]"});
+  expect_refused_lines(tip + all + "point = [0, 0, 0]\nquantity = \"velocity\"\n",
+                       "scene.toml:10:1: probe.0.point is one key too many");
+  expect_refused_lines(tip + all + "quantity = \"velocty\"\n",
+                       "scene.toml:10:1: probe.0.quantity = \"velocty\"",
+                       {"did you mean velocity?"});
+  expect_refused_lines(tip + all, "scene.toml:7:1: probe.0.quantity is missing");
+  expect_refused_lines("[[probe]]\nquantity = \"force\"\n" + all,
+                       "scene.toml:7:1: probe.0.name is missing");
+  expect_refused_lines("[[probe]]\nname = \"a b\"\nquantity = \"force\"\n" + all,
+                       "scene.toml:8:1: probe.0.name = \"a b\"", {"letters"});
+  expect_refused_lines(tip + "point = [0, 0, 0]\nquantity = \"force\"\n",
+                       "scene.toml:10:1: probe.0.quantity = \"force\" is a sum");
+  expect_refused_lines(tip + all + "quantity = \"force\"\nevery = 0\n",
+                       "scene.toml:11:1: probe.0.every");
+  expect_refused_lines("[output]\nfields = [\"displacment\"]\n",
+                       "scene.toml:8:1: output.fields has \"displacment\"",
+                       {"did you mean \"displacement\"?", "von_mises_nodal"});
+  expect_refused_lines("[output]\ncompression = \"gzip\"\n", "scene.toml:8:1: output.compression",
+                       {"lz4, zlib or none"});
+  expect_refused_lines("[output]\nprecision = \"double\"\n", "scene.toml:8:1: output.precision",
+                       {"float32 or float64"});
+  expect_refused_lines("[output]\nhistory_every = 0\n", "scene.toml:8:1: output.history_every");
+}
+
 TEST_F(SceneReader, SyntaxErrorsHaveALineAndAColumn) {
   expect_refusal("[mesh]\nfile = = 3\n", "scene.toml:2:8: not valid TOML: ");
   expect_refusal("[mesh\n", "scene.toml:1:6: not valid TOML: ");

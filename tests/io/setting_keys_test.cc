@@ -47,6 +47,7 @@ TETRACTION_PLACE(InitialSettings, initial, "initial");
 TETRACTION_PLACE(MomentumSettings, initial.momentum.at(0), "initial.momentum.0");
 TETRACTION_PLACE(Selection, force.at(0).select, "force.0.select");
 TETRACTION_PLACE(OutputSettings, output, "output");
+TETRACTION_PLACE(ProbeSettings, probe.at(0), "probe.0");
 #undef TETRACTION_PLACE
 
 template <>
@@ -172,6 +173,12 @@ std::vector<ShiftSettings> bases() {
   return {shift};
 }
 template <>
+std::vector<ProbeSettings> bases() {
+  ProbeSettings probe;
+  probe.name = "tip";
+  return {probe};
+}
+template <>
 std::vector<SelectBox> bases() {
   return {SelectBox{Vector3::Zero(), Vector3::Ones()}};
 }
@@ -221,6 +228,9 @@ struct Change {
   void operator()(std::vector<std::int64_t> S::*member) const { settings.*member = {5, 8}; }
   void operator()(std::vector<Vector3> S::*member) const {
     settings.*member = {vector(), -vector()};
+  }
+  void operator()(std::vector<std::string> S::*member) const {
+    settings.*member = {"pressure", "displacement"};
   }
   void operator()(const Choice<S>& choice) const {
     const bool is_first = choice.get(settings) == choice.names.front();
@@ -310,6 +320,8 @@ class SettingKeys : public testing::Test {
     scene.constraint.resize(1);
     scene.force.resize(1);
     scene.initial.momentum.resize(1);
+    scene.probe.resize(1);
+    scene.probe[0].name = "tip";
     Place<S>::put(scene, settings);
     return scene;
   }

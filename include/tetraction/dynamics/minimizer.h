@@ -32,6 +32,9 @@ struct MinimizerReport {
   double residual_limit = 0.0;  ///< the limit for it, N (NonlinearProblem::residual_limit())
   double asked_limit = 0.0;     ///< the limit of the tolerance alone: tolerance × force scale, N
   std::string message;          ///< one line, for the user
+  /// Whether a direction of negative curvature was found on the way: the Hessian was not positive
+  /// definite everywhere.
+  bool met_negative_curvature = false;
 
   bool converged() const { return termination == Termination::kConverged; }
   /// Whether the step is as exact as double precision allows, but less exact than the tolerance

@@ -69,7 +69,7 @@ class MinimizationProblem : public NonlinearProblem {
     Positions positions;              ///< x
     const ViscousPotential& viscous;  ///< evaluated at the displacement of the step
     const Vector& step_displacement;  ///< 3 per vertex, m
-    const Vector& diagonal;           ///< 3 per vertex, N/m; positive
+    const Vector& diagonal;           ///< 3 per vertex, N/m; not negative
   };
   virtual HessianParts hessian_parts(const Vector& u) const = 0;
   /// Whether term_hessian() may be different from zero.
@@ -102,7 +102,8 @@ class MinimizationProblem : public NonlinearProblem {
   virtual double square_value() const = 0;
 
   /// An estimate of how far ∇²Φ(u) is from a saddle. If it is at most 1, the compressive stresses
-  /// are too small to make a part of the body buckle, and ∇²Φ is expected to be positive definite.
+  /// are too small to make a part of the body buckle, and ∇²Φ is expected to be positive definite. If
+  /// it is infinite, the solver always examines ∇²Φ at the end.
   virtual double buckling_ratio(const Vector& u) const = 0;
 };
 

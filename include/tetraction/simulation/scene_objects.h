@@ -34,6 +34,10 @@ State make_initial_state(const Scene& scene, MechanicalSystem& system);
 /// selections that select nothing and for constraints with impossible values.
 void check_events(const Scene& scene, const MechanicalSystem& system);
 
+/// Makes the solver of the settings. Throws InputError for an unknown one.
+std::unique_ptr<Minimizer> make_minimizer(const SolverSettings& solver,
+                                          const MechanicalSystem& system);
+
 /// Makes the stepper of an integrator with its solver. Throws InputError for an unknown solver.
 std::unique_ptr<Stepper> make_stepper(Integrator integrator, const SolverSettings& solver,
                                       const MechanicalSystem& system);

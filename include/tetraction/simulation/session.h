@@ -12,13 +12,16 @@
 
 namespace tetraction {
 
+class ProbeSet;
+
 /// Wall-clock seconds of a run by phase.
 struct PhaseTimes {
+  double mesh = 0.0;       ///< reading or generating the mesh, see Session::add_mesh_time()
   double setup = 0.0;      ///< rest state, sparsity, solver, initial state
   double stability = 0.0;  ///< estimates of the stable step
   double stepping = 0.0;   ///< time steps with their balance
   double output = 0.0;     ///< observers
-  double total() const { return setup + stability + stepping + output; }
+  double total() const { return mesh + setup + stability + stepping + output; }
 };
 
 /// The present form of a [[fix]].
@@ -29,6 +32,13 @@ struct PresentFix {
 };
 
 class Session;
+struct LoadPath;
+
+/// What a session computes.
+enum class Analysis {
+  kMotion,      ///< the motion of the body
+  kEquilibrium  ///< its equilibrium, as the load factor grows from 0 to 1 (simulation/equilibrium.h)
+};
 
 /// An observer of a run. All calls come from the thread that runs it.
 class Observer {
@@ -61,7 +71,12 @@ class Session {
   /// Sets the run up and estimates the stable step. The session keeps a copy of the mesh, or with
   /// std::move() the caller's own arrays. The arrays behind a view_mesh() must live longer than the
   /// session. Throws InputError for errors in the scene or the mesh.
-  Session(Scene scene, TetMesh mesh);
+  ///
+  /// An equilibrium begins with the body at rest without loads. Its steps are load steps, and its
+  /// time is the load factor, which ends at 1. Loads, potentials and targets are those at t = 0. It
+  /// has neither events, edits nor checkpoints. InputError is also thrown if a rigid motion of the
+  /// body is free.
+  Session(Scene scene, TetMesh mesh, Analysis analysis = Analysis::kMotion);
   ~Session();
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
@@ -111,6 +126,9 @@ class Session {
   /// settings of the checkpoint then replace those of the scene.
   void restore(const Checkpoint& checkpoint);
 
+  Analysis analysis() const;
+  /// What the load steps found so far; null unless the session computes an equilibrium.
+  const LoadPath* load_path() const;
   /// The scene as it was at the start.
   const Scene& scene() const;
   /// The present integrator, step and end.
@@ -192,7 +210,17 @@ class Session {
   const std::string& linear_solver() const;
   /// Why the last implicit step's minimisation stopped.
   const std::string& solver_message() const;
-  const PhaseTimes& times() const;
+  /// The times up to now, those of an observer that is being called included.
+  PhaseTimes times() const;
+  /// Adds the time, s, that the mesh took before the session was made, to times().mesh.
+  void add_mesh_time(double seconds);
+
+  /// The scene's probes. They are evaluated when an observer, or another user, asks for them.
+  const ProbeSet& probes() const;
+  /// The present state where it is, without a copy. Its address changes with each step.
+  const State& present_state() const;
+  /// external_force() without a copy. It is empty if there are no user forces.
+  const Vector& present_external_force() const;
 
  private:
   struct Impl;

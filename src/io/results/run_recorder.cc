@@ -8,12 +8,16 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <utility>
 
+#include "frame_fields.h"
+#include "probe_file.h"
 #include "tetraction/core/error.h"
 #include "tetraction/dynamics/derived_fields.h"
 #include "tetraction/io/frame_writer.h"
 #include "tetraction/io/text_file.h"
+#include "tetraction/simulation/equilibrium.h"
 
 namespace tetraction {
 namespace {
@@ -22,10 +26,15 @@ namespace {
 // tension of a distance, or the resultant of its forces and their moment about the centre of its
 // vertices; energies by region where there are several; the energies of a program's own force terms.
 std::string history_header(const Session& session) {
+  // An equilibrium has no motion, and what entered depends on the way of loading.
   std::string header =
-      "step,time,kinetic_energy,elastic_energy,environment_energy,total_energy,external_work,"
-      "dissipated_energy,constraint_work,edit_work,energy_error,px,py,pz,lx,ly,lz,"
-      "max_constraint_error,iterations,reaction_x,reaction_y,reaction_z,time_step";
+      session.load_path() != nullptr
+          ? "step,time,elastic_energy,environment_energy,total_energy,max_constraint_error,"
+            "iterations,"
+            "reaction_x,reaction_y,reaction_z,time_step,max_displacement,residual"
+          : "step,time,kinetic_energy,elastic_energy,environment_energy,total_energy,external_work,"
+            "dissipated_energy,constraint_work,edit_work,energy_error,px,py,pz,lx,ly,lz,"
+            "max_constraint_error,iterations,reaction_x,reaction_y,reaction_z,time_step";
   if (session.may_invert()) header += ",inverted_elements";
   for (std::size_t i = 0; i < session.scene().constraint.size(); ++i) {
     if (session.scene().constraint[i].kind == ConstraintKind::kDistance) {
@@ -37,7 +46,8 @@ std::string history_header(const Session& session) {
   }
   for (Index r = 0; r < session.system().region_count() && session.system().region_count() > 1;
        ++r) {
-    header += fmt::format(",kinetic_energy_{0},elastic_energy_{0}", r);
+    if (session.load_path() == nullptr) header += fmt::format(",kinetic_energy_{0}", r);
+    header += fmt::format(",elastic_energy_{0}", r);
   }
   const Energies& energies = session.balance().energies();
   for (std::size_t i = 0; i < energies.extra_count(); ++i) {
@@ -49,8 +59,7 @@ std::string history_header(const Session& session) {
 std::vector<double> constraint_columns(const Session& session) {
   const Vector& reaction = session.reaction_force();
   std::vector<double> values;
-  Vector3 total = Vector3::Zero();
-  for (Index v = 0; v < session.system().vertex_count(); ++v) total += vertex_block(reaction, v);
+  const Vector3 total = resultant(reaction);
   values.insert(values.end(), total.data(), total.data() + 3);
   for (std::size_t i = 0; i < session.scene().constraint.size(); ++i) {
     if (session.scene().constraint[i].kind == ConstraintKind::kDistance) {
@@ -84,64 +93,55 @@ std::string history_row(const Session& session, bool counts_inverted) {
   const Momenta& m = balance.momenta();
   const auto g = [](double value) { return fmt::format("{:.17g}", value); };
   std::string row = fmt::format("{},{}", session.step_number(), g(session.time()));
-  for (const double value :
-       {e.kinetic(), e.elastic(), e.environment(), e.total(), balance.external_work(),
-        balance.dissipated_energy(), balance.constraint_work(), balance.edit_work(),
-        balance.energy_error(), m.linear.x(), m.linear.y(), m.linear.z(), m.angular.x(),
-        m.angular.y(), m.angular.z(), session.constraint_error()}) {
-    row += ',' + g(value);
+  const LoadPath* path = session.load_path();
+  if (path != nullptr) {
+    for (const double value : {e.elastic(), e.environment(), e.total()}) row += ',' + g(value);
+  } else {
+    for (const double value :
+         {e.kinetic(), e.elastic(), e.environment(), e.total(), balance.external_work(),
+          balance.dissipated_energy(), balance.constraint_work(), balance.edit_work(),
+          balance.energy_error(), m.linear.x(), m.linear.y(), m.linear.z(), m.angular.x(),
+          m.angular.y(), m.angular.z()}) {
+      row += ',' + g(value);
+    }
   }
+  row += ',' + g(session.constraint_error());
   row += fmt::format(",{}", session.last_iterations());
   const std::vector<double> constraints = constraint_columns(session);
   for (std::size_t i = 0; i < 3; ++i) row += ',' + g(constraints[i]);
   row += ',' + g(session.steps().last);
+  if (path != nullptr) {
+    row += ',' + g(largest_displacement(session.system(), session.state().position).length);
+    row += ',' + g(path->residual);
+  }
   if (counts_inverted) row += fmt::format(",{}", session.inverted_elements().now);
   for (std::size_t i = 3; i < constraints.size(); ++i) row += ',' + g(constraints[i]);
   if (session.system().region_count() > 1) {
     const State& state = session.state();
     const Vector kinetic = session.system().kinetic_energies_by_region(state.momentum);
     const Vector elastic = session.system().elastic().energies_by_material(state.position);
-    for (Index r = 0; r < kinetic.size(); ++r) row += ',' + g(kinetic[r]) + ',' + g(elastic[r]);
+    for (Index r = 0; r < kinetic.size(); ++r) {
+      if (path == nullptr) row += ',' + g(kinetic[r]);
+      row += ',' + g(elastic[r]);
+    }
   }
   for (std::size_t i = 0; i < e.extra_count(); ++i) row += ',' + g(e.extra(i).value);
   return row + '\n';
 }
 
-Matrix columns(const Vector& field) {
-  return field.reshaped(3, field.size() / 3);
-}
-
-Frame make_frame(const Session& session) {
-  const MechanicalSystem& system = session.system();
-  const State& state = session.state();
-  Frame frame;
-  frame.time = state.time;
-  frame.step = state.step;
-
-  Matrix fixed(1, system.vertex_count());
-  for (Index v = 0; v < system.vertex_count(); ++v) {
-    fixed(0, v) = system.constraints().is_constrained(v) ? 1.0 : 0.0;
-  }
-  frame.point_fields = {{"displacement", columns(state.position - system.mesh().rest_positions())},
-                        {"velocity", columns(state.velocity)},
-                        {"momentum", columns(state.momentum)},
-                        {"external_force", columns(session.external_force())},
-                        {"reaction_force", columns(session.reaction_force())},
-                        {"fixed", std::move(fixed), true},
-                        {"deformation", deformation_field(system, state.position)}};
-
-  ElementFields fields = element_fields(system, state.position);
-  Matrix region(1, system.mesh().tetrahedron_count());
-  for (Index e = 0; e < region.cols(); ++e) {
-    region(0, e) = system.region_count() > 1 ? system.region(e) : system.mesh().region(e);
-  }
-  frame.cell_fields = {{"cauchy_stress", std::move(fields.cauchy_stress)},
-                       {"green_strain", std::move(fields.green_strain)},
-                       {"von_mises", std::move(fields.von_mises)},
-                       {"jacobian", std::move(fields.jacobian)},
-                       {"energy_density", std::move(fields.energy_density)},
-                       {"region", std::move(region), true}};
-  return frame;
+// Copies to a temporary file that is renamed into place.
+void copy_file(const std::string& from, const std::string& to) {
+  const std::string temporary = to + ".part";
+  std::error_code error;
+  std::filesystem::copy_file(from, temporary, std::filesystem::copy_options::overwrite_existing,
+                             error);
+  if (!error) std::filesystem::rename(temporary, to, error);
+  if (!error) return;
+  std::error_code ignored;
+  std::filesystem::remove(temporary, ignored);
+  throw OutputError(fmt::format(
+      "{}: cannot be written ({}). Check the directory's permissions and the free space.", to,
+      error.message()));
 }
 
 }  // namespace
@@ -169,23 +169,48 @@ struct RunRecorder::Impl {
   int frame_every;
   bool counts_inverted = false;
   std::ofstream history;
+  Index last_row = -1;
   std::unique_ptr<FrameWriter> frames;
   Index last_frame = -1;
+  std::string last_frame_path;
+  std::optional<Frame> last;          // the frame of the last step, for final.vtu
+  std::unique_ptr<ProbeFile> probes;  // null if the scene has none
+  std::string summary;
 
   std::string path(const char* name) const { return directory + "/" + name; }
 
-  void write_row(const Session& session) {
-    history << history_row(session, counts_inverted);
+  void require_good_history() const {
     if (!history) {
       throw OutputError(path("history.csv") +
                         ": cannot be written. Check the free space of the disk.");
     }
   }
 
+  void write_row(const Session& session) {
+    history << history_row(session, counts_inverted);
+    require_good_history();
+    last_row = session.step_number();
+  }
+
   void write_frame(const Session& session, const Frame& frame) {
-    frames->write(frame);
-    history.flush();  // so that the history has a row for every frame
+    last_frame_path = frames->write(frame);
+    // So that history and probes have rows for every frame.
+    history.flush();
+    if (probes) probes->flush();
     last_frame = session.step_number();
+  }
+
+  // A frame of the last step that has all digits is final.vtu already.
+  void write_final(const Session& session) {
+    const OutputSettings& output = session.scene().output;
+    const std::string final_path = path("final.vtu");
+    const bool has_frame = last_frame == session.step_number();
+    if (has_frame && output.precision == FramePrecision::kFloat64) {
+      copy_file(last_frame_path, final_path);
+      return;
+    }
+    if (!last) last = make_frame(session, output.fields);
+    frames->write_single(*last, final_path);
   }
 };
 
@@ -201,7 +226,7 @@ void RunRecorder::on_start(const Session& session) {
   make_output_directory(s.directory);
   // Results of an earlier run would look like results of this one.
   std::error_code ignored;
-  for (const char* name : {"final.vtu", "summary.json"}) {
+  for (const char* name : {"final.vtu", "summary.json", "probes.csv"}) {
     std::filesystem::remove(s.path(name), ignored);
   }
   s.history.open(s.path("history.csv"), std::ios::binary);
@@ -212,29 +237,50 @@ void RunRecorder::on_start(const Session& session) {
   }
   s.counts_inverted = session.may_invert();
   s.history << history_header(session);
-  s.frames = std::make_unique<FrameWriter>(session.system().mesh(), s.directory);
+  const OutputSettings& output = session.scene().output;
+  s.frames = std::make_unique<FrameWriter>(session.system().mesh(), s.directory,
+                                           FrameFormat{output.precision, output.compression});
   s.write_row(session);
-  if (s.frame_every > 0) s.write_frame(session, make_frame(session));
+  if (!session.scene().probe.empty()) {
+    s.probes = std::make_unique<ProbeFile>(s.path("probes.csv"), session);
+  }
+  if (s.frame_every > 0) s.write_frame(session, make_frame(session, output.fields));
 }
 
 bool RunRecorder::on_step(const Session& session) {
-  impl_->write_row(session);
-  if (impl_->frame_every > 0 && session.step_number() % impl_->frame_every == 0)
-    impl_->write_frame(session, make_frame(session));
+  Impl& s = *impl_;
+  const OutputSettings& output = session.scene().output;
+  const Index step = session.step_number();
+  const bool is_last = session.status() != RunStatus::kRunning;
+  if (is_last || step % output.history_every == 0) s.write_row(session);
+  if (s.probes) s.probes->write(session, is_last);
+  if (s.frame_every > 0 && step % s.frame_every == 0) {
+    Frame frame = make_frame(session, output.fields);
+    s.write_frame(session, frame);
+    if (is_last) s.last = std::move(frame);
+  }
   return true;
 }
 
 void RunRecorder::on_finish(const Session& session) {
   Impl& s = *impl_;
-  const Frame last = make_frame(session);
-  if (s.frame_every > 0 && s.last_frame != session.step_number()) s.write_frame(session, last);
-  s.frames->write_single(last, s.path("final.vtu"));
-  s.history.close();
-  if (!s.history) {
-    throw OutputError(s.path("history.csv") +
-                      ": cannot be written. Check the free space of the disk.");
+  if (s.last_row != session.step_number()) s.write_row(session);
+  if (s.frame_every > 0 && s.last_frame != session.step_number()) {
+    s.last = make_frame(session, session.scene().output.fields);
+    s.write_frame(session, *s.last);
   }
-  write_text_file(s.path("summary.json"), summary_json(session, s.directory));
+  s.write_final(session);
+  s.last.reset();
+  s.history.close();
+  s.require_good_history();
+  if (s.probes) s.probes->finish(session);
+  s.summary = summary_json(session, s.directory, s.probes ? &s.probes->traces() : nullptr);
+  write_text_file(s.path("summary.json"), s.summary);
+  s.probes.reset();
+}
+
+const std::string& RunRecorder::summary() const {
+  return impl_->summary;
 }
 
 }  // namespace tetraction

@@ -7,7 +7,10 @@
 #include "tetraction/core/parallel.h"
 #include "tetraction/core/process.h"
 #include "tetraction/core/version.h"
+#include "tetraction/dynamics/derived_fields.h"
 #include "tetraction/io/run_recorder.h"
+#include "tetraction/simulation/equilibrium.h"
+#include "tetraction/simulation/probe.h"
 
 namespace tetraction {
 namespace {
@@ -39,18 +42,67 @@ nlohmann::ordered_json solver_json(const Session& session) {
   json["factorizations"] = session.total_factorizations();
   json["cg_iterations"] = session.total_cg_iterations();
   json["message"] = session.solver_message();
+  if (session.load_path() != nullptr) return json;
   const Balance& balance = session.balance();
   json["steps_limited_by_round_off"] = balance.steps_limited_by_round_off();
   json["tolerance_reached"] = solver.tolerance * std::max(1.0, balance.residual_over_tolerance());
   return json;
 }
 
+nlohmann::ordered_json motion_energy_json(const Balance& balance) {
+  return {{"kinetic", balance.energies().kinetic()},
+          {"elastic", balance.energies().elastic()},
+          {"environment", balance.energies().environment()},
+          {"total", balance.energies().total()},
+          {"external_work", balance.external_work()},
+          {"dissipated", balance.dissipated_energy()},
+          {"constraint_work", balance.constraint_work()},
+          {"edit_work", balance.edit_work()},
+          {"error", balance.energy_error()},
+          {"scale", balance.energy_scale()}};
+}
+
+nlohmann::ordered_json equilibrium_json(const Session& session, const LoadPath& path) {
+  const Displacement largest = largest_displacement(session.system(), session.state().position);
+  const Vector3 reaction = resultant(session.reaction_force());
+  nlohmann::ordered_json json{
+      {"load_factor", path.factor},
+      {"cuts", path.cuts},
+      {"max_displacement", largest.length},
+      {"max_displacement_vertex", session.system().mesh().vertex_id(largest.vertex)},
+      {"reaction", {reaction.x(), reaction.y(), reaction.z()}},
+      {"residual", path.residual},
+      {"residual_limit", path.residual_limit}};
+  json["limit_points"] = nlohmann::ordered_json::array();
+  for (const LimitPoint& limit : path.limit_points) {
+    json["limit_points"].push_back(
+        {{"below", limit.below}, {"above", limit.above}, {"passed", limit.passed}});
+  }
+  return json;
+}
+
+nlohmann::ordered_json probes_json(const ProbeSet& probes, const ProbeTraces& traces) {
+  const std::vector<ProbeStatistics> statistics = traces.statistics();
+  nlohmann::ordered_json json = nlohmann::ordered_json::object();
+  for (const ProbeColumns& probe : probes.probes()) {
+    for (std::size_t c = 0; c < probe.size(); ++c) {
+      const ProbeStatistics& s = statistics[probe.first + c];
+      nlohmann::ordered_json entry{{"unit", unit_of(probe.quantity)}, {"min", number(s.min)},
+                                   {"min_time", number(s.min_time)},  {"max", number(s.max)},
+                                   {"max_time", number(s.max_time)},  {"final", number(s.last)}};
+      if (std::isfinite(s.frequency)) entry["frequency"] = s.frequency;
+      json[probe.columns[c]] = std::move(entry);
+    }
+  }
+  return json;
+}
+
 }  // namespace
 
-std::string summary_json(const Session& session, const std::string& directory) {
+std::string summary_json(const Session& session, const std::string& directory,
+                         const ProbeTraces* probes) {
   const MechanicalSystem& system = session.system();
   const Balance& balance = session.balance();
-  const PhaseTimes& times = session.times();
   const StabilityLimit& limit = session.initial_limit();
   const BlasInfo blas = blas_info();
 
@@ -64,12 +116,15 @@ std::string summary_json(const Session& session, const std::string& directory) {
   json["mass"] = system.total_mass();
   json["degrees_of_freedom"] = {{"all", system.dof_count()},
                                 {"free", system.coordinates().count()}};
-  json["integrator"] = to_string(session.time_settings().integrator);
-  json["time_step"] = session.time_step();
-  json["stable_step"] = number(limit.critical_step);
-  json["omega_max"] = limit.omega_max;
+  const LoadPath* path = session.load_path();
+  if (path == nullptr) {
+    json["integrator"] = to_string(session.time_settings().integrator);
+    json["time_step"] = session.time_step();
+    json["stable_step"] = number(limit.critical_step);
+    json["omega_max"] = limit.omega_max;
+  }
   json["steps"] = session.step_number();
-  json["steps_planned"] = session.step_count();
+  if (path == nullptr) json["steps_planned"] = session.step_count();
   const StepRange& steps = session.steps();
   json["time_steps"] = {{"smallest", steps.smallest},
                         {"largest", steps.largest},
@@ -77,23 +132,23 @@ std::string summary_json(const Session& session, const std::string& directory) {
                         {"changes", steps.changes}};
   json["time"] = session.time();
   json["solver"] = solver_json(session);
-  json["energy"] = {{"kinetic", balance.energies().kinetic()},
-                    {"elastic", balance.energies().elastic()},
-                    {"environment", balance.energies().environment()},
-                    {"total", balance.energies().total()},
-                    {"external_work", balance.external_work()},
-                    {"dissipated", balance.dissipated_energy()},
-                    {"constraint_work", balance.constraint_work()},
-                    {"edit_work", balance.edit_work()},
-                    {"error", balance.energy_error()},
-                    {"scale", balance.energy_scale()}};
+  if (path != nullptr) {
+    json["equilibrium"] = equilibrium_json(session, *path);
+    json["energy"] = {{"elastic", balance.energies().elastic()},
+                      {"environment", balance.energies().environment()},
+                      {"total", balance.energies().total()}};
+  } else {
+    json["energy"] = motion_energy_json(balance);
+  }
   for (std::size_t i = 0; i < balance.energies().extra_count(); ++i) {
     json["energy"]["terms"][balance.energies().extra(i).name] = balance.energies().extra(i).value;
   }
-  json["max_relative_energy_drift"] = balance.max_relative_energy_drift();
-  json["linear_momentum_drift"] = balance.linear_momentum_drift();
-  json["angular_momentum_drift"] = balance.angular_momentum_drift();
-  json["angular_momentum_drift_allowed"] = balance.allowed_angular_momentum_drift();
+  if (path == nullptr) {
+    json["max_relative_energy_drift"] = balance.max_relative_energy_drift();
+    json["linear_momentum_drift"] = balance.linear_momentum_drift();
+    json["angular_momentum_drift"] = balance.angular_momentum_drift();
+    json["angular_momentum_drift_allowed"] = balance.allowed_angular_momentum_drift();
+  }
   json["max_constraint_error"] = session.constraint_error();
   if (session.may_invert()) {
     const InvertedElements& inverted = session.inverted_elements();
@@ -119,11 +174,11 @@ std::string summary_json(const Session& session, const std::string& directory) {
     if (!edit.warning.empty()) entry["warning"] = edit.warning;
     json["events"].push_back(std::move(entry));
   }
-  json["wall_seconds"] = {{"setup", times.setup},
-                          {"stability", times.stability},
-                          {"stepping", times.stepping},
-                          {"output", times.output},
-                          {"total", times.total()}};
+  if (probes != nullptr) json["probes"] = probes_json(session.probes(), *probes);
+  const PhaseTimes times = session.times();
+  json["wall_seconds"] = {{"mesh", times.mesh},           {"setup", times.setup},
+                          {"stability", times.stability}, {"stepping", times.stepping},
+                          {"output", times.output},       {"total", times.total()}};
   json["peak_memory_bytes"] = peak_memory_bytes();
   json["threads"] = thread_count();
   json["blas"] = {{"library", blas.library}, {"core", blas.core}};

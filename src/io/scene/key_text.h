@@ -43,6 +43,10 @@ struct ValueText {
   std::string operator()(std::vector<Vector3> S::*member) const {
     return (settings.*member).empty() ? "" : toml_list(settings.*member);
   }
+  std::string operator()(bool S::*member) const { return settings.*member ? "true" : "false"; }
+  std::string operator()(std::vector<std::string> S::*member) const {
+    return (settings.*member).empty() ? "" : toml_list(settings.*member);
+  }
   std::string operator()(const Choice<S>& choice) const {
     const std::string name = choice.get(settings);
     return name.empty() ? "" : toml_text(name);

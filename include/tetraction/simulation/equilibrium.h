@@ -1,0 +1,64 @@
+// The equilibrium of a body under its loads.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tetraction/dynamics/mechanical_system.h"
+#include "tetraction/dynamics/minimizer.h"
+#include "tetraction/simulation/scene.h"
+
+namespace tetraction {
+
+/// A load factor at which the equilibrium that grows out of the unloaded body ends or stops being
+/// stable: a limit point or a bifurcation.
+struct LimitPoint {
+  double below = 0.0;   ///< a load factor with a stable equilibrium before it
+  double above = 1.0;   ///< a load factor beyond it
+  bool passed = false;  ///< whether another stable equilibrium was found at `above`
+};
+
+/// What the load steps found.
+struct LoadPath {
+  double factor = 0.0;                   ///< the load factor that was reached
+  Index steps = 0;                       ///< load steps made
+  Index cuts = 0;                        ///< attempts that were repeated with a smaller increment
+  std::vector<LimitPoint> limit_points;  ///< in the order of their load factors
+  double residual = 0.0;                 ///< |Tᵀ∇Π|₂ of the last load step, N
+  double residual_limit = 0.0;           ///< what it had to be below, N
+};
+
+/// An equilibrium, or the last one on the way to it.
+struct Equilibrium {
+  bool found = false;  ///< whether `position` is an equilibrium under the full loads
+  Vector position;     ///< 3 per vertex, m
+  LoadPath path;
+  Vector load;               ///< the loads at the load factor that was reached, 3 per vertex, N
+  Vector reaction;           ///< the forces of constraints and penalty springs, 3 per vertex, N
+  Index iterations = 0;      ///< linear systems solved
+  Index factorizations = 0;  ///< of matrices
+  Index cg_iterations = 0;   ///< of conjugate gradients
+  /// If there is something to tell: why no equilibrium was found, or that the path had a limit point.
+  std::string message;
+};
+
+/// Finds the stable equilibrium of a body under the loads, potentials and targets at `time`, by
+/// minimising its potential (StaticProblem) to round-off, beginning at rest.
+///
+/// It first tries the full loads at once. If the minimiser fails, an element would be inverted, or
+/// the stiffness is not positive definite on the way, the increment of the load factor is halved, and
+/// doubled again after an increment that needed no halving. If no increment above a thousandth is
+/// possible, there is a limit point. If the minimiser finds another equilibrium beyond it, the path
+/// goes on there, and the message says so. Dissipation has no effect.
+///
+/// The constraints must be set. They and all else of the system stay as they are. Throws InputError for
+/// wrong settings, and if a rigid motion is free (free_motions()).
+Equilibrium find_equilibrium(const MechanicalSystem& system, const SolverSettings& solver = {},
+                             double time = 0.0);
+
+/// A rigid motion that neither linear constraints nor potentials restrain, in words: "move along x",
+/// "rotate about the line through (0, 0.5, 0.5) along x". Parts of the body that do not hang together
+/// are examined one by one. Distances and the rigidity of handles do not count. Empty: none is free.
+std::vector<std::string> free_motions(const MechanicalSystem& system, double time = 0.0);
+
+}  // namespace tetraction

@@ -1,0 +1,78 @@
+#include "recorded_session.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <utility>
+
+#include "commands.h"
+#include "console.h"
+#include "progress_bar.h"
+#include "result_folders.h"
+#include "scene_source.h"
+#include "tetraction/core/blas.h"
+#include "tetraction/io/run_recorder.h"
+#include "tetraction/io/scene_reader.h"
+
+namespace tetraction {
+
+void add_session_options(CLI::App& command, SessionArguments& arguments) {
+  command.add_option("scene", arguments.scene, "Scene file (TOML)")->required();
+  command.add_option("--out", arguments.out, "Output directory (default: the scene's)")
+      ->check(not_empty("it names no directory"));
+  command
+      .add_option("--set", arguments.overrides,
+                  "KEY=VALUE: overrides a scene key, e.g. time.step=1e-4")
+      ->take_all()
+      ->allow_extra_args(false);
+  command.add_flag("--quiet", arguments.quiet, "Only warnings and errors");
+  command.add_flag("--json", arguments.json, "Print summary.json to stdout");
+}
+
+int run_recorded(const SessionArguments& arguments, Analysis analysis, const char* label,
+                 const OutcomePrinter& print_outcome) {
+  const Scene scene = read_scene(arguments.scene, arguments.overrides);
+  const std::string directory = arguments.out.empty() ? scene.output.directory : arguments.out;
+  check_folder_of_run(scene, directory);
+  const auto start = std::chrono::steady_clock::now();
+  TetMesh mesh = load_mesh(scene);
+  const std::chrono::duration<double> mesh_time = std::chrono::steady_clock::now() - start;
+  if (!arguments.quiet) {
+    if (const std::string remarks = mesh_remarks(mesh); !remarks.empty()) print_note(remarks);
+    if (const std::string remarks = damping_remarks(scene); !remarks.empty()) print_note(remarks);
+  }
+  make_output_directory(directory);
+  Session session(scene, std::move(mesh), analysis);
+  session.add_mesh_time(mesh_time.count());
+  // A slow BLAS affects only the time. --quiet leaves this warning out; summary.json has it.
+  const std::string slow_blas = arguments.quiet ? blas_warning() : "";
+  for (const std::string& warning : session.warnings()) {
+    if (warning != slow_blas || slow_blas.empty()) print_warning(warning);
+  }
+  const std::size_t told = session.warnings().size();
+
+  RunRecorder recorder(directory, scene.output.every);
+  InterruptGuard interrupt;
+  ProgressBar bar(label);
+  std::vector<Observer*> observers{&recorder, &interrupt};
+  if (!arguments.quiet && ProgressBar::possible()) observers.push_back(&bar);
+  const RunStatus status = session.run(observers);
+
+  if (arguments.json) {
+    write_result(recorder.summary());
+  } else if (!arguments.quiet) {
+    print_outcome(session, directory);
+  }
+  for (std::size_t i = told; i < session.warnings().size(); ++i) {
+    print_warning(session.warnings()[i]);
+  }
+  for (const AppliedEdit& edit : session.edits()) {
+    if (!edit.warning.empty()) {
+      print_warning(fmt::format("after the event at {:.6g} s: {}", edit.at, edit.warning));
+    }
+  }
+  if (!session.message().empty()) print_message(session.message());
+  return tetraction::exit_code(status);
+}
+
+}  // namespace tetraction

@@ -1,0 +1,33 @@
+// Commands that compute one session of a scene and write its results.
+#pragma once
+
+#include <CLI/App.hpp>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "tetraction/simulation/session.h"
+
+namespace tetraction {
+
+/// What the command line says.
+struct SessionArguments {
+  std::string scene;
+  std::string out;
+  std::vector<std::string> overrides;
+  bool quiet = false;
+  bool json = false;
+};
+
+/// Adds the options of the arguments, which must live as long as the command.
+void add_session_options(CLI::App& command, SessionArguments& arguments);
+
+/// Prints the table at the end of a session whose results are in this directory.
+using OutcomePrinter = std::function<void(const Session&, const std::string& directory)>;
+
+/// Reads the scene, computes the session to its end, writes its results and prints warnings and
+/// messages. `label` is what the progress bar says. Returns the exit code.
+int run_recorded(const SessionArguments& arguments, Analysis analysis, const char* label,
+                 const OutcomePrinter& print_outcome);
+
+}  // namespace tetraction

@@ -1,0 +1,185 @@
+#include "constrained_minimization.h"
+
+#include <fmt/format.h>
+
+#include <limits>
+#include <utility>
+
+namespace tetraction {
+namespace {
+
+constexpr double kOverEstimate = 100.0;  // of round-off: what is taken for it
+
+}  // namespace
+
+ConstrainedMinimization::ConstrainedMinimization(PotentialProblem& problem,
+                                                 std::shared_ptr<Minimizer> minimizer,
+                                                 double stretch, ConstraintDirection direction)
+    : system_(problem.system()),
+      problem_(problem),
+      minimizer_(std::move(minimizer)),
+      stretch_(stretch),
+      direction_(direction) {}
+
+bool ConstrainedMinimization::minimize(const Vector& from, StepOutcome& outcome) {
+  return system_.constraints().has_equations() ? solve_with_multipliers(from, outcome)
+                                               : solve(outcome);
+}
+
+// Calls the minimiser once and adds its report to the reports of the calls before.
+MinimizerReport ConstrainedMinimization::call_minimizer(StepOutcome& outcome) {
+  const MinimizerReport report = minimizer_->minimize(problem_, u_);
+  const int iterations = outcome.minimizer.iterations;
+  const int factorizations = outcome.minimizer.factorizations;
+  const int cg_iterations = outcome.minimizer.cg_iterations;
+  const bool met_negative_curvature = outcome.minimizer.met_negative_curvature;
+  outcome.minimizer = report;
+  outcome.minimizer.met_negative_curvature |= met_negative_curvature;
+  outcome.minimizer.cg_iterations += cg_iterations;
+  outcome.minimizer.iterations += iterations;
+  outcome.minimizer.factorizations += factorizations;
+  return report;
+}
+
+// u_ ← the minimiser, beginning at u_. If Φ contains an estimate of the strain rate, the estimate
+// is replaced by the strain rate of the minimiser until both agree.
+bool ConstrainedMinimization::solve(StepOutcome& outcome) {
+  constexpr int kEstimates = 40;
+  double before = std::numeric_limits<double>::infinity();
+  problem_.set_rate_estimate(u_);
+  if (system_.coordinates().count() == 0) {  // x is where everything is prescribed to be
+    outcome.minimizer.termination = Termination::kConverged;
+    outcome.minimizer.message = "nothing to solve for: every vertex is held";
+    return true;
+  }
+  for (int i = 0; i < kEstimates; ++i) {
+    const MinimizerReport report = minimize_to_round_off(outcome);
+    if (!report.converged()) {
+      outcome.status = StepStatus::kNotConverged;
+      outcome.message = report.message;
+      return false;
+    }
+    if (!problem_.needs_rate_estimate()) return true;
+    problem_.set_rate_estimate(u_);
+    double phi = 0.0;
+    if (!problem_.value_and_full_gradient(u_, phi, gradient_).ok()) break;
+    const double residual = system_.coordinates().restricted_norm(gradient_);
+    outcome.minimizer.residual = residual;
+    if (residual <= std::max(report.residual, report.residual_limit)) return true;
+    // If the residual does not fall any more, it is round-off.
+    if (i > 2 && residual > 0.5 * before && residual <= kOverEstimate * problem_.round_off(u_)) {
+      return true;
+    }
+    before = residual;
+  }
+  outcome.status = StepStatus::kNotConverged;
+  outcome.message = "the strain rate of the viscosity does not settle: take a smaller step";
+  return false;
+}
+
+// Displacements from the origin have round-off of their own. If it prevents the minimiser from
+// reaching the tolerance, the origin is moved to the point that was reached. If the tolerance still
+// is not reached, the step uses the result, and its report says so
+// (MinimizerReport::limited_by_round_off).
+MinimizerReport ConstrainedMinimization::minimize_to_round_off(StepOutcome& outcome) {
+  constexpr int kMoves = 4;
+  MinimizerReport report = call_minimizer(outcome);
+  for (int i = 0; i < kMoves && report.termination == Termination::kNoProgress; ++i) {
+    const double before = report.residual;
+    problem_.move_origin(u_);
+    report = call_minimizer(outcome);
+    if (i > 0 && report.residual > 0.5 * before) break;
+  }
+  if (report.termination != Termination::kNoProgress) return report;
+  problem_.move_origin(u_);
+  if (report.residual <= kOverEstimate * problem_.round_off(u_)) {
+    report.termination = outcome.minimizer.termination = Termination::kConverged;
+  }
+  return report;
+}
+
+// Newton's method for positions and multipliers together. Each round moves both to the solution of
+// the problem linearised at x. If that does not lower the residual, Φ is minimised with constant
+// constraint forces before the next round.
+bool ConstrainedMinimization::solve_with_multipliers(const Vector& from, StepOutcome& outcome) {
+  constexpr int kRounds = 40;
+  const Constraints& constraints = system_.constraints();
+  const Index size = constraints.configuration_size();
+  const Vector start = constraints.configuration(from);
+  Vector u = constraint_force_.size() > 0 ? constraint_force_ : Vector::Zero(size);
+  Vector multipliers;
+  double last_residual = std::numeric_limits<double>::infinity();
+  bool minimize = true;
+  for (int round = 0; round < kRounds; ++round) {
+    apply_constraint_force(u);
+    Matrix right(system_.coordinates().count(), size + 1);
+    right.leftCols(size) = constraints.selector();
+    right.col(size).setZero();
+    double phi = 0.0;
+    Vector gradient;
+    if (round > 0) {
+      minimize = true;
+      problem_.set_rate_estimate(u_);
+      if (problem_.value_and_gradient(u_, phi, gradient).ok()) {
+        const double residual = gradient.norm();
+        outcome.minimizer.residual = residual;
+        if (residual <= outcome.minimizer.residual_limit) {
+          constraint_force_ = u;
+          return true;
+        }
+        minimize = !(residual < 0.5 * last_residual);
+        last_residual = residual;
+        right.col(size) = gradient;
+      }
+    }
+    if (minimize) {
+      if (!solve(outcome)) return false;
+      right.col(size).setZero();
+      last_residual = std::numeric_limits<double>::infinity();
+    } else {
+      ++outcome.minimizer.iterations;
+    }
+    // Of u on the free coordinates at x; last column: Newton's step.
+    Matrix influence(0, size + 1);
+    const bool movable = right.rows() > 0;
+    if (movable) ++outcome.minimizer.factorizations;
+    if (movable && !minimizer_->solve_linearized(problem_, u_, right, influence)) {
+      if (!minimize) {
+        last_residual = 0.0;  // minimise from here
+        continue;
+      }
+      outcome.status = StepStatus::kNotConverged;
+      outcome.message = "the stiffness at the minimum is not positive definite";
+      return false;
+    }
+    u_ -= system_.coordinates().extend(influence.col(size));
+    const Matrix response = constraints.selector().transpose() * influence.leftCols(size);
+    const Vector way = constraints.configuration((problem_.origin() - from) + u_);
+    const Vector free_end = start + stretch_ * (way - response * u);
+    const MultiplierSolution solution = solve_multipliers(
+        constraints, free_end, stretch_ * response, start, direction_, multipliers);
+    if (!solution.ok && !minimize) {
+      u_ += system_.coordinates().extend(influence.col(size));
+      last_residual = 0.0;  // minimise from here
+      multipliers.resize(0);
+      continue;
+    }
+    if (!solution.ok) {
+      outcome.status = StepStatus::kNotConverged;
+      outcome.message = cannot_be_met(constraints, solution.worst);
+      return false;
+    }
+    multipliers = solution.multipliers;
+    u_ += system_.coordinates().extend(influence.leftCols(size) * (solution.forces - u));
+    u = solution.forces;
+  }
+  outcome.status = StepStatus::kNotConverged;
+  outcome.message = fmt::format("the multipliers did not settle in {} rounds", kRounds);
+  return false;
+}
+
+void ConstrainedMinimization::apply_constraint_force(const Vector& u) {
+  problem_.set_constraint_force(system_.constraints().vertex_forces(u));
+}
+
+}  // namespace tetraction

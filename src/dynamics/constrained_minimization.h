@@ -1,0 +1,51 @@
+// The minimisation of an implicit step or of an equilibrium, with the multipliers of constraints.
+#pragma once
+
+#include <memory>
+
+#include "tetraction/dynamics/multipliers.h"
+#include "tetraction/dynamics/potential_problem.h"
+#include "tetraction/dynamics/stepper.h"
+
+namespace tetraction {
+
+/// Minimises the function of a PotentialProblem. If the constraints have equations, it finds
+/// their multipliers together with the minimiser.
+class ConstrainedMinimization {
+ public:
+  /// The equations hold at the configuration w(q) + `stretch` (w(x) − w(q)), which is that of the
+  /// end of a step; an equilibrium has the stretch 1. Keeps a reference to `problem`.
+  ConstrainedMinimization(PotentialProblem& problem, std::shared_ptr<Minimizer> minimizer,
+                          double stretch, ConstraintDirection direction);
+
+  /// Where minimisations begin and end: the displacement from the problem's origin.
+  Vector& u() { return u_; }
+  const Vector& u() const { return u_; }
+  /// u() ← the minimiser, beginning at u(). `from` is the reference q, m. If there is none, the
+  /// outcome says why and false is returned. The reports of all minimisations are added to that of
+  /// the outcome.
+  bool minimize(const Vector& from, StepOutcome& outcome);
+  /// The same with the forces of constraints that the problem has.
+  bool solve(StepOutcome& outcome);
+  /// The generalised forces on the configuration at the last minimiser; empty without equations.
+  const Vector& constraint_force() const { return constraint_force_; }
+  /// Forgets them, so that the next minimisation does not begin with them.
+  void forget() { constraint_force_.resize(0); }
+
+ private:
+  MinimizerReport call_minimizer(StepOutcome& outcome);
+  MinimizerReport minimize_to_round_off(StepOutcome& outcome);
+  bool solve_with_multipliers(const Vector& from, StepOutcome& outcome);
+  void apply_constraint_force(const Vector& u);
+
+  const MechanicalSystem& system_;
+  PotentialProblem& problem_;
+  std::shared_ptr<Minimizer> minimizer_;
+  double stretch_;
+  ConstraintDirection direction_;
+  Vector u_;
+  Vector constraint_force_;
+  Vector gradient_;  // work space
+};
+
+}  // namespace tetraction

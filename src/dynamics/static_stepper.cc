@@ -1,0 +1,122 @@
+#include "tetraction/dynamics/static_stepper.h"
+
+#include <cmath>
+#include <utility>
+
+#include "constrained_minimization.h"
+#include "first_guess.h"
+
+namespace tetraction {
+namespace {
+
+class Implementation : public StaticStepper {
+ public:
+  Implementation(const MechanicalSystem& system, std::shared_ptr<Minimizer> minimizer, double time)
+      : StaticStepper(system),
+        problem_(system, time),
+        solve_(problem_, std::move(minimizer), 1.0, ConstraintDirection::kEnd),
+        guess_(system, true) {}
+
+  const StaticProblem& problem() const override { return problem_; }
+  void reset() override {
+    solve_.forget();
+    last_.resize(0);
+    earlier_.resize(0);
+  }
+
+  StepOutcome advance(const State& from, State& to, double h, double end_factor) override {
+    StepOutcome outcome;
+    problem_.begin(from.position, end_factor);
+    if (!choose_start(from, h, end_factor, outcome) || !minimize(from, outcome)) return outcome;
+    const Vector& u = solve_.u();
+    problem_.positions(u, to.position);
+    problem_.prescribe(end_factor, to.position);
+    to.step = from.step + 1;
+    to.time = end_factor;
+    to.momentum.setZero(system_.dof_count());
+    to.velocity.setZero(system_.dof_count());
+    const EvaluationStatus end = system_.elastic().value(to.position, outcome.elastic_energy);
+    if (!end.ok()) {
+      outcome.status = StepStatus::kInverted;
+      outcome.element = end.failed_element;
+      return outcome;
+    }
+    configuration_force_ = solve_.constraint_force();
+    Vector equation_force;
+    if (configuration_force_.size() > 0) {
+      equation_force = system_.constraints().vertex_forces(configuration_force_);
+    }
+    problem_.reactions(u, equation_force, reaction_);
+    last_ = from.position;
+    last_step_ = h;
+    last_end_ = end_factor;
+    return outcome;
+  }
+
+ private:
+  // Sets the origin to the positions at which the minimisation begins: those of the last
+  // equilibrium, with the prescribed vertices moved and the body carried along, or the continuation
+  // of the last load step, if its Π is lower.
+  bool choose_start(const State& from, double h, double factor, StepOutcome& outcome) {
+    solve_.u().setZero(system_.dof_count());
+    start_ = from.position;
+    double phi = 0.0;
+    if (problem_.base() != start_) guess_.carry_along(problem_, start_);
+    problem_.set_origin(start_);
+    const EvaluationStatus status = problem_.value(solve_.u(), phi);
+    if (!status.ok() || !guess_.keeps_volumes(from.position, start_)) {
+      outcome.status = StepStatus::kInverted;
+      outcome.element = status.failed_element;
+      outcome.message = "what moves as prescribed would crush the elements beside it";
+      return false;
+    }
+    // The last step counts if its end was accepted.
+    if (last_.size() > 0 && from.time == last_end_) {
+      earlier_.swap(last_);
+      earlier_step_ = last_step_;
+      last_.resize(0);
+    }
+    if (earlier_.size() == 0) return true;
+    phi += problem_.origin_value();
+    trial_ = from.position + (h / earlier_step_) * (from.position - earlier_);
+    problem_.prescribe(factor, trial_);
+    problem_.set_origin(trial_);
+    double continued = 0.0;
+    if (problem_.value(solve_.u(), continued).ok() && continued + problem_.origin_value() < phi) {
+      return true;
+    }
+    problem_.set_origin(start_);
+    return true;
+  }
+
+  // The first minimisation begins far away. The displacements that it finds have round-off, which
+  // the second one removes. The first one examines the Hessian.
+  bool minimize(const State& from, StepOutcome& outcome) {
+    if (!solve_.minimize(from.position, outcome)) return false;
+    problem_.move_origin(solve_.u());
+    problem_.set_examined(true);
+    return solve_.minimize(from.position, outcome);
+  }
+
+  StaticProblem problem_;
+  ConstrainedMinimization solve_;
+  FirstGuess guess_;
+  Vector start_;
+  Vector trial_;
+  // The positions at the start of the last step that was accepted, and at that of the last step.
+  Vector earlier_;
+  Vector last_;
+  double earlier_step_ = 0.0;
+  double last_step_ = 0.0;
+  double last_end_ = 0.0;
+};
+
+}  // namespace
+
+std::unique_ptr<StaticStepper> StaticStepper::make(const MechanicalSystem& system,
+                                                   std::shared_ptr<Minimizer> minimizer,
+                                                   double time) {
+  return std::make_unique<Implementation>(system, std::move(minimizer), time);
+}
+
+}  // namespace tetraction

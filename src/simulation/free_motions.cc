@@ -1,0 +1,295 @@
+// The rigid motions of a body that nothing restrains.
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/decompositions.h"
+#include "load_stepping.h"
+#include "tetraction/core/error.h"
+#include "tetraction/dynamics/static_problem.h"
+#include "tetraction/simulation/equilibrium.h"
+
+namespace tetraction {
+namespace {
+
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+using Modes = Eigen::Matrix<double, 6, Eigen::Dynamic>;
+
+// An eigenvalue of the restraint below this share of the largest is zero.
+constexpr double kFree = 1e-13;
+
+// The vertices of the parts of the body that hang together through elements or handles.
+std::vector<std::vector<Index>> parts_of(const MechanicalSystem& system) {
+  std::vector<Index> parent(static_cast<std::size_t>(system.vertex_count()));
+  std::iota(parent.begin(), parent.end(), Index{0});
+  const auto root = [&](Index v) {
+    while (parent[static_cast<std::size_t>(v)] != v) {
+      Index& up = parent[static_cast<std::size_t>(v)];
+      up = parent[static_cast<std::size_t>(up)];
+      v = up;
+    }
+    return v;
+  };
+  const auto join = [&](Index a, Index b) { parent[static_cast<std::size_t>(root(a))] = root(b); };
+  for (Index e = 0; e < system.rest().element_count(); ++e) {
+    const RestState::Nodes nodes = system.rest().nodes(e);
+    for (const Index v : nodes) join(nodes[0], v);
+  }
+  for (const AffineSet& set : system.coordinates().sets()) {
+    for (const Index v : set.vertices) join(set.vertices.front(), v);
+  }
+  std::vector<std::vector<Index>> parts;
+  std::vector<Index> number(parent.size(), -1);
+  for (Index v = 0; v < system.vertex_count(); ++v) {
+    Index& part = number[static_cast<std::size_t>(root(v))];
+    if (part < 0) {
+      part = static_cast<Index>(parts.size());
+      parts.emplace_back();
+    }
+    parts[static_cast<std::size_t>(part)].push_back(v);
+  }
+  return parts;
+}
+
+// The forces and the Hessian of all potentials and loads.
+struct Potentials {
+  Vector gradient;
+  HessianBlocks hessian;
+  bool any = false;
+};
+
+Potentials potentials_of(const MechanicalSystem& system, const Vector& x, double time) {
+  Potentials result;
+  result.gradient = Vector::Zero(system.dof_count());
+  result.hessian.reset(system.vertex_count());
+  const ForcePoint at = system.force_point(x, time);
+  for (const ForceTerm* term : system.force_terms()) {
+    if (!term->has_potential()) continue;
+    result.any = true;
+    term->add_gradient(at, result.gradient);
+    if (!term->uniform_acceleration()) term->add_hessian(at, HessianForm::kExact, result.hessian);
+  }
+  for (const ForceTerm* term : system.force_terms()) result.any = result.any || term->has_load();
+  result.gradient -= StaticProblem(system, time).load(x);
+  return result;
+}
+
+// One part of the body with its six rigid motions: translations along the axes, and rotations about
+// the axes through its centre by an angle that moves its farthest vertex by about one metre.
+class Part {
+ public:
+  Part(const MechanicalSystem& system, const std::vector<Index>& vertices, const Vector& x)
+      : system_(system), vertices_(vertices), x_(x) {
+    for (const Index v : vertices) center_ += vertex_block(x, v) / double(vertices.size());
+    for (const Index v : vertices) size_ = std::max(size_, (vertex_block(x, v) - center_).norm());
+  }
+
+  // The motions that nothing restrains, as columns.
+  Modes free_modes(const Potentials& potentials) const {
+    Matrix6 restraint = normalized(constraint_restraint());
+    if (potentials.any) {
+      const Matrix6 stiffness = second_variation(potentials);
+      restraint += stiffness.transpose() * stiffness;
+    }
+    const SymmetricEigen eigen = symmetric_eigen(Matrix(restraint));
+    const double limit = kFree * eigen.values[5];
+    Index count = 0;
+    while (count < 6 && eigen.values[count] <= limit) ++count;
+    return eigen.vectors.leftCols(count);
+  }
+
+  std::vector<std::string> names_of(const Modes& modes) const;
+
+ private:
+  Vector3 velocity(Index v, int mode) const {
+    if (mode < 3) return Vector3::Unit(mode);
+    return Vector3::Unit(mode - 3).cross(vertex_block(x_, v) - center_) / size_;
+  }
+  Vector3 spin(int mode) const {
+    return mode < 3 ? Vector3(Vector3::Zero()) : Vector3(Vector3::Unit(mode - 3) / size_);
+  }
+  Vector field(int mode) const {
+    Vector u = Vector::Zero(system_.dof_count());
+    for (const Index v : vertices_) vertex_block(u, v) = velocity(v, mode);
+    return u;
+  }
+  static Matrix6 normalized(const Matrix6& a) {
+    const double largest = a.diagonal().maxCoeff();
+    return largest > 0.0 ? Matrix6(a / largest) : a;
+  }
+
+  // |R − the part of it that the constraints allow|².
+  Matrix6 constraint_restraint() const {
+    Matrix lacks(system_.dof_count(), 6);
+    for (int mode = 0; mode < 6; ++mode) {
+      const Vector u = field(mode);
+      Vector allowed = u;
+      system_.coordinates().project_velocity(system_.mass(), allowed);
+      lacks.col(mode) = u - allowed;
+    }
+    Matrix6 sum = lacks.transpose() * lacks;
+    // The projection has round-off of its own.
+    if (sum.diagonal().maxCoeff() < 1e-24 * static_cast<double>(vertices_.size())) sum.setZero();
+    return sum;
+  }
+
+  // The second derivative of the potentials along the motions, R_iᵀ H R_j + ∇U · x'', where
+  // x'' = ω × v is the acceleration of a rotation, relative to the size of its terms. It is zero for a
+  // potential that the motion does not change.
+  Matrix6 second_variation(const Potentials& potentials) const {
+    Matrix6 sum = Matrix6::Zero();
+    double scale = 0.0;
+    for (int j = 0; j < 6; ++j) {
+      Vector product = Vector::Zero(system_.dof_count());
+      const Vector u = field(j);
+      potentials.hessian.add_product(u, product);
+      for (const Index v : vertices_) {
+        for (int i = 0; i < 6; ++i) {
+          sum(i, j) += velocity(v, i).dot(vertex_block(std::as_const(product), v));
+        }
+      }
+    }
+    for (const Index v : vertices_) {
+      const Vector3 gradient = vertex_block(potentials.gradient, v);
+      scale += potentials.hessian.diagonal(v).norm() + gradient.norm() / size_;
+      for (int j = 0; j < 6; ++j) {
+        for (int i = 0; i < 6; ++i) {
+          sum(i, j) +=
+              0.5 * gradient.dot(spin(i).cross(velocity(v, j)) + spin(j).cross(velocity(v, i)));
+        }
+      }
+    }
+    return scale > 0.0 ? Matrix6(sum / scale) : Matrix6(Matrix6::Zero());
+  }
+
+  const MechanicalSystem& system_;
+  const std::vector<Index>& vertices_;
+  const Vector& x_;
+  Vector3 center_ = Vector3::Zero();
+  double size_ = 0.0;
+};
+
+// Numbers that are round-off are written as zero.
+std::string list_of(const Vector3& x, double size) {
+  std::array<double, 3> c{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double value = x[static_cast<Index>(i)];
+    c[i] = std::abs(value) < 1e-9 * size ? 0.0 : value;
+  }
+  return fmt::format("({:.4g}, {:.4g}, {:.4g})", c[0], c[1], c[2]);
+}
+
+// Directions are the same if their difference is smaller than this.
+constexpr double kSame = 1e-6;
+
+// An orthonormal basis of the column space.
+Matrix orthonormal_basis(const Matrix& vectors) {
+  const SymmetricEigen eigen = symmetric_eigen(Matrix(vectors * vectors.transpose()));
+  Index rank = 0;
+  while (rank < vectors.rows() && eigen.values[vectors.rows() - 1 - rank] > kSame * kSame) ++rank;
+  return eigen.vectors.rightCols(rank);
+}
+
+// An orthonormal basis of the column space that consists of coordinate axes where possible.
+std::vector<Vector3> plain_basis(const Matrix& vectors) {
+  std::vector<Vector3> basis;
+  const Matrix space = orthonormal_basis(vectors);
+  Matrix left = space;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Vector3 e = Vector3::Unit(axis);
+    if ((e - space * (space.transpose() * e)).norm() > kSame) continue;
+    basis.push_back(e);
+    left -= e * (e.transpose() * left);
+  }
+  const Matrix others = orthonormal_basis(left);
+  for (Index i = 0; i < others.cols(); ++i) {
+    const Vector3 direction = others.col(i);
+    Index largest = 0;
+    direction.cwiseAbs().maxCoeff(&largest);
+    basis.emplace_back(direction[largest] < 0.0 ? Vector3(-direction) : direction);
+  }
+  return basis;
+}
+
+std::string direction_name(const Vector3& direction) {
+  for (int axis = 0; axis < 3; ++axis) {
+    if (direction == Vector3::Unit(axis)) return std::string(1, "xyz"[axis]);
+  }
+  return list_of(direction, 1.0);
+}
+
+std::vector<std::string> Part::names_of(const Modes& modes) const {
+  std::vector<std::string> names;
+  const Matrix moves = modes.topRows<3>();
+  const Matrix spins = modes.bottomRows<3>();
+  // Combinations of the motions without rotation.
+  const SymmetricEigen eigen = symmetric_eigen(Matrix(spins.transpose() * spins));
+  Index count = 0;
+  while (count < modes.cols() && eigen.values[count] < kSame * kSame) ++count;
+  const std::vector<Vector3> ways = plain_basis(moves * eigen.vectors.leftCols(count));
+  for (const Vector3& way : ways) names.push_back("move along " + direction_name(way));
+  for (const Vector3& axis : plain_basis(spins)) {
+    // The combination that rotates about this axis, and the velocity of the centre in it without
+    // what the free translations can change.
+    Vector combination = Vector::Zero(modes.cols());
+    for (Index i = count; i < modes.cols(); ++i) {
+      const Vector c = eigen.vectors.col(i);
+      combination += (spins * c).dot(axis) / eigen.values[i] * c;
+    }
+    Vector3 drift = size_ * (moves * combination);
+    for (const Vector3& way : ways) drift -= way.dot(drift) * way;
+    names.push_back(ways.size() == 3 ? "rotate about " + direction_name(axis)
+                                     : fmt::format("rotate about the line through {} along {}",
+                                                   list_of(center_ + axis.cross(drift), size_),
+                                                   direction_name(axis)));
+  }
+  return names;
+}
+
+}  // namespace
+
+std::vector<std::string> free_motions(const MechanicalSystem& system, double time) {
+  const Vector x = system.mesh().rest_positions();
+  const Potentials potentials = potentials_of(system, x, time);
+  const std::vector<std::vector<Index>> parts = parts_of(system);
+  std::vector<std::string> names;
+  for (const std::vector<Index>& vertices : parts) {
+    const Part part(system, vertices, x);
+    const Modes modes = part.free_modes(potentials);
+    if (modes.cols() == 0) continue;
+    for (std::string& name : part.names_of(modes)) {
+      if (parts.size() > 1) {
+        name += fmt::format(" (the part with vertex {})", system.mesh().vertex_id(vertices[0]));
+      }
+      names.push_back(std::move(name));
+    }
+  }
+  return names;
+}
+
+void refuse_free_motions(const MechanicalSystem& system, double time) {
+  const std::vector<std::string> names = free_motions(system, time);
+  if (names.empty()) return;
+  std::string text;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (i > 0) text += i + 1 < names.size() ? ", " : " and ";
+    text += names[i];
+  }
+  throw InputError(
+      fmt::format("There is no definite equilibrium: the body can still {}. Fix it with [[fix]], "
+                  "with a plane or "
+                  "line of [[constraint]], or with springs (mode = \"penalty\").{}",
+                  text,
+                  system.constraints().list().distances.empty()
+                      ? ""
+                      : " Distances are not enough to hold a body in an equilibrium."));
+}
+
+}  // namespace tetraction

@@ -1,0 +1,99 @@
+#include "load_stepping.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "tetraction/core/error.h"
+#include "tetraction/simulation/scene_objects.h"
+
+namespace tetraction {
+namespace {
+
+// The smallest increment of the load factor, which is the accuracy of a limit point.
+constexpr double kLeast = 1.0 / 1024;
+
+}  // namespace
+
+std::unique_ptr<StaticStepper> make_static_stepper(const MechanicalSystem& system,
+                                                   const SolverSettings& solver, double time) {
+  // Round-off stops the minimiser before it reaches this tolerance.
+  constexpr double kToRoundOff = 1e-13;
+  SolverSettings exact = solver;
+  exact.tolerance = std::min(exact.tolerance, kToRoundOff);
+  return StaticStepper::make(system, make_minimizer(exact, system), time);
+}
+
+StepOutcome LoadStepping::advance(const State& from, State& to) {
+  sum_ = {};
+  Beyond beyond;
+  bool cut = false;
+  bool unstable = false;
+  for (;;) {
+    const double next = std::min(1.0, from.time + increment_);
+    StepOutcome outcome = stepper_.advance(from, to, next - from.time, next);
+    const MinimizerReport& report = outcome.minimizer;
+    sum_.iterations += report.iterations;
+    sum_.factorizations += report.factorizations;
+    sum_.cg_iterations += report.cg_iterations;
+    unstable = unstable || report.met_negative_curvature;
+    if (outcome.ok() && !report.met_negative_curvature) {
+      if (!cut) increment_ *= 2.0;
+      return accept(outcome, next);
+    }
+    if (outcome.ok()) {
+      beyond = {to, outcome, stepper_.reaction_force(), stepper_.configuration_force()};
+    }
+    if (increment_ > kLeast) {
+      increment_ = 0.5 * std::min(increment_, 1.0 - from.time);
+      cut = true;
+      ++path_.cuts;
+      continue;
+    }
+    if (unstable) path_.limit_points.push_back({from.time, next, beyond.found()});
+    if (!beyond.found()) {
+      if (outcome.message.empty()) outcome.message = "an element would be inverted";
+      outcome.minimizer.iterations = sum_.iterations;
+      return outcome;
+    }
+    to = beyond.state;
+    stepper_.set_reactions(beyond.reaction, beyond.configuration_force);
+    stepper_.reset();
+    return accept(beyond.outcome, to.time);
+  }
+}
+
+StepOutcome LoadStepping::accept(const StepOutcome& outcome, double factor) {
+  path_.factor = factor;
+  ++path_.steps;
+  path_.residual = outcome.minimizer.residual;
+  path_.residual_limit = outcome.minimizer.residual_limit;
+  StepOutcome result = outcome;
+  result.minimizer.iterations = sum_.iterations;
+  result.minimizer.factorizations = sum_.factorizations;
+  result.minimizer.cg_iterations = sum_.cg_iterations;
+  return result;
+}
+
+std::string limit_text(const LimitPoint& limit) {
+  return fmt::format(
+      "limit point near load factor {:.3f} (between {:.4f} and {:.4f}): the body buckles or snaps "
+      "through{}",
+      0.5 * (limit.below + limit.above), limit.below, limit.above,
+      limit.passed ? ". From there on the result is another equilibrium, to which the minimiser "
+                     "went; there may be more of them"
+                   : "");
+}
+
+std::string LoadStepping::message(const StepOutcome& outcome) const {
+  std::string text;
+  for (const LimitPoint& limit : path_.limit_points) {
+    text += (text.empty() ? "" : "; ") + limit_text(limit);
+  }
+  if (outcome.ok()) return text;
+  return text + fmt::format("{}no equilibrium was found beyond load factor {:.4f}: {}",
+                            text.empty() ? "" : "; ", path_.factor, outcome.message);
+}
+
+}  // namespace tetraction

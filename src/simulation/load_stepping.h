@@ -1,0 +1,57 @@
+// The size of load steps.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "tetraction/dynamics/static_stepper.h"
+#include "tetraction/simulation/equilibrium.h"
+
+namespace tetraction {
+
+/// The stepper of load steps with the solver of the settings, which goes on to round-off. Throws
+/// InputError.
+std::unique_ptr<StaticStepper> make_static_stepper(const MechanicalSystem& system,
+                                                   const SolverSettings& solver, double time);
+
+/// Throws InputError if a rigid motion is free.
+void refuse_free_motions(const MechanicalSystem& system, double time);
+
+/// Chooses the increments of the load factor as find_equilibrium() says.
+class LoadStepping {
+ public:
+  /// Keeps a reference to the stepper, which must live longer.
+  explicit LoadStepping(StaticStepper& stepper) : stepper_(stepper) {}
+
+  /// One load step from `from` to `to`, whose times are load factors. If none is possible, the outcome
+  /// says why. The report is the sum over all attempts.
+  StepOutcome advance(const State& from, State& to);
+  /// The increment that the next step tries, and those that were taken.
+  double increment() const { return increment_; }
+  const LoadPath& path() const { return path_; }
+  /// What is to tell after a step with this outcome: why there was no equilibrium, or which limit
+  /// points the path has passed. Empty if there is nothing.
+  std::string message(const StepOutcome& outcome) const;
+
+ private:
+  // A result whose stiffness was not positive definite everywhere on the way.
+  struct Beyond {
+    State state;
+    StepOutcome outcome;
+    Vector reaction;
+    Vector configuration_force;
+    bool found() const { return state.position.size() > 0; }
+  };
+
+  StepOutcome accept(const StepOutcome& outcome, double factor);
+
+  StaticStepper& stepper_;
+  double increment_ = 1.0;
+  LoadPath path_;
+  MinimizerReport sum_;  // of the attempts of a step
+};
+
+/// What is to tell about a limit point.
+std::string limit_text(const LimitPoint& limit);
+
+}  // namespace tetraction

@@ -1,0 +1,73 @@
+// A session that computes an equilibrium: its steps are load steps.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "session_impl.h"
+#include "tetraction/core/error.h"
+
+namespace tetraction {
+
+void Session::Impl::begin_equilibrium() {
+  // A load step is an implicit step of length 1 at most in the load factor, which ends at 1.
+  settings.time = {Integrator::kBackwardEuler, 1.0, false, 1.0};
+  set_constraints_of_equilibrium(scene, *system, settings.constraints);
+  refuse_free_motions(*system, 0.0);
+  std::unique_ptr<StaticStepper> load_stepper = make_static_stepper(*system, settings.solver, 0.0);
+  loading = std::make_unique<LoadStepping>(*load_stepper);
+  equilibrium_problem = &load_stepper->problem();
+  stepper = std::move(load_stepper);
+  states.set(system->rest_state());
+  balance = std::make_unique<Balance>(*system, state());
+  enter_equilibrium(state());
+  set_time_step(loading->increment());
+  count_inverted(nullptr);
+  warn_of_materials();
+  if (!scene.event.empty()) {
+    progress.warnings.push_back(
+        fmt::format("the equilibrium is that of the scene at t = 0: its {} [[event]] {} not made",
+                    scene.event.size(), scene.event.size() == 1 ? "is" : "are"));
+  }
+  warn_of_blas();
+}
+
+// Sets the energies and the loads of an equilibrium.
+void Session::Impl::enter_equilibrium(const State& at) {
+  BalanceSums sums = balance->sums();
+  equilibrium_problem->energies(at.time, at.position, sums.energies);
+  if (at.step == 0) sums.initial_energies = sums.energies;
+  balance->restore(std::move(sums));
+  progress.external_force = equilibrium_problem->applied_force(at.time, at.position);
+}
+
+bool Session::Impl::load_step() {
+  const std::size_t limits = loading->path().limit_points.size();
+  const StepOutcome outcome = loading->advance(state(), states.other());
+  count(outcome.minimizer);
+  if (!outcome.ok()) {
+    progress.message = loading->message(outcome);
+    progress.status = RunStatus::kNotConverged;
+    return false;
+  }
+  for (std::size_t i = limits; i < loading->path().limit_points.size(); ++i) {
+    progress.warnings.push_back(limit_text(loading->path().limit_points[i]));
+  }
+  const double length = states.other().time - state().time;
+  enter_equilibrium(states.other());
+  states.switch_to_other();
+  StepRange& steps = progress.steps;
+  steps.last = length;
+  steps.largest = std::max(steps.largest, length);
+  steps.smallest = steps.smallest == 0.0 ? length : std::min(steps.smallest, length);
+  set_time_step(std::min(loading->increment(), std::max(length, 1.0 - state().time)));
+  count_inverted(nullptr);
+  if (state().time >= 1.0) progress.status = RunStatus::kFinished;
+  return true;
+}
+
+void Session::Impl::require_motion(const char* what) const {
+  if (!loading) return;
+  throw InputError(fmt::format("A session that computes an equilibrium has no {}.", what));
+}
+
+}  // namespace tetraction
