@@ -25,13 +25,24 @@ std::unique_ptr<StaticStepper> make_static_stepper(const MechanicalSystem& syste
   return StaticStepper::make(system, make_minimizer(exact, system), time);
 }
 
+LoadStepping::LoadStepping(StaticStepper& stepper, double largest_increment)
+    : stepper_(stepper), largest_increment_(largest_increment), increment_(largest_increment) {
+  if (!(largest_increment > 0.0 && largest_increment <= 1.0)) {
+    throw InputError(fmt::format(
+        "The largest increment of the load factor must be above 0 and at most 1, not {}.",
+        largest_increment));
+  }
+}
+
 StepOutcome LoadStepping::advance(const State& from, State& to) {
   sum_ = {};
   Beyond beyond;
   bool cut = false;
   bool unstable = false;
   for (;;) {
-    const double next = std::min(1.0, from.time + increment_);
+    // A last increment that would be mere round-off is added to the one before.
+    constexpr double kMerged = 1e-9;
+    const double next = from.time + increment_ > 1.0 - kMerged ? 1.0 : from.time + increment_;
     StepOutcome outcome = stepper_.advance(from, to, next - from.time, next);
     const MinimizerReport& report = outcome.minimizer;
     sum_.iterations += report.iterations;
@@ -39,7 +50,7 @@ StepOutcome LoadStepping::advance(const State& from, State& to) {
     sum_.cg_iterations += report.cg_iterations;
     unstable = unstable || report.met_negative_curvature;
     if (outcome.ok() && !report.met_negative_curvature) {
-      if (!cut) increment_ *= 2.0;
+      if (!cut) increment_ = std::min(2.0 * increment_, largest_increment_);
       return accept(outcome, next);
     }
     if (outcome.ok()) {

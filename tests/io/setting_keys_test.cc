@@ -222,6 +222,7 @@ struct Change {
   void operator()(std::vector<Vector3> S::*member) const {
     settings.*member = {vector(), -vector()};
   }
+  void operator()(bool S::*member) const { settings.*member = !(settings.*member); }
   void operator()(const Choice<S>& choice) const {
     const bool is_first = choice.get(settings) == choice.names.front();
     choice.set(settings, is_first ? choice.names[1] : choice.names.front());
