@@ -13,6 +13,13 @@ namespace {
 
 // The smallest increment of the load factor, which is the accuracy of a limit point.
 constexpr double kLeast = 1.0 / 1024;
+// A body that moves so many times as fast with the load factor as in the step before has jumped.
+constexpr double kJump = 5.0;
+
+// The largest change of a coordinate, m.
+double largest_move(const State& from, const State& to) {
+  return (to.position - from.position).lpNorm<Eigen::Infinity>();
+}
 
 }  // namespace
 
@@ -48,9 +55,12 @@ StepOutcome LoadStepping::advance(const State& from, State& to) {
     sum_.iterations += report.iterations;
     sum_.factorizations += report.factorizations;
     sum_.cg_iterations += report.cg_iterations;
-    unstable = unstable || report.met_negative_curvature;
-    if (outcome.ok() && !report.met_negative_curvature) {
+    const double rate = outcome.ok() ? largest_move(from, to) / (next - from.time) : 0.0;
+    const bool jumped = outcome.ok() && rate_ > 0.0 && rate > kJump * rate_;
+    unstable = unstable || report.met_negative_curvature || jumped;
+    if (outcome.ok() && !report.met_negative_curvature && !jumped) {
       if (!cut) increment_ = std::min(2.0 * increment_, largest_increment_);
+      rate_ = rate;
       return accept(outcome, next);
     }
     if (outcome.ok()) {
@@ -71,6 +81,7 @@ StepOutcome LoadStepping::advance(const State& from, State& to) {
     to = beyond.state;
     stepper_.set_reactions(beyond.reaction, beyond.configuration_force);
     stepper_.reset();
+    rate_ = 0.0;
     return accept(beyond.outcome, to.time);
   }
 }

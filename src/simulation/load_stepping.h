@@ -49,6 +49,7 @@ class LoadStepping {
   StaticStepper& stepper_;
   double largest_increment_;
   double increment_;
+  double rate_ = 0.0;  // at which a coordinate moved in the last step, m; 0: not known
   LoadPath path_;
   MinimizerReport sum_;  // of the attempts of a step
 };

@@ -47,7 +47,8 @@ struct Equilibrium {
 /// minimising its potential (StaticProblem) to round-off, beginning at rest.
 ///
 /// It first tries the full loads at once. If the minimiser fails, an element would be inverted, or
-/// the stiffness is not positive definite on the way, the increment of the load factor is halved, and
+/// the stiffness is not positive definite on the way, or the body moves several times as fast with the
+/// load factor as in the step before, the increment of the load factor is halved, and
 /// doubled again after an increment that needed no halving. If no increment above a thousandth is
 /// possible, there is a limit point. If the minimiser finds another equilibrium beyond it, the path
 /// goes on there, and the message says so. Dissipation has no effect.
