@@ -59,7 +59,7 @@ every = 2
 
 class Probes(StudyTest):
     GRID = ("--integrators", "midpoint,verlet", "--steps", "2.5e-3,5e-3", "--out", "s",
-            "--reference-step", "1e-3")  # fmt: skip
+            "--reference-step", "2.5e-4")  # fmt: skip
 
     def rows(self):
         with open(self.path("s", "study.csv"), newline="") as file:
@@ -72,7 +72,7 @@ class Probes(StudyTest):
 
     def expected_error(self, run, columns):
         """The largest distance from the reference, which is interpolated linearly."""
-        reference = self.trace("reference-midpoint-0.001", columns)
+        reference = self.trace("reference-midpoint-0.00025", columns)
         largest = max(math.hypot(*values) for _, values in reference)
         worst = 0.0
         for time_, values in self.trace(run, columns):

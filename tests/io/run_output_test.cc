@@ -161,9 +161,10 @@ TEST_F(RunOutput, WithoutProbesThereIsNoFileOfThem) {
 }
 
 TEST_F(RunOutput, TheSummaryHasExtremesAndFrequencies) {
-  scene_.time.end = 0.6;
+  scene_.material.youngs_modulus = 1e7;
+  scene_.time.end = 1.5;
   scene_.probe = {tip(ProbeQuantity::kDisplacement, "tip"),
-                  tip(ProbeQuantity::kJacobian, "j", 1000)};
+                  tip(ProbeQuantity::kJacobian, "j", 5000)};
   run();
   const Columns columns = csv("probes.csv");
   std::vector<double> values, times;

@@ -1204,8 +1204,8 @@ TEST_F(SceneReader, ConstraintsTakeTheKeysOfTheirKindOnly) {
           "select, point or direction");
   refused("line", all + "direction = [1, 0, 0]\n", "vertices", "[1, 2]",
           "select, point or direction");
-  refused("rigid", all, "point", "[1, 0, 0]", "select, velocity or angular_velocity");
-  refused("rigid", all, "length", "1", "select, velocity or angular_velocity");
+  refused("rigid", all, "point", "[1, 0, 0]", "select, velocity, angular_velocity or amplitude");
+  refused("rigid", all, "length", "1", "select, velocity, angular_velocity or amplitude");
 }
 
 TEST_F(SceneReader, MaterialRegionsAreRead) {

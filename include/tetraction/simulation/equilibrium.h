@@ -33,7 +33,8 @@ struct Equilibrium {
   bool found = false;  ///< whether `position` is an equilibrium under the full loads
   Vector position;     ///< 3 per vertex, m
   LoadPath path;
-  Vector load;               ///< the loads at the load factor that was reached, 3 per vertex, N
+  /// The forces of the user at the load factor that was reached, 3 per vertex, N.
+  Vector load;
   Vector reaction;           ///< the forces of constraints and penalty springs, 3 per vertex, N
   Index iterations = 0;      ///< linear systems solved
   Index factorizations = 0;  ///< of matrices
