@@ -30,8 +30,9 @@ std::vector<std::string> shipped_scenes() {
 TEST_P(ShippedScene, TheSameStepsAsCeres) {
   const auto& [name, integrator] = GetParam();
   Scene scene = read_scene(std::string(TETRACTION_SCENES) + "/" + name + ".toml");
-  const TetMesh mesh = scene.mesh.generate ? generate_mesh(*scene.mesh.generate)
-                                           : read_mesh(scene.mesh.file, scene.mesh.scale);
+  const TetMesh mesh = scene.mesh.generate
+                           ? generate_mesh(*scene.mesh.generate)
+                           : read_mesh(scene.mesh.file, coordinate_scale(scene.mesh));
   const auto system = make_system(scene, mesh);
   const State start = make_initial_state(scene, *system);
   const double h = scene.time.automatic ? 0.01 : scene.time.step;
