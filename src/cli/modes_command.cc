@@ -91,7 +91,8 @@ int compute_modes(const ModesArguments& arguments) {
   const NormalModes modes = normal_modes(*system, q, options);
   write_modes(*system, q, modes, directory);
   const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
-  const std::string summary = modes_summary_json(*system, modes, scene.echo, taken.count());
+  const std::string summary =
+      modes_summary_json(*system, modes, scene.echo, directory, taken.count());
   write_text_file(directory + "/summary.json", summary);
 
   if (arguments.json) {

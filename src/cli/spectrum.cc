@@ -7,6 +7,7 @@
 #include <string>
 
 #include "console.h"
+#include "tetraction/core/error.h"
 #include "tetraction/dynamics/oscillator.h"
 #include "tetraction/solver/normal_modes.h"
 
@@ -55,9 +56,15 @@ Spectrum spectrum_of(const MechanicalSystem& system, const StabilityLimit& limit
   if (size == 0 || (size > kCheap && !always)) return spectrum;
   // Six rigid modes at most, unless the body has several parts or hinges.
   for (const Index count : {Index{7}, Index{200}}) {
+    NormalModes modes;
     NormalModeOptions options;
     options.count = count;
-    const NormalModes modes = normal_modes(system, system.mesh().rest_positions(), options);
+    try {
+      modes = normal_modes(system, system.mesh().rest_positions(), options);
+    } catch (const Error&) {  // the rest of the check does not need them
+      if (always) throw;
+      return spectrum;
+    }
     spectrum.rigid = spectrum.unstable = 0;
     for (const NormalMode& mode : modes.modes) {
       if (mode.kind == ModeKind::kRigid) ++spectrum.rigid;

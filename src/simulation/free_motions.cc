@@ -5,12 +5,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "core/decompositions.h"
+#include "fem/connected_parts.h"
 #include "load_stepping.h"
 #include "tetraction/core/error.h"
 #include "tetraction/simulation/equilibrium.h"
@@ -23,39 +23,6 @@ using Modes = Eigen::Matrix<double, 6, Eigen::Dynamic>;
 
 // An eigenvalue of the restraint below this share of the largest is zero.
 constexpr double kFree = 1e-13;
-
-// The vertices of the parts of the body that hang together through elements or handles.
-std::vector<std::vector<Index>> parts_of(const MechanicalSystem& system) {
-  std::vector<Index> parent(static_cast<std::size_t>(system.vertex_count()));
-  std::iota(parent.begin(), parent.end(), Index{0});
-  const auto root = [&](Index v) {
-    while (parent[static_cast<std::size_t>(v)] != v) {
-      Index& up = parent[static_cast<std::size_t>(v)];
-      up = parent[static_cast<std::size_t>(up)];
-      v = up;
-    }
-    return v;
-  };
-  const auto join = [&](Index a, Index b) { parent[static_cast<std::size_t>(root(a))] = root(b); };
-  for (Index e = 0; e < system.rest().element_count(); ++e) {
-    const RestState::Nodes nodes = system.rest().nodes(e);
-    for (const Index v : nodes) join(nodes[0], v);
-  }
-  for (const AffineSet& set : system.coordinates().sets()) {
-    for (const Index v : set.vertices) join(set.vertices.front(), v);
-  }
-  std::vector<std::vector<Index>> parts;
-  std::vector<Index> number(parent.size(), -1);
-  for (Index v = 0; v < system.vertex_count(); ++v) {
-    Index& part = number[static_cast<std::size_t>(root(v))];
-    if (part < 0) {
-      part = static_cast<Index>(parts.size());
-      parts.emplace_back();
-    }
-    parts[static_cast<std::size_t>(part)].push_back(v);
-  }
-  return parts;
-}
 
 // The gradients and the Hessian of all potentials. A uniform field restrains nothing.
 struct Potentials {
@@ -243,7 +210,8 @@ std::vector<std::string> Part::names_of(const Modes& modes) const {
 std::vector<std::string> free_motions(const MechanicalSystem& system, double time) {
   const Vector x = system.mesh().rest_positions();
   const Potentials potentials = potentials_of(system, x, time);
-  const std::vector<std::vector<Index>> parts = parts_of(system);
+  const std::vector<std::vector<Index>> parts =
+      connected_parts(system.rest(), system.coordinates().sets());
   std::vector<std::string> names;
   for (const std::vector<Index>& vertices : parts) {
     const Part part(system, vertices, x);
