@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "constrained_minimization.h"
+#include "core/anderson_mixing.h"
 #include "first_guess.h"
 
 namespace tetraction {
@@ -107,12 +108,13 @@ class Implementation : public StaticStepper {
   bool settle_loads(double end_factor, StepOutcome& outcome) {
     constexpr int kRounds = 60;
     constexpr double kEnough = 1e-13;  // of the loads
+    AndersonMixing mixing;
     for (int round = 0; system_.has_load_of_position(); ++round) {
       problem_.positions(solve_.u(), start_);
       trial_ = problem_.load(start_);
       const double change = (trial_ - load_).norm();
       if (change <= kEnough * trial_.norm()) break;
-      if (round == kRounds || (round > 2 && change > 0.9 * last_change_)) {
+      if (round == kRounds || !std::isfinite(change)) {
         outcome.status = StepStatus::kNotConverged;
         outcome.message =
             "the forces at the rim of a pressure, which depend on the positions, do not settle: "
@@ -120,9 +122,8 @@ class Implementation : public StaticStepper {
             "the rim, or close the surface";
         return false;
       }
-      last_change_ = change;
-      load_ = trial_;
-      problem_.begin(start_, end_factor);
+      load_ = mixing.next(load_, trial_);
+      problem_.begin(start_, end_factor, load_);
       problem_.set_examined(true);
       solve_.u().setZero();
       if (!solve_.minimize(start_, outcome)) return false;
@@ -136,7 +137,6 @@ class Implementation : public StaticStepper {
   Vector start_;
   Vector trial_;
   Vector load_;  // if it depends on positions: in the problem
-  double last_change_ = 0.0;
   // The positions at the start of the last step that was accepted, and at that of the last step.
   Vector earlier_;
   Vector last_;

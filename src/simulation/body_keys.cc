@@ -30,6 +30,12 @@ std::string amplitude_conflict(const FixSettings& fix) {
              : "needs `offset`, the displacement that it is the factor of.";
 }
 
+std::string driven_conflict(const ConstraintSettings& constraint) {
+  return constraint.amplitude.empty() || constraint.is_driven()
+             ? ""
+             : "needs `velocity` or `angular_velocity`, which it is the factor of.";
+}
+
 std::string targets_conflict(const FixSettings& fix) {
   if (fix.targets.empty()) return {};
   const auto* select = std::get_if<SelectVertices>(&fix.select);
@@ -203,7 +209,8 @@ const Section<ConstraintSettings>& section_of() {
         &S::amplitude,
         is_kind<ConstraintKind::kRigid>}},
       {{{"normal"}, zero_direction<ConstraintKind::kPlane>},
-       {{"direction"}, zero_direction<ConstraintKind::kLine>}},
+       {{"direction"}, zero_direction<ConstraintKind::kLine>},
+       {{"amplitude"}, driven_conflict}},
       true};
   return section;
 }

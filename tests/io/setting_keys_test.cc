@@ -188,6 +188,12 @@ std::vector<FixSettings> bases() {
   return {fix, moving};
 }
 template <>
+std::vector<ForceSettings> bases() {
+  ForceSettings shared;
+  shared.total = Vector3(1.0, 0.0, 0.0);
+  return {ForceSettings{}, shared};
+}
+template <>
 std::vector<AmplitudeSettings> bases() {
   AmplitudeSettings amplitude;
   amplitude.name = "hat";
@@ -196,10 +202,12 @@ std::vector<AmplitudeSettings> bases() {
 }
 template <>
 std::vector<ConstraintSettings> bases() {
-  std::vector<ConstraintSettings> all(4);
+  std::vector<ConstraintSettings> all(4);  // and a driven one
   all[1].kind = ConstraintKind::kPlane;
   all[2].kind = ConstraintKind::kLine;
   all[3].kind = ConstraintKind::kRigid;
+  all.push_back(all[3]);
+  all[4].velocity = Vector3(1.0, 0.0, 0.0);
   return all;
 }
 template <>
@@ -239,6 +247,19 @@ bool can_change(const FixSettings& fix, const Key<FixSettings>& key) {
   const std::string name = key.info.name;
   if (name == "amplitude") return fix.offset.has_value();
   return !fix.offset || (name != "target" && name != "targets");
+}
+// An amplitude is the factor of the velocities of a driven handle.
+template <>
+bool can_change(const ConstraintSettings& constraint, const Key<ConstraintSettings>& key) {
+  if (std::string(key.info.name) == "amplitude") return constraint.is_driven();
+  return key.is_used(constraint);
+}
+// A total is shared out; a vector is not, and the two exclude each other.
+template <>
+bool can_change(const ForceSettings& force, const Key<ForceSettings>& key) {
+  const std::string name = key.info.name;
+  if (name == "share") return force.total.has_value();
+  return name != "vector" || !force.total;
 }
 // The parameters of a material must be those of its model.
 template <>
