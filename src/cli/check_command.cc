@@ -12,9 +12,11 @@
 #include "console.h"
 #include "mesh_table.h"
 #include "scene_source.h"
+#include "spectrum.h"
 #include "tetraction/dynamics/derivative_check.h"
 #include "tetraction/dynamics/stability.h"
 #include "tetraction/io/scene_reader.h"
+#include "tetraction/simulation/probe.h"
 #include "tetraction/simulation/scene_objects.h"
 #include "tetraction/simulation/warnings.h"
 
@@ -44,18 +46,31 @@ std::vector<MaterialModel> materials_to_check(const std::vector<MaterialModel>& 
   return models;
 }
 
+// The edge lengths of the bounding box.
+Vector3 extent(const TetMesh& mesh) {
+  Vector3 low = mesh.vertices.front();
+  Vector3 high = low;
+  for (const Vector3 x : mesh.vertices) {
+    low = low.cwiseMin(x);
+    high = high.cwiseMax(x);
+  }
+  return high - low;
+}
+
 // The rules that have the limit of stability_limit(). With damping each rule has its own.
 std::string rules_of_limit(const MechanicalSystem& system, Integrator rule) {
   if (!system.is_dissipative()) return "explicit and verlet";
   return to_string(is_implicit(rule) ? Integrator::kExplicit : rule);
 }
 
-int check(const std::string& path, const std::vector<std::string>& overrides, bool as_json) {
+int check(const std::string& path, const std::vector<std::string>& overrides, bool as_json,
+          bool with_spectrum) {
   const Scene scene = read_scene(path, overrides);
   const std::unique_ptr<MechanicalSystem> system = make_system(scene, load_mesh(scene));
   const TetMesh& mesh = system->mesh();
   const State state = make_initial_state(scene, *system);
   check_events(scene, *system);
+  const ProbeSet probes(scene.probe, *system);
   const StabilityLimit limit = stability_limit(*system, state.position, scene.time.integrator);
 
   nlohmann::ordered_json json;
@@ -64,6 +79,7 @@ int check(const std::string& path, const std::vector<std::string>& overrides, bo
   json["free_degrees_of_freedom"] = system->coordinates().count();
   json["multipliers"] = system->constraints().equation_count();
   json["events"] = scene.event.size();
+  json["probes"] = probes.probes().size();
   double fastest = 0.0;
   json["materials"] = nlohmann::ordered_json::array();
   for (Index r = 0; r < system->region_count(); ++r) {
@@ -75,12 +91,22 @@ int check(const std::string& path, const std::vector<std::string>& overrides, bo
                                  {"mu", lame.mu},
                                  {"lambda", lame.lambda},
                                  {"density", system->density(r)},
-                                 {"wave_speed", speed}});
+                                 {"wave_speed", speed},
+                                 {"shear_wave_speed", std::sqrt(lame.mu / system->density(r))}});
   }
   json["wave_speed"] = fastest;
+  const Vector3 size = extent(mesh);
+  json["size"] = {size.x(), size.y(), size.z()};
+  json["wave_time"] = size.maxCoeff() / fastest;
   json["omega_max"] = limit.omega_max;
   json["stable_step"] = limit.critical_step;
   if (limit.element >= 0) json["stable_step_element"] = mesh.tetrahedron_id(limit.element);
+
+  const double step = scene.time.automatic ? 0.5 * limit.critical_step : scene.time.step;
+  const Spectrum spectrum = spectrum_of(*system, limit, with_spectrum);
+  if (spectrum.lowest) json["lowest_frequency"] = *spectrum.lowest;
+  json["highest_frequency"] = spectrum.highest;
+  if (with_spectrum) json["spectrum"] = spectrum_json(spectrum, step);
 
   bool exact = true;
   json["derivatives"] = nlohmann::ordered_json::array();
@@ -108,11 +134,16 @@ int check(const std::string& path, const std::vector<std::string>& overrides, bo
     for (const auto& material : json["materials"]) {
       print_result(
           "material: {} with mu = {:.6g} Pa, lambda = {:.6g} Pa at small strain, density {:.6g} "
-          "kg/m3, wave speed {:.6g} m/s\n",
+          "kg/m3, wave speeds {:.6g} m/s (pressure) and {:.6g} m/s (shear)\n",
           material["model"].get<std::string>(), material["mu"].get<double>(),
           material["lambda"].get<double>(), material["density"].get<double>(),
-          material["wave_speed"].get<double>());
+          material["wave_speed"].get<double>(), material["shear_wave_speed"].get<double>());
     }
+    print_result(
+        "size: {:.6g} x {:.6g} x {:.6g} m; a pressure wave takes {:.4g} s along the longest side. "
+        "If "
+        "this is not the body that you mean, see mesh.unit and mesh.scale\n",
+        size.x(), size.y(), size.z(), size.maxCoeff() / fastest);
     print_result("mass: {:.6g} kg; {} of {} degrees of freedom free", system->total_mass(),
                  system->coordinates().count(), system->dof_count());
     if (system->constraints().has_equations()) {
@@ -142,6 +173,11 @@ int check(const std::string& path, const std::vector<std::string>& overrides, bo
       print_result("time.step = {:.6g} s is {:.3g} times it\n", scene.time.step,
                    scene.time.step / limit.critical_step);
     }
+    print_resolution(spectrum, scene.time.integrator, step);
+    if (with_spectrum) print_spectrum(spectrum, step);
+    if (const std::string remarks = damping_remarks(scene); !remarks.empty()) {
+      print_result("{}\n", remarks);
+    }
     print_result(
         "\nanalytic derivatives against central differences, at the initial state strained "
         "by about 10 %:\n{:<16}{:>18}{:>18}\n",
@@ -166,6 +202,7 @@ void add_check_command(CLI::App& app, int& exit_code) {
     std::string scene;
     std::vector<std::string> overrides;
     bool json = false;
+    bool spectrum = false;
   };
   auto arguments = std::make_shared<Arguments>();
   CLI::App* command = app.add_subcommand(
@@ -176,8 +213,10 @@ void add_check_command(CLI::App& app, int& exit_code) {
       ->take_all()
       ->allow_extra_args(false);
   command->add_flag("--json", arguments->json, "Print JSON to stdout");
+  command->add_flag("--spectrum", arguments->spectrum,
+                    "Say for each integrator what the step does to the lowest and highest modes");
   command->callback([arguments, &exit_code] {
-    exit_code = check(arguments->scene, arguments->overrides, arguments->json);
+    exit_code = check(arguments->scene, arguments->overrides, arguments->json, arguments->spectrum);
   });
 }
 

@@ -19,5 +19,6 @@ void add_check_command(CLI::App& app, int& exit_code);
 void add_keys_command(CLI::App& app, int& exit_code);
 void add_mesh_command(CLI::App& app, int& exit_code);
 void add_view_command(CLI::App& app, int& exit_code);
+void add_modes_command(CLI::App& app, int& exit_code);
 
 }  // namespace tetraction

@@ -110,6 +110,7 @@ int run_program(int argc, char** argv) {
   tetraction::add_mesh_command(app, exit_code);
   tetraction::add_keys_command(app, exit_code);
   tetraction::add_view_command(app, exit_code);
+  tetraction::add_modes_command(app, exit_code);
   // Accepted anywhere, and told of where it matters.
   for (CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
     if (command->get_name() != "mesh") add_threads(*command);

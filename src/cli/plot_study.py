@@ -1,6 +1,7 @@
 """Plots of a step-size study: python3 plot_study.py STUDY_DIR
 
-Reads study.json and the history.csv of each run; writes PNG and SVG files into STUDY_DIR.
+Reads study.json and the history.csv and probes.csv of each run; writes PNG and SVG files into
+STUDY_DIR.
 """
 
 import csv
@@ -108,8 +109,17 @@ def read_study(folder):
     if not runs:
         raise Unusable("study.json names no run with a step")
     variants = {str(run.get("variant")) for run in runs}
+    probes = study.get("probes")
+    probes = [p for p in probes if usable_probe(p)] if isinstance(probes, list) else []
     return {"runs": runs, "variants": variants, "stable_step": number(study.get("stable_step")),
-            "limits": stability_limits(found, study)}  # fmt: skip
+            "limits": stability_limits(found, study), "probes": probes,
+            "error": str(study.get("error", "position"))}  # fmt: skip
+
+
+def usable_probe(probe):
+    return (isinstance(probe, dict) and isinstance(probe.get("columns"), list)
+            and len(probe["columns"]) > 0
+            and "/" not in str(probe.get("name", "/")))  # fmt: skip
 
 
 def stability_limits(entries, study):
@@ -127,10 +137,10 @@ def stability_limits(entries, study):
     return [("stability limit of the explicit steps", values[0])] if usable(values[0]) else []
 
 
-def read_history(run):
-    """Columns of a history.csv as lists of numbers, up to its first broken row; {} without one."""
+def read_columns(run, name):
+    """Columns of a CSV file as lists of numbers, up to its first broken row; {} without one."""
     try:
-        with open(os.path.join(run["directory"], "history.csv"), newline="") as file:
+        with open(os.path.join(run["directory"], name), newline="") as file:
             rows = list(csv.reader(file))
     except (OSError, ValueError, csv.Error):
         return {}
@@ -140,7 +150,13 @@ def read_history(run):
             break
         for column, value in zip(columns.values(), row):
             column.append(number(value))
-    if not columns.get("time"):
+    return columns if columns.get("time") else {}
+
+
+def read_history(run):
+    """Columns of history.csv, and the energy that entered."""
+    columns = read_columns(run, "history.csv")
+    if not columns:
         return {}
     try:
         with open(os.path.join(run["directory"], "summary.json")) as file:
@@ -182,6 +198,67 @@ def thinned(times, values):
         ]
         points += [last] if points[-1] != last else []
     return [p[0] for p in points], [p[1] for p in points]
+
+
+def both_extremes(times, values):
+    """About MOST_POINTS points: of each stretch its least and its largest value in their order."""
+    points = [(t, v) for t, v in zip(times, values) if math.isfinite(t) and math.isfinite(v)]
+    stride = 2 * math.ceil(len(points) / MOST_POINTS)
+    if stride > 2:
+        kept = []
+        for i in range(0, len(points), stride):
+            piece = points[i : i + stride]
+            extremes = {min(piece, key=lambda p: p[1]), max(piece, key=lambda p: p[1])}
+            kept += sorted(extremes)
+        points = kept
+    return [p[0] for p in points], [p[1] for p in points]
+
+
+def probe_over_time(study, folder, probe):
+    """One panel for each component, with a curve for each run.
+
+    The axes fit the runs that ended well.
+    """
+    columns = [str(column) for column in probe["columns"]]
+    runs = [run for runs in by_integrator(study["runs"]).values() for run in runs]
+    tables = [(run, read_columns(run, "probes.csv")) for run in runs]
+    tables = [(run, table) for run, table in tables if all(c in table for c in columns)]
+    if not tables:
+        return
+    steps = sorted({run["step"] for run, _ in tables})
+    below = 0.6 + 0.2 * math.ceil(len(tables) / 2)  # inches: time label and legend
+    height = 2.1 * len(columns) + 0.5 + below
+    figure, panels = plt.subplots(
+        len(columns), 1, figsize=(8.0, height), sharex=True, squeeze=False
+    )
+    name, unit = str(probe["name"]), str(probe.get("unit", ""))
+    handles = {}
+    for panel, column in zip(panels.flat, columns):
+        good = []
+        for run, table in tables:
+            times, values = both_extremes(table["time"], table[column])
+            if not values:
+                continue
+            looks = style(run["integrator"])
+            # Fine steps are full lines, coarse ones are paler.
+            rank = steps.index(run["step"]) / max(1, len(steps) - 1)
+            (line,) = panel.plot(
+                times, values, "-" if ended_well(run) else "--", color=looks["color"],
+                lw=1.3, alpha=1.0 - 0.65 * rank, marker="." if len(times) < 8 else "",
+            )  # fmt: skip
+            handles[f"{run['integrator']}, $h$ = {si(run['step'], 's')}"] = line
+            if ended_well(run):
+                good += [min(values), max(values)]
+        if good:
+            room = 0.06 * (max(good) - min(good)) or max(1e-12, 0.1 * abs(good[0]))
+            panel.set_ylim(min(good) - room, max(good) + room)
+        panel.set_ylabel(f"{column} [{unit}]" if unit else column)
+    panels[-1][0].set_xlabel("time [s]")
+    figure.suptitle(f"Probe {name}: {str(probe.get('quantity', '')).replace('_', ' ')} "
+                    "(dashed: unstable or failed)", fontsize=11)  # fmt: skip
+    figure.legend(handles.values(), handles.keys(), loc="lower center", ncol=2, fontsize=9)
+    figure.tight_layout(rect=(0, (below - 0.5) / height, 1, 1))
+    save(figure, folder, f"probe_{name}")
 
 
 def over_time(study, folder, name, title, ylabel, value_of, floor=None):
@@ -395,19 +472,26 @@ def main(folder):
     step = "step $h$ [s]"
     what = "position error" if len(study["variants"]) < 2 else "position error or difference"
     error = what + r" at the end $|q - q_{ref}|\,/\,|q_{ref} - X|$"
+    key = "position_error"
+    if study["error"].startswith("probe."):
+        key = "probe_error"
+        name = study["error"][len("probe."):]
+        error = f"error of the probe {name}" + r" $\max|s - s_{ref}|\,/\,\max|s_{ref}|$"
     scatter(study, folder, "error_over_step", "Error over step size", step, "step",
-            "position_error", error, guides=True)  # fmt: skip
+            key, error, guides=True)  # fmt: skip
     scatter(study, folder, "rms_error_over_step", "Error of the whole motion over step size", step,
             "step", "position_error_rms", f"root mean square of the {what} over time",
             guides=True)  # fmt: skip
     scatter(study, folder, "work_precision", "Work and precision", "wall time of the run [s]",
-            "wall_seconds", "position_error", error)  # fmt: skip
+            "wall_seconds", key, error)  # fmt: skip
     scatter(study, folder, "energy_drift_over_step", "Largest energy error over step size", step,
             "step", "max_relative_energy_drift", "|energy error| / energy that entered",
             1e-17)  # fmt: skip
     scatter(study, folder, "momentum_drift_over_step", "Angular momentum that outer forces do not "
             "explain", step, "step", "angular_momentum_drift",
             r"$|\Delta L - \mathrm{impulses}|\,/\,\Sigma |q \times p|$", 1e-17)  # fmt: skip
+    for probe in study["probes"]:
+        probe_over_time(study, folder, probe)
 
 
 if __name__ == "__main__":

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <chrono>
 #include <utility>
 
 #include "commands.h"
@@ -33,13 +34,17 @@ int run_recorded(const SessionArguments& arguments, const SessionMaker& make_ses
   const Scene scene = read_scene(arguments.scene, arguments.overrides);
   const std::string directory = arguments.out.empty() ? scene.output.directory : arguments.out;
   check_folder_of_run(scene, directory);
+  const auto start = std::chrono::steady_clock::now();
   TetMesh mesh = load_mesh(scene);
+  const std::chrono::duration<double> mesh_time = std::chrono::steady_clock::now() - start;
   if (!arguments.quiet) {
     if (const std::string remarks = mesh_remarks(mesh); !remarks.empty()) print_note(remarks);
+    if (const std::string remarks = damping_remarks(scene); !remarks.empty()) print_note(remarks);
   }
   make_output_directory(directory);
   const std::unique_ptr<Session> made = make_session(scene, std::move(mesh));
   Session& session = *made;
+  session.add_mesh_time(mesh_time.count());
   // A slow BLAS affects only the time. --quiet leaves this warning out; summary.json has it.
   const std::string slow_blas = arguments.quiet ? blas_warning() : "";
   for (const std::string& warning : session.warnings()) {
@@ -55,7 +60,7 @@ int run_recorded(const SessionArguments& arguments, const SessionMaker& make_ses
   const RunStatus status = session.run(observers);
 
   if (arguments.json) {
-    write_result(summary_json(session, directory));
+    write_result(recorder.summary());
   } else if (!arguments.quiet) {
     print_outcome(session, directory);
   }

@@ -24,6 +24,8 @@ constexpr std::array kPlots{"energy_over_time",           "linear_momentum_over_
                             "rms_error_over_step",        "work_precision",
                             "energy_drift_over_step",     "momentum_drift_over_step"};
 
+constexpr const char* kModes = "computation of modes";
+
 bool is_there(const fs::path& path) {
   std::error_code error;
   return fs::exists(path, error);
@@ -38,8 +40,16 @@ bool holds_run(const fs::path& directory) {
          (is_there(directory / "frames.pvd") || is_there(directory / "summary.json"));
 }
 
+bool holds_modes(const fs::path& directory) {
+  return is_there(directory / "modes.csv");
+}
+
 bool is_frame(const fs::path& file) {
   return file.filename().string().rfind("frame_", 0) == 0 && file.extension() == ".vtu";
+}
+
+bool is_mode(const fs::path& file) {
+  return file.filename().string().rfind("mode_", 0) == 0 && file.extension() == ".vtu";
 }
 
 // A result of an earlier run may be the mesh of this run, but only if the directories differ.
@@ -48,13 +58,27 @@ void check_mesh_file(const Scene& scene, const std::string& directory) {
   // A path that cannot be examined cannot be read or written either, and this has its own message.
   std::error_code error;
   const fs::path mesh = fs::weakly_canonical(scene.mesh.file, error);
-  if (mesh.filename() != "final.vtu" && !is_frame(mesh)) return;
+  if (mesh.filename() != "final.vtu" && !is_frame(mesh) && !is_mode(mesh)) return;
   const fs::path place = mesh.lexically_relative(fs::weakly_canonical(directory, error));
   if (place.empty() || *place.begin() == "..") return;
   throw InputError(
       fmt::format("{}: this mesh is a result in the output directory {}, where it would be "
                   "overwritten. Choose another directory with --out.",
                   scene.mesh.file, directory));
+}
+
+// The plots of the probes that study.json names.
+std::vector<std::string> probe_plots(const fs::path& directory) {
+  std::ifstream file(directory / "study.json");
+  const auto json = nlohmann::json::parse(file, nullptr, false);
+  std::vector<std::string> plots;
+  if (!json.is_object() || !json.contains("probes") || !json["probes"].is_array()) return plots;
+  for (const auto& probe : json["probes"]) {
+    if (!probe.is_object() || !probe.contains("name") || !probe["name"].is_string()) continue;
+    const auto name = probe["name"].get<std::string>();
+    if (name.find('/') == std::string::npos) plots.push_back("probe_" + name);
+  }
+  return plots;
 }
 
 // Folders of runs that study.json names. What is not the name of a folder there is left out.
@@ -84,7 +108,8 @@ void remove_result(const fs::path& file) {
 }
 
 void remove_results_of_run(const fs::path& folder) {
-  for (const char* name : {"history.csv", "summary.json", "final.vtu", "frames.pvd"}) {
+  for (const char* name :
+       {"history.csv", "probes.csv", "summary.json", "final.vtu", "frames.pvd"}) {
     remove_result(folder / name);
   }
   if (fs::is_directory(folder / "frames")) {
@@ -114,11 +139,19 @@ void remove_results_of_run(const fs::path& folder) {
 
 void check_folder_of_run(const Scene& scene, const std::string& directory) {
   if (holds_study(directory)) refuse_to_mix(directory, "study", "run");
+  if (holds_modes(directory)) refuse_to_mix(directory, kModes, "run");
   check_mesh_file(scene, directory);
 }
 
 void check_folder_of_study(const Scene& scene, const std::string& directory) {
   if (holds_run(directory)) refuse_to_mix(directory, "run", "study");
+  if (holds_modes(directory)) refuse_to_mix(directory, kModes, "study");
+  check_mesh_file(scene, directory);
+}
+
+void check_folder_of_modes(const Scene& scene, const std::string& directory) {
+  if (holds_run(directory)) refuse_to_mix(directory, "run", kModes);
+  if (holds_study(directory)) refuse_to_mix(directory, "study", kModes);
   check_mesh_file(scene, directory);
 }
 
@@ -127,8 +160,10 @@ bool remove_study(const std::string& directory) {
   if (!holds_study(root)) return false;
   try {
     for (const fs::path& folder : folders_of_study(root)) remove_results_of_run(folder);
-    for (const char* plot : kPlots) {
-      for (const char* ending : {".png", ".svg"}) fs::remove(root / (std::string(plot) + ending));
+    std::vector<std::string> plots = probe_plots(root);
+    plots.insert(plots.end(), kPlots.begin(), kPlots.end());
+    for (const std::string& plot : plots) {
+      for (const char* ending : {".png", ".svg"}) fs::remove(root / (plot + ending));
     }
     remove_result(root / "study.csv");
     remove_result(root / "study.json");

@@ -63,8 +63,8 @@ void print_outcome(const Session& session, const std::string& directory) {
   } else {
     write_result("\n");
   }
-  print_result("results: {0}/history.csv, {0}/frames.pvd, {0}/final.vtu, {0}/summary.json\n",
-               directory);
+  print_result("results: {0}/history.csv, {1}{0}/frames.pvd, {0}/final.vtu, {0}/summary.json\n",
+               directory, session.scene().probe.empty() ? "" : directory + "/probes.csv, ");
 }
 
 }  // namespace

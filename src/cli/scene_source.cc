@@ -26,4 +26,24 @@ std::string mesh_remarks(const TetMesh& mesh) {
   return text.empty() ? text : mesh.source + ": " + text;
 }
 
+std::string damping_remarks(const Scene& scene) {
+  if (!scene.damping_ratio) return {};
+  const auto& frequency = scene.damping_ratio->frequency;
+  const LameParameters lame = initial_lame(make_material(scene.material));
+  std::string text = fmt::format(
+      "damping.ratio gives mass_damping = {:.6g} 1/s and viscosity = {:.6g} Pa s. Damping ratios "
+      "at "
+      "{:.6g} and {:.6g} Hz:",
+      scene.damping.mass_damping, scene.damping.viscosity, frequency[0], frequency[1]);
+  const char* separator = " ";
+  for (const DeformationKind kind :
+       {DeformationKind::kShear, DeformationKind::kBending, DeformationKind::kVolumeChange}) {
+    text += fmt::format("{}{} {:.4g} and {:.4g}", separator, to_string(kind),
+                        damping_ratio(kind, scene.damping, lame, frequency[0]),
+                        damping_ratio(kind, scene.damping, lame, frequency[1]));
+    separator = "; ";
+  }
+  return text;
+}
+
 }  // namespace tetraction

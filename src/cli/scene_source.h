@@ -16,4 +16,8 @@ TetMesh load_mesh(const Scene& scene);
 /// nothing.
 std::string mesh_remarks(const TetMesh& mesh);
 
+/// One line that says what mass damping and viscosity the scene's damping.ratio gives, and what
+/// damping ratios they have in shear, bending and changes of volume. Empty without damping.ratio.
+std::string damping_remarks(const Scene& scene);
+
 }  // namespace tetraction

@@ -38,6 +38,7 @@ struct StudyArguments {
   std::string vary;
   std::vector<std::string> also_solvers;
   std::vector<std::string> frames;
+  std::string error;
   bool quiet = false;
   bool json = false;
   bool no_plots = false;
@@ -119,6 +120,17 @@ SolverComparison read_comparison(const std::string& text) {
   return comparison;
 }
 
+// probe.NAME: the name. position: empty.
+std::string read_error_probe(const std::string& text) {
+  const std::string prefix = "probe.";
+  if (text.empty() || text == "position") return {};
+  if (text.rfind(prefix, 0) == 0 && text.size() > prefix.size()) return text.substr(prefix.size());
+  throw InputError(
+      fmt::format("--error {}: write --error probe.NAME with the name of a [[probe]] of the scene, "
+                  "or --error position.",
+                  text));
+}
+
 StudySettings read_settings(const StudyArguments& arguments) {
   StudySettings settings;
   settings.variants = read_variants(arguments);
@@ -135,6 +147,7 @@ StudySettings read_settings(const StudyArguments& arguments) {
   for (const std::string& text : arguments.also_solvers) {
     settings.solver_comparisons.push_back(read_comparison(text));
   }
+  settings.error_probe = read_error_probe(arguments.error);
   return settings;
 }
 
@@ -270,6 +283,11 @@ void add_study_command(CLI::App& app, int& exit_code) {
           "nearest to the scene's)")
       ->delimiter(',')
       ->allow_extra_args(false);
+  command
+      ->add_option("--error", arguments->error,
+                   "probe.NAME: orders and plots use the error of this probe over time instead of "
+                   "that of the final positions")
+      ->check(not_empty("it names no error"));
   command->add_option("--out", arguments->out, "Output directory (default: the scene's)")
       ->check(not_empty("it names no directory"));
   command->add_option("--set", arguments->overrides, "KEY=VALUE: overrides a scene key")

@@ -3,29 +3,35 @@
 #include <Eigen/LU>
 #include <cmath>
 
+#include "core/decompositions.h"
 #include "proper_rotation.h"
 #include "tetraction/core/parallel.h"
 
 namespace tetraction {
 namespace {
 
-Eigen::Matrix<double, 6, 1> six_components(const Matrix3& s) {
-  Eigen::Matrix<double, 6, 1> six;
+Matrix3 cauchy_stress(const MechanicalSystem& system, Index e, const Vector& q, const Matrix3& f) {
+  const Matrix3 stress = system.elastic().first_piola(e, q) * f.transpose() / f.determinant();
+  return 0.5 * (stress + stress.transpose());
+}
+
+}  // namespace
+
+Vector6 six_components(const Matrix3& s) {
+  Vector6 six;
   six << s(0, 0), s(1, 1), s(2, 2), s(0, 1), s(1, 2), s(0, 2);
   return six;
 }
 
-Matrix3 cauchy_stress(const MechanicalSystem& system, Index e, const Vector& q, const Matrix3& f) {
-  const Matrix3 stress = system.elastic().first_piola(e, q) * f.transpose() / f.determinant();
-  return 0.5 * (stress + stress.transpose());
+Matrix3 cauchy_stress(const MechanicalSystem& system, Index e, const Vector& q) {
+  const RestState& rest = system.rest();
+  return cauchy_stress(system, e, q, deformation_gradient(rest.element(e), 0, rest.gather(q, e)));
 }
 
 double von_mises(const Matrix3& stress) {
   const Matrix3 deviator = stress - stress.trace() / 3.0 * Matrix3::Identity();
   return std::sqrt(1.5) * deviator.norm();
 }
-
-}  // namespace
 
 ElementFields element_fields(const MechanicalSystem& system, const Vector& q) {
   const RestState& rest = system.rest();
@@ -52,13 +58,9 @@ ElementFields element_fields(const MechanicalSystem& system, const Vector& q) {
 }
 
 Vector von_mises_stress(const MechanicalSystem& system, const Vector& q) {
-  const RestState& rest = system.rest();
-  Vector values(rest.element_count());
+  Vector values(system.rest().element_count());
   parallel_for(values.size(), 512, [&](Index begin, Index end) {
-    for (Index e = begin; e < end; ++e) {
-      const Matrix3 f = deformation_gradient(rest.element(e), 0, rest.gather(q, e));
-      values[e] = von_mises(cauchy_stress(system, e, q, f));
-    }
+    for (Index e = begin; e < end; ++e) values[e] = von_mises(cauchy_stress(system, e, q));
   });
   return values;
 }
@@ -72,6 +74,48 @@ Vector volume_ratios(const MechanicalSystem& system, const Vector& q) {
     }
   });
   return values;
+}
+
+Matrix first_piola_stress(const MechanicalSystem& system, const Vector& q) {
+  Matrix stress(9, system.rest().element_count());
+  parallel_for(stress.cols(), 512, [&](Index begin, Index end) {
+    for (Index e = begin; e < end; ++e) {
+      const Matrix3 p = system.elastic().first_piola(e, q).transpose();
+      stress.col(e) = p.reshaped();
+    }
+  });
+  return stress;
+}
+
+Matrix principal_stresses(const Matrix& cauchy_stress) {
+  Matrix principal(3, cauchy_stress.cols());
+  parallel_for(principal.cols(), 512, [&](Index begin, Index end) {
+    for (Index i = begin; i < end; ++i) {
+      const auto s = cauchy_stress.col(i);
+      Matrix3 stress;
+      stress << s[0], s[3], s[5], s[3], s[1], s[4], s[5], s[4], s[2];
+      principal.col(i) = symmetric_eigen(stress).values.reverse();
+    }
+  });
+  return principal;
+}
+
+Matrix pressures(const Matrix& cauchy_stress) {
+  return -cauchy_stress.topRows(3).colwise().mean();
+}
+
+Matrix nodal_average(const MechanicalSystem& system, const Matrix& element_field) {
+  const RestState& rest = system.rest();
+  Matrix sum = Matrix::Zero(element_field.rows(), system.vertex_count());
+  Vector volume = Vector::Zero(system.vertex_count());
+  for (Index e = 0; e < rest.element_count(); ++e) {
+    const double element_volume = rest.volume(e);
+    for (const Index v : rest.nodes(e)) {
+      sum.col(v) += element_volume * element_field.col(e);
+      volume[v] += element_volume;
+    }
+  }
+  return sum * volume.cwiseInverse().asDiagonal();
 }
 
 Matrix deformation_field(const MechanicalSystem& system, const Vector& q) {

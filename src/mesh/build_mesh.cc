@@ -44,6 +44,7 @@ class Builder {
     take_tetrahedra();
     renumber_vertices();
     orient();
+    collect_cell_arrays();
     collect_groups();
     return std::move(mesh_);
   }
@@ -177,6 +178,17 @@ class Builder {
         std::swap(t[2], t[3]);
         ++mesh_.report.reoriented;
       }
+    }
+  }
+
+  void collect_cell_arrays() {
+    std::vector<Index> kept;
+    for (std::size_t c = 0; c < raw_.cells.size(); ++c) {
+      if (raw_.cells[c].type == CellType::kTetrahedron) kept.push_back(static_cast<Index>(c));
+    }
+    for (const auto& [name, values] : raw_.cell_arrays) {
+      if (values.cols() != static_cast<Index>(raw_.cells.size())) continue;
+      mesh_.cell_arrays[name] = values(Eigen::all, kept);
     }
   }
 

@@ -48,6 +48,7 @@ struct ValueCheck {
     for (const Vector3& entry : settings.*member) vector(entry);
   }
   void operator()(bool S::*) const {}
+  void operator()(std::vector<std::string> S::*) const {}
   void operator()(const Choice<S>&) const {}
   void operator()(const NumberOrAuto<S>& value) const {
     if (!(settings.*value.automatic)) number(settings.*value.number, "=");
@@ -102,6 +103,7 @@ template void check_settings(const MomentumSettings&);
 template void check_settings(const EventSettings&);
 template void check_settings(const ShiftSettings&);
 template void check_settings(const OutputSettings&);
+template void check_settings(const ProbeSettings&);
 template void check_settings(const Selection&);
 template void check_settings(const SelectPlane&);
 template void check_settings(const SelectBox&);

@@ -87,8 +87,8 @@ const Section<AmplitudeSettings>& section_of() {
         ByHand{"list of two numbers each"}},
        {{.name = "file",
          .help = "a text file with two columns, time in s and factor, instead of `points`; commas, "
-                 "semicolons, spaces or tabs between them; a first line with names and lines that "
-                 "begin with # are left out"},
+                 "semicolons, spaces or tabs between them; a first line with names, and lines that "
+                 "begin with #, are left out"},
         ByHand{"text"}},
        {{.name = "sine",
          .help =

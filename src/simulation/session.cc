@@ -115,6 +115,7 @@ Session::Session(Scene scene, TetMesh mesh, Analysis analysis, double largest_in
   {
     const PhaseTimer timer(s.times.setup);
     s.system = make_system(s.scene, std::move(mesh));
+    s.probes = std::make_unique<ProbeSet>(s.scene.probe, *s.system);
     if (analysis == Analysis::kEquilibrium) {
       s.begin_equilibrium(largest_increment);
       return;
@@ -271,7 +272,7 @@ void Session::go_back() {
 RunStatus Session::run(const std::vector<Observer*>& observers) {
   Impl& s = *impl_;
   const auto tell = [&](const auto& call) {
-    const PhaseTimer timer(s.times.output);
+    const Impl::ObserverTimer timer(s);
     for (Observer* observer : observers) call(*observer);
   };
   tell([&](Observer& o) { o.on_start(*this); });
@@ -280,7 +281,7 @@ RunStatus Session::run(const std::vector<Observer*>& observers) {
       return step();
     } catch (...) {
       s.fail_with_exception();
-      const PhaseTimer timer(s.times.output);
+      const Impl::ObserverTimer timer(s);
       for (Observer* observer : observers) {
         try {
           observer->on_finish(*this);

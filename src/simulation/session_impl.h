@@ -15,6 +15,7 @@
 #include "initial_state.h"
 #include "load_stepping.h"
 #include "state_buffers.h"
+#include "tetraction/simulation/probe.h"
 #include "tetraction/simulation/session.h"
 
 namespace tetraction {
@@ -49,6 +50,8 @@ struct Session::Impl {
   GoodState good;
 
   PhaseTimes times;
+  // The beginning of the calls of observers that are being made.
+  std::optional<PhaseTimer::Clock::time_point> observed_since;
   std::unique_ptr<MechanicalSystem> system;
   std::unique_ptr<Stepper> stepper;
   std::unique_ptr<Balance> balance;
@@ -62,6 +65,29 @@ struct Session::Impl {
 
   std::unique_ptr<StabilityTracker> tracker;            // made when "auto" first needs it
   std::unique_ptr<InversionCounter> inversion_counter;  // null if no material allows it
+  std::unique_ptr<const ProbeSet> probes;
+
+  /// Measures the time of observers. They can ask for it meanwhile.
+  class ObserverTimer {
+   public:
+    explicit ObserverTimer(Impl& session) : session_(session) {
+      session_.observed_since = PhaseTimer::Clock::now();
+    }
+    ~ObserverTimer() {
+      session_.times.output += session_.observed_seconds();
+      session_.observed_since.reset();
+    }
+    ObserverTimer(const ObserverTimer&) = delete;
+    ObserverTimer& operator=(const ObserverTimer&) = delete;
+
+   private:
+    Impl& session_;
+  };
+  /// Time since the observers are being called, s; 0 if they are not.
+  double observed_seconds() const {
+    if (!observed_since) return 0.0;
+    return std::chrono::duration<double>(PhaseTimer::Clock::now() - *observed_since).count();
+  }
 
   /// The present state.
   const State& state() const { return states.present(); }

@@ -146,8 +146,22 @@ const std::string& Session::linear_solver() const {
 const std::string& Session::solver_message() const {
   return impl_->progress.last_report.message;
 }
-const PhaseTimes& Session::times() const {
-  return impl_->times;
+PhaseTimes Session::times() const {
+  PhaseTimes times = impl_->times;
+  times.output += impl_->observed_seconds();
+  return times;
+}
+void Session::add_mesh_time(double seconds) {
+  impl_->times.mesh += seconds;
+}
+const ProbeSet& Session::probes() const {
+  return *impl_->probes;
+}
+const State& Session::present_state() const {
+  return impl_->state();
+}
+const Vector& Session::present_external_force() const {
+  return impl_->progress.external_force;
 }
 
 double Session::constraint_error() const {

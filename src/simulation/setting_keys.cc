@@ -243,7 +243,12 @@ const Section<Damping>& section_of() {
          .unit = "Pa s",
          .help = "η: internal stress 2ηĖ (Kelvin–Voigt), which takes energy but no momentum",
          .range = kDampingRange},
-        &S::viscosity}}};
+        &S::viscosity},
+       {{.name = "ratio",
+         .help =
+             "`{ at = [f1, f2], value = [ζ1, ζ2] }`: damping ratios at two frequencies in Hz, "
+             "from which mass damping and viscosity are worked out, see below; not beside them"},
+        ByHand{"table"}}}};
   return section;
 }
 
@@ -286,24 +291,6 @@ const Section<InitialSettings>& section_of() {
          .help = "whether the body starts at its equilibrium under the loads at t = 0, see below",
          .in_file = Written::kUnlessDefault},
         &S::is_static}}};
-  return section;
-}
-
-template <>
-const Section<OutputSettings>& section_of() {
-  using S = OutputSettings;
-  static const Section<S> section{
-      "output",
-      {{{.name = "directory",
-         .help = "where results go; a relative path starts at the working directory. `--out` goes "
-                 "before it"},
-        &S::directory},
-       {{.name = "every",
-         .help = "a frame each so many steps, and always the first and the last",
-         .range = kCount},
-        &S::every},
-       {{.name = "checkpoint_every", .help = "must be 0 in this version", .absent = "`0`"},
-        ByHand{"whole number"}}}};
   return section;
 }
 

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "position_errors.h"
+#include "probe_errors.h"
 #include "tetraction/core/error.h"
 
 namespace tetraction {
@@ -21,7 +22,8 @@ constexpr double kAboveReference = 5.0;
 struct Run {
   StudyRow row;
   Vector final_position;
-  double mean_distance = kNone;  // from the reference over time, m
+  double mean_distance = kNone;     // from the reference over time, m
+  double probe_difference = kNone;  // the largest one over time
 };
 
 class Study {
@@ -31,6 +33,8 @@ class Study {
     result_.end = plan.end;
     result_.reference_integrator = plan.reference.integrator;
     result_.reference_step = plan.reference.step;
+    result_.error_probe = plan.error_probe;
+    result_.probes = plan.probes;
   }
 
   StudyResult run(const ObserverFactory& observers, const StudyProgress& progress) {
@@ -47,7 +51,8 @@ class Study {
     steps.erase(std::unique(steps.begin(), steps.end()), steps.end());
     ReferenceTrack track(comparison_times(steps, result_.end, 3 * mesh_.vertex_count()));
     tell(plan_.reference);
-    const Run reference = run_one(plan_.reference, observers, track);
+    ReferenceProbe probe(plan_.error_probe);
+    const Run reference = run_one(plan_.reference, observers, {&track, &probe});
     result_.reference_status = reference.row.status;
     result_.reference_directory = reference.row.directory;
 
@@ -58,14 +63,17 @@ class Study {
           planned.step == plan_.reference.step) {
         runs.push_back(reference);
         runs.back().mean_distance = 0.0;
+        runs.back().probe_difference = 0.0;
         runs.back().row.role = StudyRole::kReference;
         continue;
       }
       if (is_cancelled) continue;
       tell(planned);
       DistanceFromReference distance(track);
-      runs.push_back(run_one(planned, observers, distance));
+      ProbeDifference difference(plan_.error_probe, probe);
+      runs.push_back(run_one(planned, observers, {&distance, &difference}));
       runs.back().mean_distance = distance.root_mean_square();
+      runs.back().probe_difference = difference.largest();
       StudyRow& row = runs.back().row;
       if (planned.variant > 0) row.role = StudyRole::kVariant;
       is_cancelled = row.status == RunStatus::kCancelled;
@@ -73,9 +81,9 @@ class Study {
     if (is_cancelled) return cancelled(std::move(runs));
     if (reference.row.status != RunStatus::kFinished) {
       result_.remarks.push_back("the reference run did not reach the end (" +
-                                reference.row.message + "): there are no position errors");
+                                reference.row.message + "): there are no errors");
     }
-    compare(runs, reference, track);
+    compare(runs, reference, track, probe);
     for (Run& run : runs) result_.rows.push_back(std::move(run.row));
     return std::move(result_);
   }
@@ -90,7 +98,7 @@ class Study {
   }
 
   Run run_one(const PlannedRun& planned, const ObserverFactory& make_observers,
-              Observer& comparison) const {
+              std::vector<Observer*> watching) const {
     const StudyVariant& variant = plan_.variants[planned.variant];
     Scene scene = variant.scene;
     scene.time.integrator = planned.integrator;
@@ -112,9 +120,6 @@ class Study {
     Session session(scene, mesh_);
     std::vector<std::unique_ptr<Observer>> observers;
     if (make_observers) observers = make_observers(run.row.directory);
-    std::vector<Observer*> watching;
-    watching.reserve(observers.size() + 1);
-    watching.push_back(&comparison);
     for (const auto& observer : observers) watching.push_back(observer.get());
     run.row.status = session.run(watching);
     run.row.stable_step = session.initial_limit().critical_step;
@@ -137,14 +142,21 @@ class Study {
     return run;
   }
 
+  // The error that orders are computed from.
+  double error_of(const StudyRow& row) const {
+    return result_.error_probe.empty() ? row.position_error : row.probe_error;
+  }
+
   // Computes errors relative to the reference, and orders between neighbouring steps.
-  void compare(std::vector<Run>& runs, const Run& reference, const ReferenceTrack& track) const {
+  void compare(std::vector<Run>& runs, const Run& reference, const ReferenceTrack& track,
+               const ReferenceProbe& probe) const {
     if (reference.row.status != RunStatus::kFinished) return;
     for (Run& run : runs) {
       if (run.row.status != RunStatus::kFinished) continue;
       run.row.position_error =
           (run.final_position - reference.final_position).norm() / track.scale_at_end();
       run.row.position_error_rms = run.mean_distance / track.scale_over_time();
+      if (probe.largest() > 0.0) run.row.probe_error = run.probe_difference / probe.largest();
     }
     const double reference_error = error_of_reference(runs);
     for (std::size_t i = 1; i < runs.size(); ++i) {
@@ -156,10 +168,9 @@ class Study {
         continue;  // the errors of another variant are not errors of the rule
       }
       const bool family = row.integrator == result_.reference_integrator;
-      if (!family && finer.position_error < kAboveReference * reference_error) continue;
-      row.observed_order =
-          observed_order(finer.step, finer.position_error, row.step, row.position_error,
-                         family ? result_.reference_step : 0.0);
+      if (!family && error_of(finer) < kAboveReference * reference_error) continue;
+      row.observed_order = observed_order(finer.step, error_of(finer), row.step, error_of(row),
+                                          family ? result_.reference_step : 0.0);
     }
   }
 
@@ -169,12 +180,12 @@ class Study {
   double error_of_reference(const std::vector<Run>& runs) const {
     for (const Run& run : runs) {
       const StudyRow& row = run.row;
-      if (row.integrator != result_.reference_integrator || !(row.position_error > 0.0) ||
+      if (row.integrator != result_.reference_integrator || !(error_of(row) > 0.0) ||
           row.step <= result_.reference_step || row.variant != plan_.variants.front().name) {
         continue;
       }
       const double ratio = std::pow(row.step / result_.reference_step, order(row.integrator));
-      return row.position_error / (ratio - 1.0);
+      return error_of(row) / (ratio - 1.0);
     }
     return 0.0;
   }

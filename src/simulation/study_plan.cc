@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/spelling.h"
 #include "initial_state.h"
 #include "step_count.h"
 #include "tetraction/core/error.h"
@@ -69,6 +70,34 @@ std::vector<double> steps_of(const StudySettings& settings, double stable_step, 
   return wanted;
 }
 
+const ProbeSettings& error_probe_of(const StudyVariant& variant, const std::string& name) {
+  const std::vector<ProbeSettings>& probes = variant.scene.probe;
+  const auto found = std::find_if(probes.begin(), probes.end(),
+                                  [&](const ProbeSettings& probe) { return probe.name == name; });
+  if (found != probes.end()) return *found;
+  NameList names;
+  for (const ProbeSettings& probe : probes) names.emplace_back(probe.name);
+  throw InputError(fmt::format(
+      "The error of the probe \"{}\" is asked for, but {} has no probe of that name: {}.", name,
+      variant.name.empty() ? "the scene" : "the variant " + variant.name,
+      names.empty() ? "add a [[probe]]" : advice(name, names)));
+}
+
+// All variants must have the probe, and its values must be comparable.
+void check_error_probe(const StudyPlan& plan) {
+  if (plan.error_probe.empty()) return;
+  const StudyVariant& first = plan.variants.front();
+  const ProbeQuantity quantity = error_probe_of(first, plan.error_probe).quantity;
+  for (const StudyVariant& variant : plan.variants) {
+    const ProbeQuantity other = error_probe_of(variant, plan.error_probe).quantity;
+    if (other == quantity) continue;
+    throw InputError(fmt::format(
+        "The probe \"{}\" is a {} in the variant {} and a {} in the variant {}: they "
+        "cannot be compared.",
+        plan.error_probe, to_string(quantity), first.name, to_string(other), variant.name));
+  }
+}
+
 PlannedRun planned_run(const StudyPlan& plan, std::size_t variant, Integrator integrator,
                        double step) {
   const StudyVariant& scene = plan.variants[variant];
@@ -102,10 +131,13 @@ StudyPlan plan_study(const Scene& scene, const TetMesh& mesh, const StudySetting
   plan.variants = settings.variants;
   if (plan.variants.empty()) plan.variants.push_back({"", scene});
   check_scenes(plan.variants);
+  plan.error_probe = settings.error_probe;
+  check_error_probe(plan);
   const Scene& first = plan.variants.front().scene;
   plan.end = first.time.end;
   {
     const std::unique_ptr<MechanicalSystem> system = make_system(first, mesh);
+    plan.probes = ProbeSet(first.probe, *system).probes();
     const State initial = make_initial_state(first, *system);
     plan.stable_step = stability_limit(*system, initial.position).critical_step;
   }

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "tetraction/simulation/probe.h"
+
 namespace tetraction::viewer {
 
 void HistoryLog::add(const HistoryRow& row) {
@@ -45,6 +47,8 @@ HistoryRow history_row(const Session& session) {
   row.linear_momentum = balance.momenta().linear;
   row.angular_momentum = balance.momenta().angular;
   row.iterations = session.last_iterations();
+  row.probes.resize(session.probes().value_count());
+  session.probes().evaluate(session, row.probes.data());
   return row;
 }
 

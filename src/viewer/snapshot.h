@@ -20,6 +20,7 @@ struct HistoryRow {
   Vector3 linear_momentum = Vector3::Zero();   ///< kg m/s
   Vector3 angular_momentum = Vector3::Zero();  ///< kg m²/s
   int iterations = 0;
+  std::vector<double> probes{};  ///< values of the scene's probes; NaN where a file has none
 };
 
 /// An edit on the time axis.

@@ -304,6 +304,84 @@ velocity_array = "swing"
                      "initial.displacement_array=swong")  # fmt: skip
 
 
+    def test_initial_fields_by_file_and_formula(self):
+        self.write("u.csv", "vertex,x,y,z\n80,0.01,0,0\n")
+        scene = self.write("beam.toml", BEAM + """
+[initial]
+displacement = { file = "u.csv" }
+velocity = { formula = ["0", "0.5*X", "0"] }
+""")
+        self.run_program("check", scene, "--json", cwd="/")
+        self.run_program("run", scene, "--out", self.path("out"), "--quiet", cwd="/")
+        first = self.history("out", "history.csv")[0]
+        self.assertGreater(first["elastic_energy"], 1.0)
+        # The speed is 0.5 X along y, but zero at the clamp, and linear: the momentum is exact.
+        self.assertAlmostEqual(first["py"] / (4000 * 0.5 * 2), 1, delta=1e-12)
+        with open(self.path("out", "summary.json")) as file:
+            echo = json.load(file)["scene"]["initial"]
+        self.assertEqual(echo["velocity"], {"formula": ["0", "0.5*X", "0"]})
+        study = ["study", scene, "--steps", "0.05", "--integrators", "midpoint", "--no-plots"]
+        self.run_program(*study, "--out", self.path("study"), "--quiet")
+        self.write("u.csv", "vertex,x,y,z\n80,0.01,0,0\n80,1,0,0\n")
+        self.assertIn("u.csv:3: vertex 80", self.refused(3, "check", scene))
+        self.write("u.csv", "vertex,x,y,z\n8000,0.01,0,0\n")
+        self.assertIn("u.csv:2: the mesh has no vertex 8000", self.refused(3, "run", scene))
+        os.remove(self.path("u.csv"))
+        self.assertIn("u.csv: no such file", self.refused(3, "check", scene))
+
+    def test_named_selections_and_faces(self):
+        scene = self.write("beam.toml", BEAM.replace(
+            'select = { plane = { axis = "x", at = 0.0 } }', 'select = "clamp"') + """
+[[force]]
+select = { all_of = ["top", { not = "clamp" }] }
+vector = [0, 1, 0]
+[[event]]
+at = 0.05
+unfix = { select = "clamp" }
+[selection.clamp]
+plane = { axis = "x", at = 0.0 }
+[selection.top]
+faces = { normal = [0, 1, 0], angle = 10 }
+""")  # fmt: skip
+        self.run_program("run", scene, "--out", self.path("out"), "--quiet")
+        plain = self.write("plain.toml", BEAM + """
+[[force]]
+select = { box = { min = [0.1, 1, 0], max = [4, 1, 1] } }
+vector = [0, 1, 0]
+[[event]]
+at = 0.05
+unfix = { select = { plane = { axis = "x", at = 0.0 } } }
+""")
+        self.run_program("run", plain, "--out", self.path("same"), "--quiet")
+        with open(self.path("out", "history.csv")) as a, open(self.path("same", "history.csv")) as b:
+            self.assertEqual(a.read(), b.read())
+        message = self.refused(2, "check", scene, "--set", "fix.0.select=clmp")
+        self.assertIn("did you mean clamp? the scene has clamp or top", message)
+        message = self.refused(2, "check", scene, "--set", "selection.top={not='top'}")
+        self.assertIn("refer to itself: top → top", message)
+
+    def test_the_unit_of_a_mesh_file(self):
+        self.run_program("mesh", "generate", "box", "--size", "400,100,100", "--cells", "8,2,2",
+                         self.path("beam.msh"))  # fmt: skip
+        scene = self.write("beam.toml", BEAM.replace(
+            'generate = { kind = "beam", size = [4, 1, 1], cells = [8, 2, 2] }',
+            'file = "beam.msh"\nunit = "cm"'))  # fmt: skip
+        report = json.loads(self.run_program("check", scene, "--json").stdout)
+        for size, expected in zip(report["size"], (4, 1, 1)):
+            self.assertAlmostEqual(size, expected, delta=1e-14)
+        self.assertAlmostEqual(report["mass"], 4000, delta=1e-9)
+        material = report["materials"][0]
+        shear = 1e6 / 2.8
+        pressure = shear + 1e6 * 0.4 / (1.4 * 0.2) + shear
+        self.assertAlmostEqual(material["wave_speed"], math.sqrt(pressure / 1000), delta=1e-9)
+        self.assertAlmostEqual(material["shear_wave_speed"], math.sqrt(shear / 1000), delta=1e-9)
+        self.assertAlmostEqual(report["wave_time"], 4 / math.sqrt(pressure / 1000), delta=1e-9)
+        text = self.run_program("check", scene).stdout
+        self.assertIn("size: 4 x 1 x 1 m; a pressure wave takes", text)
+        twice = self.run_program("check", scene, "--json", "--set", "mesh.scale=2").stdout
+        self.assertAlmostEqual(json.loads(twice)["size"][0], 8, delta=1e-14)
+
+
 class Failures(CliTest):
     def test_unstable_run_keeps_what_was_computed(self):
         scene = self.write("beam.toml", BEAM)
@@ -358,6 +436,17 @@ class Failures(CliTest):
             'fix.0.select={plane={axis="y",at=17}}': "selects no vertex",
             "fix.0.select={vertices=[100000]}": "100000",
             'fix.0.select={group="lid"}': "group",
+            "fix.0.select=lid": "no named selections",
+            "fix.0.select={all_of=[]}": "one or more selections",
+            'fix.0.select={not="fix"}': "fix.0.select.not",
+            "fix.0.select={not={all=true}}": "selects no vertex",
+            "fix.0.select={faces={normal=[0,0,0]}}": "must not be zero",
+            "mesh.unit=mm": "this mesh is generated",
+            "mesh.unit=mile": "m, mm, cm, um or in",
+            "initial.displacement={formula=['X','Y','W']}": "\"W\", character 1",
+            "initial.displacement={formula=['X','Y','1/Z']}": "inf at vertex 0",
+            "initial.velocity={formula=['X','Y']}": "three texts",
+            "initial.velocity={}": "either file",
         }
         for override, expected in cases.items():
             with self.subTest(override):

@@ -6,6 +6,7 @@ Usage: study_test.py PROGRAM DATA_FOLDER [TestCase...]
 import csv
 import importlib.util
 import json
+import math
 import os
 import shutil
 import signal
@@ -41,6 +42,141 @@ class StudyTest(CliTest):
                 self.assertEqual(collection, os.path.exists(self.path("s", name, "frames")))
                 found[name] = collection
         return found
+
+
+PROBES = BEAM + """
+[[probe]]
+name = "tip"
+select = { plane = { axis = "x", at = 4.0 } }
+quantity = "displacement"
+[[probe]]
+name = "stress"
+point = [0.3, 0.9, 0.4]
+quantity = "von_mises"
+every = 2
+"""
+
+
+class Probes(StudyTest):
+    GRID = ("--integrators", "midpoint,verlet", "--steps", "2.5e-3,5e-3", "--out", "s",
+            "--reference-step", "2.5e-4")  # fmt: skip
+
+    def rows(self):
+        with open(self.path("s", "study.csv"), newline="") as file:
+            return list(csv.DictReader(file))
+
+    def trace(self, run, columns):
+        with open(self.path("s", run, "probes.csv"), newline="") as file:
+            rows = [r for r in csv.DictReader(file) if r[columns[0]] != ""]
+        return [(float(r["time"]), [float(r[c]) for c in columns]) for r in rows]
+
+    def expected_error(self, run, columns):
+        """The largest distance from the reference, which is interpolated linearly."""
+        reference = self.trace("reference-midpoint-0.00025", columns)
+        largest = max(math.hypot(*values) for _, values in reference)
+        worst = 0.0
+        for time_, values in self.trace(run, columns):
+            right = next((i for i, r in enumerate(reference) if r[0] >= time_), len(reference) - 1)
+            (t0, low), (t1, high) = reference[max(0, right - 1)], reference[right]
+            share = (time_ - t0) / (t1 - t0) if t1 > t0 else 0.0
+            at = [(1 - share) * a + share * b for a, b in zip(low, high)]
+            worst = max(worst, math.hypot(*(a - b for a, b in zip(values, at))))
+        return worst / largest
+
+    def test_a_probe_can_be_the_error(self):
+        scene = self.write("probes.toml", PROBES)
+        self.run_program("study", scene, *self.GRID, "--no-plots")
+        by_position = self.rows()
+        self.assertTrue(all(row["probe_error"] == "" for row in by_position))
+        for name, columns in (("tip", ["tip_x", "tip_y", "tip_z"]), ("stress", ["stress"])):
+            result = self.run_program("study", scene, *self.GRID, "--no-plots", "--error",
+                                      f"probe.{name}")  # fmt: skip
+            self.assertIn("probe.err", result.stdout)
+            rows = self.rows()
+            self.assertEqual(len(rows), 4)
+            for row, other in zip(rows, by_position):
+                self.assertEqual(row["position_error"], other["position_error"])
+                run = f"{row['integrator']}-{float(row['step']):.10g}"
+                expected = self.expected_error(run, columns)
+                self.assertGreater(expected, 1e-6)
+                self.assertAlmostEqual(float(row["probe_error"]) / expected, 1.0, places=6)
+            with open(self.path("s", "study.json")) as file:
+                study = json.load(file)
+            self.assertEqual(study["error"], f"probe.{name}")
+            self.assertEqual(study["probes"][0]["columns"], ["tip_x", "tip_y", "tip_z"])
+            if name == "tip":
+                # Of these steps 2.5e-3 s and 5e-3 s the orders are those of the probe's errors.
+                e = {(r["integrator"], float(r["step"])): float(r["probe_error"]) for r in rows}
+                order = float(next(r for r in rows if r["integrator"] == "verlet"
+                                   and float(r["step"]) == 5e-3)["observed_order"])  # fmt: skip
+                ratio = e["verlet", 5e-3] / e["verlet", 2.5e-3]
+                self.assertAlmostEqual(order, math.log2(ratio), places=6)
+
+    def test_probes_are_drawn(self):
+        scene = self.write("probes.toml", PROBES)
+        self.run_program("study", scene, *self.GRID, "--error", "probe.tip")
+        plots = ("probe_tip", "probe_stress", "error_over_step")
+        for name in plots:
+            for ending in ("png", "svg"):
+                self.assertGreater(os.path.getsize(self.path("s", f"{name}.{ending}")), 3000)
+        with open(self.path("s", "probe_tip.svg")) as file:
+            text = file.read()
+        for label in ("tip_x [m]", "tip_y [m]", "tip_z [m]", "midpoint", "verlet"):
+            self.assertIn(label, text)
+        with open(self.path("s", "error_over_step.svg")) as file:
+            self.assertIn("error of the probe tip", file.read())
+        # The next study, without probes, deletes the plots and the files of the probes.
+        self.write("s/probe_other.png", "mine")
+        self.run_program("study", self.write("beam.toml", BEAM), *self.GRID)
+        self.assertFalse(os.path.exists(self.path("s", "probe_tip.png")))
+        self.assertTrue(os.path.exists(self.path("s", "probe_other.png")))
+        self.assertFalse(os.path.exists(self.path("s", "verlet-0.005", "probes.csv")))
+
+    def test_probes_that_are_not_there(self):
+        scene = self.write("probes.toml", PROBES)
+        study = ["study", scene, "--out", "s", "--no-plots"]
+        self.assertIn("did you mean tip?", self.refused(2, *study, "--error", "probe.tipp"))
+        self.assertIn("probe.NAME", self.refused(2, *study, "--error", "tip"))
+        bare = self.write("beam.toml", BEAM)
+        message = self.refused(2, "study", bare, "--out", "s", "--error", "probe.tip")
+        self.assertIn("[[probe]]", message)
+        self.assertFalse(os.path.exists(self.path("s")))
+
+
+class RunWithProbes(StudyTest):
+    def test_a_run_writes_probes(self):
+        scene = self.write("probes.toml", PROBES)
+        result = self.run_program("run", scene, "--out", "r")
+        self.assertIn("r/probes.csv", result.stdout)
+        with open(self.path("r", "probes.csv"), newline="") as file:
+            rows = list(csv.DictReader(file))
+        self.assertEqual(list(rows[0]), ["step", "time", "tip_x", "tip_y", "tip_z", "stress"])
+        self.assertEqual(len(rows), 11)
+        self.assertEqual([r["stress"] != "" for r in rows], [i % 2 == 0 for i in range(11)])
+        with open(self.path("r", "summary.json")) as file:
+            summary = json.load(file)
+        self.assertEqual(summary["probes"]["tip_y"]["final"], float(rows[-1]["tip_y"]))
+        self.assertEqual(summary["scene"]["probe"][1]["quantity"], "von_mises")
+        self.assertGreater(summary["wall_seconds"]["mesh"], 0.0)
+        as_json = self.run_program("run", scene, "--out", "r", "--json").stdout
+        self.assertIn("tip_y", json.loads(as_json)["probes"])
+        # A run without probes does not leave those of an earlier one.
+        self.run_program("run", self.write("beam.toml", BEAM), "--out", "r")
+        self.assertFalse(os.path.exists(self.path("r", "probes.csv")))
+
+    def test_probes_at_wrong_places(self):
+        for command in ("run", "check", "study"):
+            for keys, part in (
+                ("point = [9.0, 0.5, 0.5]", "5 m from the nearest element"),
+                ('select = { plane = { axis = "x", at = 9.0 } }', "selects no vertex"),
+            ):
+                scene = self.write("wrong.toml", BEAM + '[[probe]]\nname = "a"\n'
+                                   f'quantity = "position"\n{keys}\n')  # fmt: skip
+                out = () if command == "check" else ("--out", "w")
+                message = self.refused(2, command, scene, *out)
+                self.assertIn(part, message)
+                self.assertIn("wrong.toml:19:1: probe.0", message)
+                self.assertFalse(os.path.exists(self.path("w", "study.json")))
 
 
 class Frames(StudyTest):

@@ -94,7 +94,7 @@ TEST_F(FrameWriterTest, FilesNameComponentsTimeAndCompression) {
   for (const char* part : {"Name=\"TimeValue\"", "Name=\"cauchy_stress\" NumberOfComponents=\"6\"",
                            R"(ComponentName0="XX" ComponentName1="YY" ComponentName2="ZZ")",
                            R"(ComponentName3="XY" ComponentName4="YZ" ComponentName5="XZ")",
-                           "vtkZLibDataCompressor", "encoding=\"raw\"", "Name=\"vertex_id\"",
+                           "vtkLZ4DataCompressor", "encoding=\"raw\"", "Name=\"vertex_id\"",
                            "Name=\"element_id\"", "type=\"Int32\" Name=\"fixed\""}) {
     EXPECT_NE(text.find(part), std::string::npos) << part;
   }

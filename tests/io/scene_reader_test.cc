@@ -292,7 +292,7 @@ TEST_F(SceneReader, RefusesNamedSelectionsThatMakeNoSense) {
   };
   const std::string clamp = "[selection.clamp]\nsurface = true\n[selection.tip]\nall = true\n";
   const std::string unknown = refused("\"clmp\"", clamp);
-  EXPECT_NE(unknown.find("9:1: fix.0.select = \"clmp\""), std::string::npos) << unknown;
+  EXPECT_NE(unknown.find("8:1: fix.0.select = \"clmp\""), std::string::npos) << unknown;
   EXPECT_NE(unknown.find("did you mean clamp? the scene has clamp or tip."), std::string::npos)
       << unknown;
   const std::string inner = refused("{ not = { all_of = [\"clamp\", \"tipp\"] } }", clamp);
@@ -523,7 +523,9 @@ TEST_F(SceneReader, WrongTypesAreNamed) {
   expect_refused_lines("[[fix]]\nselect = { vertices = [1, 2.5] }\n",
                        "scene.toml:8:12: fix.0.select.vertices", {"whole numbers"});
   expect_refused_lines("[[fix]]\nselect = \"all\"\n", "scene.toml:8:1: fix.0.select",
-                       {"must be a table", "not a string"});
+                       {"no named selections", "give a selection"});
+  expect_refused_lines("[[fix]]\nselect = 3\n", "scene.toml:8:1: fix.0.select",
+                       {"must be a selection", "not a"});
   expect_refused_lines("[[fix]]\nselect = { all = 1 }\n", "scene.toml:8:12: fix.0.select.all",
                        {"true or false"});
   expect_refused_lines("[fix]\n", "scene.toml:7:2: fix", {"[[fix]]", "brackets twice"});
@@ -818,6 +820,68 @@ TEST_F(SceneReader, ForcesEndAfterTheyBegin) {
   expect_refused_lines(force + "from = 1\nuntil = 1\n", "scene.toml:11:1: force.0.until",
                        {"later than from"});
   expect_refused_lines(force + "until = 0\n", "scene.toml:10:1: force.0.until", {"from 0 s"});
+}
+
+TEST_F(SceneReader, ReadsProbesAndTheKeysOfOutput) {
+  const Scene scene = read(std::string(kSmall) + R"(
+[output]
+history_every = 5
+fields = ["default", "pressure"]
+precision = "float32"
+compression = "none"
+[[probe]]
+name = "tip_1"
+select = { plane = { axis = "x", at = 4.0 } }
+quantity = "reaction"
+every = 3
+[[probe]]
+name = "middle"
+point = [2.0, 0.5, 0.5]
+quantity = "cauchy_stress"
+)");
+  EXPECT_EQ(scene.output.history_every, 5);
+  EXPECT_EQ(scene.output.fields, (std::vector<std::string>{"default", "pressure"}));
+  EXPECT_EQ(scene.output.precision, FramePrecision::kFloat32);
+  EXPECT_EQ(scene.output.compression, FrameCompression::kNone);
+  ASSERT_EQ(scene.probe.size(), 2U);
+  EXPECT_EQ(scene.probe[0].name, "tip_1");
+  EXPECT_EQ(std::get<SelectPlane>(scene.probe[0].select).at, 4.0);
+  EXPECT_FALSE(scene.probe[0].point.has_value());
+  EXPECT_EQ(scene.probe[0].quantity, ProbeQuantity::kReaction);
+  EXPECT_EQ(scene.probe[0].every, 3);
+  EXPECT_EQ(*scene.probe[1].point, Vector3(2.0, 0.5, 0.5));
+  EXPECT_EQ(scene.probe[1].quantity, ProbeQuantity::kCauchyStress);
+  EXPECT_EQ(scene.probe[1].every, 1);
+  EXPECT_NE(scene.echo.find("\"middle\""), std::string::npos);
+}
+
+TEST_F(SceneReader, ProbesAndTheKeysOfOutputAreChecked) {
+  const std::string tip = "[[probe]]\nname = \"tip\"\n";
+  const std::string all = "select = { all = true }\n";
+  expect_refused_lines(tip + "quantity = \"velocity\"\n", "scene.toml:7:1: probe.0.select",
+                       {"point = [x, y, z]"});
+  expect_refused_lines(tip + all + "point = [0, 0, 0]\nquantity = \"velocity\"\n",
+                       "scene.toml:10:1: probe.0.point is one key too many");
+  expect_refused_lines(tip + all + "quantity = \"velocty\"\n",
+                       "scene.toml:10:1: probe.0.quantity = \"velocty\"",
+                       {"did you mean velocity?"});
+  expect_refused_lines(tip + all, "scene.toml:7:1: probe.0.quantity is missing");
+  expect_refused_lines("[[probe]]\nquantity = \"force\"\n" + all,
+                       "scene.toml:7:1: probe.0.name is missing");
+  expect_refused_lines("[[probe]]\nname = \"a b\"\nquantity = \"force\"\n" + all,
+                       "scene.toml:8:1: probe.0.name = \"a b\"", {"letters"});
+  expect_refused_lines(tip + "point = [0, 0, 0]\nquantity = \"force\"\n",
+                       "scene.toml:10:1: probe.0.quantity = \"force\" is a sum");
+  expect_refused_lines(tip + all + "quantity = \"force\"\nevery = 0\n",
+                       "scene.toml:11:1: probe.0.every");
+  expect_refused_lines("[output]\nfields = [\"displacment\"]\n",
+                       "scene.toml:8:1: output.fields has \"displacment\"",
+                       {"did you mean \"displacement\"?", "von_mises_nodal"});
+  expect_refused_lines("[output]\ncompression = \"gzip\"\n", "scene.toml:8:1: output.compression",
+                       {"lz4, zlib or none"});
+  expect_refused_lines("[output]\nprecision = \"double\"\n", "scene.toml:8:1: output.precision",
+                       {"float32 or float64"});
+  expect_refused_lines("[output]\nhistory_every = 0\n", "scene.toml:8:1: output.history_every");
 }
 
 TEST_F(SceneReader, SyntaxErrorsHaveALineAndAColumn) {
@@ -1142,8 +1206,8 @@ TEST_F(SceneReader, ConstraintsTakeTheKeysOfTheirKindOnly) {
           "select, point or direction");
   refused("line", all + "direction = [1, 0, 0]\n", "vertices", "[1, 2]",
           "select, point or direction");
-  refused("rigid", all, "point", "[1, 0, 0]", "select, velocity or angular_velocity");
-  refused("rigid", all, "length", "1", "select, velocity or angular_velocity");
+  refused("rigid", all, "point", "[1, 0, 0]", "select, velocity, angular_velocity or amplitude");
+  refused("rigid", all, "length", "1", "select, velocity, angular_velocity or amplitude");
 }
 
 TEST_F(SceneReader, MaterialRegionsAreRead) {

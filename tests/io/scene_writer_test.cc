@@ -151,6 +151,20 @@ Scene full_scene() {
   scene.initial.displacement_array = "u";
   scene.initial.velocity_array = "v";
   scene.output = {"out/dir", 3};
+  scene.output.history_every = 4;
+  scene.output.fields = {"default", "first_piola"};
+  scene.output.precision = FramePrecision::kFloat32;
+  scene.output.compression = FrameCompression::kZlib;
+  ProbeSettings at_point;
+  at_point.name = "inside";
+  at_point.point = Vector3(1.0 / 3.0, 0.2, 0.3);
+  at_point.quantity = ProbeQuantity::kVonMises;
+  ProbeSettings selected;
+  selected.name = "end_1";
+  selected.select = SelectPlane{0, 2.0, {}};
+  selected.quantity = ProbeQuantity::kReaction;
+  selected.every = 7;
+  scene.probe = {at_point, selected};
   // Selections of selections, by name and without.
   const SelectSet side{SetOperation::kAllOf,
                        {{SelectFaces{{0, 0, 1.0 / 3.0}, 12.5}},

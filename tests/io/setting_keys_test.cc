@@ -47,7 +47,36 @@ TETRACTION_PLACE(InitialSettings, initial, "initial");
 TETRACTION_PLACE(MomentumSettings, initial.momentum.at(0), "initial.momentum.0");
 TETRACTION_PLACE(Selection, force.at(0).select, "force.0.select");
 TETRACTION_PLACE(OutputSettings, output, "output");
+TETRACTION_PLACE(ProbeSettings, probe.at(0), "probe.0");
+TETRACTION_PLACE(AmplitudeSettings, amplitude.at(0), "amplitude.0");
 #undef TETRACTION_PLACE
+
+// A kind of load that has settings of its own.
+template <class Load>
+struct LoadPlace {
+  static void put(Scene& scene, const Load& load) { scene.list(load.kind) = {load}; }
+  static Load get(const Scene& scene) {
+    Load load;
+    static_cast<ForceSettings&>(load) = scene.list(load.kind).at(0);
+    return load;
+  }
+};
+template <>
+struct Place<MomentSettings> : LoadPlace<MomentSettings> {
+  static constexpr const char* kPath = "moment.0";
+};
+template <>
+struct Place<TractionSettings> : LoadPlace<TractionSettings> {
+  static constexpr const char* kPath = "traction.0";
+};
+template <>
+struct Place<PressureSettings> : LoadPlace<PressureSettings> {
+  static constexpr const char* kPath = "pressure.0";
+};
+template <>
+struct Place<BodyForceSettings> : LoadPlace<BodyForceSettings> {
+  static constexpr const char* kPath = "body_force.0";
+};
 
 template <>
 struct Place<GeneratorSettings> {
@@ -154,7 +183,16 @@ std::vector<FixSettings> bases() {
   FixSettings fix;
   fix.select = SelectVertices{{4, 9}};
   fix.penalty = 2.0;
-  return {fix};
+  FixSettings moving = fix;
+  moving.offset = Vector3(1.0, 0.0, 0.0);
+  return {fix, moving};
+}
+template <>
+std::vector<AmplitudeSettings> bases() {
+  AmplitudeSettings amplitude;
+  amplitude.name = "hat";
+  amplitude.points = {{0.0, 1.0}};
+  return {amplitude};
 }
 template <>
 std::vector<ConstraintSettings> bases() {
@@ -170,6 +208,12 @@ std::vector<ShiftSettings> bases() {
   shift.vertices = {2, 7};
   shift.displacement = shift.impulse = {Vector3(1, 0, 0), Vector3(0, 1, 0)};
   return {shift};
+}
+template <>
+std::vector<ProbeSettings> bases() {
+  ProbeSettings probe;
+  probe.name = "tip";
+  return {probe};
 }
 template <>
 std::vector<SelectBox> bases() {
@@ -188,6 +232,13 @@ std::vector<SelectSphere> bases() {
 template <class S>
 bool can_change(const S& settings, const Key<S>& key) {
   return !section_of<S>().refuses_unused || key.is_used(settings);
+}
+// An amplitude is the factor of an offset, beside which there is no target.
+template <>
+bool can_change(const FixSettings& fix, const Key<FixSettings>& key) {
+  const std::string name = key.info.name;
+  if (name == "amplitude") return fix.offset.has_value();
+  return !fix.offset || (name != "target" && name != "targets");
 }
 // The parameters of a material must be those of its model.
 template <>
@@ -221,6 +272,9 @@ struct Change {
   void operator()(std::vector<std::int64_t> S::*member) const { settings.*member = {5, 8}; }
   void operator()(std::vector<Vector3> S::*member) const {
     settings.*member = {vector(), -vector()};
+  }
+  void operator()(std::vector<std::string> S::*member) const {
+    settings.*member = {"pressure", "displacement"};
   }
   void operator()(bool S::*member) const { settings.*member = !(settings.*member); }
   void operator()(const Choice<S>& choice) const {
@@ -311,6 +365,9 @@ class SettingKeys : public testing::Test {
     scene.constraint.resize(1);
     scene.force.resize(1);
     scene.initial.momentum.resize(1);
+    scene.probe.resize(1);
+    scene.probe[0].name = "tip";
+    scene.amplitude = bases<AmplitudeSettings>();
     Place<S>::put(scene, settings);
     return scene;
   }

@@ -1,6 +1,8 @@
 #include "tetraction/dynamics/derived_fields.h"
 
 #include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <cmath>
 
 #include "support/bodies.h"
 
@@ -41,6 +43,61 @@ TEST_F(DerivedFields, SimpleShearOfANeoHookeanBody) {
     EXPECT_NEAR(fields.energy_density(0, e), 0.5 * 2.0 * kShear * kShear, 1e-12);
     EXPECT_NEAR(fields.green_strain(1, e), 0.5 * kShear * kShear, 1e-13);
     EXPECT_NEAR(fields.green_strain(3, e), 0.5 * kShear, 1e-13);
+  }
+}
+
+// P = J σ F⁻ᵀ; the invariants of σ do not depend on the axes.
+TEST_F(DerivedFields, FurtherStressesFitTheCauchyStress) {
+  Matrix3 f;
+  f << 1.2, 0.3, -0.1, 0.0, 0.9, 0.2, 0.1, 0.0, 1.1;
+  const Vector q = moved(f, {1, 2, 3});
+  const ElementFields fields = element_fields(system_, q);
+  const Matrix first_piola = first_piola_stress(system_, q);
+  const Matrix principal = principal_stresses(fields.cauchy_stress);
+  const Matrix pressure = pressures(fields.cauchy_stress);
+  ASSERT_EQ(first_piola.rows(), 9);
+  ASSERT_EQ(principal.rows(), 3);
+  ASSERT_EQ(pressure.rows(), 1);
+  for (Index e = 0; e < first_piola.cols(); ++e) {
+    const Matrix3 stress = cauchy_stress(system_, e, q);
+    EXPECT_EQ(six_components(stress), fields.cauchy_stress.col(e));
+    const Matrix3 expected = f.determinant() * stress * f.inverse().transpose();
+    for (Index i = 0; i < 3; ++i) {
+      for (Index j = 0; j < 3; ++j) {
+        EXPECT_NEAR(first_piola(3 * i + j, e), expected(i, j), 1e-12);
+      }
+    }
+    const Vector3 s = principal.col(e);
+    EXPECT_GE(s[0], s[1]);
+    EXPECT_GE(s[1], s[2]);
+    EXPECT_NEAR(s.sum(), stress.trace(), 1e-12);
+    EXPECT_NEAR(s.prod(), stress.determinant(), 1e-12);
+    EXPECT_NEAR(s.squaredNorm(), stress.squaredNorm(), 1e-12);
+    EXPECT_NEAR(pressure(0, e), -stress.trace() / 3.0, 1e-13);
+    EXPECT_NEAR(von_mises(stress), fields.von_mises(0, e), 1e-13);
+  }
+}
+
+TEST_F(DerivedFields, NodalAveragesAreWeightedByTheVolumes) {
+  const RestState& rest = system_.rest();
+  Matrix field(2, rest.element_count());
+  for (Index e = 0; e < field.cols(); ++e) {
+    field(0, e) = 7.0;
+    field(1, e) = std::sin(static_cast<double>(e));
+  }
+  const Matrix average = nodal_average(system_, field);
+  for (Index v = 0; v < system_.vertex_count(); ++v) {
+    double sum = 0.0;
+    double volume = 0.0;
+    for (Index e = 0; e < field.cols(); ++e) {
+      for (const Index corner : rest.nodes(e)) {
+        if (corner != v) continue;
+        sum += rest.volume(e) * field(1, e);
+        volume += rest.volume(e);
+      }
+    }
+    EXPECT_NEAR(average(0, v), 7.0, 1e-14);
+    EXPECT_NEAR(average(1, v), sum / volume, 1e-14);
   }
 }
 

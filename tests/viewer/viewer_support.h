@@ -68,6 +68,7 @@ inline void expect_bitwise_equal(const std::vector<HistoryRow>& a,
     ASSERT_EQ(a[i].energy_error, b[i].energy_error) << "row " << i;
     ASSERT_EQ(a[i].linear_momentum, b[i].linear_momentum) << "row " << i;
     ASSERT_EQ(a[i].angular_momentum, b[i].angular_momentum) << "row " << i;
+    ASSERT_EQ(a[i].probes, b[i].probes) << "row " << i;
     ASSERT_EQ(a[i].iterations, b[i].iterations) << "row " << i;
   }
 }

@@ -6,6 +6,15 @@
 
 namespace tetraction {
 
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+
+/// The components XX YY ZZ XY YZ XZ of a symmetric tensor.
+Vector6 six_components(const Matrix3& s);
+/// σ = P Fᵀ/J of one element, Pa. W must be defined at q.
+Matrix3 cauchy_stress(const MechanicalSystem& system, Index e, const Vector& q);
+/// √(3/2 s:s) of the deviator s of a stress, Pa.
+double von_mises(const Matrix3& stress);
+
 /// Fields with one column per element. Symmetric tensors have six rows in the order XX YY ZZ XY YZ
 /// XZ.
 struct ElementFields {
@@ -23,6 +32,19 @@ ElementFields element_fields(const MechanicalSystem& system, const Vector& q);
 /// For the stress W must be defined at q.
 Vector von_mises_stress(const MechanicalSystem& system, const Vector& q);
 Vector volume_ratios(const MechanicalSystem& system, const Vector& q);
+
+/// The first Piola–Kirchhoff stress P of all elements, Pa, with the nine rows XX XY XZ YX YY YZ ZX ZY
+/// ZZ (force along the first, on an area of the rest shape that is normal to the second). W must be
+/// defined at q.
+Matrix first_piola_stress(const MechanicalSystem& system, const Vector& q);
+/// The eigenvalues of stresses that are given as columns of six components, the largest first, Pa
+/// (3 × columns).
+Matrix principal_stresses(const Matrix& cauchy_stress);
+/// −tr σ/3 of stresses that are given as columns of six components, Pa (1 × columns).
+Matrix pressures(const Matrix& cauchy_stress);
+/// The means Σ V_e s_e / Σ V_e of a field of elements over the elements at each vertex, with their
+/// rest volumes (rows × vertices).
+Matrix nodal_average(const MechanicalSystem& system, const Matrix& element_field);
 
 /// The displacement less the best-fit rigid motion, 3 × vertices: q − (R (X − X̄) + q̄). The
 /// centres X̄ and q̄ are mass-weighted. R is the rotation that brings the rest shape nearest to q.

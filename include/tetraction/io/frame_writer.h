@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "tetraction/mesh/tet_mesh.h"
+#include "tetraction/simulation/frame_format.h"
 
 namespace tetraction {
 
@@ -25,6 +26,12 @@ struct Frame {
   std::vector<FrameField> cell_fields;
 };
 
+/// How the arrays of frames are stored.
+struct FrameFormat {
+  FramePrecision precision = FramePrecision::kFloat64;
+  FrameCompression compression = FrameCompression::kLz4;
+};
+
 /// Writes `frames/frame_NNNNNN.vtu` (NNNNNN: the step) below a directory. `frames.pvd` beside that
 /// folder is valid after every frame: it is written again and renamed into place.
 class FrameWriter {
@@ -32,15 +39,16 @@ class FrameWriter {
   /// Makes the directory, and removes the frames and the collection of an earlier run from it.
   /// Copies the parts of the mesh that it needs. Throws OutputError if the directory cannot be
   /// prepared.
-  FrameWriter(const TetMesh& mesh, const std::string& directory);
+  FrameWriter(const TetMesh& mesh, const std::string& directory, FrameFormat format = {});
   ~FrameWriter();
   FrameWriter(const FrameWriter&) = delete;
   FrameWriter& operator=(const FrameWriter&) = delete;
 
-  /// Writes a compressed binary VTU. Throws OutputError if the file cannot be written, for example
-  /// because the disk is full.
-  void write(const Frame& frame);
-  /// Writes one VTU to `path` in full double precision. Throws OutputError.
+  /// Writes a binary VTU in the writer's format and returns its path. Throws OutputError if the file
+  /// cannot be written, for example because the disk is full.
+  std::string write(const Frame& frame);
+  /// Writes one VTU to `path` in full double precision, with the writer's compression. Throws
+  /// OutputError.
   void write_single(const Frame& frame, const std::string& path) const;
   /// Number of frames written.
   Index frame_count() const;

@@ -8,15 +8,21 @@
 
 namespace tetraction {
 
+class ProbeTraces;
+
 /// Observer that writes the outputs of `run` into a directory, which it makes if there is none:
 ///
 /// - history.csv: one row for the initial state and each step, 17 significant digits. Work and
 ///   dissipation columns are sums from the start, so that in every row
 ///   total_energy − total_energy(0) = external_work − dissipated_energy + constraint_work +
-///   edit_work + energy_error.
-/// - frames/frame_NNNNNN.vtu and frames.pvd: every `frame_every`-th step, the first and the last.
-///   With frame_every = 0 there are none;
-/// - final.vtu: the last good state in full precision;
+///   edit_work + energy_error. With output.history_every = n there are rows for each n-th step, the
+///   first and the last only;
+/// - probes.csv, if the scene has probes: a row for the initial state and for each step at which a
+///   probe is due;
+/// - frames/frame_NNNNNN.vtu and frames.pvd: every `frame_every`-th step, the first and the last,
+///   with the fields and in the format that the scene's [output] says. With frame_every = 0 there
+///   are none;
+/// - final.vtu: the last good state in full precision, with the same fields;
 /// - summary.json: at the end.
 ///
 /// If a step fails, the files written so far stay readable. Throws OutputError.
@@ -30,14 +36,18 @@ class RunRecorder : public Observer {
   void on_start(const Session& session) override;
   bool on_step(const Session& session) override;
   void on_finish(const Session& session) override;
+  /// The text of summary.json. Empty before on_finish().
+  const std::string& summary() const;
 
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
 
-/// The text of summary.json for a run whose results go to `directory`.
-std::string summary_json(const Session& session, const std::string& directory);
+/// The text of summary.json for a run whose results go to `directory`. If the traces of its probes
+/// are given, the text says what dominates them.
+std::string summary_json(const Session& session, const std::string& directory,
+                         const ProbeTraces* probes = nullptr);
 
 /// Makes a directory and its parents; throws OutputError if it cannot be made or written to.
 void make_output_directory(const std::string& directory);

@@ -16,8 +16,10 @@
 #include "tetraction/dynamics/amplitude.h"
 #include "tetraction/dynamics/damping.h"
 #include "tetraction/dynamics/integrator.h"
+#include "tetraction/dynamics/rayleigh_damping.h"
 #include "tetraction/material/material.h"
 #include "tetraction/mesh/selection.h"
+#include "tetraction/simulation/frame_format.h"
 #include "tetraction/solver/linear_solver.h"
 
 namespace tetraction {
@@ -374,7 +376,35 @@ struct EventSettings {
 
 struct OutputSettings {
   std::string directory = "out";  ///< relative to the working directory
-  int every = 10;  ///< a frame for every n-th step, and always for the first and the last
+  int every = 10;         ///< a frame for every n-th step, and always for the first and the last
+  int history_every = 1;  ///< a row of history.csv for every n-th step, the first and the last
+  /// Names of fields of the frames, see simulation/output_fields.h. Empty: the default ones.
+  std::vector<std::string> fields{};
+  FramePrecision precision = FramePrecision::kFloat64;  ///< of frames; final.vtu is always double
+  FrameCompression compression = FrameCompression::kLz4;
+};
+
+/// The quantities of [[probe]].
+enum class ProbeQuantity {
+  kDisplacement,
+  kPosition,
+  kVelocity,
+  kMomentum,
+  kForce,
+  kReaction,
+  kCauchyStress,
+  kVonMises,
+  kJacobian
+};
+
+/// A quantity that a run stores in every step, see simulation/probe.h.
+struct ProbeSettings {
+  std::string name{};              ///< of its columns: letters, digits, underscores
+  Selection select = SelectAll{};  ///< if there is no point
+  std::optional<Vector3> point{};  ///< rest coordinates, m
+  ProbeQuantity quantity = ProbeQuantity::kDisplacement;
+  int every = 1;        ///< values for every n-th step
+  std::string where{};  ///< place in the scene, for messages
 };
 
 /// A selection that other parts of the scene use by its name (SelectNamed).
@@ -403,6 +433,10 @@ struct Scene : LoadLists {
   OutputSettings output;
   std::vector<AmplitudeSettings> amplitude;
   std::vector<NamedSelection> selection{};
+  /// The damping ratios from which a scene file's reader worked out mass damping and viscosity of
+  /// `damping`. Only messages use them.
+  std::optional<DampingRatio> damping_ratio{};
+  std::vector<ProbeSettings> probe{};
 };
 
 /// The amplitude of the settings. Throws InputError for values that contradict each other.

@@ -12,13 +12,16 @@
 
 namespace tetraction {
 
+class ProbeSet;
+
 /// Wall-clock seconds of a run by phase.
 struct PhaseTimes {
+  double mesh = 0.0;       ///< reading or generating the mesh, see Session::add_mesh_time()
   double setup = 0.0;      ///< rest state, sparsity, solver, initial state
   double stability = 0.0;  ///< estimates of the stable step
   double stepping = 0.0;   ///< time steps with their balance
   double output = 0.0;     ///< observers
-  double total() const { return setup + stability + stepping + output; }
+  double total() const { return mesh + setup + stability + stepping + output; }
 };
 
 /// The present form of a [[fix]].
@@ -210,7 +213,17 @@ class Session {
   const std::string& linear_solver() const;
   /// Why the last implicit step's minimisation stopped.
   const std::string& solver_message() const;
-  const PhaseTimes& times() const;
+  /// The times up to now, those of an observer that is being called included.
+  PhaseTimes times() const;
+  /// Adds the time, s, that the mesh took before the session was made, to times().mesh.
+  void add_mesh_time(double seconds);
+
+  /// The scene's probes. They are evaluated when an observer, or another user, asks for them.
+  const ProbeSet& probes() const;
+  /// The present state where it is, without a copy. Its address changes with each step.
+  const State& present_state() const;
+  /// external_force() without a copy. It is empty if there are no user forces.
+  const Vector& present_external_force() const;
 
  private:
   struct Impl;

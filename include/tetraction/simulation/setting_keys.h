@@ -64,11 +64,12 @@ struct ByHand {
 
 /// The member that holds the value of a key.
 template <class S>
-using KeyValue = std::variant<int S::*, double S::*, std::optional<double> S::*, Vector3 S::*,
-                              std::optional<Vector3> S::*, std::array<bool, 3> S::*,
-                              std::string S::*, std::array<std::int64_t, 2> S::*,
-                              std::vector<std::int64_t> S::*, std::vector<Vector3> S::*, bool S::*,
-                              Choice<S>, NumberOrAuto<S>, VectorOrField<S>, ByHand>;
+using KeyValue =
+    std::variant<int S::*, double S::*, std::optional<double> S::*, Vector3 S::*,
+                 std::optional<Vector3> S::*, std::array<bool, 3> S::*, std::string S::*,
+                 std::array<std::int64_t, 2> S::*, std::vector<std::int64_t> S::*,
+                 std::vector<Vector3> S::*, std::vector<std::string> S::*, bool S::*, Choice<S>,
+                 NumberOrAuto<S>, VectorOrField<S>, ByHand>;
 
 /// One key of a section.
 template <class Settings>
@@ -187,6 +188,8 @@ const Section<ShiftSettings>& section_of();
 template <>
 const Section<OutputSettings>& section_of();
 template <>
+const Section<ProbeSettings>& section_of();
+template <>
 const Section<Selection>& section_of();
 template <>
 const Section<SelectPlane>& section_of();
@@ -221,6 +224,7 @@ void for_each_section(const Visit& visit) {
   visit(section_of<EventSettings>());
   visit(section_of<ShiftSettings>());
   visit(section_of<OutputSettings>());
+  visit(section_of<ProbeSettings>());
   visit(section_of<Selection>());
   visit(section_of<SelectPlane>());
   visit(section_of<SelectBox>());

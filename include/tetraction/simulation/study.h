@@ -2,11 +2,13 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "tetraction/simulation/probe.h"
 #include "tetraction/simulation/session.h"
 
 namespace tetraction {
@@ -35,6 +37,9 @@ struct StudySettings {
   Integrator reference_integrator = Integrator::kMidpoint;
   /// Each of them is a run of the (first) scene with the first implicit integrator of the study.
   std::vector<SolverComparison> solver_comparisons;
+  /// Name of a probe of the scene whose error gives the observed orders. Empty: the error of the
+  /// positions does.
+  std::string error_probe{};
 };
 
 /// One run of a study.
@@ -58,13 +63,16 @@ struct StudyPlan {
   PlannedRun reference;           ///< made before all others
   bool reference_is_row = false;  ///< whether the reference is also one of `runs`
 
+  std::string error_probe{};           ///< StudySettings::error_probe
+  std::vector<ProbeColumns> probes{};  ///< of the first variant
+
   /// Number of runs.
   std::size_t run_count() const { return runs.size() + (reference_is_row ? 0 : 1); }
 };
 
 /// Checks the settings and plans the runs. If no steps are given, they are multiples of the
 /// stability limit. Throws InputError for steps that are not positive or longer than the end time,
-/// variants that end at different times, events that change [time], and solvers that cannot be
+/// variants that end at different times, an error probe that a variant does not have, events that change [time], and solvers that cannot be
 /// compared.
 StudyPlan plan_study(const Scene& scene, const TetMesh& mesh, const StudySettings& settings);
 
@@ -109,8 +117,14 @@ struct StudyRow {
   /// over up to a hundred or more times of the run's steps. At these times the reference is
   /// interpolated between its own steps by cubics with its velocities.
   double position_error_rms = 0.0;
-  /// Order between this step and the next finer one of the integrator, or NaN if there is none.
+  /// Order between this step and the next finer one of the integrator, or NaN if there is none. It
+  /// is that of probe_error if the study has an error probe, otherwise that of position_error.
   double observed_order = 0.0;
+  /// The error of the study's error probe: max over the times of the run of |s − s_ref|, divided by
+  /// the maximum of |s_ref| over the times of the reference. s are the values of the probe as a
+  /// vector. Those of the reference are interpolated linearly in time. NaN without an error probe,
+  /// and unless run and reference finished.
+  double probe_error = std::numeric_limits<double>::quiet_NaN();
 };
 
 struct StudyResult {
@@ -121,8 +135,10 @@ struct StudyResult {
   double reference_step = 0.0;
   RunStatus reference_status = RunStatus::kRunning;
   std::string reference_directory;
-  std::vector<StudyRow> rows;        ///< by variant, by integrator, then from the finest step up
-  std::vector<std::string> remarks;  ///< remarks for the user, such as a missing reference
+  std::vector<StudyRow> rows;          ///< by variant, by integrator, then from the finest step up
+  std::vector<std::string> remarks;    ///< remarks for the user, such as a missing reference
+  std::string error_probe{};           ///< StudySettings::error_probe
+  std::vector<ProbeColumns> probes{};  ///< of the first variant
 };
 
 /// Makes the observers of one run, given its directory relative to the study's.

@@ -34,6 +34,9 @@ vtkSmartPointer<vtkUnstructuredGrid> grid_with_data(const TetMesh& mesh) {
   for (const auto& [name, values] : mesh.point_arrays) {
     grid->GetPointData()->AddArray(make_array(name, values, false));
   }
+  for (const auto& [name, values] : mesh.cell_arrays) {
+    grid->GetCellData()->AddArray(make_array(name, values, false));
+  }
   return grid;
 }
 

@@ -11,14 +11,14 @@
 
 #include "io/vtk/vtk_grid.h"
 #include "tetraction/core/error.h"
-#include "tetraction/io/text_file.h"
 
 namespace tetraction {
 
 struct FrameWriter::Impl {
   std::string directory;
   vtkSmartPointer<vtkUnstructuredGrid> grid;  // points and cells, made once
-  std::string entries;                        // of the collection
+  FrameFormat format;
+  std::string entries;  // of the collection
   Index count = 0;
 
   static void check(const FrameField& field, vtkIdType tuples) {
@@ -29,16 +29,18 @@ struct FrameWriter::Impl {
   }
 
   // The shared grid with the frame's arrays on it.
-  vtkSmartPointer<vtkUnstructuredGrid> filled(const Frame& frame) const {
+  vtkSmartPointer<vtkUnstructuredGrid> filled(const Frame& frame, FramePrecision precision) const {
     auto result = vtkSmartPointer<vtkUnstructuredGrid>::New();
     result->ShallowCopy(grid);
     for (const FrameField& field : frame.point_fields) {
       check(field, grid->GetNumberOfPoints());
-      result->GetPointData()->AddArray(make_array(field.name, field.values, field.integral));
+      result->GetPointData()->AddArray(
+          make_array(field.name, field.values, field.integral, precision));
     }
     for (const FrameField& field : frame.cell_fields) {
       check(field, grid->GetNumberOfCells());
-      result->GetCellData()->AddArray(make_array(field.name, field.values, field.integral));
+      result->GetCellData()->AddArray(
+          make_array(field.name, field.values, field.integral, precision));
     }
     auto time = vtkSmartPointer<vtkDoubleArray>::New();
     time->SetName("TimeValue");
@@ -48,10 +50,11 @@ struct FrameWriter::Impl {
   }
 };
 
-FrameWriter::FrameWriter(const TetMesh& mesh, const std::string& directory)
+FrameWriter::FrameWriter(const TetMesh& mesh, const std::string& directory, FrameFormat format)
     : impl_(std::make_unique<Impl>()) {
   namespace fs = std::filesystem;
   impl_->directory = directory;
+  impl_->format = format;
   impl_->grid = make_grid(mesh);
   const fs::path frames = fs::path(directory) / "frames";
   try {
@@ -77,7 +80,7 @@ FrameWriter::FrameWriter(const TetMesh& mesh, const std::string& directory)
 
 FrameWriter::~FrameWriter() = default;
 
-void FrameWriter::write(const Frame& frame) {
+std::string FrameWriter::write(const Frame& frame) {
   const std::string frames = impl_->directory + "/frames";
   std::error_code error;
   std::filesystem::create_directory(frames, error);
@@ -86,19 +89,16 @@ void FrameWriter::write(const Frame& frame) {
         fmt::format("{}: cannot be made ({}). Choose another directory.", frames, error.message()));
   }
   const std::string name = fmt::format("frames/frame_{:06}.vtu", frame.step);
-  write_vtu(impl_->filled(frame), impl_->directory + "/" + name);
-  impl_->entries += fmt::format(
-      "    <DataSet timestep=\"{:.17g}\" group=\"\" part=\"0\" file=\"{}\"/>\n", frame.time, name);
+  const std::string path = impl_->directory + "/" + name;
+  write_vtu(impl_->filled(frame, impl_->format.precision), path, impl_->format.compression);
+  impl_->entries += collection_entry(frame.time, name);
   ++impl_->count;
-  write_text_file(impl_->directory + "/frames.pvd",
-                  "<?xml version=\"1.0\"?>\n"
-                  "<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n"
-                  "  <Collection>\n" +
-                      impl_->entries + "  </Collection>\n</VTKFile>\n");
+  write_collection(impl_->entries, impl_->directory + "/frames.pvd");
+  return path;
 }
 
 void FrameWriter::write_single(const Frame& frame, const std::string& path) const {
-  write_vtu(impl_->filled(frame), path);
+  write_vtu(impl_->filled(frame, FramePrecision::kFloat64), path, impl_->format.compression);
 }
 
 Index FrameWriter::frame_count() const {

@@ -8,8 +8,11 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <utility>
 
+#include "frame_fields.h"
+#include "probe_file.h"
 #include "tetraction/core/error.h"
 #include "tetraction/dynamics/derived_fields.h"
 #include "tetraction/io/frame_writer.h"
@@ -126,41 +129,19 @@ std::string history_row(const Session& session, bool counts_inverted) {
   return row + '\n';
 }
 
-Matrix columns(const Vector& field) {
-  return field.reshaped(3, field.size() / 3);
-}
-
-Frame make_frame(const Session& session) {
-  const MechanicalSystem& system = session.system();
-  const State& state = session.state();
-  Frame frame;
-  frame.time = state.time;
-  frame.step = state.step;
-
-  Matrix fixed(1, system.vertex_count());
-  for (Index v = 0; v < system.vertex_count(); ++v) {
-    fixed(0, v) = system.constraints().is_constrained(v) ? 1.0 : 0.0;
-  }
-  frame.point_fields = {{"displacement", columns(state.position - system.mesh().rest_positions())},
-                        {"velocity", columns(state.velocity)},
-                        {"momentum", columns(state.momentum)},
-                        {"external_force", columns(session.external_force())},
-                        {"reaction_force", columns(session.reaction_force())},
-                        {"fixed", std::move(fixed), true},
-                        {"deformation", deformation_field(system, state.position)}};
-
-  ElementFields fields = element_fields(system, state.position);
-  Matrix region(1, system.mesh().tetrahedron_count());
-  for (Index e = 0; e < region.cols(); ++e) {
-    region(0, e) = system.region_count() > 1 ? system.region(e) : system.mesh().region(e);
-  }
-  frame.cell_fields = {{"cauchy_stress", std::move(fields.cauchy_stress)},
-                       {"green_strain", std::move(fields.green_strain)},
-                       {"von_mises", std::move(fields.von_mises)},
-                       {"jacobian", std::move(fields.jacobian)},
-                       {"energy_density", std::move(fields.energy_density)},
-                       {"region", std::move(region), true}};
-  return frame;
+// Copies to a temporary file that is renamed into place.
+void copy_file(const std::string& from, const std::string& to) {
+  const std::string temporary = to + ".part";
+  std::error_code error;
+  std::filesystem::copy_file(from, temporary, std::filesystem::copy_options::overwrite_existing,
+                             error);
+  if (!error) std::filesystem::rename(temporary, to, error);
+  if (!error) return;
+  std::error_code ignored;
+  std::filesystem::remove(temporary, ignored);
+  throw OutputError(fmt::format(
+      "{}: cannot be written ({}). Check the directory's permissions and the free space.", to,
+      error.message()));
 }
 
 }  // namespace
@@ -188,23 +169,48 @@ struct RunRecorder::Impl {
   int frame_every;
   bool counts_inverted = false;
   std::ofstream history;
+  Index last_row = -1;
   std::unique_ptr<FrameWriter> frames;
   Index last_frame = -1;
+  std::string last_frame_path;
+  std::optional<Frame> last;          // the frame of the last step, for final.vtu
+  std::unique_ptr<ProbeFile> probes;  // null if the scene has none
+  std::string summary;
 
   std::string path(const char* name) const { return directory + "/" + name; }
 
-  void write_row(const Session& session) {
-    history << history_row(session, counts_inverted);
+  void require_good_history() const {
     if (!history) {
       throw OutputError(path("history.csv") +
                         ": cannot be written. Check the free space of the disk.");
     }
   }
 
+  void write_row(const Session& session) {
+    history << history_row(session, counts_inverted);
+    require_good_history();
+    last_row = session.step_number();
+  }
+
   void write_frame(const Session& session, const Frame& frame) {
-    frames->write(frame);
-    history.flush();  // so that the history has a row for every frame
+    last_frame_path = frames->write(frame);
+    // So that history and probes have rows for every frame.
+    history.flush();
+    if (probes) probes->flush();
     last_frame = session.step_number();
+  }
+
+  // A frame of the last step that has all digits is final.vtu already.
+  void write_final(const Session& session) {
+    const OutputSettings& output = session.scene().output;
+    const std::string final_path = path("final.vtu");
+    const bool has_frame = last_frame == session.step_number();
+    if (has_frame && output.precision == FramePrecision::kFloat64) {
+      copy_file(last_frame_path, final_path);
+      return;
+    }
+    if (!last) last = make_frame(session, output.fields);
+    frames->write_single(*last, final_path);
   }
 };
 
@@ -220,7 +226,7 @@ void RunRecorder::on_start(const Session& session) {
   make_output_directory(s.directory);
   // Results of an earlier run would look like results of this one.
   std::error_code ignored;
-  for (const char* name : {"final.vtu", "summary.json"}) {
+  for (const char* name : {"final.vtu", "summary.json", "probes.csv"}) {
     std::filesystem::remove(s.path(name), ignored);
   }
   s.history.open(s.path("history.csv"), std::ios::binary);
@@ -231,29 +237,50 @@ void RunRecorder::on_start(const Session& session) {
   }
   s.counts_inverted = session.may_invert();
   s.history << history_header(session);
-  s.frames = std::make_unique<FrameWriter>(session.system().mesh(), s.directory);
+  const OutputSettings& output = session.scene().output;
+  s.frames = std::make_unique<FrameWriter>(session.system().mesh(), s.directory,
+                                           FrameFormat{output.precision, output.compression});
   s.write_row(session);
-  if (s.frame_every > 0) s.write_frame(session, make_frame(session));
+  if (!session.scene().probe.empty()) {
+    s.probes = std::make_unique<ProbeFile>(s.path("probes.csv"), session);
+  }
+  if (s.frame_every > 0) s.write_frame(session, make_frame(session, output.fields));
 }
 
 bool RunRecorder::on_step(const Session& session) {
-  impl_->write_row(session);
-  if (impl_->frame_every > 0 && session.step_number() % impl_->frame_every == 0)
-    impl_->write_frame(session, make_frame(session));
+  Impl& s = *impl_;
+  const OutputSettings& output = session.scene().output;
+  const Index step = session.step_number();
+  const bool is_last = session.status() != RunStatus::kRunning;
+  if (is_last || step % output.history_every == 0) s.write_row(session);
+  if (s.probes) s.probes->write(session, is_last);
+  if (s.frame_every > 0 && step % s.frame_every == 0) {
+    Frame frame = make_frame(session, output.fields);
+    s.write_frame(session, frame);
+    if (is_last) s.last = std::move(frame);
+  }
   return true;
 }
 
 void RunRecorder::on_finish(const Session& session) {
   Impl& s = *impl_;
-  const Frame last = make_frame(session);
-  if (s.frame_every > 0 && s.last_frame != session.step_number()) s.write_frame(session, last);
-  s.frames->write_single(last, s.path("final.vtu"));
-  s.history.close();
-  if (!s.history) {
-    throw OutputError(s.path("history.csv") +
-                      ": cannot be written. Check the free space of the disk.");
+  if (s.last_row != session.step_number()) s.write_row(session);
+  if (s.frame_every > 0 && s.last_frame != session.step_number()) {
+    s.last = make_frame(session, session.scene().output.fields);
+    s.write_frame(session, *s.last);
   }
-  write_text_file(s.path("summary.json"), summary_json(session, s.directory));
+  s.write_final(session);
+  s.last.reset();
+  s.history.close();
+  s.require_good_history();
+  if (s.probes) s.probes->finish(session);
+  s.summary = summary_json(session, s.directory, s.probes ? &s.probes->traces() : nullptr);
+  write_text_file(s.path("summary.json"), s.summary);
+  s.probes.reset();
+}
+
+const std::string& RunRecorder::summary() const {
+  return impl_->summary;
 }
 
 }  // namespace tetraction

@@ -67,7 +67,7 @@ std::string study_csv(const StudyResult& result) {
       "integrator,step,status,steps,wall_seconds,seconds_per_simulated_second,"
       "iterations_per_step,max_relative_energy_drift,linear_momentum_drift,"
       "angular_momentum_drift,angular_momentum_drift_allowed,position_error,position_error_rms,"
-      "observed_order,stable_step,variant,role,solver\n";
+      "observed_order,stable_step,variant,role,solver,probe_error\n";
   for (const StudyRow& row : result.rows) {
     text += fmt::format("{},{:.17g},{},{}", to_string(row.integrator), row.step,
                         to_string(row.status), row.steps);
@@ -78,8 +78,8 @@ std::string study_csv(const StudyResult& result) {
           row.observed_order}) {
       text += ',' + csv_number(value);
     }
-    text += fmt::format(",{},{},{},{}\n", csv_number(row.stable_step), row.variant,
-                        to_string(row.role), row.solver);
+    text += fmt::format(",{},{},{},{},{}\n", csv_number(row.stable_step), row.variant,
+                        to_string(row.role), row.solver, csv_number(row.probe_error));
   }
   return text;
 }
@@ -95,6 +95,14 @@ std::string study_json(const StudyResult& result, const std::string& scene_name)
                        {"status", to_string(result.reference_status)},
                        {"directory", result.reference_directory}};
   json["remarks"] = result.remarks;
+  json["error"] = result.error_probe.empty() ? "position" : "probe." + result.error_probe;
+  json["probes"] = nlohmann::ordered_json::array();
+  for (const ProbeColumns& probe : result.probes) {
+    json["probes"].push_back({{"name", probe.name},
+                              {"quantity", to_string(probe.quantity)},
+                              {"unit", unit_of(probe.quantity)},
+                              {"columns", probe.columns}});
+  }
   json["runs"] = nlohmann::ordered_json::array();
   for (const StudyRow& row : result.rows) {
     json["runs"].push_back(
@@ -119,17 +127,22 @@ std::string study_json(const StudyResult& result, const std::string& scene_name)
          {"angular_momentum_drift_allowed", json_number(row.angular_momentum_drift_allowed)},
          {"position_error", json_number(row.position_error)},
          {"position_error_rms", json_number(row.position_error_rms)},
-         {"observed_order", json_number(row.observed_order)}});
+         {"observed_order", json_number(row.observed_order)},
+         {"probe_error", json_number(row.probe_error)}});
   }
   // The names of files, which stand in messages as well, need not be UTF-8, which JSON must be.
   return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
 std::string study_table(const StudyResult& result) {
-  std::string text =
-      fmt::format("{:<15}{:<8}{:>9}{:>9}{:>10}{:>7}{:>10}{:>9}{:>9}{:>10}{:>10}{:>10}{:>10}{:>7}\n",
-                  "integrator", "solver", "step [s]", "h/h_crit", "status", "steps", "wall [s]",
-                  "iter/st", "energy", "lin.mom.", "ang.mom.", "pos.error", "pos.rms", "order");
+  const bool has_probe = !result.error_probe.empty();
+  const auto probe_cell = [&](const std::string& what) {
+    return has_probe ? fmt::format("{:>10}", what) : std::string();
+  };
+  std::string text = fmt::format(
+      "{:<15}{:<8}{:>9}{:>9}{:>10}{:>7}{:>10}{:>9}{:>9}{:>10}{:>10}{:>10}{:>10}{}{:>7}\n",
+      "integrator", "solver", "step [s]", "h/h_crit", "status", "steps", "wall [s]", "iter/st",
+      "energy", "lin.mom.", "ang.mom.", "pos.error", "pos.rms", probe_cell("probe.err"), "order");
   for (std::size_t i = 0; i < result.rows.size(); ++i) {
     const StudyRow& row = result.rows[i];
     const bool is_reference = row.role == StudyRole::kReference;
@@ -142,14 +155,16 @@ std::string study_table(const StudyResult& result) {
                               : "");
     }
     text += fmt::format(
-        "{:<15}{:<8}{:>9.4g}{:>9.3g}{:>10}{:>7}{:>10.3g}{:>9}{:>9}{:>10}{:>10}{:>10}{:>10}{:>7}\n",
+        "{:<15}{:<8}{:>9.4g}{:>9.3g}{:>10}{:>7}{:>10.3g}{:>9}{:>9}{:>10}{:>10}{:>10}{:>10}{}{:>7}"
+        "\n",
         to_string(row.integrator), row.solver.empty() ? "-" : row.solver, row.step,
         row.step / row.stable_step, to_string(row.status), row.steps, row.wall_seconds,
         is_implicit(row.integrator) ? cell(row.iterations_per_step, "{:.2f}") : "-",
         cell(row.max_relative_energy_drift, "{:.1e}"), cell(row.linear_momentum_drift, "{:.1e}"),
         cell(row.angular_momentum_drift, "{:.1e}"),
         is_reference ? "reference" : cell(row.position_error),
-        is_reference ? "-" : cell(row.position_error_rms), cell(row.observed_order, "{:.2f}"));
+        is_reference ? "-" : cell(row.position_error_rms),
+        probe_cell(is_reference ? "-" : cell(row.probe_error)), cell(row.observed_order, "{:.2f}"));
   }
   text += fmt::format(
       "\nStability limit: {}. Reference: {} at {:.4g} s ({}).\n"
@@ -161,6 +176,12 @@ std::string study_table(const StudyResult& result) {
       limits_text(result, result.rows.empty() ? "" : result.rows.front().variant),
       to_string(result.reference_integrator), result.reference_step,
       to_string(result.reference_status));
+  if (has_probe) {
+    text += fmt::format(
+        "probe.err: the largest |s - s_ref| of the probe {} over time, divided by the largest "
+        "|s_ref|; the order is that of this error.\n",
+        result.error_probe);
+  }
   return text;
 }
 

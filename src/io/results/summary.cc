@@ -10,6 +10,7 @@
 #include "tetraction/dynamics/derived_fields.h"
 #include "tetraction/io/run_recorder.h"
 #include "tetraction/simulation/equilibrium.h"
+#include "tetraction/simulation/probe.h"
 
 namespace tetraction {
 namespace {
@@ -80,12 +81,28 @@ nlohmann::ordered_json equilibrium_json(const Session& session, const LoadPath& 
   return json;
 }
 
+nlohmann::ordered_json probes_json(const ProbeSet& probes, const ProbeTraces& traces) {
+  const std::vector<ProbeStatistics> statistics = traces.statistics();
+  nlohmann::ordered_json json = nlohmann::ordered_json::object();
+  for (const ProbeColumns& probe : probes.probes()) {
+    for (std::size_t c = 0; c < probe.size(); ++c) {
+      const ProbeStatistics& s = statistics[probe.first + c];
+      nlohmann::ordered_json entry{{"unit", unit_of(probe.quantity)}, {"min", number(s.min)},
+                                   {"min_time", number(s.min_time)},  {"max", number(s.max)},
+                                   {"max_time", number(s.max_time)},  {"final", number(s.last)}};
+      if (std::isfinite(s.frequency)) entry["frequency"] = s.frequency;
+      json[probe.columns[c]] = std::move(entry);
+    }
+  }
+  return json;
+}
+
 }  // namespace
 
-std::string summary_json(const Session& session, const std::string& directory) {
+std::string summary_json(const Session& session, const std::string& directory,
+                         const ProbeTraces* probes) {
   const MechanicalSystem& system = session.system();
   const Balance& balance = session.balance();
-  const PhaseTimes& times = session.times();
   const StabilityLimit& limit = session.initial_limit();
   const BlasInfo blas = blas_info();
 
@@ -157,11 +174,11 @@ std::string summary_json(const Session& session, const std::string& directory) {
     if (!edit.warning.empty()) entry["warning"] = edit.warning;
     json["events"].push_back(std::move(entry));
   }
-  json["wall_seconds"] = {{"setup", times.setup},
-                          {"stability", times.stability},
-                          {"stepping", times.stepping},
-                          {"output", times.output},
-                          {"total", times.total()}};
+  if (probes != nullptr) json["probes"] = probes_json(session.probes(), *probes);
+  const PhaseTimes times = session.times();
+  json["wall_seconds"] = {{"mesh", times.mesh},           {"setup", times.setup},
+                          {"stability", times.stability}, {"stepping", times.stepping},
+                          {"output", times.output},       {"total", times.total()}};
   json["peak_memory_bytes"] = peak_memory_bytes();
   json["threads"] = thread_count();
   json["blas"] = {{"library", blas.library}, {"core", blas.core}};

@@ -54,6 +54,9 @@ struct ValueReader {
   }
   void operator()(std::vector<Vector3> S::*member) const { table.read(key.name, settings.*member); }
   void operator()(bool S::*member) const { table.read(key.name, settings.*member); }
+  void operator()(std::vector<std::string> S::*member) const {
+    table.read(key.name, settings.*member);
+  }
   void operator()(const Choice<S>& choice) const {
     if (!table.has(key.name)) return;
     std::string name;

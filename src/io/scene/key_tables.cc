@@ -23,6 +23,7 @@ struct TypeText {
   std::string operator()(std::vector<std::int64_t> S::*) const { return "list of whole numbers"; }
   std::string operator()(std::vector<Vector3> S::*) const { return "list of three numbers each"; }
   std::string operator()(bool S::*) const { return "`true` or `false`"; }
+  std::string operator()(std::vector<std::string> S::*) const { return "list of texts"; }
   std::string operator()(const Choice<S>&) const { return "text"; }
   std::string operator()(const NumberOrAuto<S>&) const { return "number"; }
   std::string operator()(const VectorOrField<S>&) const { return "three numbers or a table"; }

@@ -44,6 +44,9 @@ struct ValueText {
     return (settings.*member).empty() ? "" : toml_list(settings.*member);
   }
   std::string operator()(bool S::*member) const { return settings.*member ? "true" : "false"; }
+  std::string operator()(std::vector<std::string> S::*member) const {
+    return (settings.*member).empty() ? "" : toml_list(settings.*member);
+  }
   std::string operator()(const Choice<S>& choice) const {
     const std::string name = choice.get(settings);
     return name.empty() ? "" : toml_text(name);

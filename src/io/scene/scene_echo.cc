@@ -45,6 +45,9 @@ struct ValueJson {
     return json;
   }
   Json operator()(bool S::*member) const { return settings.*member; }
+  Json operator()(std::vector<std::string> S::*member) const {
+    return (settings.*member).empty() ? Json() : Json(settings.*member);
+  }
   Json operator()(const Choice<S>& choice) const {
     const std::string name = choice.get(settings);
     return name.empty() ? Json() : Json(name);
@@ -212,6 +215,7 @@ std::string scene_echo(const Scene& scene) {
   for (const NamedSelection& named : scene.selection) {
     json["selection"][named.name] = selection_json(named.select);
   }
+  for (const ProbeSettings& probe : scene.probe) json["probe"].push_back(selected_json(probe));
   // A path on the command line need not be UTF-8, which JSON must be.
   return json.dump(2, ' ', false, Json::error_handler_t::replace);
 }

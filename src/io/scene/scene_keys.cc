@@ -74,6 +74,10 @@ std::string toml_list(const std::vector<Vector3>& values) {
   return list_text(values, [](const Vector3& value) { return toml_list(value); });
 }
 
+std::string toml_list(const std::vector<std::string>& values) {
+  return list_text(values, toml_text);
+}
+
 std::string toml_list(const std::array<std::string, 3>& texts) {
   return list_text(texts, toml_text);
 }
@@ -101,6 +105,7 @@ template SceneKeys keys_of(const MeshSettings&);
 template SceneKeys keys_of(const SolverSettings&);
 template SceneKeys keys_of(const Damping&);
 template SceneKeys keys_of(const OutputSettings&);
+template SceneKeys keys_of(const ProbeSettings&);
 template SceneKeys keys_of(const InitialSettings&);
 template SceneKeys keys_of(const FixSettings&);
 template SceneKeys keys_of(const ConstraintSettings&);

@@ -28,6 +28,7 @@ std::string toml_list(const Vector3& value);
 std::string toml_list(const std::vector<std::int64_t>& values);
 std::string toml_list(const std::vector<Vector3>& values);
 std::string toml_list(const std::array<std::string, 3>& texts);
+std::string toml_list(const std::vector<std::string>& values);
 
 /// The keys of a section that has a table (simulation/setting_keys.h), except those whose value is
 /// the default and need not be written. Keys with a structure of their own are left out, such as

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <utility>
 
-#include "io/text/number_table.h"
+#include "io/text/csv_table.h"
 #include "key_reader.h"
 #include "scene_sections.h"
 #include "tetraction/core/error.h"
@@ -29,19 +29,20 @@ ShiftSettings read_shift(const TomlTable& table) {
 
 namespace {
 
-// Exactly one of two keys must be there.
-void require_one(const TomlTable& table, const char* first, const char* second) {
-  if (table.has(first) || table.has(second)) return;
-  table.refuse_table(fmt::format("needs {} or {}.", first, second));
-}
-
 template <class Settings>
 ForceSettings read_kind(const TomlTable& table) {
   Settings load;
   load.where = table.where();
   load.select = read_selection(table);
-  if (load.kind == LoadKind::kForce) require_one(table, "vector", "total");
-  if (load.kind == LoadKind::kBodyForce) require_one(table, "vector", "acceleration");
+  if (load.kind == LoadKind::kForce && !table.has("total")) {
+    table.require(
+        "vector",
+        "the force on each selected vertex, [fx, fy, fz] in N; or give total, their sum.");
+  }
+  if (load.kind == LoadKind::kBodyForce && !table.has("acceleration")) {
+    table.require("vector",
+                  "the force for each volume, [fx, fy, fz] in N/m³; or give acceleration.");
+  }
   read_keys(table, load);
   return load;
 }
@@ -86,8 +87,14 @@ AmplitudeSettings read_amplitude(const TomlTable& table, const std::string& fold
     table.read("file", amplitude.file);
     const std::filesystem::path path(amplitude.file);
     if (path.is_relative()) amplitude.file = (std::filesystem::path(folder) / path).string();
-    for (const std::vector<double>& row : read_number_table(amplitude.file, 2)) {
-      amplitude.points.emplace_back(row[0], row[1]);
+    for (const CsvTable::Row& row : read_csv(amplitude.file).rows) {
+      if (row.values.size() != 2) {
+        throw FileError(
+            fmt::format("{}:{}: an amplitude has two columns, time in s and factor; this "
+                        "line has {}.",
+                        amplitude.file, row.line, row.values.size()));
+      }
+      amplitude.points.emplace_back(row.values[0], row.values[1]);
     }
   } else if (kind == "sine") {
     amplitude.kind = AmplitudeKind::kSine;

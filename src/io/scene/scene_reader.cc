@@ -65,10 +65,11 @@ OutputSettings read_output(const TomlTable& root) {
 }
 
 const TableKeys& root_keys() {
-  static const TableKeys keys{{"mesh", "material", "material_region", "time", "solver", "damping",
-                               "environment", "fix", "constraint", "force", "moment", "traction",
-                               "pressure", "body_force", "amplitude", "initial", "event", "output",
-                               "selection"}};
+  static const TableKeys keys{{"mesh",       "material",   "material_region", "time",
+                               "solver",     "damping",    "environment",     "fix",
+                               "constraint", "force",      "moment",          "traction",
+                               "pressure",   "body_force", "amplitude",       "initial",
+                               "event",      "output",     "selection",       "probe"}};
   return keys;
 }
 
@@ -92,7 +93,7 @@ Scene read_sections(const TomlDocument& document, const std::string& path) {
   }
   scene.time = read_section<TimeSettings>(root);
   scene.solver = read_section<SolverSettings>(root);
-  scene.damping = read_section<Damping>(root);
+  read_damping(root, scene);
   scene.environment = read_section<EnvironmentSettings>(root);
   scene.environment.direction = unit_direction(scene.environment.direction);
   for (const TomlTable& table : root.tables("fix", table_keys<FixSettings>())) {
@@ -109,6 +110,9 @@ Scene read_sections(const TomlDocument& document, const std::string& path) {
   scene.amplitude = read_amplitudes(root, folder);
   scene.initial = read_initial(root, folder);
   scene.output = read_output(root);
+  for (const TomlTable& table : root.tables("probe", table_keys<ProbeSettings>())) {
+    scene.probe.push_back(read_probe(table));
+  }
   return scene;
 }
 

@@ -29,9 +29,13 @@ const TableKeys& load_keys(LoadKind kind);
 ForceSettings read_load(const TomlTable& table, LoadKind kind);
 /// Reads [[amplitude]], with the files that they name. `folder` is where the scene lies.
 std::vector<AmplitudeSettings> read_amplitudes(const TomlTable& root, const std::string& folder);
+ProbeSettings read_probe(const TomlTable& table);
 MomentumSettings read_momentum(const TomlTable& table);
 ShiftSettings read_shift(const TomlTable& table);
 InitialSettings read_initial(const TomlTable& root, const std::string& folder);
+/// Reads [damping] into `scene`, whose materials must have been read before: `ratio` becomes mass
+/// damping and viscosity.
+void read_damping(const TomlTable& root, Scene& scene);
 
 /// Reads all sections of a document except the events.
 using SectionReader = std::function<Scene(const TomlDocument&)>;

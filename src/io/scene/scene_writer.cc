@@ -131,6 +131,9 @@ std::string scene_text(const Scene& scene, const std::string& folder) {
     const std::string head = fmt::format("[selection.{}]", toml_key(named.name));
     text += section(head.c_str(), selection_keys(named.select));
   }
+  for (const ProbeSettings& probe : scene.probe) {
+    text += section("[[probe]]", keys_of(probe), probe.point ? nullptr : &probe.select);
+  }
   return text + event_text(scene);
 }
 

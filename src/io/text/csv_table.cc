@@ -21,13 +21,16 @@ std::string_view trimmed(std::string_view text) {
   return text.substr(begin, text.find_last_not_of(kSpace) - begin + 1);
 }
 
+// An empty entry between two commas stays as an empty text, which is no number.
 std::vector<std::string_view> entries_of(std::string_view line) {
   std::vector<std::string_view> entries;
+  const bool has_commas = line.find_first_of(",;") != std::string_view::npos;
   for (;;) {
-    const auto comma = line.find(',');
-    entries.push_back(trimmed(line.substr(0, comma)));
-    if (comma == std::string_view::npos) return entries;
-    line.remove_prefix(comma + 1);
+    const auto end = line.find_first_of(has_commas ? ",;" : " \t");
+    entries.push_back(trimmed(line.substr(0, end)));
+    if (end == std::string_view::npos) return entries;
+    line.remove_prefix(end + 1);
+    if (!has_commas) line = trimmed(line);
   }
 }
 
@@ -50,7 +53,7 @@ CsvTable read_csv(const std::string& path) {
     const auto end = text.find('\n');
     const std::string_view content = trimmed(text.substr(0, end));
     text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
-    if (content.empty()) continue;
+    if (content.empty() || content.front() == '#') continue;
     const std::vector<std::string_view> entries = entries_of(content);
     const auto fail = [&](const std::string& what) {
       throw FileError(fmt::format("{}:{}: {}", path, line, what));
@@ -64,15 +67,16 @@ CsvTable read_csv(const std::string& path) {
       }
     }
     if (entries.size() != columns) {
-      fail(fmt::format("the line has {} entries with commas between them, the first one has {}.",
-                       entries.size(), columns));
+      fail(fmt::format("the line has {} columns, the first one has {}.", entries.size(), columns));
     }
     CsvTable::Row row{line, {}};
     for (const std::string_view entry : entries) {
       if (!parse(entry, value) || !std::isfinite(value)) {
-        fail(fmt::format(
-            "\"{}\" is not a finite number. Numbers have a decimal point and commas between them.",
-            entry.substr(0, 40)));
+        fail(
+            fmt::format("\"{}\" is not a finite number. Numbers have a decimal point, and commas, "
+                        "semicolons or "
+                        "spaces between them.",
+                        entry.substr(0, 40)));
       }
       row.values.push_back(value);
     }

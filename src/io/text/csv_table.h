@@ -17,8 +17,9 @@ struct CsvTable {
   std::vector<Row> rows;
 };
 
-/// Reads a file of comma-separated numbers with decimal points, whatever the locale. The first line
-/// is a header if its first entry is not a number. Empty lines are skipped. Throws FileError, which
+/// Reads a file of numbers with decimal points, whatever the locale. Columns are separated by commas
+/// or semicolons, or else by spaces and tabs. The first line is a header if its first entry is not a
+/// number. Empty lines and lines that begin with # are skipped. Throws FileError, which
 /// names file and line, for a file that cannot be read, that has no numbers, or in which an entry is
 /// not a finite number or a line has another number of entries than the first.
 CsvTable read_csv(const std::string& path);

@@ -151,6 +151,14 @@ void TomlTable::read(std::string_view key, std::array<int, 3>& target, int least
   }
 }
 
+void TomlTable::read(std::string_view key, std::array<double, 2>& target,
+                     const NumberRange& range) const {
+  const toml::node* node = find(key);
+  if (node == nullptr) return;
+  const toml::array& list = list_of(key, *node, 2, "[10.0, 100.0]");
+  for (std::size_t i = 0; i < 2; ++i) target[i] = number_of(key, list[i], range, true);
+}
+
 void TomlTable::read_pair(std::string_view key, std::array<std::int64_t, 2>& target) const {
   if (!has(key)) return;
   std::vector<std::int64_t> pair;

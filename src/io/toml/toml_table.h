@@ -44,6 +44,9 @@ class TomlTable {
   void read(std::string_view key, Vector3& target, const NumberRange& range = kFinite) const;
   void read(std::string_view key, std::optional<Vector3>& target) const;
   void read(std::string_view key, std::array<int, 3>& target, int least) const;
+  /// Lists of two.
+  void read(std::string_view key, std::array<double, 2>& target,
+            const NumberRange& range = kFinite) const;
   /// Two different whole numbers of at least 0.
   void read_pair(std::string_view key, std::array<std::int64_t, 2>& target) const;
   /// Which of x, y and z a text names, each once.

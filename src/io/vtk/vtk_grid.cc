@@ -5,6 +5,7 @@
 #include <vtkCellData.h>
 #include <vtkCellType.h>
 #include <vtkDoubleArray.h>
+#include <vtkFloatArray.h>
 #include <vtkIntArray.h>
 #include <vtkPointData.h>
 #include <vtkPoints.h>
@@ -12,6 +13,7 @@
 #include <vtkUnstructuredGrid.h>
 #include <vtkXMLUnstructuredGridWriter.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <filesystem>
@@ -20,6 +22,7 @@
 
 #include "quiet_vtk.h"
 #include "tetraction/core/error.h"
+#include "tetraction/io/text_file.h"
 
 namespace tetraction {
 namespace {
@@ -32,6 +35,32 @@ vtkSmartPointer<vtkDataArray> id_array(const char* name, Index count, const Id& 
   array->SetNumberOfTuples(count);
   for (Index i = 0; i < count; ++i) array->SetValue(i, id(i));
   return array;
+}
+
+// The columns of a matrix as the tuples of an array of that type.
+template <class Array>
+vtkSmartPointer<vtkDataArray> filled_array(const Matrix& values) {
+  using Value = typename Array::ValueType;
+  auto array = vtkSmartPointer<Array>::New();
+  array->SetNumberOfComponents(static_cast<int>(values.rows()));
+  array->SetNumberOfTuples(values.cols());
+  std::transform(values.data(), values.data() + values.size(), array->GetPointer(0),
+                 [](double value) { return static_cast<Value>(value); });
+  return array;
+}
+
+void set_compression(vtkXMLWriter& writer, FrameCompression compression) {
+  switch (compression) {
+    case FrameCompression::kLz4:
+      writer.SetCompressorTypeToLZ4();
+      return;
+    case FrameCompression::kZlib:
+      writer.SetCompressorTypeToZLib();
+      return;
+    case FrameCompression::kNone:
+      writer.SetCompressorTypeToNone();
+      return;
+  }
 }
 
 // VTK reports no error if the disk becomes full while it writes the last bytes of its buffer.
@@ -70,25 +99,29 @@ vtkSmartPointer<vtkUnstructuredGrid> make_grid(const TetMesh& mesh) {
 }
 
 vtkSmartPointer<vtkDataArray> make_array(const std::string& name, const Matrix& values,
-                                         bool integral) {
+                                         bool integral, FramePrecision precision) {
   vtkSmartPointer<vtkDataArray> array;
   if (integral) {
-    array = vtkSmartPointer<vtkIntArray>::New();
+    array = filled_array<vtkIntArray>(values);
+  } else if (precision == FramePrecision::kFloat32) {
+    array = filled_array<vtkFloatArray>(values);
   } else {
-    array = vtkSmartPointer<vtkDoubleArray>::New();
+    array = filled_array<vtkDoubleArray>(values);
   }
   array->SetName(name.c_str());
-  array->SetNumberOfComponents(static_cast<int>(values.rows()));
-  array->SetNumberOfTuples(values.cols());
-  for (Index i = 0; i < values.cols(); ++i) array->SetTuple(i, values.col(i).data());
-  if (values.rows() == 6) {
-    constexpr const char* kComponents[] = {"XX", "YY", "ZZ", "XY", "YZ", "XZ"};
-    for (int c = 0; c < 6; ++c) array->SetComponentName(c, kComponents[c]);
+  const auto name_components = [&](const auto& names) {
+    for (int c = 0; c < static_cast<int>(names.size()); ++c) {
+      array->SetComponentName(c, names[static_cast<std::size_t>(c)]);
+    }
+  };
+  if (values.rows() == 6) name_components(std::array{"XX", "YY", "ZZ", "XY", "YZ", "XZ"});
+  if (values.rows() == 9) {
+    name_components(std::array{"XX", "XY", "XZ", "YX", "YY", "YZ", "ZX", "ZY", "ZZ"});
   }
   return array;
 }
 
-void write_vtu(vtkUnstructuredGrid* grid, const std::string& path) {
+void write_vtu(vtkUnstructuredGrid* grid, const std::string& path, FrameCompression compression) {
   const std::string temporary = path + ".part";
   VtkMessages messages;
   auto writer = vtkSmartPointer<vtkXMLUnstructuredGridWriter>::New();
@@ -97,7 +130,7 @@ void write_vtu(vtkUnstructuredGrid* grid, const std::string& path) {
   writer->SetInputData(grid);
   writer->SetDataModeToAppended();
   writer->EncodeAppendedDataOff();
-  writer->SetCompressorTypeToZLib();
+  set_compression(*writer, compression);
   writer->SetHeaderTypeToUInt64();
   const bool written = writer->Write() == 1 && writer->GetErrorCode() == 0 && messages.empty() &&
                        ends_as_vtu(temporary);
@@ -109,6 +142,19 @@ void write_vtu(vtkUnstructuredGrid* grid, const std::string& path) {
         "{}: cannot be written{}. Check the directory's permissions and the free space.", path,
         error ? " (" + error.message() + ")" : ""));
   }
+}
+
+std::string collection_entry(double time, const std::string& file) {
+  return fmt::format("    <DataSet timestep=\"{:.17g}\" group=\"\" part=\"0\" file=\"{}\"/>\n",
+                     time, file);
+}
+
+void write_collection(const std::string& entries, const std::string& path) {
+  write_text_file(path,
+                  "<?xml version=\"1.0\"?>\n"
+                  "<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n"
+                  "  <Collection>\n" +
+                      entries + "  </Collection>\n</VTKFile>\n");
 }
 
 }  // namespace tetraction

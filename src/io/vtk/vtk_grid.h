@@ -6,6 +6,7 @@
 #include <string>
 
 #include "tetraction/mesh/tet_mesh.h"
+#include "tetraction/simulation/frame_format.h"
 
 class vtkDataArray;
 class vtkUnstructuredGrid;
@@ -15,12 +16,19 @@ namespace tetraction {
 /// Points (rest positions) and tetrahedra, with `vertex_id` and `element_id`: the file's numbers.
 vtkSmartPointer<vtkUnstructuredGrid> make_grid(const TetMesh& mesh);
 
-/// components × tuples as a VTK array of doubles, or of 32-bit integers.
+/// components × tuples as a VTK array of floating-point numbers, or of 32-bit integers.
 vtkSmartPointer<vtkDataArray> make_array(const std::string& name, const Matrix& values,
-                                         bool integral);
+                                         bool integral,
+                                         FramePrecision precision = FramePrecision::kFloat64);
 
-/// Writes the grid as VTU with raw appended zlib blocks, to a temporary file renamed into place.
-/// Throws OutputError.
-void write_vtu(vtkUnstructuredGrid* grid, const std::string& path);
+/// Writes the grid as VTU with raw appended data, to a temporary file renamed into place. Throws
+/// OutputError.
+void write_vtu(vtkUnstructuredGrid* grid, const std::string& path,
+               FrameCompression compression = FrameCompression::kZlib);
+
+/// A file of a collection at a time, as a line for write_collection().
+std::string collection_entry(double time, const std::string& file);
+/// Writes a .pvd collection. The entries name files relative to its folder. Throws OutputError.
+void write_collection(const std::string& entries, const std::string& path);
 
 }  // namespace tetraction

@@ -4,6 +4,7 @@
 #include <vtkCellArray.h>
 #include <vtkCellData.h>
 #include <vtkDataArray.h>
+#include <vtkDataSetAttributes.h>
 #include <vtkIdList.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
@@ -18,6 +19,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <limits>
+#include <map>
 #include <unordered_set>
 
 #include "guarded_process.h"
@@ -65,6 +67,30 @@ std::vector<std::int64_t> regions(vtkDataArray* array, vtkIdType cells) {
   return values;
 }
 
+// Writes the arrays of real numbers with up to 9 components.
+void encode_arrays(vtkDataSetAttributes* data, vtkIdType tuples, ByteWriter& out) {
+  std::vector<vtkDataArray*> arrays;
+  for (int a = 0; a < data->GetNumberOfArrays(); ++a) {
+    vtkDataArray* array = data->GetArray(a);
+    if (array == nullptr || array->GetName() == nullptr) continue;
+    const bool real = array->GetDataType() == VTK_FLOAT || array->GetDataType() == VTK_DOUBLE;
+    if (real && array->GetNumberOfTuples() == tuples && array->GetNumberOfComponents() <= 9) {
+      arrays.push_back(array);
+    }
+  }
+  out.put<std::uint64_t>(arrays.size());
+  for (vtkDataArray* array : arrays) {
+    out.put_text(array->GetName());
+    const int components = array->GetNumberOfComponents();
+    out.put<std::int32_t>(components);
+    std::vector<double> values(static_cast<std::size_t>(components * tuples));
+    for (vtkIdType i = 0; i < tuples; ++i) {
+      array->GetTuple(i, values.data() + static_cast<std::size_t>(components * i));
+    }
+    out.put_all(values.data(), values.size());
+  }
+}
+
 std::string encode(vtkUnstructuredGrid* grid) {
   ByteWriter out;
   out.put_text("");  // no error
@@ -98,26 +124,8 @@ std::string encode(vtkUnstructuredGrid* grid) {
                              regions(cell_data->GetArray("region"), cells)}) {
     out.put_all(values.data(), values.size());
   }
-  std::vector<vtkDataArray*> arrays;
-  for (int a = 0; a < point_data->GetNumberOfArrays(); ++a) {
-    vtkDataArray* array = point_data->GetArray(a);
-    if (array == nullptr || array->GetName() == nullptr) continue;
-    const bool real = array->GetDataType() == VTK_FLOAT || array->GetDataType() == VTK_DOUBLE;
-    if (real && array->GetNumberOfTuples() == points && array->GetNumberOfComponents() <= 9) {
-      arrays.push_back(array);
-    }
-  }
-  out.put<std::uint64_t>(arrays.size());
-  for (vtkDataArray* array : arrays) {
-    out.put_text(array->GetName());
-    const int components = array->GetNumberOfComponents();
-    out.put<std::int32_t>(components);
-    std::vector<double> values(static_cast<std::size_t>(components * points));
-    for (vtkIdType i = 0; i < points; ++i) {
-      array->GetTuple(i, values.data() + static_cast<std::size_t>(components * i));
-    }
-    out.put_all(values.data(), values.size());
-  }
+  encode_arrays(point_data, points, out);
+  encode_arrays(cell_data, cells, out);
   return out.bytes();
 }
 
@@ -222,7 +230,9 @@ class Decoder {
       begin = ends[c];
       mesh.cells.push_back(std::move(cell));
     }
-    read_point_arrays(mesh, points);
+    read_arrays(mesh.point_arrays, points, "point");
+    read_arrays(mesh.cell_arrays, types.size(), "cell");
+    mesh.cell_arrays.erase("region");  // which RawCell::region holds
     return mesh;
   }
 
@@ -237,18 +247,18 @@ class Decoder {
     }
   }
 
-  void read_point_arrays(RawMesh& mesh, std::size_t points) {
+  void read_arrays(std::map<std::string, Matrix>& target, std::size_t tuples, const char* what) {
     const auto arrays = in_.get<std::uint64_t>();
     for (std::uint64_t a = 0; a < arrays && in_.good(); ++a) {
       const std::string name = in_.get_text();
       const auto components = in_.get<std::int32_t>();
       const auto values = in_.get_all<double>();
       if (!in_.good() || components < 1 ||
-          values.size() != static_cast<std::size_t>(components) * points) {
-        refuse("its point data do not fit");
+          values.size() != static_cast<std::size_t>(components) * tuples) {
+        refuse(fmt::format("its {} data do not fit", what));
       }
-      mesh.point_arrays[name] =
-          Eigen::Map<const Matrix>(values.data(), components, static_cast<Index>(points));
+      target[name] =
+          Eigen::Map<const Matrix>(values.data(), components, static_cast<Index>(tuples));
     }
   }
 

@@ -1,10 +1,12 @@
 // Charts: rows, marks, series, zoom, files.
 #include <QCheckBox>
+#include <QComboBox>
 #include <QFile>
 #include <QTabBar>
 #include <QTemporaryDir>
 
 #include <algorithm>
+#include <limits>
 
 #include "pictures.h"
 #include "viewer/gui/chart/chart_series.h"
@@ -146,6 +148,85 @@ TEST(ChartSeries, ThinningKeepsSpikes) {
   ASSERT_EQ(thinned.time.size(), 1000U);
   EXPECT_EQ(*std::max_element(thinned.values[0].begin(), thinned.values[0].end()), 7.0);
   EXPECT_EQ(*std::min_element(thinned.values[0].begin(), thinned.values[0].end()), -3.0);
+}
+
+// A row has values of probes; NaN where there are none.
+TEST(ChartSeries, OfProbesLeaveRowsWithoutValuesOut) {
+  ProbeSettings tip;
+  tip.name = "tip";
+  ProbeSettings stress;
+  stress.name = "s";
+  stress.quantity = ProbeQuantity::kVonMises;
+  const std::vector<ChartProbe> probes = chart_probes({tip, stress});
+  ASSERT_EQ(probes.size(), 2U);
+  EXPECT_EQ(probes[0].axis, "tip: displacement [m]");
+  EXPECT_EQ(probes[1].axis, "s: von mises [Pa]");
+  const ChartKind kind = chart_kind_of(probes[1]);
+  ASSERT_EQ(kind.series.size(), 1U);
+  EXPECT_EQ(kind.series[0].name, "s");
+  const double none = std::numeric_limits<double>::quiet_NaN();
+  std::vector<HistoryRow> rows(9);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    rows[i].time = static_cast<double>(i);
+    rows[i].probes = {1.0, 2.0, 3.0, i % 4 == 0 ? 10.0 * static_cast<double>(i) : none};
+  }
+  rows[3].probes.clear();
+  const ThinnedSeries thinned = thin(rows, kind.series, 500);
+  EXPECT_EQ(thinned.time, (std::vector<double>{0.0, 4.0, 8.0}));
+  EXPECT_EQ(thinned.values[0], (std::vector<double>{0.0, 40.0, 80.0}));
+  EXPECT_EQ(thin(rows, chart_kind_of(probes[0]).series, 500).time.size(), 8U);
+  const std::string text = history_text(rows, probes);
+  EXPECT_NE(text.find("iterations,tip_x,tip_y,tip_z,s\n"), std::string::npos);
+  EXPECT_NE(text.find(",1,2,3,40\n"), std::string::npos);
+  EXPECT_NE(text.find(",1,2,3,\n"), std::string::npos);
+}
+
+TEST_F(Charts, OfProbesAreDrawnLive) {
+  show(first_scene());
+  auto* tabs = find<QTabBar>("chart_tabs");
+  EXPECT_EQ(tabs->count(), 5);
+  Document document = first_scene();
+  ProbeSettings tip;
+  tip.name = "tip";
+  tip.select = SelectPlane{0, 1.2, {}};
+  ProbeSettings load;
+  load.name = "grip";
+  load.quantity = ProbeQuantity::kReaction;
+  document.scene.probe = {tip, load};
+  show(std::move(document));
+  ASSERT_EQ(tabs->count(), 6);
+  run_to(0.3);
+  window_->chart()->show_kind(5);
+  wait(200);
+  EXPECT_EQ(tabs->currentIndex(), 5);
+  const auto& rows = window_->chart()->rows();
+  ASSERT_EQ(rows.size(), static_cast<std::size_t>(state().step) + 1);
+  // The mean displacement of the end of the last row is that of the shown state.
+  const TetMesh& mesh = window_->simulation()->mesh();
+  Vector3 mean = Vector3::Zero();
+  const std::vector<Index> end = select_vertices(mesh, tip.select);
+  for (const Index v : end) {
+    mean += (state().position.segment<3>(3 * v) - mesh.vertices[static_cast<std::size_t>(v)]) /
+            static_cast<double>(end.size());
+  }
+  ASSERT_EQ(rows.back().probes.size(), 6U);
+  for (Index c = 0; c < 3; ++c) {
+    EXPECT_NEAR(rows.back().probes[static_cast<std::size_t>(c)], mean[c], 1e-12);
+  }
+  const auto ranges = window_->chart()->axis_ranges();
+  EXPECT_LT(ranges[2], mean.minCoeff());
+  EXPECT_GT(ranges[3], mean.maxCoeff());
+  auto* choice = find<QComboBox>("probe_choice");
+  EXPECT_TRUE(choice->isVisible());
+  keep_picture("chart_probe");
+  window_->chart()->show_probe(1);
+  wait(100);
+  EXPECT_EQ(find<QCheckBox>("series_0")->text(), QStringLiteral("grip_x"));
+  // The next scene has none.
+  show(first_scene());
+  EXPECT_EQ(tabs->count(), 5);
+  EXPECT_EQ(tabs->currentIndex(), 0);
+  EXPECT_FALSE(choice->isVisible());
 }
 
 }  // namespace

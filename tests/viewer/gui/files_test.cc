@@ -10,14 +10,17 @@
 #include <QPushButton>
 #include <QSlider>
 #include <QStatusBar>
+#include <QTabBar>
 #include <QTemporaryDir>
 #include <QUrl>
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 
 #include "dialogs.h"
 #include "tetraction/io/run_recorder.h"
 #include "tetraction/io/scene_reader.h"
+#include "tetraction/simulation/probe.h"
 #include "viewer/gui/panels/vertex_panel.h"
 #include "window_test.h"
 
@@ -229,6 +232,62 @@ TEST_F(Files, ARunIsReplayed) {
   open(folder_.path());
   EXPECT_TRUE(window_->messages()->text().contains(QStringLiteral("frames.pvd")));
   EXPECT_NE(window_->replay(), nullptr);
+}
+
+// History and probes have rows for different steps.
+TEST_F(Files, ProbesOfARunAreReplayed) {
+  Scene scene = read_scene(write("scene.toml", kScene).toStdString());
+  ProbeSettings all;
+  all.name = "all";
+  all.every = 4;
+  ProbeSettings inside;
+  inside.name = "j";
+  inside.quantity = ProbeQuantity::kJacobian;
+  inside.every = 6;
+  scene.probe = {all, inside};
+  scene.output.history_every = 5;
+  scene.echo = R"({"probe": [{"name": "all", "quantity": "displacement"},
+                             {"name": "j", "quantity": "jacobian"}]})";
+  Session session(scene, generate_mesh(*scene.mesh.generate));
+  const std::string directory = folder_.filePath(QStringLiteral("probes")).toStdString();
+  RunRecorder recorder(directory, 5);
+  session.run({&recorder});
+  ASSERT_EQ(session.step_number(), 30);
+  const Replay replay(directory);
+  ASSERT_EQ(replay.probes().size(), 2U);
+  EXPECT_EQ(replay.probes()[0].columns.size(), 3U);
+  EXPECT_EQ(replay.probes()[0].axis, "all: displacement [m]");
+  std::vector<Index> steps;
+  for (const HistoryRow& row : replay.history()) {
+    steps.push_back(row.step);
+    EXPECT_EQ(std::isnan(row.total), row.step % 5 != 0) << row.step;
+    const bool has_all = !row.probes.empty() && !std::isnan(row.probes[0]);
+    const bool has_j = !row.probes.empty() && !std::isnan(row.probes[3]);
+    EXPECT_EQ(has_all, row.step % 4 == 0 || row.step == 30) << row.step;
+    EXPECT_EQ(has_j, row.step % 6 == 0) << row.step;
+  }
+  EXPECT_EQ(steps, (std::vector<Index>{0, 4, 5, 6, 8, 10, 12, 15, 16, 18, 20, 24, 25, 28, 30}));
+  std::vector<double> last(session.probes().value_count());
+  session.probes().evaluate(session, last.data());
+  EXPECT_EQ(replay.history().back().probes, last);
+  open(QString::fromStdString(directory));
+  ASSERT_NE(window_->replay(), nullptr) << window_->messages()->text().toStdString();
+  EXPECT_EQ(find<QTabBar>("chart_tabs")->count(), 6);
+  // Without the summary, as after a run that was killed, each column is shown alone.
+  ASSERT_TRUE(QFile::remove(QString::fromStdString(directory + "/summary.json")));
+  EXPECT_EQ(Replay(directory).probes().size(), 4U);
+}
+
+TEST_F(Files, FramesWithoutDisplacementsAreNotReplayed) {
+  Scene scene = read_scene(write("scene.toml", kScene).toStdString());
+  scene.output.fields = {"von_mises"};
+  Session session(scene, generate_mesh(*scene.mesh.generate));
+  const QString directory = folder_.filePath(QStringLiteral("stress"));
+  RunRecorder recorder(directory.toStdString(), 5);
+  session.run({&recorder});
+  open(directory);
+  EXPECT_EQ(window_->replay(), nullptr);
+  EXPECT_TRUE(window_->messages()->text().contains(QStringLiteral("output.fields")));
 }
 
 TEST_F(Files, ARecordedRunIsReplayed) {

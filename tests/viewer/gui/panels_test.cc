@@ -4,6 +4,7 @@
 #include <QPushButton>
 #include <QSlider>
 
+#include "tetraction/simulation/setting_keys.h"
 #include "window_test.h"
 
 namespace tetraction::viewer {
@@ -84,6 +85,48 @@ TEST_F(Panels, EnvironmentAndDamping) {
   QTest::keyClick(kind, Qt::Key_Down);
   settle();
   EXPECT_EQ(window_->simulation()->settings().environment.kind, EnvironmentKind::kAttraction);
+}
+
+TEST_F(Panels, LoadsAreShownAndChanged) {
+  Document document = quiet_beam();
+  PressureSettings pressure;
+  pressure.select = SelectSurface{};
+  pressure.value = 200.0;
+  pressure.amplitude = "late";
+  document.scene.pressure = {pressure};
+  ForceSettings pull;
+  pull.select = SelectPlane{0, 1.2, {}};
+  pull.total = Vector3(0.0, 3.0, 0.0);
+  document.scene.force = {pull};
+  AmplitudeSettings late;
+  late.name = "late";
+  late.points = {{1.0, 0.0}, {2.0, 1.0}};
+  document.scene.amplitude = {late};
+  show(std::move(document));
+  raise("dock_world");
+  auto* which = find<QComboBox>("load");
+  ASSERT_EQ(which->count(), 2);
+  auto* x = find<NumberField>("load_x");
+  auto* y = find<NumberField>("load_y");
+  EXPECT_EQ(y->value(), 3.0);
+  enter(y, "5");
+  EXPECT_EQ(window_->simulation()->settings().loads.force.at(0).total, Vector3(0.0, 5.0, 0.0));
+  EXPECT_NEAR(state().external_force.reshaped(3, state().external_force.size() / 3).row(1).sum(),
+              5.0, 1e-12);
+  which->setFocus();
+  QTest::keyClick(which, Qt::Key_Down);
+  wait();
+  EXPECT_EQ(which->currentText(), QStringLiteral("Pressure 0"));
+  EXPECT_EQ(x->value(), 200.0);
+  EXPECT_FALSE(y->isVisible());
+  enter(x, "300");
+  EXPECT_EQ(window_->simulation()->settings().loads.pressure.at(0).value, 300.0);
+  EXPECT_EQ(window_->simulation()->settings().loads.pressure.at(0).amplitude, "late");
+  EXPECT_EQ(which->currentText(), QStringLiteral("Pressure 0")) << "the choice stays";
+  keep_picture("loads");
+  trigger("undo");
+  settle();
+  EXPECT_EQ(window_->simulation()->settings().loads.pressure.at(0).value, 200.0);
 }
 
 TEST_F(Panels, TypedPositionMomentumAndForce) {

@@ -176,7 +176,7 @@ TEST_F(Recordings, APlaceThatIsLostMeanwhileIsTold) {
   window_->simulation()->run();
   ASSERT_TRUE(wait_for([&] { return files(pictures, "*.png").size() > 1; }));
   ASSERT_TRUE(wait_for([&] { return QDir(pictures).removeRecursively(); }));
-  EXPECT_TRUE(wait_for([&] { return window_->messages()->text().contains(pictures); }, 5000));
+  EXPECT_TRUE(wait_for([&] { return window_->messages()->text().contains(pictures); }));
   EXPECT_FALSE(menu_action(QStringLiteral("Record &pictures"))->isChecked());
 
   window_->messages()->hide();
@@ -185,7 +185,7 @@ TEST_F(Recordings, APlaceThatIsLostMeanwhileIsTold) {
   ASSERT_TRUE(wait_for([&] { return QDir(run).removeRecursively(); }));
   QFile in_its_place(run);
   ASSERT_TRUE(in_its_place.open(QIODevice::WriteOnly));
-  EXPECT_TRUE(wait_for([&] { return window_->messages()->text().contains(run); }, 5000));
+  EXPECT_TRUE(wait_for([&] { return window_->messages()->text().contains(run); }));
   EXPECT_FALSE(menu_action(QStringLiteral("Record &run"))->isChecked());
 }
 

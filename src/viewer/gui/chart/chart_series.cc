@@ -3,6 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "tetraction/simulation/probe.h"
 
 namespace tetraction::viewer {
 namespace {
@@ -12,51 +16,102 @@ using Row = const HistoryRow&;
 constexpr std::array<unsigned char, 3> kBlue{0, 114, 178}, kOrange{230, 159, 0},
     kGreen{0, 158, 115}, kBlack{40, 40, 40}, kRed{213, 94, 0}, kPink{204, 121, 167};
 
-constexpr ChartSeries kEnergies[] = {{"Kinetic", kBlue, [](Row r) { return r.kinetic; }},
-                                     {"Elastic", kOrange, [](Row r) { return r.elastic; }},
-                                     {"Environment", kGreen, [](Row r) { return r.environment; }},
-                                     {"Total", kBlack, [](Row r) { return r.total; }}};
-constexpr ChartSeries kBalance[] = {
-    {"External work", kBlue, [](Row r) { return r.external_work; }},
-    {"Constraint work", kOrange, [](Row r) { return r.constraint_work; }},
-    {"Dissipated", kGreen, [](Row r) { return r.dissipated_energy; }},
-    {"Work of edits", kPink, [](Row r) { return r.edit_work; }},
-    {"Energy error", kRed, [](Row r) { return r.energy_error; }}};
-constexpr ChartSeries kLinear[] = {{"p x", kBlue, [](Row r) { return r.linear_momentum.x(); }},
-                                   {"p y", kOrange, [](Row r) { return r.linear_momentum.y(); }},
-                                   {"p z", kGreen, [](Row r) { return r.linear_momentum.z(); }}};
-constexpr ChartSeries kAngular[] = {{"L x", kBlue, [](Row r) { return r.angular_momentum.x(); }},
-                                    {"L y", kOrange, [](Row r) { return r.angular_momentum.y(); }},
-                                    {"L z", kGreen, [](Row r) { return r.angular_momentum.z(); }}};
-constexpr ChartSeries kIterations[] = {
-    {"Iterations", kBlue, [](Row r) { return static_cast<double>(r.iterations); }}};
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+double probe_value(Row row, std::size_t i) {
+  return i < row.probes.size() ? row.probes[i] : kNone;
+}
 
 }  // namespace
 
-const std::array<ChartKind, kChartKinds>& chart_kinds() {
-  static const std::array<ChartKind, kChartKinds> kinds{
-      {{"Energy", "Energy [J]", kEnergies},
-       {"Energy balance", "Since the start [J]", kBalance},
-       {"Linear momentum", "Momentum [kg m/s]", kLinear},
-       {"Angular momentum", "About the origin [kg m²/s]", kAngular},
-       {"Iterations", "Iterations a step", kIterations}}};
+const std::vector<ChartKind>& chart_kinds() {
+  static const std::vector<ChartKind> kinds{
+      {"Energy",
+       "Energy [J]",
+       {{"Kinetic", kBlue, [](Row r) { return r.kinetic; }},
+        {"Elastic", kOrange, [](Row r) { return r.elastic; }},
+        {"Environment", kGreen, [](Row r) { return r.environment; }},
+        {"Total", kBlack, [](Row r) { return r.total; }}}},
+      {"Energy balance",
+       "Since the start [J]",
+       {{"External work", kBlue, [](Row r) { return r.external_work; }},
+        {"Constraint work", kOrange, [](Row r) { return r.constraint_work; }},
+        {"Dissipated", kGreen, [](Row r) { return r.dissipated_energy; }},
+        {"Work of edits", kPink, [](Row r) { return r.edit_work; }},
+        {"Energy error", kRed, [](Row r) { return r.energy_error; }}}},
+      {"Linear momentum",
+       "Momentum [kg m/s]",
+       {{"p x", kBlue, [](Row r) { return r.linear_momentum.x(); }},
+        {"p y", kOrange, [](Row r) { return r.linear_momentum.y(); }},
+        {"p z", kGreen, [](Row r) { return r.linear_momentum.z(); }}}},
+      {"Angular momentum",
+       "About the origin [kg m²/s]",
+       {{"L x", kBlue, [](Row r) { return r.angular_momentum.x(); }},
+        {"L y", kOrange, [](Row r) { return r.angular_momentum.y(); }},
+        {"L z", kGreen, [](Row r) { return r.angular_momentum.z(); }}}},
+      {"Iterations",
+       "Iterations a step",
+       // A row that comes from probes.csv only has no iterations.
+       {{"Iterations", kBlue,
+         [](Row r) { return std::isnan(r.total) ? kNone : static_cast<double>(r.iterations); }}}}};
   return kinds;
 }
 
-std::string history_text(const std::vector<HistoryRow>& rows) {
+std::vector<ChartProbe> chart_probes(const std::vector<ProbeSettings>& probes) {
+  std::vector<ChartProbe> result;
+  std::size_t first = 0;
+  for (const ProbeSettings& probe : probes) {
+    ChartProbe& entry = result.emplace_back();
+    entry.name = probe.name;
+    std::string quantity = to_string(probe.quantity);
+    std::replace(quantity.begin(), quantity.end(), '_', ' ');
+    const std::string unit = unit_of(probe.quantity);
+    entry.axis = fmt::format("{}: {}{}", probe.name, quantity,
+                             unit.empty() ? "" : fmt::format(" [{}]", unit));
+    entry.first = first;
+    for (const char* ending : column_endings(probe.quantity)) {
+      entry.columns.push_back(probe.name + ending);
+    }
+    first += entry.columns.size();
+  }
+  return result;
+}
+
+ChartKind chart_kind_of(const ChartProbe& probe) {
+  constexpr std::array kColors{kBlue, kOrange, kGreen, kBlack, kRed, kPink};
+  ChartKind kind{probe.name, probe.axis, {}};
+  for (std::size_t c = 0; c < probe.columns.size(); ++c) {
+    const std::size_t i = probe.first + c;
+    kind.series.push_back(
+        {probe.columns[c], kColors[c % kColors.size()], [i](Row r) { return probe_value(r, i); }});
+  }
+  return kind;
+}
+
+std::string history_text(const std::vector<HistoryRow>& rows,
+                         const std::vector<ChartProbe>& probes) {
   std::string text =
       "step,time,kinetic_energy,elastic_energy,environment_energy,total_energy,external_work,"
-      "dissipated_energy,constraint_work,edit_work,energy_error,px,py,pz,lx,ly,lz,iterations\n";
+      "dissipated_energy,constraint_work,edit_work,energy_error,px,py,pz,lx,ly,lz,iterations";
+  for (const ChartProbe& probe : probes) text += fmt::format(",{}", fmt::join(probe.columns, ","));
+  text += '\n';
   for (const HistoryRow& r : rows) {
     text += fmt::format("{}", r.step);
+    const auto add = [&text](double value) {
+      text += std::isnan(value) ? "," : fmt::format(",{:.17g}", value);
+    };
     for (const double value :
          {r.time, r.kinetic, r.elastic, r.environment, r.total, r.external_work,
           r.dissipated_energy, r.constraint_work, r.edit_work, r.energy_error,
           r.linear_momentum.x(), r.linear_momentum.y(), r.linear_momentum.z(),
           r.angular_momentum.x(), r.angular_momentum.y(), r.angular_momentum.z()}) {
-      text += fmt::format(",{:.17g}", value);
+      add(value);
     }
-    text += fmt::format(",{}\n", r.iterations);
+    text += std::isnan(r.total) ? "," : fmt::format(",{}", r.iterations);
+    for (const ChartProbe& probe : probes) {
+      for (std::size_t c = 0; c < probe.columns.size(); ++c) add(probe_value(r, probe.first + c));
+    }
+    text += '\n';
   }
   return text;
 }
@@ -65,28 +120,34 @@ ThinnedSeries thin(const std::vector<HistoryRow>& rows, std::span<const ChartSer
                    std::size_t buckets) {
   ThinnedSeries result;
   result.values.resize(series.size());
-  const std::size_t n = rows.size();
+  std::vector<const HistoryRow*> kept;
+  kept.reserve(rows.size());
+  for (const HistoryRow& row : rows) {
+    if (series.empty() || !std::isnan(series.front().value(row))) kept.push_back(&row);
+  }
+  const std::size_t n = kept.size();
   if (n <= 2 * buckets) {
-    for (const HistoryRow& row : rows) result.time.push_back(row.time);
+    for (const HistoryRow* row : kept) result.time.push_back(row->time);
     for (std::size_t s = 0; s < series.size(); ++s) {
-      for (const HistoryRow& row : rows) result.values[s].push_back(series[s].value(row));
+      for (const HistoryRow* row : kept) result.values[s].push_back(series[s].value(*row));
     }
     return result;
   }
   for (std::size_t b = 0; b < buckets; ++b) {
     const std::size_t begin = b * n / buckets;
     const std::size_t end = (b + 1) * n / buckets;
-    result.time.push_back(rows[begin].time);
-    result.time.push_back(rows[end - 1].time);
+    result.time.push_back(kept[begin]->time);
+    result.time.push_back(kept[end - 1]->time);
     for (std::size_t s = 0; s < series.size(); ++s) {
-      const auto value = series[s].value;
-      const auto first = rows.begin() + static_cast<std::ptrdiff_t>(begin);
-      const auto last = rows.begin() + static_cast<std::ptrdiff_t>(end);
-      const auto [least, most] =
-          std::minmax_element(first, last, [value](Row a, Row c) { return value(a) < value(c); });
+      const auto& value = series[s].value;
+      const auto first = kept.begin() + static_cast<std::ptrdiff_t>(begin);
+      const auto last = kept.begin() + static_cast<std::ptrdiff_t>(end);
+      const auto [least, most] = std::minmax_element(
+          first, last,
+          [&value](const HistoryRow* a, const HistoryRow* c) { return value(*a) < value(*c); });
       // The two values have the order that they have in the history.
-      result.values[s].push_back(value(least < most ? *least : *most));
-      result.values[s].push_back(value(least < most ? *most : *least));
+      result.values[s].push_back(value(least < most ? **least : **most));
+      result.values[s].push_back(value(least < most ? **most : **least));
     }
   }
   return result;

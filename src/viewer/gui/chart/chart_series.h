@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -11,26 +12,40 @@
 namespace tetraction::viewer {
 
 struct ChartSeries {
-  const char* name;
+  std::string name;
   std::array<unsigned char, 3> color;
-  double (*value)(const HistoryRow&);
+  std::function<double(const HistoryRow&)> value;
 };
 
 struct ChartKind {
-  const char* name;
-  const char* axis;  ///< title of the axis: quantity and unit
-  std::span<const ChartSeries> series;
+  std::string name;
+  std::string axis;  ///< title of the axis: quantity and unit
+  std::vector<ChartSeries> series;
 };
 
-inline constexpr std::size_t kChartKinds = 5;
 /// The kinds: energy, energy balance, linear momentum, angular momentum, iterations.
-const std::array<ChartKind, kChartKinds>& chart_kinds();
+const std::vector<ChartKind>& chart_kinds();
 
-/// The rows as CSV, with those columns of history.csv that a HistoryRow has.
-std::string history_text(const std::vector<HistoryRow>& rows);
+/// A probe whose values the rows of a history have.
+struct ChartProbe {
+  std::string name;
+  std::string axis;                  ///< quantity and unit
+  std::size_t first = 0;             ///< index of its first value in HistoryRow::probes
+  std::vector<std::string> columns;  ///< their names in probes.csv
+  bool operator==(const ChartProbe&) const = default;
+};
+/// The probes of a scene. HistoryRow::probes has their values in the same order.
+std::vector<ChartProbe> chart_probes(const std::vector<ProbeSettings>& probes);
+/// The chart of one probe, with a series for each column.
+ChartKind chart_kind_of(const ChartProbe& probe);
+
+/// The rows as CSV, with those columns of history.csv and probes.csv that a HistoryRow has.
+std::string history_text(const std::vector<HistoryRow>& rows,
+                         const std::vector<ChartProbe>& probes = {});
 
 /// The points of a chart, about 2 × `buckets` at most. A longer history is cut into buckets, and the
-/// least and the largest value of each bucket are taken, so that peaks are not lost.
+/// least and the largest value of each bucket are taken, so that peaks are not lost. Rows in which the
+/// first series is NaN are left out.
 struct ThinnedSeries {
   std::vector<double> time;
   std::vector<std::vector<double>> values;  ///< per series

@@ -21,6 +21,7 @@
 #include <vtkTextProperty.h>
 
 #include <QCheckBox>
+#include <QComboBox>
 #include <QFileDialog>
 #include <QHBoxLayout>
 #include <QMouseEvent>
@@ -70,10 +71,15 @@ LiveChart::LiveChart(QWidget* parent)
   tabs_->setObjectName(QStringLiteral("chart_tabs"));
   tabs_->setExpanding(false);
   tabs_->setDrawBase(false);
-  for (std::size_t k = 0; k < kChartKinds; ++k) {
-    tabs_->addTab(QString::fromUtf8(chart_kinds()[k].name));
-    shown_[k].assign(chart_kinds()[k].series.size(), true);
+  kinds_ = chart_kinds();
+  for (const ChartKind& kind : kinds_) {
+    tabs_->addTab(QString::fromStdString(kind.name));
+    shown_.emplace_back(kind.series.size(), true);
   }
+  probe_choice_ = new QComboBox(this);
+  probe_choice_->setObjectName(QStringLiteral("probe_choice"));
+  probe_choice_->setToolTip(tr("The probe that is shown"));
+  probe_choice_->hide();
   auto* whole = new QPushButton(tr("Whole run"), this);
   whole->setObjectName(QStringLiteral("whole_run"));
   whole->setToolTip(
@@ -84,6 +90,7 @@ LiveChart::LiveChart(QWidget* parent)
 
   auto* top = new QHBoxLayout;
   top->addWidget(tabs_, 1);
+  top->addWidget(probe_choice_);
   top->addWidget(whole);
   top->addWidget(save);
   legend_box_ = new QWidget(this);
@@ -141,6 +148,7 @@ LiveChart::LiveChart(QWidget* parent)
   }
   widget_->installEventFilter(this);
   connect(tabs_, &QTabBar::currentChanged, this, &LiveChart::show_kind);
+  connect(probe_choice_, QOverload<int>::of(&QComboBox::activated), this, &LiveChart::show_probe);
   connect(whole, &QPushButton::clicked, this, &LiveChart::show_whole_run);
   connect(save, &QPushButton::clicked, this, &LiveChart::save);
   rebuild();
@@ -176,13 +184,42 @@ void LiveChart::set_cursor(double time) {
   stale_ = true;
 }
 
+void LiveChart::set_probes(const std::vector<ChartProbe>& probes) {
+  if (probes == probes_) return;
+  const auto fixed = static_cast<int>(chart_kinds().size());
+  const bool showed_probe = kind_ >= fixed;
+  probes_ = probes;
+  kinds_ = chart_kinds();
+  shown_.resize(kinds_.size());
+  probe_choice_->clear();
+  for (const ChartProbe& probe : probes_) {
+    kinds_.push_back(chart_kind_of(probe));
+    shown_.emplace_back(probe.columns.size(), true);
+    probe_choice_->addItem(QString::fromStdString(probe.name));
+  }
+  {
+    const QSignalBlocker quiet(tabs_);
+    if (probes_.empty() && tabs_->count() > fixed) tabs_->removeTab(fixed);
+    if (!probes_.empty() && tabs_->count() == fixed) tabs_->addTab(tr("Probes"));
+  }
+  show_kind(showed_probe && probes_.empty() ? 0 : std::min(kind_, fixed));
+}
+
 void LiveChart::show_kind(int kind) {
-  kind_ = kind;
+  const auto fixed = static_cast<int>(chart_kinds().size());
+  const bool is_probe = kind >= fixed;
+  kind_ = is_probe ? fixed + std::max(0, probe_choice_->currentIndex()) : kind;
+  probe_choice_->setVisible(is_probe && probes_.size() > 1);
   const QSignalBlocker quiet(tabs_);
-  tabs_->setCurrentIndex(kind);
+  tabs_->setCurrentIndex(std::min(kind, fixed));
   following_ = true;
   rebuild();
   refresh();
+}
+
+void LiveChart::show_probe(int probe) {
+  probe_choice_->setCurrentIndex(probe);
+  show_kind(static_cast<int>(chart_kinds().size()));
 }
 
 void LiveChart::show_whole_run() {
@@ -193,7 +230,7 @@ void LiveChart::show_whole_run() {
 
 // Makes the plots and the legend of the present kind of chart.
 void LiveChart::rebuild() {
-  const ChartKind& kind = chart_kinds()[static_cast<std::size_t>(kind_)];
+  const ChartKind& kind = this->kind();
   chart_->ClearPlots();
   plots_.clear();
   table_->Initialize();
@@ -217,13 +254,13 @@ void LiveChart::rebuild() {
   cursor_plot_ = add_line(cursor_table_, 1, 90, 90, 90, 1.0F);
   for (std::size_t s = 0; s < kind.series.size(); ++s) {
     const ChartSeries& series = kind.series[s];
-    add_column(table_, series.name);
+    add_column(table_, series.name.c_str());
     vtkPlotLine* plot = add_line(table_, static_cast<int>(s) + 1, series.color[0], series.color[1],
                                  series.color[2], 1.6F);
     plot->SetTooltipLabelFormat("%l: %y at %x s");
     plots_.push_back(plot);
 
-    auto* check = new QCheckBox(QString::fromUtf8(series.name), legend_box_);
+    auto* check = new QCheckBox(QString::fromStdString(series.name), legend_box_);
     check->setObjectName(QStringLiteral("series_%1").arg(s));
     check->setChecked(shown_[static_cast<std::size_t>(kind_)][s]);
     check->setToolTip(tr("Show or hide this series"));
@@ -239,12 +276,12 @@ void LiveChart::rebuild() {
     });
   }
   legend_->addStretch(1);
-  chart_->GetAxis(vtkAxis::LEFT)->SetTitle(kind.axis);
+  chart_->GetAxis(vtkAxis::LEFT)->SetTitle(kind.axis.c_str());
   stale_ = true;
 }
 
 void LiveChart::fill() {
-  const ChartKind& kind = chart_kinds()[static_cast<std::size_t>(kind_)];
+  const ChartKind& kind = this->kind();
   const ThinnedSeries thinned = thin(rows_, kind.series, kBuckets);
   const auto count = static_cast<vtkIdType>(thinned.time.size());
   for (int c = 0; c <= static_cast<int>(kind.series.size()); ++c) {
@@ -395,7 +432,7 @@ void LiveChart::save_as(const QString& path) {
     good = std::ifstream(path.toLocal8Bit().constData()).good();
   } else {
     try {
-      write_text_file(path.toLocal8Bit().toStdString(), history_text(rows_));
+      write_text_file(path.toLocal8Bit().toStdString(), history_text(rows_, probes_));
       good = true;
     } catch (const OutputError& error) {
       emit message_ready(QString::fromStdString(error.what()));

@@ -13,6 +13,7 @@
 #include "viewer/snapshot.h"
 
 class QCheckBox;
+class QComboBox;
 class QTabBar;
 class QVBoxLayout;
 class QVTKOpenGLNativeWidget;
@@ -24,7 +25,7 @@ class vtkTable;
 
 namespace tetraction::viewer {
 
-/// Shows one of the charts of chart_kinds() over time. New rows can be appended during a run.
+/// Shows one of the charts of chart_kinds(), or one of a probe, over time. New rows can be appended during a run.
 class LiveChart : public QWidget {
   Q_OBJECT
 
@@ -34,6 +35,8 @@ class LiveChart : public QWidget {
 
   /// Removes all data, for another body or a run that is started again.
   void clear();
+  /// The probes whose values the rows have. Without probes there is no tab for them.
+  void set_probes(const std::vector<ChartProbe>& probes);
   /// Removes the rows only, for other rows of the same run.
   void clear_rows();
   /// Appends new rows.
@@ -49,7 +52,10 @@ class LiveChart : public QWidget {
   QWidget* canvas() const;
   /// The ranges of the axes: first and last time (s), least and largest value.
   std::array<double, 4> axis_ranges() const;
+  /// Shows a kind of chart: one of chart_kinds(), or one more for the probe that is chosen.
   void show_kind(int kind);
+  /// Shows the chart of the probe with this number.
+  void show_probe(int probe);
   /// Saves all rows (.csv) or the visible chart (.png, .svg). The ending of the name decides.
   void save_as(const QString& path);
 
@@ -64,6 +70,7 @@ class LiveChart : public QWidget {
   bool eventFilter(QObject* watched, QEvent* event) override;
 
  private:
+  const ChartKind& kind() const { return kinds_[static_cast<std::size_t>(kind_)]; }
   void rebuild();
   void fill();
   void scale();
@@ -71,14 +78,17 @@ class LiveChart : public QWidget {
   std::vector<HistoryRow> rows_;
   std::vector<EditMark> marks_;
   double cursor_;
-  bool stale_ = true;      // whether the chart must be drawn again
-  bool following_ = true;  // whether the axes show the whole run
-  bool pressed_ = false;   // whether a mouse button is pressed on the chart
-  int kind_ = 0;
-  std::array<std::vector<bool>, kChartKinds> shown_;  // by kind and series
-  double top_ = 1.0, bottom_ = 0.0;                   // ends of the lines of the marks
+  bool stale_ = true;             // whether the chart must be drawn again
+  bool following_ = true;         // whether the axes show the whole run
+  bool pressed_ = false;          // whether a mouse button is pressed on the chart
+  std::vector<ChartKind> kinds_;  // chart_kinds(), then one for each probe
+  std::vector<ChartProbe> probes_;
+  int kind_ = 0;                          // index in kinds_
+  std::vector<std::vector<bool>> shown_;  // by kind and series
+  double top_ = 1.0, bottom_ = 0.0;       // ends of the lines of the marks
 
   QTabBar* tabs_;
+  QComboBox* probe_choice_;
   QVBoxLayout* legend_;
   QWidget* legend_box_;
   vtkNew<vtkGenericOpenGLRenderWindow> window_;

@@ -3,6 +3,9 @@
 #include <fmt/format.h>
 
 #include <QFile>
+#include <QJsonArray>
+#include <QJsonDocument>
+#include <QJsonObject>
 #include <QXmlStreamReader>
 #include <algorithm>
 #include <cmath>
@@ -11,11 +14,11 @@
 #include <fstream>
 #include <limits>
 #include <map>
-#include <sstream>
 
 #include "tetraction/core/error.h"
 #include "tetraction/io/frame_reader.h"
 #include "tetraction/io/mesh_reader.h"
+#include "tetraction/simulation/probe.h"
 
 namespace tetraction::viewer {
 namespace {
@@ -68,6 +71,86 @@ std::string why_no_frames(const fs::path& directory) {
   return "there is no frames.pvd in it. Give the output directory of a run, or a scene.";
 }
 
+// The numbers of a CSV file. Empty cells and texts are NaN.
+struct Table {
+  std::string path;
+  std::map<std::string, std::size_t> place;  // of the columns, by their names
+  std::vector<std::vector<double>> rows;
+
+  std::size_t column(const std::string& name) const {
+    const auto found = place.find(name);
+    if (found != place.end()) return found->second;
+    throw FileError(fmt::format("{}:1: there is no column \"{}\".", path, name));
+  }
+};
+
+std::vector<std::string> cells_of(const std::string& line) {
+  std::vector<std::string> cells;
+  for (std::size_t begin = 0; begin <= line.size();) {
+    const std::size_t end = std::min(line.find(',', begin), line.size());
+    cells.push_back(line.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return cells;
+}
+
+Table read_table(const std::string& path) {
+  Table table;
+  table.path = path;
+  std::ifstream in(path);
+  std::string line;
+  std::getline(in, line);
+  for (const std::string& name : cells_of(line)) table.place.emplace(name, table.place.size());
+  for (int number = 2; std::getline(in, line); ++number) {
+    std::vector<double> values;
+    for (const std::string& cell : cells_of(line)) {
+      char* end = nullptr;
+      values.push_back(std::strtod(cell.c_str(), &end));
+      if (end == cell.c_str()) values.back() = std::numeric_limits<double>::quiet_NaN();
+    }
+    if (values.size() < table.place.size()) {
+      if (in.eof()) break;  // the incomplete last line of a run that was killed
+      throw FileError(fmt::format("{}:{}: it has {} columns of {}.", path, number, values.size(),
+                                  table.place.size()));
+    }
+    table.rows.push_back(std::move(values));
+  }
+  return table;
+}
+
+// The probes of the scene in summary.json: their names and quantities. None if the file is missing.
+std::vector<ProbeSettings> probes_of_summary(const std::string& path) {
+  QFile file(QString::fromStdString(path));
+  if (!file.open(QIODevice::ReadOnly)) return {};
+  const QJsonObject summary = QJsonDocument::fromJson(file.readAll()).object();
+  const QJsonObject scene = summary[QLatin1String("scene")].toObject();
+  const QJsonArray entries = scene[QLatin1String("probe")].toArray();
+  std::vector<ProbeSettings> probes;
+  for (const QJsonValue& entry : entries) {
+    ProbeSettings probe;
+    probe.name = entry[QLatin1String("name")].toString().toStdString();
+    const std::string quantity = entry[QLatin1String("quantity")].toString().toStdString();
+    for (const ProbeQuantity known : probe_quantities()) {
+      if (quantity == to_string(known)) probe.quantity = known;
+    }
+    probes.push_back(std::move(probe));
+  }
+  return probes;
+}
+
+HistoryRow row_without_history(Index step, double time) {
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  HistoryRow row;
+  row.step = step;
+  row.time = time;
+  row.kinetic = row.elastic = row.environment = row.total = kNaN;
+  row.external_work = row.constraint_work = row.dissipated_energy = kNaN;
+  row.edit_work = row.energy_error = kNaN;
+  row.linear_momentum.setConstant(kNaN);
+  row.angular_momentum.setConstant(kNaN);
+  return row;
+}
+
 void set_magnitudes(Snapshot& snapshot, const Vector& field) {
   for (Index v = 0; v < field.size() / 3; ++v) {
     snapshot.field_values.push_back(static_cast<float>(field.segment<3>(3 * v).norm()));
@@ -86,6 +169,8 @@ Replay::Replay(const std::string& path) {
   rest_ = mesh_.rest_positions();
   const fs::path history = fs::path(directory_) / "history.csv";
   if (fs::exists(history)) read_history(history.string());
+  const fs::path probes = fs::path(directory_) / "probes.csv";
+  if (fs::exists(probes)) read_probes(probes.string());
 }
 
 void Replay::read_collection(const std::string& path) {
@@ -117,12 +202,7 @@ void Replay::read_collection(const std::string& path) {
 }
 
 void Replay::read_history(const std::string& path) {
-  std::ifstream in(path);
-  std::string line;
-  std::getline(in, line);
-  std::map<std::string, std::size_t> place;
-  std::istringstream header(line);
-  for (std::string name; std::getline(header, name, ',');) place.emplace(name, place.size());
+  const Table table = read_table(path);
   const char* const needed[] = {"step",
                                 "time",
                                 "kinetic_energy",
@@ -142,26 +222,8 @@ void Replay::read_history(const std::string& path) {
                                 "lz",
                                 "iterations"};
   std::vector<std::size_t> columns;
-  for (const char* name : needed) {
-    const auto found = place.find(name);
-    if (found == place.end()) {
-      throw FileError(fmt::format("{}:1: there is no column \"{}\".", path, name));
-    }
-    columns.push_back(found->second);
-  }
-  for (int number = 2; std::getline(in, line); ++number) {
-    std::vector<double> values;
-    std::istringstream cells(line);
-    for (std::string cell; std::getline(cells, cell, ',');) {
-      char* end = nullptr;
-      values.push_back(std::strtod(cell.c_str(), &end));
-      if (end == cell.c_str()) values.back() = std::numeric_limits<double>::quiet_NaN();
-    }
-    if (values.size() < place.size()) {
-      if (in.eof()) break;  // the incomplete last line of a run that was killed
-      throw FileError(fmt::format("{}:{}: it has {} columns of {}.", path, number, values.size(),
-                                  place.size()));
-    }
+  for (const char* name : needed) columns.push_back(table.column(name));
+  for (const std::vector<double>& values : table.rows) {
     const auto at = [&](std::size_t i) { return values[columns[i]]; };
     HistoryRow row;
     row.step = static_cast<Index>(at(0));
@@ -182,6 +244,45 @@ void Replay::read_history(const std::string& path) {
   }
 }
 
+// Adds the values to the rows of the history with the same step.
+void Replay::read_probes(const std::string& path) {
+  const Table table = read_table(path);
+  probes_ = chart_probes(probes_of_summary(directory_ + "/summary.json"));
+  const auto is_there = [&](const ChartProbe& probe) {
+    return std::all_of(probe.columns.begin(), probe.columns.end(),
+                       [&](const std::string& name) { return table.place.count(name) > 0; });
+  };
+  if (probes_.empty() || !std::all_of(probes_.begin(), probes_.end(), is_there)) {
+    // The summary of a run that was killed is missing: each column is shown alone.
+    probes_.clear();
+    std::vector<std::string> names(table.place.size());
+    for (const auto& [name, place] : table.place) names[place] = name;
+    for (const std::string& name : names) {
+      if (name == "step" || name == "time") continue;
+      probes_.push_back({name, name, probes_.size(), {name}});
+    }
+  }
+  std::vector<std::size_t> columns;
+  for (const ChartProbe& probe : probes_) {
+    for (const std::string& name : probe.columns) columns.push_back(table.column(name));
+  }
+  const std::size_t step_column = table.column("step");
+  const std::size_t time_column = table.column("time");
+  std::vector<HistoryRow> merged;
+  auto old = history_.begin();
+  for (const std::vector<double>& values : table.rows) {
+    const auto step = static_cast<Index>(values[step_column]);
+    while (old != history_.end() && old->step < step) merged.push_back(std::move(*old++));
+    HistoryRow row = old != history_.end() && old->step == step
+                         ? std::move(*old++)
+                         : row_without_history(step, values[time_column]);
+    for (const std::size_t column : columns) row.probes.push_back(values[column]);
+    merged.push_back(std::move(row));
+  }
+  merged.insert(merged.end(), old, history_.end());
+  history_ = std::move(merged);
+}
+
 std::shared_ptr<const Snapshot> Replay::frame(std::size_t i, ColorField field) const {
   const std::string& path = files_[i];
   const char* cell_array = cell_array_name(field);
@@ -195,6 +296,12 @@ std::shared_ptr<const Snapshot> Replay::frame(std::size_t i, ColorField field) c
         fmt::format("{}: {} vertices and {} tetrahedra, but the first frame has {} and "
                     "{}: the frames are not of one run.",
                     path, frame.vertex_count, frame.tetrahedron_count, n, m));
+  }
+  if (frame.point_arrays[0].rows() != 3) {
+    throw FileError(fmt::format(
+        "{}: it has no displacements, so that the motion cannot be drawn. Run the scene "
+        "again with \"displacement\" in output.fields.",
+        path));
   }
   auto snapshot = std::make_shared<Snapshot>();
   snapshot->generation = i + 1;

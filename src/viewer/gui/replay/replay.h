@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "tetraction/mesh/tet_mesh.h"
+#include "viewer/gui/chart/chart_series.h"
 #include "viewer/snapshot.h"
 
 namespace tetraction::viewer {
@@ -22,12 +23,16 @@ class Replay {
   const std::vector<double>& times() const { return times_; }
   /// Frame i as a snapshot, coloured by `field`. Throws FileError.
   std::shared_ptr<const Snapshot> frame(std::size_t i, ColorField field) const;
-  /// All rows of history.csv. Empty if the file does not exist.
+  /// All rows of history.csv, with the values of probes.csv. A step that only probes.csv has is a row
+  /// whose other numbers are NaN. Empty if the files do not exist.
   const std::vector<HistoryRow>& history() const { return history_; }
+  /// The probes of probes.csv.
+  const std::vector<ChartProbe>& probes() const { return probes_; }
 
  private:
   void read_collection(const std::string& path);
   void read_history(const std::string& path);
+  void read_probes(const std::string& path);
 
   std::string directory_;
   std::vector<double> times_;
@@ -35,6 +40,7 @@ class Replay {
   TetMesh mesh_;
   Vector rest_;
   std::vector<HistoryRow> history_;
+  std::vector<ChartProbe> probes_;
 };
 
 }  // namespace tetraction::viewer

@@ -143,6 +143,7 @@ void MainWindow::show_replay(std::unique_ptr<Replay> replay,
   begin_body(replay_->mesh(), std::move(shape));
   replay_bar_->set_times(replay_->times());
   replay_bar_->show();
+  chart_->set_probes(replay_->probes());
   chart_->append(replay_->history());
   show_frame(0);
 }
@@ -169,6 +170,7 @@ void MainWindow::show_simulation(std::unique_ptr<Simulation> simulation,
   simulation_->set_steps_per_snapshot(control_->steps_between_pictures());
   simulation_->set_speed_limit(control_->speed_limit());
   begin_body(simulation_->mesh(), std::move(shape));
+  chart_->set_probes(chart_probes(scene.probe));
   shown_body_ = simulation_->snapshot()->body;
   update_title();
   update_actions();

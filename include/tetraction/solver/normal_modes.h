@@ -1,0 +1,83 @@
+// Natural frequencies and mode shapes of a body at rest or at an equilibrium.
+#pragma once
+
+#include <vector>
+
+#include "tetraction/dynamics/mechanical_system.h"
+
+namespace tetraction {
+
+enum class ModeKind {
+  kRigid,    ///< motion without any stiffness: ω = 0
+  kElastic,  ///< oscillation, ω² > 0
+  kUnstable  ///< exponential growth at the rate √(−ω²): the positions are no stable equilibrium
+};
+
+/// "rigid", "elastic", "unstable".
+const char* to_string(ModeKind kind);
+
+/// One solution of K y = ω² M y over the motions that the constraints allow.
+struct NormalMode {
+  ModeKind kind = ModeKind::kElastic;
+  double omega_squared = 0.0;  ///< ω², 1/s²; negative for unstable modes, 0 for rigid ones
+  /// Displacements of all vertices (3 per vertex), mass-normalised: φᵀMφ = 1; in kg^(−½).
+  Vector shape;
+  /// (φᵀM r_d)² for the unit translations r_d along x, y, z: the effective modal masses, kg.
+  Vector3 effective_mass = Vector3::Zero();
+
+  /// √|ω²|/2π, Hz: the frequency of an elastic mode. For an unstable mode it is the rate of growth
+  /// over 2π, as an imaginary frequency.
+  double frequency() const;
+};
+
+struct NormalModes {
+  /// In the order of ω²: unstable, rigid, elastic.
+  std::vector<NormalMode> modes;
+  /// What the effective masses of all modes add up to along x, y, z, kg: the mass that takes part in
+  /// motions that the constraints allow.
+  Vector3 moved_mass = Vector3::Zero();
+  /// The number of modes that the body has: free coordinates less independent equations of
+  /// constraints.
+  Index total = 0;
+};
+
+struct NormalModeOptions {
+  Index count = 10;   ///< number of modes, 1 or more
+  double time = 0.0;  ///< s, at which the potentials of force terms are taken
+  /// Whether potentials of loads (EnergyAccount::kExternalWork, such as pressures) are parts of K, as
+  /// they must be at an equilibrium under these loads.
+  bool with_loads = false;
+  /// The multipliers λ of the equations of constraints that balance the forces at an equilibrium
+  /// (balancing_multipliers()), J. Empty for a body without stress: all are zero.
+  Vector multipliers = Vector();
+};
+
+/// The multipliers λ with Tᵀ(∇W + ∇U − f + Σ λᵢ ∂gᵢ/∂q) = 0 at an equilibrium q, in the sense of least
+/// squares. `load` is f, 3 per vertex, N: the loads, and the forces of potentials that count as
+/// external work (Equilibrium::load). U are the other potentials. Empty if no constraint has
+/// equations. Throws InputError if W is not defined at q.
+Vector balancing_multipliers(const MechanicalSystem& system, const Vector& q, const Vector& load,
+                             double time = 0.0);
+
+/// The modes of the lowest ω² of small motions about the positions q.
+///
+/// The generalised eigenproblem TᵀK(q)T y = ω² TᵀMT y over the free coordinates y is solved by
+/// Lanczos iterations (Spectra) with the inverse of K − σM, which CHOLMOD factorises (B. N. Parlett,
+/// The Symmetric Eigenvalue Problem, 13). K is the Hessian of the elastic energy and of the
+/// potentials of force terms at `time`. Distances and free rigid handles are linearised: modes
+/// satisfy (∂g/∂q) δq = 0, and K has the curvature Σ λᵢ ∂²gᵢ/∂q² of the equations. Loads without a
+/// potential are dead: they do not enter K. Damping is ignored.
+///
+/// Rigid motions that meet no stiffness are found exactly, apart from the iterations. Eigenvalues of
+/// any multiplicity are found in full, since the search is repeated in what the modes found so far
+/// leave over until nothing lower comes. The frequencies of the discrete problem are accurate to
+/// about 1e-16 (ω_max/ω)² relative, at best 1e-12.
+///
+/// Returns fewer modes if the body has no more. q must be an equilibrium for the result to mean
+/// oscillations about it; this is not checked. Throws InputError if the count is not positive, if
+/// the elastic energy or a potential is not defined at q, if every vertex is held, or if the matrix
+/// is not finite or cannot be factorised. Throws Error if the iterations do not converge.
+NormalModes normal_modes(const MechanicalSystem& system, const Vector& q,
+                         const NormalModeOptions& options = {});
+
+}  // namespace tetraction

@@ -1,0 +1,101 @@
+#include "frame_fields.h"
+
+#include <fmt/format.h>
+
+#include <stdexcept>
+#include <utility>
+
+#include "tetraction/dynamics/derived_fields.h"
+#include "tetraction/simulation/output_fields.h"
+
+namespace tetraction {
+namespace {
+
+Matrix columns(const Vector& field) {
+  return field.reshaped(3, field.size() / 3);
+}
+
+Matrix fixed_flags(const MechanicalSystem& system) {
+  Matrix fixed(1, system.vertex_count());
+  for (Index v = 0; v < system.vertex_count(); ++v) {
+    fixed(0, v) = system.constraints().is_constrained(v) ? 1.0 : 0.0;
+  }
+  return fixed;
+}
+
+Matrix regions(const MechanicalSystem& system) {
+  Matrix region(1, system.mesh().tetrahedron_count());
+  for (Index e = 0; e < region.cols(); ++e) {
+    region(0, e) = system.region_count() > 1 ? system.region(e) : system.mesh().region(e);
+  }
+  return region;
+}
+
+// Computes fields of a state. Those that come from one loop over the elements are computed together.
+class FieldMaker {
+ public:
+  explicit FieldMaker(const Session& session)
+      : session_(session), system_(session.system()), state_(session.state()) {}
+
+  FrameField make(const std::string& name) {
+    return {name, values(name), name == "fixed" || name == "region"};
+  }
+
+ private:
+  const ElementFields& elements() {
+    if (!has_elements_) elements_ = element_fields(system_, state_.position);
+    has_elements_ = true;
+    return elements_;
+  }
+  Matrix average(const Matrix& element_field) const {
+    return nodal_average(system_, element_field);
+  }
+
+  Matrix values(const std::string& name) {
+    if (name == "displacement") {
+      return columns(state_.position - system_.mesh().rest_positions());
+    }
+    if (name == "velocity") return columns(state_.velocity);
+    if (name == "momentum") return columns(state_.momentum);
+    if (name == "external_force") return columns(session_.external_force());
+    if (name == "reaction_force") return columns(session_.reaction_force());
+    if (name == "fixed") return fixed_flags(system_);
+    if (name == "deformation") return deformation_field(system_, state_.position);
+    if (name == "cauchy_stress") return elements().cauchy_stress;
+    if (name == "green_strain") return elements().green_strain;
+    if (name == "von_mises") return elements().von_mises;
+    if (name == "jacobian") return elements().jacobian;
+    if (name == "energy_density") return elements().energy_density;
+    if (name == "region") return regions(system_);
+    if (name == "first_piola") return first_piola_stress(system_, state_.position);
+    if (name == "principal_stresses") return principal_stresses(elements().cauchy_stress);
+    if (name == "pressure") return pressures(elements().cauchy_stress);
+    if (name == "cauchy_stress_nodal") return average(elements().cauchy_stress);
+    if (name == "green_strain_nodal") return average(elements().green_strain);
+    if (name == "von_mises_nodal") return average(elements().von_mises);
+    if (name == "pressure_nodal") return average(pressures(elements().cauchy_stress));
+    throw std::logic_error(fmt::format("the field {} is in output_fields() only", name));
+  }
+
+  const Session& session_;
+  const MechanicalSystem& system_;
+  const State& state_;
+  ElementFields elements_;
+  bool has_elements_ = false;
+};
+
+}  // namespace
+
+Frame make_frame(const Session& session, const std::vector<std::string>& names) {
+  Frame frame;
+  frame.time = session.time();
+  frame.step = session.step_number();
+  FieldMaker maker(session);
+  for (const OutputField& field : output_fields()) {
+    if (!has_field(names, field)) continue;
+    (field.on_cells ? frame.cell_fields : frame.point_fields).push_back(maker.make(field.name));
+  }
+  return frame;
+}
+
+}  // namespace tetraction

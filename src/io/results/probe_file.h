@@ -1,0 +1,44 @@
+// probes.csv of a run.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "tetraction/simulation/probe.h"
+#include "tetraction/simulation/session.h"
+
+namespace tetraction {
+
+/// Writes probes.csv: a header, a row with all values for the state at which it begins, and then a
+/// row for each step at which a probe is due. The cells of probes that are not due are empty. It
+/// keeps the traces of the probes, too.
+class ProbeFile {
+ public:
+  /// Opens the file and writes the header and the first row. Throws OutputError.
+  ProbeFile(std::string path, const Session& session);
+
+  /// Writes a row if a probe is due at the present step. If `is_last`, all probes are due. Throws
+  /// OutputError.
+  void write(const Session& session, bool is_last);
+  void flush() { file_.flush(); }
+  /// Writes the row of the present state if it has none yet, and closes the file. Throws OutputError.
+  void finish(const Session& session);
+  const ProbeTraces& traces() const { return traces_; }
+
+ private:
+  void write_row(const Session& session, bool all);
+  void require_good() const;
+
+  std::string path_;
+  std::ofstream file_;
+  const ProbeSet& probes_;
+  ProbeTraces traces_;
+  std::vector<double> values_;
+  fmt::memory_buffer row_;
+  Index last_row_ = -1;
+};
+
+}  // namespace tetraction

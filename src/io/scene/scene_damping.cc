@@ -1,0 +1,64 @@
+// [damping]
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "key_reader.h"
+#include "scene_sections.h"
+#include "tetraction/core/error.h"
+
+namespace tetraction {
+namespace {
+
+// Largest difference of the shear moduli of a body with `ratio`, relative.
+constexpr double kSameModulus = 0.01;
+
+DampingRatio read_ratio(const TomlTable& damping) {
+  constexpr const char* kExample = "for instance ratio = { at = [50, 400], value = [0.01, 0.02] }.";
+  const TomlTable table = damping.table("ratio", {{"at", "value"}});
+  table.require("at", fmt::format("give the two frequencies in Hz, {}", kExample));
+  table.require("value", fmt::format("give the two damping ratios, {}", kExample));
+  DampingRatio ratio;
+  table.read("at", ratio.frequency, kModeratePositive);
+  table.read("value", ratio.value, kDampingRange);
+  return ratio;
+}
+
+}  // namespace
+
+void read_damping(const TomlTable& root, Scene& scene) {
+  if (!root.has("damping")) return;
+  const TomlTable table = root.table("damping", table_keys<Damping>());
+  read_keys(table, scene.damping);
+  if (!table.has("ratio")) return;
+  for (const char* key : {"mass_damping", "viscosity"}) {
+    if (!table.has(key)) continue;
+    table.refuse(
+        table.is_override("ratio") ? "ratio" : key,
+        fmt::format("is one key too many: damping.ratio and damping.{} are both given, and "
+                    "the ratios determine it. Leave one of the two out.",
+                    key));
+  }
+  const DampingRatio ratio = read_ratio(table);
+  const LameParameters lame = initial_lame(make_material(scene.material));
+  for (const MaterialRegionSettings& region : scene.material_region) {
+    const double mu = initial_lame(make_material(region.material)).mu;
+    if (std::abs(mu - lame.mu) <= kSameModulus * lame.mu) continue;
+    table.refuse("ratio",
+                 fmt::format("cannot be had: the shear moduli of [material] and of a "
+                             "[[material_region]] differ ({:.6g} and {:.6g} Pa), and one viscosity "
+                             "damps them differently. Give mass_damping and viscosity instead.",
+                             lame.mu, mu));
+  }
+  try {
+    const Damping numbers = rayleigh_damping(ratio, lame);
+    scene.damping.mass_damping = numbers.mass_damping;
+    scene.damping.viscosity = numbers.viscosity;
+  } catch (const InputError& error) {
+    table.refuse("ratio", error.what());
+  }
+  scene.damping_ratio = ratio;
+}
+
+}  // namespace tetraction

@@ -1,0 +1,56 @@
+#include "tetraction/simulation/output_fields.h"
+
+#include <algorithm>
+
+#include "tetraction/simulation/frame_format.h"
+
+namespace tetraction {
+
+const std::vector<OutputField>& output_fields() {
+  static const std::vector<OutputField> fields{{"displacement", "m", false, true},
+                                               {"velocity", "m/s", false, true},
+                                               {"momentum", "kg m/s", false, true},
+                                               {"external_force", "N", false, true},
+                                               {"reaction_force", "N", false, true},
+                                               {"fixed", "", false, true},
+                                               {"deformation", "m", false, true},
+                                               {"cauchy_stress_nodal", "Pa", false, false},
+                                               {"green_strain_nodal", "", false, false},
+                                               {"von_mises_nodal", "Pa", false, false},
+                                               {"pressure_nodal", "Pa", false, false},
+                                               {"cauchy_stress", "Pa", true, true},
+                                               {"green_strain", "", true, true},
+                                               {"von_mises", "Pa", true, true},
+                                               {"jacobian", "", true, true},
+                                               {"energy_density", "J/m³", true, true},
+                                               {"region", "", true, true},
+                                               {"first_piola", "Pa", true, false},
+                                               {"principal_stresses", "Pa", true, false},
+                                               {"pressure", "Pa", true, false}};
+  return fields;
+}
+
+bool has_field(const std::vector<std::string>& names, const OutputField& field) {
+  const auto has = [&](const char* name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+  };
+  return has(field.name) || (field.is_default && (names.empty() || has(kDefaultFields)));
+}
+
+std::string to_string(FramePrecision precision) {
+  return precision == FramePrecision::kFloat32 ? "float32" : "float64";
+}
+
+std::string to_string(FrameCompression compression) {
+  switch (compression) {
+    case FrameCompression::kLz4:
+      return "lz4";
+    case FrameCompression::kZlib:
+      return "zlib";
+    case FrameCompression::kNone:
+      break;
+  }
+  return "none";
+}
+
+}  // namespace tetraction

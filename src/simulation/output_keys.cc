@@ -1,0 +1,152 @@
+// Keys of what a run writes: [output] and [[probe]].
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "core/spelling.h"
+#include "tetraction/simulation/output_fields.h"
+#include "tetraction/simulation/probe.h"
+#include "tetraction/simulation/setting_keys.h"
+
+namespace tetraction {
+namespace {
+
+constexpr NumberRange kCount{.least = 1.0};
+
+std::string fields_conflict(const OutputSettings& output) {
+  NameList known{kDefaultFields};
+  for (const OutputField& field : output_fields()) known.emplace_back(field.name);
+  for (const std::string& name : output.fields) {
+    if (std::find(known.begin(), known.end(), name) != known.end()) continue;
+    const std::string_view near = nearest_name(name, known);
+    return fmt::format("has \"{}\", which is no field{}. There are {}.", name,
+                       near.empty() ? "" : fmt::format("; did you mean \"{}\"?", near),
+                       listing(known));
+  }
+  return {};
+}
+
+std::string name_conflict(const ProbeSettings& probe) {
+  const auto fits = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
+  };
+  if (!probe.name.empty() && std::all_of(probe.name.begin(), probe.name.end(), fits)) return {};
+  return fmt::format("= \"{}\" is no name of a column: take letters, digits and underscores.",
+                     probe.name);
+}
+
+std::string sum_at_point_conflict(const ProbeSettings& probe) {
+  if (!probe.point || !is_sum(probe.quantity)) return {};
+  return fmt::format(
+      "= \"{}\" is a sum over vertices, which a point does not have: give select instead of point.",
+      to_string(probe.quantity));
+}
+
+std::vector<const char*> quantity_names() {
+  std::vector<const char*> names;
+  for (const ProbeQuantity quantity : probe_quantities()) names.push_back(name_of(quantity));
+  return names;
+}
+
+bool has_no_point(const ProbeSettings& probe) {
+  return !probe.point.has_value();
+}
+
+}  // namespace
+
+template <>
+const Section<OutputSettings>& section_of() {
+  using S = OutputSettings;
+  static const Section<S> section{
+      "output",
+      {{{.name = "directory",
+         .help = "where results go; a relative path starts at the working directory. `--out` goes "
+                 "before it"},
+        &S::directory},
+       {{.name = "every",
+         .help = "a frame each so many steps, and always the first and the last",
+         .range = kCount},
+        &S::every},
+       {{.name = "checkpoint_every", .help = "must be 0 in this version", .absent = "`0`"},
+        ByHand{"whole number"}},
+       {{.name = "history_every",
+         .help = "a row of `history.csv` each so many steps, and always the first and the last",
+         .range = kCount,
+         .in_file = Written::kUnlessDefault,
+         .in_echo = Written::kUnlessDefault},
+        &S::history_every},
+       {{.name = "fields",
+         .help = "names of the arrays that frames and `final.vtu` have, see below",
+         .absent = "`[\"default\"]`"},
+        &S::fields},
+       {{.name = "precision",
+         .help = "of the numbers of frames; those of `final.vtu` are always `float64`",
+         .in_file = Written::kUnlessDefault,
+         .in_echo = Written::kUnlessDefault},
+        Choice<S>{{"float32", "float64"},
+                  {},
+                  [](const S& s) { return to_string(s.precision); },
+                  [](S& s, const std::string& name) {
+                    s.precision =
+                        name == "float32" ? FramePrecision::kFloat32 : FramePrecision::kFloat64;
+                  }}},
+       {{.name = "compression",
+         .help = "of frames and `final.vtu`",
+         .in_file = Written::kUnlessDefault,
+         .in_echo = Written::kUnlessDefault},
+        Choice<S>{{"lz4", "zlib", "none"},
+                  {},
+                  [](const S& s) { return to_string(s.compression); },
+                  [](S& s, const std::string& name) {
+                    for (const FrameCompression compression :
+                         {FrameCompression::kLz4, FrameCompression::kZlib,
+                          FrameCompression::kNone}) {
+                      if (name == to_string(compression)) s.compression = compression;
+                    }
+                  }}}},
+      {{{"fields"}, fields_conflict}}};
+  return section;
+}
+
+template <>
+const Section<ProbeSettings>& section_of() {
+  using S = ProbeSettings;
+  static const Section<S> section{
+      "probe",
+      {{{.name = "name",
+         .help = "of its columns: letters, digits and underscores; each name once",
+         .needed = "a name for its columns in probes.csv."},
+        &S::name},
+       {{.name = "select",
+         .help = "the vertices; of stresses and `jacobian` the tetrahedra, as in "
+                 "[`[[material_region]]`](#material_region)",
+         .absent = "either this or `point`"},
+        ByHand{"[selection](#selections)"},
+        has_no_point},
+       {{.name = "point",
+         .unit = "m",
+         .help = "a point of the undeformed body, instead of `select`; not for `momentum`, `force` "
+                 "and `reaction`"},
+        &S::point},
+       {{.name = "quantity",
+         .help = "what is stored, see below",
+         .needed = "what to store, for instance \"displacement\"."},
+        Choice<S>{quantity_names(),
+                  {},
+                  [](const S& s) { return to_string(s.quantity); },
+                  [](S& s, const std::string& name) {
+                    for (const ProbeQuantity quantity : probe_quantities()) {
+                      if (name == to_string(quantity)) s.quantity = quantity;
+                    }
+                  }}},
+       {{.name = "every",
+         .help = "values for each so many steps, and always for the first and the last",
+         .range = kCount,
+         .in_file = Written::kUnlessDefault,
+         .in_echo = Written::kUnlessDefault},
+        &S::every}},
+      {{{"name"}, name_conflict}, {{"quantity"}, sum_at_point_conflict}}};
+  return section;
+}
+
+}  // namespace tetraction

@@ -1,0 +1,27 @@
+// Finds the tetrahedron that contains a point.
+#pragma once
+
+#include <array>
+
+#include "tetraction/mesh/tet_mesh.h"
+
+namespace tetraction {
+
+/// A point of a mesh: its tetrahedron, and its barycentric coordinates there. The point is Σ w_a X_a
+/// with the corners X_a.
+struct PointInMesh {
+  Index tetrahedron = -1;
+  std::array<double, 4> weights{};
+};
+
+/// Finds the tetrahedron that contains the point in the rest configuration. If several contain it,
+/// as on a common face, the one in whose inside it is deepest, and among equals the first. Throws
+/// InputError if the point is not finite or not in the body. The message has the distance from the
+/// nearest tetrahedron.
+PointInMesh locate(const TetMesh& mesh, const Vector3& point);
+
+/// Distance of a point from a triangle, m (Ericson 2005, Real-Time Collision Detection, 5.1.5).
+double distance_to_triangle(const Vector3& point, const Vector3& a, const Vector3& b,
+                            const Vector3& c);
+
+}  // namespace tetraction

@@ -1,0 +1,367 @@
+// Normal modes against all eigenvalues of dense matrices.
+#include "tetraction/solver/normal_modes.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "support/bodies.h"
+#include "tetraction/core/error.h"
+#include "tetraction/mesh/generate.h"
+
+namespace tetraction {
+namespace {
+
+using namespace testing_support;
+
+constexpr double kDensity = 1000.0;
+
+std::unique_ptr<MechanicalSystem> make_body(TetMesh mesh, double youngs_modulus = 1e6) {
+  const LameParameters lame = lame_from_young(youngs_modulus, 0.3);
+  return std::make_unique<MechanicalSystem>(std::move(mesh), NeoHookean(lame.mu, lame.lambda),
+                                            kDensity);
+}
+
+// Blocks of one mesh beside each other, which do not touch.
+TetMesh separate_blocks(int count, const Vector3& size, const std::array<int, 3>& cells) {
+  const TetMesh block = generate_box(size, cells);
+  RawMesh raw;
+  raw.source = "separate blocks";
+  for (int k = 0; k < count; ++k) {
+    const auto first = static_cast<std::int64_t>(raw.vertices.size());
+    for (Index v = 0; v < block.vertex_count(); ++v) {
+      raw.vertices.push_back(block.vertices[static_cast<std::size_t>(v)] +
+                             Vector3(0.0, 2.0 * size.y() * k, 0.0));
+      raw.vertex_ids.push_back(static_cast<std::int64_t>(raw.vertices.size()) - 1);
+    }
+    for (const auto t : block.tetrahedra) {
+      RawCell cell;
+      cell.type = CellType::kTetrahedron;
+      cell.id = static_cast<std::int64_t>(raw.cells.size());
+      cell.vertices = {first + t[0], first + t[1], first + t[2], first + t[3]};
+      raw.cells.push_back(cell);
+    }
+  }
+  return build_mesh(std::move(raw));
+}
+
+// All ω² of the problem from dense matrices, ascending. K is computed by products of the elastic
+// potential and the terms, T column by column, and motions that the equations do not allow are taken
+// out by a basis of the others.
+Vector dense_frequencies_squared(const MechanicalSystem& system, const Vector& q,
+                                 const Vector& multipliers = {}) {
+  const FreeCoordinates& coordinates = system.coordinates();
+  const Index n = coordinates.count();
+  HessianBlocks terms;
+  terms.reset(system.vertex_count());
+  for (const ForceTerm* term : system.force_terms()) {
+    if (term->has_potential()) {
+      term->add_hessian(system.force_point(q, 0.0), HessianForm::kExact, terms);
+    }
+  }
+  Matrix k(n, n);
+  Matrix m(n, n);
+  for (Index j = 0; j < n; ++j) {
+    const Vector u = coordinates.extend(Vector::Unit(n, j));
+    Vector product;
+    system.elastic().product(q, u, product);
+    terms.add_product(u, product);
+    k.col(j) = coordinates.restrict(product);
+    m.col(j) = coordinates.restrict(system.momentum_of(u));
+  }
+  const Constraints& constraints = system.constraints();
+  if (constraints.has_equations()) {
+    if (multipliers.size() > 0) {
+      k += constraints.selector() * constraints.curvature(multipliers) *
+           constraints.selector().transpose();
+    }
+    const Matrix gradients =
+        constraints.selector() * constraints.gradients(constraints.configuration(q));
+    const Eigen::ColPivHouseholderQR<Matrix> qr(gradients);
+    const Matrix basis = qr.householderQ();
+    const Matrix allowed = basis.rightCols(n - qr.rank());
+    k = allowed.transpose() * k * allowed;
+    m = allowed.transpose() * m * allowed;
+  }
+  k = 0.5 * (k + Matrix(k.transpose()));
+  return Eigen::GeneralizedSelfAdjointEigenSolver<Matrix>(k, m, Eigen::EigenvaluesOnly)
+      .eigenvalues();
+}
+
+// Compares the lowest `count` modes with the dense ones. Zero eigenvalues of the dense problem have
+// round-off; those of rigid modes must be exactly zero. Also checks that shapes are mass-normalised
+// and orthogonal.
+void expect_dense_modes(const MechanicalSystem& system, const Vector& q, Index count,
+                        const Vector& multipliers = {}) {
+  const Vector expected = dense_frequencies_squared(system, q, multipliers);
+  NormalModeOptions options;
+  options.count = count;
+  options.multipliers = multipliers;
+  const NormalModes found = normal_modes(system, q, options);
+  ASSERT_EQ(found.total, expected.size());
+  ASSERT_EQ(static_cast<Index>(found.modes.size()), std::min(count, expected.size()));
+  const double largest = expected.cwiseAbs().maxCoeff();
+  for (std::size_t i = 0; i < found.modes.size(); ++i) {
+    const NormalMode& mode = found.modes[i];
+    const double value = expected[static_cast<Index>(i)];
+    if (mode.kind == ModeKind::kRigid) {
+      EXPECT_EQ(mode.omega_squared, 0.0);
+      EXPECT_LT(std::abs(value), 1e-12 * largest) << "mode " << i;
+    } else {
+      EXPECT_NEAR(mode.omega_squared, value, 1e-10 * std::abs(value)) << "mode " << i;
+      EXPECT_EQ(mode.kind, value > 0.0 ? ModeKind::kElastic : ModeKind::kUnstable);
+    }
+    const Vector momentum = system.momentum_of(mode.shape);
+    for (std::size_t j = 0; j <= i; ++j) {
+      EXPECT_NEAR(momentum.dot(found.modes[j].shape), i == j ? 1.0 : 0.0, 1e-9) << i << ' ' << j;
+    }
+  }
+}
+
+Index rigid_count(const NormalModes& modes) {
+  return std::count_if(modes.modes.begin(), modes.modes.end(),
+                       [](const NormalMode& mode) { return mode.kind == ModeKind::kRigid; });
+}
+
+PrescribedVertices hold_where(const TetMesh& mesh, const Selection& selection) {
+  return prescribe_at_rest(mesh, select_vertices(mesh, selection), "hold");
+}
+
+// 45 vertices are solved with dense matrices, 140 vertices by Lanczos iterations.
+class Meshes : public testing::TestWithParam<std::array<int, 3>> {
+ protected:
+  TetMesh mesh() const {
+    TetMesh mesh = generate_box({2, 1, 0.8}, GetParam());
+    const Vector moved = jiggled(mesh.rest_positions(), 0.02);
+    RawMesh raw;
+    for (Index v = 0; v < mesh.vertex_count(); ++v) {
+      raw.vertices.push_back(moved.segment<3>(3 * v));
+      raw.vertex_ids.push_back(v);
+    }
+    for (const auto t : mesh.tetrahedra) {
+      RawCell cell;
+      cell.type = CellType::kTetrahedron;
+      cell.id = static_cast<std::int64_t>(raw.cells.size());
+      cell.vertices = {t[0], t[1], t[2], t[3]};
+      raw.cells.push_back(cell);
+    }
+    return build_mesh(std::move(raw));
+  }
+};
+
+INSTANTIATE_TEST_SUITE_P(NormalModes, Meshes,
+                         testing::Values(std::array<int, 3>{4, 2, 2}, std::array<int, 3>{6, 4, 3}));
+
+TEST_P(Meshes, FreeBody) {
+  const auto system = make_body(mesh());
+  expect_dense_modes(*system, system->rest_state().position, 20);
+  NormalModeOptions options;
+  options.count = 20;
+  const NormalModes modes = normal_modes(*system, system->rest_state().position, options);
+  EXPECT_EQ(rigid_count(modes), 6);
+  // The translations along x, y and z come first.
+  for (int d = 0; d < 3; ++d) {
+    const Vector3 mass = modes.modes[static_cast<std::size_t>(d)].effective_mass;
+    EXPECT_NEAR(mass[d], system->total_mass(), 1e-12 * system->total_mass());
+  }
+}
+
+TEST_P(Meshes, ClampedBody) {
+  const TetMesh box = mesh();
+  const auto system = make_body(box);
+  const Selection end = SelectBox{{-0.1, -1, -1}, {0.1, 2, 2}};
+  system->set_constraints(Constraints({{hold_where(box, end)}, {}, {}, {}}, box, system->mass()));
+  expect_dense_modes(*system, system->rest_state().position, 20);
+  // A strained state is as good as any other positions.
+  expect_dense_modes(*system, 1.05 * system->rest_state().position, 20);
+}
+
+TEST_P(Meshes, GuidedBody) {
+  const TetMesh box = mesh();
+  const auto system = make_body(box);
+  const auto guided = [&](const Selection& selection, const Matrix& directions) {
+    GuidedVertices guide;
+    guide.vertices = select_vertices(box, selection);
+    guide.directions = directions;
+    guide.points = Matrix(3, static_cast<Index>(guide.vertices.size()));
+    for (Index i = 0; i < guide.points.cols(); ++i) {
+      guide.points.col(i) =
+          box.vertices[static_cast<std::size_t>(guide.vertices[static_cast<std::size_t>(i)])];
+    }
+    guide.name = "guide";
+    return guide;
+  };
+  Matrix plane(3, 2);
+  plane.col(0) = Vector3(1, 1, 0).normalized();
+  plane.col(1) = Vector3(0, 0, 1);
+  const Selection low = SelectBox{{-0.1, -1, -1}, {0.1, 2, 2}};
+  const Selection high = SelectBox{{1.9, -1, -1}, {2.1, 2, 2}};
+  system->set_constraints(Constraints({{}, {guided(low, plane)}, {}, {}}, box, system->mass()));
+  expect_dense_modes(*system, system->rest_state().position, 15);
+  EXPECT_EQ(rigid_count(normal_modes(*system, system->rest_state().position)), 3);
+
+  const Matrix line = Vector3(0, 0, 1);
+  system->set_constraints(
+      Constraints({{}, {guided(low, plane), guided(high, line)}, {}, {}}, box, system->mass()));
+  expect_dense_modes(*system, system->rest_state().position, 15);
+  EXPECT_EQ(rigid_count(normal_modes(*system, system->rest_state().position)), 1);
+}
+
+TEST_P(Meshes, SpringsHoldTheBody) {
+  const TetMesh box = mesh();
+  const auto system = make_body(box);
+  PrescribedVertices springs = hold_where(box, SelectAll{});
+  springs.penalty = 3000.0;
+  system->set_constraints(Constraints({{springs}, {}, {}, {}}, box, system->mass()));
+  expect_dense_modes(*system, system->rest_state().position, 15);
+  EXPECT_EQ(rigid_count(normal_modes(*system, system->rest_state().position)), 0);
+}
+
+TEST_P(Meshes, AttractionIsPartOfTheStiffness) {
+  const auto system = make_body(mesh());
+  system->set_environment(Environment::attraction(5e5, 0.5));
+  expect_dense_modes(*system, system->rest_state().position, 15);
+}
+
+TEST_P(Meshes, HandlesAndDistances) {
+  const TetMesh box = mesh();
+  const auto system = make_body(box);
+  const Vector q = system->rest_state().position;
+  RigidHandle handle;
+  handle.vertices = select_vertices(box, SelectBox{{1.9, -1, -1}, {2.1, 2, 2}});
+  handle.shape = Matrix(3, static_cast<Index>(handle.vertices.size()));
+  for (Index i = 0; i < handle.shape.cols(); ++i) {
+    handle.shape.col(i) = q.segment<3>(3 * handle.vertices[static_cast<std::size_t>(i)]);
+  }
+  handle.name = "handle";
+  const auto distance = [&](Index a, Index b) {
+    return FixedDistance{a, b, (q.segment<3>(3 * a) - q.segment<3>(3 * b)).norm(), "distance"};
+  };
+  // One distance is given twice.
+  const ConstraintList list{{}, {}, {distance(0, 20), distance(3, 30), distance(0, 20)}, {handle}};
+  system->set_constraints(Constraints(list, box, system->mass()));
+  expect_dense_modes(*system, q, 20);
+  EXPECT_EQ(rigid_count(normal_modes(*system, q)), 6);
+  // With tensions, which turn against the body.
+  const Vector tensions = 2e4 * jiggled(Vector::Zero(system->constraints().equation_count()), 1.0);
+  expect_dense_modes(*system, q, 20, tensions);
+}
+
+TEST_P(Meshes, UnstableState) {
+  const TetMesh box = mesh();
+  const auto system = make_body(box);
+  Vector q = system->rest_state().position;
+  for (Index v = 0; v < box.vertex_count(); ++v) q[3 * v] *= 0.6;
+  const NormalModes modes = normal_modes(*system, q);
+  EXPECT_EQ(modes.modes.front().kind, ModeKind::kUnstable);
+  EXPECT_GT(modes.modes.front().frequency(), 0.0);
+  expect_dense_modes(*system, q, 15);
+}
+
+TEST_P(Meshes, EffectiveMassesOfAllModesAddUp) {
+  const TetMesh box = mesh();
+  const auto system = make_body(box);
+  const Selection end = SelectBox{{-0.1, -1, -1}, {0.1, 2, 2}};
+  system->set_constraints(Constraints({{hold_where(box, end)}, {}, {}, {}}, box, system->mass()));
+  NormalModeOptions options;
+  options.count = 100000;  // more than there are
+  const NormalModes modes = normal_modes(*system, system->rest_state().position, options);
+  ASSERT_EQ(static_cast<Index>(modes.modes.size()), system->coordinates().count());
+  Vector3 sum = Vector3::Zero();
+  for (const NormalMode& mode : modes.modes) sum += mode.effective_mass;
+  double free = 0.0;
+  for (Index v = 0; v < box.vertex_count(); ++v) {
+    if (system->coordinates().is_free(v)) free += system->mass()[v];
+  }
+  for (int d = 0; d < 3; ++d) {
+    EXPECT_NEAR(modes.moved_mass[d], free, 1e-12 * free);
+    EXPECT_NEAR(sum[d], free, 1e-10 * free);
+  }
+}
+
+// Three equal bodies have every frequency three times.
+TEST(NormalModes, MultipleEigenvaluesAreFoundInFull) {
+  const TetMesh mesh = separate_blocks(3, {1, 0.2, 0.2}, {10, 2, 2});
+  const auto system = make_body(mesh);
+  system->set_constraints(
+      Constraints({{hold_where(mesh, SelectPlane{0, 0.0, {}})}, {}, {}, {}}, mesh, system->mass()));
+  NormalModeOptions options;
+  options.count = 15;
+  const NormalModes modes = normal_modes(*system, system->rest_state().position, options);
+  const Vector expected = dense_frequencies_squared(*system, system->rest_state().position);
+  for (Index i = 0; i < options.count; ++i) {
+    const double value = modes.modes[static_cast<std::size_t>(i)].omega_squared;
+    EXPECT_NEAR(value, expected[i], 1e-10 * expected[i]);
+    EXPECT_NEAR(value, modes.modes[static_cast<std::size_t>(3 * (i / 3))].omega_squared,
+                1e-10 * value);
+  }
+}
+
+TEST(NormalModes, EveryPartHasItsRigidMotions) {
+  const TetMesh mesh = separate_blocks(2, {1, 0.2, 0.2}, {6, 2, 2});
+  const auto system = make_body(mesh);
+  const Vector q = system->rest_state().position;
+  NormalModeOptions options;
+  options.count = 20;
+  EXPECT_EQ(rigid_count(normal_modes(*system, q, options)), 12);
+  // A rod of fixed length between the two bodies takes one motion.
+  const Index b = mesh.vertex_count() / 2;
+  const double length = (q.segment<3>(0) - q.segment<3>(3 * b)).norm();
+  system->set_constraints(
+      Constraints({{}, {}, {FixedDistance{0, b, length, "rod"}}, {}}, mesh, system->mass()));
+  EXPECT_EQ(rigid_count(normal_modes(*system, q, options)), 11);
+}
+
+// A body that is held at two vertices can turn about the line through them.
+TEST(NormalModes, AHingeIsARigidMode) {
+  const TetMesh mesh = generate_box({1, 0.5, 0.5}, {6, 3, 3});
+  const auto system = make_body(mesh);
+  const Index other = select_vertices(mesh, SelectNearest{{0, 0, 0.5}}).front();
+  PrescribedVertices held = prescribe_at_rest(mesh, {0, other}, "hinge");
+  system->set_constraints(Constraints({{held}, {}, {}, {}}, mesh, system->mass()));
+  const NormalModes modes = normal_modes(*system, system->rest_state().position);
+  EXPECT_EQ(rigid_count(modes), 1);
+  const Vector& shape = modes.modes.front().shape;
+  for (Index v = 0; v < mesh.vertex_count(); ++v) EXPECT_NEAR(shape[3 * v + 2], 0.0, 1e-12);
+}
+
+// Frequencies of bodies of the same material are inversely proportional to the size.
+TEST(NormalModes, FromNanometresToKilometres) {
+  const auto frequencies = [](double scale) {
+    const TetMesh mesh = generate_box(scale * Vector3(4, 1, 1), {12, 3, 3});
+    const auto system = make_body(mesh, 2e11);
+    std::vector<double> result;
+    NormalModeOptions options;
+    options.count = 16;
+    const NormalModes modes = normal_modes(*system, system->rest_state().position, options);
+    EXPECT_EQ(rigid_count(modes), 6);
+    for (const NormalMode& mode : modes.modes) result.push_back(mode.frequency() * scale);
+    return result;
+  };
+  const std::vector<double> metre = frequencies(1.0);
+  for (const double scale : {1e-9, 1e3}) {
+    const std::vector<double> other = frequencies(scale);
+    for (std::size_t i = 0; i < metre.size(); ++i) EXPECT_NEAR(other[i], metre[i], 1e-9 * metre[i]);
+  }
+}
+
+TEST(NormalModes, RefusesWhatHasNoModes) {
+  const TetMesh mesh = small_block();
+  const auto system = make_body(mesh);
+  const Vector q = system->rest_state().position;
+  NormalModeOptions none;
+  none.count = 0;
+  EXPECT_THROW(normal_modes(*system, q, none), InputError);
+  Vector inverted = q;
+  inverted[0] += 10.0;
+  EXPECT_THROW(normal_modes(*system, inverted), InputError);
+  system->set_constraints(hold(mesh, SelectAll{}));
+  EXPECT_THROW(normal_modes(*system, q), InputError);
+}
+
+}  // namespace
+}  // namespace tetraction
