@@ -14,7 +14,7 @@ namespace {
 // The smallest increment of the load factor, which is the accuracy of a limit point.
 constexpr double kLeast = 1.0 / 1024;
 // A body that moves so many times as fast with the load factor as in the step before has jumped.
-constexpr double kJump = 5.0;
+constexpr double kJump = 3.0;
 
 // The largest change of a coordinate, m.
 double largest_move(const State& from, const State& to) {

@@ -120,7 +120,9 @@ Session::Session(Scene scene, TetMesh mesh, Analysis analysis, double largest_in
       s.begin_equilibrium(largest_increment);
       return;
     }
-    s.states.set(make_initial_state(s.scene, *s.system, s.settings.constraints));
+    std::string note;
+    s.states.set(make_initial_state(s.scene, *s.system, s.settings.constraints, note));
+    if (!note.empty()) s.progress.warnings.push_back(std::move(note));
     s.stepper = make_stepper(s.settings.time.integrator, s.settings.solver, *s.system);
     s.balance = std::make_unique<Balance>(*s.system, s.state());
     const Energies& energies = s.balance->energies();

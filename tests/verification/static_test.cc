@@ -471,6 +471,30 @@ TEST(StaticConstraints, DistancesAndHandles) {
   EXPECT_LT((sum_of(found.reaction_force()) - Vector3(0, weight, 0)).norm(), 1e-11 * weight);
 }
 
+// The forces at the free rim of a pressure are no derivative of a potential. The equilibrium is where a
+// damped motion ends.
+TEST(StaticConstraints, PressureWithAFreeRim) {
+  Scene scene = soft_beam({2, 1, 1}, {4, 2, 2});
+  scene.fix = {fix(SelectPlane{0, 0.0, {}})};
+  ForceSettings pressure;
+  pressure.kind = LoadKind::kPressure;
+  pressure.select = SelectPlane{1, 1.0, {}};
+  pressure.value = 3e4;
+  scene.pressure = {pressure};
+  Session found = equilibrium(scene);
+  ASSERT_EQ(found.run(), RunStatus::kFinished) << found.message();
+  scene.time = {Integrator::kBackwardEuler, 2.0, false, 120.0};
+  scene.solver.tolerance = 1e-12;
+  Session motion(scene, generate_mesh(*scene.mesh.generate));
+  ASSERT_EQ(motion.run(), RunStatus::kFinished) << motion.message();
+  const Vector moved = motion.state().position - found.system().mesh().rest_positions();
+  EXPECT_GT(moved.cwiseAbs().maxCoeff(), 0.3);
+  EXPECT_LT((found.state().position - motion.state().position).norm(), 1e-8 * moved.norm());
+  const Vector3 load = sum_of(found.external_force());
+  EXPECT_GT(load.norm(), 3e4);
+  EXPECT_LT((sum_of(found.reaction_force()) + load).norm(), 1e-11 * load.norm());
+}
+
 class StaticStart : public testing::TestWithParam<Integrator> {};
 
 INSTANTIATE_TEST_SUITE_P(Rules, StaticStart,
