@@ -115,7 +115,8 @@ class Implementation : public StaticStepper {
       if (round == kRounds || (round > 2 && change > 0.9 * last_change_)) {
         outcome.status = StepStatus::kNotConverged;
         outcome.message =
-            "the forces at the rim of a pressure, which depend on the positions, do not settle: hold "
+            "the forces at the rim of a pressure, which depend on the positions, do not settle: "
+            "hold "
             "the rim, or close the surface";
         return false;
       }

@@ -13,7 +13,6 @@
 #include "fem/connected_parts.h"
 #include "load_stepping.h"
 #include "tetraction/core/error.h"
-#include "tetraction/dynamics/static_problem.h"
 #include "tetraction/simulation/equilibrium.h"
 
 namespace tetraction {
@@ -25,7 +24,7 @@ using Modes = Eigen::Matrix<double, 6, Eigen::Dynamic>;
 // An eigenvalue of the restraint below this share of the largest is zero.
 constexpr double kFree = 1e-13;
 
-// The forces and the Hessian of all potentials and loads.
+// The gradients and the Hessian of all potentials. A uniform field restrains nothing.
 struct Potentials {
   Vector gradient;
   HessianBlocks hessian;
@@ -38,13 +37,11 @@ Potentials potentials_of(const MechanicalSystem& system, const Vector& x, double
   result.hessian.reset(system.vertex_count());
   const ForcePoint at = system.force_point(x, time);
   for (const ForceTerm* term : system.force_terms()) {
-    if (!term->has_potential()) continue;
+    if (!term->has_potential() || term->uniform_acceleration()) continue;
     result.any = true;
     term->add_gradient(at, result.gradient);
-    if (!term->uniform_acceleration()) term->add_hessian(at, HessianForm::kExact, result.hessian);
+    term->add_hessian(at, HessianForm::kExact, result.hessian);
   }
-  for (const ForceTerm* term : system.force_terms()) result.any = result.any || term->has_load();
-  result.gradient -= StaticProblem(system, time).load(x);
   return result;
 }
 
@@ -61,10 +58,7 @@ class Part {
   // The motions that nothing restrains, as columns.
   Modes free_modes(const Potentials& potentials) const {
     Matrix6 restraint = normalized(constraint_restraint());
-    if (potentials.any) {
-      const Matrix6 stiffness = second_variation(potentials);
-      restraint += stiffness.transpose() * stiffness;
-    }
+    if (potentials.any) restraint += potential_restraint(potentials);
     const SymmetricEigen eigen = symmetric_eigen(Matrix(restraint));
     const double limit = kFree * eigen.values[5];
     Index count = 0;
@@ -107,33 +101,24 @@ class Part {
     return sum;
   }
 
-  // The second derivative of the potentials along the motions, R_iᵀ H R_j + ∇U · x'', where
-  // x'' = ω × v is the acceleration of a rotation, relative to the size of its terms. It is zero for a
-  // potential that the motion does not change.
-  Matrix6 second_variation(const Potentials& potentials) const {
-    Matrix6 sum = Matrix6::Zero();
+  // Σ |H v − ω × ∇U|² over the vertices, relative to the size of its terms. If a rigid motion does not
+  // change a potential, it only turns its force: then H v = ω × ∇U.
+  Matrix6 potential_restraint(const Potentials& potentials) const {
+    Matrix changes = Matrix::Zero(system_.dof_count(), 6);
     double scale = 0.0;
-    for (int j = 0; j < 6; ++j) {
-      Vector product = Vector::Zero(system_.dof_count());
-      const Vector u = field(j);
-      potentials.hessian.add_product(u, product);
+    for (int mode = 0; mode < 6; ++mode) {
+      Vector change = Vector::Zero(system_.dof_count());
+      potentials.hessian.add_product(field(mode), change);
       for (const Index v : vertices_) {
-        for (int i = 0; i < 6; ++i) {
-          sum(i, j) += velocity(v, i).dot(vertex_block(std::as_const(product), v));
-        }
+        vertex_block(change, v) -= spin(mode).cross(vertex_block(potentials.gradient, v));
       }
+      changes.col(mode) = change;
     }
     for (const Index v : vertices_) {
-      const Vector3 gradient = vertex_block(potentials.gradient, v);
-      scale += potentials.hessian.diagonal(v).norm() + gradient.norm() / size_;
-      for (int j = 0; j < 6; ++j) {
-        for (int i = 0; i < 6; ++i) {
-          sum(i, j) +=
-              0.5 * gradient.dot(spin(i).cross(velocity(v, j)) + spin(j).cross(velocity(v, i)));
-        }
-      }
+      scale += potentials.hessian.diagonal(v).squaredNorm() +
+               vertex_block(potentials.gradient, v).squaredNorm() / (size_ * size_);
     }
-    return scale > 0.0 ? Matrix6(sum / scale) : Matrix6(Matrix6::Zero());
+    return scale > 0.0 ? Matrix6(changes.transpose() * changes / scale) : Matrix6(Matrix6::Zero());
   }
 
   const MechanicalSystem& system_;

@@ -292,7 +292,7 @@ TEST_F(SceneReader, RefusesNamedSelectionsThatMakeNoSense) {
   };
   const std::string clamp = "[selection.clamp]\nsurface = true\n[selection.tip]\nall = true\n";
   const std::string unknown = refused("\"clmp\"", clamp);
-  EXPECT_NE(unknown.find("9:1: fix.0.select = \"clmp\""), std::string::npos) << unknown;
+  EXPECT_NE(unknown.find("8:1: fix.0.select = \"clmp\""), std::string::npos) << unknown;
   EXPECT_NE(unknown.find("did you mean clamp? the scene has clamp or tip."), std::string::npos)
       << unknown;
   const std::string inner = refused("{ not = { all_of = [\"clamp\", \"tipp\"] } }", clamp);
@@ -523,7 +523,9 @@ TEST_F(SceneReader, WrongTypesAreNamed) {
   expect_refused_lines("[[fix]]\nselect = { vertices = [1, 2.5] }\n",
                        "scene.toml:8:12: fix.0.select.vertices", {"whole numbers"});
   expect_refused_lines("[[fix]]\nselect = \"all\"\n", "scene.toml:8:1: fix.0.select",
-                       {"must be a table", "not a string"});
+                       {"no named selections", "give a selection"});
+  expect_refused_lines("[[fix]]\nselect = 3\n", "scene.toml:8:1: fix.0.select",
+                       {"must be a selection", "not a"});
   expect_refused_lines("[[fix]]\nselect = { all = 1 }\n", "scene.toml:8:12: fix.0.select.all",
                        {"true or false"});
   expect_refused_lines("[fix]\n", "scene.toml:7:2: fix", {"[[fix]]", "brackets twice"});

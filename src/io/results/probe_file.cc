@@ -47,7 +47,7 @@ void ProbeFile::write_row(const Session& session, bool all) {
     if (is_due) probes_.evaluate(i, session, values_.data());
     for (std::size_t c = 0; c < columns.size(); ++c) {
       row_.push_back(',');
-      if (is_due) fmt::format_to(out, "{:.17g}", values_[columns.first + c]);
+      if (is_due) fmt::format_to(out, "{}", values_[columns.first + c]);
     }
   }
   row_.push_back('\n');
