@@ -20,6 +20,7 @@
 #include "dialogs.h"
 #include "tetraction/io/run_recorder.h"
 #include "tetraction/io/scene_reader.h"
+#include "tetraction/simulation/probe.h"
 #include "viewer/gui/panels/vertex_panel.h"
 #include "window_test.h"
 
