@@ -124,7 +124,7 @@ TEST_F(InitialFields, VertexNumbersAreThoseOfTheMeshFile) {
   write_mesh(mesh, (folder_ / "body.msh").string());
   write("v.csv", "27,1,2,3\n");
   const Scene s = scene("velocity = { file = \"v.csv\" }\n", "file = \"body.msh\"");
-  const Matrix& field = read_scene_mesh(s).point_arrays.at(kInitialVelocity);
+  const Matrix field = read_scene_mesh(s).point_arrays.at(kInitialVelocity);
   EXPECT_EQ(field, (Matrix(3, 4) << 0, 0, 1, 0, 0, 0, 2, 0, 0, 0, 3, 0).finished());
 }
 
