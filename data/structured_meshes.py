@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
-"""Writes the structured meshes of data/: thick_sphere.msh and bushing.msh (Gmsh 2.2, ASCII).
+"""Writes the structured meshes of data/: thick_sphere.msh, bushing.msh and tuning_fork.msh (Gmsh 2.2,
+ASCII).
 
-Both are made of prisms or bricks that are cut into tetrahedra. Every prism is cut along the
+All are made of prisms or bricks that are cut into tetrahedra. Every prism is cut along the
 diagonals that start at its vertices with the smallest numbers, so that neighbours fit together.
 """
 import math
@@ -123,6 +124,54 @@ def bushing(inner, outer, length, around, across, along):
               [('inner', on_cylinder(inner)), ('outer', on_cylinder(outer))])
 
 
+def tuning_fork(cells, name='tuning_fork.msh'):
+    """A tuning fork in mm, `cells` bricks across the thickness of a prong.
+
+    Two prongs of 4 mm x 4 mm and a length of 87 mm point along y and swing along x. They stand on a
+    yoke of 14 mm x 8 mm x 4 mm, and this on a stem of 6 mm x 24 mm x 4 mm.
+    """
+    def ticks(*intervals):
+        values = [intervals[0][0]]
+        for begin, end, count in intervals:
+            values += [begin + (end - begin) * i / count for i in range(1, count + 1)]
+        return values
+
+    half = math.ceil(0.75 * cells)  # between the middle and a prong
+    x = ticks((-7.0, -3.0, cells), (-3.0, 3.0, 2 * half), (3.0, 7.0, cells))
+    # The bricks of the prongs are twice as long as wide.
+    y = ticks((-32.0, -8.0, 3 * cells), (-8.0, 0.0, 2 * cells), (0.0, 87.0, 11 * cells))
+    z = ticks((0.0, 4.0, cells))
+    number = {}
+    points = []
+    tetrahedra = []
+
+    def at(i, j, k):
+        if (i, j, k) not in number:
+            number[i, j, k] = len(points)
+            points.append((x[i], y[j], z[k]))
+        return number[i, j, k]
+
+    def is_solid(i, j):
+        if j >= 5 * cells:  # prongs
+            return not -3.0 < 0.5 * (x[i] + x[i + 1]) < 3.0
+        return j >= 3 * cells or abs(x[i] + x[i + 1]) < 6.0
+
+    for k in range(cells):
+        for j in range(len(y) - 1):
+            for i in range(len(x) - 1):
+                if not is_solid(i, j):
+                    continue
+                a, b, c, d = (at(i + p, j + q, k) for p, q in ((0, 0), (1, 0), (1, 1), (0, 1)))
+                e, f, g, h = (at(i + p, j + q, k + 1) for p, q in ((0, 0), (1, 0), (1, 1), (0, 1)))
+                tetrahedra += cut_prism((a, b, c, e, f, g))
+                tetrahedra += cut_prism((a, c, d, e, g, h))
+    write_msh(name, points, tetrahedra,
+              [('stem', lambda p: p[1] == y[0]),
+               ('left', lambda p: p[1] == y[-1] and p[0] < 0.0),
+               ('right', lambda p: p[1] == y[-1] and p[0] > 0.0)])
+
+
 if __name__ == '__main__':
     thick_sphere(inner=1.0, outer=2.0, edge=16, layers=12)
     bushing(inner=0.010, outer=0.022, length=0.030, around=36, across=4, along=6)
+    tuning_fork(cells=2)

@@ -76,6 +76,7 @@ nlohmann::ordered_json mesh_json(const TetMesh& mesh) {
                               {"dimension", group.dimension},
                               {"tag", group.tag},
                               {"vertices", group.vertices.size()},
+                              {"triangles", group.triangles.size()},
                               {"tetrahedra", group.tetrahedra.size()}});
   }
   json["quality"] = nlohmann::ordered_json::array();
@@ -106,6 +107,7 @@ void print_mesh_table(const TetMesh& mesh) {
   for (const Group& group : mesh.groups) {
     print_result("  group \"{}\" (dimension {}, tag {}): {} vertices", group.name, group.dimension,
                  group.tag, group.vertices.size());
+    if (!group.triangles.empty()) print_result(", {} triangles", group.triangles.size());
     if (group.dimension == 3) print_result(", {} tetrahedra", group.tetrahedra.size());
     write_result("\n");
   }

@@ -14,6 +14,7 @@
 #include "tetraction/io/run_recorder.h"
 #include "tetraction/io/scene_reader.h"
 #include "tetraction/io/text_file.h"
+#include "tetraction/simulation/equilibrium.h"
 #include "tetraction/simulation/scene_objects.h"
 #include "tetraction/simulation/warnings.h"
 
@@ -25,6 +26,7 @@ struct ModesArguments {
   std::string out;
   std::vector<std::string> overrides;
   Index count = 10;
+  bool loaded = false;  // --static
   bool quiet = false;
   bool json = false;
 };
@@ -49,6 +51,23 @@ void print_modes(const NormalModes& modes) {
   write_result("mass: the effective modal mass as a fraction of the mass that can move\n");
 }
 
+// The equilibrium under the loads, or the undeformed body. Empty if there is no equilibrium, which
+// is then told.
+Vector positions_of_modes(const Scene& scene, const MechanicalSystem& system, bool loaded,
+                          NormalModeOptions& options) {
+  if (!loaded) return system.mesh().rest_positions();
+  const Equilibrium equilibrium = find_equilibrium(system, scene.solver);
+  if (!equilibrium.found) {
+    print_message(fmt::format("there is no equilibrium about which the body could vibrate: {}",
+                              equilibrium.message));
+    return {};
+  }
+  if (!equilibrium.message.empty()) print_note(equilibrium.message);
+  options.with_loads = true;
+  options.multipliers = balancing_multipliers(system, equilibrium.position, equilibrium.load);
+  return equilibrium.position;
+}
+
 int compute_modes(const ModesArguments& arguments) {
   const auto start = std::chrono::steady_clock::now();
   const Scene scene = read_scene(arguments.scene, arguments.overrides);
@@ -60,18 +79,20 @@ int compute_modes(const ModesArguments& arguments) {
   }
   make_output_directory(directory);
   const std::unique_ptr<MechanicalSystem> system = make_system(scene, std::move(mesh));
-  // The constraints begin with the initial state. The modes are those of the undeformed body.
+  // The constraints begin with the initial state.
   make_initial_state(scene, *system);
   if (const std::string warning = locking_warning(*system); !warning.empty()) {
     print_warning(warning);
   }
-  const Vector q = system->mesh().rest_positions();
   NormalModeOptions options;
   options.count = arguments.count;
+  const Vector q = positions_of_modes(scene, *system, arguments.loaded, options);
+  if (q.size() == 0) return 1;
   const NormalModes modes = normal_modes(*system, q, options);
   write_modes(*system, q, modes, directory);
   const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
-  const std::string summary = modes_summary_json(*system, modes, scene.echo, taken.count());
+  const std::string summary =
+      modes_summary_json(*system, modes, scene.echo, directory, taken.count());
   write_text_file(directory + "/summary.json", summary);
 
   if (arguments.json) {
@@ -93,10 +114,12 @@ void add_modes_command(CLI::App& app, int& exit_code) {
   constexpr Index kMost = 1000;
   auto arguments = std::make_shared<ModesArguments>();
   CLI::App* command = app.add_subcommand(
-      "modes", "Natural frequencies and mode shapes of the undeformed body of a scene");
+      "modes", "Find natural frequencies and mode shapes of the body of a scene");
   command->add_option("scene", arguments->scene, "Scene file (TOML)")->required();
   command->add_option("-n,--count", arguments->count, "Number of modes (default: 10)")
       ->check(CLI::Range(Index{1}, kMost));
+  command->add_flag("--static", arguments->loaded,
+                    "About the equilibrium under the loads at t = 0, not about the body at rest");
   command->add_option("--out", arguments->out, "Output directory (default: the scene's)")
       ->check(not_empty("it names no directory"));
   command->add_option("--set", arguments->overrides, "KEY=VALUE: overrides a scene key")

@@ -29,8 +29,8 @@ void add_session_options(CLI::App& command, SessionArguments& arguments) {
   command.add_flag("--json", arguments.json, "Print summary.json to stdout");
 }
 
-int run_recorded(const SessionArguments& arguments, Analysis analysis, const char* label,
-                 const OutcomePrinter& print_outcome) {
+int run_recorded(const SessionArguments& arguments, const SessionMaker& make_session,
+                 const char* label, const OutcomePrinter& print_outcome) {
   const Scene scene = read_scene(arguments.scene, arguments.overrides);
   const std::string directory = arguments.out.empty() ? scene.output.directory : arguments.out;
   check_folder_of_run(scene, directory);
@@ -42,7 +42,8 @@ int run_recorded(const SessionArguments& arguments, Analysis analysis, const cha
     if (const std::string remarks = damping_remarks(scene); !remarks.empty()) print_note(remarks);
   }
   make_output_directory(directory);
-  Session session(scene, std::move(mesh), analysis);
+  const std::unique_ptr<Session> made = make_session(scene, std::move(mesh));
+  Session& session = *made;
   session.add_mesh_time(mesh_time.count());
   // A slow BLAS affects only the time. --quiet leaves this warning out; summary.json has it.
   const std::string slow_blas = arguments.quiet ? blas_warning() : "";

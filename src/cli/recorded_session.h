@@ -3,9 +3,11 @@
 
 #include <CLI/App.hpp>
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "tetraction/mesh/tet_mesh.h"
 #include "tetraction/simulation/session.h"
 
 namespace tetraction {
@@ -25,9 +27,12 @@ void add_session_options(CLI::App& command, SessionArguments& arguments);
 /// Prints the table at the end of a session whose results are in this directory.
 using OutcomePrinter = std::function<void(const Session&, const std::string& directory)>;
 
+/// Makes the session of a scene.
+using SessionMaker = std::function<std::unique_ptr<Session>(const Scene&, TetMesh)>;
+
 /// Reads the scene, computes the session to its end, writes its results and prints warnings and
 /// messages. `label` is what the progress bar says. Returns the exit code.
-int run_recorded(const SessionArguments& arguments, Analysis analysis, const char* label,
-                 const OutcomePrinter& print_outcome);
+int run_recorded(const SessionArguments& arguments, const SessionMaker& make_session,
+                 const char* label, const OutcomePrinter& print_outcome);
 
 }  // namespace tetraction

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "commands.h"
 #include "console.h"
@@ -73,7 +74,10 @@ void add_run_command(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("run", "Run a scene and write its results");
   add_session_options(*command, *arguments);
   command->callback([arguments, &exit_code] {
-    exit_code = run_recorded(*arguments, Analysis::kMotion, "running", print_outcome);
+    const auto make = [](const Scene& scene, TetMesh mesh) {
+      return std::make_unique<Session>(scene, std::move(mesh));
+    };
+    exit_code = run_recorded(*arguments, make, "running", print_outcome);
   });
 }
 

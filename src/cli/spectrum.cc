@@ -7,6 +7,7 @@
 #include <string>
 
 #include "console.h"
+#include "tetraction/core/error.h"
 #include "tetraction/dynamics/oscillator.h"
 #include "tetraction/solver/normal_modes.h"
 
@@ -18,6 +19,12 @@ constexpr double kLoss = 0.1;  // of the amplitude in a period
 
 double omega_h(double frequency, double step) {
   return 2.0 * std::numbers::pi * frequency * step;
+}
+
+// ", 6 rigid modes"
+std::string modes_text(Index count, const char* kind) {
+  if (count == 0) return {};
+  return fmt::format(", {} {} mode{}", count, kind, count == 1 ? "" : "s");
 }
 
 // The highest frequency that steps resolve, Hz.
@@ -55,9 +62,15 @@ Spectrum spectrum_of(const MechanicalSystem& system, const StabilityLimit& limit
   if (size == 0 || (size > kCheap && !always)) return spectrum;
   // Six rigid modes at most, unless the body has several parts or hinges.
   for (const Index count : {Index{7}, Index{200}}) {
+    NormalModes modes;
     NormalModeOptions options;
     options.count = count;
-    const NormalModes modes = normal_modes(system, system.mesh().rest_positions(), options);
+    try {
+      modes = normal_modes(system, system.mesh().rest_positions(), options);
+    } catch (const Error&) {  // the rest of the check does not need them
+      if (always) throw;
+      return spectrum;
+    }
     spectrum.rigid = spectrum.unstable = 0;
     for (const NormalMode& mode : modes.modes) {
       if (mode.kind == ModeKind::kRigid) ++spectrum.rigid;
@@ -76,15 +89,17 @@ void print_resolution(const Spectrum& spectrum, Integrator integrator, double st
   std::string text = "frequencies: ";
   if (spectrum.lowest) {
     text += fmt::format("{:.5g} Hz to {:.5g} Hz", *spectrum.lowest, spectrum.highest);
-    if (spectrum.rigid > 0) text += fmt::format(", and {} rigid modes", spectrum.rigid);
-    if (spectrum.unstable > 0) text += fmt::format(", and {} unstable modes", spectrum.unstable);
+    text += modes_text(spectrum.unstable, "unstable") + modes_text(spectrum.rigid, "rigid");
   } else {
     text +=
         fmt::format("up to {:.5g} Hz (--spectrum computes the lowest one, too)", spectrum.highest);
   }
+  const double most = resolved(integrator, step);
   print_result(
-      "{}\n{} with this step resolves motion up to {:.3g} Hz (period error below {:.0f} %{})\n",
-      text, to_string(integrator), resolved(integrator, step), 100.0 * kPeriodError,
+      "{}\n{} with this step resolves {} (period error below {:.0f} %{})\n", text,
+      to_string(integrator),
+      most > spectrum.highest ? "all motion" : fmt::format("motion up to {:.3g} Hz", most),
+      100.0 * kPeriodError,
       is_variational(integrator)
           ? ""
           : fmt::format(", less than {:.0f} % of the amplitude lost in a period", 100.0 * kLoss));

@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "commands.h"
 #include "console.h"
@@ -49,8 +50,17 @@ void add_static_command(CLI::App& app, int& exit_code) {
   CLI::App* command =
       app.add_subcommand("static", "Find the equilibrium of a scene under its loads at t = 0");
   add_session_options(*command, *arguments);
-  command->callback([arguments, &exit_code] {
-    exit_code = run_recorded(*arguments, Analysis::kEquilibrium, "loading", print_equilibrium);
+  auto steps = std::make_shared<int>(1);
+  command
+      ->add_option("--steps", *steps,
+                   "At least so many load steps, to trace how the body gives way (default: 1)")
+      ->check(CLI::Range(1, 1000));
+  command->callback([arguments, steps, &exit_code] {
+    const auto make = [&](const Scene& scene, TetMesh mesh) {
+      return std::make_unique<Session>(scene, std::move(mesh), Analysis::kEquilibrium,
+                                       1.0 / *steps);
+    };
+    exit_code = run_recorded(*arguments, make, "loading", print_equilibrium);
   });
 }
 

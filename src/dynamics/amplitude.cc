@@ -12,15 +12,14 @@
 namespace tetraction {
 namespace {
 
-// The fraction, 0 to 1, of an interval that lies before `time`.
-double part_before(double time, const TimeSpan& span) {
-  // The start k h of a step has round-off. A time within round-off of an end of the interval is
-  // taken to be at that end.
+// A time, or the end of the interval that it is at except for round-off: the start k h of a step has
+// round-off.
+double snapped(double time, const TimeSpan& span) {
   const double round_off = 16.0 * std::numeric_limits<double>::epsilon() *
                            std::max(std::abs(span.begin), std::abs(span.end));
-  if (std::abs(time - span.begin) <= round_off) return 0.0;
-  if (std::abs(time - span.end) <= round_off) return 1.0;
-  return std::clamp((time - span.begin) / span.length(), 0.0, 1.0);
+  if (std::abs(time - span.begin) <= round_off) return span.begin;
+  if (std::abs(time - span.end) <= round_off) return span.end;
+  return time;
 }
 
 // The value at `time` of the line through two points.
@@ -170,12 +169,15 @@ double LoadHistory::value(double time) const {
 
 double LoadHistory::mean(const TimeSpan& span) const {
   if (!(span.end > span.begin)) return value(span.begin);
-  const double first = part_before(from, span);
-  const double last = part_before(until, span);
-  if (!(last > first)) return 0.0;
-  if (!amplitude) return last - first;
-  const TimeSpan acting{first == 0.0 ? span.begin : from, last == 1.0 ? span.end : until};
-  return amplitude->integral(acting) / span.length();
+  double first = snapped(from, span);
+  double last = snapped(until, span);
+  if (first == last) {  // a window that is shorter than the round-off of the step's ends
+    first = from;
+    last = until;
+  }
+  const TimeSpan acting{std::max(first, span.begin), std::min(last, span.end)};
+  if (!(acting.end > acting.begin)) return 0.0;
+  return (amplitude ? amplitude->integral(acting) : acting.length()) / span.length();
 }
 
 }  // namespace tetraction

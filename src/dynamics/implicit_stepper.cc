@@ -1,8 +1,10 @@
 #include "implicit_stepper.h"
 
 #include <Eigen/Geometry>
+#include <cmath>
 #include <utility>
 
+#include "core/anderson_mixing.h"
 #include "term_forces.h"
 
 namespace tetraction {
@@ -27,6 +29,7 @@ StepOutcome ImplicitStepper::advance(const State& from, State& to, double h, dou
   reaction_.setZero();
   problem_.begin(from, h, end_time, alpha_, load_);
   if (!find(from, end_time, outcome)) return outcome;
+  if (!settle_loads(from, h, end_time, outcome)) return outcome;
 
   to.step = from.step + 1;
   to.time = end_time;
@@ -64,6 +67,33 @@ StepOutcome ImplicitStepper::advance(const State& from, State& to, double h, dou
   if (constraining_) reaction_ += spring_force_;
   guess_.keep(from.velocity, outcome.elastic_energy);
   return outcome;
+}
+
+// Loads that depend on positions are first those of predicted positions. They are replaced by those
+// of the minimiser until both agree within the tolerance.
+bool ImplicitStepper::settle_loads(const State& from, double h, double end_time,
+                                   StepOutcome& outcome) {
+  constexpr int kRounds = 60;
+  if (!system_.has_load_of_position()) return true;
+  AndersonMixing mixing;
+  for (int round = 0; round < kRounds; ++round) {
+    problem_.positions(solve_.u(), x_);
+    system_.external_force(x_, from.time, h, trial_);
+    work_ = trial_ - load_;
+    const double difference = system_.coordinates().restricted_norm(work_);
+    if (difference <= outcome.minimizer.residual_limit) return true;
+    if (!std::isfinite(difference)) break;
+    load_ = mixing.next(load_, trial_);
+    problem_.begin(from, h, end_time, alpha_, load_);
+    problem_.set_origin(x_);
+    solve_.u().setZero();
+    if (!solve_.minimize(from.position, outcome)) return false;
+  }
+  outcome.status = StepStatus::kNotConverged;
+  outcome.message =
+      "the loads that depend on positions, such as those on the rim of a pressure, do not settle: "
+      "take a smaller step";
+  return false;
 }
 
 bool ImplicitStepper::take_momenta(const State& from, State& to, double h, StepOutcome& outcome) {

@@ -47,6 +47,7 @@ class ImplicitStepper : public Stepper {
  private:
   bool find(const State& from, double end_time, StepOutcome& outcome);
   bool lead_along(const State& from, double end_time, StepOutcome& outcome);
+  bool settle_loads(const State& from, double h, double end_time, StepOutcome& outcome);
   bool take_momenta(const State& from, State& to, double h, StepOutcome& outcome);
   void gather_forces(const TimeSpan& step, const Vector& velocity, const Vector& gradient);
 

@@ -42,14 +42,14 @@ Vector StaticProblem::applied_force(double factor, const Vector& x) const {
   return -factor * force;
 }
 
-void StaticProblem::begin(const Vector& q, double factor) {
+void StaticProblem::begin(const Vector& q, double factor, const Vector& load) {
   factor_ = factor;
   examined_ = false;
   begin_at(q, time_, {});
   viscous_.begin(previous_, 0.0);
   prescribe(factor, base_);
   coefficient_.setZero(system_.dof_count());
-  load_ = (1.0 - factor) * rest_gradient_ + factor * load(q);
+  load_ = (1.0 - factor) * rest_gradient_ + factor * load;
   gather_potentials(factor);
   measure_load();
   set_origin(base_);

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "constrained_minimization.h"
+#include "core/anderson_mixing.h"
 #include "first_guess.h"
 
 namespace tetraction {
@@ -27,7 +28,11 @@ class Implementation : public StaticStepper {
   StepOutcome advance(const State& from, State& to, double h, double end_factor) override {
     StepOutcome outcome;
     problem_.begin(from.position, end_factor);
-    if (!choose_start(from, h, end_factor, outcome) || !minimize(from, outcome)) return outcome;
+    if (system_.has_load_of_position()) load_ = problem_.load(from.position);
+    if (!choose_start(from, h, end_factor, outcome) || !minimize(from, outcome) ||
+        !settle_loads(end_factor, outcome)) {
+      return outcome;
+    }
     const Vector& u = solve_.u();
     problem_.positions(u, to.position);
     problem_.prescribe(end_factor, to.position);
@@ -98,11 +103,40 @@ class Implementation : public StaticStepper {
     return solve_.minimize(from.position, outcome);
   }
 
+  // Loads that depend on positions are those of the last minimiser. They are taken anew until they do
+  // not change any more.
+  bool settle_loads(double end_factor, StepOutcome& outcome) {
+    constexpr int kRounds = 60;
+    constexpr double kEnough = 1e-13;  // of the loads
+    AndersonMixing mixing;
+    for (int round = 0; system_.has_load_of_position(); ++round) {
+      problem_.positions(solve_.u(), start_);
+      trial_ = problem_.load(start_);
+      const double change = (trial_ - load_).norm();
+      if (change <= kEnough * trial_.norm()) break;
+      if (round == kRounds || !std::isfinite(change)) {
+        outcome.status = StepStatus::kNotConverged;
+        outcome.message =
+            "the forces at the rim of a pressure, which depend on the positions, do not settle: "
+            "hold "
+            "the rim, or close the surface";
+        return false;
+      }
+      load_ = mixing.next(load_, trial_);
+      problem_.begin(start_, end_factor, load_);
+      problem_.set_examined(true);
+      solve_.u().setZero();
+      if (!solve_.minimize(start_, outcome)) return false;
+    }
+    return true;
+  }
+
   StaticProblem problem_;
   ConstrainedMinimization solve_;
   FirstGuess guess_;
   Vector start_;
   Vector trial_;
+  Vector load_;  // if it depends on positions: in the problem
   // The positions at the start of the last step that was accepted, and at that of the last step.
   Vector earlier_;
   Vector last_;

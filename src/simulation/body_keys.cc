@@ -30,6 +30,12 @@ std::string amplitude_conflict(const FixSettings& fix) {
              : "needs `offset`, the displacement that it is the factor of.";
 }
 
+std::string driven_conflict(const ConstraintSettings& constraint) {
+  return constraint.amplitude.empty() || constraint.is_driven()
+             ? ""
+             : "needs `velocity` or `angular_velocity`, which it is the factor of.";
+}
+
 std::string targets_conflict(const FixSettings& fix) {
   if (fix.targets.empty()) return {};
   const auto* select = std::get_if<SelectVertices>(&fix.select);
@@ -203,7 +209,8 @@ const Section<ConstraintSettings>& section_of() {
         &S::amplitude,
         is_kind<ConstraintKind::kRigid>}},
       {{{"normal"}, zero_direction<ConstraintKind::kPlane>},
-       {{"direction"}, zero_direction<ConstraintKind::kLine>}},
+       {{"direction"}, zero_direction<ConstraintKind::kLine>},
+       {{"amplitude"}, driven_conflict}},
       true};
   return section;
 }
@@ -257,6 +264,14 @@ const Section<EventSettings>& section_of() {
        {{.name = "constraint", .help = "adds a constraint, with the keys of `[[constraint]]`"},
         ByHand{"table or list of tables"}},
        {{.name = "force", .help = "adds a force, with the keys of `[[force]]`"},
+        ByHand{"table or list of tables"}},
+       {{.name = "moment", .help = "adds a moment, with the keys of `[[moment]]`"},
+        ByHand{"table or list of tables"}},
+       {{.name = "traction", .help = "adds a traction, with the keys of `[[traction]]`"},
+        ByHand{"table or list of tables"}},
+       {{.name = "pressure", .help = "adds a pressure, with the keys of `[[pressure]]`"},
+        ByHand{"table or list of tables"}},
+       {{.name = "body_force", .help = "adds a body force, with the keys of `[[body_force]]`"},
         ByHand{"table or list of tables"}},
        {{.name = "momentum",
          .help = "`{ select = …, value = [px, py, pz] }` sets the momentum of every selected "

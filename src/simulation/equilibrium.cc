@@ -9,10 +9,10 @@
 namespace tetraction {
 
 Equilibrium find_equilibrium(const MechanicalSystem& system, const SolverSettings& solver,
-                             double time) {
+                             double time, double largest_increment) {
   refuse_free_motions(system, time);
   const std::unique_ptr<StaticStepper> stepper = make_static_stepper(system, solver, time);
-  LoadStepping loading(*stepper);
+  LoadStepping loading(*stepper, largest_increment);
   State from = system.rest_state();
   State to;
   Equilibrium result;

@@ -5,15 +5,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "core/decompositions.h"
+#include "fem/connected_parts.h"
 #include "load_stepping.h"
 #include "tetraction/core/error.h"
-#include "tetraction/dynamics/static_problem.h"
 #include "tetraction/simulation/equilibrium.h"
 
 namespace tetraction {
@@ -25,40 +24,7 @@ using Modes = Eigen::Matrix<double, 6, Eigen::Dynamic>;
 // An eigenvalue of the restraint below this share of the largest is zero.
 constexpr double kFree = 1e-13;
 
-// The vertices of the parts of the body that hang together through elements or handles.
-std::vector<std::vector<Index>> parts_of(const MechanicalSystem& system) {
-  std::vector<Index> parent(static_cast<std::size_t>(system.vertex_count()));
-  std::iota(parent.begin(), parent.end(), Index{0});
-  const auto root = [&](Index v) {
-    while (parent[static_cast<std::size_t>(v)] != v) {
-      Index& up = parent[static_cast<std::size_t>(v)];
-      up = parent[static_cast<std::size_t>(up)];
-      v = up;
-    }
-    return v;
-  };
-  const auto join = [&](Index a, Index b) { parent[static_cast<std::size_t>(root(a))] = root(b); };
-  for (Index e = 0; e < system.rest().element_count(); ++e) {
-    const RestState::Nodes nodes = system.rest().nodes(e);
-    for (const Index v : nodes) join(nodes[0], v);
-  }
-  for (const AffineSet& set : system.coordinates().sets()) {
-    for (const Index v : set.vertices) join(set.vertices.front(), v);
-  }
-  std::vector<std::vector<Index>> parts;
-  std::vector<Index> number(parent.size(), -1);
-  for (Index v = 0; v < system.vertex_count(); ++v) {
-    Index& part = number[static_cast<std::size_t>(root(v))];
-    if (part < 0) {
-      part = static_cast<Index>(parts.size());
-      parts.emplace_back();
-    }
-    parts[static_cast<std::size_t>(part)].push_back(v);
-  }
-  return parts;
-}
-
-// The forces and the Hessian of all potentials and loads.
+// The gradients and the Hessian of all potentials. A uniform field restrains nothing.
 struct Potentials {
   Vector gradient;
   HessianBlocks hessian;
@@ -71,13 +37,11 @@ Potentials potentials_of(const MechanicalSystem& system, const Vector& x, double
   result.hessian.reset(system.vertex_count());
   const ForcePoint at = system.force_point(x, time);
   for (const ForceTerm* term : system.force_terms()) {
-    if (!term->has_potential()) continue;
+    if (!term->has_potential() || term->uniform_acceleration()) continue;
     result.any = true;
     term->add_gradient(at, result.gradient);
-    if (!term->uniform_acceleration()) term->add_hessian(at, HessianForm::kExact, result.hessian);
+    term->add_hessian(at, HessianForm::kExact, result.hessian);
   }
-  for (const ForceTerm* term : system.force_terms()) result.any = result.any || term->has_load();
-  result.gradient -= StaticProblem(system, time).load(x);
   return result;
 }
 
@@ -94,10 +58,7 @@ class Part {
   // The motions that nothing restrains, as columns.
   Modes free_modes(const Potentials& potentials) const {
     Matrix6 restraint = normalized(constraint_restraint());
-    if (potentials.any) {
-      const Matrix6 stiffness = second_variation(potentials);
-      restraint += stiffness.transpose() * stiffness;
-    }
+    if (potentials.any) restraint += potential_restraint(potentials);
     const SymmetricEigen eigen = symmetric_eigen(Matrix(restraint));
     const double limit = kFree * eigen.values[5];
     Index count = 0;
@@ -140,33 +101,24 @@ class Part {
     return sum;
   }
 
-  // The second derivative of the potentials along the motions, R_iᵀ H R_j + ∇U · x'', where
-  // x'' = ω × v is the acceleration of a rotation, relative to the size of its terms. It is zero for a
-  // potential that the motion does not change.
-  Matrix6 second_variation(const Potentials& potentials) const {
-    Matrix6 sum = Matrix6::Zero();
+  // Σ |H v − ω × ∇U|² over the vertices, relative to the size of its terms. If a rigid motion does not
+  // change a potential, it only turns its force: then H v = ω × ∇U.
+  Matrix6 potential_restraint(const Potentials& potentials) const {
+    Matrix changes = Matrix::Zero(system_.dof_count(), 6);
     double scale = 0.0;
-    for (int j = 0; j < 6; ++j) {
-      Vector product = Vector::Zero(system_.dof_count());
-      const Vector u = field(j);
-      potentials.hessian.add_product(u, product);
+    for (int mode = 0; mode < 6; ++mode) {
+      Vector change = Vector::Zero(system_.dof_count());
+      potentials.hessian.add_product(field(mode), change);
       for (const Index v : vertices_) {
-        for (int i = 0; i < 6; ++i) {
-          sum(i, j) += velocity(v, i).dot(vertex_block(std::as_const(product), v));
-        }
+        vertex_block(change, v) -= spin(mode).cross(vertex_block(potentials.gradient, v));
       }
+      changes.col(mode) = change;
     }
     for (const Index v : vertices_) {
-      const Vector3 gradient = vertex_block(potentials.gradient, v);
-      scale += potentials.hessian.diagonal(v).norm() + gradient.norm() / size_;
-      for (int j = 0; j < 6; ++j) {
-        for (int i = 0; i < 6; ++i) {
-          sum(i, j) +=
-              0.5 * gradient.dot(spin(i).cross(velocity(v, j)) + spin(j).cross(velocity(v, i)));
-        }
-      }
+      scale += potentials.hessian.diagonal(v).squaredNorm() +
+               vertex_block(potentials.gradient, v).squaredNorm() / (size_ * size_);
     }
-    return scale > 0.0 ? Matrix6(sum / scale) : Matrix6(Matrix6::Zero());
+    return scale > 0.0 ? Matrix6(changes.transpose() * changes / scale) : Matrix6(Matrix6::Zero());
   }
 
   const MechanicalSystem& system_;
@@ -258,7 +210,8 @@ std::vector<std::string> Part::names_of(const Modes& modes) const {
 std::vector<std::string> free_motions(const MechanicalSystem& system, double time) {
   const Vector x = system.mesh().rest_positions();
   const Potentials potentials = potentials_of(system, x, time);
-  const std::vector<std::vector<Index>> parts = parts_of(system);
+  const std::vector<std::vector<Index>> parts =
+      connected_parts(system.rest(), system.coordinates().sets());
   std::vector<std::string> names;
   for (const std::vector<Index>& vertices : parts) {
     const Part part(system, vertices, x);

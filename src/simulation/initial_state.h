@@ -7,8 +7,9 @@
 namespace tetraction {
 
 /// Does the same as the function in scene_objects.h, and stores the constraints for later edits.
-State make_initial_state(const Scene& scene, MechanicalSystem& system,
-                         BodyConstraints& constraints);
+/// `note` ← what is to tell about the equilibrium of initial.static, or nothing.
+State make_initial_state(const Scene& scene, MechanicalSystem& system, BodyConstraints& constraints,
+                         std::string& note);
 
 /// Sets the scene's constraints in the system for an equilibrium, at which the body is not yet, and
 /// stores them. Throws InputError if they contradict each other.

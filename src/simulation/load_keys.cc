@@ -25,6 +25,14 @@ std::string total_conflict(const ForceSettings& force) {
              : "";
 }
 
+std::string share_conflict(const ForceSettings& force) {
+  return !force.total && force.share != LoadShare::kAuto
+             ? "has no effect beside vector, which is the force on each vertex: leave it out, or "
+               "give "
+               "total."
+             : "";
+}
+
 std::string acceleration_conflict(const BodyForceSettings& force) {
   return force.acceleration && !force.vector.isZero(0.0)
              ? "is one key too many: vector and acceleration are both given. Leave one of the two "
@@ -120,7 +128,9 @@ const Section<ForceSettings>& section_of() {
             &S::total},
            share_key<S>("how `total` is shared out: by area, by mass, equally, or by what the "
                         "selection contains, see below")}),
-      {{{"from", "until"}, times_conflict<S>}, {{"vector", "total"}, total_conflict}}};
+      {{{"from", "until"}, times_conflict<S>},
+       {{"vector", "total"}, total_conflict},
+       {{"share"}, share_conflict}}};
   return section;
 }
 

@@ -13,6 +13,13 @@ namespace {
 
 // The smallest increment of the load factor, which is the accuracy of a limit point.
 constexpr double kLeast = 1.0 / 1024;
+// A body that moves so many times as fast with the load factor as in the step before has jumped.
+constexpr double kJump = 3.0;
+
+// The largest change of a coordinate, m.
+double largest_move(const State& from, const State& to) {
+  return (to.position - from.position).lpNorm<Eigen::Infinity>();
+}
 
 }  // namespace
 
@@ -25,21 +32,35 @@ std::unique_ptr<StaticStepper> make_static_stepper(const MechanicalSystem& syste
   return StaticStepper::make(system, make_minimizer(exact, system), time);
 }
 
+LoadStepping::LoadStepping(StaticStepper& stepper, double largest_increment)
+    : stepper_(stepper), largest_increment_(largest_increment), increment_(largest_increment) {
+  if (!(largest_increment > 0.0 && largest_increment <= 1.0)) {
+    throw InputError(fmt::format(
+        "The largest increment of the load factor must be above 0 and at most 1, not {}.",
+        largest_increment));
+  }
+}
+
 StepOutcome LoadStepping::advance(const State& from, State& to) {
   sum_ = {};
   Beyond beyond;
   bool cut = false;
   bool unstable = false;
   for (;;) {
-    const double next = std::min(1.0, from.time + increment_);
+    // A last increment that would be mere round-off is added to the one before.
+    constexpr double kMerged = 1e-9;
+    const double next = from.time + increment_ > 1.0 - kMerged ? 1.0 : from.time + increment_;
     StepOutcome outcome = stepper_.advance(from, to, next - from.time, next);
     const MinimizerReport& report = outcome.minimizer;
     sum_.iterations += report.iterations;
     sum_.factorizations += report.factorizations;
     sum_.cg_iterations += report.cg_iterations;
-    unstable = unstable || report.met_negative_curvature;
-    if (outcome.ok() && !report.met_negative_curvature) {
-      if (!cut) increment_ *= 2.0;
+    const double rate = outcome.ok() ? largest_move(from, to) / (next - from.time) : 0.0;
+    const bool jumped = outcome.ok() && rate_ > 0.0 && rate > kJump * rate_;
+    unstable = unstable || report.met_negative_curvature || jumped;
+    if (outcome.ok() && !report.met_negative_curvature && !jumped) {
+      if (!cut) increment_ = std::min(2.0 * increment_, largest_increment_);
+      rate_ = rate;
       return accept(outcome, next);
     }
     if (outcome.ok()) {
@@ -60,6 +81,7 @@ StepOutcome LoadStepping::advance(const State& from, State& to) {
     to = beyond.state;
     stepper_.set_reactions(beyond.reaction, beyond.configuration_force);
     stepper_.reset();
+    rate_ = 0.0;
     return accept(beyond.outcome, to.time);
   }
 }

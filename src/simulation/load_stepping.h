@@ -20,8 +20,9 @@ void refuse_free_motions(const MechanicalSystem& system, double time);
 /// Chooses the increments of the load factor as find_equilibrium() says.
 class LoadStepping {
  public:
-  /// Keeps a reference to the stepper, which must live longer.
-  explicit LoadStepping(StaticStepper& stepper) : stepper_(stepper) {}
+  /// Keeps a reference to the stepper, which must live longer. Throws InputError unless the largest
+  /// increment is above 0 and at most 1.
+  LoadStepping(StaticStepper& stepper, double largest_increment);
 
   /// One load step from `from` to `to`, whose times are load factors. If none is possible, the outcome
   /// says why. The report is the sum over all attempts.
@@ -46,7 +47,9 @@ class LoadStepping {
   StepOutcome accept(const StepOutcome& outcome, double factor);
 
   StaticStepper& stepper_;
-  double increment_ = 1.0;
+  double largest_increment_;
+  double increment_;
+  double rate_ = 0.0;  // at which a coordinate moved in the last step, m; 0: not known
   LoadPath path_;
   MinimizerReport sum_;  // of the attempts of a step
 };

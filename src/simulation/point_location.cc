@@ -63,7 +63,7 @@ bool is_in_box(const std::array<Vector3, 4>& x, const Vector3& point) {
   }
   throw InputError(fmt::format(
       "the point [{:.6g}, {:.6g}, {:.6g}] is outside the body, {:.6g} m from the nearest element, "
-      "{}. Points are in the coordinates of the undeformed mesh (after mesh.scale); "
+      "{}. Points are in the coordinates of the undeformed mesh (after mesh.scale and mesh.unit); "
       "`tetraction mesh info` shows its bounding box.",
       point.x(), point.y(), point.z(), least, mesh.tetrahedron_id(nearest)));
 }

@@ -199,13 +199,14 @@ Constraints constrain(MechanicalSystem& system, const BodyConstraints& constrain
 namespace {
 
 // The positions of the equilibrium under the loads at t = 0.
-Vector static_positions(const Scene& scene, const MechanicalSystem& system) {
+Vector static_positions(const Scene& scene, const MechanicalSystem& system, std::string& note) {
   Equilibrium equilibrium = find_equilibrium(system, scene.solver, 0.0);
   if (!equilibrium.found) {
     throw InputError(
         "initial.static = true: there is no equilibrium to start from: " + equilibrium.message +
         ". Make the loads smaller, or let tetraction static show how far they go.");
   }
+  if (!equilibrium.message.empty()) note = "initial.static: " + equilibrium.message;
   return std::move(equilibrium.position);
 }
 
@@ -235,17 +236,18 @@ void set_initial_velocity(const Scene& scene, const MechanicalSystem& system, St
 
 State make_initial_state(const Scene& scene, MechanicalSystem& system) {
   BodyConstraints constraints;
-  return make_initial_state(scene, system, constraints);
+  std::string note;
+  return make_initial_state(scene, system, constraints, note);
 }
 
-State make_initial_state(const Scene& scene, MechanicalSystem& system,
-                         BodyConstraints& constraints) {
+State make_initial_state(const Scene& scene, MechanicalSystem& system, BodyConstraints& constraints,
+                         std::string& note) {
   const TetMesh& mesh = system.mesh();
   const InitialSettings& initial = scene.initial;
   State state = system.rest_state();
   if (initial.is_static) {
     set_constraints_of_equilibrium(scene, system, constraints);
-    state.position = static_positions(scene, system);
+    state.position = static_positions(scene, system, note);
     set_initial_velocity(scene, system, state);
     return state;
   }

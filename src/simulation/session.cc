@@ -99,7 +99,8 @@ void Session::Impl::keep_state() {
   good.plan = progress.plan;
 }
 
-Session::Session(Scene scene, TetMesh mesh, Analysis analysis) : impl_(std::make_unique<Impl>()) {
+Session::Session(Scene scene, TetMesh mesh, Analysis analysis, double largest_increment)
+    : impl_(std::make_unique<Impl>()) {
   Impl& s = *impl_;
   s.scene = std::move(scene);
   s.settings.time = s.scene.time;
@@ -116,10 +117,12 @@ Session::Session(Scene scene, TetMesh mesh, Analysis analysis) : impl_(std::make
     s.system = make_system(s.scene, std::move(mesh));
     s.probes = std::make_unique<ProbeSet>(s.scene.probe, *s.system);
     if (analysis == Analysis::kEquilibrium) {
-      s.begin_equilibrium();
+      s.begin_equilibrium(largest_increment);
       return;
     }
-    s.states.set(make_initial_state(s.scene, *s.system, s.settings.constraints));
+    std::string note;
+    s.states.set(make_initial_state(s.scene, *s.system, s.settings.constraints, note));
+    if (!note.empty()) s.progress.warnings.push_back(std::move(note));
     s.stepper = make_stepper(s.settings.time.integrator, s.settings.solver, *s.system);
     s.balance = std::make_unique<Balance>(*s.system, s.state());
     const Energies& energies = s.balance->energies();

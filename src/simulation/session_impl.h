@@ -126,7 +126,7 @@ struct Session::Impl {
   /// run is over.
   bool step();
   /// Sets up an equilibrium.
-  void begin_equilibrium();
+  void begin_equilibrium(double largest_increment);
   void enter_equilibrium(const State& at);
   /// One load step. Returns false if there is none.
   bool load_step();

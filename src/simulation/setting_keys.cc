@@ -34,6 +34,12 @@ std::string direction_conflict(const EnvironmentSettings& environment) {
   return environment.direction.isZero(0.0) ? "must not be zero; [0, -1, 0] is downward." : "";
 }
 
+std::string amplitude_conflict(const EnvironmentSettings& environment) {
+  return environment.kind == EnvironmentKind::kNone && !environment.amplitude.empty()
+             ? "has no effect without an environment: choose a kind, or leave it out."
+             : "";
+}
+
 const char* strength_unit(const EnvironmentSettings& environment) {
   switch (environment.kind) {
     case EnvironmentKind::kGravity:
@@ -216,7 +222,7 @@ const Section<EnvironmentSettings>& section_of() {
          .help = "name of an `[[amplitude]]`, the factor of the strength",
          .absent = "the factor 1"},
         &S::amplitude}},
-      {{{"direction"}, direction_conflict}}};
+      {{{"direction"}, direction_conflict}, {{"amplitude"}, amplitude_conflict}}};
   return section;
 }
 

@@ -100,7 +100,7 @@ bool NewtonDirection::find(const MinimizationProblem& problem, const Vector& x,
     for_this_step_ = ++visits_ < kVisits;
   }
   bool found = false;
-  if (refined_ && options_.linear != LinearSolver::kMatrixFree) {
+  if (refined_ && options_.linear != LinearSolver::kMatrixFree && !prefers_double_cg()) {
     found = with_exact_factor(problem, x, gradient, report, direction);
   } else if (current_ == LinearSolver::kMatrixFree) {
     found = without_matrix(problem, x, gradient, forcing, report, direction);
@@ -110,6 +110,14 @@ bool NewtonDirection::find(const MinimizationProblem& problem, const Vector& x,
     found = with_factor(problem, x, gradient, forcing, report, direction);
   }
   return found && direction.allFinite();
+}
+
+// Whether directions in double precision are cheaper by conjugate gradients than by a factor.
+bool NewtonDirection::prefers_double_cg() const {
+  constexpr double kIterations = 1000.0;  // of conjugate gradients, more than a direction needs
+  if (current_ != LinearSolver::kMatrixFree) return false;
+  const Prices p = rough_prices();
+  return p.factorization > kIterations * p.product;
 }
 
 bool NewtonDirection::refine() {

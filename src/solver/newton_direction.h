@@ -78,6 +78,7 @@ class NewtonDirection {
   MatrixFreeCg<float>& single_precision_cg();
   MatrixFreeCg<double>& double_precision_cg();
   Prices rough_prices() const;
+  bool prefers_double_cg() const;
 
   const MechanicalSystem& system_;
   NewtonOptions options_;

@@ -10,10 +10,10 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <numeric>
 
 #include "core/decompositions.h"
 #include "core/pseudo_random.h"
+#include "fem/connected_parts.h"
 #include "sparse_cholesky.h"
 #include "tetraction/core/error.h"
 
@@ -67,33 +67,6 @@ Matrix along_axes(const Matrix& basis) {
   return aligned;
 }
 
-// The part of the mesh that each vertex belongs to, numbered from 0, and the number of parts.
-std::pair<std::vector<Index>, Index> connected_parts(const TetMesh& mesh) {
-  std::vector<Index> parent(static_cast<std::size_t>(mesh.vertex_count()));
-  std::iota(parent.begin(), parent.end(), Index{0});
-  const auto root = [&](Index v) {
-    while (parent[static_cast<std::size_t>(v)] != v) {
-      Index& up = parent[static_cast<std::size_t>(v)];
-      up = parent[static_cast<std::size_t>(up)];
-      v = up;
-    }
-    return v;
-  };
-  for (const auto t : mesh.tetrahedra) {
-    const Index first = root(t[0]);
-    for (int a = 1; a < 4; ++a) parent[static_cast<std::size_t>(root(t[a]))] = first;
-  }
-  std::vector<Index> part(parent.size());
-  std::vector<Index> number(parent.size(), -1);
-  Index count = 0;
-  for (Index v = 0; v < mesh.vertex_count(); ++v) {
-    Index& of_root = number[static_cast<std::size_t>(root(v))];
-    if (of_root < 0) of_root = count++;
-    part[static_cast<std::size_t>(v)] = of_root;
-  }
-  return {std::move(part), count};
-}
-
 // The rigid motions of every part: three translations and three rotations about its centre of mass.
 struct RigidMotions {
   Matrix fields;     // 3n × 6 parts, orthonormal with respect to the mass
@@ -101,38 +74,35 @@ struct RigidMotions {
 };
 
 RigidMotions rigid_motions(const MechanicalSystem& system, const Vector& q,
-                           const std::vector<Index>& part, Index parts) {
+                           const std::vector<std::vector<Index>>& parts) {
   const Vector& mass = system.mass();
-  RigidMotions motions{Matrix::Zero(q.size(), 6 * parts), Matrix::Zero(3, 6 * parts)};
-  for (Index k = 0; k < parts; ++k) {
+  const auto count = static_cast<Index>(parts.size());
+  RigidMotions motions{Matrix::Zero(q.size(), 6 * count), Matrix::Zero(3, 6 * count)};
+  for (Index k = 0; k < count; ++k) {
+    const std::vector<Index>& vertices = parts[static_cast<std::size_t>(k)];
     double total = 0.0;
     Vector3 center = Vector3::Zero();
-    const auto for_each_vertex = [&](const auto& visit) {
-      for (Index v = 0; v < system.vertex_count(); ++v) {
-        if (part[static_cast<std::size_t>(v)] == k) visit(v);
-      }
-    };
-    for_each_vertex([&](Index v) {
+    for (const Index v : vertices) {
       total += mass[v];
       center += mass[v] * vertex_block(q, v);
-    });
+    }
     center /= total;
     Matrix3 inertia = Matrix3::Zero();
-    for_each_vertex([&](Index v) {
+    for (const Index v : vertices) {
       const Vector3 arm = vertex_block(q, v) - center;
       inertia += mass[v] * (arm.squaredNorm() * Matrix3::Identity() - arm * arm.transpose());
-    });
+    }
     // Fields of the angular velocities U⁻¹ with inertia = UᵀU are orthonormal.
     const Matrix3 upper = inertia.llt().matrixU();
     const Matrix3 rates = upper.triangularView<Eigen::Upper>().solve(Matrix3::Identity());
     motions.rotations.middleCols<3>(6 * k + 3) = rates;
-    for_each_vertex([&](Index v) {
+    for (const Index v : vertices) {
       const Vector3 arm = vertex_block(q, v) - center;
       for (int i = 0; i < 3; ++i) {
         motions.fields(3 * v + i, 6 * k + i) = 1.0 / std::sqrt(total);
         motions.fields.block<3, 1>(3 * v, 6 * k + 3 + i) = rates.col(i).cross(arm);
       }
-    });
+    }
   }
   return motions;
 }
@@ -140,13 +110,14 @@ RigidMotions rigid_motions(const MechanicalSystem& system, const Vector& q,
 // The matrix S = m^(−½) TᵀKT m^(−½) with m = TᵀMT, without the curvature of the equations.
 class ScaledStiffness {
  public:
-  ScaledStiffness(const MechanicalSystem& system, const Vector& q, double time)
+  ScaledStiffness(const MechanicalSystem& system, const Vector& q, double time, bool with_loads)
       : coordinates_(system.coordinates()),
         inverse_root_mass_(coordinates_.reduced_mass(system.mass()).cwiseSqrt().cwiseInverse()) {
     const ForcePoint at = system.force_point(q, time);
     terms_.reset(system.vertex_count());
     for (const ForceTerm* term : system.force_terms()) {
       if (!term->has_potential() || term->uniform_acceleration()) continue;
+      if (term->account() == EnergyAccount::kExternalWork && !with_loads) continue;
       term->add_hessian(at, HessianForm::kExact, terms_);
     }
     std::vector<std::pair<Index, Index>> pairs;
@@ -402,15 +373,15 @@ std::vector<Eigenpair> largest_pairs(InverseOperation& operation, Index count, I
 Matrix free_rigid_motions(const MechanicalSystem& system, const Vector& q,
                           const ScaledStiffness& stiffness, const LinearisedEquations& equations) {
   constexpr double kAllowed = 1e-11;
-  constexpr Index kMostParts = 32;
-  const auto [part, parts] = connected_parts(system.mesh());
-  if (parts > kMostParts) {
+  constexpr std::size_t kMostParts = 32;
+  const std::vector<std::vector<Index>> parts = connected_parts(system.rest());
+  if (parts.size() > kMostParts) {
     throw InputError(fmt::format(
         "The mesh consists of {} parts that do not touch each other; modes are computed for up to "
         "{} of them. Take them one at a time.",
-        parts, kMostParts));
+        parts.size(), kMostParts));
   }
-  const RigidMotions motions = rigid_motions(system, q, part, parts);
+  const RigidMotions motions = rigid_motions(system, q, parts);
   // What the constraints keep from moving, weighted by the mass.
   Matrix z(stiffness.size(), motions.fields.cols());
   Matrix missing(motions.fields.rows() + equations.count(), motions.fields.cols());
@@ -432,11 +403,13 @@ Matrix free_rigid_motions(const MechanicalSystem& system, const Vector& q,
   for (Index j = 0; j < allowed.cols(); ++j) {
     const Vector field = motions.fields * allowed.col(j);
     Vector product = stiffness.terms_product(field);
-    for (Index v = 0; v < system.vertex_count(); ++v) {
-      const Index k = part[static_cast<std::size_t>(v)];
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+      const Index first = 6 * static_cast<Index>(k);
       const Vector3 rotation =
-          motions.rotations.middleCols<6>(6 * k) * allowed.col(j).segment<6>(6 * k);
-      vertex_block(product, v) += rotation.cross(Vector3(vertex_block(std::as_const(force), v)));
+          motions.rotations.middleCols<6>(first) * allowed.col(j).segment<6>(first);
+      for (const Index v : parts[k]) {
+        vertex_block(product, v) += rotation.cross(Vector3(vertex_block(std::as_const(force), v)));
+      }
     }
     Vector scaled = stiffness.scaled(product);
     if (equations.count() > 0) {
@@ -526,6 +499,26 @@ double NormalMode::frequency() const {
   return std::sqrt(std::abs(omega_squared)) / (2.0 * std::numbers::pi);
 }
 
+Vector balancing_multipliers(const MechanicalSystem& system, const Vector& q, const Vector& load,
+                             double time) {
+  const Constraints& constraints = system.constraints();
+  if (!constraints.has_equations()) return {};
+  double energy = 0.0;
+  Vector force;
+  if (!system.elastic().value_and_gradient(q, energy, force).ok()) {
+    throw InputError("The multipliers cannot be computed: the elastic energy is not defined.");
+  }
+  for (const ForceTerm* term : system.force_terms()) {
+    if (!term->has_potential() || term->account() == EnergyAccount::kExternalWork) continue;
+    term->add_gradient(system.force_point(q, time), force);
+  }
+  force -= load;
+  const Matrix gradients =
+      constraints.selector() * constraints.gradients(constraints.configuration(q));
+  return -Eigen::CompleteOrthogonalDecomposition<Matrix>(gradients).solve(
+      system.coordinates().restrict(force));
+}
+
 NormalModes normal_modes(const MechanicalSystem& system, const Vector& q,
                          const NormalModeOptions& options) {
   if (options.count < 1) throw InputError("The number of modes must be 1 or more.");
@@ -538,7 +531,7 @@ NormalModes normal_modes(const MechanicalSystem& system, const Vector& q,
         "The modes cannot be computed: the potential of the force term \"{}\" is not defined.",
         term->name()));
   }
-  const ScaledStiffness stiffness(system, q, options.time);
+  const ScaledStiffness stiffness(system, q, options.time, options.with_loads);
   const LinearisedEquations equations(system, stiffness, q, options.multipliers);
   const Matrix rigid = free_rigid_motions(system, q, stiffness, equations);
 

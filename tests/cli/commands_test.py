@@ -66,6 +66,7 @@ class Streams(CliTest):
             "mesh convert box.msh out.vtu", "mesh generate cube out.vtu",
             "study beam.toml --out s --integrators midpoint --steps 0.05 --no-plots",
             "study beam.toml --out s --integrators midpoint --steps 0.05 --no-plots --json",
+            "modes beam.toml -n 2 --out m", "modes beam.toml -n 2 --out m --json",
         ]  # fmt: skip
         for command in commands:
             for stream in (">/dev/full", ">&-"):

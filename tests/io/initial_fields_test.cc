@@ -138,11 +138,12 @@ TEST_F(InitialFields, BrokenFilesAreRefusedWithTheLine) {
   expect("0.5,1,2,3\n", ":1: the mesh has no vertex 0.5.");
   expect("1,2,3\n1,2,3\n",
          ":2: the file has 2 lines of three numbers, and the mesh has 4 vertices.");
-  expect("1,2,3\n1,2\n", ":2: the line has 2 entries");
+  expect("1,2,3\n1,2\n", ":2: the line has 2 columns");
   expect("1,2,3\n1,2,x\n", ":2: \"x\" is not a finite number.");
   expect("1,2,3\n1,2,nan\n", ":2: \"nan\" is not a finite number.");
   expect("1,2,3\n1,2,1e999\n", ":2: \"1e999\" is not a finite number.");
-  expect("1;2;3\n", ": the file has no line of numbers.");
+  expect("1;2;3\n", ":1: the file has 1 lines of three");
+  expect("x;y;z\n", ": the file has no line of numbers.");
   expect("1,2\n", ":1: the columns must be");
   expect("vertex,z,y,x\n0,1,2,3\n", ":1: the columns must be");
   expect("", ": the file has no line of numbers.");

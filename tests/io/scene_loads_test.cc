@@ -180,10 +180,16 @@ TEST_F(SceneLoads, WrongOnesAreRefusedWithTheirPlace) {
   expect_refusal("[[force]]\n" + face + "amplitude = \"hut\"\nvector = [1,0,0]\n" +
                      "[[amplitude]]\nname = \"hat\"\npoints = [[0, 1]]\n",
                  "scene.toml:12:1: force.0: amplitude = \"hut\" is not defined: did you mean hat?");
-  expect_refusal("[[force]]\n" + face, "needs vector or total");
+  expect_refusal("[[force]]\n" + face, "force.0.vector is missing");
   expect_refusal("[[force]]\n" + face + "vector = [1, 0, 0]\ntotal = [1, 0, 0]\n",
                  "one key too many");
-  expect_refusal("[[body_force]]\nselect = { all = true }\n", "needs vector or acceleration");
+  expect_refusal("[[force]]\n" + face + "vector = [1, 0, 0]\nshare = \"surface\"\n",
+                 "force.0.share has no effect");
+  expect_refusal("[environment]\nkind = \"none\"\namplitude = \"a\"\n",
+                 "environment.amplitude has no effect");
+  expect_refusal("[[constraint]]\nkind = \"rigid\"\namplitude = \"a\"\n" + face,
+                 "constraint.0.amplitude needs `velocity` or `angular_velocity`");
+  expect_refusal("[[body_force]]\nselect = { all = true }\n", "body_force.0.vector is missing");
   expect_refusal("[[traction]]\n" + face, "traction.0.vector is missing");
   expect_refusal("[[pressure]]\n" + face + "vector = [1, 0, 0]\n", "vector");
   expect_refusal("[[pressure]]\nselect = { nearest = [0, 0, 0] }\nvalue = 1.0\n",

@@ -292,7 +292,7 @@ TEST_F(SceneReader, RefusesNamedSelectionsThatMakeNoSense) {
   };
   const std::string clamp = "[selection.clamp]\nsurface = true\n[selection.tip]\nall = true\n";
   const std::string unknown = refused("\"clmp\"", clamp);
-  EXPECT_NE(unknown.find("9:1: fix.0.select = \"clmp\""), std::string::npos) << unknown;
+  EXPECT_NE(unknown.find("8:1: fix.0.select = \"clmp\""), std::string::npos) << unknown;
   EXPECT_NE(unknown.find("did you mean clamp? the scene has clamp or tip."), std::string::npos)
       << unknown;
   const std::string inner = refused("{ not = { all_of = [\"clamp\", \"tipp\"] } }", clamp);
@@ -523,7 +523,9 @@ TEST_F(SceneReader, WrongTypesAreNamed) {
   expect_refused_lines("[[fix]]\nselect = { vertices = [1, 2.5] }\n",
                        "scene.toml:8:12: fix.0.select.vertices", {"whole numbers"});
   expect_refused_lines("[[fix]]\nselect = \"all\"\n", "scene.toml:8:1: fix.0.select",
-                       {"must be a table", "not a string"});
+                       {"no named selections", "give a selection"});
+  expect_refused_lines("[[fix]]\nselect = 3\n", "scene.toml:8:1: fix.0.select",
+                       {"must be a selection", "not a"});
   expect_refused_lines("[[fix]]\nselect = { all = 1 }\n", "scene.toml:8:12: fix.0.select.all",
                        {"true or false"});
   expect_refused_lines("[fix]\n", "scene.toml:7:2: fix", {"[[fix]]", "brackets twice"});
@@ -1204,8 +1206,8 @@ TEST_F(SceneReader, ConstraintsTakeTheKeysOfTheirKindOnly) {
           "select, point or direction");
   refused("line", all + "direction = [1, 0, 0]\n", "vertices", "[1, 2]",
           "select, point or direction");
-  refused("rigid", all, "point", "[1, 0, 0]", "select, velocity or angular_velocity");
-  refused("rigid", all, "length", "1", "select, velocity or angular_velocity");
+  refused("rigid", all, "point", "[1, 0, 0]", "select, velocity, angular_velocity or amplitude");
+  refused("rigid", all, "length", "1", "select, velocity, angular_velocity or amplitude");
 }
 
 TEST_F(SceneReader, MaterialRegionsAreRead) {

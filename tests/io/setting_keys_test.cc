@@ -48,7 +48,35 @@ TETRACTION_PLACE(MomentumSettings, initial.momentum.at(0), "initial.momentum.0")
 TETRACTION_PLACE(Selection, force.at(0).select, "force.0.select");
 TETRACTION_PLACE(OutputSettings, output, "output");
 TETRACTION_PLACE(ProbeSettings, probe.at(0), "probe.0");
+TETRACTION_PLACE(AmplitudeSettings, amplitude.at(0), "amplitude.0");
 #undef TETRACTION_PLACE
+
+// A kind of load that has settings of its own.
+template <class Load>
+struct LoadPlace {
+  static void put(Scene& scene, const Load& load) { scene.list(load.kind) = {load}; }
+  static Load get(const Scene& scene) {
+    Load load;
+    static_cast<ForceSettings&>(load) = scene.list(load.kind).at(0);
+    return load;
+  }
+};
+template <>
+struct Place<MomentSettings> : LoadPlace<MomentSettings> {
+  static constexpr const char* kPath = "moment.0";
+};
+template <>
+struct Place<TractionSettings> : LoadPlace<TractionSettings> {
+  static constexpr const char* kPath = "traction.0";
+};
+template <>
+struct Place<PressureSettings> : LoadPlace<PressureSettings> {
+  static constexpr const char* kPath = "pressure.0";
+};
+template <>
+struct Place<BodyForceSettings> : LoadPlace<BodyForceSettings> {
+  static constexpr const char* kPath = "body_force.0";
+};
 
 template <>
 struct Place<GeneratorSettings> {
@@ -155,14 +183,31 @@ std::vector<FixSettings> bases() {
   FixSettings fix;
   fix.select = SelectVertices{{4, 9}};
   fix.penalty = 2.0;
-  return {fix};
+  FixSettings moving = fix;
+  moving.offset = Vector3(1.0, 0.0, 0.0);
+  return {fix, moving};
+}
+template <>
+std::vector<ForceSettings> bases() {
+  ForceSettings shared;
+  shared.total = Vector3(1.0, 0.0, 0.0);
+  return {ForceSettings{}, shared};
+}
+template <>
+std::vector<AmplitudeSettings> bases() {
+  AmplitudeSettings amplitude;
+  amplitude.name = "hat";
+  amplitude.points = {{0.0, 1.0}};
+  return {amplitude};
 }
 template <>
 std::vector<ConstraintSettings> bases() {
-  std::vector<ConstraintSettings> all(4);
+  std::vector<ConstraintSettings> all(4);  // and a driven one
   all[1].kind = ConstraintKind::kPlane;
   all[2].kind = ConstraintKind::kLine;
   all[3].kind = ConstraintKind::kRigid;
+  all.push_back(all[3]);
+  all[4].velocity = Vector3(1.0, 0.0, 0.0);
   return all;
 }
 template <>
@@ -195,6 +240,26 @@ std::vector<SelectSphere> bases() {
 template <class S>
 bool can_change(const S& settings, const Key<S>& key) {
   return !section_of<S>().refuses_unused || key.is_used(settings);
+}
+// An amplitude is the factor of an offset, beside which there is no target.
+template <>
+bool can_change(const FixSettings& fix, const Key<FixSettings>& key) {
+  const std::string name = key.info.name;
+  if (name == "amplitude") return fix.offset.has_value();
+  return !fix.offset || (name != "target" && name != "targets");
+}
+// An amplitude is the factor of the velocities of a driven handle.
+template <>
+bool can_change(const ConstraintSettings& constraint, const Key<ConstraintSettings>& key) {
+  if (std::string(key.info.name) == "amplitude") return constraint.is_driven();
+  return key.is_used(constraint);
+}
+// A total is shared out; a vector is not, and the two exclude each other.
+template <>
+bool can_change(const ForceSettings& force, const Key<ForceSettings>& key) {
+  const std::string name = key.info.name;
+  if (name == "share") return force.total.has_value();
+  return name != "vector" || !force.total;
 }
 // The parameters of a material must be those of its model.
 template <>
@@ -232,6 +297,7 @@ struct Change {
   void operator()(std::vector<std::string> S::*member) const {
     settings.*member = {"pressure", "displacement"};
   }
+  void operator()(bool S::*member) const { settings.*member = !(settings.*member); }
   void operator()(const Choice<S>& choice) const {
     const bool is_first = choice.get(settings) == choice.names.front();
     choice.set(settings, is_first ? choice.names[1] : choice.names.front());
@@ -322,6 +388,7 @@ class SettingKeys : public testing::Test {
     scene.initial.momentum.resize(1);
     scene.probe.resize(1);
     scene.probe[0].name = "tip";
+    scene.amplitude = bases<AmplitudeSettings>();
     Place<S>::put(scene, settings);
     return scene;
   }

@@ -7,9 +7,9 @@
 #include <tuple>
 #include <vector>
 
-#include "tetraction/io/mesh_reader.h"
+#include "tetraction/io/initial_fields.h"
 #include "tetraction/io/scene_reader.h"
-#include "tetraction/mesh/generate.h"
+#include "tetraction/simulation/equilibrium.h"
 #include "tetraction/simulation/scene_objects.h"
 
 namespace tetraction {
@@ -30,8 +30,7 @@ std::vector<std::string> shipped_scenes() {
 TEST_P(ShippedScene, TheSameStepsAsCeres) {
   const auto& [name, integrator] = GetParam();
   Scene scene = read_scene(std::string(TETRACTION_SCENES) + "/" + name + ".toml");
-  const TetMesh mesh = scene.mesh.generate ? generate_mesh(*scene.mesh.generate)
-                                           : read_mesh(scene.mesh.file, scene.mesh.scale);
+  const TetMesh mesh = read_scene_mesh(scene);
   const auto system = make_system(scene, mesh);
   const State start = make_initial_state(scene, *system);
   const double h = scene.time.automatic ? 0.01 : scene.time.step;
@@ -75,6 +74,27 @@ INSTANTIATE_TEST_SUITE_P(All, ShippedScene,
                                   (std::get<1>(test.param) == Integrator::kMidpoint ? "_midpoint"
                                                                                     : "_euler");
                          });
+
+// Lamé: u(r) = p a³/(E (b³ − a³)) ((1 − 2ν) r + (1 + ν) b³/(2 r²)).
+TEST(ShippedScenes, TheThickSphereMeetsLame) {
+  const Scene scene = read_scene(std::string(TETRACTION_SCENES) + "/thick_sphere.toml");
+  const auto system = make_system(scene, read_scene_mesh(scene));
+  make_initial_state(scene, *system);
+  const Equilibrium equilibrium = find_equilibrium(*system, scene.solver);
+  ASSERT_TRUE(equilibrium.found) << equilibrium.message;
+  const TetMesh& mesh = system->mesh();
+  for (const auto& [radius, exact] : {std::pair{1.0, 8e-4}, {2.0, 3e-4}}) {
+    double sum = 0.0;
+    int count = 0;
+    for (Index v = 0; v < mesh.vertex_count(); ++v) {
+      const Vector3 x = mesh.vertices[static_cast<std::size_t>(v)];
+      if (std::abs(x.norm() - radius) > 1e-6) continue;
+      sum += (vertex_block(equilibrium.position, v) - x).dot(x.normalized());
+      ++count;
+    }
+    EXPECT_NEAR(sum / count, exact, 0.01 * exact);
+  }
+}
 
 }  // namespace
 }  // namespace tetraction

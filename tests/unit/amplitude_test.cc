@@ -102,6 +102,13 @@ TEST(LoadHistory, HasTheMeanOfItsFactorOverAnInterval) {
   EXPECT_DOUBLE_EQ(history.mean({0.5, 1.5}), 0.5);
   EXPECT_DOUBLE_EQ(history.mean({0.0, 4.0}), 0.25);
   EXPECT_EQ(history.mean({1.2, 1.2}), 1.0);
+  // Windows far shorter than the step keep all digits.
+  EXPECT_DOUBLE_EQ((LoadHistory{9999.0, 9999.0 + 1e-6, nullptr}.mean({9998.5, 9999.2})),
+                   ((9999.0 + 1e-6) - 9999.0) / (9999.2 - 9998.5));
+  EXPECT_DOUBLE_EQ((LoadHistory{0.0, 1e-30, nullptr}.mean({0.0, 1e-3})), 1e-27);
+  // The end of a step that is meant to be 0.7, and the next step.
+  EXPECT_EQ((LoadHistory{0.3, 0.7, nullptr}.mean({0.6, 7 * 0.1})), 1.0);
+  EXPECT_EQ((LoadHistory{0.3, 0.7, nullptr}.mean({0.1 * 7, 0.8})), 0.0);
   history.amplitude = std::make_shared<const Amplitude>(hat());
   EXPECT_DOUBLE_EQ(history.mean({0.0, 4.0}), 1.5 / 4.0);
   EXPECT_DOUBLE_EQ(history.mean({1.5, 3.0}), 0.5 * 1.75 / 1.5);

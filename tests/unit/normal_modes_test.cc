@@ -12,6 +12,7 @@
 #include "support/bodies.h"
 #include "tetraction/core/error.h"
 #include "tetraction/mesh/generate.h"
+#include "tetraction/simulation/equilibrium.h"
 
 namespace tetraction {
 namespace {
@@ -347,6 +348,46 @@ TEST(NormalModes, FromNanometresToKilometres) {
     const std::vector<double> other = frequencies(scale);
     for (std::size_t i = 0; i < metre.size(); ++i) EXPECT_NEAR(other[i], metre[i], 1e-9 * metre[i]);
   }
+}
+
+// A clamped block that a rod stiffens, under a large weight and a force: the multipliers balance what
+// the elements and the loads leave, and the modes about this equilibrium are those of the dense
+// problem with the geometric stiffness of the rod.
+TEST(NormalModes, AboutAnEquilibriumWithADistance) {
+  const TetMesh mesh = generate_box({2, 0.5, 0.5}, {6, 2, 2});
+  const auto system = make_body(mesh);
+  const Index a = select_vertices(mesh, SelectNearest{{2.0, 0.5, 0.0}}).front();
+  const Index b = select_vertices(mesh, SelectNearest{{1.0, 0.5, 0.5}}).front();
+  const Vector rest = mesh.rest_positions();
+  const double length = (rest.segment<3>(3 * a) - rest.segment<3>(3 * b)).norm();
+  system->set_constraints(Constraints(
+      {{hold_where(mesh, SelectPlane{0, 0.0, {}})}, {}, {FixedDistance{a, b, length, "rod"}}, {}},
+      mesh, system->mass()));
+  system->set_environment(Environment::uniform({0.0, -5.0, 0.0}));
+  ExternalForce pull;
+  pull.vertices = {a};
+  pull.vector = {0.0, 0.0, 200.0};
+  system->add_force(pull);
+  const Equilibrium equilibrium = find_equilibrium(*system);
+  ASSERT_TRUE(equilibrium.found) << equilibrium.message;
+  const Vector& q = equilibrium.position;
+  const Vector multipliers = balancing_multipliers(*system, q, equilibrium.load);
+  ASSERT_EQ(multipliers.size(), 1);
+  EXPECT_GT(std::abs(multipliers[0]), 1.0);
+
+  double energy = 0.0;
+  Vector force;
+  ASSERT_TRUE(system->elastic().value_and_gradient(q, energy, force).ok());
+  for (const ForceTerm* term : system->force_terms()) {
+    if (term->has_potential()) term->add_gradient(system->force_point(q, 0.0), force);
+  }
+  const Constraints& constraints = system->constraints();
+  const Vector rod =
+      constraints.selector() * (constraints.gradients(constraints.configuration(q)) * multipliers);
+  const Vector others = system->coordinates().restrict(force - equilibrium.load);
+  EXPECT_LT((others + rod).norm(), 1e-7 * rod.norm());
+
+  expect_dense_modes(*system, q, 10, multipliers);
 }
 
 TEST(NormalModes, RefusesWhatHasNoModes) {

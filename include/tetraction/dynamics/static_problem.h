@@ -27,7 +27,9 @@ class StaticProblem : public PotentialProblem {
 
   /// Sets up the equilibrium under the load factor φ = `factor`, 0 ≤ φ ≤ 1, near positions q (3 per
   /// vertex, m). The origin is at base(). Loads that depend on positions are those at q.
-  void begin(const Vector& q, double factor);
+  void begin(const Vector& q, double factor) { begin(q, factor, load(q)); }
+  /// The same with these loads (3 per vertex, N).
+  void begin(const Vector& q, double factor, const Vector& load);
 
   /// The loads f at positions x, 3 per vertex, N.
   Vector load(const Vector& x) const;

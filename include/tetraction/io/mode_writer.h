@@ -21,9 +21,10 @@ void write_modes(const MechanicalSystem& system, const Vector& q, const NormalMo
 void remove_modes(const std::string& directory);
 
 /// What summary.json says of the modes: version, mesh, mass, the modes, the scene. `echo` is that of
-/// the scene (Scene::echo).
+/// the scene (Scene::echo), in which the output directory is replaced by the one that was used.
 std::string modes_summary_json(const MechanicalSystem& system, const NormalModes& modes,
-                               const std::string& echo, double seconds);
+                               const std::string& echo, const std::string& directory,
+                               double seconds);
 
 /// The share of a mode in the moved mass along x, y and z, from 0 to 1. 0 where no mass can move.
 Vector3 mass_fractions(const NormalMode& mode, const NormalModes& modes);

@@ -33,7 +33,8 @@ struct Equilibrium {
   bool found = false;  ///< whether `position` is an equilibrium under the full loads
   Vector position;     ///< 3 per vertex, m
   LoadPath path;
-  Vector load;               ///< the loads at the load factor that was reached, 3 per vertex, N
+  /// The forces of the user at the load factor that was reached, 3 per vertex, N.
+  Vector load;
   Vector reaction;           ///< the forces of constraints and penalty springs, 3 per vertex, N
   Index iterations = 0;      ///< linear systems solved
   Index factorizations = 0;  ///< of matrices
@@ -46,15 +47,19 @@ struct Equilibrium {
 /// minimising its potential (StaticProblem) to round-off, beginning at rest.
 ///
 /// It first tries the full loads at once. If the minimiser fails, an element would be inverted, or
-/// the stiffness is not positive definite on the way, the increment of the load factor is halved, and
+/// the stiffness is not positive definite on the way, or the body moves several times as fast with the
+/// load factor as in the step before, the increment of the load factor is halved, and
 /// doubled again after an increment that needed no halving. If no increment above a thousandth is
 /// possible, there is a limit point. If the minimiser finds another equilibrium beyond it, the path
 /// goes on there, and the message says so. Dissipation has no effect.
 ///
+/// One large increment may pass a limit point without a trace, if the minimiser goes straight to another
+/// equilibrium. Increments of `largest_increment` at most, above 0 and at most 1, make that unlikely.
+///
 /// The constraints must be set. They and all else of the system stay as they are. Throws InputError for
 /// wrong settings, and if a rigid motion is free (free_motions()).
 Equilibrium find_equilibrium(const MechanicalSystem& system, const SolverSettings& solver = {},
-                             double time = 0.0);
+                             double time = 0.0, double largest_increment = 1.0);
 
 /// A rigid motion that neither linear constraints nor potentials restrain, in words: "move along x",
 /// "rotate about the line through (0, 0.5, 0.5) along x". Parts of the body that do not hang together

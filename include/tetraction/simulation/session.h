@@ -75,8 +75,11 @@ class Session {
   /// An equilibrium begins with the body at rest without loads. Its steps are load steps, and its
   /// time is the load factor, which ends at 1. Loads, potentials and targets are those at t = 0. It
   /// has neither events, edits nor checkpoints. InputError is also thrown if a rigid motion of the
-  /// body is free.
-  Session(Scene scene, TetMesh mesh, Analysis analysis = Analysis::kMotion);
+  /// body is free. `largest_increment` of the load factor, above 0 and at most 1, is for equilibria
+  /// only: small increments trace how the body gives way, and find limit points that one large
+  /// increment may pass.
+  Session(Scene scene, TetMesh mesh, Analysis analysis = Analysis::kMotion,
+          double largest_increment = 1.0);
   ~Session();
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;

@@ -44,17 +44,27 @@ struct NormalModes {
 struct NormalModeOptions {
   Index count = 10;   ///< number of modes, 1 or more
   double time = 0.0;  ///< s, at which the potentials of force terms are taken
+  /// Whether potentials of loads (EnergyAccount::kExternalWork, such as pressures) are parts of K, as
+  /// they must be at an equilibrium under these loads.
+  bool with_loads = false;
   /// The multipliers λ of the equations of constraints that balance the forces at an equilibrium
-  /// (Constraints::equation_count() numbers), J. Empty for a body without stress: all are zero.
+  /// (balancing_multipliers()), J. Empty for a body without stress: all are zero.
   Vector multipliers = Vector();
 };
+
+/// The multipliers λ with Tᵀ(∇W + ∇U − f + Σ λᵢ ∂gᵢ/∂q) = 0 at an equilibrium q, in the sense of least
+/// squares. `load` is f, 3 per vertex, N: the loads, and the forces of potentials that count as
+/// external work (Equilibrium::load). U are the other potentials. Empty if no constraint has
+/// equations. Throws InputError if W is not defined at q.
+Vector balancing_multipliers(const MechanicalSystem& system, const Vector& q, const Vector& load,
+                             double time = 0.0);
 
 /// The modes of the lowest ω² of small motions about the positions q.
 ///
 /// The generalised eigenproblem TᵀK(q)T y = ω² TᵀMT y over the free coordinates y is solved by
 /// Lanczos iterations (Spectra) with the inverse of K − σM, which CHOLMOD factorises (B. N. Parlett,
 /// The Symmetric Eigenvalue Problem, 13). K is the Hessian of the elastic energy and of the
-/// potentials of all force terms at `time`. Distances and free rigid handles are linearised: modes
+/// potentials of force terms at `time`. Distances and free rigid handles are linearised: modes
 /// satisfy (∂g/∂q) δq = 0, and K has the curvature Σ λᵢ ∂²gᵢ/∂q² of the equations. Loads without a
 /// potential are dead: they do not enter K. Damping is ignored.
 ///

@@ -197,7 +197,8 @@ void write_modes(const MechanicalSystem& system, const Vector& q, const NormalMo
 }
 
 std::string modes_summary_json(const MechanicalSystem& system, const NormalModes& modes,
-                               const std::string& echo, double seconds) {
+                               const std::string& echo, const std::string& directory,
+                               double seconds) {
   const TetMesh& mesh = system.mesh();
   nlohmann::ordered_json json;
   json["version"] = version();
@@ -221,7 +222,10 @@ std::string modes_summary_json(const MechanicalSystem& system, const NormalModes
                              {"effective_mass", {part.x(), part.y(), part.z()}}});
   }
   json["seconds"] = seconds;
-  if (!echo.empty()) json["scene"] = nlohmann::ordered_json::parse(echo);
+  if (!echo.empty()) {
+    json["scene"] = nlohmann::ordered_json::parse(echo);
+    json["scene"]["output"]["directory"] = directory;
+  }
   return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 

@@ -13,6 +13,7 @@ namespace {
 
 // Largest difference of the shear moduli of a body with `ratio`, relative.
 constexpr double kSameModulus = 0.01;
+constexpr NumberRange kRatioRange{.least = 0.0, .most = 100.0};
 
 DampingRatio read_ratio(const TomlTable& damping) {
   constexpr const char* kExample = "for instance ratio = { at = [50, 400], value = [0.01, 0.02] }.";
@@ -21,7 +22,7 @@ DampingRatio read_ratio(const TomlTable& damping) {
   table.require("value", fmt::format("give the two damping ratios, {}", kExample));
   DampingRatio ratio;
   table.read("at", ratio.frequency, kModeratePositive);
-  table.read("value", ratio.value, kDampingRange);
+  table.read("value", ratio.value, kRatioRange);
   return ratio;
 }
 

@@ -29,19 +29,20 @@ ShiftSettings read_shift(const TomlTable& table) {
 
 namespace {
 
-// Exactly one of two keys must be there.
-void require_one(const TomlTable& table, const char* first, const char* second) {
-  if (table.has(first) || table.has(second)) return;
-  table.refuse_table(fmt::format("needs {} or {}.", first, second));
-}
-
 template <class Settings>
 ForceSettings read_kind(const TomlTable& table) {
   Settings load;
   load.where = table.where();
   load.select = read_selection(table);
-  if (load.kind == LoadKind::kForce) require_one(table, "vector", "total");
-  if (load.kind == LoadKind::kBodyForce) require_one(table, "vector", "acceleration");
+  if (load.kind == LoadKind::kForce && !table.has("total")) {
+    table.require(
+        "vector",
+        "the force on each selected vertex, [fx, fy, fz] in N; or give total, their sum.");
+  }
+  if (load.kind == LoadKind::kBodyForce && !table.has("acceleration")) {
+    table.require("vector",
+                  "the force for each volume, [fx, fy, fz] in N/m³; or give acceleration.");
+  }
   read_keys(table, load);
   return load;
 }

@@ -20,7 +20,8 @@ namespace {
 [[noreturn]] void refuse(const std::string& text, int position, const std::string& what) {
   throw InputError(position < 0
                        ? fmt::format("\"{}\": {}", text, what)
-                       : fmt::format("\"{}\", character {}: {}", text, position + 1, what));
+                       : fmt::format("\"{}\", character {}: {}", text,
+                                     std::min(position, static_cast<int>(text.size())) + 1, what));
 }
 
 std::string text_of(const mu::Parser::exception_type& error) {

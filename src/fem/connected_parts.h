@@ -1,0 +1,16 @@
+// The parts of a body that hang together.
+#pragma once
+
+#include <vector>
+
+#include "tetraction/fem/free_coordinates.h"
+#include "tetraction/fem/rest_state.h"
+
+namespace tetraction {
+
+/// The vertices of each part that hangs together through elements, ascending, and through `sets`: all
+/// vertices of a set belong to the same part.
+std::vector<std::vector<Index>> connected_parts(const RestState& rest,
+                                                const std::vector<AffineSet>& sets = {});
+
+}  // namespace tetraction

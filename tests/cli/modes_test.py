@@ -1,0 +1,247 @@
+"""What `tetraction modes` and `check --spectrum` print and write, and [damping] ratio.
+
+Usage: modes_test.py PROGRAM DATA_FOLDER [TestCase...]
+"""
+
+import csv
+import json
+import math
+import os
+import re
+import sys
+import unittest
+import xml.etree.ElementTree as ElementTree
+
+from cli_test import BEAM, CliTest
+
+PROGRAM, DATA = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
+COLUMNS = ["mode", "frequency", "omega_squared", "effective_mass_x", "effective_mass_y",
+           "effective_mass_z", "modal_mass", "kind"]  # fmt: skip
+
+
+def read_grid(path):
+    from vtk.util.numpy_support import vtk_to_numpy
+    from vtk import vtkXMLUnstructuredGridReader
+
+    reader = vtkXMLUnstructuredGridReader()
+    reader.SetFileName(path)
+    reader.Update()
+    grid = reader.GetOutput()
+    data = grid.GetPointData()
+    arrays = {data.GetArrayName(i): vtk_to_numpy(data.GetArray(i))
+              for i in range(data.GetNumberOfArrays())}  # fmt: skip
+    return grid, arrays
+
+
+class Modes(CliTest):
+    def rows(self, folder="m"):
+        with open(self.path(folder, "modes.csv"), newline="") as file:
+            reader = csv.DictReader(file)
+            self.assertEqual(reader.fieldnames, COLUMNS)
+            return list(reader)
+
+    def test_table_and_files(self):
+        scene = self.write("beam.toml", BEAM)
+        result = self.run_program("modes", scene, "-n", "4", "--out", "m")
+        self.assertIn("frequency [Hz]", result.stdout)
+        self.assertEqual(result.stdout.count("elastic"), 4)
+        rows = self.rows()
+        self.assertEqual([row["mode"] for row in rows], ["1", "2", "3", "4"])
+        for row in rows:
+            self.assertEqual(row["kind"], "elastic")
+            frequency = float(row["frequency"])
+            self.assertAlmostEqual((2 * math.pi * frequency) ** 2 / float(row["omega_squared"]), 1)
+            self.assertIn(f"{frequency:.7g}", result.stdout)
+        # Bending of a square beam in two directions, with most of the mass. On this coarse mesh the
+        # two frequencies are a fifth apart.
+        first, second = (float(row["frequency"]) for row in rows[:2])
+        self.assertAlmostEqual(second / first, 1.0, delta=0.25)
+        across = sum(float(r["effective_mass_y"]) + float(r["effective_mass_z"]) for r in rows[:2])
+        self.assertGreater(across, 1.2)
+        with open(self.path("m", "summary.json")) as file:
+            summary = json.load(file)
+        self.assertEqual(summary["command"], "modes")
+        self.assertAlmostEqual(summary["modes"][0]["frequency"], first, places=12)
+        self.assertEqual(summary["scene"]["mesh"]["generate"]["cells"], [8, 2, 2])
+        self.assertEqual(sorted(os.listdir(self.path("m"))),
+                         sorted([f"mode_0{i}.{e}" for i in range(1, 5) for e in ("vtu", "pvd")]
+                                + ["modes.csv", "summary.json", "swing"]))  # fmt: skip
+
+        # Fewer modes leave nothing of the former ones.
+        quiet = self.run_program("modes", scene, "-n", "2", "--out", "m", "--quiet")
+        self.assertEqual(quiet.stdout, "")
+        self.assertEqual(len(self.rows()), 2)
+        self.assertFalse(os.path.exists(self.path("m", "mode_03.vtu")))
+        self.assertEqual(len(os.listdir(self.path("m", "swing"))), 2 * 13)
+
+    def test_shapes_for_paraview(self):
+        scene = self.write("beam.toml", BEAM)
+        self.run_program("modes", scene, "-n", "1", "--out", "m")
+        grid, arrays = read_grid(self.path("m", "mode_01.vtu"))
+        self.assertEqual(grid.GetNumberOfCells(), 8 * 2 * 2 * 6)
+        lengths = (arrays["mode"] ** 2).sum(axis=1) ** 0.5
+        self.assertAlmostEqual(lengths.max(), 1.0, places=12)
+        collection = ElementTree.parse(self.path("m", "mode_01.pvd")).findall(".//DataSet")
+        self.assertEqual(len(collection), 24)
+        period = 1.0 / float(self.rows()[0]["frequency"])
+        diagonal = math.sqrt(18.0)
+        for k, entry in enumerate(collection):
+            self.assertAlmostEqual(float(entry.get("timestep")), period * k / 24, places=12)
+            picture, found = read_grid(self.path("m", entry.get("file")))
+            largest = (found["displacement"] ** 2).sum(axis=1).max() ** 0.5
+            expected = 0.05 * diagonal * abs(math.sin(2 * math.pi * k / 24))
+            self.assertAlmostEqual(largest, expected, delta=1e-6)
+        # The two halves of a period are opposite.
+        up = read_grid(self.path("m", collection[6].get("file")))[1]["displacement"]
+        down = read_grid(self.path("m", collection[18].get("file")))[1]["displacement"]
+        self.assertLess(abs(up + down).max(), 1e-6)
+
+    def test_free_body_and_all_modes(self):
+        scene = self.write("free.toml", BEAM.replace("[[fix]]\nselect = { plane = { axis = \"x\", at = 0.0 } }\n", "")
+                           .replace("[8, 2, 2]", "[1, 1, 1]"))  # fmt: skip
+        result = self.run_program("modes", scene, "-n", "100", "--out", "m")
+        rows = self.rows()
+        self.assertEqual(len(rows), 24)
+        self.assertIn("no more than these 24 modes", result.stdout)
+        self.assertEqual([row["kind"] for row in rows[:7]], ["rigid"] * 6 + ["elastic"])
+        for row in rows[:6]:
+            self.assertEqual(float(row["frequency"]), 0.0)
+        for axis in "xyz":
+            self.assertAlmostEqual(sum(float(r["effective_mass_" + axis]) for r in rows), 1, places=9)
+
+    def test_equilibrium_under_loads(self):
+        # A beam that hangs along gravity is stiffened by its weight in bending.
+        scene = self.write("beam.toml", BEAM.replace(
+            "[environment]", "[environment]\nstrength = 50.0\ndirection = [1, 0, 0]"))  # fmt: skip
+        self.run_program("modes", scene, "-n", "2", "--out", "rest")
+        self.run_program("modes", scene, "-n", "2", "--out", "loaded", "--static")
+        rest, loaded = (float(self.rows(f)[0]["frequency"]) for f in ("rest", "loaded"))
+        self.assertGreater(loaded, 1.02 * rest)
+        arrays = read_grid(self.path("loaded", "mode_01.vtu"))[1]
+        self.assertGreater(arrays["displacement"][:, 0].max(), 0.1)
+        self.assertNotIn("displacement", read_grid(self.path("rest", "mode_01.vtu"))[1])
+
+    def test_refusals(self):
+        scene = self.write("beam.toml", BEAM)
+        for count in ("0", "-3", "1001", "many"):
+            self.refused(2, "modes", scene, "-n", count)
+        self.refused(3, "modes", "none.toml")
+        held = ["--set", "fix.0.select={ all = true }"]
+        self.assertIn("every vertex is held", self.refused(2, "modes", scene, *held, "--out", "m"))
+        self.assertFalse(os.path.exists(self.path("m", "modes.csv")))
+        self.refused(4, "modes", scene, "--out", "/dev/null/m")
+
+    def test_results_of_commands_do_not_mix(self):
+        scene = self.write("beam.toml", BEAM)
+        self.run_program("modes", scene, "-n", "1", "--out", "m")
+        self.assertIn("modes", self.refused(2, "run", scene, "--out", "m"))
+        self.assertIn("modes", self.refused(2, "study", scene, "--out", "m", "--no-plots"))
+        self.run_program("run", scene, "--out", "r")
+        self.assertIn("run", self.refused(2, "modes", scene, "--out", "r"))
+        # The mesh of the scene may be the shape of a mode, but not of one that is written over.
+        self.write("shape.toml", BEAM.replace(
+            'generate = { kind = "beam", size = [4, 1, 1], cells = [8, 2, 2] }',
+            'file = "m/mode_01.vtu"'))  # fmt: skip
+        self.assertIn("overwritten", self.refused(2, "modes", "shape.toml", "--out", "m"))
+        self.run_program("modes", "shape.toml", "--out", "other")
+
+
+class Spectrum(CliTest):
+    def test_check_says_what_the_step_resolves(self):
+        scene = self.write("beam.toml", BEAM)
+        plain = self.run_program("check", scene).stdout
+        frequency = re.search(r"frequencies: ([\d.]+) Hz to ([\d.]+) Hz", plain)
+        self.run_program("modes", scene, "-n", "1", "--out", "m")
+        with open(self.path("m", "modes.csv"), newline="") as file:
+            lowest = float(next(csv.DictReader(file))["frequency"])
+        self.assertAlmostEqual(float(frequency[1]), lowest, delta=1e-4 * lowest)
+        # 2 atan(x/2) (1 + 0.1) = x has the solution x = 1.1525… for midpoint.
+        resolved = float(re.search(r"midpoint with this step resolves motion up to ([\d.]+)", plain)[1])
+        x = 2 * math.pi * resolved * 0.01
+        self.assertAlmostEqual(x / (2 * math.atan(x / 2)), 1.1, delta=2e-3)
+        self.assertNotIn("omega h", plain)
+
+        table = self.run_program("check", scene, "--spectrum").stdout
+        for rule in ("explicit", "verlet", "midpoint", "backward-euler"):
+            self.assertRegex(table, rf"\n{rule} .* Hz\n")
+        report = json.loads(self.run_program("check", scene, "--spectrum", "--json").stdout)
+        rules = {row["integrator"]: row for row in report["spectrum"]["integrators"]}
+        x = 2 * math.pi * lowest * 0.01
+        self.assertAlmostEqual(rules["midpoint"]["lowest"]["omega_h"], x, places=9)
+        self.assertAlmostEqual(rules["midpoint"]["lowest"]["period_error"],
+                               x / (2 * math.atan(x / 2)) - 1, places=9)  # fmt: skip
+        self.assertAlmostEqual(rules["backward-euler"]["lowest"]["damping_ratio"],
+                               0.5 * math.log1p(x * x) / math.atan(x), places=9)  # fmt: skip
+        self.assertIs(rules["verlet"]["highest"]["stable"], False)
+        self.assertIs(rules["midpoint"]["highest"]["stable"], True)
+
+    def test_bodies_without_elastic_modes(self):
+        scene = self.write("beam.toml", BEAM)
+        held = ["--set", "fix.0.select={ all = true }"]
+        self.assertNotIn("frequencies", self.run_program("check", scene, "--spectrum", *held).stdout)
+
+
+class DampingRatio(CliTest):
+    RATIO = 'damping.ratio={ at = [2, 8], value = [0.02, 0.03] }'
+
+    def test_ratio_becomes_two_numbers(self):
+        scene = self.write("beam.toml", BEAM)
+        result = self.run_program("run", scene, "--set", self.RATIO, "--out", "r")
+        w1, w2 = 2 * math.pi * 2, 2 * math.pi * 8
+        beta = 2 * (0.03 * w2 - 0.02 * w1) / (w2**2 - w1**2)
+        mass_damping = 0.04 * w1 - beta * w1**2
+        self.assertIn("note: damping.ratio gives mass_damping = ", result.stderr)
+        self.assertIn("shear 0.02 and 0.03; bending and tension ", result.stderr)
+        with open(self.path("r", "summary.json")) as file:
+            echo = json.load(file)["scene"]["damping"]
+        self.assertAlmostEqual(echo["mass_damping"], mass_damping, places=12)
+        self.assertAlmostEqual(echo["viscosity"], beta * 1e6 / 2.8, delta=1e-9)
+        self.assertNotIn("ratio", echo)
+        # The numbers of the echo give the same run.
+        numbers = ["--set", f"damping.mass_damping={echo['mass_damping']!r}",
+                   "--set", f"damping.viscosity={echo['viscosity']!r}"]  # fmt: skip
+        self.run_program("run", scene, *numbers, "--out", "n", "--quiet")
+        with open(self.path("r", "history.csv")) as a, open(self.path("n", "history.csv")) as b:
+            self.assertEqual(a.read(), b.read())
+        self.assertIn("bending and tension", self.run_program("check", scene, "--set", self.RATIO).stdout)
+        quiet = self.run_program("run", scene, "--set", self.RATIO, "--out", "r", "--quiet")
+        self.assertNotIn("note:", quiet.stderr)
+
+    def test_events_change_the_ratio(self):
+        scene = self.write("beam.toml", BEAM + """
+[damping]
+ratio = { at = [2, 8], value = [0.02, 0.03] }
+[[event]]
+at = 0.05
+set = { "damping.ratio.value" = [0.0, 0.0] }
+""")  # fmt: skip
+        self.run_program("run", scene, "--out", "r")
+        rows = self.history("r", "history.csv")
+        self.assertGreater(rows[5]["dissipated_energy"], 0.0)
+        self.assertEqual(rows[-1]["dissipated_energy"], rows[5]["dissipated_energy"])
+
+    def test_refusals(self):
+        scene = self.write("beam.toml", BEAM)
+        for wrong, said in (
+            ("{ at = [2, 8], value = [0.02, 0.09] }", "negative mass_damping"),
+            ("{ at = [2, 8], value = [0.09, 0.02] }", "negative viscosity"),
+            ("{ at = [2, 2], value = [0.02, 0.02] }", "twice"),
+            ("{ at = [2, 8], value = [-0.02, 0.02] }", "0 or more"),
+            ("{ at = [0, 8], value = [0.02, 0.02] }", "above 0"),
+            ("{ at = [2, 8, 9], value = [0.02, 0.02] }", "3 entries"),
+            ("{ at = [2, 8] }", "damping.ratio.value"),
+            ("{ at = [2, 8], values = [0.02, 0.02] }", "values"),
+            ("0.02", "damping.ratio"),
+        ):
+            with self.subTest(wrong):
+                self.assertIn(said, self.refused(2, "run", scene, "--set", "damping.ratio=" + wrong))
+        for key in ("viscosity", "mass_damping"):
+            message = self.refused(2, "run", scene, "--set", self.RATIO, "--set", f"damping.{key}=1")
+            self.assertIn("one key too many", message)
+        region = "material_region.0={ select = { all = true }, youngs_modulus = 2e6, poissons_ratio = 0.4 }"
+        message = self.refused(2, "run", scene, "--set", self.RATIO, "--set", region)
+        self.assertIn("shear moduli", message)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=[sys.argv[0], *sys.argv[3:]])

@@ -1,0 +1,181 @@
+// Equilibria of loaded bodies against the closed solutions of linear elasticity.
+#include <cmath>
+#include <numbers>
+
+#include "support/bodies.h"
+#include "tetraction/dynamics/consistent_loads.h"
+#include "tetraction/dynamics/vertex_potential.h"
+#include "tetraction/simulation/equilibrium.h"
+#include "tetraction/simulation/session.h"
+
+namespace tetraction {
+namespace {
+
+using namespace testing_support;
+
+// A body that has the tetrahedra of a box, whose vertices are moved by `map`.
+template <class Map>
+TetMesh mapped_box(const Vector3& size, const std::array<int, 3>& cells, const Map& map) {
+  TetMesh mesh = generate_box(size, cells);
+  for (Vector3& x : mesh.vertices.own()) x = map(Vector3(x));
+  return mesh;
+}
+
+PrescribedVertices sliding(const TetMesh& mesh, const Selection& selection, std::size_t axis) {
+  PrescribedVertices held = prescribe_at_rest(mesh, select_vertices(mesh, selection));
+  held.components = {false, false, false};
+  held.components[axis] = true;
+  return held;
+}
+
+MaterialModel soft(double young, double poisson) {
+  const LameParameters lame = lame_from_young(young, poisson);
+  return StVenantKirchhoff(lame.mu, lame.lambda);
+}
+
+// A quarter of a long tube, which cannot become longer, under a pressure inside. Lamé's displacement
+// is u(r) = p a² r (1 + ν)/(E (b² − a²)) (1 − 2ν + b²/r²).
+TEST(ClosedForm, ATubeUnderPressureInside) {
+  constexpr double kInner = 1.0;
+  constexpr double kOuter = 2.0;
+  constexpr double kYoung = 1e6;
+  constexpr double kPoisson = 0.3;
+  constexpr double kPressure = 100.0;
+  double errors[2] = {};
+  for (const int level : {0, 1}) {
+    const int n = level == 0 ? 8 : 16;
+    const TetMesh mesh = mapped_box({1.0, 1.0, 0.2}, {n, n, 2}, [&](const Vector3& x) {
+      const double r = kInner + (kOuter - kInner) * x.x();
+      const double angle = 0.5 * std::numbers::pi * x.y();
+      // Exactly zero on the planes of symmetry.
+      return Vector3(x.y() == 1.0 ? 0.0 : r * std::cos(angle),
+                     x.y() == 0.0 ? 0.0 : r * std::sin(angle), x.z());
+    });
+    MechanicalSystem system(mesh, soft(kYoung, kPoisson), 1000.0);
+    ConstraintList list;
+    list.held = {
+        sliding(mesh, SelectPlane{0, 0.0, {}}, 0), sliding(mesh, SelectPlane{1, 0.0, {}}, 1),
+        sliding(mesh, SelectPlane{2, 0.0, {}}, 2), sliding(mesh, SelectPlane{2, 0.2, {}}, 2)};
+    system.set_constraints(Constraints(list, mesh, system.mass()));
+    PressureLoad pressure;
+    for (const auto& triangle : boundary_faces(mesh)) {
+      const bool is_inside = std::all_of(triangle.begin(), triangle.end(), [&](Index v) {
+        const Vector3 x = mesh.vertices[static_cast<std::size_t>(v)];
+        return std::hypot(x.x(), x.y()) < kInner * (1.0 + 1e-9);
+      });
+      if (is_inside) pressure.triangles.push_back(triangle);
+    }
+    ASSERT_EQ(pressure.triangles.size(), static_cast<std::size_t>(4 * n));
+    pressure.value = kPressure;
+    system.set_pressures({pressure});
+    const Equilibrium equilibrium = find_equilibrium(system);
+    ASSERT_TRUE(equilibrium.found) << equilibrium.message;
+    double sum = 0.0;
+    double exact = 0.0;
+    for (Index v = 0; v < mesh.vertex_count(); ++v) {
+      const Vector3 x = mesh.vertices[static_cast<std::size_t>(v)];
+      const double r = std::hypot(x.x(), x.y());
+      const Vector3 u = vertex_block(equilibrium.position, v) - x;
+      sum += (u.x() * x.x() + u.y() * x.y()) / r;
+      exact += kPressure * kInner * kInner * r * (1.0 + kPoisson) /
+               (kYoung * (kOuter * kOuter - kInner * kInner)) *
+               (1.0 - 2.0 * kPoisson + kOuter * kOuter / (r * r));
+    }
+    errors[level] = std::abs(sum / exact - 1.0);
+  }
+  EXPECT_LT(errors[1], 0.01);
+  EXPECT_LT(errors[1], 0.35 * errors[0]);
+}
+
+// U = −½ m ω² (x² + y²), the centrifugal potential of a body that turns about the z axis.
+class Centrifugal : public VertexPotential {
+ public:
+  explicit Centrifugal(double omega) : squared_(omega * omega) {}
+  std::string name() const override { return "centrifugal"; }
+  double value(double mass, const Vector3& x) const override {
+    return -0.5 * mass * squared_ * (x.x() * x.x() + x.y() * x.y());
+  }
+  Vector3 gradient(double mass, const Vector3& x) const override {
+    return -mass * squared_ * Vector3(x.x(), x.y(), 0.0);
+  }
+  Matrix3 hessian(double mass, const Vector3& /*x*/) const override {
+    return -mass * squared_ * Matrix3(Vector3(1.0, 1.0, 0.0).asDiagonal());
+  }
+
+ private:
+  double squared_;
+};
+
+// A thin disc that turns: u(r) = ρω² (1 − ν) r ((3 + ν) a² − (1 + ν) r²)/(8E).
+TEST(ClosedForm, ARotatingDisc) {
+  constexpr double kRadius = 1.0;
+  constexpr double kYoung = 1e6;
+  constexpr double kPoisson = 0.3;
+  constexpr double kDensity = 1000.0;
+  constexpr double kOmega = 0.3;
+  double errors[2] = {};
+  for (const int level : {0, 1}) {
+    const int n = level == 0 ? 8 : 16;
+    // A quarter: the square becomes the quarter of a circle.
+    const TetMesh mesh = mapped_box({1.0, 1.0, 0.02}, {n, n, 1}, [&](const Vector3& x) {
+      return Vector3(x.x() * std::sqrt(1.0 - 0.5 * x.y() * x.y()),
+                     x.y() * std::sqrt(1.0 - 0.5 * x.x() * x.x()), x.z());
+    });
+    MechanicalSystem system(mesh, soft(kYoung, kPoisson), kDensity);
+    system.add_force_term(std::make_shared<Centrifugal>(kOmega));
+    ConstraintList list;
+    list.held = {sliding(mesh, SelectPlane{0, 0.0, {}}, 0),
+                 sliding(mesh, SelectPlane{1, 0.0, {}}, 1),
+                 sliding(mesh, SelectPlane{2, 0.0, {}}, 2)};
+    system.set_constraints(Constraints(list, mesh, system.mass()));
+    const Equilibrium equilibrium = find_equilibrium(system);
+    ASSERT_TRUE(equilibrium.found) << equilibrium.message;
+    double sum = 0.0;
+    double exact = 0.0;
+    for (Index v = 0; v < mesh.vertex_count(); ++v) {
+      const Vector3 x = mesh.vertices[static_cast<std::size_t>(v)];
+      const double r = std::hypot(x.x(), x.y());
+      if (r == 0.0) continue;
+      const Vector3 u = vertex_block(equilibrium.position, v) - x;
+      sum += (u.x() * x.x() + u.y() * x.y()) / r;
+      exact += kDensity * kOmega * kOmega * (1.0 - kPoisson) * r *
+               ((3.0 + kPoisson) * kRadius * kRadius - (1.0 + kPoisson) * r * r) / (8.0 * kYoung);
+    }
+    errors[level] = std::abs(sum / exact - 1.0);
+  }
+  EXPECT_LT(errors[1], 0.01);
+  EXPECT_LT(errors[1], 0.35 * errors[0]);
+}
+
+// A bar that is pulled by a traction: the stretch is that of the constitutive law, on any mesh.
+TEST(ClosedForm, ABarUnderTractionIsUniform) {
+  for (const std::array<int, 3> cells : {std::array{1, 1, 1}, {5, 3, 2}}) {
+    const TetMesh mesh = generate_box({1.0, 0.3, 0.2}, cells);
+    MechanicalSystem system(mesh, soft(1e6, 0.3), 1000.0);
+    ConstraintList list;
+    list.held = {sliding(mesh, SelectPlane{0, 0.0, {}}, 0),
+                 sliding(mesh, SelectPlane{1, 0.0, {}}, 1),
+                 sliding(mesh, SelectPlane{2, 0.0, {}}, 2)};
+    system.set_constraints(Constraints(list, mesh, system.mass()));
+    system.add_force(distributed_force(
+        surface_distribution(mesh, select_triangles(mesh, SelectPlane{0, 1.0, {}})),
+        Vector3(2e5, 0.0, 0.0)));
+    const Equilibrium equilibrium = find_equilibrium(system);
+    ASSERT_TRUE(equilibrium.found) << equilibrium.message;
+    // St Venant–Kirchhoff in uniaxial stress: P = E s (s² − 1)/2 for the stretch s.
+    double stretch = 1.2;
+    for (int i = 0; i < 50; ++i) {
+      stretch -= (0.5e6 * stretch * (stretch * stretch - 1.0) - 2e5) /
+                 (0.5e6 * (3.0 * stretch * stretch - 1.0));
+    }
+    const double across = std::sqrt(1.0 - 0.3 * (stretch * stretch - 1.0));
+    for (Index v = 0; v < mesh.vertex_count(); ++v) {
+      const Vector3 x = mesh.vertices[static_cast<std::size_t>(v)];
+      const Vector3 expected(stretch * x.x(), across * x.y(), across * x.z());
+      EXPECT_LT((vertex_block(equilibrium.position, v) - expected).norm(), 1e-12);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace tetraction

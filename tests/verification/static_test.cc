@@ -1,0 +1,546 @@
+// Equilibria against closed forms, beam theory and the rest of damped motions.
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+#include <utility>
+
+#include "support/bodies.h"
+#include "tetraction/core/error.h"
+#include "tetraction/simulation/equilibrium.h"
+#include "tetraction/simulation/session.h"
+
+namespace tetraction {
+namespace {
+
+using namespace testing_support;
+
+Scene soft_beam(const Vector3& size, const std::array<int, 3>& cells) {
+  Scene scene;
+  scene.mesh.generate = GeneratorSettings{GeneratorKind::kBeam, size, cells};
+  scene.material.youngs_modulus = 1e6;
+  scene.material.poissons_ratio = 0.3;
+  return scene;
+}
+
+FixSettings fix(Selection select, std::array<bool, 3> components = {true, true, true}) {
+  FixSettings result;
+  result.select = std::move(select);
+  result.components = components;
+  return result;
+}
+
+Session equilibrium(const Scene& scene) {
+  return {scene, generate_mesh(*scene.mesh.generate), Analysis::kEquilibrium};
+}
+
+Vector3 displacement(const Session& session, const Vector3& point) {
+  const TetMesh& mesh = session.system().mesh();
+  const Index v = select_vertices(mesh, SelectNearest{point}).front();
+  return session.state().position.segment<3>(3 * v) - mesh.vertices[static_cast<std::size_t>(v)];
+}
+
+Vector3 sum_of(const Vector& force) {
+  return force.reshaped(3, force.size() / 3).rowwise().sum();
+}
+
+// The body lies on three planes through the origin, so that it can shrink and expand freely.
+std::vector<FixSettings> three_planes() {
+  return {fix(SelectPlane{0, 0.0, {}}, {true, false, false}),
+          fix(SelectPlane{1, 0.0, {}}, {false, true, false}),
+          fix(SelectPlane{2, 0.0, {}}, {false, false, true})};
+}
+
+// The stretch across a neo-Hookean bar of stretch l: μ(t² − 1) + λ ln(l t²) = 0.
+double cross_stretch(const LameParameters& lame, double l) {
+  double t = 1.0;
+  for (int i = 0; i < 100; ++i) {
+    const double f = lame.mu * (t * t - 1.0) + lame.lambda * std::log(l * t * t);
+    t -= f / (2.0 * lame.mu * t + 2.0 * lame.lambda / t);
+  }
+  return t;
+}
+
+double nominal_stress(const LameParameters& lame, double l) {
+  const double t = cross_stretch(lame, l);
+  return lame.mu * (l - 1.0 / l) + lame.lambda * std::log(l * t * t) / l;
+}
+
+void expect_homogeneous(const Session& session, double along, double across) {
+  const TetMesh& mesh = session.system().mesh();
+  for (Index v = 0; v < mesh.vertex_count(); ++v) {
+    const Vector3& x = mesh.vertices[static_cast<std::size_t>(v)];
+    const Vector3 exact(along * x.x(), across * x.y(), across * x.z());
+    EXPECT_LT((session.state().position.segment<3>(3 * v) - exact).norm(), 1e-12 * 2.0) << v;
+  }
+}
+
+TEST(StaticPatch, StretchByPrescribedDisplacement) {
+  Scene scene = soft_beam({2, 1, 1}, {4, 2, 3});
+  scene.fix = three_planes();
+  FixSettings pull = fix(SelectPlane{0, 2.0, {}}, {true, false, false});
+  pull.offset = Vector3(0.8, 0, 0);
+  scene.fix.push_back(pull);
+  Session session = equilibrium(scene);
+  ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+  const LameParameters lame = lame_from_young(1e6, 0.3);
+  expect_homogeneous(session, 1.4, cross_stretch(lame, 1.4));
+  // Both ends pull with the nominal stress times the area at rest.
+  double force = 0.0;
+  for (const Index v : select_vertices(session.system().mesh(), SelectPlane{0, 2.0, {}})) {
+    force += session.reaction_force()[3 * v];
+  }
+  EXPECT_NEAR(force, nominal_stress(lame, 1.4), 1e-11 * force);
+  EXPECT_EQ(session.constraint_error(), 0.0);
+}
+
+TEST(StaticPatch, UniformTraction) {
+  Scene scene = soft_beam({2, 1, 1}, {4, 2, 3});
+  scene.fix = three_planes();
+  const LameParameters lame = lame_from_young(1e6, 0.3);
+  ForceSettings pull;
+  pull.kind = LoadKind::kTraction;
+  pull.select = SelectPlane{0, 2.0, {}};
+  pull.vector = {nominal_stress(lame, 1.5), 0, 0};
+  scene.traction = {pull};
+  Session session = equilibrium(scene);
+  ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+  expect_homogeneous(session, 1.5, cross_stretch(lame, 1.5));
+}
+
+// Far stretches: the prescribed face moves by several elements and needs load steps.
+TEST(StaticPatch, FarPrescribedDisplacementNeedsLoadSteps) {
+  Scene scene = soft_beam({2, 1, 1}, {4, 2, 3});
+  scene.fix = three_planes();
+  FixSettings push = fix(SelectPlane{0, 2.0, {}}, {true, false, false});
+  push.offset = Vector3(-1.4, 0, 0);
+  scene.fix.push_back(push);
+  Session session = equilibrium(scene);
+  ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+  expect_homogeneous(session, 0.3, cross_stretch(lame_from_young(1e6, 0.3), 0.3));
+}
+
+Scene cantilever(double gravity) {
+  Scene scene = soft_beam({4, 1, 1}, {12, 3, 3});
+  scene.fix = {fix(SelectPlane{0, 0.0, {}})};
+  scene.environment.kind = EnvironmentKind::kGravity;
+  scene.environment.strength = gravity;
+  return scene;
+}
+
+// The same discrete problem: backward Euler with large steps takes the energy out.
+TEST(StaticCantilever, IsWhereADampedMotionEnds) {
+  Scene scene = cantilever(9.81);
+  Session found = equilibrium(scene);
+  ASSERT_EQ(found.run(), RunStatus::kFinished) << found.message();
+  scene.time = {Integrator::kBackwardEuler, 5.0, false, 300.0};
+  scene.solver.tolerance = 1e-12;
+  Session motion(scene, generate_mesh(*scene.mesh.generate));
+  ASSERT_EQ(motion.run(), RunStatus::kFinished) << motion.message();
+  const Vector rest = found.system().mesh().rest_positions();
+  const Vector moved = motion.state().position - rest;
+  EXPECT_GT(moved.cwiseAbs().maxCoeff(), 1.0);  // far beyond small displacements
+  EXPECT_LT((found.state().position - motion.state().position).norm(), 1e-8 * moved.norm());
+  // The reactions carry the weight.
+  const double weight = 9.81 * found.system().total_mass();
+  EXPECT_LT((sum_of(found.reaction_force()) - Vector3(0, weight, 0)).norm(), 1e-12 * weight);
+}
+
+// Linear tetrahedra are too stiff in bending: a cantilever ten times as long as high with four cells
+// over its height deflects about 0.75 of δ = P L³/(3 E I) (scene.md).
+TEST(StaticCantilever, SmallLoadAgainstBeamTheory) {
+  Scene scene = soft_beam({10, 1, 1}, {40, 4, 4});
+  scene.fix = {fix(SelectPlane{0, 0.0, {}})};
+  ForceSettings load;
+  load.select = SelectPlane{0, 10.0, {}};
+  load.total = Vector3(0, -0.1, 0);
+  scene.force = {load};
+  Session session = equilibrium(scene);
+  ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+  const double beam = 0.1 * 1000.0 / (3.0 * 1e6 / 12.0);
+  EXPECT_NEAR(displacement(session, {10, 0.5, 0.5}).y() / -beam, 0.75, 0.05);
+}
+
+struct Way {
+  const char* name;
+  const char* kind;
+  LinearSolver linear;
+};
+
+class EverySolver : public testing::TestWithParam<Way> {};
+
+INSTANTIATE_TEST_SUITE_P(StaticSolvers, EverySolver,
+                         testing::Values(Way{"auto", "newton", LinearSolver::kAuto},
+                                         Way{"free", "newton", LinearSolver::kMatrixFree},
+                                         Way{"cg", "newton", LinearSolver::kCg},
+                                         Way{"factor", "newton", LinearSolver::kFactor},
+                                         Way{"ceres", "ceres", LinearSolver::kAuto}),
+                         [](const auto& parameter) { return parameter.param.name; });
+
+TEST_P(EverySolver, FindsTheSameEquilibrium) {
+  Scene scene = soft_beam({4, 1, 1}, {8, 2, 2});
+  scene.fix = {fix(SelectPlane{0, 0.0, {}})};
+  scene.environment.kind = EnvironmentKind::kGravity;
+  scene.environment.strength = 5.0;
+  FixSettings spring = fix(SelectNearest{{4, 1, 1}});
+  spring.is_penalty = true;
+  spring.penalty = 50.0;
+  spring.offset = Vector3(0, 0, 0.5);
+  scene.fix.push_back(spring);
+  ForceSettings push;
+  push.select = SelectPlane{0, 4.0, {}};
+  push.total = Vector3(-300, 0, 100);
+  scene.force = {push};
+  Session reference = equilibrium(scene);
+  ASSERT_EQ(reference.run(), RunStatus::kFinished) << reference.message();
+  scene.solver.kind = GetParam().kind;
+  scene.solver.linear = GetParam().linear;
+  Session session = equilibrium(scene);
+  ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+  EXPECT_LT((session.state().position - reference.state().position).cwiseAbs().maxCoeff(), 1e-9);
+  // Reactions, springs included, balance the weight and the push.
+  const Vector3 loads = Vector3(-300, 0, 100) + Vector3(0, -5.0, 0) * session.system().total_mass();
+  EXPECT_LT((sum_of(session.reaction_force()) + loads).norm(), 1e-11 * loads.norm());
+}
+
+// Every vertex may only move along x. P(l) = (λ + 2μ)(l − 1) is replaced by
+// μ(l − 1/l) + λ ln l/l, and P = ρ g (L − X).
+TEST(StaticBar, HangsAsTheClosedFormSays) {
+  const LameParameters lame = lame_from_young(1e6, 0.3);
+  constexpr double kLoad = 1000.0 * 200.0;  // ρ g
+  // ∫ (l − 1) dX with Simpson's rule.
+  double exact = 0.0;
+  constexpr int kParts = 2000;
+  for (int i = 0; i <= kParts; ++i) {
+    const double stress = kLoad * (1.0 - static_cast<double>(i) / kParts);
+    double l = 1.0;
+    for (int k = 0; k < 60; ++k) {
+      const double f = lame.mu * (l - 1.0 / l) + lame.lambda * std::log(l) / l - stress;
+      l -= f / (lame.mu * (1.0 + 1.0 / (l * l)) + lame.lambda * (1.0 - std::log(l)) / (l * l));
+    }
+    const double weight = i == 0 || i == kParts ? 1.0 : i % 2 == 1 ? 4.0 : 2.0;
+    exact += weight * (l - 1.0) / (3.0 * kParts);
+  }
+  std::vector<double> errors;
+  for (const int cells : {10, 20}) {
+    Scene scene = soft_beam({1, 0.1, 0.1}, {cells, 1, 1});
+    scene.fix = {fix(SelectPlane{0, 0.0, {}}), fix(SelectAll{}, {false, true, true})};
+    scene.environment.kind = EnvironmentKind::kGravity;
+    scene.environment.strength = 200.0;
+    scene.environment.direction = Vector3::UnitX();
+    Session session = equilibrium(scene);
+    ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+    double end = 0.0;
+    for (const Vector3& corner :
+         {Vector3(1, 0, 0), Vector3(1, 0.1, 0), Vector3(1, 0, 0.1), Vector3(1, 0.1, 0.1)}) {
+      end += 0.25 * displacement(session, corner).x();
+    }
+    errors.push_back(std::abs(end / exact - 1.0));
+    const double weight = 200.0 * session.system().total_mass();
+    EXPECT_NEAR(sum_of(session.reaction_force()).x(), -weight, 1e-12 * weight);
+  }
+  EXPECT_LT(errors[1], 2e-3);
+  EXPECT_GT(errors[0] / errors[1], 3.0);  // second order
+}
+
+// A mesh that is its own mirror image about y = 0.
+TetMesh symmetric_beam(const Vector3& size, const std::array<int, 3>& cells) {
+  const TetMesh half = generate_box({size.x(), 0.5 * size.y(), size.z()}, cells);
+  RawMesh raw;
+  raw.source = "symmetric beam";
+  std::vector<Index> mirrored;
+  for (Index v = 0; v < half.vertex_count(); ++v) {
+    raw.vertices.push_back(half.vertices[static_cast<std::size_t>(v)]);
+  }
+  for (Index v = 0; v < half.vertex_count(); ++v) {
+    const Vector3& x = half.vertices[static_cast<std::size_t>(v)];
+    mirrored.push_back(x.y() == 0.0 ? v : static_cast<Index>(raw.vertices.size()));
+    if (x.y() != 0.0) raw.vertices.emplace_back(x.x(), -x.y(), x.z());
+  }
+  raw.vertex_ids.resize(raw.vertices.size());
+  std::iota(raw.vertex_ids.begin(), raw.vertex_ids.end(), 0);
+  for (Index e = 0; e < half.tetrahedron_count(); ++e) {
+    const auto nodes = half.tetrahedra[static_cast<std::size_t>(e)];
+    RawCell cell;
+    cell.type = CellType::kTetrahedron;
+    cell.vertices.assign(nodes.begin(), nodes.end());
+    raw.cells.push_back(cell);
+    for (std::int64_t& v : cell.vertices) v = mirrored[static_cast<std::size_t>(v)];
+    std::swap(cell.vertices[0], cell.vertices[1]);
+    raw.cells.push_back(cell);
+  }
+  return build_mesh(std::move(raw));
+}
+
+// A strut that is clamped at one end buckles under P = π² E I/(4 L²). E I is that of the mesh, from
+// its deflection under a small force at its tip, δ = P L³/(3 E I).
+TEST(StaticBuckling, StrutAtEulersLoad) {
+  const Vector3 size(10, 0.5, 1);
+  const TetMesh mesh = symmetric_beam(size, {24, 1, 2});
+  Scene scene;
+  scene.material.youngs_modulus = 1e6;
+  scene.material.poissons_ratio = 0.3;
+  scene.fix = {fix(SelectPlane{0, 0.0, {}})};
+  ForceSettings load;
+  load.select = SelectPlane{0, size.x(), {}};
+  load.total = Vector3(0, 1e-3, 0);
+  scene.force = {load};
+  Session bent(scene, mesh, Analysis::kEquilibrium);
+  ASSERT_EQ(bent.run(), RunStatus::kFinished) << bent.message();
+  const double stiffness =
+      1e-3 * std::pow(size.x(), 3) / (3.0 * displacement(bent, {10, 0, 0}).y());
+  const double critical =
+      std::numbers::pi * std::numbers::pi * stiffness / (4.0 * size.x() * size.x());
+
+  scene.force[0].total = Vector3(-1.25 * critical, 0, 0);
+  Session strut(scene, mesh, Analysis::kEquilibrium);
+  ASSERT_EQ(strut.run(), RunStatus::kFinished) << strut.message();
+  const LoadPath& path = *strut.load_path();
+  ASSERT_EQ(path.limit_points.size(), 1U);
+  const LimitPoint& limit = path.limit_points[0];
+  EXPECT_LE(limit.above - limit.below, 1.0 / 1024);
+  EXPECT_NEAR(limit.below, 1.0 / 1.25, 0.01);
+  EXPECT_TRUE(limit.passed);
+  // Far beyond the load it is bent to one side.
+  EXPECT_GT(std::abs(displacement(strut, {10, 0, 0}).y()), 3.0);
+  ASSERT_FALSE(strut.warnings().empty());
+  EXPECT_NE(strut.warnings().back().find("limit point near load factor 0.8"), std::string::npos)
+      << strut.warnings().back();
+  EXPECT_NE(strut.warnings().back().find("another equilibrium"), std::string::npos);
+
+  // Below the load nothing is to be told.
+  scene.force[0].total = Vector3(-0.95 * critical, 0, 0);
+  Session straight(scene, mesh, Analysis::kEquilibrium);
+  ASSERT_EQ(straight.run(), RunStatus::kFinished) << straight.message();
+  EXPECT_TRUE(straight.load_path()->limit_points.empty());
+  EXPECT_LT(std::abs(displacement(straight, {10, 0, 0}).y()), 1e-6);
+}
+
+// A shallow arch snaps through under a force at its crown.
+TEST(StaticBuckling, ArchSnapsThrough) {
+  TetMesh mesh = generate_box({4, 0.1, 0.4}, {32, 2, 2});
+  for (Vector3& x : mesh.vertices.own()) x.y() += 0.1 * x.x() * (4.0 - x.x());
+  Scene scene;
+  scene.material.youngs_modulus = 1e6;
+  scene.material.poissons_ratio = 0.3;
+  scene.fix = {fix(SelectPlane{0, 0.0, {}}), fix(SelectPlane{0, 4.0, {}})};
+  ForceSettings load;
+  load.select = SelectPlane{0, 2.0, {}};
+  load.total = Vector3(0, -300.0, 0);
+  scene.force = {load};
+  Session arch(scene, mesh, Analysis::kEquilibrium, 0.125);
+  ASSERT_EQ(arch.run(), RunStatus::kFinished) << arch.message();
+  const LoadPath& path = *arch.load_path();
+  ASSERT_GE(path.limit_points.size(), 1U);
+  EXPECT_TRUE(path.limit_points[0].passed);
+  EXPECT_GT(path.limit_points[0].below, 0.05);
+  // It hangs below its supports.
+  EXPECT_LT(displacement(arch, {2, 0.45, 0.2}).y(), -0.5);
+  // From the jumped equilibrium nothing is left to do.
+  EXPECT_LE(path.residual, std::max(path.residual_limit, 1e-9));
+}
+
+// Saint Venant–Kirchhoff material under uniaxial compression has a largest force, at the stretch 1/√3.
+TEST(StaticBuckling, MaterialWithALargestForceHasNoEquilibriumBeyond) {
+  Scene scene = soft_beam({1, 1, 1}, {1, 1, 1});
+  scene.material.model = "stvk";
+  scene.material.poissons_ratio = 0.0;  // otherwise waves across the load become unstable earlier
+  scene.fix = {fix(SelectPlane{0, 0.0, {}}), fix(SelectAll{}, {false, true, true})};
+  ForceSettings push;
+  push.select = SelectPlane{0, 1.0, {}};
+  const LameParameters lame = lame_from_young(1e6, 0.0);
+  // P = (λ + 2μ) l (l² − 1)/2, least at l = 1/√3.
+  const double largest = (lame.lambda + 2.0 * lame.mu) / (3.0 * std::sqrt(3.0));
+  push.kind = LoadKind::kTraction;
+  push.vector = Vector3(-1.6 * largest, 0, 0);
+  scene.traction = {push};
+  Session session = equilibrium(scene);
+  session.run();
+  const LoadPath& path = *session.load_path();
+  ASSERT_GE(path.limit_points.size(), 1U) << session.message();
+  EXPECT_LE(path.limit_points[0].below, 1.0 / 1.6);
+  EXPECT_NEAR(path.limit_points[0].above, 1.0 / 1.6, 2e-3);
+}
+
+TEST(StaticFreeMotions, AreNamed) {
+  const auto message = [](const Scene& scene) {
+    try {
+      equilibrium(scene);
+    } catch (const InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string("none");
+  };
+  const auto expect = [&](const Scene& scene, const std::string& words) {
+    EXPECT_NE(message(scene).find("the body can still " + words + "."), std::string::npos)
+        << message(scene);
+  };
+  Scene scene = soft_beam({2, 1, 1}, {2, 1, 1});
+  scene.environment.kind = EnvironmentKind::kGravity;
+  expect(scene,
+         "move along x, move along y, move along z, rotate about x, rotate about y and "
+         "rotate about z");
+  scene.environment.kind = EnvironmentKind::kNone;
+  scene.fix = {fix(SelectPlane{0, 0.0, {}}, {true, false, false})};
+  expect(scene,
+         "move along y, move along z and rotate about the line through (1, 0.5, 0.5) along x");
+  scene.fix = {fix(SelectVertices{{0}})};
+  // The points are those of the axes that are nearest to the centre.
+  expect(
+      scene,
+      "rotate about the line through (1, 0, 0) along x, rotate about the line through (0, 0.5, 0) "
+      "along y and rotate about the line through (0, 0, 0.5) along z");
+  // A hinge: two vertices of the edge (0, 0, z).
+  scene.fix = {fix(SelectBox{{0, 0, 0}, {0, 0, 1}})};
+  expect(scene, "rotate about the line through (0, 0, 0.5) along z");
+  // An attraction to the origin restrains all but the rotations about it.
+  Scene attracted = soft_beam({2, 1, 1}, {2, 1, 1});
+  attracted.environment.kind = EnvironmentKind::kAttraction;
+  attracted.environment.softening = 5.0;
+  expect(
+      attracted,
+      "rotate about the line through (1, 0, 0) along x, rotate about the line through (0, 0.5, 0) "
+      "along y and rotate about the line through (0, 0, 0.5) along z");
+  attracted.fix = {fix(SelectNearest{{2, 0, 0}}, {false, true, true}),
+                   fix(SelectNearest{{0, 1, 0}}, {false, false, true})};
+  EXPECT_EQ(message(attracted), "none");
+  FixSettings springs = fix(SelectPlane{0, 0.0, {}});
+  springs.is_penalty = true;
+  springs.penalty = 100.0;
+  scene.fix = {springs};
+  EXPECT_EQ(message(scene), "none");
+  // A driven handle holds the body, a free one does not.
+  ConstraintSettings handle;
+  handle.kind = ConstraintKind::kRigid;
+  handle.select = SelectPlane{0, 0.0, {}};
+  scene.fix.clear();
+  scene.constraint = {handle};
+  EXPECT_NE(message(scene), "none");
+  scene.constraint[0].velocity = Vector3::Zero();
+  EXPECT_EQ(message(scene), "none");
+}
+
+// A closed surface under pressure does not restrain the body, although the second derivative of its
+// potential does not vanish along rotations.
+TEST(StaticFreeMotions, PressureRestrainsNothing) {
+  Scene scene = soft_beam({1, 1, 1}, {2, 2, 2});
+  ForceSettings pressure;
+  pressure.kind = LoadKind::kPressure;
+  pressure.select = SelectSurface{};
+  pressure.value = 1e4;
+  scene.pressure = {pressure};
+  EXPECT_THROW(equilibrium(scene), InputError);
+  // Held without being restrained, it shrinks alike in all directions.
+  scene.fix = three_planes();
+  Session session = equilibrium(scene);
+  ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+  const double s = 1.0 + displacement(session, {1, 1, 1}).x();
+  expect_homogeneous(session, s, s);
+  // p = −(μ (s² − 1) + λ ln s³)/s³
+  const LameParameters lame = lame_from_young(1e6, 0.3);
+  EXPECT_NEAR(-(lame.mu * (s * s - 1.0) + 3.0 * lame.lambda * std::log(s)) / (s * s * s), 1e4,
+              1e-8 * 1e4);
+}
+
+// Distances and free handles: the equilibrium is where a damped motion ends.
+TEST(StaticConstraints, DistancesAndHandles) {
+  Scene scene = soft_beam({3, 1, 1}, {6, 2, 2});
+  scene.fix = {fix(SelectPlane{0, 0.0, {}})};
+  scene.environment.kind = EnvironmentKind::kGravity;
+  ConstraintSettings handle;
+  handle.kind = ConstraintKind::kRigid;
+  handle.select = SelectPlane{0, 3.0, {}};
+  ConstraintSettings rod;
+  rod.vertices = {1, 1 + 7 * 3 + 4};
+  ConstraintSettings guide;
+  guide.kind = ConstraintKind::kPlane;
+  guide.select = SelectNearest{{1.5, 0, 0.5}};
+  guide.direction = Vector3(1, 1, 0);
+  scene.constraint = {handle, rod, guide};
+  Session found = equilibrium(scene);
+  ASSERT_EQ(found.run(), RunStatus::kFinished) << found.message();
+  scene.time = {Integrator::kBackwardEuler, 5.0, false, 250.0};
+  scene.solver.tolerance = 1e-12;
+  Session motion(scene, generate_mesh(*scene.mesh.generate));
+  ASSERT_EQ(motion.run(), RunStatus::kFinished) << motion.message();
+  const Vector moved = motion.state().position - found.system().mesh().rest_positions();
+  EXPECT_LT((found.state().position - motion.state().position).norm(), 1e-8 * moved.norm());
+  EXPECT_LT(found.constraint_error(), 1e-12);
+  EXPECT_NEAR(found.tension(1), motion.tension(1), 1e-6 * std::abs(motion.tension(1)));
+  const double weight = 9.81 * found.system().total_mass();
+  EXPECT_LT((sum_of(found.reaction_force()) - Vector3(0, weight, 0)).norm(), 1e-11 * weight);
+}
+
+// The forces at the free rim of a pressure are no derivative of a potential. The equilibrium is where a
+// damped motion ends.
+TEST(StaticConstraints, PressureWithAFreeRim) {
+  Scene scene = soft_beam({2, 1, 1}, {4, 2, 2});
+  scene.fix = {fix(SelectPlane{0, 0.0, {}})};
+  ForceSettings pressure;
+  pressure.kind = LoadKind::kPressure;
+  pressure.select = SelectPlane{1, 1.0, {}};
+  pressure.value = 3e4;
+  scene.pressure = {pressure};
+  Session found = equilibrium(scene);
+  ASSERT_EQ(found.run(), RunStatus::kFinished) << found.message();
+  scene.time = {Integrator::kBackwardEuler, 2.0, false, 120.0};
+  scene.solver.tolerance = 1e-12;
+  Session motion(scene, generate_mesh(*scene.mesh.generate));
+  ASSERT_EQ(motion.run(), RunStatus::kFinished) << motion.message();
+  const Vector moved = motion.state().position - found.system().mesh().rest_positions();
+  EXPECT_GT(moved.cwiseAbs().maxCoeff(), 0.3);
+  EXPECT_LT((found.state().position - motion.state().position).norm(), 1e-8 * moved.norm());
+  const Vector3 load = sum_of(found.external_force());
+  EXPECT_GT(load.norm(), 3e4);
+  EXPECT_LT((sum_of(found.reaction_force()) + load).norm(), 1e-11 * load.norm());
+}
+
+class StaticStart : public testing::TestWithParam<Integrator> {};
+
+INSTANTIATE_TEST_SUITE_P(Rules, StaticStart,
+                         testing::Values(Integrator::kExplicit, Integrator::kVerlet,
+                                         Integrator::kMidpoint, Integrator::kBackwardEuler),
+                         [](const auto& parameter) {
+                           std::string name = to_string(parameter.param);
+                           std::erase(name, '-');
+                           return name;
+                         });
+
+TEST_P(StaticStart, StaysAtRest) {
+  Scene scene = cantilever(4.0);
+  ForceSettings push;
+  push.select = SelectPlane{0, 4.0, {}};
+  push.total = Vector3(200, 0, 500);
+  scene.force = {push};
+  scene.initial.is_static = true;
+  const bool implicit = is_implicit(GetParam());
+  const double step = implicit ? 0.02 : 1e-3;
+  scene.time = {GetParam(), step, false, 1000 * step};
+  Session session(scene, generate_mesh(*scene.mesh.generate));
+  const double elastic = session.balance().energies().elastic();
+  ASSERT_GT(elastic, 100.0);
+  double most = 0.0;
+  while (session.step()) most = std::max(most, session.balance().energies().kinetic());
+  ASSERT_EQ(session.status(), RunStatus::kFinished) << session.message();
+  EXPECT_EQ(session.step_number(), 1000);
+  EXPECT_LE(most, 1e-12 * elastic);
+}
+
+TEST(StaticStart, VelocitiesAreAdded) {
+  Scene scene = cantilever(4.0);
+  scene.initial.is_static = true;
+  scene.initial.velocity = {0, 0, 1.0};
+  scene.time = {Integrator::kVerlet, 1e-3, false, 0.01};
+  Session session(scene, generate_mesh(*scene.mesh.generate));
+  double free_mass = 0.0;
+  for (Index v = 0; v < session.system().vertex_count(); ++v) {
+    if (session.system().coordinates().is_free(v)) free_mass += session.system().mass()[v];
+  }
+  EXPECT_NEAR(session.balance().energies().kinetic(), 0.5 * free_mass, 1e-9 * free_mass);
+  // Without loads that can be carried, the run does not begin.
+  scene.fix.clear();
+  EXPECT_THROW(Session(scene, generate_mesh(*scene.mesh.generate)), InputError);
+}
+
+}  // namespace
+}  // namespace tetraction
