@@ -135,9 +135,9 @@ double dominant_frequency(const std::vector<double>& times, const std::vector<do
   double best = trace.largest_coefficient();
   // Parabolas through three points find the maximum. The first spacing is a quarter of the half
   // width of the peak. The error of a parabola falls with the third power of the spacing, so that
-  // three of them suffice.
+  // four of them suffice.
   double spacing = 0.5 / trace.duration();
-  for (int i = 0; i < 12 && spacing > 2e-3 / trace.duration(); ++i) {
+  for (int i = 0; i < 12 && spacing > 2e-4 / trace.duration(); ++i) {
     const double low = std::max(best - spacing, 1e-3 / trace.duration());
     const double high = std::min(best + spacing, highest);
     const double left = trace.explained(low);
