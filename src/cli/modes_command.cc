@@ -63,6 +63,12 @@ Vector positions_of_modes(const Scene& scene, const MechanicalSystem& system, bo
     return {};
   }
   if (!equilibrium.message.empty()) print_note(equilibrium.message);
+  if (system.has_load_of_position()) {
+    print_warning(
+        "the stiffness of the modes does not have that of the forces on the rim of a pressure, "
+        "which "
+        "have no potential: frequencies are right only if the rim is held");
+  }
   options.with_loads = true;
   options.multipliers = balancing_multipliers(system, equilibrium.position, equilibrium.load);
   return equilibrium.position;

@@ -20,7 +20,15 @@ std::string mesh_remarks(const TetMesh& mesh) {
   if (report.dropped_vertices > 0) {
     add(fmt::format("{} vertices that no tetrahedron uses were dropped", report.dropped_vertices));
   }
+  // Triangles of groups are not left out: selections can take them.
+  Index of_groups = 0;
+  for (const Group& group : mesh.groups) {
+    if (group.dimension == 2) {
+      of_groups += static_cast<Index>(group.triangles.size() + group.detached_triangles.size());
+    }
+  }
   for (const auto& [type, count] : report.skipped_cells) {
+    if (type == CellType::kTriangle && count <= of_groups) continue;
     add(fmt::format("{} cells of type {} were left out", count, to_string(type)));
   }
   return text.empty() ? text : mesh.source + ": " + text;

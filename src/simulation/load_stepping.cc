@@ -72,7 +72,7 @@ StepOutcome LoadStepping::advance(const State& from, State& to) {
       ++path_.cuts;
       continue;
     }
-    if (unstable) path_.limit_points.push_back({from.time, next, beyond.found()});
+    if (unstable) enter_limit_point({from.time, next, beyond.found()});
     if (!beyond.found()) {
       if (outcome.message.empty()) outcome.message = "an element would be inverted";
       outcome.minimizer.iterations = sum_.iterations;
@@ -83,6 +83,17 @@ StepOutcome LoadStepping::advance(const State& from, State& to) {
     stepper_.reset();
     rate_ = 0.0;
     return accept(beyond.outcome, to.time);
+  }
+}
+
+// Two limit points without a stable part of the path between them are one.
+void LoadStepping::enter_limit_point(const LimitPoint& limit) {
+  std::vector<LimitPoint>& limits = path_.limit_points;
+  if (!limits.empty() && limits.back().above == limit.below) {
+    limits.back().above = limit.above;
+    limits.back().passed = limit.passed;
+  } else {
+    limits.push_back(limit);
   }
 }
 
@@ -111,11 +122,15 @@ std::string limit_text(const LimitPoint& limit) {
 std::string LoadStepping::message(const StepOutcome& outcome) const {
   std::string text;
   for (const LimitPoint& limit : path_.limit_points) {
+    if (!outcome.ok() && limit.passed) continue;
     text += (text.empty() ? "" : "; ") + limit_text(limit);
   }
   if (outcome.ok()) return text;
-  return text + fmt::format("{}no equilibrium was found beyond load factor {:.4f}: {}",
-                            text.empty() ? "" : "; ", path_.factor, outcome.message);
+  return text + fmt::format(
+                    "{}no equilibrium was found beyond load factor {:.4f}: {}. The body may not be "
+                    "able to carry the loads: make them smaller, hold it elsewhere, or raise "
+                    "solver.max_iterations",
+                    text.empty() ? "" : "; ", path_.factor, outcome.message);
 }
 
 }  // namespace tetraction

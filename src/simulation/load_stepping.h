@@ -44,6 +44,7 @@ class LoadStepping {
     bool found() const { return state.position.size() > 0; }
   };
 
+  void enter_limit_point(const LimitPoint& limit);
   StepOutcome accept(const StepOutcome& outcome, double factor);
 
   StaticStepper& stepper_;

@@ -41,7 +41,9 @@ void Session::Impl::enter_equilibrium(const State& at) {
 }
 
 bool Session::Impl::load_step() {
-  const std::size_t limits = loading->path().limit_points.size();
+  const std::vector<LimitPoint>& limits = loading->path().limit_points;
+  const std::size_t known = limits.size();
+  const std::string last = known > 0 ? limit_text(limits.back()) : "";
   const StepOutcome outcome = loading->advance(state(), states.other());
   count(outcome.minimizer);
   if (!outcome.ok()) {
@@ -49,8 +51,12 @@ bool Session::Impl::load_step() {
     progress.status = RunStatus::kNotConverged;
     return false;
   }
-  for (std::size_t i = limits; i < loading->path().limit_points.size(); ++i) {
-    progress.warnings.push_back(limit_text(loading->path().limit_points[i]));
+  if (known > 0) {  // the last limit point may have become wider
+    std::replace(progress.warnings.begin(), progress.warnings.end(), last,
+                 limit_text(limits[known - 1]));
+  }
+  for (std::size_t i = known; i < limits.size(); ++i) {
+    progress.warnings.push_back(limit_text(limits[i]));
   }
   const double length = states.other().time - state().time;
   enter_equilibrium(states.other());

@@ -215,6 +215,14 @@ TEST_F(SceneLoads, WrongOnesAreRefusedWithTheirPlace) {
   file("three.csv", "0.0,1.0,2.0\n");
   expect_refusal("[[amplitude]]\nname = \"a\"\nfile = \"three.csv\"\n",
                  "three.csv:1: an amplitude");
+  expect_refusal("[environment]\nkind = \"gravity\"\namplitude = \"nope\"\n",
+                 "scene.toml:12:1: environment: amplitude = \"nope\" is not defined");
+  expect_refusal("[[moment]]\n" + face + "vector = [1e308, 1e308, 1e308]\n",
+                 "scene.toml:12:1: moment.0: its forces are too large");
+  expect_refusal(
+      "[[event]]\nat = 0.01\nset = { \"environment.amplitude\" = \"nope\", "
+      "\"environment.kind\" = \"gravity\" }\n",
+      "event at 0.01 s");
   expect_refusal("[[event]]\nat = 0.01\nset = { \"amplitude.0.name\" = \"b\" }\n",
                  "cannot change during a run");
   expect_refusal("[[event]]\nat = 0.01\nset = { \"pressure.0.value\" = 1.0 }\n", "pressure");

@@ -390,6 +390,10 @@ class SettingKeys : public testing::Test {
     scene.probe[0].name = "tip";
     scene.amplitude = bases<AmplitudeSettings>();
     Place<S>::put(scene, settings);
+    if (scene.amplitude[0].name != "other") {  // to which a changed key refers
+      scene.amplitude.push_back(scene.amplitude[0]);
+      scene.amplitude[1].name = "other";
+    }
     return scene;
   }
   std::string path() const { return (folder_ / "scene.toml").string(); }

@@ -73,7 +73,7 @@ class HessianBlocks {
 /// - a potential part −∂U/∂x of a potential energy U(x, t);
 /// - a dissipative part −∂D/∂v of a dissipation potential D(v; x), convex in v with its least value
 ///   D = 0 at v = 0;
-/// - a load f(t, x̃), which may depend on positions x̃ that are known before the step.
+/// - a load f(t, x̃), which may depend on positions and need not have a potential.
 ///
 /// A mechanical system keeps a list of its terms (MechanicalSystem::force_terms()). The steppers,
 /// the incremental potential of implicit steps, the linear solvers, the stability limit and the
@@ -142,9 +142,9 @@ class ForceTerm {
                                        HessianBlocks& hessian) const;
 
   /// force += the mean of f over the step `at.step`, so that its length times the mean is the
-  /// impulse ∫ f dt; 3 per vertex, N. `at.position` are the positions at the point of the step at
-  /// which the rule evaluates forces (`verlet`: in the middle), predicted with the velocities M⁻¹p
-  /// at the start of the step.
+  /// impulse ∫ f dt; 3 per vertex, N. `at.position` are the positions x̃ where the rule evaluates
+  /// forces: q_k (`explicit`), q_k + ½h M⁻¹p_k (`verlet`), x (implicit rules, which repeat the
+  /// minimisation until the load fits x).
   virtual void add_load(const ForcePoint& at, Vector& force) const;
 
  protected:

@@ -26,8 +26,8 @@ struct PressureLoad {
 /// −p (u − o) × (w − o)/6 on both ends of each edge u → w of the rim. A closed surface has no rim.
 /// The forces on a rim do not move the body where its vertices are held, or where they may only
 /// move in a plane through o. The point o is therefore put into the planes in which the vertices of
-/// the rim are held. Otherwise the forces on the rim enter as loads, with the positions that are
-/// known before the step (ForceTerm::add_load()). The sum of all forces of a closed surface is zero
+/// the rim are held. Otherwise the forces on the rim enter as loads that depend on
+/// positions (ForceTerm::add_load()). The sum of all forces of a closed surface is zero
 /// up to round-off.
 ///
 /// The decrease of U counts as external work, together with what the dependence of p on the time

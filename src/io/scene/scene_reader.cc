@@ -73,6 +73,24 @@ const TableKeys& root_keys() {
   return keys;
 }
 
+// Every amplitude that is used must be there. Messages name the place where it is used.
+void check_amplitudes(const TomlTable& root, const Scene& scene) {
+  const auto check = [&scene](const std::string& name, const std::string& where) {
+    find_amplitude(scene.amplitude, name, where);
+  };
+  if (root.has("environment")) {
+    check(scene.environment.amplitude,
+          root.table("environment", table_keys<EnvironmentSettings>()).where());
+  }
+  for (const FixSettings& fix : scene.fix) check(fix.amplitude, fix.where);
+  for (const ConstraintSettings& constraint : scene.constraint) {
+    check(constraint.amplitude, constraint.where);
+  }
+  for (const LoadKind kind : load_kinds()) {
+    for (const ForceSettings& load : scene.list(kind)) check(load.amplitude, load.where);
+  }
+}
+
 // Everything but the events.
 Scene read_sections(const TomlDocument& document, const std::string& path) {
   const TomlTable root(document, document.root(), "", root_keys());
@@ -113,6 +131,7 @@ Scene read_sections(const TomlDocument& document, const std::string& path) {
   for (const TomlTable& table : root.tables("probe", table_keys<ProbeSettings>())) {
     scene.probe.push_back(read_probe(table));
   }
+  check_amplitudes(root, scene);
   return scene;
 }
 
