@@ -105,12 +105,12 @@ int run_program(int argc, char** argv) {
   int exit_code = 0;
   tetraction::add_run_command(app, exit_code);
   tetraction::add_static_command(app, exit_code);
+  tetraction::add_modes_command(app, exit_code);
   tetraction::add_study_command(app, exit_code);
   tetraction::add_check_command(app, exit_code);
   tetraction::add_mesh_command(app, exit_code);
   tetraction::add_keys_command(app, exit_code);
   tetraction::add_view_command(app, exit_code);
-  tetraction::add_modes_command(app, exit_code);
   // Accepted anywhere, and told of where it matters.
   for (CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
     if (command->get_name() != "mesh") add_threads(*command);
