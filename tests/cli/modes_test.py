@@ -226,7 +226,7 @@ set = { "damping.ratio.value" = [0.0, 0.0] }
             ("{ at = [2, 8], value = [0.02, 0.09] }", "negative mass_damping"),
             ("{ at = [2, 8], value = [0.09, 0.02] }", "negative viscosity"),
             ("{ at = [2, 2], value = [0.02, 0.02] }", "twice"),
-            ("{ at = [2, 8], value = [-0.02, 0.02] }", "0 or more"),
+            ("{ at = [2, 8], value = [-0.02, 0.02] }", "from 0 to 100"),
             ("{ at = [0, 8], value = [0.02, 0.02] }", "above 0"),
             ("{ at = [2, 8, 9], value = [0.02, 0.02] }", "3 entries"),
             ("{ at = [2, 8] }", "damping.ratio.value"),
