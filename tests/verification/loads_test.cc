@@ -1,10 +1,12 @@
 // Loads that change in time, distributed loads and pressure, with every rule and solver: momentum is
 // the exact integral of the load, and the balance of energy closes.
+#include <Eigen/Geometry>
 #include <cmath>
 #include <numbers>
 
 #include "support/bodies.h"
 #include "support/corner_scenes.h"
+#include "tetraction/simulation/equilibrium.h"
 #include "tetraction/simulation/session.h"
 #include "tetraction/simulation/setting_keys.h"
 
@@ -209,6 +211,46 @@ TEST_P(Loads, PressureOnAFaceWithAFreeRimKeepsTheOrder) {
   const double ratio = (coarse - middle).norm() / (middle - fine).norm();
   EXPECT_GT(ratio, has_second_order() ? 3.5 : 1.7);
   EXPECT_LT(ratio, has_second_order() ? 4.5 : 2.4);
+}
+
+// The forces on a free rim depend so strongly on the positions that taking them at the last result
+// again and again would diverge, in large steps and in the equilibrium.
+TEST(LoadsWithoutPotential, SettleInLargeStepsAndInTheEquilibrium) {
+  Scene scene;
+  scene.mesh.generate = GeneratorSettings{GeneratorKind::kBeam, {4, 1, 1}, {8, 2, 1}};
+  scene.material.youngs_modulus = 1e6;
+  scene.material.poissons_ratio = 0.3;
+  scene.time = {Integrator::kBackwardEuler, 0.5, false, 40.0};
+  FixSettings clamp;
+  clamp.select = SelectPlane{0, 0.0, {}};
+  FixSettings sides;
+  sides.components = {false, false, true};
+  sides.select = SelectPlane{2, 0.0, {}};
+  scene.fix = {clamp, sides};
+  sides.select = SelectPlane{2, 1.0, {}};
+  scene.fix.push_back(sides);
+  PressureSettings pressure;
+  pressure.select = SelectFaces{{0.0, 1.0, 0.0}, 10.0};
+  pressure.value = 2e4;
+  scene.pressure = {pressure};
+  const TetMesh mesh = generate_mesh(*scene.mesh.generate);
+  Session session(scene, mesh);
+  ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+  EXPECT_LT(session.balance().energies().kinetic(), 1e-6 * session.balance().energies().elastic());
+  const Equilibrium equilibrium = find_equilibrium(session.system());
+  ASSERT_TRUE(equilibrium.found) << equilibrium.message;
+  const double moved = (equilibrium.position - mesh.rest_positions()).norm();
+  EXPECT_GT(moved, 5.0) << "the deformation is large";
+  EXPECT_LT((session.state().position - equilibrium.position).norm(), 1e-5 * moved);
+  // The forces are those of the pressure on the deformed face, the corners of the rim included.
+  Vector3 area = Vector3::Zero();
+  for (const auto& [a, b, c] : session.system().pressures()[0].triangles) {
+    const Vector3 x = vertex_block(equilibrium.position, a);
+    area += 0.5 * (Vector3(vertex_block(equilibrium.position, b)) - x)
+                      .cross(Vector3(vertex_block(equilibrium.position, c)) - x);
+  }
+  const Vector3 applied = equilibrium.load.reshaped(3, mesh.vertex_count()).rowwise().sum();
+  EXPECT_LT((applied + 2e4 * area).norm(), 1e-9 * applied.norm());
 }
 
 }  // namespace
