@@ -186,6 +186,7 @@ std::vector<std::string> Part::names_of(const Modes& modes) const {
   Index count = 0;
   while (count < modes.cols() && eigen.values[count] < kSame * kSame) ++count;
   const std::vector<Vector3> ways = plain_basis(moves * eigen.vectors.leftCols(count));
+  names.reserve(ways.size());
   for (const Vector3& way : ways) names.push_back("move along " + direction_name(way));
   for (const Vector3& axis : plain_basis(spins)) {
     // The combination that rotates about this axis, and the velocity of the centre in it without
