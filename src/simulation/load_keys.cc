@@ -94,9 +94,11 @@ const Section<AmplitudeSettings>& section_of() {
                  "constant before the first and after the last"},
         ByHand{"list of two numbers each"}},
        {{.name = "file",
-         .help = "a text file with two columns, time in s and factor, instead of `points`; commas, "
-                 "semicolons, spaces or tabs between them; a first line with names, and lines that "
-                 "begin with #, are left out"},
+         .help =
+             "a text file with two columns, time in s and factor, instead of `points`; a relative "
+             "path starts at the scene's folder; decimal points, and commas, semicolons, spaces or "
+             "tabs between them; a first line with names, and lines that "
+             "begin with #, are left out"},
         ByHand{"text"}},
        {{.name = "sine",
          .help =

@@ -19,8 +19,8 @@ std::string fields_conflict(const OutputSettings& output) {
   for (const std::string& name : output.fields) {
     if (std::find(known.begin(), known.end(), name) != known.end()) continue;
     const std::string_view near = nearest_name(name, known);
-    return fmt::format("has \"{}\", which is no field{}. There are {}.", name,
-                       near.empty() ? "" : fmt::format("; did you mean \"{}\"?", near),
+    return fmt::format("has \"{}\", which is no field: {}there are {}.", name,
+                       near.empty() ? "" : fmt::format("did you mean \"{}\"? ", near),
                        listing(known));
   }
   return {};

@@ -78,9 +78,9 @@ const ProbeSettings& error_probe_of(const StudyVariant& variant, const std::stri
   NameList names;
   for (const ProbeSettings& probe : probes) names.emplace_back(probe.name);
   throw InputError(fmt::format(
-      "The error of the probe \"{}\" is asked for, but {} has no probe of that name: {}.", name,
+      "The error of the probe \"{}\" is asked for, but {} has no probe of that name: {}", name,
       variant.name.empty() ? "the scene" : "the variant " + variant.name,
-      names.empty() ? "add a [[probe]]" : advice(name, names)));
+      names.empty() ? "add a [[probe]]." : advice(name, names)));
 }
 
 // All variants must have the probe, and its values must be comparable.

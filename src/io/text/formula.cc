@@ -53,6 +53,14 @@ std::string text_of(const mu::Parser::exception_type& error) {
 
 Formula::Formula(const std::string& text, const std::vector<std::string>& variables)
     : impl_(std::make_unique<Impl>()) {
+  constexpr std::size_t kLongest = 4000;
+  if (text.size() > kLongest) {
+    throw InputError(
+        fmt::format("the formula has {} characters, and {} are the most.", text.size(), kLongest));
+  }
+  if (text.find('\0') != std::string::npos) {
+    throw InputError("the formula has a character with the code zero in it.");
+  }
   // muParser would take "X = 1" as an assignment.
   for (std::size_t i = 0; i < text.size(); ++i) {
     if (text[i] != '=') continue;

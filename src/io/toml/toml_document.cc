@@ -57,7 +57,7 @@ std::string file_text(const std::string& path) {
   throw InputError(
       fmt::format("{}{}: not valid TOML for a scene: keys, lists and tables may be nested {} deep "
                   "at most, and these are nested deeper. No "
-                  "scene needs ten; look for a dot or a bracket too many.",
+                  "scene needs as many; look for a dot or a bracket too many.",
                   source.substr(0, length), length < source.size() ? "…" : "", kDeepestNesting));
 }
 

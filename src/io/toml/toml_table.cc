@@ -244,7 +244,7 @@ void TomlTable::read(std::string_view key, std::vector<std::pair<double, double>
 void TomlTable::read(std::string_view key, std::vector<std::string>& target) const {
   const toml::node* node = find(key);
   if (node == nullptr) return;
-  const toml::array& list = list_of(key, *node, 0, "[\"material.ratio\"]");
+  const toml::array& list = list_of(key, *node, 0, "[\"a\", \"b\"]");
   target.clear();
   for (const toml::node& entry : list) {
     const auto* text = entry.as_string();
