@@ -1,4 +1,5 @@
 // Panels of material, surroundings, vertices, drawing.
+#include <QAbstractItemView>
 #include <QCheckBox>
 #include <QComboBox>
 #include <QPushButton>
@@ -124,6 +125,23 @@ TEST_F(Panels, LoadsAreShownAndChanged) {
   EXPECT_EQ(window_->simulation()->settings().loads.pressure.at(0).amplitude, "late");
   EXPECT_EQ(which->currentText(), QStringLiteral("Pressure 0")) << "the choice stays";
   keep_picture("loads");
+  // The list stays open while the window shows new states, and another load in the list before it
+  // does not change the choice.
+  which->showPopup();
+  wait(600);
+  EXPECT_TRUE(which->view()->isVisible());
+  which->view()->setCurrentIndex(which->model()->index(0, 0));
+  wait(600);
+  EXPECT_EQ(which->view()->currentIndex().row(), 0) << "not what the pointer is at";
+  which->hidePopup();
+  ForceSettings another;
+  another.select = SelectPlane{0, 0.0, {}};
+  window_->simulation()->edit(SetForce{std::nullopt, another}, "another");
+  settle();
+  ASSERT_EQ(which->count(), 3);
+  EXPECT_EQ(which->currentText(), QStringLiteral("Pressure 0"));
+  EXPECT_EQ(x->value(), 300.0);
+  window_->simulation()->undo();
   window_->simulation()->undo();
   settle();
   EXPECT_EQ(window_->simulation()->settings().loads.pressure.at(0).value, 200.0);

@@ -4,7 +4,9 @@
 #include <QFormLayout>
 #include <QHBoxLayout>
 #include <QLabel>
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "panel_layout.h"
 #include "tetraction/simulation/setting_keys.h"
@@ -72,23 +74,35 @@ LoadEditor::LoadEditor(QWidget* parent) : QWidget(parent) {
   form->addRow(unit_, row);
   history_ = new QLabel(this);
   history_->setWordWrap(true);
+  // A long name must not make the panel wider.
+  history_->setMinimumWidth(0);
+  history_->setSizePolicy(QSizePolicy::Ignored, QSizePolicy::Preferred);
   form->addRow(history_);
   connect(which_, QOverload<int>::of(&QComboBox::activated), this, [this] { show_chosen(); });
 }
 
 void LoadEditor::show_loads(const LoadLists& loads) {
   loads_ = loads;
-  const int before = which_->currentIndex();
-  which_->clear();
+  // The kind and the number of each load are kept with its entry. The list is made anew only if it
+  // changes, because it may be open, and the same load stays chosen.
+  std::vector<QPoint> entries;
   for (const LoadKind kind : load_kinds()) {
     for (std::size_t i = 0; i < loads_.list(kind).size(); ++i) {
-      // The kind and the number of the load are kept with the entry.
-      which_->addItem(QStringLiteral("%1 %2").arg(title(kind)).arg(i),
-                      QPoint(static_cast<int>(kind), static_cast<int>(i)));
+      entries.emplace_back(static_cast<int>(kind), static_cast<int>(i));
     }
   }
+  if (entries != entries_) {
+    const QVariant chosen = which_->currentData();
+    which_->clear();
+    for (const QPoint& entry : entries) {
+      which_->addItem(
+          QStringLiteral("%1 %2").arg(title(static_cast<LoadKind>(entry.x()))).arg(entry.y()),
+          entry);
+    }
+    which_->setCurrentIndex(std::max(0, which_->findData(chosen)));
+    entries_ = std::move(entries);
+  }
   setEnabled(which_->count() > 0);
-  which_->setCurrentIndex(std::min(std::max(before, 0), which_->count() - 1));
   show_chosen();
 }
 
@@ -122,6 +136,7 @@ void LoadEditor::show_chosen() {
                    .arg(std::isfinite(load.until) ? tr("%1 s").arg(load.until) : tr("the end"));
   }
   history_->setText(history);
+  history_->setToolTip(history);
   history_->setVisible(!history.isEmpty());
 }
 

@@ -1,7 +1,9 @@
 // Shows the loads of the body, one at a time, and changes their values.
 #pragma once
 
+#include <QPoint>
 #include <QWidget>
+#include <vector>
 
 #include "viewer/simulation.h"
 
@@ -30,6 +32,7 @@ class LoadEditor : public QWidget {
   const ForceSettings& chosen() const;
 
   LoadLists loads_;
+  std::vector<QPoint> entries_;  // kind and number of each load in the list
   QComboBox* which_;
   QLabel* unit_;
   QLabel* history_;
