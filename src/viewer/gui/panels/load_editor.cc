@@ -124,7 +124,7 @@ void LoadEditor::show_chosen() {
     field_[i]->setVisible(i == 0 || !is_scalar);
     field_[i]->set_value(is_scalar ? load.value : vector_of(load)[i]);
   }
-  unit_->setText(unit_of(load));
+  unit_->setText(tr("Value [%1]").arg(unit_of(load)));
   QString history;
   if (!load.amplitude.empty()) {
     history = tr("times the amplitude \"%1\"").arg(QString::fromStdString(load.amplitude));
