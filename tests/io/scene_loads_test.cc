@@ -212,6 +212,9 @@ TEST_F(SceneLoads, WrongOnesAreRefusedWithTheirPlace) {
   expect_refusal("[[amplitude]]\nname = \"a\"\nfile = \"nothing.csv\"\n", "nothing.csv");
   file("words.csv", "t,a\n0.0,1.0\n0.5,one\n");
   expect_refusal("[[amplitude]]\nname = \"a\"\nfile = \"words.csv\"\n", "words.csv:3: \"one\"");
+  file("back.csv", "# t a\n0.0 1.0\n0.5 2.0\n0.5 3.0\n");
+  expect_refusal("[[amplitude]]\nname = \"a\"\nfile = \"back.csv\"\n",
+                 "back.csv:4: the times must increase");
   file("three.csv", "0.0,1.0,2.0\n");
   expect_refusal("[[amplitude]]\nname = \"a\"\nfile = \"three.csv\"\n",
                  "three.csv:1: an amplitude");

@@ -94,6 +94,11 @@ AmplitudeSettings read_amplitude(const TomlTable& table, const std::string& fold
                         "line has {}.",
                         amplitude.file, row.line, row.values.size()));
       }
+      if (!amplitude.points.empty() && !(row.values[0] > amplitude.points.back().first)) {
+        throw FileError(fmt::format("{}:{}: the times must increase, but {} s comes after {} s.",
+                                    amplitude.file, row.line, row.values[0],
+                                    amplitude.points.back().first));
+      }
       amplitude.points.emplace_back(row.values[0], row.values[1]);
     }
   } else if (kind == "sine") {

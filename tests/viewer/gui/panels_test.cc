@@ -2,6 +2,7 @@
 #include <QAbstractItemView>
 #include <QCheckBox>
 #include <QComboBox>
+#include <QLabel>
 #include <QPushButton>
 #include <QSlider>
 
@@ -103,8 +104,12 @@ TEST_F(Panels, LoadsAreShownAndChanged) {
   late.name = "late";
   late.points = {{1.0, 0.0}, {2.0, 1.0}};
   document.scene.amplitude = {late};
+  document.scene.environment.kind = EnvironmentKind::kGravity;
+  document.scene.environment.amplitude = "late";
   show(std::move(document));
   raise("dock_world");
+  EXPECT_TRUE(find<QLabel>("environment_amplitude")->text().contains(QStringLiteral("late")));
+  EXPECT_TRUE(find<QLabel>("environment_amplitude")->isVisible());
   auto* which = find<QComboBox>("load");
   ASSERT_EQ(which->count(), 2);
   auto* x = find<NumberField>("load_x");

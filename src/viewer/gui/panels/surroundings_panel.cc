@@ -2,6 +2,7 @@
 
 #include <QComboBox>
 #include <QHBoxLayout>
+#include <QLabel>
 
 #include "load_editor.h"
 #include "panel_layout.h"
@@ -58,6 +59,10 @@ SurroundingsPanel::SurroundingsPanel(QWidget* parent) : QWidget(parent) {
   environment->addRow(tr("k [N m²]"), attraction_);
   softening_ = new NumberField(key_info(&EnvironmentSettings::softening), this);
   environment->addRow(tr("Softening [m]"), softening_);
+  amplitude_ = new QLabel(this);
+  amplitude_->setObjectName(QStringLiteral("environment_amplitude"));
+  amplitude_->setSizePolicy(QSizePolicy::Ignored, QSizePolicy::Preferred);
+  environment->addRow(amplitude_);
 
   auto* loads = add_group(column, tr("Loads"));
   loads_ = new LoadEditor(this);
@@ -129,6 +134,10 @@ void SurroundingsPanel::show_environment() {
   if (gravity) gravity_->set_value(environment_.strength);
   if (attraction) attraction_->set_value(environment_.strength);
   softening_->set_value(environment_.softening);
+  amplitude_->setText(
+      tr("times the amplitude \"%1\"").arg(QString::fromStdString(environment_.amplitude)));
+  amplitude_->setToolTip(amplitude_->text());
+  amplitude_->setVisible(!environment_.amplitude.empty());
   for (int i = 0; i < 3; ++i) direction_[i]->set_value(environment_.direction[i]);
 }
 

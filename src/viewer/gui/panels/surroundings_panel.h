@@ -6,6 +6,7 @@
 #include "viewer/simulation.h"
 
 class QComboBox;
+class QLabel;
 
 namespace tetraction::viewer {
 
@@ -36,6 +37,7 @@ class SurroundingsPanel : public QWidget {
   NumberSlider *gravity_, *attraction_;
   NumberField* direction_[3];
   NumberField* softening_;
+  QLabel* amplitude_;
   NumberSlider *drag_, *mass_damping_, *viscosity_;
 };
 
