@@ -398,8 +398,13 @@ std::string to_string(SetOperation operation) {
   return "unknown";
 }
 
-bool SelectSet::operator==(const SelectSet&) const = default;
-bool SelectNamed::operator==(const SelectNamed&) const = default;
+// Written out, because clang 14 does not survive defaulted comparisons of a type that contains itself.
+bool SelectSet::operator==(const SelectSet& other) const {
+  return operation == other.operation && of == other.of;
+}
+bool SelectNamed::operator==(const SelectNamed& other) const {
+  return name == other.name && of == other.of;
+}
 
 std::vector<Index> select_vertices(const TetMesh& mesh, const Selection& selection) {
   require_vertices(mesh);

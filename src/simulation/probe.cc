@@ -77,6 +77,7 @@ bool is_sum(ProbeQuantity quantity) {
 const std::vector<ProbeQuantity>& probe_quantities() {
   static const std::vector<ProbeQuantity> quantities = [] {
     std::vector<ProbeQuantity> all;
+    all.reserve(std::size(kQuantities));
     for (const QuantityEntry& entry : kQuantities) all.push_back(entry.quantity);
     return all;
   }();

@@ -25,7 +25,7 @@ namespace {
 }
 
 std::string text_of(const mu::Parser::exception_type& error) {
-  const std::string token = error.GetToken();
+  const std::string& token = error.GetToken();
   switch (error.GetCode()) {
     case mu::ecUNASSIGNABLE_TOKEN:
       return fmt::format("\"{}\" is not a variable, a function or a number.", token);
