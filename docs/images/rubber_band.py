@@ -11,6 +11,7 @@ import xml.etree.ElementTree as ElementTree
 
 import vtk
 
+from picture import write_png
 from spring import colour_bar, surface
 
 SIZE = (1000, 400)
@@ -79,13 +80,7 @@ def main(directory):
     renderer.ResetCameraClippingRange()
     window.Render()
 
-    picture = vtk.vtkWindowToImageFilter()
-    picture.SetInput(window)
-    picture.ReadFrontBufferOff()
-    writer = vtk.vtkPNGWriter()
-    writer.SetFileName(os.path.join(os.path.dirname(os.path.abspath(__file__)), "rubber_band.png"))
-    writer.SetInputConnection(picture.GetOutputPort())
-    writer.Write()
+    write_png(window, "rubber_band.png")
 
 
 if __name__ == "__main__":

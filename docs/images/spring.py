@@ -10,6 +10,8 @@ import sys
 
 import vtk
 
+from picture import write_png
+
 SIZE = (1000, 860)
 TOP_OF_RANGE = 1.8e5  # Pa
 
@@ -90,13 +92,7 @@ def main(directory):
     camera.Zoom(1.2)
     window.Render()
 
-    picture = vtk.vtkWindowToImageFilter()
-    picture.SetInput(window)
-    picture.ReadFrontBufferOff()
-    writer = vtk.vtkPNGWriter()
-    writer.SetFileName(os.path.join(os.path.dirname(os.path.abspath(__file__)), "spring.png"))
-    writer.SetInputConnection(picture.GetOutputPort())
-    writer.Write()
+    write_png(window, "spring.png")
 
 
 if __name__ == "__main__":

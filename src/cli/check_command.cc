@@ -15,6 +15,7 @@
 #include "spectrum.h"
 #include "tetraction/dynamics/derivative_check.h"
 #include "tetraction/dynamics/stability.h"
+#include "tetraction/io/initial_fields.h"
 #include "tetraction/io/scene_reader.h"
 #include "tetraction/simulation/probe.h"
 #include "tetraction/simulation/scene_objects.h"
@@ -66,7 +67,7 @@ std::string rules_of_limit(const MechanicalSystem& system, Integrator rule) {
 int check(const std::string& path, const std::vector<std::string>& overrides, bool as_json,
           bool with_spectrum) {
   const Scene scene = read_scene(path, overrides);
-  const std::unique_ptr<MechanicalSystem> system = make_system(scene, load_mesh(scene));
+  const std::unique_ptr<MechanicalSystem> system = make_system(scene, read_scene_mesh(scene));
   const TetMesh& mesh = system->mesh();
   const State state = make_initial_state(scene, *system);
   check_events(scene, *system);

@@ -10,6 +10,7 @@
 #include "console.h"
 #include "result_folders.h"
 #include "scene_source.h"
+#include "tetraction/io/initial_fields.h"
 #include "tetraction/io/mode_writer.h"
 #include "tetraction/io/run_recorder.h"
 #include "tetraction/io/scene_reader.h"
@@ -79,7 +80,7 @@ int compute_modes(const ModesArguments& arguments) {
   const Scene scene = read_scene(arguments.scene, arguments.overrides);
   const std::string directory = arguments.out.empty() ? scene.output.directory : arguments.out;
   check_folder_of_modes(scene, directory);
-  TetMesh mesh = load_mesh(scene);
+  TetMesh mesh = read_scene_mesh(scene);
   if (!arguments.quiet) {
     if (const std::string remarks = mesh_remarks(mesh); !remarks.empty()) print_note(remarks);
   }

@@ -11,6 +11,7 @@
 #include "result_folders.h"
 #include "scene_source.h"
 #include "tetraction/core/blas.h"
+#include "tetraction/io/initial_fields.h"
 #include "tetraction/io/run_recorder.h"
 #include "tetraction/io/scene_reader.h"
 
@@ -35,7 +36,7 @@ int run_recorded(const SessionArguments& arguments, const SessionMaker& make_ses
   const std::string directory = arguments.out.empty() ? scene.output.directory : arguments.out;
   check_folder_of_run(scene, directory);
   const auto start = std::chrono::steady_clock::now();
-  TetMesh mesh = load_mesh(scene);
+  TetMesh mesh = read_scene_mesh(scene);
   const std::chrono::duration<double> mesh_time = std::chrono::steady_clock::now() - start;
   if (!arguments.quiet) {
     if (const std::string remarks = mesh_remarks(mesh); !remarks.empty()) print_note(remarks);

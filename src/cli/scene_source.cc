@@ -2,13 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "tetraction/io/initial_fields.h"
-
 namespace tetraction {
-
-TetMesh load_mesh(const Scene& scene) {
-  return read_scene_mesh(scene);
-}
 
 std::string mesh_remarks(const TetMesh& mesh) {
   std::string text;

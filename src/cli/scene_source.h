@@ -1,4 +1,4 @@
-// Makes a scene and its mesh from the command line, for run, study and check.
+// Notes about a scene and its mesh for people, for the commands that read them.
 #pragma once
 
 #include <string>
@@ -8,9 +8,6 @@
 #include "tetraction/simulation/scene.h"
 
 namespace tetraction {
-
-/// The mesh of a scene, read or generated.
-TetMesh load_mesh(const Scene& scene);
 
 /// One line for people that says what was changed or left out when the mesh was built. Empty if
 /// nothing.

@@ -20,6 +20,7 @@
 #include "study_frames.h"
 #include "tetraction/core/blas.h"
 #include "tetraction/core/error.h"
+#include "tetraction/io/initial_fields.h"
 #include "tetraction/io/run_recorder.h"
 #include "tetraction/io/scene_reader.h"
 #include "tetraction/io/study_writer.h"
@@ -175,7 +176,7 @@ int study(const StudyArguments& arguments) {
                                                 : settings.variants.front().scene;
   const std::string directory = arguments.out.empty() ? scene.output.directory : arguments.out;
   check_folder_of_study(scene, directory);
-  const TetMesh mesh = load_mesh(scene);
+  const TetMesh mesh = read_scene_mesh(scene);
   if (!arguments.quiet) {
     if (const std::string remarks = mesh_remarks(mesh); !remarks.empty()) print_note(remarks);
   }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "load_factor.h"
 #include "tetraction/core/error.h"
 
 namespace tetraction {
@@ -81,8 +82,7 @@ Matrix3 Environment::hessian(double mass, const Vector3& q) const {
 }
 
 double Environment::factor(const ForcePoint& at) const {
-  if (!amplitude_) return 1.0;
-  return at.step ? amplitude_->mean(*at.step) : amplitude_->value(at.time);
+  return amplitude_ ? factor_at(*amplitude_, at) : 1.0;
 }
 
 std::optional<Vector3> Environment::uniform_acceleration() const {

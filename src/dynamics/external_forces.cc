@@ -1,10 +1,12 @@
 #include "tetraction/dynamics/external_forces.h"
 
+#include "load_factor.h"
+
 namespace tetraction {
 
 void ExternalForces::add_load(const ForcePoint& at, Vector& force) const {
   for (const ExternalForce& each : forces_) {
-    const double factor = at.step ? each.history.mean(*at.step) : each.history.value(at.time);
+    const double factor = factor_at(each.history, at);
     if (factor == 0.0) continue;
     for (std::size_t i = 0; i < each.vertices.size(); ++i) {
       if (each.vectors.size() == 0) {

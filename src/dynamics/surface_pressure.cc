@@ -7,6 +7,8 @@
 
 #include "core/decompositions.h"
 
+#include "load_factor.h"
+
 namespace tetraction {
 namespace {
 
@@ -51,8 +53,20 @@ Vector3 origin_of(const std::vector<std::array<Index, 2>>& rim, const Vector3& c
   return origin;
 }
 
-double factor(const LoadHistory& history, const ForcePoint& at) {
-  return at.step ? history.mean(*at.step) : history.value(at.time);
+// p at `at`, Pa.
+double pressure_at(const PressureLoad& load, const ForcePoint& at) {
+  return load.value * factor_at(load.history, at);
+}
+
+// V_o at positions x.
+double cone_volume(const PressureLoad& load, const Vector3& o, const Vector& x) {
+  double volume = 0.0;
+  for (const auto& [a, b, c] : load.triangles) {
+    volume += (vertex_block(x, a) - o)
+                  .dot((vertex_block(x, b) - o).cross(Vector3(vertex_block(x, c) - o))) /
+              6.0;
+  }
+  return volume;
 }
 
 }  // namespace
@@ -83,15 +97,7 @@ bool SurfacePressure::has_load() const {
 double SurfacePressure::energy(const ForcePoint& at) const {
   double energy = 0.0;
   for (std::size_t i = 0; i < loads_.size(); ++i) {
-    const Vector3& o = surfaces_[i].origin;
-    double volume = 0.0;
-    for (const auto& [a, b, c] : loads_[i].triangles) {
-      volume += (vertex_block(at.position, a) - o)
-                    .dot((vertex_block(at.position, b) - o)
-                             .cross(Vector3(vertex_block(at.position, c) - o))) /
-                6.0;
-    }
-    energy += loads_[i].value * factor(loads_[i].history, at) * volume;
+    energy += pressure_at(loads_[i], at) * cone_volume(loads_[i], surfaces_[i].origin, at.position);
   }
   return energy;
 }
@@ -115,22 +121,20 @@ double SurfacePressure::volume_change(std::size_t load, const Vector& from,
 
 double SurfacePressure::energy_change(const ForcePoint& from, const ForcePoint& to) const {
   double change = 0.0;
-  double steady = 0.0;  // energy of pressures that changed
   for (std::size_t i = 0; i < loads_.size(); ++i) {
-    const double before = factor(loads_[i].history, from);
-    const double after = factor(loads_[i].history, to);
-    change += loads_[i].value * after * volume_change(i, from.position, to.position);
+    const double before = pressure_at(loads_[i], from);
+    const double after = pressure_at(loads_[i], to);
+    change += after * volume_change(i, from.position, to.position);
     if (after != before) {
-      const Vector zero = surfaces_[i].origin.replicate(from.position.size() / 3, 1);
-      steady += loads_[i].value * (after - before) * volume_change(i, zero, from.position);
+      change += (after - before) * cone_volume(loads_[i], surfaces_[i].origin, from.position);
     }
   }
-  return change + steady;
+  return change;
 }
 
 void SurfacePressure::add_gradient(const ForcePoint& at, Vector& gradient) const {
   for (std::size_t i = 0; i < loads_.size(); ++i) {
-    const double pressure = loads_[i].value * factor(loads_[i].history, at);
+    const double pressure = pressure_at(loads_[i], at);
     if (pressure == 0.0) continue;
     // The forces of the triangles themselves, whose sum is zero over a closed surface, and minus
     // those of the rim.
@@ -158,7 +162,7 @@ void SurfacePressure::add_hessian(const ForcePoint& at, HessianForm form,
   // matrix that stands for it is zero: the stiffness of the body is far larger.
   if (form == HessianForm::kConvex) return;
   for (std::size_t i = 0; i < loads_.size(); ++i) {
-    const double pressure = loads_[i].value * factor(loads_[i].history, at);
+    const double pressure = pressure_at(loads_[i], at);
     if (pressure == 0.0) continue;
     const Vector3& o = surfaces_[i].origin;
     for (const auto& triangle : loads_[i].triangles) {
@@ -186,7 +190,7 @@ double SurfacePressure::driven_work(const ForcePoint& from, const ForcePoint& to
 
 void SurfacePressure::add_load(const ForcePoint& at, Vector& force) const {
   for (std::size_t i = 0; i < loads_.size(); ++i) {
-    const double pressure = loads_[i].value * factor(loads_[i].history, at);
+    const double pressure = pressure_at(loads_[i], at);
     const Vector3& o = surfaces_[i].origin;
     for (const auto& [u, w] : surfaces_[i].rim) {
       const Vector3 share =

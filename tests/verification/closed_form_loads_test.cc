@@ -1,6 +1,7 @@
 // Equilibria of loaded bodies against the closed solutions of linear elasticity.
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "support/bodies.h"
 #include "tetraction/dynamics/consistent_loads.h"
@@ -28,6 +29,33 @@ PrescribedVertices sliding(const TetMesh& mesh, const Selection& selection, std:
   return held;
 }
 
+// The relative error of the sum of all displacements away from the z axis, which should be exact(r).
+template <class Exact>
+double radial_error(const TetMesh& mesh, const Vector& position, const Exact& exact) {
+  double sum = 0.0;
+  double expected = 0.0;
+  for (Index v = 0; v < mesh.vertex_count(); ++v) {
+    const Vector3 x = mesh.vertices[static_cast<std::size_t>(v)];
+    const double r = std::hypot(x.x(), x.y());
+    if (r == 0.0) continue;
+    const Vector3 u = vertex_block(position, v) - x;
+    sum += (u.x() * x.x() + u.y() * x.y()) / r;
+    expected += exact(r);
+  }
+  return std::abs(sum / expected - 1.0);
+}
+
+// Holds the three planes of symmetry x = 0, y = 0 and z = 0, and another plane z if one is given.
+Constraints symmetric(const MechanicalSystem& system, std::optional<double> another_z = {}) {
+  const TetMesh& mesh = system.mesh();
+  ConstraintList list;
+  for (int axis = 0; axis < 3; ++axis) {
+    list.held.push_back(sliding(mesh, SelectPlane{axis, 0.0, {}}, static_cast<std::size_t>(axis)));
+  }
+  if (another_z) list.held.push_back(sliding(mesh, SelectPlane{2, *another_z, {}}, 2));
+  return Constraints(list, mesh, system.mass());
+}
+
 MaterialModel soft(double young, double poisson) {
   const LameParameters lame = lame_from_young(young, poisson);
   return StVenantKirchhoff(lame.mu, lame.lambda);
@@ -52,11 +80,7 @@ TEST(ClosedForm, ATubeUnderPressureInside) {
                      x.y() == 0.0 ? 0.0 : r * std::sin(angle), x.z());
     });
     MechanicalSystem system(mesh, soft(kYoung, kPoisson), 1000.0);
-    ConstraintList list;
-    list.held = {
-        sliding(mesh, SelectPlane{0, 0.0, {}}, 0), sliding(mesh, SelectPlane{1, 0.0, {}}, 1),
-        sliding(mesh, SelectPlane{2, 0.0, {}}, 2), sliding(mesh, SelectPlane{2, 0.2, {}}, 2)};
-    system.set_constraints(Constraints(list, mesh, system.mass()));
+    system.set_constraints(symmetric(system, 0.2));
     PressureLoad pressure;
     for (const auto& triangle : boundary_faces(mesh)) {
       const bool is_inside = std::all_of(triangle.begin(), triangle.end(), [&](Index v) {
@@ -70,18 +94,11 @@ TEST(ClosedForm, ATubeUnderPressureInside) {
     system.set_pressures({pressure});
     const Equilibrium equilibrium = find_equilibrium(system);
     ASSERT_TRUE(equilibrium.found) << equilibrium.message;
-    double sum = 0.0;
-    double exact = 0.0;
-    for (Index v = 0; v < mesh.vertex_count(); ++v) {
-      const Vector3 x = mesh.vertices[static_cast<std::size_t>(v)];
-      const double r = std::hypot(x.x(), x.y());
-      const Vector3 u = vertex_block(equilibrium.position, v) - x;
-      sum += (u.x() * x.x() + u.y() * x.y()) / r;
-      exact += kPressure * kInner * kInner * r * (1.0 + kPoisson) /
-               (kYoung * (kOuter * kOuter - kInner * kInner)) *
-               (1.0 - 2.0 * kPoisson + kOuter * kOuter / (r * r));
-    }
-    errors[level] = std::abs(sum / exact - 1.0);
+    errors[level] = radial_error(mesh, equilibrium.position, [&](double r) {
+      return kPressure * kInner * kInner * r * (1.0 + kPoisson) /
+             (kYoung * (kOuter * kOuter - kInner * kInner)) *
+             (1.0 - 2.0 * kPoisson + kOuter * kOuter / (r * r));
+    });
   }
   EXPECT_LT(errors[1], 0.01);
   EXPECT_LT(errors[1], 0.35 * errors[0]);
@@ -123,25 +140,13 @@ TEST(ClosedForm, ARotatingDisc) {
     });
     MechanicalSystem system(mesh, soft(kYoung, kPoisson), kDensity);
     system.add_force_term(std::make_shared<Centrifugal>(kOmega));
-    ConstraintList list;
-    list.held = {sliding(mesh, SelectPlane{0, 0.0, {}}, 0),
-                 sliding(mesh, SelectPlane{1, 0.0, {}}, 1),
-                 sliding(mesh, SelectPlane{2, 0.0, {}}, 2)};
-    system.set_constraints(Constraints(list, mesh, system.mass()));
+    system.set_constraints(symmetric(system));
     const Equilibrium equilibrium = find_equilibrium(system);
     ASSERT_TRUE(equilibrium.found) << equilibrium.message;
-    double sum = 0.0;
-    double exact = 0.0;
-    for (Index v = 0; v < mesh.vertex_count(); ++v) {
-      const Vector3 x = mesh.vertices[static_cast<std::size_t>(v)];
-      const double r = std::hypot(x.x(), x.y());
-      if (r == 0.0) continue;
-      const Vector3 u = vertex_block(equilibrium.position, v) - x;
-      sum += (u.x() * x.x() + u.y() * x.y()) / r;
-      exact += kDensity * kOmega * kOmega * (1.0 - kPoisson) * r *
-               ((3.0 + kPoisson) * kRadius * kRadius - (1.0 + kPoisson) * r * r) / (8.0 * kYoung);
-    }
-    errors[level] = std::abs(sum / exact - 1.0);
+    errors[level] = radial_error(mesh, equilibrium.position, [&](double r) {
+      return kDensity * kOmega * kOmega * (1.0 - kPoisson) * r *
+             ((3.0 + kPoisson) * kRadius * kRadius - (1.0 + kPoisson) * r * r) / (8.0 * kYoung);
+    });
   }
   EXPECT_LT(errors[1], 0.01);
   EXPECT_LT(errors[1], 0.35 * errors[0]);
@@ -152,11 +157,7 @@ TEST(ClosedForm, ABarUnderTractionIsUniform) {
   for (const std::array<int, 3> cells : {std::array{1, 1, 1}, {5, 3, 2}}) {
     const TetMesh mesh = generate_box({1.0, 0.3, 0.2}, cells);
     MechanicalSystem system(mesh, soft(1e6, 0.3), 1000.0);
-    ConstraintList list;
-    list.held = {sliding(mesh, SelectPlane{0, 0.0, {}}, 0),
-                 sliding(mesh, SelectPlane{1, 0.0, {}}, 1),
-                 sliding(mesh, SelectPlane{2, 0.0, {}}, 2)};
-    system.set_constraints(Constraints(list, mesh, system.mass()));
+    system.set_constraints(symmetric(system));
     system.add_force(distributed_force(
         surface_distribution(mesh, select_triangles(mesh, SelectPlane{0, 1.0, {}})),
         Vector3(2e5, 0.0, 0.0)));

@@ -6,6 +6,7 @@
 #include <QLabel>
 #include <algorithm>
 #include <cmath>
+#include <string_view>
 #include <utility>
 
 #include "panel_layout.h"
@@ -37,19 +38,24 @@ const Vector3& vector_of(const ForceSettings& load) {
   return load.acceleration ? *load.acceleration : load.vector;
 }
 
+// The scene key that has the value which the fields show.
+std::string_view key_of(const ForceSettings& load) {
+  if (load.kind == LoadKind::kPressure) return "value";
+  if (load.total) return "total";
+  return load.acceleration ? "acceleration" : "vector";
+}
+
+// The unit of that key, with what completes it.
 QString unit_of(const ForceSettings& load) {
-  switch (load.kind) {
-    case LoadKind::kMoment:
-      return QStringLiteral("N m");
-    case LoadKind::kTraction:
-    case LoadKind::kPressure:
-      return QStringLiteral("Pa");
-    case LoadKind::kBodyForce:
-      return load.acceleration ? QStringLiteral("m/s²") : QStringLiteral("N/m³");
-    case LoadKind::kForce:
-      break;
-  }
-  return load.total ? QObject::tr("N in all") : QObject::tr("N on each vertex");
+  QString unit;
+  visit_load(load, [&]<class Settings>(const Settings&) {
+    for (const Key<Settings>& key : section_of<Settings>().keys) {
+      if (key.info.name != key_of(load)) continue;
+      unit = QObject::tr(key.info.unit);
+      if (key.info.per[0] != '\0') unit += QChar(' ') + QObject::tr(key.info.per);
+    }
+  });
+  return load.total ? QObject::tr("%1 in all").arg(unit) : unit;
 }
 
 }  // namespace
