@@ -1,6 +1,7 @@
 // tetraction modes: natural frequencies and mode shapes of the body of a scene.
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <chrono>
 #include <memory>
 #include <string>
@@ -32,9 +33,10 @@ struct ModesArguments {
   bool json = false;
 };
 
-void print_modes(const NormalModes& modes) {
-  print_result("{:>4}  {:>14}  {:>12}  {:>9}{:>9}{:>9}  {}\n", "mode", "frequency [Hz]",
-               "period [s]", "mass x", "mass y", "mass z", "kind");
+void print_modes(const NormalModes& modes, bool damped) {
+  print_result("{:>4}  {:>14}  {:>12}  {:>9}{:>9}{:>9}{}  {}\n", "mode", "frequency [Hz]",
+               "period [s]", "mass x", "mass y", "mass z",
+               damped ? fmt::format("{:>12}", "damping") : "", "kind");
   for (std::size_t i = 0; i < modes.modes.size(); ++i) {
     const NormalMode& mode = modes.modes[i];
     const Vector3 part = mass_fractions(mode, modes);
@@ -46,10 +48,17 @@ void print_modes(const NormalModes& modes) {
       frequency = fmt::format("{:.7g}", mode.frequency());
       period = fmt::format("{:.5g}", 1.0 / mode.frequency());
     }
-    print_result("{:>4}  {:>14}  {:>12}  {:>9.4f}{:>9.4f}{:>9.4f}  {}\n", i + 1, frequency, period,
-                 part.x(), part.y(), part.z(), to_string(mode.kind));
+    std::string damping;
+    if (damped) {
+      damping = fmt::format("{:>12}", mode.kind == ModeKind::kElastic
+                                          ? fmt::format("{:.4g}", mode.damping_ratio)
+                                          : "-");
+    }
+    print_result("{:>4}  {:>14}  {:>12}  {:>9.4f}{:>9.4f}{:>9.4f}{}  {}\n", i + 1, frequency,
+                 period, part.x(), part.y(), part.z(), damping, to_string(mode.kind));
   }
-  write_result("mass: the effective modal mass as a fraction of the mass that can move\n");
+  print_result("mass: the effective modal mass as a fraction of the mass that can move{}\n",
+               damped ? "; damping: the part of the critical damping that each mode has" : "");
 }
 
 // The equilibrium under the loads, or the undeformed body. Empty if there is no equilibrium, which
@@ -64,15 +73,24 @@ Vector positions_of_modes(const Scene& scene, const MechanicalSystem& system, bo
     return {};
   }
   if (!equilibrium.message.empty()) print_note(equilibrium.message);
-  if (system.has_load_of_position()) {
-    print_warning(
-        "the stiffness of the modes does not have that of the forces on the rim of a pressure, "
-        "which "
-        "have no potential: frequencies are right only if the rim is held");
-  }
   options.with_loads = true;
   options.multipliers = balancing_multipliers(system, equilibrium.position, equilibrium.load);
   return equilibrium.position;
+}
+
+// Tells of stiffness that the modes do not have, if it matters.
+void warn_of_neglected(const NormalModes& modes) {
+  constexpr double kMatters = 1e-4;
+  if (std::max(modes.neglected_stiffness, modes.neglected_growth) < kMatters) return;
+  print_warning(fmt::format(
+      "loads that depend on positions, such as those on the free rim of a pressure, have a part of "
+      "stiffness that is not symmetric. The modes do not have it. It changes a frequency by up to "
+      "{:.2g} %{}",
+      100.0 * modes.neglected_stiffness,
+      modes.neglected_growth < kMatters
+          ? ""
+          : fmt::format(", and lets a vibration grow as a damping ratio of {:.2g} would",
+                        -modes.neglected_growth)));
 }
 
 int compute_modes(const ModesArguments& arguments) {
@@ -96,6 +114,7 @@ int compute_modes(const ModesArguments& arguments) {
   const Vector q = positions_of_modes(scene, *system, arguments.loaded, options);
   if (q.size() == 0) return 1;
   const NormalModes modes = normal_modes(*system, q, options);
+  warn_of_neglected(modes);
   write_modes(*system, q, modes, directory);
   const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
   const std::string summary =
@@ -105,7 +124,7 @@ int compute_modes(const ModesArguments& arguments) {
   if (arguments.json) {
     write_result(summary);
   } else if (!arguments.quiet) {
-    print_modes(modes);
+    print_modes(modes, system->is_dissipative());
     if (static_cast<Index>(modes.modes.size()) < arguments.count) {
       print_result("the body has no more than these {} modes\n", modes.modes.size());
     }

@@ -57,11 +57,13 @@ StepOutcome LoadStepping::advance(const State& from, State& to) {
     sum_.cg_iterations += report.cg_iterations;
     const double rate = outcome.ok() ? largest_move(from, to) / (next - from.time) : 0.0;
     const bool jumped = outcome.ok() && rate_ > 0.0 && rate > kJump * rate_;
-    unstable = unstable || report.met_negative_curvature || jumped;
+    // If multipliers or loads did not settle, the minimisations on the way tell nothing.
+    const bool telling = outcome.ok() || !report.converged();
+    unstable = unstable || (report.met_negative_curvature && telling) || jumped;
     if (outcome.ok() && !report.met_negative_curvature && !jumped) {
       if (!cut) increment_ = std::min(2.0 * increment_, largest_increment_);
       rate_ = rate;
-      return accept(outcome, next);
+      return accept(outcome, to);
     }
     if (outcome.ok()) {
       beyond = {to, outcome, stepper_.reaction_force(), stepper_.configuration_force()};
@@ -82,7 +84,7 @@ StepOutcome LoadStepping::advance(const State& from, State& to) {
     stepper_.set_reactions(beyond.reaction, beyond.configuration_force);
     stepper_.reset();
     rate_ = 0.0;
-    return accept(beyond.outcome, to.time);
+    return accept(beyond.outcome, to);
   }
 }
 
@@ -97,9 +99,11 @@ void LoadStepping::enter_limit_point(const LimitPoint& limit) {
   }
 }
 
-StepOutcome LoadStepping::accept(const StepOutcome& outcome, double factor) {
-  path_.factor = factor;
+StepOutcome LoadStepping::accept(const StepOutcome& outcome, const State& to) {
+  path_.factor = to.time;
   ++path_.steps;
+  path_.force = std::max(stepper_.problem().applied_force(to.time, to.position).norm(),
+                         stepper_.reaction_force().norm());
   path_.residual = outcome.minimizer.residual;
   path_.residual_limit = outcome.minimizer.residual_limit;
   StepOutcome result = outcome;
@@ -119,13 +123,30 @@ std::string limit_text(const LimitPoint& limit) {
                    : "");
 }
 
+std::string round_off_text(const LoadPath& path) {
+  constexpr double kMuch = 1e-6;
+  if (path.residual <= kMuch * path.force) return {};
+  return fmt::format(
+      "round-off: the forces of the equilibrium balance each other to {:.1g} of their size only, "
+      "and "
+      "reactions are no more accurate. The loads are very small for the stiffness of the body: "
+      "make "
+      "them larger, or the body softer or larger",
+      path.residual / path.force);
+}
+
 std::string LoadStepping::message(const StepOutcome& outcome) const {
   std::string text;
   for (const LimitPoint& limit : path_.limit_points) {
     if (!outcome.ok() && limit.passed) continue;
     text += (text.empty() ? "" : "; ") + limit_text(limit);
   }
-  if (outcome.ok()) return text;
+  if (outcome.ok()) {
+    if (const std::string round_off = round_off_text(path_); !round_off.empty()) {
+      text += (text.empty() ? "" : "; ") + round_off;
+    }
+    return text;
+  }
   return text + fmt::format(
                     "{}no equilibrium was found beyond load factor {:.4f}: {}. The body may not be "
                     "able to carry the loads: make them smaller, hold it elsewhere, or raise "

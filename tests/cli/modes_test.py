@@ -16,7 +16,7 @@ from cli_test import BEAM, CliTest
 
 PROGRAM, DATA = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
 COLUMNS = ["mode", "frequency", "omega_squared", "effective_mass_x", "effective_mass_y",
-           "effective_mass_z", "modal_mass", "kind"]  # fmt: skip
+           "effective_mass_z", "modal_mass", "kind", "damping_ratio"]  # fmt: skip
 
 
 def read_grid(path):

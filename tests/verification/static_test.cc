@@ -473,6 +473,30 @@ TEST(StaticConstraints, DistancesAndHandles) {
 
 // The forces at the free rim of a pressure are no derivative of a potential. The equilibrium is where a
 // damped motion ends.
+// A distance that is shorter than in the undeformed body pulls its ends together with the load factor.
+TEST(StaticConstraints, LengthsFollowTheLoadFactor) {
+  Scene scene = soft_beam({2, 1, 1}, {4, 2, 2});
+  scene.fix = {fix(SelectPlane{0, 0.0, {}})};
+  ConstraintSettings distance;
+  distance.kind = ConstraintKind::kDistance;
+  const TetMesh mesh = generate_mesh(*scene.mesh.generate);
+  const Index a = select_vertices(mesh, SelectNearest{{0.0, 0.5, 0.5}}).front();
+  const Index b = select_vertices(mesh, SelectNearest{{2.0, 0.5, 0.5}}).front();
+  distance.vertices = {a, b};
+  distance.length = 1.6;
+  scene.constraint = {distance};
+  Session session(scene, mesh, Analysis::kEquilibrium, 0.25);
+  Index steps = 0;
+  while (session.step()) {
+    const Vector& x = session.state().position;
+    const double length = (x.segment<3>(3 * a) - x.segment<3>(3 * b)).norm();
+    EXPECT_NEAR(length, 2.0 - 0.4 * session.time(), 1e-10) << ++steps;
+    EXPECT_LT(session.constraint_error(), 1e-10);
+  }
+  EXPECT_EQ(session.status(), RunStatus::kFinished) << session.message();
+  EXPECT_GE(steps, 4);
+}
+
 TEST(StaticConstraints, PressureWithAFreeRim) {
   Scene scene = soft_beam({2, 1, 1}, {4, 2, 2});
   scene.fix = {fix(SelectPlane{0, 0.0, {}})};

@@ -24,6 +24,10 @@ struct NormalMode {
   Vector shape;
   /// (φᵀM r_d)² for the unit translations r_d along x, y, z: the effective modal masses, kg.
   Vector3 effective_mass = Vector3::Zero();
+  /// φᵀCφ/(2ω), the part of the critical damping, with the damping matrix C of small motions about the
+  /// positions: drag, mass damping, viscosity and other dissipation. 0 without damping; infinite for a
+  /// damped rigid mode. It says nothing of an unstable mode.
+  double damping_ratio = 0.0;
 
   /// √|ω²|/2π, Hz: the frequency of an elastic mode. For an unstable mode it is the rate of growth
   /// over 2π, as an imaginary frequency.
@@ -39,6 +43,12 @@ struct NormalModes {
   /// The number of modes that the body has: free coordinates less independent equations of
   /// constraints.
   Index total = 0;
+  /// With loads that depend on positions: by how much the part of their stiffness that K does not have
+  /// would change a frequency of these modes, at most, relative to it (see normal_modes()).
+  double neglected_stiffness = 0.0;
+  /// The largest rate at which that part would let one of these vibrations grow, over its ω: minus a
+  /// damping ratio.
+  double neglected_growth = 0.0;
 };
 
 struct NormalModeOptions {
@@ -65,8 +75,11 @@ Vector balancing_multipliers(const MechanicalSystem& system, const Vector& q, co
 /// Lanczos iterations (Spectra) with the inverse of K − σM, which CHOLMOD factorises (B. N. Parlett,
 /// The Symmetric Eigenvalue Problem, 13). K is the Hessian of the elastic energy and of the
 /// potentials of force terms at `time`. Distances and free rigid handles are linearised: modes
-/// satisfy (∂g/∂q) δq = 0, and K has the curvature Σ λᵢ ∂²gᵢ/∂q² of the equations. Loads without a
-/// potential are dead: they do not enter K. Damping is ignored.
+/// satisfy (∂g/∂q) δq = 0, and K has the curvature Σ λᵢ ∂²gᵢ/∂q² of the equations. Of loads that depend
+/// on positions and have no potential, K has the symmetric part of the stiffness
+/// (ForceTerm::add_load_stiffness()). The remaining part R is measured: with the modes φ found,
+/// the eigenvalues of diag(ω²) + (φᵢᵀRφⱼ) are compared with the ω². Damping does not change
+/// frequencies or shapes.
 ///
 /// Rigid motions that meet no stiffness are found exactly, apart from the iterations. Eigenvalues of
 /// any multiplicity are found in full, since the search is repeated in what the modes found so far
