@@ -102,10 +102,13 @@ void LoadStepping::enter_limit_point(const LimitPoint& limit) {
 StepOutcome LoadStepping::accept(const StepOutcome& outcome, const State& to) {
   path_.factor = to.time;
   ++path_.steps;
-  path_.force = std::max(stepper_.problem().applied_force(to.time, to.position).norm(),
-                         stepper_.reaction_force().norm());
   path_.residual = outcome.minimizer.residual;
   path_.residual_limit = outcome.minimizer.residual_limit;
+  const StaticProblem& problem = stepper_.problem();
+  path_.force = std::max(problem.applied_force(to.time, to.position).norm(),
+                         stepper_.reaction_force().norm());
+  // Without loads and prescribed displacements the reactions are mere round-off.
+  if (problem.force_scale() == 0.0 && path_.force <= path_.residual_limit) path_.force = 0.0;
   StepOutcome result = outcome;
   result.minimizer.iterations = sum_.iterations;
   result.minimizer.factorizations = sum_.factorizations;
@@ -125,7 +128,7 @@ std::string limit_text(const LimitPoint& limit) {
 
 std::string round_off_text(const LoadPath& path) {
   constexpr double kMuch = 1e-6;
-  if (path.residual <= kMuch * path.force) return {};
+  if (path.force == 0.0 || path.residual <= kMuch * path.force) return {};
   return fmt::format(
       "round-off: the forces of the equilibrium balance each other to {:.1g} of their size only, "
       "and "

@@ -121,6 +121,38 @@ class Modes(CliTest):
         self.assertGreater(arrays["displacement"][:, 0].max(), 0.1)
         self.assertNotIn("displacement", read_grid(self.path("rest", "mode_01.vtu"))[1])
 
+    def test_pressure_with_a_free_rim(self):
+        scene = self.write("beam.toml", BEAM + """
+[[pressure]]
+select = { plane = { axis = "x", at = 4.0 } }
+value = 2.0e4
+""")  # fmt: skip
+        result = self.run_program("modes", scene, "-n", "4", "--out", "m", "--static")
+        with open(self.path("m", "summary.json")) as file:
+            neglected = json.load(file)["neglected_stiffness"]
+        self.assertGreater(neglected["frequency"], 1e-4)
+        self.assertIn("a part of stiffness that is not symmetric", result.stderr)
+        self.assertIn(f"up to {100 * neglected['frequency']:.2g} %", result.stderr)
+        small = self.run_program("modes", scene, "-n", "4", "--out", "m", "--static", "--set",
+                                 "pressure.0.value=10.0")  # fmt: skip
+        self.assertNotIn("not symmetric", small.stderr)
+
+    def test_damping_ratios(self):
+        scene = self.write("beam.toml", BEAM)
+        plain = self.run_program("modes", scene, "-n", "2", "--out", "m")
+        self.assertNotIn("damping", plain.stdout)
+        self.assertEqual([float(row["damping_ratio"]) for row in self.rows()], [0.0, 0.0])
+        damping = ["--set", "damping.mass_damping=0.5"]
+        damped = self.run_program("modes", scene, "-n", "2", "--out", "m", *damping)
+        for row in self.rows():
+            ratio = 0.5 / (4 * math.pi * float(row["frequency"]))
+            self.assertAlmostEqual(float(row["damping_ratio"]), ratio, places=12)
+            self.assertIn(f"{ratio:.4g}", damped.stdout)
+        lowest = float(self.rows()[0]["damping_ratio"])
+        self.assertIn(f": {lowest:.4g} (tetraction modes", self.run_program("check", scene, *damping).stdout)
+        report = json.loads(self.run_program("check", scene, "--json", *damping).stdout)
+        self.assertAlmostEqual(report["lowest_damping_ratio"], lowest, places=12)
+
     def test_refusals(self):
         scene = self.write("beam.toml", BEAM)
         for count in ("0", "-3", "1001", "many"):

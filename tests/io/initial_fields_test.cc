@@ -199,6 +199,19 @@ TEST_F(InitialFields, TheWriterWritesThemBack) {
   EXPECT_NE(s.echo.find("\"formula\""), std::string::npos);
 }
 
+TEST_F(InitialFields, WhatInvertsAnElementIsNamedWithItsPlace) {
+  const Scene s =
+      scene("stretch = [1, 2, 1]\ndisplacement = { formula = [\"-2*X\", \"0\", \"0\"] }\n");
+  const auto system = make_system(s, read_scene_mesh(s));
+  try {
+    make_initial_state(s, *system);
+    ADD_FAILURE();
+  } catch (const InputError& error) {
+    EXPECT_EQ(error.what(),
+              s.path + ":8:1: initial.displacement inverts element 0: make it smaller.");
+  }
+}
+
 TEST_F(InitialFields, AMeshWithoutTheFieldIsRefused) {
   const Scene s = scene("displacement = { formula = [\"0.1*X\", \"0\", \"0\"] }\n");
   try {

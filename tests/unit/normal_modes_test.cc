@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 
 #include "support/bodies.h"
 #include "tetraction/core/error.h"
@@ -388,6 +389,35 @@ TEST(NormalModes, AboutAnEquilibriumWithADistance) {
   EXPECT_LT((others + rod).norm(), 1e-7 * rod.norm());
 
   expect_dense_modes(*system, q, 10, multipliers);
+}
+
+// For ν = 0 the damping matrix is aM + βK + drag: ζ = (a + k_D φᵀφ)/(2ω) + βω/2 for every mode.
+TEST(NormalModes, DampingRatios) {
+  const TetMesh mesh = generate_box({2, 0.5, 0.5}, {6, 2, 2});
+  const LameParameters lame = lame_from_young(1e6, 0.0);
+  MechanicalSystem system(mesh, NeoHookean(lame.mu, lame.lambda), kDensity);
+  const Vector q = mesh.rest_positions();
+  for (const NormalMode& mode : normal_modes(system, q).modes) EXPECT_EQ(mode.damping_ratio, 0.0);
+  system.set_damping({0.0, 0.0, 2e-3 * lame.mu});
+  for (const NormalMode& mode : normal_modes(system, q).modes) {
+    if (mode.kind == ModeKind::kRigid) {
+      EXPECT_EQ(mode.damping_ratio, 0.0) << "viscosity does not damp rigid motions";
+    }
+  }
+  system.set_damping({0.03, 0.7, 2e-3 * lame.mu});
+  Index elastic = 0;
+  for (const NormalMode& mode : normal_modes(system, q).modes) {
+    if (mode.kind == ModeKind::kRigid) {
+      EXPECT_EQ(mode.damping_ratio, std::numeric_limits<double>::infinity());
+      continue;
+    }
+    ++elastic;
+    const double omega = std::sqrt(mode.omega_squared);
+    const double expected =
+        (0.7 + 0.03 * mode.shape.squaredNorm()) / (2.0 * omega) + 2e-3 * omega / 2.0;
+    EXPECT_NEAR(mode.damping_ratio, expected, 1e-9 * expected);
+  }
+  EXPECT_EQ(elastic, 4);
 }
 
 TEST(NormalModes, RefusesWhatHasNoModes) {

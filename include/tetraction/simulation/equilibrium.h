@@ -26,7 +26,8 @@ struct LoadPath {
   std::vector<LimitPoint> limit_points;  ///< in the order of their load factors
   double residual = 0.0;                 ///< |Tᵀ∇Π|₂ of the last load step, N
   double residual_limit = 0.0;           ///< what it had to be below, N
-  double force = 0.0;  ///< the larger of the norms of loads and reactions of the last load step, N
+  /// The larger of the norms of loads and reactions of the last load step, N; 0 if nothing acts.
+  double force = 0.0;
 };
 
 /// An equilibrium, or the last one on the way to it.
