@@ -1,7 +1,6 @@
 // tetraction modes: natural frequencies and mode shapes of the body of a scene.
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <chrono>
 #include <memory>
 #include <string>
@@ -44,18 +43,19 @@ void print_modes(const NormalModes& modes, bool damped) {
     std::string period = "-";
     if (mode.kind == ModeKind::kRigid) frequency = "0";
     if (mode.kind == ModeKind::kUnstable) frequency = fmt::format("{:.7g} i", mode.frequency());
-    if (mode.kind == ModeKind::kElastic) {
+    if (is_vibration(mode.kind)) {
       frequency = fmt::format("{:.7g}", mode.frequency());
       period = fmt::format("{:.5g}", 1.0 / mode.frequency());
     }
     std::string damping;
     if (damped) {
-      damping = fmt::format("{:>12}", mode.kind == ModeKind::kElastic
-                                          ? fmt::format("{:.4g}", mode.damping_ratio)
-                                          : "-");
+      damping = fmt::format(
+          "{:>12}", is_vibration(mode.kind) ? fmt::format("{:.4g}", mode.damping_ratio) : "-");
     }
-    print_result("{:>4}  {:>14}  {:>12}  {:>9.4f}{:>9.4f}{:>9.4f}{}  {}\n", i + 1, frequency,
-                 period, part.x(), part.y(), part.z(), damping, to_string(mode.kind));
+    const std::string growth =
+        mode.growth_rate > 0.0 ? fmt::format(", grows by {:.4g} 1/s", mode.growth_rate) : "";
+    print_result("{:>4}  {:>14}  {:>12}  {:>9.4f}{:>9.4f}{:>9.4f}{}  {}{}\n", i + 1, frequency,
+                 period, part.x(), part.y(), part.z(), damping, to_string(mode.kind), growth);
   }
   print_result("mass: the effective modal mass as a fraction of the mass that can move{}\n",
                damped ? "; damping: the part of the critical damping that each mode has" : "");
@@ -76,21 +76,6 @@ Vector positions_of_modes(const Scene& scene, const MechanicalSystem& system, bo
   options.with_loads = true;
   options.multipliers = balancing_multipliers(system, equilibrium.position, equilibrium.load);
   return equilibrium.position;
-}
-
-// Tells of stiffness that the modes do not have, if it matters.
-void warn_of_neglected(const NormalModes& modes) {
-  constexpr double kMatters = 1e-4;
-  if (std::max(modes.neglected_stiffness, modes.neglected_growth) < kMatters) return;
-  print_warning(fmt::format(
-      "loads that depend on positions, such as those on the free rim of a pressure, have a part of "
-      "stiffness that is not symmetric. The modes do not have it. It changes a frequency by up to "
-      "{:.2g} %{}",
-      100.0 * modes.neglected_stiffness,
-      modes.neglected_growth < kMatters
-          ? ""
-          : fmt::format(", and lets a vibration grow as a damping ratio of {:.2g} would",
-                        -modes.neglected_growth)));
 }
 
 int compute_modes(const ModesArguments& arguments) {
@@ -114,7 +99,6 @@ int compute_modes(const ModesArguments& arguments) {
   const Vector q = positions_of_modes(scene, *system, arguments.loaded, options);
   if (q.size() == 0) return 1;
   const NormalModes modes = normal_modes(*system, q, options);
-  warn_of_neglected(modes);
   write_modes(*system, q, modes, directory);
   const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
   const std::string summary =

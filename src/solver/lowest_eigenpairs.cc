@@ -1,6 +1,7 @@
 #include "lowest_eigenpairs.h"
 
 #include <Spectra/SymEigsSolver.h>
+#include <Eigen/Cholesky>
 #include <Eigen/LU>
 
 #include <algorithm>
@@ -176,27 +177,60 @@ double factorize_shifted(const ScaledStiffness& stiffness, const LinearisedEquat
 
 }  // namespace
 
-std::vector<Eigenpair> lowest_eigenpairs(const ScaledStiffness& stiffness,
-                                         const LinearisedEquations& equations, const Matrix& known,
-                                         Index count) {
-  SparseCholesky cholesky(stiffness.pattern());
-  double sigma = factorize_shifted(stiffness, equations, cholesky);
-  const Index total = stiffness.size() - equations.count();
-  const auto find = [&](Index wanted) {
-    return lowest_pairs(stiffness, equations, known, cholesky, sigma,
-                        std::min(wanted, total - known.cols()), total);
-  };
-  if (equations.count() > 0) {
+class ModeSearch::Implementation {
+ public:
+  Implementation(const ScaledStiffness& stiffness, const LinearisedEquations& equations,
+                 const Matrix& known)
+      : stiffness_(stiffness),
+        equations_(equations),
+        known_(known),
+        cholesky_(stiffness.pattern()),
+        sigma_(factorize_shifted(stiffness, equations, cholesky_)) {
+    if (equations.count() == 0) return;
     // Without the equations the body may have more rigid motions, in which the inverse has the
     // round-off of 1/σ. A σ of the order of the lowest ω² avoids it.
     constexpr Index kFew = 4;
-    for (const Eigenpair& pair : find(kFew)) {
-      if (pair.value < -10.0 * sigma) continue;
-      if (cholesky.factorize(stiffness.shifted(-pair.value))) sigma = -pair.value;
+    for (const Eigenpair& pair : lowest(kFew)) {
+      if (pair.value < -10.0 * sigma_) continue;
+      if (cholesky_.factorize(stiffness.shifted(-pair.value))) sigma_ = -pair.value;
       break;
     }
   }
-  return find(count);
+
+  std::vector<Eigenpair> lowest(Index count) {
+    const Index total = stiffness_.size() - equations_.count();
+    return lowest_pairs(stiffness_, equations_, known_, cholesky_, sigma_,
+                        std::min(count, total - known_.cols()), total);
+  }
+
+  Vector solve(const Vector& r) {
+    if (!inverse_) {
+      inverse_ = std::make_unique<InverseOperation>(cholesky_, equations_, 1.0);
+    }
+    return inverse_->apply(equations_.project(r));
+  }
+
+ private:
+  const ScaledStiffness& stiffness_;
+  const LinearisedEquations& equations_;
+  const Matrix& known_;
+  SparseCholesky cholesky_;
+  double sigma_;
+  std::unique_ptr<InverseOperation> inverse_;  // made when first needed
+};
+
+ModeSearch::ModeSearch(const ScaledStiffness& stiffness, const LinearisedEquations& equations,
+                       const Matrix& known)
+    : implementation_(std::make_unique<Implementation>(stiffness, equations, known)) {}
+
+ModeSearch::~ModeSearch() = default;
+
+std::vector<Eigenpair> ModeSearch::lowest(Index count) {
+  return implementation_->lowest(count);
+}
+
+Vector ModeSearch::solve(const Vector& r) const {
+  return implementation_->solve(r);
 }
 
 }  // namespace tetraction

@@ -1,7 +1,6 @@
 #include "tetraction/solver/normal_modes.h"
 
 #include <fmt/format.h>
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/QR>
 
@@ -16,6 +15,7 @@
 #include "lowest_eigenpairs.h"
 #include "small_motions.h"
 #include "tetraction/core/error.h"
+#include "unsymmetric_modes.h"
 
 namespace tetraction {
 namespace {
@@ -186,7 +186,7 @@ void enter_damping(const MechanicalSystem& system, const Vector& q, double time,
     force = -force;
     blocks.add_product(mode.shape, force);
     const double rate = std::max(0.0, mode.shape.dot(force));
-    if (mode.kind == ModeKind::kElastic) {
+    if (is_vibration(mode.kind)) {
       mode.damping_ratio = 0.5 * rate / std::sqrt(mode.omega_squared);
     } else if (mode.kind == ModeKind::kRigid && rate > 0.0) {
       // A rigid motion strains nothing, so that viscosity gives it round-off only.
@@ -199,51 +199,81 @@ void enter_damping(const MechanicalSystem& system, const Vector& q, double time,
   }
 }
 
-// Compares the ω² with the eigenvalues of the modes under the whole stiffness of the loads.
-void measure_neglected(const MechanicalSystem& system, const Vector& q, double time,
-                       NormalModes& modes) {
-  constexpr double kStep = 1e-5;  // of the body's size; loads on a rim are quadratic in positions
-  if (!system.has_load_of_position()) return;
-  const auto count = static_cast<Index>(modes.modes.size());
-  HessianBlocks known;
-  known.reset(system.vertex_count());
-  for (const ForceTerm* term : system.force_terms()) {
-    if (!term->has_load() || !term->load_depends_on_position()) continue;
-    term->add_load_stiffness(system.force_point(q, time), known);
+// A mode of a complex ω², if it is one, has the frequency and the rate of growth of e^(iωt).
+NormalMode make_complex_mode(const MechanicalSystem& system, const ScaledStiffness& stiffness,
+                             std::complex<double> omega_squared, const Vector& z) {
+  // Two equal frequencies may become conjugates by round-off.
+  constexpr double kReal = 1e-6;
+  NormalMode mode = make_mode(system, stiffness, omega_squared.real(), z.normalized());
+  if (std::abs(omega_squared.imag()) <= kReal * std::abs(omega_squared)) return mode;
+  const std::complex<double> omega = std::sqrt(omega_squared);
+  mode.kind = ModeKind::kFlutter;
+  mode.omega_squared = omega.real() * omega.real();
+  mode.growth_rate = std::abs(omega.imag());
+  return mode;
+}
+
+// Whether the stiffness of loads has a part that S does not have, and the product with it.
+class RestOfLoads {
+ public:
+  RestOfLoads(const MechanicalSystem& system, const Vector& q, double time)
+      : system_(system), q_(q), time_(time), size_(std::cbrt(system.mesh().total_volume())) {
+    known_.reset(system.vertex_count());
+    for (const ForceTerm* term : system.force_terms()) {
+      if (!term->has_load() || !term->load_depends_on_position()) continue;
+      term->add_load_stiffness(system.force_point(q, time), known_);
+    }
   }
-  const double size = std::cbrt(system.mesh().total_volume());
-  Matrix rest(q.size(), count);  // R φ
-  for (Index j = 0; j < count; ++j) {
-    const Vector& shape = modes.modes[static_cast<std::size_t>(j)].shape;
-    const double length = kStep * size / shape.cwiseAbs().maxCoeff();
-    const Vector ahead = q + length * shape;
-    const Vector behind = q - length * shape;
+
+  // −∂f/∂x u less what S has, N. Loads on a rim are quadratic in the positions, so that the difference is
+  // exact up to round-off.
+  Vector product(const Vector& u) const {
+    constexpr double kStep = 1e-5;  // of the body's size
+    const double largest = u.cwiseAbs().maxCoeff();
+    Vector product = Vector::Zero(u.size());
+    if (largest == 0.0) return product;
+    const double length = kStep * size_ / largest;
+    known_.add_product(u, product);
+    const Vector ahead = q_ + length * u;
+    const Vector behind = q_ - length * u;
     Vector forward;
     Vector backward;
-    system.external_force(system.force_point(ahead, time), forward);
-    system.external_force(system.force_point(behind, time), backward);
-    Vector product = Vector::Zero(q.size());
-    known.add_product(shape, product);
-    rest.col(j) = (backward - forward) / (2.0 * length) - product;
+    system_.external_force(system_.force_point(ahead, time_), forward);
+    system_.external_force(system_.force_point(behind, time_), backward);
+    return (backward - forward) / (2.0 * length) - product;
   }
-  Matrix matrix(count, count);
-  for (Index i = 0; i < count; ++i) {
-    const NormalMode& mode = modes.modes[static_cast<std::size_t>(i)];
-    matrix.row(i) = mode.shape.transpose() * rest;
-    matrix(i, i) += mode.omega_squared;
+
+ private:
+  const MechanicalSystem& system_;
+  const Vector& q_;
+  double time_;
+  double size_;
+  HessianBlocks known_;
+};
+
+// The modes with the whole stiffness of the loads. `modes`: eigenvectors of S as columns.
+std::vector<NormalMode> modes_under_loads(const MechanicalSystem& system, const Vector& q,
+                                          double time, const ScaledStiffness& stiffness,
+                                          const LinearisedEquations& equations,
+                                          const ModeSearch& search, const Matrix& start,
+                                          Index count) {
+  const RestOfLoads rest(system, q, time);
+  const auto product = [&](const Vector& z) {
+    const Vector forces = stiffness.product(z) + equations.curvature_product(z) +
+                          stiffness.scaled(rest.product(stiffness.displacements(z)));
+    return equations.project(forces);
+  };
+  std::vector<NormalMode> modes;
+  for (const ComplexEigenpair& pair : lowest_unsymmetric(
+           product, [&](const Vector& r) { return search.solve(r); }, start, count)) {
+    // The two conjugates have the same plane of motion: one gives the first of its axes, the other
+    // one the second.
+    const bool second = pair.value.imag() < 0.0;
+    modes.push_back(
+        make_complex_mode(system, stiffness, pair.value,
+                          second ? Vector(pair.vector.imag()) : Vector(pair.vector.real())));
   }
-  Eigen::VectorXcd values = Eigen::EigenSolver<Matrix>(matrix, false).eigenvalues();
-  std::sort(values.begin(), values.end(),
-            [](const auto& a, const auto& b) { return a.real() < b.real(); });
-  for (Index i = 0; i < count; ++i) {
-    const NormalMode& mode = modes.modes[static_cast<std::size_t>(i)];
-    if (mode.kind != ModeKind::kElastic) continue;
-    const double omega = std::sqrt(mode.omega_squared);
-    const std::complex<double> other = std::sqrt(values[i]);
-    modes.neglected_stiffness =
-        std::max(modes.neglected_stiffness, std::abs(other.real() - omega) / omega);
-    modes.neglected_growth = std::max(modes.neglected_growth, std::abs(other.imag()) / omega);
-  }
+  return modes;
 }
 
 }  // namespace
@@ -254,6 +284,8 @@ const char* to_string(ModeKind kind) {
       return "rigid";
     case ModeKind::kElastic:
       return "elastic";
+    case ModeKind::kFlutter:
+      return "flutter";
     case ModeKind::kUnstable:
       break;
   }
@@ -308,15 +340,29 @@ NormalModes normal_modes(const MechanicalSystem& system, const Vector& q,
     result.moved_mass[d] =
         equations.project(stiffness.scaled(system.momentum_of(unit))).squaredNorm();
   }
-  for (Index j = 0; j < rigid.cols(); ++j) {
+  const bool under_loads = options.with_loads && system.has_load_of_position();
+  for (Index j = 0; !under_loads && j < rigid.cols(); ++j) {
     result.modes.push_back(make_mode(system, stiffness, 0.0, rigid.col(j)));
   }
   const Index others = result.total - rigid.cols();
-  if (others > 0) {
+  if (others > 0 || under_loads) {
     // There may be unstable modes, which come before the rigid ones.
-    for (const Eigenpair& pair :
-         lowest_eigenpairs(stiffness, equations, rigid, std::min(options.count, others))) {
-      result.modes.push_back(make_mode(system, stiffness, pair.value, pair.vector));
+    constexpr Index kSpare = 4;
+    ModeSearch search(stiffness, equations, rigid);
+    const std::vector<Eigenpair> pairs =
+        search.lowest(options.count + (under_loads ? kSpare : Index{0}));
+    if (under_loads) {
+      Matrix start(stiffness.size(), rigid.cols() + static_cast<Index>(pairs.size()));
+      start.leftCols(rigid.cols()) = rigid;
+      for (std::size_t j = 0; j < pairs.size(); ++j) {
+        start.col(rigid.cols() + static_cast<Index>(j)) = pairs[j].vector;
+      }
+      result.modes = modes_under_loads(system, q, options.time, stiffness, equations, search, start,
+                                       options.count);
+    } else {
+      for (const Eigenpair& pair : pairs) {
+        result.modes.push_back(make_mode(system, stiffness, pair.value, pair.vector));
+      }
     }
   }
   std::stable_sort(
@@ -326,7 +372,6 @@ NormalModes normal_modes(const MechanicalSystem& system, const Vector& q,
     result.modes.resize(static_cast<std::size_t>(options.count));
   }
   enter_damping(system, q, options.time, result);
-  if (options.with_loads) measure_neglected(system, q, options.time, result);
   return result;
 }
 

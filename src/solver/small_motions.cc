@@ -85,6 +85,15 @@ std::vector<double> ScaledStiffness::shifted(double sigma) const {
   return values;
 }
 
+Vector ScaledStiffness::product(const Vector& z) const {
+  Vector product = Vector::Zero(z.size());
+  for_each_entry([&](std::size_t k, Index i, Index j) {
+    product[i] += values_[k] * z[j];
+    if (i != j) product[j] += values_[k] * z[i];
+  });
+  return product;
+}
+
 Vector ScaledStiffness::terms_product(const Vector& displacements) const {
   Vector product = Vector::Zero(displacements.size());
   terms_.add_product(displacements, product);

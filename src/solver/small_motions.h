@@ -27,6 +27,8 @@ class ScaledStiffness {
   double unit() const { return largest_ > 0.0 ? largest_ : 1.0; }
   /// The entries of S − σ in the pattern's order.
   std::vector<double> shifted(double sigma) const;
+  /// S z.
+  Vector product(const Vector& z) const;
   /// m^(−½) Tᵀ f: forces in the coordinates of S.
   Vector scaled(const Vector& forces) const {
     return inverse_root_mass_.cwiseProduct(coordinates_.restrict(forces));
@@ -66,6 +68,8 @@ struct LinearisedEquations {
                       const Vector& position, const Vector& multipliers);
 
   Index count() const { return h.cols(); }
+  /// Q D Qᵀ z.
+  Vector curvature_product(const Vector& z) const { return q * (curvature * (q.transpose() * z)); }
   /// The part of z that the equations allow.
   Vector project(const Vector& z) const {
     if (count() == 0) return z;
