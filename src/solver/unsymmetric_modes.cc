@@ -15,7 +15,7 @@ namespace {
 class SearchSpace {
  public:
   SearchSpace(const std::function<Vector(const Vector&)>& product, const Matrix& start)
-      : product_(product), basis_(start.rows(), 0), image_(start.rows(), 0) {
+      : product_(&product), basis_(start.rows(), 0), image_(start.rows(), 0) {
     for (Index j = 0; j < start.cols(); ++j) add(start.col(j));
   }
 
@@ -34,7 +34,7 @@ class SearchSpace {
     basis_.conservativeResize(Eigen::NoChange, size() + 1);
     basis_.rightCols<1>() = z;
     image_.conservativeResize(Eigen::NoChange, size());
-    image_.rightCols<1>() = product_(z);
+    image_.rightCols<1>() = (*product_)(z);
     return true;
   }
   // The eigenpairs of VᵀAV, by their real parts. A vector is that of coefficients.
@@ -57,7 +57,7 @@ class SearchSpace {
   }
 
  private:
-  const std::function<Vector(const Vector&)>& product_;
+  const std::function<Vector(const Vector&)>* product_;
   Matrix basis_;
   Matrix image_;
 };
