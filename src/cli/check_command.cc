@@ -148,6 +148,7 @@ int check(const std::string& path, const std::vector<std::string>& overrides, bo
   const double step = scene.time.automatic ? 0.5 * limit.critical_step : scene.time.step;
   const Spectrum spectrum = spectrum_of(*system, limit, with_spectrum);
   if (spectrum.lowest) json["lowest_frequency"] = *spectrum.lowest;
+  if (spectrum.damping_ratio > 0.0) json["lowest_damping_ratio"] = spectrum.damping_ratio;
   json["highest_frequency"] = spectrum.highest;
   if (with_spectrum) json["spectrum"] = spectrum_json(spectrum, step);
 

@@ -138,6 +138,8 @@ int guarded(int argc, char** argv) {
     return run_program(argc, argv);
   } catch (const tetraction::InputError& error) {
     return report(kWrongInput, error.what());
+  } catch (const tetraction::NumericalError& error) {
+    return report(kNumericalFailure, error.what());
   } catch (const tetraction::FileError& error) {
     return report(kBadFile, error.what());
   } catch (const tetraction::OutputError& error) {

@@ -32,9 +32,10 @@ struct ModesArguments {
   bool json = false;
 };
 
-void print_modes(const NormalModes& modes) {
-  print_result("{:>4}  {:>14}  {:>12}  {:>9}{:>9}{:>9}  {}\n", "mode", "frequency [Hz]",
-               "period [s]", "mass x", "mass y", "mass z", "kind");
+void print_modes(const NormalModes& modes, bool damped) {
+  print_result("{:>4}  {:>14}  {:>12}  {:>9}{:>9}{:>9}{}  {}\n", "mode", "frequency [Hz]",
+               "period [s]", "mass x", "mass y", "mass z",
+               damped ? fmt::format("{:>12}", "damping") : "", "kind");
   for (std::size_t i = 0; i < modes.modes.size(); ++i) {
     const NormalMode& mode = modes.modes[i];
     const Vector3 part = mass_fractions(mode, modes);
@@ -42,14 +43,22 @@ void print_modes(const NormalModes& modes) {
     std::string period = "-";
     if (mode.kind == ModeKind::kRigid) frequency = "0";
     if (mode.kind == ModeKind::kUnstable) frequency = fmt::format("{:.7g} i", mode.frequency());
-    if (mode.kind == ModeKind::kElastic) {
+    if (is_vibration(mode.kind)) {
       frequency = fmt::format("{:.7g}", mode.frequency());
       period = fmt::format("{:.5g}", 1.0 / mode.frequency());
     }
-    print_result("{:>4}  {:>14}  {:>12}  {:>9.4f}{:>9.4f}{:>9.4f}  {}\n", i + 1, frequency, period,
-                 part.x(), part.y(), part.z(), to_string(mode.kind));
+    std::string damping;
+    if (damped) {
+      damping = fmt::format(
+          "{:>12}", is_vibration(mode.kind) ? fmt::format("{:.4g}", mode.damping_ratio) : "-");
+    }
+    const std::string growth =
+        mode.growth_rate > 0.0 ? fmt::format(", grows by {:.4g} 1/s", mode.growth_rate) : "";
+    print_result("{:>4}  {:>14}  {:>12}  {:>9.4f}{:>9.4f}{:>9.4f}{}  {}{}\n", i + 1, frequency,
+                 period, part.x(), part.y(), part.z(), damping, to_string(mode.kind), growth);
   }
-  write_result("mass: the effective modal mass as a fraction of the mass that can move\n");
+  print_result("mass: the effective modal mass as a fraction of the mass that can move{}\n",
+               damped ? "; damping: the part of the critical damping that each mode has" : "");
 }
 
 // The equilibrium under the loads, or the undeformed body. Empty if there is no equilibrium, which
@@ -64,12 +73,6 @@ Vector positions_of_modes(const Scene& scene, const MechanicalSystem& system, bo
     return {};
   }
   if (!equilibrium.message.empty()) print_note(equilibrium.message);
-  if (system.has_load_of_position()) {
-    print_warning(
-        "the stiffness of the modes does not have that of the forces on the rim of a pressure, "
-        "which "
-        "have no potential: frequencies are right only if the rim is held");
-  }
   options.with_loads = true;
   options.multipliers = balancing_multipliers(system, equilibrium.position, equilibrium.load);
   return equilibrium.position;
@@ -105,7 +108,7 @@ int compute_modes(const ModesArguments& arguments) {
   if (arguments.json) {
     write_result(summary);
   } else if (!arguments.quiet) {
-    print_modes(modes);
+    print_modes(modes, system->is_dissipative());
     if (static_cast<Index>(modes.modes.size()) < arguments.count) {
       print_result("the body has no more than these {} modes\n", modes.modes.size());
     }

@@ -77,6 +77,7 @@ Spectrum spectrum_of(const MechanicalSystem& system, const StabilityLimit& limit
       if (mode.kind == ModeKind::kUnstable) ++spectrum.unstable;
       if (mode.kind != ModeKind::kElastic) continue;
       spectrum.lowest = mode.frequency();
+      spectrum.damping_ratio = mode.damping_ratio;
       return spectrum;
     }
     if (modes.total <= count) break;
@@ -93,6 +94,12 @@ void print_resolution(const Spectrum& spectrum, Integrator integrator, double st
   } else {
     text +=
         fmt::format("up to {:.5g} Hz (--spectrum computes the lowest one, too)", spectrum.highest);
+  }
+  if (spectrum.damping_ratio > 0.0) {
+    text += fmt::format(
+        "\ndamping ratio of the mode at {:.5g} Hz: {:.4g} (tetraction modes prints those of "
+        "others)",
+        *spectrum.lowest, spectrum.damping_ratio);
   }
   const double most = resolved(integrator, step);
   print_result(

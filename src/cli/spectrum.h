@@ -13,15 +13,16 @@ namespace tetraction {
 struct Spectrum {
   std::optional<double> lowest;  ///< of the elastic modes; empty if it was not computed
   double highest = 0.0;
-  Index rigid = 0;     ///< number of rigid modes, if `lowest` was computed
-  Index unstable = 0;  ///< number of unstable modes, likewise
+  Index rigid = 0;             ///< number of rigid modes, if `lowest` was computed
+  Index unstable = 0;          ///< number of unstable modes, likewise
+  double damping_ratio = 0.0;  ///< of the lowest mode, likewise; 0 without damping
 };
 
 /// The frequencies at rest. The lowest one takes a factorisation of the stiffness matrix. It is
 /// computed if this is cheap, and otherwise only if `always`.
 Spectrum spectrum_of(const MechanicalSystem& system, const StabilityLimit& limit, bool always);
 
-/// One line: the frequencies, and up to which one a step resolves the motion.
+/// The frequencies, the damping of the lowest one, and up to which one a step resolves the motion.
 void print_resolution(const Spectrum& spectrum, Integrator integrator, double step);
 
 /// A table of ωh, period error and algorithmic damping of the lowest and highest modes.

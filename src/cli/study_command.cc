@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -182,6 +183,11 @@ int study(const StudyArguments& arguments) {
   }
   const StudyPlan plan = plan_study(scene, mesh, settings);
   const std::vector<std::string> frames = runs_with_frames(arguments.frames, plan);
+  if (!arguments.quiet) {
+    print_note(fmt::format("reference: {} with steps of {:.4g} s, which makes {:.9g} steps",
+                           to_string(plan.reference.integrator), plan.reference.step,
+                           std::ceil(plan.end / plan.reference.step * (1.0 - 1e-9))));
+  }
   make_output_directory(directory);
 
   std::string label;

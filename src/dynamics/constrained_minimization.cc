@@ -22,8 +22,8 @@ ConstrainedMinimization::ConstrainedMinimization(PotentialProblem& problem,
       direction_(direction) {}
 
 bool ConstrainedMinimization::minimize(const Vector& from, StepOutcome& outcome) {
-  return system_.constraints().has_equations() ? solve_with_multipliers(from, outcome)
-                                               : solve(outcome);
+  return problem_.constraints().has_equations() ? solve_with_multipliers(from, outcome)
+                                                : solve(outcome);
 }
 
 // Calls the minimiser once and adds its report to the reports of the calls before.
@@ -103,7 +103,7 @@ MinimizerReport ConstrainedMinimization::minimize_to_round_off(StepOutcome& outc
 // constraint forces before the next round.
 bool ConstrainedMinimization::solve_with_multipliers(const Vector& from, StepOutcome& outcome) {
   constexpr int kRounds = 40;
-  const Constraints& constraints = system_.constraints();
+  const Constraints& constraints = problem_.constraints();
   const Index size = constraints.configuration_size();
   const Vector start = constraints.configuration(from);
   Vector u = constraint_force_.size() > 0 ? constraint_force_ : Vector::Zero(size);
@@ -179,7 +179,7 @@ bool ConstrainedMinimization::solve_with_multipliers(const Vector& from, StepOut
 }
 
 void ConstrainedMinimization::apply_constraint_force(const Vector& u) {
-  problem_.set_constraint_force(system_.constraints().vertex_forces(u));
+  problem_.set_constraint_force(problem_.constraints().vertex_forces(u));
 }
 
 }  // namespace tetraction

@@ -104,6 +104,16 @@ void Constraints::add_distances(const TetMesh& mesh) {
   }
 }
 
+void Constraints::set_distance_length(std::size_t i, double length) {
+  FixedDistance& distance = list_.distances.at(i);
+  if (!(length > 0.0) || !std::isfinite(length)) {
+    throw InputError(
+        fmt::format("{}: the length must be above 0 and finite, not {} m.", distance.name, length));
+  }
+  distance.length = length;
+  equations_[list_.handles.size() + i].scale[0] = length;
+}
+
 void Constraints::make_selector() {
   selector_.resize(coordinates_.count(), configuration_size_);
   Vector unit = Vector::Zero(configuration_size_);

@@ -61,4 +61,6 @@ void ForceTerm::add_dissipation_hessian(const ForcePoint&, const Vector&, Hessia
 
 void ForceTerm::add_load(const ForcePoint&, Vector&) const {}
 
+void ForceTerm::add_load_stiffness(const ForcePoint&, HessianBlocks&) const {}
+
 }  // namespace tetraction

@@ -196,22 +196,22 @@ bool MechanicalSystem::has_load_of_position() const {
   });
 }
 
-void MechanicalSystem::external_force(const Vector& q, double time, double h, Vector& f) const {
+void MechanicalSystem::external_force(const ForcePoint& at, Vector& f) const {
   const bool any = std::any_of(terms_.begin(), terms_.end(),
                                [](const ForceTerm* term) { return term->has_load(); });
   f.setZero(any ? dof_count() : 0);
   for (const ForceTerm* term : terms_) {
-    if (term->has_load()) term->add_load(force_point(q, time, {time, time + h}), f);
+    if (term->has_load()) term->add_load(at, f);
   }
 }
 
-void MechanicalSystem::applied_force(const Vector& q, double time, double h, Vector& f) const {
-  external_force(q, time, h, f);
+void MechanicalSystem::applied_force(const ForcePoint& at, Vector& f) const {
+  external_force(at, f);
   for (const ForceTerm* term : terms_) {
     if (!term->has_potential() || term->account() != EnergyAccount::kExternalWork) continue;
     if (f.size() == 0) f.setZero(dof_count());
     f = -f;
-    term->add_gradient(force_point(q, time, {time, time + h}), f);
+    term->add_gradient(at, f);
     f = -f;
   }
 }

@@ -7,9 +7,13 @@
 namespace tetraction {
 
 StaticProblem::StaticProblem(const MechanicalSystem& system, double time)
-    : PotentialProblem(system) {
+    : PotentialProblem(system), constraints_(system.constraints()) {
   time_ = time;
   const Vector rest = system.mesh().rest_positions();
+  for (const FixedDistance& distance : constraints_.list().distances) {
+    const double length = (vertex_block(rest, distance.a) - vertex_block(rest, distance.b)).norm();
+    rest_lengths_.push_back(length > 0.0 ? length : distance.length);
+  }
   rest_way_ = rest;
   system.constraints().prescribe(time, rest_way_);
   rest_way_ -= rest;
@@ -25,21 +29,27 @@ Vector StaticProblem::constraint_gradient(const Vector& x) const {
   return gradient;
 }
 
-Vector StaticProblem::load(const Vector& x) const {
-  Vector load = Vector::Zero(system_.dof_count());
-  for (const ForceTerm* term : system_.force_terms()) {
-    if (term->has_load()) term->add_load(system_.force_point(x, time_), load);
+// The length of every distance at a load factor.
+void StaticProblem::set_lengths(double factor, Constraints& constraints) const {
+  for (std::size_t i = 0; i < rest_lengths_.size(); ++i) {
+    const double full = system_.constraints().list().distances[i].length;
+    constraints.set_distance_length(
+        i, factor == 1.0 ? full : rest_lengths_[i] + factor * (full - rest_lengths_[i]));
   }
+}
+
+Vector StaticProblem::load(const Vector& x) const {
+  Vector load;
+  system_.external_force(system_.force_point(x, time_), load);
+  if (load.size() == 0) load.setZero(system_.dof_count());
   return load;
 }
 
 Vector StaticProblem::applied_force(double factor, const Vector& x) const {
-  Vector force = -load(x);
-  for (const ForceTerm* term : system_.force_terms()) {
-    if (!term->has_potential() || term->account() != EnergyAccount::kExternalWork) continue;
-    term->add_gradient(system_.force_point(x, time_), force);
-  }
-  return -factor * force;
+  Vector force;
+  system_.applied_force(system_.force_point(x, time_), force);
+  if (force.size() == 0) force.setZero(system_.dof_count());
+  return factor * force;
 }
 
 void StaticProblem::begin(const Vector& q, double factor, const Vector& load) {
@@ -47,6 +57,7 @@ void StaticProblem::begin(const Vector& q, double factor, const Vector& load) {
   examined_ = false;
   begin_at(q, time_, {});
   viscous_.begin(previous_, 0.0);
+  set_lengths(factor, constraints_);
   prescribe(factor, base_);
   coefficient_.setZero(system_.dof_count());
   load_ = (1.0 - factor) * rest_gradient_ + factor * load;
@@ -61,8 +72,9 @@ void StaticProblem::prescribe(double factor, Vector& x) const {
 }
 
 double StaticProblem::constraint_error(double factor, const Vector& x) const {
-  const Constraints& constraints = system_.constraints();
-  if (factor == 1.0) return constraints.error(x, time_);
+  if (factor == 1.0) return system_.constraints().error(x, time_);
+  Constraints constraints = system_.constraints();
+  set_lengths(factor, constraints);
   Vector exact = x;
   prescribe(factor, exact);
   double error = (exact - x).cwiseAbs().maxCoeff();

@@ -202,4 +202,19 @@ void SurfacePressure::add_load(const ForcePoint& at, Vector& force) const {
   }
 }
 
+void SurfacePressure::add_load_stiffness(const ForcePoint& at, HessianBlocks& stiffness) const {
+  // The force −p (u − o) × (w − o)/6 at both ends of u → w has minus the derivatives −p [w − o]×/6
+  // with respect to u and p [u − o]×/6 with respect to w. The blocks of a vertex with itself are
+  // skew-symmetric; what remains couples the two ends.
+  for (std::size_t i = 0; i < loads_.size(); ++i) {
+    const double pressure = pressure_at(loads_[i], at);
+    if (pressure == 0.0) continue;
+    const Vector3& o = surfaces_[i].origin;
+    for (const auto& [u, w] : surfaces_[i].rim) {
+      const Vector3 arms = (vertex_block(at.position, u) - o) + (vertex_block(at.position, w) - o);
+      stiffness.add_pair(u, w, pressure / 12.0 * cross_matrix(arms));
+    }
+  }
+}
+
 }  // namespace tetraction

@@ -57,11 +57,13 @@ StepOutcome LoadStepping::advance(const State& from, State& to) {
     sum_.cg_iterations += report.cg_iterations;
     const double rate = outcome.ok() ? largest_move(from, to) / (next - from.time) : 0.0;
     const bool jumped = outcome.ok() && rate_ > 0.0 && rate > kJump * rate_;
-    unstable = unstable || report.met_negative_curvature || jumped;
+    // If multipliers or loads did not settle, the minimisations on the way tell nothing.
+    const bool telling = outcome.ok() || !report.converged();
+    unstable = unstable || (report.met_negative_curvature && telling) || jumped;
     if (outcome.ok() && !report.met_negative_curvature && !jumped) {
       if (!cut) increment_ = std::min(2.0 * increment_, largest_increment_);
       rate_ = rate;
-      return accept(outcome, next);
+      return accept(outcome, to);
     }
     if (outcome.ok()) {
       beyond = {to, outcome, stepper_.reaction_force(), stepper_.configuration_force()};
@@ -82,7 +84,7 @@ StepOutcome LoadStepping::advance(const State& from, State& to) {
     stepper_.set_reactions(beyond.reaction, beyond.configuration_force);
     stepper_.reset();
     rate_ = 0.0;
-    return accept(beyond.outcome, to.time);
+    return accept(beyond.outcome, to);
   }
 }
 
@@ -97,11 +99,16 @@ void LoadStepping::enter_limit_point(const LimitPoint& limit) {
   }
 }
 
-StepOutcome LoadStepping::accept(const StepOutcome& outcome, double factor) {
-  path_.factor = factor;
+StepOutcome LoadStepping::accept(const StepOutcome& outcome, const State& to) {
+  path_.factor = to.time;
   ++path_.steps;
   path_.residual = outcome.minimizer.residual;
   path_.residual_limit = outcome.minimizer.residual_limit;
+  const StaticProblem& problem = stepper_.problem();
+  path_.force = std::max(problem.applied_force(to.time, to.position).norm(),
+                         stepper_.reaction_force().norm());
+  // Without loads and prescribed displacements the reactions are mere round-off.
+  if (problem.force_scale() == 0.0 && path_.force <= path_.residual_limit) path_.force = 0.0;
   StepOutcome result = outcome;
   result.minimizer.iterations = sum_.iterations;
   result.minimizer.factorizations = sum_.factorizations;
@@ -119,13 +126,30 @@ std::string limit_text(const LimitPoint& limit) {
                    : "");
 }
 
+std::string round_off_text(const LoadPath& path) {
+  constexpr double kMuch = 1e-6;
+  if (path.force == 0.0 || path.residual <= kMuch * path.force) return {};
+  return fmt::format(
+      "round-off: the forces of the equilibrium balance each other to {:.1g} of their size only, "
+      "and "
+      "reactions are no more accurate. The loads are very small for the stiffness of the body: "
+      "make "
+      "them larger, or the body softer or larger",
+      path.residual / path.force);
+}
+
 std::string LoadStepping::message(const StepOutcome& outcome) const {
   std::string text;
   for (const LimitPoint& limit : path_.limit_points) {
     if (!outcome.ok() && limit.passed) continue;
     text += (text.empty() ? "" : "; ") + limit_text(limit);
   }
-  if (outcome.ok()) return text;
+  if (outcome.ok()) {
+    if (const std::string round_off = round_off_text(path_); !round_off.empty()) {
+      text += (text.empty() ? "" : "; ") + round_off;
+    }
+    return text;
+  }
   return text + fmt::format(
                     "{}no equilibrium was found beyond load factor {:.4f}: {}. The body may not be "
                     "able to carry the loads: make them smaller, hold it elsewhere, or raise "

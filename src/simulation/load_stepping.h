@@ -30,8 +30,8 @@ class LoadStepping {
   /// The increment that the next step tries, and those that were taken.
   double increment() const { return increment_; }
   const LoadPath& path() const { return path_; }
-  /// What is to tell after a step with this outcome: why there was no equilibrium, or which limit
-  /// points the path has passed. Empty if there is nothing.
+  /// What is to tell after a step with this outcome: why there was no equilibrium, which limit points
+  /// the path has passed, or that round-off is large. Empty if there is nothing.
   std::string message(const StepOutcome& outcome) const;
 
  private:
@@ -45,7 +45,7 @@ class LoadStepping {
   };
 
   void enter_limit_point(const LimitPoint& limit);
-  StepOutcome accept(const StepOutcome& outcome, double factor);
+  StepOutcome accept(const StepOutcome& outcome, const State& to);
 
   StaticStepper& stepper_;
   double largest_increment_;
@@ -54,6 +54,9 @@ class LoadStepping {
   LoadPath path_;
   MinimizerReport sum_;  // of the attempts of a step
 };
+
+/// What is to tell if round-off kept the last load step from a good balance of forces; otherwise empty.
+std::string round_off_text(const LoadPath& path);
 
 /// What is to tell about a limit point.
 std::string limit_text(const LimitPoint& limit);

@@ -55,8 +55,25 @@ Vector initial_field(const TetMesh& mesh, const FieldSettings& field, const char
   return found->second.reshaped();
 }
 
-Vector initial_positions(const Scene& scene, const MechanicalSystem& system) {
+// Throws InputError if the displacement by a key of [initial] has inverted an element.
+void check_inversion(const Scene& scene, const MechanicalSystem& system, const Vector& position,
+                     const std::string& key) {
+  const EvaluationStatus status = system.elastic().admissible(position);
+  if (status.ok()) return;
+  const auto place = scene.initial.places.find(key);
+  throw InputError(fmt::format("{}{}initial.{} inverts element {}: make it smaller.",
+                               place == scene.initial.places.end() ? "" : place->second,
+                               place == scene.initial.places.end() ? "" : ": ", key,
+                               system.mesh().tetrahedron_id(status.failed_element)));
+}
+
+// The positions that the keys of [initial] give. Throws InputError if `checked` and one of them inverts
+// an element.
+Vector initial_positions(const Scene& scene, const MechanicalSystem& system, bool checked) {
   Vector position = system.mesh().rest_positions();
+  const auto check = [&](const char* key) {
+    if (checked) check_inversion(scene, system, position, key);
+  };
   const Vector3 center = system.center_of_mass(position);
   const Vector3& stretch = scene.initial.stretch;
   for (Index v = 0; v < system.vertex_count(); ++v) {
@@ -66,14 +83,17 @@ Vector initial_positions(const Scene& scene, const MechanicalSystem& system) {
       position[3 * v + i] = center[i] + stretch[i] * (position[3 * v + i] - center[i]);
     }
   }
+  check("stretch");
   const InitialSettings& initial = scene.initial;
   if (!initial.displacement_field.empty()) {
     position += initial_field(system.mesh(), initial.displacement_field, kInitialDisplacement);
+    check("displacement");
   } else if (!initial.displacement.isZero(0.0)) {
     position += initial.displacement.replicate(system.vertex_count(), 1);
   }
   if (!initial.displacement_array.empty()) {
     position += point_array(system.mesh(), initial.displacement_array, "displacement_array");
+    check("displacement_array");
   }
   return position;
 }
@@ -194,7 +214,7 @@ Constraints make_constraints(const MechanicalSystem& system, const BodyConstrain
 
 void set_constraints_of_equilibrium(const Scene& scene, MechanicalSystem& system,
                                     BodyConstraints& constraints) {
-  Vector position = initial_positions(scene, system);
+  Vector position = initial_positions(scene, system, false);
   constraints = make_body_constraints(scene, system, position);
   system.set_constraints(make_constraints(system, constraints, 0.0, position));
 }
@@ -222,7 +242,7 @@ namespace {
 Vector static_positions(const Scene& scene, const MechanicalSystem& system, std::string& note) {
   Equilibrium equilibrium = find_equilibrium(system, scene.solver, 0.0);
   if (!equilibrium.found) {
-    throw InputError(
+    throw NumericalError(
         "initial.static = true: there is no equilibrium to start from: " + equilibrium.message +
         ". Make the loads smaller, or let tetraction static show how far they go.");
   }
@@ -262,7 +282,6 @@ State make_initial_state(const Scene& scene, MechanicalSystem& system) {
 
 State make_initial_state(const Scene& scene, MechanicalSystem& system, BodyConstraints& constraints,
                          std::string& note) {
-  const TetMesh& mesh = system.mesh();
   const InitialSettings& initial = scene.initial;
   State state = system.rest_state();
   if (initial.is_static) {
@@ -271,13 +290,8 @@ State make_initial_state(const Scene& scene, MechanicalSystem& system, BodyConst
     set_initial_velocity(scene, system, state);
     return state;
   }
-  state.position = initial_positions(scene, system);
-  if (const EvaluationStatus status = system.elastic().admissible(state.position); !status.ok()) {
-    throw InputError(fmt::format(
-        "The initial state inverts element {}: make initial.stretch or the initial displacement "
-        "smaller.",
-        mesh.tetrahedron_id(status.failed_element)));
-  }
+  state.position = initial_positions(scene, system, false);
+  if (!system.elastic().admissible(state.position).ok()) initial_positions(scene, system, true);
   require_defined_terms(system, state.position, 0.0, "The initial state");
   constraints = make_body_constraints(scene, system, state.position);
   constrain(system, constraints, state.time, state.position);

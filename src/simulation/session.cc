@@ -145,6 +145,7 @@ Session::Session(Scene scene, TetMesh mesh, Analysis analysis, double largest_in
   }
   check_events(s.scene, *s.system);
   s.warn_of_events();
+  s.warn_of_loads();
   s.warn_of_blas();
 }
 

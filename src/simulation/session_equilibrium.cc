@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "session_impl.h"
 #include "tetraction/core/error.h"
@@ -23,6 +24,7 @@ void Session::Impl::begin_equilibrium(double largest_increment) {
   set_time_step(loading->increment());
   count_inverted(nullptr);
   warn_of_materials();
+  warn_of_loads();
   if (!scene.event.empty()) {
     progress.warnings.push_back(
         fmt::format("the equilibrium is that of the scene at t = 0: its {} [[event]] {} not made",
@@ -67,7 +69,12 @@ bool Session::Impl::load_step() {
   steps.smallest = steps.smallest == 0.0 ? length : std::min(steps.smallest, length);
   set_time_step(std::min(loading->increment(), std::max(length, 1.0 - state().time)));
   count_inverted(nullptr);
-  if (state().time >= 1.0) progress.status = RunStatus::kFinished;
+  if (state().time >= 1.0) {
+    progress.status = RunStatus::kFinished;
+    if (std::string text = round_off_text(loading->path()); !text.empty()) {
+      progress.warnings.push_back(std::move(text));
+    }
+  }
   return true;
 }
 

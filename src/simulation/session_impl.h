@@ -153,6 +153,8 @@ struct Session::Impl {
   void warn_of_blas();
   /// Adds warnings about events that are too early or too late.
   void warn_of_events();
+  /// Adds warnings about loads that never act.
+  void warn_of_loads();
   void apply(const Edit& edit, double at, const std::string& what);
   /// Makes the events that are due. Returns false if one of them could not be made.
   bool apply_events();

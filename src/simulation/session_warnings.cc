@@ -90,6 +90,24 @@ void Session::Impl::warn_of_events() {
   }
 }
 
+void Session::Impl::warn_of_loads() {
+  const auto warn = [&](const ForceSettings& load, double start) {
+    if (load.until > start) return;
+    progress.warnings.push_back(
+        fmt::format("{} ends at {} s, and {} {} s: it never acts.", load.where, load.until,
+                    start > 0.0 ? "is added at" : "the run starts at", start));
+  };
+  for (const LoadKind kind : load_kinds()) {
+    for (const ForceSettings& load : scene.list(kind)) warn(load, 0.0);
+  }
+  for (const EventSettings& event : scene.event) {
+    for (const Edit& edit : event.edits) {
+      const auto* added = std::get_if<SetForce>(&edit);
+      if (added != nullptr && !added->index) warn(added->force, std::max(0.0, event.at));
+    }
+  }
+}
+
 void Session::Impl::warn_at_the_end() {
   if (is_automatic()) {
     for (std::size_t i = progress.next_event; i < scene.event.size(); ++i) {

@@ -187,7 +187,7 @@ class CeresMinimizer : public Minimizer {
     evaluator_.begin(problem, at_.u, shift);
     y_.setZero();
     report.residual_limit = problem.residual_limit(at_.u, options_.tolerance);
-    report.asked_limit = options_.tolerance * problem.force_scale();
+    report.asked_limit = asked_limit(problem, at_.u, options_.tolerance);
     // Ceres sums the gradient in another order. Half the limit leaves room for this round-off.
     const bool first = report.iterations == 0 && problem.is_loaded(at_.u);
     monitor_.set_limit(0.5 * (first ? report.asked_limit : report.residual_limit));

@@ -29,7 +29,7 @@ class NewtonMinimizer : public Minimizer {
       }
     }
     report.residual_limit = problem.residual_limit(at_.u, options_.tolerance);
-    report.asked_limit = options_.tolerance * problem.force_scale();
+    report.asked_limit = asked_limit(problem, at_.u, options_.tolerance);
     report.residual = at_.residual;
     if (!std::isfinite(report.residual_limit) || !std::isfinite(report.residual)) {
       report.termination = Termination::kInadmissible;

@@ -30,7 +30,7 @@ class NewtonRootFinder : public RootFinder {
     }
     report.residual = at_.residual;
     report.residual_limit = problem.residual_limit(at_.u, options_.tolerance);
-    report.asked_limit = options_.tolerance * problem.force_scale();
+    report.asked_limit = asked_limit(problem, at_.u, options_.tolerance);
     if (!std::isfinite(report.residual_limit)) {
       report.termination = Termination::kInadmissible;
       report.message = "the forces or momenta are too large for double precision";

@@ -1,21 +1,21 @@
 #include "tetraction/solver/normal_modes.h"
 
-#include <Spectra/SymEigsSolver.h>
 #include <fmt/format.h>
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <Eigen/QR>
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <limits>
 #include <numbers>
 
 #include "core/decompositions.h"
-#include "core/pseudo_random.h"
 #include "fem/connected_parts.h"
-#include "sparse_cholesky.h"
+#include "lowest_eigenpairs.h"
+#include "small_motions.h"
 #include "tetraction/core/error.h"
+#include "unsymmetric_modes.h"
 
 namespace tetraction {
 namespace {
@@ -23,16 +23,6 @@ namespace {
 constexpr double kRoundOff = std::numeric_limits<double>::epsilon();
 // ω² below this part of the largest diagonal entry of M^(−½)KM^(−½) cannot be told from zero.
 constexpr double kZero = 64.0 * kRoundOff;
-
-// An orthonormal basis of the columns' span. Columns below `tolerance`, relative to the largest one,
-// count as dependent.
-Matrix orthonormal_basis(const Matrix& columns, double tolerance) {
-  if (columns.cols() == 0 || columns.isZero(0.0)) return Matrix(columns.rows(), 0);
-  Eigen::ColPivHouseholderQR<Matrix> qr;
-  qr.setThreshold(tolerance);
-  qr.compute(columns);
-  return qr.householderQ() * Matrix::Identity(columns.rows(), qr.rank());
-}
 
 // An orthonormal basis of the coefficients c with |columns c| ≤ limit |c|.
 Matrix null_space(const Matrix& columns, double limit) {
@@ -107,267 +97,6 @@ RigidMotions rigid_motions(const MechanicalSystem& system, const Vector& q,
   return motions;
 }
 
-// The matrix S = m^(−½) TᵀKT m^(−½) with m = TᵀMT, without the curvature of the equations.
-class ScaledStiffness {
- public:
-  ScaledStiffness(const MechanicalSystem& system, const Vector& q, double time, bool with_loads)
-      : coordinates_(system.coordinates()),
-        inverse_root_mass_(coordinates_.reduced_mass(system.mass()).cwiseSqrt().cwiseInverse()) {
-    const ForcePoint at = system.force_point(q, time);
-    terms_.reset(system.vertex_count());
-    for (const ForceTerm* term : system.force_terms()) {
-      if (!term->has_potential() || term->uniform_acceleration()) continue;
-      if (term->account() == EnergyAccount::kExternalWork && !with_loads) continue;
-      term->add_hessian(at, HessianForm::kExact, terms_);
-    }
-    std::vector<std::pair<Index, Index>> pairs;
-    for (const HessianBlocks::Pair& pair : terms_.pairs())
-      pairs.emplace_back(pair.row, pair.column);
-    std::sort(pairs.begin(), pairs.end());
-    pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
-    pattern_ = std::make_unique<SparsityPattern>(system.rest(), coordinates_, pairs);
-    values_.assign(static_cast<std::size_t>(pattern_->nonzeros()), 0.0);
-    const EvaluationStatus status = system.elastic().add_hessian(q, *pattern_, values_.data());
-    if (!status.ok()) {
-      throw InputError(fmt::format(
-          "The modes cannot be computed: the elastic energy of element {} is not defined.",
-          system.mesh().tetrahedron_id(status.failed_element)));
-    }
-    pattern_->add_vertex_blocks(terms_.diagonal(), values_.data());
-    for (const HessianBlocks::Pair& pair : terms_.pairs()) {
-      pattern_->add_pair_block(pair.row, pair.column, pair.block, values_.data());
-    }
-    for_each_entry([&](std::size_t k, Index i, Index j) {
-      values_[k] *= inverse_root_mass_[i] * inverse_root_mass_[j];
-      if (i == j) largest_ = std::max(largest_, std::abs(values_[k]));
-    });
-    if (!std::all_of(values_.begin(), values_.end(), [](double x) { return std::isfinite(x); })) {
-      throw InputError(
-          "The modes cannot be computed, as the stiffness over the mass overflows: choose other "
-          "units, or moduli, density and penalties that are less far apart in size.");
-    }
-  }
-
-  Index size() const { return pattern_->size(); }
-  const SparsityPattern& pattern() const { return *pattern_; }
-  /// The largest entry on the diagonal, 1/s².
-  double largest() const { return largest_; }
-  /// The same, or 1 if there is no stiffness.
-  double unit() const { return largest_ > 0.0 ? largest_ : 1.0; }
-  /// The entries of S − σ in the pattern's order.
-  std::vector<double> shifted(double sigma) const {
-    std::vector<double> values = values_;
-    for_each_entry([&](std::size_t k, Index i, Index j) {
-      if (i == j) values[k] -= sigma;
-    });
-    return values;
-  }
-  /// m^(−½) Tᵀ f: forces in the coordinates of S.
-  Vector scaled(const Vector& forces) const {
-    return inverse_root_mass_.cwiseProduct(coordinates_.restrict(forces));
-  }
-  /// m^(−½) y for every column.
-  Matrix scaled_columns(const Matrix& columns) const {
-    return inverse_root_mass_.asDiagonal() * columns;
-  }
-  /// The displacements of all vertices for a vector in the coordinates of S.
-  Vector displacements(const Vector& z) const {
-    return coordinates_.extend(inverse_root_mass_.cwiseProduct(z));
-  }
-  /// The product of the Hessians of all force terms with displacements, N.
-  Vector terms_product(const Vector& displacements) const {
-    Vector product = Vector::Zero(displacements.size());
-    terms_.add_product(displacements, product);
-    return product;
-  }
-
- private:
-  template <class Visit>
-  void for_each_entry(const Visit& visit) const {
-    const std::vector<int>& begin = pattern_->column_begin();
-    for (Index j = 0; j < pattern_->size(); ++j) {
-      const auto end = static_cast<std::size_t>(begin[static_cast<std::size_t>(j) + 1]);
-      for (auto k = static_cast<std::size_t>(begin[static_cast<std::size_t>(j)]); k < end; ++k) {
-        visit(k, Index{pattern_->rows()[k]}, j);
-      }
-    }
-  }
-
-  const FreeCoordinates& coordinates_;
-  Vector inverse_root_mass_;
-  HessianBlocks terms_;
-  std::unique_ptr<SparsityPattern> pattern_;
-  std::vector<double> values_;
-  double largest_ = 0.0;
-};
-
-// The linearised equations of constraints, in the coordinates of S. Motions z satisfy HᵀQᵀz = 0, and
-// S has the further part Q D Qᵀ.
-struct LinearisedEquations {
-  Matrix q;          // orthonormal basis of the coordinates that the equations depend on
-  Matrix h;          // orthonormal basis of the gradients, in terms of q
-  Matrix allowed;    // orthonormal complement of h
-  Matrix curvature;  // D
-
-  LinearisedEquations(const MechanicalSystem& system, const ScaledStiffness& stiffness,
-                      const Vector& position, const Vector& multipliers)
-      : q(stiffness.size(), 0), h(0, 0), allowed(0, 0), curvature(0, 0) {
-    const Constraints& constraints = system.constraints();
-    if (!constraints.has_equations()) return;
-    constexpr double kDependent = 1e-11;
-    const Matrix selector = stiffness.scaled_columns(constraints.selector());
-    // Columns of the same length, because constraints may differ much in mass.
-    Vector length = selector.colwise().norm().transpose();
-    length = (length.array() > 0.0).select(length, 1.0);
-    q = orthonormal_basis(selector * length.cwiseInverse().asDiagonal(), kDependent);
-    const Matrix reduced = q.transpose() * selector;
-    Matrix gradients = reduced * constraints.gradients(constraints.configuration(position));
-    for (Index j = 0; j < gradients.cols(); ++j) gradients.col(j).stableNormalize();
-    h = orthonormal_basis(gradients, kDependent);
-    allowed = Matrix(q.cols(), q.cols() - h.cols());
-    if (allowed.cols() > 0) {
-      const Matrix complement = Matrix::Identity(q.cols(), q.cols()) - Matrix(h * h.transpose());
-      allowed = orthonormal_basis(complement, 1e-8);
-    }
-    curvature = Matrix::Zero(q.cols(), q.cols());
-    if (multipliers.size() > 0) {
-      curvature = reduced * constraints.curvature(multipliers) * reduced.transpose();
-    }
-  }
-
-  Index count() const { return h.cols(); }
-  // The part of z that the equations allow.
-  Vector project(const Vector& z) const {
-    if (count() == 0) return z;
-    return z - q * (h * (h.transpose() * (q.transpose() * z)));
-  }
-};
-
-// z ↦ s P (S + Q D Qᵀ − σ)⁻¹ P z with the unit s, 1/s², in the space that the equations allow, where P removes the modes that
-// are known already. It has the interface that Spectra's solvers expect of an operation.
-class InverseOperation {
- public:
-  using Scalar = double;
-
-  // The unit should be of the order of the largest ω², since Spectra takes values below 1e-11 for
-  // zero.
-  InverseOperation(SparseCholesky& cholesky, const LinearisedEquations& equations, double unit)
-      : cholesky_(cholesky), equations_(equations), unit_(unit), known_(equations.q.rows(), 0) {
-    const Index n = equations.q.cols();
-    if (n == 0) return;
-    // x = A⁻¹(b − Q s) with s = D w + H μ and w = Qᵀx = N ν, so that HᵀQᵀx = 0. This gives
-    // ((1 + G D) N, G H) (ν, μ) = Qᵀ A⁻¹ b with G = Qᵀ A⁻¹ Q.
-    response_.resize(equations.q.rows(), n);
-    for (Index j = 0; j < n; ++j) response_.col(j) = cholesky.solve(equations.q.col(j));
-    const Matrix g = equations.q.transpose() * response_;
-    Matrix matrix(n, n);
-    matrix << (Matrix::Identity(n, n) + g * equations.curvature) * equations.allowed,
-        g * equations.h;
-    solver_.compute(matrix);
-    forces_.resize(n, n);
-    forces_ << equations.curvature * equations.allowed, equations.h;
-  }
-
-  Index rows() const { return known_.rows(); }
-  Index cols() const { return rows(); }
-  void perform_op(const double* in, double* out) const {
-    Eigen::Map<Vector>(out, rows()) = apply(Eigen::Map<const Vector>(in, rows()));
-  }
-  Vector apply(const Vector& z) const {
-    Vector x = cholesky_.solve(without_known(z));
-    if (equations_.q.cols() > 0) {
-      const Vector w = equations_.q.transpose() * x;
-      x -= response_ * (forces_ * solver_.solve(w));
-      x = equations_.project(x);
-    }
-    return unit_ * without_known(x);
-  }
-  // Spectra must not see these directions.
-  void exclude(const Vector& z) {
-    known_.conservativeResize(Eigen::NoChange, known_.cols() + 1);
-    known_.rightCols<1>() = z;
-  }
-  Index excluded() const { return known_.cols(); }
-  Vector without_known(Vector z) const {
-    for (int pass = 0; pass < 2; ++pass) z -= known_ * (known_.transpose() * z);
-    return z;
-  }
-  Vector start() const { return without_known(equations_.project(pseudo_random(rows()))); }
-
- private:
-  SparseCholesky& cholesky_;
-  const LinearisedEquations& equations_;
-  double unit_;
-  Matrix known_;
-  Matrix response_;
-  Matrix forces_;
-  Eigen::FullPivLU<Matrix> solver_;
-};
-
-struct Eigenpair {
-  double value = 0.0;
-  Vector vector;
-};
-
-// The largest eigenpairs of a small operation, descending.
-std::vector<Eigenpair> dense_pairs(const InverseOperation& operation, Index count) {
-  const Index n = operation.rows();
-  Matrix matrix(n, n);
-  for (Index j = 0; j < n; ++j) matrix.col(j) = operation.apply(Vector::Unit(n, j));
-  const SymmetricEigen eigen = symmetric_eigen(Matrix(0.5 * (matrix + matrix.transpose())));
-  std::vector<Eigenpair> pairs;
-  for (Index i = 0; i < count; ++i) {
-    pairs.push_back({eigen.values[n - 1 - i], eigen.vectors.col(n - 1 - i)});
-  }
-  return pairs;
-}
-
-std::vector<Eigenpair> lanczos_pairs(InverseOperation& operation, Index count, Index subspace) {
-  constexpr Index kRestarts = 1000;
-  constexpr double kTolerance = 1e-13;
-  Spectra::SymEigsSolver<InverseOperation> solver(operation, count, subspace);
-  const Vector start = operation.start();
-  solver.init(start.data());
-  solver.compute(Spectra::SortRule::LargestAlge, kRestarts, kTolerance);
-  if (solver.info() != Spectra::CompInfo::Successful) {
-    throw Error("The Lanczos iterations for the modes did not converge.");
-  }
-  const Vector values = solver.eigenvalues();
-  const Matrix vectors = solver.eigenvectors();
-  std::vector<Eigenpair> pairs;
-  for (Index i = 0; i < values.size(); ++i) {
-    pairs.push_back({values[i], operation.without_known(vectors.col(i)).normalized()});
-  }
-  return pairs;
-}
-
-// The `count` largest eigenpairs, descending, of which there are at least so many.
-std::vector<Eigenpair> largest_pairs(InverseOperation& operation, Index count, Index available) {
-  constexpr Index kDense = 200;
-  constexpr Index kSpare = 2;
-  constexpr Index kSubspace = 24;
-  if (count <= 0) return {};
-  const auto subspace = [](Index wanted) { return 2 * wanted + kSubspace; };
-  if (operation.rows() <= kDense || 2 * subspace(count + kSpare) >= available) {
-    return dense_pairs(operation, count);
-  }
-  const auto larger = [](const Eigenpair& a, const Eigenpair& b) { return a.value > b.value; };
-  std::vector<Eigenpair> pairs;
-  // Lanczos iterations from one vector find only one eigenvector of a multiple eigenvalue. They are
-  // repeated in the remaining space until all that comes is smaller than what is there.
-  for (Index wanted = count + kSpare;; wanted = kSpare) {
-    if (wanted + operation.excluded() >= available) break;
-    const std::vector<Eigenpair> next = lanczos_pairs(operation, wanted, subspace(wanted));
-    const double least = pairs.empty() ? 0.0 : pairs[static_cast<std::size_t>(count - 1)].value;
-    for (const Eigenpair& pair : next) operation.exclude(pair.vector);
-    pairs.insert(pairs.end(), next.begin(), next.end());
-    std::stable_sort(pairs.begin(), pairs.end(), larger);
-    if (next.front().value <= least) break;
-  }
-  pairs.resize(static_cast<std::size_t>(count));
-  return pairs;
-}
-
 // Rigid motions that the constraints allow and that meet no stiffness, in the coordinates of S,
 // orthonormal.
 Matrix free_rigid_motions(const MechanicalSystem& system, const Vector& q,
@@ -423,47 +152,6 @@ Matrix free_rigid_motions(const MechanicalSystem& system, const Vector& q,
   return z * coefficients;
 }
 
-// The `count` lowest eigenvalues ω², ascending, beside the known modes, of which there are at least
-// so many.
-std::vector<Eigenpair> lowest_pairs(const ScaledStiffness& stiffness,
-                                    const LinearisedEquations& equations, const Matrix& known,
-                                    SparseCholesky& cholesky, double sigma, Index count,
-                                    Index available) {
-  InverseOperation operation(cholesky, equations, stiffness.unit());
-  for (Index j = 0; j < known.cols(); ++j) operation.exclude(known.col(j));
-  std::vector<Eigenpair> pairs = largest_pairs(operation, count, available);
-  for (Eigenpair& pair : pairs) pair.value = sigma + stiffness.unit() / pair.value;
-  return pairs;
-}
-
-// Whether S + Q D Qᵀ − σ is positive definite in the space that the equations allow, with the factor
-// of S − σ. The least zᵀ(S − σ)z for Qᵀz = w is wᵀG⁻¹w with G = Qᵀ(S − σ)⁻¹Q.
-bool is_positive(SparseCholesky& cholesky, const LinearisedEquations& equations) {
-  if (equations.curvature.isZero(0.0) || equations.allowed.cols() == 0) return true;
-  const Index n = equations.q.cols();
-  Matrix g(n, n);
-  for (Index j = 0; j < n; ++j) {
-    g.col(j) = equations.q.transpose() * cholesky.solve(equations.q.col(j));
-  }
-  const Matrix least = g.llt().solve(Matrix::Identity(n, n)) + equations.curvature;
-  const Matrix allowed = equations.allowed.transpose() * least * equations.allowed;
-  return allowed.llt().info() == Eigen::Success;
-}
-
-// Factorises S − σ with the smallest −σ for which no ω² is below σ. Returns σ.
-double factorize_shifted(const ScaledStiffness& stiffness, const LinearisedEquations& equations,
-                         SparseCholesky& cholesky) {
-  constexpr double kSmallest = 1e-11;
-  constexpr double kLargest = 1e3;
-  for (double part = kSmallest; part <= kLargest; part *= 10.0) {
-    const double sigma = -part * stiffness.unit();
-    if (cholesky.factorize(stiffness.shifted(sigma)) && is_positive(cholesky, equations)) {
-      return sigma;
-    }
-  }
-  throw InputError("The modes cannot be computed: the stiffness matrix cannot be factorised.");
-}
-
 NormalMode make_mode(const MechanicalSystem& system, const ScaledStiffness& stiffness,
                      double omega_squared, const Vector& z) {
   NormalMode mode;
@@ -481,6 +169,113 @@ NormalMode make_mode(const MechanicalSystem& system, const ScaledStiffness& stif
   return mode;
 }
 
+// ζ = φᵀCφ/(2ω) of every mode. Viscosity and the damping of terms are linear in small velocities.
+void enter_damping(const MechanicalSystem& system, const Vector& q, double time,
+                   NormalModes& modes) {
+  if (!system.is_dissipative()) return;
+  const Vector rest = Vector::Zero(q.size());
+  HessianBlocks blocks;
+  blocks.reset(system.vertex_count());
+  for (const ForceTerm* term : system.force_terms()) {
+    if (!term->has_dissipation()) continue;
+    term->add_dissipation_hessian(system.force_point(q, time), rest, HessianForm::kExact, blocks);
+  }
+  for (NormalMode& mode : modes.modes) {
+    Vector force = Vector::Zero(q.size());
+    system.add_viscous_force(q, mode.shape, force);
+    force = -force;
+    blocks.add_product(mode.shape, force);
+    const double rate = std::max(0.0, mode.shape.dot(force));
+    if (is_vibration(mode.kind)) {
+      mode.damping_ratio = 0.5 * rate / std::sqrt(mode.omega_squared);
+    } else if (mode.kind == ModeKind::kRigid && rate > 0.0) {
+      // A rigid motion strains nothing, so that viscosity gives it round-off only.
+      Vector of_vertices = Vector::Zero(q.size());
+      blocks.add_product(mode.shape, of_vertices);
+      if (mode.shape.dot(of_vertices) > 0.0) {
+        mode.damping_ratio = std::numeric_limits<double>::infinity();
+      }
+    }
+  }
+}
+
+// A mode of a complex ω², if it is one, has the frequency and the rate of growth of e^(iωt).
+NormalMode make_complex_mode(const MechanicalSystem& system, const ScaledStiffness& stiffness,
+                             std::complex<double> omega_squared, const Vector& z) {
+  // Two equal frequencies may become conjugates by round-off.
+  constexpr double kReal = 1e-6;
+  NormalMode mode = make_mode(system, stiffness, omega_squared.real(), z.normalized());
+  if (std::abs(omega_squared.imag()) <= kReal * std::abs(omega_squared)) return mode;
+  const std::complex<double> omega = std::sqrt(omega_squared);
+  mode.kind = ModeKind::kFlutter;
+  mode.omega_squared = omega.real() * omega.real();
+  mode.growth_rate = std::abs(omega.imag());
+  return mode;
+}
+
+// Whether the stiffness of loads has a part that S does not have, and the product with it.
+class RestOfLoads {
+ public:
+  RestOfLoads(const MechanicalSystem& system, const Vector& q, double time)
+      : system_(system), q_(q), time_(time), size_(std::cbrt(system.mesh().total_volume())) {
+    known_.reset(system.vertex_count());
+    for (const ForceTerm* term : system.force_terms()) {
+      if (!term->has_load() || !term->load_depends_on_position()) continue;
+      term->add_load_stiffness(system.force_point(q, time), known_);
+    }
+  }
+
+  // −∂f/∂x u less what S has, N. Loads on a rim are quadratic in the positions, so that the difference is
+  // exact up to round-off.
+  Vector product(const Vector& u) const {
+    constexpr double kStep = 1e-5;  // of the body's size
+    const double largest = u.cwiseAbs().maxCoeff();
+    Vector product = Vector::Zero(u.size());
+    if (largest == 0.0) return product;
+    const double length = kStep * size_ / largest;
+    known_.add_product(u, product);
+    const Vector ahead = q_ + length * u;
+    const Vector behind = q_ - length * u;
+    Vector forward;
+    Vector backward;
+    system_.external_force(system_.force_point(ahead, time_), forward);
+    system_.external_force(system_.force_point(behind, time_), backward);
+    return (backward - forward) / (2.0 * length) - product;
+  }
+
+ private:
+  const MechanicalSystem& system_;
+  const Vector& q_;
+  double time_;
+  double size_;
+  HessianBlocks known_;
+};
+
+// The modes with the whole stiffness of the loads. `modes`: eigenvectors of S as columns.
+std::vector<NormalMode> modes_under_loads(const MechanicalSystem& system, const Vector& q,
+                                          double time, const ScaledStiffness& stiffness,
+                                          const LinearisedEquations& equations,
+                                          const ModeSearch& search, const Matrix& start,
+                                          Index count) {
+  const RestOfLoads rest(system, q, time);
+  const auto product = [&](const Vector& z) {
+    const Vector forces = stiffness.product(z) + equations.curvature_product(z) +
+                          stiffness.scaled(rest.product(stiffness.displacements(z)));
+    return equations.project(forces);
+  };
+  std::vector<NormalMode> modes;
+  for (const ComplexEigenpair& pair : lowest_unsymmetric(
+           product, [&](const Vector& r) { return search.solve(r); }, start, count)) {
+    // The two conjugates have the same plane of motion: one gives the first of its axes, the other
+    // one the second.
+    const bool second = pair.value.imag() < 0.0;
+    modes.push_back(
+        make_complex_mode(system, stiffness, pair.value,
+                          second ? Vector(pair.vector.imag()) : Vector(pair.vector.real())));
+  }
+  return modes;
+}
+
 }  // namespace
 
 const char* to_string(ModeKind kind) {
@@ -489,6 +284,8 @@ const char* to_string(ModeKind kind) {
       return "rigid";
     case ModeKind::kElastic:
       return "elastic";
+    case ModeKind::kFlutter:
+      return "flutter";
     case ModeKind::kUnstable:
       break;
   }
@@ -543,30 +340,29 @@ NormalModes normal_modes(const MechanicalSystem& system, const Vector& q,
     result.moved_mass[d] =
         equations.project(stiffness.scaled(system.momentum_of(unit))).squaredNorm();
   }
-  for (Index j = 0; j < rigid.cols(); ++j) {
+  const bool under_loads = options.with_loads && system.has_load_of_position();
+  for (Index j = 0; !under_loads && j < rigid.cols(); ++j) {
     result.modes.push_back(make_mode(system, stiffness, 0.0, rigid.col(j)));
   }
   const Index others = result.total - rigid.cols();
-  if (others > 0) {
-    SparseCholesky cholesky(stiffness.pattern());
-    double sigma = factorize_shifted(stiffness, equations, cholesky);
+  if (others > 0 || under_loads) {
     // There may be unstable modes, which come before the rigid ones.
-    const auto find = [&](Index count) {
-      return lowest_pairs(stiffness, equations, rigid, cholesky, sigma, std::min(count, others),
-                          result.total);
-    };
-    if (equations.count() > 0) {
-      // Without the equations the body may have more rigid motions, in which the inverse has the
-      // round-off of 1/σ. A σ of the order of the lowest ω² avoids it.
-      constexpr Index kFew = 4;
-      for (const Eigenpair& pair : find(kFew)) {
-        if (pair.value < -10.0 * sigma) continue;
-        if (cholesky.factorize(stiffness.shifted(-pair.value))) sigma = -pair.value;
-        break;
+    constexpr Index kSpare = 4;
+    ModeSearch search(stiffness, equations, rigid);
+    const std::vector<Eigenpair> pairs =
+        search.lowest(options.count + (under_loads ? kSpare : Index{0}));
+    if (under_loads) {
+      Matrix start(stiffness.size(), rigid.cols() + static_cast<Index>(pairs.size()));
+      start.leftCols(rigid.cols()) = rigid;
+      for (std::size_t j = 0; j < pairs.size(); ++j) {
+        start.col(rigid.cols() + static_cast<Index>(j)) = pairs[j].vector;
       }
-    }
-    for (const Eigenpair& pair : find(options.count)) {
-      result.modes.push_back(make_mode(system, stiffness, pair.value, pair.vector));
+      result.modes = modes_under_loads(system, q, options.time, stiffness, equations, search, start,
+                                       options.count);
+    } else {
+      for (const Eigenpair& pair : pairs) {
+        result.modes.push_back(make_mode(system, stiffness, pair.value, pair.vector));
+      }
     }
   }
   std::stable_sort(
@@ -575,6 +371,7 @@ NormalModes normal_modes(const MechanicalSystem& system, const Vector& q,
   if (static_cast<Index>(result.modes.size()) > options.count) {
     result.modes.resize(static_cast<std::size_t>(options.count));
   }
+  enter_damping(system, q, options.time, result);
   return result;
 }
 

@@ -5,6 +5,7 @@
 
 #include "tetraction/core/error.h"
 #include "tetraction/dynamics/minimizer.h"
+#include "tetraction/dynamics/nonlinear_problem.h"
 
 namespace tetraction {
 
@@ -13,6 +14,12 @@ inline void check_options(const MinimizerOptions& options) {
   if (!(options.tolerance > 0.0 && options.tolerance < 1.0) || options.max_iterations < 1) {
     throw InputError("The solver needs 0 < tolerance < 1 and max_iterations ≥ 1.");
   }
+}
+
+/// MinimizerReport::asked_limit. Forces far below round-off are no loads: at rest without loads nothing
+/// is asked for.
+inline double asked_limit(const NonlinearProblem& problem, const Vector& u, double tolerance) {
+  return problem.is_loaded(u) ? tolerance * problem.force_scale() : 0.0;
 }
 
 /// Whether the residual in the report ends an iteration. Without an iteration it must be below the limit of

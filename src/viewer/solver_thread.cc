@@ -277,7 +277,7 @@ void SolverThread::execute(MakeEdit& edit) {
   engine_->edit(std::move(edit.edit), edit.what, edit.continues_previous);
 }
 
-// Calls work(). An InputError becomes a notice about a refused command. Any other exception becomes a
+// Calls work(). An InputError or NumericalError becomes a notice about a refused command. Any other exception becomes a
 // warning, and the run is paused.
 template <class Work>
 void SolverThread::report_failure_of(const Work& work) {
@@ -286,6 +286,8 @@ void SolverThread::report_failure_of(const Work& work) {
     work();
     return;
   } catch (const InputError& error) {
+    notice = {Notice::Kind::kRefused, error.what()};
+  } catch (const NumericalError& error) {
     notice = {Notice::Kind::kRefused, error.what()};
   } catch (const std::exception& error) {
     notice = {Notice::Kind::kWarning,

@@ -16,7 +16,7 @@ from cli_test import BEAM, CliTest
 
 PROGRAM, DATA = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
 COLUMNS = ["mode", "frequency", "omega_squared", "effective_mass_x", "effective_mass_y",
-           "effective_mass_z", "modal_mass", "kind"]  # fmt: skip
+           "effective_mass_z", "modal_mass", "kind", "damping_ratio", "growth_rate"]  # fmt: skip
 
 
 def read_grid(path):
@@ -120,6 +120,37 @@ class Modes(CliTest):
         arrays = read_grid(self.path("loaded", "mode_01.vtu"))[1]
         self.assertGreater(arrays["displacement"][:, 0].max(), 0.1)
         self.assertNotIn("displacement", read_grid(self.path("rest", "mode_01.vtu"))[1])
+
+    def test_pressure_with_a_free_rim(self):
+        # A pressure on the tip that follows it raises the first frequency; a dead load would lower it.
+        scene = self.write("beam.toml", BEAM + """
+[[pressure]]
+select = { plane = { axis = "x", at = 4.0 } }
+value = 5.0e3
+""")  # fmt: skip
+        gravity = ["--set", "environment.kind=none"]
+        self.run_program("modes", scene, "-n", "1", "--out", "rest", *gravity)
+        result = self.run_program("modes", scene, "-n", "1", "--out", "loaded", "--static", *gravity)
+        self.assertNotIn("rim", result.stderr)
+        rest, loaded = (self.rows(f)[0] for f in ("rest", "loaded"))
+        self.assertGreater(float(loaded["frequency"]), 1.001 * float(rest["frequency"]))
+        self.assertEqual((loaded["kind"], float(loaded["growth_rate"])), ("elastic", 0.0))
+
+    def test_damping_ratios(self):
+        scene = self.write("beam.toml", BEAM)
+        plain = self.run_program("modes", scene, "-n", "2", "--out", "m")
+        self.assertNotIn("damping", plain.stdout)
+        self.assertEqual([float(row["damping_ratio"]) for row in self.rows()], [0.0, 0.0])
+        damping = ["--set", "damping.mass_damping=0.5"]
+        damped = self.run_program("modes", scene, "-n", "2", "--out", "m", *damping)
+        for row in self.rows():
+            ratio = 0.5 / (4 * math.pi * float(row["frequency"]))
+            self.assertAlmostEqual(float(row["damping_ratio"]), ratio, places=12)
+            self.assertIn(f"{ratio:.4g}", damped.stdout)
+        lowest = float(self.rows()[0]["damping_ratio"])
+        self.assertIn(f": {lowest:.4g} (tetraction modes", self.run_program("check", scene, *damping).stdout)
+        report = json.loads(self.run_program("check", scene, "--json", *damping).stdout)
+        self.assertAlmostEqual(report["lowest_damping_ratio"], lowest, places=12)
 
     def test_refusals(self):
         scene = self.write("beam.toml", BEAM)

@@ -106,7 +106,7 @@ class Static(CliTest):
         rows = self.history("s", "history.csv")
         self.assertAlmostEqual(rows[-1]["time"], factor, delta=1.1e-3)
         # A run cannot start from there.
-        message = self.refused(2, "run", scene, "--out", "r", "--set", "initial.static=true")
+        message = self.refused(1, "run", scene, "--out", "r", "--set", "initial.static=true")
         self.assertIn("initial.static = true: there is no equilibrium to start from", message)
 
     def test_events_are_told_of(self):

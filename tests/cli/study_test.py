@@ -44,6 +44,14 @@ class StudyTest(CliTest):
         return found
 
 
+class Reference(StudyTest):
+    def test_says_how_many_steps_the_reference_takes(self):
+        result = self.study("--integrators", "midpoint", "--steps", "2e-2", "--reference-step", "1e-3",
+                            "--set", "time.end=0.1")  # fmt: skip
+        self.assertIn("note: reference: midpoint with steps of 0.001 s, which makes 100 steps",
+                      result.stderr)  # fmt: skip
+
+
 PROBES = BEAM + """
 [[probe]]
 name = "tip"

@@ -4,6 +4,7 @@
 #include <fstream>
 #include <string>
 
+#include "support/temporary_folder.h"
 #include "tetraction/dynamics/rayleigh_damping.h"
 #include "tetraction/io/scene_reader.h"
 #include "tetraction/io/scene_writer.h"
@@ -26,11 +27,12 @@ class DampingRatioKeys : public testing::Test {
     std::ofstream(path) << kBody << text;
     return read_scene(path);
   }
-  // Every test has files of its own.
-  static std::string file(const std::string& name) {
-    return testing::TempDir() + "/damping_ratio_" +
-           testing::UnitTest::GetInstance()->current_test_info()->name() + "_" + name + ".toml";
+  std::string file(const std::string& name) const {
+    return (temporary_.path() / (name + ".toml")).string();
   }
+
+ private:
+  testing_support::TemporaryFolder temporary_;
 };
 
 TEST_F(DampingRatioKeys, BecomeMassDampingAndViscosity) {

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
-#include <unistd.h>
 
 #include <csignal>
 #include <cstdlib>
@@ -11,6 +10,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "support/temporary_folder.h"
 #include "tetraction/core/error.h"
 #include "tetraction/io/frame_reader.h"
 #include "tetraction/io/mesh_reader.h"
@@ -24,13 +24,10 @@ namespace fs = std::filesystem;
 class FrameWriterTest : public ::testing::Test {
  protected:
   void SetUp() override {
-    directory_ = fs::temp_directory_path() / ("tetraction_frames_" + std::to_string(getpid()));
-    fs::create_directories(directory_);
     mesh_ = generate_box({2, 1, 1}, {2, 1, 1});
     for (auto& id : mesh_.vertex_ids) id += 100;
     for (auto& id : mesh_.tetrahedron_ids) id = 900 - id;
   }
-  void TearDown() override { fs::remove_all(directory_); }
 
   Frame frame(Index step, double time) const {
     Frame result;
@@ -65,7 +62,8 @@ class FrameWriterTest : public ::testing::Test {
     return text.substr(at, text.find('"', at) - at);
   }
 
-  fs::path directory_;
+  testing_support::TemporaryFolder temporary_;
+  fs::path directory_ = temporary_.path();
   TetMesh mesh_;
 };
 

@@ -8,11 +8,11 @@
 #include <filesystem>
 #include <fstream>
 #include <locale>
-#include <random>
 #include <utility>
 
 #include "io/text/csv_table.h"
 #include "io/text/formula.h"
+#include "support/temporary_folder.h"
 #include "tetraction/core/error.h"
 #include "tetraction/io/mesh_writer.h"
 #include "tetraction/io/scene_reader.h"
@@ -27,13 +27,6 @@ namespace fs = std::filesystem;
 
 class InitialFields : public testing::Test {
  protected:
-  void SetUp() override {
-    folder_ =
-        fs::temp_directory_path() / ("initial_fields_" + std::to_string(std::random_device{}()));
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   std::string write(const std::string& name, const std::string& text) const {
     std::ofstream(folder_ / name, std::ios::binary) << text;
     return (folder_ / name).string();
@@ -69,7 +62,8 @@ class InitialFields : public testing::Test {
     return "accepted";
   }
 
-  fs::path folder_;
+  testing_support::TemporaryFolder temporary_;
+  fs::path folder_ = temporary_.path();
 };
 
 TEST_F(InitialFields, FormulasAreEvaluatedAtTheRestPositions) {
@@ -139,6 +133,9 @@ TEST_F(InitialFields, BrokenFilesAreRefusedWithTheLine) {
   expect("1,2,3\n1,2,3\n",
          ":2: the file has 2 lines of three numbers, and the mesh has 4 vertices.");
   expect("1,2,3\n1,2\n", ":2: the line has 2 columns");
+  expect("x;y;z\n0;0;0\n0,1;0,2;0,3\n",
+         ":3: the line has semicolons and commas. If the commas are");
+  expect("0,1;2,3\n", ":1: the line has semicolons and commas");
   expect("1,2,3\n1,2,x\n", ":2: \"x\" is not a finite number.");
   expect("1,2,3\n1,2,nan\n", ":2: \"nan\" is not a finite number.");
   expect("1,2,3\n1,2,1e999\n", ":2: \"1e999\" is not a finite number.");
@@ -200,6 +197,19 @@ TEST_F(InitialFields, TheWriterWritesThemBack) {
   EXPECT_EQ(scene_text(read, folder_.string()), scene_text(s, folder_.string()));
   EXPECT_NE(s.echo.find("u.csv"), std::string::npos);
   EXPECT_NE(s.echo.find("\"formula\""), std::string::npos);
+}
+
+TEST_F(InitialFields, WhatInvertsAnElementIsNamedWithItsPlace) {
+  const Scene s =
+      scene("stretch = [1, 2, 1]\ndisplacement = { formula = [\"-2*X\", \"0\", \"0\"] }\n");
+  const auto system = make_system(s, read_scene_mesh(s));
+  try {
+    make_initial_state(s, *system);
+    ADD_FAILURE();
+  } catch (const InputError& error) {
+    EXPECT_EQ(error.what(),
+              s.path + ":8:1: initial.displacement inverts element 0: make it smaller.");
+  }
 }
 
 TEST_F(InitialFields, AMeshWithoutTheFieldIsRefused) {

@@ -12,6 +12,7 @@
 #include <random>
 #include <sstream>
 
+#include "support/temporary_folder.h"
 #include "tetraction/core/error.h"
 #include "tetraction/mesh/selection.h"
 
@@ -29,11 +30,11 @@ std::string read_all(const std::string& path) {
   return text.str();
 }
 
-// A folder of its own for each test case.
+// A file in a folder of this run.
 std::string scratch(const std::string& name) {
+  static const testing_support::TemporaryFolder temporary;
   const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-  const auto folder = std::filesystem::path(testing::TempDir()) / "tetraction_mesh_reader" /
-                      test->test_suite_name() / test->name();
+  const auto folder = temporary.path() / test->test_suite_name() / test->name();
   std::filesystem::create_directories(folder);
   return (folder / name).string();
 }
@@ -457,6 +458,30 @@ TEST(TetgenReader, NumbersFromOneEndingsInCapitalsAndQuadraticElements) {
   const std::string quadratic = written("ten.node", nodes);
   written("ten.ele", "1 10 0\n1 1 2 3 4 1 1 1 1 1 1\n");
   EXPECT_NE(refusal(quadratic).find("element 1 is a quadratic"), std::string::npos);
+}
+
+// The faces of each boundary marker but 0 are a group.
+TEST(TetgenReader, BoundaryMarkersOfFacesAreGroups) {
+  const std::string node = written("marked.node", kNodes);
+  written("marked.ele", kElements);
+  // As TetGen writes them with -nn: the tetrahedra on both sides at the end.
+  written("marked.face",
+          "4 1 # faces\n0 2 1 0 3 0 -1\n1 0 1 3 3 0 -1\n2 4 3 2 -7 1 -1\n3 1 2 3 0 0 1\n");
+  const TetMesh mesh = read_mesh(node);
+  ASSERT_EQ(mesh.groups.size(), 2U);
+  EXPECT_EQ(mesh.groups[0].name, "3");
+  EXPECT_EQ(mesh.groups[0].dimension, 2);
+  EXPECT_EQ(mesh.groups[0].triangles.size(), 2U);
+  EXPECT_EQ(mesh.groups[0].vertices, (std::vector<Index>{0, 1, 2, 3}));
+  EXPECT_EQ(mesh.groups[1].name, "-7");
+  EXPECT_EQ(select_triangles(mesh, SelectGroup{"-7"}).size(), 1U);
+
+  written("marked.face", "1 0\n0 0 1 2\n");
+  EXPECT_TRUE(read_mesh(node).groups.empty());
+  written("marked.face", "2 1\n0 0 1 2 3\n1 0 1 9 3\n");
+  EXPECT_NE(refusal(node).find("marked.face:3: face 1 refers to point 9"), std::string::npos);
+  written("marked.face", "2 1\n0 0 1 2 3\n");
+  EXPECT_NE(refusal(node).find("truncated"), std::string::npos);
 }
 
 TEST(TetgenReader, SaysWhatIsWrongAndWhere) {

@@ -1,7 +1,6 @@
 #include "tetraction/io/mesh_writer.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -11,6 +10,7 @@
 #include <set>
 #include <sstream>
 
+#include "support/temporary_folder.h"
 #include "tetraction/core/error.h"
 #include "tetraction/io/mesh_reader.h"
 #include "tetraction/mesh/generate.h"
@@ -23,14 +23,10 @@ namespace fs = std::filesystem;
 
 class MeshWriter : public ::testing::TestWithParam<const char*> {
  protected:
-  void SetUp() override {
-    directory_ = fs::temp_directory_path() / ("tetraction_writer_" + std::to_string(getpid()));
-    fs::create_directories(directory_);
-  }
-  void TearDown() override { fs::remove_all(directory_); }
   std::string path(const std::string& name) const { return (directory_ / name).string(); }
 
-  fs::path directory_;
+  testing_support::TemporaryFolder temporary_;
+  fs::path directory_ = temporary_.path();
 };
 
 // A block whose coordinates need all their digits.

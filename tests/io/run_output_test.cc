@@ -1,6 +1,5 @@
 // What a run writes: probes.csv, the rows of history.csv, the fields and formats of frames.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <cstdlib>
@@ -11,6 +10,7 @@
 #include <sstream>
 
 #include "support/bodies.h"
+#include "support/temporary_folder.h"
 #include "tetraction/core/error.h"
 #include "tetraction/dynamics/derived_fields.h"
 #include "tetraction/io/frame_reader.h"
@@ -31,15 +31,12 @@ using Columns = std::map<std::string, std::vector<std::string>>;
 class RunOutput : public testing::Test {
  protected:
   void SetUp() override {
-    folder_ = fs::temp_directory_path() / ("tetraction_outputs_" + std::to_string(getpid()));
-    fs::remove_all(folder_);
     scene_ = spinning_block(Integrator::kVerlet, 1e-3, 0.0235);
     FixSettings clamp;
     clamp.select = SelectPlane{0, 0.0, {}};
     scene_.fix = {clamp};
     scene_.initial.angular_velocity.setZero();
   }
-  void TearDown() override { fs::remove_all(folder_); }
 
   void run(int frame_every = 5) {
     session_ = std::make_unique<Session>(scene_, generate_mesh(*scene_.mesh.generate));
@@ -87,7 +84,8 @@ class RunOutput : public testing::Test {
     return probe;
   }
 
-  fs::path folder_;
+  testing_support::TemporaryFolder temporary_;
+  fs::path folder_ = temporary_.path();
   Scene scene_;
   std::unique_ptr<Session> session_;
   std::unique_ptr<RunRecorder> recorder_;

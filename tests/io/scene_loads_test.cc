@@ -1,10 +1,10 @@
 // Loads and amplitudes in scene files: reading, messages, writing, events.
 #include <filesystem>
 #include <fstream>
-#include <random>
 
 #include "io/scene/scene_echo.h"
 #include "support/bodies.h"
+#include "support/temporary_folder.h"
 #include "tetraction/core/error.h"
 #include "tetraction/io/scene_reader.h"
 #include "tetraction/io/scene_writer.h"
@@ -31,12 +31,6 @@ select = { plane = { axis = "x", at = 0.0 } }
 
 class SceneLoads : public testing::Test {
  protected:
-  void SetUp() override {
-    folder_ = fs::temp_directory_path() / ("scene_loads_" + std::to_string(std::random_device{}()));
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   std::string file(const std::string& name, const std::string& text) const {
     const std::string path = (folder_ / name).string();
     std::ofstream(path) << text;
@@ -58,7 +52,8 @@ class SceneLoads : public testing::Test {
     EXPECT_NE(message.find(part), std::string::npos) << text << "\n→ " << message;
   }
 
-  fs::path folder_;
+  testing_support::TemporaryFolder temporary_;
+  fs::path folder_ = temporary_.path();
 };
 
 const char* const kEveryLoad = R"(

@@ -13,6 +13,7 @@
 #include <variant>
 #include <vector>
 
+#include "support/temporary_folder.h"
 #include "tetraction/core/error.h"
 #include "tetraction/io/scene_writer.h"
 
@@ -94,14 +95,7 @@ checkpoint_every = 0
 
 class SceneReader : public ::testing::Test {
  protected:
-  void SetUp() override {
-    folder_ = std::filesystem::temp_directory_path() /
-              ("tetraction_scene_" +
-               std::string(::testing::UnitTest::GetInstance()->current_test_info()->name()));
-    std::filesystem::create_directories(folder_);
-    path_ = (folder_ / "scene.toml").string();
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
+  void SetUp() override { path_ = (folder_ / "scene.toml").string(); }
 
   Scene read(const std::string& text, const std::vector<std::string>& overrides = {}) const {
     std::ofstream(path_, std::ios::binary) << text;
@@ -140,7 +134,8 @@ class SceneReader : public ::testing::Test {
     expect_refusal(kSmall + lines, start, parts);
   }
 
-  std::filesystem::path folder_;
+  testing_support::TemporaryFolder temporary_;
+  std::filesystem::path folder_ = temporary_.path();
   std::string path_;
 };
 

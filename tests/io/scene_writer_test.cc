@@ -2,11 +2,11 @@
 
 #include <filesystem>
 #include <fstream>
-#include <random>
 #include <sstream>
 
 #include "io/scene/scene_echo.h"
 #include "support/bodies.h"
+#include "support/temporary_folder.h"
 #include "tetraction/core/error.h"
 #include "tetraction/io/mesh_reader.h"
 #include "tetraction/io/scene_reader.h"
@@ -20,20 +20,14 @@ namespace fs = std::filesystem;
 
 class SceneWriter : public testing::Test {
  protected:
-  void SetUp() override {
-    folder_ =
-        fs::temp_directory_path() / ("scene_writer_" + std::to_string(std::random_device{}()));
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   Scene written_and_read(const Scene& scene) const {
     const std::string path = (folder_ / "scene.toml").string();
     write_scene(scene, path);
     return read_scene(path);
   }
 
-  fs::path folder_;
+  testing_support::TemporaryFolder temporary_;
+  fs::path folder_ = temporary_.path();
 };
 
 // Everything that a scene says but its places and the paths of files.

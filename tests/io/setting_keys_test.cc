@@ -8,10 +8,10 @@
 #include <filesystem>
 #include <fstream>
 #include <limits>
-#include <random>
 #include <sstream>
 
 #include "io/scene/key_text.h"
+#include "support/temporary_folder.h"
 #include "tetraction/core/error.h"
 #include "tetraction/io/key_tables.h"
 #include "tetraction/io/scene_reader.h"
@@ -372,13 +372,6 @@ std::vector<double> outside(const NumberRange& range, bool is_whole) {
 
 class SettingKeys : public testing::Test {
  protected:
-  void SetUp() override {
-    folder_ =
-        fs::temp_directory_path() / ("setting_keys_" + std::to_string(std::random_device{}()));
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   template <class S>
   static Scene scene_with(const S& settings) {
     Scene scene;
@@ -465,7 +458,8 @@ class SettingKeys : public testing::Test {
     return text.str();
   }
 
-  fs::path folder_;
+  testing_support::TemporaryFolder temporary_;
+  fs::path folder_ = temporary_.path();
 };
 
 template <class S>

@@ -1,11 +1,11 @@
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
 #include <limits>
 #include <sstream>
 
+#include "support/temporary_folder.h"
 #include "tetraction/core/error.h"
 #include "tetraction/io/mesh_reader.h"
 #include "tetraction/io/mesh_writer.h"
@@ -82,12 +82,6 @@ std::string replaced(std::string text, const std::string& from, const std::strin
 
 class VtkReader : public ::testing::Test {
  protected:
-  void SetUp() override {
-    directory_ = fs::temp_directory_path() / ("tetraction_vtk_" + std::to_string(getpid()));
-    fs::create_directories(directory_);
-  }
-  void TearDown() override { fs::remove_all(directory_); }
-
   std::string path(const std::string& name) const { return (directory_ / name).string(); }
   std::string file(const std::string& name, const std::string& text) const {
     std::ofstream(path(name), std::ios::binary) << text;
@@ -107,7 +101,8 @@ class VtkReader : public ::testing::Test {
     return "(accepted)";
   }
 
-  fs::path directory_;
+  testing_support::TemporaryFolder temporary_;
+  fs::path directory_ = temporary_.path();
 };
 
 std::string contents(const std::string& path) {
@@ -378,6 +373,29 @@ TEST_F(VtkReader, DamagedBytesNeverCrashOrHang) {
     }
   }
   EXPECT_GT(refused, 20);
+}
+
+// Triangles are groups by the numbers in cell data of other programs, or else in `region`.
+TEST_F(VtkReader, TrianglesWithNumbersAreGroups) {
+  const TetMesh legacy = build_mesh(read("legacy.vtk", kLegacyText));
+  ASSERT_EQ(legacy.groups.size(), 1U);
+  EXPECT_EQ(legacy.groups[0].name, "9");
+  EXPECT_EQ(legacy.groups[0].dimension, 2);
+  ASSERT_EQ(legacy.groups[0].triangles.size(), 1U);
+  EXPECT_EQ(legacy.regions, (std::vector<int>{7, 8}));
+
+  VtuText vtu;
+  vtu.cell_data = array("Int32", "region", "7 8 9") + array("Int32", "gmsh:physical", "1 1 4");
+  const TetMesh mesh = build_mesh(read("named.vtu", vtu.text()));
+  ASSERT_EQ(mesh.groups.size(), 1U);
+  EXPECT_EQ(mesh.groups[0].name, "4");
+  EXPECT_EQ(mesh.groups[0].vertices, (std::vector<Index>{0, 1, 2}));
+
+  vtu.cell_data = array("Int32", "region", "7 8 0");
+  EXPECT_TRUE(build_mesh(read("none.vtu", vtu.text())).groups.empty());
+  vtu.cell_data = array("Float64", "medit:ref", "7 8 0.5");
+  EXPECT_NE(refusal("half.vtu", vtu.text()).find("the number 0.5 of triangle 2"),
+            std::string::npos);
 }
 
 }  // namespace

@@ -7,7 +7,9 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <functional>
+#include <limits>
 
 #include "support/bodies.h"
 #include "tetraction/core/error.h"
@@ -388,6 +390,96 @@ TEST(NormalModes, AboutAnEquilibriumWithADistance) {
   EXPECT_LT((others + rod).norm(), 1e-7 * rod.norm());
 
   expect_dense_modes(*system, q, 10, multipliers);
+}
+
+// For ν = 0 the damping matrix is aM + βK + drag: ζ = (a + k_D φᵀφ)/(2ω) + βω/2 for every mode.
+TEST(NormalModes, DampingRatios) {
+  const TetMesh mesh = generate_box({2, 0.5, 0.5}, {6, 2, 2});
+  const LameParameters lame = lame_from_young(1e6, 0.0);
+  MechanicalSystem system(mesh, NeoHookean(lame.mu, lame.lambda), kDensity);
+  const Vector q = mesh.rest_positions();
+  for (const NormalMode& mode : normal_modes(system, q).modes) EXPECT_EQ(mode.damping_ratio, 0.0);
+  system.set_damping({0.0, 0.0, 2e-3 * lame.mu});
+  for (const NormalMode& mode : normal_modes(system, q).modes) {
+    if (mode.kind == ModeKind::kRigid) {
+      EXPECT_EQ(mode.damping_ratio, 0.0) << "viscosity does not damp rigid motions";
+    }
+  }
+  system.set_damping({0.03, 0.7, 2e-3 * lame.mu});
+  Index elastic = 0;
+  for (const NormalMode& mode : normal_modes(system, q).modes) {
+    if (mode.kind == ModeKind::kRigid) {
+      EXPECT_EQ(mode.damping_ratio, std::numeric_limits<double>::infinity());
+      continue;
+    }
+    ++elastic;
+    const double omega = std::sqrt(mode.omega_squared);
+    const double expected =
+        (0.7 + 0.03 * mode.shape.squaredNorm()) / (2.0 * omega) + 2e-3 * omega / 2.0;
+    EXPECT_NEAR(mode.damping_ratio, expected, 1e-9 * expected);
+  }
+  EXPECT_EQ(elastic, 4);
+}
+
+// Modes with the stiffness of the forces on the free rim of a pressure against all eigenvalues of the dense
+// matrix, which is not symmetric. A strong pressure on the tip lets pairs of modes flutter.
+TEST(NormalModes, UnderAPressureWithAFreeRim) {
+  const TetMesh mesh = generate_box({4, 1, 0.5}, {8, 2, 1});
+  Index fluttering = 0;
+  for (const double pressure : {-3e3, 1e4, 1e5}) {
+    const auto system = make_body(mesh);
+    system->set_constraints(hold(mesh, SelectPlane{0, 0.0, {}}));
+    system->set_pressures({{select_triangles(mesh, SelectPlane{0, 4.0, {}}), pressure, {}}});
+    const Vector q = mesh.rest_positions();
+    const FreeCoordinates& coordinates = system->coordinates();
+    const Index n = coordinates.count();
+    HessianBlocks terms;
+    terms.reset(system->vertex_count());
+    for (const ForceTerm* term : system->force_terms()) {
+      if (!term->has_potential()) continue;
+      term->add_hessian(system->force_point(q, 0.0), HessianForm::kExact, terms);
+    }
+    Matrix matrix(n, n);
+    for (Index j = 0; j < n; ++j) {
+      const Vector u = coordinates.extend(Vector::Unit(n, j));
+      Vector product;
+      system->elastic().product(q, u, product);
+      terms.add_product(u, product);
+      const Vector ahead = q + 0.5 * u;
+      const Vector behind = q - 0.5 * u;
+      Vector forward;
+      Vector backward;
+      system->external_force(system->force_point(ahead, 0.0), forward);
+      system->external_force(system->force_point(behind, 0.0), backward);
+      matrix.col(j) = coordinates.restrict(product - (forward - backward));
+    }
+    const Vector mass = coordinates.reduced_mass(system->mass());
+    Eigen::VectorXcd expected =
+        Eigen::EigenSolver<Matrix>(mass.cwiseInverse().asDiagonal() * matrix, false).eigenvalues();
+    std::sort(expected.begin(), expected.end(),
+              [](const auto& a, const auto& b) { return a.real() < b.real(); });
+    NormalModeOptions options;
+    options.count = 8;
+    options.with_loads = true;
+    const NormalModes found = normal_modes(*system, q, options);
+    ASSERT_GE(found.modes.size(), 8U);
+    for (std::size_t i = 0; i < 8; ++i) {
+      const NormalMode& mode = found.modes[i];
+      const std::complex<double> value = expected[static_cast<Index>(i)];
+      EXPECT_NEAR(system->momentum_of(mode.shape).dot(mode.shape), 1.0, 1e-9);
+      if (mode.kind == ModeKind::kFlutter) {
+        ++fluttering;
+        const std::complex<double> omega = std::sqrt(value);
+        EXPECT_NEAR(mode.omega_squared, omega.real() * omega.real(), 1e-6 * std::abs(value));
+        EXPECT_NEAR(mode.growth_rate, std::abs(omega.imag()), 1e-6 * std::abs(omega)) << i;
+      } else {
+        EXPECT_LT(std::abs(value.imag()), 1e-6 * std::abs(value)) << i << ' ' << pressure;
+        EXPECT_NEAR(mode.omega_squared, value.real(), 1e-6 * std::abs(value))
+            << i << ' ' << pressure;
+      }
+    }
+  }
+  EXPECT_GE(fluttering, 2);
 }
 
 TEST(NormalModes, RefusesWhatHasNoModes) {

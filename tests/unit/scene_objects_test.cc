@@ -103,6 +103,26 @@ TEST(MakeSystem, RefusesWithThePlaceInTheScene) {
   inverted.fix[0].offset = Vector3(1.9, 0, 0);
   EXPECT_NE(refusal(inverted).find("inverts element"), std::string::npos);
 
+  Scene initial = clamped();
+  TetMesh mesh = generate_mesh(*initial.mesh.generate);
+  Matrix mirrored = Matrix::Zero(3, mesh.vertex_count());
+  for (Index v = 0; v < mesh.vertex_count(); ++v) {
+    mirrored(0, v) = -2.0 * mesh.vertices[static_cast<std::size_t>(v)].x();
+  }
+  mesh.point_arrays["mirrored"] = mirrored;
+  initial.initial.displacement_array = "mirrored";
+  initial.initial.places = {{"displacement_array", "scene.toml:7:1"}};
+  try {
+    const auto system = make_system(initial, std::move(mesh));
+    make_initial_state(initial, *system);
+    ADD_FAILURE();
+  } catch (const InputError& error) {
+    EXPECT_EQ(std::string(error.what())
+                  .rfind("scene.toml:7:1: initial.displacement_array inverts element ", 0),
+              0U)
+        << error.what();
+  }
+
   Scene array = clamped();
   array.initial.displacement_array = "mode";
   EXPECT_NE(refusal(array).find("no point-data array"), std::string::npos);

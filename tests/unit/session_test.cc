@@ -411,6 +411,50 @@ TEST(Session, AnEventThatCannotBeMadeEndsTheRunWithItsReason) {
   EXPECT_NE(session.message().find("inverts element"), std::string::npos);
 }
 
+TEST(Session, WarnsOfLoadsThatNeverAct) {
+  Scene scene = spinning_block(Integrator::kVerlet, 1e-3, 0.01);
+  ForceSettings past;
+  past.from = -2.0;
+  past.until = -1.0;
+  past.where = "force.0";
+  ForceSettings present = past;
+  present.until = 0.004;
+  present.where = "force.1";
+  scene.force = {past, present};
+  EventSettings event;
+  event.at = 0.005;
+  event.where = "event.0";
+  event.echo = "{}";
+  present.where = "event.0.force";
+  event.edits = {SetForce{std::nullopt, present}, SetForce{1, present}};
+  scene.event = {event};
+  const Session session(scene, mesh_of(scene));
+  ASSERT_EQ(session.warnings().size(), 2U);
+  EXPECT_EQ(session.warnings()[0],
+            "force.0 ends at -1 s, and the run starts at 0 s: it never acts.");
+  EXPECT_EQ(session.warnings()[1].rfind("event.0.force ends at 0.004 s", 0), 0U);
+}
+
+// What a handle at rest without loads has as momenta is mere round-off, for which no tolerance is out of
+// reach.
+TEST(Session, AFreeHandleAtRestHasNoWarningOfRoundOff) {
+  for (const char* solver : {"newton", "ceres"}) {
+    Scene scene = spinning_block(Integrator::kMidpoint, 1e-2, 0.2);
+    scene.initial = {};
+    scene.solver.kind = solver;
+    ConstraintSettings handle;
+    handle.kind = ConstraintKind::kRigid;
+    handle.select = SelectPlane{0, 2.0, {}};
+    scene.constraint = {handle};
+    Session session(scene, mesh_of(scene));
+    ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+    EXPECT_EQ(session.balance().steps_limited_by_round_off(), 0);
+    for (const std::string& warning : session.warnings()) {
+      EXPECT_EQ(warning.find("round-off"), std::string::npos) << warning;
+    }
+  }
+}
+
 TEST(Session, WarnsOfEventsThatAreTooEarlyOrNeverHappen) {
   Scene scene = spinning_block(Integrator::kVerlet, 1e-3, 0.01);
   EventSettings early;

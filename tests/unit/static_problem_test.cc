@@ -121,6 +121,31 @@ TEST(StaticProblem, PrescribedComponentsMoveInProportion) {
   }
 }
 
+// A distance goes from its length in the undeformed body to its given one.
+TEST(StaticProblem, LengthsChangeInProportion) {
+  const TetMesh mesh = small_block();
+  MechanicalSystem system(mesh, NeoHookean(1e5, 1e5), 1000.0);
+  const Vector rest = mesh.rest_positions();
+  const double length = (rest.segment<3>(0) - rest.segment<3>(3 * 5)).norm();
+  PrescribedVertices face = prescribe_at_rest(mesh, select_vertices(mesh, SelectPlane{0, 2.0, {}}));
+  FixedDistance distance;
+  distance.a = 0;
+  distance.b = 5;
+  distance.length = 0.8 * length;
+  system.set_constraints(Constraints({{face}, {}, {distance}, {}}, mesh, system.mass()));
+  StaticProblem problem(system, 0.0);
+  for (const double factor : {0.0, 0.25, 1.0}) {
+    problem.begin(rest, factor);
+    EXPECT_NEAR(problem.constraints().list().distances[0].length, (1.0 - 0.2 * factor) * length,
+                1e-15);
+    if (factor == 0.0) {
+      EXPECT_LT(problem.constraint_error(factor, rest), 1e-14);
+    } else {
+      EXPECT_GT(problem.constraint_error(factor, rest), 0.1 * factor * length);
+    }
+  }
+}
+
 // Ceres needs shares of elements that add up to the value and stay positive.
 TEST(StaticProblem, SharesOfElementsAddUp) {
   LoadedBlock block;

@@ -75,6 +75,33 @@ TEST_F(PressureOnABox, TheForceIsThatOfThePresentTrianglesAlsoAtARim) {
   }
 }
 
+// The symmetric part of minus the derivative of the load at a rim, which is quadratic in positions.
+TEST_F(PressureOnABox, TheLoadStiffnessIsTheSymmetricPartOfItsDerivative) {
+  const SurfacePressure term({pressure(SelectPlane{0, 1.0, {}}, -2e4)}, mesh_.rest_positions(),
+                             system_.coordinates());
+  HessianBlocks stiffness;
+  stiffness.reset(mesh_.vertex_count());
+  term.add_load_stiffness(at(position_), stiffness);
+  const auto derivative = [&](const Vector& direction) {
+    constexpr double kStep = 0.01;
+    Vector ahead = Vector::Zero(position_.size());
+    Vector behind = ahead;
+    const Vector forward = position_ + kStep * direction;
+    const Vector backward = position_ - kStep * direction;
+    term.add_load(at(forward), ahead);
+    term.add_load(at(backward), behind);
+    return Vector((behind - ahead) / (2.0 * kStep));
+  };
+  const Vector u = jiggled(Vector::Zero(position_.size()), 1.0, 3);
+  const Vector v = jiggled(Vector::Zero(position_.size()), 1.0, 5);
+  Vector product = Vector::Zero(position_.size());
+  stiffness.add_product(u, product);
+  const double expected = 0.5 * (v.dot(derivative(u)) + u.dot(derivative(v)));
+  EXPECT_NEAR(v.dot(product), expected, 1e-11 * std::abs(expected));
+  // The other part does not vanish.
+  EXPECT_GT(std::abs(v.dot(derivative(u)) - expected), 1e-3 * std::abs(expected));
+}
+
 TEST_F(PressureOnABox, AClosedSurfaceHasNoResultantAndNoLoad) {
   const SurfacePressure term({pressure(SelectSurface{}, 5e4)}, mesh_.rest_positions(),
                              system_.coordinates());

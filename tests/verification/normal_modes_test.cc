@@ -255,34 +255,82 @@ struct StretchedString {
   }
 };
 
-// The frequency of small oscillations about the equilibrium, from the passages of the mode through
-// zero in a run of `verlet`, whose period error is taken out.
+// The frequency of small oscillations about an equilibrium, from the passages of the mode through zero
+// in a run of `verlet`, whose period error is taken out.
+double frequency_of_motion(const MechanicalSystem& system, const Vector& equilibrium,
+                           const NormalMode& mode) {
+  const double omega = 2.0 * kPi * mode.frequency();
+  const double step = 0.4 * stability_limit(system, equilibrium, Integrator::kVerlet).critical_step;
+  const Vector momentum = system.momentum_of(mode.shape);
+  State state = system.rest_state();
+  state.position = equilibrium + 1e-5 / mode.shape.cwiseAbs().maxCoeff() * mode.shape;
+  const auto stepper = make_verlet_stepper(system);
+  std::vector<double> passages;
+  double before = 1.0;
+  while (passages.size() < 5 && state.time < 4.0 / mode.frequency()) {
+    if (!stepper->step(state, step).ok()) break;
+    const double now = momentum.dot(state.position - equilibrium);
+    if ((before < 0.0) != (now < 0.0)) passages.push_back(state.time - step * now / (now - before));
+    before = now;
+  }
+  EXPECT_EQ(passages.size(), 5U);
+  if (passages.size() < 5) return 0.0;
+  const double period = (passages[4] - passages[0]) / 2.0;
+  return (1.0 + oscillator_response(Integrator::kVerlet, omega * step).period_error) / period;
+}
+
 TEST(Prestressed, FrequencyIsThatOfTheMotion) {
   const StretchedString string(0.2);
   const NormalModes modes = string.modes(1);
   const NormalMode& mode = modes.modes.front();
-  const double omega = 2.0 * kPi * mode.frequency();
-  const double step =
-      0.4 * stability_limit(string.system, string.equilibrium.position, Integrator::kVerlet)
-                .critical_step;
-  const Vector momentum = string.system.momentum_of(mode.shape);
-  State state = string.system.rest_state();
-  state.position =
-      string.equilibrium.position + 1e-5 / mode.shape.cwiseAbs().maxCoeff() * mode.shape;
-  const auto stepper = make_verlet_stepper(string.system);
-  std::vector<double> passages;
-  double before = 1.0;
-  while (passages.size() < 5 && state.time < 4.0 / mode.frequency()) {
-    ASSERT_TRUE(stepper->step(state, step).ok());
-    const double now = momentum.dot(state.position - string.equilibrium.position);
-    if ((before < 0.0) != (now < 0.0)) passages.push_back(state.time - step * now / (now - before));
-    before = now;
+  EXPECT_NEAR(frequency_of_motion(string.system, string.equilibrium.position, mode),
+              mode.frequency(), 1e-3 * mode.frequency());
+}
+
+// A cantilever with a pressure on triangles of its surface, whose rim is free.
+struct PressedCantilever {
+  TetMesh mesh = generate_box({1, 0.2, 0.1}, {10, 2, 1});
+  MechanicalSystem system;
+  Equilibrium equilibrium;
+
+  PressedCantilever(const Selection& faces, double pressure)
+      : system(mesh,
+               NeoHookean(lame_from_young(kYoung, 0.3).mu, lame_from_young(kYoung, 0.3).lambda),
+               kDensity) {
+    const PrescribedVertices clamp =
+        prescribe_at_rest(mesh, select_vertices(mesh, SelectPlane{0, 0.0, {}}), "clamp");
+    system.set_constraints(Constraints({{clamp}, {}, {}, {}}, mesh, system.mass()));
+    system.set_pressures({PressureLoad{select_triangles(mesh, faces), pressure, {}}});
+    equilibrium = find_equilibrium(system);
+    EXPECT_TRUE(equilibrium.found) << equilibrium.message;
   }
-  ASSERT_EQ(passages.size(), 5U);
-  const double period = (passages[4] - passages[0]) / 2.0;
-  const double numerical =
-      1.0 + oscillator_response(Integrator::kVerlet, omega * step).period_error;
-  EXPECT_NEAR(numerical / period, mode.frequency(), 1e-3 * mode.frequency());
+  NormalModes modes() const {
+    NormalModeOptions options;
+    options.count = 6;
+    options.with_loads = true;
+    return normal_modes(system, equilibrium.position, options);
+  }
+};
+
+// The forces on a free rim have no potential. Their stiffness, which is not symmetric, is in the modes all
+// the same.
+TEST(Prestressed, FrequencyUnderAPressureWithAFreeRim) {
+  struct Case {
+    Selection faces;
+    double pressure;
+  };
+  for (const Case& c : {Case{SelectPlane{0, 1.0, {}}, 2e3}, Case{SelectPlane{0, 1.0, {}}, -2e4},
+                        Case{SelectFaces{{0, 0, 1}, 1.0}, 100.0}}) {
+    const PressedCantilever body(c.faces, c.pressure);
+    const NormalModes modes = body.modes();
+    for (std::size_t i = 0; i < 2; ++i) {
+      const NormalMode& mode = modes.modes[i];
+      EXPECT_EQ(mode.kind, ModeKind::kElastic);
+      EXPECT_NEAR(frequency_of_motion(body.system, body.equilibrium.position, mode),
+                  mode.frequency(), 1e-4 * mode.frequency())
+          << i << ' ' << c.pressure;
+    }
+  }
 }
 
 // f = ½√(T/(m L)) of a string of mass m and length L between its ends under tension T. The stiffness

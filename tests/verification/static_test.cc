@@ -471,6 +471,86 @@ TEST(StaticConstraints, DistancesAndHandles) {
   EXPECT_LT((sum_of(found.reaction_force()) - Vector3(0, weight, 0)).norm(), 1e-11 * weight);
 }
 
+// A distance that is shorter than in the undeformed body pulls its ends together with the load factor.
+TEST(StaticConstraints, LengthsFollowTheLoadFactor) {
+  Scene scene = soft_beam({2, 1, 1}, {4, 2, 2});
+  scene.fix = {fix(SelectPlane{0, 0.0, {}})};
+  ConstraintSettings distance;
+  distance.kind = ConstraintKind::kDistance;
+  const TetMesh mesh = generate_mesh(*scene.mesh.generate);
+  const Index a = select_vertices(mesh, SelectNearest{{0.0, 0.5, 0.5}}).front();
+  const Index b = select_vertices(mesh, SelectNearest{{2.0, 0.5, 0.5}}).front();
+  distance.vertices = {a, b};
+  distance.length = 1.9;
+  scene.constraint = {distance};
+  Session session(scene, mesh, Analysis::kEquilibrium, 0.25);
+  Index steps = 0;
+  while (session.step()) {
+    const Vector& x = session.state().position;
+    const double length = (x.segment<3>(3 * a) - x.segment<3>(3 * b)).norm();
+    EXPECT_NEAR(length, 2.0 - 0.1 * session.time(), 1e-10) << ++steps;
+    EXPECT_LT(session.constraint_error(), 1e-10);
+  }
+  EXPECT_EQ(session.status(), RunStatus::kFinished) << session.message();
+  EXPECT_GE(steps, 4);
+}
+
+// At a size of 1 nm the weight strains the body by 1e-11. Round-off of the edges is a part of that, and
+// the result says so; at 1 m nothing is to tell.
+TEST(StaticRoundOff, IsToldOf) {
+  const auto found = [](double size) {
+    Scene scene = soft_beam(size * Vector3(4, 1, 1), {8, 2, 2});
+    scene.fix = {fix(SelectPlane{0, 0.0, {}})};
+    scene.environment.kind = EnvironmentKind::kGravity;
+    Session session = equilibrium(scene);
+    EXPECT_EQ(session.run(), RunStatus::kFinished) << session.message();
+    const double weight = 9.81 * session.system().total_mass();
+    const double error = std::abs(sum_of(session.reaction_force()).y() / weight - 1.0);
+    const auto tells = [](const std::string& warning) {
+      return warning.find("round-off: the forces of the equilibrium") != std::string::npos;
+    };
+    const bool told = std::any_of(session.warnings().begin(), session.warnings().end(), tells);
+    return std::pair(error, told);
+  };
+  EXPECT_LT(found(1.0).first, 1e-12);
+  EXPECT_FALSE(found(1.0).second);
+  EXPECT_FALSE(found(1e-6).second);
+  EXPECT_GT(found(1e-9).first, 1e-9);
+  EXPECT_TRUE(found(1e-9).second);
+}
+
+// Without loads the reactions of a held body are mere round-off, of which nothing is to tell.
+TEST(StaticRoundOff, IsNotToldOfWithoutLoads) {
+  Scene scene = soft_beam({4, 1, 1}, {8, 2, 2});
+  scene.fix = {fix(SelectPlane{0, 0.0, {}})};
+  ConstraintSettings handle;
+  handle.kind = ConstraintKind::kRigid;
+  handle.select = SelectPlane{0, 4.0, {}};
+  scene.constraint = {handle};
+  Session session = equilibrium(scene);
+  ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+  for (const std::string& warning : session.warnings()) {
+    EXPECT_EQ(warning.find("round-off"), std::string::npos) << warning;
+  }
+}
+
+// A distance crushes the body. That its multipliers do not settle does not make this a limit point.
+TEST(StaticConstraints, MultipliersThatDoNotSettleAreNoLimitPoint) {
+  Scene scene = soft_beam({2, 1, 1}, {4, 2, 2});
+  scene.fix = {fix(SelectPlane{0, 0.0, {}})};
+  ConstraintSettings distance;
+  distance.kind = ConstraintKind::kDistance;
+  const TetMesh mesh = generate_mesh(*scene.mesh.generate);
+  distance.vertices = {select_vertices(mesh, SelectNearest{{0.0, 0.5, 0.5}}).front(),
+                       select_vertices(mesh, SelectNearest{{2.0, 0.5, 0.5}}).front()};
+  distance.length = 1.6;
+  scene.constraint = {distance};
+  Session session = equilibrium(scene);
+  ASSERT_EQ(session.run(), RunStatus::kNotConverged);
+  EXPECT_NE(session.message().find("the multipliers did not settle"), std::string::npos);
+  EXPECT_EQ(session.message().find("limit point"), std::string::npos) << session.message();
+}
+
 // The forces at the free rim of a pressure are no derivative of a potential. The equilibrium is where a
 // damped motion ends.
 TEST(StaticConstraints, PressureWithAFreeRim) {

@@ -4,6 +4,7 @@
 #include <random>
 #include <thread>
 
+#include "support/temporary_folder.h"
 #include "tetraction/io/scene_reader.h"
 #include "tetraction/io/scene_writer.h"
 #include "viewer_support.h"
@@ -223,13 +224,11 @@ TEST_P(UndoneEdits, SessionsReplayBitwiseFromTheirSavedScene) {
   const Scene recorded = simulation->recorded_scene();
   expect_bitwise_equal(history_of_run(recorded, simulation->mesh()), rows);
 
-  const std::string path = (std::filesystem::temp_directory_path() /
-                            ("viewer_replay_" + to_string(GetParam()) + ".toml"))
-                               .string();
+  const testing_support::TemporaryFolder temporary;
+  const std::string path = (temporary.path() / "replay.toml").string();
   write_scene(recorded, path);
   const Scene read = read_scene(path);
   expect_bitwise_equal(history_of_run(read, simulation->mesh()), rows);
-  std::filesystem::remove(path);
 }
 
 TEST(EditHistory, ADragIsUndoneInOne) {

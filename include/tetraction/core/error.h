@@ -20,6 +20,13 @@ class InputError : public Error {
   using Error::Error;
 };
 
+/// A computation that must succeed before a run can begin failed numerically, such as the search for
+/// the equilibrium that it starts from (exit code 1).
+class NumericalError : public Error {
+ public:
+  using Error::Error;
+};
+
 /// A file is missing, unreadable or malformed, or holds a mesh that is refused (exit code 3).
 class FileError : public Error {
  public:

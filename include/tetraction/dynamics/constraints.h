@@ -70,6 +70,8 @@ class Constraints {
   Constraints(ConstraintList list, const TetMesh& mesh, const Vector& mass);
 
   const ConstraintList& list() const { return list_; }
+  /// Changes the length of list().distances[i], m, to a number above 0.
+  void set_distance_length(std::size_t i, double length);
   const FreeCoordinates& coordinates() const { return coordinates_; }
   /// Whether nothing is constrained.
   bool empty() const { return prescribed_.empty() && equations_.empty() && springs_.empty(); }

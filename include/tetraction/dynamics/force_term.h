@@ -146,6 +146,10 @@ class ForceTerm {
   /// forces: q_k (`explicit`), q_k + ½h M⁻¹p_k (`verlet`), x (implicit rules, which repeat the
   /// minimisation until the load fits x).
   virtual void add_load(const ForcePoint& at, Vector& force) const;
+  /// stiffness += the symmetric part of −∂f/∂x of a load that depends on positions, N/m. Normal modes at
+  /// an equilibrium under loads begin with it. They find the remaining part, or all of −∂f/∂x where
+  /// this function is not overridden, by differences of add_load().
+  virtual void add_load_stiffness(const ForcePoint& at, HessianBlocks& stiffness) const;
 
  protected:
   ForceTerm() = default;

@@ -113,13 +113,20 @@ class MechanicalSystem {
   ForcePoint force_point(const Vector& position, double time, const TimeSpan& step) const {
     return {mass_, position, time, step};
   }
-  /// f ← the sum of the loads of all terms in the step of size h that starts at `time` (3 per
-  /// vertex, N), with the positions `q` where they depend on positions. It is the mean over the
-  /// step, so that h f is the impulse ∫ f dt. It is empty if no term has a load.
-  void external_force(const Vector& q, double time, double h, Vector& f) const;
-  /// f ← all forces of the user's on the vertices, as the mean over such a step, for display: the
-  /// loads, and the forces of potentials that count as external work (pressure).
-  void applied_force(const Vector& q, double time, double h, Vector& f) const;
+  /// f ← the sum of the loads of all terms at a point (3 per vertex, N): their mean over a step, so
+  /// that h f is the impulse ∫ f dt, or their values at an instant. It is empty if no term has a load.
+  void external_force(const ForcePoint& at, Vector& f) const;
+  /// f ← all forces of the user's on the vertices: the loads, and the forces of potentials that count
+  /// as external work (pressure).
+  void applied_force(const ForcePoint& at, Vector& f) const;
+  /// The same, as the means over the step of size h that starts at `time`, with the positions `q`
+  /// where forces depend on positions.
+  void external_force(const Vector& q, double time, double h, Vector& f) const {
+    external_force(force_point(q, time, {time, time + h}), f);
+  }
+  void applied_force(const Vector& q, double time, double h, Vector& f) const {
+    applied_force(force_point(q, time, {time, time + h}), f);
+  }
   /// Whether a load depends on positions.
   bool has_load_of_position() const;
   /// force −= ∂D/∂v of all terms at velocities v (3 per vertex, N). Viscosity is not included.

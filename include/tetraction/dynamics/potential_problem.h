@@ -34,6 +34,8 @@ class PotentialProblem : public MinimizationProblem {
   using Shape = RestState::Shape;
 
   const MechanicalSystem& system() const { return system_; }
+  /// The constraints whose equations hold at the solution.
+  virtual const Constraints& constraints() const { return system_.constraints(); }
   /// q, but with the prescribed components at the values that they have in x.
   const Vector& base() const { return base_; }
   /// o ← `positions`, whose prescribed components must be those of base().

@@ -13,7 +13,8 @@ namespace tetraction {
 /// loads, both at one time t. U_c are the potentials that stand for constraints (penalty springs).
 /// They keep their stiffness, and their force at rest X is scaled:
 /// U_c(x; φ) = U_c(x) − (1 − φ) ∇U_c(X)·x, which moves the targets of springs from X to where they
-/// are at t. Prescribed components have the values X + φ (target − X). Dissipation has no part in an
+/// are at t. Prescribed components have the values X + φ (target − X), and a distance the length
+/// L_X + φ (L − L_X) with its length L_X in the undeformed body. Dissipation has no part in an
 /// equilibrium.
 ///
 /// A minimiser over the free coordinates is a stable equilibrium. In the form of PotentialProblem,
@@ -36,6 +37,8 @@ class StaticProblem : public PotentialProblem {
   /// What a user has put on the body at a load factor and positions x: loads, and the forces of
   /// potentials that count as external work (3 per vertex, N).
   Vector applied_force(double factor, const Vector& x) const;
+  /// The constraints with the lengths of the last begin().
+  const Constraints& constraints() const override { return constraints_; }
   /// Sets the prescribed components of x to their values at a load factor.
   void prescribe(double factor, Vector& x) const;
   /// The largest deviation of x from the constraints at a load factor, m.
@@ -55,11 +58,14 @@ class StaticProblem : public PotentialProblem {
 
  private:
   Vector constraint_gradient(const Vector& x) const;
+  void set_lengths(double factor, Constraints& constraints) const;
 
+  Constraints constraints_;
   double factor_ = 1.0;
   bool examined_ = false;
-  Vector rest_way_;       // from X to the targets
-  Vector rest_gradient_;  // ∇U_c(X)
+  std::vector<double> rest_lengths_;  // of distances
+  Vector rest_way_;                   // from X to the targets
+  Vector rest_gradient_;              // ∇U_c(X)
 };
 
 }  // namespace tetraction

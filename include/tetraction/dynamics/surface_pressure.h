@@ -54,6 +54,7 @@ class SurfacePressure : public ForceTerm {
   void add_hessian(const ForcePoint& at, HessianForm form, HessianBlocks& hessian) const override;
   double driven_work(const ForcePoint& from, const ForcePoint& to) const override;
   void add_load(const ForcePoint& at, Vector& force) const override;
+  void add_load_stiffness(const ForcePoint& at, HessianBlocks& stiffness) const override;
 
  private:
   // What belongs to each load.

@@ -8,7 +8,7 @@
 namespace tetraction {
 
 /// Reads a mesh by the file name's ending: .vtu, .vtk, .msh (Gmsh 1, 2 and 4.1, ASCII, from version
-/// 2 on also binary), .node or .ele (TetGen, both files), .veg (Vega). Only the format of the file
+/// 2 on also binary), .node or .ele (TetGen, both files, and .face), .veg (Vega). Only the format of the file
 /// is checked here; build_mesh() checks the mesh. Throws InputError for another ending, and
 /// FileError (file, line or section, what is wrong) for a file that is incomplete or malformed. A
 /// broken file never crashes or hangs the program.

@@ -26,6 +26,8 @@ struct LoadPath {
   std::vector<LimitPoint> limit_points;  ///< in the order of their load factors
   double residual = 0.0;                 ///< |Tᵀ∇Π|₂ of the last load step, N
   double residual_limit = 0.0;           ///< what it had to be below, N
+  /// The larger of the norms of loads and reactions of the last load step, N; 0 if nothing acts.
+  double force = 0.0;
 };
 
 /// An equilibrium, or the last one on the way to it.
@@ -39,7 +41,8 @@ struct Equilibrium {
   Index iterations = 0;      ///< linear systems solved
   Index factorizations = 0;  ///< of matrices
   Index cg_iterations = 0;   ///< of conjugate gradients
-  /// If there is something to tell: why no equilibrium was found, or that the path had a limit point.
+  /// If there is something to tell: why no equilibrium was found, that the path had a limit point, or
+  /// that round-off is large.
   std::string message;
 };
 

@@ -325,6 +325,8 @@ struct InitialSettings {
   FieldSettings velocity_field{};          ///< m/s, instead of `velocity`
   /// Whether the positions are those of the equilibrium under the loads at t = 0.
   bool is_static = false;
+  /// The places in the scene of keys that move vertices ("stretch", …), for messages.
+  std::map<std::string, std::string> places{};
 };
 
 // The kinds of edits, which are made between two steps.

@@ -10,11 +10,16 @@ namespace tetraction {
 enum class ModeKind {
   kRigid,    ///< motion without any stiffness: ω = 0
   kElastic,  ///< oscillation, ω² > 0
-  kUnstable  ///< exponential growth at the rate √(−ω²): the positions are no stable equilibrium
+  kUnstable,  ///< exponential growth at the rate √(−ω²): the positions are no stable equilibrium
+  kFlutter  ///< oscillation that grows, fed by loads that follow the deformation
 };
 
-/// "rigid", "elastic", "unstable".
+/// "rigid", "elastic", "unstable", "flutter".
 const char* to_string(ModeKind kind);
+/// Whether a mode swings: elastic modes and those that flutter.
+inline bool is_vibration(ModeKind kind) {
+  return kind == ModeKind::kElastic || kind == ModeKind::kFlutter;
+}
 
 /// One solution of K y = ω² M y over the motions that the constraints allow.
 struct NormalMode {
@@ -24,6 +29,13 @@ struct NormalMode {
   Vector shape;
   /// (φᵀM r_d)² for the unit translations r_d along x, y, z: the effective modal masses, kg.
   Vector3 effective_mass = Vector3::Zero();
+  /// φᵀCφ/(2ω), the part of the critical damping, with the damping matrix C of small motions about the
+  /// positions: drag, mass damping, viscosity and other dissipation. 0 without damping; infinite for a
+  /// damped rigid mode. It says nothing of an unstable mode.
+  double damping_ratio = 0.0;
+  /// Of a mode that flutters: the amplitude grows as exp(growth_rate t) without damping, 1/s. Such modes
+  /// come in pairs with the same frequency and rate; their two shapes alternate within a period.
+  double growth_rate = 0.0;
 
   /// √|ω²|/2π, Hz: the frequency of an elastic mode. For an unstable mode it is the rate of growth
   /// over 2π, as an imaginary frequency.
@@ -65,8 +77,12 @@ Vector balancing_multipliers(const MechanicalSystem& system, const Vector& q, co
 /// Lanczos iterations (Spectra) with the inverse of K − σM, which CHOLMOD factorises (B. N. Parlett,
 /// The Symmetric Eigenvalue Problem, 13). K is the Hessian of the elastic energy and of the
 /// potentials of force terms at `time`. Distances and free rigid handles are linearised: modes
-/// satisfy (∂g/∂q) δq = 0, and K has the curvature Σ λᵢ ∂²gᵢ/∂q² of the equations. Loads without a
-/// potential are dead: they do not enter K. Damping is ignored.
+/// satisfy (∂g/∂q) δq = 0, and K has the curvature Σ λᵢ ∂²gᵢ/∂q² of the equations. With
+/// `with_loads`, K also has the stiffness −∂f/∂x of loads that depend on positions, such as the forces on
+/// the rim of a pressure. It is not symmetric. The modes are then found by Davidson's method, beginning
+/// with those of the symmetric part. Their shapes are not orthogonal, so that their effective masses add up to
+/// the moved mass only roughly, and ω² may be complex (ModeKind::kFlutter). Damping does not change
+/// frequencies or shapes.
 ///
 /// Rigid motions that meet no stiffness are found exactly, apart from the iterations. Eigenvalues of
 /// any multiplicity are found in full, since the search is repeated in what the modes found so far

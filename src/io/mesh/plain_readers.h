@@ -7,8 +7,9 @@
 
 namespace tetraction {
 
-/// Reads NAME.node and NAME.ele, given either. Numbers from 0 or 1 are kept as ids; the first
-/// attribute of an element becomes its region. Throws FileError.
+/// Reads NAME.node and NAME.ele, given either, and NAME.face if there is one. Numbers from 0 or 1 are
+/// kept as ids; the first attribute of an element becomes its region. The faces of each boundary marker
+/// but 0 become a group with the marker as its name. Throws FileError.
 RawMesh read_tetgen(const std::string& path);
 
 /// Reads *VERTICES and *ELEMENTS (TET, CUBIC); *SET become groups, and the order of *REGION lines

@@ -3,7 +3,10 @@
 #include <cmath>
 #include <filesystem>
 #include <limits>
+#include <unordered_set>
+#include <utility>
 
+#include "groups_by_number.h"
 #include "io/text/text_scanner.h"
 #include "plain_readers.h"
 
@@ -61,6 +64,34 @@ void read_elements(TextScanner& in, RawMesh& mesh) {
   }
 }
 
+// The triangles that have a boundary marker. Those of each marker but 0 are a group with its number as
+// its name.
+void read_faces(TextScanner& in, RawMesh& mesh) {
+  const std::int64_t faces = in.count("the number of faces", 7);
+  const std::int64_t markers = in.integer("the boundary-marker flag");
+  if (markers != 0 && markers != 1) in.fail("the boundary-marker flag is neither 0 nor 1.");
+  const std::unordered_set<std::int64_t> known(mesh.vertex_ids.begin(), mesh.vertex_ids.end());
+  const bool quadratic =
+      !mesh.cells.empty() && mesh.cells.front().type == CellType::kQuadraticTetrahedron;
+  GroupsByNumber groups(mesh, 2);
+  for (std::int64_t f = 0; f < faces; ++f) {
+    RawCell cell;
+    cell.type = CellType::kTriangle;
+    cell.id = in.integer("a face number");
+    for (int n = 0; n < 3; ++n) {
+      cell.vertices.push_back(in.integer("a node"));
+      if (!known.contains(cell.vertices.back())) {
+        in.fail(fmt::format("face {} refers to point {}, which the .node file does not have.",
+                            cell.id, cell.vertices.back()));
+      }
+    }
+    for (int n = 3; quadratic && n < 6; ++n) in.integer("a node");
+    if (markers == 1) groups.add(cell, in.integer("a boundary marker"));
+    in.skip_line();  // the tetrahedra on both sides, which TetGen may write here
+    mesh.cells.push_back(std::move(cell));
+  }
+}
+
 }  // namespace
 
 RawMesh read_tetgen(const std::string& path) {
@@ -80,8 +111,17 @@ RawMesh read_tetgen(const std::string& path) {
   const std::string element_text = without_comments(read_file(element_path));
   TextScanner elements(element_path, element_text);
   read_elements(elements, mesh);
-  for (TextScanner* in : {&nodes, &elements}) {
-    if (!in->at_end()) in->fail("there is more in the file than its first line announces.");
+  const auto check_end = [](TextScanner& in) {
+    if (!in.at_end()) in.fail("there is more in the file than its first line announces.");
+  };
+  check_end(nodes);
+  check_end(elements);
+  const std::string face_path = sibling(upper ? ".FACE" : ".face");
+  if (std::filesystem::exists(face_path)) {
+    const std::string face_text = without_comments(read_file(face_path));
+    TextScanner faces(face_path, face_text);
+    read_faces(faces, mesh);
+    check_end(faces);
   }
   return mesh;
 }

@@ -89,14 +89,15 @@ std::string number_text(std::size_t number, std::size_t count) {
 std::string modes_csv(const NormalModes& modes) {
   std::string text =
       "mode,frequency,omega_squared,effective_mass_x,effective_mass_y,effective_mass_z,modal_mass,"
-      "kind\n";
+      "kind,damping_ratio,growth_rate\n";
   for (std::size_t i = 0; i < modes.modes.size(); ++i) {
     const NormalMode& mode = modes.modes[i];
     const Vector3 part = mass_fractions(mode, modes);
     const double largest = largest_displacement(mode.shape);
-    text += fmt::format("{},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{}\n", i + 1,
-                        signed_frequency(mode), mode.omega_squared, part.x(), part.y(), part.z(),
-                        1.0 / (largest * largest), to_string(mode.kind));
+    text +=
+        fmt::format("{},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{},{:.17g},{:.17g}\n",
+                    i + 1, signed_frequency(mode), mode.omega_squared, part.x(), part.y(), part.z(),
+                    1.0 / (largest * largest), to_string(mode.kind), mode.damping_ratio);
   }
   return text;
 }
@@ -179,7 +180,7 @@ void write_modes(const MechanicalSystem& system, const Vector& q, const NormalMo
       surface.write(moved,
                     fmt::format("{}/{}/{}_{:02}.vtu", directory, kSwing, name, k + kQuarter));
     }
-    const double period = mode.kind == ModeKind::kElastic ? 1.0 / mode.frequency() : 1.0;
+    const double period = is_vibration(mode.kind) ? 1.0 / mode.frequency() : 1.0;
     std::string entries;
     for (int k = 0; k < kPictures; ++k) {
       int level = k;  // sin(2πk/24) = sin(2π level/24) with a level from −6 to 6
@@ -220,6 +221,8 @@ std::string modes_summary_json(const MechanicalSystem& system, const NormalModes
                              {"kind", to_string(mode.kind)},
                              {"frequency", signed_frequency(mode)},
                              {"effective_mass", {part.x(), part.y(), part.z()}}});
+    if (is_vibration(mode.kind)) json["modes"].back()["damping_ratio"] = mode.damping_ratio;
+    if (mode.growth_rate > 0.0) json["modes"].back()["growth_rate"] = mode.growth_rate;
   }
   json["seconds"] = seconds;
   if (!echo.empty()) {

@@ -169,6 +169,9 @@ InitialSettings read_initial(const TomlTable& root, const std::string& folder) {
   if (!root.has("initial")) return initial;
   const TomlTable table = root.table("initial", table_keys<InitialSettings>());
   read_keys(table, initial);
+  for (const char* key : {"stretch", "displacement", "displacement_array"}) {
+    if (table.has(key)) initial.places.emplace(key, table.place(key));
+  }
   for (FieldSettings* field : {&initial.displacement_field, &initial.velocity_field}) {
     if (field->file.empty()) continue;
     field->file = (std::filesystem::path(folder) / field->file).lexically_normal().string();

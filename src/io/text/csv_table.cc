@@ -66,6 +66,12 @@ CsvTable read_csv(const std::string& path) {
         continue;
       }
     }
+    if (content.find(';') != std::string_view::npos &&
+        content.find(',') != std::string_view::npos) {
+      fail(
+          "the line has semicolons and commas. If the commas are decimal commas, write decimal "
+          "points; otherwise separate the numbers in one way.");
+    }
     if (entries.size() != columns) {
       fail(fmt::format("the line has {} columns, the first one has {}.", entries.size(), columns));
     }

@@ -21,7 +21,8 @@ struct CsvTable {
 /// or semicolons, or else by spaces and tabs. The first line is a header if its first entry is not a
 /// number. Empty lines and lines that begin with # are skipped. Throws FileError, which
 /// names file and line, for a file that cannot be read, that has no numbers, or in which an entry is
-/// not a finite number or a line has another number of entries than the first.
+/// not a finite number, a line of numbers has both semicolons and commas (decimal commas), or a line has
+/// another number of entries than the first.
 CsvTable read_csv(const std::string& path);
 
 }  // namespace tetraction

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <vtkCellArray.h>
 #include <vtkCellData.h>
+#include <vtkCellType.h>
 #include <vtkDataArray.h>
 #include <vtkDataSetAttributes.h>
 #include <vtkIdList.h>
@@ -23,6 +24,7 @@
 #include <unordered_set>
 
 #include "guarded_process.h"
+#include "io/mesh/groups_by_number.h"
 #include "io/text/byte_stream.h"
 #include "io/text/text_scanner.h"
 #include "quiet_vtk.h"
@@ -65,6 +67,33 @@ std::vector<std::int64_t> regions(vtkDataArray* array, vtkIdType cells) {
     values.push_back(static_cast<std::int64_t>(value));
   }
   return values;
+}
+
+// The numbers of groups of triangles: 0 for other cells and for triangles of no group. They come from
+// the first of these cell data that there is: those of other programs, or `region`.
+std::vector<std::int64_t> triangle_groups(vtkUnstructuredGrid* grid) {
+  const vtkIdType cells = grid->GetNumberOfCells();
+  std::vector<std::int64_t> numbers(static_cast<std::size_t>(cells), 0);
+  for (const char* name : {"gmsh:physical", "medit:ref", "CellEntityIds", "region"}) {
+    vtkDataArray* array = grid->GetCellData()->GetArray(name);
+    if (array == nullptr || array->GetNumberOfComponents() != 1 ||
+        array->GetNumberOfTuples() != cells) {
+      continue;
+    }
+    for (vtkIdType c = 0; c < cells; ++c) {
+      if (grid->GetCellType(c) != VTK_TRIANGLE) continue;
+      const double value = array->GetTuple1(c);
+      if (value != std::floor(value) || std::abs(value) > std::numeric_limits<int>::max()) {
+        throw FileError(
+            fmt::format("the number {} of triangle {} in its cell data \"{}\" is not an "
+                        "integer that fits 32 bits",
+                        value, c, name));
+      }
+      numbers[static_cast<std::size_t>(c)] = static_cast<std::int64_t>(value);
+    }
+    break;
+  }
+  return numbers;
 }
 
 // Writes the arrays of real numbers with up to 9 components.
@@ -119,9 +148,10 @@ std::string encode(vtkUnstructuredGrid* grid) {
   out.put_all(ends.data(), ends.size());
   vtkPointData* point_data = grid->GetPointData();
   vtkCellData* cell_data = grid->GetCellData();
-  for (const auto& values : {integers(point_data->GetArray("vertex_id"), points),
-                             integers(cell_data->GetArray("element_id"), cells),
-                             regions(cell_data->GetArray("region"), cells)}) {
+  for (const auto& values :
+       {integers(point_data->GetArray("vertex_id"), points),
+        integers(cell_data->GetArray("element_id"), cells),
+        regions(cell_data->GetArray("region"), cells), triangle_groups(grid)}) {
     out.put_all(values.data(), values.size());
   }
   encode_arrays(point_data, points, out);
@@ -193,8 +223,11 @@ class Decoder {
     const auto vertex_ids = in_.get_all<std::int64_t>();
     const auto element_ids = in_.get_all<std::int64_t>();
     const auto region_numbers = in_.get_all<std::int64_t>();
+    const auto group_numbers = in_.get_all<std::int64_t>();
     const std::size_t points = coordinates.size() / 3;
-    if (!in_.good() || ends.size() != types.size()) refuse("its parts do not fit together");
+    if (!in_.good() || ends.size() != types.size() || group_numbers.size() != types.size()) {
+      refuse("its parts do not fit together");
+    }
     check_count("points", announced.points, points);
     check_count("cells", announced.cells, types.size());
 
@@ -208,6 +241,7 @@ class Decoder {
     // The file's own numbers, should it carry them.
     if (vertex_ids.size() == points && distinct(vertex_ids)) mesh.vertex_ids = vertex_ids;
     const bool own_elements = element_ids.size() == types.size() && distinct(element_ids);
+    GroupsByNumber groups(mesh, 2);
     std::int64_t begin = 0;
     for (std::size_t c = 0; c < types.size(); ++c) {
       RawCell cell;
@@ -228,6 +262,7 @@ class Decoder {
                            cell.vertices.size()));
       }
       begin = ends[c];
+      if (cell.type == CellType::kTriangle) groups.add(cell, group_numbers[c]);
       mesh.cells.push_back(std::move(cell));
     }
     read_arrays(mesh.point_arrays, points, "point");

@@ -1,0 +1,130 @@
+#include "small_motions.h"
+
+#include <fmt/format.h>
+#include <Eigen/QR>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tetraction/core/error.h"
+
+namespace tetraction {
+namespace {
+
+// An orthonormal basis of the columns' span. Columns below `tolerance`, relative to the largest one,
+// count as dependent.
+Matrix orthonormal_basis(const Matrix& columns, double tolerance) {
+  if (columns.cols() == 0 || columns.isZero(0.0)) return Matrix(columns.rows(), 0);
+  Eigen::ColPivHouseholderQR<Matrix> qr;
+  qr.setThreshold(tolerance);
+  qr.compute(columns);
+  return qr.householderQ() * Matrix::Identity(columns.rows(), qr.rank());
+}
+
+}  // namespace
+
+template <class Visit>
+void ScaledStiffness::for_each_entry(const Visit& visit) const {
+  const std::vector<int>& begin = pattern_->column_begin();
+  for (Index j = 0; j < pattern_->size(); ++j) {
+    const auto end = static_cast<std::size_t>(begin[static_cast<std::size_t>(j) + 1]);
+    for (auto k = static_cast<std::size_t>(begin[static_cast<std::size_t>(j)]); k < end; ++k) {
+      visit(k, Index{pattern_->rows()[k]}, j);
+    }
+  }
+}
+
+ScaledStiffness::ScaledStiffness(const MechanicalSystem& system, const Vector& q, double time,
+                                 bool with_loads)
+    : coordinates_(system.coordinates()),
+      inverse_root_mass_(coordinates_.reduced_mass(system.mass()).cwiseSqrt().cwiseInverse()) {
+  const ForcePoint at = system.force_point(q, time);
+  terms_.reset(system.vertex_count());
+  for (const ForceTerm* term : system.force_terms()) {
+    if (!term->has_potential() || term->uniform_acceleration()) continue;
+    if (term->account() == EnergyAccount::kExternalWork && !with_loads) continue;
+    term->add_hessian(at, HessianForm::kExact, terms_);
+  }
+  for (const ForceTerm* term : system.force_terms()) {
+    if (with_loads && term->has_load() && term->load_depends_on_position()) {
+      term->add_load_stiffness(at, terms_);
+    }
+  }
+  std::vector<std::pair<Index, Index>> pairs;
+  for (const HessianBlocks::Pair& pair : terms_.pairs()) pairs.emplace_back(pair.row, pair.column);
+  std::sort(pairs.begin(), pairs.end());
+  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+  pattern_ = std::make_unique<SparsityPattern>(system.rest(), coordinates_, pairs);
+  values_.assign(static_cast<std::size_t>(pattern_->nonzeros()), 0.0);
+  const EvaluationStatus status = system.elastic().add_hessian(q, *pattern_, values_.data());
+  if (!status.ok()) {
+    throw InputError(fmt::format(
+        "The modes cannot be computed: the elastic energy of element {} is not defined.",
+        system.mesh().tetrahedron_id(status.failed_element)));
+  }
+  pattern_->add_vertex_blocks(terms_.diagonal(), values_.data());
+  for (const HessianBlocks::Pair& pair : terms_.pairs()) {
+    pattern_->add_pair_block(pair.row, pair.column, pair.block, values_.data());
+  }
+  for_each_entry([&](std::size_t k, Index i, Index j) {
+    values_[k] *= inverse_root_mass_[i] * inverse_root_mass_[j];
+    if (i == j) largest_ = std::max(largest_, std::abs(values_[k]));
+  });
+  if (!std::all_of(values_.begin(), values_.end(), [](double x) { return std::isfinite(x); })) {
+    throw InputError(
+        "The modes cannot be computed, as the stiffness over the mass overflows: choose other "
+        "units, or moduli, density and penalties that are less far apart in size.");
+  }
+}
+
+std::vector<double> ScaledStiffness::shifted(double sigma) const {
+  std::vector<double> values = values_;
+  for_each_entry([&](std::size_t k, Index i, Index j) {
+    if (i == j) values[k] -= sigma;
+  });
+  return values;
+}
+
+Vector ScaledStiffness::product(const Vector& z) const {
+  Vector product = Vector::Zero(z.size());
+  for_each_entry([&](std::size_t k, Index i, Index j) {
+    product[i] += values_[k] * z[j];
+    if (i != j) product[j] += values_[k] * z[i];
+  });
+  return product;
+}
+
+Vector ScaledStiffness::terms_product(const Vector& displacements) const {
+  Vector product = Vector::Zero(displacements.size());
+  terms_.add_product(displacements, product);
+  return product;
+}
+
+LinearisedEquations::LinearisedEquations(const MechanicalSystem& system,
+                                         const ScaledStiffness& stiffness, const Vector& position,
+                                         const Vector& multipliers)
+    : q(stiffness.size(), 0), h(0, 0), allowed(0, 0), curvature(0, 0) {
+  const Constraints& constraints = system.constraints();
+  if (!constraints.has_equations()) return;
+  constexpr double kDependent = 1e-11;
+  const Matrix selector = stiffness.scaled_columns(constraints.selector());
+  // Columns of the same length, because constraints may differ much in mass.
+  Vector length = selector.colwise().norm().transpose();
+  length = (length.array() > 0.0).select(length, 1.0);
+  q = orthonormal_basis(selector * length.cwiseInverse().asDiagonal(), kDependent);
+  const Matrix reduced = q.transpose() * selector;
+  Matrix gradients = reduced * constraints.gradients(constraints.configuration(position));
+  for (Index j = 0; j < gradients.cols(); ++j) gradients.col(j).stableNormalize();
+  h = orthonormal_basis(gradients, kDependent);
+  allowed = Matrix(q.cols(), q.cols() - h.cols());
+  if (allowed.cols() > 0) {
+    const Matrix complement = Matrix::Identity(q.cols(), q.cols()) - Matrix(h * h.transpose());
+    allowed = orthonormal_basis(complement, 1e-8);
+  }
+  curvature = Matrix::Zero(q.cols(), q.cols());
+  if (multipliers.size() > 0) {
+    curvature = reduced * constraints.curvature(multipliers) * reduced.transpose();
+  }
+}
+
+}  // namespace tetraction
