@@ -224,7 +224,7 @@ TEST_F(Files, ARunIsReplayed) {
   for (const char* name : {"fix", "unfix"}) EXPECT_FALSE(find<QPushButton>(name)->isEnabled());
   panel->fix_wanted();
   panel->unfix_wanted();
-  panel->momentum_wanted(Vector3::UnitX());
+  panel->momentum_wanted(Vector3(Vector3::UnitX()));
   EXPECT_NE(window_->replay(), nullptr);
   press_key(Qt::Key_R);
   EXPECT_EQ(slider->value(), 0);
