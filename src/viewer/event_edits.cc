@@ -46,6 +46,11 @@ bool copy_value(const KeyValue<Settings>& value, const Settings& from, Settings&
       to.*place.number = from.*place.number;
       to.*place.automatic = from.*place.automatic;
       return true;
+    } else if constexpr (std::is_same_v<Place, NumberOrArray<Settings>>) {
+      std::visit([&](auto at) { to.*at = from.*at; }, place.member);
+      (to.*place.arrays).erase(place.name);
+      if (const std::string array = place.array(from); !array.empty()) place.set(to, array);
+      return true;
     } else if constexpr (std::is_same_v<Place, Choice<Settings>>) {
       const std::string name = place.get(from);
       if (!name.empty()) place.set(to, name);
@@ -93,7 +98,7 @@ struct Merge {
     const std::string section =
         region == 0 ? "material" : fmt::format("material_region.{}", region - 1);
     part(section.c_str(), edit.material, present.materials[region]);
-    make_material(edit.material);  // throws if the named parameters do not go with the others
+    check_material(edit.material);  // throws if the named parameters do not go with the others
   }
   template <class Other>
   void operator()(Other&) const {}
