@@ -18,9 +18,10 @@ void set_constraints_of_equilibrium(const Scene& scene, MechanicalSystem& system
 
 /// Sets these constraints in the system and moves `position` so that it satisfies them. Returns the
 /// constraints that the system had before. If the new ones contradict each other or an element
-/// would be inverted, InputError is thrown, and system and position stay as they were.
+/// would be inverted, InputError is thrown, and system and position stay as they were. `advice` is the
+/// end of the message about an inverted element: it says what to do.
 Constraints constrain(MechanicalSystem& system, const BodyConstraints& constraints, double time,
-                      Vector& position);
+                      Vector& position, const char* advice);
 
 /// Throws InputError if the potential of a force term is not defined at `position`. The message
 /// begins with `what`.

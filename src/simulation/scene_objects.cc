@@ -220,15 +220,13 @@ void set_constraints_of_equilibrium(const Scene& scene, MechanicalSystem& system
 }
 
 Constraints constrain(MechanicalSystem& system, const BodyConstraints& constraints, double time,
-                      Vector& position) {
+                      Vector& position, const char* advice) {
   Vector moved = position;
   Constraints next = make_constraints(system, constraints, time, moved);
   if (const EvaluationStatus status = system.elastic().admissible(moved); !status.ok()) {
-    throw InputError(fmt::format(
-        "Moving the vertices to where the constraints hold them inverts element {}: bring the "
-        "targets of [[fix]] and [[constraint]] nearer, or take a smaller initial.stretch or "
-        "displacement.",
-        system.mesh().tetrahedron_id(status.failed_element)));
+    throw InputError(
+        fmt::format("Moving the vertices to where the constraints hold them inverts element {}: {}",
+                    system.mesh().tetrahedron_id(status.failed_element), advice));
   }
   require_defined_terms(system, moved, time,
                         "Moving the vertices to where the constraints hold them");
@@ -294,7 +292,9 @@ State make_initial_state(const Scene& scene, MechanicalSystem& system, BodyConst
   if (!system.elastic().admissible(state.position).ok()) initial_positions(scene, system, true);
   require_defined_terms(system, state.position, 0.0, "The initial state");
   constraints = make_body_constraints(scene, system, state.position);
-  constrain(system, constraints, state.time, state.position);
+  constrain(system, constraints, state.time, state.position,
+            "bring the targets of [[fix]] and [[constraint]] nearer, or take a smaller "
+            "initial.stretch or displacement.");
   set_initial_velocity(scene, system, state);
   return state;
 }

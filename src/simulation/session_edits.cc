@@ -239,8 +239,8 @@ void Session::Impl::apply(const Edit& edit, double at, const std::string& what) 
     std::visit(editor, edit);
     const Renewal& renewal = editor.renewal;
     if (renewal.constraints) {
-      old_constraints =
-          constrain(*system, settings.constraints, new_state.time, new_state.position);
+      old_constraints = constrain(*system, settings.constraints, new_state.time, new_state.position,
+                                  "bring their targets nearer to the present positions.");
       project_to_constraints(system->constraints(), system->mass(), new_state.position,
                              new_state.time, new_state.momentum);
       system->velocity_of(new_state.momentum, new_state.velocity);

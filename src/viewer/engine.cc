@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "edit_check.h"
+#include "event_edits.h"
 #include "tetraction/core/error.h"
 
 namespace tetraction::viewer {
@@ -133,6 +134,7 @@ void Engine::edit(Edit edit, const std::string& what, bool continues_previous) {
   }
   const Counts before = counts_of(*session_);
   edits_->make(edit, what, continues_previous);
+  ++edit_count_;
   remember_newest(edit, before);
 }
 
@@ -140,12 +142,14 @@ void Engine::undo() {
   require_good_state();
   release();  // a drag is undone as a whole
   edits_->undo();
+  ++edit_count_;
 }
 
 void Engine::redo() {
   require_good_state();
   release();
   edits_->redo();
+  ++edit_count_;
 }
 
 // Calls work(drag) if there is a drag. Ends the drag if this throws InputError.
@@ -156,13 +160,20 @@ void Engine::with_drag(const Work& work) {
     work(*drag_);
   } catch (const InputError& error) {
     drag_.reset();
-    notices_.push_back({Notice::Kind::kRefused, error.what()});
+    report_refused_drag(error.what());
   }
+}
+
+// The mouse moves on after a refusal. The same notice is made once only.
+void Engine::report_refused_drag(const std::string& reason) {
+  if (std::exchange(refused_drag_, reason) == reason) return;
+  notices_.push_back({Notice::Kind::kRefused, reason});
 }
 
 void Engine::grab(const std::vector<Index>& vertices) {
   require_good_state();
   release();
+  refused_drag_.clear();
   if (vertices.empty()) return;
   drag_.emplace(*session_, vertices,
                 [this](const Edit& made, const std::string& what, bool continues_previous) {
@@ -175,7 +186,11 @@ void Engine::drag_to(const Vector3& position, double duration) {
     if (duration > 0.0) {
       drag.drag_to(position, duration);
     } else {
-      drag.move_at_once(position);
+      try {
+        drag.move_at_once(position);
+      } catch (const InputError& error) {
+        report_refused_drag(error.what());
+      }
     }
   });
 }
@@ -205,6 +220,7 @@ void Engine::make_due_events() {
               "it changes an entry that an earlier event should have added, but that event was "
               "refused.");
         }
+        translated = with_present_settings(*translated, event, settings());
         if (auto* set = std::get_if<SetTime>(&*translated)) {
           set->time.end = std::numeric_limits<double>::infinity();
         }

@@ -30,9 +30,9 @@ class Engine {
   void undo();
   void redo();
   /// A drag with the mouse: grab() begins it, drag_to() moves the first vertex to a position (m) in
-  /// about `duration` seconds of simulated time (0: at once), and release() ends it. drag_to() and
-  /// release() have no effect if the drag has ended already or the run has failed. go_back() ends a
-  /// drag in any case.
+  /// about `duration` seconds of simulated time (0: at once), and release() ends it. If the body cannot
+  /// be moved there at once, there is a notice, and the drag goes on. drag_to() and release() have no
+  /// effect if the drag has ended already or the run has failed. go_back() ends a drag in any case.
   void grab(const std::vector<Index>& vertices);
   void drag_to(const Vector3& position, double duration);
   void release();
@@ -45,6 +45,8 @@ class Engine {
   /// The notices and marks that are new since the last call.
   std::vector<Notice> take_notices() { return std::exchange(notices_, {}); }
   std::vector<EditMark> take_marks() { return std::exchange(marks_, {}); }
+  /// The number of edits, undos and redos that succeeded since the last call.
+  std::size_t take_edit_count() { return std::exchange(edit_count_, 0); }
   /// Whether an edit may have changed the stability limit since the last call.
   bool take_limit_change() { return std::exchange(limit_changed_, false); }
 
@@ -53,6 +55,7 @@ class Engine {
   void make_due_events();
   template <class Work>
   void with_drag(const Work& work);
+  void report_refused_drag(const std::string& reason);
   void resolve_newest(Edit& edit) const;
   void remember_newest(const Edit& edit, const Counts& before);
   void require_good_state() const;
@@ -63,6 +66,7 @@ class Engine {
   std::unique_ptr<Session> session_;
   std::unique_ptr<EditHistory> edits_;
   std::optional<VertexDrag> drag_;
+  std::string refused_drag_;      // the last notice of the drag, which is not repeated
   bool release_pending_ = false;  // the drag ended in a failed state and must be released later
   Numbering numbering_;
   std::size_t next_event_ = 0;
@@ -70,6 +74,7 @@ class Engine {
   std::vector<Notice> notices_;
   std::size_t reported_warnings_ = 0;  // number of warnings that are already notices
   std::vector<EditMark> marks_;
+  std::size_t edit_count_ = 0;
   bool limit_changed_ = false;
 };
 

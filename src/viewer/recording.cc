@@ -4,7 +4,23 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "event_edits.h"
+
 namespace tetraction::viewer {
+namespace {
+
+// Stores the settings of an edit of a section. Edits of other kinds have no effect.
+void apply_to_sections(const Edit& edit, Settings& settings) {
+  if (const auto* set = std::get_if<SetMaterial>(&edit)) {
+    settings.materials.at(static_cast<std::size_t>(set->region)) = set->material;
+  }
+  if (const auto* set = std::get_if<SetTime>(&edit)) settings.time = set->time;
+  if (const auto* set = std::get_if<SetSolver>(&edit)) settings.solver = set->solver;
+  if (const auto* set = std::get_if<SetDamping>(&edit)) settings.damping = set->damping;
+  if (const auto* set = std::get_if<SetEnvironment>(&edit)) settings.environment = set->environment;
+}
+
+}  // namespace
 
 Recording::Recording(Scene scene) : start_(std::move(scene)), numbering_(start_) {}
 
@@ -80,15 +96,34 @@ void Recording::set_ends(Scene& scene) const {
   *end = time_;
 }
 
+// The settings of the sections after all edits so far.
+Settings Recording::present_settings() const {
+  Settings present;
+  present.materials.push_back(start_.material);
+  for (const MaterialRegionSettings& region : start_.material_region) {
+    present.materials.push_back(region.material);
+  }
+  present.time = start_.time;
+  present.solver = start_.solver;
+  present.damping = start_.damping;
+  present.environment = start_.environment;
+  for (const Entry& entry : entries_) apply_to_sections(entry.edit, present);
+  return present;
+}
+
 void Recording::add_events_to_come(Scene& scene) const {
   Numbering numbering = numbering_;
   Counts counts = counts_;
+  Settings present = present_settings();
   for (std::size_t i = events_made_; i < start_.event.size(); ++i) {
     EventSettings event = start_.event[i];
     event.at = std::max(event.at, scene.event.empty() ? event.at : scene.event.back().at);
     event.edits.clear();
     for (const Edit& edit : start_.event[i].edits) {
-      const std::optional<Edit> translated = numbering.translated(edit);
+      std::optional<Edit> translated = numbering.translated(edit);
+      if (translated && !entries_.empty()) {
+        translated = with_present_settings(*translated, start_.event[i], present);
+      }
       numbering.record_edit(edit, counts, false);
       if (const auto* set = std::get_if<SetForce>(&edit)) {
         counts.of(set->force.kind) += set->index ? 0 : 1;
@@ -97,7 +132,10 @@ void Recording::add_events_to_come(Scene& scene) const {
       if (const auto* set = std::get_if<SetConstraint>(&edit)) {
         counts.constraints += set->index ? 0 : 1;
       }
-      if (translated) event.edits.push_back(*translated);
+      if (translated) {
+        apply_to_sections(*translated, present);
+        event.edits.push_back(*translated);
+      }
     }
     if (!event.edits.empty()) scene.event.push_back(std::move(event));
   }

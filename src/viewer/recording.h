@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "numbering.h"
+#include "simulation.h"
 #include "tetraction/simulation/session.h"
 
 namespace tetraction::viewer {
@@ -40,6 +41,7 @@ class Recording {
 
   void set_ends(Scene& scene) const;
   void add_events_to_come(Scene& scene) const;
+  Settings present_settings() const;
 
   const Scene start_;
   mutable std::mutex mutex_;

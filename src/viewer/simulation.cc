@@ -92,6 +92,14 @@ std::string Simulation::redo_text() const {
   return impl_->lock()->redo_text;
 }
 
+std::size_t Simulation::edit_count() const {
+  return impl_->lock()->edit_count;
+}
+bool Simulation::edited_since(std::size_t count) const {
+  const auto shared = impl_->lock();
+  return shared->edits_waiting || (!shared->undo_text.empty() && shared->edit_count > count);
+}
+
 std::shared_ptr<const Snapshot> Simulation::snapshot() const {
   const auto shared = impl_->lock();
   shared->snapshot_taken = true;

@@ -99,6 +99,12 @@ class Simulation {
   std::string undo_text() const;
   std::string redo_text() const;
 
+  /// The number of edits, undos and redos that have been made since the scene was set up.
+  std::size_t edit_count() const;
+  /// Whether there are edits that have not been undone, and one of them, an undo or a redo came after the
+  /// first `count`. Edits that are still to be made are taken into account.
+  bool edited_since(std::size_t count) const;
+
   /// Starts a recording: the solver's thread calls the observer's on_start at the present state and
   /// its on_step after each step. The recording ends with on_finish at the next call of this
   /// function, when the run is reset or fails, and when this object is destroyed. A null pointer ends

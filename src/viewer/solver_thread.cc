@@ -23,6 +23,11 @@ constexpr double kLimitPauseAfterEdit = 4.0;
 constexpr double kLimitPause = 30.0;
 constexpr double kDragDelay = 0.08;  // real time in which a dragged vertex reaches the mouse, s
 
+bool is_edit(const Command& command) {
+  return std::holds_alternative<MakeEdit>(command) || std::holds_alternative<Grab>(command) ||
+         std::holds_alternative<Undo>(command) || std::holds_alternative<Redo>(command);
+}
+
 }  // namespace
 
 SolverThread::SolverThread(Scene start_scene, TetMesh start_mesh)
@@ -48,6 +53,7 @@ void SolverThread::start() {
 void SolverThread::send(Command command) {
   {
     const auto shared = shared_.lock();
+    shared->edits_waiting = shared->edits_waiting || is_edit(command);
     std::deque<Command>& commands = shared->commands;
     auto* next = std::get_if<MakeEdit>(&command);
     auto* last = commands.empty() ? nullptr : std::get_if<MakeEdit>(&commands.back());
@@ -90,6 +96,7 @@ void SolverThread::publish_edit_results() {
   std::vector<EditMark> new_marks = engine_->take_marks();
   std::vector<Notice> new_notices = engine_->take_notices();
   if (!snapshot_due_ && new_marks.empty() && new_notices.empty()) return;
+  const std::size_t new_edits = engine_->take_edit_count();
   Settings settings = engine_->settings();
   std::string undo_text = engine_->edits().undo_text();
   std::string redo_text = engine_->edits().redo_text();
@@ -98,6 +105,8 @@ void SolverThread::publish_edit_results() {
   shared->settings = std::move(settings);
   shared->undo_text = std::move(undo_text);
   shared->redo_text = std::move(redo_text);
+  shared->edit_count += new_edits;
+  shared->edits_waiting = std::any_of(shared->commands.begin(), shared->commands.end(), is_edit);
   shared->marks.insert(shared->marks.end(), new_marks.begin(), new_marks.end());
   std::move(new_notices.begin(), new_notices.end(), std::back_inserter(shared->notices));
 }
@@ -228,10 +237,12 @@ void SolverThread::execute(const Restart&) {
   engine_->go_back();  // ends a drag that could not be released in the failed state
   const std::vector<MadeEdit> made = engine_->edits().edits_in_effect();
   engine_ = std::make_unique<Engine>(scene_, mesh_, recording_);
+  engine_->take_notices();  // those of the scene are known already
   begin();
   for (const MadeEdit& kept : kept_settings(made, session())) {
     report_failure_of([&] { engine_->edit(kept.edit, kept.what, kept.continues_previous); });
   }
+  engine_->take_edit_count();  // the user has made them before
 }
 
 void SolverThread::execute(const Reset&) {

@@ -64,6 +64,8 @@ struct SharedState {
   std::vector<Notice> notices;
   std::string undo_text;
   std::string redo_text;
+  std::size_t edit_count = 0;  // edits, undos and redos that have been made
+  bool edits_waiting = false;  // whether some are not in the texts and the count yet
 
   bool idle() const { return commands.empty() && !busy && !running; }
 };

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "snapshot_maker.h"
+#include "tetraction/core/error.h"
 
 namespace tetraction::viewer {
 namespace {
@@ -107,12 +108,23 @@ void VertexDrag::drag_to(const Vector3& goal, double duration) {
 }
 
 void VertexDrag::move_at_once(const Vector3& goal) {
-  goal_ = goal;
   moving_ = false;
   FixSettings hold;
   hold.select = ids(vertices_);
-  for (const Vector3& offset : offsets_) hold.targets.emplace_back(goal_ + offset);
+  Vector moved = session_.state().position;
+  for (std::size_t i = 0; i < vertices_.size(); ++i) {
+    hold.targets.emplace_back(goal + offsets_[i]);
+    vertex_block(moved, vertices_[i]) = hold.targets.back();
+  }
+  const MechanicalSystem& system = session_.system();
+  if (const EvaluationStatus status = system.elastic().admissible(moved); !status.ok()) {
+    throw InputError(fmt::format(
+        "The drag stops here: farther on, element {} would be inverted. While the simulation runs, "
+        "the body follows a drag.",
+        system.mesh().tetrahedron_id(status.failed_element)));
+  }
   make_(SetFix{fix_, hold}, what_, true);
+  goal_ = goal;
   velocity_.setZero();
 }
 

@@ -26,7 +26,9 @@ class VertexDrag {
   /// Sets the goal of the first vertex, m. The vertex reaches it after `duration` (simulated seconds),
   /// or later if the velocity would be too large.
   void drag_to(const Vector3& goal, double duration);
-  /// Moves the vertices to the goal at once.
+  /// Moves the vertices to the goal at once. Throws InputError if an element would be inverted or the
+  /// session refuses the edit for another reason. The vertices then stay where they are, and the drag
+  /// can go on.
   void move_at_once(const Vector3& goal);
   /// Must be called before each step.
   void before_step();

@@ -1,6 +1,7 @@
 // Undo and redo of every kind of edit, and the replay of all of it.
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <random>
 #include <thread>
 
@@ -416,6 +417,101 @@ TEST(Simulation, SurvivesRandomEdits) {
     expect_bitwise_equal(history_of_run(simulation->recorded_scene(), simulation->mesh()),
                          simulation->history(0));
   }
+}
+
+// An event of a scene file names the keys that it changes. The others belong to the user.
+TEST(Recording, EventsKeepSettingsThatTheyDoNotName) {
+  const std::string path =
+      (std::filesystem::path(testing::TempDir()) / "event_names_keys.toml").string();
+  {
+    std::ofstream file(path);
+    file << R"([mesh]
+generate = { kind = "box", size = [1, 0.3, 0.3], cells = [3, 1, 1] }
+[material]
+youngs_modulus = 1e6
+poissons_ratio = 0.4
+[time]
+integrator = "midpoint"
+step = 0.01
+end = 0.2
+[environment]
+kind = "gravity"
+[[fix]]
+select = { plane = { axis = "x", at = 0.0 } }
+[[event]]
+at = 0.03
+set = { "time.step" = 5e-3, "material.youngs_modulus" = 2e6, "environment.strength" = 1.5 }
+[[event]]
+at = 0.06
+set = { "solver.tolerance" = 1e-9, "time.integrator" = "midpoint" }
+)";
+  }
+  const Scene scene = read_scene(path);
+  const auto simulation = simulation_of(scene);
+  TimeSettings time = scene.time;
+  time.integrator = Integrator::kBackwardEuler;
+  MaterialSettings material = scene.material;
+  material.model = "stvk";
+  material.poissons_ratio = 0.3;
+  EnvironmentSettings sideways = scene.environment;
+  sideways.direction = Vector3::UnitX();
+  simulation->edit(SetTime{time}, "integrator");
+  simulation->edit(SetMaterial{0, material}, "material");
+  simulation->edit(SetEnvironment{sideways}, "direction");
+  make_steps(*simulation, 1);
+  {  // The events that are still to come keep the settings in the recorded scene, too.
+    const Scene recorded = simulation->recorded_scene();
+    ASSERT_EQ(recorded.event.size(), 5U);
+    const std::vector<Edit>& first = recorded.event[3].edits;
+    ASSERT_EQ(first.size(), 3U);
+    EXPECT_EQ(std::get<SetMaterial>(first[1]).material.model, "stvk");
+    EXPECT_EQ(std::get<SetMaterial>(first[1]).material.youngs_modulus, 2e6);
+    EXPECT_EQ(std::get<SetTime>(first[2]).time.integrator, Integrator::kBackwardEuler);
+    EXPECT_EQ(std::get<SetTime>(recorded.event[4].edits.at(1)).time.step, 5e-3);
+  }
+  make_steps(*simulation, 4);
+  Settings settings = simulation->settings();
+  EXPECT_EQ(settings.time.integrator, Integrator::kBackwardEuler);
+  EXPECT_EQ(settings.time.step, 5e-3);
+  EXPECT_EQ(settings.materials[0].model, "stvk");
+  EXPECT_EQ(settings.materials[0].poissons_ratio, 0.3);
+  EXPECT_EQ(settings.materials[0].youngs_modulus, 2e6);
+  EXPECT_EQ(settings.environment.direction, Vector3::UnitX());
+  EXPECT_EQ(settings.environment.strength, 1.5);
+  make_steps(*simulation, 6);
+  settings = simulation->settings();
+  EXPECT_EQ(settings.time.integrator, Integrator::kMidpoint) << "a key that the event names";
+  EXPECT_EQ(settings.time.step, 5e-3);
+  EXPECT_EQ(settings.solver.tolerance, 1e-9);
+  expect_no_notices(*simulation);
+  expect_bitwise_equal(history_of_run(simulation->recorded_scene(), simulation->mesh()),
+                       simulation->history(0));
+}
+
+// Named parameters that do not go with those of the user: the event is made as it is written.
+TEST(Recording, AnEventForAnotherModelBringsItsWholeMaterial) {
+  Scene scene = rich_scene(Integrator::kVerlet);
+  MaterialSettings stiffer;
+  stiffer.mu = 5e5;
+  stiffer.lambda = 4e5;
+  EventSettings event;
+  event.at = 0.002;
+  event.edits = {SetMaterial{0, stiffer}};
+  event.echo = R"({"at": 0.002, "set": {"material.mu": 5e5}})";
+  scene.event = {event};
+  scene.material = stiffer;
+  scene.material.mu = 1e5;
+  const auto simulation = simulation_of(scene);
+  MaterialSettings by_hand;
+  by_hand.youngs_modulus = 3e5;
+  by_hand.poissons_ratio = 0.3;
+  simulation->edit(SetMaterial{0, by_hand}, "by hand");
+  make_steps(*simulation, 5);
+  expect_no_notices(*simulation);
+  const MaterialSettings now = simulation->settings().materials[0];
+  EXPECT_EQ(now.mu, 5e5);
+  EXPECT_EQ(now.lambda, 4e5);
+  EXPECT_FALSE(now.youngs_modulus.has_value());
 }
 
 }  // namespace

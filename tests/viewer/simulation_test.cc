@@ -438,5 +438,39 @@ TEST(Simulation, AnEventThatDoesNotFitIsANoticeAndTheRunGoesOn) {
                        simulation->history(0));
 }
 
+TEST(Simulation, TellsWhetherThereAreEditsSinceACount) {
+  const auto simulation = simulation_of(small_scene());
+  settle(*simulation);
+  EXPECT_FALSE(simulation->edited_since(0));
+  simulation->edit(SetDamping{{.drag = 1.0}}, "drag");
+  EXPECT_TRUE(simulation->edited_since(0)) << "also before it is made";
+  settle(*simulation);
+  EXPECT_TRUE(simulation->edited_since(0));
+  const std::size_t saved = simulation->edit_count();
+  EXPECT_FALSE(simulation->edited_since(saved));
+  make_steps(*simulation, 3);
+  EXPECT_FALSE(simulation->edited_since(saved)) << "steps are no edits";
+  simulation->edit(SetDamping{{.drag = -1.0}}, "refused");
+  settle(*simulation);
+  EXPECT_FALSE(simulation->edited_since(saved)) << "nothing has changed";
+  simulation->edit(SetDamping{{.drag = 2.0}}, "more");
+  settle(*simulation);
+  EXPECT_TRUE(simulation->edited_since(saved));
+  simulation->undo();
+  simulation->undo();
+  settle(*simulation);
+  EXPECT_FALSE(simulation->edited_since(0)) << "all edits are undone";
+  simulation->redo();
+  settle(*simulation);
+  EXPECT_TRUE(simulation->edited_since(saved));
+  const std::size_t saved_again = simulation->edit_count();
+  simulation->restart();
+  settle(*simulation);
+  EXPECT_FALSE(simulation->edited_since(saved_again)) << "the user has changed nothing";
+  simulation->reset();
+  settle(*simulation);
+  EXPECT_FALSE(simulation->edited_since(0));
+}
+
 }  // namespace
 }  // namespace tetraction::viewer

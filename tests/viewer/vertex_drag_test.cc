@@ -179,5 +179,40 @@ TEST_F(VertexDrags, EndWithUndo) {
   expect_nothing_refused();
 }
 
+// While the simulation is paused, a vertex is moved at once, and the body does not give way.
+TEST_F(VertexDrags, StopWhereAnElementWouldBeInverted) {
+  open(beam_scene(Integrator::kMidpoint, 5e-3));
+  simulation_->grab({tip_});
+  const Vector3 good = start_ + Vector3(0.01, 0.02, 0.0);
+  simulation_->drag_to(good);
+  settle(*simulation_);
+  for (const double far : {0.5, 0.6}) simulation_->drag_to(start_ - Vector3(far, 0.0, 0.0));
+  settle(*simulation_);
+  EXPECT_LT((tip() - good).norm(), 1e-15);
+  std::vector<std::string> refusals;
+  for (const Notice& notice : simulation_->take_notices()) {
+    if (notice.kind == Notice::Kind::kRefused) refusals.push_back(notice.text);
+  }
+  ASSERT_EQ(refusals.size(), 1U) << "one notice for all movements of the mouse";
+  EXPECT_NE(refusals[0].find("would be inverted"), std::string::npos) << refusals[0];
+  EXPECT_EQ(refusals[0].find("[["), std::string::npos) << "not a message about a scene file";
+  EXPECT_EQ(refusals[0].find("initial."), std::string::npos) << refusals[0];
+  // The drag goes on, and the vertex is free after it.
+  const Vector3 better = start_ + Vector3(0.0, 0.03, 0.0);
+  simulation_->drag_to(better);
+  settle(*simulation_);
+  EXPECT_LT((tip() - better).norm(), 1e-15);
+  EXPECT_TRUE(is_held());
+  simulation_->drag_to(start_ - Vector3(0.5, 0.0, 0.0));
+  simulation_->release();
+  settle(*simulation_);
+  EXPECT_FALSE(is_held());
+  simulation_->take_notices();
+  simulation_->undo();
+  settle(*simulation_);
+  EXPECT_LT((tip() - start_).norm(), 1e-15);
+  expect_nothing_refused();
+}
+
 }  // namespace
 }  // namespace tetraction::viewer

@@ -2,6 +2,8 @@
 #include <QCheckBox>
 #include <QComboBox>
 #include <QFile>
+#include <QGuiApplication>
+#include <QScreen>
 #include <QTabBar>
 #include <QTemporaryDir>
 
@@ -227,6 +229,91 @@ TEST_F(Charts, OfProbesAreDrawnLive) {
   EXPECT_EQ(tabs->count(), 5);
   EXPECT_EQ(tabs->currentIndex(), 0);
   EXPECT_FALSE(choice->isVisible());
+}
+
+// A canvas that was resized or became a window of its own is drawn again.
+TEST_F(Charts, NoPartIsBlackAfterResizing) {
+  show(first_scene());
+  run_to(0.2);
+  auto* dock = find<QDockWidget>("dock_charts");
+  const auto black = [this] {
+    wait(300);
+    // What is on the screen: a picture of the canvas alone would be drawn for this purpose.
+    const QWidget* canvas = window_->chart()->canvas();
+    const QRect place(canvas->mapToGlobal(QPoint(0, 0)), canvas->size());
+    const QImage image = QGuiApplication::primaryScreen()
+                             ->grabWindow(0, place.x(), place.y(), place.width(), place.height())
+                             .toImage();
+    EXPECT_GT(image.width(), 100);
+    const auto count = pixels(image, [](QRgb c) { return qGray(c) < 10; }).size();
+    return static_cast<double>(count) / (image.width() * image.height());
+  };
+  EXPECT_LT(black(), 0.05);
+  for (const QSize& size : {QSize(1100, 700), QSize(1200, 760), QSize(1000, 780)}) {
+    window_->resize(size);
+    EXPECT_LT(black(), 0.05) << size.width();
+  }
+  for (const bool floating : {true, false, true}) {
+    dock->setFloating(floating);
+    EXPECT_LT(black(), 0.05) << floating;
+    if (floating) {
+      dock->raise();
+      dock->resize(500, 260);
+      dock->move(60, 60);
+      dock->resize(700, 330);
+      EXPECT_LT(black(), 0.05);
+    }
+  }
+  keep_picture("chart_floating");
+}
+
+TEST_F(Charts, SavedPicturesHaveALegend) {
+  show(first_scene());
+  run_to(0.3);
+  window_->chart()->show_kind(0);
+  wait(300);
+  const QImage shown = window_->chart()->canvas()->grab().toImage();
+  const QTemporaryDir folder;
+  const auto saved = [&] {
+    const QString path = folder.filePath(QStringLiteral("chart.png"));
+    window_->chart()->save_as(path);
+    return QImage(path).convertToFormat(shown.format());
+  };
+  // The columns of the picture where the frame of the legend has its vertical lines, right of the middle.
+  const auto frame = [](const QImage& image) {
+    std::vector<int> in_column(static_cast<std::size_t>(image.width()), 0);
+    for (const QPoint& p : pixels(image, [](QRgb c) { return qGray(c) < 60; })) {
+      ++in_column[static_cast<std::size_t>(p.x())];
+    }
+    std::vector<int> lines;
+    for (int x = image.width() / 2; x < image.width(); ++x) {
+      if (in_column[static_cast<std::size_t>(x)] > 30) lines.push_back(x);
+    }
+    return lines;
+  };
+  EXPECT_TRUE(frame(shown).empty());
+  const auto in_legend = [&](const QImage& image, QRgb color) {
+    const std::vector<int> lines = frame(image);
+    if (lines.size() < 2) return false;
+    const auto places = pixels(image, [color](QRgb c) { return !differ(c, color); });
+    return std::any_of(places.begin(), places.end(), [&lines](const QPoint& p) {
+      return p.x() > lines.front() && p.x() < lines.back();
+    });
+  };
+  const QImage with_legend = saved();
+  ASSERT_EQ(with_legend.size(), shown.size());
+  EXPECT_EQ(frame(with_legend).size(), 2U);
+  EXPECT_TRUE(in_legend(with_legend, qRgb(230, 159, 0)));
+  EXPECT_TRUE(in_legend(with_legend, qRgb(0, 158, 115)));
+  // The legend has the visible series only. In the window there is none.
+  click("series_1");
+  wait(200);
+  const QImage without_one = saved();
+  EXPECT_TRUE(in_legend(without_one, qRgb(0, 158, 115)));
+  EXPECT_FALSE(in_legend(without_one, qRgb(230, 159, 0)));
+  click("series_1");
+  wait(300);
+  EXPECT_EQ(differing_pixels(window_->chart()->canvas()->grab().toImage(), shown), 0);
 }
 
 }  // namespace

@@ -224,7 +224,7 @@ TEST_F(Files, ARunIsReplayed) {
   for (const char* name : {"fix", "unfix"}) EXPECT_FALSE(find<QPushButton>(name)->isEnabled());
   panel->fix_wanted();
   panel->unfix_wanted();
-  panel->momentum_wanted(Vector3::UnitX());
+  panel->momentum_wanted(Vector3(Vector3::UnitX()));
   EXPECT_NE(window_->replay(), nullptr);
   press_key(Qt::Key_R);
   EXPECT_EQ(slider->value(), 0);
@@ -441,6 +441,73 @@ TEST_F(Files, ClosingWhileRunningStops) {
   ASSERT_TRUE(wait_for([&] { return state().running && state().step > 1; }));
   EXPECT_TRUE(window_->close());
   EXPECT_EQ(window_->simulation(), nullptr);
+}
+
+// Load steps have a load factor instead of a time, and nothing of a motion.
+TEST_F(Files, AnEquilibriumIsReplayedOverTheLoadFactor) {
+  const Scene scene = read_scene(write("scene.toml", kScene).toStdString());
+  Session session(scene, generate_mesh(*scene.mesh.generate), Analysis::kEquilibrium, 0.25);
+  const std::string directory = folder_.filePath(QStringLiteral("static")).toStdString();
+  RunRecorder recorder(directory, 1);
+  session.run({&recorder});
+  show(quiet_beam());
+  ASSERT_EQ(find<QTabBar>("chart_tabs")->count(), 5);
+  open(QString::fromStdString(directory));
+  ASSERT_NE(window_->replay(), nullptr) << window_->messages()->text().toStdString();
+  EXPECT_EQ(window_->replay()->kind(), RunKind::kEquilibrium);
+  auto* tabs = find<QTabBar>("chart_tabs");
+  ASSERT_EQ(tabs->count(), 2);
+  EXPECT_EQ(tabs->tabText(0), QStringLiteral("Energy"));
+  EXPECT_EQ(find<QCheckBox>("series_0")->text(), QStringLiteral("Elastic"));
+  EXPECT_EQ(window_->chart()->horizontal_title(), "Load factor");
+  const HistoryRow& last = window_->chart()->rows().back();
+  EXPECT_EQ(last.time, 1.0);
+  EXPECT_GT(last.elastic, 0.0);
+  EXPECT_TRUE(std::isnan(last.kinetic) && std::isnan(last.energy_error));
+  EXPECT_FALSE(history_text(window_->chart()->rows()).empty());
+  const auto labels = [this] {
+    QStringList texts;
+    for (const QLabel* label : window_->findChildren<QLabel*>()) {
+      if (label->isVisible()) texts += label->text();
+    }
+    return texts.join(QLatin1Char('\n'));
+  };
+  EXPECT_TRUE(labels().contains(QStringLiteral("load factor 0.0000")));
+  keep_picture("replay_static");
+  // A motion has its charts again.
+  show(quiet_beam());
+  EXPECT_EQ(tabs->count(), 5);
+  EXPECT_EQ(window_->chart()->horizontal_title(), "Time [s]");
+}
+
+// A replay has no settings that could be changed. Those of the scene before are not its own.
+TEST_F(Files, AReplayShowsNoSettingsOfTheSceneBefore) {
+  const Scene scene = read_scene(write("scene.toml", kScene).toStdString());
+  Session session(scene, generate_mesh(*scene.mesh.generate));
+  const QString directory = folder_.filePath(QStringLiteral("run"));
+  RunRecorder recorder(directory.toStdString(), 10);
+  session.run({&recorder});
+  show(quiet_beam());
+  for (const auto& [dock, field] :
+       {std::pair("dock_material", "youngs_modulus"), std::pair("dock_world", "mass_damping"),
+        std::pair("dock_run", "step_size")}) {
+    raise(dock);
+    EXPECT_TRUE(find<QWidget>(field)->isVisible());
+  }
+  open(directory);
+  ASSERT_NE(window_->replay(), nullptr);
+  for (const auto& [dock, field] :
+       {std::pair("dock_material", "youngs_modulus"), std::pair("dock_world", "mass_damping"),
+        std::pair("dock_run", "step_size")}) {
+    raise(dock);
+    EXPECT_FALSE(find<QWidget>(field)->isVisible()) << dock;
+    auto* text = find<QDockWidget>(dock)->findChild<QLabel*>(QStringLiteral("replay_text"));
+    ASSERT_NE(text, nullptr) << dock;
+    EXPECT_TRUE(text->isVisible()) << dock;
+  }
+  keep_picture("replay_settings");
+  show(quiet_beam());
+  EXPECT_TRUE(find<QWidget>("step_size")->isVisible());
 }
 
 }  // namespace

@@ -235,5 +235,23 @@ TEST_F(Keyboard, ViewsFrameTheBodyWhereItIs) {
   }
 }
 
+// In a field Ctrl+Z is about the text that is being typed.
+TEST_F(Keyboard, CtrlZInAFieldUndoesTheText) {
+  show(quiet_beam());
+  raise("dock_world");
+  enter(find<NumberSlider>("drag")->field(), "0.25");
+  auto* field = find<NumberSlider>("viscosity")->field();
+  const QString before = field->text();
+  field->setFocus();
+  field->selectAll();
+  QTest::keyClicks(field, "7");
+  for (int i = 0; i < 2; ++i) {
+    QTest::keyClick(field, Qt::Key_Z, Qt::ControlModifier);
+    settle();
+    EXPECT_EQ(field->text(), before);
+    EXPECT_EQ(window_->simulation()->settings().damping.drag, 0.25);
+  }
+}
+
 }  // namespace
 }  // namespace tetraction::viewer

@@ -7,6 +7,7 @@
 #include <QSlider>
 
 #include "tetraction/simulation/setting_keys.h"
+#include "viewer/gui/widgets/vector_fields.h"
 #include "window_test.h"
 
 namespace tetraction::viewer {
@@ -230,6 +231,100 @@ TEST_F(Panels, DrawingCombinations) {
     settle();
     EXPECT_EQ(state().field, drawing.field);
   }
+}
+
+// The components are typed one after another, with Return or with Tab.
+TEST_F(Panels, DirectionOfGravityIsEnteredAsOneVector) {
+  Document document = quiet_beam();
+  document.scene.environment.kind = EnvironmentKind::kGravity;
+  show(std::move(document));
+  raise("dock_world");
+  settle();
+  auto* fields = find<VectorFields>("direction");
+  const auto direction = [this] { return window_->simulation()->settings().environment.direction; };
+  const auto undo = [this] {
+    window_->simulation()->undo();
+    settle();
+  };
+  const char* const numbers[] = {"1", "2", "3"};
+  for (int i = 0; i < 3; ++i) enter(fields->field(i), numbers[i]);
+  EXPECT_LT((direction() - Vector3(1, 2, 3).normalized()).norm(), 1e-14);
+  EXPECT_EQ(fields->value(), Vector3(1, 2, 3));
+  for (int i = 0; i < 3; ++i) undo();
+  EXPECT_EQ(direction(), Vector3(0, -1, 0));
+  EXPECT_EQ(fields->value(), Vector3(0, -1, 0));
+  // With Tab it is one edit, also if the components are zero for a while.
+  fields->field(0)->setFocus();
+  for (const char* number : {"0", "0", "-4"}) {
+    EXPECT_EQ(direction(), Vector3(0, -1, 0));
+    auto* field = qobject_cast<NumberField*>(QApplication::focusWidget());
+    ASSERT_NE(field, nullptr);
+    field->selectAll();
+    QTest::keyClicks(field, QLatin1String(number));
+    wait(300);  // the window shows the present settings meanwhile
+    QTest::keyClick(field, Qt::Key_Tab);
+  }
+  settle();
+  EXPECT_EQ(direction(), Vector3(0, 0, -1));
+  undo();
+  EXPECT_EQ(direction(), Vector3(0, -1, 0));
+  // No direction at all.
+  enter(fields->field(1), "0");
+  EXPECT_TRUE(window_->messages()->text().contains(QStringLiteral("must not be zero")));
+  EXPECT_EQ(direction(), Vector3(0, -1, 0));
+  EXPECT_EQ(fields->value(), Vector3(0, -1, 0));
+}
+
+TEST_F(Panels, NumbersBeyondThoseOfTheComputerAreNamed) {
+  Document document = quiet_beam();
+  document.scene.environment.kind = EnvironmentKind::kGravity;
+  show(std::move(document));
+  raise("dock_world");
+  auto* field = find<VectorFields>("direction")->field(0);
+  for (const char* text : {"1e400", "-1e400", "+1e999"}) {
+    type(field, text);
+    const QString message = window_->messages()->text();
+    EXPECT_TRUE(message.contains(QStringLiteral("too large"))) << message.toStdString();
+    EXPECT_FALSE(message.contains(QStringLiteral("any number"))) << message.toStdString();
+  }
+  type(field, "1e-400");
+  EXPECT_TRUE(window_->messages()->text().contains(QStringLiteral("too near to zero")));
+  for (const char* text : {"abc", "nan", "1e"}) {
+    type(field, text);
+    EXPECT_TRUE(window_->messages()->text().contains(QStringLiteral("any number"))) << text;
+  }
+  QTest::keyClick(field, Qt::Key_Escape);
+}
+
+// The fields show means of several vertices. Components that are not typed stay as they are.
+TEST_F(Panels, SeveralVerticesKeepComponentsThatAreNotTyped) {
+  show(quiet_beam());
+  raise("dock_vertices");
+  const Index a = nearest({1.2, 0.3, 0.3});
+  const Index b = nearest({1.2, 0.0, 0.0});
+  const auto momentum = [this](Index v) { return Vector3(vertex_block(state().momentum, v)); };
+  const auto force = [this](Index v) { return Vector3(vertex_block(state().external_force, v)); };
+  window_->select({a});
+  wait(50);
+  enter(find<NumberField>("momentum_x"), "0.5");
+  enter(find<NumberField>("force_x"), "4");
+  auto* y_force = qobject_cast<VectorFields*>(find<NumberField>("force_x")->parent())->field(1);
+  auto* y_momentum =
+      qobject_cast<VectorFields*>(find<NumberField>("momentum_x")->parent())->field(1);
+  window_->select({a, b});
+  wait(50);
+  enter(y_momentum, "0.25");
+  enter(y_force, "7");
+  EXPECT_LT((momentum(a) - Vector3(0.5, 0.25, 0.0)).norm(), 1e-15);
+  EXPECT_LT((momentum(b) - Vector3(0.0, 0.25, 0.0)).norm(), 1e-15);
+  EXPECT_LT((force(a) - Vector3(4.0, 7.0, 0.0)).norm(), 1e-15);
+  EXPECT_LT((force(b) - Vector3(0.0, 7.0, 0.0)).norm(), 1e-15);
+  const Vector3 distance = position(a) - position(b);
+  const double y = position(a).y();
+  enter(find<NumberField>("position_x"), "1.21");
+  EXPECT_LT((position(a) - position(b) - distance).norm(), 1e-15);
+  EXPECT_EQ(position(a).y(), y);
+  EXPECT_NEAR(0.5 * (position(a) + position(b)).x(), 1.21, 1e-12);
 }
 
 }  // namespace

@@ -2,6 +2,9 @@
 #include <QDirIterator>
 #include <QElapsedTimer>
 #include <QFile>
+#include <QLineEdit>
+#include <QMessageBox>
+#include <QPushButton>
 #include <QSlider>
 #include <QStatusBar>
 #include <QTemporaryDir>
@@ -9,6 +12,7 @@
 
 #include "dialogs.h"
 #include "pictures.h"
+#include "tetraction/io/scene_reader.h"
 #include "window_test.h"
 
 namespace tetraction::viewer {
@@ -25,6 +29,10 @@ class Recordings : public WindowTest {
     QFile file(path("file"));
     EXPECT_TRUE(file.open(QIODevice::WriteOnly));
     return path("file/below");
+  }
+  void make_step() {
+    press_key(Qt::Key_S);
+    settle();
   }
   std::string message() { return window_->messages()->text().toStdString(); }
   // The replay of what was recorded, with a frame for each file.
@@ -258,6 +266,100 @@ TEST_F(Recordings, MenusAskForFilesAndFolders) {
   EXPECT_NE(window_->replay(), nullptr) << message();
   choose("Open &mesh", QStringLiteral(TETRACTION_DATA "/orbiting_cube.msh"));
   EXPECT_TRUE(window_->windowTitle().startsWith(QStringLiteral("orbiting_cube.msh"))) << message();
+}
+
+// The dialog's button of this kind is pressed. `given`: whether it was there.
+class SaveAnswer : public DialogAnswer {
+ public:
+  explicit SaveAnswer(QMessageBox::StandardButton button, const QString& path = {})
+      : DialogAnswer([button, path](QDialog& dialog) {
+          if (auto* box = qobject_cast<QMessageBox*>(&dialog)) {
+            ASSERT_NE(box->button(button), nullptr);
+            box->button(button)->click();
+          } else if (auto* name = dialog.findChild<QLineEdit*>(QStringLiteral("fileNameEdit"))) {
+            name->setCompleter(nullptr);
+            name->setText(path);
+            QTest::keyClick(name, Qt::Key_Return);
+          }
+        }) {}
+};
+
+TEST_F(Recordings, EditsThatAreNotSavedAreNotLostUnasked) {
+  const auto drag_now = [this] { return window_->simulation()->settings().damping.drag; };
+  const auto edit = [this](double drag) {
+    window_->simulation()->edit(SetDamping{{.drag = drag}}, "Drag");
+    settle();
+  };
+  show(quiet_beam());
+  window_->save_scene(path("other.toml"));
+  edit(0.25);
+  {
+    const SaveAnswer answer(QMessageBox::Cancel);
+    EXPECT_FALSE(window_->close());
+    EXPECT_TRUE(answer.given());
+  }
+  ASSERT_NE(window_->simulation(), nullptr);
+  EXPECT_TRUE(window_->isVisible());
+  {
+    const SaveAnswer answer(QMessageBox::Cancel);
+    open(path("other.toml"));
+    EXPECT_TRUE(answer.given());
+  }
+  EXPECT_EQ(drag_now(), 0.25);
+  EXPECT_FALSE(window_->save_scene(below_a_file()));
+  {
+    const SaveAnswer answer(QMessageBox::Save, path("saved.toml"));
+    open(path("other.toml"));
+    EXPECT_TRUE(answer.given());
+    EXPECT_FALSE(answer.stuck());
+  }
+  EXPECT_TRUE(QFile::exists(path("saved.toml")));
+  EXPECT_EQ(drag_now(), 0.0);
+  edit(0.5);
+  {
+    const SaveAnswer answer(QMessageBox::Discard);
+    open(path("saved.toml"));
+    EXPECT_TRUE(answer.given());
+  }
+  make_step();
+  EXPECT_EQ(drag_now(), 0.25);
+  // Nothing to save: nothing is asked.
+  const SaveAnswer none(QMessageBox::Cancel);
+  edit(0.75);
+  EXPECT_TRUE(window_->save_scene(path("again.toml")));
+  open(path("other.toml"));
+  EXPECT_EQ(drag_now(), 0.0);
+  edit(0.5);
+  window_->simulation()->undo();
+  settle();
+  EXPECT_TRUE(window_->close());
+  EXPECT_FALSE(none.given());
+}
+
+// A restart ends the recording of the run and takes the times of the edits away.
+TEST_F(Recordings, ARestartTellsWhatItLoses) {
+  show(quiet_beam());
+  make_step();
+  press_key(Qt::Key_R);
+  settle();
+  EXPECT_EQ(WindowTest::message(), QString()) << "nothing is lost";
+  make_step();
+  window_->simulation()->edit(SetDamping{{.drag = 0.25}}, "Drag");
+  settle();
+  window_->record_run(path("run"), 1);
+  make_step();
+  press_key(Qt::Key_R);
+  settle();
+  EXPECT_NE(message().find("times of the edits"), std::string::npos) << message();
+  EXPECT_NE(message().find(path("run").toStdString()), std::string::npos) << message();
+  EXPECT_FALSE(menu_action(QStringLiteral("Record &run"))->isChecked());
+  keep_picture("restart_message");
+  const DialogAnswer answer = DialogAnswer::path(path("before.toml"));
+  QTest::mouseClick(find<QPushButton>("message_action"), Qt::LeftButton);
+  EXPECT_TRUE(answer.given());
+  const Scene before = read_scene(path("before.toml").toStdString());
+  ASSERT_EQ(before.event.size(), 1U);
+  EXPECT_GT(before.event[0].at, 0.0) << "the time of the edit";
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 #include "body_view.h"
 
 #include <QVTKInteractor.h>
-#include <QVTKOpenGLNativeWidget.h>
 #include <vtkAxesActor.h>
 #include <vtkCallbackCommand.h>
 #include <vtkCamera.h>
@@ -33,7 +32,7 @@ constexpr double kNearSilhouette = 10.0;  // pixels; a click this near to the bo
 
 }  // namespace
 
-BodyView::BodyView(QWidget* parent) : QWidget(parent), widget_(make_vtk_widget(window_, this)) {
+BodyView::BodyView(QWidget* parent) : QWidget(parent), widget_(new VtkWidget(window_, this)) {
   auto* layout = new QVBoxLayout(this);
   layout->setContentsMargins(0, 0, 0, 0);
   layout->addWidget(widget_);

@@ -13,13 +13,14 @@
 #include "drawing_settings.h"
 
 class QRubberBand;
-class QVTKOpenGLNativeWidget;
 class vtkAxesActor;
 class vtkGenericOpenGLRenderWindow;
 class vtkOrientationMarkerWidget;
 class vtkRenderer;
 
 namespace tetraction::viewer {
+
+class VtkWidget;
 
 /// What dragging with the left mouse button does. A click always picks a vertex.
 enum class Tool { kLook, kSelect, kMove, kForce, kMomentum };
@@ -92,7 +93,7 @@ class BodyView : public QWidget {
   enum class Gesture { kNone, kCamera, kBand, kDrag, kArrow, kLight };
 
   vtkNew<vtkGenericOpenGLRenderWindow> window_;
-  QVTKOpenGLNativeWidget* widget_;  // shows window_
+  VtkWidget* widget_;  // shows window_
   vtkNew<vtkRenderer> renderer_;
   vtkNew<vtkAxesActor> marker_axes_;
   vtkNew<vtkOrientationMarkerWidget> marker_;

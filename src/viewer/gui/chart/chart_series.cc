@@ -24,14 +24,24 @@ double probe_value(Row row, std::size_t i) {
 
 }  // namespace
 
-const std::vector<ChartKind>& chart_kinds() {
-  static const std::vector<ChartKind> kinds{
+const std::vector<ChartKind>& chart_kinds(RunKind run) {
+  static const std::vector<ChartSeries> potentials{
+      {"Elastic", kOrange, [](Row r) { return r.elastic; }},
+      {"Environment", kGreen, [](Row r) { return r.environment; }},
+      {"Total", kBlack, [](Row r) { return r.total; }}};
+  static const ChartSeries iterations{
+      "Iterations", kBlue,
+      // A row that comes from probes.csv only has no iterations.
+      [](Row r) { return std::isnan(r.total) ? kNone : static_cast<double>(r.iterations); }};
+  static const std::vector<ChartKind> of_equilibrium{
+      {"Energy", "Energy [J]", potentials}, {"Iterations", "Iterations a load step", {iterations}}};
+  static const std::vector<ChartKind> of_motion{
       {"Energy",
        "Energy [J]",
        {{"Kinetic", kBlue, [](Row r) { return r.kinetic; }},
-        {"Elastic", kOrange, [](Row r) { return r.elastic; }},
-        {"Environment", kGreen, [](Row r) { return r.environment; }},
-        {"Total", kBlack, [](Row r) { return r.total; }}}},
+        potentials[0],
+        potentials[1],
+        potentials[2]}},
       {"Energy balance",
        "Since the start [J]",
        {{"External work", kBlue, [](Row r) { return r.external_work; }},
@@ -49,12 +59,8 @@ const std::vector<ChartKind>& chart_kinds() {
        {{"L x", kBlue, [](Row r) { return r.angular_momentum.x(); }},
         {"L y", kOrange, [](Row r) { return r.angular_momentum.y(); }},
         {"L z", kGreen, [](Row r) { return r.angular_momentum.z(); }}}},
-      {"Iterations",
-       "Iterations a step",
-       // A row that comes from probes.csv only has no iterations.
-       {{"Iterations", kBlue,
-         [](Row r) { return std::isnan(r.total) ? kNone : static_cast<double>(r.iterations); }}}}};
-  return kinds;
+      {"Iterations", "Iterations a step", {iterations}}};
+  return run == RunKind::kMotion ? of_motion : of_equilibrium;
 }
 
 std::vector<ChartProbe> chart_probes(const std::vector<ProbeSettings>& probes) {

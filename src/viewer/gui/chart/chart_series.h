@@ -23,8 +23,13 @@ struct ChartKind {
   std::vector<ChartSeries> series;
 };
 
-/// The kinds: energy, energy balance, linear momentum, angular momentum, iterations.
-const std::vector<ChartKind>& chart_kinds();
+/// What a history belongs to: a motion in time, or load steps towards an equilibrium, whose `time` is
+/// the load factor.
+enum class RunKind { kMotion, kEquilibrium };
+
+/// The kinds of a motion: energy, energy balance, linear momentum, angular momentum, iterations. An
+/// equilibrium has energy without the kinetic part, and iterations.
+const std::vector<ChartKind>& chart_kinds(RunKind run = RunKind::kMotion);
 
 /// A probe whose values the rows of a history have.
 struct ChartProbe {

@@ -1,9 +1,9 @@
 #include "live_chart.h"
 
 #include <QVTKInteractor.h>
-#include <QVTKOpenGLNativeWidget.h>
 #include <vtkAxis.h>
 #include <vtkCallbackCommand.h>
+#include <vtkChartLegend.h>
 #include <vtkChartXY.h>
 #include <vtkCommand.h>
 #include <vtkContextInteractorStyle.h>
@@ -66,16 +66,11 @@ bool is_drawable(double low, double high) {
 }  // namespace
 
 LiveChart::LiveChart(QWidget* parent)
-    : QWidget(parent), cursor_(kNaN), widget_(make_vtk_widget(window_, this)) {
+    : QWidget(parent), cursor_(kNaN), widget_(new VtkWidget(window_, this)) {
   tabs_ = new QTabBar(this);
   tabs_->setObjectName(QStringLiteral("chart_tabs"));
   tabs_->setExpanding(false);
   tabs_->setDrawBase(false);
-  kinds_ = chart_kinds();
-  for (const ChartKind& kind : kinds_) {
-    tabs_->addTab(QString::fromStdString(kind.name));
-    shown_.emplace_back(kind.series.size(), true);
-  }
   probe_choice_ = new QComboBox(this);
   probe_choice_->setObjectName(QStringLiteral("probe_choice"));
   probe_choice_->setToolTip(tr("The probe that is shown"));
@@ -111,13 +106,16 @@ LiveChart::LiveChart(QWidget* parent)
   window_->SetMultiSamples(0);
   view_->SetRenderWindow(window_);
   view_->SetInteractor(widget_->interactor());
-  // VTK would draw a changed chart once more by a timer of its own.
+  // VTK would draw a changed chart once more by a timer of its own. While Qt paints the widget, the
+  // chart must be drawn in any case, because its last picture has been lost.
   widget_->interactor()->EnableRenderOff();
   vtkNew<vtkCallbackCommand> draw;
   draw->SetClientData(this);
   draw->SetCallback([](vtkObject*, unsigned long, void* self, void*) {
     auto* chart = static_cast<LiveChart*>(self);
-    if (chart->view_->GetScene()->GetDirty()) chart->window_->Render();
+    if (chart->widget_->painting() || chart->view_->GetScene()->GetDirty()) {
+      chart->window_->Render();
+    }
   });
   widget_->interactor()->AddObserver(vtkCommand::RenderEvent, draw);
   view_->GetRenderer()->SetBackground(1.0, 1.0, 1.0);
@@ -140,7 +138,10 @@ LiveChart::LiveChart(QWidget* parent)
     axis->SetNotation(vtkAxis::PRINTF_NOTATION);
     axis->SetLabelFormat("%.4g");
   }
-  chart_->GetAxis(vtkAxis::BOTTOM)->SetTitle("Time [s]");
+  // The legend of a saved chart. In the window there is a legend with check boxes beside the chart.
+  chart_->GetLegend()->SetInline(false);
+  chart_->GetLegend()->SetHorizontalAlignment(vtkChartLegend::RIGHT);
+  chart_->GetLegend()->SetVerticalAlignment(vtkChartLegend::TOP);
 
   for (vtkTable* table : {mark_table_.Get(), cursor_table_.Get()}) {
     add_column(table, "time");
@@ -151,6 +152,7 @@ LiveChart::LiveChart(QWidget* parent)
   connect(probe_choice_, QOverload<int>::of(&QComboBox::activated), this, &LiveChart::show_probe);
   connect(whole, &QPushButton::clicked, this, &LiveChart::show_whole_run);
   connect(save, &QPushButton::clicked, this, &LiveChart::save);
+  set_run(RunKind::kMotion);
   rebuild();
 }
 
@@ -184,12 +186,28 @@ void LiveChart::set_cursor(double time) {
   stale_ = true;
 }
 
-void LiveChart::set_probes(const std::vector<ChartProbe>& probes) {
-  if (probes == probes_) return;
-  const auto fixed = static_cast<int>(chart_kinds().size());
+// Makes the tabs of a run of that kind, without its probes.
+void LiveChart::set_run(RunKind run) {
+  run_ = run;
+  kind_ = 0;
+  kinds_ = chart_kinds(run);
+  shown_.clear();
+  const QSignalBlocker quiet(tabs_);
+  while (tabs_->count() > 0) tabs_->removeTab(0);
+  for (const ChartKind& kind : kinds_) {
+    tabs_->addTab(QString::fromStdString(kind.name));
+    shown_.emplace_back(kind.series.size(), true);
+  }
+  chart_->GetAxis(vtkAxis::BOTTOM)->SetTitle(run == RunKind::kMotion ? "Time [s]" : "Load factor");
+}
+
+void LiveChart::set_probes(const std::vector<ChartProbe>& probes, RunKind run) {
+  if (probes == probes_ && run == run_) return;
+  if (run != run_) set_run(run);
+  const int fixed = fixed_kinds();
   const bool showed_probe = kind_ >= fixed;
   probes_ = probes;
-  kinds_ = chart_kinds();
+  kinds_ = chart_kinds(run_);
   shown_.resize(kinds_.size());
   probe_choice_->clear();
   for (const ChartProbe& probe : probes_) {
@@ -206,7 +224,7 @@ void LiveChart::set_probes(const std::vector<ChartProbe>& probes) {
 }
 
 void LiveChart::show_kind(int kind) {
-  const auto fixed = static_cast<int>(chart_kinds().size());
+  const int fixed = fixed_kinds();
   const bool is_probe = kind >= fixed;
   kind_ = is_probe ? fixed + std::max(0, probe_choice_->currentIndex()) : kind;
   probe_choice_->setVisible(is_probe && probes_.size() > 1);
@@ -219,7 +237,7 @@ void LiveChart::show_kind(int kind) {
 
 void LiveChart::show_probe(int probe) {
   probe_choice_->setCurrentIndex(probe);
-  show_kind(static_cast<int>(chart_kinds().size()));
+  show_kind(fixed_kinds());
 }
 
 void LiveChart::show_whole_run() {
@@ -246,6 +264,7 @@ void LiveChart::rebuild() {
                    static_cast<unsigned char>(b), 255);
     plot->SetWidth(width);
     plot->SetVisible(false);  // a line needs two points
+    plot->SetLabel("");       // not in the legend
     return plot;
   };
   marks_plot_ = add_line(mark_table_, 1, 150, 150, 160, 1.0F);
@@ -257,7 +276,9 @@ void LiveChart::rebuild() {
     add_column(table_, series.name.c_str());
     vtkPlotLine* plot = add_line(table_, static_cast<int>(s) + 1, series.color[0], series.color[1],
                                  series.color[2], 1.6F);
-    plot->SetTooltipLabelFormat("%l: %y at %x s");
+    plot->SetLabel(series.name);
+    plot->SetTooltipLabelFormat(run_ == RunKind::kMotion ? "%l: %y at %x s"
+                                                         : "%l: %y at load factor %x");
     plots_.push_back(plot);
 
     auto* check = new QCheckBox(QString::fromStdString(series.name), legend_box_);
@@ -386,6 +407,10 @@ std::array<double, 4> LiveChart::axis_ranges() const {
   return {x->GetMinimum(), x->GetMaximum(), y->GetMinimum(), y->GetMaximum()};
 }
 
+std::string LiveChart::horizontal_title() const {
+  return chart_->GetAxis(vtkAxis::BOTTOM)->GetTitle();
+}
+
 bool LiveChart::eventFilter(QObject* watched, QEvent* event) {
   if (watched == widget_) {
     // Zooming ends where the numbers of the axis can no longer be distinguished.
@@ -419,17 +444,34 @@ void LiveChart::save() {
   if (!path.isEmpty()) save_as(path);
 }
 
-void LiveChart::save_as(const QString& path) {
+// Saves the chart with a legend of the visible series.
+bool LiveChart::save_picture(const QString& path) {
+  const auto draw = [this](bool legend) {
+    chart_->SetShowLegend(legend);
+    view_->GetScene()->SetDirty(true);
+    window_->Render();
+  };
+  refresh();
+  draw(true);
   bool good = false;
   if (path.endsWith(QLatin1String(".png"), Qt::CaseInsensitive)) {
-    refresh();
     good = widget_->grabFramebuffer().save(path);
-  } else if (path.endsWith(QLatin1String(".svg"), Qt::CaseInsensitive)) {
+  } else {
     vtkNew<vtkSVGExporter> exporter;
     exporter->SetRenderWindow(window_);
     exporter->SetFileName(path.toLocal8Bit().constData());
     exporter->Write();
     good = std::ifstream(path.toLocal8Bit().constData()).good();
+  }
+  draw(false);
+  return good;
+}
+
+void LiveChart::save_as(const QString& path) {
+  bool good = false;
+  if (path.endsWith(QLatin1String(".png"), Qt::CaseInsensitive) ||
+      path.endsWith(QLatin1String(".svg"), Qt::CaseInsensitive)) {
+    good = save_picture(path);
   } else {
     try {
       write_text_file(path.toLocal8Bit().toStdString(), history_text(rows_, probes_));

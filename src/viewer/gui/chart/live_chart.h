@@ -16,7 +16,6 @@ class QCheckBox;
 class QComboBox;
 class QTabBar;
 class QVBoxLayout;
-class QVTKOpenGLNativeWidget;
 class vtkChartXY;
 class vtkContextView;
 class vtkGenericOpenGLRenderWindow;
@@ -25,7 +24,10 @@ class vtkTable;
 
 namespace tetraction::viewer {
 
-/// Shows one of the charts of chart_kinds(), or one of a probe, over time. New rows can be appended during a run.
+class VtkWidget;
+
+/// Shows one of the charts of chart_kinds(), or one of a probe, over time or over the load factor. New rows
+/// can be appended during a run.
 class LiveChart : public QWidget {
   Q_OBJECT
 
@@ -35,8 +37,9 @@ class LiveChart : public QWidget {
 
   /// Removes all data, for another body or a run that is started again.
   void clear();
-  /// The probes whose values the rows have. Without probes there is no tab for them.
-  void set_probes(const std::vector<ChartProbe>& probes);
+  /// The probes whose values the rows have, and the kind of the run. Without probes there is no tab for
+  /// them.
+  void set_probes(const std::vector<ChartProbe>& probes, RunKind run = RunKind::kMotion);
   /// Removes the rows only, for other rows of the same run.
   void clear_rows();
   /// Appends new rows.
@@ -52,11 +55,14 @@ class LiveChart : public QWidget {
   QWidget* canvas() const;
   /// The ranges of the axes: first and last time (s), least and largest value.
   std::array<double, 4> axis_ranges() const;
+  /// The title of the horizontal axis.
+  std::string horizontal_title() const;
   /// Shows a kind of chart: one of chart_kinds(), or one more for the probe that is chosen.
   void show_kind(int kind);
   /// Shows the chart of the probe with this number.
   void show_probe(int probe);
-  /// Saves all rows (.csv) or the visible chart (.png, .svg). The ending of the name decides.
+  /// Saves all rows (.csv), or the visible chart with a legend (.png, .svg). The ending of the name
+  /// decides.
   void save_as(const QString& path);
 
  public slots:
@@ -71,6 +77,9 @@ class LiveChart : public QWidget {
 
  private:
   const ChartKind& kind() const { return kinds_[static_cast<std::size_t>(kind_)]; }
+  int fixed_kinds() const { return static_cast<int>(chart_kinds(run_).size()); }
+  void set_run(RunKind run);
+  bool save_picture(const QString& path);
   void rebuild();
   void fill();
   void scale();
@@ -78,10 +87,11 @@ class LiveChart : public QWidget {
   std::vector<HistoryRow> rows_;
   std::vector<EditMark> marks_;
   double cursor_;
-  bool stale_ = true;             // whether the chart must be drawn again
-  bool following_ = true;         // whether the axes show the whole run
-  bool pressed_ = false;          // whether a mouse button is pressed on the chart
-  std::vector<ChartKind> kinds_;  // chart_kinds(), then one for each probe
+  bool stale_ = true;      // whether the chart must be drawn again
+  bool following_ = true;  // whether the axes show the whole run
+  bool pressed_ = false;   // whether a mouse button is pressed on the chart
+  RunKind run_ = RunKind::kMotion;
+  std::vector<ChartKind> kinds_;  // chart_kinds(run_), then one for each probe
   std::vector<ChartProbe> probes_;
   int kind_ = 0;                          // index in kinds_
   std::vector<std::vector<bool>> shown_;  // by kind and series
@@ -92,7 +102,7 @@ class LiveChart : public QWidget {
   QVBoxLayout* legend_;
   QWidget* legend_box_;
   vtkNew<vtkGenericOpenGLRenderWindow> window_;
-  QVTKOpenGLNativeWidget* widget_;  // shows window_
+  VtkWidget* widget_;  // shows window_
   vtkNew<vtkContextView> view_;
   vtkSmartPointer<vtkChartXY> chart_;
   vtkNew<vtkTable> table_;

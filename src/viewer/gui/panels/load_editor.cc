@@ -2,7 +2,6 @@
 
 #include <QComboBox>
 #include <QFormLayout>
-#include <QHBoxLayout>
 #include <QLabel>
 #include <algorithm>
 #include <cmath>
@@ -12,6 +11,7 @@
 #include "panel_layout.h"
 #include "tetraction/simulation/setting_keys.h"
 #include "viewer/gui/widgets/number_field.h"
+#include "viewer/gui/widgets/vector_fields.h"
 
 namespace tetraction::viewer {
 namespace {
@@ -67,17 +67,14 @@ LoadEditor::LoadEditor(QWidget* parent) : QWidget(parent) {
   which_->setObjectName(QStringLiteral("load"));
   which_->setToolTip(tr("The loads of the scene and those that were added, with their numbers"));
   form->addRow(tr("Load"), which_);
-  auto* row = new QHBoxLayout;
-  row->setSpacing(4);
+  value_ = new VectorFields(tr("Load"), QString(), kFinite, this);
   for (int i = 0; i < 3; ++i) {
-    field_[i] = new NumberField(tr("Load, %1").arg(QChar('x' + i)), QString(), kFinite, this);
-    field_[i]->setObjectName(QStringLiteral("load_%1").arg(QChar('x' + i)));
-    row->addWidget(field_[i]);
-    connect(field_[i], &NumberField::entered, this, [this] { value_entered(); });
-    connect(field_[i], &NumberField::refused, this, &LoadEditor::refused);
+    value_->field(i)->setObjectName(QStringLiteral("load_%1").arg(QChar('x' + i)));
   }
+  connect(value_, &VectorFields::entered, this, &LoadEditor::value_entered);
+  connect(value_, &VectorFields::refused, this, &LoadEditor::refused);
   unit_ = new QLabel(this);
-  form->addRow(unit_, row);
+  form->addRow(unit_, value_);
   history_ = new QLabel(this);
   history_->setWordWrap(true);
   // A long name must not make the panel wider.
@@ -120,16 +117,15 @@ const ForceSettings& LoadEditor::chosen() const {
 void LoadEditor::show_chosen() {
   if (which_->count() == 0) {
     unit_->setText(tr("The scene has no loads"));
-    for (NumberField* field : field_) field->hide();
+    value_->hide();
     history_->hide();
     return;
   }
   const ForceSettings& load = chosen();
   const bool is_scalar = load.kind == LoadKind::kPressure;
-  for (int i = 0; i < 3; ++i) {
-    field_[i]->setVisible(i == 0 || !is_scalar);
-    field_[i]->set_value(is_scalar ? load.value : vector_of(load)[i]);
-  }
+  for (int i = 1; i < 3; ++i) value_->field(i)->setVisible(!is_scalar);
+  value_->set_value(is_scalar ? Vector3(load.value, 0.0, 0.0) : vector_of(load));
+  value_->show();
   unit_->setText(tr("Value [%1]").arg(unit_of(load)));
   QString history;
   if (!load.amplitude.empty()) {
@@ -149,7 +145,7 @@ void LoadEditor::show_chosen() {
 void LoadEditor::value_entered() {
   if (which_->count() == 0) return;
   ForceSettings load = chosen();
-  const Vector3 value(field_[0]->value(), field_[1]->value(), field_[2]->value());
+  const Vector3 value = value_->value();
   QString text = QStringLiteral("[%1, %2, %3]").arg(value.x()).arg(value.y()).arg(value.z());
   if (load.kind == LoadKind::kPressure) {
     load.value = value.x();

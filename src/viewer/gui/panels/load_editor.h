@@ -13,7 +13,7 @@ class QLabel;
 
 namespace tetraction::viewer {
 
-class NumberField;
+class VectorFields;
 
 class LoadEditor : public QWidget {
   Q_OBJECT
@@ -36,7 +36,7 @@ class LoadEditor : public QWidget {
   QComboBox* which_;
   QLabel* unit_;
   QLabel* history_;
-  NumberField* field_[3];
+  VectorFields* value_;
 };
 
 }  // namespace tetraction::viewer

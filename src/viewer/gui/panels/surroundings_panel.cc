@@ -8,6 +8,7 @@
 #include "panel_layout.h"
 #include "tetraction/simulation/setting_keys.h"
 #include "viewer/gui/widgets/number_field.h"
+#include "viewer/gui/widgets/vector_fields.h"
 
 namespace tetraction::viewer {
 namespace {
@@ -40,18 +41,12 @@ SurroundingsPanel::SurroundingsPanel(QWidget* parent) : QWidget(parent) {
                               NumberSlider::Scale::kLinear, this);
   gravity_->setObjectName(QStringLiteral("gravity"));
   environment->addRow(tr("g [m/s²]"), gravity_);
-  auto* direction = new QWidget(this);
-  auto* row = new QHBoxLayout(direction);
-  row->setContentsMargins(0, 0, 0, 0);
   const KeyInfo& direction_key = key_info(&EnvironmentSettings::direction);
-  for (int i = 0; i < 3; ++i) {
-    direction_[i] = new NumberField(tr("%1, %2").arg(tr(direction_key.title)).arg(QChar('x' + i)),
-                                    QString(), direction_key.range, this);
-    row->addWidget(direction_[i]);
-    connect(direction_[i], &NumberField::entered, this, [this] { environment_edited(false); });
-    connect(direction_[i], &NumberField::refused, this, &SurroundingsPanel::refused);
-  }
-  environment->addRow(tr("Direction"), direction);
+  direction_ = new VectorFields(tr(direction_key.title), QString(), direction_key.range, this);
+  direction_->setObjectName(QStringLiteral("direction"));
+  connect(direction_, &VectorFields::entered, this, [this] { environment_edited(false); });
+  connect(direction_, &VectorFields::refused, this, &SurroundingsPanel::refused);
+  environment->addRow(tr("Direction"), direction_);
   attraction_ =
       new NumberSlider(strength("Attraction", "N m²", "k of the force −k q/|q|³ on every vertex"),
                        0.0, 5.0, NumberSlider::Scale::kLinear, this);
@@ -128,7 +123,7 @@ void SurroundingsPanel::show_environment() {
   const bool attraction = kind == EnvironmentKind::kAttraction;
   auto* form = static_cast<QFormLayout*>(kind_->parentWidget()->layout());
   set_row_visible(form, gravity_, gravity);
-  set_row_visible(form, direction_[0]->parentWidget(), gravity);
+  set_row_visible(form, direction_, gravity);
   set_row_visible(form, attraction_, attraction);
   set_row_visible(form, softening_, attraction);
   if (gravity) gravity_->set_value(environment_.strength);
@@ -138,7 +133,11 @@ void SurroundingsPanel::show_environment() {
       tr("times the amplitude \"%1\"").arg(QString::fromStdString(environment_.amplitude)));
   amplitude_->setToolTip(amplitude_->text());
   amplitude_->setVisible(!environment_.amplitude.empty());
-  for (int i = 0; i < 3; ++i) direction_[i]->set_value(environment_.direction[i]);
+  // The direction is normalised where it is used. The fields keep the numbers that were typed, so that
+  // the user can go on to change single components of the same vector.
+  const bool as_typed = !typed_direction_.isZero(0.0) &&
+                        unit_direction(typed_direction_).isApprox(environment_.direction);
+  direction_->set_value(as_typed ? typed_direction_ : environment_.direction);
 }
 
 void SurroundingsPanel::damping_edited(const QString& what, bool continues_previous) {
@@ -155,13 +154,16 @@ void SurroundingsPanel::environment_edited(bool continues_previous) {
   QString what = tr("No environment");
   if (kind == EnvironmentKind::kGravity) {
     if (same) next.strength = gravity_->value();
-    Vector3 direction(direction_[0]->value(), direction_[1]->value(), direction_[2]->value());
-    if (!(direction.norm() > 0.0)) {
-      emit refused(tr("Direction of gravity: at least one component must not be zero."));
+    const Vector3 direction = direction_->value();
+    if (direction.isZero(0.0)) {
+      emit refused(tr(
+          "Direction of gravity: at least one component must not be zero. The Tab key goes to the "
+          "next component; the direction changes when the last field is left."));
       show_environment();
       return;
     }
-    next.direction = direction.normalized();
+    typed_direction_ = direction;
+    next.direction = unit_direction(direction);
     what = tr("Gravity %1 m/s²").arg(short_number(next.strength));
   } else if (kind == EnvironmentKind::kAttraction) {
     // The initial strength causes a visible but moderate motion. The softening bounds the force at the

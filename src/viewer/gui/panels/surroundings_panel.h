@@ -13,6 +13,7 @@ namespace tetraction::viewer {
 class LoadEditor;
 class NumberField;
 class NumberSlider;
+class VectorFields;
 
 class SurroundingsPanel : public QWidget {
   Q_OBJECT
@@ -35,7 +36,8 @@ class SurroundingsPanel : public QWidget {
   QComboBox* kind_;
   LoadEditor* loads_;
   NumberSlider *gravity_, *attraction_;
-  NumberField* direction_[3];
+  VectorFields* direction_;
+  Vector3 typed_direction_ = Vector3::Zero();  // not normalised
   NumberField* softening_;
   QLabel* amplitude_;
   NumberSlider *drag_, *mass_damping_, *viscosity_;

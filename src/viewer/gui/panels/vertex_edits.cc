@@ -9,8 +9,12 @@
 namespace tetraction::viewer {
 namespace {
 
-std::string text(const Vector3& x, const char* unit) {
-  return fmt::format("({:.4g}, {:.4g}, {:.4g}) {}", x.x(), x.y(), x.z(), unit);
+// The vector with a dash for each component that was not typed.
+std::string text(const EnteredVector& x, const char* unit) {
+  const auto component = [&x](std::size_t i) {
+    return x.typed[i] ? fmt::format("{:.4g}", x.value[static_cast<Index>(i)]) : std::string("–");
+  };
+  return fmt::format("({}, {}, {}) {}", component(0), component(1), component(2), unit);
 }
 
 }  // namespace
@@ -55,14 +59,17 @@ void VertexEdits::unfix(const std::vector<Index>& vertices) {
   if (!fixed.empty()) simulation_.edit(Unfix{ids(fixed), {}}, "Unfix " + names(fixed));
 }
 
-Vector3 VertexEdits::mean_position(const std::vector<Index>& vertices) const {
+// The translation that brings the mean position of the vertices to the target.
+Vector3 VertexEdits::offset_to(const std::vector<Index>& vertices,
+                               const EnteredVector& target) const {
   const auto snapshot = simulation_.snapshot();
   Vector3 sum = Vector3::Zero();
   for (const Index v : vertices) sum += vertex_block(snapshot->position, v);
-  return sum / static_cast<double>(vertices.size());
+  const Vector3 mean = sum / static_cast<double>(vertices.size());
+  return target.over(mean) - mean;
 }
 
-void VertexEdits::move_to(const std::vector<Index>& vertices, const Vector3& target) {
+void VertexEdits::move_to(const std::vector<Index>& vertices, const EnteredVector& target) {
   if (vertices.empty()) return;
   if (!fixed_among(vertices).empty()) {
     fix_at(vertices, target);
@@ -70,16 +77,16 @@ void VertexEdits::move_to(const std::vector<Index>& vertices, const Vector3& tar
   }
   ShiftState edit;
   edit.shift.vertices = ids(vertices).ids;
-  edit.shift.displacement.assign(vertices.size(), target - mean_position(vertices));
+  edit.shift.displacement.assign(vertices.size(), offset_to(vertices, target));
   simulation_.edit(edit, fmt::format("Move {} to {}", names(vertices), text(target, "m")));
 }
 
-void VertexEdits::fix_at(const std::vector<Index>& vertices, const Vector3& target) {
+void VertexEdits::fix_at(const std::vector<Index>& vertices, const EnteredVector& target) {
   if (vertices.empty()) return;
   const std::string what = fmt::format("Fix {} at {}", names(vertices), text(target, "m"));
   const std::vector<Index> fixed = fixed_among(vertices);
   const auto snapshot = simulation_.snapshot();
-  const Vector3 offset = target - mean_position(vertices);
+  const Vector3 offset = offset_to(vertices, target);
   if (!fixed.empty()) simulation_.edit(Unfix{ids(fixed), {}}, what);
   FixSettings settings;
   settings.select = ids(vertices);
@@ -89,31 +96,45 @@ void VertexEdits::fix_at(const std::vector<Index>& vertices, const Vector3& targ
   simulation_.edit(SetFix{std::nullopt, settings}, what, !fixed.empty());
 }
 
-void VertexEdits::set_momentum(const std::vector<Index>& vertices, const Vector3& value) {
+void VertexEdits::set_momentum(const std::vector<Index>& vertices, const EnteredVector& value) {
   if (vertices.empty()) return;
-  MomentumSettings settings;
-  settings.select = ids(vertices);
-  settings.value = value;
-  simulation_.edit(SetMomentum{settings},
-                   fmt::format("Momentum {} of {}", text(value, "kg m/s"), names(vertices)));
+  const std::string what = fmt::format("Momentum {} of {}", text(value, "kg m/s"), names(vertices));
+  if (value.is_whole()) {
+    MomentumSettings settings;
+    settings.select = ids(vertices);
+    settings.value = value.value;
+    simulation_.edit(SetMomentum{settings}, what);
+    return;
+  }
+  const auto snapshot = simulation_.snapshot();
+  ShiftState edit;
+  edit.shift.vertices = ids(vertices).ids;
+  for (const Index v : vertices) {
+    const Vector3 now = vertex_block(snapshot->momentum, v);
+    edit.shift.impulse.emplace_back(value.over(now) - now);
+  }
+  simulation_.edit(edit, what);
 }
 
-void VertexEdits::set_force(const std::vector<Index>& vertices, const Vector3& value) {
+void VertexEdits::set_force(const std::vector<Index>& vertices, const EnteredVector& value) {
   // Forces on a vertex are added. Therefore this adds the difference to the wanted force, with one edit
   // for all vertices that have the same difference.
   const auto snapshot = simulation_.snapshot();
-  std::map<std::array<double, 3>, std::vector<Index>> by_force;
+  std::map<std::array<double, 3>, std::vector<Index>> by_difference;
   for (const Index v : vertices) {
     const Vector3 now = vertex_block(snapshot->external_force, v);
-    by_force[{now.x(), now.y(), now.z()}].push_back(v);
+    const Vector3 difference = value.over(now) - now;
+    if (difference.isZero(0.0)) continue;
+    by_difference[{difference.x(), difference.y(), difference.z()}].push_back(v);
   }
-  for (const auto& [now, members] : by_force) {
+  bool continues_previous = false;  // all are undone together
+  for (const auto& [difference, members] : by_difference) {
     ForceSettings settings;
     settings.select = ids(members);
-    settings.vector = value - Vector3(now[0], now[1], now[2]);
-    if (settings.vector.isZero(0.0)) continue;
+    settings.vector = Vector3(difference[0], difference[1], difference[2]);
     simulation_.edit(SetForce{std::nullopt, settings},
-                     fmt::format("Force {} on {}", text(value, "N"), names(members)));
+                     fmt::format("Force {} on {}", text(value, "N"), names(vertices)),
+                     std::exchange(continues_previous, true));
   }
 }
 

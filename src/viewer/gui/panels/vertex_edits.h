@@ -4,11 +4,13 @@
 #include <memory>
 #include <vector>
 
+#include "viewer/gui/widgets/vector_fields.h"
 #include "viewer/simulation.h"
 
 namespace tetraction::viewer {
 
-/// Makes edits of vertices. It is used in the window's thread.
+/// Makes edits of vertices. It is used in the window's thread. Components of a vector that were not typed
+/// keep the value that each vertex has.
 class VertexEdits {
  public:
   explicit VertexEdits(Simulation& simulation) : simulation_(simulation) {}
@@ -17,13 +19,13 @@ class VertexEdits {
   void fix(const std::vector<Index>& vertices);
   void unfix(const std::vector<Index>& vertices);
   /// Translates the vertices such that their mean position is `target` (m). Fixed vertices stay fixed.
-  void move_to(const std::vector<Index>& vertices, const Vector3& target);
+  void move_to(const std::vector<Index>& vertices, const EnteredVector& target);
   /// Translates the vertices such that their mean position is `target` (m), and fixes them there.
-  void fix_at(const std::vector<Index>& vertices, const Vector3& target);
+  void fix_at(const std::vector<Index>& vertices, const EnteredVector& target);
   /// Sets the momentum of each of the vertices, kg m/s.
-  void set_momentum(const std::vector<Index>& vertices, const Vector3& value);
+  void set_momentum(const std::vector<Index>& vertices, const EnteredVector& value);
   /// Sets the external force on each of the vertices, N. It replaces the present force.
-  void set_force(const std::vector<Index>& vertices, const Vector3& value);
+  void set_force(const std::vector<Index>& vertices, const EnteredVector& value);
 
   /// Begins to drag vertices. `dragged` is the one that follows the mouse. drag_to() sets its goal, m.
   void grab(std::vector<Index> vertices, Index dragged);
@@ -35,7 +37,7 @@ class VertexEdits {
   SelectVertices ids(const std::vector<Index>& vertices) const;
   std::string names(const std::vector<Index>& vertices) const;
   std::vector<Index> fixed_among(const std::vector<Index>& vertices) const;
-  Vector3 mean_position(const std::vector<Index>& vertices) const;
+  Vector3 offset_to(const std::vector<Index>& vertices, const EnteredVector& target) const;
 
   Simulation& simulation_;
   bool dragging_ = false;

@@ -25,29 +25,14 @@ QString triple_text(const Vector3& x, const QString& unit) {
 
 }  // namespace
 
-Vector3 VertexPanel::Triple::value() const {
-  return {field[0]->value(), field[1]->value(), field[2]->value()};
-}
-
-void VertexPanel::Triple::set_value(const Vector3& value) {
-  for (int i = 0; i < 3; ++i) field[i]->set_value(value[i]);
-}
-
-VertexPanel::Triple VertexPanel::add_triple(QFormLayout* form, const QString& label,
-                                            const QString& what, const QString& unit) {
-  Triple triple{};
-  auto* row = new QHBoxLayout;
-  row->setSpacing(4);
-  for (int i = 0; i < 3; ++i) {
-    triple.field[i] =
-        new NumberField(tr("%1, %2").arg(what).arg(QChar('x' + i)), unit, {-1e12, 1e12}, this);
-    row->addWidget(triple.field[i]);
-    editable_.push_back(triple.field[i]);
-    connect(triple.field[i], &NumberField::refused, this, &VertexPanel::refused);
-  }
+VectorFields* VertexPanel::add_vector(QFormLayout* form, const QString& label, const QString& what,
+                                      const QString& unit) {
+  auto* fields = new VectorFields(what, unit, {-1e12, 1e12}, this);
+  editable_.push_back(fields);
+  connect(fields, &VectorFields::refused, this, &VertexPanel::refused);
   form->addRow(new QLabel(label, this));
-  form->addRow(row);
-  return triple;
+  form->addRow(fields);
+  return fields;
 }
 
 VertexPanel::VertexPanel(QWidget* parent) : QWidget(parent) {
@@ -71,20 +56,20 @@ VertexPanel::VertexPanel(QWidget* parent) : QWidget(parent) {
   chosen->addRow(buttons);
 
   auto* state = add_group(column, tr("State"));
-  position_ = add_triple(state, tr("Position [m]"), tr("Position"),
+  position_ = add_vector(state, tr("Position [m]"), tr("Position"),
                          tr(key_info(&FixSettings::target).unit));
-  position_.field[0]->setObjectName(QStringLiteral("position_x"));
+  position_->field(0)->setObjectName(QStringLiteral("position_x"));
   place_ = new QPushButton(tr("Fix at these coordinates"), this);
   place_->setObjectName(QStringLiteral("place"));
   place_->setToolTip(
       tr("Holds the selection at these coordinates; several vertices keep their shape"));
   state->addRow(place_);
-  momentum_ = add_triple(state, tr("Momentum of each [kg m/s]"), tr("Momentum"),
+  momentum_ = add_vector(state, tr("Momentum of each [kg m/s]"), tr("Momentum"),
                          tr(key_info(&MomentumSettings::value).unit));
-  momentum_.field[0]->setObjectName(QStringLiteral("momentum_x"));
-  force_ = add_triple(state, tr("External force on each [N]"), tr("External force"),
+  momentum_->field(0)->setObjectName(QStringLiteral("momentum_x"));
+  force_ = add_vector(state, tr("External force on each [N]"), tr("External force"),
                       tr(key_info(&ForceSettings::vector).unit));
-  force_.field[0]->setObjectName(QStringLiteral("force_x"));
+  force_->field(0)->setObjectName(QStringLiteral("force_x"));
   speed_ = new QLabel(this);
   speed_->setToolTip(tr("Mean velocity of the selected vertices, m/s"));
   reaction_ = new QLabel(this);
@@ -109,15 +94,11 @@ VertexPanel::VertexPanel(QWidget* parent) : QWidget(parent) {
   connect(fix_, &QPushButton::clicked, this, &VertexPanel::fix_wanted);
   connect(unfix_, &QPushButton::clicked, this, &VertexPanel::unfix_wanted);
   connect(place_, &QPushButton::clicked, this,
-          [this] { emit move_wanted(position_.value(), true); });
-  for (int i = 0; i < 3; ++i) {
-    connect(position_.field[i], &NumberField::entered, this,
-            [this] { emit move_wanted(position_.value(), false); });
-    connect(momentum_.field[i], &NumberField::entered, this,
-            [this] { emit momentum_wanted(momentum_.value()); });
-    connect(force_.field[i], &NumberField::entered, this,
-            [this] { emit force_wanted(force_.value()); });
-  }
+          [this] { emit move_wanted(position_->value(), true); });
+  connect(position_, &VectorFields::entered, this,
+          [this](const EnteredVector& target) { emit move_wanted(target, false); });
+  connect(momentum_, &VectorFields::entered, this, &VertexPanel::momentum_wanted);
+  connect(force_, &VectorFields::entered, this, &VertexPanel::force_wanted);
   set_selection({}, {});
 }
 
@@ -164,9 +145,9 @@ void VertexPanel::set_selection(const std::vector<Index>& vertices, const TetMes
 
 void VertexPanel::show_state(const Snapshot& snapshot) {
   if (selection_.empty()) return;
-  position_.set_value(mean(snapshot.position, selection_));
-  momentum_.set_value(mean(snapshot.momentum, selection_));
-  force_.set_value(mean(snapshot.external_force, selection_));
+  position_->set_value(mean(snapshot.position, selection_));
+  momentum_->set_value(mean(snapshot.momentum, selection_));
+  force_->set_value(mean(snapshot.external_force, selection_));
   speed_->setText(triple_text(mean(snapshot.velocity, selection_), tr("m/s")));
   reaction_->setText(triple_text(
       mean(snapshot.reaction_force, selection_) * static_cast<double>(selection_.size()), tr("N")));

@@ -4,6 +4,7 @@
 #include <QWidget>
 #include <vector>
 
+#include "viewer/gui/widgets/vector_fields.h"
 #include "viewer/simulation.h"
 
 class QFormLayout;
@@ -36,27 +37,21 @@ class VertexPanel : public QWidget {
   void fix_wanted();
   void unfix_wanted();
   /// The mean position shall become `target`, m. If `fix`, the vertices are fixed there.
-  void move_wanted(tetraction::Vector3 target, bool fix);
-  void momentum_wanted(tetraction::Vector3 value);
-  void force_wanted(tetraction::Vector3 value);
+  void move_wanted(const tetraction::viewer::EnteredVector& target, bool fix);
+  void momentum_wanted(const tetraction::viewer::EnteredVector& value);
+  void force_wanted(const tetraction::viewer::EnteredVector& value);
   void refused(const QString& message);
 
  private:
-  struct Triple {
-    NumberField* field[3];
-    Vector3 value() const;
-    void set_value(const Vector3& value);
-  };
-  Triple add_triple(QFormLayout* form, const QString& label, const QString& what,
-                    const QString& unit);
-
+  VectorFields* add_vector(QFormLayout* form, const QString& label, const QString& what,
+                           const QString& unit);
   void enable_fields();
 
   std::vector<Index> selection_;
   bool may_edit_ = true;
   QLabel *which_, *held_, *reaction_, *speed_;
   QPushButton *fix_, *unfix_, *place_;
-  Triple position_, momentum_, force_;
+  VectorFields *position_, *momentum_, *force_;
   NumberField *force_scale_, *momentum_scale_;
   std::vector<QWidget*> editable_;
 };

@@ -14,6 +14,7 @@
 #include <fstream>
 #include <limits>
 #include <map>
+#include <optional>
 
 #include "tetraction/core/error.h"
 #include "tetraction/io/frame_reader.h"
@@ -221,16 +222,17 @@ void Replay::read_history(const std::string& path) {
                                 "ly",
                                 "lz",
                                 "iterations"};
-  // The history of an equilibrium has no columns of a motion (docs/outputs.md), which is at rest.
-  constexpr std::size_t kAtRest = static_cast<std::size_t>(-1);
-  const bool at_rest = table.place.count("max_displacement") > 0;
-  std::vector<std::size_t> columns;
+  // The history of an equilibrium has no columns of a motion (docs/outputs.md).
+  if (table.place.count("max_displacement") > 0) kind_ = RunKind::kEquilibrium;
+  std::vector<std::optional<std::size_t>> columns;
   for (const char* name : needed) {
-    const bool absent = at_rest && table.place.count(name) == 0;
-    columns.push_back(absent ? kAtRest : table.column(name));
+    const bool absent = kind_ == RunKind::kEquilibrium && table.place.count(name) == 0;
+    columns.push_back(absent ? std::nullopt : std::optional(table.column(name)));
   }
   for (const std::vector<double>& values : table.rows) {
-    const auto at = [&](std::size_t i) { return columns[i] == kAtRest ? 0.0 : values[columns[i]]; };
+    const auto at = [&](std::size_t i) {
+      return columns[i] ? values[*columns[i]] : std::numeric_limits<double>::quiet_NaN();
+    };
     HistoryRow row;
     row.step = static_cast<Index>(at(0));
     row.time = at(1);

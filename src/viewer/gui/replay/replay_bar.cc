@@ -26,7 +26,6 @@ ReplayBar::ReplayBar(QWidget* parent)
   row->addWidget(slider_, 1);
   row->addWidget(label_);
   slider_->setObjectName(QStringLiteral("replay_slider"));
-  slider_->setToolTip(tr("Frames of the run, by time in s"));
   play_->setToolTip(tr("Plays the frames (Space)"));
   play_->setCheckable(true);
   play_->setIcon(style()->standardIcon(QStyle::SP_MediaPlay));
@@ -45,8 +44,11 @@ ReplayBar::ReplayBar(QWidget* parent)
   });
 }
 
-void ReplayBar::set_times(const std::vector<double>& times) {
+void ReplayBar::set_times(const std::vector<double>& times, RunKind kind) {
   times_ = times;
+  kind_ = kind;
+  slider_->setToolTip(kind == RunKind::kMotion ? tr("Frames of the run, by time in s")
+                                               : tr("Frames of the load steps, by load factor"));
   play(false);
   const QSignalBlocker quiet(slider_);
   slider_->setRange(0, static_cast<int>(times.size()) - 1);
@@ -85,7 +87,8 @@ void ReplayBar::forward() {
 void ReplayBar::show_time() {
   const auto frame = static_cast<std::size_t>(slider_->value());
   if (frame >= times_.size()) return;
-  label_->setText(tr("t = %1 s, frame %2 of %3")
+  label_->setText((kind_ == RunKind::kMotion ? tr("t = %1 s, frame %2 of %3")
+                                             : tr("load factor %1, frame %2 of %3"))
                       .arg(QString::number(times_[frame], 'f', 4))
                       .arg(frame + 1)
                       .arg(times_.size()));

@@ -4,6 +4,8 @@
 #include <QWidget>
 #include <vector>
 
+#include "viewer/gui/chart/chart_series.h"
+
 class QLabel;
 class QSlider;
 class QTimer;
@@ -17,7 +19,8 @@ class ReplayBar : public QWidget {
  public:
   explicit ReplayBar(QWidget* parent = nullptr);
 
-  void set_times(const std::vector<double>& times);
+  /// The times of the frames, s, or the load factors of an equilibrium.
+  void set_times(const std::vector<double>& times, RunKind kind);
   int frame() const;
   void set_frame(int frame);
   void play(bool on);
@@ -32,6 +35,7 @@ class ReplayBar : public QWidget {
   void show_time();
 
   std::vector<double> times_;
+  RunKind kind_ = RunKind::kMotion;
   QSlider* slider_;
   QToolButton* play_;
   QLabel* label_;

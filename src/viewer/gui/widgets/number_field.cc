@@ -6,7 +6,9 @@
 #include <QTimer>
 #include <QToolTip>
 #include <algorithm>
+#include <charconv>
 #include <cmath>
+#include <limits>
 
 #include "tetraction/simulation/setting_keys.h"
 
@@ -22,6 +24,15 @@ QString text_of(const NumberRange& range) {
 
 QString number(double value) {
   return QString::number(value, 'g', 6);
+}
+
+// Whether the text is a decimal number that is too large or too near to zero for the computer.
+bool exceeds_numbers(const QString& text) {
+  const QByteArray digits = text.toLatin1();
+  const char* first = digits.begin() + (digits.startsWith('+') ? 1 : 0);
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(first, digits.end(), value);
+  return error == std::errc::result_out_of_range && end == digits.end();
 }
 
 }  // namespace
@@ -83,15 +94,18 @@ void NumberField::mark(bool wrong) {
 void NumberField::commit() {
   if (!isModified()) return;
   bool is_number = false;
-  const double value =
-      text().trimmed().replace(QLatin1Char(','), QLatin1Char('.')).toDouble(&is_number);
+  const QString typed = text().trimmed().replace(QLatin1Char(','), QLatin1Char('.'));
+  const double value = typed.toDouble(&is_number);
+  if (exceeds_numbers(typed)) {
+    using Limits = std::numeric_limits<double>;
+    refuse(typed.contains(QLatin1String("e-"), Qt::CaseInsensitive)
+               ? tr("is too near to zero; the smallest number above it is %1").arg(Limits::min())
+               : tr("is too large; the largest number is %1").arg(Limits::max()));
+    return;
+  }
   if (!is_number || !range_.contains(value)) {
-    mark(true);
-    const QString message = tr("%1: “%2” is not possible; allowed: %3%4.")
-                                .arg(what_, text(), text_of(range_),
-                                     unit_.isEmpty() ? QString() : QLatin1Char(' ') + unit_);
-    QToolTip::showText(mapToGlobal(QPoint(0, height())), message, this);
-    emit refused(message);
+    refuse(tr("is not possible; allowed: %1%2")
+               .arg(text_of(range_), unit_.isEmpty() ? QString() : QLatin1Char(' ') + unit_));
     return;
   }
   setModified(false);
@@ -99,6 +113,14 @@ void NumberField::commit() {
     value_ = value;
     emit entered(value);
   }
+}
+
+// Shows that the text is not accepted. `reason` is the rest of a sentence about it.
+void NumberField::refuse(const QString& reason) {
+  mark(true);
+  const QString message = tr("%1: “%2” %3.").arg(what_, text(), reason);
+  QToolTip::showText(mapToGlobal(QPoint(0, height())), message, this);
+  emit refused(message);
 }
 
 void NumberField::keyPressEvent(QKeyEvent* event) {
@@ -124,6 +146,7 @@ void NumberField::focusOutEvent(QFocusEvent* event) {
       restore();
   }
   QLineEdit::focusOutEvent(event);
+  if (event->reason() != Qt::PopupFocusReason) emit left();
 }
 
 NumberSlider::NumberSlider(const QString& what, const QString& unit, NumberRange allowed,

@@ -42,6 +42,8 @@ class NumberField : public QLineEdit {
   void refused(const QString& message);
   /// The user has pressed Return or Escape.
   void finished();
+  /// The field has lost the focus.
+  void left();
 
  protected:
   void keyPressEvent(QKeyEvent* event) override;
@@ -51,6 +53,7 @@ class NumberField : public QLineEdit {
 
  private:
   void commit();
+  void refuse(const QString& reason);
   void restore();
   void mark(bool wrong);
 

@@ -1,15 +1,19 @@
 #include "vtk_widget.h"
 
-#include <QVTKOpenGLNativeWidget.h>
 #include <vtkGenericOpenGLRenderWindow.h>
 
 namespace tetraction::viewer {
 
-QVTKOpenGLNativeWidget* make_vtk_widget(vtkGenericOpenGLRenderWindow* window, QWidget* parent) {
-  auto* widget = new QVTKOpenGLNativeWidget(window, parent);
-  widget->setAttribute(Qt::WA_DontCreateNativeAncestors);
-  widget->setAttribute(Qt::WA_NativeWindow);
-  return widget;
+VtkWidget::VtkWidget(vtkGenericOpenGLRenderWindow* window, QWidget* parent)
+    : QVTKOpenGLNativeWidget(window, parent) {
+  setAttribute(Qt::WA_DontCreateNativeAncestors);
+  setAttribute(Qt::WA_NativeWindow);
+}
+
+void VtkWidget::paintGL() {
+  painting_ = true;
+  QVTKOpenGLNativeWidget::paintGL();
+  painting_ = false;
 }
 
 }  // namespace tetraction::viewer

@@ -17,6 +17,7 @@
 #include <QVBoxLayout>
 #include <algorithm>
 #include <chrono>
+#include <utility>
 
 #include "tetraction/core/error.h"
 #include "viewer/gui/body/body_view.h"
@@ -135,6 +136,7 @@ void MainWindow::poll() {
       chart_->clear();
       history_rows_ = 0;
       messages_->hide();
+      if (const auto act = std::exchange(after_new_body_, {})) act();
     }
     if (snapshot->generation != shown_generation_) {
       shown_generation_ = snapshot->generation;
@@ -173,6 +175,36 @@ void MainWindow::show_failure(const Snapshot& snapshot) {
 // Goes back to the last good state before the user changes a setting after a failure.
 void MainWindow::leave_failure() {
   if (failed_ && simulation_) simulation_->go_back();
+}
+
+// Returns to the start. Tells the user what this loses, with a button that saves the recorded edits.
+void MainWindow::restart() {
+  if (replay_) replay_bar_->set_frame(0);
+  if (!simulation_) return;
+  std::shared_ptr<const Scene> recorded;
+  if (simulation_->edited_since(saved_edits_) && simulation_->snapshot()->step > 0) {
+    recorded = std::make_shared<Scene>(simulation_->recorded_scene());
+  }
+  const QString run = std::exchange(run_folder_, {});
+  simulation_->restart();
+  show_recording();
+  if (recorded || !run.isEmpty()) {
+    after_new_body_ = [this, run, recorded] { show_loss_by_restart(run, recorded); };
+  }
+}
+
+void MainWindow::show_loss_by_restart(const QString& run,
+                                      const std::shared_ptr<const Scene>& recorded) {
+  QStringList sentences;
+  if (recorded) {
+    sentences +=
+        tr("Settings, fixes and forces now hold from the start. The times of the edits are no "
+           "longer recorded, and movements and momenta of vertices are undone.");
+  }
+  if (!run.isEmpty()) sentences += tr("The recording of the run in %1 has ended.").arg(run);
+  messages_->show_message(MessageStrip::Kind::kNote, sentences.join(QLatin1Char(' ')),
+                          recorded ? tr("Save the edits as they were…") : QString(),
+                          [this, recorded] { ask_save_scene(*recorded); });
 }
 
 // Updates charts, fields and menus, which need fewer updates than the picture.
@@ -253,6 +285,12 @@ bool MainWindow::eventFilter(QObject* watched, QEvent* event) {
 }
 
 void MainWindow::closeEvent(QCloseEvent* event) {
+  // A field with the focus enters its number now, so that the number counts as an edit.
+  if (QWidget* field = focusWidget()) field->clearFocus();
+  if (!may_lose_edits()) {
+    event->ignore();
+    return;
+  }
   stop_recording();  // completes the files of the recording
   save_window();
   opening_ = {};  // waits for the thread that reads a file

@@ -17,6 +17,7 @@
 #include "viewer/simulation.h"
 
 class QLabel;
+class QStackedWidget;
 
 namespace tetraction::viewer {
 
@@ -40,7 +41,8 @@ class MainWindow : public QMainWindow {
 
   /// Opens a scene, a mesh or the directory of a run, depending on the path. `scale` multiplies the
   /// coordinates of a mesh. The file is read in another thread. If it cannot be opened, a message
-  /// appears and the window keeps its contents.
+  /// appears and the window keeps its contents. If there are edits that are not saved, the user is
+  /// asked first.
   void open(const QString& path, std::optional<double> scale = {});
   /// Shows the file of the command line when `reading` is done. If it cannot be read,
   /// could_not_open() is emitted.
@@ -58,8 +60,9 @@ class MainWindow : public QMainWindow {
   MessageStrip* messages() { return messages_; }
   const std::vector<Index>& selection() const { return selection_; }
   void select(std::vector<Index> vertices);
-  /// Saves a scene with all edits so far as events.
-  void save_scene(const QString& path);
+  /// Saves a scene with all edits so far as events. If this fails, there is a message, and the result is
+  /// false.
+  bool save_scene(const QString& path);
   /// Starts to save every picture as a PNG file. The folder is made if it does not exist. It must not
   /// contain pictures of an earlier recording.
   void record_pictures(const QString& folder);
@@ -94,7 +97,8 @@ class MainWindow : public QMainWindow {
   void begin_body(const TetMesh& mesh, std::shared_ptr<const BodyShape> shape);
   void show_mesh_message();
   void ask_scale();
-  bool confirm_discarding_edits();
+  bool may_lose_edits();
+  void begin_opening(const QString& path, std::optional<double> scale);
   void reload();
 
   // main_window.cc
@@ -103,6 +107,8 @@ class MainWindow : public QMainWindow {
   void update_slow_parts();
   void show_failure(const Snapshot& snapshot);
   void leave_failure();
+  void restart();
+  void show_loss_by_restart(const QString& run, const std::shared_ptr<const Scene>& recorded);
   void set_drawing(const DrawingSettings& drawing);
   void update_title();
   const TetMesh* mesh() const;
@@ -123,7 +129,9 @@ class MainWindow : public QMainWindow {
   void save_window() const;
 
   // window_recording.cc
-  void ask_save_scene();
+  bool ask_save_scene();
+  bool ask_save_scene(const Scene& scene);
+  bool write(const Scene& scene, const QString& path);
   void ask_save_screenshot();
   void ask_record_pictures(bool on);
   void ask_record_run(bool on);
@@ -143,6 +151,8 @@ class MainWindow : public QMainWindow {
   std::future<Opened> opening_;  // valid while a file is read
   bool needs_file_ = false;      // whether the window has nothing else to show
   std::vector<Index> selection_;
+  std::size_t saved_edits_ = 0;           // Simulation::edit_count() of the saved scene
+  std::function<void()> after_new_body_;  // what to do when the simulation has been reset
 
   // The data that were shown last.
   std::uint64_t shown_generation_ = 0;
@@ -168,6 +178,7 @@ class MainWindow : public QMainWindow {
   DrawingPanel* drawing_;
   LiveChart* chart_;
   QLabel *status_body_, *status_rate_;
+  std::vector<QStackedWidget*> live_pages_;  // panels of a simulation, and a text for a replay
 
   QMenu *view_menu_, *recent_;
   QAction *undo_, *redo_, *fix_, *unfix_, *run_, *step_, *restart_, *reload_, *go_back_, *scale_,

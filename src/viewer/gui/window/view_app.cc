@@ -55,7 +55,7 @@ void set_up_application() {
   format.setSamples(0);       // a filter smooths the edges at low cost
   format.setSwapInterval(0);  // two views in one window must not wait for each other
   QSurfaceFormat::setDefaultFormat(format);
-  // Only the widgets of make_vtk_widget() are native windows.
+  // Only the widgets of class VtkWidget are native windows.
   QCoreApplication::setAttribute(Qt::AA_DontCreateNativeWidgetSiblings);
   QCoreApplication::setAttribute(Qt::AA_EnableHighDpiScaling);
   QCoreApplication::setAttribute(Qt::AA_UseHighDpiPixmaps);

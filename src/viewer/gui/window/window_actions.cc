@@ -9,6 +9,7 @@
 #include <QMenuBar>
 #include <QMessageBox>
 #include <QSettings>
+#include <QStackedWidget>
 #include <QStatusBar>
 #include <QStyle>
 #include <QToolBar>
@@ -71,8 +72,8 @@ void MainWindow::make_file_menu() {
   scale_ = file->addAction(tr("Scale of the mes&h…"), this, &MainWindow::ask_scale);
   scale_->setStatusTip(tr("Reads a mesh without a scene again, in another unit"));
   file->addSeparator();
-  save_scene_ = file->addAction(tr("&Save recorded scene as…"), this, &MainWindow::ask_save_scene,
-                                QKeySequence::Save);
+  save_scene_ = file->addAction(
+      tr("&Save recorded scene as…"), this, [this] { ask_save_scene(); }, QKeySequence::Save);
   save_scene_->setStatusTip(
       tr("The scene with all edits so far as events, which tetraction run replays"));
   live_only_.push_back(save_scene_);
@@ -163,13 +164,7 @@ void MainWindow::make_simulation_menu() {
       QKeySequence(tr("B")));
   go_back_->setEnabled(false);
   menu->addSeparator();
-  restart_ = menu->addAction(
-      tr("R&estart"), this,
-      [this] {
-        if (simulation_) simulation_->restart();
-        if (replay_) replay_bar_->set_frame(0);
-      },
-      QKeySequence(tr("R")));
+  restart_ = menu->addAction(tr("R&estart"), this, &MainWindow::restart, QKeySequence(tr("R")));
   restart_->setToolTip(
       tr("Back to the scene's start; settings, fixes and forces stay as they are (R)"));
   reload_ = menu->addAction(tr("Re&load…"), this, &MainWindow::reload, QKeySequence(tr("Ctrl+R")));
@@ -249,6 +244,7 @@ void MainWindow::update_actions() {
   fix_->setEnabled(live && !selection_.empty());
   unfix_->setEnabled(live && !selection_.empty());
   for (QAction* action : {run_, step_, restart_, reload_}) action->setEnabled(live || replay_);
+  for (QStackedWidget* pages : live_pages_) pages->setCurrentIndex(replay_ ? 1 : 0);
   control_->setEnabled(live);
   material_->setEnabled(live);
   surroundings_->setEnabled(live);

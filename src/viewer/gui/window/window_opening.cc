@@ -4,7 +4,6 @@
 #include <QInputDialog>
 #include <QLabel>
 #include <QMessageBox>
-#include <QPushButton>
 #include <QStatusBar>
 #include <cmath>
 #include <future>
@@ -40,8 +39,12 @@ void MainWindow::open(const QString& path, std::optional<double> scale) {
   if (opening()) {
     messages_->show_message(MessageStrip::Kind::kWarning,
                             tr("%1 is still being read.").arg(opening_path_));
-    return;
+  } else if (may_lose_edits()) {
+    begin_opening(path, scale);
   }
+}
+
+void MainWindow::begin_opening(const QString& path, std::optional<double> scale) {
   opening_path_ = path;
   opening_ = std::async(std::launch::async, open_file, path.toLocal8Bit().toStdString(), scale);
   statusBar()->showMessage(tr("Reading %1…").arg(path));
@@ -108,27 +111,28 @@ void MainWindow::ask_scale() {
                             tr("Scale…"), [this] { ask_scale(); });
     return;
   }
-  if (confirm_discarding_edits()) open(path_, scale);
+  open(path_, scale);
 }
 
-// Returns whether the edits may be discarded. Asks the user if there are any.
-bool MainWindow::confirm_discarding_edits() {
-  if (!simulation_ || simulation_->undo_text().empty()) return true;
-  QMessageBox box(QMessageBox::Question, tr("Forget the edits?"),
-                  tr("Edits made by hand, the last of them “%1”, are forgotten. To keep them, save "
-                     "the recorded scene first.")
+// Asks the user what to do with edits that are not saved. Returns false if the user does not want to
+// lose them and has not saved them.
+bool MainWindow::may_lose_edits() {
+  if (!simulation_ || !simulation_->edited_since(saved_edits_)) return true;
+  QMessageBox box(QMessageBox::Question, tr("Save the edits?"),
+                  tr("Edits made by hand, the last of them “%1”, are not saved. “Save” writes the "
+                     "scene with all edits as events.")
                       .arg(QString::fromStdString(simulation_->undo_text())),
-                  QMessageBox::Cancel, this);
-  QPushButton* forget = box.addButton(tr("Forget them"), QMessageBox::DestructiveRole);
-  box.exec();
-  return box.clickedButton() == forget;
+                  QMessageBox::Save | QMessageBox::Discard | QMessageBox::Cancel, this);
+  box.setDefaultButton(QMessageBox::Save);
+  const int answer = box.exec();
+  return answer == QMessageBox::Discard || (answer == QMessageBox::Save && ask_save_scene());
 }
 
 void MainWindow::reload() {
-  if (!confirm_discarding_edits()) return;
+  if (opening()) return;
   if (!path_.isEmpty()) {
     open(path_, mesh_scale_);
-  } else if (simulation_) {
+  } else if (simulation_ && may_lose_edits()) {
     edits_->release();  // ends a drag, because its vertices do not exist after the reload
     simulation_->reset();
   }
@@ -141,9 +145,9 @@ void MainWindow::show_replay(std::unique_ptr<Replay> replay,
   mesh_scale_.reset();
   replay_ = std::move(replay);
   begin_body(replay_->mesh(), std::move(shape));
-  replay_bar_->set_times(replay_->times());
+  replay_bar_->set_times(replay_->times(), replay_->kind());
   replay_bar_->show();
-  chart_->set_probes(replay_->probes());
+  chart_->set_probes(replay_->probes(), replay_->kind());
   chart_->append(replay_->history());
   show_frame(0);
 }
@@ -159,6 +163,7 @@ void MainWindow::show_simulation(std::unique_ptr<Simulation> simulation,
   replay_.reset();
   simulation_ = std::move(simulation);
   edits_ = std::make_unique<VertexEdits>(*simulation_);
+  saved_edits_ = 0;
   path_.clear();
   mesh_scale_.reset();
   replay_bar_->play(false);
@@ -181,6 +186,7 @@ void MainWindow::show_simulation(std::unique_ptr<Simulation> simulation,
 
 void MainWindow::begin_body(const TetMesh& mesh, std::shared_ptr<const BodyShape> shape) {
   messages_->hide();
+  after_new_body_ = {};
   stop_recording();  // may show a message
   chart_->clear();
   shown_generation_ = 0;

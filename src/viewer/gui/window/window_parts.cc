@@ -4,8 +4,10 @@
 #include <QAction>
 #include <QComboBox>
 #include <QDockWidget>
+#include <QLabel>
 #include <QScrollArea>
 #include <QSpinBox>
+#include <QStackedWidget>
 #include <QStatusBar>
 #include <algorithm>
 
@@ -28,6 +30,23 @@ void MainWindow::make_docks() {
   setCorner(Qt::BottomLeftCorner, Qt::LeftDockWidgetArea);
   setCorner(Qt::BottomRightCorner, Qt::RightDockWidgetArea);
   QDockWidget* first = nullptr;
+  // Settings of a simulation, or a text while a run is replayed, which has none that could be changed.
+  const auto live = [this](QWidget* panel) {
+    auto* pages = new QStackedWidget(this);
+    auto* text =
+        new QLabel(tr("A finished run is shown. Its settings are in the file summary.json of its "
+                      "folder. Space plays the frames, S shows the next one, and R goes back to "
+                      "the first."),
+                   pages);
+    text->setObjectName(QStringLiteral("replay_text"));
+    text->setWordWrap(true);
+    text->setMargin(8);
+    text->setAlignment(Qt::AlignTop);
+    pages->addWidget(panel);
+    pages->addWidget(text);
+    live_pages_.push_back(pages);
+    return pages;
+  };
   const auto add = [&](QWidget* panel, const QString& title, const char* name) {
     auto* dock = new QDockWidget(title, this);
     dock->setObjectName(QLatin1String(name));
@@ -45,9 +64,9 @@ void MainWindow::make_docks() {
       tabifyDockWidget(first, dock);
     }
   };
-  add(control_, tr("Run"), "dock_run");
-  add(material_, tr("Material"), "dock_material");
-  add(surroundings_, tr("World"), "dock_world");
+  add(live(control_), tr("Run"), "dock_run");
+  add(live(material_), tr("Material"), "dock_material");
+  add(live(surroundings_), tr("World"), "dock_world");
   add(vertex_, tr("Vertices"), "dock_vertices");
   add(drawing_, tr("Drawing"), "dock_drawing");
   first->raise();
@@ -105,7 +124,7 @@ void MainWindow::connect_panels() {
   connect(vertex_, &VertexPanel::unfix_wanted, this, [this] {
     if (unfix_->isEnabled()) unfix_->trigger();
   });
-  connect(vertex_, &VertexPanel::move_wanted, this, [this](const Vector3& target, bool fix) {
+  connect(vertex_, &VertexPanel::move_wanted, this, [this](const EnteredVector& target, bool fix) {
     if (!edits_) return;
     if (fix) {
       edits_->fix_at(selection_, target);
@@ -113,10 +132,10 @@ void MainWindow::connect_panels() {
       edits_->move_to(selection_, target);
     }
   });
-  connect(vertex_, &VertexPanel::momentum_wanted, this, [this](const Vector3& value) {
+  connect(vertex_, &VertexPanel::momentum_wanted, this, [this](const EnteredVector& value) {
     if (edits_) edits_->set_momentum(selection_, value);
   });
-  connect(vertex_, &VertexPanel::force_wanted, this, [this](const Vector3& value) {
+  connect(vertex_, &VertexPanel::force_wanted, this, [this](const EnteredVector& value) {
     if (edits_) edits_->set_force(selection_, value);
   });
 
@@ -184,9 +203,9 @@ void MainWindow::connect_view() {
               select({vertex});
             }
             if (tool == Tool::kForce) {
-              edits_->set_force(selection_, arrow * vertex_->force_per_length());
+              edits_->set_force(selection_, Vector3(arrow * vertex_->force_per_length()));
             } else {
-              edits_->set_momentum(selection_, arrow * vertex_->momentum_per_length());
+              edits_->set_momentum(selection_, Vector3(arrow * vertex_->momentum_per_length()));
             }
           });
   connect(view_, &BodyView::arrow_moved, this, [this](Tool tool, const Vector3& arrow) {

@@ -27,6 +27,12 @@ QString picture_path(const QString& folder, std::size_t number) {
       QStringLiteral("picture_%1.png").arg(number, 6, 10, QLatin1Char('0')));
 }
 
+QString ask_scene_path(QWidget* parent) {
+  return QFileDialog::getSaveFileName(
+      parent, MainWindow::tr("Save the scene with all edits as events"),
+      QStringLiteral("recorded.toml"), MainWindow::tr("Scenes (*.toml)"));
+}
+
 }  // namespace
 
 /// Pictures that are being written to the disk.
@@ -35,19 +41,32 @@ struct PictureQueue {
   std::atomic<bool> failed = false;
 };
 
-void MainWindow::ask_save_scene() {
-  const QString path =
-      QFileDialog::getSaveFileName(this, tr("Save the scene with all edits as events"),
-                                   QStringLiteral("recorded.toml"), tr("Scenes (*.toml)"));
-  if (!path.isEmpty()) save_scene(path);
+// These functions return whether the scene is saved.
+bool MainWindow::ask_save_scene() {
+  const QString path = ask_scene_path(this);
+  return !path.isEmpty() && save_scene(path);
 }
 
-void MainWindow::save_scene(const QString& path) {
+bool MainWindow::ask_save_scene(const Scene& scene) {
+  const QString path = ask_scene_path(this);
+  return !path.isEmpty() && write(scene, path);
+}
+
+bool MainWindow::save_scene(const QString& path) {
+  const std::size_t edits = simulation_->edit_count();
+  if (!write(simulation_->recorded_scene(), path)) return false;
+  saved_edits_ = edits;
+  return true;
+}
+
+bool MainWindow::write(const Scene& scene, const QString& path) {
   try {
-    write_scene(simulation_->recorded_scene(), path.toLocal8Bit().toStdString());
+    write_scene(scene, path.toLocal8Bit().toStdString());
     statusBar()->showMessage(tr("%1 is written: replay it with tetraction run.").arg(path), 8000);
+    return true;
   } catch (const Error& error) {
     show_error(QString::fromUtf8(error.what()));
+    return false;
   }
 }
 
