@@ -244,6 +244,7 @@ void Session::Impl::renew_stepper() {
   auto fresh = make_stepper(settings.time.integrator, settings.solver, *system);
   fresh->set_reactions(stepper->reaction_force(), stepper->configuration_force());
   stepper = std::move(fresh);
+  whole_stepper.reset();
   tracker.reset();
 }
 
