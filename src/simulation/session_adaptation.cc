@@ -128,8 +128,8 @@ StepOutcome Session::Impl::advance_in_halves(StepOutcome failure) {
   Vector reaction;
   Vector configuration_force;
   const State* from = &state();
-  State* to = &middle;
-  State* unused = &whole;
+  State* to = &work_states.middle;
+  State* unused = &work_states.whole;
   const Work before = work_so_far();
   Index done = 0;
   int level = 1;
@@ -184,22 +184,23 @@ Session::Impl::Halves Session::Impl::try_halves(const Span& span) {
   }
   // It never steps from where it arrived.
   whole_stepper->reset();
-  halves.second = whole_stepper->advance(state(), whole, span.length, span.end);
+  halves.second = whole_stepper->advance(state(), work_states.whole, span.length, span.end);
   count(halves.second.minimizer);
   if (!halves.second.ok()) return halves;
   const double half = 0.5 * span.length;
-  halves.second = halves.first = stepper->advance(state(), middle, half, state().time + half);
+  halves.second = halves.first =
+      stepper->advance(state(), work_states.middle, half, state().time + half);
   count(halves.first.minimizer);
   if (!halves.first.ok()) return halves;
   add_share(halves.reaction, 0.5, stepper->reaction_force());
   add_share(halves.configuration_force, 0.5, stepper->configuration_force());
-  halves.second = stepper->advance(middle, states.other(), half, span.end);
+  halves.second = stepper->advance(work_states.middle, states.other(), half, span.end);
   count(halves.second.minimizer);
   if (!halves.second.ok()) return halves;
   add_share(halves.reaction, 0.5, stepper->reaction_force());
   add_share(halves.configuration_force, 0.5, stepper->configuration_force());
   const int order_of_rule = order(settings.time.integrator);
-  halves.error = largest_distance(states.other().position, whole.position) /
+  halves.error = largest_distance(states.other().position, work_states.whole.position) /
                  ((std::ldexp(1.0, order_of_rule) - 1.0) * rest_diagonal(system->mesh()));
   return halves;
 }
@@ -207,7 +208,7 @@ Session::Impl::Halves Session::Impl::try_halves(const Span& span) {
 void Session::Impl::accept_halves(const Halves& halves, const Span& span) {
   system->applied_force(state().position, state().time, span.length, progress.external_force);
   BalanceGuard guard(*balance);
-  balance->enter(middle, halves.first);
+  balance->enter(work_states.middle, halves.first);
   balance->enter(states.other(), halves.second);
   guard.keep();
   states.other().step = state().step + 1;
@@ -294,11 +295,11 @@ Session::Impl::EnergyTrial Session::Impl::try_energy(const Span& span) {
   trial.outcome = stepper->advance(from, to, span.length, span.end);
   count(trial.outcome.minimizer);
   if (!trial.outcome.ok()) return trial;
-  middle.time = from.time + 0.5 * span.length;
-  middle.position = 0.5 * (from.position + to.position);
-  middle.velocity = to.velocity;
-  system->momentum_of(to.velocity, middle.momentum);
-  trial.energy = full_energy(middle, trial.magnitude);
+  work_states.middle.time = from.time + 0.5 * span.length;
+  work_states.middle.position = 0.5 * (from.position + to.position);
+  work_states.middle.velocity = to.velocity;
+  system->momentum_of(to.velocity, work_states.middle.momentum);
+  trial.energy = full_energy(work_states.middle, trial.magnitude);
   double work =
       trial.outcome.external_work + trial.outcome.constraint_work - trial.outcome.dissipated_energy;
   const ForcePoint start = system->force_point(from.position, from.time);
@@ -346,7 +347,7 @@ StepOutcome Session::Impl::advance_by_energy() {
     const double missed = keeps ? last.energy - kept - last.half_work : 0.0;
     if (std::abs(missed) < least_residual) {
       least_residual = std::abs(missed);
-      closest = states.other();
+      work_states.closest = states.other();
       best_trial = last;
       reaction = stepper->reaction_force();
       configuration_force = stepper->configuration_force();
@@ -377,7 +378,7 @@ StepOutcome Session::Impl::advance_by_energy() {
     if (!make_trial(span)) return give_up();
     best_trial = std::move(last);
   } else if (last_length != root.step) {
-    states.other() = closest;
+    states.other() = work_states.closest;
     stepper->reset();
     stepper->set_reactions(reaction, configuration_force);
   }

@@ -62,9 +62,12 @@ struct Session::Impl {
 
   // Of steps that are repeated or adapt (session_adaptation.cc). All of it belongs to one step.
   std::unique_ptr<Stepper> whole_stepper;  // of the steps that are compared with two halves
-  State middle;
-  State whole;
-  State closest;
+  struct WorkStates {
+    State middle;   // between two halves, or in the middle of a step
+    State whole;    // after the step that is compared with its halves
+    State closest;  // after the step that misses the discrete energy least so far
+  };
+  WorkStates work_states;
   double landing = std::numeric_limits<double>::infinity();  // see Session::land_at()
   StabilityLimit initial_limit;
   std::optional<BodyIdentity> body;  // made when the first checkpoint needs it
