@@ -146,6 +146,7 @@ Session::Session(Scene scene, TetMesh mesh, Analysis analysis, double largest_in
   }
   check_events(s.scene, *s.system);
   s.warn_of_events();
+  s.warn_of_unused_settings();
   s.warn_of_blas();
 }
 

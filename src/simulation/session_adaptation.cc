@@ -14,8 +14,9 @@ namespace {
 // If less than this share of a step is left to a landing, the step is made a little longer.
 constexpr double kMerged = 1e-6;
 // The discrete energy is kept to this share of the solver's tolerance, relative to the energy that
-// entered.
-constexpr double kEnergyShare = 0.01;
+// entered, but not to less than what the solver's round-off makes of it.
+constexpr double kEnergyShare = 0.1;
+constexpr double kLeastEnergyTolerance = 1e-10;
 // Neighbouring steps that keep the discrete energy differ by this factor at most.
 constexpr double kLargestChange = 2.0;
 
@@ -323,20 +324,20 @@ StepOutcome Session::Impl::advance_by_energy() {
   const double kept = memory.energy + memory.half_work;
   double magnitude = 0.0;
   const double at_zero = keeps ? full_energy(state(), magnitude) - kept : 0.0;
-  const double tolerance = kEnergyShare * settings.solver.tolerance / relative_energy(1.0) +
-                           16.0 * std::numeric_limits<double>::epsilon() * magnitude;
+  const double tolerance =
+      std::max(kLeastEnergyTolerance, kEnergyShare * settings.solver.tolerance) /
+          relative_energy(1.0) +
+      16.0 * std::numeric_limits<double>::epsilon() * magnitude;
 
   EnergyTrial last;
-  EnergyTrial best_trial;
-  Vector reaction;
-  Vector configuration_force;
   double last_length = 0.0;
-  double least_residual = std::numeric_limits<double>::infinity();
+  bool present_fails = false;
   const auto make_trial = [&](const Span& span) {
     if (last_length > 0.0) stepper->reset();
     last = try_energy(span);
     last_length = span.length;
     if (last.outcome.ok() && std::isfinite(last.energy)) return true;
+    present_fails = present_fails || span.length == present;
     ++control.rejected;
     ++control.failed;
     ++control.last_rejected;
@@ -344,15 +345,14 @@ StepOutcome Session::Impl::advance_by_energy() {
   };
   const auto residual = [&](double length) -> std::optional<double> {
     if (!make_trial({length, state().time + length})) return std::nullopt;
-    const double missed = keeps ? last.energy - kept - last.half_work : 0.0;
-    if (std::abs(missed) < least_residual) {
-      least_residual = std::abs(missed);
-      work_states.closest = states.other();
-      best_trial = last;
-      reaction = stepper->reaction_force();
-      configuration_force = stepper->configuration_force();
-    }
-    return missed;
+    return keeps ? last.energy - kept - last.half_work : 0.0;
+  };
+  const auto give_up = [&] {
+    stepper->reset();
+    set_time_step(last_length);
+    report_work_since(before);
+    if (last.outcome.ok()) last.outcome.status = StepStatus::kInverted;  // no discrete energy
+    return std::move(last.outcome);
   };
   const StepBounds range{std::max(bounds.least, present / kLargestChange),
                          std::min(bounds.most, present * kLargestChange)};
@@ -360,44 +360,32 @@ StepOutcome Session::Impl::advance_by_energy() {
   if (root.step == 0.0 && range.least > bounds.least) {
     root = find_step(residual, range.least, at_zero, {bounds.least, range.least}, tolerance);
   }
-  const auto give_up = [&] {
-    stepper->reset();
-    set_time_step(last_length);
-    report_work_since(before);
-    if (last.outcome.ok()) {  // the discrete energy is not defined
-      last.outcome.status = StepStatus::kInverted;
-    }
-    return std::move(last.outcome);
-  };
   if (root.step == 0.0) return give_up();
 
-  Span span = span_of(root.step, landing_time);
+  // The least residual would lead to ever smaller steps: see docs/theory.md.
+  const double chosen = root.found || present_fails ? root.step : present;
+  Span span = span_of(chosen, landing_time);
   const bool is_cut = span.end > landing_time;
   if (is_cut) span = {landing_time - state().time, landing_time};
-  if (is_cut || span.end != state().time + root.step) {
-    if (!make_trial(span)) return give_up();
-    best_trial = std::move(last);
-  } else if (last_length != root.step) {
-    states.other() = work_states.closest;
-    stepper->reset();
-    stepper->set_reactions(reaction, configuration_force);
-  }
+  // The last trial is that of a solution, unless its end is not exactly the landing.
+  const bool is_made = last_length == span.length && span.end == state().time + span.length;
+  if (!is_made && !make_trial(span)) return give_up();
   system->applied_force(state().position, state().time, span.length, progress.external_force);
-  balance->enter(states.other(), best_trial.outcome);
+  balance->enter(states.other(), last.outcome);
   states.switch_to_other();
   report_work_since(before);
   enter_length(span.length, is_cut);
   if (keeps && !root.found && !is_cut) ++control.without_solution;
   // A step that was cut has another discrete energy; it must not become the one to keep.
   if (keeps || !is_cut) {
-    memory.energy = keeps ? kept + best_trial.half_work : best_trial.energy;
-    memory.half_work = best_trial.half_work;
+    memory.energy = keeps ? kept + last.half_work : last.energy;
+    memory.half_work = last.half_work;
     memory.has_energy = true;
   }
-  control.discrete_energy = best_trial.energy;
-  control.energy_residual = memory.has_energy ? best_trial.energy - memory.energy : 0.0;
-  set_time_step(root.step);
-  return std::move(best_trial.outcome);
+  control.discrete_energy = last.energy;
+  control.energy_residual = memory.has_energy ? last.energy - memory.energy : 0.0;
+  set_time_step(chosen);
+  return std::move(last.outcome);
 }
 
 bool Session::Impl::any_time_settings(
@@ -449,8 +437,8 @@ void Session::Impl::warn_of_step_control() {
   }
   if (control.without_solution > 0) {
     progress.warnings.push_back(fmt::format(
-        "in {} of {} steps no size between the bounds keeps the discrete energy: the size that "
-        "misses it least was taken. history.csv has what is missing in the column energy_residual.",
+        "in {} of {} steps no size between the bounds keeps the discrete energy: the size of the "
+        "step before was taken. history.csv has what is missing in the column energy_residual.",
         control.without_solution, state().step));
   }
 }

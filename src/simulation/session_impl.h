@@ -63,9 +63,8 @@ struct Session::Impl {
   // Of steps that are repeated or adapt (session_adaptation.cc). All of it belongs to one step.
   std::unique_ptr<Stepper> whole_stepper;  // of the steps that are compared with two halves
   struct WorkStates {
-    State middle;   // between two halves, or in the middle of a step
-    State whole;    // after the step that is compared with its halves
-    State closest;  // after the step that misses the discrete energy least so far
+    State middle;  // between two halves, or in the middle of a step
+    State whole;   // after the step that is compared with its halves
   };
   WorkStates work_states;
   double landing = std::numeric_limits<double>::infinity();  // see Session::land_at()
@@ -198,6 +197,8 @@ struct Session::Impl {
   void report_work_since(const Work& before);
   /// Whether the present time settings, or those that an event of the scene sets, are such.
   bool any_time_settings(const std::function<bool(const TimeSettings&)>& are_such) const;
+  /// Adds a warning about settings of adaptive steps without such steps.
+  void warn_of_unused_settings();
   /// Adds warnings about steps that were repeated, or that did not meet what adapts them.
   void warn_of_step_control();
   /// Makes the events that are due, and one step with all that belongs to it. Returns false when the

@@ -43,6 +43,19 @@ std::string Session::Impl::step_warning(const StabilityLimit& limit) const {
       progress.plan.time_step, limit.critical_step, to_string(settings.time.integrator), why);
 }
 
+void Session::Impl::warn_of_unused_settings() {
+  const auto adapting = [](const TimeSettings& time) {
+    return time.adapt != StepAdaptation::kNone;
+  };
+  const TimeSettings& time = settings.time;
+  const bool is_set = time.min_step || time.max_step || time.tolerance != TimeSettings{}.tolerance;
+  if (!is_set || any_time_settings(adapting)) return;
+  progress.warnings.emplace_back(
+      "time.tolerance, time.min_step and time.max_step have no effect without time.adapt: all "
+      "steps "
+      "have the size time.step.");
+}
+
 void Session::Impl::warn_of_blas() {
   bool implicit = is_implicit(settings.time.integrator);
   for (const EventSettings& event : scene.event) {
@@ -162,6 +175,12 @@ std::string Session::Impl::limit_advice() const {
   double limit = initial_limit.critical_step;
   if (system->elastic().admissible(state().position).ok()) {
     limit = std::min(limit, limit_at(state().position).critical_step);
+  }
+  if (settings.time.adapt == StepAdaptation::kEnergy) {
+    return fmt::format(
+        "The step is {:.4g} s, as time.adapt = \"energy\" chose it. Take a smaller time.step or "
+        "time.max_step, or time.adapt = \"error\", and check the loads.",
+        step);
   }
   if (adapts()) {
     return fmt::format(

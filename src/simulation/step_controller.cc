@@ -9,13 +9,15 @@ namespace {
 constexpr double kSafety = 0.9;
 constexpr double kLeastFactor = 0.2;
 constexpr double kMostFactor = 5.0;
-// A step that would grow by less than this factor stays as it is.
+// A step whose error would allow it to grow by less than this factor stays as it is.
 constexpr double kHardlyLarger = 1.2;
 // Shares of the integral and the proportional part (Gustafsson 1991).
 constexpr double kIntegral = 0.7;
 constexpr double kProportional = 0.4;
 // Errors below this one make no difference to the next step but one.
 constexpr double kLeastError = 1e-4;
+// find_step() tries nothing above this share of a step that cannot be made.
+constexpr double kBelowFailure = 0.9;
 // Evaluations of find_step().
 constexpr int kMostTrials = 16;
 
@@ -95,14 +97,15 @@ double StepController::after_rejection(double error) const {
 
 double StepController::after_success(double error, bool was_rejected) {
   const double present = std::max(error, std::numeric_limits<double>::min());
-  double factor = kSafety * std::pow(present, -exponent_);
+  const double elementary = kSafety * std::pow(present, -exponent_);
+  double factor = elementary;
   if (memory_.last_error > 0.0) {
     factor = kSafety * std::pow(present, -kIntegral * exponent_) *
              std::pow(memory_.last_error, kProportional * exponent_);
   }
   memory_.last_error = std::max(error, kLeastError);
-  factor = std::clamp(factor, kLeastFactor, was_rejected ? 1.0 : kMostFactor);
-  return factor > 1.0 && factor < kHardlyLarger ? 1.0 : factor;
+  if (elementary > 1.0 && elementary < kHardlyLarger) return 1.0;
+  return std::clamp(factor, kLeastFactor, was_rejected ? 1.0 : kMostFactor);
 }
 
 StepRoot find_step(const std::function<std::optional<double>(double)>& residual, double first,
@@ -112,8 +115,8 @@ StepRoot find_step(const std::function<std::optional<double>(double)>& residual,
   double step = std::clamp(first, range.least, range.most);
   std::optional<Trial> start = search.at(step);
   while (!start && step > range.least && !search.is_over()) {
+    range.most = std::max(range.least, kBelowFailure * step);
     step = std::max(range.least, 0.5 * step);
-    range.most = step;
     start = search.at(step);
   }
   if (!start || search.is_over()) return search.best();

@@ -137,9 +137,9 @@ TEST_P(AdaptiveCheckpoints, ContinuedAndRestoredRunsHaveTheSameBits) {
   scene.time = GetParam();
   scene.event[0].at = 0.7 * scene.time.end;
   if (scene.time.retry > 0) {
-    scene.solver.max_iterations = 4;
+    scene.solver.max_iterations = 2;
     ForceSettings blow = pull();
-    blow.vector *= 400.0;
+    blow.vector *= 3000.0;
     blow.from = 0.3 * scene.time.end;
     scene.force.push_back(blow);
   }

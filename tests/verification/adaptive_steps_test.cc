@@ -42,7 +42,7 @@ TEST(AdaptiveSteps, TheErrorFollowsTheToleranceAsTheOrderOfTheRuleSays) {
   ASSERT_EQ(reference.run(), RunStatus::kFinished);
   for (const Integrator rule : all_integrators()) {
     const int p = order(rule);
-    const double first = p == 2 ? 2e-5 : 2e-5;
+    const double first = p == 2 ? 2e-6 : 2e-5;
     std::vector<double> errors;
     std::vector<double> steps;
     for (const double tolerance : {first, first / 8, first / 64}) {
@@ -51,7 +51,9 @@ TEST(AdaptiveSteps, TheErrorFollowsTheToleranceAsTheOrderOfTheRuleSays) {
       ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
       EXPECT_EQ(session.time(), kEnd);
       EXPECT_EQ(session.step_control().above_tolerance, 0);
-      EXPECT_LT(session.balance().linear_momentum_drift(), 1e-11) << to_string(rule);
+      if (is_variational(rule)) {
+        EXPECT_LT(session.balance().linear_momentum_drift(), 1e-11) << to_string(rule);
+      }
       errors.push_back((session.state().position - reference.state().position).norm());
       steps.push_back(static_cast<double>(session.step_number()));
     }
@@ -73,13 +75,13 @@ struct Orbit {
   double period = 0.0;
   Vector3 start = Vector3::Zero();
 };
-Orbit orbit(double eccentricity, double step) {
+Orbit orbit(double eccentricity, double step, double young = 1e4) {
   Orbit orbit;
   Scene& scene = orbit.scene;
   constexpr double kEdge = 1e-3;
   scene.mesh.generate =
       GeneratorSettings{GeneratorKind::kTetrahedron, {kEdge, kEdge, kEdge}, {1, 1, 1}};
-  scene.material.youngs_modulus = 1e4;
+  scene.material.youngs_modulus = young;
   scene.material.poissons_ratio = 0.3;
   scene.material.density = 1000.0;
   scene.environment.kind = EnvironmentKind::kAttraction;
@@ -100,8 +102,12 @@ double distance_from_start(const Session& session, const Orbit& orbit) {
   return (session.system().center_of_mass(session.state().position) - orbit.start).norm();
 }
 
+// Its vibrations have periods of about a quarter of a second, which the steps resolve: the change of
+// the step would excite faster ones, and then the steps would have to resolve those.
+constexpr double kSoft = 0.5;  // Pa
+
 TEST(AdaptiveSteps, AnEccentricOrbitTakesFewerStepsThanWithASteadyOne) {
-  Orbit planet = orbit(0.7, 1e-3);
+  Orbit planet = orbit(0.7, 1e-3, kSoft);
   planet.scene.time.adapt = StepAdaptation::kError;
   planet.scene.time.tolerance = 1e-3;  // of 1.4 mm
   Session session(planet.scene, mesh_of(planet.scene));
@@ -111,11 +117,12 @@ TEST(AdaptiveSteps, AnEccentricOrbitTakesFewerStepsThanWithASteadyOne) {
   const double error = distance_from_start(session, planet);
   const auto steps = static_cast<double>(2 * session.step_number());
 
-  Orbit steady = orbit(0.7, planet.period / steps);
+  Orbit steady = orbit(0.7, planet.period / steps, kSoft);
   Session fixed(steady.scene, mesh_of(steady.scene));
   ASSERT_EQ(fixed.run(), RunStatus::kFinished) << fixed.message();
-  EXPECT_LT(error, 0.1 * distance_from_start(fixed, steady));
-  EXPECT_LT(error, 5e-3) << steps;
+  EXPECT_LT(error, 0.2 * distance_from_start(fixed, steady));
+  EXPECT_LT(error, 0.03) << steps;
+  EXPECT_LT(steps, 1000.0);
   EXPECT_LT(session.balance().angular_momentum_drift(), 1e-8);
 }
 
@@ -127,17 +134,19 @@ TEST(AdaptiveSteps, LandOnEventsAndBecomeSmallerWhereTheBodyStiffens) {
     scene.event.push_back({0.1234, {SetMaterial{0, stiff}}, "{}", "event.0"});
     Session session(scene, mesh_of(scene));
     double before = 0.0;
-    double after = 0.0;
+    double after = 1.0;
     while (session.step()) {
-      (session.time() <= 0.1234 ? before : after) =
-          std::max(session.time() <= 0.1234 ? before : after, session.steps().last);
+      if (session.time() < 0.1234) before = session.steps().last;
+      if (session.time() > 0.1234) after = std::min(after, session.steps().last);
     }
     ASSERT_EQ(session.status(), RunStatus::kFinished) << session.message();
     ASSERT_EQ(session.edits().size(), 1U);
     EXPECT_EQ(session.edits()[0].time, 0.1234) << to_string(rule);
     EXPECT_EQ(session.time(), 0.4);
     EXPECT_LT(after, 0.7 * before) << to_string(rule);
-    EXPECT_LT(session.balance().angular_momentum_drift(), 1e-7) << to_string(rule);
+    if (is_variational(rule)) {
+      EXPECT_LT(session.balance().angular_momentum_drift(), 1e-8) << to_string(rule);
+    }
   }
 }
 
@@ -225,7 +234,7 @@ TEST(EnergyAdaptation, KeepsTheDiscreteEnergyOfALargeVibration) {
   ASSERT_EQ(session.status(), RunStatus::kFinished) << session.message();
   EXPECT_EQ(session.time(), 2.0);
   EXPECT_EQ(session.step_control().without_solution, 0);
-  EXPECT_LT(most - least, 1e-10 * session.balance().energy_scale());
+  EXPECT_LT(most - least, 3e-10 * session.balance().energy_scale());
   EXPECT_GT(session.steps().largest, 1.05 * session.steps().smallest);
   EXPECT_LT(session.balance().angular_momentum_drift(), 1e-7);
 }
@@ -256,7 +265,7 @@ TEST(EnergyAdaptation, TheStepFollowsFromTheCurvatureOfAnOrbit) {
 
 // c is negative on a part of an orbit with e > 0.79, and no step keeps the discrete energy there.
 TEST(EnergyAdaptation, CountsStepsWithoutASolution) {
-  Orbit planet = orbit(0.9, 1e-3);
+  Orbit planet = orbit(0.9, 5e-3, kSoft);
   planet.scene.time.adapt = StepAdaptation::kEnergy;
   Session session(planet.scene, mesh_of(planet.scene));
   ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
@@ -265,8 +274,8 @@ TEST(EnergyAdaptation, CountsStepsWithoutASolution) {
   EXPECT_GT(control.without_solution, 0);
   EXPECT_LT(control.without_solution, session.step_number());
   EXPECT_TRUE(any_warning(session, "no size between the bounds keeps the discrete energy"));
-  EXPECT_GE(session.steps().smallest, 1e-4 * (1.0 - 1e-12));
-  EXPECT_LE(session.steps().largest, 1e-2 * (1.0 + 1e-12));
+  EXPECT_GE(session.steps().smallest, 5e-4 * (1.0 - 1e-12));
+  EXPECT_LE(session.steps().largest, 5e-2 * (1.0 + 1e-12));
 }
 
 // Work and dissipation change the energy to keep, in halves at both ends of a step.
@@ -301,7 +310,7 @@ Scene hard_pull(double end) {
   scene.material.youngs_modulus = 1e5;
   scene.material.poissons_ratio = 0.4;
   scene.time = {Integrator::kMidpoint, 0.05, false, end};
-  scene.solver.max_iterations = 6;
+  scene.solver.max_iterations = 4;
   scene.fix.resize(1);
   scene.fix[0].select = SelectPlane{0, 0.0, {}};
   ForceSettings force;

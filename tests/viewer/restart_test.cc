@@ -199,7 +199,8 @@ TEST(Restart, TheRecordedSceneReplaysBitwise) {
 TEST(Restart, TheRecordedSceneOfAdaptiveStepsReplaysBitwise) {
   for (const Integrator rule : all_integrators()) {
     for (const StepAdaptation adapt : {StepAdaptation::kError, StepAdaptation::kEnergy}) {
-      if (adapt == StepAdaptation::kEnergy && !(is_implicit(rule) && is_variational(rule))) continue;
+      if (adapt == StepAdaptation::kEnergy && !(is_implicit(rule) && is_variational(rule)))
+        continue;
       SCOPED_TRACE(to_string(rule) + " by " + to_string(adapt));
       Scene scene = beam_scene();
       scene.time.integrator = rule;

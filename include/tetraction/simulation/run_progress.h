@@ -93,7 +93,7 @@ struct StepControl {
   Index without_solution = 0;  ///< steps of which no size keeps the discrete energy
   // Of the last step.
   Index last_rejected = 0;
-  Index last_substeps = 1;       ///< steps of the rule that it consists of
+  Index last_substeps = 0;       ///< steps of the rule that it consists of
   double last_error = 0.0;       ///< its estimated error over the body's diagonal
   double discrete_energy = 0.0;  ///< of kEnergy, J
   double energy_residual = 0.0;  ///< of kEnergy: by how much it missed the energy to keep, J
