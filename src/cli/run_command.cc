@@ -21,9 +21,11 @@ std::string step_control_text(const Session& session) {
     case StepAdaptation::kError:
       return fmt::format(
           "step control: errors of at most {:.3g} of the body's diagonal in a step; {} attempts "
-          "rejected, {} of which failed. Momenta are conserved as with equal steps; the energy may "
-          "drift, because the size of the steps changes\n",
-          time.tolerance, control.rejected, control.failed);
+          "rejected, {} of which failed. Momenta are conserved as with equal steps; the energy "
+          "{}\n",
+          time.tolerance, control.rejected, control.failed,
+          is_variational(time.integrator) ? "may drift, because the size of the steps changes"
+                                          : "is treated as in equal steps");
     case StepAdaptation::kEnergy:
       return fmt::format(
           "step control: the discrete energy is kept, but for {} steps without a solution; {} "

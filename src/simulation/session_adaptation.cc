@@ -45,7 +45,7 @@ void add_share(Vector& mean, double share, const Vector& value) {
 }
 
 // The diagonal of the box around the body at rest, m.
-double rest_diagonal(const TetMesh& mesh) {
+double diagonal_of(const TetMesh& mesh) {
   const Vector rest = mesh.rest_positions();
   const auto points = rest.reshaped(3, mesh.vertex_count());
   return (points.rowwise().maxCoeff() - points.rowwise().minCoeff()).norm();
@@ -200,9 +200,10 @@ Session::Impl::Halves Session::Impl::try_halves(const Span& span) {
   if (!halves.second.ok()) return halves;
   add_share(halves.reaction, 0.5, stepper->reaction_force());
   add_share(halves.configuration_force, 0.5, stepper->configuration_force());
+  if (rest_diagonal == 0.0) rest_diagonal = diagonal_of(system->mesh());
   const int order_of_rule = order(settings.time.integrator);
   halves.error = largest_distance(states.other().position, work_states.whole.position) /
-                 ((std::ldexp(1.0, order_of_rule) - 1.0) * rest_diagonal(system->mesh()));
+                 ((std::ldexp(1.0, order_of_rule) - 1.0) * rest_diagonal);
   return halves;
 }
 
@@ -390,6 +391,7 @@ StepOutcome Session::Impl::advance_by_energy() {
 
 bool Session::Impl::any_time_settings(
     const std::function<bool(const TimeSettings&)>& are_such) const {
+  if (loading) return false;
   if (are_such(settings.time)) return true;
   for (const EventSettings& event : scene.event) {
     for (const Edit& edit : event.edits) {

@@ -67,6 +67,8 @@ struct Session::Impl {
     State whole;   // after the step that is compared with its halves
   };
   WorkStates work_states;
+  double rest_diagonal =
+      0.0;  // of the box around the body at rest, m; made when it is first needed
   double landing = std::numeric_limits<double>::infinity();  // see Session::land_at()
   StabilityLimit initial_limit;
   std::optional<BodyIdentity> body;  // made when the first checkpoint needs it
