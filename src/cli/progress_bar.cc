@@ -43,8 +43,12 @@ bool ProgressBar::on_step(const Session& session) {
   const auto now = Clock::now();
   if (now - drawn_ < kRedraw) return true;
   drawn_ = now;
-  const double done =
-      static_cast<double>(session.step_number()) / static_cast<double>(session.step_count());
+  // The number of adaptive steps is not known before.
+  const TimeSettings& time = session.time_settings();
+  const bool adapts = time.adapt != StepAdaptation::kNone && std::isfinite(time.end);
+  const double done = adapts ? session.time() / time.end
+                             : static_cast<double>(session.step_number()) /
+                                   static_cast<double>(session.step_count());
   const double elapsed = std::chrono::duration<double>(now - start_).count();
   const auto filled = static_cast<std::size_t>(done * kWidth);
   print_progress(fmt::format("\r\033[K{} [{}{}] {:3.0f} %  step {}/{}  {} left", label_,

@@ -13,6 +13,33 @@
 namespace tetraction {
 namespace {
 
+// What time.retry and time.adapt did, or an empty text.
+std::string step_control_text(const Session& session) {
+  const StepControl& control = session.step_control();
+  const TimeSettings& time = session.time_settings();
+  switch (time.adapt) {
+    case StepAdaptation::kError:
+      return fmt::format(
+          "step control: errors of at most {:.3g} of the body's diagonal in a step; {} attempts "
+          "rejected, {} of which failed. Momenta are conserved as with equal steps; the energy "
+          "{}\n",
+          time.tolerance, control.rejected, control.failed,
+          is_variational(time.integrator) ? "may drift, because the size of the steps changes"
+                                          : "is treated as in equal steps");
+    case StepAdaptation::kEnergy:
+      return fmt::format(
+          "step control: the discrete energy is kept, but for {} steps without a solution; {} "
+          "attempts failed. energy_error is the one between the ends of steps, which stays bounded "
+          "but is not zero\n",
+          control.without_solution, control.failed);
+    case StepAdaptation::kNone:
+      break;
+  }
+  if (time.retry == 0) return {};
+  return fmt::format("step control: {} steps were made in smaller ones; {} attempts failed\n",
+                     control.retried, control.failed);
+}
+
 void print_outcome(const Session& session, const std::string& directory) {
   const Balance& balance = session.balance();
   const Energies& e = balance.energies();
@@ -27,6 +54,7 @@ void print_outcome(const Session& session, const std::string& directory) {
   print_result("{}: {} steps of {} to t = {:.6g} s in {:.3g} s\n",
                to_string(session.time_settings().integrator), session.step_number(), lengths,
                session.time(), session.times().stepping);
+  write_result(step_control_text(session));
   print_result(
       "mesh: {} vertices, {} tetrahedra; mass {:.6g} kg; {} of {} degrees of freedom free\n",
       session.system().vertex_count(), session.system().mesh().tetrahedron_count(),

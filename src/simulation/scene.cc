@@ -19,11 +19,35 @@ constexpr std::array<std::pair<LinearSolver, const char*>, 4> kLinearSolvers{
      {LinearSolver::kCg, "cg"},
      {LinearSolver::kFactor, "factor"}}};
 
+constexpr std::array<std::pair<StepAdaptation, const char*>, 3> kStepAdaptations{
+    {{StepAdaptation::kNone, "none"},
+     {StepAdaptation::kError, "error"},
+     {StepAdaptation::kEnergy, "energy"}}};
+
 template <class Table>
 std::vector<const char*> names_of(const Table& table) {
   std::vector<const char*> names;
   for (const auto& [value, name] : table) names.push_back(name);
   return names;
+}
+
+template <class Table, class Value>
+std::string name_in(const Table& table, Value value) {
+  for (const auto& [entry, name] : table) {
+    if (entry == value) return name;
+  }
+  return "unknown";
+}
+
+// `what` completes "is not" in the message.
+template <class Table>
+auto value_in(const Table& table, const std::string& name, const char* what) {
+  std::string known;
+  for (const auto& [value, text] : table) {
+    if (name == text) return value;
+    known += fmt::format("{}{}", known.empty() ? "" : ", ", text);
+  }
+  throw InputError(fmt::format("\"{}\" is not {}; there are {}.", name, what, known));
 }
 
 }  // namespace
@@ -43,19 +67,23 @@ std::string to_string(GeneratorKind kind) {
 }
 
 std::string to_string(LinearSolver linear) {
-  for (const auto& [value, name] : kLinearSolvers) {
-    if (value == linear) return name;
-  }
-  return "unknown";
+  return name_in(kLinearSolvers, linear);
 }
 
 LinearSolver linear_solver_from_string(const std::string& name) {
-  std::string known;
-  for (const auto& [value, text] : kLinearSolvers) {
-    if (name == text) return value;
-    known += fmt::format("{}{}", known.empty() ? "" : ", ", text);
-  }
-  throw InputError(fmt::format("\"{}\" is not a linear solver; there are {}.", name, known));
+  return value_in(kLinearSolvers, name, "a linear solver");
+}
+
+std::string to_string(StepAdaptation adaptation) {
+  return name_in(kStepAdaptations, adaptation);
+}
+
+StepAdaptation step_adaptation_from_string(const std::string& name) {
+  return value_in(kStepAdaptations, name, "a way of adapting steps");
+}
+
+std::vector<const char*> step_adaptation_names() {
+  return names_of(kStepAdaptations);
 }
 
 std::vector<const char*> linear_solver_names() {

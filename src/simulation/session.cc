@@ -146,6 +146,7 @@ Session::Session(Scene scene, TetMesh mesh, Analysis analysis, double largest_in
   check_events(s.scene, *s.system);
   s.warn_of_events();
   s.warn_of_loads();
+  s.warn_of_unused_settings();
   s.warn_of_blas();
 }
 
@@ -244,6 +245,7 @@ void Session::Impl::renew_stepper() {
   auto fresh = make_stepper(settings.time.integrator, settings.solver, *system);
   fresh->set_reactions(stepper->reaction_force(), stepper->configuration_force());
   stepper = std::move(fresh);
+  whole_stepper.reset();
   tracker.reset();
 }
 

@@ -165,6 +165,7 @@ void Session::restore(const Checkpoint& checkpoint) {
   s.balance->restore(std::move(own.balance));
   s.states.set(own.state);
   s.stepper = std::move(stepper);
+  s.whole_stepper.reset();
   s.tracker.reset();
   if (s.keeps_good_states) s.keep_state();
 }

@@ -283,9 +283,11 @@ void Session::Impl::apply(const Edit& edit, double at, const std::string& what) 
   }
   if (new_stepper) {
     stepper = std::move(new_stepper);
+    whole_stepper.reset();
   } else {
     stepper->reset();
   }
+  progress.plan.adaptive = {};
   states.switch_to_other();
   progress.edits.push_back(std::move(done));
   count_inverted(nullptr);

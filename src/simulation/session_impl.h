@@ -3,6 +3,8 @@
 
 #include <chrono>
 #include <cstdint>
+#include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -15,6 +17,7 @@
 #include "initial_state.h"
 #include "load_stepping.h"
 #include "state_buffers.h"
+#include "step_controller.h"
 #include "tetraction/simulation/probe.h"
 #include "tetraction/simulation/session.h"
 
@@ -56,6 +59,17 @@ struct Session::Impl {
   std::unique_ptr<Stepper> stepper;
   std::unique_ptr<Balance> balance;
   BalanceSums balance_before;  // the last step; a member in order to avoid allocations
+
+  // Of steps that are repeated or adapt (session_adaptation.cc). All of it belongs to one step.
+  std::unique_ptr<Stepper> whole_stepper;  // of the steps that are compared with two halves
+  struct WorkStates {
+    State middle;  // between two halves, or in the middle of a step
+    State whole;   // after the step that is compared with its halves
+  };
+  WorkStates work_states;
+  double rest_diagonal =
+      0.0;  // of the box around the body at rest, m; made when it is first needed
+  double landing = std::numeric_limits<double>::infinity();  // see Session::land_at()
   StabilityLimit initial_limit;
   std::optional<BodyIdentity> body;  // made when the first checkpoint needs it
 
@@ -119,9 +133,76 @@ struct Session::Impl {
     double energy_share = 0.0;
   };
   Attempt attempt(double most_energy_share);
-  /// Makes one step. If "auto" finds that it was too large, it is repeated with smaller sizes.
+  /// Makes one step as the settings say. If "auto" finds that it was too large, it is repeated with
+  /// smaller sizes.
   StepOutcome advance();
   StepOutcome advance_in_smaller_steps(const Attempt& first);
+  /// The length and the end of the next step of the plan, s.
+  struct Span {
+    double length = 0.0;
+    double end = 0.0;
+  };
+  Span planned_span() const;
+  /// Enters the length of a step that was accepted, s.
+  void enter_length(double length, bool is_cut_short);
+
+  // Steps that are repeated or adapt.
+  bool adapts() const { return settings.time.adapt != StepAdaptation::kNone; }
+  /// Whether the steps are bounded by the stability limit, which is followed.
+  bool follows_limit() const;
+  /// The largest share of the stability limit that an adaptive step may have. Its halves are then as
+  /// long as the steps of "auto".
+  static constexpr double kStableShare = 0.9;
+  /// The bounds of adaptive steps at the present state, s.
+  StepBounds bounds_of_steps() const;
+  /// The next time at which an adaptive step must end, s.
+  double next_landing() const;
+  /// The step of this length, or the one that ends exactly at the landing if the difference is
+  /// negligible.
+  Span span_of(double length, double landing_time) const;
+  /// time.retry: makes the step of the plan in smaller ones after it failed.
+  StepOutcome advance_in_halves(StepOutcome failure);
+  /// Whether the energy blew up in the step that was entered last. Says so in the outcome.
+  bool refuse_energy(StepOutcome& outcome) const;
+  /// time.adapt = "error"
+  StepOutcome advance_by_error();
+  /// Two halves of a step, and the error of their result relative to the body's diagonal.
+  struct Halves {
+    StepOutcome first;
+    StepOutcome second;  // of the whole step if that one failed
+    double error = 0.0;
+    Vector reaction;
+    Vector configuration_force;
+  };
+  Halves try_halves(const Span& span);
+  void accept_halves(const Halves& halves, const Span& span);
+  /// time.adapt = "energy"
+  StepOutcome advance_by_energy();
+  /// A step of the rule with its discrete energy, J, and half of the work that is no potential's, J.
+  struct EnergyTrial {
+    StepOutcome outcome;
+    double energy = 0.0;
+    double half_work = 0.0;
+    double magnitude = 0.0;  // sum of the magnitudes of all energies
+  };
+  EnergyTrial try_energy(const Span& span);
+  /// The energy of a state with all potentials, J. `magnitude`: the sum of their magnitudes. NaN
+  /// where it is not defined.
+  double full_energy(const State& at, double& magnitude) const;
+  /// The solver's iterations so far, of which those of all attempts count for a step.
+  struct Work {
+    Index iterations = 0;
+    Index factorizations = 0;
+    Index cg_iterations = 0;
+  };
+  Work work_so_far() const;
+  void report_work_since(const Work& before);
+  /// Whether the present time settings, or those that an event of the scene sets, are such.
+  bool any_time_settings(const std::function<bool(const TimeSettings&)>& are_such) const;
+  /// Adds a warning about settings of adaptive steps without such steps.
+  void warn_of_unused_settings();
+  /// Adds warnings about steps that were repeated, or that did not meet what adapts them.
+  void warn_of_step_control();
   /// Makes the events that are due, and one step with all that belongs to it. Returns false when the
   /// run is over.
   bool step();

@@ -69,12 +69,14 @@ void Session::Impl::set_time_step(double step) {
 }
 
 bool Session::Impl::is_automatic() const {
-  return settings.time.automatic && !is_implicit(settings.time.integrator);
+  return settings.time.automatic && !adapts() && !is_implicit(settings.time.integrator);
 }
 
 void Session::Impl::choose_step(const StabilityLimit& limit, CriticalModes modes) {
-  const double step =
+  double step =
       settings.time.automatic ? AutomaticStep::kShare * automatic_limit(limit) : settings.time.step;
+  const double first = step;
+  if (follows_limit() && adapts()) step = std::min(step, kStableShare * automatic_limit(limit));
   if (!(step > 0.0) || !std::isfinite(step)) {
     throw InputError(
         "time.step = \"auto\" finds no stability limit for this body: give the step in seconds.");
@@ -87,9 +89,9 @@ void Session::Impl::choose_step(const StabilityLimit& limit, CriticalModes modes
                     left / step, step, settings.time.end));
   }
   set_time_step(step);
-  if (!settings.time.automatic) return;
+  progress.first_time_step = first;
+  if (!follows_limit()) return;
   automatic().start(automatic_limit(limit), std::move(modes), state().step);
-  progress.first_time_step = step;
   tracker.reset();
 }
 
@@ -132,9 +134,14 @@ double Session::Impl::automatic_limit(const StabilityLimit& limit) const {
 }
 
 void Session::Impl::renew_automatic_step(const StabilityLimit& limit, CriticalModes modes) {
-  if (!is_automatic()) return;
+  if (!follows_limit()) return;
   const double critical = automatic_limit(limit);
   if (!std::isfinite(critical)) return;
+  if (adapts()) {
+    automatic().start(critical, std::move(modes), state().step);
+    tracker.reset();
+    return;
+  }
   // The step stays as it is if it is hardly too large and not much too small.
   const double wanted = AutomaticStep::kShare * critical;
   if (progress.plan.time_step > 1.001 * wanted || progress.plan.time_step < 0.8 * wanted) {
@@ -146,10 +153,11 @@ void Session::Impl::renew_automatic_step(const StabilityLimit& limit, CriticalMo
 }
 
 bool Session::Impl::follow_limit() {
-  if (!is_automatic() || !automatic().is_due(state().step)) return true;
+  if (!follows_limit() || !automatic().is_due(state().step)) return true;
   double cost = 0.0;
   const double critical = tracked_limit(cost);
   const double step = automatic().enter(critical, cost, state().step, progress.plan.time_step);
+  if (adapts()) return true;  // bounds_of_steps() uses the limit
   if (!(step > kShortest * progress.first_time_step)) {
     const Index element = critical_element(*system, automatic().modes());
     stop(RunStatus::kUnstable,
@@ -171,17 +179,30 @@ void Session::Impl::count(const MinimizerReport& report) {
   if (!report.linear.empty()) progress.linear_solver = report.linear;
 }
 
-Session::Impl::Attempt Session::Impl::attempt(double most_energy_share) {
+Session::Impl::Span Session::Impl::planned_span() const {
   const double h = progress.plan.time_step;
   const Index number = state().step - progress.plan.segment_step + 1;
-  double length = h;
   // The time is a multiple of h, not a running sum, so that it has no accumulated round-off.
-  double end_time = progress.plan.segment_time + static_cast<double>(number) * h;
+  Span span{h, progress.plan.segment_time + static_cast<double>(number) * h};
   if (number == progress.plan.segment_count && std::isfinite(settings.time.end)) {
-    end_time = settings.time.end;
-    const double left = end_time - state().time;
-    if (std::abs(left - h) > round_off(end_time)) length = left;
+    span.end = settings.time.end;
+    const double left = span.end - state().time;
+    if (std::abs(left - h) > round_off(span.end)) span.length = left;
   }
+  return span;
+}
+
+void Session::Impl::enter_length(double length, bool is_cut_short) {
+  StepRange& steps = progress.steps;
+  steps.last = length;
+  steps.largest = std::max(steps.largest, length);
+  if (!is_cut_short || steps.smallest == 0.0) {
+    steps.smallest = steps.smallest == 0.0 ? length : std::min(steps.smallest, length);
+  }
+}
+
+Session::Impl::Attempt Session::Impl::attempt(double most_energy_share) {
+  const auto [length, end_time] = planned_span();
   system->applied_force(state().position, state().time, length, progress.external_force);
   StepOutcome outcome = stepper->advance(state(), states.other(), length, end_time);
   count(outcome.minimizer);
@@ -205,22 +226,30 @@ Session::Impl::Attempt Session::Impl::attempt(double most_energy_share) {
     }
     automatic().watch(change, balance->energy_scale(), states.other().step);
     automatic().watch_elastic(outcome.elastic_energy, states.other().step);
+  } else if (settings.time.retry > 0) {
+    balance_before = balance->sums();
+    balance->enter(states.other(), outcome);
+    if (refuse_energy(outcome)) {
+      balance->restore(balance_before);
+      return {std::move(outcome)};
+    }
   } else {
     balance->enter(states.other(), outcome);
   }
   states.switch_to_other();
-  StepRange& steps = progress.steps;
-  steps.last = length;
-  steps.largest = std::max(steps.largest, length);
-  const bool cut_short = length < h;
-  if (!cut_short || steps.smallest == 0.0) {
-    steps.smallest = steps.smallest == 0.0 ? length : std::min(steps.smallest, length);
-  }
+  enter_length(length, length < progress.plan.time_step);
   return {std::move(outcome), energy_share};
 }
 
 StepOutcome Session::Impl::advance() {
+  progress.control.last_rejected = 0;
+  progress.control.last_substeps = 1;
+  if (settings.time.adapt == StepAdaptation::kError) return advance_by_error();
+  if (settings.time.adapt == StepAdaptation::kEnergy) return advance_by_energy();
   Attempt first = attempt(largest_energy_share(settings.time.integrator));
+  if (settings.time.retry > 0 && !first.outcome.ok()) {
+    return advance_in_halves(std::move(first.outcome));
+  }
   if (!is_automatic() || !was_too_large(first.outcome.status)) return std::move(first.outcome);
   const StepPlan before = progress.plan;
   const Index changes = progress.steps.changes;

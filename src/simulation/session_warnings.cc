@@ -43,6 +43,19 @@ std::string Session::Impl::step_warning(const StabilityLimit& limit) const {
       progress.plan.time_step, limit.critical_step, to_string(settings.time.integrator), why);
 }
 
+void Session::Impl::warn_of_unused_settings() {
+  const auto adapting = [](const TimeSettings& time) {
+    return time.adapt != StepAdaptation::kNone;
+  };
+  const TimeSettings& time = settings.time;
+  const bool is_set = time.min_step || time.max_step || time.tolerance != TimeSettings{}.tolerance;
+  if (!is_set || any_time_settings(adapting)) return;
+  progress.warnings.emplace_back(
+      "time.tolerance, time.min_step and time.max_step have no effect without time.adapt: all "
+      "steps "
+      "have the size time.step.");
+}
+
 void Session::Impl::warn_of_blas() {
   bool implicit = is_implicit(settings.time.integrator);
   for (const EventSettings& event : scene.event) {
@@ -62,14 +75,14 @@ void Session::Impl::warn_of_events() {
   double start = state().time;
   double end = settings.time.end;
   double step = progress.plan.time_step;
-  bool automatic = settings.time.automatic;
+  bool varies = settings.time.automatic || adapts();
   const auto steps_until = [&](double when) {
     return std::max(0.0, std::ceil((when - start) / step - kSameTime));
   };
   for (const EventSettings& event : scene.event) {
-    // With "auto" the last step may begin at any time before the end.
+    // If steps change their size, the last one may begin at any time before the end.
     const double last_start =
-        automatic ? end - 2.0 * kSameTime * step : start + (steps_until(end) - 1.0) * step;
+        varies ? end - 2.0 * kSameTime * step : start + (steps_until(end) - 1.0) * step;
     if (event.at > last_start + kSameTime * step) {
       progress.warnings.push_back(no_such_event(event, end));
       continue;
@@ -84,8 +97,8 @@ void Session::Impl::warn_of_events() {
       if (change == nullptr) continue;
       start += steps_until(event.at) * step;
       end = change->time.end;
-      automatic = change->time.automatic;
-      if (!automatic) step = change->time.step;
+      varies = change->time.automatic || change->time.adapt != StepAdaptation::kNone;
+      if (!change->time.automatic) step = change->time.step;
     }
   }
 }
@@ -109,7 +122,8 @@ void Session::Impl::warn_of_loads() {
 }
 
 void Session::Impl::warn_at_the_end() {
-  if (is_automatic()) {
+  warn_of_step_control();
+  if (is_automatic() || adapts()) {
     for (std::size_t i = progress.next_event; i < scene.event.size(); ++i) {
       std::string warning = no_such_event(scene.event[i], settings.time.end);
       if (std::find(progress.warnings.begin(), progress.warnings.end(), warning) ==
@@ -130,6 +144,16 @@ void Session::Impl::warn_at_the_end() {
   const double drift = balance->max_relative_energy_drift();
   if (!(drift > kLargeEnergyError)) return;
   const double frequency = resolved_frequency(settings.time.integrator, progress.plan.time_step);
+  if (adapts()) {
+    progress.warnings.push_back(fmt::format(
+        "the energy error reached {:.3g} % of the energy that entered: the steps, down to {:.4g} "
+        "s, "
+        "do not resolve the motion. Take a smaller {}.",
+        100.0 * drift, progress.steps.smallest,
+        settings.time.adapt == StepAdaptation::kError ? "time.tolerance"
+                                                      : "time.step, which is the first one"));
+    return;
+  }
   if (is_automatic()) {
     progress.warnings.push_back(fmt::format(
         "the energy error reached {:.3g} % of the energy that entered: time.step = \"auto\" keeps "
@@ -169,6 +193,24 @@ std::string Session::Impl::limit_advice() const {
   double limit = initial_limit.critical_step;
   if (system->elastic().admissible(state().position).ok()) {
     limit = std::min(limit, limit_at(state().position).critical_step);
+  }
+  if (settings.time.adapt == StepAdaptation::kEnergy) {
+    return fmt::format(
+        "The step is {:.4g} s, as time.adapt = \"energy\" chose it. Take a smaller time.step or "
+        "time.max_step, or time.adapt = \"error\", and check the loads.",
+        step);
+  }
+  if (adapts()) {
+    return fmt::format(
+        "time.adapt made the steps smaller, down to {:.4g} s, which did not help. Check loads, "
+        "materials and prescribed motion, or make time.min_step smaller.",
+        step);
+  }
+  if (settings.time.retry > 0) {
+    return fmt::format(
+        "The step of {:.4g} s was halved {} times (time.retry), which did not help. Take a smaller "
+        "time.step or a larger time.retry, and check the loads.",
+        step, settings.time.retry);
   }
   if (is_automatic()) {
     return fmt::format(

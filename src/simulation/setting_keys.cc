@@ -15,6 +15,12 @@ constexpr NumberRange kTolerance{.least = 0.0,
 constexpr NumberRange kStrength{
     .least = 0.0, .is_moderate = true, .advice = "; turn it with environment.direction"};
 constexpr NumberRange kCount{.least = 1.0};
+constexpr NumberRange kHalvings{.least = 0.0, .most = 30.0};
+constexpr NumberRange kStepTolerance{.least = 0.0,
+                                     .most = 1.0,
+                                     .least_itself = false,
+                                     .most_itself = false,
+                                     .advice = "; 1e-4 is usual"};
 
 std::string automatic_step_conflict(const TimeSettings& time) {
   if (!time.automatic || !is_implicit(time.integrator)) return {};
@@ -22,6 +28,66 @@ std::string automatic_step_conflict(const TimeSettings& time) {
       "= \"auto\" is for the integrators explicit and verlet: {} has no stability limit to take "
       "half of. Give a number of seconds.",
       to_string(time.integrator));
+}
+
+std::string retry_conflict(const TimeSettings& time) {
+  if (!kHalvings.contains(time.retry)) {
+    return fmt::format("= {}{}", time.retry, kHalvings.refusal(time.retry));
+  }
+  if (time.retry == 0) return {};
+  if (time.adapt != StepAdaptation::kNone) {
+    return fmt::format(
+        "= {} is for steps of a given size: adapt = \"{}\" makes a step that fails smaller by "
+        "itself. Leave one of them out.",
+        time.retry, to_string(time.adapt));
+  }
+  if (time.automatic) {
+    return fmt::format(
+        "= {} is for steps of a given size: step = \"auto\" makes a step that fails smaller by "
+        "itself. Leave one of them out.",
+        time.retry);
+  }
+  return {};
+}
+
+std::string adaptation_conflict(const TimeSettings& time) {
+  if (time.adapt != StepAdaptation::kEnergy) return {};
+  if (is_implicit(time.integrator) && is_variational(time.integrator)) return {};
+  std::string able;
+  for (const Integrator rule : all_integrators()) {
+    if (!is_implicit(rule) || !is_variational(rule)) continue;
+    able += (able.empty() ? "" : ", ") + to_string(rule);
+  }
+  return fmt::format(
+      "= \"energy\" is for implicit rules that follow from a discrete action ({}), of which {} is "
+      "none. Take such a rule, or adapt = \"error\".",
+      able, to_string(time.integrator));
+}
+
+// With "auto" the first step is not known yet.
+std::string step_range_conflict(const TimeSettings& time) {
+  if (time.adapt == StepAdaptation::kNone) return {};
+  if (time.min_step && time.max_step && *time.min_step > *time.max_step) {
+    return fmt::format("= {} s is below min_step = {} s.", *time.max_step, *time.min_step);
+  }
+  return {};
+}
+
+std::string first_step_conflict(const TimeSettings& time) {
+  if (time.adapt == StepAdaptation::kNone || time.automatic) return {};
+  if (time.min_step && time.step < *time.min_step) {
+    return fmt::format("= {} s, the first step, is below min_step = {} s.", time.step,
+                       *time.min_step);
+  }
+  if (time.max_step && time.step > *time.max_step) {
+    return fmt::format("= {} s, the first step, is above max_step = {} s.", time.step,
+                       *time.max_step);
+  }
+  return {};
+}
+
+bool adapts(const TimeSettings& time) {
+  return time.adapt != StepAdaptation::kNone;
 }
 
 // The reader refuses such a name before; a program may set it.
@@ -149,8 +215,49 @@ const Section<TimeSettings>& section_of() {
          .unit = "s",
          .help = "met exactly: where `step` does not divide it, the last step is shorter",
          .range = kPositive},
-        &S::end}},
-      {{{"step"}, automatic_step_conflict}}};
+        &S::end},
+       {{.name = "retry",
+         .help = "how often a step that fails may be halved, see below; 0 ends the run there",
+         .range = kHalvings,
+         .in_file = Written::kUnlessDefault,
+         .in_echo = Written::kUnlessDefault},
+        &S::retry},
+       {{.name = "adapt",
+         .help =
+             "how the size of the steps adapts to the motion, see below; `step` is the first one",
+         .in_file = Written::kUnlessDefault,
+         .in_echo = Written::kUnlessDefault},
+        Choice<S>{
+            step_adaptation_names(),
+            {},
+            [](const S& s) { return to_string(s.adapt); },
+            [](S& s, const std::string& name) { s.adapt = step_adaptation_from_string(name); }}},
+       {{.name = "tolerance",
+         .help = "of `adapt = \"error\"`: largest error of the positions in a step, divided by the "
+                 "diagonal of the body's box at rest",
+         .range = kStepTolerance,
+         .in_file = Written::kUnlessDefault},
+        &S::tolerance,
+        [](const S& s) { return s.adapt == StepAdaptation::kError; }},
+       {{.name = "min_step",
+         .unit = "s",
+         .help = "of `adapt`: the smallest step",
+         .range = kPositive,
+         .absent = "a millionth of `step`; with `\"energy\"` a tenth"},
+        &S::min_step,
+        adapts},
+       {{.name = "max_step",
+         .unit = "s",
+         .help = "of `adapt`: the largest step",
+         .range = kPositive,
+         .absent = "100 times `step`; with `\"energy\"` 10 times"},
+        &S::max_step,
+        adapts}},
+      {{{"step"}, automatic_step_conflict},
+       {{"retry"}, retry_conflict},
+       {{"integrator", "adapt"}, adaptation_conflict},
+       {{"min_step", "max_step"}, step_range_conflict},
+       {{"step"}, first_step_conflict}}};
   return section;
 }
 

@@ -42,6 +42,15 @@ void check_scenes(const std::vector<StudyVariant>& variants) {
                     "same time.end, or their positions cannot be compared.",
                     first.name, variant.name, first.scene.time.end, variant.scene.time.end));
   }
+  for (const StudyVariant& variant : variants) {
+    const StepAdaptation adapt = variant.scene.time.adapt;
+    if (adapt == StepAdaptation::kNone) continue;
+    throw InputError(
+        fmt::format("time.adapt = \"{}\" chooses the steps, and a study compares steps that are "
+                    "given: leave time.adapt out (--set time.adapt=none), or compare the summaries "
+                    "of runs with other values of time.tolerance.",
+                    to_string(adapt)));
+  }
   for (const EventSettings& event : first.scene.event) {
     for (const Edit& edit : event.edits) {
       if (!std::holds_alternative<SetTime>(edit)) continue;

@@ -240,6 +240,8 @@ bool Engine::step() {
   require_good_state();
   make_due_events();
   with_drag([](VertexDrag& drag) { drag.before_step(); });
+  session_->land_at(next_event_ < events_.size() ? events_[next_event_].at
+                                                 : std::numeric_limits<double>::infinity());
   const bool succeeded = session_->step();
   if (succeeded) edits_->stepped();
   report_new_warnings();

@@ -60,6 +60,7 @@ struct Snapshot {
   std::vector<float> field_values;  ///< per vertex or per tetrahedron
   double stable_step = 0.0;         ///< estimate of the explicit limit, s
   double real_time_factor = 0.0;    ///< simulated seconds per real second; 0 if paused
+  double adapted_step = 0.0;        ///< the last step if steps adapt, s; otherwise 0
 };
 
 }  // namespace tetraction::viewer

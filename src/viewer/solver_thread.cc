@@ -120,6 +120,9 @@ void SolverThread::publish() {
   next->generation = ++generation_;
   next->body = body_;
   next->stable_step = stable_step_;
+  if (session().time_settings().adapt != StepAdaptation::kNone) {
+    next->adapted_step = session().steps().last;
+  }
   next->real_time_factor = speed_limiter_.real_time_factor(session().time());
   const auto shared = shared_.lock();
   next->running = shared->running;

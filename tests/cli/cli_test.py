@@ -921,6 +921,90 @@ velocity = [-0.5, 0, 0]
                              "--quiet", "--set", "time.end=1.3")  # fmt: skip
         self.assertEqual(self.history("a", "history.csv"), self.history("b", "history.csv"))
 
+    # Steps that adapt or are repeated.
+
+    STRETCHED = CUBE + "[initial]\nstretch = [1.2, 0.9, 1]\n"
+
+    def test_steps_adapt_to_a_tolerance(self):
+        event = '[[event]]\nat = 0.0123\nset = { "material.youngs_modulus" = 1e7 }\n'
+        for integrator in INTEGRATORS:
+            with self.subTest(integrator):
+                rows = self.simulate(self.STRETCHED + event, f"time.integrator={integrator}",
+                                     "time.adapt=error", "time.tolerance=1e-5")  # fmt: skip
+                self.assertEqual(rows[-1]["time"], 0.02)
+                self.assertEqual(len([r for r in rows if r["time"] == 0.0123]), 1)
+                for row in rows[1:]:
+                    self.assertEqual(row["substeps"], 2)
+                    self.assertLessEqual(row["step_error"], 1e-5)
+                steps = self.summary("out")["time_steps"]
+                self.assertEqual(steps["adapt"], "error")
+                self.assertEqual(steps["rejected"], sum(r["rejected"] for r in rows))
+                self.assertEqual(steps["above_tolerance"], 0)
+                self.assertGreater(steps["changes"], 0)
+                echo = self.summary("out")["scene"]["time"]
+                self.assertEqual((echo["adapt"], echo["tolerance"]), ("error", 1e-5))
+                self.assertEqual([e["time"] for e in self.summary("out")["events"]], [0.0123])
+                self.assert_books_close(rows)
+        scene = self.write("scene.toml", self.STRETCHED)
+        result = self.run_program("run", scene, "--out", self.path("out"), "--set",
+                                  "time.adapt=error")  # fmt: skip
+        self.assertIn("step control: errors of at most 0.0001", result.stdout)
+        self.assertIn("the energy may drift", result.stdout)
+
+    def test_steps_adapt_to_the_discrete_energy(self):
+        rows = self.simulate(self.STRETCHED, "time.integrator=midpoint", "time.adapt=energy",
+                             "time.end=0.2")  # fmt: skip
+        self.assertEqual(rows[-1]["time"], 0.2)
+        first = rows[1]["discrete_energy"]
+        for row in rows[1:-1]:
+            self.assertAlmostEqual(row["discrete_energy"], first, delta=1e-8 * first)
+            self.assertAlmostEqual(row["energy_residual"], 0, delta=1e-8 * first)
+        self.assertEqual(self.summary("out")["time_steps"]["without_solution"], 0)
+        self.assertNotIn("step_error", rows[0])
+
+    def test_a_step_that_fails_is_made_in_smaller_ones(self):
+        force = "[[force]]\nselect = { plane = { axis = \"x\", at = 1 } }\nvector = [0, 1e4, 0]\n"
+        fix = "[[fix]]\nselect = { plane = { axis = \"x\", at = 0 } }\n"
+        hard = ("time.integrator=midpoint", "time.step=0.02", "time.end=0.1",
+                "solver.max_iterations=3")  # fmt: skip
+        self.simulate(CUBE + fix + force, *hard, code=1)
+        rows = self.simulate(CUBE + fix + force, *hard, "time.retry=8")
+        self.assertEqual(len(rows), 6)
+        self.assertEqual([round(r["time"], 12) for r in rows], [0, 0.02, 0.04, 0.06, 0.08, 0.1])
+        steps = self.summary("out")["time_steps"]
+        self.assertGreater(steps["retried"], 0)
+        self.assertEqual(steps["retried"], len([r for r in rows if r["substeps"] > 1]))
+        self.assertEqual(steps["failed"], sum(r["rejected"] for r in rows))
+        self.assertIn("time.retry", self.warnings_of()[0])
+        self.assertNotIn("step_error", rows[0])
+
+    def test_contradictory_ways_of_adapting_are_refused(self):
+        for overrides, part in (
+            (("time.adapt=fast",), '"none", "error" or "energy"'),
+            (("time.adapt=error", "time.tolerance=0"), "between 0 and 1"),
+            (("time.adapt=error", "time.tolerance=-1e-3"), "between 0 and 1"),
+            (("time.adapt=error", "time.min_step=2e-3", "time.max_step=1e-3"), "below min_step"),
+            (("time.adapt=error", "time.min_step=2e-3"), "below min_step"),
+            (("time.adapt=error", "time.max_step=5e-4"), "above max_step"),
+            (("time.adapt=error", "time.min_step=-1"), "above 0"),
+            (("time.adapt=energy",), "midpoint"),
+            (("time.adapt=energy", "time.integrator=backward-euler"), "midpoint"),
+            (("time.adapt=error", "time.retry=2"), "Leave one of them out"),
+            (("time.step=auto", "time.retry=2"), "Leave one of them out"),
+            (("time.retry=-1",), "0"),
+            (("time.retry=1000",), "30"),
+        ):
+            with self.subTest(overrides):
+                message = self.refused_scene(CUBE, *overrides)
+                self.assertIn("time.", message)
+                self.assertIn(part, message)
+        scene = self.write("scene.toml", CUBE)
+        self.assertIn("time.adapt", self.refused(2, "study", scene, "--steps", "1e-3", "--out",
+                                                 self.path("study"), "--set", "time.adapt=error"))  # fmt: skip
+        # What has no effect is said.
+        self.simulate(CUBE, "time.tolerance=1e-3")
+        self.assertIn("time.adapt", self.warnings_of()[0])
+
     def test_inverted_elements_are_counted(self):
         twisted = CUBE.replace("youngs_modulus", 'model = "stvk"\nyoungs_modulus') + """
 [damping]

@@ -523,6 +523,36 @@ TEST_F(SettingKeys, RulesBetweenKeysAreChecked) {
   EXPECT_THROW(check_settings(time), InputError);
   time.integrator = Integrator::kVerlet;
   EXPECT_NO_THROW(check_settings(time));
+  time.retry = 3;
+  EXPECT_THROW(check_settings(time), InputError) << "auto makes smaller steps by itself";
+  time.automatic = false;
+  EXPECT_NO_THROW(check_settings(time));
+  time.retry = 31;
+  EXPECT_THROW(check_settings(time), InputError);
+  time.retry = 3;
+  time.adapt = StepAdaptation::kError;
+  EXPECT_THROW(check_settings(time), InputError) << "so does adapt";
+  time.retry = 0;
+  EXPECT_NO_THROW(check_settings(time));
+  time.tolerance = 0.0;
+  EXPECT_THROW(check_settings(time), InputError);
+  time.tolerance = 1e-4;
+  time.min_step = 2.0 * time.step;
+  EXPECT_THROW(check_settings(time), InputError) << "the first step is below it";
+  time.min_step = 0.1 * time.step;
+  time.max_step = 0.05 * time.step;
+  EXPECT_THROW(check_settings(time), InputError);
+  time.max_step = time.step;
+  EXPECT_NO_THROW(check_settings(time));
+  time.adapt = StepAdaptation::kEnergy;
+  for (const Integrator rule : all_integrators()) {
+    time.integrator = rule;
+    if (is_implicit(rule) && is_variational(rule)) {
+      EXPECT_NO_THROW(check_settings(time));
+    } else {
+      EXPECT_THROW(check_settings(time), InputError) << to_string(rule);
+    }
+  }
   EnvironmentSettings environment;
   environment.direction.setZero();
   EXPECT_THROW(check_settings(environment), InputError);

@@ -1,6 +1,7 @@
 // Checkpoints: the run that made one and a run that is restored from it go on with the same bits.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <memory>
@@ -125,6 +126,76 @@ TEST_P(AutomaticCheckpoints, ContinuedAndRestoredRunsHaveTheSameBits) {
 INSTANTIATE_TEST_SUITE_P(Rules, AutomaticCheckpoints,
                          testing::Values(Integrator::kVerlet, Integrator::kExplicit),
                          [](const auto& test) { return to_string(test.param); });
+
+class AdaptiveCheckpoints : public testing::TestWithParam<TimeSettings> {};
+
+// The controllers remember errors, energies and works of earlier steps.
+TEST_P(AdaptiveCheckpoints, ContinuedAndRestoredRunsHaveTheSameBits) {
+  ImplicitWay way;
+  way.integrator = GetParam().integrator;
+  Scene scene = busy_scene(way);
+  scene.time = GetParam();
+  scene.event[0].at = 0.7 * scene.time.end;
+  if (scene.time.retry > 0) {
+    scene.solver.max_iterations = 2;
+    ForceSettings blow = pull();
+    blow.vector *= 3000.0;
+    blow.from = 0.3 * scene.time.end;
+    scene.force.push_back(blow);
+  }
+  Session continued(scene, mesh_of(scene));
+  while (continued.time() < 0.4 * scene.time.end) make_steps(continued, 1);
+  const Checkpoint checkpoint = continued.checkpoint();
+  Session restored(scene, mesh_of(scene));
+  restored.restore(checkpoint);
+  expect_same(continued, restored);
+  while (continued.step()) ASSERT_TRUE(restored.step()) << restored.message();
+  EXPECT_FALSE(restored.step());
+  EXPECT_EQ(continued.status(), RunStatus::kFinished) << continued.message();
+  EXPECT_EQ(continued.edits().size(), 1U) << "the event was made";
+  expect_same(continued, restored);
+  const StepControl& a = continued.step_control();
+  const StepControl& b = restored.step_control();
+  EXPECT_EQ(a.retried, b.retried);
+  EXPECT_EQ(a.rejected, b.rejected);
+  EXPECT_EQ(a.without_solution, b.without_solution);
+  EXPECT_EQ(a.last_error, b.last_error);
+  EXPECT_EQ(a.discrete_energy, b.discrete_energy);
+  if (scene.time.retry > 0) {
+    EXPECT_GT(a.retried, 0);
+  } else {
+    EXPECT_GT(continued.steps().changes, checkpoint.progress.steps.changes);
+  }
+}
+
+std::vector<TimeSettings> adaptive_settings() {
+  std::vector<TimeSettings> all;
+  for (const Integrator rule : all_integrators()) {
+    TimeSettings time{rule, step_of(rule), false, 60 * step_of(rule)};
+    time.adapt = StepAdaptation::kError;
+    time.tolerance = 1e-5;
+    all.push_back(time);
+    if (!is_implicit(rule)) continue;
+    time = {rule, step_of(rule), false, 60 * step_of(rule)};
+    time.retry = 8;
+    all.push_back(time);
+    if (!is_variational(rule)) continue;
+    time.retry = 0;
+    time.adapt = StepAdaptation::kEnergy;
+    all.push_back(time);
+  }
+  return all;
+}
+
+INSTANTIATE_TEST_SUITE_P(Modes, AdaptiveCheckpoints, testing::ValuesIn(adaptive_settings()),
+                         [](const auto& test) {
+                           std::string name =
+                               to_string(test.param.integrator) +
+                               (test.param.retry > 0 ? "_retry"
+                                                     : "_by_" + to_string(test.param.adapt));
+                           std::replace(name.begin(), name.end(), '-', '_');
+                           return name;
+                         });
 
 TEST(Checkpoint, KeepsWhatEditsChangedInTheConstraints) {
   ImplicitWay way;

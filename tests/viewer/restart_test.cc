@@ -195,6 +195,39 @@ TEST(Restart, TheRecordedSceneReplaysBitwise) {
                        history_of_run(simulation->recorded_scene(), simulation->mesh()));
 }
 
+// Rejected attempts reach beyond the times of the edits, and steps of the scene's events are cut.
+TEST(Restart, TheRecordedSceneOfAdaptiveStepsReplaysBitwise) {
+  for (const Integrator rule : all_integrators()) {
+    for (const StepAdaptation adapt : {StepAdaptation::kError, StepAdaptation::kEnergy}) {
+      if (adapt == StepAdaptation::kEnergy && !(is_implicit(rule) && is_variational(rule)))
+        continue;
+      SCOPED_TRACE(to_string(rule) + " by " + to_string(adapt));
+      Scene scene = beam_scene();
+      scene.time.integrator = rule;
+      scene.time.adapt = adapt;
+      scene.time.tolerance = 1e-5;
+      scene.event.clear();
+      EventSettings event;
+      event.at = 1.7 * scene.time.step;
+      event.edits = {SetDamping{{.viscosity = 5.0}}};
+      scene.event.push_back(event);
+      const auto simulation = simulation_of(scene);
+      make_steps(*simulation, 9);
+      const auto snapshot = simulation->snapshot();
+      EXPECT_GT(snapshot->adapted_step, 0.0);
+      const std::int64_t tip = simulation->mesh().vertex_id(simulation->mesh().vertex_count() - 1);
+      simulation->edit(SetFix{std::nullopt, fix_of({tip})}, "Fix");
+      make_steps(*simulation, 7);
+      simulation->edit(SetDamping{{.viscosity = 20.0}}, "viscosity");
+      make_steps(*simulation, 7);
+      const Scene recorded = simulation->recorded_scene();
+      ASSERT_EQ(recorded.event.size(), 3U);
+      EXPECT_EQ(recorded.event[0].at, 1.7 * scene.time.step) << "steps land on the scene's events";
+      expect_bitwise_equal(simulation->history(0), history_of_run(recorded, simulation->mesh()));
+    }
+  }
+}
+
 TEST(Restart, AfterAFailureAndWithTheMouseHoldingAVertex) {
   Scene scene = beam_scene();
   const auto simulation = simulation_of(scene);

@@ -76,6 +76,29 @@ struct AutomaticStepMemory {
   double sensitivity = 0.0;                 ///< |d ln h_crit / d ln W| between the last estimates
 };
 
+/// What adaptive steps remember of earlier ones (time.adapt).
+struct AdaptiveStepMemory {
+  double last_error = 0.0;  ///< of the last step, divided by the tolerance; 0: not known
+  bool has_energy = false;  ///< whether there is a discrete energy to keep
+  double energy = 0.0;      ///< this energy with the work since then, J
+  double half_work = 0.0;   ///< half of the work in the last step, J
+};
+
+/// What came of the choice of steps (time.retry and time.adapt).
+struct StepControl {
+  Index retried = 0;           ///< steps that were made in smaller ones
+  Index rejected = 0;          ///< attempts that were not accepted, those that failed included
+  Index failed = 0;            ///< attempts that failed
+  Index above_tolerance = 0;   ///< steps of the smallest size whose error was above the tolerance
+  Index without_solution = 0;  ///< steps of which no size keeps the discrete energy
+  // Of the last step.
+  Index last_rejected = 0;
+  Index last_substeps = 0;       ///< steps of the rule that it consists of
+  double last_error = 0.0;       ///< its estimated error over the body's diagonal
+  double discrete_energy = 0.0;  ///< of kEnergy, J
+  double energy_residual = 0.0;  ///< of kEnergy: by how much it missed the energy to keep, J
+};
+
 /// Steps of equal size, counted since the start or since the size was set last. Step k of them ends
 /// at segment_time + k time_step, so that times have no accumulated round-off.
 struct StepPlan {
@@ -84,6 +107,7 @@ struct StepPlan {
   Index segment_step = 0;     ///< number of the step before the first one
   Index segment_count = 0;    ///< number of steps up to the end of the run
   AutomaticStepMemory automatic;
+  AdaptiveStepMemory adaptive;
 };
 
 /// Everything that a run counts and plans.
@@ -104,6 +128,7 @@ struct RunProgress {
   Index total_factorizations = 0;
   Index total_cg_iterations = 0;
   std::string linear_solver;  ///< used last
+  StepControl control;
 };
 
 }  // namespace tetraction

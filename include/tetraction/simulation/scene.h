@@ -128,11 +128,31 @@ struct MaterialRegionSettings {
   std::string where;  ///< place in the scene, for messages
 };
 
+/// Whether the sizes of the steps adapt to the motion.
+enum class StepAdaptation {
+  kNone,   ///< all steps have the size that was given
+  kError,  ///< the error of every step is estimated and kept below a tolerance
+  kEnergy  ///< every step has the size that keeps the discrete energy
+};
+/// "none", "error", "energy".
+std::string to_string(StepAdaptation adaptation);
+/// Inverse of to_string(); throws InputError listing the valid names.
+StepAdaptation step_adaptation_from_string(const std::string& name);
+/// All names, in the order of the enumeration.
+std::vector<const char*> step_adaptation_names();
+
 struct TimeSettings {
   Integrator integrator = Integrator::kMidpoint;
-  double step = 1.0e-2;    ///< s
+  double step = 1.0e-2;    ///< s; if steps adapt: the first one
   bool automatic = false;  ///< step = "auto": 0.5 of the stability limit (explicit rules only)
   double end = 1.0;        ///< s; infinite (by programs only): the run has no end of its own
+  int retry = 0;           ///< how often a step that fails may be halved
+  StepAdaptation adapt = StepAdaptation::kNone;
+  double tolerance = 1.0e-4;  ///< of kError: error of a step over the body's diagonal
+  /// The bounds of adaptive steps, s. If they are absent, these are a millionth and a hundred times
+  /// of the first step with kError, and a tenth and ten times of it with kEnergy.
+  std::optional<double> min_step{};
+  std::optional<double> max_step{};
 };
 
 /// "auto", "matrix-free", "cg", "factor".

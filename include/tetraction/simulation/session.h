@@ -92,7 +92,9 @@ class Session {
   const std::vector<AppliedEdit>& edits() const;
 
   /// Makes the scene's events that are due, then one step. The last step may be shorter, so that
-  /// the run ends exactly at the end time. Returns false when the run is over; status() then says
+  /// the run ends exactly at the end time. With time.retry a step that fails is made in smaller ones,
+  /// and with time.adapt a step consists of what docs/theory.md says; either counts as one step.
+  /// Returns false when the run is over; status() then says
   /// why. A step that fails leaves the state as it was before. An exception of a material or force
   /// term passes through; state, balance and status are then as before the step, which can be made
   /// again.
@@ -168,13 +170,14 @@ class Session {
   /// One line that says what ended the run, where (step, element), and what the user can do. Empty
   /// if nothing went wrong.
   const std::string& message() const;
-  /// Size of the next steps, s. The last one before the end may be shorter. time.step = "auto"
-  /// changes it.
+  /// Size of the next steps, s. The last one before the end may be shorter. time.step = "auto" and
+  /// time.adapt change it.
   double time_step() const;
   /// The steps taken so far.
   const StepRange& steps() const;
   /// Number of steps of the whole run: end/h, rounded up. If the step changes, it is the number of
-  /// steps made plus the number of steps left. It is very large if there is no end.
+  /// steps made plus the number of steps left of the present size. It is very large if there is no
+  /// end.
   Index step_count() const;
   /// Whether a material is defined for J < 0, or an event may set such a material.
   bool may_invert() const;
@@ -224,6 +227,16 @@ class Session {
   const State& present_state() const;
   /// external_force() without a copy. It is empty if there are no user forces.
   const Vector& present_external_force() const;
+
+  /// What came of time.retry and time.adapt so far.
+  const StepControl& step_control() const;
+  /// Whether steps may be repeated or adapt (time.retry, time.adapt) now or after an event of the
+  /// scene, and whether one of them adapts in this way.
+  bool may_repeat_steps() const;
+  bool may_adapt(StepAdaptation adaptation) const;
+  /// Adaptive steps end at this time, s, if they come so far. The scene's events and the end are
+  /// such times anyway. A caller who makes events of his own sets it before each step.
+  void land_at(double time);
 
  private:
   struct Impl;

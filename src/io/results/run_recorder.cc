@@ -53,6 +53,9 @@ std::string history_header(const Session& session) {
   for (std::size_t i = 0; i < energies.extra_count(); ++i) {
     header += fmt::format(",{}_energy", energies.extra(i).name);
   }
+  if (session.may_repeat_steps()) header += ",rejected,substeps";
+  if (session.may_adapt(StepAdaptation::kError)) header += ",step_error";
+  if (session.may_adapt(StepAdaptation::kEnergy)) header += ",discrete_energy,energy_residual";
   return header + "\n";
 }
 
@@ -87,7 +90,15 @@ std::vector<double> constraint_columns(const Session& session) {
   return values;
 }
 
-std::string history_row(const Session& session, bool counts_inverted) {
+// Which columns there are besides those that every run has. They are those of the start.
+struct OptionalColumns {
+  bool inverted = false;
+  bool repeated = false;
+  bool error = false;
+  bool energy = false;
+};
+
+std::string history_row(const Session& session, const OptionalColumns& columns) {
   const Balance& balance = session.balance();
   const Energies& e = balance.energies();
   const Momenta& m = balance.momenta();
@@ -114,7 +125,7 @@ std::string history_row(const Session& session, bool counts_inverted) {
     row += ',' + g(largest_displacement(session.system(), session.state().position).length);
     row += ',' + g(path->residual);
   }
-  if (counts_inverted) row += fmt::format(",{}", session.inverted_elements().now);
+  if (columns.inverted) row += fmt::format(",{}", session.inverted_elements().now);
   for (std::size_t i = 3; i < constraints.size(); ++i) row += ',' + g(constraints[i]);
   if (session.system().region_count() > 1) {
     const State& state = session.state();
@@ -126,6 +137,12 @@ std::string history_row(const Session& session, bool counts_inverted) {
     }
   }
   for (std::size_t i = 0; i < e.extra_count(); ++i) row += ',' + g(e.extra(i).value);
+  const StepControl& control = session.step_control();
+  if (columns.repeated) {
+    row += fmt::format(",{},{}", control.last_rejected, control.last_substeps);
+  }
+  if (columns.error) row += ',' + g(control.last_error);
+  if (columns.energy) row += ',' + g(control.discrete_energy) + ',' + g(control.energy_residual);
   return row + '\n';
 }
 
@@ -167,7 +184,7 @@ void make_output_directory(const std::string& directory) {
 struct RunRecorder::Impl {
   std::string directory;
   int frame_every;
-  bool counts_inverted = false;
+  OptionalColumns columns;
   std::ofstream history;
   Index last_row = -1;
   std::unique_ptr<FrameWriter> frames;
@@ -187,7 +204,7 @@ struct RunRecorder::Impl {
   }
 
   void write_row(const Session& session) {
-    history << history_row(session, counts_inverted);
+    history << history_row(session, columns);
     require_good_history();
     last_row = session.step_number();
   }
@@ -235,7 +252,9 @@ void RunRecorder::on_start(const Session& session) {
         fmt::format("{}: cannot be written ({}). Choose another directory with --out.",
                     s.path("history.csv"), std::strerror(errno)));
   }
-  s.counts_inverted = session.may_invert();
+  s.columns = {session.may_invert(), session.may_repeat_steps(),
+               session.may_adapt(StepAdaptation::kError),
+               session.may_adapt(StepAdaptation::kEnergy)};
   s.history << history_header(session);
   const OutputSettings& output = session.scene().output;
   s.frames = std::make_unique<FrameWriter>(session.system().mesh(), s.directory,

@@ -130,6 +130,15 @@ std::string summary_json(const Session& session, const std::string& directory,
                         {"largest", steps.largest},
                         {"last", steps.last},
                         {"changes", steps.changes}};
+  if (path == nullptr && session.may_repeat_steps()) {
+    const StepControl& control = session.step_control();
+    json["time_steps"]["adapt"] = to_string(session.time_settings().adapt);
+    json["time_steps"]["retried"] = control.retried;
+    json["time_steps"]["rejected"] = control.rejected;
+    json["time_steps"]["failed"] = control.failed;
+    json["time_steps"]["above_tolerance"] = control.above_tolerance;
+    json["time_steps"]["without_solution"] = control.without_solution;
+  }
   json["time"] = session.time();
   json["solver"] = solver_json(session);
   if (path != nullptr) {

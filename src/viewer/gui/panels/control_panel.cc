@@ -191,9 +191,11 @@ void ControlPanel::show_state(const Snapshot& snapshot) {
   running_ = snapshot.running;
   run_->setText(running_ ? tr("Pause") : tr("Run"));
   run_->setIcon(style()->standardIcon(running_ ? QStyle::SP_MediaPause : QStyle::SP_MediaPlay));
-  time_->setText(tr("%1 s, step %2")
+  QString time = tr("%1 s, step %2")
                      .arg(QString::number(snapshot.time, 'f', 4))
-                     .arg(static_cast<qlonglong>(snapshot.step)));
+                     .arg(static_cast<qlonglong>(snapshot.step));
+  if (snapshot.adapted_step > 0.0) time += tr(" of %1 s").arg(short_number(snapshot.adapted_step));
+  time_->setText(time);
   factor_->setText(running_ ? QString::number(snapshot.real_time_factor, 'g', 3) : tr("paused"));
   show_limit(snapshot.stable_step);
 }
