@@ -170,6 +170,16 @@ void PotentialProblem::add_term_gradient(Vector& gradient) const {
   }
 }
 
+bool PotentialProblem::vertex_residual(const Vector& u, Vector& residual) const {
+  if (!move_terms(u).ok()) return false;
+  residual = coefficient_.cwiseProduct(u) - remainder_;
+  if (!potentials_.empty()) residual -= start_gradient_;
+  for (const ForceTerm* term : dissipations_) {
+    term->add_dissipation_gradient(point(dissipation_point_), velocity_, residual);
+  }
+  return true;
+}
+
 void PotentialProblem::term_hessian(const Vector& u, HessianForm form,
                                     HessianBlocks& hessian) const {
   hessian.reset(system_.vertex_count());
@@ -293,7 +303,7 @@ EvaluationStatus PotentialProblem::value_and_full_gradient(const Vector& u, doub
 }
 
 MinimizationProblem::HessianParts PotentialProblem::hessian_parts(const Vector& u) const {
-  return {system_.elastic(), Positions(origin_, u), viscous_, step_displacement(u), coefficient_};
+  return {system_.elastic(), elastic_positions(u), viscous_, step_displacement(u), coefficient_};
 }
 
 bool PotentialProblem::term_shares(const Vector& u, bool with_hessian, TermShares& shares) const {
@@ -334,7 +344,7 @@ Index PotentialProblem::element_of(Index i, Index j) const {
 bool PotentialProblem::element_terms(Index e, const Vector& u, const TermShares* terms,
                                      bool with_hessian,
                                      ElasticPotential::ElementTerms& result) const {
-  const Positions x(origin_, u);
+  const Positions x = elastic_positions(u);
   if (!system_.elastic().element_terms(e, x, with_hessian, result)) return false;
   viscous_.add_element_terms(e, x, with_hessian, result);
   const double share = system_.mass_share(e);
