@@ -101,8 +101,9 @@ void DiscreteGradientStep::linearize(const Vector& u) {
   at_end_ = false;
   const RestState& rest = system_.rest();
   for (Index e = 0; e < rest.element_count() && !at_end_; ++e) {
-    at_end_ = deformation_gradient(rest.element(e), 0, rest.gather_relative(way_, e))
-                  .squaredNorm() > kFew;
+    at_end_ =
+        deformation_gradient(rest.element(e), 0, rest.gather_relative(way_, e)).squaredNorm() >
+        kFew;
   }
   set_rate_estimate(u);
   term_hessian(u, HessianForm::kExact, terms_);

@@ -53,9 +53,9 @@ class DiscreteGradientStep : public StepProblem {
   mutable Vector way_;
   mutable Vector end_;
   mutable Vector shift_;
-  Vector point_;        // u of the linearisation
-  Vector point_way_;    // x − q_k there
-  bool at_end_ = false; // the Hessian is that at q_{k+1}
+  Vector point_;         // u of the linearisation
+  Vector point_way_;     // x − q_k there
+  bool at_end_ = false;  // the Hessian is that at q_{k+1}
   HessianBlocks terms_;
 };
 

@@ -84,9 +84,9 @@ class EnergyMomentumStepper : public ImplicitStepper {
     const bool found = find(from, end_time, outcome) && solve_again(from, outcome);
     if (!found) {
       outcome.status = StepStatus::kNotConverged;
-      outcome.message = "the equations of the energy-momentum step have no solution near any guess" +
-                        (message.empty() ? std::string() : ": " + message) +
-                        ". Take a smaller step";
+      outcome.message =
+          "the equations of the energy-momentum step have no solution near any guess" +
+          (message.empty() ? std::string() : ": " + message) + ". Take a smaller step";
     }
     return found;
   }
@@ -159,7 +159,8 @@ class EnergyMomentumStepper : public ImplicitStepper {
     if (share <= kLargestEnergyShare) return true;
     outcome.status = StepStatus::kNotConverged;
     outcome.message = fmt::format(
-        "the equations cannot be solved exactly enough: the step would add {:.1g} of its energy", share);
+        "the equations cannot be solved exactly enough: the step would add {:.1g} of its energy",
+        share);
     return false;
   }
 
@@ -258,8 +259,7 @@ class EnergyMomentumStepper : public ImplicitStepper {
                      StepOutcome& outcome) override {
     const ForcePoint start = system_.force_point(from.position, from.time);
     const ForcePoint end = system_.force_point(to.position, to.time);
-    constraining_ =
-        gather_discrete_forces(system_, start, end, load_, outer_, spring_force_);
+    constraining_ = gather_discrete_forces(system_, start, end, load_, outer_, spring_force_);
     if (system_.is_dissipative()) add_damping(from, to.velocity, outer_);
     step_.set_rate_estimate(solve_.u());
     const EvaluationStatus status = step_.internal_force(solve_.u(), force_);

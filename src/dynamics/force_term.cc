@@ -56,15 +56,21 @@ double ForceTerm::driven_work(const ForcePoint&, const ForcePoint&) const {
 
 void ForceTerm::add_discrete_gradient(const ForcePoint& from, const ForcePoint& to,
                                       Vector& gradient) const {
+  Vector force = Vector::Zero(from.position.size());
+  if (is_quadratic()) {
+    add_gradient(from, force);
+    add_gradient(to, force);
+    gradient += 0.5 * force;
+    return;
+  }
   const TimeSpan span{from.time, to.time};
   const double time = 0.5 * (from.time + to.time);
   const Vector middle = 0.5 * (from.position + to.position);
-  Vector force = Vector::Zero(middle.size());
   add_gradient({from.mass, middle, time, span}, force);
   const Vector way = to.position - from.position;
   const ForcePoint start{from.mass, from.position, time, span};
   const ForcePoint end{to.mass, to.position, time, span};
-  const double change = energy_change(start, end);
+  const double change = energy_change(from, to) - driven_work(from, to);
   const double linear = force.dot(way);
   gradient += force;
   const double rest = change - linear;

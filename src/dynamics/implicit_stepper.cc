@@ -151,8 +151,7 @@ bool ImplicitStepper::gather_forces(const State& from, const State& to, double h
   return true;
 }
 
-void ImplicitStepper::add_damping(const State& from, const Vector& velocity,
-                                  Vector& forces) const {
+void ImplicitStepper::add_damping(const State& from, const Vector& velocity, Vector& forces) const {
   system_.add_damping_force(problem_->dissipation_point(), from.time + problem_->step(), velocity,
                             forces);
 }

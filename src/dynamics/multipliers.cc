@@ -110,11 +110,10 @@ MultiplierSolution solve_along_end(const Constraints& constraints, const Vector&
   };
   MultiplierSolution solution;
   solution.end = constraints.retract(free_end);
-  solution.multipliers =
-      guess.size() == m
-          ? guess
-          : solve_redundant(response * directions(solution.end), solution.end - free_end,
-                            row_factor.head(n), units.multiplier);
+  solution.multipliers = guess.size() == m ? guess
+                                           : solve_redundant(response * directions(solution.end),
+                                                             solution.end - free_end,
+                                                             row_factor.head(n), units.multiplier);
   const auto residual = [&](const Vector& w, const Vector& multipliers) {
     Vector r(n + m);
     r.head(n) = w - free_end - response * (directions(w) * multipliers);

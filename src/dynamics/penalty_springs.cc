@@ -43,15 +43,6 @@ void PenaltySprings::add_hessian(const ForcePoint& /*at*/, HessianForm /*form*/,
   }
 }
 
-void PenaltySprings::add_discrete_gradient(const ForcePoint& from, const ForcePoint& to,
-                                           Vector& gradient) const {
-  for (const Spring& spring : springs_) {
-    gradient[spring.dof] +=
-        spring.penalty * ((from.position[spring.dof] - spring.target(from.time)) +
-                          (to.position[spring.dof] - spring.target(to.time)));
-  }
-}
-
 double PenaltySprings::driven_work(const ForcePoint& from, const ForcePoint& to) const {
   double work = 0.0;
   for (const Spring& spring : springs_) {

@@ -38,8 +38,8 @@ Vector without_rigid_motion(const Vector& x, const Vector& d, const std::vector<
   }
   Vector rest = Vector::Zero(d.size());
   for_each([&](Index v) {
-    vertex_block(rest, v) = vertex_block(d, v) - mean -
-                            rotation.cross(Vector3(vertex_block(x, v) - center));
+    vertex_block(rest, v) =
+        vertex_block(d, v) - mean - rotation.cross(Vector3(vertex_block(x, v) - center));
   });
   return rest;
 }

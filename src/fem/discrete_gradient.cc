@@ -97,10 +97,9 @@ bool DiscreteGradient::run_block(const ElementBlocks::Block& block, const Step& 
             return;
           }
           const MeanStress mean(m, deformation);
-          const Matrix3 p = direction == nullptr ? mean.first_piola()
-                                                 : mean.derivative(gradient_of(*direction));
-          const RestState::Shape::NodeMatrix forces =
-              element.weights[0] * p * element.gradients[0];
+          const Matrix3 p =
+              direction == nullptr ? mean.first_piola() : mean.derivative(gradient_of(*direction));
+          const RestState::Shape::NodeMatrix forces = element.weights[0] * p * element.gradients[0];
           for (int a = 0; a < RestState::Shape::kNodes; ++a) {
             Eigen::Map<Vector3>(records + blocks_.slot(batch, a, lane)) += forces.col(a);
           }

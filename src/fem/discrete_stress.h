@@ -14,15 +14,13 @@ namespace tetraction {
 
 /// The deformation of an element in a step: from F − D to F + D.
 struct DeformationStep {
-  Matrix3 middle;   ///< F, the mean of the deformation gradients at the two ends
-  Matrix3 half;     ///< D, half of their difference
-  double viscous;   ///< η/s with half of the step size s, Pa
+  Matrix3 middle;  ///< F, the mean of the deformation gradients at the two ends
+  Matrix3 half;    ///< D, half of their difference
+  double viscous;  ///< η/s with half of the step size s, Pa
 
   Matrix3 end() const { return middle + half; }
   /// C̄, the mean of C at the two ends.
-  Matrix3 mean_metric() const {
-    return middle.transpose() * middle + half.transpose() * half;
-  }
+  Matrix3 mean_metric() const { return middle.transpose() * middle + half.transpose() * half; }
   /// ΔE, the change of Green's strain, which is half of that of C. It does not cancel.
   Matrix3 strain_change() const {
     const Matrix3 product = middle.transpose() * half;
@@ -76,7 +74,9 @@ class StressOfMetric {
   Matrix3 stress_;
 };
 
-inline double contract(const Matrix3& a, const Matrix3& b) { return a.cwiseProduct(b).sum(); }
+inline double contract(const Matrix3& a, const Matrix3& b) {
+  return a.cwiseProduct(b).sum();
+}
 
 /// The mean second Piola–Kirchhoff stress S̄ of a step, viscous stress included, and its derivative.
 template <Material M>

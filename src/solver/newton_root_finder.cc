@@ -217,8 +217,8 @@ class KrylovRootFinder : public NewtonRootFinder {
   NewtonDirection linear_;
   const Vector& mass_;
   Vector reduced_mass_;
-  Vector free_;   // direction_ over the free coordinates
-  Vector full_;   // work space, 3 per vertex
+  Vector free_;  // direction_ over the free coordinates
+  Vector full_;  // work space, 3 per vertex
   Vector right_;
 };
 

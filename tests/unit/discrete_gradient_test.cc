@@ -23,8 +23,7 @@ struct Case {
 std::vector<Case> cases() {
   return {{"stvk", StVenantKirchhoff(kLame.mu, kLame.lambda)},
           {"neo_hookean", NeoHookean(kLame.mu, kLame.lambda)},
-          {"neo_hookean_quadratic",
-           NeoHookean(kLame.mu, kLame.lambda, VolumetricPart::kQuadratic)},
+          {"neo_hookean_quadratic", NeoHookean(kLame.mu, kLame.lambda, VolumetricPart::kQuadratic)},
           {"mooney_rivlin", mooney_rivlin_from_young(1e6, 0.4, 0.5)},
           {"yeoh", Yeoh(2e5, 3e4, 5e3, 1e6)},
           {"custom_neo_hookean", CustomMaterial(NeoHookean(kLame.mu, kLame.lambda))},
@@ -145,9 +144,9 @@ TEST(DiscreteGradient, OfTheKernelsIsThatOfTheScalarLoop) {
   const Yeoh yeoh(2e5, 3e4, 5e3, 1e6);
   for (const std::int64_t set : instruction_sets()) {
     const UseInstructionSet use(set);
-    for (const Pair& pair : {Pair{stvk, CustomMaterial(stvk)}, Pair{neo, CustomMaterial(neo)},
-                             Pair{mooney, CustomMaterial(mooney)},
-                             Pair{yeoh, CustomMaterial(yeoh)}}) {
+    for (const Pair& pair :
+         {Pair{stvk, CustomMaterial(stvk)}, Pair{neo, CustomMaterial(neo)},
+          Pair{mooney, CustomMaterial(mooney)}, Pair{yeoh, CustomMaterial(yeoh)}}) {
       for (const double size : {1.0, 0.1, 1e-4}) {
         BlockStep kernel(pair.kernel, size, 0.4);
         BlockStep scalar(pair.scalar, size, 0.4);

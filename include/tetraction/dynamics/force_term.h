@@ -135,9 +135,10 @@ class ForceTerm {
   ///
   ///     f̄·(q_{k+1} − q_k) = U(q_{k+1}, t_{k+1}) − U(q_k, t_k) − driven_work(from, to).
   ///
-  /// The energy-momentum step (Integrator::kEnergyMomentum) takes −f̄ as the force. This version is
-  /// that of Gonzalez (1996): the gradient g at the midpoint plus N d/|d|² with N = ΔU − g·Δq and
-  /// d = Δq at the vertices where U has a gradient. If the forces −g have no resultant and no moment,
+  /// The energy-momentum step (Integrator::kEnergyMomentum) takes −f̄ as the force. This version is the
+  /// mean of the gradients at both ends for a quadratic term, and otherwise that of Gonzalez (1996):
+  /// the gradient g at the midpoint plus N d/|d|², where N is what f̄·Δq lacks with g alone, and d = Δq
+  /// at the vertices where U has a gradient. If the forces −g have no resultant and no moment,
   /// as those of springs between vertices, the part of d that is a rigid motion is left out, so that
   /// f̄ has none either. Factors that change in time have their mean over the step, as in all forces
   /// of a step. Override it if U has a discrete gradient of its own, or a symmetry that f̄ should

@@ -35,9 +35,6 @@ class PenaltySprings : public ForceTerm {
   void add_hessian(const ForcePoint& at, HessianForm form, HessianBlocks& hessian) const override;
   /// Computes it with the mean of the forces at the two ends.
   double driven_work(const ForcePoint& from, const ForcePoint& to) const override;
-  /// The mean of the gradients at the two ends, each with the targets at its time.
-  void add_discrete_gradient(const ForcePoint& from, const ForcePoint& to,
-                             Vector& gradient) const override;
 
  private:
   struct Spring {

@@ -74,7 +74,8 @@ HWY_INLINE Real cofactors_of(const Symmetric<Vec>& a, Symmetric<Vec>& w) {
   w(1, 1) = hn::MulSub(a(0, 0), a(2, 2), hn::Mul(a(0, 2), a(0, 2)));
   w(1, 2) = hn::MulSub(a(0, 1), a(0, 2), hn::Mul(a(0, 0), a(1, 2)));
   w(2, 2) = hn::MulSub(a(0, 0), a(1, 1), hn::Mul(a(0, 1), a(0, 1)));
-  return Real(hn::MulAdd(a(0, 0), w(0, 0), hn::MulAdd(a(0, 1), w(0, 1), hn::Mul(a(0, 2), w(0, 2)))));
+  return Real(
+      hn::MulAdd(a(0, 0), w(0, 0), hn::MulAdd(a(0, 1), w(0, 1), hn::Mul(a(0, 2), w(0, 2)))));
 }
 // sum += factor a.
 HWY_INLINE void add_scaled(Real factor, const Symmetric<Vec>& a, Symmetric<Vec>& sum) {
@@ -86,15 +87,15 @@ HWY_INLINE void scale(Real factor, Symmetric<Vec>& a) {
 
 // The geometry of a step of the elements in the lanes.
 struct Geometry {
-  Columns<Vec> e;     // mean edges
-  Columns<Vec> d;     // half of their change
-  Symmetric<Vec> g;   // G
-  Real volume = 0.0;  // V
-  Symmetric<Vec> c;   // c̄
-  Symmetric<Vec> dc;  // δ
-  Columns<Vec> cg;    // c̄ G
-  Columns<Vec> dcg;   // δ G
-  Symmetric<Vec> gdg; // G δ G
+  Columns<Vec> e;      // mean edges
+  Columns<Vec> d;      // half of their change
+  Symmetric<Vec> g;    // G
+  Real volume = 0.0;   // V
+  Symmetric<Vec> c;    // c̄
+  Symmetric<Vec> dc;   // δ
+  Columns<Vec> cg;     // c̄ G
+  Columns<Vec> dcg;    // δ G
+  Symmetric<Vec> gdg;  // G δ G
   Real inverse_six_volume = 0.0;
   Real square = 0.0;  // δ:GδG
 
@@ -193,13 +194,13 @@ struct GeneralStress {
   Real a1 = 0.0;       // of det c(t)
   Real a2 = 0.0;
   Real a3 = 0.0;
-  Real log_j = 0.0;    // ln J and J at t = 0
+  Real log_j = 0.0;  // ln J and J at t = 0
   Real j = 0.0;
-  Symmetric<Vec> inverse;             // c̄⁻¹
-  Symmetric<Vec> gcg;                 // G c̄ G
-  Real factor = 0.0;  // γ
-  Real square = 0.0;  // δ:GδG
-  Symmetric<Vec> stress;              // s̄
+  Symmetric<Vec> inverse;  // c̄⁻¹
+  Symmetric<Vec> gcg;      // G c̄ G
+  Real factor = 0.0;       // γ
+  Real square = 0.0;       // δ:GδG
+  Symmetric<Vec> stress;   // s̄
 
   struct Point {
     Invariants<Real> s;
@@ -220,8 +221,9 @@ struct GeneralStress {
       const Real i2 = Real(0.5) * mul_sub(i1_there, i1_there, trace_of_square);
       i2_term = i2 - mul_add(Real(4.0), log_j_there, Real(3.0));
     }
-    return {i1_there, i1_there - mul_add(Real(2.0), log_j_there, Real(3.0)), i2_term, log_j_there,
-            j_there, j_there - Real(1.0)};
+    return {i1_there, i1_there - mul_add(Real(2.0), log_j_there, Real(3.0)),
+            i2_term,  log_j_there,
+            j_there,  j_there - Real(1.0)};
   }
   HWY_INLINE Point at(Real t) const {
     const Real ratio = mul_add(t, mul_add(t, mul_add(t, a3, a2), a1), Real(1.0));
@@ -343,8 +345,8 @@ struct GeneralStress {
     const Real det = cofactors_of(end_metric, end_inverse);
     scale(quotient(Real(1.0), det), end_inverse);
     const Real d1 = trace(bg);
-    Real along = mul_add(Real(2.0) * number(first.i1), d1,
-                         number(first.log_j) * contract(end_inverse, b));
+    Real along =
+        mul_add(Real(2.0) * number(first.i1), d1, number(first.log_j) * contract(end_inverse, b));
     if constexpr (kI2) {
       const Real d2 = mul_sub(end.s.i1, d1, contract(b, gcg) + contract(b, at.gdg));
       along = mul_add(Real(2.0) * number(first.i2), d2, along);
@@ -404,10 +406,9 @@ HWY_NOINLINE void product_of(const BatchView& batches, const M& constants, const
 
 bool gradient(const BatchView& batches, const IsotropicModel& model, const StepRecords& step,
               double* gradients) {
-  return std::visit(
-      [&]<class M>(const M& material)
-          HWY_ATTR { return gradient_of(batches, material, step, gradients); },
-      model);
+  return std::visit([&]<class M>(const M& material)
+                        HWY_ATTR { return gradient_of(batches, material, step, gradients); },
+                    model);
 }
 void product(const BatchView& batches, const IsotropicModel& model, const StepRecords& step,
              const double* directions, double* products) {
