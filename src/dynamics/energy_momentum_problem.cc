@@ -8,7 +8,14 @@
 namespace tetraction {
 
 DiscreteGradientStep::DiscreteGradientStep(const MechanicalSystem& system)
-    : StepProblem(system), gradient_(system.elastic()) {}
+    : StepProblem(system), gradient_(system.elastic()) {
+  const RestState& rest = system.rest();
+  slenderness_.reserve(static_cast<std::size_t>(rest.element_count()));
+  for (Index e = 0; e < rest.element_count(); ++e) {
+    slenderness_.push_back(
+        static_cast<float>(rest.element(e).gradients[0].rightCols<3>().norm()));
+  }
+}
 
 void DiscreteGradientStep::begin(const State& state, double h, double end_time, double alpha,
                                  const Vector& load) {
@@ -16,6 +23,7 @@ void DiscreteGradientStep::begin(const State& state, double h, double end_time, 
   start_time_ = state.time;
   end_time_ = end_time;
   at_end_ = false;
+  internal_.known = false;
   // The discrete gradient of a quadratic potential is its gradient at x plus a part that does not
   // depend on x: the potential may change in another way than linearly in the time.
   bool changed = false;
@@ -36,26 +44,33 @@ void DiscreteGradientStep::move(const Vector& u) const {
   end_ = origin() + (u + way_);
 }
 
+EvaluationStatus DiscreteGradientStep::evaluate_internal(const Vector& u) const {
+  if (internal_.known && internal_.way == way_) return {};
+  internal_.gradient.setZero(u.size());
+  const EvaluationStatus status =
+      gradient_.add({Positions(origin(), u), way_, viscous().factor()}, internal_.gradient);
+  internal_.known = status.ok();
+  if (status.ok()) internal_.way = way_;
+  return status;
+}
+
 EvaluationStatus DiscreteGradientStep::conserving_residual(const Vector& u,
                                                            Vector& residual) const {
   move(u);
   if (!terms_are_defined(u) || !vertex_residual(u, residual)) return {-1, 0};
-  const EvaluationStatus status =
-      gradient_.add({Positions(origin(), u), way_, viscous().factor()}, residual);
-  if (!status.ok()) return status;
+  if (const EvaluationStatus status = evaluate_internal(u); !status.ok()) return status;
+  residual += internal_.gradient;
   for_each_potential([&](const ForceTerm& term) {
     term.add_discrete_gradient(start_point(), end_point(end_), residual);
   });
   return {};
 }
 
-EvaluationStatus DiscreteGradientStep::internal_force(const Vector& u, Vector& force) const {
+EvaluationStatus DiscreteGradientStep::internal_gradient(const Vector& u,
+                                                         const Vector*& gradient) const {
   move(u);
-  force.setZero(system_.dof_count());
-  const EvaluationStatus status =
-      gradient_.add({Positions(origin(), u), way_, viscous().factor()}, force);
-  force = -force;
-  return status;
+  gradient = &internal_.gradient;
+  return evaluate_internal(u);
 }
 
 // move() must have been called.
@@ -92,18 +107,17 @@ double DiscreteGradientStep::longest_step_of_end(const Vector& u, const Vector& 
 }
 
 void DiscreteGradientStep::linearize(const Vector& u) {
-  // Half of the change of F in the step up to which C at x is near the mean of C at both ends. A
-  // rotation by 0.2 has this size.
-  constexpr double kFew = 0.02;
+  // A bound for half of the change of F in the step up to which C at x is near the mean of C at both
+  // ends. A rotation by 0.2 has the change 0.14.
+  constexpr double kFew = 0.2;
   point_ = u;
   move(u);
   point_way_ = way_;
   at_end_ = false;
   const RestState& rest = system_.rest();
   for (Index e = 0; e < rest.element_count() && !at_end_; ++e) {
-    at_end_ =
-        deformation_gradient(rest.element(e), 0, rest.gather_relative(way_, e)).squaredNorm() >
-        kFew;
+    const RestState::Shape::NodeMatrix ways = rest.gather_relative(way_, e);
+    at_end_ = ways.norm() * slenderness_[static_cast<std::size_t>(e)] > kFew;
   }
   set_rate_estimate(u);
   term_hessian(u, HessianForm::kExact, terms_);

@@ -1,6 +1,8 @@
 // The equations of an energy-momentum step.
 #pragma once
 
+#include <vector>
+
 #include "fem/discrete_gradient.h"
 #include "tetraction/dynamics/step_problem.h"
 
@@ -30,10 +32,13 @@ class DiscreteGradientStep : public StepProblem {
   double longest_step_of_end(const Vector& u, const Vector& d) const;
   /// Linearises r at u for multiply() and chooses where the Hessian is evaluated.
   void linearize(const Vector& u);
+  /// Lets the Hessian be that of the midpoint step, until the next linearize().
+  void take_hessian_at_middle() { at_end_ = false; }
   /// product = (∂r/∂u) d, except that ∂²U/∂x² at x stands for the derivatives of the f̄_U.
   void multiply(const Vector& d, Vector& product) const;
-  /// force ← −f̄_W with the viscous forces (3 per vertex, N).
-  EvaluationStatus internal_force(const Vector& u, Vector& force) const;
+  /// Sets `gradient` to the address of f̄_W with its viscous part (3 per vertex, N). It is valid until
+  /// the next evaluation.
+  EvaluationStatus internal_gradient(const Vector& u, const Vector*& gradient) const;
 
   /// The ends of the step, for terms. The second refers to `end`.
   ForcePoint start_point() const { return {system_.mass(), previous_, start_time_}; }
@@ -45,14 +50,24 @@ class DiscreteGradientStep : public StepProblem {
  private:
   // way_ ← x − q_k, end_ ← q_{k+1}.
   void move(const Vector& u) const;
+  // Evaluates internal_ after move(), unless it is known there.
+  EvaluationStatus evaluate_internal(const Vector& u) const;
   bool terms_are_defined(const Vector& u) const;
 
   DiscreteGradient gradient_;
   double start_time_ = 0.0;
   double end_time_ = 0.0;
+  std::vector<float> slenderness_;  // |D_m⁻¹| of every element, 1/m
   mutable Vector way_;
   mutable Vector end_;
   mutable Vector shift_;
+  // The last evaluation of f̄_W. It is kept because the last one of a solver is at the solution.
+  struct Internal {
+    bool known = false;
+    Vector way;
+    Vector gradient;
+  };
+  mutable Internal internal_;
   Vector point_;         // u of the linearisation
   Vector point_way_;     // x − q_k there
   bool at_end_ = false;  // the Hessian is that at q_{k+1}

@@ -180,6 +180,9 @@ class KrylovRootFinder : public NewtonRootFinder {
   bool find_direction(const RootProblem& problem, double forcing,
                       MinimizerReport& report) override {
     constexpr int kMost = 40;
+    // The relative residuals of a solve with the Hessian. More digits take more iterations of GMRES.
+    constexpr double kTightest = 1e-3;
+    constexpr double kLoosest = 0.05;
     const FreeCoordinates& coordinates = problem.coordinates();
     MinimizerReport inner;
     inner.residual = report.residual;
@@ -195,7 +198,7 @@ class KrylovRootFinder : public NewtonRootFinder {
           right_ = coordinates.extend(y.cwiseQuotient(reduced_mass_));
           for (Index v = 0; v < mass_.size(); ++v) vertex_block(right_, v) *= -mass_[v];
           found = found && linear_.find(problem.approximation(), at_.u, right_,
-                                        0.5 * std::min(forcing, 0.1), inner, full_);
+                                        std::clamp(0.5 * forcing, kTightest, kLoosest), inner, full_);
           // The solvers take a residual that does not fall for slow progress.
           inner.residual *= 0.1;
           z = found ? restrict_displacement(coordinates, full_) : y;

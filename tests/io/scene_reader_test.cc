@@ -440,7 +440,7 @@ TEST_F(SceneReader, UnknownWordsAreRefusedWithTheNearest) {
                        "scene.toml:8:1: time.integrator = \"mid-point\"",
                        {"did you mean midpoint?"});
   expect_refused_lines("[time]\nintegrator = \"rk4\"\n", "scene.toml:8:1: time.integrator",
-                       {"explicit, verlet, midpoint or backward-euler"});
+                       {"explicit, verlet, midpoint, backward-euler or energy-momentum"});
   expect_refusal(kSmall, "--set material.model=neohookean: material.model",
                  {"did you mean neo-hookean?"}, {"material.model=neohookean"});
   expect_refused_lines("[environment]\nkind = \"wind\"\n", "scene.toml:8:1: environment.kind",
