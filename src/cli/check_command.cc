@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -29,22 +30,68 @@ constexpr double kLargestDerivativeError = 1e-7;
 
 // The scene's own materials first, then the other models with the small-strain response of the
 // first.
-std::vector<MaterialModel> materials_to_check(const std::vector<MaterialModel>& own) {
-  const LameParameters lame = initial_lame(own.front());
+std::vector<MaterialField> materials_to_check(const std::vector<MaterialField>& own) {
+  const LameParameters lame = initial_lame(own.front().model());
   constexpr double kMooneyRatio = 0.25;
   const double mu2 = lame.mu * kMooneyRatio / (1.0 + kMooneyRatio);
-  std::vector<MaterialModel> models = own;
+  std::vector<MaterialField> models = own;
   for (const MaterialModel& other :
        {MaterialModel(StVenantKirchhoff(lame.mu, lame.lambda)),
         MaterialModel(NeoHookean(lame.mu, lame.lambda)),
         MaterialModel(MooneyRivlin(lame.mu - mu2, mu2, lame.lambda - 2.0 * mu2)),
         MaterialModel(Yeoh::from_young(lame, -0.1 * lame.mu, 0.05 * lame.mu))}) {
-    const bool there = std::any_of(own.begin(), own.end(), [&](const MaterialModel& model) {
-      return model.index() == other.index();
+    const bool there = std::any_of(own.begin(), own.end(), [&](const MaterialField& field) {
+      return field.model().index() == other.index();
     });
     if (!there) models.push_back(other);
   }
   return models;
+}
+
+// A quantity of the elements of a region: one number, or the least and the largest if they differ.
+class Spread {
+ public:
+  void add(double value) {
+    least_ = std::min(least_, value);
+    most_ = std::max(most_, value);
+  }
+  nlohmann::ordered_json json() const {
+    if (least_ == most_) return least_;
+    return {least_, most_};
+  }
+
+ private:
+  double least_ = std::numeric_limits<double>::infinity();
+  double most_ = -std::numeric_limits<double>::infinity();
+};
+
+std::string range_text(const nlohmann::ordered_json& value) {
+  if (!value.is_array()) return fmt::format("{:.6g}", value.get<double>());
+  return fmt::format("{:.6g} to {:.6g}", value[0].get<double>(), value[1].get<double>());
+}
+
+nlohmann::ordered_json material_json(const MechanicalSystem& system, Index region,
+                                     const std::vector<Index>& elements) {
+  Spread mu;
+  Spread lambda;
+  Spread density;
+  Spread pressure_wave;
+  Spread shear_wave;
+  for (const Index e : elements) {
+    const LameParameters lame = system.elastic().lame(e);
+    mu.add(lame.mu);
+    lambda.add(lame.lambda);
+    density.add(system.density(e));
+    pressure_wave.add(wave_speed(lame, system.density(e)));
+    shear_wave.add(std::sqrt(lame.mu / system.density(e)));
+  }
+  const MaterialField& material = system.elastic().materials()[static_cast<std::size_t>(region)];
+  return {{"model", material_name(material.model())},
+          {"mu", mu.json()},
+          {"lambda", lambda.json()},
+          {"density", density.json()},
+          {"wave_speed", pressure_wave.json()},
+          {"shear_wave_speed", shear_wave.json()}};
 }
 
 // The edge lengths of the bounding box.
@@ -84,16 +131,11 @@ int check(const std::string& path, const std::vector<std::string>& overrides, bo
   double fastest = 0.0;
   json["materials"] = nlohmann::ordered_json::array();
   for (Index r = 0; r < system->region_count(); ++r) {
-    const MaterialModel& material = system->elastic().materials()[static_cast<std::size_t>(r)];
-    const LameParameters lame = initial_lame(material);
-    const double speed = wave_speed(lame, system->density(r));
-    fastest = std::max(fastest, speed);
-    json["materials"].push_back({{"model", material_name(material)},
-                                 {"mu", lame.mu},
-                                 {"lambda", lame.lambda},
-                                 {"density", system->density(r)},
-                                 {"wave_speed", speed},
-                                 {"shear_wave_speed", std::sqrt(lame.mu / system->density(r))}});
+    const std::vector<Index> elements = system->elements_of(r);
+    if (elements.empty()) continue;  // the other regions cover the body
+    json["materials"].push_back(material_json(*system, r, elements));
+    fastest =
+        std::max(fastest, json["materials"].back()["wave_speed"].flatten().back().get<double>());
   }
   json["wave_speed"] = fastest;
   const Vector3 size = extent(mesh);
@@ -111,14 +153,14 @@ int check(const std::string& path, const std::vector<std::string>& overrides, bo
 
   bool exact = true;
   json["derivatives"] = nlohmann::ordered_json::array();
-  for (const MaterialModel& material : materials_to_check(system->elastic().materials())) {
+  for (const MaterialField& material : materials_to_check(system->elastic().materials())) {
     const ElasticPotential potential(system->rest(), material);
     const Vector q = strained_state(potential, state.position);
     const DerivativeErrors errors = check_derivatives(potential, q);
     const bool good = errors.force_norm > 0.0 && errors.force < kLargestDerivativeError &&
                       errors.stiffness < kLargestDerivativeError;
     exact = exact && good;
-    json["derivatives"].push_back({{"material", material_name(material)},
+    json["derivatives"].push_back({{"material", material_name(material.model())},
                                    {"force_error", errors.force},
                                    {"stiffness_error", errors.stiffness},
                                    {"ok", good}});
@@ -134,11 +176,11 @@ int check(const std::string& path, const std::vector<std::string>& overrides, bo
     write_result("\n");
     for (const auto& material : json["materials"]) {
       print_result(
-          "material: {} with mu = {:.6g} Pa, lambda = {:.6g} Pa at small strain, density {:.6g} "
-          "kg/m3, wave speeds {:.6g} m/s (pressure) and {:.6g} m/s (shear)\n",
-          material["model"].get<std::string>(), material["mu"].get<double>(),
-          material["lambda"].get<double>(), material["density"].get<double>(),
-          material["wave_speed"].get<double>(), material["shear_wave_speed"].get<double>());
+          "material: {} with mu = {} Pa, lambda = {} Pa at small strain, density {} "
+          "kg/m3, wave speeds {} m/s (pressure) and {} m/s (shear)\n",
+          material["model"].get<std::string>(), range_text(material["mu"]),
+          range_text(material["lambda"]), range_text(material["density"]),
+          range_text(material["wave_speed"]), range_text(material["shear_wave_speed"]));
     }
     print_result(
         "size: {:.6g} x {:.6g} x {:.6g} m; a pressure wave takes {:.4g} s along the longest side. "

@@ -31,7 +31,7 @@ std::string mesh_remarks(const TetMesh& mesh) {
 std::string damping_remarks(const Scene& scene) {
   if (!scene.damping_ratio) return {};
   const auto& frequency = scene.damping_ratio->frequency;
-  const LameParameters lame = initial_lame(make_material(scene.material));
+  const LameParameters lame = initial_lame(make_material(scene.material));  // no array gives it
   std::string text = fmt::format(
       "damping.ratio gives mass_damping = {:.6g} 1/s and viscosity = {:.6g} Pa s. Damping ratios "
       "at "

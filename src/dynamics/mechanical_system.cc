@@ -18,8 +18,8 @@ namespace tetraction {
 
 namespace {
 
-std::vector<MaterialModel> materials_of(const std::vector<BodyRegion>& regions) {
-  std::vector<MaterialModel> materials;
+std::vector<MaterialField> materials_of(const std::vector<BodyRegion>& regions) {
+  std::vector<MaterialField> materials;
   materials.reserve(regions.size());
   for (const BodyRegion& region : regions) materials.push_back(region.material);
   return materials;
@@ -50,7 +50,7 @@ VertexSums sums(const MechanicalSystem& system, const Vector& q, const Vector& p
 
 }  // namespace
 
-MechanicalSystem::MechanicalSystem(TetMesh mesh, const MaterialModel& material, double density)
+MechanicalSystem::MechanicalSystem(TetMesh mesh, const MaterialField& material, double density)
     : MechanicalSystem(std::move(mesh), {BodyRegion{material, density}}, {}) {}
 
 MechanicalSystem::MechanicalSystem(TetMesh mesh, const std::vector<BodyRegion>& regions,
@@ -59,16 +59,23 @@ MechanicalSystem::MechanicalSystem(TetMesh mesh, const std::vector<BodyRegion>& 
       rest_(mesh_),
       elastic_(rest_, materials_of(regions), region_of_element),
       viscous_(elastic_),
+      density_(rest_.element_count()),
       mass_(Vector::Zero(mesh_.vertex_count())),
       constraints_(mesh_.vertex_count()) {
   for (const BodyRegion& region : regions) {
-    if (!(region.density > 0.0) || !std::isfinite(region.density)) {
-      throw InputError("The density must be positive and finite (kg/m³), not " +
-                       std::to_string(region.density) + ".");
+    if (!region.densities.empty() &&
+        static_cast<Index>(region.densities.size()) != rest_.element_count()) {
+      throw InputError(fmt::format("A region has densities for {} elements, but the mesh has {}.",
+                                   region.densities.size(), rest_.element_count()));
     }
-    densities_.push_back(region.density);
   }
   for (Index e = 0; e < rest_.element_count(); ++e) {
+    const BodyRegion& own = regions[static_cast<std::size_t>(region(e))];
+    density_[e] = own.densities.empty() ? own.density : own.densities[static_cast<std::size_t>(e)];
+    if (!(density_[e] > 0.0) || !std::isfinite(density_[e])) {
+      throw InputError(
+          fmt::format("The density must be positive and finite (kg/m³), not {}.", density_[e]));
+    }
     for (const Index v : rest_.nodes(e)) mass_[v] += mass_share(e);
   }
   inverse_mass_ = mass_.cwiseInverse();
@@ -76,7 +83,15 @@ MechanicalSystem::MechanicalSystem(TetMesh mesh, const std::vector<BodyRegion>& 
   list_terms();
 }
 
-void MechanicalSystem::set_material(Index region, const MaterialModel& material) {
+std::vector<Index> MechanicalSystem::elements_of(Index region_index) const {
+  std::vector<Index> elements;
+  for (Index e = 0; e < rest_.element_count(); ++e) {
+    if (region(e) == region_index) elements.push_back(e);
+  }
+  return elements;
+}
+
+void MechanicalSystem::set_material(Index region, const MaterialField& material) {
   elastic_.set_material(static_cast<std::size_t>(region), material);
 }
 

@@ -214,10 +214,11 @@ double PotentialProblem::longest_step(const Vector& u, const Vector& d,
   if (elements_are_safe) return longest;
   const ElasticPotential& elastic = system_.elastic();
   at_ = origin_ + u;
-  return std::min(longest, admissible_step(system_.rest(), at_, d, [&](Index e) {
-                    return !std::holds_alternative<StVenantKirchhoff>(
-                        elastic.materials()[static_cast<std::size_t>(elastic.material_index(e))]);
-                  }));
+  return std::min(
+      longest, admissible_step(system_.rest(), at_, d, [&](Index e) {
+        return !std::holds_alternative<StVenantKirchhoff>(
+            elastic.materials()[static_cast<std::size_t>(elastic.material_index(e))].model());
+      }));
 }
 
 double PotentialProblem::longest_term_step(const Vector& u, const Vector& d) const {
@@ -401,20 +402,11 @@ double PotentialProblem::square_value() const {
 }
 
 double PotentialProblem::round_off(const Vector& u) const {
-  // C V |∇N|²: what one metre of a node's displacement adds to the force, element by element.
-  double stiffness = 0.0;
-  double with_edges = 0.0;
-  const std::vector<MaterialModel>& materials = system_.elastic().materials();
-  for (std::size_t m = 0; m < materials.size(); ++m) {
-    const LameParameters lame = initial_lame(materials[m]);
-    const double modulus = std::abs(lame.lambda) + 2.0 * lame.mu + 2.0 * viscous_.factor();
-    const ElasticPotential::ShapeSums& sums = system_.elastic().shape_sums(m);
-    stiffness += modulus * modulus * sums.squared;
-    with_edges += modulus * modulus * sums.with_edges;
-  }
+  const ElasticPotential::StiffnessSums sums =
+      system_.elastic().stiffness_sums(2.0 * viscous_.factor());
   return 0.5 * std::numeric_limits<double>::epsilon() *
          (coefficient_.cwiseProduct(u).norm() + load_norm_ +
-          std::sqrt(stiffness) * u.cwiseAbs().maxCoeff() + std::sqrt(with_edges));
+          std::sqrt(sums.squared) * u.cwiseAbs().maxCoeff() + std::sqrt(sums.with_edges));
 }
 
 }  // namespace tetraction

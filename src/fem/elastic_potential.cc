@@ -1,6 +1,9 @@
 #include "tetraction/fem/elastic_potential.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <limits>
@@ -13,6 +16,7 @@
 #include "isotropic_model.h"
 #include "kernels/element_kernels.h"
 #include "kernels/tangent_kernels.h"
+#include "tetraction/core/error.h"
 #include "tetraction/core/parallel.h"
 
 namespace tetraction {
@@ -37,18 +41,35 @@ class FirstFailure {
   std::atomic<Index> first_{kNone};
 };
 
+// Σ Cⁿ x² and Σ Cⁿ x² L² for n = 0, 1, 2 over the elements of a material, with the modulus C, the
+// shape x = V Σ_a |∇N_a|² and the longest rest edge L.
+struct ModulusSums {
+  std::array<double, 3> squared{};
+  std::array<double, 3> with_edges{};
+
+  void add(double modulus, double shape_squared, double edge_squared) {
+    double power = 1.0;
+    for (std::size_t n = 0; n < 3; ++n, power *= modulus) {
+      squared[n] += power * shape_squared;
+      with_edges[n] += power * shape_squared * edge_squared;
+    }
+  }
+};
+
 }  // namespace
 
 struct ElasticPotential::Impl {
   const RestState& rest;
-  std::vector<MaterialModel> materials;
+  std::vector<MaterialField> materials;
   std::vector<int> material_of_element;  // empty if there is one material only
   ElementBlocks blocks;
-  std::vector<double> energies;       // per block
-  AlignedVector<double> records;      // gradients, per record
-  std::vector<ShapeSums> shape_sums;  // per material
+  std::vector<double> energies;   // per block
+  AlignedVector<double> records;  // gradients, per record
+  // Per block: the parameters of its elements (BatchView::parameters); empty if they do not vary.
+  std::vector<AlignedVector<double>> parameters;
+  std::vector<ModulusSums> modulus_sums;  // per material
 
-  Impl(const RestState& rest_state, std::vector<MaterialModel> models,
+  Impl(const RestState& rest_state, std::vector<MaterialField> models,
        std::vector<int> index_of_element)
       : rest(rest_state),
         materials(std::move(models)),
@@ -56,48 +77,115 @@ struct ElasticPotential::Impl {
                                                  : std::move(index_of_element)),
         blocks(rest, material_of_element, materials.size()),
         energies(static_cast<std::size_t>(blocks.block_count())),
-        shape_sums(materials.size()) {
+        parameters(energies.size()),
+        modulus_sums(materials.size()) {
     for (Index b = 0; b < blocks.block_count(); ++b) {
       ElementBlocks::Block& block = blocks.block(b);
-      ShapeSums& sums = shape_sums[static_cast<std::size_t>(block.material)];
+      blocks.for_each_element(block, [&](Index e, Index, int) {
+        const double largest_gradient =
+            rest.element(e).gradients[0].colwise().squaredNorm().maxCoeff();
+        block.aspect = std::max(block.aspect, std::sqrt(longest_edge(e) * largest_gradient));
+      });
+    }
+    for (std::size_t m = 0; m < materials.size(); ++m) take_parameters(m);
+  }
+
+  // The square of the longest rest edge of element e, m².
+  double longest_edge(Index e) const {
+    const auto nodes = rest.nodes(e);
+    double longest = 0.0;
+    for (std::size_t a = 0; a < nodes.size(); ++a) {
+      for (std::size_t c = 0; c < a; ++c) {
+        longest =
+            std::max(longest, (rest.position(nodes[a]) - rest.position(nodes[c])).squaredNorm());
+      }
+    }
+    return longest;
+  }
+
+  // Prepares the blocks of a material after it has changed.
+  void take_parameters(std::size_t m) {
+    const MaterialField& material = materials[m];
+    if (material.varies() && material.parameters().cols() != rest.element_count()) {
+      throw InputError(
+          fmt::format("A material has parameters for {} elements, but the mesh has {}.",
+                      material.parameters().cols(), rest.element_count()));
+    }
+    ModulusSums& sums = modulus_sums[m];
+    sums = {};
+    for (Index b = 0; b < blocks.block_count(); ++b) {
+      const ElementBlocks::Block& block = blocks.block(b);
+      if (block.material != static_cast<int>(m)) continue;
       blocks.for_each_element(block, [&](Index e, Index, int) {
         const auto element = rest.element(e);
         const double shape = element.weights[0] * element.gradients[0].squaredNorm();
-        const auto nodes = rest.nodes(e);
-        double longest = 0.0;
-        for (std::size_t a = 0; a < nodes.size(); ++a) {
-          for (std::size_t c = 0; c < a; ++c) {
-            longest = std::max(longest,
-                               (rest.position(nodes[a]) - rest.position(nodes[c])).squaredNorm());
+        const LameParameters lame =
+            initial_lame(material.varies() ? material.at(e) : material.model());
+        sums.add(std::abs(lame.lambda) + 2.0 * lame.mu, shape * shape, longest_edge(e));
+      });
+      AlignedVector<double>& values = parameters[static_cast<std::size_t>(b)];
+      values.clear();
+      if (!material.varies()) continue;
+      const Matrix& table = material.parameters();
+      const Index count = table.rows();
+      values.resize(static_cast<std::size_t>(block.batch_count * count * kBatchLanes));
+      for (Index batch = 0; batch < block.batch_count; ++batch) {
+        for (int lane = 0; lane < kBatchLanes; ++lane) {
+          // Padding gets the parameters of any element.
+          const Index e = std::max<Index>(0, blocks.element(block.first_batch + batch, lane));
+          for (Index k = 0; k < count; ++k) {
+            values[static_cast<std::size_t>((batch * count + k) * kBatchLanes + lane)] =
+                table(k, e);
           }
         }
-        sums.squared += shape * shape;
-        sums.with_edges += shape * shape * longest;
-        const double largest_gradient = element.gradients[0].colwise().squaredNorm().maxCoeff();
-        block.aspect = std::max(block.aspect, std::sqrt(longest * largest_gradient));
-      });
+      }
     }
   }
 
-  const MaterialModel& material(Index e) const {
+  const MaterialField& field(const ElementBlocks::Block& block) const {
+    return materials[static_cast<std::size_t>(block.material)];
+  }
+  const MaterialField& field(Index e) const {
     return materials[material_of_element.empty()
                          ? 0
                          : static_cast<std::size_t>(
                                material_of_element[static_cast<std::size_t>(e)])];
   }
+  BatchView batches(Index b) const {
+    BatchView view = blocks.batches(blocks.block(b));
+    const AlignedVector<double>& own = parameters[static_cast<std::size_t>(b)];
+    if (!own.empty()) view.parameters = own.data();
+    return view;
+  }
 
-  // Calls body(element, material) for all elements. The type of the material is resolved once for
-  // each block.
+  // Returns body(material of element e), with the material as its own type.
+  template <class Body>
+  decltype(auto) with_material(Index e, const Body& body) const {
+    const MaterialField& material = field(e);
+    return std::visit([&](const auto& m) { return material.with_element(m, e, body); },
+                      material.model());
+  }
+
+  // Calls body(element, material) for all elements of a block. The type of the material is resolved
+  // once.
+  template <class Body>
+  void for_each_of(const ElementBlocks::Block& block, const Body& body) const {
+    const MaterialField& material = field(block);
+    std::visit(
+        [&](const auto& m) {
+          blocks.for_each_element(block, [&](Index e, Index batch, int lane) {
+            material.with_element(m, e, [&](const auto& own) { body(e, own, batch, lane); });
+          });
+        },
+        material.model());
+  }
+
+  // Calls body(element, material) for all elements.
   template <class Body>
   void for_each(const Body& body) const {
     parallel_for(blocks.block_count(), 1, [&](Index begin, Index end) {
       for (Index b = begin; b < end; ++b) {
-        const ElementBlocks::Block& block = blocks.block(b);
-        std::visit(
-            [&](const auto& m) {
-              blocks.for_each_element(block, [&](Index e, Index, int) { body(e, m); });
-            },
-            materials[static_cast<std::size_t>(block.material)]);
+        for_each_of(blocks.block(b), [&](Index e, const auto& m, Index, int) { body(e, m); });
       }
     });
   }
@@ -124,22 +212,18 @@ struct ElasticPotential::Impl {
   BlockSums scalar_block(const ElementBlocks::Block& block, const Positions& q, double* gradients,
                          const Local& local) const {
     BlockSums sums;
-    std::visit(
-        [&](const auto& m) {
-          blocks.for_each_element(block, [&](Index e, Index batch, int lane) {
-            const Shape::NodeMatrix positions = rest.gather_relative(q, e);
-            if (!element_admissible<Shape>(rest.element(e), m, positions)) {
-              sums.admissible = false;
-              return;
-            }
-            const Shape::NodeMatrix g = local(e, positions, m, sums.energy);
-            if (gradients == nullptr) return;
-            for (int a = 0; a < Shape::kNodes; ++a) {
-              Eigen::Map<Vector3>(gradients + blocks.slot(batch, a, lane)) += g.col(a);
-            }
-          });
-        },
-        materials[static_cast<std::size_t>(block.material)]);
+    for_each_of(block, [&](Index e, const auto& m, Index batch, int lane) {
+      const Shape::NodeMatrix positions = rest.gather_relative(q, e);
+      if (!element_admissible<Shape>(rest.element(e), m, positions)) {
+        sums.admissible = false;
+        return;
+      }
+      const Shape::NodeMatrix g = local(e, positions, m, sums.energy);
+      if (gradients == nullptr) return;
+      for (int a = 0; a < Shape::kNodes; ++a) {
+        Eigen::Map<Vector3>(gradients + blocks.slot(batch, a, lane)) += g.col(a);
+      }
+    });
     return sums;
   }
 
@@ -157,7 +241,7 @@ struct ElasticPotential::Impl {
           gradients = records.data() + ElementBlocks::kRecordSize * block.first_record;
           std::fill_n(gradients, ElementBlocks::kRecordSize * block.record_count, 0.0);
         }
-        const BlockSums sums = run_block(block, q, gradients);
+        const BlockSums sums = run_block(b, q, gradients);
         energies[static_cast<std::size_t>(b)] = sums.energy;
         if (!sums.admissible) admissible = false;
       }
@@ -175,10 +259,9 @@ struct ElasticPotential::Impl {
     return block.aspect > (has_metric ? 12.0 : 50.0);
   }
 
-  BlockSums run_block(const ElementBlocks::Block& block, const Positions& q,
-                      double* gradients) const {
-    const std::optional<IsotropicModel> model =
-        isotropic_model(materials[static_cast<std::size_t>(block.material)]);
+  BlockSums run_block(Index b, const Positions& q, double* gradients) const {
+    const ElementBlocks::Block& block = blocks.block(b);
+    const std::optional<IsotropicModel> model = isotropic_model(field(block).model());
     if (!model || (q.displacement() != nullptr && loses_digits(block, *model))) {
       return scalar_block(block, q, gradients,
                           [&](Index e, const Shape::NodeMatrix& local, const auto& m,
@@ -198,22 +281,19 @@ struct ElasticPotential::Impl {
     }
     const double* displacement = q.displacement() == nullptr ? nullptr : displacements.data();
     return gradients == nullptr
-               ? elastic_energy(blocks.batches(block), *model, positions.data(), displacement)
-               : elastic_gradient(blocks.batches(block), *model, positions.data(), displacement,
-                                  gradients);
+               ? elastic_energy(batches(b), *model, positions.data(), displacement)
+               : elastic_gradient(batches(b), *model, positions.data(), displacement, gradients);
   }
 
-  void add_block_hessian(const ElementBlocks::Block& block, const Positions& q,
-                         const SparsityPattern& pattern, double* values) const {
-    const MaterialModel& material = materials[static_cast<std::size_t>(block.material)];
-    const std::optional<IsotropicModel> model = isotropic_model(material);
+  void add_block_hessian(Index b, const Positions& q, const SparsityPattern& pattern,
+                         double* values) const {
+    const ElementBlocks::Block& block = blocks.block(b);
+    const std::optional<IsotropicModel> model = isotropic_model(field(block).model());
     const auto add_one = [&](Index e) {
-      std::visit(
-          [&](const auto& m) {
-            pattern.scatter(
-                e, element_hessian<Shape>(rest.element(e), m, rest.gather_relative(q, e)), values);
-          },
-          material);
+      with_material(e, [&](const auto& m) {
+        pattern.scatter(e, element_hessian<Shape>(rest.element(e), m, rest.gather_relative(q, e)),
+                        values);
+      });
     };
     if (!model) {
       blocks.for_each_element(block, [&](Index e, Index, int) { add_one(e); });
@@ -226,7 +306,7 @@ struct ElasticPotential::Impl {
     const auto numbers = static_cast<std::size_t>(tangent_numbers(form)) * kBatchLanes;
     state.resize(numbers * static_cast<std::size_t>(block.batch_count));
     blocks.load_positions(block, q, positions.data());
-    prepare_tangent(blocks.batches(block), *model, form, positions.data(), state.data());
+    prepare_tangent(batches(b), *model, form, positions.data(), state.data());
     add_block_stiffness(blocks, block, form, state.data(), pattern, values, add_one);
   }
 
@@ -245,25 +325,45 @@ struct ElasticPotential::Impl {
   }
 };
 
-ElasticPotential::ElasticPotential(const RestState& rest, const MaterialModel& material)
-    : ElasticPotential(rest, std::vector<MaterialModel>{material}, {}) {}
-ElasticPotential::ElasticPotential(const RestState& rest, std::vector<MaterialModel> materials,
+ElasticPotential::ElasticPotential(const RestState& rest, const MaterialField& material)
+    : ElasticPotential(rest, std::vector<MaterialField>{material}, {}) {}
+ElasticPotential::ElasticPotential(const RestState& rest,
+                                   const std::vector<MaterialModel>& materials,
+                                   std::vector<int> material_of_element)
+    : ElasticPotential(rest, std::vector<MaterialField>(materials.begin(), materials.end()),
+                       std::move(material_of_element)) {}
+ElasticPotential::ElasticPotential(const RestState& rest, std::vector<MaterialField> materials,
                                    std::vector<int> material_of_element)
     : impl_(std::make_unique<Impl>(rest, std::move(materials), std::move(material_of_element))) {}
 ElasticPotential::~ElasticPotential() = default;
 ElasticPotential::ElasticPotential(ElasticPotential&&) noexcept = default;
 
-const ElasticPotential::ShapeSums& ElasticPotential::shape_sums(std::size_t material) const {
-  return impl_->shape_sums.at(material);
+// Σ (C + c)² x² = Σ C² x² + 2 c Σ C x² + c² Σ x².
+ElasticPotential::StiffnessSums ElasticPotential::stiffness_sums(double extra_modulus) const {
+  StiffnessSums total;
+  for (const ModulusSums& m : impl_->modulus_sums) {
+    const auto at = [&](const std::array<double, 3>& powers) {
+      return powers[2] + extra_modulus * (2.0 * powers[1] + extra_modulus * powers[0]);
+    };
+    total.squared += at(m.squared);
+    total.with_edges += at(m.with_edges);
+  }
+  return total;
 }
 const ElementBlocks& BlockAccess::blocks(const ElasticPotential& elastic) {
   return elastic.impl_->blocks;
 }
+BatchView BlockAccess::batches(const ElasticPotential& elastic, Index block) {
+  return elastic.impl_->batches(block);
+}
 const RestState& ElasticPotential::rest() const {
   return impl_->rest;
 }
-const std::vector<MaterialModel>& ElasticPotential::materials() const {
+const std::vector<MaterialField>& ElasticPotential::materials() const {
   return impl_->materials;
+}
+MaterialModel ElasticPotential::material(Index e) const {
+  return impl_->field(e).at(e);
 }
 int ElasticPotential::material_index(Index e) const {
   return impl_->material_of_element.empty()
@@ -271,10 +371,11 @@ int ElasticPotential::material_index(Index e) const {
              : impl_->material_of_element[static_cast<std::size_t>(e)];
 }
 LameParameters ElasticPotential::lame(Index e) const {
-  return initial_lame(impl_->material(e));
+  return impl_->with_material(e, [](const auto& m) { return m.initial_lame(); });
 }
-void ElasticPotential::set_material(std::size_t index, const MaterialModel& material) {
+void ElasticPotential::set_material(std::size_t index, const MaterialField& material) {
   impl_->materials.at(index) = material;
+  impl_->take_parameters(index);
 }
 
 EvaluationStatus ElasticPotential::admissible(const Positions& q) const {
@@ -302,8 +403,7 @@ EvaluationStatus ElasticPotential::add_hessian(const Positions& q, const Sparsit
   for (const std::vector<Index>& color : BlockAccess::colors(pattern, impl_->blocks)) {
     parallel_for(static_cast<Index>(color.size()), 1, [&](Index begin, Index end) {
       for (Index i = begin; i < end; ++i) {
-        impl_->add_block_hessian(impl_->blocks.block(color[static_cast<std::size_t>(i)]), q,
-                                 pattern, values);
+        impl_->add_block_hessian(color[static_cast<std::size_t>(i)], q, pattern, values);
       }
     });
   }
@@ -343,17 +443,15 @@ double BlockAccess::energy(const ElasticPotential& elastic, Index block) {
 
 bool ElasticPotential::element_terms(Index e, const Positions& q, bool with_hessian,
                                      ElementTerms& terms) const {
-  return std::visit(
-      [&](const auto& material) {
-        const Shape::NodeMatrix local = impl_->rest.gather_relative(q, e);
-        const auto rest = impl_->rest.element(e);
-        if (!element_admissible<Shape>(rest, material, local)) return false;
-        terms.energy = element_energy<Shape>(rest, material, local);
-        terms.gradient = element_gradient<Shape>(rest, material, local);
-        if (with_hessian) terms.hessian = element_hessian<Shape>(rest, material, local);
-        return true;
-      },
-      impl_->material(e));
+  return impl_->with_material(e, [&](const auto& material) {
+    const Shape::NodeMatrix local = impl_->rest.gather_relative(q, e);
+    const auto rest = impl_->rest.element(e);
+    if (!element_admissible<Shape>(rest, material, local)) return false;
+    terms.energy = element_energy<Shape>(rest, material, local);
+    terms.gradient = element_gradient<Shape>(rest, material, local);
+    if (with_hessian) terms.hessian = element_hessian<Shape>(rest, material, local);
+    return true;
+  });
 }
 
 void ElasticPotential::energy_densities(const Vector& q, Vector& densities) const {
@@ -364,12 +462,10 @@ void ElasticPotential::energy_densities(const Vector& q, Vector& densities) cons
 }
 
 Matrix3 ElasticPotential::first_piola(Index e, const Vector& q) const {
-  return std::visit(
-      [&](const auto& material) -> Matrix3 {
-        return material.first_piola(
-            deformation_gradient(impl_->rest.element(e), 0, impl_->rest.gather(q, e)));
-      },
-      impl_->material(e));
+  return impl_->with_material(e, [&](const auto& material) -> Matrix3 {
+    return material.first_piola(
+        deformation_gradient(impl_->rest.element(e), 0, impl_->rest.gather(q, e)));
+  });
 }
 
 }  // namespace tetraction

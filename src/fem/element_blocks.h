@@ -168,6 +168,8 @@ class ElementBlocks {
 struct BlockAccess {
   /// The blocks of the elements of the whole body.
   static const ElementBlocks& blocks(const ElasticPotential& elastic);
+  /// The batches of a block with the parameters of their material.
+  static BatchView batches(const ElasticPotential& elastic, Index block);
   /// The energy of a block at the positions where W was evaluated last, J.
   static double energy(const ElasticPotential& elastic, Index block);
   /// The blocks by colour. No two blocks of a colour share a free coordinate of the pattern.

@@ -41,14 +41,18 @@ InversionCounter::InversionCounter(const ElasticPotential& elastic) : elastic_(e
   const ElementBlocks& blocks = BlockAccess::blocks(elastic);
   for (Index b = 0; b < blocks.block_count(); ++b) {
     const ElementBlocks::Block& block = blocks.block(b);
-    double least_volume = std::numeric_limits<double>::infinity();
-    blocks.for_each_element(block, [&](Index e, Index, int) {
-      least_volume = std::min(least_volume, elastic.rest().volume(e));
-    });
-    const double density =
-        std::visit([](const auto& material) { return density_threshold(material); },
-                   elastic.materials()[static_cast<std::size_t>(block.material)]);
-    energy_threshold_.push_back(least_volume * density);
+    const MaterialField& field = elastic.materials()[static_cast<std::size_t>(block.material)];
+    double least_energy = kNeverExamine;
+    std::visit(
+        [&](const auto& material) {
+          blocks.for_each_element(block, [&](Index e, Index, int) {
+            const double density =
+                field.with_element(material, e, [](const auto& m) { return density_threshold(m); });
+            least_energy = std::min(least_energy, elastic.rest().volume(e) * density);
+          });
+        },
+        field.model());
+    energy_threshold_.push_back(least_energy);
   }
 }
 

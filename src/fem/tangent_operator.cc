@@ -45,7 +45,7 @@ double lowest_eigenvalue(const Matrix3& s, const std::array<Matrix3, 3>& m) {
 template <class T>
 bool TangentOperator<T>::supports(const ElasticPotential& elastic) {
   return std::all_of(elastic.materials().begin(), elastic.materials().end(),
-                     [](const MaterialModel& m) { return isotropic_model(m).has_value(); });
+                     [](const MaterialField& m) { return isotropic_model(m.model()).has_value(); });
 }
 
 template <class T>
@@ -71,7 +71,7 @@ TangentOperator<T>::TangentOperator(const ElasticPotential& elastic,
 template <class T>
 TangentForm TangentOperator<T>::form(const ElementBlocks::Block& block) const {
   const auto model =
-      isotropic_model(elastic_.materials()[static_cast<std::size_t>(block.material)]);
+      isotropic_model(elastic_.materials()[static_cast<std::size_t>(block.material)].model());
   return tangent_form(*model, viscous_);
 }
 
@@ -93,9 +93,10 @@ void TangentOperator<T>::set(const Vector& q, const ViscousPotential* viscous,
       positions.resize(static_cast<std::size_t>(ElementBlocks::kRecordSize * block.record_count));
       blocks_.load_records(block, q.data(), positions.data());
       const auto model =
-          isotropic_model(elastic_.materials()[static_cast<std::size_t>(block.material)]);
+          isotropic_model(elastic_.materials()[static_cast<std::size_t>(block.material)].model());
       T* state = state_.data() + begin_[static_cast<std::size_t>(b)];
-      prepare_tangent(blocks_.batches(block), *model, form(block), positions.data(), state);
+      prepare_tangent(BlockAccess::batches(elastic_, b), *model, form(block), positions.data(),
+                      state);
       if (viscous_) BlockAccess::add_tangent(*viscous, b, displacement, form(block), state);
     }
   });

@@ -67,7 +67,7 @@ auto times(double factor, T x) {
 
 template <class M>
 double IsotropicMaterial<M>::energy_density(const Matrix3& f) const {
-  const M& material = static_cast<const M&>(*this);
+  const auto& material = static_cast<const M&>(*this).parameters();
   if constexpr (M::kDefinedForAnyJacobian) {
     return isotropic::Law<M>::energy(material, isotropic::strain_measures(2.0 * green_strain(f)));
   } else {
@@ -85,7 +85,7 @@ double IsotropicMaterial<M>::energy_density(const Matrix3& f) const {
 
 template <class M>
 Matrix3 IsotropicMaterial<M>::first_piola(const Matrix3& f) const {
-  const M& material = static_cast<const M&>(*this);
+  const auto& material = static_cast<const M&>(*this).parameters();
   if constexpr (M::kDefinedForAnyJacobian) {
     const Matrix3 a = 2.0 * green_strain(f);
     const StrainMeasures<double> s = isotropic::strain_measures(a);
@@ -117,7 +117,7 @@ template <class M>
 Matrix9 IsotropicMaterial<M>::stiffness(const Matrix3& f) const {
   using Terms = isotropic::TermsOf<M>;
   using L = isotropic::Law<M>;
-  const M& material = static_cast<const M&>(*this);
+  const auto& material = static_cast<const M&>(*this).parameters();
   Matrix9 result;
   // Calls body(J, L, block) for all blocks.
   const auto for_blocks = [&](const auto& body) {

@@ -7,7 +7,7 @@
 namespace tetraction {
 
 MooneyRivlin::MooneyRivlin(double mu1, double mu2, double lambda, VolumetricPart volumetric)
-    : mu1_(mu1), mu2_(mu2), lambda_(lambda), volumetric_(volumetric) {
+    : parameters_{mu1, mu2, lambda, volumetric} {
   if (!(mu1 >= 0.0) || !(mu2 >= 0.0)) {
     throw InputError(fmt::format(
         "mooney-rivlin: mu1 = {} Pa and mu2 = {} Pa must both be zero or positive.", mu1, mu2));

@@ -4,7 +4,7 @@
 namespace tetraction {
 
 NeoHookean::NeoHookean(double mu, double lambda, VolumetricPart volumetric)
-    : mu_(mu), lambda_(lambda), volumetric_(volumetric) {
+    : parameters_{mu, lambda, volumetric} {
   check_lame(kName, mu, lambda);
 }
 

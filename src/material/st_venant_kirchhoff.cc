@@ -3,7 +3,7 @@
 
 namespace tetraction {
 
-StVenantKirchhoff::StVenantKirchhoff(double mu, double lambda) : mu_(mu), lambda_(lambda) {
+StVenantKirchhoff::StVenantKirchhoff(double mu, double lambda) : parameters_{mu, lambda} {
   check_lame(kName, mu, lambda);
 }
 

@@ -9,8 +9,7 @@
 
 namespace tetraction {
 
-Yeoh::Yeoh(double c10, double c20, double c30, double kappa)
-    : c10_(c10), c20_(c20), c30_(c30), kappa_(kappa) {
+Yeoh::Yeoh(double c10, double c20, double c30, double kappa) : parameters_{c10, c20, c30, kappa} {
   if (!std::isfinite(c10) || !(c10 > 0.0)) {
     throw InputError(fmt::format(
         "yeoh: c10 = {} Pa must be positive and finite; it is half the shear modulus.", c10));
@@ -31,14 +30,15 @@ Yeoh Yeoh::from_young(const LameParameters& lame, double c20, double c30) {
 }
 
 double Yeoh::unstable_from() const {
-  const double discriminant = c20_ * c20_ - 3.0 * c10_ * c30_;
-  if ((c20_ >= 0.0 && c30_ >= 0.0) || discriminant < 0.0) {
+  const auto& [c10, c20, c30, kappa] = parameters_;
+  const double discriminant = c20 * c20 - 3.0 * c10 * c30;
+  if ((c20 >= 0.0 && c30 >= 0.0) || discriminant < 0.0) {
     return std::numeric_limits<double>::infinity();
   }
   // The least positive root, in the form in which nothing cancels. The first one holds for C₃₀ = 0,
   // too.
   const double root = std::sqrt(discriminant);
-  return c20_ < 0.0 ? c10_ / (root - c20_) : (root + c20_) / (-3.0 * c30_);
+  return c20 < 0.0 ? c10 / (root - c20) : (root + c20) / (-3.0 * c30);
 }
 
 }  // namespace tetraction

@@ -53,6 +53,9 @@ struct ValueCheck {
   void operator()(const NumberOrAuto<S>& value) const {
     if (!(settings.*value.automatic)) number(settings.*value.number, "=");
   }
+  void operator()(const NumberOrArray<S>& value) const {
+    if (const std::optional<double> given = value.number(settings)) number(*given, "=");
+  }
   void operator()(const VectorOrField<S>& value) const {
     const FieldSettings& field = settings.*value.field;
     if (field.empty()) vector(settings.*value.vector);

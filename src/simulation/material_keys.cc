@@ -59,7 +59,7 @@ std::vector<Key<MaterialSettings>> material_table() {
                      .unit = parameter.unit,
                      .help = texts.back().c_str(),
                      .range = parameter.range},
-                    key.value});
+                    NumberOrArray<S>{parameter.name, key.value, &S::arrays}});
   }
   keys.push_back(
       {{.name = "volumetric",
@@ -76,11 +76,11 @@ std::vector<Key<MaterialSettings>> material_table() {
                                 : VolumetricPart::kLogarithmic;
            }},
        has_volumetric_part});
-  keys.push_back({{.name = "density",
-                   .unit = "kg/m³",
-                   .help = "of the undeformed body",
-                   .range = kModeratePositive},
-                  &S::density});
+  keys.push_back({{.name = kDensity.name,
+                   .unit = kDensity.unit,
+                   .help = kDensity.help,
+                   .range = kDensity.range},
+                  NumberOrArray<S>{kDensity.name, &S::density, &S::arrays}});
   return keys;
 }
 

@@ -64,6 +64,11 @@ std::string list_of(const std::vector<MaterialParameter>& parameters) {
   return text;
 }
 
+const std::string* array_of(const MaterialSettings& s, const char* name) {
+  const auto found = s.arrays.find(name);
+  return found == s.arrays.end() ? nullptr : &found->second;
+}
+
 // Every parameter in `needed` must be given, and no other.
 void require(const MaterialSettings& s, const std::vector<MaterialParameter>& needed,
              const std::vector<MaterialParameter>& instead) {
@@ -72,38 +77,34 @@ void require(const MaterialSettings& s, const std::vector<MaterialParameter>& ne
     const char* name = key.parameter.name;
     const bool is_needed = std::ranges::any_of(
         needed, [&](const MaterialParameter& p) { return std::string_view(p.name) == name; });
-    if (!is_needed && (s.*key.value).has_value()) {
+    const bool has_number = (s.*key.value).has_value();
+    const bool has_array = array_of(s, name) != nullptr;
+    if (has_number && has_array) {
+      throw InputError(
+          fmt::format("material.{} has both a number and an array; give one of them.", name));
+    }
+    if (!is_needed && (has_number || has_array)) {
       throw InputError(
           fmt::format("material.{} cannot be combined with the other parameters that are given: "
                       "the {} model takes {}, and nothing else.",
                       name, s.model, wanted));
     }
-  }
-  for (const MaterialParameter& p : needed) {
-    if (!(s.*value_of(p.name)).has_value()) {
+    if (is_needed && !has_number && !has_array) {
       throw InputError(
-          fmt::format("material.{} is missing: the {} model needs {}.", p.name, s.model, wanted));
+          fmt::format("material.{} is missing: the {} model needs {}.", name, s.model, wanted));
     }
   }
-}
-
-// make(values…) with the values of the parameters and, if there is a choice, the volumetric part.
-template <class M, std::size_t kCount, class Make>
-M made_of(const std::array<MaterialParameter, kCount>& parameters, const MaterialSettings& s,
-          const Make& make) {
-  return [&]<std::size_t... i>(std::index_sequence<i...>) {
-    if constexpr (M::kHasVolumetricPart) {
-      return make(*(s.*value_of(parameters[i].name))...,
-                  s.volumetric.value_or(VolumetricPart::kLogarithmic));
-    } else {
-      return make(*(s.*value_of(parameters[i].name))...);
-    }
-  }
-  (std::make_index_sequence<kCount>());
 }
 
 template <class M>
-M make(const MaterialSettings& s) {
+bool is_given_by_young(const MaterialSettings& s) {
+  return s.youngs_modulus || s.poissons_ratio || array_of(s, kYoungsModulus.name) != nullptr ||
+         array_of(s, kPoissonsRatio.name) != nullptr;
+}
+
+// The settings must have the parameters that M needs.
+template <class M>
+void check(const MaterialSettings& s) {
   const std::vector<MaterialParameter> own(M::kParameters.begin(), M::kParameters.end());
   std::vector<MaterialParameter> by_young{kYoungsModulus, kPoissonsRatio};
   by_young.insert(by_young.end(), M::kBesideYoung.begin(), M::kBesideYoung.end());
@@ -113,14 +114,119 @@ M make(const MaterialSettings& s) {
                     "part only: leave it out.",
                     s.model));
   }
-  if (!s.youngs_modulus && !s.poissons_ratio) {
-    require(s, own, by_young);
-    return made_of<M>(M::kParameters, s, [](auto... values) { return M(values...); });
+  const bool is_by_young = is_given_by_young<M>(s);
+  require(s, is_by_young ? by_young : own, is_by_young ? own : by_young);
+}
+
+// make(values…) with the values of the parameters and, if there is a choice, the volumetric part.
+template <class M, std::size_t kCount, class Number, class Make>
+M made_of(const std::array<MaterialParameter, kCount>& parameters, const MaterialSettings& s,
+          const Number& number, const Make& make) {
+  return [&]<std::size_t... i>(std::index_sequence<i...>) {
+    if constexpr (M::kHasVolumetricPart) {
+      return make(number(parameters[i])..., s.volumetric.value_or(VolumetricPart::kLogarithmic));
+    } else {
+      return make(number(parameters[i])...);
+    }
   }
-  require(s, by_young, own);
-  const LameParameters lame = lame_from_young(*s.youngs_modulus, *s.poissons_ratio);
-  return made_of<M>(M::kBesideYoung, s,
+  (std::make_index_sequence<kCount>());
+}
+
+// The material of settings that check() has accepted. number(parameter) returns the value of a
+// parameter.
+template <class M, class Number>
+M make(const MaterialSettings& s, const Number& number) {
+  if (!is_given_by_young<M>(s)) {
+    return made_of<M>(M::kParameters, s, number, [](auto... values) { return M(values...); });
+  }
+  const LameParameters lame = lame_from_young(number(kYoungsModulus), number(kPoissonsRatio));
+  return made_of<M>(M::kBesideYoung, s, number,
                     [&](auto... values) { return M::from_young(lame, values...); });
+}
+
+// Returns body.operator()<M>() with the model of the settings.
+template <class Body>
+void with_model(const MaterialSettings& s, const Body& body) {
+  bool found = false;
+  std::string names;
+  for_each_model([&]<class M>() {
+    if (s.model == M::kName) {
+      found = true;
+      body.template operator()<M>();
+    }
+    names += fmt::format("{}{}", names.empty() ? "" : ", ", M::kName);
+  });
+  if (!found) {
+    throw InputError(
+        fmt::format("material.model = \"{}\" is not a material; there are {}.", s.model, names));
+  }
+}
+
+// The parameters of the settings at single tetrahedra.
+class ElementNumbers {
+ public:
+  ElementNumbers(const MaterialSettings& settings, const TetMesh& mesh)
+      : settings_(settings), mesh_(mesh) {}
+
+  // The value of an array at a tetrahedron.
+  double operator()(const std::string& array, const MaterialParameter& parameter, Index e) const {
+    const auto found = mesh_.cell_arrays.find(array);
+    if (found == mesh_.cell_arrays.end()) {
+      std::string names;
+      for (const auto& [name, values] : mesh_.cell_arrays) {
+        names += fmt::format("{}\"{}\"", names.empty() ? "" : ", ", name);
+      }
+      throw InputError(
+          fmt::format("material.{}: the mesh {}has no cell array \"{}\"; {}.", parameter.name,
+                      mesh_name(), array,
+                      names.empty() ? "it has none at all (VTU, VTK and Gmsh files can hold them)"
+                                    : "it has " + names));
+    }
+    const Matrix& values = found->second;
+    if (values.rows() != 1) {
+      throw InputError(fmt::format(
+          "material.{}: the cell array \"{}\" has {} numbers for each tetrahedron, not one.",
+          parameter.name, array, values.rows()));
+    }
+    if (values.cols() != mesh_.tetrahedron_count()) {
+      throw InputError(fmt::format(
+          "material.{}: the cell array \"{}\" has {} numbers, but the mesh has {} tetrahedra.",
+          parameter.name, array, values.cols(), mesh_.tetrahedron_count()));
+    }
+    const double value = values(0, e);
+    const std::string refusal = parameter.range.refusal(value);
+    if (!refusal.empty()) {
+      throw InputError(
+          fmt::format("material.{}: the cell array \"{}\" {}has the value {} at "
+                      "tetrahedron {}{}",
+                      parameter.name, array, of_mesh(), value, mesh_.tetrahedron_id(e), refusal));
+    }
+    return value;
+  }
+
+  // The value of a parameter at a tetrahedron.
+  double operator()(const MaterialParameter& parameter, Index e) const {
+    const std::string* array = array_of(settings_, parameter.name);
+    if (array == nullptr) return *(settings_.*value_of(parameter.name));
+    return (*this)(*array, parameter, e);
+  }
+
+ private:
+  std::string mesh_name() const { return mesh_.source.empty() ? "" : mesh_.source + " "; }
+  std::string of_mesh() const { return mesh_.source.empty() ? "" : "of " + mesh_.source + " "; }
+
+  const MaterialSettings& settings_;
+  const TetMesh& mesh_;
+};
+
+// A message about the material of a tetrahedron with its place in the scene. If the message begins
+// with a key, it names the tetrahedron itself.
+std::string placed(const MaterialSettings& s, const TetMesh& mesh, Index e,
+                   const std::string& message) {
+  const std::string own = "material";
+  const std::string where = s.where.empty() ? own : s.where;
+  if (message.starts_with(own + ".")) return where + message.substr(own.size());
+  return fmt::format("{}: tetrahedron {}: {}", where, mesh.tetrahedron_id(e), message);
 }
 
 }  // namespace
@@ -153,7 +259,8 @@ const std::vector<MaterialChoice>& material_choices() {
                      M::kTitle,
                      M::kHasVolumetricPart,
                      {M::kParameters.begin(), M::kParameters.end()},
-                     {M::kBesideYoung.begin(), M::kBesideYoung.end()}});
+                     {M::kBesideYoung.begin(), M::kBesideYoung.end()},
+                     M::kDefinedForAnyJacobian});
     });
     return all;
   }();
@@ -164,19 +271,73 @@ const char* to_string(VolumetricPart part) {
   return part == VolumetricPart::kLogarithmic ? "log" : "quadratic";
 }
 
+void check_material(const MaterialSettings& s) {
+  if (s.arrays.empty()) {
+    make_material(s);
+    return;
+  }
+  for (const auto& [name, array] : s.arrays) {
+    if (name == kDensity.name || value_of(name) != nullptr) continue;
+    throw InputError(fmt::format("material.{} cannot be an array.", name));
+  }
+  if (!s.custom) with_model(s, [&]<class M>() { check<M>(s); });
+}
+
 MaterialModel make_material(const MaterialSettings& s) {
   if (s.custom) return *s.custom;
   std::optional<MaterialModel> made;
-  std::string names;
-  for_each_model([&]<class M>() {
-    if (s.model == M::kName) made = make<M>(s);
-    names += fmt::format("{}{}", names.empty() ? "" : ", ", M::kName);
+  with_model(s, [&]<class M>() {
+    check<M>(s);
+    made = make<M>(s, [&](const MaterialParameter& parameter) {
+      if (array_of(s, parameter.name) != nullptr) {
+        throw InputError(fmt::format(
+            "material.{} is an array, which has no meaning without a mesh.", parameter.name));
+      }
+      return *(s.*value_of(parameter.name));
+    });
   });
-  if (!made) {
-    throw InputError(
-        fmt::format("material.model = \"{}\" is not a material; there are {}.", s.model, names));
-  }
   return *made;
+}
+
+MaterialField make_material(const MaterialSettings& s, const TetMesh& mesh,
+                            const std::vector<Index>& elements) {
+  check_material(s);
+  const bool varies =
+      std::ranges::any_of(s.arrays, [](const auto& entry) { return entry.first != kDensity.name; });
+  if (s.custom || !varies) return make_material(s);
+  std::optional<MaterialField> made;
+  with_model(s, [&]<class M>() {
+    const ElementNumbers numbers(s, mesh);
+    const auto model_of = [&](Index e) -> IsotropicModel {
+      try {
+        return make<M>(s, [&](const MaterialParameter& p) { return numbers(p, e); });
+      } catch (const InputError& error) {
+        throw InputError(placed(s, mesh, e, error.what()));
+      }
+    };
+    // Elements of other regions get the material of one that belongs to this region.
+    const Index first = elements.empty() ? 0 : elements.front();
+    std::vector<IsotropicModel> models(mesh.tetrahedra.size(), model_of(first));
+    for (const Index e : elements) models[static_cast<std::size_t>(e)] = model_of(e);
+    made = MaterialField(models);
+  });
+  return *made;
+}
+
+std::vector<double> make_densities(const MaterialSettings& s, const TetMesh& mesh,
+                                   const std::vector<Index>& elements) {
+  const std::string* array = array_of(s, kDensity.name);
+  if (array == nullptr) return {};
+  const ElementNumbers numbers(s, mesh);
+  std::vector<double> densities(mesh.tetrahedra.size(), 0.0);
+  for (const Index e : elements) {
+    try {
+      densities[static_cast<std::size_t>(e)] = numbers(*array, kDensity, e);
+    } catch (const InputError& error) {
+      throw InputError(placed(s, mesh, e, error.what()));
+    }
+  }
+  return densities;
 }
 
 }  // namespace tetraction

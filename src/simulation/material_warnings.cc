@@ -95,9 +95,8 @@ struct InstabilityWarning {
 
 std::string locking_warning(const MechanicalSystem& system) {
   double largest = 0.0;
-  for (const MaterialModel& material : system.elastic().materials()) {
-    const LameParameters lame = initial_lame(material);
-    largest = std::max(largest, 0.5 * lame.lambda / (lame.lambda + lame.mu));
+  for (const MaterialField& material : system.elastic().materials()) {
+    largest = std::max(largest, material.lame_range().most_ratio);
   }
   if (largest < kLockingRatio - 1e-9) return {};
   return fmt::format(
@@ -109,9 +108,12 @@ std::string locking_warning(const MechanicalSystem& system) {
 }
 
 std::string instability_warning(const MechanicalSystem& system) {
-  for (const MaterialModel& material : system.elastic().materials()) {
-    std::string warning = std::visit(InstabilityWarning(), material);
-    if (!warning.empty()) return warning;
+  for (const MaterialField& material : system.elastic().materials()) {
+    const Index count = material.varies() ? material.parameters().cols() : 1;
+    for (Index e = 0; e < count; ++e) {
+      std::string warning = std::visit(InstabilityWarning(), material.at(e));
+      if (!warning.empty()) return warning;
+    }
   }
   return {};
 }

@@ -109,7 +109,24 @@ Environment constant_environment(const EnvironmentSettings& settings) {
   return {};
 }
 
+// Material and density of the elements whose region has the number `index`.
+BodyRegion make_region(const MaterialSettings& material, const TetMesh& mesh,
+                       const std::vector<int>& region_of_element, int index) {
+  std::vector<Index> elements;
+  for (std::size_t e = 0; e < region_of_element.size() && !material.arrays.empty(); ++e) {
+    if (region_of_element[e] == index) elements.push_back(static_cast<Index>(e));
+  }
+  return {make_material(material, mesh, elements), material.density,
+          make_densities(material, mesh, elements)};
+}
+
 }  // namespace
+
+MaterialField make_material(const MaterialSettings& settings, const MechanicalSystem& system,
+                            Index region) {
+  if (settings.arrays.empty()) return make_material(settings);
+  return make_material(settings, system.mesh(), system.elements_of(region));
+}
 
 Environment make_environment(const EnvironmentSettings& settings,
                              const std::vector<AmplitudeSettings>& amplitudes) {
@@ -119,18 +136,21 @@ Environment make_environment(const EnvironmentSettings& settings,
 }
 
 std::unique_ptr<MechanicalSystem> make_system(const Scene& scene, TetMesh mesh) {
-  std::vector<BodyRegion> regions{{make_material(scene.material), scene.material.density}};
-  std::vector<int> region_of_element;
-  if (!scene.material_region.empty()) region_of_element.assign(mesh.tetrahedra.size(), 0);
-  for (const MaterialRegionSettings& region : scene.material_region) {
-    regions.push_back({make_material(region.material), region.material.density});
+  std::vector<int> region_of_element(mesh.tetrahedra.size(), 0);
+  for (std::size_t i = 0; i < scene.material_region.size(); ++i) {
+    const MaterialRegionSettings& region = scene.material_region[i];
     try {
       for (const Index e : select_tetrahedra(mesh, region.select)) {
-        region_of_element[static_cast<std::size_t>(e)] = static_cast<int>(regions.size()) - 1;
+        region_of_element[static_cast<std::size_t>(e)] = static_cast<int>(i) + 1;
       }
     } catch (const InputError& error) {
       throw InputError(region.where + ": " + error.what());
     }
+  }
+  std::vector<BodyRegion> regions{make_region(scene.material, mesh, region_of_element, 0)};
+  for (const MaterialRegionSettings& region : scene.material_region) {
+    regions.push_back(
+        make_region(region.material, mesh, region_of_element, static_cast<int>(regions.size())));
   }
   auto system = std::make_unique<MechanicalSystem>(std::move(mesh), regions, region_of_element);
   system->set_environment(make_environment(scene.environment, scene.amplitude));

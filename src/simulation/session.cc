@@ -75,9 +75,8 @@ void Session::Impl::stop(RunStatus how, const std::string& what, Index element) 
 double Session::Impl::relative_energy(double energy) const {
   // Because of the lower bound, round-off in a body at rest does not count.
   double modulus = 0.0;
-  for (const MaterialModel& material : system->elastic().materials()) {
-    const LameParameters lame = initial_lame(material);
-    modulus = std::max(modulus, lame.lambda + 2.0 * lame.mu);
+  for (const MaterialField& material : system->elastic().materials()) {
+    modulus = std::max(modulus, material.lame_range().most_modulus);
   }
   const double floor = 1e-12 * modulus * system->mesh().total_volume();
   return energy / std::max(balance->energy_scale(), floor);

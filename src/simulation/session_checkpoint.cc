@@ -44,12 +44,16 @@ BodyIdentity make_identity(const MechanicalSystem& system) {
   const Vector rest = system.mesh().rest_positions();
   mesh.add(static_cast<std::uint64_t>(rest.size()));
   for (const double x : rest) mesh.add(x);
+  for (const auto& [name, values] : system.mesh().cell_arrays) {  // materials may refer to them
+    mesh.add(name);
+    for (const double x : values.reshaped()) mesh.add(x);
+  }
   for (Index e = 0; e < system.rest().element_count(); ++e) {
     for (const Index v : system.rest().nodes(e)) mesh.add(static_cast<std::uint64_t>(v));
     regions.add(static_cast<std::uint64_t>(system.region(e)));
   }
   Fingerprint densities;
-  for (Index r = 0; r < system.region_count(); ++r) densities.add(system.density(r));
+  for (Index e = 0; e < system.rest().element_count(); ++e) densities.add(system.density(e));
   Fingerprint terms;
   for (const ForceTerm* term : system.force_terms()) terms.add(term->name());
   return {mesh.value(), regions.value(), densities.value(), terms.value()};

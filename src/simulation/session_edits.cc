@@ -48,7 +48,18 @@ struct Editor {
     if (edit.region < 0 || edit.region >= system.region_count()) {
       throw InputError(fmt::format(kNoSuch, "material region", edit.region, system.region_count()));
     }
-    const double density = system.density(edit.region);
+    const MaterialSettings& now = settings.materials[static_cast<std::size_t>(edit.region)];
+    const auto density_array = [](const MaterialSettings& material) {
+      const auto found = material.arrays.find(kDensity.name);
+      return found == material.arrays.end() ? std::string() : found->second;
+    };
+    if (density_array(edit.material) != density_array(now)) {
+      throw InputError(
+          "The density cannot be changed during a run: mass would appear from nowhere, and "
+          "momentum "
+          "and energy with it. Change it before the start.");
+    }
+    const double density = now.density;
     if (edit.material.density != density) {
       throw InputError(fmt::format(
           "The density cannot be changed during a run ({} to {} kg/m3): mass would appear from "
@@ -58,7 +69,7 @@ struct Editor {
     const bool built_in = all_built_in();
     const bool locked = !locking_warning(system).empty();
     const bool unstable = !instability_warning(system).empty();
-    system.set_material(edit.region, make_material(edit.material));
+    system.set_material(edit.region, make_material(edit.material, system, edit.region));
     settings.materials[static_cast<std::size_t>(edit.region)] = edit.material;
     if (!locked) warning = locking_warning(system);
     if (!unstable) {
@@ -195,9 +206,9 @@ struct Editor {
         system.mesh().tetrahedron_id(status.failed_element)));
   }
   bool all_built_in() const {
-    const std::vector<MaterialModel>& models = system.elastic().materials();
-    return std::none_of(models.begin(), models.end(), [](const MaterialModel& model) {
-      return std::holds_alternative<CustomMaterial>(model);
+    const std::vector<MaterialField>& materials = system.elastic().materials();
+    return std::none_of(materials.begin(), materials.end(), [](const MaterialField& material) {
+      return std::holds_alternative<CustomMaterial>(material.model());
     });
   }
 };

@@ -40,9 +40,15 @@ bool was_too_large(StepStatus status) {
          status == StepStatus::kOverdamped || status == StepStatus::kUndefined;
 }
 
-bool defined_inside_out(const MaterialModel& material) {
+bool is_defined_inside_out(const MaterialField& material) {
   const Matrix3 mirrored = Vector3(-1.0, 1.0, 1.0).asDiagonal();
-  return std::visit([&](const auto& m) { return m.admissible(mirrored); }, material);
+  return std::visit([&](const auto& m) { return m.admissible(mirrored); }, material.model());
+}
+bool law_is_defined_inside_out(const MaterialSettings& material) {
+  if (material.custom) return is_defined_inside_out(MaterialField(*material.custom));
+  return std::ranges::any_of(material_choices(), [&](const MaterialChoice& choice) {
+    return choice.name == material.model && choice.defined_for_any_jacobian;
+  });
 }
 
 }  // namespace
@@ -269,7 +275,7 @@ StepOutcome Session::Impl::advance_in_smaller_steps(const Attempt& first) {
 
 std::unique_ptr<InversionCounter> Session::Impl::make_inversion_counter() const {
   const auto& models = system->elastic().materials();
-  if (std::none_of(models.begin(), models.end(), defined_inside_out)) return nullptr;
+  if (std::none_of(models.begin(), models.end(), is_defined_inside_out)) return nullptr;
   return std::make_unique<InversionCounter>(system->elastic());
 }
 
@@ -304,11 +310,11 @@ void Session::Impl::count_inverted(const double* energy_after_step) {
 
 bool Session::may_invert() const {
   const auto& models = impl_->system->elastic().materials();
-  if (std::any_of(models.begin(), models.end(), defined_inside_out)) return true;
+  if (std::any_of(models.begin(), models.end(), is_defined_inside_out)) return true;
   for (const EventSettings& event : impl_->scene.event) {
     for (const Edit& edit : event.edits) {
       const auto* change = std::get_if<SetMaterial>(&edit);
-      if (change != nullptr && defined_inside_out(make_material(change->material))) return true;
+      if (change != nullptr && law_is_defined_inside_out(change->material)) return true;
     }
   }
   return false;

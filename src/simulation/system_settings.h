@@ -25,8 +25,8 @@ class SystemSettings {
       : environment_(make_environment(settings.environment, amplitudes)),
         damping_(settings.damping),
         loads_(make_loads(settings.loads, system, amplitudes)) {
-    for (const MaterialSettings& material : settings.materials) {
-      materials_.push_back(make_material(material));
+    for (std::size_t i = 0; i < settings.materials.size(); ++i) {
+      materials_.push_back(make_material(settings.materials[i], system, static_cast<Index>(i)));
     }
   }
 
@@ -42,7 +42,7 @@ class SystemSettings {
   }
 
  private:
-  std::vector<MaterialModel> materials_;
+  std::vector<MaterialField> materials_;
   Environment environment_;
   Damping damping_;
   BodyLoads loads_;

@@ -172,8 +172,8 @@ class CeresMinimizer : public Minimizer {
     constexpr double kSmallest = 1e-12;
     constexpr double kOverEnergy = 1e3;
     double mu = std::numeric_limits<double>::infinity();
-    for (const MaterialModel& material : system_.elastic().materials()) {
-      mu = std::min(mu, initial_lame(material).mu);
+    for (const MaterialField& material : system_.elastic().materials()) {
+      mu = std::min(mu, material.lame_range().least.mu);
     }
     double phi = 0.0;
     if (!problem.value(at_.u, phi).ok()) return kLargest * mu;

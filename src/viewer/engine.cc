@@ -54,6 +54,11 @@ Engine::Engine(const Scene& scene, const TetMesh& mesh, Recording& recording)
 Settings Engine::settings() const {
   Settings settings;
   settings.materials = session_->materials();
+  const MechanicalSystem& system = session_->system();
+  for (const MaterialField& material : system.elastic().materials()) {
+    settings.moduli.push_back(material.lame_range());
+  }
+  settings.mean_density = system.total_mass() / system.mesh().total_volume();
   settings.region_names.emplace_back("body");
   const std::vector<MaterialRegionSettings>& regions = session_->scene().material_region;
   for (std::size_t i = 0; i < regions.size(); ++i) {

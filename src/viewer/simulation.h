@@ -21,6 +21,8 @@ namespace tetraction::viewer {
 /// The present settings, which the window shows.
 struct Settings {
   std::vector<MaterialSettings> materials;  ///< per region
+  std::vector<LameRange> moduli;  ///< per region: the small-strain parameters of its elements
+  double mean_density = 0.0;      ///< of the whole body, kg/m³
   std::vector<std::string> region_names;
   Damping damping;
   EnvironmentSettings environment;

@@ -38,9 +38,9 @@ double shortest_edge_at(const TetMesh& mesh, const std::vector<Index>& vertices)
 
 double slowest_shear_wave(const Session& session) {
   double slowest = std::numeric_limits<double>::infinity();
-  for (const MaterialSettings& settings : session.materials()) {
-    const LameParameters lame = initial_lame(make_material(settings));
-    if (lame.mu > 0.0) slowest = std::min(slowest, std::sqrt(lame.mu / settings.density));
+  const MechanicalSystem& system = session.system();
+  for (Index e = 0; e < system.rest().element_count(); ++e) {
+    slowest = std::min(slowest, std::sqrt(system.elastic().lame(e).mu / system.density(e)));
   }
   return slowest;
 }

@@ -267,8 +267,8 @@ bool can_change(const MaterialSettings& material, const Key<MaterialSettings>& k
   if (std::string(key.info.name) == "model") {
     return material.model == "stvk" || material.model == "neo-hookean";  // of the same parameters
   }
-  if (const auto* member = std::get_if<std::optional<double> MaterialSettings::*>(&key.value)) {
-    return (material.**member).has_value();
+  if (const auto* value = std::get_if<NumberOrArray<MaterialSettings>>(&key.value)) {
+    return value->number(material).has_value();
   }
   return key.is_used(material);
 }
@@ -303,6 +303,7 @@ struct Change {
     choice.set(settings, is_first ? choice.names[1] : choice.names.front());
   }
   void operator()(const NumberOrAuto<S>& value) const { settings.*value.number = number(); }
+  void operator()(const NumberOrArray<S>& value) const { value.set(settings, number()); }
   void operator()(const VectorOrField<S>& value) const { settings.*value.vector = vector(); }
   void operator()(const ByHand&) const {}
 };
@@ -339,6 +340,10 @@ struct PutNumber {
   }
   bool operator()(const NumberOrAuto<S>& number) const {
     settings.*number.number = value;
+    return true;
+  }
+  bool operator()(const NumberOrArray<S>& number) const {
+    number.set(settings, value);
     return true;
   }
   bool operator()(const VectorOrField<S>& either) const {

@@ -13,6 +13,9 @@ namespace tetraction {
 class CoupledLaw : public IsotropicMaterial<CoupledLaw> {
  public:
   CoupledLaw() = default;
+  template <class T>
+  struct Parameters {};
+  static Parameters<double> parameters() { return {}; }
   static constexpr bool kDefinedForAnyJacobian = false;
   static constexpr double kA = 1.0;
   static constexpr double kB = 0.6;
@@ -28,8 +31,8 @@ namespace HWY_NAMESPACE {
 template <>
 struct Law<CoupledLaw> {
   using M = CoupledLaw;
-  template <class N>
-  static N energy(const M&, const Invariants<N>& s) {
+  template <class P, class N>
+  static N energy(const P&, const Invariants<N>& s) {
     const N x = s.i1 - N(3.0);
     const N y = s.i2_term + N(4.0) * s.log_j;
     const N l = s.log_j;
@@ -37,8 +40,8 @@ struct Law<CoupledLaw> {
            N(0.5) * (N(M::kXX) * x * x + N(M::kYY) * y * y + N(M::kLL) * l * l) +
            N(M::kXY) * x * y + N(M::kXL) * x * l + N(M::kYL) * y * l;
   }
-  template <class N>
-  static auto first_derivatives(const M&, const Invariants<N>& s) {
+  template <class P, class N>
+  static auto first_derivatives(const P&, const Invariants<N>& s) {
     const N x = s.i1 - N(3.0);
     const N y = s.i2_term + N(4.0) * s.log_j;
     const N l = s.log_j;
@@ -47,8 +50,8 @@ struct Law<CoupledLaw> {
         N(M::kB) + N(M::kXY) * x + N(M::kYY) * y + N(M::kYL) * l,
         N(-2.0 * M::kA - 4.0 * M::kB) + N(M::kXL) * x + N(M::kYL) * y + N(M::kLL) * l};
   }
-  template <class N>
-  static auto second_derivatives(const M&, const Invariants<N>&) {
+  template <class P, class N>
+  static auto second_derivatives(const P&, const Invariants<N>&) {
     return SecondDerivatives{N(M::kXX), N(M::kXY), N(M::kYY), N(M::kXL), N(M::kYL), N(M::kLL)};
   }
 };
@@ -108,7 +111,8 @@ void expect_like_scalar() {
   AlignedVector<double> state(numbers * static_cast<std::size_t>(block.batch_count));
   blocks.load_records(block, q.data(), positions.data());
   blocks.load_displacements(block, x.data(), displacements.data());
-  HWY_NAMESPACE::prepare<CoupledLaw, kForm>(batches, law, positions.data(), state.data());
+  HWY_NAMESPACE::prepare<kForm>(batches, HWY_NAMESPACE::UniformParameters<CoupledLaw>(law),
+                                positions.data(), state.data());
   HWY_NAMESPACE::apply<kForm>(batches, state.data(), displacements.data(), result.data());
   HWY_NAMESPACE::diagonal_blocks<kForm>(batches, state.data(), on.data(), off.data());
 

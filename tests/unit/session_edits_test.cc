@@ -68,8 +68,8 @@ void expect_same(const Session& a, const Session& b, const std::string& edit) {
   ASSERT_EQ(a.materials().size(), b.materials().size()) << edit;
   EXPECT_EQ(a.materials()[0].custom.has_value(), b.materials()[0].custom.has_value()) << edit;
   EXPECT_EQ(a.materials()[0].youngs_modulus, b.materials()[0].youngs_modulus) << edit;
-  EXPECT_EQ(material_name(a.system().elastic().materials()[0]),
-            material_name(b.system().elastic().materials()[0]))
+  EXPECT_EQ(material_name(a.system().elastic().materials()[0].model()),
+            material_name(b.system().elastic().materials()[0].model()))
       << edit;
   EXPECT_EQ(a.damping().drag, b.damping().drag) << edit;
   EXPECT_EQ(a.environment().kind, b.environment().kind) << edit;

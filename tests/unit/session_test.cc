@@ -207,7 +207,7 @@ TEST(Session, TakesACustomSceneFromTheStartAndRefusesAnEmptyField) {
   scene.material = {};
   scene.material.custom = CustomMaterial(NeoHookean(lame.mu, lame.lambda), "mine", lame);
   Session session(scene, mesh_of(scene));
-  EXPECT_EQ(material_name(session.system().elastic().materials()[0]), "mine");
+  EXPECT_EQ(material_name(session.system().elastic().materials()[0].model()), "mine");
   EnvironmentSettings empty;
   empty.kind = EnvironmentKind::kCustom;
   EXPECT_THROW(session.apply(SetEnvironment{empty}), InputError);

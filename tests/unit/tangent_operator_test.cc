@@ -196,8 +196,7 @@ double least_on_the_way(const ElasticPotential& potential, const Vector& q, cons
   const RestState& rest = potential.rest();
   double least = 1.0;
   for (Index e = 0; e < rest.element_count(); ++e) {
-    const MaterialModel& material =
-        potential.materials()[static_cast<std::size_t>(potential.material_index(e))];
+    const MaterialModel material = potential.material(e);
     if (std::holds_alternative<StVenantKirchhoff>(material)) continue;
     const Matrix3 f = deformation_gradient(rest.element(e), 0, rest.gather(q, e));
     const Matrix3 df = deformation_gradient(rest.element(e), 0, rest.gather(d, e));
@@ -301,15 +300,16 @@ TEST(TangentOperator, KnowsTheBuiltInMaterialsOnly) {
   const LameParameters lame = lame_from_young(1e6, 0.4);
   const MaterialModel fibres = CustomMaterial(FibreRubber(lame, 1e5, 1.0, Vector3::UnitX()));
   EXPECT_FALSE(TangentOperator<float>::supports(ElasticPotential(rest, fibres)));
-  EXPECT_FALSE(
-      TangentOperator<double>::supports(ElasticPotential(rest, {all_materials()[1], fibres}, {0})));
+  EXPECT_FALSE(TangentOperator<double>::supports(
+      ElasticPotential(rest, std::vector<MaterialModel>{all_materials()[1], fibres}, {0})));
 }
 
 TEST(TangentOperator, ConvexifiedStiffnessIsPositiveSemidefinite) {
   const TetMesh mesh = small_block({2, 1, 1});
   const RestState rest(mesh);
   for (const bool metric : {false, true}) {
-    const ElasticPotential potential(rest, {all_materials()[metric ? 0 : 1]},
+    const ElasticPotential potential(rest,
+                                     std::vector<MaterialModel>{all_materials()[metric ? 0 : 1]},
                                      std::vector<int>(rest.element_count(), 0));
     Vector q = jiggled(mesh.rest_positions(), 0.03);
     for (Index v = 0; v < mesh.vertex_count(); ++v) q[3 * v] *= 0.4;  // compressed

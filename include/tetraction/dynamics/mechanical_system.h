@@ -20,8 +20,11 @@ namespace tetraction {
 
 /// The material and the density of a part of the body.
 struct BodyRegion {
-  MaterialModel material;
+  MaterialField material;
   double density = 1000.0;  ///< ρ₀, kg/m³
+  /// ρ₀ of every element of the mesh, kg/m³; those of other regions are ignored. If there are any,
+  /// they hold instead of `density`.
+  std::vector<double> densities{};
 };
 
 /// Linear and angular momentum about the origin, and the sums of magnitudes to which drifts are
@@ -41,8 +44,8 @@ class MechanicalSystem {
  public:
   /// The whole body has one material. The system keeps the mesh, as a copy or, with std::move(),
   /// the caller's own vectors. The arrays of a view_mesh() are not copied and must live longer than
-  /// the system. Throws InputError if the density is not positive and finite.
-  MechanicalSystem(TetMesh mesh, const MaterialModel& material, double density);
+  /// the system. Throws InputError if a density is not positive and finite.
+  MechanicalSystem(TetMesh mesh, const MaterialField& material, double density);
   /// Element e belongs to regions[region_of_element[e]].
   MechanicalSystem(TetMesh mesh, const std::vector<BodyRegion>& regions,
                    const std::vector<int>& region_of_element);
@@ -52,19 +55,22 @@ class MechanicalSystem {
   const TetMesh& mesh() const { return mesh_; }
   const RestState& rest() const { return rest_; }
   const ElasticPotential& elastic() const { return elastic_; }
-  Index region_count() const { return static_cast<Index>(densities_.size()); }
+  Index region_count() const { return static_cast<Index>(elastic_.materials().size()); }
   /// The region of element e.
   int region(Index e) const { return elastic_.material_index(e); }
-  double density(Index region = 0) const { return densities_[static_cast<std::size_t>(region)]; }
+  /// The elements of a region, ascending.
+  std::vector<Index> elements_of(Index region) const;
+  /// ρ₀ of element e, kg/m³.
+  double density(Index e) const { return density_[e]; }
   /// Replaces the material of a region. Its density stays.
-  void set_material(Index region, const MaterialModel& material);
+  void set_material(Index region, const MaterialField& material);
   /// The lumped masses, one per vertex, kg.
   const Vector& mass() const { return mass_; }
   const Vector& inverse_mass() const { return inverse_mass_; }
   double total_mass() const { return total_mass_; }
   /// The share of element e in the mass of each of its vertices: ρ₀V/4, kg.
   double mass_share(Index e) const {
-    return density(region(e)) * rest_.volume(e) / RestState::Shape::kNodes;
+    return density(e) * rest_.volume(e) / RestState::Shape::kNodes;
   }
   Index vertex_count() const { return mesh_.vertex_count(); }
   Index dof_count() const { return 3 * vertex_count(); }
@@ -158,7 +164,7 @@ class MechanicalSystem {
   RestState rest_;
   ElasticPotential elastic_;
   ViscousPotential viscous_;
-  std::vector<double> densities_;
+  Vector density_;  // per element
   Vector mass_;
   Vector inverse_mass_;
   double total_mass_ = 0.0;

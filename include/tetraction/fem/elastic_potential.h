@@ -6,7 +6,7 @@
 
 #include "tetraction/fem/rest_state.h"
 #include "tetraction/fem/sparsity_pattern.h"
-#include "tetraction/material/material.h"
+#include "tetraction/material/material_field.h"
 
 namespace tetraction {
 
@@ -37,21 +37,26 @@ class ElasticPotential {
   };
 
   /// The whole body has one material. Keeps a reference to `rest`, which must live longer.
-  ElasticPotential(const RestState& rest, const MaterialModel& material);
-  /// Element e has the material materials[material_of_element[e]].
-  ElasticPotential(const RestState& rest, std::vector<MaterialModel> materials,
+  ElasticPotential(const RestState& rest, const MaterialField& material);
+  /// Element e has the material materials[material_of_element[e]]. Throws InputError if a material
+  /// that varies is for another number of elements.
+  ElasticPotential(const RestState& rest, std::vector<MaterialField> materials,
+                   std::vector<int> material_of_element);
+  ElasticPotential(const RestState& rest, const std::vector<MaterialModel>& materials,
                    std::vector<int> material_of_element);
   ~ElasticPotential();
   ElasticPotential(ElasticPotential&&) noexcept;
 
   const RestState& rest() const;
-  const std::vector<MaterialModel>& materials() const;
+  const std::vector<MaterialField>& materials() const;
+  /// The material of element e.
+  MaterialModel material(Index e) const;
   /// The index in materials() of the material of element e.
   int material_index(Index e) const;
   /// The small-strain parameters of element e, Pa.
   LameParameters lame(Index e) const;
-  /// Replaces one of the materials.
-  void set_material(std::size_t index, const MaterialModel& material);
+  /// Replaces one of the materials. Throws InputError as the constructor does.
+  void set_material(std::size_t index, const MaterialField& material);
 
   /// Whether W is defined at q.
   EvaluationStatus admissible(const Positions& q) const;
@@ -65,12 +70,15 @@ class ElasticPotential {
   /// result = ∇²W(q) x without a matrix (3 per vertex). W must be defined at q.
   void product(const Vector& q, const Vector& x, Vector& result) const;
 
-  /// Sums over elements from which StepProblem::round_off() estimates the round-off of forces.
-  struct ShapeSums {
-    double squared = 0.0;     ///< Σ (V Σ_a |∇N_a|²)² over the elements of a material, m²
-    double with_edges = 0.0;  ///< Σ (V Σ_a |∇N_a|² L)² with L the longest rest edge, m⁴
+  /// Sums over elements from which PotentialProblem::round_off() estimates the round-off of forces.
+  /// C = |λ| + 2μ is the modulus of an element, and K = C V Σ_a |∇N_a|² the force that one metre
+  /// of a node's displacement adds.
+  struct StiffnessSums {
+    double squared = 0.0;     ///< Σ K², N²/m²
+    double with_edges = 0.0;  ///< Σ (K L)² with L the longest rest edge, N²
   };
-  const ShapeSums& shape_sums(std::size_t material) const;
+  /// The sums with all moduli larger by `extra_modulus`, Pa.
+  StiffnessSums stiffness_sums(double extra_modulus) const;
 
   /// Evaluates the terms of element e. Returns false if its energy is not defined at q. If
   /// `with_hessian` is false, the Hessian is left unchanged. May be called from several threads.

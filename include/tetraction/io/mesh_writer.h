@@ -25,12 +25,14 @@ std::vector<RawCell> group_cells(const RawMesh& raw);
 /// .node/.ele (TetGen, both files), .veg (Vega). Coordinates keep every bit. Regions and the ids of
 /// the original file are kept if the format has a place for them:
 ///
-/// - .vtu and .vtk keep ids and regions as arrays, and the point arrays of the mesh, but no groups.
+/// - .vtu and .vtk keep ids and regions as arrays, and the point and cell arrays of the mesh, but no
+///   groups.
 /// - .msh keeps ids if all are at least 1. Otherwise they are shifted to begin at 1. Regions above
 ///   0 and volume groups become physical groups. So do the groups of the points, lines and
 ///   triangles in `cells` (group_cells() of the file that the mesh was built from). A group keeps
 ///   its tag unless a region has that number. When the file is read, tetrahedra of region 0 get the
-///   tag of their last volume group as their region.
+///   tag of their last volume group as their region. Cell arrays of 1, 3 or 9 components are kept
+///   as element data.
 /// - .node/.ele count from 0 if the mesh does, otherwise from 1. Regions become the attribute.
 ///   Groups are not kept.
 /// - .veg counts from 1. Volume groups become sets. If there are several regions, they become sets

@@ -18,6 +18,8 @@ enum class VolumetricPart {
 /// - kName, its name in scenes, and kTitle, its name for people;
 /// - kParameters, the parameters of its constructor in their order;
 /// - kBesideYoung, the parameters of from_young() after the Lamé parameters, in their order;
+/// - Parameters<T>, the same parameters as numbers of type T in the same order, followed by the
+///   volumetric part if there is a choice; parameters(), and parameter_values(), its numbers alone;
 /// - kHasVolumetricPart, whether the last argument of both is a VolumetricPart;
 /// - kDefinedForAnyJacobian, whether Ψ is also defined for J ≤ 0;
 /// - initial_lame().

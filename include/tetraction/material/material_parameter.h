@@ -18,6 +18,10 @@ struct MaterialParameter {
   const char* help;
 };
 
+/// The density of the undeformed body, which a scene gives beside the parameters.
+inline constexpr MaterialParameter kDensity{"density", "kg/m³", kModeratePositive,
+                                            "of the undeformed body"};
+
 /// The two parameters that every material accepts in place of parameters of its own.
 inline constexpr MaterialParameter kYoungsModulus{"youngs_modulus", "Pa", kModeratePositive,
                                                   "Young's modulus E"};

@@ -26,6 +26,15 @@ class MooneyRivlin : public IsotropicMaterial<MooneyRivlin> {
       {"ratio", "", kNotNegative, "μ₂/μ₁"},
   }};
 
+  /// The parameters as the formulas use them. T is double, or a vector with one element in each lane.
+  template <class T>
+  struct Parameters {
+    T mu1;
+    T mu2;
+    T lambda;
+    VolumetricPart volumetric;
+  };
+
   /// Throws InputError unless μ₁ ≥ 0, μ₂ ≥ 0, μ₁ + μ₂ > 0, all are finite, and the small-strain
   /// λ + 2μ₂ > −2(μ₁ + μ₂)/3.
   MooneyRivlin(double mu1, double mu2, double lambda,
@@ -34,17 +43,17 @@ class MooneyRivlin : public IsotropicMaterial<MooneyRivlin> {
   /// μ₁, and its λ is λ(E, ν) − 2μ₂. Throws InputError for a ratio out of range.
   static MooneyRivlin from_young(const LameParameters& lame, double ratio,
                                  VolumetricPart volumetric = VolumetricPart::kLogarithmic);
-  LameParameters initial_lame() const { return {mu1_ + mu2_, lambda_ + 2.0 * mu2_}; }
-  double mu1() const { return mu1_; }        ///< Pa
-  double mu2() const { return mu2_; }        ///< Pa
-  double lambda() const { return lambda_; }  ///< Pa
-  VolumetricPart volumetric() const { return volumetric_; }
+  LameParameters initial_lame() const { return {mu1() + mu2(), lambda() + 2.0 * mu2()}; }
+  double mu1() const { return parameters_.mu1; }        ///< Pa
+  double mu2() const { return parameters_.mu2; }        ///< Pa
+  double lambda() const { return parameters_.lambda; }  ///< Pa
+  VolumetricPart volumetric() const { return parameters_.volumetric; }
+  const Parameters<double>& parameters() const { return parameters_; }
+  /// The numbers among them, in the order of kParameters.
+  std::array<double, 3> parameter_values() const { return {mu1(), mu2(), lambda()}; }
 
  private:
-  double mu1_;
-  double mu2_;
-  double lambda_;
-  VolumetricPart volumetric_;
+  Parameters<double> parameters_;
 };
 
 }  // namespace tetraction

@@ -21,21 +21,30 @@ class NeoHookean : public IsotropicMaterial<NeoHookean> {
   /// The parameters that are given together with Young's modulus and Poisson's ratio.
   static constexpr std::array<MaterialParameter, 0> kBesideYoung{};
 
+  /// The parameters as the formulas use them. T is double, or a vector with one element in each lane.
+  template <class T>
+  struct Parameters {
+    T mu;
+    T lambda;
+    VolumetricPart volumetric;
+  };
+
   /// Throws InputError unless μ > 0, λ > −2μ/3 and both are finite.
   NeoHookean(double mu, double lambda, VolumetricPart volumetric = VolumetricPart::kLogarithmic);
   /// Makes a material with these small-strain parameters.
   static NeoHookean from_young(const LameParameters& lame, VolumetricPart volumetric) {
     return {lame.mu, lame.lambda, volumetric};
   }
-  LameParameters initial_lame() const { return {mu_, lambda_}; }
-  double mu() const { return mu_; }          ///< Pa
-  double lambda() const { return lambda_; }  ///< Pa
-  VolumetricPart volumetric() const { return volumetric_; }
+  LameParameters initial_lame() const { return {mu(), lambda()}; }
+  double mu() const { return parameters_.mu; }          ///< Pa
+  double lambda() const { return parameters_.lambda; }  ///< Pa
+  VolumetricPart volumetric() const { return parameters_.volumetric; }
+  const Parameters<double>& parameters() const { return parameters_; }
+  /// The numbers among them, in the order of kParameters.
+  std::array<double, 2> parameter_values() const { return {mu(), lambda()}; }
 
  private:
-  double mu_;
-  double lambda_;
-  VolumetricPart volumetric_;
+  Parameters<double> parameters_;
 };
 
 }  // namespace tetraction

@@ -22,17 +22,26 @@ class StVenantKirchhoff : public IsotropicMaterial<StVenantKirchhoff> {
   /// The parameters that are given together with Young's modulus and Poisson's ratio.
   static constexpr std::array<MaterialParameter, 0> kBesideYoung{};
 
+  /// The parameters as the formulas use them. T is double, or a vector with one element in each lane.
+  template <class T>
+  struct Parameters {
+    T mu;
+    T lambda;
+  };
+
   /// Throws InputError unless μ > 0, λ > −2μ/3 and both are finite.
   StVenantKirchhoff(double mu, double lambda);
   /// Makes a material with these small-strain parameters.
   static StVenantKirchhoff from_young(const LameParameters& lame) { return {lame.mu, lame.lambda}; }
-  LameParameters initial_lame() const { return {mu_, lambda_}; }
-  double mu() const { return mu_; }          ///< Pa
-  double lambda() const { return lambda_; }  ///< Pa
+  LameParameters initial_lame() const { return {mu(), lambda()}; }
+  double mu() const { return parameters_.mu; }          ///< Pa
+  double lambda() const { return parameters_.lambda; }  ///< Pa
+  const Parameters<double>& parameters() const { return parameters_; }
+  /// The numbers among them, in the order of kParameters.
+  std::array<double, 2> parameter_values() const { return {mu(), lambda()}; }
 
  private:
-  double mu_;
-  double lambda_;
+  Parameters<double> parameters_;
 };
 
 }  // namespace tetraction

@@ -29,25 +29,34 @@ class Yeoh : public IsotropicMaterial<Yeoh> {
   /// The parameters that are given together with Young's modulus and Poisson's ratio.
   static constexpr std::array<MaterialParameter, 2> kBesideYoung{kParameters[1], kParameters[2]};
 
+  /// The parameters as the formulas use them. T is double, or a vector with one element in each lane.
+  template <class T>
+  struct Parameters {
+    T c10;
+    T c20;
+    T c30;
+    T kappa;
+  };
+
   /// Throws InputError unless C₁₀ > 0, κ > 0 and all are finite.
   Yeoh(double c10, double c20, double c30, double kappa);
   /// Makes a material with these small-strain parameters.
   static Yeoh from_young(const LameParameters& lame, double c20, double c30);
-  LameParameters initial_lame() const { return {2.0 * c10_, kappa_ - 4.0 / 3.0 * c10_}; }
-  double c10() const { return c10_; }      ///< Pa
-  double c20() const { return c20_; }      ///< Pa
-  double c30() const { return c30_; }      ///< Pa
-  double kappa() const { return kappa_; }  ///< Pa
+  LameParameters initial_lame() const { return {2.0 * c10(), kappa() - 4.0 / 3.0 * c10()}; }
+  double c10() const { return parameters_.c10; }      ///< Pa
+  double c20() const { return parameters_.c20; }      ///< Pa
+  double c30() const { return parameters_.c30; }      ///< Pa
+  double kappa() const { return parameters_.kappa; }  ///< Pa
 
   /// The least x = Ī₁ − 3 ≥ 0 at which ∂Ψ/∂Ī₁ = C₁₀ + 2 C₂₀ x + 3 C₃₀ x² is not positive; infinite
   /// if it is positive everywhere. It is finite if C₃₀ < 0, or if C₂₀ < 0 and C₂₀² ≥ 3 C₁₀ C₃₀.
   double unstable_from() const;
+  const Parameters<double>& parameters() const { return parameters_; }
+  /// The numbers among them, in the order of kParameters.
+  std::array<double, 4> parameter_values() const { return {c10(), c20(), c30(), kappa()}; }
 
  private:
-  double c10_;
-  double c20_;
-  double c30_;
-  double kappa_;
+  Parameters<double> parameters_;
 };
 
 }  // namespace tetraction

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -17,7 +18,7 @@
 #include "tetraction/dynamics/damping.h"
 #include "tetraction/dynamics/integrator.h"
 #include "tetraction/dynamics/rayleigh_damping.h"
-#include "tetraction/material/material.h"
+#include "tetraction/material/material_field.h"
 #include "tetraction/mesh/selection.h"
 #include "tetraction/simulation/frame_format.h"
 #include "tetraction/solver/linear_solver.h"
@@ -75,6 +76,11 @@ struct MaterialSettings {
   double density = 1000.0;                   ///< kg/m³
   /// Set by a program, never by a scene file. If there is one, model and moduli are ignored.
   std::optional<MaterialModel> custom = std::nullopt;
+  /// Parameters that a cell array of the mesh file gives, and perhaps "density": the name of the
+  /// parameter and the name of the array. The members above hold no number for such a parameter;
+  /// the number of the density is ignored.
+  std::map<std::string, std::string> arrays{};
+  std::string where{};  ///< place in the scene, for messages about the values of arrays
 };
 
 /// A parameter of materials and the member of the settings that holds its value.
@@ -92,14 +98,28 @@ struct MaterialChoice {
   bool has_volumetric_part;
   std::vector<MaterialParameter> parameters;
   std::vector<MaterialParameter> beside_young;
+  bool defined_for_any_jacobian;  ///< whether Ψ is also defined for J ≤ 0
 };
 const std::vector<MaterialChoice>& material_choices();
 /// "log" or "quadratic".
 const char* to_string(VolumetricPart part);
 
 /// The material of the settings. Throws InputError for unknown models, parameters that are missing,
-/// do not belong to the model or contradict each other, and values out of range.
+/// do not belong to the model or contradict each other, values out of range, and parameters that an
+/// array gives.
 MaterialModel make_material(const MaterialSettings& settings);
+/// The same for settings whose arrays are cell arrays of the mesh. The arrays are read at
+/// `elements`, the tetrahedra that have this material. Throws InputError as above; and for an array
+/// that the mesh does not have or that has more than one number for each tetrahedron, and for values
+/// out of range, with the number of the tetrahedron.
+MaterialField make_material(const MaterialSettings& settings, const TetMesh& mesh,
+                            const std::vector<Index>& elements);
+/// The densities that an array gives, one for each tetrahedron of the mesh; those that do not belong
+/// to `elements` are 0. Empty if the density is one number. Throws InputError as above.
+std::vector<double> make_densities(const MaterialSettings& settings, const TetMesh& mesh,
+                                   const std::vector<Index>& elements);
+/// Throws InputError for settings that make_material() would refuse with any mesh.
+void check_material(const MaterialSettings& settings);
 
 /// Another material in a part of the body.
 struct MaterialRegionSettings {

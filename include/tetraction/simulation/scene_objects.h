@@ -12,6 +12,11 @@ namespace tetraction {
 /// The mesh that the scene's generator makes. Throws InputError without one or for bad sizes.
 TetMesh generate_mesh(const GeneratorSettings& settings);
 
+/// The material of the settings in a region of the system. Throws InputError as make_material() does
+/// for settings and a mesh (scene.h).
+MaterialField make_material(const MaterialSettings& settings, const MechanicalSystem& system,
+                            Index region);
+
 /// The environment of the settings, with an amplitude of the list if they name one. Throws
 /// InputError for a custom one without a field, and for an unknown amplitude.
 Environment make_environment(const EnvironmentSettings& settings,

@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <variant>
@@ -56,6 +57,36 @@ struct VectorOrField {
   FieldSettings Settings::*field;
 };
 
+/// A number for the whole body, or the name of a cell array of the mesh file with a number for each
+/// tetrahedron.
+template <class Settings>
+struct NumberOrArray {
+  const char* name;  ///< of the key
+  std::variant<double Settings::*, std::optional<double> Settings::*> member;
+  std::map<std::string, std::string> Settings::*arrays;
+
+  /// The number. No value if there is none or if an array gives it.
+  std::optional<double> number(const Settings& settings) const {
+    if (!array(settings).empty()) return std::nullopt;
+    return std::visit([&](auto at) -> std::optional<double> { return settings.*at; }, member);
+  }
+  /// The name of the array; empty if there is none.
+  std::string array(const Settings& settings) const {
+    const auto found = (settings.*arrays).find(name);
+    return found == (settings.*arrays).end() ? std::string() : found->second;
+  }
+  void set(Settings& settings, double value) const {
+    (settings.*arrays).erase(name);
+    std::visit([&](auto at) { settings.*at = value; }, member);
+  }
+  void set(Settings& settings, const std::string& array_name) const {
+    (settings.*arrays)[name] = array_name;
+    if (const auto* at = std::get_if<std::optional<double> Settings::*>(&member)) {
+      (settings.**at).reset();
+    }
+  }
+};
+
 /// A key whose value has a structure of its own, or a type that depends on other keys. Reader and
 /// writer have special code for it.
 struct ByHand {
@@ -69,7 +100,7 @@ using KeyValue =
                  std::optional<Vector3> S::*, std::array<bool, 3> S::*, std::string S::*,
                  std::array<std::int64_t, 2> S::*, std::vector<std::int64_t> S::*,
                  std::vector<Vector3> S::*, std::vector<std::string> S::*, bool S::*, Choice<S>,
-                 NumberOrAuto<S>, VectorOrField<S>, ByHand>;
+                 NumberOrAuto<S>, NumberOrArray<S>, VectorOrField<S>, ByHand>;
 
 /// One key of a section.
 template <class Settings>

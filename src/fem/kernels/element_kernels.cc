@@ -9,6 +9,7 @@
 #include <hwy/foreach_target.h>  // compiles this file once for every instruction set
 #include <hwy/highway.h>
 
+#include "element_parameters-inl.h"
 #include "material/laws/laws-inl.h"
 #include "simd_records-inl.h"
 
@@ -108,8 +109,8 @@ HWY_INLINE bool all_positive(Tag tag, Vec j) {
 
 // Energy and ∂W/∂e of the elements in the lanes for a law that is defined for any J. Returns whether
 // all numbers are finite.
-template <bool kGradient, class M>
-HWY_INLINE bool evaluate_strain(Tag tag, const M& material, const Columns<Vec>& e,
+template <bool kGradient, class M, class P>
+HWY_INLINE bool evaluate_strain(Tag tag, const P& material, const Columns<Vec>& e,
                                 const Symmetric<Vec>& vg, Vec inverse_six_volume, Vec& energy,
                                 Columns<Vec>& gradient) {
   const Vec inverse_volume = hn::Mul(inverse_six_volume, hn::Set(tag, 6.0));
@@ -139,8 +140,8 @@ HWY_INLINE bool evaluate_strain(Tag tag, const M& material, const Columns<Vec>& 
 
 // Energy and ∂W/∂e of the elements in the lanes for a law that depends on I₂ and needs J > 0.
 // Returns whether J > 0 and all numbers are finite.
-template <bool kGradient, class M>
-HWY_INLINE bool evaluate_i2(Tag tag, const M& material, const Columns<Vec>& e,
+template <bool kGradient, class M, class P>
+HWY_INLINE bool evaluate_i2(Tag tag, const P& material, const Columns<Vec>& e,
                             const Symmetric<Vec>& vg, Vec inverse_six_volume, Vec& energy,
                             Columns<Vec>& gradient) {
   const Vec inverse_volume = hn::Mul(inverse_six_volume, hn::Set(tag, 6.0));
@@ -201,19 +202,21 @@ HWY_INLINE bool evaluate_i2(Tag tag, const M& material, const Columns<Vec>& e,
   return all_positive(tag, j);
 }
 
-template <bool kGradient, bool kHasDisplacements, class M>
-HWY_NOINLINE BlockSums run_vector_by_vector(const BatchView& batches, const M& constants,
+template <bool kGradient, bool kHasDisplacements, class Source>
+HWY_NOINLINE BlockSums run_vector_by_vector(const BatchView& batches, const Source& source,
                                             const double* HWY_RESTRICT positions,
                                             const double* HWY_RESTRICT displacements,
                                             double* HWY_RESTRICT gradients) {
+  using M = typename Source::Material;
   const Tag tag;
   constexpr size_t kLanes = hn::MaxLanes(Tag());
-  const M material = constants;
+  const Source parameters = source;
   Vec sums[kBatchLanes / kLanes];
   for (Vec& v : sums) v = hn::Zero(tag);
   bool admissible = true;
-  for_each_vector<Tag>(batches, [&](size_t, size_t lane, const double* HWY_RESTRICT rest,
+  for_each_vector<Tag>(batches, [&](size_t batch, size_t lane, const double* HWY_RESTRICT rest,
                                     const uint16_t* HWY_RESTRICT slots) TETRACTION_LOOP_BODY {
+    const auto& material = parameters.load(tag, batch, lane);
     Columns<Vec> e;
     RecordAccess<Tag>::edges<kHasDisplacements>(tag, positions, displacements, slots, kBatchLanes,
                                                 e);
@@ -224,10 +227,10 @@ HWY_NOINLINE BlockSums run_vector_by_vector(const BatchView& batches, const M& c
     Columns<Vec> gradient;
     if constexpr (TermsOf<M>::kStrain) {
       admissible &=
-          evaluate_strain<kGradient>(tag, material, e, vg, inverse_six_volume, energy, gradient);
+          evaluate_strain<kGradient, M>(tag, material, e, vg, inverse_six_volume, energy, gradient);
     } else {
       admissible &=
-          evaluate_i2<kGradient>(tag, material, e, vg, inverse_six_volume, energy, gradient);
+          evaluate_i2<kGradient, M>(tag, material, e, vg, inverse_six_volume, energy, gradient);
     }
     if constexpr (kGradient) {
       RecordAccess<Tag>::add_balanced(tag, gradient, gradients, slots, kBatchLanes);
@@ -249,22 +252,23 @@ struct Stage {
   Vec vi1;  // V I₁
 };
 
-template <bool kGradient, bool kHasDisplacements, class M>
-HWY_NOINLINE BlockSums run_in_stages(const BatchView& batches, const M& constants,
+template <bool kGradient, bool kHasDisplacements, class Source>
+HWY_NOINLINE BlockSums run_in_stages(const BatchView& batches, const Source& source,
                                      const double* HWY_RESTRICT positions,
                                      const double* HWY_RESTRICT displacements,
                                      double* HWY_RESTRICT gradients) {
+  using M = typename Source::Material;
   const Tag tag;
   constexpr size_t kLanes = hn::MaxLanes(Tag());
   constexpr size_t kParts = kBatchLanes / kLanes;
   constexpr size_t kTogether = kParts < 2 ? kParts : 2;
-  const M material = constants;
+  const Source parameters = source;
   const Vec sixth = hn::Set(tag, 1.0 / 6.0);
   Vec sums[kParts];
   for (Vec& v : sums) v = hn::Zero(tag);
   bool admissible = true;
   for_each_vector<Tag, kTogether>(
-      batches, [&](size_t, size_t first_lane, const double* HWY_RESTRICT rest_of_first,
+      batches, [&](size_t batch, size_t first_lane, const double* HWY_RESTRICT rest_of_first,
                    const uint16_t* HWY_RESTRICT slots_of_first) TETRACTION_LOOP_BODY {
         Stage stages[kTogether];
         Vec log_j[kTogether];
@@ -286,6 +290,7 @@ HWY_NOINLINE BlockSums run_in_stages(const BatchView& batches, const M& constant
           log_j[i] = log_and_inverse(tag, stages[i].j, inverse_j[i]);
         }
         for (size_t i = 0; i < kTogether; ++i) {
+          const auto& material = parameters.load(tag, batch, first_lane + i * kLanes);
           const double* rest = rest_of_first + i * kLanes;
           const uint16_t* slots = slots_of_first + i * kLanes;
           const Stage& s = stages[i];
@@ -334,13 +339,15 @@ BlockSums run(const BatchView& batches, const IsotropicModel& model, const doubl
               const double* displacements, double* gradients) {
   return std::visit(
       [&]<class M>(const M& material) HWY_ATTR {
-        if constexpr (TermsOf<M>::kStrain || TermsOf<M>::kI2) {
-          return run_vector_by_vector<kGradient, kHasDisplacements>(batches, material, positions,
-                                                                    displacements, gradients);
-        } else {
-          return run_in_stages<kGradient, kHasDisplacements>(batches, material, positions,
-                                                             displacements, gradients);
-        }
+        return with_parameters(batches, material, [&](const auto& parameters) HWY_ATTR {
+          if constexpr (TermsOf<M>::kStrain || TermsOf<M>::kI2) {
+            return run_vector_by_vector<kGradient, kHasDisplacements>(
+                batches, parameters, positions, displacements, gradients);
+          } else {
+            return run_in_stages<kGradient, kHasDisplacements>(batches, parameters, positions,
+                                                               displacements, gradients);
+          }
+        });
       },
       model);
 }

@@ -40,6 +40,9 @@ struct BatchView {
   /// node's record among the numbers of the block's records.
   const std::uint16_t* slots = nullptr;
   std::ptrdiff_t count = 0;  ///< number of batches
+  /// The parameters of the material in every element, in the order of its kParameters: as many
+  /// times kBatchLanes numbers per batch. Null if all elements have those of the material.
+  const double* parameters = nullptr;
 };
 /// The number of rest data per element.
 constexpr int kRestNumbers = 7;

@@ -6,6 +6,7 @@
 #define TETRACTION_FEM_TANGENT_KERNELS_INL_H_
 #endif
 
+#include "element_parameters-inl.h"
 #include "material/laws/laws-inl.h"
 #include "simd_records-inl.h"
 #include "tangent_kernels.h"
@@ -65,15 +66,17 @@ HWY_INLINE Real scaled(double factor, Real volume, T derivative) {
 }
 
 // Computes the state of all elements at `positions` (tangent_kernels.h).
-template <class M, TangentForm kForm, class T>
-HWY_NOINLINE void prepare(const BatchView& batches, const M& constants,
+template <TangentForm kForm, class Source, class T>
+HWY_NOINLINE void prepare(const BatchView& batches, const Source& source,
                           const double* HWY_RESTRICT positions, T* HWY_RESTRICT state) {
+  using M = typename Source::Material;
   using Real = Number<DoubleTag>;
   using Terms = TermsOf<M>;
   const DoubleTag tag;
-  const M material = constants;
+  const Source parameters = source;
   for_each_vector<DoubleTag>(batches, [&](size_t b, size_t lane, const double* HWY_RESTRICT rest,
                                           const uint16_t* HWY_RESTRICT slots) TETRACTION_LOOP_BODY {
+    const auto& material = parameters.load(tag, b, lane);
     Columns<DoubleVec> e;
     RecordAccess<DoubleTag>::edges(tag, positions, slots, kBatchLanes, e);
     Symmetric<DoubleVec> vg;

@@ -17,6 +17,9 @@
 #define TETRACTION_FEM_NO_STIFFNESS
 namespace tetraction {
 struct NoStiffness {
+  template <class T>
+  struct Parameters {};
+  static Parameters<double> parameters() { return {}; }
   static constexpr bool kDefinedForAnyJacobian = true;
 };
 }  // namespace tetraction
@@ -28,16 +31,16 @@ namespace HWY_NAMESPACE {
 
 template <>
 struct Law<NoStiffness> {
-  template <class Real>
-  static HWY_INLINE auto first_derivatives(const NoStiffness&, const StrainMeasures<Real>&) {
+  template <class P, class Real>
+  static HWY_INLINE auto first_derivatives(const P&, const StrainMeasures<Real>&) {
     return FirstDerivatives{Real(0.0), Real(0.0), Zero()};
   }
-  template <class Real>
-  static HWY_INLINE Real spherical(const NoStiffness&, const StrainMeasures<Real>&) {
+  template <class P, class Real>
+  static HWY_INLINE Real spherical(const P&, const StrainMeasures<Real>&) {
     return Real(0.0);
   }
-  template <class Real>
-  static HWY_INLINE auto second_derivatives(const NoStiffness&, const StrainMeasures<Real>&) {
+  template <class P, class Real>
+  static HWY_INLINE auto second_derivatives(const P&, const StrainMeasures<Real>&) {
     return SecondDerivatives{Real(0.0), Zero(), Zero(), Zero(), Zero(), Zero()};
   }
 };
@@ -69,16 +72,19 @@ void prepare_form(const BatchView& batches, const IsotropicModel& model, Tangent
       [&]<class M>(const M& material) HWY_ATTR {
         constexpr TangentForm kAlone = form_of<M>();
         constexpr TangentForm kViscous = kAlone | TangentForm::kMetric;
-        if (form == kAlone) {
-          prepare<M, kAlone>(batches, material, positions, state);
-        } else {
-          prepare<M, kViscous>(batches, material, positions, state);
-        }
+        with_parameters(batches, material, [&](const auto& parameters) HWY_ATTR {
+          if (form == kAlone) {
+            prepare<kAlone>(batches, parameters, positions, state);
+          } else {
+            prepare<kViscous>(batches, parameters, positions, state);
+          }
+        });
       },
       model);
 }
 void prepare_empty(const BatchView& batches, const double* positions, double* state) {
-  prepare<NoStiffness, TangentForm::kMetric>(batches, NoStiffness(), positions, state);
+  prepare<TangentForm::kMetric>(batches, UniformParameters<NoStiffness>(NoStiffness()), positions,
+                                state);
 }
 
 template <class T>

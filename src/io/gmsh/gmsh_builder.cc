@@ -1,5 +1,8 @@
 #include "gmsh_builder.h"
 
+#include <limits>
+#include <unordered_map>
+
 namespace tetraction {
 
 int GmshBuilder::group_index(int dimension, std::int64_t tag) {
@@ -25,6 +28,30 @@ void GmshBuilder::add_cell(const GmshType& type, std::int64_t tag, std::vector<s
     if (type.dimension == 3) cell.region = static_cast<int>(physical);
   }
   mesh_.cells.push_back(std::move(cell));
+}
+
+void GmshBuilder::add_cell_array(const std::string& name, const std::vector<std::int64_t>& tags,
+                                 Matrix values) {
+  cell_arrays_[name] = {tags, std::move(values)};
+}
+
+RawMesh GmshBuilder::take() {
+  if (cell_arrays_.empty()) return std::move(mesh_);
+  std::unordered_map<std::int64_t, Index> cell_of_tag;
+  for (std::size_t c = 0; c < mesh_.cells.size(); ++c) {
+    cell_of_tag.emplace(mesh_.cells[c].id, static_cast<Index>(c));
+  }
+  for (const auto& [name, given] : cell_arrays_) {
+    Matrix& all = mesh_.cell_arrays[name];
+    all.setConstant(given.values.rows(), static_cast<Index>(mesh_.cells.size()),
+                    std::numeric_limits<double>::quiet_NaN());
+    for (std::size_t i = 0; i < given.tags.size(); ++i) {
+      const auto found = cell_of_tag.find(given.tags[i]);
+      if (found == cell_of_tag.end()) continue;
+      all.col(found->second) = given.values.col(static_cast<Index>(i));
+    }
+  }
+  return std::move(mesh_);
 }
 
 }  // namespace tetraction

@@ -33,14 +33,25 @@ class GmshBuilder {
   void add_cell(const GmshType& type, std::int64_t tag, std::vector<std::int64_t> nodes,
                 const std::vector<std::int64_t>& physicals);
 
+  /// Adds a cell array: one column of values for each of the elements of these tags. It
+  /// replaces an array of the same name. Elements without a column get NaN.
+  void add_cell_array(const std::string& name, const std::vector<std::int64_t>& tags,
+                      Matrix values);
+
   std::size_t vertex_count() const { return mesh_.vertices.size(); }
   std::size_t cell_count() const { return mesh_.cells.size(); }
-  RawMesh take() { return std::move(mesh_); }
+  RawMesh take();
 
  private:
   int group_index(int dimension, std::int64_t tag);
 
+  struct CellArray {
+    std::vector<std::int64_t> tags;
+    Matrix values;  // components × tags
+  };
+
   RawMesh mesh_;
+  std::map<std::string, CellArray> cell_arrays_;
   std::map<std::pair<std::int64_t, std::int64_t>, std::string> names_;
   std::map<std::pair<int, std::int64_t>, int> group_of_;
 };

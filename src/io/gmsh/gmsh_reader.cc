@@ -58,6 +58,8 @@ class GmshReader {
       } else if (section == "$Elements") {
         version4_ ? read_elements4() : read_elements2();
         elements = true;
+      } else if (section == "$ElementData") {
+        read_element_data();
       } else {
         skip_section(section);
         in_.set_section("");
@@ -296,6 +298,45 @@ class GmshReader {
       in_.fail(fmt::format("$Elements announces {} elements and holds {}.", elements,
                            mesh_.cell_count()));
     }
+  }
+
+  // Texts of which the first is the array's name; real numbers; whole numbers, of which the second is
+  // the number of components and the third the number of elements; then a row for each element. All
+  // but the rows is text in both variants.
+  void read_element_data() {
+    const std::int64_t texts = in_.count("the number of texts", 2);
+    std::string name;
+    for (std::int64_t i = 0; i < texts; ++i) {
+      if (!in_.next_is('"')) in_.fail("a text is not in quotes.");
+      const std::string line(in_.line());
+      const auto open = line.find('"');
+      const auto close = line.rfind('"');
+      if (close == open) in_.fail("a text does not end.");
+      if (i == 0) name = line.substr(open + 1, close - open - 1);
+    }
+    const std::int64_t reals = in_.count("the number of real numbers", 2);
+    for (std::int64_t i = 0; i < reals; ++i) in_.real("a real number");
+    const std::int64_t integers = in_.count("the number of whole numbers", 2);
+    if (integers < 3) in_.fail("the numbers of components and elements are missing.");
+    std::array<std::int64_t, 3> numbers{};
+    for (std::int64_t i = 0; i < integers; ++i) {
+      const std::int64_t value = in_.integer("a whole number");
+      if (i < 3) numbers[static_cast<std::size_t>(i)] = value;
+    }
+    const std::int64_t components = numbers[1];
+    if (components != 1 && components != 3 && components != 9) {
+      in_.fail(fmt::format("an array has {} components, but 1, 3 and 9 are possible.", components));
+    }
+    numbers_.begin_section();
+    const std::int64_t rows = checked(numbers[2], "the number of elements with data",
+                                      numbers_.binary() ? 4 + 8 * components : 2 * components + 2);
+    std::vector<std::int64_t> tags;
+    Matrix values(components, rows);
+    for (std::int64_t r = 0; r < rows; ++r) {
+      tags.push_back(int32("an element number"));
+      for (std::int64_t k = 0; k < components; ++k) values(k, r) = real("a number of an element");
+    }
+    mesh_.add_cell_array(name, tags, std::move(values));
   }
 
   std::string text_;

@@ -65,6 +65,7 @@ class GmshWriter {
     append_entities(text);
     append_nodes(text);
     append_elements(text);
+    append_cell_arrays(text);
     return text;
   }
 
@@ -121,8 +122,8 @@ class GmshWriter {
       }
     }
     std::map<PhysicalTags, std::vector<Index>> members;  // in ascending order of the regions
-    const std::vector<std::int64_t> ids = positive_ids(
-        mesh_.tetrahedron_count(), [this](Index e) { return mesh_.tetrahedron_id(e); });
+    tetrahedron_ids_ = positive_ids(mesh_.tetrahedron_count(),
+                                    [this](Index e) { return mesh_.tetrahedron_id(e); });
     for (Index e = 0; e < mesh_.tetrahedron_count(); ++e) {
       PhysicalTags& own = physicals[static_cast<std::size_t>(e)];
       if (mesh_.region(e) > 0) own.push_back(mesh_.region(e));
@@ -132,7 +133,8 @@ class GmshWriter {
       GmshEntity& target = entity(3, own);
       for (const Index e : elements) {
         const auto t = mesh_.tetrahedra[static_cast<std::size_t>(e)];
-        target.elements.push_back({ids[static_cast<std::size_t>(e)], {t.begin(), t.end()}});
+        target.elements.push_back(
+            {tetrahedron_ids_[static_cast<std::size_t>(e)], {t.begin(), t.end()}});
       }
     }
   }
@@ -314,7 +316,25 @@ class GmshWriter {
     text += "$EndElements\n";
   }
 
+  // The format knows arrays of 1, 3 and 9 components.
+  void append_cell_arrays(std::string& text) const {
+    for (const auto& [name, values] : mesh_.cell_arrays) {
+      if (values.rows() != 1 && values.rows() != 3 && values.rows() != 9) continue;
+      std::string quoted = name;
+      std::replace(quoted.begin(), quoted.end(), '"', '\'');
+      append(text, "$ElementData\n1\n\"{}\"\n1\n0\n3\n0\n{}\n{}\n", quoted, values.rows(),
+             values.cols());
+      for (Index e = 0; e < values.cols(); ++e) {
+        append(text, "{}", tetrahedron_ids_[static_cast<std::size_t>(e)]);
+        for (Index k = 0; k < values.rows(); ++k) append(text, " {}", values(k, e));
+        text += '\n';
+      }
+      text += "$EndElementData\n";
+    }
+  }
+
   const TetMesh& mesh_;
+  std::vector<std::int64_t> tetrahedron_ids_;
   std::vector<int> tags_;  // of the groups
   std::array<std::vector<GmshEntity>, 4> entities_;
   std::map<std::pair<int, PhysicalTags>, std::size_t> entity_of_;

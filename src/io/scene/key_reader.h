@@ -23,6 +23,9 @@ const TableKeys& table_keys() {
 /// A table { file = "…" } or { formula = ["…", "…", "…"] }. The path is as the scene has it.
 FieldSettings read_field(const TomlTable& parent, std::string_view key);
 
+/// The name in a table { array = "…" }.
+std::string read_array_name(const TomlTable& parent, std::string_view key);
+
 /// Reads one key into the settings if the table contains it. Every kind of value has its own
 /// function.
 template <class S>
@@ -66,6 +69,16 @@ struct ValueReader {
   }
   void operator()(const NumberOrAuto<S>& value) const {
     table.read_or_auto(key.name, settings.*value.number, settings.*value.automatic, key.range);
+  }
+  void operator()(const NumberOrArray<S>& value) const {
+    if (!table.has(key.name)) return;
+    if (table.node().get(key.name)->is_table()) {
+      value.set(settings, read_array_name(table, key.name));
+    } else {
+      double number = 0.0;
+      table.read(key.name, number, key.range);
+      value.set(settings, number);
+    }
   }
   void operator()(const VectorOrField<S>& value) const {
     if (!table.has(key.name)) return;

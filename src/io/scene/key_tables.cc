@@ -26,6 +26,7 @@ struct TypeText {
   std::string operator()(std::vector<std::string> S::*) const { return "list of texts"; }
   std::string operator()(const Choice<S>&) const { return "text"; }
   std::string operator()(const NumberOrAuto<S>&) const { return "number"; }
+  std::string operator()(const NumberOrArray<S>&) const { return "number or array"; }
   std::string operator()(const VectorOrField<S>&) const { return "three numbers or a table"; }
   std::string operator()(const ByHand& by_hand) const { return by_hand.type; }
 };

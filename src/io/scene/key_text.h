@@ -54,6 +54,12 @@ struct ValueText {
   std::string operator()(const NumberOrAuto<S>& value) const {
     return settings.*value.automatic ? toml_text("auto") : toml_number(settings.*value.number);
   }
+  std::string operator()(const NumberOrArray<S>& value) const {
+    const std::string array = value.array(settings);
+    if (!array.empty()) return inline_table({{"array", toml_text(array), ""}});
+    const std::optional<double> number = value.number(settings);
+    return number ? toml_number(*number) : "";
+  }
   std::string operator()(const VectorOrField<S>& value) const {
     const FieldSettings& field = settings.*value.field;
     if (field.empty()) return toml_list(settings.*value.vector);

@@ -26,6 +26,12 @@ DampingRatio read_ratio(const TomlTable& damping) {
   return ratio;
 }
 
+// Whether an array gives a modulus. Then the material cannot be made without the mesh.
+bool gives_array(const MaterialSettings& material) {
+  return std::ranges::any_of(material.arrays,
+                             [](const auto& entry) { return entry.first != kDensity.name; });
+}
+
 }  // namespace
 
 void read_damping(const TomlTable& root, Scene& scene) {
@@ -42,8 +48,16 @@ void read_damping(const TomlTable& root, Scene& scene) {
                     key));
   }
   const DampingRatio ratio = read_ratio(table);
+  const auto refuse_array = [&](const MaterialSettings& material) {
+    if (!gives_array(material)) return;
+    table.refuse("ratio",
+                 "cannot be had: an array gives moduli, and one viscosity damps different moduli "
+                 "differently. Give mass_damping and viscosity instead.");
+  };
+  refuse_array(scene.material);
   const LameParameters lame = initial_lame(make_material(scene.material));
   for (const MaterialRegionSettings& region : scene.material_region) {
+    refuse_array(region.material);
     const double mu = initial_lame(make_material(region.material)).mu;
     if (std::abs(mu - lame.mu) <= kSameModulus * lame.mu) continue;
     table.refuse("ratio",

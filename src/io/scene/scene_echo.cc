@@ -55,6 +55,12 @@ struct ValueJson {
   Json operator()(const NumberOrAuto<S>& value) const {
     return settings.*value.automatic ? Json("auto") : Json(settings.*value.number);
   }
+  Json operator()(const NumberOrArray<S>& value) const {
+    const std::string array = value.array(settings);
+    if (!array.empty()) return {{"array", array}};
+    const std::optional<double> number = value.number(settings);
+    return number ? Json(*number) : Json();
+  }
   Json operator()(const VectorOrField<S>& value) const {
     const FieldSettings& field = settings.*value.field;
     if (field.empty()) return list(settings.*value.vector);

@@ -60,7 +60,8 @@ std::string inline_text(const toml::node& node) {
 
 // The value as TOML text. Tables are not allowed in `set`.
 std::string text_of(const TomlTable& set, std::string_view key, const toml::node& node) {
-  if (node.is_table()) {
+  const toml::table* table = node.as_table();
+  if (table != nullptr && !table->contains("array")) {
     set.refuse(key, "is a table; give single values, like \"time.step\" = 1e-3.");
   }
   return inline_text(node);
@@ -258,7 +259,7 @@ void read_events(const TomlDocument& document, const TomlTable& root,
       for (const auto& [key, value] : *values) keys.push_back(key.str());
       const TomlTable set = table.table("set", {keys});
       for (const auto& [key, value] : *values) {
-        if (value.is_table()) {
+        if (value.is_table() && !value.as_table()->contains("array")) {
           set.refuse(key.str(),
                      "is a table: put the whole key into quotes, like \"time.step\" = 1e-3.");
         }

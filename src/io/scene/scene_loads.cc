@@ -133,6 +133,15 @@ std::vector<AmplitudeSettings> read_amplitudes(const TomlTable& root, const std:
   return amplitudes;
 }
 
+std::string read_array_name(const TomlTable& parent, std::string_view key) {
+  static const TableKeys keys{{"array"}};
+  const TomlTable table = parent.table(key, keys);
+  table.require("array", "give the name of a cell array of the mesh file.");
+  std::string name;
+  table.read("array", name);
+  return name;
+}
+
 FieldSettings read_field(const TomlTable& parent, std::string_view key) {
   static const TableKeys keys{{"file", "formula"}};
   const TomlTable table = parent.table(key, keys);

@@ -15,8 +15,9 @@ namespace {
 MaterialSettings read_material(const TomlTable& table) {
   MaterialSettings material;
   read_keys(table, material);
+  material.where = table.where();
   try {
-    make_material(material);
+    check_material(material);
   } catch (const InputError& error) {
     // The parameters contradict each other. If one of them came from the command line, the file
     // alone may be right.

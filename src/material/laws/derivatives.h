@@ -62,10 +62,11 @@ struct LawTerms {
   /// Whether the arguments are StrainMeasures.
   static constexpr bool kStrain = M::kDefinedForAnyJacobian;
   using Arguments = std::conditional_t<kStrain, StrainMeasures<double>, Invariants<double>>;
-  using First =
-      decltype(L::first_derivatives(std::declval<const M&>(), std::declval<const Arguments&>()));
-  using Second =
-      decltype(L::second_derivatives(std::declval<const M&>(), std::declval<const Arguments&>()));
+  using Parameters = typename M::template Parameters<double>;
+  using First = decltype(L::first_derivatives(std::declval<const Parameters&>(),
+                                              std::declval<const Arguments&>()));
+  using Second = decltype(L::second_derivatives(std::declval<const Parameters&>(),
+                                                std::declval<const Arguments&>()));
 
   /// Whether ∂Ψ/∂I₂ exists.
   static constexpr bool kI2 = !kIsZero<decltype(First::i2)>;

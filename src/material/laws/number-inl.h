@@ -78,7 +78,8 @@ HWY_INLINE double where_small(double x, double limit, double inside, double outs
 ///     first_derivatives(m, s)    FirstDerivatives, with Zero for those that vanish identically
 ///     second_derivatives(m, s)   SecondDerivatives, with Zero for those that vanish identically
 ///
-/// The type of s is StrainMeasures<Real> if the material is defined for any J, and Invariants<Real>
+/// The type of m is M::Parameters<T>, where T is double or Real. The type of s is
+/// StrainMeasures<Real> if the material is defined for any J, and Invariants<Real>
 /// otherwise. A law with StrainMeasures also has spherical(m, s) = ∂Ψ/∂I₁ + (I₁ − 1) ∂Ψ/∂I₂. It is
 /// written without the terms of order one, which cancel at rest and would cost digits.
 template <class M>

@@ -24,7 +24,8 @@ struct Law<Yeoh> {
     Real w1;  // ∂Ψ/∂Ī₁
     Real w2;  // ∂²Ψ/∂Ī₁²
 
-    HWY_INLINE Isochoric(const Yeoh& m, const Invariants<Real>& s) {
+    template <class P>
+    HWY_INLINE Isochoric(const P& m, const Invariants<Real>& s) {
       const Real u = Real(2.0 / 3.0) * s.log_j;
       p = exponential(-u);
       // Ī₁ − 3 = p (I₁ − 3 − 2 ln J) + 3 (e^{−u} (1 + u) − 1) with u = ⅔ ln J. Near rest the second
@@ -39,30 +40,30 @@ struct Law<Yeoh> {
       }
       const Real near = mul_add(p, s.i1_term, Real(3.0) * (u * u * sum));
       x = where_small(u, kNear, near, mul_sub(p, s.i1, Real(3.0)));
-      w1 = mul_add(x, mul_add(x, Real(3.0 * m.c30()), Real(2.0 * m.c20())), Real(m.c10()));
-      w2 = mul_add(x, Real(6.0 * m.c30()), Real(2.0 * m.c20()));
+      w1 = mul_add(x, mul_add(x, Real(3.0 * m.c30), Real(2.0 * m.c20)), Real(m.c10));
+      w2 = mul_add(x, Real(6.0 * m.c30), Real(2.0 * m.c20));
     }
   };
 
-  template <class Real>
-  static HWY_INLINE Real energy(const Yeoh& m, const Invariants<Real>& s) {
+  template <class P, class Real>
+  static HWY_INLINE Real energy(const P& m, const Invariants<Real>& s) {
     const Isochoric<Real> iso(m, s);
     const Volumetric<Real> volumetric(VolumetricPart::kQuadratic, s);
-    const Real factor = mul_add(iso.x, mul_add(iso.x, Real(m.c30()), Real(m.c20())), Real(m.c10()));
-    return mul_add(iso.x, factor, Real(m.kappa()) * volumetric.energy);
+    const Real factor = mul_add(iso.x, mul_add(iso.x, Real(m.c30), Real(m.c20)), Real(m.c10));
+    return mul_add(iso.x, factor, Real(m.kappa) * volumetric.energy);
   }
-  template <class Real>
-  static HWY_INLINE auto first_derivatives(const Yeoh& m, const Invariants<Real>& s) {
+  template <class P, class Real>
+  static HWY_INLINE auto first_derivatives(const P& m, const Invariants<Real>& s) {
     const Isochoric<Real> iso(m, s);
     const Volumetric<Real> volumetric(VolumetricPart::kQuadratic, s);
     const Real i1_bar_derivative = Real(-2.0 / 3.0) * (iso.x + Real(3.0));  // ∂Ī₁/∂ln J
     return FirstDerivatives{
-        iso.p * iso.w1,                                                                      // I₁
-        Zero(),                                                                              // I₂
-        mul_add(i1_bar_derivative, iso.w1, Real(m.kappa()) * volumetric.first_derivative)};  // ln J
+        iso.p * iso.w1,                                                                    // I₁
+        Zero(),                                                                            // I₂
+        mul_add(i1_bar_derivative, iso.w1, Real(m.kappa) * volumetric.first_derivative)};  // ln J
   }
-  template <class Real>
-  static HWY_INLINE auto second_derivatives(const Yeoh& m, const Invariants<Real>& s) {
+  template <class P, class Real>
+  static HWY_INLINE auto second_derivatives(const P& m, const Invariants<Real>& s) {
     const Isochoric<Real> iso(m, s);
     const Volumetric<Real> volumetric(VolumetricPart::kQuadratic, s);
     const Real i1_bar = iso.x + Real(3.0);
@@ -73,7 +74,7 @@ struct Law<Yeoh> {
                              Real(-2.0 / 3.0) * iso.p * weighted,  // I₁ ln J
                              Zero(),
                              mul_add(Real(4.0 / 9.0) * i1_bar, weighted,
-                                     Real(m.kappa()) * volumetric.second_derivative)};  // ln J ln J
+                                     Real(m.kappa) * volumetric.second_derivative)};  // ln J ln J
   }
 };
 

@@ -27,6 +27,18 @@ bool takes(const MaterialChoice* choice, const MaterialKey& key) {
                                           });
 }
 
+bool is_array(const MaterialSettings& settings, const MaterialParameter& parameter) {
+  return settings.arrays.count(parameter.name) > 0;
+}
+// Whether cell arrays of the mesh give parameters besides the density.
+bool array_gives_parameters(const MaterialSettings& settings) {
+  return settings.arrays.size() > (is_array(settings, kDensity) ? 1U : 0U);
+}
+bool is_given_by_young(const MaterialSettings& settings) {
+  return settings.youngs_modulus || settings.poissons_ratio || is_array(settings, kYoungsModulus) ||
+         is_array(settings, kPoissonsRatio);
+}
+
 }  // namespace
 
 MaterialPanel::MaterialPanel(QWidget* parent) : QWidget(parent) {
@@ -112,6 +124,7 @@ MaterialPanel::MaterialPanel(QWidget* parent) : QWidget(parent) {
 
 void MaterialPanel::show_settings(const Settings& settings) {
   materials_ = settings.materials;
+  moduli_ = settings.moduli;
   const int count = static_cast<int>(materials_.size());
   if (region_->count() != count) {
     region_->clear();
@@ -132,12 +145,13 @@ void MaterialPanel::show_region() {
   if (region >= materials_.size()) return;
   const MaterialSettings& settings = materials_[region];
   const bool custom = settings.custom.has_value();
-  for (QWidget* widget : {static_cast<QWidget*>(model_), static_cast<QWidget*>(young_),
-                          static_cast<QWidget*>(poisson_)}) {
-    widget->setEnabled(!custom);
-  }
-  const MaterialModel material = make_material(settings);
-  const LameParameters small = initial_lame(material);
+  const bool has_arrays = array_gives_parameters(settings);
+  const bool can_change = !custom && (!has_arrays || is_given_by_young(settings));
+  model_->setEnabled(can_change);
+  young_->setEnabled(can_change && !is_array(settings, kYoungsModulus));
+  poisson_->setEnabled(can_change && !is_array(settings, kPoissonsRatio));
+  const LameRange& moduli = moduli_[region];
+  const LameParameters& small = moduli.least;
   const double young = small.mu * (3.0 * small.lambda + 2.0 * small.mu) / (small.lambda + small.mu);
   if (!custom) model_->setCurrentIndex(model_->findData(QString::fromStdString(settings.model)));
   young_->set_value(settings.youngs_modulus.value_or(young));
@@ -145,7 +159,7 @@ void MaterialPanel::show_region() {
       settings.poissons_ratio.value_or(small.lambda / (2.0 * (small.lambda + small.mu))));
   const MaterialChoice* choice = custom ? nullptr : choice_of(settings.model);
   for (const auto& [key, field] : other_fields_) {
-    field->setEnabled(takes(choice, *key));
+    field->setEnabled(can_change && takes(choice, *key) && !is_array(settings, key->parameter));
     double value = (settings.*key->value).value_or(0.0);
     // The scene may give μ₁ and μ₂ instead of their ratio.
     if (settings.mu1 && settings.mu2 && key->value == &MaterialSettings::ratio) {
@@ -156,26 +170,51 @@ void MaterialPanel::show_region() {
   volumetric_->setEnabled(choice != nullptr && choice->has_volumetric_part);
   volumetric_->setCurrentIndex(volumetric_->findData(
       static_cast<int>(settings.volumetric.value_or(VolumetricPart::kLogarithmic))));
-  lame_->setText(tr("%1 Pa, %2 Pa").arg(short_number(small.mu), short_number(small.lambda)));
-  wave_->setText(tr("%1 m/s").arg(short_number(wave_speed(small, settings.density))));
-  density_->setText(tr("%1 kg/m³").arg(short_number(settings.density)));
+  if (has_arrays) {
+    const LameParameters& most = moduli.most;
+    lame_->setText(tr("%1 to %2 Pa, %3 to %4 Pa")
+                       .arg(short_number(small.mu), short_number(most.mu),
+                            short_number(small.lambda), short_number(most.lambda)));
+  } else {
+    lame_->setText(tr("%1 Pa, %2 Pa").arg(short_number(small.mu), short_number(small.lambda)));
+  }
+  const auto density_array = settings.arrays.find(kDensity.name);
+  const bool density_varies = density_array != settings.arrays.end();
+  wave_->setText(has_arrays || density_varies
+                     ? tr("varies")
+                     : tr("%1 m/s").arg(short_number(wave_speed(small, settings.density))));
+  density_->setText(
+      density_varies
+          ? tr("array \"%1\" of the mesh").arg(QString::fromStdString(density_array->second))
+          : tr("%1 kg/m³").arg(short_number(settings.density)));
 }
 
-void MaterialPanel::commit(const QString& what, bool continues_previous) {
-  const int region = std::max(0, region_->currentIndex());
+// The settings that the fields show. Parameters that an array gives stay as they are. If they are
+// not those of this panel, all parameters stay.
+MaterialSettings MaterialPanel::entered(const MaterialSettings& before) const {
   MaterialSettings settings;
   settings.model = model_->currentData().toString().toStdString();
-  settings.density = materials_[static_cast<std::size_t>(region)].density;
-  settings.youngs_modulus = young_->value();
-  settings.poissons_ratio = poisson_->value();
+  settings.density = before.density;
+  settings.arrays = before.arrays;
+  if (array_gives_parameters(before) && !is_given_by_young(before)) settings = before;
+  settings.volumetric.reset();
   const MaterialChoice* choice = choice_of(settings.model);
+  if (young_->isEnabled()) settings.youngs_modulus = young_->value();
+  if (poisson_->isEnabled()) settings.poissons_ratio = poisson_->value();
   for (const auto& [key, field] : other_fields_) {
-    if (takes(choice, *key)) settings.*key->value = field->value();
+    if (!model_->isEnabled() || !takes(choice, *key)) continue;
+    if (!is_array(before, key->parameter)) settings.*key->value = field->value();
   }
   const auto part = static_cast<VolumetricPart>(volumetric_->currentData().toInt());
   if (choice->has_volumetric_part && part != VolumetricPart::kLogarithmic) {
     settings.volumetric = part;
   }
+  return settings;
+}
+
+void MaterialPanel::commit(const QString& what, bool continues_previous) {
+  const int region = std::max(0, region_->currentIndex());
+  const MaterialSettings settings = entered(materials_[static_cast<std::size_t>(region)]);
   const QString text = materials_.size() > 1 ? tr("%1 (region %2)").arg(what).arg(region) : what;
   emit edited(SetMaterial{region, settings}, text, continues_previous);
 }

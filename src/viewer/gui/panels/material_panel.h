@@ -31,8 +31,10 @@ class MaterialPanel : public QWidget {
  private:
   void show_region();
   void commit(const QString& what, bool continues_previous);
+  MaterialSettings entered(const MaterialSettings& before) const;
 
   std::vector<MaterialSettings> materials_;
+  std::vector<LameRange> moduli_;
   QComboBox *region_, *model_;
   QComboBox* volumetric_;
   NumberSlider *young_, *poisson_;

@@ -129,8 +129,7 @@ double VertexPanel::momentum_per_length() const {
   return momentum_scale_->value();
 }
 
-void VertexPanel::suggest_arrows(const TetMesh& mesh, const MaterialModel& material,
-                                 double density) {
+void VertexPanel::suggest_arrows(const TetMesh& mesh, const LameParameters& lame, double density) {
   Vector3 low = mesh.vertices.front();
   Vector3 high = low;
   for (const Vector3& x : mesh.vertices) {
@@ -142,7 +141,6 @@ void VertexPanel::suggest_arrows(const TetMesh& mesh, const MaterialModel& mater
   const double volume = mesh.total_volume();
   const double edge = std::cbrt(6.0 * volume / static_cast<double>(mesh.tetrahedron_count()));
   const double arrow = 0.2 * (high - low).norm();
-  const LameParameters lame = initial_lame(material);
   const double mass = density * volume / static_cast<double>(mesh.vertex_count());
   const auto round = [](double x) { return QString::number(x, 'g', 1).toDouble(); };
   force_scale_->set_value(round(kStrain * 3.0 * lame.mu * edge * edge / arrow));

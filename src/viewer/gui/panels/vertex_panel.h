@@ -30,7 +30,7 @@ class VertexPanel : public QWidget {
   double force_per_length() const;
   double momentum_per_length() const;
   /// Sets both such that an arrow of a fifth of the body's size has a visible but moderate effect.
-  void suggest_arrows(const TetMesh& mesh, const MaterialModel& material, double density);
+  void suggest_arrows(const TetMesh& mesh, const LameParameters& lame, double density);
 
  signals:
   void fix_wanted();

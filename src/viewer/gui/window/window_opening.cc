@@ -164,8 +164,9 @@ void MainWindow::show_simulation(std::unique_ptr<Simulation> simulation,
   replay_bar_->play(false);
   replay_bar_->hide();
   const Scene& scene = simulation_->scene();
-  vertex_->suggest_arrows(simulation_->mesh(), make_material(scene.material),
-                          scene.material.density);
+  const Settings settings = simulation_->settings();
+  vertex_->suggest_arrows(simulation_->mesh(), settings.moduli.front().least,
+                          settings.mean_density);
   simulation_->set_color_field(drawing_->drawing().field);
   simulation_->set_steps_per_snapshot(control_->steps_between_pictures());
   simulation_->set_speed_limit(control_->speed_limit());
