@@ -1,7 +1,6 @@
 #include "energy_momentum_problem.h"
 
 #include <algorithm>
-#include <variant>
 
 #include "tetraction/fem/step_length.h"
 
@@ -99,11 +98,8 @@ double DiscreteGradientStep::longest_step_of_end(const Vector& u, const Vector& 
     const Vector x = origin() + u;
     longest = std::min(longest, kShare * term.longest_step(point(x), d));
   });
-  const ElasticPotential& elastic = system_.elastic();
-  return std::min(longest, admissible_step(system_.rest(), end_, shift_, [&](Index e) {
-                    return !std::holds_alternative<StVenantKirchhoff>(
-                        elastic.materials()[static_cast<std::size_t>(elastic.material_index(e))]);
-                  }));
+  return std::min(longest, admissible_step(system_.rest(), end_, shift_,
+                                           [&](Index e) { return needs_volume(e); }));
 }
 
 void DiscreteGradientStep::linearize(const Vector& u) {

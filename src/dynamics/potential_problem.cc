@@ -212,13 +212,15 @@ double PotentialProblem::longest_step(const Vector& u, const Vector& d,
   constexpr double kShare = 0.9;
   const double longest = std::min(1.0, kShare * longest_term_step(u, d));
   if (elements_are_safe) return longest;
-  const ElasticPotential& elastic = system_.elastic();
   at_ = origin_ + u;
-  return std::min(
-      longest, admissible_step(system_.rest(), at_, d, [&](Index e) {
-        return !std::holds_alternative<StVenantKirchhoff>(
-            elastic.materials()[static_cast<std::size_t>(elastic.material_index(e))].model());
-      }));
+  return std::min(longest, admissible_step(system_.rest(), at_, d,
+                                           [&](Index e) { return needs_volume(e); }));
+}
+
+bool PotentialProblem::needs_volume(Index e) const {
+  const ElasticPotential& elastic = system_.elastic();
+  return !std::holds_alternative<StVenantKirchhoff>(
+      elastic.materials()[static_cast<std::size_t>(elastic.material_index(e))].model());
 }
 
 double PotentialProblem::longest_term_step(const Vector& u, const Vector& d) const {

@@ -46,16 +46,17 @@ bool DiscreteGradient::run(const Step& step, const Vector* direction) const {
       const ElementBlocks::Block& block = blocks_.block(b);
       double* records = records_.data() + ElementBlocks::kRecordSize * block.first_record;
       std::fill_n(records, ElementBlocks::kRecordSize * block.record_count, 0.0);
-      if (!run_block(block, step, direction, records)) admissible = false;
+      if (!run_block(b, step, direction, records)) admissible = false;
     }
   });
   return admissible;
 }
 
-bool DiscreteGradient::run_block(const ElementBlocks::Block& block, const Step& step,
-                                 const Vector* direction, double* records) const {
-  const MaterialModel& material = elastic_.materials()[static_cast<std::size_t>(block.material)];
-  const std::optional<IsotropicModel> model = isotropic_model(material);
+bool DiscreteGradient::run_block(Index b, const Step& step, const Vector* direction,
+                                 double* records) const {
+  const ElementBlocks::Block& block = blocks_.block(b);
+  const MaterialField& material = elastic_.materials()[static_cast<std::size_t>(block.material)];
+  const std::optional<IsotropicModel> model = isotropic_model(material.model());
   if (model && block.aspect <= kLargestAspect) {
     thread_local AlignedVector<double> fields[4];
     for (AlignedVector<double>& field : fields) {
@@ -74,38 +75,41 @@ bool DiscreteGradient::run_block(const ElementBlocks::Block& block, const Step& 
     blocks_.load_displacements(block, step.way.data(), fields[2].data());
     at.ways = fields[2].data();
     if (direction == nullptr) {
-      return add_discrete_gradient(blocks_.batches(block), *model, at, records);
+      return add_discrete_gradient(BlockAccess::batches(elastic_, b), *model, at, records);
     }
     blocks_.load_displacements(block, direction->data(), fields[3].data());
-    add_discrete_gradient_product(blocks_.batches(block), *model, at, fields[3].data(), records);
+    add_discrete_gradient_product(BlockAccess::batches(elastic_, b), *model, at, fields[3].data(), records);
     return true;
   }
 
   bool admissible = true;
   const RestState& rest = elastic_.rest();
+  const auto add = [&](Index e, const auto& m, Index batch, int lane) {
+    const auto element = rest.element(e);
+    const auto gradient_of = [&](const Positions& field) {
+      return deformation_gradient(element, 0, rest.gather_relative(field, e));
+    };
+    const DeformationStep deformation{gradient_of(step.middle), gradient_of(step.way),
+                                      step.viscous};
+    if (!m.admissible(deformation.end())) {
+      admissible = false;
+      return;
+    }
+    const MeanStress mean(m, deformation);
+    const Matrix3 p =
+        direction == nullptr ? mean.first_piola() : mean.derivative(gradient_of(*direction));
+    const RestState::Shape::NodeMatrix forces = element.weights[0] * p * element.gradients[0];
+    for (int a = 0; a < RestState::Shape::kNodes; ++a) {
+      Eigen::Map<Vector3>(records + blocks_.slot(batch, a, lane)) += forces.col(a);
+    }
+  };
   std::visit(
       [&](const auto& m) {
         blocks_.for_each_element(block, [&](Index e, Index batch, int lane) {
-          const auto element = rest.element(e);
-          const auto gradient_of = [&](const Positions& field) {
-            return deformation_gradient(element, 0, rest.gather_relative(field, e));
-          };
-          const DeformationStep deformation{gradient_of(step.middle), gradient_of(step.way),
-                                            step.viscous};
-          if (!m.admissible(deformation.end())) {
-            admissible = false;
-            return;
-          }
-          const MeanStress mean(m, deformation);
-          const Matrix3 p =
-              direction == nullptr ? mean.first_piola() : mean.derivative(gradient_of(*direction));
-          const RestState::Shape::NodeMatrix forces = element.weights[0] * p * element.gradients[0];
-          for (int a = 0; a < RestState::Shape::kNodes; ++a) {
-            Eigen::Map<Vector3>(records + blocks_.slot(batch, a, lane)) += forces.col(a);
-          }
+          material.with_element(m, e, [&](const auto& own) { add(e, own, batch, lane); });
         });
       },
-      material);
+      material.model());
   return admissible;
 }
 

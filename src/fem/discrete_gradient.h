@@ -36,8 +36,7 @@ class DiscreteGradient {
 
  private:
   bool run(const Step& step, const Vector* direction) const;
-  bool run_block(const ElementBlocks::Block& block, const Step& step, const Vector* direction,
-                 double* records) const;
+  bool run_block(Index b, const Step& step, const Vector* direction, double* records) const;
 
   const ElasticPotential& elastic_;
   const ElementBlocks& blocks_;

@@ -405,8 +405,6 @@ TEST_F(SceneReader, WhatComesLaterIsRefusedAsSuch) {
   const char* said = "not in this version of Tetraction";
   expect_refusal(kSmall, "--set mesh.element=quadratic: mesh.element", {said, "linear"},
                  {"mesh.element=quadratic"});
-  expect_refused_lines("[time]\nintegrator = \"energy-momentum\"\n",
-                       "scene.toml:8:1: time.integrator", {said, "midpoint"});
   expect_refused_lines("[output]\ncheckpoint_every = 100\n",
                        "scene.toml:8:1: output.checkpoint_every", {said});
 }
@@ -1549,7 +1547,6 @@ TEST_F(SceneReader, EventsAreToBlameForTheirValues) {
   refused("time.end", "[1]", "time.end", {"must be a number", "not a list"});
   refused("time.integrator", "\"mid-point\"", "time.integrator = \"mid-point\"",
           {"did you mean midpoint?"});
-  refused("time.integrator", "\"energy-momentum\"", "time.integrator", {"not in this version"});
   refused("material.youngs_modulus", "0", "material.youngs_modulus = 0", {"above 0"});
   refused("material.poissons_ratio", "0.5", "material.poissons_ratio = 0.5", {"-1 and 0.5"});
   refused("material.mu", "3e5", "material.mu", {"youngs_modulus"});

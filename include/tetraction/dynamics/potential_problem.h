@@ -133,6 +133,8 @@ class PotentialProblem : public MinimizationProblem {
   void for_each_potential(const Visit& visit) const {
     for (const WeightedPotential& potential : potentials_) visit(*potential.term);
   }
+  /// Whether the energy of element e is defined for J > 0 only.
+  bool needs_volume(Index e) const;
   /// l += `force` (3 per vertex, N). To be called before set_origin().
   void add_load(const Vector& force) { load_ += force; }
 

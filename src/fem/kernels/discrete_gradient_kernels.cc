@@ -9,8 +9,8 @@
 #include <hwy/foreach_target.h>  // compiles this file once for every instruction set
 #include <hwy/highway.h>
 
+#include "element_parameters-inl.h"
 #include "fem/discrete_stress.h"
-#include "material/laws/laws-inl.h"
 #include "simd_records-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -150,7 +150,8 @@ struct StrainStress {
   Real i2 = 0.0;  // Ψ₂
   Symmetric<Vec> stress;
 
-  HWY_INLINE StrainStress(const M& material, const Geometry& at, Real viscous) {
+  template <class P>
+  HWY_INLINE StrainStress(const P& material, const Geometry& at, Real viscous) {
     Columns<Vec> ag = at.cg;
     for (int i = 0; i < 3; ++i) ag.m[i][i] = hn::Sub(ag.m[i][i], hn::Set(Tag(), 1.0));
     const StrainMeasures<Real> s{trace(ag), Real(0.0)};
@@ -165,7 +166,8 @@ struct StrainStress {
     scale(at.volume, stress);
   }
 
-  HWY_INLINE void derivative(const M& material, const Geometry& at, Real viscous,
+  template <class P>
+  HWY_INLINE void derivative(const P& material, const Geometry& at, Real viscous,
                              const Symmetric<Vec>& b, Symmetric<Vec>& result) const {
     Columns<Vec> bg;
     symmetric_times(b, at.g, bg);
@@ -237,13 +239,15 @@ struct GeneralStress {
     return {invariants(Real(0.0), log_j, j), i2_rate(Real(0.0)), Real(0.5) * a1};
   }
   // φ(t).
-  HWY_INLINE Real rate(const M& material, const Point& p) const {
+  template <class P>
+  HWY_INLINE Real rate(const P& material, const Point& p) const {
     const auto first = Law<M>::first_derivatives(material, p.s);
     return mul_add(number(first.i1), i1_rate,
                    mul_add(number(first.i2), p.i2_rate, number(first.log_j) * p.log_j_rate));
   }
 
-  HWY_INLINE GeneralStress(const M& material, const Geometry& at, Real viscous) {
+  template <class P>
+  HWY_INLINE GeneralStress(const P& material, const Geometry& at, Real viscous) {
     const Tag tag;
     i1 = trace(at.cg);
     i1_rate = trace(at.dcg);
@@ -295,7 +299,8 @@ struct GeneralStress {
   }
 
   // ṡ of the stress at t = 0 without the factor V, for the change b with bG and GbG.
-  HWY_INLINE void middle_derivative(const M& material, const Geometry& at, const Symmetric<Vec>& b,
+  template <class P>
+  HWY_INLINE void middle_derivative(const P& material, const Geometry& at, const Symmetric<Vec>& b,
                                     const Columns<Vec>& bg, const Symmetric<Vec>& gbg,
                                     Symmetric<Vec>& result) const {
     const Invariants<Real> s = middle().s;
@@ -328,7 +333,8 @@ struct GeneralStress {
     add_scaled(-number(first.log_j), product, result);
   }
 
-  HWY_INLINE void derivative(const M& material, const Geometry& at, Real viscous,
+  template <class P>
+  HWY_INLINE void derivative(const P& material, const Geometry& at, Real viscous,
                              const Symmetric<Vec>& b, Symmetric<Vec>& result) const {
     const Tag tag;
     Columns<Vec> bg;
@@ -368,14 +374,16 @@ struct GeneralStress {
 template <class M>
 using StressOf = std::conditional_t<TermsOf<M>::kStrain, StrainStress<M>, GeneralStress<M>>;
 
-template <class M>
-HWY_NOINLINE bool gradient_of(const BatchView& batches, const M& constants, const StepRecords& step,
-                              double* HWY_RESTRICT gradients) {
-  const M material = constants;
+template <class Source>
+HWY_NOINLINE bool gradient_of(const BatchView& batches, const Source& source,
+                              const StepRecords& step, double* HWY_RESTRICT gradients) {
+  using M = typename Source::Material;
+  const Source parameters = source;
   const Real viscous(step.viscous);
   bool admissible = true;
-  for_each_vector<Tag>(batches, [&](size_t, size_t, const double* HWY_RESTRICT rest,
+  for_each_vector<Tag>(batches, [&](size_t batch, size_t lane, const double* HWY_RESTRICT rest,
                                     const uint16_t* HWY_RESTRICT slots) TETRACTION_LOOP_BODY {
+    const auto& material = parameters.load(Tag(), batch, lane);
     const Geometry at(step, rest, slots);
     if constexpr (!TermsOf<M>::kStrain) admissible &= at.ends_admissible();
     const StressOf<M> s(material, at, viscous);
@@ -384,13 +392,16 @@ HWY_NOINLINE bool gradient_of(const BatchView& batches, const M& constants, cons
   return admissible;
 }
 
-template <class M>
-HWY_NOINLINE void product_of(const BatchView& batches, const M& constants, const StepRecords& step,
-                             const double* HWY_RESTRICT directions, double* HWY_RESTRICT products) {
-  const M material = constants;
+template <class Source>
+HWY_NOINLINE void product_of(const BatchView& batches, const Source& source,
+                             const StepRecords& step, const double* HWY_RESTRICT directions,
+                             double* HWY_RESTRICT products) {
+  using M = typename Source::Material;
+  const Source parameters = source;
   const Real viscous(step.viscous);
-  for_each_vector<Tag>(batches, [&](size_t, size_t, const double* HWY_RESTRICT rest,
+  for_each_vector<Tag>(batches, [&](size_t batch, size_t lane, const double* HWY_RESTRICT rest,
                                     const uint16_t* HWY_RESTRICT slots) TETRACTION_LOOP_BODY {
+    const auto& material = parameters.load(Tag(), batch, lane);
     const Geometry at(step, rest, slots);
     Columns<Vec> direction;
     RecordAccess<Tag>::edges(Tag(), directions, slots, kBatchLanes, direction);
@@ -406,15 +417,23 @@ HWY_NOINLINE void product_of(const BatchView& batches, const M& constants, const
 
 bool gradient(const BatchView& batches, const IsotropicModel& model, const StepRecords& step,
               double* gradients) {
-  return std::visit([&]<class M>(const M& material)
-                        HWY_ATTR { return gradient_of(batches, material, step, gradients); },
-                    model);
+  return std::visit(
+      [&]<class M>(const M& material) HWY_ATTR {
+        return with_parameters(batches, material, [&](const auto& parameters) HWY_ATTR {
+          return gradient_of(batches, parameters, step, gradients);
+        });
+      },
+      model);
 }
 void product(const BatchView& batches, const IsotropicModel& model, const StepRecords& step,
              const double* directions, double* products) {
-  std::visit([&]<class M>(const M& material)
-                 HWY_ATTR { product_of(batches, material, step, directions, products); },
-             model);
+  std::visit(
+      [&]<class M>(const M& material) HWY_ATTR {
+        with_parameters(batches, material, [&](const auto& parameters) HWY_ATTR {
+          product_of(batches, parameters, step, directions, products);
+        });
+      },
+      model);
 }
 
 }  // namespace HWY_NAMESPACE
