@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Writes the structured meshes of data/: thick_sphere.msh, bushing.msh and tuning_fork.msh (Gmsh 2.2,
-ASCII).
+"""Writes the structured meshes of data/: thick_sphere.msh, bushing.msh, tuning_fork.msh and l_block.msh
+(Gmsh 2.2, ASCII).
 
 All are made of prisms or bricks that are cut into tetrahedra. Every prism is cut along the
 diagonals that start at its vertices with the smallest numbers, so that neighbours fit together.
@@ -171,7 +171,31 @@ def tuning_fork(cells, name='tuning_fork.msh'):
                ('right', lambda p: p[1] == y[-1] and p[0] > 0.0)])
 
 
+def l_block(cells):
+    """The L-shaped block of Simo and Tarnow (1992), 6 m x 10 m x 3 m, with `cells` bricks per metre."""
+    number = {}
+    points = []
+    tetrahedra = []
+
+    def at(i, j, k):
+        if (i, j, k) not in number:
+            number[i, j, k] = len(points)
+            points.append((i / cells, j / cells, k / cells))
+        return number[i, j, k]
+
+    for k in range(3 * cells):
+        for j in range(10 * cells):
+            for i in range((6 if j < 3 * cells else 3) * cells):
+                a, b, c, d = (at(i + p, j + q, k) for p, q in ((0, 0), (1, 0), (1, 1), (0, 1)))
+                e, f, g, h = (at(i + p, j + q, k + 1) for p, q in ((0, 0), (1, 0), (1, 1), (0, 1)))
+                tetrahedra += cut_prism((a, b, c, e, f, g))
+                tetrahedra += cut_prism((a, c, d, e, g, h))
+    write_msh('l_block.msh', points, tetrahedra,
+              [('foot', lambda p: p[0] == 6.0), ('top', lambda p: p[1] == 10.0)])
+
+
 if __name__ == '__main__':
     thick_sphere(inner=1.0, outer=2.0, edge=16, layers=12)
     bushing(inner=0.010, outer=0.022, length=0.030, around=36, across=4, along=6)
     tuning_fork(cells=2)
+    l_block(cells=1)

@@ -255,7 +255,7 @@ void add_study_command(CLI::App& app, int& exit_code) {
   command->add_option("scene", arguments->scene, "Scene file (TOML)")->required();
   command
       ->add_option("--integrators", arguments->integrators,
-                   "Comma-separated: explicit,verlet,midpoint,backward-euler (default: all)")
+                   "Comma-separated: explicit,verlet,midpoint,backward-euler,energy-momentum (default: all)")
       ->delimiter(',')
       ->allow_extra_args(false);
   command

@@ -20,7 +20,10 @@ struct GmresReport {
 /// (Saad & Schultz 1986). multiply(v, w) computes w = A v and precondition(v, w) computes w = M⁻¹ v. The
 /// preconditioner is applied on the right, so that the residual is that of the original system. Every
 /// iteration stores one vector, so that `max_iterations` bounds the memory.
-template <class Multiply, class Precondition>
+///
+/// If `kFlexible` is true, the preconditioner need not be linear nor the same in each iteration, as if it
+/// is an iterative method itself (Saad 1993). An iteration then stores two vectors.
+template <bool kFlexible = false, class Multiply, class Precondition>
 GmresReport gmres(const Vector& b, const Multiply& multiply, const Precondition& precondition,
                   double forcing, int max_iterations, Vector& x) {
   GmresReport report;
@@ -37,10 +40,12 @@ GmresReport gmres(const Vector& b, const Multiply& multiply, const Precondition&
   Vector right = Vector::Zero(max_iterations + 1);  // right-hand side of the least-squares problem
   right[0] = scale;
   Vector preconditioned;
+  std::vector<Vector> all_preconditioned;
   Vector next;
   int k = 0;
   while (k < max_iterations && !report.converged) {
     precondition(basis.back(), preconditioned);
+    if constexpr (kFlexible) all_preconditioned.push_back(preconditioned);
     multiply(preconditioned, next);
     for (int i = 0; i <= k; ++i) {
       triangle(i, k) = basis[static_cast<std::size_t>(i)].dot(next);
@@ -68,6 +73,10 @@ GmresReport gmres(const Vector& b, const Multiply& multiply, const Precondition&
   if (k == 0) return report;
   const Vector weights =
       triangle.topLeftCorner(k, k).template triangularView<Eigen::Upper>().solve(right.head(k));
+  if constexpr (kFlexible) {
+    for (int i = 0; i < k; ++i) x += weights[i] * all_preconditioned[static_cast<std::size_t>(i)];
+    return report;
+  }
   Vector sum = Vector::Zero(b.size());
   for (int i = 0; i < k; ++i) sum += weights[i] * basis[static_cast<std::size_t>(i)];
   precondition(sum, x);

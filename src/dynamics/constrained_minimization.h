@@ -29,6 +29,8 @@ class ConstrainedMinimization {
   bool solve(StepOutcome& outcome);
   /// The generalised forces on the configuration at the last minimiser; empty without equations.
   const Vector& constraint_force() const { return constraint_force_; }
+  /// Sets them, after they were found in another way.
+  void set_constraint_force(const Vector& force) { constraint_force_ = force; }
   /// Forgets them, so that the next minimisation does not begin with them.
   void forget() { constraint_force_.resize(0); }
 

@@ -81,6 +81,20 @@ Matrix3 Environment::hessian(double mass, const Vector3& q) const {
          (Matrix3::Identity() - 3.0 * direction * direction.transpose());
 }
 
+Vector3 Environment::discrete_gradient(double mass, const Vector3& from, const Vector3& to) const {
+  if (field_) return VertexPotential::discrete_gradient(mass, from, to);
+  Vector3 gradient = -mass * acceleration_;
+  if (strength_ != 0.0) {
+    const double r0 = distance(from, softening_);
+    const double r1 = distance(to, softening_);
+    // U(r₁) − U(r₀) = k (r₁ − r₀)/(r₀r₁) and r₁² − r₀² = (from + to)·(to − from).
+    if (r0 > 0.0 && r1 > 0.0) {
+      gradient += bounded(strength_ / r0 / r1) * ((from + to) / (r0 + r1));
+    }
+  }
+  return gradient;
+}
+
 double Environment::factor(const ForcePoint& at) const {
   return amplitude_ ? factor_at(*amplitude_, at) : 1.0;
 }

@@ -28,6 +28,13 @@ class FirstGuess {
   };
   /// Sets the origin. Unless the guess is good, carry_along() should be used.
   Quality choose(StepProblem& problem, const State& state);
+  static constexpr int kCount = 6;  ///< the number of guesses
+  /// x ← guess number `i`. Returns false if it is not possible in this step.
+  bool propose(int i, const StepProblem& problem, const State& state, Vector& x) const {
+    if (!is_possible(i)) return false;
+    make(i, problem, state, x);
+    return true;
+  }
   /// Moves the prescribed components of x to their values in problem.base(), and the rest of the
   /// body by the harmonic extension of this displacement: the one with the least Σ V |∇u|² over the
   /// free coordinates.

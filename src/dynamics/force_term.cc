@@ -1,5 +1,9 @@
 #include "tetraction/dynamics/force_term.h"
 
+#include <cmath>
+
+#include "rigid_motions.h"
+
 namespace tetraction {
 
 void HessianBlocks::reset(Index vertex_count) {
@@ -48,6 +52,49 @@ void ForceTerm::add_hessian(const ForcePoint&, HessianForm, HessianBlocks&) cons
 
 double ForceTerm::driven_work(const ForcePoint&, const ForcePoint&) const {
   return 0.0;
+}
+
+void ForceTerm::add_discrete_gradient(const ForcePoint& from, const ForcePoint& to,
+                                      Vector& gradient) const {
+  Vector force = Vector::Zero(from.position.size());
+  if (is_quadratic()) {
+    add_gradient(from, force);
+    add_gradient(to, force);
+    gradient += 0.5 * force;
+    return;
+  }
+  const TimeSpan span{from.time, to.time};
+  const double time = 0.5 * (from.time + to.time);
+  const Vector middle = 0.5 * (from.position + to.position);
+  add_gradient({from.mass, middle, time, span}, force);
+  const Vector way = to.position - from.position;
+  const ForcePoint start{from.mass, from.position, time, span};
+  const ForcePoint end{to.mass, to.position, time, span};
+  const double change = energy_change(from, to) - driven_work(from, to);
+  const double linear = force.dot(way);
+  gradient += force;
+  const double rest = change - linear;
+  // A difference that may be round-off would divided by a small way become a force that is not.
+  const double round_off = 8.0 * std::numeric_limits<double>::epsilon() *
+                           (std::abs(energy(start)) + std::abs(energy(end)) + std::abs(linear));
+  if (!(std::abs(rest) > round_off)) return;
+  Vector ends = Vector::Zero(middle.size());
+  add_gradient(start, ends);
+  Vector at_end = Vector::Zero(middle.size());
+  add_gradient(end, at_end);
+  std::vector<bool> acts(static_cast<std::size_t>(middle.size() / 3));
+  Vector along = Vector::Zero(middle.size());
+  for (std::size_t v = 0; v < acts.size(); ++v) {
+    const auto i = static_cast<Index>(v);
+    acts[v] = !vertex_block(force, i).isZero(0.0) || !vertex_block(ends, i).isZero(0.0) ||
+              !vertex_block(at_end, i).isZero(0.0);
+    if (acts[v]) vertex_block(along, i) = vertex_block(way, i);
+  }
+  const double size = along.squaredNorm();
+  if (is_in_balance(middle, force)) along = without_rigid_motion(middle, along, acts);
+  // A rigid motion does not change the energy of a term that is in balance everywhere.
+  const double square = along.squaredNorm();
+  if (square > 1e-20 * size) gradient += rest / square * along;
 }
 
 double ForceTerm::dissipation(const ForcePoint&, const Vector&) const {

@@ -9,7 +9,7 @@ namespace tetraction {
 // Minimises Φ, or the outcome says why there is no minimiser.
 bool ImplicitStepper::find(const State& from, double end_time, StepOutcome& outcome) {
   using Quality = FirstGuess::Quality;
-  Quality guess = guess_.choose(problem_, from);
+  Quality guess = guess_.choose(*problem_, from);
   solve_.u().setZero(system_.dof_count());
   const bool led = guess != Quality::kGood;
   if (led && !lead_along(from, end_time, outcome)) {
@@ -17,8 +17,8 @@ bool ImplicitStepper::find(const State& from, double end_time, StepOutcome& outc
     // Materials that are defined for inverted elements continue from a poor guess.
     outcome.status = StepStatus::kOk;
     outcome.message.clear();
-    problem_.prescribe_base(end_time);
-    guess_.choose(problem_, from);
+    problem_->prescribe_base(end_time);
+    guess_.choose(*problem_, from);
     solve_.u().setZero();
   }
   if (solve_.minimize(from.position, outcome)) return true;
@@ -28,7 +28,7 @@ bool ImplicitStepper::find(const State& from, double end_time, StepOutcome& outc
   again.minimizer.iterations = outcome.minimizer.iterations;
   again.minimizer.factorizations = outcome.minimizer.factorizations;
   again.minimizer.cg_iterations = outcome.minimizer.cg_iterations;
-  problem_.set_constraint_force({});
+  problem_->set_constraint_force({});
   solve_.u().setZero(system_.dof_count());
   if (!lead_along(from, end_time, again) || !solve_.minimize(from.position, again)) return false;
   outcome = again;
@@ -50,16 +50,16 @@ bool ImplicitStepper::lead_along(const State& from, double end_time, StepOutcome
   double part = 1.0;
   while (done < 1.0) {
     const double next = std::min(1.0, done + part);
-    problem_.prescribe_base(next < 1.0 ? from.time + next * (end_time - from.time) : end_time);
+    problem_->prescribe_base(next < 1.0 ? from.time + next * (end_time - from.time) : end_time);
     trial_ = x_;
-    guess_.carry_along(problem_, trial_);
-    problem_.set_origin(trial_);
+    guess_.carry_along(*problem_, trial_);
+    problem_->set_origin(trial_);
     solve_.u().setZero();
     double phi = 0.0;
-    bool good = problem_.value(solve_.u(), phi).ok() && guess_.keeps_volumes(x_, trial_);
+    bool good = problem_->value(solve_.u(), phi).ok() && guess_.keeps_volumes(x_, trial_);
     if (good && next < 1.0) good = solve_.solve(outcome);
     if (good) {
-      problem_.positions(solve_.u(), x_);
+      problem_->positions(solve_.u(), x_);
       done = next;
       part *= 2.0;
     } else {

@@ -12,11 +12,17 @@ namespace tetraction {
 ImplicitStepper::ImplicitStepper(const MechanicalSystem& system,
                                  std::shared_ptr<Minimizer> minimizer, double alpha,
                                  ConstraintDirection direction)
-    : Stepper(system),
-      alpha_(alpha),
-      problem_(system),
-      solve_(problem_, std::move(minimizer), 1.0 / alpha, direction),
-      guess_(system, system.constraints().moving()) {}
+    : ImplicitStepper(std::make_unique<StepProblem>(system), std::move(minimizer), alpha,
+                      direction) {}
+
+ImplicitStepper::ImplicitStepper(std::unique_ptr<StepProblem> problem,
+                                 std::shared_ptr<Minimizer> minimizer, double alpha,
+                                 ConstraintDirection direction)
+    : Stepper(problem->system()),
+      problem_(std::move(problem)),
+      solve_(*problem_, std::move(minimizer), 1.0 / alpha, direction),
+      guess_(system_, system_.constraints().moving()),
+      alpha_(alpha) {}
 
 void ImplicitStepper::reset() {
   solve_.forget();
@@ -27,20 +33,20 @@ StepOutcome ImplicitStepper::advance(const State& from, State& to, double h, dou
   StepOutcome outcome;
   gather_loads(from, h, alpha_, load_);
   reaction_.setZero();
-  problem_.begin(from, h, end_time, alpha_, load_);
-  if (!find(from, end_time, outcome)) return outcome;
+  problem_->begin(from, h, end_time, alpha_, load_);
+  if (!solve_step(from, end_time, outcome)) return outcome;
   if (!settle_loads(from, h, end_time, outcome)) return outcome;
 
   to.step = from.step + 1;
   to.time = end_time;
   const Vector& u = solve_.u();
-  problem_.positions(u, x_);
+  problem_->positions(u, x_);
   constraint_force_ = solve_.constraint_force();
   if (system_.constraints().has_equations()) {
-    impulse_ = problem_.step() * system_.constraints().vertex_forces(constraint_force_);
+    impulse_ = problem_->step() * system_.constraints().vertex_forces(constraint_force_);
   }
   // The change of position before it is rounded to a position.
-  to.velocity = ((problem_.origin() - from.position) + u) / problem_.step();
+  to.velocity = ((problem_->origin() - from.position) + u) / problem_->step();
   set_end_position(from, to, h);
   system_.constraints().prescribe(to.time, to.position);
   if (!take_momenta(from, to, h, outcome)) return outcome;
@@ -61,9 +67,9 @@ StepOutcome ImplicitStepper::advance(const State& from, State& to, double h, dou
   if (term != nullptr) return undefined(outcome, *term, vertex);
   if (load_.size() > 0) outcome.external_work = load_.dot(to.position - from.position);
   outcome.external_work += driven_work(from, to);
-  if (system_.is_dissipative()) outcome.dissipated_energy = problem_.dissipated_energy(u, h);
+  if (system_.is_dissipative()) outcome.dissipated_energy = problem_->dissipated_energy(u, h);
   reaction_ /= h;
-  outcome.constraint_work = constraint_work(from, to);
+  outcome.constraint_work = work_of_constraints(from, to);
   if (constraining_) reaction_ += spring_force_;
   guess_.keep(from.velocity, outcome.elastic_energy);
   return outcome;
@@ -77,17 +83,17 @@ bool ImplicitStepper::settle_loads(const State& from, double h, double end_time,
   if (!system_.has_load_of_position()) return true;
   AndersonMixing mixing;
   for (int round = 0; round < kRounds; ++round) {
-    problem_.positions(solve_.u(), x_);
+    problem_->positions(solve_.u(), x_);
     system_.external_force(x_, from.time, h, trial_);
     work_ = trial_ - load_;
     const double difference = system_.coordinates().restricted_norm(work_);
     if (difference <= outcome.minimizer.residual_limit) return true;
     if (!std::isfinite(difference)) break;
     load_ = mixing.next(load_, trial_);
-    problem_.begin(from, h, end_time, alpha_, load_);
-    problem_.set_origin(x_);
+    problem_->begin(from, h, end_time, alpha_, load_);
+    problem_->set_origin(x_);
     solve_.u().setZero();
-    if (!solve_.minimize(from.position, outcome)) return false;
+    if (!solve_again(from, outcome)) return false;
   }
   outcome.status = StepStatus::kNotConverged;
   outcome.message =
@@ -97,15 +103,8 @@ bool ImplicitStepper::settle_loads(const State& from, double h, double end_time,
 }
 
 bool ImplicitStepper::take_momenta(const State& from, State& to, double h, StepOutcome& outcome) {
-  const double s = problem_.step();
-  const Vector* gradient = nullptr;
-  if (const EvaluationStatus status = problem_.elastic_gradient(solve_.u(), gradient);
-      !status.ok()) {
-    outcome.status = StepStatus::kInverted;
-    outcome.element = status.failed_element;
-    return false;
-  }
-  gather_forces({from.time, from.time + h}, to.velocity, *gradient);
+  const double s = problem_->step();
+  if (!gather_forces(from, to, h, outcome)) return false;
   add_impulse(x_, outer_, h, outcome);
 
   const bool has_equations = system_.constraints().has_equations();
@@ -125,26 +124,36 @@ bool ImplicitStepper::take_momenta(const State& from, State& to, double h, StepO
   return true;
 }
 
-// outer_ ← the forces at x_ that change the body's momentum, force_ ← all forces, damping_ ← those
-// of damping, spring_force_ ← those of terms that stand for constraints. `gradient`: of the elastic
-// energy.
-void ImplicitStepper::gather_forces(const TimeSpan& step, const Vector& velocity,
-                                    const Vector& gradient) {
-  const double time = step.begin + problem_.step();
+bool ImplicitStepper::gather_forces(const State& from, const State& to, double h,
+                                    StepOutcome& outcome) {
+  const Vector* gradient = nullptr;  // of the elastic energy
+  if (const EvaluationStatus status = problem_->elastic_gradient(solve_.u(), gradient);
+      !status.ok()) {
+    outcome.status = StepStatus::kInverted;
+    outcome.element = status.failed_element;
+    return false;
+  }
+  const TimeSpan step{from.time, from.time + h};
+  const double time = from.time + problem_->step();
   constraining_ = gather_term_forces(system_, system_.force_point(x_, time, step), load_, outer_,
                                      spring_force_);
-  force_ = outer_ - gradient;
-  if (!system_.is_dissipative()) return;
+  force_ = outer_ - *gradient;
+  if (!system_.is_dissipative()) return true;
   // The forces of viscosity are minus the gradient of its potential.
   damping_.setZero(system_.dof_count());
   double ignored = 0.0;
-  problem_.viscous().add_value_and_gradient(problem_.step_displacement(solve_.u()), ignored,
-                                            damping_);
+  problem_->viscous().add_value_and_gradient(problem_->step_displacement(solve_.u()), ignored,
+                                             damping_);
   damping_ = -damping_;
-  const Vector& point = problem_.dissipation_point();
-  system_.add_damping_force(point, time, velocity, damping_);
-  system_.add_damping_force(point, time, velocity, outer_);
+  add_damping(from, to.velocity, damping_);
+  add_damping(from, to.velocity, outer_);
   force_ += damping_;
+  return true;
+}
+
+void ImplicitStepper::add_damping(const State& from, const Vector& velocity, Vector& forces) const {
+  system_.add_damping_force(problem_->dissipation_point(), from.time + problem_->step(), velocity,
+                            forces);
 }
 
 }  // namespace tetraction

@@ -23,6 +23,31 @@ class ImplicitStepper : public Stepper {
   /// the end of the step.
   ImplicitStepper(const MechanicalSystem& system, std::shared_ptr<Minimizer> minimizer,
                   double alpha, ConstraintDirection direction);
+  /// The same with a problem of the rule's own.
+  ImplicitStepper(std::unique_ptr<StepProblem> problem, std::shared_ptr<Minimizer> minimizer,
+                  double alpha, ConstraintDirection direction);
+
+  /// Finds x, where Φ is least. solve_ has the result. If there is none, the outcome says why and false
+  /// is returned.
+  virtual bool solve_step(const State& from, double end_time, StepOutcome& outcome) {
+    return find(from, end_time, outcome);
+  }
+  /// The same, beginning at the origin, after the loads changed a little.
+  virtual bool solve_again(const State& from, StepOutcome& outcome) {
+    return solve_.minimize(from.position, outcome);
+  }
+  /// outer_ ← the forces at x_ that change the body's momentum, force_ ← all forces at x_,
+  /// spring_force_ ← those of terms that stand for constraints (constraining_ says whether there are
+  /// any). Returns false if they are not defined; the outcome says why.
+  virtual bool gather_forces(const State& from, const State& to, double h, StepOutcome& outcome);
+  /// The work of the constraints, J. reaction_ must not contain the springs.
+  virtual double work_of_constraints(const State& from, const State& to) {
+    return constraint_work(from, to);
+  }
+  /// Minimises Φ, from the best guess or, if prescribed vertices move far, through intermediate steps.
+  bool find(const State& from, double end_time, StepOutcome& outcome);
+  /// Adds the forces of drag, mass damping and other dissipative terms to `forces`.
+  void add_damping(const State& from, const Vector& velocity, Vector& forces) const;
 
   /// to.position ← q_{k+1}. to.velocity is already v.
   virtual void set_end_position(const State& from, State& to, double h) = 0;
@@ -35,7 +60,8 @@ class ImplicitStepper : public Stepper {
   virtual Vector3 residual_arm(const State& from, Index v) const = 0;
 
   // The data of the step in progress that the rules need.
-  const StepProblem& problem() const { return problem_; }
+  const StepProblem& problem() const { return *problem_; }
+  StepProblem& own_problem() { return *problem_; }
   Vector x_;                 // where forces are taken
   Vector impulse_;           // of the multipliers, per vertex
   Vector constraint_force_;  // on the configuration, of the last step
@@ -43,23 +69,25 @@ class ImplicitStepper : public Stepper {
   Vector force_;             // all forces at x_
   Vector carried_;           // M v
   Vector work_;
-
- private:
-  bool find(const State& from, double end_time, StepOutcome& outcome);
-  bool lead_along(const State& from, double end_time, StepOutcome& outcome);
-  bool settle_loads(const State& from, double h, double end_time, StepOutcome& outcome);
-  bool take_momenta(const State& from, State& to, double h, StepOutcome& outcome);
-  void gather_forces(const TimeSpan& step, const Vector& velocity, const Vector& gradient);
-
-  double alpha_;
-  StepProblem problem_;
-  ConstrainedMinimization solve_;
-  FirstGuess guess_;
-  // These are members in order to avoid allocations.
-  Vector trial_;
   Vector load_;  // empty: none
   Vector spring_force_;
   bool constraining_ = false;  // a term stands for a constraint
+
+ private:
+  std::unique_ptr<StepProblem> problem_;
+
+ protected:
+  ConstrainedMinimization solve_;
+  FirstGuess guess_;
+
+ private:
+  bool lead_along(const State& from, double end_time, StepOutcome& outcome);
+  bool settle_loads(const State& from, double h, double end_time, StepOutcome& outcome);
+  bool take_momenta(const State& from, State& to, double h, StepOutcome& outcome);
+
+  double alpha_;
+  // These are members in order to avoid allocations.
+  Vector trial_;
   Vector damping_;
   Vector start_;
 };

@@ -10,7 +10,7 @@
 namespace tetraction {
 namespace {
 
-// One rule. Exactly one of the last two makes its stepper.
+// One rule. Exactly one of the last three makes its stepper.
 struct Rule {
   Integrator integrator;
   const char* name;
@@ -18,6 +18,9 @@ struct Rule {
   bool is_variational;
   std::unique_ptr<Stepper> (*make_explicit)(const MechanicalSystem&);
   std::unique_ptr<Stepper> (*make_implicit)(const MechanicalSystem&, std::shared_ptr<Minimizer>);
+  std::unique_ptr<Stepper> (*make_with_root_finder)(const MechanicalSystem&,
+                                                    std::shared_ptr<Minimizer>,
+                                                    std::shared_ptr<RootFinder>) = nullptr;
 };
 
 constexpr std::array kRules{
@@ -25,7 +28,9 @@ constexpr std::array kRules{
     Rule{Integrator::kVerlet, "verlet", 2, true, make_verlet_stepper, nullptr},
     Rule{Integrator::kMidpoint, "midpoint", 2, true, nullptr, make_midpoint_stepper},
     Rule{Integrator::kBackwardEuler, "backward-euler", 1, false, nullptr,
-         make_backward_euler_stepper}};
+         make_backward_euler_stepper},
+    Rule{Integrator::kEnergyMomentum, "energy-momentum", 2, false, nullptr, nullptr,
+         make_energy_momentum_stepper}};
 
 const Rule& rule_of(Integrator integrator) {
   const auto* found = std::find_if(kRules.begin(), kRules.end(),
@@ -65,7 +70,11 @@ Integrator integrator_from_string(const std::string& name) {
 }
 
 bool is_implicit(Integrator integrator) {
-  return rule_of(integrator).make_implicit != nullptr;
+  return rule_of(integrator).make_explicit == nullptr;
+}
+
+bool needs_root_finder(Integrator integrator) {
+  return rule_of(integrator).make_with_root_finder != nullptr;
 }
 
 int order(Integrator integrator) {
@@ -77,11 +86,14 @@ bool is_variational(Integrator integrator) {
 }
 
 std::unique_ptr<Stepper> make_stepper(Integrator integrator, const MechanicalSystem& system,
-                                      std::shared_ptr<Minimizer> minimizer) {
+                                      std::shared_ptr<Minimizer> minimizer,
+                                      std::shared_ptr<RootFinder> root_finder) {
   const Rule& rule = rule_of(integrator);
   if (rule.make_explicit != nullptr) return rule.make_explicit(system);
   if (!minimizer) throw InputError(std::string(rule.name) + " needs a minimizer.");
-  return rule.make_implicit(system, std::move(minimizer));
+  if (rule.make_implicit != nullptr) return rule.make_implicit(system, std::move(minimizer));
+  if (!root_finder) throw InputError(std::string(rule.name) + " needs a root finder.");
+  return rule.make_with_root_finder(system, std::move(minimizer), std::move(root_finder));
 }
 
 }  // namespace tetraction

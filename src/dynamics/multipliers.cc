@@ -92,9 +92,10 @@ MultiplierSolution solve_along_start(const Constraints& constraints, const Vecto
   return solution;
 }
 
-// Newton on w − ŵ − S G(w) λ = 0, g(w) = 0.
+// Newton on w − ŵ − S G(w + (1 − share)(w_k − w)) λ = 0, g(w) = 0.
 MultiplierSolution solve_along_end(const Constraints& constraints, const Vector& free_end,
-                                   const Matrix& response, const Vector& guess) {
+                                   const Matrix& response, const Vector& start, double share,
+                                   const Vector& guess) {
   const Index n = free_end.size();
   const Index m = constraints.equation_count();
   const Constraints::Units units = constraints.units(response);
@@ -104,16 +105,18 @@ MultiplierSolution solve_along_end(const Constraints& constraints, const Vector&
   column_unit << units.displacement, units.multiplier;
   Vector row_factor(n + m);
   row_factor << units.displacement.cwiseInverse(), units.multiplier;
+  const auto directions = [&](const Vector& w) {
+    return constraints.gradients(share == 1.0 ? w : Vector(w + (1.0 - share) * (start - w)));
+  };
   MultiplierSolution solution;
   solution.end = constraints.retract(free_end);
-  solution.multipliers =
-      guess.size() == m
-          ? guess
-          : solve_redundant(response * constraints.gradients(solution.end), solution.end - free_end,
-                            row_factor.head(n), units.multiplier);
+  solution.multipliers = guess.size() == m ? guess
+                                           : solve_redundant(response * directions(solution.end),
+                                                             solution.end - free_end,
+                                                             row_factor.head(n), units.multiplier);
   const auto residual = [&](const Vector& w, const Vector& multipliers) {
     Vector r(n + m);
-    r.head(n) = w - free_end - response * (constraints.gradients(w) * multipliers);
+    r.head(n) = w - free_end - response * (directions(w) * multipliers);
     r.tail(m) = constraints.values(w);
     return r;
   };
@@ -126,8 +129,8 @@ MultiplierSolution solve_along_end(const Constraints& constraints, const Vector&
     Matrix jacobian = Matrix::Zero(n + m, n + m);
     const Matrix gradients = constraints.gradients(solution.end);
     jacobian.topLeftCorner(n, n) =
-        Matrix::Identity(n, n) - response * constraints.curvature(solution.multipliers);
-    jacobian.topRightCorner(n, m) = -response * gradients;
+        Matrix::Identity(n, n) - share * response * constraints.curvature(solution.multipliers);
+    jacobian.topRightCorner(n, m) = -response * directions(solution.end);
     jacobian.bottomLeftCorner(m, n) = gradients.transpose();
     const Vector step = solve_redundant(jacobian, -r, row_factor, column_unit);
     if (!step.allFinite()) break;
@@ -146,7 +149,7 @@ MultiplierSolution solve_along_end(const Constraints& constraints, const Vector&
     }
     if (!better) break;
   }
-  solution.forces = constraints.gradients(solution.end) * solution.multipliers;
+  solution.forces = directions(solution.end) * solution.multipliers;
   finish(constraints, solution);
   solution.ok = solution.ok && r.head(n).cwiseQuotient(lengths).norm() <= 1e-10;
   if (!solution.ok && solution.worst < 0) solution.worst = 0;
@@ -166,9 +169,11 @@ MultiplierSolution solve_multipliers(const Constraints& constraints, const Vecto
   if (direction == ConstraintDirection::kStart) {
     return solve_along_start(constraints, free_end, response, start, guess);
   }
-  MultiplierSolution solution = solve_along_end(constraints, free_end, response, guess);
+  const double share = direction == ConstraintDirection::kMiddle ? 0.5 : 1.0;
+  MultiplierSolution solution =
+      solve_along_end(constraints, free_end, response, start, share, guess);
   if (!solution.ok && guess.size() > 0) {
-    solution = solve_along_end(constraints, free_end, response, {});
+    solution = solve_along_end(constraints, free_end, response, start, share, {});
   }
   return solution;
 }

@@ -17,6 +17,7 @@ OscillatorResponse oscillator_response(Integrator rule, double omega_h) {
       angle = 2.0 * std::asin(0.5 * omega_h);
       break;
     case Integrator::kMidpoint:
+    case Integrator::kEnergyMomentum:
       angle = 2.0 * std::atan(0.5 * omega_h);
       break;
     case Integrator::kBackwardEuler:

@@ -170,6 +170,16 @@ void PotentialProblem::add_term_gradient(Vector& gradient) const {
   }
 }
 
+bool PotentialProblem::vertex_residual(const Vector& u, Vector& residual) const {
+  if (!move_terms(u).ok()) return false;
+  residual = coefficient_.cwiseProduct(u) - remainder_;
+  if (!potentials_.empty()) residual -= start_gradient_;
+  for (const ForceTerm* term : dissipations_) {
+    term->add_dissipation_gradient(point(dissipation_point_), velocity_, residual);
+  }
+  return true;
+}
+
 void PotentialProblem::term_hessian(const Vector& u, HessianForm form,
                                     HessianBlocks& hessian) const {
   hessian.reset(system_.vertex_count());
@@ -202,13 +212,15 @@ double PotentialProblem::longest_step(const Vector& u, const Vector& d,
   constexpr double kShare = 0.9;
   const double longest = std::min(1.0, kShare * longest_term_step(u, d));
   if (elements_are_safe) return longest;
-  const ElasticPotential& elastic = system_.elastic();
   at_ = origin_ + u;
-  return std::min(
-      longest, admissible_step(system_.rest(), at_, d, [&](Index e) {
-        return !std::holds_alternative<StVenantKirchhoff>(
-            elastic.materials()[static_cast<std::size_t>(elastic.material_index(e))].model());
-      }));
+  return std::min(longest, admissible_step(system_.rest(), at_, d,
+                                           [&](Index e) { return needs_volume(e); }));
+}
+
+bool PotentialProblem::needs_volume(Index e) const {
+  const ElasticPotential& elastic = system_.elastic();
+  return !std::holds_alternative<StVenantKirchhoff>(
+      elastic.materials()[static_cast<std::size_t>(elastic.material_index(e))].model());
 }
 
 double PotentialProblem::longest_term_step(const Vector& u, const Vector& d) const {
@@ -294,7 +306,7 @@ EvaluationStatus PotentialProblem::value_and_full_gradient(const Vector& u, doub
 }
 
 MinimizationProblem::HessianParts PotentialProblem::hessian_parts(const Vector& u) const {
-  return {system_.elastic(), Positions(origin_, u), viscous_, step_displacement(u), coefficient_};
+  return {system_.elastic(), elastic_positions(u), viscous_, step_displacement(u), coefficient_};
 }
 
 bool PotentialProblem::term_shares(const Vector& u, bool with_hessian, TermShares& shares) const {
@@ -335,7 +347,7 @@ Index PotentialProblem::element_of(Index i, Index j) const {
 bool PotentialProblem::element_terms(Index e, const Vector& u, const TermShares* terms,
                                      bool with_hessian,
                                      ElasticPotential::ElementTerms& result) const {
-  const Positions x(origin_, u);
+  const Positions x = elastic_positions(u);
   if (!system_.elastic().element_terms(e, x, with_hessian, result)) return false;
   viscous_.add_element_terms(e, x, with_hessian, result);
   const double share = system_.mass_share(e);

@@ -8,6 +8,7 @@
 #include "core/decompositions.h"
 
 #include "load_factor.h"
+#include "rigid_motions.h"
 
 namespace tetraction {
 namespace {
@@ -69,6 +70,23 @@ double cone_volume(const PressureLoad& load, const Vector3& o, const Vector& x) 
   return volume;
 }
 
+// V_o(to) − V_o(from) without cancellation of the volumes.
+double cone_volume_change(const PressureLoad& load, const Vector3& o, const Vector& from,
+                          const Vector& to) {
+  double change = 0.0;
+  for (const auto& [a, b, c] : load.triangles) {
+    const Vector3 a0 = vertex_block(from, a) - o;
+    const Vector3 b0 = vertex_block(from, b) - o;
+    const Vector3 b1 = vertex_block(to, b) - o;
+    const Vector3 c1 = vertex_block(to, c) - o;
+    const Vector3 da = vertex_block(to, a) - vertex_block(from, a);
+    const Vector3 db = vertex_block(to, b) - vertex_block(from, b);
+    const Vector3 dc = vertex_block(to, c) - vertex_block(from, c);
+    change += (da.dot(b1.cross(c1)) + a0.dot(db.cross(c1)) + a0.dot(b0.cross(dc))) / 6.0;
+  }
+  return change;
+}
+
 }  // namespace
 
 SurfacePressure::SurfacePressure(std::vector<PressureLoad> loads, const Vector& rest,
@@ -104,19 +122,7 @@ double SurfacePressure::energy(const ForcePoint& at) const {
 
 double SurfacePressure::volume_change(std::size_t load, const Vector& from,
                                       const Vector& to) const {
-  const Vector3& o = surfaces_[load].origin;
-  double change = 0.0;
-  for (const auto& [a, b, c] : loads_[load].triangles) {
-    const Vector3 a0 = vertex_block(from, a) - o;
-    const Vector3 b0 = vertex_block(from, b) - o;
-    const Vector3 b1 = vertex_block(to, b) - o;
-    const Vector3 c1 = vertex_block(to, c) - o;
-    const Vector3 da = vertex_block(to, a) - vertex_block(from, a);
-    const Vector3 db = vertex_block(to, b) - vertex_block(from, b);
-    const Vector3 dc = vertex_block(to, c) - vertex_block(from, c);
-    change += (da.dot(b1.cross(c1)) + a0.dot(db.cross(c1)) + a0.dot(b0.cross(dc))) / 6.0;
-  }
-  return change;
+  return cone_volume_change(loads_[load], surfaces_[load].origin, from, to);
 }
 
 double SurfacePressure::energy_change(const ForcePoint& from, const ForcePoint& to) const {
@@ -173,6 +179,41 @@ void SurfacePressure::add_hessian(const ForcePoint& at, HessianForm form,
         hessian.add_pair(triangle[k], triangle[(k + 1) % 3], -pressure / 6.0 * cross_matrix(c));
       }
     }
+  }
+}
+
+void SurfacePressure::add_discrete_gradient(const ForcePoint& from, const ForcePoint& to,
+                                            Vector& gradient) const {
+  const TimeSpan span{from.time, to.time};
+  const Vector middle = 0.5 * (from.position + to.position);
+  const Vector half = 0.5 * (to.position - from.position);
+  const ForcePoint at{from.mass, middle, 0.5 * (from.time + to.time), span};
+  add_gradient(at, gradient);
+  for (std::size_t i = 0; i < loads_.size(); ++i) {
+    const double pressure = pressure_at(loads_[i], at);
+    if (pressure == 0.0) continue;
+    if (!surfaces_[i].rim.empty()) {
+      for (const auto& [a, b, c] : loads_[i].triangles) {
+        const Vector3 da = vertex_block(half, a);
+        const Vector3 db = vertex_block(half, b);
+        const Vector3 dc = vertex_block(half, c);
+        vertex_block(gradient, a) += pressure / 18.0 * db.cross(dc);
+        vertex_block(gradient, b) += pressure / 18.0 * dc.cross(da);
+        vertex_block(gradient, c) += pressure / 18.0 * da.cross(db);
+      }
+      continue;
+    }
+    std::vector<bool> acts(static_cast<std::size_t>(from.mass.size()));
+    for (const auto& triangle : loads_[i].triangles) {
+      for (const Index v : triangle) acts[static_cast<std::size_t>(v)] = true;
+    }
+    const Vector along = without_rigid_motion(middle, half, acts);
+    const double square = along.squaredNorm();
+    if (!(square > 0.0)) continue;
+    // V_0(Δq/2). It vanishes for the rigid part ω × x + t of Δq/2, whose map is singular.
+    const Vector rigid = half - along;
+    const double volume = cone_volume_change(loads_[i], Vector3::Zero(), rigid, half);
+    gradient += pressure * volume / square * along;
   }
 }
 

@@ -1,9 +1,12 @@
 #include "term_forces.h"
 
 namespace tetraction {
+namespace {
 
-bool gather_term_forces(const MechanicalSystem& system, const ForcePoint& at, const Vector& load,
-                        Vector& outer, Vector& constraint_force) {
+// add(term, gradient) adds the gradient of a term.
+template <class Add>
+bool gather(const MechanicalSystem& system, const Vector& load, const Add& add, Vector& outer,
+            Vector& constraint_force) {
   outer.setZero(system.dof_count());
   bool constraining = false;
   for (const ForceTerm* term : system.force_terms()) {
@@ -11,7 +14,7 @@ bool gather_term_forces(const MechanicalSystem& system, const ForcePoint& at, co
     const bool constraint = term->account() == EnergyAccount::kConstraintWork;
     if (constraint && !constraining) constraint_force.setZero(system.dof_count());
     constraining = constraining || constraint;
-    term->add_gradient(at, constraint ? constraint_force : outer);
+    add(*term, constraint ? constraint_force : outer);
   }
   outer = -outer;
   if (load.size() > 0) outer += load;
@@ -19,6 +22,27 @@ bool gather_term_forces(const MechanicalSystem& system, const ForcePoint& at, co
   constraint_force = -constraint_force;
   outer += constraint_force;
   return true;
+}
+
+}  // namespace
+
+bool gather_term_forces(const MechanicalSystem& system, const ForcePoint& at, const Vector& load,
+                        Vector& outer, Vector& constraint_force) {
+  return gather(
+      system, load,
+      [&](const ForceTerm& term, Vector& gradient) { term.add_gradient(at, gradient); }, outer,
+      constraint_force);
+}
+
+bool gather_discrete_forces(const MechanicalSystem& system, const ForcePoint& from,
+                            const ForcePoint& to, const Vector& load, Vector& outer,
+                            Vector& constraint_force) {
+  return gather(
+      system, load,
+      [&](const ForceTerm& term, Vector& gradient) {
+        term.add_discrete_gradient(from, to, gradient);
+      },
+      outer, constraint_force);
 }
 
 }  // namespace tetraction

@@ -10,5 +10,9 @@ namespace tetraction {
 /// Returns whether there are such terms; without them constraint_force does not change.
 bool gather_term_forces(const MechanicalSystem& system, const ForcePoint& at, const Vector& load,
                         Vector& outer, Vector& constraint_force);
+/// The same with discrete gradients over the step between two points (ForceTerm::add_discrete_gradient()).
+bool gather_discrete_forces(const MechanicalSystem& system, const ForcePoint& from,
+                            const ForcePoint& to, const Vector& load, Vector& outer,
+                            Vector& constraint_force);
 
 }  // namespace tetraction

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <mutex>
 
 #include "tetraction/core/parallel.h"
@@ -82,6 +83,33 @@ void VertexPotential::add_hessian(const ForcePoint& at, HessianForm form,
     for (Index v = begin; v < end; ++v) {
       const Matrix3 block = factor * this->hessian(at.mass[v], vertex_block(at.position, v));
       hessian.add(v, form == HessianForm::kExact ? block : positive_semidefinite_part(block));
+    }
+  });
+}
+
+Vector3 VertexPotential::discrete_gradient(double mass, const Vector3& from,
+                                           const Vector3& to) const {
+  const Vector3 way = to - from;
+  const Vector3 middle = gradient(mass, 0.5 * (from + to));
+  const double before = value(mass, from);
+  const double after = value(mass, to);
+  const double linear = middle.dot(way);
+  const double rest = after - before - linear;
+  // A difference that may be round-off would divided by a small way become a force that is not.
+  const double round_off = 8.0 * std::numeric_limits<double>::epsilon() *
+                           (std::abs(before) + std::abs(after) + std::abs(linear));
+  if (!(std::abs(rest) > round_off)) return middle;
+  return middle + rest / way.squaredNorm() * way;
+}
+
+void VertexPotential::add_discrete_gradient(const ForcePoint& from, const ForcePoint& to,
+                                            Vector& gradient) const {
+  const double mean = factor({to.mass, to.position, to.time, TimeSpan{from.time, to.time}});
+  parallel_for(from.mass.size(), kGrain, [&](Index begin, Index end) {
+    for (Index v = begin; v < end; ++v) {
+      vertex_block(gradient, v) +=
+          mean * discrete_gradient(from.mass[v], vertex_block(from.position, v),
+                                   vertex_block(to.position, v));
     }
   });
 }

@@ -18,6 +18,7 @@
 #include "tetraction/simulation/setting_keys.h"
 #include "tetraction/solver/ceres_minimizer.h"
 #include "tetraction/solver/newton_minimizer.h"
+#include "tetraction/solver/newton_root_finder.h"
 
 namespace tetraction {
 namespace {
@@ -379,8 +380,23 @@ std::unique_ptr<Minimizer> make_minimizer(const SolverSettings& solver,
 
 std::unique_ptr<Stepper> make_stepper(Integrator integrator, const SolverSettings& solver,
                                       const MechanicalSystem& system) {
-  return make_stepper(integrator, system,
-                      is_implicit(integrator) ? make_minimizer(solver, system) : nullptr);
+  std::shared_ptr<Minimizer> minimizer;
+  std::shared_ptr<RootFinder> root_finder;
+  if (is_implicit(integrator)) minimizer = make_minimizer(solver, system);
+  if (needs_root_finder(integrator)) {
+    if (solver.kind != "newton") {
+      throw InputError(fmt::format(
+          "solver.kind = \"{}\" minimises, but a step of integrator = \"{}\" is no minimisation: "
+          "take solver.kind = \"newton\", or integrator = \"midpoint\".",
+          solver.kind, to_string(integrator)));
+    }
+    NewtonOptions options;
+    options.tolerance = solver.tolerance;
+    options.max_iterations = solver.max_iterations;
+    options.linear = solver.linear;
+    root_finder = make_newton_krylov_root_finder(system, options);
+  }
+  return make_stepper(integrator, system, std::move(minimizer), std::move(root_finder));
 }
 
 }  // namespace tetraction

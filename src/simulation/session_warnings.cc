@@ -162,7 +162,7 @@ void Session::Impl::warn_at_the_end() {
         100.0 * drift, progress.steps.smallest));
     return;
   }
-  if (is_variational(settings.time.integrator)) {
+  if (settings.time.integrator != Integrator::kBackwardEuler) {
     progress.warnings.push_back(fmt::format(
         "the energy error reached {:.3g} % of the energy that entered: the step does not resolve "
         "the "

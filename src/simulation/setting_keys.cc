@@ -201,7 +201,7 @@ const Section<TimeSettings>& section_of() {
       {{{.name = "integrator", .title = "Integrator", .help = "the time-stepping rule"},
         Choice<S>{
             integrator_names(),
-            {"energy-momentum"},
+            {},
             [](const S& s) { return to_string(s.integrator); },
             [](S& s, const std::string& name) { s.integrator = integrator_from_string(name); }}},
        {{.name = "step",

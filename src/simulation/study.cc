@@ -104,7 +104,7 @@ class Study {
     scene.time.integrator = planned.integrator;
     scene.time.step = planned.step;
     scene.time.automatic = false;
-    if (planned.compares_solver) {
+    if (!planned.solver.empty() && planned.solver != scene.solver.kind) {
       scene.solver.kind = planned.solver;
       scene.solver.linear = LinearSolver::kAuto;  // another solver has other linear solvers
     }

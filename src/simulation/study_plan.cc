@@ -115,6 +115,7 @@ PlannedRun planned_run(const StudyPlan& plan, std::size_t variant, Integrator in
   run.integrator = integrator;
   run.step = step;
   if (is_implicit(integrator)) run.solver = scene.scene.solver.kind;
+  if (needs_root_finder(integrator)) run.solver = "newton";  // others minimise
   run.directory = fmt::format("{}{}{}-{:.10g}", scene.name, scene.name.empty() ? "" : "-",
                               to_string(integrator), step);
   return run;
@@ -156,10 +157,13 @@ StudyPlan plan_study(const Scene& scene, const TetMesh& mesh, const StudySetting
   }
   const std::vector<double> steps = steps_of(settings, plan.stable_step, plan.end);
 
-  const auto implicit = std::find_if(integrators.begin(), integrators.end(), is_implicit);
+  const auto implicit =
+      std::find_if(integrators.begin(), integrators.end(), [](Integrator integrator) {
+        return is_implicit(integrator) && !needs_root_finder(integrator);
+      });
   if (!settings.solver_comparisons.empty() && implicit == integrators.end()) {
     throw InputError(
-        "Solvers can be compared only in a study with an implicit integrator: add midpoint or "
+        "Solvers can be compared only in a study with an integrator that minimises: add midpoint or "
         "backward-euler to its integrators.");
   }
   for (std::size_t variant = 0; variant < plan.variants.size(); ++variant) {

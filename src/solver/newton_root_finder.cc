@@ -1,5 +1,6 @@
 #include "tetraction/solver/newton_root_finder.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -7,15 +8,16 @@
 #include "core/gmres.h"
 #include "forcing_term.h"
 #include "line_search.h"
+#include "newton_direction.h"
 #include "solver_checks.h"
 
 namespace tetraction {
 namespace {
 
+// The iteration. A derived class finds its directions.
 class NewtonRootFinder : public RootFinder {
  public:
-  NewtonRootFinder(const MechanicalSystem& system, const MinimizerOptions& options)
-      : options_(options), matrix_(system) {
+  explicit NewtonRootFinder(const MinimizerOptions& options) : options_(options) {
     check_options(options);
   }
 
@@ -28,6 +30,7 @@ class NewtonRootFinder : public RootFinder {
       report.message = "the forces are not defined at the start of the step";
       return report;
     }
+    begin(problem);
     report.residual = at_.residual;
     report.residual_limit = problem.residual_limit(at_.u, options_.tolerance);
     report.asked_limit = asked_limit(problem, at_.u, options_.tolerance);
@@ -41,8 +44,22 @@ class NewtonRootFinder : public RootFinder {
     report.message = report.termination == Termination::kNoProgress
                          ? "no step lowers the force residual any further"
                          : termination_message(report.termination);
+    end(report);
     return report;
   }
+
+ protected:
+  virtual void begin(const RootProblem& /*problem*/) {}
+  virtual void end(MinimizerReport& /*report*/) {}
+  // direction_ ≈ −(∂r/∂u)⁻¹ r, to a relative residual of `forcing`.
+  virtual bool find_direction(const RootProblem& problem, double forcing,
+                              MinimizerReport& report) = 0;
+  // Whether a direction of more digits can be had, after the last one made no progress.
+  virtual bool refine() = 0;
+  virtual void accept() {}
+
+  Iterate at_;
+  Vector direction_;  // 3 per vertex
 
  private:
   void iterate(RootProblem& problem, MinimizerReport& report) {
@@ -60,23 +77,31 @@ class NewtonRootFinder : public RootFinder {
           line_search_.search(problem, {direction_, false, report.residual_limit}, at_);
       report.residual = at_.residual;
       if (!found) {
-        // A new factor may give a direction of more digits.
-        if (!factor_is_old_) {
-          report.termination = Termination::kNoProgress;
-          return;
-        }
-        matrix_is_stale_ = true;
-        continue;
+        if (refine()) continue;
+        report.termination = Termination::kNoProgress;
+        return;
       }
-      factor_is_old_ = true;
+      accept();
       forcing.enter(report.residual / before);
       if (report.iterations == 1) first_forcing_ = forcing.first_of_next_step();
     }
     report.termination = Termination::kConverged;
   }
 
-  // direction_ ≈ −(∂r/∂u)⁻¹ r.
-  bool find_direction(const RootProblem& problem, double forcing, MinimizerReport& report) {
+  MinimizerOptions options_;
+  LineSearch line_search_;
+  double first_forcing_ = ForcingTerm::kFirst;
+};
+
+// GMRES with a kept factor as its preconditioner.
+class FactorRootFinder : public NewtonRootFinder {
+ public:
+  FactorRootFinder(const MechanicalSystem& system, const MinimizerOptions& options)
+      : NewtonRootFinder(options), matrix_(system) {}
+
+ private:
+  bool find_direction(const RootProblem& problem, double forcing,
+                      MinimizerReport& report) override {
     // With a factor of the same matrix GMRES takes a few iterations, one for each unsymmetric part.
     constexpr int kMany = 20;
     constexpr int kMost = 200;
@@ -90,6 +115,14 @@ class NewtonRootFinder : public RootFinder {
     }
     return direction_.allFinite() && solved.reduction < 1.0;
   }
+
+  // A new factor may give a direction of more digits.
+  bool refine() override {
+    if (!factor_is_old_) return false;
+    matrix_is_stale_ = true;
+    return true;
+  }
+  void accept() override { factor_is_old_ = true; }
 
   bool factorize(const RootProblem& problem, MinimizerReport& report) {
     const MinimizationProblem& approximation = problem.approximation();
@@ -118,23 +151,90 @@ class NewtonRootFinder : public RootFinder {
     return solved;
   }
 
-  MinimizerOptions options_;
   AssembledSystem matrix_;
-  LineSearch line_search_;
-  double first_forcing_ = ForcingTerm::kFirst;
   bool matrix_is_stale_ = true;
   bool factor_is_old_ = false;  // it belongs to another point
-  Iterate at_;
-  Vector direction_;  // 3 per vertex
-  Vector free_;       // the same over the free coordinates
-  Vector full_;       // work space, 3 per vertex
+  Vector free_;                 // direction_ over the free coordinates
+  Vector full_;                 // work space, 3 per vertex
+};
+
+// Flexible GMRES with the linear solvers of a minimisation as its preconditioner.
+class KrylovRootFinder : public NewtonRootFinder {
+ public:
+  KrylovRootFinder(const MechanicalSystem& system, const NewtonOptions& options)
+      : NewtonRootFinder(options),
+        linear_(system, options),
+        mass_(system.mass()),
+        reduced_mass_(system.coordinates().reduced_mass(mass_)) {}
+
+ private:
+  void begin(const RootProblem& problem) override {
+    linear_.begin_step(problem.approximation(), at_.u);
+  }
+  void end(MinimizerReport& report) override {
+    report.linear = linear_.name();
+    if (report.converged()) linear_.end_step(report.iterations);
+  }
+  bool refine() override { return linear_.refine(); }
+
+  bool find_direction(const RootProblem& problem, double forcing,
+                      MinimizerReport& report) override {
+    constexpr int kMost = 40;
+    // The relative residuals of a solve with the Hessian. More digits take more iterations of GMRES.
+    constexpr double kTightest = 1e-3;
+    constexpr double kLoosest = 0.05;
+    const FreeCoordinates& coordinates = problem.coordinates();
+    MinimizerReport inner;
+    inner.residual = report.residual;
+    bool found = true;
+    const GmresReport solved = gmres<true>(
+        -coordinates.restrict(at_.force),
+        [&](const Vector& y, Vector& product) {
+          problem.multiply(coordinates.extend(y), full_);
+          product = coordinates.restrict(full_);
+        },
+        [&](const Vector& y, Vector& z) {
+          // Forces on the vertices whose generalised forces are −y.
+          right_ = coordinates.extend(y.cwiseQuotient(reduced_mass_));
+          for (Index v = 0; v < mass_.size(); ++v) vertex_block(right_, v) *= -mass_[v];
+          found = found && linear_.find(problem.approximation(), at_.u, right_,
+                                        std::clamp(0.5 * forcing, kTightest, kLoosest), inner, full_);
+          // The solvers take a residual that does not fall for slow progress.
+          inner.residual *= 0.1;
+          z = found ? restrict_displacement(coordinates, full_) : y;
+        },
+        forcing, kMost, free_);
+    report.cg_iterations += inner.cg_iterations;
+    report.factorizations += inner.factorizations;
+    direction_ = coordinates.extend(free_);
+    return found && direction_.allFinite() && solved.reduction < 1.0;
+  }
+
+  // The free coordinates of displacements T y: (TᵀMT)⁻¹TᵀM T y.
+  Vector restrict_displacement(const FreeCoordinates& coordinates, const Vector& full) const {
+    Vector weighted = full;
+    for (Index v = 0; v < mass_.size(); ++v) vertex_block(weighted, v) *= mass_[v];
+    return coordinates.restrict(weighted).cwiseQuotient(reduced_mass_);
+  }
+
+  NewtonDirection linear_;
+  const Vector& mass_;
+  Vector reduced_mass_;
+  Vector free_;  // direction_ over the free coordinates
+  Vector full_;  // work space, 3 per vertex
+  Vector right_;
 };
 
 }  // namespace
 
 std::unique_ptr<RootFinder> make_newton_root_finder(const MechanicalSystem& system,
                                                     const MinimizerOptions& options) {
-  return std::make_unique<NewtonRootFinder>(system, options);
+  return std::make_unique<FactorRootFinder>(system, options);
+}
+
+std::unique_ptr<RootFinder> make_newton_krylov_root_finder(const MechanicalSystem& system,
+                                                           const NewtonOptions& options) {
+  return std::make_unique<KrylovRootFinder>(system, options);
 }
 
 }  // namespace tetraction

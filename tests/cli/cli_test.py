@@ -593,7 +593,7 @@ class Study(CliTest):
              "seconds_per_simulated_second", "iterations_per_step", "max_relative_energy_drift",
              "linear_momentum_drift", "angular_momentum_drift"],
         )  # fmt: skip
-        self.assertEqual(len(rows), 12)
+        self.assertEqual(len(rows), 15)
         by = {(r["integrator"], float(r["step"])): r for r in rows}
         self.assertEqual(by["explicit", 0.05]["status"], "unstable")
         self.assertEqual(by["verlet", 0.05]["status"], "unstable")
@@ -601,6 +601,9 @@ class Study(CliTest):
         self.assertAlmostEqual(float(by["explicit", 0.005]["observed_order"]), 1, delta=0.1)
         self.assertAlmostEqual(float(by["midpoint", 0.005]["observed_order"]), 2, delta=0.15)
         self.assertAlmostEqual(float(by["backward-euler", 0.005]["observed_order"]), 1, delta=0.1)
+        self.assertAlmostEqual(
+            float(by["energy-momentum", 0.005]["observed_order"]), 2, delta=0.15
+        )
         with open(self.path("s", "study.json")) as file:
             study = json.load(file)
         for run in study["runs"]:

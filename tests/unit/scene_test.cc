@@ -30,19 +30,20 @@ bool mentions(const std::string& text, const std::string& part) {
 
 TEST(IntegratorNames, AreInvertible) {
   for (const Integrator integrator : {Integrator::kExplicit, Integrator::kVerlet,
-                                      Integrator::kMidpoint, Integrator::kBackwardEuler}) {
+                                      Integrator::kMidpoint, Integrator::kBackwardEuler,
+                                      Integrator::kEnergyMomentum}) {
     EXPECT_EQ(integrator_from_string(to_string(integrator)), integrator);
   }
   EXPECT_EQ(to_string(Integrator::kBackwardEuler), "backward-euler");
 }
 
 TEST(IntegratorNames, UnknownOnesAreRefusedWithTheKnown) {
-  for (const char* name : {"", "Explicit", "rk4", "energy-momentum"}) {
+  for (const char* name : {"", "Explicit", "rk4", "energy momentum"}) {
     try {
       integrator_from_string(name);
       ADD_FAILURE() << name;
     } catch (const InputError& error) {
-      for (const char* known : {"explicit", "verlet", "midpoint", "backward-euler"}) {
+      for (const char* known : {"explicit", "verlet", "midpoint", "backward-euler", "energy-momentum"}) {
         EXPECT_TRUE(mentions(error.what(), known)) << error.what();
       }
     }
@@ -75,10 +76,15 @@ TEST(IntegratorKinds, AreAsThePhysicsSays) {
   EXPECT_FALSE(is_implicit(Integrator::kVerlet));
   EXPECT_TRUE(is_implicit(Integrator::kMidpoint));
   EXPECT_TRUE(is_implicit(Integrator::kBackwardEuler));
+  EXPECT_TRUE(is_implicit(Integrator::kEnergyMomentum));
+  EXPECT_TRUE(needs_root_finder(Integrator::kEnergyMomentum));
+  EXPECT_FALSE(needs_root_finder(Integrator::kMidpoint));
+  EXPECT_EQ(order(Integrator::kEnergyMomentum), 2);
   EXPECT_TRUE(is_variational(Integrator::kExplicit));
   EXPECT_TRUE(is_variational(Integrator::kVerlet));
   EXPECT_TRUE(is_variational(Integrator::kMidpoint));
   EXPECT_FALSE(is_variational(Integrator::kBackwardEuler));
+  EXPECT_FALSE(is_variational(Integrator::kEnergyMomentum));
 }
 
 TEST(MakeMaterial, TakesYoungAndPoisson) {

@@ -229,7 +229,8 @@ class RefusedEdits : public testing::TestWithParam<Integrator> {};
 
 INSTANTIATE_TEST_SUITE_P(Rules, RefusedEdits,
                          testing::Values(Integrator::kExplicit, Integrator::kVerlet,
-                                         Integrator::kMidpoint, Integrator::kBackwardEuler),
+                                         Integrator::kMidpoint, Integrator::kBackwardEuler,
+                                         Integrator::kEnergyMomentum),
                          [](const auto& parameter) {
                            std::string name = to_string(parameter.param);
                            std::erase(name, '-');

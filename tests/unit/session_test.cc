@@ -26,7 +26,8 @@ class EditedSession : public testing::TestWithParam<Integrator> {};
 
 INSTANTIATE_TEST_SUITE_P(Rules, EditedSession,
                          testing::Values(Integrator::kExplicit, Integrator::kVerlet,
-                                         Integrator::kMidpoint, Integrator::kBackwardEuler),
+                                         Integrator::kMidpoint, Integrator::kBackwardEuler,
+                                         Integrator::kEnergyMomentum),
                          name_of);
 
 // Everything that acts on a body, and every kind of edit, in one run.

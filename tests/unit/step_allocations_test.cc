@@ -27,6 +27,7 @@ std::unique_ptr<Stepper> make(Integrator integrator, const MechanicalSystem& sys
     case Integrator::kMidpoint:
       return make_midpoint_stepper(system, make_newton_minimizer(system, options));
     case Integrator::kBackwardEuler:
+    case Integrator::kEnergyMomentum:  // not among the parameters
       break;
   }
   return make_backward_euler_stepper(system, make_newton_minimizer(system, options));

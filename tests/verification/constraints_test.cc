@@ -52,7 +52,8 @@ class ConstrainedBy : public testing::TestWithParam<Integrator> {
 
 INSTANTIATE_TEST_SUITE_P(Rules, ConstrainedBy,
                          testing::Values(Integrator::kExplicit, Integrator::kVerlet,
-                                         Integrator::kMidpoint, Integrator::kBackwardEuler),
+                                         Integrator::kMidpoint, Integrator::kBackwardEuler,
+                                         Integrator::kEnergyMomentum),
                          name_of);
 
 TEST_P(ConstrainedBy, FixedVerticesAreBitwiseAtTheirTargetsAndReactionsBalance) {
@@ -204,7 +205,8 @@ class HandleBy : public ConstrainedBy {};
 
 INSTANTIATE_TEST_SUITE_P(Rules, HandleBy,
                          testing::Values(Integrator::kExplicit, Integrator::kVerlet,
-                                         Integrator::kMidpoint, Integrator::kBackwardEuler),
+                                         Integrator::kMidpoint, Integrator::kBackwardEuler,
+                                         Integrator::kEnergyMomentum),
                          name_of);
 
 TEST_P(HandleBy, AFreeHandleStaysRigidWhileTheBodySpins) {

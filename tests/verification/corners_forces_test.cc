@@ -36,7 +36,8 @@ class ForceWindow : public testing::TestWithParam<Integrator> {
 
 INSTANTIATE_TEST_SUITE_P(Rules, ForceWindow,
                          testing::Values(Integrator::kExplicit, Integrator::kVerlet,
-                                         Integrator::kMidpoint, Integrator::kBackwardEuler),
+                                         Integrator::kMidpoint, Integrator::kBackwardEuler,
+                                         Integrator::kEnergyMomentum),
                          name_of);
 
 // The impulse of a force is its vector times the time that it acts, at whatever steps: in one of

@@ -29,7 +29,8 @@ class DampedBy : public testing::TestWithParam<Integrator> {
 
 INSTANTIATE_TEST_SUITE_P(Rules, DampedBy,
                          testing::Values(Integrator::kExplicit, Integrator::kVerlet,
-                                         Integrator::kMidpoint, Integrator::kBackwardEuler),
+                                         Integrator::kMidpoint, Integrator::kBackwardEuler,
+                                         Integrator::kEnergyMomentum),
                          name_of);
 
 TEST_P(DampedBy, ZeroConstantsGiveBitwiseTheUndampedRun) {

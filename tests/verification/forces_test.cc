@@ -26,7 +26,8 @@ class EveryRule : public testing::TestWithParam<Integrator> {
 
 INSTANTIATE_TEST_SUITE_P(Rules, EveryRule,
                          testing::Values(Integrator::kExplicit, Integrator::kVerlet,
-                                         Integrator::kMidpoint, Integrator::kBackwardEuler),
+                                         Integrator::kMidpoint, Integrator::kBackwardEuler,
+                                         Integrator::kEnergyMomentum),
                          name_of);
 
 TetMesh mesh_of(const Scene& scene) {

@@ -130,6 +130,21 @@ class ForceTerm {
   /// The energy that the dependence of U on time alone puts into the body between two states,
   /// ∫ ∂U/∂t dt along the motion, J. 0 for potentials that do not depend on the time.
   virtual double driven_work(const ForcePoint& from, const ForcePoint& to) const;
+  /// gradient += a discrete gradient of U from q_k = `from.position` at t_k to q_{k+1} =
+  /// `to.position` at t_{k+1}, 3 per vertex, N: a mean f̄ of ∂U/∂x in the step with
+  ///
+  ///     f̄·(q_{k+1} − q_k) = U(q_{k+1}, t_{k+1}) − U(q_k, t_k) − driven_work(from, to).
+  ///
+  /// The energy-momentum step (Integrator::kEnergyMomentum) takes −f̄ as the force. This version is the
+  /// mean of the gradients at both ends for a quadratic term, and otherwise that of Gonzalez (1996):
+  /// the gradient g at the midpoint plus N d/|d|², where N is what f̄·Δq lacks with g alone, and d = Δq
+  /// at the vertices where U has a gradient. If the forces −g have no resultant and no moment,
+  /// as those of springs between vertices, the part of d that is a rigid motion is left out, so that
+  /// f̄ has none either. Factors that change in time have their mean over the step, as in all forces
+  /// of a step. Override it if U has a discrete gradient of its own, or a symmetry that f̄ should
+  /// have: for instance f̄ of this version has a moment about the centre of a central field.
+  virtual void add_discrete_gradient(const ForcePoint& from, const ForcePoint& to,
+                                     Vector& gradient) const;
 
   /// D at velocities v (3 per vertex, m/s), W. In implicit steps `at` does not change
   /// while the step is solved for (StepProblem::dissipation_point()).

@@ -13,7 +13,10 @@ enum class ConstraintDirection {
   kStart,
   /// Along ∂g/∂w at q_{k+1}. Backward Euler uses this direction, because a solution then exists for
   /// every step size.
-  kEnd
+  kEnd,
+  /// Along ∂g/∂w at (w_k + w_{k+1})/2, where the quadratic g have their discrete gradient: the forces
+  /// do the work λ·(g(w_{k+1}) − g(w_k)) = 0. The energy-momentum step uses this direction.
+  kMiddle
 };
 
 /// Outcome of solve_multipliers().

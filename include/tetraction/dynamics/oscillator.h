@@ -22,6 +22,7 @@ struct OscillatorResponse {
 ///
 ///     explicit, verlet   θ = 2 arcsin(ωh/2),   r = 1, stable for ωh < 2
 ///     midpoint           θ = 2 arctan(ωh/2),   r = 1
+///     energy-momentum    the same, since it is the midpoint rule for linear forces
 ///     backward-euler     θ = arctan(ωh),       r = 1/√(1 + ω²h²)
 ///
 /// and the numerical period is 2πh/θ (E. Hairer, C. Lubich, G. Wanner, Geometric Numerical

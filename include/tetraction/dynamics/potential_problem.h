@@ -123,7 +123,22 @@ class PotentialProblem : public MinimizationProblem {
   /// Finds |Tᵀl|₂. To be called when l is complete.
   void measure_load();
 
+  /// The positions at which hessian_parts() and element_terms() take the elastic energy: x.
+  virtual Positions elastic_positions(const Vector& u) const { return {origin_, u}; }
   const Vector& constraint_force() const { return constraint_force_; }
+  /// residual ← k u − r minus the gradients at q of the potentials that are not quadratic, plus the
+  /// gradients of the dissipation potentials: the parts of ∇Φ(o + u) that are neither elastic or
+  /// viscous nor forces of these potentials at x. Returns false if a term is not defined at o + u.
+  bool vertex_residual(const Vector& u, Vector& residual) const;
+  /// Calls visit(term) for every term with a potential that is not quadratic.
+  template <class Visit>
+  void for_each_potential(const Visit& visit) const {
+    for (const WeightedPotential& potential : potentials_) visit(*potential.term);
+  }
+  /// Whether the energy of element e is defined for J > 0 only.
+  bool needs_volume(Index e) const;
+  /// l += `force` (3 per vertex, N). To be called before set_origin().
+  void add_load(const Vector& force) { load_ += force; }
 
   const MechanicalSystem& system_;
   double volume_ = 0.0;

@@ -31,7 +31,8 @@ class StepProblem : public PotentialProblem {
 
   /// Sets up the step of size h from `state` to `end_time` under the loads f (3 per vertex, N;
   /// empty: none). The origin is at base(). Call it again after any change of the system.
-  void begin(const State& state, double h, double end_time, double alpha, const Vector& load);
+  virtual void begin(const State& state, double h, double end_time, double alpha,
+                     const Vector& load);
 
   /// s = αh, s.
   double step() const { return step_; }

@@ -131,12 +131,19 @@ std::unique_ptr<Stepper> make_verlet_stepper(const MechanicalSystem& system);
 /// multipliers, viscosity or prescribed vertices that move far.
 std::unique_ptr<Stepper> make_midpoint_stepper(const MechanicalSystem& system,
                                                std::shared_ptr<Minimizer> minimizer);
-/// The rule of that name. `minimizer` may be null for rules that are not implicit; otherwise
-/// InputError is thrown.
+/// The rule of that name. `minimizer` may be null for rules that are not implicit, and `root_finder`
+/// for rules that do not need one (needs_root_finder()); otherwise InputError is thrown.
 std::unique_ptr<Stepper> make_stepper(Integrator integrator, const MechanicalSystem& system,
-                                      std::shared_ptr<Minimizer> minimizer);
+                                      std::shared_ptr<Minimizer> minimizer,
+                                      std::shared_ptr<RootFinder> root_finder = nullptr);
 /// Backward Euler.
 std::unique_ptr<Stepper> make_backward_euler_stepper(const MechanicalSystem& system,
                                                      std::shared_ptr<Minimizer> minimizer);
+/// The step that conserves energy and both momenta (Simo & Tarnow 1992; Gonzalez 2000). `root_finder`
+/// solves its equations. `minimizer` is used where constraints have equations, and for a first guess
+/// where others fail. Both must be for the same system.
+std::unique_ptr<Stepper> make_energy_momentum_stepper(const MechanicalSystem& system,
+                                                      std::shared_ptr<Minimizer> minimizer,
+                                                      std::shared_ptr<RootFinder> root_finder);
 
 }  // namespace tetraction

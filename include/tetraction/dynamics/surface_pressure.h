@@ -53,6 +53,12 @@ class SurfacePressure : public ForceTerm {
   void add_gradient(const ForcePoint& at, Vector& gradient) const override;
   void add_hessian(const ForcePoint& at, HessianForm form, HessianBlocks& hessian) const override;
   double driven_work(const ForcePoint& from, const ForcePoint& to) const override;
+  /// V_o is of the third degree in the positions, so that ΔV_o = ∇V_o(m)·Δq + 2 V_0(Δq/2) with the
+  /// midpoint m and the volume V_0 of cones from 0. The second part becomes a force on the vertices of
+  /// each triangle. If the surface is closed, it is a force along the part of Δq that is not a rigid
+  /// motion, so that the pressure changes neither momentum.
+  void add_discrete_gradient(const ForcePoint& from, const ForcePoint& to,
+                             Vector& gradient) const override;
   void add_load(const ForcePoint& at, Vector& force) const override;
   void add_load_stiffness(const ForcePoint& at, HessianBlocks& stiffness) const override;
 

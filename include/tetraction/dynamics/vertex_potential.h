@@ -20,6 +20,10 @@ class VertexPotential : public ForceTerm {
   virtual Vector3 gradient(double mass, const Vector3& x) const = 0;
   /// ∂²U_v/∂x², symmetric, N/m. It may be indefinite.
   virtual Matrix3 hessian(double mass, const Vector3& x) const = 0;
+  /// A discrete gradient of U_v: a vector f̄ with f̄·(to − from) = U_v(to) − U_v(from), near ∂U_v/∂x at
+  /// the midpoint. This version is that of Gonzalez (ForceTerm::add_discrete_gradient()) for each
+  /// vertex.
+  virtual Vector3 discrete_gradient(double mass, const Vector3& from, const Vector3& to) const;
   /// Whether U_v is defined at x.
   virtual bool defined(const Vector3& /*x*/) const { return true; }
   /// The largest t such that U_v is defined from x to x + t d; infinite where there is no limit.
@@ -39,6 +43,8 @@ class VertexPotential : public ForceTerm {
   void add_hessian(const ForcePoint& at, HessianForm form, HessianBlocks& hessian) const override;
   /// With the mean of the factor over the step that leads from one point to the other.
   double driven_work(const ForcePoint& from, const ForcePoint& to) const override;
+  void add_discrete_gradient(const ForcePoint& from, const ForcePoint& to,
+                             Vector& gradient) const override;
 };
 
 }  // namespace tetraction

@@ -5,6 +5,7 @@
 
 #include "tetraction/dynamics/mechanical_system.h"
 #include "tetraction/dynamics/minimizer.h"
+#include "tetraction/solver/newton_minimizer.h"
 
 namespace tetraction {
 
@@ -20,5 +21,12 @@ namespace tetraction {
 /// Keeps a reference to `system`; constraints must not change during the object's life.
 std::unique_ptr<RootFinder> make_newton_root_finder(const MechanicalSystem& system,
                                                     const MinimizerOptions& options);
+
+/// The same with the linear solvers of NewtonMinimizer as the preconditioner: in each iteration of
+/// GMRES they solve a system with the Hessian of RootProblem::approximation() to a few digits, without a
+/// matrix where that is cheaper. So an iteration costs little more than one of a minimisation if the two
+/// matrices are close. GMRES is the flexible one (Saad 1993).
+std::unique_ptr<RootFinder> make_newton_krylov_root_finder(const MechanicalSystem& system,
+                                                           const NewtonOptions& options);
 
 }  // namespace tetraction

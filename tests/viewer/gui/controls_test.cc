@@ -72,7 +72,11 @@ TEST_F(Controls, StepSizeIntegratorAndSolver) {
   settle();
   EXPECT_EQ(window_->simulation()->settings().time.integrator, Integrator::kExplicit);
 
-  QTest::keyClick(integrator, Qt::Key_End);  // backward-euler
+  QTest::keyClick(integrator, Qt::Key_End);  // energy-momentum
+  settle();
+  EXPECT_EQ(window_->simulation()->settings().time.integrator, Integrator::kEnergyMomentum);
+
+  QTest::keyClick(integrator, Qt::Key_Up);  // backward-euler
   settle();
   EXPECT_EQ(window_->simulation()->settings().time.integrator, Integrator::kBackwardEuler);
   auto* tolerance = find<NumberField>("tolerance");

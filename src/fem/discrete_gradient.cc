@@ -1,0 +1,116 @@
+#include "discrete_gradient.h"
+
+#include <algorithm>
+#include <atomic>
+#include <optional>
+#include <variant>
+
+#include "discrete_stress.h"
+#include "isotropic_model.h"
+#include "kernels/discrete_gradient_kernels.h"
+#include "tetraction/core/parallel.h"
+
+namespace tetraction {
+namespace {
+
+// The kernels work on the metric of the edges, whose round-off grows with the cube of the aspect ratio.
+constexpr double kLargestAspect = 12.0;
+
+}  // namespace
+
+DiscreteGradient::DiscreteGradient(const ElasticPotential& elastic)
+    : elastic_(elastic), blocks_(BlockAccess::blocks(elastic)) {}
+
+EvaluationStatus DiscreteGradient::add(const Step& step, Vector& gradient) const {
+  if (!run(step, nullptr)) {
+    // The first element that is not admissible at the end of the step.
+    Vector end = step.middle.origin() + step.way;
+    if (step.middle.displacement() != nullptr) end += *step.middle.displacement();
+    const EvaluationStatus found = elastic_.admissible(end);
+    return found.ok() ? EvaluationStatus{0} : found;
+  }
+  blocks_.add_record_sums(records_, gradient);
+  return {};
+}
+
+void DiscreteGradient::add_product(const Step& step, const Vector& d, Vector& product) const {
+  run(step, &d);
+  blocks_.add_record_sums(records_, product);
+}
+
+bool DiscreteGradient::run(const Step& step, const Vector* direction) const {
+  records_.resize(static_cast<std::size_t>(ElementBlocks::kRecordSize * blocks_.record_count()));
+  std::atomic<bool> admissible{true};
+  parallel_for(blocks_.block_count(), 1, [&](Index begin, Index end) {
+    for (Index b = begin; b < end; ++b) {
+      const ElementBlocks::Block& block = blocks_.block(b);
+      double* records = records_.data() + ElementBlocks::kRecordSize * block.first_record;
+      std::fill_n(records, ElementBlocks::kRecordSize * block.record_count, 0.0);
+      if (!run_block(b, step, direction, records)) admissible = false;
+    }
+  });
+  return admissible;
+}
+
+bool DiscreteGradient::run_block(Index b, const Step& step, const Vector* direction,
+                                 double* records) const {
+  const ElementBlocks::Block& block = blocks_.block(b);
+  const MaterialField& material = elastic_.materials()[static_cast<std::size_t>(block.material)];
+  const std::optional<IsotropicModel> model = isotropic_model(material.model());
+  if (model && block.aspect <= kLargestAspect) {
+    thread_local AlignedVector<double> fields[4];
+    for (AlignedVector<double>& field : fields) {
+      field.resize(static_cast<std::size_t>(ElementBlocks::kRecordSize * block.record_count));
+    }
+    StepRecords at;
+    at.viscous = step.viscous;
+    blocks_.load_records(block, step.middle.origin().data(), fields[0].data());
+    at.positions = fields[0].data();
+    if (step.middle.displacement() != nullptr) {
+      blocks_.load_displacements(block, step.middle.displacement()->data(), fields[1].data());
+    } else {
+      std::fill(fields[1].begin(), fields[1].end(), 0.0);
+    }
+    at.displacements = fields[1].data();
+    blocks_.load_displacements(block, step.way.data(), fields[2].data());
+    at.ways = fields[2].data();
+    if (direction == nullptr) {
+      return add_discrete_gradient(BlockAccess::batches(elastic_, b), *model, at, records);
+    }
+    blocks_.load_displacements(block, direction->data(), fields[3].data());
+    add_discrete_gradient_product(BlockAccess::batches(elastic_, b), *model, at, fields[3].data(), records);
+    return true;
+  }
+
+  bool admissible = true;
+  const RestState& rest = elastic_.rest();
+  const auto add = [&](Index e, const auto& m, Index batch, int lane) {
+    const auto element = rest.element(e);
+    const auto gradient_of = [&](const Positions& field) {
+      return deformation_gradient(element, 0, rest.gather_relative(field, e));
+    };
+    const DeformationStep deformation{gradient_of(step.middle), gradient_of(step.way),
+                                      step.viscous};
+    if (!m.admissible(deformation.end())) {
+      admissible = false;
+      return;
+    }
+    const MeanStress mean(m, deformation);
+    const Matrix3 p =
+        direction == nullptr ? mean.first_piola() : mean.derivative(gradient_of(*direction));
+    const RestState::Shape::NodeMatrix forces = element.weights[0] * p * element.gradients[0];
+    for (int a = 0; a < RestState::Shape::kNodes; ++a) {
+      Eigen::Map<Vector3>(records + blocks_.slot(batch, a, lane)) += forces.col(a);
+    }
+  };
+  std::visit(
+      [&](const auto& m) {
+        blocks_.for_each_element(block, [&](Index e, Index batch, int lane) {
+          material.with_element(m, e, [&](const auto& own) { add(e, own, batch, lane); });
+        });
+      },
+      material.model());
+  return admissible;
+}
+
+}  // namespace tetraction
