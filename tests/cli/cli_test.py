@@ -983,7 +983,7 @@ velocity = [-0.5, 0, 0]
 
     def test_contradictory_ways_of_adapting_are_refused(self):
         for overrides, part in (
-            (("time.adapt=fast",), '"none", "error" or "energy"'),
+            (("time.adapt=fast",), "none, error or energy"),
             (("time.adapt=error", "time.tolerance=0"), "between 0 and 1"),
             (("time.adapt=error", "time.tolerance=-1e-3"), "between 0 and 1"),
             (("time.adapt=error", "time.min_step=2e-3", "time.max_step=1e-3"), "below min_step"),
