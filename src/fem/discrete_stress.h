@@ -5,6 +5,7 @@
 // the second Piola–Kirchhoff stress of C is S(C) = U⁻¹P(U) with the right stretch U = √C.
 #pragma once
 
+#include <Eigen/LU>
 #include <cmath>
 
 #include "core/decompositions.h"
