@@ -241,9 +241,9 @@ class KrylovRootFinder : public NewtonRootFinder {
           // Forces on the vertices whose generalised forces are −y.
           right_ = coordinates.extend(y.cwiseQuotient(reduced_mass_));
           for (Index v = 0; v < mass_.size(); ++v) vertex_block(right_, v) *= -mass_[v];
-          found = found && linear_.find(problem.approximation(), at_.u, right_,
-                                        std::clamp(0.5 * forcing, kTightest, kLoosest), inner,
-                                        full_);
+          found =
+              found && linear_.find(problem.approximation(), at_.u, right_,
+                                    std::clamp(0.5 * forcing, kTightest, kLoosest), inner, full_);
           // The solvers take a residual that does not fall for slow progress.
           inner.residual *= 0.1;
           z = found ? restrict_displacement(coordinates, full_) : y;
