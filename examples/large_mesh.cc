@@ -138,7 +138,7 @@ int main(int argc, char** argv) {
   // 5. Explicit steps, a third of what a wave needs to cross a cell's shortest height.
   State state = body.rest_state();
   Balance balance(body, state);
-  const double h = 0.33 / std::sqrt(3.0) / cells / wave_speed(lame, body.density());
+  const double h = 0.33 / std::sqrt(3.0) / cells / wave_speed(lame, body.density(0));
   if (!run(*explicit_rule, state, balance, h, explicit_steps, "verlet")) return 1;
   clock.print("explicit steps");
 

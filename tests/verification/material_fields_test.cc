@@ -150,8 +150,13 @@ TEST_P(FieldsAndRegions, MoveAlike) {
             1e-7 * moved);
   EXPECT_NEAR(session.balance().dissipated_energy(), reference.balance().dissipated_energy(),
               1e-7 * reference.balance().dissipated_energy());
-  EXPECT_LT(session.balance().linear_momentum_drift(), 1e-13);
-  EXPECT_LT(session.balance().angular_momentum_drift(), 1e-9);
+  EXPECT_LT(session.balance().linear_momentum_drift(), 1e-9);
+  EXPECT_NEAR(session.balance().angular_momentum_drift(),
+              reference.balance().angular_momentum_drift(), 1e-7);
+  // Backward Euler does not conserve the angular momentum.
+  if (std::get<1>(GetParam()).integrator != Integrator::kBackwardEuler) {
+    EXPECT_LT(session.balance().angular_momentum_drift(), 1e-9);
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(All, FieldsAndRegions,
@@ -180,8 +185,10 @@ TEST(MaterialFields, OneStiffElementLimitsExplicitSteps) {
   set_array(with_array, "E", [](const Vector3&) { return 1e5; });
   with_array.cell_arrays["E"](0, 40) = 4e7;
   Session stiff(scene, with_array);
-  EXPECT_LT(stiff.time_step(), 0.12 * soft.time_step());
-  EXPECT_GT(stiff.time_step(), 0.04 * soft.time_step());
+  // The wave speed in the element is 20 times that in the others. Its vertices also have masses of
+  // other elements, so that the limit falls by less.
+  EXPECT_LT(stiff.time_step(), 0.2 * soft.time_step());
+  EXPECT_GT(stiff.time_step(), 0.05 * soft.time_step());
   ASSERT_EQ(stiff.run(), RunStatus::kFinished) << stiff.message();
 }
 

@@ -43,8 +43,13 @@ template <class S>
 std::string default_text(const Key<S>& key) {
   const S defaults{};
   if (key.info.needed[0] != '\0') return key.used == nullptr ? "must be given" : "–";
-  if (const auto* number = std::get_if<double S::*>(&key.value)) {
-    std::string value = fmt::format("`{}`", defaults.*(*number));
+  std::optional<double> number;
+  if (const auto* member = std::get_if<double S::*>(&key.value)) number = defaults.*(*member);
+  if (const auto* either = std::get_if<NumberOrArray<S>>(&key.value)) {
+    number = either->number(defaults);
+  }
+  if (number) {
+    std::string value = fmt::format("`{}`", *number);
     if (const auto zero = value.find("e-0"); zero != std::string::npos) value.erase(zero + 2, 1);
     return value;
   }

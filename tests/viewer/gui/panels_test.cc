@@ -39,6 +39,32 @@ TEST_F(Panels, MaterialByNumberAndSlider) {
   keep_picture("material");
 }
 
+// The parameter that an array gives cannot be typed, and the others can.
+TEST_F(Panels, MaterialWithAnArray) {
+  Document document = quiet_beam();
+  document.mesh.cell_arrays["E"] =
+      Vector::LinSpaced(document.mesh.tetrahedron_count(), 1e5, 5e5).transpose();
+  document.scene.material.youngs_modulus.reset();
+  document.scene.material.arrays["youngs_modulus"] = "E";
+  show(std::move(document));
+  raise("dock_material");
+  EXPECT_FALSE(find<NumberSlider>("youngs_modulus")->isEnabled());
+  enter(find<NumberSlider>("poissons_ratio")->field(), "0.2");
+  auto settings = window_->simulation()->settings();
+  EXPECT_EQ(settings.materials[0].poissons_ratio, 0.2);
+  EXPECT_EQ(settings.materials[0].arrays.at("youngs_modulus"), "E");
+  EXPECT_NEAR(settings.moduli[0].least.mu, 1e5 / 2.4, 1e-9);
+  EXPECT_NEAR(settings.moduli[0].most.mu, 5e5 / 2.4, 1e-9);
+  auto* model = find<QComboBox>("model");
+  model->setFocus();
+  QTest::keyClick(model, Qt::Key_Home);
+  settle();
+  settings = window_->simulation()->settings();
+  EXPECT_EQ(settings.materials[0].model, "stvk");
+  EXPECT_EQ(settings.materials[0].arrays.at("youngs_modulus"), "E");
+  keep_picture("material_array");
+}
+
 TEST_F(Panels, RegionsHaveMaterialsOfTheirOwn) {
   Document document = quiet_beam();
   MaterialRegionSettings region;
