@@ -254,8 +254,9 @@ void add_study_command(CLI::App& app, int& exit_code) {
       "result, not an error.");
   command->add_option("scene", arguments->scene, "Scene file (TOML)")->required();
   command
-      ->add_option("--integrators", arguments->integrators,
-                   "Comma-separated: explicit,verlet,midpoint,backward-euler,energy-momentum (default: all)")
+      ->add_option(
+          "--integrators", arguments->integrators,
+          "Comma-separated: explicit,verlet,midpoint,backward-euler,energy-momentum (default: all)")
       ->delimiter(',')
       ->allow_extra_args(false);
   command

@@ -11,8 +11,7 @@ DiscreteGradientStep::DiscreteGradientStep(const MechanicalSystem& system)
   const RestState& rest = system.rest();
   slenderness_.reserve(static_cast<std::size_t>(rest.element_count()));
   for (Index e = 0; e < rest.element_count(); ++e) {
-    slenderness_.push_back(
-        static_cast<float>(rest.element(e).gradients[0].rightCols<3>().norm()));
+    slenderness_.push_back(static_cast<float>(rest.element(e).gradients[0].rightCols<3>().norm()));
   }
 }
 

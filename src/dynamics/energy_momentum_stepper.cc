@@ -17,7 +17,7 @@ namespace {
 
 // The share of the energies that the residual may add to them in a step before the equations are
 // solved further.
-constexpr double kEnergyShare = 1e-14;
+constexpr double kEnergyShare = 1e-13;
 // The largest share with which a step is accepted.
 constexpr double kLargestEnergyShare = 1e-9;
 constexpr double kOverEstimate = 100.0;  // of round-off: what is taken for it

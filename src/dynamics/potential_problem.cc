@@ -213,8 +213,8 @@ double PotentialProblem::longest_step(const Vector& u, const Vector& d,
   const double longest = std::min(1.0, kShare * longest_term_step(u, d));
   if (elements_are_safe) return longest;
   at_ = origin_ + u;
-  return std::min(longest, admissible_step(system_.rest(), at_, d,
-                                           [&](Index e) { return needs_volume(e); }));
+  return std::min(
+      longest, admissible_step(system_.rest(), at_, d, [&](Index e) { return needs_volume(e); }));
 }
 
 bool PotentialProblem::needs_volume(Index e) const {

@@ -78,7 +78,8 @@ bool DiscreteGradient::run_block(Index b, const Step& step, const Vector* direct
       return add_discrete_gradient(BlockAccess::batches(elastic_, b), *model, at, records);
     }
     blocks_.load_displacements(block, direction->data(), fields[3].data());
-    add_discrete_gradient_product(BlockAccess::batches(elastic_, b), *model, at, fields[3].data(), records);
+    add_discrete_gradient_product(BlockAccess::batches(elastic_, b), *model, at, fields[3].data(),
+                                  records);
     return true;
   }
 

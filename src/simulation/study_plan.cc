@@ -163,7 +163,8 @@ StudyPlan plan_study(const Scene& scene, const TetMesh& mesh, const StudySetting
       });
   if (!settings.solver_comparisons.empty() && implicit == integrators.end()) {
     throw InputError(
-        "Solvers can be compared only in a study with an integrator that minimises: add midpoint or "
+        "Solvers can be compared only in a study with an integrator that minimises: add midpoint "
+        "or "
         "backward-euler to its integrators.");
   }
   for (std::size_t variant = 0; variant < plan.variants.size(); ++variant) {

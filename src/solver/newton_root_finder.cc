@@ -93,77 +93,99 @@ class NewtonRootFinder : public RootFinder {
   double first_forcing_ = ForcingTerm::kFirst;
 };
 
-// GMRES with a kept factor as its preconditioner.
-class FactorRootFinder : public NewtonRootFinder {
+// Solves (∂r/∂u) d = −r by GMRES with a kept factor as its preconditioner.
+class FactorGmres {
  public:
-  FactorRootFinder(const MechanicalSystem& system, const MinimizerOptions& options)
-      : NewtonRootFinder(options), matrix_(system) {}
+  explicit FactorGmres(const MechanicalSystem& system) : matrix_(system) {}
 
- private:
-  bool find_direction(const RootProblem& problem, double forcing,
-                      MinimizerReport& report) override {
+  // direction ≈ −(∂r/∂u)⁻¹ r at a point, to a relative residual of `forcing`.
+  bool find(const RootProblem& problem, const Iterate& at, double forcing, MinimizerReport& report,
+            Vector& direction) {
     // With a factor of the same matrix GMRES takes a few iterations, one for each unsymmetric part.
     constexpr int kMany = 20;
     constexpr int kMost = 200;
     if (matrix_is_stale_ || !matrix_.has_factor()) {
-      if (!factorize(problem, report)) return false;
+      if (!factorize(problem, at, report)) return false;
     }
-    GmresReport solved = solve(problem, forcing, factor_is_old_ ? kMany : kMost, report);
+    GmresReport solved =
+        solve(problem, at, forcing, factor_is_old_ ? kMany : kMost, report, direction);
     if (!solved.converged && factor_is_old_) {
-      if (!factorize(problem, report)) return false;
-      solved = solve(problem, forcing, kMost, report);
+      if (!factorize(problem, at, report)) return false;
+      solved = solve(problem, at, forcing, kMost, report, direction);
     }
-    return direction_.allFinite() && solved.reduction < 1.0;
+    return direction.allFinite() && solved.reduction < 1.0;
   }
-
   // A new factor may give a direction of more digits.
-  bool refine() override {
+  bool refine() {
     if (!factor_is_old_) return false;
     matrix_is_stale_ = true;
     return true;
   }
-  void accept() override { factor_is_old_ = true; }
+  // To be called when the point moves.
+  void move() { factor_is_old_ = true; }
 
-  bool factorize(const RootProblem& problem, MinimizerReport& report) {
+ private:
+  bool factorize(const RootProblem& problem, const Iterate& at, MinimizerReport& report) {
     const MinimizationProblem& approximation = problem.approximation();
     ++report.factorizations;
     matrix_is_stale_ = true;
-    if (!matrix_.assemble(approximation, at_.u)) return false;
+    if (!matrix_.assemble(approximation, at.u)) return false;
     if (!matrix_.factorize()) {
       ++report.factorizations;
-      if (!matrix_.factorize_projected(approximation, at_.u)) return false;
+      if (!matrix_.factorize_projected(approximation, at.u)) return false;
     }
     matrix_is_stale_ = factor_is_old_ = false;
     return true;
   }
 
-  GmresReport solve(const RootProblem& problem, double forcing, int most, MinimizerReport& report) {
+  GmresReport solve(const RootProblem& problem, const Iterate& at, double forcing, int most,
+                    MinimizerReport& report, Vector& direction) {
     const FreeCoordinates& coordinates = problem.coordinates();
     const GmresReport solved = gmres(
-        -coordinates.restrict(at_.force),
+        -coordinates.restrict(at.force),
         [&](const Vector& y, Vector& product) {
           problem.multiply(coordinates.extend(y), full_);
           product = coordinates.restrict(full_);
         },
         [&](const Vector& y, Vector& z) { z = matrix_.back_solve(y); }, forcing, most, free_);
     report.cg_iterations += solved.iterations;
-    direction_ = coordinates.extend(free_);
+    direction = coordinates.extend(free_);
     return solved;
   }
 
   AssembledSystem matrix_;
   bool matrix_is_stale_ = true;
   bool factor_is_old_ = false;  // it belongs to another point
-  Vector free_;                 // direction_ over the free coordinates
+  Vector free_;                 // the direction over the free coordinates
   Vector full_;                 // work space, 3 per vertex
 };
 
-// Flexible GMRES with the linear solvers of a minimisation as its preconditioner.
+class FactorRootFinder : public NewtonRootFinder {
+ public:
+  FactorRootFinder(const MechanicalSystem& system, const MinimizerOptions& options)
+      : NewtonRootFinder(options), linear_(system) {}
+
+ private:
+  bool find_direction(const RootProblem& problem, double forcing,
+                      MinimizerReport& report) override {
+    return linear_.find(problem, at_, forcing, report, direction_);
+  }
+  bool refine() override { return linear_.refine(); }
+  void accept() override { linear_.move(); }
+
+  FactorGmres linear_;
+};
+
+// Flexible GMRES with the linear solvers of a minimisation as its preconditioner. Where it needs many
+// iterations, because the Hessian is not close to ∂r/∂u, a factor is cheaper: each iteration then costs a
+// product and a back substitution only.
 class KrylovRootFinder : public NewtonRootFinder {
  public:
   KrylovRootFinder(const MechanicalSystem& system, const NewtonOptions& options)
       : NewtonRootFinder(options),
+        system_(system),
         linear_(system, options),
+        may_choose_(options.linear == LinearSolver::kAuto),
         mass_(system.mass()),
         reduced_mass_(system.coordinates().reduced_mass(mass_)) {}
 
@@ -172,17 +194,39 @@ class KrylovRootFinder : public NewtonRootFinder {
     linear_.begin_step(problem.approximation(), at_.u);
   }
   void end(MinimizerReport& report) override {
-    report.linear = linear_.name();
+    report.linear = with_factor_ > 0 ? "factor" : linear_.name();
     if (report.converged()) linear_.end_step(report.iterations);
   }
-  bool refine() override { return linear_.refine(); }
+  bool refine() override { return with_factor_ > 0 ? factor_->refine() : linear_.refine(); }
+  void accept() override {
+    if (factor_) factor_->move();
+  }
 
   bool find_direction(const RootProblem& problem, double forcing,
                       MinimizerReport& report) override {
-    constexpr int kMost = 40;
+    constexpr int kDirections = 50;  // that are found with the factor before it is left again
+    constexpr double kFewestUseful = 1e-5;  // of relative residuals: the next iteration gains more
+    if (with_factor_ > 0) {
+      --with_factor_;
+      return factor_->find(problem, at_, forcing, report, direction_);
+    }
+    bool converged = false;
+    if (find_without(problem, std::max(forcing, kFewestUseful), report, converged) &&
+        (converged || !may_choose_)) {
+      return true;
+    }
+    if (!may_choose_) return false;
+    if (!factor_) factor_ = std::make_unique<FactorGmres>(system_);
+    with_factor_ = kDirections;
+    return factor_->find(problem, at_, forcing, report, direction_);
+  }
+
+  bool find_without(const RootProblem& problem, double forcing, MinimizerReport& report,
+                    bool& converged) {
     // The relative residuals of a solve with the Hessian. More digits take more iterations of GMRES.
     constexpr double kTightest = 1e-3;
     constexpr double kLoosest = 0.05;
+    const int most = may_choose_ ? 6 : 40;
     const FreeCoordinates& coordinates = problem.coordinates();
     MinimizerReport inner;
     inner.residual = report.residual;
@@ -197,16 +241,18 @@ class KrylovRootFinder : public NewtonRootFinder {
           // Forces on the vertices whose generalised forces are −y.
           right_ = coordinates.extend(y.cwiseQuotient(reduced_mass_));
           for (Index v = 0; v < mass_.size(); ++v) vertex_block(right_, v) *= -mass_[v];
-          found = found && linear_.find(problem.approximation(), at_.u, right_,
-                                        std::clamp(0.5 * forcing, kTightest, kLoosest), inner, full_);
+          found =
+              found && linear_.find(problem.approximation(), at_.u, right_,
+                                    std::clamp(0.5 * forcing, kTightest, kLoosest), inner, full_);
           // The solvers take a residual that does not fall for slow progress.
           inner.residual *= 0.1;
           z = found ? restrict_displacement(coordinates, full_) : y;
         },
-        forcing, kMost, free_);
+        forcing, most, free_);
     report.cg_iterations += inner.cg_iterations;
     report.factorizations += inner.factorizations;
     direction_ = coordinates.extend(free_);
+    converged = solved.reduction <= std::max(forcing, kLoosest);
     return found && direction_.allFinite() && solved.reduction < 1.0;
   }
 
@@ -217,7 +263,11 @@ class KrylovRootFinder : public NewtonRootFinder {
     return coordinates.restrict(weighted).cwiseQuotient(reduced_mass_);
   }
 
+  const MechanicalSystem& system_;
   NewtonDirection linear_;
+  std::unique_ptr<FactorGmres> factor_;
+  bool may_choose_;
+  int with_factor_ = 0;  // directions to be found with the factor
   const Vector& mass_;
   Vector reduced_mass_;
   Vector free_;  // direction_ over the free coordinates

@@ -68,8 +68,7 @@ std::vector<TermCase> term_cases() {
        }},
       {"changing_gravity",
        [](const MechanicalSystem&) {
-         auto environment =
-             std::make_shared<Environment>(Environment::uniform({0.0, -9.81, 1.0}));
+         auto environment = std::make_shared<Environment>(Environment::uniform({0.0, -9.81, 1.0}));
          environment->set_amplitude(wave());
          return environment;
        }},
@@ -98,8 +97,7 @@ std::vector<TermCase> term_cases() {
              std::vector<std::pair<Index, Index>>{{0, 20}, {3, 40}, {7, 9}}, 1e3, 0.2);
        },
        true},
-      {"swing",
-       [](const MechanicalSystem&) { return std::make_shared<SwingingField>(3.0, 5.0); }},
+      {"swing", [](const MechanicalSystem&) { return std::make_shared<SwingingField>(3.0, 5.0); }},
       {"penalty",
        [](const MechanicalSystem& system) {
          PrescribedVertices held = prescribe_at_rest(
@@ -134,8 +132,8 @@ class DiscreteGradientOfTerm : public testing::TestWithParam<TermCase> {
   }
   Vector discrete_gradient() const {
     Vector result = Vector::Zero(system_.dof_count());
-    term_->add_discrete_gradient(system_.force_point(from_, kStart),
-                                 system_.force_point(to_, kEnd), result);
+    term_->add_discrete_gradient(system_.force_point(from_, kStart), system_.force_point(to_, kEnd),
+                                 result);
     return result;
   }
 
@@ -169,8 +167,8 @@ TEST_P(DiscreteGradientOfTerm, HasTheMomentaOfTheTerm) {
   double scale = 0.0;
   for (Index v = 0; v < system_.vertex_count(); ++v) {
     const Vector3 each = vertex_block(f, v);
-    const Vector3 x = 0.5 * (vertex_block(std::as_const(from_), v) +
-                             vertex_block(std::as_const(to_), v));
+    const Vector3 x =
+        0.5 * (vertex_block(std::as_const(from_), v) + vertex_block(std::as_const(to_), v));
     force += each;
     moment += x.cross(each);
     scale += each.norm();

@@ -29,9 +29,9 @@ bool mentions(const std::string& text, const std::string& part) {
 }
 
 TEST(IntegratorNames, AreInvertible) {
-  for (const Integrator integrator : {Integrator::kExplicit, Integrator::kVerlet,
-                                      Integrator::kMidpoint, Integrator::kBackwardEuler,
-                                      Integrator::kEnergyMomentum}) {
+  for (const Integrator integrator :
+       {Integrator::kExplicit, Integrator::kVerlet, Integrator::kMidpoint,
+        Integrator::kBackwardEuler, Integrator::kEnergyMomentum}) {
     EXPECT_EQ(integrator_from_string(to_string(integrator)), integrator);
   }
   EXPECT_EQ(to_string(Integrator::kBackwardEuler), "backward-euler");
@@ -43,7 +43,8 @@ TEST(IntegratorNames, UnknownOnesAreRefusedWithTheKnown) {
       integrator_from_string(name);
       ADD_FAILURE() << name;
     } catch (const InputError& error) {
-      for (const char* known : {"explicit", "verlet", "midpoint", "backward-euler", "energy-momentum"}) {
+      for (const char* known :
+           {"explicit", "verlet", "midpoint", "backward-euler", "energy-momentum"}) {
         EXPECT_TRUE(mentions(error.what(), known)) << error.what();
       }
     }

@@ -31,8 +31,7 @@ struct NamedMaterial {
 std::vector<NamedMaterial> materials() {
   return {{"stvk", [](MaterialSettings& m) { m.model = "stvk"; }},
           {"neo_hookean", [](MaterialSettings& m) { m.model = "neo-hookean"; }},
-          {"quadratic",
-           [](MaterialSettings& m) { m.volumetric = VolumetricPart::kQuadratic; }},
+          {"quadratic", [](MaterialSettings& m) { m.volumetric = VolumetricPart::kQuadratic; }},
           {"mooney_rivlin",
            [](MaterialSettings& m) {
              m.model = "mooney-rivlin";
