@@ -11,6 +11,7 @@
 #include "energy_momentum_problem.h"
 #include "implicit_stepper.h"
 #include "term_forces.h"
+#include "turned_guess.h"
 
 namespace tetraction {
 namespace {
@@ -21,6 +22,10 @@ constexpr double kEnergyShare = 1e-13;
 // The largest share with which a step is accepted.
 constexpr double kLargestEnergyShare = 1e-9;
 constexpr double kOverEstimate = 100.0;  // of round-off: what is taken for it
+// Guesses besides those of FirstGuess.
+constexpr int kTurned = FirstGuess::kCount;
+constexpr int kMirrored = kTurned + 1;
+constexpr int kGuesses = kMirrored + 1;
 
 class EnergyMomentumStepper : public ImplicitStepper {
  public:
@@ -73,7 +78,7 @@ class EnergyMomentumStepper : public ImplicitStepper {
       int number;
     };
     std::vector<Guess> guesses;
-    for (int i = 0; i < FirstGuess::kCount; ++i) {
+    for (int i = 0; i < kGuesses; ++i) {
       if (!(usual && i == best_guess_) && set_guess(from, i, residual)) {
         guesses.push_back({residual, i});
       }
@@ -101,9 +106,28 @@ class EnergyMomentumStepper : public ImplicitStepper {
     return false;
   }
 
+  // Sets work_ to guess number i. Returns false if it is not possible.
+  bool propose(int i, const State& from) {
+    if (i < FirstGuess::kCount) return guess_.propose(i, step_, from, work_);
+    if (system_.constraints().empty()) {
+      step_.inertial_guess(work_);
+      const Vector3 move =
+          2.0 * (system_.center_of_mass(work_) - system_.center_of_mass(from.position));
+      guess_turned(system_, from, 2.0 * step_.step(), move,
+                   i == kMirrored ? GuessedStrain::kMirrored : GuessedStrain::kKept, work_);
+      return true;
+    }
+    if (i != kMirrored) return false;
+    // The middle between two shapes with mirrored strains is the shape at rest.
+    work_ = system_.mesh().rest_positions() - step_.base();
+    system_.coordinates().project_velocity(system_.mass(), work_);
+    work_ += step_.base();
+    return true;
+  }
+
   // Moves the origin to guess number i. Returns false if it is not possible or r is not defined there.
   bool set_guess(const State& from, int i, double& residual) {
-    if (i < 0 || !guess_.propose(i, step_, from, work_)) return false;
+    if (i < 0 || !propose(i, from)) return false;
     step_.set_origin(work_);
     solve_.u().setZero(system_.dof_count());
     if (!equations_.residual(solve_.u(), trial_residual_).ok()) return false;

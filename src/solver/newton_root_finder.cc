@@ -72,9 +72,9 @@ class NewtonRootFinder : public RootFinder {
       }
       ++report.iterations;
       const double before = report.residual;
-      const bool found =
-          problem.linearize(at_.u).ok() && find_direction(problem, forcing.next(report), report) &&
-          line_search_.search(problem, {direction_, false, report.residual_limit}, at_);
+      const bool found = problem.linearize(at_.u).ok() &&
+                         find_direction(problem, forcing.next(report), report) &&
+                         move_along(problem, report);
       report.residual = at_.residual;
       if (!found) {
         if (refine()) continue;
@@ -86,6 +86,40 @@ class NewtonRootFinder : public RootFinder {
       if (report.iterations == 1) first_forcing_ = forcing.first_of_next_step();
     }
     report.termination = Termination::kConverged;
+  }
+
+  // Moves at_ along direction_. The measure of a trial point is |r| if the longest step lowers it well.
+  // Otherwise it is the length of the next correction with the same derivative, |(∂r/∂u)⁻¹ r|, which
+  // must fall (the natural monotonicity test of Deuflhard 2004, section 3.1.4). Along motions that the
+  // stiff parts of a body resist only to second order, such as turns, |r| allows tiny steps only.
+  bool move_along(const RootProblem& problem, MinimizerReport& report) {
+    constexpr double kWell = 0.5;
+    constexpr double kShortest = 1e-3;
+    constexpr double kForcing = 0.1;
+    const double longest = problem.longest_step(at_.u, direction_, false);
+    const Vector way = direction_;
+    const double length = way.norm();
+    const Iterate start = at_;
+    Iterate trial;
+    for (double t = longest; t > kShortest * longest; t *= 0.5) {
+      trial.u = start.u + t * way;
+      if (!evaluate(problem, trial)) continue;
+      if ((t == longest && trial.residual <= kWell * start.residual) ||
+          trial.residual <= report.residual_limit) {
+        at_ = std::move(trial);
+        return true;
+      }
+      at_.force = trial.force;
+      const bool shorter = find_direction(problem, kForcing, report) &&
+                           direction_.norm() <= (1.0 - 0.25 * t) * length;
+      at_.force = start.force;
+      if (shorter) {
+        at_ = std::move(trial);
+        return true;
+      }
+    }
+    at_ = start;
+    return line_search_.search(problem, {way, false, report.residual_limit}, at_);
   }
 
   MinimizerOptions options_;

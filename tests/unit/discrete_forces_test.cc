@@ -174,7 +174,9 @@ TEST_P(DiscreteGradientOfTerm, HasTheMomentaOfTheTerm) {
     scale += each.norm();
   }
   EXPECT_LT(moment.norm(), 1e-13 * scale);
-  if (GetParam().is_internal) EXPECT_LT(force.norm(), 1e-13 * scale);
+  if (GetParam().is_internal) {
+    EXPECT_LT(force.norm(), 1e-13 * scale);
+  }
 }
 
 TEST_P(DiscreteGradientOfTerm, IsNearTheGradientAtTheMiddle) {
