@@ -391,7 +391,7 @@ TEST_F(SceneReader, UnknownKeysAreRefusedWithTheNearest) {
 
 TEST_F(SceneReader, UnknownKeysWithNothingNearListTheValidOnes) {
   expect_refused_lines("[time]\nresolution = 1\n", "scene.toml:8:1: unknown key time.resolution",
-                       {"valid are integrator, step or end."});
+                       {"valid are integrator, step, end, retry"});
   expect_refused_lines("[" + std::string(5000, 'q') + "]\n", "scene.toml:7:2: unknown key qqq",
                        {"valid are mesh, material"});
 }

@@ -139,12 +139,14 @@ TEST_P(AdaptiveCheckpoints, ContinuedAndRestoredRunsHaveTheSameBits) {
   if (scene.time.retry > 0) {
     scene.solver.max_iterations = 2;
     ForceSettings blow = pull();
-    blow.vector *= 3000.0;
+    blow.vector *= 400.0;
     blow.from = 0.3 * scene.time.end;
     scene.force.push_back(blow);
   }
   Session continued(scene, mesh_of(scene));
-  while (continued.time() < 0.4 * scene.time.end) make_steps(continued, 1);
+  while (continued.time() < 0.4 * scene.time.end) {
+    ASSERT_TRUE(continued.step()) << continued.message();
+  }
   const Checkpoint checkpoint = continued.checkpoint();
   Session restored(scene, mesh_of(scene));
   restored.restore(checkpoint);
@@ -175,11 +177,10 @@ std::vector<TimeSettings> adaptive_settings() {
     time.adapt = StepAdaptation::kError;
     time.tolerance = 1e-5;
     all.push_back(time);
-    if (!is_implicit(rule)) continue;
+    if (!is_implicit(rule) || !is_variational(rule)) continue;
     time = {rule, step_of(rule), false, 60 * step_of(rule)};
     time.retry = 8;
     all.push_back(time);
-    if (!is_variational(rule)) continue;
     time.retry = 0;
     time.adapt = StepAdaptation::kEnergy;
     all.push_back(time);
