@@ -75,7 +75,7 @@ void ForceTerm::add_discrete_gradient(const ForcePoint& from, const ForcePoint& 
   gradient += force;
   const double rest = change - linear;
   // A difference that may be round-off would divided by a small way become a force that is not.
-  const double round_off = 8.0 * std::numeric_limits<double>::epsilon() *
+  const double round_off = 64.0 * std::numeric_limits<double>::epsilon() *
                            (std::abs(energy(start)) + std::abs(energy(end)) + std::abs(linear));
   if (!(std::abs(rest) > round_off)) return;
   Vector ends = Vector::Zero(middle.size());

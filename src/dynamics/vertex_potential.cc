@@ -96,7 +96,7 @@ Vector3 VertexPotential::discrete_gradient(double mass, const Vector3& from,
   const double linear = middle.dot(way);
   const double rest = after - before - linear;
   // A difference that may be round-off would divided by a small way become a force that is not.
-  const double round_off = 8.0 * std::numeric_limits<double>::epsilon() *
+  const double round_off = 64.0 * std::numeric_limits<double>::epsilon() *
                            (std::abs(before) + std::abs(after) + std::abs(linear));
   if (!(std::abs(rest) > round_off)) return middle;
   return middle + rest / way.squaredNorm() * way;
