@@ -1,6 +1,8 @@
 // The energy-momentum step (Simo & Tarnow 1992; Gonzalez 2000).
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -180,12 +182,12 @@ class EnergyMomentumStepper : public ImplicitStepper {
   bool polish(StepOutcome& outcome) {
     constexpr int kRounds = 3;
     double share = energy_share_of_residual();
-    for (int i = 0; i < kRounds && share > kEnergyShare; ++i) {
+    for (int i = 0; i < kRounds && std::max(share, angular_share_) > kEnergyShare; ++i) {
       const MinimizerReport reached = outcome.minimizer;
       if (!(reached.asked_limit > 0.0) || reached.residual <= step_.round_off(solve_.u())) break;
       const Vector u = solve_.u();
       equations_.set_accuracy(0.3 * reached.residual / reached.asked_limit *
-                              std::min(1.0, kEnergyShare / share));
+                              std::min(1.0, kEnergyShare / std::max(share, angular_share_)));
       const MinimizerReport report = find_root(outcome);
       equations_.set_accuracy(1.0);
       MinimizerReport& all = outcome.minimizer;
@@ -219,12 +221,20 @@ class EnergyMomentumStepper : public ImplicitStepper {
     const Vector velocity = (work_ - from_->position) / step_.step();
     double added = 0.0;
     double scale = 0.0;
+    Vector3 moment = Vector3::Zero();
+    double moment_scale = 0.0;
     for (Index v = 0; v < system_.vertex_count(); ++v) {
       const Vector3 each = vertex_block(velocity, v);
       const Vector3 before = vertex_block(from_->momentum, v) / system_.mass()[v];
       added += 2.0 * step_.step() * (each - before).dot(vertex_block(trial_residual_, v));
       scale += system_.mass()[v] * (each.squaredNorm() + before.squaredNorm());
+      const Vector3 impulse = 2.0 * step_.step() * vertex_block(trial_residual_, v);
+      moment += step_.step() * each.cross(impulse);
+      moment_scale += system_.mass()[v] * Vector3(vertex_block(work_, v)).cross(each).norm();
     }
+    // Only without constraints the angular momentum is to stay as it is.
+    const bool is_free = system_.constraints().empty() && moment_scale > 0.0;
+    angular_share_ = is_free ? moment.norm() / moment_scale : 0.0;
     double elastic = 0.0;
     if (std::abs(added) > kEnergyShare * scale) {
       work_ = 2.0 * work_ - from_->position;
@@ -377,7 +387,8 @@ class EnergyMomentumStepper : public ImplicitStepper {
   const State* from_ = nullptr;  // of the step in progress
   Vector force_of_constraints_;  // on the configuration, of the last step
   double work_of_impulses_ = 0.0;
-  int best_guess_ = -1;  // of the last step
+  double angular_share_ = 0.0;  // that the residual adds to the angular momentum of a free body
+  int best_guess_ = -1;         // of the last step
   double residual_of_guess_ = 0.0;
   int steps_with_guess_ = 0;  // since all were compared
   Vector trial_residual_;
