@@ -121,8 +121,8 @@ std::string blas_warning(const BlasInfo& blas, const ProcessorFeatures& processo
   if (!slow) return {};
   return fmt::format(
       "OpenBLAS takes this processor for {} and does not use its AVX2: factorisations take longer. "
-      "Install a newer OpenBLAS, or set OPENBLAS_CORETYPE=Haswell in the environment.",
-      blas.core);
+      "Install a newer OpenBLAS, or set OPENBLAS_CORETYPE={} in the environment.",
+      blas.core, processor.avx512 ? "SkylakeX" : "Haswell");
 }
 
 std::string blas_warning() {

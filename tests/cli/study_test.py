@@ -347,7 +347,7 @@ class Solvers(StudyTest):
         self.assertIn("counted", self.refused_study(*grid[:2], "--steps", "0.01,1e-300"))
         self.assertIn("twice", self.refused_study(*grid, "--also-solver",
                                                   "ceres@0.01,ceres@1e-2"))  # fmt: skip
-        self.assertIn("implicit", self.refused_study("--integrators", "verlet", "--steps", "0.005",
+        self.assertIn("minimises", self.refused_study("--integrators", "verlet", "--steps", "0.005",
                                                      "--also-solver", "ceres@0.005"))  # fmt: skip
 
 

@@ -261,6 +261,68 @@ TEST_P(EnergyMomentumWith, ItsBalanceCloses) {
 INSTANTIATE_TEST_SUITE_P(Scenes, EnergyMomentumWith, testing::ValuesIn(acting()),
                          [](const auto& test) { return test.param.name; });
 
+// A block that was stretched and let go while it turns by a sixth of a radian in a step.
+TEST_P(EnergyMomentumOf, SolvesStepsOfAHundredTimesTheLimit) {
+  Scene scene;
+  scene.mesh.generate = GeneratorSettings{GeneratorKind::kBox, {1.0, 0.5, 0.25}, {5, 3, 2}};
+  scene.material.youngs_modulus = 1e6;
+  scene.material.poissons_ratio = 0.3;
+  GetParam().set(scene.material);
+  scene.initial.stretch = {1.05, 0.98, 0.98};
+  const double step = 100.0 * stable_step(scene);
+  scene.initial.angular_velocity = {0.02 / step, 0.05 / step, 0.15 / step};
+  scene.time = {Integrator::kEnergyMomentum, step, false, 6.0 * step};
+  Session session(scene, mesh_of(scene));
+  ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+  EXPECT_LT(session.balance().max_relative_energy_drift(), 1e-11);
+  EXPECT_LT(session.balance().angular_momentum_drift(), 1e-11);
+}
+
+// Near rest the energies are so small that round-off is a share of them.
+TEST(EnergyMomentum, GoesOnNearRest) {
+  Scene beam;
+  beam.mesh.generate = GeneratorSettings{GeneratorKind::kBeam, {2, 0.5, 0.5}, {6, 2, 2}};
+  beam.material.youngs_modulus = 2.1e11;
+  beam.material.poissons_ratio = 0.3;
+  beam.material.density = 7800.0;
+  FixSettings clamp;
+  clamp.select = SelectPlane{0, 0.0, {}};
+  Scene loaded = beam;
+  loaded.fix = {clamp};
+  AmplitudeSettings slow;
+  slow.name = "slow";
+  slow.kind = AmplitudeKind::kSmoothStep;
+  slow.from = 0.0;
+  slow.until = 0.01;
+  loaded.amplitude = {slow};
+  ForceSettings force = load(LoadKind::kForce, SelectPlane{0, 2.0, {}});
+  force.total = Vector3(0, 1e5, 0);
+  force.amplitude = "slow";
+  loaded.force = {force};
+  for (const double step : {1e-5, 1e-4, 1e-3}) {
+    loaded.time = {Integrator::kEnergyMomentum, step, false, 0.01};
+    Session session(loaded, mesh_of(loaded));
+    ASSERT_EQ(session.run(), RunStatus::kFinished) << step << ": " << session.message();
+    EXPECT_LT(session.balance().max_relative_energy_drift(), 1e-9) << step;
+  }
+  Scene damped = beam;
+  damped.material.youngs_modulus = 1e6;
+  damped.material.density = 1000.0;
+  damped.damping.viscosity = 3e4;
+  damped.initial.stretch = {1.05, 0.97, 1.0};
+  damped.time = {Integrator::kEnergyMomentum, 0.01, false, 3.0};
+  Session session(damped, mesh_of(damped));
+  ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+  EXPECT_LT(session.balance().max_relative_energy_drift(), 1e-12);
+  for (const double strain : {1e-10, 1e-13}) {
+    Scene tiny = beam;
+    tiny.initial.stretch = {1.0 + strain, 1.0, 1.0};
+    tiny.time = {Integrator::kEnergyMomentum, 1e-3, false, 0.02};
+    Session still(tiny, mesh_of(tiny));
+    EXPECT_EQ(still.run(), RunStatus::kFinished) << strain << ": " << still.message();
+  }
+}
+
 TEST(EnergyMomentum, KeepsTheAngularMomentumAboutACentre) {
   for (const double softening : {0.0, 0.5}) {
     Scene scene = spinning_block(Integrator::kEnergyMomentum, 0.05, 10.0);
@@ -275,7 +337,6 @@ TEST(EnergyMomentum, KeepsTheAngularMomentumAboutACentre) {
     ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
     EXPECT_LT((session.balance().momenta().angular - before).norm(), 1e-11 * scale);
     EXPECT_LT(session.balance().max_relative_energy_drift(), 1e-11);
-    EXPECT_GT(session.balance().linear_momentum_drift(), -1.0);
   }
 }
 

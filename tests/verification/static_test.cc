@@ -488,7 +488,8 @@ TEST(StaticConstraints, LengthsFollowTheLoadFactor) {
   while (session.step()) {
     const Vector& x = session.state().position;
     const double length = (x.segment<3>(3 * a) - x.segment<3>(3 * b)).norm();
-    EXPECT_NEAR(length, 2.0 - 0.1 * session.time(), 1e-10) << ++steps;
+    ++steps;
+    EXPECT_NEAR(length, 2.0 - 0.1 * session.time(), 1e-10) << steps;
     EXPECT_LT(session.constraint_error(), 1e-10);
   }
   EXPECT_EQ(session.status(), RunStatus::kFinished) << session.message();
