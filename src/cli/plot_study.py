@@ -464,7 +464,7 @@ def scatter(study, folder, name, title, xlabel, x_key, key, ylabel, floor=0.0, g
 def main(folder):
     study = read_study(folder)
     over_time(study, folder, "energy_over_time", "Energy error over time (dashed, ending in ×: "
-              "unstable)", "|energy error| / energy that entered", energy_error, 1e-12)  # fmt: skip
+              "unstable)", "|energy error| / energy that entered", energy_error, 1e-16)  # fmt: skip
     over_time(study, folder, "linear_momentum_over_time", "Linear momentum (constant only for a "
               "body free of outer forces)", "$|p|$ [kg m/s]", magnitude("p"))  # fmt: skip
     over_time(study, folder, "angular_momentum_over_time", "Angular momentum about the origin "

@@ -25,6 +25,7 @@
 #include "tetraction/io/run_recorder.h"
 #include "tetraction/io/scene_reader.h"
 #include "tetraction/io/study_writer.h"
+#include "tetraction/simulation/scene_objects.h"
 
 namespace tetraction {
 namespace {
@@ -180,6 +181,14 @@ int study(const StudyArguments& arguments) {
   const TetMesh mesh = read_scene_mesh(scene);
   if (!arguments.quiet) {
     if (const std::string remarks = mesh_remarks(mesh); !remarks.empty()) print_note(remarks);
+  }
+  for (const StudyVariant& variant : settings.variants) {
+    try {
+      check_events(variant.scene, *make_system(variant.scene, mesh));
+    } catch (const InputError& error) {
+      throw InputError(
+          fmt::format("--vary {}: with {}: {}", arguments.vary, variant.name, error.what()));
+    }
   }
   const StudyPlan plan = plan_study(scene, mesh, settings);
   const std::vector<std::string> frames = runs_with_frames(arguments.frames, plan);

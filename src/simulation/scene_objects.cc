@@ -302,11 +302,23 @@ State make_initial_state(const Scene& scene, MechanicalSystem& system, BodyConst
 
 namespace {
 
-// Selections refer to the undeformed body. So errors in the selections of edits are found before
-// the run.
+// Selections refer to the undeformed body, and arrays belong to its mesh. So errors in the selections
+// and the arrays of edits are found before the run.
 struct SelectionCheck {
   const MechanicalSystem& system;
   const std::vector<AmplitudeSettings>& amplitudes;
+  const Scene& scene;
+
+  void operator()(const SetMaterial& edit) const {
+    const auto region = static_cast<std::size_t>(edit.region);
+    if (edit.region < 0 || region > scene.material_region.size()) return;  // the edit is refused
+    const MaterialSettings& now =
+        region == 0 ? scene.material : scene.material_region[region - 1].material;
+    if (density_array(edit.material) != density_array(now)) {
+      throw InputError("material.density cannot change during a run.");
+    }
+    make_material(edit.material, system, edit.region);
+  }
 
   void operator()(const SetForce& edit) const { check_load(edit.force, system, amplitudes); }
   void operator()(const SetEnvironment& edit) const {
@@ -329,9 +341,23 @@ struct SelectionCheck {
 
 }  // namespace
 
+std::string density_array(const MaterialSettings& material) {
+  const auto found = material.arrays.find(kDensity.name);
+  return found == material.arrays.end() ? std::string() : found->second;
+}
+
 void check_events(const Scene& scene, const MechanicalSystem& system) {
   for (const EventSettings& event : scene.event) {
-    for (const Edit& edit : event.edits) std::visit(SelectionCheck{system, scene.amplitude}, edit);
+    for (const Edit& edit : event.edits) {
+      const SelectionCheck check{system, scene.amplitude, scene};
+      try {
+        std::visit(check, edit);
+      } catch (const InputError& error) {
+        // The place of a material is that of its section, which the event has changed.
+        if (!std::holds_alternative<SetMaterial>(edit) || event.where.empty()) throw;
+        throw InputError(fmt::format("{}: {}", event.where, error.what()));
+      }
+    }
   }
 }
 

@@ -49,10 +49,6 @@ struct Editor {
       throw InputError(fmt::format(kNoSuch, "material region", edit.region, system.region_count()));
     }
     const MaterialSettings& now = settings.materials[static_cast<std::size_t>(edit.region)];
-    const auto density_array = [](const MaterialSettings& material) {
-      const auto found = material.arrays.find(kDensity.name);
-      return found == material.arrays.end() ? std::string() : found->second;
-    };
     if (density_array(edit.material) != density_array(now)) {
       throw InputError(
           "The density cannot be changed during a run: mass would appear from nowhere, and "

@@ -17,6 +17,9 @@ TetMesh generate_mesh(const GeneratorSettings& settings);
 MaterialField make_material(const MaterialSettings& settings, const MechanicalSystem& system,
                             Index region);
 
+/// The name of the array that gives the density; empty if it is a number.
+std::string density_array(const MaterialSettings& material);
+
 /// The environment of the settings, with an amplitude of the list if they name one. Throws
 /// InputError for a custom one without a field, and for an unknown amplitude.
 Environment make_environment(const EnvironmentSettings& settings,

@@ -140,7 +140,7 @@ std::string study_table(const StudyResult& result) {
     return has_probe ? fmt::format("{:>10}", what) : std::string();
   };
   std::string text = fmt::format(
-      "{:<15}{:<8}{:>9}{:>9}{:>10}{:>7}{:>10}{:>9}{:>9}{:>10}{:>10}{:>10}{:>10}{}{:>7}\n",
+      "{:<16}{:<8}{:>9}{:>9}{:>10}{:>7}{:>10}{:>9}{:>9}{:>10}{:>10}{:>10}{:>10}{}{:>7}\n",
       "integrator", "solver", "step [s]", "h/h_crit", "status", "steps", "wall [s]", "iter/st",
       "energy", "lin.mom.", "ang.mom.", "pos.error", "pos.rms", probe_cell("probe.err"), "order");
   for (std::size_t i = 0; i < result.rows.size(); ++i) {
@@ -155,7 +155,7 @@ std::string study_table(const StudyResult& result) {
                               : "");
     }
     text += fmt::format(
-        "{:<15}{:<8}{:>9.4g}{:>9.3g}{:>10}{:>7}{:>10.3g}{:>9}{:>9}{:>10}{:>10}{:>10}{:>10}{}{:>7}"
+        "{:<16}{:<8}{:>9.4g}{:>9.3g}{:>10}{:>7}{:>10.3g}{:>9}{:>9}{:>10}{:>10}{:>10}{:>10}{}{:>7}"
         "\n",
         to_string(row.integrator), row.solver.empty() ? "-" : row.solver, row.step,
         row.step / row.stable_step, to_string(row.status), row.steps, row.wall_seconds,

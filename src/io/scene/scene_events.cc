@@ -107,7 +107,7 @@ ChangedSection section_of(std::string_view key,
   if (std::find(kChangeable.begin(), kChangeable.end(), section.name) == kChangeable.end()) {
     refuse(fmt::format("is not a key that can change: {}", advice(section.name, kChangeable)));
   }
-  if (key.size() >= 8 && key.substr(key.size() - 8) == ".density") {
+  if (key.ends_with(".density") || key.find(".density.") != std::string_view::npos) {
     refuse(
         "cannot change during a run: mass would appear from nowhere, and momentum and "
         "energy with it. Set the density before the start.");
