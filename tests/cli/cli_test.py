@@ -602,7 +602,7 @@ class Study(CliTest):
         self.assertAlmostEqual(float(by["midpoint", 0.005]["observed_order"]), 2, delta=0.15)
         self.assertAlmostEqual(float(by["backward-euler", 0.005]["observed_order"]), 1, delta=0.1)
         self.assertAlmostEqual(
-            float(by["energy-momentum", 0.005]["observed_order"]), 2, delta=0.15
+            float(by["energy-momentum", 0.05]["observed_order"]), 2, delta=0.15
         )
         with open(self.path("s", "study.json")) as file:
             study = json.load(file)
