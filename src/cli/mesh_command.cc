@@ -78,6 +78,14 @@ void convert(const std::string& in, const std::string& out, double scale) {
         "formats none.",
         out, in, fmt::join(written.lost_groups, ", ")));
   }
+  const bool keeps_arrays = out.ends_with(".vtu") || out.ends_with(".vtk") || out.ends_with(".msh");
+  if (!mesh.cell_arrays.empty() && !keeps_arrays) {
+    std::vector<std::string> names;
+    for (const auto& [name, values] : mesh.cell_arrays) names.push_back(name);
+    print_warning(fmt::format(
+        "{}: these cell arrays of {} are lost: {}. .vtu, .vtk and .msh files hold them.", out, in,
+        fmt::join(names, ", ")));
+  }
   tell(mesh, out);
 }
 

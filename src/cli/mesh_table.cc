@@ -79,6 +79,11 @@ nlohmann::ordered_json mesh_json(const TetMesh& mesh) {
                               {"triangles", group.triangles.size()},
                               {"tetrahedra", group.tetrahedra.size()}});
   }
+  json["cell_arrays"] = nlohmann::ordered_json::object();
+  for (const auto& [name, values] : mesh.cell_arrays) {
+    json["cell_arrays"][name] = {
+        {"components", values.rows()}, {"min", values.minCoeff()}, {"max", values.maxCoeff()}};
+  }
   json["quality"] = nlohmann::ordered_json::array();
   for (const QualityMeasure& measure : mesh_quality(mesh)) {
     json["quality"].push_back({{"measure", measure.name},
@@ -110,6 +115,11 @@ void print_mesh_table(const TetMesh& mesh) {
     if (!group.triangles.empty()) print_result(", {} triangles", group.triangles.size());
     if (group.dimension == 3) print_result(", {} tetrahedra", group.tetrahedra.size());
     write_result("\n");
+  }
+  for (const auto& [name, values] : mesh.cell_arrays) {
+    print_result("  cell array \"{}\": {} a tetrahedron, from {:.6g} to {:.6g}\n", name,
+                 values.rows() == 1 ? "a number" : fmt::format("{} numbers", values.rows()),
+                 values.minCoeff(), values.maxCoeff());
   }
   const std::vector<QualityMeasure> measures = mesh_quality(mesh);
   print_result("  {:<24}{:>12}{:>12}{:>12}  {:<16}worst element\n", "quality", "min", "mean", "max",

@@ -541,6 +541,48 @@ class Failures(CliTest):
 
 
 class Mesh(CliTest):
+    def test_cell_arrays_are_listed_and_their_loss_is_told(self):
+        mesh = self.write("part.msh", """$MeshFormat
+2.2 0 8
+$EndMeshFormat
+$Nodes
+5
+1 0 0 0
+2 1 0 0
+3 0 1 0
+4 0 0 1
+5 1 1 1
+$EndNodes
+$Elements
+2
+11 4 0 1 2 3 4
+12 4 0 2 3 4 5
+$EndElements
+$ElementData
+1
+"E"
+1
+0.0
+3
+0
+1
+2
+11 2e5
+12 5e5
+$EndElementData
+""")
+        self.assertIn('cell array "E": a number a tetrahedron, from 200000 to 500000',
+                      self.run_program("mesh", "info", mesh).stdout)
+        info = json.loads(self.run_program("mesh", "info", mesh, "--json").stdout)
+        self.assertEqual(info["cell_arrays"]["E"], {"components": 1, "min": 2e5, "max": 5e5})
+        for name in ("a.vtu", "a.vtk", "a.msh"):
+            self.assertNotIn("lost", self.run_program("mesh", "convert", mesh,
+                                                      self.path(name)).stderr)  # fmt: skip
+            self.assertIn("E", json.loads(self.run_program(
+                "mesh", "info", self.path(name), "--json").stdout)["cell_arrays"])  # fmt: skip
+        self.assertIn("cell arrays", self.run_program("mesh", "convert", mesh,
+                                                      self.path("a.veg")).stderr)  # fmt: skip
+
     def test_convert_keeps_the_mesh(self):
         part = os.path.join(DATA, "serpentine_spring.msh")
         volume = json.loads(self.run_program("mesh", "info", part, "--json").stdout)["volume"]

@@ -170,6 +170,28 @@ TEST_F(MaterialArrays, EventsCanSetThem) {
   EXPECT_EQ(std::get<SetMaterial>(again.event[0].edits.at(0)).material.arrays, first.arrays);
 }
 
+TEST_F(MaterialArrays, OfEventsAreCheckedBeforeTheRun) {
+  const std::string material = "youngs_modulus = 2e5\npoissons_ratio = 0.25";
+  const auto event = [](const std::string& key, const std::string& value) {
+    return "[[event]]\nat = 0.005\nset = { \"material." + key + "\" = " + value + " }\n";
+  };
+  for (const char* array : {"absent", "direction"}) {
+    const Scene read =
+        scene(material, event("youngs_modulus", "{ array = \"" + std::string(array) + "\" }"));
+    try {
+      check_events(read, *system(read));
+      ADD_FAILURE() << array;
+    } catch (const InputError& error) {
+      EXPECT_NE(std::string(error.what()).find("event"), std::string::npos) << error.what();
+      EXPECT_NE(std::string(error.what()).find(array), std::string::npos) << error.what();
+    }
+  }
+  const Scene good = scene(material, event("youngs_modulus", "{ array = \"E\" }"));
+  EXPECT_NO_THROW(check_events(good, *system(good)));
+  EXPECT_THROW(scene(material, event("density", "{ array = \"rho\" }")), InputError);
+  EXPECT_THROW(scene(material, event("density.array", "\"rho\"")), InputError);
+}
+
 // A viscosity that gives a damping ratio depends on the modulus.
 TEST_F(MaterialArrays, ExcludeDampingRatios) {
   EXPECT_THROW(scene("youngs_modulus = { array = \"E\" }\npoissons_ratio = 0.25",
