@@ -138,6 +138,7 @@ StepOutcome Session::Impl::advance_in_halves(StepOutcome failure) {
   double smallest = span.length;
   StepOutcome outcome = std::move(failure);
   while (done < pieces) {
+    if (cancelled_within_step()) return outcome;
     const Index taken = pieces >> level;
     const double length = static_cast<double>(taken) * piece;
     const double end =
@@ -238,6 +239,8 @@ StepOutcome Session::Impl::advance_by_error() {
   for (;;) {
     Span span = span_of(length, landing_time);
     Halves halves = try_halves(span);
+    const bool is_rejected = !is_acceptable(halves, span) && span.length > bounds.least;
+    if (is_rejected && cancelled_within_step()) return std::move(halves.second);
     bool is_cut = false;
     // A step is cut only after the full one was accepted. Rejections are then the same whether an
     // edit is made between two steps or at a time on which the steps land.
@@ -334,7 +337,10 @@ StepOutcome Session::Impl::advance_by_energy() {
   double last_length = 0.0;
   bool present_fails = false;
   const auto make_trial = [&](const Span& span) {
-    if (last_length > 0.0) stepper->reset();
+    if (last_length > 0.0) {
+      if (progress.status == RunStatus::kCancelled || cancelled_within_step()) return false;
+      stepper->reset();
+    }
     last = try_energy(span);
     last_length = span.length;
     if (last.outcome.ok() && std::isfinite(last.energy)) return true;
@@ -358,9 +364,11 @@ StepOutcome Session::Impl::advance_by_energy() {
   const StepBounds range{std::max(bounds.least, present / kLargestChange),
                          std::min(bounds.most, present * kLargestChange)};
   StepRoot root = find_step(residual, present, at_zero, range, tolerance);
-  if (root.step == 0.0 && range.least > bounds.least) {
+  if (root.step == 0.0 && range.least > bounds.least && progress.status == RunStatus::kRunning) {
     root = find_step(residual, range.least, at_zero, {bounds.least, range.least}, tolerance);
   }
+
+  if (progress.status == RunStatus::kCancelled) return std::move(last.outcome);
   if (root.step == 0.0) return give_up();
 
   // The least residual would lead to ever smaller steps: see docs/theory.md.
@@ -370,7 +378,9 @@ StepOutcome Session::Impl::advance_by_energy() {
   if (is_cut) span = {landing_time - state().time, landing_time};
   // The last trial is that of a solution, unless its end is not exactly the landing.
   const bool is_made = last_length == span.length && span.end == state().time + span.length;
-  if (!is_made && !make_trial(span)) return give_up();
+  if (!is_made && !make_trial(span)) {
+    return progress.status == RunStatus::kCancelled ? std::move(last.outcome) : give_up();
+  }
   system->applied_force(state().position, state().time, span.length, progress.external_force);
   balance->enter(states.other(), last.outcome);
   states.switch_to_other();

@@ -20,6 +20,7 @@
 #include "step_controller.h"
 #include "tetraction/simulation/probe.h"
 #include "tetraction/simulation/session.h"
+#include "tetraction/simulation/stop_request.h"
 
 namespace tetraction {
 
@@ -70,6 +71,7 @@ struct Session::Impl {
   double rest_diagonal =
       0.0;  // of the box around the body at rest, m; made when it is first needed
   double landing = std::numeric_limits<double>::infinity();  // see Session::land_at()
+  std::vector<const StopRequest*> stop_requests;  // of the observers, while run() is running
   StabilityLimit initial_limit;
   std::optional<BodyIdentity> body;  // made when the first checkpoint needs it
 
@@ -206,6 +208,9 @@ struct Session::Impl {
   /// Makes the events that are due, and one step with all that belongs to it. Returns false when the
   /// run is over.
   bool step();
+  /// Called between the parts of a step and the attempts at it. If an observer wants the run to
+  /// stop, it is cancelled. The caller then returns without a change of the state.
+  bool cancelled_within_step();
   /// Sets up an equilibrium.
   void begin_equilibrium(double largest_increment);
   void enter_equilibrium(const State& at);

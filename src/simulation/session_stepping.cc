@@ -280,6 +280,7 @@ StepOutcome Session::Impl::advance_in_smaller_steps(const Attempt& first) {
   StepPlan best = progress.plan;
   int unhelpful = 0;
   for (int i = 0; i < kHalvings && step > kShortest * progress.first_time_step; ++i, step *= 0.5) {
+    if (cancelled_within_step()) return std::move(last.outcome);
     set_time_step(step);
     automatic().start(critical, modes, state().step);
     Attempt next = attempt(largest_energy_share(settings.time.integrator));
