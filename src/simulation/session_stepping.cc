@@ -75,6 +75,10 @@ bool Session::Impl::is_automatic() const {
 void Session::Impl::choose_step(const StabilityLimit& limit, CriticalModes modes) {
   double step =
       settings.time.automatic ? AutomaticStep::kShare * automatic_limit(limit) : settings.time.step;
+  if (adapts()) {
+    if (settings.time.min_step) step = std::max(step, *settings.time.min_step);
+    if (settings.time.max_step) step = std::min(step, *settings.time.max_step);
+  }
   const double first = step;
   if (follows_limit() && adapts()) step = std::min(step, kStableShare * automatic_limit(limit));
   if (!(step > 0.0) || !std::isfinite(step)) {
