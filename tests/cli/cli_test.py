@@ -1029,6 +1029,14 @@ velocity = [-0.5, 0, 0]
         # What has no effect is said.
         self.simulate(CUBE, "time.tolerance=1e-3")
         self.assertIn("time.adapt", self.warnings_of()[0])
+        self.simulate(CUBE, "time.integrator=midpoint", "time.adapt=energy", "time.tolerance=1e-3")
+        self.assertIn("time.tolerance has no effect", self.warnings_of()[0])
+        event = '[[event]]\nat = 0.01\nset = { "time.max_step" = 1e-3 }\n'
+        self.simulate(CUBE + event)
+        self.assertRegex(self.warnings_of()[0], r"event\.0: .*time.max_step have no effect")
+        adapt = event.replace("0.01", "0.015").replace('max_step" = 1e-3', 'adapt" = "error"')
+        self.simulate(CUBE + event + adapt)
+        self.assertEqual(self.warnings_of(), [])
 
     def test_inverted_elements_are_counted(self):
         twisted = CUBE.replace("youngs_modulus", 'model = "stvk"\nyoungs_modulus') + """
