@@ -173,6 +173,7 @@ bool Session::Impl::step() {
   if (loading) return load_step();
   if (!apply_events() || !follow_limit()) return false;
   const StepOutcome outcome = advance();
+  if (progress.status == RunStatus::kCancelled) return false;
   switch (outcome.status) {
     case StepStatus::kOk:
       break;
@@ -224,6 +225,19 @@ bool Session::Impl::step() {
     progress.status = RunStatus::kFinished;
     warn_at_the_end();
   }
+  return true;
+}
+
+bool Session::Impl::cancelled_within_step() {
+  const auto asked = [](const StopRequest* request) { return request->stop_requested(); };
+  if (std::none_of(stop_requests.begin(), stop_requests.end(), asked)) return false;
+  progress.status = RunStatus::kCancelled;
+  progress.message = fmt::format(
+      "stopped on request after step {} (t = {:.6g} s), in the middle of the next one, which was "
+      "given up",
+      state().step, state().time);
+  // What it remembers belongs to a state that was not reached.
+  stepper->reset();
   return true;
 }
 
@@ -293,6 +307,14 @@ RunStatus Session::run(const std::vector<Observer*>& observers) {
       throw;
     }
   };
+  for (const Observer* observer : observers) {
+    const auto* request = dynamic_cast<const StopRequest*>(observer);
+    if (request != nullptr) s.stop_requests.push_back(request);
+  }
+  // An exception must not leave the pointers behind.
+  const auto forget = [](std::vector<const StopRequest*>* requests) { requests->clear(); };
+  const std::unique_ptr<std::vector<const StopRequest*>, decltype(forget)> guard(&s.stop_requests,
+                                                                                 forget);
   while (s.progress.status == RunStatus::kRunning && make_step()) {
     tell([&](Observer& o) {
       if (!o.on_step(*this) && s.progress.status == RunStatus::kRunning) {

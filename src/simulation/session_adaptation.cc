@@ -20,6 +20,11 @@ constexpr double kLeastEnergyTolerance = 1e-10;
 // Neighbouring steps that keep the discrete energy differ by this factor at most.
 constexpr double kLargestChange = 2.0;
 
+// A step is refused by time.retry if the energy error is above the first share of the energy that
+// entered, and has grown by more than the second one in this step.
+constexpr double kLargestError = 1.0;
+constexpr double kLargestAddition = 0.1;
+
 // Takes back what was entered in the balance, unless all went well.
 class BalanceGuard {
  public:
@@ -71,6 +76,22 @@ StepBounds Session::Impl::bounds_of_steps() const {
   return bounds;
 }
 
+void Session::Impl::warn_of_smaller_steps() {
+  const TimeSettings& time = settings.time;
+  if (!follows_limit() || !adapts() || !time.min_step) return;
+  if (*time.min_step <= kStableShare * progress.plan.automatic.critical_step) return;
+  std::string warning = fmt::format(
+      "time.min_step = {:.4g} s is above {} of the stability limit of {}, or came to be so: the "
+      "steps are smaller there, because longer ones would blow up. Take a smaller time.min_step, "
+      "or "
+      "an implicit integrator.",
+      *time.min_step, kStableShare, to_string(time.integrator));
+  if (std::find(progress.warnings.begin(), progress.warnings.end(), warning) ==
+      progress.warnings.end()) {
+    progress.warnings.push_back(std::move(warning));
+  }
+}
+
 double Session::Impl::next_landing() const {
   double next = settings.time.end;
   if (progress.next_event < scene.event.size()) {
@@ -87,12 +108,17 @@ Session::Impl::Span Session::Impl::span_of(double length, double landing_time) c
   return {std::abs(left - length) <= round_off ? length : left, landing_time};
 }
 
-bool Session::Impl::refuse_energy(StepOutcome& outcome) const {
-  if (!blown_up()) return false;
+bool Session::Impl::refuse_energy(StepOutcome& outcome, double error_before) const {
+  const double error = balance->energy_error();
+  const double added = error - error_before;
+  const bool is_too_much =
+      relative_energy(error) > kLargestError && !(relative_energy(added) <= kLargestAddition);
+  if (!is_too_much && !blown_up()) return false;
   outcome.status = StepStatus::kNotFinite;
   outcome.message = fmt::format(
-      "the energy blew up: the integrator has added {:.3g} J to the {:.3g} J that entered",
-      balance->energy_error(), balance->energy_scale());
+      "the energy grows: the integrator has added {:.3g} J in this step and {:.3g} J altogether to "
+      "the {:.3g} J that entered",
+      added, error, balance->energy_scale());
   return true;
 }
 
@@ -138,6 +164,7 @@ StepOutcome Session::Impl::advance_in_halves(StepOutcome failure) {
   double smallest = span.length;
   StepOutcome outcome = std::move(failure);
   while (done < pieces) {
+    if (cancelled_within_step()) return outcome;
     const Index taken = pieces >> level;
     const double length = static_cast<double>(taken) * piece;
     const double end =
@@ -146,8 +173,9 @@ StepOutcome Session::Impl::advance_in_halves(StepOutcome failure) {
     count(outcome.minimizer);
     if (outcome.ok()) {
       balance_before = balance->sums();
+      const double error_before = balance->energy_error();
       balance->enter(*to, outcome);
-      if (refuse_energy(outcome)) balance->restore(balance_before);
+      if (refuse_energy(outcome, error_before)) balance->restore(balance_before);
     }
     if (!outcome.ok()) {
       enter_failure();
@@ -238,6 +266,8 @@ StepOutcome Session::Impl::advance_by_error() {
   for (;;) {
     Span span = span_of(length, landing_time);
     Halves halves = try_halves(span);
+    const bool is_rejected = !is_acceptable(halves, span) && span.length > bounds.least;
+    if (is_rejected && cancelled_within_step()) return std::move(halves.second);
     bool is_cut = false;
     // A step is cut only after the full one was accepted. Rejections are then the same whether an
     // edit is made between two steps or at a time on which the steps land.
@@ -334,7 +364,10 @@ StepOutcome Session::Impl::advance_by_energy() {
   double last_length = 0.0;
   bool present_fails = false;
   const auto make_trial = [&](const Span& span) {
-    if (last_length > 0.0) stepper->reset();
+    if (last_length > 0.0) {
+      if (progress.status == RunStatus::kCancelled || cancelled_within_step()) return false;
+      stepper->reset();
+    }
     last = try_energy(span);
     last_length = span.length;
     if (last.outcome.ok() && std::isfinite(last.energy)) return true;
@@ -358,9 +391,11 @@ StepOutcome Session::Impl::advance_by_energy() {
   const StepBounds range{std::max(bounds.least, present / kLargestChange),
                          std::min(bounds.most, present * kLargestChange)};
   StepRoot root = find_step(residual, present, at_zero, range, tolerance);
-  if (root.step == 0.0 && range.least > bounds.least) {
+  if (root.step == 0.0 && range.least > bounds.least && progress.status == RunStatus::kRunning) {
     root = find_step(residual, range.least, at_zero, {bounds.least, range.least}, tolerance);
   }
+
+  if (progress.status == RunStatus::kCancelled) return std::move(last.outcome);
   if (root.step == 0.0) return give_up();
 
   // The least residual would lead to ever smaller steps: see docs/theory.md.
@@ -370,7 +405,9 @@ StepOutcome Session::Impl::advance_by_energy() {
   if (is_cut) span = {landing_time - state().time, landing_time};
   // The last trial is that of a solution, unless its end is not exactly the landing.
   const bool is_made = last_length == span.length && span.end == state().time + span.length;
-  if (!is_made && !make_trial(span)) return give_up();
+  if (!is_made && !make_trial(span)) {
+    return progress.status == RunStatus::kCancelled ? std::move(last.outcome) : give_up();
+  }
   system->applied_force(state().position, state().time, span.length, progress.external_force);
   balance->enter(states.other(), last.outcome);
   states.switch_to_other();

@@ -20,6 +20,7 @@
 #include "step_controller.h"
 #include "tetraction/simulation/probe.h"
 #include "tetraction/simulation/session.h"
+#include "tetraction/simulation/stop_request.h"
 
 namespace tetraction {
 
@@ -70,6 +71,7 @@ struct Session::Impl {
   double rest_diagonal =
       0.0;  // of the box around the body at rest, m; made when it is first needed
   double landing = std::numeric_limits<double>::infinity();  // see Session::land_at()
+  std::vector<const StopRequest*> stop_requests;  // of the observers, while run() is running
   StabilityLimit initial_limit;
   std::optional<BodyIdentity> body;  // made when the first checkpoint needs it
 
@@ -155,6 +157,8 @@ struct Session::Impl {
   static constexpr double kStableShare = 0.9;
   /// The bounds of adaptive steps at the present state, s.
   StepBounds bounds_of_steps() const;
+  /// Adds a warning, once, if the stability limit needs steps smaller than time.min_step.
+  void warn_of_smaller_steps();
   /// The next time at which an adaptive step must end, s.
   double next_landing() const;
   /// The step of this length, or the one that ends exactly at the landing if the difference is
@@ -162,8 +166,10 @@ struct Session::Impl {
   Span span_of(double length, double landing_time) const;
   /// time.retry: makes the step of the plan in smaller ones after it failed.
   StepOutcome advance_in_halves(StepOutcome failure);
-  /// Whether the energy blew up in the step that was entered last. Says so in the outcome.
-  bool refuse_energy(StepOutcome& outcome) const;
+  /// time.retry: whether the integrator has added too much energy in the step that was entered last:
+  /// a tenth of the energy that entered the body, if the energy error is now larger than that energy.
+  /// Says so in the outcome. `error_before`: the energy error before the step, J.
+  bool refuse_energy(StepOutcome& outcome, double error_before) const;
   /// time.adapt = "error"
   StepOutcome advance_by_error();
   /// Two halves of a step, and the error of their result relative to the body's diagonal.
@@ -206,6 +212,9 @@ struct Session::Impl {
   /// Makes the events that are due, and one step with all that belongs to it. Returns false when the
   /// run is over.
   bool step();
+  /// Called between the parts of a step and the attempts at it. If an observer wants the run to
+  /// stop, it is cancelled. The caller then returns without a change of the state.
+  bool cancelled_within_step();
   /// Sets up an equilibrium.
   void begin_equilibrium(double largest_increment);
   void enter_equilibrium(const State& at);

@@ -75,6 +75,10 @@ bool Session::Impl::is_automatic() const {
 void Session::Impl::choose_step(const StabilityLimit& limit, CriticalModes modes) {
   double step =
       settings.time.automatic ? AutomaticStep::kShare * automatic_limit(limit) : settings.time.step;
+  if (adapts()) {
+    if (settings.time.min_step) step = std::max(step, *settings.time.min_step);
+    if (settings.time.max_step) step = std::min(step, *settings.time.max_step);
+  }
   const double first = step;
   if (follows_limit() && adapts()) step = std::min(step, kStableShare * automatic_limit(limit));
   if (!(step > 0.0) || !std::isfinite(step)) {
@@ -93,6 +97,7 @@ void Session::Impl::choose_step(const StabilityLimit& limit, CriticalModes modes
   if (!follows_limit()) return;
   automatic().start(automatic_limit(limit), std::move(modes), state().step);
   tracker.reset();
+  warn_of_smaller_steps();
 }
 
 StabilityLimit Session::Impl::limit_at(const Vector& q, CriticalModes* modes) const {
@@ -140,6 +145,7 @@ void Session::Impl::renew_automatic_step(const StabilityLimit& limit, CriticalMo
   if (adapts()) {
     automatic().start(critical, std::move(modes), state().step);
     tracker.reset();
+    warn_of_smaller_steps();
     return;
   }
   // The step stays as it is if it is hardly too large and not much too small.
@@ -157,7 +163,10 @@ bool Session::Impl::follow_limit() {
   double cost = 0.0;
   const double critical = tracked_limit(cost);
   const double step = automatic().enter(critical, cost, state().step, progress.plan.time_step);
-  if (adapts()) return true;  // bounds_of_steps() uses the limit
+  if (adapts()) {  // bounds_of_steps() uses the limit
+    warn_of_smaller_steps();
+    return true;
+  }
   if (!(step > kShortest * progress.first_time_step)) {
     const Index element = critical_element(*system, automatic().modes());
     stop(RunStatus::kUnstable,
@@ -228,8 +237,9 @@ Session::Impl::Attempt Session::Impl::attempt(double most_energy_share) {
     automatic().watch_elastic(outcome.elastic_energy, states.other().step);
   } else if (settings.time.retry > 0) {
     balance_before = balance->sums();
+    const double error_before = balance->energy_error();
     balance->enter(states.other(), outcome);
-    if (refuse_energy(outcome)) {
+    if (refuse_energy(outcome, error_before)) {
       balance->restore(balance_before);
       return {std::move(outcome)};
     }
@@ -280,6 +290,7 @@ StepOutcome Session::Impl::advance_in_smaller_steps(const Attempt& first) {
   StepPlan best = progress.plan;
   int unhelpful = 0;
   for (int i = 0; i < kHalvings && step > kShortest * progress.first_time_step; ++i, step *= 0.5) {
+    if (cancelled_within_step()) return std::move(last.outcome);
     set_time_step(step);
     automatic().start(critical, modes, state().step);
     Attempt next = attempt(largest_energy_share(settings.time.integrator));

@@ -43,17 +43,43 @@ std::string Session::Impl::step_warning(const StabilityLimit& limit) const {
       progress.plan.time_step, limit.critical_step, to_string(settings.time.integrator), why);
 }
 
+// Settings stay as they are until an event changes them. They may be for a later event.
 void Session::Impl::warn_of_unused_settings() {
-  const auto adapting = [](const TimeSettings& time) {
-    return time.adapt != StepAdaptation::kNone;
+  struct Given {
+    TimeSettings time;
+    std::string where;  // empty for the scene
   };
-  const TimeSettings& time = settings.time;
-  const bool is_set = time.min_step || time.max_step || time.tolerance != TimeSettings{}.tolerance;
-  if (!is_set || any_time_settings(adapting)) return;
-  progress.warnings.emplace_back(
-      "time.tolerance, time.min_step and time.max_step have no effect without time.adapt: all "
-      "steps "
-      "have the size time.step.");
+  std::vector<Given> all{{settings.time, ""}};
+  for (const EventSettings& event : scene.event) {
+    for (const Edit& edit : event.edits) {
+      const auto* change = std::get_if<SetTime>(&edit);
+      if (change != nullptr) all.push_back({change->time, event.where + ": "});
+    }
+  }
+  TimeSettings before;
+  for (auto given = all.begin(); given != all.end(); ++given) {
+    const TimeSettings& time = given->time;
+    const auto is_later = [&](const auto& condition) {
+      return std::any_of(given, all.end(), [&](const Given& g) { return condition(g.time.adapt); });
+    };
+    const bool adapts_later = is_later([](StepAdaptation a) { return a != StepAdaptation::kNone; });
+    const bool uses_tolerance =
+        is_later([](StepAdaptation a) { return a == StepAdaptation::kError; });
+    const bool sets_tolerance = time.tolerance != before.tolerance;
+    const bool sets_bounds = time.min_step != before.min_step || time.max_step != before.max_step;
+    if (!adapts_later && (sets_tolerance || sets_bounds)) {
+      progress.warnings.push_back(
+          given->where +
+          "time.tolerance, time.min_step and time.max_step have no effect without time.adapt: all "
+          "steps have the size time.step.");
+    } else if (sets_tolerance && !uses_tolerance) {
+      progress.warnings.push_back(
+          given->where +
+          "time.tolerance has no effect with time.adapt = \"energy\": the size of the first step, "
+          "time.step, determines how exact the run is.");
+    }
+    before = time;
+  }
 }
 
 void Session::Impl::warn_of_blas() {

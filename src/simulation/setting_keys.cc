@@ -17,11 +17,9 @@ constexpr NumberRange kStrength{
 constexpr NumberRange kCount{.least = 1.0};
 // Of a step. Parts of h/2³⁰ are below the round-off of most times.
 constexpr int kMostHalvings = 30;
-constexpr NumberRange kStepTolerance{.least = 0.0,
-                                     .most = 1.0,
-                                     .least_itself = false,
-                                     .most_itself = false,
-                                     .advice = "; 1e-4 is usual"};
+// Smaller errors are below the round-off of positions.
+constexpr NumberRange kStepTolerance{
+    .least = 1e-12, .most = 1.0, .most_itself = false, .advice = "; 1e-4 is usual"};
 
 std::string automatic_step_conflict(const TimeSettings& time) {
   if (!time.automatic || !is_implicit(time.integrator)) return {};
@@ -66,24 +64,10 @@ std::string adaptation_conflict(const TimeSettings& time) {
       able, to_string(time.integrator));
 }
 
-// With "auto" the first step is not known yet.
 std::string step_range_conflict(const TimeSettings& time) {
   if (time.adapt == StepAdaptation::kNone) return {};
   if (time.min_step && time.max_step && *time.min_step > *time.max_step) {
     return fmt::format("= {} s is below min_step = {} s.", *time.max_step, *time.min_step);
-  }
-  return {};
-}
-
-std::string first_step_conflict(const TimeSettings& time) {
-  if (time.adapt == StepAdaptation::kNone || time.automatic) return {};
-  if (time.min_step && time.step < *time.min_step) {
-    return fmt::format("= {} s, the first step, is below min_step = {} s.", time.step,
-                       *time.min_step);
-  }
-  if (time.max_step && time.step > *time.max_step) {
-    return fmt::format("= {} s, the first step, is above max_step = {} s.", time.step,
-                       *time.max_step);
   }
   return {};
 }
@@ -227,8 +211,9 @@ const Section<TimeSettings>& section_of() {
          .in_echo = Written::kUnlessDefault},
         &S::retry},
        {{.name = "adapt",
-         .help =
-             "how the size of the steps adapts to the motion, see below; `step` is the first one",
+         .help = "how the size of the steps adapts to the motion, see below; `step`, or the "
+                 "nearest of the "
+                 "bounds, is the first one",
          .in_file = Written::kUnlessDefault,
          .in_echo = Written::kUnlessDefault},
         Choice<S>{
@@ -259,9 +244,8 @@ const Section<TimeSettings>& section_of() {
         adapts}},
       {{{"step"}, automatic_step_conflict},
        {{"retry"}, retry_conflict},
-       {{"integrator", "adapt"}, adaptation_conflict},
-       {{"min_step", "max_step"}, step_range_conflict},
-       {{"step"}, first_step_conflict}}};
+       {{"adapt"}, adaptation_conflict},
+       {{"max_step"}, step_range_conflict}}};
   return section;
 }
 

@@ -1023,17 +1023,36 @@ velocity = [-0.5, 0, 0]
         self.assertIn("time.retry", self.warnings_of()[0])
         self.assertNotIn("step_error", rows[0])
 
+    def test_the_first_step_lies_within_the_bounds(self):
+        for overrides, first in (
+            (("time.max_step=5e-4",), 5e-4),
+            (("time.min_step=2e-3",), 2e-3),
+            (("time.max_step=1e-10", "time.end=2e-9"), 1e-10),
+        ):
+            with self.subTest(overrides):
+                rows = self.simulate(CUBE, "time.integrator=midpoint", "time.step=1e-3",
+                                     "time.adapt=error", *overrides)  # fmt: skip
+                self.assertAlmostEqual(rows[1]["time_step"], first, delta=1e-9 * first)
+        event = '[[event]]\nat = 0.01\nset = { "time.max_step" = 2.5e-4 }\n'
+        rows = self.simulate(CUBE + event, "time.integrator=midpoint", "time.adapt=error")
+        self.assertTrue(any(r["time"] < 0.01 and r["time_step"] > 5e-4 for r in rows))
+        for row in rows:
+            if row["time"] > 0.01:
+                self.assertLessEqual(row["time_step"], 2.5e-4 * (1 + 1e-5))
+
     def test_contradictory_ways_of_adapting_are_refused(self):
         for overrides, part in (
             (("time.adapt=fast",), "none, error or energy"),
-            (("time.adapt=error", "time.tolerance=0"), "between 0 and 1"),
-            (("time.adapt=error", "time.tolerance=-1e-3"), "between 0 and 1"),
-            (("time.adapt=error", "time.min_step=2e-3", "time.max_step=1e-3"), "below min_step"),
-            (("time.adapt=error", "time.min_step=2e-3"), "below min_step"),
-            (("time.adapt=error", "time.max_step=5e-4"), "above max_step"),
+            (("time.adapt=error", "time.tolerance=0"), "1e-12 or more"),
+            (("time.adapt=error", "time.tolerance=1e-14"), "1e-12 or more"),
+            (("time.adapt=error", "time.min_step=1e-2", "time.max_step=1e-3"),
+             "time.max_step = 0.001 s is below min_step = 0.01 s"),
             (("time.adapt=error", "time.min_step=-1"), "above 0"),
-            (("time.adapt=energy",), "midpoint"),
-            (("time.adapt=energy", "time.integrator=backward-euler"), "midpoint"),
+            (("time.adapt=energy",), 'time.adapt = "energy" is for implicit rules'),
+            (("time.adapt=energy", "time.integrator=backward-euler"),
+             'time.adapt = "energy" is for implicit rules'),
+            (("time.adapt=energy", "time.integrator=energy-momentum"),
+             'time.adapt = "energy" is for implicit rules'),
             (("time.adapt=error", "time.retry=2"), "Leave one of them out"),
             (("time.step=auto", "time.retry=2"), "Leave one of them out"),
             (("time.retry=-1",), "0"),
@@ -1046,9 +1065,20 @@ velocity = [-0.5, 0, 0]
         scene = self.write("scene.toml", CUBE)
         self.assertIn("time.adapt", self.refused(2, "study", scene, "--steps", "1e-3", "--out",
                                                  self.path("study"), "--set", "time.adapt=error"))  # fmt: skip
+        event = '[[event]]\nat = 0.01\nset = { "time.integrator" = "verlet" }\n'
+        message = self.refused_scene(CUBE + event, "time.integrator=midpoint", "time.adapt=energy")
+        self.assertIn('adapt = "energy" is for implicit rules', message)
         # What has no effect is said.
         self.simulate(CUBE, "time.tolerance=1e-3")
         self.assertIn("time.adapt", self.warnings_of()[0])
+        self.simulate(CUBE, "time.integrator=midpoint", "time.adapt=energy", "time.tolerance=1e-3")
+        self.assertIn("time.tolerance has no effect", self.warnings_of()[0])
+        event = '[[event]]\nat = 0.01\nset = { "time.max_step" = 1e-3 }\n'
+        self.simulate(CUBE + event)
+        self.assertRegex(self.warnings_of()[0], r"event\.0: .*time.max_step have no effect")
+        adapt = event.replace("0.01", "0.015").replace('max_step" = 1e-3', 'adapt" = "error"')
+        self.simulate(CUBE + event + adapt)
+        self.assertEqual(self.warnings_of(), [])
 
     def test_inverted_elements_are_counted(self):
         twisted = CUBE.replace("youngs_modulus", 'model = "stvk"\nyoungs_modulus') + """

@@ -534,11 +534,15 @@ TEST_F(SettingKeys, RulesBetweenKeysAreChecked) {
   EXPECT_THROW(check_settings(time), InputError) << "so does adapt";
   time.retry = 0;
   EXPECT_NO_THROW(check_settings(time));
-  time.tolerance = 0.0;
-  EXPECT_THROW(check_settings(time), InputError);
+  for (const double tolerance : {0.0, 1e-13}) {
+    time.tolerance = tolerance;
+    EXPECT_THROW(check_settings(time), InputError) << "below round-off";
+  }
+  time.tolerance = 1e-12;
+  EXPECT_NO_THROW(check_settings(time));
   time.tolerance = 1e-4;
   time.min_step = 2.0 * time.step;
-  EXPECT_THROW(check_settings(time), InputError) << "the first step is below it";
+  EXPECT_NO_THROW(check_settings(time)) << "this is then the first step";
   time.min_step = 0.1 * time.step;
   time.max_step = 0.05 * time.step;
   EXPECT_THROW(check_settings(time), InputError);

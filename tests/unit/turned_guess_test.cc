@@ -1,6 +1,7 @@
 #include "dynamics/turned_guess.h"
 
 #include <gtest/gtest.h>
+#include <Eigen/Geometry>
 
 #include <Eigen/Geometry>
 #include <cmath>

@@ -167,6 +167,27 @@ TEST(AdaptiveSteps, ExplicitRulesStayBelowTheirStabilityLimit) {
   }
 }
 
+// Stability is the stronger bound.
+TEST(AdaptiveSteps, AMinimumAboveTheStabilityLimitIsExceededWithAWarning) {
+  Scene scene = adaptive_block(Integrator::kVerlet, 1e-3, 0.1);
+  double limit = 0.0;
+  {
+    Session session(scene, mesh_of(scene));
+    limit = session.current_limit().critical_step;
+  }
+  scene.time.min_step = 2.0 * limit;
+  Session session(scene, mesh_of(scene));
+  EXPECT_TRUE(any_warning(session, "time.min_step")) << "at the start";
+  ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+  EXPECT_LT(session.steps().largest, limit);
+  EXPECT_EQ(std::count_if(session.warnings().begin(), session.warnings().end(),
+                          [](const std::string& w) { return w.find("min_step =") < w.size(); }),
+            1);
+  scene.time.min_step = 0.5 * limit;
+  Session quiet(scene, mesh_of(scene));
+  EXPECT_FALSE(any_warning(quiet, "time.min_step ="));
+}
+
 TEST(AdaptiveSteps, ABodyAtRestTakesTheLargestStep) {
   Scene scene = adaptive_block(Integrator::kMidpoint, 1e-4, 10.0);
   scene.initial = {};
@@ -379,6 +400,23 @@ TEST(Retry, RecoversExplicitStepsAboveTheLimit) {
   EXPECT_EQ(session.run(), RunStatus::kFinished) << session.message();
   EXPECT_GT(session.step_control().retried, 0);
   EXPECT_EQ(session.step_number(), 40);
+}
+
+// A little above the limit the energy grows slowly. It must not grow up to what ends any run.
+TEST(Retry, RefusesStepsThatGoOnAddingEnergy) {
+  Scene scene = spinning_block(Integrator::kVerlet, 1e-3, 1.0);
+  {
+    Session session(scene, mesh_of(scene));
+    scene.time.step = 1.1 * session.current_limit().critical_step;
+    scene.time.end = 200.0 * scene.time.step;
+  }
+  scene.time.retry = 3;
+  Session session(scene, mesh_of(scene));
+  ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+  EXPECT_GT(session.step_control().retried, 0);
+  EXPECT_GT(session.balance().max_relative_energy_drift(), 0.1);
+  EXPECT_LT(session.balance().max_relative_energy_drift(), 1.2);
+  EXPECT_TRUE(any_warning(session, "the energy error reached"));
 }
 
 TEST(AdaptiveSteps, AStudyRefusesThem) {

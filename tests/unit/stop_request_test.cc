@@ -1,0 +1,81 @@
+// Runs that are stopped in the middle of a step.
+#include "tetraction/simulation/stop_request.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "support/bodies.h"
+#include "tetraction/simulation/session.h"
+
+namespace tetraction {
+namespace {
+
+using namespace testing_support;
+
+// Wants the run to stop when it is asked for the third time within a step.
+class ThirdQuestion : public Observer, public StopRequest {
+ public:
+  bool on_step(const Session& session) override {
+    last = session.state();
+    questions = 0;
+    return true;
+  }
+  bool stop_requested() const override { return ++questions == 3; }
+  State last;
+  mutable int questions = 0;
+};
+
+// From 0.2 s on its solver does not converge, whatever the step.
+Scene pulled_beam() {
+  Scene scene;
+  scene.mesh.generate = GeneratorSettings{GeneratorKind::kBeam, {4, 1, 1}, {4, 1, 1}};
+  scene.material.youngs_modulus = 1e5;
+  scene.material.poissons_ratio = 0.4;
+  scene.time = {Integrator::kMidpoint, 0.05, false, 1.0};
+  scene.solver.tolerance = 1e-12;
+  scene.solver.max_iterations = 1;
+  scene.fix.resize(1);
+  scene.fix[0].select = SelectPlane{0, 0.0, {}};
+  ForceSettings force;
+  force.select = SelectPlane{0, 4.0, {}};
+  force.total = Vector3(0.0, 6e4, 0.0);
+  force.from = 0.2;
+  scene.force.push_back(force);
+  return scene;
+}
+
+void expect_stopped_within_step(const Scene& scene) {
+  Session session(scene, generate_mesh(*scene.mesh.generate));
+  ThirdQuestion observer;
+  ASSERT_EQ(session.run({&observer}), RunStatus::kCancelled) << session.message();
+  EXPECT_EQ(observer.questions, 3);
+  EXPECT_NE(session.message().find("in the middle of the next one"), std::string::npos)
+      << session.message();
+  EXPECT_GT(session.step_number(), 0);
+  EXPECT_EQ(session.step_number(), observer.last.step);
+  EXPECT_EQ(session.time(), observer.last.time);
+  EXPECT_EQ(session.state().position, observer.last.position);
+  EXPECT_EQ(session.state().momentum, observer.last.momentum);
+  EXPECT_EQ(session.balance().external_work(), 0.0);
+  EXPECT_FALSE(session.step());
+}
+
+TEST(StopRequest, IsHeardBetweenThePartsOfAStep) {
+  Scene scene = pulled_beam();
+  scene.time.retry = 30;
+  expect_stopped_within_step(scene);
+}
+
+TEST(StopRequest, IsHeardBetweenTheAttemptsAtAStep) {
+  Scene scene = pulled_beam();
+  scene.time.max_step = 0.05;
+  for (const StepAdaptation adaptation : {StepAdaptation::kError, StepAdaptation::kEnergy}) {
+    scene.time.adapt = adaptation;
+    SCOPED_TRACE(to_string(adaptation));
+    expect_stopped_within_step(scene);
+  }
+}
+
+}  // namespace
+}  // namespace tetraction
