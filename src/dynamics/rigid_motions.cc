@@ -29,6 +29,16 @@ Vector without_rigid_motion(const Vector& x, const Vector& d, const std::vector<
     inertia += arm.squaredNorm() * Matrix3::Identity() - arm * arm.transpose();
     moment += arm.cross(Vector3(vertex_block(d, v) - mean));
   });
+  const Vector3 rotation = rotation_of(inertia, moment);
+  Vector rest = Vector::Zero(d.size());
+  for_each([&](Index v) {
+    vertex_block(rest, v) =
+        vertex_block(d, v) - mean - rotation.cross(Vector3(vertex_block(x, v) - center));
+  });
+  return rest;
+}
+
+Vector3 rotation_of(const Matrix3& inertia, const Vector3& moment) {
   const SymmetricEigen3 eigen = symmetric_eigen(inertia);
   Vector3 rotation = Vector3::Zero();
   for (int i = 0; i < 3; ++i) {
@@ -36,12 +46,7 @@ Vector without_rigid_motion(const Vector& x, const Vector& d, const std::vector<
     const Vector3 axis = eigen.vectors.col(i);
     rotation += axis.dot(moment) / eigen.values[i] * axis;
   }
-  Vector rest = Vector::Zero(d.size());
-  for_each([&](Index v) {
-    vertex_block(rest, v) =
-        vertex_block(d, v) - mean - rotation.cross(Vector3(vertex_block(x, v) - center));
-  });
-  return rest;
+  return rotation;
 }
 
 bool is_in_balance(const Vector& x, const Vector& g) {

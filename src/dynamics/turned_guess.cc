@@ -4,13 +4,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/decompositions.h"
 #include "proper_rotation.h"
+#include "rigid_motions.h"
 
 namespace tetraction {
 namespace {
 
-// ω = I⁻¹ L about the centre of mass. A body along a line has no ω about it.
+// ω = I⁻¹ L about the centre of mass.
 Vector3 angular_velocity(const MechanicalSystem& system, const State& state,
                          const Vector3& center) {
   Matrix3 inertia = Matrix3::Zero();
@@ -20,14 +20,7 @@ Vector3 angular_velocity(const MechanicalSystem& system, const State& state,
     inertia += system.mass()[v] * (arm.squaredNorm() * Matrix3::Identity() - arm * arm.transpose());
     momentum += arm.cross(Vector3(vertex_block(state.momentum, v)));
   }
-  const SymmetricEigen3 eigen = symmetric_eigen(inertia);
-  Vector3 omega = Vector3::Zero();
-  for (int i = 0; i < 3; ++i) {
-    if (!(eigen.values[i] > 1e-12 * eigen.values[2])) continue;
-    const Vector3 axis = eigen.vectors.col(i);
-    omega += axis.dot(momentum) / eigen.values[i] * axis;
-  }
-  return omega;
+  return rotation_of(inertia, momentum);
 }
 
 }  // namespace
