@@ -47,11 +47,26 @@ struct ModulusSums {
   std::array<double, 3> squared{};
   std::array<double, 3> with_edges{};
 
-  void add(double modulus, double shape_squared, double edge_squared) {
-    double power = 1.0;
-    for (std::size_t n = 0; n < 3; ++n, power *= modulus) {
-      squared[n] += power * shape_squared;
-      with_edges[n] += power * shape_squared * edge_squared;
+  // Adds the terms of an element that do not depend on its modulus.
+  void add_shape(double shape_squared, double edge_squared) {
+    squared[0] += shape_squared;
+    with_edges[0] += shape_squared * edge_squared;
+  }
+  void add_modulus(double modulus, double shape_squared, double edge_squared) {
+    for (std::size_t n = 1; n < 3; ++n) {
+      shape_squared *= modulus;
+      squared[n] += shape_squared;
+      with_edges[n] += shape_squared * edge_squared;
+    }
+  }
+  void clear_moduli() {
+    for (std::size_t n = 1; n < 3; ++n) squared[n] = with_edges[n] = 0.0;
+  }
+  // All elements have the same modulus.
+  void set_modulus(double modulus) {
+    for (std::size_t n = 1; n < 3; ++n) {
+      squared[n] = modulus * squared[n - 1];
+      with_edges[n] = modulus * with_edges[n - 1];
     }
   }
 };
@@ -81,15 +96,24 @@ struct ElasticPotential::Impl {
         modulus_sums(materials.size()) {
     for (Index b = 0; b < blocks.block_count(); ++b) {
       ElementBlocks::Block& block = blocks.block(b);
+      ModulusSums& sums = modulus_sums[static_cast<std::size_t>(block.material)];
       blocks.for_each_element(block, [&](Index e, Index, int) {
+        const double edge = longest_edge(e);
         const double largest_gradient =
             rest.element(e).gradients[0].colwise().squaredNorm().maxCoeff();
-        block.aspect = std::max(block.aspect, std::sqrt(longest_edge(e) * largest_gradient));
+        block.aspect = std::max(block.aspect, std::sqrt(edge * largest_gradient));
+        sums.add_shape(shape_squared(e), edge);
       });
     }
     for (std::size_t m = 0; m < materials.size(); ++m) take_parameters(m);
   }
 
+  // (V Σ_a |∇N_a|²)² of element e, m².
+  double shape_squared(Index e) const {
+    const auto element = rest.element(e);
+    const double shape = element.weights[0] * element.gradients[0].squaredNorm();
+    return shape * shape;
+  }
   // The square of the longest rest edge of element e, m².
   double longest_edge(Index e) const {
     const auto nodes = rest.nodes(e);
@@ -112,20 +136,21 @@ struct ElasticPotential::Impl {
                       material.parameters().cols(), rest.element_count()));
     }
     ModulusSums& sums = modulus_sums[m];
-    sums = {};
+    const auto modulus_of = [](const LameParameters& lame) {
+      return std::abs(lame.lambda) + 2.0 * lame.mu;
+    };
+    sums.clear_moduli();
+    if (!material.varies()) sums.set_modulus(modulus_of(initial_lame(material.model())));
     for (Index b = 0; b < blocks.block_count(); ++b) {
       const ElementBlocks::Block& block = blocks.block(b);
       if (block.material != static_cast<int>(m)) continue;
-      blocks.for_each_element(block, [&](Index e, Index, int) {
-        const auto element = rest.element(e);
-        const double shape = element.weights[0] * element.gradients[0].squaredNorm();
-        const LameParameters lame =
-            initial_lame(material.varies() ? material.at(e) : material.model());
-        sums.add(std::abs(lame.lambda) + 2.0 * lame.mu, shape * shape, longest_edge(e));
-      });
       AlignedVector<double>& values = parameters[static_cast<std::size_t>(b)];
       values.clear();
       if (!material.varies()) continue;
+      blocks.for_each_element(block, [&](Index e, Index, int) {
+        sums.add_modulus(modulus_of(initial_lame(material.at(e))), shape_squared(e),
+                         longest_edge(e));
+      });
       const Matrix& table = material.parameters();
       const Index count = table.rows();
       values.resize(static_cast<std::size_t>(block.batch_count * count * kBatchLanes));

@@ -33,8 +33,9 @@ void extend(LameRange& range, const LameParameters& lame) {
 }
 
 LameRange range_of(const LameParameters& lame) {
-  LameRange range{lame, lame, lame.lambda + 2.0 * lame.mu, lame.lambda + 2.0 * lame.mu,
-                  0.5 * lame.lambda / (lame.lambda + lame.mu)};
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  LameRange range{{kInfinity, kInfinity}, {-kInfinity, -kInfinity}, kInfinity, -kInfinity, -1.0};
+  extend(range, lame);
   return range;
 }
 

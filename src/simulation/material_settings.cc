@@ -96,7 +96,6 @@ void require(const MaterialSettings& s, const std::vector<MaterialParameter>& ne
   }
 }
 
-template <class M>
 bool is_given_by_young(const MaterialSettings& s) {
   return s.youngs_modulus || s.poissons_ratio || array_of(s, kYoungsModulus.name) != nullptr ||
          array_of(s, kPoissonsRatio.name) != nullptr;
@@ -114,7 +113,7 @@ void check(const MaterialSettings& s) {
                     "part only: leave it out.",
                     s.model));
   }
-  const bool is_by_young = is_given_by_young<M>(s);
+  const bool is_by_young = is_given_by_young(s);
   require(s, is_by_young ? by_young : own, is_by_young ? own : by_young);
 }
 
@@ -136,7 +135,7 @@ M made_of(const std::array<MaterialParameter, kCount>& parameters, const Materia
 // parameter.
 template <class M, class Number>
 M make(const MaterialSettings& s, const Number& number) {
-  if (!is_given_by_young<M>(s)) {
+  if (!is_given_by_young(s)) {
     return made_of<M>(M::kParameters, s, number, [](auto... values) { return M(values...); });
   }
   const LameParameters lame = lame_from_young(number(kYoungsModulus), number(kPoissonsRatio));

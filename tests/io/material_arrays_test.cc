@@ -3,9 +3,9 @@
 
 #include <cmath>
 #include <filesystem>
-#include <random>
 
 #include "io/scene/scene_echo.h"
+#include "support/temporary_folder.h"
 #include "tetraction/core/error.h"
 #include "tetraction/io/initial_fields.h"
 #include "tetraction/io/mesh_reader.h"
@@ -19,14 +19,9 @@
 namespace tetraction {
 namespace {
 
-namespace fs = std::filesystem;
-
 class MaterialArrays : public testing::Test {
  protected:
   void SetUp() override {
-    folder_ =
-        fs::temp_directory_path() / ("material_arrays_" + std::to_string(std::random_device{}()));
-    fs::create_directories(folder_);
     mesh_ = generate_box({1, 1, 1}, {2, 1, 1});
     Matrix modulus(1, mesh_.tetrahedron_count());
     Matrix density(1, mesh_.tetrahedron_count());
@@ -38,8 +33,6 @@ class MaterialArrays : public testing::Test {
     mesh_.cell_arrays["rho"] = density;
     mesh_.cell_arrays["direction"] = Matrix::Ones(3, mesh_.tetrahedron_count());
   }
-  void TearDown() override { fs::remove_all(folder_); }
-
   std::string path(const std::string& name) const { return (folder_ / name).string(); }
 
   Scene scene(const std::string& material, const std::string& rest = "") {
@@ -62,7 +55,8 @@ class MaterialArrays : public testing::Test {
     return "accepted";
   }
 
-  fs::path folder_;
+  testing_support::TemporaryFolder temporary_;
+  const std::filesystem::path folder_ = temporary_.path();
   TetMesh mesh_;
 };
 
