@@ -1,6 +1,7 @@
 // Scenes of the corner cases: bodies, and every way to solve an implicit step.
 #pragma once
 
+#include <algorithm>
 #include <ostream>
 #include <string>
 #include <vector>
@@ -74,7 +75,13 @@ inline Scene clamped_beam(const Vector3& size, const std::array<int, 3>& cells) 
 }
 
 inline TetMesh mesh_of(const Scene& scene) {
-  return generate_box(scene.mesh.generate->size, scene.mesh.generate->cells);
+  return generate_mesh(*scene.mesh.generate);
+}
+
+/// Whether a warning of the session contains this text.
+inline bool any_warning(const Session& session, const std::string& part) {
+  return std::any_of(session.warnings().begin(), session.warnings().end(),
+                     [&](const std::string& w) { return w.find(part) != std::string::npos; });
 }
 
 /// What the supports carry together at the end of the last step, N.

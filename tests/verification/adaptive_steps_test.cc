@@ -6,7 +6,7 @@
 #include <numbers>
 #include <vector>
 
-#include "support/bodies.h"
+#include "support/corner_scenes.h"
 #include "tetraction/core/error.h"
 #include "tetraction/simulation/session.h"
 #include "tetraction/simulation/study.h"
@@ -15,15 +15,6 @@ namespace tetraction {
 namespace {
 
 using namespace testing_support;
-
-TetMesh mesh_of(const Scene& scene) {
-  return generate_mesh(*scene.mesh.generate);
-}
-
-bool any_warning(const Session& session, const std::string& part) {
-  return std::any_of(session.warnings().begin(), session.warnings().end(),
-                     [&](const std::string& w) { return w.find(part) != std::string::npos; });
-}
 
 Scene adaptive_block(Integrator rule, double tolerance, double end) {
   Scene scene = spinning_block(rule, 1e-3, end);

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "support/bodies.h"
+#include "support/corner_scenes.h"
 #include "tetraction/simulation/session.h"
 #include "tetraction/simulation/study.h"
 #include "tetraction/simulation/warnings.h"
@@ -16,15 +16,6 @@ namespace tetraction {
 namespace {
 
 using namespace testing_support;
-
-TetMesh mesh_of(const Scene& scene) {
-  return generate_mesh(*scene.mesh.generate);
-}
-
-bool any_warning(const Session& session, const std::string& part) {
-  return std::any_of(session.warnings().begin(), session.warnings().end(),
-                     [&](const std::string& w) { return w.find(part) != std::string::npos; });
-}
 
 // A cube whose far face is driven at 0.5 m/s into the one that is held.
 Scene press(const std::array<int, 3>& cells, double end) {

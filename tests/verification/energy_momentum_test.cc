@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "support/bodies.h"
+#include "support/corner_scenes.h"
 #include "support/force_terms.h"
 #include "tetraction/simulation/session.h"
 
@@ -13,10 +13,6 @@ namespace tetraction {
 namespace {
 
 using namespace testing_support;
-
-TetMesh mesh_of(const Scene& scene) {
-  return generate_mesh(*scene.mesh.generate);
-}
 
 double stable_step(Scene scene) {
   scene.time = {Integrator::kVerlet, 1e-9, false, 1e-9};
