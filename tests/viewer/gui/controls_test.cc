@@ -122,15 +122,15 @@ TEST_F(Controls, AdaptiveStepsAndRetries) {
   keep_picture("adaptive");
 
   adapt->setFocus();
-  QTest::keyClick(adapt, Qt::Key_End);  // energy, which verlet cannot keep in this way
+  QTest::keyClick(adapt, Qt::Key_End);  // energy, which an explicit rule cannot keep in this way
   settle();
   EXPECT_EQ(time().adapt, StepAdaptation::kEnergy);
   auto* integrator = find<QComboBox>("integrator");
   integrator->setFocus();
   QTest::keyClick(integrator, Qt::Key_Home);
-  wait();
-  EXPECT_TRUE(window_->messages()->text().contains(QStringLiteral("implicit rules")))
-      << window_->messages()->text().toStdString();
+  EXPECT_TRUE(wait_for([this] {
+    return window_->messages()->text().contains(QStringLiteral("implicit rules"));
+  })) << window_->messages()->text().toStdString();
   EXPECT_EQ(time().integrator, Integrator::kMidpoint);
   EXPECT_EQ(integrator->currentText(), QStringLiteral("midpoint"));
 }
