@@ -24,8 +24,10 @@ constexpr int kOutOfMemory = 3;
 constexpr int kOtherException = 4;
 
 // The address sanitizer's shadow memory alone is terabytes of address space.
-#ifdef __SANITIZE_ADDRESS__
+#if defined(__SANITIZE_ADDRESS__)
 constexpr bool kSanitized = true;
+#elif defined(__has_feature)  // Clang
+constexpr bool kSanitized = __has_feature(address_sanitizer);
 #else
 constexpr bool kSanitized = false;
 #endif
