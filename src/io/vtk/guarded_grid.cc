@@ -89,6 +89,7 @@ GridFile read_guarded(const std::string& path,
   }
   GuardLimits limits;
   limits.seconds = 20.0 + static_cast<double>(size) / 1e6;
+  limits.processor_seconds = 2.0 + static_cast<double>(size) / 2e6;
   limits.memory = (std::size_t{1} << 30) + 100 * size;
   GuardResult result =
       run_guarded([&] { return read_in_child(path, xml, file.header, encode); }, limits);
