@@ -49,7 +49,7 @@ void print_progress(std::string_view text) {
 }
 
 void print_message(std::string_view text) {
-  print_progress(fmt::format("tetraction: {}\n", printable(text)));
+  print_progress(fmt::format("tetraction: {}\n", printable_message(text)));
 }
 
 void print_note(std::string_view text) {

@@ -323,8 +323,8 @@ class GmshWriter {
       std::string quoted = name;
       std::replace(quoted.begin(), quoted.end(), '"', '\'');
       std::replace_if(
-          quoted.begin(), quoted.end(),
-          [](char c) { return static_cast<unsigned char>(c) < 0x20; }, ' ');
+          quoted.begin(), quoted.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20; },
+          ' ');
       const auto has_value = [&values = values](Index e) { return !values.col(e).hasNaN(); };
       Index rows = 0;
       for (Index e = 0; e < values.cols(); ++e) rows += has_value(e) ? 1 : 0;
