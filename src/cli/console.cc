@@ -8,6 +8,8 @@
 #include <cstdio>
 #include <cstring>
 
+#include "core/quoting.h"
+
 namespace tetraction {
 namespace {
 
@@ -47,7 +49,7 @@ void print_progress(std::string_view text) {
 }
 
 void print_message(std::string_view text) {
-  print_progress(fmt::format("tetraction: {}\n", text));
+  print_progress(fmt::format("tetraction: {}\n", printable_message(text)));
 }
 
 void print_note(std::string_view text) {

@@ -11,6 +11,7 @@
 #include <array>
 #include <cerrno>
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <cstdint>
 #include <cstring>
@@ -24,8 +25,10 @@ constexpr int kOutOfMemory = 3;
 constexpr int kOtherException = 4;
 
 // The address sanitizer's shadow memory alone is terabytes of address space.
-#ifdef __SANITIZE_ADDRESS__
+#if defined(__SANITIZE_ADDRESS__)
 constexpr bool kSanitized = true;
+#elif defined(__has_feature)  // Clang
+constexpr bool kSanitized = __has_feature(address_sanitizer);
 #else
 constexpr bool kSanitized = false;
 #endif
@@ -57,10 +60,8 @@ void write_all(int descriptor, const char* data, std::size_t size) {
                         int out) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);  // nobody would wait for it any more
   set_limit(RLIMIT_CORE, 0, 0);
-  // The processor time is limited to half of the wall-clock time, because on a busy machine the
-  // work takes longer by the clock only. Below the hard limit the signal is SIGXCPU, which differs
-  // from a crash.
-  const auto seconds = static_cast<std::size_t>(limits.seconds / 2) + 1;
+  // Below the hard limit the signal is SIGXCPU, which differs from a crash.
+  const auto seconds = static_cast<std::size_t>(std::ceil(limits.processor_seconds));
   set_limit(RLIMIT_CPU, seconds, seconds + 1);
   if (!kSanitized) {
     const std::size_t memory = address_space() + limits.memory;
