@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "address_space.h"
 #include "commands.h"
 #include "console.h"
 #include "core/spelling.h"
@@ -157,6 +158,7 @@ int guarded(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   tetraction::prepare_streams();
+  tetraction::require_address_space();
   const int code = guarded(argc, argv);
   const std::string reason = tetraction::lost_results();
   if (reason.empty()) return code;

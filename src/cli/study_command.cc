@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "child_program.h"
 #include "commands.h"
 #include "console.h"
 #include "interrupt_guard.h"
@@ -50,26 +51,12 @@ struct StudyArguments {
   bool no_plots = false;
 };
 
-std::string shell_quoted(const std::string& text) {
-  std::string quoted = "'";
-  for (const char c : text) {
-    if (c == '\'') {
-      quoted += "'\\''";
-    } else {
-      quoted += c;
-    }
-  }
-  return quoted + "'";
-}
-
 // Draws the plots with matplotlib. If this fails, the study is still complete.
 bool draw_plots(const std::string& directory) {
   // Debian's own python3 first: another one on the PATH does not have Debian's matplotlib.
   const char* python = std::filesystem::exists("/usr/bin/python3") ? "/usr/bin/python3" : "python3";
   // Isolated: else a csv.py or json.py in the working folder would run in place of Python's own.
-  const std::string command = fmt::format("{} -I -c {} {}", python, shell_quoted(kPlotStudyScript),
-                                          shell_quoted(directory));
-  return std::system(command.c_str()) == 0;
+  return run_child_program({python, "-I", "-c", kPlotStudyScript, directory});
 }
 
 // Keys that a study sets itself or has once for all variants. To vary them would change nothing.
