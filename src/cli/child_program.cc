@@ -7,13 +7,15 @@
 #include <cerrno>
 #include <csignal>
 
+#include "interrupt_guard.h"
+
 namespace tetraction {
 
-bool run_child_program(const std::vector<std::string>& arguments) {
+bool run_child_program(std::vector<std::string> arguments) {
   // Made before the fork, after which only few functions may be called.
   std::vector<char*> words;
   words.reserve(arguments.size() + 1);
-  for (const std::string& argument : arguments) words.push_back(const_cast<char*>(argument.c_str()));
+  for (std::string& argument : arguments) words.push_back(argument.data());
   words.push_back(nullptr);
   const pid_t parent = getpid();
   const pid_t pid = fork();
@@ -21,6 +23,7 @@ bool run_child_program(const std::vector<std::string>& arguments) {
   if (pid == 0) {
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (getppid() != parent) _exit(1);  // it has ended already
+    unblock_signals();
     std::signal(SIGPIPE, SIG_DFL);
     std::signal(SIGXFSZ, SIG_DFL);
     execvp(words.front(), words.data());

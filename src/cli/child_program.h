@@ -9,6 +9,6 @@ namespace tetraction {
 /// Starts a program, which is looked for on the PATH, with these arguments, and waits for its end.
 /// No shell sees them. The program is killed if this one ends before it. Returns whether it ended
 /// with exit code 0.
-bool run_child_program(const std::vector<std::string>& arguments);
+bool run_child_program(std::vector<std::string> arguments);
 
 }  // namespace tetraction

@@ -165,7 +165,7 @@ bool remove_study(const std::string& directory) {
     std::vector<std::string> plots = probe_plots(root);
     plots.insert(plots.end(), kPlots.begin(), kPlots.end());
     for (const std::string& plot : plots) {
-      for (const char* ending : {".png", ".svg"}) fs::remove(root / (plot + ending));
+      for (const char* ending : {".png", ".svg"}) remove_output((root / (plot + ending)).string());
     }
     remove_output((root / "study.csv").string());
     remove_output((root / "study.json").string());

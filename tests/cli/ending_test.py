@@ -486,7 +486,7 @@ class Pipes(EndingTest):
 
     def test_little_memory(self):
         """OpenBLAS asks for memory without end, so the program ends before it does."""
-        for size in (200_000, 250_000, 300_000, 350_000):
+        for size in (280_000, 300_000, 350_000):
             for command in ("run beam.toml --out out", "keys"):
                 with self.subTest(size=size, command=command):
                     messages = self.shell(f'ulimit -v {size}; "$0" {command}', 1)
