@@ -277,7 +277,7 @@ class Frames(StudyTest):
 
 class Resume(StudyTest):
     GRID = ["--integrators", "verlet,midpoint", "--steps", "0.0005,0.001", "--frames", "none",
-            "--set", "time.end=0.2"]  # fmt: skip
+            "--set", "time.end=0.5"]  # fmt: skip
 
     def table(self):
         """All columns but the wall times."""

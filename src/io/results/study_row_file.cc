@@ -28,10 +28,8 @@ class Digest {
     add(std::uint64_t{text.size()});
   }
   template <class Number>
-    requires std::is_arithmetic_v<Number>
-  void add(Number number) {
-    add(&number, sizeof(number));
-  }
+  requires std::is_arithmetic_v<Number>
+  void add(Number number) { add(&number, sizeof(number)); }
   void add(const Matrix& matrix) {
     add(matrix.rows());
     add(matrix.data(), static_cast<std::size_t>(matrix.size()) * sizeof(double));
@@ -74,7 +72,11 @@ std::string digest_of(const TetMesh& mesh) {
 
 nlohmann::json scene_json(const StudyVariant& variant) {
   nlohmann::json scene = nlohmann::json::parse(variant.scene.echo, nullptr, false);
-  if (scene.is_object()) scene.erase("output");
+  if (scene.is_object()) {
+    scene.erase("output");
+  } else {
+    scene = nullptr;  // that of a program
+  }
   Digest files;
   for (const AmplitudeSettings& amplitude : variant.scene.amplitude) {
     for (const auto& [time, value] : amplitude.points) {
@@ -110,8 +112,8 @@ void write_study_row(const std::string& path, const StudyRow& row, const std::st
   nlohmann::ordered_json json;
   json["row"] = study_row_json(row);
   json["inputs"] = nlohmann::ordered_json::parse(inputs);
-  write_text_file(path,
-                  json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
+  write_text_file(
+      path, json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
 }
 
 std::optional<StudyRow> read_study_row(const std::string& path, const PlannedRun& planned,
