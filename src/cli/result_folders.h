@@ -8,6 +8,12 @@
 
 namespace tetraction {
 
+/// The directory of the results: that of --out, or that of the scene, relative to the present
+/// directory. Only the command line (--out, or --set output.directory) may choose one that is not
+/// below the present directory; a scene that does so causes an InputError.
+std::string output_directory(const Scene& scene, const std::string& out,
+                             const std::vector<std::string>& overrides);
+
 /// Throws InputError if a run that writes into `directory` would mix its results with those of a
 /// study, or write over its own mesh file.
 void check_folder_of_run(const Scene& scene, const std::string& directory);
@@ -22,6 +28,10 @@ void check_folder_of_modes(const Scene& scene, const std::string& directory);
 /// results in the folders of the runs that study.json names. Other files stay. Returns whether there
 /// was a study. Throws OutputError if something cannot be deleted.
 bool remove_study(const std::string& directory);
+
+/// Deletes the results in the folders of the runs that study.json names, except those in these
+/// folders. Throws OutputError.
+void remove_other_runs(const std::string& directory, const std::vector<std::string>& kept);
 
 /// Writes a study.json that names the runs begun so far, so that a study that is cut off can be told
 /// from other files and deleted by the next one. Throws OutputError.
