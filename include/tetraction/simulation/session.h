@@ -237,6 +237,8 @@ class Session {
   /// Adaptive steps end at this time, s, if they come so far. The scene's events and the end are
   /// such times anyway. A caller who makes events of his own sets it before each step.
   void land_at(double time);
+  /// Adds the times of an earlier part of the same run to times(), after restore().
+  void add_times(const PhaseTimes& earlier);
 
  private:
   struct Impl;
