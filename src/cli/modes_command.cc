@@ -8,6 +8,7 @@
 
 #include "commands.h"
 #include "console.h"
+#include "io/results/directory_lock.h"
 #include "result_folders.h"
 #include "scene_source.h"
 #include "tetraction/io/initial_fields.h"
@@ -81,13 +82,14 @@ Vector positions_of_modes(const Scene& scene, const MechanicalSystem& system, bo
 int compute_modes(const ModesArguments& arguments) {
   const auto start = std::chrono::steady_clock::now();
   const Scene scene = read_scene(arguments.scene, arguments.overrides);
-  const std::string directory = arguments.out.empty() ? scene.output.directory : arguments.out;
+  const std::string directory = output_directory(scene, arguments.out, arguments.overrides);
   check_folder_of_modes(scene, directory);
   TetMesh mesh = read_scene_mesh(scene);
   if (!arguments.quiet) {
     if (const std::string remarks = mesh_remarks(mesh); !remarks.empty()) print_note(remarks);
   }
   make_output_directory(directory);
+  const DirectoryLock lock(directory);
   const std::unique_ptr<MechanicalSystem> system = make_system(scene, std::move(mesh));
   // The constraints begin with the initial state.
   make_initial_state(scene, *system);

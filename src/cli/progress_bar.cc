@@ -4,7 +4,6 @@
 #include <unistd.h>
 
 #include <cmath>
-#include <csignal>
 #include <cstdlib>
 #include <cstring>
 
@@ -12,12 +11,6 @@
 
 namespace tetraction {
 namespace {
-
-volatile std::sig_atomic_t interrupt_seen = 0;
-
-void note_interrupt(int) {
-  interrupt_seen = 1;
-}
 
 std::string duration(double seconds) {
   const auto whole = std::lround(seconds);
@@ -60,16 +53,6 @@ bool ProgressBar::on_step(const Session& session) {
 
 void ProgressBar::on_finish(const Session&) {
   print_progress("\r\033[K");
-}
-
-InterruptGuard::InterruptGuard() : previous_(std::signal(SIGINT, note_interrupt)) {}
-
-InterruptGuard::~InterruptGuard() {
-  std::signal(SIGINT, previous_);
-}
-
-bool InterruptGuard::interrupted() {
-  return interrupt_seen != 0;
 }
 
 }  // namespace tetraction

@@ -5,7 +5,6 @@
 #include <string>
 
 #include "tetraction/simulation/session.h"
-#include "tetraction/simulation/stop_request.h"
 
 namespace tetraction {
 
@@ -25,22 +24,6 @@ class ProgressBar : public Observer {
   std::string label_;
   Clock::time_point start_;
   Clock::time_point drawn_;
-};
-
-/// Ends a run properly on Ctrl-C: all files are written. The present step is finished, unless it is
-/// divided or repeated (StopRequest).
-class InterruptGuard : public Observer, public StopRequest {
- public:
-  InterruptGuard();
-  ~InterruptGuard() override;
-  InterruptGuard(const InterruptGuard&) = delete;
-  InterruptGuard& operator=(const InterruptGuard&) = delete;
-  bool on_step(const Session&) override { return !interrupted(); }
-  bool stop_requested() const override { return interrupted(); }
-  static bool interrupted();
-
- private:
-  void (*previous_)(int);
 };
 
 }  // namespace tetraction

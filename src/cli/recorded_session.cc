@@ -7,6 +7,7 @@
 
 #include "commands.h"
 #include "console.h"
+#include "interrupt_guard.h"
 #include "progress_bar.h"
 #include "result_folders.h"
 #include "scene_source.h"
@@ -33,7 +34,7 @@ void add_session_options(CLI::App& command, SessionArguments& arguments) {
 int run_recorded(const SessionArguments& arguments, const SessionMaker& make_session,
                  const char* label, const OutcomePrinter& print_outcome) {
   const Scene scene = read_scene(arguments.scene, arguments.overrides);
-  const std::string directory = arguments.out.empty() ? scene.output.directory : arguments.out;
+  const std::string directory = output_directory(scene, arguments.out, arguments.overrides);
   check_folder_of_run(scene, directory);
   const auto start = std::chrono::steady_clock::now();
   TetMesh mesh = read_scene_mesh(scene);
@@ -42,7 +43,9 @@ int run_recorded(const SessionArguments& arguments, const SessionMaker& make_ses
     if (const std::string remarks = mesh_remarks(mesh); !remarks.empty()) print_note(remarks);
     if (const std::string remarks = damping_remarks(scene); !remarks.empty()) print_note(remarks);
   }
-  make_output_directory(directory);
+  RunRecorder recorder(directory, scene.output.every);
+  recorder.lock_directory();
+  recorder.set_stop_code(&InterruptGuard::exit_code);
   const std::unique_ptr<Session> made = make_session(scene, std::move(mesh));
   Session& session = *made;
   session.add_mesh_time(mesh_time.count());
@@ -53,7 +56,6 @@ int run_recorded(const SessionArguments& arguments, const SessionMaker& make_ses
   }
   const std::size_t told = session.warnings().size();
 
-  RunRecorder recorder(directory, scene.output.every);
   InterruptGuard interrupt;
   ProgressBar bar(label);
   std::vector<Observer*> observers{&recorder, &interrupt};
@@ -74,6 +76,7 @@ int run_recorded(const SessionArguments& arguments, const SessionMaker& make_ses
     }
   }
   if (!session.message().empty()) print_message(session.message());
+  if (status == RunStatus::kCancelled) return InterruptGuard::exit_code();
   return tetraction::exit_code(status);
 }
 

@@ -9,6 +9,9 @@
 #include <nlohmann/json.hpp>
 #include <system_error>
 
+#include "io/results/directory_lock.h"
+#include "io/results/run_files.h"
+#include "io/text/output_file.h"
 #include "tetraction/core/error.h"
 #include "tetraction/core/version.h"
 #include "tetraction/io/text_file.h"
@@ -44,10 +47,6 @@ bool holds_modes(const fs::path& directory) {
   return is_there(directory / "modes.csv");
 }
 
-bool is_frame(const fs::path& file) {
-  return file.filename().string().rfind("frame_", 0) == 0 && file.extension() == ".vtu";
-}
-
 bool is_mode(const fs::path& file) {
   return file.filename().string().rfind("mode_", 0) == 0 && file.extension() == ".vtu";
 }
@@ -58,7 +57,8 @@ void check_mesh_file(const Scene& scene, const std::string& directory) {
   // A path that cannot be examined cannot be read or written either, and this has its own message.
   std::error_code error;
   const fs::path mesh = fs::weakly_canonical(scene.mesh.file, error);
-  if (mesh.filename() != "final.vtu" && !is_frame(mesh) && !is_mode(mesh)) return;
+  if (mesh.filename() != "final.vtu" && !is_frame_name(mesh.filename().string()) && !is_mode(mesh))
+    return;
   const fs::path place = mesh.lexically_relative(fs::weakly_canonical(directory, error));
   if (place.empty() || *place.begin() == "..") return;
   throw InputError(
@@ -90,7 +90,10 @@ std::vector<fs::path> folders_of_study(const fs::path& directory) {
     if (!run.is_object() || !run.contains("directory") || !run["directory"].is_string()) return;
     const fs::path name(run["directory"].get<std::string>());
     if (name.empty() || name != name.filename() || name == "." || name == "..") return;
+    // The folder behind a link is not the study's.
+    std::error_code error;
     // A run without frames that was interrupted has only its history.
+    if (fs::is_symlink(directory / name, error)) return;
     if (is_there(directory / name / "history.csv")) folders.push_back(directory / name);
   };
   if (!json.is_object()) return folders;
@@ -101,29 +104,13 @@ std::vector<fs::path> folders_of_study(const fs::path& directory) {
   return folders;
 }
 
-// With what a program that was killed in the middle of writing has left of it (io/text_file.h).
-void remove_result(const fs::path& file) {
-  fs::remove(file);
-  fs::remove(file.string() + ".part");
-}
-
 void remove_results_of_run(const fs::path& folder) {
-  for (const char* name :
-       {"history.csv", "probes.csv", "summary.json", "final.vtu", "frames.pvd"}) {
-    remove_result(folder / name);
+  {
+    const DirectoryLock lock(folder.string());  // a run of its own may write there now
+    remove_run(folder.string());
   }
-  if (fs::is_directory(folder / "frames")) {
-    std::vector<fs::path> frames;
-    for (const auto& entry : fs::directory_iterator(folder / "frames")) {
-      fs::path frame = entry.path();
-      if (frame.extension() == ".part") frame.replace_extension();
-      if (is_frame(frame)) frames.push_back(frame);
-    }
-    for (const fs::path& frame : frames) remove_result(frame);
-  }
-  // Folders stay if there is something else in them.
+  // The folder stays if there is something else in it.
   std::error_code not_empty;
-  fs::remove(folder / "frames", not_empty);
   fs::remove(folder, not_empty);
 }
 
@@ -136,6 +123,21 @@ void remove_results_of_run(const fs::path& folder) {
 }
 
 }  // namespace
+
+std::string output_directory(const Scene& scene, const std::string& out,
+                             const std::vector<std::string>& overrides) {
+  if (!out.empty()) return out;
+  const std::string& directory = scene.output.directory;
+  const bool is_said = std::any_of(overrides.begin(), overrides.end(), [](const std::string& text) {
+    return text.rfind("output.directory", 0) == 0;
+  });
+  const fs::path place = fs::path(directory).lexically_normal();
+  if (is_said || (place.is_relative() && *place.begin() != "..")) return directory;
+  throw InputError(fmt::format(
+      "output.directory = \"{}\": the scene names a directory that is not below the present one. "
+      "If this is what you want, say so with --out.",
+      directory));
+}
 
 void check_folder_of_run(const Scene& scene, const std::string& directory) {
   if (holds_study(directory)) refuse_to_mix(directory, "study", "run");
@@ -165,8 +167,8 @@ bool remove_study(const std::string& directory) {
     for (const std::string& plot : plots) {
       for (const char* ending : {".png", ".svg"}) fs::remove(root / (plot + ending));
     }
-    remove_result(root / "study.csv");
-    remove_result(root / "study.json");
+    remove_output((root / "study.csv").string());
+    remove_output((root / "study.json").string());
   } catch (const fs::filesystem_error& error) {
     throw OutputError(
         fmt::format("{}: the results of the earlier study cannot be deleted ({}). Choose another "

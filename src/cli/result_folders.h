@@ -8,6 +8,12 @@
 
 namespace tetraction {
 
+/// The directory of the results: that of --out, or that of the scene, relative to the present
+/// directory. Only the command line (--out, or --set output.directory) may choose one that is not
+/// below the present directory; a scene that does so causes an InputError.
+std::string output_directory(const Scene& scene, const std::string& out,
+                             const std::vector<std::string>& overrides);
+
 /// Throws InputError if a run that writes into `directory` would mix its results with those of a
 /// study, or write over its own mesh file.
 void check_folder_of_run(const Scene& scene, const std::string& directory);

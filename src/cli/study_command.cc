@@ -14,6 +14,9 @@
 
 #include "commands.h"
 #include "console.h"
+#include "interrupt_guard.h"
+#include "io/results/directory_lock.h"
+#include "io/text/output_file.h"
 #include "plot_study_script.h"
 #include "progress_bar.h"
 #include "result_folders.h"
@@ -176,7 +179,7 @@ int study(const StudyArguments& arguments) {
   const StudySettings settings = read_settings(arguments);
   const Scene scene = settings.variants.empty() ? read_scene(arguments.scene, arguments.overrides)
                                                 : settings.variants.front().scene;
-  const std::string directory = arguments.out.empty() ? scene.output.directory : arguments.out;
+  const std::string directory = output_directory(scene, arguments.out, arguments.overrides);
   check_folder_of_study(scene, directory);
   const TetMesh mesh = read_scene_mesh(scene);
   if (!arguments.quiet) {
@@ -198,6 +201,7 @@ int study(const StudyArguments& arguments) {
                            std::ceil(plan.end / plan.reference.step * (1.0 - 1e-9))));
   }
   make_output_directory(directory);
+  const DirectoryLock lock(directory);
 
   std::string label;
   std::vector<std::string> begun;
@@ -211,8 +215,11 @@ int study(const StudyArguments& arguments) {
     write_study_begun(directory, begun);
     std::vector<std::unique_ptr<Observer>> result;
     const bool has_frames = std::count(frames.begin(), frames.end(), run) > 0;
-    result.push_back(
-        std::make_unique<RunRecorder>(directory + "/" + run, has_frames ? scene.output.every : 0));
+    const std::string folder = directory + "/" + run;
+    make_own_directory(folder);
+    auto recorder = std::make_unique<RunRecorder>(folder, has_frames ? scene.output.every : 0);
+    recorder->set_stop_code(&InterruptGuard::exit_code);
+    result.push_back(std::move(recorder));
     result.push_back(std::make_unique<InterruptGuard>());
     if (!arguments.quiet && ProgressBar::possible()) {
       result.push_back(std::make_unique<ProgressBar>(label));
@@ -248,9 +255,7 @@ int study(const StudyArguments& arguments) {
   if (!arguments.no_plots && !plotted) {
     print_warning("the plots were not drawn: install python3 and python3-matplotlib");
   }
-  return tetraction::exit_code(result.reference_status == RunStatus::kCancelled
-                                   ? RunStatus::kCancelled
-                                   : RunStatus::kFinished);
+  return result.reference_status == RunStatus::kCancelled ? InterruptGuard::exit_code() : 0;
 }
 
 }  // namespace

@@ -38,7 +38,7 @@ std::string to_string(RunStatus status) {
     case RunStatus::kCancelled:
       break;
   }
-  return "cancelled";
+  return "interrupted";
 }
 
 int exit_code(RunStatus status) {

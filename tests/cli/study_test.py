@@ -256,7 +256,7 @@ class Frames(StudyTest):
             self.assertEqual(self.runs(), {"verlet-1e-05": named})
             self.assertEqual("verlet-1e-05/frames.pvd" in text, named)
             with open(self.path("s", "study.csv"), newline="") as file:
-                self.assertEqual([r["status"] for r in csv.DictReader(file)], ["cancelled"])
+                self.assertEqual([r["status"] for r in csv.DictReader(file)], ["interrupted"])
             shutil.rmtree(self.path("s"))
 
     def test_cut_off_without_frames(self):

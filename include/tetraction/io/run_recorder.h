@@ -1,6 +1,7 @@
 // Writes the results of a run: history.csv, frames, final.vtu, summary.json.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -25,13 +26,27 @@ class ProbeTraces;
 /// - final.vtu: the last good state in full precision, with the same fields;
 /// - summary.json: at the end.
 ///
-/// If a step fails, the files written so far stay readable. Throws OutputError.
+/// Whenever the program ends, also when it is killed, what is there is complete: history.csv and
+/// probes.csv end with a whole row, other files are there as a whole or not at all, and frames.pvd
+/// names only frames that are there and whose rows history.csv has. If something cannot be written,
+/// OutputError is thrown, after final.vtu and summary.json have been written if that is possible.
+///
+/// From on_start() to on_finish() no other recorder can write into the directory
+/// (lock_directory()). Files of an earlier run are replaced, links by files; `frames` must not be a
+/// link.
 class RunRecorder : public Observer {
  public:
   RunRecorder(std::string directory, int frame_every);
   ~RunRecorder() override;
   RunRecorder(const RunRecorder&) = delete;
   RunRecorder& operator=(const RunRecorder&) = delete;
+
+  /// Makes the directory, and keeps others from writing there until on_finish(). on_start() does this
+  /// anyway. Throws OutputError if another run writes there.
+  void lock_directory();
+  /// What gives the exit code of a run that was stopped (RunStatus::kCancelled), for summary.json.
+  /// By default it is that of exit_code().
+  void set_stop_code(std::function<int()> stop_code);
 
   void on_start(const Session& session) override;
   bool on_step(const Session& session) override;
@@ -44,10 +59,17 @@ class RunRecorder : public Observer {
   std::unique_ptr<Impl> impl_;
 };
 
+/// How a run ended, for summary.json.
+struct RunEnd {
+  std::string status;   ///< to_string(RunStatus), or "failed" if something could not be written
+  int exit_status = 0;  ///< of the program
+  std::string message;
+};
+
 /// The text of summary.json for a run whose results go to `directory`. If the traces of its probes
-/// are given, the text says what dominates them.
+/// are given, the text says what dominates them. Without `end` the session says how it ended.
 std::string summary_json(const Session& session, const std::string& directory,
-                         const ProbeTraces* probes = nullptr);
+                         const ProbeTraces* probes = nullptr, const RunEnd* end = nullptr);
 
 /// Makes a directory and its parents; throws OutputError if it cannot be made or written to.
 void make_output_directory(const std::string& directory);

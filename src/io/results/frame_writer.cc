@@ -9,7 +9,9 @@
 
 #include <filesystem>
 
+#include "io/text/output_file.h"
 #include "io/vtk/vtk_grid.h"
+#include "run_files.h"
 #include "tetraction/core/error.h"
 
 namespace tetraction {
@@ -52,42 +54,23 @@ struct FrameWriter::Impl {
 
 FrameWriter::FrameWriter(const TetMesh& mesh, const std::string& directory, FrameFormat format)
     : impl_(std::make_unique<Impl>()) {
-  namespace fs = std::filesystem;
   impl_->directory = directory;
   impl_->format = format;
   impl_->grid = make_grid(mesh);
-  const fs::path frames = fs::path(directory) / "frames";
-  try {
-    fs::create_directories(directory);
-    // Frames of an earlier run would look like frames of this one.
-    fs::remove(fs::path(directory) / "frames.pvd");
-    if (!fs::exists(frames)) return;
-    std::vector<fs::path> old;
-    for (const auto& entry : fs::directory_iterator(frames)) {
-      const std::string name = entry.path().filename().string();
-      if (name.rfind("frame_", 0) == 0 && entry.path().extension() == ".vtu") {
-        old.push_back(entry.path());
-      }
-    }
-    for (const fs::path& file : old) fs::remove(file);
-    std::error_code not_empty;  // something else is in it
-    fs::remove(frames, not_empty);
-  } catch (const fs::filesystem_error& error) {
-    throw OutputError(fmt::format("{}: cannot be made or emptied ({}). Choose another directory.",
-                                  frames.string(), error.code().message()));
+  std::error_code error;
+  std::filesystem::create_directories(directory, error);
+  if (error) {
+    throw OutputError(fmt::format("{}: cannot be made ({}). Choose another directory.", directory,
+                                  error.message()));
   }
+  // Frames of an earlier run would look like frames of this one.
+  remove_frames(directory);
 }
 
 FrameWriter::~FrameWriter() = default;
 
 std::string FrameWriter::write(const Frame& frame) {
-  const std::string frames = impl_->directory + "/frames";
-  std::error_code error;
-  std::filesystem::create_directory(frames, error);
-  if (error) {
-    throw OutputError(
-        fmt::format("{}: cannot be made ({}). Choose another directory.", frames, error.message()));
-  }
+  make_own_directory(impl_->directory + "/frames");
   const std::string name = fmt::format("frames/frame_{:06}.vtu", frame.step);
   const std::string path = impl_->directory + "/" + name;
   write_vtu(impl_->filled(frame, impl_->format.precision), path, impl_->format.compression);

@@ -16,6 +16,7 @@
 #include <numbers>
 #include <vector>
 
+#include "io/text/output_file.h"
 #include "io/vtk/vtk_grid.h"
 #include "tetraction/core/error.h"
 #include "tetraction/core/version.h"
@@ -118,6 +119,8 @@ double signed_frequency(const NormalMode& mode) {
 
 void remove_modes(const std::string& directory) {
   const fs::path root(directory);
+  const std::string swing = (root / kSwing).string();
+  if (is_entry(swing)) make_own_directory(swing);  // refuses a link
   try {
     std::vector<fs::path> old;
     for (const fs::path& folder : {root, root / kSwing}) {
@@ -133,7 +136,7 @@ void remove_modes(const std::string& directory) {
       }
     }
     for (const fs::path& file : old) fs::remove(file);
-    fs::remove(root / "modes.csv");
+    for (const char* name : {"modes.csv", "summary.json"}) remove_output((root / name).string());
     std::error_code not_empty;  // something else is in it
     fs::remove(root / kSwing, not_empty);
   } catch (const fs::filesystem_error& error) {
@@ -151,12 +154,7 @@ void write_modes(const MechanicalSystem& system, const Vector& q, const NormalMo
   const double amplitude = kAmplitude * diagonal_of(q);
   const auto whole = make_grid(mesh);
   const Surface surface(mesh);
-  std::error_code error;
-  fs::create_directory(fs::path(directory) / kSwing, error);
-  if (error) {
-    throw OutputError(fmt::format("{}/{}: cannot be made ({}). Choose another directory.",
-                                  directory, kSwing, error.message()));
-  }
+  make_own_directory(directory + "/" + kSwing);
   for (std::size_t i = 0; i < modes.modes.size(); ++i) {
     const NormalMode& mode = modes.modes[i];
     const std::string name = "mode_" + number_text(i + 1, modes.modes.size());

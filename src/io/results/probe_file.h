@@ -3,10 +3,11 @@
 
 #include <fmt/format.h>
 
-#include <fstream>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "io/text/output_file.h"
 #include "tetraction/simulation/probe.h"
 #include "tetraction/simulation/session.h"
 
@@ -23,21 +24,19 @@ class ProbeFile {
   /// Writes a row if a probe is due at the present step. If `is_last`, all probes are due. Throws
   /// OutputError.
   void write(const Session& session, bool is_last);
-  void flush() { file_.flush(); }
+  /// Gives all rows to the system (RowFile::flush()).
+  void flush() { file_->flush(); }
   /// Writes the row of the present state if it has none yet, and closes the file. Throws OutputError.
   void finish(const Session& session);
   const ProbeTraces& traces() const { return traces_; }
 
  private:
-  void write_row(const Session& session, bool all);
-  void require_good() const;
+  std::string row(const Session& session, bool all);
 
-  std::string path_;
-  std::ofstream file_;
+  std::optional<RowFile> file_;
   const ProbeSet& probes_;
   ProbeTraces traces_;
   std::vector<double> values_;
-  fmt::memory_buffer row_;
   Index last_row_ = -1;
 };
 

@@ -7,12 +7,15 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
+#include <functional>
 #include <optional>
 #include <utility>
 
+#include "directory_lock.h"
 #include "frame_fields.h"
+#include "io/text/output_file.h"
 #include "probe_file.h"
+#include "run_files.h"
 #include "tetraction/core/error.h"
 #include "tetraction/dynamics/derived_fields.h"
 #include "tetraction/io/frame_writer.h"
@@ -146,19 +149,13 @@ std::string history_row(const Session& session, const OptionalColumns& columns) 
   return row + '\n';
 }
 
-// Copies to a temporary file that is renamed into place.
 void copy_file(const std::string& from, const std::string& to) {
-  const std::string temporary = to + ".part";
+  ReplacementFile file(to);
   std::error_code error;
-  std::filesystem::copy_file(from, temporary, std::filesystem::copy_options::overwrite_existing,
-                             error);
-  if (!error) std::filesystem::rename(temporary, to, error);
-  if (!error) return;
-  std::error_code ignored;
-  std::filesystem::remove(temporary, ignored);
-  throw OutputError(fmt::format(
-      "{}: cannot be written ({}). Check the directory's permissions and the free space.", to,
-      error.message()));
+  std::filesystem::copy_file(from, file.temporary(),
+                             std::filesystem::copy_options::overwrite_existing, error);
+  if (error) fail_to_write(to, error.value());
+  file.finish();
 }
 
 }  // namespace
@@ -184,8 +181,10 @@ void make_output_directory(const std::string& directory) {
 struct RunRecorder::Impl {
   std::string directory;
   int frame_every;
+  std::optional<DirectoryLock> lock;
+  std::function<int()> stop_code;
   OptionalColumns columns;
-  std::ofstream history;
+  std::optional<RowFile> history;
   Index last_row = -1;
   std::unique_ptr<FrameWriter> frames;
   Index last_frame = -1;
@@ -193,28 +192,27 @@ struct RunRecorder::Impl {
   std::optional<Frame> last;          // the frame of the last step, for final.vtu
   std::unique_ptr<ProbeFile> probes;  // null if the scene has none
   std::string summary;
+  bool is_finished = false;
 
   std::string path(const char* name) const { return directory + "/" + name; }
 
-  void require_good_history() const {
-    if (!history) {
-      throw OutputError(path("history.csv") +
-                        ": cannot be written. Check the free space of the disk.");
-    }
-  }
-
   void write_row(const Session& session) {
-    history << history_row(session, columns);
-    require_good_history();
+    history->add(history_row(session, columns));
     last_row = session.step_number();
   }
 
   void write_frame(const Session& session, const Frame& frame) {
-    last_frame_path = frames->write(frame);
-    // So that history and probes have rows for every frame.
-    history.flush();
+    // Rows come first, so that history and probes have those of every frame that frames.pvd names.
+    history->flush();
     if (probes) probes->flush();
+    last_frame_path = frames->write(frame);
     last_frame = session.step_number();
+  }
+
+  void write_last_frame(const Session& session) {
+    if (frame_every <= 0 || last_frame == session.step_number()) return;
+    last = make_frame(session, session.scene().output.fields);
+    write_frame(session, *last);
   }
 
   // A frame of the last step that has all digits is final.vtu already.
@@ -229,6 +227,40 @@ struct RunRecorder::Impl {
     if (!last) last = make_frame(session, output.fields);
     frames->write_single(*last, final_path);
   }
+
+  RunEnd end_of(const Session& session, const OutputError* failure) const {
+    if (failure != nullptr) return {"failed", 4, failure->what()};
+    const bool is_stopped = session.status() == RunStatus::kCancelled && stop_code;
+    return {to_string(session.status()), is_stopped ? stop_code() : exit_code(session.status()),
+            session.message()};
+  }
+
+  // Writes what belongs to the end. What cannot be written does not keep the rest from being written.
+  // Throws `failure`, or the first one of this function, at the end.
+  void finish(const Session& session, std::optional<OutputError> failure) {
+    if (is_finished) return;
+    is_finished = true;
+    const bool has_failed = failure.has_value();
+    const auto attempt = [&failure](const auto& work) {
+      try {
+        work();
+      } catch (const OutputError& error) {
+        if (!failure) failure = error;
+      }
+    };
+    if (last_row != session.step_number()) attempt([&] { write_row(session); });
+    if (!has_failed) attempt([&] { write_last_frame(session); });
+    attempt([&] { write_final(session); });
+    last.reset();
+    attempt([&] { history->close(); });
+    if (probes) attempt([&] { probes->finish(session); });
+    const RunEnd end = end_of(session, failure ? &*failure : nullptr);
+    summary = summary_json(session, directory, probes ? &probes->traces() : nullptr, &end);
+    attempt([&] { write_text_file(path("summary.json"), summary); });
+    probes.reset();
+    lock.reset();
+    if (failure) throw OutputError(*failure);
+  }
 };
 
 RunRecorder::RunRecorder(std::string directory, int frame_every) : impl_(std::make_unique<Impl>()) {
@@ -238,28 +270,31 @@ RunRecorder::RunRecorder(std::string directory, int frame_every) : impl_(std::ma
 
 RunRecorder::~RunRecorder() = default;
 
+void RunRecorder::lock_directory() {
+  Impl& s = *impl_;
+  if (s.lock) return;
+  make_output_directory(s.directory);
+  s.lock.emplace(s.directory);
+}
+
+void RunRecorder::set_stop_code(std::function<int()> stop_code) {
+  impl_->stop_code = std::move(stop_code);
+}
+
 void RunRecorder::on_start(const Session& session) {
   Impl& s = *impl_;
-  make_output_directory(s.directory);
+  lock_directory();
   // Results of an earlier run would look like results of this one.
-  std::error_code ignored;
-  for (const char* name : {"final.vtu", "summary.json", "probes.csv"}) {
-    std::filesystem::remove(s.path(name), ignored);
-  }
-  s.history.open(s.path("history.csv"), std::ios::binary);
-  if (!s.history) {
-    throw OutputError(
-        fmt::format("{}: cannot be written ({}). Choose another directory with --out.",
-                    s.path("history.csv"), std::strerror(errno)));
-  }
+  remove_run(s.directory);
   s.columns = {session.may_invert(), session.may_repeat_steps(),
                session.may_adapt(StepAdaptation::kError),
                session.may_adapt(StepAdaptation::kEnergy)};
-  s.history << history_header(session);
+  s.history.emplace(s.path("history.csv"),
+                    history_header(session) + history_row(session, s.columns));
+  s.last_row = session.step_number();
   const OutputSettings& output = session.scene().output;
   s.frames = std::make_unique<FrameWriter>(session.system().mesh(), s.directory,
                                            FrameFormat{output.precision, output.compression});
-  s.write_row(session);
   if (!session.scene().probe.empty()) {
     s.probes = std::make_unique<ProbeFile>(s.path("probes.csv"), session);
   }
@@ -268,34 +303,25 @@ void RunRecorder::on_start(const Session& session) {
 
 bool RunRecorder::on_step(const Session& session) {
   Impl& s = *impl_;
-  const OutputSettings& output = session.scene().output;
-  const Index step = session.step_number();
-  const bool is_last = session.status() != RunStatus::kRunning;
-  if (is_last || step % output.history_every == 0) s.write_row(session);
-  if (s.probes) s.probes->write(session, is_last);
-  if (s.frame_every > 0 && step % s.frame_every == 0) {
-    Frame frame = make_frame(session, output.fields);
-    s.write_frame(session, frame);
-    if (is_last) s.last = std::move(frame);
+  try {
+    const OutputSettings& output = session.scene().output;
+    const Index step = session.step_number();
+    const bool is_last = session.status() != RunStatus::kRunning;
+    if (is_last || step % output.history_every == 0) s.write_row(session);
+    if (s.probes) s.probes->write(session, is_last);
+    if (s.frame_every > 0 && step % s.frame_every == 0) {
+      Frame frame = make_frame(session, output.fields);
+      s.write_frame(session, frame);
+      if (is_last) s.last = std::move(frame);
+    }
+  } catch (const OutputError& error) {
+    s.finish(session, error);
   }
   return true;
 }
 
 void RunRecorder::on_finish(const Session& session) {
-  Impl& s = *impl_;
-  if (s.last_row != session.step_number()) s.write_row(session);
-  if (s.frame_every > 0 && s.last_frame != session.step_number()) {
-    s.last = make_frame(session, session.scene().output.fields);
-    s.write_frame(session, *s.last);
-  }
-  s.write_final(session);
-  s.last.reset();
-  s.history.close();
-  s.require_good_history();
-  if (s.probes) s.probes->finish(session);
-  s.summary = summary_json(session, s.directory, s.probes ? &s.probes->traces() : nullptr);
-  write_text_file(s.path("summary.json"), s.summary);
-  s.probes.reset();
+  impl_->finish(session, std::nullopt);
 }
 
 const std::string& RunRecorder::summary() const {

@@ -100,7 +100,7 @@ nlohmann::ordered_json probes_json(const ProbeSet& probes, const ProbeTraces& tr
 }  // namespace
 
 std::string summary_json(const Session& session, const std::string& directory,
-                         const ProbeTraces* probes) {
+                         const ProbeTraces* probes, const RunEnd* end) {
   const MechanicalSystem& system = session.system();
   const Balance& balance = session.balance();
   const StabilityLimit& limit = session.initial_limit();
@@ -108,9 +108,9 @@ std::string summary_json(const Session& session, const std::string& directory,
 
   nlohmann::ordered_json json;
   json["version"] = version();
-  json["status"] = to_string(session.status());
-  json["exit_status"] = exit_code(session.status());
-  json["message"] = session.message();
+  json["status"] = end != nullptr ? end->status : to_string(session.status());
+  json["exit_status"] = end != nullptr ? end->exit_status : exit_code(session.status());
+  json["message"] = end != nullptr ? end->message : session.message();
   json["warnings"] = session.warnings();
   json["mesh"] = mesh_json(system.mesh());
   json["mass"] = system.total_mass();

@@ -5,6 +5,7 @@
 #include <vtkCellData.h>
 #include <vtkCellType.h>
 #include <vtkDoubleArray.h>
+#include <vtkErrorCode.h>
 #include <vtkFloatArray.h>
 #include <vtkIntArray.h>
 #include <vtkPointData.h>
@@ -15,13 +16,12 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdio>
-#include <filesystem>
+#include <cerrno>
 #include <fstream>
 #include <string_view>
 
+#include "io/text/output_file.h"
 #include "quiet_vtk.h"
-#include "tetraction/core/error.h"
 #include "tetraction/io/text_file.h"
 
 namespace tetraction {
@@ -61,6 +61,12 @@ void set_compression(vtkXMLWriter& writer, FrameCompression compression) {
       writer.SetCompressorTypeToNone();
       return;
   }
+}
+
+// The system's error number in VTK's, or 0.
+int system_error(unsigned long code) {
+  if (code == vtkErrorCode::OutOfDiskSpaceError) return ENOSPC;
+  return code < vtkErrorCode::FirstVTKErrorCode ? static_cast<int>(code) : 0;
 }
 
 // VTK reports no error if the disk becomes full while it writes the last bytes of its buffer.
@@ -122,26 +128,20 @@ vtkSmartPointer<vtkDataArray> make_array(const std::string& name, const Matrix& 
 }
 
 void write_vtu(vtkUnstructuredGrid* grid, const std::string& path, FrameCompression compression) {
-  const std::string temporary = path + ".part";
+  ReplacementFile file(path);
   VtkMessages messages;
   auto writer = vtkSmartPointer<vtkXMLUnstructuredGridWriter>::New();
   messages.watch(writer);
-  writer->SetFileName(temporary.c_str());
+  writer->SetFileName(file.temporary().c_str());
   writer->SetInputData(grid);
   writer->SetDataModeToAppended();
   writer->EncodeAppendedDataOff();
   set_compression(*writer, compression);
   writer->SetHeaderTypeToUInt64();
-  const bool written = writer->Write() == 1 && writer->GetErrorCode() == 0 && messages.empty() &&
-                       ends_as_vtu(temporary);
-  std::error_code error;
-  if (written) std::filesystem::rename(temporary, path, error);
-  if (!written || error) {
-    std::remove(temporary.c_str());
-    throw OutputError(fmt::format(
-        "{}: cannot be written{}. Check the directory's permissions and the free space.", path,
-        error ? " (" + error.message() + ")" : ""));
-  }
+  const bool is_written = writer->Write() == 1 && writer->GetErrorCode() == 0 && messages.empty() &&
+                          ends_as_vtu(file.temporary());
+  if (!is_written) fail_to_write(path, system_error(writer->GetErrorCode()));
+  file.finish();
 }
 
 std::string collection_entry(double time, const std::string& file) {

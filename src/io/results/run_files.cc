@@ -1,0 +1,52 @@
+#include "run_files.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <vector>
+
+#include "io/text/output_file.h"
+#include "tetraction/core/error.h"
+
+namespace tetraction {
+namespace {
+
+namespace fs = std::filesystem;
+
+}  // namespace
+
+bool is_frame_name(const std::string& name) {
+  return name.rfind("frame_", 0) == 0 && fs::path(name).extension() == ".vtu";
+}
+
+void remove_frames(const std::string& directory) {
+  const std::string frames = directory + "/frames";
+  const bool has_frames = is_entry(frames);
+  if (has_frames) make_own_directory(frames);  // refuses a link
+  // The collection goes first, because it must not name frames that are not there.
+  remove_output(directory + "/frames.pvd");
+  if (!has_frames) return;
+  try {
+    std::vector<fs::path> old;
+    for (const auto& entry : fs::directory_iterator(frames)) {
+      fs::path name = entry.path().filename();
+      if (name.extension() == ".part") name.replace_extension();
+      if (is_frame_name(name.string())) old.push_back(entry.path());
+    }
+    for (const fs::path& file : old) fs::remove(file);
+  } catch (const fs::filesystem_error& error) {
+    throw OutputError(fmt::format("{}: cannot be emptied ({}). Choose another directory.", frames,
+                                  error.code().message()));
+  }
+  std::error_code not_empty;  // something else is in it
+  fs::remove(frames, not_empty);
+}
+
+void remove_run(const std::string& directory) {
+  remove_frames(directory);
+  for (const char* name : {"final.vtu", "summary.json", "probes.csv", "history.csv"}) {
+    remove_output(directory + "/" + name);
+  }
+}
+
+}  // namespace tetraction

@@ -1,0 +1,19 @@
+// The files of a run.
+#pragma once
+
+#include <string>
+
+namespace tetraction {
+
+/// Whether `name` is that of a frame, "frame_000010.vtu".
+bool is_frame_name(const std::string& name);
+
+/// Deletes frames.pvd and the frames of an earlier run in `directory`, with the temporary files that
+/// a killed program has left, and the folder `frames` if nothing else is in it. Throws OutputError,
+/// before anything is deleted, if `frames` is a link.
+void remove_frames(const std::string& directory);
+
+/// The same for all files of an earlier run, history.csv included. Other files stay.
+void remove_run(const std::string& directory);
+
+}  // namespace tetraction

@@ -1,0 +1,165 @@
+#include "output_file.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <utility>
+
+#include "tetraction/core/error.h"
+
+namespace tetraction {
+namespace {
+
+// Writes all of the text, or returns the system's reason.
+int write_all(int descriptor, std::string_view text) {
+  while (!text.empty()) {
+    const ssize_t written = ::write(descriptor, text.data(), text.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) return errno;
+    if (written == 0) return ENOSPC;
+    text.remove_prefix(static_cast<std::size_t>(written));
+  }
+  return 0;
+}
+
+// Deletes a file or a link. What is not there is deleted already.
+void remove_entry(const std::string& path) {
+  if (::unlink(path.c_str()) == 0 || errno == ENOENT || errno == ENOTDIR) return;
+  const int reason = errno;
+  throw OutputError(
+      fmt::format("{}: cannot be deleted ({}). Delete it, or choose another directory with --out.",
+                  path, std::strerror(reason)));
+}
+
+}  // namespace
+
+void fail_to_write(const std::string& path, int error_number) {
+  throw OutputError(fmt::format(
+      "{}: cannot be written{}. Check the directory's permissions and the free space.", path,
+      error_number == 0 ? "" : fmt::format(" ({})", std::strerror(error_number))));
+}
+
+std::string temporary_name(const std::string& path) {
+  return path + ".part";
+}
+
+void remove_output(const std::string& path) {
+  remove_entry(path);
+  remove_entry(temporary_name(path));
+}
+
+bool is_entry(const std::string& path) {
+  struct stat status {};
+  return ::lstat(path.c_str(), &status) == 0;
+}
+
+void make_own_directory(const std::string& path) {
+  if (::mkdir(path.c_str(), 0777) == 0) return;
+  const int reason = errno;
+  struct stat status {};
+  if (reason != EEXIST || ::lstat(path.c_str(), &status) != 0) {
+    throw OutputError(fmt::format("{}: cannot be made ({}). Choose another directory with --out.",
+                                  path, std::strerror(reason)));
+  }
+  if (S_ISDIR(status.st_mode)) return;
+  throw OutputError(fmt::format(
+      "{}: {}. Delete it, or choose another directory with --out.", path,
+      S_ISLNK(status.st_mode) ? "this is a link, and results are written into no linked folder"
+                              : "there is a file of that name, where a folder is needed"));
+}
+
+ReplacementFile::ReplacementFile(std::string path)
+    : path_(std::move(path)), temporary_(temporary_name(path_)) {
+  // A link or a FIFO of this name must not be opened, so the file is always a new one.
+  remove_entry(temporary_);
+  descriptor_ =
+      ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
+  if (descriptor_ < 0) fail_to_write(path_, errno);
+}
+
+ReplacementFile::~ReplacementFile() {
+  if (descriptor_ < 0) return;
+  ::close(descriptor_);
+  ::unlink(temporary_.c_str());
+}
+
+void ReplacementFile::write(std::string_view text) {
+  if (const int reason = write_all(descriptor_, text); reason != 0) fail_to_write(path_, reason);
+}
+
+void ReplacementFile::finish() {
+  int reason = 0;
+  // Some file systems report only here that there was no space.
+  if (::close(std::exchange(descriptor_, -1)) != 0 && errno != EINTR) reason = errno;
+  if (reason == 0 && std::rename(temporary_.c_str(), path_.c_str()) != 0) reason = errno;
+  if (reason == 0) return;
+  ::unlink(temporary_.c_str());
+  fail_to_write(path_, reason);
+}
+
+RowFile::RowFile(std::string path, std::string_view begin) : path_(std::move(path)) {
+  ReplacementFile file(path_);
+  file.write(begin);
+  // The same file under another descriptor, which stays open when it gets its name.
+  descriptor_ = ::open(file.temporary().c_str(), O_WRONLY | O_APPEND | O_NOFOLLOW | O_CLOEXEC);
+  if (descriptor_ < 0) fail_to_write(path_, errno);
+  size_ = static_cast<std::int64_t>(begin.size());
+  try {
+    file.finish();
+  } catch (const OutputError&) {
+    ::close(descriptor_);
+    throw;
+  }
+}
+
+RowFile::~RowFile() {
+  if (descriptor_ < 0) return;
+  try {
+    flush();
+  } catch (const OutputError&) {  // nobody is left who could be told
+  }
+  ::close(descriptor_);
+}
+
+void RowFile::add(std::string_view row) {
+  constexpr auto kLongest = std::chrono::milliseconds(100);
+  constexpr std::size_t kMost = std::size_t{1} << 16;
+  rows_ += row;
+  if (rows_.size() >= kMost || Clock::now() - flushed_ >= kLongest) flush();
+}
+
+void RowFile::flush() {
+  flushed_ = Clock::now();
+  if (rows_.empty()) return;
+  const int reason = write_all(descriptor_, rows_);
+  if (reason == 0) {
+    size_ += static_cast<std::int64_t>(rows_.size());
+    rows_.clear();
+    return;
+  }
+  // A part of a row may have been written.
+  const bool is_cut = ::ftruncate(descriptor_, size_) == 0;
+  static_cast<void>(is_cut);
+  rows_.clear();
+  fail_to_write(path_, reason);
+}
+
+void RowFile::close() {
+  flush();
+  struct stat mine {};
+  struct stat named {};
+  const bool is_there = ::fstat(descriptor_, &mine) == 0 && ::lstat(path_.c_str(), &named) == 0 &&
+                        mine.st_ino == named.st_ino && mine.st_dev == named.st_dev;
+  const int reason = ::close(std::exchange(descriptor_, -1)) != 0 && errno != EINTR ? errno : 0;
+  if (reason != 0) fail_to_write(path_, reason);
+  if (!is_there) {
+    throw OutputError(path_ + ": it was deleted or replaced while it was being written.");
+  }
+}
+
+}  // namespace tetraction

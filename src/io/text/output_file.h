@@ -1,0 +1,82 @@
+// Files of results, written such that a program that ends at any moment leaves only complete ones.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+namespace tetraction {
+
+/// Throws OutputError: `path` cannot be written, with the system's reason for `error_number` (0: no
+/// reason is known) and what to do.
+[[noreturn]] void fail_to_write(const std::string& path, int error_number);
+
+/// The temporary file beside `path` in which it is written before it gets its name.
+std::string temporary_name(const std::string& path);
+
+/// Deletes the file and what a program that was killed has left of it under its temporary name.
+/// A link is deleted itself, not its target. Throws OutputError.
+void remove_output(const std::string& path);
+
+/// Whether there is a file, folder or link of that name. A link is not followed.
+bool is_entry(const std::string& path);
+
+/// Makes the directory if it is not there. Throws OutputError if `path` is a link or no directory:
+/// results never go through a link out of their directory.
+void make_own_directory(const std::string& path);
+
+/// A file that gets its name only when it is complete: it is written in a temporary file beside it,
+/// which is then renamed. What had the name before is replaced: a link by the file, not its target.
+/// All functions throw OutputError.
+class ReplacementFile {
+ public:
+  /// Makes the temporary file, empty.
+  explicit ReplacementFile(std::string path);
+  /// Deletes the temporary file unless it has been renamed.
+  ~ReplacementFile();
+  ReplacementFile(const ReplacementFile&) = delete;
+  ReplacementFile& operator=(const ReplacementFile&) = delete;
+
+  /// The temporary file, for writers that open it by its name.
+  const std::string& temporary() const { return temporary_; }
+  void write(std::string_view text);
+  /// Gives the file its name.
+  void finish();
+
+ private:
+  std::string path_;
+  std::string temporary_;
+  int descriptor_;
+};
+
+/// A table that grows by whole rows. Rows are collected for a tenth of a second at most while others
+/// follow, and are then given to the system in one piece. All functions throw OutputError, after
+/// which the file ends with a whole row.
+class RowFile {
+ public:
+  /// Begins a file that has `begin`, the header with the first rows, as soon as it has its name.
+  RowFile(std::string path, std::string_view begin);
+  /// Writes the rows that were collected, if they can be written.
+  ~RowFile();
+  RowFile(const RowFile&) = delete;
+  RowFile& operator=(const RowFile&) = delete;
+
+  /// Adds a row, or several, with their line breaks.
+  void add(std::string_view row);
+  /// Gives all rows to the system. The file then has them, whatever happens to the program.
+  void flush();
+  /// Writes the rest and closes the file. It is an error if the file was deleted in the meantime.
+  void close();
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  std::string path_;
+  int descriptor_ = -1;
+  std::int64_t size_ = 0;  // of the whole rows in the file
+  std::string rows_;       // not written yet
+  Clock::time_point flushed_ = Clock::now();
+};
+
+}  // namespace tetraction
