@@ -312,7 +312,7 @@ RunStatus Session::run(const std::vector<Observer*>& observers) {
   std::vector<CheckpointObserver*> keepers;
   for (Observer* observer : observers) {
     auto* keeper = dynamic_cast<CheckpointObserver*>(observer);
-    if (keeper != nullptr) keepers.push_back(keeper);
+    if (keeper != nullptr && keeper->checkpoint_every() >= 0) keepers.push_back(keeper);
   }
   Index last_regular = -1;  // step of the last regular checkpoint
   const auto make_checkpoint = [&](const std::vector<CheckpointObserver*>& keeping, bool regular) {

@@ -80,6 +80,10 @@ StoredCheckpoint read_checkpoint_file(const std::string& path);
 /// OutputError.
 void write_checkpoint_file(const std::string& directory, const StoredCheckpoint& stored);
 
+/// Deletes the checkpoints that are newer than the one of this name, and unfinished ones. Throws
+/// OutputError.
+void remove_checkpoints_after(const std::string& directory, Index step, bool is_regular);
+
 /// Deletes the checkpoints of an earlier run, and the folder if nothing else is in it. Throws
 /// OutputError.
 void remove_checkpoints(const std::string& directory);

@@ -13,7 +13,8 @@ class Session;
 class CheckpointObserver {
  public:
   virtual ~CheckpointObserver() = default;
-  /// n: after each step whose number is a multiple of n. 0: only if the run is cancelled.
+  /// n: after each step whose number is a multiple of n. 0: only if the run is cancelled. Below
+  /// 0: never.
   virtual Index checkpoint_every() const = 0;
   /// `is_regular`: whether it was made after such a step, before anything of the next step. A run
   /// that makes only regular checkpoints and one that goes on from one of them have the same bits.

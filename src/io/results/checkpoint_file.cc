@@ -16,8 +16,8 @@
 
 #include "checkpoint_members.h"
 #include "core/fingerprint.h"
+#include "io/text/output_file.h"
 #include "tetraction/core/error.h"
-#include "tetraction/io/text_file.h"
 #include "tetraction/simulation/event_settings.h"
 
 namespace tetraction {
@@ -251,36 +251,44 @@ StoredCheckpoint read_checkpoint_file(const std::string& path) {
 
 void write_checkpoint_file(const std::string& directory, const StoredCheckpoint& stored) {
   const fs::path folder = fs::path(directory) / kFolder;
-  std::error_code error;
-  fs::create_directory(folder, error);
-  if (error) {
-    throw OutputError(fmt::format("{}: cannot be made ({}). Choose another directory with --out.",
-                                  folder.string(), error.message()));
-  }
+  make_own_directory(folder.string());
   const std::string name = fmt::format("{}{:09}{}", stored.is_regular ? kRegular : kStopped,
                                        stored.checkpoint.state.step, kEnding);
-  write_text_file((folder / name).string(), checkpoint_bytes(stored));
+  ReplacementFile file((folder / name).string());
+  file.write(checkpoint_bytes(stored));
+  file.secure();
+  file.finish();
   Index regular_kept = 0;
   bool is_newest = true;
   for (const CheckpointPath& old : checkpoint_paths(directory)) {
     const bool is_kept = old.is_regular ? ++regular_kept <= 2 : is_newest;
     is_newest = false;
-    if (!is_kept) fs::remove(old.path, error);
+    if (!is_kept) remove_output(old.path);
+  }
+}
+
+void remove_checkpoints_after(const std::string& directory, Index step, bool is_regular) {
+  const fs::path folder = fs::path(directory) / kFolder;
+  if (!is_entry(folder.string())) return;
+  make_own_directory(folder.string());  // refuses a link
+  for (const CheckpointPath& file : checkpoint_paths(directory)) {
+    if (std::pair(file.step, file.is_regular) > std::pair(step, is_regular)) {
+      remove_output(file.path);
+    }
+  }
+  // What a program that was killed has left.
+  std::error_code error;
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
+       entry.increment(error)) {
+    const std::string name = entry->path().filename().string();
+    if (name.ends_with(temporary_name(std::string(kEnding)))) remove_output(entry->path().string());
   }
 }
 
 void remove_checkpoints(const std::string& directory) {
-  const fs::path folder = fs::path(directory) / kFolder;
-  std::error_code error;
-  for (const CheckpointPath& old : checkpoint_paths(directory)) {
-    fs::remove(old.path, error);
-    if (!error) continue;
-    throw OutputError(fmt::format(
-        "{}: the checkpoint of the earlier run cannot be deleted ({}). Choose another directory "
-        "with --out.",
-        old.path, error.message()));
-  }
-  fs::remove(folder, error);  // unless something else is in it
+  remove_checkpoints_after(directory, -1, false);
+  std::error_code not_empty;  // something else is in it
+  fs::remove(fs::path(directory) / kFolder, not_empty);
 }
 
 }  // namespace tetraction
