@@ -211,12 +211,13 @@ class Changes(ResumeTest):
         self.assertTrue(os.path.exists(self.path("out", "frames", "frame_002000.vtu")))
 
     def test_a_changed_mesh_is_refused(self):
-        self.run_program("mesh", "generate", "beam", "part.vtu", "--size", "4", "1", "1", "--cells",
-                         "8", "2", "2")  # fmt: skip
+        self.run_program("mesh", "generate", "beam", "part.vtu", "--size", "4,1,1", "--cells",
+                         "8,2,2")  # fmt: skip
         scene = self.scene(mesh='file = "part.vtu"')
         self.kill(scene)
-        self.run_program("mesh", "generate", "beam", "part.vtu", "--size", "4.001", "1", "1",
-                         "--cells", "8", "2", "2")  # fmt: skip
+        os.remove(self.path("part.vtu"))
+        self.run_program("mesh", "generate", "beam", "part.vtu", "--size", "4.001,1,1",
+                         "--cells", "8,2,2")  # fmt: skip
         message = self.refused(2, "run", scene, "--out", "out", "--resume")
         self.assertIn("have changed since: the mesh.", message)
 

@@ -343,7 +343,7 @@ void RunRecorder::resume(const Session& session, const StoredCheckpoint& stored)
   remove_checkpoints_after(s.directory, stored.checkpoint.state.step, stored.is_regular);
   for (const char* name : {"summary.json", "final.vtu"}) remove_output(s.path(name));
   const OutputSettings& output = session.scene().output;
-  if (files.last_frame >= 0) s.last_frame_path = s.directory + "/frames/" + kept.names.back();
+  if (!kept.names.empty()) s.last_frame_path = s.directory + "/frames/" + kept.names.back();
   s.frames = std::make_unique<FrameWriter>(session.system().mesh(), s.directory,
                                            FrameFormat{output.precision, output.compression},
                                            std::move(kept.entries), kept.names);
