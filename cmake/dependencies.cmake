@@ -24,6 +24,7 @@ endif()
 find_package(nlohmann_json REQUIRED CONFIG)
 find_package(tomlplusplus REQUIRED CONFIG)
 find_package(CLI11 REQUIRED CONFIG)
+find_package(ZLIB REQUIRED)
 # muParser of Debian 12 has no CMake package.
 find_library(MUPARSER_LIBRARY muparser REQUIRED)
 find_path(MUPARSER_INCLUDE_DIR muParser.h REQUIRED)

@@ -10,6 +10,7 @@
 #include "interrupt_guard.h"
 #include "progress_bar.h"
 #include "result_folders.h"
+#include "resume.h"
 #include "scene_source.h"
 #include "tetraction/core/blas.h"
 #include "tetraction/io/initial_fields.h"
@@ -53,6 +54,12 @@ int run_recorded(const SessionArguments& arguments, const SessionMaker& make_ses
   const std::string slow_blas = arguments.quiet ? blas_warning() : "";
   for (const std::string& warning : session.warnings()) {
     if (warning != slow_blas || slow_blas.empty()) print_warning(warning);
+  }
+  if (arguments.has_checkpoints) recorder.keep_checkpoints(scene.output.checkpoint_every);
+  if (arguments.resume && resume_run(session, recorder, directory, arguments.force,
+                                     arguments.quiet) == Resumption::kComplete) {
+    if (arguments.json) write_result(read_summary(directory));
+    return 0;
   }
   const std::size_t told = session.warnings().size();
 

@@ -19,6 +19,9 @@ struct SessionArguments {
   std::vector<std::string> overrides;
   bool quiet = false;
   bool json = false;
+  bool has_checkpoints = false;  ///< whether the command keeps checkpoints
+  bool resume = false;           ///< go on with the run in the output directory
+  bool force = false;            ///< go on although scene or mesh have changed
 };
 
 /// Adds the options of the arguments, which must live as long as the command.

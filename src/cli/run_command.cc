@@ -101,6 +101,14 @@ void add_run_command(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<SessionArguments>();
   CLI::App* command = app.add_subcommand("run", "Run a scene and write its results");
   add_session_options(*command, *arguments);
+  arguments->has_checkpoints = true;
+  CLI::Option* resume = command->add_flag(
+      "--resume", arguments->resume,
+      "Go on with the run in the output directory from its newest checkpoint");
+  command
+      ->add_flag("--force", arguments->force,
+                 "With --resume: go on although scene or mesh have changed")
+      ->needs(resume);
   command->callback([arguments, &exit_code] {
     const auto make = [](const Scene& scene, TetMesh mesh) {
       return std::make_unique<Session>(scene, std::move(mesh));

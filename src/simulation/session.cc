@@ -9,6 +9,8 @@
 
 #include "session_impl.h"
 #include "tetraction/core/error.h"
+#include "tetraction/simulation/checkpoint_observer.h"
+#include "tetraction/simulation/event_settings.h"
 #include "tetraction/simulation/warnings.h"
 
 namespace tetraction {
@@ -102,15 +104,7 @@ Session::Session(Scene scene, TetMesh mesh, Analysis analysis, double largest_in
     : impl_(std::make_unique<Impl>()) {
   Impl& s = *impl_;
   s.scene = std::move(scene);
-  s.settings.time = s.scene.time;
-  s.settings.solver = s.scene.solver;
-  s.settings.materials.push_back(s.scene.material);
-  for (const MaterialRegionSettings& region : s.scene.material_region) {
-    s.settings.materials.push_back(region.material);
-  }
-  s.settings.environment = s.scene.environment;
-  s.settings.damping = s.scene.damping;
-  s.settings.loads = s.scene;
+  s.settings = initial_settings(s.scene);
   {
     const PhaseTimer timer(s.times.setup);
     s.system = make_system(s.scene, std::move(mesh));
@@ -315,6 +309,19 @@ RunStatus Session::run(const std::vector<Observer*>& observers) {
   const auto forget = [](std::vector<const StopRequest*>* requests) { requests->clear(); };
   const std::unique_ptr<std::vector<const StopRequest*>, decltype(forget)> guard(&s.stop_requests,
                                                                                  forget);
+  std::vector<CheckpointObserver*> keepers;
+  for (Observer* observer : observers) {
+    auto* keeper = dynamic_cast<CheckpointObserver*>(observer);
+    if (keeper != nullptr && keeper->checkpoint_every() >= 0) keepers.push_back(keeper);
+  }
+  Index last_regular = -1;  // step of the last regular checkpoint
+  const auto make_checkpoint = [&](const std::vector<CheckpointObserver*>& keeping, bool regular) {
+    if (keeping.empty()) return;
+    const Impl::ObserverTimer timer(s);
+    const Checkpoint made = checkpoint();
+    for (CheckpointObserver* keeper : keeping) keeper->on_checkpoint(*this, made, regular);
+    if (regular) last_regular = step_number();
+  };
   while (s.progress.status == RunStatus::kRunning && make_step()) {
     tell([&](Observer& o) {
       if (!o.on_step(*this) && s.progress.status == RunStatus::kRunning) {
@@ -323,6 +330,19 @@ RunStatus Session::run(const std::vector<Observer*>& observers) {
                                          s.state().step, s.state().time);
       }
     });
+    if (keepers.empty() || (s.progress.status != RunStatus::kRunning &&
+                            s.progress.status != RunStatus::kCancelled)) {
+      continue;
+    }
+    std::vector<CheckpointObserver*> due;
+    for (CheckpointObserver* keeper : keepers) {
+      const Index every = keeper->checkpoint_every();
+      if (every > 0 && step_number() % every == 0) due.push_back(keeper);
+    }
+    make_checkpoint(due, true);
+  }
+  if (s.progress.status == RunStatus::kCancelled && last_regular != step_number()) {
+    make_checkpoint(keepers, false);
   }
   tell([&](Observer& o) { o.on_finish(*this); });
   return s.progress.status;

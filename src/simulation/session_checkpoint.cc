@@ -2,41 +2,18 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <cstring>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "core/fingerprint.h"
 #include "session_impl.h"
 #include "system_settings.h"
 #include "tetraction/core/error.h"
 
 namespace tetraction {
 namespace {
-
-// FNV-1a, 64 bits.
-class Fingerprint {
- public:
-  void add(std::uint64_t value) {
-    for (int byte = 0; byte < 8; ++byte, value >>= 8) {
-      value_ = (value_ ^ (value & 0xff)) * 0x100000001b3ULL;
-    }
-  }
-  void add(double value) {
-    std::uint64_t bits = 0;
-    std::memcpy(&bits, &value, sizeof bits);
-    add(bits);
-  }
-  void add(const std::string& text) {
-    for (const char c : text) add(static_cast<std::uint64_t>(static_cast<unsigned char>(c)));
-    add(static_cast<std::uint64_t>(text.size()));
-  }
-  std::uint64_t value() const { return value_; }
-
- private:
-  std::uint64_t value_ = 0xcbf29ce484222325ULL;
-};
 
 BodyIdentity make_identity(const MechanicalSystem& system) {
   Fingerprint mesh;
@@ -93,6 +70,8 @@ void Session::Impl::require_own(const Checkpoint& checkpoint) {
   const State& state = checkpoint.state;
   if (state.position.size() != dofs || state.velocity.size() != dofs ||
       state.momentum.size() != dofs || checkpoint.reaction_force.size() != dofs ||
+      (checkpoint.progress.external_force.size() != 0 &&
+       checkpoint.progress.external_force.size() != dofs) ||
       static_cast<Index>(checkpoint.settings.materials.size()) != system->region_count()) {
     throw InputError(fmt::format(
         "The checkpoint is not complete: a vector or the list of materials has not the size that a "
@@ -127,7 +106,15 @@ void Session::Impl::require_own(const Checkpoint& checkpoint) {
 Checkpoint Session::checkpoint() {
   Impl& s = *impl_;
   s.require_motion("checkpoints");
-  s.renew_stepper();
+  // An explicit step without equations of constraints remembers only the force at the present
+  // positions, which a new stepper computes with the same bits.
+  const bool remembers = is_implicit(s.settings.time.integrator) || s.adapts() ||
+                         s.settings.time.retry > 0 || s.system->constraints().has_equations();
+  if (remembers) {
+    s.renew_stepper();
+  } else {
+    s.tracker.reset();
+  }
   return {s.identity(),
           s.settings,
           s.progress,
@@ -152,6 +139,10 @@ void Session::restore(const Checkpoint& checkpoint) {
     SystemSettings(own.settings, *s.system, s.scene.amplitude).put_in(*s.system);
     old_constraints = s.system->set_constraints(
         Constraints(own.settings.constraints.list(), s.system->mesh(), s.system->mass()));
+    const Index forces = own.configuration_force.size();
+    if (forces != 0 && forces != s.system->constraints().configuration_size()) {
+      throw InputError("The checkpoint is not complete: forces of its constraints are missing.");
+    }
     stepper = make_stepper(time.integrator, own.settings.solver, *s.system);
     stepper->set_reactions(own.reaction_force, own.configuration_force);
     s.inversion_counter = s.make_inversion_counter();

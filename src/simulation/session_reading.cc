@@ -154,6 +154,14 @@ PhaseTimes Session::times() const {
 void Session::add_mesh_time(double seconds) {
   impl_->times.mesh += seconds;
 }
+void Session::add_times(const PhaseTimes& earlier) {
+  PhaseTimes& times = impl_->times;
+  times.mesh += earlier.mesh;
+  times.setup += earlier.setup;
+  times.stability += earlier.stability;
+  times.stepping += earlier.stepping;
+  times.output += earlier.output;
+}
 const ProbeSet& Session::probes() const {
   return *impl_->probes;
 }

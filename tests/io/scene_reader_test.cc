@@ -401,8 +401,6 @@ TEST_F(SceneReader, WhatComesLaterIsRefusedAsSuch) {
   const char* said = "not in this version of Tetraction";
   expect_refusal(kSmall, "--set mesh.element=quadratic: mesh.element", {said, "linear"},
                  {"mesh.element=quadratic"});
-  expect_refused_lines("[output]\ncheckpoint_every = 100\n",
-                       "scene.toml:8:1: output.checkpoint_every", {said});
 }
 
 TEST_F(SceneReader, SolversAndTheirLinearSolvers) {

@@ -5,12 +5,14 @@
 #include <cmath>
 #include <functional>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "support/corner_scenes.h"
 #include "support/force_terms.h"
 #include "support/same_run.h"
 #include "tetraction/core/error.h"
+#include "tetraction/simulation/checkpoint_observer.h"
 
 namespace tetraction {
 namespace {
@@ -251,6 +253,42 @@ TEST(Checkpoint, HasTheStatusOfTheRun) {
   EXPECT_EQ(session.state().step, 3);
   session.apply(SetSolver{scene.solver});
   make_steps(session, 3);
+}
+
+// Stores the steps of the checkpoints of a run, which it stops after a step.
+class CheckpointCollector : public Observer, public CheckpointObserver {
+ public:
+  CheckpointCollector(Index every, Index stop_at) : every_(every), stop_at_(stop_at) {}
+  bool on_step(const Session& session) override { return session.step_number() != stop_at_; }
+  Index checkpoint_every() const override { return every_; }
+  void on_checkpoint(const Session& session, const Checkpoint& checkpoint,
+                     bool is_regular) override {
+    EXPECT_EQ(checkpoint.state.step, session.step_number());
+    (is_regular ? regular : stopped).push_back(checkpoint.state.step);
+  }
+  std::vector<Index> regular;
+  std::vector<Index> stopped;
+
+ private:
+  Index every_;
+  Index stop_at_;
+};
+
+TEST(Checkpoint, ObserversGetThemWhileARunGoesOn) {
+  const Scene scene = spinning_block(Integrator::kVerlet, 1e-3, 0.02);
+  using Steps = std::vector<Index>;
+  const auto run = [&](Index every, Index stop_at) {
+    Session session(scene, mesh_of(scene));
+    CheckpointCollector collector(every, stop_at);
+    session.run({&collector});
+    return std::pair(collector.regular, collector.stopped);
+  };
+  EXPECT_EQ(run(5, 100), std::pair(Steps({5, 10, 15}), Steps())) << "none at the end of the run";
+  EXPECT_EQ(run(5, 12), std::pair(Steps({5, 10}), Steps({12})));
+  EXPECT_EQ(run(5, 10), std::pair(Steps({5, 10}), Steps())) << "one is enough";
+  EXPECT_EQ(run(0, 12), std::pair(Steps(), Steps({12})));
+  EXPECT_EQ(run(0, 100), std::pair(Steps(), Steps()));
+  EXPECT_EQ(run(-1, 12), std::pair(Steps(), Steps()));
 }
 
 // A blow-up after a restored checkpoint never leads back to a good state of another time.

@@ -40,6 +40,10 @@ class FrameWriter {
   /// Copies the parts of the mesh that it needs. Throws OutputError if the directory cannot be
   /// prepared.
   FrameWriter(const TetMesh& mesh, const std::string& directory, FrameFormat format = {});
+  /// Goes on after frames that are there: the lines `kept_entries` of the collection, whose frames are
+  /// the files `kept_names` in the folder `frames`. Removes all others. Throws OutputError.
+  FrameWriter(const TetMesh& mesh, const std::string& directory, FrameFormat format,
+              std::string kept_entries, const std::vector<std::string>& kept_names);
   ~FrameWriter();
   FrameWriter(const FrameWriter&) = delete;
   FrameWriter& operator=(const FrameWriter&) = delete;

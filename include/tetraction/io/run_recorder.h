@@ -5,11 +5,13 @@
 #include <memory>
 #include <string>
 
+#include "tetraction/simulation/checkpoint_observer.h"
 #include "tetraction/simulation/session.h"
 
 namespace tetraction {
 
 class ProbeTraces;
+struct StoredCheckpoint;
 
 /// Observer that writes the outputs of `run` into a directory, which it makes if there is none:
 ///
@@ -34,7 +36,7 @@ class ProbeTraces;
 /// From on_start() to on_finish() no other recorder can write into the directory
 /// (lock_directory()). Files of an earlier run are replaced, links by files; `frames` must not be a
 /// link.
-class RunRecorder : public Observer {
+class RunRecorder : public Observer, public CheckpointObserver {
  public:
   RunRecorder(std::string directory, int frame_every);
   ~RunRecorder() override;
@@ -48,6 +50,18 @@ class RunRecorder : public Observer {
   /// By default it is that of exit_code().
   void set_stop_code(std::function<int()> stop_code);
 
+  /// Stores checkpoints (io/checkpoint_file.h) after each so many steps, and one if the run is
+  /// cancelled; with 0 only that one.
+  void keep_checkpoints(Index every);
+  /// Goes on with the files of an earlier part of the run, which was restored from this checkpoint:
+  /// what they have beyond it is removed. To be called after Session::restore() and before the
+  /// run, with the directory locked. Throws FileError, before anything is changed, if the files are
+  /// not as they were at the checkpoint, and OutputError.
+  void resume(const Session& session, const StoredCheckpoint& stored);
+
+  Index checkpoint_every() const override;
+  void on_checkpoint(const Session& session, const Checkpoint& checkpoint,
+                     bool is_regular) override;
   void on_start(const Session& session) override;
   bool on_step(const Session& session) override;
   void on_finish(const Session& session) override;

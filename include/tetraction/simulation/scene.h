@@ -424,6 +424,7 @@ struct OutputSettings {
   std::vector<std::string> fields{};
   FramePrecision precision = FramePrecision::kFloat64;  ///< of frames; final.vtu is always double
   FrameCompression compression = FrameCompression::kLz4;
+  int checkpoint_every = 0;  ///< a checkpoint after every n-th step; 0: none
 };
 
 /// The quantities of [[probe]].

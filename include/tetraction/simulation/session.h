@@ -119,8 +119,7 @@ class Session {
   /// For this purpose stepper and solver forget what they remember of earlier steps, as after a
   /// SetSolver, but without an entry in edits(). The next implicit step therefore computes a
   /// factor of its matrix anew, if the solver needs one, and begins with a poorer first guess.
-  /// Within its tolerance its result is the same as without the checkpoint. Explicit steps compute
-  /// the force once more. Call it between two steps, at any time and status.
+  /// Within its tolerance its result is the same as without the checkpoint. Call it between two steps, at any time and status.
   Checkpoint checkpoint();
   /// Goes on from a checkpoint of this session, or of another one with the same mesh and scene. All
   /// that checkpoint() has is replaced: state, balance, settings, counters, edits, warnings, status.
@@ -237,6 +236,8 @@ class Session {
   /// Adaptive steps end at this time, s, if they come so far. The scene's events and the end are
   /// such times anyway. A caller who makes events of his own sets it before each step.
   void land_at(double time);
+  /// Adds the times of an earlier part of the same run to times(), after restore().
+  void add_times(const PhaseTimes& earlier);
 
  private:
   struct Impl;

@@ -8,6 +8,7 @@
 #include <vtkUnstructuredGrid.h>
 
 #include <filesystem>
+#include <utility>
 
 #include "io/text/output_file.h"
 #include "io/vtk/vtk_grid.h"
@@ -65,6 +66,19 @@ FrameWriter::FrameWriter(const TetMesh& mesh, const std::string& directory, Fram
   }
   // Frames of an earlier run would look like frames of this one.
   remove_frames(directory);
+}
+
+FrameWriter::FrameWriter(const TetMesh& mesh, const std::string& directory, FrameFormat format,
+                         std::string kept_entries, const std::vector<std::string>& kept_names)
+    : impl_(std::make_unique<Impl>()) {
+  impl_->directory = directory;
+  impl_->format = format;
+  impl_->grid = make_grid(mesh);
+  impl_->entries = std::move(kept_entries);
+  impl_->count = static_cast<Index>(kept_names.size());
+  // The collection goes first, because it must not name frames that are not there.
+  if (impl_->count > 0) write_collection(impl_->entries, directory + "/frames.pvd");
+  remove_frames(directory, kept_names);
 }
 
 FrameWriter::~FrameWriter() = default;

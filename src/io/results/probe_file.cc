@@ -3,19 +3,43 @@
 #include <iterator>
 #include <utility>
 
+#include "kept_files.h"
+
 namespace tetraction {
+
+std::string ProbeFile::header(const ProbeSet& probes) {
+  std::string text = "step,time";
+  for (const ProbeColumns& probe : probes.probes()) {
+    for (const std::string& column : probe.columns) text += ',' + column;
+  }
+  return text + '\n';
+}
 
 ProbeFile::ProbeFile(std::string path, const Session& session)
     : probes_(session.probes()),
       traces_(probes_, session.step_count() - session.step_number()),
       values_(probes_.value_count()) {
-  std::string begin = "step,time";
-  for (const ProbeColumns& probe : probes_.probes()) {
-    for (const std::string& column : probe.columns) begin += ',' + column;
-  }
-  begin += '\n';
+  std::string begin = header(probes_);
   begin += row(session, true);
   file_.emplace(std::move(path), begin);
+}
+
+ProbeFile::ProbeFile(std::string path, const Session& session, std::int64_t kept_size)
+    : probes_(session.probes()),
+      traces_(probes_, session.step_count()),
+      values_(probes_.value_count()) {
+  for_each_kept_row(path, header(probes_), kept_size, [&](const std::vector<std::string>& cells) {
+    const double time = number_of(path, cells[1]);
+    bool all = true;
+    for (std::size_t i = 0; i < values_.size(); ++i) {
+      const std::string& cell = cells[i + 2];
+      all = all && !cell.empty();
+      values_[i] = cell.empty() ? 0.0 : number_of(path, cell);
+    }
+    last_row_ = step_of(path, cells[0]);
+    traces_.add(last_row_, time, values_.data(), all);
+  });
+  file_.emplace(std::move(path), kept_size);
 }
 
 void ProbeFile::write(const Session& session, bool is_last) {

@@ -20,6 +20,9 @@ class ProbeFile {
  public:
   /// Opens the file and writes the header and the first row. Throws OutputError.
   ProbeFile(std::string path, const Session& session);
+  /// Goes on with a file that is there, after its first `kept_size` bytes, whose rows
+  /// give the traces their values. Throws FileError if they are not those of such a file.
+  ProbeFile(std::string path, const Session& session, std::int64_t kept_size);
 
   /// Writes a row if a probe is due at the present step. If `is_last`, all probes are due. Throws
   /// OutputError.
@@ -29,6 +32,11 @@ class ProbeFile {
   /// Writes the row of the present state if it has none yet, and closes the file. Throws OutputError.
   void finish(const Session& session);
   const ProbeTraces& traces() const { return traces_; }
+  /// See RowFile::secure().
+  std::int64_t secure() { return file_->secure(); }
+  Index last_row() const { return last_row_; }
+  /// The header of the file, with its line break.
+  static std::string header(const ProbeSet& probes);
 
  private:
   std::string row(const Session& session, bool all);

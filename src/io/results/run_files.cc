@@ -2,11 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <vector>
 
 #include "io/text/output_file.h"
 #include "tetraction/core/error.h"
+#include "tetraction/io/checkpoint_file.h"
 
 namespace tetraction {
 namespace {
@@ -20,16 +22,21 @@ bool is_frame_name(const std::string& name) {
 }
 
 void remove_frames(const std::string& directory) {
+  remove_frames(directory, {});
+}
+
+void remove_frames(const std::string& directory, const std::vector<std::string>& kept) {
   const std::string frames = directory + "/frames";
   const bool has_frames = is_entry(frames);
   if (has_frames) make_own_directory(frames);  // refuses a link
   // The collection goes first, because it must not name frames that are not there.
-  remove_output(directory + "/frames.pvd");
+  if (kept.empty()) remove_output(directory + "/frames.pvd");
   if (!has_frames) return;
   try {
     std::vector<fs::path> old;
     for (const auto& entry : fs::directory_iterator(frames)) {
       fs::path name = entry.path().filename();
+      if (std::ranges::find(kept, name.string()) != kept.end()) continue;
       if (name.extension() == ".part") name.replace_extension();
       if (is_frame_name(name.string())) old.push_back(entry.path());
     }
@@ -43,6 +50,7 @@ void remove_frames(const std::string& directory) {
 }
 
 void remove_run(const std::string& directory) {
+  remove_checkpoints(directory);
   remove_frames(directory);
   for (const char* name : {"final.vtu", "summary.json", "probes.csv", "history.csv"}) {
     remove_output(directory + "/" + name);

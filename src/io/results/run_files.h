@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 namespace tetraction {
 
@@ -12,6 +13,8 @@ bool is_frame_name(const std::string& name);
 /// a killed program has left, and the folder `frames` if nothing else is in it. Throws OutputError,
 /// before anything is deleted, if `frames` is a link.
 void remove_frames(const std::string& directory);
+/// The same, but frames.pvd and the frames with these names stay. Without names all go.
+void remove_frames(const std::string& directory, const std::vector<std::string>& kept);
 
 /// The same for all files of an earlier run, history.csv included. Other files stay.
 void remove_run(const std::string& directory);

@@ -14,10 +14,13 @@
 #include "directory_lock.h"
 #include "frame_fields.h"
 #include "io/text/output_file.h"
+#include "kept_files.h"
 #include "probe_file.h"
 #include "run_files.h"
 #include "tetraction/core/error.h"
+#include "tetraction/core/version.h"
 #include "tetraction/dynamics/derived_fields.h"
+#include "tetraction/io/checkpoint_file.h"
 #include "tetraction/io/frame_writer.h"
 #include "tetraction/io/text_file.h"
 #include "tetraction/simulation/equilibrium.h"
@@ -193,8 +196,17 @@ struct RunRecorder::Impl {
   std::unique_ptr<ProbeFile> probes;  // null if the scene has none
   std::string summary;
   bool is_finished = false;
+  bool is_resumed = false;
+  Index checkpoint_every = -1;
+  std::optional<RunInputs> inputs;  // made when the first checkpoint needs them
 
   std::string path(const char* name) const { return directory + "/" + name; }
+
+  void set_columns(const Session& session) {
+    columns = {session.may_invert(), session.may_repeat_steps(),
+               session.may_adapt(StepAdaptation::kError),
+               session.may_adapt(StepAdaptation::kEnergy)};
+  }
 
   void write_row(const Session& session) {
     history->add(history_row(session, columns));
@@ -281,14 +293,73 @@ void RunRecorder::set_stop_code(std::function<int()> stop_code) {
   impl_->stop_code = std::move(stop_code);
 }
 
+void RunRecorder::keep_checkpoints(Index every) {
+  impl_->checkpoint_every = every;
+}
+
+Index RunRecorder::checkpoint_every() const {
+  return impl_->checkpoint_every;
+}
+
+void RunRecorder::on_checkpoint(const Session& session, const Checkpoint& checkpoint,
+                                bool is_regular) {
+  Impl& s = *impl_;
+  if (s.is_finished) return;
+  try {
+    if (!s.inputs) s.inputs = inputs_of(session);
+    StoredCheckpoint stored{version(), is_regular, *s.inputs, session.times(), {}, checkpoint};
+    RecordedFiles& files = stored.files;
+    files.history_size = static_cast<std::uint64_t>(s.history->secure());
+    files.last_row = s.last_row;
+    if (s.probes) {
+      files.probes_size = static_cast<std::uint64_t>(s.probes->secure());
+      files.last_probe_row = s.probes->last_row();
+    }
+    files.frame_count = s.frames->frame_count();
+    files.last_frame = s.last_frame;
+    write_checkpoint_file(s.directory, stored);
+  } catch (const OutputError& error) {
+    s.finish(session, error);
+  }
+}
+
+void RunRecorder::resume(const Session& session, const StoredCheckpoint& stored) {
+  Impl& s = *impl_;
+  const RecordedFiles& files = stored.files;
+  s.set_columns(session);
+  const std::string history = s.path("history.csv");
+  const std::string probes = s.path("probes.csv");
+  const auto history_size = static_cast<std::int64_t>(files.history_size);
+  const auto probes_size = static_cast<std::int64_t>(files.probes_size);
+  check_kept_table(history, history_header(session), history_size, files.last_row);
+  const bool has_probes = !session.scene().probe.empty();
+  if (has_probes) {
+    check_kept_table(probes, ProbeFile::header(session.probes()), probes_size,
+                     files.last_probe_row);
+  }
+  KeptFrames kept = read_kept_frames(s.directory, files.frame_count, files.last_frame);
+  // From here on the files are changed.
+  if (has_probes) s.probes = std::make_unique<ProbeFile>(probes, session, probes_size);
+  remove_checkpoints_after(s.directory, stored.checkpoint.state.step, stored.is_regular);
+  for (const char* name : {"summary.json", "final.vtu"}) remove_output(s.path(name));
+  const OutputSettings& output = session.scene().output;
+  if (!kept.names.empty()) s.last_frame_path = s.directory + "/frames/" + kept.names.back();
+  s.frames = std::make_unique<FrameWriter>(session.system().mesh(), s.directory,
+                                           FrameFormat{output.precision, output.compression},
+                                           std::move(kept.entries), kept.names);
+  s.history.emplace(history, history_size);
+  s.last_row = files.last_row;
+  s.last_frame = files.last_frame;
+  s.is_resumed = true;
+}
+
 void RunRecorder::on_start(const Session& session) {
   Impl& s = *impl_;
+  if (s.is_resumed) return;
   lock_directory();
   // Results of an earlier run would look like results of this one.
   remove_run(s.directory);
-  s.columns = {session.may_invert(), session.may_repeat_steps(),
-               session.may_adapt(StepAdaptation::kError),
-               session.may_adapt(StepAdaptation::kEnergy)};
+  s.set_columns(session);
   s.history.emplace(s.path("history.csv"),
                     history_header(session) + history_row(session, s.columns));
   s.last_row = session.step_number();

@@ -52,19 +52,6 @@ MaterialRegionSettings read_material_region(const TomlTable& table) {
   return region;
 }
 
-OutputSettings read_output(const TomlTable& root) {
-  OutputSettings output = read_section<OutputSettings>(root);
-  if (!root.has("output")) return output;
-  const TomlTable table = root.table("output", table_keys<OutputSettings>());
-  int checkpoint_every = 0;
-  table.read("checkpoint_every", checkpoint_every, 0);
-  if (checkpoint_every != 0) {
-    table.refuse("checkpoint_every",
-                 "must be 0: checkpoints are not in this version of Tetraction.");
-  }
-  return output;
-}
-
 const TableKeys& root_keys() {
   static const TableKeys keys{{"mesh",       "material",   "material_region", "time",
                                "solver",     "damping",    "environment",     "fix",
@@ -128,7 +115,7 @@ Scene read_sections(const TomlDocument& document, const std::string& path) {
   }
   scene.amplitude = read_amplitudes(root, folder);
   scene.initial = read_initial(root, folder);
-  scene.output = read_output(root);
+  scene.output = read_section<OutputSettings>(root);
   for (const TomlTable& table : root.tables("probe", table_keys<ProbeSettings>())) {
     scene.probe.push_back(read_probe(table));
   }

@@ -27,6 +27,11 @@ int write_all(int descriptor, std::string_view& text) {
   return 0;
 }
 
+// Whether fsync() failed because the file system has nothing to wait for.
+bool has_no_disk(int reason) {
+  return reason == EINVAL || reason == ENOTSUP || reason == EROFS;
+}
+
 // Deletes a file or a link. What is not there is deleted already.
 void remove_entry(const std::string& path) {
   if (::unlink(path.c_str()) == 0 || errno == ENOENT || errno == ENOTDIR) return;
@@ -92,6 +97,10 @@ void ReplacementFile::write(std::string_view text) {
   if (const int reason = write_all(descriptor_, text); reason != 0) fail_to_write(path_, reason);
 }
 
+void ReplacementFile::secure() {
+  if (::fsync(descriptor_) != 0 && !has_no_disk(errno)) fail_to_write(path_, errno);
+}
+
 void ReplacementFile::finish() {
   int reason = 0;
   // Some file systems report only here that there was no space.
@@ -115,6 +124,21 @@ RowFile::RowFile(std::string path, std::string_view begin) : path_(std::move(pat
     ::close(descriptor_);
     throw;
   }
+}
+
+RowFile::RowFile(std::string path, std::int64_t kept_size)
+    : path_(std::move(path)),
+      descriptor_(
+          ::open(path_.c_str(), O_WRONLY | O_APPEND | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC)),
+      size_(kept_size) {
+  struct stat status {};
+  if (descriptor_ < 0) fail_to_write(path_, errno);
+  int reason = ::fstat(descriptor_, &status) != 0 ? errno : 0;
+  if (reason == 0 && (!S_ISREG(status.st_mode) || status.st_size < kept_size)) reason = EINVAL;
+  if (reason == 0 && ::ftruncate(descriptor_, kept_size) != 0) reason = errno;
+  if (reason == 0) return;
+  ::close(descriptor_);
+  fail_to_write(path_, reason);
 }
 
 RowFile::~RowFile() {
@@ -149,6 +173,12 @@ void RowFile::flush() {
   const bool is_cut = ::ftruncate(descriptor_, size_) == 0;
   static_cast<void>(is_cut);
   fail_to_write(path_, reason);
+}
+
+std::int64_t RowFile::secure() {
+  flush();
+  if (::fsync(descriptor_) != 0 && !has_no_disk(errno)) fail_to_write(path_, errno);
+  return size_;
 }
 
 void RowFile::close() {

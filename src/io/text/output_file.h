@@ -41,6 +41,8 @@ class ReplacementFile {
   /// The temporary file, for writers that open it by its name.
   const std::string& temporary() const { return temporary_; }
   void write(std::string_view text);
+  /// Waits until the system has given what was written to the disk.
+  void secure();
   /// Gives the file its name.
   void finish();
 
@@ -57,6 +59,9 @@ class RowFile {
  public:
   /// Begins a file that has `begin`, the header with the first rows, as soon as it has its name.
   RowFile(std::string path, std::string_view begin);
+  /// Goes on with a file that is there, after its first `kept_size` bytes. What follows them is cut
+  /// off. The file must have that size or more, and must not be a link.
+  RowFile(std::string path, std::int64_t kept_size);
   /// Writes the rows that were collected, if they can be written.
   ~RowFile();
   RowFile(const RowFile&) = delete;
@@ -66,6 +71,8 @@ class RowFile {
   void add(std::string_view row);
   /// Gives all rows to the system. The file then has them, whatever happens to the program.
   void flush();
+  /// flush(), and the system gives the file to the disk. Returns its size in bytes.
+  std::int64_t secure();
   /// Writes the rest and closes the file. It is an error if the file was deleted in the meantime.
   void close();
 

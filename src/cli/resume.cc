@@ -1,0 +1,201 @@
+#include "resume.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "console.h"
+#include "tetraction/core/error.h"
+#include "tetraction/core/version.h"
+#include "tetraction/io/checkpoint_file.h"
+
+namespace tetraction {
+namespace {
+
+using SummaryJson = nlohmann::json;
+
+// The newest valid checkpoint. Those that are not valid are reported.
+std::optional<StoredCheckpoint> newest_checkpoint(const std::string& directory,
+                                                  bool only_regular) {
+  for (const CheckpointPath& file : checkpoint_paths(directory)) {
+    if (only_regular && !file.is_regular) continue;
+    try {
+      StoredCheckpoint stored = read_checkpoint_file(file.path);
+      if (stored.checkpoint.state.step == file.step && stored.is_regular == file.is_regular) {
+        return stored;
+      }
+      print_warning(fmt::format("{}: its step is not the one of its name; it is not used.",
+                                file.path));
+    } catch (const FileError& error) {
+      print_warning(fmt::format("{} The one before it is used, if there is one.", error.what()));
+    }
+  }
+  return std::nullopt;
+}
+
+// What differs between the inputs of a checkpoint and those of the session.
+std::vector<std::string> changes(const StoredCheckpoint& stored, const RunInputs& inputs,
+                                 const BodyIdentity& body) {
+  std::vector<std::string> parts = changed_keys(stored.inputs.scene, inputs.scene);
+  const BodyIdentity& before = stored.checkpoint.body;
+  if (before.mesh != body.mesh) {
+    parts.emplace_back("the mesh");
+  } else {
+    if (before.regions != body.regions) parts.emplace_back("the regions of material");
+    if (before.densities != body.densities) parts.emplace_back("the densities");
+    if (stored.inputs.numbers != inputs.numbers) parts.emplace_back("numbers or groups of the mesh");
+    if (stored.inputs.fields != inputs.fields) parts.emplace_back("the initial fields");
+  }
+  if (before.force_terms != body.force_terms) parts.emplace_back("the force terms");
+  if (stored.inputs.amplitudes != inputs.amplitudes) {
+    parts.emplace_back("the tables of amplitudes");
+  }
+  return parts;
+}
+
+std::string listing_of(const std::vector<std::string>& parts) {
+  constexpr std::size_t kMost = 5;
+  std::string text;
+  for (std::size_t i = 0; i < parts.size() && i < kMost; ++i) {
+    text += (i == 0 ? "" : ", ") + parts[i];
+  }
+  if (parts.size() > kMost) text += fmt::format(" and {} more", parts.size() - kMost);
+  return text;
+}
+
+[[noreturn]] void refuse_changes(const std::string& directory,
+                                 const std::vector<std::string>& parts) {
+  throw InputError(fmt::format(
+      "{}: the run cannot go on, because its inputs have changed since: {}. Undo the changes, start "
+      "the run anew without --resume, or let it go on with them by --force.",
+      directory, listing_of(parts)));
+}
+
+// Not even --force changes what the state of the run refers to.
+void require_forcible(const std::string& directory, const StoredCheckpoint& stored,
+                      const std::vector<std::string>& parts, const Session& session) {
+  std::vector<std::string> fixed;
+  for (const std::string& part : parts) {
+    const std::string section = part.substr(0, part.find('.'));
+    if (section == "fix" || section == "constraint" || section == "material_region" ||
+        section == "probe" || section == "the force terms") {
+      fixed.push_back(part);
+    }
+  }
+  const SummaryJson before = SummaryJson::parse(stored.inputs.scene, nullptr, false);
+  const SummaryJson now = SummaryJson::parse(session.scene().echo, nullptr, false);
+  const SummaryJson none = SummaryJson::array();
+  const SummaryJson events = before.is_object() ? before.value("event", none) : none;
+  const SummaryJson present = now.is_object() ? now.value("event", none) : none;
+  const std::size_t made = stored.checkpoint.progress.next_event;
+  for (std::size_t i = 0; i < made; ++i) {
+    if (i >= events.size() || i >= present.size() || events[i] != present[i]) {
+      fixed.push_back(fmt::format("event.{}, which was made", i));
+    }
+  }
+  if (stored.checkpoint.state.position.size() != session.state().position.size()) {
+    fixed.emplace_back("the number of vertices");
+  }
+  if (fixed.empty()) return;
+  throw InputError(fmt::format(
+      "{}: the run cannot go on, because its inputs have changed since: {}. --force does not help "
+      "here. Undo the changes, or start the run anew without --resume.",
+      directory, listing_of(fixed)));
+}
+
+// The steps of the present settings begin at the restored state.
+void plan_steps_anew(Session& session) {
+  session.apply(SetTime{session.time_settings()});
+  Checkpoint planned = session.checkpoint();
+  planned.progress.edits.pop_back();
+  session.restore(planned);
+}
+
+bool has_same_mesh(const SummaryJson& summary, const TetMesh& mesh) {
+  const SummaryJson before = summary.value("mesh", SummaryJson::object());
+  return before.value("vertices", SummaryJson()) == mesh.vertex_count() &&
+         before.value("tetrahedra", SummaryJson()) == mesh.tetrahedron_count() &&
+         before.value("volume", SummaryJson()) == mesh.total_volume();
+}
+
+}  // namespace
+
+std::string read_summary(const std::string& directory) {
+  const std::filesystem::path path = std::filesystem::path(directory) / "summary.json";
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(std::filesystem::symlink_status(path, error))) return {};
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+Resumption resume_run(Session& session, RunRecorder& recorder, const std::string& directory,
+                      bool force, bool quiet) {
+  const Scene& scene = session.scene();
+  const bool only_regular = scene.output.checkpoint_every > 0;
+  std::optional<StoredCheckpoint> stored = newest_checkpoint(directory, only_regular);
+  std::vector<std::string> parts;
+  const BodyIdentity body = session.checkpoint().body;
+  if (stored) parts = changes(*stored, inputs_of(session), body);
+
+  const SummaryJson summary = SummaryJson::parse(read_summary(directory), nullptr, false);
+  if (summary.is_object() && summary.value("status", SummaryJson()) == "ok") {
+    std::vector<std::string> since =
+        changed_keys(summary.value("scene", SummaryJson::object()).dump(), scene.echo);
+    if (!has_same_mesh(summary, session.system().mesh())) since.emplace_back("the mesh");
+    if (parts.empty()) parts = std::move(since);
+    if (parts.empty()) {
+      print_note(fmt::format(
+          "{}: this run is complete already, with {} steps to t = {:.6g} s. To make it once more, "
+          "start it without --resume.",
+          directory, summary.value("steps", Index{0}), summary.value("time", 0.0)));
+      return Resumption::kComplete;
+    }
+  }
+  if (!parts.empty() && !force) refuse_changes(directory, parts);
+  if (!stored) {
+    print_note(
+        fmt::format("{}: there is no checkpoint from which a run could go on{}. The run starts from "
+                    "the beginning.",
+                    directory, only_regular ? "" : " (output.checkpoint_every makes them)"));
+    return Resumption::kNothing;
+  }
+  if (!parts.empty()) require_forcible(directory, *stored, parts, session);
+  Checkpoint& checkpoint = stored->checkpoint;
+  complete_settings(checkpoint, scene);
+  checkpoint.body = body;
+  session.restore(checkpoint);
+  if (std::ranges::any_of(parts, [](const auto& part) { return part.starts_with("time."); })) {
+    plan_steps_anew(session);
+  }
+  session.add_times(stored->times);
+  recorder.resume(session, *stored);
+  if (!parts.empty()) {
+    print_warning(fmt::format(
+        "the run goes on with changed inputs: {}. Its results belong to no single scene.",
+        listing_of(parts)));
+  }
+  if (stored->version != version()) {
+    print_warning(fmt::format(
+        "the checkpoint was written by version {} of the program, and this is {}: the last digits "
+        "may differ from those of one run.",
+        stored->version, version()));
+  }
+  if (!quiet) {
+    print_note(fmt::format("{}: the run goes on after step {} (t = {:.6g} s).{}", directory,
+                           session.step_number(), session.time(),
+                           stored->is_regular
+                               ? ""
+                               : " The checkpoint was made when the run was stopped: implicit "
+                                 "steps agree with those of one run within the solver's tolerance."));
+  }
+  return Resumption::kContinues;
+}
+
+}  // namespace tetraction

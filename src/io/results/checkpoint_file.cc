@@ -1,0 +1,294 @@
+#include "tetraction/io/checkpoint_file.h"
+
+#include <fmt/format.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <system_error>
+#include <utility>
+
+#include "checkpoint_members.h"
+#include "core/fingerprint.h"
+#include "io/text/output_file.h"
+#include "tetraction/core/error.h"
+#include "tetraction/simulation/event_settings.h"
+
+namespace tetraction {
+namespace {
+
+namespace fs = std::filesystem;
+
+// The beginning of a file. It is followed by the size of the numbers, the numbers, and the check sum
+// of everything before it.
+constexpr std::string_view kMagic = "Tetraction checkpoint\n";
+constexpr std::uint32_t kFormat = 1;
+constexpr std::uint32_t kByteOrder = 0x01020304;
+constexpr std::size_t kBeginSize =
+    kMagic.size() + sizeof kFormat + sizeof kByteOrder + sizeof(std::uint64_t);
+
+std::uint64_t check_sum(std::string_view bytes) {
+  return crc32_z(0, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size());
+}
+
+// What Session::restore() does not check.
+void require_consistent(const Checkpoint& checkpoint) {
+  const Index vertex_count = checkpoint.state.position.size() / 3;
+  const auto require = [](bool is_right) {
+    if (!is_right) throw BadBytes{"its constraints contradict themselves"};
+  };
+  const auto require_vertices = [&](const std::vector<Index>& vertices, const Matrix& points) {
+    require(static_cast<Index>(vertices.size()) == points.cols());
+    for (const Index v : vertices) require(v >= 0 && v < vertex_count);
+  };
+  const auto check_held = [&](const PrescribedVertices& held) {
+    require_vertices(held.vertices, held.start);
+  };
+  const BodyConstraints& constraints = checkpoint.settings.constraints;
+  std::ranges::for_each(constraints.fixes, check_held);
+  for (const ConstraintObject& object : constraints.others) {
+    if (const auto* held = std::get_if<PrescribedVertices>(&object)) check_held(*held);
+    if (const auto* guided = std::get_if<GuidedVertices>(&object)) {
+      require_vertices(guided->vertices, guided->points);
+      require(guided->directions.cols() == 1 || guided->directions.cols() == 2);
+    }
+    if (const auto* distance = std::get_if<FixedDistance>(&object)) {
+      for (const Index v : {distance->a, distance->b}) require(v >= 0 && v < vertex_count);
+    }
+    if (const auto* handle = std::get_if<RigidHandle>(&object)) {
+      require_vertices(handle->vertices, handle->shape);
+    }
+  }
+}
+
+using Json = nlohmann::json;
+
+// Adds the paths of the values that differ below a key.
+void compare(const Json& a, const Json& b, const std::string& key, std::vector<std::string>& keys) {
+  if (a == b) return;
+  if (key == "output" || key.ends_with(".file")) return;
+  const auto below = [&](const std::string& name) { return key.empty() ? name : key + '.' + name; };
+  if (a.is_object() && b.is_object()) {
+    Json names = Json::object();
+    for (const auto& [name, value] : a.items()) names[name] = nullptr;
+    for (const auto& [name, value] : b.items()) names[name] = nullptr;
+    for (const auto& [name, value] : names.items()) {
+      compare(a.value(name, Json()), b.value(name, Json()), below(name), keys);
+    }
+  } else if (a.is_array() && b.is_array() && a.size() == b.size() && !a.empty() &&
+             a[0].is_structured()) {
+    for (std::size_t i = 0; i < a.size(); ++i) compare(a[i], b[i], below(std::to_string(i)), keys);
+  } else {
+    keys.push_back(key);
+  }
+}
+
+constexpr const char* kFolder = "checkpoints";
+constexpr std::string_view kRegular = "step_";
+constexpr std::string_view kStopped = "stop_";
+constexpr std::string_view kEnding = ".ckpt";
+
+}  // namespace
+
+RunInputs inputs_of(const Session& session) {
+  const TetMesh& mesh = session.system().mesh();
+  Fingerprint numbers;
+  for (Index v = 0; v < mesh.vertex_count(); ++v) {
+    numbers.add(static_cast<std::uint64_t>(mesh.vertex_id(v)));
+  }
+  for (Index e = 0; e < mesh.tetrahedron_count(); ++e) {
+    numbers.add(static_cast<std::uint64_t>(mesh.tetrahedron_id(e)));
+  }
+  for (const Group& group : mesh.groups) {
+    numbers.add(group.name);
+    for (const Index v : group.vertices) numbers.add(static_cast<std::uint64_t>(v));
+    for (const Index e : group.tetrahedra) numbers.add(static_cast<std::uint64_t>(e));
+    for (const auto& triangle : group.triangles) {
+      for (const Index v : triangle) numbers.add(static_cast<std::uint64_t>(v));
+    }
+  }
+  Fingerprint fields;
+  for (const auto& [name, values] : mesh.point_arrays) {
+    fields.add(name);
+    for (const double x : values.reshaped()) fields.add(x);
+  }
+  Fingerprint amplitudes;
+  for (const AmplitudeSettings& amplitude : session.scene().amplitude) {
+    amplitudes.add(amplitude.name);
+    for (const auto& [time, value] : amplitude.points) {
+      amplitudes.add(time);
+      amplitudes.add(value);
+    }
+  }
+  return {session.scene().echo, numbers.value(), fields.value(), amplitudes.value()};
+}
+
+std::vector<std::string> changed_keys(const std::string& scene, const std::string& other) {
+  const Json a = Json::parse(scene, nullptr, false);
+  const Json b = Json::parse(other, nullptr, false);
+  std::vector<std::string> keys;
+  if (a.is_discarded() || b.is_discarded()) {
+    if (scene != other) keys.emplace_back("the scene");
+    return keys;
+  }
+  compare(a, b, "", keys);
+  return keys;
+}
+
+std::string checkpoint_bytes(const StoredCheckpoint& stored) {
+  const RunProgress& progress = stored.checkpoint.progress;
+  if (progress.edits.size() != progress.next_event) {
+    throw InputError(
+        "A run with other edits than the events of its scene cannot be stored in a checkpoint "
+        "file: make the edits events.");
+  }
+  ByteWriter numbers;
+  const State& state = stored.checkpoint.state;
+  numbers.reserve(static_cast<std::size_t>(8 * state.position.size()) * sizeof(double) + 4096);
+  transfer(numbers, stored);
+  ByteWriter file;
+  file.reserve(kBeginSize + numbers.bytes().size() + sizeof(std::uint64_t));
+  file.block(kMagic.data(), kMagic.size());
+  file.block(&kFormat, sizeof kFormat);
+  file.block(&kByteOrder, sizeof kByteOrder);
+  file.whole(numbers.bytes().size());
+  file.block(numbers.bytes().data(), numbers.bytes().size());
+  file.whole(check_sum(file.bytes()));
+  return file.take();
+}
+
+StoredCheckpoint checkpoint_from_bytes(std::string_view bytes, const std::string& name) {
+  const auto fail = [&name](const std::string& what) {
+    throw FileError(fmt::format("{}: not a valid checkpoint ({}).", name, what));
+  };
+  if (!bytes.starts_with(kMagic)) fail("it does not begin as one");
+  if (bytes.size() < kBeginSize + sizeof(std::uint64_t)) fail("it is cut off");
+  std::uint32_t format = 0;
+  std::uint32_t byte_order = 0;
+  std::uint64_t size = 0;
+  std::uint64_t sum = 0;
+  ByteReader begin(bytes.substr(kMagic.size()));
+  begin.block(&format, sizeof format);
+  begin.block(&byte_order, sizeof byte_order);
+  begin.whole(size);
+  if (byte_order != kByteOrder) fail("it has another byte order, or is damaged");
+  if (format != kFormat) {
+    fail(fmt::format("it has format {}, and this version of the program reads format {}", format,
+                     kFormat));
+  }
+  if (size != bytes.size() - kBeginSize - sizeof sum) {
+    fail(size > bytes.size() ? "it is cut off" : "its size is wrong");
+  }
+  ByteReader(bytes.substr(bytes.size() - sizeof sum)).whole(sum);
+  if (sum != check_sum(bytes.substr(0, bytes.size() - sizeof sum))) {
+    fail("it is damaged: its check sum is wrong");
+  }
+  StoredCheckpoint stored;
+  try {
+    ByteReader numbers(bytes.substr(kBeginSize, size));
+    transfer(numbers, stored);
+    if (!numbers.at_end()) fail("there is more in it than it should have");
+    require_consistent(stored.checkpoint);
+  } catch (const BadBytes& error) {
+    fail(error.what);
+  }
+  return stored;
+}
+
+void complete_settings(Checkpoint& checkpoint, const Scene& scene) {
+  RunSettings settings = settings_after_events(scene, checkpoint.progress.next_event);
+  settings.constraints.fixes = std::move(checkpoint.settings.constraints.fixes);
+  settings.constraints.others = std::move(checkpoint.settings.constraints.others);
+  complete_constraints(scene, settings);
+  checkpoint.settings = std::move(settings);
+  if (checkpoint.progress.status == RunStatus::kCancelled) {
+    checkpoint.progress.status = RunStatus::kRunning;
+    checkpoint.progress.message.clear();
+  }
+}
+
+std::vector<CheckpointPath> checkpoint_paths(const std::string& directory) {
+  std::vector<CheckpointPath> paths;
+  std::error_code error;
+  for (fs::directory_iterator entry(fs::path(directory) / kFolder, error), end;
+       !error && entry != end; entry.increment(error)) {
+    const std::string name = entry->path().filename().string();
+    const bool is_regular = name.starts_with(kRegular);
+    if ((!is_regular && !name.starts_with(kStopped)) || !name.ends_with(kEnding)) continue;
+    const std::string digits =
+        name.substr(kRegular.size(), name.size() - kRegular.size() - kEnding.size());
+    Index step = 0;
+    const auto [rest, failure] =
+        std::from_chars(digits.data(), digits.data() + digits.size(), step);
+    if (failure != std::errc() || rest != digits.data() + digits.size() || step < 0) continue;
+    paths.push_back({entry->path().string(), step, is_regular});
+  }
+  std::ranges::sort(paths, [](const CheckpointPath& a, const CheckpointPath& b) {
+    return std::pair(a.step, a.is_regular) > std::pair(b.step, b.is_regular);
+  });
+  return paths;
+}
+
+StoredCheckpoint read_checkpoint_file(const std::string& path) {
+  const auto fail = [&path](const std::string& what) {
+    throw FileError(fmt::format("{}: cannot be read ({}).", path, what));
+  };
+  std::error_code error;
+  const fs::file_status status = fs::symlink_status(path, error);
+  if (!fs::is_regular_file(status)) fail(error ? error.message() : "it is no file");
+  std::ifstream file(path, std::ios::binary);
+  if (!file) fail(std::strerror(errno));
+  const std::string bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  if (file.bad()) fail("reading failed");
+  return checkpoint_from_bytes(bytes, path);
+}
+
+void write_checkpoint_file(const std::string& directory, const StoredCheckpoint& stored) {
+  const fs::path folder = fs::path(directory) / kFolder;
+  make_own_directory(folder.string());
+  const std::string name = fmt::format("{}{:09}{}", stored.is_regular ? kRegular : kStopped,
+                                       stored.checkpoint.state.step, kEnding);
+  ReplacementFile file((folder / name).string());
+  file.write(checkpoint_bytes(stored));
+  file.secure();
+  file.finish();
+  Index regular_kept = 0;
+  bool is_newest = true;
+  for (const CheckpointPath& old : checkpoint_paths(directory)) {
+    const bool is_kept = old.is_regular ? ++regular_kept <= 2 : is_newest;
+    is_newest = false;
+    if (!is_kept) remove_output(old.path);
+  }
+}
+
+void remove_checkpoints_after(const std::string& directory, Index step, bool is_regular) {
+  const fs::path folder = fs::path(directory) / kFolder;
+  if (!is_entry(folder.string())) return;
+  make_own_directory(folder.string());  // refuses a link
+  for (const CheckpointPath& file : checkpoint_paths(directory)) {
+    if (std::pair(file.step, file.is_regular) > std::pair(step, is_regular)) {
+      remove_output(file.path);
+    }
+  }
+  // What a program that was killed has left.
+  std::error_code error;
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
+       entry.increment(error)) {
+    const std::string name = entry->path().filename().string();
+    if (name.ends_with(temporary_name(std::string(kEnding)))) remove_output(entry->path().string());
+  }
+}
+
+void remove_checkpoints(const std::string& directory) {
+  remove_checkpoints_after(directory, -1, false);
+  std::error_code not_empty;  // something else is in it
+  fs::remove(fs::path(directory) / kFolder, not_empty);
+}
+
+}  // namespace tetraction

@@ -1,0 +1,39 @@
+// The files of a run that goes on from a checkpoint, as far as they belong to it.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "tetraction/core/types.h"
+
+namespace tetraction {
+
+struct RecordedFiles;
+
+/// The cells of each row in the first `kept_size` bytes of a table, in their order. Throws FileError,
+/// which names the file, if they are not whole rows after this header, with as many cells as it has.
+void for_each_kept_row(const std::string& path, const std::string& header, std::int64_t kept_size,
+                       const std::function<void(const std::vector<std::string>& cells)>& visit);
+
+/// The number in a cell of such a row. Throws FileError.
+double number_of(const std::string& path, const std::string& cell);
+/// The step in the first cell.
+Index step_of(const std::string& path, const std::string& cell);
+
+/// Throws FileError, which names the file, unless a table has this header, `kept_size` bytes or more,
+/// and at their end a whole row of this step. Does not read the whole table.
+void check_kept_table(const std::string& path, const std::string& header, std::int64_t kept_size,
+                      Index last_row);
+
+/// The frames of a run up to a checkpoint.
+struct KeptFrames {
+  std::string entries;             ///< of the collection, with line breaks
+  std::vector<std::string> names;  ///< of the files
+};
+/// Throws FileError unless frames.pvd has so many entries, the last of them of this step, and their
+/// files are there.
+KeptFrames read_kept_frames(const std::string& directory, Index count, Index last_frame);
+
+}  // namespace tetraction

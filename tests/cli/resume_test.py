@@ -1,0 +1,253 @@
+"""run --resume: what goes on, what is refused, and what is said.
+
+Usage: resume_test.py PROGRAM DATA_FOLDER [TestCase...]
+"""
+
+import glob
+import json
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import time
+import unittest
+
+from cli_test import CliTest
+from kill_and_resume import Runs, results_of, ways
+
+PROGRAM = os.path.abspath(sys.argv[1])
+
+SCENE = """
+[mesh]
+{mesh}
+[material]
+youngs_modulus = 1.0e6
+poissons_ratio = 0.4
+[time]
+integrator = "{rule}"
+step = {step}
+end = {end}
+[environment]
+kind = "gravity"
+[[fix]]
+select = {{ plane = {{ axis = "x", at = 0.0 }} }}
+[[event]]
+at = {event}
+set = {{ "environment.strength" = 5.0 }}
+[[probe]]
+name = "tip"
+select = {{ nearest = [4, 1, 1] }}
+quantity = "displacement"
+[output]
+every = {every}
+checkpoint_every = {checkpoint_every}
+"""
+
+
+class ResumeTest(CliTest):
+    def scene(self, checkpoint_every=50, steps=3000, step=2.0e-4, rule="verlet", mesh=None):
+        mesh = mesh or 'generate = { kind = "beam", size = [4, 1, 1], cells = [8, 2, 2] }'
+        text = SCENE.format(
+            mesh=mesh, rule=rule, step=step, end=steps * step, event=0.02 * steps * step,
+            every=steps // 10, checkpoint_every=checkpoint_every,
+        )  # fmt: skip
+        return self.write("scene.toml", text)
+
+    def checkpoints(self, out="out"):
+        return sorted(glob.glob(self.path(out, "checkpoints", "*.ckpt")))
+
+    def stop(self, scene, number, when, out="out"):
+        """Starts a run and sends it a signal once `when` returns true."""
+        run = subprocess.Popen([PROGRAM, "run", scene, "--out", out, "--quiet"], cwd=self.folder,
+                               stderr=subprocess.PIPE)  # fmt: skip
+        deadline = time.monotonic() + 120.0
+        while not when() and run.poll() is None and time.monotonic() < deadline:
+            time.sleep(0.001)
+        run.send_signal(number)
+        errors = run.communicate()[1].decode()
+        self.assertIn(run.returncode, (-number, 130, 143), errors)
+
+    def kill(self, scene, out="out"):
+        """Kills a run that has two checkpoints, the newer of which comes after the event."""
+        self.stop(scene, signal.SIGKILL,
+                  lambda: len(self.checkpoints(out)) == 2 and "step_000000050" not in
+                  self.checkpoints(out)[0], out)  # fmt: skip
+
+    def resume(self, scene, *options, code=0):
+        return self.run_program("run", scene, "--out", "out", "--resume", *options, code=code)
+
+    def assert_like_one_run(self, scene):
+        if not os.path.exists(self.path("whole")):
+            self.run_program("run", scene, "--out", "whole", "--quiet")
+        a, b = results_of(self.path("whole")), results_of(self.path("out"))
+        self.assertEqual(sorted(k for k in a.keys() | b.keys() if a.get(k) != b.get(k)), [])
+
+
+class Resuming(ResumeTest):
+    def test_a_killed_run_goes_on(self):
+        scene = self.scene()
+        self.kill(scene)
+        result = self.resume(scene)
+        self.assertIn("out: the run goes on after step ", result.stderr)
+        self.assert_like_one_run(scene)
+
+    def test_a_damaged_checkpoint_is_reported_and_the_one_before_it_is_used(self):
+        scene = self.scene()
+        self.kill(scene)
+        older, newest = self.checkpoints()
+        with open(newest, "r+b") as file:
+            file.truncate(os.path.getsize(newest) - 1000)
+        result = self.resume(scene)
+        self.assertIn(os.path.basename(newest) + ": not a valid checkpoint (it is cut off)",
+                      result.stderr)  # fmt: skip
+        step = int(os.path.basename(older)[5:14])
+        self.assertIn(f"the run goes on after step {step} ", result.stderr)
+        self.assert_like_one_run(scene)
+
+    def test_without_a_valid_checkpoint_it_starts_from_the_beginning(self):
+        scene = self.scene()
+        self.kill(scene)
+        for path in self.checkpoints():
+            with open(path, "r+b") as file:
+                file.seek(200)
+                file.write(b"damaged")
+        result = self.resume(scene)
+        self.assertEqual(result.stderr.count("its check sum is wrong"), 2, result.stderr)
+        self.assertIn("The run starts from the beginning.", result.stderr)
+        self.assert_like_one_run(scene)
+
+    def test_a_missing_or_empty_directory_is_a_new_run(self):
+        scene = self.scene(steps=200)
+        self.assertIn("starts from the beginning", self.resume(scene).stderr)
+        shutil.rmtree(self.path("out"))
+        os.mkdir(self.path("out"))
+        self.assertIn("starts from the beginning", self.resume(scene).stderr)
+        self.assert_like_one_run(scene)
+
+    def test_an_interrupted_run_without_checkpoint_every_goes_on(self):
+        scene = self.scene(checkpoint_every=0)
+        rows = self.path("out", "history.csv")
+        self.stop(scene, signal.SIGINT,
+                  lambda: os.path.exists(rows) and os.path.getsize(rows) > 200000)  # fmt: skip
+        (path,) = self.checkpoints()
+        self.assertTrue(os.path.basename(path).startswith("stop_"), path)
+        self.assertTrue(os.path.exists(self.path("out", "final.vtu")))
+        self.assertIn("made when the run was stopped", self.resume(scene).stderr)
+        self.assert_like_one_run(scene)  # the rule is explicit
+
+    def test_with_checkpoint_every_the_checkpoint_of_an_interruption_is_not_used(self):
+        scene = self.scene(rule="midpoint", step=2.0e-3, steps=200, checkpoint_every=7)
+        self.stop(scene, signal.SIGTERM, lambda: len(self.checkpoints()) == 2)
+        names = [os.path.basename(path) for path in self.checkpoints()]
+        if len(names) == 3:  # otherwise it was interrupted after a step of a regular one
+            self.assertTrue(names[2].startswith("stop_"), names)
+        step = int(names[1][5:14])
+        self.assertIn(f"goes on after step {step} ", self.resume(scene).stderr)
+        self.assert_like_one_run(scene)
+
+    def test_a_complete_run_says_so_and_nothing_changes(self):
+        scene = self.scene(steps=200)
+        self.run_program("run", scene, "--out", "out", "--quiet")
+        before = results_of(self.path("out"))
+        times = {p: os.stat(p).st_mtime_ns for p in glob.glob(self.path("out", "*"))}
+        result = self.resume(scene, "--json")
+        self.assertIn("this run is complete already, with 200 steps", result.stderr)
+        self.assertEqual(json.loads(result.stdout)["steps"], 200)
+        self.assertEqual(results_of(self.path("out")), before)
+        self.assertEqual({p: os.stat(p).st_mtime_ns for p in times}, times)
+        self.assertIn("have changed since: material.youngs_modulus.",
+                      self.refused(2, "run", scene, "--out", "out", "--resume", "--set",
+                                   "material.youngs_modulus=2e6"))  # fmt: skip
+
+    def test_a_new_run_replaces_the_checkpoints_of_an_earlier_one(self):
+        scene = self.scene()
+        self.kill(scene)
+        self.run_program("run", scene, "--out", "out", "--quiet", "--set", "time.end=0.01", "--set",
+                         "output.checkpoint_every=0")  # fmt: skip
+        self.assertEqual(self.checkpoints(), [])
+        self.assertFalse(os.path.exists(self.path("out", "checkpoints")))
+
+
+class Changes(ResumeTest):
+    def test_a_changed_scene_is_refused_unless_forced(self):
+        scene = self.scene()
+        self.kill(scene)
+        change = ["--set", "environment.direction=[0, 0, -1]"]
+        before = results_of(self.path("out"))
+        message = self.refused(2, "run", scene, "--out", "out", "--resume", *change)
+        self.assertIn("have changed since: environment.direction. Undo", message)
+        self.assertEqual(results_of(self.path("out")), before)
+        result = self.resume(scene, "--force", *change)
+        self.assertIn("goes on with changed inputs: environment.direction", result.stderr)
+        tip = self.history("out", "probes.csv")[-1]
+        self.assertLess(float(tip["tip_z"]), -1e-3)
+
+    def test_what_the_state_refers_to_cannot_be_forced(self):
+        scene = self.scene()
+        self.kill(scene)
+        for change in ("fix.0.select={ plane = { axis = \"x\", at = 4.0 } }", "event.0.at=1e-3"):
+            message = self.refused(2, "run", scene, "--out", "out", "--resume", "--force", "--set",
+                                   change)  # fmt: skip
+            self.assertIn("--force does not help here", message)
+
+    def test_a_later_end_can_be_forced(self):
+        scene = self.scene(steps=500)
+        self.run_program("run", scene, "--out", "out", "--quiet")
+        longer = ["--set", "time.end=0.2"]
+        self.assertIn("time.end", self.refused(2, "run", scene, "--out", "out", "--resume", *longer))
+        self.resume(scene, "--force", *longer)
+        last = self.history("out", "history.csv")[-1]
+        self.assertEqual((int(last["step"]), float(last["time"])), (1000, 0.2))
+        self.run_program("run", scene, "--out", "whole", "--quiet", *longer)
+        whole = self.history("whole", "history.csv")[-1]
+        self.assertAlmostEqual(float(last["lx"]), float(whole["lx"]), delta=1e-9)
+
+    def test_output_may_change(self):
+        scene = self.scene()
+        self.kill(scene)
+        self.resume(scene, "--set", "output.every=1000", "--set", "output.history_every=10")
+        self.assertTrue(os.path.exists(self.path("out", "frames", "frame_002000.vtu")))
+
+    def test_a_changed_mesh_is_refused(self):
+        self.run_program("mesh", "generate", "beam", "part.vtu", "--size", "4,1,1", "--cells",
+                         "8,2,2")  # fmt: skip
+        scene = self.scene(mesh='file = "part.vtu"')
+        self.kill(scene)
+        os.remove(self.path("part.vtu"))
+        self.run_program("mesh", "generate", "beam", "part.vtu", "--size", "4.001,1,1",
+                         "--cells", "8,2,2")  # fmt: skip
+        message = self.refused(2, "run", scene, "--out", "out", "--resume")
+        self.assertIn("have changed since: the mesh.", message)
+
+    def test_changed_results_are_refused(self):
+        scene = self.scene()
+        self.kill(scene)
+        with open(self.path("out", "history.csv"), "r+b") as file:
+            file.truncate(3000)
+        message = self.refused(3, "run", scene, "--out", "out", "--resume")
+        self.assertIn("history.csv: it has fewer rows than at the checkpoint", message)
+        for path in glob.glob(self.path("out", "checkpoints", "*")):
+            self.assertTrue(path.endswith(".ckpt"))
+
+    def test_force_needs_resume(self):
+        self.assertIn("--resume", self.refused(2, "run", self.scene(), "--force"))
+
+
+class Kills(ResumeTest):
+    """A few; kill_and_resume.py makes as many as one likes."""
+
+    def test_killed_runs_have_the_same_bits_as_one_run(self):
+        generator = random.Random(16)
+        runs = Runs(PROGRAM, self.folder, 0)
+        all_ways = ways()
+        for name in ("verlet-distance", "midpoint-auto", "midpoint-error", "energy-momentum-auto",
+                     "backward-euler-factor"):  # fmt: skip
+            made, completed, _ = runs.kill_and_resume(name, all_ways[name], 2, generator)
+            self.assertGreaterEqual(made, 2)
+            self.assertGreaterEqual(completed, 1)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=[sys.argv[0], *sys.argv[3:]], verbosity=1)
