@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/anderson_mixing.h"
+#include "finite_outcome.h"
 #include "term_forces.h"
 
 namespace tetraction {
@@ -71,6 +72,10 @@ StepOutcome ImplicitStepper::advance(const State& from, State& to, double h, dou
   reaction_ /= h;
   outcome.constraint_work = work_of_constraints(from, to);
   if (constraining_) reaction_ += spring_force_;
+  if (!has_finite_balance(outcome)) {
+    outcome.status = StepStatus::kNotFinite;
+    return outcome;
+  }
   guess_.keep(from.velocity, outcome.elastic_energy);
   return outcome;
 }
@@ -97,8 +102,8 @@ bool ImplicitStepper::settle_loads(const State& from, double h, double end_time,
   }
   outcome.status = StepStatus::kNotConverged;
   outcome.message =
-      "the loads that depend on positions, such as those on the rim of a pressure, do not settle: "
-      "take a smaller step";
+      "the loads that depend on positions, such as those on the rim of a pressure, do not settle";
+  outcome.obstacle = StepObstacle::kLoads;
   return false;
 }
 

@@ -216,10 +216,7 @@ void Session::Impl::warn_of_materials() {
 
 std::string Session::Impl::limit_advice() const {
   const double step = progress.plan.time_step;
-  double limit = initial_limit.critical_step;
-  if (system->elastic().admissible(state().position).ok()) {
-    limit = std::min(limit, limit_at(state().position).critical_step);
-  }
+  const double limit = present_limit();
   if (settings.time.adapt == StepAdaptation::kEnergy) {
     return fmt::format(
         "The step is {:.4g} s, as time.adapt = \"energy\" chose it. Take a smaller time.step or "
