@@ -243,10 +243,9 @@ class ExplicitStepper : public Stepper {
       const Vector start = constraints.configuration(from.position);
       system_.velocity_of(to.momentum, work_);
       const Vector free_end = start + h * constraints.configuration(work_);
-      const MultiplierSolution solution =
-          solve_multipliers(constraints, free_end,
-                            Constraints::SparseMatrix(h * constraints.sparse_inverse_mass()), start,
-                            ConstraintDirection::kStart, multipliers_);
+      const MultiplierSolution solution = solve_multipliers(
+          constraints, free_end, Constraints::SparseMatrix(h * constraints.sparse_inverse_mass()),
+          start, ConstraintDirection::kStart, multipliers_);
       if (!solution.ok) {
         outcome.status = StepStatus::kNotConverged;
         outcome.message = cannot_be_met(constraints, solution.worst);

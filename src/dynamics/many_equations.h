@@ -91,7 +91,8 @@ MultiplierSolution solve_many(const Constraints& constraints, const Vector& free
   solution.multipliers = guess.size() == constraints.equation_count()
                              ? guess
                              : Vector(Vector::Zero(constraints.equation_count()));
-  solution.end = direction == ConstraintDirection::kStart ? free_end : constraints.retract(free_end);
+  solution.end =
+      direction == ConstraintDirection::kStart ? free_end : constraints.retract(free_end);
   Constraints::SparseMatrix along = directions(solution.end);
   std::optional<Solution> factor;
   double before = std::numeric_limits<double>::infinity();
@@ -102,8 +103,7 @@ MultiplierSolution solve_many(const Constraints& constraints, const Vector& free
     if (direction != ConstraintDirection::kStart) along = directions(solution.end);
     const Vector g = constraints.values(solution.end);
     const Vector settled = free_end + response * Vector(along * solution.multipliers);
-    const double moved =
-        (settled - solution.end).cwiseQuotient(lengths).cwiseAbs().maxCoeff();
+    const double moved = (settled - solution.end).cwiseQuotient(lengths).cwiseAbs().maxCoeff();
     const double error = std::max(g.cwiseAbs().maxCoeff(), moved);
     if (!std::isfinite(error)) break;
     solution.ok = g.cwiseAbs().maxCoeff() <= kAccepted && moved <= kSettled;
@@ -111,8 +111,8 @@ MultiplierSolution solve_many(const Constraints& constraints, const Vector& free
     before = error;
     if (!factor || direction != ConstraintDirection::kStart) {
       const Constraints::SparseMatrix across = along.transpose();
-      using Square = std::conditional_t<std::is_same_v<Response, Matrix>, Matrix,
-                                        Constraints::SparseMatrix>;
+      using Square =
+          std::conditional_t<std::is_same_v<Response, Matrix>, Matrix, Constraints::SparseMatrix>;
       const Square product = response * along;
       factor.emplace(Square(across * product), unit);
       if (!factor->ok()) break;

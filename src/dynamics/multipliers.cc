@@ -48,9 +48,8 @@ Vector stop_rates(const Constraints& constraints, const Vector& mass, const Vect
   const Constraints::SparseMatrix moved = response * gradients;
   const Constraints::SparseMatrix matrix = across * moved;
   const Vector rates = across * constraints.configuration(velocity);
-  const Vector multipliers = is_many(constraints)
-                                 ? SparseSolution(matrix, unit).solve(-rates)
-                                 : solve_redundant(matrix, -rates, unit, unit);
+  const Vector multipliers = is_many(constraints) ? SparseSolution(matrix, unit).solve(-rates)
+                                                  : solve_redundant(matrix, -rates, unit, unit);
   Vector u = gradients * multipliers;
   Vector impulse = constraints.vertex_forces(u);
   constraints.coordinates().project_momentum(mass, impulse);
@@ -234,9 +233,8 @@ std::string project_positions(const Constraints& constraints, double time, Vecto
   if (!constraints.has_equations()) return {};
   const Vector w = constraints.configuration(q);
   if (largest(constraints.values(w)) <= kAccepted) return {};
-  const MultiplierSolution solution =
-      solve_multipliers(constraints, w, constraints.sparse_inverse_mass(), w,
-                        ConstraintDirection::kEnd);
+  const MultiplierSolution solution = solve_multipliers(
+      constraints, w, constraints.sparse_inverse_mass(), w, ConstraintDirection::kEnd);
   if (!solution.ok) {
     Index worst = solution.worst;
     // The first equation that is violated tells the user more than the one where Newton's method

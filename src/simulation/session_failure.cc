@@ -61,8 +61,8 @@ double strain_of(const MechanicalSystem& system, const Vector& forces) {
   for (Index v = 0; v < system.vertex_count(); ++v) sum += vertex_block(forces, v).norm();
   const double volume = system.mesh().total_volume();
   const double length = length_of_vertex(system);
-  const double pressure = std::max(largest_norm(forces) / (length * length),
-                                   sum / std::cbrt(volume * volume));
+  const double pressure =
+      std::max(largest_norm(forces) / (length * length), sum / std::cbrt(volume * volume));
   return pressure / moduli_of(system).most;
 }
 
@@ -151,8 +151,26 @@ std::vector<Index> hot_elements(const MechanicalSystem& system, const Vector& q)
   }
   std::stable_sort(elements.begin(), elements.end(),
                    [&](Index a, Index b) { return densities[a] > densities[b]; });
-  // All elements of a body at rest have the same energy density, which tells nothing.
-  if (elements.size() > static_cast<std::size_t>(densities.size()) / 2) elements.resize(1);
+  // Where the energy is the same everywhere, as in a body at rest, it tells nothing.
+  if (elements.size() > static_cast<std::size_t>(densities.size()) / 2) elements.clear();
+  return elements;
+}
+
+// The elements at the vertex with the largest force (3 per vertex; empty: none).
+std::vector<Index> loaded_elements(const MechanicalSystem& system, const Vector& forces) {
+  Index loaded = 0;
+  double most = -1.0;
+  for (Index v = 0; v < forces.size() / 3; ++v) {
+    const double force = vertex_block(forces, v).norm();
+    if (force <= most) continue;
+    most = force;
+    loaded = v;
+  }
+  std::vector<Index> elements;
+  for (Index e = 0; e < system.rest().element_count(); ++e) {
+    const auto nodes = system.mesh().tetrahedra[static_cast<std::size_t>(e)];
+    if (std::find(nodes.begin(), nodes.end(), loaded) != nodes.end()) elements.push_back(e);
+  }
   return elements;
 }
 
@@ -161,9 +179,8 @@ bool holds_moving_vertex(const MechanicalSystem& system, Index e) {
   if (!constraints.moving()) return false;
   const std::vector<Index> held = constraints.constrained_vertices();
   const auto nodes = system.mesh().tetrahedra[static_cast<std::size_t>(e)];
-  return std::any_of(nodes.begin(), nodes.end(), [&](Index v) {
-    return std::binary_search(held.begin(), held.end(), v);
-  });
+  return std::any_of(nodes.begin(), nodes.end(),
+                     [&](Index v) { return std::binary_search(held.begin(), held.end(), v); });
 }
 
 }  // namespace
@@ -218,7 +235,9 @@ void Session::Impl::locate(StepFailure& failure, Index element) const {
   const bool is_broken = !failure.elements.empty();
   if (!is_broken && element >= 0) failure.elements = {element};
   if (failure.elements.empty()) failure.elements = hot_elements(*system, state().position);
-  if (failure.elements.empty()) return;
+  if (failure.elements.empty()) {
+    failure.elements = loaded_elements(*system, progress.external_force);
+  }
   failure.jacobian =
       jacobian_at(*system, failure.elements.front(), is_broken ? trial : state().position);
 }
@@ -306,7 +325,8 @@ std::string Session::Impl::remedy_for(const StepFailure& failure,
           moduli_of(*system).most);
     case FailureCause::kSpeed:
       return fmt::format(
-          "A vertex moves at {:.3g} m/s relative to the body, and pressure waves in its material at "
+          "A vertex moves at {:.3g} m/s relative to the body, and pressure waves in its material "
+          "at "
           "{:.3g} m/s: no size of the steps helps. Check the velocities at the start, impulses and "
           "prescribed motion, and their units.",
           fastest(*system, state().momentum), wave_speed(*system));
@@ -326,13 +346,14 @@ std::string Session::Impl::remedy_for(const StepFailure& failure,
       return "Check the lengths of distances and the motion of handles. " + limit_advice();
     case FailureCause::kTolerance:
       return fmt::format(
-          "solver.tolerance = {:.3g} is below the round-off of the forces: the step came as near as "
+          "solver.tolerance = {:.3g} is below the round-off of the forces: the step came as near "
+          "as "
           "double precision allows. Take solver.tolerance = {:.1g} or larger.",
           settings.solver.tolerance,
           2.0 * outcome.minimizer.residual / outcome.minimizer.asked_limit *
               settings.solver.tolerance);
     case FailureCause::kIterations:
-      return fmt::format("All {} iterations that solver.max_iterations allows were used: raise it. ",
+      return fmt::format("solver.max_iterations = {} did not suffice: raise it. ",
                          settings.solver.max_iterations) +
              limit_advice();
     case FailureCause::kForceTerm:
@@ -341,7 +362,8 @@ std::string Session::Impl::remedy_for(const StepFailure& failure,
              "Amplitudes and strengths must be finite, too.";
     case FailureCause::kSolver:
       return fmt::format(
-          "The step of {:.4g} s is below the explicit stability limit of {:.4g} s, so that its size "
+          "The step of {:.4g} s is below the explicit stability limit of {:.4g} s, so that its "
+          "size "
           "is hardly the cause. Check loads, materials, prescribed motion and the quality of the "
           "mesh (tetraction check), or take another solver.kind.",
           h, failure.stable_step);
@@ -366,8 +388,9 @@ void Session::Impl::fail(const StepOutcome& outcome) {
     case StepStatus::kOk:
       return;
     case StepStatus::kInverted:
-      now.what = is_automatic() ? "the body is crushed or torn (inverted, J <= 0, whatever the step)"
-                                : "the material's energy is not defined (inverted, J <= 0)";
+      now.what = is_automatic()
+                     ? "the body is crushed or torn (inverted, J <= 0, whatever the step)"
+                     : "the material's energy is not defined (inverted, J <= 0)";
       break;
     case StepStatus::kNotFinite:
       now.what = outcome.message.empty() ? "positions, momenta or energies are not finite numbers"
@@ -385,16 +408,20 @@ void Session::Impl::fail(const StepOutcome& outcome) {
       const MinimizerReport& report = outcome.minimizer;
       if (report.iterations == 0) break;
       // The residual may be small enough, and something else keeps the step from its end.
-      now.what = fmt::format(
-          "the implicit step did not converge after {} iterations: {} ({} {:.3g} N, allowed {:.3g} "
-          "N{})",
-          report.iterations, outcome.message,
-          report.residual > report.residual_limit ? "force residual"
-                                                  : "the last force residual was small enough:",
-          report.residual, report.residual_limit,
-          report.residual > report.residual_limit ? "" : ", but this is not all that a step needs");
+      const bool is_large = !(report.residual <= report.residual_limit);
+      now.what = fmt::format("the implicit step did not converge after {} iterations: {} ",
+                             report.iterations, outcome.message);
+      now.what += fmt::format(is_large ? "(force residual {:.3g} N, allowed {:.3g} N)"
+                                       : "(the last force residual, {:.3g} N, is within the {:.3g} "
+                                         "N allowed)",
+                              report.residual, report.residual_limit);
       break;
     }
+  }
+  if (outcome.obstacle == StepObstacle::kPrescribedMotion) {
+    // Where the elements would be if the rest of the body did not follow.
+    now.attempted_position = state().position;
+    system->constraints().prescribe(now.time + now.time_step, now.attempted_position);
   }
   locate(now, outcome.element);
   now.cause = cause_of(outcome, now);
@@ -405,9 +432,10 @@ void Session::Impl::fail(const StepOutcome& outcome) {
       bad = bad_force(*system, system->force_point(now.attempted_position, span.end, span));
     }
     if (bad) {
-      now.what = fmt::format("the force term \"{}\" gives a force that is not finite at vertex {}: ",
-                             bad->term, system->mesh().vertex_id(bad->vertex)) +
-                 now.what;
+      now.what =
+          fmt::format("the force term \"{}\" gives a force that is not finite at vertex {}: ",
+                      bad->term, system->mesh().vertex_id(bad->vertex)) +
+          now.what;
     }
   }
   now.remedy = remedy_for(now, outcome);
@@ -440,6 +468,7 @@ void Session::Impl::fail_blown_up() {
   now.what = fmt::format(
       "the energy blew up: the integrator has added {:.3g} J to the {:.3g} J that entered, most",
       balance->energy_error(), balance->energy_scale());
+  now.attempted_position = state().position;
   locate(now, -1);
   StepOutcome outcome;
   now.cause = cause_of(outcome, now);

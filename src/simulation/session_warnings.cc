@@ -122,6 +122,11 @@ void Session::Impl::warn_of_events() {
       const auto* change = std::get_if<SetTime>(&edit);
       if (change == nullptr) continue;
       start += steps_until(event.at) * step;
+      if (change->time.end != end && change->time.end <= event.at) {
+        progress.warnings.push_back(fmt::format(
+            "{} sets time.end = {} s at {} s, when this time has passed: the run ends there.",
+            event.where, change->time.end, event.at));
+      }
       end = change->time.end;
       varies = change->time.automatic || change->time.adapt != StepAdaptation::kNone;
       if (!change->time.automatic) step = change->time.step;

@@ -47,8 +47,8 @@ TEST_P(Threads, RunsAreBitwiseTheSame) {
         balance = sums;
         continue;
       }
-      const std::string where = testing_support::instruction_set_name(set) + ", " +
-                                std::to_string(threads) + " threads";
+      const std::string where =
+          testing_support::instruction_set_name(set) + ", " + std::to_string(threads) + " threads";
       EXPECT_EQ(session.state().position, first.position) << where;
       EXPECT_EQ(session.state().momentum, first.momentum) << where;
       EXPECT_EQ(sums, balance) << where;

@@ -11,18 +11,18 @@ namespace tetraction {
 
 /// The causes that are told apart, because each has a remedy of its own.
 enum class FailureCause {
-  kStepAboveLimit,    ///< an explicit rule with a step above its stability limit
-  kStepTooLarge,      ///< the step does not resolve the motion
-  kLoads,             ///< loads or an environment out of all proportion to the body
-  kSpeed,             ///< vertices that are much faster than waves in the material
-  kStiffnessContrast, ///< parts whose moduli differ by more than the solver can bridge
-  kPrescribedMotion,  ///< supports that crush the elements beside them
-  kConstraints,       ///< distances or handles that cannot be met
-  kDamping,           ///< damping that would reverse velocities
-  kTolerance,         ///< a tolerance below round-off
-  kIterations,        ///< the iterations allowed were used up while the residual still fell
-  kForceTerm,         ///< a force term that is not defined or not finite where a vertex came
-  kSolver             ///< the equations of the step are not solved, for none of these reasons
+  kStepAboveLimit,     ///< an explicit rule with a step above its stability limit
+  kStepTooLarge,       ///< the step does not resolve the motion
+  kLoads,              ///< loads or an environment out of all proportion to the body
+  kSpeed,              ///< vertices that are much faster than waves in the material
+  kStiffnessContrast,  ///< parts whose moduli differ by more than the solver can bridge
+  kPrescribedMotion,   ///< supports that crush the elements beside them
+  kConstraints,        ///< distances or handles that cannot be met
+  kDamping,            ///< damping that would reverse velocities
+  kTolerance,          ///< a tolerance below round-off
+  kIterations,         ///< the iterations allowed were used up while the residual still fell
+  kForceTerm,          ///< a force term that is not defined or not finite where a vertex came
+  kSolver              ///< the equations of the step are not solved, for none of these reasons
 };
 
 /// A word for the cause, as in summary.json: "step_above_limit", "loads", …

@@ -63,9 +63,9 @@ void write_failed_elements(const Session& session, const std::string& path) {
     grid->GetCellData()->AddArray(
         make_array(name, chosen_columns(values, part.elements), integral));
   };
-  const Frame frame = make_frame(session, {"displacement", "velocity", "external_force",
-                                           "reaction_force", "region", "jacobian",
-                                           "energy_density"});
+  const Frame frame =
+      make_frame(session, {"displacement", "velocity", "external_force", "reaction_force", "region",
+                           "jacobian", "energy_density"});
   for (const FrameField& field : frame.point_fields) of_points(field.name, field.values);
   for (const FrameField& field : frame.cell_fields) {
     of_cells(field.name, field.values, field.integral);
