@@ -411,10 +411,12 @@ void Session::Impl::fail(const StepOutcome& outcome) {
       const bool is_large = !(report.residual <= report.residual_limit);
       now.what = fmt::format("the implicit step did not converge after {} iterations: {} ",
                              report.iterations, outcome.message);
-      now.what += fmt::format(is_large ? "(force residual {:.3g} N, allowed {:.3g} N)"
-                                       : "(the last force residual, {:.3g} N, is within the {:.3g} "
-                                         "N allowed)",
-                              report.residual, report.residual_limit);
+      now.what += is_large ? fmt::format("(force residual {:.3g} N, allowed {:.3g} N)",
+                                         report.residual, report.residual_limit)
+                           : fmt::format(
+                                 "(the last force residual, {:.3g} N, is within the {:.3g} N "
+                                 "allowed)",
+                                 report.residual, report.residual_limit);
       break;
     }
   }

@@ -1,7 +1,9 @@
 // The same bits for any number of threads, with each instruction set.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <string>
+#include <vector>
 
 #include "support/corner_scenes.h"
 #include "support/instruction_sets.h"
@@ -60,8 +62,8 @@ INSTANTIATE_TEST_SUITE_P(Rules, Threads,
                          testing::Values(Integrator::kExplicit, Integrator::kVerlet,
                                          Integrator::kMidpoint, Integrator::kBackwardEuler,
                                          Integrator::kEnergyMomentum),
-                         [](const auto& info) {
-                           std::string name = to_string(info.param);
+                         [](const testing::TestParamInfo<Integrator>& rule) {
+                           std::string name = to_string(rule.param);
                            std::replace(name.begin(), name.end(), '-', '_');
                            return name;
                          });
