@@ -43,8 +43,12 @@ void parallel_for(Index count, Index grain, const std::function<void(Index, Inde
     body(0, count);
     return;
   }
-  tbb::parallel_for(tbb::blocked_range<Index>(0, count, static_cast<std::size_t>(grain)),
-                    [&](const tbb::blocked_range<Index>& r) { body(r.begin(), r.end()); });
+  // Which pieces a thread gets depends on chance, but where they may be cut does not.
+  grain = std::max<Index>(1, grain);
+  const Index pieces = (count + grain - 1) / grain;
+  tbb::parallel_for(tbb::blocked_range<Index>(0, pieces), [&](const tbb::blocked_range<Index>& r) {
+    body(r.begin() * grain, std::min(count, r.end() * grain));
+  });
 }
 
 double parallel_sum(Index count, const std::function<double(Index, Index)>& partial) {

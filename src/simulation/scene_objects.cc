@@ -10,6 +10,7 @@
 
 #include "body_constraints.h"
 #include "body_loads.h"
+#include "contradicting_targets.h"
 #include "initial_state.h"
 #include "tetraction/core/error.h"
 #include "tetraction/dynamics/multipliers.h"
@@ -359,6 +360,7 @@ void check_events(const Scene& scene, const MechanicalSystem& system) {
       }
     }
   }
+  refuse_contradicting_targets(scene, system);
 }
 
 std::vector<Index> check_shift(const ShiftSettings& shift, const TetMesh& mesh) {

@@ -158,6 +158,7 @@ void Session::restore(const Checkpoint& checkpoint) {
   s.stepper = std::move(stepper);
   s.whole_stepper.reset();
   s.tracker.reset();
+  s.failed_step.reset();
   if (s.keeps_good_states) s.keep_state();
 }
 

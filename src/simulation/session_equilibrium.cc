@@ -49,8 +49,7 @@ bool Session::Impl::load_step() {
   const StepOutcome outcome = loading->advance(state(), states.other());
   count(outcome.minimizer);
   if (!outcome.ok()) {
-    progress.message = loading->message(outcome);
-    progress.status = RunStatus::kNotConverged;
+    fail_load_step(outcome);
     return false;
   }
   if (known > 0) {  // the last limit point may have become wider

@@ -122,6 +122,11 @@ void Session::Impl::warn_of_events() {
       const auto* change = std::get_if<SetTime>(&edit);
       if (change == nullptr) continue;
       start += steps_until(event.at) * step;
+      if (change->time.end != end && change->time.end <= event.at) {
+        progress.warnings.push_back(fmt::format(
+            "{} sets time.end = {} s at {} s, when this time has passed: the run ends there.",
+            event.where, change->time.end, event.at));
+      }
       end = change->time.end;
       varies = change->time.automatic || change->time.adapt != StepAdaptation::kNone;
       if (!change->time.automatic) step = change->time.step;
@@ -216,10 +221,7 @@ void Session::Impl::warn_of_materials() {
 
 std::string Session::Impl::limit_advice() const {
   const double step = progress.plan.time_step;
-  double limit = initial_limit.critical_step;
-  if (system->elastic().admissible(state().position).ok()) {
-    limit = std::min(limit, limit_at(state().position).critical_step);
-  }
+  const double limit = present_limit();
   if (settings.time.adapt == StepAdaptation::kEnergy) {
     return fmt::format(
         "The step is {:.4g} s, as time.adapt = \"energy\" chose it. Take a smaller time.step or "

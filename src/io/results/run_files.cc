@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <vector>
 
+#include "failed_elements.h"
 #include "io/text/output_file.h"
 #include "tetraction/core/error.h"
 #include "tetraction/io/checkpoint_file.h"
@@ -52,7 +53,8 @@ void remove_frames(const std::string& directory, const std::vector<std::string>&
 void remove_run(const std::string& directory) {
   remove_checkpoints(directory);
   remove_frames(directory);
-  for (const char* name : {"final.vtu", "summary.json", "probes.csv", "history.csv"}) {
+  for (const char* name : {"final.vtu", "summary.json", "probes.csv", "history.csv",
+                           kFailedElementsFile}) {
     remove_output(directory + "/" + name);
   }
 }

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "directory_lock.h"
+#include "failed_elements.h"
 #include "frame_fields.h"
 #include "io/text/output_file.h"
 #include "kept_files.h"
@@ -263,6 +264,9 @@ struct RunRecorder::Impl {
     if (last_row != session.step_number()) attempt([&] { write_row(session); });
     if (!has_failed) attempt([&] { write_last_frame(session); });
     attempt([&] { write_final(session); });
+    if (session.failure() != nullptr) {
+      attempt([&] { write_failed_elements(session, path(kFailedElementsFile)); });
+    }
     last.reset();
     attempt([&] { history->close(); });
     if (probes) attempt([&] { probes->finish(session); });
@@ -341,7 +345,9 @@ void RunRecorder::resume(const Session& session, const StoredCheckpoint& stored)
   // From here on the files are changed.
   if (has_probes) s.probes = std::make_unique<ProbeFile>(probes, session, probes_size);
   remove_checkpoints_after(s.directory, stored.checkpoint.state.step, stored.is_regular);
-  for (const char* name : {"summary.json", "final.vtu"}) remove_output(s.path(name));
+  for (const char* name : {"summary.json", "final.vtu", kFailedElementsFile}) {
+    remove_output(s.path(name));
+  }
   const OutputSettings& output = session.scene().output;
   if (!kept.names.empty()) s.last_frame_path = s.directory + "/frames/" + kept.names.back();
   s.frames = std::make_unique<FrameWriter>(session.system().mesh(), s.directory,
