@@ -1,0 +1,146 @@
+"""Malformed command lines, made from the program's own help: one message and a documented exit code.
+
+Usage: python3 arguments_test.py PROGRAM DATA_DIRECTORY [unittest arguments]
+"""
+
+import concurrent.futures
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+
+from cli_test import CliTest, own_lines
+
+PROGRAM, DATA = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
+
+# So small that every command that does run takes a moment.
+SCENE = """
+[mesh]
+generate = { kind = "tetrahedron", size = 1.0 }
+[material]
+youngs_modulus = 1.0e5
+poissons_ratio = 0.3
+[time]
+integrator = "midpoint"
+step = 0.01
+end = 0.01
+[[fix]]
+select = { vertices = [0, 1, 2] }
+"""
+# What each command needs beside options. Studies: one run, and no plots.
+POSITIONALS = {
+    ("run",): ["scene.toml"], ("static",): ["scene.toml"], ("check",): ["scene.toml"],
+    ("modes",): ["scene.toml", "-n", "1"], ("view",): ["box.msh"], ("keys",): ["time"],
+    ("study",): ["scene.toml", "--no-plots", "--integrators", "midpoint", "--steps", "0.01"],
+    ("mesh", "info"): ["box.msh"], ("mesh", "convert"): ["box.msh", "out.msh"],
+    ("mesh", "generate", "beam"): ["out.msh"], ("mesh", "generate", "box"): ["out.msh"],
+    ("mesh", "generate", "cube"): ["out.msh"], ("mesh", "generate", "tetrahedron"): ["out.msh"],
+}  # fmt: skip
+
+NOT_NUMBERS = ["", " ", "abc", "1e", "1.0.0", "1;2", "0.1 s", "nan", "1,,2", "--", "\udcff", "1\n2"]
+OUT_OF_RANGE = ["-1", "-1e308", "inf", "-inf", "1e400", "-0.5"]
+TOO_LARGE = "99999999999999999999"  # for an integer
+TEXTS = ["", " ", "-", "--", "nothing", "a b", "straße", "\udcff\udcfe", "a\nb", "\x1b[2J", "%s%n%x",
+         "x" * 100_000, "=", "a=", "=b", "..", "/dev/null/x", ",", "@", "[", "time.step=nan",
+         "mesh.generate={", "'\"`$(id)"]  # fmt: skip
+
+
+class Option:
+    def __init__(self, name, rest):
+        self.name = name
+        self.many = "..." in rest
+        self.kind = re.match(r"(INT|FLOAT|TEXT|X,Y,Z|)", rest).group(1)
+
+
+def options_of(text):
+    """The options in a help text, --help and --version apart."""
+    found = []
+    for line in text.splitlines():
+        match = re.match(r"  (?:-\w,)?(--[\w-]+)(?: (\S.*))?$", line)
+        if match and match.group(1) not in ("--help", "--version"):
+            # Two blanks or more part the kind of value from what the option is for.
+            found.append(Option(match.group(1), re.split(r" {2,}", match.group(2) or "")[0]
+                                if not line.startswith("  " + match.group(1) + "  ") else ""))  # fmt: skip
+    return found
+
+
+class Arguments(CliTest):
+    def setUp(self):
+        super().setUp()
+        self.write("scene.toml", SCENE)
+        self.run_program("mesh", "generate", "box", "box.msh", "--cells", "1,1,1")
+
+    def commands(self, words=()):
+        """Every command, as words, and its options."""
+        text = self.run_program(*words, "--help").stdout
+        subcommands = re.findall(r"^  (\w+) {2,}", text.partition("Subcommands:")[2], re.MULTILINE)
+        if not subcommands:
+            yield words, options_of(text)
+        for name in subcommands:
+            yield from self.commands((*words, name))
+
+    def answers(self, lines):
+        """Exit code, stdout and stderr of each command line; each in a folder of its own."""
+        environment = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")}
+
+        def answer(arguments):
+            folder = tempfile.mkdtemp(dir=self.folder)
+            for name in ("scene.toml", "box.msh"):
+                os.link(self.path(name), os.path.join(folder, name))
+            return subprocess.run(
+                [PROGRAM, *(a.encode("utf-8", "surrogateescape") for a in arguments)],
+                capture_output=True, encoding="utf-8", errors="surrogateescape", timeout=120,
+                stdin=subprocess.DEVNULL, cwd=folder, env=environment,
+            )  # fmt: skip
+
+        with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+            return zip(lines, pool.map(answer, lines))
+
+    def expect(self, lines, codes):
+        for line, result in self.answers(lines):
+            with self.subTest([word[:40] for word in line]):
+                self.assertIn(result.returncode, codes, result.stderr[:500])
+                messages = [
+                    text for text in own_lines(result.stderr)
+                    if re.match("tetraction: (?!warning|note)", text)
+                ]  # fmt: skip
+                self.assertEqual(len(messages), 0 if result.returncode == 0 else 1, result.stderr)
+                self.assertLess(len(result.stderr), 2000)
+                self.assertNotRegex(result.stderr, "[\x00-\x08\x0b-\x1f\x7f]")
+
+    def test_every_option_of_every_command(self):
+        malformed, odd = [], []
+        found = list(self.commands())
+        self.assertEqual({words for words, _ in found}, set(POSITIONALS))
+        for words, options in found:
+            start = [*words, *POSITIONALS[words]]
+            for option in options:
+                given = option.name in start
+                if option.kind == "":
+                    malformed += [[*start, f"{option.name}={v}"] for v in ("maybe", "7e", " ")]
+                    odd.append([*start, option.name, option.name])
+                    continue
+                malformed.append([*start, option.name])
+                if option.kind == "TEXT":
+                    odd += [[*start, f"{option.name}={text}"] for text in TEXTS]
+                    if not option.many and not given:
+                        malformed.append([*start, option.name, "a", option.name, "b"])
+                    continue
+                values = NOT_NUMBERS + OUT_OF_RANGE
+                if option.kind == "INT":
+                    values = [*values, TOO_LARGE]
+                if option.kind == "X,Y,Z":
+                    values = [f"1,{value},1" for value in values] + ["", "1", "1,1", "1,1,1,1"]
+                malformed += [[*start, f"{option.name}={value}"] for value in values]
+                if not option.many:
+                    malformed.append([*start, option.name, "1", option.name, "1"])
+        self.assertGreater(len(malformed), 200)
+        self.assertGreater(len(odd), 300)
+        self.expect(malformed, {2})
+        self.expect(odd, {0, 2, 3, 4})
+
+
+if __name__ == "__main__":
+    unittest.main(argv=[sys.argv[0], *sys.argv[3:]])
