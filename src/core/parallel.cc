@@ -9,6 +9,8 @@
 #include <thread>
 #include <vector>
 
+#include "core/loop_order.h"
+
 namespace tetraction {
 namespace {
 
@@ -40,8 +42,13 @@ void parallel_for(Index count, Index grain, const std::function<void(Index, Inde
     body(0, count);
     return;
   }
+  LoopOrder order;
   tbb::parallel_for(tbb::blocked_range<Index>(0, count, static_cast<std::size_t>(grain)),
-                    [&](const tbb::blocked_range<Index>& r) { body(r.begin(), r.end()); });
+                    [&](const tbb::blocked_range<Index>& r) {
+                      order.begin_task();
+                      body(r.begin(), r.end());
+                      order.end_task();
+                    });
 }
 
 double parallel_sum(Index count, const std::function<double(Index, Index)>& partial) {

@@ -1,4 +1,4 @@
-"""Malformed command lines, made from the program's own help: one message and a documented exit code.
+"""Command lines, exit codes and the surroundings of the program.
 
 Usage: python3 arguments_test.py PROGRAM DATA_DIRECTORY [unittest arguments]
 """
@@ -6,14 +6,17 @@ Usage: python3 arguments_test.py PROGRAM DATA_DIRECTORY [unittest arguments]
 import concurrent.futures
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 
 from cli_test import CliTest, own_lines
 
 PROGRAM, DATA = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
+README = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "README.md")
 
 # So small that every command that does run takes a moment.
 SCENE = """
@@ -27,7 +30,7 @@ integrator = "midpoint"
 step = 0.01
 end = 0.01
 [[fix]]
-select = { vertices = [0, 1, 2] }
+select = { plane = { axis = "x", at = 0.0 } }
 """
 # What each command needs beside options. Studies: one run, and no plots.
 POSITIONALS = {
@@ -67,6 +70,8 @@ def options_of(text):
 
 
 class Arguments(CliTest):
+    """Malformed command lines, made from the program's own help: one message and a documented code."""
+
     def setUp(self):
         super().setUp()
         self.write("scene.toml", SCENE)
@@ -140,6 +145,102 @@ class Arguments(CliTest):
         self.assertGreater(len(odd), 300)
         self.expect(malformed, {2})
         self.expect(odd, {0, 2, 3, 4})
+
+
+class ExitCodes(CliTest):
+    """Each exit code of the table in README.md, from the program itself."""
+
+    def test_every_documented_code(self):
+        self.write("scene.toml", SCENE)
+        self.write("wrong.toml", "[mesh]\n[materiel]\n")
+        endless = ["run", "scene.toml", "--set", "time.end=1e9", "--out", "endless"]
+        commands = {
+            0: ["run", "scene.toml", "--out", "good"],
+            1: ["run", "scene.toml", "--out", "bad", "--set", "solver.max_iterations=1",
+                "--set", "time.step=0.1", "--set", "time.end=1", "--set",
+                "initial.velocity=[9,9,9]"],
+            2: ["run", "wrong.toml"],
+            3: ["run", "missing.toml"],
+            4: ["run", "scene.toml", "--out", "/dev/null/out"],
+            130: endless, 143: endless,
+        }  # fmt: skip
+        with open(README) as file:
+            documented = {int(code) for code in re.findall(r"^\| (\d+) \|", file.read(), re.MULTILINE)}
+        self.assertLessEqual(documented, set(commands))
+        for code in sorted(documented):
+            with self.subTest(code):
+                if code < 128:
+                    self.run_program(*commands[code], code=code)
+                    continue
+                program = subprocess.Popen([PROGRAM, *commands[code]], cwd=self.folder,
+                                           stderr=subprocess.PIPE, text=True)  # fmt: skip
+                while not os.path.exists(self.path("endless", "history.csv")):
+                    time.sleep(0.01)
+                program.send_signal(code - 128)
+                _, stderr = program.communicate(timeout=120)
+                self.assertEqual(program.returncode, code, stderr)
+                self.assertTrue(os.path.exists(self.path("endless", "summary.json")))
+                shutil.rmtree(self.path("endless"))
+
+
+class Surroundings(CliTest):
+    """Names of files, the user's environment and the machine."""
+
+    def test_names_with_blanks_quotes_and_letters_of_other_languages(self):
+        folder = self.path("a b", "ü 数 'q\" $(touch made) ;&")
+        os.makedirs(folder)
+        scene = os.path.join(folder, "sz ene.toml")
+        mesh = os.path.join(folder, "würfel 1.msh")
+        self.run_program("mesh", "generate", "box", mesh, "--cells", "1,1,1")
+        with open(scene, "w") as file:
+            file.write(SCENE.replace('generate = { kind = "tetrahedron", size = 1.0 }',
+                                     'file = "würfel 1.msh"'))  # fmt: skip
+        out = os.path.join(folder, "er gebnis")
+        self.run_program("run", scene, "--out", out)
+        self.run_program("check", scene)
+        self.run_program("mesh", "convert", mesh, os.path.join(folder, "a b.vtu"))
+        # The folder goes to the program that draws the plots, too.
+        plots = os.path.join(folder, "stu die")
+        self.run_program("study", scene, "--out", plots, "--integrators", "midpoint", "--steps",
+                         "0.01,0.005")  # fmt: skip
+        self.assertTrue(os.path.exists(os.path.join(plots, "error_over_step.png")), os.listdir(plots))
+        for _, _, names in os.walk(self.folder):
+            self.assertNotIn("made", names)
+
+    def test_home_locale_and_terminal(self):
+        self.write("scene.toml", SCENE)
+        self.run_program("run", "scene.toml", "--out", "out")
+        with open(self.path("out", "history.csv")) as file:
+            history = file.read()
+        locales = self.path("locales")
+        os.mkdir(locales)
+        os.mkdir(self.path("home"), 0o500)
+        subprocess.run(["localedef", "-i", "de_DE", "-f", "UTF-8", os.path.join(locales, "de_DE.UTF-8")],
+                       stderr=subprocess.DEVNULL)  # fmt: skip
+        for environment in ({"HOME": None}, {"HOME": "/nonexistent"}, {"HOME": self.path("home")},
+                            {"LOCPATH": locales, "LC_ALL": "de_DE.UTF-8"}, {"LC_ALL": "C.UTF-8"},
+                            {"LC_ALL": "no_SUCH"}, {"TERM": None}, {"TMPDIR": "/nonexistent"},
+                            {"PATH": None}, dict.fromkeys(os.environ)):  # fmt: skip
+            with self.subTest(list(environment.items())[:2]):
+                self.run_program("run", "scene.toml", "--out", "out", env=environment)
+                with open(self.path("out", "history.csv")) as file:
+                    self.assertEqual(file.read(), history)
+        # Without a terminal and without streams: a session of its own, as in a batch system.
+        subprocess.run([PROGRAM, "run", "scene.toml", "--out", "out"], cwd=self.folder, check=True,
+                       stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+                       stderr=subprocess.DEVNULL, start_new_session=True, timeout=120)  # fmt: skip
+
+    def test_little_memory(self):
+        """The program ends, whatever its libraries make of it."""
+        self.write("scene.toml", SCENE)
+        for kilobytes in (250_000, 300_000, 400_000, 600_000):
+            with self.subTest(kilobytes):
+                result = subprocess.run(
+                    ["bash", "-c", f'ulimit -v {kilobytes}; "$0" run scene.toml --out out', PROGRAM],
+                    cwd=self.folder, capture_output=True, text=True, timeout=60,
+                )  # fmt: skip
+                # 127: the loader has too little for the libraries.
+                self.assertIn(result.returncode, (0, 1, 127), result.stderr)
 
 
 if __name__ == "__main__":

@@ -23,8 +23,8 @@ namespace {
 constexpr int kOutOfMemory = 3;
 constexpr int kOtherException = 4;
 
-// The address sanitizer's shadow memory alone is terabytes of address space.
-#ifdef __SANITIZE_ADDRESS__
+// The shadow memory of a sanitizer alone is terabytes of address space.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr bool kSanitized = true;
 #else
 constexpr bool kSanitized = false;
