@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cstdlib>
 #include <exception>
 #include <new>
 #include <sstream>
@@ -158,14 +157,10 @@ int guarded(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   tetraction::prepare_streams();
-  int code = guarded(argc, argv);
+  const int code = guarded(argc, argv);
   const std::string reason = tetraction::lost_results();
-  if (!reason.empty()) {
-    report(kCannotWrite,
-           fmt::format("the results cannot be written to standard output ({}).", reason));
-    if (code == 0) code = kCannotWrite;
-  }
-  // Everything has been written. The libraries' own ends are left out: with little memory that of
-  // OpenBLAS waits for a thread which never stops asking for more.
-  std::_Exit(code);
+  if (reason.empty()) return code;
+  report(kCannotWrite,
+         fmt::format("the results cannot be written to standard output ({}).", reason));
+  return code != 0 ? code : kCannotWrite;
 }

@@ -1,12 +1,7 @@
 // tetraction study: the same motion by several integrators at several steps.
 #include <fmt/format.h>
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -52,19 +47,26 @@ struct StudyArguments {
   bool no_plots = false;
 };
 
+std::string shell_quoted(const std::string& text) {
+  std::string quoted = "'";
+  for (const char c : text) {
+    if (c == '\'') {
+      quoted += "'\\''";
+    } else {
+      quoted += c;
+    }
+  }
+  return quoted + "'";
+}
+
 // Draws the plots with matplotlib. If this fails, the study is still complete.
 bool draw_plots(const std::string& directory) {
   // Debian's own python3 first: another one on the PATH does not have Debian's matplotlib.
   const char* python = std::filesystem::exists("/usr/bin/python3") ? "/usr/bin/python3" : "python3";
-  // Isolated: else a csv.py or json.py in the working folder would run in place of Python's own. No
-  // shell is asked, which would make commands of some names of directories.
-  const std::array<const char*, 6> arguments = {
-      python, "-I", "-c", kPlotStudyScript, directory.c_str(), nullptr};
-  pid_t child = 0;
-  int status = 0;
-  return posix_spawnp(&child, python, nullptr, nullptr, const_cast<char* const*>(arguments.data()),
-                      environ) == 0 &&
-         waitpid(child, &status, 0) == child && WIFEXITED(status) && WEXITSTATUS(status) == 0;
+  // Isolated: else a csv.py or json.py in the working folder would run in place of Python's own.
+  const std::string command = fmt::format("{} -I -c {} {}", python, shell_quoted(kPlotStudyScript),
+                                          shell_quoted(directory));
+  return std::system(command.c_str()) == 0;
 }
 
 // Keys that a study sets itself or has once for all variants. To vary them would change nothing.
