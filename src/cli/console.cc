@@ -10,29 +10,24 @@
 #include <cstring>
 #include <string>
 
+#include "core/quoting.h"
+
 namespace tetraction {
 namespace {
 
 int first_error = 0;  // of standard output
 
-// Words of the command line and of files can be of any length. Names of files have up to 255 bytes.
+// Words of the command line can be of any length. Names of files have up to 255 bytes, most paths less
+// than this.
 constexpr std::size_t kLongestWord = 600;
-constexpr std::size_t kLeft = 200;
 
-// The text with words that are too long cut short, between two characters.
+// The text with an excerpt of each word that is longer.
 std::string with_short_words(std::string_view text) {
   std::string result;
   while (!text.empty()) {
     const std::size_t end = std::min(text.find_first_of(" \n"), text.size());
-    std::size_t kept = end;
-    if (end > kLongestWord) {
-      for (kept = kLeft; kept > 0 && (static_cast<unsigned char>(text[kept]) & 0xC0U) == 0x80;) {
-        --kept;
-      }
-    }
-    result += text.substr(0, kept);
-    if (kept < end) result += "…";
-    if (end < text.size()) result += text[end];
+    result += end > kLongestWord ? excerpt(text.substr(0, end)) : std::string(text.substr(0, end));
+    result += text.substr(end, 1);
     text.remove_prefix(std::min(end + 1, text.size()));
   }
   return result;
@@ -72,7 +67,7 @@ void print_progress(std::string_view text) {
 }
 
 void print_message(std::string_view text) {
-  print_progress(fmt::format("tetraction: {}\n", with_short_words(text)));
+  print_progress(fmt::format("tetraction: {}\n", printable(with_short_words(text))));
 }
 
 void print_note(std::string_view text) {

@@ -10,8 +10,10 @@
 #include <vector>
 
 #include "console.h"
+#include "core/quoting.h"
 #include "scene_source.h"
 #include "tetraction/io/mesh_quality.h"
+#include "tetraction/mesh/mesh_checks.h"
 
 namespace tetraction {
 namespace {
@@ -62,6 +64,7 @@ nlohmann::ordered_json mesh_json(const TetMesh& mesh) {
                           {"max", {box.high.x(), box.high.y(), box.high.z()}}};
   json["reoriented_tetrahedra"] = mesh.report.reoriented;
   json["dropped_vertices"] = mesh.report.dropped_vertices;
+  json["coincident_vertices"] = coincident_vertices(mesh);
   json["skipped_cells"] = nlohmann::ordered_json::object();
   for (const auto& [type, count] : mesh.report.skipped_cells) {
     json["skipped_cells"][to_string(type)] = count;
@@ -110,16 +113,17 @@ void print_mesh_table(const TetMesh& mesh) {
     print_result("  region {}: {} tetrahedra\n", region, count);
   }
   for (const Group& group : mesh.groups) {
-    print_result("  group \"{}\" (dimension {}, tag {}): {} vertices", group.name, group.dimension,
-                 group.tag, group.vertices.size());
+    print_result("  group \"{}\" (dimension {}, tag {}): {} vertices", printable(group.name),
+                 group.dimension, group.tag, group.vertices.size());
     if (!group.triangles.empty()) print_result(", {} triangles", group.triangles.size());
     if (group.dimension == 3) print_result(", {} tetrahedra", group.tetrahedra.size());
     write_result("\n");
   }
   for (const auto& [name, values] : mesh.cell_arrays) {
-    print_result("  cell array \"{}\": {} a tetrahedron, from {:.6g} to {:.6g}\n", name,
+    print_result("  cell array \"{}\": {} a tetrahedron, from {:.6g} to {:.6g}\n", printable(name),
                  values.rows() == 1 ? "a number" : fmt::format("{} numbers", values.rows()),
-                 values.minCoeff(), values.maxCoeff());
+                 values.minCoeff<Eigen::PropagateNumbers>(),
+                 values.maxCoeff<Eigen::PropagateNumbers>());
   }
   const std::vector<QualityMeasure> measures = mesh_quality(mesh);
   print_result("  {:<24}{:>12}{:>12}{:>12}  {:<16}worst element\n", "quality", "min", "mean", "max",

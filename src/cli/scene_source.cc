@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "tetraction/mesh/mesh_checks.h"
+
 namespace tetraction {
 
 std::string mesh_remarks(const TetMesh& mesh) {
@@ -14,6 +16,12 @@ std::string mesh_remarks(const TetMesh& mesh) {
   if (report.dropped_vertices > 0) {
     add(fmt::format("{} vertices that no tetrahedron uses were dropped", report.dropped_vertices));
   }
+  if (const Index count = coincident_vertices(mesh); count > 0) {
+    add(
+        fmt::format("{} vertices are at the place of another one: parts that touch only there do "
+                    "not hang together",
+                    count));
+  }
   // Triangles of groups are not left out: selections can take them.
   Index of_groups = 0;
   for (const Group& group : mesh.groups) {
@@ -23,6 +31,10 @@ std::string mesh_remarks(const TetMesh& mesh) {
   }
   for (const auto& [type, count] : report.skipped_cells) {
     if (type == CellType::kTriangle && count <= of_groups) continue;
+    if (type == CellType::kTetrahedron) {
+      add(fmt::format("{} tetrahedra with the vertices of an earlier one were left out", count));
+      continue;
+    }
     add(fmt::format("{} cells of type {} were left out", count, to_string(type)));
   }
   return text.empty() ? text : mesh.source + ": " + text;

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "quoting.h"
+
 namespace tetraction {
 namespace {
 
@@ -41,8 +43,10 @@ std::size_t edit_distance(const std::string& a, const std::string& b) {
 std::string listing(const NameList& names) {
   std::string text;
   for (std::size_t i = 0; i < names.size(); ++i) {
+    constexpr std::size_t kMost = 60;
+    if (i == kMost) return text + fmt::format(" or {} more", names.size() - i);
     if (i > 0) text += i + 1 < names.size() ? ", " : " or ";
-    text += names[i];
+    text += excerpt(names[i]);
   }
   return text;
 }

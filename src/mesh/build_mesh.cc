@@ -34,6 +34,17 @@ bool is_flat(double volume, double longest) {
   return !(std::abs(6.0 * volume) > kFlat * longest * longest * longest);
 }
 
+struct TetrahedronHash {
+  std::size_t operator()(const std::array<Index, 4>& vertices) const {
+    std::size_t hash = 0;
+    for (const Index v : vertices) {
+      hash = (hash ^ static_cast<std::size_t>(v)) * 0x9E3779B97F4A7C15U;
+      hash ^= hash >> 32U;
+    }
+    return hash;
+  }
+};
+
 class Builder {
  public:
   Builder(RawMesh raw, double scale) : raw_(std::move(raw)), scale_(scale) {}
@@ -77,6 +88,8 @@ class Builder {
 
   void take_tetrahedra() {
     used_.assign(raw_.vertices.size(), false);
+    std::unordered_map<std::array<Index, 4>, Index, TetrahedronHash> tetrahedron_of_vertices;
+    tetrahedron_of_vertices.reserve(raw_.cells.size());
     for (const RawCell& cell : raw_.cells) {
       if (cell.type == CellType::kQuadraticTetrahedron) {
         refuse(fmt::format(
@@ -103,10 +116,19 @@ class Builder {
           }
         }
       }
+      std::array<Index, 4> key = tetrahedron;
+      std::sort(key.begin(), key.end());
+      const auto [first, is_new] = tetrahedron_of_vertices.emplace(key, mesh_.tetrahedron_count());
+      tetrahedron_of_cell_.emplace(&cell, first->second);
+      if (!is_new) {
+        // Files such as Gmsh's version 2 repeat an element for each of its groups.
+        ++mesh_.report.skipped_cells[CellType::kTetrahedron];
+        continue;
+      }
+      kept_cells_.push_back(&cell - raw_.cells.data());
       mesh_.tetrahedra.own().push_back(tetrahedron);
       mesh_.tetrahedron_ids.push_back(cell.id);
       mesh_.regions.push_back(cell.region);
-      tetrahedron_of_cell_.emplace(&cell, mesh_.tetrahedron_count() - 1);
     }
     if (mesh_.tetrahedra.empty()) {
       std::string others;
@@ -182,13 +204,9 @@ class Builder {
   }
 
   void collect_cell_arrays() {
-    std::vector<Index> kept;
-    for (std::size_t c = 0; c < raw_.cells.size(); ++c) {
-      if (raw_.cells[c].type == CellType::kTetrahedron) kept.push_back(static_cast<Index>(c));
-    }
     for (const auto& [name, values] : raw_.cell_arrays) {
       if (values.cols() != static_cast<Index>(raw_.cells.size())) continue;
-      mesh_.cell_arrays[name] = values(Eigen::all, kept);
+      mesh_.cell_arrays[name] = values(Eigen::all, kept_cells_);
     }
   }
 
@@ -217,6 +235,8 @@ class Builder {
       group.vertices.erase(std::unique(group.vertices.begin(), group.vertices.end()),
                            group.vertices.end());
       std::sort(group.tetrahedra.begin(), group.tetrahedra.end());
+      group.tetrahedra.erase(std::unique(group.tetrahedra.begin(), group.tetrahedra.end()),
+                             group.tetrahedra.end());
     }
   }
 
@@ -257,6 +277,7 @@ class Builder {
   std::vector<bool> used_;
   std::vector<Index> new_index_;
   std::unordered_map<const RawCell*, Index> tetrahedron_of_cell_;
+  std::vector<Index> kept_cells_;  // of the file, one for each tetrahedron
 };
 
 // Throws InputError for everything that build_mesh() would refuse, correct or leave out.

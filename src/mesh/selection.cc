@@ -9,6 +9,7 @@
 #include <numbers>
 #include <unordered_map>
 
+#include "core/quoting.h"
 #include "tetraction/core/error.h"
 
 namespace tetraction {
@@ -99,8 +100,8 @@ Marks marks_of(const SelectSet& set, const MarksOf& marks) {
 
 const Selection& selection_of(const SelectNamed& named) {
   if (named.of.size() != 1) {
-    throw InputError(fmt::format("the selection \"{}\" stands for {} selections, not for one.",
-                                 named.name, named.of.size()));
+    throw InputError(fmt::format("the selection {} stands for {} selections, not for one.",
+                                 in_quotes(named.name), named.of.size()));
   }
   return named.of.front().selection;
 }
@@ -111,7 +112,7 @@ Marks marks_of(const SelectNamed& named, const MarksOf& marks) {
   try {
     return marks(selection);
   } catch (const InputError& error) {
-    throw InputError(fmt::format("selection \"{}\": {}", named.name, error.what()));
+    throw InputError(fmt::format("selection {}: {}", in_quotes(named.name), error.what()));
   }
 }
 
@@ -185,16 +186,16 @@ struct VertexSelector {
   std::vector<Index> operator()(const SelectGroup& s) const {
     std::vector<Index> found;
     bool known = false;
-    std::string names;
+    std::vector<std::string_view> names;
     for (const Group& group : mesh.groups) {
-      names += (names.empty() ? "\"" : ", \"") + group.name + "\"";
+      names.push_back(group.name);
       if (group.name != s.name) continue;
       known = true;
       found.insert(found.end(), group.vertices.begin(), group.vertices.end());
     }
     if (!known) {
-      throw InputError(fmt::format("the mesh has no group \"{}\"; it has {}.", s.name,
-                                   names.empty() ? "none" : names));
+      throw InputError(fmt::format("the mesh has no group {}; it has {}.", in_quotes(s.name),
+                                   names.empty() ? "none" : quoted_list(names)));
     }
     return found;
   }
@@ -360,9 +361,9 @@ struct TriangleMarks {
  private:
   [[noreturn]] static void refuse(const Group& group, const std::string& triangle) {
     throw InputError(fmt::format(
-        "the triangle of the vertices {} of the group \"{}\" is not on the boundary of the body. A "
+        "the triangle of the vertices {} of the group {} is not on the boundary of the body. A "
         "selection of triangles takes such triangles only.",
-        triangle, group.name));
+        triangle, in_quotes(group.name)));
   }
   // False if the triangle is not on the boundary.
   bool mark(const Triangle& triangle, Marks& marks) const {

@@ -5,6 +5,7 @@
 #include <string_view>
 #include <utility>
 
+#include "core/quoting.h"
 #include "tetraction/core/error.h"
 #include "tetraction/simulation/scene.h"
 
@@ -156,8 +157,8 @@ void with_model(const MaterialSettings& s, const Body& body) {
     names += fmt::format("{}{}", names.empty() ? "" : ", ", M::kName);
   });
   if (!found) {
-    throw InputError(
-        fmt::format("material.model = \"{}\" is not a material; there are {}.", s.model, names));
+    throw InputError(fmt::format("material.model = {} is not a material; there are {}.",
+                                 in_quotes(s.model), names));
   }
 }
 
@@ -171,34 +172,38 @@ class ElementNumbers {
   double operator()(const std::string& array, const MaterialParameter& parameter, Index e) const {
     const auto found = mesh_.cell_arrays.find(array);
     if (found == mesh_.cell_arrays.end()) {
-      std::string names;
-      for (const auto& [name, values] : mesh_.cell_arrays) {
-        names += fmt::format("{}\"{}\"", names.empty() ? "" : ", ", name);
-      }
+      std::vector<std::string_view> names;
+      for (const auto& [name, values] : mesh_.cell_arrays) names.push_back(name);
       throw InputError(
-          fmt::format("material.{}: the mesh {}has no cell array \"{}\"; {}.", parameter.name,
-                      mesh_name(), array,
+          fmt::format("material.{}: the mesh {}has no cell array {}; {}.", parameter.name,
+                      mesh_name(), in_quotes(array),
                       names.empty() ? "it has none at all (VTU, VTK and Gmsh files can hold them)"
-                                    : "it has " + names));
+                                    : "it has " + quoted_list(names)));
     }
     const Matrix& values = found->second;
     if (values.rows() != 1) {
       throw InputError(fmt::format(
-          "material.{}: the cell array \"{}\" has {} numbers for each tetrahedron, not one.",
-          parameter.name, array, values.rows()));
+          "material.{}: the cell array {} has {} numbers for each tetrahedron, not one.",
+          parameter.name, in_quotes(array), values.rows()));
     }
     if (values.cols() != mesh_.tetrahedron_count()) {
       throw InputError(fmt::format(
-          "material.{}: the cell array \"{}\" has {} numbers, but the mesh has {} tetrahedra.",
-          parameter.name, array, values.cols(), mesh_.tetrahedron_count()));
+          "material.{}: the cell array {} has {} numbers, but the mesh has {} tetrahedra.",
+          parameter.name, in_quotes(array), values.cols(), mesh_.tetrahedron_count()));
     }
     const double value = values(0, e);
+    if (std::isnan(value)) {
+      throw InputError(fmt::format(
+          "material.{}: the cell array {} {}has no value at tetrahedron {} (the file gives none or "
+          "NaN); it must have one at each.",
+          parameter.name, in_quotes(array), of_mesh(), mesh_.tetrahedron_id(e)));
+    }
     const std::string refusal = parameter.range.refusal(value);
     if (!refusal.empty()) {
-      throw InputError(
-          fmt::format("material.{}: the cell array \"{}\" {}has the value {} at "
-                      "tetrahedron {}{}",
-                      parameter.name, array, of_mesh(), value, mesh_.tetrahedron_id(e), refusal));
+      throw InputError(fmt::format(
+          "material.{}: the cell array {} {}has the value {} at "
+          "tetrahedron {}{}",
+          parameter.name, in_quotes(array), of_mesh(), value, mesh_.tetrahedron_id(e), refusal));
     }
     return value;
   }

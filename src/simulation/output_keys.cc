@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "core/quoting.h"
 #include "core/spelling.h"
 #include "tetraction/simulation/output_fields.h"
 #include "tetraction/simulation/probe.h"
@@ -19,7 +20,7 @@ std::string fields_conflict(const OutputSettings& output) {
   for (const std::string& name : output.fields) {
     if (std::find(known.begin(), known.end(), name) != known.end()) continue;
     const std::string_view near = nearest_name(name, known);
-    return fmt::format("has \"{}\", which is no field: {}there are {}.", name,
+    return fmt::format("has {}, which is no field: {}there are {}.", in_quotes(name),
                        near.empty() ? "" : fmt::format("did you mean \"{}\"? ", near),
                        listing(known));
   }
@@ -31,8 +32,8 @@ std::string name_conflict(const ProbeSettings& probe) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
   };
   if (!probe.name.empty() && std::all_of(probe.name.begin(), probe.name.end(), fits)) return {};
-  return fmt::format("= \"{}\" is no name of a column: take letters, digits and underscores.",
-                     probe.name);
+  return fmt::format("= {} is no name of a column: take letters, digits and underscores.",
+                     in_quotes(probe.name));
 }
 
 std::string sum_at_point_conflict(const ProbeSettings& probe) {

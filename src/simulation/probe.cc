@@ -8,6 +8,7 @@
 #include <set>
 #include <utility>
 
+#include "core/quoting.h"
 #include "point_location.h"
 #include "tetraction/core/error.h"
 #include "tetraction/dynamics/derived_fields.h"
@@ -230,9 +231,9 @@ ProbeSet::ProbeSet(const std::vector<ProbeSettings>& probes, const MechanicalSys
         columns.columns.push_back(probe.name + ending);
         if (!taken.insert(columns.columns.back()).second) {
           throw InputError(
-              fmt::format("the column \"{}\" of the probe \"{}\" exists already: give the probe "
+              fmt::format("the column {} of the probe {} exists already: give the probe "
                           "another name.",
-                          columns.columns.back(), probe.name));
+                          in_quotes(columns.columns.back()), in_quotes(probe.name)));
         }
       }
       impl_->places.push_back(impl_->place_of(probe));

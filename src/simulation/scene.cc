@@ -7,6 +7,7 @@
 #include <string_view>
 #include <utility>
 
+#include "core/quoting.h"
 #include "core/spelling.h"
 #include "tetraction/core/error.h"
 
@@ -47,7 +48,7 @@ auto value_in(const Table& table, const std::string& name, const char* what) {
     if (name == text) return value;
     known += fmt::format("{}{}", known.empty() ? "" : ", ", text);
   }
-  throw InputError(fmt::format("\"{}\" is not {}; there are {}.", name, what, known));
+  throw InputError(fmt::format("{} is not {}; there are {}.", in_quotes(name), what, known));
 }
 
 }  // namespace
@@ -102,7 +103,8 @@ double coordinate_scale(const MeshSettings& mesh) {
     if (mesh.unit == unit.name) return mesh.scale * unit.metres;
     known += fmt::format("{}{}", known.empty() ? "" : ", ", unit.name);
   }
-  throw InputError(fmt::format("\"{}\" is not a unit of length; there are {}.", mesh.unit, known));
+  throw InputError(
+      fmt::format("{} is not a unit of length; there are {}.", in_quotes(mesh.unit), known));
 }
 
 std::string solver_conflict(const SolverSettings& settings) {
@@ -151,7 +153,7 @@ std::shared_ptr<const Amplitude> find_amplitude(const std::vector<AmplitudeSetti
     names.push_back(amplitude.name);
   }
   throw InputError(fmt::format(
-      "{}{}amplitude = \"{}\" is not defined{}", where, where.empty() ? "" : ": ", name,
+      "{}{}amplitude = {} is not defined{}", where, where.empty() ? "" : ": ", in_quotes(name),
       names.empty() ? ": the scene has no [[amplitude]]." : ": " + advice(name, names)));
 }
 

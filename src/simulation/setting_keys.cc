@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include "core/quoting.h"
+
 namespace tetraction {
 namespace {
 
@@ -79,7 +81,7 @@ bool adapts(const TimeSettings& time) {
 // The reader refuses such a name before; a program may set it.
 std::string solver_kind_conflict(const SolverSettings& solver) {
   if (solver.kind == "newton" || solver.kind == "ceres") return {};
-  return fmt::format("= \"{}\" is not a solver; there are newton and ceres.", solver.kind);
+  return fmt::format("= {} is not a solver; there are newton and ceres.", in_quotes(solver.kind));
 }
 
 std::string direction_conflict(const EnvironmentSettings& environment) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/quoting.h"
 #include "core/spelling.h"
 #include "initial_state.h"
 #include "step_count.h"
@@ -87,8 +88,8 @@ const ProbeSettings& error_probe_of(const StudyVariant& variant, const std::stri
   NameList names;
   for (const ProbeSettings& probe : probes) names.emplace_back(probe.name);
   throw InputError(fmt::format(
-      "The error of the probe \"{}\" is asked for, but {} has no probe of that name: {}", name,
-      variant.name.empty() ? "the scene" : "the variant " + variant.name,
+      "The error of the probe {} is asked for, but {} has no probe of that name: {}",
+      in_quotes(name), variant.name.empty() ? "the scene" : "the variant " + variant.name,
       names.empty() ? "add a [[probe]]." : advice(name, names)));
 }
 

@@ -119,8 +119,9 @@ TEST_F(MaterialArrays, RefusalsNamePlaceTetrahedronAndValue) {
             "scene.toml:3:1: material.youngs_modulus: the cell array \"E\" of " + path("mesh.vtu") +
                 " has the value -3 at tetrahedron 7; it must be above 0.");
   mesh_.cell_arrays["E"](0, 7) = std::nan("");
-  EXPECT_NE(refusal("youngs_modulus = { array = \"E\" }" + rest).find("nan at tetrahedron 7"),
-            std::string::npos);
+  EXPECT_NE(
+      refusal("youngs_modulus = { array = \"E\" }" + rest).find("has no value at tetrahedron 7"),
+      std::string::npos);
   EXPECT_EQ(refusal("youngs_modulus = { array = \"F\" }" + rest),
             "scene.toml:3:1: material.youngs_modulus: the mesh " + path("mesh.vtu") +
                 " has no cell array \"F\"; it has \"E\", \"direction\", \"rho\".");
@@ -200,7 +201,7 @@ TEST_F(MaterialArrays, GmshFilesKeepThem) {
   EXPECT_EQ(read.cell_arrays.at("direction"), mesh_.cell_arrays.at("direction"));
 }
 
-// Only some elements have data; the others get NaN, which the material then refuses by number.
+// Only some elements have data; the others get NaN, which a material does not take.
 TEST_F(MaterialArrays, OfGmshFilesMayLackElements) {
   const std::string body =
       "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n5\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n5 1 "

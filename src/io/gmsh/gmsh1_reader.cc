@@ -5,14 +5,16 @@
 #include <cstdlib>
 #include <limits>
 
+#include "core/quoting.h"
+
 namespace tetraction {
 namespace {
 
 void expect(TextScanner& in, const char* section) {
   const std::string_view found = in.token(section);
   if (found != section) {
-    in.fail(fmt::format("\"{}\" where {} is expected: the numbers in the section do not fit.",
-                        found.substr(0, 40), section));
+    in.fail(fmt::format("{} where {} is expected: the numbers in the section do not fit.",
+                        in_quotes(found), section));
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdlib>
@@ -9,6 +10,7 @@
 #include <map>
 #include <utility>
 
+#include "core/quoting.h"
 #include "gmsh1_reader.h"
 #include "gmsh_builder.h"
 #include "gmsh_numbers.h"
@@ -43,8 +45,7 @@ class GmshReader {
     while (!in_.at_end()) {
       const std::string section(in_.token("a section"));
       if (section.size() < 2 || section[0] != '$') {
-        in_.fail(fmt::format("\"{}\" where a section such as $Nodes is expected.",
-                             section.substr(0, 40)));
+        in_.fail(fmt::format("{} where a section such as $Nodes is expected.", in_quotes(section)));
       }
       in_.set_section(section);
       if (section == "$PhysicalNames") {
@@ -121,8 +122,8 @@ class GmshReader {
     const std::string end = fmt::format("$End{}", section.substr(1));
     const std::string_view found = in_.token(end.c_str());
     if (found != end) {
-      in_.fail(fmt::format("\"{}\" where {} is expected: the numbers in the section do not fit.",
-                           found.substr(0, 40), end));
+      in_.fail(fmt::format("{} where {} is expected: the numbers in the section do not fit.",
+                           in_quotes(found), excerpt(end)));
     }
     in_.set_section("");
   }
@@ -161,12 +162,22 @@ class GmshReader {
         const int coordinates = dimension == 0 ? 3 : 6;
         for (int c = 0; c < coordinates; ++c) real("an entity's bounds");
         const std::int64_t physicals = count("a number of physical tags", 2);
+        const auto [entity, is_new] =
+            physicals_.emplace(std::pair{dimension, tag}, std::vector<std::int64_t>{});
+        if (!is_new) {
+          in_.fail(
+              fmt::format("entity {} of dimension {} is given a second time.", tag, dimension));
+        }
         if (physicals > kMostPhysicals) {
           in_.fail(fmt::format("an entity has {} physical tags; at most {} are read.", physicals,
                                kMostPhysicals));
         }
         for (std::int64_t p = 0; p < physicals; ++p) {
-          physicals_[{dimension, tag}].push_back(physical_tag());
+          const std::int64_t physical = physical_tag();
+          std::vector<std::int64_t>& known = entity->second;
+          if (std::find(known.begin(), known.end(), physical) == known.end()) {
+            known.push_back(physical);
+          }
         }
         if (dimension == 0) continue;
         const std::int64_t bounding = count("a number of bounding entities", 2);

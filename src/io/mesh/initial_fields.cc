@@ -9,6 +9,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "core/quoting.h"
 #include "io/text/csv_table.h"
 #include "io/text/formula.h"
 #include "tetraction/core/error.h"
@@ -82,9 +83,9 @@ Matrix field_of_formulas(const FieldSettings& settings, const TetMesh& mesh, con
         const Vector3 x = mesh.vertices[static_cast<std::size_t>(v)];
         const double value = formula({x[0], x[1], x[2]});
         if (!std::isfinite(value)) {
-          throw InputError(
-              fmt::format("\"{}\" is {} at vertex {}, X = {:.6g}, Y = {:.6g}, Z = {:.6g}.", text,
-                          value, mesh.vertex_id(v), x[0], x[1], x[2]));
+          throw InputError(fmt::format("{} is {} at vertex {}, X = {:.6g}, Y = {:.6g}, Z = {:.6g}.",
+                                       in_quotes(text), value, mesh.vertex_id(v), x[0], x[1],
+                                       x[2]));
         }
         field(static_cast<Index>(i), v) = value;
       }

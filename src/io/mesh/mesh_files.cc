@@ -7,6 +7,7 @@
 #include <cctype>
 #include <filesystem>
 
+#include "core/quoting.h"
 #include "tetraction/core/error.h"
 
 namespace tetraction {
@@ -19,9 +20,9 @@ std::string mesh_ending(const std::string& path, const char* done) {
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   if (std::find(kEndings.begin(), kEndings.end(), ending) == kEndings.end()) {
     throw InputError(
-        fmt::format("\"{}\": {} Meshes in .vtu .vtk .msh .node .ele .veg are {}.", path,
+        fmt::format("{}: {} Meshes in .vtu .vtk .msh .node .ele .veg are {}.", in_quotes(path),
                     found.empty() ? "a mesh file needs an ending that tells its format."
-                                  : "the ending \"" + found + "\" is not that of a mesh.",
+                                  : "the ending " + in_quotes(found) + " is not that of a mesh.",
                     done));
   }
   return ending;

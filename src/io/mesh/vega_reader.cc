@@ -5,6 +5,7 @@
 #include <map>
 #include <vector>
 
+#include "core/quoting.h"
 #include "io/text/text_scanner.h"
 #include "plain_readers.h"
 
@@ -52,8 +53,8 @@ class VegaReader {
       } else if (section == "*INCLUDE") {
         in_.fail("*INCLUDE is not read: put the included text into the file.");
       } else {
-        in_.fail(fmt::format("\"{}\" where a section such as *VERTICES is expected.",
-                             section.substr(0, 40)));
+        in_.fail(
+            fmt::format("{} where a section such as *VERTICES is expected.", in_quotes(section)));
       }
     }
     if (!has_vertices_ || !has_elements_) {
@@ -87,8 +88,8 @@ class VegaReader {
     if (kind == "CUBIC") {
       type = CellType::kHexahedron;
     } else if (kind != "TET" && kind != "TETS") {
-      in_.fail(
-          fmt::format("elements of kind \"{}\" are not known; there are TET and CUBIC.", kind));
+      in_.fail(fmt::format("elements of kind {} are not known; there are TET and CUBIC.",
+                           in_quotes(kind)));
     }
     const std::int64_t elements = in_.count("the number of elements", 8);
     const std::int64_t nodes = in_.integer("the number of nodes of an element");
@@ -125,7 +126,8 @@ class VegaReader {
       }
       std::int64_t id = 0;
       const auto [next, error] = std::from_chars(place, end, id);
-      if (error != std::errc()) in_.fail(fmt::format("set \"{}\" holds what is no number.", name));
+      if (error != std::errc())
+        in_.fail(fmt::format("set {} holds what is no number.", in_quotes(name)));
       set.push_back(id);
       place = next;
     }
@@ -160,7 +162,8 @@ class VegaReader {
       for (const std::int64_t id : sets_[name]) {
         const auto found = index_of.find(id);
         if (found == index_of.end()) {
-          in_.fail(fmt::format("set \"{}\" names element {}, which does not exist.", name, id));
+          in_.fail(
+              fmt::format("set {} names element {}, which does not exist.", in_quotes(name), id));
         }
         mesh_.cells[found->second].groups.push_back(group);
       }
@@ -179,7 +182,8 @@ class VegaReader {
       }
       const auto set = sets_.find(regions_[r]);
       if (set == sets_.end()) {
-        in_.fail(fmt::format("*REGION names set \"{}\", which does not exist.", regions_[r]));
+        in_.fail(
+            fmt::format("*REGION names set {}, which does not exist.", in_quotes(regions_[r])));
       }
       for (const std::int64_t id : set->second) mesh_.cells[index_of.at(id)].region = region;
     }

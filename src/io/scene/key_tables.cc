@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "core/quoting.h"
 #include "core/spelling.h"
 #include "key_text.h"
 #include "tetraction/core/error.h"
@@ -95,7 +96,7 @@ std::string key_table(const std::string& name) {
   });
   if (!text.empty()) return text;
   const std::vector<std::string> names = key_table_names();
-  throw InputError(fmt::format("\"{}\" is not a section with a table of keys: {}", name,
+  throw InputError(fmt::format("{} is not a section with a table of keys: {}", in_quotes(name),
                                advice(name, {names.begin(), names.end()})));
 }
 

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "core/quoting.h"
 #include "io/text/csv_table.h"
 #include "key_reader.h"
 #include "scene_sections.h"
@@ -126,8 +127,8 @@ std::vector<AmplitudeSettings> read_amplitudes(const TomlTable& root, const std:
     amplitudes.push_back(read_amplitude(table, folder));
     for (std::size_t i = 0; i + 1 < amplitudes.size(); ++i) {
       if (amplitudes[i].name != amplitudes.back().name) continue;
-      table.refuse("name", fmt::format("= \"{}\" is the name of another amplitude already.",
-                                       amplitudes[i].name));
+      table.refuse("name", fmt::format("= {} is the name of another amplitude already.",
+                                       in_quotes(amplitudes[i].name)));
     }
   }
   return amplitudes;

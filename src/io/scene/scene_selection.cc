@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "core/quoting.h"
 #include "key_reader.h"
 #include "scene_sections.h"
 
@@ -138,20 +139,22 @@ class SelectionReader {
       for (const auto& [known, value] : all->node()) names.push_back(known.str());
     }
     if (names.empty()) {
-      parent.refuse(key, fmt::format("= \"{0}\", but the scene has no named selections: add "
-                                     "[selection.{0}], or give a selection, {{ … }}.",
-                                     name));
+      parent.refuse(key, fmt::format("= {}, but the scene has no named selections: add "
+                                     "[selection.{}], or give a selection, {{ … }}.",
+                                     in_quotes(name), excerpt(name)));
     }
     if (!all->has(name)) {
       const std::string_view near = nearest_name(name, names);
-      parent.refuse(
-          key,
-          fmt::format("= \"{}\" is not the name of a selection: {}the scene has {}.", name,
-                      near.empty() ? "" : fmt::format("did you mean {}? ", near), listing(names)));
+      parent.refuse(key, fmt::format("= {} is not the name of a selection: {}the scene has {}.",
+                                     in_quotes(name),
+                                     near.empty() ? "" : fmt::format("did you mean {}? ", near),
+                                     quoted_list(names)));
     }
     if (std::count(open_.begin(), open_.end(), name) > 0) {
-      parent.refuse(key, fmt::format("= \"{}\" makes the selection refer to itself: {} → {}.", name,
-                                     fmt::join(open_, " → "), name));
+      parent.refuse(
+          key,
+          fmt::format("= {} makes the selection refer to itself: {} → {}.", in_quotes(name),
+                      excerpt(fmt::format("{}", fmt::join(open_, " → ")), 500), excerpt(name)));
     }
     return SelectNamed{name, {{read_definition(*all, name)}}};
   }

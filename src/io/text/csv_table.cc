@@ -8,6 +8,7 @@
 #include <system_error>
 #include <utility>
 
+#include "core/quoting.h"
 #include "tetraction/core/error.h"
 #include "text_scanner.h"
 
@@ -43,7 +44,8 @@ bool parse(std::string_view text, double& value) {
 }  // namespace
 
 CsvTable read_csv(const std::string& path) {
-  const std::string file = read_file(path);
+  constexpr std::size_t kLargestTable = std::size_t{1} << 28U;
+  const std::string file = read_file(path, kLargestTable);
   std::string_view text = file;
   constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
   if (text.substr(0, 3) == kByteOrderMark) text.remove_prefix(3);
@@ -79,10 +81,10 @@ CsvTable read_csv(const std::string& path) {
     for (const std::string_view entry : entries) {
       if (!parse(entry, value) || !std::isfinite(value)) {
         fail(
-            fmt::format("\"{}\" is not a finite number. Numbers have a decimal point, and commas, "
+            fmt::format("{} is not a finite number. Numbers have a decimal point, and commas, "
                         "semicolons or "
                         "spaces between them.",
-                        entry.substr(0, 40)));
+                        in_quotes(entry)));
       }
       row.values.push_back(value);
     }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <numbers>
 
+#include "core/quoting.h"
 #include "tetraction/core/error.h"
 
 namespace tetraction {
@@ -19,8 +20,8 @@ namespace {
 
 [[noreturn]] void refuse(const std::string& text, int position, const std::string& what) {
   throw InputError(position < 0
-                       ? fmt::format("\"{}\": {}", text, what)
-                       : fmt::format("\"{}\", character {}: {}", text,
+                       ? fmt::format("{}: {}", in_quotes(text), what)
+                       : fmt::format("{}, character {}: {}", in_quotes(text),
                                      std::min(position, static_cast<int>(text.size())) + 1, what));
 }
 
@@ -28,7 +29,7 @@ std::string text_of(const mu::Parser::exception_type& error) {
   const std::string& token = error.GetToken();
   switch (error.GetCode()) {
     case mu::ecUNASSIGNABLE_TOKEN:
-      return fmt::format("\"{}\" is not a variable, a function or a number.", token);
+      return fmt::format("{} is not a variable, a function or a number.", in_quotes(token));
     case mu::ecUNEXPECTED_EOF:
       return "the formula ends too early.";
     case mu::ecMISSING_PARENS:
@@ -36,16 +37,16 @@ std::string text_of(const mu::Parser::exception_type& error) {
     case mu::ecUNEXPECTED_PARENS:
       return "a parenthesis is in a wrong place.";
     case mu::ecTOO_FEW_PARAMS:
-      return fmt::format("the function \"{}\" has too few arguments.", token);
+      return fmt::format("the function {} has too few arguments.", in_quotes(token));
     case mu::ecTOO_MANY_PARAMS:
-      return fmt::format("the function \"{}\" has too many arguments.", token);
+      return fmt::format("the function {} has too many arguments.", in_quotes(token));
     case mu::ecMISSING_ELSE_CLAUSE:
       return "a ? has no : after it.";
     case mu::ecEXPRESSION_TOO_LONG:
       return "the formula is too long.";
     default:
       return token.empty() ? "the formula cannot be read."
-                           : fmt::format("\"{}\" does not fit here.", token);
+                           : fmt::format("{} does not fit here.", in_quotes(token));
   }
 }
 

@@ -1,14 +1,17 @@
 #include "text_scanner.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <charconv>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
-#include <sstream>
+#include <cstring>
 
+#include "core/quoting.h"
 #include "tetraction/core/error.h"
 
 namespace tetraction {
@@ -27,21 +30,51 @@ bool parse(std::string_view token, Number& value) {
 
 }  // namespace
 
-std::string read_file(const std::string& path) {
-  std::error_code error;
-  if (std::filesystem::exists(path, error) && !std::filesystem::is_regular_file(path, error)) {
-    throw FileError(path + ": is not a regular file (a directory, perhaps).");
+std::string read_file(const std::string& path, std::size_t most) {
+  // Opening a pipe would wait for somebody who writes to it.
+  const int file = open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC | O_NOCTTY);
+  const auto refuse = [&](const std::string& what) {
+    if (file >= 0) close(file);
+    throw FileError(path + ": " + what);
+  };
+  if (file < 0) {
+    refuse(errno == ENOENT ? "no such file."
+                           : fmt::format("cannot be read ({}).", std::strerror(errno)));
   }
-  std::ifstream file(path, std::ios::binary);
-  if (!file) throw FileError(path + ": no such file, or no permission to read it.");
-  std::stringstream text;
-  text << file.rdbuf();
-  if (file.bad()) throw FileError(path + ": cannot be read to its end.");
-  return std::move(text).str();
+  struct stat status {};
+  if (fstat(file, &status) != 0) {
+    refuse(fmt::format("cannot be read ({}).", std::strerror(errno)));
+  }
+  if (!S_ISREG(status.st_mode)) {
+    refuse(S_ISDIR(status.st_mode) ? "is a directory, not a regular file."
+                                   : "is not a regular file (a pipe or a device, perhaps).");
+  }
+  const auto memory = static_cast<std::size_t>(sysconf(_SC_PHYS_PAGES)) *
+                      static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+  const std::size_t bound = std::min(most, memory / 2);
+  const auto size = static_cast<std::size_t>(status.st_size);
+  if (size > bound) {
+    constexpr double kMegabyte = 1e6;
+    refuse(fmt::format("has {:.4g} MB, and at most {:.4g} MB of such a file can be read here.",
+                       static_cast<double>(size) / kMegabyte,
+                       static_cast<double>(bound) / kMegabyte));
+  }
+  std::string text(size, '\0');
+  std::size_t have = 0;
+  while (have < size) {
+    const ssize_t count = read(file, text.data() + have, size - have);
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) refuse(fmt::format("cannot be read to its end ({}).", std::strerror(errno)));
+    if (count == 0) break;  // it has become shorter
+    have += static_cast<std::size_t>(count);
+  }
+  close(file);
+  text.resize(have);
+  return text;
 }
 
 void TextScanner::fail(const std::string& what) const {
-  const std::string in = section_.empty() ? "" : "in " + section_.substr(0, 40) + ": ";
+  const std::string in = section_.empty() ? "" : "in " + excerpt(section_, 40) + ": ";
   if (bytes_) throw FileError(fmt::format("{}: byte {}: {}{}", path_, position_, in, what));
   const auto line =
       1 + std::count(text_.begin(), text_.begin() + static_cast<std::ptrdiff_t>(position_), '\n');
@@ -67,14 +100,14 @@ std::string_view TextScanner::token(const char* wanted) {
 std::int64_t TextScanner::integer(const char* wanted) {
   const std::string_view text = token(wanted);
   std::int64_t value = 0;
-  if (!parse(text, value)) fail(fmt::format("\"{}\" is not {} (an integer).", text, wanted));
+  if (!parse(text, value)) fail(fmt::format("{} is not {} (an integer).", in_quotes(text), wanted));
   return value;
 }
 
 double TextScanner::real(const char* wanted) {
   const std::string_view text = token(wanted);
   double value = 0.0;
-  if (!parse(text, value)) fail(fmt::format("\"{}\" is not {} (a number).", text, wanted));
+  if (!parse(text, value)) fail(fmt::format("{} is not {} (a number).", in_quotes(text), wanted));
   return value;
 }
 

@@ -9,8 +9,13 @@
 
 namespace tetraction {
 
-/// The whole file in memory. Throws FileError if it is missing or cannot be read.
-std::string read_file(const std::string& path);
+/// What one file may have at most, unless the memory of the machine is less than twice as much.
+inline constexpr std::size_t kLargestFile = std::size_t{8} << 30U;
+
+/// The whole file in memory. Throws FileError if it is missing or cannot be read, if it is no regular
+/// file (a pipe would be waited for), or if it has more than `most` bytes or more than half of the
+/// machine's memory. Allocates nothing before it knows the size of the file.
+std::string read_file(const std::string& path, std::size_t most = kLargestFile);
 
 /// Reads tokens that are separated by white space.
 class TextScanner {

@@ -3,15 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <charconv>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <memory>
 #include <optional>
 #include <utility>
 
+#include "core/quoting.h"
+#include "io/text/text_scanner.h"
 #include "tetraction/core/error.h"
 #include "toml_depth.h"
 
@@ -22,43 +22,36 @@ constexpr const char* kExample = "write KEY=VALUE, for instance --set time.step=
 
 std::string file_text(const std::string& path) {
   constexpr std::size_t kLargestScene = 64u << 20u;
-  std::error_code ignored;
-  if (std::filesystem::is_directory(path, ignored)) {
+  std::error_code error;
+  const std::filesystem::file_status status = std::filesystem::status(path, error);
+  if (std::filesystem::is_directory(status)) {
     throw FileError(fmt::format("{}: this is a folder; name the scene file in it.", path));
   }
-  errno = 0;
-  std::ifstream file(path, std::ios::binary);
-  if (!file) {
+  if (!std::filesystem::exists(status)) {
     throw FileError(
         fmt::format("{}: cannot read the scene: {}. Check the path and the permissions.", path,
-                    errno == 0 ? "unknown reason" : std::strerror(errno)));
+                    error ? error.message()
+                          : std::make_error_code(std::errc::no_such_file_or_directory).message()));
   }
-  std::string text;
-  std::vector<char> buffer(1u << 16u);
-  while (file) {
-    file.read(buffer.data(), static_cast<std::streamsize>(buffer.size()));
-    text.append(buffer.data(), static_cast<std::size_t>(file.gcount()));
-    if (text.size() > kLargestScene) {
-      throw FileError(
-          fmt::format("{}: larger than 64 MiB, which no scene is; is it a mesh?", path));
-    }
+  if (std::filesystem::file_size(path, error) > kLargestScene && !error) {
+    throw FileError(fmt::format("{}: larger than 64 MiB, which no scene is; is it a mesh?", path));
   }
-  if (file.bad()) {
-    throw FileError(fmt::format("{}: reading broke off: {}.", path, std::strerror(errno)));
-  }
-  return text;
+  return read_file(path, kLargestScene);
 }
 
 [[noreturn]] void refuse_depth(std::string_view source) {
-  constexpr std::size_t kMost = 500;  // of what is quoted: a deep key is a long one
-  std::size_t length = std::min(source.size(), kMost);
-  // A character of UTF-8 is not cut into two.
-  while (length < source.size() && length > 0 && (source[length] & 0xC0) == 0x80) --length;
   throw InputError(
-      fmt::format("{}{}: not valid TOML for a scene: keys, lists and tables may be nested {} deep "
+      fmt::format("{}: not valid TOML for a scene: keys, lists and tables may be nested {} deep "
                   "at most, and these are nested deeper. No "
                   "scene needs as many; look for a dot or a bracket too many.",
-                  source.substr(0, length), length < source.size() ? "…" : "", kDeepestNesting));
+                  source, kDeepestNesting));
+}
+
+// Names of files and messages end at the character zero. TOML has it as \u0000 only.
+bool holds_zero(std::string_view text) {
+  return text.find('\0') != std::string_view::npos ||
+         text.find("\\u0000") != std::string_view::npos ||
+         text.find("\\U00000000") != std::string_view::npos;
 }
 
 std::string trimmed(std::string_view text) {
@@ -77,7 +70,7 @@ std::optional<toml::table> parse_value(const std::string& text, const std::strin
   return std::nullopt;
 }
 
-std::string quoted(const std::string& word) {
+std::string toml_string(const std::string& word) {
   std::string text = "\"";
   for (const char c : word) {
     if (c == '"' || c == '\\') text += '\\';
@@ -93,7 +86,7 @@ toml::table override_value(const std::string& text, const std::string& source) {
   if (auto table = parse_value(text, source)) return std::move(*table);
   const bool looks_like_toml = std::strchr("[{\"'", text.front()) != nullptr;
   if (!looks_like_toml && text.find('\n') == std::string::npos) {
-    if (auto table = parse_value(quoted(text), source)) return std::move(*table);
+    if (auto table = parse_value(toml_string(text), source)) return std::move(*table);
   }
   throw InputError(fmt::format(
       "{}: the value is not TOML; write a number, true, a word, or something like [0, 1, 2] or "
@@ -136,14 +129,14 @@ void put(toml::node& parent, const std::string& segment, toml::table value,
     }
     toml::array* array = parent.as_array();
     if (array == nullptr) {
-      throw InputError(
-          fmt::format("{}: {} is {}, so it has no {}.", source, where, kind_of(parent), segment));
+      throw InputError(fmt::format("{}: {} is {}, so it has no {}.", source, excerpt(where),
+                                   kind_of(parent), excerpt(segment)));
     }
     const auto index = as_index(segment);
     if (!index || *index > array->size()) {
       throw InputError(fmt::format(
           "{0}: {1} is a list with {2} entries; write {1}.0 for the first, {1}.{2} to add one.",
-          source, where, array->size()));
+          source, excerpt(where), array->size()));
     }
     if (*index == array->size()) {
       array->push_back(std::move(node));
@@ -167,7 +160,7 @@ toml::node* child(toml::node& parent, const std::string& segment) {
 TomlDocument::TomlDocument(const std::string& path, const std::vector<std::string>& overrides)
     : TomlDocument(path, file_text(path), {}) {
   for (const std::string& text : overrides) {
-    const std::string source = "--set " + text;
+    const std::string source = "--set " + excerpt(text);
     const auto equals = text.find('=');
     if (equals == std::string::npos) throw InputError(fmt::format("{}: {}", source, kExample));
     apply({trimmed(text.substr(0, equals)), trimmed(text.substr(equals + 1)), source});
@@ -179,11 +172,15 @@ TomlDocument::TomlDocument(std::string path, std::string text, const std::vector
   if (const auto place = place_of_deep_nesting(text_)) {
     refuse_depth(fmt::format("{}:{}:{}", path_, place->line, place->column));
   }
+  constexpr std::size_t kMostOfParser = 400;  // its messages quote keys
+  if (holds_zero(text_)) {
+    throw InputError(path_ + ": the file has a character with the code zero in it.");
+  }
   try {
     root_ = toml::parse(text_, path_);
   } catch (const toml::parse_error& error) {
-    throw InputError(
-        fmt::format("{}: not valid TOML: {}", place_of(error.source()), error.description()));
+    throw InputError(fmt::format("{}: not valid TOML: {}", place_of(error.source()),
+                                 excerpt(error.description(), kMostOfParser)));
   }
   for (const Change& change : changes) apply(change);
 }
@@ -195,6 +192,9 @@ void TomlDocument::apply(const Change& change) {
     remove(segments, source);
     changes_.push_back(change);
     return;
+  }
+  if (holds_zero(change.key) || holds_zero(change.value)) {
+    throw InputError(source + ": there is a character with the code zero in it.");
   }
   toml::table value = override_value(change.value, source);
 
@@ -223,7 +223,7 @@ void TomlDocument::remove(const std::vector<std::string>& segments, const std::s
   toml::table* table = node != nullptr ? node->as_table() : nullptr;
   if (table == nullptr || table->erase(segments.back()) == 0) {
     throw InputError(fmt::format("{}: {} is not set at that time, so it cannot be taken out.",
-                                 source, fmt::join(segments, ".")));
+                                 source, excerpt(fmt::format("{}", fmt::join(segments, ".")))));
   }
 }
 

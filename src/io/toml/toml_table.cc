@@ -7,6 +7,7 @@
 #include <limits>
 #include <utility>
 
+#include "core/quoting.h"
 #include "tetraction/core/error.h"
 
 namespace tetraction {
@@ -28,9 +29,9 @@ TomlTable::TomlTable(const TomlDocument& document, const toml::table& table, std
     if (contains(keys.later, key.str())) {
       refuse(key.str(), "is not in this version of Tetraction; leave it out.");
     }
-    throw InputError(fmt::format("{}: unknown key {}{}: {}", place(key.str()), path_of(key.str()),
-                                 name_.empty() ? "" : fmt::format(" in [{}]", name_),
-                                 advice(key.str(), keys.valid)));
+    throw InputError(fmt::format(
+        "{}: unknown key {}{}: {}", place(key.str()), excerpt(path_of(key.str())),
+        name_.empty() ? "" : fmt::format(" in [{}]", name_), advice(key.str(), keys.valid)));
   }
 }
 
@@ -176,9 +177,9 @@ void TomlTable::read_letters(std::string_view key, std::array<bool, 3>& target) 
   target.fill(false);
   for (const char letter : letters) {
     if (letter < 'x' || letter > 'z' || target[static_cast<std::size_t>(letter - 'x')]) {
-      refuse(key, fmt::format("= \"{}\" must name some of x, y and z, each once, for instance "
+      refuse(key, fmt::format("= {} must name some of x, y and z, each once, for instance "
                               "\"xz\".",
-                              letters));
+                              in_quotes(letters)));
     }
     target[static_cast<std::size_t>(letter - 'x')] = true;
   }
@@ -195,7 +196,7 @@ void TomlTable::read_or_auto(std::string_view key, double& target, bool& automat
   std::string word;
   read(key, word);
   if (word != "auto") {
-    refuse(key, fmt::format("= \"{}\" must be a number of seconds {}, or \"auto\".", word,
+    refuse(key, fmt::format("= {} must be a number of seconds {}, or \"auto\".", in_quotes(word),
                             range.text()));
   }
   automatic = true;
@@ -272,11 +273,12 @@ void TomlTable::read(std::string_view key, std::string& target, const NameList& 
   std::string word;
   read(key, word);
   if (contains(later, word)) {
-    refuse(key, fmt::format("= \"{}\" is not in this version of Tetraction; valid {} {}.", word,
-                            valid.size() == 1 ? "is only" : "are", listing(valid)));
+    refuse(key,
+           fmt::format("= {} is not in this version of Tetraction; valid {} {}.", in_quotes(word),
+                       valid.size() == 1 ? "is only" : "are", listing(valid)));
   }
   if (!contains(valid, word)) {
-    refuse(key, fmt::format("= \"{}\" is unknown: {}", word, advice(word, valid)));
+    refuse(key, fmt::format("= {} is unknown: {}", in_quotes(word), advice(word, valid)));
   }
   target = word;
 }

@@ -7,6 +7,7 @@
 #include <charconv>
 #include <optional>
 
+#include "core/quoting.h"
 #include "tetraction/core/error.h"
 
 namespace tetraction {
@@ -27,9 +28,9 @@ std::int64_t count_of(const std::string& path, const char* name, std::string_vie
   const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), count);
   if (error != std::errc() || end != value.data() + value.size() || count < 0 || count > most) {
     throw FileError(fmt::format(
-        "{}: {} is \"{}\": the file is too small for so many, so that it must be damaged. Write "
+        "{}: {} is {}: the file is too small for so many, so that it must be damaged. Write "
         "the file anew.",
-        path, name, value.substr(0, 40)));
+        path, name, in_quotes(value)));
   }
   return count;
 }
@@ -105,9 +106,9 @@ VtkHeader check_xml_header(const std::string& path, std::string_view text) {
   const auto type = attribute(*file, "type");
   if (type != "UnstructuredGrid") {
     throw FileError(
-        fmt::format("{}: holds a data set of type \"{}\"; tetrahedra come in an "
+        fmt::format("{}: holds a data set of type {}; tetrahedra come in an "
                     "UnstructuredGrid. Convert it first.",
-                    path, type.value_or("")));
+                    path, in_quotes(type.value_or(""))));
   }
   if (text.rfind("</VTKFile>") == text.npos) {
     throw FileError(path + ": the file is truncated: it has no </VTKFile>. Write it anew.");
@@ -140,9 +141,9 @@ VtkHeader check_legacy_header(const std::string& path, std::string_view text) {
   constexpr std::string_view kType = "unstructured_grid";
   if (!std::equal(kType.begin(), kType.end(), type.begin(), type.end(), equal_ignoring_case)) {
     throw FileError(
-        fmt::format("{}: holds a data set of type \"{}\"; tetrahedra come in an "
+        fmt::format("{}: holds a data set of type {}; tetrahedra come in an "
                     "UNSTRUCTURED_GRID. Convert it first.",
-                    path, type.substr(0, 40)));
+                    path, in_quotes(type)));
   }
   const auto most = static_cast<std::int64_t>(text.size());
   VtkHeader header;

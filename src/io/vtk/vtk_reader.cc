@@ -9,33 +9,22 @@
 #include <vtkIdList.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
-#include <vtkSmartPointer.h>
 #include <vtkTypeInt64Array.h>
 #include <vtkUnstructuredGrid.h>
-#include <vtkUnstructuredGridReader.h>
-#include <vtkXMLUnstructuredGridReader.h>
 
-#include <cctype>
 #include <cmath>
-#include <cstdlib>
-#include <filesystem>
 #include <limits>
 #include <map>
 #include <unordered_set>
 
-#include "guarded_process.h"
+#include "guarded_grid.h"
 #include "io/mesh/groups_by_number.h"
 #include "io/text/byte_stream.h"
-#include "io/text/text_scanner.h"
-#include "quiet_vtk.h"
 #include "tetraction/core/error.h"
 #include "vtk_cells.h"
-#include "vtk_header.h"
 
 namespace tetraction {
 namespace {
-
-constexpr const char* kNotThat = "the file cannot be read as a VTK unstructured grid";
 
 // ---- in the child ------------------------------------------------------------------------------
 
@@ -96,14 +85,23 @@ std::vector<std::int64_t> triangle_groups(vtkUnstructuredGrid* grid) {
   return numbers;
 }
 
-// Writes the arrays of real numbers with up to 9 components.
-void encode_arrays(vtkDataSetAttributes* data, vtkIdType tuples, ByteWriter& out) {
+// Cell data that are no quantities.
+bool is_number_of_cells(const std::string& name) {
+  return name == "element_id" || name == "region" || name == "vtkGhostType";
+}
+
+// Writes the arrays of up to 9 components: those of real numbers, and for cells whole numbers, too,
+// from which a material may take a parameter.
+void encode_arrays(vtkDataSetAttributes* data, vtkIdType tuples, bool whole_numbers,
+                   ByteWriter& out) {
   std::vector<vtkDataArray*> arrays;
   for (int a = 0; a < data->GetNumberOfArrays(); ++a) {
     vtkDataArray* array = data->GetArray(a);
     if (array == nullptr || array->GetName() == nullptr) continue;
     const bool real = array->GetDataType() == VTK_FLOAT || array->GetDataType() == VTK_DOUBLE;
-    if (real && array->GetNumberOfTuples() == tuples && array->GetNumberOfComponents() <= 9) {
+    const bool whole = whole_numbers && !is_number_of_cells(array->GetName());
+    if ((real || whole) && array->GetNumberOfTuples() == tuples &&
+        array->GetNumberOfComponents() <= 9) {
       arrays.push_back(array);
     }
   }
@@ -122,7 +120,6 @@ void encode_arrays(vtkDataSetAttributes* data, vtkIdType tuples, ByteWriter& out
 
 std::string encode(vtkUnstructuredGrid* grid) {
   ByteWriter out;
-  out.put_text("");  // no error
   const vtkIdType points = grid->GetNumberOfPoints();
   const vtkIdType cells = grid->GetNumberOfCells();
   std::vector<double> coordinates(3 * static_cast<std::size_t>(points));
@@ -154,54 +151,9 @@ std::string encode(vtkUnstructuredGrid* grid) {
         regions(cell_data->GetArray("region"), cells), triangle_groups(grid)}) {
     out.put_all(values.data(), values.size());
   }
-  encode_arrays(point_data, points, out);
-  encode_arrays(cell_data, cells, out);
+  encode_arrays(point_data, points, false, out);
+  encode_arrays(cell_data, cells, true, out);
   return out.bytes();
-}
-
-vtkSmartPointer<vtkUnstructuredGrid> read_grid(const std::string& path, bool xml) {
-  VtkMessages messages;
-  vtkNew<vtkXMLUnstructuredGridReader> xml_reader;
-  vtkNew<vtkUnstructuredGridReader> legacy_reader;
-  vtkSmartPointer<vtkUnstructuredGrid> grid;
-  if (xml) {
-    messages.watch(xml_reader);
-    xml_reader->SetFileName(path.c_str());
-    xml_reader->Update();
-    grid = xml_reader->GetOutput();
-  } else {
-    messages.watch(legacy_reader);
-    legacy_reader->SetFileName(path.c_str());
-    legacy_reader->ReadAllScalarsOn();
-    legacy_reader->ReadAllVectorsOn();
-    legacy_reader->ReadAllTensorsOn();
-    legacy_reader->ReadAllNormalsOn();
-    legacy_reader->ReadAllTCoordsOn();
-    legacy_reader->ReadAllColorScalarsOn();
-    legacy_reader->ReadAllFieldsOn();
-    legacy_reader->Update();
-    grid = legacy_reader->GetOutput();
-  }
-  if (!messages.empty()) throw FileError("VTK: " + messages.first());
-  return grid;
-}
-
-std::string read_in_child(const std::string& path, bool xml, const VtkHeader& header) {
-  // Threads of the parent do not exist here; a pool that waits for them would hang.
-  setenv("VTK_SMP_BACKEND_IN_USE", "Sequential", 1);
-  try {
-    const auto grid = read_grid(path, xml);
-    if (header.own_arrays && (grid->GetPointData()->GetArray("vertex_id") == nullptr ||
-                              grid->GetCellData()->GetArray("element_id") == nullptr ||
-                              grid->GetCellData()->GetArray("region") == nullptr)) {
-      throw FileError("it lacks the data that its title announces");
-    }
-    return encode(grid);
-  } catch (const FileError& error) {
-    ByteWriter out;
-    out.put_text(error.what());
-    return out.bytes();
-  }
 }
 
 // ---- in the parent -----------------------------------------------------------------------------
@@ -215,7 +167,6 @@ class Decoder {
   Decoder(const std::string& path, const std::string& bytes) : path_(path), in_(bytes) {}
 
   RawMesh decode(const VtkHeader& announced) {
-    if (const std::string error = in_.get_text(); !error.empty()) refuse(error);
     const auto coordinates = in_.get_all<double>();
     const auto types = in_.get_all<std::int32_t>();
     const auto connectivity = in_.get_all<std::int64_t>();
@@ -228,8 +179,7 @@ class Decoder {
     if (!in_.good() || ends.size() != types.size() || group_numbers.size() != types.size()) {
       refuse("its parts do not fit together");
     }
-    check_count("points", announced.points, points);
-    check_count("cells", announced.cells, types.size());
+    check_counts(path_, announced, points, types.size());
 
     RawMesh mesh;
     mesh.source = path_;
@@ -272,15 +222,7 @@ class Decoder {
   }
 
  private:
-  [[noreturn]] void refuse(const std::string& what) const {
-    throw FileError(fmt::format("{}: {}: {}.", path_, kNotThat, what));
-  }
-
-  void check_count(const char* what, std::int64_t announced, std::size_t found) const {
-    if (announced != static_cast<std::int64_t>(found)) {
-      refuse(fmt::format("it announces {} {} and holds {}", announced, what, found));
-    }
-  }
+  [[noreturn]] void refuse(const std::string& what) const { refuse_grid(path_, what); }
 
   void read_arrays(std::map<std::string, Matrix>& target, std::size_t tuples, const char* what) {
     const auto arrays = in_.get<std::uint64_t>();
@@ -304,24 +246,8 @@ class Decoder {
 }  // namespace
 
 RawMesh read_vtk_mesh(const std::string& path) {
-  const std::string extension = std::filesystem::path(path).extension().string();
-  const bool xml = extension.size() == 4 && std::tolower(extension.back()) == 'u';
-  std::size_t size = 0;
-  VtkHeader header;
-  {
-    const std::string text = read_file(path);
-    size = text.size();
-    header = xml ? check_xml_header(path, text) : check_legacy_header(path, text);
-  }
-  GuardLimits limits;
-  limits.seconds = 20.0 + static_cast<double>(size) / 1e6;
-  limits.memory = (std::size_t{1} << 30) + 100 * size;
-  const GuardResult result = run_guarded([&] { return read_in_child(path, xml, header); }, limits);
-  if (!result.finished) {
-    throw FileError(fmt::format("{}: {}: VTK's reader {} on it. The file is broken; write it anew.",
-                                path, kNotThat, result.failure));
-  }
-  return Decoder(path, result.bytes).decode(header);
+  const GridFile file = read_guarded(path, encode);
+  return Decoder(path, file.bytes).decode(file.header);
 }
 
 }  // namespace tetraction

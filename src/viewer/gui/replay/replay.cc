@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <QFile>
 #include <QJsonArray>
 #include <QJsonDocument>
 #include <QJsonObject>
@@ -11,11 +10,13 @@
 #include <charconv>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <limits>
 #include <map>
 #include <optional>
+#include <sstream>
 
+#include "core/quoting.h"
+#include "io/text/text_scanner.h"
 #include "tetraction/core/error.h"
 #include "tetraction/io/frame_reader.h"
 #include "tetraction/io/mesh_reader.h"
@@ -72,6 +73,14 @@ std::string why_no_frames(const fs::path& directory) {
   return "there is no frames.pvd in it. Give the output directory of a run, or a scene.";
 }
 
+constexpr std::size_t kLargestTable = std::size_t{1} << 30U;
+
+// A whole number of a table; −1 for what is none.
+Index whole_number(double value) {
+  constexpr double kLargest = 9e15;
+  return std::abs(value) <= kLargest && value == std::floor(value) ? static_cast<Index>(value) : -1;
+}
+
 // The numbers of a CSV file. Empty cells and texts are NaN.
 struct Table {
   std::string path;
@@ -98,7 +107,7 @@ std::vector<std::string> cells_of(const std::string& line) {
 Table read_table(const std::string& path) {
   Table table;
   table.path = path;
-  std::ifstream in(path);
+  std::istringstream in(read_file(path, kLargestTable));
   std::string line;
   std::getline(in, line);
   for (const std::string& name : cells_of(line)) table.place.emplace(name, table.place.size());
@@ -121,9 +130,15 @@ Table read_table(const std::string& path) {
 
 // The probes of the scene in summary.json: their names and quantities. None if the file is missing.
 std::vector<ProbeSettings> probes_of_summary(const std::string& path) {
-  QFile file(QString::fromStdString(path));
-  if (!file.open(QIODevice::ReadOnly)) return {};
-  const QJsonObject summary = QJsonDocument::fromJson(file.readAll()).object();
+  std::string text;
+  try {
+    text = read_file(path, kLargestTable);
+  } catch (const FileError&) {
+    return {};
+  }
+  const QJsonObject summary =
+      QJsonDocument::fromJson(QByteArray::fromRawData(text.data(), static_cast<int>(text.size())))
+          .object();
   const QJsonObject scene = summary[QLatin1String("scene")].toObject();
   const QJsonArray entries = scene[QLatin1String("probe")].toArray();
   std::vector<ProbeSettings> probes;
@@ -175,12 +190,8 @@ Replay::Replay(const std::string& path) {
 }
 
 void Replay::read_collection(const std::string& path) {
-  QFile file(QString::fromStdString(path));
-  if (!file.open(QIODevice::ReadOnly)) {
-    throw FileError(
-        fmt::format("{}: cannot be read ({}).", path, file.errorString().toStdString()));
-  }
-  QXmlStreamReader xml(&file);
+  const std::string text = read_file(path, kLargestTable);
+  QXmlStreamReader xml(QByteArray::fromRawData(text.data(), static_cast<int>(text.size())));
   while (!xml.atEnd()) {
     if (xml.readNext() != QXmlStreamReader::StartElement ||
         xml.name() != QLatin1String("DataSet")) {
@@ -189,15 +200,15 @@ void Replay::read_collection(const std::string& path) {
     bool is_number = false;
     times_.push_back(xml.attributes().value(QLatin1String("timestep")).toDouble(&is_number));
     const std::string name = xml.attributes().value(QLatin1String("file")).toString().toStdString();
-    if (!is_number || name.empty()) {
+    if (!is_number || !std::isfinite(times_.back()) || name.empty()) {
       throw FileError(
           fmt::format("{}:{}: an entry without a time or a file.", path, xml.lineNumber()));
     }
     files_.push_back((fs::path(directory_) / name).string());
   }
   if (xml.hasError()) {
-    throw FileError(
-        fmt::format("{}:{}: {}.", path, xml.lineNumber(), xml.errorString().toStdString()));
+    throw FileError(fmt::format("{}:{}: {}.", path, xml.lineNumber(),
+                                excerpt(xml.errorString().toStdString())));
   }
   if (files_.empty()) throw FileError(fmt::format("{}: it lists no frames.", path));
 }
@@ -234,7 +245,7 @@ void Replay::read_history(const std::string& path) {
       return columns[i] ? values[*columns[i]] : std::numeric_limits<double>::quiet_NaN();
     };
     HistoryRow row;
-    row.step = static_cast<Index>(at(0));
+    row.step = whole_number(at(0));
     row.time = at(1);
     row.kinetic = at(2);
     row.elastic = at(3);
@@ -247,7 +258,7 @@ void Replay::read_history(const std::string& path) {
     row.energy_error = at(10);
     row.linear_momentum = {at(11), at(12), at(13)};
     row.angular_momentum = {at(14), at(15), at(16)};
-    row.iterations = static_cast<int>(at(17));
+    row.iterations = static_cast<int>(std::clamp<Index>(whole_number(at(17)), 0, 1'000'000));
     history_.push_back(row);
   }
 }
@@ -279,7 +290,7 @@ void Replay::read_probes(const std::string& path) {
   std::vector<HistoryRow> merged;
   auto old = history_.begin();
   for (const std::vector<double>& values : table.rows) {
-    const auto step = static_cast<Index>(values[step_column]);
+    const Index step = whole_number(values[step_column]);
     while (old != history_.end() && old->step < step) merged.push_back(std::move(*old++));
     HistoryRow row = old != history_.end() && old->step == step
                          ? std::move(*old++)
@@ -310,6 +321,9 @@ std::shared_ptr<const Snapshot> Replay::frame(std::size_t i, ColorField field) c
         "{}: it has no displacements, so that the motion cannot be drawn. Run the scene "
         "again with \"displacement\" in output.fields.",
         path));
+  }
+  if (!frame.point_arrays[0].allFinite()) {
+    throw FileError(path + ": a displacement is not finite, so that the body cannot be drawn.");
   }
   auto snapshot = std::make_shared<Snapshot>();
   snapshot->generation = i + 1;

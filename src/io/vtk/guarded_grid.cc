@@ -1,0 +1,121 @@
+#include "guarded_grid.h"
+
+#include <fmt/format.h>
+#include <vtkCellData.h>
+#include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkSmartPointer.h>
+#include <vtkUnstructuredGrid.h>
+#include <vtkUnstructuredGridReader.h>
+#include <vtkXMLUnstructuredGridReader.h>
+
+#include <cctype>
+#include <cstdlib>
+#include <filesystem>
+
+#include "core/quoting.h"
+#include "guarded_process.h"
+#include "io/text/byte_stream.h"
+#include "io/text/text_scanner.h"
+#include "quiet_vtk.h"
+#include "tetraction/core/error.h"
+
+namespace tetraction {
+namespace {
+
+constexpr const char* kNotThat = "the file cannot be read as a VTK unstructured grid";
+
+vtkSmartPointer<vtkUnstructuredGrid> read_grid(const std::string& path, bool xml) {
+  VtkMessages messages;
+  vtkNew<vtkXMLUnstructuredGridReader> xml_reader;
+  vtkNew<vtkUnstructuredGridReader> legacy_reader;
+  vtkSmartPointer<vtkUnstructuredGrid> grid;
+  if (xml) {
+    messages.watch(xml_reader);
+    xml_reader->SetFileName(path.c_str());
+    xml_reader->Update();
+    grid = xml_reader->GetOutput();
+  } else {
+    messages.watch(legacy_reader);
+    legacy_reader->SetFileName(path.c_str());
+    legacy_reader->ReadAllScalarsOn();
+    legacy_reader->ReadAllVectorsOn();
+    legacy_reader->ReadAllTensorsOn();
+    legacy_reader->ReadAllNormalsOn();
+    legacy_reader->ReadAllTCoordsOn();
+    legacy_reader->ReadAllColorScalarsOn();
+    legacy_reader->ReadAllFieldsOn();
+    legacy_reader->Update();
+    grid = legacy_reader->GetOutput();
+  }
+  if (!messages.empty()) throw FileError("VTK: " + excerpt(messages.first(), 300));
+  return grid;
+}
+
+// An error's text, empty if there is none, and the bytes.
+std::string read_in_child(const std::string& path, bool xml, const VtkHeader& header,
+                          const std::function<std::string(vtkUnstructuredGrid*)>& encode) {
+  // Threads of the parent do not exist here; a pool that waits for them would hang.
+  setenv("VTK_SMP_BACKEND_IN_USE", "Sequential", 1);
+  ByteWriter out;
+  try {
+    const auto grid = read_grid(path, xml);
+    if (header.own_arrays && (grid->GetPointData()->GetArray("vertex_id") == nullptr ||
+                              grid->GetCellData()->GetArray("element_id") == nullptr ||
+                              grid->GetCellData()->GetArray("region") == nullptr)) {
+      throw FileError("it lacks the data that its title announces");
+    }
+    const std::string bytes = encode(grid);
+    out.put_text("");
+    return out.bytes() + bytes;
+  } catch (const FileError& error) {
+    out.put_text(error.what());
+    return out.bytes();
+  }
+}
+
+}  // namespace
+
+GridFile read_guarded(const std::string& path,
+                      const std::function<std::string(vtkUnstructuredGrid*)>& encode) {
+  const std::string extension = std::filesystem::path(path).extension().string();
+  const bool xml = extension.size() == 4 && std::tolower(extension.back()) == 'u';
+  std::size_t size = 0;
+  GridFile file;
+  {
+    const std::string text = read_file(path);
+    size = text.size();
+    file.header = xml ? check_xml_header(path, text) : check_legacy_header(path, text);
+  }
+  GuardLimits limits;
+  limits.seconds = 20.0 + static_cast<double>(size) / 1e6;
+  limits.memory = (std::size_t{1} << 30) + 100 * size;
+  GuardResult result =
+      run_guarded([&] { return read_in_child(path, xml, file.header, encode); }, limits);
+  if (!result.finished) {
+    throw FileError(fmt::format("{}: {}: VTK's reader {} on it. The file is broken; write it anew.",
+                                path, kNotThat, result.failure));
+  }
+  ByteReader in(result.bytes);
+  const std::string error = in.get_text();
+  if (!in.good()) refuse_grid(path, "its parts do not fit together");
+  if (!error.empty()) refuse_grid(path, error);
+  file.bytes = result.bytes.substr(sizeof(std::uint64_t));
+  return file;
+}
+
+void refuse_grid(const std::string& path, const std::string& what) {
+  throw FileError(fmt::format("{}: {}: {}.", path, kNotThat, what));
+}
+
+void check_counts(const std::string& path, const VtkHeader& announced, std::size_t points,
+                  std::size_t cells) {
+  const auto check = [&](const char* what, std::int64_t wanted, std::size_t found) {
+    if (wanted == static_cast<std::int64_t>(found)) return;
+    refuse_grid(path, fmt::format("it announces {} {} and holds {}", wanted, what, found));
+  };
+  check("points", announced.points, points);
+  check("cells", announced.cells, cells);
+}
+
+}  // namespace tetraction
