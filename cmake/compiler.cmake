@@ -10,10 +10,16 @@ endif()
 if(TETRACTION_NATIVE)
   target_compile_options(tetraction_options INTERFACE -march=native)
 endif()
+# Optimised a little and with line numbers only, so that a build and all tests take an hour and not a day.
+set(sanitizer_options_address -fsanitize=address,undefined -fno-sanitize-recover=undefined)
+set(sanitizer_options_thread -fsanitize=thread)
 if(TETRACTION_SANITIZE)
+  if(NOT DEFINED sanitizer_options_${TETRACTION_SANITIZE})
+    message(FATAL_ERROR "TETRACTION_SANITIZE is ${TETRACTION_SANITIZE}; it must be address or thread")
+  endif()
   target_compile_options(tetraction_options INTERFACE
-    -O1 -fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer)
-  target_link_options(tetraction_options INTERFACE -fsanitize=address,undefined)
+    -O1 -g1 -fno-omit-frame-pointer ${sanitizer_options_${TETRACTION_SANITIZE}})
+  target_link_options(tetraction_options INTERFACE ${sanitizer_options_${TETRACTION_SANITIZE}})
 endif()
 # Release is -O3; assertions stay out of it.
 set(CMAKE_CXX_FLAGS_RELEASE "-O3 -DNDEBUG")

@@ -9,6 +9,7 @@
 #include <thread>
 #include <vector>
 
+#include "core/loop_order.h"
 #include "tetraction/core/interruption.h"
 
 namespace tetraction {
@@ -46,8 +47,11 @@ void parallel_for(Index count, Index grain, const std::function<void(Index, Inde
   // Which pieces a thread gets depends on chance, but where they may be cut does not.
   grain = std::max<Index>(1, grain);
   const Index pieces = (count + grain - 1) / grain;
+  LoopOrder order;
   tbb::parallel_for(tbb::blocked_range<Index>(0, pieces), [&](const tbb::blocked_range<Index>& r) {
+    order.begin_task();
     body(r.begin() * grain, std::min(count, r.end() * grain));
+    order.end_task();
   });
 }
 

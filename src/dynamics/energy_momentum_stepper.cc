@@ -58,7 +58,7 @@ class EnergyMomentumStepper : public ImplicitStepper {
       solve_.u().setZero(system_.dof_count());
       outcome.minimizer.termination = Termination::kConverged;
       outcome.minimizer.message = "nothing to solve for: every vertex is held";
-      return true;
+      return hold_equations(from, outcome);
     }
     step_.set_constraint_force(force_of_constraints_.size() > 0
                                    ? system_.constraints().vertex_forces(force_of_constraints_)
@@ -105,6 +105,20 @@ class EnergyMomentumStepper : public ImplicitStepper {
     outcome.status = StepStatus::kNotConverged;
     outcome.message = "the equations of the energy-momentum step have no solution near any guess" +
                       (message.empty() ? std::string() : ": " + message) + ". Take a smaller step";
+    return false;
+  }
+
+  // Where every vertex is held, constraints' equations need no forces, but they must be met.
+  bool hold_equations(const State& from, StepOutcome& outcome) {
+    constexpr double kAccepted = 1e-10;
+    const Constraints& constraints = system_.constraints();
+    if (!constraints.has_equations()) return true;
+    solve_.set_constraint_force(Vector::Zero(constraints.configuration_size()));
+    const Vector end = constraints.configuration(2.0 * step_.base() - from.position);
+    Index worst = 0;
+    if (constraints.values(end).cwiseAbs().maxCoeff(&worst) <= kAccepted) return true;
+    outcome.status = StepStatus::kNotConverged;
+    outcome.message = cannot_be_met(constraints, worst);
     return false;
   }
 

@@ -46,6 +46,7 @@ class SearchSpace {
       return solver.eigenvalues()[a].real() < solver.eigenvalues()[b].real();
     });
     std::vector<ComplexEigenpair> pairs;
+    pairs.reserve(order.size());
     for (const Index i : order) {
       pairs.push_back({solver.eigenvalues()[i], solver.eigenvectors().col(i).normalized()});
     }

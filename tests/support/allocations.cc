@@ -28,7 +28,7 @@ std::int64_t AllocationCounter::count() const {
 
 }  // namespace tetraction::testing_support
 
-#ifdef __SANITIZE_ADDRESS__
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 
 bool tetraction::testing_support::can_count_allocations() {
   return false;

@@ -281,5 +281,25 @@ TEST(WhollyHeld, HasNoStabilityLimitAndNoAutomaticStep) {
   EXPECT_THROW(Session(scene, mesh), InputError);
 }
 
+// The multipliers of a body of which nothing is free are zero. They must be there all the same.
+TEST(CornersOfEnergyMomentum, EveryVertexOfADistanceIsHeld) {
+  Scene scene;
+  scene.mesh.generate = GeneratorSettings{GeneratorKind::kBox, {2, 1, 1}, {1, 1, 1}};
+  scene.material.youngs_modulus = 1e5;
+  scene.material.poissons_ratio = 0.3;
+  scene.time = {Integrator::kEnergyMomentum, 1e-2, false, 0.1};
+  FixSettings all;
+  all.velocity = {1.0, 0.5, 0.0};
+  scene.fix.push_back(all);
+  scene.constraint.push_back({});  // a distance of the vertices 0 and 1
+  Session session(scene, generate_mesh(*scene.mesh.generate));
+  const Vector start = session.state().position;
+  ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+  EXPECT_LT(session.constraint_error(), 1e-12);
+  for (Index v = 0; v < 8; ++v) {
+    EXPECT_NEAR(session.state().position[3 * v] - start[3 * v], 0.1, 1e-12);
+  }
+}
+
 }  // namespace
 }  // namespace tetraction

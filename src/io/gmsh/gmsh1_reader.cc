@@ -48,6 +48,7 @@ void read_elements(TextScanner& in, GmshBuilder& mesh) {
                           type->nodes));
     }
     std::vector<std::int64_t> nodes;
+    nodes.reserve(static_cast<std::size_t>(type->nodes));
     for (int n = 0; n < type->nodes; ++n) nodes.push_back(in.integer("a node of an element"));
     std::vector<std::int64_t> physicals;
     if (physical != 0) physicals.push_back(std::abs(physical));

@@ -24,8 +24,8 @@ namespace {
 constexpr int kOutOfMemory = 3;
 constexpr int kOtherException = 4;
 
-// The address sanitizer's shadow memory alone is terabytes of address space.
-#if defined(__SANITIZE_ADDRESS__)
+// The shadow memory of a sanitizer alone is terabytes of address space.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr bool kSanitized = true;
 #elif defined(__has_feature)  // Clang
 constexpr bool kSanitized = __has_feature(address_sanitizer);

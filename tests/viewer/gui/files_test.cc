@@ -7,6 +7,7 @@
 #include <QLabel>
 #include <QMenu>
 #include <QMimeData>
+#include <QProcess>
 #include <QPushButton>
 #include <QSlider>
 #include <QStatusBar>
@@ -14,7 +15,9 @@
 #include <QTemporaryDir>
 #include <QUrl>
 #include <algorithm>
+#include <clocale>
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
 
 #include "dialogs.h"
@@ -232,6 +235,42 @@ TEST_F(Files, ARunIsReplayed) {
   open(folder_.path());
   EXPECT_TRUE(window_->messages()->text().contains(QStringLiteral("frames.pvd")));
   EXPECT_NE(window_->replay(), nullptr);
+}
+
+// Numbers with a decimal comma, as Qt chooses them for a German user, as long as the object lives.
+class DecimalComma {
+ public:
+  explicit DecimalComma(const QString& folder) : before_(std::setlocale(LC_NUMERIC, nullptr)) {
+    const QString locale = folder + QStringLiteral("/de_DE.UTF-8");
+    QProcess::execute(QStringLiteral("localedef"),
+                      {QStringLiteral("-i"), QStringLiteral("de_DE"), QStringLiteral("-f"),
+                       QStringLiteral("UTF-8"), locale});
+    qputenv("LOCPATH", folder.toLocal8Bit());
+    is_set_ = std::setlocale(LC_NUMERIC, "de_DE.UTF-8") != nullptr;
+  }
+  ~DecimalComma() {
+    std::setlocale(LC_NUMERIC, before_.c_str());
+    qunsetenv("LOCPATH");
+  }
+  bool is_set() const { return is_set_; }
+
+ private:
+  std::string before_;
+  bool is_set_ = false;
+};
+
+TEST_F(Files, ARunIsReadTheSameWithADecimalComma) {
+  const Scene scene = read_scene(write("scene.toml", kScene).toStdString());
+  Session session(scene, generate_mesh(*scene.mesh.generate));
+  const std::string directory = folder_.filePath(QStringLiteral("run")).toStdString();
+  RunRecorder recorder(directory, 5);
+  session.run({&recorder});
+  const DecimalComma comma(folder_.path());
+  if (!comma.is_set()) GTEST_SKIP() << "This machine cannot make a German locale.";
+  ASSERT_EQ(std::strtod("0,5", nullptr), 0.5);
+  const HistoryRow row = Replay(directory).history().back();
+  EXPECT_NEAR(row.time, 0.3, 1e-12);
+  EXPECT_EQ(row.total, session.balance().energies().total());
 }
 
 // History and probes have rows for different steps.

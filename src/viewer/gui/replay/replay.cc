@@ -7,8 +7,8 @@
 #include <QJsonObject>
 #include <QXmlStreamReader>
 #include <algorithm>
+#include <charconv>
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <limits>
 #include <map>
@@ -114,9 +114,9 @@ Table read_table(const std::string& path) {
   for (int number = 2; std::getline(in, line); ++number) {
     std::vector<double> values;
     for (const std::string& cell : cells_of(line)) {
-      char* end = nullptr;
-      values.push_back(std::strtod(cell.c_str(), &end));
-      if (end == cell.c_str()) values.back() = std::numeric_limits<double>::quiet_NaN();
+      values.push_back(std::numeric_limits<double>::quiet_NaN());
+      // Not by strtod(), for which Qt chooses the user's decimal separator.
+      std::from_chars(cell.data(), cell.data() + cell.size(), values.back());
     }
     if (values.size() < table.place.size()) {
       if (in.eof()) break;  // the incomplete last line of a run that was killed

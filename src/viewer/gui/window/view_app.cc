@@ -6,6 +6,7 @@
 #include <QSurfaceFormat>
 #include <QTimer>
 #include <chrono>
+#include <clocale>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
@@ -80,6 +81,7 @@ int run_viewer(const std::string& path, std::optional<double> scale) {
   char* argv[] = {name, nullptr};
   const QtMessageHandler usual = qInstallMessageHandler(end_without_display);
   QApplication app(argc, argv);
+  std::setlocale(LC_NUMERIC, "C");  // files have a decimal point; Qt has taken the user's separator
   qInstallMessageHandler(usual);
   MainWindow window;
   window.show();
