@@ -278,10 +278,10 @@ TEST_F(VtkReader, CountsThatCannotBeAreRefused) {
 TEST_F(VtkReader, ArraysThatCannotBeAreRefused) {
   const std::string text = VtuText{}.text();
   for (const char* count : {"2147483648", "-1", "1000000", "x"}) {
-    expect_refused(refusal("components.vtu", replaced(text, "NumberOfComponents=\"3\"",
-                                                      "NumberOfComponents=\"" +
-                                                          std::string(count) + "\"")),
-                   "NumberOfComponents is \"" + std::string(count) + "\"");
+    expect_refused(
+        refusal("components.vtu", replaced(text, "NumberOfComponents=\"3\"",
+                                           "NumberOfComponents=\"" + std::string(count) + "\"")),
+        "NumberOfComponents is \"" + std::string(count) + "\"");
   }
 }
 
