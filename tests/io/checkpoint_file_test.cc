@@ -82,10 +82,9 @@ class CheckpointFiles : public testing::TestWithParam<Way> {
         "[[fix]]\nselect = { nearest = [2, 1, 0.5] }\noffset = [0, 0.01, 0]\namplitude = \"rise\"\n"
         "[[fix]]\nselect = { nearest = [2.667, 0.5, 1] }\nmode = \"penalty\"\npenalty = 300.0\n"
         "velocity = [0.1, 0, 0.1]\n" +
-        (way.has_equations
-             ? "[[constraint]]\nkind = \"distance\"\n" + distance + "\n"
-             : "[[constraint]]\nkind = \"plane\"\nselect = { nearest = [2, 0, 0] }\n"
-               "normal = [0, 1, 0.2]\n") +
+        (way.has_equations ? "[[constraint]]\nkind = \"distance\"\n" + distance + "\n"
+                           : "[[constraint]]\nkind = \"plane\"\nselect = { nearest = [2, 0, 0] }\n"
+                             "normal = [0, 1, 0.2]\n") +
         "[[constraint]]\nkind = \"rigid\"\nselect = { plane = { axis = \"x\", at = 4 } }\n"
         "angular_velocity = [0.5, 0, 0]\nvelocity = [0.02, 0, 0]\namplitude = \"swell\"\n"
         "[[constraint]]\nkind = \"line\"\nselect = { nearest = [1.333, 0, 0] }\n"
@@ -218,12 +217,13 @@ Way verlet() {
 // step = "auto": the limit, its modes and the schedule of its estimates.
 TEST_F(CheckpointFile, AutomaticStepsGoOn) {
   for (const char* rule : {"verlet", "explicit"}) {
-    std::string text = "[mesh]\ngenerate = { kind = \"beam\", size = [0.4, 0.1, 0.1], cells = [8, "
-                       "2, 2] }\n[material]\nyoungs_modulus = 1e6\npoissons_ratio = 0.4\n"
-                       "[damping]\nviscosity = 5.0\n"
-                       "[[fix]]\nselect = { plane = { axis = \"x\", at = 0 } }\n"
-                       "[[fix]]\nselect = { plane = { axis = \"x\", at = 0.4 } }\n"
-                       "velocity = [-2, 0, 0]\n[time]\nstep = \"auto\"\nend = 0.1\nintegrator = \"";
+    std::string text =
+        "[mesh]\ngenerate = { kind = \"beam\", size = [0.4, 0.1, 0.1], cells = [8, "
+        "2, 2] }\n[material]\nyoungs_modulus = 1e6\npoissons_ratio = 0.4\n"
+        "[damping]\nviscosity = 5.0\n"
+        "[[fix]]\nselect = { plane = { axis = \"x\", at = 0 } }\n"
+        "[[fix]]\nselect = { plane = { axis = \"x\", at = 0.4 } }\n"
+        "velocity = [-2, 0, 0]\n[time]\nstep = \"auto\"\nend = 0.1\nintegrator = \"";
     text += rule;
     text += "\"\n[[event]]\nat = 0.01\nset = { \"damping.viscosity\" = 8.0 }\n";
     write_text_file(path("auto.toml"), text);
