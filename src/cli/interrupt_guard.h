@@ -1,21 +1,27 @@
-// How signals end a run.
+// How signals end the program.
 #pragma once
-
-#include <array>
-#include <csignal>
 
 #include "tetraction/simulation/session.h"
 #include "tetraction/simulation/stop_request.h"
 
 namespace tetraction {
 
-/// While an object of this class lives, SIGINT (Ctrl-C), SIGTERM, SIGHUP and SIGQUIT end a run
-/// properly: the present step is finished, unless it is divided or repeated (StopRequest), and all
-/// files are written. A second signal ends the program at once, wherever it is, and the files are
-/// then as after a kill. Some programs send one signal twice (timeout, for instance, to the program
-/// and to its group), so a signal within 0.3 s after the first one does not count.
+/// To be called at the start of the program. From then on SIGINT (Ctrl-C), SIGTERM, SIGHUP and
+/// SIGQUIT come to a thread of their own, and are blocked in all others. METIS, which orders large
+/// matrices, has a handler of its own for SIGTERM, which would end its work as if memory were
+/// short, or crash in another thread than its own. A SIGHUP that is ignored (nohup) stays so.
 ///
-/// A signal that was ignored when the program began stays ignored: nohup ignores SIGHUP.
+/// Without an InterruptGuard a signal does what it does by default: it ends the program.
+void watch_signals();
+
+/// Unblocks these signals, for a child process. It may be called after a fork.
+void unblock_signals();
+
+/// While an object of this class lives, a signal ends a run properly: the present step is finished,
+/// unless it is divided or repeated (StopRequest), and all files are written. A second signal ends
+/// the program at once, wherever it is, and the files are then as after a kill. Some programs send one
+/// signal twice (timeout, for instance, to the program and to its group), so a signal within 0.3 s
+/// after the first one does not count.
 class InterruptGuard : public Observer, public StopRequest {
  public:
   InterruptGuard();
@@ -28,10 +34,6 @@ class InterruptGuard : public Observer, public StopRequest {
   /// 128 plus the number of the first signal, as shells have it: 130 for SIGINT, 143 for SIGTERM,
   /// 129 for SIGHUP, 131 for SIGQUIT. 130 if there was none.
   static int exit_code();
-
- private:
-  static constexpr std::array kSignals{SIGINT, SIGTERM, SIGHUP, SIGQUIT};
-  std::array<struct sigaction, kSignals.size()> previous_{};
 };
 
 }  // namespace tetraction

@@ -9,9 +9,11 @@
 #include <string_view>
 #include <vector>
 
+#include "address_space.h"
 #include "commands.h"
 #include "console.h"
 #include "core/spelling.h"
+#include "interrupt_guard.h"
 #include "tetraction/core/blas.h"
 #include "tetraction/core/error.h"
 #include "tetraction/core/parallel.h"
@@ -157,6 +159,8 @@ int guarded(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   tetraction::prepare_streams();
+  tetraction::require_address_space();
+  tetraction::watch_signals();
   const int code = guarded(argc, argv);
   const std::string reason = tetraction::lost_results();
   if (reason.empty()) return code;

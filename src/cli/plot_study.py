@@ -183,7 +183,13 @@ def save(figure, folder, name):
     # The box is worked out once for both files, which takes as long as to draw the figure.
     box = figure.get_tightbbox(figure.canvas.get_renderer()).padded(0.1)
     for ending in ("png", "svg"):
-        figure.savefig(os.path.join(folder, f"{name}.{ending}"), bbox_inches=box)
+        path = os.path.join(folder, f"{name}.{ending}")
+        # The picture gets its name when it is complete. A link of that name is not followed.
+        temporary = path + ".part"
+        if os.path.lexists(temporary):
+            os.remove(temporary)
+        figure.savefig(temporary, bbox_inches=box, format=ending)
+        os.replace(temporary, path)
     plt.close(figure)
 
 

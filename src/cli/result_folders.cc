@@ -11,6 +11,7 @@
 
 #include "io/results/directory_lock.h"
 #include "io/results/run_files.h"
+#include "io/results/study_row_file.h"
 #include "io/text/output_file.h"
 #include "tetraction/core/error.h"
 #include "tetraction/core/version.h"
@@ -108,6 +109,7 @@ void remove_results_of_run(const fs::path& folder) {
   {
     const DirectoryLock lock(folder.string());  // a run of its own may write there now
     remove_run(folder.string());
+    remove_output((folder / kStudyRowFile).string());
   }
   // The folder stays if there is something else in it.
   std::error_code not_empty;
@@ -165,7 +167,7 @@ bool remove_study(const std::string& directory) {
     std::vector<std::string> plots = probe_plots(root);
     plots.insert(plots.end(), kPlots.begin(), kPlots.end());
     for (const std::string& plot : plots) {
-      for (const char* ending : {".png", ".svg"}) fs::remove(root / (plot + ending));
+      for (const char* ending : {".png", ".svg"}) remove_output((root / (plot + ending)).string());
     }
     remove_output((root / "study.csv").string());
     remove_output((root / "study.json").string());
@@ -176,6 +178,13 @@ bool remove_study(const std::string& directory) {
                     error.path1().string(), error.code().message()));
   }
   return true;
+}
+
+void remove_other_runs(const std::string& directory, const std::vector<std::string>& kept) {
+  for (const fs::path& folder : folders_of_study(directory)) {
+    const std::string name = folder.filename().string();
+    if (std::find(kept.begin(), kept.end(), name) == kept.end()) remove_results_of_run(folder);
+  }
 }
 
 void write_study_begun(const std::string& directory, const std::vector<std::string>& runs) {

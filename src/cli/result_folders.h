@@ -29,6 +29,10 @@ void check_folder_of_modes(const Scene& scene, const std::string& directory);
 /// was a study. Throws OutputError if something cannot be deleted.
 bool remove_study(const std::string& directory);
 
+/// Deletes the results in the folders of the runs that study.json names, except those in these
+/// folders. Throws OutputError.
+void remove_other_runs(const std::string& directory, const std::vector<std::string>& kept);
+
 /// Writes a study.json that names the runs begun so far, so that a study that is cut off can be told
 /// from other files and deleted by the next one. Throws OutputError.
 void write_study_begun(const std::string& directory, const std::vector<std::string>& runs);

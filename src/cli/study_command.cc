@@ -6,16 +6,19 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "child_program.h"
 #include "commands.h"
 #include "console.h"
 #include "interrupt_guard.h"
 #include "io/results/directory_lock.h"
+#include "io/results/study_row_file.h"
 #include "io/text/output_file.h"
 #include "plot_study_script.h"
 #include "progress_bar.h"
@@ -48,28 +51,15 @@ struct StudyArguments {
   bool quiet = false;
   bool json = false;
   bool no_plots = false;
+  bool resume = false;
 };
-
-std::string shell_quoted(const std::string& text) {
-  std::string quoted = "'";
-  for (const char c : text) {
-    if (c == '\'') {
-      quoted += "'\\''";
-    } else {
-      quoted += c;
-    }
-  }
-  return quoted + "'";
-}
 
 // Draws the plots with matplotlib. If this fails, the study is still complete.
 bool draw_plots(const std::string& directory) {
   // Debian's own python3 first: another one on the PATH does not have Debian's matplotlib.
   const char* python = std::filesystem::exists("/usr/bin/python3") ? "/usr/bin/python3" : "python3";
   // Isolated: else a csv.py or json.py in the working folder would run in place of Python's own.
-  const std::string command = fmt::format("{} -I -c {} {}", python, shell_quoted(kPlotStudyScript),
-                                          shell_quoted(directory));
-  return std::system(command.c_str()) == 0;
+  return run_child_program({python, "-I", "-c", kPlotStudyScript, directory});
 }
 
 // Keys that a study sets itself or has once for all variants. To vary them would change nothing.
@@ -175,6 +165,29 @@ std::string advice_to_look(const std::string& directory, const std::vector<std::
   return {};
 }
 
+// The folders of all runs.
+std::vector<std::string> run_names(const StudyPlan& plan) {
+  std::vector<std::string> names{plan.reference.directory};
+  for (const PlannedRun& run : plan.runs) names.push_back(run.directory);
+  return names;
+}
+
+// Finds the runs that are complete: they were made with the same inputs, and their files are there.
+std::function<std::optional<StudyRow>(const PlannedRun&)> kept_runs(
+    const std::string& directory, const std::string& inputs,
+    const std::function<bool(const std::string&)>& has_frames) {
+  return [directory, inputs, has_frames](const PlannedRun& run) -> std::optional<StudyRow> {
+    const std::string folder = directory + "/" + run.directory;
+    std::vector<std::string> files{"history.csv", "final.vtu", "summary.json"};
+    if (has_frames(run.directory)) files.push_back("frames.pvd");
+    const bool is_whole = std::all_of(files.begin(), files.end(), [&](const std::string& file) {
+      return is_entry(folder + "/" + file);
+    });
+    if (!is_whole) return {};
+    return read_study_row(folder + "/" + kStudyRowFile, run, inputs);
+  };
+}
+
 int study(const StudyArguments& arguments) {
   const StudySettings settings = read_settings(arguments);
   const Scene scene = settings.variants.empty() ? read_scene(arguments.scene, arguments.overrides)
@@ -203,21 +216,38 @@ int study(const StudyArguments& arguments) {
   make_output_directory(directory);
   const DirectoryLock lock(directory);
 
+  const std::string inputs = study_inputs(plan, mesh);
+  const auto has_frames = [&](const std::string& run) {
+    return std::count(frames.begin(), frames.end(), run) > 0;
+  };
+  StudyMemory memory;
+  if (arguments.resume) memory.kept = kept_runs(directory, inputs, has_frames);
+  memory.made = [&](const StudyRow& row) {
+    write_study_row(directory + "/" + row.directory + "/" + kStudyRowFile, row, inputs);
+  };
+
   std::string label;
   std::vector<std::string> begun;
+  if (arguments.resume) {
+    for (const std::string& run : run_names(plan)) {
+      if (is_entry(directory + "/" + run)) begun.push_back(run);
+    }
+    remove_other_runs(directory, begun);
+  }
+  std::size_t made = 0;
   const auto observers = [&](const std::string& run) {
     // Everything has been checked before this, so that a mistake does not delete the results of an
     // earlier study.
-    if (begun.empty() && remove_study(directory) && !arguments.quiet) {
+    if (made++ == 0 && !arguments.resume && remove_study(directory) && !arguments.quiet) {
       print_note(fmt::format("{}: the results of an earlier study were deleted", directory));
     }
-    begun.push_back(run);
+    if (std::count(begun.begin(), begun.end(), run) == 0) begun.push_back(run);
     write_study_begun(directory, begun);
     std::vector<std::unique_ptr<Observer>> result;
-    const bool has_frames = std::count(frames.begin(), frames.end(), run) > 0;
     const std::string folder = directory + "/" + run;
     make_own_directory(folder);
-    auto recorder = std::make_unique<RunRecorder>(folder, has_frames ? scene.output.every : 0);
+    remove_output(folder + "/" + kStudyRowFile);
+    auto recorder = std::make_unique<RunRecorder>(folder, has_frames(run) ? scene.output.every : 0);
     recorder->set_stop_code(&InterruptGuard::exit_code);
     result.push_back(std::move(recorder));
     result.push_back(std::make_unique<InterruptGuard>());
@@ -238,9 +268,15 @@ int study(const StudyArguments& arguments) {
   };
   const StudyResult result = [&] {
     const InterruptGuard between_runs;
-    return run_study(plan, mesh, observers, progress);
+    return run_study(plan, mesh, observers, progress, memory);
   }();
 
+  if (arguments.resume && !arguments.quiet) {
+    print_note(made == 0 ? fmt::format("{}: the study was complete, and no run was made", directory)
+                         : fmt::format("{}: {} of {} runs were kept", directory,
+                                       plan.run_count() - std::min(made, plan.run_count()),
+                                       plan.run_count()));
+  }
   const std::string name = std::filesystem::path(arguments.scene).stem().string();
   write_study(result, name, directory);
   for (const std::string& remark : result.remarks) print_note(remark);
@@ -315,6 +351,8 @@ void add_study_command(CLI::App& app, int& exit_code) {
   command->add_option("--set", arguments->overrides, "KEY=VALUE: overrides a scene key")
       ->take_all()
       ->allow_extra_args(false);
+  command->add_flag("--resume", arguments->resume,
+                    "Keep the runs that an earlier call of the same study has completed");
   command->add_flag("--no-plots", arguments->no_plots, "Do not draw plots");
   command->add_flag("--quiet", arguments->quiet, "Only warnings and errors");
   command->add_flag("--json", arguments->json, "Print study.json to stdout");

@@ -9,6 +9,8 @@
 #include <thread>
 #include <vector>
 
+#include "tetraction/core/interruption.h"
+
 namespace tetraction {
 namespace {
 
@@ -35,6 +37,7 @@ int thread_count() {
 }
 
 void parallel_for(Index count, Index grain, const std::function<void(Index, Index)>& body) {
+  throw_if_interrupted();
   if (count <= 0) return;
   if (count <= grain || thread_count() == 1) {
     body(0, count);

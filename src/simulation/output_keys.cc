@@ -60,7 +60,8 @@ const Section<OutputSettings>& section_of() {
   static const Section<S> section{
       "output",
       {{{.name = "directory",
-         .help = "where results go; a relative path starts at the working directory. `--out` goes "
+         .help = "where results go, a folder below the working directory. `--out`, which may name "
+                 "any other, goes "
                  "before it"},
         &S::directory},
        {{.name = "every",

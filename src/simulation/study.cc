@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include "position_errors.h"
@@ -37,12 +38,25 @@ class Study {
     result_.probes = plan.probes;
   }
 
-  StudyResult run(const ObserverFactory& observers, const StudyProgress& progress) {
+  StudyResult run(const ObserverFactory& observers, const StudyProgress& progress,
+                  const StudyMemory& memory) {
     std::size_t done = 0;
     const auto tell = [&](const PlannedRun& run) {
       if (progress) progress(done, plan_.run_count(), run);
       ++done;
     };
+    const auto kept = [&](const PlannedRun& run) {
+      return memory.kept ? memory.kept(run) : std::optional<StudyRow>();
+    };
+    const auto finish = [&](const Run& run) {
+      if (memory.made && run.row.status != RunStatus::kCancelled) memory.made(run.row);
+    };
+    std::vector<std::optional<StudyRow>> known;
+    bool all_known = true;
+    for (const PlannedRun& planned : plan_.runs) {
+      known.push_back(is_reference(planned) ? std::nullopt : kept(planned));
+      all_known = all_known && (known.back() || is_reference(planned));
+    }
 
     // The reference is made first, because the others are compared with it while they run.
     std::vector<double> steps;
@@ -50,21 +64,35 @@ class Study {
     std::sort(steps.begin(), steps.end());
     steps.erase(std::unique(steps.begin(), steps.end()), steps.end());
     ReferenceTrack track(comparison_times(steps, result_.end, 3 * mesh_.vertex_count()));
-    tell(plan_.reference);
     ReferenceProbe probe(plan_.error_probe);
-    const Run reference = run_one(plan_.reference, observers, {&track, &probe});
+    Run reference;
+    if (std::optional<StudyRow> row = all_known ? kept(plan_.reference) : std::nullopt) {
+      reference.row = std::move(*row);
+      ++done;
+    } else {
+      tell(plan_.reference);
+      reference = run_one(plan_.reference, observers, {&track, &probe});
+      reference.mean_distance = 0.0;
+      reference.probe_difference = 0.0;
+      if (plan_.reference_is_row) reference.row.role = StudyRole::kReference;
+      set_errors(reference, reference, track, probe);
+      finish(reference);
+    }
     result_.reference_status = reference.row.status;
     result_.reference_directory = reference.row.directory;
 
     std::vector<Run> runs;
     bool is_cancelled = reference.row.status == RunStatus::kCancelled;
-    for (const PlannedRun& planned : plan_.runs) {
-      if (plan_.reference_is_row && planned.directory == plan_.reference.directory &&
-          planned.step == plan_.reference.step) {
+    for (std::size_t i = 0; i < plan_.runs.size(); ++i) {
+      const PlannedRun& planned = plan_.runs[i];
+      if (is_reference(planned)) {
         runs.push_back(reference);
-        runs.back().mean_distance = 0.0;
-        runs.back().probe_difference = 0.0;
-        runs.back().row.role = StudyRole::kReference;
+        continue;
+      }
+      if (known[i]) {
+        runs.emplace_back();
+        runs.back().row = std::move(*known[i]);
+        ++done;
         continue;
       }
       if (is_cancelled) continue;
@@ -72,18 +100,20 @@ class Study {
       DistanceFromReference distance(track);
       ProbeDifference difference(plan_.error_probe, probe);
       runs.push_back(run_one(planned, observers, {&distance, &difference}));
-      runs.back().mean_distance = distance.root_mean_square();
-      runs.back().probe_difference = difference.largest();
-      StudyRow& row = runs.back().row;
-      if (planned.variant > 0) row.role = StudyRole::kVariant;
-      is_cancelled = row.status == RunStatus::kCancelled;
+      Run& run = runs.back();
+      run.mean_distance = distance.root_mean_square();
+      run.probe_difference = difference.largest();
+      if (planned.variant > 0) run.row.role = StudyRole::kVariant;
+      set_errors(run, reference, track, probe);
+      finish(run);
+      is_cancelled = run.row.status == RunStatus::kCancelled;
     }
     if (is_cancelled) return cancelled(std::move(runs));
     if (reference.row.status != RunStatus::kFinished) {
       result_.remarks.push_back("the reference run did not reach the end (" +
                                 reference.row.message + "): there are no errors");
     }
-    compare(runs, reference, track, probe);
+    set_orders(runs, reference);
     for (Run& run : runs) result_.rows.push_back(std::move(run.row));
     return std::move(result_);
   }
@@ -147,17 +177,27 @@ class Study {
     return result_.error_probe.empty() ? row.position_error : row.probe_error;
   }
 
-  // Computes errors relative to the reference, and orders between neighbouring steps.
-  void compare(std::vector<Run>& runs, const Run& reference, const ReferenceTrack& track,
-               const ReferenceProbe& probe) const {
-    if (reference.row.status != RunStatus::kFinished) return;
-    for (Run& run : runs) {
-      if (run.row.status != RunStatus::kFinished) continue;
-      run.row.position_error =
-          (run.final_position - reference.final_position).norm() / track.scale_at_end();
-      run.row.position_error_rms = run.mean_distance / track.scale_over_time();
-      if (probe.largest() > 0.0) run.row.probe_error = run.probe_difference / probe.largest();
+  // Whether this run of the table is the reference itself.
+  bool is_reference(const PlannedRun& planned) const {
+    return plan_.reference_is_row && planned.directory == plan_.reference.directory &&
+           planned.step == plan_.reference.step;
+  }
+
+  // Computes errors relative to the reference.
+  static void set_errors(Run& run, const Run& reference, const ReferenceTrack& track,
+                         const ReferenceProbe& probe) {
+    if (reference.row.status != RunStatus::kFinished || run.row.status != RunStatus::kFinished) {
+      return;
     }
+    run.row.position_error =
+        (run.final_position - reference.final_position).norm() / track.scale_at_end();
+    run.row.position_error_rms = run.mean_distance / track.scale_over_time();
+    if (probe.largest() > 0.0) run.row.probe_error = run.probe_difference / probe.largest();
+  }
+
+  // Computes orders between neighbouring steps.
+  void set_orders(std::vector<Run>& runs, const Run& reference) const {
+    if (reference.row.status != RunStatus::kFinished) return;
     const double reference_error = error_of_reference(runs);
     for (std::size_t i = 1; i < runs.size(); ++i) {
       const StudyRow& finer = runs[i - 1].row;
@@ -227,8 +267,8 @@ double observed_order(double h1, double e1, double h2, double e2, double hr) {
 }
 
 StudyResult run_study(const StudyPlan& plan, const TetMesh& mesh, const ObserverFactory& observers,
-                      const StudyProgress& progress) {
-  return Study(plan, mesh).run(observers, progress);
+                      const StudyProgress& progress, const StudyMemory& memory) {
+  return Study(plan, mesh).run(observers, progress, memory);
 }
 
 StudyResult run_study(const Scene& scene, const TetMesh& mesh, const StudySettings& settings,

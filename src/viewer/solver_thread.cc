@@ -9,6 +9,7 @@
 #include "kept_settings.h"
 #include "snapshot_maker.h"
 #include "tetraction/core/error.h"
+#include "tetraction/core/interruption.h"
 
 namespace tetraction::viewer {
 namespace {
@@ -41,6 +42,7 @@ SolverThread::SolverThread(Scene start_scene, TetMesh start_mesh)
 
 SolverThread::~SolverThread() {
   if (!thread_.joinable()) return;
+  gives_up_ = true;
   shared_.lock()->stop = true;
   wake();
   thread_.join();
@@ -139,6 +141,7 @@ void SolverThread::estimate_limit() {
   const MechanicalSystem& system = session().system();
   if (!system.elastic().admissible(session().state().position).ok()) return;
   const Clock::time_point start = Clock::now();
+  const Interruptible interruptible(gives_up_);
   stable_step_ = session().current_limit().critical_step;
   limit_cost_ = Seconds(Clock::now() - start).count();
 }
@@ -151,7 +154,10 @@ void SolverThread::halt() {
 void SolverThread::step() {
   const Index before = session().step_number();
   const Clock::time_point start = Clock::now();
-  const bool can_continue = engine_->step() && session().status() == RunStatus::kRunning;
+  const bool can_continue = [this] {
+    const Interruptible interruptible(gives_up_);
+    return engine_->step() && session().status() == RunStatus::kRunning;
+  }();
   stepping_since_limit_ += Seconds(Clock::now() - start).count();
   ++steps_since_snapshot_;
   speed_limiter_.advance(session().time());

@@ -1,6 +1,7 @@
 // The thread of a Simulation, and the data that it shares with the window's thread.
 #pragma once
 
+#include <atomic>
 #include <condition_variable>
 #include <deque>
 #include <memory>
@@ -77,7 +78,7 @@ class SolverThread {
   SolverThread(Scene start_scene, TetMesh start_mesh);
   SolverThread(const SolverThread&) = delete;
   SolverThread& operator=(const SolverThread&) = delete;
-  /// Stops after the step in progress.
+  /// Gives up the step in progress, at the next iteration of its solver.
   ~SolverThread();
 
   const Scene& scene() const { return scene_; }
@@ -151,6 +152,7 @@ class SolverThread {
   Guarded<SharedState> shared_;
   std::condition_variable wake_;
   std::condition_variable became_idle_;
+  std::atomic<bool> gives_up_{false};  // the step in progress
 
   std::thread thread_;  // the last member, because it uses the others
 };

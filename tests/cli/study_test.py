@@ -275,6 +275,81 @@ class Frames(StudyTest):
         self.assertEqual(set(self.runs()), self.ALL)
 
 
+class Resume(StudyTest):
+    GRID = ["--integrators", "verlet,midpoint", "--steps", "0.0005,0.001", "--frames", "none",
+            "--set", "time.end=0.5"]  # fmt: skip
+
+    def table(self):
+        """All columns but the wall times."""
+        with open(self.path("s", "study.csv"), newline="") as file:
+            rows = list(csv.DictReader(file))
+        return [{k: v for k, v in row.items() if "seconds" not in k} for row in rows]
+
+    def histories(self):
+        result = {}
+        for run in self.runs():
+            with open(self.path("s", run, "history.csv"), "rb") as file:
+                result[run] = (file.read(), os.stat(self.path("s", run, "history.csv")).st_ino)
+        return result
+
+    def test_a_study_that_was_killed_goes_on(self):
+        self.study(*self.GRID)
+        whole, before = self.table(), self.histories()
+        shutil.rmtree(self.path("s"))
+        scene = self.write("beam.toml", BEAM)
+        with subprocess.Popen(
+            [PROGRAM, "study", scene, "--out", "s", "--no-plots", "--quiet", *self.GRID],
+            cwd=self.folder, stderr=subprocess.DEVNULL,
+        ) as process:  # fmt: skip
+            # The reference and one more run are complete.
+            while len([r for r in before if os.path.exists(self.path("s", r, "study_row.json"))]) < 2:
+                self.assertIsNone(process.poll())
+                time.sleep(0.001)
+            process.kill()
+        kept = [r for r in before if os.path.exists(self.path("s", r, "study_row.json"))
+                and r != "midpoint-0.0005"]  # fmt: skip
+        inodes = {r: os.stat(self.path("s", r, "history.csv")).st_ino for r in kept}
+        result = self.study(*self.GRID, "--resume")
+        self.assertIn(f"{len(kept)} of 4 runs were kept", result.stderr)
+        self.assertEqual(self.table(), whole)
+        after = self.histories()
+        self.assertEqual({r: text for r, (text, _) in after.items()},
+                         {r: text for r, (text, _) in before.items()})  # fmt: skip
+        for run, inode in inodes.items():
+            self.assertEqual(after[run][1], inode)
+
+    def test_a_complete_study_says_so(self):
+        self.study(*self.GRID)
+        whole, before = self.table(), self.histories()
+        result = self.study(*self.GRID, "--resume")
+        self.assertIn("the study was complete, and no run was made", result.stderr)
+        self.assertEqual((self.table(), self.histories()), (whole, before))
+        # A run whose files are not all there is made again, and the reference with it.
+        os.remove(self.path("s", "verlet-0.001", "final.vtu"))
+        self.assertIn("2 of 4 runs were kept", self.study(*self.GRID, "--resume").stderr)
+        self.assertEqual(self.table(), whole)
+        # Without --resume everything is made anew.
+        self.assertIn("deleted", self.study(*self.GRID).stderr)
+        self.assertNotEqual(self.histories(), before)
+
+    def test_other_inputs_are_noticed(self):
+        self.study(*self.GRID)
+        for change in (["--set", "material.density=900"], ["--set", "mesh.generate.cells=[9,2,2]"],
+                       ["--set", "solver.tolerance=1e-9"], ["--set", "time.end=0.1"]):  # fmt: skip
+            with self.subTest(change[1]):
+                result = self.study(*self.GRID, *change, "--resume")
+                self.assertIn("0 of 4 runs were kept", result.stderr)
+        # One integrator more keeps the others; what is in [output] does not matter.
+        self.study(*self.GRID)
+        more = ["--integrators", "verlet,midpoint,explicit", *self.GRID[2:], "--set", "output.every=3"]
+        result = self.study(*more, "--resume")
+        self.assertIn("3 of 6 runs were kept", result.stderr)
+        # A run that is not of the study any more is deleted.
+        result = self.study("--integrators", "midpoint", *self.GRID[2:], "--resume")
+        self.assertIn("complete", result.stderr)
+        self.assertEqual(set(self.runs()), {"midpoint-0.0005", "midpoint-0.001"})
+
+
 class Plots(StudyTest):
     def test_the_energy_error_is_relative_to_the_scale_of_the_table(self):
         """The work of moving constraints is energy that entered."""

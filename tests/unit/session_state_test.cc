@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <functional>
 #include <memory>
 #include <stdexcept>
 #include <thread>
@@ -9,6 +10,7 @@
 #include "support/corner_scenes.h"
 #include "support/same_run.h"
 #include "tetraction/core/error.h"
+#include "tetraction/core/interruption.h"
 
 namespace tetraction {
 namespace {
@@ -209,10 +211,13 @@ TEST(SessionState, ManyThreadsMayLookAtOnce) {
   }
 }
 
-// Throws at one of its calls.
+// Throws at one of its calls, or does something else.
 class Thrower : public VertexPotential {
  public:
-  explicit Thrower(std::shared_ptr<std::atomic<int>> calls_left) : left_(std::move(calls_left)) {}
+  explicit Thrower(
+      std::shared_ptr<std::atomic<int>> calls_left,
+      std::function<void()> act = [] { throw std::runtime_error("the thrower throws"); })
+      : left_(std::move(calls_left)), act_(std::move(act)) {}
   std::string name() const override { return "thrower"; }
   double value(double mass, const Vector3& x) const override {
     count();
@@ -229,9 +234,10 @@ class Thrower : public VertexPotential {
 
  private:
   void count() const {
-    if (--*left_ == 0) throw std::runtime_error("the thrower throws");
+    if (--*left_ == 0) act_();
   }
   std::shared_ptr<std::atomic<int>> left_;
+  std::function<void()> act_;
 };
 
 class Throwing : public SessionState {
@@ -276,6 +282,43 @@ TEST_P(Throwing, StepsLeaveStateAndBalanceAsTheyWereAndCanBeMadeAgain) {
   EXPECT_EQ(session.state().position, twin.state().position);
   EXPECT_EQ(session.state().momentum, twin.state().momentum);
   EXPECT_EQ(numbers_of(session.balance().sums()), numbers_of(twin.balance().sums()));
+}
+
+TEST_P(Throwing, StepsThatAreInterruptedEndSoonAndCanBeMadeAgain) {
+  std::atomic<bool> stop{false};
+  Scene scene = make_scene();
+  scene.force_term.push_back(std::make_shared<Thrower>(left_, [&stop] { stop = true; }));
+  Session session(scene, mesh_of(scene));
+  Session twin(scene, mesh_of(scene));
+  for (int k = 0; k < 3; ++k) {
+    ASSERT_TRUE(session.step()) << session.message();
+    ASSERT_TRUE(twin.step());
+  }
+  const State before = session.state();
+  twin.checkpoint();  // it forgets earlier steps, as a step does that was interrupted
+  constexpr int kMany = 1'000'000'000;
+  *left_ = kMany;
+  ASSERT_TRUE(twin.step());
+  const int calls = kMany - *left_;
+  const auto vertices = static_cast<int>(session.system().vertex_count());
+  for (const int call : {1, calls / 3, calls / 2}) {
+    {
+      const Interruptible interruptible(stop);
+      *left_ = call;
+      EXPECT_THROW(session.step(), Interrupted) << call << " of " << calls;
+      // At most the rest of the loop over the vertices, or of all loops without one that can end.
+      EXPECT_GT(*left_, -4 * vertices) << call << " of " << calls;
+    }
+    stop = false;
+    *left_ = -1;
+    EXPECT_EQ(session.status(), RunStatus::kRunning);
+    EXPECT_EQ(session.state().step, before.step);
+    EXPECT_EQ(session.state().position, before.position);
+    EXPECT_EQ(session.state().momentum, before.momentum);
+  }
+  ASSERT_TRUE(session.step()) << session.message();
+  EXPECT_EQ(session.state().position, twin.state().position);
+  EXPECT_EQ(session.state().momentum, twin.state().momentum);
 }
 
 TEST_P(Throwing, RunsTellTheirObserversAndPassTheExceptionOn) {

@@ -56,6 +56,40 @@ TEST(SimulationObserver, SeesTheStepsFromNowOnUntilItIsTakenAway) {
   expect_no_notices(*simulation);
 }
 
+// A step that takes very long.
+Scene falling_hard() {
+  Scene scene;
+  scene.mesh.generate = GeneratorSettings{GeneratorKind::kBeam, {4, 1, 1}, {48, 16, 16}};
+  scene.material.youngs_modulus = 1e6;
+  scene.material.poissons_ratio = 0.4;
+  scene.time = {Integrator::kMidpoint, 10.0, false, 1000.0};
+  scene.environment.kind = EnvironmentKind::kGravity;
+  scene.environment.strength = 300.0;
+  scene.solver.tolerance = 1e-13;
+  scene.solver.max_iterations = 1000000;
+  scene.fix.resize(1);
+  scene.fix[0].select = SelectPlane{0, 0.0, {}};
+  return scene;
+}
+
+TEST(SimulationObserver, IsToldOfTheEndWhenTheStepInProgressIsGivenUp) {
+  for (const Integrator integrator : {Integrator::kMidpoint, Integrator::kEnergyMomentum}) {
+    Scene scene = falling_hard();
+    scene.time.integrator = integrator;
+    Told told;
+    auto simulation = simulation_of(scene);
+    simulation->observe(std::make_unique<Listener>(told));
+    settle(*simulation);
+    simulation->step();
+    // The step takes tens of seconds, and it has begun by now or will not begin.
+    EXPECT_FALSE(simulation->wait_until_idle(0.5));
+    simulation.reset();
+    EXPECT_EQ(told.started_at, 0);
+    EXPECT_EQ(told.steps, std::vector<Index>{});
+    EXPECT_EQ(told.finished_at, 0);
+  }
+}
+
 TEST(SimulationObserver, EndsWithAResetAndWithTheSimulation) {
   Told first;
   Told second;

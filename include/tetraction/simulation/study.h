@@ -148,6 +148,15 @@ using ObserverFactory =
 /// run.
 using StudyProgress = std::function<void(std::size_t, std::size_t, const PlannedRun&)>;
 
+/// What a study takes over from one that was stopped, and how it tells of its runs.
+struct StudyMemory {
+  /// The row of a run that was made before, as `made` got it, or nothing if it has to be made.
+  std::function<std::optional<StudyRow>(const PlannedRun&)> kept{};
+  /// Called after each run that was made and not stopped. The row has everything but the observed
+  /// order.
+  std::function<void(const StudyRow&)> made{};
+};
+
 /// Makes the runs of the plan. A run that blows up or fails is a result, not an error.
 ///
 /// All final positions belong to the same time: if a step does not divide the end time, the last
@@ -157,8 +166,12 @@ using StudyProgress = std::function<void(std::size_t, std::size_t, const Planned
 /// integrator are differences from a run of the same family. For these the right-hand side is (h₂^p
 /// − h_r^p)/(h₁^p − h_r^p). If the error of the reference itself is not small compared with the
 /// others, there is no order.
+///
+/// Runs that `memory` keeps are not made again. The reference is made again if any other run is,
+/// because its motion over time is needed for the comparison.
 StudyResult run_study(const StudyPlan& plan, const TetMesh& mesh,
-                      const ObserverFactory& observers = {}, const StudyProgress& progress = {});
+                      const ObserverFactory& observers = {}, const StudyProgress& progress = {},
+                      const StudyMemory& memory = {});
 
 /// Plans a study and makes its runs.
 StudyResult run_study(const Scene& scene, const TetMesh& mesh, const StudySettings& settings,

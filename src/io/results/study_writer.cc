@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "study_row_json.h"
 #include "tetraction/core/version.h"
 #include "tetraction/io/text_file.h"
 
@@ -105,30 +106,7 @@ std::string study_json(const StudyResult& result, const std::string& scene_name)
   }
   json["runs"] = nlohmann::ordered_json::array();
   for (const StudyRow& row : result.rows) {
-    json["runs"].push_back(
-        {{"integrator", to_string(row.integrator)},
-         {"step", row.step},
-         {"solver", row.solver},
-         {"compares_solver", row.compares_solver},
-         {"variant", row.variant},
-         {"role", to_string(row.role)},
-         {"stable_step", json_number(row.stable_step)},
-         {"step_over_stable_step", json_number(row.step / row.stable_step)},
-         {"status", to_string(row.status)},
-         {"message", row.message},
-         {"directory", row.directory},
-         {"steps", row.steps},
-         {"wall_seconds", row.wall_seconds},
-         {"seconds_per_simulated_second", json_number(row.seconds_per_simulated_second)},
-         {"iterations_per_step", row.iterations_per_step},
-         {"max_relative_energy_drift", json_number(row.max_relative_energy_drift)},
-         {"linear_momentum_drift", json_number(row.linear_momentum_drift)},
-         {"angular_momentum_drift", json_number(row.angular_momentum_drift)},
-         {"angular_momentum_drift_allowed", json_number(row.angular_momentum_drift_allowed)},
-         {"position_error", json_number(row.position_error)},
-         {"position_error_rms", json_number(row.position_error_rms)},
-         {"observed_order", json_number(row.observed_order)},
-         {"probe_error", json_number(row.probe_error)}});
+    json["runs"].push_back(study_row_json(row));
   }
   // The names of files, which stand in messages as well, need not be UTF-8, which JSON must be.
   return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";

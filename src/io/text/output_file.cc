@@ -15,8 +15,8 @@
 namespace tetraction {
 namespace {
 
-// Writes all of the text, or returns the system's reason.
-int write_all(int descriptor, std::string_view text) {
+// Writes all of the text, or returns the system's reason. `text` is then what was not written.
+int write_all(int descriptor, std::string_view& text) {
   while (!text.empty()) {
     const ssize_t written = ::write(descriptor, text.data(), text.size());
     if (written < 0 && errno == EINTR) continue;
@@ -152,6 +152,7 @@ RowFile::~RowFile() {
 void RowFile::add(std::string_view row) {
   constexpr auto kLongest = std::chrono::milliseconds(100);
   constexpr std::size_t kMost = std::size_t{1} << 16;
+  if (is_broken_) return;
   rows_ += row;
   if (rows_.size() >= kMost || Clock::now() - flushed_ >= kLongest) flush();
 }
@@ -159,16 +160,17 @@ void RowFile::add(std::string_view row) {
 void RowFile::flush() {
   flushed_ = Clock::now();
   if (rows_.empty()) return;
-  const int reason = write_all(descriptor_, rows_);
-  if (reason == 0) {
-    size_ += static_cast<std::int64_t>(rows_.size());
-    rows_.clear();
-    return;
-  }
-  // A part of a row may have been written.
+  std::string_view rest = rows_;
+  const int reason = write_all(descriptor_, rest);
+  std::string_view written = std::string_view(rows_).substr(0, rows_.size() - rest.size());
+  // Of the rows that fit, the last one may be there in part.
+  written = written.substr(0, written.rfind('\n') + 1);
+  size_ += static_cast<std::int64_t>(written.size());
+  rows_.clear();
+  if (reason == 0) return;
+  is_broken_ = true;  // a row after a gap would look like the next one
   const bool is_cut = ::ftruncate(descriptor_, size_) == 0;
   static_cast<void>(is_cut);
-  rows_.clear();
   fail_to_write(path_, reason);
 }
 

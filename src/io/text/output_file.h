@@ -54,7 +54,7 @@ class ReplacementFile {
 
 /// A table that grows by whole rows. Rows are collected for a tenth of a second at most while others
 /// follow, and are then given to the system in one piece. All functions throw OutputError, after
-/// which the file ends with a whole row.
+/// which the file ends with a whole row and takes no more.
 class RowFile {
  public:
   /// Begins a file that has `begin`, the header with the first rows, as soon as it has its name.
@@ -83,6 +83,7 @@ class RowFile {
   int descriptor_ = -1;
   std::int64_t size_ = 0;  // of the whole rows in the file
   std::string rows_;       // not written yet
+  bool is_broken_ = false;
   Clock::time_point flushed_ = Clock::now();
 };
 

@@ -295,7 +295,7 @@ void MainWindow::closeEvent(QCloseEvent* event) {
   save_window();
   opening_ = {};  // waits for the thread that reads a file
   edits_.reset();
-  simulation_.reset();  // waits for the step in progress
+  simulation_.reset();  // gives up the step in progress
   QMainWindow::closeEvent(event);
 }
 

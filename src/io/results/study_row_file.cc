@@ -1,0 +1,133 @@
+#include "study_row_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <type_traits>
+#include <vector>
+
+#include "study_row_json.h"
+#include "tetraction/core/version.h"
+#include "tetraction/io/text_file.h"
+
+namespace tetraction {
+namespace {
+
+// FNV-1a over the bytes of numbers: it finds changes, not forgeries.
+class Digest {
+ public:
+  void add(const void* data, std::size_t size) {
+    const auto* bytes = static_cast<const unsigned char*>(data);
+    for (std::size_t i = 0; i < size; ++i) value_ = (value_ ^ bytes[i]) * 1099511628211U;
+  }
+  void add(const std::string& text) {
+    add(text.data(), text.size());
+    add(std::uint64_t{text.size()});
+  }
+  template <class Number>
+  requires std::is_arithmetic_v<Number>
+  void add(Number number) { add(&number, sizeof(number)); }
+  void add(const Matrix& matrix) {
+    add(matrix.rows());
+    add(matrix.data(), static_cast<std::size_t>(matrix.size()) * sizeof(double));
+  }
+  std::string text() const { return fmt::format("{:016x}", value_); }
+
+ private:
+  std::uint64_t value_ = 14695981039346656037U;
+};
+
+std::string digest_of(const TetMesh& mesh) {
+  Digest digest;
+  for (const auto vertex : mesh.vertices) {
+    for (int d = 0; d < 3; ++d) digest.add(vertex[d]);
+  }
+  for (const auto tetrahedron : mesh.tetrahedra) {
+    for (std::size_t i = 0; i < 4; ++i) digest.add(static_cast<std::int64_t>(tetrahedron[i]));
+  }
+  for (Index v = 0; v < mesh.vertex_count(); ++v) digest.add(mesh.vertex_id(v));
+  for (Index e = 0; e < mesh.tetrahedron_count(); ++e) {
+    digest.add(mesh.tetrahedron_id(e));
+    digest.add(mesh.region(e));
+  }
+  for (const auto* arrays : {&mesh.point_arrays, &mesh.cell_arrays}) {
+    for (const auto& [name, values] : *arrays) {
+      digest.add(name);
+      digest.add(values);
+    }
+  }
+  for (const Group& group : mesh.groups) {
+    digest.add(group.name);
+    for (const Index v : group.vertices) digest.add(v);
+    for (const Index e : group.tetrahedra) digest.add(e);
+    for (const auto& triangle : group.triangles) {
+      for (const Index v : triangle) digest.add(v);
+    }
+  }
+  return digest.text();
+}
+
+nlohmann::json scene_json(const StudyVariant& variant) {
+  nlohmann::json scene = nlohmann::json::parse(variant.scene.echo, nullptr, false);
+  if (scene.is_object()) {
+    scene.erase("output");
+  } else {
+    scene = nullptr;  // that of a program
+  }
+  Digest files;
+  for (const AmplitudeSettings& amplitude : variant.scene.amplitude) {
+    for (const auto& [time, value] : amplitude.points) {
+      files.add(time);
+      files.add(value);
+    }
+  }
+  return {{"name", variant.name}, {"scene", scene}, {"amplitudes", files.text()}};
+}
+
+}  // namespace
+
+std::string study_inputs(const StudyPlan& plan, const TetMesh& mesh) {
+  nlohmann::json json;
+  json["version"] = version();
+  json["mesh"] = digest_of(mesh);
+  json["variants"] = nlohmann::json::array();
+  for (const StudyVariant& variant : plan.variants) json["variants"].push_back(scene_json(variant));
+  json["end"] = plan.end;
+  json["error_probe"] = plan.error_probe;
+  json["reference"] = {plan.reference.directory, to_string(plan.reference.integrator),
+                       plan.reference.step, plan.reference.solver};
+  // Runs are compared with the reference at times that depend on all steps.
+  std::vector<double> steps;
+  for (const PlannedRun& run : plan.runs) steps.push_back(run.step);
+  std::sort(steps.begin(), steps.end());
+  steps.erase(std::unique(steps.begin(), steps.end()), steps.end());
+  json["steps"] = steps;
+  return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+void write_study_row(const std::string& path, const StudyRow& row, const std::string& inputs) {
+  nlohmann::ordered_json json;
+  json["row"] = study_row_json(row);
+  json["inputs"] = nlohmann::ordered_json::parse(inputs);
+  write_text_file(
+      path, json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
+}
+
+std::optional<StudyRow> read_study_row(const std::string& path, const PlannedRun& planned,
+                                       const std::string& inputs) {
+  std::ifstream file(path);
+  const auto json = nlohmann::json::parse(file, nullptr, false);
+  if (!json.is_object() || !json.contains("inputs") || !json.contains("row")) return {};
+  if (json["inputs"] != nlohmann::json::parse(inputs)) return {};
+  std::optional<StudyRow> row = study_row_from_json(json["row"]);
+  if (!row || row->integrator != planned.integrator || row->step != planned.step ||
+      row->solver != planned.solver || row->directory != planned.directory) {
+    return {};
+  }
+  return row;
+}
+
+}  // namespace tetraction

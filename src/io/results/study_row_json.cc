@@ -1,0 +1,97 @@
+#include "study_row_json.h"
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "tetraction/core/error.h"
+
+namespace tetraction {
+namespace {
+
+// JSON has no infinity and no NaN: absent numbers are null.
+nlohmann::ordered_json number(double value) {
+  if (std::isfinite(value)) return value;
+  return nullptr;
+}
+
+double number_of(const nlohmann::json& json, const char* key, double absent) {
+  return json.at(key).is_null() ? absent : json.at(key).get<double>();
+}
+
+template <class Value, std::size_t N>
+Value named(const std::string& name, const std::array<Value, N>& values) {
+  for (const Value value : values) {
+    if (to_string(value) == name) return value;
+  }
+  throw InputError(name);
+}
+
+}  // namespace
+
+nlohmann::ordered_json study_row_json(const StudyRow& row) {
+  return {{"integrator", to_string(row.integrator)},
+          {"step", row.step},
+          {"solver", row.solver},
+          {"compares_solver", row.compares_solver},
+          {"variant", row.variant},
+          {"role", to_string(row.role)},
+          {"stable_step", number(row.stable_step)},
+          {"step_over_stable_step", number(row.step / row.stable_step)},
+          {"status", to_string(row.status)},
+          {"message", row.message},
+          {"directory", row.directory},
+          {"steps", row.steps},
+          {"wall_seconds", row.wall_seconds},
+          {"seconds_per_simulated_second", number(row.seconds_per_simulated_second)},
+          {"iterations_per_step", row.iterations_per_step},
+          {"max_relative_energy_drift", number(row.max_relative_energy_drift)},
+          {"linear_momentum_drift", number(row.linear_momentum_drift)},
+          {"angular_momentum_drift", number(row.angular_momentum_drift)},
+          {"angular_momentum_drift_allowed", number(row.angular_momentum_drift_allowed)},
+          {"position_error", number(row.position_error)},
+          {"position_error_rms", number(row.position_error_rms)},
+          {"observed_order", number(row.observed_order)},
+          {"probe_error", number(row.probe_error)}};
+}
+
+std::optional<StudyRow> study_row_from_json(const nlohmann::json& json) {
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  const auto get = [&](const char* key) { return number_of(json, key, kNone); };
+  StudyRow row;
+  try {
+    row.integrator = integrator_from_string(json.at("integrator").get<std::string>());
+    row.step = json.at("step").get<double>();
+    row.solver = json.at("solver").get<std::string>();
+    row.compares_solver = json.at("compares_solver").get<bool>();
+    row.variant = json.at("variant").get<std::string>();
+    row.role = named(json.at("role").get<std::string>(),
+                     std::array{StudyRole::kRun, StudyRole::kReference, StudyRole::kVariant});
+    row.stable_step = number_of(json, "stable_step", std::numeric_limits<double>::infinity());
+    row.status =
+        named(json.at("status").get<std::string>(),
+              std::array{RunStatus::kFinished, RunStatus::kUnstable, RunStatus::kNotConverged});
+    row.message = json.at("message").get<std::string>();
+    row.directory = json.at("directory").get<std::string>();
+    row.steps = json.at("steps").get<Index>();
+    row.wall_seconds = get("wall_seconds");
+    row.seconds_per_simulated_second = get("seconds_per_simulated_second");
+    row.iterations_per_step = get("iterations_per_step");
+    row.max_relative_energy_drift = get("max_relative_energy_drift");
+    row.linear_momentum_drift = get("linear_momentum_drift");
+    row.angular_momentum_drift = get("angular_momentum_drift");
+    row.angular_momentum_drift_allowed = get("angular_momentum_drift_allowed");
+    row.position_error = get("position_error");
+    row.position_error_rms = get("position_error_rms");
+    row.probe_error = get("probe_error");
+  } catch (const nlohmann::json::exception&) {
+    return {};
+  } catch (const InputError&) {  // an unknown word
+    return {};
+  }
+  row.observed_order = kNone;  // depends on the other runs
+  return row;
+}
+
+}  // namespace tetraction

@@ -1,0 +1,16 @@
+// A row of a study as JSON.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "tetraction/simulation/study.h"
+
+namespace tetraction {
+
+nlohmann::ordered_json study_row_json(const StudyRow& row);
+
+/// The same row again; nothing if it is not a whole one, or that of a run that was stopped.
+std::optional<StudyRow> study_row_from_json(const nlohmann::json& json);
+
+}  // namespace tetraction
