@@ -22,8 +22,7 @@ namespace {
 using SummaryJson = nlohmann::json;
 
 // The newest valid checkpoint. Those that are not valid are reported.
-std::optional<StoredCheckpoint> newest_checkpoint(const std::string& directory,
-                                                  bool only_regular) {
+std::optional<StoredCheckpoint> newest_checkpoint(const std::string& directory, bool only_regular) {
   for (const CheckpointPath& file : checkpoint_paths(directory)) {
     if (only_regular && !file.is_regular) continue;
     try {
@@ -31,8 +30,8 @@ std::optional<StoredCheckpoint> newest_checkpoint(const std::string& directory,
       if (stored.checkpoint.state.step == file.step && stored.is_regular == file.is_regular) {
         return stored;
       }
-      print_warning(fmt::format("{}: its step is not the one of its name; it is not used.",
-                                file.path));
+      print_warning(
+          fmt::format("{}: its step is not the one of its name; it is not used.", file.path));
     } catch (const FileError& error) {
       print_warning(fmt::format("{} The one before it is used, if there is one.", error.what()));
     }
@@ -50,7 +49,8 @@ std::vector<std::string> changes(const StoredCheckpoint& stored, const RunInputs
   } else {
     if (before.regions != body.regions) parts.emplace_back("the regions of material");
     if (before.densities != body.densities) parts.emplace_back("the densities");
-    if (stored.inputs.numbers != inputs.numbers) parts.emplace_back("numbers or groups of the mesh");
+    if (stored.inputs.numbers != inputs.numbers)
+      parts.emplace_back("numbers or groups of the mesh");
     if (stored.inputs.fields != inputs.fields) parts.emplace_back("the initial fields");
   }
   if (before.force_terms != body.force_terms) parts.emplace_back("the force terms");
@@ -72,10 +72,11 @@ std::string listing_of(const std::vector<std::string>& parts) {
 
 [[noreturn]] void refuse_changes(const std::string& directory,
                                  const std::vector<std::string>& parts) {
-  throw InputError(fmt::format(
-      "{}: the run cannot go on, because its inputs have changed since: {}. Undo the changes, start "
-      "the run anew without --resume, or let it go on with them by --force.",
-      directory, listing_of(parts)));
+  throw InputError(
+      fmt::format("{}: the run cannot go on, because its inputs have changed since: {}. Undo the "
+                  "changes, start "
+                  "the run anew without --resume, or let it go on with them by --force.",
+                  directory, listing_of(parts)));
 }
 
 // Not even --force changes what the state of the run refers to.
@@ -160,10 +161,10 @@ Resumption resume_run(Session& session, RunRecorder& recorder, const std::string
   }
   if (!parts.empty() && !force) refuse_changes(directory, parts);
   if (!stored) {
-    print_note(
-        fmt::format("{}: there is no checkpoint from which a run could go on{}. The run starts from "
-                    "the beginning.",
-                    directory, only_regular ? "" : " (output.checkpoint_every makes them)"));
+    print_note(fmt::format(
+        "{}: there is no checkpoint from which a run could go on{}. The run starts from "
+        "the beginning.",
+        directory, only_regular ? "" : " (output.checkpoint_every makes them)"));
     return Resumption::kNothing;
   }
   if (!parts.empty()) require_forcible(directory, *stored, parts, session);
@@ -188,12 +189,12 @@ Resumption resume_run(Session& session, RunRecorder& recorder, const std::string
         stored->version, version()));
   }
   if (!quiet) {
-    print_note(fmt::format("{}: the run goes on after step {} (t = {:.6g} s).{}", directory,
-                           session.step_number(), session.time(),
-                           stored->is_regular
-                               ? ""
-                               : " The checkpoint was made when the run was stopped: implicit "
-                                 "steps agree with those of one run within the solver's tolerance."));
+    print_note(fmt::format(
+        "{}: the run goes on after step {} (t = {:.6g} s).{}", directory, session.step_number(),
+        session.time(),
+        stored->is_regular ? ""
+                           : " The checkpoint was made when the run was stopped: implicit "
+                             "steps agree with those of one run within the solver's tolerance."));
   }
   return Resumption::kContinues;
 }

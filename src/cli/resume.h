@@ -10,9 +10,9 @@ namespace tetraction {
 
 /// What --resume found in the output directory.
 enum class Resumption {
-  kNothing,   ///< no checkpoint that can be used: the run starts from the beginning
-  kContinues, ///< session and recorder go on from a checkpoint
-  kComplete   ///< the run is complete already
+  kNothing,    ///< no checkpoint that can be used: the run starts from the beginning
+  kContinues,  ///< session and recorder go on from a checkpoint
+  kComplete    ///< the run is complete already
 };
 
 /// Lets a session, which has just been made, and its recorder go on with the run whose results are in

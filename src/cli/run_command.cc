@@ -102,9 +102,9 @@ void add_run_command(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("run", "Run a scene and write its results");
   add_session_options(*command, *arguments);
   arguments->has_checkpoints = true;
-  CLI::Option* resume = command->add_flag(
-      "--resume", arguments->resume,
-      "Go on with the run in the output directory from its newest checkpoint");
+  CLI::Option* resume =
+      command->add_flag("--resume", arguments->resume,
+                        "Go on with the run in the output directory from its newest checkpoint");
   command
       ->add_flag("--force", arguments->force,
                  "With --resume: go on although scene or mesh have changed")

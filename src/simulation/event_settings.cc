@@ -43,9 +43,7 @@ struct SettingsEditor {
   void operator()(const SetForce& edit) {
     set_entry(settings.loads.list(edit.force.kind), edit.index, edit.force);
   }
-  void operator()(const SetFix& edit) {
-    set_entry(constraints.fix_settings, edit.index, edit.fix);
-  }
+  void operator()(const SetFix& edit) { set_entry(constraints.fix_settings, edit.index, edit.fix); }
   void operator()(const SetConstraint& edit) {
     set_entry(constraints.other_settings, edit.index, edit.constraint);
   }
@@ -101,8 +99,8 @@ RunSettings settings_after_events(const Scene& scene, std::size_t event_count) {
     settings.constraints.other_settings.emplace_back(constraint);
   }
   if (event_count > scene.event.size()) {
-    throw InputError(fmt::format("{} events were made, and the scene has {}.", event_count,
-                                 scene.event.size()));
+    throw InputError(
+        fmt::format("{} events were made, and the scene has {}.", event_count, scene.event.size()));
   }
   for (std::size_t i = 0; i < event_count; ++i) {
     for (const Edit& edit : scene.event[i].edits) std::visit(SettingsEditor{settings}, edit);

@@ -70,7 +70,8 @@ const Section<OutputSettings>& section_of() {
          .range = kCount},
         &S::every},
        {{.name = "checkpoint_every",
-         .help = "a checkpoint after each so many steps, from which `run --resume` goes on; 0: none",
+         .help =
+             "a checkpoint after each so many steps, from which `run --resume` goes on; 0: none",
          .range = {.least = 0.0},
          .in_file = Written::kUnlessDefault,
          .in_echo = Written::kUnlessDefault},

@@ -281,8 +281,8 @@ RunStatus Session::run(const std::vector<Observer*>& observers) {
                                          s.state().step, s.state().time);
       }
     });
-    if (keepers.empty() || (s.progress.status != RunStatus::kRunning &&
-                            s.progress.status != RunStatus::kCancelled)) {
+    if (keepers.empty() ||
+        (s.progress.status != RunStatus::kRunning && s.progress.status != RunStatus::kCancelled)) {
       continue;
     }
     std::vector<CheckpointObserver*> due;

@@ -49,7 +49,7 @@ velocity = [0.02, 0.0, 0.0]
 amplitude = "swell"
 {distance}
 [[pressure]]
-select = {{ faces = {{ axis = "y", side = "max" }} }}
+select = {{ faces = {{ normal = [0, 1, 0] }} }}
 value = 100.0
 amplitude = "swell"
 [[event]]

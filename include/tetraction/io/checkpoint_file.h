@@ -22,10 +22,11 @@ struct RecordedFiles {
 
 /// What a run was computed from. A part of it that differs can be named.
 struct RunInputs {
-  std::string scene;             ///< Scene::echo; empty for the scene of a program
-  std::uint64_t numbers = 0;     ///< made from the numbers of vertices and tetrahedra in the mesh file,
-                                 ///< and from its groups
-  std::uint64_t fields = 0;      ///< made from TetMesh::point_arrays
+  std::string scene;  ///< Scene::echo; empty for the scene of a program
+  std::uint64_t numbers =
+      0;                     ///< made from the numbers of vertices and tetrahedra in the mesh file,
+                             ///< and from its groups
+  std::uint64_t fields = 0;  ///< made from TetMesh::point_arrays
   std::uint64_t amplitudes = 0;  ///< made from the tables of the amplitudes
 };
 

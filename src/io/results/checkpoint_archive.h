@@ -90,15 +90,13 @@ template <class Archive, class... T>
 void transfer_all(Archive& archive, T&... values);
 
 template <class Archive>
-void transfer(Archive& archive, auto& value)
-  requires std::floating_point<std::remove_cvref_t<decltype(value)>>
-{
+void transfer(Archive& archive,
+              auto& value) requires std::floating_point<std::remove_cvref_t<decltype(value)>> {
   archive.number(value);
 }
 template <class Archive>
-void transfer(Archive& archive, auto& value)
-  requires std::integral<std::remove_cvref_t<decltype(value)>>
-{
+void transfer(Archive& archive,
+              auto& value) requires std::integral<std::remove_cvref_t<decltype(value)>> {
   archive.whole(value);
 }
 template <class Archive, Is<std::string> T>

@@ -59,10 +59,10 @@ void transfer(Archive& archive, T& value) {
 
 template <class Archive, Is<StepControl> T>
 void transfer(Archive& archive, T& value) {
-  auto& [retried, rejected, failed, above_tolerance, without_solution, last_rejected,
-         last_substeps, last_error, discrete_energy, energy_residual] = value;
-  transfer_all(archive, retried, rejected, failed, above_tolerance, without_solution,
-               last_rejected, last_substeps, last_error, discrete_energy, energy_residual);
+  auto& [retried, rejected, failed, above_tolerance, without_solution, last_rejected, last_substeps,
+         last_error, discrete_energy, energy_residual] = value;
+  transfer_all(archive, retried, rejected, failed, above_tolerance, without_solution, last_rejected,
+               last_substeps, last_error, discrete_energy, energy_residual);
 }
 
 template <class Archive, Is<MinimizerReport> T>
@@ -70,8 +70,8 @@ void transfer(Archive& archive, T& value) {
   auto& [termination, iterations, factorizations, cg_iterations, linear, residual, residual_limit,
          asked_limit, message, met_negative_curvature] = value;
   transfer_enum(archive, termination, Termination::kInadmissible);
-  transfer_all(archive, iterations, factorizations, cg_iterations, linear, residual,
-               residual_limit, asked_limit, message, met_negative_curvature);
+  transfer_all(archive, iterations, factorizations, cg_iterations, linear, residual, residual_limit,
+               asked_limit, message, met_negative_curvature);
 }
 
 template <class Archive, Is<RunProgress> T>

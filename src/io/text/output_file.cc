@@ -128,8 +128,7 @@ RowFile::RowFile(std::string path, std::string_view begin) : path_(std::move(pat
 
 RowFile::RowFile(std::string path, std::int64_t kept_size)
     : path_(std::move(path)),
-      descriptor_(
-          ::open(path_.c_str(), O_WRONLY | O_APPEND | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC)),
+      descriptor_(::open(path_.c_str(), O_WRONLY | O_APPEND | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC)),
       size_(kept_size) {
   struct stat status {};
   if (descriptor_ < 0) fail_to_write(path_, errno);

@@ -6,7 +6,9 @@
 #include <vtkCellType.h>
 #include <vtkDoubleArray.h>
 #include <vtkErrorCode.h>
+#include <vtkFieldData.h>
 #include <vtkFloatArray.h>
+#include <vtkInformation.h>
 #include <vtkIntArray.h>
 #include <vtkPointData.h>
 #include <vtkPoints.h>
@@ -79,6 +81,22 @@ bool ends_as_vtu(const std::string& path) {
   return file && tail == kEnd;
 }
 
+// VTK keeps the ranges of arrays that were written before with them, and writes these, too. A file must
+// not depend on what was written before it.
+void forget_ranges(vtkUnstructuredGrid* grid) {
+  const auto forget = [](vtkAbstractArray* array) {
+    if (array->HasInformation()) array->GetInformation()->Clear();
+  };
+  forget(grid->GetPoints()->GetData());
+  for (vtkFieldData* fields :
+       {static_cast<vtkFieldData*>(grid->GetPointData()),
+        static_cast<vtkFieldData*>(grid->GetCellData()), grid->GetFieldData()}) {
+    for (int i = 0; i < fields->GetNumberOfArrays(); ++i) {
+      forget(fields->GetAbstractArray(i));
+    }
+  }
+}
+
 }  // namespace
 
 vtkSmartPointer<vtkUnstructuredGrid> make_grid(const TetMesh& mesh) {
@@ -128,6 +146,7 @@ vtkSmartPointer<vtkDataArray> make_array(const std::string& name, const Matrix& 
 }
 
 void write_vtu(vtkUnstructuredGrid* grid, const std::string& path, FrameCompression compression) {
+  forget_ranges(grid);
   ReplacementFile file(path);
   VtkMessages messages;
   auto writer = vtkSmartPointer<vtkXMLUnstructuredGridWriter>::New();
