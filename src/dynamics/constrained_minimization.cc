@@ -5,13 +5,9 @@
 #include <limits>
 #include <utility>
 
+#include "solve_to_round_off.h"
+
 namespace tetraction {
-namespace {
-
-constexpr double kOverEstimate = 100.0;  // of round-off: what is taken for it
-
-}  // namespace
-
 ConstrainedMinimization::ConstrainedMinimization(PotentialProblem& problem,
                                                  std::shared_ptr<Minimizer> minimizer,
                                                  double stretch, ConstraintDirection direction)
@@ -26,21 +22,6 @@ bool ConstrainedMinimization::minimize(const Vector& from, StepOutcome& outcome)
                                                 : solve(outcome);
 }
 
-// Calls the minimiser once and adds its report to the reports of the calls before.
-MinimizerReport ConstrainedMinimization::call_minimizer(StepOutcome& outcome) {
-  const MinimizerReport report = minimizer_->minimize(problem_, u_);
-  const int iterations = outcome.minimizer.iterations;
-  const int factorizations = outcome.minimizer.factorizations;
-  const int cg_iterations = outcome.minimizer.cg_iterations;
-  const bool met_negative_curvature = outcome.minimizer.met_negative_curvature;
-  outcome.minimizer = report;
-  outcome.minimizer.met_negative_curvature |= met_negative_curvature;
-  outcome.minimizer.cg_iterations += cg_iterations;
-  outcome.minimizer.iterations += iterations;
-  outcome.minimizer.factorizations += factorizations;
-  return report;
-}
-
 // u_ ← the minimiser, beginning at u_. If Φ contains an estimate of the strain rate, the estimate
 // is replaced by the strain rate of the minimiser until both agree.
 bool ConstrainedMinimization::solve(StepOutcome& outcome) {
@@ -53,7 +34,8 @@ bool ConstrainedMinimization::solve(StepOutcome& outcome) {
     return true;
   }
   for (int i = 0; i < kEstimates; ++i) {
-    const MinimizerReport report = minimize_to_round_off(outcome);
+    const MinimizerReport report = solve_to_round_off(
+        problem_, u_, outcome.minimizer, [&] { return minimizer_->minimize(problem_, u_); });
     if (!report.converged()) {
       outcome.status = StepStatus::kNotConverged;
       outcome.message = report.message;
@@ -67,7 +49,7 @@ bool ConstrainedMinimization::solve(StepOutcome& outcome) {
     outcome.minimizer.residual = residual;
     if (residual <= std::max(report.residual, report.residual_limit)) return true;
     // If the residual does not fall any more, it is round-off.
-    if (i > 2 && residual > 0.5 * before && residual <= kOverEstimate * problem_.round_off(u_)) {
+    if (i > 2 && residual > 0.5 * before && residual <= kRoundOffMargin * problem_.round_off(u_)) {
       return true;
     }
     before = residual;
@@ -76,27 +58,6 @@ bool ConstrainedMinimization::solve(StepOutcome& outcome) {
   outcome.message = "the strain rate of the viscosity does not settle";
   outcome.obstacle = StepObstacle::kViscosity;
   return false;
-}
-
-// Displacements from the origin have round-off of their own. If it prevents the minimiser from
-// reaching the tolerance, the origin is moved to the point that was reached. If the tolerance still
-// is not reached, the step uses the result, and its report says so
-// (MinimizerReport::limited_by_round_off).
-MinimizerReport ConstrainedMinimization::minimize_to_round_off(StepOutcome& outcome) {
-  constexpr int kMoves = 4;
-  MinimizerReport report = call_minimizer(outcome);
-  for (int i = 0; i < kMoves && report.termination == Termination::kNoProgress; ++i) {
-    const double before = report.residual;
-    problem_.move_origin(u_);
-    report = call_minimizer(outcome);
-    if (i > 0 && report.residual > 0.5 * before) break;
-  }
-  if (report.termination != Termination::kNoProgress) return report;
-  problem_.move_origin(u_);
-  if (report.residual <= kOverEstimate * problem_.round_off(u_)) {
-    report.termination = outcome.minimizer.termination = Termination::kConverged;
-  }
-  return report;
 }
 
 // Newton's method for positions and multipliers together. Each round moves both to the solution of

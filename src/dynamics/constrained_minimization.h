@@ -35,8 +35,6 @@ class ConstrainedMinimization {
   void forget() { constraint_force_.resize(0); }
 
  private:
-  MinimizerReport call_minimizer(StepOutcome& outcome);
-  MinimizerReport minimize_to_round_off(StepOutcome& outcome);
   bool solve_with_multipliers(const Vector& from, StepOutcome& outcome);
   void apply_constraint_force(const Vector& u);
 

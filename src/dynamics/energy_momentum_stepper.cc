@@ -12,6 +12,7 @@
 
 #include "energy_momentum_problem.h"
 #include "implicit_stepper.h"
+#include "solve_to_round_off.h"
 #include "term_forces.h"
 #include "turned_guess.h"
 
@@ -23,7 +24,6 @@ namespace {
 constexpr double kEnergyShare = 1e-13;
 // The largest share with which a step is accepted.
 constexpr double kLargestEnergyShare = 1e-9;
-constexpr double kOverEstimate = 100.0;  // of round-off: what is taken for it
 // Guesses besides those of FirstGuess.
 constexpr int kTurned = FirstGuess::kCount;
 constexpr int kMirrored = kTurned + 1;
@@ -144,31 +144,11 @@ class EnergyMomentumStepper : public ImplicitStepper {
                                                  : solve(outcome);
   }
 
-  MinimizerReport find_root(StepOutcome& outcome) {
-    MinimizerReport report = finder_->find_root(equations_, solve_.u());
-    MinimizerReport& all = outcome.minimizer;
-    const MinimizerReport before = all;
-    all = report;
-    all.iterations += before.iterations;
-    all.factorizations += before.factorizations;
-    all.cg_iterations += before.cg_iterations;
-    return report;
-  }
-
   // Solves the equations with the forces of constraints that the problem has.
   bool solve(StepOutcome& outcome) {
-    constexpr int kMoves = 4;
-    MinimizerReport report = find_root(outcome);
-    for (int i = 0; i < kMoves && report.termination == Termination::kNoProgress; ++i) {
-      const double before = report.residual;
-      step_.move_origin(solve_.u());
-      report = find_root(outcome);
-      if (i > 0 && report.residual > 0.5 * before) break;
-    }
-    if (report.termination == Termination::kNoProgress &&
-        report.residual <= kOverEstimate * step_.round_off(solve_.u())) {
-      report.termination = outcome.minimizer.termination = Termination::kConverged;
-    }
+    const MinimizerReport report = solve_to_round_off(step_, solve_.u(), outcome.minimizer, [&] {
+      return finder_->find_root(equations_, solve_.u());
+    });
     if (!report.converged()) {
       outcome.status = StepStatus::kNotConverged;
       outcome.message = report.message;
@@ -188,9 +168,10 @@ class EnergyMomentumStepper : public ImplicitStepper {
       const Vector u = solve_.u();
       equations_.set_accuracy(0.3 * reached.residual / reached.asked_limit *
                               std::min(1.0, kEnergyShare / std::max(share, angular_share_)));
-      const MinimizerReport report = find_root(outcome);
+      const MinimizerReport report = finder_->find_root(equations_, solve_.u());
       equations_.set_accuracy(1.0);
       MinimizerReport& all = outcome.minimizer;
+      add_call(report, all);
       all.termination = Termination::kConverged;
       all.residual_limit = reached.residual_limit;
       all.asked_limit = reached.asked_limit;
@@ -205,7 +186,7 @@ class EnergyMomentumStepper : public ImplicitStepper {
     // Near rest the energies themselves are so small that round-off is a share of them. Such a step is
     // as exact as it can be, and its residual is counted as limited by round-off.
     const bool is_round_off =
-        outcome.minimizer.residual <= kOverEstimate * step_.round_off(solve_.u());
+        outcome.minimizer.residual <= kRoundOffMargin * step_.round_off(solve_.u());
     if (share <= kLargestEnergyShare || is_round_off) return true;
     outcome.status = StepStatus::kNotConverged;
     outcome.message = fmt::format(

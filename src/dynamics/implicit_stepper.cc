@@ -1,11 +1,10 @@
 #include "implicit_stepper.h"
 
 #include <Eigen/Geometry>
-#include <cmath>
 #include <utility>
 
-#include "core/anderson_mixing.h"
 #include "finite_outcome.h"
+#include "settle_loads.h"
 #include "term_forces.h"
 
 namespace tetraction {
@@ -84,22 +83,24 @@ StepOutcome ImplicitStepper::advance(const State& from, State& to, double h, dou
 // of the minimiser until both agree within the tolerance.
 bool ImplicitStepper::settle_loads(const State& from, double h, double end_time,
                                    StepOutcome& outcome) {
-  constexpr int kRounds = 60;
   if (!system_.has_load_of_position()) return true;
-  AndersonMixing mixing;
-  for (int round = 0; round < kRounds; ++round) {
+  const auto load_of_solution = [&](Vector& load) {
     problem_->positions(solve_.u(), x_);
-    system_.external_force(x_, from.time, h, trial_);
-    work_ = trial_ - load_;
-    const double difference = system_.coordinates().restricted_norm(work_);
-    if (difference <= outcome.minimizer.residual_limit) return true;
-    if (!std::isfinite(difference)) break;
-    load_ = mixing.next(load_, trial_);
-    problem_->begin(from, h, end_time, alpha_, load_);
+    system_.external_force(x_, from.time, h, load);
+  };
+  const auto is_small = [&](const Vector& change, const Vector& /*load*/) {
+    return system_.coordinates().restricted_norm(change) <= outcome.minimizer.residual_limit;
+  };
+  const auto solve_with = [&](const Vector& load) {
+    problem_->begin(from, h, end_time, alpha_, load);
     problem_->set_origin(x_);
     solve_.u().setZero();
-    if (!solve_again(from, outcome)) return false;
-  }
+    return solve_again(from, outcome);
+  };
+  const LoadSettling settling =
+      tetraction::settle_loads(load_, load_of_solution, is_small, solve_with);
+  if (settling == LoadSettling::kSettled) return true;
+  if (settling == LoadSettling::kNotSolved) return false;
   outcome.status = StepStatus::kNotConverged;
   outcome.message =
       "the loads that depend on positions, such as those on the rim of a pressure, do not settle";

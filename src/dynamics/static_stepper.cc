@@ -1,11 +1,10 @@
 #include "tetraction/dynamics/static_stepper.h"
 
-#include <cmath>
 #include <utility>
 
 #include "constrained_minimization.h"
-#include "core/anderson_mixing.h"
 #include "first_guess.h"
+#include "settle_loads.h"
 
 namespace tetraction {
 namespace {
@@ -106,29 +105,30 @@ class Implementation : public StaticStepper {
   // Loads that depend on positions are those of the last minimiser. They are taken anew until they do
   // not change any more.
   bool settle_loads(double end_factor, StepOutcome& outcome) {
-    constexpr int kRounds = 60;
     constexpr double kEnough = 1e-13;  // of the loads
-    AndersonMixing mixing;
-    for (int round = 0; system_.has_load_of_position(); ++round) {
+    if (!system_.has_load_of_position()) return true;
+    const auto load_of_solution = [&](Vector& load) {
       problem_.positions(solve_.u(), start_);
-      trial_ = problem_.load(start_);
-      const double change = (trial_ - load_).norm();
-      if (change <= kEnough * trial_.norm()) break;
-      if (round == kRounds || !std::isfinite(change)) {
-        outcome.status = StepStatus::kNotConverged;
-        outcome.message =
-            "the forces at the rim of a pressure, which depend on the positions, do not settle: "
-            "hold "
-            "the rim, or close the surface";
-        return false;
-      }
-      load_ = mixing.next(load_, trial_);
-      problem_.begin(start_, end_factor, load_);
+      load = problem_.load(start_);
+    };
+    const auto is_small = [&](const Vector& change, const Vector& load) {
+      return change.norm() <= kEnough * load.norm();
+    };
+    const auto solve_with = [&](const Vector& load) {
+      problem_.begin(start_, end_factor, load);
       problem_.set_examined(true);
       solve_.u().setZero();
-      if (!solve_.minimize(start_, outcome)) return false;
-    }
-    return true;
+      return solve_.minimize(start_, outcome);
+    };
+    const LoadSettling settling =
+        tetraction::settle_loads(load_, load_of_solution, is_small, solve_with);
+    if (settling == LoadSettling::kSettled) return true;
+    if (settling == LoadSettling::kNotSolved) return false;
+    outcome.status = StepStatus::kNotConverged;
+    outcome.message =
+        "the forces at the rim of a pressure, which depend on the positions, do not settle: hold "
+        "the rim, or close the surface";
+    return false;
   }
 
   StaticProblem problem_;

@@ -16,7 +16,7 @@ constexpr NumberRange kStrength{
     .least = 0.0, .is_moderate = true, .advice = "; turn it with environment.direction"};
 constexpr NumberRange kCount{.least = 1.0};
 // Of a step. Parts of h/2³⁰ are below the round-off of most times.
-constexpr int kMostHalvings = 30;
+constexpr NumberRange kHalvings{.least = 0.0, .most = 30.0};
 // Smaller errors are below the round-off of positions.
 constexpr NumberRange kStepTolerance{
     .least = 1e-12, .most = 1.0, .most_itself = false, .advice = "; 1e-4 is usual"};
@@ -30,10 +30,6 @@ std::string automatic_step_conflict(const TimeSettings& time) {
 }
 
 std::string retry_conflict(const TimeSettings& time) {
-  if (time.retry > kMostHalvings) {
-    return fmt::format("= {} is too often: a step may be halved {} times at most.", time.retry,
-                       kMostHalvings);
-  }
   if (time.retry == 0) return {};
   if (time.adapt != StepAdaptation::kNone) {
     return fmt::format(
@@ -203,10 +199,8 @@ const Section<TimeSettings>& section_of() {
          .range = kPositive},
         &S::end},
        {{.name = "retry",
-         .help =
-             "how often a step that fails may be halved, 30 times at most, see below; 0 ends the "
-             "run there",
-         .range = kNotNegative,
+         .help = "how often a step that fails may be halved, see below; 0 ends the run there",
+         .range = kHalvings,
          .in_file = Written::kUnlessDefault,
          .in_echo = Written::kUnlessDefault},
         &S::retry},

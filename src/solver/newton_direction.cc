@@ -361,6 +361,11 @@ void NewtonDirection::end_step(int newton_iterations) {
   }
 }
 
+void NewtonDirection::leave_factor() {
+  if (options_.linear != LinearSolver::kAuto || !can_do_without_matrix_) return;
+  options_.linear = current_ = LinearSolver::kMatrixFree;
+}
+
 std::string NewtonDirection::name() const {
   if (current_ == LinearSolver::kMatrixFree) return "matrix-free";
   return current_ == LinearSolver::kCg ? "cg" : "factor";

@@ -46,6 +46,9 @@ class NewtonDirection {
   bool is_safe() const { return safe_; }
   /// To be called after a step that converged in this number of iterations.
   void end_step(int newton_iterations);
+  /// Takes the method without a matrix from now on, if the choice was left to this object and the
+  /// body allows it. For callers whose matrices change too fast for a factor to last.
+  void leave_factor();
   /// The current method: "matrix-free", "cg" or "factor".
   std::string name() const;
   /// Solves ∇²Φ(x) S = `right` over the free coordinates. Returns false if ∇²Φ is not positive

@@ -14,6 +14,19 @@
 namespace tetraction {
 namespace {
 
+// Applies ∂r/∂u over the free coordinates.
+class Derivative {
+ public:
+  void multiply(const RootProblem& problem, const Vector& y, Vector& product) {
+    const FreeCoordinates& coordinates = problem.coordinates();
+    problem.multiply(coordinates.extend(y), full_);
+    product = coordinates.restrict(full_);
+  }
+
+ private:
+  Vector full_;  // work space, 3 per vertex
+};
+
 // The iteration. A derived class finds its directions.
 class NewtonRootFinder : public RootFinder {
  public:
@@ -177,10 +190,7 @@ class FactorGmres {
     const FreeCoordinates& coordinates = problem.coordinates();
     const GmresReport solved = gmres(
         -coordinates.restrict(at.force),
-        [&](const Vector& y, Vector& product) {
-          problem.multiply(coordinates.extend(y), full_);
-          product = coordinates.restrict(full_);
-        },
+        [&](const Vector& y, Vector& product) { derivative_.multiply(problem, y, product); },
         [&](const Vector& y, Vector& z) { z = matrix_.back_solve(y); }, forcing, most, free_);
     report.cg_iterations += solved.iterations;
     direction = coordinates.extend(free_);
@@ -191,7 +201,7 @@ class FactorGmres {
   bool matrix_is_stale_ = true;
   bool factor_is_old_ = false;  // it belongs to another point
   Vector free_;                 // the direction over the free coordinates
-  Vector full_;                 // work space, 3 per vertex
+  Derivative derivative_;
 };
 
 class FactorRootFinder : public NewtonRootFinder {
@@ -261,16 +271,17 @@ class KrylovRootFinder : public NewtonRootFinder {
     constexpr double kTightest = 1e-3;
     constexpr double kLoosest = 0.05;
     const int most = may_choose_ ? 6 : 40;
+    // In steps that turn or strain the body much the Hessian changes with each iteration and is often
+    // indefinite. A factor then serves one direction only.
+    constexpr int kLastsInStep = 4;  // factors in a step
+    if (report.factorizations > kLastsInStep) linear_.leave_factor();
     const FreeCoordinates& coordinates = problem.coordinates();
     MinimizerReport inner;
     inner.residual = report.residual;
     bool found = true;
     const GmresReport solved = gmres<true>(
         -coordinates.restrict(at_.force),
-        [&](const Vector& y, Vector& product) {
-          problem.multiply(coordinates.extend(y), full_);
-          product = coordinates.restrict(full_);
-        },
+        [&](const Vector& y, Vector& product) { derivative_.multiply(problem, y, product); },
         [&](const Vector& y, Vector& z) {
           // Forces on the vertices whose generalised forces are −y.
           right_ = coordinates.extend(y.cwiseQuotient(reduced_mass_));
@@ -305,6 +316,7 @@ class KrylovRootFinder : public NewtonRootFinder {
   const Vector& mass_;
   Vector reduced_mass_;
   Vector free_;  // direction_ over the free coordinates
+  Derivative derivative_;
   Vector full_;  // work space, 3 per vertex
   Vector right_;
 };

@@ -35,7 +35,7 @@ struct ValueReader {
   S& settings;
 
   void operator()(int S::*member) const {
-    table.read(key.name, settings.*member, static_cast<int>(key.range.least));
+    table.read(key.name, settings.*member, key.range);
   }
   void operator()(double S::*member) const { table.read(key.name, settings.*member, key.range); }
   void operator()(std::optional<double> S::*member) const {

@@ -126,6 +126,17 @@ void TomlTable::read(std::string_view key, int& target, int least) const {
   }
 }
 
+void TomlTable::read(std::string_view key, int& target, const NumberRange& range) const {
+  if (std::isinf(range.most)) return read(key, target, static_cast<int>(range.least));
+  const toml::node* node = find(key);
+  if (node == nullptr) return;
+  constexpr std::int64_t kAny = std::numeric_limits<std::int64_t>::max();
+  const std::int64_t value = integer_of(key, *node, -kAny, kAny, false);
+  const std::string refusal = range.refusal(static_cast<double>(value));
+  if (!refusal.empty()) refuse(key, fmt::format("= {}{}", value, refusal));
+  target = static_cast<int>(value);
+}
+
 void TomlTable::read(std::string_view key, Vector3& target, const NumberRange& range) const {
   const toml::node* node = find(key);
   if (node == nullptr) return;

@@ -40,6 +40,7 @@ class TomlTable {
             const NumberRange& range = kFinite) const;
   /// Whole numbers of at least `least`.
   void read(std::string_view key, int& target, int least) const;
+  void read(std::string_view key, int& target, const NumberRange& range) const;
   /// Lists of three.
   void read(std::string_view key, Vector3& target, const NumberRange& range = kFinite) const;
   void read(std::string_view key, std::optional<Vector3>& target) const;

@@ -92,6 +92,49 @@ TEST_F(Controls, StepSizeIntegratorAndSolver) {
   EXPECT_EQ(window_->simulation()->settings().solver.tolerance, 1e-6);
 }
 
+TEST_F(Controls, AdaptiveStepsAndRetries) {
+  show(quiet_beam());
+  window_->simulation()->edit(SetTime{{Integrator::kMidpoint, 0.002, false, 1000.0}}, "Midpoint");
+  settle();
+  const auto time = [this] { return window_->simulation()->settings().time; };
+  auto* tolerance = find<NumberField>("step_tolerance");
+  auto* retry = find<QSpinBox>("retry");
+  EXPECT_FALSE(tolerance->isEnabled());
+  retry->setFocus();
+  QTest::keyClick(retry, Qt::Key_Up);
+  settle();
+  EXPECT_EQ(time().retry, 1);
+
+  auto* adapt = find<QComboBox>("adapt");
+  adapt->setFocus();
+  QTest::keyClick(adapt, Qt::Key_Down);  // error
+  settle();
+  EXPECT_EQ(time().adapt, StepAdaptation::kError);
+  EXPECT_EQ(time().retry, 0);
+  EXPECT_FALSE(retry->isEnabled());
+  EXPECT_EQ(retry->value(), 0);
+  tolerance->setFocus();
+  tolerance->selectAll();
+  QTest::keyClicks(tolerance, "1e-5");
+  QTest::keyClick(tolerance, Qt::Key_Return);
+  settle();
+  EXPECT_EQ(time().tolerance, 1e-5);
+  keep_picture("adaptive");
+
+  adapt->setFocus();
+  QTest::keyClick(adapt, Qt::Key_End);  // energy, which an explicit rule cannot keep in this way
+  settle();
+  EXPECT_EQ(time().adapt, StepAdaptation::kEnergy);
+  auto* integrator = find<QComboBox>("integrator");
+  integrator->setFocus();
+  QTest::keyClick(integrator, Qt::Key_Home);
+  EXPECT_TRUE(wait_for([this] {
+    return window_->messages()->text().contains(QStringLiteral("implicit rules"));
+  })) << window_->messages()->text().toStdString();
+  EXPECT_EQ(time().integrator, Integrator::kMidpoint);
+  EXPECT_EQ(integrator->currentText(), QStringLiteral("midpoint"));
+}
+
 TEST_F(Controls, NumbersOutOfRangeAreRefusedWithTheRange) {
   show(quiet_beam());
   auto* field = find<NumberSlider>("step_size")->field();

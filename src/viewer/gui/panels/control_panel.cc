@@ -100,6 +100,23 @@ ControlPanel::ControlPanel(QWidget* parent) : QWidget(parent) {
   limit_row->addWidget(limit_, 1);
   limit_row->addWidget(half_limit_);
   time->addRow(tr("Stability limit"), limit_row);
+  adapt_ = new QComboBox(this);
+  adapt_->setObjectName(QStringLiteral("adapt"));
+  adapt_->setToolTip(
+      tr("How the step size follows the motion: not at all, by an estimate of the error of each "
+         "step, or such that the discrete energy stays the same (midpoint)"));
+  for (const char* name : step_adaptation_names()) adapt_->addItem(QString::fromUtf8(name));
+  time->addRow(tr("Adaptive steps"), adapt_);
+  step_tolerance_ = new NumberField(key_info(&TimeSettings::tolerance), this);
+  step_tolerance_->setObjectName(QStringLiteral("step_tolerance"));
+  time->addRow(tr("Error of a step"), step_tolerance_);
+  retry_ = new QSpinBox(this);
+  retry_->setObjectName(QStringLiteral("retry"));
+  const KeyInfo& retry_key = key_info(&TimeSettings::retry);
+  retry_->setRange(0, static_cast<int>(retry_key.range.most));
+  retry_->setToolTip(key_tip(retry_key));
+  retry_->setKeyboardTracking(false);
+  time->addRow(tr("Halve failed steps"), retry_);
 
   auto* solver = add_group(column, tr("Solver of implicit steps"));
   solver_ = new QComboBox(this);
@@ -133,6 +150,20 @@ ControlPanel::ControlPanel(QWidget* parent) : QWidget(parent) {
     settings_.time.step = short_number(0.5 * stable_step_).toDouble();
     time_edited(tr("Step %1 s").arg(short_number(settings_.time.step)), false);
   });
+  connect(adapt_, QOverload<int>::of(&QComboBox::activated), this, [this] {
+    settings_.time.adapt = step_adaptation_from_string(adapt_->currentText().toStdString());
+    if (settings_.time.adapt != StepAdaptation::kNone) settings_.time.retry = 0;
+    time_edited(tr("Adaptive steps: %1").arg(adapt_->currentText()), false);
+  });
+  connect(step_tolerance_, &NumberField::entered, this, [this](double tolerance) {
+    settings_.time.tolerance = tolerance;
+    time_edited(tr("Error of a step %1").arg(short_number(tolerance)), false);
+  });
+  connect(retry_, QOverload<int>::of(&QSpinBox::valueChanged), this, [this](int halvings) {
+    settings_.time.retry = halvings;
+    time_edited(tr("Halve failed steps %1 times").arg(halvings), false);
+  });
+  connect(step_tolerance_, &NumberField::refused, this, &ControlPanel::refused);
   connect(solver_, QOverload<int>::of(&QComboBox::activated), this, &ControlPanel::solver_edited);
   connect(tolerance_, &NumberField::entered, this, &ControlPanel::solver_edited);
   connect(iterations_, QOverload<int>::of(&QSpinBox::valueChanged), this,
@@ -162,6 +193,15 @@ void ControlPanel::show_settings(const Settings& settings) {
   settings_ = settings;
   integrator_->setCurrentText(QString::fromStdString(to_string(settings.time.integrator)));
   step_size_->set_value(settings.time.step);
+  const StepAdaptation adapt = settings.time.adapt;
+  adapt_->setCurrentText(QString::fromStdString(to_string(adapt)));
+  step_tolerance_->set_value(settings.time.tolerance);
+  step_tolerance_->setEnabled(adapt == StepAdaptation::kError);
+  retry_->setEnabled(adapt == StepAdaptation::kNone);
+  if (!retry_->hasFocus()) {
+    const QSignalBlocker quiet(retry_);
+    retry_->setValue(settings.time.retry);
+  }
   for (int i = 0; i < solver_->count(); ++i) {
     if (settings.solver.kind == kSolvers[i].kind && settings.solver.linear == kSolvers[i].linear) {
       solver_->setCurrentIndex(i);

@@ -48,9 +48,9 @@ class ControlPanel : public QWidget {
   QLabel *time_, *factor_, *limit_;
   NumberSlider* step_size_;
   QPushButton* half_limit_;
-  NumberField *tolerance_, *speed_;
-  QComboBox *integrator_, *solver_;
-  QSpinBox *iterations_, *per_picture_;
+  NumberField *tolerance_, *speed_, *step_tolerance_;
+  QComboBox *integrator_, *solver_, *adapt_;
+  QSpinBox *iterations_, *per_picture_, *retry_;
 };
 
 }  // namespace tetraction::viewer
