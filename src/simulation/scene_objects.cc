@@ -414,7 +414,8 @@ std::unique_ptr<Stepper> make_stepper(Integrator integrator, const SolverSetting
   if (is_implicit(integrator) && equations > kMostEquations) {
     throw InputError(fmt::format(
         "The distances and rigid handles have {} equations together, but implicit steps take {} at "
-        "most: take integrator = \"verlet\" or \"explicit\", or one constraint of kind \"rigid\" for "
+        "most: take integrator = \"verlet\" or \"explicit\", or one constraint of kind \"rigid\" "
+        "for "
         "vertices that keep all their distances.",
         equations, kMostEquations));
   }

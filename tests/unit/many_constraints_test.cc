@@ -90,8 +90,8 @@ TEST_F(ManyDistances, PositionsAndMomentaAreProjected) {
   }
   const Vector before = momentum;
   project_to_constraints(c, system_.mass(), q, 0.0, momentum);
-  const Vector rates = c.gradients(c.configuration(q)).transpose() *
-                       c.configuration(system_.velocity_of(momentum));
+  const Vector rates =
+      c.gradients(c.configuration(q)).transpose() * c.configuration(system_.velocity_of(momentum));
   EXPECT_LT(rates.cwiseAbs().maxCoeff(), 1e-9);
   // The projection is orthogonal in M⁻¹: what it takes away does no work on what is left.
   EXPECT_LT(std::abs((before - momentum).dot(system_.velocity_of(momentum))),
