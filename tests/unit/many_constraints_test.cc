@@ -108,10 +108,9 @@ Scene rods(int count, Integrator rule) {
   const TetMesh mesh = mesh_of(scene);
   for (int i = 0; i < count; ++i) {
     const auto nodes = mesh.tetrahedra[static_cast<std::size_t>(5 * i)];
-    ConstraintSettings rod;
+    ConstraintSettings& rod = scene.constraint.emplace_back();
     rod.kind = ConstraintKind::kDistance;
     rod.vertices = {nodes[0], nodes[1]};
-    scene.constraint.push_back(rod);
   }
   return scene;
 }
@@ -153,10 +152,9 @@ TEST(ManyRods, ImplicitStepsRefuseMoreThanTheyCanSolve) {
   scene.mesh.generate->cells = {20, 10, 10};
   const Index half = mesh_of(scene).vertex_count() / 2;
   for (Index i = 0; i < 1001; ++i) {
-    ConstraintSettings rod;
+    ConstraintSettings& rod = scene.constraint.emplace_back();
     rod.kind = ConstraintKind::kDistance;
     rod.vertices = {i, i + half};
-    scene.constraint.push_back(rod);
   }
   try {
     const Session session(scene, mesh_of(scene));
