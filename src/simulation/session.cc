@@ -97,6 +97,7 @@ Session::Session(Scene scene, TetMesh mesh, Analysis analysis, double largest_in
     }
     std::string note;
     s.states.set(make_initial_state(s.scene, *s.system, s.settings.constraints, note));
+    s.shared = shared_distances(s.settings.constraints.others);
     if (!note.empty()) s.progress.warnings.push_back(std::move(note));
     s.stepper = make_stepper(s.settings.time.integrator, s.settings.solver, *s.system);
     s.balance = std::make_unique<Balance>(*s.system, s.state());
@@ -122,6 +123,7 @@ Session::Session(Scene scene, TetMesh mesh, Analysis analysis, double largest_in
   check_events(s.scene, *s.system);
   s.warn_of_events();
   s.warn_of_loads();
+  s.warn_of_repeated_constraints();
   s.warn_of_unused_settings();
   s.warn_of_blas();
 }

@@ -152,6 +152,7 @@ void Session::restore(const Checkpoint& checkpoint) {
     throw;
   }
   s.settings = std::move(own.settings);
+  s.shared = shared_distances(s.settings.constraints.others);
   s.progress = std::move(own.progress);
   s.balance->restore(std::move(own.balance));
   s.states.set(own.state);

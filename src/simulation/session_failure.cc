@@ -24,6 +24,8 @@ constexpr double kAbsurdStrain = 100.0;
 constexpr double kAbsurdSpeed = 10.0;
 // Moduli that differ by more leave a factorisation too few digits for the softer part.
 constexpr double kAbsurdContrast = 1e8;
+// Supports have crushed a body whose stability limit has fallen to less than this share.
+constexpr double kCrushed = 0.1;
 // Residuals below this share of the forces are round-off of large sums.
 constexpr double kRoundOff = 1e-11;
 // Elements with so much of the largest energy density belong to the place of a failure.
@@ -285,6 +287,11 @@ FailureCause Session::Impl::cause_of(const StepOutcome& outcome, const StepFailu
       return FailureCause::kStepTooLarge;
     case StepObstacle::kSolver:
       break;
+  }
+  // A body that supports have compressed is so stiff that the limit has fallen.
+  if (outcome.status == StepStatus::kInverted && system->constraints().moving() &&
+      failure.stable_step < kCrushed * initial_limit.critical_step) {
+    return FailureCause::kPrescribedMotion;
   }
   const bool implicit = is_implicit(settings.time.integrator);
   if (!implicit && h > failure.stable_step) {

@@ -42,6 +42,7 @@ class PhaseTimer {
 struct Session::Impl {
   Scene scene;
   RunSettings settings;
+  std::vector<SharedDistance> shared;  // of settings.constraints
   RunProgress progress;
   StateBuffers states;
 
@@ -248,6 +249,8 @@ struct Session::Impl {
   void warn_of_events();
   /// Adds warnings about loads that never act.
   void warn_of_loads();
+  /// Adds a warning about distances that are given more than once.
+  void warn_of_repeated_constraints();
   void apply(const Edit& edit, double at, const std::string& what);
   /// Makes the events that are due. Returns false if one of them could not be made.
   bool apply_events();

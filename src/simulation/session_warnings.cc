@@ -134,6 +134,26 @@ void Session::Impl::warn_of_events() {
   }
 }
 
+void Session::Impl::warn_of_repeated_constraints() {
+  std::vector<std::size_t> first(shared.size(), shared.size());  // by the number of the distance
+  std::size_t repeated = 0;
+  std::string example;
+  for (std::size_t i = 0; i < shared.size(); ++i) {
+    if (shared[i].count == 0) continue;
+    std::size_t& owner = first[shared[i].number];
+    if (owner == shared.size()) {
+      owner = i;
+      continue;
+    }
+    if (repeated++ == 0) {
+      example = fmt::format("constraint.{} is the same distance as constraint.{}", i, owner);
+    }
+  }
+  if (repeated == 0) return;
+  if (repeated > 1) example += fmt::format(", and {} more repeat another one", repeated - 1);
+  progress.warnings.push_back(example + ": they are one constraint, whose tension they share.");
+}
+
 void Session::Impl::warn_of_loads() {
   const auto warn = [&](const ForceSettings& load, double start) {
     if (load.until > start) return;

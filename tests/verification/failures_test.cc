@@ -115,7 +115,7 @@ TEST(Failures, APrescribedMotionThatCrushesElementsIsNamed) {
     scene.material.model = "neo-hookean";
     FixSettings press;
     press.select = SelectPlane{0, 2.0, {}};
-    press.velocity = {-3000.0, 0.0, 0.0};
+    press.velocity = {-60.0, 0.0, 0.0};
     scene.fix.push_back(press);
     Session session(scene, mesh_of(scene));
     const StepFailure& failure = failure_of(session);
@@ -220,15 +220,12 @@ TEST(Failures, LoadsThatAreNoNumbersPassNoStep) {
 TEST(Failures, NumbersThatOverflowPassNoStep) {
   for (const Integrator rule : kAllRules) {
     Scene scene = beam(rule, 1e-3);
-    EventSettings event;
-    event.at = 0.002;
+    Session session(scene, mesh_of(scene));
+    ASSERT_TRUE(session.step());
     MomentumSettings blow;
     blow.select = SelectNearest{{2.0, 1.0, 1.0}};
     blow.value = {1e140, -1e150, 0.0};
-    event.edits = {SetMomentum{blow}};
-    event.echo = "{}";
-    scene.event = {event};
-    Session session(scene, mesh_of(scene));
+    session.apply(SetMomentum{blow});
     const StepFailure& failure = failure_of(session);
     EXPECT_EQ(failure.cause, FailureCause::kSpeed) << to_string(rule) << session.message();
   }
