@@ -104,7 +104,7 @@ class EnergyMomentumStepper : public ImplicitStepper {
     if (find(from, end_time, outcome) && solve_again(from, outcome)) return true;
     outcome.status = StepStatus::kNotConverged;
     outcome.message = "the equations of the energy-momentum step have no solution near any guess" +
-                      (message.empty() ? std::string() : ": " + message) + ". Take a smaller step";
+                      (message.empty() ? std::string() : ": " + message);
     return false;
   }
 
