@@ -95,7 +95,10 @@ std::vector<fs::path> folders_of_study(const fs::path& directory) {
     std::error_code error;
     // A run without frames that was interrupted has only its history.
     if (fs::is_symlink(directory / name, error)) return;
-    if (is_there(directory / name / "history.csv")) folders.push_back(directory / name);
+    const fs::path folder = directory / name;
+    // The reference is one of the runs, too.
+    if (std::find(folders.begin(), folders.end(), folder) != folders.end()) return;
+    if (is_there(folder / "history.csv")) folders.push_back(folder);
   };
   if (!json.is_object()) return folders;
   if (json.contains("reference")) add(json["reference"]);
