@@ -32,8 +32,8 @@ using namespace testing_support;
 // A rule and a solver, as a scene names them.
 struct Way {
   std::string name;
-  std::string time;    // keys of [time] besides step and end
-  std::string solver;  // keys of [solver]
+  std::string time{};    // keys of [time] besides step and end
+  std::string solver{};  // keys of [solver]
   double step = 4e-3;
   bool has_equations = true;  // distances and free handles
 };
