@@ -194,6 +194,8 @@ void Session::Impl::warn_at_the_end() {
   }
   const double drift = balance->max_relative_energy_drift();
   if (!(drift > kLargeEnergyError)) return;
+  // Where every vertex is held, the integrator solves for nothing that a smaller step could resolve.
+  if (system->coordinates().count() == 0) return;
   const double frequency = resolved_frequency(settings.time.integrator, progress.plan.time_step);
   if (adapts()) {
     progress.warnings.push_back(fmt::format(

@@ -231,6 +231,23 @@ TEST(Failures, NumbersThatOverflowPassNoStep) {
   }
 }
 
+// Its velocities jump as the amplitude says, and no step resolves a jump.
+TEST(Failures, ABodyThatIsHeldEverywhereHasNoStepToBlame) {
+  Scene scene = beam(Integrator::kMidpoint, 1e-3);
+  scene.time.end = 0.1;
+  AmplitudeSettings zigzag;
+  zigzag.name = "a";
+  zigzag.points = {{0.0, 0.0}, {0.03, 1.0}, {0.06, 0.0}, {0.1, 1.0}};
+  scene.amplitude = {zigzag};
+  scene.fix[0].select = SelectAll{};
+  scene.fix[0].offset = Vector3(0.0, 0.01, 0.0);
+  scene.fix[0].amplitude = "a";
+  Session session(scene, mesh_of(scene));
+  ASSERT_EQ(session.run(), RunStatus::kFinished);
+  EXPECT_GT(session.balance().max_relative_energy_drift(), 0.5);
+  EXPECT_FALSE(testing_support::any_warning(session, "energy error"));
+}
+
 TEST(Failures, AFailureIsForgottenWhenTheRunGoesBack) {
   Scene scene = beam(Integrator::kVerlet, 2e-2);
   scene.environment.kind = EnvironmentKind::kGravity;
