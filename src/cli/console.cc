@@ -3,12 +3,10 @@
 #include <fcntl.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
 #include <cstring>
-#include <string>
 
 #include "core/quoting.h"
 
@@ -16,22 +14,6 @@ namespace tetraction {
 namespace {
 
 int first_error = 0;  // of standard output
-
-// Words of the command line can be of any length. Names of files have up to 255 bytes, most paths less
-// than this.
-constexpr std::size_t kLongestWord = 600;
-
-// The text with an excerpt of each word that is longer.
-std::string with_short_words(std::string_view text) {
-  std::string result;
-  while (!text.empty()) {
-    const std::size_t end = std::min(text.find_first_of(" \n"), text.size());
-    result += end > kLongestWord ? excerpt(text.substr(0, end)) : std::string(text.substr(0, end));
-    result += text.substr(end, 1);
-    text.remove_prefix(std::min(end + 1, text.size()));
-  }
-  return result;
-}
 
 void note_failure() {
   if (first_error == 0) first_error = errno != 0 ? errno : EIO;
@@ -67,7 +49,7 @@ void print_progress(std::string_view text) {
 }
 
 void print_message(std::string_view text) {
-  print_progress(fmt::format("tetraction: {}\n", printable(with_short_words(text))));
+  print_progress(fmt::format("tetraction: {}\n", printable_message(text)));
 }
 
 void print_note(std::string_view text) {

@@ -81,6 +81,20 @@ std::string excerpt(std::string_view text, std::size_t most) {
   return result;
 }
 
+std::string printable_message(std::string_view text) {
+  constexpr std::size_t kLongestWord = 1000;
+  std::string result;
+  while (!text.empty()) {
+    const std::string_view word = text.substr(0, text.find_first_of(" \n"));
+    result += word.size() > kLongestWord ? excerpt(word) : printable(word);
+    text.remove_prefix(word.size());
+    const std::size_t space = std::min(text.find_first_not_of(" \n"), text.size());
+    result += text.substr(0, space);
+    text.remove_prefix(space);
+  }
+  return result;
+}
+
 std::string in_quotes(std::string_view text) {
   return '"' + excerpt(text) + '"';
 }

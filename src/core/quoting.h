@@ -15,6 +15,10 @@ inline constexpr std::size_t kMostQuoted = 80;
 /// are not UTF-8 as \xNN, NUL included. Line breaks and tabs stay.
 std::string printable(std::string_view text);
 
+/// printable(), in which words of more than 1,000 bytes are cut to their excerpts: for whole messages,
+/// which may name a path or an argument.
+std::string printable_message(std::string_view text);
+
 /// The first `most` characters of the text on one line: printable(), with \n, \r and \t for line
 /// breaks and tabs, and "…" if more follow.
 std::string excerpt(std::string_view text, std::size_t most = kMostQuoted);

@@ -1,10 +1,13 @@
 // Calls a fuzz target with every file of its corpus and with mutations of them. The random numbers
 // have a fixed seed, so that every run is the same.
 //
-//     fuzz_TARGET CORPUS MUTATIONS [SEED]
+//     fuzz_TARGET CORPUS MUTATIONS [SEED [SLOWEST]]
+//
+// writes the input that took longest to the file SLOWEST.
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -100,15 +103,23 @@ class Mutator {
   std::mt19937 random_;
 };
 
-void run(const std::string& text) {
+struct Slowest {
+  std::chrono::duration<double> time{};
+  std::string input;
+};
+
+void run(const std::string& text, Slowest& slowest) {
+  const auto start = std::chrono::steady_clock::now();
   LLVMFuzzerTestOneInput(reinterpret_cast<const std::uint8_t*>(text.data()), text.size());
+  const auto time = std::chrono::steady_clock::now() - start;
+  if (time > slowest.time) slowest = {time, text};
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
   if (argc < 3) {
-    std::fprintf(stderr, "%s CORPUS MUTATIONS [SEED]\n", argv[0]);
+    std::fprintf(stderr, "%s CORPUS MUTATIONS [SEED [SLOWEST]]\n", argv[0]);
     return 2;
   }
   std::vector<std::filesystem::path> paths;
@@ -117,15 +128,18 @@ int main(int argc, char** argv) {
   std::sort(paths.begin(), paths.end());
   if (paths.empty()) return 2;
   std::vector<std::string> corpus;
+  Slowest slowest;
   for (const auto& path : paths) {
     std::stringstream text;
     text << std::ifstream(path, std::ios::binary).rdbuf();
     corpus.push_back(text.str());
-    run(corpus.back());
+    run(corpus.back(), slowest);
   }
   const long mutations = std::strtol(argv[2], nullptr, 10);
   Mutator mutator(corpus, argc > 3 ? static_cast<unsigned>(std::strtoul(argv[3], nullptr, 10)) : 1);
-  for (long i = 0; i < mutations; ++i) run(mutator.next());
-  std::printf("%zu files and %ld mutations\n", corpus.size(), mutations);
+  for (long i = 0; i < mutations; ++i) run(mutator.next(), slowest);
+  std::printf("%zu files and %ld mutations, at most %.3g s each\n", corpus.size(), mutations,
+              slowest.time.count());
+  if (argc > 4) std::ofstream(argv[4], std::ios::binary) << slowest.input;
   return 0;
 }

@@ -13,6 +13,7 @@
 #include <variant>
 #include <vector>
 
+#include "core/quoting.h"
 #include "support/temporary_folder.h"
 #include "tetraction/core/error.h"
 #include "tetraction/io/scene_writer.h"
@@ -930,7 +931,7 @@ TEST_F(SceneReader, OverridesMakeWhatIsAbsent) {
 
 TEST_F(SceneReader, MalformedOverridesAreRefused) {
   const auto refused = [this](const std::string& text, const std::vector<std::string>& parts) {
-    expect_refusal(kWhole, "--set " + text + ": ", parts, {text});
+    expect_refusal(kWhole, "--set " + excerpt(text) + ": ", parts, {text});
   };
   refused("time.step", {"KEY=VALUE"});
   refused("", {"KEY=VALUE"});

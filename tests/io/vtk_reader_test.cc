@@ -274,6 +274,17 @@ TEST_F(VtkReader, CountsThatCannotBeAreRefused) {
   }
 }
 
+// VTK would fill the memory with an array of so many components before it looks for their values.
+TEST_F(VtkReader, ArraysThatCannotBeAreRefused) {
+  const std::string text = VtuText{}.text();
+  for (const char* count : {"2147483648", "-1", "1000000", "x"}) {
+    expect_refused(
+        refusal("components.vtu", replaced(text, "NumberOfComponents=\"3\"",
+                                           "NumberOfComponents=\"" + std::string(count) + "\"")),
+        "NumberOfComponents is \"" + std::string(count) + "\"");
+  }
+}
+
 TEST_F(VtkReader, ConnectivityMustFit) {
   VtuText vtu;
   vtu.connectivity = "0 1 2 3  1 2 3 99  0 1 2";

@@ -41,6 +41,13 @@ TEST(Quoting, PrintableKeepsLinesAndLength) {
   EXPECT_EQ(printable(std::string(10'000, 'x')).size(), 10'000U);
 }
 
+TEST(Quoting, LongWordsOfMessagesAreCut) {
+  EXPECT_EQ(printable_message("a  b\nc\x1b"), "a  b\nc\\x1b");
+  EXPECT_EQ(printable_message("no " + std::string(1'000'000, 'x') + " here"),
+            "no " + std::string(80, 'x') + "… here");
+  EXPECT_EQ(printable_message(std::string(1000, 'x')).size(), 1000U);
+}
+
 TEST(Quoting, ListsAreCut) {
   EXPECT_EQ(quoted_list({"a", "b"}), "\"a\", \"b\"");
   std::vector<std::string_view> names(1000, "n");

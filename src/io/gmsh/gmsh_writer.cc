@@ -316,15 +316,21 @@ class GmshWriter {
     text += "$EndElements\n";
   }
 
-  // The format knows arrays of 1, 3 and 9 components.
+  // The format knows arrays of 1, 3 and 9 components. Tetrahedra without a value are left out.
   void append_cell_arrays(std::string& text) const {
     for (const auto& [name, values] : mesh_.cell_arrays) {
       if (values.rows() != 1 && values.rows() != 3 && values.rows() != 9) continue;
       std::string quoted = name;
       std::replace(quoted.begin(), quoted.end(), '"', '\'');
-      append(text, "$ElementData\n1\n\"{}\"\n1\n0\n3\n0\n{}\n{}\n", quoted, values.rows(),
-             values.cols());
+      std::replace_if(
+          quoted.begin(), quoted.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20; },
+          ' ');
+      const auto has_value = [&values = values](Index e) { return !values.col(e).hasNaN(); };
+      Index rows = 0;
+      for (Index e = 0; e < values.cols(); ++e) rows += has_value(e) ? 1 : 0;
+      append(text, "$ElementData\n1\n\"{}\"\n1\n0\n3\n0\n{}\n{}\n", quoted, values.rows(), rows);
       for (Index e = 0; e < values.cols(); ++e) {
+        if (!has_value(e)) continue;
         append(text, "{}", tetrahedron_ids_[static_cast<std::size_t>(e)]);
         for (Index k = 0; k < values.rows(); ++k) append(text, " {}", values(k, e));
         text += '\n';

@@ -34,9 +34,7 @@ struct ValueReader {
   const KeyInfo& key;
   S& settings;
 
-  void operator()(int S::*member) const {
-    table.read(key.name, settings.*member, key.range);
-  }
+  void operator()(int S::*member) const { table.read(key.name, settings.*member, key.range); }
   void operator()(double S::*member) const { table.read(key.name, settings.*member, key.range); }
   void operator()(std::optional<double> S::*member) const {
     table.read(key.name, settings.*member, key.range);

@@ -263,8 +263,9 @@ void read_events(const TomlDocument& document, const TomlTable& root,
           set.refuse(key.str(),
                      "is a table: put the whole key into quotes, like \"time.step\" = 1e-3.");
         }
-        const ChangedSection section = section_of(
-            key.str(), [&](const std::string& message) { set.refuse(key.str(), message); });
+        const std::string_view name = key.str();
+        const ChangedSection section =
+            section_of(name, [&](const std::string& message) { set.refuse(name, message); });
         if (section.name == "material_region" && *section.index >= now.material_region.size()) {
           set.refuse(key.str(),
                      fmt::format("names a [[material_region]] that does not exist: the scene has "

@@ -145,10 +145,10 @@ class SelectionReader {
     }
     if (!all->has(name)) {
       const std::string_view near = nearest_name(name, names);
-      parent.refuse(key, fmt::format("= {} is not the name of a selection: {}the scene has {}.",
-                                     in_quotes(name),
-                                     near.empty() ? "" : fmt::format("did you mean {}? ", near),
-                                     quoted_list(names)));
+      parent.refuse(
+          key,
+          fmt::format("= {} is not the name of a selection: {}the scene has {}.", in_quotes(name),
+                      near.empty() ? "" : fmt::format("did you mean {}? ", near), listing(names)));
     }
     if (std::count(open_.begin(), open_.end(), name) > 0) {
       parent.refuse(

@@ -47,11 +47,10 @@ std::string file_text(const std::string& path) {
                   source, kDeepestNesting));
 }
 
-// Names of files and messages end at the character zero. TOML has it as \u0000 only.
-bool holds_zero(std::string_view text) {
-  return text.find('\0') != std::string_view::npos ||
-         text.find("\\u0000") != std::string_view::npos ||
-         text.find("\\U00000000") != std::string_view::npos;
+// The place of an escape for the character zero, at which names of files and messages would end. toml++
+// refuses the character itself.
+std::size_t find_zero(std::string_view text) {
+  return std::min(text.find("\\u0000"), text.find("\\U00000000"));
 }
 
 std::string trimmed(std::string_view text) {
@@ -173,8 +172,11 @@ TomlDocument::TomlDocument(std::string path, std::string text, const std::vector
     refuse_depth(fmt::format("{}:{}:{}", path_, place->line, place->column));
   }
   constexpr std::size_t kMostOfParser = 400;  // its messages quote keys
-  if (holds_zero(text_)) {
-    throw InputError(path_ + ": the file has a character with the code zero in it.");
+  if (const std::size_t zero = find_zero(text_); zero != std::string::npos) {
+    const auto line =
+        1 + std::count(text_.begin(), text_.begin() + static_cast<std::ptrdiff_t>(zero), '\n');
+    throw InputError(
+        fmt::format("{}:{}: there is a character with the code zero in the text.", path_, line));
   }
   try {
     root_ = toml::parse(text_, path_);
@@ -193,7 +195,7 @@ void TomlDocument::apply(const Change& change) {
     changes_.push_back(change);
     return;
   }
-  if (holds_zero(change.key) || holds_zero(change.value)) {
+  if (find_zero(change.value) != std::string::npos) {
     throw InputError(source + ": there is a character with the code zero in it.");
   }
   toml::table value = override_value(change.value, source);

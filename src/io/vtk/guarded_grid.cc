@@ -88,7 +88,10 @@ GridFile read_guarded(const std::string& path,
     file.header = xml ? check_xml_header(path, text) : check_legacy_header(path, text);
   }
   GuardLimits limits;
-  limits.seconds = 20.0 + static_cast<double>(size) / 1e6;
+  // A compressed file may hold much more than its size.
+  const double items = static_cast<double>(file.header.points + file.header.cells);
+  limits.processor_seconds = 2.0 + static_cast<double>(size) / 2e6 + items / 2e5;
+  limits.seconds = 20.0 + 2.0 * limits.processor_seconds;
   limits.memory = (std::size_t{1} << 30) + 100 * size;
   GuardResult result =
       run_guarded([&] { return read_in_child(path, xml, file.header, encode); }, limits);

@@ -11,6 +11,7 @@
 #include <array>
 #include <cerrno>
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <cstdint>
 #include <cstring>
@@ -59,10 +60,8 @@ void write_all(int descriptor, const char* data, std::size_t size) {
                         int out) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);  // nobody would wait for it any more
   set_limit(RLIMIT_CORE, 0, 0);
-  // The processor time is limited to half of the wall-clock time, because on a busy machine the
-  // work takes longer by the clock only. Below the hard limit the signal is SIGXCPU, which differs
-  // from a crash.
-  const auto seconds = static_cast<std::size_t>(limits.seconds / 2) + 1;
+  // Below the hard limit the signal is SIGXCPU, which differs from a crash.
+  const auto seconds = static_cast<std::size_t>(std::ceil(limits.processor_seconds));
   set_limit(RLIMIT_CPU, seconds, seconds + 1);
   if (!kSanitized) {
     const std::size_t memory = address_space() + limits.memory;

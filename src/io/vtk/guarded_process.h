@@ -7,7 +7,8 @@
 namespace tetraction {
 
 struct GuardLimits {
-  double seconds = 30.0;
+  double seconds = 30.0;                      ///< by the clock
+  double processor_seconds = 15.0;            ///< on a busy machine much less than by the clock
   std::size_t memory = std::size_t{4} << 30;  ///< bytes on top of what the process has now
 };
 

@@ -16,6 +16,7 @@ namespace {
 constexpr std::string_view kSpace = " \t\r\n";
 // zlib, lz4 and lzma of XML files: 3 coordinates of 4 bytes, packed 1,032 to 1 at best by zlib.
 constexpr std::int64_t kMostPointsPerByte = 100;
+constexpr std::int64_t kMostValuesPerByte = 1032;
 
 bool equal_ignoring_case(char a, char b) {
   return std::tolower(static_cast<unsigned char>(a)) == std::tolower(static_cast<unsigned char>(b));
@@ -126,6 +127,18 @@ VtkHeader check_xml_header(const std::string& path, std::string_view text) {
     }
   }
   if (!pieces) throw FileError(path + ": has no <Piece>, so it holds no mesh.");
+  // VTK allocates whole arrays before it looks for their values.
+  const auto most_values = kMostValuesPerByte * static_cast<std::int64_t>(text.size());
+  const auto most_components =
+      most_values / std::max({header.points, header.cells, std::int64_t{1}}) + 1;
+  for (position = 0; const auto array = next_tag(head, "<DataArray", position);) {
+    if (const auto value = attribute(*array, "NumberOfComponents")) {
+      count_of(path, "NumberOfComponents", *value, most_components);
+    }
+    if (const auto value = attribute(*array, "NumberOfTuples")) {
+      count_of(path, "NumberOfTuples", *value, most_values);
+    }
+  }
   return header;
 }
 

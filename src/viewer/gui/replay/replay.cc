@@ -207,8 +207,8 @@ void Replay::read_collection(const std::string& path) {
     files_.push_back((fs::path(directory_) / name).string());
   }
   if (xml.hasError()) {
-    throw FileError(fmt::format("{}:{}: {}.", path, xml.lineNumber(),
-                                excerpt(xml.errorString().toStdString())));
+    throw FileError(
+        fmt::format("{}:{}: {}", path, xml.lineNumber(), excerpt(xml.errorString().toStdString())));
   }
   if (files_.empty()) throw FileError(fmt::format("{}: it lists no frames.", path));
 }

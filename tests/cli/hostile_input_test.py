@@ -1,0 +1,165 @@
+"""Input that is broken on purpose: one short message that is harmless to a terminal, and the exit code.
+
+Usage: python3 hostile_input_test.py PROGRAM DATA_DIRECTORY [unittest arguments]
+"""
+
+import os
+import shutil
+import sys
+import unittest
+
+from cli_test import BEAM, CliTest
+
+LONG = "w" * 100_000  # an argument may have 128 kB
+ESCAPE = "\x1b[31mred\x07"
+NO_DISPLAY = {"DISPLAY": None, "WAYLAND_DISPLAY": None}
+
+TETRAHEDRON = """$MeshFormat
+2.2 0 8
+$EndMeshFormat
+$Nodes
+4
+1 0 0 0
+2 1 0 0
+3 0 1 0
+4 0 0 1
+$EndNodes
+$Elements
+%d
+%s$EndElements
+"""
+
+
+class HostileInput(CliTest):
+    def refused(self, code, *arguments):
+        message = super().refused(code, *arguments)
+        self.assertLess(len(message), 1500)
+        self.assertNotIn("\x1b", message)
+        self.assertNotIn("\x07", message)
+        return message
+
+    def test_long_and_escaped_arguments(self):
+        scene = self.write("beam.toml", BEAM)
+        for word in (LONG, ESCAPE):
+            part = "w" * 80 if word is LONG else "\\x1b[31mred\\x07"
+            for code, arguments in (
+                (2, [word]),
+                (2, ["run", scene, "--" + word]),
+                (3, ["run", word]),
+                (2, ["run", scene, "--set", "time.step=" + word]),
+                (2, ["run", scene, "--set", word]),
+                (2, ["run", scene, "--set", word + "=1"]),
+                (2, ["run", scene, "--threads", word]),
+                (2, ["study", scene, "--integrators", word]),
+                (2, ["keys", word]),
+                (2, ["mesh", "info", "mesh." + word]),
+                (2, ["run", scene, "--set", f'fix.0.select={{group="{word}"}}'.replace("\x1b", "\\u001b")
+                    .replace("\x07", "\\u0007")]),
+            ):  # fmt: skip
+                with self.subTest([argument[:20] for argument in arguments]):
+                    self.assertIn(part[:60], self.refused(code, *arguments))
+
+    def test_escapes_in_files(self):
+        mesh = self.write("mesh.msh", "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n" + ESCAPE + "\n")
+        self.assertIn("\\x1b[31mred\\x07", self.refused(3, "mesh", "info", mesh))
+        self.assertIn("mesh.msh:4: ", self.refused(3, "mesh", "info", mesh))
+        names = f'$PhysicalNames\n1\n3 9 "{ESCAPE}"\n$EndPhysicalNames\n'
+        named = self.write("named.msh", TETRAHEDRON.replace("$Nodes\n", names + "$Nodes\n", 1)
+                           % (1, "1 4 2 9 1 1 2 3 4\n"))  # fmt: skip
+        result = self.run_program("mesh", "info", named)
+        self.assertNotIn("\x1b", result.stdout)
+        self.assertIn("\\x1b[31mred\\x07", result.stdout)
+
+    def test_pipes_devices_and_folders(self):
+        for name in ("pipe.toml", "pipe.msh", "pipe.vtu"):
+            os.mkfifo(self.path(name))
+        os.mkdir(self.path("folder.msh"))
+        self.assertIn("not a regular file", self.refused(3, "run", "pipe.toml"))
+        self.assertIn("not a regular file", self.refused(3, "run", "/dev/zero"))
+        for name in ("pipe.msh", "pipe.vtu", "folder.msh"):
+            self.assertIn("not a regular file", self.refused(3, "mesh", "info", name))
+            self.assertIn(
+                "not a regular file",
+                self.refused(3, "run", self.write("mesh.toml", f'''
+[mesh]
+file = "{name}"
+[material]
+youngs_modulus = 1e5
+poissons_ratio = 0.3
+[time]
+step = 1e-3
+end = 1e-2
+''')))  # fmt: skip
+
+    def test_a_hundred_gigabytes_of_holes(self):
+        mesh = self.write("sparse.msh", "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n")
+        os.truncate(self.path("sparse.msh"), 100_000_000_000)
+        self.assertIn("has 1e+05 MB", self.refused(3, "mesh", "info", mesh))
+
+    def test_repeated_tetrahedra_and_vertices(self):
+        elements = "1 4 2 5 1 1 2 3 4\n2 4 2 6 1 1 3 2 4\n"
+        mesh = self.write("twice.msh", TETRAHEDRON % (2, elements))
+        result = self.run_program("mesh", "info", mesh)
+        self.assertIn("1 tetrahedra with the vertices of an earlier one were left out", result.stdout)
+        self.assertIn("1 tetrahedra,", result.stdout)
+        nodes = TETRAHEDRON.replace("$Nodes\n4\n", "$Nodes\n8\n").replace(
+            "$EndNodes", "5 0 0 0\n6 -1 0 0\n7 0 -1 0\n8 0 0 -1\n$EndNodes"
+        )
+        mesh = self.write("touching.msh", nodes % (2, "1 4 0 1 2 3 4\n2 4 0 5 6 7 8\n"))
+        result = self.run_program("mesh", "info", mesh)
+        self.assertIn("1 vertices are at the place of another one", result.stdout)
+
+    def test_runs_that_the_window_opens(self):
+        good = self.path("good")
+        self.run_program("run", self.write("beam.toml", BEAM), "--out", good, "--quiet")
+        # Without a display a good run is refused with 2, after it was read.
+        view = self.run_program("view", good, env=NO_DISPLAY, code=2)
+        if "display" not in view.stderr:
+            self.skipTest("the program has no window")
+        frame = os.path.join("frames", "frame_000000.vtu")
+        for name, text, part in (
+            ("frames.pvd", "", "frames.pvd:1: Premature end"),
+            ("frames.pvd", "<VTKFile></VTKFile>", "lists no frames"),
+            ("frames.pvd", "<VTKFile><DataSet timestep='nan' file='a'/></VTKFile>", "without a time"),
+            ("frames.pvd", "<VTKFile><DataSet timestep='0' file='none.vtu'/></VTKFile>", "no such file"),
+            ("frames.pvd", None, "not a regular file"),
+            ("history.csv", "", 'no column "step"'),
+            ("history.csv", None, "not a regular file"),
+            ("probes.csv", None, "not a regular file"),
+            (frame, "", "not a VTU file"),
+            (frame, None, "not a regular file"),
+        ):
+            with self.subTest(name + ": " + part):
+                shutil.rmtree(self.path("bad"), ignore_errors=True)
+                shutil.copytree(good, self.path("bad"))
+                path = self.path("bad", name)
+                if text is None:
+                    if os.path.exists(path):
+                        os.remove(path)
+                    os.mkfifo(path)
+                else:
+                    self.write(os.path.join("bad", name), text)
+                result = self.run_program("view", "bad", env=NO_DISPLAY, code=3)
+                self.assertIn(part, result.stderr)
+                self.assertLess(len(result.stderr), 1500)
+
+    def test_arrays_of_materials(self):
+        data = '$ElementData\n1\n"E"\n1\n0\n3\n0\n1\n1\n7 5e5\n$EndElementData\n'
+        self.write("part.msh", TETRAHEDRON % (1, "1 4 0 1 2 3 4\n") + data)
+        scene = self.write("part.toml", """
+[mesh]
+file = "part.msh"
+[material]
+youngs_modulus = { array = "E" }
+poissons_ratio = 0.3
+[time]
+step = 1e-3
+end = 1e-2
+""")  # fmt: skip
+        message = self.refused(2, "run", scene)
+        self.assertIn("material.youngs_modulus", message)
+        self.assertIn("has no value at tetrahedron 1", message)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=[sys.argv[0], *sys.argv[3:]], verbosity=1)
