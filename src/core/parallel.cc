@@ -42,13 +42,15 @@ void parallel_for(Index count, Index grain, const std::function<void(Index, Inde
     body(0, count);
     return;
   }
+  // Which pieces a thread gets depends on chance, but where they may be cut does not.
+  grain = std::max<Index>(1, grain);
+  const Index pieces = (count + grain - 1) / grain;
   LoopOrder order;
-  tbb::parallel_for(tbb::blocked_range<Index>(0, count, static_cast<std::size_t>(grain)),
-                    [&](const tbb::blocked_range<Index>& r) {
-                      order.begin_task();
-                      body(r.begin(), r.end());
-                      order.end_task();
-                    });
+  tbb::parallel_for(tbb::blocked_range<Index>(0, pieces), [&](const tbb::blocked_range<Index>& r) {
+    order.begin_task();
+    body(r.begin() * grain, std::min(count, r.end() * grain));
+    order.end_task();
+  });
 }
 
 double parallel_sum(Index count, const std::function<double(Index, Index)>& partial) {

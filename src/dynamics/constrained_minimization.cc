@@ -55,7 +55,8 @@ bool ConstrainedMinimization::solve(StepOutcome& outcome) {
     before = residual;
   }
   outcome.status = StepStatus::kNotConverged;
-  outcome.message = "the strain rate of the viscosity does not settle: take a smaller step";
+  outcome.message = "the strain rate of the viscosity does not settle";
+  outcome.obstacle = StepObstacle::kViscosity;
   return false;
 }
 
@@ -128,6 +129,7 @@ bool ConstrainedMinimization::solve_with_multipliers(const Vector& from, StepOut
     if (!solution.ok) {
       outcome.status = StepStatus::kNotConverged;
       outcome.message = cannot_be_met(constraints, solution.worst);
+      outcome.obstacle = StepObstacle::kConstraints;
       return false;
     }
     multipliers = solution.multipliers;
@@ -136,6 +138,7 @@ bool ConstrainedMinimization::solve_with_multipliers(const Vector& from, StepOut
   }
   outcome.status = StepStatus::kNotConverged;
   outcome.message = fmt::format("the multipliers did not settle in {} rounds", kRounds);
+  outcome.obstacle = StepObstacle::kConstraints;
   return false;
 }
 

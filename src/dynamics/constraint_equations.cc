@@ -115,15 +115,27 @@ void Constraints::set_distance_length(std::size_t i, double length) {
 }
 
 void Constraints::make_selector() {
-  selector_.resize(coordinates_.count(), configuration_size_);
-  Vector unit = Vector::Zero(configuration_size_);
-  for (Index i = 0; i < configuration_size_; ++i) {
-    unit[i] = 1.0;
-    selector_.col(i) = coordinates_.restrict(vertex_forces(unit));
-    unit[i] = 0.0;
+  std::vector<Eigen::Triplet<double>> entries;
+  Vector force = Vector::Zero(coordinates_.dof_count());
+  for (const Equation& equation : equations_) {
+    for (Index i = 0; i < equation.entries(); ++i) {
+      const Index j = i / 3;
+      for (const auto& [v, weights] : equation.weights) force[3 * v + i % 3] = weights[j];
+      const Vector column = coordinates_.restrict(force);
+      for (const auto& [v, weights] : equation.weights) force[3 * v + i % 3] = 0.0;
+      for (Index row = 0; row < column.size(); ++row) {
+        if (column[row] != 0.0) {
+          entries.emplace_back(static_cast<int>(row), static_cast<int>(equation.first_entry + i),
+                               column[row]);
+        }
+      }
+    }
   }
+  selector_.resize(coordinates_.count(), configuration_size_);
+  selector_.setFromTriplets(entries.begin(), entries.end());
   reduced_mass_ = coordinates_.reduced_mass(mass_);
-  inverse_mass_ = selector_.transpose() * reduced_mass_.cwiseInverse().asDiagonal() * selector_;
+  const SparseMatrix weighted = reduced_mass_.cwiseInverse().asDiagonal() * selector_;
+  inverse_mass_ = SparseMatrix(selector_.transpose()) * weighted;
 }
 
 Vector Constraints::configuration(const Vector& q) const {
@@ -173,11 +185,22 @@ Vector Constraints::values(const Vector& w) const {
 }
 
 Matrix Constraints::gradients(const Vector& w) const {
-  Matrix gradients = Matrix::Zero(configuration_size_, equation_count_);
+  return sparse_gradients(w);
+}
+
+Constraints::SparseMatrix Constraints::sparse_gradients(const Vector& w) const {
+  std::vector<Eigen::Triplet<double>> entries;
+  const auto add = [&](Index k, Index at, const Vector3& values) {
+    for (int c = 0; c < 3; ++c) {
+      entries.emplace_back(static_cast<int>(at) + c, static_cast<int>(k), values[c]);
+    }
+  };
   for_each_equation([&](Index k, Index i, Index j, double s) {
-    gradients.col(k).segment<3>(i) += 0.5 / s * w.segment<3>(j);
-    gradients.col(k).segment<3>(j) += 0.5 / s * w.segment<3>(i);
+    add(k, i, 0.5 / s * w.segment<3>(j));
+    add(k, j, 0.5 / s * w.segment<3>(i));
   });
+  SparseMatrix gradients(configuration_size_, equation_count_);
+  gradients.setFromTriplets(entries.begin(), entries.end());
   return gradients;
 }
 
@@ -220,13 +243,13 @@ Vector Constraints::configuration_lengths() const {
   return lengths;
 }
 
-Constraints::Units Constraints::units(const Matrix& response) const {
+Constraints::Units Constraints::units_of(const Vector& response) const {
   const Vector lengths = configuration_lengths();
   Units units{lengths, Vector(equation_count_)};
   for (Index i = 0; i < configuration_size_; i += 3) {
     // The three components of a vector share one unit, because a component of it may be small by
     // intention.
-    const double most = response.diagonal().segment<3>(i).maxCoeff();
+    const double most = response.segment<3>(i).maxCoeff();
     if (most > 0.0) units.displacement.segment<3>(i).setConstant(std::sqrt(most));
   }
   const Vector strains = units.displacement.cwiseQuotient(lengths);

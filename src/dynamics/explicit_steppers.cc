@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "finite_outcome.h"
 #include "term_forces.h"
 #include "tetraction/core/parallel.h"
 #include "tetraction/dynamics/multipliers.h"
@@ -97,10 +98,7 @@ class ExplicitStepper : public Stepper {
         return outcome;
       }
     }
-    if (!move(first, h, from, to)) {
-      outcome.status = StepStatus::kNotFinite;
-      return outcome;
-    }
+    if (!move(first, h, from, to)) return overflowed(outcome);
     if (!constrain_drift(from, to, h, outcome)) return outcome;
     force_.invalidate();
     if (const EvaluationStatus end = force_.update(system_, to.position); !end.ok()) {
@@ -113,9 +111,11 @@ class ExplicitStepper : public Stepper {
     if (halves_ == 2) {
       if (terms_.damping) predict_velocity(to, kick_step);
       const VertexKick second = kick(to.position, to.time, kick_step, outcome);
+      std::atomic<bool> finite{true};
       parallel_for(system_.vertex_count(), kGrain, [&](Index begin, Index end) {
-        kick_only(begin, end, second, to.momentum.data());
+        if (!kick_only(begin, end, second, to.momentum.data())) finite = false;
       });
+      if (!finite) return overflowed(outcome);
     }
     end_drift(to, h, outcome);
     if (terms_.damping) {
@@ -125,6 +125,7 @@ class ExplicitStepper : public Stepper {
       outcome.dissipated_energy = std::max(0.0, dissipated);
     }
     finish(from, to, h, outcome);
+    if (!has_finite_balance(outcome)) return overflowed(outcome);
     guard.keep();
     return outcome;
   }
@@ -242,12 +243,13 @@ class ExplicitStepper : public Stepper {
       const Vector start = constraints.configuration(from.position);
       system_.velocity_of(to.momentum, work_);
       const Vector free_end = start + h * constraints.configuration(work_);
-      const MultiplierSolution solution =
-          solve_multipliers(constraints, free_end, h * constraints.inverse_mass(), start,
-                            ConstraintDirection::kStart, multipliers_);
+      const MultiplierSolution solution = solve_multipliers(
+          constraints, free_end, Constraints::SparseMatrix(h * constraints.sparse_inverse_mass()),
+          start, ConstraintDirection::kStart, multipliers_);
       if (!solution.ok) {
         outcome.status = StepStatus::kNotConverged;
         outcome.message = cannot_be_met(constraints, solution.worst);
+        outcome.obstacle = StepObstacle::kConstraints;
         return false;
       }
       multipliers_ = solution.multipliers;
@@ -327,6 +329,11 @@ class ExplicitStepper : public Stepper {
         vertex_block(reaction_, v) += vertex_block(spring_impulse_, v) / h;
     }
     outcome.elastic_energy = force_.elastic_energy();
+  }
+
+  static StepOutcome overflowed(StepOutcome& outcome) {
+    outcome.status = StepStatus::kNotFinite;
+    return outcome;
   }
 
   static StepOutcome inverted(StepOutcome& outcome, Index element) {

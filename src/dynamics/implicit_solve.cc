@@ -17,6 +17,7 @@ bool ImplicitStepper::find(const State& from, double end_time, StepOutcome& outc
     // Materials that are defined for inverted elements continue from a poor guess.
     outcome.status = StepStatus::kOk;
     outcome.message.clear();
+    outcome.obstacle = StepObstacle::kSolver;
     problem_->prescribe_base(end_time);
     guess_.choose(*problem_, from);
     solve_.u().setZero();
@@ -68,13 +69,14 @@ bool ImplicitStepper::lead_along(const State& from, double end_time, StepOutcome
     if (part < kLeastPart) {
       outcome.status = StepStatus::kNotConverged;
       outcome.message =
-          "what moves as prescribed would crush the elements beside it, however it is led there: "
-          "take a smaller step";
+          "what moves as prescribed would crush the elements beside it, however it is led there";
+      outcome.obstacle = StepObstacle::kPrescribedMotion;
       return false;
     }
   }
   outcome.status = StepStatus::kOk;
   outcome.message.clear();
+  outcome.obstacle = StepObstacle::kSolver;
   return true;
 }
 

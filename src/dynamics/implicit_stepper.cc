@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <utility>
 
+#include "finite_outcome.h"
 #include "settle_loads.h"
 #include "term_forces.h"
 
@@ -70,6 +71,10 @@ StepOutcome ImplicitStepper::advance(const State& from, State& to, double h, dou
   reaction_ /= h;
   outcome.constraint_work = work_of_constraints(from, to);
   if (constraining_) reaction_ += spring_force_;
+  if (!has_finite_balance(outcome)) {
+    outcome.status = StepStatus::kNotFinite;
+    return outcome;
+  }
   guess_.keep(from.velocity, outcome.elastic_energy);
   return outcome;
 }
@@ -98,8 +103,8 @@ bool ImplicitStepper::settle_loads(const State& from, double h, double end_time,
   if (settling == LoadSettling::kNotSolved) return false;
   outcome.status = StepStatus::kNotConverged;
   outcome.message =
-      "the loads that depend on positions, such as those on the rim of a pressure, do not settle: "
-      "take a smaller step";
+      "the loads that depend on positions, such as those on the rim of a pressure, do not settle";
+  outcome.obstacle = StepObstacle::kLoads;
   return false;
 }
 

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "many_equations.h"
+
 namespace tetraction {
 namespace {
 
@@ -22,6 +24,10 @@ Vector solve_redundant(const Matrix& a, const Vector& b, const Vector& row_facto
   return units.cwiseProduct(qr.solve(row_factors.cwiseProduct(b)));
 }
 
+bool is_many(const Constraints& constraints) {
+  return constraints.equation_count() >= kManyEquations;
+}
+
 double largest(const Vector& g) {
   const double value = g.cwiseAbs().maxCoeff();
   return std::isfinite(value) ? value : std::numeric_limits<double>::infinity();
@@ -34,11 +40,16 @@ Vector stop_rates(const Constraints& constraints, const Vector& mass, const Vect
   if (!constraints.has_equations()) return {};
   Vector velocity = momentum;
   for (Index i = 0; i < velocity.size(); ++i) velocity[i] /= mass[i / 3];
-  const Matrix gradients = constraints.gradients(constraints.configuration(q));
-  const Vector unit = constraints.units(constraints.inverse_mass()).multiplier;
-  const Vector multipliers =
-      solve_redundant(gradients.transpose() * constraints.inverse_mass() * gradients,
-                      -gradients.transpose() * constraints.configuration(velocity), unit, unit);
+  const Constraints::SparseMatrix& response = constraints.sparse_inverse_mass();
+  const Constraints::SparseMatrix gradients =
+      constraints.sparse_gradients(constraints.configuration(q));
+  const Vector unit = constraints.units_of(Vector(response.diagonal())).multiplier;
+  const Constraints::SparseMatrix across = gradients.transpose();
+  const Constraints::SparseMatrix moved = response * gradients;
+  const Constraints::SparseMatrix matrix = across * moved;
+  const Vector rates = across * constraints.configuration(velocity);
+  const Vector multipliers = is_many(constraints) ? SparseSolution(matrix, unit).solve(-rates)
+                                                  : solve_redundant(matrix, -rates, unit, unit);
   Vector u = gradients * multipliers;
   Vector impulse = constraints.vertex_forces(u);
   constraints.coordinates().project_momentum(mass, impulse);
@@ -156,7 +167,21 @@ MultiplierSolution solve_along_end(const Constraints& constraints, const Vector&
   return solution;
 }
 
+// Newton's method with dense matrices takes longer than a user waits beyond this number of equations.
+constexpr Index kDense = 1000;
+
 }  // namespace
+
+MultiplierSolution solve_multipliers(const Constraints& constraints, const Vector& free_end,
+                                     const Constraints::SparseMatrix& response, const Vector& start,
+                                     ConstraintDirection direction, const Vector& guess) {
+  if (is_many(constraints) && free_end.allFinite()) {
+    MultiplierSolution solution =
+        solve_many<SparseSolution>(constraints, free_end, response, start, direction, guess);
+    if (solution.ok || constraints.equation_count() > kDense) return solution;
+  }
+  return solve_multipliers(constraints, free_end, Matrix(response), start, direction, guess);
+}
 
 MultiplierSolution solve_multipliers(const Constraints& constraints, const Vector& free_end,
                                      const Matrix& response, const Vector& start,
@@ -165,6 +190,11 @@ MultiplierSolution solve_multipliers(const Constraints& constraints, const Vecto
     MultiplierSolution failed;
     failed.worst = 0;
     return failed;
+  }
+  if (is_many(constraints)) {
+    MultiplierSolution solution =
+        solve_many<DenseSolution>(constraints, free_end, response, start, direction, guess);
+    if (solution.ok || constraints.equation_count() > kDense) return solution;
   }
   if (direction == ConstraintDirection::kStart) {
     return solve_along_start(constraints, free_end, response, start, guess);
@@ -203,8 +233,8 @@ std::string project_positions(const Constraints& constraints, double time, Vecto
   if (!constraints.has_equations()) return {};
   const Vector w = constraints.configuration(q);
   if (largest(constraints.values(w)) <= kAccepted) return {};
-  const MultiplierSolution solution =
-      solve_multipliers(constraints, w, constraints.inverse_mass(), w, ConstraintDirection::kEnd);
+  const MultiplierSolution solution = solve_multipliers(
+      constraints, w, constraints.sparse_inverse_mass(), w, ConstraintDirection::kEnd);
   if (!solution.ok) {
     Index worst = solution.worst;
     // The first equation that is violated tells the user more than the one where Newton's method

@@ -1,7 +1,9 @@
 #include "tetraction/dynamics/step_problem.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 #include "tetraction/core/parallel.h"
 
@@ -10,6 +12,15 @@ namespace {
 
 // The number of vertices for which a task of its own is worthwhile.
 constexpr Index kGrain = 2048;
+
+// Otherwise nothing singles out the frame in which the supports are at rest: the momentum of the whole
+// body must not hide the forces within it.
+bool is_held_at_rest(const Constraints& constraints) {
+  const std::vector<PrescribedVertices>& held = constraints.list().held;
+  return std::any_of(held.begin(), held.end(), [](const PrescribedVertices& each) {
+    return !each.vertices.empty() && each.motion.at_rest();
+  });
+}
 
 }  // namespace
 
@@ -41,7 +52,7 @@ void StepProblem::begin(const State& state, double h, double end_time, double al
   constexpr double kSteps = 1e3;
   full_ = load_ - state.momentum / step_;
   const bool applied = system_.coordinates().restricted_norm(full_) > 0.0;
-  if (system_.constraints().empty()) {
+  if (!is_held_at_rest(system_.constraints())) {
     Vector3 velocity = Vector3::Zero();  // of the centre of mass
     for (Index v = 0; v < system_.vertex_count(); ++v) {
       velocity += vertex_block(state.momentum, v) / system_.total_mass();
@@ -50,7 +61,7 @@ void StepProblem::begin(const State& state, double h, double end_time, double al
     for (Index v = 0; v < system_.vertex_count(); ++v) {
       vertex_block(full_, v) -= system_.mass()[v] / step_ * velocity;
     }
-    force_scale_ = full_.norm();
+    force_scale_ = system_.coordinates().restricted_norm(full_);
   }
   full_.setZero();
   if (!applied && force_scale_ <= kSteps * round_off(full_)) force_scale_ = 0.0;

@@ -80,11 +80,12 @@ bool kick_and_drift_loop(Index begin, Index end, const VertexKick& kick, double 
   return finite;
 }
 
-void kick_loop(Index begin, Index end, const VertexKick& kick, double* p) {
+bool kick_loop(Index begin, Index end, const VertexKick& kick, double* p) {
   const D d;
   V acceleration[3];
   repeat(d, kick.acceleration, acceleration);
   const V dt = hn::Set(d, kick.dt);
+  V check = hn::Zero(d);  // NaN as soon as a momentum is not finite
   Index v = begin;
   const Index last = end - static_cast<Index>(kLanes);
   for (; v <= last; v += static_cast<Index>(kLanes)) {
@@ -94,16 +95,21 @@ void kick_loop(Index begin, Index end, const VertexKick& kick, double* p) {
       const Index i = 3 * v + static_cast<Index>(k * kLanes);
       V force = hn::MulSub(mass[k], acceleration[k], hn::LoadU(d, kick.gradient + i));
       if (kick.force != nullptr) force = hn::Add(force, hn::LoadU(d, kick.force + i));
-      hn::StoreU(hn::MulAdd(dt, force, hn::LoadU(d, p + i)), d, p + i);
+      const V momentum = hn::MulAdd(dt, force, hn::LoadU(d, p + i));
+      hn::StoreU(momentum, d, p + i);
+      check = hn::Add(check, hn::Sub(momentum, momentum));
     }
   }
+  bool finite = hn::AllTrue(d, hn::Eq(check, hn::Zero(d)));
   for (; v < end; ++v) {
     for (Index i = 3 * v; i < 3 * v + 3; ++i) {
       double force = kick.mass[v] * kick.acceleration[i - 3 * v] - kick.gradient[i];
       if (kick.force != nullptr) force += kick.force[i];
       p[i] += kick.dt * force;
+      finite = finite && p[i] - p[i] == 0.0;
     }
   }
+  return finite;
 }
 
 VertexSums sums_loop(Index begin, Index end, const double* mass, const double* inverse_mass,
@@ -188,8 +194,8 @@ bool kick_and_drift(Index begin, Index end, const VertexKick& kick, double h, co
   return HWY_DYNAMIC_DISPATCH(kick_and_drift_loop)(begin, end, kick, h, q, p, p_out, v_out, q_out);
 }
 
-void kick_only(Index begin, Index end, const VertexKick& kick, double* p) {
-  HWY_DYNAMIC_DISPATCH(kick_loop)(begin, end, kick, p);
+bool kick_only(Index begin, Index end, const VertexKick& kick, double* p) {
+  return HWY_DYNAMIC_DISPATCH(kick_loop)(begin, end, kick, p);
 }
 
 VertexSums vertex_sums(Index begin, Index end, const double* mass, const double* inverse_mass,

@@ -20,8 +20,8 @@ struct VertexKick {
 bool kick_and_drift(Index begin, Index end, const VertexKick& kick, double h, const double* q,
                     const double* p, double* p_out, double* v_out, double* q_out);
 
-/// p += kick of the vertices in [begin, end).
-void kick_only(Index begin, Index end, const VertexKick& kick, double* p);
+/// p += kick of the vertices in [begin, end). Returns whether all new momenta are finite.
+bool kick_only(Index begin, Index end, const VertexKick& kick, double* p);
 
 /// Sums over vertices.
 struct VertexSums {

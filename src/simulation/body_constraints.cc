@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
+#include <map>
+#include <tuple>
 #include <unordered_map>
 #include <utility>
 
@@ -129,16 +132,40 @@ std::vector<Index> select_at(const TetMesh& mesh, const Selection& selection,
   }
 }
 
+std::vector<SharedDistance> shared_distances(const std::vector<ConstraintObject>& constraints) {
+  using Key = std::tuple<Index, Index, double>;
+  std::map<Key, SharedDistance> known;
+  const auto key_of = [](const FixedDistance& distance) {
+    return Key{std::min(distance.a, distance.b), std::max(distance.a, distance.b), distance.length};
+  };
+  for (const ConstraintObject& object : constraints) {
+    const auto* distance = std::get_if<FixedDistance>(&object);
+    if (distance == nullptr) continue;
+    const std::size_t number = known.size();
+    const auto [entry, is_new] = known.try_emplace(key_of(*distance), SharedDistance{number, 1});
+    if (!is_new) ++entry->second.count;
+  }
+  std::vector<SharedDistance> shared;
+  for (const ConstraintObject& object : constraints) {
+    const auto* distance = std::get_if<FixedDistance>(&object);
+    shared.push_back(distance == nullptr ? SharedDistance{0, 0} : known.at(key_of(*distance)));
+  }
+  return shared;
+}
+
 ConstraintList BodyConstraints::list() const {
   ConstraintList list;
   list.held = fixes;
+  const std::vector<SharedDistance> shared = shared_distances(others);
+  auto place = shared.begin();
   for (const ConstraintObject& object : others) {
     if (const auto* held = std::get_if<PrescribedVertices>(&object)) list.held.push_back(*held);
     if (const auto* guided = std::get_if<GuidedVertices>(&object)) list.guided.push_back(*guided);
     if (const auto* distance = std::get_if<FixedDistance>(&object)) {
-      list.distances.push_back(*distance);
+      if (place->number == list.distances.size()) list.distances.push_back(*distance);
     }
     if (const auto* handle = std::get_if<RigidHandle>(&object)) list.handles.push_back(*handle);
+    ++place;
   }
   return list;
 }

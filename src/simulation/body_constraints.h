@@ -1,6 +1,7 @@
 // Makes the constraint objects of a body from the settings of a scene or an edit.
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,16 @@ namespace tetraction {
 /// The selected vertices. Messages about the selection begin with its place in the scene.
 std::vector<Index> select_at(const TetMesh& mesh, const Selection& selection,
                              const std::string& where);
+
+/// Distances of the same length between the same vertices are one constraint of the body, whose force
+/// they share. `number`: its place among the distances of BodyConstraints::list(); `count`: how many
+/// share it.
+struct SharedDistance {
+  std::size_t number = 0;
+  std::size_t count = 1;
+};
+/// For each of constraints.others; those that are no distances have a count of 0.
+std::vector<SharedDistance> shared_distances(const std::vector<ConstraintObject>& constraints);
 
 /// The object of a [[fix]] for positions q at `time`. Throws InputError.
 PrescribedVertices make_held(const FixSettings& fix, const TetMesh& mesh, const Vector& q,

@@ -10,6 +10,7 @@
 
 #include "body_constraints.h"
 #include "body_loads.h"
+#include "contradicting_targets.h"
 #include "initial_state.h"
 #include "tetraction/core/error.h"
 #include "tetraction/dynamics/multipliers.h"
@@ -359,6 +360,7 @@ void check_events(const Scene& scene, const MechanicalSystem& system) {
       }
     }
   }
+  refuse_contradicting_targets(scene, system);
 }
 
 std::vector<Index> check_shift(const ShiftSettings& shift, const TetMesh& mesh) {
@@ -406,6 +408,17 @@ std::unique_ptr<Minimizer> make_minimizer(const SolverSettings& solver,
 
 std::unique_ptr<Stepper> make_stepper(Integrator integrator, const SolverSettings& solver,
                                       const MechanicalSystem& system) {
+  // An implicit step solves three linear systems for each equation, and a dense one for all together.
+  constexpr Index kMostEquations = 1000;
+  const Index equations = system.constraints().equation_count();
+  if (is_implicit(integrator) && equations > kMostEquations) {
+    throw InputError(fmt::format(
+        "The distances and rigid handles have {} equations together, but implicit steps take {} at "
+        "most: take integrator = \"verlet\" or \"explicit\", or one constraint of kind \"rigid\" "
+        "for "
+        "vertices that keep all their distances.",
+        equations, kMostEquations));
+  }
   std::shared_ptr<Minimizer> minimizer;
   std::shared_ptr<RootFinder> root_finder;
   if (is_implicit(integrator)) minimizer = make_minimizer(solver, system);

@@ -54,24 +54,6 @@ std::int64_t Session::Impl::element_id(Index e) const {
   return system->mesh().tetrahedron_id(e);
 }
 
-// The element with the largest elastic energy density. A blow-up appears there first.
-Index Session::Impl::hottest_element() const {
-  Vector densities;
-  system->elastic().energy_densities(state().position, densities);
-  Index hottest = 0;
-  densities.maxCoeff(&hottest);
-  return hottest;
-}
-
-void Session::Impl::stop(RunStatus how, const std::string& what, Index element) {
-  const std::string where =
-      (element >= 0 ? fmt::format(" at element {}", element_id(element)) : "") + center_note();
-  progress.message =
-      fmt::format("step {} (t = {:.6g} s): {}{}. {}", state().step + 1,
-                  state().time + progress.plan.time_step, what, where, limit_advice());
-  progress.status = how;
-}
-
 double Session::Impl::relative_energy(double energy) const {
   // Because of the lower bound, round-off in a body at rest does not count.
   double modulus = 0.0;
@@ -121,6 +103,7 @@ Session::Session(Scene scene, TetMesh mesh, Analysis analysis, double largest_in
     }
     std::string note;
     s.states.set(make_initial_state(s.scene, *s.system, s.settings.constraints, note));
+    s.shared = shared_distances(s.settings.constraints.others);
     if (!note.empty()) s.progress.warnings.push_back(std::move(note));
     s.stepper = make_stepper(s.settings.time.integrator, s.settings.solver, *s.system);
     s.balance = std::make_unique<Balance>(*s.system, s.state());
@@ -146,6 +129,7 @@ Session::Session(Scene scene, TetMesh mesh, Analysis analysis, double largest_in
   check_events(s.scene, *s.system);
   s.warn_of_events();
   s.warn_of_loads();
+  s.warn_of_repeated_constraints();
   s.warn_of_unused_settings();
   s.warn_of_blas();
 }
@@ -172,49 +156,17 @@ bool Session::step() {
 bool Session::Impl::step() {
   if (loading) return load_step();
   if (!apply_events() || !follow_limit()) return false;
+  states.other().step = -1;  // no attempt has written to it
   const StepOutcome outcome = advance();
   if (progress.status == RunStatus::kCancelled) return false;
-  switch (outcome.status) {
-    case StepStatus::kOk:
-      break;
-    case StepStatus::kInverted:
-      stop(RunStatus::kUnstable,
-           is_automatic() ? "the body is crushed or torn (inverted, J <= 0, whatever the step)"
-                          : "the material's energy is not defined (inverted, J <= 0)",
-           outcome.element);
-      return false;
-    case StepStatus::kNotFinite:
-      stop(RunStatus::kUnstable,
-           outcome.message.empty() ? "positions or momenta overflowed" : outcome.message,
-           hottest_element());
-      return false;
-    case StepStatus::kUndefined:
-      stop(RunStatus::kUnstable, outcome.message, -1);
-      return false;
-    case StepStatus::kOverdamped:
-      stop(RunStatus::kUnstable,
-           "the damping forces of one step would turn velocities around and give energy", -1);
-      return false;
-    case StepStatus::kNotConverged:
-      stop(RunStatus::kNotConverged,
-           outcome.minimizer.iterations == 0
-               ? outcome.message
-               : fmt::format("the implicit step did not converge after {} iterations: {} (force "
-                             "residual {:.3g} N, allowed {:.3g} N)",
-                             outcome.minimizer.iterations, outcome.message,
-                             outcome.minimizer.residual, outcome.minimizer.residual_limit),
-           -1);
-      return false;
+  if (!outcome.ok()) {
+    fail(outcome);
+    return false;
   }
   count_inverted(&outcome.elastic_energy);
-  const std::string center = center_note();
+  center_note();  // keeps what it finds
   if (blown_up()) {
-    progress.message = fmt::format(
-        "step {} (t = {:.6g} s): the energy blew up, most at element {}: the integrator has added "
-        "{:.3g} J to the {:.3g} J that entered{}. {}",
-        state().step, state().time, element_id(hottest_element()), balance->energy_error(),
-        balance->energy_scale(), center, limit_advice());
-    progress.status = RunStatus::kUnstable;
+    fail_blown_up();
     return true;
   }
   if (keeps_good_states && state().step % kGoodStateInterval == 0 &&
@@ -281,6 +233,7 @@ void Session::go_back() {
   s.progress.status = RunStatus::kRunning;
   s.progress.message.clear();
   s.progress.passed_center.clear();
+  s.failed_step.reset();
   // Data that the solver keeps from the failed step must not affect later steps.
   apply(SetSolver{s.settings.solver}, R"("go back")");
 }

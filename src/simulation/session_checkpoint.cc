@@ -161,12 +161,14 @@ void Session::restore(const Checkpoint& checkpoint) {
     throw;
   }
   s.settings = std::move(own.settings);
+  s.shared = shared_distances(s.settings.constraints.others);
   s.progress = std::move(own.progress);
   s.balance->restore(std::move(own.balance));
   s.states.set(own.state);
   s.stepper = std::move(stepper);
   s.whole_stepper.reset();
   s.tracker.reset();
+  s.failed_step.reset();
   if (s.keeps_good_states) s.keep_state();
 }
 

@@ -284,6 +284,7 @@ void Session::Impl::apply(const Edit& edit, double at, const std::string& what) 
     stepper->reset();
   }
   progress.plan.adaptive = {};
+  shared = shared_distances(settings.constraints.others);
   states.switch_to_other();
   progress.edits.push_back(std::move(done));
   count_inverted(nullptr);

@@ -13,6 +13,7 @@ void Session::Impl::begin_equilibrium(double largest_increment) {
   // A load step is an implicit step of length 1 at most in the load factor, which ends at 1.
   settings.time = {Integrator::kBackwardEuler, 1.0, false, 1.0};
   set_constraints_of_equilibrium(scene, *system, settings.constraints);
+  shared = shared_distances(settings.constraints.others);
   refuse_free_motions(*system, 0.0);
   std::unique_ptr<StaticStepper> load_stepper = make_static_stepper(*system, settings.solver, 0.0);
   loading = std::make_unique<LoadStepping>(*load_stepper, largest_increment);
@@ -49,8 +50,7 @@ bool Session::Impl::load_step() {
   const StepOutcome outcome = loading->advance(state(), states.other());
   count(outcome.minimizer);
   if (!outcome.ok()) {
-    progress.message = loading->message(outcome);
-    progress.status = RunStatus::kNotConverged;
+    fail_load_step(outcome);
     return false;
   }
   if (known > 0) {  // the last limit point may have become wider

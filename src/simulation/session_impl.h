@@ -20,6 +20,7 @@
 #include "step_controller.h"
 #include "tetraction/simulation/probe.h"
 #include "tetraction/simulation/session.h"
+#include "tetraction/simulation/step_failure.h"
 #include "tetraction/simulation/stop_request.h"
 
 namespace tetraction {
@@ -41,6 +42,7 @@ class PhaseTimer {
 struct Session::Impl {
   Scene scene;
   RunSettings settings;
+  std::vector<SharedDistance> shared;  // of settings.constraints
   RunProgress progress;
   StateBuffers states;
 
@@ -76,6 +78,8 @@ struct Session::Impl {
   std::optional<BodyIdentity> body;  // made when the first checkpoint needs it
 
   // Of an equilibrium; null for a motion. The stepper of load steps is `stepper`.
+  std::optional<StepFailure> failed_step;  // of which the message is
+
   std::unique_ptr<LoadStepping> loading;
   const StaticProblem* equilibrium_problem = nullptr;
 
@@ -245,6 +249,8 @@ struct Session::Impl {
   void warn_of_events();
   /// Adds warnings about loads that never act.
   void warn_of_loads();
+  /// Adds a warning about distances that are given more than once.
+  void warn_of_repeated_constraints();
   void apply(const Edit& edit, double at, const std::string& what);
   /// Makes the events that are due. Returns false if one of them could not be made.
   bool apply_events();
@@ -255,14 +261,26 @@ struct Session::Impl {
 
   std::int64_t element_id(Index e) const;
   std::string limit_advice() const;
-  Index hottest_element() const;
   // A note if a vertex is or was so near a singular centre that its energy there is meaningless.
   std::string center_note();
   /// Computes the stability limit of the present rule.
   StabilityLimit limit_at(const Vector& q, CriticalModes* modes = nullptr) const;
   /// The same, with its time.
   StabilityLimit current_limit(const Vector& q, CriticalModes* modes = nullptr);
+  /// Ends the run because of a step that cannot be made, or because of the energy after it, with a
+  /// message that names place, cause and remedy (session_failure.cc).
   void stop(RunStatus how, const std::string& what, Index element);
+  void fail(const StepOutcome& outcome);
+  void fail_blown_up();
+  void fail_load_step(const StepOutcome& outcome);
+  void end_with(RunStatus how, StepFailure failure, bool with_place);
+  /// Finds the elements of a failure. `element`: one that is known, or −1.
+  void locate(StepFailure& failure, Index element) const;
+  std::string place_of(const StepFailure& failure) const;
+  FailureCause cause_of(const StepOutcome& outcome, const StepFailure& failure);
+  std::string remedy_for(const StepFailure& failure, const StepOutcome& outcome) const;
+  /// The smaller one of the stability limits at the start and now, s.
+  double present_limit() const;
   bool blown_up() const;
   /// An energy relative to the energy that entered.
   double relative_energy(double energy) const;

@@ -96,14 +96,12 @@ const std::vector<std::optional<ConstraintSettings>>& Session::constraints() con
   return impl_->settings.constraints.other_settings;
 }
 double Session::tension(std::size_t i) const {
-  if (!std::holds_alternative<FixedDistance>(impl_->settings.constraints.others.at(i))) return 0.0;
-  std::size_t distance = 0;
-  for (std::size_t j = 0; j < i; ++j) {
-    if (std::holds_alternative<FixedDistance>(impl_->settings.constraints.others.at(j))) ++distance;
-  }
+  const SharedDistance shared = impl_->shared.at(i);
+  if (shared.count == 0) return 0.0;
   const Constraints& constraints = impl_->system->constraints();
-  return constraints.tension(distance, impl_->stepper->configuration_force(),
-                             constraints.configuration(impl_->state().position));
+  return constraints.tension(shared.number, impl_->stepper->configuration_force(),
+                             constraints.configuration(impl_->state().position)) /
+         static_cast<double>(shared.count);
 }
 Vector Session::external_force() const {
   const Vector& force = impl_->progress.external_force;

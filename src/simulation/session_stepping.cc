@@ -244,7 +244,14 @@ Session::Impl::Attempt Session::Impl::attempt(double most_energy_share) {
       return {std::move(outcome)};
     }
   } else {
+    balance_before = balance->sums();
     balance->enter(states.other(), outcome);
+  }
+  if (!std::isfinite(balance->energies().total())) {
+    balance->restore(balance_before);
+    stepper->reset();
+    outcome.status = StepStatus::kNotFinite;
+    return {std::move(outcome)};
   }
   states.switch_to_other();
   enter_length(length, length < progress.plan.time_step);

@@ -122,11 +122,36 @@ void Session::Impl::warn_of_events() {
       const auto* change = std::get_if<SetTime>(&edit);
       if (change == nullptr) continue;
       start += steps_until(event.at) * step;
+      if (change->time.end != end && change->time.end <= event.at) {
+        progress.warnings.push_back(fmt::format(
+            "{} sets time.end = {} s at {} s, when this time has passed: the run ends there.",
+            event.where, change->time.end, event.at));
+      }
       end = change->time.end;
       varies = change->time.automatic || change->time.adapt != StepAdaptation::kNone;
       if (!change->time.automatic) step = change->time.step;
     }
   }
+}
+
+void Session::Impl::warn_of_repeated_constraints() {
+  std::vector<std::size_t> first(shared.size(), shared.size());  // by the number of the distance
+  std::size_t repeated = 0;
+  std::string example;
+  for (std::size_t i = 0; i < shared.size(); ++i) {
+    if (shared[i].count == 0) continue;
+    std::size_t& owner = first[shared[i].number];
+    if (owner == shared.size()) {
+      owner = i;
+      continue;
+    }
+    if (repeated++ == 0) {
+      example = fmt::format("constraint.{} is the same distance as constraint.{}", i, owner);
+    }
+  }
+  if (repeated == 0) return;
+  if (repeated > 1) example += fmt::format(", and {} more repeat another one", repeated - 1);
+  progress.warnings.push_back(example + ": they are one constraint, whose tension they share.");
 }
 
 void Session::Impl::warn_of_loads() {
@@ -216,10 +241,7 @@ void Session::Impl::warn_of_materials() {
 
 std::string Session::Impl::limit_advice() const {
   const double step = progress.plan.time_step;
-  double limit = initial_limit.critical_step;
-  if (system->elastic().admissible(state().position).ok()) {
-    limit = std::min(limit, limit_at(state().position).critical_step);
-  }
+  const double limit = present_limit();
   if (settings.time.adapt == StepAdaptation::kEnergy) {
     return fmt::format(
         "The step is {:.4g} s, as time.adapt = \"energy\" chose it. Take a smaller time.step or "

@@ -26,6 +26,18 @@ TEST_F(Parallel, CoversEveryItemOnce) {
   }
 }
 
+// A vectorised body treats the items at the end of a range in another way than those within.
+TEST_F(Parallel, RangesBeginAtMultiplesOfTheGrain) {
+  for (const int threads : {1, 2, 4}) {
+    set_thread_count(threads);
+    std::vector<Index> begins(10007, -1);
+    parallel_for(10007, 16, [&](Index begin, Index end) {
+      for (Index i = begin; i < end; ++i) begins[static_cast<std::size_t>(i)] = begin;
+    });
+    for (const Index begin : begins) ASSERT_EQ(begin % 16, 0);
+  }
+}
+
 TEST_F(Parallel, SumsAreBitwiseTheSameForAnyNumberOfThreads) {
   constexpr Index kCount = 123457;
   const auto partial = [](Index begin, Index end) {

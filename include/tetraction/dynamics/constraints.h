@@ -12,6 +12,7 @@
 // length.
 #pragma once
 
+#include <Eigen/SparseCore>
 #include <array>
 #include <functional>
 #include <map>
@@ -102,16 +103,20 @@ class Constraints {
   /// B u: the forces (or impulses) on vertices that generalised forces (or impulses) u on w amount
   /// to.
   Vector vertex_forces(const Vector& u) const;
+  /// Most columns and rows of g and w have few entries, because a constraint concerns few vertices.
+  using SparseMatrix = Eigen::SparseMatrix<double>;
   /// TᵀB, one column per entry of w.
-  const Matrix& selector() const { return selector_; }
+  Matrix selector() const { return selector_; }
   /// The diagonal of TᵀMT, kg.
   const Vector& reduced_mass() const { return reduced_mass_; }
   /// S = BᵀT (TᵀMT)⁻¹ TᵀB, 1/kg: the change of the rates of w under unit impulses.
-  const Matrix& inverse_mass() const { return inverse_mass_; }
+  Matrix inverse_mass() const { return inverse_mass_; }
+  const SparseMatrix& sparse_inverse_mass() const { return inverse_mass_; }
   /// g(w).
   Vector values(const Vector& w) const;
   /// ∂g/∂w as columns: configuration_size() × equation_count().
   Matrix gradients(const Vector& w) const;
+  SparseMatrix sparse_gradients(const Vector& w) const;
   /// Σ λ_i ∂²g_i/∂w², which does not depend on w.
   Matrix curvature(const Vector& multipliers) const;
   /// The configuration with g = 0 that is nearest to w, found for each constraint separately.
@@ -125,7 +130,9 @@ class Constraints {
     Vector displacement;  ///< of the entries of w: √S_ii; the length where nothing moves it
     Vector multiplier;    ///< of the λ: the inverse of the larger √S_ii/s_i of the equation
   };
-  Units units(const Matrix& response) const;
+  Units units(const Matrix& response) const { return units_of(response.diagonal()); }
+  /// The same, from the diagonal of S.
+  Units units_of(const Vector& response) const;
   /// The force that pulls the ends of list().distances[i] together, N, for generalised forces u at
   /// w.
   double tension(std::size_t i, const Vector& u, const Vector& w) const;
@@ -185,9 +192,9 @@ class Constraints {
   PenaltySprings springs_;
   Index configuration_size_ = 0;
   Index equation_count_ = 0;
-  Matrix selector_;
+  SparseMatrix selector_;
   Vector reduced_mass_;
-  Matrix inverse_mass_;
+  SparseMatrix inverse_mass_;
   bool moving_ = false;
 };
 

@@ -41,6 +41,12 @@ MultiplierSolution solve_multipliers(const Constraints& constraints, const Vecto
                                      const Matrix& response, const Vector& start,
                                      ConstraintDirection direction, const Vector& guess = {});
 
+/// The same with a sparse response, that of the masses alone. From a hundred equations on, both
+/// functions take methods whose cost grows with the number of equations that share vertices.
+MultiplierSolution solve_multipliers(const Constraints& constraints, const Vector& free_end,
+                                     const Constraints::SparseMatrix& response, const Vector& start,
+                                     ConstraintDirection direction, const Vector& guess = {});
+
 /// The message for the user if no solution was found.
 std::string cannot_be_met(const Constraints& constraints, Index equation);
 

@@ -36,6 +36,15 @@ enum class StepStatus {
                   ///< velocities and add energy instead of dissipating it
 };
 
+/// What a step that did not converge (kNotConverged) stumbled over, if it is known.
+enum class StepObstacle {
+  kSolver,            ///< the equations themselves: see the minimiser's report
+  kPrescribedMotion,  ///< what moves as prescribed would crush elements
+  kConstraints,       ///< the equations of distances or handles cannot be met
+  kLoads,             ///< loads that depend on positions do not settle
+  kViscosity          ///< the estimate of the strain rate does not settle
+};
+
 /// The result of one step and its contributions to the balance.
 struct StepOutcome {
   StepStatus status = StepStatus::kOk;
@@ -54,6 +63,7 @@ struct StepOutcome {
   /// The change of angular momentum that the minimiser's remaining residual r = ∇Φ(x) causes, N m
   /// s: h |Σ (x − q_k) × r| for midpoint, h |Σ q_{k+1} × r| for backward Euler.
   double residual_angular_impulse = 0.0;
+  StepObstacle obstacle = StepObstacle::kSolver;  ///< of a step that did not converge
 
   bool ok() const { return status == StepStatus::kOk; }
 };

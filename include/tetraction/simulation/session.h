@@ -33,6 +33,7 @@ struct PresentFix {
 
 class Session;
 struct LoadPath;
+struct StepFailure;
 
 /// What a session computes.
 enum class Analysis {
@@ -170,6 +171,9 @@ class Session {
   /// One line that says what ended the run, where (step, element), and what the user can do. Empty
   /// if nothing went wrong.
   const std::string& message() const;
+  /// The step that failed, with its cause and the elements concerned (simulation/step_failure.h).
+  /// Null unless the run ended with such a step or with a blow-up of the energy.
+  const StepFailure* failure() const;
   /// Size of the next steps, s. The last one before the end may be shorter. time.step = "auto" and
   /// time.adapt change it.
   double time_step() const;

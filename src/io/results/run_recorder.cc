@@ -11,6 +11,7 @@
 #include <optional>
 #include <utility>
 
+#include "failed_elements.h"
 #include "frame_fields.h"
 #include "probe_file.h"
 #include "tetraction/core/error.h"
@@ -243,7 +244,7 @@ void RunRecorder::on_start(const Session& session) {
   make_output_directory(s.directory);
   // Results of an earlier run would look like results of this one.
   std::error_code ignored;
-  for (const char* name : {"final.vtu", "summary.json", "probes.csv"}) {
+  for (const char* name : {"final.vtu", "summary.json", "probes.csv", kFailedElementsFile}) {
     std::filesystem::remove(s.path(name), ignored);
   }
   s.history.open(s.path("history.csv"), std::ios::binary);
@@ -289,6 +290,7 @@ void RunRecorder::on_finish(const Session& session) {
     s.write_frame(session, *s.last);
   }
   s.write_final(session);
+  if (session.failure() != nullptr) write_failed_elements(session, s.path(kFailedElementsFile));
   s.last.reset();
   s.history.close();
   s.require_good_history();

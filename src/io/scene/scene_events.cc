@@ -196,14 +196,22 @@ Unfix read_unfix(const TomlTable& event, std::size_t fix_count) {
 // be in a part of the scene that the event did not change. Therefore messages always name the
 // event.
 Scene read_changed(TomlDocument& document, std::vector<TomlDocument::Change>& changes,
-                   const SectionReader& read_sections, const std::string& event) {
+                   const SectionReader& read_sections, const std::string& event,
+                   const std::set<std::string>& own_places) {
   try {
     for (const TomlDocument::Change& change : changes) document.apply(change);
     changes.clear();
     return read_sections(document);
   } catch (const InputError& error) {
-    const std::string message = error.what();
-    if (message.find("event at ") != std::string::npos) throw;
+    std::string message = error.what();
+    // The message names the place from where a value comes. An earlier event whose values were good
+    // until now is not to blame.
+    const auto event_text = message.find("event at ");
+    if (event_text != std::string::npos) {
+      const auto end = message.find(": ", event_text);
+      if (end == std::string::npos || own_places.count(message.substr(0, end)) > 0) throw;
+      message.erase(0, end + 2);
+    }
     throw InputError(event + ": " + message);
   }
 }
@@ -238,6 +246,7 @@ void read_events(const TomlDocument& document, const TomlTable& root,
     event.where = table.where();
     event.echo = to_json(table.node()).dump(-1, ' ', false, Json::error_handler_t::replace);
     std::set<ChangedSection> sections;
+    std::set<std::string> own_places;
     std::string changed_at;
     if (table.has("unset")) {
       std::vector<std::string> keys;
@@ -275,12 +284,14 @@ void read_events(const TomlDocument& document, const TomlTable& root,
         sections.insert(section);
         changes.push_back({std::string(key.str()), text_of(set, key.str(), value),
                            fmt::format("{}: event at {} s", set.place(key.str()), at)});
+        own_places.insert(changes.back().source);
       }
       if (keys.empty()) keys.emplace_back();
       changed_at = fmt::format("{}: event at {} s", set.place(keys.front()), at);
     }
     if (!changed_at.empty()) {
-      const Scene next = read_changed(changed, changes, read_sections, changed_at);
+      own_places.insert(changed_at);
+      const Scene next = read_changed(changed, changes, read_sections, changed_at, own_places);
       for (const ChangedSection& section : sections)
         event.edits.push_back(edit_of(section, now, next));
       now = next;

@@ -1,0 +1,102 @@
+#include "contradicting_targets.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <map>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "body_constraints.h"
+#include "tetraction/core/error.h"
+
+namespace tetraction {
+namespace {
+
+class Targets {
+ public:
+  Targets(const Scene& scene, const MechanicalSystem& system) : scene_(scene), system_(system) {
+    for (const FixSettings& fix : scene.fix) fixes_.push_back(of(fix));
+  }
+
+  void make(const Edit& edit) {
+    if (const auto* set = std::get_if<SetFix>(&edit)) {
+      const std::size_t number = set->index.value_or(fixes_.size());
+      if (number > fixes_.size()) return;  // the edit is refused
+      if (number == fixes_.size()) fixes_.emplace_back();
+      // One that is changed may go on without the vertices that it has released.
+      fixes_[number] = set->index ? Fix{} : of(set->fix);
+      refuse(number);
+    } else if (const auto* release = std::get_if<Unfix>(&edit)) {
+      const std::vector<Index> released =
+          select_at(system_.mesh(), release->select, release->where);
+      for (std::size_t number = 0; number < fixes_.size(); ++number) {
+        if (release->fix && *release->fix != number) continue;
+        for (const Index v : released) fixes_[number].targets.erase(v);
+      }
+    }
+  }
+
+ private:
+  struct Fix {
+    std::map<Index, Vector3> targets;  // empty if they are not known before the run
+    std::array<bool, 3> components{};
+    std::string where;
+  };
+
+  Fix of(const FixSettings& fix) const {
+    Fix result;
+    result.components = fix.components;
+    result.where = fix.where;
+    const bool is_known = fix.target.has_value() || !fix.targets.empty();
+    if (!is_known || fix.is_penalty || !fix.velocity.isZero(0.0) || !fix.amplitude.empty()) {
+      return result;
+    }
+    const PrescribedVertices held =
+        make_held(fix, system_.mesh(), system_.mesh().rest_positions(), 0.0, scene_.amplitude);
+    for (std::size_t i = 0; i < held.vertices.size(); ++i) {
+      result.targets[held.vertices[i]] = held.start.col(static_cast<Index>(i));
+    }
+    return result;
+  }
+
+  void refuse(std::size_t number) const {
+    constexpr double kSame = 1e-9;  // of the coordinates
+    const double size = system_.mesh().rest_positions().cwiseAbs().maxCoeff();
+    const Fix& fix = fixes_[number];
+    for (std::size_t other = 0; other < fixes_.size(); ++other) {
+      if (other == number) continue;
+      for (const auto& [v, target] : fix.targets) {
+        const auto found = fixes_[other].targets.find(v);
+        if (found == fixes_[other].targets.end()) continue;
+        for (Index i = 0; i < 3; ++i) {
+          const auto c = static_cast<std::size_t>(i);
+          if (!fix.components[c] || !fixes_[other].components[c]) continue;
+          if (std::abs(target[i] - found->second[i]) <= kSame * size) continue;
+          throw InputError(fmt::format(
+              "{}: vertex {} is fixed twice at that time, to different targets (also by {}). "
+              "Release it first with unfix, or let only one of them select it.",
+              fix.where, system_.mesh().vertex_id(v), fixes_[other].where));
+        }
+      }
+    }
+  }
+
+  const Scene& scene_;
+  const MechanicalSystem& system_;
+  std::vector<Fix> fixes_;
+};
+
+}  // namespace
+
+void refuse_contradicting_targets(const Scene& scene, const MechanicalSystem& system) {
+  Targets targets(scene, system);
+  for (const EventSettings& event : scene.event) {
+    for (const Edit& edit : event.edits) targets.make(edit);
+  }
+}
+
+}  // namespace tetraction

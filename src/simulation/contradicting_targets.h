@@ -1,0 +1,14 @@
+// Events that fix a vertex at two places at once.
+#pragma once
+
+#include "tetraction/dynamics/mechanical_system.h"
+#include "tetraction/simulation/scene.h"
+
+namespace tetraction {
+
+/// Follows the targets that the scene's [[fix]] and those of its events give in numbers. Throws
+/// InputError, which names both, if a vertex has two different ones at the same time. Targets that
+/// depend on where the vertices are then are known only in the run, and are left to it.
+void refuse_contradicting_targets(const Scene& scene, const MechanicalSystem& system);
+
+}  // namespace tetraction

@@ -1,0 +1,108 @@
+"""What a failed step leaves, and events that cannot be made as they are written.
+
+Usage: failed_steps_test.py PROGRAM DATA_FOLDER [TestCase...]
+"""
+
+import json
+import os
+import sys
+import unittest
+
+import vtk
+from vtk.util.numpy_support import vtk_to_numpy
+
+from cli_test import BEAM, CliTest, own_lines
+
+
+def read_vtu(path):
+    reader = vtk.vtkXMLUnstructuredGridReader()
+    reader.SetFileName(path)
+    reader.Update()
+    grid = reader.GetOutput()
+    arrays = {}
+    for data in (grid.GetPointData(), grid.GetCellData()):
+        for i in range(data.GetNumberOfArrays()):
+            arrays[data.GetArrayName(i)] = vtk_to_numpy(data.GetArray(i))
+    return grid, arrays
+
+
+class FailedSteps(CliTest):
+    def test_the_elements_concerned_are_written(self):
+        scene = self.write("beam.toml", BEAM)
+        load = 'force.0={select={nearest=[4,1,1]},vector=[-1e30,0,0]}'
+        for rule in ("verlet", "midpoint"):
+            out = self.path(rule)
+            result = self.run_program("run", scene, "--out", out, "--set", load, "--set",
+                                      f"time.integrator={rule}", "--set", "time.step=1e-3",
+                                      code=1)  # fmt: skip
+            message = [l for l in own_lines(result.stderr) if "step 1" in l][-1]
+            self.assertIn("units", message)
+            self.assertNotIn("maller", message)
+            grid, arrays = read_vtu(os.path.join(out, "failed_elements.vtu"))
+            self.assertGreater(grid.GetNumberOfCells(), 0)
+            self.assertLess(grid.GetNumberOfCells(), 8 * 2 * 2 * 6)
+            for name in ("element_id", "vertex_id", "region", "jacobian", "energy_density",
+                         "displacement", "velocity", "external_force", "reaction_force",
+                         "elastic_force"):  # fmt: skip
+                self.assertIn(name, arrays)
+            # The message names the first of them.
+            self.assertIn(f"element {arrays['element_id'][0]} ", message)
+            # The load of the step acts on one of their vertices.
+            self.assertAlmostEqual(abs(arrays["external_force"]).max(), 1e30, delta=1e16)
+            if rule == "verlet":
+                self.assertLess(arrays["attempted_jacobian"][0], 0)
+                self.assertEqual(arrays["attempted_jacobian"][0], min(arrays["attempted_jacobian"]))
+                self.assertIn("attempted_displacement", arrays)
+        # A run that ends well takes the file of the run before away.
+        self.run_program("run", scene, "--out", out)
+        self.assertFalse(os.path.exists(os.path.join(out, "failed_elements.vtu")))
+
+    def test_an_equilibrium_that_is_not_found_leaves_them_too(self):
+        scene = self.write("beam.toml", BEAM)
+        self.run_program("static", scene, "--out", "s", "--set",
+                         'force.0={select={nearest=[4,1,1]},vector=[-1e30,0,0]}', code=1)  # fmt: skip
+        grid, _ = read_vtu(self.path("s", "failed_elements.vtu"))
+        self.assertGreater(grid.GetNumberOfCells(), 0)
+
+
+class Events(CliTest):
+    def scene(self, events):
+        return self.write("beam.toml", BEAM + events)
+
+    def test_the_event_that_is_wrong_is_blamed(self):
+        scene = self.scene(
+            '[[event]]\nat = 0.02\nfix = { select = { nearest = [4, 1, 1] } }\n'
+            '[[event]]\nat = 0.04\nset = { "fix.1.mode" = "penalty" }\n'
+        )
+        message = self.refused(2, "run", scene, "--out", "o")
+        self.assertIn("event at 0.04 s", message)
+        self.assertNotIn("event at 0.02 s", message)
+        self.assertIn("penalty is missing", message)
+
+    def test_targets_that_contradict_each_other_are_found_before_the_run(self):
+        fix = 'fix = {{ select = {{ vertices = [80] }}, target = [{}, 1, 1] }}\n'
+        first = "[[event]]\nat = 0.05\n" + fix.format(4.0)
+        second = "[[event]]\nat = 0.05\n" + fix.format(4.1)
+        for command in ("run", "check"):
+            out = ("--out", "o") if command == "run" else ()
+            message = self.refused(2, command, self.scene(first + second), *out)
+            self.assertIn("event.1.fix", message)
+            self.assertIn("event.0.fix", message)
+            self.assertIn("vertex 80", message)
+        self.assertFalse(os.path.exists(self.path("o", "history.csv")))
+        # The same target, another component, and a vertex that was released are no contradictions.
+        self.run_program("run", self.scene(first + first), "--out", "o")
+        release = "[[event]]\nat = 0.05\nunfix = { select = { vertices = [80] } }\n"
+        second = second.replace("4.1", "4.01")
+        self.run_program("run", self.scene(first + release + second), "--out", "o")
+
+    def test_an_end_that_has_passed_is_told_of(self):
+        scene = self.scene('[[event]]\nat = 0.05\nset = { "time.end" = 0.02 }\n')
+        result = self.run_program("run", scene, "--out", "o")
+        self.assertIn("when this time has passed", result.stderr)
+        with open(self.path("o", "summary.json")) as file:
+            self.assertEqual(json.load(file)["steps"], 5)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=[sys.argv[0], *sys.argv[3:]])
