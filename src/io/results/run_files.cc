@@ -53,8 +53,8 @@ void remove_frames(const std::string& directory, const std::vector<std::string>&
 void remove_run(const std::string& directory) {
   remove_checkpoints(directory);
   remove_frames(directory);
-  for (const char* name : {"final.vtu", "summary.json", "probes.csv", "history.csv",
-                           kFailedElementsFile}) {
+  for (const char* name :
+       {"final.vtu", "summary.json", "probes.csv", "history.csv", kFailedElementsFile}) {
     remove_output(directory + "/" + name);
   }
 }
