@@ -256,7 +256,6 @@ void write_checkpoint_file(const std::string& directory, const StoredCheckpoint&
                                        stored.checkpoint.state.step, kEnding);
   ReplacementFile file((folder / name).string());
   file.write(checkpoint_bytes(stored));
-  file.secure();
   file.finish();
   Index regular_kept = 0;
   bool is_newest = true;

@@ -27,13 +27,11 @@ class ProbeFile {
   /// Writes a row if a probe is due at the present step. If `is_last`, all probes are due. Throws
   /// OutputError.
   void write(const Session& session, bool is_last);
-  /// Gives all rows to the system (RowFile::flush()).
-  void flush() { file_->flush(); }
+  /// See RowFile::flush().
+  std::int64_t flush() { return file_->flush(); }
   /// Writes the row of the present state if it has none yet, and closes the file. Throws OutputError.
   void finish(const Session& session);
   const ProbeTraces& traces() const { return traces_; }
-  /// See RowFile::secure().
-  std::int64_t secure() { return file_->secure(); }
   Index last_row() const { return last_row_; }
   /// The header of the file, with its line break.
   static std::string header(const ProbeSet& probes);

@@ -313,10 +313,10 @@ void RunRecorder::on_checkpoint(const Session& session, const Checkpoint& checkp
     if (!s.inputs) s.inputs = inputs_of(session);
     StoredCheckpoint stored{version(), is_regular, *s.inputs, session.times(), {}, checkpoint};
     RecordedFiles& files = stored.files;
-    files.history_size = static_cast<std::uint64_t>(s.history->secure());
+    files.history_size = static_cast<std::uint64_t>(s.history->flush());
     files.last_row = s.last_row;
     if (s.probes) {
-      files.probes_size = static_cast<std::uint64_t>(s.probes->secure());
+      files.probes_size = static_cast<std::uint64_t>(s.probes->flush());
       files.last_probe_row = s.probes->last_row();
     }
     files.frame_count = s.frames->frame_count();

@@ -27,11 +27,6 @@ int write_all(int descriptor, std::string_view& text) {
   return 0;
 }
 
-// Whether fsync() failed because the file system has nothing to wait for.
-bool has_no_disk(int reason) {
-  return reason == EINVAL || reason == ENOTSUP || reason == EROFS;
-}
-
 // Deletes a file or a link. What is not there is deleted already.
 void remove_entry(const std::string& path) {
   if (::unlink(path.c_str()) == 0 || errno == ENOENT || errno == ENOTDIR) return;
@@ -97,10 +92,6 @@ void ReplacementFile::write(std::string_view text) {
   if (const int reason = write_all(descriptor_, text); reason != 0) fail_to_write(path_, reason);
 }
 
-void ReplacementFile::secure() {
-  if (::fsync(descriptor_) != 0 && !has_no_disk(errno)) fail_to_write(path_, errno);
-}
-
 void ReplacementFile::finish() {
   int reason = 0;
   // Some file systems report only here that there was no space.
@@ -157,9 +148,9 @@ void RowFile::add(std::string_view row) {
   if (rows_.size() >= kMost || Clock::now() - flushed_ >= kLongest) flush();
 }
 
-void RowFile::flush() {
+std::int64_t RowFile::flush() {
   flushed_ = Clock::now();
-  if (rows_.empty()) return;
+  if (rows_.empty()) return size_;
   std::string_view rest = rows_;
   const int reason = write_all(descriptor_, rest);
   std::string_view written = std::string_view(rows_).substr(0, rows_.size() - rest.size());
@@ -167,17 +158,11 @@ void RowFile::flush() {
   written = written.substr(0, written.rfind('\n') + 1);
   size_ += static_cast<std::int64_t>(written.size());
   rows_.clear();
-  if (reason == 0) return;
+  if (reason == 0) return size_;
   is_broken_ = true;  // a row after a gap would look like the next one
   const bool is_cut = ::ftruncate(descriptor_, size_) == 0;
   static_cast<void>(is_cut);
   fail_to_write(path_, reason);
-}
-
-std::int64_t RowFile::secure() {
-  flush();
-  if (::fsync(descriptor_) != 0 && !has_no_disk(errno)) fail_to_write(path_, errno);
-  return size_;
 }
 
 void RowFile::close() {

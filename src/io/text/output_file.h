@@ -41,8 +41,6 @@ class ReplacementFile {
   /// The temporary file, for writers that open it by its name.
   const std::string& temporary() const { return temporary_; }
   void write(std::string_view text);
-  /// Waits until the system has given what was written to the disk.
-  void secure();
   /// Gives the file its name.
   void finish();
 
@@ -69,10 +67,9 @@ class RowFile {
 
   /// Adds a row, or several, with their line breaks.
   void add(std::string_view row);
-  /// Gives all rows to the system. The file then has them, whatever happens to the program.
-  void flush();
-  /// flush(), and the system gives the file to the disk. Returns its size in bytes.
-  std::int64_t secure();
+  /// Gives all rows to the system and returns the size of the file in bytes. The file then has them,
+  /// whatever happens to the program.
+  std::int64_t flush();
   /// Writes the rest and closes the file. It is an error if the file was deleted in the meantime.
   void close();
 
