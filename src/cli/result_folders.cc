@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <system_error>
 
@@ -68,10 +67,13 @@ void check_mesh_file(const Scene& scene, const std::string& directory) {
                   scene.mesh.file, directory));
 }
 
+nlohmann::json read_study(const fs::path& directory) {
+  return nlohmann::json::parse(read_output((directory / "study.json").string()), nullptr, false);
+}
+
 // The plots of the probes that study.json names.
 std::vector<std::string> probe_plots(const fs::path& directory) {
-  std::ifstream file(directory / "study.json");
-  const auto json = nlohmann::json::parse(file, nullptr, false);
+  const auto json = read_study(directory);
   std::vector<std::string> plots;
   if (!json.is_object() || !json.contains("probes") || !json["probes"].is_array()) return plots;
   for (const auto& probe : json["probes"]) {
@@ -84,8 +86,7 @@ std::vector<std::string> probe_plots(const fs::path& directory) {
 
 // Folders of runs that study.json names. What is not the name of a folder there is left out.
 std::vector<fs::path> folders_of_study(const fs::path& directory) {
-  std::ifstream file(directory / "study.json");
-  const auto json = nlohmann::json::parse(file, nullptr, false);
+  const auto json = read_study(directory);
   std::vector<fs::path> folders;
   const auto add = [&](const nlohmann::json& run) {
     if (!run.is_object() || !run.contains("directory") || !run["directory"].is_string()) return;

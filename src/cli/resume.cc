@@ -3,15 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
 #include <vector>
 
 #include "console.h"
+#include "io/text/output_file.h"
 #include "tetraction/core/error.h"
 #include "tetraction/core/version.h"
 #include "tetraction/io/checkpoint_file.h"
@@ -129,11 +127,7 @@ bool has_same_mesh(const SummaryJson& summary, const TetMesh& mesh) {
 }  // namespace
 
 std::string read_summary(const std::string& directory) {
-  const std::filesystem::path path = std::filesystem::path(directory) / "summary.json";
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(std::filesystem::symlink_status(path, error))) return {};
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  return read_output(directory + "/summary.json");
 }
 
 Resumption resume_run(Session& session, RunRecorder& recorder, const std::string& directory,

@@ -278,6 +278,15 @@ class Links(EndingTest):
                     self.assertEqual(self.leftovers("out"), [])
                     self.check_complete("out")
 
+    def test_a_study_does_not_wait_for_a_pipe(self):
+        os.mkdir(self.path("out"))
+        for name in ("study.json", "study.csv"):
+            os.mkfifo(self.path("out", name))
+        self.run_program("study", "beam.toml", "--integrators", "verlet", "--steps", "1e-4", "--out", "out",
+                         "--frames", "none")
+        for name in ("study.json", "study.csv"):
+            self.assertTrue(stat.S_ISREG(os.lstat(self.path("out", name)).st_mode), name)
+
     def test_linked_folders_are_refused(self):
         frames = self.path("elsewhere")
         os.mkdir(frames)

@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <type_traits>
 #include <vector>
 
+#include "io/text/output_file.h"
 #include "study_row_json.h"
 #include "tetraction/core/version.h"
 #include "tetraction/io/text_file.h"
@@ -118,8 +118,7 @@ void write_study_row(const std::string& path, const StudyRow& row, const std::st
 
 std::optional<StudyRow> read_study_row(const std::string& path, const PlannedRun& planned,
                                        const std::string& inputs) {
-  std::ifstream file(path);
-  const auto json = nlohmann::json::parse(file, nullptr, false);
+  const auto json = nlohmann::json::parse(read_output(path), nullptr, false);
   if (!json.is_object() || !json.contains("inputs") || !json.contains("row")) return {};
   if (json["inputs"] != nlohmann::json::parse(inputs)) return {};
   std::optional<StudyRow> row = study_row_from_json(json["row"]);

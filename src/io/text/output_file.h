@@ -19,6 +19,10 @@ std::string temporary_name(const std::string& path);
 /// A link is deleted itself, not its target. Throws OutputError.
 void remove_output(const std::string& path);
 
+/// What a result file contains. Empty if there is none, if it cannot be read, or if it is a link, a pipe
+/// or a directory, for which nothing must wait.
+std::string read_output(const std::string& path);
+
 /// Whether there is a file, folder or link of that name. A link is not followed.
 bool is_entry(const std::string& path);
 
