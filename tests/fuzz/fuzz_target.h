@@ -33,6 +33,9 @@ inline std::string scratch(const std::string& name) {
 /// Writes a file of this process and returns its path.
 inline std::string written(const std::string& name, std::string_view text) {
   const std::string path = scratch(name);
+  // A new file. Some file systems write a file that is overwritten to the disk at once, which takes
+  // milliseconds.
+  std::filesystem::remove(path);
   std::ofstream(path, std::ios::binary) << text;
   return path;
 }
