@@ -45,7 +45,7 @@ class WindowTest : public testing::Test {
     window_->show();
     QApplication::setActiveWindow(
         window_.get());  // no window manager does it, and shortcuts need it
-    ASSERT_TRUE(QTest::qWaitForWindowExposed(window_.get()));
+    ASSERT_TRUE(QTest::qWaitForWindowExposed(window_.get(), 30000));
   }
 
   void open(const QString& path) {
@@ -135,7 +135,7 @@ class WindowTest : public testing::Test {
     // an active window.
     if (!window_->isActiveWindow()) {
       window_->activateWindow();
-      EXPECT_TRUE(QTest::qWaitForWindowActive(&*window_, 5000));
+      EXPECT_TRUE(QTest::qWaitForWindowActive(&*window_, 30000));
     }
     QTest::keyClick(window_->body_view()->canvas(), static_cast<Qt::Key>(key), modifiers);
   }
