@@ -18,7 +18,8 @@ if(TETRACTION_SANITIZE)
     message(FATAL_ERROR "TETRACTION_SANITIZE is ${TETRACTION_SANITIZE}; it must be address or thread")
   endif()
   target_compile_options(tetraction_options INTERFACE
-    -O1 -g1 -fno-omit-frame-pointer ${sanitizer_options_${TETRACTION_SANITIZE}})
+    -O1 -g1 -fno-omit-frame-pointer ${sanitizer_options_${TETRACTION_SANITIZE}}
+    -Wno-maybe-uninitialized)  # GCC 12 with sanitizers reports its own _mm_undefined_pd()
   target_link_options(tetraction_options INTERFACE ${sanitizer_options_${TETRACTION_SANITIZE}})
 endif()
 # Release is -O3; assertions stay out of it.
