@@ -8,6 +8,8 @@
 
 #include "core/decompositions.h"
 #include "tetraction/core/error.h"
+#include "tetraction/fem/rest_state.h"
+#include "tetraction/mesh/edge_vertices.h"
 
 namespace tetraction {
 namespace {
@@ -26,24 +28,51 @@ Vector3 position(const TetMesh& mesh, Index v) {
   return mesh.vertices[static_cast<std::size_t>(v)];
 }
 
+// ∫ N_a dA of the six nodes of a quadratic face, by the rule with three points at the middles of the
+// edges, exact for degree 2: there N_a is 1 at its own node and 0 at all others, so that corners get
+// nothing. A third of the area of a flat face belongs to each middle.
+void add_quadratic_face(const TetMesh& mesh, const std::vector<Index>& v,
+                        std::map<Index, double>& weight_of) {
+  std::array<Vector3, 6> x;
+  for (std::size_t a = 0; a < 6; ++a) x[a] = position(mesh, v[a]);
+  // ∂x/∂ξ and ∂x/∂η of x = Σ N_a x_a at the points (½, 0), (½, ½) and (0, ½).
+  const auto area = [](const Vector3& along, const Vector3& across) {
+    return 0.5 * along.cross(across).norm();
+  };
+  const Vector3 chord_01 = x[1] - x[0];
+  const Vector3 chord_12 = x[2] - x[1];
+  const Vector3 chord_20 = x[0] - x[2];
+  weight_of[v[3]] += area(chord_01, -x[0] - x[2] - 2.0 * x[3] + 2.0 * x[4] + 2.0 * x[5]) / 3.0;
+  weight_of[v[4]] += area(chord_12, -x[1] - x[0] - 2.0 * x[4] + 2.0 * x[5] + 2.0 * x[3]) / 3.0;
+  weight_of[v[5]] += area(chord_20, -x[2] - x[1] - 2.0 * x[5] + 2.0 * x[3] + 2.0 * x[4]) / 3.0;
+}
+
 }  // namespace
 
 LoadDistribution surface_distribution(const TetMesh& mesh,
                                       const std::vector<std::array<Index, 3>>& triangles) {
   std::map<Index, double> weight_of;
-  for (const auto& [a, b, c] : triangles) {
-    const Vector3 x = position(mesh, a);
-    const double area = 0.5 * (position(mesh, b) - x).cross(position(mesh, c) - x).norm();
-    for (const Index v : {a, b, c}) weight_of[v] += area / 3.0;
+  const EdgeVertices edges(mesh);
+  for (const auto& face : triangles) {
+    const std::vector<Index> v = edges.of_face(face);
+    if (v.size() == 6) {
+      add_quadratic_face(mesh, v, weight_of);
+      continue;
+    }
+    const Vector3 x = position(mesh, v[0]);
+    const double area = 0.5 * (position(mesh, v[1]) - x).cross(position(mesh, v[2]) - x).norm();
+    for (const Index own : face) weight_of[own] += area / 3.0;
   }
   return make_distribution(weight_of);
 }
 
 LoadDistribution volume_distribution(const TetMesh& mesh, const std::vector<Index>& tetrahedra) {
+  const RestState rest(mesh);
   std::map<Index, double> weight_of;
   for (const Index e : tetrahedra) {
-    for (const Index v : mesh.tetrahedra[static_cast<std::size_t>(e)]) {
-      weight_of[v] += mesh.volume(e) / 4.0;
+    int a = 0;
+    for (const Index v : rest.nodes(e)) {
+      weight_of[v] += rest.volume(e) * rest.mass_fraction(a++);
     }
   }
   return make_distribution(weight_of);
@@ -53,7 +82,8 @@ LoadDistribution mass_distribution(const MechanicalSystem& system,
                                    const std::vector<Index>& tetrahedra) {
   std::map<Index, double> weight_of;
   for (const Index e : tetrahedra) {
-    for (const Index v : system.rest().nodes(e)) weight_of[v] += system.mass_share(e);
+    int a = 0;
+    for (const Index v : system.rest().nodes(e)) weight_of[v] += system.mass_share(e, a++);
   }
   return make_distribution(weight_of);
 }

@@ -109,8 +109,8 @@ DerivativeErrors check_derivatives(const ElasticPotential& potential, const Vect
   for (Index e = 0; e < rest.element_count(); ++e) {
     ElasticPotential::ElementTerms exact;
     potential.element_terms(e, q, true, exact);
-    const double step = kStep * shortest_edge(rest.gather(q, e));
-    for (int j = 0; j < Shape::kDofs; ++j) {
+    const double step = kStep * shortest_edge(rest.gather(q, rest.points_per_element() * e));
+    for (Index j = 0; j < exact.gradient.size(); ++j) {
       const Index dof = 3 * rest.nodes(e)[static_cast<std::size_t>(j / 3)] + j % 3;
       ElasticPotential::ElementTerms above;
       ElasticPotential::ElementTerms below;
@@ -125,9 +125,8 @@ DerivativeErrors check_derivatives(const ElasticPotential& potential, const Vect
       const double analytic = exact.gradient.data()[j];
       force_error += std::pow((above.energy - below.energy) / width - analytic, 2);
       force_norm += analytic * analytic;
-      const Shape::NodeMatrix column = (above.gradient - below.gradient) / width;
-      stiffness_error +=
-          (Eigen::Map<const Shape::DofVector>(column.data()) - exact.hessian.col(j)).squaredNorm();
+      const Matrix column = (above.gradient - below.gradient) / width;
+      stiffness_error += (column.reshaped() - exact.hessian.col(j)).squaredNorm();
       stiffness_norm += exact.hessian.col(j).squaredNorm();
     }
   }
@@ -143,8 +142,8 @@ Vector strained_state(const ElasticPotential& potential, const Vector& q, double
 
   double edge = std::numeric_limits<double>::infinity();
   const RestState& rest = potential.rest();
-  for (Index e = 0; e < rest.element_count(); ++e) {
-    edge = std::min(edge, shortest_edge(rest.gather(q, e)));
+  for (Index i = 0; i < rest.point_count(); ++i) {
+    edge = std::min(edge, shortest_edge(rest.gather(q, i)));
   }
   std::mt19937 random(20060901);
   std::uniform_real_distribution<double> jitter(-0.2 * edge, 0.2 * edge);

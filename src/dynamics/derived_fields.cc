@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 #include <cmath>
+#include <limits>
 
 #include "core/decompositions.h"
 #include "proper_rotation.h"
@@ -10,8 +11,22 @@
 namespace tetraction {
 namespace {
 
-Matrix3 cauchy_stress(const MechanicalSystem& system, Index e, const Vector& q, const Matrix3& f) {
-  const Matrix3 stress = system.elastic().first_piola(e, q) * f.transpose() / f.determinant();
+// Calls body(point, share of its volume in that of the element, F) for the points of element e.
+template <class Body>
+void for_each_point(const RestState& rest, Index e, const Vector& q, const Body& body) {
+  const int points = rest.points_per_element();
+  const double volume = points == 1 ? 1.0 : rest.volume(e);
+  for (int p = 0; p < points; ++p) {
+    const Index i = points * e + p;
+    const auto point = rest.point(i);
+    body(i, points == 1 ? 1.0 : point.weights[0] / volume,
+         deformation_gradient(point, 0, rest.gather(q, i)));
+  }
+}
+
+Matrix3 point_stress(const MechanicalSystem& system, Index point, const Vector& q,
+                     const Matrix3& f) {
+  const Matrix3 stress = system.elastic().first_piola(point, q) * f.transpose() / f.determinant();
   return 0.5 * (stress + stress.transpose());
 }
 
@@ -24,8 +39,27 @@ Vector6 six_components(const Matrix3& s) {
 }
 
 Matrix3 cauchy_stress(const MechanicalSystem& system, Index e, const Vector& q) {
-  const RestState& rest = system.rest();
-  return cauchy_stress(system, e, q, deformation_gradient(rest.element(e), 0, rest.gather(q, e)));
+  Matrix3 mean = Matrix3::Zero();
+  for_each_point(system.rest(), e, q, [&](Index i, double share, const Matrix3& f) {
+    mean += share * point_stress(system, i, q, f);
+  });
+  return mean;
+}
+
+double volume_ratio(const MechanicalSystem& system, Index e, const Vector& q) {
+  double mean = 0.0;
+  for_each_point(system.rest(), e, q,
+                 [&](Index, double share, const Matrix3& f) { mean += share * f.determinant(); });
+  return mean;
+}
+
+double least_jacobian(const MechanicalSystem& system, Index e, const Vector& q) {
+  double least = std::numeric_limits<double>::infinity();
+  for_each_point(system.rest(), e, q, [&](Index, double, const Matrix3& f) {
+    const double jacobian = f.determinant();
+    if (!(jacobian >= least)) least = jacobian;  // also if it is not a number
+  });
+  return least;
 }
 
 double von_mises(const Matrix3& stress) {
@@ -43,15 +77,22 @@ ElementFields element_fields(const MechanicalSystem& system, const Vector& q) {
   fields.jacobian.resize(1, count);
   Vector densities;
   system.elastic().energy_densities(q, densities);
-  fields.energy_density = densities.transpose();
+  fields.energy_density.setZero(1, count);
   parallel_for(count, 512, [&](Index begin, Index end) {
     for (Index e = begin; e < end; ++e) {
-      const Matrix3 f = deformation_gradient(rest.element(e), 0, rest.gather(q, e));
-      const Matrix3 stress = cauchy_stress(system, e, q, f);
+      Matrix3 stress = Matrix3::Zero();
+      Matrix3 strain = Matrix3::Zero();
+      double ratio = 0.0;
+      for_each_point(rest, e, q, [&](Index i, double share, const Matrix3& f) {
+        stress += share * point_stress(system, i, q, f);
+        strain += share * 0.5 * (f.transpose() * f - Matrix3::Identity());
+        ratio += share * f.determinant();
+        fields.energy_density(0, e) += share * densities[i];
+      });
       fields.cauchy_stress.col(e) = six_components(stress);
-      fields.green_strain.col(e) = six_components(0.5 * (f.transpose() * f - Matrix3::Identity()));
+      fields.green_strain.col(e) = six_components(strain);
       fields.von_mises(0, e) = von_mises(stress);
-      fields.jacobian(0, e) = f.determinant();
+      fields.jacobian(0, e) = ratio;
     }
   });
   return fields;
@@ -66,12 +107,9 @@ Vector von_mises_stress(const MechanicalSystem& system, const Vector& q) {
 }
 
 Vector volume_ratios(const MechanicalSystem& system, const Vector& q) {
-  const RestState& rest = system.rest();
-  Vector values(rest.element_count());
+  Vector values(system.rest().element_count());
   parallel_for(values.size(), 512, [&](Index begin, Index end) {
-    for (Index e = begin; e < end; ++e) {
-      values[e] = deformation_gradient(rest.element(e), 0, rest.gather(q, e)).determinant();
-    }
+    for (Index e = begin; e < end; ++e) values[e] = volume_ratio(system, e, q);
   });
   return values;
 }
@@ -80,8 +118,11 @@ Matrix first_piola_stress(const MechanicalSystem& system, const Vector& q) {
   Matrix stress(9, system.rest().element_count());
   parallel_for(stress.cols(), 512, [&](Index begin, Index end) {
     for (Index e = begin; e < end; ++e) {
-      const Matrix3 p = system.elastic().first_piola(e, q).transpose();
-      stress.col(e) = p.reshaped();
+      Matrix3 mean = Matrix3::Zero();
+      for_each_point(system.rest(), e, q, [&](Index i, double share, const Matrix3&) {
+        mean += share * system.elastic().first_piola(i, q).transpose();
+      });
+      stress.col(e) = mean.reshaped();
     }
   });
   return stress;

@@ -9,9 +9,9 @@ namespace tetraction {
 DiscreteGradientStep::DiscreteGradientStep(const MechanicalSystem& system)
     : StepProblem(system), gradient_(system.elastic()) {
   const RestState& rest = system.rest();
-  slenderness_.reserve(static_cast<std::size_t>(rest.element_count()));
-  for (Index e = 0; e < rest.element_count(); ++e) {
-    slenderness_.push_back(static_cast<float>(rest.element(e).gradients[0].rightCols<3>().norm()));
+  slenderness_.reserve(static_cast<std::size_t>(rest.point_count()));
+  for (Index i = 0; i < rest.point_count(); ++i) {
+    slenderness_.push_back(static_cast<float>(rest.point(i).gradients[0].rightCols<3>().norm()));
   }
 }
 
@@ -110,9 +110,9 @@ void DiscreteGradientStep::linearize(const Vector& u) {
   point_way_ = way_;
   at_end_ = false;
   const RestState& rest = system_.rest();
-  for (Index e = 0; e < rest.element_count() && !at_end_; ++e) {
-    const RestState::Shape::NodeMatrix ways = rest.gather_relative(way_, e);
-    at_end_ = ways.norm() * slenderness_[static_cast<std::size_t>(e)] > kFew;
+  for (Index i = 0; i < rest.point_count() && !at_end_; ++i) {
+    const RestState::Shape::NodeMatrix ways = rest.gather_relative(way_, i);
+    at_end_ = ways.norm() * slenderness_[static_cast<std::size_t>(i)] > kFew;
   }
   set_rate_estimate(u);
   term_hessian(u, HessianForm::kExact, terms_);

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/conjugate_gradients.h"
+#include "fem/element_sums.h"
 #include "proper_rotation.h"
 
 namespace tetraction {
@@ -18,10 +19,10 @@ FirstGuess::FirstGuess(const MechanicalSystem& system, bool prescribed_move)
   if (!prescribed_move) return;
   const RestState& rest = system.rest();
   for (Index e = 0; e < rest.element_count(); ++e) {
-    const RestState::Nodes nodes = rest.nodes(e);
+    const ElementNodes nodes = rest.nodes(e);
     const auto free = std::count_if(nodes.begin(), nodes.end(),
                                     [&](Index v) { return system.coordinates().is_free(v); });
-    if (free > 0 && free < RestState::Shape::kNodes) moved_elements_.push_back(e);
+    if (free > 0 && free < static_cast<Index>(nodes.size())) moved_elements_.push_back(e);
   }
 }
 
@@ -119,13 +120,17 @@ void FirstGuess::keep(const Vector& velocity, double elastic_energy) {
 
 bool FirstGuess::keeps_volumes(const Vector& from, const Vector& x) const {
   constexpr double kFair = 0.2;
-  const auto volume = [&](const Vector& q, Index e) {
-    const RestState::Shape::NodeMatrix nodes = system_.rest().gather_relative(q, e);
+  const RestState& rest = system_.rest();
+  const auto volume = [&](const Vector& q, Index point) {
+    const RestState::Shape::NodeMatrix nodes = rest.gather_relative(q, point);
     return Matrix3(nodes.rightCols<3>()).determinant();
   };
   return std::all_of(moved_elements_.begin(), moved_elements_.end(), [&](Index e) {
-    const double before = volume(from, e);
-    return !(before > 0.0) || volume(x, e) > kFair * before;
+    for (Index i = rest.points_per_element() * e; rest.element_of(i) == e; ++i) {
+      const double before = volume(from, i);
+      if (before > 0.0 && !(volume(x, i) > kFair * before)) return false;
+    }
+    return true;
   });
 }
 
@@ -135,27 +140,34 @@ void FirstGuess::carry_along(const PotentialProblem& problem, Vector& x) const {
   constexpr double kEnough = 1e-4;
   const RestState& rest = system_.rest();
   const FreeCoordinates& free = system_.coordinates();
+  const int points = rest.points_per_element();
   const auto apply = [&](const Vector& u) {
     Vector result = Vector::Zero(u.size());
     for (Index e = 0; e < rest.element_count(); ++e) {
-      const auto element = rest.element(e);
-      const auto& gradients = element.gradients[0];
-      const RestState::Shape::NodeMatrix local =
-          element.weights[0] * rest.gather_relative(u, e) * (gradients.transpose() * gradients);
-      const RestState::Nodes nodes = rest.nodes(e);
-      for (int a = 0; a < RestState::Shape::kNodes; ++a) {
-        vertex_block(result, nodes[static_cast<std::size_t>(a)]) += local.col(a);
+      NodeGradient sum = NodeGradient::Zero(3, rest.nodes_per_element());
+      for (int p = 0; p < points; ++p) {
+        const auto point = rest.point(points * e + p);
+        const auto& gradients = point.gradients[0];
+        add_point_gradient(p,
+                           point.weights[0] * rest.gather_relative(u, points * e + p) *
+                               (gradients.transpose() * gradients),
+                           sum);
       }
+      Index a = 0;
+      for (const Index v : rest.nodes(e)) vertex_block(result, v) += sum.col(a++);
     }
     return result;
   };
   Vector diagonal = Vector::Zero(system_.vertex_count());
   for (Index e = 0; e < rest.element_count(); ++e) {
-    const auto element = rest.element(e);
-    const RestState::Nodes nodes = rest.nodes(e);
-    for (int a = 0; a < RestState::Shape::kNodes; ++a) {
-      diagonal[nodes[static_cast<std::size_t>(a)]] +=
-          element.weights[0] * element.gradients[0].col(a).squaredNorm();
+    for (int p = 0; p < points; ++p) {
+      const auto point = rest.point(points * e + p);
+      NodeGradient gradients = NodeGradient::Zero(3, rest.nodes_per_element());
+      add_point_gradient(p, point.gradients[0], gradients);
+      Index a = 0;
+      for (const Index v : rest.nodes(e)) {
+        diagonal[v] += point.weights[0] * gradients.col(a++).squaredNorm();
+      }
     }
   }
   const Vector inverse_diagonal = free.reduced_mass(diagonal).cwiseInverse();

@@ -76,7 +76,8 @@ MechanicalSystem::MechanicalSystem(TetMesh mesh, const std::vector<BodyRegion>& 
       throw InputError(
           fmt::format("The density must be positive and finite (kg/m³), not {}.", density_[e]));
     }
-    for (const Index v : rest_.nodes(e)) mass_[v] += mass_share(e);
+    int a = 0;
+    for (const Index v : rest_.nodes(e)) mass_[v] += mass_share(e, a++);
   }
   inverse_mass_ = mass_.cwiseInverse();
   total_mass_ = mass_.sum();
@@ -302,9 +303,11 @@ double MechanicalSystem::kinetic_energy(const Vector& momentum) const {
 Vector MechanicalSystem::kinetic_energies_by_region(const Vector& momentum) const {
   Vector energies = Vector::Zero(region_count());
   for (Index e = 0; e < rest_.element_count(); ++e) {
+    const double mass = element_mass(e);
+    int a = 0;
     for (const Index v : rest_.nodes(e)) {
-      energies[region(e)] +=
-          0.5 * mass_share(e) * (vertex_block(momentum, v) / mass_[v]).squaredNorm();
+      energies[region(e)] += 0.5 * mass * rest_.mass_fraction(a++) *
+                             (vertex_block(momentum, v) / mass_[v]).squaredNorm();
     }
   }
   return energies;

@@ -332,7 +332,7 @@ bool PotentialProblem::term_shares(const Vector& u, bool with_hessian, TermShare
 Index PotentialProblem::element_of(Index i, Index j) const {
   if (element_of_edge_.empty()) {
     for (Index e = 0; e < system_.rest().element_count(); ++e) {
-      const auto& nodes = system_.rest().nodes(e);
+      const ElementNodes nodes = system_.rest().nodes(e);
       for (const Index a : nodes) {
         for (const Index b : nodes) {
           if (a < b) element_of_edge_.try_emplace({a, b}, e);
@@ -350,15 +350,13 @@ bool PotentialProblem::element_terms(Index e, const Vector& u, const TermShares*
   const Positions x = elastic_positions(u);
   if (!system_.elastic().element_terms(e, x, with_hessian, result)) return false;
   viscous_.add_element_terms(e, x, with_hessian, result);
-  const double share = system_.mass_share(e);
-  if (terms != nullptr) {
-    result.energy += Shape::kNodes * share / system_.total_mass() * terms->energy;
-  }
+  const double mass = system_.element_mass(e);
+  if (terms != nullptr) result.energy += mass / system_.total_mass() * terms->energy;
   const double room = length_scale();
-  const auto& nodes = system_.rest().nodes(e);
-  for (int a = 0; a < Shape::kNodes; ++a) {
+  const ElementNodes nodes = system_.rest().nodes(e);
+  for (int a = 0; a < static_cast<int>(nodes.size()); ++a) {
     const Index v = nodes[static_cast<std::size_t>(a)];
-    const double fraction = share / system_.mass()[v];
+    const double fraction = mass * system_.rest().mass_fraction(a) / system_.mass()[v];
     const Vector3 k = vertex_block(coefficient_, v);
     for (Index i = 0; i < 3; ++i) {
       const double r = remainder_[3 * v + i];

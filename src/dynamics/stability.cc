@@ -192,7 +192,8 @@ Index critical_element(const MechanicalSystem& system, const CriticalModes& mode
   Index element = -1;
   double most = -1.0;
   for (Index e = 0; e < system.rest().element_count(); ++e) {
-    const double motion = system.rest().gather(mode, e).squaredNorm();
+    double motion = 0.0;
+    for (const Index v : system.rest().nodes(e)) motion += vertex_block(mode, v).squaredNorm();
     if (motion > most) {
       most = motion;
       element = e;

@@ -4,6 +4,7 @@
 #include <functional>
 
 #include "element_blocks.h"
+#include "element_sums.h"
 #include "kernels/tangent_kernels.h"
 #include "tetraction/fem/sparsity_pattern.h"
 
@@ -15,5 +16,11 @@ namespace tetraction {
 void add_block_stiffness(const ElementBlocks& blocks, const ElementBlocks::Block& block,
                          TangentForm form, const double* state, const SparsityPattern& pattern,
                          double* values, const std::function<void(Index)>& other);
+
+/// The matrix of one lane from those that tangent_stiffness() has written.
+LinearTetrahedron::DofMatrix lane_matrix(const double* matrices, int lane);
+
+/// The stiffness matrix of a quadratic element, the first of whose four points is in this lane.
+ElementMatrix quadratic_stiffness(const double* matrices, int lane);
 
 }  // namespace tetraction

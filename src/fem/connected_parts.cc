@@ -18,7 +18,7 @@ std::vector<std::vector<Index>> connected_parts(const RestState& rest,
   };
   const auto join = [&](Index a, Index b) { parent[static_cast<std::size_t>(root(a))] = root(b); };
   for (Index e = 0; e < rest.element_count(); ++e) {
-    const RestState::Nodes nodes = rest.nodes(e);
+    const ElementNodes nodes = rest.nodes(e);
     for (const Index v : nodes) join(nodes[0], v);
   }
   for (const AffineSet& set : sets) {

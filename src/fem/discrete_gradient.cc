@@ -45,8 +45,10 @@ bool DiscreteGradient::run(const Step& step, const Vector* direction) const {
     for (Index b = begin; b < end; ++b) {
       const ElementBlocks::Block& block = blocks_.block(b);
       double* records = records_.data() + ElementBlocks::kRecordSize * block.first_record;
-      std::fill_n(records, ElementBlocks::kRecordSize * block.record_count, 0.0);
-      if (!run_block(b, step, direction, records)) admissible = false;
+      if (!blocks_.sum_local(block, records,
+                             [&](double* local) { return run_block(b, step, direction, local); })) {
+        admissible = false;
+      }
     }
   });
   return admissible;
@@ -60,7 +62,7 @@ bool DiscreteGradient::run_block(Index b, const Step& step, const Vector* direct
   if (model && block.aspect <= kLargestAspect) {
     thread_local AlignedVector<double> fields[4];
     for (AlignedVector<double>& field : fields) {
-      field.resize(static_cast<std::size_t>(ElementBlocks::kRecordSize * block.record_count));
+      field.resize(ElementBlocks::local_size(block));
     }
     StepRecords at;
     at.viscous = step.viscous;
@@ -85,10 +87,10 @@ bool DiscreteGradient::run_block(Index b, const Step& step, const Vector* direct
 
   bool admissible = true;
   const RestState& rest = elastic_.rest();
-  const auto add = [&](Index e, const auto& m, Index batch, int lane) {
-    const auto element = rest.element(e);
+  const auto add = [&](Index i, const auto& m, Index batch, int lane) {
+    const auto point = rest.point(i);
     const auto gradient_of = [&](const Positions& field) {
-      return deformation_gradient(element, 0, rest.gather_relative(field, e));
+      return deformation_gradient(point, 0, rest.gather_relative(field, i));
     };
     const DeformationStep deformation{gradient_of(step.middle), gradient_of(step.way),
                                       step.viscous};
@@ -99,15 +101,16 @@ bool DiscreteGradient::run_block(Index b, const Step& step, const Vector* direct
     const MeanStress mean(m, deformation);
     const Matrix3 p =
         direction == nullptr ? mean.first_piola() : mean.derivative(gradient_of(*direction));
-    const RestState::Shape::NodeMatrix forces = element.weights[0] * p * element.gradients[0];
+    const RestState::Shape::NodeMatrix forces = point.weights[0] * p * point.gradients[0];
     for (int a = 0; a < RestState::Shape::kNodes; ++a) {
       Eigen::Map<Vector3>(records + blocks_.slot(batch, a, lane)) += forces.col(a);
     }
   };
   std::visit(
       [&](const auto& m) {
-        blocks_.for_each_element(block, [&](Index e, Index batch, int lane) {
-          material.with_element(m, e, [&](const auto& own) { add(e, own, batch, lane); });
+        blocks_.for_each_point(block, [&](Index i, Index batch, int lane) {
+          material.with_element(m, rest.element_of(i),
+                                [&](const auto& own) { add(i, own, batch, lane); });
         });
       },
       material.model());

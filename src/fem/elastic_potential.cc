@@ -13,6 +13,7 @@
 
 #include "block_stiffness.h"
 #include "element_blocks.h"
+#include "element_sums.h"
 #include "isotropic_model.h"
 #include "kernels/element_kernels.h"
 #include "kernels/tangent_kernels.h"
@@ -97,32 +98,29 @@ struct ElasticPotential::Impl {
     for (Index b = 0; b < blocks.block_count(); ++b) {
       ElementBlocks::Block& block = blocks.block(b);
       ModulusSums& sums = modulus_sums[static_cast<std::size_t>(block.material)];
-      blocks.for_each_element(block, [&](Index e, Index, int) {
-        const double edge = longest_edge(e);
+      blocks.for_each_point(block, [&](Index i, Index, int) {
+        const double edge = longest_edge(i);
         const double largest_gradient =
-            rest.element(e).gradients[0].colwise().squaredNorm().maxCoeff();
+            rest.point(i).gradients[0].colwise().squaredNorm().maxCoeff();
         block.aspect = std::max(block.aspect, std::sqrt(edge * largest_gradient));
-        sums.add_shape(shape_squared(e), edge);
+        sums.add_shape(shape_squared(i), edge);
       });
     }
     for (std::size_t m = 0; m < materials.size(); ++m) take_parameters(m);
   }
 
-  // (V Σ_a |∇N_a|²)² of element e, m².
-  double shape_squared(Index e) const {
-    const auto element = rest.element(e);
-    const double shape = element.weights[0] * element.gradients[0].squaredNorm();
+  // (V Σ_a |∇N_a|²)² of a point, m².
+  double shape_squared(Index i) const {
+    const auto point = rest.point(i);
+    const double shape = point.weights[0] * point.gradients[0].squaredNorm();
     return shape * shape;
   }
-  // The square of the longest rest edge of element e, m².
-  double longest_edge(Index e) const {
-    const auto nodes = rest.nodes(e);
-    double longest = 0.0;
-    for (std::size_t a = 0; a < nodes.size(); ++a) {
-      for (std::size_t c = 0; c < a; ++c) {
-        longest =
-            std::max(longest, (rest.position(nodes[a]) - rest.position(nodes[c])).squaredNorm());
-      }
+  // The square of the longest rest edge of a point, m².
+  double longest_edge(Index i) const {
+    const Matrix3 edges = rest.point_edges(i);
+    double longest = edges.colwise().squaredNorm().maxCoeff();
+    for (int a = 0; a < 3; ++a) {
+      longest = std::max(longest, (edges.col(a) - edges.col((a + 1) % 3)).squaredNorm());
     }
     return longest;
   }
@@ -147,9 +145,9 @@ struct ElasticPotential::Impl {
       AlignedVector<double>& values = parameters[static_cast<std::size_t>(b)];
       values.clear();
       if (!material.varies()) continue;
-      blocks.for_each_element(block, [&](Index e, Index, int) {
-        sums.add_modulus(modulus_of(initial_lame(material.at(e))), shape_squared(e),
-                         longest_edge(e));
+      blocks.for_each_point(block, [&](Index i, Index, int) {
+        sums.add_modulus(modulus_of(initial_lame(material.at(rest.element_of(i)))),
+                         shape_squared(i), longest_edge(i));
       });
       const Matrix& table = material.parameters();
       const Index count = table.rows();
@@ -157,7 +155,8 @@ struct ElasticPotential::Impl {
       for (Index batch = 0; batch < block.batch_count; ++batch) {
         for (int lane = 0; lane < kBatchLanes; ++lane) {
           // Padding gets the parameters of any element.
-          const Index e = std::max<Index>(0, blocks.element(block.first_batch + batch, lane));
+          const Index e =
+              rest.element_of(std::max<Index>(0, blocks.point(block.first_batch + batch, lane)));
           for (Index k = 0; k < count; ++k) {
             values[static_cast<std::size_t>((batch * count + k) * kBatchLanes + lane)] =
                 table(k, e);
@@ -191,59 +190,59 @@ struct ElasticPotential::Impl {
                       material.model());
   }
 
-  // Calls body(element, material) for all elements of a block. The type of the material is resolved
-  // once.
+  // Calls body(point, material, batch, lane) for all points of a block. The type of the material is
+  // resolved once.
   template <class Body>
   void for_each_of(const ElementBlocks::Block& block, const Body& body) const {
     const MaterialField& material = field(block);
     std::visit(
         [&](const auto& m) {
-          blocks.for_each_element(block, [&](Index e, Index batch, int lane) {
-            material.with_element(m, e, [&](const auto& own) { body(e, own, batch, lane); });
+          blocks.for_each_point(block, [&](Index i, Index batch, int lane) {
+            material.with_element(m, rest.element_of(i),
+                                  [&](const auto& own) { body(i, own, batch, lane); });
           });
         },
         material.model());
   }
 
-  // Calls body(element, material) for all elements.
+  // Calls body(point, material) for all points.
   template <class Body>
   void for_each(const Body& body) const {
     parallel_for(blocks.block_count(), 1, [&](Index begin, Index end) {
       for (Index b = begin; b < end; ++b) {
-        for_each_of(blocks.block(b), [&](Index e, const auto& m, Index, int) { body(e, m); });
+        for_each_of(blocks.block(b), [&](Index i, const auto& m, Index, int) { body(i, m); });
       }
     });
   }
 
-  // Calls body(element, positions of its nodes, material) for all elements where the energy is
-  // defined.
+  // Calls body(point, positions of its nodes, material) for all points where the energy is defined.
   template <class Body>
   EvaluationStatus for_each_admissible(const Positions& q, const Body& body) const {
     FirstFailure failure;
-    for_each([&](Index e, const auto& m) {
-      const Shape::NodeMatrix local = rest.gather_relative(q, e);
-      if (element_admissible<Shape>(rest.element(e), m, local)) {
-        body(e, local, m);
+    for_each([&](Index i, const auto& m) {
+      const Shape::NodeMatrix local = rest.gather_relative(q, i);
+      if (element_admissible<Shape>(rest.point(i), m, local)) {
+        body(i, local, m);
       } else {
-        failure.report(e);
+        failure.report(rest.element_of(i));
       }
     });
     return failure.result();
   }
 
-  // Processes a block one element after the other, where the isotropic kernels cannot be used.
-  // local(e, positions, material, energy) returns the gradient of an element and adds to the energy.
+  // Processes a block one point after the other, where the isotropic kernels cannot be used.
+  // local(point, positions, material, energy) returns the gradient of a point and adds to the energy.
   template <class Local>
   BlockSums scalar_block(const ElementBlocks::Block& block, const Positions& q, double* gradients,
                          const Local& local) const {
     BlockSums sums;
-    for_each_of(block, [&](Index e, const auto& m, Index batch, int lane) {
-      const Shape::NodeMatrix positions = rest.gather_relative(q, e);
-      if (!element_admissible<Shape>(rest.element(e), m, positions)) {
+    for_each_of(block, [&](Index i, const auto& m, Index batch, int lane) {
+      const Shape::NodeMatrix positions = rest.gather_relative(q, i);
+      if (!element_admissible<Shape>(rest.point(i), m, positions)) {
         sums.admissible = false;
         return;
       }
-      const Shape::NodeMatrix g = local(e, positions, m, sums.energy);
+      const Shape::NodeMatrix g = local(i, positions, m, sums.energy);
       if (gradients == nullptr) return;
       for (int a = 0; a < Shape::kNodes; ++a) {
         Eigen::Map<Vector3>(gradients + blocks.slot(batch, a, lane)) += g.col(a);
@@ -261,12 +260,12 @@ struct ElasticPotential::Impl {
     parallel_for(blocks.block_count(), 1, [&](Index begin, Index end) {
       for (Index b = begin; b < end; ++b) {
         const ElementBlocks::Block& block = blocks.block(b);
-        double* gradients = nullptr;
-        if (with_gradient) {
-          gradients = records.data() + ElementBlocks::kRecordSize * block.first_record;
-          std::fill_n(gradients, ElementBlocks::kRecordSize * block.record_count, 0.0);
-        }
-        const BlockSums sums = run_block(b, q, gradients);
+        const BlockSums sums =
+            with_gradient
+                ? blocks.sum_local(block,
+                                   records.data() + ElementBlocks::kRecordSize * block.first_record,
+                                   [&](double* gradients) { return run_block(b, q, gradients); })
+                : run_block(b, q, nullptr);
         energies[static_cast<std::size_t>(b)] = sums.energy;
         if (!sums.admissible) admissible = false;
       }
@@ -289,15 +288,15 @@ struct ElasticPotential::Impl {
     const std::optional<IsotropicModel> model = isotropic_model(field(block).model());
     if (!model || (q.displacement() != nullptr && loses_digits(block, *model))) {
       return scalar_block(block, q, gradients,
-                          [&](Index e, const Shape::NodeMatrix& local, const auto& m,
+                          [&](Index i, const Shape::NodeMatrix& local, const auto& m,
                               double& energy) -> Shape::NodeMatrix {
-                            const auto element = rest.element(e);
-                            energy += element_energy<Shape>(element, m, local);
-                            return element_gradient<Shape>(element, m, local);
+                            const auto point = rest.point(i);
+                            energy += element_energy<Shape>(point, m, local);
+                            return element_gradient<Shape>(point, m, local);
                           });
     }
     thread_local AlignedVector<double> positions;
-    positions.resize(static_cast<std::size_t>(ElementBlocks::kRecordSize * block.record_count));
+    positions.resize(ElementBlocks::local_size(block));
     blocks.load_records(block, q.origin().data(), positions.data());
     thread_local AlignedVector<double> displacements;
     if (q.displacement() != nullptr) {
@@ -315,10 +314,9 @@ struct ElasticPotential::Impl {
     const ElementBlocks::Block& block = blocks.block(b);
     const std::optional<IsotropicModel> model = isotropic_model(field(block).model());
     const auto add_one = [&](Index e) {
-      with_material(e, [&](const auto& m) {
-        pattern.scatter(e, element_hessian<Shape>(rest.element(e), m, rest.gather_relative(q, e)),
-                        values);
-      });
+      ElementTerms terms;
+      element_terms(e, q, true, terms);
+      pattern.scatter(e, terms.hessian, values);
     };
     if (!model) {
       blocks.for_each_element(block, [&](Index e, Index, int) { add_one(e); });
@@ -327,12 +325,28 @@ struct ElasticPotential::Impl {
     const TangentForm form = tangent_form(*model, false);
     thread_local AlignedVector<double> positions;
     thread_local AlignedVector<double> state;
-    positions.resize(static_cast<std::size_t>(ElementBlocks::kRecordSize * block.record_count));
+    positions.resize(ElementBlocks::local_size(block));
     const auto numbers = static_cast<std::size_t>(tangent_numbers(form)) * kBatchLanes;
     state.resize(numbers * static_cast<std::size_t>(block.batch_count));
     blocks.load_positions(block, q, positions.data());
     prepare_tangent(batches(b), *model, form, positions.data(), state.data());
     add_block_stiffness(blocks, block, form, state.data(), pattern, values, add_one);
+  }
+
+  // See ElasticPotential::element_terms().
+  bool element_terms(Index e, const Positions& q, bool with_hessian, ElementTerms& terms) const {
+    return with_material(e, [&](const auto& material) {
+      clear(rest, with_hessian, terms);
+      const int points = rest.points_per_element();
+      for (int p = 0; p < points; ++p) {
+        const Index i = points * e + p;
+        const Shape::NodeMatrix local = rest.gather_relative(q, i);
+        const auto point = rest.point(i);
+        if (!element_admissible<Shape>(point, material, local)) return false;
+        add_point(p, point, material, local, with_hessian, terms);
+      }
+      return true;
+    });
   }
 
   double total_energy() const {
@@ -437,17 +451,19 @@ EvaluationStatus ElasticPotential::add_hessian(const Positions& q, const Sparsit
 
 void ElasticPotential::product(const Vector& q, const Vector& x, Vector& result) const {
   Impl& s = *impl_;
-  s.records.assign(static_cast<std::size_t>(ElementBlocks::kRecordSize * s.blocks.record_count()),
-                   0.0);
+  s.records.resize(static_cast<std::size_t>(ElementBlocks::kRecordSize * s.blocks.record_count()));
   parallel_for(s.blocks.block_count(), 1, [&](Index begin, Index end) {
     for (Index b = begin; b < end; ++b) {
       const ElementBlocks::Block& block = s.blocks.block(b);
-      s.scalar_block(block, q, s.records.data() + ElementBlocks::kRecordSize * block.first_record,
-                     [&](Index e, const Shape::NodeMatrix& local, const auto& m,
-                         double&) -> Shape::NodeMatrix {
-                       return element_product<Shape>(s.rest.element(e), m, local,
-                                                     s.rest.gather(x, e));
-                     });
+      double* records = s.records.data() + ElementBlocks::kRecordSize * block.first_record;
+      s.blocks.sum_local(block, records, [&](double* local_records) {
+        s.scalar_block(block, q, local_records,
+                       [&](Index i, const Shape::NodeMatrix& local, const auto& m,
+                           double&) -> Shape::NodeMatrix {
+                         return element_product<Shape>(s.rest.point(i), m, local,
+                                                       s.rest.gather(x, i));
+                       });
+      });
     }
   });
   s.blocks.sum_records(s.records, result);
@@ -468,28 +484,20 @@ double BlockAccess::energy(const ElasticPotential& elastic, Index block) {
 
 bool ElasticPotential::element_terms(Index e, const Positions& q, bool with_hessian,
                                      ElementTerms& terms) const {
-  return impl_->with_material(e, [&](const auto& material) {
-    const Shape::NodeMatrix local = impl_->rest.gather_relative(q, e);
-    const auto rest = impl_->rest.element(e);
-    if (!element_admissible<Shape>(rest, material, local)) return false;
-    terms.energy = element_energy<Shape>(rest, material, local);
-    terms.gradient = element_gradient<Shape>(rest, material, local);
-    if (with_hessian) terms.hessian = element_hessian<Shape>(rest, material, local);
-    return true;
-  });
+  return impl_->element_terms(e, q, with_hessian, terms);
 }
 
 void ElasticPotential::energy_densities(const Vector& q, Vector& densities) const {
-  densities.setZero(impl_->rest.element_count());
-  impl_->for_each_admissible(q, [&](Index e, const Shape::NodeMatrix& local, const auto& material) {
-    densities[e] = material.energy_density(deformation_gradient(impl_->rest.element(e), 0, local));
+  densities.setZero(impl_->rest.point_count());
+  impl_->for_each_admissible(q, [&](Index i, const Shape::NodeMatrix& local, const auto& material) {
+    densities[i] = material.energy_density(deformation_gradient(impl_->rest.point(i), 0, local));
   });
 }
 
-Matrix3 ElasticPotential::first_piola(Index e, const Vector& q) const {
-  return impl_->with_material(e, [&](const auto& material) -> Matrix3 {
-    return material.first_piola(
-        deformation_gradient(impl_->rest.element(e), 0, impl_->rest.gather(q, e)));
+Matrix3 ElasticPotential::first_piola(Index point, const Vector& q) const {
+  const RestState& rest = impl_->rest;
+  return impl_->with_material(rest.element_of(point), [&](const auto& material) -> Matrix3 {
+    return material.first_piola(deformation_gradient(rest.point(point), 0, rest.gather(q, point)));
   });
 }
 

@@ -1,5 +1,7 @@
 #include "element_blocks.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/LU>
 #include <algorithm>
 #include <limits>
@@ -14,14 +16,18 @@ namespace {
 // A block of this size has about 300 vertices. Their positions and forces take 20 KiB, which fits the
 // first-level cache.
 constexpr Index kBlockElements = 1024;
+// The local records of such a block take 50 KiB.
+constexpr Index kQuadraticBlockElements = 128;
 
 }  // namespace
 
 ElementBlocks::ElementBlocks(const RestState& rest, const std::vector<int>& material_of_element,
-                             std::size_t materials) {
+                             std::size_t materials)
+    : points_(rest.points_per_element()) {
   const Index n = rest.element_count();
-  if (n > std::numeric_limits<std::int32_t>::max() / (4 * kRecordSize)) {
-    throw InputError("The mesh has more than 2^27 tetrahedra: that is not supported.");
+  if (points_ * n > std::numeric_limits<std::int32_t>::max() / (4 * kRecordSize)) {
+    throw InputError(fmt::format("The mesh has more than 2^{} tetrahedra: that is not supported.",
+                                 is_quadratic() ? 25 : 27));
   }
   std::vector<Index> order;
   {
@@ -37,17 +43,19 @@ ElementBlocks::ElementBlocks(const RestState& rest, const std::vector<int>& mate
                      [&](Index a, Index b) { return material(a) < material(b); });
   }
   std::vector<std::int32_t> record_of_vertex(static_cast<std::size_t>(rest.vertex_count()), -1);
-  const auto lanes = static_cast<std::size_t>(n + kBatchLanes * materials) +
-                     static_cast<std::size_t>(n / kBlockElements + 1) * kBatchLanes;
+  const Index most = is_quadratic() ? kQuadraticBlockElements : kBlockElements;
+  const auto lanes = static_cast<std::size_t>(points_ * n) +
+                     (materials + static_cast<std::size_t>(n / most + 1)) * kBatchLanes;
   rest_numbers_.reserve(lanes * kRestNumbers);
   slots_.reserve(lanes * 4);
-  element_.reserve(lanes);
+  point_.reserve(lanes);
+  if (is_quadratic()) node_records_.reserve(static_cast<std::size_t>(n));
   for (Index begin = 0; begin < n;) {
     const int m = material(order[static_cast<std::size_t>(begin)]);
     const auto same = std::upper_bound(order.begin() + begin, order.end(), m,
                                        [&](int value, Index e) { return value < material(e); });
     const Index count = same - order.begin() - begin;
-    const Index parts = (count + kBlockElements - 1) / kBlockElements;
+    const Index parts = (count + most - 1) / most;
     for (Index p = 0; p < parts; ++p) {
       add_block(rest, order, begin + count * p / parts, begin + count * (p + 1) / parts, m,
                 record_of_vertex);
@@ -76,13 +84,15 @@ void ElementBlocks::add_block(const RestState& rest, const std::vector<Index>& o
                               std::vector<std::int32_t>& record_of_vertex) {
   Block block;
   block.material = material;
-  block.first_batch = static_cast<Index>(element_.size()) / kBatchLanes;
-  block.batch_count = (end - begin + kBatchLanes - 1) / kBatchLanes;
+  block.first_batch = batch_count();
+  block.element_count = end - begin;
+  block.batch_count = (points_ * block.element_count + kBatchLanes - 1) / kBatchLanes;
   block.first_record = record_count();
-  const auto lanes = static_cast<std::size_t>(block.batch_count) * kBatchLanes;
-  element_.resize(element_.size() + lanes, -1);
-  rest_numbers_.resize(element_.size() * kRestNumbers);
-  slots_.resize(element_.size() * 4);
+  block.first_element = static_cast<Index>(node_records_.size());
+  const Index lanes = block.batch_count * kBatchLanes;
+  point_.resize(point_.size() + static_cast<std::size_t>(lanes), -1);
+  rest_numbers_.resize(point_.size() * kRestNumbers);
+  slots_.resize(point_.size() * 4);
   // Records are in the order of their first use. Neighbouring vertices are then near in memory.
   for (Index i = begin; i < end; ++i) {
     for (const Index v : rest.nodes(order[static_cast<std::size_t>(i)])) {
@@ -92,37 +102,65 @@ void ElementBlocks::add_block(const RestState& rest, const std::vector<Index>& o
       record_vertex_.push_back(static_cast<std::int32_t>(v));
     }
   }
-  const bool padded = end - begin < static_cast<Index>(lanes);
-  if (padded) record_vertex_.insert(record_vertex_.end(), 4, -1);
-  block.record_count = record_count() - block.first_record;
-  for (Index i = 0; i < static_cast<Index>(lanes); ++i) {
-    const int lane = static_cast<int>(i / block.batch_count);
-    const Index batch = block.first_batch + i % block.batch_count;
-    std::array<std::int32_t, 4> records{};
-    const Index e = begin + i < end ? order[static_cast<std::size_t>(begin + i)] : -1;
-    for (std::size_t a = 0; a < 4; ++a) {
-      const std::int32_t record =
-          e < 0 ? static_cast<std::int32_t>(record_vertex_.size() - 4 + a)
-                : record_of_vertex[static_cast<std::size_t>(rest.nodes(e)[a])];
-      records[a] = static_cast<std::int32_t>(record - block.first_record);
+  const auto record = [&](Index v) {
+    return record_of_vertex[static_cast<std::size_t>(v)] - block.first_record;
+  };
+  const Index padding = is_padded(block) ? 4 : 0;
+  if (is_quadratic()) {
+    for (Index i = begin; i < end; ++i) {
+      const ElementNodes nodes = rest.nodes(order[static_cast<std::size_t>(i)]);
+      auto& own = node_records_.emplace_back();
+      for (std::size_t a = 0; a < own.size(); ++a) {
+        own[a] = static_cast<std::uint16_t>(record(nodes[a]));
+      }
     }
-    set_lane(rest, batch, lane, e, records);
+    block.local_count = kFirstEdge + QuadraticPoints::kEdges * block.element_count + padding;
+  } else {
+    record_vertex_.insert(record_vertex_.end(), static_cast<std::size_t>(padding), -1);
+    block.local_count = record_count() - block.first_record;
+  }
+  block.record_count = record_count() - block.first_record;
+  for (Index i = 0; i < lanes; ++i) {
+    std::array<Index, 4> records{};
+    for (Index a = 0; a < 4; ++a) {
+      records[static_cast<std::size_t>(a)] = block.local_count - 4 + a;
+    }
+    if (is_quadratic()) {
+      const Index m = i / points_;
+      if (m < block.element_count) {
+        const Index edge = kFirstEdge + 3 * i;
+        records = {i % kBatchLanes, edge, edge + 1, edge + 2};
+      }
+      const Index point = m < block.element_count
+                              ? points_ * order[static_cast<std::size_t>(begin + m)] + i % points_
+                              : -1;
+      set_lane(rest, block.first_batch + i / kBatchLanes, static_cast<int>(i % kBatchLanes), point,
+               records);
+      continue;
+    }
+    const Index e = i < block.element_count ? order[static_cast<std::size_t>(begin + i)] : -1;
+    if (e >= 0) {
+      const ElementNodes nodes = rest.nodes(e);
+      for (std::size_t a = 0; a < 4; ++a) records[a] = record(nodes[a]);
+    }
+    set_lane(rest, block.first_batch + i % block.batch_count,
+             static_cast<int>(i / block.batch_count), e, records);
   }
   blocks_.push_back(block);
 }
 
-void ElementBlocks::set_lane(const RestState& rest, Index batch, int lane, Index element,
-                             const std::array<std::int32_t, 4>& records) {
+void ElementBlocks::set_lane(const RestState& rest, Index batch, int lane, Index point,
+                             const std::array<Index, 4>& records) {
   const auto index = static_cast<std::size_t>(batch * kBatchLanes + lane);
-  element_[index] = static_cast<std::int32_t>(element);
+  point_[index] = static_cast<std::int32_t>(point);
   for (std::size_t a = 0; a < 4; ++a) {
     slots_[(4 * static_cast<std::size_t>(batch) + a) * kBatchLanes +
            static_cast<std::size_t>(lane)] = static_cast<std::uint16_t>(kRecordSize * records[a]);
   }
   Matrix3 vg = Matrix3::Identity() / 6.0;
   double six_volume = 1.0;
-  if (element >= 0) {
-    const auto& data = rest.element(element);
+  if (point >= 0) {
+    const auto& data = rest.point(point);
     const auto inverse_transpose = data.gradients[0].rightCols<3>();  // D_m⁻ᵀ
     vg = data.weights[0] * inverse_transpose.transpose() * inverse_transpose;
     six_volume = 6.0 * data.weights[0];
@@ -168,7 +206,7 @@ void ElementBlocks::load_positions(const Block& block, const Positions& x, doubl
   load_records(block, x.origin().data(), records);
   if (x.displacement() == nullptr) return;
   thread_local AlignedVector<double> displacements;
-  displacements.resize(static_cast<std::size_t>(kRecordSize * block.record_count));
+  displacements.resize(local_size(block));
   load_displacements(block, x.displacement()->data(), displacements.data());
   for (std::size_t i = 0; i < displacements.size(); ++i) records[i] += displacements[i];
 }

@@ -9,15 +9,24 @@
 // A batch has one element in each of its kBatchLanes lanes. Lane l of batch b has the element
 // l × batches + b of the block. The elements of a batch are therefore far apart, and its lanes
 // seldom add to the same record.
+//
+// A quadratic element has four lanes of a batch, one for each of its quadrature points. The kernels
+// see a point as a linear tetrahedron (quadratic_points.h). Therefore a block has two kinds of
+// records: those of its vertices, and the *local* records that the kernels work on. For linear
+// elements they are the same. For quadratic ones the local records are the edges of the points, with a
+// record of zeros as their common first node, and the functions that load records form them.
 #pragma once
 
 #include <tbb/cache_aligned_allocator.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
+#include <type_traits>
 #include <vector>
 
 #include "kernels/element_kernels.h"
+#include "quadratic_points.h"
 #include "tetraction/fem/elastic_potential.h"
 #include "tetraction/fem/rest_state.h"
 #include "tetraction/fem/sparsity_pattern.h"
@@ -40,11 +49,15 @@ class ElementBlocks {
     Index batch_count = 0;
     Index first_record = 0;
     Index record_count = 0;  ///< with the records of padding elements
+    Index local_count = 0;   ///< number of local records
+    Index first_element =
+        0;  ///< quadratic elements only: their place in the list of records of nodes
+    Index element_count = 0;
     int material = 0;
     double aspect = 0.0;  ///< largest ratio of the longest edge to the least height of an element
   };
 
-  /// `material_of_element` may be empty if there is one material only.
+  /// `material_of_element` may be empty if there is one material only. Keeps no reference.
   ElementBlocks(const RestState& rest, const std::vector<int>& material_of_element,
                 std::size_t materials);
 
@@ -61,31 +74,64 @@ class ElementBlocks {
     return {rest_numbers_.data() + first * kRestNumbers, slots_.data() + 4 * first,
             static_cast<std::ptrdiff_t>(block.batch_count)};
   }
-  /// The element in a lane, or −1 for padding.
-  Index element(Index batch, int lane) const {
-    return element_[static_cast<std::size_t>(batch * kBatchLanes + lane)];
+  /// The quadrature point in a lane (RestState), or −1 for padding. The points of an element are in
+  /// neighbouring lanes of one batch.
+  Index point(Index batch, int lane) const {
+    return point_[static_cast<std::size_t>(batch * kBatchLanes + lane)];
   }
-  Index batch_count() const { return static_cast<Index>(element_.size()) / kBatchLanes; }
-  /// Calls body(element, batch, lane) for the elements of a block, without the padding.
+  Index batch_count() const { return static_cast<Index>(point_.size()) / kBatchLanes; }
+  bool is_quadratic() const { return points_ > 1; }
+  int points_per_element() const { return points_; }
+  int nodes_per_element() const { return is_quadratic() ? QuadraticPoints::kNodes : 4; }
+  /// Calls body(point, batch, lane) for the points of a block, without the padding.
   template <class Body>
-  void for_each_element(const Block& block, const Body& body) const {
+  void for_each_point(const Block& block, const Body& body) const {
     for (Index batch = block.first_batch; batch < block.first_batch + block.batch_count; ++batch) {
       for (int lane = 0; lane < kBatchLanes; ++lane) {
-        if (const Index e = element(batch, lane); e >= 0) body(e, batch, lane);
+        if (const Index i = point(batch, lane); i >= 0) body(i, batch, lane);
       }
     }
   }
-  /// The slot of a node of the element in a lane: the index of the first number of the node's
-  /// record among the numbers of the block's records.
+  /// Calls body(element, batch, lane of its first point) for the elements of a block.
+  template <class Body>
+  void for_each_element(const Block& block, const Body& body) const {
+    for (Index batch = block.first_batch; batch < block.first_batch + block.batch_count; ++batch) {
+      for (int lane = 0; lane < kBatchLanes; lane += points_) {
+        if (const Index i = point(batch, lane); i >= 0) body(i / points_, batch, lane);
+      }
+    }
+  }
+  /// The slot of a node of the point in a lane: the index of the first number of the node's record
+  /// among the numbers of the block's local records.
   Index slot(Index batch, int node, int lane) const {
     return slots_[static_cast<std::size_t>((4 * batch + node) * kBatchLanes + lane)];
   }
+  /// The record, counted over all blocks, of node a of the element that has this lane.
+  Index record_of_node(const Block& block, Index batch, int lane, int a) const {
+    if (!is_quadratic()) return block.first_record + slot(batch, a, lane) / kRecordSize;
+    const Index element = block.first_element + (kBatchLanes * (batch - block.first_batch) + lane) /
+                                                    QuadraticPoints::kPoints;
+    return block.first_record +
+           node_records_[static_cast<std::size_t>(element)][static_cast<std::size_t>(a)];
+  }
+  /// The number of numbers in the local records of a block.
+  static std::size_t local_size(const Block& block) {
+    return static_cast<std::size_t>(kRecordSize * block.local_count);
+  }
 
-  /// Fills the records of the block from a field with 3 numbers per vertex. Padding elements get the
-  /// nodes of a unit tetrahedron.
+  /// Fills the local records of the block from a field with 3 numbers per vertex. Padding elements
+  /// get the nodes of a unit tetrahedron.
   template <class T, class Source>
   void load_records(const Block& block, const Source* field, T* records) const {
     const std::int32_t* vertex = record_vertex_.data() + block.first_record;
+    if (is_quadratic()) {
+      form_edges(block, records, [&](Index r) {
+        const Source* value = field + 3 * static_cast<Index>(vertex[r]);
+        return Eigen::Matrix<T, kRecordSize, 1>(static_cast<T>(value[0]), static_cast<T>(value[1]),
+                                                static_cast<T>(value[2]), T(0));
+      });
+      return;
+    }
     for (Index r = 0; r < block.record_count; ++r, records += kRecordSize) {
       const Source* value = field + 3 * static_cast<Index>(vertex[r] < 0 ? 0 : vertex[r]);
       records[0] = static_cast<T>(value[0]);
@@ -100,16 +146,15 @@ class ElementBlocks {
   template <class T, class Source>
   void load_displacements(const Block& block, const Source* field, T* records) const {
     load_records(block, field, records);
-    const Index last = block.record_count - 1;
-    if (last >= 0 && record_vertex(block.first_record + last) < 0) {
-      std::fill_n(records + kRecordSize * (last - 3), 4 * kRecordSize, T(0));
+    if (is_padded(block)) {
+      std::fill_n(records + kRecordSize * (block.local_count - 4), 4 * kRecordSize, T(0));
     }
   }
 
-  /// Fills the records of the block with the positions x.
+  /// Fills the local records of the block with the positions x.
   void load_positions(const Block& block, const Positions& x, double* records) const;
 
-  /// Fills the records of the block from a field that has one record of kRecordSize numbers per
+  /// Fills the local records of the block from a field that has one record of kRecordSize numbers per
   /// vertex. If `places` is null, the field is in the order of the vertices. Otherwise places[r] is
   /// the index in the field of the vertex that record r of all blocks belongs to, or −1 for padding.
   template <class T>
@@ -118,12 +163,39 @@ class ElementBlocks {
     using Record = Eigen::Matrix<T, kRecordSize, 1>;
     const std::int32_t* vertex =
         (places == nullptr ? record_vertex_.data() : places) + block.first_record;
+    if (is_quadratic()) {
+      form_edges(block, records, [&](Index r) {
+        return Record(Eigen::Map<const Record, Eigen::Aligned16>(
+            field + kRecordSize * static_cast<Index>(vertex[r])));
+      });
+      return;
+    }
     for (Index r = 0; r < block.record_count; ++r, records += kRecordSize) {
       const T* source = field + kRecordSize * static_cast<Index>(vertex[r] < 0 ? 0 : vertex[r]);
       Eigen::Map<Record, Eigen::Aligned16>{records} =
           Eigen::Map<const Record, Eigen::Aligned16>(source);
     }
     if (block.record_count > 0 && vertex[block.record_count - 1] < 0) fill_padding(records);
+  }
+
+  /// Lets body(local) add to local records of the block, which are zero before, and stores what they
+  /// amount to in the block's records of vertices. Returns what the body returns.
+  template <class T, class Body>
+  auto sum_local(const Block& block, T* records, const Body& body) const {
+    if (!is_quadratic()) {
+      std::fill_n(records, kRecordSize * block.record_count, T(0));
+      return body(records);
+    }
+    thread_local AlignedVector<T> local;
+    local.assign(local_size(block), T(0));
+    if constexpr (std::is_void_v<decltype(body(records))>) {
+      body(local.data());
+      hand_to_nodes(block, local.data(), records);
+    } else {
+      const auto result = body(local.data());
+      hand_to_nodes(block, local.data(), records);
+      return result;
+    }
   }
 
   /// Sets the field at every vertex to the sum of the vertex's records, or adds this sum to the field.
@@ -140,6 +212,65 @@ class ElementBlocks {
   }
 
  private:
+  // Local records of a quadratic block: one record of zeros for each lane, the edges of the elements,
+  // and four of padding. One for each lane, because lanes that add to the same record wait for one
+  // another.
+  static constexpr Index kFirstEdge = kBatchLanes;
+
+  bool is_padded(const Block& block) const {
+    return block.batch_count * kBatchLanes > points_ * block.element_count;
+  }
+
+  // Forms the local records of a quadratic block; node(r) is the value of the vertex of its record r.
+  // Values are taken relative to the first corner of each element, which keeps their digits.
+  template <class T, class Node>
+  void form_edges(const Block& block, T* records, const Node& node) const {
+    using Record = Eigen::Matrix<T, kRecordSize, 1>;
+    thread_local AlignedVector<T> values;
+    values.resize(static_cast<std::size_t>(kRecordSize * block.record_count));
+    const auto value = [&](Index r) {
+      return Eigen::Map<Record, Eigen::Aligned16>(values.data() + kRecordSize * r);
+    };
+    for (Index r = 0; r < block.record_count; ++r) value(r) = node(r);
+    std::fill_n(records, kFirstEdge * kRecordSize, T(0));
+    T* to = records + kFirstEdge * kRecordSize;
+    for (Index e = 0; e < block.element_count; ++e) {
+      const auto& nodes = node_records_[static_cast<std::size_t>(block.first_element + e)];
+      std::array<Record, QuadraticPoints::kNodes> x;
+      const Record origin = value(nodes[0]);
+      for (std::size_t a = 0; a < x.size(); ++a) x[a] = value(nodes[a]) - origin;
+      std::array<Record, QuadraticPoints::kEdges> edges;
+      QuadraticPoints::edges_of(x, edges);
+      for (const Record& edge : edges) {
+        Eigen::Map<Record, Eigen::Aligned16>{to} = edge;
+        to += kRecordSize;
+      }
+    }
+    if (is_padded(block)) fill_padding(records + kRecordSize * block.local_count);
+  }
+
+  // The transpose of form_edges(): sets the records of vertices.
+  template <class T>
+  void hand_to_nodes(const Block& block, const T* local, T* records) const {
+    using Record = Eigen::Matrix<T, kRecordSize, 1>;
+    std::fill_n(records, kRecordSize * block.record_count, T(0));
+    const T* from = local + kFirstEdge * kRecordSize;
+    for (Index e = 0; e < block.element_count; ++e) {
+      std::array<Record, QuadraticPoints::kEdges> edges;
+      for (Record& edge : edges) {
+        edge = Eigen::Map<const Record, Eigen::Aligned16>(from);
+        from += kRecordSize;
+      }
+      std::array<Record, QuadraticPoints::kNodes> x;
+      for (Record& force : x) force.setZero();
+      QuadraticPoints::add_forces(edges, x);
+      const auto& nodes = node_records_[static_cast<std::size_t>(block.first_element + e)];
+      for (std::size_t a = 0; a < x.size(); ++a) {
+        Eigen::Map<Record, Eigen::Aligned16>(records + kRecordSize * Index{nodes[a]}) += x[a];
+      }
+    }
+  }
+
   template <bool kAdd>
   void gather(const AlignedVector<double>& records, Vector& field) const;
 
@@ -152,14 +283,18 @@ class ElementBlocks {
   }
   void add_block(const RestState& rest, const std::vector<Index>& order, Index begin, Index end,
                  int material, std::vector<std::int32_t>& record_of_vertex);
-  void set_lane(const RestState& rest, Index batch, int lane, Index element,
-                const std::array<std::int32_t, 4>& records);
+  void set_lane(const RestState& rest, Index batch, int lane, Index point,
+                const std::array<Index, 4>& records);
 
   std::vector<Block> blocks_;
   AlignedVector<double> rest_numbers_;
   AlignedVector<std::uint16_t> slots_;
-  std::vector<std::int32_t> element_;
+  std::vector<std::int32_t> point_;
   std::vector<std::int32_t> record_vertex_;  // −1 for padding
+  int points_ = 1;                           // per element
+  // Of quadratic elements in the order of the lanes: the records of their nodes, counted from the
+  // first of the block.
+  std::vector<std::array<std::uint16_t, QuadraticPoints::kNodes>> node_records_;
   std::vector<std::int32_t> vertex_record_begin_;
   std::vector<std::int32_t> vertex_records_;
 };

@@ -35,6 +35,17 @@ double density_threshold(const CustomMaterial&) {
   return kAlwaysExamine;
 }
 
+// Whether J is negative at a point of element e.
+bool is_inverted(const RestState& rest, const Vector& q, Index e) {
+  const int points = rest.points_per_element();
+  for (int p = 0; p < points; ++p) {
+    const RestState::Shape::NodeMatrix nodes = rest.gather(q, points * e + p);
+    const Matrix3 edges = nodes.rightCols<3>().colwise() - nodes.col(0);
+    if (jacobian(edges) < 0.0) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 InversionCounter::InversionCounter(const ElasticPotential& elastic) : elastic_(elastic) {
@@ -45,10 +56,11 @@ InversionCounter::InversionCounter(const ElasticPotential& elastic) : elastic_(e
     double least_energy = kNeverExamine;
     std::visit(
         [&](const auto& material) {
-          blocks.for_each_element(block, [&](Index e, Index, int) {
-            const double density =
-                field.with_element(material, e, [](const auto& m) { return density_threshold(m); });
-            least_energy = std::min(least_energy, elastic.rest().volume(e) * density);
+          const RestState& rest = elastic.rest();
+          blocks.for_each_point(block, [&](Index i, Index, int) {
+            const double density = field.with_element(
+                material, rest.element_of(i), [](const auto& m) { return density_threshold(m); });
+            least_energy = std::min(least_energy, rest.point_volume(i) * density);
           });
         },
         field.model());
@@ -85,10 +97,16 @@ Index InversionCounter::count(const Vector& q, bool is_small_step) {
         continue;
       }
       const ElementBlocks::Block& block = blocks.block(b);
-      positions.resize(static_cast<std::size_t>(ElementBlocks::kRecordSize * block.record_count));
+      positions.resize(ElementBlocks::local_size(block));
       blocks.load_records(block, q.data(), positions.data());
       const JacobianSigns signs = jacobian_signs(blocks.batches(block), positions.data());
-      count_of_range += signs.negative;
+      if (blocks.is_quadratic() && signs.negative > 0) {
+        blocks.for_each_element(block, [&](Index e, Index, int) {
+          count_of_range += is_inverted(elastic_.rest(), q, e) ? 1 : 0;
+        });
+      } else {
+        count_of_range += signs.negative;
+      }
       steps_to_skip_[i] = signs.all_above_half ? kStepsToSkip : 0;
     }
     count += count_of_range;
@@ -99,9 +117,7 @@ Index InversionCounter::count(const Vector& q, bool is_small_step) {
 Index InversionCounter::first(const Vector& q) const {
   const RestState& rest = elastic_.rest();
   for (Index e = 0; e < rest.element_count(); ++e) {
-    const RestState::Shape::NodeMatrix nodes = rest.gather(q, e);
-    const Matrix3 edges = nodes.rightCols<3>().colwise() - nodes.col(0);
-    if (jacobian(edges) < 0.0) return e;
+    if (is_inverted(rest, q, e)) return e;
   }
   return -1;
 }

@@ -2,27 +2,50 @@
 
 #include <Eigen/LU>
 
-#include "tetraction/core/parallel.h"
+#include "quadratic_points.h"
 
 namespace tetraction {
 namespace {
 
 using Shape = RestState::Shape;
 
-// D_m = [X1 − X0, X2 − X0, X3 − X0].
-Matrix3 rest_edges(const RestState& rest, Index e) {
-  const RestState::Nodes n = rest.nodes(e);
-  Matrix3 edges;
-  for (int a = 0; a < 3; ++a) {
-    edges.col(a) = rest.position(n[static_cast<std::size_t>(a) + 1]) - rest.position(n[0]);
-  }
-  return edges;
+// The nodes of the point of a quadratic element: zero and the three edges. node(v) is the value at a
+// vertex. Values are taken relative to the first corner, which keeps their digits.
+template <class Node>
+Shape::NodeMatrix quadratic_point(const ElementNodes& nodes, int point, const Node& node) {
+  std::array<Vector3, QuadraticPoints::kNodes> values;
+  const Vector3 origin = node(nodes[0]);
+  for (std::size_t a = 0; a < values.size(); ++a) values[a] = node(nodes[a]) - origin;
+  std::array<Vector3, QuadraticPoints::kEdges> edges;
+  QuadraticPoints::edges_of(values, edges);
+  Shape::NodeMatrix local = Shape::NodeMatrix::Zero();
+  for (int k = 0; k < 3; ++k) local.col(k + 1) = edges[static_cast<std::size_t>(3 * point + k)];
+  return local;
 }
 
 }  // namespace
 
-RestElement<Shape> RestState::element(Index e) const {
-  const Matrix3 edges = rest_edges(*this, e);
+Shape::NodeMatrix RestState::gather_quadratic(const Vector& field, Index i) const {
+  return quadratic_point(nodes(element_of(i)), static_cast<int>(i % 4),
+                         [&](Index v) -> Vector3 { return field.segment<3>(3 * v); });
+}
+
+Matrix3 RestState::point_edges(Index i) const {
+  if (is_quadratic()) {
+    return quadratic_point(nodes(element_of(i)), static_cast<int>(i % 4),
+                           [&](Index v) { return position(v); })
+        .rightCols<3>();
+  }
+  const auto n = tetrahedra_[static_cast<std::size_t>(i)];
+  Matrix3 edges;
+  for (int a = 0; a < 3; ++a) {
+    edges.col(a) = position(n[static_cast<std::size_t>(a) + 1]) - position(n[0]);
+  }
+  return edges;
+}
+
+RestElement<Shape> RestState::point(Index i) const {
+  const Matrix3 edges = point_edges(i);
   RestElement<Shape> element;
   // The rows of D_m⁻¹ are the gradients of N1, N2 and N3. The gradients of all four shape functions
   // add up to zero.
@@ -34,13 +57,16 @@ RestElement<Shape> RestState::element(Index e) const {
 }
 
 double RestState::volume(Index e) const {
-  return rest_edges(*this, e).determinant() / 6.0;
+  const int points = points_per_element();
+  double sum = 0.0;
+  for (int p = 0; p < points; ++p) sum += point_volume(points * e + p);
+  return sum;
 }
 
 Vector3 RestState::center(Index e) const {
   Vector3 sum = Vector3::Zero();
-  for (const Index v : nodes(e)) sum += position(v);
-  return sum / Shape::kNodes;
+  for (const Index v : tetrahedra_[static_cast<std::size_t>(e)]) sum += position(v);
+  return sum / 4.0;
 }
 
 }  // namespace tetraction

@@ -131,26 +131,29 @@ SparsityPattern::SparsityPattern(const RestState& rest, const FreeCoordinates& c
     }
   }
 
-  element_entries_.resize(static_cast<std::size_t>(rest.element_count()));
-  has_element_entries_.assign(element_entries_.size(), 1);
+  const auto node_count = static_cast<std::size_t>(rest.nodes_per_element());
+  const std::size_t pair_count = node_count * (node_count - 1) / 2;
+  const auto element_count = static_cast<std::size_t>(rest.element_count());
+  first_.resize(node_count * element_count);
+  offset_.resize(pair_count * element_count);
+  has_element_entries_.assign(element_count, 1);
   parallel_for(rest.element_count(), 1024, [&](Index begin, Index end) {
     for (Index e = begin; e < end; ++e) {
-      const auto& nodes = rest.nodes(e);
-      ElementEntries& entries = element_entries_[static_cast<std::size_t>(e)];
+      const ElementNodes nodes = rest.nodes(e);
+      int* first = first_.data() + static_cast<std::size_t>(e) * node_count;
+      int* offset = offset_.data() + static_cast<std::size_t>(e) * pair_count;
       for (std::size_t a = 0; a < nodes.size(); ++a) {
         const bool free = coordinates.is_free(nodes[a]);
         if (!free && !coordinates.is_fully_prescribed(nodes[a]))
           has_element_entries_[static_cast<std::size_t>(e)] = 0;
-        entries.first[a] = free ? coordinates.first(nodes[a]) : -1;
+        first[a] = free ? coordinates.first(nodes[a]) : -1;
       }
       if (has_element_entries_[static_cast<std::size_t>(e)] == 0) continue;
-      std::size_t pair = 0;
-      for (std::size_t a = 0; a < 4; ++a) {
-        for (std::size_t c = a + 1; c < 4; ++c, ++pair) {
-          const auto [column, row] = std::minmax(entries.first[a], entries.first[c]);
+      for (std::size_t a = 0; a < node_count; ++a) {
+        for (std::size_t c = a + 1; c < node_count; ++c, ++offset) {
+          const auto [column, row] = std::minmax(first[a], first[c]);
           if (column < 0) continue;
-          entries.offset[pair] =
-              find(row, column) - column_begin_[static_cast<std::size_t>(column)];
+          *offset = find(row, column) - column_begin_[static_cast<std::size_t>(column)];
         }
       }
     }
@@ -206,23 +209,25 @@ void SparsityPattern::scatter_block(const FreeCoordinates::VertexMap& rows,
   }
 }
 
-void SparsityPattern::scatter(Index e, const Shape::DofMatrix& local, double* values) const {
-  if (const ElementEntries* to = element_entries(e)) {
-    constexpr int kDofs = Shape::kDofs;
+void SparsityPattern::scatter(Index e, const Eigen::Ref<const Matrix>& local,
+                              double* values) const {
+  if (const auto to = element_entries(e)) {
     scatter_element(
         *to, column_begin_, [&](int a, int i, int j) { return local(3 * a + i, 3 * a + j); },
-        [&](int k) {
-          return StridedBlock{&local(3 * kNodePairs[k][0], 3 * kNodePairs[k][1]), 1, kDofs};
+        [&](int, int a, int b) {
+          return StridedBlock{local.data() + 3 * a + 3 * b * local.outerStride(), 1,
+                              static_cast<int>(local.outerStride())};
         },
         values);
     return;
   }
-  std::array<FreeCoordinates::VertexMap, Shape::kNodes> maps;
-  for (std::size_t a = 0; a < maps.size(); ++a) maps[a] = coordinates_.map(rest_.nodes(e)[a]);
-  for (int a = 0; a < Shape::kNodes; ++a) {
-    for (int b = 0; b < Shape::kNodes; ++b) {
-      scatter_block(maps[static_cast<std::size_t>(a)], maps[static_cast<std::size_t>(b)],
-                    local.block<3, 3>(3 * a, 3 * b), values);
+  std::vector<FreeCoordinates::VertexMap> maps;
+  for (const Index v : rest_.nodes(e)) maps.push_back(coordinates_.map(v));
+  for (std::size_t a = 0; a < maps.size(); ++a) {
+    for (std::size_t b = 0; b < maps.size(); ++b) {
+      scatter_block(maps[a], maps[b],
+                    local.block<3, 3>(3 * static_cast<Index>(a), 3 * static_cast<Index>(b)),
+                    values);
     }
   }
 }

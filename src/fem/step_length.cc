@@ -11,8 +11,8 @@
 namespace tetraction {
 namespace {
 
-Matrix3 edges(const RestState& rest, const Vector& field, Index e) {
-  const RestState::Shape::NodeMatrix nodes = rest.gather(field, e);
+Matrix3 edges(const RestState& rest, const Vector& field, Index i) {
+  const RestState::Shape::NodeMatrix nodes = rest.gather(field, i);
   return nodes.rightCols<3>().colwise() - nodes.col(0);
 }
 
@@ -54,14 +54,14 @@ double admissible_step(const RestState& rest, const Vector& q, const Vector& d,
   constexpr double kLeastRatio = 0.1;
   double step = 1.0;
   std::mutex mutex;
-  parallel_for(rest.element_count(), 512, [&](Index begin, Index end) {
+  parallel_for(rest.point_count(), 512, [&](Index begin, Index end) {
     double own = 1.0;
-    for (Index e = begin; e < end; ++e) {
-      if (counts && !counts(e)) continue;
-      const Matrix3 current = edges(rest, q, e);
+    for (Index i = begin; i < end; ++i) {
+      if (counts && !counts(rest.element_of(i))) continue;
+      const Matrix3 current = edges(rest, q, i);
       const double det = current.determinant();
       if (!(det > 0.0)) continue;
-      const Matrix3 m = current.inverse() * edges(rest, d, e);
+      const Matrix3 m = current.inverse() * edges(rest, d, i);
       const double a = m.trace();
       const double b = 0.5 * (a * a - (m * m).trace());
       own = std::min(own, admissible_fraction(a, b, m.determinant(), kLeastRatio));

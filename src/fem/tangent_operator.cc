@@ -8,6 +8,7 @@
 #include <cmath>
 #include <utility>
 
+#include "block_stiffness.h"
 #include "core/decompositions.h"
 #include "isotropic_model.h"
 #include "tetraction/core/parallel.h"
@@ -90,7 +91,7 @@ void TangentOperator<T>::set(const Vector& q, const ViscousPotential* viscous,
     thread_local AlignedVector<double> positions;
     for (Index b = begin; b < end; ++b) {
       const ElementBlocks::Block& block = blocks_.block(b);
-      positions.resize(static_cast<std::size_t>(ElementBlocks::kRecordSize * block.record_count));
+      positions.resize(ElementBlocks::local_size(block));
       blocks_.load_records(block, q.data(), positions.data());
       const auto model =
           isotropic_model(elastic_.materials()[static_cast<std::size_t>(block.material)].model());
@@ -116,7 +117,7 @@ void TangentOperator<T>::convexify() {
       T* state = state_.data() + begin_[static_cast<std::size_t>(b)];
       for (Index batch = 0; batch < block.batch_count; ++batch) {
         for (int lane = 0; lane < kBatchLanes; ++lane) {
-          if (blocks_.element(block.first_batch + batch, lane) >= 0) convexify(kind, state + lane);
+          if (blocks_.point(block.first_batch + batch, lane) >= 0) convexify(kind, state + lane);
         }
         state += tangent_numbers(kind) * kBatchLanes;
       }
@@ -178,11 +179,12 @@ void TangentOperator<T>::multiply(const T* x) {
     thread_local AlignedVector<T> local;
     for (Index b = begin; b < end; ++b) {
       const ElementBlocks::Block& block = blocks_.block(b);
-      local.resize(static_cast<std::size_t>(ElementBlocks::kRecordSize * block.record_count));
+      local.resize(ElementBlocks::local_size(block));
       copy_records(block, x, local.data());
-      T* result = records_.data() + ElementBlocks::kRecordSize * block.first_record;
-      std::fill_n(result, ElementBlocks::kRecordSize * block.record_count, T(0));
-      apply_tangent(blocks_.batches(block), form(block), state(b), local.data(), result);
+      T* records = records_.data() + ElementBlocks::kRecordSize * block.first_record;
+      blocks_.sum_local(block, records, [&](T* result) {
+        apply_tangent(blocks_.batches(block), form(block), state(b), local.data(), result);
+      });
     }
   });
 }
@@ -197,6 +199,39 @@ void TangentOperator<T>::element_matrices(Index b, Index batch, double* matrices
   tangent_stiffness(kind, state_in_double, matrices);
 }
 
+// The diagonal block of node a at a point is Σ_kl c_ka c_la K_kl over the nodes k, l of the point, with
+// the coefficients c of quadratic_points.h.
+template <class T>
+void TangentOperator<T>::add_quadratic_diagonal(Index b, AlignedVector<T>& other) {
+  const ElementBlocks::Block& block = blocks_.block(b);
+  alignas(64) double matrices[std::size_t{kStiffnessNumbers} * kBatchLanes];
+  for (Index batch = block.first_batch; batch < block.first_batch + block.batch_count; ++batch) {
+    element_matrices(b, batch - block.first_batch, matrices);
+    for (int lane = 0; lane < kBatchLanes; ++lane) {
+      const Index point = blocks_.point(batch, lane);
+      if (point < 0) continue;
+      const LinearTetrahedron::DofMatrix k = lane_matrix(matrices, lane);
+      const auto p = static_cast<int>(point % QuadraticPoints::kPoints);
+      for (int a = 0; a < QuadraticPoints::kNodes; ++a) {
+        Matrix3 sum = Matrix3::Zero();
+        for (int i = 0; i < 3; ++i) {
+          const double c = QuadraticPoints::coefficient(p, i, a);
+          for (int j = 0; j < 3; ++j) {
+            sum +=
+                c * QuadraticPoints::coefficient(p, j, a) * k.block<3, 3>(3 * (i + 1), 3 * (j + 1));
+          }
+        }
+        const Index at = ElementBlocks::kRecordSize * blocks_.record_of_node(block, batch, lane, a);
+        const auto add = [at](AlignedVector<T>& to, double x, double y, double z) {
+          Eigen::Map<Record>(to.data() + at) += Eigen::Vector4d(x, y, z, 0.0).cast<T>();
+        };
+        add(records_, sum(0, 0), sum(1, 1), sum(2, 2));
+        add(other, sum(0, 1), sum(0, 2), sum(1, 2));
+      }
+    }
+  }
+}
+
 template <class T>
 void TangentOperator<T>::diagonal(AlignedVector<T>& on, AlignedVector<T>& off) {
   AlignedVector<T> other(records_.size());
@@ -204,6 +239,10 @@ void TangentOperator<T>::diagonal(AlignedVector<T>& on, AlignedVector<T>& off) {
   parallel_for(blocks_.block_count(), 1, [&](Index begin, Index end) {
     for (Index b = begin; b < end; ++b) {
       const ElementBlocks::Block& block = blocks_.block(b);
+      if (blocks_.is_quadratic()) {
+        add_quadratic_diagonal(b, other);
+        continue;
+      }
       const auto first = ElementBlocks::kRecordSize * block.first_record;
       add_tangent_diagonal(blocks_.batches(block), form(block), state(b), records_.data() + first,
                            other.data() + first);
@@ -228,7 +267,7 @@ bool TangentOperator<T>::step_is_safe(const T* x) const {
     for (Index b = begin; b < end; ++b) {
       const ElementBlocks::Block& block = blocks_.block(b);
       if (!has(form(block), TangentForm::kSpatial)) continue;  // the law is defined for any J
-      local.resize(static_cast<std::size_t>(ElementBlocks::kRecordSize * block.record_count));
+      local.resize(ElementBlocks::local_size(block));
       copy_records(block, x, local.data());
       if (!tangent_step_is_safe(blocks_.batches(block), form(block), state(b), local.data())) {
         safe = false;

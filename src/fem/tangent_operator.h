@@ -43,7 +43,7 @@ class TangentOperator {
   /// The sum of the records of the vertex at a place, after multiply().
   Eigen::Matrix<T, 4, 1> record_sum(Index place) const { return sum(records_, place); }
 
-  /// The element matrices of a batch of a block, in the format of tangent_stiffness().
+  /// The matrices of the points of a batch of a block, in the format of tangent_stiffness().
   void element_matrices(Index block, Index batch, double* matrices) const;
 
   /// The diagonal 3 × 3 blocks of K: at each place a record (xx yy zz 0) in `on` and a record
@@ -67,6 +67,7 @@ class TangentOperator {
     }
     return total;
   }
+  void add_quadratic_diagonal(Index b, AlignedVector<T>& other);
   TangentForm form(const ElementBlocks::Block& block) const;
   static void convexify(TangentForm kind, T* state);
   const T* state(Index b) const { return state_.data() + begin_[static_cast<std::size_t>(b)]; }

@@ -6,13 +6,12 @@
 
 #include "block_stiffness.h"
 #include "element_blocks.h"
+#include "element_sums.h"
 #include "kernels/viscous_kernels.h"
 #include "tetraction/core/parallel.h"
 
 namespace tetraction {
 namespace {
-
-using Shape = RestState::Shape;
 
 Matrix3 green_strain(const Matrix3& f) {
   return 0.5 * (f.transpose() * f - Matrix3::Identity());
@@ -63,8 +62,8 @@ struct ViscousPotential::Impl {
   const Vector* start = nullptr;  // q_k
   double factor = 0.0;
   bool corrected = false;                 // whether E₀ is not E(q_k)
-  AlignedVector<double> correction;       // c of the elements (viscous_kernels.h)
-  std::vector<std::int32_t> lane_index;   // batch × kBatchLanes + lane of each element
+  AlignedVector<double> correction;       // c of the points (viscous_kernels.h)
+  std::vector<std::int32_t> lane_index;   // batch × kBatchLanes + lane of each point
   mutable AlignedVector<double> records;  // forces, per record
   mutable std::vector<double> energies;   // per block
 
@@ -79,10 +78,10 @@ struct ViscousPotential::Impl {
   // Computes lane_index when it is first needed.
   void find_lane_indices() {
     if (!lane_index.empty()) return;
-    lane_index.resize(static_cast<std::size_t>(rest.element_count()));
+    lane_index.resize(static_cast<std::size_t>(rest.point_count()));
     for (Index b = 0; b < blocks.block_count(); ++b) {
-      blocks.for_each_element(blocks.block(b), [&](Index e, Index batch, int lane) {
-        lane_index[static_cast<std::size_t>(e)] =
+      blocks.for_each_point(blocks.block(b), [&](Index i, Index batch, int lane) {
+        lane_index[static_cast<std::size_t>(i)] =
             static_cast<std::int32_t>(batch * kBatchLanes + lane);
       });
     }
@@ -90,21 +89,21 @@ struct ViscousPotential::Impl {
         static_cast<std::size_t>(blocks.batch_count() * kViscousNumbers * kBatchLanes));
   }
 
-  // The density of element e.
-  ViscousDensity density(Index e) const {
-    const auto element = rest.element(e);
-    const Matrix3 f = deformation_gradient(element, 0, rest.gather_relative(*start, e));
+  // The density of a point.
+  ViscousDensity density(Index i) const {
+    const auto point = rest.point(i);
+    const Matrix3 f = deformation_gradient(point, 0, rest.gather_relative(*start, i));
     Matrix3 strain = green_strain(f);
     if (corrected) {
-      const std::int32_t at = lane_index[static_cast<std::size_t>(e)];
+      const std::int32_t at = lane_index[static_cast<std::size_t>(i)];
       const double* c = correction.data() +
                         Index{at / kBatchLanes} * kViscousNumbers * kBatchLanes + at % kBatchLanes;
       constexpr int kEntries[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
       Matrix3 correction_matrix;
-      for (int i = 0; i < 3; ++i) {
-        for (int j = 0; j < 3; ++j) correction_matrix(i, j) = c[kEntries[i][j] * kBatchLanes];
+      for (int j = 0; j < 3; ++j) {
+        for (int k = 0; k < 3; ++k) correction_matrix(j, k) = c[kEntries[j][k] * kBatchLanes];
       }
-      const Matrix3 b = element.gradients[0].rightCols<3>();
+      const Matrix3 b = point.gradients[0].rightCols<3>();
       strain -= 0.5 * b * correction_matrix * b.transpose();
     }
     return {factor, strain};
@@ -128,18 +127,15 @@ struct ViscousPotential::Impl {
     thread_local AlignedVector<double> position_records;
     thread_local AlignedVector<double> displacement_records;
     const ElementBlocks::Block& block = blocks.block(b);
-    position_records.resize(
-        static_cast<std::size_t>(ElementBlocks::kRecordSize * block.record_count));
+    position_records.resize(ElementBlocks::local_size(block));
     displacement_records.resize(position_records.size());
     blocks.load_records(block, positions.data(), position_records.data());
     blocks.load_displacements(block, displacements.data(), displacement_records.data());
     return {position_records.data(), displacement_records.data()};
   }
 
-  double* cleared_records(const ElementBlocks::Block& block) const {
-    double* own = records.data() + ElementBlocks::kRecordSize * block.first_record;
-    std::fill_n(own, ElementBlocks::kRecordSize * block.record_count, 0.0);
-    return own;
+  double* records_of(const ElementBlocks::Block& block) const {
+    return records.data() + ElementBlocks::kRecordSize * block.first_record;
   }
 
   double energy(const Vector& displacement, bool with_gradient) const {
@@ -148,10 +144,14 @@ struct ViscousPotential::Impl {
     for_each_block(*start, displacement,
                    [&](Index b, const ElementBlocks::Block& block, const double* positions,
                        const double* displacements) {
+                     const auto run = [&](double* gradients) {
+                       return viscous_gradient(
+                           blocks.batches(block),
+                           {factor, positions, displacements, correction_of(block)}, gradients);
+                     };
                      energies[static_cast<std::size_t>(b)] =
-                         viscous_gradient(blocks.batches(block),
-                                          {factor, positions, displacements, correction_of(block)},
-                                          with_gradient ? cleared_records(block) : nullptr);
+                         with_gradient ? blocks.sum_local(block, records_of(block), run)
+                                       : run(nullptr);
                    });
     double sum = 0.0;
     for (const double of_block : energies) sum += of_block;
@@ -187,8 +187,10 @@ void ViscousPotential::add_force(double viscosity, const Vector& q, const Vector
   s.for_each_block(q, v,
                    [&](Index, const ElementBlocks::Block& block, const double* positions,
                        const double* velocities) {
-                     add_viscous_force(s.blocks.batches(block), viscosity, positions, velocities,
-                                       s.cleared_records(block));
+                     s.blocks.sum_local(block, s.records_of(block), [&](double* forces) {
+                       add_viscous_force(s.blocks.batches(block), viscosity, positions, velocities,
+                                         forces);
+                     });
                    });
   s.blocks.add_record_sums(s.records, force);
 }
@@ -236,18 +238,17 @@ void ViscousPotential::add_hessian(const Vector& displacement, const SparsityPat
       for (Index i = begin; i < end; ++i) {
         const Index b = color[static_cast<std::size_t>(i)];
         const ElementBlocks::Block& block = s.blocks.block(b);
-        positions.resize(static_cast<std::size_t>(ElementBlocks::kRecordSize * block.record_count));
+        positions.resize(ElementBlocks::local_size(block));
         s.blocks.load_positions(block, Positions(*s.start, displacement), positions.data());
         state.resize(static_cast<std::size_t>(block.batch_count * tangent_numbers(kForm)) *
                      kBatchLanes);
         prepare_empty_tangent(s.blocks.batches(block), positions.data(), state.data());
         s.add_tangent(b, displacement, kForm, state.data());
         add_block_stiffness(s.blocks, block, kForm, state.data(), pattern, values, [&](Index e) {
-          pattern.scatter(
-              e,
-              element_hessian<Shape>(s.rest.element(e), s.density(e),
-                                     s.rest.gather_relative(Positions(*s.start, displacement), e)),
-              values);
+          ElasticPotential::ElementTerms terms;
+          clear(s.rest, true, terms);
+          add_element_terms(e, Positions(*s.start, displacement), true, terms);
+          pattern.scatter(e, terms.hessian, values);
         });
       }
     });
@@ -258,12 +259,11 @@ void ViscousPotential::add_element_terms(Index e, const Positions& x, bool with_
                                          ElasticPotential::ElementTerms& terms) const {
   const Impl& s = *impl_;
   if (s.factor == 0.0) return;
-  const auto element = s.rest.element(e);
-  const ViscousDensity density = s.density(e);
-  const Shape::NodeMatrix local = s.rest.gather_relative(x, e);
-  terms.energy += element_energy<Shape>(element, density, local);
-  terms.gradient += element_gradient<Shape>(element, density, local);
-  if (with_hessian) terms.hessian += element_hessian<Shape>(element, density, local);
+  const int points = s.rest.points_per_element();
+  for (int p = 0; p < points; ++p) {
+    const Index i = points * e + p;
+    add_point(p, s.rest.point(i), s.density(i), s.rest.gather_relative(x, i), with_hessian, terms);
+  }
 }
 
 void BlockAccess::add_tangent(const ViscousPotential& viscous, Index block,

@@ -9,6 +9,8 @@
 #include <vector>
 
 #include "tetraction/core/error.h"
+#include "tetraction/fem/rest_state.h"
+#include "tetraction/mesh/edge_vertices.h"
 #include "tetraction/mesh/tet_mesh.h"
 
 namespace tetraction {
@@ -91,19 +93,27 @@ class Builder {
     std::unordered_map<std::array<Index, 4>, Index, TetrahedronHash> tetrahedron_of_vertices;
     tetrahedron_of_vertices.reserve(raw_.cells.size());
     for (const RawCell& cell : raw_.cells) {
-      if (cell.type == CellType::kQuadraticTetrahedron) {
-        refuse(fmt::format(
-            "element {} is a quadratic (10-node) tetrahedron: this version computes with linear "
-            "ones only. Write the mesh with first-order elements (Gmsh: -order 1).",
-            cell.id));
-      }
-      if (cell.type != CellType::kTetrahedron) {
+      const bool is_quadratic = cell.type == CellType::kQuadraticTetrahedron;
+      if (cell.type != CellType::kTetrahedron && !is_quadratic) {
         ++mesh_.report.skipped_cells[cell.type];
         continue;
       }
-      if (cell.vertices.size() != 4) {
+      if (is_quadratic && cell.vertices.size() != 10) {
+        refuse(
+            fmt::format("element {} is a tetrahedron with {} nodes; there are elements with 4 and "
+                        "with 10. Write the mesh with first- or second-order elements (Gmsh: "
+                        "-order 2).",
+                        cell.id, cell.vertices.size()));
+      }
+      if (!is_quadratic && cell.vertices.size() != 4) {
         refuse(fmt::format("element {} is a tetrahedron with {} vertices.", cell.id,
                            cell.vertices.size()));
+      }
+      if (!mesh_.tetrahedra.empty() && is_quadratic != mesh_.is_quadratic()) {
+        refuse(
+            fmt::format("element {} is {}, but element {} is not: a mesh has elements of one "
+                        "order. Write it with first-order or with second-order elements only.",
+                        cell.id, to_string(cell.type), mesh_.tetrahedron_ids.front()));
       }
       std::array<Index, 4> tetrahedron{};
       for (std::size_t a = 0; a < 4; ++a) {
@@ -125,6 +135,7 @@ class Builder {
         ++mesh_.report.skipped_cells[CellType::kTetrahedron];
         continue;
       }
+      if (is_quadratic) take_edge_vertices(cell);
       kept_cells_.push_back(&cell - raw_.cells.data());
       mesh_.tetrahedra.own().push_back(tetrahedron);
       mesh_.tetrahedron_ids.push_back(cell.id);
@@ -138,6 +149,19 @@ class Builder {
       }
       refuse(fmt::format("the mesh holds no tetrahedra ({}). Give a volume mesh of tetrahedra.",
                          others.empty() ? "no cells at all" : "only " + others));
+    }
+  }
+
+  void take_edge_vertices(const RawCell& cell) {
+    auto& middles = mesh_.edge_vertices.emplace_back();
+    for (std::size_t k = 0; k < middles.size(); ++k) {
+      const std::int64_t id = cell.vertices[4 + k];
+      if (std::count(cell.vertices.begin(), cell.vertices.end(), id) > 1) {
+        refuse(fmt::format("element {} has vertex {} twice.", cell.id, id));
+      }
+      const std::size_t v = index_of(id, cell);
+      used_[v] = true;
+      middles[k] = static_cast<Index>(v);
     }
   }
 
@@ -161,6 +185,9 @@ class Builder {
     }
     for (auto& t : mesh_.tetrahedra.own()) {
       for (Index& v : t) v = new_index_[static_cast<std::size_t>(v)];
+    }
+    for (auto& middles : mesh_.edge_vertices) {
+      for (Index& v : middles) v = new_index_[static_cast<std::size_t>(v)];
     }
     for (const auto& [name, values] : raw_.point_arrays) {
       if (values.cols() != static_cast<Index>(raw_.vertices.size())) continue;
@@ -198,7 +225,63 @@ class Builder {
       if (volume < 0.0) {
         auto& t = mesh_.tetrahedra.own()[static_cast<std::size_t>(e)];
         std::swap(t[2], t[3]);
+        if (mesh_.is_quadratic()) {
+          auto& middles = mesh_.edge_vertices[static_cast<std::size_t>(e)];
+          std::swap(middles[2], middles[3]);  // of the edges 02 and 03
+          std::swap(middles[1], middles[4]);  // of the edges 12 and 13
+        }
         ++mesh_.report.reoriented;
+      }
+    }
+    if (mesh_.is_quadratic()) check_edges();
+  }
+
+  void check_edges() const {
+    const RestState rest(mesh_);
+    EdgeVertices edges;
+    const auto id = [&](Index v) { return mesh_.vertex_ids[static_cast<std::size_t>(v)]; };
+    std::vector<bool> is_corner(mesh_.vertices.size(), false);
+    for (const auto t : mesh_.tetrahedra) {
+      for (const Index v : t) is_corner[static_cast<std::size_t>(v)] = true;
+    }
+    for (std::size_t e = 0; e < mesh_.edge_vertices.size(); ++e) {
+      const auto t = mesh_.tetrahedra[e];
+      const std::int64_t element = mesh_.tetrahedron_ids[e];
+      for (std::size_t k = 0; k < kTetrahedronEdges.size(); ++k) {
+        const Index a = t[kTetrahedronEdges[k][0]];
+        const Index b = t[kTetrahedronEdges[k][1]];
+        const Index middle = mesh_.edge_vertices[e][k];
+        if (is_corner[static_cast<std::size_t>(middle)]) {
+          refuse(
+              fmt::format("vertex {} is in the middle of an edge of element {} and a corner of "
+                          "another element.",
+                          id(middle), element));
+        }
+        if (edges.add(a, b, middle) != middle) {
+          refuse(
+              fmt::format("the edge between the vertices {} and {} has vertex {} in its middle in "
+                          "element {}, but another one in another element.",
+                          id(a), id(b), id(middle), element));
+        }
+        const Vector3 chord = rest.position(b) - rest.position(a);
+        const Vector3 off = rest.position(middle) - 0.5 * (rest.position(a) + rest.position(b));
+        if (!(off.norm() < 0.5 * chord.norm())) {
+          refuse(
+              fmt::format("vertex {} of element {} should be near the middle of the edge between "
+                          "the vertices {} and {}, but it is {:.3g} m away, more than half of the "
+                          "edge. Its nodes may be in the order of another program.",
+                          id(middle), element, id(a), id(b), off.norm()));
+        }
+      }
+      for (int p = 0; p < rest.points_per_element(); ++p) {
+        const Index point = rest.points_per_element() * static_cast<Index>(e) + p;
+        if (!(rest.point_volume(point) > 0.0)) {
+          refuse(fmt::format(
+              "element {} is turned inside out by its curved edges: at one of its "
+              "quadrature points det(∂X/∂ξ) is {:.3g} m³. Repair the mesh, or straighten "
+              "its edges.",
+              element, 24.0 * rest.point_volume(point)));
+        }
       }
     }
   }
@@ -248,7 +331,8 @@ class Builder {
     };
     std::map<Triangle, Triangle> outward;  // the boundary's triangles by their sorted vertices
     for (const RawCell& cell : raw_.cells) {
-      if (cell.type != CellType::kTriangle || cell.vertices.size() != 3) continue;
+      const bool is_triangle = cell.vertices.size() == 3 || cell.vertices.size() == 6;
+      if (cell.type != CellType::kTriangle || !is_triangle) continue;
       for (const int g : cell.groups) {
         Group& group = mesh_.groups[static_cast<std::size_t>(g)];
         if (group.dimension != 2) continue;

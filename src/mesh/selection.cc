@@ -11,6 +11,7 @@
 
 #include "core/quoting.h"
 #include "tetraction/core/error.h"
+#include "tetraction/mesh/edge_vertices.h"
 
 namespace tetraction {
 namespace {
@@ -200,17 +201,23 @@ struct VertexSelector {
     return found;
   }
 
+  // With the middles of their edges if the mesh is quadratic.
+  void add_vertices(const std::vector<Triangle>& faces, std::vector<Index>& found) const {
+    const EdgeVertices edges(mesh);
+    for (const Triangle& face : faces) {
+      for (const Index v : edges.of_face(face)) found.push_back(v);
+    }
+  }
+
   std::vector<Index> operator()(const SelectSurface&) const {
     std::vector<Index> found;
-    for (const auto& face : boundary_faces(mesh))
-      found.insert(found.end(), face.begin(), face.end());
+    add_vertices(boundary_faces(mesh), found);
     return found;
   }
 
   std::vector<Index> operator()(const SelectFaces& s) const {
     std::vector<Index> found;
-    for (const Triangle& face : facing(mesh, s))
-      found.insert(found.end(), face.begin(), face.end());
+    add_vertices(facing(mesh, s), found);
     return found;
   }
 

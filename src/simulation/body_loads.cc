@@ -8,6 +8,7 @@
 #include "body_constraints.h"
 #include "tetraction/core/error.h"
 #include "tetraction/dynamics/consistent_loads.h"
+#include "tetraction/mesh/edge_vertices.h"
 
 namespace tetraction {
 namespace {
@@ -116,7 +117,10 @@ ExternalForce make_dead_load(const ForceSettings& load, const MechanicalSystem& 
 PressureLoad make_pressure(const ForceSettings& load, const MechanicalSystem& system,
                            const AmplitudeList& amplitudes) {
   PressureLoad pressure;
-  pressure.triangles = at_place(load, [&] { return select_triangles(system.mesh(), load.select); });
+  // The face of a quadratic element counts as four flat triangles between its vertices.
+  pressure.triangles = EdgeVertices(system.mesh()).divide(at_place(load, [&] {
+    return select_triangles(system.mesh(), load.select);
+  }));
   pressure.value = load.value;
   pressure.history = make_history(load, amplitudes);
   return pressure;

@@ -98,6 +98,13 @@ double distance_to_triangle(const Vector3& point, const Vector3& a, const Vector
   return (ap - vb / sum * ab - vc / sum * ac).norm();
 }
 
+std::vector<double> shape_functions(const std::array<double, 4>& weights, std::size_t nodes) {
+  if (nodes == 4) return {weights.begin(), weights.end()};
+  const auto& [a, b, c, d] = weights;
+  return {a * (2 * a - 1), b * (2 * b - 1), c * (2 * c - 1), d * (2 * d - 1), 4 * a * b,
+          4 * b * c,       4 * a * c,       4 * a * d,       4 * b * d,       4 * c * d};
+}
+
 PointInMesh locate(const TetMesh& mesh, const Vector3& point) {
   if (!point.allFinite()) throw InputError("the point is not finite.");
   PointInMesh found;

@@ -2,17 +2,21 @@
 #pragma once
 
 #include <array>
+#include <vector>
 
 #include "tetraction/mesh/tet_mesh.h"
 
 namespace tetraction {
 
 /// A point of a mesh: its tetrahedron, and its barycentric coordinates there. The point is Σ w_a X_a
-/// with the corners X_a.
+/// with the corners X_a. Edges count as straight.
 struct PointInMesh {
   Index tetrahedron = -1;
   std::array<double, 4> weights{};
 };
+
+/// The shape functions of a tetrahedron with 4 or 10 nodes at barycentric coordinates.
+std::vector<double> shape_functions(const std::array<double, 4>& weights, std::size_t nodes);
 
 /// Finds the tetrahedron that contains the point in the rest configuration. If several contain it,
 /// as on a common face, the one in whose inside it is deepest, and among equals the first. Throws

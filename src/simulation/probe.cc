@@ -106,7 +106,7 @@ struct ProbeSet::Impl {
   struct Place {
     std::vector<Index> vertices;
     std::vector<Index> tetrahedra;
-    std::vector<double> weights;     // of the corners of a point's tetrahedron, or of tetrahedra
+    std::vector<double> weights;     // of the nodes of a point's tetrahedron, or of tetrahedra
     std::vector<Vector3> positions;  // of the vertices at rest, if they are needed
   };
 
@@ -125,9 +125,9 @@ struct ProbeSet::Impl {
         place.tetrahedra = {found.tetrahedron};
         place.weights = {1.0};
       } else {
-        const auto corners = mesh.tetrahedra[static_cast<std::size_t>(found.tetrahedron)];
-        place.vertices.assign(corners.begin(), corners.end());
-        place.weights.assign(found.weights.begin(), found.weights.end());
+        const ElementNodes nodes = system.rest().nodes(found.tetrahedron);
+        place.vertices.assign(nodes.begin(), nodes.end());
+        place.weights = shape_functions(found.weights, nodes.size());
       }
     } else if (of_tetrahedra) {
       place.tetrahedra = select_tetrahedra(mesh, probe.select);
@@ -206,11 +206,8 @@ struct ProbeSet::Impl {
             place, [&](Index e) { return von_mises(cauchy_stress(system, e, state.position)); });
         return;
       case ProbeQuantity::kJacobian:
-        *out = mean_of_tetrahedra(place, [&](Index e) {
-          const RestState& rest = system.rest();
-          return deformation_gradient(rest.element(e), 0, rest.gather(state.position, e))
-              .determinant();
-        });
+        *out = mean_of_tetrahedra(place,
+                                  [&](Index e) { return volume_ratio(system, e, state.position); });
         return;
     }
   }

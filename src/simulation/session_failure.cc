@@ -114,11 +114,6 @@ double wave_speed(const MechanicalSystem& system) {
   return std::sqrt(moduli_of(system).most * system.mesh().total_volume() / system.total_mass());
 }
 
-double jacobian_at(const MechanicalSystem& system, Index e, const Vector& q) {
-  const RestState& rest = system.rest();
-  return deformation_gradient(rest.element(e), 0, rest.gather(q, e)).determinant();
-}
-
 Vector3 rest_centroid(const TetMesh& mesh, Index e) {
   Vector3 sum = Vector3::Zero();
   for (const Index v : mesh.tetrahedra[static_cast<std::size_t>(e)]) {
@@ -131,7 +126,7 @@ Vector3 rest_centroid(const TetMesh& mesh, Index e) {
 std::vector<Index> broken_elements(const MechanicalSystem& system, const Vector& q) {
   std::vector<std::pair<double, Index>> broken;
   for (Index e = 0; e < system.rest().element_count(); ++e) {
-    const double jacobian = jacobian_at(system, e, q);
+    const double jacobian = least_jacobian(system, e, q);
     if (jacobian > 0.0 && std::isfinite(jacobian)) continue;
     broken.emplace_back(
         std::isfinite(jacobian) ? jacobian : -std::numeric_limits<double>::infinity(), e);
@@ -144,8 +139,13 @@ std::vector<Index> broken_elements(const MechanicalSystem& system, const Vector&
 
 // The elements with the largest energy densities at q, the largest first.
 std::vector<Index> hot_elements(const MechanicalSystem& system, const Vector& q) {
-  Vector densities;
-  system.elastic().energy_densities(q, densities);
+  Vector of_points;
+  system.elastic().energy_densities(q, of_points);
+  const Vector densities =
+      of_points.reshaped(system.rest().points_per_element(), system.rest().element_count())
+          .colwise()
+          .maxCoeff()
+          .transpose();
   const double most = densities.maxCoeff();
   std::vector<Index> elements;
   for (Index e = 0; e < densities.size(); ++e) {
@@ -170,7 +170,7 @@ std::vector<Index> loaded_elements(const MechanicalSystem& system, const Vector&
   }
   std::vector<Index> elements;
   for (Index e = 0; e < system.rest().element_count(); ++e) {
-    const auto nodes = system.mesh().tetrahedra[static_cast<std::size_t>(e)];
+    const ElementNodes nodes = system.rest().nodes(e);
     if (std::find(nodes.begin(), nodes.end(), loaded) != nodes.end()) elements.push_back(e);
   }
   return elements;
@@ -180,7 +180,7 @@ bool holds_moving_vertex(const MechanicalSystem& system, Index e) {
   const Constraints& constraints = system.constraints();
   if (!constraints.moving()) return false;
   const std::vector<Index> held = constraints.constrained_vertices();
-  const auto nodes = system.mesh().tetrahedra[static_cast<std::size_t>(e)];
+  const ElementNodes nodes = system.rest().nodes(e);
   return std::any_of(nodes.begin(), nodes.end(),
                      [&](Index v) { return std::binary_search(held.begin(), held.end(), v); });
 }
@@ -241,7 +241,7 @@ void Session::Impl::locate(StepFailure& failure, Index element) const {
     failure.elements = loaded_elements(*system, progress.external_force);
   }
   failure.jacobian =
-      jacobian_at(*system, failure.elements.front(), is_broken ? trial : state().position);
+      least_jacobian(*system, failure.elements.front(), is_broken ? trial : state().position);
 }
 
 std::string Session::Impl::place_of(const StepFailure& failure) const {

@@ -103,6 +103,9 @@ const char* strength_unit(const EnvironmentSettings& environment) {
   return "";
 }
 
+constexpr const char* kLinear = "linear";
+constexpr const char* kQuadratic = "quadratic";
+
 std::vector<const char*> length_unit_names() {
   std::vector<const char*> names;
   for (const LengthUnit& unit : length_units()) names.push_back(unit.name);
@@ -129,9 +132,15 @@ const Section<MeshSettings>& section_of() {
          .in_file = Written::kUnlessDefault},
         &S::scale},
        {{.name = "element",
-         .help = "only `\"linear\"`: four-node tetrahedra",
-         .absent = "`\"linear\"`"},
-        ByHand{"text"}},
+         .help =
+             "four-node or ten-node tetrahedra. A linear mesh gets vertices in the middles of its "
+             "edges ([see below](#quadratic-tetrahedra))",
+         .in_file = Written::kUnlessDefault,
+         .in_echo = Written::kUnlessDefault},
+        Choice<S>{{kLinear, kQuadratic},
+                  {},
+                  [](const S& s) { return std::string(s.quadratic ? kQuadratic : kLinear); },
+                  [](S& s, const std::string& name) { s.quadratic = name == kQuadratic; }}},
        {{.name = "unit",
          .help = "of the file's coordinates, which are then multiplied by `scale`; for files only",
          .in_file = Written::kUnlessDefault,

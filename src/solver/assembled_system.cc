@@ -58,7 +58,7 @@ void AssembledSystem::assemble_projected(const MinimizationProblem& problem, con
       for (Index i = begin; i < end; ++i) {
         const Index e = color[static_cast<std::size_t>(i)];
         problem.element_terms(e, x, nullptr, true, terms);
-        pattern.scatter(e, positive_semidefinite_part(terms.hessian), values_.data());
+        pattern.scatter(e, positive_semidefinite_part(Matrix(terms.hessian)), values_.data());
       }
     });
   }

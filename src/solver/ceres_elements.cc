@@ -10,8 +10,6 @@
 namespace tetraction {
 namespace {
 
-using Shape = RestState::Shape;
-
 // The columns of the Jacobian that belong to one of Ceres' parameter blocks: the coordinates of one
 // vertex, or of the affine set that some of the element's vertices belong to.
 struct Block {
@@ -23,29 +21,30 @@ struct Block {
 
 class ElementCost : public ceres::CostFunction {
  public:
-  ElementCost(const ElementEvaluator& evaluator, Index element, std::vector<Block> blocks)
+  ElementCost(const ElementEvaluator& evaluator, Index element, std::size_t nodes,
+              std::vector<Block> blocks)
       : evaluator_(evaluator), element_(element), blocks_(std::move(blocks)) {
-    set_num_residuals(ElementResidual::kRows);
+    set_num_residuals(3 * static_cast<int>(nodes) + 1);
     for (const Block& block : blocks_) mutable_parameter_block_sizes()->push_back(block.count);
   }
 
   bool Evaluate(const double* const*, double* residuals, double** jacobians) const override {
-    constexpr int kRows = ElementResidual::kRows;
+    const Index rows = num_residuals();
     const ElementResidual& result = evaluator_.element(element_);
     if (!result.defined) return false;
-    std::fill(residuals, residuals + kRows, 0.0);
+    std::fill(residuals, residuals + rows, 0.0);
     residuals[0] = result.root;
     if (jacobians == nullptr) return true;
     for (std::size_t b = 0; b < blocks_.size(); ++b) {
       if (jacobians[b] == nullptr) continue;
       const Block& block = blocks_[b];
       if (block.identity) {
-        Eigen::Map<Eigen::Matrix<double, kRows, 3, Eigen::RowMajor>>{jacobians[b]} =
-            result.jacobian.middleCols<3>(3 * block.nodes[0].first);
+        Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>>{
+            jacobians[b], rows, 3} = result.jacobian.middleCols<3>(3 * block.nodes[0].first);
         continue;
       }
-      Eigen::Map<Eigen::Matrix<double, kRows, Eigen::Dynamic, Eigen::RowMajor>> jacobian(
-          jacobians[b], kRows, block.count);
+      Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>> jacobian(
+          jacobians[b], rows, block.count);
       jacobian.setZero();
       for (const auto& [node, map] : block.nodes) {
         jacobian += result.jacobian.middleCols<3>(3 * node) * map.columns;
@@ -76,8 +75,8 @@ void ElementEvaluator::begin(const MinimizationProblem& problem, const Vector& x
   const double room = has_terms_ ? kRoom * terms_.magnitude / system_.total_mass() : 0.0;
   for (std::size_t e = 0; e < shifts_.size(); ++e) {
     const auto element = static_cast<Index>(e);
-    shifts_[e] = shift_density * system_.rest().volume(element) +
-                 room * Shape::kNodes * system_.mass_share(element);
+    shifts_[e] =
+        shift_density * system_.rest().volume(element) + room * system_.element_mass(element);
   }
   has_residuals_ = has_jacobians_ = false;
 }
@@ -109,9 +108,10 @@ void ElementEvaluator::evaluate(Index e, bool with_jacobian) {
   if (!result.defined) return;
   result.root = std::sqrt(2.0 * shifted);
   if (!with_jacobian) return;
-  const Eigen::Map<const Shape::DofVector> gradient(terms.gradient.data());
+  const Eigen::Map<const Vector> gradient(terms.gradient.data(), terms.gradient.size());
+  result.jacobian.resize(gradient.size() + 1, gradient.size());
   result.jacobian.row(0) = gradient.transpose() / result.root;
-  result.jacobian.bottomRows<ElementResidual::kDofs>() =
+  result.jacobian.bottomRows(gradient.size()) =
       positive_semidefinite_root(terms.hessian - gradient * gradient.transpose() / (2.0 * shifted));
 }
 
@@ -119,8 +119,8 @@ ceres::CostFunction* make_element_cost(const ElementEvaluator& evaluator,
                                        const MechanicalSystem& system, Index e,
                                        std::vector<int>& blocks) {
   std::vector<Block> list;
-  const auto& nodes = system.rest().nodes(e);
-  for (int a = 0; a < Shape::kNodes; ++a) {
+  const ElementNodes nodes = system.rest().nodes(e);
+  for (int a = 0; a < static_cast<int>(nodes.size()); ++a) {
     const Index v = nodes[static_cast<std::size_t>(a)];
     FreeCoordinates::VertexMap map = system.coordinates().map(v);
     if (map.count == 0) continue;
@@ -134,7 +134,7 @@ ceres::CostFunction* make_element_cost(const ElementEvaluator& evaluator,
   }
   blocks.clear();
   for (const Block& block : list) blocks.push_back(block.first);
-  return list.empty() ? nullptr : new ElementCost(evaluator, e, std::move(list));
+  return list.empty() ? nullptr : new ElementCost(evaluator, e, nodes.size(), std::move(list));
 }
 
 }  // namespace tetraction

@@ -13,14 +13,11 @@
 namespace tetraction {
 
 /// Residuals and Jacobian of one element at the point evaluated last. The residuals are
-/// r₀ = √(2(E + cV)) and twelve residuals that are zero.
+/// r₀ = √(2(E + cV)) and, for each coordinate of its nodes, one that is zero.
 struct ElementResidual {
-  static constexpr int kDofs = RestState::Shape::kDofs;
-  static constexpr int kRows = kDofs + 1;
-
-  bool defined = false;                          ///< false where E is not
-  double root = 0.0;                             ///< r₀
-  Eigen::Matrix<double, kRows, kDofs> jacobian;  ///< row 0: ∂r₀; below: K
+  bool defined = false;  ///< false where E is not
+  double root = 0.0;     ///< r₀
+  Matrix jacobian;       ///< row 0: ∂r₀; below: K
 };
 
 /// Evaluates all elements at once, in parallel, when Ceres has moved to a new point.

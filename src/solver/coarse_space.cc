@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fem/block_stiffness.h"
 #include "tetraction/core/parallel.h"
 
 namespace tetraction {
@@ -19,6 +20,13 @@ constexpr double kShift = 1e-7;
 // The number of element blocks whose sums are in memory at the same time. It exceeds the number of
 // threads and bounds the memory.
 constexpr Index kTogether = 32;
+
+// A node of an element: its group among those of the block, its vertex's place and arm.
+struct Node {
+  std::size_t group = 0;
+  Index place = 0;
+  Vector3 arm = Vector3::Zero();
+};
 
 // sum += QₐᵀK Q_b with Q = [1, −[a]ₓ] of two nodes; K row by row with a stride of kBatchLanes.
 void add_product(const double* k, const Vector3& arm_a, const Vector3& arm_b, Block66& sum) {
@@ -112,6 +120,7 @@ void CoarseSpace<T>::find_neighbors() {
     }
   }
   std::vector<std::pair<std::int32_t, std::int32_t>> pairs;
+  std::vector<std::int32_t> groups;  // of the nodes of an element
   for (Index b = 0; b < blocks_.block_count(); ++b) {
     const ElementBlocks::Block& block = blocks_.block(b);
     auto& own = groups_of_block_[static_cast<std::size_t>(b)];
@@ -132,14 +141,12 @@ void CoarseSpace<T>::find_neighbors() {
       group_of_record_[static_cast<std::size_t>(r)] = static_cast<std::uint16_t>(which);
     }
     for (Index batch = block.first_batch; batch < block.first_batch + block.batch_count; ++batch) {
-      for (int lane = 0; lane < kBatchLanes; ++lane) {
-        if (blocks_.element(batch, lane) < 0) continue;
-        std::array<std::int32_t, 4> groups;
-        for (int a = 0; a < 4; ++a) {
-          const Index row =
-              block.first_record + blocks_.slot(batch, a, lane) / ElementBlocks::kRecordSize;
-          groups[static_cast<std::size_t>(a)] =
-              own[group_of_record_[static_cast<std::size_t>(row)]];
+      for (int lane = 0; lane < kBatchLanes; lane += blocks_.points_per_element()) {
+        if (blocks_.point(batch, lane) < 0) continue;
+        groups.clear();
+        for (int a = 0; a < blocks_.nodes_per_element(); ++a) {
+          const Index row = blocks_.record_of_node(block, batch, lane, a);
+          groups.push_back(own[group_of_record_[static_cast<std::size_t>(row)]]);
         }
         for (const std::int32_t i : groups) {
           for (const std::int32_t j : groups) {
@@ -210,29 +217,54 @@ void CoarseSpace<T>::add_block(const TangentOperator<T>& stiffness, Index b,
   const std::size_t count = groups_of_block_[static_cast<std::size_t>(b)].size();
   sums.assign(36 * count * count, 0.0);
   const FreeCoordinates& coordinates = system_.coordinates();
+  // Adds a 6 × 6 block to the lower triangle of the sums, and within one group to both triangles.
+  const auto add = [&](const Node& a, const Node& c, bool same, const Block66& product) {
+    const auto at = [&](std::size_t row, std::size_t column) {
+      return Eigen::Map<Block66>(sums.data() + 36 * (row * count + column));
+    };
+    if (a.group > c.group) {
+      at(a.group, c.group) += product;
+    } else {
+      at(c.group, a.group) += product.transpose();
+      if (!same && a.group == c.group) at(a.group, c.group) += product;
+    }
+  };
+  // The matrix of two nodes, row by row with a stride.
+  using Entries = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>, 0,
+                             Eigen::Stride<3 * kBatchLanes, kBatchLanes>>;
   alignas(64) double matrices[kStiffnessNumbers * kBatchLanes];
+  std::array<Node, QuadraticPoints::kNodes> nodes;
   for (Index batch = block.first_batch; batch < block.first_batch + block.batch_count; ++batch) {
     stiffness.element_matrices(b, batch - block.first_batch, matrices);
-    for (int lane = 0; lane < kBatchLanes; ++lane) {
-      if (blocks_.element(batch, lane) < 0) continue;
-      double* k = matrices + lane;
-      std::array<std::size_t, 4> group;
-      std::array<Index, 4> places;
-      std::array<Vector3, 4> arms;
+    for (int lane = 0; lane < kBatchLanes; lane += blocks_.points_per_element()) {
+      if (blocks_.point(batch, lane) < 0) continue;
       bool all_free = true;
-      for (int a = 0; a < 4; ++a) {
-        const auto i = static_cast<std::size_t>(a);
-        const Index row =
-            block.first_record + blocks_.slot(batch, a, lane) / ElementBlocks::kRecordSize;
-        group[i] = group_of_record_[static_cast<std::size_t>(row)];
-        places[i] = place_of_record_[static_cast<std::size_t>(row)];
-        arms[i] = arm(places[i]).template head<3>().template cast<double>();
+      for (int a = 0; a < blocks_.nodes_per_element(); ++a) {
+        const Index row = blocks_.record_of_node(block, batch, lane, a);
+        Node& node = nodes[static_cast<std::size_t>(a)];
+        node.group = group_of_record_[static_cast<std::size_t>(row)];
+        node.place = place_of_record_[static_cast<std::size_t>(row)];
+        node.arm = arm(node.place).template head<3>().template cast<double>();
         all_free = all_free && coordinates.is_free(blocks_.record_vertex(row));
       }
+      if (blocks_.is_quadratic()) {
+        const ElementMatrix matrix = quadratic_stiffness(matrices, lane);
+        for (Index a = 0; a < QuadraticPoints::kNodes; ++a) {
+          const Node& first = nodes[static_cast<std::size_t>(a)];
+          const Eigen::Matrix<double, 6, 3> left = basis(first.place).transpose();
+          for (Index c = a; c < QuadraticPoints::kNodes; ++c) {
+            const Node& second = nodes[static_cast<std::size_t>(c)];
+            add(first, second, a == c,
+                left * matrix.template block<3, 3>(3 * a, 3 * c) * basis(second.place));
+          }
+        }
+        continue;
+      }
+      const double* k = matrices + lane;
       int pair = 0;
       for (std::size_t a = 0; a < 4; ++a) {
         for (std::size_t c = a; c < 4; ++c) {
-          double own[9 * kBatchLanes];  // one block, row by row
+          double own[9 * kBatchLanes];  // one block
           const double* entries = own;
           if (a == c) {
             constexpr int kPlace[9] = {0, 1, 2, 1, 3, 4, 2, 4, 5};
@@ -244,23 +276,11 @@ void CoarseSpace<T>::add_block(const TangentOperator<T>& stiffness, Index b,
           }
           Block66 product = Block66::Zero();
           if (all_free) {
-            add_product(entries, arms[a], arms[c], product);
+            add_product(entries, nodes[a].arm, nodes[c].arm, product);
           } else {
-            const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>, 0,
-                             Eigen::Stride<3 * kBatchLanes, kBatchLanes>>
-                matrix(entries);
-            product = basis(places[a]).transpose() * matrix * basis(places[c]);
+            product = basis(nodes[a].place).transpose() * Entries(entries) * basis(nodes[c].place);
           }
-          // Entries go to the lower triangle, and within one group to both triangles.
-          const auto at = [&](std::size_t row, std::size_t column) {
-            return Eigen::Map<Block66>(sums.data() + 36 * (row * count + column));
-          };
-          if (group[a] > group[c]) {
-            at(group[a], group[c]) += product;
-          } else {
-            at(group[c], group[a]) += product.transpose();
-            if (a != c && group[a] == group[c]) at(group[a], group[c]) += product;
-          }
+          add(nodes[a], nodes[c], a == c, product);
         }
       }
     }

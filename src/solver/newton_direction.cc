@@ -340,7 +340,7 @@ bool NewtonDirection::with_kept_factor(const MinimizationProblem& problem, const
     direction = system_.coordinates().extend(solution);
   }
   report.cg_iterations += cg.iterations;
-  const Prices p(static_cast<double>(system_.rest().element_count()), matrix.cost());
+  const Prices p(static_cast<double>(system_.rest().point_count()), matrix.cost());
   regret_ += std::max(0, cg.iterations - kFree) * (p.product + p.back_solve);
   if (regret_ > p.factorization) stale_ = true;
   return cg.converged;
@@ -399,7 +399,7 @@ MatrixFreeCg<double>& NewtonDirection::double_precision_cg() {
 }
 
 NewtonDirection::Prices NewtonDirection::rough_prices() const {
-  return {static_cast<double>(system_.rest().element_count()),
+  return {static_cast<double>(system_.rest().point_count()),
           expected_cost(static_cast<double>(system_.coordinates().count()))};
 }
 

@@ -21,16 +21,16 @@ constexpr double kEdgeFraction = 0.2;
 constexpr double kTolerance = 1e-6;  // relative: of an edge, and of the speed
 
 double shortest_edge_at(const TetMesh& mesh, const std::vector<Index>& vertices) {
+  const RestState rest(mesh);
   std::vector<bool> chosen(static_cast<std::size_t>(mesh.vertex_count()), false);
   for (const Index v : vertices) chosen[static_cast<std::size_t>(v)] = true;
   double shortest = std::numeric_limits<double>::infinity();
-  for (const auto& tetrahedron : mesh.tetrahedra) {
-    for (std::size_t i = 0; i < 4; ++i) {
-      const auto a = static_cast<std::size_t>(tetrahedron[i]);
-      if (!chosen[a]) continue;
-      for (std::size_t j = 0; j < 4; ++j) {
-        const auto b = static_cast<std::size_t>(tetrahedron[j]);
-        if (b != a) shortest = std::min(shortest, (mesh.vertices[a] - mesh.vertices[b]).norm());
+  for (Index e = 0; e < mesh.tetrahedron_count(); ++e) {
+    const ElementNodes nodes = rest.nodes(e);
+    for (const Index a : nodes) {
+      if (!chosen[static_cast<std::size_t>(a)]) continue;
+      for (const Index b : nodes) {
+        if (b != a) shortest = std::min(shortest, (rest.position(a) - rest.position(b)).norm());
       }
     }
   }

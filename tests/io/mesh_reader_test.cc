@@ -161,10 +161,6 @@ TEST(GmshReader, GroupsOfTrianglesInAllVersions) {
   }
 }
 
-TEST(GmshReader, QuadraticTetrahedraAreRefusedForNow) {
-  EXPECT_NE(refusal(shipped("sphere_p2.msh")).find("quadratic"), std::string::npos);
-}
-
 // The mesh of 22_ascii.msh, with another version in the header.
 std::string with_header(const std::string& version) {
   std::string text = read_all(shipped("22_ascii.msh"));
@@ -455,9 +451,17 @@ TEST(TetgenReader, NumbersFromOneEndingsInCapitalsAndQuadraticElements) {
   EXPECT_EQ(mesh.tetrahedron_ids, std::vector<std::int64_t>{1});
   EXPECT_EQ(mesh.regions, std::vector<int>{0});
 
-  const std::string quadratic = written("ten.node", nodes);
+  // The nodes in the middles of the edges 23, 01, 02, 03, 12 and 13, in an order of its own.
+  const std::string ten =
+      "10 3 0 0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n5 0 .5 .5\n6 .5 0 0\n"
+      "7 0 .5 0\n8 0 0 .5\n9 .5 .5 0\n10 .5 0 .5\n";
+  const std::string quadratic = written("ten.node", ten);
+  written("ten.ele", "1 10 0\n1 1 2 3 4 5 6 7 8 9 10\n");
+  const TetMesh read = read_mesh(quadratic);
+  ASSERT_TRUE(read.is_quadratic());
+  EXPECT_EQ(read.edge_vertices[0], (std::array<Index, 6>{5, 8, 6, 7, 9, 4}));
   written("ten.ele", "1 10 0\n1 1 2 3 4 1 1 1 1 1 1\n");
-  EXPECT_NE(refusal(quadratic).find("element 1 is a quadratic"), std::string::npos);
+  EXPECT_NE(refusal(quadratic).find("twice"), std::string::npos);
 }
 
 // The faces of each boundary marker but 0 are a group.

@@ -397,12 +397,6 @@ TEST_F(SceneReader, UnknownKeysWithNothingNearListTheValidOnes) {
                        {"valid are mesh, material"});
 }
 
-TEST_F(SceneReader, WhatComesLaterIsRefusedAsSuch) {
-  const char* said = "not in this version of Tetraction";
-  expect_refusal(kSmall, "--set mesh.element=quadratic: mesh.element", {said, "linear"},
-                 {"mesh.element=quadratic"});
-}
-
 TEST_F(SceneReader, SolversAndTheirLinearSolvers) {
   for (const LinearSolver linear :
        {LinearSolver::kAuto, LinearSolver::kMatrixFree, LinearSolver::kCg, LinearSolver::kFactor}) {

@@ -120,7 +120,7 @@ void expect_like_scalar() {
   Matrix diagonal = Matrix::Zero(3, q.size());
   alignas(64) double matrices[std::size_t{kStiffnessNumbers} * kBatchLanes];
   blocks.for_each_element(block, [&](Index e, Index batch, int lane) {
-    const Shape::DofMatrix k = element_hessian<Shape>(rest.element(e), law, rest.gather(q, e));
+    const Shape::DofMatrix k = element_hessian<Shape>(rest.point(e), law, rest.gather(q, e));
     const Shape::NodeMatrix local = rest.gather(x, e);
     const Shape::DofVector force = k * Eigen::Map<const Shape::DofVector>(local.data());
     for (int a = 0; a < 4; ++a) {

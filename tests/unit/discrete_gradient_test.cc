@@ -169,7 +169,7 @@ TEST(DiscreteGradient, OfViscosityTakesTheDissipatedEnergy) {
   const Vector force = step.discrete_gradient(viscous) - step.discrete_gradient();
   double expected = 0.0;
   for (Index e = 0; e < step.rest.element_count(); ++e) {
-    const auto element = step.rest.element(e);
+    const auto element = step.rest.point(e);
     const Matrix3 f0 = deformation_gradient(element, 0, step.rest.gather(step.from, e));
     const Matrix3 f1 = deformation_gradient(element, 0, step.rest.gather(step.to, e));
     const Matrix3 change = 0.5 * (f1.transpose() * f1 - f0.transpose() * f0);

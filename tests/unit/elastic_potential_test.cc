@@ -205,7 +205,7 @@ TEST(ElasticPotential, NamesTheFirstInvertedElement) {
   const EvaluationStatus status = potential.value(q, energy);
   ASSERT_FALSE(status.ok());
   Index first = 0;
-  while (jacobian(deformation_gradient(rest.element(first), 0, rest.gather(q, first))) > 0.0) {
+  while (jacobian(deformation_gradient(rest.point(first), 0, rest.gather(q, first))) > 0.0) {
     ++first;
   }
   EXPECT_EQ(status.failed_element, first);

@@ -113,7 +113,7 @@ TEST_P(ElementKernels, AgreeWithTheScalarElementAtStrongStrains) {
   double least = kInfinity;
   double most = 0.0;
   for (Index e = 0; e < rest.element_count(); ++e) {
-    const double j = jacobian(deformation_gradient(rest.element(e), 0, rest.gather(q, e)));
+    const double j = jacobian(deformation_gradient(rest.point(e), 0, rest.gather(q, e)));
     least = std::min(least, j);
     most = std::max(most, j);
   }
@@ -264,7 +264,7 @@ TEST_P(ElementKernelsOfASet, NameTheLeastInvertedElement) {
     }
     Index least = -1;
     for (Index e = 0; e < rest.element_count() && least < 0; ++e) {
-      const double j = jacobian(deformation_gradient(rest.element(e), 0, rest.gather(q, e)));
+      const double j = jacobian(deformation_gradient(rest.point(e), 0, rest.gather(q, e)));
       if (regions[static_cast<std::size_t>(e)] != 0 && !(j > 0.0)) least = e;
     }
     found += least > 0 ? 1 : 0;
@@ -390,7 +390,7 @@ TEST(ElementBlocks, EveryElementHasOneLaneAndEveryVertexItsRows) {
       for (Index batch = block.first_batch; batch < block.first_batch + block.batch_count;
            ++batch) {
         for (int lane = 0; lane < kBatchLanes; ++lane) {
-          const Index e = blocks.element(batch, lane);
+          const Index e = blocks.point(batch, lane);
           for (int a = 0; a < 4; ++a) {
             const Index slot = blocks.slot(batch, a, lane);
             ASSERT_LT(slot, ElementBlocks::kRecordSize * block.record_count);

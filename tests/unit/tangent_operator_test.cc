@@ -198,8 +198,8 @@ double least_on_the_way(const ElasticPotential& potential, const Vector& q, cons
   for (Index e = 0; e < rest.element_count(); ++e) {
     const MaterialModel material = potential.material(e);
     if (std::holds_alternative<StVenantKirchhoff>(material)) continue;
-    const Matrix3 f = deformation_gradient(rest.element(e), 0, rest.gather(q, e));
-    const Matrix3 df = deformation_gradient(rest.element(e), 0, rest.gather(d, e));
+    const Matrix3 f = deformation_gradient(rest.point(e), 0, rest.gather(q, e));
+    const Matrix3 df = deformation_gradient(rest.point(e), 0, rest.gather(d, e));
     for (int i = 1; i <= 200; ++i) {
       least = std::min(least, (f + i / 200.0 * df).determinant() / f.determinant());
     }

@@ -85,7 +85,7 @@ TEST_P(Viscosity, ForceIsThatOfTheStress) {
   viscous_.add_force(50.0, x_, velocity, force);
   Vector expected = Vector::Ones(x_.size());
   for (Index e = 0; e < rest_.element_count(); ++e) {
-    const auto element = rest_.element(e);
+    const auto element = rest_.point(e);
     const Matrix3 f = deformation_gradient(element, 0, rest_.gather(x_, e));
     const Matrix3 rate =
         f.transpose() * deformation_gradient(element, 0, rest_.gather(velocity, e));
@@ -150,7 +150,7 @@ TEST_P(Viscosity, RateOfTheMotionAtTheMidpoint) {
   viscous_.set_estimate(far - start_);
   Vector expected = Vector::Zero(x_.size());
   for (Index e = 0; e < rest_.element_count(); ++e) {
-    const auto element = rest_.element(e);
+    const auto element = rest_.point(e);
     const Matrix3 f = deformation_gradient(element, 0, rest_.gather(far, e));
     const Matrix3 change = f - deformation_gradient(element, 0, rest_.gather(start_, e));
     const Matrix3 rate = f.transpose() * change;

@@ -5,14 +5,12 @@
 
 namespace tetraction {
 
-using Matrix12 = Eigen::Matrix<double, 12, 12>;
-
 /// The symmetric positive semidefinite matrix that is nearest to the symmetric matrix `a` in the
 /// Frobenius norm: its negative eigenvalues are set to zero (Higham 1988). A matrix
 /// without negative eigenvalues is returned as it is.
 Matrix3 positive_semidefinite_part(const Matrix3& a);
-Matrix12 positive_semidefinite_part(const Matrix12& a);
+Matrix positive_semidefinite_part(const Matrix& a);
 /// K with KᵀK = positive_semidefinite_part(a).
-Matrix12 positive_semidefinite_root(const Matrix12& a);
+Matrix positive_semidefinite_root(const Matrix& a);
 
 }  // namespace tetraction

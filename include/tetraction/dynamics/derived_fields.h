@@ -10,8 +10,14 @@ using Vector6 = Eigen::Matrix<double, 6, 1>;
 
 /// The components XX YY ZZ XY YZ XZ of a symmetric tensor.
 Vector6 six_components(const Matrix3& s);
+// The fields of an element are means over its quadrature points, weighted by their rest volumes.
+
 /// σ = P Fᵀ/J of one element, Pa. W must be defined at q.
 Matrix3 cauchy_stress(const MechanicalSystem& system, Index e, const Vector& q);
+/// J of one element: the ratio of its volumes at q and at rest.
+double volume_ratio(const MechanicalSystem& system, Index e, const Vector& q);
+/// The least J at the quadrature points of one element.
+double least_jacobian(const MechanicalSystem& system, Index e, const Vector& q);
 /// √(3/2 s:s) of the deviator s of a stress, Pa.
 double von_mises(const Matrix3& stress);
 

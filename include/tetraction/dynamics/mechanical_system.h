@@ -68,10 +68,10 @@ class MechanicalSystem {
   const Vector& mass() const { return mass_; }
   const Vector& inverse_mass() const { return inverse_mass_; }
   double total_mass() const { return total_mass_; }
-  /// The share of element e in the mass of each of its vertices: ρ₀V/4, kg.
-  double mass_share(Index e) const {
-    return density(e) * rest_.volume(e) / RestState::Shape::kNodes;
-  }
+  /// The mass of element e, kg.
+  double element_mass(Index e) const { return density(e) * rest_.volume(e); }
+  /// The share of element e in the mass of its node a, kg (RestState::mass_fraction()).
+  double mass_share(Index e, int a) const { return element_mass(e) * rest_.mass_fraction(a); }
   Index vertex_count() const { return mesh_.vertex_count(); }
   Index dof_count() const { return 3 * vertex_count(); }
 

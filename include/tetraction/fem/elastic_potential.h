@@ -19,7 +19,7 @@ struct EvaluationStatus {
   bool ok() const { return failed_element < 0 && failed_vertex < 0; }
 };
 
-/// W(q) = Σ_elements V Ψ(F(q)): value, gradient, Hessian, matrix-free product.
+/// W(q) = Σ_points V Ψ(F(q)) over the quadrature points of all elements (RestState): value, gradient, Hessian, matrix-free product.
 ///
 /// Positions may be one field of 3 numbers per vertex (m) or a sum of two such fields (Positions).
 /// All results are bitwise the same for any number of threads. After a failed evaluation the
@@ -29,11 +29,11 @@ class ElasticPotential {
  public:
   using Shape = RestState::Shape;
 
-  /// Energy, gradient and Hessian of one element.
+  /// Energy, gradient and Hessian of one element, which has n = 4 or 10 nodes.
   struct ElementTerms {
-    double energy = 0.0;         ///< J
-    Shape::NodeMatrix gradient;  ///< N
-    Shape::DofMatrix hessian;    ///< N/m
+    double energy = 0.0;                                                       ///< J
+    Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 10> gradient;               ///< N, 3 × n
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 30, 30> hessian;  ///< N/m, 3n × 3n
   };
 
   /// The whole body has one material. Keeps a reference to `rest`, which must live longer.
@@ -85,10 +85,10 @@ class ElasticPotential {
   bool element_terms(Index e, const Positions& q, bool with_hessian, ElementTerms& terms) const;
   /// The energy of each material's elements, J; W must be defined at q.
   Vector energies_by_material(const Vector& q) const;
-  /// Ψ at the first quadrature point of every element, J/m³.
+  /// Ψ at every quadrature point (RestState), J/m³.
   void energy_densities(const Vector& q, Vector& densities) const;
-  /// P at the first quadrature point of element e, Pa; W must be defined at q.
-  Matrix3 first_piola(Index e, const Vector& q) const;
+  /// P at a quadrature point, Pa; W must be defined at q.
+  Matrix3 first_piola(Index point, const Vector& q) const;
 
  private:
   friend struct BlockAccess;  // the fast loops of the library (src/fem/element_blocks.h)

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -33,20 +34,23 @@ class SparsityPattern {
   /// The position in the sparse matrix of the entries of an element whose vertices are all free or
   /// fully prescribed.
   struct ElementEntries {
-    std::array<int, 4> first;   ///< first coordinate of each node; −1 if it is fully prescribed
-    std::array<int, 6> offset;  ///< of the block of each pair of nodes (01 02 03 12 13 23): the
-                                ///< index of its first entry in the column
+    int nodes;         ///< 4 or 10
+    const int* first;  ///< first coordinate of each node; −1 if it is fully prescribed
+    const int*
+        offset;  ///< of the block of each pair of nodes (01 02 03 … 12 13 …): the index of its
+                 ///< first entry in the column
   };
-  /// The entries of element e. Null if a vertex of the element is partly prescribed or belongs to an
-  /// affine set.
-  const ElementEntries* element_entries(Index e) const {
-    return has_element_entries_[static_cast<std::size_t>(e)] != 0
-               ? &element_entries_[static_cast<std::size_t>(e)]
-               : nullptr;
+  /// The entries of element e. Nothing if a vertex of the element is partly prescribed or belongs to
+  /// an affine set.
+  std::optional<ElementEntries> element_entries(Index e) const {
+    if (has_element_entries_[static_cast<std::size_t>(e)] == 0) return {};
+    const int nodes = rest_.nodes_per_element();
+    return ElementEntries{nodes, first_.data() + e * nodes,
+                          offset_.data() + e * (nodes * (nodes - 1) / 2)};
   }
 
   /// Adds Tᵀ K T of the symmetric element matrix K of element e to `values` (nonzeros() numbers).
-  void scatter(Index e, const Shape::DofMatrix& local, double* values) const;
+  void scatter(Index e, const Eigen::Ref<const Matrix>& local, double* values) const;
   /// Adds Tᵀ B T of symmetric 3 × 3 matrices B, one per vertex (side by side: 3 × 3n).
   void add_vertex_blocks(const Matrix& blocks, double* values) const;
   /// Whether the pattern contains the entries of the block of two vertices.
@@ -72,8 +76,9 @@ class SparsityPattern {
   const RestState& rest_;
   std::vector<int> column_begin_;
   std::vector<int> row_;
-  std::vector<ElementEntries> element_entries_;
-  std::vector<std::uint8_t> has_element_entries_;   // per element: whether element_entries_ is set
+  std::vector<int> first_;  // ElementEntries of all elements
+  std::vector<int> offset_;
+  std::vector<std::uint8_t> has_element_entries_;   // per element: whether the two above are set
   mutable std::vector<std::vector<Index>> colors_;  // made when first needed
   std::vector<Index> owner_;                        // of the coordinates of each vertex
   mutable std::vector<std::vector<Index>> block_colors_;  // colours of the blocks of elements

@@ -7,8 +7,8 @@
 
 namespace tetraction {
 
-/// Returns a t ≤ 1 such that no element loses more than nine tenths of its volume anywhere on the way
-/// from q to q + t d. If t < 1, some element loses at least 0.81 of its volume at t. Elements that
+/// Returns a t ≤ 1 such that no element loses more than nine tenths of its volume, at any of its
+/// quadrature points, anywhere on the way from q to q + t d. If t < 1, some element loses at least 0.81 of its volume at t. Elements that
 /// are inverted at q are left out, and so are elements for which `counts` returns false. An empty
 /// `counts` leaves out none.
 double admissible_step(const RestState& rest, const Vector& q, const Vector& d,

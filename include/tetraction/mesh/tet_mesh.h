@@ -13,14 +13,14 @@
 
 namespace tetraction {
 
-/// Cell types that a reader can meet. Only linear tetrahedra become elements.
+/// Cell types that a reader can meet. Only tetrahedra become elements.
 enum class CellType {
   kVertex,
   kLine,
   kTriangle,
   kQuadrilateral,
   kTetrahedron,
-  kQuadraticTetrahedron,
+  kQuadraticTetrahedron,  ///< ten nodes; of files also more, which build_mesh() refuses
   kHexahedron,
   kWedge,
   kPyramid,
@@ -30,7 +30,8 @@ enum class CellType {
 /// Plain name of a cell type for messages, e.g. "triangle".
 std::string to_string(CellType type);
 
-/// One cell of a file. `vertices` are vertex ids as the file numbers them.
+/// One cell of a file. `vertices` are vertex ids as the file numbers them, in the order of VTK: the
+/// corners, then the middles of the edges (of a tetrahedron as in TetMesh::edge_vertices).
 struct RawCell {
   CellType type = CellType::kOther;
   std::int64_t id = 0;  ///< the file's own number of the cell
@@ -96,7 +97,11 @@ struct TetMesh {
   std::map<std::string, Matrix> point_arrays;  ///< components × vertices
   MeshReport report;
   std::map<std::string, Matrix> cell_arrays{};  ///< components × tetrahedra
+  /// Empty for linear tetrahedra. For quadratic ones the vertices in the middles of the edges 01, 12,
+  /// 02, 03, 13 and 23 of each tetrahedron (the order of VTK); `tetrahedra` has the corners.
+  std::vector<std::array<Index, 6>> edge_vertices{};
 
+  bool is_quadratic() const { return !edge_vertices.empty(); }
   Index vertex_count() const { return static_cast<Index>(vertices.size()); }
   Index tetrahedron_count() const { return static_cast<Index>(tetrahedra.size()); }
   /// The number of a vertex in the file. Messages and results show this number.
@@ -111,7 +116,7 @@ struct TetMesh {
 
   /// Rest positions as one DOF-ordered vector (3 per vertex), m.
   Vector rest_positions() const;
-  /// Signed volume of tetrahedron `e`: det[X1−X0, X2−X0, X3−X0]/6, m³.
+  /// Signed volume of tetrahedron `e` with straight edges: det[X1−X0, X2−X0, X3−X0]/6, m³.
   double volume(Index e) const;
   /// Sum of the volumes, m³.
   double total_volume() const;
@@ -119,10 +124,12 @@ struct TetMesh {
 
 /// Checks a raw mesh and makes the solver's mesh of it. All coordinates are multiplied by `scale`.
 ///
-/// The function takes the linear tetrahedra and the triangles of groups, counts other cells in the
-/// report, reorients inverted tetrahedra, and drops vertices that no tetrahedron uses.
+/// The function takes the tetrahedra, linear or quadratic, and the triangles of groups, counts other
+/// cells in the report, reorients inverted tetrahedra, and drops vertices that no tetrahedron uses.
 /// Throws FileError, which names the file and the id of the element or vertex, for: no tetrahedra,
-/// quadratic tetrahedra, a vertex id that does not exist, a NaN or infinite coordinate, a repeated
+/// tetrahedra of both orders or of a higher one, a vertex in the middle of an edge that is more than
+/// half of the edge away from there or differs between elements, curved edges that turn an element
+/// inside out at a quadrature point, a vertex id that does not exist, a NaN or infinite coordinate, a repeated
 /// vertex in a tetrahedron, a volume of zero (below 1e-14 of the cube of the longest edge), and a
 /// vertex number that occurs twice. Throws InputError unless the scale is positive and finite.
 TetMesh build_mesh(RawMesh raw, double scale = 1.0);
@@ -138,6 +145,18 @@ TetMesh build_mesh(RawMesh raw, double scale = 1.0);
 /// is not positive (as build_mesh() judges it), a vertex that no tetrahedron uses.
 TetMesh view_mesh(std::span<const double> positions, std::span<const std::int32_t> tetrahedra);
 TetMesh view_mesh(std::span<const double> positions, std::span<const std::int64_t> tetrahedra);
+
+/// The corners of the edges of a tetrahedron, in the order of TetMesh::edge_vertices.
+constexpr std::array<std::array<std::size_t, 2>, 6> kTetrahedronEdges{
+    {{0, 1}, {1, 2}, {0, 2}, {0, 3}, {1, 3}, {2, 3}}};
+
+/// The mesh with quadratic tetrahedra: every edge of a linear mesh gets a vertex in its middle, after
+/// all other vertices. Their ids follow the largest one. Point arrays have the mean of both ends there.
+/// A group of tetrahedra or triangles gets the middles of their edges; a group of lines or points
+/// gets the middles of edges between its vertices. A quadratic mesh is returned as it is.
+TetMesh with_edge_vertices(TetMesh mesh);
+/// The mesh with linear tetrahedra: the vertices in the middles of edges are left out.
+TetMesh without_edge_vertices(const TetMesh& mesh);
 
 /// The faces that belong to one tetrahedron only. Their vertices are ordered so that normals point
 /// outward.

@@ -45,6 +45,7 @@ struct MeshSettings {
   std::optional<GeneratorSettings> generate;  ///< instead of a file
   double scale = 1.0;                         ///< multiplies the file's coordinates
   std::string unit = "m";                     ///< of the file's coordinates, see length_units()
+  bool quadratic = false;                     ///< ten-node tetrahedra instead of four-node ones
 };
 
 /// A unit of length that mesh.unit can name.

@@ -2,6 +2,7 @@
 
 #include <limits>
 #include <unordered_map>
+#include <utility>
 
 namespace tetraction {
 
@@ -23,6 +24,10 @@ void GmshBuilder::add_cell(const GmshType& type, std::int64_t tag, std::vector<s
   cell.type = type.type;
   cell.id = tag;
   cell.vertices = std::move(nodes);
+  // Gmsh lists the middles of the edges 23 and 13 in this order, RawCell the other way round.
+  if (type.type == CellType::kQuadraticTetrahedron && cell.vertices.size() == 10) {
+    std::swap(cell.vertices[8], cell.vertices[9]);
+  }
   for (const std::int64_t physical : physicals) {
     cell.groups.push_back(group_index(type.dimension, physical));
     if (type.dimension == 3) cell.region = static_cast<int>(physical);

@@ -10,7 +10,9 @@
 #include <utility>
 
 #include "io/mesh/mesh_text.h"
+#include "tetraction/fem/rest_state.h"
 #include "tetraction/io/text_file.h"
+#include "tetraction/mesh/edge_vertices.h"
 
 namespace tetraction {
 namespace {
@@ -32,8 +34,8 @@ struct GmshEntity {
 int dimension_of(const RawCell& cell) {
   const std::size_t nodes = cell.vertices.size();
   if (cell.type == CellType::kVertex && nodes == 1) return 0;
-  if (cell.type == CellType::kLine && nodes == 2) return 1;
-  if (cell.type == CellType::kTriangle && nodes == 3) return 2;
+  if (cell.type == CellType::kLine && (nodes == 2 || nodes == 3)) return 1;
+  if (cell.type == CellType::kTriangle && (nodes == 3 || nodes == 6)) return 2;
   return -1;
 }
 
@@ -129,12 +131,16 @@ class GmshWriter {
       if (mesh_.region(e) > 0) own.push_back(mesh_.region(e));
       members[own].push_back(e);
     }
+    const RestState rest(mesh_);
     for (const auto& [own, elements] : members) {
       GmshEntity& target = entity(3, own);
       for (const Index e : elements) {
-        const auto t = mesh_.tetrahedra[static_cast<std::size_t>(e)];
-        target.elements.push_back(
-            {tetrahedron_ids_[static_cast<std::size_t>(e)], {t.begin(), t.end()}});
+        const ElementNodes nodes = rest.nodes(e);
+        GmshElement element{tetrahedron_ids_[static_cast<std::size_t>(e)],
+                            {nodes.begin(), nodes.end()}};
+        // Gmsh lists the middles of the edges 23 and 13 in this order.
+        if (mesh_.is_quadratic()) std::swap(element.nodes[8], element.nodes[9]);
+        target.elements.push_back(std::move(element));
       }
     }
   }
@@ -173,12 +179,16 @@ class GmshWriter {
           nodes.push_back(found->second);
         }
       }
-      const bool possible = dimension >= 0 && nodes.size() == cell.vertices.size();
+      // The cells of a file have the order of its tetrahedra.
+      const bool is_linear = static_cast<int>(nodes.size()) == dimension + 1;
+      const bool same_order = dimension == 0 || is_linear != mesh_.is_quadratic();
+      const bool possible = dimension >= 0 && same_order && nodes.size() == cell.vertices.size();
       for (const int g : cell.groups) {
         (possible ? begun : whole)[static_cast<std::size_t>(g)] = possible;
       }
       if (possible) keep(cell.type, dimension, std::move(nodes), cell.groups);
     }
+    const EdgeVertices edges(mesh_);
     // Without its cells, a group has the triangles of the mesh.
     for (std::size_t g = 0; g < mesh_.groups.size(); ++g) {
       const Group& group = mesh_.groups[g];
@@ -186,7 +196,7 @@ class GmshWriter {
       begun[g] = true;
       whole[g] = group.detached_triangles.empty();
       for (const auto& triangle : group.triangles) {
-        keep(CellType::kTriangle, 2, {triangle.begin(), triangle.end()}, {static_cast<int>(g)});
+        keep(CellType::kTriangle, 2, edges.of_face(triangle), {static_cast<int>(g)});
       }
     }
     for (Cell& cell : kept) {
@@ -284,7 +294,9 @@ class GmshWriter {
   }
 
   void append_elements(std::string& text) const {
-    constexpr std::array<int, 4> kTypes{15, 1, 2, 4};
+    // By the dimension, of the first and the second order.
+    constexpr std::array<std::array<int, 2>, 4> kTypes{{{15, 15}, {1, 8}, {2, 9}, {4, 11}}};
+    const std::size_t order = mesh_.is_quadratic() ? 1 : 0;
     std::size_t blocks = 0;
     std::size_t count = 0;
     std::int64_t least = entities_[3].front().elements.front().tag;
@@ -303,7 +315,7 @@ class GmshWriter {
     for (std::size_t d = 0; d < 4; ++d) {
       int number = 0;
       for (const GmshEntity& e : entities_[d]) {
-        append(text, "{} {} {} {}\n", d, ++number, kTypes[d], e.elements.size());
+        append(text, "{} {} {} {}\n", d, ++number, kTypes[d][order], e.elements.size());
         for (const GmshElement& element : e.elements) {
           append(text, "{}", element.tag);
           for (const Index v : element.nodes) {

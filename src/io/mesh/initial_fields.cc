@@ -119,7 +119,14 @@ TetMesh read_scene_mesh(const Scene& scene) {
                       ": no such file. Check mesh.file; it is relative to the scene's folder.");
     }
     mesh = read_mesh(scene.mesh.file, coordinate_scale(scene.mesh));
+    if (mesh.is_quadratic() && !scene.mesh.quadratic) {
+      throw FileError(
+          scene.mesh.file +
+          ": the mesh has quadratic (ten-node) tetrahedra. Set mesh.element = \"quadratic\" to "
+          "compute with them, or write the mesh with first-order elements (Gmsh: -order 1).");
+    }
   }
+  if (scene.mesh.quadratic) mesh = with_edge_vertices(std::move(mesh));
   add_initial_fields(scene.initial, mesh);
   return mesh;
 }

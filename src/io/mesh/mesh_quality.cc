@@ -31,7 +31,9 @@ constexpr std::array<Measure, 4> kMeasures{
 
 std::vector<QualityMeasure> mesh_quality(const TetMesh& mesh) {
   if (mesh.tetrahedra.empty()) return {};
-  const auto grid = make_grid(mesh);
+  TetMesh corners = mesh;  // the measures are those of straight edges
+  corners.edge_vertices.clear();
+  const auto grid = make_grid(corners);
   std::vector<QualityMeasure> result;
   for (const Measure& measure : kMeasures) {
     vtkNew<vtkMeshQuality> filter;

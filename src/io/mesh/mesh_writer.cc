@@ -145,7 +145,8 @@ std::vector<RawCell> group_cells(const RawMesh& raw) {
   std::vector<RawCell> cells;
   std::copy_if(raw.cells.begin(), raw.cells.end(), std::back_inserter(cells),
                [](const RawCell& cell) {
-                 return cell.type != CellType::kTetrahedron && !cell.groups.empty();
+                 return cell.type != CellType::kTetrahedron &&
+                        cell.type != CellType::kQuadraticTetrahedron && !cell.groups.empty();
                });
   return cells;
 }
@@ -155,6 +156,11 @@ MeshWriteReport write_mesh(const TetMesh& mesh, const std::string& path,
   const std::string ending = mesh_ending(path, "written");
   if (mesh.vertices.empty() || mesh.tetrahedra.empty()) {
     throw InputError(path + ": there is nothing to write: the mesh is empty.");
+  }
+  if (mesh.is_quadratic() && (ending == ".veg" || ending == ".node" || ending == ".ele")) {
+    throw InputError(path + ": " + ending +
+                     " files hold linear tetrahedra only, and the mesh has quadratic ones. Write a "
+                     ".vtu, .vtk or .msh file.");
   }
   if (ending == ".msh") return write_gmsh(mesh, path, cells);
   if (ending == ".vtu") {

@@ -64,6 +64,35 @@ void read_elements(TextScanner& in, RawMesh& mesh) {
   }
 }
 
+// TetGen has its own order of the nodes in the middles of edges, and other writers of its format have
+// theirs. So the node nearest to the middle of an edge belongs to it.
+void order_edge_nodes(RawMesh& mesh) {
+  std::unordered_map<std::int64_t, std::size_t> index_of_id;
+  for (std::size_t i = 0; i < mesh.vertex_ids.size(); ++i) {
+    index_of_id.emplace(mesh.vertex_ids[i], i);
+  }
+  for (RawCell& cell : mesh.cells) {
+    if (cell.type != CellType::kQuadraticTetrahedron) continue;
+    std::array<Vector3, 10> x;
+    bool known = true;
+    for (std::size_t a = 0; a < x.size() && known; ++a) {
+      const auto found = index_of_id.find(cell.vertices[a]);
+      known = found != index_of_id.end();
+      if (known) x[a] = mesh.vertices[found->second];
+    }
+    if (!known) continue;  // build_mesh() names the vertex
+    const std::vector<std::int64_t> given = cell.vertices;
+    for (std::size_t k = 0; k < kTetrahedronEdges.size(); ++k) {
+      const Vector3 middle = 0.5 * (x[kTetrahedronEdges[k][0]] + x[kTetrahedronEdges[k][1]]);
+      const auto nearest =
+          std::min_element(x.begin() + 4, x.end(), [&](const auto& a, const auto& b) {
+            return (a - middle).squaredNorm() < (b - middle).squaredNorm();
+          });
+      cell.vertices[4 + k] = given[static_cast<std::size_t>(nearest - x.begin())];
+    }
+  }
+}
+
 // The triangles that have a boundary marker. Those of each marker but 0 are a group with its number as
 // its name.
 void read_faces(TextScanner& in, RawMesh& mesh) {
@@ -111,6 +140,7 @@ RawMesh read_tetgen(const std::string& path) {
   const std::string element_text = without_comments(read_file(element_path));
   TextScanner elements(element_path, element_text);
   read_elements(elements, mesh);
+  order_edge_nodes(mesh);
   const auto check_end = [](TextScanner& in) {
     if (!in.at_end()) in.fail("there is more in the file than its first line announces.");
   };

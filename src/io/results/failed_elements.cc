@@ -24,8 +24,7 @@ struct Part {
 
   Part(const TetMesh& whole, const std::vector<Index>& chosen) : elements(chosen) {
     std::map<Index, Index> number;
-    for (const Index e : chosen) {
-      std::array<Index, 4> nodes = whole.tetrahedra[static_cast<std::size_t>(e)];
+    const auto renumber = [&](auto nodes) {
       for (Index& v : nodes) {
         const auto [entry, is_new] = number.emplace(v, static_cast<Index>(vertices.size()));
         if (is_new) {
@@ -35,7 +34,12 @@ struct Part {
         }
         v = entry->second;
       }
-      mesh.tetrahedra.own().push_back(nodes);
+      return nodes;
+    };
+    for (const Index e : chosen) {
+      const auto i = static_cast<std::size_t>(e);
+      mesh.tetrahedra.own().push_back(renumber(whole.tetrahedra[i]));
+      if (whole.is_quadratic()) mesh.edge_vertices.push_back(renumber(whole.edge_vertices[i]));
       mesh.tetrahedron_ids.push_back(whole.tetrahedron_id(e));
     }
   }

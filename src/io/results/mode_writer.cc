@@ -21,6 +21,7 @@
 #include "tetraction/core/error.h"
 #include "tetraction/core/version.h"
 #include "tetraction/io/text_file.h"
+#include "tetraction/mesh/edge_vertices.h"
 
 namespace tetraction {
 namespace {
@@ -50,7 +51,7 @@ struct Surface {
     auto points = vtkSmartPointer<vtkPoints>::New();
     points->SetDataTypeToDouble();
     auto cells = vtkSmartPointer<vtkCellArray>::New();
-    for (const std::array<Index, 3>& face : boundary_faces(mesh)) {
+    for (const std::array<Index, 3>& face : EdgeVertices(mesh).divide(boundary_faces(mesh))) {
       std::array<vtkIdType, 3> ids{};
       for (std::size_t i = 0; i < 3; ++i) {
         vtkIdType& id = number[static_cast<std::size_t>(face[i])];

@@ -48,6 +48,9 @@ std::string digest_of(const TetMesh& mesh) {
   for (const auto tetrahedron : mesh.tetrahedra) {
     for (std::size_t i = 0; i < 4; ++i) digest.add(static_cast<std::int64_t>(tetrahedron[i]));
   }
+  for (const auto& middles : mesh.edge_vertices) {
+    for (const Index v : middles) digest.add(v);
+  }
   for (Index v = 0; v < mesh.vertex_count(); ++v) digest.add(mesh.vertex_id(v));
   for (Index e = 0; e < mesh.tetrahedron_count(); ++e) {
     digest.add(mesh.tetrahedron_id(e));

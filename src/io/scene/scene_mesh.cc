@@ -55,8 +55,6 @@ MeshSettings read_mesh_settings(const TomlTable& root, const std::string& folder
     table.refuse_table(fmt::format("has no mesh: {}", kNeeded));
   }
   read_keys(table, mesh);
-  std::string element;
-  table.read("element", element, {"linear"}, {"quadratic"});
   if (table.has("file")) {
     std::string file;
     table.read("file", file);

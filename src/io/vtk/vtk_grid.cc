@@ -107,14 +107,20 @@ vtkSmartPointer<vtkUnstructuredGrid> make_grid(const TetMesh& mesh) {
     points->SetPoint(v, mesh.vertices[static_cast<std::size_t>(v)].data());
   }
   auto cells = vtkSmartPointer<vtkCellArray>::New();
-  cells->AllocateExact(mesh.tetrahedron_count(), 4 * mesh.tetrahedron_count());
-  for (const auto t : mesh.tetrahedra) {
-    const std::array<vtkIdType, 4> ids{t[0], t[1], t[2], t[3]};
-    cells->InsertNextCell(4, ids.data());
+  const Index nodes = mesh.is_quadratic() ? 10 : 4;
+  cells->AllocateExact(mesh.tetrahedron_count(), nodes * mesh.tetrahedron_count());
+  for (std::size_t e = 0; e < mesh.tetrahedra.size(); ++e) {
+    std::array<vtkIdType, 10> ids{};
+    const auto corners = mesh.tetrahedra[e];
+    std::copy(corners.begin(), corners.end(), ids.begin());
+    if (mesh.is_quadratic()) {
+      std::copy(mesh.edge_vertices[e].begin(), mesh.edge_vertices[e].end(), ids.begin() + 4);
+    }
+    cells->InsertNextCell(nodes, ids.data());
   }
   auto grid = vtkSmartPointer<vtkUnstructuredGrid>::New();
   grid->SetPoints(points);
-  grid->SetCells(VTK_TETRA, cells);
+  grid->SetCells(mesh.is_quadratic() ? VTK_QUADRATIC_TETRA : VTK_TETRA, cells);
   grid->GetPointData()->AddArray(
       id_array("vertex_id", mesh.vertex_count(), [&](Index v) { return mesh.vertex_id(v); }));
   grid->GetCellData()->AddArray(id_array("element_id", mesh.tetrahedron_count(),

@@ -157,7 +157,7 @@ BodyScene::~BodyScene() = default;
 void BodyScene::set_body(std::shared_ptr<const BodyShape> shape) {
   shape_ = std::move(shape);
   points_->DeepCopy(shape_->rest);
-  grid_->SetCells(VTK_TETRA, shape_->tetrahedra);
+  grid_->SetCells(shape_->cell_type, shape_->tetrahedra);
   surface_->SetPolys(shape_->faces);
   edges_->SetLines(shape_->edges);
   cloud_->SetVerts(shape_->points);

@@ -14,6 +14,9 @@
 #include <algorithm>
 #include <numeric>
 
+#include "tetraction/fem/rest_state.h"
+#include "tetraction/mesh/edge_vertices.h"
+
 namespace tetraction::viewer {
 namespace {
 
@@ -55,10 +58,17 @@ void find_surface(vtkUnstructuredGrid* grid, BodyShape& shape) {
     if (count != 3) continue;
     const vtkIdType ids[3] = {vertex->GetValue(corners[0]), vertex->GetValue(corners[1]),
                               vertex->GetValue(corners[2])};
-    shape.faces->InsertNextCell(3, ids);
     shape.triangles.push_back({ids[0], ids[1], ids[2]});
     shape.triangle_cell.push_back(cell->GetValue(t));
   }
+}
+
+// Draws every face of a quadratic element as four triangles between its vertices.
+void divide_surface(const TetMesh& mesh, BodyShape& shape) {
+  shape.triangles = EdgeVertices(mesh).divide(shape.triangles);
+  std::vector<Index> cells;
+  for (const auto cell : shape.triangle_cell) cells.insert(cells.end(), 4, cell);
+  shape.triangle_cell.assign(cells.begin(), cells.end());
 }
 
 }  // namespace
@@ -92,11 +102,26 @@ std::shared_ptr<const BodyShape> make_body_shape(const TetMesh& mesh) {
     const vtkIdType ids[4] = {tetrahedron[0], tetrahedron[1], tetrahedron[2], tetrahedron[3]};
     shape->tetrahedra->InsertNextCell(4, ids);
   }
-  shape->faces = vtkSmartPointer<vtkCellArray>::New();
   vtkNew<vtkUnstructuredGrid> grid;
   grid->SetPoints(shape->rest);
   grid->SetCells(VTK_TETRA, shape->tetrahedra);
   find_surface(grid, *shape);
+  if (mesh.is_quadratic()) {
+    divide_surface(mesh, *shape);
+    shape->cell_type = VTK_QUADRATIC_TETRA;
+    shape->tetrahedra = vtkSmartPointer<vtkCellArray>::New();
+    const RestState rest(mesh);
+    for (Index e = 0; e < rest.element_count(); ++e) {
+      const ElementNodes nodes = rest.nodes(e);
+      const std::vector<vtkIdType> ids(nodes.begin(), nodes.end());
+      shape->tetrahedra->InsertNextCell(static_cast<vtkIdType>(ids.size()), ids.data());
+    }
+  }
+  shape->faces = vtkSmartPointer<vtkCellArray>::New();
+  for (const auto& triangle : shape->triangles) {
+    const vtkIdType ids[3] = {triangle[0], triangle[1], triangle[2]};
+    shape->faces->InsertNextCell(3, ids);
+  }
   shape->edges = edge_cells(shape->triangles);
 
   for (const auto& triangle : shape->triangles) {

@@ -18,6 +18,7 @@ namespace tetraction::viewer {
 struct BodyShape {
   vtkSmartPointer<vtkPoints> rest;  ///< rest positions, single precision
   vtkSmartPointer<vtkCellArray> tetrahedra, faces, edges, points;
+  int cell_type = 10;  ///< VTK's type of the tetrahedra, VTK_TETRA or VTK_QUADRATIC_TETRA
   std::vector<std::array<Index, 3>>
       triangles;                        ///< vertices of the surface triangles, as in `faces`
   std::vector<Index> triangle_cell;     ///< the tetrahedron of each triangle

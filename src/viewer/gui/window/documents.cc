@@ -27,6 +27,7 @@ Document open_mesh(const std::string& path, double scale) {
   Scene& scene = document.scene;
   scene.mesh.file = std::filesystem::absolute(path).string();
   scene.mesh.scale = scale;
+  scene.mesh.quadratic = document.mesh.is_quadratic();
   scene.material.youngs_modulus = 1.0e6;
   scene.material.poissons_ratio = 0.4;
   scene.time.step = 5.0e-3;

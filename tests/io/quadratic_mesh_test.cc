@@ -1,0 +1,182 @@
+// Quadratic tetrahedra in mesh files and scenes.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "support/temporary_folder.h"
+#include "tetraction/core/error.h"
+#include "tetraction/dynamics/mechanical_system.h"
+#include "tetraction/io/initial_fields.h"
+#include "tetraction/io/mesh_quality.h"
+#include "tetraction/io/mesh_reader.h"
+#include "tetraction/io/mesh_writer.h"
+#include "tetraction/io/run_recorder.h"
+#include "tetraction/io/scene_reader.h"
+#include "tetraction/mesh/edge_vertices.h"
+#include "tetraction/mesh/generate.h"
+#include "tetraction/simulation/session.h"
+
+namespace tetraction {
+namespace {
+
+class QuadraticMesh : public testing::Test {
+ protected:
+  std::string path(const std::string& name) const { return (temporary_.path() / name).string(); }
+
+  static TetMesh curved() {
+    TetMesh mesh = with_edge_vertices(generate_box({2, 1, 1}, {2, 1, 1}));
+    for (Vector3& x : mesh.vertices.own()) x.z() += 0.1 * x.x() * x.x();
+    mesh.groups.push_back({"end", 2, 5, {}, {}, {}, {}});
+    for (const auto& face : boundary_faces(mesh)) {
+      const auto at_end = [&](Index v) {
+        return mesh.vertices[static_cast<std::size_t>(v)].x() > 1.99;
+      };
+      if (at_end(face[0]) && at_end(face[1]) && at_end(face[2])) {
+        mesh.groups[0].triangles.push_back(face);
+      }
+    }
+    return mesh;
+  }
+
+  std::string refusal(RawMesh raw) {
+    try {
+      build_mesh(std::move(raw));
+    } catch (const FileError& error) {
+      return error.what();
+    }
+    return "accepted";
+  }
+
+  // One quadratic tetrahedron as a reader would give it.
+  static RawMesh one_element() {
+    const TetMesh mesh = with_edge_vertices(generate_tetrahedron(1.0));
+    RawMesh raw;
+    raw.source = "one.msh";
+    for (Index v = 0; v < 10; ++v) {
+      raw.vertices.push_back(mesh.vertices[static_cast<std::size_t>(v)]);
+      raw.vertex_ids.push_back(v + 1);
+    }
+    RawCell cell;
+    cell.type = CellType::kQuadraticTetrahedron;
+    cell.id = 7;
+    for (const Index v : RestState(mesh).nodes(0)) cell.vertices.push_back(v + 1);
+    raw.cells = {cell};
+    return raw;
+  }
+
+  testing_support::TemporaryFolder temporary_;
+};
+
+class QuadraticFormat : public QuadraticMesh, public testing::WithParamInterface<const char*> {};
+
+TEST_P(QuadraticFormat, IsReadAsItWasWritten) {
+  const TetMesh mesh = curved();
+  const std::string file = path(std::string("mesh") + GetParam());
+  write_mesh(mesh, file);
+  const TetMesh read = read_mesh(file);
+  ASSERT_TRUE(read.is_quadratic());
+  EXPECT_EQ(read.report.reoriented, 0);
+  ASSERT_EQ(read.tetrahedron_count(), mesh.tetrahedron_count());
+  const RestState before(mesh);
+  const RestState after(read);
+  double difference = 0.0;
+  for (Index e = 0; e < mesh.tetrahedron_count(); ++e) {
+    for (std::size_t a = 0; a < 10; ++a) {
+      difference +=
+          (before.position(before.nodes(e)[a]) - after.position(after.nodes(e)[a])).norm();
+    }
+  }
+  EXPECT_EQ(difference, 0.0);
+  if (std::string(GetParam()) == ".msh") {
+    ASSERT_EQ(read.groups.size(), 1U);
+    EXPECT_EQ(read.groups[0].triangles.size(), 2U);
+    EXPECT_EQ(read.groups[0].vertices.size(), 9U);
+  }
+}
+INSTANTIATE_TEST_SUITE_P(All, QuadraticFormat, testing::Values(".vtu", ".vtk", ".msh"));
+
+TEST_F(QuadraticMesh, OtherFormatsCannotHoldIt) {
+  for (const char* ending : {".veg", ".node"}) {
+    EXPECT_THROW(write_mesh(curved(), path(std::string("mesh") + ending)), InputError);
+  }
+}
+
+TEST_F(QuadraticMesh, FileOfGmsh) {
+  // A sphere of radius 1 by another program: curved edges come much nearer to its volume than
+  // straight ones.
+  const TetMesh mesh = read_mesh(TETRACTION_TEST_DATA "/meshes/sphere_p2.msh");
+  ASSERT_TRUE(mesh.is_quadratic());
+  const RestState rest(mesh);
+  double curved_volume = 0.0;
+  for (Index e = 0; e < rest.element_count(); ++e) curved_volume += rest.volume(e);
+  double radius = 0.0;
+  for (Index v = 0; v < mesh.vertex_count(); ++v)
+    radius = std::max(radius, rest.position(v).norm());
+  const double exact = 4.0 / 3.0 * M_PI * radius * radius * radius;
+  EXPECT_LT(std::abs(curved_volume - exact), 0.2 * std::abs(mesh.total_volume() - exact));
+  EXPECT_EQ(mesh_quality(mesh).front().values.size(), mesh.tetrahedra.size());
+}
+
+TEST_F(QuadraticMesh, BadElementsAreRefused) {
+  EXPECT_EQ(refusal(one_element()), "accepted");
+  RawMesh raw = one_element();
+  std::swap(raw.cells[0].vertices[4], raw.cells[0].vertices[9]);
+  EXPECT_NE(refusal(raw).find("order of another program"), std::string::npos) << refusal(raw);
+  raw = one_element();
+  raw.vertices[4] += Vector3(0.0, 0.0, 0.6);
+  EXPECT_NE(refusal(raw).find("half of the edge"), std::string::npos) << refusal(raw);
+  raw = one_element();
+  raw.vertices[4] += Vector3(0.0, 0.4, 0.0);  // within half of the edge
+  raw.vertices[4] += Vector3(0.0, 0.0, 0.25);
+  EXPECT_NE(refusal(raw).find("inside out"), std::string::npos) << refusal(raw);
+  raw = one_element();
+  raw.cells[0].vertices[5] = raw.cells[0].vertices[4];
+  EXPECT_NE(refusal(raw).find("twice"), std::string::npos) << refusal(raw);
+  raw = one_element();
+  raw.cells[0].vertices.resize(20, 1);
+  EXPECT_NE(refusal(raw).find("20 nodes"), std::string::npos) << refusal(raw);
+  raw = one_element();
+  RawCell linear = raw.cells[0];
+  linear.type = CellType::kTetrahedron;
+  linear.vertices.resize(4);
+  std::swap(linear.vertices[3], raw.cells[0].vertices[3]);
+  linear.id = 8;
+  raw = one_element();
+  raw.cells.push_back(linear);
+  EXPECT_NE(refusal(raw).find("one order"), std::string::npos) << refusal(raw);
+  // Turned round: the middles go with the corners.
+  raw = one_element();
+  std::swap(raw.cells[0].vertices[2], raw.cells[0].vertices[3]);
+  std::swap(raw.cells[0].vertices[6], raw.cells[0].vertices[7]);
+  std::swap(raw.cells[0].vertices[5], raw.cells[0].vertices[8]);
+  EXPECT_EQ(build_mesh(raw).report.reoriented, 1);
+}
+
+TEST_F(QuadraticMesh, SceneWithTheKey) {
+  write_mesh(curved(), path("q.vtu"));
+  const auto scene_text = [](const std::string& mesh) {
+    return "[mesh]\n" + mesh +
+           "\n[material]\nyoungs_modulus = 1e5\npoissons_ratio = 0.3\n[environment]\n"
+           "kind = \"gravity\"\n[[fix]]\nselect = { plane = { axis = \"x\", at = 0.0 } }\n"
+           "[time]\nintegrator = \"midpoint\"\nstep = 0.01\nend = 0.05\n";
+  };
+  const auto write = [&](const std::string& mesh) {
+    std::ofstream(path("s.toml")) << scene_text(mesh);
+    return path("s.toml");
+  };
+  EXPECT_THROW(read_scene_mesh(read_scene(write("file = \"q.vtu\""))), FileError);
+  for (const char* mesh : {"file = \"q.vtu\"\nelement = \"quadratic\"",
+                           "generate = { kind = \"box\", size = [2, 1, 1], cells = [2, 1, 1] "
+                           "}\nelement = \"quadratic\""}) {
+    const Scene scene = read_scene(write(mesh));
+    const TetMesh read = read_scene_mesh(scene);
+    EXPECT_TRUE(read.is_quadratic());
+    Session session(scene, read);
+    EXPECT_EQ(session.run(), RunStatus::kOk) << session.message();
+    EXPECT_LT(std::abs(session.balance().energy_error()), 1e-3);
+  }
+}
+
+}  // namespace
+}  // namespace tetraction
