@@ -56,6 +56,10 @@ RestElement<Shape> RestState::point(Index i) const {
   return element;
 }
 
+double RestState::point_volume(Index i) const {
+  return point_edges(i).determinant() / 6.0;
+}
+
 double RestState::volume(Index e) const {
   const int points = points_per_element();
   double sum = 0.0;

@@ -69,7 +69,7 @@ class RestState {
   /// The rest edges [X1−X0, X2−X0, X3−X0] of a point, m.
   Matrix3 point_edges(Index i) const;
   /// The volume that a point stands for, m³.
-  double point_volume(Index i) const { return point_edges(i).determinant() / 6.0; }
+  double point_volume(Index i) const;
   /// Rest volume of element e, m³.
   double volume(Index e) const;
   /// Centroid of the corners of element e, m.
