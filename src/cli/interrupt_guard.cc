@@ -20,6 +20,7 @@ namespace tetraction {
 namespace {
 
 std::atomic<int> first_signal{0};
+std::atomic<bool> was_stopped{false};
 std::atomic<int> guards{0};
 std::atomic<int> threads_told{0};
 
@@ -99,6 +100,7 @@ void watch(const sigset_t& set) {
       end_by(number);
     } else if (first_signal == 0) {
       first_signal = number;
+      was_stopped = true;
       first_time = Clock::now();
     } else if (Clock::now() - first_time > kSameSignal) {
       end_at_once(number);
@@ -136,6 +138,10 @@ InterruptGuard::~InterruptGuard() {
 
 bool InterruptGuard::interrupted() {
   return first_signal != 0;
+}
+
+const std::atomic<bool>& InterruptGuard::stop_flag() const {
+  return was_stopped;
 }
 
 int InterruptGuard::exit_code() {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "tetraction/simulation/session.h"
+#include "tetraction/simulation/stop_flag.h"
 #include "tetraction/simulation/stop_request.h"
 
 namespace tetraction {
@@ -18,11 +19,11 @@ void watch_signals();
 void unblock_signals();
 
 /// While an object of this class lives, a signal ends a run properly: the present step is finished,
-/// unless it is divided or repeated (StopRequest), and all files are written. A second signal ends
+/// unless it is divided or repeated, or a load step (StopRequest, StopFlag), and all files are written. A second signal ends
 /// the program at once, wherever it is, and the files are then as after a kill. Some programs send one
 /// signal twice (timeout, for instance, to the program and to its group), so a signal within 0.3 s
 /// after the first one does not count.
-class InterruptGuard : public Observer, public StopRequest {
+class InterruptGuard : public Observer, public StopRequest, public StopFlag {
  public:
   InterruptGuard();
   ~InterruptGuard() override;
@@ -30,6 +31,7 @@ class InterruptGuard : public Observer, public StopRequest {
   InterruptGuard& operator=(const InterruptGuard&) = delete;
   bool on_step(const Session&) override { return !interrupted(); }
   bool stop_requested() const override { return interrupted(); }
+  const std::atomic<bool>& stop_flag() const override;
   static bool interrupted();
   /// 128 plus the number of the first signal, as shells have it: 130 for SIGINT, 143 for SIGTERM,
   /// 129 for SIGHUP, 131 for SIGQUIT. 130 if there was none.

@@ -14,6 +14,7 @@
 #include "console.h"
 #include "core/spelling.h"
 #include "interrupt_guard.h"
+#include "option_values.h"
 #include "tetraction/core/blas.h"
 #include "tetraction/core/error.h"
 #include "tetraction/core/parallel.h"
@@ -121,6 +122,7 @@ int run_program(int argc, char** argv) {
     if (threads > 0) tetraction::set_thread_count(threads);
   });
 
+  tetraction::require_values(app, argc, argv);
   try {
     app.parse(argc, argv);
   } catch (const CLI::CallForHelp& help) {

@@ -6,9 +6,15 @@ STUDY_DIR.
 
 import csv
 import json
+import logging
 import math
 import os
 import sys
+import warnings
+
+# What matplotlib says of its fonts, its caches or an axis is of no use to who reads the study's table.
+warnings.simplefilter("ignore")
+logging.getLogger("matplotlib").setLevel(logging.CRITICAL)
 
 if len(sys.argv) == 2:
     sys.argv[1] = os.path.abspath(sys.argv[1])

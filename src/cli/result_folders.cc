@@ -120,6 +120,25 @@ void remove_results_of_run(const fs::path& folder) {
   fs::remove(folder, not_empty);
 }
 
+// Whether a path that a scene gives is a folder below the working directory, with all links followed.
+bool leads_below_here(const fs::path& directory) {
+  if (!directory.is_relative()) return false;
+  std::error_code error;
+  const fs::path here = fs::canonical(".", error);
+  fs::path place = here;
+  // One part after the other: behind a link, ".." is the folder above that to which the link leads.
+  for (const fs::path& part : directory) {
+    if (part.empty()) continue;  // behind a slash at the end
+    place = fs::weakly_canonical(place / part, error);
+    // A link to nothing would lead to what somebody puts there later.
+    if (!error && fs::is_symlink(fs::symlink_status(place, error))) return false;
+    // What cannot be examined cannot be written to either, and this has its own message.
+    if (error && error != std::errc::no_such_file_or_directory) return true;
+  }
+  const fs::path way = place.lexically_relative(here);
+  return !way.empty() && way != "." && *way.begin() != "..";
+}
+
 [[noreturn]] void refuse_to_mix(const std::string& directory, const char* there,
                                 const char* coming) {
   throw InputError(fmt::format(
@@ -137,12 +156,12 @@ std::string output_directory(const Scene& scene, const std::string& out,
   const bool is_said = std::any_of(overrides.begin(), overrides.end(), [](const std::string& text) {
     return text.rfind("output.directory", 0) == 0;
   });
-  const fs::path place = fs::path(directory).lexically_normal();
-  if (is_said || (place.is_relative() && *place.begin() != "..")) return directory;
-  throw InputError(fmt::format(
-      "output.directory = \"{}\": the scene names a directory that is not below the present one. "
-      "If this is what you want, say so with --out.",
-      directory));
+  if (is_said || leads_below_here(directory)) return directory;
+  throw InputError(
+      fmt::format("output.directory = \"{}\": the scene names a directory that is not below the "
+                  "present one, or "
+                  "that a link leads out of it. If this is what you want, say so with --out.",
+                  directory));
 }
 
 void check_folder_of_run(const Scene& scene, const std::string& directory) {

@@ -10,7 +10,7 @@ namespace tetraction {
 
 /// The directory of the results: that of --out, or that of the scene, relative to the present
 /// directory. Only the command line (--out, or --set output.directory) may choose one that is not
-/// below the present directory; a scene that does so causes an InputError.
+/// below the present directory; a scene that does so, also by way of a link, causes an InputError.
 std::string output_directory(const Scene& scene, const std::string& out,
                              const std::vector<std::string>& overrides);
 

@@ -3,8 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -117,6 +120,33 @@ void plan_steps_anew(Session& session) {
   session.restore(planned);
 }
 
+// The columns of history.csv. Empty if there is no such file.
+std::string history_columns(const std::string& directory) {
+  const std::string path = directory + "/history.csv";
+  std::error_code error;
+  std::string columns;
+  // Nothing is read from a pipe, which would make the program wait.
+  if (std::filesystem::is_regular_file(path, error)) {
+    std::ifstream file(path, std::ios::binary);
+    std::getline(file, columns);
+  }
+  return columns;
+}
+
+// A command that was cut off has left no summary, but a history.
+void refuse_equilibrium(const std::string& directory, const SummaryJson& summary) {
+  const bool is_equilibrium = summary.is_object()
+                                  ? summary.contains("equilibrium")
+                                  : history_columns(directory).find(",max_displacement") !=
+                                        std::string::npos;  // no run has this column
+  if (!is_equilibrium) return;
+  throw InputError(fmt::format(
+      "{}: this directory holds the results of tetraction static, from which a run cannot "
+      "go on. Choose another directory with --out, or start the run without --resume, "
+      "which replaces them.",
+      directory));
+}
+
 bool has_same_mesh(const SummaryJson& summary, const TetMesh& mesh) {
   const SummaryJson before = summary.value("mesh", SummaryJson::object());
   return before.value("vertices", SummaryJson()) == mesh.vertex_count() &&
@@ -132,6 +162,8 @@ std::string read_summary(const std::string& directory) {
 
 Resumption resume_run(Session& session, RunRecorder& recorder, const std::string& directory,
                       bool force, bool quiet) {
+  const SummaryJson summary = SummaryJson::parse(read_summary(directory), nullptr, false);
+  refuse_equilibrium(directory, summary);
   const Scene& scene = session.scene();
   const bool only_regular = scene.output.checkpoint_every > 0;
   std::optional<StoredCheckpoint> stored = newest_checkpoint(directory, only_regular);
@@ -139,7 +171,6 @@ Resumption resume_run(Session& session, RunRecorder& recorder, const std::string
   const BodyIdentity body = session.checkpoint().body;
   if (stored) parts = changes(*stored, inputs_of(session), body);
 
-  const SummaryJson summary = SummaryJson::parse(read_summary(directory), nullptr, false);
   if (summary.is_object() && summary.value("status", SummaryJson()) == "ok") {
     std::vector<std::string> since =
         changed_keys(summary.value("scene", SummaryJson::object()).dump(), scene.echo);

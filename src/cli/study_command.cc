@@ -280,7 +280,11 @@ int study(const StudyArguments& arguments) {
   const std::string name = std::filesystem::path(arguments.scene).stem().string();
   write_study(result, name, directory);
   for (const std::string& remark : result.remarks) print_note(remark);
-  const bool plotted = !arguments.no_plots && draw_plots(directory);
+  // Whoever interrupts a study does not want to wait for pictures of a part of it.
+  const bool stopped =
+      result.reference_status == RunStatus::kCancelled || InterruptGuard::interrupted();
+  const bool plots = !arguments.no_plots && !stopped;
+  const bool plotted = plots && draw_plots(directory);
   if (arguments.json) {
     write_result(study_json(result, name));
   } else if (!arguments.quiet) {
@@ -288,10 +292,14 @@ int study(const StudyArguments& arguments) {
     print_result("\nresults: {0}/study.csv, {0}/study.json{1}\n{2}", directory,
                  plotted ? ", plots (*.png, *.svg)" : "", advice_to_look(directory, frames));
   }
-  if (!arguments.no_plots && !plotted) {
+  if (plots && !plotted) {
     print_warning("the plots were not drawn: install python3 and python3-matplotlib");
+  } else if (stopped && !arguments.no_plots && !arguments.quiet) {
+    print_note(
+        "the plots were not drawn, because the study was interrupted: the same command with "
+        "--resume makes the runs that are missing, and draws them");
   }
-  return result.reference_status == RunStatus::kCancelled ? InterruptGuard::exit_code() : 0;
+  return stopped ? InterruptGuard::exit_code() : 0;
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 #include <map>
+#include <set>
 #include <string>
 #include <variant>
 #include <vector>
@@ -35,7 +36,10 @@ class Targets {
           select_at(system_.mesh(), release->select, release->where);
       for (std::size_t number = 0; number < fixes_.size(); ++number) {
         if (release->fix && *release->fix != number) continue;
-        for (const Index v : released) fixes_[number].targets.erase(v);
+        for (const Index v : released) {
+          fixes_[number].targets.erase(v);
+          fixes_[number].vertices.erase(v);
+        }
       }
     }
   }
@@ -43,6 +47,8 @@ class Targets {
  private:
   struct Fix {
     std::map<Index, Vector3> targets;  // empty if they are not known before the run
+    std::set<Index> vertices;          // empty if it is not known which velocity they have
+    Vector3 velocity = Vector3::Zero();
     std::array<bool, 3> components{};
     std::string where;
   };
@@ -51,16 +57,35 @@ class Targets {
     Fix result;
     result.components = fix.components;
     result.where = fix.where;
-    const bool is_known = fix.target.has_value() || !fix.targets.empty();
-    if (!is_known || fix.is_penalty || !fix.velocity.isZero(0.0) || !fix.amplitude.empty()) {
-      return result;
-    }
+    if (fix.is_penalty || !fix.amplitude.empty()) return result;
     const PrescribedVertices held =
         make_held(fix, system_.mesh(), system_.mesh().rest_positions(), 0.0, scene_.amplitude);
+    result.vertices.insert(held.vertices.begin(), held.vertices.end());
+    result.velocity = fix.velocity;
+    const bool is_known = fix.target.has_value() || !fix.targets.empty();
+    if (!is_known || !fix.velocity.isZero(0.0)) return result;
     for (std::size_t i = 0; i < held.vertices.size(); ++i) {
       result.targets[held.vertices[i]] = held.start.col(static_cast<Index>(i));
     }
     return result;
+  }
+
+  // Targets of different velocities meet at one moment at most.
+  void refuse_velocities(const Fix& fix, const Fix& other) const {
+    for (std::size_t c = 0; c < 3; ++c) {
+      const auto i = static_cast<Index>(c);
+      if (!fix.components[c] || !other.components[c] || fix.velocity[i] == other.velocity[i]) {
+        continue;
+      }
+      for (const Index v : fix.vertices) {
+        if (other.vertices.count(v) > 0) {
+          throw InputError(fmt::format(
+              "{}: vertex {} is fixed twice at that time, with different velocities (also by {}). "
+              "Release it first with unfix, or let only one of them select it.",
+              fix.where, system_.mesh().vertex_id(v), other.where));
+        }
+      }
+    }
   }
 
   void refuse(std::size_t number) const {
@@ -69,6 +94,7 @@ class Targets {
     const Fix& fix = fixes_[number];
     for (std::size_t other = 0; other < fixes_.size(); ++other) {
       if (other == number) continue;
+      refuse_velocities(fix, fixes_[other]);
       for (const auto& [v, target] : fix.targets) {
         const auto found = fixes_[other].targets.find(v);
         if (found == fixes_[other].targets.end()) continue;

@@ -6,8 +6,8 @@
 
 namespace tetraction {
 
-/// Follows the targets that the scene's [[fix]] and those of its events give in numbers. Throws
-/// InputError, which names both, if a vertex has two different ones at the same time. Targets that
+/// Follows the targets that the scene's [[fix]] and those of its events give in numbers, and their
+/// velocities. Throws InputError, which names both, if a vertex has two different ones at the same time. Targets that
 /// depend on where the vertices are then are known only in the run, and are left to it.
 void refuse_contradicting_targets(const Scene& scene, const MechanicalSystem& system);
 

@@ -179,9 +179,9 @@ bool Session::Impl::cancelled_within_step() {
   if (std::none_of(stop_requests.begin(), stop_requests.end(), asked)) return false;
   progress.status = RunStatus::kCancelled;
   progress.message = fmt::format(
-      "stopped on request after step {} (t = {:.6g} s), in the middle of the next one, which was "
+      "stopped on request after step {} ({} = {:.6g}{}), in the middle of the next one, which was "
       "given up",
-      state().step, state().time);
+      state().step, loading ? "load factor" : "t", state().time, loading ? "" : " s");
   // What it remembers belongs to a state that was not reached.
   stepper->reset();
   return true;

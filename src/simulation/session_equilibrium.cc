@@ -2,10 +2,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "session_impl.h"
 #include "tetraction/core/error.h"
+#include "tetraction/core/interruption.h"
+#include "tetraction/simulation/stop_flag.h"
 
 namespace tetraction {
 
@@ -47,7 +50,18 @@ bool Session::Impl::load_step() {
   const std::vector<LimitPoint>& limits = loading->path().limit_points;
   const std::size_t known = limits.size();
   const std::string last = known > 0 ? limit_text(limits.back()) : "";
-  const StepOutcome outcome = loading->advance(state(), states.other());
+  StepOutcome outcome;
+  try {
+    std::optional<Interruptible> interruptible;
+    for (const StopRequest* request : stop_requests) {
+      const auto* with_flag = dynamic_cast<const StopFlag*>(request);
+      if (!interruptible && with_flag != nullptr) interruptible.emplace(with_flag->stop_flag());
+    }
+    outcome = loading->advance(state(), states.other());
+  } catch (const Interrupted&) {
+    if (cancelled_within_step()) return false;
+    throw;
+  }
   count(outcome.minimizer);
   if (!outcome.ok()) {
     fail_load_step(outcome);

@@ -176,6 +176,12 @@ std::vector<Index> loaded_elements(const MechanicalSystem& system, const Vector&
   return elements;
 }
 
+// Whether prescribed motion leads vertices to where positions are not finite.
+bool leads_out_of_range(const StepFailure& failure, const StepOutcome& outcome) {
+  return outcome.obstacle == StepObstacle::kPrescribedMotion &&
+         !failure.attempted_position.allFinite();
+}
+
 bool holds_moving_vertex(const MechanicalSystem& system, Index e) {
   const Constraints& constraints = system.constraints();
   if (!constraints.moving()) return false;
@@ -248,9 +254,11 @@ std::string Session::Impl::place_of(const StepFailure& failure) const {
   if (failure.elements.empty()) return {};
   const Index e = failure.elements.front();
   const Vector3 center = rest_centroid(system->mesh(), e);
-  std::string text = fmt::format(
-      " at element {} (region {}, centroid ({:.4g}, {:.4g}, {:.4g}) m at rest, J = {:.3g}",
-      element_id(e), system->region(e), center.x(), center.y(), center.z(), failure.jacobian);
+  std::string text =
+      fmt::format(" at element {} (region {}, centroid ({:.4g}, {:.4g}, {:.4g}) m at rest, ",
+                  element_id(e), system->region(e), center.x(), center.y(), center.z());
+  text += std::isfinite(failure.jacobian) ? fmt::format("J = {:.3g}", failure.jacobian)
+                                          : "J is not a finite number";
   // The step did not get as far as where an element is inverted.
   if (failure.jacobian > 0.0 && failure.attempted_position.size() == 0) text += " before the step";
   text += ")";
@@ -346,6 +354,10 @@ std::string Session::Impl::remedy_for(const StepFailure& failure,
           moduli.least, moduli.most);
     }
     case FailureCause::kPrescribedMotion:
+      if (leads_out_of_range(failure, outcome)) {
+        return "Make the velocities, angular velocities, offsets and amplitudes of [[fix]] and "
+               "[[constraint]] smaller, and check their units.";
+      }
       return "What moves as prescribed crushes or tears the elements beside it: make the motion "
              "smaller or slower, check its direction and units, or refine the mesh there. " +
              limit_advice();
@@ -359,10 +371,16 @@ std::string Session::Impl::remedy_for(const StepFailure& failure,
           settings.solver.tolerance,
           2.0 * outcome.minimizer.residual / outcome.minimizer.asked_limit *
               settings.solver.tolerance);
-    case FailureCause::kIterations:
-      return fmt::format("solver.max_iterations = {} did not suffice: raise it. ",
-                         settings.solver.max_iterations) +
-             limit_advice();
+    case FailureCause::kIterations: {
+      const int usual = SolverSettings{}.max_iterations;
+      const std::string advice = fmt::format(
+          "solver.max_iterations = {} did not suffice: raise it.", settings.solver.max_iterations);
+      // So few may be too few for any step.
+      if (settings.solver.max_iterations < usual) {
+        return advice + fmt::format(" The default is {}.", usual);
+      }
+      return advice + " " + limit_advice();
+    }
     case FailureCause::kForceTerm:
       if (outcome.status == StepStatus::kUndefined) return limit_advice();
       return "Correct the term: it must give finite forces wherever its potential is defined. "
@@ -416,8 +434,11 @@ void Session::Impl::fail(const StepOutcome& outcome) {
       if (report.iterations == 0) break;
       // The residual may be small enough, and something else keeps the step from its end.
       const bool is_large = !(report.residual <= report.residual_limit);
-      now.what = fmt::format("the implicit step did not converge after {} iterations: {} ",
-                             report.iterations, outcome.message);
+      // A step with moving targets or constraints minimises more than once.
+      const bool several = report.iterations > settings.solver.max_iterations;
+      now.what = fmt::format("the implicit step did not converge after {} iteration{}{}: {} ",
+                             report.iterations, report.iterations == 1 ? "" : "s",
+                             several ? " of several minimisations" : "", outcome.message);
       now.what += is_large ? fmt::format("(force residual {:.3g} N, allowed {:.3g} N)",
                                          report.residual, report.residual_limit)
                            : fmt::format(
@@ -431,6 +452,9 @@ void Session::Impl::fail(const StepOutcome& outcome) {
     // Where the elements would be if the rest of the body did not follow.
     now.attempted_position = state().position;
     system->constraints().prescribe(now.time + now.time_step, now.attempted_position);
+    if (leads_out_of_range(now, outcome)) {
+      now.what = "what moves as prescribed gets to positions that are not finite numbers";
+    }
   }
   locate(now, outcome.element);
   now.cause = cause_of(outcome, now);

@@ -92,6 +92,15 @@ void Session::Impl::choose_step(const StabilityLimit& limit, CriticalModes modes
                     "larger or time.end = {} s earlier.",
                     left / step, step, settings.time.end));
   }
+  const double shortest = left > round_off(settings.time.end) ? std::min(left, step) : step;
+  if (!std::isnormal(shortest * shortest) || !std::isnormal(1.0 / (shortest * shortest))) {
+    throw InputError(
+        fmt::format("A step of {:.3g} s cannot be computed: the square of its length, or one over "
+                    "it, is out of "
+                    "the range of double precision. Make {} {}.",
+                    shortest, shortest < step ? "time.end" : "time.step",
+                    shortest < 1.0 ? "larger" : "smaller"));
+  }
   set_time_step(step);
   progress.first_time_step = first;
   if (!follows_limit()) return;

@@ -231,6 +231,10 @@ class CeresMinimizer : public Minimizer {
     ++report.factorizations;
     const NegativeCurvature way = assembled().find_negative_curvature(problem, at_.u);
     if (!way.found()) return false;
+    if (report.iterations >= options_.max_iterations) {
+      report.termination = Termination::kIterationLimit;
+      return false;
+    }
     ++report.factorizations;
     if (!follow(problem, way, at_)) return false;
     report.met_negative_curvature = true;

@@ -129,6 +129,8 @@ class Arguments(CliTest):
                     odd.append([*start, option.name, option.name])
                     continue
                 malformed.append([*start, option.name])
+                malformed += [[*start, option.name, word] for word in ("--help", "--json", "--", "-x")]
+                malformed += [[*start, f"{option.name}=", word] for word in ("--help", "1", "a")]
                 if option.kind == "TEXT":
                     odd += [[*start, f"{option.name}={text}"] for text in TEXTS]
                     if not option.many and not given:
@@ -146,6 +148,23 @@ class Arguments(CliTest):
         self.assertGreater(len(odd), 300)
         self.expect(malformed, {2})
         self.expect(odd, {0, 2, 3, 4})
+
+
+    def test_a_missing_value_is_named(self):
+        for line, words in (
+            (["run", "scene.toml", "--out", "--quiet"], "--out needs a value, but --quiet follows"),
+            (["run", "scene.toml", "--out=", "--quiet"], "--out has no value"),
+            (["study", "scene.toml", "--integrators", "--resume"], "--integrators needs a value"),
+            (["--threads", "--quiet", "run", "scene.toml"], "--threads needs a value"),
+            (["modes", "scene.toml", "-n", "--static"], "-n needs a value"),
+        ):
+            with self.subTest(line):
+                self.assertIn(words, self.refused(2, *line))
+        self.assertEqual(sorted(os.listdir(self.folder)), ["box.msh", "scene.toml"])
+        # Whoever wants such a name can have it, and numbers may have a minus.
+        self.run_program("run", "scene.toml", "--out=--quiet")
+        self.assertTrue(os.path.exists(self.path("--quiet", "summary.json")))
+        self.assertIn("0 - 1024", self.refused(2, "run", "scene.toml", "--threads", "-1"))
 
 
 class ExitCodes(CliTest):

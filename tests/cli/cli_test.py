@@ -656,6 +656,15 @@ class Study(CliTest):
             for ending in ("png", "svg"):
                 self.assertGreater(os.path.getsize(self.path("s", f"{name}.{ending}")), 5000)
 
+    def test_matplotlib_does_not_speak(self):
+        scene = self.write("beam.toml", BEAM)
+        # Of a folder for its settings that it cannot make, matplotlib warns.
+        result = self.run_program("study", scene, "--steps", "0.05", "--integrators", "midpoint",
+                                  "--out", "s", "--quiet",
+                                  env={"MPLCONFIGDIR": "/dev/null/settings"})  # fmt: skip
+        self.assertEqual(own_lines(result.stderr), [])
+        self.assertTrue(os.path.exists(self.path("s", "error_over_step.png")))
+
     def test_python_files_of_the_working_folder_do_not_run(self):
         scene = self.write("beam.toml", BEAM)
         for module in ("csv", "json", "math", "matplotlib", "numpy", "os", "sitecustomize"):

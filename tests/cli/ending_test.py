@@ -198,6 +198,23 @@ class Signals(EndingTest):
                 self.assertEqual(summary["steps"], len(self.rows_of(self.path(out, "history.csv"))) - 1)
                 self.assertEqual(self.leftovers(out), [])
 
+    def test_the_first_one_gives_up_a_load_step(self):
+        """An equilibrium may have one step only, and a long one."""
+        process = self.start("static", "beam.toml", "--out", "out", *LONG_STEP)
+        # history.csv is there just before the first step.
+        self.wait_for_file(process, "out", "frames.pvd")
+        process.send_signal(signal.SIGINT)
+        _, messages = process.communicate(timeout=120)
+        self.assertEqual(process.returncode, 130, messages)
+        self.assertIn("stopped on request after step 0 (load factor = 0)", messages)
+        self.check_complete("out")
+        self.assertTrue(os.path.exists(self.path("out", "final.vtu")))
+        summary = self.summary("out")
+        self.assertEqual(summary["status"], "interrupted")
+        self.assertEqual(summary["exit_status"], 130)
+        self.assertEqual(summary["steps"], 0)
+        self.assertEqual(self.leftovers("out"), [])
+
     def test_the_second_one_ends_it_at_once(self):
         """Within a step that takes very long, of every solver."""
         cases = {
@@ -205,7 +222,6 @@ class Signals(EndingTest):
             "factor": ["run", *LONG_STEP, "--set", "solver.linear=\"factor\""],
             "ceres": ["run", *LONG_STEP, "--set", "solver.kind=\"ceres\""],
             "root": ["run", *LONG_STEP, "--set", "time.integrator=\"energy-momentum\""],
-            "static": ["static", *LONG_STEP],
         }  # fmt: skip
         for name, arguments in cases.items():
             for number, code in self.CODES[:2]:
@@ -461,6 +477,34 @@ class Security(EndingTest):
             self.run_program("run", scene, "--quiet", *say, cwd=self.path("work"))
             self.assertTrue(os.path.exists(self.path("away", "summary.json")))
             shutil.rmtree(self.path("away"))
+
+    def test_a_scene_does_not_choose_a_directory_behind_a_link(self):
+        work, elsewhere = self.path("work"), self.path("elsewhere")
+        os.makedirs(os.path.join(work, "real", "deep"))
+        os.makedirs(os.path.join(elsewhere, "deep"))
+        os.symlink("../elsewhere", os.path.join(work, "le"))
+        os.symlink("../elsewhere/deep", os.path.join(work, "deep"))
+        os.symlink("../nothing", os.path.join(work, "dangling"))
+        os.symlink("real/deep", os.path.join(work, "own"))
+        for directory in ("le", "le/", "le/sub", "new/../le/sub", "deep/../out", "real/../le", "./le",
+                          "own/../../le/x", "dangling", "dangling/sub", "a/..", ".", "own/../.."):  # fmt: skip
+            scene = self.write("work/scene.toml", BEAM + f'directory = "{directory}"\n')
+            for command in (["run"], ["static"], ["modes"], ["study", "--no-plots"]):
+                with self.subTest(directory, command=command[0]):
+                    result = self.run_program(*command, scene, code=2, cwd=work)
+                    self.assertIn("--out", result.stderr)
+        self.assertEqual(os.listdir(elsewhere), ["deep"])
+        self.assertEqual(os.listdir(os.path.join(elsewhere, "deep")), [])
+        self.assertEqual(sorted(os.listdir(work)),
+                         ["dangling", "deep", "le", "own", "real", "scene.toml"])  # fmt: skip
+        # Links that stay below the working directory, and what the command line says.
+        for directory, place in (("own/out", "real/deep/out"), ("own/../out", "real/out"),
+                                 ("new/../other", "other")):  # fmt: skip
+            scene = self.write("work/scene.toml", BEAM + f'directory = "{directory}"\n')
+            self.run_program("run", scene, "--quiet", cwd=work)
+            self.assertTrue(os.path.exists(os.path.join(work, place, "summary.json")), place)
+        self.run_program("run", scene, "--quiet", "--out", "le", cwd=work)
+        self.assertTrue(os.path.exists(os.path.join(elsewhere, "summary.json")))
 
     def test_no_shell_sees_the_names(self):
         """The plots get their directory as an argument."""

@@ -96,6 +96,83 @@ class Events(CliTest):
         second = second.replace("4.1", "4.01")
         self.run_program("run", self.scene(first + release + second), "--out", "o")
 
+    def test_numbers_out_of_range_are_named(self):
+        scene = self.scene('[[constraint]]\nkind = "rigid"\nselect = { plane = { axis = "x", at = 4.0 } }\n'
+                           "angular_velocity = [1e300, 0, 0]\n")  # fmt: skip
+        result = self.run_program("run", scene, "--out", "o", code=1)
+        with open(self.path("o", "summary.json")) as file:
+            messages = result.stderr + json.load(file)["message"]
+        self.assertNotIn("nan", messages)
+        self.assertEqual(messages.count("J is not a finite number"), 2)
+        self.assertEqual(messages.count("positions that are not finite numbers"), 2)
+        self.assertEqual(messages.count("Make the velocities, angular velocities, offsets"), 2)
+        self.assertNotIn("time.step", messages)
+
+    def test_steps_whose_square_is_out_of_range_are_refused(self):
+        scene = self.scene("")
+        for key, settings in (
+            ("time.end", ["time.end=1e-300"]),
+            ("time.step", ["time.step=1e-160", "time.end=1e-158"]),
+            ("time.step", ["time.step=1e-155", "time.end=1e-153", "time.integrator=verlet"]),
+            ("time.step", ["time.step=1e160", "time.end=1e162"]),
+        ):
+            with self.subTest(settings):
+                overrides = [word for text in settings for word in ("--set", text)]
+                message = self.refused(2, "run", scene, "--out", "o", *overrides)
+                self.assertIn("cannot be computed", message)
+                self.assertIn(f"Make {key} ", message)
+        self.assertFalse(os.path.exists(self.path("o", "history.csv")))
+        self.run_program("run", scene, "--out", "o", "--set", "time.step=1e-150", "--set",
+                         "time.end=1e-148")  # fmt: skip
+
+    def test_too_few_iterations_are_named_alone(self):
+        message = self.refused(1, "run", self.scene(""), "--out", "o", "--quiet", "--set",
+                               "solver.max_iterations=1")  # fmt: skip
+        self.assertIn("after 1 iteration:", message)
+        self.assertTrue(message.endswith(
+            "solver.max_iterations = 1 did not suffice: raise it. The default is 100."), message)  # fmt: skip
+
+    def test_a_key_that_is_there_twice_is_named(self):
+        for line, key in (
+            ('set = { "material.youngs_modulus" = 8e4, "material.youngs_modulus" = 9e4 }',
+             '"material.youngs_modulus"'),
+            ("at = 0.06", "at"),
+            ("set = { 'é'.a = 1, 'é'.\"a\" = 2 }", "'é'.\"a\""),
+        ):  # fmt: skip
+            message = self.refused(2, "check", self.scene("[[event]]\nat = 0.05\n" + line + "\n"))
+            with self.subTest(line):
+                self.assertIn(f"not valid TOML: {key} is there twice in the same table", message)
+
+    def test_velocities_that_contradict_each_other_are_found_before_the_run(self):
+        fix = 'fix = {{ select = {{ vertices = [80] }}, {} }}\n'
+        first = "[[event]]\nat = 0.05\nfix = { select = { vertices = [80] } }\n"
+        for second in ("velocity = [0.1, 0, 0]", 'velocity = [0, 0.1, 0], components = "xy"'):
+            second = "[[event]]\nat = 0.05\n" + fix.format(second)
+            message = self.refused(2, "run", self.scene(first + second), "--out", "o")
+            self.assertIn("event.1.fix", message)
+            self.assertIn("event.0.fix", message)
+            self.assertIn("vertex 80", message)
+            self.assertIn("different velocities", message)
+        self.assertFalse(os.path.exists(self.path("o", "history.csv")))
+        # Another component, and a vertex that was released before.
+        first = '[[event]]\nat = 0.05\nfix = { select = { vertices = [80] }, components = "yz" }\n'
+        moving = "[[event]]\nat = 0.05\n" + fix.format('velocity = [0.1, 0, 0], components = "x"')
+        self.run_program("run", self.scene(first + moving), "--out", "o")
+        release = "[[event]]\nat = 0.05\nunfix = { select = { vertices = [80] } }\n"
+        self.run_program("run", self.scene(first + release + second), "--out", "o")
+
+    def test_events_at_one_time_are_made_in_the_order_of_the_file(self):
+        """And those within one step in the order of their times."""
+        event = '[[event]]\nat = {}\nset = {{ "time.step" = {} }}\n'
+        for times, last in (((0.05, 0.05), 0.0025), ((0.045, 0.042), 0.005),
+                            ((0.042, 0.045), 0.0025)):  # fmt: skip
+            text = "".join(event.format(*both) for both in zip(times, (0.005, 0.0025)))
+            self.run_program("run", self.scene(text), "--out", "o", "--quiet")
+            with self.subTest(times):
+                steps = [row["time_step"] for row in self.history("o", "history.csv")]
+                self.assertEqual(steps[1:6], [0.01] * 5)
+                self.assertEqual(set(steps[6:-1]), {last})
+
     def test_an_end_that_has_passed_is_told_of(self):
         scene = self.scene('[[event]]\nat = 0.05\nset = { "time.end" = 0.02 }\n')
         result = self.run_program("run", scene, "--out", "o")

@@ -161,6 +161,20 @@ class Resuming(ResumeTest):
                       self.refused(2, "run", scene, "--out", "out", "--resume", "--set",
                                    "material.youngs_modulus=2e6"))  # fmt: skip
 
+    def test_results_of_an_equilibrium_are_refused(self):
+        scene = self.scene(steps=200)
+        self.run_program("static", scene, "--out", "out", "--quiet")
+        before = results_of(self.path("out"))
+        resume = ("run", scene, "--out", "out", "--resume")
+        self.assertIn("results of tetraction static", self.refused(2, *resume))
+        # One that was cut off has no summary.
+        os.remove(self.path("out", "summary.json"))
+        self.assertIn("results of tetraction static", self.refused(2, *resume))
+        before.pop("summary.json", None)
+        self.assertEqual(results_of(self.path("out")), before)
+        self.run_program("run", scene, "--out", "out", "--quiet")
+        self.assertIn("this run is complete already", self.resume(scene).stderr)
+
     def test_a_new_run_replaces_the_checkpoints_of_an_earlier_one(self):
         scene = self.scene()
         self.kill(scene)

@@ -4,6 +4,7 @@ Usage: study_test.py PROGRAM DATA_FOLDER [TestCase...]
 """
 
 import csv
+import glob
 import importlib.util
 import json
 import math
@@ -241,7 +242,7 @@ class Frames(StudyTest):
         scene = self.write("beam.toml", BEAM)
         for frames, named in (("none", False), ("midpoint-0.01", False), ("verlet-1e-5", True)):
             with subprocess.Popen(
-                [PROGRAM, "study", scene, "--out", "s", "--no-plots", "--steps", "1e-5,0.01",
+                [PROGRAM, "study", scene, "--out", "s", "--steps", "1e-5,0.01",
                  "--integrators", "verlet,midpoint", "--reference-integrator", "verlet",
                  "--set", "time.end=100", "--frames", frames],
                 cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
@@ -255,6 +256,9 @@ class Frames(StudyTest):
             self.assertEqual(process.returncode, 130, messages)
             self.assertEqual(self.runs(), {"verlet-1e-05": named})
             self.assertEqual("verlet-1e-05/frames.pvd" in text, named)
+            # Nobody waits for pictures of a part of a study.
+            self.assertEqual(glob.glob(self.path("s", "*.png")), [])
+            self.assertIn("the plots were not drawn, because the study was interrupted", messages)
             with open(self.path("s", "study.csv"), newline="") as file:
                 self.assertEqual([r["status"] for r in csv.DictReader(file)], ["interrupted"])
             shutil.rmtree(self.path("s"))

@@ -3,10 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <string>
 
 #include "support/bodies.h"
 #include "tetraction/simulation/session.h"
+#include "tetraction/simulation/stop_flag.h"
 
 namespace tetraction {
 namespace {
@@ -74,6 +76,46 @@ TEST(StopRequest, IsHeardBetweenTheAttemptsAtAStep) {
     scene.time.adapt = adaptation;
     SCOPED_TRACE(to_string(adaptation));
     expect_stopped_within_step(scene);
+  }
+}
+
+// Is set from the start, or after a load step.
+class Flag : public Observer, public StopRequest, public StopFlag {
+ public:
+  explicit Flag(Index after) : after_(after), flag_(after == 0) {}
+  bool on_step(const Session& session) override {
+    if (session.step_number() == after_) flag_ = true;
+    return true;
+  }
+  void on_finish(const Session& session) override {
+    // Observers can compute, although the load steps cannot.
+    Vector densities;
+    session.system().elastic().energy_densities(session.state().position, densities);
+    finished = densities.size() > 0;
+  }
+  bool stop_requested() const override { return flag_; }
+  const std::atomic<bool>& stop_flag() const override { return flag_; }
+  bool finished = false;
+
+ private:
+  Index after_;
+  std::atomic<bool> flag_;
+};
+
+TEST(StopRequest, GivesUpALoadStep) {
+  Scene scene = pulled_beam();
+  scene.solver = SolverSettings{};
+  scene.force[0].total = Vector3(0.0, 10.0, 0.0);
+  scene.force[0].from = 0.0;
+  for (const Index steps : {0, 2}) {
+    Session session(scene, generate_mesh(*scene.mesh.generate), Analysis::kEquilibrium, 0.25);
+    Flag flag(steps);
+    ASSERT_EQ(session.run({&flag}), RunStatus::kCancelled) << session.message();
+    EXPECT_EQ(session.step_number(), steps);
+    EXPECT_EQ(session.time(), 0.25 * static_cast<double>(steps));
+    EXPECT_TRUE(session.state().position.allFinite());
+    EXPECT_TRUE(flag.finished);
+    EXPECT_NE(session.message().find("load factor"), std::string::npos) << session.message();
   }
 }
 

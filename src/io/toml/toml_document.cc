@@ -59,6 +59,54 @@ std::string trimmed(std::string_view text) {
   return std::string(text.substr(first, text.find_last_not_of(" \t") - first + 1));
 }
 
+// The key before a value that begins there, as it is written. Empty if there is none.
+std::string_view key_before(std::string_view text, const toml::source_position& value) {
+  for (toml::source_index line = 1; line < value.line; ++line) {
+    const std::size_t end = text.find('\n');
+    if (end == std::string_view::npos) return {};
+    text.remove_prefix(end + 1);
+  }
+  std::size_t length = 0;  // of the line before the value, in bytes
+  for (toml::source_index column = 1; column < value.column && length < text.size(); ++column) {
+    do {
+      ++length;
+    } while (length < text.size() && (static_cast<unsigned char>(text[length]) & 0xC0U) == 0x80U);
+  }
+  text = text.substr(0, length);
+  const auto trim = [&text] { text = text.substr(0, text.find_last_not_of(" \t") + 1); };
+  trim();
+  if (text.empty() || text.back() != '=') return {};
+  text.remove_suffix(1);
+  trim();
+  std::size_t begin = text.size();
+  while (begin > 0) {
+    const char c = text[begin - 1];
+    if (c == '"' || c == '\'') {
+      const std::size_t open = begin > 1 ? text.rfind(c, begin - 2) : std::string_view::npos;
+      if (open == std::string_view::npos) break;
+      begin = open;
+    } else if (std::strchr(" \t,{[#=", c) == nullptr) {
+      --begin;
+    } else {
+      break;
+    }
+  }
+  return text.substr(begin);
+}
+
+// toml++ quotes a key that its table has already with letters too many if the key is in quotes.
+std::string text_of(const toml::parse_error& error, std::string_view document) {
+  constexpr std::size_t kMost = 400;  // the messages quote keys
+  if (error.description().find("cannot redefine existing") != std::string_view::npos) {
+    const std::string_view key = key_before(document, error.source().begin);
+    if (!key.empty()) {
+      return fmt::format("{} is there twice in the same table; leave one of them out.",
+                         excerpt(key, kMost));
+    }
+  }
+  return excerpt(error.description(), kMost);
+}
+
 // Values are parsed as one-key documents, which gives them the override as their source.
 std::optional<toml::table> parse_value(const std::string& text, const std::string& source) {
   try {
@@ -171,7 +219,6 @@ TomlDocument::TomlDocument(std::string path, std::string text, const std::vector
   if (const auto place = place_of_deep_nesting(text_)) {
     refuse_depth(fmt::format("{}:{}:{}", path_, place->line, place->column));
   }
-  constexpr std::size_t kMostOfParser = 400;  // its messages quote keys
   if (const std::size_t zero = find_zero(text_); zero != std::string::npos) {
     const auto line =
         1 + std::count(text_.begin(), text_.begin() + static_cast<std::ptrdiff_t>(zero), '\n');
@@ -181,8 +228,8 @@ TomlDocument::TomlDocument(std::string path, std::string text, const std::vector
   try {
     root_ = toml::parse(text_, path_);
   } catch (const toml::parse_error& error) {
-    throw InputError(fmt::format("{}: not valid TOML: {}", place_of(error.source()),
-                                 excerpt(error.description(), kMostOfParser)));
+    throw InputError(
+        fmt::format("{}: not valid TOML: {}", place_of(error.source()), text_of(error, text_)));
   }
   for (const Change& change : changes) apply(change);
 }
