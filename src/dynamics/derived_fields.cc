@@ -6,12 +6,13 @@
 #include "core/decompositions.h"
 #include "proper_rotation.h"
 #include "tetraction/core/parallel.h"
+#include "tetraction/dynamics/nodal_volume.h"
 
 namespace tetraction {
 namespace {
 
 Matrix3 cauchy_stress(const MechanicalSystem& system, Index e, const Vector& q, const Matrix3& f) {
-  const Matrix3 stress = system.elastic().first_piola(e, q) * f.transpose() / f.determinant();
+  const Matrix3 stress = system.first_piola(e, q) * f.transpose() / f.determinant();
   return 0.5 * (stress + stress.transpose());
 }
 
@@ -42,7 +43,7 @@ ElementFields element_fields(const MechanicalSystem& system, const Vector& q) {
   fields.von_mises.resize(1, count);
   fields.jacobian.resize(1, count);
   Vector densities;
-  system.elastic().energy_densities(q, densities);
+  system.elastic_energy_densities(q, densities);
   fields.energy_density = densities.transpose();
   parallel_for(count, 512, [&](Index begin, Index end) {
     for (Index e = begin; e < end; ++e) {
@@ -80,7 +81,7 @@ Matrix first_piola_stress(const MechanicalSystem& system, const Vector& q) {
   Matrix stress(9, system.rest().element_count());
   parallel_for(stress.cols(), 512, [&](Index begin, Index end) {
     for (Index e = begin; e < end; ++e) {
-      const Matrix3 p = system.elastic().first_piola(e, q).transpose();
+      const Matrix3 p = system.first_piola(e, q).transpose();
       stress.col(e) = p.reshaped();
     }
   });
@@ -116,6 +117,17 @@ Matrix nodal_average(const MechanicalSystem& system, const Matrix& element_field
     }
   }
   return sum * volume.cwiseInverse().asDiagonal();
+}
+
+Matrix nodal_pressures(const MechanicalSystem& system, const Vector& q,
+                       const Matrix& cauchy_stress) {
+  Matrix pressure = pressures(cauchy_stress);
+  const NodalVolume* volume = system.nodal_volume();
+  if (volume == nullptr) return nodal_average(system, pressure);
+  parallel_for(pressure.cols(), 512, [&](Index begin, Index end) {
+    for (Index e = begin; e < end; ++e) pressure(0, e) += volume->mean_tension(e, q);
+  });
+  return nodal_average(system, pressure) + volume->pressures(q).transpose();
 }
 
 Matrix deformation_field(const MechanicalSystem& system, const Vector& q) {

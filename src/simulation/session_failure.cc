@@ -38,7 +38,7 @@ struct Moduli {
 
 Moduli moduli_of(const MechanicalSystem& system) {
   Moduli moduli;
-  for (const MaterialField& material : system.elastic().materials()) {
+  for (const MaterialField& material : system.materials()) {
     moduli.least = std::min(moduli.least, material.lame_range().least_modulus);
     moduli.most = std::max(moduli.most, material.lame_range().most_modulus);
   }
@@ -145,7 +145,7 @@ std::vector<Index> broken_elements(const MechanicalSystem& system, const Vector&
 // The elements with the largest energy densities at q, the largest first.
 std::vector<Index> hot_elements(const MechanicalSystem& system, const Vector& q) {
   Vector densities;
-  system.elastic().energy_densities(q, densities);
+  system.elastic_energy_densities(q, densities);
   const double most = densities.maxCoeff();
   std::vector<Index> elements;
   for (Index e = 0; e < densities.size(); ++e) {

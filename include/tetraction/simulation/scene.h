@@ -18,6 +18,7 @@
 #include "tetraction/dynamics/damping.h"
 #include "tetraction/dynamics/integrator.h"
 #include "tetraction/dynamics/rayleigh_damping.h"
+#include "tetraction/dynamics/volume_rule.h"
 #include "tetraction/material/material_field.h"
 #include "tetraction/mesh/selection.h"
 #include "tetraction/simulation/frame_format.h"
@@ -45,6 +46,7 @@ struct MeshSettings {
   std::optional<GeneratorSettings> generate;  ///< instead of a file
   double scale = 1.0;                         ///< multiplies the file's coordinates
   std::string unit = "m";                     ///< of the file's coordinates, see length_units()
+  VolumeRule volume = VolumeRule::kElement;   ///< where the volumetric part of the energy is taken
 };
 
 /// A unit of length that mesh.unit can name.
