@@ -39,13 +39,13 @@ MaterialField varying(Index count) {
 std::vector<Case> cases() {
   const NeoHookean neo(kLame.mu, kLame.lambda);
   const Yeoh yeoh(2e5, 3e4, 5e3, 1e7);
-  return {{"neo_hookean", {neo}},
-          {"neo_hookean_quadratic",
-           {NeoHookean(kLame.mu, kLame.lambda, VolumetricPart::kQuadratic)}},
-          {"mooney_rivlin", {mooney_rivlin_from_young(1e6, 0.49, 0.5)}},
-          {"yeoh", {yeoh}},
-          {"two_materials", {neo, yeoh}},
-          {"varying", {varying(small_block().tetrahedron_count())}}};
+  return {
+      {"neo_hookean", {neo}},
+      {"neo_hookean_quadratic", {NeoHookean(kLame.mu, kLame.lambda, VolumetricPart::kQuadratic)}},
+      {"mooney_rivlin", {mooney_rivlin_from_young(1e6, 0.49, 0.5)}},
+      {"yeoh", {yeoh}},
+      {"two_materials", {neo, yeoh}},
+      {"varying", {varying(small_block().tetrahedron_count())}}};
 }
 
 std::unique_ptr<MechanicalSystem> block_of(const std::vector<MaterialField>& materials,
