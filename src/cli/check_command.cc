@@ -78,14 +78,14 @@ nlohmann::ordered_json material_json(const MechanicalSystem& system, Index regio
   Spread pressure_wave;
   Spread shear_wave;
   for (const Index e : elements) {
-    const LameParameters lame = system.elastic().lame(e);
+    const LameParameters lame = system.lame(e);
     mu.add(lame.mu);
     lambda.add(lame.lambda);
     density.add(system.density(e));
     pressure_wave.add(wave_speed(lame, system.density(e)));
     shear_wave.add(std::sqrt(lame.mu / system.density(e)));
   }
-  const MaterialField& material = system.elastic().materials()[static_cast<std::size_t>(region)];
+  const MaterialField& material = system.materials()[static_cast<std::size_t>(region)];
   return {{"model", material_name(material.model())},
           {"mu", mu.json()},
           {"lambda", lambda.json()},
@@ -154,7 +154,7 @@ int check(const std::string& path, const std::vector<std::string>& overrides, bo
 
   bool exact = true;
   json["derivatives"] = nlohmann::ordered_json::array();
-  for (const MaterialField& material : materials_to_check(system->elastic().materials())) {
+  for (const MaterialField& material : materials_to_check(system->materials())) {
     const ElasticPotential potential(system->rest(), material);
     const Vector q = strained_state(potential, state.position);
     const DerivativeErrors errors = check_derivatives(potential, q);

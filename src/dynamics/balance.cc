@@ -11,7 +11,7 @@ Balance::Balance(const MechanicalSystem& system, const State& state) : system_(s
   system.energies(state, sums_.energies);
   // Strains below about 1e-13 are mere round-off.
   for (Index e = 0; e < system.rest().element_count(); ++e) {
-    const LameParameters lame = system.elastic().lame(e);
+    const LameParameters lame = system.lame(e);
     sums_.round_off += 1e-26 * (std::abs(lame.lambda) + 2.0 * lame.mu) * system.rest().volume(e);
   }
   sums_.initial_energies = sums_.energies;

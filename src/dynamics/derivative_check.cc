@@ -39,18 +39,19 @@ double least_eigenvalue(const HessianBlocks& hessian) {
     least = std::min(least, eigen.eigenvalues().minCoeff());
     size = std::max(size, eigen.eigenvalues().cwiseAbs().maxCoeff());
   };
-  if (hessian.pairs().empty()) {
+  if (hessian.pairs().empty() && hessian.outers().empty()) {
     for (Index v = 0; v < hessian.vertex_count(); ++v) add(Matrix(hessian.diagonal(v)));
   } else {
     const Index dofs = 3 * hessian.vertex_count();
     Matrix dense = Matrix::Zero(dofs, dofs);
+    const Matrix diagonal = hessian.whole_diagonal();
     for (Index v = 0; v < hessian.vertex_count(); ++v) {
-      dense.block<3, 3>(3 * v, 3 * v) = hessian.diagonal(v);
+      dense.block<3, 3>(3 * v, 3 * v) = diagonal.middleCols<3>(3 * v);
     }
-    for (const HessianBlocks::Pair& pair : hessian.pairs()) {
-      dense.block<3, 3>(3 * pair.row, 3 * pair.column) += pair.block;
-      dense.block<3, 3>(3 * pair.column, 3 * pair.row) += pair.block.transpose();
-    }
+    hessian.for_each_pair([&](Index i, Index j, const Matrix3& block) {
+      dense.block<3, 3>(3 * i, 3 * j) += block;
+      dense.block<3, 3>(3 * j, 3 * i) += block.transpose();
+    });
     add(dense);
   }
   return size > 0.0 ? least / size : 0.0;

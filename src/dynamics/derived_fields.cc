@@ -7,6 +7,7 @@
 #include "core/decompositions.h"
 #include "proper_rotation.h"
 #include "tetraction/core/parallel.h"
+#include "tetraction/dynamics/nodal_volume.h"
 
 namespace tetraction {
 namespace {
@@ -26,7 +27,7 @@ void for_each_point(const RestState& rest, Index e, const Vector& q, const Body&
 
 Matrix3 point_stress(const MechanicalSystem& system, Index point, const Vector& q,
                      const Matrix3& f) {
-  const Matrix3 stress = system.elastic().first_piola(point, q) * f.transpose() / f.determinant();
+  const Matrix3 stress = system.first_piola(point, q) * f.transpose() / f.determinant();
   return 0.5 * (stress + stress.transpose());
 }
 
@@ -76,7 +77,7 @@ ElementFields element_fields(const MechanicalSystem& system, const Vector& q) {
   fields.von_mises.resize(1, count);
   fields.jacobian.resize(1, count);
   Vector densities;
-  system.elastic().energy_densities(q, densities);
+  system.elastic_energy_densities(q, densities);
   fields.energy_density.setZero(1, count);
   parallel_for(count, 512, [&](Index begin, Index end) {
     for (Index e = begin; e < end; ++e) {
@@ -120,7 +121,7 @@ Matrix first_piola_stress(const MechanicalSystem& system, const Vector& q) {
     for (Index e = begin; e < end; ++e) {
       Matrix3 mean = Matrix3::Zero();
       for_each_point(system.rest(), e, q, [&](Index i, double share, const Matrix3&) {
-        mean += share * system.elastic().first_piola(i, q).transpose();
+        mean += share * system.first_piola(i, q).transpose();
       });
       stress.col(e) = mean.reshaped();
     }
@@ -157,6 +158,17 @@ Matrix nodal_average(const MechanicalSystem& system, const Matrix& element_field
     }
   }
   return sum * volume.cwiseInverse().asDiagonal();
+}
+
+Matrix nodal_pressures(const MechanicalSystem& system, const Vector& q,
+                       const Matrix& cauchy_stress) {
+  Matrix pressure = pressures(cauchy_stress);
+  const NodalVolume* volume = system.nodal_volume();
+  if (volume == nullptr) return nodal_average(system, pressure);
+  parallel_for(pressure.cols(), 512, [&](Index begin, Index end) {
+    for (Index e = begin; e < end; ++e) pressure(0, e) += volume->mean_tension(e, q);
+  });
+  return nodal_average(system, pressure) + volume->pressures(q).transpose();
 }
 
 Matrix deformation_field(const MechanicalSystem& system, const Vector& q) {

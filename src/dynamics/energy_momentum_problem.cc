@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "tetraction/dynamics/nodal_volume.h"
 #include "tetraction/fem/step_length.h"
 
 namespace tetraction {
@@ -48,7 +49,11 @@ EvaluationStatus DiscreteGradientStep::evaluate_internal(const Vector& u) const 
   const EvaluationStatus status =
       gradient_.add({Positions(origin(), u), way_, viscous().factor()}, internal_.gradient);
   internal_.known = status.ok();
-  if (status.ok()) internal_.way = way_;
+  if (!status.ok()) return status;
+  if (const NodalVolume* volume = system_.nodal_volume(); volume != nullptr) {
+    volume->add_discrete_gradient(Positions(origin(), u), way_, internal_.gradient);
+  }
+  internal_.way = way_;
   return status;
 }
 
@@ -115,13 +120,16 @@ void DiscreteGradientStep::linearize(const Vector& u) {
     at_end_ = ways.norm() * slenderness_[static_cast<std::size_t>(i)] > kFew;
   }
   set_rate_estimate(u);
-  term_hessian(u, HessianForm::kExact, terms_);
+  force_term_hessian(u, HessianForm::kExact, terms_);
 }
 
 void DiscreteGradientStep::multiply(const Vector& d, Vector& product) const {
   product = coefficient().cwiseProduct(d);
-  if (has_general_terms()) terms_.add_product(d, product);
+  if (has_general_force_terms()) terms_.add_product(d, product);
   gradient_.add_product({Positions(origin(), point_), point_way_, viscous().factor()}, d, product);
+  if (const NodalVolume* volume = system_.nodal_volume(); volume != nullptr) {
+    volume->add_discrete_gradient_product(Positions(origin(), point_), point_way_, d, product);
+  }
 }
 
 Positions DiscreteGradientStep::elastic_positions(const Vector& u) const {

@@ -237,7 +237,7 @@ class EnergyMomentumStepper : public ImplicitStepper {
     double elastic = 0.0;
     if (std::abs(added) > kEnergyShare * scale) {
       work_ = 2.0 * work_ - from_->position;
-      if (system_.elastic().value(work_, elastic).ok()) scale += std::abs(elastic);
+      if (system_.elastic_energy(work_, elastic).ok()) scale += std::abs(elastic);
     }
     return scale > 0.0 ? std::abs(added) / scale : 0.0;
   }

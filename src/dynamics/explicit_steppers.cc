@@ -25,7 +25,7 @@ class ForceCache {
   EvaluationStatus update(const MechanicalSystem& system, const Vector& q) {
     if (valid_) return {};
     const EvaluationStatus status =
-        system.elastic().value_and_gradient(q, elastic_energy_, gradient_);
+        system.elastic_energy_and_gradient(q, elastic_energy_, gradient_);
     valid_ = status.ok();
     return status;
   }

@@ -9,15 +9,53 @@ namespace tetraction {
 void HessianBlocks::reset(Index vertex_count) {
   diagonal_.setZero(3, 3 * vertex_count);
   pairs_.clear();
+  outers_.clear();
+  outer_vertices_.clear();
+  outer_vectors_.clear();
 }
 
 void HessianBlocks::add_pair(Index i, Index j, const Matrix3& block) {
   pairs_.push_back({i, j, block});
 }
 
+void HessianBlocks::add_outer(double factor, std::span<const Index> vertices,
+                              std::span<const Vector3> vectors) {
+  const std::size_t begin = outer_vertices_.size();
+  outer_vertices_.insert(outer_vertices_.end(), vertices.begin(), vertices.end());
+  outer_vectors_.insert(outer_vectors_.end(), vectors.begin(), vectors.end());
+  outers_.push_back({factor, begin, outer_vertices_.size()});
+}
+
+void HessianBlocks::add(const HessianBlocks& other, double factor) {
+  diagonal_ += factor * other.diagonal_;
+  for (const Pair& pair : other.pairs_) {
+    pairs_.push_back({pair.row, pair.column, factor * pair.block});
+  }
+  const std::size_t shift = outer_vertices_.size();
+  for (const Outer& outer : other.outers_) {
+    outers_.push_back({factor * outer.factor, outer.begin + shift, outer.end + shift});
+  }
+  outer_vertices_.insert(outer_vertices_.end(), other.outer_vertices_.begin(),
+                         other.outer_vertices_.end());
+  outer_vectors_.insert(outer_vectors_.end(), other.outer_vectors_.begin(),
+                        other.outer_vectors_.end());
+}
+
+Matrix HessianBlocks::whole_diagonal() const {
+  Matrix whole = diagonal_;
+  for (const Outer& outer : outers_) {
+    for (std::size_t i = outer.begin; i < outer.end; ++i) {
+      whole.block<3, 3>(0, 3 * outer_vertices_[i]) +=
+          outer.factor * outer_vectors_[i] * outer_vectors_[i].transpose();
+    }
+  }
+  return whole;
+}
+
 void HessianBlocks::scale(double factor) {
   diagonal_ *= factor;
   for (Pair& pair : pairs_) pair.block *= factor;
+  for (Outer& outer : outers_) outer.factor *= factor;
 }
 
 void HessianBlocks::add_product(const Vector& u, Vector& product) const {
@@ -27,6 +65,16 @@ void HessianBlocks::add_product(const Vector& u, Vector& product) const {
   for (const Pair& pair : pairs_) {
     vertex_block(product, pair.row) += pair.block * vertex_block(u, pair.column);
     vertex_block(product, pair.column) += pair.block.transpose() * vertex_block(u, pair.row);
+  }
+  for (const Outer& outer : outers_) {
+    double sum = 0.0;
+    for (std::size_t i = outer.begin; i < outer.end; ++i) {
+      sum += outer_vectors_[i].dot(vertex_block(u, outer_vertices_[i]));
+    }
+    sum *= outer.factor;
+    for (std::size_t i = outer.begin; i < outer.end; ++i) {
+      vertex_block(product, outer_vertices_[i]) += sum * outer_vectors_[i];
+    }
   }
 }
 

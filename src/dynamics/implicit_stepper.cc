@@ -56,7 +56,7 @@ StepOutcome ImplicitStepper::advance(const State& from, State& to, double h, dou
   }
   // With the midpoint rule an element may be inverted at q_{k+1} although it is not at x. The
   // energy is that of the rounded positions, because an edit between two steps computes the same.
-  const EvaluationStatus end = system_.elastic().value(to.position, outcome.elastic_energy);
+  const EvaluationStatus end = system_.elastic_energy(to.position, outcome.elastic_energy);
   if (!end.ok()) {
     outcome.status = StepStatus::kInverted;
     outcome.element = end.failed_element;

@@ -12,6 +12,7 @@
 #include "tetraction/core/error.h"
 #include "tetraction/core/parallel.h"
 #include "tetraction/dynamics/multipliers.h"
+#include "tetraction/dynamics/nodal_volume.h"
 #include "vertex_kernels.h"
 
 namespace tetraction {
@@ -22,6 +23,17 @@ std::vector<MaterialField> materials_of(const std::vector<BodyRegion>& regions) 
   std::vector<MaterialField> materials;
   materials.reserve(regions.size());
   for (const BodyRegion& region : regions) materials.push_back(region.material);
+  return materials;
+}
+
+// The materials of the elements.
+std::vector<MaterialField> element_materials_of(const std::vector<BodyRegion>& regions,
+                                                VolumeRule volume) {
+  std::vector<MaterialField> materials = materials_of(regions);
+  if (volume == VolumeRule::kElement) return materials;
+  for (MaterialField& material : materials) {
+    material = NodalVolume::without_volumetric_part(material);
+  }
   return materials;
 }
 
@@ -54,10 +66,10 @@ MechanicalSystem::MechanicalSystem(TetMesh mesh, const MaterialField& material, 
     : MechanicalSystem(std::move(mesh), {BodyRegion{material, density}}, {}) {}
 
 MechanicalSystem::MechanicalSystem(TetMesh mesh, const std::vector<BodyRegion>& regions,
-                                   const std::vector<int>& region_of_element)
+                                   const std::vector<int>& region_of_element, VolumeRule volume)
     : mesh_(std::move(mesh)),
       rest_(mesh_),
-      elastic_(rest_, materials_of(regions), region_of_element),
+      elastic_(rest_, element_materials_of(regions, volume), region_of_element),
       viscous_(elastic_),
       density_(rest_.element_count()),
       mass_(Vector::Zero(mesh_.vertex_count())),
@@ -81,8 +93,19 @@ MechanicalSystem::MechanicalSystem(TetMesh mesh, const std::vector<BodyRegion>& 
   }
   inverse_mass_ = mass_.cwiseInverse();
   total_mass_ = mass_.sum();
+  if (volume == VolumeRule::kNodal && rest_.is_quadratic()) {
+    throw InputError(
+        "mesh.volume = \"nodal\" is for linear tetrahedra, and the mesh has quadratic ones, which do "
+        "not need it: leave it out, or take mesh.element = \"linear\".");
+  }
+  if (volume == VolumeRule::kNodal) {
+    materials_ = materials_of(regions);
+    nodal_volume_ = std::make_unique<NodalVolume>(elastic_, materials_);
+  }
   list_terms();
 }
+
+MechanicalSystem::~MechanicalSystem() = default;
 
 std::vector<Index> MechanicalSystem::elements_of(Index region_index) const {
   std::vector<Index> elements;
@@ -93,7 +116,68 @@ std::vector<Index> MechanicalSystem::elements_of(Index region_index) const {
 }
 
 void MechanicalSystem::set_material(Index region, const MaterialField& material) {
-  elastic_.set_material(static_cast<std::size_t>(region), material);
+  const auto index = static_cast<std::size_t>(region);
+  if (!nodal_volume_) {
+    elastic_.set_material(index, material);
+    return;
+  }
+  elastic_.set_material(index, NodalVolume::without_volumetric_part(material));
+  nodal_volume_->set_material(index, material);
+  materials_.at(index) = material;
+}
+
+LameParameters MechanicalSystem::lame(Index e) const {
+  if (!nodal_volume_) return elastic_.lame(e);
+  return initial_lame(materials_[static_cast<std::size_t>(region(e))].at(e));
+}
+
+EvaluationStatus MechanicalSystem::elastic_energy(const Positions& q, double& energy) const {
+  const EvaluationStatus status = elastic_.value(q, energy);
+  if (nodal_volume_ && status.ok()) energy += nodal_volume_->energy(q);
+  return status;
+}
+
+EvaluationStatus MechanicalSystem::elastic_energy_and_gradient(const Positions& q, double& energy,
+                                                               Vector& gradient) const {
+  const EvaluationStatus status = elastic_.value_and_gradient(q, energy, gradient);
+  if (nodal_volume_ && status.ok()) energy += nodal_volume_->add_gradient(q, gradient);
+  return status;
+}
+
+Vector MechanicalSystem::elastic_energies_by_region(const Vector& q) const {
+  Vector energies = elastic_.energies_by_material(q);
+  if (nodal_volume_) energies += nodal_volume_->energies_by_material(q);
+  return energies;
+}
+
+void MechanicalSystem::elastic_energy_densities(const Vector& q, Vector& densities) const {
+  elastic_.energy_densities(q, densities);
+  if (nodal_volume_) nodal_volume_->add_energy_densities(q, densities);
+}
+
+Matrix3 MechanicalSystem::first_piola(Index e, const Vector& q) const {
+  Matrix3 stress = elastic_.first_piola(e, q);
+  if (!nodal_volume_) return stress;
+  const Matrix3 f = deformation_gradient(rest_.point(e), 0, rest_.gather(q, e));
+  Matrix3 cofactors;
+  for (int k = 0; k < 3; ++k) {
+    cofactors.col(k) = Vector3(f.col((k + 1) % 3)).cross(Vector3(f.col((k + 2) % 3)));
+  }
+  return stress + nodal_volume_->mean_tension(e, q) * cofactors;
+}
+
+ElasticPotential::StiffnessSums MechanicalSystem::stiffness_sums(double extra_modulus) const {
+  ElasticPotential::StiffnessSums sums = elastic_.stiffness_sums(extra_modulus);
+  if (!nodal_volume_) return sums;
+  // The root of a sum of squares (a + b)² is at most the sum of the roots of Σ a² and Σ b².
+  const auto add = [](double& sum, double other) {
+    const double root = std::sqrt(sum) + std::sqrt(other);
+    sum = root * root;
+  };
+  const ElasticPotential::StiffnessSums volume = nodal_volume_->stiffness_sums();
+  add(sums.squared, volume.squared);
+  add(sums.with_edges, volume.with_edges);
+  return sums;
 }
 
 Constraints MechanicalSystem::set_constraints(Constraints constraints) {
@@ -317,7 +401,7 @@ EvaluationStatus MechanicalSystem::energies(const State& state, Energies& energi
   Momenta ignored;
   vertex_balance(state, energies, ignored);
   double elastic = 0.0;
-  const EvaluationStatus status = elastic_.value(state.position, elastic);
+  const EvaluationStatus status = elastic_energy(state.position, elastic);
   energies.set_elastic(elastic);
   return status;
 }

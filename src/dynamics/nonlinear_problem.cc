@@ -33,11 +33,10 @@ EvaluationStatus MinimizationProblem::hessian(const Vector& u, const HessianBloc
   for (Index v = 0; v < u.size() / 3; ++v) {
     blocks.middleCols<3>(3 * v).diagonal() = vertex_block(parts.diagonal, v);
   }
-  if (has_general_terms()) blocks += terms.diagonal();
+  if (has_general_terms()) blocks += terms.whole_diagonal();
   pattern.add_vertex_blocks(blocks, values);
-  for (const HessianBlocks::Pair& pair : terms.pairs()) {
-    pattern.add_pair_block(pair.row, pair.column, pair.block, values);
-  }
+  terms.for_each_pair(
+      [&](Index i, Index j, const Matrix3& block) { pattern.add_pair_block(i, j, block, values); });
   return status;
 }
 

@@ -7,6 +7,7 @@
 #include <variant>
 
 #include "tetraction/core/parallel.h"
+#include "tetraction/dynamics/nodal_volume.h"
 #include "tetraction/fem/step_length.h"
 
 namespace tetraction {
@@ -127,7 +128,7 @@ const Vector& PotentialProblem::step_displacement(const Vector& u) const {
 }
 
 EvaluationStatus PotentialProblem::move_terms(const Vector& u) const {
-  if (!has_general_terms()) return {};
+  if (!has_general_force_terms()) return {};
   at_ = origin_ + u;
   if (!dissipations_.empty()) velocity_ = ((origin_ - previous_) + u) / step_;
   for (const WeightedPotential& potential : potentials_) {
@@ -182,8 +183,16 @@ bool PotentialProblem::vertex_residual(const Vector& u, Vector& residual) const 
 
 void PotentialProblem::term_hessian(const Vector& u, HessianForm form,
                                     HessianBlocks& hessian) const {
+  force_term_hessian(u, form, hessian);
+  if (const NodalVolume* volume = system_.nodal_volume(); volume != nullptr) {
+    volume->add_hessian(elastic_positions(u), form, hessian);
+  }
+}
+
+void PotentialProblem::force_term_hessian(const Vector& u, HessianForm form,
+                                          HessianBlocks& hessian) const {
   hessian.reset(system_.vertex_count());
-  if (!has_general_terms()) return;
+  if (!has_general_force_terms()) return;
   at_ = origin_ + u;
   if (!dissipations_.empty()) {
     velocity_ = ((origin_ - previous_) + u) / step_;
@@ -199,11 +208,7 @@ void PotentialProblem::term_hessian(const Vector& u, HessianForm form,
     }
     weighted_.reset(system_.vertex_count());
     term->add_hessian(point(at_), form, weighted_);
-    weighted_.scale(weight);
-    for (Index v = 0; v < system_.vertex_count(); ++v) hessian.add(v, weighted_.diagonal(v));
-    for (const HessianBlocks::Pair& pair : weighted_.pairs()) {
-      hessian.add_pair(pair.row, pair.column, pair.block);
-    }
+    hessian.add(weighted_, weight);
   }
 }
 
@@ -239,7 +244,7 @@ bool PotentialProblem::is_defined(const Vector& u) const {
 
 EvaluationStatus PotentialProblem::value(const Vector& u, double& phi) const {
   if (const EvaluationStatus terms = move_terms(u); !terms.ok()) return terms;
-  const EvaluationStatus status = system_.elastic().value(Positions(origin_, u), phi);
+  const EvaluationStatus status = system_.elastic_energy(Positions(origin_, u), phi);
   if (!status.ok()) return status;
   phi += parallel_sum(system_.vertex_count(), [&](Index begin, Index end) {
     double sum = 0.0;
@@ -250,14 +255,14 @@ EvaluationStatus PotentialProblem::value(const Vector& u, double& phi) const {
     }
     return sum;
   });
-  if (has_general_terms()) phi += term_energy();
+  if (has_general_force_terms()) phi += term_energy();
   viscous_.add_value(step_displacement(u), phi);
   return status;
 }
 
 EvaluationStatus PotentialProblem::evaluate_elastic(const Vector& u) const {
   if (elastic_.known && elastic_.u == u) return {};
-  const EvaluationStatus status = system_.elastic().value_and_gradient(
+  const EvaluationStatus status = system_.elastic_energy_and_gradient(
       Positions(origin_, u), elastic_.energy, elastic_.gradient);
   elastic_.known = status.ok();
   if (status.ok()) elastic_.u = u;
@@ -266,7 +271,7 @@ EvaluationStatus PotentialProblem::evaluate_elastic(const Vector& u) const {
 
 EvaluationStatus PotentialProblem::elastic_energy(const Vector& u, double& energy) const {
   if (!elastic_.known || elastic_.u != u) {
-    return system_.elastic().value(Positions(origin_, u), energy);
+    return system_.elastic_energy(Positions(origin_, u), energy);
   }
   energy = elastic_.energy;
   return {};
@@ -297,7 +302,7 @@ EvaluationStatus PotentialProblem::value_and_full_gradient(const Vector& u, doub
     }
     return sum;
   });
-  if (has_general_terms()) {
+  if (has_general_force_terms()) {
     phi += term_energy();
     add_term_gradient(gradient);
   }
@@ -402,8 +407,7 @@ double PotentialProblem::square_value() const {
 }
 
 double PotentialProblem::round_off(const Vector& u) const {
-  const ElasticPotential::StiffnessSums sums =
-      system_.elastic().stiffness_sums(2.0 * viscous_.factor());
+  const ElasticPotential::StiffnessSums sums = system_.stiffness_sums(2.0 * viscous_.factor());
   return 0.5 * std::numeric_limits<double>::epsilon() *
          (coefficient_.cwiseProduct(u).norm() + load_norm_ +
           std::sqrt(sums.squared) * u.cwiseAbs().maxCoeff() + std::sqrt(sums.with_edges));

@@ -2,6 +2,7 @@
 
 #include "core/decompositions.h"
 #include "tetraction/core/parallel.h"
+#include "tetraction/dynamics/nodal_volume.h"
 
 namespace tetraction {
 namespace {
@@ -63,6 +64,10 @@ void ScaledMatrix::gather_terms(double time) {
     term->add_hessian(at, HessianForm::kExact, terms_);
     has_terms_ = true;
   }
+  if (const NodalVolume* volume = system_.nodal_volume(); volume != nullptr) {
+    volume->add_hessian(*q_, HessianForm::kExact, terms_);
+    has_terms_ = true;
+  }
 }
 
 void ScaledMatrix::perform_op(const double* in, double* out) const {
@@ -88,12 +93,17 @@ Vector ScaledMatrix::stiffest_vertex() const {
   AlignedVector<float> on;
   AlignedVector<float> off;
   tangent_->diagonal(on, off);
+  // Only nodal volumes are so stiff that the choice depends on terms.
+  Matrix terms = Matrix::Zero(3, 3 * system_.vertex_count());
+  if (system_.nodal_volume() != nullptr) terms = terms_.whole_diagonal();
   Index stiffest = -1;
   double most = 0.0;
   for (Index v = 0; v < system_.vertex_count(); ++v) {
     if (!system_.coordinates().is_free(v)) continue;
     const float* row = on.data() + ElementBlocks::kRecordSize * v;
-    const double trace = static_cast<double>(row[0] + row[1] + row[2]) / system_.mass()[v];
+    const double trace =
+        (static_cast<double>(row[0] + row[1] + row[2]) + terms.middleCols<3>(3 * v).trace()) /
+        system_.mass()[v];
     if (trace > most) {
       most = trace;
       stiffest = v;
@@ -104,6 +114,7 @@ Vector ScaledMatrix::stiffest_vertex() const {
   const float* o = off.data() + ElementBlocks::kRecordSize * stiffest;
   Matrix3 block;
   block << d[0], o[0], o[1], o[0], d[1], o[2], o[1], o[2], d[2];
+  block += terms.middleCols<3>(3 * stiffest);
   Vector alone = Vector::Zero(rows());
   alone.segment<3>(system_.coordinates().first(stiffest)) = symmetric_eigen(block).vectors.col(2);
   return alone;

@@ -39,7 +39,7 @@ class Implementation : public StaticStepper {
     to.time = end_factor;
     to.momentum.setZero(system_.dof_count());
     to.velocity.setZero(system_.dof_count());
-    const EvaluationStatus end = system_.elastic().value(to.position, outcome.elastic_energy);
+    const EvaluationStatus end = system_.elastic_energy(to.position, outcome.elastic_energy);
     if (!end.ok()) {
       outcome.status = StepStatus::kInverted;
       outcome.element = end.failed_element;

@@ -253,6 +253,18 @@ bool SparsityPattern::couples(Index i, Index j) const {
 
 void SparsityPattern::add_pair_block(Index i, Index j, const Matrix3& block, double* values) const {
   if (coordinates_.is_fully_prescribed(i) || coordinates_.is_fully_prescribed(j)) return;
+  if (coordinates_.is_free(i) && coordinates_.is_free(j)) {
+    const bool below = coordinates_.first(i) > coordinates_.first(j);
+    const int column = coordinates_.first(below ? j : i);
+    // The first column of the block has one more entry above it than the second.
+    int place = find(coordinates_.first(below ? i : j), column) -
+                column_begin_[static_cast<std::size_t>(column)];
+    for (int c = 0; c < 3; ++c, --place) {
+      Eigen::Map<Vector3> to(values + column_begin_[static_cast<std::size_t>(column + c)] + place);
+      to += below ? Vector3(block.col(c)) : Vector3(block.row(c));
+    }
+    return;
+  }
   const FreeCoordinates::VertexMap rows = coordinates_.map(i);
   const FreeCoordinates::VertexMap columns = coordinates_.map(j);
   scatter_block(rows, columns, block, values);

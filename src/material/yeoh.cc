@@ -17,11 +17,8 @@ Yeoh::Yeoh(double c10, double c20, double c30, double kappa) : parameters_{c10, 
   if (!std::isfinite(c20) || !std::isfinite(c30)) {
     throw InputError(fmt::format("yeoh: c20 = {} Pa and c30 = {} Pa must be finite.", c20, c30));
   }
-  if (!std::isfinite(kappa) || !(kappa > 0.0)) {
-    throw InputError(fmt::format(
-        "yeoh: kappa = {} Pa must be positive and finite, or the material has no resistance to a "
-        "change of volume.",
-        kappa));
+  if (!std::isfinite(kappa) || !(kappa >= 0.0)) {
+    throw InputError(fmt::format("yeoh: kappa = {} Pa must not be negative or infinite.", kappa));
   }
 }
 

@@ -94,21 +94,22 @@ struct InstabilityWarning {
 }  // namespace
 
 std::string locking_warning(const MechanicalSystem& system) {
+  if (system.nodal_volume() != nullptr) return {};
   double largest = 0.0;
-  for (const MaterialField& material : system.elastic().materials()) {
+  for (const MaterialField& material : system.materials()) {
     largest = std::max(largest, material.lame_range().most_ratio);
   }
   if (largest < kLockingRatio - 1e-9) return {};
   return fmt::format(
       "a Poisson's ratio of {:.5g} is nearly incompressible, and linear tetrahedra lock: the body "
-      "is too stiff, by several times near 0.5, and stresses are wrong. Take a ratio below {} "
-      "where the exact change of volume does not matter, or refine the mesh until results no "
-      "longer change.",
+      "is too stiff, by several times near 0.5, and stresses are wrong. Take mesh.volume = "
+      "\"nodal\", or a ratio below {} where the exact change of volume does not matter, or refine "
+      "the mesh until results no longer change.",
       largest, kLockingRatio);
 }
 
 std::string instability_warning(const MechanicalSystem& system) {
-  for (const MaterialField& material : system.elastic().materials()) {
+  for (const MaterialField& material : system.materials()) {
     const Index count = material.varies() ? material.parameters().cols() : 1;
     for (Index e = 0; e < count; ++e) {
       std::string warning = std::visit(InstabilityWarning(), material.at(e));

@@ -17,7 +17,8 @@ const std::vector<OutputField>& output_fields() {
                                                {"cauchy_stress_nodal", "Pa", false, false},
                                                {"green_strain_nodal", "", false, false},
                                                {"von_mises_nodal", "Pa", false, false},
-                                               {"pressure_nodal", "Pa", false, false},
+                                               {"pressure_nodal", "Pa", false, false, true},
+                                               {"jacobian_nodal", "", false, false, true},
                                                {"cauchy_stress", "Pa", true, true},
                                                {"green_strain", "", true, true},
                                                {"von_mises", "Pa", true, true},
@@ -30,11 +31,13 @@ const std::vector<OutputField>& output_fields() {
   return fields;
 }
 
-bool has_field(const std::vector<std::string>& names, const OutputField& field) {
+bool has_field(const std::vector<std::string>& names, const OutputField& field, VolumeRule volume) {
   const auto has = [&](const char* name) {
     return std::find(names.begin(), names.end(), name) != names.end();
   };
-  return has(field.name) || (field.is_default && (names.empty() || has(kDefaultFields)));
+  const bool is_default =
+      field.is_default || (field.is_nodal_default && volume == VolumeRule::kNodal);
+  return has(field.name) || (is_default && (names.empty() || has(kDefaultFields)));
 }
 
 std::string to_string(FramePrecision precision) {

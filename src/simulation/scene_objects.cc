@@ -14,6 +14,7 @@
 #include "initial_state.h"
 #include "tetraction/core/error.h"
 #include "tetraction/dynamics/multipliers.h"
+#include "tetraction/dynamics/nodal_volume.h"
 #include "tetraction/mesh/generate.h"
 #include "tetraction/simulation/equilibrium.h"
 #include "tetraction/simulation/setting_keys.h"
@@ -173,7 +174,8 @@ std::unique_ptr<MechanicalSystem> make_system(const Scene& scene, TetMesh mesh) 
     regions.push_back(
         make_region(region.material, mesh, region_of_element, static_cast<int>(regions.size())));
   }
-  auto system = std::make_unique<MechanicalSystem>(std::move(mesh), regions, region_of_element);
+  auto system = std::make_unique<MechanicalSystem>(std::move(mesh), regions, region_of_element,
+                                                   scene.mesh.volume);
   system->set_environment(make_environment(scene.environment, scene.amplitude));
   system->set_damping(scene.damping);
   BodyLoads loads = make_loads(scene, *system, scene.amplitude);
@@ -318,7 +320,8 @@ struct SelectionCheck {
     if (density_array(edit.material) != density_array(now)) {
       throw InputError("material.density cannot change during a run.");
     }
-    make_material(edit.material, system, edit.region);
+    const MaterialField material = make_material(edit.material, system, edit.region);
+    if (system.nodal_volume() != nullptr) NodalVolume::without_volumetric_part(material);
   }
 
   void operator()(const SetForce& edit) const { check_load(edit.force, system, amplitudes); }

@@ -59,7 +59,7 @@ std::int64_t Session::Impl::element_id(Index e) const {
 double Session::Impl::relative_energy(double energy) const {
   // Because of the lower bound, round-off in a body at rest does not count.
   double modulus = 0.0;
-  for (const MaterialField& material : system->elastic().materials()) {
+  for (const MaterialField& material : system->materials()) {
     modulus = std::max(modulus, material.lame_range().most_modulus);
   }
   const double floor = 1e-12 * modulus * system->mesh().total_volume();

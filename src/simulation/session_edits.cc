@@ -202,7 +202,7 @@ struct Editor {
         system.mesh().tetrahedron_id(status.failed_element)));
   }
   bool all_built_in() const {
-    const std::vector<MaterialField>& materials = system.elastic().materials();
+    const std::vector<MaterialField>& materials = system.materials();
     return std::none_of(materials.begin(), materials.end(), [](const MaterialField& material) {
       return std::holds_alternative<CustomMaterial>(material.model());
     });

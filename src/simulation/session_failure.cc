@@ -38,7 +38,7 @@ struct Moduli {
 
 Moduli moduli_of(const MechanicalSystem& system) {
   Moduli moduli;
-  for (const MaterialField& material : system.elastic().materials()) {
+  for (const MaterialField& material : system.materials()) {
     moduli.least = std::min(moduli.least, material.lame_range().least_modulus);
     moduli.most = std::max(moduli.most, material.lame_range().most_modulus);
   }
@@ -140,7 +140,7 @@ std::vector<Index> broken_elements(const MechanicalSystem& system, const Vector&
 // The elements with the largest energy densities at q, the largest first.
 std::vector<Index> hot_elements(const MechanicalSystem& system, const Vector& q) {
   Vector of_points;
-  system.elastic().energy_densities(q, of_points);
+  system.elastic_energy_densities(q, of_points);
   const Vector densities =
       of_points.reshaped(system.rest().points_per_element(), system.rest().element_count())
           .colwise()

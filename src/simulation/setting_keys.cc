@@ -148,7 +148,20 @@ const Section<MeshSettings>& section_of() {
         Choice<S>{length_unit_names(),
                   {},
                   [](const S& s) { return s.unit; },
-                  [](S& s, const std::string& name) { s.unit = name; }}}}};
+                  [](S& s, const std::string& name) { s.unit = name; }}},
+       {{.name = "volume",
+         .help = "where the volumetric part of the energy is taken: in each tetrahedron, or with "
+                 "averages at the vertices, which do not lock where ν is near ½ "
+                 "([see below](#nearly-incompressible-materials))",
+         .in_file = Written::kUnlessDefault,
+         .in_echo = Written::kUnlessDefault},
+        Choice<S>{{to_string(VolumeRule::kElement), to_string(VolumeRule::kNodal)},
+                  {},
+                  [](const S& s) { return std::string(to_string(s.volume)); },
+                  [](S& s, const std::string& name) {
+                    s.volume = name == to_string(VolumeRule::kNodal) ? VolumeRule::kNodal
+                                                                     : VolumeRule::kElement;
+                  }}}}};
   return section;
 }
 

@@ -15,7 +15,7 @@ class SystemSettings {
  public:
   /// Those that the system has.
   explicit SystemSettings(const MechanicalSystem& system)
-      : materials_(system.elastic().materials()),
+      : materials_(system.materials()),
         environment_(system.environment()),
         damping_(system.damping()),
         loads_{system.forces(), system.pressures()} {}

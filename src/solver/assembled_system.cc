@@ -26,7 +26,8 @@ void AssembledSystem::set_terms(const MinimizationProblem& problem, const Vector
   terms_.reset(system_.vertex_count());
   if (!problem.has_general_terms()) return;
   problem.term_hessian(x, form, terms_);
-  const bool complete = std::all_of(terms_.pairs().begin(), terms_.pairs().end(),
+  const bool complete = terms_.outer_vertices() == outer_vertices_ &&
+                        std::all_of(terms_.pairs().begin(), terms_.pairs().end(),
                                     [&](const HessianBlocks::Pair& pair) {
                                       return matrix_->pattern.couples(pair.row, pair.column);
                                     });
@@ -34,8 +35,11 @@ void AssembledSystem::set_terms(const MinimizationProblem& problem, const Vector
   // Coupled pairs may change from step to step, as in contact. Old pairs stay in the pattern until
   // there are too many of them.
   constexpr std::size_t kMost = 4;
-  if (pairs_.size() > kMost * terms_.pairs().size()) pairs_.clear();
-  for (const HessianBlocks::Pair& pair : terms_.pairs()) pairs_.emplace_back(pair.row, pair.column);
+  Pairs next;
+  terms_.for_each_pair([&](Index i, Index j, const Matrix3&) { next.emplace_back(i, j); });
+  if (pairs_.size() > kMost * next.size()) pairs_.clear();
+  pairs_.insert(pairs_.end(), next.begin(), next.end());
+  outer_vertices_ = terms_.outer_vertices();
   std::sort(pairs_.begin(), pairs_.end());
   pairs_.erase(std::unique(pairs_.begin(), pairs_.end()), pairs_.end());
   matrix_ = std::make_unique<MatrixParts>(system_, pairs_);
@@ -63,10 +67,10 @@ void AssembledSystem::assemble_projected(const MinimizationProblem& problem, con
     });
   }
   if (!problem.has_general_terms()) return;
-  pattern.add_vertex_blocks(terms_.diagonal(), values_.data());
-  for (const HessianBlocks::Pair& pair : terms_.pairs()) {
-    pattern.add_pair_block(pair.row, pair.column, pair.block, values_.data());
-  }
+  pattern.add_vertex_blocks(terms_.whole_diagonal(), values_.data());
+  terms_.for_each_pair([&](Index i, Index j, const Matrix3& block) {
+    pattern.add_pair_block(i, j, block, values_.data());
+  });
 }
 
 bool AssembledSystem::factorize() {

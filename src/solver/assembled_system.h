@@ -71,7 +71,8 @@ class AssembledSystem {
 
   const MechanicalSystem& system_;
   const FreeCoordinates& coordinates_;
-  Pairs pairs_;  // that the pattern has beside those of elements
+  Pairs pairs_;                        // that the pattern has beside those of elements
+  std::vector<Index> outer_vertices_;  // of the outer products that the pattern has
   std::unique_ptr<MatrixParts> matrix_;
   HessianBlocks terms_;
   std::vector<double> values_;

@@ -59,6 +59,11 @@ class CeresMinimizer : public Minimizer {
         evaluator_(system, y_),
         problem_(problem_options()) {
     check_options(options);
+    if (system.nodal_volume() != nullptr) {
+      throw InputError(
+          "Ceres cannot take mesh.volume = \"nodal\", which couples vertices that belong to no "
+          "common tetrahedron: set solver.kind = \"newton\", or mesh.volume = \"element\".");
+    }
     for (const ForceTerm* term : system.force_terms()) {
       if (term->couples_only_neighbors()) continue;
       throw InputError("Ceres cannot take the force term \"" + term->name() +

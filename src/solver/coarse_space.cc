@@ -7,6 +7,7 @@
 
 #include "fem/block_stiffness.h"
 #include "tetraction/core/parallel.h"
+#include "tetraction/dynamics/nodal_volume.h"
 
 namespace tetraction {
 namespace {
@@ -81,6 +82,11 @@ struct CoarseSpace<T>::Factor {
     matrix.makeCompressed();
   }
 
+  bool has(Index row, Index column) const {
+    const auto& rows = neighbors[static_cast<std::size_t>(column)];
+    return std::binary_search(rows.begin(), rows.end(), row);
+  }
+
   void add(Index row, Index column, const Block66& block) {
     const auto& rows = neighbors[static_cast<std::size_t>(column)];
     const auto place = std::lower_bound(rows.begin(), rows.end(), row) - rows.begin();
@@ -113,7 +119,8 @@ CoarseSpace<T>::~CoarseSpace() = default;
 template <class T>
 void CoarseSpace<T>::find_neighbors() {
   factor_->neighbors.resize(static_cast<std::size_t>(groups_.count()));
-  std::vector<std::int32_t> place_of_vertex(groups_.order().size());
+  std::vector<std::int32_t>& place_of_vertex = place_of_vertex_;
+  place_of_vertex.resize(groups_.order().size());
   for (Index g = 0; g < groups_.count(); ++g) {
     for (Index i = groups_.begin(g); i < groups_.end(g); ++i) {
       place_of_vertex[static_cast<std::size_t>(groups_.vertex(i))] = static_cast<std::int32_t>(i);
@@ -153,6 +160,24 @@ void CoarseSpace<T>::find_neighbors() {
             if (i < j) pairs.emplace_back(i, j);
           }
         }
+      }
+    }
+    std::sort(pairs.begin(), pairs.end());
+    pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+  }
+  // The outer products of nodal volumes couple all vertices of the elements at a vertex.
+  if (const NodalVolume* volume = system_.nodal_volume(); volume != nullptr) {
+    std::vector<std::int32_t> own;
+    for (Index p = 0; p < volume->patch_count(); ++p) {
+      own.clear();
+      for (const Index v : volume->patch_vertices(p)) {
+        own.push_back(
+            static_cast<std::int32_t>(groups_.group(place_of_vertex[static_cast<std::size_t>(v)])));
+      }
+      std::sort(own.begin(), own.end());
+      own.erase(std::unique(own.begin(), own.end()), own.end());
+      for (std::size_t i = 0; i < own.size(); ++i) {
+        for (std::size_t j = i + 1; j < own.size(); ++j) pairs.emplace_back(own[i], own[j]);
       }
     }
     std::sort(pairs.begin(), pairs.end());
@@ -299,9 +324,34 @@ void CoarseSpace<T>::flush(Index b, const std::vector<double>& sums) {
   }
 }
 
+// PᵀbbᵀP c of all outer products c b bᵀ.
+template <class T>
+void CoarseSpace<T>::add_outers(const HessianBlocks& terms) {
+  std::vector<std::pair<Index, Motion>> own;  // Pᵀb of each group
+  for (const HessianBlocks::Outer& outer : terms.outers()) {
+    own.clear();
+    for (std::size_t k = outer.begin; k < outer.end; ++k) {
+      const auto v = static_cast<std::size_t>(terms.outer_vertices()[k]);
+      const Index place = place_of_vertex_[v];
+      const Index group = groups_.group(place);
+      auto found = std::find_if(own.begin(), own.end(),
+                                [&](const auto& entry) { return entry.first == group; });
+      if (found == own.end()) found = own.insert(own.end(), {group, Motion::Zero()});
+      found->second += basis(place).transpose() * terms.outer_vectors()[k];
+    }
+    for (const auto& [g, motion] : own) {
+      for (const auto& [h, other] : own) {
+        if (g >= h && factor_->has(g, h)) {
+          factor_->add(g, h, outer.factor * motion * other.transpose());
+        }
+      }
+    }
+  }
+}
+
 template <class T>
 bool CoarseSpace<T>::update(const TangentOperator<T>& stiffness, const VertexTerm& vertex_term,
-                            const Vector& x) {
+                            const Vector& x, const HessianBlocks* terms) {
   set_arms(x);
   Factor& factor = *factor_;
   std::fill_n(factor.matrix.valuePtr(), factor.matrix.nonZeros(), 0.0);
@@ -316,6 +366,7 @@ bool CoarseSpace<T>::update(const TangentOperator<T>& stiffness, const VertexTer
     });
     for (Index i = 0; i < count; ++i) flush(first + i, sums[static_cast<std::size_t>(i)]);
   }
+  if (terms != nullptr) add_outers(*terms);
   for (Index g = 0; g < groups_.count(); ++g) {
     Block66 own = Block66::Zero();
     for (Index i = groups_.begin(g); i < groups_.end(g); ++i) {

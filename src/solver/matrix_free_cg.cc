@@ -123,13 +123,16 @@ void MatrixFreeCg<T>::set_terms() {
   });
   neighbors_begin_.clear();
   neighbors_.clear();
-  if (!has_terms_ || terms_.pairs().empty()) return;
+  outer_begin_.clear();
+  if (!has_terms_ || (terms_.pairs().empty() && terms_.outers().empty())) return;
   if (place_of_.empty()) {
     place_of_.resize(static_cast<std::size_t>(system_.vertex_count()));
     for (Index i = 0; i < system_.vertex_count(); ++i) {
       place_of_[static_cast<std::size_t>(groups_.vertex(i))] = static_cast<std::int32_t>(i);
     }
   }
+  if (!terms_.outers().empty()) set_outers();
+  if (terms_.pairs().empty()) return;
   const auto place = [&](Index v) { return place_of_[static_cast<std::size_t>(v)]; };
   // Counted, then filled in the order of the pairs.
   neighbors_begin_.assign(static_cast<std::size_t>(system_.vertex_count()) + 1, 0);
@@ -148,6 +151,77 @@ void MatrixFreeCg<T>::set_terms() {
     enter(pair.row, pair.column, pair.block);
     enter(pair.column, pair.row, pair.block.transpose());
   }
+}
+
+template <class T>
+void MatrixFreeCg<T>::set_outers() {
+  const std::vector<Index>& vertices = terms_.outer_vertices();
+  const auto place = [&](std::size_t k) {
+    return place_of_[static_cast<std::size_t>(vertices[k])];
+  };
+  outer_begin_.assign(static_cast<std::size_t>(system_.vertex_count()) + 1, 0);
+  outer_entries_.resize(vertices.size());
+  for (std::size_t k = 0; k < vertices.size(); ++k) {
+    outer_entries_[k] = {place(k), terms_.outer_vectors()[k].template cast<T>()};
+    ++outer_begin_[static_cast<std::size_t>(place(k)) + 1];
+  }
+  std::partial_sum(outer_begin_.begin(), outer_begin_.end(), outer_begin_.begin());
+  std::vector<Index> next(outer_begin_.begin(), outer_begin_.end() - 1);
+  outer_of_place_.resize(vertices.size());
+  const std::size_t count = terms_.outers().size();
+  outer_factors_.resize(count);
+  outer_sums_.resize(count);
+  for (std::size_t o = 0; o < count; ++o) {
+    const HessianBlocks::Outer& outer = terms_.outers()[o];
+    outer_factors_[o] = static_cast<T>(outer.factor);
+    for (std::size_t k = outer.begin; k < outer.end; ++k) {
+      Index& end = next[static_cast<std::size_t>(place(k))];
+      outer_of_place_[static_cast<std::size_t>(end++)] = {static_cast<std::int32_t>(o),
+                                                          outer_entries_[k].vector};
+    }
+  }
+}
+
+// outer_sums_ ← c b·p of all outer products.
+template <class T>
+void MatrixFreeCg<T>::multiply_outers() {
+  constexpr Index kGrain = 512;
+  parallel_for(static_cast<Index>(outer_sums_.size()), kGrain, [&](Index begin, Index end) {
+    for (Index o = begin; o < end; ++o) {
+      const auto i = static_cast<std::size_t>(o);
+      T sum = T(0);
+      for (std::size_t k = terms_.outers()[i].begin; k < terms_.outers()[i].end; ++k) {
+        const OuterEntry& entry = outer_entries_[k];
+        sum += entry.vector.dot(record(p_, entry.other).template head<3>());
+      }
+      outer_sums_[i] = outer_factors_[i] * sum;
+    }
+  });
+}
+
+// sum += the outer products that the vertex at a place takes part in, times p.
+template <class T>
+void MatrixFreeCg<T>::add_outers(Index place, Record& sum) const {
+  const auto begin = static_cast<std::size_t>(outer_begin_[static_cast<std::size_t>(place)]);
+  const auto end = static_cast<std::size_t>(outer_begin_[static_cast<std::size_t>(place) + 1]);
+  for (std::size_t k = begin; k < end; ++k) {
+    const OuterEntry& entry = outer_of_place_[k];
+    sum.template head<3>() += outer_sums_[static_cast<std::size_t>(entry.other)] * entry.vector;
+  }
+}
+
+// The block on the diagonal of all outer products.
+template <class T>
+Matrix3 MatrixFreeCg<T>::outer_block(Index place) const {
+  Matrix3 block = Matrix3::Zero();
+  const auto begin = static_cast<std::size_t>(outer_begin_[static_cast<std::size_t>(place)]);
+  const auto end = static_cast<std::size_t>(outer_begin_[static_cast<std::size_t>(place) + 1]);
+  for (std::size_t k = begin; k < end; ++k) {
+    const Vector3 b = outer_of_place_[k].vector.template cast<double>();
+    const auto o = static_cast<std::size_t>(outer_of_place_[k].other);
+    block += terms_.outers()[o].factor * b * b.transpose();
+  }
+  return block;
 }
 
 template <class T>
@@ -197,6 +271,7 @@ void MatrixFreeCg<T>::make_blocks() {
       if (has_terms_) off += record(off_, i).template cast<double>();
       Matrix3 block;
       block << on[0], off[0], off[1], off[0], on[1], off[2], off[1], off[2], on[2];
+      if (!outer_begin_.empty()) block += outer_block(i);
       if (coordinates.is_free(v)) {
         Matrix3 inverted = block.inverse();
         // The blocks of an indefinite matrix need not be positive definite.
@@ -230,7 +305,7 @@ bool MatrixFreeCg<T>::make_coarse_space() {
     }
     return block;
   };
-  return coarse_->update(operator_, vertex_term, point_);
+  return coarse_->update(operator_, vertex_term, point_, has_terms_ ? &terms_ : nullptr);
 }
 
 // body(g) for all groups.
@@ -307,6 +382,7 @@ bool MatrixFreeCg<T>::renew(const CgReport& report) {
 template <class T>
 double MatrixFreeCg<T>::multiply() {
   operator_.multiply(p_.data());
+  if (!outer_begin_.empty()) multiply_outers();
   const Products products = sum_over_groups([&](Index g) {
     const bool all_free = all_free_[static_cast<std::size_t>(g)];
     Record sum = Record::Zero();
@@ -319,6 +395,7 @@ double MatrixFreeCg<T>::multiply() {
                      off[1] * p[0] + off[2] * p[1], T(0));
       }
       if (!neighbors_begin_.empty()) add_neighbors(i, ap);
+      if (!outer_begin_.empty()) add_outers(i, ap);
       if (!all_free) ap = allowed(ap, i);
       record(ap_, i) = ap;
       sum += p.cwiseProduct(ap);

@@ -74,6 +74,10 @@ class MatrixFreeCg {
   bool make_coarse_space();
   void start(const Vector& gradient, double scale, double share);
   void add_neighbors(Index place, Record& sum) const;
+  void set_outers();
+  void multiply_outers();
+  void add_outers(Index place, Record& sum) const;
+  Matrix3 outer_block(Index place) const;
   double precondition_with_factor();
   // The functions that conjugate_gradients() calls. descend() also computes the vertices' part of
   // the preconditioned residual, in the same pass.
@@ -126,6 +130,17 @@ class MatrixFreeCg {
   };
   std::vector<Index> neighbors_begin_;  // of each place; empty without pairs
   std::vector<Neighbor> neighbors_;
+  // The outer products c b bᵀ of the terms: the entries of each b, and those of each place.
+  struct OuterEntry {
+    std::int32_t other = 0;  // the place, or the number of the outer product
+    Eigen::Matrix<T, 3, 1> vector;
+  };
+  std::vector<OuterEntry> outer_entries_;
+  std::vector<Index>
+      outer_begin_;  // of each place in outer_of_place_; empty without outer products
+  std::vector<OuterEntry> outer_of_place_;
+  AlignedVector<T> outer_factors_;
+  AlignedVector<T> outer_sums_;         // c b·p
   std::vector<std::int32_t> place_of_;  // of each vertex; made for the first pairs
   AlignedVector<T> diagonal_;           // of what belongs to single vertices: rows (xx yy zz 0)
   AlignedVector<T> off_;                // (xy xz yz 0), of terms

@@ -127,7 +127,7 @@ Matrix free_rigid_motions(const MechanicalSystem& system, const Vector& q,
   // change in a rotation. This has much less round-off than a product with K.
   double energy = 0.0;
   Vector force;
-  system.elastic().value_and_gradient(q, energy, force);
+  system.elastic_energy_and_gradient(q, energy, force);
   Matrix resistance(stiffness.size(), allowed.cols());
   for (Index j = 0; j < allowed.cols(); ++j) {
     const Vector field = motions.fields * allowed.col(j);
@@ -302,7 +302,7 @@ Vector balancing_multipliers(const MechanicalSystem& system, const Vector& q, co
   if (!constraints.has_equations()) return {};
   double energy = 0.0;
   Vector force;
-  if (!system.elastic().value_and_gradient(q, energy, force).ok()) {
+  if (!system.elastic_energy_and_gradient(q, energy, force).ok()) {
     throw InputError("The multipliers cannot be computed: the elastic energy is not defined.");
   }
   for (const ForceTerm* term : system.force_terms()) {

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "tetraction/core/error.h"
+#include "tetraction/dynamics/nodal_volume.h"
 
 namespace tetraction {
 namespace {
@@ -50,8 +51,12 @@ ScaledStiffness::ScaledStiffness(const MechanicalSystem& system, const Vector& q
       term->add_load_stiffness(at, terms_);
     }
   }
+  HessianBlocks blocks = terms_;
+  if (system.nodal_volume() != nullptr) {
+    system.nodal_volume()->add_hessian(q, HessianForm::kExact, blocks);
+  }
   std::vector<std::pair<Index, Index>> pairs;
-  for (const HessianBlocks::Pair& pair : terms_.pairs()) pairs.emplace_back(pair.row, pair.column);
+  blocks.for_each_pair([&](Index i, Index j, const Matrix3&) { pairs.emplace_back(i, j); });
   std::sort(pairs.begin(), pairs.end());
   pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
   pattern_ = std::make_unique<SparsityPattern>(system.rest(), coordinates_, pairs);
@@ -62,10 +67,10 @@ ScaledStiffness::ScaledStiffness(const MechanicalSystem& system, const Vector& q
         "The modes cannot be computed: the elastic energy of element {} is not defined.",
         system.mesh().tetrahedron_id(status.failed_element)));
   }
-  pattern_->add_vertex_blocks(terms_.diagonal(), values_.data());
-  for (const HessianBlocks::Pair& pair : terms_.pairs()) {
-    pattern_->add_pair_block(pair.row, pair.column, pair.block, values_.data());
-  }
+  pattern_->add_vertex_blocks(blocks.whole_diagonal(), values_.data());
+  blocks.for_each_pair([&](Index i, Index j, const Matrix3& block) {
+    pattern_->add_pair_block(i, j, block, values_.data());
+  });
   for_each_entry([&](std::size_t k, Index i, Index j) {
     values_[k] *= inverse_root_mass_[i] * inverse_root_mass_[j];
     if (i == j) largest_ = std::max(largest_, std::abs(values_[k]));

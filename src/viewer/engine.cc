@@ -56,7 +56,7 @@ Settings Engine::settings() const {
   Settings settings;
   settings.materials = session_->materials();
   const MechanicalSystem& system = session_->system();
-  for (const MaterialField& material : system.elastic().materials()) {
+  for (const MaterialField& material : system.materials()) {
     settings.moduli.push_back(material.lame_range());
   }
   settings.mean_density = system.total_mass() / system.mesh().total_volume();

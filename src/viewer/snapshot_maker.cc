@@ -40,7 +40,7 @@ Vector color_values(const Session& session, ColorField field) {
     case ColorField::kVonMises:
       return von_mises_stress(system, state.position);
     case ColorField::kEnergyDensity:
-      system.elastic().energy_densities(state.position, values);
+      system.elastic_energy_densities(state.position, values);
       break;
     case ColorField::kJacobian:
       return volume_ratios(system, state.position);

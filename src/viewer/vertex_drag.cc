@@ -41,7 +41,7 @@ double slowest_shear_wave(const Session& session) {
   double slowest = std::numeric_limits<double>::infinity();
   const MechanicalSystem& system = session.system();
   for (Index e = 0; e < system.rest().element_count(); ++e) {
-    slowest = std::min(slowest, std::sqrt(system.elastic().lame(e).mu / system.density(e)));
+    slowest = std::min(slowest, std::sqrt(system.lame(e).mu / system.density(e)));
   }
   return slowest;
 }

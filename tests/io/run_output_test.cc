@@ -253,6 +253,14 @@ TEST_F(RunOutput, FieldsAreThoseThatTheSceneNames) {
       "jacobian",     "energy_density", "region"};
   EXPECT_EQ(has("frames/frame_000005.vtu"), defaults);
   EXPECT_EQ(has("final.vtu"), defaults);
+  // With nodal volumes the values of the vertices are default fields, too.
+  scene_.mesh.volume = VolumeRule::kNodal;
+  run();
+  std::vector<std::string> nodal = defaults;
+  nodal.insert(nodal.begin() + 7, {"pressure_nodal", "jacobian_nodal"});
+  EXPECT_EQ(has("frames/frame_000005.vtu"), nodal);
+  EXPECT_EQ(has("final.vtu"), nodal);
+  scene_.mesh.volume = VolumeRule::kElement;
   scene_.output.fields = {"pressure", "displacement", "von_mises_nodal"};
   run();
   const std::vector<std::string> named{"displacement", "von_mises_nodal", "pressure"};

@@ -24,14 +24,31 @@ TEST(HessianBlocks, MultiplyAsTheMatrixThatTheyAre) {
   blocks.add_pair(3, 1, a);
   dense.block<3, 3>(9, 3) += a;
   dense.block<3, 3>(3, 9) += a.transpose();
+  const std::vector<Index> vertices{3, 0, 1};
+  const std::vector<Vector3> vectors{{1.0, 2.0, -1.0}, {0.5, 0.0, 1.0}, {-2.0, 1.0, 0.3}};
+  blocks.add_outer(-0.7, vertices, vectors);
+  Vector b = Vector::Zero(12);
+  for (std::size_t i = 0; i < 3; ++i) vertex_block(b, vertices[i]) = vectors[i];
+  dense -= 0.7 * b * b.transpose();
+  const HessianBlocks same = blocks;
+  blocks.add(same, 0.5);
   blocks.scale(2.0);
-  dense *= 2.0;
+  dense *= 3.0;
+  Matrix sum = Matrix::Zero(12, 12);
+  const Matrix diagonal = blocks.whole_diagonal();
+  for (Index v = 0; v < 4; ++v) sum.block<3, 3>(3 * v, 3 * v) = diagonal.middleCols<3>(3 * v);
+  blocks.for_each_pair([&](Index i, Index j, const Matrix3& block) {
+    sum.block<3, 3>(3 * i, 3 * j) += block;
+    sum.block<3, 3>(3 * j, 3 * i) += block.transpose();
+  });
+  EXPECT_LT((sum - dense).norm(), 1e-13);
   const Vector u = Vector::Random(12);
   Vector product = Vector::Ones(12);
   blocks.add_product(u, product);
   EXPECT_LT((product - Vector::Ones(12) - dense * u).norm(), 1e-13);
   blocks.reset(2);
   EXPECT_TRUE(blocks.pairs().empty());
+  EXPECT_TRUE(blocks.outers().empty());
   EXPECT_EQ(blocks.diagonal(), Matrix::Zero(3, 6));
 }
 

@@ -188,6 +188,10 @@ TEST(LockingWarning, IsNotGivenForTheRatioThatTheMessagesAdvise) {
   }
   const LameParameters locking = lame_from_young(1e6, kLockingRatio);
   EXPECT_NE(locking_warning(body_of(NeoHookean(locking.mu, locking.lambda))), "");
+  const MechanicalSystem nodal(generate_box({1, 1, 1}, {1, 1, 1}),
+                               {BodyRegion{NeoHookean(locking.mu, locking.lambda)}}, {},
+                               VolumeRule::kNodal);
+  EXPECT_EQ(locking_warning(nodal), "");
 }
 
 }  // namespace

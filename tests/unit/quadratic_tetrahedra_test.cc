@@ -9,6 +9,7 @@
 #include "fem/quadratic_points.h"
 #include "fem/tangent_operator.h"
 #include "support/bodies.h"
+#include "tetraction/core/error.h"
 #include "tetraction/core/parallel.h"
 #include "tetraction/dynamics/derivative_check.h"
 #include "tetraction/dynamics/derived_fields.h"
@@ -321,6 +322,12 @@ TEST(QuadraticTetrahedra, MassesArePositiveAndHaveTheRightMoments) {
   EXPECT_GT(system.mass().minCoeff(), 0.0);
   EXPECT_NEAR(system.total_mass(), 2000.0, 1e-9);
   EXPECT_LT((system.center_of_mass(mesh.rest_positions()) - Vector3(1.0, 0.5, 0.5)).norm(), 1e-13);
+}
+
+TEST(QuadraticTetrahedra, HaveNoNodalVolumes) {
+  const TetMesh mesh = with_edge_vertices(small_block());
+  const BodyRegion region{all_materials()[1], 1000.0};
+  EXPECT_THROW(MechanicalSystem(mesh, {region}, {}, VolumeRule::kNodal), InputError);
 }
 
 TEST(QuadraticTetrahedra, FieldsOfAHomogeneousState) {

@@ -3,6 +3,7 @@
 
 #include <limits>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -33,7 +34,8 @@ enum class EnergyAccount {
 /// preconditioners and descent directions need.
 enum class HessianForm { kExact, kConvex };
 
-/// A sum of 3 × 3 blocks of a symmetric matrix over all vertices: the Hessian of a force term.
+/// A symmetric matrix over all vertices as a sum of 3 × 3 blocks and of matrices of rank one: the
+/// Hessian of a force term.
 class HessianBlocks {
  public:
   /// The block in the rows of vertex `row` and the columns of vertex `column`, and its transpose at
@@ -44,6 +46,14 @@ class HessianBlocks {
     Matrix3 block = Matrix3::Zero();
   };
 
+  /// The matrix c b bᵀ of rank one. b has three numbers for each of some vertices: entries `begin`
+  /// to `end` of outer_vertices() and outer_vectors().
+  struct Outer {
+    double factor = 0.0;  ///< c
+    std::size_t begin = 0;
+    std::size_t end = 0;
+  };
+
   /// Sets all blocks to zero.
   void reset(Index vertex_count);
   /// Adds ∂²U/∂x_v², which is symmetric. Different vertices may be added to from several threads.
@@ -51,13 +61,39 @@ class HessianBlocks {
   /// Adds ∂²U/∂x_i∂x_j and, at the mirrored place, its transpose. The two vertices must differ.
   /// Must be called from one thread only.
   void add_pair(Index i, Index j, const Matrix3& block);
+  /// Adds c b bᵀ, where b has vectors[i] for vertex vertices[i]. All vertices must differ. The Hessian of a function of one number, such as a volume, has such a part; many
+  /// vertices cost far less in this form than as pairs. Must be called from one thread only.
+  void add_outer(double factor, std::span<const Index> vertices, std::span<const Vector3> vectors);
+  /// Adds another matrix of the same size, multiplied by a number.
+  void add(const HessianBlocks& other, double factor);
 
   Index vertex_count() const { return diagonal_.cols() / 3; }
-  /// The blocks on the diagonal side by side: 3 × 3n.
+  /// The blocks on the diagonal side by side, without those of outer products: 3 × 3n.
   const Matrix& diagonal() const { return diagonal_; }
   auto diagonal(Index v) const { return diagonal_.block<3, 3>(0, 3 * v); }
   /// The other blocks, in the order in which they were added.
   const std::vector<Pair>& pairs() const { return pairs_; }
+  /// The matrices of rank one, in the order in which they were added.
+  const std::vector<Outer>& outers() const { return outers_; }
+  const std::vector<Index>& outer_vertices() const { return outer_vertices_; }
+  const std::vector<Vector3>& outer_vectors() const { return outer_vectors_; }
+  /// The blocks on the diagonal of the whole matrix side by side: 3 × 3n.
+  Matrix whole_diagonal() const;
+  /// Calls visit(i, j, block) for all blocks beside the diagonal: those of pairs() and those of
+  /// outer products. A block stands for its transpose at (j, i), too. Blocks of the same two
+  /// vertices may come more than once.
+  template <class Visit>
+  void for_each_pair(const Visit& visit) const {
+    for (const Pair& pair : pairs_) visit(pair.row, pair.column, pair.block);
+    for (const Outer& outer : outers_) {
+      for (std::size_t a = outer.begin; a < outer.end; ++a) {
+        for (std::size_t b = outer.begin; b < a; ++b) {
+          visit(outer_vertices_[a], outer_vertices_[b],
+                Matrix3(outer.factor * outer_vectors_[a] * outer_vectors_[b].transpose()));
+        }
+      }
+    }
+  }
   /// Multiplies all blocks by a number.
   void scale(double factor);
   /// product += H u (3 per vertex).
@@ -66,6 +102,9 @@ class HessianBlocks {
  private:
   Matrix diagonal_;
   std::vector<Pair> pairs_;
+  std::vector<Outer> outers_;
+  std::vector<Index> outer_vertices_;
+  std::vector<Vector3> outer_vectors_;
 };
 
 /// A force that acts on the vertices of a body. It is the sum of one or more of these parts:

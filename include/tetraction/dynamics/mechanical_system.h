@@ -13,6 +13,7 @@
 #include "tetraction/dynamics/state.h"
 #include "tetraction/dynamics/surface_pressure.h"
 #include "tetraction/dynamics/vertex_damping.h"
+#include "tetraction/dynamics/volume_rule.h"
 #include "tetraction/fem/elastic_potential.h"
 #include "tetraction/fem/viscous_potential.h"
 
@@ -26,6 +27,8 @@ struct BodyRegion {
   /// they hold instead of `density`.
   std::vector<double> densities{};
 };
+
+class NodalVolume;
 
 /// Linear and angular momentum about the origin, and the sums of magnitudes to which drifts are
 /// relative.
@@ -46,15 +49,43 @@ class MechanicalSystem {
   /// the caller's own vectors. The arrays of a view_mesh() are not copied and must live longer than
   /// the system. Throws InputError if a density is not positive and finite.
   MechanicalSystem(TetMesh mesh, const MaterialField& material, double density);
-  /// Element e belongs to regions[region_of_element[e]].
+  /// Element e belongs to regions[region_of_element[e]]. With VolumeRule::kNodal it throws InputError
+  /// for a material without a volumetric part, too.
   MechanicalSystem(TetMesh mesh, const std::vector<BodyRegion>& regions,
-                   const std::vector<int>& region_of_element);
+                   const std::vector<int>& region_of_element,
+                   VolumeRule volume = VolumeRule::kElement);
+  ~MechanicalSystem();
   MechanicalSystem(const MechanicalSystem&) = delete;
   MechanicalSystem& operator=(const MechanicalSystem&) = delete;
 
   const TetMesh& mesh() const { return mesh_; }
   const RestState& rest() const { return rest_; }
+  /// The part of the elastic energy that is a sum over elements: all of it, or with
+  /// VolumeRule::kNodal that of materials without their volumetric parts.
   const ElasticPotential& elastic() const { return elastic_; }
+  /// The other part of the elastic energy; null with VolumeRule::kElement.
+  const NodalVolume* nodal_volume() const { return nodal_volume_.get(); }
+  /// The whole materials of the regions.
+  const std::vector<MaterialField>& materials() const {
+    return nodal_volume_ ? materials_ : elastic_.materials();
+  }
+  /// The small-strain parameters of element e, Pa.
+  LameParameters lame(Index e) const;
+  /// energy = the whole elastic energy at q, J. Fails where it is not defined.
+  EvaluationStatus elastic_energy(const Positions& q, double& energy) const;
+  /// energy = the whole elastic energy at q, J, and gradient = its gradient (3 per vertex, N).
+  EvaluationStatus elastic_energy_and_gradient(const Positions& q, double& energy,
+                                               Vector& gradient) const;
+  /// The elastic energy of every region, J. It must be defined at q.
+  Vector elastic_energies_by_region(const Vector& q) const;
+  /// The energy density at the first quadrature point of every element, J/m³. With VolumeRule::kNodal
+  /// the mean of its nodes is part of it, so that the sum of densities times volumes is the energy.
+  void elastic_energy_densities(const Vector& q, Vector& densities) const;
+  /// P at the first quadrature point of element e, Pa, with the mean of U' of its nodes. The elastic
+  /// energy must be defined at q.
+  Matrix3 first_piola(Index e, const Vector& q) const;
+  /// ElasticPotential::stiffness_sums() of the whole materials.
+  ElasticPotential::StiffnessSums stiffness_sums(double extra_modulus) const;
   Index region_count() const { return static_cast<Index>(elastic_.materials().size()); }
   /// The region of element e.
   int region(Index e) const { return elastic_.material_index(e); }
@@ -62,7 +93,8 @@ class MechanicalSystem {
   std::vector<Index> elements_of(Index region) const;
   /// ρ₀ of element e, kg/m³.
   double density(Index e) const { return density_[e]; }
-  /// Replaces the material of a region. Its density stays.
+  /// Replaces the material of a region. Its density stays. Throws InputError as the constructor does;
+  /// then nothing has changed.
   void set_material(Index region, const MaterialField& material);
   /// The lumped masses, one per vertex, kg.
   const Vector& mass() const { return mass_; }
@@ -170,6 +202,8 @@ class MechanicalSystem {
   TetMesh mesh_;
   RestState rest_;
   ElasticPotential elastic_;
+  std::vector<MaterialField> materials_;  // whole; empty with VolumeRule::kElement
+  std::unique_ptr<NodalVolume> nodal_volume_;
   ViscousPotential viscous_;
   Vector density_;  // per element
   Vector mass_;

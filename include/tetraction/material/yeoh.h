@@ -38,7 +38,7 @@ class Yeoh : public IsotropicMaterial<Yeoh> {
     T kappa;
   };
 
-  /// Throws InputError unless C₁₀ > 0, κ > 0 and all are finite.
+  /// Throws InputError unless C₁₀ > 0, κ ≥ 0 and all are finite. κ = 0: no volumetric part.
   Yeoh(double c10, double c20, double c30, double kappa);
   /// Makes a material with these small-strain parameters.
   static Yeoh from_young(const LameParameters& lame, double c20, double c30);

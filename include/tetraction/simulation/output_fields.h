@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "tetraction/dynamics/volume_rule.h"
+
 namespace tetraction {
 
 /// One array of a frame.
@@ -12,6 +14,8 @@ struct OutputField {
   const char* unit;  ///< SI, "" for a pure number
   bool on_cells;     ///< one value for each tetrahedron, otherwise for each vertex
   bool is_default;   ///< whether frames have it if the scene does not say which fields they have
+  /// Whether it is a default field of bodies with VolumeRule::kNodal.
+  bool is_nodal_default = false;
 };
 
 /// All fields, in the order in which frames have them.
@@ -21,7 +25,8 @@ const std::vector<OutputField>& output_fields();
 inline constexpr const char* kDefaultFields = "default";
 
 /// Whether a list of names, as OutputSettings::fields, has this field. An empty list has the default
-/// ones.
-bool has_field(const std::vector<std::string>& names, const OutputField& field);
+/// ones of a body with this rule.
+bool has_field(const std::vector<std::string>& names, const OutputField& field,
+               VolumeRule volume = VolumeRule::kElement);
 
 }  // namespace tetraction

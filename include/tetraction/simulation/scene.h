@@ -18,6 +18,7 @@
 #include "tetraction/dynamics/damping.h"
 #include "tetraction/dynamics/integrator.h"
 #include "tetraction/dynamics/rayleigh_damping.h"
+#include "tetraction/dynamics/volume_rule.h"
 #include "tetraction/material/material_field.h"
 #include "tetraction/mesh/selection.h"
 #include "tetraction/simulation/frame_format.h"
@@ -46,6 +47,7 @@ struct MeshSettings {
   double scale = 1.0;                         ///< multiplies the file's coordinates
   std::string unit = "m";                     ///< of the file's coordinates, see length_units()
   bool quadratic = false;                     ///< ten-node tetrahedra instead of four-node ones
+  VolumeRule volume = VolumeRule::kElement;   ///< where the volumetric part of the energy is taken
 };
 
 /// A unit of length that mesh.unit can name.

@@ -76,7 +76,7 @@ void write_failed_elements(const Session& session, const std::string& path) {
   }
   double energy = 0.0;
   Vector gradient;
-  if (system.elastic().value_and_gradient(session.state().position, energy, gradient).ok()) {
+  if (system.elastic_energy_and_gradient(session.state().position, energy, gradient).ok()) {
     of_points("elastic_force", -gradient.reshaped(3, system.vertex_count()));
   }
   // Where the step led the vertices, if these are numbers.

@@ -73,7 +73,10 @@ class FieldMaker {
     if (name == "cauchy_stress_nodal") return average(elements().cauchy_stress);
     if (name == "green_strain_nodal") return average(elements().green_strain);
     if (name == "von_mises_nodal") return average(elements().von_mises);
-    if (name == "pressure_nodal") return average(pressures(elements().cauchy_stress));
+    if (name == "pressure_nodal") {
+      return nodal_pressures(system_, state_.position, elements().cauchy_stress);
+    }
+    if (name == "jacobian_nodal") return average(elements().jacobian);
     throw std::logic_error(fmt::format("the field {} is in output_fields() only", name));
   }
 
@@ -91,8 +94,10 @@ Frame make_frame(const Session& session, const std::vector<std::string>& names) 
   frame.time = session.time();
   frame.step = session.step_number();
   FieldMaker maker(session);
+  const VolumeRule rule =
+      session.system().nodal_volume() == nullptr ? VolumeRule::kElement : VolumeRule::kNodal;
   for (const OutputField& field : output_fields()) {
-    if (!has_field(names, field)) continue;
+    if (!has_field(names, field, rule)) continue;
     (field.on_cells ? frame.cell_fields : frame.point_fields).push_back(maker.make(field.name));
   }
   return frame;

@@ -137,7 +137,7 @@ std::string history_row(const Session& session, const OptionalColumns& columns) 
   if (session.system().region_count() > 1) {
     const State& state = session.state();
     const Vector kinetic = session.system().kinetic_energies_by_region(state.momentum);
-    const Vector elastic = session.system().elastic().energies_by_material(state.position);
+    const Vector elastic = session.system().elastic_energies_by_region(state.position);
     for (Index r = 0; r < kinetic.size(); ++r) {
       if (path == nullptr) row += ',' + g(kinetic[r]);
       row += ',' + g(elastic[r]);

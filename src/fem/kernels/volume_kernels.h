@@ -1,0 +1,18 @@
+// Volumes of tetrahedra and their gradients, several elements at a time (element_kernels.h). With the
+// current edges e, 6v = det e, and ∂(6v)/∂e is the cofactor matrix of e.
+#pragma once
+
+#include "element_kernels.h"
+
+namespace tetraction {
+
+/// six_volumes ← 6v of all elements, kBatchLanes numbers per batch. Positions and displacements are
+/// those of elastic_gradient().
+void element_volumes(const BatchView& batches, const double* positions, const double* displacements,
+                     double* six_volumes);
+
+/// forces += factor ∂(6v)/∂q of all elements, with one factor per element, kBatchLanes per batch.
+void add_volume_gradient(const BatchView& batches, const double* positions,
+                         const double* displacements, const double* factors, double* forces);
+
+}  // namespace tetraction
