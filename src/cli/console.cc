@@ -49,7 +49,15 @@ void print_progress(std::string_view text) {
 }
 
 void print_message(std::string_view text) {
-  print_progress(fmt::format("tetraction: {}\n", printable_message(text)));
+  std::string line;
+  for (const char c : printable_message(text)) {
+    if (c == '\n') {
+      line += "\\n";  // of a file's name, for instance
+    } else {
+      line += c;
+    }
+  }
+  print_progress(fmt::format("tetraction: {}\n", line));
 }
 
 void print_note(std::string_view text) {

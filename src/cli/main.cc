@@ -53,7 +53,7 @@ std::string spoken_name(const CLI::App& command) {
   return (parent != nullptr ? spoken_name(*parent) + ' ' : "") + command.get_name();
 }
 
-std::string advice_on(const CLI::App& app, const CLI::ParseError& error) {
+int report(const CLI::App& app, const CLI::ParseError& error) {
   const CLI::App* command = &app;
   while (!command->get_subcommands().empty()) command = command->get_subcommands().front();
   const std::vector<const CLI::App*> choices =
@@ -87,7 +87,9 @@ std::string advice_on(const CLI::App& app, const CLI::ParseError& error) {
     text = fmt::format("{} has no option {}{}", spoken_name(*command), option,
                        near.empty() ? "." : fmt::format(": did you mean --{}?", near));
   }
-  return fmt::format("{}\nSee {} --help.", text, spoken_name(*command));
+  report(kWrongInput, text);
+  tetraction::print_progress(fmt::format("See {} --help.\n", spoken_name(*command)));
+  return kWrongInput;
 }
 
 int run_program(int argc, char** argv) {
@@ -132,7 +134,7 @@ int run_program(int argc, char** argv) {
   } catch (const CLI::CallForVersion& version) {
     return print_exit(app, version);
   } catch (const CLI::ParseError& error) {
-    return report(kWrongInput, advice_on(app, error));
+    return report(app, error);
   }
   return exit_code;
 }

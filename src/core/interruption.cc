@@ -3,20 +3,26 @@
 namespace tetraction {
 namespace {
 
-thread_local const std::atomic<bool>* interruption_flag = nullptr;
+thread_local const Interruptible* interruptible = nullptr;
 
 }  // namespace
 
-Interruptible::Interruptible(const std::atomic<bool>& flag) {
-  interruption_flag = &flag;
+Interruptible::Interruptible(const std::atomic<bool>& flag, std::unique_lock<std::mutex>* lock)
+    : flag_(flag), lock_(lock) {
+  if (lock_ != nullptr) lock_->unlock();
+  interruptible = this;
 }
 
 Interruptible::~Interruptible() {
-  interruption_flag = nullptr;
+  interruptible = nullptr;
+  if (lock_ != nullptr && !lock_->owns_lock()) lock_->lock();
 }
 
 void throw_if_interrupted() {
-  if (interruption_flag != nullptr && *interruption_flag) throw Interrupted();
+  if (interruptible == nullptr || !interruptible->flag_) return;
+  std::unique_lock<std::mutex>* const lock = interruptible->lock_;
+  if (lock != nullptr && !lock->owns_lock()) lock->lock();
+  throw Interrupted();
 }
 
 }  // namespace tetraction

@@ -43,6 +43,12 @@ Amplitude Amplitude::piecewise_linear(std::vector<std::pair<double, double>> poi
           fmt::format("The times of an amplitude must increase, but point {} has {} s after {} s.",
                       i, time, points[i - 1].first));
     }
+    if (i > 0 && !std::isfinite(value - points[i - 1].second)) {
+      throw InputError(fmt::format(
+          "Neighbouring values of an amplitude may differ by up to 1.8e308, but point {} has {} "
+          "after {}.",
+          i, value, points[i - 1].second));
+    }
   }
   Amplitude amplitude;
   amplitude.kind_ = Kind::kPoints;

@@ -95,9 +95,11 @@ void Engine::report_new_warnings() {
 
 void Engine::require_good_state() const {
   if (session_->status() == RunStatus::kRunning) return;
+  // The window shows one message at a time, so that this one has the reason, too.
   throw InputError(
-      "The run has failed, so nothing can be changed in this state: go back to the last good one "
-      "first.");
+      fmt::format("{} The run has failed, so nothing can be changed in this state: go back to the "
+                  "last good one first.",
+                  session_->message()));
 }
 
 void Engine::resolve_newest(Edit& edit) const {

@@ -39,6 +39,8 @@ class Engine {
   /// Makes the events that are due, then one step. Returns false if the run has ended. The session's
   /// status() then has the reason.
   bool step();
+  /// Throws InputError with the reason if the run has failed.
+  void require_good_state() const;
   /// Session::go_back().
   void go_back();
 
@@ -58,7 +60,6 @@ class Engine {
   void report_refused_drag(const std::string& reason);
   void resolve_newest(Edit& edit) const;
   void remember_newest(const Edit& edit, const Counts& before);
-  void require_good_state() const;
   void report_new_warnings();
 
   const std::vector<EventSettings> events_;

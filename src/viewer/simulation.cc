@@ -18,6 +18,10 @@ Simulation::Simulation(Scene scene, TetMesh mesh)
 
 Simulation::~Simulation() = default;
 
+bool Simulation::end(double seconds) {
+  return impl_->end(seconds);
+}
+
 const TetMesh& Simulation::mesh() const {
   return impl_->mesh();
 }

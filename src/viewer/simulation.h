@@ -50,8 +50,15 @@ class Simulation {
  public:
   /// Sets up the scene in the calling thread. The run is paused. Throws InputError.
   Simulation(Scene scene, TetMesh mesh);
-  /// Stops after the step in progress.
+  /// Gives up the step in progress, and waits for this.
   ~Simulation();
+
+  /// Gives up the step in progress and ends the recording. Nothing may be asked of the simulation after
+  /// that. Returns false if the solver does not answer within these seconds, because it factorises a
+  /// large matrix, for instance. The files of the recording are then complete with the state before
+  /// that step, or, if its steps adapt or are repeated (time.adapt, time.retry), without summary and
+  /// final state. The program may end without the destructor, which would wait for the solver.
+  bool end(double seconds);
 
   const TetMesh& mesh() const;
   const Scene& scene() const;  ///< the scene without the edits

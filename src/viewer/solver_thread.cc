@@ -24,6 +24,18 @@ constexpr double kLimitPauseAfterEdit = 4.0;
 constexpr double kLimitPause = 30.0;
 constexpr double kDragDelay = 0.08;  // real time in which a dragged vertex reaches the mouse, s
 
+// Sets a flag as long as it lives.
+class Raised {
+ public:
+  explicit Raised(bool& flag) : flag_(flag) { flag_ = true; }
+  ~Raised() { flag_ = false; }
+  Raised(const Raised&) = delete;
+  Raised& operator=(const Raised&) = delete;
+
+ private:
+  bool& flag_;
+};
+
 bool is_edit(const Command& command) {
   return std::holds_alternative<MakeEdit>(command) || std::holds_alternative<Grab>(command) ||
          std::holds_alternative<Undo>(command) || std::holds_alternative<Redo>(command);
@@ -42,10 +54,35 @@ SolverThread::SolverThread(Scene start_scene, TetMesh start_mesh)
 
 SolverThread::~SolverThread() {
   if (!thread_.joinable()) return;
+  ask_to_end();
+  if (taken_over_.owns_lock()) taken_over_.unlock();
+  thread_.join();
+}
+
+void SolverThread::ask_to_end() {
   gives_up_ = true;
   shared_.lock()->stop = true;
   wake();
-  thread_.join();
+}
+
+bool SolverThread::end(double seconds) {
+  ask_to_end();
+  if (shared_.lock().wait_for(ended_, Seconds(seconds),
+                              [](const SharedState& shared) { return shared.has_ended; })) {
+    return true;
+  }
+  // Only a recording is worth waiting for: a frame that is being written, for instance.
+  if (!has_observer_) return false;
+  taken_over_.lock();
+  if (shared_.lock()->has_ended) {
+    taken_over_.unlock();
+    return true;
+  }
+  // A step of several parts has entered some of them in the balance already.
+  const TimeSettings& time = session().time_settings();
+  if (is_in_step_ && (time.retry > 0 || time.adapt != StepAdaptation::kNone)) observer_.reset();
+  end_observation();
+  return false;
 }
 
 void SolverThread::start() {
@@ -155,7 +192,8 @@ void SolverThread::step() {
   const Index before = session().step_number();
   const Clock::time_point start = Clock::now();
   const bool can_continue = [this] {
-    const Interruptible interruptible(gives_up_);
+    const Raised in_step(is_in_step_);
+    const Interruptible interruptible(gives_up_, &work_lock_);
     return engine_->step() && session().status() == RunStatus::kRunning;
   }();
   stepping_since_limit_ += Seconds(Clock::now() - start).count();
@@ -192,6 +230,7 @@ void SolverThread::notify_observer(const Call& call) {
   }
   if (continues) return;
   observer_.reset();
+  has_observer_ = false;
   const auto shared = shared_.lock();
   shared->observed = false;
   if (!problem.empty()) {
@@ -206,18 +245,14 @@ void SolverThread::end_observation() {
   });
 }
 
-void SolverThread::require_good_state() const {
-  if (session().status() == RunStatus::kRunning) return;
-  throw InputError("The run has failed: go back to the last good state first.");
-}
-
 void SolverThread::execute(Observe& observe) {
   end_observation();
   shared_.lock()->observed = false;
   if (!observe.observer) return;
-  require_good_state();
+  engine_->require_good_state();
   shared_.lock()->observed = true;
   observer_ = std::move(observe.observer);
+  has_observer_ = true;
   notify_observer([this](Observer& o) {
     o.on_start(session());
     return true;
@@ -225,7 +260,7 @@ void SolverThread::execute(Observe& observe) {
 }
 
 void SolverThread::execute(const Run&) {
-  require_good_state();
+  engine_->require_good_state();
   speed_limiter_.restart(session().time());
   shared_.lock()->running = true;
 }
@@ -390,10 +425,15 @@ void SolverThread::carry_out(Task& task) {
 void SolverThread::work() {
   for (;;) {
     Task task = next_task();
+    work_lock_.lock();
     if (task.kind == Task::Kind::kNone) break;
     report_failure_of([&] { carry_out(task); });
+    work_lock_.unlock();
   }
   end_observation();
+  work_lock_.unlock();
+  shared_.lock()->has_ended = true;
+  ended_.notify_all();
 }
 
 }  // namespace tetraction::viewer

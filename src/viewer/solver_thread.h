@@ -5,6 +5,7 @@
 #include <condition_variable>
 #include <deque>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <thread>
@@ -68,6 +69,8 @@ struct SharedState {
   std::size_t edit_count = 0;  // edits, undos and redos that have been made
   bool edits_waiting = false;  // whether some are not in the texts and the count yet
 
+  bool has_ended = false;  // whether the solver's thread does nothing any more
+
   bool idle() const { return commands.empty() && !busy && !running; }
 };
 
@@ -78,7 +81,7 @@ class SolverThread {
   SolverThread(Scene start_scene, TetMesh start_mesh);
   SolverThread(const SolverThread&) = delete;
   SolverThread& operator=(const SolverThread&) = delete;
-  /// Gives up the step in progress, at the next iteration of its solver.
+  /// Gives up the step in progress, at the next iteration of its solver, and waits for this.
   ~SolverThread();
 
   const Scene& scene() const { return scene_; }
@@ -86,6 +89,8 @@ class SolverThread {
   const Recording& recording() const { return recording_; }
 
   void start();
+  /// See Simulation::end().
+  bool end(double seconds);
   void send(Command command);
   /// The shared state, locked as long as the result lives.
   auto lock() { return shared_.lock(); }
@@ -109,7 +114,6 @@ class SolverThread {
   template <class Call>
   void notify_observer(const Call& call);
   void end_observation();
-  void require_good_state() const;
   void execute(const Run&);
   void execute(const Pause&);
   void execute(const Step&);
@@ -130,6 +134,7 @@ class SolverThread {
   Task next_task();
   void carry_out(Task& task);
   void work();
+  void ask_to_end();
 
   const Scene scene_;
   const TetMesh mesh_;
@@ -148,10 +153,19 @@ class SolverThread {
   double limit_cost_ = 0.0;            // duration of the last estimate of the limit, s
   double stepping_since_limit_ = 0.0;  // duration of the steps since then, s
   std::unique_ptr<Observer> observer_;
+  std::atomic<bool> has_observer_{false};
+  bool is_in_step_ = false;
+
+  // The solver's thread has it whenever it may change the data above, except in a step, whose state is
+  // that before it, until it succeeds. end() takes it to end the observation of a step that lasts.
+  std::mutex working_;
+  std::unique_lock<std::mutex> work_lock_{working_, std::defer_lock};   // of the solver's thread
+  std::unique_lock<std::mutex> taken_over_{working_, std::defer_lock};  // of the thread of end()
 
   Guarded<SharedState> shared_;
   std::condition_variable wake_;
   std::condition_variable became_idle_;
+  std::condition_variable ended_;
   std::atomic<bool> gives_up_{false};  // the step in progress
 
   std::thread thread_;  // the last member, because it uses the others

@@ -231,6 +231,17 @@ class Surroundings(CliTest):
         for _, _, names in os.walk(self.folder):
             self.assertNotIn("made", names)
 
+    def test_a_line_break_in_a_name_does_not_break_a_message(self):
+        for name in ("n\nl.msh", "n\nl.toml", "n\nl.stl"):
+            words = ["run", name] if name.endswith("toml") else ["mesh", "info", name]
+            result = subprocess.run([PROGRAM, *words], cwd=self.folder, capture_output=True, text=True)
+            self.assertEqual(result.stderr.count("\n"), 1, result.stderr)
+            self.assertIn("n\\nl", result.stderr)
+        result = subprocess.run([PROGRAM, "run", "--a\nb"], cwd=self.folder, capture_output=True,
+                                text=True)  # fmt: skip
+        self.assertEqual(len(result.stderr.splitlines()), 2, result.stderr)  # and what helps
+        self.assertIn("See tetraction run --help.", result.stderr)
+
     def test_home_locale_and_terminal(self):
         self.write("scene.toml", SCENE)
         self.run_program("run", "scene.toml", "--out", "out")

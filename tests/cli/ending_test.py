@@ -310,7 +310,10 @@ class Links(EndingTest):
         os.mkdir(self.path("out"))
         self.write("out/history.csv", "mine")
         os.symlink(frames, self.path("out", "frames"))
-        self.assertIn("link", self.refused(4, "run", "beam.toml", "--out", "out"))
+        message = self.refused(4, "run", "beam.toml", "--out", "out")
+        self.assertIn("link", message)
+        # The same message appears in the window, which has no such option.
+        self.assertIn("choose another directory (on the command line: --out)", message)
         self.assertEqual(os.listdir(frames), ["frame_000001.vtu"])
         self.assertEqual(os.listdir(self.path("out")).sort(), ["history.csv", "frames"].sort())
         # The folders of a study's runs, and that of the modes' pictures.

@@ -245,6 +245,49 @@ class Changes(ResumeTest):
         for path in glob.glob(self.path("out", "checkpoints", "*")):
             self.assertTrue(path.endswith(".ckpt"))
 
+    def test_a_changed_byte_of_a_table_is_refused(self):
+        scene = self.scene()
+        self.kill(scene)
+        for name in ("history.csv", "probes.csv"):
+            path = self.path("out", name)
+            with open(path, "r+b") as file:
+                whole = file.read()
+                place = whole.index(b"\n", len(whole) // 9) - 1  # the last digit of a row
+                file.seek(place)
+                file.write(b"1" if whole[place : place + 1] != b"1" else b"2")
+            message = self.refused(3, "run", scene, "--out", "out", "--resume")
+            self.assertIn(f"{name}: its rows have changed since the checkpoint", message)
+            with open(path, "wb") as file:
+                file.write(whole)
+        self.resume(scene)
+        self.assert_like_one_run(scene)
+
+    def test_a_shortened_frame_is_refused(self):
+        scene = self.scene()
+        self.kill(scene)
+        path = self.path("out", "frames", "frame_000000.vtu")
+        os.truncate(path, os.path.getsize(path) // 2)
+        message = self.refused(3, "run", scene, "--out", "out", "--resume")
+        self.assertIn("frame_000000.vtu: it has another size than at the checkpoint", message)
+
+    def test_a_folder_with_the_name_of_a_checkpoint_is_left_alone(self):
+        scene = self.scene()
+        self.kill(scene)
+        newest = self.checkpoints()[-1]
+        os.remove(newest)
+        os.mkdir(newest)
+        self.assertIn("it is no file", self.resume(scene).stderr)
+        self.assertTrue(os.path.isdir(newest))
+        os.rmdir(newest)
+        self.assert_like_one_run(scene)
+
+    def test_a_checkpoint_of_any_size_is_reported(self):
+        scene = self.scene()
+        self.kill(scene)
+        os.truncate(self.checkpoints()[-1], 1 << 40)  # a sparse file
+        self.assertIn("its size is wrong", self.resume(scene).stderr)
+        self.assert_like_one_run(scene)
+
     def test_force_needs_resume(self):
         self.assertIn("--resume", self.refused(2, "run", self.scene(), "--force"))
 

@@ -311,6 +311,35 @@ TEST_F(CheckpointFile, UnreadableFilesAreNamed) {
             std::string::npos);
 }
 
+// A file of a size that no machine has the memory for: it is refused before it is read.
+TEST_F(CheckpointFile, AnAnnouncedSizeIsCheckedBeforeReading) {
+  auto session = session_of(busy_scene(verlet()));
+  write_checkpoint_file(path("."), stored_now(*session));
+  const std::string file = checkpoint_paths(path(".")).front().path;
+  fs::resize_file(file, std::uintmax_t{1} << 40);  // a sparse file
+  EXPECT_NE(refusal([&] { read_checkpoint_file(file); }).find("(its size is wrong)"),
+            std::string::npos);
+  write_text_file(file, "no checkpoint at all, and longer than the beginning of one");
+  fs::resize_file(file, std::uintmax_t{1} << 40);
+  EXPECT_NE(refusal([&] { read_checkpoint_file(file); }).find("does not begin as one"),
+            std::string::npos);
+}
+
+TEST_F(CheckpointFile, AFolderOfThatNameIsLeftAlone) {
+  auto session = session_of(busy_scene(verlet()));
+  fs::create_directories(path("checkpoints/step_000000002.ckpt"));
+  fs::create_directories(path("checkpoints/step_000000009.ckpt"));
+  for (int k = 0; k < 4; ++k) {
+    ASSERT_TRUE(session->step());
+    write_checkpoint_file(path("."), stored_now(*session));
+  }
+  remove_checkpoints_after(path("."), 3, true);
+  EXPECT_TRUE(fs::is_directory(path("checkpoints/step_000000002.ckpt")));
+  EXPECT_TRUE(fs::is_directory(path("checkpoints/step_000000009.ckpt")));
+  EXPECT_TRUE(fs::is_regular_file(path("checkpoints/step_000000003.ckpt")));
+  EXPECT_FALSE(fs::exists(path("checkpoints/step_000000004.ckpt")));
+}
+
 TEST_F(CheckpointFile, TheNewestTwoRegularOnesAreKept) {
   const Scene scene = busy_scene(verlet());
   auto session = session_of(scene);

@@ -307,6 +307,21 @@ TEST(GmshReader, BlocksTagsGroupsAndForeignSections) {
   EXPECT_EQ(mesh.groups[2].tetrahedra, std::vector<Index>{0});
 }
 
+TEST(GmshReader, TakesOneSectionOfNodesAndOneOfElements) {
+  const std::string format = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n";
+  const std::string nodes = "$Nodes\n4\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n$EndNodes\n";
+  const std::string more_nodes = "$Nodes\n1\n5 1 1 1\n$EndNodes\n";
+  const std::string elements = "$Elements\n1\n1 4 2 0 1 1 2 3 4\n$EndElements\n";
+  const std::string more_elements = "$Elements\n1\n2 4 2 0 1 2 3 4 5\n$EndElements\n";
+  EXPECT_EQ(refusal(written("one.msh", format + nodes + elements)), "accepted");
+  EXPECT_NE(refusal(written("two.msh", format + nodes + more_nodes + elements))
+                .find("two.msh:11: in $Nodes: there is a second $Nodes section"),
+            std::string::npos);
+  EXPECT_NE(refusal(written("two.msh", format + nodes + elements + more_elements))
+                .find("there is a second $Elements section"),
+            std::string::npos);
+}
+
 TEST(GmshReader, NamesTheSectionThatIsCutOff) {
   const std::string text = kBlocks;
   const auto cut_before = [&](const std::string& place) {
@@ -383,7 +398,7 @@ constexpr const char* kVega =
 
 TEST(VegaReader, SetsBecomeGroupsAndRegionsCountFromOne) {
   const TetMesh mesh = read_mesh(written(
-      "sets.veg", std::string(kVega) + "*SET low\n1,\n*SET high\n2\n*SET low\n 1, 2\n"
+      "sets.veg", std::string(kVega) + "*SET low\n1,\n*SET high\n2\n*SET low\n 1\n"
                                        "*MATERIAL soft\nENU, 1000, 1000, 0.4\n"
                                        "*REGION\nallElements, soft\n*REGION\nhigh, soft\n"));
   EXPECT_EQ(mesh.regions, (std::vector<int>{1, 2}));
@@ -408,6 +423,8 @@ TEST(VegaReader, SaysWhatIsWrong) {
   EXPECT_NE(with("*INCLUDE other.veg\n").find("*INCLUDE is not read"), std::string::npos);
   EXPECT_NE(with("*SET a\n3\n").find("set \"a\" names element 3"), std::string::npos);
   EXPECT_NE(with("*SET a\nx\n").find("no number"), std::string::npos);
+  EXPECT_NE(with("*SET a\n1\n*SET a\n1, 2\n").find("a second set \"a\" with other elements"),
+            std::string::npos);
   EXPECT_NE(with("*REGION\nb, m\n*REGION\nallElements, m\n").find("names set \"b\""),
             std::string::npos);
   EXPECT_NE(with("*REGION\nb\n").find("separated by a comma"), std::string::npos);
@@ -484,6 +501,13 @@ TEST(TetgenReader, BoundaryMarkersOfFacesAreGroups) {
   EXPECT_TRUE(read_mesh(node).groups.empty());
   written("marked.face", "2 1\n0 0 1 2 3\n1 0 1 9 3\n");
   EXPECT_NE(refusal(node).find("marked.face:3: face 1 refers to point 9"), std::string::npos);
+  written("marked.face", "2 1\n0 0 1 2 3\n1 0 3 3 3\n");
+  EXPECT_NE(refusal(node).find("marked.face:3: face 1 has a point twice"), std::string::npos);
+  for (const std::string marker : {"2147483648", "-2147483649", "4294967297"}) {
+    written("marked.face", "1 1\n0 0 1 2 " + marker + "\n");
+    EXPECT_NE(refusal(node).find("marked.face:2: " + marker + " is not a boundary marker"),
+              std::string::npos);
+  }
   written("marked.face", "2 1\n0 0 1 2 3\n");
   EXPECT_NE(refusal(node).find("truncated"), std::string::npos);
 }

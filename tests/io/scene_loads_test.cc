@@ -196,6 +196,8 @@ TEST_F(SceneLoads, WrongOnesAreRefusedWithTheirPlace) {
                  "one key too many");
   expect_refusal("[[amplitude]]\nname = \"a\"\npoints = [[0, 0], [1, 1], [1, 2]]\n",
                  "must increase, but point 2 has 1 s after 1 s");
+  expect_refusal("[[amplitude]]\nname = \"a\"\npoints = [[0, 1e308], [1, -1e308]]\n",
+                 "point 1 has -1e+308 after 1e+308");
   expect_refusal("[[amplitude]]\nname = \"a\"\nsine = { frequency = -1 }\n", "frequency");
   expect_refusal("[[amplitude]]\nname = \"a\"\nsine = { phase = 1 }\n", "frequency is missing");
   expect_refusal("[[amplitude]]\nname = \"a\"\nsmooth_step = { from = 1.0, until = 1.0 }\n",
@@ -210,6 +212,9 @@ TEST_F(SceneLoads, WrongOnesAreRefusedWithTheirPlace) {
   file("back.csv", "# t a\n0.0 1.0\n0.5 2.0\n0.5 3.0\n");
   expect_refusal("[[amplitude]]\nname = \"a\"\nfile = \"back.csv\"\n",
                  "back.csv:4: the times must increase");
+  file("far.csv", "0,0\n1,1e308\n2,-1e308\n");
+  expect_refusal("[[amplitude]]\nname = \"a\"\nfile = \"far.csv\"\n",
+                 "far.csv:3: neighbouring values may differ by up to 1.8e308, but -1e+308");
   file("three.csv", "0.0,1.0,2.0\n");
   expect_refusal("[[amplitude]]\nname = \"a\"\nfile = \"three.csv\"\n",
                  "three.csv:1: an amplitude");

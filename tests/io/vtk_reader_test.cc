@@ -303,6 +303,10 @@ TEST_F(VtkReader, ConnectivityMustFit) {
     wrong.types = types;
     EXPECT_NE(refusal("types.vtu", wrong.text()), "(accepted)") << types;
   }
+  VtuText longer;
+  longer.offsets = "4 8 11 11";
+  expect_refused(refusal("longer.vtu", longer.text()),
+                 "array \"offsets\" has 4 numbers, but there are 3 cells");
 }
 
 TEST_F(VtkReader, CoordinatesThatAreNotFiniteAreRefused) {

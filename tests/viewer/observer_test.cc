@@ -1,5 +1,12 @@
 // Observers of a simulation: recordings while it runs.
+#include <algorithm>
+#include <filesystem>
+
+#include "io/text/output_file.h"
+#include "support/gated_material.h"
+#include "support/temporary_folder.h"
 #include "tetraction/core/error.h"
+#include "tetraction/io/run_recorder.h"
 #include "tetraction/simulation/session.h"
 #include "viewer_support.h"
 
@@ -87,6 +94,75 @@ TEST(SimulationObserver, IsToldOfTheEndWhenTheStepInProgressIsGivenUp) {
     EXPECT_EQ(told.started_at, 0);
     EXPECT_EQ(told.steps, std::vector<Index>{});
     EXPECT_EQ(told.finished_at, 0);
+  }
+}
+
+// What a solver does that does not answer: its step waits at a gate.
+struct Held {
+  explicit Held(const TimeSettings& time) : gate(std::make_shared<Gate>()) {
+    Scene scene = spinning_block(time.integrator, time.step, 0.1);
+    const LameParameters lame = lame_from_young(1e5, 0.3);
+    scene.material.custom = MaterialModel(CustomMaterial(GatedRubber(lame, gate)));
+    scene.time = time;
+    simulation = simulation_of(scene);
+  }
+  void hold_step() const {
+    settle(*simulation);
+    gate->close();
+    simulation->step();
+    ASSERT_TRUE(gate->wait_for_thread());
+  }
+
+  std::shared_ptr<Gate> gate;
+  std::unique_ptr<Simulation> simulation;
+};
+
+TEST(SimulationObserver, IsToldOfTheEndAlsoIfTheSolverDoesNotAnswer) {
+  Told told;
+  Held held({Integrator::kMidpoint, 1e-3, false, 1000.0});
+  held.simulation->observe(std::make_unique<Listener>(told));
+  make_steps(*held.simulation, 3);
+  held.hold_step();
+  EXPECT_FALSE(held.simulation->end(0.01));
+  EXPECT_EQ(told.finished_at, 3);
+  EXPECT_EQ(told.status, RunStatus::kRunning);
+  held.gate->open();
+  held.simulation.reset();
+  EXPECT_EQ(told.steps, (std::vector<Index>{1, 2, 3}));
+  EXPECT_EQ(told.finished_at, 3);
+}
+
+TEST(SimulationObserver, AnAnswerInTimeIsToldToo) {
+  Told told;
+  const auto simulation = spinning();
+  simulation->observe(std::make_unique<Listener>(told));
+  make_steps(*simulation, 3);
+  EXPECT_TRUE(simulation->end(60.0));
+  EXPECT_EQ(told.finished_at, 3);
+}
+
+// All files of a recording; without summary and final state if the balance has parts of the step.
+TEST(SimulationObserver, TheFilesOfARecordingAreCompleteThen) {
+  for (const int retry : {0, 4}) {
+    const TemporaryFolder folder;
+    const auto path = [&](const char* name) { return (folder.path() / name).string(); };
+    TimeSettings time{Integrator::kMidpoint, 1e-3, false, 1000.0};
+    time.retry = retry;
+    Held held(time);
+    held.simulation->observe(std::make_unique<RunRecorder>(path("run"), 2));
+    make_steps(*held.simulation, 5);
+    held.hold_step();
+    EXPECT_FALSE(held.simulation->end(0.01));
+    const std::string history = read_output(path("run/history.csv"));
+    EXPECT_EQ(std::ranges::count(history, '\n'), 7) << "a header and the steps 0 to 5";
+    EXPECT_EQ(history.back(), '\n');
+    EXPECT_TRUE(std::filesystem::exists(path("run/frames/frame_000004.vtu")));
+    for (const char* name : {"run/summary.json", "run/final.vtu"}) {
+      EXPECT_EQ(std::filesystem::exists(path(name)), retry == 0) << name;
+    }
+    held.gate->open();
+    held.simulation.reset();
+    EXPECT_EQ(read_output(path("run/history.csv")), history);
   }
 }
 

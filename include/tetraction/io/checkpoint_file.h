@@ -12,12 +12,14 @@ namespace tetraction {
 
 /// How far the files of a run (io/run_recorder.h) were written at a checkpoint.
 struct RecordedFiles {
-  std::uint64_t history_size = 0;  ///< of history.csv, bytes
-  Index last_row = -1;             ///< the step of its last row
-  std::uint64_t probes_size = 0;   ///< of probes.csv, bytes; 0: there is none
-  Index last_probe_row = -1;       ///< the step of its last row
-  Index frame_count = 0;           ///< entries of frames.pvd
-  Index last_frame = -1;           ///< the step of the last one
+  std::uint64_t history_size = 0;          ///< of history.csv, bytes
+  Index last_row = -1;                     ///< the step of its last row
+  std::uint64_t probes_size = 0;           ///< of probes.csv, bytes; 0: there is none
+  Index last_probe_row = -1;               ///< the step of its last row
+  Index last_frame = -1;                   ///< the step of the last frame
+  std::uint32_t history_sum = 0;           ///< CRC-32 of these bytes of history.csv
+  std::uint32_t probes_sum = 0;            ///< CRC-32 of these bytes of probes.csv
+  std::vector<std::uint64_t> frame_sizes;  ///< of the files that frames.pvd names, bytes
 };
 
 /// What a run was computed from. A part of it that differs can be named.
@@ -77,7 +79,8 @@ StoredCheckpoint read_checkpoint_file(const std::string& path);
 
 /// Writes a checkpoint into the directory of a run, as `checkpoints/step_NNNNNNNNN.ckpt`, or
 /// `checkpoints/stop_NNNNNNNNN.ckpt` if it is not regular. The file is there as a whole or not at
-/// all. Of the older ones only the newest regular one is kept, with which there are two. Throws
+/// all. Of the older ones only the newest regular one is kept, with which there are two. A folder of
+/// that name, or of an older checkpoint's, is left alone; there is no checkpoint of its step then. Throws
 /// OutputError.
 void write_checkpoint_file(const std::string& directory, const StoredCheckpoint& stored);
 

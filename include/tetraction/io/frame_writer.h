@@ -1,6 +1,7 @@
 // Writes states of a run as VTU files and the .pvd collection that ParaView opens.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
@@ -41,9 +42,11 @@ class FrameWriter {
   /// prepared.
   FrameWriter(const TetMesh& mesh, const std::string& directory, FrameFormat format = {});
   /// Goes on after frames that are there: the lines `kept_entries` of the collection, whose frames are
-  /// the files `kept_names` in the folder `frames`. Removes all others. Throws OutputError.
+  /// the files `kept_names` in the folder `frames`, of `kept_sizes` bytes. Removes all others. Throws
+  /// OutputError.
   FrameWriter(const TetMesh& mesh, const std::string& directory, FrameFormat format,
-              std::string kept_entries, const std::vector<std::string>& kept_names);
+              std::string kept_entries, const std::vector<std::string>& kept_names,
+              std::vector<std::uint64_t> kept_sizes);
   ~FrameWriter();
   FrameWriter(const FrameWriter&) = delete;
   FrameWriter& operator=(const FrameWriter&) = delete;
@@ -56,6 +59,8 @@ class FrameWriter {
   void write_single(const Frame& frame, const std::string& path) const;
   /// Number of frames written.
   Index frame_count() const;
+  /// Their sizes in bytes.
+  const std::vector<std::uint64_t>& frame_sizes() const;
 
  private:
   struct Impl;

@@ -54,11 +54,11 @@ class GmshReader {
         numbers_.begin_section();
         read_entities();
       } else if (section == "$Nodes") {
+        if (std::exchange(nodes, true)) in_.fail("there is a second $Nodes section.");
         version4_ ? read_nodes4() : read_nodes2();
-        nodes = true;
       } else if (section == "$Elements") {
+        if (std::exchange(elements, true)) in_.fail("there is a second $Elements section.");
         version4_ ? read_elements4() : read_elements2();
-        elements = true;
       } else if (section == "$ElementData") {
         read_element_data();
       } else {
@@ -113,7 +113,10 @@ class GmshReader {
                       std::filesystem::path(in_.path()).filename().string()));
     }
     if (type != 0 && type != 1) in_.fail(fmt::format("file type {} is neither 0 nor 1.", type));
-    if (data_size != 8) in_.fail(fmt::format("data size {} is not 8.", data_size));
+    if (data_size != 8) {
+      in_.fail(
+          fmt::format("data size {} is not 8. Save it anew with Gmsh, which writes 8.", data_size));
+    }
     if (type == 1) numbers_.begin_binary_file();
     end_section("$MeshFormat");
   }

@@ -121,8 +121,17 @@ void write_vega(const TetMesh& mesh, const std::string& path) {
     // The format requires a material. This program takes its materials from the scene.
     text += "\n*MATERIAL placeholder\nENU, 1000, 1000000, 0.45\n";
     for (const auto& [region, elements] : regions) {
-      const std::string name = fmt::format("region_{}", region);
-      append_set(text, name, elements);
+      std::string name = fmt::format("region_{}", region);
+      // A set of that name may be there already, with these elements or with others.
+      const auto is_written = [&](const Group& group) {
+        return group.dimension == 3 && group.name == name && !group.tetrahedra.empty();
+      };
+      auto same = std::ranges::find_if(mesh.groups, is_written);
+      while (same != mesh.groups.end() && same->tetrahedra != elements) {
+        name += "_";
+        same = std::ranges::find_if(mesh.groups, is_written);
+      }
+      if (same == mesh.groups.end()) append_set(text, name, elements);
       append(text, "\n*REGION\n{}, placeholder\n", name);
     }
   }

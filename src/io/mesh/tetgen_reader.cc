@@ -115,7 +115,17 @@ void read_faces(TextScanner& in, RawMesh& mesh) {
       }
     }
     for (int n = 3; quadratic && n < 6; ++n) in.integer("a node");
-    if (markers == 1) groups.add(cell, in.integer("a boundary marker"));
+    const std::vector<std::int64_t>& v = cell.vertices;
+    if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0]) {
+      in.fail(fmt::format("face {} has a point twice.", cell.id));
+    }
+    if (markers == 1) {
+      const std::int64_t marker = in.integer("a boundary marker");
+      if (marker != static_cast<std::int32_t>(marker)) {
+        in.fail(fmt::format("{} is not a boundary marker (an integer of 32 bits).", marker));
+      }
+      groups.add(cell, marker);
+    }
     in.skip_line();  // the tetrahedra on both sides, which TetGen may write here
     mesh.cells.push_back(std::move(cell));
   }

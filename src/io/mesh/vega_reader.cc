@@ -113,9 +113,7 @@ class VegaReader {
     std::string name(in_.line());
     name.erase(0, name.find_first_not_of(" \t"));
     name.erase(name.find_last_not_of(" \t") + 1);
-    // If a set is named again, further elements are added to it.
-    if (sets_.count(name) == 0) set_order_.push_back(name);
-    std::vector<std::int64_t>& set = sets_[name];
+    std::vector<std::int64_t> set;
     const std::string body = body_text();
     const char* place = body.data();
     const char* const end = body.data() + body.size();
@@ -130,6 +128,15 @@ class VegaReader {
         in_.fail(fmt::format("set {} holds what is no number.", in_quotes(name)));
       set.push_back(id);
       place = next;
+    }
+    const auto [known, is_new] = sets_.emplace(name, set);
+    if (is_new) {
+      set_order_.push_back(name);
+    } else if (known->second != set) {
+      in_.fail(
+          fmt::format("there is a second set {} with other elements: give each set a name of "
+                      "its own, or put all of its elements into one.",
+                      in_quotes(name)));
     }
   }
 

@@ -1,7 +1,6 @@
 #include "tetraction/io/checkpoint_file.h"
 
 #include <fmt/format.h>
-#include <zlib.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -16,6 +15,7 @@
 
 #include "checkpoint_members.h"
 #include "core/fingerprint.h"
+#include "io/text/check_sum.h"
 #include "io/text/output_file.h"
 #include "tetraction/core/error.h"
 #include "tetraction/simulation/event_settings.h"
@@ -28,13 +28,39 @@ namespace fs = std::filesystem;
 // The beginning of a file. It is followed by the size of the numbers, the numbers, and the check sum
 // of everything before it.
 constexpr std::string_view kMagic = "Tetraction checkpoint\n";
-constexpr std::uint32_t kFormat = 1;
+constexpr std::uint32_t kFormat = 2;
 constexpr std::uint32_t kByteOrder = 0x01020304;
 constexpr std::size_t kBeginSize =
     kMagic.size() + sizeof kFormat + sizeof kByteOrder + sizeof(std::uint64_t);
 
-std::uint64_t check_sum(std::string_view bytes) {
-  return crc32_z(0, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size());
+[[noreturn]] void refuse(const std::string& name, const std::string& what) {
+  throw FileError(fmt::format("{}: not a valid checkpoint ({}).", name, what));
+}
+
+// Checks the first bytes of a file of this size, and returns the size of the numbers in it.
+std::uint64_t checked_size(std::string_view begin, std::uint64_t file_size,
+                           const std::string& name) {
+  if (!begin.starts_with(kMagic)) refuse(name, "it does not begin as one");
+  std::uint32_t format = 0;
+  std::uint32_t byte_order = 0;
+  std::uint64_t size = 0;
+  std::uint64_t sum = 0;
+  if (begin.size() < kBeginSize || file_size < kBeginSize + sizeof sum) {
+    refuse(name, "it is cut off");
+  }
+  ByteReader in(begin.substr(kMagic.size()));
+  in.block(&format, sizeof format);
+  in.block(&byte_order, sizeof byte_order);
+  in.whole(size);
+  if (byte_order != kByteOrder) refuse(name, "it has another byte order, or is damaged");
+  if (format != kFormat) {
+    refuse(name, fmt::format("it has format {}, and this version of the program reads format {}",
+                             format, kFormat));
+  }
+  if (size != file_size - kBeginSize - sizeof sum) {
+    refuse(name, size > file_size ? "it is cut off" : "its size is wrong");
+  }
+  return size;
 }
 
 // What Session::restore() does not check.
@@ -93,6 +119,12 @@ constexpr const char* kFolder = "checkpoints";
 constexpr std::string_view kRegular = "step_";
 constexpr std::string_view kStopped = "stop_";
 constexpr std::string_view kEnding = ".ckpt";
+
+// A folder that somebody has given the name of a checkpoint is left alone.
+bool is_folder(const std::string& path) {
+  std::error_code error;
+  return fs::is_directory(fs::symlink_status(path, error));
+}
 
 }  // namespace
 
@@ -159,44 +191,25 @@ std::string checkpoint_bytes(const StoredCheckpoint& stored) {
   file.block(&kByteOrder, sizeof kByteOrder);
   file.whole(numbers.bytes().size());
   file.block(numbers.bytes().data(), numbers.bytes().size());
-  file.whole(check_sum(file.bytes()));
+  file.whole(std::uint64_t{check_sum(file.bytes())});
   return file.take();
 }
 
 StoredCheckpoint checkpoint_from_bytes(std::string_view bytes, const std::string& name) {
-  const auto fail = [&name](const std::string& what) {
-    throw FileError(fmt::format("{}: not a valid checkpoint ({}).", name, what));
-  };
-  if (!bytes.starts_with(kMagic)) fail("it does not begin as one");
-  if (bytes.size() < kBeginSize + sizeof(std::uint64_t)) fail("it is cut off");
-  std::uint32_t format = 0;
-  std::uint32_t byte_order = 0;
-  std::uint64_t size = 0;
+  const std::uint64_t size = checked_size(bytes, bytes.size(), name);
   std::uint64_t sum = 0;
-  ByteReader begin(bytes.substr(kMagic.size()));
-  begin.block(&format, sizeof format);
-  begin.block(&byte_order, sizeof byte_order);
-  begin.whole(size);
-  if (byte_order != kByteOrder) fail("it has another byte order, or is damaged");
-  if (format != kFormat) {
-    fail(fmt::format("it has format {}, and this version of the program reads format {}", format,
-                     kFormat));
-  }
-  if (size != bytes.size() - kBeginSize - sizeof sum) {
-    fail(size > bytes.size() ? "it is cut off" : "its size is wrong");
-  }
   ByteReader(bytes.substr(bytes.size() - sizeof sum)).whole(sum);
   if (sum != check_sum(bytes.substr(0, bytes.size() - sizeof sum))) {
-    fail("it is damaged: its check sum is wrong");
+    refuse(name, "it is damaged: its check sum is wrong");
   }
   StoredCheckpoint stored;
   try {
     ByteReader numbers(bytes.substr(kBeginSize, size));
     transfer(numbers, stored);
-    if (!numbers.at_end()) fail("there is more in it than it should have");
+    if (!numbers.at_end()) refuse(name, "there is more in it than it should have");
     require_consistent(stored.checkpoint);
   } catch (const BadBytes& error) {
-    fail(error.what);
+    refuse(name, error.what);
   }
   return stored;
 }
@@ -244,8 +257,18 @@ StoredCheckpoint read_checkpoint_file(const std::string& path) {
   if (!fs::is_regular_file(status)) fail(error ? error.message() : "it is no file");
   std::ifstream file(path, std::ios::binary);
   if (!file) fail(std::strerror(errno));
-  const std::string bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-  if (file.bad()) fail("reading failed");
+  const std::uintmax_t file_size = fs::file_size(path, error);
+  if (error) fail(error.message());
+  // The beginning is checked first, because a file of any size may have this name.
+  std::string bytes(std::min<std::uintmax_t>(kBeginSize, file_size), '\0');
+  const auto read_from = [&](std::size_t at) {
+    file.read(bytes.data() + at, static_cast<std::streamsize>(bytes.size() - at));
+    if (!file) fail("reading failed");
+  };
+  read_from(0);
+  checked_size(bytes, file_size, path);
+  bytes.resize(file_size);
+  read_from(kBeginSize);
   return checkpoint_from_bytes(bytes, path);
 }
 
@@ -254,12 +277,15 @@ void write_checkpoint_file(const std::string& directory, const StoredCheckpoint&
   make_own_directory(folder.string());
   const std::string name = fmt::format("{}{:09}{}", stored.is_regular ? kRegular : kStopped,
                                        stored.checkpoint.state.step, kEnding);
-  ReplacementFile file((folder / name).string());
+  const std::string path = (folder / name).string();
+  if (is_folder(path)) return;
+  ReplacementFile file(path);
   file.write(checkpoint_bytes(stored));
   file.finish();
   Index regular_kept = 0;
   bool is_newest = true;
   for (const CheckpointPath& old : checkpoint_paths(directory)) {
+    if (is_folder(old.path)) continue;
     const bool is_kept = old.is_regular ? ++regular_kept <= 2 : is_newest;
     is_newest = false;
     if (!is_kept) remove_output(old.path);
@@ -271,7 +297,8 @@ void remove_checkpoints_after(const std::string& directory, Index step, bool is_
   if (!is_entry(folder.string())) return;
   make_own_directory(folder.string());  // refuses a link
   for (const CheckpointPath& file : checkpoint_paths(directory)) {
-    if (std::pair(file.step, file.is_regular) > std::pair(step, is_regular)) {
+    if (std::pair(file.step, file.is_regular) > std::pair(step, is_regular) &&
+        !is_folder(file.path)) {
       remove_output(file.path);
     }
   }
@@ -280,7 +307,10 @@ void remove_checkpoints_after(const std::string& directory, Index step, bool is_
   for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
        entry.increment(error)) {
     const std::string name = entry->path().filename().string();
-    if (name.ends_with(temporary_name(std::string(kEnding)))) remove_output(entry->path().string());
+    const std::string path = entry->path().string();
+    if (name.ends_with(temporary_name(std::string(kEnding))) && !is_folder(path)) {
+      remove_output(path);
+    }
   }
 }
 

@@ -216,9 +216,11 @@ void transfer(Archive& archive, T& value) {
 
 template <class Archive, Is<RecordedFiles> T>
 void transfer(Archive& archive, T& value) {
-  auto& [history_size, last_row, probes_size, last_probe_row, frame_count, last_frame] = value;
-  transfer_all(archive, history_size, last_row, probes_size, last_probe_row, frame_count,
-               last_frame);
+  auto& [history_size, last_row, probes_size, last_probe_row, last_frame, history_sum, probes_sum,
+         frame_sizes] = value;
+  transfer_all(archive, history_size, last_row, probes_size, last_probe_row, last_frame,
+               history_sum, probes_sum);
+  transfer_list(archive, frame_sizes);
 }
 
 template <class Archive, Is<RunInputs> T>

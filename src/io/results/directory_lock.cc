@@ -45,7 +45,7 @@ DirectoryLock::DirectoryLock(const std::string& directory) : path_(directory + "
       if (descriptor_ >= 0) ::close(descriptor_);
       throw OutputError(fmt::format(
           "{}: the file that locks the directory cannot be opened ({}). Delete it if it is a link "
-          "or no ordinary file, or choose another directory with --out.",
+          "or no ordinary file, or choose another directory (on the command line: --out).",
           path_, std::strerror(reason)));
     }
     int result = 0;
@@ -57,7 +57,7 @@ DirectoryLock::DirectoryLock(const std::string& directory) : path_(directory + "
       ::close(descriptor_);
       throw OutputError(fmt::format(
           "{}: another run is writing here{}. Wait until it has ended, or choose another directory "
-          "with --out.",
+          "(on the command line: --out).",
           directory, who));
     }
     if (has_name(descriptor_, path_)) break;

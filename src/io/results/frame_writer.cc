@@ -21,8 +21,8 @@ struct FrameWriter::Impl {
   std::string directory;
   vtkSmartPointer<vtkUnstructuredGrid> grid;  // points and cells, made once
   FrameFormat format;
-  std::string entries;  // of the collection
-  Index count = 0;
+  std::string entries;               // of the collection
+  std::vector<std::uint64_t> sizes;  // of the frames
 
   static void check(const FrameField& field, vtkIdType tuples) {
     if (field.values.cols() != tuples || field.values.rows() < 1) {
@@ -69,15 +69,16 @@ FrameWriter::FrameWriter(const TetMesh& mesh, const std::string& directory, Fram
 }
 
 FrameWriter::FrameWriter(const TetMesh& mesh, const std::string& directory, FrameFormat format,
-                         std::string kept_entries, const std::vector<std::string>& kept_names)
+                         std::string kept_entries, const std::vector<std::string>& kept_names,
+                         std::vector<std::uint64_t> kept_sizes)
     : impl_(std::make_unique<Impl>()) {
   impl_->directory = directory;
   impl_->format = format;
   impl_->grid = make_grid(mesh);
   impl_->entries = std::move(kept_entries);
-  impl_->count = static_cast<Index>(kept_names.size());
+  impl_->sizes = std::move(kept_sizes);
   // The collection goes first, because it must not name frames that are not there.
-  if (impl_->count > 0) write_collection(impl_->entries, directory + "/frames.pvd");
+  if (!kept_names.empty()) write_collection(impl_->entries, directory + "/frames.pvd");
   remove_frames(directory, kept_names);
 }
 
@@ -89,7 +90,8 @@ std::string FrameWriter::write(const Frame& frame) {
   const std::string path = impl_->directory + "/" + name;
   write_vtu(impl_->filled(frame, impl_->format.precision), path, impl_->format.compression);
   impl_->entries += collection_entry(frame.time, name);
-  ++impl_->count;
+  std::error_code unknown;
+  impl_->sizes.push_back(std::filesystem::file_size(path, unknown));
   write_collection(impl_->entries, impl_->directory + "/frames.pvd");
   return path;
 }
@@ -99,7 +101,11 @@ void FrameWriter::write_single(const Frame& frame, const std::string& path) cons
 }
 
 Index FrameWriter::frame_count() const {
-  return impl_->count;
+  return static_cast<Index>(impl_->sizes.size());
+}
+
+const std::vector<std::uint64_t>& FrameWriter::frame_sizes() const {
+  return impl_->sizes;
 }
 
 }  // namespace tetraction

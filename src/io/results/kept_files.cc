@@ -8,6 +8,7 @@
 #include <fstream>
 #include <string_view>
 
+#include "io/text/check_sum.h"
 #include "tetraction/core/error.h"
 
 namespace tetraction {
@@ -80,31 +81,28 @@ void for_each_kept_row(const std::string& path, const std::string& header, std::
 }
 
 void check_kept_table(const std::string& path, const std::string& header, std::int64_t kept_size,
-                      Index last_row) {
-  constexpr std::int64_t kLongestRow = 1 << 20;
+                      std::uint32_t kept_sum) {
   std::ifstream file = open_table(path);
   check_header(file, path, header);
-  const std::int64_t begin =
-      std::max(static_cast<std::int64_t>(header.size()) - 1, kept_size - kLongestRow);
-  std::string end(static_cast<std::size_t>(std::max<std::int64_t>(0, kept_size - begin)), '\0');
-  file.seekg(begin);
-  file.read(end.data(), static_cast<std::streamsize>(end.size()));
-  if (!file || end.empty()) fail(path, "it has fewer rows than at the checkpoint");
-  // "\n", the last row, "\n"
-  const std::size_t before = end.size() < 2 ? std::string::npos : end.rfind('\n', end.size() - 2);
-  if (end.back() != '\n' || before == std::string::npos) fail(path, "its rows have changed");
-  const std::string row = end.substr(before + 1);
-  if (step_of(path, row.substr(0, row.find(','))) != last_row) fail(path, "its rows have changed");
+  file.seekg(0);
+  std::string part(std::size_t{1} << 20, '\0');
+  std::uint32_t sum = 0;
+  for (std::int64_t left = kept_size; left > 0; left -= file.gcount()) {
+    file.read(part.data(), std::min(left, static_cast<std::int64_t>(part.size())));
+    if (file.gcount() == 0) fail(path, "it has fewer rows than at the checkpoint");
+    sum = check_sum(std::string_view(part).substr(0, static_cast<std::size_t>(file.gcount())), sum);
+  }
+  if (sum != kept_sum) fail(path, "its rows have changed since the checkpoint");
 }
 
-KeptFrames read_kept_frames(const std::string& directory, Index count, Index last_frame) {
+KeptFrames read_kept_frames(const std::string& directory, const std::vector<std::uint64_t>& sizes,
+                            Index last_frame) {
   KeptFrames kept;
-  if (count == 0) return kept;
+  if (sizes.empty()) return kept;
   const std::string path = directory + "/frames.pvd";
   std::ifstream file = open_table(path);
   constexpr std::string_view kFile = "file=\"frames/";
-  for (std::string line;
-       static_cast<Index>(kept.names.size()) < count && std::getline(file, line);) {
+  for (std::string line; kept.names.size() < sizes.size() && std::getline(file, line);) {
     const std::size_t at = line.find(kFile);
     const std::size_t begin = at + kFile.size();
     const std::size_t end = at == std::string::npos ? at : line.find('"', begin);
@@ -114,8 +112,11 @@ KeptFrames read_kept_frames(const std::string& directory, Index count, Index las
     std::error_code error;
     const std::string frame = directory + "/frames/" + kept.names.back();
     if (!fs::is_regular_file(fs::symlink_status(frame, error))) fail(frame, "it is missing");
+    if (fs::file_size(frame, error) != sizes[kept.names.size() - 1]) {
+      fail(frame, "it has another size than at the checkpoint");
+    }
   }
-  if (static_cast<Index>(kept.names.size()) < count ||
+  if (kept.names.size() < sizes.size() ||
       kept.names.back() != fmt::format("frame_{:06}.vtu", last_frame)) {
     fail(path, "it has other frames than at the checkpoint");
   }

@@ -22,10 +22,10 @@ double number_of(const std::string& path, const std::string& cell);
 /// The step in the first cell.
 Index step_of(const std::string& path, const std::string& cell);
 
-/// Throws FileError, which names the file, unless a table has this header, `kept_size` bytes or more,
-/// and at their end a whole row of this step. Does not read the whole table.
+/// Throws FileError, which names the file, unless a table has this header and `kept_size` bytes or more,
+/// the first ones with this check sum.
 void check_kept_table(const std::string& path, const std::string& header, std::int64_t kept_size,
-                      Index last_row);
+                      std::uint32_t kept_sum);
 
 /// The frames of a run up to a checkpoint.
 struct KeptFrames {
@@ -33,7 +33,8 @@ struct KeptFrames {
   std::vector<std::string> names;  ///< of the files
 };
 /// Throws FileError unless frames.pvd has so many entries, the last of them of this step, and their
-/// files are there.
-KeptFrames read_kept_frames(const std::string& directory, Index count, Index last_frame);
+/// files are there and have these sizes.
+KeptFrames read_kept_frames(const std::string& directory, const std::vector<std::uint64_t>& sizes,
+                            Index last_frame);
 
 }  // namespace tetraction

@@ -24,7 +24,8 @@ ProbeFile::ProbeFile(std::string path, const Session& session)
   file_.emplace(std::move(path), begin);
 }
 
-ProbeFile::ProbeFile(std::string path, const Session& session, std::int64_t kept_size)
+ProbeFile::ProbeFile(std::string path, const Session& session, std::int64_t kept_size,
+                     std::uint32_t kept_sum)
     : probes_(session.probes()),
       traces_(probes_, session.step_count()),
       values_(probes_.value_count()) {
@@ -39,7 +40,7 @@ ProbeFile::ProbeFile(std::string path, const Session& session, std::int64_t kept
     last_row_ = step_of(path, cells[0]);
     traces_.add(last_row_, time, values_.data(), all);
   });
-  file_.emplace(std::move(path), kept_size);
+  file_.emplace(std::move(path), kept_size, kept_sum);
 }
 
 void ProbeFile::write(const Session& session, bool is_last) {

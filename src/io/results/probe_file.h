@@ -20,15 +20,18 @@ class ProbeFile {
  public:
   /// Opens the file and writes the header and the first row. Throws OutputError.
   ProbeFile(std::string path, const Session& session);
-  /// Goes on with a file that is there, after its first `kept_size` bytes, whose rows
-  /// give the traces their values. Throws FileError if they are not those of such a file.
-  ProbeFile(std::string path, const Session& session, std::int64_t kept_size);
+  /// Goes on with a file that is there, after its first `kept_size` bytes, which have this check sum and whose
+  /// rows give the traces their values. Throws FileError if they are not those of such a file.
+  ProbeFile(std::string path, const Session& session, std::int64_t kept_size,
+            std::uint32_t kept_sum);
 
   /// Writes a row if a probe is due at the present step. If `is_last`, all probes are due. Throws
   /// OutputError.
   void write(const Session& session, bool is_last);
   /// See RowFile::flush().
   std::int64_t flush() { return file_->flush(); }
+  /// See RowFile::sum().
+  std::uint32_t sum() const { return file_->sum(); }
   /// Writes the row of the present state if it has none yet, and closes the file. Throws OutputError.
   void finish(const Session& session);
   const ProbeTraces& traces() const { return traces_; }

@@ -176,9 +176,10 @@ void make_output_directory(const std::string& directory) {
     reason = std::strerror(errno);
   }
   if (!reason.empty()) {
-    throw OutputError(fmt::format(
-        "{}: not a directory that can be written to ({}). Choose another one with --out.",
-        directory, reason));
+    throw OutputError(
+        fmt::format("{}: not a directory that can be written to ({}). Choose another one (on the "
+                    "command line: --out).",
+                    directory, reason));
   }
 }
 
@@ -314,12 +315,14 @@ void RunRecorder::on_checkpoint(const Session& session, const Checkpoint& checkp
     StoredCheckpoint stored{version(), is_regular, *s.inputs, session.times(), {}, checkpoint};
     RecordedFiles& files = stored.files;
     files.history_size = static_cast<std::uint64_t>(s.history->flush());
+    files.history_sum = s.history->sum();
     files.last_row = s.last_row;
     if (s.probes) {
       files.probes_size = static_cast<std::uint64_t>(s.probes->flush());
+      files.probes_sum = s.probes->sum();
       files.last_probe_row = s.probes->last_row();
     }
-    files.frame_count = s.frames->frame_count();
+    files.frame_sizes = s.frames->frame_sizes();
     files.last_frame = s.last_frame;
     write_checkpoint_file(s.directory, stored);
   } catch (const OutputError& error) {
@@ -335,15 +338,15 @@ void RunRecorder::resume(const Session& session, const StoredCheckpoint& stored)
   const std::string probes = s.path("probes.csv");
   const auto history_size = static_cast<std::int64_t>(files.history_size);
   const auto probes_size = static_cast<std::int64_t>(files.probes_size);
-  check_kept_table(history, history_header(session), history_size, files.last_row);
+  check_kept_table(history, history_header(session), history_size, files.history_sum);
   const bool has_probes = !session.scene().probe.empty();
   if (has_probes) {
-    check_kept_table(probes, ProbeFile::header(session.probes()), probes_size,
-                     files.last_probe_row);
+    check_kept_table(probes, ProbeFile::header(session.probes()), probes_size, files.probes_sum);
   }
-  KeptFrames kept = read_kept_frames(s.directory, files.frame_count, files.last_frame);
+  KeptFrames kept = read_kept_frames(s.directory, files.frame_sizes, files.last_frame);
   // From here on the files are changed.
-  if (has_probes) s.probes = std::make_unique<ProbeFile>(probes, session, probes_size);
+  if (has_probes)
+    s.probes = std::make_unique<ProbeFile>(probes, session, probes_size, files.probes_sum);
   remove_checkpoints_after(s.directory, stored.checkpoint.state.step, stored.is_regular);
   for (const char* name : {"summary.json", "final.vtu", kFailedElementsFile}) {
     remove_output(s.path(name));
@@ -352,8 +355,8 @@ void RunRecorder::resume(const Session& session, const StoredCheckpoint& stored)
   if (!kept.names.empty()) s.last_frame_path = s.directory + "/frames/" + kept.names.back();
   s.frames = std::make_unique<FrameWriter>(session.system().mesh(), s.directory,
                                            FrameFormat{output.precision, output.compression},
-                                           std::move(kept.entries), kept.names);
-  s.history.emplace(history, history_size);
+                                           std::move(kept.entries), kept.names, files.frame_sizes);
+  s.history.emplace(history, history_size, files.history_sum);
   s.last_row = files.last_row;
   s.last_frame = files.last_frame;
   s.is_resumed = true;

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <utility>
 
@@ -99,6 +100,12 @@ AmplitudeSettings read_amplitude(const TomlTable& table, const std::string& fold
         throw FileError(fmt::format("{}:{}: the times must increase, but {} s comes after {} s.",
                                     amplitude.file, row.line, row.values[0],
                                     amplitude.points.back().first));
+      }
+      if (!amplitude.points.empty() &&
+          !std::isfinite(row.values[1] - amplitude.points.back().second)) {
+        throw FileError(fmt::format(
+            "{}:{}: neighbouring values may differ by up to 1.8e308, but {} comes after {}.",
+            amplitude.file, row.line, row.values[1], amplitude.points.back().second));
       }
       amplitude.points.emplace_back(row.values[0], row.values[1]);
     }

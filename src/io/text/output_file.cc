@@ -13,6 +13,7 @@
 #include <iterator>
 #include <utility>
 
+#include "check_sum.h"
 #include "tetraction/core/error.h"
 
 namespace tetraction {
@@ -35,7 +36,8 @@ void remove_entry(const std::string& path) {
   if (::unlink(path.c_str()) == 0 || errno == ENOENT || errno == ENOTDIR) return;
   const int reason = errno;
   throw OutputError(
-      fmt::format("{}: cannot be deleted ({}). Delete it, or choose another directory with --out.",
+      fmt::format("{}: cannot be deleted ({}). Delete it, or choose another directory (on the "
+                  "command line: --out).",
                   path, std::strerror(reason)));
 }
 
@@ -66,12 +68,13 @@ void make_own_directory(const std::string& path) {
   const int reason = errno;
   struct stat status {};
   if (reason != EEXIST || ::lstat(path.c_str(), &status) != 0) {
-    throw OutputError(fmt::format("{}: cannot be made ({}). Choose another directory with --out.",
-                                  path, std::strerror(reason)));
+    throw OutputError(fmt::format(
+        "{}: cannot be made ({}). Choose another directory (on the command line: --out).", path,
+        std::strerror(reason)));
   }
   if (S_ISDIR(status.st_mode)) return;
   throw OutputError(fmt::format(
-      "{}: {}. Delete it, or choose another directory with --out.", path,
+      "{}: {}. Delete it, or choose another directory (on the command line: --out).", path,
       S_ISLNK(status.st_mode) ? "this is a link, and results are written into no linked folder"
                               : "there is a file of that name, where a folder is needed"));
 }
@@ -119,6 +122,7 @@ RowFile::RowFile(std::string path, std::string_view begin) : path_(std::move(pat
   descriptor_ = ::open(file.temporary().c_str(), O_WRONLY | O_APPEND | O_NOFOLLOW | O_CLOEXEC);
   if (descriptor_ < 0) fail_to_write(path_, errno);
   size_ = static_cast<std::int64_t>(begin.size());
+  sum_ = check_sum(begin);
   try {
     file.finish();
   } catch (const OutputError&) {
@@ -127,10 +131,11 @@ RowFile::RowFile(std::string path, std::string_view begin) : path_(std::move(pat
   }
 }
 
-RowFile::RowFile(std::string path, std::int64_t kept_size)
+RowFile::RowFile(std::string path, std::int64_t kept_size, std::uint32_t kept_sum)
     : path_(std::move(path)),
       descriptor_(::open(path_.c_str(), O_WRONLY | O_APPEND | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC)),
-      size_(kept_size) {
+      size_(kept_size),
+      sum_(kept_sum) {
   struct stat status {};
   if (descriptor_ < 0) fail_to_write(path_, errno);
   int reason = ::fstat(descriptor_, &status) != 0 ? errno : 0;
@@ -167,6 +172,7 @@ std::int64_t RowFile::flush() {
   // Of the rows that fit, the last one may be there in part.
   written = written.substr(0, written.rfind('\n') + 1);
   size_ += static_cast<std::int64_t>(written.size());
+  sum_ = check_sum(written, sum_);
   rows_.clear();
   if (reason == 0) return size_;
   is_broken_ = true;  // a row after a gap would look like the next one

@@ -61,9 +61,9 @@ class RowFile {
  public:
   /// Begins a file that has `begin`, the header with the first rows, as soon as it has its name.
   RowFile(std::string path, std::string_view begin);
-  /// Goes on with a file that is there, after its first `kept_size` bytes. What follows them is cut
-  /// off. The file must have that size or more, and must not be a link.
-  RowFile(std::string path, std::int64_t kept_size);
+  /// Goes on with a file that is there, after its first `kept_size` bytes, which have this check sum.
+  /// What follows them is cut off. The file must have that size or more, and must not be a link.
+  RowFile(std::string path, std::int64_t kept_size, std::uint32_t kept_sum);
   /// Writes the rows that were collected, if they can be written.
   ~RowFile();
   RowFile(const RowFile&) = delete;
@@ -74,6 +74,8 @@ class RowFile {
   /// Gives all rows to the system and returns the size of the file in bytes. The file then has them,
   /// whatever happens to the program.
   std::int64_t flush();
+  /// The CRC-32 of these bytes of the file.
+  std::uint32_t sum() const { return sum_; }
   /// Writes the rest and closes the file. It is an error if the file was deleted in the meantime.
   void close();
 
@@ -83,6 +85,7 @@ class RowFile {
   std::string path_;
   int descriptor_ = -1;
   std::int64_t size_ = 0;  // of the whole rows in the file
+  std::uint32_t sum_ = 0;  // of these rows
   std::string rows_;       // not written yet
   bool is_broken_ = false;
   Clock::time_point flushed_ = Clock::now();

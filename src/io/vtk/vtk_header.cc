@@ -96,6 +96,31 @@ std::string_view after_lines(std::string_view text, int lines) {
   return text;
 }
 
+std::int64_t word_count(std::string_view text) {
+  std::int64_t count = 0;
+  for (std::size_t at = 0; (at = text.find_first_not_of(kSpace, at)) != text.npos; ++count) {
+    at = std::min(text.find_first_of(kSpace, at), text.size());
+  }
+  return count;
+}
+
+// VTK reads as many offsets and types as there are cells and leaves what follows them. Only text is
+// checked.
+void check_cell_arrays(const std::string& path, std::string_view piece, std::int64_t cells) {
+  std::size_t position = 0;
+  if (!next_tag(piece, "<Cells", position)) return;
+  const std::string_view part = piece.substr(0, piece.find("</Cells>", position));
+  while (const auto array = next_tag(part, "<DataArray", position)) {
+    const auto name = attribute(*array, "Name");
+    if ((name != "offsets" && name != "types") || attribute(*array, "format") != "ascii") continue;
+    const std::size_t begin = std::min(position + 1, part.size());
+    const std::int64_t count = word_count(part.substr(begin, part.find('<', begin) - begin));
+    if (count == cells) continue;
+    throw FileError(fmt::format("{}: its array {} has {} numbers, but there are {} cells.", path,
+                                in_quotes(*name), count, cells));
+  }
+}
+
 }  // namespace
 
 VtkHeader check_xml_header(const std::string& path, std::string_view text) {
@@ -119,12 +144,15 @@ VtkHeader check_xml_header(const std::string& path, std::string_view text) {
   bool pieces = false;
   while (const auto piece = next_tag(head, "<Piece", position)) {
     pieces = true;
+    const std::int64_t cells_before = header.cells;
     for (auto [name, sum] :
          {std::pair{"NumberOfPoints", &header.points}, std::pair{"NumberOfCells", &header.cells}}) {
       const auto value = attribute(*piece, name);
       if (!value) throw FileError(fmt::format("{}: a <Piece> has no {}.", path, name));
       *sum += count_of(path, name, *value, most);
     }
+    const std::string_view rest = head.substr(position);
+    check_cell_arrays(path, rest.substr(0, rest.find("</Piece>")), header.cells - cells_before);
   }
   if (!pieces) throw FileError(path + ": has no <Piece>, so it holds no mesh.");
   // VTK allocates whole arrays before it looks for their values.

@@ -199,14 +199,18 @@ TEST_F(Controls, AfterAFailureEverythingLeadsBack) {
     settle();
   };
   blow_up();
-  // Running on and kicking a vertex are refused, and the button stays.
+  // Running on and kicking a vertex are refused, and the reason and the button stay.
+  const QString reason = window_->messages()->text();
+  EXPECT_FALSE(reason.isEmpty());
   press_key(Qt::Key_Space);
   settle();
   EXPECT_TRUE(back->isVisible());
-  EXPECT_FALSE(window_->messages()->text().isEmpty());
+  EXPECT_TRUE(window_->messages()->text().startsWith(reason));
+  EXPECT_TRUE(window_->messages()->text().contains(QStringLiteral("go back to the last good")));
   window_->simulation()->edit(SetMomentum{}, "kick");
   settle();
   EXPECT_TRUE(back->isVisible());
+  EXPECT_TRUE(window_->messages()->text().startsWith(reason));
   // The message is closed: the menu and the key are left.
   window_->messages()->hide();
   EXPECT_TRUE(menu->isEnabled());

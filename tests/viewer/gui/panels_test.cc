@@ -4,6 +4,7 @@
 #include <QComboBox>
 #include <QLabel>
 #include <QPushButton>
+#include <QScrollArea>
 #include <QSlider>
 
 #include "tetraction/simulation/setting_keys.h"
@@ -56,6 +57,10 @@ TEST_F(Panels, MaterialWithAnArray) {
   EXPECT_EQ(settings.materials[0].arrays.at("youngs_modulus"), "E");
   EXPECT_NEAR(settings.moduli[0].least.mu, 1e5 / 2.4, 1e-9);
   EXPECT_NEAR(settings.moduli[0].most.mu, 5e5 / 2.4, 1e-9);
+  // The page is no wider than the dock: the range of the moduli is wrapped.
+  auto* scroll = find<QDockWidget>("dock_material")->findChild<QScrollArea*>();
+  ASSERT_NE(scroll, nullptr);
+  EXPECT_LE(scroll->widget()->minimumSizeHint().width(), scroll->viewport()->width());
   auto* model = find<QComboBox>("model");
   model->setFocus();
   QTest::keyClick(model, Qt::Key_Home);

@@ -12,6 +12,7 @@
 
 #include "dialogs.h"
 #include "pictures.h"
+#include "support/gated_material.h"
 #include "tetraction/io/scene_reader.h"
 #include "window_test.h"
 
@@ -284,6 +285,21 @@ class SaveAnswer : public DialogAnswer {
         }) {}
 };
 
+// Calls a function when a widget is hidden.
+class HideWatch : public QObject {
+ public:
+  HideWatch(QWidget& widget, std::function<void()> call) : call_(std::move(call)) {
+    widget.installEventFilter(this);
+  }
+  bool eventFilter(QObject*, QEvent* event) override {
+    if (event->type() == QEvent::Hide) call_();
+    return false;
+  }
+
+ private:
+  std::function<void()> call_;
+};
+
 TEST_F(Recordings, EditsThatAreNotSavedAreNotLostUnasked) {
   const auto drag_now = [this] { return window_->simulation()->settings().damping.drag; };
   const auto edit = [this](double drag) {
@@ -334,6 +350,33 @@ TEST_F(Recordings, EditsThatAreNotSavedAreNotLostUnasked) {
   settle();
   EXPECT_TRUE(window_->close());
   EXPECT_FALSE(none.given());
+}
+
+// The solver does not answer, as in the factorisation of a large matrix.
+TEST_F(Recordings, TheWindowClosesAtOnceInAStepThatLasts) {
+  const auto gate = std::make_shared<testing_support::Gate>();
+  Document document = quiet_beam();
+  document.scene.material.custom =
+      MaterialModel(CustomMaterial(testing_support::GatedRubber(lame_from_young(1e5, 0.3), gate)));
+  document.scene.time = {Integrator::kMidpoint, 1e-3, false, 1000.0};
+  show(std::move(document));
+  window_->record_run(path("run"), 1);
+  make_step();
+  make_step();
+  gate->close();
+  window_->simulation()->step();
+  ASSERT_TRUE(gate->wait_for_thread());
+  bool hidden_first = false;
+  const HideWatch watch(*window_, [&] { hidden_first = !QFile::exists(path("run/summary.json")); });
+  EXPECT_TRUE(window_->close());
+  EXPECT_TRUE(hidden_first) << "the window goes away before anything is waited for";
+  EXPECT_FALSE(window_->isVisible());
+  EXPECT_TRUE(window_->closed_within_step());
+  for (const char* name : {"run/summary.json", "run/final.vtu", "run/frames/frame_000002.vtu"}) {
+    EXPECT_TRUE(QFile::exists(path(name))) << name;
+  }
+  gate->open();
+  window_.reset();
 }
 
 // A restart ends the recording of the run and takes the times of the edits away.

@@ -89,10 +89,12 @@ MaterialPanel::MaterialPanel(QWidget* parent) : QWidget(parent) {
 
   auto* derived = add_group(column, tr("That is"));
   lame_ = new QLabel(this);
+  lame_->setWordWrap(true);
   lame_->setToolTip(tr("Lamé parameters of small strains, Pa"));
   wave_ = new QLabel(this);
   wave_->setToolTip(tr("Speed of compression waves, √((λ + 2μ)/ρ), m/s"));
   density_ = new QLabel(this);
+  density_->setWordWrap(true);
   density_->setToolTip(tr("kg/m³; cannot change during a run: mass would appear from nowhere"));
   derived->addRow(tr("μ, λ"), lame_);
   derived->addRow(tr("Wave speed"), wave_);

@@ -34,6 +34,7 @@ namespace {
 
 constexpr int kPoll_ms = 4;
 constexpr qint64 kPicture_ms = 15;      // at most about 60 pictures per second
+constexpr double kWaitForStep_s = 1.0;  // for which closing waits until the step is given up
 constexpr qint64 kSlowUpdate_ms = 150;  // interval of the updates of charts, fields and menus
 
 QString text(const std::string& utf8) {
@@ -291,11 +292,17 @@ void MainWindow::closeEvent(QCloseEvent* event) {
     event->ignore();
     return;
   }
-  stop_recording();  // completes the files of the recording
   save_window();
-  opening_ = {};  // waits for the thread that reads a file
-  edits_.reset();
-  simulation_.reset();  // gives up the step in progress
+  // The window goes away before anything is waited for.
+  hide();
+  QGuiApplication::sync();
+  stop_recording();  // completes the files of the recording
+  opening_ = {};     // waits for the thread that reads a file
+  closed_within_step_ = simulation_ && !simulation_->end(kWaitForStep_s);
+  if (!closed_within_step_) {
+    edits_.reset();
+    simulation_.reset();
+  }
   QMainWindow::closeEvent(event);
 }
 

@@ -52,6 +52,10 @@ class MainWindow : public QMainWindow {
   /// Shows a document. Throws InputError.
   void show_document(Document document);
 
+  /// Whether the window was closed in a step that could not be given up soon. The recording is complete
+  /// then. The program should end without the destructor, which waits for the solver.
+  bool closed_within_step() const { return closed_within_step_; }
+
   /// Null while a run is replayed or nothing is open.
   Simulation* simulation() { return simulation_.get(); }
   const Replay* replay() const { return replay_.get(); }
@@ -160,6 +164,7 @@ class MainWindow : public QMainWindow {
   std::size_t shown_history_ = 0;
   std::size_t history_rows_ = 0;
   bool failed_ = false;
+  bool closed_within_step_ = false;
   bool shown_attraction_ = false;
   QElapsedTimer since_slow_, since_picture_;
   std::uint64_t pictures_before_ = 0;

@@ -101,6 +101,8 @@ int run_viewer(const std::string& path, std::optional<double> scale) {
   });
   const int exit_code = QApplication::exec();
   if (problem) std::rethrow_exception(problem);
+  // All files are complete. The solver's thread cannot be ended otherwise.
+  if (window.closed_within_step()) std::_Exit(exit_code);
   return exit_code;
 }
 
