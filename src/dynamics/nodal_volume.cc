@@ -72,6 +72,12 @@ struct NodalLaw {
   double first(double x) const {
     return logarithmic ? modulus * std::log1p(x) / (1.0 + x) : modulus * x;
   }
+  // Both of them with one logarithm.
+  double energy_and_first(double x, double& derivative) const {
+    const double y = logarithmic ? std::log1p(x) : x;
+    derivative = modulus * (logarithmic ? y / (1.0 + x) : y);
+    return 0.5 * modulus * y * y;
+  }
   double second(double x) const {
     const double j = 1.0 + x;
     return logarithmic ? modulus * (1.0 - std::log1p(x)) / (j * j) : modulus;
@@ -406,12 +412,10 @@ struct NodalVolume::Impl {
   void evaluate(const Positions& x, const Body& body) {
     find_volumes(x, volumes);
     for_patches([&](Index p) {
+      // The sum is that of patch_rest, so that the change is exactly zero at rest.
       double sum = 0.0;
-      for_lanes(p, [&](std::int32_t lane) {
-        const auto k = static_cast<std::size_t>(lane);
-        sum += volumes[k] - rest_volumes[k];
-      });
-      ratio_change[p] = sum / patch_rest[p];
+      for_lanes(p, [&](std::int32_t lane) { sum += volumes[static_cast<std::size_t>(lane)]; });
+      ratio_change[p] = (sum - patch_rest[p]) / patch_rest[p];
       body(p, ratio_change[p]);
     });
   }
@@ -592,8 +596,7 @@ double NodalVolume::energy(const Positions& x) const {
 double NodalVolume::add_gradient(const Positions& x, Vector& gradient) const {
   Impl& s = *impl_;
   s.evaluate(x, [&](Index p, double change) {
-    s.energies[p] = s.weight(p) * s.law_of(p).energy(change);
-    s.tension[p] = s.law_of(p).first(change);
+    s.energies[p] = s.weight(p) * s.law_of(p).energy_and_first(change, s.tension[p]);
   });
   s.records.resize(static_cast<std::size_t>(ElementBlocks::kRecordSize * s.blocks.record_count()));
   s.for_blocks(x, [&](const ElementBlocks::Block& block, const double* positions,

@@ -305,8 +305,8 @@ TEST(NodalVolume, ModesAreTheEigenvaluesOfTheWholeStiffness) {
     Vector ahead;
     Vector behind;
     const Vector d = mode.shape / mode.shape.lpNorm<Eigen::Infinity>();
-    ASSERT_TRUE(system->elastic_energy_and_gradient(rest + kStep * d, energy, ahead).ok());
-    ASSERT_TRUE(system->elastic_energy_and_gradient(rest - kStep * d, energy, behind).ok());
+    ASSERT_TRUE(system->elastic_energy_and_gradient(Vector(rest + kStep * d), energy, ahead).ok());
+    ASSERT_TRUE(system->elastic_energy_and_gradient(Vector(rest - kStep * d), energy, behind).ok());
     const Vector force = (ahead - behind) / (2.0 * kStep);
     const Vector inertia = mode.omega_squared * system->momentum_of(d);
     EXPECT_LT((force - inertia).norm(), 1e-5 * inertia.norm());
