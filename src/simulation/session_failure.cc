@@ -176,10 +176,12 @@ std::vector<Index> loaded_elements(const MechanicalSystem& system, const Vector&
   return elements;
 }
 
-// Whether prescribed motion leads vertices to where positions are not finite.
-bool leads_out_of_range(const StepFailure& failure, const StepOutcome& outcome) {
-  return outcome.obstacle == StepObstacle::kPrescribedMotion &&
-         !failure.attempted_position.allFinite();
+// Whether prescribed motion leads vertices at that time to where positions are not finite.
+bool leads_out_of_range(const MechanicalSystem& system, const State& from, double time) {
+  if (!system.constraints().moving()) return false;
+  Vector prescribed = from.position;
+  system.constraints().prescribe(time, prescribed);
+  return !prescribed.allFinite();
 }
 
 bool holds_moving_vertex(const MechanicalSystem& system, Index e) {
@@ -354,7 +356,7 @@ std::string Session::Impl::remedy_for(const StepFailure& failure,
           moduli.least, moduli.most);
     }
     case FailureCause::kPrescribedMotion:
-      if (leads_out_of_range(failure, outcome)) {
+      if (leads_out_of_range(*system, state(), failure.time + h)) {
         return "Make the velocities, angular velocities, offsets and amplitudes of [[fix]] and "
                "[[constraint]] smaller, and check their units.";
       }
@@ -452,12 +454,13 @@ void Session::Impl::fail(const StepOutcome& outcome) {
     // Where the elements would be if the rest of the body did not follow.
     now.attempted_position = state().position;
     system->constraints().prescribe(now.time + now.time_step, now.attempted_position);
-    if (leads_out_of_range(now, outcome)) {
-      now.what = "what moves as prescribed gets to positions that are not finite numbers";
-    }
   }
   locate(now, outcome.element);
   now.cause = cause_of(outcome, now);
+  if (leads_out_of_range(*system, state(), now.time + now.time_step)) {
+    now.cause = FailureCause::kPrescribedMotion;
+    now.what = "what moves as prescribed gets to positions that are not finite numbers";
+  }
   if (now.cause == FailureCause::kForceTerm && outcome.status != StepStatus::kUndefined) {
     const TimeSpan span{now.time, now.time + now.time_step};
     auto bad = bad_force(*system, system->force_point(state().position, now.time, span));

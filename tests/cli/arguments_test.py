@@ -164,7 +164,7 @@ class Arguments(CliTest):
         # Whoever wants such a name can have it, and numbers may have a minus.
         self.run_program("run", "scene.toml", "--out=--quiet")
         self.assertTrue(os.path.exists(self.path("--quiet", "summary.json")))
-        self.assertIn("0 - 1024", self.refused(2, "run", "scene.toml", "--threads", "-1"))
+        self.assertIn("not in range 0 to 1024", self.refused(2, "run", "scene.toml", "--threads", "-1"))
 
 
 class ExitCodes(CliTest):
