@@ -95,7 +95,8 @@ MechanicalSystem::MechanicalSystem(TetMesh mesh, const std::vector<BodyRegion>& 
   total_mass_ = mass_.sum();
   if (volume == VolumeRule::kNodal && rest_.is_quadratic()) {
     throw InputError(
-        "mesh.volume = \"nodal\" is for linear tetrahedra, and the mesh has quadratic ones, which do "
+        "mesh.volume = \"nodal\" is for linear tetrahedra, and the mesh has quadratic ones, which "
+        "do "
         "not need it: leave it out, or take mesh.element = \"linear\".");
   }
   if (volume == VolumeRule::kNodal) {

@@ -56,9 +56,10 @@ MeshSettings read_mesh_settings(const TomlTable& root, const std::string& folder
   }
   read_keys(table, mesh);
   if (mesh.quadratic && mesh.volume == VolumeRule::kNodal) {
-    table.refuse("volume",
-                 "= \"nodal\" is for linear tetrahedra, and mesh.element is \"quadratic\": leave one "
-                 "of the two out. Quadratic tetrahedra do not need it.");
+    table.refuse(
+        "volume",
+        "= \"nodal\" is for linear tetrahedra, and mesh.element is \"quadratic\": leave one "
+        "of the two out. Quadratic tetrahedra do not need it.");
   }
   if (table.has("file")) {
     std::string file;
