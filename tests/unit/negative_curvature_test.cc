@@ -97,23 +97,6 @@ TEST_F(Column, EveryMinimizerEndsInAMinimum) {
   expect_minimum(*make_ceres_minimizer(system_, {}), state_.position, "ceres");
 }
 
-TEST_F(Column, NoMinimizerTakesMoreIterationsThanItMay) {
-  // The first iteration leads to the saddle, and the limit leaves none for the way from there.
-  const Vector near = saddle_ + 1e-3 * (saddle_ - state_.position);
-  for (const int most : {1, 2, 3, 4}) {
-    for (const bool ceres : {false, true}) {
-      NewtonOptions options;
-      options.max_iterations = most;
-      const auto minimizer = ceres ? make_ceres_minimizer(system_, {options.tolerance, most})
-                                   : make_newton_minimizer(system_, options);
-      Vector x = near;
-      const MinimizerReport report = minimizer->minimize(problem_, x);
-      EXPECT_LE(report.iterations, most) << ceres;
-      EXPECT_TRUE(x.allFinite());
-    }
-  }
-}
-
 TEST_F(Column, FollowsNegativeCurvatureDownhill) {
   const auto modes = eigen(saddle_);
   NegativeCurvature way;
