@@ -314,9 +314,17 @@ struct ElasticPotential::Impl {
     const ElementBlocks::Block& block = blocks.block(b);
     const std::optional<IsotropicModel> model = isotropic_model(field(block).model());
     const auto add_one = [&](Index e) {
-      ElementTerms terms;
-      element_terms(e, q, true, terms);
-      pattern.scatter(e, terms.hessian, values);
+      const int points = rest.points_per_element();
+      ElementMatrix sum =
+          ElementMatrix::Zero(3 * rest.nodes_per_element(), 3 * rest.nodes_per_element());
+      with_material(e, [&](const auto& m) {
+        for (int p = 0; p < points; ++p) {
+          const Index i = points * e + p;
+          add_point_matrix(p, element_hessian<Shape>(rest.point(i), m, rest.gather_relative(q, i)),
+                           sum);
+        }
+      });
+      pattern.scatter(e, sum, values);
     };
     if (!model) {
       blocks.for_each_element(block, [&](Index e, Index, int) { add_one(e); });

@@ -378,7 +378,7 @@ std::string Session::Impl::remedy_for(const StepFailure& failure,
       const std::string advice = fmt::format(
           "solver.max_iterations = {} did not suffice: raise it.", settings.solver.max_iterations);
       // So few may be too few for any step.
-      if (settings.solver.max_iterations < usual) {
+      if (settings.solver.max_iterations < usual && settings.time.retry == 0) {
         return advice + fmt::format(" The default is {}.", usual);
       }
       return advice + " " + limit_advice();

@@ -77,7 +77,10 @@ struct Sample<Yeoh> {
   static constexpr const char* kName = Yeoh::kName;
   static constexpr double kFar = 100.0;
   static Yeoh make() { return {0.65, -0.05, 0.02, 2.9}; }
-  static void make_bad(double mu, double lambda) { Yeoh(mu, 0.0, 0.0, lambda + 2.0 / 3.0 * mu); }
+  // κ = 0 is allowed, for a body whose volumetric energy is taken elsewhere.
+  static void make_bad(double mu, double lambda) {
+    Yeoh(mu, 0.0, 0.0, lambda + 2.0 / 3.0 * mu - 1e-9);
+  }
 };
 template <>
 struct Sample<CustomNeoHookean> {

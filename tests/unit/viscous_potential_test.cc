@@ -70,7 +70,7 @@ TEST_P(Viscosity, GradientAndHessianAreDerivatives) {
   Vector sum = Vector::Zero(x_.size());
   for (Index e = 0; e < rest_.element_count(); ++e) {
     ElasticPotential::ElementTerms terms;
-    terms.gradient.setZero();
+    terms.gradient.setZero(3, 4);
     viscous_.add_element_terms(e, x_, false, terms);
     for (int a = 0; a < 4; ++a) {
       sum.segment<3>(3 * rest_.nodes(e)[static_cast<std::size_t>(a)]) += terms.gradient.col(a);

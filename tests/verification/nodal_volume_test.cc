@@ -84,7 +84,10 @@ TEST_P(NodalVolumeRules, KeepWhatTheyPromise) {
   } else if (rule == Integrator::kBackwardEuler) {
     EXPECT_LT(balance.energy_error(), 0.0);
   } else {
-    EXPECT_LT(balance.max_relative_energy_drift(), 0.1);
+    // The energy of an oscillator in steps of symplectic Euler stays below E/(1 − hω/2), and hω/2 is
+    // 0.3 here.
+    EXPECT_LT(balance.max_relative_energy_drift(),
+              rule == Integrator::kExplicit ? 1.0 / (1.0 - 0.3) - 1.0 : 0.1);
   }
   EXPECT_NEAR(session.system().elastic_energies_by_region(session.state().position).sum(),
               balance.energies().elastic(), 1e-10 * balance.energies().total());
