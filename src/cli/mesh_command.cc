@@ -25,8 +25,7 @@ namespace {
 namespace fs = std::filesystem;
 
 void tell(const TetMesh& mesh, const std::string& path) {
-  print_result("{}: {} vertices, {} tetrahedra, volume {:.10g} m3\n", path, mesh.vertex_count(),
-               mesh.tetrahedron_count(), mesh.total_volume());
+  print_result("{}: {}\n", path, size_text(mesh));
 }
 
 void write_and_tell(const TetMesh& mesh, const std::string& path) {

@@ -12,6 +12,7 @@
 #include "console.h"
 #include "core/quoting.h"
 #include "scene_source.h"
+#include "tetraction/fem/rest_state.h"
 #include "tetraction/io/mesh_quality.h"
 #include "tetraction/mesh/mesh_checks.h"
 
@@ -34,6 +35,15 @@ Box bounding_box(const TetMesh& mesh) {
   return box;
 }
 
+// With the curved edges of quadratic tetrahedra.
+double volume_of(const TetMesh& mesh) {
+  if (!mesh.is_quadratic()) return mesh.total_volume();
+  const RestState rest(mesh);
+  double sum = 0.0;
+  for (Index e = 0; e < rest.element_count(); ++e) sum += rest.volume(e);
+  return sum;
+}
+
 std::vector<Index> histogram(const QualityMeasure& measure) {
   std::vector<Index> bins(kBins, 0);
   const double width = (measure.max - measure.min) / static_cast<double>(kBins);
@@ -53,13 +63,20 @@ std::map<int, Index> region_counts(const TetMesh& mesh) {
 
 }  // namespace
 
+std::string size_text(const TetMesh& mesh) {
+  return fmt::format("{} vertices, {} {}tetrahedra, volume {:.10g} m3", mesh.vertex_count(),
+                     mesh.tetrahedron_count(), mesh.is_quadratic() ? "quadratic " : "",
+                     volume_of(mesh));
+}
+
 nlohmann::ordered_json mesh_json(const TetMesh& mesh) {
   const Box box = bounding_box(mesh);
   nlohmann::ordered_json json;
   json["source"] = mesh.source;
   json["vertices"] = mesh.vertex_count();
   json["tetrahedra"] = mesh.tetrahedron_count();
-  json["volume"] = mesh.total_volume();
+  json["element"] = mesh.is_quadratic() ? "quadratic" : "linear";
+  json["volume"] = volume_of(mesh);
   json["bounding_box"] = {{"min", {box.low.x(), box.low.y(), box.low.z()}},
                           {"max", {box.high.x(), box.high.y(), box.high.z()}}};
   json["reoriented_tetrahedra"] = mesh.report.reoriented;
@@ -102,8 +119,7 @@ nlohmann::ordered_json mesh_json(const TetMesh& mesh) {
 
 void print_mesh_table(const TetMesh& mesh) {
   const Box box = bounding_box(mesh);
-  print_result("mesh: {}\n  {} vertices, {} tetrahedra, volume {:.10g} m3\n", mesh.source,
-               mesh.vertex_count(), mesh.tetrahedron_count(), mesh.total_volume());
+  print_result("mesh: {}\n  {}\n", mesh.source, size_text(mesh));
   print_result("  bounding box [{:.6g}, {:.6g}] x [{:.6g}, {:.6g}] x [{:.6g}, {:.6g}] m\n",
                box.low.x(), box.high.x(), box.low.y(), box.high.y(), box.low.z(), box.high.z());
   if (const std::string remarks = mesh_remarks(mesh); !remarks.empty()) {

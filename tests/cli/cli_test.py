@@ -593,6 +593,52 @@ $EndElementData
             self.assertEqual(info["tetrahedra"], 6194, ending)
             self.assertAlmostEqual(info["volume"], volume, delta=1e-15 * volume)
 
+    def test_quadratic_tetrahedra(self):
+        """A sphere with curved edges, and a beam whose bending linear tetrahedra miss."""
+        sphere = os.path.join(os.path.dirname(__file__), "..", "data", "meshes", "sphere_p2.msh")
+        volume = json.loads(self.run_program("mesh", "info", sphere, "--json").stdout)["volume"]
+        for ending in ("vtu", "vtk", "msh"):
+            out = self.path("sphere." + ending)
+            self.run_program("mesh", "convert", sphere, out)
+            info = json.loads(self.run_program("mesh", "info", out, "--json").stdout)
+            self.assertEqual((info["tetrahedra"], info["element"]), (683, "quadratic"))
+            self.assertAlmostEqual(info["volume"], volume, delta=1e-14 * volume)
+        self.assertIn("683 quadratic tetrahedra", self.run_program("mesh", "info", sphere).stdout)
+
+        # The beam of Turek & Hron (2006), CSM1, with a flat clamp: -65.54 mm.
+        scene = self.write("csm1.toml", """
+[mesh]
+generate = { kind = "box", size = [0.35, 0.02, 0.005], cells = [70, 4, 1] }
+element = "quadratic"
+[material]
+model = "stvk"
+youngs_modulus = 1.4e6
+poissons_ratio = 0.4
+density = 1000
+[environment]
+kind = "gravity"
+strength = 2
+direction = [0, -1, 0]
+[[fix]]
+select = { plane = { axis = "x", at = 0.0 } }
+[[fix]]
+select = { box = { min = [-1, -1, -1], max = [1, 1, 1] } }
+components = "z"
+[[probe]]
+name = "tip"
+point = [0.35, 0.01, 0.0025]
+quantity = "displacement"
+""")
+        tip = {}
+        for element in ("linear", "quadratic"):
+            self.run_program("static", scene, "--out", self.path(element), "--set",
+                             f"mesh.element={element}")  # fmt: skip
+            with open(self.path(element, "probes.csv"), newline="") as file:
+                rows = [r for r in csv.reader(file) if not r[0].startswith("#")]
+            tip[element] = float(rows[-1][3])
+        self.assertAlmostEqual(tip["quadratic"], -0.06554, delta=0.003 * 0.06554)
+        self.assertGreater(tip["linear"], -0.052)
+
     def test_generate(self):
         self.run_program("mesh", "generate", "beam", "--size", "4,1,1", "--cells", "20,4,4",
                          self.path("beam.vtu"))  # fmt: skip

@@ -20,13 +20,23 @@
 namespace tetraction::viewer {
 namespace {
 
-// The edges of the triangles, each of them once.
-vtkSmartPointer<vtkCellArray> edge_cells(const std::vector<std::array<Index, 3>>& triangles) {
+// The edges of the triangles, each of them once. The four triangles of a quadratic face have inner edges
+// between the middles of its edges, which are left out.
+vtkSmartPointer<vtkCellArray> edge_cells(const TetMesh& mesh,
+                                         const std::vector<std::array<Index, 3>>& triangles) {
+  std::vector<bool> is_corner(mesh.vertices.size(), !mesh.is_quadratic());
+  if (mesh.is_quadratic()) {
+    for (const auto& tetrahedron : mesh.tetrahedra) {
+      for (const Index v : tetrahedron) is_corner[static_cast<std::size_t>(v)] = true;
+    }
+  }
   std::vector<std::array<Index, 2>> edges;
   for (const auto& triangle : triangles) {
     for (std::size_t i = 0; i < 3; ++i) {
       const auto [a, b] = std::minmax({triangle[i], triangle[(i + 1) % 3]});
-      edges.push_back({a, b});
+      const bool is_drawn =
+          is_corner[static_cast<std::size_t>(a)] || is_corner[static_cast<std::size_t>(b)];
+      if (is_drawn) edges.push_back({a, b});
     }
   }
   std::sort(edges.begin(), edges.end());
@@ -122,7 +132,7 @@ std::shared_ptr<const BodyShape> make_body_shape(const TetMesh& mesh) {
     const vtkIdType ids[3] = {triangle[0], triangle[1], triangle[2]};
     shape->faces->InsertNextCell(3, ids);
   }
-  shape->edges = edge_cells(shape->triangles);
+  shape->edges = edge_cells(mesh, shape->triangles);
 
   for (const auto& triangle : shape->triangles) {
     shape->surface_vertices.insert(shape->surface_vertices.end(), triangle.begin(), triangle.end());
