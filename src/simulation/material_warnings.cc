@@ -94,7 +94,7 @@ struct InstabilityWarning {
 }  // namespace
 
 std::string locking_warning(const MechanicalSystem& system) {
-  if (system.nodal_volume() != nullptr) return {};
+  if (system.nodal_volume() != nullptr || system.rest().is_quadratic()) return {};
   double largest = 0.0;
   for (const MaterialField& material : system.materials()) {
     largest = std::max(largest, material.lame_range().most_ratio);
@@ -102,8 +102,9 @@ std::string locking_warning(const MechanicalSystem& system) {
   if (largest < kLockingRatio - 1e-9) return {};
   return fmt::format(
       "a Poisson's ratio of {:.5g} is nearly incompressible, and linear tetrahedra lock: the body "
-      "is too stiff, by several times near 0.5, and stresses are wrong. Take mesh.volume = "
-      "\"nodal\", or a ratio below {} where the exact change of volume does not matter, or refine "
+      "is too stiff, by several times near 0.5, and stresses are wrong. Take mesh.element = "
+      "\"quadratic\" or mesh.volume = \"nodal\", or a ratio below {} where the exact change of "
+      "volume does not matter, or refine "
       "the mesh until results no longer change.",
       largest, kLockingRatio);
 }

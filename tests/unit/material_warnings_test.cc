@@ -8,6 +8,7 @@
 #include <variant>
 
 #include "tetraction/core/error.h"
+#include "tetraction/mesh/edge_vertices.h"
 #include "tetraction/mesh/generate.h"
 #include "tetraction/simulation/session.h"
 #include "tetraction/simulation/warnings.h"
@@ -192,6 +193,9 @@ TEST(LockingWarning, IsNotGivenForTheRatioThatTheMessagesAdvise) {
                                {BodyRegion{NeoHookean(locking.mu, locking.lambda)}}, {},
                                VolumeRule::kNodal);
   EXPECT_EQ(locking_warning(nodal), "");
+  const MechanicalSystem quadratic(with_edge_vertices(generate_box({1, 1, 1}, {1, 1, 1})),
+                                   NeoHookean(locking.mu, locking.lambda), 1000.0);
+  EXPECT_EQ(locking_warning(quadratic), "");
 }
 
 }  // namespace
