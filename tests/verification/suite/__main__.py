@@ -47,7 +47,11 @@ def main():
         for order in orders:
             print("  " + line_of(order))
         failures += sum(not result.holds for result in values + orders)
-        print(f"  {time.monotonic() - start:.1f} s", flush=True)
+        if not any(value.is_asserted for value in values) and not orders:
+            print("  nothing is asserted: no run of this form has a tolerance")
+            failures += 1
+        print(f"  {time.monotonic() - start:.1f} s, {'short' if options.short else 'full'} form",
+              flush=True)
         if not options.short:
             store(options.work, name, values, orders)
     if not options.short:

@@ -35,6 +35,10 @@ class Value:
     folder: str
 
     @property
+    def is_asserted(self):
+        return self.within is not None or self.beyond is not None
+
+    @property
     def holds(self):
         if self.within is not None and not abs(self.deviation) <= self.within:
             return False
@@ -66,9 +70,9 @@ class Case:
     def __init__(self, folder):
         self.folder = folder
         self.name = os.path.basename(folder)
-        self.scene = os.path.join(folder, "scene.toml")
         with open(os.path.join(folder, "case.toml"), "rb") as file:
             self.table = tomllib.load(file)
+        self.scene = os.path.normpath(os.path.join(folder, self.table.get("scene", "scene.toml")))
 
     def variants(self, run):
         everything = self.table.get("variant", [{"name": "", "set": {}}])

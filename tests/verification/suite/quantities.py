@@ -124,9 +124,11 @@ def peak(results, table):
 
 
 def order(results, table):
-    """The least order that a study observed for an integrator."""
-    rows = results.study["integrator"] == table["integrator"]
-    return np.nanmin(results.study["observed_order"][rows])
+    """The order that a study observed for an integrator between its two smallest steps."""
+    study = results.study
+    rows = np.flatnonzero((study["integrator"] == table["integrator"])
+                          & ~np.isnan(study["observed_order"]))
+    return study["observed_order"][rows[study["step"][rows].argmin()]]
 
 
 KINDS = {function.__name__: function

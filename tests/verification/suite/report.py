@@ -122,10 +122,10 @@ def table_of(values):
     return "\n".join(lines)
 
 
-def section(case, values, orders, images):
+def section(root, case, values, orders, images):
     table = case.table
     parts = [f"## {table['title']}",
-             f"[Scene](../tests/verification/cases/{case.name}/scene.toml) · "
+             f"[Scene](../{os.path.relpath(case.scene, root)}) · "
              f"[case](../tests/verification/cases/{case.name}/case.toml)",
              f"**Source.** {table['source']}.", f"**Computed.** {table['about']}", table_of(values)]
     if orders:
@@ -152,7 +152,7 @@ def overview(cases, results):
             finest = max((v.tetrahedra for v in mine), default=0)
             mine = [v for v in mine if v.tetrahedra == finest]
             row.append(deviation_of(max(mine, key=lambda v: abs(v.deviation))) if mine else "–")
-        count = sum(v.within is not None or v.beyond is not None for v in values) + len(orders)
+        count = sum(v.is_asserted for v in values) + len(orders)
         title = case.table["title"]
         anchor = "".join(c for c in title.lower().replace(" ", "-") if c.isalnum() or c in "-_")
         lines.append(f"| [{title}](#{anchor}) | " + " | ".join(row) + f" | {count} |")
@@ -168,7 +168,7 @@ def write_page(root, cases, work):
     for case in cases:
         values, orders = results[case.name]
         images = draw(os.path.join(root, "docs", "images", "verification"), case, values)
-        parts.append(section(case, values, orders, images))
+        parts.append(section(root, case, values, orders, images))
     with open(os.path.join(root, "docs", "verification.md"), "w", encoding="utf-8") as file:
         file.write("\n\n".join(parts) + "\n")
     print("docs/verification.md is written")
