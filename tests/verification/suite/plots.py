@@ -7,7 +7,7 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib.ticker import FuncFormatter
+from matplotlib.ticker import FixedLocator, FuncFormatter, MaxNLocator, NullLocator
 
 from program import Results
 from quantities import formula
@@ -17,95 +17,107 @@ MARKERS = {"linear": "s", "nodal": "D", "quadratic": "o"}
 NAMES = {"linear": "linear", "nodal": "linear, nodal volume", "quadratic": "quadratic"}
 
 
+STYLES = ["-", "--", ":"]  # from the finest mesh on
+
+
 def only(values, plot):
     return [v for v in values
             if v.quantity == plot.get("quantity", v.quantity)
-            and v.variant in plot.get("variants", [v.variant])]
+            and v.variant in plot.get("variants", [v.variant])
+            and v.element in plot.get("elements", [v.element])
+            and v.cells in plot.get("cells", [v.cells])]
+
+
+def runs_of(values):
+    """(element, tetrahedra, folder, style of the line) of the three finest meshes of each element."""
+    for element in COLOURS:
+        mine = dict.fromkeys((v.tetrahedra, v.folder) for v in values if v.element == element)
+        for style, (tetrahedra, folder) in zip(STYLES, sorted(mine, reverse=True)):
+            yield element, tetrahedra, folder, style
+
+
+def legend_beside(axis):
+    axis.legend(fontsize=7.5, title="element, tetrahedra", title_fontsize=7.5, loc="center left",
+                bbox_to_anchor=(1.0, 0.5))
 
 
 def convergence(plot, values):
-    """Magnitude of the deviation over the size of the cells; one panel for each variant or quantity."""
+    """Magnitude of the deviation over the cells in the first direction; a panel for each variant or quantity."""
     values = [v for v in only(values, plot) if v.deviation]
     panels = list(dict.fromkeys((v.variant, v.quantity) for v in values))
-    figure, axes = plt.subplots(1, len(panels), figsize=(0.8 + 3.6 * len(panels), 3.5), squeeze=False,
-                                sharey=True, constrained_layout=True)
+    figure, axes = plt.subplots(1, len(panels), figsize=(1.2 + 3.4 * len(panels), 3.5),
+                                squeeze=False, sharey=True, constrained_layout=True)
     for axis, (variant, quantity) in zip(axes[0], panels):
+        shown = [v for v in values if (v.variant, v.quantity) == (variant, quantity)]
         for element in COLOURS:
-            series = sorted((v for v in values
-                             if (v.variant, v.quantity, v.element) == (variant, quantity, element)),
-                            key=lambda v: v.cells)
+            series = sorted((v for v in shown if v.element == element), key=lambda v: v.cells)
             if not series:
                 continue
-            h = np.array([series[0].cells[0] / v.cells[0] * 1.0 for v in series])
-            h *= min(v.cells[0] for v in values) / series[0].cells[0]
+            cells = np.array([v.cells[0] for v in series])
             error = np.array([abs(v.deviation) for v in series])
             label = NAMES[element]
             if len(series) > 1:
-                order = np.log(error[-2] / error[-1]) / np.log(h[-2] / h[-1])
-                label += f" (slope {order:.1f})"
-            axis.loglog(h, error, marker=MARKERS[element], color=COLOURS[element], label=label)
+                order = np.log(error[-2] / error[-1]) / np.log(cells[-1] / cells[-2])
+                label += f" (order {order:.1f})"
+            axis.loglog(cells, error, marker=MARKERS[element], color=COLOURS[element], label=label)
         axis.set_title(" · ".join(filter(None, (variant, quantity))), fontsize=9)
-        axis.set_xlabel("size of the cells (coarsest = 1)")
+        axis.set_xlabel("cells along the first direction")
+        ticks = sorted({v.cells[0] for v in shown})
+        axis.xaxis.set_major_locator(FixedLocator(ticks))
         axis.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))
-        axis.xaxis.set_minor_formatter(FuncFormatter(lambda x, _: ""))
+        axis.xaxis.set_minor_locator(NullLocator())
         axis.grid(True, which="both", alpha=0.25)
         axis.legend(fontsize=7.5)
-    relative = not values[0].absolute
-    axes[0, 0].set_ylabel("|deviation| " + ("from the reference" if relative else ""))
-    if relative:
-        for axis in axes[0]:
-            axis.yaxis.set_major_formatter(FuncFormatter(lambda y, _: f"{100 * y:g} %"))
+    if values[0].absolute:
+        axes[0, 0].set_ylabel("|error|")
+    else:
+        axes[0, 0].set_ylabel("|deviation| from the reference")
+        axes[0, 0].yaxis.set_major_formatter(FuncFormatter(lambda y, _: f"{100 * y:g} %"))
     return figure
 
 
 def trajectory(plot, values):
-    """A column of probes.csv (or `table`) over another one, a line for each run."""
-    variants = list(dict.fromkeys(v.variant for v in only(values, plot)))
-    figure, axes = plt.subplots(1, len(variants), figsize=(0.8 + 5.4 * len(variants), 3.5),
+    """A column of probes.csv (or of `table`) over another one, a line for each run."""
+    values = only(values, plot)
+    variants = list(dict.fromkeys(v.variant for v in values))
+    figure, axes = plt.subplots(1, len(variants), figsize=(2.4 + 4.8 * len(variants), 3.5),
                                 squeeze=False, constrained_layout=True)
     for axis, variant in zip(axes[0], variants):
-        runs = list(dict.fromkeys((v.element, tuple(v.cells), v.tetrahedra, v.folder)
-                                  for v in only(values, plot) if v.variant == variant))
-        for element in COLOURS:
-            mine = [run for run in runs if run[0] == element]
-            for n, (_, _, tetrahedra, folder) in enumerate(mine):
-                table = Results(folder).table(plot.get("table", "probes.csv"))
-                axis.plot(plot.get("x_scale", 1.0) * table[plot["x"]],
-                          plot.get("y_scale", 1.0) * table[plot["y"]], color=COLOURS[element],
-                          linestyle=[":", "--", "-"][max(0, 3 - len(mine)) + min(n, 2)]
-                          if len(mine) <= 3 else "-",
-                          alpha=1.0, linewidth=1.4, label=f"{NAMES[element]}, {tetrahedra:,}")
-        for x, y in plot.get("points", []):
-            axis.plot(x, y, "k+", markersize=10, markeredgewidth=1.6, zorder=5,
-                      label="reference" if [x, y] == plot["points"][0] else None)
+        for element, tetrahedra, folder, style in runs_of([v for v in values if v.variant == variant]):
+            table = Results(folder).table(plot.get("table", "probes.csv"))
+            axis.plot(plot.get("x_scale", 1.0) * table[plot["x"]],
+                      plot.get("y_scale", 1.0) * table[plot["y"]], style, color=COLOURS[element],
+                      linewidth=1.4, label=f"{NAMES[element]}, {tetrahedra:,}")
+        points = np.array(plot.get("points", [])).reshape(-1, 2)
+        if len(points):
+            axis.plot(*points.T, "k+", markersize=10, markeredgewidth=1.6, zorder=5, label="reference")
         axis.set_title(variant, fontsize=9)
         axis.set_xlabel(plot["x_label"])
         axis.set_ylabel(plot["y_label"])
+        if "x_range" in plot:
+            axis.set_xlim(plot["x_range"])
         axis.grid(True, alpha=0.25)
-        axis.legend(fontsize=7.5, title="element, tetrahedra", title_fontsize=7.5)
+    legend_beside(axes[0, -1])
     return figure
 
 
 def spectrum(plot, values):
     """Frequencies divided by the exact ones, a formula of the number X of the mode."""
-    figure, axis = plt.subplots(figsize=(6.4, 3.5), constrained_layout=True)
-    runs = list(dict.fromkeys((v.element, tuple(v.cells), v.tetrahedra, v.folder)
-                              for v in only(values, plot)))
-    styles = {}
-    for element, _, tetrahedra, folder in runs:
+    figure, axis = plt.subplots(figsize=(7.2, 3.5), constrained_layout=True)
+    for element, tetrahedra, folder, style in runs_of(only(values, plot)):
         modes = Results(folder).modes
         found = modes["frequency"][modes["kind"] == "elastic"]
-        numbers = np.arange(1, len(found) + 1)
+        numbers = np.arange(1, min(len(found), plot["modes"]) + 1)
+        found = found[:len(numbers)]
         exact = formula(plot["exact"], np.column_stack([numbers, numbers, numbers]))
-        n = styles.setdefault(element, 0)
-        styles[element] += 1
-        axis.plot(numbers, 100.0 * (found / exact - 1.0), color=COLOURS[element], linewidth=1.4,
-                  linestyle=[":", "--", "-"][min(n, 2)], label=f"{NAMES[element]}, {tetrahedra:,}")
+        axis.plot(numbers, 100.0 * (found / exact - 1.0), style, color=COLOURS[element],
+                  linewidth=1.4, label=f"{NAMES[element]}, {tetrahedra:,}")
     axis.axhline(0.0, color="black", linewidth=0.8)
-    axis.set_xlabel("mode")
+    axis.set_xlabel("number of the mode")
     axis.set_ylabel("deviation of the frequency [%]")
+    axis.xaxis.set_major_locator(MaxNLocator(integer=True))
     axis.grid(True, alpha=0.25)
-    axis.legend(fontsize=7.5, title="element, tetrahedra", title_fontsize=7.5)
+    legend_beside(axis)
     return figure
 
 
