@@ -89,6 +89,18 @@ class Suite(unittest.TestCase):
                 self.assertAlmostEqual(volumes["linear"] / exact, 1.0,
                                        delta=0.06 if shape == "bushing" else 1e-12, msg=shape)
 
+    def test_scenes_run_by_themselves(self):
+        for name in sorted(os.listdir(os.path.join(HERE, "cases"))):
+            case = Case(os.path.join(HERE, "cases", name))
+            mesh = case.write_shipped_mesh(self.folder)
+            if mesh is not None:
+                with open(mesh, encoding="utf-8") as made:
+                    with open(os.path.join(case.folder, os.path.basename(mesh)), encoding="utf-8") as kept:
+                        self.assertEqual(made.read(), kept.read(), f"scripts/verify --meshes {name}")
+            check = subprocess.run([PROGRAM, "check", case.scene], check=False,
+                                   capture_output=True, text=True)
+            self.assertEqual(check.returncode, 0, check.stderr)
+
 
 if __name__ == "__main__":
     unittest.main(argv=[sys.argv[0]] + sys.argv[2:])

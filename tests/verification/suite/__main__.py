@@ -1,4 +1,4 @@
-"""The verification suite: python3 tests/verification/suite PROGRAM [--short] [--work FOLDER] [CASE...]
+"""The verification suite: python3 tests/verification/suite PROGRAM [OPTION...] [CASE...]
 
 Runs the cases of tests/verification/cases with the program and compares the results with their references.
 The full form of all cases writes docs/verification.md and its plots. The exit code is 1 if a number is off.
@@ -25,12 +25,19 @@ def main():
                         help="folder of the results (default: build/verification)")
     parser.add_argument("--page", action="store_true",
                         help="make no runs; write the page from the results that are there")
+    parser.add_argument("--meshes", action="store_true",
+                        help="make no runs; write the meshes that lie beside the scenes")
     parser.add_argument("cases", nargs="*", metavar="CASE", help="names of folders; default: all")
     options = parser.parse_intermixed_args()
     everything = sorted(os.listdir(CASES))
     unknown = set(options.cases) - set(everything)
     if unknown:
         parser.error(f"no case {', '.join(sorted(unknown))}; there are {', '.join(everything)}")
+    if options.meshes:
+        for name in options.cases or everything:
+            case = Case(os.path.join(CASES, name))
+            case.write_shipped_mesh(case.folder)
+        return 0
     program = Program(options.program)
     failures = 0
     for name in [] if options.page else options.cases or everything:

@@ -74,6 +74,15 @@ class Case:
             self.table = tomllib.load(file)
         self.scene = os.path.normpath(os.path.join(folder, self.table.get("scene", "scene.toml")))
 
+    def write_shipped_mesh(self, folder):
+        """The mesh with which the scene runs by itself; returns its path, or None if it generates one."""
+        if "shipped" not in self.table:
+            return None
+        shipped = self.table["shipped"]
+        path = os.path.join(folder, shipped["file"])
+        write_mesh(path, self.table["mesh"], shipped["cells"], shipped["element"])
+        return path
+
     def variants(self, run):
         everything = self.table.get("variant", [{"name": "", "set": {}}])
         return [v for v in everything if v["name"] in run.get("variants", [v["name"]])]

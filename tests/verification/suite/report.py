@@ -128,11 +128,6 @@ def section(root, case, values, orders, images):
              f"[Scene](../{os.path.relpath(case.scene, root)}) · "
              f"[case](../tests/verification/cases/{case.name}/case.toml)",
              f"**Source.** {table['source']}.", f"**Computed.** {table['about']}", table_of(values)]
-    if orders:
-        parts.append("\n".join(
-            f"- Order of {order.quantity} in the size of the cells, {NAMES[order.element]}"
-            f"{', ' + order.variant if order.variant else ''}: {order.value:.2f} "
-            f"(asserted: at least {order.at_least:g})" for order in orders))
     if "remarks" in table:
         parts.append(table["remarks"].strip())
     for name, caption in images:
@@ -159,12 +154,25 @@ def overview(cases, results):
     return "\n".join(lines)
 
 
+def orders_table(cases, results):
+    lines = ["| case | quantity | element | order | asserted |", "| --- | --- | --- | --- | --- |"]
+    for case in cases:
+        for order in results[case.name][1]:
+            quantity = ", ".join(filter(None, (order.variant, order.quantity)))
+            lines.append(f"| {case.table['title']} | {quantity} | {NAMES[order.element]} | "
+                         f"{order.value:.2f} | ≥ {order.at_least:g} |")
+    return "\n".join(lines)
+
+
 def write_page(root, cases, work):
     results = {case.name: stored(work, case.name) for case in cases}
     cases = sorted(cases, key=lambda case: (case.table.get("place", 99), case.name))
     parts = [HEAD.strip(),
              "## Overview\n\nThe largest deviation of all quantities of a case on the finest mesh of each element.",
-             overview(cases, results)]
+             overview(cases, results),
+             "## Orders of convergence in the mesh\n\n"
+             "From the two finest meshes of an element: the p of e ~ hᵖ. More is not claimed than is asserted here.",
+             orders_table(cases, results)]
     for case in cases:
         values, orders = results[case.name]
         images = draw(os.path.join(root, "docs", "images", "verification"), case, values)
