@@ -1,7 +1,7 @@
 """The verification suite: python3 tests/verification/suite PROGRAM [OPTION...] [CASE...]
 
 Runs the cases of tests/verification/cases with the program and compares the results with their references.
-The full form of all cases writes docs/verification.md and its plots. The exit code is 1 if a number is off.
+The full form writes docs/verification.md and its plots. The exit code is 1 if a number is off.
 """
 
 import argparse
@@ -10,11 +10,28 @@ import sys
 import time
 
 from cases import Case
-from program import Program, ProgramError
-from report import line_of, stored, store, write_page
+from program import EarlierRuns, Program, ProgramError
+from report import line_of, write_page
 
 ROOT = os.path.abspath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", ".."))
 CASES = os.path.join(ROOT, "tests", "verification", "cases")
+
+
+def execute(case, program, options):
+    """Values and orders of a case, and the number of those that are off."""
+    print(f"{case.name}: {case.table['title']}", flush=True)
+    start = time.monotonic()
+    values, orders = case.execute(program, os.path.join(options.work, case.name), options.short,
+                                  lambda value: print("  " + line_of(value), flush=True))
+    for order in orders:
+        print("  " + line_of(order))
+    print(f"  {time.monotonic() - start:.1f} s", flush=True)
+    results = values + orders
+    failures = sum(not result.holds for result in results)
+    if not any(result.is_asserted for result in results):
+        print("  nothing is asserted: no run of this form has a tolerance")
+        failures += 1
+    return (values, orders), failures
 
 
 def main():
@@ -24,49 +41,39 @@ def main():
     parser.add_argument("--work", default=os.path.join(ROOT, "build", "verification"),
                         help="folder of the results (default: build/verification)")
     parser.add_argument("--page", action="store_true",
-                        help="make no runs; write the page from the results that are there")
+                        help="make no runs, but write the page from the results that are there")
     parser.add_argument("--meshes", action="store_true",
-                        help="make no runs; write the meshes that lie beside the scenes")
-    parser.add_argument("cases", nargs="*", metavar="CASE", help="names of folders; default: all")
+                        help="make no runs, but write the meshes that lie beside the scenes")
+    parser.add_argument("cases", nargs="*", metavar="CASE",
+                        help="folders of tests/verification/cases; default: all. The page takes the "
+                        "results of the others from earlier runs")
     options = parser.parse_intermixed_args()
-    everything = sorted(os.listdir(CASES))
-    unknown = set(options.cases) - set(everything)
-    if unknown:
-        parser.error(f"no case {', '.join(sorted(unknown))}; there are {', '.join(everything)}")
+    everything = {name: Case(os.path.join(CASES, name)) for name in sorted(os.listdir(CASES))}
+    chosen = options.cases or list(everything)
+    for name in chosen:
+        if name not in everything:
+            parser.error(f"no case {name}; there are {', '.join(everything)}")
     if options.meshes:
-        for name in options.cases or everything:
-            case = Case(os.path.join(CASES, name))
-            case.write_shipped_mesh(case.folder)
+        for name in chosen:
+            everything[name].write_shipped_mesh(everything[name].folder)
         return 0
     program = Program(options.program)
-    failures = 0
-    for name in [] if options.page else options.cases or everything:
-        case = Case(os.path.join(CASES, name))
-        print(f"{name}: {case.table['title']}", flush=True)
-        start = time.monotonic()
+    results, failures = {}, 0
+    for name, case in everything.items():
+        run_now = name in chosen and not options.page
+        if options.short and not run_now:
+            continue
         try:
-            values, orders = case.execute(program, os.path.join(options.work, name), options.short,
-                                          lambda value: print("  " + line_of(value), flush=True))
+            results[case], off = execute(case, program if run_now else EarlierRuns(), options)
+            failures += off
         except ProgramError as error:
             print(error)
-            failures += 1
-            continue
-        for order in orders:
-            print("  " + line_of(order))
-        failures += sum(not result.holds for result in values + orders)
-        if not any(value.is_asserted for value in values) and not orders:
-            print("  nothing is asserted: no run of this form has a tolerance")
-            failures += 1
-        print(f"  {time.monotonic() - start:.1f} s, {'short' if options.short else 'full'} form",
-              flush=True)
-        if not options.short:
-            store(options.work, name, values, orders)
-    if not options.short:
-        missing = [name for name in everything if stored(options.work, name) is None]
-        if missing:
-            print(f"docs/verification.md is written when these cases have results, too: {', '.join(missing)}")
-        else:
-            write_page(ROOT, [Case(os.path.join(CASES, name)) for name in everything], options.work)
+            failures += run_now
+    if not options.short and len(results) == len(everything):
+        write_page(ROOT, results)
+        print("docs/verification.md is written")
+    elif not options.short:
+        print("docs/verification.md is written when all cases have results")
     if failures:
         print(f"{failures} results are off")
     return 1 if failures else 0

@@ -43,7 +43,7 @@ def legend_beside(axis):
 
 def convergence(plot, values):
     """Magnitude of the deviation over the cells in the first direction; a panel for each variant or quantity."""
-    values = [v for v in only(values, plot) if v.deviation]
+    values = [v for v in only(values, plot) if v.deviation and not v.is_reference]
     panels = list(dict.fromkeys((v.variant, v.quantity) for v in values))
     figure, axes = plt.subplots(1, len(panels), figsize=(1.2 + 3.4 * len(panels), 3.5),
                                 squeeze=False, sharey=True, constrained_layout=True)

@@ -40,6 +40,16 @@ class Program:
         return Results(folder)
 
 
+class EarlierRuns:
+    """Takes the results of earlier calls instead of a program."""
+
+    def call(self, command, scene, settings, arguments, folder):
+        if not any(os.path.exists(os.path.join(folder, name))
+                   for name in ("summary.json", "study.json")):
+            raise ProgramError(f"{folder}: no results")
+        return Results(folder)
+
+
 class Grid:
     """Points, cells and point data of a .vtu file."""
 

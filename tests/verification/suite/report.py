@@ -1,10 +1,8 @@
-"""Results as lines of text, as files, and as the page docs/verification.md."""
+"""Results as lines of text and as the page docs/verification.md."""
 
-import dataclasses
-import json
 import os
 
-from cases import Order, Value
+from cases import Order
 from plots import NAMES, draw
 
 HEAD = """# Verification
@@ -60,24 +58,6 @@ def line_of(result):
             f"{result.unit}{reference}, {deviation_of(result)}, asserted {asserted(result)}{verdict}")
 
 
-def results_file(work, name):
-    return os.path.join(work, name, "results.json")
-
-
-def store(work, name, values, orders):
-    with open(results_file(work, name), "w", encoding="utf-8") as file:
-        json.dump({"values": [dataclasses.asdict(v) for v in values],
-                   "orders": [dataclasses.asdict(o) for o in orders]}, file, indent=1)
-
-
-def stored(work, name):
-    if not os.path.exists(results_file(work, name)):
-        return None
-    with open(results_file(work, name), encoding="utf-8") as file:
-        data = json.load(file)
-    return [Value(**v) for v in data["values"]], [Order(**o) for o in data["orders"]]
-
-
 def table_of(values):
     """A row for each run, a column for each quantity, and above them the references of each variant."""
     quantities = {}
@@ -117,7 +97,7 @@ def table_of(values):
                 bound = next(iter(bounds.values()))
             else:
                 bound = "; ".join(f"{q} {b}" for q, b in bounds.items())
-            lines.append(f"| {NAMES[first.element]} | {run[1]} | {first.tetrahedra:,} | {first.unknowns:,} | "
+            lines.append(f"| {NAMES[first.element]}{', the reference' if first.is_reference else ''} | {run[1]} | {first.tetrahedra:,} | {first.unknowns:,} | "
                          + " | ".join(cells) + f" | {bound} |")
     return "\n".join(lines)
 
@@ -140,10 +120,13 @@ def overview(cases, results):
     lines = ["| case | linear | nodal volume | quadratic | asserted numbers |",
              "| --- | --- | --- | --- | --- |"]
     for case in cases:
-        values, orders = results[case.name]
+        values, orders = results[case]
         row = []
         for element in NAMES:
-            mine = [v for v in values if v.element == element and v.deviation is not None]
+            mine = [v for v in values if v.element == element and v.deviation is not None
+                    and not v.is_reference]
+            if any(not v.absolute for v in mine):
+                mine = [v for v in mine if not v.absolute]
             finest = max((v.tetrahedra for v in mine), default=0)
             mine = [v for v in mine if v.tetrahedra == finest]
             row.append(deviation_of(max(mine, key=lambda v: abs(v.deviation))) if mine else "–")
@@ -157,26 +140,26 @@ def overview(cases, results):
 def orders_table(cases, results):
     lines = ["| case | quantity | element | order | asserted |", "| --- | --- | --- | --- | --- |"]
     for case in cases:
-        for order in results[case.name][1]:
+        for order in results[case][1]:
             quantity = ", ".join(filter(None, (order.variant, order.quantity)))
             lines.append(f"| {case.table['title']} | {quantity} | {NAMES[order.element]} | "
                          f"{order.value:.2f} | ≥ {order.at_least:g} |")
     return "\n".join(lines)
 
 
-def write_page(root, cases, work):
-    results = {case.name: stored(work, case.name) for case in cases}
-    cases = sorted(cases, key=lambda case: (case.table.get("place", 99), case.name))
+def write_page(root, results):
+    """`results`: the values and orders of every case."""
+    cases = sorted(results, key=lambda case: case.table["place"])
     parts = [HEAD.strip(),
-             "## Overview\n\nThe largest deviation of all quantities of a case on the finest mesh of each element.",
+             "## Overview\n\nThe largest deviation of all quantities of a case on the finest mesh of each element. Where the reference is this "
+             "program on a finer mesh, that mesh is left out.",
              overview(cases, results),
              "## Orders of convergence in the mesh\n\n"
              "From the two finest meshes of an element: the p of e ~ hᵖ. More is not claimed than is asserted here.",
              orders_table(cases, results)]
     for case in cases:
-        values, orders = results[case.name]
+        values, orders = results[case]
         images = draw(os.path.join(root, "docs", "images", "verification"), case, values)
         parts.append(section(root, case, values, orders, images))
     with open(os.path.join(root, "docs", "verification.md"), "w", encoding="utf-8") as file:
         file.write("\n\n".join(parts) + "\n")
-    print("docs/verification.md is written")
