@@ -7,4 +7,13 @@
 // or the portable set.
 #pragma once
 
-#define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+// The code of each set is the same, and GCC takes minutes for one of them with sanitizers.
+#define TETRACTION_DISABLED_FOR_SANITIZERS (HWY_SSE4 | HWY_AVX3)
+#else
+#define TETRACTION_DISABLED_FOR_SANITIZERS 0
+#endif
+
+#define HWY_DISABLED_TARGETS                                                           \
+  (TETRACTION_DISABLED_FOR_SANITIZERS | HWY_SSSE3 | HWY_SVE | HWY_SVE2 | HWY_SVE_256 | \
+   HWY_SVE2_128 | HWY_RVV)

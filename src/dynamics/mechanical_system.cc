@@ -11,6 +11,7 @@
 
 #include "tetraction/core/error.h"
 #include "tetraction/core/parallel.h"
+#include "tetraction/dynamics/consistent_mass.h"
 #include "tetraction/dynamics/multipliers.h"
 #include "tetraction/dynamics/nodal_volume.h"
 #include "vertex_kernels.h"
@@ -377,6 +378,10 @@ void MechanicalSystem::set_velocity(State& state, const Vector& velocity) const 
   state.velocity = velocity_of(state.momentum);
 }
 
+void MechanicalSystem::use_consistent_weights() {
+  weights_ = rest_.is_quadratic() ? consistent_weights(*this) : Vector();
+}
+
 Vector3 MechanicalSystem::center_of_mass(const Vector& q) const {
   return sums(*this, q, q).first_moment / total_mass();
 }
@@ -421,7 +426,8 @@ void MechanicalSystem::vertex_balance(const State& state, Energies& energies,
   for (const ForceTerm* term : terms_) {
     if (term->account() != EnergyAccount::kStored) continue;
     double energy = 0.0;
-    if (const std::optional<Vector3> acceleration = term->uniform_acceleration()) {
+    const std::optional<Vector3> acceleration = term->uniform_acceleration();
+    if (acceleration && weights_.size() == 0) {
       // A difference, as minus zero would be written where there is no energy.
       energy = 0.0 - acceleration->dot(total.first_moment);
     } else if (term->has_potential()) {

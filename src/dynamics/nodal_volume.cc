@@ -168,6 +168,15 @@ NodeMatrix six_volume_gradient(const NodeMatrix& x) {
   return gradient;
 }
 
+// The position of vertex k minus that of vertex l.
+Vector3 difference(const Positions& x, Index k, Index l) {
+  const auto of = [&](const Vector& field) -> Vector3 {
+    return field.segment<3>(3 * k) - field.segment<3>(3 * l);
+  };
+  if (x.displacement() == nullptr) return of(x.origin());
+  return of(x.origin()) + of(*x.displacement());
+}
+
 double six_volume(const NodeMatrix& x) {
   return Vector3(x.col(1) - x.col(0))
       .dot(Vector3(x.col(2) - x.col(0)).cross(Vector3(x.col(3) - x.col(0))));
@@ -217,8 +226,8 @@ struct NodalVolume::Impl {
   std::vector<Index> row_vertices;
   std::vector<std::array<std::uint16_t, 4>> row_places;  // of the nodes, for each of patch_lanes
   struct EdgePart {
-    std::int32_t element;
-    std::int8_t k, l;
+    std::int32_t lane;
+    std::int32_t k, l;  // vertices
   };
   std::vector<std::pair<Index, Index>> edges;
   std::vector<std::size_t> edge_begin;
@@ -231,6 +240,7 @@ struct NodalVolume::Impl {
   Vector tension;       // of every patch
   Vector energies;      // of every patch
   std::vector<Vector3> row_vectors;
+  std::vector<NodeMatrix> volume_gradients;  // ∂(6v)/∂x of every lane
 
   Impl(const ElasticPotential& in_elements, const std::vector<MaterialField>& whole)
       : elastic(in_elements),
@@ -407,6 +417,31 @@ struct NodalVolume::Impl {
     });
   }
 
+  void find_volume_gradients(const Positions& x) {
+    volume_gradients.resize(lane_element.size());
+    for_blocks(x, [&](const ElementBlocks::Block& block, const double* positions,
+                      const double* displacements) {
+      blocks.for_each_point(block, [&](Index, Index batch, int lane) {
+        NodeMatrix nodes;
+        for (int a = 0; a < kNodes; ++a) {
+          const Index slot = blocks.slot(batch, a, lane);
+          nodes.col(a) = Eigen::Map<const Vector3>(positions + slot);
+          if (a > 0) nodes.col(a) -= nodes.col(0);
+        }
+        nodes.col(0).setZero();
+        if (displacements != nullptr) {
+          const Eigen::Map<const Vector3> origin(displacements + blocks.slot(batch, 0, lane));
+          for (int a = 1; a < kNodes; ++a) {
+            nodes.col(a) +=
+                Eigen::Map<const Vector3>(displacements + blocks.slot(batch, a, lane)) - origin;
+          }
+        }
+        volume_gradients[static_cast<std::size_t>(batch * kBatchLanes + lane)] =
+            six_volume_gradient(nodes);
+      });
+    });
+  }
+
   // Sets ratio_change at x and calls body(p, J_p − 1) for all patches.
   template <class Body>
   void evaluate(const Positions& x, const Body& body) {
@@ -533,17 +568,17 @@ struct NodalVolume::Impl {
       for (const NodePair& pair : kNodePairs) {
         Index i = nodes[static_cast<std::size_t>(pair.i)];
         Index j = nodes[static_cast<std::size_t>(pair.j)];
-        auto k = static_cast<std::int8_t>(pair.k);
-        auto l = static_cast<std::int8_t>(pair.l);
+        auto k = static_cast<std::int32_t>(nodes[static_cast<std::size_t>(pair.k)]);
+        auto l = static_cast<std::int32_t>(nodes[static_cast<std::size_t>(pair.l)]);
         if (i > j) {  // the block of (j, i) is the transpose, which has the other sign
           std::swap(i, j);
           std::swap(k, l);
         }
-        parts.push_back({i, j, {static_cast<std::int32_t>(e), k, l}});
+        parts.push_back({i, j, {element_lane[static_cast<std::size_t>(e)], k, l}});
       }
     }
     std::sort(parts.begin(), parts.end(), [](const Part& a, const Part& b) {
-      return std::tie(a.i, a.j, a.part.element) < std::tie(b.i, b.j, b.part.element);
+      return std::tie(a.i, a.j, a.part.lane) < std::tie(b.i, b.j, b.part.lane);
     });
     for (const Part& part : parts) {
       if (edges.empty() || edges.back() != std::pair{part.i, part.j}) {
@@ -621,14 +656,14 @@ void NodalVolume::add_hessian(const Positions& x, HessianForm form, HessianBlock
   Impl& s = *impl_;
   s.make_rows();
   s.evaluate(x, [&](Index p, double change) { s.tension[p] = s.law_of(p).first(change); });
+  s.find_volume_gradients(x);
   s.for_patches([&](Index p) {
     const auto i = static_cast<std::size_t>(p);
     const auto first = s.row_vectors.begin() + static_cast<std::ptrdiff_t>(s.row_begin[i]);
     std::fill(first, s.row_vectors.begin() + static_cast<std::ptrdiff_t>(s.row_begin[i + 1]),
               Vector3::Zero());
     for (std::size_t k = s.patch_begin[i]; k < s.patch_begin[i + 1]; ++k) {
-      const Index e = s.lane_element[static_cast<std::size_t>(s.patch_lanes[k])];
-      const NodeMatrix gradient = six_volume_gradient(s.rest.gather_relative(x, e));
+      const NodeMatrix& gradient = s.volume_gradients[static_cast<std::size_t>(s.patch_lanes[k])];
       for (int a = 0; a < kNodes; ++a) {
         first[s.row_places[k][static_cast<std::size_t>(a)]] += gradient.col(a);
       }
@@ -646,6 +681,9 @@ void NodalVolume::add_hessian(const Positions& x, HessianForm form, HessianBlock
   }
   if (form == HessianForm::kConvex) return;
   s.make_edges();
+  for (std::size_t lane = 0; lane < s.volumes.size(); ++lane) {
+    s.volumes[lane] = s.mean(s.tension, lane) / 6.0;
+  }
   std::vector<Vector3> arms(s.edges.size());
   parallel_for(static_cast<Index>(s.edges.size()), kGrain, [&](Index begin, Index end) {
     for (Index edge = begin; edge < end; ++edge) {
@@ -653,10 +691,7 @@ void NodalVolume::add_hessian(const Positions& x, HessianForm form, HessianBlock
       Vector3 arm = Vector3::Zero();
       for (std::size_t k = s.edge_begin[i]; k < s.edge_begin[i + 1]; ++k) {
         const Impl::EdgePart& part = s.edge_parts[k];
-        const NodeMatrix nodes = s.rest.gather_relative(x, part.element);
-        const auto lane =
-            static_cast<std::size_t>(s.element_lane[static_cast<std::size_t>(part.element)]);
-        arm += s.mean(s.tension, lane) / 6.0 * (nodes.col(part.k) - nodes.col(part.l));
+        arm += s.volumes[static_cast<std::size_t>(part.lane)] * difference(x, part.k, part.l);
       }
       arms[i] = arm;
     }

@@ -22,9 +22,11 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <span>
 #include <type_traits>
 #include <vector>
 
+#include "kernels/edge_kernels.h"
 #include "kernels/element_kernels.h"
 #include "quadratic_points.h"
 #include "tetraction/fem/elastic_potential.h"
@@ -125,7 +127,7 @@ class ElementBlocks {
   void load_records(const Block& block, const Source* field, T* records) const {
     const std::int32_t* vertex = record_vertex_.data() + block.first_record;
     if (is_quadratic()) {
-      form_edges(block, records, [&](Index r) {
+      form_local_records(block, records, [&](Index r) {
         const Source* value = field + 3 * static_cast<Index>(vertex[r]);
         return Eigen::Matrix<T, kRecordSize, 1>(static_cast<T>(value[0]), static_cast<T>(value[1]),
                                                 static_cast<T>(value[2]), T(0));
@@ -164,7 +166,7 @@ class ElementBlocks {
     const std::int32_t* vertex =
         (places == nullptr ? record_vertex_.data() : places) + block.first_record;
     if (is_quadratic()) {
-      form_edges(block, records, [&](Index r) {
+      form_local_records(block, records, [&](Index r) {
         return Record(Eigen::Map<const Record, Eigen::Aligned16>(
             field + kRecordSize * static_cast<Index>(vertex[r])));
       });
@@ -221,54 +223,31 @@ class ElementBlocks {
     return block.batch_count * kBatchLanes > points_ * block.element_count;
   }
 
+  std::span<const NodeRecords> elements(const Block& block) const {
+    return std::span(node_records_)
+        .subspan(static_cast<std::size_t>(block.first_element),
+                 static_cast<std::size_t>(block.element_count));
+  }
+
   // Forms the local records of a quadratic block; node(r) is the value of the vertex of its record r.
-  // Values are taken relative to the first corner of each element, which keeps their digits.
   template <class T, class Node>
-  void form_edges(const Block& block, T* records, const Node& node) const {
+  void form_local_records(const Block& block, T* records, const Node& node) const {
     using Record = Eigen::Matrix<T, kRecordSize, 1>;
     thread_local AlignedVector<T> values;
     values.resize(static_cast<std::size_t>(kRecordSize * block.record_count));
-    const auto value = [&](Index r) {
-      return Eigen::Map<Record, Eigen::Aligned16>(values.data() + kRecordSize * r);
-    };
-    for (Index r = 0; r < block.record_count; ++r) value(r) = node(r);
-    std::fill_n(records, kFirstEdge * kRecordSize, T(0));
-    T* to = records + kFirstEdge * kRecordSize;
-    for (Index e = 0; e < block.element_count; ++e) {
-      const auto& nodes = node_records_[static_cast<std::size_t>(block.first_element + e)];
-      std::array<Record, QuadraticPoints::kNodes> x;
-      const Record origin = value(nodes[0]);
-      for (std::size_t a = 0; a < x.size(); ++a) x[a] = value(nodes[a]) - origin;
-      std::array<Record, QuadraticPoints::kEdges> edges;
-      QuadraticPoints::edges_of(x, edges);
-      for (const Record& edge : edges) {
-        Eigen::Map<Record, Eigen::Aligned16>{to} = edge;
-        to += kRecordSize;
-      }
+    for (Index r = 0; r < block.record_count; ++r) {
+      Eigen::Map<Record, Eigen::Aligned16>{values.data() + kRecordSize* r} = node(r);
     }
+    std::fill_n(records, kFirstEdge * kRecordSize, T(0));
+    form_edges(elements(block), values.data(), records + kFirstEdge * kRecordSize);
     if (is_padded(block)) fill_padding(records + kRecordSize * block.local_count);
   }
 
-  // The transpose of form_edges(): sets the records of vertices.
+  // The transpose of form_local_records(): sets the records of vertices.
   template <class T>
   void hand_to_nodes(const Block& block, const T* local, T* records) const {
-    using Record = Eigen::Matrix<T, kRecordSize, 1>;
     std::fill_n(records, kRecordSize * block.record_count, T(0));
-    const T* from = local + kFirstEdge * kRecordSize;
-    for (Index e = 0; e < block.element_count; ++e) {
-      std::array<Record, QuadraticPoints::kEdges> edges;
-      for (Record& edge : edges) {
-        edge = Eigen::Map<const Record, Eigen::Aligned16>(from);
-        from += kRecordSize;
-      }
-      std::array<Record, QuadraticPoints::kNodes> x;
-      for (Record& force : x) force.setZero();
-      QuadraticPoints::add_forces(edges, x);
-      const auto& nodes = node_records_[static_cast<std::size_t>(block.first_element + e)];
-      for (std::size_t a = 0; a < x.size(); ++a) {
-        Eigen::Map<Record, Eigen::Aligned16>(records + kRecordSize * Index{nodes[a]}) += x[a];
-      }
-    }
+    add_edge_forces(elements(block), local + kFirstEdge * kRecordSize, records);
   }
 
   template <bool kAdd>
@@ -294,7 +273,7 @@ class ElementBlocks {
   int points_ = 1;                           // per element
   // Of quadratic elements in the order of the lanes: the records of their nodes, counted from the
   // first of the block.
-  std::vector<std::array<std::uint16_t, QuadraticPoints::kNodes>> node_records_;
+  std::vector<NodeRecords> node_records_;
   std::vector<std::int32_t> vertex_record_begin_;
   std::vector<std::int32_t> vertex_records_;
 };

@@ -58,42 +58,22 @@ struct QuadraticPoints {
     }
   }
 
-  /// The transpose of edges_of(): adds to the forces on the nodes what `edges`, forces on the edges,
-  /// amount to.
-  template <class T>
-  static void add_forces(const std::array<T, kEdges>& edges, std::array<T, kNodes>& x) {
-    using Scalar = typename T::Scalar;
-    constexpr auto kOwn = static_cast<Scalar>(kScale * (4.0 * kFar - 1.0));
-    constexpr auto kSum = static_cast<Scalar>(kScale * 4.0 * kFar);
-    constexpr auto kMore = static_cast<Scalar>(kScale * 4.0 * (kNear - kFar));
-    std::array<T, 4> base;
-    for (T& sum : base) sum.setZero();
-    for (int p = 0; p < kPoints; ++p) {
-      const T first = -(edges[at(3 * p)] + edges[at(3 * p + 1)] + edges[at(3 * p + 2)]);
-      base[0] += first;
-      x[at(p == 0 ? 0 : middle(p, 0))] += kMore * first;
-      for (int k = 1; k < 4; ++k) {
-        const T& edge = edges[at(3 * p + k - 1)];
-        base[at(k)] += edge;
-        x[at(p == k ? k : middle(p, k))] += kMore * edge;
-      }
-    }
-    for (int j = 0; j < 4; ++j) {
-      x[at(j)] += kOwn * base[at(j)];
-      const T others = kSum * base[at(j)];
-      for (int i = 0; i < 4; ++i) {
-        if (i != j) x[at(middle(i, j))] += others;
-      }
-    }
+  /// The number with which node a enters edge k = 0 … 2 of point p: e_k = Σ_a x_a coefficient(p, k, a).
+  static constexpr double coefficient(int p, int k, int a) {
+    return derivative(p, k + 1, a) - derivative(p, 0, a);
   }
 
-  /// The number with which node a enters edge k = 0 … 2 of point p: e_k = Σ_a x_a coefficient(p, k, a).
-  static double coefficient(int p, int k, int a) { return table()[at(p)][at(k)][at(a)]; }
-
  private:
-  using Table = std::array<std::array<std::array<double, kNodes>, 3>, kPoints>;
   static constexpr std::size_t at(int i) { return static_cast<std::size_t>(i); }
-  static const Table& table();
+  // s ∂N_a/∂L_j at point p.
+  static constexpr double derivative(int p, int j, int a) {
+    const auto level = [p](int i) { return p == i ? kNear : kFar; };  // L_i
+    if (a == j) return kScale * (4.0 * level(j) - 1.0);
+    for (int i = 0; i < 4; ++i) {
+      if (i != j && a == middle(i, j)) return kScale * 4.0 * level(i);
+    }
+    return 0.0;
+  }
 };
 
 }  // namespace tetraction

@@ -199,34 +199,25 @@ void TangentOperator<T>::element_matrices(Index b, Index batch, double* matrices
   tangent_stiffness(kind, state_in_double, matrices);
 }
 
-// The diagonal block of node a at a point is Σ_kl c_ka c_la K_kl over the nodes k, l of the point, with
-// the coefficients c of quadratic_points.h.
 template <class T>
 void TangentOperator<T>::add_quadratic_diagonal(Index b, AlignedVector<T>& other) {
   const ElementBlocks::Block& block = blocks_.block(b);
   alignas(64) double matrices[std::size_t{kStiffnessNumbers} * kBatchLanes];
+  alignas(64) double diagonal[kDiagonalNumbers * kBatchLanes / QuadraticPoints::kPoints];
   for (Index batch = block.first_batch; batch < block.first_batch + block.batch_count; ++batch) {
     element_matrices(b, batch - block.first_batch, matrices);
-    for (int lane = 0; lane < kBatchLanes; ++lane) {
-      const Index point = blocks_.point(batch, lane);
-      if (point < 0) continue;
-      const LinearTetrahedron::DofMatrix k = lane_matrix(matrices, lane);
-      const auto p = static_cast<int>(point % QuadraticPoints::kPoints);
-      for (int a = 0; a < QuadraticPoints::kNodes; ++a) {
-        Matrix3 sum = Matrix3::Zero();
-        for (int i = 0; i < 3; ++i) {
-          const double c = QuadraticPoints::coefficient(p, i, a);
-          for (int j = 0; j < 3; ++j) {
-            sum +=
-                c * QuadraticPoints::coefficient(p, j, a) * k.block<3, 3>(3 * (i + 1), 3 * (j + 1));
-          }
-        }
+    quadratic_diagonal(matrices, diagonal);
+    for (int lane = 0; lane < kBatchLanes; lane += QuadraticPoints::kPoints) {
+      if (blocks_.point(batch, lane) < 0) continue;
+      const double* from = diagonal + kDiagonalNumbers * (lane / QuadraticPoints::kPoints);
+      for (int a = 0; a < QuadraticPoints::kNodes; ++a, from += 8) {
         const Index at = ElementBlocks::kRecordSize * blocks_.record_of_node(block, batch, lane, a);
-        const auto add = [at](AlignedVector<T>& to, double x, double y, double z) {
-          Eigen::Map<Record>(to.data() + at) += Eigen::Vector4d(x, y, z, 0.0).cast<T>();
+        const auto add = [at](AlignedVector<T>& to, const double* numbers) {
+          Eigen::Map<Record>(to.data() + at) +=
+              Eigen::Map<const Eigen::Vector4d>(numbers).cast<T>();
         };
-        add(records_, sum(0, 0), sum(1, 1), sum(2, 2));
-        add(other, sum(0, 1), sum(0, 2), sum(1, 2));
+        add(records_, from);
+        add(other, from + 4);
       }
     }
   }

@@ -15,6 +15,7 @@ namespace tetraction {
 void Session::Impl::begin_equilibrium(double largest_increment) {
   // A load step is an implicit step of length 1 at most in the load factor, which ends at 1.
   settings.time = {Integrator::kBackwardEuler, 1.0, false, 1.0};
+  system->use_consistent_weights();
   set_constraints_of_equilibrium(scene, *system, settings.constraints);
   shared = shared_distances(settings.constraints.others);
   refuse_free_motions(*system, 0.0);

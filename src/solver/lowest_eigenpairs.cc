@@ -22,14 +22,19 @@ class InverseOperation {
 
   // The unit should be of the order of the largest ω², since Spectra takes values below 1e-11 for
   // zero.
-  InverseOperation(SparseCholesky& cholesky, const LinearisedEquations& equations, double unit)
-      : cholesky_(cholesky), equations_(equations), unit_(unit), known_(equations.q.rows(), 0) {
+  InverseOperation(const ScaledStiffness& stiffness, SparseCholesky& cholesky,
+                   const LinearisedEquations& equations, double unit)
+      : stiffness_(stiffness),
+        cholesky_(cholesky),
+        equations_(equations),
+        unit_(unit),
+        known_(equations.q.rows(), 0) {
     const Index n = equations.q.cols();
     if (n == 0) return;
     // x = A⁻¹(b − Q s) with s = D w + H μ and w = Qᵀx = N ν, so that HᵀQᵀx = 0. This gives
     // ((1 + G D) N, G H) (ν, μ) = Qᵀ A⁻¹ b with G = Qᵀ A⁻¹ Q.
     response_.resize(equations.q.rows(), n);
-    for (Index j = 0; j < n; ++j) response_.col(j) = cholesky.solve(equations.q.col(j));
+    for (Index j = 0; j < n; ++j) response_.col(j) = stiffness.solve(cholesky, equations.q.col(j));
     const Matrix g = equations.q.transpose() * response_;
     Matrix matrix(n, n);
     matrix << (Matrix::Identity(n, n) + g * equations.curvature) * equations.allowed,
@@ -45,7 +50,7 @@ class InverseOperation {
     Eigen::Map<Vector>(out, rows()) = apply(Eigen::Map<const Vector>(in, rows()));
   }
   Vector apply(const Vector& z) const {
-    Vector x = cholesky_.solve(without_known(z));
+    Vector x = stiffness_.solve(cholesky_, without_known(z));
     if (equations_.q.cols() > 0) {
       const Vector w = equations_.q.transpose() * x;
       x -= response_ * (forces_ * solver_.solve(w));
@@ -66,6 +71,7 @@ class InverseOperation {
   Vector start() const { return without_known(equations_.project(pseudo_random(rows()))); }
 
  private:
+  const ScaledStiffness& stiffness_;
   SparseCholesky& cholesky_;
   const LinearisedEquations& equations_;
   double unit_;
@@ -140,7 +146,7 @@ std::vector<Eigenpair> lowest_pairs(const ScaledStiffness& stiffness,
                                     const LinearisedEquations& equations, const Matrix& known,
                                     SparseCholesky& cholesky, double sigma, Index count,
                                     Index available) {
-  InverseOperation operation(cholesky, equations, stiffness.unit());
+  InverseOperation operation(stiffness, cholesky, equations, stiffness.unit());
   for (Index j = 0; j < known.cols(); ++j) operation.exclude(known.col(j));
   std::vector<Eigenpair> pairs = largest_pairs(operation, count, available);
   for (Eigenpair& pair : pairs) pair.value = sigma + stiffness.unit() / pair.value;
@@ -149,12 +155,13 @@ std::vector<Eigenpair> lowest_pairs(const ScaledStiffness& stiffness,
 
 // Whether S + Q D Qᵀ − σ is positive definite in the space that the equations allow, with the factor
 // of S − σ. The least zᵀ(S − σ)z for Qᵀz = w is wᵀG⁻¹w with G = Qᵀ(S − σ)⁻¹Q.
-bool is_positive(SparseCholesky& cholesky, const LinearisedEquations& equations) {
+bool is_positive(const ScaledStiffness& stiffness, SparseCholesky& cholesky,
+                 const LinearisedEquations& equations) {
   if (equations.curvature.isZero(0.0) || equations.allowed.cols() == 0) return true;
   const Index n = equations.q.cols();
   Matrix g(n, n);
   for (Index j = 0; j < n; ++j) {
-    g.col(j) = equations.q.transpose() * cholesky.solve(equations.q.col(j));
+    g.col(j) = equations.q.transpose() * stiffness.solve(cholesky, equations.q.col(j));
   }
   const Matrix least = g.llt().solve(Matrix::Identity(n, n)) + equations.curvature;
   const Matrix allowed = equations.allowed.transpose() * least * equations.allowed;
@@ -168,7 +175,8 @@ double factorize_shifted(const ScaledStiffness& stiffness, const LinearisedEquat
   constexpr double kLargest = 1e3;
   for (double part = kSmallest; part <= kLargest; part *= 10.0) {
     const double sigma = -part * stiffness.unit();
-    if (cholesky.factorize(stiffness.shifted(sigma)) && is_positive(cholesky, equations)) {
+    if (cholesky.factorize(stiffness.shifted(sigma)) &&
+        is_positive(stiffness, cholesky, equations)) {
       return sigma;
     }
   }
@@ -205,7 +213,7 @@ class ModeSearch::Implementation {
 
   Vector solve(const Vector& r) {
     if (!inverse_) {
-      inverse_ = std::make_unique<InverseOperation>(cholesky_, equations_, 1.0);
+      inverse_ = std::make_unique<InverseOperation>(stiffness_, cholesky_, equations_, 1.0);
     }
     return inverse_->apply(equations_.project(r));
   }

@@ -63,9 +63,10 @@ struct RigidMotions {
   Matrix rotations;  // 3 × 6 parts: the angular velocities
 };
 
-RigidMotions rigid_motions(const MechanicalSystem& system, const Vector& q,
+RigidMotions rigid_motions(const ScaledStiffness& stiffness, const Vector& q,
                            const std::vector<std::vector<Index>>& parts) {
-  const Vector& mass = system.mass();
+  const Vector masses = stiffness.momentum(Vector::Ones(q.size()));  // of every coordinate
+  Vector arms = Vector::Zero(q.size());
   const auto count = static_cast<Index>(parts.size());
   RigidMotions motions{Matrix::Zero(q.size(), 6 * count), Matrix::Zero(3, 6 * count)};
   for (Index k = 0; k < count; ++k) {
@@ -73,15 +74,18 @@ RigidMotions rigid_motions(const MechanicalSystem& system, const Vector& q,
     double total = 0.0;
     Vector3 center = Vector3::Zero();
     for (const Index v : vertices) {
-      total += mass[v];
-      center += mass[v] * vertex_block(q, v);
+      total += masses[3 * v];
+      center += masses[3 * v] * vertex_block(q, v);
     }
     center /= total;
-    Matrix3 inertia = Matrix3::Zero();
+    for (const Index v : vertices) vertex_block(arms, v) = vertex_block(q, v) - center;
+    const Vector weighted = stiffness.momentum(arms);
+    Matrix3 moments = Matrix3::Zero();  // Σ a (M a)ᵀ
     for (const Index v : vertices) {
-      const Vector3 arm = vertex_block(q, v) - center;
-      inertia += mass[v] * (arm.squaredNorm() * Matrix3::Identity() - arm * arm.transpose());
+      moments +=
+          Vector3(vertex_block(std::as_const(arms), v)) * vertex_block(weighted, v).transpose();
     }
+    const Matrix3 inertia = moments.trace() * Matrix3::Identity() - moments;
     // Fields of the angular velocities U⁻¹ with inertia = UᵀU are orthonormal.
     const Matrix3 upper = inertia.llt().matrixU();
     const Matrix3 rates = upper.triangularView<Eigen::Upper>().solve(Matrix3::Identity());
@@ -110,12 +114,12 @@ Matrix free_rigid_motions(const MechanicalSystem& system, const Vector& q,
         "{} of them. Take them one at a time.",
         parts.size(), kMostParts));
   }
-  const RigidMotions motions = rigid_motions(system, q, parts);
+  const RigidMotions motions = rigid_motions(stiffness, q, parts);
   // What the constraints keep from moving, weighted by the mass.
   Matrix z(stiffness.size(), motions.fields.cols());
   Matrix missing(motions.fields.rows() + equations.count(), motions.fields.cols());
   for (Index j = 0; j < motions.fields.cols(); ++j) {
-    z.col(j) = stiffness.scaled(system.momentum_of(motions.fields.col(j)));
+    z.col(j) = stiffness.scaled(stiffness.momentum(motions.fields.col(j)));
     Vector rest = motions.fields.col(j) - stiffness.displacements(z.col(j));
     for (Index i = 0; i < rest.size(); ++i) rest[i] *= std::sqrt(system.mass()[i / 3]);
     missing.col(j).head(rest.size()) = rest;
@@ -164,7 +168,7 @@ NormalMode make_mode(const MechanicalSystem& system, const ScaledStiffness& stif
   Index largest = 0;
   mode.shape.cwiseAbs().maxCoeff(&largest);
   if (mode.shape[largest] < 0.0) mode.shape = -mode.shape;
-  const Vector momentum = system.momentum_of(mode.shape);
+  const Vector momentum = stiffness.momentum(mode.shape);
   mode.effective_mass = momentum.reshaped(3, system.vertex_count()).rowwise().sum().cwiseAbs2();
   return mode;
 }
@@ -174,11 +178,12 @@ void enter_damping(const MechanicalSystem& system, const Vector& q, double time,
                    NormalModes& modes) {
   if (!system.is_dissipative()) return;
   const Vector rest = Vector::Zero(q.size());
+  const ForcePoint at{system.mass(), q, time};
   HessianBlocks blocks;
   blocks.reset(system.vertex_count());
   for (const ForceTerm* term : system.force_terms()) {
     if (!term->has_dissipation()) continue;
-    term->add_dissipation_hessian(system.force_point(q, time), rest, HessianForm::kExact, blocks);
+    term->add_dissipation_hessian(at, rest, HessianForm::kExact, blocks);
   }
   for (NormalMode& mode : modes.modes) {
     Vector force = Vector::Zero(q.size());
@@ -338,7 +343,7 @@ NormalModes normal_modes(const MechanicalSystem& system, const Vector& q,
     Vector unit = Vector::Zero(system.dof_count());
     for (Index v = 0; v < system.vertex_count(); ++v) unit[3 * v + d] = 1.0;
     result.moved_mass[d] =
-        equations.project(stiffness.scaled(system.momentum_of(unit))).squaredNorm();
+        equations.project(stiffness.scaled(stiffness.momentum(unit))).squaredNorm();
   }
   const bool under_loads = options.with_loads && system.has_load_of_position();
   for (Index j = 0; !under_loads && j < rigid.cols(); ++j) {

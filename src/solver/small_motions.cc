@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "tetraction/core/error.h"
+#include "tetraction/dynamics/consistent_mass.h"
 #include "tetraction/dynamics/nodal_volume.h"
 
 namespace tetraction {
@@ -37,7 +38,8 @@ void ScaledStiffness::for_each_entry(const Visit& visit) const {
 
 ScaledStiffness::ScaledStiffness(const MechanicalSystem& system, const Vector& q, double time,
                                  bool with_loads)
-    : coordinates_(system.coordinates()),
+    : system_(system),
+      coordinates_(system.coordinates()),
       inverse_root_mass_(coordinates_.reduced_mass(system.mass()).cwiseSqrt().cwiseInverse()) {
   const ForcePoint at = system.force_point(q, time);
   terms_.reset(system.vertex_count());
@@ -80,23 +82,93 @@ ScaledStiffness::ScaledStiffness(const MechanicalSystem& system, const Vector& q
         "The modes cannot be computed, as the stiffness over the mass overflows: choose other "
         "units, or moduli, density and penalties that are less far apart in size.");
   }
+  find_mass();
+}
+
+void ScaledStiffness::find_mass() {
+  const RestState& rest = system_.rest();
+  if (!rest.is_quadratic()) return;
+  mass_values_.assign(values_.size(), 0.0);
+  Matrix local;
+  for (Index e = 0; e < rest.element_count(); ++e) {
+    const Matrix mass = system_.density(e) * element_mass_matrix(rest, e);
+    local.setZero(3 * mass.rows(), 3 * mass.cols());
+    for (Index a = 0; a < mass.rows(); ++a) {
+      for (Index b = 0; b < mass.cols(); ++b) {
+        local.block<3, 3>(3 * a, 3 * b).diagonal().setConstant(mass(a, b));
+      }
+    }
+    pattern_->scatter(e, local, mass_values_.data());
+  }
+  for_each_entry([&](std::size_t k, Index i, Index j) {
+    mass_values_[k] *= inverse_root_mass_[i] * inverse_root_mass_[j];
+  });
+  mass_factor_ = std::make_unique<SparseCholesky>(*pattern_);
+  if (!mass_factor_->factorize(mass_values_)) {
+    throw InputError(
+        "The modes cannot be computed: the mass matrix is not positive definite. Check the curved "
+        "edges of the elements.");
+  }
 }
 
 std::vector<double> ScaledStiffness::shifted(double sigma) const {
   std::vector<double> values = values_;
   for_each_entry([&](std::size_t k, Index i, Index j) {
-    if (i == j) values[k] -= sigma;
+    if (mass_factor_) {
+      values[k] -= sigma * mass_values_[k];
+    } else if (i == j) {
+      values[k] -= sigma;
+    }
   });
   return values;
 }
 
-Vector ScaledStiffness::product(const Vector& z) const {
+// R (S_D − σ RᵀR)⁻¹ Rᵀ z, where Rᵀ z = RᵀR R⁻¹ z and R x = R⁻ᵀ RᵀR x.
+Vector ScaledStiffness::solve(SparseCholesky& factor, const Vector& z) const {
+  if (!mass_factor_) return factor.solve(z);
+  const Vector x = factor.solve(multiply(mass_values_, solve_root(z)));
+  return solve_transposed_root(multiply(mass_values_, x));
+}
+
+Vector ScaledStiffness::multiply(const std::vector<double>& a, const Vector& z) const {
   Vector product = Vector::Zero(z.size());
   for_each_entry([&](std::size_t k, Index i, Index j) {
-    product[i] += values_[k] * z[j];
-    if (i != j) product[j] += values_[k] * z[i];
+    product[i] += a[k] * z[j];
+    if (i != j) product[j] += a[k] * z[i];
   });
   return product;
+}
+
+Vector ScaledStiffness::solve_transposed_root(const Vector& z) const {
+  return mass_factor_ ? mass_factor_->solve_transposed_root(z) : z;
+}
+
+Vector ScaledStiffness::solve_root(const Vector& z) const {
+  return mass_factor_ ? mass_factor_->solve_root(z) : z;
+}
+
+Vector ScaledStiffness::product(const Vector& z) const {
+  return solve_transposed_root(multiply(values_, solve_root(z)));
+}
+
+Vector ScaledStiffness::scaled(const Vector& forces) const {
+  return solve_transposed_root(inverse_root_mass_.cwiseProduct(coordinates_.restrict(forces)));
+}
+
+Matrix ScaledStiffness::scaled_columns(const Matrix& columns) const {
+  Matrix scaled = inverse_root_mass_.asDiagonal() * columns;
+  for (Index j = 0; mass_factor_ && j < scaled.cols(); ++j) {
+    scaled.col(j) = solve_transposed_root(scaled.col(j));
+  }
+  return scaled;
+}
+
+Vector ScaledStiffness::displacements(const Vector& z) const {
+  return coordinates_.extend(inverse_root_mass_.cwiseProduct(solve_root(z)));
+}
+
+Vector ScaledStiffness::momentum(const Vector& velocity) const {
+  return mass_factor_ ? consistent_momentum(system_, velocity) : system_.momentum_of(velocity);
 }
 
 Vector ScaledStiffness::terms_product(const Vector& displacements) const {

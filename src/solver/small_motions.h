@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "sparse_cholesky.h"
 #include "tetraction/dynamics/mechanical_system.h"
 #include "tetraction/fem/sparsity_pattern.h"
 
@@ -12,11 +13,15 @@ namespace tetraction {
 
 /// The matrix S = m^(−½) TᵀKT m^(−½) with m = TᵀMT, without the curvature of the equations. Its
 /// coordinates z belong to the displacements T m^(−½) z.
+///
+/// M is the lumped mass of linear elements and the consistent one of quadratic elements. For the
+/// latter m^(½) stands for R D^(½), where D has the lumped masses on its diagonal and the sparse matrix
+/// D^(−½) TᵀMT D^(−½) is RᵀR. Then S = R⁻ᵀ S_D R⁻¹ with S_D = D^(−½) TᵀKT D^(−½).
 class ScaledStiffness {
  public:
   /// Takes K at positions q, with the potentials of the force terms at `time`. `with_loads`: those of
   /// loads, too, and the symmetric part of the stiffness of loads that depend on positions. Keeps a
-  /// reference to the coordinates of `system`. Throws InputError if K is not defined or overflows.
+  /// reference to `system`. Throws InputError if K is not defined or overflows.
   ScaledStiffness(const MechanicalSystem& system, const Vector& q, double time, bool with_loads);
 
   Index size() const { return pattern_->size(); }
@@ -25,22 +30,21 @@ class ScaledStiffness {
   double largest() const { return largest_; }
   /// The same, or 1 if there is no stiffness.
   double unit() const { return largest_ > 0.0 ? largest_ : 1.0; }
-  /// The entries of S − σ in the pattern's order.
+  /// The entries, in the pattern's order, of a matrix whose factor solve() needs: S_D − σ RᵀR, which is
+  /// S − σ for linear elements.
   std::vector<double> shifted(double sigma) const;
+  /// (S − σ)⁻¹ z with a factor of shifted(σ).
+  Vector solve(SparseCholesky& factor, const Vector& z) const;
   /// S z.
   Vector product(const Vector& z) const;
-  /// m^(−½) Tᵀ f: forces in the coordinates of S.
-  Vector scaled(const Vector& forces) const {
-    return inverse_root_mass_.cwiseProduct(coordinates_.restrict(forces));
-  }
-  /// m^(−½) y for every column.
-  Matrix scaled_columns(const Matrix& columns) const {
-    return inverse_root_mass_.asDiagonal() * columns;
-  }
+  /// m^(−½)ᵀ Tᵀ f: forces in the coordinates of S.
+  Vector scaled(const Vector& forces) const;
+  /// m^(−½)ᵀ y for every column.
+  Matrix scaled_columns(const Matrix& columns) const;
   /// The displacements of all vertices for a vector in the coordinates of S.
-  Vector displacements(const Vector& z) const {
-    return coordinates_.extend(inverse_root_mass_.cwiseProduct(z));
-  }
+  Vector displacements(const Vector& z) const;
+  /// M v: the momentum of velocities of all vertices, kg m/s.
+  Vector momentum(const Vector& velocity) const;
   /// The product of the stiffness of all force terms with displacements, N.
   Vector terms_product(const Vector& displacements) const;
 
@@ -48,11 +52,21 @@ class ScaledStiffness {
   template <class Visit>
   void for_each_entry(const Visit& visit) const;
 
+  void find_mass();
+  // y = a z for a symmetric matrix in the pattern.
+  Vector multiply(const std::vector<double>& a, const Vector& z) const;
+  // R⁻ᵀ z and R⁻¹ z.
+  Vector solve_transposed_root(const Vector& z) const;
+  Vector solve_root(const Vector& z) const;
+
+  const MechanicalSystem& system_;
   const FreeCoordinates& coordinates_;
   Vector inverse_root_mass_;
   HessianBlocks terms_;
   std::unique_ptr<SparsityPattern> pattern_;
-  std::vector<double> values_;
+  std::vector<double> values_;       // S_D
+  std::vector<double> mass_values_;  // RᵀR; empty if it is the identity
+  std::unique_ptr<SparseCholesky> mass_factor_;
   double largest_ = 0.0;
 };
 

@@ -27,6 +27,22 @@ struct SparseCholesky::Impl {
   }
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
+
+  // The solution with the whole matrix or with a part of its factor.
+  Vector solve(int system, const Vector& b) {
+    const SerialOpenMp serial;
+    const SerialBlas serial_blas;
+    cholmod_dense right{};
+    right.nrow = right.d = right.nzmax = static_cast<std::size_t>(b.size());
+    right.ncol = 1;
+    right.x = const_cast<double*>(b.data());
+    right.xtype = CHOLMOD_REAL;
+    right.dtype = CHOLMOD_DOUBLE;
+    if (cholmod_solve2(system, factor, &right, nullptr, &solution, nullptr, &y, &e, &common) == 0) {
+      throw std::bad_alloc();
+    }
+    return Eigen::Map<const Vector>(static_cast<const double*>(solution->x), b.size());
+  }
 };
 
 SparseCholesky::SparseCholesky(const SparsityPattern& pattern) : impl_(std::make_unique<Impl>()) {
@@ -83,20 +99,15 @@ bool SparseCholesky::factorize(const std::vector<double>& values) {
 }
 
 Vector SparseCholesky::solve(const Vector& b) {
-  Impl& s = *impl_;
-  const SerialOpenMp serial;
-  const SerialBlas serial_blas;
-  cholmod_dense right{};
-  right.nrow = right.d = right.nzmax = static_cast<std::size_t>(b.size());
-  right.ncol = 1;
-  right.x = const_cast<double*>(b.data());
-  right.xtype = CHOLMOD_REAL;
-  right.dtype = CHOLMOD_DOUBLE;
-  if (cholmod_solve2(CHOLMOD_A, s.factor, &right, nullptr, &s.solution, nullptr, &s.y, &s.e,
-                     &s.common) == 0) {
-    throw std::bad_alloc();
-  }
-  return Eigen::Map<const Vector>(static_cast<const double*>(s.solution->x), b.size());
+  return impl_->solve(CHOLMOD_A, b);
+}
+
+Vector SparseCholesky::solve_transposed_root(const Vector& b) {
+  return impl_->solve(CHOLMOD_L, impl_->solve(CHOLMOD_P, b));
+}
+
+Vector SparseCholesky::solve_root(const Vector& b) {
+  return impl_->solve(CHOLMOD_Pt, impl_->solve(CHOLMOD_Lt, b));
 }
 
 void SparseCholesky::copy_to(SinglePrecisionFactor& copy) const {

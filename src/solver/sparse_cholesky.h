@@ -30,6 +30,9 @@ class SparseCholesky {
   bool factorize(const std::vector<double>& values);
   /// Solution of A x = b with the factor made last.
   Vector solve(const Vector& b);
+  /// With A = RᵀR, R = LᵀP and a permutation P: R⁻ᵀ b and R⁻¹ b.
+  Vector solve_transposed_root(const Vector& b);
+  Vector solve_root(const Vector& b);
 
   /// Copies the factor made last. Throws Error if there is none.
   void copy_to(SinglePrecisionFactor& copy) const;

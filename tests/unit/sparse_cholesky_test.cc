@@ -55,6 +55,17 @@ TEST_P(SparseCholeskyOf, Solves) {
   EXPECT_GE(cholesky.cost().nonzeros, static_cast<double>(pattern_.nonzeros()));
 }
 
+TEST_P(SparseCholeskyOf, SolvesWithItsRoot) {
+  SparseCholesky cholesky(pattern_);
+  const std::vector<double> values = stiffness();
+  ASSERT_TRUE(cholesky.factorize(values));
+  const Vector x = jiggled(Vector::Zero(pattern_.size()), 1.0);
+  const Vector b = multiply(values, x);
+  const Vector y = cholesky.solve_transposed_root(b);  // R x
+  EXPECT_NEAR(y.squaredNorm(), x.dot(b), 1e-9 * y.squaredNorm());
+  EXPECT_LT((cholesky.solve_root(y) - x).norm(), 1e-9 * x.norm());
+}
+
 TEST_P(SparseCholeskyOf, RefusesWhatIsNotPositiveDefinite) {
   SparseCholesky cholesky(pattern_);
   const std::vector<double> good = stiffness();

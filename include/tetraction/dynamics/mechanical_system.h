@@ -139,12 +139,16 @@ class MechanicalSystem {
   const std::vector<const ForceTerm*>& force_terms() const { return terms_; }
   /// Where force terms are evaluated, at an instant. It refers to `position`.
   ForcePoint force_point(const Vector& position, double time) const {
-    return {mass_, position, time};
+    return {force_masses(), position, time};
   }
   /// The same for forces that act in a step.
-  ForcePoint force_point(const Vector& position, double time, const TimeSpan& step) const {
-    return {mass_, position, time, step};
+  ForcePoint force_point(const Vector& position, double time,
+                         const std::optional<TimeSpan>& step) const {
+    return {force_masses(), position, time, step};
   }
+  /// Lets forces per mass, such as gravity, act with consistent weights
+  /// (dynamics/consistent_mass.h) instead of the lumped masses, for statics.
+  void use_consistent_weights();
   /// f ← the sum of the loads of all terms at a point (3 per vertex, N): their mean over a step, so
   /// that h f is the impulse ∫ f dt, or their values at an instant. It is empty if no term has a load.
   void external_force(const ForcePoint& at, Vector& f) const;
@@ -154,10 +158,10 @@ class MechanicalSystem {
   /// The same, as the means over the step of size h that starts at `time`, with the positions `q`
   /// where forces depend on positions.
   void external_force(const Vector& q, double time, double h, Vector& f) const {
-    external_force(force_point(q, time, {time, time + h}), f);
+    external_force(force_point(q, time, TimeSpan{time, time + h}), f);
   }
   void applied_force(const Vector& q, double time, double h, Vector& f) const {
-    applied_force(force_point(q, time, {time, time + h}), f);
+    applied_force(force_point(q, time, TimeSpan{time, time + h}), f);
   }
   /// Whether a load depends on positions.
   bool has_load_of_position() const;
@@ -196,6 +200,7 @@ class MechanicalSystem {
   void vertex_balance(const State& state, Energies& energies, Momenta& momenta) const;
 
  private:
+  const Vector& force_masses() const { return weights_.size() > 0 ? weights_ : mass_; }
   void check(const ExternalForce& force) const;
   void list_terms();
 
@@ -208,6 +213,7 @@ class MechanicalSystem {
   Vector density_;  // per element
   Vector mass_;
   Vector inverse_mass_;
+  Vector weights_;  // in place of mass_ for forces; empty if they are the same
   double total_mass_ = 0.0;
   Constraints constraints_;
   Environment environment_;

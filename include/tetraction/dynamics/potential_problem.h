@@ -117,7 +117,7 @@ class PotentialProblem : public MinimizationProblem {
   /// step or, without one, at this instant. The base is q. k and l must be set next.
   void begin_at(const Vector& positions, double time, const std::optional<TimeSpan>& step);
   /// Where terms are evaluated: at positions x, in this step.
-  ForcePoint point(const Vector& x) const { return {system_.mass(), x, time_, span_}; }
+  ForcePoint point(const Vector& x) const { return system_.force_point(x, time_, span_); }
   /// Adds the potentials of all terms to k, l and the list of general terms. The weight is that of
   /// stored energies; potentials that stand for constraints have the weight 1.
   void gather_potentials(double weight);

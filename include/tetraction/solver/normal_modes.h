@@ -76,7 +76,8 @@ Vector balancing_multipliers(const MechanicalSystem& system, const Vector& q, co
 /// The generalised eigenproblem TᵀK(q)T y = ω² TᵀMT y over the free coordinates y is solved by
 /// Lanczos iterations (Spectra) with the inverse of K − σM, which CHOLMOD factorises (B. N. Parlett,
 /// The Symmetric Eigenvalue Problem, 13). K is the Hessian of the elastic energy and of the
-/// potentials of force terms at `time`. Distances and free rigid handles are linearised: modes
+/// potentials of force terms at `time`. M is the lumped mass, as in time steps, and for quadratic
+/// elements the consistent one (dynamics/consistent_mass.h). Distances and free rigid handles are linearised: modes
 /// satisfy (∂g/∂q) δq = 0, and K has the curvature Σ λᵢ ∂²gᵢ/∂q² of the equations. With
 /// `with_loads`, K also has the stiffness −∂f/∂x of loads that depend on positions, such as the forces on
 /// the rim of a pressure. It is not symmetric. The modes are then found by Davidson's method, beginning
