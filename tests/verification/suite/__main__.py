@@ -5,6 +5,7 @@ The full form writes docs/verification.md and its plots. The exit code is 1 if a
 """
 
 import argparse
+import functools
 import os
 import sys
 import time
@@ -17,19 +18,19 @@ ROOT = os.path.abspath(os.path.join(os.path.dirname(os.path.abspath(__file__)), 
 CASES = os.path.join(ROOT, "tests", "verification", "cases")
 
 
-def execute(case, program, options):
+def execute(case, program, options, report=print):
     """Values and orders of a case, and the number of those that are off."""
-    print(f"{case.name}: {case.table['title']}", flush=True)
+    report(f"{case.name}: {case.table['title']}")
     start = time.monotonic()
     values, orders = case.execute(program, os.path.join(options.work, case.name), options.short,
-                                  lambda value: print("  " + line_of(value), flush=True))
+                                  lambda value: report("  " + line_of(value)))
     for order in orders:
-        print("  " + line_of(order))
-    print(f"  {time.monotonic() - start:.1f} s", flush=True)
+        report("  " + line_of(order))
+    report(f"  {time.monotonic() - start:.1f} s")
     results = values + orders
     failures = sum(not result.holds for result in results)
     if not any(result.is_asserted for result in results):
-        print("  nothing is asserted: no run of this form has a tolerance")
+        report("  nothing is asserted: no run of this form has a tolerance")
         failures += 1
     return (values, orders), failures
 
@@ -64,10 +65,15 @@ def main():
         if options.short and not run_now:
             continue
         try:
-            results[case], off = execute(case, program if run_now else EarlierRuns(), options)
-            failures += off
+            if run_now or options.page:
+                results[case], off = execute(case, program if run_now else EarlierRuns(), options,
+                                             functools.partial(print, flush=True))
+                failures += off
+            else:
+                results[case], _ = execute(case, EarlierRuns(), options, lambda line: None)
         except ProgramError as error:
-            print(error)
+            if run_now or options.page:
+                print(error)
             failures += run_now
     if not options.short and len(results) == len(everything):
         write_page(ROOT, results)
