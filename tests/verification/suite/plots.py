@@ -42,9 +42,10 @@ def legend_beside(axis):
 
 
 def convergence(plot, values):
-    """Magnitude of the deviation over the cells in the first direction; a panel for each variant or quantity."""
+    """Magnitude of the deviation over the cells in a direction; a panel for each variant or quantity."""
     values = [v for v in only(values, plot) if v.deviation and not v.is_reference]
     panels = list(dict.fromkeys((v.variant, v.quantity) for v in values))
+    direction = plot.get("direction", 0)
     figure, axes = plt.subplots(1, len(panels), figsize=(1.2 + 3.4 * len(panels), 3.5),
                                 squeeze=False, sharey=True, constrained_layout=True)
     for axis, (variant, quantity) in zip(axes[0], panels):
@@ -53,7 +54,7 @@ def convergence(plot, values):
             series = sorted((v for v in shown if v.element == element), key=lambda v: v.cells)
             if not series:
                 continue
-            cells = np.array([v.cells[0] for v in series])
+            cells = np.array([v.cells[direction] for v in series])
             error = np.array([abs(v.deviation) for v in series])
             label = NAMES[element]
             if len(series) > 1:
@@ -61,12 +62,13 @@ def convergence(plot, values):
                 label += f" (order {order:.1f})"
             axis.loglog(cells, error, marker=MARKERS[element], color=COLOURS[element], label=label)
         axis.set_title(" · ".join(filter(None, (variant, quantity))), fontsize=9)
-        axis.set_xlabel("cells along the first direction")
-        ticks = sorted({v.cells[0] for v in shown})
+        axis.set_xlabel(plot.get("x_label", "cells along the first direction"))
+        ticks = sorted({v.cells[direction] for v in shown})
         axis.xaxis.set_major_locator(FixedLocator(ticks))
         axis.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))
         axis.xaxis.set_minor_locator(NullLocator())
         axis.grid(True, which="both", alpha=0.25)
+        axis.margins(y=0.2)
         axis.legend(fontsize=7.5)
     if values[0].absolute:
         axes[0, 0].set_ylabel("|error|")

@@ -28,6 +28,8 @@ def deviation_of(value):
         return "–"
     if value.absolute:
         return f"{value.deviation:.1e}"
+    if value.deviation > 10.0:
+        return f"{1.0 + value.deviation:.3g} times"
     percent = 100.0 * value.deviation
     if abs(percent) < 1e-4:
         return f"{value.deviation:+.0e}"
