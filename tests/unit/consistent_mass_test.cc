@@ -1,6 +1,8 @@
 // The consistent mass: matrices of elements, momentum and weights.
 #include "tetraction/dynamics/consistent_mass.h"
 
+#include <Eigen/Geometry>
+
 #include "support/bodies.h"
 
 namespace tetraction {
@@ -15,14 +17,15 @@ TEST(ConsistentMass, MatrixOfAnElementWithStraightEdges) {
   const RestState rest(mesh);
   const Matrix mass = element_mass_matrix(rest, 3);
   const double unit = rest.volume(3) / 420.0;
-  const auto on = [](std::size_t edge, int corner) {
+  const auto on = [](std::size_t edge, std::size_t corner) {
     return kTetrahedronEdges[edge][0] == corner || kTetrahedronEdges[edge][1] == corner;
   };
   const double tolerance = 1e-13 * 420.0 * unit;
   for (int i = 0; i < 4; ++i) {
     for (int j = 0; j < 4; ++j) EXPECT_NEAR(mass(i, j), (i == j ? 6.0 : 1.0) * unit, tolerance);
     for (std::size_t k = 0; k < 6; ++k) {
-      EXPECT_NEAR(mass(i, 4 + static_cast<Index>(k)), (on(k, i) ? -4.0 : -6.0) * unit, tolerance);
+      EXPECT_NEAR(mass(i, 4 + static_cast<Index>(k)),
+                  (on(k, static_cast<std::size_t>(i)) ? -4.0 : -6.0) * unit, tolerance);
     }
   }
   for (std::size_t k = 0; k < 6; ++k) {
@@ -52,7 +55,8 @@ TEST(ConsistentMass, WeightsAreTheMomentumOfAUnitVelocity) {
     const Vector momentum = consistent_momentum(system, Vector::Ones(system.dof_count()));
     for (Index v = 0; v < system.vertex_count(); ++v) {
       EXPECT_NEAR(momentum[3 * v + 1], weights[v], 1e-12 * system.total_mass());
-      if (!quadratic) EXPECT_NEAR(weights[v], system.mass()[v], 1e-12 * system.total_mass());
+      if (quadratic) continue;
+      EXPECT_NEAR(weights[v], system.mass()[v], 1e-12 * system.total_mass());
     }
   }
 }
