@@ -154,17 +154,23 @@ int check(const std::string& path, const std::vector<std::string>& overrides, bo
 
   bool exact = true;
   json["derivatives"] = nlohmann::ordered_json::array();
-  for (const MaterialField& material : materials_to_check(system->materials())) {
-    const ElasticPotential potential(system->rest(), material);
-    const Vector q = strained_state(potential, state.position);
-    const DerivativeErrors errors = check_derivatives(potential, q);
+  const auto enter_errors = [&](const DerivativeErrors& errors, const std::string& of) {
     const bool good = errors.force_norm > 0.0 && errors.force < kLargestDerivativeError &&
                       errors.stiffness < kLargestDerivativeError;
     exact = exact && good;
-    json["derivatives"].push_back({{"material", material_name(material.model())},
+    json["derivatives"].push_back({{"material", of},
                                    {"force_error", errors.force},
                                    {"stiffness_error", errors.stiffness},
                                    {"ok", good}});
+  };
+  for (const MaterialField& material : materials_to_check(system->materials())) {
+    const ElasticPotential potential(system->rest(), material);
+    const Vector q = strained_state(potential, state.position);
+    enter_errors(check_derivatives(potential, q), material_name(material.model()));
+  }
+  if (const NodalVolume* volume = system->nodal_volume(); volume != nullptr) {
+    const Vector q = strained_state(system->elastic(), state.position);
+    enter_errors(check_derivatives(*volume, system->rest(), q), "nodal volumes");
   }
 
   if (as_json) {

@@ -135,6 +135,47 @@ DerivativeErrors check_derivatives(const ElasticPotential& potential, const Vect
           std::sqrt(force_norm)};
 }
 
+DerivativeErrors check_derivatives(const NodalVolume& volume, const RestState& rest,
+                                   const Vector& q) {
+  constexpr double kStep = 1e-5;
+  constexpr int kDirections = 4;
+  double edge = std::numeric_limits<double>::infinity();
+  for (Index i = 0; i < rest.point_count(); ++i) {
+    edge = std::min(edge, shortest_edge(rest.gather(q, i)));
+  }
+  const auto gradient_at = [&](const Vector& x) {
+    Vector gradient = Vector::Zero(q.size());
+    volume.add_gradient(x, gradient);
+    return gradient;
+  };
+  const Vector gradient = gradient_at(q);
+  HessianBlocks hessian;
+  hessian.reset(q.size() / 3);
+  volume.add_hessian(q, HessianForm::kExact, hessian);
+  std::mt19937 random(20060901);
+  std::uniform_real_distribution<double> number(-1.0, 1.0);
+  double force_error = 0.0;
+  double force_norm = 0.0;
+  double stiffness_error = 0.0;
+  double stiffness_norm = 0.0;
+  for (int k = 0; k < kDirections; ++k) {
+    Vector direction(q.size());
+    for (double& x : direction) x = number(random);
+    const Vector high = q + kStep * edge * direction;
+    const Vector low = q - kStep * edge * direction;
+    const Vector way = high - low;  // what the two points really are apart
+    const double analytic = gradient.dot(way);
+    force_error += std::pow(volume.energy(high) - volume.energy(low) - analytic, 2);
+    force_norm += analytic * analytic;
+    Vector product = Vector::Zero(q.size());
+    hessian.add_product(way, product);
+    stiffness_error += (gradient_at(high) - gradient_at(low) - product).squaredNorm();
+    stiffness_norm += product.squaredNorm();
+  }
+  return {relative_error(force_error, force_norm), relative_error(stiffness_error, stiffness_norm),
+          gradient.norm()};
+}
+
 Vector strained_state(const ElasticPotential& potential, const Vector& q, double strain) {
   const Index vertices = q.size() / 3;
   const auto points = q.reshaped(3, vertices);

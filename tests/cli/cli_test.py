@@ -655,7 +655,10 @@ class Check(CliTest):
         scene = self.write("beam.toml", BEAM)
         report = json.loads(self.run_program("check", scene, "--json").stdout)
         self.assertEqual(len(report["derivatives"]), 4)
-        for row in report["derivatives"]:
+        nodal = json.loads(self.run_program("check", scene, "--json", "--set",
+                                            'mesh.volume="nodal"').stdout)  # fmt: skip
+        self.assertEqual(nodal["derivatives"][-1]["material"], "nodal volumes")
+        for row in report["derivatives"] + nodal["derivatives"]:
             self.assertLess(row["force_error"], 1e-7)
             self.assertLess(row["stiffness_error"], 1e-7)
         self.assertAlmostEqual(report["mass"], 4000.0, delta=1e-9)

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "tetraction/dynamics/force_term.h"
+#include "tetraction/dynamics/nodal_volume.h"
 #include "tetraction/fem/elastic_potential.h"
 
 namespace tetraction {
@@ -18,6 +19,11 @@ struct DerivativeErrors {
 /// Compares element by element at q. The steps of the central differences are 1e-5 of the element's
 /// shortest edge. W must be defined at q.
 DerivativeErrors check_derivatives(const ElasticPotential& potential, const Vector& q);
+
+/// Compares the energy of nodal volumes at q in a few fixed random directions of all vertices, with
+/// steps of 1e-5 of the mesh's shortest edge.
+DerivativeErrors check_derivatives(const NodalVolume& volume, const RestState& rest,
+                                   const Vector& q);
 
 /// Returns positions in which every element is strained. A smooth bending and twisting displacement
 /// with strains of about `strain` and small random moves of single vertices (with a fixed seed) are
