@@ -35,8 +35,18 @@ def faces_of(tetrahedra):
     return [face for face, times in count.items() if times == 1]
 
 
-def write_msh(name, points, tetrahedra, groups):
-    """`groups`: (name, test of a point), for the triangles of the boundary with three such points."""
+def write_msh(path, points, tetrahedra, groups, middles=None):
+    """`groups`: (name, test of a point), for the triangles of the boundary with three such points.
+
+    `middles`: the vertex in the middle of each edge (a, b) with a < b, for quadratic tetrahedra.
+    """
+    def nodes(cell, edges):
+        if middles:
+            cell = cell + tuple(middles[min(cell[i], cell[j]), max(cell[i], cell[j])]
+                                for i, j in edges)
+        return ' '.join(str(v + 1) for v in cell)
+
+    triangle, tetrahedron = (9, 11) if middles else (2, 4)  # Gmsh's types
     lines = ['$MeshFormat', '2.2 0 8', '$EndMeshFormat', '$PhysicalNames', str(len(groups) + 1)]
     for tag, (group, _) in enumerate(groups, 1):
         lines.append('2 %d "%s"' % (tag, group))
@@ -45,17 +55,23 @@ def write_msh(name, points, tetrahedra, groups):
         lines.append('%d %.17g %.17g %.17g' % ((number,) + tuple(point)))
     lines += ['$EndNodes', '$Elements']
     elements = []
-    for face in faces_of(tetrahedra):
+    for face in faces_of(tetrahedra) if groups else []:
         for tag, (_, test) in enumerate(groups, 1):
             if all(test(points[v]) for v in face):
-                elements.append('2 2 %d %d %d %d %d' % ((tag, tag) + tuple(v + 1 for v in face)))
+                elements.append('%d 2 %d %d ' % (triangle, tag, tag)
+                                + nodes(face, ((0, 1), (1, 2), (2, 0))))
     for t in tetrahedra:
-        elements.append('4 2 %d 1 %d %d %d %d' % ((len(groups) + 1,) + tuple(v + 1 for v in t)))
+        elements.append('%d 2 %d 1 ' % (tetrahedron, len(groups) + 1)
+                        + nodes(t, ((0, 1), (1, 2), (2, 0), (0, 3), (2, 3), (1, 3))))
     lines.append(str(len(elements)))
     lines += ['%d %s' % (i, e) for i, e in enumerate(elements, 1)]
     lines.append('$EndElements')
-    with open(os.path.join(HERE, name), 'w') as file:
+    with open(path, 'w') as file:
         file.write('\n'.join(lines) + '\n')
+
+
+def write_shipped(name, points, tetrahedra, groups):
+    write_msh(os.path.join(HERE, name), points, tetrahedra, groups)
     print('%s: %d vertices, %d tetrahedra' % (name, len(points), len(tetrahedra)))
 
 
@@ -89,10 +105,10 @@ def thick_sphere(inner, outer, edge, layers):
     def on_sphere(radius):
         return lambda p: abs(math.sqrt(sum(c * c for c in p)) - radius) < 1e-9 * radius
 
-    write_msh('thick_sphere.msh', points, tetrahedra,
-              [('inner', on_sphere(inner)), ('outer', on_sphere(outer)),
-               ('x0', lambda p: abs(p[0]) < 1e-9), ('y0', lambda p: abs(p[1]) < 1e-9),
-               ('z0', lambda p: abs(p[2]) < 1e-9)])
+    write_shipped('thick_sphere.msh', points, tetrahedra,
+                  [('inner', on_sphere(inner)), ('outer', on_sphere(outer)),
+                   ('x0', lambda p: abs(p[0]) < 1e-9), ('y0', lambda p: abs(p[1]) < 1e-9),
+                   ('z0', lambda p: abs(p[2]) < 1e-9)])
 
 
 def bushing(inner, outer, length, around, across, along):
@@ -120,8 +136,8 @@ def bushing(inner, outer, length, around, across, along):
     def on_cylinder(radius):
         return lambda p: abs(math.hypot(p[0], p[1]) - radius) < 1e-9 * radius
 
-    write_msh('bushing.msh', points, tetrahedra,
-              [('inner', on_cylinder(inner)), ('outer', on_cylinder(outer))])
+    write_shipped('bushing.msh', points, tetrahedra,
+                  [('inner', on_cylinder(inner)), ('outer', on_cylinder(outer))])
 
 
 def tuning_fork(cells, name='tuning_fork.msh'):
@@ -165,10 +181,10 @@ def tuning_fork(cells, name='tuning_fork.msh'):
                 e, f, g, h = (at(i + p, j + q, k + 1) for p, q in ((0, 0), (1, 0), (1, 1), (0, 1)))
                 tetrahedra += cut_prism((a, b, c, e, f, g))
                 tetrahedra += cut_prism((a, c, d, e, g, h))
-    write_msh(name, points, tetrahedra,
-              [('stem', lambda p: p[1] == y[0]),
-               ('left', lambda p: p[1] == y[-1] and p[0] < 0.0),
-               ('right', lambda p: p[1] == y[-1] and p[0] > 0.0)])
+    write_shipped(name, points, tetrahedra,
+                  [('stem', lambda p: p[1] == y[0]),
+                   ('left', lambda p: p[1] == y[-1] and p[0] < 0.0),
+                   ('right', lambda p: p[1] == y[-1] and p[0] > 0.0)])
 
 
 def l_block(cells):
@@ -190,8 +206,8 @@ def l_block(cells):
                 e, f, g, h = (at(i + p, j + q, k + 1) for p, q in ((0, 0), (1, 0), (1, 1), (0, 1)))
                 tetrahedra += cut_prism((a, b, c, e, f, g))
                 tetrahedra += cut_prism((a, c, d, e, g, h))
-    write_msh('l_block.msh', points, tetrahedra,
-              [('foot', lambda p: p[0] == 6.0), ('top', lambda p: p[1] == 10.0)])
+    write_shipped('l_block.msh', points, tetrahedra,
+                  [('foot', lambda p: p[0] == 6.0), ('top', lambda p: p[1] == 10.0)])
 
 
 if __name__ == '__main__':

@@ -1,0 +1,135 @@
+"""The numbers that cases compare with their references: one function for each kind.
+
+A function takes the results of one call of the program and the table of the quantity in case.toml.
+"""
+
+import numpy as np
+
+
+def formula(text, points):
+    """The value of a formula of X, Y and Z (and of numpy's functions) at points."""
+    names = {name: getattr(np, name) for name in ("sin", "cos", "pi", "sqrt", "exp", "hypot")}
+    names.update(zip("XYZ", points.T))
+    return np.broadcast_to(eval(text, {"__builtins__": {}}, names), len(points))
+
+
+def vector_field(formulas, points):
+    return np.column_stack([formula(text, points) for text in formulas])
+
+
+def probe(results, table):
+    """The last value of a column of probes.csv, or that at the time (or load factor) `at`."""
+    times = results.probes["time"]
+    row = np.abs(times - table.get("at", times[-1])).argmin()
+    if abs(times[row] - table.get("at", times[-1])) > 1e-9 * times[-1]:
+        raise ValueError(f"probes.csv has no row at {table['at']}")
+    return results.probes[table["column"]][row]
+
+
+def history(results, table):
+    """A value of a column of history.csv: the `last`, or the largest magnitude since the time `since`.
+
+    `of` may also be `change`: the largest difference from the value at `since`. Several columns are the
+    components of a vector. All is divided by the largest magnitude of `relative_to`, if this is given.
+    """
+    data = results.history
+    values = np.column_stack([data[name] for name in table["columns"]])
+    kept = data["time"] >= table.get("since", 0.0) - 1e-9
+    if table["of"] == "last":
+        return values[-1, 0]
+    if table["of"] == "change":
+        values = values - values[np.argmax(kept)]
+    result = np.linalg.norm(values[kept], axis=1).max()
+    if "relative_to" in table:
+        scale = np.column_stack([data[name] for name in table["relative_to"]])
+        result /= np.linalg.norm(scale, axis=1).max()
+    return result
+
+
+def summary(results, table):
+    """A number of summary.json; `key` is its path with dots."""
+    value = results.summary
+    for part in table["key"].split("."):
+        value = value[part]
+    return float(value)
+
+
+def frequency(results, table):
+    """The frequency of elastic mode number `number`, in the order of the frequencies, in Hz.
+
+    With `in_plane` only modes count whose motion along z is less than a tenth of all; with `like`, lists of
+    three formulas, only those that consist of these shapes to more than four fifths. If there are not so
+    many among the modes that were asked for, the result is not a number.
+    """
+    modes = results.modes
+    found = []
+    for row in np.flatnonzero(modes["kind"] == "elastic"):
+        if "in_plane" in table or "like" in table:
+            shape = results.mode_shape(row)
+            motion = shape.arrays["mode"]
+            if "in_plane" in table and (motion[:, 2] ** 2).sum() > 0.01 * (motion ** 2).sum():
+                continue
+            if "like" in table:
+                basis = np.column_stack([vector_field(f, shape.points).ravel()
+                                         for f in table["like"]])
+                basis = np.linalg.qr(basis)[0]
+                part = np.linalg.norm(basis.T @ motion.ravel()) / np.linalg.norm(motion)
+                if part < 0.8:
+                    continue
+        found.append(modes["frequency"][row])
+        if len(found) == table["number"]:
+            return found[-1]
+    return np.nan
+
+
+def torque(results, table):
+    """The moment about the z axis of the reactions at radius `radius` or more, in the deformed body."""
+    grid = results.final
+    position = grid.points + grid.arrays["displacement"]
+    reaction = grid.arrays["reaction_force"]
+    outside = np.hypot(grid.points[:, 0], grid.points[:, 1]) > table["radius"] * (1.0 - 1e-6)
+    moment = position[:, 0] * reaction[:, 1] - position[:, 1] * reaction[:, 0]
+    return moment[outside].sum()
+
+
+def field(results, table):
+    """How far the last displacements are from formulas: the largest distance (`norm` = "max"), or the
+    root of the mean square, both divided by the same of the formulas."""
+    grid = results.final
+    exact = vector_field(table["displacement"], grid.points)
+    difference = np.linalg.norm(grid.arrays["displacement"] - exact, axis=1)
+    size = np.linalg.norm(exact, axis=1)
+    if table["norm"] == "max":
+        return difference.max() / size.max()
+    return np.sqrt((difference ** 2).mean() / (size ** 2).mean())
+
+
+def period(results, table):
+    """The frequency of a probe in Hz, as summary.json has it."""
+    return results.summary["probes"][table["column"]]["frequency"]
+
+
+def line(results, table):
+    """The line through the values of a probe between two times: its `slope`, or its `root` in time."""
+    times, values = results.probes["time"], results.probes[table["column"]]
+    kept = (times >= table["from"]) & (times <= table["until"])
+    slope, offset = np.polyfit(times[kept], values[kept], 1)
+    return slope if table["of"] == "slope" else -offset / slope
+
+
+def peak(results, table):
+    """The largest value of a column of probes.csv, or its time with `of` = "time"."""
+    values = results.probes[table["column"]]
+    return results.probes["time"][values.argmax()] if table.get("of") == "time" else values.max()
+
+
+def order(results, table):
+    """The order that a study observed for an integrator between its two smallest steps."""
+    study = results.study
+    rows = np.flatnonzero((study["integrator"] == table["integrator"])
+                          & ~np.isnan(study["observed_order"]))
+    return study["observed_order"][rows[study["step"][rows].argmin()]]
+
+
+KINDS = {function.__name__: function
+         for function in (probe, history, summary, frequency, torque, field, period, line, peak, order)}
