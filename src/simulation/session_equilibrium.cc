@@ -12,6 +12,19 @@
 
 namespace tetraction {
 
+namespace {
+
+std::string resting_warning(const std::string& where) {
+  return fmt::format(
+      "the equilibrium is that of the scene at t = 0: {} has not moved with its velocity yet. "
+      "Prescribe a displacement with [[fix]] and offset, or let the body follow the motion with "
+      "run "
+      "and backward-euler",
+      where);
+}
+
+}  // namespace
+
 void Session::Impl::begin_equilibrium(double largest_increment) {
   // A load step is an implicit step of length 1 at most in the load factor, which ends at 1.
   settings.time = {Integrator::kBackwardEuler, 1.0, false, 1.0};
@@ -34,6 +47,14 @@ void Session::Impl::begin_equilibrium(double largest_increment) {
     progress.warnings.push_back(
         fmt::format("the equilibrium is that of the scene at t = 0: its {} [[event]] {} not made",
                     scene.event.size(), scene.event.size() == 1 ? "is" : "are"));
+  }
+  for (const FixSettings& fix : scene.fix) {
+    if (!fix.velocity.isZero(0.0)) progress.warnings.push_back(resting_warning(fix.where));
+  }
+  for (const ConstraintSettings& constraint : scene.constraint) {
+    const bool moves = !constraint.velocity.value_or(Vector3::Zero()).isZero(0.0) ||
+                       !constraint.angular_velocity.value_or(Vector3::Zero()).isZero(0.0);
+    if (moves) progress.warnings.push_back(resting_warning(constraint.where));
   }
   warn_of_blas();
 }

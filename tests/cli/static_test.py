@@ -109,6 +109,14 @@ class Static(CliTest):
         message = self.refused(1, "run", scene, "--out", "r", "--set", "initial.static=true")
         self.assertIn("initial.static = true: there is no equilibrium to start from", message)
 
+    def test_motions_are_told_of(self):
+        handle = ('[[constraint]]\nkind = "rigid"\nselect = { plane = { axis = "x", at = 4.0 } }\n'
+                  'angular_velocity = [1.0, 0.0, 0.0]\n')  # fmt: skip
+        result = self.run_program("static", self.write("driven.toml", BEAM + handle), "--out",
+                                  self.path("driven"))  # fmt: skip
+        self.assertIn("has not moved with its velocity yet", result.stderr)
+        self.assertEqual(result.stderr.count("has not moved"), 1)
+
     def test_events_are_told_of(self):
         scene = self.write("beam.toml", BEAM + '[[event]]\nat = 0.05\nset = { "damping.drag" = 1.0 }\n')
         result = self.run_program("static", scene, "--out", "s", "--quiet")
