@@ -53,7 +53,8 @@ TEST_F(Speed, StepsAPicture) {
 
 TEST_F(Speed, LimitOfTheRealTimeFactor) {
   show(quiet_beam());
-  for (const double limit : {0.2, 0.6}) {
+  // A slow machine reaches these limits, too.
+  for (const double limit : {0.04, 0.12}) {
     type(find<NumberField>("speed_limit"), QByteArray::number(limit).constData());
     const double begin = state().time;
     QElapsedTimer time;
