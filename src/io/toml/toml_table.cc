@@ -44,11 +44,11 @@ std::string TomlTable::path_of(std::string_view key) const {
 }
 
 std::string TomlTable::where() const {
-  return fmt::format("{}: {}", document_->place_of(*table_), name_);
+  return fmt::format("{}: {}", document_->place_of(*table_), excerpt(name_));
 }
 
 std::string TomlTable::where(std::string_view key) const {
-  return fmt::format("{}: {}", place(key), path_of(key));
+  return fmt::format("{}: {}", place(key), excerpt(path_of(key)));
 }
 
 void TomlTable::refuse(std::string_view key, std::string_view message) const {
@@ -61,8 +61,8 @@ void TomlTable::refuse_table(std::string_view message) const {
 
 void TomlTable::require(std::string_view key, std::string_view remedy) const {
   if (has(key)) return;
-  throw InputError(
-      fmt::format("{}: {} is missing: {}", document_->place_of(*table_), path_of(key), remedy));
+  throw InputError(fmt::format("{}: {} is missing: {}", document_->place_of(*table_),
+                               excerpt(path_of(key)), remedy));
 }
 
 double TomlTable::number_of(std::string_view key, const toml::node& node, const NumberRange& range,
