@@ -104,8 +104,7 @@ std::string locking_warning(const MechanicalSystem& system) {
       "a Poisson's ratio of {:.5g} is nearly incompressible, and linear tetrahedra lock: the body "
       "is too stiff, by several times near 0.5, and stresses are wrong. Take mesh.element = "
       "\"quadratic\" or mesh.volume = \"nodal\", or a ratio below {} where the exact change of "
-      "volume does not matter, or refine "
-      "the mesh until results no longer change.",
+      "volume does not matter, or refine the mesh until results no longer change.",
       largest, kLockingRatio);
 }
 

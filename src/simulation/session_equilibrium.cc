@@ -18,8 +18,7 @@ std::string resting_warning(const std::string& where) {
   return fmt::format(
       "the equilibrium is that of the scene at t = 0: {} has not moved with its velocity yet. "
       "Prescribe a displacement with [[fix]] and offset, or let the body follow the motion with "
-      "run "
-      "and backward-euler",
+      "run and backward-euler",
       where);
 }
 
