@@ -284,6 +284,11 @@ struct BlockAccess {
   static const ElementBlocks& blocks(const ElasticPotential& elastic);
   /// The batches of a block with the parameters of their material.
   static BatchView batches(const ElasticPotential& elastic, Index block);
+  /// ElasticPotential::value_and_gradient() with the gradient of W + Σ t_e v_e instead: t, Pa, is a
+  /// tension for every lane of all batches, and v_e are the present volumes of the elements.
+  static EvaluationStatus value_and_gradient(const ElasticPotential& elastic, const Positions& q,
+                                             const AlignedVector<double>& tensions, double& energy,
+                                             Vector& gradient);
   /// The energy of a block at the positions where W was evaluated last, J.
   static double energy(const ElasticPotential& elastic, Index block);
   /// The blocks by colour. No two blocks of a colour share a free coordinate of the pattern.
