@@ -264,11 +264,9 @@ struct ElasticPotential::Impl {
         const ElementBlocks::Block& block = blocks.block(b);
         const BlockSums sums =
             with_gradient
-                ? blocks.sum_local(block,
-                                   records.data() + ElementBlocks::kRecordSize * block.first_record,
-                                   [&](double* gradients) {
-                                     return run_block(b, q, gradients, tensions);
-                                   })
+                ? blocks.sum_local(
+                      block, records.data() + ElementBlocks::kRecordSize * block.first_record,
+                      [&](double* gradients) { return run_block(b, q, gradients, tensions); })
                 : run_block(b, q, nullptr, nullptr);
         energies[static_cast<std::size_t>(b)] = sums.energy;
         if (!sums.admissible) admissible = false;

@@ -139,7 +139,8 @@ HWY_INLINE bool evaluate_strain(Tag tag, const P& material, const Columns<Vec>& 
 }
 
 // The tensions of the elements in the lanes.
-HWY_INLINE Vec load_tension(Tag tag, const double* HWY_RESTRICT tensions, size_t batch, size_t lane) {
+HWY_INLINE Vec load_tension(Tag tag, const double* HWY_RESTRICT tensions, size_t batch,
+                            size_t lane) {
   return tensions == nullptr ? hn::Zero(tag) : hn::Load(tag, tensions + batch * kBatchLanes + lane);
 }
 
@@ -188,8 +189,8 @@ HWY_INLINE bool evaluate_i2(Tag tag, const P& material, const Columns<Vec>& e,
   if constexpr (kGradient) {
     const auto derivatives = Law<M>::first_derivatives(material, s);
     // Ψ_L V/det e + t/6
-    const Vec factor = hn::Mul(hn::MulAdd(derivatives.log_j.v, inverse_j, tension),
-                               hn::Set(tag, 1.0 / 6.0));
+    const Vec factor =
+        hn::Mul(hn::MulAdd(derivatives.log_j.v, inverse_j, tension), hn::Set(tag, 1.0 / 6.0));
     // V [2 (Ψ₁ + Ψ₂ I₁) G − 2 Ψ₂ G c G]
     const Vec twice_i2 = (Real(2.0) * derivatives.i2).v;
     const Vec scale = hn::MulAdd(twice_i2, i1, (Real(2.0) * derivatives.i1).v);
@@ -235,10 +236,9 @@ HWY_NOINLINE BlockSums run_vector_by_vector(const BatchView& batches, const Sour
       admissible &=
           evaluate_strain<kGradient, M>(tag, material, e, vg, inverse_six_volume, energy, gradient);
     } else {
-      admissible &=
-          evaluate_i2<kGradient, M>(tag, material, e, vg, inverse_six_volume,
-                                    load_tension(tag, batches.tensions, batch, lane), energy,
-                                    gradient);
+      admissible &= evaluate_i2<kGradient, M>(tag, material, e, vg, inverse_six_volume,
+                                              load_tension(tag, batches.tensions, batch, lane),
+                                              energy, gradient);
     }
     if constexpr (kGradient) {
       RecordAccess<Tag>::add_balanced(tag, gradient, gradients, slots, kBatchLanes);
@@ -328,8 +328,7 @@ HWY_NOINLINE BlockSums run_in_stages(const BatchView& batches, const Source& sou
           sum = hn::MulAdd(volume, Law<M>::energy(material, given).v, sum);
           if constexpr (kGradient) {
             const auto derivatives = Law<M>::first_derivatives(material, given);
-            const Vec tension =
-                load_tension(tag, batches.tensions, batch, first_lane + i * kLanes);
+            const Vec tension = load_tension(tag, batches.tensions, batch, first_lane + i * kLanes);
             const Vec factor =
                 hn::Mul(hn::MulAdd(derivatives.log_j.v, inverse_j[i], tension), sixth);
             const Vec twice_i1 = (Real(2.0) * derivatives.i1).v;

@@ -39,8 +39,7 @@ HWY_NOINLINE void volumes(const BatchView& batches, const double* HWY_RESTRICT p
 
 template <bool kHasDisplacements>
 HWY_NOINLINE void gradient(const BatchView& batches, const double* HWY_RESTRICT positions,
-                           const double* HWY_RESTRICT displacements,
-                           double* HWY_RESTRICT forces) {
+                           const double* HWY_RESTRICT displacements, double* HWY_RESTRICT forces) {
   const Tag tag;
   const Vec sixth = hn::Set(tag, 1.0 / 6.0);
   const double* HWY_RESTRICT tensions = batches.tensions;
