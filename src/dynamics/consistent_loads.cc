@@ -47,6 +47,21 @@ void add_quadratic_face(const TetMesh& mesh, const std::vector<Index>& v,
   weight_of[v[5]] += area(chord_20, -x[2] - x[1] - 2.0 * x[5] + 2.0 * x[3] + 2.0 * x[4]) / 3.0;
 }
 
+// The weights of the elements' nodes, times a density.
+template <class Density>
+LoadDistribution element_distribution(const MechanicalSystem& system,
+                                      const std::vector<Index>& tetrahedra,
+                                      const Density& density_of) {
+  std::map<Index, double> weight_of;
+  for (const Index e : tetrahedra) {
+    const Vector weights = system.element_weights(e);
+    const double density = density_of(e);
+    Index a = 0;
+    for (const Index v : system.rest().nodes(e)) weight_of[v] += density * weights[a++];
+  }
+  return make_distribution(weight_of);
+}
+
 }  // namespace
 
 LoadDistribution surface_distribution(const TetMesh& mesh,
@@ -66,26 +81,14 @@ LoadDistribution surface_distribution(const TetMesh& mesh,
   return make_distribution(weight_of);
 }
 
-LoadDistribution volume_distribution(const TetMesh& mesh, const std::vector<Index>& tetrahedra) {
-  const RestState rest(mesh);
-  std::map<Index, double> weight_of;
-  for (const Index e : tetrahedra) {
-    int a = 0;
-    for (const Index v : rest.nodes(e)) {
-      weight_of[v] += rest.volume(e) * rest.mass_fraction(a++);
-    }
-  }
-  return make_distribution(weight_of);
+LoadDistribution volume_distribution(const MechanicalSystem& system,
+                                     const std::vector<Index>& tetrahedra) {
+  return element_distribution(system, tetrahedra, [](Index) { return 1.0; });
 }
 
 LoadDistribution mass_distribution(const MechanicalSystem& system,
                                    const std::vector<Index>& tetrahedra) {
-  std::map<Index, double> weight_of;
-  for (const Index e : tetrahedra) {
-    int a = 0;
-    for (const Index v : system.rest().nodes(e)) weight_of[v] += system.mass_share(e, a++);
-  }
-  return make_distribution(weight_of);
+  return element_distribution(system, tetrahedra, [&](Index e) { return system.density(e); });
 }
 
 LoadDistribution equal_distribution(std::vector<Index> vertices) {

@@ -141,9 +141,8 @@ EvaluationStatus MechanicalSystem::elastic_energy(const Positions& q, double& en
 
 EvaluationStatus MechanicalSystem::elastic_energy_and_gradient(const Positions& q, double& energy,
                                                                Vector& gradient) const {
-  const EvaluationStatus status = elastic_.value_and_gradient(q, energy, gradient);
-  if (nodal_volume_ && status.ok()) energy += nodal_volume_->add_gradient(q, gradient);
-  return status;
+  return nodal_volume_ ? nodal_volume_->elastic_energy_and_gradient(q, energy, gradient)
+                       : elastic_.value_and_gradient(q, energy, gradient);
 }
 
 Vector MechanicalSystem::elastic_energies_by_region(const Vector& q) const {
@@ -240,14 +239,18 @@ void MechanicalSystem::set_forces(std::vector<ExternalForce> forces) {
 void MechanicalSystem::set_pressures(std::vector<PressureLoad> pressures) {
   for (const PressureLoad& pressure : pressures) {
     if (!std::isfinite(pressure.value)) throw InputError("A pressure is not finite.");
-    if (pressure.triangles.empty()) throw InputError("A pressure acts on no triangle.");
-    for (const auto& triangle : pressure.triangles) {
-      for (const Index v : triangle) {
+    if (pressure.triangles.empty() && pressure.quadratic_faces.empty()) {
+      throw InputError("A pressure acts on no triangle.");
+    }
+    const auto check_vertices = [&](const auto& face) {
+      for (const Index v : face) {
         if (v >= 0 && v < vertex_count()) continue;
         throw InputError(
             fmt::format("A pressure acts on vertex {}, which the mesh does not have.", v));
       }
-    }
+    };
+    for (const auto& triangle : pressure.triangles) check_vertices(triangle);
+    for (const auto& face : pressure.quadratic_faces) check_vertices(face);
   }
   pressure_ = SurfacePressure(std::move(pressures), mesh_.rest_positions(), coordinates());
 }
@@ -380,6 +383,15 @@ void MechanicalSystem::set_velocity(State& state, const Vector& velocity) const 
 
 void MechanicalSystem::use_consistent_weights() {
   weights_ = rest_.is_quadratic() ? consistent_weights(*this) : Vector();
+}
+
+Vector MechanicalSystem::element_weights(Index e) const {
+  if (weights_.size() > 0) return element_mass_matrix(rest_, e).rowwise().sum();
+  Vector weights(static_cast<Index>(rest_.nodes(e).size()));
+  for (Index a = 0; a < weights.size(); ++a) {
+    weights[a] = rest_.volume(e) * rest_.mass_fraction(static_cast<int>(a));
+  }
+  return weights;
 }
 
 Vector3 MechanicalSystem::center_of_mass(const Vector& q) const {

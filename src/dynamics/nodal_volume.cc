@@ -455,6 +455,25 @@ struct NodalVolume::Impl {
     });
   }
 
+  // Sets the energies of all patches at x, and `volumes` to the mean of U' over the nodes of every lane.
+  void find_tensions(const Positions& x) {
+    evaluate(x, [&](Index p, double change) {
+      energies[p] = weight(p) * law_of(p).energy_and_first(change, tension[p]);
+    });
+    set_lane_means();
+  }
+
+  // volumes ← the mean of `tension` over the nodes of every lane.
+  void set_lane_means() {
+    parallel_for(static_cast<Index>(volumes.size()), kBatchLanes * kGrain,
+                 [&](Index begin, Index end) {
+                   for (Index lane = begin; lane < end; ++lane) {
+                     const auto k = static_cast<std::size_t>(lane);
+                     volumes[k] = mean(tension, k);
+                   }
+                 });
+  }
+
   // W of a patch is its share of the rest volume times U.
   double weight(Index p) const { return patch_rest[p] / 24.0; }
   const NodalLaw& law_of(Index p) const { return law[static_cast<std::size_t>(p)]; }
@@ -630,24 +649,28 @@ double NodalVolume::energy(const Positions& x) const {
 
 double NodalVolume::add_gradient(const Positions& x, Vector& gradient) const {
   Impl& s = *impl_;
-  s.evaluate(x, [&](Index p, double change) {
-    s.energies[p] = s.weight(p) * s.law_of(p).energy_and_first(change, s.tension[p]);
-  });
+  s.find_tensions(x);
   s.records.resize(static_cast<std::size_t>(ElementBlocks::kRecordSize * s.blocks.record_count()));
   s.for_blocks(x, [&](const ElementBlocks::Block& block, const double* positions,
                       const double* displacements) {
-    const auto first = static_cast<std::size_t>(block.first_batch * kBatchLanes);
-    const auto count = static_cast<std::size_t>(block.batch_count * kBatchLanes);
-    for (std::size_t lane = first; lane < first + count; ++lane) {
-      s.volumes[lane] = s.mean(s.tension, lane) / 6.0;
-    }
     double* own = s.records.data() + ElementBlocks::kRecordSize * block.first_record;
     std::fill_n(own, ElementBlocks::kRecordSize * block.record_count, 0.0);
-    add_volume_gradient(s.blocks.batches(block), positions, displacements, s.volumes.data() + first,
-                        own);
+    BatchView view = s.blocks.batches(block);
+    view.tensions = s.volumes.data() + block.first_batch * kBatchLanes;
+    add_volume_gradient(view, positions, displacements, own);
   });
   s.blocks.add_record_sums(s.records, gradient);
   return s.sum_energies();
+}
+
+EvaluationStatus NodalVolume::elastic_energy_and_gradient(const Positions& x, double& energy,
+                                                          Vector& gradient) const {
+  Impl& s = *impl_;
+  s.find_tensions(x);
+  const EvaluationStatus status =
+      BlockAccess::value_and_gradient(s.elastic, x, s.volumes, energy, gradient);
+  if (status.ok()) energy += s.sum_energies();
+  return status;
 }
 
 // With R = Σ V_e of a patch and b = Σ ∂v_e/∂x, ∂J/∂x = b/R and the gradient is Σ U' b/4. Its
@@ -681,9 +704,7 @@ void NodalVolume::add_hessian(const Positions& x, HessianForm form, HessianBlock
   }
   if (form == HessianForm::kConvex) return;
   s.make_edges();
-  for (std::size_t lane = 0; lane < s.volumes.size(); ++lane) {
-    s.volumes[lane] = s.mean(s.tension, lane) / 6.0;
-  }
+  s.set_lane_means();
   std::vector<Vector3> arms(s.edges.size());
   parallel_for(static_cast<Index>(s.edges.size()), kGrain, [&](Index begin, Index end) {
     for (Index edge = begin; edge < end; ++edge) {
@@ -693,7 +714,7 @@ void NodalVolume::add_hessian(const Positions& x, HessianForm form, HessianBlock
         const Impl::EdgePart& part = s.edge_parts[k];
         arm += s.volumes[static_cast<std::size_t>(part.lane)] * difference(x, part.k, part.l);
       }
-      arms[i] = arm;
+      arms[i] = arm / 6.0;
     }
   });
   for (std::size_t i = 0; i < arms.size(); ++i) {

@@ -1,7 +1,9 @@
 #include "tetraction/dynamics/surface_pressure.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
 #include <utility>
 
@@ -19,30 +21,114 @@ Matrix3 cross_matrix(const Vector3& a) {
   return m;
 }
 
-// The edges of the triangles that have no opposite edge.
-std::vector<std::array<Index, 2>> rim_of(const std::vector<std::array<Index, 3>>& triangles) {
-  std::set<std::array<Index, 2>> edges;
-  for (const auto& triangle : triangles) {
-    for (std::size_t i = 0; i < 3; ++i) edges.insert({triangle[i], triangle[(i + 1) % 3]});
-  }
-  std::vector<std::array<Index, 2>> rim;
-  for (const auto& edge : edges) {
-    if (!edges.contains({edge[1], edge[0]})) rim.push_back(edge);
-  }
-  return rim;
+// The volume of the cones to a quadratic face, ⅓ ∫ x·(∂x/∂ξ × ∂x/∂η) dξ dη with x = Σ N_a x_a, is a sum
+// over triples of its nodes: Σ w x_a·(x_b × x_c)/6. These are 15 w.
+struct NodeTriple {
+  std::array<std::size_t, 3> nodes;
+  double weight;
+};
+constexpr std::array<NodeTriple, 20> kFaceTriples{{
+    {{0, 1, 2}, 2},  {{0, 1, 3}, 3},  {{0, 1, 4}, -5}, {{0, 1, 5}, -5},  {{0, 2, 3}, 5},
+    {{0, 2, 4}, 5},  {{0, 2, 5}, -3}, {{0, 3, 4}, 4},  {{0, 3, 5}, 24},  {{0, 4, 5}, 4},
+    {{1, 2, 3}, -5}, {{1, 2, 4}, 3},  {{1, 2, 5}, -5}, {{1, 3, 4}, -24}, {{1, 3, 5}, -4},
+    {{1, 4, 5}, 4},  {{2, 3, 4}, 4},  {{2, 3, 5}, -4}, {{2, 4, 5}, -24}, {{3, 4, 5}, 16},
+}};
+
+// Along the edge of a rim with the nodes u, v and m in its middle, the force on node a is
+// Σ w x_b × x_c/6 over the pairs (b, c) of nodes, with w = 2 ∫ N_a (N_b N_c' − N_c N_b') ds. The volume
+// alone has the sum over a of these weights, half of it at b and half at c. These are 15 w.
+struct RimProduct {
+  std::size_t from, to;  // among u, v, m
+  double weight;         // of the volume
+  std::array<double, 3> node_weights;
+};
+constexpr std::array<RimProduct, 3> kRimProducts{{
+    {0, 1, -5.0, {-3.0, -3.0, -4.0}},
+    {0, 2, 20.0, {18.0, -2.0, 24.0}},
+    {2, 1, 20.0, {-2.0, 18.0, 24.0}},
+}};
+constexpr double kDivisor = 15.0;
+
+// p at `at`, Pa.
+double pressure_at(const PressureLoad& load, const ForcePoint& at) {
+  return load.value * factor_at(load.history, at);
 }
 
-// The point nearest to `center` that lies in the planes in which vertices of the rim are held.
-Vector3 origin_of(const std::vector<std::array<Index, 2>>& rim, const Vector3& center,
-                  const Vector& rest, const FreeCoordinates& coordinates) {
+}  // namespace
+
+std::vector<SurfacePressure::Triangle> SurfacePressure::triangles_of(const PressureLoad& load) {
+  std::vector<Triangle> triangles;
+  for (const auto& triangle : load.triangles) triangles.push_back({triangle, 1.0});
+  for (const auto& face : load.quadratic_faces) {
+    for (const auto& [nodes, weight] : kFaceTriples) {
+      triangles.push_back({{face[nodes[0]], face[nodes[1]], face[nodes[2]]}, weight / kDivisor});
+    }
+  }
+  return triangles;
+}
+
+// The edges of the rim are those without an opposite edge.
+void SurfacePressure::add_rim(const PressureLoad& load, Surface& surface) {
+  struct Edge {
+    int count = 0;  // of the directed edges from the smaller to the larger number, minus the others
+    Index middle = -1;  // of a quadratic element
+  };
+  std::map<std::array<Index, 2>, Edge> edges;
+  const auto add = [&](Index from, Index to, Index middle) {
+    Edge& edge = edges[{std::min(from, to), std::max(from, to)}];
+    edge.count += from < to ? 1 : -1;
+    edge.middle = middle;
+  };
+  for (const auto& triangle : load.triangles) {
+    for (std::size_t i = 0; i < 3; ++i) add(triangle[i], triangle[(i + 1) % 3], -1);
+  }
+  for (const auto& face : load.quadratic_faces) {
+    for (std::size_t i = 0; i < 3; ++i) add(face[i], face[(i + 1) % 3], face[i + 3]);
+  }
+  for (const auto& [ends, edge] : edges) {
+    const double count = edge.count;
+    const auto& [u, v] = ends;
+    if (edge.count == 0) continue;
+    if (edge.middle < 0) {
+      for (const Index vertex : ends) {
+        surface.of_gradient.push_back({vertex, u, v, count});
+        surface.of_load.push_back({vertex, u, v, count});
+      }
+      continue;
+    }
+    const std::array<Index, 3> nodes{u, v, edge.middle};
+    for (const RimProduct& product : kRimProducts) {
+      const Index from = nodes[product.from];
+      const Index to = nodes[product.to];
+      for (const Index vertex : {from, to}) {
+        surface.of_gradient.push_back({vertex, from, to, count * product.weight / kDivisor});
+      }
+      for (std::size_t a = 0; a < 3; ++a) {
+        surface.of_load.push_back({nodes[a], from, to, count * product.node_weights[a] / kDivisor});
+      }
+    }
+  }
+}
+
+// The point nearest to the center of the surface that lies in the planes in which vertices of the rim
+// are held.
+Vector3 SurfacePressure::origin_of(const Surface& surface, const Vector& rest,
+                                   const FreeCoordinates& coordinates) {
+  Vector3 center = Vector3::Zero();
+  for (const auto& [vertices, weight] : surface.triangles) {
+    for (const Index v : vertices) center += vertex_block(rest, v);
+  }
+  center /= 3.0 * static_cast<double>(surface.triangles.size());
+  std::set<Index> of_rim;
+  for (const RimTerm& term : surface.of_load) of_rim.insert(term.vertex);
   Matrix3 normals = Matrix3::Zero();
   Vector3 right = Vector3::Zero();
-  for (const auto& edge : rim) {
-    const FreeCoordinates::VertexMap map = coordinates.map(edge[0]);
-    if (map.count != 2 || coordinates.set_of(edge[0]) >= 0) continue;
+  for (const Index v : of_rim) {
+    const FreeCoordinates::VertexMap map = coordinates.map(v);
+    if (map.count != 2 || coordinates.set_of(v) >= 0) continue;
     const Vector3 normal = Vector3(map.columns.col(0)).cross(Vector3(map.columns.col(1)));
     normals += normal * normal.transpose();
-    right += normal * normal.dot(vertex_block(rest, edge[0]) - center);
+    right += normal * normal.dot(vertex_block(rest, v) - center);
   }
   const SymmetricEigen3 eigen = symmetric_eigen(normals);
   Vector3 origin = center;
@@ -54,27 +140,21 @@ Vector3 origin_of(const std::vector<std::array<Index, 2>>& rim, const Vector3& c
   return origin;
 }
 
-// p at `at`, Pa.
-double pressure_at(const PressureLoad& load, const ForcePoint& at) {
-  return load.value * factor_at(load.history, at);
-}
-
-// V_o at positions x.
-double cone_volume(const PressureLoad& load, const Vector3& o, const Vector& x) {
+double SurfacePressure::cone_volume(const Surface& surface, const Vector3& o, const Vector& x) {
   double volume = 0.0;
-  for (const auto& [a, b, c] : load.triangles) {
-    volume += (vertex_block(x, a) - o)
-                  .dot((vertex_block(x, b) - o).cross(Vector3(vertex_block(x, c) - o))) /
-              6.0;
+  for (const auto& [v, weight] : surface.triangles) {
+    volume += weight / 6.0 *
+              (vertex_block(x, v[0]) - o)
+                  .dot((vertex_block(x, v[1]) - o).cross(Vector3(vertex_block(x, v[2]) - o)));
   }
   return volume;
 }
 
-// V_o(to) − V_o(from) without cancellation of the volumes.
-double cone_volume_change(const PressureLoad& load, const Vector3& o, const Vector& from,
-                          const Vector& to) {
+double SurfacePressure::cone_volume_change(const Surface& surface, const Vector3& o,
+                                           const Vector& from, const Vector& to) {
   double change = 0.0;
-  for (const auto& [a, b, c] : load.triangles) {
+  for (const auto& [v, weight] : surface.triangles) {
+    const auto& [a, b, c] = v;
     const Vector3 a0 = vertex_block(from, a) - o;
     const Vector3 b0 = vertex_block(from, b) - o;
     const Vector3 b1 = vertex_block(to, b) - o;
@@ -82,32 +162,31 @@ double cone_volume_change(const PressureLoad& load, const Vector3& o, const Vect
     const Vector3 da = vertex_block(to, a) - vertex_block(from, a);
     const Vector3 db = vertex_block(to, b) - vertex_block(from, b);
     const Vector3 dc = vertex_block(to, c) - vertex_block(from, c);
-    change += (da.dot(b1.cross(c1)) + a0.dot(db.cross(c1)) + a0.dot(b0.cross(dc))) / 6.0;
+    change += weight / 6.0 * (da.dot(b1.cross(c1)) + a0.dot(db.cross(c1)) + a0.dot(b0.cross(dc)));
   }
   return change;
 }
 
-}  // namespace
+Vector3 SurfacePressure::rim_vector(const RimTerm& term, const Vector3& o, const Vector& x) {
+  return term.weight / 6.0 *
+         (vertex_block(x, term.u) - o).cross(Vector3(vertex_block(x, term.v) - o));
+}
 
 SurfacePressure::SurfacePressure(std::vector<PressureLoad> loads, const Vector& rest,
                                  const FreeCoordinates& coordinates)
     : loads_(std::move(loads)) {
   for (const PressureLoad& load : loads_) {
     Surface surface;
-    surface.rim = rim_of(load.triangles);
-    Vector3 center = Vector3::Zero();
-    for (const auto& triangle : load.triangles) {
-      for (const Index v : triangle) center += vertex_block(rest, v);
-    }
-    center /= 3.0 * static_cast<double>(load.triangles.size());
-    surface.origin = origin_of(surface.rim, center, rest, coordinates);
+    surface.triangles = triangles_of(load);
+    add_rim(load, surface);
+    surface.origin = origin_of(surface, rest, coordinates);
     surfaces_.push_back(std::move(surface));
   }
 }
 
 bool SurfacePressure::has_load() const {
   for (const Surface& surface : surfaces_) {
-    if (!surface.rim.empty()) return true;
+    if (!surface.of_load.empty()) return true;
   }
   return false;
 }
@@ -115,14 +194,10 @@ bool SurfacePressure::has_load() const {
 double SurfacePressure::energy(const ForcePoint& at) const {
   double energy = 0.0;
   for (std::size_t i = 0; i < loads_.size(); ++i) {
-    energy += pressure_at(loads_[i], at) * cone_volume(loads_[i], surfaces_[i].origin, at.position);
+    energy +=
+        pressure_at(loads_[i], at) * cone_volume(surfaces_[i], surfaces_[i].origin, at.position);
   }
   return energy;
-}
-
-double SurfacePressure::volume_change(std::size_t load, const Vector& from,
-                                      const Vector& to) const {
-  return cone_volume_change(loads_[load], surfaces_[load].origin, from, to);
 }
 
 double SurfacePressure::energy_change(const ForcePoint& from, const ForcePoint& to) const {
@@ -130,9 +205,10 @@ double SurfacePressure::energy_change(const ForcePoint& from, const ForcePoint& 
   for (std::size_t i = 0; i < loads_.size(); ++i) {
     const double before = pressure_at(loads_[i], from);
     const double after = pressure_at(loads_[i], to);
-    change += after * volume_change(i, from.position, to.position);
+    change +=
+        after * cone_volume_change(surfaces_[i], surfaces_[i].origin, from.position, to.position);
     if (after != before) {
-      change += (after - before) * cone_volume(loads_[i], surfaces_[i].origin, from.position);
+      change += (after - before) * cone_volume(surfaces_[i], surfaces_[i].origin, from.position);
     }
   }
   return change;
@@ -144,20 +220,17 @@ void SurfacePressure::add_gradient(const ForcePoint& at, Vector& gradient) const
     if (pressure == 0.0) continue;
     // The forces of the triangles themselves, whose sum is zero over a closed surface, and minus
     // those of the rim.
-    for (const auto& [a, b, c] : loads_[i].triangles) {
+    for (const auto& [vertices, weight] : surfaces_[i].triangles) {
+      const auto& [a, b, c] = vertices;
       const Vector3 x = vertex_block(at.position, a);
       const Vector3 area =
           (vertex_block(at.position, b) - x).cross(Vector3(vertex_block(at.position, c) - x));
-      const Vector3 share = pressure / 6.0 * area;
-      for (const Index v : {a, b, c}) vertex_block(gradient, v) += share;
+      const Vector3 share = pressure * weight / 6.0 * area;
+      for (const Index v : vertices) vertex_block(gradient, v) += share;
     }
     const Vector3& o = surfaces_[i].origin;
-    for (const auto& [u, w] : surfaces_[i].rim) {
-      const Vector3 share =
-          pressure / 6.0 *
-          (vertex_block(at.position, u) - o).cross(Vector3(vertex_block(at.position, w) - o));
-      vertex_block(gradient, u) -= share;
-      vertex_block(gradient, w) -= share;
+    for (const RimTerm& term : surfaces_[i].of_gradient) {
+      vertex_block(gradient, term.vertex) -= pressure * rim_vector(term, o, at.position);
     }
   }
 }
@@ -171,12 +244,12 @@ void SurfacePressure::add_hessian(const ForcePoint& at, HessianForm form,
     const double pressure = pressure_at(loads_[i], at);
     if (pressure == 0.0) continue;
     const Vector3& o = surfaces_[i].origin;
-    for (const auto& triangle : loads_[i].triangles) {
+    for (const auto& [v, weight] : surfaces_[i].triangles) {
       for (std::size_t k = 0; k < 3; ++k) {
         // a·(b × c): the derivative b × c with respect to a has the derivative −[c]× with respect
         // to b.
-        const Vector3 c = vertex_block(at.position, triangle[(k + 2) % 3]) - o;
-        hessian.add_pair(triangle[k], triangle[(k + 1) % 3], -pressure / 6.0 * cross_matrix(c));
+        const Vector3 c = vertex_block(at.position, v[(k + 2) % 3]) - o;
+        hessian.add_pair(v[k], v[(k + 1) % 3], -pressure * weight / 6.0 * cross_matrix(c));
       }
     }
   }
@@ -192,27 +265,29 @@ void SurfacePressure::add_discrete_gradient(const ForcePoint& from, const ForceP
   for (std::size_t i = 0; i < loads_.size(); ++i) {
     const double pressure = pressure_at(loads_[i], at);
     if (pressure == 0.0) continue;
-    if (!surfaces_[i].rim.empty()) {
-      for (const auto& [a, b, c] : loads_[i].triangles) {
+    if (!surfaces_[i].of_load.empty()) {
+      for (const auto& [vertices, weight] : surfaces_[i].triangles) {
+        const auto& [a, b, c] = vertices;
+        const double factor = pressure * weight / 18.0;
         const Vector3 da = vertex_block(half, a);
         const Vector3 db = vertex_block(half, b);
         const Vector3 dc = vertex_block(half, c);
-        vertex_block(gradient, a) += pressure / 18.0 * db.cross(dc);
-        vertex_block(gradient, b) += pressure / 18.0 * dc.cross(da);
-        vertex_block(gradient, c) += pressure / 18.0 * da.cross(db);
+        vertex_block(gradient, a) += factor * db.cross(dc);
+        vertex_block(gradient, b) += factor * dc.cross(da);
+        vertex_block(gradient, c) += factor * da.cross(db);
       }
       continue;
     }
     std::vector<bool> acts(static_cast<std::size_t>(from.mass.size()));
-    for (const auto& triangle : loads_[i].triangles) {
-      for (const Index v : triangle) acts[static_cast<std::size_t>(v)] = true;
+    for (const auto& [vertices, weight] : surfaces_[i].triangles) {
+      for (const Index v : vertices) acts[static_cast<std::size_t>(v)] = true;
     }
     const Vector along = without_rigid_motion(middle, half, acts);
     const double square = along.squaredNorm();
     if (!(square > 0.0)) continue;
     // V_0(Δq/2). It vanishes for the rigid part ω × x + t of Δq/2, whose map is singular.
     const Vector rigid = half - along;
-    const double volume = cone_volume_change(loads_[i], Vector3::Zero(), rigid, half);
+    const double volume = cone_volume_change(surfaces_[i], Vector3::Zero(), rigid, half);
     gradient += pressure * volume / square * along;
   }
 }
@@ -224,7 +299,7 @@ double SurfacePressure::driven_work(const ForcePoint& from, const ForcePoint& to
   double work = energy_change(from, to);
   for (std::size_t i = 0; i < loads_.size(); ++i) {
     work -= loads_[i].value * loads_[i].history.mean(step) *
-            volume_change(i, from.position, to.position);
+            cone_volume_change(surfaces_[i], surfaces_[i].origin, from.position, to.position);
   }
   return work;
 }
@@ -232,28 +307,26 @@ double SurfacePressure::driven_work(const ForcePoint& from, const ForcePoint& to
 void SurfacePressure::add_load(const ForcePoint& at, Vector& force) const {
   for (std::size_t i = 0; i < loads_.size(); ++i) {
     const double pressure = pressure_at(loads_[i], at);
-    const Vector3& o = surfaces_[i].origin;
-    for (const auto& [u, w] : surfaces_[i].rim) {
-      const Vector3 share =
-          -pressure / 6.0 *
-          (vertex_block(at.position, u) - o).cross(Vector3(vertex_block(at.position, w) - o));
-      vertex_block(force, u) += share;
-      vertex_block(force, w) += share;
+    for (const RimTerm& term : surfaces_[i].of_load) {
+      vertex_block(force, term.vertex) -=
+          pressure * rim_vector(term, surfaces_[i].origin, at.position);
     }
   }
 }
 
 void SurfacePressure::add_load_stiffness(const ForcePoint& at, HessianBlocks& stiffness) const {
-  // The force −p (u − o) × (w − o)/6 at both ends of u → w has minus the derivatives −p [w − o]×/6
-  // with respect to u and p [u − o]×/6 with respect to w. The blocks of a vertex with itself are
-  // skew-symmetric; what remains couples the two ends.
+  // The force −p w (u − o) × (v − o)/6 at a vertex has minus the derivatives −p w [v − o]×/6 with
+  // respect to u and p w [u − o]×/6 with respect to v. The blocks of a vertex with itself are
+  // skew-symmetric, and half of each of the others is in the symmetric part.
   for (std::size_t i = 0; i < loads_.size(); ++i) {
     const double pressure = pressure_at(loads_[i], at);
     if (pressure == 0.0) continue;
     const Vector3& o = surfaces_[i].origin;
-    for (const auto& [u, w] : surfaces_[i].rim) {
-      const Vector3 arms = (vertex_block(at.position, u) - o) + (vertex_block(at.position, w) - o);
-      stiffness.add_pair(u, w, pressure / 12.0 * cross_matrix(arms));
+    for (const auto& [vertex, u, v, weight] : surfaces_[i].of_load) {
+      const double factor = pressure * weight / 12.0;
+      const auto arm = [&](Index end) -> Vector3 { return vertex_block(at.position, end) - o; };
+      if (vertex != u) stiffness.add_pair(vertex, u, -factor * cross_matrix(arm(v)));
+      if (vertex != v) stiffness.add_pair(vertex, v, factor * cross_matrix(arm(u)));
     }
   }
 }

@@ -17,6 +17,7 @@
 #include "isotropic_model.h"
 #include "kernels/element_kernels.h"
 #include "kernels/tangent_kernels.h"
+#include "kernels/volume_kernels.h"
 #include "tetraction/core/error.h"
 #include "tetraction/core/parallel.h"
 
@@ -252,8 +253,9 @@ struct ElasticPotential::Impl {
   }
 
   // Computes the energies of all blocks and, if `with_gradient` is true, the records of their
-  // gradients. Returns whether the energy is defined in all elements.
-  bool run_blocks(const Positions& q, bool with_gradient) {
+  // gradients, with tensions of the lanes unless they are null. Returns whether the energy is defined
+  // in all elements.
+  bool run_blocks(const Positions& q, bool with_gradient, const double* tensions = nullptr) {
     if (with_gradient)
       records.resize(static_cast<std::size_t>(ElementBlocks::kRecordSize * blocks.record_count()));
     std::atomic<bool> admissible{true};
@@ -262,10 +264,10 @@ struct ElasticPotential::Impl {
         const ElementBlocks::Block& block = blocks.block(b);
         const BlockSums sums =
             with_gradient
-                ? blocks.sum_local(block,
-                                   records.data() + ElementBlocks::kRecordSize * block.first_record,
-                                   [&](double* gradients) { return run_block(b, q, gradients); })
-                : run_block(b, q, nullptr);
+                ? blocks.sum_local(
+                      block, records.data() + ElementBlocks::kRecordSize * block.first_record,
+                      [&](double* gradients) { return run_block(b, q, gradients, tensions); })
+                : run_block(b, q, nullptr, nullptr);
         energies[static_cast<std::size_t>(b)] = sums.energy;
         if (!sums.admissible) admissible = false;
       }
@@ -283,17 +285,21 @@ struct ElasticPotential::Impl {
     return block.aspect > (has_metric ? 12.0 : 50.0);
   }
 
-  BlockSums run_block(Index b, const Positions& q, double* gradients) const {
+  BlockSums run_block(Index b, const Positions& q, double* gradients,
+                      const double* tensions) const {
     const ElementBlocks::Block& block = blocks.block(b);
     const std::optional<IsotropicModel> model = isotropic_model(field(block).model());
-    if (!model || (q.displacement() != nullptr && loses_digits(block, *model))) {
-      return scalar_block(block, q, gradients,
+    const bool is_scalar = !model || (q.displacement() != nullptr && loses_digits(block, *model));
+    BlockSums sums;
+    if (is_scalar) {
+      sums = scalar_block(block, q, gradients,
                           [&](Index i, const Shape::NodeMatrix& local, const auto& m,
                               double& energy) -> Shape::NodeMatrix {
                             const auto point = rest.point(i);
                             energy += element_energy<Shape>(point, m, local);
                             return element_gradient<Shape>(point, m, local);
                           });
+      if (tensions == nullptr) return sums;
     }
     thread_local AlignedVector<double> positions;
     positions.resize(ElementBlocks::local_size(block));
@@ -304,9 +310,15 @@ struct ElasticPotential::Impl {
       blocks.load_displacements(block, q.displacement()->data(), displacements.data());
     }
     const double* displacement = q.displacement() == nullptr ? nullptr : displacements.data();
+    BatchView view = batches(b);
+    if (tensions != nullptr) view.tensions = tensions + block.first_batch * kBatchLanes;
+    if (is_scalar) {
+      add_volume_gradient(view, positions.data(), displacement, gradients);
+      return sums;
+    }
     return gradients == nullptr
-               ? elastic_energy(batches(b), *model, positions.data(), displacement)
-               : elastic_gradient(batches(b), *model, positions.data(), displacement, gradients);
+               ? elastic_energy(view, *model, positions.data(), displacement)
+               : elastic_gradient(view, *model, positions.data(), displacement, gradients);
   }
 
   void add_block_hessian(Index b, const Positions& q, const SparsityPattern& pattern,
@@ -361,6 +373,14 @@ struct ElasticPotential::Impl {
     double sum = 0.0;
     for (const double energy : energies) sum += energy;
     return sum;
+  }
+
+  EvaluationStatus value_and_gradient(const Positions& q, const double* tensions, double& energy,
+                                      Vector& gradient) {
+    if (!run_blocks(q, true, tensions)) return failure(q);
+    energy = total_energy();
+    blocks.sum_records(records, gradient);
+    return {};
   }
 
   // Finds the first element where the energy is not defined, after a block reported that there is
@@ -437,10 +457,13 @@ EvaluationStatus ElasticPotential::value(const Positions& q, double& energy) con
 
 EvaluationStatus ElasticPotential::value_and_gradient(const Positions& q, double& energy,
                                                       Vector& gradient) const {
-  if (!impl_->run_blocks(q, true)) return impl_->failure(q);
-  energy = impl_->total_energy();
-  impl_->blocks.sum_records(impl_->records, gradient);
-  return {};
+  return impl_->value_and_gradient(q, nullptr, energy, gradient);
+}
+EvaluationStatus BlockAccess::value_and_gradient(const ElasticPotential& elastic,
+                                                 const Positions& q,
+                                                 const AlignedVector<double>& tensions,
+                                                 double& energy, Vector& gradient) {
+  return elastic.impl_->value_and_gradient(q, tensions.data(), energy, gradient);
 }
 
 // Blocks of one colour share no vertex. The colours are processed one after the other.

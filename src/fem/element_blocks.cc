@@ -158,8 +158,8 @@ void ElementBlocks::set_lane(const RestState& rest, Index batch, int lane, Index
     slots_[(4 * static_cast<std::size_t>(batch) + a) * kBatchLanes +
            static_cast<std::size_t>(lane)] = static_cast<std::uint16_t>(kRecordSize * records[a]);
   }
-  Matrix3 vg = Matrix3::Identity() / 6.0;
-  double six_volume = 1.0;
+  Matrix3 vg = kPaddingEdge / 6.0 * Matrix3::Identity();
+  double six_volume = kPaddingEdge * kPaddingEdge * kPaddingEdge;
   if (point >= 0) {
     const auto& data = rest.point(point);
     const auto inverse_transpose = data.gradients[0].rightCols<3>();  // D_m⁻ᵀ

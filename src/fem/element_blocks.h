@@ -122,7 +122,7 @@ class ElementBlocks {
   }
 
   /// Fills the local records of the block from a field with 3 numbers per vertex. Padding elements
-  /// get the nodes of a unit tetrahedron.
+  /// get the nodes of a tetrahedron at rest that is too small to matter.
   template <class T, class Source>
   void load_records(const Block& block, const Source* field, T* records) const {
     const std::int32_t* vertex = record_vertex_.data() + block.first_record;
@@ -218,6 +218,9 @@ class ElementBlocks {
   // and four of padding. One for each lane, because lanes that add to the same record wait for one
   // another.
   static constexpr Index kFirstEdge = kBatchLanes;
+  // The length of the edges of padding elements, m. The energy of their round-off is in the sum of all
+  // energies, and must be far below that of real elements.
+  static constexpr double kPaddingEdge = 0x1p-30;
 
   bool is_padded(const Block& block) const {
     return block.batch_count * kBatchLanes > points_ * block.element_count;
@@ -253,12 +256,12 @@ class ElementBlocks {
   template <bool kAdd>
   void gather(const AlignedVector<double>& records, Vector& field) const;
 
-  // Sets the last four records of the block to the nodes of the padding elements, which are unit
+  // Sets the last four records of the block to the nodes of the padding elements, which are small
   // tetrahedra at rest.
   template <class T>
   static void fill_padding(T* end) {
     for (T* r = end - 4 * kRecordSize; r != end; ++r) *r = T(0);
-    for (int k = 0; k < 3; ++k) end[(k - 3) * kRecordSize + k] = T(1);
+    for (int k = 0; k < 3; ++k) end[(k - 3) * kRecordSize + k] = T(kPaddingEdge);
   }
   void add_block(const RestState& rest, const std::vector<Index>& order, Index begin, Index end,
                  int material, std::vector<std::int32_t>& record_of_vertex);
@@ -284,6 +287,11 @@ struct BlockAccess {
   static const ElementBlocks& blocks(const ElasticPotential& elastic);
   /// The batches of a block with the parameters of their material.
   static BatchView batches(const ElasticPotential& elastic, Index block);
+  /// ElasticPotential::value_and_gradient() with the gradient of W + Σ t_e v_e instead: t, Pa, is a
+  /// tension for every lane of all batches, and v_e are the present volumes of the elements.
+  static EvaluationStatus value_and_gradient(const ElasticPotential& elastic, const Positions& q,
+                                             const AlignedVector<double>& tensions, double& energy,
+                                             Vector& gradient);
   /// The energy of a block at the positions where W was evaluated last, J.
   static double energy(const ElasticPotential& elastic, Index block);
   /// The blocks by colour. No two blocks of a colour share a free coordinate of the pattern.

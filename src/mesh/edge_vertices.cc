@@ -29,7 +29,7 @@ void add_middles(const TetMesh& mesh, const EdgeVertices& edges,
       add(b, c);
       add(c, a);
     }
-  } else {
+  } else if (group.dimension == 1) {
     const std::vector<Index> own = group.vertices;
     for (const auto& [a, b] : ends) {
       if (std::binary_search(own.begin(), own.end(), a) &&

@@ -91,7 +91,7 @@ ExternalForce make_dead_load(const ForceSettings& load, const MechanicalSystem& 
         const std::vector<Index> tetrahedra = select_tetrahedra(mesh, load.select);
         return load.acceleration
                    ? distributed_force(mass_distribution(system, tetrahedra), *load.acceleration)
-                   : distributed_force(volume_distribution(mesh, tetrahedra), load.vector);
+                   : distributed_force(volume_distribution(system, tetrahedra), load.vector);
       }
       case LoadKind::kForce:
       case LoadKind::kPressure:
@@ -117,10 +117,16 @@ ExternalForce make_dead_load(const ForceSettings& load, const MechanicalSystem& 
 PressureLoad make_pressure(const ForceSettings& load, const MechanicalSystem& system,
                            const AmplitudeList& amplitudes) {
   PressureLoad pressure;
-  // The face of a quadratic element counts as four flat triangles between its vertices.
-  pressure.triangles = EdgeVertices(system.mesh()).divide(at_place(load, [&] {
-    return select_triangles(system.mesh(), load.select);
-  }));
+  const EdgeVertices edges(system.mesh());
+  const auto faces = at_place(load, [&] { return select_triangles(system.mesh(), load.select); });
+  for (const auto& face : faces) {
+    const std::vector<Index> v = edges.of_face(face);
+    if (v.size() == 6) {
+      pressure.quadratic_faces.push_back({v[0], v[1], v[2], v[3], v[4], v[5]});
+    } else {
+      pressure.triangles.push_back(face);
+    }
+  }
   pressure.value = load.value;
   pressure.history = make_history(load, amplitudes);
   return pressure;

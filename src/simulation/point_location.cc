@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <limits>
+#include <optional>
 
 #include "tetraction/core/error.h"
 
@@ -14,13 +15,20 @@ namespace {
 // A point on the boundary is outside by round-off. The limit of the barycentric coordinates is this.
 constexpr double kOutside = -1e-9;
 
-std::array<Vector3, 4> corners_of(const TetMesh& mesh, Index e) {
-  std::array<Vector3, 4> corners;
-  const auto tetrahedron = mesh.tetrahedra[static_cast<std::size_t>(e)];
-  for (std::size_t a = 0; a < 4; ++a) {
-    corners[a] = mesh.vertices[static_cast<std::size_t>(tetrahedron[a])];
+// The nodes of an element at rest: four, or ten with those in the middles of the edges
+// 01, 12, 02, 03, 13, 23.
+std::vector<Vector3> nodes_of(const TetMesh& mesh, Index e) {
+  const auto i = static_cast<std::size_t>(e);
+  std::vector<Vector3> nodes;
+  for (const Index v : mesh.tetrahedra[i]) {
+    nodes.push_back(mesh.vertices[static_cast<std::size_t>(v)]);
   }
-  return corners;
+  if (mesh.is_quadratic()) {
+    for (const Index v : mesh.edge_vertices[i]) {
+      nodes.push_back(mesh.vertices[static_cast<std::size_t>(v)]);
+    }
+  }
+  return nodes;
 }
 
 // Six times the signed volume.
@@ -28,7 +36,7 @@ double triple(const Vector3& a, const Vector3& b, const Vector3& c) {
   return a.dot(b.cross(c));
 }
 
-std::array<double, 4> barycentric(const std::array<Vector3, 4>& x, const Vector3& point) {
+std::array<double, 4> barycentric(const std::vector<Vector3>& x, const Vector3& point) {
   const Vector3 r = point - x[0];
   const Vector3 e1 = x[1] - x[0];
   const Vector3 e2 = x[2] - x[0];
@@ -40,22 +48,89 @@ std::array<double, 4> barycentric(const std::array<Vector3, 4>& x, const Vector3
   return {1.0 - w1 - w2 - w3, w1, w2, w3};
 }
 
-bool is_in_box(const std::array<Vector3, 4>& x, const Vector3& point) {
-  const Vector3 low = x[0].cwiseMin(x[1]).cwiseMin(x[2]).cwiseMin(x[3]);
-  const Vector3 high = x[0].cwiseMax(x[1]).cwiseMax(x[2]).cwiseMax(x[3]);
-  const double room = 1e-6 * (high - low).maxCoeff();
+// ∂x/∂L_j of x = Σ N_a x_a.
+std::array<Vector3, 4> derivatives(const std::vector<Vector3>& x, const std::array<double, 4>& l) {
+  std::array<Vector3, 4> d;
+  for (std::size_t j = 0; j < 4; ++j) d[j] = (4.0 * l[j] - 1.0) * x[j];
+  for (std::size_t k = 0; k < kTetrahedronEdges.size(); ++k) {
+    const auto& [i, j] = kTetrahedronEdges[k];
+    d[i] += 4.0 * l[j] * x[k + 4];
+    d[j] += 4.0 * l[i] * x[k + 4];
+  }
+  return d;
+}
+
+// Barycentric coordinates of a point of an element with ten nodes: Newton's method for x(L) = point.
+// Nothing if it does not converge, as far outside.
+std::optional<std::array<double, 4>> curved_coordinates(const std::vector<Vector3>& x,
+                                                        const Vector3& point) {
+  constexpr int kIterations = 50;
+  constexpr double kFar = 2.0;
+  const double size = std::max({(x[1] - x[0]).norm(), (x[2] - x[0]).norm(), (x[3] - x[0]).norm()});
+  std::array<double, 4> l = barycentric(x, point);
+  for (double& own : l) own = std::clamp(own, -kFar, kFar);
+  for (int i = 0; i < kIterations; ++i) {
+    const std::vector<double> n = shape_functions(l, x.size());
+    Vector3 rest = point;
+    for (std::size_t a = 0; a < x.size(); ++a) rest -= n[a] * x[a];
+    const std::array<Vector3, 4> d = derivatives(x, l);
+    const Vector3 e1 = d[1] - d[0];
+    const Vector3 e2 = d[2] - d[0];
+    const Vector3 e3 = d[3] - d[0];
+    const double volume = triple(e1, e2, e3);
+    const std::array<double, 3> change{triple(rest, e2, e3) / volume, triple(e1, rest, e3) / volume,
+                                       triple(e1, e2, rest) / volume};
+    for (std::size_t k = 0; k < 3; ++k) {
+      l[k + 1] += change[k];
+      l[0] -= change[k];
+    }
+    const double largest = *std::max_element(l.begin(), l.end());
+    if (!(largest < 2.0 * kFar)) return std::nullopt;
+    if (rest.norm() <= 1e-14 * size) return l;
+    const double step = std::max({std::abs(change[0]), std::abs(change[1]), std::abs(change[2])});
+    if (step <= 1e-13) return l;
+  }
+  return std::nullopt;
+}
+
+bool is_in_box(const std::vector<Vector3>& x, const Vector3& point) {
+  Vector3 low = x[0];
+  Vector3 high = x[0];
+  for (const Vector3& node : x) {
+    low = low.cwiseMin(node);
+    high = high.cwiseMax(node);
+  }
+  // A curved edge may leave the box of its nodes by an eighth of its length.
+  const double room = (x.size() > 4 ? 0.25 : 1e-6) * (high - low).maxCoeff();
   return ((point - low).array() >= -room).all() && ((high - point).array() >= -room).all();
+}
+
+// Distance from the surface of an element, whose curved faces count as four triangles each.
+double distance_to_element(const Vector3& point, const std::vector<Vector3>& x) {
+  constexpr std::array<std::array<std::size_t, 6>, 4> kFaces{
+      {{0, 1, 2, 4, 5, 6}, {0, 1, 3, 4, 8, 7}, {0, 2, 3, 6, 9, 7}, {1, 2, 3, 5, 9, 8}}};
+  double least = std::numeric_limits<double>::infinity();
+  const auto take = [&](std::size_t a, std::size_t b, std::size_t c) {
+    least = std::min(least, distance_to_triangle(point, x[a], x[b], x[c]));
+  };
+  for (const auto& [a, b, c, ab, bc, ca] : kFaces) {
+    if (x.size() == 4) {
+      take(a, b, c);
+      continue;
+    }
+    take(a, ab, ca);
+    take(ab, b, bc);
+    take(ca, bc, c);
+    take(ab, bc, ca);
+  }
+  return least;
 }
 
 [[noreturn]] void refuse_outside(const TetMesh& mesh, const Vector3& point) {
   double least = std::numeric_limits<double>::infinity();
   Index nearest = 0;
   for (Index e = 0; e < mesh.tetrahedron_count(); ++e) {
-    const std::array<Vector3, 4> x = corners_of(mesh, e);
-    const double distance = std::min({distance_to_triangle(point, x[0], x[1], x[2]),
-                                      distance_to_triangle(point, x[0], x[1], x[3]),
-                                      distance_to_triangle(point, x[0], x[2], x[3]),
-                                      distance_to_triangle(point, x[1], x[2], x[3])});
+    const double distance = distance_to_element(point, nodes_of(mesh, e));
     if (distance < least) {
       least = distance;
       nearest = e;
@@ -110,13 +185,15 @@ PointInMesh locate(const TetMesh& mesh, const Vector3& point) {
   PointInMesh found;
   double deepest = -std::numeric_limits<double>::infinity();
   for (Index e = 0; e < mesh.tetrahedron_count(); ++e) {
-    const std::array<Vector3, 4> x = corners_of(mesh, e);
+    const std::vector<Vector3> x = nodes_of(mesh, e);
     if (!is_in_box(x, point)) continue;
-    const std::array<double, 4> weights = barycentric(x, point);
-    const double depth = *std::min_element(weights.begin(), weights.end());
+    const auto weights =
+        x.size() > 4 ? curved_coordinates(x, point) : std::optional(barycentric(x, point));
+    if (!weights) continue;
+    const double depth = *std::min_element(weights->begin(), weights->end());
     if (depth <= deepest) continue;
     deepest = depth;
-    found = {e, weights};
+    found = {e, *weights};
   }
   if (!(deepest >= kOutside)) refuse_outside(mesh, point);
   return found;

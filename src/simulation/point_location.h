@@ -8,8 +8,8 @@
 
 namespace tetraction {
 
-/// A point of a mesh: its tetrahedron, and its barycentric coordinates there. The point is Σ w_a X_a
-/// with the corners X_a. Edges count as straight.
+/// A point of a mesh: its tetrahedron, and its barycentric coordinates there. The point is Σ N_a X_a with
+/// the shape functions N_a of the nodes X_a (shape_functions()).
 struct PointInMesh {
   Index tetrahedron = -1;
   std::array<double, 4> weights{};

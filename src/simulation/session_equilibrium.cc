@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "body_loads.h"
 #include "session_impl.h"
 #include "tetraction/core/error.h"
 #include "tetraction/core/interruption.h"
@@ -28,6 +29,9 @@ void Session::Impl::begin_equilibrium(double largest_increment) {
   // A load step is an implicit step of length 1 at most in the load factor, which ends at 1.
   settings.time = {Integrator::kBackwardEuler, 1.0, false, 1.0};
   system->use_consistent_weights();
+  BodyLoads loads = make_loads(settings.loads, *system, scene.amplitude);
+  system->set_forces(std::move(loads.forces));
+  system->set_pressures(std::move(loads.pressures));
   set_constraints_of_equilibrium(scene, *system, settings.constraints);
   shared = shared_distances(settings.constraints.others);
   refuse_free_motions(*system, 0.0);

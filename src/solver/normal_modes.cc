@@ -174,8 +174,9 @@ NormalMode make_mode(const MechanicalSystem& system, const ScaledStiffness& stif
 }
 
 // ζ = φᵀCφ/(2ω) of every mode. Viscosity and the damping of terms are linear in small velocities.
-void enter_damping(const MechanicalSystem& system, const Vector& q, double time,
-                   NormalModes& modes) {
+// Damping of the mass is that of the mass matrix of the modes.
+void enter_damping(const MechanicalSystem& system, const ScaledStiffness& stiffness,
+                   const Vector& q, double time, NormalModes& modes) {
   if (!system.is_dissipative()) return;
   const Vector rest = Vector::Zero(q.size());
   const ForcePoint at{system.mass(), q, time};
@@ -190,6 +191,8 @@ void enter_damping(const MechanicalSystem& system, const Vector& q, double time,
     system.add_viscous_force(q, mode.shape, force);
     force = -force;
     blocks.add_product(mode.shape, force);
+    force += system.damping().mass_damping *
+             (stiffness.momentum(mode.shape) - system.momentum_of(mode.shape));
     const double rate = std::max(0.0, mode.shape.dot(force));
     if (is_vibration(mode.kind)) {
       mode.damping_ratio = 0.5 * rate / std::sqrt(mode.omega_squared);
@@ -376,7 +379,7 @@ NormalModes normal_modes(const MechanicalSystem& system, const Vector& q,
   if (static_cast<Index>(result.modes.size()) > options.count) {
     result.modes.resize(static_cast<std::size_t>(options.count));
   }
-  enter_damping(system, q, options.time, result);
+  enter_damping(system, stiffness, q, options.time, result);
   return result;
 }
 

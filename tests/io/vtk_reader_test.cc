@@ -411,6 +411,21 @@ TEST_F(VtkReader, TrianglesWithNumbersAreGroups) {
   vtu.cell_data = array("Float64", "medit:ref", "7 8 0.5");
   EXPECT_NE(refusal("half.vtu", vtu.text()).find("the number 0.5 of triangle 2"),
             std::string::npos);
+
+  VtuText quadratic;
+  quadratic.points = "10";
+  quadratic.cells = "2";
+  quadratic.coordinates =
+      "0 0 0  1 0 0  0 1 0  0 0 1  .5 0 0  .5 .5 0  0 .5 0  0 0 .5  .5 0 .5  0 .5 .5";
+  quadratic.connectivity = "0 1 2 3 4 5 6 7 8 9  0 1 2 4 5 6";
+  quadratic.offsets = "10 16";
+  quadratic.types = "24 22";
+  quadratic.cell_data = array("Int32", "gmsh:physical", "1 4");
+  const TetMesh curved = build_mesh(read("quadratic.vtu", quadratic.text()));
+  ASSERT_EQ(curved.groups.size(), 1U);
+  EXPECT_EQ(curved.groups[0].name, "4");
+  EXPECT_EQ(curved.groups[0].triangles.size(), 1U);
+  EXPECT_EQ(curved.groups[0].vertices, (std::vector<Index>{0, 1, 2, 4, 5, 6}));
 }
 
 }  // namespace

@@ -60,7 +60,7 @@ TEST(ConsistentLoads, BodyForcesAreThoseOfVolumeAndMass) {
   for (Index e = 0; e < mesh.tetrahedron_count(); ++e) all.push_back(e);
   const Vector3 density(1.0, 2.0, 3.0);
   const double volume = 2.0 * 0.3 * 0.7;
-  EXPECT_LT((resultant(distributed_force(volume_distribution(mesh, all), density), mesh).force -
+  EXPECT_LT((resultant(distributed_force(volume_distribution(system, all), density), mesh).force -
              volume * density)
                 .norm(),
             1e-13);

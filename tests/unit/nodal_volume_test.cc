@@ -77,6 +77,38 @@ TEST_P(NodalVolumeOf, IsExactlyZeroAtRest) {
   EXPECT_EQ(volume().ratios(rest), Vector::Ones(system_->vertex_count()));
 }
 
+// One loop over the elements gives what two give: that of the kernels, and that of single elements,
+// which slender tetrahedra need.
+TEST_P(NodalVolumeOf, TheElasticEnergyIsTheSumOfBothParts) {
+  const Vector q = strained();
+  const Vector origin = jiggled(q, 0.1, 3);
+  const Vector flat = Vector3(1.0, 1.0, 0.01).replicate(q.size() / 3, 1);
+  const auto expect_sum = [](const MechanicalSystem& system, const Positions& x) {
+    Vector gradient;
+    double energy = 0.0;
+    ASSERT_TRUE(system.elastic_energy_and_gradient(x, energy, gradient).ok());
+    Vector expected;
+    double sum = 0.0;
+    ASSERT_TRUE(system.elastic().value_and_gradient(x, sum, expected).ok());
+    sum += system.nodal_volume()->add_gradient(x, expected);
+    EXPECT_NEAR(energy, sum, 1e-14 * sum);
+    EXPECT_LT((gradient - expected).norm(), 1e-12 * expected.norm());
+    double alone = 0.0;
+    ASSERT_TRUE(system.elastic_energy(x, alone).ok());
+    EXPECT_NEAR(alone, sum, 1e-12 * sum);
+  };
+  expect_sum(*system_, Positions(q));
+  const Vector u = q - origin;
+  expect_sum(*system_, Positions(origin, u));
+  TetMesh thin = system_->mesh();
+  for (Vector3& vertex : thin.vertices.own()) vertex.z() *= 0.01;
+  const MechanicalSystem plate(thin, {{GetParam().materials[0]}}, {}, VolumeRule::kNodal);
+  const Vector bent = q.cwiseProduct(flat);
+  const Vector start = origin.cwiseProduct(flat);
+  const Vector way = bent - start;
+  expect_sum(plate, Positions(start, way));
+}
+
 TEST_P(NodalVolumeOf, GradientAndHessianAreDerivatives) {
   const Vector q = strained();
   const Vector origin = jiggled(q, 0.1, 3);

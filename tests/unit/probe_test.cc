@@ -9,6 +9,7 @@
 #include "support/bodies.h"
 #include "tetraction/core/error.h"
 #include "tetraction/dynamics/derived_fields.h"
+#include "tetraction/mesh/edge_vertices.h"
 #include "tetraction/simulation/scene_objects.h"
 #include "tetraction/simulation/session.h"
 
@@ -202,6 +203,35 @@ TEST(Probe, WrongSettingsAreRefused) {
       refusal({probe("a", ProbeQuantity::kForce, all), probe("a_1", ProbeQuantity::kPosition, all),
                probe_at("b", ProbeQuantity::kPosition, {2.0, 0.5, 0.5})}),
       "accepted");
+}
+
+// In a quarter of a ring with curved elements a point is where the shape functions of ten nodes say.
+TEST(Probe, PointsOfCurvedElements) {
+  TetMesh mesh = with_edge_vertices(generate_box({1, 1, 0.5}, {2, 2, 1}));
+  for (Vector3& x : mesh.vertices.own()) {
+    const double r = 1.0 + x.x();
+    const double angle = 0.5 * std::numbers::pi * x.y();
+    x = Vector3(r * std::cos(angle), r * std::sin(angle), x.z());
+  }
+  Scene scene;
+  std::vector<Vector3> points(mesh.vertices.begin(), mesh.vertices.end());
+  for (const double angle : {0.05, 0.3, 0.77, 1.2, 1.5}) {
+    for (const double r : {1.02, 1.4, 1.97}) {
+      points.emplace_back(r * std::cos(angle), r * std::sin(angle), 0.2 * r);
+    }
+  }
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    scene.probe.push_back(probe_at("p" + std::to_string(i), ProbeQuantity::kPosition, points[i]));
+  }
+  Session session(scene, mesh);
+  std::vector<double> values(session.probes().value_count());
+  session.probes().evaluate(session, values.data());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Vector3 found(values[3 * i], values[3 * i + 1], values[3 * i + 2]);
+    EXPECT_LT((found - points[i]).norm(), 1e-12) << i;
+  }
+  scene.probe = {probe_at("far", ProbeQuantity::kPosition, {0.6, 0.6, 0.2})};
+  EXPECT_THROW(Session(scene, mesh), InputError);
 }
 
 TEST(Probe, EvaluationAndTracesDoNotAllocate) {

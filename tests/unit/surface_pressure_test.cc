@@ -3,24 +3,83 @@
 
 #include <Eigen/Geometry>
 
+#include <array>
+#include <vector>
+
 #include "support/bodies.h"
 #include "tetraction/dynamics/derivative_check.h"
 #include "tetraction/dynamics/mechanical_system.h"
+#include "tetraction/mesh/edge_vertices.h"
 
 namespace tetraction {
 namespace {
 
 using namespace testing_support;
 
-class PressureOnABox : public testing::Test {
+// The shape functions of a face at (ξ, η), and their derivatives: three of a linear element, six of a
+// quadratic one.
+struct FacePoint {
+  Eigen::VectorXd shape;
+  Eigen::VectorXd along_xi;
+  Eigen::VectorXd along_eta;
+  double weight;
+};
+
+FacePoint face_point(double xi, double eta, bool is_quadratic) {
+  const double l = 1.0 - xi - eta;
+  FacePoint point;
+  if (is_quadratic) {
+    point.shape = Eigen::VectorXd{{l * (2 * l - 1), xi * (2 * xi - 1), eta * (2 * eta - 1),
+                                   4 * l * xi, 4 * xi * eta, 4 * eta * l}};
+    point.along_xi = Eigen::VectorXd{{1 - 4 * l, 4 * xi - 1, 0, 4 * (l - xi), 4 * eta, -4 * eta}};
+    point.along_eta = Eigen::VectorXd{{1 - 4 * l, 0, 4 * eta - 1, -4 * xi, 4 * xi, 4 * (l - eta)}};
+  } else {
+    point.shape = Eigen::VectorXd{{l, xi, eta}};
+    point.along_xi = Eigen::VectorXd{{-1, 1, 0}};
+    point.along_eta = Eigen::VectorXd{{-1, 0, 1}};
+  }
+  return point;
+}
+
+// Gauss points of the square (u, v), with ξ = u and η = v (1 − u): exact for degree 4.
+std::vector<FacePoint> face_points(bool is_quadratic) {
+  constexpr std::array kPoints{0.0, -0.7745966692414834, 0.7745966692414834};
+  constexpr std::array kWeights{8.0 / 9.0, 5.0 / 9.0, 5.0 / 9.0};
+  std::vector<FacePoint> points;
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) {
+      const double u = 0.5 * (1.0 + kPoints[i]);
+      const double v = 0.5 * (1.0 + kPoints[j]);
+      points.push_back(face_point(u, v * (1.0 - u), is_quadratic));
+      points.back().weight = 0.25 * kWeights[i] * kWeights[j] * (1.0 - u);
+    }
+  }
+  return points;
+}
+
+// On linear elements and on quadratic ones.
+class PressureOnABox : public testing::TestWithParam<bool> {
  protected:
   PressureOnABox()
-      : mesh_(generate_box({1.0, 0.6, 0.8}, {2, 2, 2})),
+      : mesh_(GetParam() ? with_edge_vertices(generate_box({1.0, 0.6, 0.8}, {2, 2, 2}))
+                         : generate_box({1.0, 0.6, 0.8}, {2, 2, 2})),
         system_(mesh_, NeoHookean(1e5, 1e5), 1000.0),
         position_(strained_state(system_.elastic(), mesh_.rest_positions(), 0.3)) {}
 
   PressureLoad pressure(const Selection& selection, double value) const {
-    return {select_triangles(mesh_, selection), value, {}};
+    PressureLoad load;
+    load.value = value;
+    const EdgeVertices edges(mesh_);
+    for (const auto& face : select_triangles(mesh_, selection)) {
+      const std::vector<Index> v = edges.of_face(face);
+      if (v.size() == 6) {
+        load.quadratic_faces.push_back({v[0], v[1], v[2], v[3], v[4], v[5]});
+      } else {
+        load.triangles.push_back(face);
+      }
+    }
+    EXPECT_EQ(load.triangles.empty(), GetParam());
+    return load;
   }
   ForcePoint at(const Vector& x) const { return system_.force_point(x, 0.0); }
   // The force of the term: minus the gradient, and the load.
@@ -31,16 +90,46 @@ class PressureOnABox : public testing::Test {
     if (term.has_load()) term.add_load(at(x), force);
     return force;
   }
-  // −p ∫ n dA of the present triangles, a third at each vertex.
-  Vector follower(const PressureLoad& load, const Vector& x) const {
+  // Calls add(nodes, point, x, area) for all points of the load's faces, with the position and n dA there.
+  template <class Add>
+  static void integrate(const PressureLoad& load, const Vector& x, const Add& add) {
+    const auto integrate_face = [&](const auto& face) {
+      for (const FacePoint& point : face_points(face.size() == 6)) {
+        Vector3 position = Vector3::Zero();
+        Vector3 xi = position;
+        Vector3 eta = position;
+        for (std::size_t a = 0; a < face.size(); ++a) {
+          const auto i = static_cast<Index>(a);
+          position += point.shape[i] * vertex_block(x, face[a]);
+          xi += point.along_xi[i] * vertex_block(x, face[a]);
+          eta += point.along_eta[i] * vertex_block(x, face[a]);
+        }
+        add(face, point, position, Vector3(point.weight * xi.cross(eta)));
+      }
+    };
+    for (const auto& face : load.triangles) integrate_face(face);
+    for (const auto& face : load.quadratic_faces) integrate_face(face);
+  }
+  // −p ∫ N_a n dA of the present faces.
+  static Vector follower(const PressureLoad& load, const Vector& x) {
     Vector force = Vector::Zero(x.size());
-    for (const auto& triangle : load.triangles) {
-      const Vector3 a = vertex_block(x, triangle[0]);
-      const Vector3 area = 0.5 * (Vector3(vertex_block(x, triangle[1])) - a)
-                                     .cross(Vector3(vertex_block(x, triangle[2])) - a);
-      for (const Index v : triangle) vertex_block(force, v) -= load.value / 3.0 * area;
-    }
+    integrate(load, x,
+              [&](const auto& face, const FacePoint& point, const Vector3&, const Vector3& area) {
+                for (std::size_t a = 0; a < face.size(); ++a) {
+                  vertex_block(force, face[a]) -=
+                      load.value * point.shape[static_cast<Index>(a)] * area;
+                }
+              });
     return force;
+  }
+  // ⅓ ∫ x·n dA.
+  static double volume(const PressureLoad& load, const Vector& x) {
+    double sum = 0.0;
+    integrate(load, x,
+              [&](const auto&, const FacePoint&, const Vector3& position, const Vector3& area) {
+                sum += position.dot(area) / 3.0;
+              });
+    return sum;
   }
   static Vector3 sum(const Vector& force) {
     return force.reshaped(3, force.size() / 3).rowwise().sum();
@@ -51,7 +140,7 @@ class PressureOnABox : public testing::Test {
   Vector position_;
 };
 
-TEST_F(PressureOnABox, DerivativesAreThoseOfThePotential) {
+TEST_P(PressureOnABox, DerivativesAreThoseOfThePotential) {
   for (const Selection& selection :
        {Selection(SelectSurface{}), Selection(SelectPlane{0, 1.0, {}})}) {
     const SurfacePressure term({pressure(selection, 3e4)}, mesh_.rest_positions(),
@@ -65,7 +154,7 @@ TEST_F(PressureOnABox, DerivativesAreThoseOfThePotential) {
   }
 }
 
-TEST_F(PressureOnABox, TheForceIsThatOfThePresentTrianglesAlsoAtARim) {
+TEST_P(PressureOnABox, TheForceIsThatOfThePresentTrianglesAlsoAtARim) {
   for (const Selection& selection : {Selection(SelectSurface{}), Selection(SelectPlane{0, 1.0, {}}),
                                      Selection(SelectBox{{-1.0, 0.29, -1.0}, {2.0, 1.0, 2.0}})}) {
     const PressureLoad load = pressure(selection, -2e4);
@@ -76,7 +165,7 @@ TEST_F(PressureOnABox, TheForceIsThatOfThePresentTrianglesAlsoAtARim) {
 }
 
 // The symmetric part of minus the derivative of the load at a rim, which is quadratic in positions.
-TEST_F(PressureOnABox, TheLoadStiffnessIsTheSymmetricPartOfItsDerivative) {
+TEST_P(PressureOnABox, TheLoadStiffnessIsTheSymmetricPartOfItsDerivative) {
   const SurfacePressure term({pressure(SelectPlane{0, 1.0, {}}, -2e4)}, mesh_.rest_positions(),
                              system_.coordinates());
   HessianBlocks stiffness;
@@ -102,7 +191,7 @@ TEST_F(PressureOnABox, TheLoadStiffnessIsTheSymmetricPartOfItsDerivative) {
   EXPECT_GT(std::abs(v.dot(derivative(u)) - expected), 1e-3 * std::abs(expected));
 }
 
-TEST_F(PressureOnABox, AClosedSurfaceHasNoResultantAndNoLoad) {
+TEST_P(PressureOnABox, AClosedSurfaceHasNoResultantAndNoLoad) {
   const SurfacePressure term({pressure(SelectSurface{}, 5e4)}, mesh_.rest_positions(),
                              system_.coordinates());
   EXPECT_FALSE(term.has_load());
@@ -122,7 +211,7 @@ TEST_F(PressureOnABox, AClosedSurfaceHasNoResultantAndNoLoad) {
 
 // Where the vertices of a rim may only slide in its plane, the forces on the rim do not act along
 // any free coordinate.
-TEST_F(PressureOnABox, ARimInAPlaneOfSymmetryNeedsNoLoad) {
+TEST_P(PressureOnABox, ARimInAPlaneOfSymmetryNeedsNoLoad) {
   PrescribedVertices sliding =
       prescribe_at_rest(mesh_, select_vertices(mesh_, SelectPlane{1, 0.0, {}}));
   sliding.components = {false, true, false};
@@ -146,7 +235,7 @@ TEST_F(PressureOnABox, ARimInAPlaneOfSymmetryNeedsNoLoad) {
   }
 }
 
-TEST_F(PressureOnABox, TheEnergyChangeHasNoCancellation) {
+TEST_P(PressureOnABox, TheEnergyChangeHasNoCancellation) {
   PressureLoad load = pressure(SelectSurface{}, 1e5);
   const SurfacePressure term({load}, mesh_.rest_positions(), system_.coordinates());
   Vector moved = position_;
@@ -158,7 +247,7 @@ TEST_F(PressureOnABox, TheEnergyChangeHasNoCancellation) {
 }
 
 // A pressure that changes in time: −ΔU and the driven work add up to −p ΔV.
-TEST_F(PressureOnABox, TheWorkOfAStepIsThatOfTheMeanPressure) {
+TEST_P(PressureOnABox, TheWorkOfAStepIsThatOfTheMeanPressure) {
   PressureLoad load = pressure(SelectSurface{}, 1e4);
   load.history.amplitude =
       std::make_shared<const Amplitude>(Amplitude::piecewise_linear({{0.0, 1.0}, {1.0, 3.0}}));
@@ -166,19 +255,15 @@ TEST_F(PressureOnABox, TheWorkOfAStepIsThatOfTheMeanPressure) {
   const Vector rest = mesh_.rest_positions();
   const ForcePoint from = system_.force_point(rest, 0.2);
   const ForcePoint to = system_.force_point(position_, 0.6);
-  double volume = 0.0;
-  for (const auto& [a, b, c] : load.triangles) {
-    volume +=
-        Vector3(vertex_block(position_, a))
-            .dot(Vector3(vertex_block(position_, b)).cross(Vector3(vertex_block(position_, c)))) /
-        6.0;
-  }
-  const double work = -1.8e4 * (volume - 0.48);
+  const double work = -1.8e4 * (volume(load, position_) - 0.48);
   EXPECT_NEAR(term.driven_work(from, to) - term.energy_change(from, to), work,
               1e-9 * std::abs(work));
   EXPECT_NEAR(term.energy_change(from, to), term.energy(to) - term.energy(from),
               1e-9 * std::abs(term.energy(to)));
 }
+
+INSTANTIATE_TEST_SUITE_P(Elements, PressureOnABox, testing::Bool(),
+                         [](const auto& test) { return test.param ? "Quadratic" : "Linear"; });
 
 }  // namespace
 }  // namespace tetraction

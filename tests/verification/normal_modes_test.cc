@@ -243,6 +243,19 @@ TEST(DampingRatio, IsThatOfTheDampingMatrix) {
 // Bending is damped less than shear by viscosity, as the formula says. Stiff tetrahedra hinder the
 // lateral contraction on coarse meshes; with the order two of the mesh this goes away. A clamp would
 // hinder it as well, so the beam is free.
+// C = a M gives ζ = a/(2ω), with the consistent mass of quadratic elements, too.
+TEST(DampingRatio, OfTheMassOfQuadraticElements) {
+  const LameParameters lame = lame_from_young(kYoung, 0.3);
+  MechanicalSystem system(with_edge_vertices(generate_box({4, 1, 1}, {4, 1, 1})),
+                          StVenantKirchhoff(lame.mu, lame.lambda), kDensity);
+  system.set_damping({0.0, 2.0, 0.0});
+  const NormalModes modes = lowest(system, 12);
+  for (std::size_t i = 6; i < modes.modes.size(); ++i) {
+    const NormalMode& mode = modes.modes[i];
+    EXPECT_NEAR(mode.damping_ratio * std::sqrt(mode.omega_squared), 1.0, 1e-9) << i;
+  }
+}
+
 TEST(DampingRatio, OfBendingWithLateralContraction) {
   const LameParameters lame = lame_from_young(kYoung, 0.3);
   std::vector<double> ratios;

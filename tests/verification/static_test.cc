@@ -46,26 +46,45 @@ Vector3 sum_of(const Vector& force) {
 }
 
 // A column that hangs by its end: at the distance s from there u = ρg (L s − s²/2)/E. Quadratic
-// elements with consistent weights of gravity have it exactly. With lumped masses the end would be
-// 1 % off, and it would move sideways by half of what it moves down.
+// elements with consistent weights have it exactly. With lumped masses the end would be 1 % off, and
+// it would move sideways by half of what it moves down.
 TEST(HangingColumn, QuadraticElementsAreExact) {
-  Scene scene;
-  scene.mesh.generate = GeneratorSettings{GeneratorKind::kBox, {1.0, 1.0, 4.0}, {1, 1, 2}};
-  scene.material.model = "stvk";
-  scene.material.youngs_modulus = 1e12;  // strains of 4e-8: the problem is linear
-  scene.material.poissons_ratio = 0.0;
-  scene.environment.kind = EnvironmentKind::kGravity;
-  scene.environment.direction = {0.0, 0.0, -1.0};
-  scene.fix = {fix(SelectPlane{2, 4.0, {}})};
-  Session session{scene, with_edge_vertices(generate_mesh(*scene.mesh.generate)),
-                  Analysis::kEquilibrium};
-  session.run();
+  Scene column;
+  column.mesh.generate = GeneratorSettings{GeneratorKind::kBox, {1.0, 1.0, 4.0}, {1, 1, 2}};
+  column.material.model = "stvk";
+  column.material.youngs_modulus = 1e12;  // strains of 4e-8: the problem is linear
+  column.material.poissons_ratio = 0.0;
+  column.fix = {fix(SelectPlane{2, 4.0, {}})};
+  const Vector3 gravity(0.0, 0.0, -9.81);
+  Scene by_gravity = column;
+  by_gravity.environment.kind = EnvironmentKind::kGravity;
+  by_gravity.environment.direction = {0.0, 0.0, -1.0};
+  ForceSettings load;
+  load.kind = LoadKind::kBodyForce;
+  load.select = SelectAll{};
+  load.acceleration = gravity;
+  Scene by_acceleration = column;
+  by_acceleration.body_force = {load};
+  load.acceleration.reset();
+  load.vector = 1000.0 * gravity;
+  Scene by_body_force = column;
+  by_body_force.body_force = {load};
+  load.kind = LoadKind::kForce;
+  load.share = LoadShare::kVolume;
+  load.total = 4.0 * 1000.0 * gravity;
+  Scene by_total = column;
+  by_total.force = {load};
   const double unit = 1000.0 * 9.81 / (2.0 * 1e12);  // ρg/2E
-  for (const double z : {0.0, 1.0, 2.0, 3.0}) {
-    const Vector3 u = displacement(session, {1.0, 0.5, z});
-    const double s = 4.0 - z;
-    EXPECT_NEAR(u.z(), -unit * (16.0 - (4.0 - s) * (4.0 - s)), 1e-5 * 16.0 * unit) << z;
-    EXPECT_LT(u.head<2>().norm(), 1e-5 * 16.0 * unit) << z;
+  for (const Scene& scene : {by_gravity, by_acceleration, by_body_force, by_total}) {
+    Session session{scene, with_edge_vertices(generate_mesh(*scene.mesh.generate)),
+                    Analysis::kEquilibrium};
+    ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+    for (const double z : {0.0, 1.0, 2.0, 3.0}) {
+      const Vector3 u = displacement(session, {1.0, 0.5, z});
+      const double s = 4.0 - z;
+      EXPECT_NEAR(u.z(), -unit * (16.0 - (4.0 - s) * (4.0 - s)), 1e-5 * 16.0 * unit) << z;
+      EXPECT_LT(u.head<2>().norm(), 1e-5 * 16.0 * unit) << z;
+    }
   }
 }
 

@@ -13,7 +13,7 @@ namespace tetraction {
 /// (kg) or of a number.
 struct LoadDistribution {
   std::vector<Index> vertices;  ///< sorted, each once
-  Vector weights;               ///< positive
+  Vector weights;
 
   double total() const { return weights.sum(); }
 };
@@ -21,9 +21,11 @@ struct LoadDistribution {
 /// A third of the area at rest of each triangle at each of its vertices, m².
 LoadDistribution surface_distribution(const TetMesh& mesh,
                                       const std::vector<std::array<Index, 3>>& triangles);
-/// A quarter of the volume at rest of each tetrahedron at each of its vertices, m³.
-LoadDistribution volume_distribution(const TetMesh& mesh, const std::vector<Index>& tetrahedra);
-/// A quarter of the mass of each tetrahedron at each of its vertices, kg.
+/// The volume at rest of each tetrahedron, m³, at its nodes as MechanicalSystem::element_weights()
+/// says: a quarter at each vertex of a linear one.
+LoadDistribution volume_distribution(const MechanicalSystem& system,
+                                     const std::vector<Index>& tetrahedra);
+/// The same for the mass of each tetrahedron, kg.
 LoadDistribution mass_distribution(const MechanicalSystem& system,
                                    const std::vector<Index>& tetrahedra);
 /// The weight 1 at each vertex.

@@ -147,8 +147,13 @@ class MechanicalSystem {
     return {force_masses(), position, time, step};
   }
   /// Lets forces per mass, such as gravity, act with consistent weights
-  /// (dynamics/consistent_mass.h) instead of the lumped masses, for statics.
+  /// (dynamics/consistent_mass.h) instead of the lumped masses, for statics. External forces that
+  /// were added before stay as they are.
   void use_consistent_weights();
+  /// ∫ N_a dV over element e for each of its nodes a, m³: the weights with which a force per volume
+  /// acts on them. They are the element's volume times RestState::mass_fraction(), or the consistent
+  /// weights after use_consistent_weights().
+  Vector element_weights(Index e) const;
   /// f ← the sum of the loads of all terms at a point (3 per vertex, N): their mean over a step, so
   /// that h f is the impulse ∫ f dt, or their values at an instant. It is empty if no term has a load.
   void external_force(const ForcePoint& at, Vector& f) const;

@@ -45,6 +45,10 @@ class NodalVolume {
   double energy(const Positions& x) const;
   /// gradient += ∂W/∂x (3 per vertex, N). Returns W, J.
   double add_gradient(const Positions& x, Vector& gradient) const;
+  /// energy = the whole elastic energy at x, W and that of the elements, J, and gradient = its gradient
+  /// (3 per vertex, N), in one loop over the elements. Fails where it is not defined.
+  EvaluationStatus elastic_energy_and_gradient(const Positions& x, double& energy,
+                                               Vector& gradient) const;
   /// hessian += ∂²W/∂x², N/m: an outer product for every vertex, and pairs of vertices of a
   /// tetrahedron for the curvature of volumes. The convex form has the outer products only, with
   /// U'' ≥ 0.

@@ -10,20 +10,26 @@
 
 namespace tetraction {
 
-/// A pressure p on triangles of the boundary. The force on a triangle is −p times its present area
-/// times its present outward normal; a third of it acts on each of its vertices.
+/// A pressure p on faces of the boundary: the force −p n dA on each part of the surface, with the
+/// present outward normal n and the present area dA. A third of the force on a triangle acts on each
+/// of its vertices. On the faces of quadratic elements the force on node a is −p ∫ N_a n dA with the
+/// six shape functions, exact for curved faces, too.
 struct PressureLoad {
   std::vector<std::array<Index, 3>> triangles;  ///< outward, each once
   double value = 0.0;                           ///< p, Pa; positive values push inwards
   LoadHistory history;
+  /// Faces of quadratic elements: outward corners 0, 1, 2 and the middles of the edges 01, 12, 20.
+  std::vector<std::array<Index, 6>> quadratic_faces{};
 };
 
 /// All pressures on a body.
 ///
-/// With the volume V_o(x) = Σ (a − o)·((b − o) × (c − o))/6 of the cones from a point o to the
-/// triangles (a, b, c), the force of a pressure is −p ∂V_o/∂x plus forces on the vertices of the
-/// rim of its surface. So it has the potential U = p V_o, except for the forces on the rim:
-/// −p (u − o) × (w − o)/6 on both ends of each edge u → w of the rim. A closed surface has no rim.
+/// With the volume V_o(x) = Σ w (a − o)·((b − o) × (c − o))/6 of the cones from a point o to the
+/// triangles (a, b, c) of weight w = 1, the force of a pressure is −p ∂V_o/∂x plus forces on the
+/// vertices of the rim of its surface. So it has the potential U = p V_o, except for the forces on the
+/// rim: −p (u − o) × (v − o)/6 on both ends of each edge u → v of the rim. A closed surface has no
+/// rim. The volume under a face of six nodes has the same form with 20 weighted triangles between its
+/// nodes, and the forces on a curved edge of a rim with products of each two of its three nodes.
 /// The forces on a rim do not move the body where its vertices are held, or where they may only
 /// move in a plane through o. The point o is therefore put into the planes in which the vertices of
 /// the rim are held. Otherwise the forces on the rim enter as loads that depend on
@@ -64,12 +70,32 @@ class SurfacePressure : public ForceTerm {
 
  private:
   // What belongs to each load.
-  struct Surface {
-    Vector3 origin = Vector3::Zero();       // o
-    std::vector<std::array<Index, 2>> rim;  // directed as the triangles are
+  struct Triangle {
+    std::array<Index, 3> vertices;
+    double weight = 1.0;
   };
+  // The vector w (u − o) × (v − o)/6 at a vertex, for two nodes u and v of an edge of the rim.
+  struct RimTerm {
+    Index vertex;
+    Index u, v;
+    double weight = 1.0;
+  };
+  struct Surface {
+    std::vector<Triangle> triangles;
+    std::vector<RimTerm> of_gradient;  // Σ w n A/3 of the triangles, minus ∂V_o/∂x
+    std::vector<RimTerm> of_load;      // ∫ N n dA − ∂V_o/∂x
+    Vector3 origin = Vector3::Zero();  // o
+  };
+  static std::vector<Triangle> triangles_of(const PressureLoad& load);
+  static void add_rim(const PressureLoad& load, Surface& surface);
+  static Vector3 origin_of(const Surface& surface, const Vector& rest,
+                           const FreeCoordinates& coordinates);
+  static Vector3 rim_vector(const RimTerm& term, const Vector3& o, const Vector& x);
+  // V_o at positions x.
+  static double cone_volume(const Surface& surface, const Vector3& o, const Vector& x);
   // V_o(to) − V_o(from) without cancellation of the volumes.
-  double volume_change(std::size_t load, const Vector& from, const Vector& to) const;
+  static double cone_volume_change(const Surface& surface, const Vector3& o, const Vector& from,
+                                   const Vector& to);
 
   std::vector<PressureLoad> loads_;
   std::vector<Surface> surfaces_;

@@ -138,12 +138,18 @@ HWY_INLINE bool evaluate_strain(Tag tag, const P& material, const Columns<Vec>& 
   return hn::AllTrue(tag, hn::Eq(hn::Sub(tr, tr), hn::Zero(tag)));
 }
 
+// The tensions of the elements in the lanes.
+HWY_INLINE Vec load_tension(Tag tag, const double* HWY_RESTRICT tensions, size_t batch,
+                            size_t lane) {
+  return tensions == nullptr ? hn::Zero(tag) : hn::Load(tag, tensions + batch * kBatchLanes + lane);
+}
+
 // Energy and ∂W/∂e of the elements in the lanes for a law that depends on I₂ and needs J > 0.
 // Returns whether J > 0 and all numbers are finite.
 template <bool kGradient, class M, class P>
 HWY_INLINE bool evaluate_i2(Tag tag, const P& material, const Columns<Vec>& e,
-                            const Symmetric<Vec>& vg, Vec inverse_six_volume, Vec& energy,
-                            Columns<Vec>& gradient) {
+                            const Symmetric<Vec>& vg, Vec inverse_six_volume, Vec tension,
+                            Vec& energy, Columns<Vec>& gradient) {
   const Vec inverse_volume = hn::Mul(inverse_six_volume, hn::Set(tag, 6.0));
   Columns<Vec> cofactor;
   const Vec det = cofactors(e, cofactor);
@@ -182,8 +188,9 @@ HWY_INLINE bool evaluate_i2(Tag tag, const P& material, const Columns<Vec>& e,
                            Real(log_j), Real(j),       Real(j) - Real(1.0)};
   if constexpr (kGradient) {
     const auto derivatives = Law<M>::first_derivatives(material, s);
+    // Ψ_L V/det e + t/6
     const Vec factor =
-        hn::Mul(derivatives.log_j.v, hn::Mul(inverse_j, hn::Set(tag, 1.0 / 6.0)));  // Ψ_L V/det e
+        hn::Mul(hn::MulAdd(derivatives.log_j.v, inverse_j, tension), hn::Set(tag, 1.0 / 6.0));
     // V [2 (Ψ₁ + Ψ₂ I₁) G − 2 Ψ₂ G c G]
     const Vec twice_i2 = (Real(2.0) * derivatives.i2).v;
     const Vec scale = hn::MulAdd(twice_i2, i1, (Real(2.0) * derivatives.i1).v);
@@ -229,8 +236,9 @@ HWY_NOINLINE BlockSums run_vector_by_vector(const BatchView& batches, const Sour
       admissible &=
           evaluate_strain<kGradient, M>(tag, material, e, vg, inverse_six_volume, energy, gradient);
     } else {
-      admissible &=
-          evaluate_i2<kGradient, M>(tag, material, e, vg, inverse_six_volume, energy, gradient);
+      admissible &= evaluate_i2<kGradient, M>(tag, material, e, vg, inverse_six_volume,
+                                              load_tension(tag, batches.tensions, batch, lane),
+                                              energy, gradient);
     }
     if constexpr (kGradient) {
       RecordAccess<Tag>::add_balanced(tag, gradient, gradients, slots, kBatchLanes);
@@ -320,7 +328,9 @@ HWY_NOINLINE BlockSums run_in_stages(const BatchView& batches, const Source& sou
           sum = hn::MulAdd(volume, Law<M>::energy(material, given).v, sum);
           if constexpr (kGradient) {
             const auto derivatives = Law<M>::first_derivatives(material, given);
-            const Vec factor = hn::Mul(derivatives.log_j.v, hn::Mul(inverse_j[i], sixth));
+            const Vec tension = load_tension(tag, batches.tensions, batch, first_lane + i * kLanes);
+            const Vec factor =
+                hn::Mul(hn::MulAdd(derivatives.log_j.v, inverse_j[i], tension), sixth);
             const Vec twice_i1 = (Real(2.0) * derivatives.i1).v;
             Columns<Vec> gradient;
             for (int k = 0; k < 9; ++k) {

@@ -39,9 +39,10 @@ HWY_NOINLINE void volumes(const BatchView& batches, const double* HWY_RESTRICT p
 
 template <bool kHasDisplacements>
 HWY_NOINLINE void gradient(const BatchView& batches, const double* HWY_RESTRICT positions,
-                           const double* HWY_RESTRICT displacements,
-                           const double* HWY_RESTRICT factors, double* HWY_RESTRICT forces) {
+                           const double* HWY_RESTRICT displacements, double* HWY_RESTRICT forces) {
   const Tag tag;
+  const Vec sixth = hn::Set(tag, 1.0 / 6.0);
+  const double* HWY_RESTRICT tensions = batches.tensions;
   for_each_vector<Tag>(
       batches, [](size_t) {},
       [&](size_t b, size_t lane, const double*, const uint16_t* HWY_RESTRICT slots)
@@ -51,7 +52,7 @@ HWY_NOINLINE void gradient(const BatchView& batches, const double* HWY_RESTRICT 
             RecordAccess<Tag>::template edges<kHasDisplacements>(tag, positions, displacements,
                                                                  slots, kBatchLanes, e);
             cofactors(e, w);
-            const Vec factor = hn::Load(tag, factors + b * kBatchLanes + lane);
+            const Vec factor = hn::Mul(hn::Load(tag, tensions + b * kBatchLanes + lane), sixth);
             for (int k = 0; k < 9; ++k) w.m[k / 3][k % 3] = hn::Mul(factor, w.m[k / 3][k % 3]);
             RecordAccess<Tag>::add_balanced(tag, w, forces, slots, kBatchLanes);
           });
@@ -67,11 +68,11 @@ void volumes_of(const BatchView& batches, const double* positions, const double*
 }
 
 void gradient_of(const BatchView& batches, const double* positions, const double* displacements,
-                 const double* factors, double* forces) {
+                 double* forces) {
   if (displacements == nullptr) {
-    gradient<false>(batches, positions, nullptr, factors, forces);
+    gradient<false>(batches, positions, nullptr, forces);
   } else {
-    gradient<true>(batches, positions, displacements, factors, forces);
+    gradient<true>(batches, positions, displacements, forces);
   }
 }
 
@@ -91,8 +92,8 @@ void element_volumes(const BatchView& batches, const double* positions, const do
 }
 
 void add_volume_gradient(const BatchView& batches, const double* positions,
-                         const double* displacements, const double* factors, double* forces) {
-  HWY_DYNAMIC_DISPATCH(gradient_of)(batches, positions, displacements, factors, forces);
+                         const double* displacements, double* forces) {
+  HWY_DYNAMIC_DISPATCH(gradient_of)(batches, positions, displacements, forces);
 }
 
 }  // namespace tetraction

@@ -11,8 +11,8 @@ namespace tetraction {
 void element_volumes(const BatchView& batches, const double* positions, const double* displacements,
                      double* six_volumes);
 
-/// forces += factor ∂(6v)/∂q of all elements, with one factor per element, kBatchLanes per batch.
+/// forces += t ∂v/∂q of all elements, with their tensions t (BatchView::tensions).
 void add_volume_gradient(const BatchView& batches, const double* positions,
-                         const double* displacements, const double* factors, double* forces);
+                         const double* displacements, double* forces);
 
 }  // namespace tetraction

@@ -49,6 +49,7 @@ std::size_t vtk_cell_size(int vtk) {
       return 1;
     case VTK_LINE:
       return 2;
+    case VTK_QUADRATIC_EDGE:
     case VTK_TRIANGLE:
       return 3;
     case VTK_QUAD:
@@ -57,6 +58,7 @@ std::size_t vtk_cell_size(int vtk) {
       return 4;
     case VTK_PYRAMID:
       return 5;
+    case VTK_QUADRATIC_TRIANGLE:
     case VTK_WEDGE:
       return 6;
     case VTK_HEXAHEDRON:

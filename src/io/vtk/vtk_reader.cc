@@ -70,7 +70,8 @@ std::vector<std::int64_t> triangle_groups(vtkUnstructuredGrid* grid) {
       continue;
     }
     for (vtkIdType c = 0; c < cells; ++c) {
-      if (grid->GetCellType(c) != VTK_TRIANGLE) continue;
+      const int type = grid->GetCellType(c);
+      if (type != VTK_TRIANGLE && type != VTK_QUADRATIC_TRIANGLE) continue;
       const double value = array->GetTuple1(c);
       if (value != std::floor(value) || std::abs(value) > std::numeric_limits<int>::max()) {
         throw FileError(

@@ -72,7 +72,8 @@ class WindowTest : public testing::Test {
     ASSERT_TRUE(wait_for([&] { return state().step > step + 3; }));
     wait(300);
   }
-  static bool wait_for(const std::function<bool()>& done, int ms = 20000) {
+  // A busy machine and sanitizers take their time.
+  static bool wait_for(const std::function<bool()>& done, int ms = 120000) {
     return QTest::qWaitFor(done, ms);
   }
   /// As fast as it goes, to this time or a little later.
