@@ -214,6 +214,8 @@ TEST(Probe, PointsOfCurvedElements) {
     x = Vector3(r * std::cos(angle), r * std::sin(angle), x.z());
   }
   Scene scene;
+  scene.material.youngs_modulus = 1e5;
+  scene.material.poissons_ratio = 0.3;
   std::vector<Vector3> points(mesh.vertices.begin(), mesh.vertices.end());
   for (const double angle : {0.05, 0.3, 0.77, 1.2, 1.5}) {
     for (const double r : {1.02, 1.4, 1.97}) {
