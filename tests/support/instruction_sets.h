@@ -1,6 +1,9 @@
 // Runs the vectorised kernels on every instruction set that this processor has.
 #pragma once
 
+// What leaves out sets comes before Highway.
+#include "core/simd_targets.h"
+
 #include <hwy/targets.h>
 
 #include <cstdint>
