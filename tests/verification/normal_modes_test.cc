@@ -240,9 +240,6 @@ TEST(DampingRatio, IsThatOfTheDampingMatrix) {
   EXPECT_NEAR(beam.decay(mode, damping), expected, 0.01 * expected);
 }
 
-// Bending is damped less than shear by viscosity, as the formula says. Stiff tetrahedra hinder the
-// lateral contraction on coarse meshes; with the order two of the mesh this goes away. A clamp would
-// hinder it as well, so the beam is free.
 // C = a M gives ζ = a/(2ω), with the consistent mass of quadratic elements, too.
 TEST(DampingRatio, OfTheMassOfQuadraticElements) {
   const LameParameters lame = lame_from_young(kYoung, 0.3);
@@ -256,6 +253,9 @@ TEST(DampingRatio, OfTheMassOfQuadraticElements) {
   }
 }
 
+// Bending is damped less than shear by viscosity, as the formula says. Stiff tetrahedra hinder the
+// lateral contraction on coarse meshes; with the order two of the mesh this goes away. A clamp would
+// hinder it as well, so the beam is free.
 TEST(DampingRatio, OfBendingWithLateralContraction) {
   const LameParameters lame = lame_from_young(kYoung, 0.3);
   std::vector<double> ratios;

@@ -69,7 +69,7 @@ class SurfacePressure : public ForceTerm {
   void add_load_stiffness(const ForcePoint& at, HessianBlocks& stiffness) const override;
 
  private:
-  // What belongs to each load.
+  // Part of V_o: three nodes and the weight of their cone.
   struct Triangle {
     std::array<Index, 3> vertices;
     double weight = 1.0;
@@ -80,6 +80,7 @@ class SurfacePressure : public ForceTerm {
     Index u, v;
     double weight = 1.0;
   };
+  // What belongs to each load.
   struct Surface {
     std::vector<Triangle> triangles;
     std::vector<RimTerm> of_gradient;  // Σ w n A/3 of the triangles, minus ∂V_o/∂x
