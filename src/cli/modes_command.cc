@@ -91,6 +91,7 @@ int compute_modes(const ModesArguments& arguments) {
   make_output_directory(directory);
   const DirectoryLock lock(directory);
   const std::unique_ptr<MechanicalSystem> system = make_system(scene, std::move(mesh));
+  if (arguments.loaded) use_consistent_weights(scene, *system);
   // The constraints begin with the initial state.
   make_initial_state(scene, *system);
   if (const std::string warning = locking_warning(*system); !warning.empty()) {

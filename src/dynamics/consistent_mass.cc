@@ -3,15 +3,13 @@
 #include <Eigen/LU>
 #include <array>
 
-#include "fem/quadratic_points.h"
+#include "fem/quadratic_shapes.h"
 
 namespace tetraction {
 namespace {
 
-using Coordinates = std::array<double, 4>;  // L_0 … L_3
-
 struct MassPoint {
-  Coordinates l;
+  VolumeCoordinates l;
   double weight;  // of the volume of the element
 };
 
@@ -25,54 +23,19 @@ constexpr std::array<MassPoint, 14> mass_points() {
   std::size_t count = 0;
   for (const auto& [a, weight] : kInner) {
     for (std::size_t i = 0; i < 4; ++i) {
-      Coordinates l{a, a, a, a};
+      VolumeCoordinates l{a, a, a, a};
       l[i] = 1.0 - 3.0 * a;
       points[count++] = {l, weight};
     }
   }
   for (std::size_t i = 0; i < 4; ++i) {
     for (std::size_t j = 0; j < i; ++j) {
-      Coordinates l{kEdge, kEdge, kEdge, kEdge};
+      VolumeCoordinates l{kEdge, kEdge, kEdge, kEdge};
       l[i] = l[j] = 0.5 - kEdge;
       points[count++] = {l, kEdgeWeight};
     }
   }
   return points;
-}
-
-using Shapes = Eigen::Matrix<double, QuadraticPoints::kNodes, 1>;
-
-Shapes shapes_at(const Coordinates& l) {
-  Shapes n;
-  for (int i = 0; i < 4; ++i) {
-    const double own = l[static_cast<std::size_t>(i)];
-    n[i] = own * (2.0 * own - 1.0);
-    for (int j = 0; j < i; ++j) {
-      n[QuadraticPoints::middle(i, j)] = 4.0 * own * l[static_cast<std::size_t>(j)];
-    }
-  }
-  return n;
-}
-
-// det ∂X/∂ξ at a point.
-double jacobian_at(const RestState& rest, const ElementNodes& nodes, const Coordinates& l) {
-  const Vector3 origin = rest.position(nodes[0]);
-  const auto node = [&](int a) -> Vector3 {
-    return rest.position(nodes[static_cast<std::size_t>(a)]) - origin;
-  };
-  std::array<Vector3, 4> d;  // ∂X/∂L_j
-  for (int j = 0; j < 4; ++j) {
-    Vector3 sum = (4.0 * l[static_cast<std::size_t>(j)] - 1.0) * node(j);
-    for (int i = 0; i < 4; ++i) {
-      if (i != j) {
-        sum += 4.0 * l[static_cast<std::size_t>(i)] * node(QuadraticPoints::middle(i, j));
-      }
-    }
-    d[static_cast<std::size_t>(j)] = sum;
-  }
-  Matrix3 edges;
-  edges << d[1] - d[0], d[2] - d[0], d[3] - d[0];
-  return edges.determinant();
 }
 
 }  // namespace
@@ -83,10 +46,16 @@ Matrix element_mass_matrix(const RestState& rest, Index e) {
   }
   static const auto kPoints = mass_points();
   const ElementNodes nodes = rest.nodes(e);
+  const Vector3 origin = rest.position(nodes[0]);
+  const auto node = [&](int a) -> Vector3 {
+    return rest.position(nodes[static_cast<std::size_t>(a)]) - origin;
+  };
   Matrix matrix = Matrix::Zero(QuadraticPoints::kNodes, QuadraticPoints::kNodes);
   for (const MassPoint& point : kPoints) {
-    const Shapes n = shapes_at(point.l);
-    matrix += point.weight / 6.0 * jacobian_at(rest, nodes, point.l) * n * n.transpose();
+    const auto shapes = quadratic_shapes(point.l);
+    const Eigen::Map<const Eigen::Matrix<double, QuadraticPoints::kNodes, 1>> n(shapes.data());
+    const double jacobian = quadratic_edges(point.l, node).determinant();
+    matrix += point.weight / 6.0 * jacobian * n * n.transpose();
   }
   return matrix;
 }

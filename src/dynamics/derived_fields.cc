@@ -160,17 +160,6 @@ Matrix nodal_average(const MechanicalSystem& system, const Matrix& element_field
   return sum * volume.cwiseInverse().asDiagonal();
 }
 
-Matrix nodal_pressures(const MechanicalSystem& system, const Vector& q,
-                       const Matrix& cauchy_stress) {
-  Matrix pressure = pressures(cauchy_stress);
-  const NodalVolume* volume = system.nodal_volume();
-  if (volume == nullptr) return nodal_average(system, pressure);
-  parallel_for(pressure.cols(), 512, [&](Index begin, Index end) {
-    for (Index e = begin; e < end; ++e) pressure(0, e) += volume->mean_tension(e, q);
-  });
-  return nodal_average(system, pressure) + volume->pressures(q).transpose();
-}
-
 Matrix deformation_field(const MechanicalSystem& system, const Vector& q) {
   const Vector rest = system.mesh().rest_positions();
   const Vector3 rest_center = system.center_of_mass(rest);

@@ -11,6 +11,7 @@
 
 #include "load_factor.h"
 #include "rigid_motions.h"
+#include "tetraction/mesh/edge_vertices.h"
 
 namespace tetraction {
 namespace {
@@ -55,6 +56,20 @@ double pressure_at(const PressureLoad& load, const ForcePoint& at) {
 }
 
 }  // namespace
+
+PressureLoad pressure_on(const TetMesh& mesh, const std::vector<std::array<Index, 3>>& faces) {
+  PressureLoad load;
+  const EdgeVertices edges(mesh);
+  for (const auto& face : faces) {
+    const std::vector<Index> v = edges.of_face(face);
+    if (v.size() == 6) {
+      load.quadratic_faces.push_back({v[0], v[1], v[2], v[3], v[4], v[5]});
+    } else {
+      load.triangles.push_back(face);
+    }
+  }
+  return load;
+}
 
 std::vector<SurfacePressure::Triangle> SurfacePressure::triangles_of(const PressureLoad& load) {
   std::vector<Triangle> triangles;

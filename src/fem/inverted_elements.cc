@@ -1,12 +1,15 @@
 #include "inverted_elements.h"
 
+#include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <limits>
 #include <variant>
 
 #include "element_blocks.h"
 #include "kernels/jacobian_kernels.h"
+#include "quadratic_shapes.h"
 #include "tetraction/core/parallel.h"
 #include "tetraction/fem/elastic_potential.h"
 
@@ -47,6 +50,38 @@ bool is_inverted(const RestState& rest, const Vector& q, Index e) {
 }
 
 }  // namespace
+
+InvertedAtNodes inverted_at_nodes(const RestState& rest, const Vector& q) {
+  InvertedAtNodes result;
+  if (!rest.is_quadratic()) return result;
+  std::array<VolumeCoordinates, QuadraticPoints::kNodes> places{};
+  for (int i = 0; i < 4; ++i) {
+    places[static_cast<std::size_t>(i)][static_cast<std::size_t>(i)] = 1.0;
+    for (int j = 0; j < i; ++j) {
+      VolumeCoordinates& l = places[static_cast<std::size_t>(QuadraticPoints::middle(i, j))];
+      l[static_cast<std::size_t>(i)] = l[static_cast<std::size_t>(j)] = 0.5;
+    }
+  }
+  for (Index e = 0; e < rest.element_count(); ++e) {
+    const ElementNodes nodes = rest.nodes(e);
+    const auto vertex = [&](int a) { return nodes[static_cast<std::size_t>(a)]; };
+    const auto at_rest = [&](int a) -> Vector3 {
+      return rest.position(vertex(a)) - rest.position(vertex(0));
+    };
+    const auto now = [&](int a) -> Vector3 {
+      return vertex_block(q, vertex(a)) - vertex_block(q, vertex(0));
+    };
+    const bool is_inverted =
+        std::any_of(places.begin(), places.end(), [&](const VolumeCoordinates& l) {
+          return quadratic_edges(l, now).determinant() < 0.0 &&
+                 quadratic_edges(l, at_rest).determinant() > 0.0;
+        });
+    if (!is_inverted) continue;
+    if (result.first < 0) result.first = e;
+    ++result.count;
+  }
+  return result;
+}
 
 InversionCounter::InversionCounter(const ElasticPotential& elastic) : elastic_(elastic) {
   const ElementBlocks& blocks = BlockAccess::blocks(elastic);

@@ -8,6 +8,15 @@
 namespace tetraction {
 
 class ElasticPotential;
+class RestState;
+
+/// The quadratic elements with J < 0 at one of their nodes. J is positive there at rest, and materials
+/// look at J only at the points of quadrature, so that a corner may turn inside out without resistance.
+struct InvertedAtNodes {
+  Index count = 0;
+  Index first = -1;  ///< the one with the smallest number
+};
+InvertedAtNodes inverted_at_nodes(const RestState& rest, const Vector& q);
 
 /// Counts the elements with J < 0. This needs only the current edges e of the elements, because
 /// det F has the sign of det e.

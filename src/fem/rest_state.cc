@@ -19,7 +19,8 @@ Shape::NodeMatrix quadratic_point(const ElementNodes& nodes, int point, const No
   std::array<Vector3, QuadraticPoints::kEdges> edges;
   QuadraticPoints::edges_of(values, edges);
   Shape::NodeMatrix local = Shape::NodeMatrix::Zero();
-  for (int k = 0; k < 3; ++k) local.col(k + 1) = edges[static_cast<std::size_t>(3 * point + k)];
+  const auto first = 3 * static_cast<std::size_t>(point);
+  for (std::size_t k = 0; k < 3; ++k) local.col(static_cast<Index>(k + 1)) = edges[first + k];
   return local;
 }
 

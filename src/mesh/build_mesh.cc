@@ -295,7 +295,7 @@ class Builder {
 
   void collect_groups() {
     for (const RawGroup& group : raw_.groups) {
-      mesh_.groups.push_back({group.name, group.dimension, group.tag, {}, {}, {}, {}});
+      mesh_.groups.push_back({group.name, group.dimension, group.tag, {}, {}});
     }
     for (const RawCell& cell : raw_.cells) {
       for (const int g : cell.groups) {
@@ -313,6 +313,7 @@ class Builder {
       }
     }
     collect_triangles();
+    collect_lines();
     for (Group& group : mesh_.groups) {
       std::sort(group.vertices.begin(), group.vertices.end());
       group.vertices.erase(std::unique(group.vertices.begin(), group.vertices.end()),
@@ -350,6 +351,19 @@ class Builder {
         }
         const auto face = outward.find(key_of(triangle));
         group.triangles.push_back(face != outward.end() ? face->second : triangle);
+      }
+    }
+  }
+
+  void collect_lines() {
+    for (const RawCell& cell : raw_.cells) {
+      if (cell.type != CellType::kLine || cell.vertices.size() < 2) continue;
+      for (const int g : cell.groups) {
+        Group& group = mesh_.groups[static_cast<std::size_t>(g)];
+        if (group.dimension != 1) continue;
+        const Index a = new_index_[index_of(cell.vertices[0], cell)];
+        const Index b = new_index_[index_of(cell.vertices[1], cell)];
+        if (a >= 0 && b >= 0) group.lines.push_back({a, b});
       }
     }
   }

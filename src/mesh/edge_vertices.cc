@@ -12,8 +12,7 @@ void sort_unique(std::vector<Index>& list) {
   list.erase(std::unique(list.begin(), list.end()), list.end());
 }
 
-void add_middles(const TetMesh& mesh, const EdgeVertices& edges,
-                 const std::vector<std::pair<Index, Index>>& ends, Group& group) {
+void add_middles(const TetMesh& mesh, const EdgeVertices& edges, Group& group) {
   const auto add = [&](Index a, Index b) {
     if (const Index middle = edges.find(a, b); middle >= 0) group.vertices.push_back(middle);
   };
@@ -30,13 +29,7 @@ void add_middles(const TetMesh& mesh, const EdgeVertices& edges,
       add(c, a);
     }
   } else if (group.dimension == 1) {
-    const std::vector<Index> own = group.vertices;
-    for (const auto& [a, b] : ends) {
-      if (std::binary_search(own.begin(), own.end(), a) &&
-          std::binary_search(own.begin(), own.end(), b)) {
-        add(a, b);
-      }
-    }
+    for (const auto& [a, b] : group.lines) add(a, b);
   }
   sort_unique(group.vertices);
 }
@@ -111,7 +104,7 @@ TetMesh with_edge_vertices(TetMesh mesh) {
     Index v = corners;
     for (const auto& [a, b] : ends) values.col(v++) = 0.5 * (values.col(a) + values.col(b));
   }
-  for (Group& group : mesh.groups) add_middles(mesh, edges, ends, group);
+  for (Group& group : mesh.groups) add_middles(mesh, edges, group);
   return mesh;
 }
 
@@ -143,8 +136,10 @@ TetMesh without_edge_vertices(const TetMesh& mesh) {
   for (Group& group : result.groups) {
     std::for_each(group.vertices.begin(), group.vertices.end(), renumber);
     std::erase(group.vertices, -1);
-    for (auto& triangle : group.triangles)
+    for (auto& triangle : group.triangles) {
       std::for_each(triangle.begin(), triangle.end(), renumber);
+    }
+    for (auto& line : group.lines) std::for_each(line.begin(), line.end(), renumber);
   }
   return result;
 }

@@ -8,7 +8,6 @@
 #include "body_constraints.h"
 #include "tetraction/core/error.h"
 #include "tetraction/dynamics/consistent_loads.h"
-#include "tetraction/mesh/edge_vertices.h"
 
 namespace tetraction {
 namespace {
@@ -116,17 +115,8 @@ ExternalForce make_dead_load(const ForceSettings& load, const MechanicalSystem& 
 
 PressureLoad make_pressure(const ForceSettings& load, const MechanicalSystem& system,
                            const AmplitudeList& amplitudes) {
-  PressureLoad pressure;
-  const EdgeVertices edges(system.mesh());
   const auto faces = at_place(load, [&] { return select_triangles(system.mesh(), load.select); });
-  for (const auto& face : faces) {
-    const std::vector<Index> v = edges.of_face(face);
-    if (v.size() == 6) {
-      pressure.quadratic_faces.push_back({v[0], v[1], v[2], v[3], v[4], v[5]});
-    } else {
-      pressure.triangles.push_back(face);
-    }
-  }
+  PressureLoad pressure = pressure_on(system.mesh(), faces);
   pressure.value = load.value;
   pressure.history = make_history(load, amplitudes);
   return pressure;

@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <algorithm>
 #include <limits>
 #include <optional>
 
+#include "fem/quadratic_shapes.h"
 #include "tetraction/core/error.h"
 
 namespace tetraction {
@@ -48,18 +50,6 @@ std::array<double, 4> barycentric(const std::vector<Vector3>& x, const Vector3& 
   return {1.0 - w1 - w2 - w3, w1, w2, w3};
 }
 
-// ∂x/∂L_j of x = Σ N_a x_a.
-std::array<Vector3, 4> derivatives(const std::vector<Vector3>& x, const std::array<double, 4>& l) {
-  std::array<Vector3, 4> d;
-  for (std::size_t j = 0; j < 4; ++j) d[j] = (4.0 * l[j] - 1.0) * x[j];
-  for (std::size_t k = 0; k < kTetrahedronEdges.size(); ++k) {
-    const auto& [i, j] = kTetrahedronEdges[k];
-    d[i] += 4.0 * l[j] * x[k + 4];
-    d[j] += 4.0 * l[i] * x[k + 4];
-  }
-  return d;
-}
-
 // Barycentric coordinates of a point of an element with ten nodes: Newton's method for x(L) = point.
 // Nothing if it does not converge, as far outside.
 std::optional<std::array<double, 4>> curved_coordinates(const std::vector<Vector3>& x,
@@ -70,38 +60,39 @@ std::optional<std::array<double, 4>> curved_coordinates(const std::vector<Vector
   std::array<double, 4> l = barycentric(x, point);
   for (double& own : l) own = std::clamp(own, -kFar, kFar);
   for (int i = 0; i < kIterations; ++i) {
-    const std::vector<double> n = shape_functions(l, x.size());
+    const auto n = quadratic_shapes(l);
     Vector3 rest = point;
     for (std::size_t a = 0; a < x.size(); ++a) rest -= n[a] * x[a];
-    const std::array<Vector3, 4> d = derivatives(x, l);
-    const Vector3 e1 = d[1] - d[0];
-    const Vector3 e2 = d[2] - d[0];
-    const Vector3 e3 = d[3] - d[0];
-    const double volume = triple(e1, e2, e3);
-    const std::array<double, 3> change{triple(rest, e2, e3) / volume, triple(e1, rest, e3) / volume,
-                                       triple(e1, e2, rest) / volume};
+    const Matrix3 edges = quadratic_edges(l, [&](int a) { return x[static_cast<std::size_t>(a)]; });
+    const Vector3 change = edges.inverse() * rest;
     for (std::size_t k = 0; k < 3; ++k) {
-      l[k + 1] += change[k];
-      l[0] -= change[k];
+      l[k + 1] += change[static_cast<Index>(k)];
+      l[0] -= change[static_cast<Index>(k)];
     }
     const double largest = *std::max_element(l.begin(), l.end());
     if (!(largest < 2.0 * kFar)) return std::nullopt;
     if (rest.norm() <= 1e-14 * size) return l;
-    const double step = std::max({std::abs(change[0]), std::abs(change[1]), std::abs(change[2])});
-    if (step <= 1e-13) return l;
+    if (change.cwiseAbs().maxCoeff() <= 1e-13) return l;
   }
   return std::nullopt;
 }
 
-bool is_in_box(const std::vector<Vector3>& x, const Vector3& point) {
-  Vector3 low = x[0];
-  Vector3 high = x[0];
-  for (const Vector3& node : x) {
-    low = low.cwiseMin(node);
-    high = high.cwiseMax(node);
+// Whether a point may be in an element, from the box of its nodes.
+bool may_contain(const TetMesh& mesh, Index e, const Vector3& point) {
+  const auto i = static_cast<std::size_t>(e);
+  const auto node = [&](Index v) -> Vector3 { return mesh.vertices[static_cast<std::size_t>(v)]; };
+  Vector3 low = node(mesh.tetrahedra[i][0]);
+  Vector3 high = low;
+  const auto add = [&](Index v) {
+    low = low.cwiseMin(node(v));
+    high = high.cwiseMax(node(v));
+  };
+  for (const Index v : mesh.tetrahedra[i]) add(v);
+  if (mesh.is_quadratic()) {
+    for (const Index v : mesh.edge_vertices[i]) add(v);
   }
   // A curved edge may leave the box of its nodes by an eighth of its length.
-  const double room = (x.size() > 4 ? 0.25 : 1e-6) * (high - low).maxCoeff();
+  const double room = (mesh.is_quadratic() ? 0.25 : 1e-6) * (high - low).maxCoeff();
   return ((point - low).array() >= -room).all() && ((high - point).array() >= -room).all();
 }
 
@@ -175,9 +166,8 @@ double distance_to_triangle(const Vector3& point, const Vector3& a, const Vector
 
 std::vector<double> shape_functions(const std::array<double, 4>& weights, std::size_t nodes) {
   if (nodes == 4) return {weights.begin(), weights.end()};
-  const auto& [a, b, c, d] = weights;
-  return {a * (2 * a - 1), b * (2 * b - 1), c * (2 * c - 1), d * (2 * d - 1), 4 * a * b,
-          4 * b * c,       4 * a * c,       4 * a * d,       4 * b * d,       4 * c * d};
+  const auto shapes = quadratic_shapes(weights);
+  return {shapes.begin(), shapes.end()};
 }
 
 PointInMesh locate(const TetMesh& mesh, const Vector3& point) {
@@ -185,8 +175,8 @@ PointInMesh locate(const TetMesh& mesh, const Vector3& point) {
   PointInMesh found;
   double deepest = -std::numeric_limits<double>::infinity();
   for (Index e = 0; e < mesh.tetrahedron_count(); ++e) {
+    if (!may_contain(mesh, e, point)) continue;
     const std::vector<Vector3> x = nodes_of(mesh, e);
-    if (!is_in_box(x, point)) continue;
     const auto weights =
         x.size() > 4 ? curved_coordinates(x, point) : std::optional(barycentric(x, point));
     if (!weights) continue;

@@ -142,6 +142,12 @@ BodyRegion make_region(const MaterialSettings& material, const TetMesh& mesh,
           make_densities(material, mesh, elements)};
 }
 
+void set_loads(const Scene& scene, MechanicalSystem& system) {
+  BodyLoads loads = make_loads(scene, system, scene.amplitude);
+  system.set_forces(std::move(loads.forces));
+  system.set_pressures(std::move(loads.pressures));
+}
+
 }  // namespace
 
 MaterialField make_material(const MaterialSettings& settings, const MechanicalSystem& system,
@@ -178,11 +184,14 @@ std::unique_ptr<MechanicalSystem> make_system(const Scene& scene, TetMesh mesh) 
                                                    scene.mesh.volume);
   system->set_environment(make_environment(scene.environment, scene.amplitude));
   system->set_damping(scene.damping);
-  BodyLoads loads = make_loads(scene, *system, scene.amplitude);
-  system->set_forces(std::move(loads.forces));
-  system->set_pressures(std::move(loads.pressures));
+  set_loads(scene, *system);
   for (const auto& term : scene.force_term) system->add_force_term(term);
   return system;
+}
+
+void use_consistent_weights(const Scene& scene, MechanicalSystem& system) {
+  system.use_consistent_weights();
+  set_loads(scene, system);
 }
 
 void require_defined_terms(const MechanicalSystem& system, const Vector& position, double time,
@@ -343,6 +352,31 @@ struct SelectionCheck {
   void operator()(const Other&) const {}
 };
 
+// Checks the integrator and the solver that each event leaves.
+void check_solvers_of_events(const Scene& scene, const MechanicalSystem& system) {
+  Integrator integrator = scene.time.integrator;
+  SolverSettings solver = scene.solver;
+  for (const EventSettings& event : scene.event) {
+    bool changed = false;
+    for (const Edit& edit : event.edits) {
+      if (const auto* time = std::get_if<SetTime>(&edit)) {
+        integrator = time->time.integrator;
+        changed = true;
+      } else if (const auto* set = std::get_if<SetSolver>(&edit)) {
+        solver = set->solver;
+        changed = true;
+      }
+    }
+    if (!changed) continue;
+    try {
+      check_solver(integrator, solver, system);
+    } catch (const InputError& error) {
+      if (event.where.empty()) throw;
+      throw InputError(fmt::format("{}: {}", event.where, error.what()));
+    }
+  }
+}
+
 }  // namespace
 
 std::string density_array(const MaterialSettings& material) {
@@ -363,6 +397,7 @@ void check_events(const Scene& scene, const MechanicalSystem& system) {
       }
     }
   }
+  check_solvers_of_events(scene, system);
   refuse_contradicting_targets(scene, system);
 }
 
@@ -396,6 +431,19 @@ std::vector<Index> check_shift(const ShiftSettings& shift, const TetMesh& mesh) 
   return vertices;
 }
 
+void check_solver(Integrator integrator, const SolverSettings& solver,
+                  const MechanicalSystem& system) {
+  check_settings(solver);
+  if (!is_implicit(integrator)) return;
+  if (needs_root_finder(integrator) && solver.kind != "newton") {
+    throw InputError(fmt::format(
+        "solver.kind = \"{}\" minimises, but a step of integrator = \"{}\" is no minimisation: "
+        "take solver.kind = \"newton\", or integrator = \"midpoint\".",
+        solver.kind, to_string(integrator)));
+  }
+  if (solver.kind == "ceres") check_ceres(system);
+}
+
 std::unique_ptr<Minimizer> make_minimizer(const SolverSettings& solver,
                                           const MechanicalSystem& system) {
   check_settings(solver);
@@ -422,16 +470,11 @@ std::unique_ptr<Stepper> make_stepper(Integrator integrator, const SolverSetting
         "vertices that keep all their distances.",
         equations, kMostEquations));
   }
+  check_solver(integrator, solver, system);
   std::shared_ptr<Minimizer> minimizer;
   std::shared_ptr<RootFinder> root_finder;
   if (is_implicit(integrator)) minimizer = make_minimizer(solver, system);
   if (needs_root_finder(integrator)) {
-    if (solver.kind != "newton") {
-      throw InputError(fmt::format(
-          "solver.kind = \"{}\" minimises, but a step of integrator = \"{}\" is no minimisation: "
-          "take solver.kind = \"newton\", or integrator = \"midpoint\".",
-          solver.kind, to_string(integrator)));
-    }
     NewtonOptions options;
     options.tolerance = solver.tolerance;
     options.max_iterations = solver.max_iterations;

@@ -5,10 +5,10 @@
 #include <optional>
 #include <utility>
 
-#include "body_loads.h"
 #include "session_impl.h"
 #include "tetraction/core/error.h"
 #include "tetraction/core/interruption.h"
+#include "tetraction/simulation/scene_objects.h"
 #include "tetraction/simulation/stop_flag.h"
 
 namespace tetraction {
@@ -28,10 +28,7 @@ std::string resting_warning(const std::string& where) {
 void Session::Impl::begin_equilibrium(double largest_increment) {
   // A load step is an implicit step of length 1 at most in the load factor, which ends at 1.
   settings.time = {Integrator::kBackwardEuler, 1.0, false, 1.0};
-  system->use_consistent_weights();
-  BodyLoads loads = make_loads(settings.loads, *system, scene.amplitude);
-  system->set_forces(std::move(loads.forces));
-  system->set_pressures(std::move(loads.pressures));
+  use_consistent_weights(scene, *system);
   set_constraints_of_equilibrium(scene, *system, settings.constraints);
   shared = shared_distances(settings.constraints.others);
   refuse_free_motions(*system, 0.0);
@@ -110,6 +107,7 @@ bool Session::Impl::load_step() {
   count_inverted(nullptr);
   if (state().time >= 1.0) {
     progress.status = RunStatus::kFinished;
+    warn_of_inverted_corners();
     if (std::string text = round_off_text(loading->path()); !text.empty()) {
       progress.warnings.push_back(std::move(text));
     }

@@ -133,6 +133,7 @@ std::vector<Index> broken_elements(const MechanicalSystem& system, const Vector&
   }
   std::sort(broken.begin(), broken.end());
   std::vector<Index> elements;
+  elements.reserve(broken.size());
   for (const auto& entry : broken) elements.push_back(entry.second);
   return elements;
 }

@@ -235,6 +235,7 @@ struct Session::Impl {
   /// Counts inverted elements if materials allow them. If the state is the result of a small step,
   /// its elastic energy is given. Null means any other state, or new materials.
   void count_inverted(const double* energy_after_step);
+  void warn_of_inverted_corners();
   /// Makes the counter of inverted elements for the present materials.
   std::unique_ptr<InversionCounter> make_inversion_counter() const;
   /// Adds warnings about a large energy error, and about events for which no step was left.

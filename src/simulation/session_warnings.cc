@@ -172,7 +172,20 @@ void Session::Impl::warn_of_loads() {
   }
 }
 
+void Session::Impl::warn_of_inverted_corners() {
+  const InvertedAtNodes inverted = inverted_at_nodes(system->rest(), state().position);
+  if (inverted.count == 0) return;
+  progress.warnings.push_back(
+      fmt::format("at the end {} of the quadratic elements {} turned inside out (J < 0) at a node, "
+                  "the first is "
+                  "element {}. Materials see J at the points of quadrature only, where it is "
+                  "positive. Stresses "
+                  "around there are not reliable: take a finer mesh there.",
+                  inverted.count, inverted.count == 1 ? "is" : "are", element_id(inverted.first)));
+}
+
 void Session::Impl::warn_at_the_end() {
+  warn_of_inverted_corners();
   warn_of_step_control();
   if (is_automatic() || adapts()) {
     for (std::size_t i = progress.next_event; i < scene.event.size(); ++i) {

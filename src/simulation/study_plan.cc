@@ -135,6 +135,21 @@ void check_comparison(const SolverComparison& wanted, const Scene& scene) {
   }
 }
 
+// Throws InputError if a run cannot have its solver.
+void check_solvers(const StudyPlan& plan, const TetMesh& mesh) {
+  for (std::size_t variant = 0; variant < plan.variants.size(); ++variant) {
+    const Scene& scene = plan.variants[variant].scene;
+    const std::unique_ptr<MechanicalSystem> system = make_system(scene, mesh);
+    for (const PlannedRun& run : plan.runs) {
+      if (run.variant != variant) continue;
+      SolverSettings solver = scene.solver;
+      if (!run.solver.empty()) solver.kind = run.solver;
+      if (run.compares_solver) solver.linear = LinearSolver::kAuto;
+      check_solver(run.integrator, solver, *system);
+    }
+  }
+}
+
 }  // namespace
 
 StudyPlan plan_study(const Scene& scene, const TetMesh& mesh, const StudySettings& settings) {
@@ -191,6 +206,8 @@ StudyPlan plan_study(const Scene& scene, const TetMesh& mesh, const StudySetting
       }
     }
   }
+
+  check_solvers(plan, mesh);
 
   const double reference_step =
       settings.reference_step

@@ -59,17 +59,7 @@ class CeresMinimizer : public Minimizer {
         evaluator_(system, y_),
         problem_(problem_options()) {
     check_options(options);
-    if (system.nodal_volume() != nullptr) {
-      throw InputError(
-          "Ceres cannot take mesh.volume = \"nodal\", which couples vertices that belong to no "
-          "common tetrahedron: set solver.kind = \"newton\", or mesh.volume = \"element\".");
-    }
-    for (const ForceTerm* term : system.force_terms()) {
-      if (term->couples_only_neighbors()) continue;
-      throw InputError("Ceres cannot take the force term \"" + term->name() +
-                       "\", which couples vertices that belong to no common tetrahedron: set "
-                       "solver.kind = \"newton\".");
-    }
+    check_ceres(system);
     add_blocks();
     solver_options_.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
     solver_options_.sparse_linear_algebra_library_type = ceres::SUITE_SPARSE;
@@ -290,6 +280,20 @@ class CeresMinimizer : public Minimizer {
 };
 
 }  // namespace
+
+void check_ceres(const MechanicalSystem& system) {
+  if (system.nodal_volume() != nullptr) {
+    throw InputError(
+        "Ceres cannot take mesh.volume = \"nodal\", which couples vertices that belong to no "
+        "common tetrahedron: set solver.kind = \"newton\", or mesh.volume = \"element\".");
+  }
+  for (const ForceTerm* term : system.force_terms()) {
+    if (term->couples_only_neighbors()) continue;
+    throw InputError("Ceres cannot take the force term \"" + term->name() +
+                     "\", which couples vertices that belong to no common tetrahedron: set "
+                     "solver.kind = \"newton\".");
+  }
+}
 
 std::unique_ptr<Minimizer> make_ceres_minimizer(const MechanicalSystem& system,
                                                 const MinimizerOptions& options) {

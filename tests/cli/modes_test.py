@@ -121,6 +121,34 @@ class Modes(CliTest):
         self.assertGreater(arrays["displacement"][:, 0].max(), 0.1)
         self.assertNotIn("displacement", read_grid(self.path("rest", "mode_01.vtu"))[1])
 
+    def test_equilibrium_is_that_of_static(self):
+        # Consistent weights of gravity matter for few quadratic elements: lumped masses bend a column of
+        # two cells sideways by half of its elongation.
+        scene = self.write("column.toml", """
+[mesh]
+generate = "box"
+size = [1, 1, 2]
+cells = [1, 1, 2]
+element = "quadratic"
+[material]
+model = "neo-hookean"
+youngs_modulus = 1e6
+poissons_ratio = 0.3
+density = 1000
+[environment]
+kind = "gravity"
+[[fix]]
+select = { plane = { axis = "z", at = 2.0 } }
+[[body_force]]
+value = [0, 0, -5e3]
+""")
+        self.run_program("modes", scene, "-n", "1", "--out", "modes", "--static")
+        self.run_program("static", scene, "--out", "static")
+        expected = read_grid(self.path("static", "final.vtu"))[1]["displacement"]
+        computed = read_grid(self.path("modes", "mode_01.vtu"))[1]["displacement"]
+        self.assertGreater(abs(expected).max(), 1e-2)
+        self.assertLess(abs(computed - expected).max(), 1e-6 * abs(expected).max())
+
     def test_pressure_with_a_free_rim(self):
         # A pressure on the tip that follows it raises the first frequency; a dead load would lower it.
         scene = self.write("beam.toml", BEAM + """

@@ -449,6 +449,9 @@ class Solvers(StudyTest):
                                                   "ceres@0.01,ceres@1e-2"))  # fmt: skip
         self.assertIn("minimises", self.refused_study("--integrators", "verlet", "--steps", "0.005",
                                                      "--also-solver", "ceres@0.005"))  # fmt: skip
+        # Found before the first run.
+        nodal = self.refused_study(*grid, "--also-solver", "ceres@0.01", "--set", "mesh.volume=nodal")
+        self.assertIn("Ceres cannot take mesh.volume", nodal)
 
 
 if __name__ == "__main__":

@@ -153,6 +153,33 @@ TEST_F(QuadraticMesh, BadElementsAreRefused) {
   EXPECT_EQ(build_mesh(raw).report.reoriented, 1);
 }
 
+TEST_F(QuadraticMesh, GroupsOfLinesHaveTheMiddlesOfTheirOwnEdges) {
+  RawMesh raw = one_element();
+  raw.cells[0].type = CellType::kTetrahedron;
+  raw.cells[0].vertices.resize(4);
+  raw.groups = {{"rim", 1, 3}};
+  // The third edge of the triangle 1 2 3 is no line of the group.
+  for (const auto& ends : {std::array{1, 2}, std::array{2, 3}}) {
+    RawCell line;
+    line.type = CellType::kLine;
+    line.id = 8 + static_cast<std::int64_t>(raw.cells.size());
+    line.vertices = {ends[0], ends[1]};
+    line.groups = {0};
+    raw.cells.push_back(line);
+  }
+  const TetMesh linear = build_mesh(raw);
+  const TetMesh mesh = with_edge_vertices(linear);
+  ASSERT_EQ(mesh.groups.size(), 1U);
+  EXPECT_EQ(mesh.groups[0].vertices.size(), 5U);
+  EXPECT_TRUE(write_mesh(mesh, path("lines.msh")).lost_groups.empty());
+  const TetMesh read = read_mesh(path("lines.msh"));
+  ASSERT_TRUE(read.is_quadratic());
+  ASSERT_EQ(read.groups.size(), 1U);
+  EXPECT_EQ(read.groups[0].vertices.size(), 5U);
+  EXPECT_EQ(read.groups[0].lines.size(), 2U);
+  EXPECT_EQ(without_edge_vertices(mesh).groups[0].vertices, linear.groups[0].vertices);
+}
+
 TEST_F(QuadraticMesh, SceneWithTheKey) {
   write_mesh(curved(), path("q.vtu"));
   const auto scene_text = [](const std::string& mesh) {

@@ -273,6 +273,15 @@ TEST_F(RunOutput, FieldsAreThoseThatTheSceneNames) {
   EXPECT_EQ(has("frames/frame_000024.vtu"), more);
 }
 
+TEST_F(RunOutput, NodalPressuresAreMeansAlsoWithNodalVolumes) {
+  scene_.mesh.volume = VolumeRule::kNodal;
+  run();
+  const StoredFrame frame = read_frame((folder_ / "final.vtu").string(), {"pressure_nodal"}, {});
+  const MechanicalSystem& system = session_->system();
+  const ElementFields fields = element_fields(system, session_->state().position);
+  EXPECT_EQ(frame.point_arrays[0], nodal_average(system, pressures(fields.cauchy_stress)));
+}
+
 TEST_F(RunOutput, FurtherFieldsAreThoseOfTheState) {
   std::vector<std::string> points{"cauchy_stress_nodal", "green_strain_nodal", "von_mises_nodal",
                                   "pressure_nodal"};

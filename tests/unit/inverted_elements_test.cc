@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 
 #include "support/bodies.h"
+#include "tetraction/mesh/edge_vertices.h"
 
 namespace tetraction {
 namespace {
@@ -39,6 +40,30 @@ TEST(InversionCounter, CountsAsTheDeterminantsSay) {
     Vector mirrored = rest;
     for (Index i = 0; i < mirrored.size(); i += 3) mirrored[i] *= -1.0;
     EXPECT_EQ(counter.count(mirrored), system.rest().element_count());
+  }
+}
+
+TEST(InvertedAtNodes, FindsCornersThatThePointsDoNotSee) {
+  const TetMesh linear = small_block({2, 1, 1});
+  EXPECT_EQ(inverted_at_nodes(RestState(linear), TetMesh(linear).rest_positions()).count, 0);
+  const TetMesh mesh = with_edge_vertices(linear);
+  const RestState rest(mesh);
+  Vector q = mesh.rest_positions();
+  EXPECT_EQ(inverted_at_nodes(rest, q).count, 0);
+  // J of a corner changes its sign where the middle of an edge is nearer than a quarter of the edge.
+  const Index e = 7;
+  const ElementNodes nodes = rest.nodes(e);
+  const Vector3 corner = vertex_block(std::as_const(q), nodes[0]);
+  const Vector3 way = vertex_block(std::as_const(q), nodes[1]) - corner;
+  for (const double place : {0.26, 0.24}) {
+    vertex_block(q, nodes[4]) = corner + place * way;
+    const InvertedAtNodes found = inverted_at_nodes(rest, q);
+    EXPECT_EQ(found.count > 0, place < 0.25) << place;
+    EXPECT_EQ(found.first >= 0, place < 0.25);
+    for (Index p = 4 * e; p < 4 * e + 4; ++p) {
+      const auto edges = rest.gather(q, p);
+      EXPECT_GT(Matrix3(edges.rightCols<3>().colwise() - edges.col(0)).determinant(), 0.0);
+    }
   }
 }
 

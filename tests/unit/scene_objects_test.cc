@@ -159,6 +159,34 @@ TEST(MakeStepper, RefusesSolverSettingsByTheirKey) {
             "solver.kind = \"gauss\" is not a solver; there are newton and ceres.");
 }
 
+TEST(CheckEvents, FindsSolversThatCannotComputeTheSteps) {
+  const auto refusal_of = [](const Scene& scene, std::vector<Edit> edits) -> std::string {
+    Scene changed = scene;
+    changed.event.push_back({0.1, {}, "", "scene.toml:12:1: event at 0.1 s"});
+    changed.event.push_back({0.2, std::move(edits), "", "scene.toml:20:1: event at 0.2 s"});
+    try {
+      check_events(changed, *make_system(changed, generate_mesh(*changed.mesh.generate)));
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "accepted";
+  };
+  Scene scene = clamped();
+  TimeSettings midpoint = scene.time;
+  midpoint.integrator = Integrator::kMidpoint;
+  TimeSettings energy_momentum = scene.time;
+  energy_momentum.integrator = Integrator::kEnergyMomentum;
+  SolverSettings ceres = scene.solver;
+  ceres.kind = "ceres";
+  EXPECT_EQ(refusal_of(scene, {SetTime{midpoint}, SetSolver{ceres}}), "accepted");
+  std::string text = refusal_of(scene, {SetTime{energy_momentum}, SetSolver{ceres}});
+  EXPECT_EQ(text.rfind("scene.toml:20:1: event at 0.2 s: solver.kind", 0), 0U) << text;
+  scene.mesh.volume = VolumeRule::kNodal;
+  EXPECT_EQ(refusal_of(scene, {SetSolver{ceres}}), "accepted");  // verlet needs no solver
+  text = refusal_of(scene, {SetTime{midpoint}, SetSolver{ceres}});
+  EXPECT_EQ(text.rfind("scene.toml:20:1: event at 0.2 s: Ceres", 0), 0U) << text;
+}
+
 TEST(SetDamping, RefusesACoefficientByItsKey) {
   const Scene scene = clamped();
   const auto system = make_system(scene, generate_mesh(*scene.mesh.generate));

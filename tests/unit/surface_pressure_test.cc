@@ -67,17 +67,8 @@ class PressureOnABox : public testing::TestWithParam<bool> {
         position_(strained_state(system_.elastic(), mesh_.rest_positions(), 0.3)) {}
 
   PressureLoad pressure(const Selection& selection, double value) const {
-    PressureLoad load;
+    PressureLoad load = pressure_on(mesh_, select_triangles(mesh_, selection));
     load.value = value;
-    const EdgeVertices edges(mesh_);
-    for (const auto& face : select_triangles(mesh_, selection)) {
-      const std::vector<Index> v = edges.of_face(face);
-      if (v.size() == 6) {
-        load.quadratic_faces.push_back({v[0], v[1], v[2], v[3], v[4], v[5]});
-      } else {
-        load.triangles.push_back(face);
-      }
-    }
     EXPECT_EQ(load.triangles.empty(), GetParam());
     return load;
   }

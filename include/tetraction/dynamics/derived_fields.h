@@ -52,12 +52,6 @@ Matrix pressures(const Matrix& cauchy_stress);
 /// rest volumes (rows × vertices).
 Matrix nodal_average(const MechanicalSystem& system, const Matrix& element_field);
 
-/// The pressure −tr σ/3 at every vertex, Pa (1 × vertices), from the stresses of the tetrahedra: their
-/// nodal_average(). With VolumeRule::kNodal the volumetric part −U'(J_a) is that of the vertex
-/// itself, and only the rest of the pressure is such a mean.
-Matrix nodal_pressures(const MechanicalSystem& system, const Vector& q,
-                       const Matrix& cauchy_stress);
-
 /// The displacement less the best-fit rigid motion, 3 × vertices: q − (R (X − X̄) + q̄). The
 /// centres X̄ and q̄ are mass-weighted. R is the rotation that brings the rest shape nearest to q.
 /// It comes from the polar decomposition of Σ m (q − q̄)(X − X̄)ᵀ (shape matching, Müller et al.

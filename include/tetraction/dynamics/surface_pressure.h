@@ -7,6 +7,7 @@
 #include "tetraction/dynamics/amplitude.h"
 #include "tetraction/dynamics/force_term.h"
 #include "tetraction/fem/free_coordinates.h"
+#include "tetraction/mesh/tet_mesh.h"
 
 namespace tetraction {
 
@@ -21,6 +22,9 @@ struct PressureLoad {
   /// Faces of quadratic elements: outward corners 0, 1, 2 and the middles of the edges 01, 12, 20.
   std::vector<std::array<Index, 6>> quadratic_faces{};
 };
+
+/// The load of p = 0 on outward faces of the mesh, which are given by their corners.
+PressureLoad pressure_on(const TetMesh& mesh, const std::vector<std::array<Index, 3>>& faces);
 
 /// All pressures on a body.
 ///

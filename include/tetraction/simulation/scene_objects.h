@@ -30,6 +30,11 @@ Environment make_environment(const EnvironmentSettings& settings,
 /// for selections that select nothing and for wrong parameters.
 std::unique_ptr<MechanicalSystem> make_system(const Scene& scene, TetMesh mesh);
 
+/// Lets gravity and the loads of a scene act on the body that make_system() has made of it with
+/// consistent weights (MechanicalSystem::use_consistent_weights()). Statics and the modes about an
+/// equilibrium have them; the start of a motion has the lumped masses of its time steps.
+void use_consistent_weights(const Scene& scene, MechanicalSystem& system);
+
 /// Sets the scene's constraints in `system` and returns the initial state. Positions are made in
 /// this order: the stretch about the centre of mass, the displacement array, the positions that the
 /// constraints prescribe. Velocities at these positions are v + ω × (q − centre of mass), the
@@ -39,8 +44,14 @@ std::unique_ptr<MechanicalSystem> make_system(const Scene& scene, TetMesh mesh);
 State make_initial_state(const Scene& scene, MechanicalSystem& system);
 
 /// Checks what can be checked of the scene's events before the run. Throws InputError for
-/// selections that select nothing and for constraints with impossible values.
+/// selections that select nothing, for constraints with impossible values, and as check_solver() does.
 void check_events(const Scene& scene, const MechanicalSystem& system);
+
+/// Throws InputError if steps of the integrator cannot be computed with this solver: the settings are
+/// wrong, the solver minimises and the step is no minimisation, or the body has a term that the solver
+/// cannot take.
+void check_solver(Integrator integrator, const SolverSettings& solver,
+                  const MechanicalSystem& system);
 
 /// Makes the solver of the settings. Throws InputError for an unknown one.
 std::unique_ptr<Minimizer> make_minimizer(const SolverSettings& solver,

@@ -26,4 +26,8 @@ namespace tetraction {
 std::unique_ptr<Minimizer> make_ceres_minimizer(const MechanicalSystem& system,
                                                 const MinimizerOptions& options);
 
+/// Throws InputError if the body has a term that couples vertices of no common tetrahedron, which
+/// the residuals of single elements cannot have: mesh.volume = "nodal", and some force terms.
+void check_ceres(const MechanicalSystem& system);
+
 }  // namespace tetraction

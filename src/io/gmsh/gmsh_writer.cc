@@ -189,11 +189,16 @@ class GmshWriter {
       if (possible) keep(cell.type, dimension, std::move(nodes), cell.groups);
     }
     const EdgeVertices edges(mesh_);
-    // Without its cells, a group has the triangles of the mesh.
+    // Without its cells, a group has the triangles or the lines of the mesh.
     for (std::size_t g = 0; g < mesh_.groups.size(); ++g) {
       const Group& group = mesh_.groups[g];
-      if (group.dimension != 2 || begun[g] || !whole[g] || group.triangles.empty()) continue;
+      if (begun[g] || !whole[g] || (group.triangles.empty() && group.lines.empty())) continue;
       begun[g] = true;
+      for (const auto& [a, b] : group.lines) {
+        std::vector<Index> nodes{a, b};
+        if (const Index middle = edges.find(a, b); middle >= 0) nodes.push_back(middle);
+        keep(CellType::kLine, 1, std::move(nodes), {static_cast<int>(g)});
+      }
       whole[g] = group.detached_triangles.empty();
       for (const auto& triangle : group.triangles) {
         keep(CellType::kTriangle, 2, edges.of_face(triangle), {static_cast<int>(g)});

@@ -73,9 +73,7 @@ class FieldMaker {
     if (name == "cauchy_stress_nodal") return average(elements().cauchy_stress);
     if (name == "green_strain_nodal") return average(elements().green_strain);
     if (name == "von_mises_nodal") return average(elements().von_mises);
-    if (name == "pressure_nodal") {
-      return nodal_pressures(system_, state_.position, elements().cauchy_stress);
-    }
+    if (name == "pressure_nodal") return average(pressures(elements().cauchy_stress));
     if (name == "jacobian_nodal") return average(elements().jacobian);
     throw std::logic_error(fmt::format("the field {} is in output_fields() only", name));
   }

@@ -87,7 +87,7 @@ FrameWriter::~FrameWriter() = default;
 std::string FrameWriter::write(const Frame& frame) {
   make_own_directory(impl_->directory + "/frames");
   const std::string name = fmt::format("frames/frame_{:06}.vtu", frame.step);
-  const std::string path = impl_->directory + "/" + name;
+  std::string path = impl_->directory + "/" + name;
   write_vtu(impl_->filled(frame, impl_->format.precision), path, impl_->format.compression);
   impl_->entries += collection_entry(frame.time, name);
   std::error_code unknown;
