@@ -20,5 +20,7 @@ void add_keys_command(CLI::App& app, int& exit_code);
 void add_mesh_command(CLI::App& app, int& exit_code);
 void add_view_command(CLI::App& app, int& exit_code);
 void add_modes_command(CLI::App& app, int& exit_code);
+/// A command for the build of packages, which the help does not name: manual pages and completion.
+void add_document_command(CLI::App& app, int& exit_code);
 
 }  // namespace tetraction
