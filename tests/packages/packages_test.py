@@ -84,7 +84,7 @@ class Installed(unittest.TestCase):
         # Its mesh is in the folder `data` beside the examples.
         scene = self.installed("share/doc/tetraction/examples/scenes/tuning_fork.toml")
         out = os.path.join(self.folder, "out")
-        call(program, "run", scene, "--out", out, "--set", "time.end=1e-5", "--quiet")
+        call(program, "run", scene, "--out", out, "--set", "time.end=2e-4", "--quiet")
         for page in ("tetraction", "tetraction-run", "tetraction-mesh-info"):
             path = self.installed("share/man/man1", page + ".1")
             self.assertTrue(os.path.exists(path), page)
