@@ -12,6 +12,7 @@ inline CLI::Validator not_empty(const char* reason) {
   return {[reason](std::string& value) { return value.empty() ? std::string(reason) : ""; }, ""};
 }
 
+void add_new_command(CLI::App& app, int& exit_code);
 void add_run_command(CLI::App& app, int& exit_code);
 void add_static_command(CLI::App& app, int& exit_code);
 void add_study_command(CLI::App& app, int& exit_code);

@@ -126,6 +126,7 @@ int run_program(int argc, char** argv) {
   add_threads(app);
 
   int exit_code = 0;
+  tetraction::add_new_command(app, exit_code);
   tetraction::add_run_command(app, exit_code);
   tetraction::add_static_command(app, exit_code);
   tetraction::add_modes_command(app, exit_code);

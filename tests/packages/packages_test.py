@@ -53,7 +53,7 @@ class Installed(unittest.TestCase):
         program = self.build("io", "core;io", os.path.join(HERE, "read_scene.cc"))
         scene = os.path.join(self.folder, "scene.toml")
         with open(scene, "w") as file:
-            file.write('[mesh]\ngenerate = "beam"\n[material]\nyoung = 1e5\npoisson = 0.3\n')
+            file.write('[mesh]\ngenerate = "beam"\n[material]\nyoungs_modulus = 1e5\npoissons_ratio = 0.3\n')
         self.assertRegex(call(program, scene), r"^[1-9]\d* vertices$")
 
     def test_a_component_that_is_not_there_is_named(self):
