@@ -12,6 +12,7 @@ inline CLI::Validator not_empty(const char* reason) {
   return {[reason](std::string& value) { return value.empty() ? std::string(reason) : ""; }, ""};
 }
 
+void add_new_command(CLI::App& app, int& exit_code);
 void add_run_command(CLI::App& app, int& exit_code);
 void add_static_command(CLI::App& app, int& exit_code);
 void add_study_command(CLI::App& app, int& exit_code);
@@ -20,5 +21,7 @@ void add_keys_command(CLI::App& app, int& exit_code);
 void add_mesh_command(CLI::App& app, int& exit_code);
 void add_view_command(CLI::App& app, int& exit_code);
 void add_modes_command(CLI::App& app, int& exit_code);
+/// A command for the build of packages, which the help does not name: manual pages and completion.
+void add_document_command(CLI::App& app, int& exit_code);
 
 }  // namespace tetraction

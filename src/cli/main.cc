@@ -7,6 +7,7 @@
 #include <sstream>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "address_space.h"
@@ -19,6 +20,10 @@
 #include "tetraction/core/error.h"
 #include "tetraction/core/parallel.h"
 #include "tetraction/core/version.h"
+#include "tetraction/io/io_library_versions.h"
+#ifdef TETRACTION_HAS_VIEWER
+#include "viewer/gui/window/view_app.h"
+#endif
 
 namespace {
 
@@ -35,8 +40,21 @@ int report(int code, std::string_view what) {
 
 std::string version_text() {
   const tetraction::BlasInfo blas = tetraction::blas_info();
-  return fmt::format("tetraction {}\nBLAS: {}{}{}", tetraction::version(), blas.library,
-                     blas.core.empty() ? "" : ", core ", blas.core);
+  std::string text =
+      fmt::format("tetraction {}\nBLAS: {}{}{}\n", tetraction::version(), blas.library,
+                  blas.core.empty() ? "" : ", core ", blas.core);
+  std::vector<tetraction::LibraryVersion> libraries = tetraction::core_library_versions();
+  for (auto& library : tetraction::io_library_versions()) libraries.push_back(std::move(library));
+  libraries.push_back({"CLI11", CLI11_VERSION});
+#ifdef TETRACTION_HAS_VIEWER
+  libraries.push_back({"Qt", tetraction::viewer::qt_version()});
+#endif
+  const char* separator = "Libraries: ";
+  for (const auto& library : libraries) {
+    text += fmt::format("{}{} {}", separator, library.name, library.version);
+    separator = ", ";
+  }
+  return text;
 }
 
 // Help and version count as results and go to standard output.
@@ -57,7 +75,7 @@ int report(const CLI::App& app, const CLI::ParseError& error) {
   const CLI::App* command = &app;
   while (!command->get_subcommands().empty()) command = command->get_subcommands().front();
   const std::vector<const CLI::App*> choices =
-      command->get_subcommands([](const CLI::App*) { return true; });
+      command->get_subcommands([](const CLI::App* choice) { return !choice->get_group().empty(); });
   const std::vector<std::string> rest = app.remaining(true);
   std::string text = error.what();
   if (!choices.empty() && dynamic_cast<const CLI::RequiredError*>(&error) != nullptr) {
@@ -108,6 +126,7 @@ int run_program(int argc, char** argv) {
   add_threads(app);
 
   int exit_code = 0;
+  tetraction::add_new_command(app, exit_code);
   tetraction::add_run_command(app, exit_code);
   tetraction::add_static_command(app, exit_code);
   tetraction::add_modes_command(app, exit_code);
@@ -116,6 +135,7 @@ int run_program(int argc, char** argv) {
   tetraction::add_mesh_command(app, exit_code);
   tetraction::add_keys_command(app, exit_code);
   tetraction::add_view_command(app, exit_code);
+  tetraction::add_document_command(app, exit_code);
   // Accepted anywhere, and told of where it matters.
   for (CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
     if (command->get_name() != "mesh") add_threads(*command);

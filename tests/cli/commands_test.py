@@ -387,5 +387,45 @@ class Overwriting(CliTest):
         self.assertIn("twice", self.refused(2, *study, "--vary", "material.density=900,900"))
 
 
+class NewProject(CliTest):
+    def test_everything_in_it_works(self):
+        told = self.run_program("new", "my first beam").stdout
+        self.assertIn("tetraction check scene.toml", told)
+        folder = self.path("my first beam")
+        self.assertEqual(sorted(os.listdir(folder)), ["README.md", "beam.msh", "scene.toml"])
+        scene = os.path.join(folder, "scene.toml")
+        self.run_program("check", scene)
+        result = self.run_program("run", scene, "--out", "results", "--set", "time.end=0.02")
+        self.assertNotIn("warning", result.stderr)
+        with open(self.path("results", "probes.csv")) as file:
+            self.assertIn("tip_y", file.readline())
+        self.run_program("static", scene, "--out", "equilibrium")
+        with open(os.path.join(folder, "README.md")) as file:
+            self.assertTrue(file.read().startswith("# my first beam\n"))
+
+    def test_keys_in_comments_can_be_used(self):
+        self.run_program("new", "beam")
+        path = self.path("beam", "scene.toml")
+        with open(path) as file:
+            lines = file.read().splitlines()
+        begin = lines.index("[mesh]")
+        comments = [i for i, line in enumerate(lines) if i > begin and line.startswith("# ")]
+        self.assertGreater(len(comments), 3)
+        for i in comments:
+            lines[i] = lines[i][2:]
+        self.write("all.toml", "\n".join(lines).replace("beam.msh", "beam/beam.msh"))
+        self.run_program("check", "all.toml")
+
+    def test_folders_that_hold_something_stay_as_they_are(self):
+        os.mkdir(self.path("taken"))
+        self.write("taken/notes.txt", "mine")
+        self.assertIn("not an empty folder", self.refused(2, "new", "taken"))
+        self.assertEqual(os.listdir(self.path("taken")), ["notes.txt"])
+        self.refused(2, "new", "taken/notes.txt")
+        os.mkdir(self.path("empty"))
+        self.run_program("new", "empty")
+        self.refused(4, "new", "/proc/nowhere")
+
+
 if __name__ == "__main__":
     unittest.main(argv=[sys.argv[0], *sys.argv[3:]], verbosity=1)

@@ -1,0 +1,96 @@
+# cmake --install, the CMake package, the pkg-config file and the Debian packages (cpack -G DEB).
+include(GNUInstallDirs)
+include(CMakePackageConfigHelpers)
+
+set(package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/tetraction)
+set_target_properties(tetraction_core PROPERTIES EXPORT_NAME core)
+install(TARGETS tetraction_core EXPORT tetraction-core
+  ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development
+  LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development
+  RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT development)
+install(EXPORT tetraction-core NAMESPACE tetraction:: DESTINATION ${package_folder}
+  COMPONENT development)
+install(DIRECTORY include/tetraction DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
+  COMPONENT development FILES_MATCHING PATTERN "*.h")
+
+configure_package_config_file(cmake/tetraction-config.cmake.in
+  ${PROJECT_BINARY_DIR}/tetraction-config.cmake INSTALL_DESTINATION ${package_folder})
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/tetraction-config-version.cmake
+  COMPATIBILITY SameMinorVersion)
+install(FILES ${PROJECT_BINARY_DIR}/tetraction-config.cmake
+  ${PROJECT_BINARY_DIR}/tetraction-config-version.cmake
+  cmake/core_dependencies.cmake cmake/io_dependencies.cmake
+  DESTINATION ${package_folder} COMPONENT development)
+# Relative, so that an installation can be moved and --prefix may differ from that of the configuration.
+file(RELATIVE_PATH pkgconfig_to_prefix /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
+configure_file(cmake/tetraction.pc.in ${PROJECT_BINARY_DIR}/tetraction.pc @ONLY)
+install(FILES ${PROJECT_BINARY_DIR}/tetraction.pc
+  DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT development)
+
+if(TETRACTION_BUILD_IO)
+  set_target_properties(tetraction_io PROPERTIES EXPORT_NAME io)
+  set_target_properties(tetraction PROPERTIES EXPORT_NAME program)
+  install(TARGETS tetraction_io EXPORT tetraction-io
+    ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development
+    LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development
+    RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT development)
+  install(EXPORT tetraction-io NAMESPACE tetraction:: DESTINATION ${package_folder}
+    COMPONENT development)
+  install(TARGETS tetraction EXPORT tetraction-program
+    RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program)
+  install(EXPORT tetraction-program NAMESPACE tetraction:: DESTINATION ${package_folder}
+    COMPONENT development)
+
+  # Manual pages and the completion of bash, from the definitions of the command line.
+  set(documents ${PROJECT_BINARY_DIR}/command_line)
+  add_custom_command(OUTPUT ${documents}/man1/tetraction.1 ${documents}/tetraction.bash
+    COMMAND ${CMAKE_COMMAND} -E make_directory ${documents}/man1
+    COMMAND tetraction document-command-line man ${documents}/man1
+    COMMAND tetraction document-command-line bash ${documents}/tetraction.bash
+    DEPENDS tetraction VERBATIM)
+  add_custom_target(command_line_documents ALL DEPENDS ${documents}/man1/tetraction.1)
+  install(DIRECTORY ${documents}/man1 DESTINATION ${CMAKE_INSTALL_MANDIR} COMPONENT program
+    FILES_MATCHING PATTERN "*.1")
+  install(FILES ${documents}/tetraction.bash RENAME tetraction
+    DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions COMPONENT program)
+
+  # The scenes name meshes as ../../data/NAME.
+  install(DIRECTORY docs data DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
+  install(DIRECTORY examples/scenes DESTINATION ${CMAKE_INSTALL_DOCDIR}/examples COMPONENT program)
+  install(FILES README.md LICENSE CHANGELOG.md CONTRIBUTING.md CITATION.cff
+    DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
+  if(TETRACTION_HAS_VIEWER)
+    install(FILES packaging/tetraction.desktop
+      DESTINATION ${CMAKE_INSTALL_DATADIR}/applications COMPONENT program)
+    install(FILES packaging/tetraction.svg
+      DESTINATION ${CMAKE_INSTALL_DATADIR}/icons/hicolor/scalable/apps COMPONENT program)
+  endif()
+endif()
+
+# Two packages: the program, and the library with its headers.
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_NAME tetraction)
+set(CPACK_PACKAGE_VENDOR Tetraction)
+set(CPACK_PACKAGE_CONTACT "The Tetraction developers <tetraction@localhost>")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "${PROJECT_DESCRIPTION}")
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_COMPONENTS_ALL program development)
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_SECTION science)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME tetraction)
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_DEPENDS libopenblas0-pthread)
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS "python3-matplotlib, libgl1-mesa-dri")
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libtetraction-dev)
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS
+  "libeigen3-dev, libsuitesparse-dev, libopenblas-dev, libceres-dev, libspectra-dev, libtbb-dev, libhwy-dev, libfmt-dev")
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SUGGESTS
+  "libvtk9-dev, libtomlplusplus-dev, nlohmann-json3-dev, libmuparser-dev, zlib1g-dev")
+set(CPACK_COMPONENT_PROGRAM_DESCRIPTION
+  "Simulates hyperelastic solids on tetrahedral meshes with variational integrators and reports a complete balance of energy and momentum.")
+set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION
+  "The library of Tetraction: headers, static libraries, CMake package and pkg-config file.")
+include(CPack)

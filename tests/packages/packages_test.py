@@ -1,0 +1,125 @@
+"""Installs the build into a folder and uses it as other projects do: with CMake and with pkg-config.
+
+Usage: packages_test.py CMAKE BUILD_FOLDER SOURCE_FOLDER [TestCase...]
+"""
+
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+CMAKE, BUILD, SOURCE = sys.argv[1:4]
+HERE = os.path.dirname(os.path.abspath(__file__))
+
+
+def call(*command, **options):
+    result = subprocess.run(command, capture_output=True, text=True, **options)
+    if result.returncode != 0:
+        raise AssertionError(f"{' '.join(command)}\n{result.stdout}\n{result.stderr}")
+    return result.stdout
+
+
+class Installed(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.mkdtemp(prefix="tetraction installed ")
+        cls.prefix = os.path.join(cls.folder, "usr")
+        call(CMAKE, "--install", BUILD, "--prefix", cls.prefix)
+
+    @classmethod
+    def tearDownClass(cls):
+        shutil.rmtree(cls.folder)
+
+    def installed(self, *parts):
+        return os.path.join(self.prefix, *parts)
+
+    def build(self, name, components, program, *definitions):
+        build = os.path.join(self.folder, name)
+        call(CMAKE, "-G", "Ninja", "-S", HERE, "-B", build, "-DCMAKE_BUILD_TYPE=Release",
+             f"-DCMAKE_PREFIX_PATH={self.prefix}", f"-DCOMPONENTS={components}",
+             f"-DPROGRAM={program}", *definitions)  # fmt: skip
+        call(CMAKE, "--build", build)
+        return os.path.join(build, "my_program")
+
+    def test_cmake_package_of_the_core_needs_no_vtk(self):
+        absent = [f"-DCMAKE_DISABLE_FIND_PACKAGE_{name}=TRUE"
+                  for name in ("VTK", "Qt5", "nlohmann_json", "tomlplusplus")]  # fmt: skip
+        program = self.build("core", "core", os.path.join(SOURCE, "tests/consumer/main.cc"), *absent)
+        self.assertEqual(call(program).strip(), "finished")
+
+    def test_cmake_package_with_files(self):
+        program = self.build("io", "core;io", os.path.join(HERE, "read_scene.cc"))
+        scene = os.path.join(self.folder, "scene.toml")
+        with open(scene, "w") as file:
+            file.write('[mesh]\ngenerate = "beam"\n[material]\nyoungs_modulus = 1e5\npoissons_ratio = 0.3\n')
+        self.assertRegex(call(program, scene), r"^[1-9]\d* vertices$")
+
+    def test_a_component_that_is_not_there_is_named(self):
+        build = os.path.join(self.folder, "unknown")
+        result = subprocess.run(
+            [CMAKE, "-G", "Ninja", "-S", HERE, "-B", build, f"-DCMAKE_PREFIX_PATH={self.prefix}",
+             "-DCOMPONENTS=core;gpu", "-DPROGRAM=read_scene.cc"],
+            capture_output=True, text=True)  # fmt: skip
+        self.assertNotEqual(result.returncode, 0)
+        self.assertIn("gpu", result.stderr)
+
+    def test_pkg_config(self):
+        places = [os.path.join(root, "pkgconfig")
+                  for root, folders, _ in os.walk(self.prefix) if "pkgconfig" in folders]  # fmt: skip
+        environment = {**os.environ, "PKG_CONFIG_PATH": ":".join(places)}
+        # A folder with blanks is quoted by pkg-config, and the shell takes the quotes away.
+        flags = call("pkg-config", "--cflags", "--libs", "tetraction", env=environment)
+        program = os.path.join(self.folder, "by_pkg_config")
+        call("sh", "-c", f'g++ -O2 "$1" -o "$2" {flags}', "sh",
+             os.path.join(SOURCE, "tests/consumer/main.cc"), program)  # fmt: skip
+        self.assertEqual(call(program).strip(), "finished")
+
+    def test_the_program_and_what_comes_with_it(self):
+        program = self.installed("bin", "tetraction")
+        version = call(program, "--version")
+        for library in ("Eigen", "Ceres", "CHOLMOD", "VTK", "toml++"):
+            self.assertRegex(version, rf"{library.replace('+', '.')} [0-9]+\.[0-9]+")
+        # Its mesh is in the folder `data` beside the examples.
+        scene = self.installed("share/doc/tetraction/examples/scenes/tuning_fork.toml")
+        out = os.path.join(self.folder, "out")
+        call(program, "run", scene, "--out", out, "--set", "time.end=2e-4", "--quiet")
+        for page in ("tetraction", "tetraction-run", "tetraction-mesh-info"):
+            path = self.installed("share/man/man1", page + ".1")
+            self.assertTrue(os.path.exists(path), page)
+        with open(self.installed("share/man/man1/tetraction-run.1")) as file:
+            text = file.read()
+        for word in ("\\-\\-resume", "\\-\\-set", "EXIT STATUS"):
+            self.assertIn(word, text)
+        self.assertNotIn("document", open(self.installed("share/man/man1/tetraction.1")).read())
+
+    def completions(self, *words):
+        script = self.installed("share/bash-completion/completions/tetraction")
+        quoted = " ".join(f"'{word}'" for word in words)
+        return call("bash", "-c", f"source '{script}'; COMP_WORDS=({quoted}); "
+                    f"COMP_CWORD={len(words) - 1}; _tetraction; printf '%s\\n' \"${{COMPREPLY[@]}}\""
+                    ).split()  # fmt: skip
+
+    def test_completion_of_bash(self):
+        self.assertIn("static", self.completions("tetraction", "st"))
+        self.assertIn("study", self.completions("tetraction", "st"))
+        self.assertEqual(self.completions("tetraction", "mesh", "inf"), ["info"])
+        self.assertIn("--resume", self.completions("tetraction", "run", "scene.toml", "--re"))
+        self.assertNotIn("--resume", self.completions("tetraction", "modes", "--re"))
+        self.assertIn("CMakeLists.txt", call(
+            "bash", "-c", f"cd '{HERE}'; source '{self.installed('share/bash-completion/completions/tetraction')}'; "
+            "COMP_WORDS=(tetraction run CM); COMP_CWORD=2; _tetraction; echo ${COMPREPLY[@]}"))  # fmt: skip
+
+    def test_desktop_entry(self):
+        path = self.installed("share/applications/tetraction.desktop")
+        if not os.path.exists(path):
+            self.skipTest("built without the viewer")
+        if shutil.which("desktop-file-validate"):
+            call("desktop-file-validate", path)
+        self.assertTrue(os.path.exists(
+            self.installed("share/icons/hicolor/scalable/apps/tetraction.svg")))  # fmt: skip
+
+
+if __name__ == "__main__":
+    unittest.main(argv=[sys.argv[0], *sys.argv[4:]], verbosity=1)
