@@ -78,14 +78,14 @@ std::string spelling(const CLI::Option& option) {
 std::string manual_page(const CLI::App& app) {
   const std::string name = full_name(app, "-");
   std::string page =
-      fmt::format(".TH \"{}\" 1 \"\" \"tetraction {}\" \"Tetraction\"\n.SH NAME\n{} \\- {}\n", roff(name),
-                  version(), roff(name), roff(app.get_description()));
+      fmt::format(".TH \"{}\" 1 \"\" \"tetraction {}\" \"Tetraction\"\n.SH NAME\n{} \\- {}\n",
+                  roff(name), version(), roff(name), roff(app.get_description()));
   page += fmt::format(".SH SYNOPSIS\n.B {}\n", roff(full_name(app, " ")));
   const Commands commands = commands_of(app);
   if (!commands.empty()) page += ".I COMMAND\n";
   for (const CLI::Option* operand : operands_of(app)) {
-    page += fmt::format(operand->get_required() ? "\\fI{}\\fR\n" : "[\\fI{}\\fR]\n",
-                        roff(operand->get_name()));
+    const std::string word = fmt::format("\\fI{}\\fR", roff(operand->get_name()));
+    page += operand->get_required() ? word + "\n" : fmt::format("[{}]\n", word);
   }
   page += "[\\fIOPTION\\fR]...\n";
   if (!commands.empty()) {
@@ -175,8 +175,8 @@ std::string completion_of_bash(const CLI::App& app) {
 }  // namespace
 
 void add_document_command(CLI::App& app, int& exit_code) {
-  CLI::App* command = app.add_subcommand("document-command-line",
-                                         "Write manual pages, or the completion of bash");
+  CLI::App* command =
+      app.add_subcommand("document-command-line", "Write manual pages, or the completion of bash");
   command->group("");  // not in the help
   struct Arguments {
     std::string kind;
@@ -186,7 +186,8 @@ void add_document_command(CLI::App& app, int& exit_code) {
   command->add_option("kind", arguments->kind, "man or bash")
       ->required()
       ->check(CLI::IsMember({"man", "bash"}));
-  command->add_option("path", arguments->path, "Folder of the manual pages, or file of the completion")
+  command
+      ->add_option("path", arguments->path, "Folder of the manual pages, or file of the completion")
       ->required()
       ->check(not_empty("it names no path"));
   command->callback([arguments, &app, &exit_code] {

@@ -40,9 +40,8 @@ int report(int code, std::string_view what) {
 
 std::string version_text() {
   const tetraction::BlasInfo blas = tetraction::blas_info();
-  std::string text =
-      fmt::format("tetraction {}\nBLAS: {}{}{}\n", tetraction::version(), blas.library,
-                  blas.core.empty() ? "" : ", core ", blas.core);
+  std::string text = fmt::format("tetraction {}\nBLAS: {}{}{}\n", tetraction::version(),
+                                 blas.library, blas.core.empty() ? "" : ", core ", blas.core);
   std::vector<tetraction::LibraryVersion> libraries = tetraction::core_library_versions();
   for (auto& library : tetraction::io_library_versions()) libraries.push_back(std::move(library));
   libraries.push_back({"CLI11", CLI11_VERSION});

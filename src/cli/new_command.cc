@@ -114,9 +114,8 @@ int make_project(const std::string& folder) {
   std::error_code error;
   const fs::path path(folder);
   if (fs::exists(path, error) && (!fs::is_directory(path, error) || !fs::is_empty(path, error))) {
-    throw InputError(
-        fmt::format("{} is there already and is not an empty folder. Give another name.",
-                    in_quotes(folder)));
+    throw InputError(fmt::format(
+        "{} is there already and is not an empty folder. Give another name.", in_quotes(folder)));
   }
   fs::create_directories(path, error);
   if (error) {
@@ -125,8 +124,8 @@ int make_project(const std::string& folder) {
   }
   write_mesh(beam(), (path / "beam.msh").string());
   write_text_file((path / "scene.toml").string(), kScene);
-  const std::string name = path.has_filename() ? path.filename().string()
-                                               : path.parent_path().filename().string();
+  const std::string name =
+      path.has_filename() ? path.filename().string() : path.parent_path().filename().string();
   write_text_file((path / "README.md").string(), fmt::format(fmt::runtime(kReadme), name));
   print_result(
       "{0}: scene.toml, beam.msh, README.md\nTry: cd {0}; tetraction check scene.toml; tetraction "
