@@ -146,7 +146,7 @@ value = 5.0e3
         rows = self.rows()
         self.assertEqual([row["kind"] for row in rows], ["elastic", "elastic"])
         lowest = float(rows[0]["frequency"])
-        self.assertAlmostEqual(float(rows[1]["frequency"]) / lowest, 1.0, places=4)
+        self.assertAlmostEqual(float(rows[1]["frequency"]) / lowest, 1.0, delta=0.01)
         text = self.run_program("check", scene, *thin).stdout
         self.assertIn(f"frequencies: {lowest:.5g} Hz to ", text)
         self.assertNotIn("rigid mode", text)
