@@ -241,6 +241,7 @@ int check(const std::string& path, const std::vector<std::string>& overrides, bo
   for (const auto& warning_of : {locking_warning, instability_warning}) {
     if (const std::string warning = warning_of(*system); !warning.empty()) print_warning(warning);
   }
+  if (!spectrum.warning.empty()) print_warning(spectrum.warning);
   if (!exact) print_warning("the derivatives differ from finite differences by more than 1e-7");
   return exact ? 0 : 1;
 }

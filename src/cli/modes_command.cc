@@ -102,6 +102,9 @@ int compute_modes(const ModesArguments& arguments) {
   const Vector q = positions_of_modes(scene, *system, arguments.loaded, options);
   if (q.size() == 0) return 1;
   const NormalModes modes = normal_modes(*system, q, options);
+  if (const std::string warning = round_off_warning(modes); !warning.empty()) {
+    print_warning(warning);
+  }
   write_modes(*system, q, modes, directory);
   const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
   const std::string summary =

@@ -78,6 +78,7 @@ Spectrum spectrum_of(const MechanicalSystem& system, const StabilityLimit& limit
       if (mode.kind != ModeKind::kElastic) continue;
       spectrum.lowest = mode.frequency();
       spectrum.damping_ratio = mode.damping_ratio;
+      spectrum.warning = round_off_warning({.modes = {mode}});
       return spectrum;
     }
     if (modes.total <= count) break;

@@ -3,6 +3,7 @@
 
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <string>
 
 #include "tetraction/dynamics/mechanical_system.h"
 #include "tetraction/dynamics/stability.h"
@@ -16,6 +17,7 @@ struct Spectrum {
   Index rigid = 0;             ///< number of rigid modes, if `lowest` was computed
   Index unstable = 0;          ///< number of unstable modes, likewise
   double damping_ratio = 0.0;  ///< of the lowest mode, likewise; 0 without damping
+  std::string warning;         ///< that round-off spoils the lowest frequency; empty if not
 };
 
 /// The frequencies at rest. The lowest one takes a factorisation of the stiffness matrix. It is

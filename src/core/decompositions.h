@@ -17,8 +17,13 @@ struct SymmetricEigen {
   Vector values;   ///< ascending
   Matrix vectors;  ///< one per column, of length 1
 };
-/// The eigenvalues and eigenvectors of a symmetric matrix of any size.
+/// The eigenvalues and eigenvectors of a symmetric matrix of any size. Errors of eigenvalues are of the order
+/// of round-off relative to the largest one.
 SymmetricEigen symmetric_eigen(const Matrix& a);
+/// The same by Jacobi's method, which also computes small eigenvalues to their own round-off if the matrix
+/// is D A D with a diagonal matrix D and a well-conditioned A (J. Demmel, K. Veselić, SIAM J. Matrix Anal.
+/// Appl. 13, 1992). It is fast if the matrix is nearly diagonal.
+SymmetricEigen jacobi_eigen(Matrix a);
 
 struct SingularVectors {
   Matrix u;  ///< square and orthogonal

@@ -196,6 +196,7 @@ class EnergyMomentumStepper : public ImplicitStepper {
         break;
       }
       share = energy_share_of_residual();
+      if (report.termination == Termination::kNoProgress) break;  // what is left is round-off
     }
     // Near rest the energies themselves are so small that round-off is a share of them. Such a step is
     // as exact as it can be, and its residual is counted as limited by round-off.

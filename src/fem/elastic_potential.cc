@@ -491,8 +491,10 @@ void ElasticPotential::product(const Vector& q, const Vector& x, Vector& result)
         s.scalar_block(block, q, local_records,
                        [&](Index i, const Shape::NodeMatrix& local, const auto& m,
                            double&) -> Shape::NodeMatrix {
+                         // Relative displacements keep the digits of small strains in a large
+                         // motion.
                          return element_product<Shape>(s.rest.point(i), m, local,
-                                                       s.rest.gather(x, i));
+                                                       s.rest.gather_relative(x, i));
                        });
       });
     }

@@ -102,7 +102,10 @@ std::vector<Eigenpair> lanczos_pairs(InverseOperation& operation, Index count, I
   solver.init(start.data());
   solver.compute(Spectra::SortRule::LargestAlge, kRestarts, kTolerance);
   if (solver.info() != Spectra::CompInfo::Successful) {
-    throw Error("The Lanczos iterations for the modes did not converge.");
+    throw Error(
+        "The Lanczos iterations for the modes did not converge. The lowest frequencies may lie too "
+        "far below the highest one of the mesh: take fewer elements across a thin body, or a "
+        "thicker one.");
   }
   const Vector values = solver.eigenvalues();
   const Matrix vectors = solver.eigenvectors();
@@ -171,9 +174,11 @@ bool is_positive(const ScaledStiffness& stiffness, SparseCholesky& cholesky,
 // Factorises S − σ with the smallest −σ for which no ω² is below σ. Returns σ.
 double factorize_shifted(const ScaledStiffness& stiffness, const LinearisedEquations& equations,
                          SparseCholesky& cholesky) {
-  constexpr double kSmallest = 1e-11;
+  // Iterations tell ω² from each other that are not far below −σ. With equations, modes that they
+  // do not allow have an inverse of up to 1/σ, whose round-off must not spoil the others.
+  const double smallest = equations.count() > 0 ? 1e-11 : 1e-14;
   constexpr double kLargest = 1e3;
-  for (double part = kSmallest; part <= kLargest; part *= 10.0) {
+  for (double part = smallest; part <= kLargest; part *= 10.0) {
     const double sigma = -part * stiffness.unit();
     if (cholesky.factorize(stiffness.shifted(sigma)) &&
         is_positive(stiffness, cholesky, equations)) {

@@ -6,6 +6,7 @@
 
 #include "assembled_system.h"
 #include "core/gmres.h"
+#include "dynamics/solve_to_round_off.h"
 #include "forcing_term.h"
 #include "line_search.h"
 #include "newton_direction.h"
@@ -76,8 +77,10 @@ class NewtonRootFinder : public RootFinder {
 
  private:
   void iterate(RootProblem& problem, MinimizerReport& report) {
+    constexpr int kSlow = 2;  // such iterations in a row end it
     ForcingTerm forcing(first_forcing_);
     const bool first_may_do = !problem.is_loaded(at_.u);
+    int slow = 0;
     while (!is_small_enough(report, first_may_do)) {
       if (report.iterations >= options_.max_iterations) {
         report.termination = Termination::kIterationLimit;
@@ -89,7 +92,9 @@ class NewtonRootFinder : public RootFinder {
                          find_direction(problem, forcing.next(report), report) &&
                          move_along(problem, report);
       report.residual = at_.residual;
-      if (!found) {
+      slow = found && is_round_off(problem, at_, before) ? slow + 1 : 0;
+      if (!found || slow >= kSlow) {
+        slow = 0;
         if (refine()) continue;
         report.termination = Termination::kNoProgress;
         return;
@@ -99,6 +104,16 @@ class NewtonRootFinder : public RootFinder {
       if (report.iterations == 1) first_forcing_ = forcing.first_of_next_step();
     }
     report.termination = Termination::kConverged;
+  }
+
+  // Whether residuals before and after an iteration differ by little and may be mere round-off. A
+  // direction lowers the residual of the linear equations at least tenfold, and near the solution that is
+  // the residual. The estimate of round-off may be too small by the margin, so that a limit just above the estimate
+  // may be out of reach; without an end the iteration would wander there.
+  static bool is_round_off(const RootProblem& problem, const Iterate& at, double before) {
+    constexpr double kLittle = 0.5;
+    return at.residual > kLittle * before &&
+           at.residual <= kRoundOffMargin * problem.round_off(at.u);
   }
 
   // Moves at_ along direction_. The measure of a trial point is |r| if the longest step lowers it well.

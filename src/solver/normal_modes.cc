@@ -9,6 +9,7 @@
 #include <complex>
 #include <limits>
 #include <numbers>
+#include <optional>
 
 #include "core/decompositions.h"
 #include "fem/connected_parts.h"
@@ -21,8 +22,6 @@ namespace tetraction {
 namespace {
 
 constexpr double kRoundOff = std::numeric_limits<double>::epsilon();
-// ω² below this part of the largest diagonal entry of M^(−½)KM^(−½) cannot be told from zero.
-constexpr double kZero = 64.0 * kRoundOff;
 
 // An orthonormal basis of the coefficients c with |columns c| ≤ limit |c|.
 Matrix null_space(const Matrix& columns, double limit) {
@@ -101,126 +100,6 @@ RigidMotions rigid_motions(const ScaledStiffness& stiffness, const Vector& q,
   return motions;
 }
 
-// Rigid motions that the constraints allow and that meet no stiffness, in the coordinates of S,
-// orthonormal.
-Matrix free_rigid_motions(const MechanicalSystem& system, const Vector& q,
-                          const ScaledStiffness& stiffness, const LinearisedEquations& equations) {
-  constexpr double kAllowed = 1e-11;
-  constexpr std::size_t kMostParts = 32;
-  const std::vector<std::vector<Index>> parts = connected_parts(system.rest());
-  if (parts.size() > kMostParts) {
-    throw InputError(fmt::format(
-        "The mesh consists of {} parts that do not touch each other; modes are computed for up to "
-        "{} of them. Take them one at a time.",
-        parts.size(), kMostParts));
-  }
-  const RigidMotions motions = rigid_motions(stiffness, q, parts);
-  // What the constraints keep from moving, weighted by the mass.
-  Matrix z(stiffness.size(), motions.fields.cols());
-  Matrix missing(motions.fields.rows() + equations.count(), motions.fields.cols());
-  for (Index j = 0; j < motions.fields.cols(); ++j) {
-    z.col(j) = stiffness.scaled(stiffness.momentum(motions.fields.col(j)));
-    Vector rest = motions.fields.col(j) - stiffness.displacements(z.col(j));
-    for (Index i = 0; i < rest.size(); ++i) rest[i] *= std::sqrt(system.mass()[i / 3]);
-    missing.col(j).head(rest.size()) = rest;
-    missing.col(j).tail(equations.count()) =
-        equations.h.transpose() * (equations.q.transpose() * z.col(j));
-  }
-  const Matrix allowed = null_space(missing, kAllowed);
-  // K times a rotation ω × (q − c) is ω × f with the elastic forces f = ∇W(q), because W does not
-  // change in a rotation. This has much less round-off than a product with K.
-  double energy = 0.0;
-  Vector force;
-  system.elastic_energy_and_gradient(q, energy, force);
-  Matrix resistance(stiffness.size(), allowed.cols());
-  for (Index j = 0; j < allowed.cols(); ++j) {
-    const Vector field = motions.fields * allowed.col(j);
-    Vector product = stiffness.terms_product(field);
-    for (std::size_t k = 0; k < parts.size(); ++k) {
-      const Index first = 6 * static_cast<Index>(k);
-      const Vector3 rotation =
-          motions.rotations.middleCols<6>(first) * allowed.col(j).segment<6>(first);
-      for (const Index v : parts[k]) {
-        vertex_block(product, v) += rotation.cross(Vector3(vertex_block(std::as_const(force), v)));
-      }
-    }
-    Vector scaled = stiffness.scaled(product);
-    if (equations.count() > 0) {
-      scaled +=
-          equations.q * (equations.curvature * (equations.q.transpose() * (z * allowed.col(j))));
-    }
-    resistance.col(j) = equations.project(scaled);
-  }
-  const Matrix coefficients =
-      along_axes(allowed * null_space(resistance, kZero * stiffness.largest()));
-  return z * coefficients;
-}
-
-NormalMode make_mode(const MechanicalSystem& system, const ScaledStiffness& stiffness,
-                     double omega_squared, const Vector& z) {
-  NormalMode mode;
-  const double zero = kZero * stiffness.largest();
-  mode.kind = omega_squared > zero    ? ModeKind::kElastic
-              : omega_squared < -zero ? ModeKind::kUnstable
-                                      : ModeKind::kRigid;
-  mode.omega_squared = mode.kind == ModeKind::kRigid ? 0.0 : omega_squared;
-  mode.shape = stiffness.displacements(z);
-  Index largest = 0;
-  mode.shape.cwiseAbs().maxCoeff(&largest);
-  if (mode.shape[largest] < 0.0) mode.shape = -mode.shape;
-  const Vector momentum = stiffness.momentum(mode.shape);
-  mode.effective_mass = momentum.reshaped(3, system.vertex_count()).rowwise().sum().cwiseAbs2();
-  return mode;
-}
-
-// ζ = φᵀCφ/(2ω) of every mode. Viscosity and the damping of terms are linear in small velocities.
-// Damping of the mass is that of the mass matrix of the modes.
-void enter_damping(const MechanicalSystem& system, const ScaledStiffness& stiffness,
-                   const Vector& q, double time, NormalModes& modes) {
-  if (!system.is_dissipative()) return;
-  const Vector rest = Vector::Zero(q.size());
-  const ForcePoint at{system.mass(), q, time};
-  HessianBlocks blocks;
-  blocks.reset(system.vertex_count());
-  for (const ForceTerm* term : system.force_terms()) {
-    if (!term->has_dissipation()) continue;
-    term->add_dissipation_hessian(at, rest, HessianForm::kExact, blocks);
-  }
-  for (NormalMode& mode : modes.modes) {
-    Vector force = Vector::Zero(q.size());
-    system.add_viscous_force(q, mode.shape, force);
-    force = -force;
-    blocks.add_product(mode.shape, force);
-    force += system.damping().mass_damping *
-             (stiffness.momentum(mode.shape) - system.momentum_of(mode.shape));
-    const double rate = std::max(0.0, mode.shape.dot(force));
-    if (is_vibration(mode.kind)) {
-      mode.damping_ratio = 0.5 * rate / std::sqrt(mode.omega_squared);
-    } else if (mode.kind == ModeKind::kRigid && rate > 0.0) {
-      // A rigid motion strains nothing, so that viscosity gives it round-off only.
-      Vector of_vertices = Vector::Zero(q.size());
-      blocks.add_product(mode.shape, of_vertices);
-      if (mode.shape.dot(of_vertices) > 0.0) {
-        mode.damping_ratio = std::numeric_limits<double>::infinity();
-      }
-    }
-  }
-}
-
-// A mode of a complex ω², if it is one, has the frequency and the rate of growth of e^(iωt).
-NormalMode make_complex_mode(const MechanicalSystem& system, const ScaledStiffness& stiffness,
-                             std::complex<double> omega_squared, const Vector& z) {
-  // Two equal frequencies may become conjugates by round-off.
-  constexpr double kReal = 1e-6;
-  NormalMode mode = make_mode(system, stiffness, omega_squared.real(), z.normalized());
-  if (std::abs(omega_squared.imag()) <= kReal * std::abs(omega_squared)) return mode;
-  const std::complex<double> omega = std::sqrt(omega_squared);
-  mode.kind = ModeKind::kFlutter;
-  mode.omega_squared = omega.real() * omega.real();
-  mode.growth_rate = std::abs(omega.imag());
-  return mode;
-}
-
 // Whether the stiffness of loads has a part that S does not have, and the product with it.
 class RestOfLoads {
  public:
@@ -259,12 +138,296 @@ class RestOfLoads {
   HessianBlocks known_;
 };
 
-// The modes with the whole stiffness of the loads. `modes`: eigenvectors of S as columns.
+// The sizes of the forces that terms add to at each vertex when the vertices move by displacements of
+// these lengths, N.
+Vector term_sizes(const HessianBlocks& terms, const Vector& lengths) {
+  Vector sizes = Vector::Zero(lengths.size());
+  for (Index v = 0; v < lengths.size(); ++v) sizes[v] = terms.diagonal(v).norm() * lengths[v];
+  for (const HessianBlocks::Pair& pair : terms.pairs()) {
+    const double size = pair.block.norm();
+    sizes[pair.row] += size * lengths[pair.column];
+    sizes[pair.column] += size * lengths[pair.row];
+  }
+  for (const HessianBlocks::Outer& outer : terms.outers()) {
+    double sum = 0.0;
+    for (std::size_t i = outer.begin; i < outer.end; ++i) {
+      sum += terms.outer_vectors()[i].norm() * lengths[terms.outer_vertices()[i]];
+    }
+    for (std::size_t i = outer.begin; i < outer.end; ++i) {
+      sizes[terms.outer_vertices()[i]] +=
+          std::abs(outer.factor) * terms.outer_vectors()[i].norm() * sum;
+    }
+  }
+  return sizes;
+}
+
+// The forces of the elements and of the terms of S at the positions of the modes.
+struct ForcesOfState {
+  Vector elastic;
+  Vector sum;              // less forces that are in balance up to round-off
+  double round_off = 0.0;  // of the elastic ones, N; 0 if there is no stress
+
+  // The solver of equilibria takes forces for round-off up to the same size.
+  ForcesOfState(const MechanicalSystem& system, const Vector& q, const ScaledStiffness& stiffness) {
+    constexpr double kMargin = 100.0;
+    double energy = 0.0;
+    system.elastic_energy_and_gradient(q, energy, elastic);
+    const double noise =
+        kMargin * 0.5 * kRoundOff * std::sqrt(system.stiffness_sums(0.0).with_edges);
+    if (elastic.norm() <= noise) {
+      elastic.setZero();
+    } else {
+      round_off = noise;
+    }
+    sum = elastic + stiffness.terms_gradient();
+    if (system.coordinates().restricted_norm(sum) <= noise) {
+      sum.setZero();
+      round_off = 0.0;
+    }
+  }
+};
+
+// Rigid motions that the constraints allow and that meet no stiffness, in the coordinates of S,
+// orthonormal. Whether a motion is free follows from the constraints and from the terms that could
+// resist it, each compared with its own size. The elements do not resist it, so that their stiffness
+// does not matter.
+Matrix free_rigid_motions(const MechanicalSystem& system, const Vector& q, double time,
+                          const ScaledStiffness& stiffness, const LinearisedEquations& equations,
+                          bool under_loads) {
+  constexpr double kAllowed = 1e-11;
+  constexpr double kResisted = 1e-9;
+  constexpr std::size_t kMostParts = 32;
+  const std::vector<std::vector<Index>> parts = connected_parts(system.rest());
+  if (parts.size() > kMostParts) {
+    throw InputError(fmt::format(
+        "The mesh consists of {} parts that do not touch each other; modes are computed for up to "
+        "{} of them. Take them one at a time.",
+        parts.size(), kMostParts));
+  }
+  const RigidMotions motions = rigid_motions(stiffness, q, parts);
+  // What the constraints keep from moving, weighted by the mass.
+  Matrix z(stiffness.size(), motions.fields.cols());
+  Matrix missing(motions.fields.rows() + equations.count(), motions.fields.cols());
+  for (Index j = 0; j < motions.fields.cols(); ++j) {
+    z.col(j) = stiffness.scaled(stiffness.momentum(motions.fields.col(j)));
+    Vector rest = motions.fields.col(j) - stiffness.displacements(z.col(j));
+    for (Index i = 0; i < rest.size(); ++i) rest[i] *= std::sqrt(system.mass()[i / 3]);
+    missing.col(j).head(rest.size()) = rest;
+    missing.col(j).tail(equations.count()) =
+        equations.h.transpose() * (equations.q.transpose() * z.col(j));
+  }
+  const Matrix allowed = null_space(missing, kAllowed);
+  // K times a rotation ω × (q − c) is ω × f with the elastic forces f = ∇W(q), because W does not
+  // change in a rotation. The forces −∇U of terms that a rotation does not change either turn with
+  // the body: their stiffness gives ω × ∇U. Both are in balance at an equilibrium.
+  const ForcesOfState forces(system, q, stiffness);
+  const Vector& gradient = stiffness.terms_gradient();
+  std::optional<RestOfLoads> loads;
+  if (under_loads) loads.emplace(system, q, time);
+  Matrix resistance(stiffness.size(), allowed.cols());
+  Vector sizes(allowed.cols());
+  for (Index j = 0; j < allowed.cols(); ++j) {
+    const Vector field = motions.fields * allowed.col(j);
+    Vector product = Vector::Zero(field.size());
+    stiffness.terms().add_product(field, product);
+    Vector size =
+        term_sizes(stiffness.terms(), field.reshaped(3, system.vertex_count()).colwise().norm());
+    if (loads) {
+      const Vector more = loads->product(field);
+      product += more;
+      size += more.reshaped(3, system.vertex_count()).colwise().norm().transpose();
+    }
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+      const Index first = 6 * static_cast<Index>(k);
+      const Vector3 rotation =
+          motions.rotations.middleCols<6>(first) * allowed.col(j).segment<6>(first);
+      for (const Index v : parts[k]) {
+        const Vector3 turned = vertex_block(gradient, v);
+        const Vector3 force = vertex_block(forces.sum, v);
+        vertex_block(product, v) += rotation.cross(force) - rotation.cross(turned);
+        size[v] += rotation.norm() * (turned.norm() + force.norm() + forces.round_off / kResisted);
+      }
+    }
+    Vector scaled = stiffness.scaled(product);
+    sizes[j] = size.cwiseQuotient(system.mass().cwiseSqrt()).norm();
+    if (equations.count() > 0) {
+      const Vector motion = equations.q.transpose() * (z * allowed.col(j));
+      scaled += equations.q * (equations.curvature * motion);
+      sizes[j] += (equations.curvature.cwiseAbs() * motion.cwiseAbs()).norm();
+    }
+    resistance.col(j) = equations.project(scaled);
+  }
+  const Vector units = (sizes.array() > 0.0).select(sizes.cwiseInverse(), 1.0);
+  const Matrix free =
+      allowed * units.asDiagonal() * null_space(resistance * units.asDiagonal(), kResisted);
+  if (free.cols() == 0) return Matrix(stiffness.size(), 0);
+  const Matrix basis = Eigen::HouseholderQR<Matrix>(free).householderQ() *
+                       Matrix::Identity(free.rows(), free.cols());
+  return z * along_axes(basis);
+}
+
+// (c/L)² with the highest wave speed c and the diagonal L of the body, 1/s².
+double waves_across(const MechanicalSystem& system) {
+  double fastest = 0.0;
+  for (Index e = 0; e < system.rest().element_count(); ++e) {
+    fastest = std::max(fastest, wave_speed(system.lame(e), system.density(e)));
+  }
+  const Vector rest = system.mesh().rest_positions();
+  const auto corners = rest.reshaped(3, system.vertex_count());
+  const double length = (corners.rowwise().maxCoeff() - corners.rowwise().minCoeff()).norm();
+  return fastest * fastest / (length * length);
+}
+
+// What round-off leaves of eigenvalues.
+struct RoundOff {
+  double largest = 0.0;  // of S
+  double turning = 0.0;  // (c/L)² with the wave speed c and the size L of the body, 1/s²
+  double beyond = std::numeric_limits<double>::infinity();  // |ω²| that no mode left out is below
+
+  // The part of an eigenvector that belongs to modes that were left out has changed ω² by this part.
+  // S as a matrix, which gives the eigenvectors, has an error of about ε max S_ii.
+  double of_vector(double omega_squared) const {
+    const double error = kRoundOff * largest;
+    if (error == 0.0 || std::isinf(beyond)) return 0.0;
+    return (error / std::abs(omega_squared)) * (error / beyond);
+  }
+  // The relative error of a frequency.
+  double of_frequency(double omega_squared) const {
+    constexpr double kProduct = 4.0;
+    if (omega_squared == 0.0) return 1.0;
+    const double size = std::abs(omega_squared);
+    // Strains have round-off of displacements. Stresses have that of F = 1, which rotations feel.
+    const double product = kProduct * kRoundOff * (std::sqrt(largest / size) + turning / size);
+    return std::min(1.0, 0.5 * (product + of_vector(omega_squared)));
+  }
+};
+
+// The eigenpairs of S + Q D Qᵀ in the space of these vectors (Rayleigh–Ritz), ascending. The products
+// with S have far less round-off than the eigenvalues that an iteration with a factor of S finds.
+std::vector<Eigenpair> sharpened(const ScaledStiffness& stiffness,
+                                 const LinearisedEquations& equations,
+                                 const std::vector<Eigenpair>& pairs) {
+  const auto count = static_cast<Index>(pairs.size());
+  Matrix vectors(stiffness.size(), count);
+  Matrix images(stiffness.size(), count);
+  for (Index j = 0; j < count; ++j) {
+    Vector z = pairs[static_cast<std::size_t>(j)].vector;
+    for (int pass = 0; pass < 2; ++pass) {
+      z -= vectors.leftCols(j) * (vectors.leftCols(j).transpose() * z);
+    }
+    vectors.col(j) = z.normalized();
+    const Vector unit = vectors.col(j);
+    images.col(j) = stiffness.product(unit) + equations.curvature_product(unit);
+  }
+  const Matrix matrix = vectors.transpose() * images;
+  const SymmetricEigen eigen = jacobi_eigen(0.5 * (matrix + matrix.transpose()));
+  std::vector<Eigenpair> result;
+  result.reserve(pairs.size());
+  for (Index j = 0; j < count; ++j) {
+    result.push_back({eigen.values[j], vectors * eigen.vectors.col(j)});
+  }
+  return result;
+}
+
+// The `count` lowest eigenpairs and a few more, which sharpen them.
+std::vector<Eigenpair> sharp_pairs(ModeSearch& search, const ScaledStiffness& stiffness,
+                                   const LinearisedEquations& equations, Index count,
+                                   RoundOff& round_off) {
+  constexpr Index kFew = 4;
+  constexpr Index kMany = 64;
+  constexpr double kEnough = 1e-8;
+  for (Index more = kFew;; more *= 4) {
+    const std::vector<Eigenpair> pairs =
+        sharpened(stiffness, equations, search.lowest(count + more));
+    const bool all = static_cast<Index>(pairs.size()) < count + more;
+    if (!all) round_off.beyond = std::abs(pairs.back().value);
+    if (all || more >= kMany || round_off.of_vector(pairs.front().value) <= kEnough) return pairs;
+  }
+}
+
+NormalMode make_mode(const MechanicalSystem& system, const ScaledStiffness& stiffness,
+                     const RoundOff& round_off, double omega_squared, const Vector& z) {
+  NormalMode mode;
+  mode.round_off = round_off.of_frequency(omega_squared);
+  // If nothing is known of ω², its sign is not known either.
+  const bool is_known = mode.round_off < 1.0;
+  mode.kind = omega_squared < 0.0 && is_known ? ModeKind::kUnstable : ModeKind::kElastic;
+  mode.omega_squared = is_known ? omega_squared : std::abs(omega_squared);
+  mode.shape = stiffness.displacements(z);
+  Index largest = 0;
+  mode.shape.cwiseAbs().maxCoeff(&largest);
+  if (mode.shape[largest] < 0.0) mode.shape = -mode.shape;
+  const Vector momentum = stiffness.momentum(mode.shape);
+  mode.effective_mass = momentum.reshaped(3, system.vertex_count()).rowwise().sum().cwiseAbs2();
+  return mode;
+}
+
+NormalMode make_rigid_mode(const MechanicalSystem& system, const ScaledStiffness& stiffness,
+                           const Vector& z) {
+  NormalMode mode = make_mode(system, stiffness, {}, 1.0, z);
+  mode.kind = ModeKind::kRigid;
+  mode.omega_squared = 0.0;
+  mode.round_off = 0.0;
+  return mode;
+}
+
+// ζ = φᵀCφ/(2ω) of every mode. Viscosity and the damping of terms are linear in small velocities.
+// Damping of the mass is that of the mass matrix of the modes.
+void enter_damping(const MechanicalSystem& system, const ScaledStiffness& stiffness,
+                   const Vector& q, double time, NormalModes& modes) {
+  if (!system.is_dissipative()) return;
+  const Vector rest = Vector::Zero(q.size());
+  const ForcePoint at{system.mass(), q, time};
+  HessianBlocks blocks;
+  blocks.reset(system.vertex_count());
+  for (const ForceTerm* term : system.force_terms()) {
+    if (!term->has_dissipation()) continue;
+    term->add_dissipation_hessian(at, rest, HessianForm::kExact, blocks);
+  }
+  for (NormalMode& mode : modes.modes) {
+    Vector force = Vector::Zero(q.size());
+    system.add_viscous_force(q, mode.shape, force);
+    force = -force;
+    blocks.add_product(mode.shape, force);
+    force += system.damping().mass_damping *
+             (stiffness.momentum(mode.shape) - system.momentum_of(mode.shape));
+    const double rate = std::max(0.0, mode.shape.dot(force));
+    if (is_vibration(mode.kind) && mode.omega_squared > 0.0) {
+      mode.damping_ratio = 0.5 * rate / std::sqrt(mode.omega_squared);
+    } else if (mode.kind == ModeKind::kRigid && rate > 0.0) {
+      // A rigid motion strains nothing, so that viscosity gives it round-off only.
+      Vector of_vertices = Vector::Zero(q.size());
+      blocks.add_product(mode.shape, of_vertices);
+      if (mode.shape.dot(of_vertices) > 0.0) {
+        mode.damping_ratio = std::numeric_limits<double>::infinity();
+      }
+    }
+  }
+}
+
+// A mode of a complex ω², if it is one, has the frequency and the rate of growth of e^(iωt).
+NormalMode make_complex_mode(const MechanicalSystem& system, const ScaledStiffness& stiffness,
+                             const RoundOff& round_off, std::complex<double> omega_squared,
+                             const Vector& z) {
+  // Two equal frequencies may become conjugates by round-off.
+  constexpr double kReal = 1e-6;
+  NormalMode mode = make_mode(system, stiffness, round_off, omega_squared.real(), z.normalized());
+  if (std::abs(omega_squared.imag()) <= kReal * std::abs(omega_squared)) return mode;
+  const std::complex<double> omega = std::sqrt(omega_squared);
+  mode.kind = ModeKind::kFlutter;
+  mode.omega_squared = omega.real() * omega.real();
+  mode.growth_rate = std::abs(omega.imag());
+  return mode;
+}
+
+// The modes with the whole stiffness of the loads. `start`: eigenvectors of S as columns, of which the
+// first are the rigid motions, which are eigenvectors of the whole stiffness, too.
 std::vector<NormalMode> modes_under_loads(const MechanicalSystem& system, const Vector& q,
                                           double time, const ScaledStiffness& stiffness,
                                           const LinearisedEquations& equations,
-                                          const ModeSearch& search, const Matrix& start,
-                                          Index count) {
+                                          const RoundOff& round_off, const ModeSearch& search,
+                                          const Matrix& start, Index rigid, Index count) {
+  constexpr double kSame = 0.5;
   const RestOfLoads rest(system, q, time);
   const auto product = [&](const Vector& z) {
     const Vector forces = stiffness.product(z) + equations.curvature_product(z) +
@@ -277,9 +440,10 @@ std::vector<NormalMode> modes_under_loads(const MechanicalSystem& system, const 
     // The two conjugates have the same plane of motion: one gives the first of its axes, the other
     // one the second.
     const bool second = pair.value.imag() < 0.0;
-    modes.push_back(
-        make_complex_mode(system, stiffness, pair.value,
-                          second ? Vector(pair.vector.imag()) : Vector(pair.vector.real())));
+    const Vector z = second ? Vector(pair.vector.imag()) : Vector(pair.vector.real());
+    const bool is_rigid = (start.leftCols(rigid).transpose() * pair.vector).squaredNorm() > kSame;
+    modes.push_back(is_rigid ? make_rigid_mode(system, stiffness, z.normalized())
+                             : make_complex_mode(system, stiffness, round_off, pair.value, z));
   }
   return modes;
 }
@@ -338,7 +502,9 @@ NormalModes normal_modes(const MechanicalSystem& system, const Vector& q,
   }
   const ScaledStiffness stiffness(system, q, options.time, options.with_loads);
   const LinearisedEquations equations(system, stiffness, q, options.multipliers);
-  const Matrix rigid = free_rigid_motions(system, q, stiffness, equations);
+  const bool under_loads = options.with_loads && system.has_load_of_position();
+  const Matrix rigid =
+      free_rigid_motions(system, q, options.time, stiffness, equations, under_loads);
 
   NormalModes result;
   result.total = stiffness.size() - equations.count();
@@ -348,28 +514,27 @@ NormalModes normal_modes(const MechanicalSystem& system, const Vector& q,
     result.moved_mass[d] =
         equations.project(stiffness.scaled(stiffness.momentum(unit))).squaredNorm();
   }
-  const bool under_loads = options.with_loads && system.has_load_of_position();
   for (Index j = 0; !under_loads && j < rigid.cols(); ++j) {
-    result.modes.push_back(make_mode(system, stiffness, 0.0, rigid.col(j)));
+    result.modes.push_back(make_rigid_mode(system, stiffness, rigid.col(j)));
   }
   const Index others = result.total - rigid.cols();
   if (others > 0 || under_loads) {
     // There may be unstable modes, which come before the rigid ones.
-    constexpr Index kSpare = 4;
     ModeSearch search(stiffness, equations, rigid);
+    RoundOff round_off{stiffness.largest(), waves_across(system)};
     const std::vector<Eigenpair> pairs =
-        search.lowest(options.count + (under_loads ? kSpare : Index{0}));
+        sharp_pairs(search, stiffness, equations, options.count, round_off);
     if (under_loads) {
       Matrix start(stiffness.size(), rigid.cols() + static_cast<Index>(pairs.size()));
       start.leftCols(rigid.cols()) = rigid;
       for (std::size_t j = 0; j < pairs.size(); ++j) {
         start.col(rigid.cols() + static_cast<Index>(j)) = pairs[j].vector;
       }
-      result.modes = modes_under_loads(system, q, options.time, stiffness, equations, search, start,
-                                       options.count);
+      result.modes = modes_under_loads(system, q, options.time, stiffness, equations, round_off,
+                                       search, start, rigid.cols(), options.count);
     } else {
       for (const Eigenpair& pair : pairs) {
-        result.modes.push_back(make_mode(system, stiffness, pair.value, pair.vector));
+        result.modes.push_back(make_mode(system, stiffness, round_off, pair.value, pair.vector));
       }
     }
   }
@@ -381,6 +546,27 @@ NormalModes normal_modes(const MechanicalSystem& system, const Vector& q,
   }
   enter_damping(system, stiffness, q, options.time, result);
   return result;
+}
+
+std::string round_off_warning(const NormalModes& modes) {
+  constexpr double kMuch = 1e-4;
+  const NormalMode* worst = nullptr;
+  Index count = 0;
+  for (const NormalMode& mode : modes.modes) {
+    if (!(mode.round_off > kMuch)) continue;
+    ++count;
+    if (worst == nullptr || mode.round_off > worst->round_off) worst = &mode;
+  }
+  if (worst == nullptr) return {};
+  const std::string error =
+      worst->round_off < 1.0
+          ? fmt::format("{:.1g} of it", worst->round_off)
+          : std::string("as large as the frequency itself, so that only an upper bound is known");
+  return fmt::format(
+      "round-off: {} of the frequencies {} so far below the highest frequency of the mesh that "
+      "round-off spoils {}. The error at {:.4g} Hz is about {}. Elements that are longer along the "
+      "body, or a thicker body, lessen it",
+      count, count == 1 ? "lies" : "lie", count == 1 ? "it" : "them", worst->frequency(), error);
 }
 
 }  // namespace tetraction

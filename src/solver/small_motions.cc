@@ -40,25 +40,31 @@ ScaledStiffness::ScaledStiffness(const MechanicalSystem& system, const Vector& q
                                  bool with_loads)
     : system_(system),
       coordinates_(system.coordinates()),
-      inverse_root_mass_(coordinates_.reduced_mass(system.mass()).cwiseSqrt().cwiseInverse()) {
+      inverse_root_mass_(coordinates_.reduced_mass(system.mass()).cwiseSqrt().cwiseInverse()),
+      position_(q) {
   const ForcePoint at = system.force_point(q, time);
   terms_.reset(system.vertex_count());
+  terms_gradient_.setZero(system.dof_count());
   for (const ForceTerm* term : system.force_terms()) {
     if (!term->has_potential() || term->uniform_acceleration()) continue;
     if (term->account() == EnergyAccount::kExternalWork && !with_loads) continue;
     term->add_hessian(at, HessianForm::kExact, terms_);
+    term->add_gradient(at, terms_gradient_);
   }
   for (const ForceTerm* term : system.force_terms()) {
     if (with_loads && term->has_load() && term->load_depends_on_position()) {
       term->add_load_stiffness(at, terms_);
+      Vector load = Vector::Zero(system.dof_count());
+      term->add_load(at, load);
+      terms_gradient_ -= load;
     }
   }
-  HessianBlocks blocks = terms_;
+  blocks_ = terms_;
   if (system.nodal_volume() != nullptr) {
-    system.nodal_volume()->add_hessian(q, HessianForm::kExact, blocks);
+    system.nodal_volume()->add_hessian(q, HessianForm::kExact, blocks_);
   }
   std::vector<std::pair<Index, Index>> pairs;
-  blocks.for_each_pair([&](Index i, Index j, const Matrix3&) { pairs.emplace_back(i, j); });
+  blocks_.for_each_pair([&](Index i, Index j, const Matrix3&) { pairs.emplace_back(i, j); });
   std::sort(pairs.begin(), pairs.end());
   pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
   pattern_ = std::make_unique<SparsityPattern>(system.rest(), coordinates_, pairs);
@@ -69,8 +75,8 @@ ScaledStiffness::ScaledStiffness(const MechanicalSystem& system, const Vector& q
         "The modes cannot be computed: the elastic energy of element {} is not defined.",
         system.mesh().tetrahedron_id(status.failed_element)));
   }
-  pattern_->add_vertex_blocks(blocks.whole_diagonal(), values_.data());
-  blocks.for_each_pair([&](Index i, Index j, const Matrix3& block) {
+  pattern_->add_vertex_blocks(blocks_.whole_diagonal(), values_.data());
+  blocks_.for_each_pair([&](Index i, Index j, const Matrix3& block) {
     pattern_->add_pair_block(i, j, block, values_.data());
   });
   for_each_entry([&](std::size_t k, Index i, Index j) {
@@ -148,7 +154,11 @@ Vector ScaledStiffness::solve_root(const Vector& z) const {
 }
 
 Vector ScaledStiffness::product(const Vector& z) const {
-  return solve_transposed_root(multiply(values_, solve_root(z)));
+  const Vector u = displacements(z);
+  Vector forces;
+  system_.elastic().product(position_, u, forces);
+  blocks_.add_product(u, forces);
+  return scaled(forces);
 }
 
 Vector ScaledStiffness::scaled(const Vector& forces) const {
@@ -169,12 +179,6 @@ Vector ScaledStiffness::displacements(const Vector& z) const {
 
 Vector ScaledStiffness::momentum(const Vector& velocity) const {
   return mass_factor_ ? consistent_momentum(system_, velocity) : system_.momentum_of(velocity);
-}
-
-Vector ScaledStiffness::terms_product(const Vector& displacements) const {
-  Vector product = Vector::Zero(displacements.size());
-  terms_.add_product(displacements, product);
-  return product;
 }
 
 LinearisedEquations::LinearisedEquations(const MechanicalSystem& system,

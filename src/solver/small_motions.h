@@ -35,7 +35,9 @@ class ScaledStiffness {
   std::vector<double> shifted(double sigma) const;
   /// (S − σ)⁻¹ z with a factor of shifted(σ).
   Vector solve(SparseCholesky& factor, const Vector& z) const;
-  /// S z.
+  /// S z, evaluated element by element. In a slow mode the strains are far smaller than the displacements.
+  /// Strains that are computed first keep the digits that a sum over the entries of the matrix
+  /// loses: zᵀSz has a relative error of about ε √(max S_ii/zᵀSz), that of the sum is its square over ε.
   Vector product(const Vector& z) const;
   /// m^(−½)ᵀ Tᵀ f: forces in the coordinates of S.
   Vector scaled(const Vector& forces) const;
@@ -45,8 +47,10 @@ class ScaledStiffness {
   Vector displacements(const Vector& z) const;
   /// M v: the momentum of velocities of all vertices, kg m/s.
   Vector momentum(const Vector& velocity) const;
-  /// The product of the stiffness of all force terms with displacements, N.
-  Vector terms_product(const Vector& displacements) const;
+  /// The stiffness of all force terms, N/m.
+  const HessianBlocks& terms() const { return terms_; }
+  /// The gradient of the same potentials, and minus the loads that depend on positions, N.
+  const Vector& terms_gradient() const { return terms_gradient_; }
 
  private:
   template <class Visit>
@@ -62,7 +66,10 @@ class ScaledStiffness {
   const MechanicalSystem& system_;
   const FreeCoordinates& coordinates_;
   Vector inverse_root_mass_;
+  Vector position_;
   HessianBlocks terms_;
+  Vector terms_gradient_;
+  HessianBlocks blocks_;  // terms_ and nodal volumes
   std::unique_ptr<SparsityPattern> pattern_;
   std::vector<double> values_;       // S_D
   std::vector<double> mass_values_;  // RᵀR; empty if it is the identity

@@ -164,6 +164,25 @@ value = 5.0e3
         self.assertGreater(float(loaded["frequency"]), 1.001 * float(rest["frequency"]))
         self.assertEqual((loaded["kind"], float(loaded["growth_rate"])), ("elastic", 0.0))
 
+    def test_slender_body(self):
+        # The bending of a wire is far below the highest frequency of its mesh, and yet no rigid mode.
+        thin = ["--set", "mesh.generate.size=[1, 3e-4, 3e-4]", "--set", "mesh.generate.cells=[20, 1, 1]",
+                "--set", 'mesh.element="quadratic"', "--set", "environment.kind=none"]  # fmt: skip
+        scene = self.write("beam.toml", BEAM)
+        result = self.run_program("modes", scene, "-n", "2", "--out", "m", *thin)
+        self.assertNotIn("round-off", result.stderr)
+        rows = self.rows()
+        self.assertEqual([row["kind"] for row in rows], ["elastic", "elastic"])
+        lowest = float(rows[0]["frequency"])
+        self.assertAlmostEqual(float(rows[1]["frequency"]) / lowest, 1.0, delta=0.01)
+        text = self.run_program("check", scene, *thin).stdout
+        self.assertIn(f"frequencies: {lowest:.5g} Hz to ", text)
+        self.assertNotIn("rigid mode", text)
+        # Where nothing of the frequency is left, it is said.
+        thinner = [*thin, "--set", "mesh.generate.size=[1, 1e-6, 1e-6]"]
+        for command in ("modes", "check"):
+            self.assertIn("round-off spoils", self.run_program(command, scene, *thinner).stderr)
+
     def test_damping_ratios(self):
         scene = self.write("beam.toml", BEAM)
         plain = self.run_program("modes", scene, "-n", "2", "--out", "m")

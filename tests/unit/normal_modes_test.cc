@@ -10,6 +10,8 @@
 #include <complex>
 #include <functional>
 #include <limits>
+#include <numbers>
+#include <string>
 
 #include "support/bodies.h"
 #include "tetraction/core/error.h"
@@ -481,6 +483,142 @@ TEST(NormalModes, UnderAPressureWithAFreeRim) {
     }
   }
   EXPECT_GE(fluttering, 2);
+}
+
+// A wire or sheet of quadratic elements of 1 m length that is clamped at x = 0, or free.
+struct SlenderBody {
+  TetMesh mesh;
+  MechanicalSystem system;
+
+  SlenderBody(const Vector3& size, const std::array<int, 3>& cells, bool clamped,
+              double youngs_modulus = 1e9)
+      : mesh(with_edge_vertices(generate_box(size, cells))),
+        system(mesh,
+               NeoHookean(lame_from_young(youngs_modulus, 0.0).mu,
+                          lame_from_young(youngs_modulus, 0.0).lambda),
+               kDensity) {
+    if (!clamped) return;
+    system.set_constraints(Constraints({{hold_where(mesh, SelectPlane{0, 0.0, {}})}, {}, {}, {}},
+                                       mesh, system.mass()));
+  }
+  NormalModes modes(Index count) const {
+    NormalModeOptions options;
+    options.count = count;
+    return normal_modes(system, system.rest_state().position, options);
+  }
+};
+
+// The bending frequencies of a wire of 1 m with a square section, in the order of (βL)².
+double wire_frequency(double thickness, double factor) {
+  return factor / (2.0 * std::numbers::pi) * thickness / std::sqrt(12.0) * std::sqrt(1e9 / 1e3);
+}
+
+// The lowest frequency of a thin wire is so low that its square is below the round-off of the entries
+// of the stiffness matrix. It is no rigid mode for that, and its digits are in the strains.
+TEST(SlenderBodies, WiresHaveTheFrequenciesOfBeams) {
+  for (const double thickness : {1e-2, 1e-3, 3e-4, 1e-4}) {
+    const SlenderBody wire({1.0, thickness, thickness}, {40, 1, 1}, true);
+    const NormalModes modes = wire.modes(6);
+    EXPECT_EQ(rigid_count(modes), 0) << thickness;
+    for (std::size_t i = 0; i < 6; ++i) {
+      const double factor = std::array{3.516015, 22.03449, 61.69721}[i / 2];
+      const double expected = wire_frequency(thickness, factor);
+      EXPECT_EQ(modes.modes[i].kind, ModeKind::kElastic);
+      EXPECT_NEAR(modes.modes[i].frequency(), expected, 3e-3 * expected) << thickness << ' ' << i;
+      EXPECT_LT(modes.modes[i].round_off, 1e-3);
+    }
+    if (thickness > 2e-4) {
+      EXPECT_EQ(round_off_warning(modes), "");
+    }
+  }
+}
+
+TEST(SlenderBodies, AFreeWireHasSixRigidModes) {
+  for (const double thickness : {1e-2, 3e-4, 1e-4}) {
+    const SlenderBody wire({1.0, thickness, thickness}, {40, 1, 1}, false);
+    const NormalModes modes = wire.modes(10);
+    EXPECT_EQ(rigid_count(modes), 6) << thickness;
+    for (std::size_t i = 6; i < 10; ++i) {
+      const double expected = wire_frequency(thickness, i < 8 ? 22.37329 : 61.67282);
+      EXPECT_NEAR(modes.modes[i].frequency(), expected, 5e-3 * expected) << thickness << ' ' << i;
+    }
+  }
+}
+
+// Frequencies of a sheet are proportional to its thickness.
+TEST(SlenderBodies, SheetsBendAtTheFrequenciesOfThickerOnes) {
+  const auto lowest = [](double thickness) {
+    const SlenderBody sheet({1.0, 1.0, thickness}, {8, 8, 1}, true);
+    const NormalModes modes = sheet.modes(7);
+    EXPECT_EQ(rigid_count(modes), 0) << thickness;
+    return modes.modes.front().frequency() / thickness;
+  };
+  const double expected = lowest(1e-3);
+  EXPECT_NEAR(expected, 161.5, 0.01 * 161.5);
+  for (const double thickness : {1e-4, 3e-5}) {
+    EXPECT_NEAR(lowest(thickness), expected, 1e-3 * expected) << thickness;
+  }
+}
+
+// Where round-off takes the frequency itself, it is told. The kind stays right.
+TEST(SlenderBodies, RoundOffThatSpoilsFrequenciesIsTold) {
+  const SlenderBody wire({1.0, 1e-7, 1e-7}, {10, 1, 1}, true);
+  const NormalModes modes = wire.modes(2);
+  EXPECT_EQ(rigid_count(modes), 0);
+  EXPECT_GT(modes.modes.front().round_off, 1e-4);
+  EXPECT_NE(round_off_warning(modes).find("round-off"), std::string::npos);
+  const SlenderBody block({1.0, 0.5, 0.5}, {2, 1, 1}, true);
+  EXPECT_LT(block.modes(2).modes.front().round_off, 1e-12);
+}
+
+// Springs that are weak beyond the round-off of the elements hold a body all the same. The body is
+// rigid beside them, so that its modulus does not matter.
+TEST(SlenderBodies, WeakSpringsLeaveNoRigidMode) {
+  const TetMesh mesh = generate_box({1, 0.5, 0.5}, {6, 3, 3});
+  PrescribedVertices springs = hold_where(mesh, SelectAll{});
+  springs.penalty = 1e-3;
+  const auto modes_with = [&](double youngs_modulus) {
+    const auto system = make_body(mesh, youngs_modulus);
+    system->set_constraints(Constraints({{springs}, {}, {}, {}}, mesh, system->mass()));
+    return normal_modes(*system, system->rest_state().position);
+  };
+  const NormalModes soft = modes_with(1e5);
+  const NormalModes stiff = modes_with(1e12);
+  EXPECT_EQ(rigid_count(stiff), 0);
+  for (std::size_t i = 0; i < 6; ++i) {
+    const NormalMode& mode = stiff.modes[i];
+    EXPECT_LT(mode.omega_squared, 1e-2);
+    EXPECT_LT(mode.round_off, 1e-2);
+    EXPECT_NEAR(mode.frequency() / soft.modes[i].frequency(), 1.0, 1e-8 + mode.round_off) << i;
+  }
+  EXPECT_GT(stiff.modes[6].omega_squared, 1e6);
+}
+
+// A pressure all around a body gives its rigid motions no stiffness.
+TEST(NormalModes, AFreeBodyUnderAPressureAllAroundKeepsItsRigidModes) {
+  const TetMesh mesh = generate_box({1, 0.5, 0.5}, {4, 2, 2});
+  const auto system = make_body(mesh);
+  system->set_pressures({PressureLoad{boundary_faces(mesh), 2e4, {}}});
+  // A uniform pressure compresses a cube uniformly: the stretch at which both forces are in balance.
+  const Vector rest = mesh.rest_positions();
+  double low = 0.9;
+  double high = 1.0;
+  for (int i = 0; i < 100; ++i) {
+    const double middle = 0.5 * (low + high);
+    double energy = 0.0;
+    Vector force;
+    const Vector q = middle * rest;
+    system->elastic_energy_and_gradient(q, energy, force);
+    for (const ForceTerm* term : system->force_terms()) {
+      if (term->has_potential()) term->add_gradient(system->force_point(q, 0.0), force);
+    }
+    (force.dot(rest) > 0.0 ? high : low) = middle;
+  }
+  NormalModeOptions options;
+  options.with_loads = true;
+  const NormalModes modes = normal_modes(*system, 0.5 * (low + high) * rest, options);
+  EXPECT_EQ(rigid_count(modes), 6);
+  EXPECT_EQ(modes.modes.back().kind, ModeKind::kElastic);
 }
 
 TEST(NormalModes, RefusesWhatHasNoModes) {

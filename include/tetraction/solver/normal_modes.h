@@ -1,6 +1,7 @@
 // Natural frequencies and mode shapes of a body at rest or at an equilibrium.
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "tetraction/dynamics/mechanical_system.h"
@@ -36,6 +37,10 @@ struct NormalMode {
   /// Of a mode that flutters: the amplitude grows as exp(growth_rate t) without damping, 1/s. Such modes
   /// come in pairs with the same frequency and rate; their two shapes alternate within a period.
   double growth_rate = 0.0;
+  /// The estimated relative error of the frequency that round-off causes, at most 1. It grows with the
+  /// distance to the highest frequency of the mesh. At 1 nothing is known of the frequency, nor whether
+  /// the mode is unstable. 0 for a rigid mode.
+  double round_off = 0.0;
 
   /// √|ω²|/2π, Hz: the frequency of an elastic mode. For an unstable mode it is the rate of growth
   /// over 2π, as an imaginary frequency.
@@ -85,10 +90,12 @@ Vector balancing_multipliers(const MechanicalSystem& system, const Vector& q, co
 /// the moved mass only roughly, and ω² may be complex (ModeKind::kFlutter). Damping does not change
 /// frequencies or shapes.
 ///
-/// Rigid motions that meet no stiffness are found exactly, apart from the iterations. Eigenvalues of
+/// Rigid motions that meet no stiffness are found exactly, apart from the iterations: their number follows
+/// from the constraints and the force terms. Eigenvalues of
 /// any multiplicity are found in full, since the search is repeated in what the modes found so far
-/// leave over until nothing lower comes. The frequencies of the discrete problem are accurate to
-/// about 1e-16 (ω_max/ω)² relative, at best 1e-12.
+/// leave over until nothing lower comes. The modes found are then made more accurate in the space that they span,
+/// with strain energies that are summed over the elements. The frequencies of the discrete problem are accurate to
+/// about 1e-15 ω_max/ω relative, at best 1e-12 (NormalMode::round_off, round_off_warning()).
 ///
 /// Returns fewer modes if the body has no more. q must be an equilibrium for the result to mean
 /// oscillations about it; this is not checked. Throws InputError if the count is not positive, if
@@ -96,5 +103,9 @@ Vector balancing_multipliers(const MechanicalSystem& system, const Vector& q, co
 /// is not finite or cannot be factorised. Throws Error if the iterations do not converge.
 NormalModes normal_modes(const MechanicalSystem& system, const Vector& q,
                          const NormalModeOptions& options = {});
+
+/// A warning that round-off spoils the frequencies of some of the modes, with the number of digits that are
+/// left. Empty if all have a relative error of less than 1e-4.
+std::string round_off_warning(const NormalModes& modes);
 
 }  // namespace tetraction

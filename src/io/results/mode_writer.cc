@@ -222,6 +222,7 @@ std::string modes_summary_json(const MechanicalSystem& system, const NormalModes
                              {"effective_mass", {part.x(), part.y(), part.z()}}});
     if (is_vibration(mode.kind)) json["modes"].back()["damping_ratio"] = mode.damping_ratio;
     if (mode.growth_rate > 0.0) json["modes"].back()["growth_rate"] = mode.growth_rate;
+    if (mode.round_off > 0.0) json["modes"].back()["round_off"] = mode.round_off;
   }
   json["seconds"] = seconds;
   if (!echo.empty()) {
