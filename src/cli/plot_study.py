@@ -44,6 +44,7 @@ STYLE = {
 OTHER = {"color": "#555555", "marker": "P", "ms": 5.0, "ls": "-"}
 LINES = ["-", DASHED, DASH_DOT, DOTTED, (0, (7, 1.5)), (0, (6, 1, 1, 1, 1, 1))]
 GREY, PALE = "#555555", "#ececec"
+BEHIND_TEXT = {"fc": "white", "ec": "none", "pad": 0.8}
 COLUMN, PAGE = 3.5, 7.2  # widths of figures in inches
 MOST_POINTS = 600  # of a curve over time: more than a panel resolves
 EPSILON = 2.0**-52
@@ -97,9 +98,9 @@ def usable(value):
 
 def si(value, unit):
     """3e-05, "s" as 30 µs."""
-    for prefix, factor in (("", 1), ("m", 1e-3), ("µ", 1e-6), ("n", 1e-9)):
+    for prefix, factor in (("", 0.1), ("m", 1e-3), ("µ", 1e-6), ("n", 1e-9)):
         if value >= 0.9999 * factor:
-            return f"{value / factor:.3g} {prefix}{unit}"
+            return f"{value / (factor if prefix else 1):.3g} {prefix}{unit}"
     return f"{value:.3g} {unit}"
 
 
@@ -165,18 +166,28 @@ def usable_probe(probe):
 
 
 def stability_limits(entries, study):
-    """[(label, h_crit)] of the explicit rules of the first variant: they differ with damping."""
+    """[(label, h_crit)] of the explicit rules, which differ with damping, and of other variants where
+    they differ from the first."""
     limits = {}
     for entry in entries:
-        if not isinstance(entry, dict) or entry.get("variant") != entries[0].get("variant"):
-            continue
-        limit = number(entry.get("stable_step"))
+        limit = number(entry.get("stable_step")) if isinstance(entry, dict) else math.nan
         if entry.get("integrator") in ("explicit", "verlet") and usable(limit):
-            limits[entry["integrator"]] = limit
-    values = list(limits.values()) or [number(study.get("stable_step"))]
-    if max(values) > 1.001 * min(values):
-        return [(f"stability limit of {name}", limit) for name, limit in limits.items()]
-    return [("stability limit of the explicit steps", values[0])] if usable(values[0]) else []
+            limits.setdefault(str(entry.get("variant") or ""), {})[entry["integrator"]] = limit
+    if not limits:
+        limit = number(study.get("stable_step"))
+        return [("stability limit", limit)] if usable(limit) else []
+    found, first = [], next(iter(limits.values()))
+    for variant, rules in limits.items():
+        if found and all(abs(limit / first.get(rule, math.inf) - 1) < 1e-3
+                         for rule, limit in rules.items()):  # fmt: skip
+            continue
+        values = list(rules.values())
+        tag = f" ({plain(variant)})" if len(limits) > 1 and variant else ""
+        if max(values) > 1.001 * min(values):
+            found += [(f"limit of {rule}{tag}", limit) for rule, limit in rules.items()]
+        else:
+            found.append((f"stability limit{tag}", values[0]))
+    return found
 
 
 def read_columns(directory, name):
@@ -340,7 +351,8 @@ def both_extremes(times, values):
 
 
 def time_unit(end):
-    return next((u for u in (("s", 1), ("ms", 1e3), ("µs", 1e6)) if end * u[1] >= 1), ("s", 1))
+    return next((u for u in (("s", 1), ("ms", 1e3), ("µs", 1e6)) if end * u[1] >= (0.1 if u[1] == 1 else 1)),
+                ("s", 1))
 
 
 def step_handles(study, steps):
@@ -386,13 +398,14 @@ def over_time(study, folder, name, title, ylabel, value_of, round_off_of=None):
     if not good:
         remove_plot(folder, name)
         return
-    columns = min(3, len(groups))
+    columns = 2 if len(groups) == 4 else min(3, len(groups))
     handles = step_handles(study, steps) + end_handle(shown)
     floor = max((f for f in floors if usable(f)), default=math.nan)
     low, high = np.percentile(good, 2), max(good)
     is_floor_shown = usable(floor) and floor > low
     if is_floor_shown:
-        handles.append(plt.Rectangle((0, 0), 1, 1, fc=PALE, ec="none", label="round-off"))
+        handles.append(plt.Rectangle((0, 0), 1, 1, fc=PALE, ec="none",
+                                     label="round-off of the finest steps"))  # fmt: skip
     legend_columns = 3 if columns == 3 else 2
     page = Page(PAGE if columns > 1 else COLUMN * 1.3, study["scene"], title,
                 0.42 + legend_height(len(handles), legend_columns))  # fmt: skip
@@ -424,7 +437,7 @@ def over_time(study, folder, name, title, ylabel, value_of, round_off_of=None):
             if not ended_well(run):
                 panel.plot(factor * times[-1], 1.0, "x", color=hue, ms=4.5, mew=1.2, clip_on=False,
                            transform=panel.get_xaxis_transform(), zorder=5)  # fmt: skip
-        panel.set_xlim(0, 1.02 * end * factor)
+        panel.set_xlim(0, 1.06 * end * factor)
         if index % columns:
             panel.tick_params(labelleft=False)
             panel.yaxis.set_minor_formatter(NullFormatter())
@@ -458,13 +471,13 @@ def energy_scale(history):
 
 
 def energy_round_off(run, history):
-    """One rounding of the energies, over the energy that entered."""
+    """At most about one rounding of the energies in each step, over the energy that entered."""
     keys = ("kinetic_energy", "elastic_energy", "environment_energy", "external_work",
             "dissipated_energy")  # fmt: skip
     sums = [sum(abs(v) for v in row) for row in zip(*(history[k] for k in keys if k in history))]
     largest = max((s for s in sums if math.isfinite(s)), default=0.0)
     scale = energy_scale(history)
-    return EPSILON * largest / scale if scale > 0 else math.nan
+    return EPSILON * (10 + len(sums)) * largest / scale if scale > 0 else math.nan
 
 
 # Sections of a scene without influence on the momenta.
@@ -507,16 +520,18 @@ def momentum_change(letter):
 
 
 def momentum_round_off(letter):
-    """One rounding of the momentum: of the sum over the vertices, which the kinetic energy T bounds by
-    √(2 M T), or of the magnitude |L|."""
+    """At most about one rounding of the momentum in each step: of the sum of its magnitudes over the
+    vertices, which the kinetic energy T bounds by √(2 M T), or of the magnitude |L|."""
 
     def round_off_of(run, history):
         if letter == "l":
             sizes = [math.hypot(*v) for v in zip(*(history["l" + axis] for axis in "xyz"))]
-            return EPSILON * max((s for s in sizes if math.isfinite(s)), default=0.0)
+            largest = max((s for s in sizes if math.isfinite(s)), default=0.0)
+            return EPSILON * (10 + len(sizes)) * largest
         mass = number(read_json(run["directory"], "summary.json").get("mass"))
         energy = max((e for e in history["kinetic_energy"] if math.isfinite(e)), default=0.0)
-        return EPSILON * math.sqrt(2 * mass * energy) if usable(mass) else math.nan
+        rounding = EPSILON * (10 + len(history["time"]))
+        return rounding * math.sqrt(2 * mass * energy) if usable(mass) else math.nan
 
     return round_off_of
 
@@ -544,7 +559,9 @@ def probe_over_time(study, folder, probe):
         handles.append(Line2D([], [], label="reference", color="#bbbbbb", lw=3))
     handles += step_handles(study, steps)
     quantity = str(probe.get("quantity", "")).replace("_", " ")
-    page = Page(PAGE, study["scene"], f"Probe {plain(name)}: {quantity}" + (f" [{unit}]" if unit else ""),
+    title = f"Probe {plain(name)}: {quantity}" + (f" [{unit}]" if unit else "")
+    title += ". Left: values. Right: magnitude of the difference from the reference"
+    page = Page(PAGE, study["scene"], title if has_reference else title.split(". Left")[0],
                 0.42 + legend_height(len(handles), 3))  # fmt: skip
     for row in range(len(columns)):
         page.row(1.4, 0.06 if row == 0 else 0.12)
@@ -650,10 +667,9 @@ def slope_guides(axes, lines, limits):
         px, py = taken.T
         clear = np.hypot(np.maximum(np.maximum(x - px, px - x - width - pad), 0),
                          np.maximum(np.maximum(y - 1.2 * pad - py, py - y - height), 0))  # fmt: skip
-        # A curve may pass the empty corner at the upper left.
-        past = py - y - height / width * (px - x)
-        in_corner = (px >= x) & (px <= x + width) & (py >= y) & (past > 0.3 * pad)
-        free = np.where(in_corner, np.inf, clear).min(axis=1) > 0.3 * pad
+        # Curves may pass above the hypotenuse.
+        above = py - y - height / width * (px - x) > 0.3 * pad
+        free = np.where(above, np.inf, clear).min(axis=1) > 0.3 * pad
         if not free.any():
             continue
         # The hypotenuse is as near to the part of the curve as possible, at both ends.
@@ -690,12 +706,18 @@ def coinciding(curves):
     return [entry for entry in found if entry[3]]
 
 
-def step_axis(axes, steps):
+def step_range(steps):
+    """The ends of a logarithmic axis with these values."""
     low, high = min(steps), max(steps)
     room = max(0.06 * math.log10(high / low), 0.5 * (0.7 - math.log10(high / low)), 0.05)
+    return low / 10**room, high * 10**room
+
+
+def step_axis(axes, steps):
+    low, high = step_range(steps)
     axes.set_xscale("log")
-    axes.set_xlim(low / 10**room, high * 10**room)
-    if math.log10(high / low) + 2 * room > 1.5:
+    axes.set_xlim(low, high)
+    if math.log10(high / low) > 1.5:
         axes.xaxis.set_minor_formatter(NullFormatter())
 
 
@@ -714,7 +736,8 @@ def failure_band(axes, failures):
     kinds = [text for status, text in (("unstable", "× unstable"), ("failed", "+ failed"))
              if any(r.get("status") == status for _, runs in failures for r in runs)]  # fmt: skip
     axes.text(0.015, len(failures) + 0.62, "did not reach the end: " + ", ".join(kinds), fontsize=6.5,
-              color=GREY, va="center", transform=axes.get_yaxis_transform())  # fmt: skip
+              color=GREY, va="center", transform=axes.get_yaxis_transform(),
+              bbox={**BEHIND_TEXT, "fc": "#f6f6f6"})  # fmt: skip
 
 
 def over_step(study, folder, name, title, panels, guides=False, floor=None, floor_name=""):
@@ -737,19 +760,23 @@ def over_step(study, folder, name, title, panels, guides=False, floor=None, floo
         return
     same = coinciding(curves[panels[0][0]]) if len(panels) == 1 else []
     handles = [Line2D([], [], label=plain(integrator), **looks[integrator]) for integrator in groups]
-    limit_lines = [GREY, "#000000"]
-    limit_styles = [DASHED, DOTTED]
+    steps = [run["step"] for run in study["runs"]]
+    limit_styles = [DASHED, DOTTED, DASH_DOT]
     for i, (label, limit) in enumerate(study["limits"]):
-        handles.append(Line2D([], [], color=limit_lines[i % 2], ls=limit_styles[i % 2], lw=0.9,
-                              label=f"{label}, {si(limit, 's')}"))  # fmt: skip
+        low, high = step_range(steps)
+        where = "" if low < limit < high else " (not in this range)"
+        handles.append(Line2D([], [], color="#333333", ls=limit_styles[i % 3], lw=0.9,
+                              label=f"{label}, {si(limit, 's')}{where}"))  # fmt: skip
     page = Page(COLUMN, study["scene"], title, 0.0)
     if failures:
         page.row(0.105 * (len(failures) + 1.3), 0.04)
     for _ in panels:
         page.row(2.0 if len(panels) == 1 else 1.5, 0.06)
+    words = []
     if same:
-        page.row(0.8, 0.06)
-    steps = [run["step"] for run in study["runs"]]
+        words = textwrap.wrap("difference of " + "; ".join(
+            f"{integrator} from {other}" for integrator, _, other, _ in same), 52)  # fmt: skip
+        page.row(0.75 + 0.11 * len(words), 0.06)
     # Placed first without a legend, to know whether the level lies in the picture.
     lows = {key: min(v for *_, points in found for _, v in points)
             for key, found in curves.items() if found}  # fmt: skip
@@ -794,11 +821,12 @@ def over_step(study, folder, name, title, panels, guides=False, floor=None, floo
         decades(axes, min(values), max(values))
         axes.yaxis.set_major_locator(LogLocator(numticks=4))
         axes.set_ylabel("$|e/e_0 - 1|$")
-        texts = [f"{integrator} − {other}" for integrator, _, other, _ in same]
-        axes.set_title("difference: " + plain("; ".join(texts)), fontsize=6.5, color=GREY, pad=-8,
-                       loc="left", y=1.0, x=0.015)  # fmt: skip
+        axes.text(0.015, 0.97, plain("\n".join(words)), fontsize=6.5, color=GREY, va="top",
+                  transform=axes.transAxes, bbox=BEHIND_TEXT)  # fmt: skip
+        # The words stand above the curves.
         low, high = axes.get_ylim()
-        axes.set_ylim(low, high * (high / low) ** 0.25)
+        part = (0.08 + 0.11 * len(words)) / (0.75 + 0.11 * len(words))
+        axes.set_ylim(low, high * (high / low) ** (part / (1 - part)))
     for axes in rows[:-1]:
         axes.tick_params(labelbottom=False, which="both")
     rows[-1].set_xlabel("step $h$ [s]", labelpad=2)
@@ -807,7 +835,7 @@ def over_step(study, folder, name, title, panels, guides=False, floor=None, floo
         failure_band(band, failures)
     for axes in [*rows, *([band] if band is not None else [])]:
         for i, (_, limit) in enumerate(study["limits"]):
-            axes.axvline(limit, color=limit_lines[i % 2], ls=limit_styles[i % 2], lw=0.9, zorder=1)
+            axes.axvline(limit, color="#333333", ls=limit_styles[i % 3], lw=0.9, zorder=1)
     legend(figure, handles, columns)
     figure.canvas.draw()  # places the axes, which the guides need to know
     if guides and curves[panels[0][0]]:
@@ -869,14 +897,14 @@ def main(folder):
         label = r"$\max|s - s_{ref}|\,/\,\max|s_{ref}|$ [–]"
     error = error[0].upper() + error[1:]
     own = study["reference_error"]
-    over_step(study, folder, "error_over_step", f"{error} over the step size", [(key, label)],
+    over_step(study, folder, "error_over_step", error, [(key, label)],
               guides=True, floor=(lambda h: 5 * own) if usable(own) else None,
               floor_name="below 5 × the reference's own error")  # fmt: skip
     over_step(study, folder, "rms_error_over_step",
-              f"{what[0].upper() + what[1:]} over time (root mean square) over the step size",
+              f"Root mean square of the {what} over time",
               [("position_error_rms", r"rms$(q - q_{ref})\,/\,$rms$(q_{ref} - X)$ [–]")],
               guides=True)  # fmt: skip
-    work_precision(study, folder, "work_precision", f"{error} over the wall time", key, label)
+    work_precision(study, folder, "work_precision", f"{error} over wall time", key, label)
     over_time(study, folder, "energy_over_time", "Energy error, relative to the energy that entered",
               "|energy error| / energy that entered [–]",
               lambda run, history: energy_error(history), energy_round_off)  # fmt: skip
@@ -889,7 +917,7 @@ def main(folder):
     # Each step adds at most about one rounding.
     rounding = (lambda h: EPSILON * (10 + study["end"] / h)) if usable(study["end"]) else None
     over_step(study, folder, "energy_drift_over_step",
-              "Largest energy error over the step size",
+              "Largest energy error, relative to the energy that entered",
               [("max_relative_energy_drift", "|energy error| / energy entered [–]")],
               guides=True, floor=rounding, floor_name="round-off")  # fmt: skip
     over_step(study, folder, "momentum_drift_over_step",

@@ -121,6 +121,7 @@ class Conclusions {
   struct Choice {
     const StudyRow* best = nullptr;        // of all
     const StudyRow* other_side = nullptr;  // on the other side of the stability limit than `best`
+    const StudyRow* equal = nullptr;       // one that takes about the time of `best`
     bool operator==(const Choice&) const = default;
   };
 
@@ -137,6 +138,11 @@ class Conclusions {
     Choice choice;
     if (reaching.empty()) return choice;
     choice.best = *std::min_element(reaching.begin(), reaching.end(), cheaper);
+    for (const StudyRow* row : reaching) {
+      if (row != choice.best && is_about_one(row->wall_seconds / choice.best->wall_seconds)) {
+        choice.equal = row;
+      }
+    }
     const bool is_above = is_above_stability_limit(*choice.best);
     std::erase_if(reaching,
                   [&](const StudyRow* row) { return is_above_stability_limit(*row) == is_above; });
@@ -171,18 +177,22 @@ class Conclusions {
       }
       has_short_times = has_short_times || choice.best->wall_seconds < kShortTime;
       sentences.push_back(fmt::format(
-          "For {} {} of {} the cheapest run is {}: its error is {}, and its steps take {} s.",
+          "For {} {} of {} the cheapest run is {}: its error is {}, and its time steps take {} s.",
           error_name().front() == 'e' ? "an" : "a", error_name(), enumeration(targets),
           named_run(*choice.best), short_number(error_of(*choice.best)),
           short_number(choice.best->wall_seconds)));
+      if (choice.equal != nullptr) {
+        sentences.push_back(fmt::format("{} takes about the same wall time.",
+                                        capitalised(named_run(*choice.equal))));
+      }
       const bool is_above = is_above_stability_limit(*choice.best);
       const char* other = is_above ? "below" : "above";
-      if (choice.other_side != nullptr) {
+      if (choice.other_side != nullptr && choice.other_side != choice.equal) {
         sentences.push_back(fmt::format(
             "Among the steps {} the stability limit it is {}, which takes {}.", other,
             named_run(*choice.other_side),
             compared_time(choice.other_side->wall_seconds / choice.best->wall_seconds)));
-      } else if (has_steps(!is_above)) {
+      } else if (choice.other_side == nullptr && has_steps(!is_above)) {
         sentences.push_back(
             fmt::format("No run with a step {} the stability limit reaches this error.", other));
       }
@@ -461,9 +471,9 @@ class Conclusions {
       if (has_runs && is_explained) explained.push_back(to_string(integrator));
     }
     if (!explained.empty()) {
-      sentences.push_back(
-          fmt::format("For {} the residuals that the solver's tolerance leaves explain it.",
-                      enumeration(explained)));
+      sentences.push_back(fmt::format(
+          "For {} it is no larger than what the remaining residuals of the solver cause.",
+          enumeration(explained)));
     }
     return sentences;
   }
@@ -524,8 +534,9 @@ class Conclusions {
           }
           limit = row.stable_step / first->stable_step;
           if (row.status != RunStatus::kFinished || first->status != RunStatus::kFinished) continue;
+          // Chance decides on shorter times.
+          if (std::min(row.wall_seconds, first->wall_seconds) < kShortTime) continue;
           const double ratio = row.wall_seconds / first->wall_seconds;
-          if (!std::isfinite(ratio)) continue;
           low = std::min(low, ratio);
           high = std::max(high, ratio);
         }
@@ -537,9 +548,9 @@ class Conclusions {
       if (low <= high && times_are_comparable()) {
         sentences.push_back(fmt::format(
             "With equal integrators and steps {} takes {} times the wall time of {}.", names[i],
-            short_number(low) == short_number(high)
-                ? short_number(low)
-                : fmt::format("{} to {}", short_number(low), short_number(high)),
+            two_digits(low) == two_digits(high)
+                ? two_digits(low)
+                : fmt::format("{} to {}", two_digits(low), two_digits(high)),
             names.front()));
       }
     }
@@ -559,14 +570,19 @@ std::vector<StudyConclusion> study_conclusions(const StudyResult& result) {
 }
 
 std::string short_number(double value) {
-  std::string text = fmt::format("{:.3g}", value);
+  const bool is_small = value != 0.0 && std::abs(value) < 0.01;
+  std::string text = is_small ? fmt::format("{:.2e}", value) : fmt::format("{:.3g}", value);
   const auto exponent = text.find('e');
   if (exponent == std::string::npos) return text;
-  // "e-05" becomes "e-5", and "e+05" becomes "e5".
-  std::size_t digits = exponent + 2;
-  while (digits + 1 < text.size() && text[digits] == '0') ++digits;
-  return text.substr(0, exponent + 1) + (text[exponent + 1] == '-' ? "-" : "") +
-         text.substr(digits);
+  // "7.20e-05" becomes "7.2e-5", and "3e+15" becomes "3e15".
+  std::string digits = text.substr(0, exponent);
+  if (digits.find('.') != std::string::npos) {
+    digits.erase(digits.find_last_not_of('0') + 1);
+    if (digits.back() == '.') digits.pop_back();
+  }
+  std::size_t power = exponent + 2;
+  while (power + 1 < text.size() && text[power] == '0') ++power;
+  return digits + 'e' + (text[exponent + 1] == '-' ? "-" : "") + text.substr(power);
 }
 
 std::string run_label(const StudyRow& row) {

@@ -36,7 +36,7 @@ th button:hover { text-decoration: underline; }
 th[aria-sort=ascending] button::after { content: " \25B2"; }
 th[aria-sort=descending] button::after { content: " \25BC"; }
 tbody tr:nth-child(even) { background: var(--soft); }
-.figures { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 26rem), 1fr)); gap: 1rem; align-items: start; }
+.figures { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 26rem), 1fr)); gap: 1rem; align-items: start; grid-auto-flow: dense; }
 figure { margin: 0; }
 figure.wide { grid-column: 1 / -1; }
 figure img { background: #fff; width: 100%; height: auto; max-width: 60rem; border: 1px solid var(--line); box-sizing: border-box; }
@@ -152,13 +152,16 @@ class Table {
     body_ += fmt::format("<td class=\"{}\" data-value=\"{}\">{}</td>", is_long ? "long" : "text",
                          escaped(value), escaped(value));
   }
-  void number(double value, const char* format = "{:.3g}") {
+  void number(double value) { number(value, short_number(value)); }
+  void number(double value, const char* format) {
+    number(value, fmt::format(fmt::runtime(format), value));
+  }
+  void number(double value, const std::string& shown) {
     if (!std::isfinite(value)) {
       body_ += "<td data-value=\"\">–</td>";
       return;
     }
-    body_ += fmt::format("<td data-value=\"{:.10g}\">{}</td>", value,
-                         fmt::format(fmt::runtime(format), value));
+    body_ += fmt::format("<td data-value=\"{:.10g}\">{}</td>", value, shown);
   }
   // A cell of HTML that is sorted by a number.
   void html(double value, const std::string& content) {
@@ -274,7 +277,15 @@ std::string phases_html(const std::vector<RunPhases>& phases) {
   std::string text =
       "<p>Wall time of each run by phase. Of these, the table of all runs and the "
       "plots count the time steps alone.";
+  // The mesh of a study is read once, before its runs.
+  std::vector<Phase> shown;
   for (const Phase& phase : kPhases) {
+    const bool has_time = std::any_of(phases.begin(), phases.end(), [&](const RunPhases& run) {
+      return run.*phase.seconds > 0.0;
+    });
+    if (has_time) shown.push_back(phase);
+  }
+  for (const Phase& phase : shown) {
     text += fmt::format(" <span class=\"key\" style=\"background:{}\"></span>{}", phase.color,
                         phase.name);
   }
@@ -282,7 +293,7 @@ std::string phases_html(const std::vector<RunPhases>& phases) {
   Table table("phases");
   table.column("run", true);
   table.column("h [s]");
-  for (const Phase& phase : kPhases) table.column(fmt::format("{}\n[s]", phase.name).c_str());
+  for (const Phase& phase : shown) table.column(fmt::format("{}\n[s]", phase.name).c_str());
   table.column("total\n[s]");
   table.column("share of each phase");
   for (const RunPhases& run : phases) {
@@ -290,7 +301,7 @@ std::string phases_html(const std::vector<RunPhases>& phases) {
     table.text(run.label);
     table.number(run.step);
     std::string bar = "<div class=\"bar\">";
-    for (const Phase& phase : kPhases) {
+    for (const Phase& phase : shown) {
       table.number(run.*phase.seconds);
       const double share = run.total() > 0.0 ? run.*phase.seconds / run.total() : 0.0;
       bar +=
@@ -329,7 +340,7 @@ std::string runs_html(const StudyResult& result) {
     if (has_variants) table.text(row.variant);
     table.text(to_string(row.integrator));
     if (has_solvers) table.text(row.solver);
-    table.number(row.step, "{:.4g}");
+    table.number(row.step);
     table.number(row.step / row.stable_step);
     table.text(to_string(row.status));
     table.number(static_cast<double>(row.steps), "{:.0f}");
