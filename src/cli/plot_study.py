@@ -494,9 +494,8 @@ def conserved(run, letter):
     if any(value for key, value in scene.items() if key not in INNER):
         return None
     damping = scene.get("damping") or {}
-    # Viscosity acts between the vertices. Its name stands for all others that do.
-    if any(value for key, value in damping.items() if key in ("drag", "mass_damping")
-           or key not in ("viscosity", "stiffness_damping")):  # fmt: skip
+    # Viscosity acts between the vertices, and takes no momentum.
+    if any(value for key, value in damping.items() if key != "viscosity"):
         return None
     environment = scene.get("environment") or {"kind": "none"}
     if environment.get("kind") == "none":
