@@ -409,8 +409,9 @@ def over_time(study, folder, name, title, ylabel, value_of, round_off_of=None):
     legend_columns = 3 if columns == 3 else 2
     page = Page(PAGE if columns > 1 else COLUMN * 1.3, study["scene"], title,
                 0.42 + legend_height(len(handles), legend_columns))  # fmt: skip
-    for row in range(math.ceil(len(groups) / columns)):
-        page.row(1.55, 0.2 if row == 0 else 0.3)
+    count = math.ceil(len(groups) / columns)
+    for row in range(count):
+        page.row(1.55 if count > 1 else 1.9, 0.2 if row == 0 else 0.3)
     figure, rows = page.place(columns)
     panels = [panel for row in rows for panel in row]
     end = max(times[-1] for _, _, times, _ in curves)
@@ -557,6 +558,9 @@ def probe_over_time(study, folder, probe):
     if has_reference:
         handles.append(Line2D([], [], label="reference", color="#bbbbbb", lw=3))
     handles += step_handles(study, steps)
+    if not all(ended_well(run) for run, _ in tables):
+        handles.append(Line2D([], [], color=GREY, marker="x", ls="none", ms=4.5, mew=1.2,
+                              label="end of a run that is unstable or failed"))  # fmt: skip
     quantity = str(probe.get("quantity", "")).replace("_", " ")
     title = f"Probe {plain(name)}: {quantity}" + (f" [{unit}]" if unit else "")
     title += ". Left: values. Right: magnitude of the difference from the reference"
@@ -585,6 +589,9 @@ def probe_over_time(study, folder, probe):
                            marker="." if len(times) < 8 else "", ms=3)  # fmt: skip
             if ended_well(run):
                 good += [min(values), max(values)]
+            else:
+                panels[0].plot(factor * times[-1], values[-1], "x", color=looks["color"], ms=4.5,
+                               mew=1.2)  # fmt: skip
             if not has_reference or not known or run["directory"] == study["reference"]:
                 continue
             own = [(t, v) for t, v in zip(table["time"], table[column]) if math.isfinite(v)]
@@ -905,8 +912,8 @@ def main(folder):
               guides=True)  # fmt: skip
     work_precision(study, folder, "work_precision", f"{error} over wall time", key, label)
     over_time(study, folder, "energy_over_time", "Energy error, relative to the energy that entered",
-              "|energy error| / energy that entered [–]",
-              lambda run, history: energy_error(history), energy_round_off)  # fmt: skip
+              "relative energy error [–]", lambda _, history: energy_error(history),
+              energy_round_off)  # fmt: skip
     over_time(study, folder, "linear_momentum_over_time",
               "Change of the linear momentum, of the components that are conserved",
               r"$|p(t) - p(0)|$ [kg m/s]", momentum_change("p"), momentum_round_off("p"))  # fmt: skip
@@ -917,7 +924,7 @@ def main(folder):
     rounding = (lambda h: EPSILON * (10 + study["end"] / h)) if usable(study["end"]) else None
     over_step(study, folder, "energy_drift_over_step",
               "Largest energy error, relative to the energy that entered",
-              [("max_relative_energy_drift", "|energy error| / energy entered [–]")],
+              [("max_relative_energy_drift", "relative energy error [–]")],
               guides=True, floor=rounding, floor_name="round-off")  # fmt: skip
     over_step(study, folder, "momentum_drift_over_step",
               "Change of the momenta that no impulse explains",

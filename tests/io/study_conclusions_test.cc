@@ -27,7 +27,7 @@ StudyRow row_of(Integrator integrator, double step, double error, double seconds
   row.position_error = row.position_error_rms = error;
   row.observed_order = kNone;
   row.max_relative_energy_drift = 1e-3;
-  row.processor = "A";
+  row.processor = "first processor";
   row.cores = row.threads = 2;
   row.directory = to_string(integrator);
   if (is_implicit(integrator)) row.solver = "newton";
@@ -138,7 +138,7 @@ TEST(StudyConclusions, DoNotCountTheReferenceOrVariants) {
 
 TEST(StudyConclusions, DoNotCompareTimesOfDifferentMachines) {
   StudyResult result = two_rules();
-  result.rows[1].processor = "B";
+  result.rows[1].processor = "second processor";
   EXPECT_EQ(on(result, "Cost of accuracy"), "");
   expect_part(on(result, "Limits of the comparison"), "wall times cannot be compared");
 }
@@ -269,7 +269,7 @@ TEST(StudyCsv, HasTheProvenanceInEachRow) {
   const std::string text =
       study_csv(result, {"tetraction study a --steps 1,2 --set 'b=\"c\"'", ""});
   expect_part(text, ",date,processor,cores,threads,version,command\n");
-  expect_part(text, ",2025-01-31T12:00:00Z,A,2,2,");
+  expect_part(text, ",2025-01-31T12:00:00Z,first processor,2,2,");
   expect_part(text, ",\"tetraction study a --steps 1,2 --set 'b=\"\"c\"\"'\"\n");
 }
 

@@ -44,8 +44,9 @@ std::string capitalised(std::string text) {
 
 std::string in_limits(const StudyRow& row) {
   const double ratio = row.step / row.stable_step;
-  return std::isfinite(ratio) && ratio > 0.0 ? fmt::format(" ({} h_crit)", short_number(ratio))
-                                             : "";
+  if (!std::isfinite(ratio) || !(ratio > 0.0)) return {};
+  return fmt::format(" ({} h_crit)",
+                     ratio < 1e3 ? short_number(ratio) : fmt::format("{:.0f}", ratio));
 }
 
 // "verlet with h = 7.2e-5 s (0.9 h_crit)".

@@ -26,10 +26,10 @@ h1, h2 { border-bottom: 1px solid var(--line); }
 dl { display: grid; grid-template-columns: max-content 1fr; gap: 0.1rem 1rem; }
 dt { font-weight: 600; } dd { margin: 0; overflow-wrap: anywhere; }
 .scroll { overflow-x: auto; }
-table { border-collapse: collapse; font-size: 0.85rem; font-variant-numeric: tabular-nums; }
-th, td { padding: 0.2rem 0.5rem; border-bottom: 1px solid var(--line); text-align: right; white-space: nowrap; }
+#messages { display: block; font-size: 0.85rem; } #messages dd { margin: 0 0 0.4rem 1.5rem; }
+table { border-collapse: collapse; font-size: 0.8rem; font-variant-numeric: tabular-nums; }
+th, td { padding: 0.2rem 0.4rem; border-bottom: 1px solid var(--line); text-align: right; white-space: nowrap; }
 th.text, td.text { text-align: left; }
-td.long { white-space: normal; min-width: 14rem; text-align: left; }
 th { vertical-align: bottom; border-bottom-width: 2px; }
 th button { font: inherit; font-weight: 600; color: inherit; background: none; border: 0; padding: 0; cursor: pointer; white-space: pre-line; text-align: inherit; }
 th button:hover { text-decoration: underline; }
@@ -48,7 +48,6 @@ figcaption { font-size: 0.85rem; }
   body { max-width: none; font-size: 10pt; padding: 0; }
   figure, tr { break-inside: avoid; } h2, h3 { break-after: avoid; }
   .scroll { overflow: visible; } table { font-size: 6.5pt; } th, td { padding: 0.1rem 0.2rem; }
-  td.long { min-width: 0; }
   .figures { grid-template-columns: 1fr 1fr; }
 }
 )";
@@ -148,9 +147,9 @@ class Table {
                          is_text ? " class=\"text\"" : "", escaped_lines(name));
   }
   void row() { body_ += body_.empty() ? "<tr>" : "</tr>\n<tr>"; }
-  void text(const std::string& value, bool is_long = false) {
-    body_ += fmt::format("<td class=\"{}\" data-value=\"{}\">{}</td>", is_long ? "long" : "text",
-                         escaped(value), escaped(value));
+  void text(const std::string& value) {
+    body_ +=
+        fmt::format("<td class=\"text\" data-value=\"{}\">{}</td>", escaped(value), escaped(value));
   }
   void number(double value) { number(value, short_number(value)); }
   void number(double value, const char* format) {
@@ -314,6 +313,17 @@ std::string phases_html(const std::vector<RunPhases>& phases) {
   return text + table.finish();
 }
 
+// What the runs that did not reach the end say themselves.
+std::string messages_html(const StudyResult& result) {
+  std::string text;
+  for (const StudyRow& row : result.rows) {
+    if (row.message.empty()) continue;
+    text += fmt::format("<dt>{}, h = {} s</dt><dd>{}</dd>\n", escaped(run_label(row)),
+                        short_number(row.step), escaped(row.message));
+  }
+  return text.empty() ? text : "<h3>Messages</h3>\n<dl id=\"messages\">\n" + text + "</dl>\n";
+}
+
 std::string runs_html(const StudyResult& result) {
   const bool has_variants =
       any_row(result, [](const StudyRow& row) { return !row.variant.empty(); });
@@ -324,18 +334,19 @@ std::string runs_html(const StudyResult& result) {
   table.column("integrator", true);
   if (has_solvers) table.column("solver", true);
   for (const char* name : {"h [s]", "h/h_crit"}) table.column(name);
-  table.column("status", true);
-  for (const char* name : {"steps", "wall time\n[s]", "per simulated\nsecond [s]",
-                           "iterations\nper step", "energy\nerror", "linear\nmomentum",
-                           "angular\nmomentum", "position\nerror", "position\nerror, rms"}) {
+  for (const char* name : {"status", "role"}) table.column(name, true);
+  for (const char* name :
+       {"steps", "wall time\n[s]", "iterations\nper step", "energy\nerror", "linear\nmomentum",
+        "angular\nmomentum", "position\nerror", "position\nerror, rms"}) {
     table.column(name);
   }
   if (has_probe) table.column("probe\nerror");
   table.column("observed\norder");
-  table.column("remark", true);
   for (const StudyRow& row : result.rows) {
-    const bool is_reference = row.role == StudyRole::kReference;
-    const double none = std::nan("");
+    // The reference's differences from itself are no errors.
+    const auto error = [&](double value) {
+      table.number(row.role == StudyRole::kReference ? std::nan("") : value, "{:.2e}");
+    };
     table.row();
     if (has_variants) table.text(row.variant);
     table.text(to_string(row.integrator));
@@ -343,27 +354,22 @@ std::string runs_html(const StudyResult& result) {
     table.number(row.step);
     table.number(row.step / row.stable_step);
     table.text(to_string(row.status));
+    table.text(to_string(row.role));
     table.number(static_cast<double>(row.steps), "{:.0f}");
     table.number(row.wall_seconds);
-    table.number(row.seconds_per_simulated_second);
-    table.number(is_implicit(row.integrator) ? row.iterations_per_step : none, "{:.2f}");
+    table.number(is_implicit(row.integrator) ? row.iterations_per_step : std::nan(""), "{:.2f}");
     table.number(row.max_relative_energy_drift, "{:.1e}");
     table.number(row.linear_momentum_drift, "{:.1e}");
     table.number(row.angular_momentum_drift, "{:.1e}");
-    table.number(is_reference ? none : row.position_error, "{:.2e}");
-    table.number(is_reference ? none : row.position_error_rms, "{:.2e}");
-    if (has_probe) table.number(is_reference ? none : row.probe_error, "{:.2e}");
+    error(row.position_error);
+    error(row.position_error_rms);
+    if (has_probe) error(row.probe_error);
     table.number(row.observed_order, "{:.2f}");
-    table.text(is_reference ? "reference"
-               : row.role == StudyRole::kVariant && row.message.empty()
-                   ? "difference from another variant, no error"
-                   : row.message,
-               true);
   }
   return "<p>A click on the head of a column sorts the table. Energy errors are relative to the "
          "energy that entered. The momenta are their changes that no impulse explains, relative to "
          "the momentum. Position errors are relative to the displacement of the reference.</p>\n" +
-         table.finish();
+         table.finish() + messages_html(result);
 }
 
 std::vector<RunPhases> read_phases(const StudyResult& result, const std::string& directory) {
