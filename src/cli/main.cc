@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "address_space.h"
+#include "command_line.h"
 #include "commands.h"
 #include "console.h"
 #include "core/spelling.h"
@@ -184,6 +185,7 @@ int main(int argc, char** argv) {
   tetraction::prepare_streams();
   tetraction::require_address_space();
   tetraction::watch_signals();
+  tetraction::remember_command_line(argc, argv);
   const int code = guarded(argc, argv);
   const std::string reason = tetraction::lost_results();
   if (reason.empty()) return code;

@@ -1,7 +1,8 @@
 """Plots of a step-size study: python3 plot_study.py STUDY_DIR
 
-Reads study.json and the history.csv and probes.csv of each run; writes PNG and SVG files into
-STUDY_DIR.
+Reads study.json, and history.csv, probes.csv and summary.json of each run. Writes PNG, SVG and PDF
+files into STUDY_DIR. Plots over the step are as wide as a column of a journal, plots over time as
+wide as a page.
 """
 
 import csv
@@ -10,6 +11,7 @@ import logging
 import math
 import os
 import sys
+import textwrap
 import warnings
 
 # What matplotlib says of its fonts, its caches or an axis is of no use to who reads the study's table.
@@ -25,45 +27,60 @@ import matplotlib  # noqa: E402
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
+from matplotlib.colors import to_hex, to_rgb  # noqa: E402
 from matplotlib.lines import Line2D  # noqa: E402
+from matplotlib.ticker import LogLocator, NullFormatter  # noqa: E402
 
-# Okabe and Ito's colours: told apart by colour-blind readers as well. Explicit rules have large
-# hollow markers, implicit ones small full ones: where two curves coincide both stay visible.
+# Okabe and Ito's colours, which colour-blind readers tell apart. Markers are hollow and lines differ,
+# so that both of two curves that coincide can be seen.
+DASHED, DASH_DOT, DOTTED = (0, (4, 1.6)), (0, (4, 1.4, 1, 1.4)), (0, (1, 1.3))
 STYLE = {
-    "explicit": {"color": "#D55E00", "marker": "o", "ms": 10, "mfc": "none", "lw": 3},
-    "verlet": {"color": "#E69F00", "marker": "s", "ms": 10, "mfc": "none", "lw": 3},
-    "midpoint": {"color": "#0072B2", "marker": "^", "ms": 6, "lw": 1.4},
-    "backward-euler": {"color": "#009E73", "marker": "D", "ms": 5, "lw": 1.4},
-    "energy-momentum": {"color": "#CC79A7", "marker": "v", "ms": 6, "lw": 1.4},
+    "explicit": {"color": "#D55E00", "marker": "o", "ms": 5.5, "ls": "-"},
+    "verlet": {"color": "#E69F00", "marker": "s", "ms": 5.0, "ls": DASHED},
+    "midpoint": {"color": "#0072B2", "marker": "^", "ms": 5.0, "ls": "-"},
+    "backward-euler": {"color": "#009E73", "marker": "D", "ms": 4.0, "ls": DASH_DOT},
+    "energy-momentum": {"color": "#CC79A7", "marker": "v", "ms": 5.0, "ls": DASHED},
 }
-OTHER = {"color": "#555555", "marker": "P", "ms": 6, "lw": 1.4}
-GREY = "#666666"
-MOST_POINTS = 1500  # of a curve over time, so that SVG files stay small
+OTHER = {"color": "#555555", "marker": "P", "ms": 5.0, "ls": "-"}
+LINES = ["-", DASHED, DASH_DOT, DOTTED, (0, (7, 1.5)), (0, (6, 1, 1, 1, 1, 1))]
+GREY, PALE = "#555555", "#ececec"
+BEHIND_TEXT = {"fc": "white", "ec": "none", "pad": 0.8}
+COLUMN, PAGE = 3.5, 7.2  # widths of figures in inches
+MOST_POINTS = 600  # of a curve over time: more than a panel resolves
+EPSILON = 2.0**-52
+# As the program deletes them with an earlier study.
+PLOTS = ("error_over_step", "rms_error_over_step", "work_precision", "energy_over_time",
+         "energy_drift_over_step", "linear_momentum_over_time", "angular_momentum_over_time",
+         "momentum_drift_over_step")  # fmt: skip
+ENDINGS = ("png", "svg", "pdf")
 
 plt.rcParams.update(
     {
-        "font.size": 10,
+        "font.size": 8,
+        "axes.titlesize": 8,
+        "axes.labelsize": 8,
+        "xtick.labelsize": 7,
+        "ytick.labelsize": 7,
+        "legend.fontsize": 7,
+        "axes.linewidth": 0.6,
+        "lines.linewidth": 1.1,
         "axes.grid": True,
-        "grid.color": "#dddddd",
-        "grid.linewidth": 0.6,
+        "grid.color": "#e2e2e2",
+        "grid.linewidth": 0.5,
         "axes.axisbelow": True,
-        "axes.spines.top": False,
-        "axes.spines.right": False,
         "legend.frameon": False,
-        "savefig.dpi": 150,
+        "legend.handlelength": 2.6,
+        "legend.columnspacing": 1.2,
+        "savefig.dpi": 300,
         "svg.fonttype": "none",
+        "svg.hashsalt": "tetraction",
+        "pdf.fonttype": 42,
     }
 )
 
 
 class Unusable(Exception):
     """The study cannot be plotted; the text says why."""
-
-
-def style(integrator, compares_solver=False):
-    """Of a curve; another solver is a ring around the point that it should agree with."""
-    own = STYLE.get(integrator.split(" (")[0], OTHER)
-    return {**own, "marker": "o", "ms": 13, "mfc": "none", "lw": 0} if compares_solver else own
 
 
 def number(value):
@@ -81,9 +98,9 @@ def usable(value):
 
 def si(value, unit):
     """3e-05, "s" as 30 µs."""
-    for prefix, factor in (("", 1), ("m", 1e-3), ("µ", 1e-6), ("n", 1e-9)):
+    for prefix, factor in (("", 0.1), ("m", 1e-3), ("µ", 1e-6), ("n", 1e-9)):
         if value >= 0.9999 * factor:
-            return f"{value / factor:.3g} {prefix}{unit}"
+            return f"{value / (factor if prefix else 1):.3g} {prefix}{unit}"
     return f"{value:.3g} {unit}"
 
 
@@ -93,6 +110,19 @@ def in_limits(step, limit):
         return ""
     ratio = step / limit
     return f" = {ratio:.0f} $h_{{crit}}$" if 10 <= ratio < 1e5 else f" = {ratio:.2g} $h_{{crit}}$"
+
+
+def plain(text):
+    """For titles and labels, in which matplotlib reads $ as the sign of a formula."""
+    return str(text).replace("$", r"\$")
+
+
+def read_json(*path):
+    try:
+        with open(os.path.join(*path), encoding="utf-8") as file:
+            return json.load(file)
+    except (OSError, ValueError):
+        return {}
 
 
 def read_study(folder):
@@ -106,19 +136,26 @@ def read_study(folder):
     runs = []
     for entry in found if isinstance(found, list) else []:
         if isinstance(entry, dict) and usable(number(entry.get("step"))):
-            name, step = str(entry.get("integrator")), number(entry["step"])
+            rule, step = str(entry.get("integrator")), number(entry["step"])
             tags = [entry.get("variant"), entry.get("compares_solver") and entry.get("solver")]
+            name = rule
             if any(tags):
                 name += f" ({', '.join(str(tag) for tag in tags if tag)})"
             directory = os.path.join(folder, str(entry.get("directory")))
-            runs.append({**entry, "integrator": name, "step": step, "directory": directory})
+            runs.append({**entry, "rule": rule, "integrator": name, "step": step,
+                         "directory": directory})  # fmt: skip
     if not runs:
         raise Unusable("study.json names no run with a step")
-    variants = {str(run.get("variant")) for run in runs}
+    variants = list(dict.fromkeys(str(run.get("variant")) for run in runs))
     probes = study.get("probes")
     probes = [p for p in probes if usable_probe(p)] if isinstance(probes, list) else []
+    reference = study.get("reference")
+    reference = reference if isinstance(reference, dict) else {}
     return {"runs": runs, "variants": variants, "stable_step": number(study.get("stable_step")),
             "limits": stability_limits(found, study), "probes": probes,
+            "scene": plain(study.get("scene", "")), "end": number(study.get("end")),
+            "reference_error": number(reference.get("estimated_error")),
+            "reference": os.path.join(folder, str(reference.get("directory", ""))),
             "error": str(study.get("error", "position"))}  # fmt: skip
 
 
@@ -129,24 +166,34 @@ def usable_probe(probe):
 
 
 def stability_limits(entries, study):
-    """[(label, h_crit)] of the explicit rules of the first variant: they differ with damping."""
+    """[(label, h_crit)] of the explicit rules, which differ with damping, and of other variants where
+    they differ from the first."""
     limits = {}
     for entry in entries:
-        if not isinstance(entry, dict) or entry.get("variant") != entries[0].get("variant"):
-            continue
-        limit = number(entry.get("stable_step"))
+        limit = number(entry.get("stable_step")) if isinstance(entry, dict) else math.nan
         if entry.get("integrator") in ("explicit", "verlet") and usable(limit):
-            limits[entry["integrator"]] = limit
-    values = list(limits.values()) or [number(study.get("stable_step"))]
-    if max(values) > 1.001 * min(values):
-        return [(f"stability limit of {name}", limit) for name, limit in limits.items()]
-    return [("stability limit of the explicit steps", values[0])] if usable(values[0]) else []
+            limits.setdefault(str(entry.get("variant") or ""), {})[entry["integrator"]] = limit
+    if not limits:
+        limit = number(study.get("stable_step"))
+        return [("stability limit", limit)] if usable(limit) else []
+    found, first = [], next(iter(limits.values()))
+    for variant, rules in limits.items():
+        if found and all(abs(limit / first.get(rule, math.inf) - 1) < 1e-3
+                         for rule, limit in rules.items()):  # fmt: skip
+            continue
+        values = list(rules.values())
+        tag = f" ({plain(variant)})" if len(limits) > 1 and variant else ""
+        if max(values) > 1.001 * min(values):
+            found += [(f"limit of {rule}{tag}", limit) for rule, limit in rules.items()]
+        else:
+            found.append((f"stability limit{tag}", values[0]))
+    return found
 
 
-def read_columns(run, name):
+def read_columns(directory, name):
     """Columns of a CSV file as lists of numbers, up to its first broken row; {} without one."""
     try:
-        with open(os.path.join(run["directory"], name), newline="") as file:
+        with open(os.path.join(directory, name), newline="") as file:
             rows = list(csv.reader(file))
     except (OSError, ValueError, csv.Error):
         return {}
@@ -161,13 +208,13 @@ def read_columns(run, name):
 
 def read_history(run):
     """Columns of history.csv, and the energy that entered."""
-    columns = read_columns(run, "history.csv")
+    columns = read_columns(run["directory"], "history.csv")
     if not columns:
         return {}
     try:
-        with open(os.path.join(run["directory"], "summary.json")) as file:
-            columns["energy_scale"] = [float(json.load(file)["energy"]["scale"])]
-    except (OSError, ValueError, KeyError, TypeError):
+        scale = read_json(run["directory"], "summary.json")["energy"]["scale"]
+        columns["energy_scale"] = [float(scale)]
+    except (KeyError, TypeError, ValueError):
         pass
     return columns
 
@@ -182,21 +229,98 @@ def by_integrator(runs):
         groups.setdefault(run["integrator"], []).append(run)
     order = list(STYLE)
     rank = {name: order.index(name) for name in order}
-    return dict(sorted(groups.items(), key=lambda g: rank.get(g[0].split(" (")[0], len(order))))
+    return dict(sorted(groups.items(),
+                       key=lambda g: rank.get(g[1][0]["rule"], len(order))))  # fmt: skip
+
+
+def looks_of(study, runs):
+    """Of the curve of these runs: colour and marker are the integrator's. With variants, the line is
+    the variant's. Another solver is a ring around the point that it should agree with."""
+    own = dict(STYLE.get(runs[0]["rule"], OTHER), mfc="none", mew=1.0)
+    if len(study["variants"]) > 1:
+        own["ls"] = LINES[study["variants"].index(str(runs[0].get("variant"))) % len(LINES)]
+    if any(run.get("compares_solver") for run in runs):
+        own.update(marker="o", ms=9, ls="none")
+    return own
+
+
+def shade(color, rank, count):
+    """Of a curve over time: the finest step is the darkest, the coarsest has the integrator's colour."""
+    dark = 0.6 * (1.0 - rank / max(1, count - 1)) if count > 1 else 0.0
+    return to_hex([(1.0 - dark) * c for c in to_rgb(color)])
 
 
 def save(figure, folder, name):
-    # The box is worked out once for both files, which takes as long as to draw the figure.
-    box = figure.get_tightbbox(figure.canvas.get_renderer()).padded(0.1)
-    for ending in ("png", "svg"):
+    # No date, so that the same study gives the same files.
+    extra = {"png": {}, "svg": {"Date": None}, "pdf": {"CreationDate": None, "ModDate": None}}
+    for ending in ENDINGS:
         path = os.path.join(folder, f"{name}.{ending}")
         # The picture gets its name when it is complete. A link of that name is not followed.
         temporary = path + ".part"
         if os.path.lexists(temporary):
             os.remove(temporary)
-        figure.savefig(temporary, bbox_inches=box, format=ending)
+        figure.savefig(temporary, format=ending, metadata=extra[ending])
         os.replace(temporary, path)
     plt.close(figure)
+
+
+def remove_plot(folder, name):
+    """An earlier call of the same study may have drawn it."""
+    for ending in ENDINGS:
+        path = os.path.join(folder, f"{name}.{ending}")
+        if os.path.lexists(path):
+            os.remove(path)
+
+
+class Page:
+    """A figure whose axes are placed in inches from its top, so that its width is exact."""
+
+    def __init__(self, width, scene, title, below):
+        lines = textwrap.wrap(title, int(width * 17))
+        self.width, self.scene, self.lines = width, scene, lines
+        self.top, self.below = 0.24 + 0.15 * len(lines), below
+        self.rows = []
+
+    def row(self, height, gap=0.0):
+        self.rows.append((height, gap))
+
+    def place(self, columns=1, left=0.62, right=0.08, between=0.12):
+        """The figure, and its axes as rows of columns."""
+        height = self.top + sum(h + gap for h, gap in self.rows) + self.below
+        figure = plt.figure(figsize=(self.width, height))
+        wide = (self.width - left - right - between * (columns - 1)) / columns
+        axes, y = [], height - self.top
+        for tall, gap in self.rows:
+            y -= gap + tall
+            axes.append([
+                figure.add_axes([(left + i * (wide + between)) / self.width, y / height,
+                                 wide / self.width, tall / height]) for i in range(columns)
+            ])  # fmt: skip
+        figure.text(0.5, 1 - 0.06 / height, self.scene, ha="center", va="top", weight="bold")
+        for i, line in enumerate(self.lines):
+            figure.text(0.5, 1 - (0.21 + 0.15 * i) / height, line, ha="center", va="top")
+        return figure, axes
+
+
+def decades(axes, low, high, least=1.3):
+    """Sets a logarithmic y axis that has these values, and at least so many decades."""
+    span = math.log10(high / low)
+    room = max(0.06 * span, 0.5 * (least - span), 0.08)
+    axes.set_yscale("log")
+    axes.set_ylim(low / 10**room, high * 10**room)
+    axes.yaxis.set_major_locator(LogLocator(numticks=7))
+    if span + 2 * room > 4:
+        axes.yaxis.set_minor_formatter(NullFormatter())
+
+
+def legend(figure, handles, columns, width=None):
+    """At the lower edge of the figure."""
+    figure.legend(handles=handles, loc="lower center", ncol=columns, bbox_to_anchor=(0.5, 0.0),
+                  borderaxespad=0.3)  # fmt: skip
+
+
+def legend_height(count, columns):
+    return 0.12 + 0.147 * math.ceil(count / columns)
 
 
 def thinned(times, values):
@@ -226,137 +350,273 @@ def both_extremes(times, values):
     return [p[0] for p in points], [p[1] for p in points]
 
 
-def probe_over_time(study, folder, probe):
-    """One panel for each component, with a curve for each run.
-
-    The axes fit the runs that ended well.
-    """
-    columns = [str(column) for column in probe["columns"]]
-    runs = [run for runs in by_integrator(study["runs"]).values() for run in runs]
-    tables = [(run, read_columns(run, "probes.csv")) for run in runs]
-    tables = [(run, table) for run, table in tables if all(c in table for c in columns)]
-    if not tables:
-        return
-    steps = sorted({run["step"] for run, _ in tables})
-    below = 0.6 + 0.2 * math.ceil(len(tables) / 2)  # inches: time label and legend
-    height = 2.1 * len(columns) + 0.5 + below
-    figure, panels = plt.subplots(
-        len(columns), 1, figsize=(8.0, height), sharex=True, squeeze=False
-    )
-    name, unit = str(probe["name"]), str(probe.get("unit", ""))
-    handles = {}
-    for panel, column in zip(panels.flat, columns):
-        good = []
-        for run, table in tables:
-            times, values = both_extremes(table["time"], table[column])
-            if not values:
-                continue
-            looks = style(run["integrator"])
-            # Fine steps are full lines, coarse ones are paler.
-            rank = steps.index(run["step"]) / max(1, len(steps) - 1)
-            (line,) = panel.plot(
-                times, values, "-" if ended_well(run) else "--", color=looks["color"],
-                lw=1.3, alpha=1.0 - 0.65 * rank, marker="." if len(times) < 8 else "",
-            )  # fmt: skip
-            handles[f"{run['integrator']}, $h$ = {si(run['step'], 's')}"] = line
-            if ended_well(run):
-                good += [min(values), max(values)]
-        if good:
-            room = 0.06 * (max(good) - min(good)) or max(1e-12, 0.1 * abs(good[0]))
-            panel.set_ylim(min(good) - room, max(good) + room)
-        panel.set_ylabel(f"{column} [{unit}]" if unit else column)
-    panels[-1][0].set_xlabel("time [s]")
-    figure.suptitle(f"Probe {name}: {str(probe.get('quantity', '')).replace('_', ' ')} "
-                    "(dashed: unstable or failed)", fontsize=11)  # fmt: skip
-    figure.legend(handles.values(), handles.keys(), loc="lower center", ncol=2, fontsize=9)
-    figure.tight_layout(rect=(0, (below - 0.5) / height, 1, 1))
-    save(figure, folder, f"probe_{name}")
+def time_unit(end):
+    return next((u for u in (("s", 1), ("ms", 1e3), ("µs", 1e6)) if end * u[1] >= (0.1 if u[1] == 1 else 1)),
+                ("s", 1))
 
 
-def over_time(study, folder, name, title, ylabel, value_of, floor=None):
-    """One panel an integrator, one curve a step; a logarithmic axis from `floor` up if it is given.
+def step_handles(study, steps):
+    """Line and shade of each step."""
+    return [Line2D([], [], color=shade("#999999", i, len(steps)), ls=LINES[i % len(LINES)],
+                   label="$h$ = " + si(h, "s") + in_limits(h, study["stable_step"]))
+            for i, h in enumerate(steps)]  # fmt: skip
 
-    The axis fits the runs that ended well: a run that blew up leaves the picture.
-    """
+
+def end_handle(runs):
+    return [] if all(ended_well(r) for r in runs) else [
+        Line2D([], [], color=GREY, marker="x", ls="none", ms=4.5, mew=1.2,
+               label="upper edge: end of a run that is unstable or failed")
+    ]  # fmt: skip
+
+
+def over_time(study, folder, name, title, ylabel, value_of, round_off_of=None):
+    """A panel for each integrator with a curve for each step, on a logarithmic axis that fits the runs
+    that ended well: a run that blew up leaves the picture. `value_of` returns None for a run that has
+    no such number."""
     # Another solver's curves would lie on those that are there.
-    groups = by_integrator([run for run in study["runs"] if not run.get("compares_solver")])
-    columns = min(2, len(groups))
-    rows = math.ceil(len(groups) / columns)
-    steps = sorted({run["step"] for run in study["runs"]})
-    legend_columns = 3 if columns == 2 else 2
-    below = 0.65 + 0.22 * math.ceil(len(steps) / legend_columns)  # inches: time label and legend
-    height = 2.75 * rows + 0.6 + below
-    figure, panels = plt.subplots(
-        rows, columns, figsize=(5.0 * columns, height), sharex=True, sharey=True, squeeze=False
-    )
-    shades = plt.get_cmap("viridis")
-    color = {h: shades(0.9 * i / max(1, len(steps) - 1)) for i, h in enumerate(steps)}
-    curves = []
-    for panel, (integrator, runs) in zip(panels.flat, groups.items()):
-        color_of_name = style(integrator)["color"]
-        panel.set_title(integrator, fontsize=10, fontweight="bold", color=color_of_name)
+    shown = [run for run in study["runs"] if not run.get("compares_solver")]
+    groups = by_integrator(shown)
+    steps = sorted({run["step"] for run in shown})
+    curves, floors = [], []
+    for index, runs in enumerate(groups.values()):
         for run in runs:
             history = read_history(run)
             try:
-                times, values = thinned(history["time"], value_of(history))
-            except KeyError:
+                values = value_of(run, history)
+            except (KeyError, IndexError):
                 continue
-            if values:
-                curves.append((panel, run, times, values))
-    end = max((c[2][-1] for c in curves), default=0.0)
-    unit, factor = next((u for u in (("s", 1), ("ms", 1e3), ("µs", 1e6)) if end * u[1] >= 1),
-                        ("s", 1))  # fmt: skip
-    good = [max(c[3]) for c in curves if ended_well(c[1])] or [max(c[3]) for c in curves] or [0.0]
-    top = 30 * max(max(good), 10 * floor) if floor else 1.15 * max(good) or 1.0
-    panels[0][0].set_yscale("log" if floor else "linear")
-    panels[0][0].set_ylim(floor or 0.0, top)
-    for panel, run, times, values in curves:
-        # What is below the floor, as the exact zero of the start, is not drawn on a log axis.
-        kept = [(factor * t, v) for t, v in zip(times, values) if not floor or v >= floor]
-        if not kept:
+            if values is None:
+                continue
+            times, values = thinned(history["time"], values)
+            if not values:
+                continue
+            curves.append((index, run, times, values))
+            if round_off_of and ended_well(run):
+                floors.append(round_off_of(run, history))
+    good = [v for _, run, _, values in curves if ended_well(run) for v in values if v > 0]
+    good = good or [v for *_, values in curves for v in values if v > 0]
+    if not good:
+        remove_plot(folder, name)
+        return
+    columns = 2 if len(groups) == 4 else min(3, len(groups))
+    handles = step_handles(study, steps) + end_handle(shown)
+    floor = max((f for f in floors if usable(f)), default=math.nan)
+    low, high = np.percentile(good, 2), max(good)
+    is_floor_shown = usable(floor) and floor > low
+    if is_floor_shown:
+        handles.append(plt.Rectangle((0, 0), 1, 1, fc=PALE, ec="none",
+                                     label="round-off of the finest steps"))  # fmt: skip
+    legend_columns = 3 if columns == 3 else 2
+    page = Page(PAGE if columns > 1 else COLUMN * 1.3, study["scene"], title,
+                0.42 + legend_height(len(handles), legend_columns))  # fmt: skip
+    count = math.ceil(len(groups) / columns)
+    for row in range(count):
+        page.row(1.55 if count > 1 else 1.9, 0.2 if row == 0 else 0.3)
+    figure, rows = page.place(columns)
+    panels = [panel for row in rows for panel in row]
+    end = max(times[-1] for _, _, times, _ in curves)
+    unit, factor = time_unit(end)
+    for index, panel in enumerate(panels):
+        if index >= len(groups):
+            panel.set_visible(False)
             continue
-        x, y = zip(*kept)
-        line = "-" if ended_well(run) else "--"
-        panel.plot(x, y, line, color=color[run["step"]], lw=1.4, marker="." if len(x) < 8 else "")
-        if not ended_well(run):
-            # Out of the picture: at its upper edge.
-            panel.plot(x[-1], min(y[-1], top), "x", color=color[run["step"]], ms=7, mew=1.8,
-                       clip_on=False, zorder=3)  # fmt: skip
-    if end > 0:
-        panels[0][0].set_xlim(-0.02 * end * factor, 1.02 * end * factor)
-    for index, panel in enumerate(panels.flat):
-        panel.set_visible(index < len(groups))
+        integrator, runs = list(groups.items())[index]
+        color = STYLE.get(runs[0]["rule"], OTHER)["color"]
+        panel.set_title(plain(integrator), weight="bold", color=color, pad=3)
+        decades(panel, low, high)
+        bottom, top = panel.get_ylim()
+        if is_floor_shown:
+            panel.axhspan(bottom, min(floor, top), fc=PALE, ec="none", zorder=0)
+        for _, run, times, values in (c for c in curves if c[0] == index):
+            rank = steps.index(run["step"])
+            hue = shade(color, rank, len(steps))
+            # A logarithmic axis has no zero, as the error of the start is.
+            kept = [(factor * t, v) for t, v in zip(times, values) if v > 0]
+            if kept:
+                panel.plot(*zip(*kept), ls=LINES[rank % len(LINES)], color=hue,
+                           marker="." if len(kept) < 8 else "", ms=3)  # fmt: skip
+            if not ended_well(run):
+                panel.plot(factor * times[-1], 1.0, "x", color=hue, ms=4.5, mew=1.2, clip_on=False,
+                           transform=panel.get_xaxis_transform(), zorder=5)  # fmt: skip
+        panel.set_xlim(0, 1.06 * end * factor)
+        if index % columns:
+            panel.tick_params(labelleft=False)
+            panel.yaxis.set_minor_formatter(NullFormatter())
         if index + columns >= len(groups):
-            panel.set_xlabel(f"time [{unit}]")
-            panel.tick_params(labelbottom=True)
-    figure.supylabel(ylabel, fontsize=10, x=0.0)
-    figure.suptitle(title, fontsize=11, y=1 - 0.12 / height, va="top")
-    limit = study["stable_step"]
-    figure.legend(
-        [Line2D([], [], color=color[h], lw=2) for h in steps],
-        ["$h$ = " + si(h, "s") + in_limits(h, limit) for h in steps],
-        loc="lower center", ncol=min(legend_columns, len(steps)), fontsize=9,
-    )  # fmt: skip
-    figure.tight_layout(rect=(0, (below - 0.5) / height, 1, 1))
+            panel.set_xlabel(f"time $t$ [{unit}]", labelpad=2)
+        else:
+            panel.tick_params(labelbottom=False)
+    figure.text(0.02, 0.5 * (1 + page.below / figure.get_figheight() - page.top /
+                             figure.get_figheight()), ylabel, rotation=90, va="center")  # fmt: skip
+    legend(figure, handles, legend_columns)
     save(figure, folder, name)
 
 
 def energy_error(history):
     """|energy error| over the energy that entered, at each step."""
     error = history["energy_error"]
-    if "energy_scale" in history:
-        scale = history["energy_scale"][0]
-    else:  # a run without a summary
-        scale = sum(history[key][0] for key in ("kinetic_energy", "elastic_energy"))
-        for key in ("environment_energy", "external_work", "constraint_work", "edit_work"):
-            column = history.get(key, [0.0])
-            finite = (abs(value - column[0]) for value in column if math.isfinite(value))
-            scale += max(finite, default=0.0)
+    scale = energy_scale(history)
     return [abs(e) / scale if scale > 0 else 0.0 for e in error]
 
 
-def magnitude(letter):
-    return lambda history: [math.hypot(*v) for v in zip(*(history[letter + a] for a in "xyz"))]
+def energy_scale(history):
+    if "energy_scale" in history:
+        return history["energy_scale"][0]
+    # a run without a summary
+    scale = sum(history[key][0] for key in ("kinetic_energy", "elastic_energy"))
+    for key in ("environment_energy", "external_work", "constraint_work", "edit_work"):
+        column = history.get(key, [0.0])
+        finite = (abs(value - column[0]) for value in column if math.isfinite(value))
+        scale += max(finite, default=0.0)
+    return scale
+
+
+def energy_round_off(run, history):
+    """At most about one rounding of the energies in each step, over the energy that entered."""
+    keys = ("kinetic_energy", "elastic_energy", "environment_energy", "external_work",
+            "dissipated_energy")  # fmt: skip
+    sums = [sum(abs(v) for v in row) for row in zip(*(history[k] for k in keys if k in history))]
+    largest = max((s for s in sums if math.isfinite(s)), default=0.0)
+    scale = energy_scale(history)
+    return EPSILON * (10 + len(sums)) * largest / scale if scale > 0 else math.nan
+
+
+# Sections of a scene without influence on the momenta.
+INNER = {"mesh", "material", "material_region", "time", "solver", "environment", "damping", "initial",
+         "output", "probe", "amplitude"}  # fmt: skip
+
+
+def conserved(run, letter):
+    """The projection to those components of a momentum ("p" or "l") that the run's scene conserves, or
+    None if there are none."""
+    scene = read_json(run["directory"], "summary.json").get("scene")
+    if not isinstance(scene, dict) or not scene:
+        return None
+    if any(value for key, value in scene.items() if key not in INNER):
+        return None
+    damping = scene.get("damping") or {}
+    # Viscosity acts between the vertices, and takes no momentum.
+    if any(value for key, value in damping.items() if key != "viscosity"):
+        return None
+    environment = scene.get("environment") or {"kind": "none"}
+    if environment.get("kind") == "none":
+        return np.eye(3)
+    if environment.get("kind") == "attraction":  # towards the origin
+        return np.eye(3) if letter == "l" else None
+    direction = np.array(environment.get("direction", [0.0, -1.0, 0.0]), dtype=float)
+    along = np.outer(direction, direction) / (direction @ direction)
+    return along if letter == "l" else np.eye(3) - along
+
+
+def momentum_change(letter):
+    def value_of(run, history):
+        projection = conserved(run, letter)
+        if projection is None:
+            return None
+        vectors = np.array([history[letter + axis] for axis in "xyz"])
+        return list(np.linalg.norm(projection @ (vectors - vectors[:, :1]), axis=0))
+
+    return value_of
+
+
+def momentum_round_off(letter):
+    """At most about one rounding of the momentum in each step: of the sum of its magnitudes over the
+    vertices, which the kinetic energy T bounds by √(2 M T), or of the magnitude |L|."""
+
+    def round_off_of(run, history):
+        if letter == "l":
+            sizes = [math.hypot(*v) for v in zip(*(history["l" + axis] for axis in "xyz"))]
+            largest = max((s for s in sizes if math.isfinite(s)), default=0.0)
+            return EPSILON * (10 + len(sizes)) * largest
+        mass = number(read_json(run["directory"], "summary.json").get("mass"))
+        energy = max((e for e in history["kinetic_energy"] if math.isfinite(e)), default=0.0)
+        rounding = EPSILON * (10 + len(history["time"]))
+        return rounding * math.sqrt(2 * mass * energy) if usable(mass) else math.nan
+
+    return round_off_of
+
+
+def probe_over_time(study, folder, probe):
+    """The values of each component on the left, and the difference from the reference on the right.
+
+    The axes fit the runs that ended well.
+    """
+    columns = [str(column) for column in probe["columns"]]
+    groups = by_integrator(study["runs"])
+    runs = [run for group in groups.values() for run in group]
+    tables = [(run, read_columns(run["directory"], "probes.csv")) for run in runs]
+    tables = [(run, table) for run, table in tables if all(c in table for c in columns)]
+    name, unit = str(probe["name"]), str(probe.get("unit", ""))
+    if not tables:
+        remove_plot(folder, f"probe_{name}")
+        return
+    reference = read_columns(study["reference"], "probes.csv")
+    has_reference = all(c in reference for c in columns)
+    steps = sorted({run["step"] for run, _ in tables})
+    handles = [Line2D([], [], label=plain(key), color=looks_of(study, group)["color"])
+               for key, group in groups.items() if not group[0].get("compares_solver")]  # fmt: skip
+    if has_reference:
+        handles.append(Line2D([], [], label="reference", color="#bbbbbb", lw=3))
+    handles += step_handles(study, steps)
+    if not all(ended_well(run) for run, _ in tables):
+        handles.append(Line2D([], [], color=GREY, marker="x", ls="none", ms=4.5, mew=1.2,
+                              label="end of a run that is unstable or failed"))  # fmt: skip
+    quantity = str(probe.get("quantity", "")).replace("_", " ")
+    title = f"Probe {plain(name)}: {quantity}" + (f" [{unit}]" if unit else "")
+    title += ". Left: values. Right: magnitude of the difference from the reference"
+    page = Page(PAGE, study["scene"], title if has_reference else title.split(". Left")[0],
+                0.42 + legend_height(len(handles), 3))  # fmt: skip
+    for row in range(len(columns)):
+        page.row(1.4, 0.06 if row == 0 else 0.12)
+    figure, rows = page.place(2 if has_reference else 1, left=0.72, between=0.75)
+    end = max((table["time"][-1] for _, table in tables), default=0.0)
+    time_name, factor = time_unit(end)
+    for panels, column in zip(rows, columns):
+        if has_reference:
+            known = [(t, v) for t, v in zip(reference["time"], reference[column])
+                     if math.isfinite(v)]  # fmt: skip
+            times, values = both_extremes(*zip(*known)) if known else ([], [])
+            panels[0].plot([factor * t for t in times], values, color="#bbbbbb", lw=3)
+        good, differences = [], []
+        for run, table in tables:
+            rank = steps.index(run["step"])
+            looks = {"color": shade(looks_of(study, [run])["color"], rank, len(steps)),
+                     "ls": LINES[rank % len(LINES)], "lw": 0.9}  # fmt: skip
+            times, values = both_extremes(table["time"], table[column])
+            if not values:
+                continue
+            panels[0].plot([factor * t for t in times], values, **looks,
+                           marker="." if len(times) < 8 else "", ms=3)  # fmt: skip
+            if ended_well(run):
+                good += [min(values), max(values)]
+            else:
+                panels[0].plot(factor * times[-1], values[-1], "x", color=looks["color"], ms=4.5,
+                               mew=1.2)  # fmt: skip
+            if not has_reference or not known or run["directory"] == study["reference"]:
+                continue
+            own = [(t, v) for t, v in zip(table["time"], table[column]) if math.isfinite(v)]
+            t, v = np.array(own).T
+            times, values = thinned(t, np.abs(v - np.interp(t, *zip(*known))))
+            kept = [(factor * t, v) for t, v in zip(times, values) if v > 0]
+            if kept:
+                panels[1].plot(*zip(*kept), **looks, marker="." if len(kept) < 8 else "", ms=3)
+                differences += [v for _, v in kept] if ended_well(run) else []
+        if good:
+            room = 0.06 * (max(good) - min(good)) or 0.1 * abs(good[0]) or 1.0
+            panels[0].set_ylim(min(good) - room, max(good) + room)
+        panels[0].set_ylabel(plain(column) + (f" [{unit}]" if unit else ""))
+        if has_reference:
+            if differences:
+                decades(panels[1], np.percentile(differences, 2), max(differences))
+            panels[1].set_ylabel("difference" + (f" [{unit}]" if unit else ""))
+        for panel in panels:
+            panel.set_xlim(0, 1.02 * end * factor)
+            if column != columns[-1]:
+                panel.tick_params(labelbottom=False)
+    for panel in rows[-1]:
+        panel.set_xlabel(f"time $t$ [{time_name}]", labelpad=2)
+    legend(figure, handles, 3)
+    save(figure, folder, f"probe_{name}")
 
 
 def along(lines):
@@ -370,138 +630,307 @@ def along(lines):
     return np.vstack(points), np.array(slopes)
 
 
+def straight_parts(line, slope, tolerance=0.15):
+    """The longest parts of at least three points of a line on logarithmic axes that have this slope."""
+    parts, part = [], []
+    for p, q in zip(line, line[1:]):
+        own = (math.log(q[1] / p[1]) / math.log(q[0] / p[0])) if q[0] > p[0] else math.inf
+        if abs(own - slope) <= tolerance:
+            part = (part or [p]) + [q]
+            continue
+        parts.append(part)
+        part = []
+    return [part for part in [*parts, part] if len(part) >= 3]
+
+
 def slope_guides(axes, lines, limits):
-    """Triangles of slope 1 and 2, each beside the curves that have its slope, and covering none."""
+    """Triangles of slope 1 and 2. Each stands beside a part of a curve where at least three runs show
+    its slope, and covers no curve."""
     to_screen, back = axes.transData.transform, axes.transData.inverted().transform
     box = axes.bbox
     (x0, x1), (y0, y1) = axes.get_xlim(), axes.get_ylim()
+    inch = axes.figure.dpi
     # Pixels of a decade: what has slope 1 in the axes has the slope `unit` in pixels.
     unit = (box.height / math.log10(y1 / y0)) / (box.width / math.log10(x1 / x0))
-    curves, slopes = along([to_screen(line) for line in lines])
-    taken = curves
+    taken, _ = along([to_screen(line) for line in lines])
     for _, limit in limits:
         if x0 < limit < x1:
             taken = np.vstack([taken, along([to_screen([(limit, y0), (limit, y1)])])[0]])
-    decades = min(0.13 * math.log10(x1 / x0), 0.14 * math.log10(y1 / y0))
-    width, pad = decades * box.width / math.log10(x1 / x0), 0.07 * box.height
     for slope in (1, 2):
-        height = slope * unit * width
-        own = curves[np.abs(slopes / unit - slope) < 0.3]
+        parts = [part for line in lines for part in straight_parts(line, slope)]
+        if not parts:
+            continue
+        own, _ = along([to_screen(part) for part in parts])
+        width = min(0.34 * inch, 0.34 * inch / (slope * unit))
+        height, pad = slope * unit * width, 0.1 * inch
         # Places of the lower left corner, row by row, that leave room for the labels.
         x, y = (array.ravel() for array in np.meshgrid(
-            box.x0 + np.arange(2, 88) / 100 * box.width,
-            box.y0 + np.arange(3, 80) / 100 * box.height))  # fmt: skip
-        inside = (x + width <= box.x1 - pad) & (y + height <= box.y1 - 1.5 * pad)
+            box.x0 + np.arange(1, 95) / 100 * box.width,
+            box.y0 + np.arange(1, 95) / 100 * box.height))  # fmt: skip
+        inside = ((x + width + 1.2 * pad <= box.x1) & (y - 1.3 * pad >= box.y0)
+                  & (y + height + 0.3 * pad <= box.y1))  # fmt: skip
         x, y = x[inside, None], y[inside, None]
         px, py = taken.T
-        clear = np.hypot(np.maximum(np.maximum(x - px, px - x - width - pad / 2), 0),
-                         np.maximum(np.maximum(y - pad / 2 - py, py - y - height), 0))  # fmt: skip
-        free = clear.min(axis=1) > 0.2 * pad
-        if len(own) == 0 or not free.any():
+        clear = np.hypot(np.maximum(np.maximum(x - px, px - x - width - pad), 0),
+                         np.maximum(np.maximum(y - 1.2 * pad - py, py - y - height), 0))  # fmt: skip
+        # Curves may pass above the hypotenuse.
+        above = py - y - height / width * (px - x) > 0.3 * pad
+        free = np.where(above, np.inf, clear).min(axis=1) > 0.3 * pad
+        if not free.any():
             continue
-        # The hypotenuse is as near to the curves of its slope as possible, at both ends.
+        # The hypotenuse is as near to the part of the curve as possible, at both ends.
         x, y = x[free], y[free]
         px, py = own.T
         gap = np.maximum(np.hypot(px - x, py - y).min(axis=1),
                          np.hypot(px - x - width, py - y - height).min(axis=1))  # fmt: skip
+        if gap.min() > 0.4 * inch:
+            continue
         x, y = x[gap.argmin(), 0], y[gap.argmin(), 0]
         corners = [(x, y), (x + width, y), (x + width, y + height)]
-        axes.add_patch(plt.Polygon([back(c) for c in corners], closed=True, fc="#f2f2f2", ec=GREY))
-        axes.annotate("1", back((x + width / 2, y)), (0, -2), textcoords="offset points",
-                      ha="center", va="top", fontsize=8, color=GREY)  # fmt: skip
-        axes.annotate(str(slope), back((x + width, y + height / 2)), (3, 0), color=GREY,
-                      textcoords="offset points", va="center", fontsize=8)  # fmt: skip
-        grid = [(i / 9, j / 9) for i in range(-2, 13) for j in range(-2, 12)]
+        axes.add_patch(plt.Polygon([back(c) for c in corners], closed=True, fc="#f4f4f4", ec=GREY,
+                                   lw=0.7, zorder=3, label=f"slope {slope}"))  # fmt: skip
+        axes.annotate("1", back((x + width / 2, y)), (0, -1.5), textcoords="offset points",
+                      ha="center", va="top", fontsize=7, color=GREY)  # fmt: skip
+        axes.annotate(str(slope), back((x + width, y + height / 2)), (2, 0), color=GREY,
+                      textcoords="offset points", va="center", fontsize=7)  # fmt: skip
+        grid = [(i / 9, j / 9) for i in range(-3, 14) for j in range(-4, 12)]
         taken = np.vstack([taken, [(x + width * i, y + height * j) for i, j in grid]])
 
 
-def scatter(study, folder, name, title, xlabel, x_key, key, ylabel, floor=0.0, guides=False):
-    """key over x_key, one line an integrator; over the step also the explicit rules' limit, and the
-    runs that did not end well as × at the top."""
-    groups, over_step = by_integrator(study["runs"]), x_key == "step"
-    figure, axes = plt.subplots(figsize=(6.4, 4.4))
+def coinciding(curves):
+    """[(curve, curve that it coincides with, [(step, relative difference)])]: those that a reader
+    cannot tell apart on a logarithmic axis."""
+    found = []
+    for i, (name, looks, points) in enumerate(curves):
+        for other, _, others in curves[:i]:
+            known = dict(others)
+            pairs = [(h, v / known[h]) for h, v in points if h in known]
+            near = [abs(math.log10(ratio)) < 0.05 for _, ratio in pairs]
+            if near and 2 * sum(near) > len(near) and len(near) >= min(2, len(points)):
+                found.append((name, looks, other, [(h, abs(r - 1)) for h, r in pairs if r != 1]))
+                break
+    return [entry for entry in found if entry[3]]
+
+
+def step_range(steps):
+    """The ends of a logarithmic axis with these values."""
+    low, high = min(steps), max(steps)
+    room = max(0.06 * math.log10(high / low), 0.5 * (0.7 - math.log10(high / low)), 0.05)
+    return low / 10**room, high * 10**room
+
+
+def step_axis(axes, steps):
+    low, high = step_range(steps)
     axes.set_xscale("log")
-    axes.set_yscale("log")
-    handles, lines, rows = [], [], []
+    axes.set_xlim(low, high)
+    if math.log10(high / low) > 1.5:
+        axes.xaxis.set_minor_formatter(NullFormatter())
+
+
+def failure_band(axes, failures):
+    """Steps of runs that did not reach the end, a line for each curve, in a panel without a scale."""
+    axes.set_ylim(0, len(failures) + 1.3)
+    axes.set_facecolor("#f6f6f6")
+    axes.set_yticks([])
+    axes.tick_params(labelbottom=False, bottom=False, which="both")
+    axes.grid(False)
+    for index, (looks, runs) in enumerate(failures):
+        for run in runs:
+            axes.plot(run["step"], len(failures) - index - 0.4,
+                      "x" if run.get("status") == "unstable" else "+", color=looks["color"],
+                      ms=4.5, mew=1.3)  # fmt: skip
+    kinds = [text for status, text in (("unstable", "× unstable"), ("failed", "+ failed"))
+             if any(r.get("status") == status for _, runs in failures for r in runs)]  # fmt: skip
+    axes.text(0.015, len(failures) + 0.62, "did not reach the end: " + ", ".join(kinds), fontsize=6.5,
+              color=GREY, va="center", transform=axes.get_yaxis_transform(),
+              bbox={**BEHIND_TEXT, "fc": "#f6f6f6"})  # fmt: skip
+
+
+def over_step(study, folder, name, title, panels, guides=False, floor=None, floor_name=""):
+    """A panel for each (key, label of the axis), with a curve for each integrator. Runs that did not
+    end well are in a band above. `floor(h)` is a level below which values mean nothing."""
+    groups = by_integrator(study["runs"])
+    looks = {key: looks_of(study, runs) for key, runs in groups.items()}
+    curves = {}
+    for key, _ in panels:
+        curves[key] = []
+        for integrator, runs in groups.items():
+            points = [(r["step"], number(r.get(key))) for r in runs if ended_well(r)]
+            points = [p for p in points if usable(p[1])]
+            if points:
+                curves[key].append((integrator, looks[integrator], points))
+    failures = [(looks[integrator], bad) for integrator, runs in groups.items()
+                if (bad := [r for r in runs if not ended_well(r)])]  # fmt: skip
+    if not any(curves.values()):
+        remove_plot(folder, name)
+        return
+    same = coinciding(curves[panels[0][0]]) if len(panels) == 1 else []
+    handles = [Line2D([], [], label=plain(integrator), **looks[integrator]) for integrator in groups]
+    steps = [run["step"] for run in study["runs"]]
+    limit_styles = [DASHED, DOTTED, DASH_DOT]
+    for i, (label, limit) in enumerate(study["limits"]):
+        low, high = step_range(steps)
+        where = "" if low < limit < high else " (not in this range)"
+        handles.append(Line2D([], [], color="#333333", ls=limit_styles[i % 3], lw=0.9,
+                              label=f"{label}, {si(limit, 's')}{where}"))  # fmt: skip
+    page = Page(COLUMN, study["scene"], title, 0.0)
+    if failures:
+        page.row(0.105 * (len(failures) + 1.3), 0.04)
+    for _ in panels:
+        page.row(2.0 if len(panels) == 1 else 1.5, 0.06)
+    words = []
+    if same:
+        words = textwrap.wrap("difference of " + "; ".join(
+            f"{integrator} from {other}" for integrator, _, other, _ in same), 52)  # fmt: skip
+        page.row(0.75 + 0.11 * len(words), 0.06)
+    # Placed first without a legend, to know whether the level lies in the picture.
+    lows = {key: min(v for *_, points in found for _, v in points)
+            for key, found in curves.items() if found}  # fmt: skip
+    show_floor = floor is not None and any(
+        floor(h) > lows[key] / 3 for key in lows for h in (min(steps), max(steps)))  # fmt: skip
+    if show_floor:
+        handles.append(plt.Rectangle((0, 0), 1, 1, fc=PALE, ec="none", label=floor_name))
+    # Long names, of variants and limits, need the whole width.
+    columns = 1 if max(len(h.get_label()) for h in handles) > 42 else 2
+    page.below = 0.4 + legend_height(len(handles), columns)
+    figure, rows = page.place()
+    rows = [row[0] for row in rows]
+    band = rows.pop(0) if failures else None
+    for axes, (key, ylabel) in zip(rows, panels):
+        axes.set_ylabel(ylabel)
+        step_axis(axes, steps)
+        if not curves[key]:
+            axes.set_yticks([])
+            axes.text(0.5, 0.5, "no run has a value above zero", transform=axes.transAxes,
+                      ha="center", color=GREY)  # fmt: skip
+            continue
+        values = [v for *_, points in curves[key] for _, v in points]
+        decades(axes, min(values), max(values))
+        if show_floor:
+            x = np.geomspace(*axes.get_xlim(), 100)
+            bottom = axes.get_ylim()[0]
+            axes.fill_between(x, bottom, [max(bottom, floor(h)) for h in x], fc=PALE, ec="none",
+                              zorder=0)  # fmt: skip
+        for _, style, points in curves[key]:
+            axes.plot(*zip(*points), **style)
+        zeros = sum(1 for r in study["runs"] if ended_well(r) and number(r.get(key)) == 0
+                    and r.get("role") != "reference")  # fmt: skip
+        if zeros:
+            axes.text(0.02, 0.02, f"not shown: {zeros} run{'s' * (zeros > 1)} with the value 0",
+                      transform=axes.transAxes, fontsize=6.5, color=GREY)  # fmt: skip
+    if same:
+        axes = rows[-1]
+        step_axis(axes, steps)
+        for integrator, style, other, points in same:
+            axes.plot(*zip(*points), **style)
+        values = [v for *_, points in same for _, v in points]
+        decades(axes, min(values), max(values))
+        axes.yaxis.set_major_locator(LogLocator(numticks=4))
+        axes.set_ylabel("$|e/e_0 - 1|$")
+        axes.text(0.015, 0.97, plain("\n".join(words)), fontsize=6.5, color=GREY, va="top",
+                  transform=axes.transAxes, bbox=BEHIND_TEXT)  # fmt: skip
+        # The words stand above the curves.
+        low, high = axes.get_ylim()
+        part = (0.08 + 0.11 * len(words)) / (0.75 + 0.11 * len(words))
+        axes.set_ylim(low, high * (high / low) ** (part / (1 - part)))
+    for axes in rows[:-1]:
+        axes.tick_params(labelbottom=False, which="both")
+    rows[-1].set_xlabel("step $h$ [s]", labelpad=2)
+    if band is not None:
+        step_axis(band, steps)
+        failure_band(band, failures)
+    for axes in [*rows, *([band] if band is not None else [])]:
+        for i, (_, limit) in enumerate(study["limits"]):
+            axes.axvline(limit, color="#333333", ls=limit_styles[i % 3], lw=0.9, zorder=1)
+    legend(figure, handles, columns)
+    figure.canvas.draw()  # places the axes, which the guides need to know
+    if guides and curves[panels[0][0]]:
+        slope_guides(rows[0], [points for *_, points in curves[panels[0][0]]], study["limits"])
+    save(figure, folder, name)
+
+
+def work_precision(study, folder, name, title, key, ylabel):
+    """Error over wall time. Full markers are steps above the stability limit of the explicit rules."""
+    groups = by_integrator(study["runs"])
+    curves = []
     for integrator, runs in groups.items():
-        looks = style(integrator, any(run.get("compares_solver") for run in runs))
-        points = [(number(r.get(x_key)), max(number(r.get(key)), floor)) for r in runs
+        points = [(number(r.get("wall_seconds")), number(r.get(key)), r) for r in runs
                   if ended_well(r)]  # fmt: skip
         points = [p for p in points if usable(p[0]) and usable(p[1])]
         if points:
-            lines.append(points)
-            axes.plot(*zip(*points), **looks, mew=1.6)
-        handles.append(Line2D([], [], label=integrator, mew=1.6, **looks))
-        bad = [r["step"] for r in runs if not ended_well(r)]
-        if bad and over_step:
-            rows.append((looks["color"], bad))
-    if not lines:
-        axes.text(0.5, 0.5, "no run has this number", transform=axes.transAxes, ha="center")
-        axes.set_yticks([])
-    (low, high), room = axes.get_ylim(), 0.065 * len(rows)
-    if len(lines) > 0 and high / low < 100:  # a short axis would have no labelled tick
-        middle = math.sqrt(low * high)
-        low, high = middle / 10, middle * 10
-    axes.set_ylim(low, high * (high / low) ** (room / (1 - room)))
-    for index, (color, bad) in enumerate(rows):
-        axes.plot(bad, [0.97 - 0.065 * index] * len(bad), "x", color=color, ms=8, mew=2,
-                  transform=axes.get_xaxis_transform())  # fmt: skip
-    limits = study["limits"] if over_step else []
-    for _, limit in limits:
-        axes.axvline(limit, color=GREY, linestyle="--", linewidth=1, zorder=1)
-    low, high = axes.get_xlim()
-    if high / low < 10:
-        middle = math.sqrt(low * high)
-        low, high = middle / 10**0.6, middle * 10**0.6
-    axes.set_xlim(low, high)
-    # Two labels stand on two lines, the larger limit above.
-    for line, (label, limit) in enumerate(sorted(limits, key=lambda named: named[1])):
-        place = math.log(limit / low) / math.log(high / low)
-        edge = 0.3 * len(label) / 36  # half of its width
-        axes.annotate(label, (min(max(place, edge), 1 - edge), 1.015 + 0.035 * line),
-                      xycoords="axes fraction", ha="center", fontsize=8, color=GREY)  # fmt: skip
-    if rows:
-        handles.append(Line2D([], [], color=GREY, marker="x", ls="", ms=8, mew=2,
-                              label="unstable or failed"))  # fmt: skip
-    axes.set_xlabel(xlabel)
+            curves.append((integrator, looks_of(study, runs), points))
+    if not curves:
+        remove_plot(folder, name)
+        return
+    handles = [Line2D([], [], label=plain(integrator), **looks) for integrator, looks, _ in curves]
+    if usable(study["stable_step"]):
+        handles += [Line2D([], [], color=GREY, marker="o", ls="none", ms=5, mfc="none",
+                           label="step below the stability limit"),
+                    Line2D([], [], color=GREY, marker="o", ls="none", ms=5,
+                           label="step above it")]  # fmt: skip
+    columns = 1 if max(len(h.get_label()) for h in handles) > 42 else 2
+    page = Page(COLUMN, study["scene"], title, 0.4 + legend_height(len(handles), columns))
+    page.row(2.3, 0.04)
+    figure, rows = page.place()
+    axes = rows[0][0]
+    step_axis(axes, [p[0] for *_, points in curves for p in points])
+    values = [p[1] for *_, points in curves for p in points]
+    decades(axes, min(values), max(values))
+    for _, looks, points in curves:
+        # In the order of the steps, so that the curve shows what a smaller step costs and gives.
+        axes.plot([p[0] for p in points], [p[1] for p in points], color=looks["color"],
+                  ls=looks["ls"])  # fmt: skip
+        for wall, error, run in points:
+            limit = number(run.get("stable_step"))
+            full = usable(limit) and run["step"] > limit and not run.get("compares_solver")
+            axes.plot(wall, error, **{**looks, "ls": "none",
+                                      "mfc": looks["color"] if full else "none"})  # fmt: skip
+    axes.set_xlabel("wall time of the steps [s]", labelpad=2)
     axes.set_ylabel(ylabel)
-    axes.set_title(title, fontsize=11, pad=8 + 12 * len(limits))
-    axes.legend(handles=handles, loc="center left", bbox_to_anchor=(1.01, 0.5), fontsize=9)
-    figure.canvas.draw()  # places the axes, which the guides need to know
-    if guides and lines:
-        slope_guides(axes, lines, limits)
+    legend(figure, handles, columns)
     save(figure, folder, name)
 
 
 def main(folder):
     study = read_study(folder)
-    over_time(study, folder, "energy_over_time", "Energy error over time (dashed, ending in ×: "
-              "unstable)", "|energy error| / energy that entered", energy_error, 1e-16)  # fmt: skip
-    over_time(study, folder, "linear_momentum_over_time", "Linear momentum (constant only for a "
-              "body free of outer forces)", "$|p|$ [kg m/s]", magnitude("p"))  # fmt: skip
-    over_time(study, folder, "angular_momentum_over_time", "Angular momentum about the origin "
-              "(constant only without outer torque)", "$|L|$ [kg m²/s]", magnitude("l"))  # fmt: skip
-    step = "step $h$ [s]"
+    time = f"$t$ = {si(study['end'], 's')}" if usable(study["end"]) else "the end"
     what = "position error" if len(study["variants"]) < 2 else "position error or difference"
-    error = what + r" at the end $|q - q_{ref}|\,/\,|q_{ref} - X|$"
-    key = "position_error"
+    key, error = "position_error", f"{what} at {time}"
+    label = r"$|q - q_{ref}|\,/\,|q_{ref} - X|$ [–]"
     if study["error"].startswith("probe."):
         key = "probe_error"
-        name = study["error"][len("probe."):]
-        error = f"error of the probe {name}" + r" $\max|s - s_{ref}|\,/\,\max|s_{ref}|$"
-    scatter(study, folder, "error_over_step", "Error over step size", step, "step",
-            key, error, guides=True)  # fmt: skip
-    scatter(study, folder, "rms_error_over_step", "Error of the whole motion over step size", step,
-            "step", "position_error_rms", f"root mean square of the {what} over time",
-            guides=True)  # fmt: skip
-    scatter(study, folder, "work_precision", "Work and precision", "wall time of the run [s]",
-            "wall_seconds", key, error)  # fmt: skip
-    scatter(study, folder, "energy_drift_over_step", "Largest energy error over step size", step,
-            "step", "max_relative_energy_drift", "|energy error| / energy that entered",
-            1e-17)  # fmt: skip
-    scatter(study, folder, "momentum_drift_over_step", "Angular momentum that outer forces do not "
-            "explain", step, "step", "angular_momentum_drift",
-            r"$|\Delta L - \mathrm{impulses}|\,/\,\Sigma |q \times p|$", 1e-17)  # fmt: skip
+        error = f"error of the probe {plain(study['error'][len('probe.'):])} over time"
+        label = r"$\max|s - s_{ref}|\,/\,\max|s_{ref}|$ [–]"
+    error = error[0].upper() + error[1:]
+    own = study["reference_error"]
+    over_step(study, folder, "error_over_step", error, [(key, label)],
+              guides=True, floor=(lambda h: 5 * own) if usable(own) else None,
+              floor_name="below 5 × the reference's own error")  # fmt: skip
+    over_step(study, folder, "rms_error_over_step",
+              f"Root mean square of the {what} over time",
+              [("position_error_rms", r"rms$(q - q_{ref})\,/\,$rms$(q_{ref} - X)$ [–]")],
+              guides=True)  # fmt: skip
+    work_precision(study, folder, "work_precision", f"{error} over wall time", key, label)
+    over_time(study, folder, "energy_over_time", "Energy error, relative to the energy that entered",
+              "relative energy error [–]", lambda _, history: energy_error(history),
+              energy_round_off)  # fmt: skip
+    over_time(study, folder, "linear_momentum_over_time",
+              "Change of the linear momentum, of the components that are conserved",
+              r"$|p(t) - p(0)|$ [kg m/s]", momentum_change("p"), momentum_round_off("p"))  # fmt: skip
+    over_time(study, folder, "angular_momentum_over_time",
+              "Change of the angular momentum about the origin, of the components that are conserved",
+              r"$|L(t) - L(0)|$ [kg m²/s]", momentum_change("l"), momentum_round_off("l"))  # fmt: skip
+    # Each step adds at most about one rounding.
+    rounding = (lambda h: EPSILON * (10 + study["end"] / h)) if usable(study["end"]) else None
+    over_step(study, folder, "energy_drift_over_step",
+              "Largest energy error, relative to the energy that entered",
+              [("max_relative_energy_drift", "relative energy error [–]")],
+              guides=True, floor=rounding, floor_name="round-off")  # fmt: skip
+    over_step(study, folder, "momentum_drift_over_step",
+              "Change of the momenta that no impulse explains",
+              [("linear_momentum_drift", "linear, relative [–]"),
+               ("angular_momentum_drift", "angular, relative [–]")],
+              floor=rounding, floor_name="round-off")  # fmt: skip
     for probe in study["probes"]:
         probe_over_time(study, folder, probe)
 

@@ -3,13 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <system_error>
 
 #include "io/results/directory_lock.h"
 #include "io/results/run_files.h"
+#include "io/results/study_page.h"
+#include "io/results/study_plots.h"
 #include "io/results/study_row_file.h"
 #include "io/text/output_file.h"
 #include "tetraction/core/error.h"
@@ -20,12 +21,6 @@ namespace tetraction {
 namespace {
 
 namespace fs = std::filesystem;
-
-// Without their endings, as plot_study.py names them.
-constexpr std::array kPlots{"energy_over_time",           "linear_momentum_over_time",
-                            "angular_momentum_over_time", "error_over_step",
-                            "rms_error_over_step",        "work_precision",
-                            "energy_drift_over_step",     "momentum_drift_over_step"};
 
 constexpr const char* kModes = "computation of modes";
 
@@ -188,10 +183,11 @@ bool remove_study(const std::string& directory) {
   try {
     for (const fs::path& folder : folders_of_study(root)) remove_results_of_run(folder);
     std::vector<std::string> plots = probe_plots(root);
-    plots.insert(plots.end(), kPlots.begin(), kPlots.end());
+    for (const StudyPlot& plot : kStudyPlots) plots.emplace_back(plot.name);
     for (const std::string& plot : plots) {
-      for (const char* ending : {".png", ".svg"}) remove_output((root / (plot + ending)).string());
+      for (const char* ending : kPlotEndings) remove_output((root / (plot + ending)).string());
     }
+    remove_output((root / kStudyPage).string());
     remove_output((root / "study.csv").string());
     remove_output((root / "study.json").string());
   } catch (const fs::filesystem_error& error) {

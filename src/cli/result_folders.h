@@ -24,7 +24,7 @@ void check_folder_of_study(const Scene& scene, const std::string& directory);
 /// The same for modes and the results of a run or a study.
 void check_folder_of_modes(const Scene& scene, const std::string& directory);
 
-/// Deletes the results of an earlier study in `directory`: study.csv, study.json, the plots, and the
+/// Deletes the results of an earlier study in `directory`: study.csv, study.json, study.html, the plots, and the
 /// results in the folders of the runs that study.json names. Other files stay. Returns whether there
 /// was a study. Throws OutputError if something cannot be deleted.
 bool remove_study(const std::string& directory);

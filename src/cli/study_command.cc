@@ -14,10 +14,12 @@
 #include <vector>
 
 #include "child_program.h"
+#include "command_line.h"
 #include "commands.h"
 #include "console.h"
 #include "interrupt_guard.h"
 #include "io/results/directory_lock.h"
+#include "io/results/study_page.h"
 #include "io/results/study_row_file.h"
 #include "io/text/output_file.h"
 #include "plot_study_script.h"
@@ -27,6 +29,7 @@
 #include "study_frames.h"
 #include "tetraction/core/blas.h"
 #include "tetraction/core/error.h"
+#include "tetraction/core/provenance.h"
 #include "tetraction/io/initial_fields.h"
 #include "tetraction/io/run_recorder.h"
 #include "tetraction/io/scene_reader.h"
@@ -278,19 +281,27 @@ int study(const StudyArguments& arguments) {
                                        plan.run_count()));
   }
   const std::string name = std::filesystem::path(arguments.scene).stem().string();
-  write_study(result, name, directory);
+  const StudyProvenance provenance{command_line(), utc_now()};
+  write_study(result, name, directory, provenance);
   for (const std::string& remark : result.remarks) print_note(remark);
   // Whoever interrupts a study does not want to wait for pictures of a part of it.
   const bool stopped =
       result.reference_status == RunStatus::kCancelled || InterruptGuard::interrupted();
   const bool plots = !arguments.no_plots && !stopped;
   const bool plotted = plots && draw_plots(directory);
+  write_study_page(result, name, directory, provenance,
+                   plotted   ? ""
+                   : stopped ? "The plots were not drawn, because the study was interrupted."
+                   : arguments.no_plots
+                       ? "The plots were left out with --no-plots."
+                       : "The plots were not drawn: python3 and python3-matplotlib are not "
+                         "installed.");
   if (arguments.json) {
-    write_result(study_json(result, name));
+    write_result(study_json(result, name, provenance));
   } else if (!arguments.quiet) {
     write_result(study_table(result));
-    print_result("\nresults: {0}/study.csv, {0}/study.json{1}\n{2}", directory,
-                 plotted ? ", plots (*.png, *.svg)" : "", advice_to_look(directory, frames));
+    print_result("\nresults: {0}/study.html, {0}/study.csv, {0}/study.json{1}\n{2}", directory,
+                 plotted ? ", plots (*.png, *.svg, *.pdf)" : "", advice_to_look(directory, frames));
   }
   if (plots && !plotted) {
     print_warning("the plots were not drawn: install python3 and python3-matplotlib");

@@ -11,6 +11,8 @@
 #include "position_errors.h"
 #include "probe_errors.h"
 #include "tetraction/core/error.h"
+#include "tetraction/core/parallel.h"
+#include "tetraction/core/provenance.h"
 
 namespace tetraction {
 namespace {
@@ -147,6 +149,12 @@ class Study {
     run.row.directory = planned.directory;
     run.row.position_error = run.row.position_error_rms = run.row.observed_order = kNone;
 
+    run.row.date = utc_now();
+    const Machine machine = this_machine();
+    run.row.processor = machine.processor;
+    run.row.cores = machine.cores;
+    run.row.threads = thread_count();
+
     Session session(scene, mesh_);
     std::vector<std::unique_ptr<Observer>> observers;
     if (make_observers) observers = make_observers(run.row.directory);
@@ -196,9 +204,10 @@ class Study {
   }
 
   // Computes orders between neighbouring steps.
-  void set_orders(std::vector<Run>& runs, const Run& reference) const {
+  void set_orders(std::vector<Run>& runs, const Run& reference) {
     if (reference.row.status != RunStatus::kFinished) return;
     const double reference_error = error_of_reference(runs);
+    result_.reference_error = reference_error > 0.0 ? reference_error : kNone;
     for (std::size_t i = 1; i < runs.size(); ++i) {
       const StudyRow& finer = runs[i - 1].row;
       StudyRow& row = runs[i].row;

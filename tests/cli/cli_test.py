@@ -699,10 +699,9 @@ class Study(CliTest):
             study = json.load(file)
         for run in study["runs"]:
             self.assertTrue(os.path.exists(self.path("s", run["directory"], "final.vtu")))
-        for name in ("energy_over_time", "linear_momentum_over_time", "angular_momentum_over_time",
-                     "error_over_step", "work_precision", "energy_drift_over_step",
-                     "momentum_drift_over_step"):  # fmt: skip
-            for ending in ("png", "svg"):
+        for name in ("energy_over_time", "error_over_step", "rms_error_over_step", "work_precision",
+                     "energy_drift_over_step", "momentum_drift_over_step"):  # fmt: skip
+            for ending in ("png", "svg", "pdf"):
                 self.assertGreater(os.path.getsize(self.path("s", f"{name}.{ending}")), 5000)
 
     def test_matplotlib_does_not_speak(self):

@@ -347,7 +347,7 @@ class Overwriting(CliTest):
         self.assertEqual(
             {name for name in files_below(self.path("s")) if not name.startswith("midpoint-0.02/")
              and not name.startswith("backward-euler-0.02/")},
-            {"study.csv", "study.json", "notes.txt", "midpoint-0.025/figure.png",
+            {"study.csv", "study.json", "study.html", "notes.txt", "midpoint-0.025/figure.png",
              "midpoint-0.5/history.csv"},
         )  # fmt: skip
         # A study that is cut off leaves word of what it began.

@@ -125,6 +125,10 @@ struct StudyRow {
   /// vector. Those of the reference are interpolated linearly in time. NaN without an error probe,
   /// and unless run and reference finished.
   double probe_error = std::numeric_limits<double>::quiet_NaN();
+  std::string date{};       ///< when the run began, as utc_now() gives it
+  std::string processor{};  ///< Machine::processor of the computer that made the run
+  int cores = 0;            ///< its Machine::cores
+  int threads = 0;          ///< threads of the parallel loops of the run
 };
 
 struct StudyResult {
@@ -135,6 +139,9 @@ struct StudyResult {
   double reference_step = 0.0;
   RunStatus reference_status = RunStatus::kRunning;
   std::string reference_directory;
+  /// Error of the reference itself, in the error that the orders are computed from. It is estimated
+  /// from the finest other run of its integrator and the theoretical order. NaN without such a run.
+  double reference_error = std::numeric_limits<double>::quiet_NaN();
   std::vector<StudyRow> rows;          ///< by variant, by integrator, then from the finest step up
   std::vector<std::string> remarks;    ///< remarks for the user, such as a missing reference
   std::string error_probe{};           ///< StudySettings::error_probe

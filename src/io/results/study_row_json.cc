@@ -53,7 +53,11 @@ nlohmann::ordered_json study_row_json(const StudyRow& row) {
           {"position_error", number(row.position_error)},
           {"position_error_rms", number(row.position_error_rms)},
           {"observed_order", number(row.observed_order)},
-          {"probe_error", number(row.probe_error)}};
+          {"probe_error", number(row.probe_error)},
+          {"date", row.date},
+          {"processor", row.processor},
+          {"cores", row.cores},
+          {"threads", row.threads}};
 }
 
 std::optional<StudyRow> study_row_from_json(const nlohmann::json& json) {
@@ -85,6 +89,10 @@ std::optional<StudyRow> study_row_from_json(const nlohmann::json& json) {
     row.position_error = get("position_error");
     row.position_error_rms = get("position_error_rms");
     row.probe_error = get("probe_error");
+    row.date = json.at("date").get<std::string>();
+    row.processor = json.at("processor").get<std::string>();
+    row.cores = json.at("cores").get<int>();
+    row.threads = json.at("threads").get<int>();
   } catch (const nlohmann::json::exception&) {
     return {};
   } catch (const InputError&) {  // an unknown word

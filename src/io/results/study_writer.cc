@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "study_conclusions.h"
 #include "study_row_json.h"
 #include "tetraction/core/version.h"
 #include "tetraction/io/text_file.h"
@@ -23,6 +24,14 @@ std::string csv_number(double value) {
 nlohmann::ordered_json json_number(double value) {
   if (std::isfinite(value)) return value;
   return nullptr;
+}
+
+// A cell of a CSV table as in RFC 4180.
+std::string csv_text(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return quoted + '"';
 }
 
 std::string cell(double value, const char* format = "{:.2e}") {
@@ -63,12 +72,13 @@ std::string limits_text(const StudyResult& result, const std::string& variant) {
 
 }  // namespace
 
-std::string study_csv(const StudyResult& result) {
+std::string study_csv(const StudyResult& result, const StudyProvenance& provenance) {
   std::string text =
       "integrator,step,status,steps,wall_seconds,seconds_per_simulated_second,"
       "iterations_per_step,max_relative_energy_drift,linear_momentum_drift,"
       "angular_momentum_drift,angular_momentum_drift_allowed,position_error,position_error_rms,"
-      "observed_order,stable_step,variant,role,solver,probe_error\n";
+      "observed_order,stable_step,variant,role,solver,probe_error,date,processor,cores,threads,"
+      "version,command\n";
   for (const StudyRow& row : result.rows) {
     text += fmt::format("{},{:.17g},{},{}", to_string(row.integrator), row.step,
                         to_string(row.status), row.steps);
@@ -79,22 +89,28 @@ std::string study_csv(const StudyResult& result) {
           row.observed_order}) {
       text += ',' + csv_number(value);
     }
-    text += fmt::format(",{},{},{},{},{}\n", csv_number(row.stable_step), row.variant,
+    text += fmt::format(",{},{},{},{},{}", csv_number(row.stable_step), csv_text(row.variant),
                         to_string(row.role), row.solver, csv_number(row.probe_error));
+    text += fmt::format(",{},{},{},{},{},{}\n", row.date, csv_text(row.processor), row.cores,
+                        row.threads, version(), csv_text(provenance.command));
   }
   return text;
 }
 
-std::string study_json(const StudyResult& result, const std::string& scene_name) {
+std::string study_json(const StudyResult& result, const std::string& scene_name,
+                       const StudyProvenance& provenance) {
   nlohmann::ordered_json json;
   json["version"] = version();
+  json["command"] = provenance.command;
+  json["date"] = provenance.date;
   json["scene"] = scene_name;
   json["stable_step"] = json_number(result.stable_step);
   json["end"] = result.end;
   json["reference"] = {{"integrator", to_string(result.reference_integrator)},
                        {"step", result.reference_step},
                        {"status", to_string(result.reference_status)},
-                       {"directory", result.reference_directory}};
+                       {"directory", result.reference_directory},
+                       {"estimated_error", json_number(result.reference_error)}};
   json["remarks"] = result.remarks;
   json["error"] = result.error_probe.empty() ? "position" : "probe." + result.error_probe;
   json["probes"] = nlohmann::ordered_json::array();
@@ -107,6 +123,11 @@ std::string study_json(const StudyResult& result, const std::string& scene_name)
   json["runs"] = nlohmann::ordered_json::array();
   for (const StudyRow& row : result.rows) {
     json["runs"].push_back(study_row_json(row));
+  }
+  json["conclusions"] = nlohmann::ordered_json::array();
+  for (const StudyConclusion& conclusion : study_conclusions(result)) {
+    json["conclusions"].push_back(
+        {{"topic", conclusion.topic}, {"sentences", conclusion.sentences}});
   }
   // The names of files, which stand in messages as well, need not be UTF-8, which JSON must be.
   return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
@@ -164,9 +185,9 @@ std::string study_table(const StudyResult& result) {
 }
 
 void write_study(const StudyResult& result, const std::string& scene_name,
-                 const std::string& directory) {
-  write_text_file(directory + "/study.csv", study_csv(result));
-  write_text_file(directory + "/study.json", study_json(result, scene_name));
+                 const std::string& directory, const StudyProvenance& provenance) {
+  write_text_file(directory + "/study.csv", study_csv(result, provenance));
+  write_text_file(directory + "/study.json", study_json(result, scene_name, provenance));
 }
 
 }  // namespace tetraction

@@ -1,0 +1,604 @@
+#include "study_conclusions.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <set>
+#include <string_view>
+#include <utility>
+
+namespace tetraction {
+namespace {
+
+// Errors below this many times that of the reference are not told from it, as for observed orders.
+constexpr double kAboveReference = 5.0;
+// An observed order that differs by less agrees with the theoretical one.
+constexpr double kOrderTolerance = 0.2;
+// Wall times that differ by less are taken as equal: each run is measured once.
+constexpr double kTimeTolerance = 0.2;
+// Shorter wall times vary much from one measurement to the next, s.
+constexpr double kShortTime = 0.05;
+
+using Rows = std::vector<const StudyRow*>;
+
+// "a", "a and b", "a, b and c".
+std::string enumeration(const std::vector<std::string>& words) {
+  std::string text;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    if (i > 0) text += i + 1 == words.size() ? " and " : ", ";
+    text += words[i];
+  }
+  return text;
+}
+
+std::string capitalised(std::string text) {
+  if (!text.empty() && text.front() >= 'a' && text.front() <= 'z') {
+    text.front() = static_cast<char>(text.front() - 'a' + 'A');
+  }
+  return text;
+}
+
+std::string in_limits(const StudyRow& row) {
+  const double ratio = row.step / row.stable_step;
+  if (!std::isfinite(ratio) || !(ratio > 0.0)) return {};
+  return fmt::format(" ({} h_crit)",
+                     ratio < 1e3 ? short_number(ratio) : fmt::format("{:.0f}", ratio));
+}
+
+// "verlet with h = 7.2e-5 s (0.9 h_crit)".
+std::string named_run(const StudyRow& row) {
+  return fmt::format("{} with h = {} s{}", run_label(row), short_number(row.step), in_limits(row));
+}
+
+// "7.2e-5 s (0.9 h_crit)".
+std::string named_step(const StudyRow& row) {
+  return fmt::format("{} s{}", short_number(row.step), in_limits(row));
+}
+
+// Two digits are as many as single measurements have.
+std::string two_digits(double ratio) {
+  const double unit = std::pow(10.0, std::floor(std::log10(ratio)) - 1.0);
+  return short_number(std::round(ratio / unit) * unit);
+}
+
+bool is_about_one(double ratio) {
+  return std::max(ratio, 1.0 / ratio) < 1.0 + kTimeTolerance;
+}
+
+// "8 times the wall time", for a ratio of at least 1.
+std::string compared_time(double ratio) {
+  return is_about_one(ratio) ? "about the same wall time"
+                             : two_digits(ratio) + " times the wall time";
+}
+
+class Conclusions {
+ public:
+  explicit Conclusions(const StudyResult& result) : result_(result) {
+    for (const StudyRow& row : result.rows) {
+      if (row.variant != result.rows.front().variant) continue;
+      first_variant_.push_back(&row);
+      if (row.status == RunStatus::kFinished && row.role == StudyRole::kRun &&
+          std::isfinite(error_of(row))) {
+        compared_.push_back(&row);
+      }
+    }
+  }
+
+  std::vector<StudyConclusion> all() {
+    if (result_.rows.empty()) return {};
+    add("Cost of accuracy", cost());
+    add("Runs that did not reach the end", failures());
+    add("Observed orders", orders());
+    add("Limits of the comparison", limits());
+    add("Conservation", conservation());
+    add("Solvers", solvers());
+    add("Variants", variants());
+    return std::move(conclusions_);
+  }
+
+ private:
+  using Sentences = std::vector<std::string>;
+
+  void add(const char* topic, Sentences sentences) {
+    if (!sentences.empty()) conclusions_.push_back({topic, std::move(sentences)});
+  }
+
+  double error_of(const StudyRow& row) const {
+    return result_.error_probe.empty() ? row.position_error : row.probe_error;
+  }
+  std::string error_name() const {
+    return result_.error_probe.empty() ? "position error"
+                                       : fmt::format("error of the probe {}", result_.error_probe);
+  }
+  double known_reference_error() const {
+    return std::isfinite(result_.reference_error) ? result_.reference_error : 0.0;
+  }
+
+  // The cheapest runs whose error, with that of the reference, is at most the target.
+  struct Choice {
+    const StudyRow* best = nullptr;        // of all
+    const StudyRow* other_side = nullptr;  // on the other side of the stability limit than `best`
+    const StudyRow* equal = nullptr;       // one that takes about the time of `best`
+    bool operator==(const Choice&) const = default;
+  };
+
+  Choice choose(double target) const {
+    Rows reaching;
+    for (const StudyRow* row : compared_) {
+      if (error_of(*row) + known_reference_error() <= target && row->wall_seconds > 0.0) {
+        reaching.push_back(row);
+      }
+    }
+    const auto cheaper = [](const StudyRow* a, const StudyRow* b) {
+      return a->wall_seconds < b->wall_seconds;
+    };
+    Choice choice;
+    if (reaching.empty()) return choice;
+    choice.best = *std::min_element(reaching.begin(), reaching.end(), cheaper);
+    for (const StudyRow* row : reaching) {
+      if (row != choice.best && is_about_one(row->wall_seconds / choice.best->wall_seconds)) {
+        choice.equal = row;
+      }
+    }
+    const bool is_above = is_above_stability_limit(*choice.best);
+    std::erase_if(reaching,
+                  [&](const StudyRow* row) { return is_above_stability_limit(*row) == is_above; });
+    if (!reaching.empty()) {
+      choice.other_side = *std::min_element(reaching.begin(), reaching.end(), cheaper);
+    }
+    return choice;
+  }
+
+  // Whether the wall times of the runs belong together.
+  bool times_are_comparable() const {
+    std::set<std::pair<std::string, int>> machines;
+    for (const StudyRow* row : first_variant_) machines.emplace(row->processor, row->threads);
+    return machines.size() < 2;
+  }
+
+  Sentences cost() const {
+    Sentences sentences;
+    if (compared_.empty() || !times_are_comparable()) return sentences;
+    constexpr std::array<std::pair<double, const char*>, 3> kTargets{
+        {{0.1, "10 %"}, {0.01, "1 %"}, {0.001, "0.1 %"}}};
+    bool has_short_times = false;
+    for (std::size_t i = 0; i < kTargets.size(); ++i) {
+      const Choice choice = choose(kTargets[i].first);
+      if (choice.best == nullptr) {
+        sentences.push_back(not_reached(kTargets[i].first, kTargets[i].second));
+        break;
+      }
+      std::vector<std::string> targets{kTargets[i].second};
+      while (i + 1 < kTargets.size() && choose(kTargets[i + 1].first) == choice) {
+        targets.emplace_back(kTargets[++i].second);
+      }
+      has_short_times = has_short_times || choice.best->wall_seconds < kShortTime;
+      sentences.push_back(fmt::format(
+          "For {} {} of {} the cheapest run is {}: its error is {}, and its time steps take {} s.",
+          error_name().front() == 'e' ? "an" : "a", error_name(), enumeration(targets),
+          named_run(*choice.best), short_number(error_of(*choice.best)),
+          short_number(choice.best->wall_seconds)));
+      if (choice.equal != nullptr) {
+        sentences.push_back(fmt::format("{} takes about the same wall time.",
+                                        capitalised(named_run(*choice.equal))));
+      }
+      const bool is_above = is_above_stability_limit(*choice.best);
+      const char* other = is_above ? "below" : "above";
+      if (choice.other_side != nullptr && choice.other_side != choice.equal) {
+        sentences.push_back(fmt::format(
+            "Among the steps {} the stability limit it is {}, which takes {}.", other,
+            named_run(*choice.other_side),
+            compared_time(choice.other_side->wall_seconds / choice.best->wall_seconds)));
+      } else if (choice.other_side == nullptr && has_steps(!is_above)) {
+        sentences.push_back(
+            fmt::format("No run with a step {} the stability limit reaches this error.", other));
+      }
+    }
+    if (has_short_times) {
+      sentences.push_back(fmt::format(
+          "Wall times below {} s vary much from one measurement to the next; a longer end time or "
+          "a finer mesh gives a surer comparison.",
+          kShortTime));
+    }
+    return sentences;
+  }
+
+  bool has_steps(bool above_limit) const {
+    return std::any_of(compared_.begin(), compared_.end(), [&](const StudyRow* row) {
+      return is_above_stability_limit(*row) == above_limit;
+    });
+  }
+
+  std::string not_reached(double target, const char* name) const {
+    const StudyRow* best = *std::min_element(
+        compared_.begin(), compared_.end(),
+        [&](const StudyRow* a, const StudyRow* b) { return error_of(*a) < error_of(*b); });
+    if (error_of(*best) <= target) {
+      return fmt::format(
+          "No run is certain to reach {} {} of {}: the reference's own error is estimated at {}, "
+          "and the smallest difference from it is {} ({}).",
+          error_name().front() == 'e' ? "an" : "a", error_name(), name,
+          short_number(known_reference_error()), short_number(error_of(*best)), named_run(*best));
+    }
+    return fmt::format("No run reaches {} {} of {}: the smallest is {} ({}).",
+                       error_name().front() == 'e' ? "an" : "a", error_name(), name,
+                       short_number(error_of(*best)), named_run(*best));
+  }
+
+  // Failed runs with the same cause make one sentence.
+  Sentences failures() const {
+    Sentences sentences;
+    std::vector<std::pair<std::string, Rows>> groups;  // of explicit runs above their limit
+    const auto group_of = [&](const std::string& name) -> Rows& {
+      for (auto& [known, rows] : groups) {
+        if (known == name) return rows;
+      }
+      return groups.emplace_back(name, Rows{}).second;
+    };
+    Sentences others;
+    for (const StudyRow& row : result_.rows) {
+      if (row.status == RunStatus::kCancelled || row.status == RunStatus::kRunning) {
+        others.push_back(fmt::format("{} was interrupted.", capitalised(named_run(row))));
+        continue;
+      }
+      if (row.status == RunStatus::kFinished) continue;
+      if (row.status == RunStatus::kUnstable && !is_implicit(row.integrator) &&
+          is_above_stability_limit(row)) {
+        group_of(run_label(row)).push_back(&row);
+        continue;
+      }
+      others.push_back(
+          fmt::format("{} {}: {}{}", capitalised(named_run(row)),
+                      row.status == RunStatus::kUnstable ? "became unstable" : "failed",
+                      row.message.empty() ? "no reason was given" : row.message,
+                      row.message.empty() || row.message.back() != '.' ? "." : ""));
+    }
+    for (const auto& [name, rows] : groups) {
+      std::vector<std::string> steps;
+      for (const StudyRow* row : rows) steps.push_back(named_step(*row));
+      sentences.push_back(fmt::format(
+          "{} became unstable with h = {}: {} above its stability limit.", capitalised(name),
+          enumeration(steps), rows.size() == 1 ? "this step is" : "these steps are"));
+    }
+    sentences.insert(sentences.end(), others.begin(), others.end());
+    for (const StudyRow& row : result_.rows) {
+      if (row.status != RunStatus::kFinished || is_implicit(row.integrator) ||
+          !is_above_stability_limit(row)) {
+        continue;
+      }
+      sentences.push_back(fmt::format(
+          "{} reached the end although its step is above the stability limit, which is that of the "
+          "initial state.",
+          capitalised(named_run(row))));
+    }
+    return sentences;
+  }
+
+  Sentences orders() const {
+    Sentences sentences;
+    for (const Integrator integrator : all_integrators()) {
+      std::vector<double> found;
+      std::vector<std::pair<double, double>> steps;
+      Rows runs;
+      const StudyRow* finer = nullptr;
+      bool has_rows = false;
+      for (const StudyRow* row : first_variant_) {
+        if (row->integrator != integrator || row->compares_solver) continue;
+        has_rows = true;
+        if (std::isfinite(row->observed_order) && finer != nullptr) {
+          found.push_back(row->observed_order);
+          steps.emplace_back(finer->step, row->step);
+        }
+        if (std::find(compared_.begin(), compared_.end(), row) != compared_.end()) {
+          runs.push_back(row);
+        }
+        finer = row;
+      }
+      if (!has_rows || !std::isfinite(error_of_any())) continue;
+      sentences.push_back(found.empty() ? no_order(integrator, runs)
+                                        : observed(integrator, found, steps));
+    }
+    return sentences;
+  }
+
+  // Any error of the study, or NaN if it has none: then nothing is said of orders.
+  double error_of_any() const {
+    return compared_.empty() ? std::numeric_limits<double>::quiet_NaN()
+                             : error_of(*compared_.front());
+  }
+
+  std::string observed(Integrator integrator, const std::vector<double>& found,
+                       const std::vector<std::pair<double, double>>& steps) const {
+    const int theory = order(integrator);
+    std::vector<std::string> numbers;
+    std::vector<std::string> strangers;
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      numbers.push_back(fmt::format("{:.2f}", found[i]));
+      if (std::abs(found[i] - theory) > kOrderTolerance) {
+        strangers.push_back(fmt::format("between {} s and {} s", short_number(steps[i].first),
+                                        short_number(steps[i].second)));
+      }
+    }
+    const std::string name = capitalised(to_string(integrator));
+    std::string text =
+        found.size() == 1
+            ? fmt::format("{} has the observed order {} between {} s and {} s", name, numbers[0],
+                          short_number(steps[0].first), short_number(steps[0].second))
+            : fmt::format("{} has the observed orders {}, from the finest pair of steps up", name,
+                          enumeration(numbers));
+    if (strangers.empty()) {
+      return text + fmt::format("; {} with the theoretical order {}.",
+                                found.size() == 1 ? "it agrees" : "they agree", theory);
+    }
+    return text + fmt::format("; the theoretical order is {}, which the errors do not show {}.",
+                              theory, found.size() == 1 ? "there" : enumeration(strangers));
+  }
+
+  std::string no_order(Integrator integrator, const Rows& runs) const {
+    std::string reason = "its errors do not grow with the step";
+    if (runs.size() < 2) {
+      reason = "fewer than two of its runs have an error";
+    } else if (integrator != result_.reference_integrator &&
+               error_of(*runs.front()) < kAboveReference * known_reference_error()) {
+      reason = "the reference's own error is not small beside its errors";
+    }
+    return fmt::format("{} has no observed order: {}.", capitalised(to_string(integrator)), reason);
+  }
+
+  Sentences limits() const {
+    Sentences sentences;
+    const std::string reference =
+        fmt::format("{} with h = {} s", to_string(result_.reference_integrator),
+                    short_number(result_.reference_step));
+    if (result_.reference_status != RunStatus::kFinished) {
+      sentences.push_back(fmt::format(
+          "The reference, {}, did not reach the end. Therefore there are no errors.", reference));
+    } else if (!std::isfinite(result_.reference_error)) {
+      sentences.push_back(fmt::format(
+          "All errors are differences from the reference, {}. Its own error is not known, because "
+          "no other run of its integrator gives an estimate.",
+          reference));
+    } else {
+      sentences.push_back(
+          fmt::format("All errors are differences from the reference, {}. Its own error is "
+                      "estimated at {}, from "
+                      "the finest other run of its integrator and the theoretical order{}.",
+                      reference, short_number(result_.reference_error),
+                      reference_shows_its_order()
+                          ? ""
+                          : "; the runs of this integrator do not show that order, so that "
+                            "the estimate is uncertain"));
+      std::vector<std::string> close;
+      for (const StudyRow* row : compared_) {
+        if (error_of(*row) < kAboveReference * result_.reference_error) {
+          close.push_back(named_run(*row));
+        }
+      }
+      if (!close.empty()) {
+        sentences.push_back(fmt::format(
+            "The {} of {} {} less than five times as large: the reference's own error bounds what "
+            "they say.",
+            close.size() == 1 ? "error" : "errors", enumeration(close),
+            close.size() == 1 ? "is" : "are"));
+      }
+    }
+    if (!times_are_comparable()) {
+      sentences.emplace_back(
+          "The runs were made on different machines or with different numbers of threads. Their "
+          "wall times cannot be compared.");
+    }
+    return sentences;
+  }
+
+  // Whether the finest pair of other runs of the reference's integrator has about its order.
+  bool reference_shows_its_order() const {
+    for (const StudyRow* row : first_variant_) {
+      if (row->integrator == result_.reference_integrator && std::isfinite(row->observed_order)) {
+        return std::abs(row->observed_order - order(row->integrator)) <= 2 * kOrderTolerance;
+      }
+    }
+    return false;
+  }
+
+  // Of each integrator the range of a number over its runs that finished.
+  template <class Number>
+  std::string ranges(const Number& number_of) const {
+    std::vector<std::string> parts;
+    for (const Integrator integrator : all_integrators()) {
+      double low = std::numeric_limits<double>::infinity();
+      double high = -low;
+      for (const StudyRow* row : first_variant_) {
+        const double value = number_of(*row);
+        if (row->integrator != integrator || row->status != RunStatus::kFinished ||
+            !std::isfinite(value)) {
+          continue;
+        }
+        low = std::min(low, value);
+        high = std::max(high, value);
+      }
+      if (low > high) continue;
+      const bool is_one = short_number(low) == short_number(high);
+      parts.push_back(is_one ? fmt::format("{} {}", to_string(integrator), short_number(low))
+                             : fmt::format("{} {} to {}", to_string(integrator), short_number(low),
+                                           short_number(high)));
+    }
+    return enumeration(parts);
+  }
+
+  Sentences conservation() const {
+    Sentences sentences;
+    const std::string energy =
+        ranges([](const StudyRow& row) { return row.max_relative_energy_drift; });
+    if (energy.empty()) return sentences;
+    sentences.push_back(fmt::format(
+        "The largest energy errors of the runs that reached the end, relative to the energy that "
+        "entered, are: {}.",
+        energy));
+    std::vector<std::string> exact;
+    for (const StudyRow* row : first_variant_) {
+      if (row->status == RunStatus::kFinished &&
+          row->max_relative_energy_drift <= round_off_level(*row)) {
+        exact.push_back(named_run(*row));
+      }
+    }
+    if (!exact.empty()) {
+      sentences.push_back(fmt::format("The energy {} of {} {} at the level of round-off.",
+                                      exact.size() == 1 ? "error" : "errors", enumeration(exact),
+                                      exact.size() == 1 ? "is" : "are"));
+    }
+    sentences.push_back(fmt::format(
+        "The change of the linear momentum that no impulse explains is, relative to the momentum: "
+        "{}.",
+        ranges([](const StudyRow& row) { return row.linear_momentum_drift; })));
+    sentences.push_back(
+        fmt::format("That of the angular momentum is: {}.",
+                    ranges([](const StudyRow& row) { return row.angular_momentum_drift; })));
+    std::vector<std::string> explained;
+    for (const Integrator integrator : all_integrators()) {
+      bool has_runs = false;
+      bool is_explained = true;
+      for (const StudyRow* row : first_variant_) {
+        if (row->integrator != integrator || row->status != RunStatus::kFinished) continue;
+        has_runs = true;
+        is_explained = is_explained && row->angular_momentum_drift_allowed > 0.0 &&
+                       row->angular_momentum_drift > round_off_level(*row) &&
+                       row->angular_momentum_drift <=
+                           row->angular_momentum_drift_allowed + round_off_level(*row);
+      }
+      if (has_runs && is_explained) explained.push_back(to_string(integrator));
+    }
+    if (!explained.empty()) {
+      sentences.push_back(fmt::format(
+          "For {} it is no larger than what the remaining residuals of the solver cause.",
+          enumeration(explained)));
+    }
+    return sentences;
+  }
+
+  // Runs that differ in the solver only.
+  Sentences solvers() const {
+    Sentences sentences;
+    for (const StudyRow* row : first_variant_) {
+      if (!row->compares_solver || row->status != RunStatus::kFinished) continue;
+      const auto other =
+          std::find_if(first_variant_.begin(), first_variant_.end(), [&](const StudyRow* o) {
+            return !o->compares_solver && o->integrator == row->integrator && o->step == row->step;
+          });
+      if (other == first_variant_.end() || (*other)->status != RunStatus::kFinished) continue;
+      const double ratio = row->wall_seconds / (*other)->wall_seconds;
+      if (!(ratio > 0.0) || !std::isfinite(ratio) || !times_are_comparable()) continue;
+      const StudyRow& slow = ratio >= 1.0 ? *row : **other;
+      const StudyRow& fast = ratio >= 1.0 ? **other : *row;
+      std::string text =
+          is_about_one(ratio)
+              ? fmt::format("For {} with h = {} s, {} and {} take about the same wall time",
+                            to_string(row->integrator), short_number(row->step), slow.solver,
+                            fast.solver)
+              : fmt::format("For {} with h = {} s, {} takes {} times the wall time of {}",
+                            to_string(row->integrator), short_number(row->step), slow.solver,
+                            two_digits(std::max(ratio, 1.0 / ratio)), fast.solver);
+      if (error_of(*row) > 0.0 && error_of(**other) > 0.0) {
+        text += fmt::format("; their errors are {:.4g} and {:.4g}", error_of(slow), error_of(fast));
+      }
+      sentences.push_back(text + ".");
+    }
+    return sentences;
+  }
+
+  Sentences variants() const {
+    Sentences sentences;
+    std::vector<std::string> names;
+    for (const StudyRow& row : result_.rows) {
+      if (std::find(names.begin(), names.end(), row.variant) == names.end()) {
+        names.push_back(row.variant);
+      }
+    }
+    if (names.size() < 2) return sentences;
+    sentences.push_back(fmt::format(
+        "The statements above on accuracy, orders and conservation are those of the variant {}, "
+        "whose run is the reference. Differences of the other variants from it are not errors.",
+        names.front()));
+    for (std::size_t i = 1; i < names.size(); ++i) {
+      double low = std::numeric_limits<double>::infinity();
+      double high = 0.0;
+      double limit = 0.0;
+      for (const StudyRow& row : result_.rows) {
+        if (row.variant != names[i]) continue;
+        for (const StudyRow* first : first_variant_) {
+          if (first->integrator != row.integrator || first->step != row.step ||
+              first->compares_solver) {
+            continue;
+          }
+          limit = row.stable_step / first->stable_step;
+          if (row.status != RunStatus::kFinished || first->status != RunStatus::kFinished) continue;
+          // Chance decides on shorter times.
+          if (std::min(row.wall_seconds, first->wall_seconds) < kShortTime) continue;
+          const double ratio = row.wall_seconds / first->wall_seconds;
+          low = std::min(low, ratio);
+          high = std::max(high, ratio);
+        }
+      }
+      if (limit > 0.0 && std::isfinite(limit) && std::abs(limit - 1.0) > 1e-3) {
+        sentences.push_back(fmt::format("The stability limit of {} is {} times that of {}.",
+                                        names[i], short_number(limit), names.front()));
+      }
+      if (low <= high && times_are_comparable()) {
+        sentences.push_back(fmt::format(
+            "With equal integrators and steps {} takes {} times the wall time of {}.", names[i],
+            two_digits(low) == two_digits(high)
+                ? two_digits(low)
+                : fmt::format("{} to {}", two_digits(low), two_digits(high)),
+            names.front()));
+      }
+    }
+    return sentences;
+  }
+
+  const StudyResult& result_;
+  Rows first_variant_;
+  Rows compared_;  // runs of the first variant with an error
+  std::vector<StudyConclusion> conclusions_;
+};
+
+}  // namespace
+
+std::vector<StudyConclusion> study_conclusions(const StudyResult& result) {
+  return Conclusions(result).all();
+}
+
+std::string short_number(double value) {
+  const bool is_small = value != 0.0 && std::abs(value) < 0.01;
+  std::string text = is_small ? fmt::format("{:.2e}", value) : fmt::format("{:.3g}", value);
+  const auto exponent = text.find('e');
+  if (exponent == std::string::npos) return text;
+  // "7.20e-05" becomes "7.2e-5", and "3e+15" becomes "3e15".
+  std::string digits = text.substr(0, exponent);
+  if (digits.find('.') != std::string::npos) {
+    digits.erase(digits.find_last_not_of('0') + 1);
+    if (digits.back() == '.') digits.pop_back();
+  }
+  std::size_t power = exponent + 2;
+  while (power + 1 < text.size() && text[power] == '0') ++power;
+  return digits + 'e' + (text[exponent + 1] == '-' ? "-" : "") + text.substr(power);
+}
+
+std::string run_label(const StudyRow& row) {
+  std::string label = to_string(row.integrator);
+  std::string tags = row.variant;
+  if (row.compares_solver) tags += (tags.empty() ? "" : ", ") + row.solver;
+  return tags.empty() ? label : label + " (" + tags + ")";
+}
+
+bool is_above_stability_limit(const StudyRow& row) {
+  return row.step > row.stable_step;
+}
+
+double round_off_level(const StudyRow& row) {
+  return std::numeric_limits<double>::epsilon() * (10.0 + static_cast<double>(row.steps));
+}
+
+}  // namespace tetraction

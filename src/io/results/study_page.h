@@ -1,0 +1,52 @@
+// study.html: a study on one page that needs no other file and no network.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tetraction/io/study_writer.h"
+#include "tetraction/simulation/study.h"
+
+namespace tetraction {
+
+inline constexpr const char* kStudyPage = "study.html";
+
+/// The wall times of a run by phase, s.
+struct RunPhases {
+  std::string label;  ///< integrator and what tells the run from others
+  double step = 0.0;  ///< s
+  double mesh = 0.0;
+  double setup = 0.0;
+  double stability = 0.0;
+  double stepping = 0.0;
+  double output = 0.0;
+
+  double total() const { return mesh + setup + stability + stepping + output; }
+};
+
+/// A picture for the page.
+struct StudyPicture {
+  std::string heading;
+  std::string caption;
+  std::string svg;  ///< content of the SVG file
+};
+
+/// What the page shows beside the result.
+struct StudyPageContents {
+  std::string scene_name;
+  StudyProvenance provenance;
+  std::vector<StudyPicture> pictures;
+  std::string why_no_pictures;  ///< said if there are none
+  std::vector<RunPhases> phases;
+};
+
+/// The text of the page.
+std::string study_page(const StudyResult& result, const StudyPageContents& contents);
+
+/// Reads the plots (unless `why_no_pictures` says that there are none) and the summaries of the runs
+/// in the directory of a study, and writes the page there. Throws OutputError.
+void write_study_page(const StudyResult& result, const std::string& scene_name,
+                      const std::string& directory, const StudyProvenance& provenance,
+                      const std::string& why_no_pictures);
+
+}  // namespace tetraction

@@ -1,0 +1,243 @@
+"""study.html: what it says, that it needs nothing else, and that its tables sort in a browser.
+
+Usage: study_page_test.py PROGRAM DATA_FOLDER [TestCase...]
+"""
+
+import csv
+import glob
+import html
+import html.parser
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+from cli_test import BEAM, CliTest
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+VOID = {"meta", "img", "br", "link", "input", "hr"}
+
+
+class Page(html.parser.HTMLParser):
+    """The page's text, tables and references. A tag that is not closed is an error."""
+
+    def __init__(self, text):
+        super().__init__(convert_charrefs=True)
+        self.open, self.references, self.tables, self.images = [], [], {}, []
+        self.text, self.scripts, self.table = "", "", None
+        self.feed(text)
+        self.close()
+        if self.open:
+            raise AssertionError(f"not closed: {self.open}")
+
+    def handle_starttag(self, tag, attributes):
+        attributes = dict(attributes)
+        for name in ("src", "href", "action", "data", "poster", "srcset"):
+            if name in attributes:
+                self.references.append(attributes[name])
+        if tag == "img":
+            self.images.append(attributes)
+        if tag == "table":
+            self.table = self.tables.setdefault(attributes["id"], [])
+        if tag == "tr":
+            self.table.append([])
+        if tag in ("td", "th"):
+            self.table[-1].append("")
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        if not self.open or self.open.pop() != tag:
+            raise AssertionError(f"</{tag}> closes nothing")
+
+    def handle_data(self, data):
+        if "script" in self.open:
+            self.scripts += data
+        elif "style" not in self.open:
+            self.text += data
+            if "td" in self.open or "th" in self.open:
+                self.table[-1][-1] += data
+
+
+class PageTest(CliTest):
+    GRID = ("--integrators", "verlet,midpoint", "--steps", "0.0025,0.005,0.05", "--out", "s")
+
+    def study(self, *arguments, scene=BEAM, **keywords):
+        return self.run_program("study", self.write("beam.toml", scene), *self.GRID, *arguments,
+                                **keywords)  # fmt: skip
+
+    def page(self):
+        with open(self.path("s", "study.html"), encoding="utf-8") as file:
+            return Page(file.read())
+
+
+class Content(PageTest):
+    def test_of_a_study_with_plots(self):
+        result = self.study("--set", "environment.strength=9.8", "--threads", "1")
+        self.assertIn("s/study.html", result.stdout)
+        page = self.page()
+        self.assertIn("Step-size study: beam", page.text)
+        self.assertIn("Tetraction", page.text)
+        self.assertIn("--set environment.strength=9.8 --threads 1", page.text)
+        self.assertRegex(page.text, r"\d+ logical core")
+        self.assertRegex(page.text, r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ")
+        self.assertIn("the cheapest run is", page.text)
+        self.assertIn("Verlet became unstable with h = 0.05 s", page.text)
+        # Nothing is loaded from elsewhere.
+        self.assertGreater(len(page.images), 4)
+        for reference in page.references:
+            self.assertTrue(reference.startswith("data:image/svg+xml;base64,"), reference[:80])
+        self.assertNotIn("://", page.scripts)
+        # The words are those of study.json, and the numbers those of study.csv.
+        with open(self.path("s", "study.json")) as file:
+            study = json.load(file)
+        self.assertGreater(len(study["conclusions"]), 3)
+        for conclusion in study["conclusions"]:
+            self.assertIn(conclusion["topic"], page.text)
+            for sentence in conclusion["sentences"]:
+                self.assertIn(sentence, page.text)
+        with open(self.path("s", "study.csv"), newline="") as file:
+            rows = list(csv.DictReader(file))
+        head, *body = page.tables["runs"]
+        self.assertEqual(len(body), len(rows))
+        for row, cells in zip(rows, body):
+            shown = dict(zip(head, cells))
+            self.assertEqual(shown["integrator"], row["integrator"])
+            self.assertEqual(float(shown["h [s]"]), float(row["step"]))
+            self.assertEqual(shown["status"], row["status"])
+            for key in ("version", "date", "processor", "cores", "threads", "command"):
+                self.assertNotEqual(row[key], "")
+            self.assertEqual(row["command"], study["command"])
+            self.assertEqual(row["threads"], "1")
+        self.assertEqual(len(page.tables["phases"]), 1 + len(rows))
+        summary = self.path("s", "midpoint-0.005", "summary.json")
+        with open(summary) as file:
+            seconds = json.load(file)["wall_seconds"]["stepping"]
+        head, *body = page.tables["phases"]
+        cells = next(c for c in body if c[0] == "midpoint" and float(c[1]) == 0.005)
+        column = next(i for i, name in enumerate(head) if name.startswith("time steps"))
+        self.assertAlmostEqual(float(cells[column]) / seconds, 1, delta=0.01)
+
+    def test_without_plots(self):
+        self.study("--no-plots")
+        page = self.page()
+        self.assertIn("The plots were left out with --no-plots.", page.text)
+        self.assertEqual(page.images, [])
+        self.assertEqual(len(page.tables["runs"]), 7)
+
+    def test_without_matplotlib(self):
+        """A python3 that has no matplotlib, where the program looks for one: the study is complete."""
+        if os.path.exists("/usr/bin/python3"):
+            script = os.path.join(os.path.dirname(__file__), "..", "..", "src", "cli", "plot_study.py")
+            self.study("--no-plots", "--quiet")
+            # -S: without the folder where packages are installed.
+            drawn = subprocess.run(["/usr/bin/python3", "-I", "-S", script, self.path("s")],
+                                   capture_output=True, text=True)  # fmt: skip
+            self.assertNotEqual(drawn.returncode, 0)
+            self.assertIn("matplotlib", drawn.stderr)
+            self.assertEqual(glob.glob(self.path("s", "*.png*")), [])
+        else:
+            result = self.study(env={"PATH": "/nowhere"})
+            self.assertIn("python3-matplotlib", result.stderr)
+            self.assertIn("python3-matplotlib are not installed", self.page().text)
+
+    def test_names_are_text(self):
+        """What a scene names cannot become a part of the page."""
+        scene = self.write("a<b>&c.toml", BEAM)
+        self.run_program("study", scene, *self.GRID, "--no-plots", "--vary",
+                         "material.density=900,1000")  # fmt: skip
+        page = self.page()
+        self.assertIn("Step-size study: a<b>&c", page.text)
+        self.assertIn("--vary material.density=900,1000", page.text)
+        self.assertEqual(page.tables["runs"][0][0], "variant")
+
+    def test_plots_of_a_clamped_and_of_a_free_body(self):
+        """Momenta over time are drawn only where the scene conserves them."""
+        self.study("--quiet")
+        for ending in ("png", "svg", "pdf"):
+            self.assertTrue(os.path.exists(self.path("s", f"momentum_drift_over_step.{ending}")))
+            self.assertFalse(os.path.exists(self.path("s", f"linear_momentum_over_time.{ending}")))
+        free = BEAM.split("[[fix]]")[0].replace('"gravity"', '"none"')
+        free += "[initial]\nstretch = [1.05, 1.0, 1.0]\nangular_velocity = [0.0, 1.0, 0.0]\n"
+        self.study("--quiet", scene=free)
+        for letter in ("linear", "angular"):
+            for ending in ("png", "svg", "pdf"):
+                path = self.path("s", f"{letter}_momentum_over_time.{ending}")
+                self.assertGreater(os.path.getsize(path), 3000)
+        self.assertIn("Angular momentum over time", self.page().text)
+        with open(self.path("s", "error_over_step.svg")) as file:
+            self.assertIn("did not reach the end", file.read())
+
+
+@unittest.skipUnless(CHROMIUM, "chromium is not installed")
+class Browser(PageTest):
+    def dump(self, path):
+        """The page after its scripts, and what the browser says of errors."""
+        with tempfile.TemporaryDirectory() as home:
+            result = subprocess.run(
+                [CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage",
+                 f"--user-data-dir={home}", "--enable-logging=stderr", "--v=0",
+                 "--virtual-time-budget=5000", "--proxy-server=127.0.0.1:1", "--dump-dom",
+                 "file://" + path],
+                capture_output=True, text=True, timeout=300,
+            )  # fmt: skip
+        self.assertEqual(result.returncode, 0, result.stderr)
+        said = [line for line in result.stderr.splitlines() if "CONSOLE" in line]
+        return result.stdout, said
+
+    def test_sorts_and_loads_nothing(self):
+        self.study("--quiet")
+        with open(self.path("s", "study.html"), encoding="utf-8") as file:
+            text = file.read()
+        # A second script, which clicks and writes down what it sees.
+        probe = """<script>
+        const seen = {};
+        window.addEventListener("error", event => { seen.error = String(event.message); });
+        window.addEventListener("load", () => {
+          const table = document.getElementById("runs");
+          const heads = [...table.querySelectorAll("th")].map(th => th.textContent);
+          const column = name => [...table.tBodies[0].rows].map(
+            row => row.cells[heads.findIndex(head => head.startsWith(name))].dataset.value);
+          const click = name => table.querySelectorAll("th button")[
+            heads.findIndex(head => head.startsWith(name))].click();
+          seen.before = column("h [s]");
+          click("h [s]"); seen.up = column("h [s]");
+          click("h [s]"); seen.down = column("h [s]");
+          seen.sort = [...table.querySelectorAll("th")].map(th => th.getAttribute("aria-sort"));
+          click("integrator"); seen.text = column("integrator");
+          click("position"); seen.empty = column("position");
+          click("position"); seen.emptyDown = column("position");
+          seen.images = [...document.images].map(image => image.complete && image.naturalWidth > 0);
+          seen.loaded = performance.getEntriesByType("resource").map(entry => entry.name.slice(0, 40));
+          const out = document.createElement("pre");
+          out.id = "seen";
+          out.textContent = JSON.stringify(seen);
+          document.body.append(out);
+        });
+        </script>"""
+        path = self.write("probed.html", text.replace("</body>", probe + "</body>"))
+        dom, said = self.dump(path)
+        self.assertEqual(said, [])
+        self.assertIn('<pre id="seen">', dom)
+        seen = json.loads(html.unescape(dom.split('<pre id="seen">')[1].split("</pre>")[0]))
+        self.assertNotIn("error", seen)
+        numbers = [float(v) for v in seen["before"]]
+        self.assertEqual([float(v) for v in seen["up"]], sorted(numbers))
+        self.assertEqual([float(v) for v in seen["down"]], sorted(numbers, reverse=True))
+        self.assertEqual([s for s in seen["sort"] if s], ["descending"])
+        self.assertEqual(seen["text"], sorted(seen["text"]))
+        for key, reverse in (("empty", False), ("emptyDown", True)):
+            known = [float(v) for v in seen[key] if v != ""]
+            self.assertEqual(known, sorted(known, reverse=reverse))
+            self.assertEqual(seen[key][len(known):], [""] * (len(seen[key]) - len(known)))
+            self.assertLess(len(known), len(seen[key]))  # runs without an error come last
+        self.assertGreater(len(seen["images"]), 4)
+        self.assertTrue(all(seen["images"]))
+        self.assertEqual([name for name in seen["loaded"] if not name.startswith("data:")], [])
+
+
+if __name__ == "__main__":
+    unittest.main(argv=[sys.argv[0], *sys.argv[3:]], verbosity=1)
