@@ -363,7 +363,11 @@ class Builder {
         if (group.dimension != 1) continue;
         const Index a = new_index_[index_of(cell.vertices[0], cell)];
         const Index b = new_index_[index_of(cell.vertices[1], cell)];
-        if (a >= 0 && b >= 0) group.lines.push_back({a, b});
+        if (a >= 0 && b >= 0) {
+          group.lines.push_back({a, b});
+        } else {
+          ++group.detached_lines;
+        }
       }
     }
   }

@@ -35,7 +35,7 @@ select = { plane = { axis = "x", at = 0.0 } }
 """
 # What each command needs beside options. Studies: one run, and no plots.
 POSITIONALS = {
-    ("run",): ["scene.toml"], ("static",): ["scene.toml"], ("check",): ["scene.toml"],
+    ("new",): ["beam"], ("run",): ["scene.toml"], ("static",): ["scene.toml"], ("check",): ["scene.toml"],
     ("modes",): ["scene.toml", "-n", "1"], ("view",): ["box.msh"], ("keys",): ["time"],
     ("study",): ["scene.toml", "--no-plots", "--integrators", "midpoint", "--steps", "0.01"],
     ("mesh", "info"): ["box.msh"], ("mesh", "convert"): ["box.msh", "out.msh"],

@@ -126,9 +126,7 @@ class Modes(CliTest):
         # two cells sideways by half of its elongation.
         scene = self.write("column.toml", """
 [mesh]
-generate = "box"
-size = [1, 1, 2]
-cells = [1, 1, 2]
+generate = { kind = "box", size = [1, 1, 2], cells = [1, 1, 2] }
 element = "quadratic"
 [material]
 model = "neo-hookean"
@@ -179,7 +177,7 @@ value = 5.0e3
         self.assertIn(f"frequencies: {lowest:.5g} Hz to ", text)
         self.assertNotIn("rigid mode", text)
         # Where nothing of the frequency is left, it is said.
-        thinner = [*thin, "--set", "mesh.generate.size=[1, 1e-6, 1e-6]"]
+        thinner = [*thin, "--set", "mesh.generate.size=[1, 1e-5, 1e-5]"]
         for command in ("modes", "check"):
             self.assertIn("round-off spoils", self.run_program(command, scene, *thinner).stderr)
 

@@ -70,9 +70,9 @@ struct Group {
   std::vector<std::array<Index, 3>> triangles{};
   /// Triangles that have a vertex which no tetrahedron uses, with the vertex numbers of the file.
   std::vector<std::array<std::int64_t, 3>> detached_triangles{};
-  /// The ends of lines; empty unless dimension is 1. A line is left out if no tetrahedron uses one of
-  /// its ends.
-  std::vector<std::array<Index, 2>> lines{};
+  std::vector<std::array<Index, 2>> lines{};  ///< their ends; empty unless dimension is 1
+  /// How many lines are left out because no tetrahedron uses one of their ends.
+  Index detached_lines = 0;
 };
 
 /// What build_mesh() changed and left out. It is meant for the user.

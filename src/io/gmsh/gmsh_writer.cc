@@ -199,7 +199,7 @@ class GmshWriter {
         if (const Index middle = edges.find(a, b); middle >= 0) nodes.push_back(middle);
         keep(CellType::kLine, 1, std::move(nodes), {static_cast<int>(g)});
       }
-      whole[g] = group.detached_triangles.empty();
+      whole[g] = group.detached_triangles.empty() && group.detached_lines == 0;
       for (const auto& triangle : group.triangles) {
         keep(CellType::kTriangle, 2, edges.of_face(triangle), {static_cast<int>(g)});
       }
