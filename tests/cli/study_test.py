@@ -285,10 +285,11 @@ class Resume(StudyTest):
     ALL = ("verlet-0.0005", "verlet-0.001", "midpoint-0.0005", "midpoint-0.001")
 
     def table(self):
-        """All columns but the wall times."""
+        """All columns but times and the command."""
         with open(self.path("s", "study.csv"), newline="") as file:
             rows = list(csv.DictReader(file))
-        return [{k: v for k, v in row.items() if "seconds" not in k} for row in rows]
+        other = ("wall_seconds", "seconds_per_simulated_second", "date", "command")
+        return [{k: v for k, v in row.items() if k not in other} for row in rows]
 
     def written(self, run):
         """Changes whenever the run is made again, even on a file system that uses the number of a
