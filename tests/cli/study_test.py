@@ -133,7 +133,7 @@ class Probes(StudyTest):
         for label in ("tip_x [m]", "tip_y [m]", "tip_z [m]", "midpoint", "verlet"):
             self.assertIn(label, text)
         with open(self.path("s", "error_over_step.svg")) as file:
-            self.assertIn("error of the probe tip", file.read())
+            self.assertIn("Error of the probe tip over time", file.read())
         # The next study, without probes, deletes the plots and the files of the probes.
         self.write("s/probe_other.png", "mine")
         self.run_program("study", self.write("beam.toml", BEAM), *self.GRID)
