@@ -783,7 +783,7 @@ def over_step(study, folder, name, title, panels, guides=False, floor=None, floo
     lows = {key: min(v for *_, points in found for _, v in points)
             for key, found in curves.items() if found}  # fmt: skip
     show_floor = floor is not None and any(
-        floor(h) > lows[key] / 3 for key in lows for h in (min(steps), max(steps)))  # fmt: skip
+        floor(h) > lows[key] / 1.2 for key in lows for h in (min(steps), max(steps)))  # fmt: skip
     if show_floor:
         handles.append(plt.Rectangle((0, 0), 1, 1, fc=PALE, ec="none", label=floor_name))
     # Long names, of variants and limits, need the whole width.
@@ -820,7 +820,8 @@ def over_step(study, folder, name, title, panels, guides=False, floor=None, floo
         for integrator, style, other, points in same:
             axes.plot(*zip(*points), **style)
         values = [v for *_, points in same for _, v in points]
-        decades(axes, min(values), max(values))
+        # The ring of another solver needs some room.
+        decades(axes, min(values) * (min(values) / max(values)) ** 0.12, max(values))
         axes.yaxis.set_major_locator(LogLocator(numticks=4))
         axes.set_ylabel("$|e/e_0 - 1|$")
         axes.text(0.015, 0.97, plain("\n".join(words)), fontsize=6.5, color=GREY, va="top",
@@ -828,6 +829,7 @@ def over_step(study, folder, name, title, panels, guides=False, floor=None, floo
         # The words stand above the curves.
         low, high = axes.get_ylim()
         part = (0.08 + 0.11 * len(words)) / (0.75 + 0.11 * len(words))
+        axes.set_yticks([tick for tick in axes.get_yticks() if low <= tick <= high])
         axes.set_ylim(low, high * (high / low) ** (part / (1 - part)))
     for axes in rows[:-1]:
         axes.tick_params(labelbottom=False, which="both")
