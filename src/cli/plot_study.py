@@ -48,10 +48,6 @@ BEHIND_TEXT = {"fc": "white", "ec": "none", "pad": 0.8}
 COLUMN, PAGE = 3.5, 7.2  # widths of figures in inches
 MOST_POINTS = 600  # of a curve over time: more than a panel resolves
 EPSILON = 2.0**-52
-# As the program deletes them with an earlier study.
-PLOTS = ("error_over_step", "rms_error_over_step", "work_precision", "energy_over_time",
-         "energy_drift_over_step", "linear_momentum_over_time", "angular_momentum_over_time",
-         "momentum_drift_over_step")  # fmt: skip
 ENDINGS = ("png", "svg", "pdf")
 
 plt.rcParams.update(
@@ -313,7 +309,7 @@ def decades(axes, low, high, least=1.3):
         axes.yaxis.set_minor_formatter(NullFormatter())
 
 
-def legend(figure, handles, columns, width=None):
+def legend(figure, handles, columns):
     """At the lower edge of the figure."""
     figure.legend(handles=handles, loc="lower center", ncol=columns, bbox_to_anchor=(0.5, 0.0),
                   borderaxespad=0.3)  # fmt: skip
@@ -787,7 +783,7 @@ def over_step(study, folder, name, title, panels, guides=False, floor=None, floo
     lows = {key: min(v for *_, points in found for _, v in points)
             for key, found in curves.items() if found}  # fmt: skip
     show_floor = floor is not None and any(
-        floor(h) > lows[key] / 3 for key in lows for h in (min(steps), max(steps)))  # fmt: skip
+        floor(h) > lows[key] / 1.2 for key in lows for h in (min(steps), max(steps)))  # fmt: skip
     if show_floor:
         handles.append(plt.Rectangle((0, 0), 1, 1, fc=PALE, ec="none", label=floor_name))
     # Long names, of variants and limits, need the whole width.
@@ -824,7 +820,8 @@ def over_step(study, folder, name, title, panels, guides=False, floor=None, floo
         for integrator, style, other, points in same:
             axes.plot(*zip(*points), **style)
         values = [v for *_, points in same for _, v in points]
-        decades(axes, min(values), max(values))
+        # The ring of another solver needs some room.
+        decades(axes, min(values) * (min(values) / max(values)) ** 0.12, max(values))
         axes.yaxis.set_major_locator(LogLocator(numticks=4))
         axes.set_ylabel("$|e/e_0 - 1|$")
         axes.text(0.015, 0.97, plain("\n".join(words)), fontsize=6.5, color=GREY, va="top",
@@ -832,6 +829,7 @@ def over_step(study, folder, name, title, panels, guides=False, floor=None, floo
         # The words stand above the curves.
         low, high = axes.get_ylim()
         part = (0.08 + 0.11 * len(words)) / (0.75 + 0.11 * len(words))
+        axes.set_yticks([tick for tick in axes.get_yticks() if low <= tick <= high])
         axes.set_ylim(low, high * (high / low) ** (part / (1 - part)))
     for axes in rows[:-1]:
         axes.tick_params(labelbottom=False, which="both")
@@ -896,11 +894,11 @@ def main(folder):
     time = f"$t$ = {si(study['end'], 's')}" if usable(study["end"]) else "the end"
     what = "position error" if len(study["variants"]) < 2 else "position error or difference"
     key, error = "position_error", f"{what} at {time}"
-    label = r"$|q - q_{ref}|\,/\,|q_{ref} - X|$ [–]"
+    label = r"$|q - q_{ref}|\,/\,|q_{ref} - X|$ [-]"
     if study["error"].startswith("probe."):
         key = "probe_error"
         error = f"error of the probe {plain(study['error'][len('probe.'):])} over time"
-        label = r"$\max|s - s_{ref}|\,/\,\max|s_{ref}|$ [–]"
+        label = r"$\max|s - s_{ref}|\,/\,\max|s_{ref}|$ [-]"
     error = error[0].upper() + error[1:]
     own = study["reference_error"]
     over_step(study, folder, "error_over_step", error, [(key, label)],
@@ -908,11 +906,11 @@ def main(folder):
               floor_name="below 5 × the reference's own error")  # fmt: skip
     over_step(study, folder, "rms_error_over_step",
               f"Root mean square of the {what} over time",
-              [("position_error_rms", r"rms$(q - q_{ref})\,/\,$rms$(q_{ref} - X)$ [–]")],
+              [("position_error_rms", r"rms$(q - q_{ref})\,/\,$rms$(q_{ref} - X)$ [-]")],
               guides=True)  # fmt: skip
     work_precision(study, folder, "work_precision", f"{error} over wall time", key, label)
     over_time(study, folder, "energy_over_time", "Energy error, relative to the energy that entered",
-              "relative energy error [–]", lambda _, history: energy_error(history),
+              "relative energy error [-]", lambda _, history: energy_error(history),
               energy_round_off)  # fmt: skip
     over_time(study, folder, "linear_momentum_over_time",
               "Change of the linear momentum, of the components that are conserved",
@@ -924,12 +922,12 @@ def main(folder):
     rounding = (lambda h: EPSILON * (10 + study["end"] / h)) if usable(study["end"]) else None
     over_step(study, folder, "energy_drift_over_step",
               "Largest energy error, relative to the energy that entered",
-              [("max_relative_energy_drift", "relative energy error [–]")],
+              [("max_relative_energy_drift", "relative energy error [-]")],
               guides=True, floor=rounding, floor_name="round-off")  # fmt: skip
     over_step(study, folder, "momentum_drift_over_step",
               "Change of the momenta that no impulse explains",
-              [("linear_momentum_drift", "linear, relative [–]"),
-               ("angular_momentum_drift", "angular, relative [–]")],
+              [("linear_momentum_drift", "linear, relative [-]"),
+               ("angular_momentum_drift", "angular, relative [-]")],
               floor=rounding, floor_name="round-off")  # fmt: skip
     for probe in study["probes"]:
         probe_over_time(study, folder, probe)

@@ -226,8 +226,8 @@ class Surroundings(CliTest):
         # The folder goes to the program that draws the plots, too.
         plots = os.path.join(folder, "stu die")
         self.run_program("study", scene, "--out", plots, "--integrators", "midpoint", "--steps",
-                         "0.01,0.005")  # fmt: skip
-        self.assertTrue(os.path.exists(os.path.join(plots, "error_over_step.png")), os.listdir(plots))
+                         "0.01,0.005", "--set", "environment.kind=gravity")  # fmt: skip
+        self.assertTrue(os.path.exists(os.path.join(plots, "energy_over_time.png")), os.listdir(plots))
         for _, _, names in os.walk(self.folder):
             self.assertNotIn("made", names)
 

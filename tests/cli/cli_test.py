@@ -711,7 +711,7 @@ class Study(CliTest):
                                   "--out", "s", "--quiet",
                                   env={"MPLCONFIGDIR": "/dev/null/settings"})  # fmt: skip
         self.assertEqual(own_lines(result.stderr), [])
-        self.assertTrue(os.path.exists(self.path("s", "error_over_step.png")))
+        self.assertTrue(os.path.exists(self.path("s", "energy_over_time.png")))
 
     def test_python_files_of_the_working_folder_do_not_run(self):
         scene = self.write("beam.toml", BEAM)
@@ -722,7 +722,7 @@ class Study(CliTest):
                                   "--out", "s", env={"PYTHONPATH": self.folder})  # fmt: skip
         self.assertFalse(os.path.exists(self.path("ran")))
         self.assertNotIn("plots were not drawn", result.stderr)
-        self.assertTrue(os.path.exists(self.path("s", "error_over_step.png")))
+        self.assertTrue(os.path.exists(self.path("s", "energy_over_time.png")))
 
     def test_errors_are_relative_to_the_displacement(self):
         """As anybody works them out from the results; the reference is told from the others."""

@@ -133,7 +133,7 @@ class Probes(StudyTest):
         for label in ("tip_x [m]", "tip_y [m]", "tip_z [m]", "midpoint", "verlet"):
             self.assertIn(label, text)
         with open(self.path("s", "error_over_step.svg")) as file:
-            self.assertIn("error of the probe tip", file.read())
+            self.assertIn("Error of the probe tip over time", file.read())
         # The next study, without probes, deletes the plots and the files of the probes.
         self.write("s/probe_other.png", "mine")
         self.run_program("study", self.write("beam.toml", BEAM), *self.GRID)
@@ -285,10 +285,11 @@ class Resume(StudyTest):
     ALL = ("verlet-0.0005", "verlet-0.001", "midpoint-0.0005", "midpoint-0.001")
 
     def table(self):
-        """All columns but the wall times."""
+        """All columns but times and the command."""
         with open(self.path("s", "study.csv"), newline="") as file:
             rows = list(csv.DictReader(file))
-        return [{k: v for k, v in row.items() if "seconds" not in k} for row in rows]
+        other = ("wall_seconds", "seconds_per_simulated_second", "date", "command")
+        return [{k: v for k, v in row.items() if k not in other} for row in rows]
 
     def written(self, run):
         """Changes whenever the run is made again, even on a file system that uses the number of a

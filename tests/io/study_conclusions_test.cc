@@ -80,12 +80,20 @@ TEST(ShortNumber, HasNoSuperfluousCharacters) {
 TEST(StudyConclusions, NameTheCheapestRunOnBothSidesOfTheLimit) {
   const std::string text = on(two_rules(), "Cost of accuracy");
   expect_part(text,
-              "For a position error of 10 % and 1 % the cheapest run is verlet with h = 7.2e-5 s "
-              "(0.72 h_crit): its error is 4e-3, and its time steps take 1 s.");
+              "For a position error of 1 % the cheapest run is verlet with h = 7.2e-5 s (0.72 "
+              "h_crit): its error is 4e-3, and its time steps take 1 s.");
   expect_part(text,
-              "Among the steps above the stability limit it is midpoint with h = 3.6e-3 s (36 "
-              "h_crit), which takes 20 times the wall time.");
+              "Among the steps above the stability limit it is midpoint with h = 1.2e-3 s (12 "
+              "h_crit), which takes 41 times the wall time.");
   expect_part(text, "No run reaches a position error of 0.1 %: the smallest is 2e-3 (verlet");
+}
+
+TEST(StudyConclusions, NameAnAnswerToSeveralTargetsOnce) {
+  StudyResult result = two_rules();
+  result.rows.resize(2);
+  const std::string text = on(result, "Cost of accuracy");
+  expect_part(text, "For a position error of 10 % and 1 % the cheapest run is verlet");
+  expect_no_part(text, "above the stability limit");
 }
 
 TEST(StudyConclusions, DistinguishTargetsWithDifferentAnswers) {

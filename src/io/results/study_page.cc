@@ -444,7 +444,7 @@ void write_study_page(const StudyResult& result, const std::string& scene_name,
   contents.why_no_pictures = why_no_pictures;
   if (why_no_pictures.empty()) contents.pictures = read_pictures(result, directory);
   if (contents.pictures.empty() && why_no_pictures.empty()) {
-    contents.why_no_pictures = "The plots are missing.";
+    contents.why_no_pictures = "There are no plots, because no run has an error above zero.";
   }
   contents.phases = read_phases(result, directory);
   write_text_file(directory + "/" + kStudyPage, study_page(result, contents));
