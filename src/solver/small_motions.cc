@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fem/element_blocks.h"
 #include "tetraction/core/error.h"
 #include "tetraction/dynamics/consistent_mass.h"
 #include "tetraction/dynamics/nodal_volume.h"
@@ -55,7 +56,7 @@ ScaledStiffness::ScaledStiffness(const MechanicalSystem& system, const Vector& q
   }
   HessianBlocks blocks = terms_;
   if (system.nodal_volume() != nullptr) {
-    system.nodal_volume()->add_hessian(q, HessianForm::kExact, blocks);
+    system.nodal_volume()->add_outer_products(q, HessianForm::kExact, blocks);
   }
   std::vector<std::pair<Index, Index>> pairs;
   blocks.for_each_pair([&](Index i, Index j, const Matrix3&) { pairs.emplace_back(i, j); });
@@ -63,7 +64,10 @@ ScaledStiffness::ScaledStiffness(const MechanicalSystem& system, const Vector& q
   pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
   pattern_ = std::make_unique<SparsityPattern>(system.rest(), coordinates_, pairs);
   values_.assign(static_cast<std::size_t>(pattern_->nonzeros()), 0.0);
-  const EvaluationStatus status = system.elastic().add_hessian(q, *pattern_, values_.data());
+  const double* tensions =
+      system.nodal_volume() == nullptr ? nullptr : system.nodal_volume()->tensions(q).data();
+  const EvaluationStatus status =
+      BlockAccess::add_hessian(system.elastic(), q, tensions, *pattern_, values_.data());
   if (!status.ok()) {
     throw InputError(fmt::format(
         "The modes cannot be computed: the elastic energy of element {} is not defined.",
