@@ -120,12 +120,12 @@ void DiscreteGradientStep::linearize(const Vector& u) {
     at_end_ = ways.norm() * slenderness_[static_cast<std::size_t>(i)] > kFew;
   }
   set_rate_estimate(u);
-  force_term_hessian(u, HessianForm::kExact, terms_);
+  term_hessian(u, HessianForm::kExact, terms_);
 }
 
 void DiscreteGradientStep::multiply(const Vector& d, Vector& product) const {
   product = coefficient().cwiseProduct(d);
-  if (has_general_force_terms()) terms_.add_product(d, product);
+  if (has_general_terms()) terms_.add_product(d, product);
   gradient_.add_product({Positions(origin(), point_), point_way_, viscous().factor()}, d, product);
   if (const NodalVolume* volume = system_.nodal_volume(); volume != nullptr) {
     volume->add_discrete_gradient_product(Positions(origin(), point_), point_way_, d, product);

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 
+#include "fem/element_blocks.h"
+#include "tetraction/dynamics/nodal_volume.h"
+
 namespace tetraction {
 
 double NonlinearProblem::residual_limit(const Vector& u, double tolerance) const {
@@ -26,14 +29,17 @@ EvaluationStatus MinimizationProblem::hessian(const Vector& u, const HessianBloc
                                               double* values) const {
   std::fill(values, values + pattern.nonzeros(), 0.0);
   const HessianParts parts = hessian_parts(u);
-  const EvaluationStatus status = parts.elastic.add_hessian(parts.positions, pattern, values);
+  const double* tensions =
+      parts.volume == nullptr ? nullptr : parts.volume->tensions(parts.positions).data();
+  const EvaluationStatus status =
+      BlockAccess::add_hessian(parts.elastic, parts.positions, tensions, pattern, values);
   if (!status.ok()) return status;
   parts.viscous.add_hessian(parts.step_displacement, pattern, values);
   Matrix blocks = Matrix::Zero(3, u.size());
   for (Index v = 0; v < u.size() / 3; ++v) {
     blocks.middleCols<3>(3 * v).diagonal() = vertex_block(parts.diagonal, v);
   }
-  if (has_general_terms()) blocks += terms.whole_diagonal();
+  if (has_general_terms() || parts.volume != nullptr) blocks += terms.whole_diagonal();
   pattern.add_vertex_blocks(blocks, values);
   terms.for_each_pair(
       [&](Index i, Index j, const Matrix3& block) { pattern.add_pair_block(i, j, block, values); });

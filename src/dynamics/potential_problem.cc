@@ -7,7 +7,6 @@
 #include <variant>
 
 #include "tetraction/core/parallel.h"
-#include "tetraction/dynamics/nodal_volume.h"
 #include "tetraction/fem/step_length.h"
 
 namespace tetraction {
@@ -128,7 +127,7 @@ const Vector& PotentialProblem::step_displacement(const Vector& u) const {
 }
 
 EvaluationStatus PotentialProblem::move_terms(const Vector& u) const {
-  if (!has_general_force_terms()) return {};
+  if (!has_general_terms()) return {};
   at_ = origin_ + u;
   if (!dissipations_.empty()) velocity_ = ((origin_ - previous_) + u) / step_;
   for (const WeightedPotential& potential : potentials_) {
@@ -183,16 +182,8 @@ bool PotentialProblem::vertex_residual(const Vector& u, Vector& residual) const 
 
 void PotentialProblem::term_hessian(const Vector& u, HessianForm form,
                                     HessianBlocks& hessian) const {
-  force_term_hessian(u, form, hessian);
-  if (const NodalVolume* volume = system_.nodal_volume(); volume != nullptr) {
-    volume->add_hessian(elastic_positions(u), form, hessian);
-  }
-}
-
-void PotentialProblem::force_term_hessian(const Vector& u, HessianForm form,
-                                          HessianBlocks& hessian) const {
   hessian.reset(system_.vertex_count());
-  if (!has_general_force_terms()) return;
+  if (!has_general_terms()) return;
   at_ = origin_ + u;
   if (!dissipations_.empty()) {
     velocity_ = ((origin_ - previous_) + u) / step_;
@@ -255,7 +246,7 @@ EvaluationStatus PotentialProblem::value(const Vector& u, double& phi) const {
     }
     return sum;
   });
-  if (has_general_force_terms()) phi += term_energy();
+  if (has_general_terms()) phi += term_energy();
   viscous_.add_value(step_displacement(u), phi);
   return status;
 }
@@ -302,7 +293,7 @@ EvaluationStatus PotentialProblem::value_and_full_gradient(const Vector& u, doub
     }
     return sum;
   });
-  if (has_general_force_terms()) {
+  if (has_general_terms()) {
     phi += term_energy();
     add_term_gradient(gradient);
   }
@@ -311,7 +302,8 @@ EvaluationStatus PotentialProblem::value_and_full_gradient(const Vector& u, doub
 }
 
 MinimizationProblem::HessianParts PotentialProblem::hessian_parts(const Vector& u) const {
-  return {system_.elastic(), elastic_positions(u), viscous_, step_displacement(u), coefficient_};
+  return {system_.elastic(), system_.nodal_volume(), elastic_positions(u),
+          viscous_,          step_displacement(u),   coefficient_};
 }
 
 bool PotentialProblem::term_shares(const Vector& u, bool with_hessian, TermShares& shares) const {

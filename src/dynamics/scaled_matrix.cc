@@ -33,7 +33,9 @@ void ScaledMatrix::set_stiffness(const Vector& q, double time, double damping_we
   }
   // η |E(x) − E(q)|²/s has the second derivative C/s at x = q.
   viscous_->begin(q, damping_ * system_.damping().viscosity);
-  tangent_->set(q, *viscous_, Vector::Zero(q.size()));
+  const NodalVolume* volume = system_.nodal_volume();
+  tangent_->set(q, *viscous_, Vector::Zero(q.size()),
+                volume == nullptr ? nullptr : volume->tensions(q).data());
 }
 
 void ScaledMatrix::set_damping(const Vector& q, double time) {
@@ -65,7 +67,7 @@ void ScaledMatrix::gather_terms(double time) {
     has_terms_ = true;
   }
   if (const NodalVolume* volume = system_.nodal_volume(); volume != nullptr) {
-    volume->add_hessian(*q_, HessianForm::kExact, terms_);
+    volume->add_outer_products(*q_, HessianForm::kExact, terms_);
     has_terms_ = true;
   }
 }

@@ -51,7 +51,7 @@ ElementMatrix quadratic_stiffness(const double* matrices, int lane) {
 
 void add_block_stiffness(const ElementBlocks& blocks, const ElementBlocks::Block& block,
                          TangentForm form, const double* state, const SparsityPattern& pattern,
-                         double* values, const std::function<void(Index)>& other) {
+                         double* values) {
   alignas(64) double matrices[std::size_t{kStiffnessNumbers} * kBatchLanes];
   const Index numbers = Index{tangent_numbers(form)} * kBatchLanes;
   for (Index batch = 0; batch < block.batch_count; ++batch) {
@@ -65,7 +65,7 @@ void add_block_stiffness(const ElementBlocks& blocks, const ElementBlocks::Block
       } else if (const auto entries = pattern.element_entries(e)) {
         scatter_numbers(pattern, *entries, matrices + lane, values);
       } else {
-        other(e);
+        pattern.scatter(e, lane_matrix(matrices, lane), values);
       }
     }
   }

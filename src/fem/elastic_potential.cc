@@ -321,25 +321,24 @@ struct ElasticPotential::Impl {
                : elastic_gradient(view, *model, positions.data(), displacement, gradients);
   }
 
-  void add_block_hessian(Index b, const Positions& q, const SparsityPattern& pattern,
-                         double* values) const {
+  void add_block_hessian(Index b, const Positions& q, const double* tensions,
+                         const SparsityPattern& pattern, double* values) const {
     const ElementBlocks::Block& block = blocks.block(b);
     const std::optional<IsotropicModel> model = isotropic_model(field(block).model());
-    const auto add_one = [&](Index e) {
-      const int points = rest.points_per_element();
-      ElementMatrix sum =
-          ElementMatrix::Zero(3 * rest.nodes_per_element(), 3 * rest.nodes_per_element());
-      with_material(e, [&](const auto& m) {
-        for (int p = 0; p < points; ++p) {
-          const Index i = points * e + p;
-          add_point_matrix(p, element_hessian<Shape>(rest.point(i), m, rest.gather_relative(q, i)),
-                           sum);
-        }
-      });
-      pattern.scatter(e, sum, values);
-    };
     if (!model) {
-      blocks.for_each_element(block, [&](Index e, Index, int) { add_one(e); });
+      blocks.for_each_element(block, [&](Index e, Index, int) {
+        const int points = rest.points_per_element();
+        ElementMatrix sum =
+            ElementMatrix::Zero(3 * rest.nodes_per_element(), 3 * rest.nodes_per_element());
+        with_material(e, [&](const auto& m) {
+          for (int p = 0; p < points; ++p) {
+            const Index i = points * e + p;
+            add_point_matrix(
+                p, element_hessian<Shape>(rest.point(i), m, rest.gather_relative(q, i)), sum);
+          }
+        });
+        pattern.scatter(e, sum, values);
+      });
       return;
     }
     const TangentForm form = tangent_form(*model, false);
@@ -349,8 +348,10 @@ struct ElasticPotential::Impl {
     const auto numbers = static_cast<std::size_t>(tangent_numbers(form)) * kBatchLanes;
     state.resize(numbers * static_cast<std::size_t>(block.batch_count));
     blocks.load_positions(block, q, positions.data());
-    prepare_tangent(batches(b), *model, form, positions.data(), state.data());
-    add_block_stiffness(blocks, block, form, state.data(), pattern, values, add_one);
+    BatchView view = batches(b);
+    if (tensions != nullptr) view.tensions = tensions + block.first_batch * kBatchLanes;
+    prepare_tangent(view, *model, form, positions.data(), state.data());
+    add_block_stiffness(blocks, block, form, state.data(), pattern, values);
   }
 
   // See ElasticPotential::element_terms().
@@ -469,11 +470,17 @@ EvaluationStatus BlockAccess::value_and_gradient(const ElasticPotential& elastic
 // Blocks of one colour share no vertex. The colours are processed one after the other.
 EvaluationStatus ElasticPotential::add_hessian(const Positions& q, const SparsityPattern& pattern,
                                                double* values) const {
-  if (!impl_->run_blocks(q, false)) return impl_->failure(q);
-  for (const std::vector<Index>& color : BlockAccess::colors(pattern, impl_->blocks)) {
+  return BlockAccess::add_hessian(*this, q, nullptr, pattern, values);
+}
+EvaluationStatus BlockAccess::add_hessian(const ElasticPotential& elastic, const Positions& q,
+                                          const double* tensions, const SparsityPattern& pattern,
+                                          double* values) {
+  ElasticPotential::Impl& s = *elastic.impl_;
+  if (!s.run_blocks(q, false)) return s.failure(q);
+  for (const std::vector<Index>& color : colors(pattern, s.blocks)) {
     parallel_for(static_cast<Index>(color.size()), 1, [&](Index begin, Index end) {
       for (Index i = begin; i < end; ++i) {
-        impl_->add_block_hessian(color[static_cast<std::size_t>(i)], q, pattern, values);
+        s.add_block_hessian(color[static_cast<std::size_t>(i)], q, tensions, pattern, values);
       }
     });
   }

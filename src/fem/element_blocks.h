@@ -292,6 +292,10 @@ struct BlockAccess {
   static EvaluationStatus value_and_gradient(const ElasticPotential& elastic, const Positions& q,
                                              const AlignedVector<double>& tensions, double& energy,
                                              Vector& gradient);
+  /// ElasticPotential::add_hessian() of W + Σ t_e v_e at constant tensions, which may be null.
+  static EvaluationStatus add_hessian(const ElasticPotential& elastic, const Positions& q,
+                                      const double* tensions, const SparsityPattern& pattern,
+                                      double* values);
   /// The energy of a block at the positions where W was evaluated last, J.
   static double energy(const ElasticPotential& elastic, Index block);
   /// The blocks by colour. No two blocks of a colour share a free coordinate of the pattern.

@@ -78,7 +78,7 @@ TangentForm TangentOperator<T>::form(const ElementBlocks::Block& block) const {
 
 template <class T>
 void TangentOperator<T>::set(const Vector& q, const ViscousPotential* viscous,
-                             const Vector& displacement) {
+                             const Vector& displacement, const double* tensions) {
   viscous_ = viscous != nullptr;
   for (Index b = 0; b < blocks_.block_count(); ++b) {
     const ElementBlocks::Block& block = blocks_.block(b);
@@ -96,8 +96,9 @@ void TangentOperator<T>::set(const Vector& q, const ViscousPotential* viscous,
       const auto model =
           isotropic_model(elastic_.materials()[static_cast<std::size_t>(block.material)].model());
       T* state = state_.data() + begin_[static_cast<std::size_t>(b)];
-      prepare_tangent(BlockAccess::batches(elastic_, b), *model, form(block), positions.data(),
-                      state);
+      BatchView view = BlockAccess::batches(elastic_, b);
+      if (tensions != nullptr) view.tensions = tensions + block.first_batch * kBatchLanes;
+      prepare_tangent(view, *model, form(block), positions.data(), state);
       if (viscous_) BlockAccess::add_tangent(*viscous, b, displacement, form(block), state);
     }
   });

@@ -25,11 +25,13 @@ class TangentOperator {
   explicit TangentOperator(const ElasticPotential& elastic, std::vector<std::int32_t> order = {});
 
   /// Linearises W at q, where it must be defined.
-  void set(const Vector& q) { set(q, nullptr, q); }
+  void set(const Vector& q) { set(q, nullptr, q, nullptr); }
   /// Linearises W + D at q, where D is the dissipation potential of a step that has led to q by
-  /// `displacement` (fem/viscous_potential.h).
-  void set(const Vector& q, const ViscousPotential& viscous, const Vector& displacement) {
-    set(q, viscous.factor() == 0.0 ? nullptr : &viscous, displacement);
+  /// `displacement` (fem/viscous_potential.h). With `tensions` t of all lanes, Pa, which may be null, it
+  /// linearises W + D + Σ t_e v_e at constant t, where v_e are the present volumes of the elements.
+  void set(const Vector& q, const ViscousPotential& viscous, const Vector& displacement,
+           const double* tensions = nullptr) {
+    set(q, viscous.factor() == 0.0 ? nullptr : &viscous, displacement, tensions);
   }
 
   /// Makes K positive semidefinite, or nearly so, until the next set(). In every element it adds that
@@ -56,7 +58,8 @@ class TangentOperator {
  private:
   using Record = Eigen::Matrix<T, 4, 1>;
 
-  void set(const Vector& q, const ViscousPotential* viscous, const Vector& displacement);
+  void set(const Vector& q, const ViscousPotential* viscous, const Vector& displacement,
+           const double* tensions);
   Record sum(const AlignedVector<T>& records, Index place) const {
     const Index vertex = order_.empty() ? place : order_[static_cast<std::size_t>(place)];
     Record total = Record::Zero();

@@ -244,12 +244,7 @@ void ViscousPotential::add_hessian(const Vector& displacement, const SparsityPat
                      kBatchLanes);
         prepare_empty_tangent(s.blocks.batches(block), positions.data(), state.data());
         s.add_tangent(b, displacement, kForm, state.data());
-        add_block_stiffness(s.blocks, block, kForm, state.data(), pattern, values, [&](Index e) {
-          ElasticPotential::ElementTerms terms;
-          clear(s.rest, true, terms);
-          add_element_terms(e, Positions(*s.start, displacement), true, terms);
-          pattern.scatter(e, terms.hessian, values);
-        });
+        add_block_stiffness(s.blocks, block, kForm, state.data(), pattern, values);
       }
     });
   }

@@ -6,6 +6,7 @@
 #include "core/pseudo_random.h"
 #include "tetraction/core/parallel.h"
 #include "tetraction/core/positive_semidefinite.h"
+#include "tetraction/dynamics/nodal_volume.h"
 
 namespace tetraction {
 namespace {
@@ -24,8 +25,13 @@ AssembledSystem::AssembledSystem(const MechanicalSystem& system)
 void AssembledSystem::set_terms(const MinimizationProblem& problem, const Vector& x,
                                 HessianForm form) {
   terms_.reset(system_.vertex_count());
-  if (!problem.has_general_terms()) return;
-  problem.term_hessian(x, form, terms_);
+  if (problem.has_general_terms()) problem.term_hessian(x, form, terms_);
+  if (system_.nodal_volume() != nullptr) {
+    const MinimizationProblem::HessianParts parts = problem.hessian_parts(x);
+    parts.volume->add_outer_products(parts.positions, form, terms_);
+  } else if (!problem.has_general_terms()) {
+    return;
+  }
   const bool complete = terms_.outer_vertices() == outer_vertices_ &&
                         std::all_of(terms_.pairs().begin(), terms_.pairs().end(),
                                     [&](const HessianBlocks::Pair& pair) {
@@ -66,7 +72,7 @@ void AssembledSystem::assemble_projected(const MinimizationProblem& problem, con
       }
     });
   }
-  if (!problem.has_general_terms()) return;
+  if (!problem.has_general_terms() && system_.nodal_volume() == nullptr) return;
   pattern.add_vertex_blocks(terms_.whole_diagonal(), values_.data());
   terms_.for_each_pair([&](Index i, Index j, const Matrix3& block) {
     pattern.add_pair_block(i, j, block, values_.data());

@@ -119,8 +119,7 @@ CoarseSpace<T>::~CoarseSpace() = default;
 template <class T>
 void CoarseSpace<T>::find_neighbors() {
   factor_->neighbors.resize(static_cast<std::size_t>(groups_.count()));
-  std::vector<std::int32_t>& place_of_vertex = place_of_vertex_;
-  place_of_vertex.resize(groups_.order().size());
+  std::vector<std::int32_t> place_of_vertex(groups_.order().size());
   for (Index g = 0; g < groups_.count(); ++g) {
     for (Index i = groups_.begin(g); i < groups_.end(g); ++i) {
       place_of_vertex[static_cast<std::size_t>(groups_.vertex(i))] = static_cast<std::int32_t>(i);
@@ -324,25 +323,23 @@ void CoarseSpace<T>::flush(Index b, const std::vector<double>& sums) {
   }
 }
 
-// PᵀbbᵀP c of all outer products c b bᵀ.
+// Pᵀv vᵀP σ of all outer products σ v vᵀ.
 template <class T>
-void CoarseSpace<T>::add_outers(const HessianBlocks& terms) {
-  std::vector<std::pair<Index, Motion>> own;  // Pᵀb of each group
-  for (const HessianBlocks::Outer& outer : terms.outers()) {
+void CoarseSpace<T>::add_outers(const OuterProducts<T>& outers) {
+  std::vector<std::pair<Index, Motion>> own;  // Pᵀv of each group
+  for (Index number = 0; number < outers.count(); ++number) {
     own.clear();
-    for (std::size_t k = outer.begin; k < outer.end; ++k) {
-      const auto v = static_cast<std::size_t>(terms.outer_vertices()[k]);
-      const Index place = place_of_vertex_[v];
+    outers.for_each(number, [&](Index place, const auto& vector) {
       const Index group = groups_.group(place);
       auto found = std::find_if(own.begin(), own.end(),
                                 [&](const auto& entry) { return entry.first == group; });
       if (found == own.end()) found = own.insert(own.end(), {group, Motion::Zero()});
-      found->second += basis(place).transpose() * terms.outer_vectors()[k];
-    }
+      found->second += basis(place).transpose() * vector.template head<3>().template cast<double>();
+    });
     for (const auto& [g, motion] : own) {
       for (const auto& [h, other] : own) {
         if (g >= h && factor_->has(g, h)) {
-          factor_->add(g, h, outer.factor * motion * other.transpose());
+          factor_->add(g, h, outers.sign(number) * motion * other.transpose());
         }
       }
     }
@@ -351,7 +348,7 @@ void CoarseSpace<T>::add_outers(const HessianBlocks& terms) {
 
 template <class T>
 bool CoarseSpace<T>::update(const TangentOperator<T>& stiffness, const VertexTerm& vertex_term,
-                            const Vector& x, const HessianBlocks* terms) {
+                            const Vector& x, const OuterProducts<T>* outers) {
   set_arms(x);
   Factor& factor = *factor_;
   std::fill_n(factor.matrix.valuePtr(), factor.matrix.nonZeros(), 0.0);
@@ -366,7 +363,7 @@ bool CoarseSpace<T>::update(const TangentOperator<T>& stiffness, const VertexTer
     });
     for (Index i = 0; i < count; ++i) flush(first + i, sums[static_cast<std::size_t>(i)]);
   }
-  if (terms != nullptr) add_outers(*terms);
+  if (outers != nullptr) add_outers(*outers);
   for (Index g = 0; g < groups_.count(); ++g) {
     Block66 own = Block66::Zero();
     for (Index i = groups_.begin(g); i < groups_.end(g); ++i) {

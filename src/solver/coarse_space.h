@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "fem/tangent_operator.h"
+#include "outer_products.h"
 #include "tetraction/dynamics/mechanical_system.h"
 #include "vertex_groups.h"
 
@@ -39,11 +40,11 @@ class CoarseSpace {
   CoarseSpace(const CoarseSpace&) = delete;
   CoarseSpace& operator=(const CoarseSpace&) = delete;
 
-  /// Sets A = K + the blocks of the vertices + the outer products of `terms`, which may be null, with K
-  /// linearised at x. Returns false if PᵀAP is not positive definite; then there is no coarse space
+  /// Sets A = K + the blocks of the vertices + the outer products, which may be null, with K linearised
+  /// at x. Returns false if PᵀAP is not positive definite; then there is no coarse space
   /// until the next update.
   bool update(const TangentOperator<T>& stiffness, const VertexTerm& vertex_term, const Vector& x,
-              const HessianBlocks* terms = nullptr);
+              const OuterProducts<T>* outers = nullptr);
 
   /// (a_v, w_v) of the vertex at a place.
   Eigen::Map<const Record, Eigen::Aligned16> arm(Index place) const {
@@ -62,7 +63,7 @@ class CoarseSpace {
   void find_neighbors();
   void add_block(const TangentOperator<T>& stiffness, Index block, std::vector<double>& sums) const;
   void flush(Index block, const std::vector<double>& sums);
-  void add_outers(const HessianBlocks& terms);
+  void add_outers(const OuterProducts<T>& outers);
   Eigen::Matrix<double, 3, 6> basis(Index place) const;
 
   const MechanicalSystem& system_;
@@ -75,7 +76,6 @@ class CoarseSpace {
   std::vector<std::vector<std::int32_t>> groups_of_block_;
   std::vector<std::uint16_t> group_of_record_;
   std::vector<std::int32_t> place_of_record_;
-  std::vector<std::int32_t> place_of_vertex_;
   std::unique_ptr<Factor> factor_;
 };
 

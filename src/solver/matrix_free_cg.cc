@@ -7,6 +7,7 @@
 
 #include "core/pseudo_random.h"
 #include "tetraction/core/parallel.h"
+#include "tetraction/dynamics/nodal_volume.h"
 
 namespace tetraction {
 namespace {
@@ -59,7 +60,10 @@ bool MatrixFreeCg<T>::supports(const MechanicalSystem& system) {
 
 template <class T>
 MatrixFreeCg<T>::MatrixFreeCg(const MechanicalSystem& system)
-    : system_(system), groups_(system.rest()), operator_(system.elastic(), groups_.order()) {
+    : system_(system),
+      groups_(system.rest()),
+      operator_(system.elastic(), groups_.order()),
+      outers_(groups_, system.nodal_volume()) {
   constexpr Index kVertices = 1024;  // worth a task
   grain_ = std::max<Index>(1, kVertices * groups_.count() / system.vertex_count());
   sums_.resize(static_cast<std::size_t>(groups_.count()));
@@ -90,26 +94,35 @@ void MatrixFreeCg<T>::set(const MinimizationProblem& problem, const Vector& u) {
   u_ = u;
   const MinimizationProblem::HessianParts parts = problem.hessian_parts(u);
   point_ = parts.positions.origin() + u;
-  operator_.set(point_, parts.viscous, parts.step_displacement);
+  const double* tensions =
+      parts.volume == nullptr ? nullptr : parts.volume->tensions(parts.positions).data();
+  operator_.set(point_, parts.viscous, parts.step_displacement, tensions);
   has_terms_ = problem.has_general_terms();
-  if (has_terms_) problem.term_hessian(u, HessianForm::kExact, terms_);
-  set_terms();
+  set_terms(HessianForm::kExact);
 }
 
 template <class T>
 void MatrixFreeCg<T>::convexify() {
-  operator_.convexify();
   has_blocks_ = false;
-  if (!has_terms_) return;
-  problem_->term_hessian(u_, HessianForm::kConvex, terms_);
-  set_terms();
+  const MinimizationProblem::HessianParts parts = problem_->hessian_parts(u_);
+  // The curvature of volumes is indefinite. Without it the other part of nodal volumes is convex.
+  if (parts.volume != nullptr) operator_.set(point_, parts.viscous, parts.step_displacement);
+  operator_.convexify();
+  if (has_terms_ || parts.volume != nullptr) set_terms(HessianForm::kConvex);
 }
 
 // Sets the part of the matrix that does not come from elements: the terms that are quadratic in
-// single vertices, and terms_.
+// single vertices, general terms, and the outer products of nodal volumes.
 template <class T>
-void MatrixFreeCg<T>::set_terms() {
-  const Vector& diagonal = problem_->hessian_parts(u_).diagonal;
+void MatrixFreeCg<T>::set_terms(HessianForm form) {
+  if (has_terms_) {
+    problem_->term_hessian(u_, form, terms_);
+  } else {
+    terms_.reset(0);
+  }
+  const MinimizationProblem::HessianParts parts = problem_->hessian_parts(u_);
+  outers_.set(parts.positions, form, terms_);
+  const Vector& diagonal = parts.diagonal;
   if (has_terms_) off_.resize(diagonal_.size());
   for_places([&](Index i) {
     const Index v = groups_.vertex(i);
@@ -123,16 +136,13 @@ void MatrixFreeCg<T>::set_terms() {
   });
   neighbors_begin_.clear();
   neighbors_.clear();
-  outer_begin_.clear();
-  if (!has_terms_ || (terms_.pairs().empty() && terms_.outers().empty())) return;
+  if (!has_terms_ || terms_.pairs().empty()) return;
   if (place_of_.empty()) {
     place_of_.resize(static_cast<std::size_t>(system_.vertex_count()));
     for (Index i = 0; i < system_.vertex_count(); ++i) {
       place_of_[static_cast<std::size_t>(groups_.vertex(i))] = static_cast<std::int32_t>(i);
     }
   }
-  if (!terms_.outers().empty()) set_outers();
-  if (terms_.pairs().empty()) return;
   const auto place = [&](Index v) { return place_of_[static_cast<std::size_t>(v)]; };
   // Counted, then filled in the order of the pairs.
   neighbors_begin_.assign(static_cast<std::size_t>(system_.vertex_count()) + 1, 0);
@@ -151,77 +161,6 @@ void MatrixFreeCg<T>::set_terms() {
     enter(pair.row, pair.column, pair.block);
     enter(pair.column, pair.row, pair.block.transpose());
   }
-}
-
-template <class T>
-void MatrixFreeCg<T>::set_outers() {
-  const std::vector<Index>& vertices = terms_.outer_vertices();
-  const auto place = [&](std::size_t k) {
-    return place_of_[static_cast<std::size_t>(vertices[k])];
-  };
-  outer_begin_.assign(static_cast<std::size_t>(system_.vertex_count()) + 1, 0);
-  outer_entries_.resize(vertices.size());
-  for (std::size_t k = 0; k < vertices.size(); ++k) {
-    outer_entries_[k] = {place(k), terms_.outer_vectors()[k].template cast<T>()};
-    ++outer_begin_[static_cast<std::size_t>(place(k)) + 1];
-  }
-  std::partial_sum(outer_begin_.begin(), outer_begin_.end(), outer_begin_.begin());
-  std::vector<Index> next(outer_begin_.begin(), outer_begin_.end() - 1);
-  outer_of_place_.resize(vertices.size());
-  const std::size_t count = terms_.outers().size();
-  outer_factors_.resize(count);
-  outer_sums_.resize(count);
-  for (std::size_t o = 0; o < count; ++o) {
-    const HessianBlocks::Outer& outer = terms_.outers()[o];
-    outer_factors_[o] = static_cast<T>(outer.factor);
-    for (std::size_t k = outer.begin; k < outer.end; ++k) {
-      Index& end = next[static_cast<std::size_t>(place(k))];
-      outer_of_place_[static_cast<std::size_t>(end++)] = {static_cast<std::int32_t>(o),
-                                                          outer_entries_[k].vector};
-    }
-  }
-}
-
-// outer_sums_ ← c b·p of all outer products.
-template <class T>
-void MatrixFreeCg<T>::multiply_outers() {
-  constexpr Index kGrain = 512;
-  parallel_for(static_cast<Index>(outer_sums_.size()), kGrain, [&](Index begin, Index end) {
-    for (Index o = begin; o < end; ++o) {
-      const auto i = static_cast<std::size_t>(o);
-      T sum = T(0);
-      for (std::size_t k = terms_.outers()[i].begin; k < terms_.outers()[i].end; ++k) {
-        const OuterEntry& entry = outer_entries_[k];
-        sum += entry.vector.dot(record(p_, entry.other).template head<3>());
-      }
-      outer_sums_[i] = outer_factors_[i] * sum;
-    }
-  });
-}
-
-// sum += the outer products that the vertex at a place takes part in, times p.
-template <class T>
-void MatrixFreeCg<T>::add_outers(Index place, Record& sum) const {
-  const auto begin = static_cast<std::size_t>(outer_begin_[static_cast<std::size_t>(place)]);
-  const auto end = static_cast<std::size_t>(outer_begin_[static_cast<std::size_t>(place) + 1]);
-  for (std::size_t k = begin; k < end; ++k) {
-    const OuterEntry& entry = outer_of_place_[k];
-    sum.template head<3>() += outer_sums_[static_cast<std::size_t>(entry.other)] * entry.vector;
-  }
-}
-
-// The block on the diagonal of all outer products.
-template <class T>
-Matrix3 MatrixFreeCg<T>::outer_block(Index place) const {
-  Matrix3 block = Matrix3::Zero();
-  const auto begin = static_cast<std::size_t>(outer_begin_[static_cast<std::size_t>(place)]);
-  const auto end = static_cast<std::size_t>(outer_begin_[static_cast<std::size_t>(place) + 1]);
-  for (std::size_t k = begin; k < end; ++k) {
-    const Vector3 b = outer_of_place_[k].vector.template cast<double>();
-    const auto o = static_cast<std::size_t>(outer_of_place_[k].other);
-    block += terms_.outers()[o].factor * b * b.transpose();
-  }
-  return block;
 }
 
 template <class T>
@@ -271,7 +210,7 @@ void MatrixFreeCg<T>::make_blocks() {
       if (has_terms_) off += record(off_, i).template cast<double>();
       Matrix3 block;
       block << on[0], off[0], off[1], off[0], on[1], off[2], off[1], off[2], on[2];
-      if (!outer_begin_.empty()) block += outer_block(i);
+      if (!outers_.empty()) block += outers_.block(i);
       if (coordinates.is_free(v)) {
         Matrix3 inverted = block.inverse();
         // The blocks of an indefinite matrix need not be positive definite.
@@ -305,7 +244,7 @@ bool MatrixFreeCg<T>::make_coarse_space() {
     }
     return block;
   };
-  return coarse_->update(operator_, vertex_term, point_, has_terms_ ? &terms_ : nullptr);
+  return coarse_->update(operator_, vertex_term, point_, &outers_);
 }
 
 // body(g) for all groups.
@@ -382,7 +321,8 @@ bool MatrixFreeCg<T>::renew(const CgReport& report) {
 template <class T>
 double MatrixFreeCg<T>::multiply() {
   operator_.multiply(p_.data());
-  if (!outer_begin_.empty()) multiply_outers();
+  const bool has_outers = !outers_.empty();
+  if (has_outers) outers_.multiply(p_);
   const Products products = sum_over_groups([&](Index g) {
     const bool all_free = all_free_[static_cast<std::size_t>(g)];
     Record sum = Record::Zero();
@@ -395,7 +335,7 @@ double MatrixFreeCg<T>::multiply() {
                      off[1] * p[0] + off[2] * p[1], T(0));
       }
       if (!neighbors_begin_.empty()) add_neighbors(i, ap);
-      if (!outer_begin_.empty()) add_outers(i, ap);
+      if (has_outers) ap += outers_.product(i);
       if (!all_free) ap = allowed(ap, i);
       record(ap_, i) = ap;
       sum += p.cwiseProduct(ap);

@@ -10,6 +10,7 @@
 #include "core/conjugate_gradients.h"
 #include "fem/tangent_operator.h"
 #include "negative_curvature.h"
+#include "outer_products.h"
 #include "single_precision_factor.h"
 #include "tetraction/dynamics/mechanical_system.h"
 #include "tetraction/dynamics/nonlinear_problem.h"
@@ -39,8 +40,8 @@ class MatrixFreeCg {
 
   /// Linearises at u, where Φ must be defined.
   void set(const MinimizationProblem& problem, const Vector& u);
-  /// Makes the stiffness (TangentOperator::convexify) and the part of the force terms (nearly)
-  /// positive semidefinite until the next set().
+  /// Makes the stiffness (TangentOperator::convexify) and the parts of nodal volumes and of force terms
+  /// (nearly) positive semidefinite until the next set().
   void convexify();
   /// step ≈ −(∇²Φ)⁻¹ gradient (3 per vertex) to a relative residual of `forcing`.
   CgReport solve(const Vector& gradient, double forcing, int max_iterations, Vector& step) {
@@ -69,15 +70,11 @@ class MatrixFreeCg {
 
   CgReport run(const Vector& gradient, double forcing, int max_iterations,
                SinglePrecisionFactor* factor, Vector& step);
-  void set_terms();
+  void set_terms(HessianForm form);
   void make_blocks();
   bool make_coarse_space();
   void start(const Vector& gradient, double scale, double share);
   void add_neighbors(Index place, Record& sum) const;
-  void set_outers();
-  void multiply_outers();
-  void add_outers(Index place, Record& sum) const;
-  Matrix3 outer_block(Index place) const;
   double precondition_with_factor();
   // The functions that conjugate_gradients() calls. descend() also computes the vertices' part of
   // the preconditioned residual, in the same pass.
@@ -130,17 +127,7 @@ class MatrixFreeCg {
   };
   std::vector<Index> neighbors_begin_;  // of each place; empty without pairs
   std::vector<Neighbor> neighbors_;
-  // The outer products c b bᵀ of the terms: the entries of each b, and those of each place.
-  struct OuterEntry {
-    std::int32_t other = 0;  // the place, or the number of the outer product
-    Eigen::Matrix<T, 3, 1> vector;
-  };
-  std::vector<OuterEntry> outer_entries_;
-  std::vector<Index>
-      outer_begin_;  // of each place in outer_of_place_; empty without outer products
-  std::vector<OuterEntry> outer_of_place_;
-  AlignedVector<T> outer_factors_;
-  AlignedVector<T> outer_sums_;         // c b·p
+  OuterProducts<T> outers_;             // of nodal volumes and terms
   std::vector<std::int32_t> place_of_;  // of each vertex; made for the first pairs
   AlignedVector<T> diagonal_;           // of what belongs to single vertices: rows (xx yy zz 0)
   AlignedVector<T> off_;                // (xy xz yz 0), of terms

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fem/element_blocks.h"
 #include "tetraction/core/error.h"
 #include "tetraction/dynamics/consistent_mass.h"
 #include "tetraction/dynamics/nodal_volume.h"
@@ -59,24 +60,27 @@ ScaledStiffness::ScaledStiffness(const MechanicalSystem& system, const Vector& q
       terms_gradient_ -= load;
     }
   }
-  blocks_ = terms_;
+  HessianBlocks blocks = terms_;
   if (system.nodal_volume() != nullptr) {
-    system.nodal_volume()->add_hessian(q, HessianForm::kExact, blocks_);
+    system.nodal_volume()->add_outer_products(q, HessianForm::kExact, blocks);
   }
   std::vector<std::pair<Index, Index>> pairs;
-  blocks_.for_each_pair([&](Index i, Index j, const Matrix3&) { pairs.emplace_back(i, j); });
+  blocks.for_each_pair([&](Index i, Index j, const Matrix3&) { pairs.emplace_back(i, j); });
   std::sort(pairs.begin(), pairs.end());
   pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
   pattern_ = std::make_unique<SparsityPattern>(system.rest(), coordinates_, pairs);
   values_.assign(static_cast<std::size_t>(pattern_->nonzeros()), 0.0);
-  const EvaluationStatus status = system.elastic().add_hessian(q, *pattern_, values_.data());
+  const double* tensions =
+      system.nodal_volume() == nullptr ? nullptr : system.nodal_volume()->tensions(q).data();
+  const EvaluationStatus status =
+      BlockAccess::add_hessian(system.elastic(), q, tensions, *pattern_, values_.data());
   if (!status.ok()) {
     throw InputError(fmt::format(
         "The modes cannot be computed: the elastic energy of element {} is not defined.",
         system.mesh().tetrahedron_id(status.failed_element)));
   }
-  pattern_->add_vertex_blocks(blocks_.whole_diagonal(), values_.data());
-  blocks_.for_each_pair([&](Index i, Index j, const Matrix3& block) {
+  pattern_->add_vertex_blocks(blocks.whole_diagonal(), values_.data());
+  blocks.for_each_pair([&](Index i, Index j, const Matrix3& block) {
     pattern_->add_pair_block(i, j, block, values_.data());
   });
   for_each_entry([&](std::size_t k, Index i, Index j) {
@@ -157,7 +161,10 @@ Vector ScaledStiffness::product(const Vector& z) const {
   const Vector u = displacements(z);
   Vector forces;
   system_.elastic().product(position_, u, forces);
-  blocks_.add_product(u, forces);
+  terms_.add_product(u, forces);
+  if (system_.nodal_volume() != nullptr) {
+    system_.nodal_volume()->add_product(position_, u, forces);
+  }
   return scaled(forces);
 }
 

@@ -69,7 +69,6 @@ class ScaledStiffness {
   Vector position_;
   HessianBlocks terms_;
   Vector terms_gradient_;
-  HessianBlocks blocks_;  // terms_ and nodal volumes
   std::unique_ptr<SparsityPattern> pattern_;
   std::vector<double> values_;       // S_D
   std::vector<double> mass_values_;  // RᵀR; empty if it is the identity

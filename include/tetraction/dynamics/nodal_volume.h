@@ -10,6 +10,8 @@
 
 namespace tetraction {
 
+class NodalPatches;
+
 /// The volumetric energy of average nodal volumes (Bonet & Burton 1998):
 ///
 ///     W = Σ_a V_a U(J_a),   J_a = Σ_e V_e J_e / Σ_e V_e,   V_a = Σ_e V_e/4
@@ -49,10 +51,21 @@ class NodalVolume {
   /// (3 per vertex, N), in one loop over the elements. Fails where it is not defined.
   EvaluationStatus elastic_energy_and_gradient(const Positions& x, double& energy,
                                                Vector& gradient) const;
-  /// hessian += ∂²W/∂x², N/m: an outer product for every vertex, and pairs of vertices of a
-  /// tetrahedron for the curvature of volumes. The convex form has the outer products only, with
-  /// U'' ≥ 0.
-  void add_hessian(const Positions& x, HessianForm form, HessianBlocks& hessian) const;
+  /// product += (∂²W/∂x²) d (3 per vertex, N). The derivative has two parts:
+  ///
+  ///     ∂²W/∂x² = Σ_a c_a b_a b_aᵀ + Σ_e t_e ∂²v_e/∂x²
+  ///
+  /// with the gradients b_a = ∂(Σ_e 6v_e)/∂x of the present volumes v_e at a vertex,
+  /// c_a = U''(J_a)/(144 Σ_e V_e), and the tensions t_e of tensions(). The library adds the second part to the tangents
+  /// of the elements, and keeps the first one as matrices of rank one.
+  void add_product(const Positions& x, const Vector& d, Vector& product) const;
+  /// t_e at x, the mean of U'(J_a) over the nodes of every tetrahedron, Pa: one number for each lane of
+  /// the blocks of the elements. Valid until the next call of a function.
+  std::span<const double> tensions(const Positions& x) const;
+  /// c_a at x, N/m⁵. The convex form takes 0 where U'' is negative. Valid until the next call.
+  const Vector& outer_factors(const Positions& x, HessianForm form) const;
+  /// hessian += Σ_a c_a b_a b_aᵀ, N/m.
+  void add_outer_products(const Positions& x, HessianForm form, HessianBlocks& hessian) const;
 
   /// gradient += a discrete gradient of W over the step from x − way to x + way (3 per vertex, N):
   /// f̄ with f̄·2 way = W(x + way) − W(x − way), without a resultant and a moment about `x`.
@@ -72,9 +85,6 @@ class NodalVolume {
   double mean_tension(Index e, const Vector& q) const;
   /// J_a of every vertex; of a vertex with several materials that of all its tetrahedra together.
   Vector ratios(const Vector& q) const;
-  /// −U'(J_a) of every vertex, Pa; of a vertex with several materials their mean, weighted with the
-  /// rest volumes of their tetrahedra.
-  Vector pressures(const Vector& q) const;
 
   /// ElasticPotential::stiffness_sums() of the moduli |λ| or |κ| alone.
   ElasticPotential::StiffnessSums stiffness_sums() const;
@@ -83,6 +93,8 @@ class NodalVolume {
   /// the Hessian couples.
   Index patch_count() const;
   std::span<const Index> patch_vertices(Index patch) const;
+  /// The tetrahedra at the vertices, for the loops of the library.
+  const NodalPatches& patches() const;
 
  private:
   struct Impl;

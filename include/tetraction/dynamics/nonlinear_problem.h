@@ -13,6 +13,8 @@
 
 namespace tetraction {
 
+class NodalVolume;
+
 /// Equations r(u) = 0 for the displacements u of all vertices (3 per vertex, m). r is a force (3 per
 /// vertex, N). Only its part Tᵀr over the free coordinates has to vanish (fem/free_coordinates.h).
 ///
@@ -61,11 +63,12 @@ class MinimizationProblem : public NonlinearProblem {
   EvaluationStatus value_and_gradient(const Vector& u, double& phi, Vector& gradient) const;
   EvaluationStatus residual(const Vector& u, Vector& residual) const override;
 
-  /// ∇²Φ is the sum of four parts: the stiffness of the elastic potential at positions x, the
-  /// Hessian of a viscous potential, a diagonal matrix, and term_hessian(). This struct has the
-  /// first three. Its references are valid until the next call of a member function.
+  /// ∇²Φ is the sum of five parts: the stiffness of the elastic potential at positions x, that of nodal
+  /// volumes, the Hessian of a viscous potential, a diagonal matrix, and term_hessian(). This struct has
+  /// the first four. Its references are valid until the next call of a member function.
   struct HessianParts {
     const ElasticPotential& elastic;
+    const NodalVolume* volume;        ///< null without nodal volumes
     Positions positions;              ///< x
     const ViscousPotential& viscous;  ///< evaluated at the displacement of the step
     const Vector& step_displacement;  ///< 3 per vertex, m
@@ -76,8 +79,8 @@ class MinimizationProblem : public NonlinearProblem {
   virtual bool has_general_terms() const = 0;
   /// hessian = the contribution of general force terms to ∇²Φ at u, N/m.
   virtual void term_hessian(const Vector& u, HessianForm form, HessianBlocks& hessian) const = 0;
-  /// values = Tᵀ∇²Φ T in the pattern's order, N/m, with `terms` from term_hessian(). The pattern
-  /// must have the pairs of `terms`.
+  /// values = Tᵀ∇²Φ T in the pattern's order, N/m. `terms` comes from term_hessian(), to which
+  /// NodalVolume::add_outer_products() has been added. The pattern must have the pairs of `terms`.
   EvaluationStatus hessian(const Vector& u, const HessianBlocks& terms,
                            const SparsityPattern& pattern, double* values) const;
 

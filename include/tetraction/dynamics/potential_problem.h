@@ -83,11 +83,8 @@ class PotentialProblem : public MinimizationProblem {
   double longest_step(const Vector& u, const Vector& d, bool elements_are_safe) const override;
 
   HessianParts hessian_parts(const Vector& u) const override;
-  /// General force terms are those that are not quadratic in single vertices. The Hessian of nodal
-  /// volumes is part of term_hessian(), too.
-  bool has_general_terms() const override {
-    return has_general_force_terms() || system_.nodal_volume() != nullptr;
-  }
+  /// General force terms are those that are not quadratic in single vertices.
+  bool has_general_terms() const override { return !potentials_.empty() || !dissipations_.empty(); }
   void term_hessian(const Vector& u, HessianForm form, HessianBlocks& hessian) const override;
   bool term_shares(const Vector& u, bool with_hessian, TermShares& shares) const override;
   /// A vertex's part in an element is in proportion to the element's share of its lumped mass.
@@ -129,9 +126,6 @@ class PotentialProblem : public MinimizationProblem {
   /// The positions at which hessian_parts() and element_terms() take the elastic energy: x.
   virtual Positions elastic_positions(const Vector& u) const { return {origin_, u}; }
   const Vector& constraint_force() const { return constraint_force_; }
-  bool has_general_force_terms() const { return !potentials_.empty() || !dissipations_.empty(); }
-  /// hessian = the part of term_hessian() that comes from force terms.
-  void force_term_hessian(const Vector& u, HessianForm form, HessianBlocks& hessian) const;
   /// residual ← k u − r minus the gradients at q of the potentials that are not quadratic, plus the
   /// gradients of the dissipation potentials: the parts of ∇Φ(o + u) that are neither elastic or
   /// viscous nor forces of these potentials at x. Returns false if a term is not defined at o + u.

@@ -43,9 +43,9 @@ struct BatchView {
   /// The parameters of the material in every element, in the order of its kParameters: as many
   /// times kBatchLanes numbers per batch. Null if all elements have those of the material.
   const double* parameters = nullptr;
-  /// A tension t of every element, kBatchLanes numbers per batch, or null: gradients then are those of
-  /// W + t v with the present volume v of the element, Pa. Not for materials that are defined for
-  /// any J. Energies are those of W.
+  /// A tension t of every element, kBatchLanes numbers per batch, or null: gradients and tangents
+  /// (tangent_kernels.h) then are those of W + t v at constant t with the present volume v of the
+  /// element, Pa. Not for materials that are defined for any J. Energies are those of W.
   const double* tensions = nullptr;
 };
 /// The number of rest data per element.

@@ -151,8 +151,13 @@ HWY_NOINLINE void prepare(const BatchView& batches, const Source& source,
       }
       for (int k = 0; k < 6; ++k) write.put(stress.m[k]);
       for (int k = 0; k < 9; ++k) write.put(hn::Mul(w.m[k / 3][k % 3], inverse_det));
-      write.put((-(volume * first.log_j)).v);
-      write.put(scaled(1.0, volume, second.log_j_log_j).v);
+      DoubleVec tension = hn::Zero(tag);  // t v
+      if (batches.tensions != nullptr) {
+        tension = hn::Mul(hn::Load(tag, batches.tensions + b * kBatchLanes + lane),
+                          hn::Mul(det, hn::Set(tag, 1.0 / 6.0)));
+      }
+      write.put(hn::Sub((-(volume * first.log_j)).v, tension));
+      write.put(hn::Add(scaled(1.0, volume, second.log_j_log_j).v, tension));
       if constexpr (has(kForm, TangentForm::kMetric)) write_metric();
       if constexpr (has(kForm, TangentForm::kCoupled)) {
         Columns<DoubleVec> z;

@@ -12,6 +12,8 @@
 //     k = −V Ψ_L,    s_ww = l = V Ψ_LL
 //     s_zw = 2V Ψ₁L, s_bb = 4V Ψ₂₂, s_zb = 4V Ψ₁₂, s_wb = 2V Ψ₂L
 //
+// A tension t of the element (BatchView) adds −t v to k and t v to l, with the present volume v.
+//
 // The indices 1, 2, L of Ψ denote derivatives with respect to I₁, I₂ and ln J. S is the part of the
 // second Piola–Kirchhoff stress without Ψ_L, pulled back to the rest edges and multiplied by V.
 // Viscosity has S and the metric term with a₁ only.

@@ -1,5 +1,7 @@
 #include "volume_kernels.h"
 
+#include <cstring>
+
 #include "core/simd_targets.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -37,6 +39,50 @@ HWY_NOINLINE void volumes(const BatchView& batches, const double* HWY_RESTRICT p
           });
 }
 
+// Stores (x y z 0) of every lane as a record.
+HWY_INLINE void store_records(const Vec* x, double* records) {
+  const Tag tag;
+  hn::StoreInterleaved4(x[0], x[1], x[2], hn::Zero(tag), tag, records);
+}
+HWY_INLINE void store_records(const Vec* x, float* records) {
+  const hn::Rebind<float, Tag> tag;
+  hn::StoreInterleaved4(hn::DemoteTo(tag, x[0]), hn::DemoteTo(tag, x[1]), hn::DemoteTo(tag, x[2]),
+                        hn::Zero(tag), tag, records);
+}
+
+template <bool kHasDisplacements, class T>
+HWY_NOINLINE void gradients(const BatchView& batches, const double* HWY_RESTRICT positions,
+                            const double* HWY_RESTRICT displacements, T* HWY_RESTRICT records) {
+  constexpr size_t kLanes = hn::MaxLanes(Tag());
+  constexpr size_t kNumbers = 16;  // of a lane
+  const Tag tag;
+  HWY_ALIGN T nodes[4][4 * kLanes];
+  for_each_vector<Tag>(
+      batches, [](size_t) {},
+      [&](size_t b, size_t lane, const double*, const uint16_t* HWY_RESTRICT slots)
+          TETRACTION_LOOP_BODY {
+            Columns<Vec> e;
+            Columns<Vec> w;
+            RecordAccess<Tag>::template edges<kHasDisplacements>(tag, positions, displacements,
+                                                                 slots, kBatchLanes, e);
+            cofactors(e, w);
+            Vec first[3];
+            for (int i = 0; i < 3; ++i) {
+              first[i] = hn::Neg(hn::Add(w.m[0][i], hn::Add(w.m[1][i], w.m[2][i])));
+            }
+            store_records(first, nodes[0]);
+            for (int k = 0; k < 3; ++k) store_records(w.m[k], nodes[k + 1]);
+            for (size_t own = 0; own < kLanes; ++own) {
+              T* HWY_RESTRICT to =
+                  records + ((lane + own) * static_cast<size_t>(batches.count) + b) * kNumbers;
+              for (const auto& of_node : nodes) {
+                std::memcpy(to, of_node + 4 * own, 4 * sizeof(T));
+                to += 4;
+              }
+            }
+          });
+}
+
 template <bool kHasDisplacements>
 HWY_NOINLINE void gradient(const BatchView& batches, const double* HWY_RESTRICT positions,
                            const double* HWY_RESTRICT displacements, double* HWY_RESTRICT forces) {
@@ -67,6 +113,25 @@ void volumes_of(const BatchView& batches, const double* positions, const double*
   }
 }
 
+template <class T>
+void gradients_in(const BatchView& batches, const double* positions, const double* displacements,
+                  T* records) {
+  if (displacements == nullptr) {
+    gradients<false>(batches, positions, nullptr, records);
+  } else {
+    gradients<true>(batches, positions, displacements, records);
+  }
+}
+// Highway's dispatch needs functions that are not overloaded.
+void gradients_float(const BatchView& batches, const double* positions, const double* displacements,
+                     float* records) {
+  gradients_in(batches, positions, displacements, records);
+}
+void gradients_double(const BatchView& batches, const double* positions,
+                      const double* displacements, double* records) {
+  gradients_in(batches, positions, displacements, records);
+}
+
 void gradient_of(const BatchView& batches, const double* positions, const double* displacements,
                  double* forces) {
   if (displacements == nullptr) {
@@ -84,11 +149,22 @@ HWY_AFTER_NAMESPACE();
 namespace tetraction {
 
 HWY_EXPORT(volumes_of);
+HWY_EXPORT(gradients_float);
+HWY_EXPORT(gradients_double);
 HWY_EXPORT(gradient_of);
 
 void element_volumes(const BatchView& batches, const double* positions, const double* displacements,
                      double* six_volumes) {
   HWY_DYNAMIC_DISPATCH(volumes_of)(batches, positions, displacements, six_volumes);
+}
+
+void element_volume_gradients(const BatchView& batches, const double* positions,
+                              const double* displacements, float* gradients) {
+  HWY_DYNAMIC_DISPATCH(gradients_float)(batches, positions, displacements, gradients);
+}
+void element_volume_gradients(const BatchView& batches, const double* positions,
+                              const double* displacements, double* gradients) {
+  HWY_DYNAMIC_DISPATCH(gradients_double)(batches, positions, displacements, gradients);
 }
 
 void add_volume_gradient(const BatchView& batches, const double* positions,
