@@ -396,7 +396,9 @@ class NewProject(CliTest):
         scene = os.path.join(folder, "scene.toml")
         self.run_program("check", scene)
         result = self.run_program("run", scene, "--out", "results", "--set", "time.end=0.02")
-        self.assertNotIn("warning", result.stderr)
+        warnings = [line for line in result.stderr.splitlines()
+                    if "warning" in line and "OPENBLAS" not in line]  # fmt: skip
+        self.assertEqual(warnings, [])
         with open(self.path("results", "probes.csv")) as file:
             self.assertIn("tip_y", file.readline())
         self.run_program("static", scene, "--out", "equilibrium")
@@ -412,7 +414,7 @@ class NewProject(CliTest):
         comments = [i for i, line in enumerate(lines) if i > begin and line.startswith("# ")]
         self.assertGreater(len(comments), 3)
         for i in comments:
-            lines[i] = lines[i][2:]
+            lines[i] = lines[i][2:].replace('unit = "mm"', 'unit = "m"')
         self.write("all.toml", "\n".join(lines).replace("beam.msh", "beam/beam.msh"))
         self.run_program("check", "all.toml")
 

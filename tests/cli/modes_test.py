@@ -138,7 +138,8 @@ kind = "gravity"
 [[fix]]
 select = { plane = { axis = "z", at = 2.0 } }
 [[body_force]]
-value = [0, 0, -5e3]
+select = { all = true }
+vector = [0, 0, -5e3]
 """)
         self.run_program("modes", scene, "-n", "1", "--out", "modes", "--static")
         self.run_program("static", scene, "--out", "static")

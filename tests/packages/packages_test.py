@@ -47,13 +47,13 @@ class Installed(unittest.TestCase):
         absent = [f"-DCMAKE_DISABLE_FIND_PACKAGE_{name}=TRUE"
                   for name in ("VTK", "Qt5", "nlohmann_json", "tomlplusplus")]  # fmt: skip
         program = self.build("core", "core", os.path.join(SOURCE, "tests/consumer/main.cc"), *absent)
-        self.assertEqual(call(program).strip(), "finished")
+        self.assertEqual(call(program).strip(), "ok")
 
     def test_cmake_package_with_files(self):
         program = self.build("io", "core;io", os.path.join(HERE, "read_scene.cc"))
         scene = os.path.join(self.folder, "scene.toml")
         with open(scene, "w") as file:
-            file.write('[mesh]\ngenerate = "beam"\n[material]\nyoungs_modulus = 1e5\npoissons_ratio = 0.3\n')
+            file.write('[mesh]\ngenerate = { kind = "beam", size = [4, 1, 1], cells = [4, 1, 1] }\n[material]\nyoungs_modulus = 1e5\npoissons_ratio = 0.3\n')
         self.assertRegex(call(program, scene), r"^[1-9]\d* vertices$")
 
     def test_a_component_that_is_not_there_is_named(self):
@@ -74,7 +74,7 @@ class Installed(unittest.TestCase):
         program = os.path.join(self.folder, "by_pkg_config")
         call("sh", "-c", f'g++ -O2 "$1" -o "$2" {flags}', "sh",
              os.path.join(SOURCE, "tests/consumer/main.cc"), program)  # fmt: skip
-        self.assertEqual(call(program).strip(), "finished")
+        self.assertEqual(call(program).strip(), "ok")
 
     def test_the_program_and_what_comes_with_it(self):
         program = self.installed("bin", "tetraction")
@@ -92,7 +92,8 @@ class Installed(unittest.TestCase):
             text = file.read()
         for word in ("\\-\\-resume", "\\-\\-set", "EXIT STATUS"):
             self.assertIn(word, text)
-        self.assertNotIn("document", open(self.installed("share/man/man1/tetraction.1")).read())
+        with open(self.installed("share/man/man1/tetraction.1")) as file:
+            self.assertNotIn("document", file.read())
 
     def completions(self, *words):
         script = self.installed("share/bash-completion/completions/tetraction")

@@ -1,7 +1,7 @@
 // What a user of tetraction::io writes: a scene from a file, and results in a folder.
 #include <cstdio>
 
-#include "tetraction/io/run_recorder.h"
+#include "tetraction/io/initial_fields.h"
 #include "tetraction/io/scene_reader.h"
 #include "tetraction/simulation/session.h"
 
