@@ -903,7 +903,7 @@ def main(folder):
     own = study["reference_error"]
     over_step(study, folder, "error_over_step", error, [(key, label)],
               guides=True, floor=(lambda h: 5 * own) if usable(own) else None,
-              floor_name="below 5 × the reference's own error")  # fmt: skip
+              floor_name="5 × error of reference")  # fmt: skip
     over_step(study, folder, "rms_error_over_step",
               f"Root mean square of the {what} over time",
               [("position_error_rms", r"rms$(q - q_{ref})\,/\,$rms$(q_{ref} - X)$ [-]")],

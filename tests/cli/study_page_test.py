@@ -180,8 +180,7 @@ class Browser(PageTest):
             result = subprocess.run(
                 [CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage",
                  f"--user-data-dir={home}", "--enable-logging=stderr", "--v=0",
-                 "--virtual-time-budget=5000", "--proxy-server=127.0.0.1:1", "--dump-dom",
-                 "file://" + path],
+                 "--proxy-server=127.0.0.1:1", "--dump-dom", "file://" + path],
                 capture_output=True, text=True, timeout=300,
             )  # fmt: skip
         self.assertEqual(result.returncode, 0, result.stderr)
