@@ -10,6 +10,7 @@ import html.parser
 import json
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -175,17 +176,32 @@ class Content(PageTest):
 @unittest.skipUnless(CHROMIUM, "chromium is not installed")
 class Browser(PageTest):
     def dump(self, path):
-        """The page after its scripts, and what the browser says of errors."""
-        with tempfile.TemporaryDirectory() as home:
-            result = subprocess.run(
-                [CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage",
-                 f"--user-data-dir={home}", "--enable-logging=stderr", "--v=0",
-                 "--proxy-server=127.0.0.1:1", "--dump-dom", "file://" + path],
-                capture_output=True, text=True, timeout=300,
-            )  # fmt: skip
-        self.assertEqual(result.returncode, 0, result.stderr)
-        said = [line for line in result.stderr.splitlines() if "CONSOLE" in line]
-        return result.stdout, said
+        """The page after its scripts, and what the browser says of errors.
+
+        The output goes to files: helper processes of the browser may keep a pipe open after its end.
+        """
+        dom, log = self.path("dom.html"), self.path("browser.log")
+        with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as home:
+            with open(dom, "w") as out, open(log, "w") as err:
+                process = subprocess.Popen(
+                    [CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu",
+                     "--disable-dev-shm-usage", f"--user-data-dir={home}", "--enable-logging=stderr",
+                     "--v=0", "--proxy-server=127.0.0.1:1", "--dump-dom", "file://" + path],
+                    stdout=out, stderr=err, stdin=subprocess.DEVNULL, start_new_session=True,
+                )  # fmt: skip
+                try:
+                    code = process.wait(timeout=400)
+                finally:
+                    try:
+                        os.killpg(process.pid, signal.SIGKILL)
+                    except ProcessLookupError:
+                        pass
+                    process.wait()
+        with open(log, errors="replace") as file:
+            text = file.read()
+        self.assertEqual(code, 0, text)
+        with open(dom, encoding="utf-8") as file:
+            return file.read(), [line for line in text.splitlines() if "CONSOLE" in line]
 
     def test_sorts_and_loads_nothing(self):
         self.study("--quiet")
