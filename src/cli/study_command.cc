@@ -285,8 +285,7 @@ int study(const StudyArguments& arguments) {
   write_study(result, name, directory, provenance);
   for (const std::string& remark : result.remarks) print_note(remark);
   // Whoever interrupts a study does not want to wait for pictures of a part of it.
-  const bool stopped =
-      result.reference_status == RunStatus::kCancelled || InterruptGuard::interrupted();
+  const bool stopped = result.is_interrupted || InterruptGuard::interrupted();
   const bool plots = !arguments.no_plots && !stopped;
   const bool plotted = plots && draw_plots(directory);
   write_study_page(result, name, directory, provenance,

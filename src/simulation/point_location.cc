@@ -14,6 +14,8 @@
 namespace tetraction {
 namespace {
 
+using Matrix32 = Eigen::Matrix<double, 3, 2>;
+
 // A point on the boundary is outside by round-off. The limit of the barycentric coordinates is this.
 constexpr double kOutside = -1e-9;
 
@@ -96,10 +98,12 @@ bool may_contain(const TetMesh& mesh, Index e, const Vector3& point) {
   return ((point - low).array() >= -room).all() && ((high - point).array() >= -room).all();
 }
 
+// The nodes of each face: its corners and the middles of its edges.
+constexpr std::array<std::array<std::size_t, 6>, 4> kFaces{
+    {{0, 1, 2, 4, 5, 6}, {0, 1, 3, 4, 8, 7}, {0, 2, 3, 6, 9, 7}, {1, 2, 3, 5, 9, 8}}};
+
 // Distance from the surface of an element, whose curved faces count as four triangles each.
 double distance_to_element(const Vector3& point, const std::vector<Vector3>& x) {
-  constexpr std::array<std::array<std::size_t, 6>, 4> kFaces{
-      {{0, 1, 2, 4, 5, 6}, {0, 1, 3, 4, 8, 7}, {0, 2, 3, 6, 9, 7}, {1, 2, 3, 5, 9, 8}}};
   double least = std::numeric_limits<double>::infinity();
   const auto take = [&](std::size_t a, std::size_t b, std::size_t c) {
     least = std::min(least, distance_to_triangle(point, x[a], x[b], x[c]));
@@ -117,6 +121,61 @@ double distance_to_element(const Vector3& point, const std::vector<Vector3>& x) 
   return least;
 }
 
+// Distance from the curved surface of an element with ten nodes. The parameters of a face are those of
+// a grid of points, and from the nearest one Gauss–Newton steps lead to the foot of the normal.
+double distance_to_curved_element(const Vector3& point, const std::vector<Vector3>& x) {
+  constexpr int kGrid = 16;
+  constexpr int kSteps = 30;
+  double least = std::numeric_limits<double>::infinity();
+  for (const auto& nodes : kFaces) {
+    // The point of the face, and its derivatives, at (r, s).
+    const auto face = [&](double r, double s, Matrix32& tangents) -> Vector3 {
+      const double l = 1.0 - r - s;
+      const std::array<double, 6> n{l * (2.0 * l - 1.0), r * (2.0 * r - 1.0), s * (2.0 * s - 1.0),
+                                    4.0 * l * r,         4.0 * r * s,         4.0 * s * l};
+      const std::array<double, 6> by_r{1.0 - 4.0 * l, 4.0 * r - 1.0, 0.0,
+                                       4.0 * (l - r), 4.0 * s,       -4.0 * s};
+      const std::array<double, 6> by_s{1.0 - 4.0 * l, 0.0,     4.0 * s - 1.0,
+                                       -4.0 * r,      4.0 * r, 4.0 * (l - s)};
+      Vector3 at = Vector3::Zero();
+      tangents.setZero();
+      for (std::size_t a = 0; a < 6; ++a) {
+        at += n[a] * x[nodes[a]];
+        tangents.col(0) += by_r[a] * x[nodes[a]];
+        tangents.col(1) += by_s[a] * x[nodes[a]];
+      }
+      return at;
+    };
+    Matrix32 tangents;
+    Eigen::Vector2d best(0.0, 0.0);
+    double nearest = std::numeric_limits<double>::infinity();
+    for (int i = 0; i <= kGrid; ++i) {
+      for (int j = 0; i + j <= kGrid; ++j) {
+        const Eigen::Vector2d place(static_cast<double>(i) / kGrid, static_cast<double>(j) / kGrid);
+        const double distance = (face(place[0], place[1], tangents) - point).norm();
+        if (distance < nearest) {
+          nearest = distance;
+          best = place;
+        }
+      }
+    }
+    for (int step = 0; step < kSteps; ++step) {
+      const Vector3 gap = point - face(best[0], best[1], tangents);
+      const Eigen::Vector2d change =
+          (tangents.transpose() * tangents).inverse() * (tangents.transpose() * gap);
+      best += change;
+      // Back into the triangle.
+      best = best.cwiseMax(0.0);
+      if (best.sum() > 1.0) best /= best.sum();
+      if (!best.allFinite()) break;
+      nearest = std::min(nearest, (face(best[0], best[1], tangents) - point).norm());
+      if (change.cwiseAbs().maxCoeff() < 1e-13) break;
+    }
+    least = std::min(least, nearest);
+  }
+  return least;
+}
+
 [[noreturn]] void refuse_outside(const TetMesh& mesh, const Vector3& point) {
   double least = std::numeric_limits<double>::infinity();
   Index nearest = 0;
@@ -127,8 +186,10 @@ double distance_to_element(const Vector3& point, const std::vector<Vector3>& x) 
       nearest = e;
     }
   }
+  if (mesh.is_quadratic()) least = distance_to_curved_element(point, nodes_of(mesh, nearest));
   throw InputError(fmt::format(
-      "the point [{:.6g}, {:.6g}, {:.6g}] is outside the body, {:.6g} m from the nearest element, "
+      "the point [{:.12g}, {:.12g}, {:.12g}] is outside the body, {:.6g} m from the nearest "
+      "element, "
       "{}. Points are in the coordinates of the undeformed mesh (after mesh.scale and mesh.unit); "
       "`tetraction mesh info` shows its bounding box.",
       point.x(), point.y(), point.z(), least, mesh.tetrahedron_id(nearest)));

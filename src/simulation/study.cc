@@ -110,8 +110,10 @@ class Study {
       finish(run);
       is_cancelled = run.row.status == RunStatus::kCancelled;
     }
-    if (is_cancelled) return cancelled(std::move(runs));
-    if (reference.row.status != RunStatus::kFinished) {
+    result_.is_interrupted = is_cancelled;
+    if (is_cancelled) {
+      result_.remarks.emplace_back("the study was interrupted: the runs from there on are missing");
+    } else if (reference.row.status != RunStatus::kFinished) {
       result_.remarks.push_back("the reference run did not reach the end (" +
                                 reference.row.message + "): there are no errors");
     }
@@ -121,14 +123,6 @@ class Study {
   }
 
  private:
-  // The results up to then are kept, without errors.
-  StudyResult cancelled(std::vector<Run> runs) {
-    result_.remarks.emplace_back("the study was interrupted: the runs from there on are missing");
-    result_.reference_status = RunStatus::kCancelled;
-    for (Run& run : runs) result_.rows.push_back(std::move(run.row));
-    return std::move(result_);
-  }
-
   Run run_one(const PlannedRun& planned, const ObserverFactory& make_observers,
               std::vector<Observer*> watching) const {
     const StudyVariant& variant = plan_.variants[planned.variant];

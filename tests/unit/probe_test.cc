@@ -234,6 +234,24 @@ TEST(Probe, PointsOfCurvedElements) {
   }
   scene.probe = {probe_at("far", ProbeQuantity::kPosition, {0.6, 0.6, 0.2})};
   EXPECT_THROW(Session(scene, mesh), InputError);
+  // The distance is that of the curved surface: this point is beside a vertex in the middle of an arc,
+  // whose chord is 0.15 m away.
+  constexpr double kOff = 1e-6;
+  const double angle = std::numbers::pi / 8.0;
+  scene.probe = {probe_at("near", ProbeQuantity::kPosition,
+                          (2.0 + kOff) * Vector3(std::cos(angle), std::sin(angle), 0.0))};
+  try {
+    const Session session_outside(scene, mesh);
+    ADD_FAILURE() << "accepted";
+  } catch (const InputError& error) {
+    const std::string text = error.what();
+    const std::string words = "outside the body, ";
+    const std::size_t at = text.find(words);
+    ASSERT_NE(at, std::string::npos) << text;
+    const double distance = std::stod(text.substr(at + words.size()));
+    EXPECT_LE(distance, 1.0001 * kOff) << text;
+    EXPECT_GE(distance, 0.5 * kOff) << text;
+  }
 }
 
 TEST(Probe, EvaluationAndTracesDoNotAllocate) {

@@ -56,5 +56,36 @@ TEST(Study, UnstableRunsAreResults) {
   EXPECT_GT(result.rows[3].position_error, 0.0);
 }
 
+// Stops the run that it watches after a few steps.
+class Stopper : public Observer {
+ public:
+  bool on_step(const Session& session) override { return session.step_number() < 3; }
+};
+
+TEST(Study, InterruptedKeepsWhatIsKnown) {
+  Scene scene = spinning_block(Integrator::kVerlet, 1e-3, 0.08);
+  const TetMesh mesh = generate_mesh(*scene.mesh.generate);
+  StudySettings settings;
+  settings.integrators = {Integrator::kMidpoint, Integrator::kVerlet};
+  settings.steps = {0.08 / 512, 0.08 / 256, 0.08 / 128};
+  settings.reference_step = 0.08 / 4096;
+  const StudyPlan plan = plan_study(scene, mesh, settings);
+  const std::string last = plan.runs.back().directory;
+  const auto observers = [&](const std::string& directory) {
+    std::vector<std::unique_ptr<Observer>> result;
+    if (directory == last) result.push_back(std::make_unique<Stopper>());
+    return result;
+  };
+  const StudyResult result = run_study(plan, mesh, observers);
+  EXPECT_TRUE(result.is_interrupted);
+  EXPECT_EQ(result.reference_status, RunStatus::kFinished);
+  EXPECT_GT(result.reference_error, 0.0);
+  ASSERT_EQ(result.rows.size(), 6U);
+  EXPECT_EQ(result.rows.back().status, RunStatus::kCancelled);
+  EXPECT_NEAR(result.rows[2].observed_order, 2.0, 0.2);
+  EXPECT_NEAR(result.rows[4].observed_order, 2.0, 0.2);
+  EXPECT_TRUE(std::isnan(result.rows[5].observed_order));
+}
+
 }  // namespace
 }  // namespace tetraction

@@ -138,6 +138,7 @@ struct StudyResult {
   Integrator reference_integrator = Integrator::kMidpoint;
   double reference_step = 0.0;
   RunStatus reference_status = RunStatus::kRunning;
+  bool is_interrupted = false;  ///< whether a run was stopped on request: later ones are missing
   std::string reference_directory;
   /// Error of the reference itself, in the error that the orders are computed from. It is estimated
   /// from the finest other run of its integrator and the theoretical order. NaN without such a run.

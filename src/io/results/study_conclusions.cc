@@ -351,6 +351,10 @@ class Conclusions {
 
   Sentences limits() const {
     Sentences sentences;
+    if (result_.is_interrupted) {
+      sentences.emplace_back(
+          "The study was interrupted. What is said here is about the runs before that.");
+    }
     const std::string reference =
         fmt::format("{} with h = {} s", to_string(result_.reference_integrator),
                     short_number(result_.reference_step));
