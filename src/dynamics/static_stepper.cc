@@ -1,5 +1,9 @@
 #include "tetraction/dynamics/static_stepper.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "constrained_minimization.h"
@@ -14,7 +18,8 @@ class Implementation : public StaticStepper {
   Implementation(const MechanicalSystem& system, std::shared_ptr<Minimizer> minimizer, double time)
       : StaticStepper(system),
         problem_(system, time),
-        solve_(problem_, std::move(minimizer), 1.0, ConstraintDirection::kEnd),
+        minimizer_(std::move(minimizer)),
+        solve_(problem_, minimizer_, 1.0, ConstraintDirection::kEnd),
         guess_(system, true) {}
 
   const StaticProblem& problem() const override { return problem_; }
@@ -99,7 +104,58 @@ class Implementation : public StaticStepper {
     if (!solve_.minimize(from.position, outcome)) return false;
     problem_.move_origin(solve_.u());
     problem_.set_examined(true);
-    return solve_.minimize(from.position, outcome);
+    return solve_.minimize(from.position, outcome) && approach_equilibrium(outcome);
+  }
+
+  // Forces that are in balance up to round-off say little of the positions of a slender body, because small
+  // forces bend it far. If round-off is a part of the forces, Newton's corrections tell how far the
+  // equilibrium is. They are made until they are small beside the displacements.
+  bool approach_equilibrium(StepOutcome& outcome) {
+    constexpr double kPart = 1e-6;     // of the forces, up to which nothing is to be examined
+    constexpr double kShare = 1e-3;    // of the displacements, that is near enough
+    constexpr double kNothing = 1e-9;  // of the body's size: moved by round-off alone
+    constexpr int kRounds = 20;
+    if (problem_.constraints().has_equations() || system_.coordinates().count() == 0) return true;
+    Vector& u = solve_.u();
+    const FreeCoordinates& coordinates = system_.coordinates();
+    double last = std::numeric_limits<double>::infinity();
+    const double unbalanced = outcome.minimizer.residual;
+    for (int round = 0; round < kRounds; ++round) {
+      double phi = 0.0;
+      if (!problem_.value_and_full_gradient(u, phi, gradient_).ok()) break;
+      const double residual = coordinates.restricted_norm(gradient_);
+      outcome.minimizer.residual = residual;
+      if (residual <= kPart * std::max(problem_.force_scale(), gradient_.norm())) return true;
+      Matrix correction;
+      ++outcome.minimizer.factorizations;
+      if (!minimizer_->solve_linearized(problem_, u, coordinates.restrict(gradient_), correction)) {
+        break;
+      }
+      correction_ = coordinates.extend(correction.col(0));
+      const double length = correction_.lpNorm<Eigen::Infinity>();
+      problem_.positions(u, trial_);
+      trial_ -= system_.mesh().rest_positions();
+      const double moved = trial_.lpNorm<Eigen::Infinity>();
+      if (problem_.force_scale() == 0.0 && length <= kNothing * problem_.length_scale())
+        return true;
+      if (length <= kShare * moved && length > 0.5 * last) return true;
+      if (!(length < 0.9 * last)) break;
+      if (problem_.longest_step(u, -correction_, false) < 1.0) break;
+      last = length;
+      u -= correction_;
+      problem_.move_origin(u);
+      ++outcome.minimizer.iterations;
+    }
+    outcome.status = StepStatus::kNotConverged;
+    outcome.obstacle = StepObstacle::kRoundOff;
+    outcome.message = fmt::format(
+        "round-off of the stresses is as large as the loads: forces of {:.2g} N stay unbalanced "
+        "beside loads of {:.2g} N, so that the displacements are not known. The body is too "
+        "slender or too stiff for these loads in double precision: take larger loads, elements "
+        "that "
+        "are longer along the body and fewer across it, or a thicker or softer body",
+        unbalanced, problem_.force_scale());
+    return false;
   }
 
   // Loads that depend on positions are those of the last minimiser. They are taken anew until they do
@@ -132,10 +188,13 @@ class Implementation : public StaticStepper {
   }
 
   StaticProblem problem_;
+  std::shared_ptr<Minimizer> minimizer_;
   ConstrainedMinimization solve_;
   FirstGuess guess_;
   Vector start_;
   Vector trial_;
+  Vector gradient_;
+  Vector correction_;
   Vector load_;  // if it depends on positions: in the problem
   // The positions at the start of the last step that was accepted, and at that of the last step.
   Vector earlier_;

@@ -150,6 +150,10 @@ std::string LoadStepping::message(const StepOutcome& outcome) const {
     }
     return text;
   }
+  if (outcome.obstacle == StepObstacle::kRoundOff) {
+    return text + fmt::format("{}no equilibrium was found beyond load factor {:.4f}: {}",
+                              text.empty() ? "" : "; ", path_.factor, outcome.message);
+  }
   return text + fmt::format(
                     "{}no equilibrium was found beyond load factor {:.4f}: {}. The body may not be "
                     "able to carry the loads: make them smaller, hold it elsewhere, or raise "

@@ -295,6 +295,7 @@ FailureCause Session::Impl::cause_of(const StepOutcome& outcome, const StepFailu
       return FailureCause::kConstraints;
     case StepObstacle::kLoads:
     case StepObstacle::kViscosity:
+    case StepObstacle::kRoundOff:
       return FailureCause::kStepTooLarge;
     case StepObstacle::kSolver:
       break;

@@ -105,6 +105,76 @@ NegativeCurvature AssembledSystem::find_negative_curvature(const MinimizationPro
   return cg.negative_curvature ? negative_curvature() : NegativeCurvature();
 }
 
+bool AssembledSystem::factorize_shifted() {
+  const std::vector<double> exact = values_;
+  const std::vector<int>& begin = matrix_->pattern.column_begin();
+  bool done = false;
+  for (double part = 1e-15; part < 1e-11 && !done; part *= 10.0) {
+    for (std::size_t j = 0; j + 1 < begin.size(); ++j) {
+      const auto k = static_cast<std::size_t>(begin[j]);  // the diagonal comes first
+      values_[k] = exact[k] + part * std::abs(exact[k]);
+    }
+    done = factorize();
+  }
+  values_ = exact;
+  return done;
+}
+
+void AssembledSystem::set_elements(const MinimizationProblem& problem, const Vector& x) {
+  const MinimizationProblem::HessianParts parts = problem.hessian_parts(x);
+  point_ = parts.positions.origin();
+  if (parts.positions.displacement() != nullptr) point_ += *parts.positions.displacement();
+  diagonal_ = parts.diagonal;
+  element_terms_.reset(system_.vertex_count());
+  if (problem.has_general_terms()) problem.term_hessian(x, HessianForm::kExact, element_terms_);
+}
+
+Vector AssembledSystem::product_by_elements(const Vector& d) const {
+  Vector product;
+  system_.elastic().product(point_, d, product);
+  product += diagonal_.cwiseProduct(d);
+  element_terms_.add_product(d, product);
+  return product;
+}
+
+double AssembledSystem::curvature(const Vector& d) const {
+  return d.dot(product_by_elements(d));
+}
+
+CgReport AssembledSystem::solve_by_elements(const Vector& right, double forcing, int max_iterations,
+                                            Vector& solution) {
+  CgReport report;
+  solution.setZero(right.size());
+  Vector residual = right;
+  Vector z = back_solve(residual);
+  Vector direction = z;
+  double square = residual.dot(z);
+  report.first_square = report.last_square = square;
+  report.converged = !(square > 0.0);
+  while (!report.converged && report.iterations < max_iterations) {
+    ++report.iterations;
+    const Vector product =
+        coordinates_.restrict(product_by_elements(coordinates_.extend(direction)));
+    const double curvature = direction.dot(product);
+    if (!(curvature > 0.0)) {
+      report.negative_curvature = true;
+      report.curvature = curvature_ = curvature;
+      curved_direction_ = direction;
+      return report;
+    }
+    const double alpha = square / curvature;
+    solution += alpha * direction;
+    residual -= alpha * product;
+    z = back_solve(residual);
+    const double next = residual.dot(z);
+    report.last_square = next;
+    report.converged = next <= forcing * forcing * report.first_square;
+    direction = z + (next / square) * direction;
+    square = next;
+  }
+  return report;
+}
+
 NegativeCurvature AssembledSystem::negative_curvature() const {
   return {coordinates_.extend(curved_direction_), curvature_};
 }

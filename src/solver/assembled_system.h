@@ -44,6 +44,22 @@ class AssembledSystem {
   /// semidefinite.
   NegativeCurvature find_negative_curvature(const MinimizationProblem& problem, const Vector& x);
 
+  /// Factorises the matrix with its diagonal enlarged by the least part, of some round-offs, with which it is
+  /// positive definite, as a preconditioner of solve_by_elements(). The matrix itself stays as it is. Returns
+  /// false if it is indefinite beyond round-off.
+  bool factorize_shifted();
+  /// Linearises at x, where Φ must be defined, for solve_by_elements() and curvature(), without viscosity.
+  void set_elements(const MinimizationProblem& problem, const Vector& x);
+  /// solution ≈ A⁻¹ right by conjugate gradients with products that are evaluated element by element,
+  /// preconditioned by the factor, which may be that of an older matrix. The strains that a slow motion
+  /// of a slender body causes are far smaller than displacements, and such products keep their digits, which
+  /// the entries of the matrix have lost. For the same reason the residual r is measured
+  /// by rᵀM⁻¹r with the preconditioner M, which must fall by the square of `forcing`.
+  CgReport solve_by_elements(const Vector& right, double forcing, int max_iterations,
+                             Vector& solution);
+  /// dᵀ∇²Φ d, J (d: 3 per vertex), from the same products.
+  double curvature(const Vector& d) const;
+
   enum class Preconditioner { kDiagonal, kSinglePrecisionFactor, kFactor };
   /// solution ≈ A⁻¹ right to a relative residual of `forcing`, |r|₂/|right|₂.
   CgReport solve(const Vector& right, Preconditioner preconditioner, double forcing,
@@ -68,6 +84,8 @@ class AssembledSystem {
   // terms_ ← the Hessian of force terms at x, with a place in the pattern for each of its pairs.
   void set_terms(const MinimizationProblem& problem, const Vector& x, HessianForm form);
   void multiply(const Vector& x, Vector& y) const;
+  // ∇²Φ d at the point of set_elements().
+  Vector product_by_elements(const Vector& d) const;
 
   const MechanicalSystem& system_;
   const FreeCoordinates& coordinates_;
@@ -76,6 +94,10 @@ class AssembledSystem {
   std::unique_ptr<MatrixParts> matrix_;
   HessianBlocks terms_;
   std::vector<double> values_;
+  // Of set_elements(): the positions, the diagonal, and the force terms.
+  Vector point_;
+  Vector diagonal_;
+  HessianBlocks element_terms_;
   Vector residual_;  // of the last solve
   Vector curved_direction_;
   double curvature_ = 0.0;

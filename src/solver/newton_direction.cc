@@ -225,9 +225,10 @@ bool NewtonDirection::probe_matrix(const MinimizationProblem& problem, const Vec
                                    MinimizerReport& report) {
   AssembledSystem& matrix = assembled();
   if (current_ == LinearSolver::kFactor) {
-    curvature_ = matrix.find_negative_curvature(problem, x);
     stale_ = false;
     regret_ = 0.0;
+    if (!problem.has_inertia()) return probe_by_elements(problem, x, report);
+    curvature_ = matrix.find_negative_curvature(problem, x);
     report.factorizations += curvature_.found() ? 2 : 1;
     return curvature_.found();
   }
@@ -239,6 +240,31 @@ bool NewtonDirection::probe_matrix(const MinimizationProblem& problem, const Vec
                                    static_cast<int>(2 * count) + 100, ignored);
   report.cg_iterations += cg.iterations;
   if (cg.negative_curvature) curvature_ = matrix.negative_curvature();
+  return curvature_.found();
+}
+
+// Round-off may make the matrix of a slender body indefinite that is definite, so that the products that
+// keep their digits decide.
+bool NewtonDirection::probe_by_elements(const MinimizationProblem& problem, const Vector& x,
+                                        MinimizerReport& report) {
+  constexpr double kCertain = 1e-6;
+  constexpr int kProbing = 500;
+  AssembledSystem& matrix = assembled();
+  ++report.factorizations;
+  if (!matrix.assemble(problem, x) || matrix.factorize()) return false;
+  matrix.set_elements(problem, x);
+  ++report.factorizations;
+  if (matrix.factorize_shifted()) {
+    Vector ignored;
+    const CgReport cg =
+        matrix.solve_by_elements(pseudo_random(matrix.size()), kCertain, kProbing, ignored);
+    report.cg_iterations += cg.iterations;
+    if (cg.negative_curvature) curvature_ = matrix.negative_curvature();
+    return curvature_.found();
+  }
+  curvature_ = matrix.find_negative_curvature(problem, x);
+  stale_ = true;
+  if (curvature_.found()) take_true_curvature();
   return curvature_.found();
 }
 
@@ -269,6 +295,9 @@ bool NewtonDirection::with_diagonal(const MinimizationProblem& problem, const Ve
 bool NewtonDirection::with_factor(const MinimizationProblem& problem, const Vector& x,
                                   const Vector& gradient, double forcing, MinimizerReport& report,
                                   Vector& direction) {
+  if (!problem.has_inertia()) {
+    return by_elements(problem, x, gradient, forcing, report, direction);
+  }
   AssembledSystem& matrix = assembled();
   const auto try_kept = [&] {
     return options_.keep_factor && matrix.has_factor() && !stale_ &&
@@ -307,6 +336,7 @@ bool NewtonDirection::with_exact_factor(const MinimizationProblem& problem, cons
                                         Vector& direction) {
   AssembledSystem& matrix = assembled();
   stale_ = true;
+  if (!problem.has_inertia()) return by_elements(problem, x, gradient, 0.0, report, direction);
   if (!matrix.assemble(problem, x)) return false;
   if (!matrix.factorize()) return with_factor(problem, x, gradient, 0.1, report, direction);
   ++report.factorizations;
@@ -315,6 +345,56 @@ bool NewtonDirection::with_exact_factor(const MinimizationProblem& problem, cons
   direction =
       system_.coordinates().extend(matrix.back_solve(-system_.coordinates().restrict(gradient)));
   return true;
+}
+
+// The direction of an equilibrium. A kept factor is used as long as it is a good preconditioner.
+bool NewtonDirection::by_elements(const MinimizationProblem& problem, const Vector& x,
+                                  const Vector& gradient, double forcing, MinimizerReport& report,
+                                  Vector& direction) {
+  constexpr double kLoosest = 1e-3;
+  constexpr double kTightest = 1e-8;
+  constexpr int kWithNew = 300;
+  AssembledSystem& matrix = assembled();
+  matrix.set_elements(problem, x);
+  const Vector right = -system_.coordinates().restrict(gradient);
+  const double enough = std::clamp(forcing, kTightest, kLoosest);
+  Vector solution;
+  const auto solve = [&](int most) {
+    const CgReport cg = matrix.solve_by_elements(right, enough, most, solution);
+    report.cg_iterations += cg.iterations;
+    direction = system_.coordinates().extend(solution);
+    return cg;
+  };
+  if (options_.keep_factor && matrix.has_factor() && !stale_ && solve(kMost).converged) return true;
+  if (!matrix.assemble(problem, x)) return false;
+  ++report.factorizations;
+  stale_ = false;
+  regret_ = 0.0;
+  definite_ = matrix.factorize();
+  bool useful = definite_;
+  if (!useful) {
+    ++report.factorizations;
+    useful = matrix.factorize_shifted();
+  }
+  if (useful && !solve(kWithNew).negative_curvature) return true;
+  if (useful) curvature_ = matrix.negative_curvature();
+  definite_ = false;
+  ++report.factorizations;
+  stale_ = true;
+  if (!matrix.factorize_projected(problem, x)) return false;
+  const CgReport cg =
+      matrix.solve(right, AssembledSystem::Preconditioner::kFactor, kCurved, kMost, solution);
+  report.cg_iterations += cg.iterations;
+  if (!curvature_.found() && cg.negative_curvature) take_true_curvature();
+  direction = system_.coordinates().extend(matrix.back_solve(right));
+  return true;
+}
+
+// Takes the direction of negative curvature that the matrix has found, if it is none of round-off.
+void NewtonDirection::take_true_curvature() {
+  curvature_ = assembled().negative_curvature();
+  curvature_.curvature = assembled().curvature(curvature_.direction);
+  if (!(curvature_.curvature < 0.0)) curvature_ = {};
 }
 
 // Conjugate gradients on the system at hand, preconditioned by the factor of an older one.
@@ -373,12 +453,26 @@ std::string NewtonDirection::name() const {
 
 bool NewtonDirection::solve_exactly(const MinimizationProblem& problem, const Vector& x,
                                     const Matrix& right, Matrix& solution) {
+  constexpr double kExact = 1e-12;
+  constexpr int kIterations = 200;
   AssembledSystem& matrix = assembled();
   matrix.assemble(problem, x);
-  if (!matrix.factorize()) return false;
+  const bool is_static = !problem.has_inertia();
+  if (!matrix.factorize() && !(is_static && matrix.factorize_shifted())) return false;
   stale_ = false;
   regret_ = 0.0;
   solution.resize(right.rows(), right.cols());
+  if (is_static) {
+    matrix.set_elements(problem, x);
+    Vector column;
+    for (Index i = 0; i < right.cols(); ++i) {
+      if (matrix.solve_by_elements(right.col(i), kExact, kIterations, column).negative_curvature) {
+        return false;
+      }
+      solution.col(i) = column;
+    }
+    return true;
+  }
   for (Index i = 0; i < right.cols(); ++i) solution.col(i) = matrix.back_solve(right.col(i));
   return true;
 }

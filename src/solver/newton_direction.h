@@ -65,6 +65,11 @@ class NewtonDirection {
                      double forcing, MinimizerReport& report, Vector& direction);
   bool with_factor(const MinimizationProblem& problem, const Vector& x, const Vector& gradient,
                    double forcing, MinimizerReport& report, Vector& direction);
+  bool by_elements(const MinimizationProblem& problem, const Vector& x, const Vector& gradient,
+                   double forcing, MinimizerReport& report, Vector& direction);
+  bool probe_by_elements(const MinimizationProblem& problem, const Vector& x,
+                         MinimizerReport& report);
+  void take_true_curvature();
   bool with_exact_factor(const MinimizationProblem& problem, const Vector& x,
                          const Vector& gradient, MinimizerReport& report, Vector& direction);
   bool with_kept_factor(const MinimizationProblem& problem, const Vector& x, const Vector& gradient,

@@ -104,6 +104,9 @@ class MinimizationProblem : public NonlinearProblem {
   /// The constant, J, with which the vertices' part of Φ is a sum of squares.
   virtual double square_value() const = 0;
 
+  /// Whether ∇²Φ has the mass of the body. Without it, ∇²Φ of a slender body is so ill-conditioned that
+  /// the round-off of the matrix matters.
+  virtual bool has_inertia() const { return true; }
   /// An estimate of how far ∇²Φ(u) is from a saddle. If it is at most 1, the compressive stresses
   /// are too small to make a part of the body buckle, and ∇²Φ is expected to be positive definite. If
   /// it is infinite, the solver always examines ∇²Φ at the end.

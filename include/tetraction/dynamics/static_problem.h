@@ -55,6 +55,7 @@ class StaticProblem : public PotentialProblem {
   void set_examined(bool examined) { examined_ = examined; }
   /// Infinite, unless the Hessian need not be examined: no inertia keeps the body from buckling.
   double buckling_ratio(const Vector& u) const override;
+  bool has_inertia() const override { return false; }
 
  private:
   Vector constraint_gradient(const Vector& x) const;

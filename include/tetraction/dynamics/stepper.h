@@ -42,7 +42,8 @@ enum class StepObstacle {
   kPrescribedMotion,  ///< what moves as prescribed would crush elements
   kConstraints,       ///< the equations of distances or handles cannot be met
   kLoads,             ///< loads that depend on positions do not settle
-  kViscosity          ///< the estimate of the strain rate does not settle
+  kViscosity,         ///< the estimate of the strain rate does not settle
+  kRoundOff           ///< round-off of stresses hides the loads of an equilibrium
 };
 
 /// The result of one step and its contributions to the balance.
