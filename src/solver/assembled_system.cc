@@ -125,6 +125,7 @@ void AssembledSystem::set_elements(const MinimizationProblem& problem, const Vec
   point_ = parts.positions.origin();
   if (parts.positions.displacement() != nullptr) point_ += *parts.positions.displacement();
   diagonal_ = parts.diagonal;
+  volume_ = parts.volume;
   element_terms_.reset(system_.vertex_count());
   if (problem.has_general_terms()) problem.term_hessian(x, HessianForm::kExact, element_terms_);
 }
@@ -133,6 +134,7 @@ Vector AssembledSystem::product_by_elements(const Vector& d) const {
   Vector product;
   system_.elastic().product(point_, d, product);
   product += diagonal_.cwiseProduct(d);
+  if (volume_ != nullptr) volume_->add_product(point_, d, product);
   element_terms_.add_product(d, product);
   return product;
 }

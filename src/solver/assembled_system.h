@@ -94,9 +94,10 @@ class AssembledSystem {
   std::unique_ptr<MatrixParts> matrix_;
   HessianBlocks terms_;
   std::vector<double> values_;
-  // Of set_elements(): the positions, the diagonal, and the force terms.
+  // Of set_elements(): the positions, the diagonal, nodal volumes if there are any, and the force terms.
   Vector point_;
   Vector diagonal_;
+  const NodalVolume* volume_ = nullptr;
   HessianBlocks element_terms_;
   Vector residual_;  // of the last solve
   Vector curved_direction_;
