@@ -151,9 +151,8 @@ class Implementation : public StaticStepper {
     outcome.message = fmt::format(
         "round-off of the stresses is as large as the loads: forces of {:.2g} N stay unbalanced "
         "beside loads of {:.2g} N, so that the displacements are not known. The body is too "
-        "slender or too stiff for these loads in double precision: take larger loads, elements "
-        "that "
-        "are longer along the body and fewer across it, or a thicker or softer body",
+        "slender or too stiff for these loads in double precision: take larger loads, longer "
+        "elements along the body and fewer across it, or a thicker or softer body",
         unbalanced, problem_.force_scale());
     return false;
   }
