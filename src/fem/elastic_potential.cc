@@ -73,6 +73,43 @@ struct ModulusSums {
   }
 };
 
+// What a material is asked for.
+enum class Order { kAdmissible, kEnergy, kStress, kStiffness };
+
+// The values of a BatchMaterial at one F, which is the only one that its functions are called with.
+struct Evaluated {
+  bool is_admissible = false;
+  double energy = 0.0;
+  const Matrix3* stress = nullptr;
+  const Matrix9* tangent = nullptr;
+
+  bool admissible(const Matrix3&) const { return is_admissible; }
+  double energy_density(const Matrix3&) const { return energy; }
+  const Matrix3& first_piola(const Matrix3&) const { return *stress; }
+  const Matrix9& stiffness(const Matrix3&) const { return *tangent; }
+};
+
+// The lists of the values of a material at some F.
+struct ValueLists {
+  std::vector<Matrix3> f;
+  std::vector<char> admissible;
+  std::vector<double> energy;
+  std::vector<Matrix3> stress;
+  std::vector<Matrix9> stiffness;
+
+  void evaluate(const CustomMaterial& material, Order order) {
+    admissible.assign(f.size(), 0);
+    energy.resize(order >= Order::kEnergy ? f.size() : 0);
+    stress.resize(order >= Order::kStress ? f.size() : 0);
+    stiffness.resize(order >= Order::kStiffness ? f.size() : 0);
+    material.evaluate({f, admissible, energy, stress, stiffness});
+  }
+  Evaluated at(std::size_t k) const {
+    return {admissible[k] != 0, energy.empty() ? 0.0 : energy[k],
+            stress.empty() ? nullptr : &stress[k], stiffness.empty() ? nullptr : &stiffness[k]};
+  }
+};
+
 }  // namespace
 
 struct ElasticPotential::Impl {
@@ -206,26 +243,46 @@ struct ElasticPotential::Impl {
         material.model());
   }
 
-  // Calls body(point, material) for all points.
+  // Calls body(point, positions of its nodes, material, batch, lane) for all points of a block. A
+  // BatchMaterial is evaluated for all of them in one call before, up to `order`.
   template <class Body>
-  void for_each(const Body& body) const {
-    parallel_for(blocks.block_count(), 1, [&](Index begin, Index end) {
-      for (Index b = begin; b < end; ++b) {
-        for_each_of(blocks.block(b), [&](Index i, const auto& m, Index, int) { body(i, m); });
-      }
+  void for_each_at(const ElementBlocks::Block& block, const Positions& q, Order order,
+                   const Body& body) const {
+    const auto* custom = std::get_if<CustomMaterial>(&field(block).model());
+    if (custom == nullptr || !custom->has_batches()) {
+      for_each_of(block, [&](Index i, const auto& m, Index batch, int lane) {
+        body(i, rest.gather_relative(q, i), m, batch, lane);
+      });
+      return;
+    }
+    ValueLists values;
+    blocks.for_each_point(block, [&](Index i, Index, int) {
+      Shape::NodeMatrix displacements = rest.gather_relative(q, i);
+      displacements.rightCols<3>() -= rest.point_edges(i);
+      values.f.push_back(Matrix3::Identity() +
+                         deformation_gradient(rest.point(i), 0, displacements));
+    });
+    values.evaluate(*custom, order);
+    std::size_t k = 0;
+    blocks.for_each_point(block, [&](Index i, Index batch, int lane) {
+      body(i, rest.gather_relative(q, i), values.at(k++), batch, lane);
     });
   }
 
   // Calls body(point, positions of its nodes, material) for all points where the energy is defined.
   template <class Body>
-  EvaluationStatus for_each_admissible(const Positions& q, const Body& body) const {
+  EvaluationStatus for_each_admissible(const Positions& q, Order order, const Body& body) const {
     FirstFailure failure;
-    for_each([&](Index i, const auto& m) {
-      const Shape::NodeMatrix local = rest.gather_relative(q, i);
-      if (element_admissible<Shape>(rest.point(i), m, local)) {
-        body(i, local, m);
-      } else {
-        failure.report(rest.element_of(i));
+    parallel_for(blocks.block_count(), 1, [&](Index begin, Index end) {
+      for (Index b = begin; b < end; ++b) {
+        for_each_at(blocks.block(b), q, order,
+                    [&](Index i, const Shape::NodeMatrix& local, const auto& m, Index, int) {
+                      if (element_admissible<Shape>(rest.point(i), m, local)) {
+                        body(i, local, m);
+                      } else {
+                        failure.report(rest.element_of(i));
+                      }
+                    });
       }
     });
     return failure.result();
@@ -235,10 +292,10 @@ struct ElasticPotential::Impl {
   // local(point, positions, material, energy) returns the gradient of a point and adds to the energy.
   template <class Local>
   BlockSums scalar_block(const ElementBlocks::Block& block, const Positions& q, double* gradients,
-                         const Local& local) const {
+                         Order order, const Local& local) const {
     BlockSums sums;
-    for_each_of(block, [&](Index i, const auto& m, Index batch, int lane) {
-      const Shape::NodeMatrix positions = rest.gather_relative(q, i);
+    for_each_at(block, q, order, [&](Index i, const Shape::NodeMatrix& positions, const auto& m,
+                                     Index batch, int lane) {
       if (!element_admissible<Shape>(rest.point(i), m, positions)) {
         sums.admissible = false;
         return;
@@ -292,11 +349,12 @@ struct ElasticPotential::Impl {
     const bool is_scalar = !model || (q.displacement() != nullptr && loses_digits(block, *model));
     BlockSums sums;
     if (is_scalar) {
-      sums = scalar_block(block, q, gradients,
+      sums = scalar_block(block, q, gradients, gradients == nullptr ? Order::kEnergy : Order::kStress,
                           [&](Index i, const Shape::NodeMatrix& local, const auto& m,
                               double& energy) -> Shape::NodeMatrix {
                             const auto point = rest.point(i);
                             energy += element_energy<Shape>(point, m, local);
+                            if (gradients == nullptr) return Shape::NodeMatrix::Zero();
                             return element_gradient<Shape>(point, m, local);
                           });
       if (tensions == nullptr) return sums;
@@ -326,19 +384,18 @@ struct ElasticPotential::Impl {
     const ElementBlocks::Block& block = blocks.block(b);
     const std::optional<IsotropicModel> model = isotropic_model(field(block).model());
     if (!model) {
-      blocks.for_each_element(block, [&](Index e, Index, int) {
-        const int points = rest.points_per_element();
-        ElementMatrix sum =
-            ElementMatrix::Zero(3 * rest.nodes_per_element(), 3 * rest.nodes_per_element());
-        with_material(e, [&](const auto& m) {
-          for (int p = 0; p < points; ++p) {
-            const Index i = points * e + p;
-            add_point_matrix(
-                p, element_hessian<Shape>(rest.point(i), m, rest.gather_relative(q, i)), sum);
-          }
-        });
-        pattern.scatter(e, sum, values);
-      });
+      // The points of an element follow one another.
+      const int points = rest.points_per_element();
+      ElementMatrix sum =
+          ElementMatrix::Zero(3 * rest.nodes_per_element(), 3 * rest.nodes_per_element());
+      for_each_at(block, q, Order::kStiffness,
+                  [&](Index i, const Shape::NodeMatrix& local, const auto& m, Index, int) {
+                    const auto p = static_cast<int>(i % points);
+                    add_point_matrix(p, element_hessian<Shape>(rest.point(i), m, local), sum);
+                    if (p < points - 1) return;
+                    pattern.scatter(rest.element_of(i), sum, values);
+                    sum.setZero();
+                  });
       return;
     }
     const TangentForm form = tangent_form(*model, false);
@@ -387,7 +444,8 @@ struct ElasticPotential::Impl {
   // Finds the first element where the energy is not defined, after a block reported that there is
   // one.
   EvaluationStatus failure(const Positions& q) const {
-    const EvaluationStatus found = for_each_admissible(q, [](Index, const auto&, const auto&) {});
+    const EvaluationStatus found =
+        for_each_admissible(q, Order::kAdmissible, [](Index, const auto&, const auto&) {});
     // If J is zero up to round-off, this loop may find no failure although the kernels found one.
     return found.ok() ? EvaluationStatus{0} : found;
   }
@@ -447,7 +505,8 @@ void ElasticPotential::set_material(std::size_t index, const MaterialField& mate
 }
 
 EvaluationStatus ElasticPotential::admissible(const Positions& q) const {
-  return impl_->for_each_admissible(q, [](Index, const auto&, const auto&) {});
+  return impl_->for_each_admissible(q, Order::kAdmissible,
+                                    [](Index, const auto&, const auto&) {});
 }
 
 EvaluationStatus ElasticPotential::value(const Positions& q, double& energy) const {
@@ -495,7 +554,7 @@ void ElasticPotential::product(const Vector& q, const Vector& x, Vector& result)
       const ElementBlocks::Block& block = s.blocks.block(b);
       double* records = s.records.data() + ElementBlocks::kRecordSize * block.first_record;
       s.blocks.sum_local(block, records, [&](double* local_records) {
-        s.scalar_block(block, q, local_records,
+        s.scalar_block(block, q, local_records, Order::kStiffness,
                        [&](Index i, const Shape::NodeMatrix& local, const auto& m,
                            double&) -> Shape::NodeMatrix {
                          // Relative displacements keep the digits of small strains in a large
@@ -531,9 +590,11 @@ bool ElasticPotential::element_terms(Index e, const Positions& q, bool with_hess
 
 void ElasticPotential::energy_densities(const Vector& q, Vector& densities) const {
   densities.setZero(impl_->rest.point_count());
-  impl_->for_each_admissible(q, [&](Index i, const Shape::NodeMatrix& local, const auto& material) {
-    densities[i] = material.energy_density(deformation_gradient(impl_->rest.point(i), 0, local));
-  });
+  impl_->for_each_admissible(
+      q, Order::kEnergy, [&](Index i, const Shape::NodeMatrix& local, const auto& material) {
+        densities[i] =
+            material.energy_density(deformation_gradient(impl_->rest.point(i), 0, local));
+      });
 }
 
 Matrix3 ElasticPotential::first_piola(Index point, const Vector& q) const {

@@ -94,6 +94,90 @@ TEST(CustomMaterial, DerivativesAreExactInABody) {
   }
 }
 
+// A material for many F in one call. In the loops over elements its other functions are not called.
+class InBatches {
+ public:
+  static constexpr const char* kName = "in batches";
+  InBatches() : fibres_(kLame, 1e5, 2.0, Vector3(1, -2, 0.5)) {}
+
+  bool admissible(const Matrix3& f) const { return single("admissible") && fibres_.admissible(f); }
+  double energy_density(const Matrix3& f) const {
+    single("energy");
+    return fibres_.energy_density(f);
+  }
+  Matrix3 first_piola(const Matrix3& f) const {
+    single("stress");
+    return fibres_.first_piola(f);
+  }
+  Matrix9 stiffness(const Matrix3& f) const {
+    single("stiffness");
+    return fibres_.stiffness(f);
+  }
+  void evaluate(const MaterialValues& values) const {
+    for (std::size_t k = 0; k < values.f.size(); ++k) {
+      const Matrix3& f = values.f[k];
+      values.admissible[k] = fibres_.admissible(f) ? 1 : 0;
+      if (values.admissible[k] == 0) continue;
+      if (!values.energy.empty()) values.energy[k] = fibres_.energy_density(f);
+      if (!values.stress.empty()) values.stress[k] = fibres_.first_piola(f);
+      if (!values.stiffness.empty()) values.stiffness[k] = fibres_.stiffness(f);
+    }
+  }
+  LameParameters initial_lame() const { return fibres_.initial_lame(); }
+
+  static inline bool allows_single = true;
+
+ private:
+  static bool single(const char* what) {
+    EXPECT_TRUE(allows_single) << what;
+    return true;
+  }
+  FibreRubber fibres_;
+};
+
+TEST(CustomMaterial, ABatchMaterialIsEvaluatedInBatchesOnly) {
+  for (const bool is_quadratic : {false, true}) {
+    const TetMesh mesh = is_quadratic ? with_edge_vertices(small_block()) : small_block();
+    const RestState rest(mesh);
+    ElasticPotential plain(
+        rest, CustomMaterial(FibreRubber(kLame, 1e5, 2.0, Vector3(1, -2, 0.5))));
+    InBatches::allows_single = true;
+    ElasticPotential batched(rest, CustomMaterial(InBatches()));
+    InBatches::allows_single = false;
+    Vector q = jiggled(mesh.rest_positions(), 0.01);
+    double expected = 0.0;
+    double energy = 0.0;
+    Vector expected_gradient;
+    Vector gradient;
+    ASSERT_TRUE(plain.value_and_gradient(q, expected, expected_gradient).ok());
+    ASSERT_TRUE(batched.value_and_gradient(q, energy, gradient).ok());
+    EXPECT_GT(expected, 0.0);
+    EXPECT_NEAR(energy, expected, 1e-12 * expected);
+    EXPECT_LT((gradient - expected_gradient).norm(), 1e-12 * expected_gradient.norm());
+    ASSERT_TRUE(batched.value(q, energy).ok());
+    EXPECT_NEAR(energy, expected, 1e-12 * expected);
+    Vector product;
+    plain.product(q, gradient, expected_gradient);
+    batched.product(q, gradient, product);
+    EXPECT_LT((product - expected_gradient).norm(), 1e-12 * product.norm());
+    const FreeCoordinates all(mesh.vertex_count());
+    const SparsityPattern pattern(rest, all);
+    std::vector<double> expected_values(static_cast<std::size_t>(pattern.nonzeros()));
+    std::vector<double> values = expected_values;
+    ASSERT_TRUE(plain.add_hessian(q, pattern, expected_values.data()).ok());
+    ASSERT_TRUE(batched.add_hessian(q, pattern, values.data()).ok());
+    for (std::size_t k = 0; k < values.size(); ++k) {
+      EXPECT_NEAR(values[k], expected_values[k], 1e-6) << k;
+    }
+    // Turned inside out, an element is found, and it is the same one.
+    q.segment<3>(0) = 2.0 * q.segment<3>(3) - q.segment<3>(0);
+    EXPECT_FALSE(plain.admissible(q).ok());
+    EXPECT_EQ(batched.admissible(q).failed_element, plain.admissible(q).failed_element);
+    EXPECT_FALSE(batched.value(q, energy).ok());
+    InBatches::allows_single = true;
+  }
+}
+
 TEST(CustomMaterial, FibresRaiseTheStabilityLimitsFrequency) {
   const TetMesh mesh = small_block();
   const MechanicalSystem rubber(mesh, NeoHookean(kLame.mu, kLame.lambda), 1000.0);

@@ -9,6 +9,18 @@ namespace tetraction {
 /// The sections whose keys have a table: "mesh", "time", …, "select.plane".
 std::vector<std::string> key_table_names();
 
+/// What there is to say of a key of a section.
+struct KeyDescription {
+  std::string name;
+  std::string type;      ///< with the unit: "number, m/s"
+  std::string standard;  ///< the default as TOML text; empty if there is no such value
+  std::string absent;    ///< otherwise what its absence means: "must be given", "–"
+  std::string meaning;   ///< with the range, in Markdown
+};
+
+/// The keys of a section in the order of its table. Throws as key_table() does.
+std::vector<KeyDescription> key_descriptions(const std::string& section);
+
 /// The keys of a section as a Markdown table: type and unit, default, meaning and range. docs/scene.md
 /// holds these tables. Throws InputError for a section that has none.
 std::string key_table(const std::string& section);

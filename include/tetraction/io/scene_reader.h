@@ -17,4 +17,9 @@ namespace tetraction {
 /// keys (with the nearest valid one), wrong types, missing keys and values out of range.
 Scene read_scene(const std::string& path, const std::vector<std::string>& overrides = {});
 
+/// The same for a scene that is given as TOML text. Messages name it `path`, and the paths of files in it
+/// are relative to the folder of `path`, where no file need be.
+Scene read_scene_text(const std::string& text, const std::string& path,
+                      const std::vector<std::string>& overrides = {});
+
 }  // namespace tetraction

@@ -49,6 +49,14 @@ class CustomMaterial {
   }
   Matrix3 first_piola(const Matrix3& f) const { return model_->first_piola(f); }
   Matrix9 stiffness(const Matrix3& f) const { return model_->stiffness(f); }
+  /// Whether the material is a BatchMaterial. The element loops then evaluate whole blocks of elements in
+  /// one call.
+  bool has_batches() const { return model_->has_batches(); }
+  /// Fills the lists of a BatchMaterial.
+  void evaluate(const MaterialValues& values) const {
+    model_->evaluate(values);
+    for (double& energy : values.energy) energy -= energy_at_rest_;
+  }
   LameParameters initial_lame() const { return model_->initial; }
   const std::string& name() const { return model_->name; }
 
@@ -63,6 +71,8 @@ class CustomMaterial {
     virtual double energy_density(const Matrix3& f) const = 0;
     virtual Matrix3 first_piola(const Matrix3& f) const = 0;
     virtual Matrix9 stiffness(const Matrix3& f) const = 0;
+    virtual bool has_batches() const = 0;
+    virtual void evaluate(const MaterialValues& values) const = 0;
 
     std::string name;
     LameParameters initial;
@@ -76,6 +86,10 @@ class CustomMaterial {
     double energy_density(const Matrix3& f) const override { return material.energy_density(f); }
     Matrix3 first_piola(const Matrix3& f) const override { return material.first_piola(f); }
     Matrix9 stiffness(const Matrix3& f) const override { return material.stiffness(f); }
+    bool has_batches() const override { return BatchMaterial<M>; }
+    void evaluate([[maybe_unused]] const MaterialValues& values) const override {
+      if constexpr (BatchMaterial<M>) material.evaluate(values);
+    }
 
     M material;
   };

@@ -13,6 +13,7 @@
 #pragma once
 
 #include <concepts>
+#include <span>
 
 #include "tetraction/core/types.h"
 
@@ -37,6 +38,23 @@ concept Material = requires(const M& m, const Matrix3& f) {
   { m.energy_density(f) } -> std::convertible_to<double>;
   { m.first_piola(f) } -> std::convertible_to<Matrix3>;
   { m.stiffness(f) } -> std::convertible_to<Matrix9>;
+};
+
+/// Deformation gradients, and what a material computes of them: one entry for each F in every list that is
+/// asked for. Lists that are not asked for are empty.
+struct MaterialValues {
+  std::span<const Matrix3> f;
+  std::span<char> admissible;     ///< 1 where Ψ is defined, otherwise 0; always asked for
+  std::span<double> energy;       ///< Ψ, J/m³
+  std::span<Matrix3> stress;      ///< P, Pa
+  std::span<Matrix9> stiffness;   ///< ∂P/∂F, Pa
+};
+
+/// A material that can evaluate many F in one call, for instance one in an interpreted language, whose
+/// calls cost more than their arithmetic. Entries where Ψ is not defined are not looked at.
+template <class M>
+concept BatchMaterial = Material<M> && requires(const M& m, const MaterialValues& values) {
+  m.evaluate(values);
 };
 
 /// Small-strain Lamé parameters, Pa.

@@ -23,7 +23,7 @@ enum class RunStatus {
   kCancelled      ///< an observer asked to stop
 };
 
-/// "running", "ok", "unstable", "failed", "cancelled": the words of summary.json and study.csv.
+/// "running", "ok", "unstable", "failed", "interrupted": the words of summary.json and study.csv.
 std::string to_string(RunStatus status);
 
 /// Exit code of a program whose run ended with this status: 0 finished, 1 failed numerically, 130

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <Eigen/Geometry>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
@@ -24,132 +23,19 @@
 #include "tetraction/io/checkpoint_file.h"
 #include "tetraction/io/frame_writer.h"
 #include "tetraction/io/text_file.h"
-#include "tetraction/simulation/equilibrium.h"
+#include "tetraction/simulation/history.h"
 
 namespace tetraction {
 namespace {
 
-// The columns beyond those that every run has: the sum of the reactions; of each [[constraint]] the
-// tension of a distance, or the resultant of its forces and their moment about the centre of its
-// vertices; energies by region where there are several; the energies of a program's own force terms.
-std::string history_header(const Session& session) {
-  // An equilibrium has no motion, and what entered depends on the way of loading.
-  std::string header =
-      session.load_path() != nullptr
-          ? "step,time,elastic_energy,environment_energy,total_energy,max_constraint_error,"
-            "iterations,"
-            "reaction_x,reaction_y,reaction_z,time_step,max_displacement,residual"
-          : "step,time,kinetic_energy,elastic_energy,environment_energy,total_energy,external_work,"
-            "dissipated_energy,constraint_work,edit_work,energy_error,px,py,pz,lx,ly,lz,"
-            "max_constraint_error,iterations,reaction_x,reaction_y,reaction_z,time_step";
-  if (session.may_invert()) header += ",inverted_elements";
-  for (std::size_t i = 0; i < session.scene().constraint.size(); ++i) {
-    if (session.scene().constraint[i].kind == ConstraintKind::kDistance) {
-      header += fmt::format(",constraint_{}_tension", i);
-      continue;
-    }
-    header += fmt::format(",constraint_{0}_fx,constraint_{0}_fy,constraint_{0}_fz", i);
-    header += fmt::format(",constraint_{0}_mx,constraint_{0}_my,constraint_{0}_mz", i);
-  }
-  for (Index r = 0; r < session.system().region_count() && session.system().region_count() > 1;
-       ++r) {
-    if (session.load_path() == nullptr) header += fmt::format(",kinetic_energy_{0}", r);
-    header += fmt::format(",elastic_energy_{0}", r);
-  }
-  const Energies& energies = session.balance().energies();
-  for (std::size_t i = 0; i < energies.extra_count(); ++i) {
-    header += fmt::format(",{}_energy", energies.extra(i).name);
-  }
-  if (session.may_repeat_steps()) header += ",rejected,substeps";
-  if (session.may_adapt(StepAdaptation::kError)) header += ",step_error";
-  if (session.may_adapt(StepAdaptation::kEnergy)) header += ",discrete_energy,energy_residual";
-  return header + "\n";
+std::string header_text(const HistoryColumns& columns) {
+  return fmt::format("{}\n", fmt::join(columns.names(), ","));
 }
 
-std::vector<double> constraint_columns(const Session& session) {
-  const Vector& reaction = session.reaction_force();
-  std::vector<double> values;
-  const Vector3 total = resultant(reaction);
-  values.insert(values.end(), total.data(), total.data() + 3);
-  for (std::size_t i = 0; i < session.scene().constraint.size(); ++i) {
-    if (session.scene().constraint[i].kind == ConstraintKind::kDistance) {
-      values.push_back(session.tension(i));
-      continue;
-    }
-    const Vector& q = session.state().position;
-    const std::vector<Index>& vertices = session.constraint_vertices(i);
-    double mass = 0.0;
-    Vector3 center = Vector3::Zero();
-    for (const Index v : vertices) {
-      mass += session.system().mass()[v];
-      center += session.system().mass()[v] * vertex_block(q, v);
-    }
-    if (mass > 0.0) center /= mass;
-    Vector3 force = Vector3::Zero();
-    Vector3 moment = Vector3::Zero();
-    for (const Index v : vertices) {
-      force += vertex_block(reaction, v);
-      moment += (vertex_block(q, v) - center).cross(vertex_block(reaction, v));
-    }
-    values.insert(values.end(), force.data(), force.data() + 3);
-    values.insert(values.end(), moment.data(), moment.data() + 3);
-  }
-  return values;
-}
-
-// Which columns there are besides those that every run has. They are those of the start.
-struct OptionalColumns {
-  bool inverted = false;
-  bool repeated = false;
-  bool error = false;
-  bool energy = false;
-};
-
-std::string history_row(const Session& session, const OptionalColumns& columns) {
-  const Balance& balance = session.balance();
-  const Energies& e = balance.energies();
-  const Momenta& m = balance.momenta();
-  const auto g = [](double value) { return fmt::format("{:.17g}", value); };
-  std::string row = fmt::format("{},{}", session.step_number(), g(session.time()));
-  const LoadPath* path = session.load_path();
-  if (path != nullptr) {
-    for (const double value : {e.elastic(), e.environment(), e.total()}) row += ',' + g(value);
-  } else {
-    for (const double value :
-         {e.kinetic(), e.elastic(), e.environment(), e.total(), balance.external_work(),
-          balance.dissipated_energy(), balance.constraint_work(), balance.edit_work(),
-          balance.energy_error(), m.linear.x(), m.linear.y(), m.linear.z(), m.angular.x(),
-          m.angular.y(), m.angular.z()}) {
-      row += ',' + g(value);
-    }
-  }
-  row += ',' + g(session.constraint_error());
-  row += fmt::format(",{}", session.last_iterations());
-  const std::vector<double> constraints = constraint_columns(session);
-  for (std::size_t i = 0; i < 3; ++i) row += ',' + g(constraints[i]);
-  row += ',' + g(session.steps().last);
-  if (path != nullptr) {
-    row += ',' + g(largest_displacement(session.system(), session.state().position).length);
-    row += ',' + g(path->residual);
-  }
-  if (columns.inverted) row += fmt::format(",{}", session.inverted_elements().now);
-  for (std::size_t i = 3; i < constraints.size(); ++i) row += ',' + g(constraints[i]);
-  if (session.system().region_count() > 1) {
-    const State& state = session.state();
-    const Vector kinetic = session.system().kinetic_energies_by_region(state.momentum);
-    const Vector elastic = session.system().elastic_energies_by_region(state.position);
-    for (Index r = 0; r < kinetic.size(); ++r) {
-      if (path == nullptr) row += ',' + g(kinetic[r]);
-      row += ',' + g(elastic[r]);
-    }
-  }
-  for (std::size_t i = 0; i < e.extra_count(); ++i) row += ',' + g(e.extra(i).value);
-  const StepControl& control = session.step_control();
-  if (columns.repeated) {
-    row += fmt::format(",{},{}", control.last_rejected, control.last_substeps);
-  }
-  if (columns.error) row += ',' + g(control.last_error);
-  if (columns.energy) row += ',' + g(control.discrete_energy) + ',' + g(control.energy_residual);
+// Numbers with 17 digits, which read back as they were. Whole numbers have no point.
+std::string row_text(const std::vector<double>& values) {
+  std::string row;
+  for (const double value : values) row += fmt::format("{}{:.17g}", row.empty() ? "" : ",", value);
   return row + '\n';
 }
 
@@ -188,7 +74,7 @@ struct RunRecorder::Impl {
   int frame_every;
   std::optional<DirectoryLock> lock;
   std::function<int()> stop_code;
-  OptionalColumns columns;
+  std::optional<HistoryColumns> columns;
   std::optional<RowFile> history;
   Index last_row = -1;
   std::unique_ptr<FrameWriter> frames;
@@ -204,14 +90,8 @@ struct RunRecorder::Impl {
 
   std::string path(const char* name) const { return directory + "/" + name; }
 
-  void set_columns(const Session& session) {
-    columns = {session.may_invert(), session.may_repeat_steps(),
-               session.may_adapt(StepAdaptation::kError),
-               session.may_adapt(StepAdaptation::kEnergy)};
-  }
-
   void write_row(const Session& session) {
-    history->add(history_row(session, columns));
+    history->add(row_text(columns->values(session)));
     last_row = session.step_number();
   }
 
@@ -333,12 +213,12 @@ void RunRecorder::on_checkpoint(const Session& session, const Checkpoint& checkp
 void RunRecorder::resume(const Session& session, const StoredCheckpoint& stored) {
   Impl& s = *impl_;
   const RecordedFiles& files = stored.files;
-  s.set_columns(session);
+  s.columns.emplace(session);
   const std::string history = s.path("history.csv");
   const std::string probes = s.path("probes.csv");
   const auto history_size = static_cast<std::int64_t>(files.history_size);
   const auto probes_size = static_cast<std::int64_t>(files.probes_size);
-  check_kept_table(history, history_header(session), history_size, files.history_sum);
+  check_kept_table(history, header_text(*s.columns), history_size, files.history_sum);
   const bool has_probes = !session.scene().probe.empty();
   if (has_probes) {
     check_kept_table(probes, ProbeFile::header(session.probes()), probes_size, files.probes_sum);
@@ -368,9 +248,9 @@ void RunRecorder::on_start(const Session& session) {
   lock_directory();
   // Results of an earlier run would look like results of this one.
   remove_run(s.directory);
-  s.set_columns(session);
+  s.columns.emplace(session);
   s.history.emplace(s.path("history.csv"),
-                    history_header(session) + history_row(session, s.columns));
+                    header_text(*s.columns) + row_text(s.columns->values(session)));
   s.last_row = session.step_number();
   const OutputSettings& output = session.scene().output;
   s.frames = std::make_unique<FrameWriter>(session.system().mesh(), s.directory,

@@ -40,22 +40,26 @@ std::string type_text(const Key<S>& key) {
   return text;
 }
 
+// The default as TOML text, or an empty text.
 template <class S>
 std::string default_text(const Key<S>& key) {
   const S defaults{};
-  if (key.info.needed[0] != '\0') return key.used == nullptr ? "must be given" : "–";
+  if (key.info.needed[0] != '\0') return {};
   std::optional<double> number;
   if (const auto* member = std::get_if<double S::*>(&key.value)) number = defaults.*(*member);
   if (const auto* either = std::get_if<NumberOrArray<S>>(&key.value)) {
     number = either->number(defaults);
   }
-  if (number) {
-    std::string value = fmt::format("`{}`", *number);
-    if (const auto zero = value.find("e-0"); zero != std::string::npos) value.erase(zero + 2, 1);
-    return value;
-  }
-  const std::string value = std::visit(ValueText<S>{defaults}, key.value);
-  return value.empty() ? key.info.absent : fmt::format("`{}`", value);
+  if (!number) return std::visit(ValueText<S>{defaults}, key.value);
+  std::string value = fmt::format("{}", *number);
+  if (const auto zero = value.find("e-0"); zero != std::string::npos) value.erase(zero + 2, 1);
+  return value;
+}
+
+template <class S>
+std::string absent_text(const Key<S>& key) {
+  if (key.info.needed[0] == '\0') return key.info.absent;
+  return key.used == nullptr ? "must be given" : "–";
 }
 
 template <class S>
@@ -71,14 +75,14 @@ std::string meaning_text(const Key<S>& key) {
 }
 
 template <class S>
-std::string markdown(const Section<S>& section) {
-  std::string text =
-      "| key | type, unit | default | meaning and range |\n| --- | --- | --- | --- |\n";
+std::vector<KeyDescription> descriptions(const Section<S>& section) {
+  std::vector<KeyDescription> list;
+  list.reserve(section.keys.size());
   for (const Key<S>& key : section.keys) {
-    text += fmt::format("| `{}` | {} | {} | {} |\n", key.info.name, type_text(key),
-                        default_text(key), meaning_text(key));
+    list.push_back({key.info.name, type_text(key), default_text(key), absent_text(key),
+                    meaning_text(key)});
   }
-  return text;
+  return list;
 }
 
 }  // namespace
@@ -89,15 +93,26 @@ std::vector<std::string> key_table_names() {
   return names;
 }
 
-std::string key_table(const std::string& name) {
-  std::string text;
+std::vector<KeyDescription> key_descriptions(const std::string& name) {
+  std::vector<KeyDescription> list;
   for_each_section([&](const auto& section) {
-    if (name == section.name) text = markdown(section);
+    if (name == section.name) list = descriptions(section);
   });
-  if (!text.empty()) return text;
+  if (!list.empty()) return list;
   const std::vector<std::string> names = key_table_names();
   throw InputError(fmt::format("{} is not a section with a table of keys: {}", in_quotes(name),
                                advice(name, {names.begin(), names.end()})));
+}
+
+std::string key_table(const std::string& name) {
+  std::string text =
+      "| key | type, unit | default | meaning and range |\n| --- | --- | --- | --- |\n";
+  for (const KeyDescription& key : key_descriptions(name)) {
+    const std::string standard =
+        key.standard.empty() ? key.absent : fmt::format("`{}`", key.standard);
+    text += fmt::format("| `{}` | {} | {} | {} |\n", key.name, key.type, standard, key.meaning);
+  }
+  return text;
 }
 
 }  // namespace tetraction

@@ -125,8 +125,9 @@ Scene read_sections(const TomlDocument& document, const std::string& path) {
 
 }  // namespace
 
-Scene read_scene(const std::string& path, const std::vector<std::string>& overrides) {
-  const TomlDocument document(path, overrides);
+namespace {
+
+Scene read_document(const TomlDocument& document, const std::string& path) {
   Scene scene = read_sections(document, path);
   const TomlTable root(document, document.root(), "", root_keys());
   read_events(
@@ -134,6 +135,17 @@ Scene read_scene(const std::string& path, const std::vector<std::string>& overri
       scene);
   scene.echo = scene_echo(scene);
   return scene;
+}
+
+}  // namespace
+
+Scene read_scene(const std::string& path, const std::vector<std::string>& overrides) {
+  return read_document(TomlDocument(path, overrides), path);
+}
+
+Scene read_scene_text(const std::string& text, const std::string& path,
+                      const std::vector<std::string>& overrides) {
+  return read_document(TomlDocument(path, text, overrides), path);
 }
 
 }  // namespace tetraction

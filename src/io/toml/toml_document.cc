@@ -205,12 +205,16 @@ toml::node* child(toml::node& parent, const std::string& segment) {
 }  // namespace
 
 TomlDocument::TomlDocument(const std::string& path, const std::vector<std::string>& overrides)
-    : TomlDocument(path, file_text(path), {}) {
-  for (const std::string& text : overrides) {
-    const std::string source = "--set " + excerpt(text);
-    const auto equals = text.find('=');
+    : TomlDocument(path, file_text(path), overrides) {}
+
+TomlDocument::TomlDocument(const std::string& path, std::string text,
+                           const std::vector<std::string>& overrides)
+    : TomlDocument(path, std::move(text), std::vector<Change>{}) {
+  for (const std::string& setting : overrides) {
+    const std::string source = "--set " + excerpt(setting);
+    const auto equals = setting.find('=');
     if (equals == std::string::npos) throw InputError(fmt::format("{}: {}", source, kExample));
-    apply({trimmed(text.substr(0, equals)), trimmed(text.substr(equals + 1)), source});
+    apply({trimmed(setting.substr(0, equals)), trimmed(setting.substr(equals + 1)), source});
   }
 }
 

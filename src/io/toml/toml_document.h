@@ -16,6 +16,9 @@ class TomlDocument {
   /// Throws FileError if the file cannot be read, InputError for syntax errors and overrides that
   /// are malformed or do not fit the tree.
   TomlDocument(const std::string& path, const std::vector<std::string>& overrides);
+  /// The same for a text; messages name it `path`.
+  TomlDocument(const std::string& path, std::string text,
+               const std::vector<std::string>& overrides);
 
   /// A value put under a dotted key, and where it comes from.
   struct Change {

@@ -1,0 +1,530 @@
+// The extension module tetraction._core. The package around it (python/tetraction) gives its classes the form
+// that users see and documents them.
+#include <pybind11/functional.h>
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include <algorithm>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "python_objects.h"
+#include "session.h"
+#include "tetraction/core/error.h"
+#include "tetraction/core/parallel.h"
+#include "tetraction/core/provenance.h"
+#include "tetraction/core/version.h"
+#include "tetraction/dynamics/derived_fields.h"
+#include "tetraction/io/initial_fields.h"
+#include "tetraction/io/key_tables.h"
+#include "tetraction/io/mesh_reader.h"
+#include "tetraction/io/run_recorder.h"
+#include "tetraction/io/scene_reader.h"
+#include "tetraction/io/scene_writer.h"
+#include "tetraction/io/study_writer.h"
+#include "tetraction/simulation/equilibrium.h"
+#include "tetraction/simulation/scene_objects.h"
+#include "tetraction/simulation/step_failure.h"
+#include "tetraction/simulation/study.h"
+#include "tetraction/solver/normal_modes.h"
+
+namespace py = pybind11;
+using namespace pybind11::literals;
+
+namespace tetraction::python {
+namespace {
+
+using Doubles = py::array_t<double, py::array::c_style>;
+using DoublesOfAnyKind = py::array_t<double, py::array::c_style | py::array::forcecast>;
+using Released = py::call_guard<py::gil_scoped_release>;
+
+// A matrix with one column for each item as an array with one row for each item.
+py::array rows_of(const Matrix& columns) {
+  py::array_t<double> array({columns.cols(), columns.rows()});
+  std::copy(columns.data(), columns.data() + columns.size(), array.mutable_data());
+  return array;
+}
+py::array vectors_of(const Vector& field) {
+  py::array_t<double> array({field.size() / 3, Index{3}});
+  std::copy(field.data(), field.data() + field.size(), array.mutable_data());
+  return array;
+}
+py::array numbers_of(const Vector& field) {
+  return py::array_t<double>(field.size(), field.data());
+}
+py::tuple tuple_of(const Vector3& v) {
+  return py::make_tuple(v.x(), v.y(), v.z());
+}
+
+// A mesh that refers to arrays of Python, which must live as long as it does.
+template <class Int>
+TetMesh mesh_of(const Doubles& points, const py::array_t<Int, py::array::c_style>& tetrahedra) {
+  return view_mesh(std::span<const double>(points.data(), static_cast<std::size_t>(points.size())),
+                   std::span<const Int>(tetrahedra.data(),
+                                        static_cast<std::size_t>(tetrahedra.size())));
+}
+TetMesh mesh_of_arrays(const Doubles& points, const py::array& tetrahedra) {
+  if (py::isinstance<py::array_t<std::int32_t>>(tetrahedra)) {
+    return mesh_of<std::int32_t>(points, tetrahedra);
+  }
+  return mesh_of<std::int64_t>(points, tetrahedra);
+}
+
+// The mesh of a session: the given one with what the scene says of it, or the scene's own.
+TetMesh session_mesh(const Scene& scene, const std::optional<TetMesh>& given) {
+  if (!given) return read_scene_mesh(scene);
+  TetMesh mesh = *given;
+  if (scene.mesh.quadratic) mesh = with_edge_vertices(std::move(mesh));
+  add_initial_fields(scene.initial, mesh);
+  return mesh;
+}
+
+py::array tetrahedra_of(const TetMesh& mesh) {
+  const Index width = mesh.is_quadratic() ? 10 : 4;
+  py::array_t<std::int64_t> array({mesh.tetrahedron_count(), width});
+  std::int64_t* next = array.mutable_data();
+  for (std::size_t e = 0; e < mesh.tetrahedra.size(); ++e) {
+    for (const Index v : mesh.tetrahedra[e]) *next++ = v;
+    if (!mesh.is_quadratic()) continue;
+    for (const Index v : mesh.edge_vertices[e]) *next++ = v;
+  }
+  return array;
+}
+
+void define_errors(py::module_& m) {
+  static py::exception<Error> error(m, "Error", PyExc_RuntimeError);
+  error.attr("__doc__") = "Base class of the errors of tetraction. Its text says what is wrong, where, and what to do.";
+  const auto define = [&m](auto& exception, const char* name, const char* text) {
+    exception.attr("__doc__") = text;
+    m.attr(name) = exception;
+  };
+  static py::exception<InputError> input(m, "InputError", error.ptr());
+  define(input, "InputError", "A wrong value in a scene, a mesh or an argument.");
+  static py::exception<NumericalError> numerical(m, "NumericalError", error.ptr());
+  define(numerical, "NumericalError", "A computation that must succeed before a run has failed.");
+  static py::exception<FileError> file(m, "FileError", error.ptr());
+  define(file, "FileError", "A file is missing, unreadable or malformed, or its mesh is refused.");
+  static py::exception<OutputError> output(m, "OutputError", error.ptr());
+  define(output, "OutputError", "Results cannot be written.");
+  // The translators are asked in the reverse order of their registration.
+  py::register_exception_translator([](std::exception_ptr thrown) {
+    try {
+      if (thrown) std::rethrow_exception(thrown);
+    } catch (const InputError& e) {
+      input(e.what());
+    } catch (const NumericalError& e) {
+      numerical(e.what());
+    } catch (const FileError& e) {
+      file(e.what());
+    } catch (const OutputError& e) {
+      output(e.what());
+    } catch (const Error& e) {
+      error(e.what());
+    }
+  });
+}
+
+void define_scene(py::module_& m) {
+  py::class_<Scene>(m, "Scene")
+      .def_static("read", &read_scene, "path"_a, "overrides"_a = std::vector<std::string>{})
+      .def_static("from_text", &read_scene_text, "text"_a, "path"_a,
+                  "overrides"_a = std::vector<std::string>{})
+      .def_readonly("echo", &Scene::echo)
+      .def("text", &scene_text, "folder"_a)
+      .def("set_material",
+           [](Scene& scene, Index region, const CustomMaterial& material) {
+             if (region == 0) {
+               scene.material.custom = material;
+               return;
+             }
+             const auto i = static_cast<std::size_t>(region - 1);
+             if (region < 0 || i >= scene.material_region.size()) {
+               throw InputError("There is no region of material with that number.");
+             }
+             scene.material_region[i].material.custom = material;
+           })
+      .def("add_force_term", [](Scene& scene, std::shared_ptr<ForceTerm> term) {
+        scene.force_term.push_back(std::move(term));
+      });
+  py::class_<CustomMaterial>(m, "CustomMaterial")
+      .def(py::init(&make_material), "name"_a, "mu"_a, "lambda_"_a, "energy"_a, "stress"_a,
+           "stiffness"_a, "admissible"_a = py::none());
+  py::class_<ForceTerm, std::shared_ptr<ForceTerm>>(m, "ForceTerm");
+  m.def("force_field",
+        [](const std::string& name, py::object energy, py::object gradient, py::object hessian) {
+          return std::const_pointer_cast<ForceTerm>(make_force_field(
+              name, std::move(energy), std::move(gradient), std::move(hessian)));
+        });
+  m.def("section_names", &key_table_names);
+  m.def("section_keys", [](const std::string& section) {
+    py::list list;
+    for (const KeyDescription& key : key_descriptions(section)) {
+      list.append(py::make_tuple(key.name, key.type, key.standard, key.absent, key.meaning));
+    }
+    return list;
+  });
+  // Ψ, P and A of the material of a scene at F (n, 3, 3).
+  m.def("evaluate_material", [](const Scene& scene, const DoublesOfAnyKind& f) {
+    const MaterialModel model = make_material(scene.material);
+    const py::ssize_t n = f.shape(0);
+    py::array_t<double> energy(n);
+    py::array_t<double> stress({n, py::ssize_t{3}, py::ssize_t{3}});
+    py::array_t<double> stiffness(
+        {n, py::ssize_t{3}, py::ssize_t{3}, py::ssize_t{3}, py::ssize_t{3}});
+    std::visit(
+        [&](const auto& material) {
+          for (py::ssize_t k = 0; k < n; ++k) {
+            const Matrix3 gradient =
+                Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(f.data() + 9 * k);
+            if (!material.admissible(gradient)) {
+              throw InputError("The energy density is not defined at entry " + std::to_string(k) +
+                               " of F.");
+            }
+            energy.mutable_data()[k] = material.energy_density(gradient);
+            Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> p(stress.mutable_data() +
+                                                                      9 * k);
+            p = material.first_piola(gradient);
+            const Matrix9 a = material.stiffness(gradient);
+            double* next = stiffness.mutable_data() + 81 * k;
+            for (int i = 0; i < 3; ++i) {
+              for (int j = 0; j < 3; ++j) {
+                for (int o = 0; o < 3; ++o) {
+                  for (int l = 0; l < 3; ++l) *next++ = a(i + 3 * j, o + 3 * l);
+                }
+              }
+            }
+          }
+        },
+        model);
+    return py::make_tuple(energy, stress, stiffness);
+  });
+}
+
+void define_mesh(py::module_& m) {
+  py::class_<TetMesh>(m, "Mesh")
+      .def_static(
+          "read",
+          [](const std::string& path, double scale, bool quadratic) {
+            TetMesh mesh = read_mesh(path, scale);
+            return quadratic ? with_edge_vertices(std::move(mesh)) : mesh;
+          },
+          "path"_a, "scale"_a = 1.0, "quadratic"_a = false, Released())
+      .def_static("of_scene", &read_scene_mesh, Released())
+      .def_static(
+          "view",
+          [](const Doubles& points, const py::array& tetrahedra) {
+            return mesh_of_arrays(points, tetrahedra);
+          },
+          py::keep_alive<0, 1>(), py::keep_alive<0, 2>())
+      .def_property_readonly("source", [](const TetMesh& mesh) { return mesh.source; })
+      .def_property_readonly("points",
+                             [](const TetMesh& mesh) { return vectors_of(mesh.rest_positions()); })
+      .def_property_readonly("tetrahedra", &tetrahedra_of)
+      .def_property_readonly("volume", &TetMesh::total_volume)
+      .def_property_readonly("is_quadratic", &TetMesh::is_quadratic)
+      .def_property_readonly("regions",
+                             [](const TetMesh& mesh) {
+                               py::array_t<std::int64_t> array(mesh.tetrahedron_count());
+                               for (Index e = 0; e < mesh.tetrahedron_count(); ++e) {
+                                 array.mutable_data()[e] = mesh.region(e);
+                               }
+                               return array;
+                             })
+      .def_property_readonly("groups",
+                             [](const TetMesh& mesh) {
+                               py::dict groups;
+                               for (const Group& group : mesh.groups) {
+                                 groups[py::str(group.name)] = py::array_t<std::int64_t>(
+                                     static_cast<py::ssize_t>(group.vertices.size()),
+                                     group.vertices.data());
+                               }
+                               return groups;
+                             })
+      .def_property_readonly("point_arrays",
+                             [](const TetMesh& mesh) {
+                               py::dict arrays;
+                               for (const auto& [name, values] : mesh.point_arrays) {
+                                 arrays[py::str(name)] = rows_of(values);
+                               }
+                               return arrays;
+                             })
+      .def_property_readonly("cell_arrays", [](const TetMesh& mesh) {
+        py::dict arrays;
+        for (const auto& [name, values] : mesh.cell_arrays) {
+          arrays[py::str(name)] = rows_of(values);
+        }
+        return arrays;
+      });
+}
+
+py::object failure_of(const Session& session) {
+  const StepFailure* failure = session.failure();
+  if (failure == nullptr) return py::none();
+  const TetMesh& mesh = session.system().mesh();
+  py::list elements;
+  for (const Index e : failure->elements) elements.append(mesh.tetrahedron_id(e));
+  return py::dict("step"_a = failure->step, "time"_a = failure->time,
+                  "time_step"_a = failure->time_step, "stable_step"_a = failure->stable_step,
+                  "cause"_a = to_string(failure->cause), "what"_a = failure->what,
+                  "remedy"_a = failure->remedy, "elements"_a = elements,
+                  "jacobian"_a = failure->jacobian);
+}
+
+py::dict balance_of(const Session& session) {
+  const Balance& b = session.balance();
+  return py::dict(
+      "external_work"_a = b.external_work(), "dissipated_energy"_a = b.dissipated_energy(),
+      "constraint_work"_a = b.constraint_work(), "edit_work"_a = b.edit_work(),
+      "energy_error"_a = b.energy_error(), "energy_scale"_a = b.energy_scale(),
+      "max_relative_energy_drift"_a = b.max_relative_energy_drift(),
+      "linear_momentum"_a = tuple_of(b.momenta().linear),
+      "angular_momentum"_a = tuple_of(b.momenta().angular),
+      "linear_momentum_drift"_a = b.linear_momentum_drift(),
+      "angular_momentum_drift"_a = b.angular_momentum_drift(),
+      "allowed_angular_momentum_drift"_a = b.allowed_angular_momentum_drift());
+}
+
+py::object load_path_of(const Session& session) {
+  const LoadPath* path = session.load_path();
+  if (path == nullptr) return py::none();
+  py::list points;
+  for (const LimitPoint& point : path->limit_points) {
+    points.append(
+        py::dict("below"_a = point.below, "above"_a = point.above, "passed"_a = point.passed));
+  }
+  return py::dict("factor"_a = path->factor, "steps"_a = path->steps, "cuts"_a = path->cuts,
+                  "residual"_a = path->residual, "residual_limit"_a = path->residual_limit,
+                  "force"_a = path->force, "limit_points"_a = points);
+}
+
+void define_session(py::module_& m) {
+  py::class_<Checkpoint>(m, "Checkpoint");
+  using S = PythonSession;
+  const auto self_of = [](const py::object& self) -> S& { return self.cast<S&>(); };
+  py::class_<S>(m, "Session")
+      .def(py::init([](const Scene& scene, const std::optional<TetMesh>& mesh, bool is_static,
+                       double largest_increment, bool with_history, py::object arrays) {
+             return std::make_unique<S>(scene, session_mesh(scene, mesh), is_static,
+                                        largest_increment, with_history, std::move(arrays));
+           }),
+           "scene"_a, "mesh"_a, "is_static"_a, "largest_increment"_a, "with_history"_a,
+           "arrays"_a)
+      .def("step", &S::step)
+      .def("run",
+           [self_of](const py::object& self, const py::list& observers, const std::string& out,
+                     const py::object& shown) {
+             S& session = self_of(self);
+             std::unique_ptr<RunRecorder> recorder;
+             std::vector<Observer*> own;
+             if (!out.empty()) {
+               recorder = std::make_unique<RunRecorder>(out, session.session().scene().output.every);
+               recorder->keep_checkpoints(session.session().scene().output.checkpoint_every);
+               own.push_back(recorder.get());
+             }
+             session.run(own, observers, shown);
+             return recorder ? recorder->summary() : std::string();
+           })
+      // Makes the edits of event number i of a scene.
+      .def("apply",
+           [](S& s, const Scene& scene, std::size_t i) {
+             const EventSettings& event = scene.event.at(i);
+             for (const Edit& edit : event.edits) s.session().apply(edit, event.echo);
+             s.refresh();
+           },
+           Released())
+      .def("set_material",
+           [](S& s, Index region, const CustomMaterial& material) {
+             const py::gil_scoped_release released;
+             if (region < 0 || region >= static_cast<Index>(s.session().materials().size())) {
+               throw InputError("There is no region of material with that number.");
+             }
+             MaterialSettings settings =
+                 s.session().materials()[static_cast<std::size_t>(region)];
+             settings.custom = material;
+             s.session().apply(SetMaterial{region, settings});
+             s.refresh();
+           })
+      .def("checkpoint", [](S& s) { return s.session().checkpoint(); }, Released())
+      .def("restore",
+           [](S& s, const Checkpoint& checkpoint) {
+             s.session().restore(checkpoint);
+             s.refresh();
+           },
+           Released())
+      .def("keep_good_states", [](S& s) { s.session().keep_good_states(); })
+      .def("go_back",
+           [](S& s) {
+             s.session().go_back();
+             s.refresh();
+           },
+           Released())
+      .def_property_readonly("positions",
+                             [self_of](const py::object& o) { return self_of(o).positions(o); })
+      .def_property_readonly("velocities",
+                             [self_of](const py::object& o) { return self_of(o).velocities(o); })
+      .def_property_readonly("momenta",
+                             [self_of](const py::object& o) { return self_of(o).momenta(o); })
+      .def_property_readonly("history", &S::history)
+      .def_property_readonly("time", [](const S& s) { return s.session().time(); })
+      .def_property_readonly("step_number", [](const S& s) { return s.session().step_number(); })
+      .def_property_readonly("step_count", [](const S& s) { return s.session().step_count(); })
+      .def_property_readonly("time_step", [](const S& s) { return s.session().time_step(); })
+      .def_property_readonly("stable_step",
+                             [](const S& s) { return s.session().initial_limit().critical_step; })
+      .def("current_stable_step",
+           [](const S& s) { return s.session().current_limit().critical_step; }, Released())
+      .def_property_readonly("status", [](const S& s) { return to_string(s.session().status()); })
+      .def_property_readonly("message", [](const S& s) { return s.session().message(); })
+      .def_property_readonly("failure", [](const S& s) { return failure_of(s.session()); })
+      .def_property_readonly("warnings", [](const S& s) { return s.session().warnings(); })
+      .def_property_readonly("energies",
+                             [](const S& s) {
+                               const Energies& energies = s.session().balance().energies();
+                               py::dict result;
+                               for (const Energies::Entry& entry : energies.entries()) {
+                                 result[py::str(entry.name)] = entry.value;
+                               }
+                               result["total"] = energies.total();
+                               return result;
+                             })
+      .def_property_readonly("balance", [](const S& s) { return balance_of(s.session()); })
+      .def_property_readonly("load_path", [](const S& s) { return load_path_of(s.session()); })
+      .def_property_readonly("reactions",
+                             [](const S& s) { return vectors_of(s.session().reaction_force()); })
+      .def_property_readonly("external_forces",
+                             [](const S& s) { return vectors_of(s.session().external_force()); })
+      .def_property_readonly("masses",
+                             [](const S& s) { return numbers_of(s.session().system().mass()); })
+      .def_property_readonly(
+          "rest_positions",
+          [](const S& s) { return vectors_of(s.session().system().mesh().rest_positions()); })
+      .def_property_readonly(
+          "tetrahedra", [](const S& s) { return tetrahedra_of(s.session().system().mesh()); })
+      .def("element_fields",
+           [](const S& s) {
+             const ElementFields fields =
+                 element_fields(s.session().system(), s.session().state().position);
+             const py::gil_scoped_acquire lock;
+             return py::dict("cauchy_stress"_a = rows_of(fields.cauchy_stress),
+                             "green_strain"_a = rows_of(fields.green_strain),
+                             "von_mises"_a = numbers_of(fields.von_mises.row(0).transpose()),
+                             "jacobian"_a = numbers_of(fields.jacobian.row(0).transpose()),
+                             "energy_density"_a =
+                                 numbers_of(fields.energy_density.row(0).transpose()));
+           },
+           Released());
+}
+
+void define_analyses(py::module_& m) {
+  m.def(
+      "modes",
+      [](const Scene& scene, const std::optional<TetMesh>& given, Index count, bool loaded) {
+        std::optional<NormalModes> modes;
+        std::string warning;
+        Vector q;
+        {
+          const py::gil_scoped_release released;
+          const std::unique_ptr<MechanicalSystem> system =
+              make_system(scene, session_mesh(scene, given));
+          if (loaded) use_consistent_weights(scene, *system);
+          make_initial_state(scene, *system);
+          NormalModeOptions options;
+          options.count = count;
+          q = system->mesh().rest_positions();
+          if (loaded) {
+            const Equilibrium equilibrium = find_equilibrium(*system, scene.solver);
+            if (!equilibrium.found) {
+              throw NumericalError("There is no equilibrium about which the body could vibrate: " +
+                                   equilibrium.message);
+            }
+            q = equilibrium.position;
+            options.with_loads = true;
+            options.multipliers = balancing_multipliers(*system, q, equilibrium.load);
+          }
+          modes = normal_modes(*system, q, options);
+          warning = round_off_warning(*modes);
+        }
+        const auto n = static_cast<py::ssize_t>(modes->modes.size());
+        py::array_t<double> frequencies(n);
+        py::array_t<double> ratios(n);
+        py::array_t<double> round_off(n);
+        py::array_t<double> masses({n, py::ssize_t{3}});
+        py::array_t<double> shapes({n, static_cast<py::ssize_t>(q.size() / 3), py::ssize_t{3}});
+        py::list kinds;
+        for (py::ssize_t i = 0; i < n; ++i) {
+          const NormalMode& mode = modes->modes[static_cast<std::size_t>(i)];
+          frequencies.mutable_data()[i] = mode.frequency();
+          ratios.mutable_data()[i] = mode.damping_ratio;
+          round_off.mutable_data()[i] = mode.round_off;
+          std::copy(mode.effective_mass.data(), mode.effective_mass.data() + 3,
+                    masses.mutable_data() + 3 * i);
+          std::copy(mode.shape.data(), mode.shape.data() + mode.shape.size(),
+                    shapes.mutable_data() + q.size() * i);
+          kinds.append(to_string(mode.kind));
+        }
+        return py::dict("frequencies"_a = frequencies, "kinds"_a = kinds, "shapes"_a = shapes,
+                        "effective_masses"_a = masses, "damping_ratios"_a = ratios,
+                        "round_off"_a = round_off, "positions"_a = vectors_of(q),
+                        "moved_mass"_a = tuple_of(modes->moved_mass), "warning"_a = warning);
+      },
+      "scene"_a, "mesh"_a, "count"_a, "loaded"_a);
+
+  // The text of study.json, the text of study.csv and the table for a terminal.
+  m.def(
+      "study",
+      [](const Scene& scene, const std::optional<TetMesh>& given,
+         const std::vector<std::string>& integrators, const std::vector<double>& steps,
+         std::optional<double> reference_step, const std::string& reference_integrator,
+         const std::string& error_probe, const std::string& out, const std::string& name,
+         const py::object& progress) {
+        StudySettings settings;
+        for (const std::string& integrator : integrators) {
+          settings.integrators.push_back(integrator_from_string(integrator));
+        }
+        settings.steps = steps;
+        settings.reference_step = reference_step;
+        settings.reference_integrator = integrator_from_string(reference_integrator);
+        settings.error_probe = error_probe;
+        const auto tell = [&progress](std::size_t i, std::size_t count, const PlannedRun& run) {
+          const py::gil_scoped_acquire lock;
+          if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+          if (!progress.is_none()) progress(i, count, to_string(run.integrator), run.step);
+        };
+        const auto observers = [&](const std::string& directory) {
+          std::vector<std::unique_ptr<Observer>> list;
+          if (!out.empty()) list.push_back(std::make_unique<RunRecorder>(out + "/" + directory, 0));
+          return list;
+        };
+        const py::gil_scoped_release released;
+        const TetMesh mesh = session_mesh(scene, given);
+        const StudyResult result = run_study(scene, mesh, settings, observers, tell);
+        if (!out.empty()) write_study(result, name, out, {"", utc_now()});
+        std::string json = study_json(result, name);
+        std::string csv = study_csv(result);
+        std::string table = study_table(result);
+        const py::gil_scoped_acquire lock;
+        return py::make_tuple(json, csv, table);
+      },
+      "scene"_a, "mesh"_a, "integrators"_a, "steps"_a, "reference_step"_a,
+      "reference_integrator"_a, "error_probe"_a, "out"_a, "name"_a, "progress"_a);
+}
+
+}  // namespace
+
+PYBIND11_MODULE(_core, m) {
+  m.doc() = "The library of tetraction. Use the package tetraction instead of this module.";
+  define_errors(m);
+  define_mesh(m);
+  define_scene(m);
+  define_session(m);
+  define_analyses(m);
+  m.def("set_thread_count", &set_thread_count);
+  m.def("thread_count", &thread_count);
+  m.attr("version") = version();
+}
+
+}  // namespace tetraction::python

@@ -1,0 +1,60 @@
+// A session as Python sees it.
+#pragma once
+
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "tetraction/simulation/history.h"
+#include "tetraction/simulation/session.h"
+
+namespace tetraction::python {
+
+/// A Session with the rows of its history, the arrays that its mesh refers to, and views of its state. Steps
+/// are made without the interpreter's lock.
+class PythonSession {
+ public:
+  /// `arrays`: what a mesh that is a view refers to, kept as long as the session.
+  PythonSession(const Scene& scene, TetMesh mesh, bool is_static, double largest_increment,
+                bool with_history, pybind11::object arrays);
+
+  Session& session() { return *session_; }
+  const Session& session() const { return *session_; }
+
+  /// Makes up to `count` steps and returns how many were made. A signal, such as that of Ctrl-C, is looked
+  /// for after a step, about ten times a second; its exception passes through between two steps.
+  Index step(Index count);
+  /// Steps to the end with the observers of the library, and calls each of `observers` with `self` after
+  /// each step; the first that returns False ends the run.
+  void run(const std::vector<Observer*>& own, const pybind11::list& observers,
+           const pybind11::object& self);
+
+  /// Views (n, 3) of the present state, which cannot be written to. They keep their addresses as long as
+  /// the session lives, and they always show the present state: refresh() sees to that.
+  pybind11::array positions(const pybind11::object& self);
+  pybind11::array velocities(const pybind11::object& self);
+  pybind11::array momenta(const pybind11::object& self);
+
+  /// Name and values of each column of the history, one value for each step and one for the start.
+  pybind11::dict history() const;
+  /// Enters a row for the present state.
+  void add_row();
+  /// To be called after the state has changed.
+  void refresh() const {
+    if (has_views_) session_->state();
+  }
+
+ private:
+  pybind11::array view(const Vector& field, const pybind11::object& self);
+
+  pybind11::object arrays_;
+  std::unique_ptr<Session> session_;
+  std::unique_ptr<HistoryColumns> columns_;  // null without a history
+  std::vector<double> rows_;
+  bool has_views_ = false;
+};
+
+}  // namespace tetraction::python

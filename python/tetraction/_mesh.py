@@ -1,0 +1,110 @@
+"""Meshes."""
+
+import os
+
+import numpy as np
+
+from . import _core
+
+
+class Mesh:
+    """A mesh of tetrahedra: `points` (n, 3), m, and `tetrahedra` (m, 4), or (m, 10) for quadratic ones.
+
+    Made from arrays it refers to them without a copy: float64 for points and int32 or int64 for
+    tetrahedra, numbered from 0, with positive volumes and without unused points.
+    """
+
+    def __init__(self, points, tetrahedra):
+        self._core, self._arrays = _view(points, tetrahedra)
+
+    @classmethod
+    def _of(cls, core):
+        mesh = cls.__new__(cls)
+        mesh._core, mesh._arrays = core, None
+        return mesh
+
+    @property
+    def points(self):
+        """Rest positions, m (n, 3)."""
+        return self._core.points
+
+    @property
+    def tetrahedra(self):
+        """Vertices of the tetrahedra, (m, 4) or (m, 10) in the order of VTK."""
+        return self._core.tetrahedra
+
+    @property
+    def volume(self):
+        """Sum of the volumes, m³."""
+        return self._core.volume
+
+    @property
+    def is_quadratic(self):
+        """Whether the tetrahedra have ten nodes."""
+        return self._core.is_quadratic
+
+    @property
+    def regions(self):
+        """Region of each tetrahedron (m,)."""
+        return self._core.regions
+
+    @property
+    def groups(self):
+        """Vertices of the named groups of the file, by name."""
+        return self._core.groups
+
+    @property
+    def point_arrays(self):
+        """Arrays of the file with a row for each vertex, by name."""
+        return self._core.point_arrays
+
+    @property
+    def cell_arrays(self):
+        """Arrays of the file with a row for each tetrahedron, by name."""
+        return self._core.cell_arrays
+
+    def __repr__(self):
+        kind = "quadratic" if self.is_quadratic else "linear"
+        return f"<Mesh of {len(self.points)} points and {len(self.tetrahedra)} {kind} tetrahedra>"
+
+
+def read_mesh(path, *, scale=1.0, quadratic=False):
+    """Reads a mesh file: .vtu, .vtk, .msh, .node or .ele, .veg.
+
+    Coordinates are multiplied by `scale`. With `quadratic` a linear mesh gets vertices in the middles of
+    its edges. Raises FileError and InputError.
+    """
+    return Mesh._of(_core.Mesh.read(os.fspath(path), scale, quadratic))
+
+
+def _view(points, tetrahedra):
+    points = np.asarray(points)
+    tetrahedra = np.asarray(tetrahedra)
+    if points.ndim != 2 or points.shape[1] != 3:
+        raise _core.InputError(f"points must have the shape (n, 3), not {points.shape}.")
+    if tetrahedra.ndim != 2 or tetrahedra.shape[1] != 4:
+        raise _core.InputError(
+            f"tetrahedra must have the shape (m, 4), not {tetrahedra.shape}. For quadratic elements set "
+            'mesh.element = "quadratic": vertices are added in the middles of the edges.')
+    if not np.issubdtype(points.dtype, np.number) or np.iscomplexobj(points):
+        raise _core.InputError(f"points must be real numbers, not {points.dtype}.")
+    if not np.issubdtype(tetrahedra.dtype, np.integer):
+        raise _core.InputError(f"tetrahedra must be whole numbers, not {tetrahedra.dtype}.")
+    points = np.ascontiguousarray(points, dtype=np.float64)
+    if tetrahedra.dtype not in (np.dtype(np.int32), np.dtype(np.int64)):
+        tetrahedra = tetrahedra.astype(np.int64)
+    tetrahedra = np.ascontiguousarray(tetrahedra)
+    return _core.Mesh.view(points, tetrahedra), (points, tetrahedra)
+
+
+def mesh_of(points, tetrahedra, mesh):
+    """The mesh of these arguments for the library, or None, and what it refers to."""
+    if mesh is not None:
+        if points is not None or tetrahedra is not None:
+            raise _core.InputError("Give either a mesh or points and tetrahedra.")
+        return mesh._core, mesh
+    if points is None and tetrahedra is None:
+        return None, None
+    if points is None or tetrahedra is None:
+        raise _core.InputError("points and tetrahedra belong together: give both.")
+    return _view(points, tetrahedra)

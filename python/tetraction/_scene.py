@@ -1,0 +1,258 @@
+"""Scenes: what a run computes."""
+
+import contextlib
+import copy
+import os
+import tomllib
+
+from . import _core, _settings
+from ._toml import document_text
+
+_LISTS = {
+    "material_region": _settings.MaterialRegion,
+    "fix": _settings.Fix,
+    "constraint": _settings.Constraint,
+    "force": _settings.Force,
+    "moment": _settings.Moment,
+    "traction": _settings.Traction,
+    "pressure": _settings.Pressure,
+    "body_force": _settings.BodyForce,
+    "amplitude": _settings.Amplitude,
+    "event": _settings.Event,
+    "probe": _settings.Probe,
+}
+_SINGLE = {
+    "mesh": _settings.MeshSettings,
+    "material": _settings.Material,
+    "time": _settings.Time,
+    "solver": _settings.Solver,
+    "damping": _settings.Damping,
+    "environment": _settings.Environment,
+    "initial": _settings.Initial,
+    "output": _settings.Output,
+}
+
+
+class CustomMaterial:
+    """A hyperelastic material that is written in Python.
+
+    The three functions get many deformation gradients F at once, an array of the shape (n, 3, 3), at which
+    the energy density is defined. They must be derivatives of each other, which is tested at some F.
+
+    Parameters
+    ----------
+    energy : function
+        Ψ(F), J/m³, of the shape (n,). Its value at F = 1 does not matter.
+    stress : function
+        P = ∂Ψ/∂F, the first Piola-Kirchhoff stress, Pa, of the shape (n, 3, 3).
+    stiffness : function
+        ∂P/∂F, Pa, of the shape (n, 3, 3, 3, 3): [:, i, J, k, L] = ∂P_iJ/∂F_kL.
+    mu, lambda_ : float
+        The Lamé parameters for small strains, Pa. They are used for scales only.
+    density : float
+        kg/m³.
+    admissible : function, optional
+        Where Ψ is defined, of the shape (n,). By default where det F > 0.
+    name : str
+        For messages.
+
+    The functions are called with the interpreter's lock held, so that other threads of Python wait. An
+    exception that they raise ends the step, passes through, and leaves the state as it was.
+    """
+
+    def __init__(self, energy, stress, stiffness, *, mu, lambda_, density=1000.0, admissible=None,
+                 name="custom"):  # fmt: skip
+        self.density = float(density)
+        self._core = _core.CustomMaterial(name, mu, lambda_, energy, stress, stiffness, admissible)
+
+    # A law of the user's own is not copied.
+    def __deepcopy__(self, memo):
+        return self
+
+
+class ForceField:
+    """A potential of single vertices that is written in Python.
+
+    Parameters
+    ----------
+    energy : function
+        U(m, q), J, of the shape (n,), for the masses m (n,), kg, and positions q (n, 3), m, of all vertices.
+    gradient : function
+        ∂U/∂q, N, of the shape (n, 3): minus the force.
+    hessian : function
+        ∂²U/∂q², N/m, of the shape (n, 3, 3). Implicit steps need it.
+    name : str
+        Lower-case letters, digits and underscores. The history has the column <name>_energy.
+    """
+
+    def __init__(self, energy, gradient, hessian, *, name="field"):
+        self._core = _core.force_field(name, energy, gradient, hessian)
+
+    def __deepcopy__(self, memo):
+        return self
+
+
+class Scene:
+    """The description of a run: the sections of a scene file as attributes.
+
+    ``mesh``, ``material``, ``time``, ``solver``, ``damping``, ``environment``, ``initial`` and ``output`` are
+    settings. ``material_region``, ``fix``, ``constraint``, ``force``, ``moment``, ``traction``, ``pressure``,
+    ``body_force``, ``amplitude``, ``event`` and ``probe`` are lists of them. ``selection`` is a dict of named
+    selections. ``force_field`` is a list of :class:`ForceField`. A dict may stand for any settings::
+
+        scene = tt.Scene(material=tt.Material(youngs_modulus=1e6, poissons_ratio=0.3, density=1000),
+                         time={"integrator": "midpoint", "step": 1e-3, "end": 1.0})
+        scene.fix.append(tt.Fix(select={"plane": {"axis": "x", "at": 0}}))
+
+    A material may be a :class:`CustomMaterial`, that of a region as its key `material`. `folder` is what paths of files are relative to.
+    """
+
+    def __init__(self, *, folder=".", **sections):
+        self._folder = os.fspath(folder)
+        self._name = "scene"
+        self.selection = {}
+        self.force_field = []
+        for name, kind in _SINGLE.items():
+            setattr(self, name, kind())
+        for name in _LISTS:
+            setattr(self, name, [])
+        for name, value in sections.items():
+            if name not in self.__dict__ or name.startswith("_"):
+                known = [*_SINGLE, *_LISTS, "selection", "force_field"]
+                raise _core.InputError(f"A scene has no section {name!r}: there are {', '.join(known)}.")
+            setattr(self, name, value)
+
+    def __setattr__(self, name, value):
+        if name in _SINGLE and isinstance(value, dict):
+            value = _SINGLE[name](**value)
+        if name in _LISTS:
+            entries = value if isinstance(value, (list, tuple)) else [value]
+            value = [_LISTS[name](**e) if isinstance(e, dict) else e for e in entries]
+        object.__setattr__(self, name, value)
+
+    def __repr__(self):
+        return f"Scene({', '.join(f'{k}={v!r}' for k, v in self.to_dict().items())})"
+
+    def copy(self):
+        """A copy that can be changed by itself."""
+        return copy.deepcopy(self)
+
+    def to_dict(self):
+        """The sections that have been set, as plain values with the names of the scene file."""
+        result = {}
+        for name in _SINGLE:
+            value = getattr(self, name)
+            if isinstance(value, CustomMaterial):
+                value = _stand_in(value)
+            if value := _settings.plain(value):
+                result[name] = value
+        for name in _LISTS:
+            entries = [self._entry(entry) for entry in getattr(self, name)]
+            if entries:
+                result[name] = entries
+        if self.selection:
+            result["selection"] = _settings.plain(self.selection)
+        return result
+
+    @staticmethod
+    def _entry(entry):
+        values = _settings.plain(entry)
+        if isinstance(values.get("material"), CustomMaterial):
+            values.update(_stand_in(values.pop("material")))
+        return values
+
+    def to_toml(self):
+        """The scene as the text of a scene file, with defaults filled in."""
+        return self._compiled().text(self._folder)
+
+    def _path(self):
+        return os.path.join(self._folder, self._name)
+
+    @contextlib.contextmanager
+    def _messages(self):
+        """Takes the lines of a text that the user has not seen out of messages."""
+        try:
+            yield
+        except _core.InputError as error:
+            place, _, rest = str(error).partition(": ")
+            if not place.startswith(self._path() + ":"):
+                raise
+            raise _core.InputError(rest) from None
+
+    def _compiled(self, tables=None, *, has_mesh=False):
+        """The scene as the library takes it, from these tables or its own, checked."""
+        tables = dict(self.to_dict() if tables is None else tables)
+        mesh = dict(tables.get("mesh", {}))
+        if has_mesh and not mesh.get("file") and not mesh.get("generate"):
+            mesh["generate"] = {"kind": "tetrahedron"}  # the arrays take its place
+            tables["mesh"] = mesh
+        with self._messages():
+            scene = _core.Scene.from_text(document_text(tables), self._path())
+        if isinstance(self.material, CustomMaterial):
+            scene.set_material(0, self.material._core)
+        for i, region in enumerate(self.material_region):
+            if region.material is not None:
+                scene.set_material(i + 1, region.material._core)
+        for field in self.force_field:
+            scene.add_force_term(field._core)
+        return scene
+
+
+def _stand_in(material):
+    """A material that the reader accepts in place of one that is written in Python."""
+    return {"model": "neo-hookean", "youngs_modulus": 1.0, "poissons_ratio": 0.0,
+            "density": material.density}  # fmt: skip
+
+
+def read_scene(path, overrides=()):
+    """Reads a scene file.
+
+    Parameters
+    ----------
+    path : path-like
+        A TOML file. docs/scene.md describes it.
+    overrides : sequence of str, or dict
+        As after --set on the command line: ["time.step=1e-4"] or {"time.step": 1e-4}.
+
+    Returns
+    -------
+    Scene
+        With the values of the file. Raises FileError and InputError, whose messages name the line.
+    """
+    path = os.fspath(path)
+    if isinstance(overrides, dict):
+        from ._toml import value_text
+
+        overrides = [f"{key}={value_text(value)}" for key, value in overrides.items()]
+    _core.Scene.read(path, list(overrides))  # all checks, with the lines of the file
+    with open(path, "rb") as file:
+        tables = tomllib.load(file)
+    for override in overrides:
+        key, _, text = override.partition("=")
+        _put(tables, key.strip().split("."), _override_value(text.strip()))
+    scene = Scene(folder=os.path.dirname(path) or ".", **tables)
+    scene._name = os.path.basename(path)
+    return scene
+
+
+def _override_value(text):
+    try:
+        return tomllib.loads(f"x = {text}")["x"]
+    except tomllib.TOMLDecodeError:
+        return text
+
+
+def _put(tables, keys, value):
+    for key in keys[:-1]:
+        if isinstance(tables, list):
+            key = int(key)
+            while len(tables) <= key:
+                tables.append({})
+            tables = tables[key]
+        else:
+            tables = tables.setdefault(key, {})
+    if isinstance(tables, list):
+        key = int(keys[-1])
+        tables[key:key + 1] = [value]
+    else:
+        tables[keys[-1]] = value

@@ -1,0 +1,82 @@
+"""Equilibria, modes and studies."""
+
+import os
+
+import numpy as np
+import pytest
+
+import tetraction as tt
+
+
+def test_static(beam, tmp_path):
+    session = tt.static(beam, tmp_path / "out")
+    assert session.load_path["factor"] == 1.0
+    weight = 9.81 * session.masses.sum()
+    assert session.reactions.sum(axis=0) == pytest.approx([0, weight, 0], rel=1e-6, abs=1e-6 * weight)
+    assert os.path.exists(tmp_path / "out" / "final.vtu")
+    beam.fix = []
+    with pytest.raises(tt.InputError, match="move along"):
+        tt.static(beam)
+
+
+def test_static_without_an_equilibrium(beam):
+    beam.material.youngs_modulus = 10.0
+    beam.environment.strength = 1e4
+    with pytest.raises(tt.NumericalError):
+        tt.static(beam)
+
+
+def test_modes(beam):
+    beam.mesh.element = "quadratic"
+    modes = tt.modes(beam, 6)
+    assert modes.kinds == ["elastic"] * 6 and (np.diff(modes.frequencies) >= 0).all()
+    # Bending of a beam: 0.1615 t/L² √(E/ρ), less shear.
+    assert modes.frequencies[0] == pytest.approx(0.1615 * 0.2 * np.sqrt(1e5 / 1e3), rel=0.1)
+    assert modes.shapes.shape == (6, len(modes.positions), 3)
+    beam.fix = []
+    assert tt.modes(beam, 8).kinds == ["rigid"] * 6 + ["elastic"] * 2
+    with pytest.raises(tt.InputError):
+        tt.modes(beam, 0)
+
+
+def test_study(beam, tmp_path):
+    beam.environment = {}
+    beam.initial.velocity = [0.0, 0.0, 0.0]
+    beam.initial.stretch = [1.02, 1.0, 1.0]
+    beam.time.end = 0.02
+    told = []
+    study = tt.study(beam, ["verlet", "midpoint"], [1e-3, 5e-4, 2.5e-4], out=tmp_path / "study",
+                     progress=lambda i, n, rule, step: told.append((i, n, rule, step)))  # fmt: skip
+    table = study.table
+    assert len(table) == 6 and set(table["integrator"]) == {"verlet", "midpoint"}
+    assert table["position_error"].dtype == float and (table["status"] == "ok").all()
+    verlet = table[table["integrator"] == "verlet"]
+    assert verlet["observed_order"][np.isfinite(verlet["observed_order"])] == pytest.approx(2, abs=0.2)
+    assert told[0][1] == len(told) == 6
+    assert study.stable_step > 0 and study.conclusions and "verlet" in str(study)
+    assert {"study.csv", "study.json"} <= set(os.listdir(tmp_path / "study"))
+    matplotlib = pytest.importorskip("matplotlib")
+    matplotlib.use("Agg")
+    axes = study.plot()
+    assert len(axes.get_lines()) == 3
+    study.write_plots()
+    assert [name for name in os.listdir(tmp_path / "study") if name.endswith(".pdf")]
+
+
+def test_a_study_without_a_directory_and_with_a_wrong_rule(beam):
+    beam.time.end = 0.01
+    study = tt.study(beam, ["midpoint"], [1e-3, 5e-4])
+    assert study.directory is None and len(study.table) == 2
+    with pytest.raises(tt.InputError, match="directory"):
+        study.write_plots()
+    with pytest.raises(tt.InputError, match="euler"):
+        tt.study(beam, ["euler"], [1e-3])
+
+
+def test_meshes(tmp_path, beam):
+    tt.run(beam, tmp_path / "out")
+    mesh = tt.read_mesh(tmp_path / "out" / "final.vtu", scale=2.0)
+    assert mesh.points.shape == (45, 3) and mesh.tetrahedra.shape == (96, 4)
+    assert "displacement" in mesh.point_arrays and not mesh.is_quadratic
+    with pytest.raises(tt.FileError, match="none.vtu"):
+        tt.read_mesh(tmp_path / "none.vtu")

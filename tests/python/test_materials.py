@@ -1,0 +1,169 @@
+"""Materials and force fields that are written in Python."""
+
+import numpy as np
+import pytest
+
+import tetraction as tt
+
+MU, LAMBDA = 4e4, 6e4
+
+
+def neo_hookean_energy(F):
+    J = np.linalg.det(F)
+    return (0.5 * MU * (np.einsum("nij,nij->n", F, F) - 3 - 2 * np.log(J))
+            + 0.5 * LAMBDA * np.log(J) ** 2)  # fmt: skip
+
+
+def neo_hookean_stress(F):
+    inverse = np.linalg.inv(F).transpose(0, 2, 1)
+    log = np.log(np.linalg.det(F))[:, None, None]
+    return MU * (F - inverse) + LAMBDA * log * inverse
+
+
+def neo_hookean_stiffness(F):
+    inverse = np.linalg.inv(F).transpose(0, 2, 1)
+    log = np.log(np.linalg.det(F))[:, None, None, None, None]
+    one = np.eye(3)
+    return (MU * np.einsum("ik,JL->iJkL", one, one)[None]
+            + (MU - LAMBDA * log) * np.einsum("niL,nkJ->niJkL", inverse, inverse)
+            + LAMBDA * np.einsum("niJ,nkL->niJkL", inverse, inverse))  # fmt: skip
+
+
+def neo_hookean(**changed):
+    functions = {"energy": neo_hookean_energy, "stress": neo_hookean_stress,
+                 "stiffness": neo_hookean_stiffness, **changed}  # fmt: skip
+    return tt.CustomMaterial(**functions, mu=MU, lambda_=LAMBDA, density=1000.0, name="mine")
+
+
+@pytest.mark.parametrize("integrator", ["explicit", "verlet", "midpoint", "energy-momentum"])
+@pytest.mark.parametrize("element", ["linear", "quadratic"])
+def test_a_law_written_in_python_moves_as_the_built_in_one(beam, integrator, element):
+    beam.time.integrator = integrator
+    beam.mesh.element = element
+    beam.time.step, beam.time.end = (5e-4, 0.02) if element == "quadratic" else (1e-3, 0.05)
+    beam.material = tt.Material(model="neo-hookean", mu=MU, density=1000.0, **{"lambda": LAMBDA})
+    plain = tt.run(beam)
+    beam.material = neo_hookean()
+    custom = tt.run(beam)
+    assert plain.status == custom.status == "ok"
+    moved = abs(plain.displacements).max()
+    assert moved > 1e-4
+    assert abs(custom.positions - plain.positions).max() < 1e-8 * moved
+    assert custom.balance["max_relative_energy_drift"] == pytest.approx(
+        plain.balance["max_relative_energy_drift"], rel=0.02, abs=1e-12)
+
+
+def test_the_functions_are_called_for_many_elements_at_once(beam):
+    sizes = []
+
+    def stress(F):
+        sizes.append(len(F))
+        return neo_hookean_stress(F)
+
+    beam.time.integrator, beam.time.step = "explicit", 1e-4
+    beam.material = neo_hookean(stress=stress)
+    session = tt.Session(beam)
+    sizes.clear()
+    session.step(10)
+    assert set(sizes) == {96} and len(sizes) <= 11
+
+
+def test_static_and_modes_of_a_law_written_in_python(beam):
+    beam.material = tt.Material(model="neo-hookean", mu=MU, density=1000.0, **{"lambda": LAMBDA})
+    expected = tt.static(beam).positions, tt.modes(beam, 3).frequencies
+    beam.material = neo_hookean()
+    assert np.allclose(tt.static(beam).positions, expected[0], rtol=0, atol=1e-8)
+    assert np.allclose(tt.modes(beam, 3).frequencies, expected[1], rtol=1e-9)
+
+
+def test_regions_have_laws_of_their_own(beam):
+    upper = {"box": {"min": [0, 0.1, -1], "max": [1, 1, 1]}}
+    keys = {"model": "neo-hookean", "mu": MU, "lambda": LAMBDA, "density": 500.0}
+    beam.time.end = 0.02
+    beam.material_region = [tt.MaterialRegion(select=upper, **keys)]
+    plain = tt.run(beam)
+    law = neo_hookean()
+    law.density = 500.0
+    beam.material_region = [tt.MaterialRegion(select=upper, material=law)]
+    custom = tt.run(beam)
+    assert plain.masses.sum() == custom.masses.sum() == pytest.approx(30.0)
+    assert np.allclose(custom.positions, plain.positions, rtol=0, atol=1e-9)
+    with pytest.raises(tt.InputError, match="program"):
+        beam.to_toml()
+
+
+def test_wrong_derivatives_are_refused():
+    with pytest.raises(tt.InputError, match="stress differs from the derivative of the energy"):
+        neo_hookean(stress=lambda F: 1.001 * neo_hookean_stress(F))
+    with pytest.raises(tt.InputError, match="stiffness differs from the derivative of the stress"):
+        neo_hookean(stiffness=lambda F: neo_hookean_stiffness(F).transpose(0, 2, 1, 3, 4))
+    with pytest.raises(tt.InputError, match=r"shape \(1, 3, 3\)"):
+        neo_hookean(stress=lambda F: neo_hookean_stress(F)[:, 0])
+    with pytest.raises(tt.InputError, match="mine"):
+        tt.CustomMaterial(neo_hookean_energy, neo_hookean_stress, neo_hookean_stiffness, mu=-1.0,
+                          lambda_=1.0, name="mine")  # fmt: skip
+
+
+def test_an_exception_of_a_law_passes_through_and_leaves_the_state(beam):
+    state = {"fail": False}
+
+    def stress(F):
+        if state["fail"]:
+            raise ZeroDivisionError("in my law")
+        return neo_hookean_stress(F)
+
+    beam.material = neo_hookean(stress=stress)
+    session = tt.Session(beam)
+    session.step(3)
+    before = session.positions.copy()
+    state["fail"] = True
+    with pytest.raises(ZeroDivisionError, match="in my law"):
+        session.step()
+    assert np.array_equal(session.positions, before) and session.step_number == 3
+    state["fail"] = False
+    assert session.step(2) == 2
+
+
+def test_a_law_can_be_changed_during_a_run(beam):
+    session = tt.Session(beam)
+    session.step(5)
+    session.apply(tt.SetMaterial(custom=neo_hookean()))
+    assert session.step(5) == 5
+
+
+def test_laws_by_themselves():
+    F = np.eye(3) + 0.1 * np.random.default_rng(1).standard_normal((20, 3, 3))
+    keys = {"model": "neo-hookean", "mu": MU, "lambda": LAMBDA}
+    energy = tt.material.energy_density(F, **keys)
+    expected = neo_hookean_energy(F) - neo_hookean_energy(np.eye(3)[None])
+    assert np.allclose(energy, expected, rtol=1e-12)
+    assert np.allclose(tt.material.stress(F, **keys), neo_hookean_stress(F), rtol=1e-12)
+    assert np.allclose(tt.material.stiffness(F, **keys), neo_hookean_stiffness(F), rtol=1e-12)
+    one = tt.material.cauchy_stress(F[0], **keys)
+    assert one.shape == (3, 3) and np.allclose(one, one.T)
+    with pytest.raises(tt.InputError, match="not defined"):
+        tt.material.stress(np.diag([-1.0, 1, 1]), **keys)
+    with pytest.raises(tt.InputError, match="shape"):
+        tt.material.stress(np.eye(2), **keys)
+
+
+def test_a_force_field(beam):
+    k = np.array([30.0, 50.0, 70.0])
+    field = tt.ForceField(
+        energy=lambda m, q: 0.5 * m * (q**2 @ k),
+        gradient=lambda m, q: m[:, None] * q * k,
+        hessian=lambda m, q: m[:, None, None] * np.diag(k),
+        name="trap",
+    )
+    beam.force_field.append(field)
+    beam.environment = {}
+    for integrator in ("explicit", "midpoint"):
+        beam.time.integrator, beam.time.step = integrator, 5e-4
+        session = tt.run(beam)
+        assert session.status == "ok"
+        energy = 0.5 * (session.masses @ (session.positions**2 @ k))
+        assert session.energies["trap"] == pytest.approx(energy)
+        assert session.history["trap_energy"][-1] == session.energies["trap"]
+        assert session.balance["max_relative_energy_drift"] < 1e-2
+    with pytest.raises(tt.InputError, match="lower-case"):
+        tt.ForceField(None, None, None, name="My field")

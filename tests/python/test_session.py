@@ -1,0 +1,267 @@
+"""Sessions: steps, views, edits, and that they are the runs of the program."""
+
+import csv
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import tetraction as tt
+
+
+def test_a_run_is_the_one_of_the_program(beam, tmp_path):
+    (tmp_path / "beam.toml").write_text(beam.to_toml())
+    subprocess.run([os.environ["TETRACTION_PROGRAM"], "run", tmp_path / "beam.toml", "--out",
+                    tmp_path / "out", "--quiet"], check=True)  # fmt: skip
+    session = tt.run(beam)
+    assert session.status == "ok"
+    with open(tmp_path / "out" / "history.csv") as file:
+        rows = list(csv.DictReader(file))
+    history = session.history
+    assert list(history) == list(rows[0])
+    for name, values in history.items():
+        assert values.tolist() == [float(row[name]) for row in rows], name
+
+
+def test_files_of_a_run(beam, tmp_path):
+    session = tt.run(beam, tmp_path / "out")
+    names = os.listdir(tmp_path / "out")
+    assert {"history.csv", "final.vtu", "summary.json", "frames.pvd"} <= set(names)
+    with open(tmp_path / "out" / "history.csv") as file:
+        last = list(csv.DictReader(file))[-1]
+    assert float(last["total_energy"]) == session.energies["total"]
+
+
+def test_views_follow_the_run_and_keep_their_addresses(beam):
+    beam.time.step, beam.time.end, beam.time.integrator = 1e-4, 10.0, "explicit"
+    session = tt.Session(beam, history=False)
+    views = [session.positions, session.velocities, session.momenta]
+    before = [view.ctypes.data for view in views]
+    start = session.positions.copy()
+    assert session.step(500) == 500
+    session.apply(tt.SetDamping(viscosity=10.0))
+    session.apply(tt.SetFix(select={"plane": {"axis": "x", "at": 1.0}}))
+    session.apply(tt.SetSolver(tolerance=1e-9))
+    session.step(500)
+    after = [session.positions, session.velocities, session.momenta]
+    assert [view.ctypes.data for view in after] == before
+    for old, new in zip(views, after):
+        assert np.shares_memory(old, new)
+        assert np.array_equal(old, new)  # the old views show the present state
+        assert old.shape == (45, 3) and not old.flags.writeable
+        with pytest.raises(ValueError):
+            old[0, 0] = 1.0
+    assert abs(views[0] - start).max() > 1e-4
+    # Views keep the session alive.
+    positions = session.positions
+    del session, views, after
+    assert np.isfinite(positions).all()
+
+
+def test_arrays_are_not_copied_and_give_the_same_for_each_type(cube):
+    points, tetrahedra = cube
+    scene = tt.Scene(material={"youngs_modulus": 1e5, "poissons_ratio": 0.3, "density": 1000.0},
+                     time={"integrator": "verlet", "step": 1e-3, "end": 1.0},
+                     initial={"angular_velocity": [0.0, 1.0, 2.0]})  # fmt: skip
+    ends = []
+    for kind in (np.int32, np.int64, np.uint16):
+        session = tt.Session(scene, points, tetrahedra.astype(kind))
+        assert session._core is not None
+        session.step(100)
+        ends.append(session.positions.copy())
+    assert np.array_equal(ends[0], ends[1]) and np.array_equal(ends[0], ends[2])
+    assert abs(ends[0] - points).max() > 1e-2
+    # A view: the mesh sees what happens to the array.
+    own = points.copy()
+    mesh = tt.Mesh(own, tetrahedra)
+    own[0, 0] = -0.25
+    assert mesh.points[0, 0] == -0.25
+    # Arrays of another layout are converted.
+    session = tt.Session(scene, np.asfortranarray(points), [list(t) for t in tetrahedra])
+    session.step(100)
+    assert np.array_equal(session.positions, ends[0])
+
+
+@pytest.mark.parametrize("points, tetrahedra, message", [
+    (np.zeros((4, 2)), [[0, 1, 2, 3]], r"\(n, 3\)"),
+    (np.zeros((4, 3)), [[0, 1, 2]], r"\(m, 4\)"),
+    (np.eye(4, 3), [[0, 1, 2, 9]], "9"),
+    (np.eye(4, 3), [[0.5, 1, 2, 3]], "whole numbers"),
+    (np.full((4, 3), np.nan), [[0, 1, 2, 3]], "NaN|finite"),
+    (np.eye(4, 3, dtype=complex), [[0, 1, 2, 3]], "real"),
+])  # fmt: skip
+def test_wrong_arrays_are_refused(points, tetrahedra, message):
+    scene = tt.Scene(material={"youngs_modulus": 1e5, "poissons_ratio": 0.3})
+    with pytest.raises(tt.InputError, match=message):
+        tt.Session(scene, points, tetrahedra)
+
+
+def test_quadratic_elements_of_arrays(cube):
+    points, tetrahedra = cube
+    scene = tt.Scene(mesh={"element": "quadratic"},
+                     material={"youngs_modulus": 1e5, "poissons_ratio": 0.3})  # fmt: skip
+    session = tt.Session(scene, points, tetrahedra)
+    assert session.tetrahedra.shape == (6, 10) and len(session.rest_positions) == 27
+    assert session.masses.sum() == pytest.approx(1000.0)
+
+
+def test_energy_and_balance(beam):
+    session = tt.Session(beam)
+    session.step(50)
+    energies = session.energies
+    assert energies["total"] == pytest.approx(sum(v for k, v in energies.items() if k != "total"))
+    assert session.balance["max_relative_energy_drift"] < 1e-2
+    assert session.time == pytest.approx(0.1) and session.step_number == 50
+    assert session.history["time"][-1] == session.time
+    fields = session.element_fields()
+    assert fields["cauchy_stress"].shape == (96, 6) and (fields["jacobian"] > 0).all()
+    assert session.reactions.sum(axis=0)[1] > 0
+    assert session.stable_step > 0 and session.current_stable_step() > 0
+
+
+def test_other_threads_run_during_steps(beam):
+    beam.time.end = 1e9
+    session = tt.Session(beam, history=False)
+    counter = [0]
+    stop = threading.Event()
+
+    def count():
+        while not stop.is_set():
+            counter[0] += 1
+            time.sleep(0)
+
+    thread = threading.Thread(target=count)
+    thread.start()
+    before = counter[0]
+    session.step(200)
+    after = counter[0]
+    stop.set()
+    thread.join()
+    assert after - before > 50
+
+
+def test_ctrl_c_stops_between_two_steps(beam):
+    beam.time.end = 1e9
+    session = tt.Session(beam, history=False)
+    threading.Timer(0.5, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+    with pytest.raises(KeyboardInterrupt):
+        session.step(10**9)
+    made = session.step_number
+    assert made > 0 and session.status == "running"
+    assert session.step(3) == 3 and session.step_number == made + 3
+
+
+def test_observers(beam):
+    session = tt.Session(beam)
+    times = []
+    assert session.run(observers=[lambda s: times.append(s.time)]) == "ok"
+    assert len(times) == 100 and times[-1] == pytest.approx(0.2)
+    session = tt.Session(beam)
+    assert session.run(observers=[lambda s: s.step_number < 7]) == "interrupted"
+    assert session.step_number == 7
+
+    def broken(session):
+        raise ZeroDivisionError("mine")
+
+    with pytest.raises(ZeroDivisionError, match="mine"):
+        tt.Session(beam).run(observers=[broken])
+
+
+def test_every_edit(beam):
+    beam.time.end = 100.0
+    session = tt.Session(beam)
+    tip = {"plane": {"axis": "x", "at": 1.0}}
+    session.step(2)
+    edits = [
+        tt.SetMaterial(youngs_modulus=2e5),
+        tt.SetTime(step=1e-3),
+        tt.SetSolver(tolerance=1e-9),
+        tt.SetDamping(viscosity=1.0),
+        tt.SetEnvironment(strength=1.62),
+        tt.SetForce(select=tip, vector=[0, 0, 1e-3]),
+        tt.SetForce(0, vector=[0, 0, 2e-3]),
+        tt.SetPressure(select=tip, value=3.0),
+        tt.SetTraction(select=tip, vector=[1.0, 0, 0]),
+        tt.SetBodyForce(select={"all": True}, vector=[1.0, 0, 0]),
+        tt.SetMoment(select=tip, vector=[1e-4, 0, 0]),
+        tt.SetConstraint(kind="distance", vertices=[40, 44]),
+        tt.RemoveConstraint(0),
+        tt.SetFix(select=tip),
+        tt.Unfix(fix=1),
+        tt.SetMomentum({"vertices": [44]}, [0.1, 0, 0]),
+        tt.Shift([43], displacement=[[1e-4, 0, 0]]),
+        tt.Set({"damping.viscosity": 2.0, "time.step": 2e-3}),
+    ]
+    for edit in edits:
+        session.apply(edit)
+        assert session.step() == 1, (edit, session.message)
+    assert session.time_step == 2e-3
+    assert abs(session.balance["energy_error"]) < 1e-3 * session.balance["energy_scale"]
+    with pytest.raises(tt.InputError, match="density"):
+        session.apply(tt.SetMaterial(density=5.0))
+    with pytest.raises(tt.InputError, match="constraint"):
+        session.apply(tt.RemoveConstraint(7))
+    assert session.step() == 1
+
+
+def test_edits_and_events_of_the_scene_have_their_own_places(beam):
+    beam.event = [tt.Event(at=0.01, set={"damping.viscosity": 5.0})]
+    beam.time.end = 0.05
+    session = tt.Session(beam)
+    session.step(2)
+    session.apply(tt.SetDamping(mass_damping=3.0))
+    session.step(100)
+    assert session.status == "ok"
+    twice = tt.Session(beam)
+    twice.step(2)
+    twice.set({"damping.mass_damping": 3.0})
+    twice.step(100)
+    assert np.array_equal(session.positions, twice.positions)
+
+
+def test_checkpoints_go_on_with_the_same_bits(beam):
+    session = tt.Session(beam)
+    session.step(10)
+    session.apply(tt.SetForce(select={"all": True}, vector=[0, 0, 1e-3]))
+    saved = session.checkpoint()
+    session.step(10)
+    other = tt.Session(beam)
+    other.restore(saved)
+    other.step(10)
+    assert np.array_equal(session.positions, other.positions)
+    other.apply(tt.SetForce(0, vector=[0, 0, 2e-3]))
+
+
+def test_a_step_that_fails_is_told_and_leaves_the_state(beam):
+    beam.time.integrator, beam.time.step, beam.time.end = "explicit", 1.0, 1000.0
+    session = tt.Session(beam)
+    session.step(1000)
+    assert session.status == "unstable"
+    assert session.failure["remedy"] and session.failure["elements"]
+    assert np.isfinite(session.positions).all()
+
+
+def test_shapes_for_other_packages(beam):
+    session = tt.run(beam)
+    vtk = pytest.importorskip("vtkmodules.util.numpy_support")
+    grid = session.to_vtk()
+    assert grid.GetNumberOfCells() == 96
+    points = vtk.vtk_to_numpy(grid.GetPoints().GetData())
+    assert np.array_equal(points, session.positions)
+    assert np.array_equal(vtk.vtk_to_numpy(grid.GetPointData().GetArray("displacement")),
+                          session.displacements)  # fmt: skip
+    meshio = pytest.importorskip("meshio")
+    mesh = session.to_meshio()
+    assert isinstance(mesh, meshio.Mesh) and np.array_equal(mesh.points, session.positions)
+    assert set(mesh.point_data) == {"displacement", "velocity", "momentum"}
+
+
+def test_packages_are_imported_when_they_are_needed():
+    code = "import sys, tetraction; print([m for m in ('meshio', 'pyvista', 'vtkmodules', 'matplotlib') if m in sys.modules])"
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert result.stdout.strip() == "[]"
