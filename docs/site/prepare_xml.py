@@ -9,6 +9,7 @@ Usage: python3 prepare_xml.py FOLDER      (of doxygen's XML)
 
 import glob
 import os
+import re
 import sys
 import xml.etree.ElementTree as ElementTree
 
@@ -19,7 +20,7 @@ def drop_designated_initializers(compound):
     for member in compound.iter("memberdef"):
         for part in ("initializer", "argsstring"):
             element = member.find(part)
-            if element is not None and "{." in "".join(element.itertext()):
+            if element is not None and re.search(r"\{\s*\.", "".join(element.itertext())):
                 member.remove(element)
                 found = True
     return found
