@@ -38,7 +38,7 @@ PAGES = ["README.md"] + sorted(
     for path in glob.glob(os.path.join(TREE, "docs", "**", "*.md"), recursive=True)
 )
 COMMAND = re.compile(r"^(\$ )?(tetraction|scripts/|cmake|ctest|cpack|build/|python3?|pip|git|apt(-get)?|sudo) ?")
-MARK = re.compile(r"<!-- (not run|shortened|before it|file): (.*?)\s*-->", re.DOTALL)
+MARK = re.compile(r"<!-- (not run|shortened|before it|file):\s+(.*?)\s*-->", re.DOTALL)
 
 SCENE = """
 [mesh]
