@@ -51,7 +51,7 @@ density = 1000.0
 [time]
 integrator = "midpoint"
 step = 0.01
-end = 0.03
+end = 0.1
 [environment]
 kind = "gravity"
 [damping]
