@@ -41,6 +41,7 @@ myst_enable_extensions = ["html_image"]
 breathe_projects = {"tetraction": os.environ["TETRACTION_DOXYGEN_XML"]}
 breathe_default_project = "tetraction"
 breathe_default_members = ("members",)
+breathe_show_include = False
 primary_domain = "cpp"
 highlight_language = "none"
 
@@ -48,11 +49,13 @@ html_theme = "furo"
 html_title = f"Tetraction {version}"
 html_copy_source = False
 html_show_sphinx = False
+html_show_copyright = False
 # Nothing is loaded from the network: Furo's own fonts are those of the system.
 html_static_path = []
 
 LINK = re.compile(r"(\]\()([^()\s]+)(\))")
 IMAGE = re.compile(r'(<img src=")([^"]+)(")')
+FOLDER = re.compile(r"\[([^\[\]]*)\] \(`([^`]*)`\)")
 PAGE = re.compile(r"<!-- page: (\S+) -->")
 TOCTREE = re.compile(r"<!-- toctree ([^\n]+)\n(.*?)-->", re.DOTALL)
 HEADERS = re.compile(r"<!-- headers: (\S+) -->")
@@ -84,8 +87,8 @@ def with_links(text, origin, page):
         return match[1] + target + match[3]
 
     text = IMAGE.sub(replaced, LINK.sub(replaced, text))
-    # What was the text of a link to a folder is plain text.
-    return re.sub(r"\[([^\[\]]*)\] \(`", r"\1 (`", text)
+    # What was a link to a folder is plain text, and only the path if the text was the path, too.
+    return FOLDER.sub(lambda m: f"`{m[2]}`" if m[1].strip("/") == m[2] else f"{m[1]} (`{m[2]}`)", text)
 
 
 def outside_fences(text, change):
