@@ -87,6 +87,7 @@ double Balance::enter_edit(const State& state) {
   return jump;
 }
 
+// Formula (20) of docs/theory.md.
 double Balance::energy_error() const {
   return sums_.energies.total() - sums_.initial_energies.total() - sums_.external_work +
          dissipated_energy() - constraint_work() - edit_work();

@@ -1,4 +1,4 @@
-// The midpoint rule, α = ½.
+// The midpoint rule: formula (11) of docs/theory.md with α = ½.
 #include <utility>
 
 #include "implicit_stepper.h"

@@ -162,11 +162,13 @@ double vertex_damping_rate(const MechanicalSystem& system, const Vector& q, doub
   return rate;
 }
 
+// Formula (21) of docs/theory.md for one mode.
 double explicit_critical_step(double omega, double rate) {
   const double sum = rate + std::hypot(rate, 2.0 * omega);
   return sum > 0.0 ? 4.0 / sum : kInfinity;
 }
 
+// Formula (22) of docs/theory.md.
 double verlet_critical_step(double omega, double rate) {
   constexpr double kMostDamped = 1.5436890126920764;  // a with (1−a)(1−a+a²) = −1
   const double undamped = omega > 0.0 ? 2.0 / omega : kInfinity;

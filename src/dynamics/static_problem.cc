@@ -6,6 +6,7 @@
 
 namespace tetraction {
 
+// The function Π is formula (28) of docs/theory.md.
 StaticProblem::StaticProblem(const MechanicalSystem& system, double time)
     : PotentialProblem(system), constraints_(system.constraints()) {
   time_ = time;

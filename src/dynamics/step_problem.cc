@@ -24,6 +24,7 @@ bool is_held_at_rest(const Constraints& constraints) {
 
 }  // namespace
 
+// The function Φ is formula (12) of docs/theory.md, with all force terms formula (29).
 void StepProblem::begin(const State& state, double h, double end_time, double alpha,
                         const Vector& load) {
   alpha_ = alpha;
