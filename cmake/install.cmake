@@ -67,7 +67,14 @@ if(TETRACTION_BUILD_IO)
   endif()
 endif()
 
-# Two packages: the program, and the library with its headers.
+if(TETRACTION_HAS_PYTHON)
+  set(python_folder lib/python3/dist-packages/tetraction)  # Debian's own
+  install(TARGETS tetraction_python LIBRARY DESTINATION ${python_folder} COMPONENT python)
+  install(DIRECTORY ${TETRACTION_PYTHON_FOLDER}/tetraction/ DESTINATION ${python_folder} COMPONENT python
+    FILES_MATCHING PATTERN "*.py" PATTERN "*.pyi" PATTERN "py.typed" PATTERN "__pycache__" EXCLUDE)
+endif()
+
+# Packages: the program, the library with its headers, and the Python package where it was built.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME tetraction)
 set(CPACK_PACKAGE_VENDOR Tetraction)
@@ -75,6 +82,9 @@ set(CPACK_PACKAGE_CONTACT "The Tetraction developers <tetraction@localhost>")
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "${PROJECT_DESCRIPTION}")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_COMPONENTS_ALL program development)
+if(TETRACTION_HAS_PYTHON)
+  list(APPEND CPACK_COMPONENTS_ALL python)
+endif()
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION science)
@@ -89,8 +99,15 @@ set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS
   "libeigen3-dev, libsuitesparse-dev, libopenblas-dev, libceres-dev, libspectra-dev, libtbb-dev, libhwy-dev, libfmt-dev")
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SUGGESTS
   "libvtk9-dev, libtomlplusplus-dev, nlohmann-json3-dev, libmuparser-dev, zlib1g-dev")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-tetraction)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)
+# The extension module is of one version of Python.
+set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3 (>= 3.11), python3 (<< 3.12), python3-numpy, libopenblas0-pthread")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS "python3-matplotlib, python3-vtk9")
 set(CPACK_COMPONENT_PROGRAM_DESCRIPTION
   "Simulates hyperelastic solids on tetrahedral meshes with variational integrators and reports a complete balance of energy and momentum.")
 set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION
   "The library of Tetraction: headers, static libraries, CMake package and pkg-config file.")
+set(CPACK_COMPONENT_PYTHON_DESCRIPTION "The Python package of Tetraction, with NumPy arrays that are views of the running state.")
 include(CPack)

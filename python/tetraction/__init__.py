@@ -62,14 +62,77 @@ from ._settings import (
     Traction,
 )
 
+__all__ = [
+    "Amplitude",
+    "BodyForce",
+    "Constraint",
+    "CustomMaterial",
+    "Damping",
+    "Edit",
+    "Environment",
+    "Error",
+    "Event",
+    "FileError",
+    "Fix",
+    "Force",
+    "ForceField",
+    "Generator",
+    "Initial",
+    "InputError",
+    "Material",
+    "MaterialRegion",
+    "Mesh",
+    "MeshSettings",
+    "Modes",
+    "Moment",
+    "Momentum",
+    "NumericalError",
+    "Output",
+    "OutputError",
+    "Pressure",
+    "Probe",
+    "RemoveConstraint",
+    "Scene",
+    "Session",
+    "Set",
+    "SetBodyForce",
+    "SetConstraint",
+    "SetDamping",
+    "SetEnvironment",
+    "SetFix",
+    "SetForce",
+    "SetMaterial",
+    "SetMoment",
+    "SetMomentum",
+    "SetPressure",
+    "SetSolver",
+    "SetTime",
+    "SetTraction",
+    "Shift",
+    "Solver",
+    "Study",
+    "Time",
+    "Traction",
+    "Unfix",
+    "material",
+    "modes",
+    "read_mesh",
+    "read_scene",
+    "run",
+    "set_thread_count",
+    "static",
+    "study",
+    "thread_count",
+]
+
 __version__ = _core.version
 
 
-def set_thread_count(count):
+def set_thread_count(count: int) -> None:
     """Sets how many threads the loops over elements use, in all sessions."""
     _core.set_thread_count(count)
 
 
-def thread_count():
+def thread_count() -> int:
     """How many threads the loops over elements use."""
     return _core.thread_count()

@@ -4,16 +4,23 @@ import json
 import os
 import subprocess
 import sys
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from . import _core, _scene
-from ._mesh import mesh_of
+from ._mesh import Mesh, mesh_of
 from ._session import Session
 
+_Path = str | os.PathLike[str]
 
-def run(scene, out=None, *, points=None, tetrahedra=None, mesh=None, observers=()):
+
+def run(scene: _scene.Scene | _Path, out: _Path | None = None, *, points: ArrayLike | None = None,
+        tetrahedra: ArrayLike | None = None, mesh: Mesh | None = None,
+        observers: Sequence[Callable[[Session], object]] = ()) -> Session:  # fmt: skip
     """Runs a scene to its end, as ``tetraction run`` does.
 
     Parameters
@@ -36,7 +43,9 @@ def run(scene, out=None, *, points=None, tetrahedra=None, mesh=None, observers=(
     return session
 
 
-def static(scene, out=None, *, points=None, tetrahedra=None, mesh=None, steps=1):
+def static(scene: _scene.Scene | _Path, out: _Path | None = None, *,
+           points: ArrayLike | None = None, tetrahedra: ArrayLike | None = None,
+           mesh: Mesh | None = None, steps: int = 1) -> Session:  # fmt: skip
     """Finds the stable equilibrium of a scene under its loads at t = 0, as ``tetraction static`` does.
 
     At least `steps` load steps are made. The result is a Session whose `load_path` has the load factor that
@@ -75,18 +84,20 @@ class Modes:
         That round-off spoils frequencies, or empty.
     """
 
-    frequencies: np.ndarray
-    kinds: list
-    shapes: np.ndarray
-    effective_masses: np.ndarray
-    damping_ratios: np.ndarray
-    round_off: np.ndarray
-    positions: np.ndarray
-    moved_mass: tuple
+    frequencies: NDArray[np.float64]
+    kinds: list[str]
+    shapes: NDArray[np.float64]
+    effective_masses: NDArray[np.float64]
+    damping_ratios: NDArray[np.float64]
+    round_off: NDArray[np.float64]
+    positions: NDArray[np.float64]
+    moved_mass: tuple[float, float, float]
     warning: str
 
 
-def modes(scene, count=10, *, points=None, tetrahedra=None, mesh=None, loaded=False):
+def modes(scene: _scene.Scene | _Path, count: int = 10, *, points: ArrayLike | None = None,
+          tetrahedra: ArrayLike | None = None, mesh: Mesh | None = None,
+          loaded: bool = False) -> Modes:  # fmt: skip
     """The `count` lowest normal modes of the body of a scene.
 
     They are those about the body at rest or, with `loaded`, about its equilibrium under the loads at t = 0.
@@ -116,21 +127,21 @@ class Study:
         Where its files are.
     """
 
-    def __init__(self, data, csv_text, text, directory):
+    def __init__(self, data: dict[str, Any], csv_text: str, text: str, directory: str | None) -> None:
         self.data = data
         self.directory = directory
-        self.conclusions = data.get("conclusions", [])
-        self.stable_step = data.get("stable_step")
+        self.conclusions: list[str] = data.get("conclusions", [])
+        self.stable_step: float | None = data.get("stable_step")
         self.table = _table(csv_text)
         self._text = text
 
-    def __str__(self):
+    def __str__(self) -> str:
         return self._text
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         return f"<Study of {len(self.table)} runs>"
 
-    def plot(self, column="position_error", axes=None):
+    def plot(self, column: str = "position_error", axes: Any = None) -> Any:
         """Draws a column over the step, a line for each integrator, and returns the axes of matplotlib."""
         import matplotlib.pyplot as plt
 
@@ -147,7 +158,7 @@ class Study:
         axes.legend()
         return axes
 
-    def write_plots(self):
+    def write_plots(self) -> None:
         """Draws the plots of ``tetraction study`` into its directory, as PNG, SVG and PDF files."""
         if self.directory is None:
             raise _core.InputError("The study has no directory: give `out`, since plots need its runs.")
@@ -155,9 +166,13 @@ class Study:
         subprocess.run([sys.executable, script, self.directory], check=True)
 
 
-def study(scene, integrators=("explicit", "verlet", "midpoint", "backward-euler"), steps=(), *,
-          out=None, reference_step=None, reference_integrator="midpoint", error_probe="",
-          points=None, tetrahedra=None, mesh=None, progress=None):  # fmt: skip
+def study(scene: _scene.Scene | _Path,
+          integrators: Sequence[str] = ("explicit", "verlet", "midpoint", "backward-euler"),
+          steps: Sequence[float] = (), *, out: _Path | None = None,
+          reference_step: float | None = None, reference_integrator: str = "midpoint",
+          error_probe: str = "", points: ArrayLike | None = None,
+          tetrahedra: ArrayLike | None = None, mesh: Mesh | None = None,
+          progress: Callable[[int, int, str, float], object] | None = None) -> Study:  # fmt: skip
     """Runs a scene with several integrators and steps, and compares each run with a reference.
 
     Parameters
@@ -191,18 +206,18 @@ def study(scene, integrators=("explicit", "verlet", "midpoint", "backward-euler"
     return Study(json.loads(data), csv_text, text, out)
 
 
-def _of(scene):
+def _of(scene: _scene.Scene | _Path) -> _scene.Scene:
     return scene if isinstance(scene, _scene.Scene) else _scene.read_scene(scene)
 
 
-def _table(text):
+def _table(text: str) -> NDArray[Any]:
     """Comma-separated values as a structured array. Columns of numbers are float64; empty is NaN."""
     import csv
     import io
 
     rows = list(csv.DictReader(io.StringIO(text)))
     names = list(rows[0]) if rows else []
-    columns = []
+    columns: list[NDArray[Any]] = []
     for name in names:
         values = [row[name] for row in rows]
         try:

@@ -3,24 +3,31 @@
 Each is one event of a scene file (docs/scene.md, [[event]]), which happens now.
 """
 
+from collections.abc import Sequence
+from typing import Any, ClassVar
+
 from . import _settings
+from ._scene import CustomMaterial
 
 
 class Edit:
     """A change between two steps. `entry` is what [[event]] would have for it, without `at`."""
 
-    def __init__(self, entry):
+    def __init__(self, entry: dict[str, Any]) -> None:
         self.entry = entry
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         return f"{type(self).__name__}({self.entry!r})"
 
 
 class Set(Edit):
-    """Changes keys of the scene: ``Set({"damping.viscosity": 20.0, "time.step": 1e-4})``."""
+    """Changes keys of the scene: ``Set({"damping.viscosity": 20.0, "time.step": 1e-4})``.
 
-    def __init__(self, values=(), *, unset=()):
-        entry = {}
+    The keys in `unset` get their defaults.
+    """
+
+    def __init__(self, values: dict[str, Any] | None = None, *, unset: Sequence[str] = ()) -> None:
+        entry: dict[str, Any] = {}
         if values:
             entry["set"] = dict(values)
         if unset:
@@ -28,40 +35,88 @@ class Set(Edit):
         super().__init__(entry)
 
 
-def _section_edit(name, section, number=None):
-    """An edit that changes keys of a section, or of entry number `index` of a list."""
+class _SectionEdit(Edit):
+    _section: ClassVar[str]
 
-    class SectionEdit(Edit):
-        def __init__(self, index=None, /, **values):
-            if number is not None and index is None:
-                super().__init__({section: _settings.plain(values)})
-                return
-            prefix = section if index is None else f"{section}.{int(index)}"
+    def __init__(self, /, **values: Any) -> None:
+        super().__init__({"set": {f"{self._section}.{k}": v for k, v in values.items()}})
+
+
+class _EntryEdit(Edit):
+    _section: ClassVar[str]
+
+    def __init__(self, index: int | None = None, /, **values: Any) -> None:
+        if index is None:
+            super().__init__({self._section: _settings.plain(values)})
+        else:
+            prefix = f"{self._section}.{int(index)}"
             super().__init__({"set": {f"{prefix}.{k}": v for k, v in values.items()}})
 
-    SectionEdit.__name__ = SectionEdit.__qualname__ = name
-    SectionEdit.__module__ = "tetraction"
-    if number is None:
-        SectionEdit.__doc__ = (
-            f"Changes keys of [{section}]; the others stay. ``{name}(key=value, ...)``")
-    else:
-        SectionEdit.__doc__ = (
-            f"Adds a [[{section}]] with these keys, or changes keys of the one with the number in "
-            f"front: ``{name}(key=value, ...)``, ``{name}(0, key=value, ...)``.")
-    return SectionEdit
+
+class SetTime(_SectionEdit):
+    """Changes keys of [time]; the others stay: ``SetTime(key=value)``."""
+
+    _section = "time"
 
 
-SetTime = _section_edit("SetTime", "time")
-SetSolver = _section_edit("SetSolver", "solver")
-SetDamping = _section_edit("SetDamping", "damping")
-SetEnvironment = _section_edit("SetEnvironment", "environment")
-SetFix = _section_edit("SetFix", "fix", 0)
-SetConstraint = _section_edit("SetConstraint", "constraint", 0)
-SetForce = _section_edit("SetForce", "force", 0)
-SetMoment = _section_edit("SetMoment", "moment", 0)
-SetTraction = _section_edit("SetTraction", "traction", 0)
-SetPressure = _section_edit("SetPressure", "pressure", 0)
-SetBodyForce = _section_edit("SetBodyForce", "body_force", 0)
+class SetSolver(_SectionEdit):
+    """Changes keys of [solver]; the others stay: ``SetSolver(key=value)``."""
+
+    _section = "solver"
+
+
+class SetDamping(_SectionEdit):
+    """Changes keys of [damping]; the others stay: ``SetDamping(key=value)``."""
+
+    _section = "damping"
+
+
+class SetEnvironment(_SectionEdit):
+    """Changes keys of [environment]; the others stay: ``SetEnvironment(key=value)``."""
+
+    _section = "environment"
+
+
+class SetFix(_EntryEdit):
+    """Adds a [[fix]], ``SetFix(key=value)``, or changes keys of entry i, ``SetFix(i, key=value)``."""
+
+    _section = "fix"
+
+
+class SetConstraint(_EntryEdit):
+    """Adds a [[constraint]], ``SetConstraint(key=value)``, or changes keys of entry i, ``SetConstraint(i, key=value)``."""
+
+    _section = "constraint"
+
+
+class SetForce(_EntryEdit):
+    """Adds a [[force]], ``SetForce(key=value)``, or changes keys of entry i, ``SetForce(i, key=value)``."""
+
+    _section = "force"
+
+
+class SetMoment(_EntryEdit):
+    """Adds a [[moment]], ``SetMoment(key=value)``, or changes keys of entry i, ``SetMoment(i, key=value)``."""
+
+    _section = "moment"
+
+
+class SetTraction(_EntryEdit):
+    """Adds a [[traction]], ``SetTraction(key=value)``, or changes keys of entry i, ``SetTraction(i, key=value)``."""
+
+    _section = "traction"
+
+
+class SetPressure(_EntryEdit):
+    """Adds a [[pressure]], ``SetPressure(key=value)``, or changes keys of entry i, ``SetPressure(i, key=value)``."""
+
+    _section = "pressure"
+
+
+class SetBodyForce(_EntryEdit):
+    """Adds a [[body_force]], ``SetBodyForce(key=value)``, or changes keys of entry i, ``SetBodyForce(i, key=value)``."""
+
+    _section = "body_force"
 
 
 class SetMaterial(Edit):
@@ -71,7 +126,8 @@ class SetMaterial(Edit):
     ``SetMaterial(custom=my_material)`` for one that is written in Python. The density cannot change.
     """
 
-    def __init__(self, *, region=0, custom=None, **values):
+    def __init__(self, *, region: int = 0, custom: CustomMaterial | None = None,
+                 **values: Any) -> None:  # fmt: skip
         self.region = region
         self.custom = custom
         prefix = "material" if region == 0 else f"material_region.{region - 1}"
@@ -82,7 +138,7 @@ class SetMaterial(Edit):
 class Unfix(Edit):
     """Releases vertices from every [[fix]], or only from the one with the number `fix`."""
 
-    def __init__(self, select=None, *, fix=None):
+    def __init__(self, select: Any = None, *, fix: int | None = None) -> None:
         select = {"all": True} if select is None else select
         super().__init__({"unfix": {"select": select, "fix": fix}})
 
@@ -90,20 +146,20 @@ class Unfix(Edit):
 class RemoveConstraint(Edit):
     """Removes the constraint with this number. The others keep their numbers."""
 
-    def __init__(self, index):
+    def __init__(self, index: int) -> None:
         super().__init__({"remove_constraint": int(index)})
 
 
 class SetMomentum(Edit):
     """Sets the momentum of every selected vertex, kg m/s."""
 
-    def __init__(self, select, value):
+    def __init__(self, select: Any, value: Sequence[float]) -> None:
         super().__init__({"momentum": {"select": select, "value": value}})
 
 
 class Shift(Edit):
     """Moves single vertices by `displacement` (k, 3), m, and gives them impulses (k, 3), N s."""
 
-    def __init__(self, vertices, *, displacement=None, impulse=None):
+    def __init__(self, vertices: Any, *, displacement: Any = None, impulse: Any = None) -> None:
         super().__init__({"shift": {"vertices": vertices, "displacement": displacement,
                                     "impulse": impulse}})  # fmt: skip

@@ -1,9 +1,11 @@
 """Shapes of a session as meshes of other packages, which are imported when they are needed."""
 
+from typing import Any
+
 import numpy as np
 
 
-def _fields(session):
+def _fields(session: Any) -> dict[str, Any]:
     return {
         "displacement": session.displacements,
         "velocity": np.array(session.velocities),
@@ -11,7 +13,7 @@ def _fields(session):
     }
 
 
-def to_vtk(session):
+def to_vtk(session: Any) -> Any:
     """The present shape as a vtkUnstructuredGrid."""
     from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
     from vtkmodules.vtkCommonCore import vtkPoints
@@ -36,7 +38,7 @@ def to_vtk(session):
     return grid
 
 
-def to_meshio(session):
+def to_meshio(session: Any) -> Any:
     """The present shape as a meshio.Mesh."""
     import meshio
 
@@ -46,7 +48,7 @@ def to_meshio(session):
                        point_data=_fields(session))  # fmt: skip
 
 
-def to_pyvista(session):
+def to_pyvista(session: Any) -> Any:
     """The present shape as a pyvista.UnstructuredGrid."""
     import pyvista
 

@@ -1,8 +1,10 @@
 """Meshes."""
 
 import os
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from . import _core
 
@@ -14,61 +16,62 @@ class Mesh:
     tetrahedra, numbered from 0, with positive volumes and without unused points.
     """
 
-    def __init__(self, points, tetrahedra):
+    def __init__(self, points: ArrayLike, tetrahedra: ArrayLike) -> None:
+        self._arrays: tuple[NDArray[Any], NDArray[Any]] | None
         self._core, self._arrays = _view(points, tetrahedra)
 
     @classmethod
-    def _of(cls, core):
+    def _of(cls, core: Any) -> "Mesh":
         mesh = cls.__new__(cls)
         mesh._core, mesh._arrays = core, None
         return mesh
 
     @property
-    def points(self):
+    def points(self) -> NDArray[np.float64]:
         """Rest positions, m (n, 3)."""
         return self._core.points
 
     @property
-    def tetrahedra(self):
+    def tetrahedra(self) -> NDArray[np.integer[Any]]:
         """Vertices of the tetrahedra, (m, 4) or (m, 10) in the order of VTK."""
         return self._core.tetrahedra
 
     @property
-    def volume(self):
+    def volume(self) -> float:
         """Sum of the volumes, m³."""
         return self._core.volume
 
     @property
-    def is_quadratic(self):
+    def is_quadratic(self) -> bool:
         """Whether the tetrahedra have ten nodes."""
         return self._core.is_quadratic
 
     @property
-    def regions(self):
+    def regions(self) -> NDArray[np.int64]:
         """Region of each tetrahedron (m,)."""
         return self._core.regions
 
     @property
-    def groups(self):
+    def groups(self) -> dict[str, NDArray[np.int64]]:
         """Vertices of the named groups of the file, by name."""
         return self._core.groups
 
     @property
-    def point_arrays(self):
+    def point_arrays(self) -> dict[str, NDArray[np.float64]]:
         """Arrays of the file with a row for each vertex, by name."""
         return self._core.point_arrays
 
     @property
-    def cell_arrays(self):
+    def cell_arrays(self) -> dict[str, NDArray[np.float64]]:
         """Arrays of the file with a row for each tetrahedron, by name."""
         return self._core.cell_arrays
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         kind = "quadratic" if self.is_quadratic else "linear"
         return f"<Mesh of {len(self.points)} points and {len(self.tetrahedra)} {kind} tetrahedra>"
 
 
-def read_mesh(path, *, scale=1.0, quadratic=False):
+def read_mesh(path: str | os.PathLike[str], *, scale: float = 1.0, quadratic: bool = False) -> Mesh:
     """Reads a mesh file: .vtu, .vtk, .msh, .node or .ele, .veg.
 
     Coordinates are multiplied by `scale`. With `quadratic` a linear mesh gets vertices in the middles of
@@ -77,7 +80,7 @@ def read_mesh(path, *, scale=1.0, quadratic=False):
     return Mesh._of(_core.Mesh.read(os.fspath(path), scale, quadratic))
 
 
-def _view(points, tetrahedra):
+def _view(points: Any, tetrahedra: Any) -> tuple[Any, tuple[NDArray[Any], NDArray[Any]]]:
     points = np.asarray(points)
     tetrahedra = np.asarray(tetrahedra)
     if points.ndim != 2 or points.shape[1] != 3:
@@ -97,7 +100,7 @@ def _view(points, tetrahedra):
     return _core.Mesh.view(points, tetrahedra), (points, tetrahedra)
 
 
-def mesh_of(points, tetrahedra, mesh):
+def mesh_of(points: Any, tetrahedra: Any, mesh: Mesh | None) -> tuple[Any, Any]:
     """The mesh of these arguments for the library, or None, and what it refers to."""
     if mesh is not None:
         if points is not None or tetrahedra is not None:

@@ -4,6 +4,11 @@ import contextlib
 import copy
 import os
 import tomllib
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from . import _core, _settings
 from ._toml import document_text
@@ -33,6 +38,10 @@ _SINGLE = {
 }
 
 
+_Function = Callable[[NDArray[np.float64]], NDArray[Any]]
+_FieldFunction = Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.float64]]
+
+
 class CustomMaterial:
     """A hyperelastic material that is written in Python.
 
@@ -60,13 +69,14 @@ class CustomMaterial:
     exception that they raise ends the step, passes through, and leaves the state as it was.
     """
 
-    def __init__(self, energy, stress, stiffness, *, mu, lambda_, density=1000.0, admissible=None,
-                 name="custom"):  # fmt: skip
+    def __init__(self, energy: _Function, stress: _Function, stiffness: _Function, *, mu: float,
+                 lambda_: float, density: float = 1000.0, admissible: _Function | None = None,
+                 name: str = "custom") -> None:  # fmt: skip
         self.density = float(density)
         self._core = _core.CustomMaterial(name, mu, lambda_, energy, stress, stiffness, admissible)
 
     # A law of the user's own is not copied.
-    def __deepcopy__(self, memo):
+    def __deepcopy__(self, memo: Any) -> "CustomMaterial":
         return self
 
 
@@ -85,10 +95,11 @@ class ForceField:
         Lower-case letters, digits and underscores. The history has the column <name>_energy.
     """
 
-    def __init__(self, energy, gradient, hessian, *, name="field"):
+    def __init__(self, energy: _FieldFunction, gradient: _FieldFunction, hessian: _FieldFunction, *,
+                 name: str = "field") -> None:  # fmt: skip
         self._core = _core.force_field(name, energy, gradient, hessian)
 
-    def __deepcopy__(self, memo):
+    def __deepcopy__(self, memo: Any) -> "ForceField":
         return self
 
 
@@ -104,10 +115,33 @@ class Scene:
                          time={"integrator": "midpoint", "step": 1e-3, "end": 1.0})
         scene.fix.append(tt.Fix(select={"plane": {"axis": "x", "at": 0}}))
 
-    A material may be a :class:`CustomMaterial`, that of a region as its key `material`. `folder` is what paths of files are relative to.
+    A material may be a :class:`CustomMaterial`, that of a region as its key `material`. Paths of files are
+    relative to `folder`.
     """
 
-    def __init__(self, *, folder=".", **sections):
+    mesh: _settings.MeshSettings
+    material: _settings.Material | CustomMaterial
+    time: _settings.Time
+    solver: _settings.Solver
+    damping: _settings.Damping
+    environment: _settings.Environment
+    initial: _settings.Initial
+    output: _settings.Output
+    material_region: list[_settings.MaterialRegion]
+    fix: list[_settings.Fix]
+    constraint: list[_settings.Constraint]
+    force: list[_settings.Force]
+    moment: list[_settings.Moment]
+    traction: list[_settings.Traction]
+    pressure: list[_settings.Pressure]
+    body_force: list[_settings.BodyForce]
+    amplitude: list[_settings.Amplitude]
+    event: list[_settings.Event]
+    probe: list[_settings.Probe]
+    selection: dict[str, Any]
+    force_field: list[ForceField]
+
+    def __init__(self, *, folder: str | os.PathLike[str] = ".", **sections: Any) -> None:
         self._folder = os.fspath(folder)
         self._name = "scene"
         self.selection = {}
@@ -122,7 +156,7 @@ class Scene:
                 raise _core.InputError(f"A scene has no section {name!r}: there are {', '.join(known)}.")
             setattr(self, name, value)
 
-    def __setattr__(self, name, value):
+    def __setattr__(self, name: str, value: Any) -> None:
         if name in _SINGLE and isinstance(value, dict):
             value = _SINGLE[name](**value)
         if name in _LISTS:
@@ -130,16 +164,16 @@ class Scene:
             value = [_LISTS[name](**e) if isinstance(e, dict) else e for e in entries]
         object.__setattr__(self, name, value)
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         return f"Scene({', '.join(f'{k}={v!r}' for k, v in self.to_dict().items())})"
 
-    def copy(self):
+    def copy(self) -> "Scene":
         """A copy that can be changed by itself."""
         return copy.deepcopy(self)
 
-    def to_dict(self):
+    def to_dict(self) -> dict[str, Any]:
         """The sections that have been set, as plain values with the names of the scene file."""
-        result = {}
+        result: dict[str, Any] = {}
         for name in _SINGLE:
             value = getattr(self, name)
             if isinstance(value, CustomMaterial):
@@ -155,21 +189,21 @@ class Scene:
         return result
 
     @staticmethod
-    def _entry(entry):
+    def _entry(entry: Any) -> dict[str, Any]:
         values = _settings.plain(entry)
         if isinstance(values.get("material"), CustomMaterial):
             values.update(_stand_in(values.pop("material")))
         return values
 
-    def to_toml(self):
+    def to_toml(self) -> str:
         """The scene as the text of a scene file, with defaults filled in."""
         return self._compiled().text(self._folder)
 
-    def _path(self):
+    def _path(self) -> str:
         return os.path.join(self._folder, self._name)
 
     @contextlib.contextmanager
-    def _messages(self):
+    def _messages(self) -> Iterator[None]:
         """Takes the lines of a text that the user has not seen out of messages."""
         try:
             yield
@@ -179,7 +213,7 @@ class Scene:
                 raise
             raise _core.InputError(rest) from None
 
-    def _compiled(self, tables=None, *, has_mesh=False):
+    def _compiled(self, tables: dict[str, Any] | None = None, *, has_mesh: bool = False) -> Any:
         """The scene as the library takes it, from these tables or its own, checked."""
         tables = dict(self.to_dict() if tables is None else tables)
         mesh = dict(tables.get("mesh", {}))
@@ -198,13 +232,14 @@ class Scene:
         return scene
 
 
-def _stand_in(material):
+def _stand_in(material: CustomMaterial) -> dict[str, Any]:
     """A material that the reader accepts in place of one that is written in Python."""
     return {"model": "neo-hookean", "youngs_modulus": 1.0, "poissons_ratio": 0.0,
             "density": material.density}  # fmt: skip
 
 
-def read_scene(path, overrides=()):
+def read_scene(path: str | os.PathLike[str],
+               overrides: Sequence[str] | dict[str, Any] = ()) -> Scene:  # fmt: skip
     """Reads a scene file.
 
     Parameters
@@ -235,24 +270,25 @@ def read_scene(path, overrides=()):
     return scene
 
 
-def _override_value(text):
+def _override_value(text: str) -> Any:
     try:
         return tomllib.loads(f"x = {text}")["x"]
     except tomllib.TOMLDecodeError:
         return text
 
 
-def _put(tables, keys, value):
+def _put(tables: Any, keys: Sequence[str], value: Any) -> None:
+    """Puts a value into nested mappings and lists. Entries of lists have numbers."""
     for key in keys[:-1]:
         if isinstance(tables, list):
-            key = int(key)
-            while len(tables) <= key:
+            index = int(key)
+            while len(tables) <= index:
                 tables.append({})
-            tables = tables[key]
+            tables = tables[index]
         else:
             tables = tables.setdefault(key, {})
     if isinstance(tables, list):
-        key = int(keys[-1])
-        tables[key:key + 1] = [value]
+        index = int(keys[-1])
+        tables[index : index + 1] = [value]
     else:
         tables[keys[-1]] = value

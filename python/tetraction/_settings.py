@@ -7,6 +7,7 @@ library, from which docs/scene.md is made, too.
 import copy
 import difflib
 import tomllib
+from typing import Any, ClassVar
 
 from . import _core
 
@@ -18,30 +19,30 @@ class Settings:
     checks concern several keys.
     """
 
-    _section = ""
-    _keys = {}  # name: (type and unit, default as TOML, what its absence means, meaning)
+    _section: ClassVar[str] = ""
+    _keys: ClassVar[dict[str, tuple[str, str, str, str]]] = {}  # name: (type and unit, default as TOML, what its absence means, meaning)
 
-    def __init__(self, **values):
+    def __init__(self, **values: Any) -> None:
         object.__setattr__(self, "_values", {})
         for name, value in values.items():
             setattr(self, name, value)
 
     @classmethod
-    def _check_key(cls, name):
+    def _check_key(cls, name: str) -> None:
         if name in cls._keys:
             return
         near = difflib.get_close_matches(name, cls._keys, 1)
         hint = f"did you mean {near[0]!r}?" if near else f"there are {', '.join(cls._keys)}."
         raise _core.InputError(f"{cls.__name__} has no key {name!r}: {hint}")
 
-    def __setattr__(self, name, value):
+    def __setattr__(self, name: str, value: Any) -> None:
         self._check_key(name)
         if value is None:
             self._values.pop(name, None)
         else:
             self._values[name] = value
 
-    def __getattr__(self, name):
+    def __getattr__(self, name: str) -> Any:
         if name.startswith("__"):
             raise AttributeError(name)
         if name not in self._keys:
@@ -51,28 +52,28 @@ class Settings:
         default = self._keys[name][1]
         return tomllib.loads(f"x = {default}")["x"] if default else None
 
-    def __dir__(self):
+    def __dir__(self) -> list[str]:
         return [*super().__dir__(), *self._keys]
 
-    def __eq__(self, other):
+    def __eq__(self, other: object) -> bool:
         return type(self) is type(other) and self._values == other._values
 
-    __hash__ = None
+    __hash__ = None  # type: ignore[assignment]
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         inside = ", ".join(f"{name}={value!r}" for name, value in self._values.items())
         return f"{type(self).__name__}({inside})"
 
-    def to_dict(self):
+    def to_dict(self) -> dict[str, Any]:
         """The keys that have been set, as plain Python values."""
         return {name: plain(value) for name, value in self._values.items()}
 
-    def copy(self):
+    def copy(self) -> "Settings":
         """A copy whose values can be changed by themselves."""
         return copy.deepcopy(self)
 
 
-def plain(value):
+def plain(value: Any) -> Any:
     """The value with settings as mappings."""
     if isinstance(value, Settings):
         return value.to_dict()
@@ -83,7 +84,7 @@ def plain(value):
     return value
 
 
-def _class_of(name, section, more=()):
+def _class_of(name: str, section: str, more: tuple[str, ...] = ()) -> Any:
     """The class of settings of a section, with the keys of further sections."""
     keys = {}
     for part in (*more, section):

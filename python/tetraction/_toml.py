@@ -3,11 +3,13 @@
 import json
 import math
 import numbers
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
 
-def value_text(value):
+def value_text(value: Any) -> str:
     """The value as TOML on one line.
 
     Numbers are written so that they read back as the same number. Arrays of NumPy are lists, and mappings
@@ -38,14 +40,14 @@ def value_text(value):
     raise TypeError(f"{value!r} of the type {type(value).__name__} has no place in a scene")
 
 
-def key_text(key):
+def key_text(key: str) -> str:
     """The key of a table, in quotation marks where it needs them."""
     if key and all(c.isascii() and (c.isalnum() or c in "_-") for c in key):
         return key
     return value_text(key)
 
 
-def document_text(tables):
+def document_text(tables: Mapping[str, Any]) -> str:
     """A mapping of sections as TOML: a section is a mapping, or a list of mappings."""
     text = ""
     for name, table in tables.items():

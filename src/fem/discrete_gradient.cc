@@ -4,7 +4,9 @@
 #include <atomic>
 #include <optional>
 #include <variant>
+#include <vector>
 
+#include "collected_values.h"
 #include "discrete_stress.h"
 #include "isotropic_model.h"
 #include "kernels/discrete_gradient_kernels.h"
@@ -87,24 +89,48 @@ bool DiscreteGradient::run_block(Index b, const Step& step, const Vector* direct
 
   bool admissible = true;
   const RestState& rest = elastic_.rest();
-  const auto add = [&](Index i, const auto& m, Index batch, int lane) {
-    const auto point = rest.point(i);
-    const auto gradient_of = [&](const Positions& field) {
-      return deformation_gradient(point, 0, rest.gather_relative(field, i));
-    };
-    const DeformationStep deformation{gradient_of(step.middle), gradient_of(step.way),
-                                      step.viscous};
-    if (!m.admissible(deformation.end())) {
-      admissible = false;
-      return;
-    }
+  const auto gradient_of = [&](const Positions& field, Index i) {
+    return deformation_gradient(rest.point(i), 0, rest.gather_relative(field, i));
+  };
+  const auto deformation_at = [&](Index i) {
+    return DeformationStep{gradient_of(step.middle, i), gradient_of(step.way, i), step.viscous};
+  };
+  // P̄, or its derivative in the direction.
+  const auto stress_at = [&](Index i, const auto& m, const DeformationStep& deformation) -> Matrix3 {
     const MeanStress mean(m, deformation);
-    const Matrix3 p =
-        direction == nullptr ? mean.first_piola() : mean.derivative(gradient_of(*direction));
+    return direction == nullptr ? mean.first_piola() : mean.derivative(gradient_of(*direction, i));
+  };
+  const auto add_forces = [&](Index i, const Matrix3& p, Index batch, int lane) {
+    const auto point = rest.point(i);
     const RestState::Shape::NodeMatrix forces = point.weights[0] * p * point.gradients[0];
     for (int a = 0; a < RestState::Shape::kNodes; ++a) {
       Eigen::Map<Vector3>(records + blocks_.slot(batch, a, lane)) += forces.col(a);
     }
+  };
+  const auto* custom = std::get_if<CustomMaterial>(&material.model());
+  if (custom != nullptr && custom->has_batches()) {
+    std::vector<Matrix3> ends;
+    blocks_.for_each_point(
+        block, [&](Index i, Index, int) { ends.push_back(deformation_at(i).end()); });
+    std::vector<char> is_admissible(ends.size(), 0);
+    custom->evaluate({ends, is_admissible, {}, {}, {}});
+    if (std::count(is_admissible.begin(), is_admissible.end(), 0) > 0) return false;
+    CollectedValues values(*custom);
+    blocks_.for_each_point(
+        block, [&](Index i, Index, int) { stress_at(i, values, deformation_at(i)); });
+    values.evaluate();
+    blocks_.for_each_point(block, [&](Index i, Index batch, int lane) {
+      add_forces(i, stress_at(i, values, deformation_at(i)), batch, lane);
+    });
+    return true;
+  }
+  const auto add = [&](Index i, const auto& m, Index batch, int lane) {
+    const DeformationStep deformation = deformation_at(i);
+    if (!m.admissible(deformation.end())) {
+      admissible = false;
+      return;
+    }
+    add_forces(i, stress_at(i, m, deformation), batch, lane);
   };
   std::visit(
       [&](const auto& m) {

@@ -95,6 +95,19 @@ class Installed(unittest.TestCase):
         with open(self.installed("share/man/man1/tetraction.1")) as file:
             self.assertNotIn("document", file.read())
 
+    def test_python_package(self):
+        folder = self.installed("lib/python3/dist-packages")
+        if not os.path.isdir(folder):
+            self.skipTest("built without the Python package")
+        for name in ("py.typed", "_settings.pyi", "_plot_study.py"):
+            self.assertTrue(os.path.exists(os.path.join(folder, "tetraction", name)), name)
+        scene = self.installed("share/doc/tetraction/examples/scenes/single_tetrahedron.toml")
+        text = "import sys, tetraction as tt; s = tt.Session(sys.argv[1]); print(s.step(5), tt.__file__)"
+        steps, _, path = call("/usr/bin/python3", "-c", text, scene, env={**os.environ, "PYTHONPATH": folder}
+                              ).strip().partition(" ")  # fmt: skip
+        self.assertEqual(steps, "5")
+        self.assertTrue(path.startswith(folder))
+
     def completions(self, *words):
         script = self.installed("share/bash-completion/completions/tetraction")
         quoted = " ".join(f"'{word}'" for word in words)
