@@ -103,7 +103,8 @@ set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-tetraction)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)
 # The extension module is of one version of Python.
-set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3 (>= 3.11), python3 (<< 3.12), python3-numpy, libopenblas0-pthread")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS 
+  "python3 (>= ${TETRACTION_PYTHON_VERSION}), python3 (<< ${TETRACTION_NEXT_PYTHON_VERSION}), python3-numpy, libopenblas0-pthread")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS "python3-matplotlib, python3-vtk9")
 set(CPACK_COMPONENT_PROGRAM_DESCRIPTION
   "Simulates hyperelastic solids on tetrahedral meshes with variational integrators and reports a complete balance of energy and momentum.")

@@ -97,9 +97,11 @@ py::array tetrahedra_of(const TetMesh& mesh) {
 
 void define_errors(py::module_& m) {
   static py::exception<Error> error(m, "Error", PyExc_RuntimeError);
+  error.attr("__module__") = "tetraction";
   error.attr("__doc__") = "Base class of the errors of tetraction. Its text says what is wrong, where, and what to do.";
   const auto define = [&m](auto& exception, const char* name, const char* text) {
     exception.attr("__doc__") = text;
+    exception.attr("__module__") = "tetraction";
     m.attr(name) = exception;
   };
   static py::exception<InputError> input(m, "InputError", error.ptr());
@@ -352,6 +354,7 @@ void define_session(py::module_& m) {
       .def("restore",
            [](S& s, const Checkpoint& checkpoint) {
              s.session().restore(checkpoint);
+             s.remove_later_rows();
              s.refresh();
            },
            Released())
@@ -359,6 +362,7 @@ void define_session(py::module_& m) {
       .def("go_back",
            [](S& s) {
              s.session().go_back();
+             s.remove_later_rows();
              s.refresh();
            },
            Released())
@@ -369,6 +373,7 @@ void define_session(py::module_& m) {
       .def_property_readonly("momenta",
                              [self_of](const py::object& o) { return self_of(o).momenta(o); })
       .def_property_readonly("history", &S::history)
+      .def_property_readonly("probes", &S::probes)
       .def_property_readonly("time", [](const S& s) { return s.session().time(); })
       .def_property_readonly("step_number", [](const S& s) { return s.session().step_number(); })
       .def_property_readonly("step_count", [](const S& s) { return s.session().step_count(); })

@@ -1,7 +1,11 @@
 #include "session.h"
 
+#include <algorithm>
 #include <chrono>
+#include <limits>
 #include <utility>
+
+#include "tetraction/simulation/probe.h"
 
 namespace py = pybind11;
 
@@ -106,16 +110,39 @@ py::array PythonSession::momenta(const py::object& self) {
   return view(session_->state().momentum, self);
 }
 
+std::size_t PythonSession::row_size() const {
+  return columns_->names().size() + session_->probes().value_count();
+}
+
+py::object PythonSession::column(std::size_t place) const {
+  const std::size_t width = row_size();
+  const std::size_t count = rows_.size() / width;
+  py::array_t<double> array(static_cast<py::ssize_t>(count));
+  double* values = array.mutable_data();
+  for (std::size_t r = 0; r < count; ++r) values[r] = rows_[r * width + place];
+  return array;
+}
+
 py::dict PythonSession::history() const {
   py::dict result;
   if (!columns_) return result;
-  const std::size_t width = columns_->names().size();
-  const std::size_t count = rows_.size() / width;
-  for (std::size_t c = 0; c < width; ++c) {
-    py::array_t<double> column(static_cast<py::ssize_t>(count));
-    double* values = column.mutable_data();
-    for (std::size_t r = 0; r < count; ++r) values[r] = rows_[r * width + c];
-    result[py::str(columns_->names()[c])] = std::move(column);
+  const std::vector<std::string>& names = columns_->names();
+  for (std::size_t c = 0; c < names.size(); ++c) result[py::str(names[c])] = column(c);
+  return result;
+}
+
+py::dict PythonSession::probes() const {
+  py::dict result;
+  if (!columns_) return result;
+  const std::vector<std::string>& names = columns_->names();
+  for (const std::string name : {"step", "time"}) {
+    const auto place = std::find(names.begin(), names.end(), name) - names.begin();
+    result[py::str(name)] = column(static_cast<std::size_t>(place));
+  }
+  for (const ProbeColumns& probe : session_->probes().probes()) {
+    for (std::size_t c = 0; c < probe.size(); ++c) {
+      result[py::str(probe.columns[c])] = column(names.size() + probe.first + c);
+    }
   }
   return result;
 }
@@ -124,6 +151,22 @@ void PythonSession::add_row() {
   if (!columns_) return;
   const std::vector<double> row = columns_->values(*session_);
   rows_.insert(rows_.end(), row.begin(), row.end());
+  const ProbeSet& probes = session_->probes();
+  const std::size_t first = rows_.size();
+  rows_.resize(first + probes.value_count(), std::numeric_limits<double>::quiet_NaN());
+  for (std::size_t i = 0; i < probes.probes().size(); ++i) {
+    if (probes.is_due(i, session_->step_number())) {
+      probes.evaluate(i, *session_, rows_.data() + first);
+    }
+  }
+}
+
+void PythonSession::remove_later_rows() {
+  if (!columns_) return;
+  // The first column is the step.
+  const std::size_t width = row_size();
+  const auto step = static_cast<double>(session_->step_number());
+  while (!rows_.empty() && rows_[rows_.size() - width] > step) rows_.resize(rows_.size() - width);
 }
 
 }  // namespace tetraction::python

@@ -40,8 +40,12 @@ class PythonSession {
 
   /// Name and values of each column of the history, one value for each step and one for the start.
   pybind11::dict history() const;
+  /// The same for the probes, with step and time; NaN in steps at which a probe is not due.
+  pybind11::dict probes() const;
   /// Enters a row for the present state.
   void add_row();
+  /// Takes away the rows of steps after the present one, to which the session has gone back.
+  void remove_later_rows();
   /// To be called after the state has changed.
   void refresh() const {
     if (has_views_) session_->state();
@@ -49,11 +53,14 @@ class PythonSession {
 
  private:
   pybind11::array view(const Vector& field, const pybind11::object& self);
+  std::size_t row_size() const;
+  // One column of the rows as an array.
+  pybind11::object column(std::size_t place) const;
 
   pybind11::object arrays_;
   std::unique_ptr<Session> session_;
   std::unique_ptr<HistoryColumns> columns_;  // null without a history
-  std::vector<double> rows_;
+  std::vector<double> rows_;  // of the history, then of the probes
   bool has_views_ = false;
 };
 

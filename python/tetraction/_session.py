@@ -27,7 +27,7 @@ class Session:
     mesh : Mesh, optional
         Instead of both.
     history : bool
-        Whether to store a row of the history for each step.
+        Whether to store the history and the probes of each step.
 
     Raises InputError for errors in the scene or the mesh, and FileError for files.
     """
@@ -210,6 +210,14 @@ class Session:
         They are those of history.csv (docs/outputs.md).
         """
         return self._core.history
+
+    @property
+    def probes(self) -> dict[str, NDArray[np.float64]]:
+        """The scene's probes by the column names of probes.csv, with step and time.
+
+        One value for the start and for each step, NaN where a probe is not due.
+        """
+        return self._core.probes
 
     @property
     def status(self) -> str:

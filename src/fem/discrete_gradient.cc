@@ -96,7 +96,8 @@ bool DiscreteGradient::run_block(Index b, const Step& step, const Vector* direct
     return DeformationStep{gradient_of(step.middle, i), gradient_of(step.way, i), step.viscous};
   };
   // P̄, or its derivative in the direction.
-  const auto stress_at = [&](Index i, const auto& m, const DeformationStep& deformation) -> Matrix3 {
+  const auto stress_at = [&](Index i, const auto& m,
+                             const DeformationStep& deformation) -> Matrix3 {
     const MeanStress mean(m, deformation);
     return direction == nullptr ? mean.first_piola() : mean.derivative(gradient_of(*direction, i));
   };
@@ -110,14 +111,14 @@ bool DiscreteGradient::run_block(Index b, const Step& step, const Vector* direct
   const auto* custom = std::get_if<CustomMaterial>(&material.model());
   if (custom != nullptr && custom->has_batches()) {
     std::vector<Matrix3> ends;
-    blocks_.for_each_point(
-        block, [&](Index i, Index, int) { ends.push_back(deformation_at(i).end()); });
+    blocks_.for_each_point(block,
+                           [&](Index i, Index, int) { ends.push_back(deformation_at(i).end()); });
     std::vector<char> is_admissible(ends.size(), 0);
     custom->evaluate({ends, is_admissible, {}, {}, {}});
     if (std::count(is_admissible.begin(), is_admissible.end(), 0) > 0) return false;
     CollectedValues values(*custom);
-    blocks_.for_each_point(
-        block, [&](Index i, Index, int) { stress_at(i, values, deformation_at(i)); });
+    blocks_.for_each_point(block,
+                           [&](Index i, Index, int) { stress_at(i, values, deformation_at(i)); });
     values.evaluate();
     blocks_.for_each_point(block, [&](Index i, Index batch, int lane) {
       add_forces(i, stress_at(i, values, deformation_at(i)), batch, lane);

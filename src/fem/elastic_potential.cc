@@ -294,18 +294,19 @@ struct ElasticPotential::Impl {
   BlockSums scalar_block(const ElementBlocks::Block& block, const Positions& q, double* gradients,
                          Order order, const Local& local) const {
     BlockSums sums;
-    for_each_at(block, q, order, [&](Index i, const Shape::NodeMatrix& positions, const auto& m,
-                                     Index batch, int lane) {
-      if (!element_admissible<Shape>(rest.point(i), m, positions)) {
-        sums.admissible = false;
-        return;
-      }
-      const Shape::NodeMatrix g = local(i, positions, m, sums.energy);
-      if (gradients == nullptr) return;
-      for (int a = 0; a < Shape::kNodes; ++a) {
-        Eigen::Map<Vector3>(gradients + blocks.slot(batch, a, lane)) += g.col(a);
-      }
-    });
+    for_each_at(
+        block, q, order,
+        [&](Index i, const Shape::NodeMatrix& positions, const auto& m, Index batch, int lane) {
+          if (!element_admissible<Shape>(rest.point(i), m, positions)) {
+            sums.admissible = false;
+            return;
+          }
+          const Shape::NodeMatrix g = local(i, positions, m, sums.energy);
+          if (gradients == nullptr) return;
+          for (int a = 0; a < Shape::kNodes; ++a) {
+            Eigen::Map<Vector3>(gradients + blocks.slot(batch, a, lane)) += g.col(a);
+          }
+        });
     return sums;
   }
 
@@ -349,14 +350,15 @@ struct ElasticPotential::Impl {
     const bool is_scalar = !model || (q.displacement() != nullptr && loses_digits(block, *model));
     BlockSums sums;
     if (is_scalar) {
-      sums = scalar_block(block, q, gradients, gradients == nullptr ? Order::kEnergy : Order::kStress,
-                          [&](Index i, const Shape::NodeMatrix& local, const auto& m,
-                              double& energy) -> Shape::NodeMatrix {
-                            const auto point = rest.point(i);
-                            energy += element_energy<Shape>(point, m, local);
-                            if (gradients == nullptr) return Shape::NodeMatrix::Zero();
-                            return element_gradient<Shape>(point, m, local);
-                          });
+      sums =
+          scalar_block(block, q, gradients, gradients == nullptr ? Order::kEnergy : Order::kStress,
+                       [&](Index i, const Shape::NodeMatrix& local, const auto& m,
+                           double& energy) -> Shape::NodeMatrix {
+                         const auto point = rest.point(i);
+                         energy += element_energy<Shape>(point, m, local);
+                         if (gradients == nullptr) return Shape::NodeMatrix::Zero();
+                         return element_gradient<Shape>(point, m, local);
+                       });
       if (tensions == nullptr) return sums;
     }
     thread_local AlignedVector<double> positions;
@@ -505,8 +507,7 @@ void ElasticPotential::set_material(std::size_t index, const MaterialField& mate
 }
 
 EvaluationStatus ElasticPotential::admissible(const Positions& q) const {
-  return impl_->for_each_admissible(q, Order::kAdmissible,
-                                    [](Index, const auto&, const auto&) {});
+  return impl_->for_each_admissible(q, Order::kAdmissible, [](Index, const auto&, const auto&) {});
 }
 
 EvaluationStatus ElasticPotential::value(const Positions& q, double& energy) const {

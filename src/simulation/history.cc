@@ -90,9 +90,7 @@ std::vector<double> HistoryColumns::values(const Session& session) const {
   const LoadPath* path = session.load_path();
   std::vector<double> row;
   row.reserve(names_.size());
-  const auto push = [&row](auto... values) {
-    (row.push_back(static_cast<double>(values)), ...);
-  };
+  const auto push = [&row](auto... values) { (row.push_back(static_cast<double>(values)), ...); };
   push(session.step_number(), session.time());
   if (path == nullptr) push(e.kinetic());
   push(e.elastic(), e.environment(), e.total());

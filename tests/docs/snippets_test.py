@@ -9,7 +9,8 @@ of a page is taken in its order:
 - `sh`: the lines are executed by bash. Each must end with the exit code 0, or N if the line ends with `# exit code N`.
 - `toml`: a text with [mesh] and [material] is a scene, any other one takes the place of the sections of SCENE.toml
   that it names. `tetraction check` must accept it.
-- `python`: the text is executed.
+- `python`: the text is executed after the other such blocks of the page. Blocks that import tetraction are left out
+  where the Python package is not built.
 - `cpp`, `cmake` and `text` are not executed.
 
 A comment in the line before a block says what else holds:
@@ -24,6 +25,7 @@ A block that is none of these, and commands in an indented block, make the test 
 """
 
 import glob
+import importlib.util
 import os
 import re
 import shutil
@@ -203,6 +205,7 @@ class Snippets(unittest.TestCase):
         write_part(os.path.join(self.folder, "part.msh"))
         self.write("SCENE.toml", SCENE)
         self.write("u.csv", "vertex,x,y,z\n10,0.01,0,0\n")
+        self.python = ""
 
     def write(self, name, text):
         path = os.path.join(self.folder, name)
@@ -225,7 +228,9 @@ class Snippets(unittest.TestCase):
         elif block.language == "sh":
             self.executed(block, "bash", self.write("snippet.sh", script_of(block)))
         elif block.language == "python":
-            self.executed(block, sys.executable, self.write("snippet.py", block.text))
+            self.python += block.text
+            if "import tetraction" not in self.python or importlib.util.find_spec("tetraction"):
+                self.executed(block, sys.executable, self.write("snippet.py", self.python))
         elif block.language == "toml":
             before = block.marks.get("before it")
             scene = as_scene(before + "\n" + block.text if before else block.text)

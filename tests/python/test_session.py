@@ -28,6 +28,32 @@ def test_a_run_is_the_one_of_the_program(beam, tmp_path):
         assert values.tolist() == [float(row[name]) for row in rows], name
 
 
+def test_probes(beam, tmp_path):
+    beam.probe = [tt.Probe(name="tip", quantity="displacement", select={"plane": {"axis": "x", "at": 1.0}}),
+                  tt.Probe(name="J", quantity="jacobian", select={"all": True}, every=4)]  # fmt: skip
+    session = tt.run(beam, tmp_path)
+    with open(tmp_path / "probes.csv") as file:
+        rows = list(csv.DictReader(file))
+    assert list(session.probes) == list(rows[0]) and len(session.probes["step"]) == 101
+    for name, values in session.probes.items():
+        expected = [float(row[name]) if row[name] else np.nan for row in rows]
+        assert np.array_equal(values[: len(expected)], expected, equal_nan=True), name
+    assert np.isfinite(session.probes["J"]).sum() == 26
+
+
+def test_going_back_takes_rows_away(beam):
+    session = tt.Session(beam)
+    session.step(5)
+    checkpoint = session.checkpoint()
+    session.step(5)
+    positions = session.positions.copy()
+    session.restore(checkpoint)
+    assert session.history["step"].tolist() == list(range(6))
+    session.step(5)
+    assert session.history["step"].tolist() == list(range(11))
+    assert np.array_equal(session.positions, positions)
+
+
 def test_files_of_a_run(beam, tmp_path):
     session = tt.run(beam, tmp_path / "out")
     names = os.listdir(tmp_path / "out")

@@ -139,8 +139,7 @@ TEST(CustomMaterial, ABatchMaterialIsEvaluatedInBatchesOnly) {
   for (const bool is_quadratic : {false, true}) {
     const TetMesh mesh = is_quadratic ? with_edge_vertices(small_block()) : small_block();
     const RestState rest(mesh);
-    ElasticPotential plain(
-        rest, CustomMaterial(FibreRubber(kLame, 1e5, 2.0, Vector3(1, -2, 0.5))));
+    ElasticPotential plain(rest, CustomMaterial(FibreRubber(kLame, 1e5, 2.0, Vector3(1, -2, 0.5))));
     InBatches::allows_single = true;
     ElasticPotential batched(rest, CustomMaterial(InBatches()));
     InBatches::allows_single = false;

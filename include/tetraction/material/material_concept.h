@@ -44,10 +44,10 @@ concept Material = requires(const M& m, const Matrix3& f) {
 /// asked for. Lists that are not asked for are empty.
 struct MaterialValues {
   std::span<const Matrix3> f;
-  std::span<char> admissible;     ///< 1 where Ψ is defined, otherwise 0; always asked for
-  std::span<double> energy;       ///< Ψ, J/m³
-  std::span<Matrix3> stress;      ///< P, Pa
-  std::span<Matrix9> stiffness;   ///< ∂P/∂F, Pa
+  std::span<char> admissible;    ///< 1 where Ψ is defined, otherwise 0; always asked for
+  std::span<double> energy;      ///< Ψ, J/m³
+  std::span<Matrix3> stress;     ///< P, Pa
+  std::span<Matrix9> stiffness;  ///< ∂P/∂F, Pa
 };
 
 /// A material that can evaluate many F in one call, for instance one in an interpreted language, whose

@@ -79,8 +79,8 @@ std::vector<KeyDescription> descriptions(const Section<S>& section) {
   std::vector<KeyDescription> list;
   list.reserve(section.keys.size());
   for (const Key<S>& key : section.keys) {
-    list.push_back({key.info.name, type_text(key), default_text(key), absent_text(key),
-                    meaning_text(key)});
+    list.push_back(
+        {key.info.name, type_text(key), default_text(key), absent_text(key), meaning_text(key)});
   }
   return list;
 }
