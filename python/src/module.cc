@@ -63,9 +63,9 @@ py::tuple tuple_of(const Vector3& v) {
 // A mesh that refers to arrays of Python, which must live as long as it does.
 template <class Int>
 TetMesh mesh_of(const Doubles& points, const py::array_t<Int, py::array::c_style>& tetrahedra) {
-  return view_mesh(std::span<const double>(points.data(), static_cast<std::size_t>(points.size())),
-                   std::span<const Int>(tetrahedra.data(),
-                                        static_cast<std::size_t>(tetrahedra.size())));
+  return view_mesh(
+      std::span<const double>(points.data(), static_cast<std::size_t>(points.size())),
+      std::span<const Int>(tetrahedra.data(), static_cast<std::size_t>(tetrahedra.size())));
 }
 TetMesh mesh_of_arrays(const Doubles& points, const py::array& tetrahedra) {
   if (py::isinstance<py::array_t<std::int32_t>>(tetrahedra)) {
@@ -98,7 +98,8 @@ py::array tetrahedra_of(const TetMesh& mesh) {
 void define_errors(py::module_& m) {
   static py::exception<Error> error(m, "Error", PyExc_RuntimeError);
   error.attr("__module__") = "tetraction";
-  error.attr("__doc__") = "Base class of the errors of tetraction. Its text says what is wrong, where, and what to do.";
+  error.attr("__doc__") =
+      "Base class of the errors of tetraction. Its text says what is wrong, where, and what to do.";
   const auto define = [&m](auto& exception, const char* name, const char* text) {
     exception.attr("__doc__") = text;
     exception.attr("__module__") = "tetraction";
@@ -158,8 +159,8 @@ void define_scene(py::module_& m) {
   py::class_<ForceTerm, std::shared_ptr<ForceTerm>>(m, "ForceTerm");
   m.def("force_field",
         [](const std::string& name, py::object energy, py::object gradient, py::object hessian) {
-          return std::const_pointer_cast<ForceTerm>(make_force_field(
-              name, std::move(energy), std::move(gradient), std::move(hessian)));
+          return std::const_pointer_cast<ForceTerm>(
+              make_force_field(name, std::move(energy), std::move(gradient), std::move(hessian)));
         });
   m.def("section_names", &key_table_names);
   m.def("section_keys", [](const std::string& section) {
@@ -188,7 +189,7 @@ void define_scene(py::module_& m) {
             }
             energy.mutable_data()[k] = material.energy_density(gradient);
             Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> p(stress.mutable_data() +
-                                                                      9 * k);
+                                                                       9 * k);
             p = material.first_piola(gradient);
             const Matrix9 a = material.stiffness(gradient);
             double* next = stiffness.mutable_data() + 81 * k;
@@ -278,16 +279,16 @@ py::object failure_of(const Session& session) {
 
 py::dict balance_of(const Session& session) {
   const Balance& b = session.balance();
-  return py::dict(
-      "external_work"_a = b.external_work(), "dissipated_energy"_a = b.dissipated_energy(),
-      "constraint_work"_a = b.constraint_work(), "edit_work"_a = b.edit_work(),
-      "energy_error"_a = b.energy_error(), "energy_scale"_a = b.energy_scale(),
-      "max_relative_energy_drift"_a = b.max_relative_energy_drift(),
-      "linear_momentum"_a = tuple_of(b.momenta().linear),
-      "angular_momentum"_a = tuple_of(b.momenta().angular),
-      "linear_momentum_drift"_a = b.linear_momentum_drift(),
-      "angular_momentum_drift"_a = b.angular_momentum_drift(),
-      "allowed_angular_momentum_drift"_a = b.allowed_angular_momentum_drift());
+  return py::dict("external_work"_a = b.external_work(),
+                  "dissipated_energy"_a = b.dissipated_energy(),
+                  "constraint_work"_a = b.constraint_work(), "edit_work"_a = b.edit_work(),
+                  "energy_error"_a = b.energy_error(), "energy_scale"_a = b.energy_scale(),
+                  "max_relative_energy_drift"_a = b.max_relative_energy_drift(),
+                  "linear_momentum"_a = tuple_of(b.momenta().linear),
+                  "angular_momentum"_a = tuple_of(b.momenta().angular),
+                  "linear_momentum_drift"_a = b.linear_momentum_drift(),
+                  "angular_momentum_drift"_a = b.angular_momentum_drift(),
+                  "allowed_angular_momentum_drift"_a = b.allowed_angular_momentum_drift());
 }
 
 py::object load_path_of(const Session& session) {
@@ -313,8 +314,7 @@ void define_session(py::module_& m) {
              return std::make_unique<S>(scene, session_mesh(scene, mesh), is_static,
                                         largest_increment, with_history, std::move(arrays));
            }),
-           "scene"_a, "mesh"_a, "is_static"_a, "largest_increment"_a, "with_history"_a,
-           "arrays"_a)
+           "scene"_a, "mesh"_a, "is_static"_a, "largest_increment"_a, "with_history"_a, "arrays"_a)
       .def("step", &S::step)
       .def("run",
            [self_of](const py::object& self, const py::list& observers, const std::string& out,
@@ -323,7 +323,8 @@ void define_session(py::module_& m) {
              std::unique_ptr<RunRecorder> recorder;
              std::vector<Observer*> own;
              if (!out.empty()) {
-               recorder = std::make_unique<RunRecorder>(out, session.session().scene().output.every);
+               recorder =
+                   std::make_unique<RunRecorder>(out, session.session().scene().output.every);
                recorder->keep_checkpoints(session.session().scene().output.checkpoint_every);
                own.push_back(recorder.get());
              }
@@ -331,41 +332,44 @@ void define_session(py::module_& m) {
              return recorder ? recorder->summary() : std::string();
            })
       // Makes the edits of event number i of a scene.
-      .def("apply",
-           [](S& s, const Scene& scene, std::size_t i) {
-             const EventSettings& event = scene.event.at(i);
-             for (const Edit& edit : event.edits) s.session().apply(edit, event.echo);
-             s.refresh();
-           },
-           Released())
+      .def(
+          "apply",
+          [](S& s, const Scene& scene, std::size_t i) {
+            const EventSettings& event = scene.event.at(i);
+            for (const Edit& edit : event.edits) s.session().apply(edit, event.echo);
+            s.refresh();
+          },
+          Released())
       .def("set_material",
            [](S& s, Index region, const CustomMaterial& material) {
              const py::gil_scoped_release released;
              if (region < 0 || region >= static_cast<Index>(s.session().materials().size())) {
                throw InputError("There is no region of material with that number.");
              }
-             MaterialSettings settings =
-                 s.session().materials()[static_cast<std::size_t>(region)];
+             MaterialSettings settings = s.session().materials()[static_cast<std::size_t>(region)];
              settings.custom = material;
              s.session().apply(SetMaterial{region, settings});
              s.refresh();
            })
-      .def("checkpoint", [](S& s) { return s.session().checkpoint(); }, Released())
-      .def("restore",
-           [](S& s, const Checkpoint& checkpoint) {
-             s.session().restore(checkpoint);
-             s.remove_later_rows();
-             s.refresh();
-           },
-           Released())
+      .def(
+          "checkpoint", [](S& s) { return s.session().checkpoint(); }, Released())
+      .def(
+          "restore",
+          [](S& s, const Checkpoint& checkpoint) {
+            s.session().restore(checkpoint);
+            s.remove_later_rows();
+            s.refresh();
+          },
+          Released())
       .def("keep_good_states", [](S& s) { s.session().keep_good_states(); })
-      .def("go_back",
-           [](S& s) {
-             s.session().go_back();
-             s.remove_later_rows();
-             s.refresh();
-           },
-           Released())
+      .def(
+          "go_back",
+          [](S& s) {
+            s.session().go_back();
+            s.remove_later_rows();
+            s.refresh();
+          },
+          Released())
       .def_property_readonly("positions",
                              [self_of](const py::object& o) { return self_of(o).positions(o); })
       .def_property_readonly("velocities",
@@ -380,8 +384,9 @@ void define_session(py::module_& m) {
       .def_property_readonly("time_step", [](const S& s) { return s.session().time_step(); })
       .def_property_readonly("stable_step",
                              [](const S& s) { return s.session().initial_limit().critical_step; })
-      .def("current_stable_step",
-           [](const S& s) { return s.session().current_limit().critical_step; }, Released())
+      .def(
+          "current_stable_step",
+          [](const S& s) { return s.session().current_limit().critical_step; }, Released())
       .def_property_readonly("status", [](const S& s) { return to_string(s.session().status()); })
       .def_property_readonly("message", [](const S& s) { return s.session().message(); })
       .def_property_readonly("failure", [](const S& s) { return failure_of(s.session()); })
@@ -407,21 +412,22 @@ void define_session(py::module_& m) {
       .def_property_readonly(
           "rest_positions",
           [](const S& s) { return vectors_of(s.session().system().mesh().rest_positions()); })
-      .def_property_readonly(
-          "tetrahedra", [](const S& s) { return tetrahedra_of(s.session().system().mesh()); })
-      .def("element_fields",
-           [](const S& s) {
-             const ElementFields fields =
-                 element_fields(s.session().system(), s.session().state().position);
-             const py::gil_scoped_acquire lock;
-             return py::dict("cauchy_stress"_a = rows_of(fields.cauchy_stress),
-                             "green_strain"_a = rows_of(fields.green_strain),
-                             "von_mises"_a = numbers_of(fields.von_mises.row(0).transpose()),
-                             "jacobian"_a = numbers_of(fields.jacobian.row(0).transpose()),
-                             "energy_density"_a =
-                                 numbers_of(fields.energy_density.row(0).transpose()));
-           },
-           Released());
+      .def_property_readonly("tetrahedra",
+                             [](const S& s) { return tetrahedra_of(s.session().system().mesh()); })
+      .def(
+          "element_fields",
+          [](const S& s) {
+            const ElementFields fields =
+                element_fields(s.session().system(), s.session().state().position);
+            const py::gil_scoped_acquire lock;
+            return py::dict(
+                "cauchy_stress"_a = rows_of(fields.cauchy_stress),
+                "green_strain"_a = rows_of(fields.green_strain),
+                "von_mises"_a = numbers_of(fields.von_mises.row(0).transpose()),
+                "jacobian"_a = numbers_of(fields.jacobian.row(0).transpose()),
+                "energy_density"_a = numbers_of(fields.energy_density.row(0).transpose()));
+          },
+          Released());
 }
 
 void define_analyses(py::module_& m) {
@@ -514,8 +520,8 @@ void define_analyses(py::module_& m) {
         const py::gil_scoped_acquire lock;
         return py::make_tuple(json, csv, table);
       },
-      "scene"_a, "mesh"_a, "integrators"_a, "steps"_a, "reference_step"_a,
-      "reference_integrator"_a, "error_probe"_a, "out"_a, "name"_a, "progress"_a);
+      "scene"_a, "mesh"_a, "integrators"_a, "steps"_a, "reference_step"_a, "reference_integrator"_a,
+      "error_probe"_a, "out"_a, "name"_a, "progress"_a);
 }
 
 }  // namespace

@@ -64,8 +64,8 @@ py::array array_of(std::span<const Matrix3> matrices) {
 
 class PythonMaterial {
  public:
-  PythonMaterial(std::string name, const LameParameters& lame, py::object energy,
-                 py::object stress, py::object stiffness, py::object admissible)
+  PythonMaterial(std::string name, const LameParameters& lame, py::object energy, py::object stress,
+                 py::object stiffness, py::object admissible)
       : name_(std::move(name)),
         lame_(lame),
         energy_(keep(std::move(energy))),
@@ -173,10 +173,11 @@ void check_derivatives(const CustomMaterial& material, double modulus) {
   points[0] << 1.05, 0.02, -0.03, 0.04, 0.96, 0.01, -0.02, 0.03, 1.02;
   points[1] << 0.93, -0.06, 0.02, 0.01, 1.08, 0.05, 0.03, -0.04, 0.99;
   const auto refuse = [&](const char* what, double error) {
-    throw InputError(fmt::format(
-        "{}: {} by {:.2g} of the material's modulus λ + 2μ. Energy balances and implicit steps need "
-        "exact derivatives.",
-        material.name(), what, error));
+    throw InputError(
+        fmt::format("{}: {} by {:.2g} of the material's modulus λ + 2μ. Energy balances and "
+                    "implicit steps need "
+                    "exact derivatives.",
+                    material.name(), what, error));
   };
   for (const Matrix3& f : points) {
     if (!material.admissible(f)) continue;
@@ -238,7 +239,8 @@ class PythonField : public ForceTerm {
     for (Index v = 0; v < at.mass.size(); ++v) {
       const Eigen::Map<const Matrix3> block(result.data() + 9 * v);
       const Matrix3 symmetric = 0.5 * (block + block.transpose());
-      hessian.add(v, form == HessianForm::kExact ? symmetric : positive_semidefinite_part(symmetric));
+      hessian.add(v,
+                  form == HessianForm::kExact ? symmetric : positive_semidefinite_part(symmetric));
     }
   }
 

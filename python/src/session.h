@@ -60,7 +60,7 @@ class PythonSession {
   pybind11::object arrays_;
   std::unique_ptr<Session> session_;
   std::unique_ptr<HistoryColumns> columns_;  // null without a history
-  std::vector<double> rows_;  // of the history, then of the probes
+  std::vector<double> rows_;                 // of the history, then of the probes
   bool has_views_ = false;
 };
 
