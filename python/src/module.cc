@@ -163,6 +163,7 @@ void define_scene(py::module_& m) {
               make_force_field(name, std::move(energy), std::move(gradient), std::move(hessian)));
         });
   m.def("section_names", &key_table_names);
+  m.def("documentation_of", &documentation_of, "error"_a);
   m.def("section_keys", [](const std::string& section) {
     py::list list;
     for (const KeyDescription& key : key_descriptions(section)) {

@@ -204,14 +204,14 @@ class Scene:
 
     @contextlib.contextmanager
     def _messages(self) -> Iterator[None]:
-        """Takes the lines of a text that the user has not seen out of messages."""
+        """Names the page of the documentation, and no lines of a text that the user has not seen."""
         try:
             yield
         except _core.InputError as error:
             place, _, rest = str(error).partition(": ")
-            if not place.startswith(self._path() + ":"):
-                raise
-            raise _core.InputError(rest) from None
+            text = rest if place.startswith(self._path() + ":") else str(error)
+            page = _core.documentation_of(text)
+            raise _core.InputError(f"{text} See {page}." if page else text) from None
 
     def _compiled(self, tables: dict[str, Any] | None = None, *, has_mesh: bool = False) -> Any:
         """The scene as the library takes it, from these tables or its own, checked."""

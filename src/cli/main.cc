@@ -22,6 +22,7 @@
 #include "tetraction/core/parallel.h"
 #include "tetraction/core/version.h"
 #include "tetraction/io/io_library_versions.h"
+#include "tetraction/io/key_tables.h"
 #ifdef TETRACTION_HAS_VIEWER
 #include "viewer/gui/window/view_app.h"
 #endif
@@ -164,7 +165,9 @@ int guarded(int argc, char** argv) {
   try {
     return run_program(argc, argv);
   } catch (const tetraction::InputError& error) {
-    return report(kWrongInput, error.what());
+    const std::string page = tetraction::documentation_of(error.what());
+    return report(kWrongInput,
+                  page.empty() ? error.what() : fmt::format("{} See {}.", error.what(), page));
   } catch (const tetraction::NumericalError& error) {
     return report(kNumericalFailure, error.what());
   } catch (const tetraction::FileError& error) {

@@ -611,6 +611,38 @@ TEST(KeyTables, DocumentsAreInStep) {
   }
 }
 
+TEST(KeyTables, ErrorsNameThePageOfTheirSection) {
+  const std::pair<const char*, const char*> cases[] = {
+      {"a.toml:3:1: fix.0.target has two entries", "#fix"},
+      {"a.toml:3:1: fix.0: the mesh has no group \"time: mesh\"", "#fix"},
+      {"a.toml:3:1: fix.0.select selects nothing", "#selections"},
+      {"--set time.step=\"material: 3\": time.step must be a number", "#time"},
+      {"--set time.stepp=1: unknown key time.stepp in [time]: did you mean step?", "#time"},
+      {"a.toml:1:1: unknown key tim: did you mean time?", ""},
+      {"a.toml: event at 0.1 s: time.integrator must be a text", "#event"},
+      {"time.end = -1; it must be above 0.", "#time"},
+  };
+  for (const auto& [error, anchor] : cases) {
+    EXPECT_EQ(documentation_of(error), std::string("docs/scene.md") + anchor) << error;
+  }
+  for (const char* error : {"--steps: 0 is no step", "The mesh is empty: timeless", ""}) {
+    EXPECT_EQ(documentation_of(error), "") << error;
+  }
+  // Each section has a heading from which Markdown makes that anchor.
+  std::ifstream file(fs::path(TETRACTION_SCENES) / "../../docs/scene.md");
+  std::ostringstream text;
+  text << file.rdbuf();
+  for (const std::string& name : key_table_names()) {
+    const std::string page = documentation_of("a.toml:1:1: " + name + ".0: wrong");
+    if (name.rfind("select", 0) == 0 || name == "shift") continue;
+    const std::string section = name.substr(0, name.find('.'));
+    EXPECT_EQ(page, "docs/scene.md#" + section);
+    EXPECT_NE(text.str().find("# [" + section + "]\n"), text.str().find("# [[" + section + "]]\n"))
+        << section;
+  }
+  EXPECT_NE(text.str().find("\n## Selections\n"), std::string::npos);
+}
+
 TEST(KeyTables, UnknownSectionIsRefusedWithASuggestion) {
   try {
     key_table("dampping");

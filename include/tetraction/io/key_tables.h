@@ -25,4 +25,9 @@ std::vector<KeyDescription> key_descriptions(const std::string& section);
 /// holds these tables. Throws InputError for a section that has none.
 std::string key_table(const std::string& section);
 
+/// The part of the documentation that explains what an error in a scene is about: "docs/scene.md#fix" for
+/// "scene.toml:12:1: fix.0.target …". Empty if the text names no section of a scene at its beginning or after
+/// a colon, and no key.
+std::string documentation_of(const std::string& error);
+
 }  // namespace tetraction

@@ -2,6 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cctype>
+#include <string_view>
+
 #include "core/quoting.h"
 #include "core/spelling.h"
 #include "key_text.h"
@@ -113,6 +117,45 @@ std::string key_table(const std::string& name) {
     text += fmt::format("| `{}` | {} | {} | {} |\n", key.name, key.type, standard, key.meaning);
   }
   return text;
+}
+
+std::string documentation_of(const std::string& error) {
+  static const std::vector<std::string> sections = [] {
+    std::vector<std::string> names{"selection"};
+    for (const std::string& name : key_table_names()) {
+      // Tables inside a section are explained with it: "mesh.generate".
+      if (name.find('.') == std::string::npos && name != "select" && name != "shift") {
+        names.push_back(name);
+      }
+    }
+    return names;
+  }();
+  const auto is_part = [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '.';
+  };
+  // The path of keys that begins at a place: "fix.0.target" of "fix.0.target = 3".
+  const auto path_at = [&](std::size_t begin) {
+    std::size_t end = begin;
+    while (end < error.size() && is_part(error[end])) ++end;
+    return std::string_view(error).substr(begin, end - begin);
+  };
+  const auto page_of = [](std::string_view path) -> std::string {
+    const std::string_view section = path.substr(0, path.find('.'));
+    if (std::find(sections.begin(), sections.end(), section) == sections.end()) return {};
+    const bool is_selection = section == "selection" || path.find(".select") != path.npos;
+    return fmt::format("docs/scene.md#{}", is_selection ? "selections" : section);
+  };
+  // After the place in the file or on the command line.
+  for (std::size_t begin = 0; begin != std::string::npos;) {
+    if (std::string page = page_of(path_at(begin)); !page.empty()) return page;
+    const std::size_t colon = error.find(": ", begin);
+    begin = colon == std::string::npos ? colon : colon + 2;
+  }
+  constexpr std::string_view kUnknown = ": unknown key ";
+  const std::size_t unknown = error.find(kUnknown);
+  if (unknown == std::string::npos) return {};
+  const std::string page = page_of(path_at(unknown + kUnknown.size()));
+  return page.empty() ? "docs/scene.md" : page;
 }
 
 }  // namespace tetraction
