@@ -46,9 +46,9 @@ LameParameters lame_from_young(double youngs_modulus, double poissons_ratio) {
   if (!(poissons_ratio > -1.0 && poissons_ratio < 0.5)) {
     throw InputError(fmt::format(
         "poissons_ratio = {} must lie between -1 and 0.5, both excluded: at 0.5 the material is "
-        "incompressible and lambda infinite. Take 0.44 for rubber-like materials, since linear "
-        "tetrahedra are too stiff from {} on.",
-        poissons_ratio, kLockingRatio));
+        "incompressible and lambda infinite. Take 0.49 to 0.4999 with quadratic elements or nodal "
+        "volumes for rubber-like materials.",
+        poissons_ratio));
   }
   const double nu = poissons_ratio;
   return {youngs_modulus / (2.0 * (1.0 + nu)),

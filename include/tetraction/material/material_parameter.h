@@ -32,8 +32,9 @@ inline constexpr MaterialParameter kPoissonsRatio{
      .most = 0.5,
      .least_itself = false,
      .most_itself = false,
-     .advice = "; take 0.44 for rubber-like materials, since linear tetrahedra are too stiff from "
-               "0.45 on"},
+     .advice =
+         "; take 0.49 to 0.4999 with mesh.element = \"quadratic\" or mesh.volume = \"nodal\" for "
+         "rubber-like materials"},
     "Poisson's ratio ν"};
 
 }  // namespace tetraction
