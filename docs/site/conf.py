@@ -6,12 +6,15 @@ to each of them when it is read:
 - A link to a file of docs/ stays, one to another file of the source tree becomes a copy of that file in the site, and
   one to a folder becomes its path in text.
 - A comment <!-- page: README.md --> is replaced by that file of the source tree.
-- Two comments become directives: <!-- toctree CAPTION ... --> lists the pages of the navigation, and
-  <!-- headers: FOLDER --> is the reference of the public headers in include/tetraction/FOLDER.
+- Comments become directives: <!-- toctree CAPTION ... --> lists the pages of the navigation, and
+  <!-- headers: FOLDER --> is the reference of the public headers in include/tetraction/FOLDER. <!-- python --> is
+  that of the Python package, if it is built.
 """
 
+import importlib.util
 import os
 import re
+import sys
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.dirname(os.path.dirname(HERE))
@@ -28,7 +31,7 @@ author = "The Tetraction developers"
 with open(os.path.join(ROOT, "CITATION.cff"), encoding="utf-8") as file:
     version = release = re.search(r"^version: (\S+)", file.read(), re.MULTILINE)[1]
 
-extensions = ["myst_parser", "breathe"]
+extensions = ["myst_parser", "breathe", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 source_suffix = {".md": "markdown"}
 root_doc = "index"
 exclude_patterns = ["images"]
@@ -45,6 +48,13 @@ breathe_show_include = False
 primary_domain = "cpp"
 highlight_language = "none"
 
+PYTHON = os.environ.get("TETRACTION_PYTHON", os.path.join(ROOT, "build", "release", "python"))
+sys.path.insert(0, PYTHON)
+autodoc_typehints = "none"
+autodoc_member_order = "bysource"
+napoleon_google_docstring = False
+napoleon_use_ivar = True
+
 html_theme = "furo"
 html_title = f"Tetraction {version}"
 html_copy_source = False
@@ -58,6 +68,7 @@ IMAGE = re.compile(r'(<img src=")([^"]+)(")')
 FOLDER = re.compile(r"\[([^\[\]]*)\] \(`([^`]*)`\)")
 PAGE = re.compile(r"<!-- page: (\S+) -->")
 TOCTREE = re.compile(r"<!-- toctree ([^\n]+)\n(.*?)-->", re.DOTALL)
+PYTHON_PACKAGE = "<!-- python -->"
 HEADERS = re.compile(r"<!-- headers: (\S+) -->")
 FENCE = re.compile(r"^```.*?^```", re.MULTILINE | re.DOTALL)
 
@@ -119,6 +130,40 @@ def reference(match):
     return "\n".join(lines)
 
 
+def python_reference():
+    """The directives of autodoc for the public names of the Python package."""
+    if importlib.util.find_spec("tetraction") is None:
+        return "The package was not built when this site was made."
+    import tetraction as package
+
+    names = {"Runs": ["run", "static", "modes", "study", "Session", "Modes", "Study"],
+             "Scenes": ["read_scene", "Scene", "CustomMaterial", "ForceField"],
+             "Meshes": ["read_mesh", "Mesh"]}  # fmt: skip
+    kinds = {name: getattr(package, name) for name in package.__all__}
+    classes = {name: kind for name, kind in kinds.items() if isinstance(kind, type)}
+    names["Edits"] = [n for n, kind in classes.items() if issubclass(kind, package.Edit)]
+    names["Settings"] = [n for n, kind in classes.items() if issubclass(kind, package.Material.__base__)]
+    names["Errors"] = [n for n, kind in classes.items() if issubclass(kind, package.Error)]
+    named = sum(names.values(), [])
+    names["Others"] = [n for n in package.__all__ if n not in named and n != "material"]
+    lines = []
+    for heading, entries in names.items():
+        lines += [f"## {heading}", "", "```{eval-rst}"]
+        for name in entries:
+            directive = "autofunction" if name not in classes else "autoclass"
+            if name in classes and issubclass(classes[name], package.Error):
+                directive = "autoexception"
+            lines.append(f".. {directive}:: tetraction.{name}")
+            # The members of settings are the keys, which the text of the class lists.
+            if directive == "autoclass" and name not in names["Settings"] + names["Edits"]:
+                lines.append("   :members:")
+            lines.append("")
+        lines += ["```", ""]
+    lines += ["## Laws of materials", "", "```{eval-rst}", ".. automodule:: tetraction.material", "   :members:",
+              "```", ""]  # fmt: skip
+    return "\n".join(lines)
+
+
 def read(app, name, source):
     origin = page = os.path.dirname(os.path.join(DOCS, name))
     text = source[0]
@@ -129,6 +174,8 @@ def read(app, name, source):
         origin = os.path.dirname(os.path.join(ROOT, stub[1]))
     text = outside_fences(text, lambda part: with_links(part, origin, page))
     text = HEADERS.sub(reference, TOCTREE.sub(toctree, text))
+    if PYTHON_PACKAGE in text and page.endswith("api"):
+        text = text.replace(PYTHON_PACKAGE, python_reference())
     source[0] = text
 
 

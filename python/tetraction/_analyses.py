@@ -180,11 +180,11 @@ def study(scene: _scene.Scene | _Path,
     scene : Scene or path-like
     integrators : sequence of str
     steps : sequence of float
-        s. Without any: 1/4, 1/2, 2, 8 and 32 times the stability limit.
+        Seconds. Without any: 1/4, 1/2, 2, 8 and 32 times the stability limit.
     out : path-like, optional
         A directory for the files of the runs, study.csv and study.json.
     reference_step : float, optional
-        s; by default the finest step.
+        Seconds; by default the finest step.
     reference_integrator : str
     error_probe : str
         A probe of the scene whose error gives the observed orders, instead of the positions.

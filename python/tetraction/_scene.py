@@ -48,6 +48,9 @@ class CustomMaterial:
     The three functions get many deformation gradients F at once, an array of the shape (n, 3, 3), at which
     the energy density is defined. They must be derivatives of each other, which is tested at some F.
 
+    The functions are called with the interpreter's lock held, so that other threads of Python wait. An
+    exception that they raise ends the step, passes through, and leaves the state as it was.
+
     Parameters
     ----------
     energy : function
@@ -64,9 +67,6 @@ class CustomMaterial:
         Where Ψ is defined, of the shape (n,). By default where det F > 0.
     name : str
         For messages.
-
-    The functions are called with the interpreter's lock held, so that other threads of Python wait. An
-    exception that they raise ends the step, passes through, and leaves the state as it was.
     """
 
     def __init__(self, energy: _Function, stress: _Function, stiffness: _Function, *, mu: float,

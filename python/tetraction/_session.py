@@ -29,7 +29,12 @@ class Session:
     history : bool
         Whether to store the history and the probes of each step.
 
-    Raises InputError for errors in the scene or the mesh, and FileError for files.
+    Raises
+    ------
+    InputError
+        For errors in the scene or in the mesh.
+    FileError
+        For a file that is missing or malformed.
     """
 
     def __init__(self, scene: "_scene.Scene | str | os.PathLike[str]", points: ArrayLike | None = None,
