@@ -23,6 +23,7 @@
 #include "tetraction/io/key_tables.h"
 #include "tetraction/io/mesh_reader.h"
 #include "tetraction/io/run_recorder.h"
+#include "tetraction/io/scene_echo.h"
 #include "tetraction/io/scene_reader.h"
 #include "tetraction/io/scene_writer.h"
 #include "tetraction/io/study_writer.h"
@@ -140,15 +141,15 @@ void define_scene(py::module_& m) {
       .def("text", &scene_text, "folder"_a)
       .def("set_material",
            [](Scene& scene, Index region, const CustomMaterial& material) {
+             const auto i = static_cast<std::size_t>(region - 1);
              if (region == 0) {
                scene.material.custom = material;
-               return;
-             }
-             const auto i = static_cast<std::size_t>(region - 1);
-             if (region < 0 || i >= scene.material_region.size()) {
+             } else if (region < 0 || i >= scene.material_region.size()) {
                throw InputError("There is no region of material with that number.");
+             } else {
+               scene.material_region[i].material.custom = material;
              }
-             scene.material_region[i].material.custom = material;
+             scene.echo = scene_echo(scene);
            })
       .def("add_force_term", [](Scene& scene, std::shared_ptr<ForceTerm> term) {
         scene.force_term.push_back(std::move(term));

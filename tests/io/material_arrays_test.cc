@@ -4,12 +4,12 @@
 #include <cmath>
 #include <filesystem>
 
-#include "io/scene/scene_echo.h"
 #include "support/temporary_folder.h"
 #include "tetraction/core/error.h"
 #include "tetraction/io/initial_fields.h"
 #include "tetraction/io/mesh_reader.h"
 #include "tetraction/io/mesh_writer.h"
+#include "tetraction/io/scene_echo.h"
 #include "tetraction/io/scene_reader.h"
 #include "tetraction/io/scene_writer.h"
 #include "tetraction/io/text_file.h"

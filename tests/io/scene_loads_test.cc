@@ -2,10 +2,10 @@
 #include <filesystem>
 #include <fstream>
 
-#include "io/scene/scene_echo.h"
 #include "support/bodies.h"
 #include "support/temporary_folder.h"
 #include "tetraction/core/error.h"
+#include "tetraction/io/scene_echo.h"
 #include "tetraction/io/scene_reader.h"
 #include "tetraction/io/scene_writer.h"
 #include "tetraction/simulation/scene_objects.h"

@@ -4,11 +4,11 @@
 #include <fstream>
 #include <sstream>
 
-#include "io/scene/scene_echo.h"
 #include "support/bodies.h"
 #include "support/temporary_folder.h"
 #include "tetraction/core/error.h"
 #include "tetraction/io/mesh_reader.h"
+#include "tetraction/io/scene_echo.h"
 #include "tetraction/io/scene_reader.h"
 #include "tetraction/simulation/scene_objects.h"
 #include "tetraction/simulation/session.h"

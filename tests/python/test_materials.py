@@ -1,5 +1,7 @@
 """Materials and force fields that are written in Python."""
 
+import json
+
 import numpy as np
 import pytest
 
@@ -167,3 +169,10 @@ def test_a_force_field(beam):
         assert session.balance["max_relative_energy_drift"] < 1e-2
     with pytest.raises(tt.InputError, match="lower-case"):
         tt.ForceField(None, None, None, name="My field")
+
+
+def test_the_summary_of_a_run_names_the_material(beam, tmp_path):
+    beam.material = neo_hookean()
+    tt.run(beam, tmp_path)
+    summary = json.loads((tmp_path / "summary.json").read_text())
+    assert summary["scene"]["material"] == {"model": "mine", "density": 1000.0}

@@ -1,4 +1,4 @@
-#include "scene_echo.h"
+#include "tetraction/io/scene_echo.h"
 
 #include <cmath>
 #include <nlohmann/json.hpp>

@@ -5,9 +5,9 @@
 #include <filesystem>
 
 #include "key_reader.h"
-#include "scene_echo.h"
 #include "scene_sections.h"
 #include "tetraction/core/error.h"
+#include "tetraction/io/scene_echo.h"
 
 namespace tetraction {
 namespace {
