@@ -115,6 +115,8 @@ void define_errors(py::module_& m) {
   static py::exception<OutputError> output(m, "OutputError", error.ptr());
   define(output, "OutputError", "Results cannot be written.");
   // The translators are asked in the reverse order of their registration.
+  // pybind11 asks for a function with this parameter.
+  // NOLINTNEXTLINE(performance-unnecessary-value-param)
   py::register_exception_translator([](std::exception_ptr thrown) {
     try {
       if (thrown) std::rethrow_exception(thrown);
@@ -157,7 +159,7 @@ void define_scene(py::module_& m) {
   py::class_<CustomMaterial>(m, "CustomMaterial")
       .def(py::init(&make_material), "name"_a, "mu"_a, "lambda_"_a, "energy"_a, "stress"_a,
            "stiffness"_a, "admissible"_a = py::none());
-  py::class_<ForceTerm, std::shared_ptr<ForceTerm>>(m, "ForceTerm");
+  const py::class_<ForceTerm, std::shared_ptr<ForceTerm>> force_term(m, "ForceTerm");
   m.def("force_field",
         [](const std::string& name, py::object energy, py::object gradient, py::object hessian) {
           return std::const_pointer_cast<ForceTerm>(
@@ -307,7 +309,7 @@ py::object load_path_of(const Session& session) {
 }
 
 void define_session(py::module_& m) {
-  py::class_<Checkpoint>(m, "Checkpoint");
+  const py::class_<Checkpoint> checkpoint(m, "Checkpoint");
   using S = PythonSession;
   const auto self_of = [](const py::object& self) -> S& { return self.cast<S&>(); };
   py::class_<S>(m, "Session")

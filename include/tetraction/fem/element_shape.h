@@ -117,7 +117,7 @@ typename Shape::NodeMatrix element_product(const RestElement<Shape>& rest, const
   for (std::size_t p = 0; p < Shape::kPoints; ++p) {
     const int point = static_cast<int>(p);
     const Matrix3 f = Matrix3::Identity() + deformation_gradient(rest, point, u);
-    const Matrix9 a = material.stiffness(f);
+    const Matrix9& a = material.stiffness(f);
     const Vector9 stress = a * flatten(deformation_gradient(rest, point, dq));
     result.noalias() +=
         rest.weights[p] * Eigen::Map<const Matrix3>(stress.data()) * rest.gradients[p];
