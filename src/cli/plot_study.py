@@ -151,8 +151,14 @@ def read_study(folder):
             "limits": stability_limits(found, study), "probes": probes,
             "scene": plain(study.get("scene", "")), "end": number(study.get("end")),
             "reference_error": number(reference.get("estimated_error")),
+            "extrapolated": is_extrapolated(reference),
             "reference": os.path.join(folder, str(reference.get("directory", ""))),
             "error": str(study.get("error", "position"))}  # fmt: skip
+
+
+def is_extrapolated(reference):
+    extrapolation = reference.get("extrapolation")
+    return isinstance(extrapolation, dict) and extrapolation.get("valid") is True
 
 
 def usable_probe(probe):
@@ -548,18 +554,20 @@ def probe_over_time(study, folder, probe):
         return
     reference = read_columns(study["reference"], "probes.csv")
     has_reference = all(c in reference for c in columns)
+    reference_name = "the finest run of the reference" if study["extrapolated"] else "the reference"
     steps = sorted({run["step"] for run, _ in tables})
     handles = [Line2D([], [], label=plain(key), color=looks_of(study, group)["color"])
                for key, group in groups.items() if not group[0].get("compares_solver")]  # fmt: skip
     if has_reference:
-        handles.append(Line2D([], [], label="reference", color="#bbbbbb", lw=3))
+        handles.append(Line2D([], [], label=reference_name.removeprefix("the "), color="#bbbbbb",
+                              lw=3))  # fmt: skip
     handles += step_handles(study, steps)
     if not all(ended_well(run) for run, _ in tables):
         handles.append(Line2D([], [], color=GREY, marker="x", ls="none", ms=4.5, mew=1.2,
                               label="end of a run that is unstable or failed"))  # fmt: skip
     quantity = str(probe.get("quantity", "")).replace("_", " ")
     title = f"Probe {plain(name)}: {quantity}" + (f" [{unit}]" if unit else "")
-    title += ". Left: values. Right: magnitude of the difference from the reference"
+    title += f". Left: values. Right: magnitude of the difference from {reference_name}"
     page = Page(PAGE, study["scene"], title if has_reference else title.split(". Left")[0],
                 0.42 + legend_height(len(handles), 3))  # fmt: skip
     for row in range(len(columns)):

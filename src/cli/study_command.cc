@@ -47,6 +47,7 @@ struct StudyArguments {
   std::vector<double> steps;
   std::optional<double> reference_step;
   std::string reference_integrator = "midpoint";
+  std::string reference = "run";
   std::string vary;
   std::vector<std::string> also_solvers;
   std::vector<std::string> frames;
@@ -143,6 +144,7 @@ StudySettings read_settings(const StudyArguments& arguments) {
   settings.steps = arguments.steps;
   settings.reference_step = arguments.reference_step;
   settings.reference_integrator = integrator_from_string(arguments.reference_integrator);
+  settings.reference_kind = reference_kind_from_string(arguments.reference);
   for (const std::string& text : arguments.also_solvers) {
     settings.solver_comparisons.push_back(read_comparison(text));
   }
@@ -152,9 +154,32 @@ StudySettings read_settings(const StudyArguments& arguments) {
 
 // Whether the study or its reference has an implicit run.
 bool has_implicit_runs(const StudyPlan& plan) {
-  return is_implicit(plan.reference.integrator) ||
+  return is_implicit(plan.references.front().finest().integrator) ||
          std::any_of(plan.runs.begin(), plan.runs.end(),
                      [](const PlannedRun& run) { return is_implicit(run.integrator); });
+}
+
+// What the reference is, and how many steps it takes.
+std::string of_reference(const StudyPlan& plan) {
+  const PlannedReference& reference = plan.references.front();
+  const auto count = [&](const PlannedRun& run) {
+    return std::ceil(plan.end / run.step * (1.0 - 1e-9));
+  };
+  const std::string rule = to_string(reference.finest().integrator);
+  if (reference.runs.size() == 1) {
+    return fmt::format("reference: {} with steps of {:.4g} s, which makes {:.9g} steps", rule,
+                       reference.finest().step, count(reference.finest()));
+  }
+  std::vector<std::string> steps;
+  double sum = 0.0;
+  for (const PlannedRun& run : reference.runs) {
+    steps.push_back(fmt::format("{:.4g}", run.step));
+    sum += count(run);
+  }
+  return fmt::format(
+      "reference: Richardson extrapolation of {} with steps of {} s, which makes {:.9g} steps "
+      "together",
+      rule, fmt::join(steps, ", "), sum);
 }
 
 // How to see the motion of the first of the runs with frames that was made.
@@ -170,7 +195,10 @@ std::string advice_to_look(const std::string& directory, const std::vector<std::
 
 // The folders of all runs.
 std::vector<std::string> run_names(const StudyPlan& plan) {
-  std::vector<std::string> names{plan.reference.directory};
+  std::vector<std::string> names;
+  for (const PlannedReference& reference : plan.references) {
+    for (const PlannedRun& run : reference.runs) names.push_back(run.directory);
+  }
   for (const PlannedRun& run : plan.runs) names.push_back(run.directory);
   return names;
 }
@@ -212,9 +240,7 @@ int study(const StudyArguments& arguments) {
   const StudyPlan plan = plan_study(scene, mesh, settings);
   const std::vector<std::string> frames = runs_with_frames(arguments.frames, plan);
   if (!arguments.quiet) {
-    print_note(fmt::format("reference: {} with steps of {:.4g} s, which makes {:.9g} steps",
-                           to_string(plan.reference.integrator), plan.reference.step,
-                           std::ceil(plan.end / plan.reference.step * (1.0 - 1e-9))));
+    print_note(of_reference(plan));
   }
   make_output_directory(directory);
   const DirectoryLock lock(directory);
@@ -333,6 +359,11 @@ void add_study_command(CLI::App& app, int& exit_code) {
                    "stability limit)")
       ->delimiter(',')
       ->allow_extra_args(false);
+  command
+      ->add_option("--reference", arguments->reference,
+                   "run: the reference is one run (default). richardson: it is extrapolated from "
+                   "runs with twice, once and half the reference step, and its error is estimated.")
+      ->check(not_empty("it names no kind of reference"));
   command->add_option("--reference-step", arguments->reference_step,
                       "Step of the reference run (default: the finest of the study)");
   command->add_option("--reference-integrator", arguments->reference_integrator,

@@ -205,6 +205,30 @@ TEST(StudyConclusions, DoubtAnEstimateWithoutItsOrder) {
   expect_part(on(result, "Limits of the comparison"), "the estimate is uncertain");
 }
 
+TEST(StudyConclusions, SayWhetherTheReferenceIsExtrapolated) {
+  StudyResult result = two_rules();
+  ReferenceExtrapolation found;
+  found.step = 2e-5;
+  found.order_at_end = 1.98;
+  found.order_over_time = 2.03;
+  found.finest_error_at_end = 4e-4;
+  result.extrapolation = found;
+  EXPECT_EQ(reference_name(result),
+            "Richardson extrapolation of verlet with h = 2e-5 s and 1e-5 s");
+  std::string text = on(result, "Limits of the comparison");
+  expect_part(text,
+              "Its own error is estimated at 1e-5, from the extrapolation with twice the steps");
+  expect_part(text, "That of its finest run is 4e-4 at the end");
+  expect_part(text, "the order 1.98 at the end and 2.03 over time; the theoretical order is 2.");
+  expect_no_part(text, "uncertain");
+  result.extrapolation->is_valid = false;
+  result.extrapolation->reason = "the observed order at the end is 1.20";
+  EXPECT_EQ(reference_name(result), "verlet with h = 1e-5 s");
+  text = on(result, "Limits of the comparison");
+  expect_part(text, "not extrapolated, because the observed order at the end is 1.20.");
+  expect_part(text, "the estimate is uncertain");
+}
+
 TEST(StudyConclusions, NameEnergyErrorsOfRoundOff) {
   StudyResult result = two_rules();
   result.rows[2].max_relative_energy_drift = 1e-14;
@@ -276,9 +300,11 @@ TEST(StudyCsv, HasTheProvenanceInEachRow) {
   result.rows[0].date = "2025-01-31T12:00:00Z";
   const std::string text =
       study_csv(result, {"tetraction study a --steps 1,2 --set 'b=\"c\"'", ""});
-  expect_part(text, ",date,processor,cores,threads,version,command\n");
+  expect_part(text, ",date,processor,cores,threads,version,command,reference,reference_error\n");
   expect_part(text, ",2025-01-31T12:00:00Z,first processor,2,2,");
-  expect_part(text, ",\"tetraction study a --steps 1,2 --set 'b=\"\"c\"\"'\"\n");
+  expect_part(
+      text,
+      ",\"tetraction study a --steps 1,2 --set 'b=\"\"c\"\"'\",verlet with h = 1e-5 s,1e-05\n");
 }
 
 }  // namespace

@@ -342,7 +342,8 @@ class Conclusions {
     std::string reason = "its errors do not grow with the step";
     if (runs.size() < 2) {
       reason = "fewer than two of its runs have an error";
-    } else if (integrator != result_.reference_integrator &&
+    } else if ((integrator != result_.reference_integrator ||
+                (result_.extrapolation && result_.extrapolation->is_valid)) &&
                error_of(*runs.front()) < kAboveReference * known_reference_error()) {
       reason = "the reference's own error is not small beside its errors";
     }
@@ -355,9 +356,13 @@ class Conclusions {
       sentences.emplace_back(
           "The study was interrupted. What is said here is about the runs before that.");
     }
-    const std::string reference =
-        fmt::format("{} with h = {} s", to_string(result_.reference_integrator),
-                    short_number(result_.reference_step));
+    const std::string reference = reference_name(result_);
+    if (result_.extrapolation && !result_.extrapolation->is_valid) {
+      sentences.push_back(
+          fmt::format("The reference is not extrapolated, because {}. The run with the smallest of "
+                      "the three steps is the reference.",
+                      result_.extrapolation->reason));
+    }
     if (result_.reference_status != RunStatus::kFinished) {
       sentences.push_back(fmt::format(
           "The reference, {}, did not reach the end. Therefore there are no errors.", reference));
@@ -367,15 +372,7 @@ class Conclusions {
           "no other run of its integrator gives an estimate.",
           reference));
     } else {
-      sentences.push_back(
-          fmt::format("All errors are differences from the reference, {}. Its own error is "
-                      "estimated at {}, from "
-                      "the finest other run of its integrator and the theoretical order{}.",
-                      reference, short_number(result_.reference_error),
-                      reference_shows_its_order()
-                          ? ""
-                          : "; the runs of this integrator do not show that order, so that "
-                            "the estimate is uncertain"));
+      sentences.push_back(of_reference_error(reference));
       std::vector<std::string> close;
       for (const StudyRow* row : compared_) {
         if (error_of(*row) < kAboveReference * result_.reference_error) {
@@ -396,6 +393,30 @@ class Conclusions {
           "wall times cannot be compared.");
     }
     return sentences;
+  }
+
+  // How large the known error of the reference is, and where this comes from.
+  std::string of_reference_error(const std::string& reference) const {
+    const std::string error = short_number(result_.reference_error);
+    if (result_.extrapolation && result_.extrapolation->is_valid) {
+      const ReferenceExtrapolation& found = *result_.extrapolation;
+      return fmt::format(
+          "All errors are differences from the reference, the {}. Its own error is estimated at "
+          "{}, "
+          "from the extrapolation with twice the steps. That of its finest run is {} at the end. "
+          "The three runs show the order {:.2f} at the end and {:.2f} over time; the theoretical "
+          "order is {}.",
+          reference, error, short_number(found.finest_error_at_end), found.order_at_end,
+          found.order_over_time, order(result_.reference_integrator));
+    }
+    const bool is_uncertain = result_.extrapolation || !reference_shows_its_order();
+    return fmt::format(
+        "All errors are differences from the reference, {}. Its own error is estimated at {}, from "
+        "the finest other run of its integrator and the theoretical order{}.",
+        reference, error,
+        is_uncertain ? "; the runs of this integrator do not show that order, so that the estimate "
+                       "is uncertain"
+                     : "");
   }
 
   // Whether the finest pair of other runs of the reference's integrator has about its order.
@@ -595,6 +616,16 @@ std::string run_label(const StudyRow& row) {
   std::string tags = row.variant;
   if (row.compares_solver) tags += (tags.empty() ? "" : ", ") + row.solver;
   return tags.empty() ? label : label + " (" + tags + ")";
+}
+
+std::string reference_name(const StudyResult& result) {
+  const std::string rule = to_string(result.reference_integrator);
+  const std::string finest = short_number(result.reference_step);
+  if (!result.extrapolation || !result.extrapolation->is_valid) {
+    return fmt::format("{} with h = {} s", rule, finest);
+  }
+  return fmt::format("Richardson extrapolation of {} with h = {} s and {} s", rule,
+                     short_number(result.extrapolation->step), finest);
 }
 
 bool is_above_stability_limit(const StudyRow& row) {

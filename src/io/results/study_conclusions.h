@@ -24,6 +24,10 @@ std::string short_number(double value);
 /// The name of a run's integrator with what tells it from others: "midpoint (ceres)".
 std::string run_label(const StudyRow& row);
 
+/// The reference of the study: "midpoint with h = 1e-4 s", or "Richardson extrapolation of midpoint
+/// with h = 1e-4 s and 5e-5 s".
+std::string reference_name(const StudyResult& result);
+
 /// What the steps of the explicit integrators are compared with: whether this step is longer than
 /// the stability limit of the run's row.
 bool is_above_stability_limit(const StudyRow& row);

@@ -226,8 +226,10 @@ std::string provenance_html(const StudyResult& result, const StudyPageContents& 
   }
   entry("End of the motion", short_number(result.end) + " s");
   entry("Reference",
-        fmt::format("{} with h = {} s ({})", to_string(result.reference_integrator),
-                    short_number(result.reference_step), to_string(result.reference_status)));
+        fmt::format("{} ({})", reference_name(result), to_string(result.reference_status)));
+  if (std::isfinite(result.reference_error)) {
+    entry("Error of the reference", short_number(result.reference_error) + " (estimated)");
+  }
   if (std::isfinite(result.stable_step)) {
     entry("Stability limit", fmt::format("h_crit = {} s (explicit, at the initial state)",
                                          short_number(result.stable_step)));
@@ -410,7 +412,11 @@ std::vector<StudyPicture> read_pictures(const StudyResult& result, const std::st
   for (const ProbeColumns& probe : result.probes) {
     if (probe.name.find('/') != std::string::npos) continue;
     add("probe_" + probe.name, fmt::format("Probe {} over time", probe.name),
-        "Left: the values. Right: the magnitude of their difference from the reference.");
+        result.extrapolation && result.extrapolation->is_valid
+            ? "Left: the values. Right: the magnitude of their difference from the finest run of "
+              "the "
+              "reference, before the extrapolation."
+            : "Left: the values. Right: the magnitude of their difference from the reference.");
   }
   return pictures;
 }

@@ -78,7 +78,7 @@ std::string study_csv(const StudyResult& result, const StudyProvenance& provenan
       "iterations_per_step,max_relative_energy_drift,linear_momentum_drift,"
       "angular_momentum_drift,angular_momentum_drift_allowed,position_error,position_error_rms,"
       "observed_order,stable_step,variant,role,solver,probe_error,date,processor,cores,threads,"
-      "version,command\n";
+      "version,command,reference,reference_error\n";
   for (const StudyRow& row : result.rows) {
     text += fmt::format("{},{:.17g},{},{}", to_string(row.integrator), row.step,
                         to_string(row.status), row.steps);
@@ -91,8 +91,9 @@ std::string study_csv(const StudyResult& result, const StudyProvenance& provenan
     }
     text += fmt::format(",{},{},{},{},{}", csv_number(row.stable_step), csv_text(row.variant),
                         to_string(row.role), row.solver, csv_number(row.probe_error));
-    text += fmt::format(",{},{},{},{},{},{}\n", row.date, csv_text(row.processor), row.cores,
-                        row.threads, version(), csv_text(provenance.command));
+    text += fmt::format(",{},{},{},{},{},{},{},{}\n", row.date, csv_text(row.processor), row.cores,
+                        row.threads, version(), csv_text(provenance.command),
+                        csv_text(reference_name(result)), csv_number(result.reference_error));
   }
   return text;
 }
@@ -111,6 +112,9 @@ std::string study_json(const StudyResult& result, const std::string& scene_name,
                        {"status", to_string(result.reference_status)},
                        {"directory", result.reference_directory},
                        {"estimated_error", json_number(result.reference_error)}};
+  if (result.extrapolation) {
+    json["reference"]["extrapolation"] = extrapolation_json(*result.extrapolation);
+  }
   json["remarks"] = result.remarks;
   json["error"] = result.error_probe.empty() ? "position" : "probe." + result.error_probe;
   json["probes"] = nlohmann::ordered_json::array();
@@ -166,15 +170,17 @@ std::string study_table(const StudyResult& result) {
         probe_cell(is_reference ? "-" : cell(row.probe_error)), cell(row.observed_order, "{:.2f}"));
   }
   text += fmt::format(
-      "\nStability limit: {}. Reference: {} at {:.4g} s ({}).\n"
+      "\nStability limit: {}. Reference: {} ({}){}.\n"
       "energy: the largest energy error, divided by the energy that entered.\n"
       "lin.mom., ang.mom.: the change of the momentum that no impulse of a force explains.\n"
       "pos.error: |q - q_ref| at the end, divided by the displacement |q_ref - X| of the "
       "reference.\n"
       "pos.rms: the same, as root mean squares over the whole time.\n",
       limits_text(result, result.rows.empty() ? "" : result.rows.front().variant),
-      to_string(result.reference_integrator), result.reference_step,
-      to_string(result.reference_status));
+      reference_name(result), to_string(result.reference_status),
+      std::isfinite(result.reference_error) ? fmt::format(", whose own error is estimated at {}",
+                                                          short_number(result.reference_error))
+                                            : "");
   if (has_probe) {
     text += fmt::format(
         "probe.err: the largest |s - s_ref| of the probe {} over time, divided by the largest "
