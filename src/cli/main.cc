@@ -131,6 +131,7 @@ int run_program(int argc, char** argv) {
   tetraction::add_static_command(app, exit_code);
   tetraction::add_modes_command(app, exit_code);
   tetraction::add_study_command(app, exit_code);
+  tetraction::add_study_diff_command(app, exit_code);
   tetraction::add_check_command(app, exit_code);
   tetraction::add_mesh_command(app, exit_code);
   tetraction::add_keys_command(app, exit_code);

@@ -9,6 +9,7 @@ import importlib.util
 import json
 import math
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -497,6 +498,101 @@ class Resume(StudyTest):
         result = self.study("--integrators", "midpoint", *self.GRID[2:], "--resume")
         self.assertIn("complete", result.stderr)
         self.assertEqual(set(self.runs()), {"midpoint-0.0005", "midpoint-0.001"})
+
+
+class Diff(StudyTest):
+    GRID = ("--no-plots", "--quiet", "--reference-step", "5e-4")
+
+    def make(self, name, *arguments):
+        scene = self.write("beam.toml", BEAM)
+        self.run_program("study", scene, "--out", name, *self.GRID, *arguments)
+
+    def rows(self, name):
+        with open(self.path(name, "study.csv"), newline="") as file:
+            return {(r["integrator"], float(r["step"])): r for r in csv.DictReader(file)}
+
+    def two_studies(self):
+        self.make("a", "--integrators", "verlet,midpoint", "--steps", "2.5e-3,5e-3")
+        self.make("b", "--integrators", "midpoint,backward-euler", "--steps", "2.5e-3,5e-3,1e-2",
+                  "--set", "material.density=1100")  # fmt: skip
+
+    def test_numbers_of_the_rows_that_match(self):
+        self.two_studies()
+        diff = json.loads(self.run_program("study-diff", "a", "b", "--json").stdout)
+        a, b = self.rows("a"), self.rows("b")
+        self.assertEqual([(r["integrator"], r["step"]) for r in diff["runs"]],
+                         [("midpoint", 2.5e-3), ("midpoint", 5e-3)])  # fmt: skip
+        for row in diff["runs"]:
+            key = row["integrator"], row["step"]
+            for change in ("position_error", "position_error_rms", "max_relative_energy_drift"):
+                expected = float(b[key][change]) - float(a[key][change])
+                self.assertNotEqual(expected, 0.0)
+                self.assertAlmostEqual(row[f"{change}_change"] / expected, 1.0, places=5)
+            ratio = float(b[key]["wall_seconds"]) / float(a[key]["wall_seconds"])
+            self.assertAlmostEqual(row["wall_ratio"] / ratio, 1.0, places=5)
+            self.assertIsNone(row["probe_error_change"])
+        self.assertEqual([(r["integrator"], r["step"]) for r in diff["only_in_a"]],
+                         [("verlet", 2.5e-3), ("verlet", 5e-3)])  # fmt: skip
+        self.assertEqual([(r["integrator"], r["step"]) for r in diff["only_in_b"]],
+                         [("midpoint", 1e-2), ("backward-euler", 2.5e-3), ("backward-euler", 5e-3),
+                          ("backward-euler", 1e-2)])  # fmt: skip
+        self.assertEqual(diff["notes"], [])
+        table = self.run_program("study-diff", "a", "b").stdout
+        change = f"{diff['runs'][1]['position_error_change']:+.2e}"
+        self.assertRegex(table, rf"(?m)^midpoint +newton +0\.005 +ok .*{re.escape(change)}")
+        self.assertRegex(table, r"only in A:\n +verlet +- +0\.0025\n")
+        self.assertIn("2 of 4 runs of A and of 6 runs of B match.", table)
+
+    def test_of_a_study_and_itself(self):
+        self.make("a", "--integrators", "verlet,midpoint", "--steps", "2.5e-3,5e-3")
+        shutil.copy(self.path("a", "study.json"), self.path("saved.json"))
+        diff = json.loads(self.run_program("study-diff", "saved.json", "a", "--json").stdout)
+        self.assertEqual(len(diff["runs"]), 4)
+        for row in diff["runs"]:
+            self.assertEqual(row["position_error_change"], 0.0)
+            self.assertEqual(row["wall_ratio"], 1.0)
+        self.assertEqual((diff["only_in_a"], diff["only_in_b"]), ([], []))
+
+    def test_what_limits_the_comparison_is_said(self):
+        self.make("a", "--integrators", "midpoint", "--steps", "5e-3")
+        self.make("b", "--integrators", "midpoint", "--steps", "5e-3", "--reference-integrator",
+                  "verlet")  # fmt: skip
+        table = self.run_program("study-diff", "a", "b").stdout
+        self.assertIn("different references, midpoint at 0.0005 s and verlet at 0.0005 s", table)
+        self.make("c", "--integrators", "midpoint", "--steps", "5e-3", "--threads", "1")
+        with open(self.path("c", "study.json")) as file:
+            study = json.load(file)
+        study["runs"][0]["processor"] = "another one"
+        self.write("c.json", json.dumps(study))
+        self.assertIn("on different machines", self.run_program("study-diff", "a", "c.json").stdout)
+        self.make("d", "--integrators", "verlet", "--steps", "2e-3")
+        self.assertIn("No run of A has the", self.run_program("study-diff", "a", "d").stdout)
+
+    def test_runs_that_failed_and_the_reference_have_no_change_of_errors(self):
+        for name in "ab":
+            self.make(name, "--integrators", "verlet,midpoint", "--steps", "5e-4,2e-2",
+                      "--set", "time.end=1")  # fmt: skip
+        diff = json.loads(self.run_program("study-diff", "a", "b", "--json").stdout)
+        changes = {(r["integrator"], r["step"]): r["position_error_change"] for r in diff["runs"]}
+        self.assertEqual(changes, {("verlet", 5e-4): 0.0, ("verlet", 2e-2): None,
+                                   ("midpoint", 5e-4): None, ("midpoint", 2e-2): 0.0})  # fmt: skip
+        self.assertEqual(next(r for r in diff["runs"] if r["step"] == 2e-2)["a"]["status"], "unstable")
+
+    def test_what_is_no_study(self):
+        self.make("a", "--integrators", "midpoint", "--steps", "5e-3")
+        self.assertIn("no such directory", self.refused(3, "study-diff", "a", "missing"))
+        os.mkdir(self.path("empty"))
+        self.assertIn("there is no study.json.", self.refused(3, "study-diff", "empty", "a"))
+        self.assertIn("but the results of a run",
+                      self.refused(3, "study-diff", "a", "a/midpoint-0.005"))  # fmt: skip
+        begun = {"message": "The study has not ended", "runs": [{"directory": "midpoint-0.005"}]}
+        for text, part in (("{", "not the study.json"), ("[]", "not the study.json"),
+                           ('{"runs": 3}', "not the study.json"), (json.dumps(begun), "--resume"),
+                           ('{"runs": [{"integrator": 3}]}', "entry 1 of runs"),
+                           ('{"runs": [{"integrator": "a", "step": "b"}]}', "entry 1 of runs")):  # fmt: skip
+            self.write("broken.json", text)
+            self.assertIn(part, self.refused(3, "study-diff", "a", "broken.json"))
+        self.assertIn("B is required", self.refused(2, "study-diff", "a"))
 
 
 class Plots(StudyTest):
