@@ -80,6 +80,7 @@ int report(const CLI::App& app, const CLI::ParseError& error) {
   std::string text = error.what();
   if (!choices.empty() && dynamic_cast<const CLI::RequiredError*>(&error) != nullptr) {
     std::vector<std::string> names;
+    names.reserve(choices.size());
     for (const CLI::App* choice : choices) names.push_back(choice->get_name());
     const tetraction::NameList valid(names.begin(), names.end());
     const auto word = std::find_if(rest.begin(), rest.end(), [](const std::string& argument) {

@@ -185,7 +185,7 @@ std::string of_reference(const StudyPlan& plan) {
 // How to see the motion of the first of the runs with frames that was made.
 std::string advice_to_look(const std::string& directory, const std::vector<std::string>& frames) {
   for (const std::string& run : frames) {
-    const std::string folder = directory + "/" + run;
+    const std::string folder = fmt::format("{}/{}", directory, run);
     if (!std::filesystem::exists(folder + "/frames.pvd")) continue;
     return fmt::format(
         "to see the motion: open {0}/frames.pvd in ParaView, or: tetraction view {0}\n", folder);
@@ -259,7 +259,7 @@ int study(const StudyArguments& arguments) {
   std::vector<std::string> begun;
   if (arguments.resume) {
     for (const std::string& run : run_names(plan)) {
-      if (is_entry(directory + "/" + run)) begun.push_back(run);
+      if (is_entry(fmt::format("{}/{}", directory, run))) begun.push_back(run);
     }
     remove_other_runs(directory, begun);
   }
@@ -273,7 +273,7 @@ int study(const StudyArguments& arguments) {
     if (std::count(begun.begin(), begun.end(), run) == 0) begun.push_back(run);
     write_study_begun(directory, begun);
     std::vector<std::unique_ptr<Observer>> result;
-    const std::string folder = directory + "/" + run;
+    const std::string folder = fmt::format("{}/{}", directory, run);
     make_own_directory(folder);
     remove_output(folder + "/" + kStudyRowFile);
     auto recorder = std::make_unique<RunRecorder>(folder, has_frames(run) ? scene.output.every : 0);

@@ -29,9 +29,8 @@ bool NumberRange::contains(double value) const {
 std::string NumberRange::text() const {
   const bool below = std::isfinite(least);
   const bool above = std::isfinite(most);
-  const std::string low =
-      fmt::format(fmt::runtime(least_itself ? "{} or more" : "above {}"), least);
-  const std::string high = fmt::format(fmt::runtime(most_itself ? "{} or less" : "below {}"), most);
+  std::string low = fmt::format(fmt::runtime(least_itself ? "{} or more" : "above {}"), least);
+  std::string high = fmt::format(fmt::runtime(most_itself ? "{} or less" : "below {}"), most);
   if (below && above) {
     if (least_itself && most_itself) return fmt::format("from {} to {}", least, most);
     if (!least_itself && !most_itself) {

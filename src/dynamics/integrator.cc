@@ -44,6 +44,7 @@ const Rule& rule_of(Integrator integrator) {
 const std::vector<Integrator>& all_integrators() {
   static const std::vector<Integrator> all = [] {
     std::vector<Integrator> list;
+    list.reserve(std::size(kRules));
     for (const Rule& rule : kRules) list.push_back(rule.integrator);
     return list;
   }();
@@ -52,6 +53,7 @@ const std::vector<Integrator>& all_integrators() {
 
 std::vector<const char*> integrator_names() {
   std::vector<const char*> names;
+  names.reserve(std::size(kRules));
   for (const Rule& rule : kRules) names.push_back(rule.name);
   return names;
 }

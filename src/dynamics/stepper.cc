@@ -8,7 +8,7 @@ Stepper::Stepper(const MechanicalSystem& system)
     : system_(system), reaction_(Vector::Zero(system.dof_count())) {}
 
 StepOutcome Stepper::step_to(State& state, double h, double end_time) {
-  const StepOutcome outcome = advance(state, result_, h, end_time);
+  StepOutcome outcome = advance(state, result_, h, end_time);
   if (outcome.ok()) state = result_;
   return outcome;
 }

@@ -90,7 +90,7 @@ void VertexPotential::add_hessian(const ForcePoint& at, HessianForm form,
 Vector3 VertexPotential::discrete_gradient(double mass, const Vector3& from,
                                            const Vector3& to) const {
   const Vector3 way = to - from;
-  const Vector3 middle = gradient(mass, 0.5 * (from + to));
+  Vector3 middle = gradient(mass, 0.5 * (from + to));
   const double before = value(mass, from);
   const double after = value(mass, to);
   const double linear = middle.dot(way);

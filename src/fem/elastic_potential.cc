@@ -500,7 +500,9 @@ void ElasticPotential::product(const Vector& q, const Vector& x, Vector& result)
                            double&) -> Shape::NodeMatrix {
                          // Relative displacements keep the digits of small strains in a large
                          // motion.
-                         return element_product<Shape>(s.rest.point(i), m, local,
+                         Shape::NodeMatrix displacements = local;
+                         displacements.rightCols<3>() -= s.rest.point_edges(i);
+                         return element_product<Shape>(s.rest.point(i), m, displacements,
                                                        s.rest.gather_relative(x, i));
                        });
       });

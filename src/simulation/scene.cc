@@ -28,6 +28,7 @@ constexpr std::array<std::pair<StepAdaptation, const char*>, 3> kStepAdaptations
 template <class Table>
 std::vector<const char*> names_of(const Table& table) {
   std::vector<const char*> names;
+  names.reserve(std::size(table));
   for (const auto& [value, name] : table) names.push_back(name);
   return names;
 }

@@ -107,15 +107,17 @@ typename Shape::DofMatrix element_hessian(const RestElement<Shape>& rest, const 
   return hessian;
 }
 
-/// (∂²W/∂q²) δq without forming the matrix, one column per node, N.
+/// (∂²W/∂q²) δq at q = X + u without forming the matrix, one column per node, N. F = 1 + ∇u is exactly 1 at
+/// rest, where a rotation must meet no stress.
 template <class Shape, Material M>
 typename Shape::NodeMatrix element_product(const RestElement<Shape>& rest, const M& material,
-                                           const typename Shape::NodeMatrix& q,
+                                           const typename Shape::NodeMatrix& u,
                                            const typename Shape::NodeMatrix& dq) {
   typename Shape::NodeMatrix result = Shape::NodeMatrix::Zero();
   for (std::size_t p = 0; p < Shape::kPoints; ++p) {
     const int point = static_cast<int>(p);
-    const Matrix9 a = material.stiffness(deformation_gradient(rest, point, q));
+    const Matrix3 f = Matrix3::Identity() + deformation_gradient(rest, point, u);
+    const Matrix9 a = material.stiffness(f);
     const Vector9 stress = a * flatten(deformation_gradient(rest, point, dq));
     result.noalias() +=
         rest.weights[p] * Eigen::Map<const Matrix3>(stress.data()) * rest.gradients[p];

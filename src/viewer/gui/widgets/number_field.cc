@@ -140,10 +140,8 @@ void NumberField::keyPressEvent(QKeyEvent* event) {
 void NumberField::focusOutEvent(QFocusEvent* event) {
   if (event->reason() != Qt::PopupFocusReason) {
     commit();
-    if (isModified())
-      restore();  // removes a text that was refused
-    else if (!empty_)
-      restore();
+    // A text that was refused is removed.
+    if (isModified() || !empty_) restore();
   }
   QLineEdit::focusOutEvent(event);
   if (event->reason() != Qt::PopupFocusReason) emit left();
