@@ -78,7 +78,8 @@ int report(const CLI::App& app, const CLI::ParseError& error) {
       command->get_subcommands([](const CLI::App* choice) { return !choice->get_group().empty(); });
   const std::vector<std::string> rest = app.remaining(true);
   std::string text = error.what();
-  if (!choices.empty() && dynamic_cast<const CLI::RequiredError*>(&error) != nullptr) {
+  if (command->get_require_subcommand_min() > 0 && !choices.empty() &&
+      dynamic_cast<const CLI::RequiredError*>(&error) != nullptr) {
     std::vector<std::string> names;
     names.reserve(choices.size());
     for (const CLI::App* choice : choices) names.push_back(choice->get_name());
@@ -132,7 +133,6 @@ int run_program(int argc, char** argv) {
   tetraction::add_static_command(app, exit_code);
   tetraction::add_modes_command(app, exit_code);
   tetraction::add_study_command(app, exit_code);
-  tetraction::add_study_diff_command(app, exit_code);
   tetraction::add_check_command(app, exit_code);
   tetraction::add_mesh_command(app, exit_code);
   tetraction::add_keys_command(app, exit_code);

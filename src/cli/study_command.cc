@@ -346,7 +346,8 @@ void add_study_command(CLI::App& app, int& exit_code) {
       "study",
       "Compare integrators, step sizes and solvers on one scene. A run that becomes unstable is a "
       "result, not an error.");
-  command->add_option("scene", arguments->scene, "Scene file (TOML)")->required();
+  command->add_option("scene", arguments->scene,
+                      "Scene file (TOML). Write ./diff for a file whose name is diff.");
   command
       ->add_option(
           "--integrators", arguments->integrators,
@@ -405,7 +406,12 @@ void add_study_command(CLI::App& app, int& exit_code) {
   command->add_flag("--no-plots", arguments->no_plots, "Do not draw plots");
   command->add_flag("--quiet", arguments->quiet, "Only warnings and errors");
   command->add_flag("--json", arguments->json, "Print study.json to stdout");
-  command->callback([arguments, &exit_code] { exit_code = study(*arguments); });
+  add_study_diff_command(*command, exit_code);
+  command->callback([arguments, command, &exit_code] {
+    if (command->got_subcommand("diff")) return;
+    if (command->get_option("scene")->count() == 0) throw CLI::RequiredError("scene");
+    exit_code = study(*arguments);
+  });
 }
 
 }  // namespace tetraction

@@ -125,8 +125,8 @@ class Advice(CliTest):
             (["rnu"], "did you mean run?"),
             (["rnu", scene, "--out", "out"], "did you mean run?"),
             (["--threads", "1", "stduy", scene], "did you mean study?"),
-            (["fly"], "run, static, modes, study, study-diff, check, mesh, keys or view"),
-            ([], "run, static, modes, study, study-diff, check, mesh, keys or view"),
+            (["fly"], "run, static, modes, study, check, mesh, keys or view"),
+            ([], "run, static, modes, study, check, mesh, keys or view"),
             (["mesh", "inof", "a.msh"], "did you mean info?"),
             (["mesh"], "info, convert or generate"),
             (["mesh", "generate", "bxo", "a.msh"], "did you mean box?"),
@@ -134,6 +134,8 @@ class Advice(CliTest):
             (["run", scene, "--jsn"], "did you mean --json?"),
             (["study", scene, "--step=1"], "did you mean --steps?"),
             (["run"], "scene is required"),
+            (["study"], "scene is required"),
+            (["study", "--quiet"], "scene is required"),
         ):
             with self.subTest(arguments):
                 self.assertIn(part, self.refused(2, *arguments))

@@ -518,7 +518,7 @@ class Diff(StudyTest):
 
     def test_numbers_of_the_rows_that_match(self):
         self.two_studies()
-        diff = json.loads(self.run_program("study-diff", "a", "b", "--json").stdout)
+        diff = json.loads(self.run_program("study", "diff", "a", "b", "--json").stdout)
         a, b = self.rows("a"), self.rows("b")
         self.assertEqual([(r["integrator"], r["step"]) for r in diff["runs"]],
                          [("midpoint", 2.5e-3), ("midpoint", 5e-3)])  # fmt: skip
@@ -537,7 +537,7 @@ class Diff(StudyTest):
                          [("midpoint", 1e-2), ("backward-euler", 2.5e-3), ("backward-euler", 5e-3),
                           ("backward-euler", 1e-2)])  # fmt: skip
         self.assertEqual(diff["notes"], [])
-        table = self.run_program("study-diff", "a", "b").stdout
+        table = self.run_program("study", "diff", "a", "b").stdout
         change = f"{diff['runs'][1]['position_error_change']:+.2e}"
         self.assertRegex(table, rf"(?m)^midpoint +newton +0\.005 +ok .*{re.escape(change)}")
         self.assertRegex(table, r"only in A:\n +verlet +- +0\.0025\n")
@@ -546,7 +546,7 @@ class Diff(StudyTest):
     def test_of_a_study_and_itself(self):
         self.make("a", "--integrators", "verlet,midpoint", "--steps", "2.5e-3,5e-3")
         shutil.copy(self.path("a", "study.json"), self.path("saved.json"))
-        diff = json.loads(self.run_program("study-diff", "saved.json", "a", "--json").stdout)
+        diff = json.loads(self.run_program("study", "diff", "saved.json", "a", "--json").stdout)
         self.assertEqual(len(diff["runs"]), 4)
         for row in diff["runs"]:
             self.assertEqual(row["position_error_change"], 0.0)
@@ -557,22 +557,22 @@ class Diff(StudyTest):
         self.make("a", "--integrators", "midpoint", "--steps", "5e-3")
         self.make("b", "--integrators", "midpoint", "--steps", "5e-3", "--reference-integrator",
                   "verlet")  # fmt: skip
-        table = self.run_program("study-diff", "a", "b").stdout
+        table = self.run_program("study", "diff", "a", "b").stdout
         self.assertIn("different references, midpoint at 0.0005 s and verlet at 0.0005 s", table)
         self.make("c", "--integrators", "midpoint", "--steps", "5e-3", "--threads", "1")
         with open(self.path("c", "study.json")) as file:
             study = json.load(file)
         study["runs"][0]["processor"] = "another one"
         self.write("c.json", json.dumps(study))
-        self.assertIn("on different machines", self.run_program("study-diff", "a", "c.json").stdout)
+        self.assertIn("on different machines", self.run_program("study", "diff", "a", "c.json").stdout)
         self.make("d", "--integrators", "verlet", "--steps", "2e-3")
-        self.assertIn("No run of A has the", self.run_program("study-diff", "a", "d").stdout)
+        self.assertIn("No run of A has the", self.run_program("study", "diff", "a", "d").stdout)
 
     def test_runs_that_failed_and_the_reference_have_no_change_of_errors(self):
         for name in "ab":
             self.make(name, "--integrators", "verlet,midpoint", "--steps", "5e-4,2e-2",
                       "--set", "time.end=1")  # fmt: skip
-        diff = json.loads(self.run_program("study-diff", "a", "b", "--json").stdout)
+        diff = json.loads(self.run_program("study", "diff", "a", "b", "--json").stdout)
         changes = {(r["integrator"], r["step"]): r["position_error_change"] for r in diff["runs"]}
         self.assertEqual(changes, {("verlet", 5e-4): 0.0, ("verlet", 2e-2): None,
                                    ("midpoint", 5e-4): None, ("midpoint", 2e-2): 0.0})  # fmt: skip
@@ -580,19 +580,35 @@ class Diff(StudyTest):
 
     def test_what_is_no_study(self):
         self.make("a", "--integrators", "midpoint", "--steps", "5e-3")
-        self.assertIn("no such directory", self.refused(3, "study-diff", "a", "missing"))
+        self.assertIn("no such directory", self.refused(3, "study", "diff", "a", "missing"))
         os.mkdir(self.path("empty"))
-        self.assertIn("there is no study.json.", self.refused(3, "study-diff", "empty", "a"))
+        self.assertIn("there is no study.json.", self.refused(3, "study", "diff", "empty", "a"))
         self.assertIn("but the results of a run",
-                      self.refused(3, "study-diff", "a", "a/midpoint-0.005"))  # fmt: skip
+                      self.refused(3, "study", "diff", "a", "a/midpoint-0.005"))  # fmt: skip
         begun = {"message": "The study has not ended", "runs": [{"directory": "midpoint-0.005"}]}
         for text, part in (("{", "not the study.json"), ("[]", "not the study.json"),
                            ('{"runs": 3}', "not the study.json"), (json.dumps(begun), "--resume"),
                            ('{"runs": [{"integrator": 3}]}', "entry 1 of runs"),
                            ('{"runs": [{"integrator": "a", "step": "b"}]}', "entry 1 of runs")):  # fmt: skip
             self.write("broken.json", text)
-            self.assertIn(part, self.refused(3, "study-diff", "a", "broken.json"))
-        self.assertIn("B is required", self.refused(2, "study-diff", "a"))
+            self.assertIn(part, self.refused(3, "study", "diff", "a", "broken.json"))
+        self.assertIn("B is required", self.refused(2, "study", "diff", "a"))
+
+    def test_options_and_scenes_of_a_study(self):
+        """They have no meaning for a comparison. A scene may be called diff."""
+        self.make("a", "--integrators", "midpoint", "--steps", "5e-3")
+        for arguments, part in (
+            (("study", "diff", "a", "a", "--steps", "1e-3"), "study diff has no option --steps"),
+            (("study", "--resume", "diff", "a", "a"), "study diff has no option --resume"),
+            (("study", "beam.toml", "diff", "a", "a"), '"beam.toml" stands before diff'),
+        ):
+            self.assertIn(part, self.refused(2, *arguments))
+        self.run_program("study", "diff", "a", "a", "--threads", "1")
+        os.rename(self.path("beam.toml"), self.path("diff"))
+        self.run_program("study", "./diff", "--out", "b", "--integrators", "midpoint", "--steps",
+                         "5e-3", *self.GRID)  # fmt: skip
+        self.assertIn("1 of 1 runs of A and of 1 runs of B match.",
+                      self.run_program("study", "diff", "a", "b").stdout)  # fmt: skip
 
 
 class Plots(StudyTest):

@@ -57,12 +57,11 @@ StudyDiffRow row_of(const Json& run) {
 }
 
 std::string reference_text(const Json& reference) {
-  std::string text = fmt::format("{} at {:.4g} s", text_of(reference, "integrator"),
-                                 number_in(reference, "step"));
-  const bool is_extrapolated =
-      reference.is_object() && reference.contains("extrapolation") &&
-      reference["extrapolation"].is_object() &&
-      reference["extrapolation"].value("valid", Json(false)) == Json(true);
+  std::string text =
+      fmt::format("{} at {:.4g} s", text_of(reference, "integrator"), number_in(reference, "step"));
+  const bool is_extrapolated = reference.is_object() && reference.contains("extrapolation") &&
+                               reference["extrapolation"].is_object() &&
+                               reference["extrapolation"].value("valid", Json(false)) == Json(true);
   return is_extrapolated ? "Richardson extrapolation of " + text : text;
 }
 
@@ -183,14 +182,10 @@ OrderedJson json_values(const StudyDiffRow& row) {
 }
 
 OrderedJson json_study(const StudyFile& study) {
-  return {{"path", study.path},
-          {"version", study.version},
-          {"command", study.command},
-          {"date", study.date},
-          {"scene", study.scene},
-          {"error", study.error},
-          {"reference", study.reference},
-          {"reference_error", json_number(study.reference_error)}};
+  return {{"path", study.path},           {"version", study.version},
+          {"command", study.command},     {"date", study.date},
+          {"scene", study.scene},         {"error", study.error},
+          {"reference", study.reference}, {"reference_error", json_number(study.reference_error)}};
 }
 
 }  // namespace
@@ -283,9 +278,9 @@ std::string study_diff_table(const StudyDiff& diff) {
       text += fmt::format("{}:\n", excerpt(a.variant));
     }
     text += name_of(a);
-    text += fmt::format("{:>18}{:>10}{:>9}", a.status == b.status ? a.status : a.status + ", " + b.status,
-                        cell(a.wall_seconds, "{:.3g}"),
-                        cell(ratio(a.wall_seconds, b.wall_seconds), "{:.3g}"));
+    text += fmt::format(
+        "{:>18}{:>10}{:>9}", a.status == b.status ? a.status : a.status + ", " + b.status,
+        cell(a.wall_seconds, "{:.3g}"), cell(ratio(a.wall_seconds, b.wall_seconds), "{:.3g}"));
     const auto values = [&](double in_a, double in_b) {
       text += fmt::format("{:>10}{:>10}{:>11}", cell(in_a, "{:.2e}"), cell(in_b, "{:.2e}"),
                           cell(change(in_a, in_b), "{:+.2e}"));
@@ -297,9 +292,8 @@ std::string study_diff_table(const StudyDiff& diff) {
     text += '\n';
   }
   text += rows_only_in('A', diff.only_in_a) + rows_only_in('B', diff.only_in_b);
-  text += fmt::format(
-      "\n{} of {} runs of A and of {} runs of B match.", diff.pairs.size(), diff.a.rows.size(),
-      diff.b.rows.size());
+  text += fmt::format("\n{} of {} runs of A and of {} runs of B match.", diff.pairs.size(),
+                      diff.a.rows.size(), diff.b.rows.size());
   const double position =
       largest_change(diff, [](const StudyDiffRow& row) { return row.position_error; });
   const double energy =
@@ -330,12 +324,11 @@ std::string study_diff_json(const StudyDiff& diff) {
     entry["position_error_rms_change"] =
         json_number(change(a.position_error_rms, b.position_error_rms));
     entry["probe_error_change"] = json_number(change(a.probe_error, b.probe_error));
-    entry["max_relative_energy_drift_change"] =
-        json_number(change(a.energy_drift, b.energy_drift));
+    entry["max_relative_energy_drift_change"] = json_number(change(a.energy_drift, b.energy_drift));
     json["runs"].push_back(std::move(entry));
   }
-  for (const auto& [key, rows] : {std::pair{"only_in_a", &diff.only_in_a},
-                                  std::pair{"only_in_b", &diff.only_in_b}}) {
+  for (const auto& [key, rows] :
+       {std::pair{"only_in_a", &diff.only_in_a}, std::pair{"only_in_b", &diff.only_in_b}}) {
     json[key] = OrderedJson::array();
     for (const StudyDiffRow& row : *rows) json[key].push_back(json_key(row));
   }

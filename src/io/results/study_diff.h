@@ -29,9 +29,9 @@ struct StudyFile {
   std::string command;
   std::string date;
   std::string scene;
-  std::string error;                       ///< "position" or "probe.NAME"
-  std::string reference;                   ///< "midpoint at 0.0001 s", for people
-  double reference_error = 0.0;            ///< estimated; NaN if it is not known
+  std::string error;             ///< "position" or "probe.NAME"
+  std::string reference;         ///< "midpoint at 0.0001 s", for people
+  double reference_error = 0.0;  ///< estimated; NaN if it is not known
   std::vector<StudyDiffRow> rows;
 };
 
@@ -44,7 +44,7 @@ struct StudyDiffPair {
 struct StudyDiff {
   StudyFile a;
   StudyFile b;
-  std::vector<StudyDiffPair> pairs;       ///< in the order of a
+  std::vector<StudyDiffPair> pairs;  ///< in the order of a
   std::vector<StudyDiffRow> only_in_a;
   std::vector<StudyDiffRow> only_in_b;
   std::vector<std::string> notes;  ///< what limits the comparison, as sentences
