@@ -27,6 +27,7 @@
 #include "result_folders.h"
 #include "scene_source.h"
 #include "study_frames.h"
+#include "study_variants.h"
 #include "tetraction/core/blas.h"
 #include "tetraction/core/error.h"
 #include "tetraction/core/provenance.h"
@@ -48,7 +49,7 @@ struct StudyArguments {
   std::optional<double> reference_step;
   std::string reference_integrator = "midpoint";
   std::string reference = "run";
-  std::string vary;
+  std::vector<std::string> vary;
   std::vector<std::string> also_solvers;
   std::vector<std::string> frames;
   std::string error;
@@ -64,47 +65,6 @@ bool draw_plots(const std::string& directory) {
   const char* python = std::filesystem::exists("/usr/bin/python3") ? "/usr/bin/python3" : "python3";
   // Isolated: else a csv.py or json.py in the working folder would run in place of Python's own.
   return run_child_program({python, "-I", "-c", kPlotStudyScript, directory});
-}
-
-// Keys that a study sets itself or has once for all variants. To vary them would change nothing.
-void check_varied_key(const std::string& argument, const std::string& key) {
-  for (const char* section : {"mesh", "time", "output"}) {
-    if (key != section && key.rfind(std::string(section) + ".", 0) != 0) continue;
-    throw InputError(fmt::format(
-        "--vary {}: a study has one mesh, one end time and one output directory, and sets "
-        "integrators and steps itself. Vary another key, or make two studies.",
-        argument));
-  }
-}
-
-// KEY=V1,V2,…: the scene once with each value.
-std::vector<StudyVariant> read_variants(const StudyArguments& arguments) {
-  std::vector<StudyVariant> variants;
-  if (arguments.vary.empty()) return variants;
-  const auto equals = arguments.vary.find('=');
-  if (equals == std::string::npos || arguments.vary.find(',') == std::string::npos) {
-    throw InputError(fmt::format(
-        "--vary {}: write KEY=VALUE,VALUE…, for instance --vary fix.0.mode=exact,penalty.",
-        arguments.vary));
-  }
-  const std::string key = arguments.vary.substr(0, equals);
-  check_varied_key(arguments.vary, key);
-  for (std::size_t begin = equals + 1; begin <= arguments.vary.size();) {
-    const std::size_t end = std::min(arguments.vary.find(',', begin), arguments.vary.size());
-    const std::string value = arguments.vary.substr(begin, end - begin);
-    std::vector<std::string> overrides = arguments.overrides;
-    overrides.push_back(fmt::format("{}={}", key, value));
-    std::string name = value;  // of a folder, too
-    std::replace(name.begin(), name.end(), '/', '_');
-    for (const StudyVariant& variant : variants) {
-      if (variant.name == name) {
-        throw InputError(fmt::format("--vary {}: {} is there twice.", arguments.vary, value));
-      }
-    }
-    variants.push_back({name, read_scene(arguments.scene, overrides)});
-    begin = end + 1;
-  }
-  return variants;
 }
 
 // SOLVER@STEP.
@@ -133,7 +93,7 @@ std::string read_error_probe(const std::string& text) {
 
 StudySettings read_settings(const StudyArguments& arguments) {
   StudySettings settings;
-  settings.variants = read_variants(arguments);
+  settings.variants = read_variants(arguments.scene, arguments.overrides, arguments.vary);
   for (const std::string& name : arguments.integrators) {
     const Integrator integrator = integrator_from_string(name);
     if (std::count(settings.integrators.begin(), settings.integrators.end(), integrator) > 0) {
@@ -165,9 +125,13 @@ std::string of_reference(const StudyPlan& plan) {
   const auto count = [&](const PlannedRun& run) {
     return std::ceil(plan.end / run.step * (1.0 - 1e-9));
   };
+  const std::string name =
+      plan.references.size() == 1
+          ? "reference"
+          : fmt::format("reference of each of the {} meshes", plan.references.size());
   const std::string rule = to_string(reference.finest().integrator);
   if (reference.runs.size() == 1) {
-    return fmt::format("reference: {} with steps of {:.4g} s, which makes {:.9g} steps", rule,
+    return fmt::format("{}: {} with steps of {:.4g} s, which makes {:.9g} steps", name, rule,
                        reference.finest().step, count(reference.finest()));
   }
   std::vector<std::string> steps;
@@ -177,9 +141,8 @@ std::string of_reference(const StudyPlan& plan) {
     sum += count(run);
   }
   return fmt::format(
-      "reference: Richardson extrapolation of {} with steps of {} s, which makes {:.9g} steps "
-      "together",
-      rule, fmt::join(steps, ", "), sum);
+      "{}: Richardson extrapolation of {} with steps of {} s, which makes {:.9g} steps together",
+      name, rule, fmt::join(steps, ", "), sum);
 }
 
 // How to see the motion of the first of the runs with frames that was made.
@@ -220,21 +183,35 @@ std::function<std::optional<StudyRow>(const PlannedRun&)> kept_runs(
 }
 
 int study(const StudyArguments& arguments) {
-  const StudySettings settings = read_settings(arguments);
+  StudySettings settings = read_settings(arguments);
   const Scene scene = settings.variants.empty() ? read_scene(arguments.scene, arguments.overrides)
                                                 : settings.variants.front().scene;
   const std::string directory = output_directory(scene, arguments.out, arguments.overrides);
   check_folder_of_study(scene, directory);
-  const TetMesh mesh = read_scene_mesh(scene);
+  for (const StudyVariant& variant : settings.variants) {
+    check_folder_of_study(variant.scene, directory);
+  }
+  const std::shared_ptr<const TetMesh> first_mesh =
+      settings.variants.empty() ? std::make_shared<const TetMesh>(read_scene_mesh(scene))
+                                : read_variant_meshes(settings.variants);
+  const TetMesh& mesh = *first_mesh;
   if (!arguments.quiet) {
-    if (const std::string remarks = mesh_remarks(mesh); !remarks.empty()) print_note(remarks);
+    std::vector<std::string> told;
+    const auto tell = [&](const TetMesh& of) {
+      const std::string remarks = mesh_remarks(of);
+      if (remarks.empty() || std::count(told.begin(), told.end(), remarks) > 0) return;
+      told.push_back(remarks);
+      print_note(remarks);
+    };
+    tell(mesh);
+    for (const StudyVariant& variant : settings.variants) tell(*variant.mesh);
   }
   for (const StudyVariant& variant : settings.variants) {
     try {
-      check_events(variant.scene, *make_system(variant.scene, mesh));
+      check_events(variant.scene, *make_system(variant.scene, *variant.mesh));
     } catch (const InputError& error) {
-      throw InputError(
-          fmt::format("--vary {}: with {}: {}", arguments.vary, variant.name, error.what()));
+      throw InputError(fmt::format("--vary {}: with {}: {}", fmt::join(arguments.vary, " --vary "),
+                                   variant.name, error.what()));
     }
   }
   const StudyPlan plan = plan_study(scene, mesh, settings);
@@ -290,9 +267,11 @@ int study(const StudyArguments& arguments) {
     if (index == 0 && !arguments.quiet && has_implicit_runs(plan)) {
       if (const std::string warning = blas_warning(); !warning.empty()) print_warning(warning);
     }
-    label = fmt::format("[{}/{}] {}{}{} h = {:.4g} s", index + 1, count, to_string(run.integrator),
-                        run.compares_solver ? " " : "", run.compares_solver ? run.solver : "",
-                        run.step);
+    const std::string& variant = plan.variants[run.variant].name;
+    label =
+        fmt::format("[{}/{}] {}{}{}{} h = {:.4g} s", index + 1, count, to_string(run.integrator),
+                    run.compares_solver ? " " : "", run.compares_solver ? run.solver : "",
+                    variant.empty() ? "" : " (" + variant + ")", run.step);
     if (!arguments.quiet && !ProgressBar::possible()) print_progress(label + "\n");
   };
   const StudyResult result = [&] {
@@ -373,9 +352,11 @@ void add_study_command(CLI::App& app, int& exit_code) {
       ->add_option(
           "--vary", arguments->vary,
           "KEY=V1,V2,...: makes the whole study with each value of a scene key, e.g. "
-          "fix.0.mode=exact,penalty. All runs are compared with the reference of the first "
-          "value.")
-      ->check(not_empty("it names no key"));
+          "fix.0.mode=exact,penalty. Several --vary give all combinations. Runs are compared with "
+          "the reference of the first variant; each further mesh has a reference of its own.")
+      ->check(not_empty("it names no key"))
+      ->take_all()
+      ->allow_extra_args(false);
   command
       ->add_option("--also-solver", arguments->also_solvers,
                    "Comma-separated SOLVER@STEP, e.g. ceres@1e-3: each adds a run with another "

@@ -56,6 +56,9 @@ class Study {
     result_.reference_step = plan.references.front().finest().step;
     result_.error_probe = plan.error_probe;
     result_.probes = plan.probes;
+    for (const StudyVariant& variant : plan.variants) {
+      if (!variant.name.empty()) result_.variants.push_back({variant.name, variant.values});
+    }
   }
 
   StudyResult run(const ObserverFactory& observers, const StudyProgress& progress,
@@ -113,7 +116,9 @@ class Study {
       all_known = all_known && runs[i].has_value();
     }
     Reference reference;
-    if (!all_known || !take_kept(planned, reference)) make_reference(planned, reference);
+    const bool is_needed = !all_known || (index == 0 && !others_are_kept());
+    if (is_needed || !take_kept(planned, reference)) make_reference(planned, reference);
+    if (index == 0 && reference.record) first_record_ = reference.record.get();
     for (std::size_t i = 0; i < plan_.runs.size(); ++i) {
       const std::optional<std::size_t> part = reference_run(planned, plan_.runs[i]);
       if (part && *part < reference.runs.size()) runs[i] = reference.runs[*part];
@@ -137,6 +142,19 @@ class Study {
       is_cancelled_ = run.row.status == RunStatus::kCancelled;
     }
     return reference;
+  }
+
+  // Whether no reference of a further mesh has to be compared with that of the first one.
+  bool others_are_kept() const {
+    if (plan_.references.size() < 2 || plan_.error_probe.empty() || !memory_.kept) return true;
+    const auto is_kept = [&](const PlannedRun& run) { return kept(run).has_value(); };
+    for (std::size_t i = 1; i < plan_.references.size(); ++i) {
+      const std::vector<PlannedRun>& runs = plan_.references[i].runs;
+      if (!std::all_of(runs.begin(), runs.end(), is_kept)) return false;
+    }
+    return std::all_of(plan_.runs.begin(), plan_.runs.end(), [&](const PlannedRun& run) {
+      return plan_.reference_of[run.variant] == 0 || is_kept(run);
+    });
   }
 
   // Takes the rows of the reference that were made before. Returns whether they are all there.
@@ -205,6 +223,13 @@ class Study {
     }
     reference.record = std::move(records.back());
     if (is_cancelled_) return;
+    if (first_record_ != nullptr && first_record_->probe.largest() > 0.0 &&
+        reference.record->probe.has_values() && first_is_complete_ &&
+        reference.finest().status == RunStatus::kFinished) {
+      reference.runs.back().row.reference_probe_difference =
+          reference.record->probe.largest_difference(first_record_->probe) /
+          first_record_->probe.largest();
+    }
     for (std::size_t i = 0; i < reference.runs.size(); ++i) {
       Run& run = reference.runs[i];
       const bool is_itself = i + 1 == reference.runs.size() &&
@@ -226,6 +251,10 @@ class Study {
     entry.status = reference.finest().status;
     entry.directory = reference.finest().directory;
     entry.extrapolation = reference.extrapolation;
+    entry.probe_difference = reference.finest().reference_probe_difference;
+    for (std::size_t i = 0; i < plan_.variants.size(); ++i) {
+      if (plan_.reference_of[i] == index) entry.variants.push_back(plan_.variants[i].name);
+    }
     const std::string of_variant =
         plan_.references.size() > 1 ? " of " + variant.name : std::string();
     if (entry.status != RunStatus::kFinished && !is_cancelled_) {
@@ -240,6 +269,7 @@ class Study {
       result_.reference_status = entry.status;
       result_.reference_directory = entry.directory;
       result_.extrapolation = entry.extrapolation;
+      first_is_complete_ = entry.status == RunStatus::kFinished;
     }
     result_.mesh_references.push_back(std::move(entry));
   }
@@ -379,8 +409,10 @@ class Study {
   ObserverFactory observers_;
   StudyProgress progress_;
   StudyMemory memory_;
-  std::size_t done_ = 0;       // runs that were begun or kept
-  bool is_cancelled_ = false;  // whether a run was stopped on request
+  const ReferenceRecord* first_record_ = nullptr;  // of the first mesh, if it was made
+  bool first_is_complete_ = false;                 // whether that reference reached the end
+  std::size_t done_ = 0;                           // runs that were begun or kept
+  bool is_cancelled_ = false;                      // whether a run was stopped on request
 };
 
 }  // namespace

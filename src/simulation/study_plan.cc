@@ -52,12 +52,14 @@ void check_scenes(const std::vector<StudyVariant>& variants) {
                     "of runs with other values of time.tolerance.",
                     to_string(adapt)));
   }
-  for (const EventSettings& event : first.scene.event) {
-    for (const Edit& edit : event.edits) {
-      if (!std::holds_alternative<SetTime>(edit)) continue;
-      throw InputError(event.where +
-                       " changes [time], which a study does itself: integrators and steps are "
-                       "what it compares. Leave that change out.");
+  for (const StudyVariant& variant : variants) {
+    for (const EventSettings& event : variant.scene.event) {
+      for (const Edit& edit : event.edits) {
+        if (!std::holds_alternative<SetTime>(edit)) continue;
+        throw InputError(event.where +
+                         " changes [time], which a study does itself: integrators and steps are "
+                         "what it compares. Leave that change out.");
+      }
     }
   }
 }
@@ -117,8 +119,9 @@ PlannedRun planned_run(const StudyPlan& plan, std::size_t variant, Integrator in
   run.step = step;
   if (is_implicit(integrator)) run.solver = scene.scene.solver.kind;
   if (needs_root_finder(integrator)) run.solver = "newton";  // others minimise
-  run.directory = fmt::format("{}{}{}-{:.10g}", scene.name, scene.name.empty() ? "" : "-",
-                              to_string(integrator), step);
+  const std::string& folder = scene.folder.empty() ? scene.name : scene.folder;
+  run.directory =
+      fmt::format("{}{}{}-{:.10g}", folder, folder.empty() ? "" : "-", to_string(integrator), step);
   return run;
 }
 

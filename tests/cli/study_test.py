@@ -500,6 +500,183 @@ class Resume(StudyTest):
         self.assertEqual(set(self.runs()), {"midpoint-0.0005", "midpoint-0.001"})
 
 
+class Variants(StudyTest):
+    GRID = ("--integrators", "verlet,midpoint", "--steps", "2.5e-3,5e-3", "--reference-step",
+            "1e-3", "--quiet")  # fmt: skip
+
+    def result(self):
+        with open(self.path("s", "study.json")) as file:
+            return json.load(file)
+
+    def topics(self, result):
+        return {c["topic"]: " ".join(c["sentences"]) for c in result["conclusions"]}
+
+    def test_several_keys_make_all_combinations(self):
+        self.study(*self.GRID, "--vary", "material.density=900,1000", "--vary",
+                   "solver.kind=newton,ceres")  # fmt: skip
+        result = self.result()
+        names = [f"density={d}, kind={k}" for d in (900, 1000) for k in ("newton", "ceres")]
+        self.assertEqual([v["name"] for v in result["variants"]], names)
+        self.assertEqual(result["variants"][1]["values"],
+                         {"material.density": "900", "solver.kind": "ceres"})  # fmt: skip
+        self.assertEqual([r["variant"] for r in result["runs"]],
+                         [name for name in names for _ in range(4)])  # fmt: skip
+        self.assertNotIn("mesh_references", result)
+        for run in result["runs"]:
+            with open(self.path("s", run["directory"], "summary.json")) as file:
+                scene = json.load(file)["scene"]
+            values = dict(part.split("=") for part in run["variant"].split(", "))
+            self.assertEqual(scene["material"]["density"], float(values["density"]))
+            self.assertEqual(scene["solver"]["kind"], values["kind"])
+            self.assertEqual(run["role"], "run" if run["variant"] == names[0] else "variant")
+            self.assertTrue(run["directory"].startswith(
+                run["variant"].replace(", ", "_") + "-"), run["directory"])  # fmt: skip
+        with open(self.path("s", "study.csv"), newline="") as file:
+            self.assertEqual([r["variant"] for r in csv.DictReader(file)],
+                             [r["variant"] for r in result["runs"]])  # fmt: skip
+        with open(self.path("s", "study.html")) as file:
+            page = file.read()
+        for name in names:
+            self.assertIn(f">{name}<", page)
+        self.assertIn(names[0], self.topics(result)["Variants"])
+
+    def test_keys_that_end_in_the_same_word_stay_apart(self):
+        self.study("--integrators", "verlet", "--steps", "5e-3", "--quiet", "--set",
+                   "probe=[{name='tip',point=[1,1,1],quantity='position'}]", "--vary",
+                   "mesh.generate.size.0=4,5", "--vary", "probe.0.point.0=1,2")  # fmt: skip
+        self.assertEqual(self.result()["runs"][0]["variant"], "size.0=4, point.0=1")
+
+    def test_each_mesh_has_a_reference_of_its_own(self):
+        """Its rows are those of a study of this mesh alone."""
+        cells = ("[8,2,2]", "[4,1,1]")
+        said = self.study(*self.GRID[:-1], "--vary", "mesh.generate.cells=" + ",".join(cells))
+        self.assertIn("reference of each of the 2 meshes: midpoint with steps", said.stderr)
+        self.assertIn("([4,1,1]) h = ", said.stderr)
+        self.assertIn("[4,1,1]: h_crit", said.stdout)
+        self.assertIn("another mesh, with a reference of its own", said.stdout)
+        self.assertRegex(said.stdout, r"(?m)^Reference of \[4,1,1\]: midpoint with h = 1e-3 s \(ok\)")
+        result = self.result()
+        self.assertEqual([m["variants"] for m in result["mesh_references"]], [[c] for c in cells])
+        self.assertIn("2 meshes", self.topics(result)["Meshes"])
+        self.assertIn("--error probe.NAME", self.topics(result)["Meshes"])
+        self.assertIn("verlet ([4,1,1])", self.topics(result)["Limits of the comparison: [4,1,1]"])
+        with open(self.path("s", "study.csv"), newline="") as file:
+            table = list(csv.DictReader(file))
+        for number, size in enumerate(cells):
+            rows = [r for r in result["runs"] if r["variant"] == size]
+            self.assertEqual({r["role"] for r in rows}, {"run"})
+            errors = [float(r["reference_error"]) for r in table if r["variant"] == size]
+            self.study(*self.GRID, "--set", f"mesh.generate.cells={size}")
+            alone = self.result()
+            self.assertEqual(len(rows), 4)
+            for row, other in zip(rows, alone["runs"]):
+                for key in ("integrator", "step", "position_error", "position_error_rms",
+                            "observed_order", "max_relative_energy_drift"):  # fmt: skip
+                    self.assertEqual(row[key], other[key], key)
+            error = alone["reference"]["estimated_error"]
+            self.assertEqual(result["mesh_references"][number]["estimated_error"], error)
+            for found in errors:
+                self.assertAlmostEqual(found / error, 1.0, places=6)
+
+    def test_a_probe_is_compared_between_meshes(self):
+        scene = self.write("probes.toml", PROBES)
+        study = ["study", scene, "--out", "s", "--no-plots", *self.GRID, "--error", "probe.tip",
+                 "--vary", "mesh.element=linear,quadratic"]  # fmt: skip
+        self.run_program(*study)
+        result = self.result()
+
+        def trace(mesh):
+            folder = result["mesh_references"][mesh]["directory"]
+            with open(self.path("s", folder, "probes.csv"), newline="") as file:
+                return [[float(r[f"tip_{c}"]) for c in "xyz"] for r in csv.DictReader(file)]
+
+        first, second = trace(0), trace(1)
+        expected = max(map(math.dist, first, second)) / max(math.hypot(*v) for v in first)
+        self.assertGreater(expected, 1e-4)
+        found = [m["probe_difference"] for m in result["mesh_references"]]
+        self.assertIsNone(found[0])
+        self.assertAlmostEqual(found[1] / expected, 1.0, places=9)
+        self.assertIn("differs by up to", self.topics(result)["Meshes"])
+        # It is kept, or computed again, when the study goes on.
+        self.run_program(*study, "--resume")
+        self.assertEqual(self.result()["mesh_references"], result["mesh_references"])
+        os.remove(self.path("s", "quadratic-verlet-0.005", "final.vtu"))
+        self.run_program(*study, "--resume")
+        after = self.result()
+        self.assertEqual(after["mesh_references"], result["mesh_references"])
+        for row, other in zip(after["runs"], result["runs"]):
+            self.assertEqual(row["probe_error"], other["probe_error"])
+
+    def test_files_of_meshes_and_tables_as_values(self):
+        for name, cells in (("a", "4,1,1"), ("b", "6,1,1")):
+            self.run_program("mesh", "generate", "beam", f"{name}.msh", "--size", "4,1,1", "--cells",
+                             cells)  # fmt: skip
+        own = BEAM.replace(BEAM.split("[material]")[0], '[mesh]\nfile = "a.msh"\n')
+        scene = self.write("files.toml", own)
+        study = ["study", scene, "--out", "s", "--no-plots", *self.GRID]
+        self.run_program(*study, "--vary", "mesh.file=a.msh,b.msh")
+        result = self.result()
+        self.assertEqual([v["name"] for v in result["variants"]], ["a.msh", "b.msh"])
+        self.assertEqual(len(result["mesh_references"]), 2)
+        counts = []
+        for run in ("a.msh-verlet-0.005", "b.msh-verlet-0.005"):
+            with open(self.path("s", run, "summary.json")) as file:
+                counts.append(json.load(file)["mesh"]["tetrahedra"])
+        self.assertEqual(counts[1], counts[0] * 6 // 4)
+        shutil.rmtree(self.path("s"))
+        values = ['{file = "a.msh"}',
+                  '{generate = { kind = "beam", size = [4, 1, 1], cells = [6, 1, 1] }}']  # fmt: skip
+        self.run_program(*study, "--vary", "mesh=" + ", ".join(values))
+        result = self.result()
+        self.assertEqual([v["name"] for v in result["variants"]], values)
+        self.assertEqual(len(self.runs()), 10)
+        for folder in self.runs():
+            self.assertRegex(folder, r"^[\w.=+-]+$")
+
+    def test_initial_fields_belong_to_the_variant(self):
+        """They are stored with the mesh, which two variants do not share then."""
+        self.study(*self.GRID, "--vary", "initial.velocity={formula=['0','0','X']},"
+                   "{formula=['0','0','2*X']}")  # fmt: skip
+        runs = {r["variant"][-5:-3]: r for r in self.result()["runs"] if r["integrator"] == "verlet"}
+        self.assertEqual(len(runs), 2)
+        for run in runs.values():
+            self.assertGreater(run["position_error"], 0.0)
+        self.assertGreater(runs["*X"]["position_error"], 0.1)
+        self.assertNotIn("mesh_references", self.result())
+
+    def test_variants_have_plots(self):
+        scene = self.write("probes.toml", PROBES)
+        self.run_program("study", scene, "--out", "s", *self.GRID, "--vary",
+                         "mesh.generate.cells=[8,2,2],[4,1,1]")  # fmt: skip
+        for plot in ("error_over_step", "work_precision", "probe_tip"):
+            self.assertGreater(os.path.getsize(self.path("s", f"{plot}.png")), 3000)
+        with open(self.path("s", "error_over_step.svg")) as file:
+            self.assertIn("midpoint ([4,1,1])", file.read())
+
+    def test_what_cannot_be_varied(self):
+        for text, part in (
+            ("material.density=[1,2", "] is missing at the end"),
+            ("material.density='1,2", "' is missing at the end"),
+            ("material.density=900", "write KEY=VALUE,VALUE"),
+            ("material.density=900,", "write KEY=VALUE,VALUE"),
+            ("=1,2", "write KEY=VALUE,VALUE"),
+            ("material.density=900, 900", "twice"),
+            ("output.directory=a,b", "one output directory"),
+            ("time.integrator=verlet,midpoint", "sets integrators"),
+            ("material.densty=1,2", "did you mean density?"),
+            ("material.density=1,-2", "--vary material.density=-2"),
+            ("mesh.file=a.msh,b.msh", "generate"),
+        ):
+            with self.subTest(text):
+                message = self.refused_study("--vary", text)
+                self.assertIn(part, message)
+        self.assertIn("varied twice", self.refused_study(
+            "--vary", "material.density=1,2", "--vary", "material.density=3,4"))  # fmt: skip
+        many = ",".join(str(i) for i in range(1, 41))
+        self.assertIn("1000 combinations", self.refused_study(
+            "--vary", f"material.density={many}", "--vary", f"solver.max_iterations={many}"))  # fmt: skip
+
+
 class Diff(StudyTest):
     GRID = ("--no-plots", "--quiet", "--reference-step", "5e-4")
 

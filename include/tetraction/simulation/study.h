@@ -13,11 +13,19 @@
 
 namespace tetraction {
 
+/// A key of the scene and the value that a variant gives it.
+struct VariedValue {
+  std::string key;
+  std::string value;
+};
+
 /// A variant of the scene.
 struct StudyVariant {
   std::string name;
   Scene scene;
   std::shared_ptr<const TetMesh> mesh{};  ///< null: the mesh that the study is given
+  std::vector<VariedValue> values{};      ///< what makes it differ from the others
+  std::string folder{};  ///< begins the names of the folders of its runs; empty: the variant's name
 };
 
 /// How the reference of a study is made.
@@ -157,6 +165,9 @@ struct StudyRow {
   std::string directory;      ///< of the run, relative to the study's
   Index steps = 0;            ///< steps taken
   double wall_seconds = 0.0;  ///< of the time steps alone
+  /// Whether runs that were made at the same time had more threads together than the machine has cores.
+  /// The wall times then say nothing about the run.
+  bool shares_machine = false;
   double seconds_per_simulated_second = 0.0;
   double iterations_per_step = 0.0;
   double max_relative_energy_drift = 0.0;       ///< Balance::max_relative_energy_drift
@@ -188,18 +199,28 @@ struct StudyRow {
   int threads = 0;          ///< threads of the parallel loops of the run
   /// What became of the extrapolation. Only the finest run of an extrapolated reference has it.
   std::optional<ReferenceExtrapolation> extrapolation{};
+  /// MeshReference::probe_difference. Only the finest run of a reference has it.
+  double reference_probe_difference = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// The reference of one of the meshes of a study.
 struct MeshReference {
-  std::string variant;  ///< the first one with this mesh
+  std::string variant;                  ///< the first one with this mesh
+  std::vector<std::string> variants{};  ///< all variants with this mesh
   RunStatus status = RunStatus::kRunning;
   std::string directory;
   double error = std::numeric_limits<double>::quiet_NaN();  ///< as StudyResult::reference_error
   std::optional<ReferenceExtrapolation> extrapolation{};    ///< if one was asked for
   /// The difference of the error probe between this reference and that of the first mesh, as
-  /// probe_error. Zero for the first mesh. NaN without an error probe.
+  /// probe_error. NaN for the first mesh, without an error probe, and if one of the two references did
+  /// not reach the end.
   double probe_difference = std::numeric_limits<double>::quiet_NaN();
+};
+
+/// The name of a variant and what makes it differ from the others.
+struct VariantValues {
+  std::string name;
+  std::vector<VariedValue> values;
 };
 
 struct StudyResult {
@@ -219,6 +240,7 @@ struct StudyResult {
   /// The references of all meshes, if there are several. The first one is that which the other
   /// members describe.
   std::vector<MeshReference> mesh_references{};
+  std::vector<VariantValues> variants{};  ///< in their order; empty if nothing is varied
   std::vector<StudyRow> rows;          ///< by variant, by integrator, then from the finest step up
   std::vector<std::string> remarks;    ///< remarks for the user, such as a missing reference
   std::string error_probe{};           ///< StudySettings::error_probe
@@ -252,7 +274,8 @@ struct StudyMemory {
 /// itself is not small compared with the others, there is no order.
 ///
 /// Runs that `memory` keeps are not made again. The runs of a reference are made again if any run
-/// that is compared with it is, because its motion over time is needed for the comparison.
+/// that is compared with it is, because its motion over time is needed for the comparison. With an
+/// error probe and several meshes this holds for the first reference and all others, too.
 StudyResult run_study(const StudyPlan& plan, const TetMesh& mesh,
                       const ObserverFactory& observers = {}, const StudyProgress& progress = {},
                       const StudyMemory& memory = {});

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <nlohmann/json.hpp>
 #include <type_traits>
@@ -123,6 +124,9 @@ void write_study_row(const std::string& path, const StudyRow& row, const std::st
   nlohmann::ordered_json json;
   json["row"] = study_row_json(row);
   if (row.extrapolation) json["extrapolation"] = extrapolation_json(*row.extrapolation);
+  if (std::isfinite(row.reference_probe_difference)) {
+    json["reference_probe_difference"] = row.reference_probe_difference;
+  }
   json["inputs"] = nlohmann::ordered_json::parse(inputs);
   write_text_file(
       path, json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
@@ -141,6 +145,10 @@ std::optional<StudyRow> read_study_row(const std::string& path, const PlannedRun
   if (json.contains("extrapolation")) {
     row->extrapolation = extrapolation_from_json(json["extrapolation"]);
     if (!row->extrapolation) return {};
+  }
+  if (json.contains("reference_probe_difference")) {
+    if (!json["reference_probe_difference"].is_number()) return {};
+    row->reference_probe_difference = json["reference_probe_difference"].get<double>();
   }
   return row;
 }

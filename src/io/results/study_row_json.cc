@@ -57,7 +57,8 @@ nlohmann::ordered_json study_row_json(const StudyRow& row) {
           {"date", row.date},
           {"processor", row.processor},
           {"cores", row.cores},
-          {"threads", row.threads}};
+          {"threads", row.threads},
+          {"timing", row.shares_machine ? "shared" : "alone"}};
 }
 
 std::optional<StudyRow> study_row_from_json(const nlohmann::json& json) {
@@ -93,6 +94,9 @@ std::optional<StudyRow> study_row_from_json(const nlohmann::json& json) {
     row.processor = json.at("processor").get<std::string>();
     row.cores = json.at("cores").get<int>();
     row.threads = json.at("threads").get<int>();
+    const auto timing = json.at("timing").get<std::string>();
+    if (timing != "alone" && timing != "shared") return {};
+    row.shares_machine = timing == "shared";
   } catch (const nlohmann::json::exception&) {
     return {};
   } catch (const InputError&) {  // an unknown word
