@@ -494,6 +494,7 @@ void define_analyses(py::module_& m) {
       [](const Scene& scene, const std::optional<TetMesh>& given,
          const std::vector<std::string>& integrators, const std::vector<double>& steps,
          std::optional<double> reference_step, const std::string& reference_integrator,
+         const std::string& reference,
          const std::string& error_probe, const std::string& out, const std::string& name,
          const py::object& progress) {
         StudySettings settings;
@@ -503,6 +504,7 @@ void define_analyses(py::module_& m) {
         settings.steps = steps;
         settings.reference_step = reference_step;
         settings.reference_integrator = integrator_from_string(reference_integrator);
+        settings.reference_kind = reference_kind_from_string(reference);
         settings.error_probe = error_probe;
         const auto tell = [&progress](std::size_t i, std::size_t count, const PlannedRun& run) {
           const py::gil_scoped_acquire lock;
@@ -524,7 +526,7 @@ void define_analyses(py::module_& m) {
         const py::gil_scoped_acquire lock;
         return py::make_tuple(json, csv, table);
       },
-      "scene"_a, "mesh"_a, "integrators"_a, "steps"_a, "reference_step"_a, "reference_integrator"_a,
+      "scene"_a, "mesh"_a, "integrators"_a, "steps"_a, "reference_step"_a, "reference_integrator"_a, "reference"_a,
       "error_probe"_a, "out"_a, "name"_a, "progress"_a);
 }
 

@@ -170,7 +170,7 @@ def study(scene: _scene.Scene | _Path,
           integrators: Sequence[str] = ("explicit", "verlet", "midpoint", "backward-euler"),
           steps: Sequence[float] = (), *, out: _Path | None = None,
           reference_step: float | None = None, reference_integrator: str = "midpoint",
-          error_probe: str = "", points: ArrayLike | None = None,
+          reference: str = "run", error_probe: str = "", points: ArrayLike | None = None,
           tetrahedra: ArrayLike | None = None, mesh: Mesh | None = None,
           progress: Callable[[int, int, str, float], object] | None = None) -> Study:  # fmt: skip
     """Runs a scene with several integrators and steps, and compares each run with a reference.
@@ -186,6 +186,8 @@ def study(scene: _scene.Scene | _Path,
     reference_step : float, optional
         Seconds; by default the finest step.
     reference_integrator : str
+    reference : str
+        "run", or "richardson": the extrapolation of three runs, with an estimate of its error.
     error_probe : str
         A probe of the scene whose error gives the observed orders, instead of the positions.
     progress : function, optional
@@ -202,7 +204,7 @@ def study(scene: _scene.Scene | _Path,
     with scene._messages():
         data, csv_text, text = _core.study(
             compiled, core_mesh, list(integrators), [float(step) for step in steps], reference_step,
-            reference_integrator, error_probe, out or "", scene._name, progress)  # fmt: skip
+            reference_integrator, reference, error_probe, out or "", scene._name, progress)  # fmt: skip
     return Study(json.loads(data), csv_text, text, out)
 
 

@@ -82,12 +82,17 @@ std::string manual_page(const CLI::App& app) {
                   roff(name), version(), roff(name), roff(app.get_description()));
   page += fmt::format(".SH SYNOPSIS\n.B {}\n", roff(full_name(app, " ")));
   const Commands commands = commands_of(app);
-  if (!commands.empty()) page += ".I COMMAND\n";
+  // A command may work by itself and have further commands, too.
+  const bool has_own_work = commands.empty() || !operands_of(app).empty();
+  if (!has_own_work) page += ".I COMMAND\n";
   for (const CLI::Option* operand : operands_of(app)) {
     const std::string word = fmt::format("\\fI{}\\fR", roff(operand->get_name()));
     page += operand->get_required() ? word + "\n" : fmt::format("[{}]\n", word);
   }
   page += "[\\fIOPTION\\fR]...\n";
+  if (has_own_work && !commands.empty()) {
+    page += fmt::format(".br\n.B {}\n.I COMMAND\n[\\fIOPTION\\fR]...\n", roff(full_name(app, " ")));
+  }
   if (!commands.empty()) {
     page += ".SH COMMANDS\nEach of them has a manual page of its own.\n";
     for (const CLI::App* command : commands) {
@@ -139,8 +144,10 @@ void add_branches(const CLI::App& app, std::string& steps, std::string& words) {
     for (const std::string& own : option->get_lnames()) options += fmt::format(" --{}", own);
     for (const std::string& own : option->get_snames()) options += fmt::format(" -{}", own);
   }
-  words += fmt::format("    \"{}\") commands=\"{}\" options=\"{}\" ;;\n", name,
-                       words_of_commands(app), options.empty() ? "" : options.substr(1));
+  // Files are operands of the commands that have operands.
+  words += fmt::format("    \"{}\") commands=\"{}\" options=\"{}\" files={} ;;\n", name,
+                       words_of_commands(app), options.empty() ? "" : options.substr(1),
+                       operands_of(app).empty() && !commands_of(app).empty() ? "" : "-f");
   for (const CLI::App* command : commands_of(app)) {
     steps += fmt::format("      \"{} {}\") command=\"{}\" ;;\n", name, command->get_name(),
                          full_name(*command, " "));
@@ -155,17 +162,15 @@ std::string completion_of_bash(const CLI::App& app) {
   return fmt::format(
       "# Completion of the command line of tetraction for bash.\n"
       "_tetraction() {{\n"
-      "  local current=${{COMP_WORDS[COMP_CWORD]}} command=tetraction commands options word\n"
+      "  local current=${{COMP_WORDS[COMP_CWORD]}} command=tetraction commands options files word\n"
       "  for word in \"${{COMP_WORDS[@]:1:COMP_CWORD-1}}\"; do\n"
       "    case \"$command $word\" in\n{}    esac\n"
       "  done\n"
       "  case $command in\n{}  esac\n"
       "  if [[ $current == -* ]]; then\n"
       "    mapfile -t COMPREPLY < <(compgen -W \"$options\" -- \"$current\")\n"
-      "  elif [[ -n $commands ]]; then\n"
-      "    mapfile -t COMPREPLY < <(compgen -W \"$commands\" -- \"$current\")\n"
       "  else\n"
-      "    mapfile -t COMPREPLY < <(compgen -f -- \"$current\")\n"
+      "    mapfile -t COMPREPLY < <(compgen $files -W \"$commands\" -- \"$current\")\n"
       "  fi\n"
       "}}\n"
       "complete -o filenames -F _tetraction tetraction\n",

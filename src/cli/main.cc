@@ -79,7 +79,8 @@ int report(const CLI::App& app, const CLI::ParseError& error) {
       command->get_subcommands([](const CLI::App* choice) { return !choice->get_group().empty(); });
   const std::vector<std::string> rest = app.remaining(true);
   std::string text = error.what();
-  if (!choices.empty() && dynamic_cast<const CLI::RequiredError*>(&error) != nullptr) {
+  if (command->get_require_subcommand_min() > 0 && !choices.empty() &&
+      dynamic_cast<const CLI::RequiredError*>(&error) != nullptr) {
     std::vector<std::string> names;
     names.reserve(choices.size());
     for (const CLI::App* choice : choices) names.push_back(choice->get_name());

@@ -147,12 +147,22 @@ def read_study(folder):
     probes = [p for p in probes if usable_probe(p)] if isinstance(probes, list) else []
     reference = study.get("reference")
     reference = reference if isinstance(reference, dict) else {}
+    of_meshes = study.get("mesh_references")
+    of_meshes = [m for m in of_meshes if isinstance(m, dict)] if isinstance(of_meshes, list) else []
     return {"runs": runs, "variants": variants, "stable_step": number(study.get("stable_step")),
             "limits": stability_limits(found, study), "probes": probes,
             "scene": plain(study.get("scene", "")), "end": number(study.get("end")),
             "reference_error": number(reference.get("estimated_error")),
+            "extrapolated": is_extrapolated(reference),
             "reference": os.path.join(folder, str(reference.get("directory", ""))),
+            "of_meshes": {str(variant): os.path.join(folder, str(mesh.get("directory", "")))
+                          for mesh in of_meshes for variant in mesh.get("variants") or []},
             "error": str(study.get("error", "position"))}  # fmt: skip
+
+
+def is_extrapolated(reference):
+    extrapolation = reference.get("extrapolation")
+    return isinstance(extrapolation, dict) and extrapolation.get("valid") is True
 
 
 def usable_probe(probe):
@@ -546,20 +556,26 @@ def probe_over_time(study, folder, probe):
     if not tables:
         remove_plot(folder, f"probe_{name}")
         return
-    reference = read_columns(study["reference"], "probes.csv")
-    has_reference = all(c in reference for c in columns)
+    # Each mesh has a reference of its own. The values of all of them are drawn.
+    places = list(dict.fromkeys([study["reference"], *study["of_meshes"].values()]))
+    references = {place: read_columns(place, "probes.csv") for place in places}
+    references = {place: table for place, table in references.items()
+                  if all(c in table for c in columns)}  # fmt: skip
+    has_reference = bool(references)
+    reference_name = "the finest run of the reference" if study["extrapolated"] else "the reference"
     steps = sorted({run["step"] for run, _ in tables})
     handles = [Line2D([], [], label=plain(key), color=looks_of(study, group)["color"])
                for key, group in groups.items() if not group[0].get("compares_solver")]  # fmt: skip
     if has_reference:
-        handles.append(Line2D([], [], label="reference", color="#bbbbbb", lw=3))
+        handles.append(Line2D([], [], label=reference_name.removeprefix("the "), color="#bbbbbb",
+                              lw=3))  # fmt: skip
     handles += step_handles(study, steps)
     if not all(ended_well(run) for run, _ in tables):
         handles.append(Line2D([], [], color=GREY, marker="x", ls="none", ms=4.5, mew=1.2,
                               label="end of a run that is unstable or failed"))  # fmt: skip
     quantity = str(probe.get("quantity", "")).replace("_", " ")
     title = f"Probe {plain(name)}: {quantity}" + (f" [{unit}]" if unit else "")
-    title += ". Left: values. Right: magnitude of the difference from the reference"
+    title += f". Left: values. Right: magnitude of the difference from {reference_name}"
     page = Page(PAGE, study["scene"], title if has_reference else title.split(". Left")[0],
                 0.42 + legend_height(len(handles), 3))  # fmt: skip
     for row in range(len(columns)):
@@ -568,10 +584,11 @@ def probe_over_time(study, folder, probe):
     end = max((table["time"][-1] for _, table in tables), default=0.0)
     time_name, factor = time_unit(end)
     for panels, column in zip(rows, columns):
-        if has_reference:
-            known = [(t, v) for t, v in zip(reference["time"], reference[column])
-                     if math.isfinite(v)]  # fmt: skip
-            times, values = both_extremes(*zip(*known)) if known else ([], [])
+        known_of = {}
+        for place, table in references.items():
+            known_of[place] = [(t, v) for t, v in zip(table["time"], table[column])
+                               if math.isfinite(v)]  # fmt: skip
+            times, values = both_extremes(*zip(*known_of[place])) if known_of[place] else ([], [])
             panels[0].plot([factor * t for t in times], values, color="#bbbbbb", lw=3)
         good, differences = [], []
         for run, table in tables:
@@ -588,7 +605,9 @@ def probe_over_time(study, folder, probe):
             else:
                 panels[0].plot(factor * times[-1], values[-1], "x", color=looks["color"], ms=4.5,
                                mew=1.2)  # fmt: skip
-            if not has_reference or not known or run["directory"] == study["reference"]:
+            place = study["of_meshes"].get(str(run.get("variant")), study["reference"])
+            known = known_of.get(place)
+            if not known or run["directory"] == place:
                 continue
             own = [(t, v) for t, v in zip(table["time"], table[column]) if math.isfinite(v)]
             t, v = np.array(own).T
@@ -853,7 +872,7 @@ def work_precision(study, folder, name, title, key, ylabel):
     curves = []
     for integrator, runs in groups.items():
         points = [(number(r.get("wall_seconds")), number(r.get(key)), r) for r in runs
-                  if ended_well(r)]  # fmt: skip
+                  if ended_well(r) and r.get("timing") != "shared"]  # fmt: skip
         points = [p for p in points if usable(p[0]) and usable(p[1])]
         if points:
             curves.append((integrator, looks_of(study, runs), points))

@@ -27,8 +27,10 @@
 #include "result_folders.h"
 #include "scene_source.h"
 #include "study_frames.h"
+#include "study_variants.h"
 #include "tetraction/core/blas.h"
 #include "tetraction/core/error.h"
+#include "tetraction/core/parallel.h"
 #include "tetraction/core/provenance.h"
 #include "tetraction/io/initial_fields.h"
 #include "tetraction/io/run_recorder.h"
@@ -47,10 +49,12 @@ struct StudyArguments {
   std::vector<double> steps;
   std::optional<double> reference_step;
   std::string reference_integrator = "midpoint";
-  std::string vary;
+  std::string reference = "run";
+  std::vector<std::string> vary;
   std::vector<std::string> also_solvers;
   std::vector<std::string> frames;
   std::string error;
+  int jobs = 1;
   bool quiet = false;
   bool json = false;
   bool no_plots = false;
@@ -63,47 +67,6 @@ bool draw_plots(const std::string& directory) {
   const char* python = std::filesystem::exists("/usr/bin/python3") ? "/usr/bin/python3" : "python3";
   // Isolated: else a csv.py or json.py in the working folder would run in place of Python's own.
   return run_child_program({python, "-I", "-c", kPlotStudyScript, directory});
-}
-
-// Keys that a study sets itself or has once for all variants. To vary them would change nothing.
-void check_varied_key(const std::string& argument, const std::string& key) {
-  for (const char* section : {"mesh", "time", "output"}) {
-    if (key != section && key.rfind(std::string(section) + ".", 0) != 0) continue;
-    throw InputError(fmt::format(
-        "--vary {}: a study has one mesh, one end time and one output directory, and sets "
-        "integrators and steps itself. Vary another key, or make two studies.",
-        argument));
-  }
-}
-
-// KEY=V1,V2,…: the scene once with each value.
-std::vector<StudyVariant> read_variants(const StudyArguments& arguments) {
-  std::vector<StudyVariant> variants;
-  if (arguments.vary.empty()) return variants;
-  const auto equals = arguments.vary.find('=');
-  if (equals == std::string::npos || arguments.vary.find(',') == std::string::npos) {
-    throw InputError(fmt::format(
-        "--vary {}: write KEY=VALUE,VALUE…, for instance --vary fix.0.mode=exact,penalty.",
-        arguments.vary));
-  }
-  const std::string key = arguments.vary.substr(0, equals);
-  check_varied_key(arguments.vary, key);
-  for (std::size_t begin = equals + 1; begin <= arguments.vary.size();) {
-    const std::size_t end = std::min(arguments.vary.find(',', begin), arguments.vary.size());
-    const std::string value = arguments.vary.substr(begin, end - begin);
-    std::vector<std::string> overrides = arguments.overrides;
-    overrides.push_back(fmt::format("{}={}", key, value));
-    std::string name = value;  // of a folder, too
-    std::replace(name.begin(), name.end(), '/', '_');
-    for (const StudyVariant& variant : variants) {
-      if (variant.name == name) {
-        throw InputError(fmt::format("--vary {}: {} is there twice.", arguments.vary, value));
-      }
-    }
-    variants.push_back({name, read_scene(arguments.scene, overrides)});
-    begin = end + 1;
-  }
-  return variants;
 }
 
 // SOLVER@STEP.
@@ -132,7 +95,7 @@ std::string read_error_probe(const std::string& text) {
 
 StudySettings read_settings(const StudyArguments& arguments) {
   StudySettings settings;
-  settings.variants = read_variants(arguments);
+  settings.variants = read_variants(arguments.scene, arguments.overrides, arguments.vary);
   for (const std::string& name : arguments.integrators) {
     const Integrator integrator = integrator_from_string(name);
     if (std::count(settings.integrators.begin(), settings.integrators.end(), integrator) > 0) {
@@ -143,6 +106,7 @@ StudySettings read_settings(const StudyArguments& arguments) {
   settings.steps = arguments.steps;
   settings.reference_step = arguments.reference_step;
   settings.reference_integrator = integrator_from_string(arguments.reference_integrator);
+  settings.reference_kind = reference_kind_from_string(arguments.reference);
   for (const std::string& text : arguments.also_solvers) {
     settings.solver_comparisons.push_back(read_comparison(text));
   }
@@ -152,9 +116,47 @@ StudySettings read_settings(const StudyArguments& arguments) {
 
 // Whether the study or its reference has an implicit run.
 bool has_implicit_runs(const StudyPlan& plan) {
-  return is_implicit(plan.reference.integrator) ||
+  return is_implicit(plan.references.front().finest().integrator) ||
          std::any_of(plan.runs.begin(), plan.runs.end(),
                      [](const PlannedRun& run) { return is_implicit(run.integrator); });
+}
+
+// What the reference is, and how many steps it takes.
+std::string of_reference(const StudyPlan& plan) {
+  const PlannedReference& reference = plan.references.front();
+  const auto count = [&](const PlannedRun& run) {
+    return std::ceil(plan.end / run.step * (1.0 - 1e-9));
+  };
+  const std::string name =
+      plan.references.size() == 1
+          ? "reference"
+          : fmt::format("reference of each of the {} meshes", plan.references.size());
+  const std::string rule = to_string(reference.finest().integrator);
+  if (reference.runs.size() == 1) {
+    return fmt::format("{}: {} with steps of {:.4g} s, which makes {:.9g} steps", name, rule,
+                       reference.finest().step, count(reference.finest()));
+  }
+  std::vector<std::string> steps;
+  double sum = 0.0;
+  for (const PlannedRun& run : reference.runs) {
+    steps.push_back(fmt::format("{:.4g}", run.step));
+    sum += count(run);
+  }
+  return fmt::format(
+      "{}: Richardson extrapolation of {} with steps of {} s, which makes {:.9g} steps together",
+      name, rule, fmt::join(steps, ", "), sum);
+}
+
+// What becomes of the wall times of runs that are made at the same time.
+std::string of_jobs(int jobs) {
+  const int threads = thread_count();
+  const int cores = this_machine().cores;
+  if (jobs == 1 || jobs * threads <= cores) return {};
+  return fmt::format(
+      "{} runs at a time with {} thread{} each need more than the {} core{} of this machine: the "
+      "wall times of runs that share them do not count{}",
+      jobs, threads, threads == 1 ? "" : "s", cores, cores == 1 ? "" : "s",
+      jobs <= cores ? fmt::format(". With --threads {} they would.", cores / jobs) : "");
 }
 
 // How to see the motion of the first of the runs with frames that was made.
@@ -170,7 +172,10 @@ std::string advice_to_look(const std::string& directory, const std::vector<std::
 
 // The folders of all runs.
 std::vector<std::string> run_names(const StudyPlan& plan) {
-  std::vector<std::string> names{plan.reference.directory};
+  std::vector<std::string> names;
+  for (const PlannedReference& reference : plan.references) {
+    for (const PlannedRun& run : reference.runs) names.push_back(run.directory);
+  }
   for (const PlannedRun& run : plan.runs) names.push_back(run.directory);
   return names;
 }
@@ -192,29 +197,42 @@ std::function<std::optional<StudyRow>(const PlannedRun&)> kept_runs(
 }
 
 int study(const StudyArguments& arguments) {
-  const StudySettings settings = read_settings(arguments);
+  StudySettings settings = read_settings(arguments);
   const Scene scene = settings.variants.empty() ? read_scene(arguments.scene, arguments.overrides)
                                                 : settings.variants.front().scene;
   const std::string directory = output_directory(scene, arguments.out, arguments.overrides);
   check_folder_of_study(scene, directory);
-  const TetMesh mesh = read_scene_mesh(scene);
+  for (const StudyVariant& variant : settings.variants) {
+    check_folder_of_study(variant.scene, directory);
+  }
+  const std::shared_ptr<const TetMesh> first_mesh =
+      settings.variants.empty() ? std::make_shared<const TetMesh>(read_scene_mesh(scene))
+                                : read_variant_meshes(settings.variants);
+  const TetMesh& mesh = *first_mesh;
   if (!arguments.quiet) {
-    if (const std::string remarks = mesh_remarks(mesh); !remarks.empty()) print_note(remarks);
+    std::vector<std::string> told;
+    const auto tell = [&](const TetMesh& of) {
+      const std::string remarks = mesh_remarks(of);
+      if (remarks.empty() || std::count(told.begin(), told.end(), remarks) > 0) return;
+      told.push_back(remarks);
+      print_note(remarks);
+    };
+    tell(mesh);
+    for (const StudyVariant& variant : settings.variants) tell(*variant.mesh);
   }
   for (const StudyVariant& variant : settings.variants) {
     try {
-      check_events(variant.scene, *make_system(variant.scene, mesh));
+      check_events(variant.scene, *make_system(variant.scene, *variant.mesh));
     } catch (const InputError& error) {
-      throw InputError(
-          fmt::format("--vary {}: with {}: {}", arguments.vary, variant.name, error.what()));
+      throw InputError(fmt::format("--vary {}: with {}: {}", fmt::join(arguments.vary, " --vary "),
+                                   variant.name, error.what()));
     }
   }
   const StudyPlan plan = plan_study(scene, mesh, settings);
   const std::vector<std::string> frames = runs_with_frames(arguments.frames, plan);
   if (!arguments.quiet) {
-    print_note(fmt::format("reference: {} with steps of {:.4g} s, which makes {:.9g} steps",
-                           to_string(plan.reference.integrator), plan.reference.step,
-                           std::ceil(plan.end / plan.reference.step * (1.0 - 1e-9))));
+    print_note(of_reference(plan));
+    if (const std::string note = of_jobs(arguments.jobs); !note.empty()) print_note(note);
   }
   make_output_directory(directory);
   const DirectoryLock lock(directory);
@@ -229,6 +247,7 @@ int study(const StudyArguments& arguments) {
     write_study_row(directory + "/" + row.directory + "/" + kStudyRowFile, row, inputs);
   };
 
+  const bool has_bars = arguments.jobs == 1 && ProgressBar::possible();
   std::string label;
   std::vector<std::string> begun;
   if (arguments.resume) {
@@ -254,7 +273,8 @@ int study(const StudyArguments& arguments) {
     recorder->set_stop_code(&InterruptGuard::exit_code);
     result.push_back(std::move(recorder));
     result.push_back(std::make_unique<InterruptGuard>());
-    if (!arguments.quiet && ProgressBar::possible()) {
+    // Bars of several runs would overwrite each other.
+    if (!arguments.quiet && has_bars) {
       result.push_back(std::make_unique<ProgressBar>(label));
     }
     return result;
@@ -264,14 +284,16 @@ int study(const StudyArguments& arguments) {
     if (index == 0 && !arguments.quiet && has_implicit_runs(plan)) {
       if (const std::string warning = blas_warning(); !warning.empty()) print_warning(warning);
     }
-    label = fmt::format("[{}/{}] {}{}{} h = {:.4g} s", index + 1, count, to_string(run.integrator),
-                        run.compares_solver ? " " : "", run.compares_solver ? run.solver : "",
-                        run.step);
-    if (!arguments.quiet && !ProgressBar::possible()) print_progress(label + "\n");
+    const std::string& variant = plan.variants[run.variant].name;
+    label =
+        fmt::format("[{}/{}] {}{}{}{} h = {:.4g} s", index + 1, count, to_string(run.integrator),
+                    run.compares_solver ? " " : "", run.compares_solver ? run.solver : "",
+                    variant.empty() ? "" : " (" + variant + ")", run.step);
+    if (!arguments.quiet && !has_bars) print_progress(label + "\n");
   };
   const StudyResult result = [&] {
     const InterruptGuard between_runs;
-    return run_study(plan, mesh, observers, progress, memory);
+    return run_study(plan, mesh, observers, progress, memory, arguments.jobs);
   }();
 
   if (arguments.resume && !arguments.quiet) {
@@ -320,7 +342,8 @@ void add_study_command(CLI::App& app, int& exit_code) {
       "study",
       "Compare integrators, step sizes and solvers on one scene. A run that becomes unstable is a "
       "result, not an error.");
-  command->add_option("scene", arguments->scene, "Scene file (TOML)")->required();
+  command->add_option("scene", arguments->scene,
+                      "Scene file (TOML). Write ./diff for a file whose name is diff.");
   command
       ->add_option(
           "--integrators", arguments->integrators,
@@ -333,6 +356,11 @@ void add_study_command(CLI::App& app, int& exit_code) {
                    "stability limit)")
       ->delimiter(',')
       ->allow_extra_args(false);
+  command
+      ->add_option("--reference", arguments->reference,
+                   "run: the reference is one run (default). richardson: it is extrapolated from "
+                   "runs with twice, once and half the reference step, and its error is estimated.")
+      ->check(not_empty("it names no kind of reference"));
   command->add_option("--reference-step", arguments->reference_step,
                       "Step of the reference run (default: the finest of the study)");
   command->add_option("--reference-integrator", arguments->reference_integrator,
@@ -341,9 +369,11 @@ void add_study_command(CLI::App& app, int& exit_code) {
       ->add_option(
           "--vary", arguments->vary,
           "KEY=V1,V2,...: makes the whole study with each value of a scene key, e.g. "
-          "fix.0.mode=exact,penalty. All runs are compared with the reference of the first "
-          "value.")
-      ->check(not_empty("it names no key"));
+          "fix.0.mode=exact,penalty. Several --vary give all combinations. Runs are compared with "
+          "the reference of the first variant; each further mesh has a reference of its own.")
+      ->check(not_empty("it names no key"))
+      ->take_all()
+      ->allow_extra_args(false);
   command
       ->add_option("--also-solver", arguments->also_solvers,
                    "Comma-separated SOLVER@STEP, e.g. ceres@1e-3: each adds a run with another "
@@ -369,12 +399,24 @@ void add_study_command(CLI::App& app, int& exit_code) {
   command->add_option("--set", arguments->overrides, "KEY=VALUE: overrides a scene key")
       ->take_all()
       ->allow_extra_args(false);
+  command
+      ->add_option(
+          "--jobs", arguments->jobs,
+          "Number of runs that are made at the same time (default: 1), each with --threads "
+          "threads. Wall times count only where the machine has a core for each thread of "
+          "all these runs.")
+      ->check(CLI::Range(1, 1024));
   command->add_flag("--resume", arguments->resume,
                     "Keep the runs that an earlier call of the same study has completed");
   command->add_flag("--no-plots", arguments->no_plots, "Do not draw plots");
   command->add_flag("--quiet", arguments->quiet, "Only warnings and errors");
   command->add_flag("--json", arguments->json, "Print study.json to stdout");
-  command->callback([arguments, &exit_code] { exit_code = study(*arguments); });
+  add_study_diff_command(*command, exit_code);
+  command->callback([arguments, command, &exit_code] {
+    if (command->got_subcommand("diff")) return;
+    if (command->get_option("scene")->count() == 0) throw CLI::RequiredError("scene");
+    exit_code = study(*arguments);
+  });
 }
 
 }  // namespace tetraction

@@ -13,11 +13,18 @@
 namespace tetraction {
 namespace {
 
-// The reference first, then the rows of the table.
+// The references first, then the rows of the table.
 std::vector<PlannedRun> all_runs(const StudyPlan& plan) {
-  std::vector<PlannedRun> runs{plan.reference};
+  std::vector<PlannedRun> runs;
+  for (const PlannedReference& reference : plan.references) {
+    runs.insert(runs.end(), reference.runs.begin(), reference.runs.end());
+  }
+  const std::size_t count = runs.size();
   for (const PlannedRun& run : plan.runs) {
-    if (run.directory != plan.reference.directory) runs.push_back(run);
+    const bool is_there = std::any_of(
+        runs.begin(), runs.begin() + static_cast<std::ptrdiff_t>(count),
+        [&](const PlannedRun& reference) { return reference.directory == run.directory; });
+    if (!is_there) runs.push_back(run);
   }
   return runs;
 }

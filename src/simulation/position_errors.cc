@@ -52,13 +52,14 @@ bool ReferenceTrack::on_step(const Session& session) {
   while (positions_.size() < times_.size() && times_[positions_.size()] <= state.time + same) {
     const double t = times_[positions_.size()];
     if (t >= state.time - same) {
-      keep(state.position);
+      keep(state.position, true);
       continue;
     }
     const double s = std::max(0.0, (t - time_) / h);
     const double r = 1.0 - s;
     keep(r * r * (1.0 + 2.0 * s) * position_ + s * s * (1.0 + 2.0 * r) * state.position +
-         h * s * r * (r * velocity_ - s * velocity));
+             h * s * r * (r * velocity_ - s * velocity),
+         false);
   }
   time_ = state.time;
   position_ = state.position;
@@ -66,9 +67,19 @@ bool ReferenceTrack::on_step(const Session& session) {
   return true;
 }
 
-void ReferenceTrack::keep(const Vector& position) {
+void ReferenceTrack::keep(const Vector& position, bool is_step) {
   squares_ += (position - rest_).squaredNorm();
   positions_.push_back(position);
+  is_step_.push_back(is_step);
+}
+
+void ReferenceTrack::combine(double weight, const ReferenceTrack& other) {
+  squares_ = 0.0;
+  for (std::size_t i = 0; i < positions_.size(); ++i) {
+    positions_[i] += (1.0 - weight) * (other.positions_[i] - positions_[i]);
+    squares_ += (positions_[i] - rest_).squaredNorm();
+  }
+  position_ += (1.0 - weight) * (other.position_ - position_);
 }
 
 const Vector* ReferenceTrack::at(double time) const {

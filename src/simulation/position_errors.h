@@ -11,7 +11,7 @@ namespace tetraction {
 
 /// Times at which runs with these steps are compared with a reference, ascending: for each step up
 /// to a hundred of its multiples, evenly distributed over the time, and the end. There are fewer if
-/// `dof_count` is so large that the positions at all these times would take more than 256 MiB.
+/// `dof_count` numbers at all these times would take more than 256 MiB.
 std::vector<double> comparison_times(const std::vector<double>& steps, double end, Index dof_count);
 
 /// Stores the positions of a run at given times. Between its steps they are interpolated by cubic
@@ -38,11 +38,24 @@ class ReferenceTrack : public Observer {
   /// minimum.
   double scale_over_time() const;
 
+  /// How many of the times were reached.
+  std::size_t sample_count() const { return positions_.size(); }
+  /// The positions at the i-th time.
+  const Vector& sample(std::size_t i) const { return positions_[i]; }
+  /// Whether the i-th time is the end of a step of the run, so that nothing was interpolated.
+  bool is_step(std::size_t i) const { return is_step_[i]; }
+  /// The positions at the end of the run.
+  const Vector& last() const { return position_; }
+  /// Takes weight·this + (1 − weight)·other for the positions at all times and at the end. `other`
+  /// has as many samples.
+  void combine(double weight, const ReferenceTrack& other);
+
  private:
-  void keep(const Vector& position);
+  void keep(const Vector& position, bool is_step);
 
   std::vector<double> times_;
   std::vector<Vector> positions_;  // at the first of times_
+  std::vector<bool> is_step_;      // for each of positions_
   Vector rest_;
   Vector inverse_mass_;
   double least_scale_ = 0.0;

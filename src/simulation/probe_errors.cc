@@ -46,6 +46,34 @@ Vector ReferenceProbe::at(double time) const {
   return (1.0 - share) * values_[right - 1] + share * values_[right];
 }
 
+double ReferenceProbe::largest_difference(const ReferenceProbe& other) const {
+  double largest = 0.0;
+  for (std::size_t i = 0; i < times_.size(); ++i) {
+    largest = std::max(largest, (values_[i] - other.at(times_[i])).norm());
+  }
+  return largest;
+}
+
+double ReferenceProbe::interpolation_error() const {
+  double largest = 0.0;
+  for (std::size_t i = 2; i < values_.size(); ++i) {
+    largest = std::max(largest, (values_[i - 2] - 2.0 * values_[i - 1] + values_[i]).norm());
+  }
+  return largest / 8.0;
+}
+
+void ReferenceProbe::extrapolate(double share, const ReferenceProbe& coarser) {
+  ReferenceProbe difference{std::string()};
+  for (std::size_t i = 0; i < coarser.times_.size(); ++i) {
+    difference.take(coarser.times_[i], at(coarser.times_[i]) - coarser.values_[i]);
+  }
+  largest_ = 0.0;
+  for (std::size_t i = 0; i < times_.size(); ++i) {
+    values_[i] += share * difference.at(times_[i]);
+    largest_ = std::max(largest_, values_[i].norm());
+  }
+}
+
 void ProbeDifference::take(double time, const Vector& values) {
   if (!reference_.has_values()) return;
   largest_ = std::max(largest_, (values - reference_.at(time)).norm());

@@ -43,6 +43,14 @@ class ReferenceProbe : public ProbeObserver {
   bool has_values() const { return !times_.empty(); }
   /// The largest magnitude of the values.
   double largest() const { return largest_; }
+  /// The largest magnitude of the difference from `other` at the times of this one. Both have values.
+  double largest_difference(const ReferenceProbe& other) const;
+  /// An estimate of the error of at() between the times: the largest second difference of the values,
+  /// |s₀ − 2 s₁ + s₂|/8.
+  double interpolation_error() const;
+  /// Takes this + share·(this − coarser). The difference is computed at the times of `coarser` and
+  /// interpolated linearly between them: it is far smaller than the values.
+  void extrapolate(double share, const ReferenceProbe& coarser);
 
  protected:
   void take(double time, const Vector& values) override;

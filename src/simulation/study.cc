@@ -3,13 +3,18 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
+#include <memory>
+#include <mutex>
 #include <optional>
 #include <utility>
 
+#include "core/quoting.h"
 #include "position_errors.h"
 #include "probe_errors.h"
+#include "study_extrapolation.h"
 #include "tetraction/core/error.h"
 #include "tetraction/core/parallel.h"
 #include "tetraction/core/provenance.h"
@@ -25,106 +30,300 @@ constexpr double kAboveReference = 5.0;
 struct Run {
   StudyRow row;
   Vector final_position;
-  double mean_distance = kNone;     // from the reference over time, m
-  double probe_difference = kNone;  // the largest one over time
+};
+
+// Whether all of these steps are multiples of the step of the reference.
+bool times_are_steps(const std::vector<double>& steps, double reference) {
+  return std::all_of(steps.begin(), steps.end(), [&](double step) {
+    const double ratio = step / reference;
+    return std::abs(ratio - std::round(ratio)) <= 1e-9 * ratio && ratio > 0.5;
+  });
+}
+
+// One of the references while its runs and those that are compared with it are made.
+struct Reference {
+  std::unique_ptr<ReferenceRecord> record;  // null if all rows are kept
+  std::vector<Run> runs;                    // as PlannedReference::runs, as far as they were made
+  std::optional<ReferenceExtrapolation> extrapolation;
+
+  const StudyRow& finest() const { return runs.back().row; }
 };
 
 class Study {
  public:
-  Study(const StudyPlan& plan, const TetMesh& mesh) : plan_(plan), mesh_(mesh) {
+  Study(const StudyPlan& plan, const TetMesh& mesh, int jobs)
+      : plan_(plan), mesh_(mesh), jobs_(jobs) {
     result_.stable_step = plan.stable_step;
     result_.end = plan.end;
-    result_.reference_integrator = plan.reference.integrator;
-    result_.reference_step = plan.reference.step;
+    result_.reference_integrator = plan.references.front().finest().integrator;
+    result_.reference_step = plan.references.front().finest().step;
     result_.error_probe = plan.error_probe;
     result_.probes = plan.probes;
+    for (const StudyVariant& variant : plan.variants) {
+      if (!variant.name.empty()) result_.variants.push_back({variant.name, variant.values});
+    }
   }
 
   StudyResult run(const ObserverFactory& observers, const StudyProgress& progress,
                   const StudyMemory& memory) {
-    std::size_t done = 0;
-    const auto tell = [&](const PlannedRun& run) {
-      if (progress) progress(done, plan_.run_count(), run);
-      ++done;
-    };
-    const auto kept = [&](const PlannedRun& run) {
-      return memory.kept ? memory.kept(run) : std::optional<StudyRow>();
-    };
-    const auto finish = [&](const Run& run) {
-      if (memory.made && run.row.status != RunStatus::kCancelled) memory.made(run.row);
-    };
-    std::vector<std::optional<StudyRow>> known;
-    bool all_known = true;
-    for (const PlannedRun& planned : plan_.runs) {
-      known.push_back(is_reference(planned) ? std::nullopt : kept(planned));
-      all_known = all_known && (known.back() || is_reference(planned));
+    observers_ = observers;
+    progress_ = progress;
+    memory_ = memory;
+    std::vector<std::optional<Run>> runs(plan_.runs.size());
+    std::vector<Reference> references;
+    for (std::size_t i = 0; i < plan_.references.size(); ++i) {
+      references.push_back(make_group(i, runs));
+      add_reference(i, references.back());
+      // The positions at all times take much memory.
+      if (references[i].record) references[i].record->track = ReferenceTrack(std::vector<double>());
+      if (is_cancelled_) break;
     }
-
-    // The reference is made first, because the others are compared with it while they run.
-    std::vector<double> steps;
-    for (const PlannedRun& run : plan_.runs) steps.push_back(run.step);
-    std::sort(steps.begin(), steps.end());
-    steps.erase(std::unique(steps.begin(), steps.end()), steps.end());
-    ReferenceTrack track(comparison_times(steps, result_.end, 3 * mesh_.vertex_count()));
-    ReferenceProbe probe(plan_.error_probe);
-    Run reference;
-    if (std::optional<StudyRow> row = all_known ? kept(plan_.reference) : std::nullopt) {
-      reference.row = std::move(*row);
-      ++done;
-    } else {
-      tell(plan_.reference);
-      reference = run_one(plan_.reference, observers, {&track, &probe});
-      reference.mean_distance = 0.0;
-      reference.probe_difference = 0.0;
-      if (plan_.reference_is_row) reference.row.role = StudyRole::kReference;
-      set_errors(reference, reference, track, probe);
-      finish(reference);
-    }
-    result_.reference_status = reference.row.status;
-    result_.reference_directory = reference.row.directory;
-
-    std::vector<Run> runs;
-    bool is_cancelled = reference.row.status == RunStatus::kCancelled;
-    for (std::size_t i = 0; i < plan_.runs.size(); ++i) {
-      const PlannedRun& planned = plan_.runs[i];
-      if (is_reference(planned)) {
-        runs.push_back(reference);
-        continue;
-      }
-      if (known[i]) {
-        runs.emplace_back();
-        runs.back().row = std::move(*known[i]);
-        ++done;
-        continue;
-      }
-      if (is_cancelled) continue;
-      tell(planned);
-      DistanceFromReference distance(track);
-      ProbeDifference difference(plan_.error_probe, probe);
-      runs.push_back(run_one(planned, observers, {&distance, &difference}));
-      Run& run = runs.back();
-      run.mean_distance = distance.root_mean_square();
-      run.probe_difference = difference.largest();
-      if (planned.variant > 0) run.row.role = StudyRole::kVariant;
-      set_errors(run, reference, track, probe);
-      finish(run);
-      is_cancelled = run.row.status == RunStatus::kCancelled;
-    }
-    result_.is_interrupted = is_cancelled;
-    if (is_cancelled) {
+    result_.is_interrupted = is_cancelled_;
+    if (is_cancelled_) {
       result_.remarks.emplace_back("the study was interrupted: the runs from there on are missing");
-    } else if (reference.row.status != RunStatus::kFinished) {
-      result_.remarks.push_back("the reference run did not reach the end (" +
-                                reference.row.message + "): there are no errors");
     }
-    set_orders(runs, reference);
-    for (Run& run : runs) result_.rows.push_back(std::move(run.row));
+    for (std::size_t i = 0; i < references.size(); ++i) set_orders(i, runs, references[i]);
+    for (std::optional<Run>& run : runs) {
+      if (run) result_.rows.push_back(std::move(run->row));
+    }
+    if (plan_.references.size() < 2) result_.mesh_references.clear();
     return std::move(result_);
   }
 
  private:
-  Run run_one(const PlannedRun& planned, const ObserverFactory& make_observers,
-              std::vector<Observer*> watching) const {
+  void tell(const PlannedRun& run) {
+    const std::lock_guard lock(calling_);
+    if (progress_) progress_(done_, plan_.run_count(), run);
+    ++done_;
+  }
+  std::optional<StudyRow> kept(const PlannedRun& run) const {
+    return memory_.kept ? memory_.kept(run) : std::nullopt;
+  }
+  void finish(const Run& run) {
+    const std::lock_guard lock(calling_);
+    if (memory_.made && run.row.status != RunStatus::kCancelled) memory_.made(run.row);
+  }
+
+  // Makes a reference and all runs that are compared with it.
+  Reference make_group(std::size_t index, std::vector<std::optional<Run>>& runs) {
+    const PlannedReference& planned = plan_.references[index];
+    std::vector<std::size_t> members;  // the other runs
+    bool all_known = true;
+    for (std::size_t i = 0; i < plan_.runs.size(); ++i) {
+      if (plan_.reference_of[plan_.runs[i].variant] != index) continue;
+      if (reference_run(planned, plan_.runs[i])) continue;
+      members.push_back(i);
+      if (std::optional<StudyRow> row = kept(plan_.runs[i])) {
+        runs[i] = Run{};
+        runs[i]->row = std::move(*row);
+        ++done_;
+      }
+      all_known = all_known && runs[i].has_value();
+    }
+    Reference reference;
+    const bool is_needed = !all_known || (index == 0 && !others_are_kept());
+    if (is_needed || !take_kept(planned, reference)) make_reference(planned, reference);
+    if (index == 0 && reference.record) first_record_ = reference.record.get();
+    for (std::size_t i = 0; i < plan_.runs.size(); ++i) {
+      const std::optional<std::size_t> part = reference_run(planned, plan_.runs[i]);
+      if (part && *part < reference.runs.size()) runs[i] = reference.runs[*part];
+    }
+    std::erase_if(members, [&](std::size_t i) { return runs[i].has_value(); });
+    run_all(members.size(), [&](std::size_t place, bool shares_machine) {
+      const PlannedRun& member = plan_.runs[members[place]];
+      tell(member);
+      DistanceFromReference distance(reference.record->track);
+      ProbeDifference difference(plan_.error_probe, reference.record->probe);
+      runs[members[place]] = run_one(member, {&distance, &difference});
+      Run& run = *runs[members[place]];
+      run.row.shares_machine = shares_machine;
+      if (member.variant != planned.variant()) run.row.role = StudyRole::kVariant;
+      if (reference.finest().status == RunStatus::kFinished &&
+          run.row.status == RunStatus::kFinished) {
+        const double at_end = (run.final_position - reference.record->track.last()).norm();
+        set_errors(run.row, {at_end, distance.root_mean_square(), difference.largest()},
+                   *reference.record);
+      }
+      finish(run);
+      if (run.row.status == RunStatus::kCancelled) is_cancelled_ = true;
+    });
+    return reference;
+  }
+
+  // Calls make(i, whether the machine has too few cores for all at the same time) for the first `count`
+  // numbers. After a run was stopped no further one begins. If one throws, the others are stopped.
+  template <class Function>
+  void run_all(std::size_t count, const Function& make) {
+    const auto together =
+        std::min<std::size_t>(count, static_cast<std::size_t>(std::max(1, jobs_)));
+    const auto threads = together * static_cast<std::size_t>(thread_count());
+    const bool shares_machine =
+        together > 1 && threads > static_cast<std::size_t>(this_machine().cores);
+    run_jobs(static_cast<Index>(count), jobs_, [&](Index i) {
+      if (is_cancelled_) return;
+      try {
+        make(static_cast<std::size_t>(i), shares_machine);
+      } catch (...) {
+        is_cancelled_ = true;
+        throw;
+      }
+    });
+  }
+
+  // Whether no reference of a further mesh has to be compared with that of the first one.
+  bool others_are_kept() const {
+    if (plan_.references.size() < 2 || plan_.error_probe.empty() || !memory_.kept) return true;
+    const auto is_kept = [&](const PlannedRun& run) { return kept(run).has_value(); };
+    for (std::size_t i = 1; i < plan_.references.size(); ++i) {
+      const std::vector<PlannedRun>& runs = plan_.references[i].runs;
+      if (!std::all_of(runs.begin(), runs.end(), is_kept)) return false;
+    }
+    return std::all_of(plan_.runs.begin(), plan_.runs.end(), [&](const PlannedRun& run) {
+      return plan_.reference_of[run.variant] == 0 || is_kept(run);
+    });
+  }
+
+  // Takes the rows of the reference that were made before. Returns whether they are all there.
+  bool take_kept(const PlannedReference& planned, Reference& reference) {
+    for (const PlannedRun& run : planned.runs) {
+      std::optional<StudyRow> row = kept(run);
+      if (!row) {
+        reference.runs.clear();
+        return false;
+      }
+      reference.runs.emplace_back();
+      reference.runs.back().row = std::move(*row);
+    }
+    reference.extrapolation = reference.finest().extrapolation;
+    done_ += planned.runs.size();
+    return true;
+  }
+
+  void make_reference(const PlannedReference& planned, Reference& reference) {
+    std::vector<double> steps;
+    for (const PlannedRun& run : plan_.runs) steps.push_back(run.step);
+    std::sort(steps.begin(), steps.end());
+    steps.erase(std::unique(steps.begin(), steps.end()), steps.end());
+    const bool is_extrapolated = planned.runs.size() == 3;
+    const Index tracks = is_extrapolated ? 4 : 1;  // in memory at the same time
+    const std::vector<double> times = comparison_times(
+        steps, result_.end, tracks * 3 * mesh_of(planned.variant()).vertex_count());
+    std::vector<std::unique_ptr<ReferenceRecord>> records;
+    for (std::size_t i = 0; i < planned.runs.size(); ++i) {
+      records.push_back(std::make_unique<ReferenceRecord>(times, plan_.error_probe));
+    }
+    std::vector<std::optional<Run>> made(planned.runs.size());
+    run_all(made.size(), [&](std::size_t i, bool shares_machine) {
+      tell(planned.runs[i]);
+      made[i] = run_one(planned.runs[i], {&records[i]->track, &records[i]->probe});
+      made[i]->row.shares_machine = shares_machine;
+      if (made[i]->row.status == RunStatus::kCancelled) is_cancelled_ = true;
+    });
+    // Runs begin in their order: if the study was stopped, the last ones are missing.
+    for (std::optional<Run>& run : made) {
+      if (run) reference.runs.push_back(std::move(*run));
+    }
+    records.resize(reference.runs.size());
+    std::vector<ReferenceDistance> distances(records.size());
+    if (is_extrapolated && !is_cancelled_) {
+      const auto failed =
+          std::find_if(reference.runs.begin(), reference.runs.end(),
+                       [](const Run& run) { return run.row.status != RunStatus::kFinished; });
+      const double step = planned.runs[1].step;
+      if (failed == reference.runs.end()) {
+        ExtrapolatedReference extrapolated =
+            extrapolate_reference(planned.finest().integrator, step,
+                                  {records[0].get(), records[1].get(), records[2].get()});
+        reference.extrapolation = std::move(extrapolated.result);
+        // Between the steps of the finest run its probe is interpolated.
+        const ReferenceProbe& probe = records[2]->probe;
+        if (!times_are_steps(steps, planned.finest().step) && probe.largest() > 0.0) {
+          reference.extrapolation->error_of_probe += probe.interpolation_error() / probe.largest();
+        }
+        distances.assign(extrapolated.distances.begin(), extrapolated.distances.end());
+      } else {
+        reference.extrapolation = ReferenceExtrapolation{};
+        reference.extrapolation->step = step;
+        reference.extrapolation->is_valid = false;
+        reference.extrapolation->reason =
+            fmt::format("the run with a step of {:.4g} s did not reach the end", failed->row.step);
+        if (reference.finest().status == RunStatus::kFinished) {
+          for (std::size_t i = 0; i < 2; ++i) {
+            distances[i] = distance_between(*records[i], *records[2]);
+          }
+        }
+      }
+      reference.runs.back().row.extrapolation = reference.extrapolation;
+    }
+    reference.record = std::move(records.back());
+    if (is_cancelled_) return;
+    if (first_record_ != nullptr && first_record_->probe.largest() > 0.0 &&
+        reference.record->probe.has_values() && first_is_complete_ &&
+        reference.finest().status == RunStatus::kFinished) {
+      reference.runs.back().row.reference_probe_difference =
+          reference.record->probe.largest_difference(first_record_->probe) /
+          first_record_->probe.largest();
+    }
+    for (std::size_t i = 0; i < reference.runs.size(); ++i) {
+      Run& run = reference.runs[i];
+      const bool is_itself = i + 1 == reference.runs.size() &&
+                             !(reference.extrapolation && reference.extrapolation->is_valid);
+      if (is_itself && planned.is_row[i]) run.row.role = StudyRole::kReference;
+      if (run.row.status == RunStatus::kFinished &&
+          reference.finest().status == RunStatus::kFinished) {
+        set_errors(run.row, distances[i], *reference.record);
+      }
+      finish(run);
+    }
+  }
+
+  // Enters the reference of the index-th mesh in the result.
+  void add_reference(std::size_t index, const Reference& reference) {
+    const StudyVariant& variant = plan_.variants[plan_.references[index].variant()];
+    MeshReference entry;
+    entry.variant = variant.name;
+    entry.status = reference.finest().status;
+    entry.directory = reference.finest().directory;
+    entry.extrapolation = reference.extrapolation;
+    entry.probe_difference = reference.finest().reference_probe_difference;
+    for (std::size_t i = 0; i < plan_.variants.size(); ++i) {
+      if (plan_.reference_of[i] == index) entry.variants.push_back(plan_.variants[i].name);
+    }
+    const std::string of_variant =
+        plan_.references.size() > 1 ? " of " + variant.name : std::string();
+    if (entry.status != RunStatus::kFinished && !is_cancelled_) {
+      result_.remarks.push_back("the reference run" + of_variant + " did not reach the end (" +
+                                reference.finest().message + "): there are no errors");
+    } else if (entry.extrapolation && !entry.extrapolation->is_valid) {
+      result_.remarks.push_back(fmt::format(
+          "the reference{} is not extrapolated: {}. It is the run with a step of {:.4g} s.",
+          of_variant, entry.extrapolation->reason, reference.finest().step));
+    }
+    if (index == 0) {
+      result_.reference_status = entry.status;
+      result_.reference_directory = entry.directory;
+      result_.extrapolation = entry.extrapolation;
+      first_is_complete_ = entry.status == RunStatus::kFinished;
+    }
+    result_.mesh_references.push_back(std::move(entry));
+  }
+
+  const TetMesh& mesh_of(std::size_t variant) const {
+    const auto& own = plan_.variants[variant].mesh;
+    return own ? *own : mesh_;
+  }
+
+  // Stops a run if another one was stopped or has thrown an exception.
+  class StopWithOthers : public Observer {
+   public:
+    explicit StopWithOthers(const std::atomic<bool>& flag) : flag_(flag) {}
+    bool on_step(const Session&) override { return !flag_; }
+
+   private:
+    const std::atomic<bool>& flag_;
+  };
+
+  Run run_one(const PlannedRun& planned, std::vector<Observer*> watching) {
     const StudyVariant& variant = plan_.variants[planned.variant];
     Scene scene = variant.scene;
     scene.time.integrator = planned.integrator;
@@ -149,10 +348,15 @@ class Study {
     run.row.cores = machine.cores;
     run.row.threads = thread_count();
 
-    Session session(scene, mesh_);
+    Session session(scene, mesh_of(planned.variant));
     std::vector<std::unique_ptr<Observer>> observers;
-    if (make_observers) observers = make_observers(run.row.directory);
+    if (observers_) {
+      const std::lock_guard lock(calling_);
+      observers = observers_(run.row.directory);
+    }
     for (const auto& observer : observers) watching.push_back(observer.get());
+    StopWithOthers stop(is_cancelled_);
+    watching.push_back(&stop);
     run.row.status = session.run(watching);
     run.row.stable_step = session.initial_limit().critical_step;
     run.row.message = session.message();
@@ -179,56 +383,71 @@ class Study {
     return result_.error_probe.empty() ? row.position_error : row.probe_error;
   }
 
-  // Whether this run of the table is the reference itself.
-  bool is_reference(const PlannedRun& planned) const {
-    return plan_.reference_is_row && planned.directory == plan_.reference.directory &&
-           planned.step == plan_.reference.step;
-  }
-
-  // Computes errors relative to the reference.
-  static void set_errors(Run& run, const Run& reference, const ReferenceTrack& track,
-                         const ReferenceProbe& probe) {
-    if (reference.row.status != RunStatus::kFinished || run.row.status != RunStatus::kFinished) {
-      return;
-    }
-    run.row.position_error =
-        (run.final_position - reference.final_position).norm() / track.scale_at_end();
-    run.row.position_error_rms = run.mean_distance / track.scale_over_time();
-    if (probe.largest() > 0.0) run.row.probe_error = run.probe_difference / probe.largest();
-  }
-
-  // Computes orders between neighbouring steps.
-  void set_orders(std::vector<Run>& runs, const Run& reference) {
-    if (reference.row.status != RunStatus::kFinished) return;
-    const double reference_error = error_of_reference(runs);
-    result_.reference_error = reference_error > 0.0 ? reference_error : kNone;
-    for (std::size_t i = 1; i < runs.size(); ++i) {
-      const StudyRow& finer = runs[i - 1].row;
-      StudyRow& row = runs[i].row;
-      if (finer.integrator != row.integrator || finer.variant != row.variant ||
-          row.variant != plan_.variants.front().name || row.compares_solver ||
-          finer.role == StudyRole::kReference) {
-        continue;  // the errors of another variant are not errors of the rule
+  // Which of the runs of the reference this run of the table is, if it is one.
+  static std::optional<std::size_t> reference_run(const PlannedReference& reference,
+                                                  const PlannedRun& planned) {
+    for (std::size_t i = 0; i < reference.runs.size(); ++i) {
+      if (reference.is_row[i] && planned.directory == reference.runs[i].directory &&
+          planned.step == reference.runs[i].step) {
+        return i;
       }
-      const bool family = row.integrator == result_.reference_integrator;
-      if (!family && error_of(finer) < kAboveReference * reference_error) continue;
+    }
+    return {};
+  }
+
+  // Makes distances from the reference relative.
+  static void set_errors(StudyRow& row, const ReferenceDistance& distance,
+                         const ReferenceRecord& reference) {
+    row.position_error = distance.at_end / reference.track.scale_at_end();
+    row.position_error_rms = distance.over_time / reference.track.scale_over_time();
+    const double largest = reference.probe.largest();
+    if (largest > 0.0) row.probe_error = distance.of_probe / largest;
+  }
+
+  // Computes the error of a reference and the orders between neighbouring steps of its runs.
+  void set_orders(std::size_t index, std::vector<std::optional<Run>>& runs,
+                  const Reference& reference) {
+    if (reference.finest().status != RunStatus::kFinished) return;
+    const std::size_t variant = plan_.references[index].variant();
+    std::vector<StudyRow*> rows;  // the errors of another variant are not errors of the rule
+    for (std::size_t i = 0; i < runs.size(); ++i) {
+      if (runs[i] && plan_.runs[i].variant == variant) rows.push_back(&runs[i]->row);
+    }
+    const bool is_run = !reference.extrapolation || !reference.extrapolation->is_valid;
+    const double reference_error = error_of_reference(rows, reference);
+    const double known_error = reference_error > 0.0 ? reference_error : kNone;
+    result_.mesh_references[index].error = known_error;
+    if (index == 0) result_.reference_error = known_error;
+    for (std::size_t i = 1; i < rows.size(); ++i) {
+      const StudyRow& finer = *rows[i - 1];
+      StudyRow& row = *rows[i];
+      if (finer.integrator != row.integrator || row.compares_solver ||
+          finer.role == StudyRole::kReference) {
+        continue;
+      }
+      const bool is_of_family = is_run && row.integrator == result_.reference_integrator;
+      if (!is_of_family && error_of(finer) < kAboveReference * reference_error) continue;
       row.observed_order = observed_order(finer.step, error_of(finer), row.step, error_of(row),
-                                          family ? result_.reference_step : 0.0);
+                                          is_of_family ? result_.reference_step : 0.0);
     }
   }
 
   // The error of the reference itself is estimated from the finest other run of its family and the
   // rule's order p: e(h) = C (h^p − h_r^p), so that C h_r^p = e h_r^p/(h^p − h_r^p). It is zero if
   // there is no such run.
-  double error_of_reference(const std::vector<Run>& runs) const {
-    for (const Run& run : runs) {
-      const StudyRow& row = run.row;
-      if (row.integrator != result_.reference_integrator || !(error_of(row) > 0.0) ||
-          row.step <= result_.reference_step || row.variant != plan_.variants.front().name) {
+  double error_of_reference(const std::vector<StudyRow*>& rows, const Reference& reference) const {
+    if (reference.extrapolation) {
+      const ReferenceExtrapolation& found = *reference.extrapolation;
+      const double error = result_.error_probe.empty() ? found.error_at_end : found.error_of_probe;
+      if (std::isfinite(error)) return error;
+    }
+    for (const StudyRow* row : rows) {
+      if (row->integrator != result_.reference_integrator || !(error_of(*row) > 0.0) ||
+          row->step <= result_.reference_step) {
         continue;
       }
-      const double ratio = std::pow(row.step / result_.reference_step, order(row.integrator));
-      return error_of(row) / (ratio - 1.0);
+      const double ratio = std::pow(row->step / result_.reference_step, order(row->integrator));
+      return error_of(*row) / (ratio - 1.0);
     }
     return 0.0;
   }
@@ -236,6 +455,15 @@ class Study {
   const StudyPlan& plan_;
   const TetMesh& mesh_;
   StudyResult result_;
+  ObserverFactory observers_;
+  StudyProgress progress_;
+  StudyMemory memory_;
+  const ReferenceRecord* first_record_ = nullptr;  // of the first mesh, if it was made
+  bool first_is_complete_ = false;                 // whether that reference reached the end
+  std::size_t done_ = 0;                           // runs that were begun or kept
+  int jobs_;                                       // runs at the same time
+  std::mutex calling_;                             // held while a function of the caller is called
+  std::atomic<bool> is_cancelled_{false};          // whether a run was stopped on request
 };
 
 }  // namespace
@@ -250,6 +478,26 @@ std::string to_string(StudyRole role) {
       break;
   }
   return "run";
+}
+
+std::string to_string(ReferenceKind kind) {
+  return kind == ReferenceKind::kRun ? "run" : "richardson";
+}
+
+ReferenceKind reference_kind_from_string(const std::string& name) {
+  for (const ReferenceKind kind : {ReferenceKind::kRun, ReferenceKind::kRichardson}) {
+    if (name == to_string(kind)) return kind;
+  }
+  throw InputError(
+      fmt::format("{} is not a kind of reference; there are run and richardson.", in_quotes(name)));
+}
+
+std::size_t StudyPlan::run_count() const {
+  std::size_t count = runs.size();
+  for (const PlannedReference& reference : references) {
+    for (const bool is_row : reference.is_row) count += is_row ? 0 : 1;
+  }
+  return count;
 }
 
 double observed_order(double h1, double e1, double h2, double e2, double hr) {
@@ -270,8 +518,8 @@ double observed_order(double h1, double e1, double h2, double e2, double hr) {
 }
 
 StudyResult run_study(const StudyPlan& plan, const TetMesh& mesh, const ObserverFactory& observers,
-                      const StudyProgress& progress, const StudyMemory& memory) {
-  return Study(plan, mesh).run(observers, progress, memory);
+                      const StudyProgress& progress, const StudyMemory& memory, int jobs) {
+  return Study(plan, mesh, jobs).run(observers, progress, memory);
 }
 
 StudyResult run_study(const Scene& scene, const TetMesh& mesh, const StudySettings& settings,

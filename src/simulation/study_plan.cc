@@ -52,12 +52,14 @@ void check_scenes(const std::vector<StudyVariant>& variants) {
                     "of runs with other values of time.tolerance.",
                     to_string(adapt)));
   }
-  for (const EventSettings& event : first.scene.event) {
-    for (const Edit& edit : event.edits) {
-      if (!std::holds_alternative<SetTime>(edit)) continue;
-      throw InputError(event.where +
-                       " changes [time], which a study does itself: integrators and steps are "
-                       "what it compares. Leave that change out.");
+  for (const StudyVariant& variant : variants) {
+    for (const EventSettings& event : variant.scene.event) {
+      for (const Edit& edit : event.edits) {
+        if (!std::holds_alternative<SetTime>(edit)) continue;
+        throw InputError(event.where +
+                         " changes [time], which a study does itself: integrators and steps are "
+                         "what it compares. Leave that change out.");
+      }
     }
   }
 }
@@ -117,8 +119,9 @@ PlannedRun planned_run(const StudyPlan& plan, std::size_t variant, Integrator in
   run.step = step;
   if (is_implicit(integrator)) run.solver = scene.scene.solver.kind;
   if (needs_root_finder(integrator)) run.solver = "newton";  // others minimise
-  run.directory = fmt::format("{}{}{}-{:.10g}", scene.name, scene.name.empty() ? "" : "-",
-                              to_string(integrator), step);
+  const std::string& folder = scene.folder.empty() ? scene.name : scene.folder;
+  run.directory =
+      fmt::format("{}{}{}-{:.10g}", folder, folder.empty() ? "" : "-", to_string(integrator), step);
   return run;
 }
 
@@ -135,11 +138,16 @@ void check_comparison(const SolverComparison& wanted, const Scene& scene) {
   }
 }
 
+const TetMesh& mesh_of(const StudyVariant& variant, const TetMesh& mesh) {
+  return variant.mesh ? *variant.mesh : mesh;
+}
+
 // Throws InputError if a run cannot have its solver.
 void check_solvers(const StudyPlan& plan, const TetMesh& mesh) {
   for (std::size_t variant = 0; variant < plan.variants.size(); ++variant) {
     const Scene& scene = plan.variants[variant].scene;
-    const std::unique_ptr<MechanicalSystem> system = make_system(scene, mesh);
+    const std::unique_ptr<MechanicalSystem> system =
+        make_system(scene, mesh_of(plan.variants[variant], mesh));
     for (const PlannedRun& run : plan.runs) {
       if (run.variant != variant) continue;
       SolverSettings solver = scene.solver;
@@ -147,6 +155,34 @@ void check_solvers(const StudyPlan& plan, const TetMesh& mesh) {
       if (run.compares_solver) solver.linear = LinearSolver::kAuto;
       check_solver(run.integrator, solver, *system);
     }
+  }
+}
+
+// Whether positions on the meshes can be compared.
+bool have_same_elements(const TetMesh& a, const TetMesh& b) {
+  if (&a == &b) return true;
+  return std::equal(a.vertices.begin(), a.vertices.end(), b.vertices.begin(), b.vertices.end()) &&
+         std::equal(a.tetrahedra.begin(), a.tetrahedra.end(), b.tetrahedra.begin(),
+                    b.tetrahedra.end()) &&
+         a.edge_vertices == b.edge_vertices;
+}
+
+// Gives each variant the first reference on the same mesh. Of the references only the variant is
+// known then.
+void group_variants(StudyPlan& plan, const TetMesh& mesh) {
+  for (std::size_t variant = 0; variant < plan.variants.size(); ++variant) {
+    std::size_t group = 0;
+    while (group < plan.references.size() &&
+           !have_same_elements(mesh_of(plan.variants[plan.references[group].variant()], mesh),
+                               mesh_of(plan.variants[variant], mesh))) {
+      ++group;
+    }
+    if (group == plan.references.size()) {
+      PlannedRun first;
+      first.variant = variant;
+      plan.references.push_back({{first}, {}});
+    }
+    plan.reference_of.push_back(group);
   }
 }
 
@@ -162,7 +198,8 @@ StudyPlan plan_study(const Scene& scene, const TetMesh& mesh, const StudySetting
   const Scene& first = plan.variants.front().scene;
   plan.end = first.time.end;
   {
-    const std::unique_ptr<MechanicalSystem> system = make_system(first, mesh);
+    const std::unique_ptr<MechanicalSystem> system =
+        make_system(first, mesh_of(plan.variants.front(), mesh));
     plan.probes = ProbeSet(first.probe, *system).probes();
     const State initial = make_initial_state(first, *system);
     plan.stable_step = stability_limit(*system, initial.position).critical_step;
@@ -213,12 +250,27 @@ StudyPlan plan_study(const Scene& scene, const TetMesh& mesh, const StudySetting
       settings.reference_step
           ? checked_step(*settings.reference_step, plan.end, "The reference step")
           : steps.front();
-  plan.reference = planned_run(plan, 0, settings.reference_integrator, reference_step);
-  plan.reference_is_row =
-      std::any_of(plan.runs.begin(), plan.runs.end(), [&](const PlannedRun& run) {
-        return run.directory == plan.reference.directory && run.step == reference_step;
-      });
-  if (!plan.reference_is_row) plan.reference.directory.insert(0, "reference-");
+  std::vector<double> reference_steps{reference_step};
+  if (settings.reference_kind == ReferenceKind::kRichardson) {
+    reference_steps = {2.0 * reference_step, reference_step, 0.5 * reference_step};
+    checked_step(reference_steps.front(), plan.end, "Twice the reference step");
+    checked_step(reference_steps.back(), plan.end, "Half the reference step");
+  }
+  group_variants(plan, mesh);
+  for (PlannedReference& reference : plan.references) {
+    const std::size_t variant = reference.runs.back().variant;
+    reference.runs.clear();
+    for (const double step : reference_steps) {
+      PlannedRun run = planned_run(plan, variant, settings.reference_integrator, step);
+      const bool is_row =
+          std::any_of(plan.runs.begin(), plan.runs.end(), [&](const PlannedRun& other) {
+            return other.directory == run.directory && other.step == step;
+          });
+      if (!is_row) run.directory.insert(0, "reference-");
+      reference.runs.push_back(run);
+      reference.is_row.push_back(is_row);
+    }
+  }
   return plan;
 }
 

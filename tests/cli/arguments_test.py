@@ -38,7 +38,7 @@ POSITIONALS = {
     ("new",): ["beam"], ("run",): ["scene.toml"], ("static",): ["scene.toml"], ("check",): ["scene.toml"],
     ("modes",): ["scene.toml", "-n", "1"], ("view",): ["box.msh"], ("keys",): ["time"],
     ("study",): ["scene.toml", "--no-plots", "--integrators", "midpoint", "--steps", "0.01"],
-    ("mesh", "info"): ["box.msh"], ("mesh", "convert"): ["box.msh", "out.msh"],
+    ("study", "diff"): ["a", "b"], ("mesh", "info"): ["box.msh"], ("mesh", "convert"): ["box.msh", "out.msh"],
     ("mesh", "generate", "beam"): ["out.msh"], ("mesh", "generate", "box"): ["out.msh"],
     ("mesh", "generate", "cube"): ["out.msh"], ("mesh", "generate", "tetrahedron"): ["out.msh"],
 }  # fmt: skip
@@ -82,7 +82,8 @@ class Arguments(CliTest):
         """Every command, as words, and its options."""
         text = self.run_program(*words, "--help").stdout
         subcommands = re.findall(r"^  (\w+) {2,}", text.partition("Subcommands:")[2], re.MULTILINE)
-        if not subcommands:
+        # One that takes operands works by itself, whether or not it has further commands.
+        if not subcommands or "Positionals:" in text:
             yield words, options_of(text)
         for name in subcommands:
             yield from self.commands((*words, name))

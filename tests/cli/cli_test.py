@@ -802,7 +802,7 @@ class Study(CliTest):
         self.assertEqual(rows["exact"]["role"], "reference")
         self.assertEqual(rows["penalty"]["role"], "variant")
         self.assertIn("differences", result.stdout)
-        for key in ("time.end=1,2", "mesh.generate.size.0=1,2", "time.step=1e-3,1e-4"):
+        for key in ("time.end=1,2", "output.every=1,2", "time.step=1e-3,1e-4"):
             self.assertIn("one end time", self.refused(2, "study", scene, "--vary", key))
         for bad in ("fix.0.mode", "fix.0.mode=exact", "fix.0.mode=exact,soft"):
             self.assertIn("fix.0.mode", self.refused(2, "study", scene, "--vary", bad))

@@ -134,6 +134,8 @@ class Advice(CliTest):
             (["run", scene, "--jsn"], "did you mean --json?"),
             (["study", scene, "--step=1"], "did you mean --steps?"),
             (["run"], "scene is required"),
+            (["study"], "scene is required"),
+            (["study", "--quiet"], "scene is required"),
         ):
             with self.subTest(arguments):
                 self.assertIn(part, self.refused(2, *arguments))

@@ -9,6 +9,7 @@ import importlib.util
 import json
 import math
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -51,6 +52,129 @@ class Reference(StudyTest):
                             "--set", "time.end=0.1")  # fmt: skip
         self.assertIn("note: reference: midpoint with steps of 0.001 s, which makes 100 steps",
                       result.stderr)  # fmt: skip
+
+
+class ExtrapolatedReference(StudyTest):
+    """The row with h = 2e-5 s is far finer than the three runs of the reference, so that its difference from
+    the extrapolation is the error of the extrapolation, up to its own error of 7e-9."""
+
+    GRID = ("--integrators", "midpoint,verlet", "--steps", "2e-5,2e-3,4e-3", "--reference",
+            "richardson", "--reference-step", "2e-3")  # fmt: skip
+
+    def result(self):
+        with open(self.path("s", "study.json")) as file:
+            return json.load(file)
+
+    def runs_of(self, result):
+        return {(r["integrator"], r["step"]): r for r in result["runs"]}
+
+    def test_the_estimated_error_is_about_the_real_one(self):
+        said = self.study(*self.GRID)
+        self.assertIn("midpoint with steps of 0.004, 0.002, 0.001 s, which makes 175 steps together",
+                      said.stderr)  # fmt: skip
+        self.assertRegex(said.stdout, r"Reference: Richardson extrapolation of midpoint with h = "
+                                      r"2e-3 s and 1e-3 s \(ok\), whose own error")  # fmt: skip
+        result = self.result()
+        found, rows = result["reference"]["extrapolation"], self.runs_of(result)
+        self.assertTrue(found["valid"])
+        self.assertEqual(found["step"], 2e-3)
+        self.assertEqual(result["reference"]["estimated_error"], found["estimated_error_at_end"])
+        fine = rows["midpoint", 2e-5]
+        for error, estimate in ((fine["position_error"], found["estimated_error_at_end"]),
+                                (fine["position_error_rms"], found["estimated_error_over_time"])):  # fmt: skip
+            self.assertGreater(error, 0.2 * estimate)
+            self.assertLess(error, 1.5 * estimate)
+            self.assertLess(error, 0.05 * found["finest_error_at_end"])
+        for order in ("order_at_end", "order_over_time"):
+            self.assertAlmostEqual(found[order], 2.0, delta=0.05)
+        # No run is the reference. Those that it is extrapolated from have errors as well, which
+        # are those of their positions.
+        self.assertEqual({r["role"] for r in result["runs"]}, {"run"})
+        self.assertAlmostEqual(rows["midpoint", 2e-3]["position_error"]
+                               / (4 * found["finest_error_at_end"]), 1.0, delta=0.02)  # fmt: skip
+        self.assertAlmostEqual(rows["midpoint", 4e-3]["observed_order"], 2.0, delta=0.1)
+        with open(self.path("s", "study.csv"), newline="") as file:
+            for row in csv.DictReader(file):
+                self.assertIn("Richardson extrapolation of midpoint", row["reference"])
+                self.assertAlmostEqual(float(row["reference_error"])
+                                       / found["estimated_error_at_end"], 1.0, places=6)  # fmt: skip
+        with open(self.path("s", "study.html")) as file:
+            page = file.read()
+        self.assertIn("differences from the reference, the Richardson extrapolation of", page)
+        self.assertIn("The three runs show the order", page)
+        self.assertEqual(set(self.runs()) - {r["directory"] for r in result["runs"]},
+                         {"reference-midpoint-0.001"})  # fmt: skip
+
+    def test_a_kept_study_has_the_same_reference(self):
+        self.study(*self.GRID)
+        before = self.result()
+        said = self.study(*self.GRID, "--resume")
+        self.assertIn("the study was complete, and no run was made", said.stderr)
+        after = self.result()
+        for key in ("reference", "runs", "conclusions"):
+            self.assertEqual(before[key], after[key])
+        os.remove(self.path("s", "verlet-0.002", "final.vtu"))
+        # The three runs of the reference are made again, and verlet-0.002.
+        self.assertIn("3 of 7 runs were kept", self.study(*self.GRID, "--resume").stderr)
+        self.assertEqual(before["reference"], self.result()["reference"])
+
+    def test_orders_that_do_not_fit_leave_the_finest_run(self):
+        # The step 8e-3 s is above the stability limit of 7e-3 s, and the time too short to diverge.
+        said = self.study("--integrators", "verlet", "--steps", "1e-3,4e-3", "--reference-integrator",
+                          "verlet", "--reference", "richardson", "--reference-step", "4e-3")  # fmt: skip
+        self.assertIn("note: the reference is not extrapolated: the observed order over time is",
+                      said.stderr)  # fmt: skip
+        self.assertIn("while the theoretical order is 2. It is the run with a step of 0.002 s",
+                      said.stderr)  # fmt: skip
+        result = self.result()
+        found = result["reference"]["extrapolation"]
+        self.assertFalse(found["valid"])
+        self.assertIsNone(found["finest_error_at_end"])
+        self.assertEqual(result["reference"]["directory"], "reference-verlet-0.002")
+        # Its estimate is that of a single run: the difference between h and h/2, divided by 2^2 - 1.
+        coarse = self.runs_of(result)["verlet", 4e-3]["position_error"]
+        self.assertAlmostEqual(result["reference"]["estimated_error"] / (coarse / 3), 1.0, places=6)
+        self.assertIn("not extrapolated", " ".join(result["remarks"]))
+        self.assertIn("uncertain", json.dumps(result["conclusions"]))
+        self.assertIn("Reference: verlet with h = 2e-3 s (ok)", said.stdout)
+
+    def test_a_run_that_is_unstable_leaves_the_finest_run(self):
+        said = self.study("--integrators", "verlet", "--steps", "5e-3,1e-2", "--reference-integrator",
+                          "verlet", "--reference", "richardson", "--reference-step", "5e-3",
+                          "--set", "time.end=1")  # fmt: skip
+        self.assertIn("not extrapolated: the run with a step of 0.01 s did not reach the end",
+                      said.stderr)  # fmt: skip
+        rows = self.runs_of(self.result())
+        self.assertEqual(rows["verlet", 1e-2]["status"], "unstable")
+        self.assertGreater(rows["verlet", 5e-3]["position_error"], 0.0)
+
+    def test_of_a_probe(self):
+        scene = self.write("probes.toml", PROBES + """
+[[probe]]
+name = "speed"
+select = { plane = { axis = "x", at = 4.0 } }
+quantity = "velocity"
+""")  # fmt: skip
+        study = ["study", scene, "--out", "s", "--no-plots", "--integrators", "midpoint", "--steps",
+                 "1e-3,2e-3,4e-3", "--reference", "richardson", "--reference-step", "2e-3"]  # fmt: skip
+        self.run_program(*study, "--error", "probe.tip")
+        found, rows = self.result()["reference"], self.runs_of(self.result())
+        self.assertTrue(found["extrapolation"]["valid"])
+        self.assertAlmostEqual(found["extrapolation"]["order_of_probe"], 2.0, delta=0.1)
+        self.assertLess(found["estimated_error"], 0.05 * rows["midpoint", 1e-3]["probe_error"])
+        self.assertAlmostEqual(rows["midpoint", 2e-3]["observed_order"], 2.0, delta=0.05)
+        # With a step that is no multiple of 1e-3 s the probe is interpolated, which is far less accurate.
+        self.run_program(*study, "--error", "probe.tip", "--also-solver", "ceres@0.0016")
+        self.assertGreater(self.result()["reference"]["estimated_error"],
+                           20 * found["estimated_error"])  # fmt: skip
+        # A velocity belongs to the middle of its step, so that its error is of order 1.
+        said = self.run_program(*study, "--error", "probe.speed")
+        self.assertIn("the observed order of the probe is", said.stderr)
+
+    def test_steps_that_are_too_long(self):
+        self.assertIn("Twice the reference step must be positive and at most the end time",
+                      self.refused_study("--steps", "0.08", "--reference", "richardson"))  # fmt: skip
+        self.assertIn("there are run and richardson", self.refused_study("--reference", "fine"))
 
 
 PROBES = BEAM + """
@@ -374,6 +498,428 @@ class Resume(StudyTest):
         result = self.study("--integrators", "midpoint", *self.GRID[2:], "--resume")
         self.assertIn("complete", result.stderr)
         self.assertEqual(set(self.runs()), {"midpoint-0.0005", "midpoint-0.001"})
+
+
+class Variants(StudyTest):
+    GRID = ("--integrators", "verlet,midpoint", "--steps", "2.5e-3,5e-3", "--reference-step",
+            "1e-3", "--quiet")  # fmt: skip
+
+    def result(self):
+        with open(self.path("s", "study.json")) as file:
+            return json.load(file)
+
+    def topics(self, result):
+        return {c["topic"]: " ".join(c["sentences"]) for c in result["conclusions"]}
+
+    def test_several_keys_make_all_combinations(self):
+        self.study(*self.GRID, "--vary", "material.density=900,1000", "--vary",
+                   "solver.kind=newton,ceres")  # fmt: skip
+        result = self.result()
+        names = [f"density={d}, kind={k}" for d in (900, 1000) for k in ("newton", "ceres")]
+        self.assertEqual([v["name"] for v in result["variants"]], names)
+        self.assertEqual(result["variants"][1]["values"],
+                         {"material.density": "900", "solver.kind": "ceres"})  # fmt: skip
+        self.assertEqual([r["variant"] for r in result["runs"]],
+                         [name for name in names for _ in range(4)])  # fmt: skip
+        self.assertNotIn("mesh_references", result)
+        for run in result["runs"]:
+            with open(self.path("s", run["directory"], "summary.json")) as file:
+                scene = json.load(file)["scene"]
+            values = dict(part.split("=") for part in run["variant"].split(", "))
+            self.assertEqual(scene["material"]["density"], float(values["density"]))
+            self.assertEqual(scene["solver"]["kind"], values["kind"])
+            self.assertEqual(run["role"], "run" if run["variant"] == names[0] else "variant")
+            self.assertTrue(run["directory"].startswith(
+                run["variant"].replace(", ", "_") + "-"), run["directory"])  # fmt: skip
+        with open(self.path("s", "study.csv"), newline="") as file:
+            self.assertEqual([r["variant"] for r in csv.DictReader(file)],
+                             [r["variant"] for r in result["runs"]])  # fmt: skip
+        with open(self.path("s", "study.html")) as file:
+            page = file.read()
+        for name in names:
+            self.assertIn(f">{name}<", page)
+        self.assertIn(names[0], self.topics(result)["Variants"])
+
+    def test_keys_that_end_in_the_same_word_stay_apart(self):
+        self.study("--integrators", "verlet", "--steps", "5e-3", "--quiet", "--set",
+                   "probe=[{name='tip',point=[1,1,1],quantity='position'}]", "--vary",
+                   "mesh.generate.size.0=4,5", "--vary", "probe.0.point.0=1,2")  # fmt: skip
+        self.assertEqual(self.result()["runs"][0]["variant"], "size.0=4, point.0=1")
+
+    def test_each_mesh_has_a_reference_of_its_own(self):
+        """Its rows are those of a study of this mesh alone."""
+        cells = ("[8,2,2]", "[4,1,1]")
+        said = self.study(*self.GRID[:-1], "--vary", "mesh.generate.cells=" + ",".join(cells))
+        self.assertIn("reference of each of the 2 meshes: midpoint with steps", said.stderr)
+        self.assertIn("([4,1,1]) h = ", said.stderr)
+        self.assertIn("[4,1,1]: h_crit", said.stdout)
+        self.assertIn("another mesh, with a reference of its own", said.stdout)
+        self.assertRegex(said.stdout, r"(?m)^Reference of \[4,1,1\]: midpoint with h = 1e-3 s \(ok\)")
+        result = self.result()
+        self.assertEqual([m["variants"] for m in result["mesh_references"]], [[c] for c in cells])
+        self.assertIn("2 meshes", self.topics(result)["Meshes"])
+        self.assertIn("--error probe.NAME", self.topics(result)["Meshes"])
+        self.assertIn("verlet ([4,1,1])", self.topics(result)["Limits of the comparison: [4,1,1]"])
+        with open(self.path("s", "study.csv"), newline="") as file:
+            table = list(csv.DictReader(file))
+        for number, size in enumerate(cells):
+            rows = [r for r in result["runs"] if r["variant"] == size]
+            self.assertEqual({r["role"] for r in rows}, {"run"})
+            errors = [float(r["reference_error"]) for r in table if r["variant"] == size]
+            self.study(*self.GRID, "--set", f"mesh.generate.cells={size}")
+            alone = self.result()
+            self.assertEqual(len(rows), 4)
+            for row, other in zip(rows, alone["runs"]):
+                for key in ("integrator", "step", "position_error", "position_error_rms",
+                            "observed_order", "max_relative_energy_drift"):  # fmt: skip
+                    self.assertEqual(row[key], other[key], key)
+            error = alone["reference"]["estimated_error"]
+            self.assertEqual(result["mesh_references"][number]["estimated_error"], error)
+            for found in errors:
+                self.assertAlmostEqual(found / error, 1.0, places=6)
+
+    def test_a_probe_is_compared_between_meshes(self):
+        scene = self.write("probes.toml", PROBES)
+        study = ["study", scene, "--out", "s", "--no-plots", *self.GRID, "--error", "probe.tip",
+                 "--vary", "mesh.element=linear,quadratic"]  # fmt: skip
+        self.run_program(*study)
+        result = self.result()
+
+        def trace(mesh):
+            folder = result["mesh_references"][mesh]["directory"]
+            with open(self.path("s", folder, "probes.csv"), newline="") as file:
+                return [[float(r[f"tip_{c}"]) for c in "xyz"] for r in csv.DictReader(file)]
+
+        first, second = trace(0), trace(1)
+        expected = max(map(math.dist, first, second)) / max(math.hypot(*v) for v in first)
+        self.assertGreater(expected, 1e-4)
+        found = [m["probe_difference"] for m in result["mesh_references"]]
+        self.assertIsNone(found[0])
+        self.assertAlmostEqual(found[1] / expected, 1.0, places=9)
+        self.assertIn("differs by up to", self.topics(result)["Meshes"])
+        # It is kept, or computed again, when the study goes on.
+        self.run_program(*study, "--resume")
+        self.assertEqual(self.result()["mesh_references"], result["mesh_references"])
+        os.remove(self.path("s", "quadratic-verlet-0.005", "final.vtu"))
+        self.run_program(*study, "--resume")
+        after = self.result()
+        self.assertEqual(after["mesh_references"], result["mesh_references"])
+        for row, other in zip(after["runs"], result["runs"]):
+            self.assertEqual(row["probe_error"], other["probe_error"])
+
+    def test_files_of_meshes_and_tables_as_values(self):
+        for name, cells in (("a", "4,1,1"), ("b", "6,1,1")):
+            self.run_program("mesh", "generate", "beam", f"{name}.msh", "--size", "4,1,1", "--cells",
+                             cells)  # fmt: skip
+        own = BEAM.replace(BEAM.split("[material]")[0], '[mesh]\nfile = "a.msh"\n')
+        scene = self.write("files.toml", own)
+        study = ["study", scene, "--out", "s", "--no-plots", *self.GRID]
+        self.run_program(*study, "--vary", "mesh.file=a.msh,b.msh")
+        result = self.result()
+        self.assertEqual([v["name"] for v in result["variants"]], ["a.msh", "b.msh"])
+        self.assertEqual(len(result["mesh_references"]), 2)
+        counts = []
+        for run in ("a.msh-verlet-0.005", "b.msh-verlet-0.005"):
+            with open(self.path("s", run, "summary.json")) as file:
+                counts.append(json.load(file)["mesh"]["tetrahedra"])
+        self.assertEqual(counts[1], counts[0] * 6 // 4)
+        shutil.rmtree(self.path("s"))
+        values = ['{file = "a.msh"}',
+                  '{generate = { kind = "beam", size = [4, 1, 1], cells = [6, 1, 1] }}']  # fmt: skip
+        self.run_program(*study, "--vary", "mesh=" + ", ".join(values))
+        result = self.result()
+        self.assertEqual([v["name"] for v in result["variants"]], values)
+        self.assertEqual(len(self.runs()), 10)
+        for folder in self.runs():
+            self.assertRegex(folder, r"^[\w.=+-]+$")
+
+    def test_initial_fields_belong_to_the_variant(self):
+        """They are stored with the mesh, which two variants do not share then."""
+        self.study(*self.GRID, "--vary", "initial.velocity={formula=['0','0','X']},"
+                   "{formula=['0','0','2*X']}")  # fmt: skip
+        runs = {r["variant"][-5:-3]: r for r in self.result()["runs"] if r["integrator"] == "verlet"}
+        self.assertEqual(len(runs), 2)
+        for run in runs.values():
+            self.assertGreater(run["position_error"], 0.0)
+        self.assertGreater(runs["*X"]["position_error"], 0.1)
+        self.assertNotIn("mesh_references", self.result())
+
+    def test_variants_have_plots(self):
+        scene = self.write("probes.toml", PROBES)
+        self.run_program("study", scene, "--out", "s", *self.GRID, "--vary",
+                         "mesh.generate.cells=[8,2,2],[4,1,1]")  # fmt: skip
+        for plot in ("error_over_step", "work_precision", "probe_tip"):
+            self.assertGreater(os.path.getsize(self.path("s", f"{plot}.png")), 3000)
+        with open(self.path("s", "error_over_step.svg")) as file:
+            self.assertIn("midpoint ([4,1,1])", file.read())
+
+    def test_what_cannot_be_varied(self):
+        for text, part in (
+            ("material.density=[1,2", "] is missing at the end"),
+            ("material.density='1,2", "' is missing at the end"),
+            ("material.density=900", "write KEY=VALUE,VALUE"),
+            ("material.density=900,", "write KEY=VALUE,VALUE"),
+            ("=1,2", "write KEY=VALUE,VALUE"),
+            ("material.density=900, 900", "twice"),
+            ("output.directory=a,b", "one output directory"),
+            ("time.integrator=verlet,midpoint", "sets integrators"),
+            ("material.densty=1,2", "did you mean density?"),
+            ("material.density=1,-2", "--vary material.density=-2"),
+            ("mesh.file=a.msh,b.msh", "generate"),
+        ):
+            with self.subTest(text):
+                message = self.refused_study("--vary", text)
+                self.assertIn(part, message)
+        self.assertIn("varied twice", self.refused_study(
+            "--vary", "material.density=1,2", "--vary", "material.density=3,4"))  # fmt: skip
+        many = ",".join(str(i) for i in range(1, 41))
+        self.assertIn("1000 combinations", self.refused_study(
+            "--vary", f"material.density={many}", "--vary", f"solver.max_iterations={many}"))  # fmt: skip
+
+
+class Jobs(StudyTest):
+    """Several runs at a time. With more threads than cores their wall times do not count."""
+
+    GRID = ("--integrators", "verlet,midpoint,energy-momentum", "--steps", "1e-3,2e-3,4e-3")
+    TIMES = ("wall_seconds", "seconds_per_simulated_second", "date", "command", "timing")
+
+    def rows(self, folder="s"):
+        with open(self.path(folder, "study.csv"), newline="") as file:
+            return list(csv.DictReader(file))
+
+    def table(self):
+        """The whole table but for what depends on the machine's load."""
+        return [{k: v for k, v in r.items() if k not in self.TIMES} for r in self.rows()]
+
+    def files(self, name):
+        found = {}
+        for run in self.runs():
+            with open(self.path("s", run, name), "rb") as file:
+                found[run] = file.read()
+        return found
+
+    def test_the_same_bits_as_one_run_at_a_time(self):
+        for more in ((), ("--reference", "richardson"), ("--threads", "1"),
+                     ("--vary", "mesh.generate.cells=[8,2,2],[6,2,2]", "--threads", "2")):  # fmt: skip
+            with self.subTest(more):
+                results = []
+                for jobs in ("1", "2", "5"):
+                    self.study(*self.GRID, *more, "--jobs", jobs, "--quiet")
+                    with open(self.path("s", "study.json")) as file:
+                        runs = json.load(file)["runs"]
+                    results.append((
+                        self.table(), self.files("history.csv"), self.files("final.vtu"),
+                        [(r["position_error"], r["probe_error"], r["observed_order"]) for r in runs],
+                    ))  # fmt: skip
+                    if more == ("--threads", "2"):
+                        self.assertEqual({r["threads"] for r in runs}, {2})
+                self.assertEqual(results[0], results[1])
+                self.assertEqual(results[0], results[2])
+
+    def test_factorisations_at_the_same_time(self):
+        """Orderings of large matrices need random numbers, which threads share."""
+        grid = ("--integrators", "midpoint", "--steps", "1e-2,2e-2,4e-2", "--set",
+                "mesh.generate.cells=[36,9,9]", "--set", "solver.linear=factor", "--set",
+                "time.end=0.04", "--quiet")  # fmt: skip
+        tables = []
+        for jobs in ("1", "3"):
+            self.study(*grid, "--jobs", jobs, "--threads", "1")
+            tables.append((self.table(), self.files("final.vtu")))
+        self.assertEqual(tables[0], tables[1])
+
+    def test_wall_times_of_runs_that_share_cores_do_not_count(self):
+        cores = len(os.sched_getaffinity(0))
+        said = self.study(*self.GRID, "--jobs", "3", "--threads", str(cores))
+        self.assertIn(f"3 runs at a time with {cores} thread", said.stderr)
+        self.assertIn("wall times of runs that share them do not count", said.stderr)
+        rows = self.rows()
+        # The reference is one run, which was alone.
+        self.assertEqual([r["timing"] for r in rows],
+                         ["alone" if r["role"] == "reference" else "shared" for r in rows])  # fmt: skip
+        with open(self.path("s", "study.json")) as file:
+            study = json.load(file)
+        self.assertEqual([r["timing"] for r in study["runs"]], [r["timing"] for r in rows])
+        cost = next(c for c in study["conclusions"] if c["topic"] == "Cost of accuracy")
+        self.assertEqual(len(cost["sentences"]), 1)
+        self.assertIn("timings are missing", cost["sentences"][0])
+        self.assertIn("with --jobs 1", cost["sentences"][0])
+        self.assertRegex(said.stdout, r"(?m)^verlet +- +0\.001 .* [0-9.e-]+\* ")
+        self.assertIn("wall [s] with *", said.stdout)
+        with open(self.path("s", "study.html")) as file:
+            self.assertIn("Wall times with * do not count", file.read())
+        # The marks stay with runs that are kept. There is no plot of cost.
+        self.run_program("study", "beam.toml", "--out", "s", *self.GRID, "--resume", "--quiet")
+        self.assertEqual(self.rows(), [{**r, "command": self.rows()[0]["command"]} for r in rows])
+        self.assertFalse(os.path.exists(self.path("s", "work_precision.png")))
+        self.assertTrue(os.path.exists(self.path("s", "error_over_step.png")))
+        diff = json.loads(self.run_program("study", "diff", "s", "s", "--json").stdout)
+        self.assertEqual({r["wall_ratio"] for r in diff["runs"]}, {None, 1.0})
+        self.assertIn("--jobs 1", " ".join(diff["notes"]))
+
+    def test_wall_times_of_runs_with_a_core_each_count(self):
+        cores = len(os.sched_getaffinity(0))
+        said = self.study(*self.GRID, "--jobs", str(cores), "--threads", "1")
+        self.assertEqual({r["timing"] for r in self.rows()}, {"alone"})
+        self.assertNotIn("do not count", said.stderr + said.stdout)
+        self.study(*self.GRID, "--threads", str(2 * cores), "--quiet")
+        self.assertEqual({r["timing"] for r in self.rows()}, {"alone"})
+
+    def test_interrupted_and_resumed(self):
+        grid = ["--integrators", "verlet,midpoint", "--steps", "2e-4,4e-4,1e-3", "--frames", "none",
+                "--set", "time.end=2", "--threads", "1"]  # fmt: skip
+        scene = self.write("beam.toml", BEAM)
+
+        def complete():
+            return set(glob.glob(self.path("s", "*", "study_row.json")))
+
+        with subprocess.Popen(
+            [PROGRAM, "study", scene, "--out", "s", "--no-plots", *grid, "--jobs", "2"],
+            cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        ) as process:  # fmt: skip
+            # The reference is complete, and two runs are being made.
+            while process.poll() is None and len(complete()) < 2:
+                time.sleep(0.002)
+            process.send_signal(signal.SIGINT)
+            _, messages = process.communicate(timeout=60)
+        if process.returncode != 0:  # a fast machine may have ended the study
+            self.assertEqual(process.returncode, 130, messages)
+            self.assertIn("the study was interrupted", messages)
+            rows = self.rows()
+            stopped = [r for r in rows if r["status"] == "interrupted"]
+            self.assertTrue(1 <= len(stopped) <= 2 or len(rows) < 6, rows)
+            for run in self.runs():
+                self.assertTrue(os.path.exists(self.path("s", run, "summary.json")))
+        kept = complete() - {self.path("s", "midpoint-0.0002", "study_row.json")}
+        written = {path: os.stat(path).st_mtime_ns for path in kept}
+        self.study(*grid, "--resume", "--jobs", "2", "--quiet")
+        self.assertEqual({path: os.stat(path).st_mtime_ns for path in kept}, written)
+        table, histories = self.table(), self.files("history.csv")
+        self.study(*grid, "--quiet")
+        self.assertEqual((table, histories), (self.table(), self.files("history.csv")))
+
+    def test_a_run_that_cannot_write_ends_the_others(self):
+        """One message, and no further run begins."""
+        scene = self.write("beam.toml", BEAM)
+        os.makedirs(self.path("s", "verlet-0.002", "history.csv"))
+        message = self.refused(4, "study", scene, "--out", "s", "--no-plots", "--quiet", *self.GRID,
+                               "--set", "time.end=20", "--jobs", "2")  # fmt: skip
+        self.assertIn("verlet-0.002/history.csv", message)
+
+    def test_numbers_of_jobs_that_are_wrong(self):
+        for text in ("0", "-1", "abc", "1.5", "", "99999"):
+            with self.subTest(text):
+                self.assertIn("--jobs", self.refused_study(f"--jobs={text}"))
+
+
+class Diff(StudyTest):
+    GRID = ("--no-plots", "--quiet", "--reference-step", "5e-4")
+
+    def make(self, name, *arguments):
+        scene = self.write("beam.toml", BEAM)
+        self.run_program("study", scene, "--out", name, *self.GRID, *arguments)
+
+    def rows(self, name):
+        with open(self.path(name, "study.csv"), newline="") as file:
+            return {(r["integrator"], float(r["step"])): r for r in csv.DictReader(file)}
+
+    def two_studies(self):
+        self.make("a", "--integrators", "verlet,midpoint", "--steps", "2.5e-3,5e-3")
+        self.make("b", "--integrators", "midpoint,backward-euler", "--steps", "2.5e-3,5e-3,1e-2",
+                  "--set", "material.density=1100")  # fmt: skip
+
+    def test_numbers_of_the_rows_that_match(self):
+        self.two_studies()
+        diff = json.loads(self.run_program("study", "diff", "a", "b", "--json").stdout)
+        a, b = self.rows("a"), self.rows("b")
+        self.assertEqual([(r["integrator"], r["step"]) for r in diff["runs"]],
+                         [("midpoint", 2.5e-3), ("midpoint", 5e-3)])  # fmt: skip
+        for row in diff["runs"]:
+            key = row["integrator"], row["step"]
+            for change in ("position_error", "position_error_rms", "max_relative_energy_drift"):
+                expected = float(b[key][change]) - float(a[key][change])
+                self.assertNotEqual(expected, 0.0)
+                self.assertAlmostEqual(row[f"{change}_change"] / expected, 1.0, places=5)
+            ratio = float(b[key]["wall_seconds"]) / float(a[key]["wall_seconds"])
+            self.assertAlmostEqual(row["wall_ratio"] / ratio, 1.0, places=5)
+            self.assertIsNone(row["probe_error_change"])
+        self.assertEqual([(r["integrator"], r["step"]) for r in diff["only_in_a"]],
+                         [("verlet", 2.5e-3), ("verlet", 5e-3)])  # fmt: skip
+        self.assertEqual([(r["integrator"], r["step"]) for r in diff["only_in_b"]],
+                         [("midpoint", 1e-2), ("backward-euler", 2.5e-3), ("backward-euler", 5e-3),
+                          ("backward-euler", 1e-2)])  # fmt: skip
+        self.assertEqual(diff["notes"], [])
+        table = self.run_program("study", "diff", "a", "b").stdout
+        change = f"{diff['runs'][1]['position_error_change']:+.2e}"
+        self.assertRegex(table, rf"(?m)^midpoint +newton +0\.005 +ok .*{re.escape(change)}")
+        self.assertRegex(table, r"only in A:\n +verlet +- +0\.0025\n")
+        self.assertIn("2 of 4 runs of A and of 6 runs of B match.", table)
+
+    def test_of_a_study_and_itself(self):
+        self.make("a", "--integrators", "verlet,midpoint", "--steps", "2.5e-3,5e-3")
+        shutil.copy(self.path("a", "study.json"), self.path("saved.json"))
+        diff = json.loads(self.run_program("study", "diff", "saved.json", "a", "--json").stdout)
+        self.assertEqual(len(diff["runs"]), 4)
+        for row in diff["runs"]:
+            self.assertEqual(row["position_error_change"], 0.0)
+            self.assertEqual(row["wall_ratio"], 1.0)
+        self.assertEqual((diff["only_in_a"], diff["only_in_b"]), ([], []))
+
+    def test_what_limits_the_comparison_is_said(self):
+        self.make("a", "--integrators", "midpoint", "--steps", "5e-3")
+        self.make("b", "--integrators", "midpoint", "--steps", "5e-3", "--reference-integrator",
+                  "verlet")  # fmt: skip
+        table = self.run_program("study", "diff", "a", "b").stdout
+        self.assertIn("different references, midpoint at 0.0005 s and verlet at 0.0005 s", table)
+        self.make("c", "--integrators", "midpoint", "--steps", "5e-3", "--threads", "1")
+        with open(self.path("c", "study.json")) as file:
+            study = json.load(file)
+        study["runs"][0]["processor"] = "another one"
+        self.write("c.json", json.dumps(study))
+        self.assertIn("on different machines", self.run_program("study", "diff", "a", "c.json").stdout)
+        self.make("d", "--integrators", "verlet", "--steps", "2e-3")
+        self.assertIn("No run of A has the", self.run_program("study", "diff", "a", "d").stdout)
+
+    def test_runs_that_failed_and_the_reference_have_no_change_of_errors(self):
+        for name in "ab":
+            self.make(name, "--integrators", "verlet,midpoint", "--steps", "5e-4,2e-2",
+                      "--set", "time.end=1")  # fmt: skip
+        diff = json.loads(self.run_program("study", "diff", "a", "b", "--json").stdout)
+        changes = {(r["integrator"], r["step"]): r["position_error_change"] for r in diff["runs"]}
+        self.assertEqual(changes, {("verlet", 5e-4): 0.0, ("verlet", 2e-2): None,
+                                   ("midpoint", 5e-4): None, ("midpoint", 2e-2): 0.0})  # fmt: skip
+        self.assertEqual(next(r for r in diff["runs"] if r["step"] == 2e-2)["a"]["status"], "unstable")
+
+    def test_what_is_no_study(self):
+        self.make("a", "--integrators", "midpoint", "--steps", "5e-3")
+        self.assertIn("no such directory", self.refused(3, "study", "diff", "a", "missing"))
+        os.mkdir(self.path("empty"))
+        self.assertIn("there is no study.json.", self.refused(3, "study", "diff", "empty", "a"))
+        self.assertIn("but the results of a run",
+                      self.refused(3, "study", "diff", "a", "a/midpoint-0.005"))  # fmt: skip
+        begun = {"message": "The study has not ended", "runs": [{"directory": "midpoint-0.005"}]}
+        for text, part in (("{", "not the study.json"), ("[]", "not the study.json"),
+                           ('{"runs": 3}', "not the study.json"), (json.dumps(begun), "--resume"),
+                           ('{"runs": [{"integrator": 3}]}', "entry 1 of runs"),
+                           ('{"runs": [{"integrator": "a", "step": "b"}]}', "entry 1 of runs")):  # fmt: skip
+            self.write("broken.json", text)
+            self.assertIn(part, self.refused(3, "study", "diff", "a", "broken.json"))
+        self.assertIn("B is required", self.refused(2, "study", "diff", "a"))
+
+    def test_options_and_scenes_of_a_study(self):
+        """They have no meaning for a comparison. A scene may be called diff."""
+        self.make("a", "--integrators", "midpoint", "--steps", "5e-3")
+        for arguments, part in (
+            (("study", "diff", "a", "a", "--steps", "1e-3"), "study diff has no option --steps"),
+            (("study", "--resume", "diff", "a", "a"), "study diff has no option --resume"),
+            (("study", "beam.toml", "diff", "a", "a"), '"beam.toml" stands before diff'),
+        ):
+            self.assertIn(part, self.refused(2, *arguments))
+        self.run_program("study", "diff", "a", "a", "--threads", "1")
+        os.rename(self.path("beam.toml"), self.path("diff"))
+        self.run_program("study", "./diff", "--out", "b", "--integrators", "midpoint", "--steps",
+                         "5e-3", *self.GRID)  # fmt: skip
+        self.assertIn("1 of 1 runs of A and of 1 runs of B match.",
+                      self.run_program("study", "diff", "a", "b").stdout)  # fmt: skip
 
 
 class Plots(StudyTest):

@@ -94,6 +94,12 @@ class Installed(unittest.TestCase):
             self.assertIn(word, text)
         with open(self.installed("share/man/man1/tetraction.1")) as file:
             self.assertNotIn("document", file.read())
+        with open(self.installed("share/man/man1/tetraction-study.1")) as file:
+            text = file.read()
+        self.assertIn(".B tetraction study\n[\\fIscene\\fR]\n[\\fIOPTION\\fR]...\n", text)
+        self.assertIn(".B tetraction study\n.I COMMAND\n", text)
+        self.assertIn("\\fBtetraction\\-study\\-diff\\fR(1)", text)
+        self.assertTrue(os.path.exists(self.installed("share/man/man1/tetraction-study-diff.1")))
 
     def test_python_package(self):
         folder = self.installed("lib/python3/dist-packages")
@@ -121,9 +127,14 @@ class Installed(unittest.TestCase):
         self.assertEqual(self.completions("tetraction", "mesh", "inf"), ["info"])
         self.assertIn("--resume", self.completions("tetraction", "run", "scene.toml", "--re"))
         self.assertNotIn("--resume", self.completions("tetraction", "modes", "--re"))
-        self.assertIn("CMakeLists.txt", call(
-            "bash", "-c", f"cd '{HERE}'; source '{self.installed('share/bash-completion/completions/tetraction')}'; "
-            "COMP_WORDS=(tetraction run CM); COMP_CWORD=2; _tetraction; echo ${COMPREPLY[@]}"))  # fmt: skip
+        for words in ("run CM", "study CM", "study diff a CM"):
+            self.assertIn("CMakeLists.txt", call(
+                "bash", "-c", f"cd '{HERE}'; source '{self.installed('share/bash-completion/completions/tetraction')}'; "
+                f"COMP_WORDS=(tetraction {words}); COMP_CWORD={len(words.split())}; _tetraction; echo ${{COMPREPLY[@]}}"))  # fmt: skip
+        self.assertEqual(self.completions("tetraction", "study", "dif"), ["diff"])
+        self.assertEqual(self.completions("tetraction", "mesh", "CM"), [])
+        self.assertIn("--json", self.completions("tetraction", "study", "diff", "--js"))
+        self.assertNotIn("--steps", self.completions("tetraction", "study", "diff", "--"))
 
     def test_desktop_entry(self):
         path = self.installed("share/applications/tetraction.desktop")

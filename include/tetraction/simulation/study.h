@@ -13,10 +13,25 @@
 
 namespace tetraction {
 
+/// A key of the scene and the value that a variant gives it.
+struct VariedValue {
+  std::string key;
+  std::string value;
+};
+
 /// A variant of the scene.
 struct StudyVariant {
   std::string name;
   Scene scene;
+  std::shared_ptr<const TetMesh> mesh{};  ///< null: the mesh that the study is given
+  std::vector<VariedValue> values{};      ///< what makes it differ from the others
+  std::string folder{};  ///< begins the names of the folders of its runs; empty: the variant's name
+};
+
+/// How the reference of a study is made.
+enum class ReferenceKind {
+  kRun,        ///< one run
+  kRichardson  ///< the extrapolation of runs with three steps, see ReferenceExtrapolation
 };
 
 /// A further run with another solver, in addition to those of every integrator at every step.
@@ -27,14 +42,16 @@ struct SolverComparison {
 
 /// The runs that a study compares.
 struct StudySettings {
-  /// Scenes to run instead of the given one. Each is run with every integrator at every step and
-  /// compared with one reference, a run of the first variant. All must have the same end time.
+  /// Scenes to run instead of the given one. Each is run with every integrator at every step. It is
+  /// compared with the reference of the first variant that has the same vertices and tetrahedra:
+  /// positions on different meshes cannot be compared. All must have the same end time.
   std::vector<StudyVariant> variants;
   std::vector<Integrator> integrators;  ///< empty: all four
   std::vector<double> steps;  ///< s; empty: 1/4, 1/2, 2, 8 and 32 times h_crit of `explicit`
   /// Step of the reference run. By default it is the finest step of the study.
   std::optional<double> reference_step;
   Integrator reference_integrator = Integrator::kMidpoint;
+  ReferenceKind reference_kind = ReferenceKind::kRun;
   /// Each of them is a run of the (first) scene with the first implicit integrator of the study.
   std::vector<SolverComparison> solver_comparisons;
   /// Name of a probe of the scene whose error gives the observed orders. Empty: the error of the
@@ -52,6 +69,16 @@ struct PlannedRun {
   std::string directory;         ///< directory of its results, relative to the study's
 };
 
+/// The runs that make a reference.
+struct PlannedReference {
+  /// One run, or those that are extrapolated, with the steps 2h, h and h/2. The last one is the finest.
+  std::vector<PlannedRun> runs;
+  std::vector<bool> is_row;  ///< for each of `runs` whether it is also one of StudyPlan::runs
+
+  std::size_t variant() const { return runs.back().variant; }
+  const PlannedRun& finest() const { return runs.back(); }
+};
+
 /// All runs of a study, known before the first one begins.
 struct StudyPlan {
   std::vector<StudyVariant> variants;  ///< at least one, whose name is empty if nothing is varied
@@ -60,31 +87,69 @@ struct StudyPlan {
   /// The runs that become rows of the result, sorted by variant, integrator, then step from the
   /// finest up. The comparisons of solvers follow the other runs of their integrator.
   std::vector<PlannedRun> runs;
-  PlannedRun reference;           ///< made before all others
-  bool reference_is_row = false;  ///< whether the reference is also one of `runs`
+  /// One reference for each mesh, in the order of the first variants that have these meshes. It is
+  /// made before the runs that are compared with it.
+  std::vector<PlannedReference> references;
+  std::vector<std::size_t> reference_of;  ///< for each variant the index in `references`
 
   std::string error_probe{};           ///< StudySettings::error_probe
   std::vector<ProbeColumns> probes{};  ///< of the first variant
 
   /// Number of runs.
-  std::size_t run_count() const { return runs.size() + (reference_is_row ? 0 : 1); }
+  std::size_t run_count() const;
 };
 
 /// Checks the settings and plans the runs. If no steps are given, they are multiples of the
 /// stability limit. Throws InputError for steps that are not positive or longer than the end time,
-/// variants that end at different times, an error probe that a variant does not have, events that change [time], and solvers that cannot be
-/// compared.
+/// variants that end at different times, an error probe that a variant does not have, events that
+/// change [time], and solvers that cannot be compared.
 StudyPlan plan_study(const Scene& scene, const TetMesh& mesh, const StudySettings& settings);
 
 /// The role of a row of a study.
 enum class StudyRole {
   kRun,        ///< compared with the reference: the differences are its errors
   kReference,  ///< the others are compared with it; its own differences are zero
-  kVariant     ///< a run of another variant than the reference; its differences are not errors
+  /// A run of another variant than its reference; its differences are not errors.
+  kVariant
 };
 
 /// "run", "reference", "variant": the words of study.csv.
 std::string to_string(StudyRole role);
+/// "run", "richardson".
+std::string to_string(ReferenceKind kind);
+/// The inverse. Throws InputError for another word, with the valid ones.
+ReferenceKind reference_kind_from_string(const std::string& name);
+
+/// A reference that is extrapolated from runs of one integrator with the steps 2h, h and h/2.
+///
+/// With the theoretical order p, E(h) = q(h/2) + (q(h/2) − q(h))/(2^p − 1) removes the leading term
+/// of the error of q (L. F. Richardson, Phil. Trans. R. Soc. A 210, 1911; E. Hairer, S. P. Nørsett,
+/// G. Wanner, Solving Ordinary Differential Equations I, II.9). The error of E(h) is estimated at
+/// |E(h) − E(2h)|/(2^(p+1) − 1), since it is of order p + 1 or higher. This applies to the positions
+/// at the end and at the times of position_error_rms, and to the values of the error probe.
+///
+/// The observed order is log2(|q(2h) − q(h)|/|q(h) − q(h/2)|). If an observed order differs from p
+/// by more than 0.4, or a run did not reach the end, the extrapolation is not valid. The reference
+/// is then the run with h/2.
+struct ReferenceExtrapolation {
+  double step = 0.0;     ///< h, s
+  bool is_valid = true;  ///< whether the reference is the extrapolation
+  std::string reason{};  ///< why it is not valid, as the end of a sentence
+  /// Observed orders of the positions at the end, of those over time, and of the error probe. NaN if
+  /// there is none.
+  double order_at_end = std::numeric_limits<double>::quiet_NaN();
+  double order_over_time = std::numeric_limits<double>::quiet_NaN();
+  double order_of_probe = std::numeric_limits<double>::quiet_NaN();
+  /// Estimated errors of the reference as position_error, position_error_rms and probe_error. They
+  /// are those of the extrapolation, or of the run with h/2 if that is the reference:
+  /// |q(h/2) − q(h)|/(2^p − 1). NaN if they are not known. That of the probe includes the error of
+  /// its linear interpolation between the steps h/2 if a step of the study is no multiple of h/2.
+  double error_at_end = std::numeric_limits<double>::quiet_NaN();
+  double error_over_time = std::numeric_limits<double>::quiet_NaN();
+  double error_of_probe = std::numeric_limits<double>::quiet_NaN();
+  /// Error of the run with h/2, |q(h/2) − E(h)|, as position_error. NaN if E is not valid.
+  double finest_error_at_end = std::numeric_limits<double>::quiet_NaN();
+};
 
 /// One row of a study.
 struct StudyRow {
@@ -100,6 +165,9 @@ struct StudyRow {
   std::string directory;      ///< of the run, relative to the study's
   Index steps = 0;            ///< steps taken
   double wall_seconds = 0.0;  ///< of the time steps alone
+  /// Whether runs that were made at the same time had more threads together than the machine has cores.
+  /// The wall times then say nothing about the run.
+  bool shares_machine = false;
   double seconds_per_simulated_second = 0.0;
   double iterations_per_step = 0.0;
   double max_relative_energy_drift = 0.0;       ///< Balance::max_relative_energy_drift
@@ -129,6 +197,30 @@ struct StudyRow {
   std::string processor{};  ///< Machine::processor of the computer that made the run
   int cores = 0;            ///< its Machine::cores
   int threads = 0;          ///< threads of the parallel loops of the run
+  /// What became of the extrapolation. Only the finest run of an extrapolated reference has it.
+  std::optional<ReferenceExtrapolation> extrapolation{};
+  /// MeshReference::probe_difference. Only the finest run of a reference has it.
+  double reference_probe_difference = std::numeric_limits<double>::quiet_NaN();
+};
+
+/// The reference of one of the meshes of a study.
+struct MeshReference {
+  std::string variant;                  ///< the first one with this mesh
+  std::vector<std::string> variants{};  ///< all variants with this mesh
+  RunStatus status = RunStatus::kRunning;
+  std::string directory;
+  double error = std::numeric_limits<double>::quiet_NaN();  ///< as StudyResult::reference_error
+  std::optional<ReferenceExtrapolation> extrapolation{};    ///< if one was asked for
+  /// The difference of the error probe between this reference and that of the first mesh, as
+  /// probe_error. NaN for the first mesh, without an error probe, and if one of the two references did
+  /// not reach the end.
+  double probe_difference = std::numeric_limits<double>::quiet_NaN();
+};
+
+/// The name of a variant and what makes it differ from the others.
+struct VariantValues {
+  std::string name;
+  std::vector<VariedValue> values;
 };
 
 struct StudyResult {
@@ -136,13 +228,19 @@ struct StudyResult {
       0.0;           ///< h_crit of `explicit` at the initial state (of the first variant), s
   double end = 0.0;  ///< s
   Integrator reference_integrator = Integrator::kMidpoint;
-  double reference_step = 0.0;
+  double reference_step = 0.0;  ///< with an extrapolation that of its finest run
   RunStatus reference_status = RunStatus::kRunning;
   bool is_interrupted = false;  ///< whether a run was stopped on request: later ones are missing
-  std::string reference_directory;
+  std::string reference_directory;  ///< with an extrapolation that of its finest run
   /// Error of the reference itself, in the error that the orders are computed from. It is estimated
-  /// from the finest other run of its integrator and the theoretical order. NaN without such a run.
+  /// from the finest other run of its integrator and the theoretical order, or as
+  /// ReferenceExtrapolation says. NaN without such a run.
   double reference_error = std::numeric_limits<double>::quiet_NaN();
+  std::optional<ReferenceExtrapolation> extrapolation{};  ///< if one was asked for
+  /// The references of all meshes, if there are several. The first one is that which the other
+  /// members describe.
+  std::vector<MeshReference> mesh_references{};
+  std::vector<VariantValues> variants{};  ///< in their order; empty if nothing is varied
   std::vector<StudyRow> rows;          ///< by variant, by integrator, then from the finest step up
   std::vector<std::string> remarks;    ///< remarks for the user, such as a missing reference
   std::string error_probe{};           ///< StudySettings::error_probe
@@ -172,14 +270,21 @@ struct StudyMemory {
 ///
 /// The observed order p solves e(h₂)/e(h₁) = (h₂/h₁)^p. The errors of runs of the reference's own
 /// integrator are differences from a run of the same family. For these the right-hand side is (h₂^p
-/// − h_r^p)/(h₁^p − h_r^p). If the error of the reference itself is not small compared with the
-/// others, there is no order.
+/// − h_r^p)/(h₁^p − h_r^p), unless the reference is extrapolated. If the error of the reference
+/// itself is not small compared with the others, there is no order.
 ///
-/// Runs that `memory` keeps are not made again. The reference is made again if any other run is,
-/// because its motion over time is needed for the comparison.
+/// Runs that `memory` keeps are not made again. The runs of a reference are made again if any run
+/// that is compared with it is, because its motion over time is needed for the comparison. With an
+/// error probe and several meshes this holds for the first reference and all others, too.
+///
+/// Up to `jobs` runs are made at the same time, each with thread_count() threads: the runs of a
+/// reference, then those that are compared with it. The result is the same but for wall times and dates.
+/// The functions that are called for the runs are never called at the same time. The observers of
+/// different runs are, and so are force terms and materials of a program that several variants share.
+/// StudyRow::shares_machine says whether the runs had too few cores.
 StudyResult run_study(const StudyPlan& plan, const TetMesh& mesh,
                       const ObserverFactory& observers = {}, const StudyProgress& progress = {},
-                      const StudyMemory& memory = {});
+                      const StudyMemory& memory = {}, int jobs = 1);
 
 /// Plans a study and makes its runs.
 StudyResult run_study(const Scene& scene, const TetMesh& mesh, const StudySettings& settings,

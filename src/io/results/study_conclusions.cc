@@ -25,16 +25,6 @@ constexpr double kShortTime = 0.05;
 
 using Rows = std::vector<const StudyRow*>;
 
-// "a", "a and b", "a, b and c".
-std::string enumeration(const std::vector<std::string>& words) {
-  std::string text;
-  for (std::size_t i = 0; i < words.size(); ++i) {
-    if (i > 0) text += i + 1 == words.size() ? " and " : ", ";
-    text += words[i];
-  }
-  return text;
-}
-
 std::string capitalised(std::string text) {
   if (!text.empty() && text.front() >= 'a' && text.front() <= 'z') {
     text.front() = static_cast<char>(text.front() - 'a' + 'A');
@@ -88,6 +78,18 @@ class Conclusions {
     }
   }
 
+  std::vector<StudyConclusion> of_meshes() {
+    if (result_.rows.empty()) return {};
+    add("Meshes", meshes());
+    for (const MeshReference& reference : result_.mesh_references) {
+      for (StudyConclusion& own : study_conclusions(part_of_mesh(result_, reference))) {
+        own.topic += ": " + reference.variant;
+        conclusions_.push_back(std::move(own));
+      }
+    }
+    return std::move(conclusions_);
+  }
+
   std::vector<StudyConclusion> all() {
     if (result_.rows.empty()) return {};
     add("Cost of accuracy", cost());
@@ -126,10 +128,14 @@ class Conclusions {
     bool operator==(const Choice&) const = default;
   };
 
+  bool reaches(const StudyRow& row, double target) const {
+    return error_of(row) + known_reference_error() <= target;
+  }
+
   Choice choose(double target) const {
     Rows reaching;
     for (const StudyRow* row : compared_) {
-      if (error_of(*row) + known_reference_error() <= target && row->wall_seconds > 0.0) {
+      if (reaches(*row, target) && row->wall_seconds > 0.0 && !row->shares_machine) {
         reaching.push_back(row);
       }
     }
@@ -160,18 +166,45 @@ class Conclusions {
     return machines.size() < 2;
   }
 
+  static bool has_own_time(const StudyRow* row) { return !row->shares_machine; }
+
+  // What is missing where runs shared the cores, and how to get it.
+  Sentences missing_times() const {
+    const auto alone = std::count_if(compared_.begin(), compared_.end(), has_own_time);
+    const auto all = static_cast<std::ptrdiff_t>(compared_.size());
+    if (alone == all) return {};
+    const std::string advice =
+        "Make the study again without --resume and with --jobs 1, or with so many --jobs and "
+        "--threads that their product is at most the number of cores.";
+    return {
+        alone == 0
+            ? fmt::format("Nothing is said of cost, because timings are missing: all runs shared "
+                          "the cores of the machine with others. {}",
+                          advice)
+            : fmt::format("The wall times of {} of {} runs do not count here, because these runs "
+                          "shared the cores of the machine with others. {}",
+                          all - alone, all, advice)};
+  }
+
   Sentences cost() const {
     Sentences sentences;
     if (compared_.empty() || !times_are_comparable()) return sentences;
+    const Sentences missing = missing_times();
+    if (std::none_of(compared_.begin(), compared_.end(), has_own_time)) return missing;
     constexpr std::array<std::pair<double, const char*>, 3> kTargets{
         {{0.1, "10 %"}, {0.01, "1 %"}, {0.001, "0.1 %"}}};
     bool has_short_times = false;
     for (std::size_t i = 0; i < kTargets.size(); ++i) {
       const Choice choice = choose(kTargets[i].first);
       if (choice.best == nullptr) {
+        const bool is_reached =
+            std::any_of(compared_.begin(), compared_.end(),
+                        [&](const StudyRow* row) { return reaches(*row, kTargets[i].first); });
+        if (is_reached) continue;  // by runs whose time is not known
         sentences.push_back(not_reached(kTargets[i].first, kTargets[i].second));
         break;
       }
+      const double loosest = kTargets[i].first;
       std::vector<std::string> targets{kTargets[i].second};
       while (i + 1 < kTargets.size() && choose(kTargets[i + 1].first) == choice) {
         targets.emplace_back(kTargets[++i].second);
@@ -193,7 +226,8 @@ class Conclusions {
             "Among the steps {} the stability limit it is {}, which takes {}.", other,
             named_run(*choice.other_side),
             compared_time(choice.other_side->wall_seconds / choice.best->wall_seconds)));
-      } else if (choice.other_side == nullptr && has_steps(!is_above)) {
+      } else if (choice.other_side == nullptr && has_steps(!is_above) &&
+                 !side_reaches(!is_above, loosest)) {
         sentences.push_back(
             fmt::format("No run with a step {} the stability limit reaches this error.", other));
       }
@@ -204,12 +238,19 @@ class Conclusions {
           "a finer mesh gives a surer comparison.",
           kShortTime));
     }
+    sentences.insert(sentences.end(), missing.begin(), missing.end());
     return sentences;
   }
 
   bool has_steps(bool above_limit) const {
     return std::any_of(compared_.begin(), compared_.end(), [&](const StudyRow* row) {
       return is_above_stability_limit(*row) == above_limit;
+    });
+  }
+  // Whether a run on this side of the stability limit reaches the error, at whatever cost.
+  bool side_reaches(bool above_limit, double target) const {
+    return std::any_of(compared_.begin(), compared_.end(), [&](const StudyRow* row) {
+      return is_above_stability_limit(*row) == above_limit && reaches(*row, target);
     });
   }
 
@@ -342,7 +383,8 @@ class Conclusions {
     std::string reason = "its errors do not grow with the step";
     if (runs.size() < 2) {
       reason = "fewer than two of its runs have an error";
-    } else if (integrator != result_.reference_integrator &&
+    } else if ((integrator != result_.reference_integrator ||
+                (result_.extrapolation && result_.extrapolation->is_valid)) &&
                error_of(*runs.front()) < kAboveReference * known_reference_error()) {
       reason = "the reference's own error is not small beside its errors";
     }
@@ -355,9 +397,13 @@ class Conclusions {
       sentences.emplace_back(
           "The study was interrupted. What is said here is about the runs before that.");
     }
-    const std::string reference =
-        fmt::format("{} with h = {} s", to_string(result_.reference_integrator),
-                    short_number(result_.reference_step));
+    const std::string reference = reference_name(result_);
+    if (result_.extrapolation && !result_.extrapolation->is_valid) {
+      sentences.push_back(
+          fmt::format("The reference is not extrapolated, because {}. The run with the smallest of "
+                      "the three steps is the reference.",
+                      result_.extrapolation->reason));
+    }
     if (result_.reference_status != RunStatus::kFinished) {
       sentences.push_back(fmt::format(
           "The reference, {}, did not reach the end. Therefore there are no errors.", reference));
@@ -367,15 +413,7 @@ class Conclusions {
           "no other run of its integrator gives an estimate.",
           reference));
     } else {
-      sentences.push_back(
-          fmt::format("All errors are differences from the reference, {}. Its own error is "
-                      "estimated at {}, from "
-                      "the finest other run of its integrator and the theoretical order{}.",
-                      reference, short_number(result_.reference_error),
-                      reference_shows_its_order()
-                          ? ""
-                          : "; the runs of this integrator do not show that order, so that "
-                            "the estimate is uncertain"));
+      sentences.push_back(of_reference_error(reference));
       std::vector<std::string> close;
       for (const StudyRow* row : compared_) {
         if (error_of(*row) < kAboveReference * result_.reference_error) {
@@ -396,6 +434,30 @@ class Conclusions {
           "wall times cannot be compared.");
     }
     return sentences;
+  }
+
+  // How large the known error of the reference is, and where this comes from.
+  std::string of_reference_error(const std::string& reference) const {
+    const std::string error = short_number(result_.reference_error);
+    if (result_.extrapolation && result_.extrapolation->is_valid) {
+      const ReferenceExtrapolation& found = *result_.extrapolation;
+      return fmt::format(
+          "All errors are differences from the reference, the {}. Its own error is estimated at "
+          "{}, "
+          "from the extrapolation with twice the steps. That of its finest run is {} at the end. "
+          "The three runs show the order {:.2f} at the end and {:.2f} over time; the theoretical "
+          "order is {}.",
+          reference, error, short_number(found.finest_error_at_end), found.order_at_end,
+          found.order_over_time, order(result_.reference_integrator));
+    }
+    const bool is_uncertain = result_.extrapolation || !reference_shows_its_order();
+    return fmt::format(
+        "All errors are differences from the reference, {}. Its own error is estimated at {}, from "
+        "the finest other run of its integrator and the theoretical order{}.",
+        reference, error,
+        is_uncertain ? "; the runs of this integrator do not show that order, so that the estimate "
+                       "is uncertain"
+                     : "");
   }
 
   // Whether the finest pair of other runs of the reference's integrator has about its order.
@@ -493,6 +555,16 @@ class Conclusions {
             return !o->compares_solver && o->integrator == row->integrator && o->step == row->step;
           });
       if (other == first_variant_.end() || (*other)->status != RunStatus::kFinished) continue;
+      if (row->shares_machine || (*other)->shares_machine) {
+        if (!(error_of(*row) > 0.0) || !(error_of(**other) > 0.0)) continue;
+        sentences.push_back(fmt::format(
+            "For {} with h = {} s the errors with {} and {} are {:.4g} and {:.4g}; their wall "
+            "times "
+            "do not count, because the runs shared the cores of the machine with others.",
+            to_string(row->integrator), short_number(row->step), row->solver, (*other)->solver,
+            error_of(*row), error_of(**other)));
+        continue;
+      }
       const double ratio = row->wall_seconds / (*other)->wall_seconds;
       if (!(ratio > 0.0) || !std::isfinite(ratio) || !times_are_comparable()) continue;
       const StudyRow& slow = ratio >= 1.0 ? *row : **other;
@@ -526,38 +598,83 @@ class Conclusions {
         "The statements above on accuracy, orders and conservation are those of the variant {}, "
         "whose run is the reference. Differences of the other variants from it are not errors.",
         names.front()));
-    for (std::size_t i = 1; i < names.size(); ++i) {
-      double low = std::numeric_limits<double>::infinity();
-      double high = 0.0;
-      double limit = 0.0;
-      for (const StudyRow& row : result_.rows) {
-        if (row.variant != names[i]) continue;
-        for (const StudyRow* first : first_variant_) {
-          if (first->integrator != row.integrator || first->step != row.step ||
-              first->compares_solver) {
-            continue;
-          }
-          limit = row.stable_step / first->stable_step;
-          if (row.status != RunStatus::kFinished || first->status != RunStatus::kFinished) continue;
-          // Chance decides on shorter times.
-          if (std::min(row.wall_seconds, first->wall_seconds) < kShortTime) continue;
-          const double ratio = row.wall_seconds / first->wall_seconds;
-          low = std::min(low, ratio);
-          high = std::max(high, ratio);
+    for (std::size_t i = 1; i < names.size(); ++i) compare_variant(names[i], sentences);
+    return sentences;
+  }
+
+  // What the stability limit and the wall times of a variant are beside those of the first one.
+  void compare_variant(const std::string& name, Sentences& sentences) const {
+    const std::string& first_name = result_.rows.front().variant;
+    double low = std::numeric_limits<double>::infinity();
+    double high = 0.0;
+    double limit = 0.0;
+    for (const StudyRow& row : result_.rows) {
+      if (row.variant != name) continue;
+      for (const StudyRow* first : first_variant_) {
+        if (first->integrator != row.integrator || first->step != row.step ||
+            first->compares_solver) {
+          continue;
         }
+        limit = row.stable_step / first->stable_step;
+        if (row.status != RunStatus::kFinished || first->status != RunStatus::kFinished) continue;
+        if (row.shares_machine || first->shares_machine) continue;
+        // Chance decides on shorter times.
+        if (std::min(row.wall_seconds, first->wall_seconds) < kShortTime) continue;
+        const double ratio = row.wall_seconds / first->wall_seconds;
+        low = std::min(low, ratio);
+        high = std::max(high, ratio);
       }
-      if (limit > 0.0 && std::isfinite(limit) && std::abs(limit - 1.0) > 1e-3) {
-        sentences.push_back(fmt::format("The stability limit of {} is {} times that of {}.",
-                                        names[i], short_number(limit), names.front()));
+    }
+    if (limit > 0.0 && std::isfinite(limit) && std::abs(limit - 1.0) > 1e-3) {
+      sentences.push_back(fmt::format("The stability limit of {} is {} times that of {}.", name,
+                                      short_number(limit), first_name));
+    }
+    if (low <= high && times_are_comparable()) {
+      sentences.push_back(fmt::format(
+          "With equal integrators and steps {} takes {} times the wall time of {}.", name,
+          two_digits(low) == two_digits(high)
+              ? two_digits(low)
+              : fmt::format("{} to {}", two_digits(low), two_digits(high)),
+          first_name));
+    }
+  }
+
+  // What differs between the meshes of the study.
+  Sentences meshes() const {
+    const std::vector<MeshReference>& references = result_.mesh_references;
+    Sentences sentences;
+    sentences.push_back(fmt::format(
+        "The study has {} meshes. Positions of the vertices of different meshes cannot be "
+        "compared. "
+        "Therefore each mesh has a reference of its own, and all errors are differences from the "
+        "reference of the same mesh.",
+        references.size()));
+    for (const MeshReference& reference : references) {
+      if (reference.variants.size() < 2) continue;
+      sentences.push_back(
+          fmt::format("The variants {} have the same mesh.", enumeration(reference.variants)));
+    }
+    if (result_.error_probe.empty()) {
+      sentences.emplace_back(
+          "The errors do not say how far the motions on different meshes are from each other. "
+          "--error probe.NAME compares the values of a probe.");
+    }
+    for (const MeshReference& reference : references) {
+      if (!std::isfinite(reference.probe_difference)) continue;
+      std::string text = fmt::format(
+          "The probe {} of the reference of {} differs by up to {} from that of {}, relative to "
+          "the "
+          "largest value of the latter",
+          result_.error_probe, reference.variant, short_number(reference.probe_difference),
+          references.front().variant);
+      if (std::isfinite(reference.error) && std::isfinite(references.front().error)) {
+        text += fmt::format("; the errors of the two references in time are estimated at {} and {}",
+                            short_number(reference.error), short_number(references.front().error));
       }
-      if (low <= high && times_are_comparable()) {
-        sentences.push_back(fmt::format(
-            "With equal integrators and steps {} takes {} times the wall time of {}.", names[i],
-            two_digits(low) == two_digits(high)
-                ? two_digits(low)
-                : fmt::format("{} to {}", two_digits(low), two_digits(high)),
-            names.front()));
-      }
+      sentences.push_back(text + ".");
+    }
+    for (std::size_t i = 1; i < references.size(); ++i) {
+      compare_variant(references[i].variant, sentences);
     }
     return sentences;
   }
@@ -571,7 +688,40 @@ class Conclusions {
 }  // namespace
 
 std::vector<StudyConclusion> study_conclusions(const StudyResult& result) {
-  return Conclusions(result).all();
+  return result.mesh_references.size() < 2 ? Conclusions(result).all()
+                                           : Conclusions(result).of_meshes();
+}
+
+const MeshReference* reference_of_variant(const StudyResult& result, const std::string& variant) {
+  for (const MeshReference& reference : result.mesh_references) {
+    const std::vector<std::string>& names = reference.variants;
+    if (std::find(names.begin(), names.end(), variant) != names.end()) return &reference;
+  }
+  return nullptr;
+}
+
+StudyResult part_of_mesh(const StudyResult& result, const MeshReference& reference) {
+  StudyResult part = result;
+  part.mesh_references.clear();
+  std::erase_if(part.rows, [&](const StudyRow& row) {
+    const MeshReference* own = reference_of_variant(result, row.variant);
+    return own == nullptr || own->variant != reference.variant;
+  });
+  part.reference_status = reference.status;
+  part.reference_directory = reference.directory;
+  part.reference_error = reference.error;
+  part.extrapolation = reference.extrapolation;
+  part.stable_step = std::numeric_limits<double>::quiet_NaN();  // that of the first variant
+  return part;
+}
+
+std::string enumeration(const std::vector<std::string>& words) {
+  std::string text;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    if (i > 0) text += i + 1 == words.size() ? " and " : ", ";
+    text += words[i];
+  }
+  return text;
 }
 
 std::string short_number(double value) {
@@ -595,6 +745,16 @@ std::string run_label(const StudyRow& row) {
   std::string tags = row.variant;
   if (row.compares_solver) tags += (tags.empty() ? "" : ", ") + row.solver;
   return tags.empty() ? label : label + " (" + tags + ")";
+}
+
+std::string reference_name(const StudyResult& result) {
+  const std::string rule = to_string(result.reference_integrator);
+  const std::string finest = short_number(result.reference_step);
+  if (!result.extrapolation || !result.extrapolation->is_valid) {
+    return fmt::format("{} with h = {} s", rule, finest);
+  }
+  return fmt::format("Richardson extrapolation of {} with h = {} s and {} s", rule,
+                     short_number(result.extrapolation->step), finest);
 }
 
 bool is_above_stability_limit(const StudyRow& row) {

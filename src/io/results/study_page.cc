@@ -225,9 +225,19 @@ std::string provenance_html(const StudyResult& result, const StudyPageContents& 
                         escaped(contents.provenance.command));
   }
   entry("End of the motion", short_number(result.end) + " s");
-  entry("Reference",
-        fmt::format("{} with h = {} s ({})", to_string(result.reference_integrator),
-                    short_number(result.reference_step), to_string(result.reference_status)));
+  const auto reference_entry = [&](const std::string& of, const StudyResult& part) {
+    entry(("Reference" + of).c_str(),
+          fmt::format("{} ({})", reference_name(part), to_string(part.reference_status)));
+    if (std::isfinite(part.reference_error)) {
+      entry(("Error of the reference" + of).c_str(),
+            short_number(part.reference_error) + " (estimated)");
+    }
+  };
+  if (result.mesh_references.empty()) reference_entry("", result);
+  for (const MeshReference& reference : result.mesh_references) {
+    reference_entry(escaped(" of " + enumeration(reference.variants)),
+                    part_of_mesh(result, reference));
+  }
   if (std::isfinite(result.stable_step)) {
     entry("Stability limit", fmt::format("h_crit = {} s (explicit, at the initial state)",
                                          short_number(result.stable_step)));
@@ -356,7 +366,8 @@ std::string runs_html(const StudyResult& result) {
     table.text(to_string(row.status));
     table.text(to_string(row.role));
     table.number(static_cast<double>(row.steps), "{:.0f}");
-    table.number(row.wall_seconds);
+    table.number(row.wall_seconds,
+                 short_number(row.wall_seconds) + (row.shares_machine ? "*" : ""));
     table.number(is_implicit(row.integrator) ? row.iterations_per_step : std::nan(""), "{:.2f}");
     table.number(row.max_relative_energy_drift, "{:.1e}");
     table.number(row.linear_momentum_drift, "{:.1e}");
@@ -368,8 +379,12 @@ std::string runs_html(const StudyResult& result) {
   }
   return "<p>A click on the head of a column sorts the table. Energy errors are relative to the "
          "energy that entered. The momenta are their changes that no impulse explains, relative to "
-         "the momentum. Position errors are relative to the displacement of the reference.</p>\n" +
-         table.finish() + messages_html(result);
+         "the momentum. Position errors are relative to the displacement of the reference." +
+         std::string(any_row(result, [](const StudyRow& row) { return row.shares_machine; })
+                         ? " Wall times with * do not count: these runs shared the cores of the "
+                           "machine with others."
+                         : "") +
+         "</p>\n" + table.finish() + messages_html(result);
 }
 
 std::vector<RunPhases> read_phases(const StudyResult& result, const std::string& directory) {
@@ -392,8 +407,18 @@ std::vector<RunPhases> read_phases(const StudyResult& result, const std::string&
     add(row.directory, run_label(row), row.step);
     has_reference = has_reference || row.directory == result.reference_directory;
   }
-  if (!has_reference) {
+  if (result.mesh_references.empty() && !has_reference) {
     add(result.reference_directory, to_string(result.reference_integrator) + " (reference)",
+        result.reference_step);
+  }
+  for (const MeshReference& reference : result.mesh_references) {
+    if (any_row(result,
+                [&](const StudyRow& row) { return row.directory == reference.directory; })) {
+      continue;
+    }
+    add(reference.directory,
+        fmt::format("{} (reference of {})", to_string(result.reference_integrator),
+                    reference.variant),
         result.reference_step);
   }
   return phases;
@@ -410,7 +435,11 @@ std::vector<StudyPicture> read_pictures(const StudyResult& result, const std::st
   for (const ProbeColumns& probe : result.probes) {
     if (probe.name.find('/') != std::string::npos) continue;
     add("probe_" + probe.name, fmt::format("Probe {} over time", probe.name),
-        "Left: the values. Right: the magnitude of their difference from the reference.");
+        result.extrapolation && result.extrapolation->is_valid
+            ? "Left: the values. Right: the magnitude of their difference from the finest run of "
+              "the "
+              "reference, before the extrapolation."
+            : "Left: the values. Right: the magnitude of their difference from the reference.");
   }
   return pictures;
 }

@@ -23,7 +23,8 @@ inline constexpr std::array kStudyPlots{
               "The same for the root mean square of the position error over time."},
     StudyPlot{"work_precision", "Work and precision",
               "Error over the wall time of the steps. Hollow markers are steps below the stability "
-              "limit, full markers steps above it."},
+              "limit, full markers steps above it. Runs that shared the cores of the machine with "
+              "others are left out."},
     StudyPlot{
         "energy_over_time", "Energy error over time",
         "Magnitude of the energy error, relative to the energy that entered, with a panel for "

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <nlohmann/json.hpp>
 #include <type_traits>
@@ -95,13 +96,21 @@ nlohmann::json scene_json(const StudyVariant& variant) {
 std::string study_inputs(const StudyPlan& plan, const TetMesh& mesh) {
   nlohmann::json json;
   json["version"] = version();
-  json["mesh"] = digest_of(mesh);
+  json["meshes"] = nlohmann::json::array();
+  for (const StudyVariant& variant : plan.variants) {
+    json["meshes"].push_back(digest_of(variant.mesh ? *variant.mesh : mesh));
+  }
   json["variants"] = nlohmann::json::array();
   for (const StudyVariant& variant : plan.variants) json["variants"].push_back(scene_json(variant));
   json["end"] = plan.end;
   json["error_probe"] = plan.error_probe;
-  json["reference"] = {plan.reference.directory, to_string(plan.reference.integrator),
-                       plan.reference.step, plan.reference.solver};
+  json["references"] = nlohmann::json::array();
+  for (const PlannedReference& reference : plan.references) {
+    for (const PlannedRun& run : reference.runs) {
+      json["references"].push_back(
+          {run.directory, to_string(run.integrator), run.step, run.solver});
+    }
+  }
   // Runs are compared with the reference at times that depend on all steps.
   std::vector<double> steps;
   for (const PlannedRun& run : plan.runs) steps.push_back(run.step);
@@ -114,6 +123,10 @@ std::string study_inputs(const StudyPlan& plan, const TetMesh& mesh) {
 void write_study_row(const std::string& path, const StudyRow& row, const std::string& inputs) {
   nlohmann::ordered_json json;
   json["row"] = study_row_json(row);
+  if (row.extrapolation) json["extrapolation"] = extrapolation_json(*row.extrapolation);
+  if (std::isfinite(row.reference_probe_difference)) {
+    json["reference_probe_difference"] = row.reference_probe_difference;
+  }
   json["inputs"] = nlohmann::ordered_json::parse(inputs);
   write_text_file(
       path, json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
@@ -128,6 +141,14 @@ std::optional<StudyRow> read_study_row(const std::string& path, const PlannedRun
   if (!row || row->integrator != planned.integrator || row->step != planned.step ||
       row->solver != planned.solver || row->directory != planned.directory) {
     return {};
+  }
+  if (json.contains("extrapolation")) {
+    row->extrapolation = extrapolation_from_json(json["extrapolation"]);
+    if (!row->extrapolation) return {};
+  }
+  if (json.contains("reference_probe_difference")) {
+    if (!json["reference_probe_difference"].is_number()) return {};
+    row->reference_probe_difference = json["reference_probe_difference"].get<double>();
   }
   return row;
 }

@@ -57,7 +57,8 @@ nlohmann::ordered_json study_row_json(const StudyRow& row) {
           {"date", row.date},
           {"processor", row.processor},
           {"cores", row.cores},
-          {"threads", row.threads}};
+          {"threads", row.threads},
+          {"timing", row.shares_machine ? "shared" : "alone"}};
 }
 
 std::optional<StudyRow> study_row_from_json(const nlohmann::json& json) {
@@ -93,6 +94,9 @@ std::optional<StudyRow> study_row_from_json(const nlohmann::json& json) {
     row.processor = json.at("processor").get<std::string>();
     row.cores = json.at("cores").get<int>();
     row.threads = json.at("threads").get<int>();
+    const auto timing = json.at("timing").get<std::string>();
+    if (timing != "alone" && timing != "shared") return {};
+    row.shares_machine = timing == "shared";
   } catch (const nlohmann::json::exception&) {
     return {};
   } catch (const InputError&) {  // an unknown word
@@ -100,6 +104,41 @@ std::optional<StudyRow> study_row_from_json(const nlohmann::json& json) {
   }
   row.observed_order = kNone;  // depends on the other runs
   return row;
+}
+
+nlohmann::ordered_json extrapolation_json(const ReferenceExtrapolation& extrapolation) {
+  return {{"step", extrapolation.step},
+          {"valid", extrapolation.is_valid},
+          {"reason", extrapolation.reason},
+          {"order_at_end", number(extrapolation.order_at_end)},
+          {"order_over_time", number(extrapolation.order_over_time)},
+          {"order_of_probe", number(extrapolation.order_of_probe)},
+          {"estimated_error_at_end", number(extrapolation.error_at_end)},
+          {"estimated_error_over_time", number(extrapolation.error_over_time)},
+          {"estimated_error_of_probe", number(extrapolation.error_of_probe)},
+          {"finest_error_at_end", number(extrapolation.finest_error_at_end)}};
+}
+
+std::optional<ReferenceExtrapolation> extrapolation_from_json(const nlohmann::json& json) {
+  const auto get = [&](const char* key) {
+    return number_of(json, key, std::numeric_limits<double>::quiet_NaN());
+  };
+  ReferenceExtrapolation found;
+  try {
+    found.step = json.at("step").get<double>();
+    found.is_valid = json.at("valid").get<bool>();
+    found.reason = json.at("reason").get<std::string>();
+    found.order_at_end = get("order_at_end");
+    found.order_over_time = get("order_over_time");
+    found.order_of_probe = get("order_of_probe");
+    found.error_at_end = get("estimated_error_at_end");
+    found.error_over_time = get("estimated_error_over_time");
+    found.error_of_probe = get("estimated_error_of_probe");
+    found.finest_error_at_end = get("finest_error_at_end");
+  } catch (const nlohmann::json::exception&) {
+    return {};
+  }
+  return found;
 }
 
 }  // namespace tetraction

@@ -13,4 +13,10 @@ nlohmann::ordered_json study_row_json(const StudyRow& row);
 /// The same row again; nothing if it is not a whole one, or that of a run that was stopped.
 std::optional<StudyRow> study_row_from_json(const nlohmann::json& json);
 
+/// What became of an extrapolated reference.
+nlohmann::ordered_json extrapolation_json(const ReferenceExtrapolation& extrapolation);
+
+/// The same again, or nothing if a member is missing or is no number.
+std::optional<ReferenceExtrapolation> extrapolation_from_json(const nlohmann::json& json);
+
 }  // namespace tetraction

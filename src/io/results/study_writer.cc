@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
@@ -70,16 +71,67 @@ std::string limits_text(const StudyResult& result, const std::string& variant) {
   return text;
 }
 
+nlohmann::ordered_json variants_json(const StudyResult& result) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::array();
+  for (const VariantValues& variant : result.variants) {
+    nlohmann::ordered_json values = nlohmann::ordered_json::object();
+    for (const VariedValue& varied : variant.values) values[varied.key] = varied.value;
+    json.push_back({{"name", variant.name}, {"values", std::move(values)}});
+  }
+  return json;
+}
+
+nlohmann::ordered_json mesh_references_json(const StudyResult& result) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::array();
+  for (const MeshReference& reference : result.mesh_references) {
+    json.push_back({{"variants", reference.variants},
+                    {"status", to_string(reference.status)},
+                    {"directory", reference.directory},
+                    {"estimated_error", json_number(reference.error)},
+                    {"probe_difference", json_number(reference.probe_difference)}});
+    if (reference.extrapolation) {
+      json.back()["extrapolation"] = extrapolation_json(*reference.extrapolation);
+    }
+  }
+  return json;
+}
+
+// "Reference: midpoint with h = 1e-3 s (ok), whose own error is estimated at 2e-5."
+std::string reference_text(const StudyResult& result) {
+  return fmt::format("{} ({}){}.\n", reference_name(result), to_string(result.reference_status),
+                     std::isfinite(result.reference_error)
+                         ? fmt::format(", whose own error is estimated at {}",
+                                       short_number(result.reference_error))
+                         : "");
+}
+
+// What the errors of a variant other than the first one are.
+std::string errors_of_variant(const StudyResult& result, const StudyRow& row) {
+  const MeshReference* own = reference_of_variant(result, row.variant);
+  const std::string& first = own != nullptr ? own->variant : result.rows.front().variant;
+  if (row.variant != first) {
+    return fmt::format("; pos.error and pos.rms are differences from another variant, {}", first);
+  }
+  return row.variant == result.rows.front().variant ? ""
+                                                    : "; another mesh, with a reference of its own";
+}
+
 }  // namespace
 
 std::string study_csv(const StudyResult& result, const StudyProvenance& provenance) {
+  std::map<std::string, StudyResult> parts;  // of the meshes, if there are several
+  for (const MeshReference& reference : result.mesh_references) {
+    parts.emplace(reference.variant, part_of_mesh(result, reference));
+  }
   std::string text =
       "integrator,step,status,steps,wall_seconds,seconds_per_simulated_second,"
       "iterations_per_step,max_relative_energy_drift,linear_momentum_drift,"
       "angular_momentum_drift,angular_momentum_drift_allowed,position_error,position_error_rms,"
       "observed_order,stable_step,variant,role,solver,probe_error,date,processor,cores,threads,"
-      "version,command\n";
+      "version,command,reference,reference_error,timing\n";
   for (const StudyRow& row : result.rows) {
+    const MeshReference* own = reference_of_variant(result, row.variant);
+    const StudyResult& part = own != nullptr ? parts.at(own->variant) : result;
     text += fmt::format("{},{:.17g},{},{}", to_string(row.integrator), row.step,
                         to_string(row.status), row.steps);
     for (const double value :
@@ -91,8 +143,10 @@ std::string study_csv(const StudyResult& result, const StudyProvenance& provenan
     }
     text += fmt::format(",{},{},{},{},{}", csv_number(row.stable_step), csv_text(row.variant),
                         to_string(row.role), row.solver, csv_number(row.probe_error));
-    text += fmt::format(",{},{},{},{},{},{}\n", row.date, csv_text(row.processor), row.cores,
-                        row.threads, version(), csv_text(provenance.command));
+    text += fmt::format(",{},{},{},{},{},{},{},{},{}\n", row.date, csv_text(row.processor),
+                        row.cores, row.threads, version(), csv_text(provenance.command),
+                        csv_text(reference_name(part)), csv_number(part.reference_error),
+                        row.shares_machine ? "shared" : "alone");
   }
   return text;
 }
@@ -111,6 +165,11 @@ std::string study_json(const StudyResult& result, const std::string& scene_name,
                        {"status", to_string(result.reference_status)},
                        {"directory", result.reference_directory},
                        {"estimated_error", json_number(result.reference_error)}};
+  if (result.extrapolation) {
+    json["reference"]["extrapolation"] = extrapolation_json(*result.extrapolation);
+  }
+  if (!result.variants.empty()) json["variants"] = variants_json(result);
+  if (!result.mesh_references.empty()) json["mesh_references"] = mesh_references_json(result);
   json["remarks"] = result.remarks;
   json["error"] = result.error_probe.empty() ? "position" : "probe." + result.error_probe;
   json["probes"] = nlohmann::ordered_json::array();
@@ -149,15 +208,14 @@ std::string study_table(const StudyResult& result) {
     if (i > 0 && (other_variant || result.rows[i - 1].integrator != row.integrator)) text += '\n';
     if (other_variant && !row.variant.empty()) {
       text += fmt::format("{}: {}{}\n", row.variant, limits_text(result, row.variant),
-                          row.role == StudyRole::kVariant
-                              ? "; pos.error and pos.rms are differences from another variant"
-                              : "");
+                          errors_of_variant(result, row));
     }
     text += fmt::format(
-        "{:<16}{:<8}{:>9.4g}{:>9.3g}{:>10}{:>7}{:>10.3g}{:>9}{:>9}{:>10}{:>10}{:>10}{:>10}{}{:>7}"
+        "{:<16}{:<8}{:>9.4g}{:>9.3g}{:>10}{:>7}{:>10}{:>9}{:>9}{:>10}{:>10}{:>10}{:>10}{}{:>7}"
         "\n",
         to_string(row.integrator), row.solver.empty() ? "-" : row.solver, row.step,
-        row.step / row.stable_step, to_string(row.status), row.steps, row.wall_seconds,
+        row.step / row.stable_step, to_string(row.status), row.steps,
+        fmt::format("{:.3g}{}", row.wall_seconds, row.shares_machine ? "*" : ""),
         is_implicit(row.integrator) ? cell(row.iterations_per_step, "{:.2f}") : "-",
         cell(row.max_relative_energy_drift, "{:.1e}"), cell(row.linear_momentum_drift, "{:.1e}"),
         cell(row.angular_momentum_drift, "{:.1e}"),
@@ -165,16 +223,27 @@ std::string study_table(const StudyResult& result) {
         is_reference ? "-" : cell(row.position_error_rms),
         probe_cell(is_reference ? "-" : cell(row.probe_error)), cell(row.observed_order, "{:.2f}"));
   }
+  std::string references = "Reference: " + reference_text(result);
+  if (!result.mesh_references.empty()) references = "Each mesh has a reference of its own.\n";
+  for (const MeshReference& reference : result.mesh_references) {
+    references += fmt::format("Reference of {}: {}", enumeration(reference.variants),
+                              reference_text(part_of_mesh(result, reference)));
+  }
   text += fmt::format(
-      "\nStability limit: {}. Reference: {} at {:.4g} s ({}).\n"
+      "\nStability limit: {}. {}"
       "energy: the largest energy error, divided by the energy that entered.\n"
       "lin.mom., ang.mom.: the change of the momentum that no impulse of a force explains.\n"
       "pos.error: |q - q_ref| at the end, divided by the displacement |q_ref - X| of the "
       "reference.\n"
       "pos.rms: the same, as root mean squares over the whole time.\n",
-      limits_text(result, result.rows.empty() ? "" : result.rows.front().variant),
-      to_string(result.reference_integrator), result.reference_step,
-      to_string(result.reference_status));
+      limits_text(result, result.rows.empty() ? "" : result.rows.front().variant), references);
+  if (std::any_of(result.rows.begin(), result.rows.end(),
+                  [](const StudyRow& row) { return row.shares_machine; })) {
+    text +=
+        "wall [s] with *: the run shared the cores of the machine with others, so that its time "
+        "does "
+        "not count. --jobs 1 measures it.\n";
+  }
   if (has_probe) {
     text += fmt::format(
         "probe.err: the largest |s - s_ref| of the probe {} over time, divided by the largest "

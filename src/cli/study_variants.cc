@@ -1,0 +1,227 @@
+#include "study_variants.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "core/quoting.h"
+#include "tetraction/core/error.h"
+#include "tetraction/io/initial_fields.h"
+#include "tetraction/io/scene_reader.h"
+
+namespace tetraction {
+namespace {
+
+// More are a mistake, and would take very long.
+constexpr std::size_t kMostVariants = 1000;
+
+// One --vary.
+struct Varied {
+  std::string text;
+  std::string key;
+  std::vector<std::string> values;
+};
+
+// Keys that a study sets itself or has once for all variants. To vary them would change nothing.
+void check_varied_key(const std::string& text, const std::string& key) {
+  for (const char* own : {"time", "time.integrator", "time.step", "time.end", "output"}) {
+    const bool is_part = std::string(own) == "output" && key.rfind("output.", 0) == 0;
+    if (key != own && !is_part) continue;
+    throw InputError(fmt::format(
+        "--vary {}: a study has one end time and one output directory, and sets integrators and "
+        "steps itself. Vary another key, or make two studies.",
+        text));
+  }
+}
+
+std::string trimmed(const std::string& text) {
+  const auto begin = text.find_first_not_of(" \t");
+  if (begin == std::string::npos) return {};
+  return text.substr(begin, text.find_last_not_of(" \t") + 1 - begin);
+}
+
+// Cuts a list of values at its commas. Those of arrays, tables and strings belong to a value.
+std::vector<std::string> split_values(const std::string& text, const std::string& values) {
+  std::vector<std::string> parts(1);
+  std::string closing;  // of the brackets and braces that are open
+  char quote = '\0';
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const char c = values[i];
+    if (quote != '\0') {
+      if (c == quote) quote = '\0';
+      if (c == '\\' && quote == '"' && i + 1 < values.size()) parts.back() += values[i++];
+    } else if (c == '"' || c == '\'') {
+      quote = c;
+    } else if (c == '[' || c == '{') {
+      closing += c == '[' ? ']' : '}';
+    } else if (!closing.empty() && c == closing.back()) {
+      closing.pop_back();
+    } else if (c == ',' && closing.empty()) {
+      parts.emplace_back();
+      continue;
+    }
+    parts.back() += values[i];
+  }
+  if (quote != '\0' || !closing.empty()) {
+    throw InputError(fmt::format("--vary {}: {} is missing at the end.", text,
+                                 quote != '\0' ? quote : closing.back()));
+  }
+  for (std::string& part : parts) part = trimmed(part);
+  return parts;
+}
+
+Varied read_varied(const std::string& text) {
+  const auto equals = text.find('=');
+  Varied varied{text, trimmed(text.substr(0, equals)), {}};
+  if (equals != std::string::npos) varied.values = split_values(text, text.substr(equals + 1));
+  const bool has_empty = std::any_of(varied.values.begin(), varied.values.end(),
+                                     [](const std::string& value) { return value.empty(); });
+  if (varied.key.empty() || varied.values.size() < 2 || has_empty) {
+    throw InputError(fmt::format(
+        "--vary {}: write KEY=VALUE,VALUE…, for instance --vary fix.0.mode=exact,penalty.", text));
+  }
+  check_varied_key(text, varied.key);
+  for (std::size_t i = 0; i < varied.values.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      if (varied.values[i] != varied.values[j]) continue;
+      throw InputError(fmt::format("--vary {}: {} is there twice.", text, varied.values[i]));
+    }
+  }
+  return varied;
+}
+
+// Letters of a name that are safe in a folder and in the list of --frames.
+std::string folder_name(const std::string& name) {
+  constexpr std::size_t kLongest = 100;
+  std::string folder;
+  for (const char c : name) {
+    const bool is_safe = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
+                         (c >= '0' && c <= '9') || c == '.' || c == '=' || c == '+' || c == '-' ||
+                         c == '_';
+    if (is_safe) {
+      folder += c;
+    } else if (!folder.empty() && folder.back() != '_') {
+      folder += '_';
+    }
+  }
+  if (folder.size() > kLongest) folder.resize(kLongest);
+  while (!folder.empty() && folder.back() == '_') folder.pop_back();
+  // Neither hidden nor like an option.
+  if (folder.empty() || folder.front() == '.' || folder.front() == '-') folder.insert(0, "_");
+  return folder;
+}
+
+// The last parts of a key that tell it from the other ones: "density" for material.density.
+std::string short_key(const std::string& key, const std::vector<VariedValue>& values) {
+  for (auto dot = key.rfind('.'); dot != std::string::npos && dot > 0;
+       dot = key.rfind('.', dot - 1)) {
+    const std::string part = key.substr(dot);
+    const auto ends_so = [&](const VariedValue& other) {
+      return ("." + other.key).ends_with(part);
+    };
+    const bool is_number = part.size() > 1 && part[1] >= '0' && part[1] <= '9';
+    if (!is_number && std::count_if(values.begin(), values.end(), ends_so) == 1) {
+      return part.substr(1);
+    }
+  }
+  return key;
+}
+
+StudyVariant read_variant(const std::string& scene, const std::vector<std::string>& overrides,
+                          const std::vector<VariedValue>& values) {
+  StudyVariant variant;
+  variant.values = values;
+  std::vector<std::string> all = overrides;
+  for (const VariedValue& varied : values) {
+    all.push_back(fmt::format("{}={}", varied.key, varied.value));
+    variant.name += values.size() == 1 ? varied.value
+                                       : fmt::format("{}{}={}", variant.name.empty() ? "" : ", ",
+                                                     short_key(varied.key, values), varied.value);
+  }
+  variant.name = printable(variant.name);
+  variant.folder = folder_name(variant.name);
+  try {
+    variant.scene = read_scene(scene, all);
+  } catch (const InputError& error) {
+    // The reader knows all overrides as those of --set.
+    std::string message = error.what();
+    for (std::size_t i = overrides.size(); i < all.size(); ++i) {
+      const std::string known = "--set " + all[i];
+      if (message.rfind(known, 0) == 0) {
+        message.replace(0, known.size(), "--vary " + all[i]);
+        break;
+      }
+    }
+    throw InputError(message);
+  }
+  return variant;
+}
+
+}  // namespace
+
+std::vector<StudyVariant> read_variants(const std::string& scene,
+                                        const std::vector<std::string>& overrides,
+                                        const std::vector<std::string>& texts) {
+  std::vector<Varied> all;
+  for (const std::string& text : texts) {
+    all.push_back(read_varied(text));
+    for (std::size_t i = 0; i + 1 < all.size(); ++i) {
+      if (all[i].key != all.back().key) continue;
+      throw InputError(
+          fmt::format("--vary {}: the key {} is varied twice. Write all its values in one --vary.",
+                      text, all.back().key));
+    }
+  }
+  if (all.empty()) return {};
+  std::vector<std::vector<VariedValue>> combinations(1);
+  for (const Varied& varied : all) {
+    if (combinations.size() * varied.values.size() > kMostVariants) {
+      throw InputError(
+          fmt::format("The values of --vary have more than {} combinations. Give fewer values.",
+                      kMostVariants));
+    }
+    std::vector<std::vector<VariedValue>> longer;
+    for (const std::vector<VariedValue>& combination : combinations) {
+      for (const std::string& value : varied.values) {
+        longer.push_back(combination);
+        longer.back().push_back({varied.key, value});
+      }
+    }
+    combinations = std::move(longer);
+  }
+  std::vector<StudyVariant> variants;
+  for (const std::vector<VariedValue>& combination : combinations) {
+    StudyVariant variant = read_variant(scene, overrides, combination);
+    // Different values may have the same safe letters.
+    const std::string folder = variant.folder;
+    const auto is_taken = [&](const StudyVariant& other) { return other.folder == variant.folder; };
+    for (int i = 2; std::any_of(variants.begin(), variants.end(), is_taken); ++i) {
+      variant.folder = fmt::format("{}_{}", folder, i);
+    }
+    variants.push_back(std::move(variant));
+  }
+  return variants;
+}
+
+std::shared_ptr<const TetMesh> read_variant_meshes(std::vector<StudyVariant>& variants) {
+  std::map<std::string, std::shared_ptr<const TetMesh>> known;
+  for (StudyVariant& variant : variants) {
+    const auto echo = nlohmann::json::parse(variant.scene.echo, nullptr, false);
+    std::string inputs;
+    for (const char* section : {"mesh", "initial"}) {
+      if (echo.is_object() && echo.contains(section)) {
+        inputs += echo[section].dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+      }
+      inputs += '\n';
+    }
+    std::shared_ptr<const TetMesh>& mesh = known[inputs];
+    if (!mesh) mesh = std::make_shared<const TetMesh>(read_scene_mesh(variant.scene));
+    variant.mesh = mesh;
+  }
+  return variants.front().mesh;
+}
+
+}  // namespace tetraction

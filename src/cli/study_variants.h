@@ -1,0 +1,25 @@
+// The variants of a scene that a study compares: --vary.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "tetraction/simulation/study.h"
+
+namespace tetraction {
+
+/// The scene with all combinations of the values that the texts KEY=V1,V2,… give, those of the first key
+/// varying slowest. Commas inside of brackets, braces and quotes belong to a value. Without texts there
+/// are no variants. The values are set after `overrides`. Throws InputError for a text that is malformed
+/// or repeats a value, a key that is there twice or that a study sets itself, and what read_scene()
+/// throws.
+std::vector<StudyVariant> read_variants(const std::string& scene,
+                                        const std::vector<std::string>& overrides,
+                                        const std::vector<std::string>& texts);
+
+/// Reads the mesh of each variant. Variants with the same [mesh] and [initial] share it. Returns that of
+/// the first one.
+std::shared_ptr<const TetMesh> read_variant_meshes(std::vector<StudyVariant>& variants);
+
+}  // namespace tetraction

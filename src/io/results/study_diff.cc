@@ -1,0 +1,349 @@
+#include "study_diff.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
+
+#include "core/quoting.h"
+#include "io/text/output_file.h"
+#include "tetraction/core/error.h"
+
+namespace tetraction {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+using OrderedJson = nlohmann::ordered_json;
+
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr double kSameStep = 1e-9;  // relative difference of equal steps
+
+std::string text_of(const Json& json, const char* key) {
+  return json.is_object() && json.contains(key) && json[key].is_string()
+             ? json[key].get<std::string>()
+             : std::string();
+}
+
+double number_in(const Json& json, const char* key) {
+  return json.is_object() && json.contains(key) && json[key].is_number() ? json[key].get<double>()
+                                                                         : kNone;
+}
+
+StudyDiffRow row_of(const Json& run) {
+  StudyDiffRow row;
+  row.variant = text_of(run, "variant");
+  row.integrator = text_of(run, "integrator");
+  row.step = number_in(run, "step");
+  row.solver = text_of(run, "solver");
+  row.status = text_of(run, "status");
+  row.wall_seconds = number_in(run, "wall_seconds");
+  // The differences of the reference from itself are no errors.
+  const bool is_reference = text_of(run, "role") == "reference";
+  const auto error = [&](const char* key) { return is_reference ? kNone : number_in(run, key); };
+  row.position_error = error("position_error");
+  row.position_error_rms = error("position_error_rms");
+  row.probe_error = error("probe_error");
+  row.energy_drift = number_in(run, "max_relative_energy_drift");
+  row.processor = text_of(run, "processor");
+  row.shares_machine = text_of(run, "timing") == "shared";
+  const double threads = number_in(run, "threads");
+  row.threads = threads > 0.0 && threads < 1e6 ? static_cast<int>(threads) : 0;
+  return row;
+}
+
+std::string reference_text(const Json& reference) {
+  std::string text =
+      fmt::format("{} at {:.4g} s", text_of(reference, "integrator"), number_in(reference, "step"));
+  const bool is_extrapolated = reference.is_object() && reference.contains("extrapolation") &&
+                               reference["extrapolation"].is_object() &&
+                               reference["extrapolation"].value("valid", Json(false)) == Json(true);
+  return is_extrapolated ? "Richardson extrapolation of " + text : text;
+}
+
+bool is_same_run(const StudyDiffRow& a, const StudyDiffRow& b) {
+  return a.variant == b.variant && a.integrator == b.integrator && a.solver == b.solver &&
+         std::abs(a.step - b.step) <= kSameStep * a.step;
+}
+
+// NaN if one of the two is not known.
+double change(double a, double b) {
+  return b - a;
+}
+
+// NaN if a run shared the cores with others.
+double wall_ratio(const StudyDiffRow& a, const StudyDiffRow& b) {
+  const bool counts = !a.shares_machine && !b.shares_machine;
+  return counts && a.wall_seconds > 0.0 && b.wall_seconds > 0.0 ? b.wall_seconds / a.wall_seconds
+                                                                : kNone;
+}
+
+// Whether all these rows were made by one machine with one number of threads.
+bool have_same_machine(const StudyDiff& diff) {
+  if (diff.pairs.empty()) return true;
+  const StudyDiffRow& first = diff.pairs.front().a;
+  return std::all_of(diff.pairs.begin(), diff.pairs.end(), [&](const StudyDiffPair& pair) {
+    return pair.a.processor == first.processor && pair.b.processor == first.processor &&
+           pair.a.threads == first.threads && pair.b.threads == first.threads;
+  });
+}
+
+std::vector<std::string> notes_of(const StudyDiff& diff) {
+  std::vector<std::string> notes;
+  if (diff.pairs.empty()) {
+    notes.emplace_back("No run of A has the variant, integrator, step and solver of a run of B.");
+    return notes;
+  }
+  if (diff.a.reference != diff.b.reference) {
+    notes.push_back(fmt::format(
+        "The studies have different references, {} and {}. Their errors differ by as much as "
+        "these references do.",
+        diff.a.reference, diff.b.reference));
+  }
+  if (diff.a.scene != diff.b.scene) {
+    notes.push_back(fmt::format("The scenes have different names, {} and {}.",
+                                in_quotes(diff.a.scene), in_quotes(diff.b.scene)));
+  }
+  if (diff.a.error != diff.b.error) {
+    notes.push_back(fmt::format("The orders of A are those of the error {}, and those of B of {}.",
+                                in_quotes(diff.a.error), in_quotes(diff.b.error)));
+  }
+  if (diff.a.version != diff.b.version) {
+    notes.push_back(fmt::format("The studies were made by the versions {} and {}.",
+                                printable(diff.a.version), printable(diff.b.version)));
+  }
+  if (!have_same_machine(diff)) {
+    notes.emplace_back(
+        "The runs were made on different machines or with different numbers of threads: the ratios "
+        "of the wall times are not those of the program alone.");
+  }
+  if (std::any_of(diff.pairs.begin(), diff.pairs.end(), [](const StudyDiffPair& pair) {
+        return pair.a.shares_machine || pair.b.shares_machine;
+      })) {
+    notes.emplace_back(
+        "Runs that shared the cores of their machine with others have no ratio of wall times. Make "
+        "the study with --jobs 1 to measure them.");
+  }
+  return notes;
+}
+
+std::string cell(double value, const char* format) {
+  return std::isfinite(value) ? fmt::format(fmt::runtime(format), value) : "-";
+}
+
+std::string head_of(char letter, const StudyFile& study) {
+  std::string text = fmt::format("{}: {}", letter, printable(study.path));
+  if (!study.date.empty()) text += ", " + excerpt(study.date);
+  text += ", reference " + printable(study.reference);
+  if (std::isfinite(study.reference_error)) {
+    text += fmt::format(", whose own error is estimated at {:.2e}", study.reference_error);
+  }
+  return text + "\n";
+}
+
+std::string name_of(const StudyDiffRow& row) {
+  return fmt::format("{:<16}{:<8}{:>10.4g}", row.integrator, row.solver.empty() ? "-" : row.solver,
+                     row.step);
+}
+
+std::string rows_only_in(char letter, const std::vector<StudyDiffRow>& rows) {
+  if (rows.empty()) return {};
+  std::string text = fmt::format("\nonly in {}:\n", letter);
+  for (const StudyDiffRow& row : rows) {
+    text += "  " + name_of(row) + (row.variant.empty() ? "" : "  " + excerpt(row.variant)) + "\n";
+  }
+  return text;
+}
+
+// The largest magnitude of a change over the pairs, or NaN if there is none.
+template <class Getter>
+double largest_change(const StudyDiff& diff, const Getter& get) {
+  double largest = kNone;
+  for (const StudyDiffPair& pair : diff.pairs) {
+    const double value = std::abs(change(get(pair.a), get(pair.b)));
+    if (std::isfinite(value) && !(value <= largest)) largest = value;
+  }
+  return largest;
+}
+
+OrderedJson json_number(double value) {
+  if (std::isfinite(value)) return value;
+  return nullptr;
+}
+
+OrderedJson json_key(const StudyDiffRow& row) {
+  return {{"variant", row.variant},
+          {"integrator", row.integrator},
+          {"step", row.step},
+          {"solver", row.solver}};
+}
+
+OrderedJson json_values(const StudyDiffRow& row) {
+  return {{"status", row.status},
+          {"wall_seconds", json_number(row.wall_seconds)},
+          {"position_error", json_number(row.position_error)},
+          {"position_error_rms", json_number(row.position_error_rms)},
+          {"probe_error", json_number(row.probe_error)},
+          {"max_relative_energy_drift", json_number(row.energy_drift)}};
+}
+
+OrderedJson json_study(const StudyFile& study) {
+  return {{"path", study.path},           {"version", study.version},
+          {"command", study.command},     {"date", study.date},
+          {"scene", study.scene},         {"error", study.error},
+          {"reference", study.reference}, {"reference_error", json_number(study.reference_error)}};
+}
+
+}  // namespace
+
+StudyFile read_study_file(const std::string& path) {
+  std::error_code problem;
+  const bool is_directory = fs::is_directory(path, problem);
+  if (!is_directory && !fs::exists(path, problem)) {
+    throw FileError(fmt::format("{}: there is no such directory.", path));
+  }
+  const std::string file = is_directory ? (fs::path(path) / "study.json").string() : path;
+  if (is_directory && !fs::exists(file, problem)) {
+    throw FileError(fmt::format(
+        "{}: this directory does not hold the results of a study: there is no study.json{}.", path,
+        fs::exists(fs::path(path) / "history.csv", problem) ? ", but the results of a run" : ""));
+  }
+  const Json json = Json::parse(read_output(file), nullptr, false);
+  if (!json.is_object() || !json.contains("runs") || !json["runs"].is_array()) {
+    throw FileError(fmt::format("{}: this is not the study.json of a study.", file));
+  }
+  if (json.contains("message") && !json.contains("reference")) {
+    throw FileError(fmt::format(
+        "{}: the study has not ended: it runs, or was cut off. The same command with --resume "
+        "completes it.",
+        path));
+  }
+  StudyFile study;
+  study.path = path;
+  study.version = text_of(json, "version");
+  study.command = text_of(json, "command");
+  study.date = text_of(json, "date");
+  study.scene = text_of(json, "scene");
+  study.error = text_of(json, "error");
+  const Json reference = json.value("reference", Json());
+  study.reference = reference_text(reference);
+  study.reference_error = number_in(reference, "estimated_error");
+  for (const Json& run : json["runs"]) {
+    study.rows.push_back(row_of(run));
+    if (study.rows.back().integrator.empty() || !(study.rows.back().step > 0.0)) {
+      throw FileError(fmt::format(
+          "{}: this is not the study.json of a study: entry {} of runs has no integrator or no "
+          "step.",
+          file, study.rows.size()));
+    }
+  }
+  return study;
+}
+
+StudyDiff diff_studies(StudyFile a, StudyFile b) {
+  StudyDiff diff;
+  diff.a = std::move(a);
+  diff.b = std::move(b);
+  std::vector<bool> is_taken(diff.b.rows.size(), false);
+  for (const StudyDiffRow& row : diff.a.rows) {
+    std::size_t i = 0;
+    while (i < is_taken.size() && (is_taken[i] || !is_same_run(row, diff.b.rows[i]))) ++i;
+    if (i == is_taken.size()) {
+      diff.only_in_a.push_back(row);
+    } else {
+      is_taken[i] = true;
+      diff.pairs.push_back({row, diff.b.rows[i]});
+    }
+  }
+  for (std::size_t i = 0; i < is_taken.size(); ++i) {
+    if (!is_taken[i]) diff.only_in_b.push_back(diff.b.rows[i]);
+  }
+  diff.notes = notes_of(diff);
+  return diff;
+}
+
+std::string study_diff_table(const StudyDiff& diff) {
+  const bool has_probe = diff.a.error == diff.b.error && diff.a.error.rfind("probe.", 0) == 0;
+  std::string text = head_of('A', diff.a) + head_of('B', diff.b);
+  if (!diff.pairs.empty()) {
+    const char* columns = "{:>10}{:>10}{:>11}";
+    text += fmt::format("\n{:<16}{:<8}{:>10}{:>18}{:>10}{:>9}", "integrator", "solver", "step [s]",
+                        "status", "wall A[s]", "wall B/A");
+    const auto heads = [&](const char* a, const char* b) {
+      text += fmt::format(fmt::runtime(columns), a, b, "B - A");
+    };
+    heads("pos.err A", "pos.err B");
+    heads("pos.rms A", "pos.rms B");
+    if (has_probe) heads("probe A", "probe B");
+    heads("energy A", "energy B");
+    text += '\n';
+  }
+  for (std::size_t i = 0; i < diff.pairs.size(); ++i) {
+    const auto& [a, b] = diff.pairs[i];
+    if (!a.variant.empty() && (i == 0 || diff.pairs[i - 1].a.variant != a.variant)) {
+      text += fmt::format("{}:\n", excerpt(a.variant));
+    }
+    text += name_of(a);
+    text += fmt::format("{:>18}{:>10}{:>9}",
+                        a.status == b.status ? a.status : a.status + ", " + b.status,
+                        cell(a.wall_seconds, "{:.3g}"), cell(wall_ratio(a, b), "{:.3g}"));
+    const auto values = [&](double in_a, double in_b) {
+      text += fmt::format("{:>10}{:>10}{:>11}", cell(in_a, "{:.2e}"), cell(in_b, "{:.2e}"),
+                          cell(change(in_a, in_b), "{:+.2e}"));
+    };
+    values(a.position_error, b.position_error);
+    values(a.position_error_rms, b.position_error_rms);
+    if (has_probe) values(a.probe_error, b.probe_error);
+    values(a.energy_drift, b.energy_drift);
+    text += '\n';
+  }
+  text += rows_only_in('A', diff.only_in_a) + rows_only_in('B', diff.only_in_b);
+  text += fmt::format("\n{} of {} runs of A and of {} runs of B match.", diff.pairs.size(),
+                      diff.a.rows.size(), diff.b.rows.size());
+  const double position =
+      largest_change(diff, [](const StudyDiffRow& row) { return row.position_error; });
+  const double energy =
+      largest_change(diff, [](const StudyDiffRow& row) { return row.energy_drift; });
+  if (std::isfinite(position)) {
+    text += fmt::format(" The largest change of pos.err is {:.2e}.", position);
+  }
+  if (std::isfinite(energy)) {
+    text += fmt::format(" The largest change of the energy error is {:.2e}.", energy);
+  }
+  text += '\n';
+  for (const std::string& note : diff.notes) text += note + '\n';
+  return text;
+}
+
+std::string study_diff_json(const StudyDiff& diff) {
+  OrderedJson json;
+  json["a"] = json_study(diff.a);
+  json["b"] = json_study(diff.b);
+  json["notes"] = diff.notes;
+  json["runs"] = OrderedJson::array();
+  for (const auto& [a, b] : diff.pairs) {
+    OrderedJson entry = json_key(a);
+    entry["a"] = json_values(a);
+    entry["b"] = json_values(b);
+    entry["wall_ratio"] = json_number(wall_ratio(a, b));
+    entry["position_error_change"] = json_number(change(a.position_error, b.position_error));
+    entry["position_error_rms_change"] =
+        json_number(change(a.position_error_rms, b.position_error_rms));
+    entry["probe_error_change"] = json_number(change(a.probe_error, b.probe_error));
+    entry["max_relative_energy_drift_change"] = json_number(change(a.energy_drift, b.energy_drift));
+    json["runs"].push_back(std::move(entry));
+  }
+  for (const auto& [key, rows] :
+       {std::pair{"only_in_a", &diff.only_in_a}, std::pair{"only_in_b", &diff.only_in_b}}) {
+    json[key] = OrderedJson::array();
+    for (const StudyDiffRow& row : *rows) json[key].push_back(json_key(row));
+  }
+  return json.dump(2, ' ', false, OrderedJson::error_handler_t::replace) + "\n";
+}
+
+}  // namespace tetraction

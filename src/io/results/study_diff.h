@@ -1,0 +1,67 @@
+// The differences between the results of two studies.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace tetraction {
+
+/// A row of study.json. Numbers that are not known are NaN.
+struct StudyDiffRow {
+  std::string variant;
+  std::string integrator;
+  double step = 0.0;  ///< s
+  std::string solver;
+  std::string status;
+  double wall_seconds = 0.0;
+  double position_error = 0.0;
+  double position_error_rms = 0.0;
+  double probe_error = 0.0;
+  double energy_drift = 0.0;  ///< max_relative_energy_drift
+  std::string processor;
+  int threads = 0;
+  bool shares_machine = false;  ///< its wall time does not count
+};
+
+/// A study as study.json has it.
+struct StudyFile {
+  std::string path;  ///< as the user gave it
+  std::string version;
+  std::string command;
+  std::string date;
+  std::string scene;
+  std::string error;             ///< "position" or "probe.NAME"
+  std::string reference;         ///< "midpoint at 0.0001 s", for people
+  double reference_error = 0.0;  ///< estimated; NaN if it is not known
+  std::vector<StudyDiffRow> rows;
+};
+
+/// Rows of two studies that have the same variant, integrator, step (to a relative 1e-9) and solver.
+struct StudyDiffPair {
+  StudyDiffRow a;
+  StudyDiffRow b;
+};
+
+struct StudyDiff {
+  StudyFile a;
+  StudyFile b;
+  std::vector<StudyDiffPair> pairs;  ///< in the order of a
+  std::vector<StudyDiffRow> only_in_a;
+  std::vector<StudyDiffRow> only_in_b;
+  std::vector<std::string> notes;  ///< what limits the comparison, as sentences
+};
+
+/// Reads a study from its directory, or from a file with the text of study.json. Throws FileError
+/// if there is none, if it has not ended, or if it is damaged.
+StudyFile read_study_file(const std::string& path);
+
+/// Compares two studies.
+StudyDiff diff_studies(StudyFile a, StudyFile b);
+
+/// The table for a terminal.
+std::string study_diff_table(const StudyDiff& diff);
+
+/// The same as JSON. Numbers that are not known are null.
+std::string study_diff_json(const StudyDiff& diff);
+
+}  // namespace tetraction
