@@ -309,7 +309,7 @@ py::object load_path_of(const Session& session) {
 }
 
 void define_session(py::module_& m) {
-  const py::class_<Checkpoint> checkpoint(m, "Checkpoint");
+  const py::class_<Checkpoint> checkpoint_class(m, "Checkpoint");
   using S = PythonSession;
   const auto self_of = [](const py::object& self) -> S& { return self.cast<S&>(); };
   py::class_<S>(m, "Session")
@@ -494,9 +494,8 @@ void define_analyses(py::module_& m) {
       [](const Scene& scene, const std::optional<TetMesh>& given,
          const std::vector<std::string>& integrators, const std::vector<double>& steps,
          std::optional<double> reference_step, const std::string& reference_integrator,
-         const std::string& reference,
-         const std::string& error_probe, const std::string& out, const std::string& name,
-         const py::object& progress) {
+         const std::string& reference, const std::string& error_probe, const std::string& out,
+         const std::string& name, const py::object& progress) {
         StudySettings settings;
         for (const std::string& integrator : integrators) {
           settings.integrators.push_back(integrator_from_string(integrator));
@@ -526,8 +525,8 @@ void define_analyses(py::module_& m) {
         const py::gil_scoped_acquire lock;
         return py::make_tuple(json, csv, table);
       },
-      "scene"_a, "mesh"_a, "integrators"_a, "steps"_a, "reference_step"_a, "reference_integrator"_a, "reference"_a,
-      "error_probe"_a, "out"_a, "name"_a, "progress"_a);
+      "scene"_a, "mesh"_a, "integrators"_a, "steps"_a, "reference_step"_a, "reference_integrator"_a,
+      "reference"_a, "error_probe"_a, "out"_a, "name"_a, "progress"_a);
 }
 
 }  // namespace

@@ -171,11 +171,13 @@ def as_scene(text):
 
 def script_of(block):
     """The lines of a block with a check of the exit code after each of them."""
-    lines = ["set -u", "tetraction() {", '  case "$1" in']
+    # Commands of two words, such as `study diff`, are others than the first word alone.
+    lines = ["set -u", "tetraction() {", '  command="$1"', '  [ "${2:-}" != diff ] || command="$1 $2"',
+             '  case "$command" in']  # fmt: skip
     for part in block.marks.get("shortened", "").split(";"):
         if part.strip():
             command, _, arguments = part.strip().partition(" ")
-            lines.append(f'    {command}) "$TETRACTION" "$@" {arguments} ;;')
+            lines.append(f'    "{command}") "$TETRACTION" "$@" {arguments} ;;')
     lines += ['    *) "$TETRACTION" "$@" ;;', "  esac", "}"]
     for command in re.sub(r"\\\n", "\\\n", block.text).replace("\\\n", " ").split("\n"):
         if not command.strip() or command.strip().startswith("#"):
