@@ -30,6 +30,7 @@
 #include "study_variants.h"
 #include "tetraction/core/blas.h"
 #include "tetraction/core/error.h"
+#include "tetraction/core/parallel.h"
 #include "tetraction/core/provenance.h"
 #include "tetraction/io/initial_fields.h"
 #include "tetraction/io/run_recorder.h"
@@ -53,6 +54,7 @@ struct StudyArguments {
   std::vector<std::string> also_solvers;
   std::vector<std::string> frames;
   std::string error;
+  int jobs = 1;
   bool quiet = false;
   bool json = false;
   bool no_plots = false;
@@ -145,6 +147,18 @@ std::string of_reference(const StudyPlan& plan) {
       name, rule, fmt::join(steps, ", "), sum);
 }
 
+// What becomes of the wall times of runs that are made at the same time.
+std::string of_jobs(int jobs) {
+  const int threads = thread_count();
+  const int cores = this_machine().cores;
+  if (jobs == 1 || jobs * threads <= cores) return {};
+  return fmt::format(
+      "{} runs at a time with {} thread{} each need more than the {} core{} of this machine: the "
+      "wall times of runs that share them do not count{}",
+      jobs, threads, threads == 1 ? "" : "s", cores, cores == 1 ? "" : "s",
+      jobs <= cores ? fmt::format(". With --threads {} they would.", cores / jobs) : "");
+}
+
 // How to see the motion of the first of the runs with frames that was made.
 std::string advice_to_look(const std::string& directory, const std::vector<std::string>& frames) {
   for (const std::string& run : frames) {
@@ -218,6 +232,7 @@ int study(const StudyArguments& arguments) {
   const std::vector<std::string> frames = runs_with_frames(arguments.frames, plan);
   if (!arguments.quiet) {
     print_note(of_reference(plan));
+    if (const std::string note = of_jobs(arguments.jobs); !note.empty()) print_note(note);
   }
   make_output_directory(directory);
   const DirectoryLock lock(directory);
@@ -232,6 +247,7 @@ int study(const StudyArguments& arguments) {
     write_study_row(directory + "/" + row.directory + "/" + kStudyRowFile, row, inputs);
   };
 
+  const bool has_bars = arguments.jobs == 1 && ProgressBar::possible();
   std::string label;
   std::vector<std::string> begun;
   if (arguments.resume) {
@@ -257,7 +273,8 @@ int study(const StudyArguments& arguments) {
     recorder->set_stop_code(&InterruptGuard::exit_code);
     result.push_back(std::move(recorder));
     result.push_back(std::make_unique<InterruptGuard>());
-    if (!arguments.quiet && ProgressBar::possible()) {
+    // Bars of several runs would overwrite each other.
+    if (!arguments.quiet && has_bars) {
       result.push_back(std::make_unique<ProgressBar>(label));
     }
     return result;
@@ -272,11 +289,11 @@ int study(const StudyArguments& arguments) {
         fmt::format("[{}/{}] {}{}{}{} h = {:.4g} s", index + 1, count, to_string(run.integrator),
                     run.compares_solver ? " " : "", run.compares_solver ? run.solver : "",
                     variant.empty() ? "" : " (" + variant + ")", run.step);
-    if (!arguments.quiet && !ProgressBar::possible()) print_progress(label + "\n");
+    if (!arguments.quiet && !has_bars) print_progress(label + "\n");
   };
   const StudyResult result = [&] {
     const InterruptGuard between_runs;
-    return run_study(plan, mesh, observers, progress, memory);
+    return run_study(plan, mesh, observers, progress, memory, arguments.jobs);
   }();
 
   if (arguments.resume && !arguments.quiet) {
@@ -382,6 +399,13 @@ void add_study_command(CLI::App& app, int& exit_code) {
   command->add_option("--set", arguments->overrides, "KEY=VALUE: overrides a scene key")
       ->take_all()
       ->allow_extra_args(false);
+  command
+      ->add_option(
+          "--jobs", arguments->jobs,
+          "Number of runs that are made at the same time (default: 1), each with --threads "
+          "threads. Wall times count only where the machine has a core for each thread of "
+          "all these runs.")
+      ->check(CLI::Range(1, 1024));
   command->add_flag("--resume", arguments->resume,
                     "Keep the runs that an earlier call of the same study has completed");
   command->add_flag("--no-plots", arguments->no_plots, "Do not draw plots");

@@ -3,13 +3,19 @@
 #include <tbb/blocked_range.h>
 #include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <atomic>
+#include <exception>
 #include <memory>
+#include <mutex>
+#include <system_error>
 #include <thread>
 #include <vector>
 
 #include "core/loop_order.h"
+#include "tetraction/core/blas.h"
 #include "tetraction/core/interruption.h"
 
 namespace tetraction {
@@ -23,6 +29,40 @@ std::unique_ptr<tbb::global_control>& control() {
   return instance;
 }
 
+// While jobs run at the same time, the threads of the loops of each of them; otherwise 0.
+std::atomic<int> threads_of_job{0};
+
+// The smallest limit of TBB holds, so that the earlier one has to go first.
+void limit_threads(std::size_t threads) {
+  control().reset();
+  control() =
+      std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism, threads);
+}
+
+// As long as it lives, TBB has enough threads for jobs that run at the same time.
+class ThreadsOfJobs {
+ public:
+  ThreadsOfJobs(int jobs, int threads) : had_limit_(control() != nullptr), threads_(threads) {
+    // The thread of a job works, too.
+    limit_threads(static_cast<std::size_t>(jobs * (threads - 1) + 1));
+    threads_of_job = threads;
+  }
+  ~ThreadsOfJobs() {
+    threads_of_job = 0;
+    if (had_limit_) {
+      limit_threads(static_cast<std::size_t>(threads_));
+    } else {
+      control().reset();
+    }
+  }
+  ThreadsOfJobs(const ThreadsOfJobs&) = delete;
+  ThreadsOfJobs& operator=(const ThreadsOfJobs&) = delete;
+
+ private:
+  bool had_limit_;
+  int threads_;
+};
+
 }  // namespace
 
 void set_thread_count(int threads) {
@@ -32,7 +72,48 @@ void set_thread_count(int threads) {
                                                     static_cast<std::size_t>(wanted));
 }
 
+void run_jobs(Index count, int jobs, const std::function<void(Index)>& job) {
+  const int workers = static_cast<int>(std::min<Index>(jobs, count));
+  if (workers < 2) {
+    for (Index i = 0; i < count; ++i) job(i);
+    return;
+  }
+  const int threads = thread_count();
+  const ThreadsOfJobs enough_threads(workers, threads);
+  // The objects of this class in the jobs then change nothing, which they may not do at the same time.
+  const SerialBlas serial_blas;
+  std::atomic<Index> next{0};
+  std::atomic<bool> has_failed{false};
+  std::exception_ptr failure;
+  std::mutex failing;
+  const auto work = [&] {
+    tbb::task_arena arena(threads);
+    arena.execute([&] {
+      for (Index i = next++; i < count && !has_failed; i = next++) {
+        try {
+          job(i);
+        } catch (...) {
+          const std::lock_guard lock(failing);
+          if (!failure) failure = std::current_exception();
+          has_failed = true;
+        }
+      }
+    });
+  };
+  {
+    std::vector<std::jthread> pool;
+    try {
+      for (int i = 1; i < workers; ++i) pool.emplace_back(work);
+    } catch (const std::system_error&) {
+      // The system gives no more threads: those that there are do all jobs.
+    }
+    work();
+  }
+  if (failure) std::rethrow_exception(failure);
+}
+
 int thread_count() {
+  if (threads_of_job > 0) return threads_of_job;
   return static_cast<int>(
       tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism));
 }

@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <utility>
 
@@ -49,7 +51,8 @@ struct Reference {
 
 class Study {
  public:
-  Study(const StudyPlan& plan, const TetMesh& mesh) : plan_(plan), mesh_(mesh) {
+  Study(const StudyPlan& plan, const TetMesh& mesh, int jobs)
+      : plan_(plan), mesh_(mesh), jobs_(jobs) {
     result_.stable_step = plan.stable_step;
     result_.end = plan.end;
     result_.reference_integrator = plan.references.front().finest().integrator;
@@ -89,13 +92,15 @@ class Study {
 
  private:
   void tell(const PlannedRun& run) {
+    const std::lock_guard lock(calling_);
     if (progress_) progress_(done_, plan_.run_count(), run);
     ++done_;
   }
   std::optional<StudyRow> kept(const PlannedRun& run) const {
     return memory_.kept ? memory_.kept(run) : std::nullopt;
   }
-  void finish(const Run& run) const {
+  void finish(const Run& run) {
+    const std::lock_guard lock(calling_);
     if (memory_.made && run.row.status != RunStatus::kCancelled) memory_.made(run.row);
   }
 
@@ -123,14 +128,15 @@ class Study {
       const std::optional<std::size_t> part = reference_run(planned, plan_.runs[i]);
       if (part && *part < reference.runs.size()) runs[i] = reference.runs[*part];
     }
-    for (const std::size_t i : members) {
-      if (runs[i] || is_cancelled_) continue;
-      const PlannedRun& member = plan_.runs[i];
+    std::erase_if(members, [&](std::size_t i) { return runs[i].has_value(); });
+    run_all(members.size(), [&](std::size_t place, bool shares_machine) {
+      const PlannedRun& member = plan_.runs[members[place]];
       tell(member);
       DistanceFromReference distance(reference.record->track);
       ProbeDifference difference(plan_.error_probe, reference.record->probe);
-      runs[i] = run_one(member, {&distance, &difference});
-      Run& run = *runs[i];
+      runs[members[place]] = run_one(member, {&distance, &difference});
+      Run& run = *runs[members[place]];
+      run.row.shares_machine = shares_machine;
       if (member.variant != planned.variant()) run.row.role = StudyRole::kVariant;
       if (reference.finest().status == RunStatus::kFinished &&
           run.row.status == RunStatus::kFinished) {
@@ -139,9 +145,29 @@ class Study {
                    *reference.record);
       }
       finish(run);
-      is_cancelled_ = run.row.status == RunStatus::kCancelled;
-    }
+      if (run.row.status == RunStatus::kCancelled) is_cancelled_ = true;
+    });
     return reference;
+  }
+
+  // Calls make(i, whether the machine has too few cores for all at the same time) for the first `count`
+  // numbers. After a run was stopped no further one begins. If one throws, the others are stopped.
+  template <class Function>
+  void run_all(std::size_t count, const Function& make) {
+    const auto together =
+        std::min<std::size_t>(count, static_cast<std::size_t>(std::max(1, jobs_)));
+    const auto threads = together * static_cast<std::size_t>(thread_count());
+    const bool shares_machine =
+        together > 1 && threads > static_cast<std::size_t>(this_machine().cores);
+    run_jobs(static_cast<Index>(count), jobs_, [&](Index i) {
+      if (is_cancelled_) return;
+      try {
+        make(static_cast<std::size_t>(i), shares_machine);
+      } catch (...) {
+        is_cancelled_ = true;
+        throw;
+      }
+    });
   }
 
   // Whether no reference of a further mesh has to be compared with that of the first one.
@@ -183,13 +209,21 @@ class Study {
     const std::vector<double> times = comparison_times(
         steps, result_.end, tracks * 3 * mesh_of(planned.variant()).vertex_count());
     std::vector<std::unique_ptr<ReferenceRecord>> records;
-    for (const PlannedRun& run : planned.runs) {
-      if (is_cancelled_) break;
-      tell(run);
+    for (std::size_t i = 0; i < planned.runs.size(); ++i) {
       records.push_back(std::make_unique<ReferenceRecord>(times, plan_.error_probe));
-      reference.runs.push_back(run_one(run, {&records.back()->track, &records.back()->probe}));
-      is_cancelled_ = reference.finest().status == RunStatus::kCancelled;
     }
+    std::vector<std::optional<Run>> made(planned.runs.size());
+    run_all(made.size(), [&](std::size_t i, bool shares_machine) {
+      tell(planned.runs[i]);
+      made[i] = run_one(planned.runs[i], {&records[i]->track, &records[i]->probe});
+      made[i]->row.shares_machine = shares_machine;
+      if (made[i]->row.status == RunStatus::kCancelled) is_cancelled_ = true;
+    });
+    // Runs begin in their order: if the study was stopped, the last ones are missing.
+    for (std::optional<Run>& run : made) {
+      if (run) reference.runs.push_back(std::move(*run));
+    }
+    records.resize(reference.runs.size());
     std::vector<ReferenceDistance> distances(records.size());
     if (is_extrapolated && !is_cancelled_) {
       const auto failed =
@@ -197,16 +231,16 @@ class Study {
                        [](const Run& run) { return run.row.status != RunStatus::kFinished; });
       const double step = planned.runs[1].step;
       if (failed == reference.runs.end()) {
-        ExtrapolatedReference made =
+        ExtrapolatedReference extrapolated =
             extrapolate_reference(planned.finest().integrator, step,
                                   {records[0].get(), records[1].get(), records[2].get()});
-        reference.extrapolation = std::move(made.result);
+        reference.extrapolation = std::move(extrapolated.result);
         // Between the steps of the finest run its probe is interpolated.
         const ReferenceProbe& probe = records[2]->probe;
         if (!times_are_steps(steps, planned.finest().step) && probe.largest() > 0.0) {
           reference.extrapolation->error_of_probe += probe.interpolation_error() / probe.largest();
         }
-        distances.assign(made.distances.begin(), made.distances.end());
+        distances.assign(extrapolated.distances.begin(), extrapolated.distances.end());
       } else {
         reference.extrapolation = ReferenceExtrapolation{};
         reference.extrapolation->step = step;
@@ -279,7 +313,17 @@ class Study {
     return own ? *own : mesh_;
   }
 
-  Run run_one(const PlannedRun& planned, std::vector<Observer*> watching) const {
+  // Stops a run if another one was stopped or has thrown an exception.
+  class StopWithOthers : public Observer {
+   public:
+    explicit StopWithOthers(const std::atomic<bool>& flag) : flag_(flag) {}
+    bool on_step(const Session&) override { return !flag_; }
+
+   private:
+    const std::atomic<bool>& flag_;
+  };
+
+  Run run_one(const PlannedRun& planned, std::vector<Observer*> watching) {
     const StudyVariant& variant = plan_.variants[planned.variant];
     Scene scene = variant.scene;
     scene.time.integrator = planned.integrator;
@@ -306,8 +350,13 @@ class Study {
 
     Session session(scene, mesh_of(planned.variant));
     std::vector<std::unique_ptr<Observer>> observers;
-    if (observers_) observers = observers_(run.row.directory);
+    if (observers_) {
+      const std::lock_guard lock(calling_);
+      observers = observers_(run.row.directory);
+    }
     for (const auto& observer : observers) watching.push_back(observer.get());
+    StopWithOthers stop(is_cancelled_);
+    watching.push_back(&stop);
     run.row.status = session.run(watching);
     run.row.stable_step = session.initial_limit().critical_step;
     run.row.message = session.message();
@@ -412,7 +461,9 @@ class Study {
   const ReferenceRecord* first_record_ = nullptr;  // of the first mesh, if it was made
   bool first_is_complete_ = false;                 // whether that reference reached the end
   std::size_t done_ = 0;                           // runs that were begun or kept
-  bool is_cancelled_ = false;                      // whether a run was stopped on request
+  int jobs_;                                       // runs at the same time
+  std::mutex calling_;                             // held while a function of the caller is called
+  std::atomic<bool> is_cancelled_{false};          // whether a run was stopped on request
 };
 
 }  // namespace
@@ -467,8 +518,8 @@ double observed_order(double h1, double e1, double h2, double e2, double hr) {
 }
 
 StudyResult run_study(const StudyPlan& plan, const TetMesh& mesh, const ObserverFactory& observers,
-                      const StudyProgress& progress, const StudyMemory& memory) {
-  return Study(plan, mesh).run(observers, progress, memory);
+                      const StudyProgress& progress, const StudyMemory& memory, int jobs) {
+  return Study(plan, mesh, jobs).run(observers, progress, memory);
 }
 
 StudyResult run_study(const Scene& scene, const TetMesh& mesh, const StudySettings& settings,

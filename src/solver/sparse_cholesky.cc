@@ -2,6 +2,7 @@
 
 #include <cholmod.h>
 
+#include <mutex>
 #include <new>
 
 #include "serial_openmp.h"
@@ -77,6 +78,9 @@ void SparseCholesky::analyze() {
   cholmod_sparse pattern = s.matrix;
   pattern.x = nullptr;
   pattern.xtype = CHOLMOD_PATTERN;
+  // METIS takes its numbers from std::rand(), whose sequence all threads share.
+  static std::mutex of_random_numbers;
+  const std::lock_guard lock(of_random_numbers);
   s.factor = cholmod_analyze(&pattern, &s.common);
   if (s.factor == nullptr) throw std::bad_alloc();
   s.cost = {s.common.fl, s.common.lnz};

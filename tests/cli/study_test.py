@@ -677,6 +677,140 @@ class Variants(StudyTest):
             "--vary", f"material.density={many}", "--vary", f"solver.max_iterations={many}"))  # fmt: skip
 
 
+class Jobs(StudyTest):
+    """Several runs at a time. With more threads than cores their wall times do not count."""
+
+    GRID = ("--integrators", "verlet,midpoint,energy-momentum", "--steps", "1e-3,2e-3,4e-3")
+    TIMES = ("wall_seconds", "seconds_per_simulated_second", "date", "command", "timing")
+
+    def rows(self, folder="s"):
+        with open(self.path(folder, "study.csv"), newline="") as file:
+            return list(csv.DictReader(file))
+
+    def table(self):
+        """The whole table but for what depends on the machine's load."""
+        return [{k: v for k, v in r.items() if k not in self.TIMES} for r in self.rows()]
+
+    def files(self, name):
+        found = {}
+        for run in self.runs():
+            with open(self.path("s", run, name), "rb") as file:
+                found[run] = file.read()
+        return found
+
+    def test_the_same_bits_as_one_run_at_a_time(self):
+        for more in ((), ("--reference", "richardson"), ("--threads", "1"),
+                     ("--vary", "mesh.generate.cells=[8,2,2],[6,2,2]", "--threads", "2")):  # fmt: skip
+            with self.subTest(more):
+                results = []
+                for jobs in ("1", "2", "5"):
+                    self.study(*self.GRID, *more, "--jobs", jobs, "--quiet")
+                    with open(self.path("s", "study.json")) as file:
+                        runs = json.load(file)["runs"]
+                    results.append((
+                        self.table(), self.files("history.csv"), self.files("final.vtu"),
+                        [(r["position_error"], r["probe_error"], r["observed_order"]) for r in runs],
+                    ))  # fmt: skip
+                    if more == ("--threads", "2"):
+                        self.assertEqual({r["threads"] for r in runs}, {2})
+                self.assertEqual(results[0], results[1])
+                self.assertEqual(results[0], results[2])
+
+    def test_factorisations_at_the_same_time(self):
+        """Orderings of large matrices need random numbers, which threads share."""
+        grid = ("--integrators", "midpoint", "--steps", "1e-2,2e-2,4e-2", "--set",
+                "mesh.generate.cells=[36,9,9]", "--set", "solver.linear=factor", "--set",
+                "time.end=0.04", "--quiet")  # fmt: skip
+        tables = []
+        for jobs in ("1", "3"):
+            self.study(*grid, "--jobs", jobs, "--threads", "1")
+            tables.append((self.table(), self.files("final.vtu")))
+        self.assertEqual(tables[0], tables[1])
+
+    def test_wall_times_of_runs_that_share_cores_do_not_count(self):
+        cores = len(os.sched_getaffinity(0))
+        said = self.study(*self.GRID, "--jobs", "3", "--threads", str(cores))
+        self.assertIn(f"3 runs at a time with {cores} thread", said.stderr)
+        self.assertIn("wall times of runs that share them do not count", said.stderr)
+        rows = self.rows()
+        # The reference is one run, which was alone.
+        self.assertEqual([r["timing"] for r in rows],
+                         ["alone" if r["role"] == "reference" else "shared" for r in rows])  # fmt: skip
+        with open(self.path("s", "study.json")) as file:
+            study = json.load(file)
+        self.assertEqual([r["timing"] for r in study["runs"]], [r["timing"] for r in rows])
+        cost = next(c for c in study["conclusions"] if c["topic"] == "Cost of accuracy")
+        self.assertEqual(len(cost["sentences"]), 1)
+        self.assertIn("timings are missing", cost["sentences"][0])
+        self.assertIn("with --jobs 1", cost["sentences"][0])
+        self.assertRegex(said.stdout, r"(?m)^verlet +- +0\.001 .* [0-9.e-]+\* ")
+        self.assertIn("wall [s] with *", said.stdout)
+        with open(self.path("s", "study.html")) as file:
+            self.assertIn("Wall times with * do not count", file.read())
+        # The marks stay with runs that are kept. There is no plot of cost.
+        self.run_program("study", "beam.toml", "--out", "s", *self.GRID, "--resume", "--quiet")
+        self.assertEqual(self.rows(), [{**r, "command": self.rows()[0]["command"]} for r in rows])
+        self.assertFalse(os.path.exists(self.path("s", "work_precision.png")))
+        self.assertTrue(os.path.exists(self.path("s", "error_over_step.png")))
+        diff = json.loads(self.run_program("study", "diff", "s", "s", "--json").stdout)
+        self.assertEqual({r["wall_ratio"] for r in diff["runs"]}, {None, 1.0})
+        self.assertIn("--jobs 1", " ".join(diff["notes"]))
+
+    def test_wall_times_of_runs_with_a_core_each_count(self):
+        cores = len(os.sched_getaffinity(0))
+        said = self.study(*self.GRID, "--jobs", str(cores), "--threads", "1")
+        self.assertEqual({r["timing"] for r in self.rows()}, {"alone"})
+        self.assertNotIn("do not count", said.stderr + said.stdout)
+        self.study(*self.GRID, "--threads", str(2 * cores), "--quiet")
+        self.assertEqual({r["timing"] for r in self.rows()}, {"alone"})
+
+    def test_interrupted_and_resumed(self):
+        grid = ["--integrators", "verlet,midpoint", "--steps", "2e-4,4e-4,1e-3", "--frames", "none",
+                "--set", "time.end=2", "--threads", "1"]  # fmt: skip
+        scene = self.write("beam.toml", BEAM)
+
+        def complete():
+            return set(glob.glob(self.path("s", "*", "study_row.json")))
+
+        with subprocess.Popen(
+            [PROGRAM, "study", scene, "--out", "s", "--no-plots", *grid, "--jobs", "2"],
+            cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        ) as process:  # fmt: skip
+            # The reference is complete, and two runs are being made.
+            while process.poll() is None and len(complete()) < 2:
+                time.sleep(0.002)
+            process.send_signal(signal.SIGINT)
+            _, messages = process.communicate(timeout=60)
+        if process.returncode != 0:  # a fast machine may have ended the study
+            self.assertEqual(process.returncode, 130, messages)
+            self.assertIn("the study was interrupted", messages)
+            rows = self.rows()
+            stopped = [r for r in rows if r["status"] == "interrupted"]
+            self.assertTrue(1 <= len(stopped) <= 2 or len(rows) < 6, rows)
+            for run in self.runs():
+                self.assertTrue(os.path.exists(self.path("s", run, "summary.json")))
+        kept = complete() - {self.path("s", "midpoint-0.0002", "study_row.json")}
+        written = {path: os.stat(path).st_mtime_ns for path in kept}
+        self.study(*grid, "--resume", "--jobs", "2", "--quiet")
+        self.assertEqual({path: os.stat(path).st_mtime_ns for path in kept}, written)
+        table, histories = self.table(), self.files("history.csv")
+        self.study(*grid, "--quiet")
+        self.assertEqual((table, histories), (self.table(), self.files("history.csv")))
+
+    def test_a_run_that_cannot_write_ends_the_others(self):
+        """One message, and no further run begins."""
+        scene = self.write("beam.toml", BEAM)
+        os.makedirs(self.path("s", "verlet-0.002", "history.csv"))
+        message = self.refused(4, "study", scene, "--out", "s", "--no-plots", "--quiet", *self.GRID,
+                               "--set", "time.end=20", "--jobs", "2")  # fmt: skip
+        self.assertIn("verlet-0.002/history.csv", message)
+
+    def test_numbers_of_jobs_that_are_wrong(self):
+        for text in ("0", "-1", "abc", "1.5", "", "99999"):
+            with self.subTest(text):
+                self.assertIn("--jobs", self.refused_study(f"--jobs={text}"))
+
+
 class Diff(StudyTest):
     GRID = ("--no-plots", "--quiet", "--reference-step", "5e-4")
 

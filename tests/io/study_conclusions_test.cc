@@ -151,6 +151,119 @@ TEST(StudyConclusions, DoNotCompareTimesOfDifferentMachines) {
   expect_part(on(result, "Limits of the comparison"), "wall times cannot be compared");
 }
 
+TEST(StudyConclusions, DoNotCountTimesOfRunsThatSharedTheMachine) {
+  StudyResult result = two_rules();
+  result.rows[1].shares_machine = true;  // the cheapest one
+  std::string text = on(result, "Cost of accuracy");
+  expect_part(text, "of 10 % and 1 % the cheapest run is verlet with h = 5e-5 s");
+  expect_part(text, "The wall times of 1 of 4 runs do not count here");
+  expect_part(text, "--jobs 1");
+  // No run below the limit has a time, but it is not said that none reaches the error.
+  result.rows[0].shares_machine = true;
+  text = on(result, "Cost of accuracy");
+  expect_part(text, "For a position error of 10 % the cheapest run is midpoint with h = 3.6e-3 s");
+  expect_part(text, "For a position error of 1 % the cheapest run is midpoint with h = 1.2e-3 s");
+  expect_no_part(text, "below the stability limit");
+  expect_part(text, "No run reaches a position error of 0.1 %");
+  // An error that is reached by runs without a time only is left out.
+  result.rows[2].shares_machine = true;
+  text = on(result, "Cost of accuracy");
+  expect_part(text, "of 10 % the cheapest run is midpoint with h = 3.6e-3 s");
+  expect_no_part(text, " 1 % the cheapest");
+  expect_no_part(text, "No run is certain");
+  result.rows[3].shares_machine = true;
+  text = on(result, "Cost of accuracy");
+  expect_part(text, "timings are missing: all runs shared the cores");
+  expect_no_part(text, "cheapest");
+}
+
+TEST(StudyConclusions, CompareSolversWithoutTimesThatWereShared) {
+  StudyResult result = two_rules();
+  result.rows.push_back(row_of(Integrator::kMidpoint, 3.6e-3, 5e-2, 900.0));
+  result.rows.back().solver = "ceres";
+  result.rows.back().compares_solver = true;
+  expect_part(on(result, "Solvers"), "ceres takes 45 times the wall time of newton");
+  result.rows.back().shares_machine = true;
+  const std::string text = on(result, "Solvers");
+  expect_part(text, "the errors with ceres and newton are 0.05 and 0.05; their wall times do not");
+  expect_no_part(text, "45 times");
+}
+
+// Two meshes with two variants each; the second reference has another error.
+StudyResult two_meshes() {
+  StudyResult result = two_rules();
+  const std::vector<StudyRow> rows = result.rows;
+  result.rows.clear();
+  for (const char* name : {"coarse, soft", "coarse, hard", "fine, soft", "fine, hard"}) {
+    const std::string variant = name;
+    for (StudyRow row : rows) {
+      row.variant = variant;
+      if (variant.ends_with("hard")) row.role = StudyRole::kVariant;
+      if (variant.starts_with("fine")) {
+        row.stable_step = 5e-5;
+        row.position_error *= 20.0;
+        row.wall_seconds *= 8.0;
+      }
+      result.rows.push_back(row);
+    }
+    result.variants.push_back({variant, {}});
+  }
+  for (const std::string mesh : {"coarse", "fine"}) {
+    MeshReference reference;
+    reference.variant = mesh + ", soft";
+    reference.variants = {mesh + ", soft", mesh + ", hard"};
+    reference.status = RunStatus::kFinished;
+    reference.directory = mesh;
+    reference.error = mesh == "fine" ? 3e-3 : 1e-5;
+    result.mesh_references.push_back(reference);
+  }
+  return result;
+}
+
+TEST(StudyConclusions, AreDrawnForEachMesh) {
+  StudyResult result = two_meshes();
+  const std::string meshes = on(result, "Meshes");
+  expect_part(meshes, "The study has 2 meshes.");
+  expect_part(meshes, "The variants fine, soft and fine, hard have the same mesh.");
+  expect_part(meshes, "The stability limit of fine, soft is 0.5 times that of coarse, soft.");
+  expect_part(meshes, "fine, soft takes 8 times the wall time of coarse, soft.");
+  expect_part(meshes, "--error probe.NAME");
+  expect_part(on(result, "Cost of accuracy: coarse, soft"),
+              "For a position error of 1 % the cheapest run is verlet (coarse, soft) with");
+  expect_part(on(result, "Cost of accuracy: fine, soft"),
+              "No run reaches a position error of 1 %: the smallest is 0.04 (verlet (fine, soft)");
+  expect_part(on(result, "Limits of the comparison: fine, soft"), "is estimated at 3e-3");
+  expect_part(on(result, "Variants: fine, soft"), "those of the variant fine, soft");
+  result.error_probe = "tip";
+  result.mesh_references[1].probe_difference = 0.02;
+  expect_part(on(result, "Meshes"),
+              "The probe tip of the reference of fine, soft differs by up to 0.02 from that of "
+              "coarse, soft");
+}
+
+TEST(StudyWriter, EachRowHasTheReferenceOfItsMesh) {
+  StudyResult result = two_meshes();
+  result.rows[5].shares_machine = true;
+  const std::string csv = study_csv(result, {});
+  std::vector<std::string> ends;
+  for (std::size_t begin = csv.find('\n') + 1; begin < csv.size();) {
+    const std::size_t end = csv.find('\n', begin);
+    const std::string line = csv.substr(begin, end - begin);
+    ends.push_back(line.substr(line.rfind(',', line.rfind(',') - 1) + 1));
+    begin = end + 1;
+  }
+  ASSERT_EQ(ends.size(), 16U);
+  for (std::size_t i = 0; i < ends.size(); ++i) {
+    EXPECT_EQ(ends[i], std::string(i < 8 ? "1e-05" : "0.003") + (i == 5 ? ",shared" : ",alone"));
+  }
+  const std::string table = study_table(result);
+  expect_part(table,
+              "Reference of fine, soft and fine, hard: verlet with h = 1e-5 s (ok), whose own");
+  expect_part(table,
+              "fine, soft: h_crit = 5e-05 s (verlet); another mesh, with a reference of its own");
+  expect_part(table, "differences from another variant, fine, soft");
+}
+
 TEST(StudyConclusions, WarnOfShortTimes) {
   StudyResult result = two_rules();
   expect_no_part(on(result, "Cost of accuracy"), "vary much");

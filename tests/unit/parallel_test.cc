@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cmath>
 #include <stdexcept>
+#include <thread>
 #include <vector>
 
 namespace tetraction {
@@ -60,6 +62,62 @@ TEST_F(Parallel, ExceptionsReachTheCaller) {
   EXPECT_THROW(
       parallel_for(1000, 1, [](Index, Index) { throw std::runtime_error("from the body"); }),
       std::runtime_error);
+}
+
+// Jobs of different lengths, whose loops have the caller's number of threads.
+TEST_F(Parallel, JobsRunOnceWithTheThreadsOfTheCaller) {
+  for (const int threads : {1, 3}) {
+    for (const int jobs : {0, 1, 2, 5}) {
+      set_thread_count(threads);
+      std::vector<double> sums(7, 0.0);
+      std::vector<int> known(7, 0);
+      run_jobs(7, jobs, [&](Index i) {
+        known[static_cast<std::size_t>(i)] += thread_count();
+        sums[static_cast<std::size_t>(i)] =
+            parallel_sum(50000 * (i + 1), [](Index begin, Index end) {
+              double sum = 0.0;
+              for (Index k = begin; k < end; ++k) sum += std::sin(static_cast<double>(k));
+              return sum;
+            });
+      });
+      EXPECT_EQ(thread_count(), threads);
+      for (Index i = 0; i < 7; ++i) {
+        EXPECT_EQ(known[static_cast<std::size_t>(i)], threads);
+        const double alone = parallel_sum(50000 * (i + 1), [](Index begin, Index end) {
+          double sum = 0.0;
+          for (Index k = begin; k < end; ++k) sum += std::sin(static_cast<double>(k));
+          return sum;
+        });
+        EXPECT_EQ(sums[static_cast<std::size_t>(i)], alone);
+      }
+    }
+  }
+}
+
+// Each waits for the other one: this ends only if both run.
+TEST_F(Parallel, JobsRunAtTheSameTime) {
+  set_thread_count(1);
+  std::atomic<int> begun{0};
+  run_jobs(2, 2, [&](Index) {
+    ++begun;
+    while (begun < 2) std::this_thread::yield();
+  });
+  EXPECT_EQ(begun, 2);
+}
+
+TEST_F(Parallel, AJobThatThrowsEndsTheOthers) {
+  for (const int jobs : {1, 2}) {
+    set_thread_count(2);
+    std::atomic<int> begun{0};
+    EXPECT_THROW(run_jobs(1000, jobs,
+                          [&](Index) {
+                            ++begun;
+                            throw std::runtime_error("job");
+                          }),
+                 std::runtime_error);
+    EXPECT_LE(begun, jobs);
+    EXPECT_EQ(thread_count(), 2);
+  }
 }
 
 }  // namespace

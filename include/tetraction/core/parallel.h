@@ -10,8 +10,18 @@ namespace tetraction {
 /// Limits the number of threads of all parallel loops from now on; 0 means one per core.
 void set_thread_count(int threads);
 
-/// Number of threads that the loops use.
+/// Number of threads that the loops use. Within run_jobs() that of the loops of one job.
 int thread_count();
+
+/// Calls job(i) for all i in [0, count), of which up to `jobs` run at the same time, each in a thread of
+/// its own. They begin in ascending order. The parallel loops of a job have as many threads as the loops of
+/// the caller, so that their results are the same bits. With at most one job at a time everything runs in
+/// the calling thread.
+///
+/// If a job throws an exception, no further one begins, and the exception is rethrown when those that run
+/// have ended. Jobs must not call run_jobs() or set_thread_count(). At most one thread of the program may
+/// call this function at a time.
+void run_jobs(Index count, int jobs, const std::function<void(Index)>& job);
 
 /// Calls body(begin, end) on disjoint ranges that cover [0, count), on several threads at the same
 /// time. `grain` is the smallest number of items for which a task of its own is worthwhile. Ranges

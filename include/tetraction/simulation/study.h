@@ -276,9 +276,15 @@ struct StudyMemory {
 /// Runs that `memory` keeps are not made again. The runs of a reference are made again if any run
 /// that is compared with it is, because its motion over time is needed for the comparison. With an
 /// error probe and several meshes this holds for the first reference and all others, too.
+///
+/// Up to `jobs` runs are made at the same time, each with thread_count() threads: the runs of a
+/// reference, then those that are compared with it. The result is the same but for wall times and dates.
+/// The functions that are called for the runs are never called at the same time. The observers of
+/// different runs are, and so are force terms and materials of a program that several variants share.
+/// StudyRow::shares_machine says whether the runs had too few cores.
 StudyResult run_study(const StudyPlan& plan, const TetMesh& mesh,
                       const ObserverFactory& observers = {}, const StudyProgress& progress = {},
-                      const StudyMemory& memory = {});
+                      const StudyMemory& memory = {}, int jobs = 1);
 
 /// Plans a study and makes its runs.
 StudyResult run_study(const Scene& scene, const TetMesh& mesh, const StudySettings& settings,

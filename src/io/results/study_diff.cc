@@ -51,6 +51,7 @@ StudyDiffRow row_of(const Json& run) {
   row.probe_error = error("probe_error");
   row.energy_drift = number_in(run, "max_relative_energy_drift");
   row.processor = text_of(run, "processor");
+  row.shares_machine = text_of(run, "timing") == "shared";
   const double threads = number_in(run, "threads");
   row.threads = threads > 0.0 && threads < 1e6 ? static_cast<int>(threads) : 0;
   return row;
@@ -75,8 +76,11 @@ double change(double a, double b) {
   return b - a;
 }
 
-double ratio(double a, double b) {
-  return a > 0.0 && b > 0.0 ? b / a : kNone;
+// NaN if a run shared the cores with others.
+double wall_ratio(const StudyDiffRow& a, const StudyDiffRow& b) {
+  const bool counts = !a.shares_machine && !b.shares_machine;
+  return counts && a.wall_seconds > 0.0 && b.wall_seconds > 0.0 ? b.wall_seconds / a.wall_seconds
+                                                                : kNone;
 }
 
 // Whether all these rows were made by one machine with one number of threads.
@@ -117,6 +121,13 @@ std::vector<std::string> notes_of(const StudyDiff& diff) {
     notes.emplace_back(
         "The runs were made on different machines or with different numbers of threads: the ratios "
         "of the wall times are not those of the program alone.");
+  }
+  if (std::any_of(diff.pairs.begin(), diff.pairs.end(), [](const StudyDiffPair& pair) {
+        return pair.a.shares_machine || pair.b.shares_machine;
+      })) {
+    notes.emplace_back(
+        "Runs that shared the cores of their machine with others have no ratio of wall times. Make "
+        "the study with --jobs 1 to measure them.");
   }
   return notes;
 }
@@ -278,9 +289,9 @@ std::string study_diff_table(const StudyDiff& diff) {
       text += fmt::format("{}:\n", excerpt(a.variant));
     }
     text += name_of(a);
-    text += fmt::format(
-        "{:>18}{:>10}{:>9}", a.status == b.status ? a.status : a.status + ", " + b.status,
-        cell(a.wall_seconds, "{:.3g}"), cell(ratio(a.wall_seconds, b.wall_seconds), "{:.3g}"));
+    text += fmt::format("{:>18}{:>10}{:>9}",
+                        a.status == b.status ? a.status : a.status + ", " + b.status,
+                        cell(a.wall_seconds, "{:.3g}"), cell(wall_ratio(a, b), "{:.3g}"));
     const auto values = [&](double in_a, double in_b) {
       text += fmt::format("{:>10}{:>10}{:>11}", cell(in_a, "{:.2e}"), cell(in_b, "{:.2e}"),
                           cell(change(in_a, in_b), "{:+.2e}"));
@@ -319,7 +330,7 @@ std::string study_diff_json(const StudyDiff& diff) {
     OrderedJson entry = json_key(a);
     entry["a"] = json_values(a);
     entry["b"] = json_values(b);
-    entry["wall_ratio"] = json_number(ratio(a.wall_seconds, b.wall_seconds));
+    entry["wall_ratio"] = json_number(wall_ratio(a, b));
     entry["position_error_change"] = json_number(change(a.position_error, b.position_error));
     entry["position_error_rms_change"] =
         json_number(change(a.position_error_rms, b.position_error_rms));

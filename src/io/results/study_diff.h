@@ -20,6 +20,7 @@ struct StudyDiffRow {
   double energy_drift = 0.0;  ///< max_relative_energy_drift
   std::string processor;
   int threads = 0;
+  bool shares_machine = false;  ///< its wall time does not count
 };
 
 /// A study as study.json has it.

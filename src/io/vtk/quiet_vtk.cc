@@ -23,7 +23,12 @@ class CollectingWindow : public vtkOutputWindow {
 };
 vtkStandardNewMacro(CollectingWindow);
 
-VtkMessages::VtkMessages() {
+std::recursive_mutex& VtkMessages::only_one() {
+  static std::recursive_mutex mutex;
+  return mutex;
+}
+
+VtkMessages::VtkMessages() : lock_(only_one()) {
   vtkLogger::SetStderrVerbosity(vtkLogger::VERBOSITY_OFF);
   vtkOutputWindow* previous = vtkOutputWindow::GetInstance();
   previous->Register(nullptr);

@@ -1,6 +1,7 @@
 // VTK reports errors as events and prints them. This class collects them as texts instead.
 #pragma once
 
+#include <mutex>
 #include <string>
 
 class vtkObject;
@@ -8,7 +9,8 @@ class vtkObject;
 namespace tetraction {
 
 /// While an object of this class exists, VTK prints nothing. Errors and warnings of the watched
-/// objects, and those that VTK sends only to its output window, are collected.
+/// objects, and those that VTK sends only to its output window, are collected. VTK has one output window:
+/// another thread that makes such an object waits until this one is gone.
 class VtkMessages {
  public:
   VtkMessages();
@@ -24,6 +26,9 @@ class VtkMessages {
  private:
   friend class CollectingWindow;
   static void collect(vtkObject*, unsigned long, void* self, void* text);
+  static std::recursive_mutex& only_one();
+
+  std::unique_lock<std::recursive_mutex> lock_;
   std::string text_;
   void* previous_window_;
 };
