@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "io/results/result_folders.h"
 #include "python_objects.h"
 #include "session.h"
 #include "tetraction/core/error.h"
@@ -211,6 +212,13 @@ void define_scene(py::module_& m) {
   });
 }
 
+// The numbers that scenes, edits and files have for the vertices.
+py::array_t<std::int64_t> vertex_ids_of(const TetMesh& mesh) {
+  py::array_t<std::int64_t> ids(mesh.vertex_count());
+  for (Index v = 0; v < mesh.vertex_count(); ++v) ids.mutable_data()[v] = mesh.vertex_id(v);
+  return ids;
+}
+
 void define_mesh(py::module_& m) {
   py::class_<TetMesh>(m, "Mesh")
       .def_static(
@@ -233,6 +241,7 @@ void define_mesh(py::module_& m) {
       .def_property_readonly("tetrahedra", &tetrahedra_of)
       .def_property_readonly("volume", &TetMesh::total_volume)
       .def_property_readonly("is_quadratic", &TetMesh::is_quadratic)
+      .def_property_readonly("vertex_ids", &vertex_ids_of)
       .def_property_readonly("regions",
                              [](const TetMesh& mesh) {
                                py::array_t<std::int64_t> array(mesh.tetrahedron_count());
@@ -320,6 +329,8 @@ void define_session(py::module_& m) {
            }),
            "scene"_a, "mesh"_a, "is_static"_a, "largest_increment"_a, "with_history"_a, "arrays"_a)
       .def("step", &S::step)
+      .def_property_readonly("vertex_ids",
+                             [](const S& s) { return vertex_ids_of(s.session().system().mesh()); })
       .def("run",
            [self_of](const py::object& self, const py::list& observers, const std::string& out,
                      const py::object& shown) {
@@ -327,6 +338,7 @@ void define_session(py::module_& m) {
              std::unique_ptr<RunRecorder> recorder;
              std::vector<Observer*> own;
              if (!out.empty()) {
+               check_folder_of_run(session.session().scene(), out);
                recorder =
                    std::make_unique<RunRecorder>(out, session.session().scene().output.every);
                recorder->keep_checkpoints(session.session().scene().output.checkpoint_every);
@@ -339,6 +351,7 @@ void define_session(py::module_& m) {
       .def(
           "apply",
           [](S& s, const Scene& scene, std::size_t i) {
+            const Turns::Turn turn(s.turns(), Turns::Use::kEdit);
             const EventSettings& event = scene.event.at(i);
             for (const Edit& edit : event.edits) s.session().apply(edit, event.echo);
             s.refresh();
@@ -350,16 +363,23 @@ void define_session(py::module_& m) {
              if (region < 0 || region >= static_cast<Index>(s.session().materials().size())) {
                throw InputError("There is no region of material with that number.");
              }
+             const Turns::Turn turn(s.turns(), Turns::Use::kEdit);
              MaterialSettings settings = s.session().materials()[static_cast<std::size_t>(region)];
              settings.custom = material;
              s.session().apply(SetMaterial{region, settings});
              s.refresh();
            })
       .def(
-          "checkpoint", [](S& s) { return s.session().checkpoint(); }, Released())
+          "checkpoint",
+          [](S& s) {
+            const Turns::Turn turn(s.turns(), Turns::Use::kEdit);
+            return s.session().checkpoint();
+          },
+          Released())
       .def(
           "restore",
           [](S& s, const Checkpoint& checkpoint) {
+            const Turns::Turn turn(s.turns(), Turns::Use::kStep);
             s.session().restore(checkpoint);
             s.remove_later_rows();
             s.refresh();
@@ -369,6 +389,7 @@ void define_session(py::module_& m) {
       .def(
           "go_back",
           [](S& s) {
+            const Turns::Turn turn(s.turns(), Turns::Use::kStep);
             s.session().go_back();
             s.remove_later_rows();
             s.refresh();
@@ -390,7 +411,11 @@ void define_session(py::module_& m) {
                              [](const S& s) { return s.session().initial_limit().critical_step; })
       .def(
           "current_stable_step",
-          [](const S& s) { return s.session().current_limit().critical_step; }, Released())
+          [](S& s) {
+            const Turns::Turn turn(s.turns(), Turns::Use::kEdit);
+            return s.session().current_limit().critical_step;
+          },
+          Released())
       .def_property_readonly("status", [](const S& s) { return to_string(s.session().status()); })
       .def_property_readonly("message", [](const S& s) { return s.session().message(); })
       .def_property_readonly("failure", [](const S& s) { return failure_of(s.session()); })
@@ -420,7 +445,8 @@ void define_session(py::module_& m) {
                              [](const S& s) { return tetrahedra_of(s.session().system().mesh()); })
       .def(
           "element_fields",
-          [](const S& s) {
+          [](S& s) {
+            const Turns::Turn turn(s.turns(), Turns::Use::kEdit);
             const ElementFields fields =
                 element_fields(s.session().system(), s.session().state().position);
             const py::gil_scoped_acquire lock;
@@ -517,6 +543,7 @@ void define_analyses(py::module_& m) {
         };
         const py::gil_scoped_release released;
         const TetMesh mesh = session_mesh(scene, given);
+        if (!out.empty()) check_folder_of_study(scene, out);
         const StudyResult result = run_study(scene, mesh, settings, observers, tell);
         if (!out.empty()) write_study(result, name, out, {"", utc_now()});
         std::string json = study_json(result, name);

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <chrono>
+#include <exception>
 #include <limits>
 #include <utility>
 
+#include "tetraction/core/error.h"
 #include "tetraction/simulation/probe.h"
 
 namespace py = pybind11;
@@ -29,23 +31,43 @@ class SignalCheck {
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
+// Whether an observer asks for the end of the run: with False of Python or of NumPy.
+bool is_false(const py::handle& answer) {
+  const std::string type = answer.get_type().attr("__name__").cast<std::string>();
+  return (type == "bool" || type == "bool_") && !answer.cast<bool>();
+}
+
 // Enters rows of the history and calls the observers of Python.
 class Caller : public Observer {
  public:
   Caller(PythonSession& session, const py::list& observers, const py::object& self)
       : session_(session), observers_(observers), self_(self) {}
 
+  // Ends the run after an exception, which rethrow() throws when the results have been written.
   bool on_step(const Session& /*session*/) override {
+    try {
+      return call();
+    } catch (...) {
+      failure_ = std::current_exception();
+      return false;
+    }
+  }
+  // Returns whether the run goes on.
+  bool call() {
     session_.add_row();
     check_();
     session_.refresh();
     if (observers_.empty()) return true;
     const py::gil_scoped_acquire lock;
+    const Turns::Observing observing(session_.turns());
     for (const py::handle observer : observers_) {
       const py::object answer = observer(self_);
-      if (answer.is(py::bool_(false))) return false;
+      if (is_false(answer)) return false;
     }
     return true;
+  }
+  void rethrow() const {
+    if (failure_) std::rethrow_exception(failure_);
   }
 
  private:
@@ -53,9 +75,51 @@ class Caller : public Observer {
   const py::list& observers_;
   const py::object& self_;
   SignalCheck check_;
+  std::exception_ptr failure_;
 };
 
 }  // namespace
+
+Turns::Turn::Turn(Turns& turns, Use use) : turns_(&turns) {
+  const std::lock_guard lock(turns.mutex_);
+  if (turns.in_use_) {
+    const bool is_observer = turns.observing_ && turns.observer_ == std::this_thread::get_id();
+    if (!is_observer || use == Use::kStep) {
+      throw InputError(
+          is_observer
+              ? "An observer is called within a run, so it cannot make steps or go back. Return "
+                "False "
+                "to end the run, or call step() in a loop of your own instead of run()."
+              : "The session is in use: another thread makes a step, or a function that is called "
+                "within a step uses its own session. Use a session from one thread at a time.");
+    }
+    turns_ = nullptr;
+    return;
+  }
+  turns.in_use_ = true;
+}
+
+Turns::Turn::~Turn() {
+  if (turns_ == nullptr) return;
+  const std::lock_guard lock(turns_->mutex_);
+  turns_->in_use_ = false;
+}
+
+Turns::Observing::Observing(Turns& turns) : turns_(turns) {
+  const std::lock_guard lock(turns.mutex_);
+  turns.observing_ = true;
+  turns.observer_ = std::this_thread::get_id();
+}
+
+Turns::Observing::~Observing() {
+  const std::lock_guard lock(turns_.mutex_);
+  turns_.observing_ = false;
+}
+
+bool Turns::may_read() {
+  const std::lock_guard lock(mutex_);
+  return !in_use_ || (observing_ && observer_ == std::this_thread::get_id());
+}
 
 PythonSession::PythonSession(const Scene& scene, TetMesh mesh, bool is_static,
                              double largest_increment, bool with_history, py::object arrays)
@@ -64,11 +128,14 @@ PythonSession::PythonSession(const Scene& scene, TetMesh mesh, bool is_static,
   session_ = std::make_unique<Session>(scene, std::move(mesh),
                                        is_static ? Analysis::kEquilibrium : Analysis::kMotion,
                                        largest_increment);
+  seen_ = &session_->state();  // its address never changes
   if (with_history) columns_ = std::make_unique<HistoryColumns>(*session_);
   add_row();
 }
 
 Index PythonSession::step(Index count) {
+  if (count < 0) throw InputError("step: the number of steps must not be negative.");
+  const Turns::Turn turn(turns_, Turns::Use::kStep);
   const py::gil_scoped_release released;
   SignalCheck check;
   Index made = 0;
@@ -83,12 +150,22 @@ Index PythonSession::step(Index count) {
 
 void PythonSession::run(const std::vector<Observer*>& own, const py::list& observers,
                         const py::object& self) {
+  const Turns::Turn turn(turns_, Turns::Use::kStep);
   Caller caller(*this, observers, self);
-  std::vector<Observer*> all = own;
-  all.push_back(&caller);
-  const py::gil_scoped_release released;
-  session_->run(all);
-  refresh();
+  {
+    const py::gil_scoped_release released;
+    if (own.empty() && session_->load_path() == nullptr) {
+      // The session can go on if an observer ends the run.
+      while (session_->step() && caller.call()) {
+      }
+    } else {
+      std::vector<Observer*> all = own;
+      all.push_back(&caller);
+      session_->run(all);
+    }
+    refresh();
+  }
+  caller.rethrow();
 }
 
 py::array PythonSession::view(const Vector& field, const py::object& self) {
@@ -100,14 +177,20 @@ py::array PythonSession::view(const Vector& field, const py::object& self) {
   return array;
 }
 
+const State& PythonSession::state() {
+  // While another thread makes a step, the views show the state before it.
+  if (turns_.may_read() || !has_views_) return session_->state();
+  return *seen_;
+}
+
 py::array PythonSession::positions(const py::object& self) {
-  return view(session_->state().position, self);
+  return view(state().position, self);
 }
 py::array PythonSession::velocities(const py::object& self) {
-  return view(session_->state().velocity, self);
+  return view(state().velocity, self);
 }
 py::array PythonSession::momenta(const py::object& self) {
-  return view(session_->state().momentum, self);
+  return view(state().momentum, self);
 }
 
 std::size_t PythonSession::row_size() const {
@@ -123,7 +206,8 @@ py::object PythonSession::column(std::size_t place) const {
   return array;
 }
 
-py::dict PythonSession::history() const {
+py::dict PythonSession::history() {
+  const Turns::Turn turn(turns_, Turns::Use::kEdit);
   py::dict result;
   if (!columns_) return result;
   const std::vector<std::string>& names = columns_->names();
@@ -131,7 +215,8 @@ py::dict PythonSession::history() const {
   return result;
 }
 
-py::dict PythonSession::probes() const {
+py::dict PythonSession::probes() {
+  const Turns::Turn turn(turns_, Turns::Use::kEdit);
   py::dict result;
   if (!columns_) return result;
   const std::vector<std::string>& names = columns_->names();

@@ -5,13 +5,57 @@
 #include <pybind11/pybind11.h>
 
 #include <memory>
+#include <mutex>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "tetraction/simulation/history.h"
 #include "tetraction/simulation/session.h"
 
 namespace tetraction::python {
+
+/// Sees to it that one thing at a time is done with a session.
+///
+/// Steps let other threads of Python run, and they call functions that are written in Python. These may not
+/// step or change the same session meanwhile. An observer is called between two steps, and its own thread may
+/// make edits.
+class Turns {
+ public:
+  enum class Use { kStep, kEdit };
+
+  /// As long as it lives, the session is in use.
+  class Turn {
+   public:
+    /// Throws InputError if the session is in use already.
+    Turn(Turns& turns, Use use);
+    ~Turn();
+    Turn(const Turn&) = delete;
+    Turn& operator=(const Turn&) = delete;
+
+   private:
+    Turns* turns_;  // null within an observer
+  };
+  /// As long as it lives, this thread is in an observer.
+  class Observing {
+   public:
+    explicit Observing(Turns& turns);
+    ~Observing();
+    Observing(const Observing&) = delete;
+    Observing& operator=(const Observing&) = delete;
+
+   private:
+    Turns& turns_;
+  };
+  /// Whether the state is complete for this thread: no step is being made.
+  bool may_read();
+
+ private:
+  std::mutex mutex_;
+  bool in_use_ = false;
+  bool observing_ = false;
+  std::thread::id observer_;
+};
 
 /// A Session with the rows of its history, the arrays that its mesh refers to, and views of its state. Steps
 /// are made without the interpreter's lock.
@@ -22,6 +66,7 @@ class PythonSession {
                 bool with_history, pybind11::object arrays);
 
   Session& session() { return *session_; }
+  Turns& turns() { return turns_; }
   const Session& session() const { return *session_; }
 
   /// Makes up to `count` steps and returns how many were made. A signal, such as that of Ctrl-C, is looked
@@ -39,9 +84,9 @@ class PythonSession {
   pybind11::array momenta(const pybind11::object& self);
 
   /// Name and values of each column of the history, one value for each step and one for the start.
-  pybind11::dict history() const;
+  pybind11::dict history();
   /// The same for the probes, with step and time; NaN in steps at which a probe is not due.
-  pybind11::dict probes() const;
+  pybind11::dict probes();
   /// Enters a row for the present state.
   void add_row();
   /// Takes away the rows of steps after the present one, to which the session has gone back.
@@ -52,15 +97,18 @@ class PythonSession {
   }
 
  private:
+  const State& state();
   pybind11::array view(const Vector& field, const pybind11::object& self);
   std::size_t row_size() const;
   // One column of the rows as an array.
   pybind11::object column(std::size_t place) const;
 
+  Turns turns_;
   pybind11::object arrays_;
   std::unique_ptr<Session> session_;
   std::unique_ptr<HistoryColumns> columns_;  // null without a history
   std::vector<double> rows_;                 // of the history, then of the probes
+  const State* seen_ = nullptr;              // Session::state()
   bool has_views_ = false;
 };
 

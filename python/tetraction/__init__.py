@@ -129,7 +129,9 @@ __version__ = _core.version
 
 
 def set_thread_count(count: int) -> None:
-    """Sets how many threads the loops over elements use, in all sessions."""
+    """Sets how many threads the loops over elements use, in all sessions; 0 for one per core."""
+    if not isinstance(count, int) or not 0 <= count <= 1024:
+        raise InputError(f"The number of threads must be between 0 and 1024, not {count!r}.")
     _core.set_thread_count(count)
 
 

@@ -51,6 +51,8 @@ def static(scene: _scene.Scene | _Path, out: _Path | None = None, *,
     At least `steps` load steps are made. The result is a Session whose `load_path` has the load factor that
     was reached. Raises NumericalError if there is no equilibrium under the full loads.
     """
+    if not steps >= 1:
+        raise _core.InputError(f"static: the number of load steps must be 1 or more, not {steps}.")
     session = Session(scene, points, tetrahedra, mesh=mesh, _static=True, _increment=1.0 / steps)
     session.run(out=out)
     if session.status != "ok":
@@ -130,7 +132,9 @@ class Study:
     def __init__(self, data: dict[str, Any], csv_text: str, text: str, directory: str | None) -> None:
         self.data = data
         self.directory = directory
-        self.conclusions: list[str] = data.get("conclusions", [])
+        sentences = [entry["sentences"] for entry in data.get("conclusions", [])]
+        self.conclusions: list[str] = [
+            text for part in sentences for text in ([part] if isinstance(part, str) else part)]
         self.stable_step: float | None = data.get("stable_step")
         self.table = _table(csv_text)
         self._text = text

@@ -6,7 +6,7 @@ Each is one event of a scene file (docs/scene.md, [[event]]), which happens now.
 from collections.abc import Sequence
 from typing import Any, ClassVar
 
-from . import _settings
+from . import _core, _settings
 from ._scene import CustomMaterial
 
 
@@ -128,6 +128,10 @@ class SetMaterial(Edit):
 
     def __init__(self, *, region: int = 0, custom: CustomMaterial | None = None,
                  **values: Any) -> None:  # fmt: skip
+        if custom is not None and values:
+            raise _core.InputError(
+                f"SetMaterial: give either custom or keys of a law; {', '.join(values)} cannot be combined with "
+                "custom.")
         self.region = region
         self.custom = custom
         prefix = "material" if region == 0 else f"material_region.{region - 1}"
@@ -158,7 +162,10 @@ class SetMomentum(Edit):
 
 
 class Shift(Edit):
-    """Moves single vertices by `displacement` (k, 3), m, and gives them impulses (k, 3), N s."""
+    """Moves single vertices by `displacement` (k, 3), m, and gives them impulses (k, 3), N s.
+
+    `vertices` are numbers of the mesh file, as in selections: Session.vertex_ids has that of each row.
+    """
 
     def __init__(self, vertices: Any, *, displacement: Any = None, impulse: Any = None) -> None:
         super().__init__({"shift": {"vertices": vertices, "displacement": displacement,

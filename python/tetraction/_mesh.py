@@ -13,7 +13,8 @@ class Mesh:
     """A mesh of tetrahedra: `points` (n, 3), m, and `tetrahedra` (m, 4), or (m, 10) for quadratic ones.
 
     Made from arrays it refers to them without a copy: float64 for points and int32 or int64 for
-    tetrahedra, numbered from 0, with positive volumes and without unused points.
+    tetrahedra, numbered from 0, with positive volumes and without unused points. Arrays that are not copied
+    can no longer be written to.
     """
 
     def __init__(self, points: ArrayLike, tetrahedra: ArrayLike) -> None:
@@ -45,6 +46,11 @@ class Mesh:
     def is_quadratic(self) -> bool:
         """Whether the tetrahedra have ten nodes."""
         return self._core.is_quadratic
+
+    @property
+    def vertex_ids(self) -> NDArray[np.int64]:
+        """The number that the file, and therefore selections and edits, have for each row of `points`."""
+        return self._core.vertex_ids
 
     @property
     def regions(self) -> NDArray[np.int64]:
@@ -97,12 +103,19 @@ def _view(points: Any, tetrahedra: Any) -> tuple[Any, tuple[NDArray[Any], NDArra
     if tetrahedra.dtype not in (np.dtype(np.int32), np.dtype(np.int64)):
         tetrahedra = tetrahedra.astype(np.int64)
     tetrahedra = np.ascontiguousarray(tetrahedra)
+    # The library looks at these very numbers as long as the mesh is used.
+    points.flags.writeable = False
+    tetrahedra.flags.writeable = False
     return _core.Mesh.view(points, tetrahedra), (points, tetrahedra)
 
 
 def mesh_of(points: Any, tetrahedra: Any, mesh: Mesh | None) -> tuple[Any, Any]:
     """The mesh of these arguments for the library, or None, and what it refers to."""
+    if isinstance(points, Mesh) and mesh is None and tetrahedra is None:
+        mesh, points = points, None
     if mesh is not None:
+        if not isinstance(mesh, Mesh):
+            raise _core.InputError("mesh must be a tetraction.Mesh; give arrays as points and tetrahedra.")
         if points is not None or tetrahedra is not None:
             raise _core.InputError("Give either a mesh or points and tetrahedra.")
         return mesh._core, mesh

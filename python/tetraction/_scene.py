@@ -2,6 +2,7 @@
 
 import contextlib
 import copy
+import difflib
 import os
 import tomllib
 from collections.abc import Callable, Iterator, Sequence
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 from . import _core, _settings
 from ._toml import document_text
 
-_LISTS = {
+_LISTS: dict[str, Any] = {
     "material_region": _settings.MaterialRegion,
     "fix": _settings.Fix,
     "constraint": _settings.Constraint,
@@ -26,7 +27,7 @@ _LISTS = {
     "event": _settings.Event,
     "probe": _settings.Probe,
 }
-_SINGLE = {
+_SINGLE: dict[str, Any] = {
     "mesh": _settings.MeshSettings,
     "material": _settings.Material,
     "time": _settings.Time,
@@ -36,6 +37,7 @@ _SINGLE = {
     "initial": _settings.Initial,
     "output": _settings.Output,
 }
+_NAMES = [*_SINGLE, *_LISTS, "selection", "force_field"]
 
 
 _Function = Callable[[NDArray[np.float64]], NDArray[Any]]
@@ -60,7 +62,7 @@ class CustomMaterial:
     stiffness : function
         ∂P/∂F, Pa, of the shape (n, 3, 3, 3, 3): [:, i, J, k, L] = ∂P_iJ/∂F_kL.
     mu, lambda_ : float
-        The Lamé parameters for small strains, Pa. They are used for scales only.
+        The Lamé parameters for small strains, Pa: scales of tolerances, and what damping.ratio refers to.
     density : float
         kg/m³.
     admissible : function, optional
@@ -72,12 +74,42 @@ class CustomMaterial:
     def __init__(self, energy: _Function, stress: _Function, stiffness: _Function, *, mu: float,
                  lambda_: float, density: float = 1000.0, admissible: _Function | None = None,
                  name: str = "custom") -> None:  # fmt: skip
+        self.name = name
+        self.mu, self.lambda_ = float(mu), float(lambda_)
         self.density = float(density)
+        _check_batches(name, energy, stress, stiffness, float(mu), float(lambda_))
         self._core = _core.CustomMaterial(name, mu, lambda_, energy, stress, stiffness, admissible)
 
     # A law of the user's own is not copied.
     def __deepcopy__(self, memo: Any) -> "CustomMaterial":
         return self
+
+
+def _check_batches(name: str, energy: _Function, stress: _Function, stiffness: _Function, mu: float,
+                   lambda_: float) -> None:  # fmt: skip
+    """Each of many F must have its own values, which are finite and of the order of the parameters."""
+    random = np.random.default_rng(1)
+    F = np.eye(3) + 0.05 * random.uniform(-1, 1, (7, 3, 3))
+    for function, what, shape in ((energy, "energy", ()), (stress, "stress", (3, 3)),
+                                  (stiffness, "stiffness", (3, 3, 3, 3))):  # fmt: skip
+        together = np.asarray(function(F.copy()), dtype=float)
+        if together.shape != (len(F), *shape):
+            raise _core.InputError(
+                f"{name}: {what} must return an array of the shape {(len(F), *shape)} for {len(F)} F, not "
+                f"{together.shape}.")  # fmt: skip
+        if not np.isfinite(together).all():
+            raise _core.InputError(f"{name}: {what} returns numbers that are not finite for F near 1.")
+        alone = np.concatenate([np.asarray(function(f[None]), dtype=float) for f in F])
+        if abs(alone - together).max() > 1e-9 * abs(together).max():
+            raise _core.InputError(
+                f"{name}: {what} has other values for many F at once than for each of them alone. The first "
+                "index of the arrays counts the F; look for a sum or an index that mixes them.")
+    modulus = abs(np.asarray(stiffness(np.eye(3)[None]), dtype=float)).max()
+    given = lambda_ + 2 * mu
+    if not 0.01 * given < modulus < 100 * given:
+        raise _core.InputError(
+            f"{name}: the largest stiffness at F = 1 is {modulus:.3g} Pa, and λ + 2μ of the given parameters is "
+            f"{given:.3g} Pa. They must be of the same order: correct mu and lambda_.")
 
 
 class ForceField:
@@ -97,7 +129,33 @@ class ForceField:
 
     def __init__(self, energy: _FieldFunction, gradient: _FieldFunction, hessian: _FieldFunction, *,
                  name: str = "field") -> None:  # fmt: skip
+        self._functions = name, energy, gradient, hessian
         self._core = _core.force_field(name, energy, gradient, hessian)
+
+    def _check(self, masses: NDArray[np.float64], positions: NDArray[np.float64]) -> None:
+        """Compares the derivatives with differences near these positions, where U is defined."""
+        name, energy, gradient, hessian = self._functions
+        q = np.array(positions)
+        size = float(np.ptp(q, axis=0).max())
+        h = 1e-5 * size
+        for axis in range(3):
+            d = np.zeros_like(q)
+            d[:, axis] = h
+            with np.errstate(all="ignore"):
+                slope = (energy(masses, q + d) - energy(masses, q - d)) / (2 * h)
+                bend = (gradient(masses, q + d) - gradient(masses, q - d)) / (2 * h)
+                first, second = gradient(masses, q)[:, axis], hessian(masses, q)[:, :, axis]
+            scale = abs(np.asarray(gradient(masses, q))).max() + h * abs(np.asarray(second)).max()
+            for what, given, differences, size_of in (
+                    ("gradient", first, slope, scale),
+                    ("hessian", second, bend, abs(np.asarray(second)).max())):  # fmt: skip
+                error = abs(np.asarray(given) - differences)
+                finite = error[np.isfinite(error)]
+                if finite.size and np.median(finite) > 0.01 * size_of + 1e-300:
+                    raise _core.InputError(
+                        f"{name}: {what} is not the derivative of "
+                        f"{'energy' if what == 'gradient' else 'gradient'}: along "
+                        f"{'xyz'[axis]} they differ by {np.median(finite):.3g}. The gradient is minus the force.")
 
     def __deepcopy__(self, memo: Any) -> "ForceField":
         return self
@@ -151,17 +209,27 @@ class Scene:
         for name in _LISTS:
             setattr(self, name, [])
         for name, value in sections.items():
-            if name not in self.__dict__ or name.startswith("_"):
-                known = [*_SINGLE, *_LISTS, "selection", "force_field"]
-                raise _core.InputError(f"A scene has no section {name!r}: there are {', '.join(known)}.")
             setattr(self, name, value)
 
     def __setattr__(self, name: str, value: Any) -> None:
+        if name not in _NAMES and not name.startswith("_"):
+            near = difflib.get_close_matches(name, _NAMES, 1)
+            raise _core.InputError(
+                f"A scene has no section {name!r}: "
+                + (f"did you mean {near[0]!r}?" if near else f"there are {', '.join(_NAMES)}."))
         if name in _SINGLE and isinstance(value, dict):
             value = _SINGLE[name](**value)
+        if name in _SINGLE and not isinstance(value, (_SINGLE[name], CustomMaterial)):
+            raise _core.InputError(f"{name} must be a tetraction.{_SINGLE[name].__name__} or a dict, not {value!r}.")
+        if name == "force_field" and not isinstance(value, list):
+            value = list(value) if isinstance(value, tuple) else [value]
         if name in _LISTS:
             entries = value if isinstance(value, (list, tuple)) else [value]
             value = [_LISTS[name](**e) if isinstance(e, dict) else e for e in entries]
+            for entry in value:
+                if not isinstance(entry, _LISTS[name]):
+                    raise _core.InputError(
+                        f"Entries of {name} must be tetraction.{_LISTS[name].__name__} or dicts, not {entry!r}.")
         object.__setattr__(self, name, value)
 
     def __repr__(self) -> str:
@@ -172,16 +240,26 @@ class Scene:
         return copy.deepcopy(self)
 
     def to_dict(self) -> dict[str, Any]:
-        """The sections that have been set, as plain values with the names of the scene file."""
+        """The sections that have been set, as plain values with the names of the scene file.
+
+        Of a material that is written in Python there are the name, as `model`, and the density.
+        """
+        return self._to_tables(lambda material: {"model": material.name, "density": material.density})
+
+    def _tables(self) -> dict[str, Any]:
+        """The same with materials that the reader accepts."""
+        return self._to_tables(_stand_in)
+
+    def _to_tables(self, custom: Callable[[CustomMaterial], dict[str, Any]]) -> dict[str, Any]:
         result: dict[str, Any] = {}
         for name in _SINGLE:
             value = getattr(self, name)
             if isinstance(value, CustomMaterial):
-                value = _stand_in(value)
+                value = custom(value)
             if value := _settings.plain(value):
                 result[name] = value
         for name in _LISTS:
-            entries = [self._entry(entry) for entry in getattr(self, name)]
+            entries = [self._entry(entry, custom) for entry in getattr(self, name)]
             if entries:
                 result[name] = entries
         if self.selection:
@@ -189,10 +267,10 @@ class Scene:
         return result
 
     @staticmethod
-    def _entry(entry: Any) -> dict[str, Any]:
+    def _entry(entry: Any, custom: Callable[[CustomMaterial], dict[str, Any]]) -> dict[str, Any]:
         values = _settings.plain(entry)
         if isinstance(values.get("material"), CustomMaterial):
-            values.update(_stand_in(values.pop("material")))
+            values.update(custom(values.pop("material")))
         return values
 
     def to_toml(self) -> str:
@@ -215,7 +293,7 @@ class Scene:
 
     def _compiled(self, tables: dict[str, Any] | None = None, *, has_mesh: bool = False) -> Any:
         """The scene as the library takes it, from these tables or its own, checked."""
-        tables = dict(self.to_dict() if tables is None else tables)
+        tables = dict(self._tables() if tables is None else tables)
         mesh = dict(tables.get("mesh", {}))
         if has_mesh and not mesh.get("file") and not mesh.get("generate"):
             mesh["generate"] = {"kind": "tetrahedron"}  # the arrays take its place
@@ -234,7 +312,7 @@ class Scene:
 
 def _stand_in(material: CustomMaterial) -> dict[str, Any]:
     """A material that the reader accepts in place of one that is written in Python."""
-    return {"model": "neo-hookean", "youngs_modulus": 1.0, "poissons_ratio": 0.0,
+    return {"model": "neo-hookean", "mu": material.mu, "lambda": material.lambda_,
             "density": material.density}  # fmt: skip
 
 
@@ -279,14 +357,17 @@ def _override_value(text: str) -> Any:
 
 def _put(tables: Any, keys: Sequence[str], value: Any) -> None:
     """Puts a value into nested mappings and lists. Entries of lists have numbers."""
-    for key in keys[:-1]:
+    for key, following in zip(keys[:-1], keys[1:]):
+        new: Any = [] if following.isdigit() else {}
         if isinstance(tables, list):
             index = int(key)
             while len(tables) <= index:
                 tables.append({})
+            if not tables[index] and new == []:
+                tables[index] = new
             tables = tables[index]
         else:
-            tables = tables.setdefault(key, {})
+            tables = tables.setdefault(key, new)
     if isinstance(tables, list):
         index = int(keys[-1])
         tables[index : index + 1] = [value]

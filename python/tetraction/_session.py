@@ -1,5 +1,6 @@
 """Sessions: runs that are stepped, looked at and changed."""
 
+import operator
 import os
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -43,13 +44,18 @@ class Session:
         if not isinstance(scene, _scene.Scene):
             scene = _scene.read_scene(scene)
         self._scene = scene.copy()
-        self._tables = self._scene.to_dict()
+        self._tables = self._scene._tables()
+        self._custom = {0: isinstance(self._scene.material, _scene.CustomMaterial)}
+        for i, region in enumerate(self._scene.material_region):
+            self._custom[i + 1] = region.material is not None
         self._own_events: list[dict[str, Any]] = []
         core_mesh, arrays = mesh_of(points, tetrahedra, mesh)
         self._has_mesh = core_mesh is not None
         compiled = self._scene._compiled(self._tables, has_mesh=self._has_mesh)
         with self._scene._messages():
             self._core = _core.Session(compiled, core_mesh, _static, _increment, history, arrays)
+        for field in self._scene.force_field:
+            field._check(self.masses, self.rest_positions)
 
     # Steps
 
@@ -57,9 +63,10 @@ class Session:
         """Makes up to `count` steps and returns how many were made.
 
         Fewer are made at the end of the run and if a step fails; `status` and `message` say which. Other
-        threads of Python run meanwhile, and Ctrl-C raises KeyboardInterrupt between two steps.
+        threads of Python run meanwhile, and Ctrl-C raises KeyboardInterrupt between two steps. Raises
+        InputError if another thread uses the session.
         """
-        return self._core.step(count)
+        return self._core.step(_whole(count, "step: the number of steps"))
 
     def run(self, *, observers: Sequence[Callable[["Session"], object]] = (),
             out: str | os.PathLike[str] | None = None) -> str:  # fmt: skip
@@ -68,11 +75,15 @@ class Session:
         Parameters
         ----------
         observers : callables
-            Each is called with the session after each step. The run ends if one returns False. An
-            exception ends the run and passes through.
+            Each is called with the session after each step and may make edits. The run ends if one returns
+            False. An exception, that of Ctrl-C too, ends the run and passes through. Without `out` the
+            session can go on in both cases.
         out : path-like, optional
-            A directory for the files that ``tetraction run`` writes.
+            A directory for the files that ``tetraction run`` writes. They are complete also if an observer
+            ends the run.
         """
+        if callable(observers):
+            observers = [observers]
         out = "" if out is None else os.fspath(out)
         self._core.run(list(observers), out, self)
         return self.status
@@ -85,9 +96,14 @@ class Session:
         """
         if isinstance(edit, dict):
             edit = Edit(edit)
+        if not isinstance(edit, Edit):
+            raise _core.InputError(
+                f"apply takes an edit, such as tt.SetForce(...) or tt.Set({{...}}), not {type(edit).__name__}.")
         if isinstance(edit, SetMaterial) and edit.custom is not None:
             self._core.set_material(edit.region, edit.custom._core)
+            self._custom[edit.region] = True
             return
+        plain_laws = self._check_laws(edit.entry.get("set", {}))
         entry = {"at": self.time, **_without_none(edit.entry)}
         # Events of the same time happen in the order of the list: those of the scene that are still to
         # come follow.
@@ -97,7 +113,58 @@ class Session:
         compiled = self._scene._compiled({**self._tables, "event": events}, has_mesh=self._has_mesh)
         with self._scene._messages():
             self._core.apply(compiled, order.index(len(own) - 1))
-        self._own_events = own
+        for region in plain_laws:
+            self._custom[region] = False
+        if not self._becomes_part_of_the_scene(entry):
+            self._own_events = own
+
+    def _check_laws(self, values: dict[str, Any]) -> list[int]:
+        """The regions that get a law of the library. A key alone cannot change a law written in Python."""
+        regions: dict[int, set[str]] = {}
+        for key in values:
+            parts = key.split(".")
+            if parts[0] == "material" and len(parts) > 1:
+                regions.setdefault(0, set()).add(parts[1])
+            elif parts[0] == "material_region" and len(parts) > 2 and parts[1].isdigit():
+                regions.setdefault(int(parts[1]) + 1, set()).add(parts[2])
+        for region, keys in regions.items():
+            if self._custom.get(region) and "model" not in keys:
+                raise _core.InputError(
+                    "The material is written in Python and has no such keys. Give the law of the library, "
+                    'SetMaterial(model="neo-hookean", ...), or another one of your own, SetMaterial(custom=...).')
+        return [region for region, keys in regions.items() if "model" in keys]
+
+    def _becomes_part_of_the_scene(self, entry: dict[str, Any]) -> bool:
+        """Whether an edit that was made is now in the tables, so that later edits need not repeat it.
+
+        This holds for loads, steps and solvers, which a program may change after each step.
+        """
+        if self._tables.get("event") or self._own_events:
+            return False
+        changed = {key: value for key, value in entry.items() if key != "at"}
+        if len(changed) != 1:
+            return False
+        (kind, value), = changed.items()
+        tables: dict[str, Any] = {
+            name: list(part) if isinstance(part, list) else dict(part)
+            for name, part in self._tables.items()
+        }
+        if kind in _LOADS and isinstance(value, dict):
+            tables.setdefault(kind, []).append(value)
+        elif kind == "set" and all(key.split(".")[0] in (*_LOADS, "time", "solver") for key in value):
+            for key, own in value.items():
+                parts = key.split(".")
+                if len(parts) != (3 if parts[0] in _LOADS else 2):
+                    return False
+                if parts[0] in _LOADS:
+                    entries = tables[parts[0]] = [dict(e) for e in tables.get(parts[0], [])]
+                    entries[int(parts[1])][parts[2]] = own
+                else:
+                    tables.setdefault(parts[0], {})[parts[1]] = own
+        else:
+            return False
+        self._tables = tables
+        return True
 
     def set(self, values: dict[str, Any] | None = None, /, **sections: Any) -> None:
         """Changes keys of the scene: ``session.set({"damping.viscosity": 20.0})``."""
@@ -105,13 +172,15 @@ class Session:
 
     def checkpoint(self) -> object:
         """All that a session of the same scene and mesh needs to go on from here with the same bits."""
-        return self._core.checkpoint(), list(self._own_events)
+        return self._core.checkpoint(), list(self._own_events), self._tables, dict(self._custom)
 
     def restore(self, checkpoint: Any) -> None:
         """Goes on from a checkpoint of this session, or of one of the same scene and mesh."""
-        core, events = checkpoint
+        if not (isinstance(checkpoint, tuple) and len(checkpoint) == 4):
+            raise _core.InputError("restore takes what checkpoint() returned.")
+        core, events, tables, custom = checkpoint
         self._core.restore(core)
-        self._own_events = list(events)
+        self._own_events, self._tables, self._custom = list(events), tables, dict(custom)
 
     def go_back(self) -> None:
         """Makes the last good state the present one after a step that failed."""
@@ -148,6 +217,11 @@ class Session:
     def tetrahedra(self) -> NDArray[np.integer[Any]]:
         """The vertices of each tetrahedron: (m, 4), or (m, 10) for quadratic ones in the order of VTK."""
         return self._core.tetrahedra
+
+    @property
+    def vertex_ids(self) -> NDArray[np.int64]:
+        """The number that the mesh file, and therefore selections and edits, have for each row (n,)."""
+        return self._core.vertex_ids
 
     @property
     def masses(self) -> NDArray[np.float64]:
@@ -272,6 +346,20 @@ class Session:
     def __repr__(self) -> str:
         return (f"<Session at {self.time:.6g} s, step {self.step_number}, "
                 f"{len(self.masses)} vertices, {self.status}>")
+
+
+# The loads that an edit can add or change.
+_LOADS = ("force", "moment", "traction", "pressure", "body_force")
+
+
+def _whole(value: Any, what: str) -> int:
+    try:
+        number = operator.index(value)
+    except TypeError:
+        raise _core.InputError(f"{what} must be a whole number, not {value!r}.") from None
+    if not 0 <= number < 2**62:
+        raise _core.InputError(f"{what} must not be negative or huge, but it is {number}.")
+    return number
 
 
 def _without_none(value: Any) -> Any:

@@ -50,7 +50,7 @@ class Settings:
         if name in self._values:
             return self._values[name]
         default = self._keys[name][1]
-        return tomllib.loads(f"x = {default}")["x"] if default else None
+        return _constant(tomllib.loads(f"x = {default}")["x"]) if default else None
 
     def __dir__(self) -> list[str]:
         return [*super().__dir__(), *self._keys]
@@ -71,6 +71,11 @@ class Settings:
     def copy(self) -> "Settings":
         """A copy whose values can be changed by themselves."""
         return copy.deepcopy(self)
+
+
+def _constant(value: Any) -> Any:
+    """Lists as tuples: a change within a default would be lost."""
+    return tuple(_constant(entry) for entry in value) if isinstance(value, list) else value
 
 
 def plain(value: Any) -> Any:

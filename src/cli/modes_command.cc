@@ -9,7 +9,7 @@
 #include "commands.h"
 #include "console.h"
 #include "io/results/directory_lock.h"
-#include "result_folders.h"
+#include "io/results/result_folders.h"
 #include "scene_source.h"
 #include "tetraction/io/initial_fields.h"
 #include "tetraction/io/mode_writer.h"

@@ -94,3 +94,27 @@ def test_copies_are_independent(beam):
     other.fix[0].components = "z"
     other.time.end = 9.0
     assert beam.fix[0].components == "xyz" and beam.time.end == 0.2
+
+
+def test_misspelt_sections_are_refused():
+    scene = tt.Scene()
+    for name in ("enviroment", "forces", "timestep"):
+        with pytest.raises(tt.InputError, match="no section"):
+            setattr(scene, name, {})
+    for name, value in (("time", 3), ("fix", None), ("force", ["x"])):
+        with pytest.raises(tt.InputError):
+            setattr(scene, name, value)
+
+
+def test_defaults_cannot_be_changed_in_place():
+    with pytest.raises(TypeError):
+        tt.Scene().environment.direction[0] = 1.0
+
+
+def test_overrides_add_entries(tmp_path):
+    path = tmp_path / "scene.toml"
+    path.write_text('[mesh]\ngenerate = { kind = "tetrahedron" }\n[material]\nyoungs_modulus = 1e5\n'
+                    "poissons_ratio = 0.3\n[time]\nend = 1.0\n")
+    scene = tt.read_scene(path, ["force.0={ select={ all=true }, vector=[0,0,1] }", "probe.0.name=a",
+                                 "probe.0.quantity=position", "probe.0.select={ all=true }"])  # fmt: skip
+    assert scene.force[0].vector == [0, 0, 1] and scene.probe[0].name == "a"

@@ -1,6 +1,7 @@
 """Sessions: steps, views, edits, and that they are the runs of the program."""
 
 import csv
+import json
 import os
 import signal
 import subprocess
@@ -104,7 +105,7 @@ def test_arrays_are_not_copied_and_give_the_same_for_each_type(cube):
     assert abs(ends[0] - points).max() > 1e-2
     # A view: the mesh sees what happens to the array.
     own = points.copy()
-    mesh = tt.Mesh(own, tetrahedra)
+    mesh = tt.Mesh(own[:], tetrahedra)  # the array itself becomes read-only, but not what it is a view of
     own[0, 0] = -0.25
     assert mesh.points[0, 0] == -0.25
     # Arrays of another layout are converted.
@@ -185,7 +186,7 @@ def test_observers(beam):
     assert session.run(observers=[lambda s: times.append(s.time)]) == "ok"
     assert len(times) == 100 and times[-1] == pytest.approx(0.2)
     session = tt.Session(beam)
-    assert session.run(observers=[lambda s: s.step_number < 7]) == "interrupted"
+    assert session.run(observers=[lambda s: s.step_number < 7]) == "running"
     assert session.step_number == 7
 
     def broken(session):
@@ -288,3 +289,115 @@ def test_packages_are_imported_when_they_are_needed():
     code = "import sys, tetraction; print([m for m in ('meshio', 'pyvista', 'vtkmodules', 'matplotlib') if m in sys.modules])"
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert result.stdout.strip() == "[]"
+
+
+def test_one_thing_at_a_time(beam):
+    beam.time.end = 1e9
+    session = tt.Session(beam)
+    refused, made = [], []
+
+    def meddle():
+        while session.step_number < 5:
+            time.sleep(0)
+        for action in (lambda: session.step(1), lambda: session.apply(tt.SetDamping(viscosity=1.0)),
+                       session.checkpoint, session.element_fields, lambda: session.history):  # fmt: skip
+            try:
+                action()
+                made.append(action)
+            except tt.InputError as error:
+                refused.append(str(error))
+        for _ in range(100):
+            assert session.positions.shape == (45, 3)
+        os.kill(os.getpid(), signal.SIGINT)
+
+    thread = threading.Thread(target=meddle)
+    thread.start()
+    with pytest.raises(KeyboardInterrupt):
+        session.step(10**9)
+    thread.join()
+    assert len(refused) == 5 and not made
+    assert "another thread" in refused[0]
+    assert session.step(3) == 3
+
+
+def test_an_observer_may_edit_but_not_step(beam):
+    session = tt.Session(beam)
+
+    def observer(s):
+        if s.step_number == 3:
+            s.apply(tt.SetDamping(viscosity=5.0))
+            assert len(s.history["step"]) == 4
+        if s.step_number == 5:
+            s.step()
+
+    with pytest.raises(tt.InputError, match="within a run"):
+        session.run(observers=observer)
+    assert session.step_number == 5 and session.step(2) == 2  # the session goes on
+
+
+def test_an_observer_ends_the_run_and_the_session_goes_on(beam, tmp_path):
+    session = tt.Session(beam)
+    assert session.run(observers=[lambda s: s.positions[:, 0].max() > 10]) == "running"
+    assert session.step_number == 1  # False of NumPy
+    assert session.run() == "ok"
+
+    def interrupt(s):
+        if s.step_number == 7:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        tt.Session(beam).run(observers=interrupt, out=tmp_path)
+    summary = json.loads((tmp_path / "summary.json").read_text())
+    assert summary["status"] == "interrupted" and summary["steps"] == 7
+    assert (tmp_path / "final.vtu").exists()
+
+
+def test_arrays_in_use_cannot_be_changed(beam, cube):
+    points, tetrahedra = cube
+    beam.mesh = {}
+    beam.fix = []
+    session = tt.Session(beam, points, tetrahedra)
+    with pytest.raises(ValueError, match="read-only"):
+        tetrahedra += 10**9
+    with pytest.raises(ValueError, match="read-only"):
+        points *= 2
+    assert session.vertex_ids.tolist() == list(range(8))
+
+
+def test_loads_can_change_after_every_step(beam):
+    """Such edits become part of the scene, so that their cost does not grow."""
+    beam.time.step, beam.time.end = 1e-3, 10.0
+    session, other = tt.Session(beam), tt.Session(beam)
+    select = {"plane": {"axis": "x", "at": 1.0}}
+    for s in (session, other):
+        s.apply(tt.SetForce(select=select, vector=[0, 0, 0]))
+    for k in range(60):
+        session.apply(tt.SetForce(0, vector=[0, 0, 0.01 * k]))
+        other.apply({"set": {"force.0.vector": [0, 0, 0.01 * k], "damping.drag": 0.0}})  # stays an event
+        session.step()
+        other.step()
+    assert not session._own_events and len(other._own_events) == 60
+    assert np.array_equal(session.positions, other.positions)
+    checkpoint = session.checkpoint()
+    session.apply(tt.SetForce(select=select, vector=[1, 0, 0]))
+    session.apply(tt.SetForce(1, vector=[2, 0, 0]))
+    session.restore(checkpoint)
+    with pytest.raises(tt.InputError, match="force"):
+        session.apply(tt.SetForce(1, vector=[2, 0, 0]))
+
+
+def test_results_are_not_mixed(beam, tmp_path):
+    tt.run(beam, tmp_path / "run")
+    beam.mesh = {"file": str(tmp_path / "run" / "final.vtu")}
+    with pytest.raises(tt.InputError, match="overwritten"):
+        tt.run(beam, tmp_path / "run")
+    with pytest.raises(tt.InputError, match="results of a run"):
+        tt.study(beam, ["midpoint"], [1e-2], out=tmp_path / "run")
+
+
+@pytest.mark.parametrize("wrong", [
+    lambda s: s.step(-1), lambda s: s.step(1.5), lambda s: s.apply(tt.Force(vector=[0, 0, 1])),
+    lambda s: s.restore((1, 2)), lambda s: tt.set_thread_count(-1)])  # fmt: skip
+def test_wrong_arguments(beam, wrong):
+    with pytest.raises(tt.InputError):
+        wrong(tt.Session(beam))
