@@ -185,7 +185,10 @@ TEST_F(SceneWriter, EveryKeyReadsBackEqual) {
        std::vector<std::pair<GeneratorKind, int>>{{GeneratorKind::kBeam, 3},
                                                   {GeneratorKind::kCube, 4},
                                                   {GeneratorKind::kTetrahedron, 1}}) {
+    other.mesh = {};
     other.mesh.generate = GeneratorSettings{kind, {0.1, 0.1, 0.1}, {cells, cells, cells}};
+    if (kind == GeneratorKind::kBeam) other.mesh.quadratic = true;
+    if (kind == GeneratorKind::kCube) other.mesh.volume = VolumeRule::kNodal;
     other.material = {};
     other.material.model = "mooney-rivlin";
     other.material.mu1 = 1e5;

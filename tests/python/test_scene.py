@@ -118,3 +118,12 @@ def test_overrides_add_entries(tmp_path):
     scene = tt.read_scene(path, ["force.0={ select={ all=true }, vector=[0,0,1] }", "probe.0.name=a",
                                  "probe.0.quantity=position", "probe.0.select={ all=true }"])  # fmt: skip
     assert scene.force[0].vector == [0, 0, 1] and scene.probe[0].name == "a"
+
+
+def test_text_of_a_generated_mesh_keeps_its_elements():
+    for keys in ({"element": "quadratic"}, {"volume": "nodal"}):
+        scene = tt.Scene(mesh={"generate": {"kind": "cube", "size": 1.0, "cells": 1}, **keys},
+                         material={"youngs_modulus": 1e5, "poissons_ratio": 0.3},
+                         time={"end": 1.0})  # fmt: skip
+        mesh = tomllib.loads(scene.to_toml())["mesh"]
+        assert {key: mesh.get(key) for key in keys} == keys

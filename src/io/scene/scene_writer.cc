@@ -84,7 +84,12 @@ SceneKeys keys_of_mesh(const MeshSettings& mesh, const std::string& folder) {
       keys = {{"kind", toml_text("tetrahedron")}, {"size", toml_number(generator.size.x())}};
       break;
   }
-  return {{"generate", inline_table(keys), "m"}};
+  SceneKeys all{{"generate", inline_table(keys), "m"}};
+  for (SceneKey& key : keys_of(mesh)) {
+    // These belong to files.
+    if (key.name != "scale" && key.name != "unit") all.push_back(std::move(key));
+  }
+  return all;
 }
 
 std::string initial_section(InitialSettings initial, const std::string& folder) {
