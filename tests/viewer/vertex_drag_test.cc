@@ -68,7 +68,11 @@ TEST_F(VertexDrags, StopAtTheGoalWhoeverLooks) {
     simulation_->run();
     const Vector3 goal = start_ + Vector3(0.02, 0.1, 0.03);
     simulation_->drag_to(goal);
-    run_unseen(static_cast<Index>(1.0 / step));
+    // How long the way takes depends on how fast the machine computes.
+    for (int i = 0; i < 20 && (tip() - goal).norm() > 1e-6; ++i) {
+      run_unseen(static_cast<Index>(1.0 / step));
+    }
+    run_unseen(10);
     EXPECT_EQ(simulation_->snapshot()->status, RunStatus::kRunning)
         << simulation_->snapshot()->message;
     EXPECT_LT((tip() - goal).norm(), 1e-6) << to_string(integrator);
