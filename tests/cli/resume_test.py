@@ -243,7 +243,8 @@ class Changes(ResumeTest):
         message = self.refused(3, "run", scene, "--out", "out", "--resume")
         self.assertIn("history.csv: it has fewer rows than at the checkpoint", message)
         for path in glob.glob(self.path("out", "checkpoints", "*")):
-            self.assertTrue(path.endswith(".ckpt"))
+            # The run may have been killed while it wrote a checkpoint.
+            self.assertTrue(path.endswith((".ckpt", ".part")), path)
 
     def test_a_changed_byte_of_a_table_is_refused(self):
         scene = self.scene()
