@@ -29,7 +29,7 @@
 #include "tetraction/io/scene_reader.h"
 #include "tetraction/io/scene_writer.h"
 #include "tetraction/io/study_writer.h"
-#include "tetraction/simulation/equilibrium.h"
+#include "tetraction/simulation/scene_modes.h"
 #include "tetraction/simulation/scene_objects.h"
 #include "tetraction/simulation/step_failure.h"
 #include "tetraction/simulation/study.h"
@@ -322,9 +322,15 @@ py::object load_path_of(const Session& session) {
     points.append(
         py::dict("below"_a = point.below, "above"_a = point.above, "passed"_a = point.passed));
   }
+  py::object loss = py::none();
+  if (path->loss) {
+    loss =
+        py::dict("below"_a = path->loss->below, "above"_a = path->loss->above,
+                 "flutter"_a = path->loss->is_flutter, "growth_rate"_a = path->loss->growth_rate);
+  }
   return py::dict("factor"_a = path->factor, "steps"_a = path->steps, "cuts"_a = path->cuts,
                   "residual"_a = path->residual, "residual_limit"_a = path->residual_limit,
-                  "force"_a = path->force, "limit_points"_a = points);
+                  "force"_a = path->force, "limit_points"_a = points, "loss_of_stability"_a = loss);
 }
 
 void define_session(py::module_& m) {
@@ -481,22 +487,13 @@ void define_analyses(py::module_& m) {
           const py::gil_scoped_release released;
           const std::unique_ptr<MechanicalSystem> system =
               make_system(scene, session_mesh(scene, given));
-          if (loaded) use_consistent_weights(scene, *system);
-          make_initial_state(scene, *system);
-          NormalModeOptions options;
-          options.count = count;
-          q = system->mesh().rest_positions();
-          if (loaded) {
-            const Equilibrium equilibrium = find_equilibrium(*system, scene.solver);
-            if (!equilibrium.found) {
-              throw NumericalError("There is no equilibrium about which the body could vibrate: " +
-                                   equilibrium.message);
-            }
-            q = equilibrium.position;
-            options.with_loads = true;
-            options.multipliers = balancing_multipliers(*system, q, equilibrium.load);
+          const PositionsOfModes at = positions_of_modes(scene, *system, loaded, count);
+          if (!at.found) {
+            throw NumericalError("There is no equilibrium about which the body could vibrate: " +
+                                 at.message);
           }
-          modes = normal_modes(*system, q, options);
+          q = at.position;
+          modes = normal_modes(*system, q, at.options);
           warning = round_off_warning(*modes);
         }
         const auto n = static_cast<py::ssize_t>(modes->modes.size());

@@ -16,7 +16,7 @@
 #include "tetraction/io/run_recorder.h"
 #include "tetraction/io/scene_reader.h"
 #include "tetraction/io/text_file.h"
-#include "tetraction/simulation/equilibrium.h"
+#include "tetraction/simulation/scene_modes.h"
 #include "tetraction/simulation/scene_objects.h"
 #include "tetraction/simulation/warnings.h"
 
@@ -62,23 +62,6 @@ void print_modes(const NormalModes& modes, bool damped) {
                damped ? "; damping: the part of the critical damping that each mode has" : "");
 }
 
-// The equilibrium under the loads, or the undeformed body. Empty if there is no equilibrium, which
-// is then told.
-Vector positions_of_modes(const Scene& scene, const MechanicalSystem& system, bool loaded,
-                          NormalModeOptions& options) {
-  if (!loaded) return system.mesh().rest_positions();
-  const Equilibrium equilibrium = find_equilibrium(system, scene.solver);
-  if (!equilibrium.found) {
-    print_message(fmt::format("there is no equilibrium about which the body could vibrate: {}",
-                              equilibrium.message));
-    return {};
-  }
-  if (!equilibrium.message.empty()) print_note(equilibrium.message);
-  options.with_loads = true;
-  options.multipliers = balancing_multipliers(system, equilibrium.position, equilibrium.load);
-  return equilibrium.position;
-}
-
 int compute_modes(const ModesArguments& arguments) {
   const auto start = std::chrono::steady_clock::now();
   const Scene scene = read_scene(arguments.scene, arguments.overrides);
@@ -91,21 +74,20 @@ int compute_modes(const ModesArguments& arguments) {
   make_output_directory(directory);
   const DirectoryLock lock(directory);
   const std::unique_ptr<MechanicalSystem> system = make_system(scene, std::move(mesh));
-  if (arguments.loaded) use_consistent_weights(scene, *system);
-  // The constraints begin with the initial state.
-  make_initial_state(scene, *system);
+  const PositionsOfModes at = positions_of_modes(scene, *system, arguments.loaded, arguments.count);
   if (const std::string warning = locking_warning(*system); !warning.empty()) {
     print_warning(warning);
   }
-  NormalModeOptions options;
-  options.count = arguments.count;
-  const Vector q = positions_of_modes(scene, *system, arguments.loaded, options);
-  if (q.size() == 0) return 1;
-  const NormalModes modes = normal_modes(*system, q, options);
+  if (!at.found) {
+    print_message("there is no equilibrium about which the body could vibrate: " + at.message);
+    return 1;
+  }
+  if (!at.message.empty()) print_note(at.message);
+  const NormalModes modes = normal_modes(*system, at.position, at.options);
   if (const std::string warning = round_off_warning(modes); !warning.empty()) {
     print_warning(warning);
   }
-  write_modes(*system, q, modes, directory);
+  write_modes(*system, at.position, modes, directory);
   const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
   const std::string summary =
       modes_summary_json(*system, modes, scene.echo, directory, taken.count());

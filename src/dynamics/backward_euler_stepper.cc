@@ -8,8 +8,10 @@ namespace {
 
 class BackwardEulerStepper : public ImplicitStepper {
  public:
-  BackwardEulerStepper(const MechanicalSystem& system, std::shared_ptr<Minimizer> minimizer)
-      : ImplicitStepper(system, std::move(minimizer), 1.0, ConstraintDirection::kEnd) {}
+  BackwardEulerStepper(const MechanicalSystem& system, std::shared_ptr<Minimizer> minimizer,
+                       std::shared_ptr<RootFinder> root_finder)
+      : ImplicitStepper(system, std::move(minimizer), std::move(root_finder), 1.0,
+                        ConstraintDirection::kEnd) {}
 
  private:
   void set_end_position(const State& /*from*/, State& to, double /*h*/) override {
@@ -41,8 +43,10 @@ class BackwardEulerStepper : public ImplicitStepper {
 }  // namespace
 
 std::unique_ptr<Stepper> make_backward_euler_stepper(const MechanicalSystem& system,
-                                                     std::shared_ptr<Minimizer> minimizer) {
-  return std::make_unique<BackwardEulerStepper>(system, std::move(minimizer));
+                                                     std::shared_ptr<Minimizer> minimizer,
+                                                     std::shared_ptr<RootFinder> root_finder) {
+  return std::make_unique<BackwardEulerStepper>(system, std::move(minimizer),
+                                                std::move(root_finder));
 }
 
 }  // namespace tetraction

@@ -10,10 +10,13 @@
 namespace tetraction {
 ConstrainedMinimization::ConstrainedMinimization(PotentialProblem& problem,
                                                  std::shared_ptr<Minimizer> minimizer,
+                                                 std::shared_ptr<RootFinder> root_finder,
                                                  double stretch, ConstraintDirection direction)
     : system_(problem.system()),
       problem_(problem),
       minimizer_(std::move(minimizer)),
+      root_finder_(std::move(root_finder)),
+      equations_(problem),
       stretch_(stretch),
       direction_(direction) {}
 
@@ -33,9 +36,13 @@ bool ConstrainedMinimization::solve(StepOutcome& outcome) {
     outcome.minimizer.message = "nothing to solve for: every vertex is held";
     return true;
   }
+  const bool follows = follows_loads();
+  problem_.set_with_load_stiffness(follows);
   for (int i = 0; i < kEstimates; ++i) {
-    const MinimizerReport report = solve_to_round_off(
-        problem_, u_, outcome.minimizer, [&] { return minimizer_->minimize(problem_, u_); });
+    const MinimizerReport report = solve_to_round_off(problem_, u_, outcome.minimizer, [&] {
+      return follows ? root_finder_->find_root(equations_, u_) : minimizer_->minimize(problem_, u_);
+    });
+    if (follows) problem_.take_loads(u_);
     if (!report.converged()) {
       outcome.status = StepStatus::kNotConverged;
       outcome.message = report.message;

@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "followed_loads.h"
 #include "tetraction/dynamics/multipliers.h"
 #include "tetraction/dynamics/potential_problem.h"
 #include "tetraction/dynamics/stepper.h"
@@ -14,9 +15,12 @@ namespace tetraction {
 class ConstrainedMinimization {
  public:
   /// The equations hold at the configuration w(q) + `stretch` (w(x) − w(q)), which is that of the
-  /// end of a step; an equilibrium has the stretch 1. Keeps a reference to `problem`.
+  /// end of a step; an equilibrium has the stretch 1. Keeps a reference to `problem`. If there is a root
+  /// finder and loads depend on positions, it solves the equations with these loads, and the problem
+  /// takes them.
   ConstrainedMinimization(PotentialProblem& problem, std::shared_ptr<Minimizer> minimizer,
-                          double stretch, ConstraintDirection direction);
+                          std::shared_ptr<RootFinder> root_finder, double stretch,
+                          ConstraintDirection direction);
 
   /// Where minimisations begin and end: the displacement from the problem's origin.
   Vector& u() { return u_; }
@@ -31,6 +35,12 @@ class ConstrainedMinimization {
   const Vector& constraint_force() const { return constraint_force_; }
   /// Sets them, after they were found in another way.
   void set_constraint_force(const Vector& force) { constraint_force_ = force; }
+  /// Whether the solutions are those with the loads at their positions.
+  bool follows_loads() const {
+    return root_finder_ && !minimizes_ && system_.has_load_of_position();
+  }
+  /// Lets it minimise with constant loads although there is a root finder, or not any more.
+  void set_minimizes(bool minimizes) { minimizes_ = minimizes; }
   /// Forgets them, so that the next minimisation does not begin with them.
   void forget() { constraint_force_.resize(0); }
 
@@ -41,6 +51,9 @@ class ConstrainedMinimization {
   const MechanicalSystem& system_;
   PotentialProblem& problem_;
   std::shared_ptr<Minimizer> minimizer_;
+  std::shared_ptr<RootFinder> root_finder_;
+  FollowedLoads equations_;
+  bool minimizes_ = false;
   double stretch_;
   ConstraintDirection direction_;
   Vector u_;

@@ -66,6 +66,7 @@ EvaluationStatus DiscreteGradientStep::conserving_residual(const Vector& u,
   for_each_potential([&](const ForceTerm& term) {
     term.add_discrete_gradient(start_point(), end_point(end_), residual);
   });
+  if (system_.has_load_of_position()) add_load_deviation(u, residual);
   return {};
 }
 
@@ -120,12 +121,17 @@ void DiscreteGradientStep::linearize(const Vector& u) {
     at_end_ = ways.norm() * slenderness_[static_cast<std::size_t>(i)] > kFew;
   }
   set_rate_estimate(u);
+  const bool with_loads = system_.has_load_of_position();
+  set_with_load_stiffness(false);
   term_hessian(u, HessianForm::kExact, terms_);
+  set_with_load_stiffness(with_loads);
+  if (with_loads) load_stiffness(u, load_stiffness_);
 }
 
 void DiscreteGradientStep::multiply(const Vector& d, Vector& product) const {
   product = coefficient().cwiseProduct(d);
-  if (has_general_terms()) terms_.add_product(d, product);
+  terms_.add_product(d, product);
+  if (system_.has_load_of_position()) load_stiffness_.add_product(d, product);
   gradient_.add_product({Positions(origin(), point_), point_way_, viscous().factor()}, d, product);
   if (const NodalVolume* volume = system_.nodal_volume(); volume != nullptr) {
     volume->add_discrete_gradient_product(Positions(origin(), point_), point_way_, d, product);

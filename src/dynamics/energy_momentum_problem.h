@@ -72,6 +72,7 @@ class DiscreteGradientStep : public StepProblem {
   Vector point_way_;     // x − q_k there
   bool at_end_ = false;  // the Hessian is that at q_{k+1}
   HessianBlocks terms_;
+  LoadStiffness load_stiffness_;
 };
 
 /// These equations for a RootFinder.

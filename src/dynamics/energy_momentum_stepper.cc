@@ -45,7 +45,7 @@ class EnergyMomentumStepper : public ImplicitStepper {
  private:
   EnergyMomentumStepper(std::unique_ptr<DiscreteGradientStep> step,
                         std::shared_ptr<Minimizer> minimizer, std::shared_ptr<RootFinder> finder)
-      : ImplicitStepper(std::move(step), minimizer, 0.5, ConstraintDirection::kMiddle),
+      : ImplicitStepper(std::move(step), minimizer, finder, 0.5, ConstraintDirection::kMiddle),
         step_(static_cast<DiscreteGradientStep&>(own_problem())),
         equations_(step_),
         minimizer_(std::move(minimizer)),
@@ -160,6 +160,7 @@ class EnergyMomentumStepper : public ImplicitStepper {
 
   // Solves the equations with the forces of constraints that the problem has.
   bool solve(StepOutcome& outcome) {
+    step_.set_with_load_stiffness(system_.has_load_of_position());
     const MinimizerReport report = solve_to_round_off(step_, solve_.u(), outcome.minimizer, [&] {
       return finder_->find_root(equations_, solve_.u());
     });
@@ -168,7 +169,9 @@ class EnergyMomentumStepper : public ImplicitStepper {
       outcome.message = report.message;
       return false;
     }
-    return polish(outcome);
+    const bool is_exact = polish(outcome);
+    if (system_.has_load_of_position()) step_.take_loads(solve_.u());
+    return is_exact;
   }
 
   // Solves further until the energy that the residual adds to the body is round-off, or until the

@@ -1,6 +1,7 @@
 #include "tetraction/dynamics/force_term.h"
 
 #include <cmath>
+#include <limits>
 
 #include "rigid_motions.h"
 
@@ -145,6 +146,29 @@ void ForceTerm::add_discrete_gradient(const ForcePoint& from, const ForcePoint& 
   if (square > 1e-20 * size) gradient += rest / square * along;
 }
 
+void LoadStiffness::add_product(const Vector& u, Vector& product) const {
+  for (const auto& [row, column, block] : blocks_) {
+    vertex_block(product, row) += block * vertex_block(u, column);
+  }
+}
+
+void LoadStiffness::add_transposed_product(const Vector& u, Vector& product) const {
+  for (const auto& [row, column, block] : blocks_) {
+    vertex_block(product, column) += block.transpose() * vertex_block(u, row);
+  }
+}
+
+void LoadStiffness::add_symmetric_part(HessianBlocks& hessian) const {
+  for (const auto& [row, column, block] : blocks_) {
+    const Matrix3 half = 0.5 * block;
+    if (row == column) {
+      hessian.add(row, half + half.transpose());
+    } else {
+      hessian.add_pair(row, column, half);
+    }
+  }
+}
+
 double ForceTerm::dissipation(const ForcePoint&, const Vector&) const {
   return 0.0;
 }
@@ -156,6 +180,35 @@ void ForceTerm::add_dissipation_hessian(const ForcePoint&, const Vector&, Hessia
 
 void ForceTerm::add_load(const ForcePoint&, Vector&) const {}
 
-void ForceTerm::add_load_stiffness(const ForcePoint&, HessianBlocks&) const {}
+void ForceTerm::add_load_stiffness(const ForcePoint& at, LoadStiffness& stiffness) const {
+  if (!load_depends_on_position()) return;
+  const Index count = at.position.size() / 3;
+  const auto points = at.position.reshaped(3, count);
+  const double size = (points.rowwise().maxCoeff() - points.rowwise().minCoeff()).norm();
+  const double length = std::cbrt(std::numeric_limits<double>::epsilon()) * size;
+  Vector position = at.position;
+  const ForcePoint moved{at.mass, position, at.time, at.step};
+  Matrix columns(at.position.size(), 3);
+  for (Index v = 0; v < count; ++v) {
+    for (Index i = 0; i < 3; ++i) {
+      double& coordinate = position[3 * v + i];
+      const double before = coordinate;
+      Vector ahead = Vector::Zero(position.size());
+      Vector behind = ahead;
+      coordinate = before + length;
+      const double above = coordinate;
+      add_load(moved, ahead);
+      coordinate = before - length;
+      const double below = coordinate;
+      add_load(moved, behind);
+      coordinate = before;
+      columns.col(i) = (behind - ahead) / (above - below);
+    }
+    for (Index w = 0; w < count; ++w) {
+      const Matrix3 block = columns.middleRows<3>(3 * w);
+      if (!block.isZero(0.0)) stiffness.add(w, v, block);
+    }
+  }
+}
 
 }  // namespace tetraction

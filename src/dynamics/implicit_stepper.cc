@@ -10,17 +10,19 @@
 namespace tetraction {
 
 ImplicitStepper::ImplicitStepper(const MechanicalSystem& system,
-                                 std::shared_ptr<Minimizer> minimizer, double alpha,
+                                 std::shared_ptr<Minimizer> minimizer,
+                                 std::shared_ptr<RootFinder> root_finder, double alpha,
                                  ConstraintDirection direction)
-    : ImplicitStepper(std::make_unique<StepProblem>(system), std::move(minimizer), alpha,
-                      direction) {}
+    : ImplicitStepper(std::make_unique<StepProblem>(system), std::move(minimizer),
+                      std::move(root_finder), alpha, direction) {}
 
 ImplicitStepper::ImplicitStepper(std::unique_ptr<StepProblem> problem,
-                                 std::shared_ptr<Minimizer> minimizer, double alpha,
+                                 std::shared_ptr<Minimizer> minimizer,
+                                 std::shared_ptr<RootFinder> root_finder, double alpha,
                                  ConstraintDirection direction)
     : Stepper(problem->system()),
       problem_(std::move(problem)),
-      solve_(*problem_, std::move(minimizer), 1.0 / alpha, direction),
+      solve_(*problem_, std::move(minimizer), std::move(root_finder), 1.0 / alpha, direction),
       guess_(system_, system_.constraints().moving()),
       alpha_(alpha) {}
 
@@ -79,11 +81,13 @@ StepOutcome ImplicitStepper::advance(const State& from, State& to, double h, dou
   return outcome;
 }
 
-// Loads that depend on positions are first those of predicted positions. They are replaced by those
-// of the minimiser until both agree within the tolerance.
+// Loads that depend on positions are those of the solution. Without a root finder, and with the multipliers of
+// constraints, they are first others, and are replaced by those of the solution until both agree within
+// the tolerance.
 bool ImplicitStepper::settle_loads(const State& from, double h, double end_time,
                                    StepOutcome& outcome) {
   if (!system_.has_load_of_position()) return true;
+  load_ = problem_->constant_loads();
   const auto load_of_solution = [&](Vector& load) {
     problem_->positions(solve_.u(), x_);
     system_.external_force(x_, from.time, h, load);

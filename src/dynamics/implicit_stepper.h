@@ -22,10 +22,12 @@ class ImplicitStepper : public Stepper {
   /// `direction` tells whether the impulses of multipliers have their direction from q_k or from
   /// the end of the step.
   ImplicitStepper(const MechanicalSystem& system, std::shared_ptr<Minimizer> minimizer,
-                  double alpha, ConstraintDirection direction);
+                  std::shared_ptr<RootFinder> root_finder, double alpha,
+                  ConstraintDirection direction);
   /// The same with a problem of the rule's own.
   ImplicitStepper(std::unique_ptr<StepProblem> problem, std::shared_ptr<Minimizer> minimizer,
-                  double alpha, ConstraintDirection direction);
+                  std::shared_ptr<RootFinder> root_finder, double alpha,
+                  ConstraintDirection direction);
 
   /// Finds x, where Φ is least. solve_ has the result. If there is none, the outcome says why and false
   /// is returned.

@@ -17,7 +17,8 @@ struct Rule {
   int order;
   bool is_variational;
   std::unique_ptr<Stepper> (*make_explicit)(const MechanicalSystem&);
-  std::unique_ptr<Stepper> (*make_implicit)(const MechanicalSystem&, std::shared_ptr<Minimizer>);
+  std::unique_ptr<Stepper> (*make_implicit)(const MechanicalSystem&, std::shared_ptr<Minimizer>,
+                                            std::shared_ptr<RootFinder>);
   std::unique_ptr<Stepper> (*make_with_root_finder)(const MechanicalSystem&,
                                                     std::shared_ptr<Minimizer>,
                                                     std::shared_ptr<RootFinder>) = nullptr;
@@ -93,7 +94,9 @@ std::unique_ptr<Stepper> make_stepper(Integrator integrator, const MechanicalSys
   const Rule& rule = rule_of(integrator);
   if (rule.make_explicit != nullptr) return rule.make_explicit(system);
   if (!minimizer) throw InputError(std::string(rule.name) + " needs a minimizer.");
-  if (rule.make_implicit != nullptr) return rule.make_implicit(system, std::move(minimizer));
+  if (rule.make_implicit != nullptr) {
+    return rule.make_implicit(system, std::move(minimizer), std::move(root_finder));
+  }
   if (!root_finder) throw InputError(std::string(rule.name) + " needs a root finder.");
   return rule.make_with_root_finder(system, std::move(minimizer), std::move(root_finder));
 }

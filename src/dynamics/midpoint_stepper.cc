@@ -8,8 +8,10 @@ namespace {
 
 class MidpointStepper : public ImplicitStepper {
  public:
-  MidpointStepper(const MechanicalSystem& system, std::shared_ptr<Minimizer> minimizer)
-      : ImplicitStepper(system, std::move(minimizer), 0.5, ConstraintDirection::kStart) {}
+  MidpointStepper(const MechanicalSystem& system, std::shared_ptr<Minimizer> minimizer,
+                  std::shared_ptr<RootFinder> root_finder)
+      : ImplicitStepper(system, std::move(minimizer), std::move(root_finder), 0.5,
+                        ConstraintDirection::kStart) {}
 
  private:
   void set_end_position(const State& from, State& to, double h) override {
@@ -64,8 +66,9 @@ class MidpointStepper : public ImplicitStepper {
 }  // namespace
 
 std::unique_ptr<Stepper> make_midpoint_stepper(const MechanicalSystem& system,
-                                               std::shared_ptr<Minimizer> minimizer) {
-  return std::make_unique<MidpointStepper>(system, std::move(minimizer));
+                                               std::shared_ptr<Minimizer> minimizer,
+                                               std::shared_ptr<RootFinder> root_finder) {
+  return std::make_unique<MidpointStepper>(system, std::move(minimizer), std::move(root_finder));
 }
 
 }  // namespace tetraction

@@ -5,7 +5,7 @@
 
 namespace tetraction {
 
-// The table (34) of docs/theory.md.
+// The table (35) of docs/theory.md.
 OscillatorResponse oscillator_response(Integrator rule, double omega_h) {
   OscillatorResponse response;
   double angle = 0.0;

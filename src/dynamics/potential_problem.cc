@@ -93,6 +93,34 @@ double PotentialProblem::length_scale() const {
   return std::cbrt(volume_);
 }
 
+// Loads belong to the start of a step, as in MechanicalSystem::external_force().
+ForcePoint PotentialProblem::load_point(const Vector& x) const {
+  return system_.force_point(x, span_ ? span_->begin : time_, span_);
+}
+
+void PotentialProblem::add_load_deviation(const Vector& u, Vector& residual) const {
+  at_ = origin_ + u;
+  system_.external_force(load_point(at_), full_);
+  residual += load_weight_ * (constant_loads_ - full_);
+}
+
+void PotentialProblem::load_stiffness(const Vector& u, LoadStiffness& stiffness) const {
+  stiffness = LoadStiffness(load_weight_);
+  at_ = origin_ + u;
+  for (const ForceTerm* term : system_.force_terms()) {
+    if (!term->has_load() || !term->load_depends_on_position()) continue;
+    term->add_load_stiffness(load_point(at_), stiffness);
+  }
+}
+
+void PotentialProblem::take_loads(const Vector& u) {
+  at_ = origin_ + u;
+  system_.external_force(load_point(at_), full_);
+  load_ += load_weight_ * (full_ - constant_loads_);
+  constant_loads_ = full_;
+  make_remainder();
+}
+
 void PotentialProblem::set_origin(const Vector& positions) {
   origin_ = positions;
   elastic_.known = false;
@@ -201,6 +229,9 @@ void PotentialProblem::term_hessian(const Vector& u, HessianForm form,
     term->add_hessian(point(at_), form, weighted_);
     hessian.add(weighted_, weight);
   }
+  if (!with_load_stiffness_ || form == HessianForm::kConvex) return;
+  load_stiffness(u, load_stiffness_);
+  load_stiffness_.add_symmetric_part(hessian);
 }
 
 double PotentialProblem::longest_step(const Vector& u, const Vector& d,

@@ -62,6 +62,7 @@ void StaticProblem::begin(const Vector& q, double factor, const Vector& load) {
   prescribe(factor, base_);
   coefficient_.setZero(system_.dof_count());
   load_ = (1.0 - factor) * rest_gradient_ + factor * load;
+  set_constant_loads(load, factor);
   gather_potentials(factor);
   measure_load();
   set_origin(base_);

@@ -15,14 +15,16 @@ namespace {
 
 class Implementation : public StaticStepper {
  public:
-  Implementation(const MechanicalSystem& system, std::shared_ptr<Minimizer> minimizer, double time)
+  Implementation(const MechanicalSystem& system, std::shared_ptr<Minimizer> minimizer, double time,
+                 std::shared_ptr<RootFinder> root_finder)
       : StaticStepper(system),
         problem_(system, time),
         minimizer_(std::move(minimizer)),
-        solve_(problem_, minimizer_, 1.0, ConstraintDirection::kEnd),
+        solve_(problem_, minimizer_, std::move(root_finder), 1.0, ConstraintDirection::kEnd),
         guess_(system, true) {}
 
   const StaticProblem& problem() const override { return problem_; }
+  void set_minimizes(bool minimizes) override { solve_.set_minimizes(minimizes); }
   void reset() override {
     solve_.forget();
     last_.resize(0);
@@ -32,7 +34,6 @@ class Implementation : public StaticStepper {
   StepOutcome advance(const State& from, State& to, double h, double end_factor) override {
     StepOutcome outcome;
     problem_.begin(from.position, end_factor);
-    if (system_.has_load_of_position()) load_ = problem_.load(from.position);
     if (!choose_start(from, h, end_factor, outcome) || !minimize(from, outcome) ||
         !settle_loads(end_factor, outcome)) {
       return outcome;
@@ -162,6 +163,7 @@ class Implementation : public StaticStepper {
   bool settle_loads(double end_factor, StepOutcome& outcome) {
     constexpr double kEnough = 1e-13;  // of the loads
     if (!system_.has_load_of_position()) return true;
+    load_ = problem_.constant_loads();
     const auto load_of_solution = [&](Vector& load) {
       problem_.positions(solve_.u(), start_);
       load = problem_.load(start_);
@@ -207,8 +209,10 @@ class Implementation : public StaticStepper {
 
 std::unique_ptr<StaticStepper> StaticStepper::make(const MechanicalSystem& system,
                                                    std::shared_ptr<Minimizer> minimizer,
-                                                   double time) {
-  return std::make_unique<Implementation>(system, std::move(minimizer), time);
+                                                   double time,
+                                                   std::shared_ptr<RootFinder> root_finder) {
+  return std::make_unique<Implementation>(system, std::move(minimizer), time,
+                                          std::move(root_finder));
 }
 
 }  // namespace tetraction

@@ -39,6 +39,7 @@ void StepProblem::begin(const State& state, double h, double end_time, double al
   viscous_.begin(previous_, system_.damping().viscosity / step_);
   load_ = state.momentum / step_;
   if (load.size() > 0) load_ += load;
+  set_constant_loads(load, 1.0);
   coefficient_.resize(system_.dof_count());
   parallel_for(system_.vertex_count(), kGrain, [&](Index begin, Index end) {
     for (Index v = begin; v < end; ++v) {

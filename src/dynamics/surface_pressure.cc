@@ -329,19 +329,18 @@ void SurfacePressure::add_load(const ForcePoint& at, Vector& force) const {
   }
 }
 
-void SurfacePressure::add_load_stiffness(const ForcePoint& at, HessianBlocks& stiffness) const {
+void SurfacePressure::add_load_stiffness(const ForcePoint& at, LoadStiffness& stiffness) const {
   // The force −p w (u − o) × (v − o)/6 at a vertex has minus the derivatives −p w [v − o]×/6 with
-  // respect to u and p w [u − o]×/6 with respect to v. The blocks of a vertex with itself are
-  // skew-symmetric, and half of each of the others is in the symmetric part.
+  // respect to u and p w [u − o]×/6 with respect to v.
   for (std::size_t i = 0; i < loads_.size(); ++i) {
     const double pressure = pressure_at(loads_[i], at);
     if (pressure == 0.0) continue;
     const Vector3& o = surfaces_[i].origin;
     for (const auto& [vertex, u, v, weight] : surfaces_[i].of_load) {
-      const double factor = pressure * weight / 12.0;
+      const double factor = pressure * weight / 6.0;
       const auto arm = [&](Index end) -> Vector3 { return vertex_block(at.position, end) - o; };
-      if (vertex != u) stiffness.add_pair(vertex, u, -factor * cross_matrix(arm(v)));
-      if (vertex != v) stiffness.add_pair(vertex, v, factor * cross_matrix(arm(u)));
+      stiffness.add(vertex, u, -factor * cross_matrix(arm(v)));
+      stiffness.add(vertex, v, factor * cross_matrix(arm(u)));
     }
   }
 }

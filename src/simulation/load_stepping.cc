@@ -3,10 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "tetraction/core/error.h"
 #include "tetraction/simulation/scene_objects.h"
+#include "tetraction/solver/newton_root_finder.h"
+#include "tetraction/solver/normal_modes.h"
 
 namespace tetraction {
 namespace {
@@ -21,6 +24,19 @@ double largest_move(const State& from, const State& to) {
   return (to.position - from.position).lpNorm<Eigen::Infinity>();
 }
 
+// The lowest modes about an equilibrium whose time is the load factor.
+std::vector<NormalMode> lowest_modes(const StaticProblem& problem, const State& at, Index count) {
+  const MechanicalSystem& system = problem.system();
+  NormalModeOptions options;
+  options.count = count;
+  options.time = problem.time();
+  options.with_loads = true;
+  options.load_factor = at.time;
+  options.multipliers = balancing_multipliers(
+      system, at.position, problem.applied_force(at.time, at.position), problem.time(), at.time);
+  return normal_modes(system, at.position, options).modes;
+}
+
 }  // namespace
 
 std::unique_ptr<StaticStepper> make_static_stepper(const MechanicalSystem& system,
@@ -29,7 +45,14 @@ std::unique_ptr<StaticStepper> make_static_stepper(const MechanicalSystem& syste
   constexpr double kToRoundOff = 1e-13;
   SolverSettings exact = solver;
   exact.tolerance = std::min(exact.tolerance, kToRoundOff);
-  return StaticStepper::make(system, make_minimizer(exact, system), time);
+  // Without inertia the Hessian is ill-conditioned: a factor serves better than an iteration.
+  std::shared_ptr<RootFinder> root_finder;
+  if (exact.kind == "newton" && exact.linear == LinearSolver::kAuto) {
+    root_finder = make_newton_root_finder(system, {exact.tolerance, exact.max_iterations});
+  } else {
+    root_finder = make_root_finder(exact, system);
+  }
+  return StaticStepper::make(system, make_minimizer(exact, system), time, std::move(root_finder));
 }
 
 LoadStepping::LoadStepping(StaticStepper& stepper, double largest_increment)
@@ -44,6 +67,7 @@ LoadStepping::LoadStepping(StaticStepper& stepper, double largest_increment)
 StepOutcome LoadStepping::advance(const State& from, State& to) {
   sum_ = {};
   Beyond beyond;
+  std::optional<LossOfStability> loss;  // in the last attempt
   bool cut = false;
   bool unstable = false;
   for (;;) {
@@ -60,7 +84,8 @@ StepOutcome LoadStepping::advance(const State& from, State& to) {
     // If multipliers or loads did not settle, the minimisations on the way tell nothing.
     const bool telling = outcome.ok() || !report.converged();
     unstable = unstable || (report.met_negative_curvature && telling) || jumped;
-    if (outcome.ok() && !report.met_negative_curvature && !jumped) {
+    if (outcome.ok() && !jumped && !path_.loss) loss = instability(to);
+    if (outcome.ok() && !report.met_negative_curvature && !jumped && !loss) {
       if (!cut) increment_ = std::min(2.0 * increment_, largest_increment_);
       rate_ = rate;
       return accept(outcome, to);
@@ -74,7 +99,20 @@ StepOutcome LoadStepping::advance(const State& from, State& to) {
       ++path_.cuts;
       continue;
     }
+    if (find_beyond(from, to, next, beyond)) {
+      unstable = true;
+      loss.reset();
+    }
+    // Where multipliers do not settle beyond a limit point, the minimisations themselves tell nothing.
+    if (!beyond.found() && !unstable && outcome.obstacle == StepObstacle::kConstraints) {
+      unstable = is_nearly_singular(from);
+    }
     if (unstable) enter_limit_point({from.time, next, beyond.found()});
+    if (loss && beyond.found()) {
+      path_.loss = loss;
+      path_.loss->below = from.time;
+      path_.loss->above = beyond.state.time;
+    }
     if (!beyond.found()) {
       if (outcome.message.empty()) outcome.message = "an element would be inverted";
       outcome.minimizer.iterations = sum_.iterations;
@@ -86,6 +124,47 @@ StepOutcome LoadStepping::advance(const State& from, State& to) {
     rate_ = 0.0;
     return accept(beyond.outcome, to);
   }
+}
+
+bool LoadStepping::find_beyond(const State& from, State& to, double next, Beyond& beyond) {
+  if (!stepper_.problem().system().has_load_of_position()) return false;
+  stepper_.set_minimizes(true);
+  const StepOutcome outcome = stepper_.advance(from, to, next - from.time, next);
+  stepper_.set_minimizes(false);
+  sum_.iterations += outcome.minimizer.iterations;
+  sum_.factorizations += outcome.minimizer.factorizations;
+  if (!outcome.ok() || instability(to)) return false;
+  beyond = {to, outcome, stepper_.reaction_force(), stepper_.configuration_force()};
+  return true;
+}
+
+std::optional<LossOfStability> LoadStepping::instability(const State& at) const {
+  const StaticProblem& problem = stepper_.problem();
+  const MechanicalSystem& system = problem.system();
+  if (!system.has_load_of_position() || system.coordinates().count() == 0) return {};
+  constexpr Index kModes = 6;  // loads of this kind couple the lowest modes
+  std::optional<LossOfStability> loss;
+  for (const NormalMode& mode : lowest_modes(problem, at, kModes)) {
+    const bool is_flutter = mode.kind == ModeKind::kFlutter;
+    if (!is_flutter && mode.kind != ModeKind::kUnstable) continue;
+    const double rate = is_flutter ? mode.growth_rate : std::sqrt(-mode.omega_squared);
+    if (loss && loss->growth_rate >= rate) continue;
+    loss = LossOfStability{0.0, at.time, is_flutter, rate};
+  }
+  return loss;
+}
+
+bool LoadStepping::is_nearly_singular(const State& at) const {
+  // At a bifurcation the least stiffness falls in proportion to the distance to it, at a limit point as
+  // its root, which is 0.03 at the least increment.
+  constexpr double kNearly = 0.1;
+  const StaticProblem& problem = stepper_.problem();
+  const MechanicalSystem& system = problem.system();
+  if (at.time == 0.0 || system.coordinates().count() == 0) return false;
+  const std::vector<NormalMode> now = lowest_modes(problem, at, 1);
+  const std::vector<NormalMode> before = lowest_modes(problem, system.rest_state(), 1);
+  return !now.empty() && !before.empty() &&
+         now[0].omega_squared < kNearly * before[0].omega_squared;
 }
 
 // Two limit points without a stable part of the path between them are one.
@@ -126,6 +205,15 @@ std::string limit_text(const LimitPoint& limit) {
                    : "");
 }
 
+std::string loss_text(const LossOfStability& loss) {
+  return fmt::format(
+      "the equilibrium becomes unstable between the load factors {:.4f} and {:.4f}: loads that "
+      "follow the deformation let small motions {} (by {:.3g} 1/s at first). From there on the "
+      "result is an unstable equilibrium, in which the body would not stay",
+      loss.below, loss.above, loss.is_flutter ? "swing further and further" : "grow",
+      loss.growth_rate);
+}
+
 std::string round_off_text(const LoadPath& path) {
   constexpr double kMuch = 1e-6;
   if (path.force == 0.0 || path.residual <= kMuch * path.force) return {};
@@ -144,6 +232,7 @@ std::string LoadStepping::message(const StepOutcome& outcome) const {
     if (!outcome.ok() && limit.passed) continue;
     text += (text.empty() ? "" : "; ") + limit_text(limit);
   }
+  if (path_.loss) text += (text.empty() ? "" : "; ") + loss_text(*path_.loss);
   if (outcome.ok()) {
     if (const std::string round_off = round_off_text(path_); !round_off.empty()) {
       text += (text.empty() ? "" : "; ") + round_off;

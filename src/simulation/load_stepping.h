@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "tetraction/dynamics/static_stepper.h"
@@ -44,6 +45,13 @@ class LoadStepping {
     bool found() const { return state.position.size() > 0; }
   };
 
+  // Whether the equilibrium is known to be unstable, with what is known of the motion.
+  std::optional<LossOfStability> instability(const State& at) const;
+  // Whether the equilibrium is so much less stiff than the body at rest that a limit point must be near.
+  bool is_nearly_singular(const State& at) const;
+  // Looks for a stable equilibrium under loads that depend on positions by minimisation, where the path of
+  // Newton's method ends or has become unstable.
+  bool find_beyond(const State& from, State& to, double next, Beyond& beyond);
   void enter_limit_point(const LimitPoint& limit);
   StepOutcome accept(const StepOutcome& outcome, const State& to);
 
@@ -60,5 +68,7 @@ std::string round_off_text(const LoadPath& path);
 
 /// What is to tell about a limit point.
 std::string limit_text(const LimitPoint& limit);
+/// What is to tell about an equilibrium that loads make unstable.
+std::string loss_text(const LossOfStability& loss);
 
 }  // namespace tetraction

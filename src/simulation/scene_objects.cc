@@ -457,6 +457,16 @@ std::unique_ptr<Minimizer> make_minimizer(const SolverSettings& solver,
   return make_ceres_minimizer(system, {solver.tolerance, solver.max_iterations});
 }
 
+std::unique_ptr<RootFinder> make_root_finder(const SolverSettings& solver,
+                                             const MechanicalSystem& system) {
+  if (solver.kind != "newton") return nullptr;
+  NewtonOptions options;
+  options.tolerance = solver.tolerance;
+  options.max_iterations = solver.max_iterations;
+  options.linear = solver.linear;
+  return make_newton_krylov_root_finder(system, options);
+}
+
 std::unique_ptr<Stepper> make_stepper(Integrator integrator, const SolverSettings& solver,
                                       const MechanicalSystem& system) {
   // An implicit step solves three linear systems for each equation, and a dense one for all together.
@@ -473,13 +483,9 @@ std::unique_ptr<Stepper> make_stepper(Integrator integrator, const SolverSetting
   check_solver(integrator, solver, system);
   std::shared_ptr<Minimizer> minimizer;
   std::shared_ptr<RootFinder> root_finder;
-  if (is_implicit(integrator)) minimizer = make_minimizer(solver, system);
-  if (needs_root_finder(integrator)) {
-    NewtonOptions options;
-    options.tolerance = solver.tolerance;
-    options.max_iterations = solver.max_iterations;
-    options.linear = solver.linear;
-    root_finder = make_newton_krylov_root_finder(system, options);
+  if (is_implicit(integrator)) {
+    minimizer = make_minimizer(solver, system);
+    root_finder = make_root_finder(solver, system);
   }
   return make_stepper(integrator, system, std::move(minimizer), std::move(root_finder));
 }

@@ -1,7 +1,9 @@
 #include "tetraction/solver/normal_modes.h"
 
 #include <fmt/format.h>
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <Eigen/QR>
 
 #include <algorithm>
@@ -100,42 +102,29 @@ RigidMotions rigid_motions(const ScaledStiffness& stiffness, const Vector& q,
   return motions;
 }
 
-// Whether the stiffness of loads has a part that S does not have, and the product with it.
-class RestOfLoads {
+// The part ½ (K − Kᵀ) of the stiffness K of loads, which S does not have.
+class SkewLoadStiffness {
  public:
-  RestOfLoads(const MechanicalSystem& system, const Vector& q, double time)
-      : system_(system), q_(q), time_(time), size_(std::cbrt(system.mesh().total_volume())) {
-    known_.reset(system.vertex_count());
+  SkewLoadStiffness(const MechanicalSystem& system, const Vector& q,
+                    const NormalModeOptions& options)
+      : stiffness_(options.load_factor) {
     for (const ForceTerm* term : system.force_terms()) {
       if (!term->has_load() || !term->load_depends_on_position()) continue;
-      term->add_load_stiffness(system.force_point(q, time), known_);
+      term->add_load_stiffness(system.force_point(q, options.time), stiffness_);
     }
   }
 
-  // −∂f/∂x u less what S has, N. Loads on a rim are quadratic in the positions, so that the difference is
-  // exact up to round-off.
+  // The product with u, N. The transposed matrix is minus this one.
   Vector product(const Vector& u) const {
-    constexpr double kStep = 1e-5;  // of the body's size
-    const double largest = u.cwiseAbs().maxCoeff();
     Vector product = Vector::Zero(u.size());
-    if (largest == 0.0) return product;
-    const double length = kStep * size_ / largest;
-    known_.add_product(u, product);
-    const Vector ahead = q_ + length * u;
-    const Vector behind = q_ - length * u;
-    Vector forward;
-    Vector backward;
-    system_.external_force(system_.force_point(ahead, time_), forward);
-    system_.external_force(system_.force_point(behind, time_), backward);
-    return (backward - forward) / (2.0 * length) - product;
+    stiffness_.add_transposed_product(u, product);
+    product = -product;
+    stiffness_.add_product(u, product);
+    return 0.5 * product;
   }
 
  private:
-  const MechanicalSystem& system_;
-  const Vector& q_;
-  double time_;
-  double size_;
-  HessianBlocks known_;
+  LoadStiffness stiffness_;
 };
 
 // The sizes of the forces that terms add to at each vertex when the vertices move by displacements of
@@ -191,9 +180,9 @@ struct ForcesOfState {
 // orthonormal. Whether a motion is free follows from the constraints and from the terms that could
 // resist it, each compared with its own size. The elements do not resist it, so that their stiffness
 // does not matter.
-Matrix free_rigid_motions(const MechanicalSystem& system, const Vector& q, double time,
-                          const ScaledStiffness& stiffness, const LinearisedEquations& equations,
-                          bool under_loads) {
+Matrix free_rigid_motions(const MechanicalSystem& system, const Vector& q,
+                          const NormalModeOptions& options, const ScaledStiffness& stiffness,
+                          const LinearisedEquations& equations, bool under_loads) {
   constexpr double kAllowed = 1e-11;
   constexpr double kResisted = 1e-9;
   constexpr std::size_t kMostParts = 32;
@@ -222,8 +211,8 @@ Matrix free_rigid_motions(const MechanicalSystem& system, const Vector& q, doubl
   // the body: their stiffness gives ω × ∇U. Both are in balance at an equilibrium.
   const ForcesOfState forces(system, q, stiffness);
   const Vector& gradient = stiffness.terms_gradient();
-  std::optional<RestOfLoads> loads;
-  if (under_loads) loads.emplace(system, q, time);
+  std::optional<SkewLoadStiffness> loads;
+  if (under_loads) loads.emplace(system, q, options);
   Matrix resistance(stiffness.size(), allowed.cols());
   Vector sizes(allowed.cols());
   for (Index j = 0; j < allowed.cols(); ++j) {
@@ -371,36 +360,54 @@ NormalMode make_rigid_mode(const MechanicalSystem& system, const ScaledStiffness
   return mode;
 }
 
-// ζ = φᵀCφ/(2ω) of every mode. Viscosity and the damping of terms are linear in small velocities.
-// Damping of the mass is that of the mass matrix of the modes.
-void enter_damping(const MechanicalSystem& system, const ScaledStiffness& stiffness,
-                   const Vector& q, double time, NormalModes& modes) {
-  if (!system.is_dissipative()) return;
-  const Vector rest = Vector::Zero(q.size());
-  const ForcePoint at{system.mass(), q, time};
-  HessianBlocks blocks;
-  blocks.reset(system.vertex_count());
-  for (const ForceTerm* term : system.force_terms()) {
-    if (!term->has_dissipation()) continue;
-    term->add_dissipation_hessian(at, rest, HessianForm::kExact, blocks);
+// The damping matrix C of small motions. Viscosity and the damping of terms are linear in small
+// velocities. Damping of the mass is that of the mass matrix of the modes.
+class DampingMatrix {
+ public:
+  DampingMatrix(const MechanicalSystem& system, const ScaledStiffness& stiffness, const Vector& q,
+                double time)
+      : system_(system), stiffness_(stiffness), q_(q) {
+    const Vector rest = Vector::Zero(q.size());
+    const ForcePoint at{system.mass(), q, time};
+    of_terms_.reset(system.vertex_count());
+    for (const ForceTerm* term : system.force_terms()) {
+      if (!term->has_dissipation()) continue;
+      term->add_dissipation_hessian(at, rest, HessianForm::kExact, of_terms_);
+    }
   }
-  for (NormalMode& mode : modes.modes) {
-    Vector force = Vector::Zero(q.size());
-    system.add_viscous_force(q, mode.shape, force);
+
+  // C v, N.
+  Vector product(const Vector& v) const {
+    Vector force = Vector::Zero(v.size());
+    system_.add_viscous_force(q_, v, force);
     force = -force;
-    blocks.add_product(mode.shape, force);
-    force += system.damping().mass_damping *
-             (stiffness.momentum(mode.shape) - system.momentum_of(mode.shape));
-    const double rate = std::max(0.0, mode.shape.dot(force));
-    if (is_vibration(mode.kind) && mode.omega_squared > 0.0) {
-      mode.damping_ratio = 0.5 * rate / std::sqrt(mode.omega_squared);
-    } else if (mode.kind == ModeKind::kRigid && rate > 0.0) {
-      // A rigid motion strains nothing, so that viscosity gives it round-off only.
-      Vector of_vertices = Vector::Zero(q.size());
-      blocks.add_product(mode.shape, of_vertices);
-      if (mode.shape.dot(of_vertices) > 0.0) {
-        mode.damping_ratio = std::numeric_limits<double>::infinity();
-      }
+    of_terms_.add_product(v, force);
+    force += system_.damping().mass_damping * (stiffness_.momentum(v) - system_.momentum_of(v));
+    return force;
+  }
+  // The part of C v that force terms have.
+  Vector product_of_terms(const Vector& v) const {
+    Vector force = Vector::Zero(v.size());
+    of_terms_.add_product(v, force);
+    return force;
+  }
+
+ private:
+  const MechanicalSystem& system_;
+  const ScaledStiffness& stiffness_;
+  const Vector& q_;
+  HessianBlocks of_terms_;
+};
+
+// ζ = φᵀCφ/(2ω).
+void enter_damping(const DampingMatrix& damping, NormalMode& mode) {
+  const double rate = std::max(0.0, mode.shape.dot(damping.product(mode.shape)));
+  if (is_vibration(mode.kind) && mode.omega_squared > 0.0) {
+    mode.damping_ratio = 0.5 * rate / std::sqrt(mode.omega_squared);
+  } else if (mode.kind == ModeKind::kRigid && rate > 0.0) {
+    // A rigid motion strains nothing, so that viscosity gives it round-off only.
+    if (mode.shape.dot(damping.product_of_terms(mode.shape)) > 0.0) {
+      mode.damping_ratio = std::numeric_limits<double>::infinity();
     }
   }
 }
@@ -420,23 +427,134 @@ NormalMode make_complex_mode(const MechanicalSystem& system, const ScaledStiffne
   return mode;
 }
 
+// Eigenvectors of a matrix and of its transpose, ψᵢᵀφⱼ = δᵢⱼ, for numbers of modes in ascending order.
+struct BothEigenvectors {
+  std::vector<std::size_t> modes;
+  Eigen::VectorXcd values;
+  Eigen::MatrixXcd right;
+  Eigen::MatrixXcd left;
+};
+
+// Finds the left eigenvectors of the modes that are not rigid. There are fewer modes if the last ones have
+// no partner, because their multiple eigenvalue was cut.
+BothEigenvectors find_left(const std::vector<ComplexEigenpair>& pairs,
+                           const std::vector<NormalMode>& modes,
+                           const std::vector<ComplexEigenpair>& transposed) {
+  constexpr double kSame = 1e-4;
+  constexpr double kRegular = 1e-9;
+  BothEigenvectors both;
+  std::vector<std::size_t> partners;
+  std::vector<bool> taken(transposed.size());
+  for (std::size_t j = 0; j < pairs.size(); ++j) {
+    if (modes[j].kind == ModeKind::kRigid) continue;
+    std::size_t best = transposed.size();
+    double least = kSame * std::abs(pairs[j].value);
+    for (std::size_t k = 0; k < transposed.size(); ++k) {
+      const double distance = std::abs(transposed[k].value - pairs[j].value);
+      if (taken[k] || !(distance <= least)) continue;
+      least = distance;
+      best = k;
+    }
+    if (best == transposed.size()) continue;
+    taken[best] = true;
+    both.modes.push_back(j);
+    partners.push_back(best);
+  }
+  for (auto count = static_cast<Index>(partners.size()); count > 0; --count) {
+    both.modes.resize(static_cast<std::size_t>(count));
+    both.values.resize(count);
+    both.right.resize(pairs.front().vector.size(), count);
+    both.left.resize(both.right.rows(), count);
+    for (Index i = 0; i < count; ++i) {
+      const ComplexEigenpair& pair = pairs[both.modes[static_cast<std::size_t>(i)]];
+      both.values[i] = pair.value;
+      both.right.col(i) = pair.vector;
+      both.left.col(i) = transposed[partners[static_cast<std::size_t>(i)]].vector;
+    }
+    const Eigen::MatrixXcd products = both.left.transpose() * both.right;
+    const Eigen::PartialPivLU<Eigen::MatrixXcd> lu(products);
+    if (!(lu.rcond() > kRegular)) continue;
+    both.left = both.left * lu.inverse().transpose();
+    return both;
+  }
+  return {};
+}
+
+// The damped motions Σ cⱼ φⱼ e^(λt) are those of formula (34) of docs/theory.md. Each mode has the one that
+// consists of it more than of any other mode.
+void enter_damping(const DampingMatrix& damping, const ScaledStiffness& stiffness,
+                   const BothEigenvectors& both, std::vector<NormalMode>& modes) {
+  using Complex = std::complex<double>;
+  constexpr double kRoundOffOfRate = 1e-9;  // of |λ|
+  const Index count = both.values.size();
+  Eigen::MatrixXcd images(both.right.rows(), count);
+  const auto image = [&](const Vector& z) {
+    return stiffness.scaled(damping.product(stiffness.displacements(z)));
+  };
+  for (Index j = 0; j < count; ++j) {
+    images.col(j).real() = image(both.right.col(j).real());
+    images.col(j).imag() = image(both.right.col(j).imag());
+  }
+  const Eigen::MatrixXcd reduced = both.left.transpose() * images;
+  Eigen::MatrixXcd matrix = Eigen::MatrixXcd::Zero(2 * count, 2 * count);
+  matrix.topRightCorner(count, count).setIdentity();
+  matrix.bottomLeftCorner(count, count).diagonal() = -both.values;
+  matrix.bottomRightCorner(count, count) = -reduced;
+  const Eigen::ComplexEigenSolver<Eigen::MatrixXcd> solver(matrix);
+  struct Match {
+    double part;
+    Index eigenvalue;
+    Index mode;
+  };
+  std::vector<Match> matches;
+  for (Index k = 0; k < 2 * count; ++k) {
+    if (!(solver.eigenvalues()[k].imag() > 0.0)) continue;
+    const Eigen::VectorXcd amounts = solver.eigenvectors().col(k).head(count).normalized();
+    for (Index j = 0; j < count; ++j) matches.push_back({std::abs(amounts[j]), k, j});
+  }
+  std::stable_sort(matches.begin(), matches.end(),
+                   [](const Match& a, const Match& b) { return a.part > b.part; });
+  std::vector<bool> is_taken(static_cast<std::size_t>(2 * count));
+  std::vector<bool> is_done(static_cast<std::size_t>(count));
+  for (const Match& match : matches) {
+    const auto j = static_cast<std::size_t>(match.mode);
+    if (is_done[j] || is_taken[static_cast<std::size_t>(match.eigenvalue)]) continue;
+    is_done[j] = is_taken[static_cast<std::size_t>(match.eigenvalue)] = true;
+    NormalMode& mode = modes[both.modes[j]];
+    if (!is_vibration(mode.kind)) continue;
+    const Complex lambda = solver.eigenvalues()[match.eigenvalue];
+    const bool grows = lambda.real() > kRoundOffOfRate * std::abs(lambda);
+    mode.damping_ratio = -lambda.real() / std::abs(lambda);
+    mode.kind = grows ? ModeKind::kFlutter : ModeKind::kElastic;
+    mode.growth_rate = grows ? lambda.real() : 0.0;
+  }
+}
+
 // The modes with the whole stiffness of the loads. `start`: eigenvectors of S as columns, of which the
-// first are the rigid motions, which are eigenvectors of the whole stiffness, too.
+// first are the rigid motions, which are eigenvectors of the whole stiffness, too. `units`: the unit
+// translations along x, y, z, in the coordinates of S.
 std::vector<NormalMode> modes_under_loads(const MechanicalSystem& system, const Vector& q,
-                                          double time, const ScaledStiffness& stiffness,
+                                          const NormalModeOptions& options,
+                                          const ScaledStiffness& stiffness,
                                           const LinearisedEquations& equations,
                                           const RoundOff& round_off, const ModeSearch& search,
-                                          const Matrix& start, Index rigid, Index count) {
+                                          const Matrix& start, Index rigid, const Matrix& units,
+                                          Index count) {
   constexpr double kSame = 0.5;
-  const RestOfLoads rest(system, q, time);
-  const auto product = [&](const Vector& z) {
-    const Vector forces = stiffness.product(z) + equations.curvature_product(z) +
-                          stiffness.scaled(rest.product(stiffness.displacements(z)));
-    return equations.project(forces);
+  const SkewLoadStiffness skew(system, q, options);
+  // The transposed matrix has the opposite skew part.
+  const auto find = [&](double sign) {
+    return lowest_unsymmetric(
+        [&](const Vector& z) {
+          const Vector forces = stiffness.product(z) + equations.curvature_product(z) +
+                                sign * stiffness.scaled(skew.product(stiffness.displacements(z)));
+          return equations.project(forces);
+        },
+        [&](const Vector& r) { return search.solve(r); }, start, count);
   };
   std::vector<NormalMode> modes;
-  for (const ComplexEigenpair& pair : lowest_unsymmetric(
-           product, [&](const Vector& r) { return search.solve(r); }, start, count)) {
+  const std::vector<ComplexEigenpair> pairs = find(1.0);
+  for (const ComplexEigenpair& pair : pairs) {
     // The two conjugates have the same plane of motion: one gives the first of its axes, the other
     // one the second.
     const bool second = pair.value.imag() < 0.0;
@@ -445,6 +563,20 @@ std::vector<NormalMode> modes_under_loads(const MechanicalSystem& system, const 
     modes.push_back(is_rigid ? make_rigid_mode(system, stiffness, z.normalized())
                              : make_complex_mode(system, stiffness, round_off, pair.value, z));
   }
+  const BothEigenvectors both = find_left(pairs, modes, find(-1.0));
+  for (std::size_t i = 0; i < both.modes.size(); ++i) {
+    const auto j = static_cast<Index>(i);
+    for (Index d = 0; d < 3; ++d) {
+      const Eigen::VectorXcd unit = units.col(d).cast<std::complex<double>>();
+      const std::complex<double> product =
+          both.left.col(j).cwiseProduct(unit).sum() * both.right.col(j).cwiseProduct(unit).sum();
+      modes[both.modes[i]].effective_mass[d] = product.real();
+    }
+  }
+  if (!system.is_dissipative()) return modes;
+  const DampingMatrix damping(system, stiffness, q, options.time);
+  for (NormalMode& mode : modes) enter_damping(damping, mode);
+  if (!both.modes.empty()) enter_damping(damping, stiffness, both, modes);
   return modes;
 }
 
@@ -469,7 +601,7 @@ double NormalMode::frequency() const {
 }
 
 Vector balancing_multipliers(const MechanicalSystem& system, const Vector& q, const Vector& load,
-                             double time) {
+                             double time, double load_factor) {
   const Constraints& constraints = system.constraints();
   if (!constraints.has_equations()) return {};
   double energy = 0.0;
@@ -479,7 +611,9 @@ Vector balancing_multipliers(const MechanicalSystem& system, const Vector& q, co
   }
   for (const ForceTerm* term : system.force_terms()) {
     if (!term->has_potential() || term->account() == EnergyAccount::kExternalWork) continue;
-    term->add_gradient(system.force_point(q, time), force);
+    Vector gradient = Vector::Zero(force.size());
+    term->add_gradient(system.force_point(q, time), gradient);
+    force += (term->account() == EnergyAccount::kConstraintWork ? 1.0 : load_factor) * gradient;
   }
   force -= load;
   const Matrix gradients =
@@ -500,20 +634,20 @@ NormalModes normal_modes(const MechanicalSystem& system, const Vector& q,
         "The modes cannot be computed: the potential of the force term \"{}\" is not defined.",
         term->name()));
   }
-  const ScaledStiffness stiffness(system, q, options.time, options.with_loads);
+  const ScaledStiffness stiffness(system, q, options.time, options.with_loads, options.load_factor);
   const LinearisedEquations equations(system, stiffness, q, options.multipliers);
   const bool under_loads = options.with_loads && system.has_load_of_position();
-  const Matrix rigid =
-      free_rigid_motions(system, q, options.time, stiffness, equations, under_loads);
+  const Matrix rigid = free_rigid_motions(system, q, options, stiffness, equations, under_loads);
 
   NormalModes result;
   result.total = stiffness.size() - equations.count();
+  Matrix units(stiffness.size(), 3);  // unit translations
   for (int d = 0; d < 3; ++d) {
     Vector unit = Vector::Zero(system.dof_count());
     for (Index v = 0; v < system.vertex_count(); ++v) unit[3 * v + d] = 1.0;
-    result.moved_mass[d] =
-        equations.project(stiffness.scaled(stiffness.momentum(unit))).squaredNorm();
+    units.col(d) = equations.project(stiffness.scaled(stiffness.momentum(unit)));
   }
+  result.moved_mass = units.colwise().squaredNorm().transpose();
   for (Index j = 0; !under_loads && j < rigid.cols(); ++j) {
     result.modes.push_back(make_rigid_mode(system, stiffness, rigid.col(j)));
   }
@@ -525,13 +659,15 @@ NormalModes normal_modes(const MechanicalSystem& system, const Vector& q,
     const std::vector<Eigenpair> pairs =
         sharp_pairs(search, stiffness, equations, options.count, round_off);
     if (under_loads) {
+      // Modes that are close to each other are needed together for their damping.
+      constexpr Index kMore = 4;
       Matrix start(stiffness.size(), rigid.cols() + static_cast<Index>(pairs.size()));
       start.leftCols(rigid.cols()) = rigid;
       for (std::size_t j = 0; j < pairs.size(); ++j) {
         start.col(rigid.cols() + static_cast<Index>(j)) = pairs[j].vector;
       }
-      result.modes = modes_under_loads(system, q, options.time, stiffness, equations, round_off,
-                                       search, start, rigid.cols(), options.count);
+      result.modes = modes_under_loads(system, q, options, stiffness, equations, round_off, search,
+                                       start, rigid.cols(), units, options.count + kMore);
     } else {
       for (const Eigenpair& pair : pairs) {
         result.modes.push_back(make_mode(system, stiffness, round_off, pair.value, pair.vector));
@@ -544,7 +680,10 @@ NormalModes normal_modes(const MechanicalSystem& system, const Vector& q,
   if (static_cast<Index>(result.modes.size()) > options.count) {
     result.modes.resize(static_cast<std::size_t>(options.count));
   }
-  enter_damping(system, stiffness, q, options.time, result);
+  if (system.is_dissipative() && !under_loads) {
+    const DampingMatrix damping(system, stiffness, q, options.time);
+    for (NormalMode& mode : result.modes) enter_damping(damping, mode);
+  }
   return result;
 }
 

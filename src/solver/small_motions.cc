@@ -38,7 +38,7 @@ void ScaledStiffness::for_each_entry(const Visit& visit) const {
 }
 
 ScaledStiffness::ScaledStiffness(const MechanicalSystem& system, const Vector& q, double time,
-                                 bool with_loads)
+                                 bool with_loads, double load_factor)
     : system_(system),
       coordinates_(system.coordinates()),
       inverse_root_mass_(coordinates_.reduced_mass(system.mass()).cwiseSqrt().cwiseInverse()),
@@ -49,15 +49,24 @@ ScaledStiffness::ScaledStiffness(const MechanicalSystem& system, const Vector& q
   for (const ForceTerm* term : system.force_terms()) {
     if (!term->has_potential() || term->uniform_acceleration()) continue;
     if (term->account() == EnergyAccount::kExternalWork && !with_loads) continue;
-    term->add_hessian(at, HessianForm::kExact, terms_);
-    term->add_gradient(at, terms_gradient_);
+    const bool is_constraint = term->account() == EnergyAccount::kConstraintWork;
+    const double weight = is_constraint ? 1.0 : load_factor;
+    HessianBlocks blocks;
+    blocks.reset(system.vertex_count());
+    term->add_hessian(at, HessianForm::kExact, blocks);
+    terms_.add(blocks, weight);
+    Vector gradient = Vector::Zero(system.dof_count());
+    term->add_gradient(at, gradient);
+    terms_gradient_ += weight * gradient;
   }
   for (const ForceTerm* term : system.force_terms()) {
     if (with_loads && term->has_load() && term->load_depends_on_position()) {
-      term->add_load_stiffness(at, terms_);
+      LoadStiffness of_load(load_factor);
+      term->add_load_stiffness(at, of_load);
+      of_load.add_symmetric_part(terms_);
       Vector load = Vector::Zero(system.dof_count());
       term->add_load(at, load);
-      terms_gradient_ -= load;
+      terms_gradient_ -= load_factor * load;
     }
   }
   HessianBlocks blocks = terms_;

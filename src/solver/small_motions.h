@@ -20,9 +20,11 @@ namespace tetraction {
 class ScaledStiffness {
  public:
   /// Takes K at positions q, with the potentials of the force terms at `time`. `with_loads`: those of
-  /// loads, too, and the symmetric part of the stiffness of loads that depend on positions. Keeps a
+  /// loads, too, and the symmetric part of the stiffness of loads that depend on positions. All but
+  /// potentials that stand for constraints are multiplied by `load_factor`. Keeps a
   /// reference to `system`. Throws InputError if K is not defined or overflows.
-  ScaledStiffness(const MechanicalSystem& system, const Vector& q, double time, bool with_loads);
+  ScaledStiffness(const MechanicalSystem& system, const Vector& q, double time, bool with_loads,
+                  double load_factor);
 
   Index size() const { return pattern_->size(); }
   const SparsityPattern& pattern() const { return *pattern_; }

@@ -148,6 +148,29 @@ vector = [0, 0, -5e3]
         self.assertGreater(abs(expected).max(), 1e-2)
         self.assertLess(abs(computed - expected).max(), 1e-6 * abs(expected).max())
 
+    def test_prescribed_displacements_grow_as_in_static(self):
+        # Posed at once, the offset would invert elements.
+        scene = self.write("cube.toml", """
+[mesh]
+generate = { kind = "box", size = [1, 1, 1], cells = [2, 2, 2] }
+element = "quadratic"
+[material]
+model = "neo-hookean"
+youngs_modulus = 1e6
+poissons_ratio = 0.4
+density = 1000
+[[fix]]
+select = { plane = { axis = "z", at = 0.0 } }
+[[fix]]
+select = { plane = { axis = "z", at = 1.0 } }
+offset = [0, 0, -0.3]
+""")
+        self.run_program("modes", scene, "-n", "1", "--out", "modes", "--static")
+        self.run_program("static", scene, "--out", "static")
+        expected = read_grid(self.path("static", "final.vtu"))[1]["displacement"]
+        computed = read_grid(self.path("modes", "mode_01.vtu"))[1]["displacement"]
+        self.assertLess(abs(computed - expected).max(), 1e-6)
+
     def test_pressure_with_a_free_rim(self):
         # A pressure on the tip that follows it raises the first frequency; a dead load would lower it.
         scene = self.write("beam.toml", BEAM + """

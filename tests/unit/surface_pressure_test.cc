@@ -155,13 +155,16 @@ TEST_P(PressureOnABox, TheForceIsThatOfThePresentTrianglesAlsoAtARim) {
   }
 }
 
-// The symmetric part of minus the derivative of the load at a rim, which is quadratic in positions.
-TEST_P(PressureOnABox, TheLoadStiffnessIsTheSymmetricPartOfItsDerivative) {
+// Minus the derivative of the load at a rim, which is quadratic in positions, its transpose and its symmetric
+// part.
+TEST_P(PressureOnABox, TheLoadStiffnessIsMinusItsDerivative) {
   const SurfacePressure term({pressure(SelectPlane{0, 1.0, {}}, -2e4)}, mesh_.rest_positions(),
                              system_.coordinates());
-  HessianBlocks stiffness;
-  stiffness.reset(mesh_.vertex_count());
+  LoadStiffness stiffness(2.0);
   term.add_load_stiffness(at(position_), stiffness);
+  // The differences that a term of a user's program has.
+  LoadStiffness by_differences(2.0);
+  term.ForceTerm::add_load_stiffness(at(position_), by_differences);
   const auto derivative = [&](const Vector& direction) {
     constexpr double kStep = 0.01;
     Vector ahead = Vector::Zero(position_.size());
@@ -174,12 +177,25 @@ TEST_P(PressureOnABox, TheLoadStiffnessIsTheSymmetricPartOfItsDerivative) {
   };
   const Vector u = jiggled(Vector::Zero(position_.size()), 1.0, 3);
   const Vector v = jiggled(Vector::Zero(position_.size()), 1.0, 5);
+  const Vector expected = 2.0 * derivative(u);
   Vector product = Vector::Zero(position_.size());
   stiffness.add_product(u, product);
-  const double expected = 0.5 * (v.dot(derivative(u)) + u.dot(derivative(v)));
-  EXPECT_NEAR(v.dot(product), expected, 1e-11 * std::abs(expected));
-  // The other part does not vanish.
-  EXPECT_GT(std::abs(v.dot(derivative(u)) - expected), 1e-3 * std::abs(expected));
+  EXPECT_LT((product - expected).norm(), 1e-11 * expected.norm());
+  product.setZero();
+  by_differences.add_product(u, product);
+  EXPECT_LT((product - expected).norm(), 1e-8 * expected.norm());
+  Vector transposed = Vector::Zero(position_.size());
+  stiffness.add_transposed_product(v, transposed);
+  EXPECT_NEAR(transposed.dot(u), v.dot(expected), 1e-11 * std::abs(v.dot(expected)));
+  // The stiffness is not symmetric.
+  EXPECT_GT((transposed - 2.0 * derivative(v)).norm(), 1e-3 * expected.norm());
+  HessianBlocks symmetric;
+  symmetric.reset(mesh_.vertex_count());
+  stiffness.add_symmetric_part(symmetric);
+  product.setZero();
+  symmetric.add_product(u, product);
+  const double mean = v.dot(derivative(u)) + u.dot(derivative(v));
+  EXPECT_NEAR(v.dot(product), mean, 1e-11 * std::abs(mean));
 }
 
 TEST_P(PressureOnABox, AClosedSurfaceHasNoResultantAndNoLoad) {

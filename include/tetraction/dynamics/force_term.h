@@ -107,6 +107,35 @@ class HessianBlocks {
   std::vector<Vector3> outer_vectors_;
 };
 
+/// The stiffness K = −∂f/∂x of a load f that depends on positions, as a sum of 3 × 3 blocks, N/m. It need
+/// not be symmetric.
+class LoadStiffness {
+ public:
+  /// The derivatives of minus the force on vertex `row` with respect to the position of vertex `column`.
+  struct Block {
+    Index row = 0;
+    Index column = 0;
+    Matrix3 block = Matrix3::Zero();
+  };
+
+  /// All blocks that are added will be multiplied by `weight`.
+  explicit LoadStiffness(double weight = 1.0) : weight_(weight) {}
+  void add(Index row, Index column, const Matrix3& block) {
+    blocks_.push_back({row, column, weight_ * block});
+  }
+  /// Blocks of the same two vertices may come more than once.
+  const std::vector<Block>& blocks() const { return blocks_; }
+  /// product += K u and product += Kᵀ u (3 per vertex).
+  void add_product(const Vector& u, Vector& product) const;
+  void add_transposed_product(const Vector& u, Vector& product) const;
+  /// hessian += ½ (K + Kᵀ).
+  void add_symmetric_part(HessianBlocks& hessian) const;
+
+ private:
+  double weight_;
+  std::vector<Block> blocks_;
+};
+
 /// A force that acts on the vertices of a body. It is the sum of one or more of these parts:
 ///
 /// - a potential part −∂U/∂x of a potential energy U(x, t);
@@ -197,13 +226,12 @@ class ForceTerm {
 
   /// force += the mean of f over the step `at.step`, so that its length times the mean is the
   /// impulse ∫ f dt; 3 per vertex, N. `at.position` are the positions x̃ where the rule evaluates
-  /// forces: q_k (`explicit`), q_k + ½h M⁻¹p_k (`verlet`), x (implicit rules, which repeat the
-  /// minimisation until the load fits x).
+  /// forces: q_k (`explicit`), q_k + ½h M⁻¹p_k (`verlet`), x (implicit rules).
   virtual void add_load(const ForcePoint& at, Vector& force) const;
-  /// stiffness += the symmetric part of −∂f/∂x of a load that depends on positions, N/m. Normal modes at
-  /// an equilibrium under loads begin with it. They find the remaining part, or all of −∂f/∂x where
-  /// this function is not overridden, by differences of add_load().
-  virtual void add_load_stiffness(const ForcePoint& at, HessianBlocks& stiffness) const;
+  /// stiffness += −∂f/∂x of a load that depends on positions, N/m. Implicit steps, equilibria and normal
+  /// modes need it. Where it is not overridden, it is found by differences of add_load(), which calls
+  /// that function six times for each vertex.
+  virtual void add_load_stiffness(const ForcePoint& at, LoadStiffness& stiffness) const;
 
  protected:
   ForceTerm() = default;

@@ -54,6 +54,19 @@ class PotentialProblem : public MinimizationProblem {
   /// Sets the forces of constraints' equations, which are added to l (3 per vertex, N; empty: none).
   void set_constraint_force(const Vector& force);
 
+  /// Loads that depend on positions are constant in Φ: w f₀ with a weight w. This is what is missing of the
+  /// equations with the loads at x = o + u: residual += w (f₀ − f(x)).
+  void add_load_deviation(const Vector& u, Vector& residual) const;
+  /// stiffness ← −w ∂f/∂x at x = o + u.
+  void load_stiffness(const Vector& u, LoadStiffness& stiffness) const;
+  /// Replaces f₀ by the loads at x = o + u.
+  void take_loads(const Vector& u);
+  /// f₀, 3 per vertex, N.
+  const Vector& constant_loads() const { return constant_loads_; }
+  /// Whether term_hessian() has the symmetric part of the stiffness of such loads, with which the Hessian is
+  /// closer to the derivative of the equations than that of Φ.
+  void set_with_load_stiffness(bool with) { with_load_stiffness_ = with; }
+
   /// k, per DOF, N/m.
   const Vector& coefficient() const { return coefficient_; }
   /// The dissipation potential of the viscosity; it is zero in an equilibrium.
@@ -84,7 +97,9 @@ class PotentialProblem : public MinimizationProblem {
 
   HessianParts hessian_parts(const Vector& u) const override;
   /// General force terms are those that are not quadratic in single vertices.
-  bool has_general_terms() const override { return !potentials_.empty() || !dissipations_.empty(); }
+  bool has_general_terms() const override {
+    return !potentials_.empty() || !dissipations_.empty() || with_load_stiffness_;
+  }
   void term_hessian(const Vector& u, HessianForm form, HessianBlocks& hessian) const override;
   bool term_shares(const Vector& u, bool with_hessian, TermShares& shares) const override;
   /// A vertex's part in an element is in proportion to the element's share of its lumped mass.
@@ -137,6 +152,12 @@ class PotentialProblem : public MinimizationProblem {
   }
   /// Whether the energy of element e is defined for J > 0 only.
   bool needs_volume(Index e) const;
+  /// Says what loads f₀ (3 per vertex, N) l has, with which weight w, and that they are at the instant or in
+  /// the step of point(). To be called when l is complete.
+  void set_constant_loads(const Vector& loads, double weight) {
+    constant_loads_ = loads;
+    load_weight_ = weight;
+  }
   /// l += `force` (3 per vertex, N). To be called before set_origin().
   void add_load(const Vector& force) { load_ += force; }
 
@@ -176,10 +197,14 @@ class PotentialProblem : public MinimizationProblem {
   // Evaluates elastic_ at u, unless it is known there.
   EvaluationStatus evaluate_elastic(const Vector& u) const;
   void make_remainder();
+  ForcePoint load_point(const Vector& x) const;
 
   Vector origin_;            // o
   Vector constraint_force_;  // empty: none
   Vector remainder_;         // r
+  Vector constant_loads_;    // f₀
+  double load_weight_ = 1.0;
+  bool with_load_stiffness_ = false;
   // Terms that are not quadratic, and the gradient of their potentials at q.
   std::vector<WeightedPotential> potentials_;
   std::vector<const ForceTerm*> dissipations_;
@@ -197,6 +222,7 @@ class PotentialProblem : public MinimizationProblem {
   mutable Vector at_;
   HessianBlocks blocks_;
   mutable HessianBlocks weighted_;
+  mutable LoadStiffness load_stiffness_;
   mutable Vector weighted_gradient_;
   mutable std::map<std::array<Index, 2>, Index> element_of_edge_;  // made when first needed
   mutable Vector moved_;                                           // x − q

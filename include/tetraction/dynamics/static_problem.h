@@ -32,6 +32,8 @@ class StaticProblem : public PotentialProblem {
   /// The same with these loads (3 per vertex, N).
   void begin(const Vector& q, double factor, const Vector& load);
 
+  /// The time of potentials, loads and targets, s.
+  double time() const { return time_; }
   /// The loads f at positions x, 3 per vertex, N.
   Vector load(const Vector& x) const;
   /// What a user has put on the body at a load factor and positions x: loads, and the forces of

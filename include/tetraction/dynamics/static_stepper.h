@@ -9,12 +9,20 @@
 namespace tetraction {
 
 /// A stepper whose time is the load factor (StaticProblem). A step minimises Π at the load factor of
-/// its end, beginning at the positions of its start, and leads to a state without momentum.
+/// its end, beginning at the positions of its start, and leads to a state without momentum. Under loads
+/// that depend on positions it solves the equations of equilibrium, which are not those of a minimum.
 class StaticStepper : public Stepper {
  public:
-  /// Potentials, loads and targets are those at `time`. Keeps a reference to `system`.
+  /// Potentials, loads and targets are those at `time`. `root_finder` is for loads that depend on positions;
+  /// without one (null), minimisations are repeated until such loads fit the positions. Keeps a
+  /// reference to `system`.
   static std::unique_ptr<StaticStepper> make(const MechanicalSystem& system,
-                                             std::shared_ptr<Minimizer> minimizer, double time);
+                                             std::shared_ptr<Minimizer> minimizer, double time,
+                                             std::shared_ptr<RootFinder> root_finder = nullptr);
+  /// Lets the next steps minimise Π with constant loads, which are replaced until they fit the positions,
+  /// although there is a root finder; or not any more. A minimiser finds stable equilibria only, also
+  /// far away.
+  virtual void set_minimizes(bool minimizes) = 0;
   /// The problem of the last step.
   virtual const StaticProblem& problem() const = 0;
 

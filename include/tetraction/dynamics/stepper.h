@@ -139,17 +139,22 @@ std::unique_ptr<Stepper> make_explicit_stepper(const MechanicalSystem& system);
 /// The composition of a half step with α = 0 and a half step with α = 1.
 std::unique_ptr<Stepper> make_verlet_stepper(const MechanicalSystem& system);
 /// The rule with α = ½. `minimizer` is called once per step, or a few times if there are
-/// multipliers, viscosity or prescribed vertices that move far.
+/// multipliers, viscosity or prescribed vertices that move far. Loads that depend on positions make the
+/// step a system of equations that belongs to no minimum. `root_finder` solves it. Without one (null),
+/// minimisations with constant loads are repeated until the loads fit the positions, which fails if
+/// the loads change much with the positions.
 std::unique_ptr<Stepper> make_midpoint_stepper(const MechanicalSystem& system,
-                                               std::shared_ptr<Minimizer> minimizer);
+                                               std::shared_ptr<Minimizer> minimizer,
+                                               std::shared_ptr<RootFinder> root_finder = nullptr);
 /// The rule of that name. `minimizer` may be null for rules that are not implicit, and `root_finder`
 /// for rules that do not need one (needs_root_finder()); otherwise InputError is thrown.
 std::unique_ptr<Stepper> make_stepper(Integrator integrator, const MechanicalSystem& system,
                                       std::shared_ptr<Minimizer> minimizer,
                                       std::shared_ptr<RootFinder> root_finder = nullptr);
-/// Backward Euler.
-std::unique_ptr<Stepper> make_backward_euler_stepper(const MechanicalSystem& system,
-                                                     std::shared_ptr<Minimizer> minimizer);
+/// Backward Euler. The solvers are used as for the midpoint rule.
+std::unique_ptr<Stepper> make_backward_euler_stepper(
+    const MechanicalSystem& system, std::shared_ptr<Minimizer> minimizer,
+    std::shared_ptr<RootFinder> root_finder = nullptr);
 /// The step that conserves energy and both momenta (Simo & Tarnow 1992; Gonzalez 2000). `root_finder`
 /// solves its equations. `minimizer` is used where constraints have equations, and for a first guess
 /// where others fail. Both must be for the same system.

@@ -70,7 +70,7 @@ class SurfacePressure : public ForceTerm {
   void add_discrete_gradient(const ForcePoint& from, const ForcePoint& to,
                              Vector& gradient) const override;
   void add_load(const ForcePoint& at, Vector& force) const override;
-  void add_load_stiffness(const ForcePoint& at, HessianBlocks& stiffness) const override;
+  void add_load_stiffness(const ForcePoint& at, LoadStiffness& stiffness) const override;
 
  private:
   // Part of V_o: three nodes and the weight of their cone.

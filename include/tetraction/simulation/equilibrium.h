@@ -1,6 +1,7 @@
 // The equilibrium of a body under its loads.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,12 +19,22 @@ struct LimitPoint {
   bool passed = false;  ///< whether another stable equilibrium was found at `above`
 };
 
+/// Loads that depend on positions, such as a pressure on a surface with a free rim, can make an equilibrium
+/// unstable although its load path goes on: small motions without damping grow there.
+struct LossOfStability {
+  double below = 0.0;  ///< the last load factor with an equilibrium that was found to be stable
+  double above = 1.0;  ///< the first one with an unstable equilibrium
+  bool is_flutter = false;   ///< whether the motion at `above` swings
+  double growth_rate = 0.0;  ///< of the fastest motion at `above`, 1/s
+};
+
 /// What the load steps found.
 struct LoadPath {
   double factor = 0.0;                   ///< the load factor that was reached
   Index steps = 0;                       ///< load steps made
   Index cuts = 0;                        ///< attempts that were repeated with a smaller increment
   std::vector<LimitPoint> limit_points;  ///< in the order of their load factors
+  std::optional<LossOfStability> loss;   ///< only under loads that depend on positions
   double residual = 0.0;                 ///< |Tᵀ∇Π|₂ of the last load step, N
   double residual_limit = 0.0;           ///< what it had to be below, N
   /// The larger of the norms of loads and reactions of the last load step, N; 0 if nothing acts.
@@ -55,6 +66,10 @@ struct Equilibrium {
 /// doubled again after an increment that needed no halving. If no increment above a thousandth is
 /// possible, there is a limit point. If the minimiser finds another equilibrium beyond it, the path
 /// goes on there, and the message says so. Dissipation has no effect.
+///
+/// Loads that depend on positions are no part of a potential. The equations of equilibrium are then
+/// solved by Newton's method, which goes on from each load step to the next, whether the equilibrium is stable or not.
+/// After each load step the lowest normal modes tell whether it is (LoadPath::loss).
 ///
 /// One large increment may pass a limit point without a trace, if the minimiser goes straight to another
 /// equilibrium. Increments of `largest_increment` at most, above 0 and at most 1, make that unlikely.

@@ -57,6 +57,11 @@ void check_solver(Integrator integrator, const SolverSettings& solver,
 std::unique_ptr<Minimizer> make_minimizer(const SolverSettings& solver,
                                           const MechanicalSystem& system);
 
+/// Makes the solver of equations that are not those of a minimum. Null for solver.kind = "ceres", which
+/// minimises only.
+std::unique_ptr<RootFinder> make_root_finder(const SolverSettings& solver,
+                                             const MechanicalSystem& system);
+
 /// Makes the stepper of an integrator with its solver. Throws InputError for an unknown solver.
 std::unique_ptr<Stepper> make_stepper(Integrator integrator, const SolverSettings& solver,
                                       const MechanicalSystem& system);

@@ -12,7 +12,7 @@ enum class ModeKind {
   kRigid,    ///< motion without any stiffness: ω = 0
   kElastic,  ///< oscillation, ω² > 0
   kUnstable,  ///< exponential growth at the rate √(−ω²): the positions are no stable equilibrium
-  kFlutter  ///< oscillation that grows, fed by loads that follow the deformation
+  kFlutter  ///< oscillation that grows, fed by loads that follow the deformation, in spite of damping
 };
 
 /// "rigid", "elastic", "unstable", "flutter".
@@ -28,14 +28,19 @@ struct NormalMode {
   double omega_squared = 0.0;  ///< ω², 1/s²; negative for unstable modes, 0 for rigid ones
   /// Displacements of all vertices (3 per vertex), mass-normalised: φᵀMφ = 1; in kg^(−½).
   Vector shape;
-  /// (φᵀM r_d)² for the unit translations r_d along x, y, z: the effective modal masses, kg.
+  /// (φᵀM r_d)² for the unit translations r_d along x, y, z: the effective modal masses, kg. Under loads
+  /// that depend on positions it is the real part of ψᵀM r_d φᵀM r_d with the left eigenvector ψ, ψᵀMφ = 1,
+  /// which may be negative.
   Vector3 effective_mass = Vector3::Zero();
   /// φᵀCφ/(2ω), the part of the critical damping, with the damping matrix C of small motions about the
   /// positions: drag, mass damping, viscosity and other dissipation. 0 without damping; infinite for a
-  /// damped rigid mode. It says nothing of an unstable mode.
+  /// damped rigid mode. It says nothing of an unstable mode. Under loads that depend on positions it is
+  /// −Re λ/|λ| for the motion e^(λt) of the damped body in the space of the modes, and it is negative if that
+  /// motion grows.
   double damping_ratio = 0.0;
-  /// Of a mode that flutters: the amplitude grows as exp(growth_rate t) without damping, 1/s. Such modes
-  /// come in pairs with the same frequency and rate; their two shapes alternate within a period.
+  /// Of a mode that flutters: the amplitude grows as exp(growth_rate t), 1/s, with the damping of the body.
+  /// Without damping such modes come in pairs with the same frequency and rate; their two shapes alternate
+  /// within a period.
   double growth_rate = 0.0;
   /// The estimated relative error of the frequency that round-off causes, at most 1. It grows with the
   /// distance to the highest frequency of the mesh. At 1 nothing is known of the frequency, nor whether
@@ -64,6 +69,9 @@ struct NormalModeOptions {
   /// Whether potentials of loads (EnergyAccount::kExternalWork, such as pressures) are parts of K, as
   /// they must be at an equilibrium under these loads.
   bool with_loads = false;
+  /// What the loads and stored potentials of force terms are multiplied by, as in a load step (StaticProblem).
+  /// Potentials that stand for constraints are not.
+  double load_factor = 1.0;
   /// The multipliers λ of the equations of constraints that balance the forces at an equilibrium
   /// (balancing_multipliers()), J. Empty for a body without stress: all are zero.
   Vector multipliers = Vector();
@@ -71,10 +79,10 @@ struct NormalModeOptions {
 
 /// The multipliers λ with Tᵀ(∇W + ∇U − f + Σ λᵢ ∂gᵢ/∂q) = 0 at an equilibrium q, in the sense of least
 /// squares. `load` is f, 3 per vertex, N: the loads, and the forces of potentials that count as
-/// external work (Equilibrium::load). U are the other potentials. Empty if no constraint has
-/// equations. Throws InputError if W is not defined at q.
+/// external work (Equilibrium::load). U are the other potentials; stored ones are multiplied by `load_factor`.
+/// Empty if no constraint has equations. Throws InputError if W is not defined at q.
 Vector balancing_multipliers(const MechanicalSystem& system, const Vector& q, const Vector& load,
-                             double time = 0.0);
+                             double time = 0.0, double load_factor = 1.0);
 
 /// The modes of the lowest ω² of small motions about the positions q.
 ///
@@ -86,9 +94,9 @@ Vector balancing_multipliers(const MechanicalSystem& system, const Vector& q, co
 /// satisfy (∂g/∂q) δq = 0, and K has the curvature Σ λᵢ ∂²gᵢ/∂q² of the equations. With
 /// `with_loads`, K also has the stiffness −∂f/∂x of loads that depend on positions, such as the forces on
 /// the rim of a pressure. It is not symmetric. The modes are then found by Davidson's method, beginning
-/// with those of the symmetric part. Their shapes are not orthogonal, so that their effective masses add up to
-/// the moved mass only roughly, and ω² may be complex (ModeKind::kFlutter). Damping does not change
-/// frequencies or shapes.
+/// with those of the symmetric part. Their shapes are not orthogonal to each other but to the eigenvectors of
+/// the transposed matrix, the left ones, and ω² may be complex. Damping does not change
+/// frequencies or shapes, but it decides which modes flutter (ModeKind::kFlutter).
 ///
 /// Rigid motions that meet no stiffness are found exactly, apart from the iterations: their number follows
 /// from the constraints and the force terms. Eigenvalues of

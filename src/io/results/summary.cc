@@ -78,6 +78,13 @@ nlohmann::ordered_json equilibrium_json(const Session& session, const LoadPath& 
     json["limit_points"].push_back(
         {{"below", limit.below}, {"above", limit.above}, {"passed", limit.passed}});
   }
+  json["loss_of_stability"] = nullptr;
+  if (path.loss) {
+    json["loss_of_stability"] = {{"below", path.loss->below},
+                                 {"above", path.loss->above},
+                                 {"flutter", path.loss->is_flutter},
+                                 {"growth_rate", path.loss->growth_rate}};
+  }
   return json;
 }
 
