@@ -161,6 +161,11 @@ bool LoadStepping::is_nearly_singular(const State& at) const {
   const StaticProblem& problem = stepper_.problem();
   const MechanicalSystem& system = problem.system();
   if (at.time == 0.0 || system.coordinates().count() == 0) return false;
+  // Just beyond a limit point the body is still soft.
+  constexpr double kBeside = 16.0 * kLeast;
+  if (!path_.limit_points.empty() && at.time - path_.limit_points.back().above < kBeside) {
+    return false;
+  }
   const std::vector<NormalMode> now = lowest_modes(problem, at, 1);
   const std::vector<NormalMode> before = lowest_modes(problem, system.rest_state(), 1);
   return !now.empty() && !before.empty() &&

@@ -579,6 +579,32 @@ TEST(StaticRoundOff, IsNotToldOfWithoutLoads) {
   }
 }
 
+// A column with a rigid handle on its end buckles at Euler's load π²EI/4L², under dead forces.
+TEST(StaticConstraints, ColumnWithARigidHandleBuckles) {
+  Scene scene;
+  scene.mesh.generate = GeneratorSettings{GeneratorKind::kBox, {1.0, 0.1, 0.1}, {8, 1, 1}};
+  scene.material.youngs_modulus = 1e9;
+  scene.material.poissons_ratio = 0.0;
+  scene.fix = {fix(SelectPlane{0, 0.0, {}})};
+  ConstraintSettings handle;
+  handle.kind = ConstraintKind::kRigid;
+  handle.select = SelectPlane{0, 1.0, {}};
+  scene.constraint = {handle};
+  const double critical =
+      std::numbers::pi * std::numbers::pi / 4.0 * 1e9 * std::pow(0.1, 4) / 12.0;
+  ForceSettings push;
+  push.select = SelectPlane{0, 1.0, {}};
+  push.total = Vector3(-1.02 * critical, 0, 0);
+  scene.force = {push};
+  Session session{scene, with_edge_vertices(generate_mesh(*scene.mesh.generate)),
+                  Analysis::kEquilibrium};
+  session.run();
+  const LoadPath& path = *session.load_path();
+  ASSERT_GE(path.limit_points.size(), 1U) << session.message();
+  // The column is not quite slender: it is compressed, and sheared.
+  EXPECT_NEAR(1.02 * path.limit_points[0].below, 1.0, 0.01);
+}
+
 // A distance crushes the body. That its multipliers do not settle does not make this a limit point.
 TEST(StaticConstraints, MultipliersThatDoNotSettleAreNoLimitPoint) {
   Scene scene = soft_beam({2, 1, 1}, {4, 2, 2});
