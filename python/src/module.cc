@@ -29,6 +29,7 @@
 #include "tetraction/io/scene_reader.h"
 #include "tetraction/io/scene_writer.h"
 #include "tetraction/io/study_writer.h"
+#include "tetraction/simulation/equilibrium.h"
 #include "tetraction/simulation/scene_modes.h"
 #include "tetraction/simulation/scene_objects.h"
 #include "tetraction/simulation/step_failure.h"

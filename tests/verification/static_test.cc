@@ -601,8 +601,9 @@ TEST(StaticConstraints, ColumnWithARigidHandleBuckles) {
   session.run();
   const LoadPath& path = *session.load_path();
   ASSERT_GE(path.limit_points.size(), 1U) << session.message();
-  // The column is not quite slender: it is compressed, and sheared.
-  EXPECT_NEAR(1.02 * path.limit_points[0].below, 1.0, 0.01);
+  // The column is sheared, too (Engesser: 0.5 % less), and its mesh is not symmetric, so that it bends a
+  // little before.
+  EXPECT_NEAR(1.02 * path.limit_points[0].below, 1.0, 0.015);
 }
 
 // A distance crushes the body. That its multipliers do not settle does not make this a limit point.
