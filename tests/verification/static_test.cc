@@ -590,8 +590,7 @@ TEST(StaticConstraints, ColumnWithARigidHandleBuckles) {
   handle.kind = ConstraintKind::kRigid;
   handle.select = SelectPlane{0, 1.0, {}};
   scene.constraint = {handle};
-  const double critical =
-      std::numbers::pi * std::numbers::pi / 4.0 * 1e9 * std::pow(0.1, 4) / 12.0;
+  const double critical = std::numbers::pi * std::numbers::pi / 4.0 * 1e9 * std::pow(0.1, 4) / 12.0;
   ForceSettings push;
   push.select = SelectPlane{0, 1.0, {}};
   push.total = Vector3(-1.02 * critical, 0, 0);
