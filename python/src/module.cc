@@ -6,16 +6,26 @@
 #include <pybind11/stl.h>
 
 #include <algorithm>
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <exception>
+#include <functional>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
+#include "interpreter.h"
 #include "io/results/result_folders.h"
 #include "python_objects.h"
 #include "session.h"
 #include "tetraction/core/error.h"
+#include "tetraction/core/interruption.h"
 #include "tetraction/core/parallel.h"
 #include "tetraction/core/provenance.h"
 #include "tetraction/core/version.h"
@@ -44,7 +54,7 @@ namespace {
 
 using Doubles = py::array_t<double, py::array::c_style>;
 using DoublesOfAnyKind = py::array_t<double, py::array::c_style | py::array::forcecast>;
-using Released = py::call_guard<py::gil_scoped_release>;
+using WithoutLock = py::call_guard<Released>;
 
 // A matrix with one column for each item as an array with one row for each item.
 py::array rows_of(const Matrix& columns) {
@@ -71,11 +81,33 @@ TetMesh mesh_of(const Doubles& points, const py::array_t<Int, py::array::c_style
       std::span<const double>(points.data(), static_cast<std::size_t>(points.size())),
       std::span<const Int>(tetrahedra.data(), static_cast<std::size_t>(tetrahedra.size())));
 }
-TetMesh mesh_of_arrays(const Doubles& points, const py::array& tetrahedra) {
-  if (py::isinstance<py::array_t<std::int32_t>>(tetrahedra)) {
-    return mesh_of<std::int32_t>(points, tetrahedra);
+// Throws InputError if two tetrahedra have the same vertices: the body would be there twice. Readers of
+// files leave them out, but arrays are not changed.
+void check_repeats(const TetMesh& mesh) {
+  std::vector<std::pair<std::array<Index, 4>, Index>> sorted;
+  sorted.reserve(mesh.tetrahedra.size());
+  for (Index e = 0; e < mesh.tetrahedron_count(); ++e) {
+    std::array<Index, 4> vertices{};
+    const auto own = mesh.tetrahedra[static_cast<std::size_t>(e)];
+    for (std::size_t i = 0; i < 4; ++i) vertices[i] = own[i];
+    std::sort(vertices.begin(), vertices.end());
+    sorted.emplace_back(vertices, e);
   }
-  return mesh_of<std::int64_t>(points, tetrahedra);
+  std::sort(sorted.begin(), sorted.end());
+  for (std::size_t i = 1; i < sorted.size(); ++i) {
+    if (sorted[i].first != sorted[i - 1].first) continue;
+    throw InputError("Tetrahedra " + std::to_string(sorted[i - 1].second) + " and " +
+                     std::to_string(sorted[i].second) +
+                     " have the same vertices: leave one of them out.");
+  }
+}
+
+TetMesh mesh_of_arrays(const Doubles& points, const py::array& tetrahedra) {
+  TetMesh mesh = py::isinstance<py::array_t<std::int32_t>>(tetrahedra)
+                     ? mesh_of<std::int32_t>(points, tetrahedra)
+                     : mesh_of<std::int64_t>(points, tetrahedra);
+  check_repeats(mesh);
+  return mesh;
 }
 
 // The mesh of a session: the given one with what the scene says of it, or the scene's own.
@@ -160,14 +192,11 @@ void define_scene(py::module_& m) {
         scene.force_term.push_back(std::move(term));
       });
   py::class_<CustomMaterial>(m, "CustomMaterial")
-      .def(py::init(&make_material), "name"_a, "mu"_a, "lambda_"_a, "energy"_a, "stress"_a,
-           "stiffness"_a, "admissible"_a = py::none());
+      .def(py::init(&make_material), "name"_a, "mu"_a, "lambda_"_a, "functions"_a);
   const py::class_<ForceTerm, std::shared_ptr<ForceTerm>> force_term(m, "ForceTerm");
-  m.def("force_field",
-        [](const std::string& name, py::object energy, py::object gradient, py::object hessian) {
-          return std::const_pointer_cast<ForceTerm>(
-              make_force_field(name, std::move(energy), std::move(gradient), std::move(hessian)));
-        });
+  m.def("force_field", [](const std::string& name, const py::object& functions) {
+    return std::const_pointer_cast<ForceTerm>(make_force_field(name, functions));
+  });
   m.def("section_names", &key_table_names);
   m.def("documentation_of", &documentation_of, "error"_a);
   m.def("section_keys", [](const std::string& section) {
@@ -229,8 +258,8 @@ void define_mesh(py::module_& m) {
             TetMesh mesh = read_mesh(path, scale);
             return quadratic ? with_edge_vertices(std::move(mesh)) : mesh;
           },
-          "path"_a, "scale"_a = 1.0, "quadratic"_a = false, Released())
-      .def_static("of_scene", &read_scene_mesh, Released())
+          "path"_a, "scale"_a = 1.0, "quadratic"_a = false, WithoutLock())
+      .def_static("of_scene", &read_scene_mesh, WithoutLock())
       .def_static(
           "view",
           [](const Doubles& points, const py::array& tetrahedra) {
@@ -373,10 +402,10 @@ void define_session(py::module_& m) {
             for (const Edit& edit : event.edits) s.session().apply(edit, event.echo);
             s.refresh();
           },
-          Released())
+          WithoutLock())
       .def("set_material",
            [](S& s, Index region, const CustomMaterial& material) {
-             const py::gil_scoped_release released;
+             const Released released;
              if (region < 0 || region >= static_cast<Index>(s.session().materials().size())) {
                throw InputError("There is no region of material with that number.");
              }
@@ -392,7 +421,7 @@ void define_session(py::module_& m) {
             const Turns::Turn turn(s.turns(), Turns::Use::kEdit);
             return s.session().checkpoint();
           },
-          Released())
+          WithoutLock())
       .def(
           "restore",
           [](S& s, const Checkpoint& checkpoint) {
@@ -401,7 +430,7 @@ void define_session(py::module_& m) {
             s.remove_later_rows();
             s.refresh();
           },
-          Released())
+          WithoutLock())
       .def("keep_good_states", [](S& s) { s.session().keep_good_states(); })
       .def(
           "go_back",
@@ -411,7 +440,7 @@ void define_session(py::module_& m) {
             s.remove_later_rows();
             s.refresh();
           },
-          Released())
+          WithoutLock())
       .def_property_readonly("positions",
                              [self_of](const py::object& o) { return self_of(o).positions(o); })
       .def_property_readonly("velocities",
@@ -432,7 +461,7 @@ void define_session(py::module_& m) {
             const Turns::Turn turn(s.turns(), Turns::Use::kEdit);
             return s.session().current_limit().critical_step;
           },
-          Released())
+          WithoutLock())
       .def_property_readonly("status", [](const S& s) { return to_string(s.session().status()); })
       .def_property_readonly("message", [](const S& s) { return s.session().message(); })
       .def_property_readonly("failure", [](const S& s) { return failure_of(s.session()); })
@@ -466,7 +495,7 @@ void define_session(py::module_& m) {
             const Turns::Turn turn(s.turns(), Turns::Use::kEdit);
             const ElementFields fields =
                 element_fields(s.session().system(), s.session().state().position);
-            const py::gil_scoped_acquire lock;
+            const Acquired lock;
             return py::dict(
                 "cauchy_stress"_a = rows_of(fields.cauchy_stress),
                 "green_strain"_a = rows_of(fields.green_strain),
@@ -474,7 +503,48 @@ void define_session(py::module_& m) {
                 "jacobian"_a = numbers_of(fields.jacobian.row(0).transpose()),
                 "energy_density"_a = numbers_of(fields.energy_density.row(0).transpose()));
           },
-          Released());
+          WithoutLock());
+}
+
+// Computes in a thread of its own without the interpreter's lock, and ends with the exception of a signal's
+// handler soon after the signal: Python gives signals to the thread that has called.
+void interruptibly(const std::function<void()>& compute) {
+  constexpr std::chrono::milliseconds kPause{50};
+  std::mutex mutex;
+  std::condition_variable ended;
+  bool has_ended = false;
+  std::atomic<bool> stops{false};
+  std::exception_ptr failure;
+  const Released released;
+  std::thread worker([&] {
+    try {
+      const Interruptible interruptible(stops);
+      compute();
+    } catch (...) {
+      failure = std::current_exception();
+    }
+    const std::lock_guard lock(mutex);
+    has_ended = true;
+    ended.notify_all();
+  });
+  std::exception_ptr signal;
+  std::unique_lock lock(mutex);
+  while (!ended.wait_for(lock, kPause, [&] { return has_ended; })) {
+    if (signal) continue;
+    lock.unlock();
+    try {
+      const Acquired python;
+      if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+    } catch (...) {  // also at the end of the interpreter
+      signal = std::current_exception();
+      stops = true;
+    }
+    lock.lock();
+  }
+  lock.unlock();
+  worker.join();
+  if (signal) std::rethrow_exception(signal);
+  if (failure) std::rethrow_exception(failure);
 }
 
 void define_analyses(py::module_& m) {
@@ -484,8 +554,7 @@ void define_analyses(py::module_& m) {
         std::optional<NormalModes> modes;
         std::string warning;
         Vector q;
-        {
-          const py::gil_scoped_release released;
+        interruptibly([&] {
           const std::unique_ptr<MechanicalSystem> system =
               make_system(scene, session_mesh(scene, given));
           const PositionsOfModes at = positions_of_modes(scene, *system, loaded, count);
@@ -496,7 +565,7 @@ void define_analyses(py::module_& m) {
           q = at.position;
           modes = normal_modes(*system, q, at.options);
           warning = round_off_warning(*modes);
-        }
+        });
         const auto n = static_cast<py::ssize_t>(modes->modes.size());
         py::array_t<double> frequencies(n);
         py::array_t<double> ratios(n);
@@ -540,7 +609,7 @@ void define_analyses(py::module_& m) {
         settings.reference_kind = reference_kind_from_string(reference);
         settings.error_probe = error_probe;
         const auto tell = [&progress](std::size_t i, std::size_t count, const PlannedRun& run) {
-          const py::gil_scoped_acquire lock;
+          const Acquired lock;
           if (PyErr_CheckSignals() != 0) throw py::error_already_set();
           if (!progress.is_none()) progress(i, count, to_string(run.integrator), run.step);
         };
@@ -549,7 +618,7 @@ void define_analyses(py::module_& m) {
           if (!out.empty()) list.push_back(std::make_unique<RunRecorder>(out + "/" + directory, 0));
           return list;
         };
-        const py::gil_scoped_release released;
+        const Released released;
         const TetMesh mesh = session_mesh(scene, given);
         if (!out.empty()) check_folder_of_study(scene, out);
         const StudyResult result = run_study(scene, mesh, settings, observers, tell);
@@ -557,7 +626,7 @@ void define_analyses(py::module_& m) {
         std::string json = study_json(result, name);
         std::string csv = study_csv(result);
         std::string table = study_table(result);
-        const py::gil_scoped_acquire lock;
+        const Acquired lock;
         return py::make_tuple(json, csv, table);
       },
       "scene"_a, "mesh"_a, "integrators"_a, "steps"_a, "reference_step"_a, "reference_integrator"_a,
@@ -576,6 +645,7 @@ PYBIND11_MODULE(_core, m) {
   m.def("set_thread_count", &set_thread_count);
   m.def("thread_count", &thread_count);
   m.attr("version") = version();
+  watch_interpreter_end();
 }
 
 }  // namespace tetraction::python

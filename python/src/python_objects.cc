@@ -9,7 +9,9 @@
 #include <utility>
 #include <vector>
 
+#include "interpreter.h"
 #include "tetraction/core/error.h"
+#include "tetraction/core/interruption.h"
 #include "tetraction/core/positive_semidefinite.h"
 
 namespace py = pybind11;
@@ -19,13 +21,36 @@ namespace {
 
 using Array = py::array_t<double, py::array::c_style | py::array::forcecast>;
 
-// Python objects are released with the interpreter's lock held, in whatever thread that happens.
-std::shared_ptr<const py::object> keep(py::object object) {
-  return {new py::object(std::move(object)), [](const py::object* held) {
-            const py::gil_scoped_acquire lock;
+// Functions of the user, as attributes of an object. That object belongs to the material or field in Python,
+// which scenes and sessions of Python keep. A reference from here would keep it for ever, since Python cannot
+// see that such a function refers to a session that has it.
+class Functions {
+ public:
+  Functions(std::string of, const py::object& owner)
+      : of_(std::move(of)), owner_(new py::weakref(owner), [](const py::weakref* held) {
+          // References are released with the interpreter's lock, in whatever thread that happens. When
+          // the interpreter ends, nobody needs that any more.
+          try {
+            const Acquired lock;
             delete held;
-          }};
-}
+          } catch (const Interrupted&) {
+          }
+        }) {}
+
+  // With the interpreter's lock.
+  py::object get(const char* name) const {
+    const py::object owner = (*owner_)();
+    if (owner.is_none()) {
+      throw InputError(of_ +
+                       ": this object of Python was deleted while the library still needs it.");
+    }
+    return owner.attr(name);
+  }
+
+ private:
+  std::string of_;
+  std::shared_ptr<const py::weakref> owner_;
+};
 
 std::string shape_text(const std::vector<py::ssize_t>& shape) {
   std::string text;
@@ -64,14 +89,8 @@ py::array array_of(std::span<const Matrix3> matrices) {
 
 class PythonMaterial {
  public:
-  PythonMaterial(std::string name, const LameParameters& lame, py::object energy, py::object stress,
-                 py::object stiffness, py::object admissible)
-      : name_(std::move(name)),
-        lame_(lame),
-        energy_(keep(std::move(energy))),
-        stress_(keep(std::move(stress))),
-        stiffness_(keep(std::move(stiffness))),
-        admissible_(keep(std::move(admissible))) {}
+  PythonMaterial(std::string name, const LameParameters& lame, const py::object& functions)
+      : name_(std::move(name)), lame_(lame), functions_(name_, functions) {}
 
   bool admissible(const Matrix3& f) const {
     char result = 0;
@@ -100,7 +119,7 @@ class PythonMaterial {
 
   // The user's functions see those F only where Ψ is defined.
   void evaluate(const MaterialValues& values) const {
-    const py::gil_scoped_acquire lock;
+    const Acquired lock;
     const auto n = values.f.size();
     mark_admissible(values);
     std::vector<std::size_t> places;
@@ -114,18 +133,19 @@ class PythonMaterial {
     const auto count = static_cast<py::ssize_t>(places.size());
     const py::array f = array_of(defined);
     if (!values.energy.empty()) {
-      const Array result = checked((*energy_)(f), {count}, name_ + ": energy");
+      const Array result = checked(functions_.get("energy")(f), {count}, name_ + ": energy");
       for (std::size_t k = 0; k < places.size(); ++k) values.energy[places[k]] = result.data()[k];
     }
     if (!values.stress.empty()) {
-      const Array result = checked((*stress_)(f), {count, 3, 3}, name_ + ": stress");
+      const Array result = checked(functions_.get("stress")(f), {count, 3, 3}, name_ + ": stress");
       for (std::size_t k = 0; k < places.size(); ++k) {
         values.stress[places[k]] =
             Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(result.data() + 9 * k);
       }
     }
     if (!values.stiffness.empty()) {
-      const Array result = checked((*stiffness_)(f), {count, 3, 3, 3, 3}, name_ + ": stiffness");
+      const Array result =
+          checked(functions_.get("stiffness")(f), {count, 3, 3, 3, 3}, name_ + ": stiffness");
       for (std::size_t k = 0; k < places.size(); ++k) {
         const double* a = result.data() + 81 * k;  // [i, J, k, L]
         Matrix9& target = values.stiffness[places[k]];
@@ -144,14 +164,15 @@ class PythonMaterial {
 
  private:
   void mark_admissible(const MaterialValues& values) const {
-    if (admissible_->is_none()) {
+    const py::object admissible = functions_.get("admissible");
+    if (admissible.is_none()) {
       for (std::size_t k = 0; k < values.f.size(); ++k) {
         values.admissible[k] = jacobian(values.f[k]) > 0.0 ? 1 : 0;
       }
       return;
     }
     const auto n = static_cast<py::ssize_t>(values.f.size());
-    const Array result = checked((*admissible_)(array_of(values.f)), {n}, name_ + ": admissible");
+    const Array result = checked(admissible(array_of(values.f)), {n}, name_ + ": admissible");
     for (std::size_t k = 0; k < values.f.size(); ++k) {
       values.admissible[k] = result.data()[k] != 0.0 ? 1 : 0;
     }
@@ -159,10 +180,7 @@ class PythonMaterial {
 
   std::string name_;
   LameParameters lame_;
-  std::shared_ptr<const py::object> energy_;
-  std::shared_ptr<const py::object> stress_;
-  std::shared_ptr<const py::object> stiffness_;
-  std::shared_ptr<const py::object> admissible_;
+  Functions functions_;
 };
 
 // Throws unless P = ∂Ψ/∂F and A = ∂P/∂F at some F near rest, by central differences.
@@ -212,30 +230,27 @@ void check_derivatives(const CustomMaterial& material, double modulus) {
 // U(x) = Σ_v U_v(m_v, x_v). Each function is called once for all vertices.
 class PythonField : public ForceTerm {
  public:
-  PythonField(std::string name, py::object energy, py::object gradient, py::object hessian)
-      : name_(std::move(name)),
-        energy_(keep(std::move(energy))),
-        gradient_(keep(std::move(gradient))),
-        hessian_(keep(std::move(hessian))) {}
+  PythonField(std::string name, const py::object& functions)
+      : name_(std::move(name)), functions_(name_, functions) {}
 
   std::string name() const override { return name_; }
   bool has_potential() const override { return true; }
   double energy(const ForcePoint& at) const override {
-    const py::gil_scoped_acquire lock;
+    const Acquired lock;
     return energies(at).sum();
   }
   double energy_change(const ForcePoint& from, const ForcePoint& to) const override {
-    const py::gil_scoped_acquire lock;
+    const Acquired lock;
     return (energies(to) - energies(from)).sum();
   }
   void add_gradient(const ForcePoint& at, Vector& gradient) const override {
-    const py::gil_scoped_acquire lock;
-    const Array result = call(*gradient_, at, {3}, "gradient");
+    const Acquired lock;
+    const Array result = call(functions_.get("gradient"), at, {3}, "gradient");
     gradient += Eigen::Map<const Vector>(result.data(), gradient.size());
   }
   void add_hessian(const ForcePoint& at, HessianForm form, HessianBlocks& hessian) const override {
-    const py::gil_scoped_acquire lock;
-    const Array result = call(*hessian_, at, {3, 3}, "hessian");
+    const Acquired lock;
+    const Array result = call(functions_.get("hessian"), at, {3, 3}, "hessian");
     for (Index v = 0; v < at.mass.size(); ++v) {
       const Eigen::Map<const Matrix3> block(result.data() + 9 * v);
       const Matrix3 symmetric = 0.5 * (block + block.transpose());
@@ -246,7 +261,7 @@ class PythonField : public ForceTerm {
 
  private:
   Vector energies(const ForcePoint& at) const {
-    const Array result = call(*energy_, at, {}, "energy");
+    const Array result = call(functions_.get("energy"), at, {}, "energy");
     return Eigen::Map<const Vector>(result.data(), at.mass.size());
   }
   // The result of a function at these positions, one entry of the shape `entry` for each vertex.
@@ -261,25 +276,21 @@ class PythonField : public ForceTerm {
   }
 
   std::string name_;
-  std::shared_ptr<const py::object> energy_;
-  std::shared_ptr<const py::object> gradient_;
-  std::shared_ptr<const py::object> hessian_;
+  Functions functions_;
 };
 
 }  // namespace
 
-CustomMaterial make_material(const std::string& name, double mu, double lambda, py::object energy,
-                             py::object stress, py::object stiffness, py::object admissible) {
+CustomMaterial make_material(const std::string& name, double mu, double lambda,
+                             const py::object& functions) {
   const LameParameters lame{mu, lambda};
-  CustomMaterial material(PythonMaterial(name, lame, std::move(energy), std::move(stress),
-                                         std::move(stiffness), std::move(admissible)),
-                          name, lame);
+  CustomMaterial material(PythonMaterial(name, lame, functions), name, lame);
   check_derivatives(material, std::abs(lambda) + 2.0 * mu);
   return material;
 }
 
-std::shared_ptr<const ForceTerm> make_force_field(const std::string& name, py::object energy,
-                                                  py::object gradient, py::object hessian) {
+std::shared_ptr<const ForceTerm> make_force_field(const std::string& name,
+                                                  const py::object& functions) {
   const bool is_name = !name.empty() && std::all_of(name.begin(), name.end(), [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_';
   });
@@ -288,8 +299,7 @@ std::shared_ptr<const ForceTerm> make_force_field(const std::string& name, py::o
         "\"{}\" is not a name of a force field: take lower-case letters, digits and underscores.",
         name));
   }
-  return std::make_shared<PythonField>(name, std::move(energy), std::move(gradient),
-                                       std::move(hessian));
+  return std::make_shared<PythonField>(name, functions);
 }
 
 }  // namespace tetraction::python

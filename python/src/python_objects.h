@@ -11,21 +11,21 @@
 
 namespace tetraction::python {
 
-/// A material of three Python functions of deformation gradients F, an array of the shape (n, 3, 3):
+/// A material of three Python functions, which are attributes of `functions`, of deformation gradients F,
+/// an array of the shape (n, 3, 3):
 /// energy(F) → Ψ (n), J/m³; stress(F) → P = ∂Ψ/∂F (n, 3, 3), Pa; stiffness(F) → ∂P/∂F (n, 3, 3, 3, 3)
 /// with [i, J, k, L] = ∂P_iJ/∂F_kL, Pa. `admissible`, which may be None, says where Ψ is defined (n);
 /// by default that is where det F > 0. The element loops call each function once for a block of elements.
+/// `functions` must live as long as the material is used; the material does not keep it.
 /// Throws InputError unless the functions give arrays of these shapes and are derivatives of each other
 /// (by central differences at some F, to 1e-5).
 CustomMaterial make_material(const std::string& name, double mu, double lambda,
-                             pybind11::object energy, pybind11::object stress,
-                             pybind11::object stiffness, pybind11::object admissible);
+                             const pybind11::object& functions);
 
 /// A potential of single vertices made of three Python functions of masses m (n), kg, and positions q
 /// (n, 3), m: energy(m, q) → U (n), J; gradient(m, q) → ∂U/∂q (n, 3), N; hessian(m, q) → ∂²U/∂q² (n, 3, 3),
-/// N/m. Throws InputError unless the name is one of lower-case letters, digits and underscores.
-std::shared_ptr<const ForceTerm> make_force_field(const std::string& name, pybind11::object energy,
-                                                  pybind11::object gradient,
-                                                  pybind11::object hessian);
+/// N/m. They are attributes of `functions`, which must live as long as the field is used. Throws InputError unless the name is one of lower-case letters, digits and underscores.
+std::shared_ptr<const ForceTerm> make_force_field(const std::string& name,
+                                                  const pybind11::object& functions);
 
 }  // namespace tetraction::python

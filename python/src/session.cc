@@ -6,7 +6,9 @@
 #include <limits>
 #include <utility>
 
+#include "interpreter.h"
 #include "tetraction/core/error.h"
+#include "tetraction/core/interruption.h"
 #include "tetraction/simulation/probe.h"
 
 namespace py = pybind11;
@@ -23,7 +25,7 @@ class SignalCheck {
     const auto now = std::chrono::steady_clock::now();
     if (now - last_ < kPause) return;
     last_ = now;
-    const py::gil_scoped_acquire lock;
+    const Acquired lock;
     if (PyErr_CheckSignals() != 0) throw py::error_already_set();
   }
 
@@ -58,7 +60,7 @@ class Caller : public Observer {
     check_();
     session_.refresh();
     if (observers_.empty()) return true;
-    const py::gil_scoped_acquire lock;
+    const Acquired lock;
     const Turns::Observing observing(session_.turns());
     for (const py::handle observer : observers_) {
       const py::object answer = observer(self_);
@@ -124,7 +126,7 @@ bool Turns::may_read() {
 PythonSession::PythonSession(const Scene& scene, TetMesh mesh, bool is_static,
                              double largest_increment, bool with_history, py::object arrays)
     : arrays_(std::move(arrays)) {
-  const py::gil_scoped_release released;
+  const Released released;
   session_ = std::make_unique<Session>(scene, std::move(mesh),
                                        is_static ? Analysis::kEquilibrium : Analysis::kMotion,
                                        largest_increment);
@@ -136,7 +138,8 @@ PythonSession::PythonSession(const Scene& scene, TetMesh mesh, bool is_static,
 Index PythonSession::step(Index count) {
   if (count < 0) throw InputError("step: the number of steps must not be negative.");
   const Turns::Turn turn(turns_, Turns::Use::kStep);
-  const py::gil_scoped_release released;
+  const Released released;
+  const Interruptible until_end(interpreter_end_flag());
   SignalCheck check;
   Index made = 0;
   while (made < count && session_->step()) {
@@ -153,7 +156,8 @@ void PythonSession::run(const std::vector<Observer*>& own, const py::list& obser
   const Turns::Turn turn(turns_, Turns::Use::kStep);
   Caller caller(*this, observers, self);
   {
-    const py::gil_scoped_release released;
+    const Released released;
+    const Interruptible until_end(interpreter_end_flag());
     if (own.empty() && session_->load_path() == nullptr) {
       // The session can go on if an observer ends the run.
       while (session_->step() && caller.call()) {

@@ -103,8 +103,9 @@ def modes(scene: _scene.Scene | _Path, count: int = 10, *, points: ArrayLike | N
     """The `count` lowest normal modes of the body of a scene.
 
     They are those about the body at rest or, with `loaded`, about its equilibrium under the loads at t = 0.
+    Ctrl-C ends the computation, at the latest after the factorisation of a matrix.
     """
-    scene = _of(scene)
+    scene = _of(scene).copy()
     core_mesh, _arrays = mesh_of(points, tetrahedra, mesh)
     compiled = scene._compiled(has_mesh=core_mesh is not None)
     with scene._messages():
@@ -201,7 +202,7 @@ def study(scene: _scene.Scene | _Path,
     -------
     Study
     """
-    scene = _of(scene)
+    scene = _of(scene).copy()
     core_mesh, _arrays = mesh_of(points, tetrahedra, mesh)
     compiled = scene._compiled(has_mesh=core_mesh is not None)
     out = None if out is None else os.fspath(out)

@@ -13,8 +13,8 @@ class Mesh:
     """A mesh of tetrahedra: `points` (n, 3), m, and `tetrahedra` (m, 4), or (m, 10) for quadratic ones.
 
     Made from arrays it refers to them without a copy: float64 for points and int32 or int64 for
-    tetrahedra, numbered from 0, with positive volumes and without unused points. Arrays that are not copied
-    can no longer be written to.
+    tetrahedra, numbered from 0, with positive volumes, without unused points, and no two with the same
+    vertices. Arrays that are not copied can no longer be written to.
     """
 
     def __init__(self, points: ArrayLike, tetrahedra: ArrayLike) -> None:

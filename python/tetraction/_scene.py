@@ -44,6 +44,17 @@ _Function = Callable[[NDArray[np.float64]], NDArray[Any]]
 _FieldFunction = Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.float64]]
 
 
+class _Functions:
+    """Functions of the user that the library calls. The library does not keep this object: materials and
+    fields do, which the collector of Python sees."""
+
+    def __init__(self, **functions: Any) -> None:
+        self.__dict__.update(functions)
+
+    def __getattr__(self, name: str) -> Any:  # for type checkers
+        raise AttributeError(name)
+
+
 class CustomMaterial:
     """A hyperelastic material that is written in Python.
 
@@ -78,7 +89,9 @@ class CustomMaterial:
         self.mu, self.lambda_ = float(mu), float(lambda_)
         self.density = float(density)
         _check_batches(name, energy, stress, stiffness, float(mu), float(lambda_))
-        self._core = _core.CustomMaterial(name, mu, lambda_, energy, stress, stiffness, admissible)
+        self._functions = _Functions(energy=energy, stress=stress, stiffness=stiffness,
+                                     admissible=admissible)  # fmt: skip
+        self._core = _core.CustomMaterial(name, mu, lambda_, self._functions)
 
     # A law of the user's own is not copied.
     def __deepcopy__(self, memo: Any) -> "CustomMaterial":
@@ -129,12 +142,14 @@ class ForceField:
 
     def __init__(self, energy: _FieldFunction, gradient: _FieldFunction, hessian: _FieldFunction, *,
                  name: str = "field") -> None:  # fmt: skip
-        self._functions = name, energy, gradient, hessian
-        self._core = _core.force_field(name, energy, gradient, hessian)
+        self.name = name
+        self._functions = _Functions(energy=energy, gradient=gradient, hessian=hessian)
+        self._core = _core.force_field(name, self._functions)
 
     def _check(self, masses: NDArray[np.float64], positions: NDArray[np.float64]) -> None:
         """Compares the derivatives with differences near these positions, where U is defined."""
-        name, energy, gradient, hessian = self._functions
+        name, own = self.name, self._functions
+        energy, gradient, hessian = own.energy, own.gradient, own.hessian
         q = np.array(positions)
         size = float(np.ptp(q, axis=0).max())
         h = 1e-5 * size

@@ -49,6 +49,8 @@ class Session:
         for i, region in enumerate(self._scene.material_region):
             self._custom[i + 1] = region.material is not None
         self._own_events: list[dict[str, Any]] = []
+        # Laws that edits have set. The library does not keep what is written in Python.
+        self._laws: list[_scene.CustomMaterial] = []
         core_mesh, arrays = mesh_of(points, tetrahedra, mesh)
         self._has_mesh = core_mesh is not None
         compiled = self._scene._compiled(self._tables, has_mesh=self._has_mesh)
@@ -91,8 +93,10 @@ class Session:
     def apply(self, edit: Edit | dict[str, Any]) -> None:
         """Makes an edit, which takes effect with the next step.
 
-        The balance records the jump of the energy as edit work. Raises InputError, and changes nothing, if
-        the body does not allow the edit.
+        Events of the scene that are due at the present time are made first, so that the edit has the last
+        word. A session that has reached its end goes on after ``SetTime(end=...)`` with a later end. The
+        balance records the jump of the energy as edit work. Raises InputError, and changes nothing, if the
+        body does not allow the edit.
         """
         if isinstance(edit, dict):
             edit = Edit(edit)
@@ -100,19 +104,23 @@ class Session:
             raise _core.InputError(
                 f"apply takes an edit, such as tt.SetForce(...) or tt.Set({{...}}), not {type(edit).__name__}.")
         if isinstance(edit, SetMaterial) and edit.custom is not None:
+            self._laws.append(edit.custom)
             self._core.set_material(edit.region, edit.custom._core)
             self._custom[edit.region] = True
             return
         plain_laws = self._check_laws(edit.entry.get("set", {}))
-        entry = {"at": self.time, **_without_none(edit.entry)}
-        # Events of the same time happen in the order of the list: those of the scene that are still to
-        # come follow.
+        # Events of the same time happen in the order of the list: those of the scene that are due now come
+        # before the edit.
+        planned = self._tables.get("event", [])
+        now = self.time
+        due = [e["at"] for e in planned if e["at"] <= now + 1e-6 * self.time_step]
+        entry = {"at": max([now, *due]), **_without_none(edit.entry)}
         own = [*self._own_events, entry]
-        events = [*own, *self._tables.get("event", [])]
+        events = [*planned, *own]
         order = sorted(range(len(events)), key=lambda i: events[i]["at"])
         compiled = self._scene._compiled({**self._tables, "event": events}, has_mesh=self._has_mesh)
         with self._scene._messages():
-            self._core.apply(compiled, order.index(len(own) - 1))
+            self._core.apply(compiled, order.index(len(events) - 1))
         for region in plain_laws:
             self._custom[region] = False
         if not self._becomes_part_of_the_scene(entry):
@@ -172,13 +180,15 @@ class Session:
 
     def checkpoint(self) -> object:
         """All that a session of the same scene and mesh needs to go on from here with the same bits."""
-        return self._core.checkpoint(), list(self._own_events), self._tables, dict(self._custom)
+        return (self._core.checkpoint(), list(self._own_events), self._tables, dict(self._custom),
+                list(self._laws))  # fmt: skip
 
     def restore(self, checkpoint: Any) -> None:
         """Goes on from a checkpoint of this session, or of one of the same scene and mesh."""
-        if not (isinstance(checkpoint, tuple) and len(checkpoint) == 4):
+        if not (isinstance(checkpoint, tuple) and len(checkpoint) == 5):
             raise _core.InputError("restore takes what checkpoint() returned.")
-        core, events, tables, custom = checkpoint
+        core, events, tables, custom, laws = checkpoint
+        self._laws = [*self._laws, *(law for law in laws if law not in self._laws)]
         self._core.restore(core)
         self._own_events, self._tables, self._custom = list(events), tables, dict(custom)
 

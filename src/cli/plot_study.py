@@ -147,16 +147,16 @@ def read_study(folder):
     probes = [p for p in probes if usable_probe(p)] if isinstance(probes, list) else []
     reference = study.get("reference")
     reference = reference if isinstance(reference, dict) else {}
-    of_meshes = study.get("mesh_references")
-    of_meshes = [m for m in of_meshes if isinstance(m, dict)] if isinstance(of_meshes, list) else []
+    own = study.get("references")
+    own = [entry for entry in own if isinstance(entry, dict)] if isinstance(own, list) else []
     return {"runs": runs, "variants": variants, "stable_step": number(study.get("stable_step")),
             "limits": stability_limits(found, study), "probes": probes,
             "scene": plain(study.get("scene", "")), "end": number(study.get("end")),
             "reference_error": number(reference.get("estimated_error")),
             "extrapolated": is_extrapolated(reference),
             "reference": os.path.join(folder, str(reference.get("directory", ""))),
-            "of_meshes": {str(variant): os.path.join(folder, str(mesh.get("directory", "")))
-                          for mesh in of_meshes for variant in mesh.get("variants") or []},
+            "of_variants": {str(variant): os.path.join(folder, str(entry.get("directory", "")))
+                            for entry in own for variant in entry.get("variants") or []},
             "error": str(study.get("error", "position"))}  # fmt: skip
 
 
@@ -557,7 +557,7 @@ def probe_over_time(study, folder, probe):
         remove_plot(folder, f"probe_{name}")
         return
     # Each mesh has a reference of its own. The values of all of them are drawn.
-    places = list(dict.fromkeys([study["reference"], *study["of_meshes"].values()]))
+    places = list(dict.fromkeys([study["reference"], *study["of_variants"].values()]))
     references = {place: read_columns(place, "probes.csv") for place in places}
     references = {place: table for place, table in references.items()
                   if all(c in table for c in columns)}  # fmt: skip
@@ -605,7 +605,7 @@ def probe_over_time(study, folder, probe):
             else:
                 panels[0].plot(factor * times[-1], values[-1], "x", color=looks["color"], ms=4.5,
                                mew=1.2)  # fmt: skip
-            place = study["of_meshes"].get(str(run.get("variant")), study["reference"])
+            place = study["of_variants"].get(str(run.get("variant")), study["reference"])
             known = known_of.get(place)
             if not known or run["directory"] == place:
                 continue

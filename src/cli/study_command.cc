@@ -7,8 +7,10 @@
 #include <cstdlib>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -127,10 +129,9 @@ std::string of_reference(const StudyPlan& plan) {
   const auto count = [&](const PlannedRun& run) {
     return std::ceil(plan.end / run.step * (1.0 - 1e-9));
   };
-  const std::string name =
-      plan.references.size() == 1
-          ? "reference"
-          : fmt::format("reference of each of the {} meshes", plan.references.size());
+  const std::string name = plan.references.size() == 1
+                               ? "reference"
+                               : fmt::format("each of the {} references", plan.references.size());
   const std::string rule = to_string(reference.finest().integrator);
   if (reference.runs.size() == 1) {
     return fmt::format("{}: {} with steps of {:.4g} s, which makes {:.9g} steps", name, rule,
@@ -151,7 +152,13 @@ std::string of_reference(const StudyPlan& plan) {
 std::string of_jobs(int jobs) {
   const int threads = thread_count();
   const int cores = this_machine().cores;
-  if (jobs == 1 || jobs * threads <= cores) return {};
+  if (jobs * threads <= cores) return {};
+  if (jobs == 1) {
+    return fmt::format(
+        "{} threads are more than the {} core{} of this machine: the wall times of the runs do not "
+        "count. With --threads {} they would.",
+        threads, cores, cores == 1 ? "" : "s", cores);
+  }
   return fmt::format(
       "{} runs at a time with {} thread{} each need more than the {} core{} of this machine: the "
       "wall times of runs that share them do not count{}",
@@ -171,20 +178,40 @@ std::string advice_to_look(const std::string& directory, const std::vector<std::
 }
 
 // The folders of all runs.
-std::vector<std::string> run_names(const StudyPlan& plan) {
-  std::vector<std::string> names;
+std::set<std::string> run_names(const StudyPlan& plan) {
+  std::set<std::string> names;
   for (const PlannedReference& reference : plan.references) {
-    for (const PlannedRun& run : reference.runs) names.push_back(run.directory);
+    for (const PlannedRun& run : reference.runs) names.insert(run.directory);
   }
-  for (const PlannedRun& run : plan.runs) names.push_back(run.directory);
+  for (const PlannedRun& run : plan.runs) names.insert(run.directory);
   return names;
+}
+
+// Says which runs were complete and have lost their folders since.
+void tell_of_lost_runs(const std::string& directory, const std::set<std::string>& lost) {
+  if (lost.empty()) return;
+  constexpr std::size_t kMost = 5;
+  std::vector<std::string> some;
+  for (const std::string& run : lost) {
+    if (some.size() < kMost) some.push_back(run);
+  }
+  const std::string names =
+      fmt::format("{}{}", fmt::join(some, ", "), lost.size() > kMost ? ", …" : "");
+  print_note(
+      lost.size() == 1
+          ? fmt::format("{}: the folder of a complete run is no longer there, and the run is "
+                        "made again: {}",
+                        directory, names)
+          : fmt::format("{}: the folders of {} complete runs are no longer there, and the "
+                        "runs are made again: {}",
+                        directory, lost.size(), names));
 }
 
 // Finds the runs that are complete: they were made with the same inputs, and their files are there.
 std::function<std::optional<StudyRow>(const PlannedRun&)> kept_runs(
-    const std::string& directory, const std::string& inputs,
+    const std::string& directory, const StudyInputs& inputs,
     const std::function<bool(const std::string&)>& has_frames) {
-  return [directory, inputs, has_frames](const PlannedRun& run) -> std::optional<StudyRow> {
+  return [directory, &inputs, has_frames](const PlannedRun& run) -> std::optional<StudyRow> {
     const std::string folder = directory + "/" + run.directory;
     std::vector<std::string> files{"history.csv", "final.vtu", "summary.json"};
     if (has_frames(run.directory)) files.push_back("frames.pvd");
@@ -192,7 +219,7 @@ std::function<std::optional<StudyRow>(const PlannedRun&)> kept_runs(
       return is_entry(folder + "/" + file);
     });
     if (!is_whole) return {};
-    return read_study_row(folder + "/" + kStudyRowFile, run, inputs);
+    return read_study_row(folder + "/" + kStudyRowFile, run, inputs.of_variant(run.variant));
   };
 }
 
@@ -218,14 +245,17 @@ int study(const StudyArguments& arguments) {
       print_note(remarks);
     };
     tell(mesh);
-    for (const StudyVariant& variant : settings.variants) tell(*variant.mesh);
+    const TetMesh* last = &mesh;
+    for (const StudyVariant& variant : settings.variants) {
+      if (variant.mesh.get() != last) tell(*variant.mesh);
+      last = variant.mesh.get();
+    }
   }
   for (const StudyVariant& variant : settings.variants) {
     try {
       check_events(variant.scene, *make_system(variant.scene, *variant.mesh));
     } catch (const InputError& error) {
-      throw InputError(fmt::format("--vary {}: with {}: {}", fmt::join(arguments.vary, " --vary "),
-                                   variant.name, error.what()));
+      throw InputError(in_variant(variant, error.what()));
     }
   }
   const StudyPlan plan = plan_study(scene, mesh, settings);
@@ -237,34 +267,52 @@ int study(const StudyArguments& arguments) {
   make_output_directory(directory);
   const DirectoryLock lock(directory);
 
-  const std::string inputs = study_inputs(plan, mesh);
-  const auto has_frames = [&](const std::string& run) {
-    return std::count(frames.begin(), frames.end(), run) > 0;
-  };
+  const StudyInputs inputs(plan, mesh);
+  std::map<std::string, std::size_t> variant_of;  // of each folder of a run
+  for (const PlannedReference& reference : plan.references) {
+    for (const PlannedRun& run : reference.runs) variant_of[run.directory] = run.variant;
+  }
+  for (const PlannedRun& run : plan.runs) variant_of[run.directory] = run.variant;
+  const std::set<std::string> with_frames(frames.begin(), frames.end());
+  const auto has_frames = [&](const std::string& run) { return with_frames.contains(run); };
+  std::optional<StudyJournal> journal;
   StudyMemory memory;
   if (arguments.resume) memory.kept = kept_runs(directory, inputs, has_frames);
   memory.made = [&](const StudyRow& row) {
-    write_study_row(directory + "/" + row.directory + "/" + kStudyRowFile, row, inputs);
+    write_study_row(directory + "/" + row.directory + "/" + kStudyRowFile, row,
+                    inputs.of_variant(variant_of.at(row.directory)));
+    journal->complete(row.directory);
   };
 
   const bool has_bars = arguments.jobs == 1 && ProgressBar::possible();
   std::string label;
-  std::vector<std::string> begun;
   if (arguments.resume) {
+    const std::set<std::string> complete = completed_runs(directory);
+    std::set<std::string> begun;
+    std::set<std::string> lost;
     for (const std::string& run : run_names(plan)) {
-      if (is_entry(fmt::format("{}/{}", directory, run))) begun.push_back(run);
+      if (is_entry(fmt::format("{}/{}", directory, run))) {
+        begun.insert(run);
+      } else if (complete.contains(run)) {
+        lost.insert(run);
+      }
     }
+    if (!arguments.quiet) tell_of_lost_runs(directory, lost);
     remove_other_runs(directory, begun);
+    journal.emplace(directory, begun, complete);
   }
   std::size_t made = 0;
   const auto observers = [&](const std::string& run) {
     // Everything has been checked before this, so that a mistake does not delete the results of an
     // earlier study.
-    if (made++ == 0 && !arguments.resume && remove_study(directory) && !arguments.quiet) {
-      print_note(fmt::format("{}: the results of an earlier study were deleted", directory));
+    if (made++ == 0) {
+      if (!arguments.resume && remove_study(directory) && !arguments.quiet) {
+        print_note(fmt::format("{}: the results of an earlier study were deleted", directory));
+      }
+      if (!journal) journal.emplace(directory, std::set<std::string>(), std::set<std::string>());
+      write_study_begun(directory);
     }
-    if (std::count(begun.begin(), begun.end(), run) == 0) begun.push_back(run);
-    write_study_begun(directory, begun);
+    journal->begin(run);
     std::vector<std::unique_ptr<Observer>> result;
     const std::string folder = fmt::format("{}/{}", directory, run);
     make_own_directory(folder);
@@ -369,8 +417,8 @@ void add_study_command(CLI::App& app, int& exit_code) {
       ->add_option(
           "--vary", arguments->vary,
           "KEY=V1,V2,...: makes the whole study with each value of a scene key, e.g. "
-          "fix.0.mode=exact,penalty. Several --vary give all combinations. Runs are compared with "
-          "the reference of the first variant; each further mesh has a reference of its own.")
+          "fix.0.mode=exact,penalty. Several --vary give all combinations. Each variant is "
+          "compared with a reference of its own; those that differ in solver keys only share one.")
       ->check(not_empty("it names no key"))
       ->take_all()
       ->allow_extra_args(false);

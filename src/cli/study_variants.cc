@@ -79,7 +79,7 @@ Varied read_varied(const std::string& text) {
   if (equals != std::string::npos) varied.values = split_values(text, text.substr(equals + 1));
   const bool has_empty = std::any_of(varied.values.begin(), varied.values.end(),
                                      [](const std::string& value) { return value.empty(); });
-  if (varied.key.empty() || varied.values.size() < 2 || has_empty) {
+  if (varied.key.empty() || varied.values.empty() || has_empty) {
     throw InputError(fmt::format(
         "--vary {}: write KEY=VALUE,VALUE…, for instance --vary fix.0.mode=exact,penalty.", text));
   }
@@ -149,15 +149,29 @@ StudyVariant read_variant(const std::string& scene, const std::vector<std::strin
     // The reader knows all overrides as those of --set.
     std::string message = error.what();
     for (std::size_t i = overrides.size(); i < all.size(); ++i) {
-      const std::string known = "--set " + all[i];
-      if (message.rfind(known, 0) == 0) {
-        message.replace(0, known.size(), "--vary " + all[i]);
-        break;
+      const std::string known = "--set " + excerpt(all[i]);
+      for (auto at = message.find(known); at != std::string::npos; at = message.find(known, at)) {
+        const std::string own = "--vary " + excerpt(all[i]);
+        message.replace(at, known.size(), own);
+        at += own.size();
       }
     }
-    throw InputError(message);
+    throw InputError(in_variant(variant, message));
   }
   return variant;
+}
+
+// Two spellings of one value, such as 900 and 9e2, make the same scene.
+void check_that_scenes_differ(const std::vector<StudyVariant>& variants) {
+  std::map<std::string, const StudyVariant*> known;
+  for (const StudyVariant& variant : variants) {
+    if (variant.scene.echo.empty()) continue;
+    const auto [other, is_new] = known.emplace(variant.scene.echo, &variant);
+    if (is_new) continue;
+    throw InputError(
+        fmt::format("--vary: the values {} and {} make the same scene. Leave one of them out.",
+                    in_quotes(other->second->name), in_quotes(variant.name)));
+  }
 }
 
 }  // namespace
@@ -203,7 +217,19 @@ std::vector<StudyVariant> read_variants(const std::string& scene,
     }
     variants.push_back(std::move(variant));
   }
+  check_that_scenes_differ(variants);
   return variants;
+}
+
+std::string in_variant(const StudyVariant& variant, const std::string& message) {
+  std::vector<std::string> options;
+  bool is_named = false;
+  for (const VariedValue& varied : variant.values) {
+    options.push_back("--vary " + excerpt(fmt::format("{}={}", varied.key, varied.value)));
+    is_named = is_named || message.rfind(options.back(), 0) == 0;
+  }
+  if (is_named && options.size() == 1) return message;
+  return fmt::format("{}: {}", fmt::join(options, " "), message);
 }
 
 std::shared_ptr<const TetMesh> read_variant_meshes(std::vector<StudyVariant>& variants) {
@@ -218,7 +244,13 @@ std::shared_ptr<const TetMesh> read_variant_meshes(std::vector<StudyVariant>& va
       inputs += '\n';
     }
     std::shared_ptr<const TetMesh>& mesh = known[inputs];
-    if (!mesh) mesh = std::make_shared<const TetMesh>(read_scene_mesh(variant.scene));
+    try {
+      if (!mesh) mesh = std::make_shared<const TetMesh>(read_scene_mesh(variant.scene));
+    } catch (const InputError& error) {
+      throw InputError(in_variant(variant, error.what()));
+    } catch (const FileError& error) {
+      throw FileError(in_variant(variant, error.what()));
+    }
     variant.mesh = mesh;
   }
   return variants.front().mesh;

@@ -12,11 +12,14 @@ namespace tetraction {
 /// The scene with all combinations of the values that the texts KEY=V1,V2,… give, those of the first key
 /// varying slowest. Commas inside of brackets, braces and quotes belong to a value. Without texts there
 /// are no variants. The values are set after `overrides`. Throws InputError for a text that is malformed
-/// or repeats a value, a key that is there twice or that a study sets itself, and what read_scene()
-/// throws.
+/// or repeats a value, values that make the same scene, a key that is there twice or that a study sets
+/// itself, and what read_scene() throws. Messages name the variant.
 std::vector<StudyVariant> read_variants(const std::string& scene,
                                         const std::vector<std::string>& overrides,
                                         const std::vector<std::string>& texts);
+
+/// The message of an error with the options --vary that make the variant.
+std::string in_variant(const StudyVariant& variant, const std::string& message);
 
 /// Reads the mesh of each variant. Variants with the same [mesh] and [initial] share it. Returns that of
 /// the first one.

@@ -212,8 +212,18 @@ struct Editor {
 }  // namespace
 
 void Session::apply(const Edit& edit, const std::string& what) {
-  impl_->require_motion("edits");
-  impl_->apply(edit, impl_->state().time, what);
+  Impl& s = *impl_;
+  s.require_motion("edits");
+  // What is made last counts: events that are due would otherwise come after this edit.
+  const bool runs = s.progress.status == RunStatus::kRunning;
+  if (runs && !s.apply_events() && s.progress.status == RunStatus::kNotConverged) {
+    throw InputError(s.progress.message);
+  }
+  s.apply(edit, s.state().time, what);
+  if (s.progress.status == RunStatus::kFinished && std::holds_alternative<SetTime>(edit) &&
+      s.steps_to_end(s.progress.plan.time_step) > 0) {
+    s.progress.status = RunStatus::kRunning;
+  }
 }
 
 void Session::Impl::apply(const Edit& edit, double at, const std::string& what) {

@@ -45,9 +45,21 @@ struct Reference {
   std::unique_ptr<ReferenceRecord> record;  // null if all rows are kept
   std::vector<Run> runs;                    // as PlannedReference::runs, as far as they were made
   std::optional<ReferenceExtrapolation> extrapolation;
+  std::vector<std::size_t>
+      members;             // in StudyPlan::runs: what is compared with it and must be made
+  bool is_needed = false;  // whether its runs must be made
+  std::size_t entry = 0;   // in StudyResult::references, if it has runs
 
   const StudyRow& finest() const { return runs.back().row; }
 };
+
+// What the solver's tolerance and round-off may change in the motion of a run. The impulses of the
+// residuals that the solver left are summed up in the balance of angular momentum.
+Inexactness inexactness(const StudyRow& row) {
+  const double residuals = row.angular_momentum_drift_allowed;
+  return {residuals > 0.0 ? residuals : 0.0,
+          std::numeric_limits<double>::epsilon() * (10.0 + static_cast<double>(row.steps))};
+}
 
 class Study {
  public:
@@ -62,6 +74,14 @@ class Study {
     for (const StudyVariant& variant : plan.variants) {
       if (!variant.name.empty()) result_.variants.push_back({variant.name, variant.values});
     }
+    for (const PlannedRun& run : plan.runs) steps_.push_back(run.step);
+    std::sort(steps_.begin(), steps_.end());
+    steps_.erase(std::unique(steps_.begin(), steps_.end()), steps_.end());
+    members_.resize(plan.references.size());
+    for (std::size_t i = 0; i < plan.runs.size(); ++i) {
+      members_[plan.reference_of[plan.runs[i].variant]].push_back(i);
+    }
+    keeps_first_ = std::count(plan.has_first_mesh.begin(), plan.has_first_mesh.end(), true) > 1;
   }
 
   StudyResult run(const ObserverFactory& observers, const StudyProgress& progress,
@@ -70,13 +90,14 @@ class Study {
     progress_ = progress;
     memory_ = memory;
     std::vector<std::optional<Run>> runs(plan_.runs.size());
-    std::vector<Reference> references;
-    for (std::size_t i = 0; i < plan_.references.size(); ++i) {
-      references.push_back(make_group(i, runs));
-      add_reference(i, references.back());
-      // The positions at all times take much memory.
-      if (references[i].record) references[i].record->track = ReferenceTrack(std::vector<double>());
-      if (is_cancelled_) break;
+    std::vector<Reference> references(plan_.references.size());
+    // As many references at a time as runs: their positions at all times take much memory.
+    const auto batch = static_cast<std::size_t>(std::max(1, jobs_));
+    std::size_t known = 0;
+    while (known < references.size() && !is_cancelled_) {
+      const std::size_t end = std::min(known + batch, references.size());
+      make_groups(known, end, references, runs);
+      known = end;
     }
     result_.is_interrupted = is_cancelled_;
     if (is_cancelled_) {
@@ -86,7 +107,7 @@ class Study {
     for (std::optional<Run>& run : runs) {
       if (run) result_.rows.push_back(std::move(run->row));
     }
-    if (plan_.references.size() < 2) result_.mesh_references.clear();
+    if (plan_.references.size() < 2) result_.references.clear();
     return std::move(result_);
   }
 
@@ -104,50 +125,80 @@ class Study {
     if (memory_.made && run.row.status != RunStatus::kCancelled) memory_.made(run.row);
   }
 
-  // Makes a reference and all runs that are compared with it.
-  Reference make_group(std::size_t index, std::vector<std::optional<Run>>& runs) {
+  // Finds what is to be made of a reference and of the runs that are compared with it.
+  void prepare(std::size_t index, Reference& reference, std::vector<std::optional<Run>>& runs) {
     const PlannedReference& planned = plan_.references[index];
-    std::vector<std::size_t> members;  // the other runs
     bool all_known = true;
-    for (std::size_t i = 0; i < plan_.runs.size(); ++i) {
-      if (plan_.reference_of[plan_.runs[i].variant] != index) continue;
+    for (const std::size_t i : members_[index]) {
       if (reference_run(planned, plan_.runs[i])) continue;
-      members.push_back(i);
       if (std::optional<StudyRow> row = kept(plan_.runs[i])) {
         runs[i] = Run{};
         runs[i]->row = std::move(*row);
         ++done_;
+      } else {
+        reference.members.push_back(i);
+        all_known = false;
       }
-      all_known = all_known && runs[i].has_value();
     }
-    Reference reference;
     const bool is_needed = !all_known || (index == 0 && !others_are_kept());
-    if (is_needed || !take_kept(planned, reference)) make_reference(planned, reference);
-    if (index == 0 && reference.record) first_record_ = reference.record.get();
-    for (std::size_t i = 0; i < plan_.runs.size(); ++i) {
-      const std::optional<std::size_t> part = reference_run(planned, plan_.runs[i]);
-      if (part && *part < reference.runs.size()) runs[i] = reference.runs[*part];
+    reference.is_needed = is_needed || !take_kept(planned, reference);
+  }
+
+  // Makes the references from `begin` to before `end` and all runs that are compared with them.
+  void make_groups(std::size_t begin, std::size_t end, std::vector<Reference>& references,
+                   std::vector<std::optional<Run>>& runs) {
+    std::vector<std::size_t> needed;
+    for (std::size_t i = begin; i < end; ++i) {
+      prepare(i, references[i], runs);
+      if (references[i].is_needed) needed.push_back(i);
     }
-    std::erase_if(members, [&](std::size_t i) { return runs[i].has_value(); });
-    run_all(members.size(), [&](std::size_t place, bool shares_machine) {
-      const PlannedRun& member = plan_.runs[members[place]];
-      tell(member);
-      DistanceFromReference distance(reference.record->track);
-      ProbeDifference difference(plan_.error_probe, reference.record->probe);
-      runs[members[place]] = run_one(member, {&distance, &difference});
-      Run& run = *runs[members[place]];
-      run.row.shares_machine = shares_machine;
-      if (member.variant != planned.variant()) run.row.role = StudyRole::kVariant;
-      if (reference.finest().status == RunStatus::kFinished &&
-          run.row.status == RunStatus::kFinished) {
-        const double at_end = (run.final_position - reference.record->track.last()).norm();
-        set_errors(run.row, {at_end, distance.root_mean_square(), difference.largest()},
-                   *reference.record);
+    make_references(needed, references);
+    std::vector<std::pair<std::size_t, const Reference*>> members;
+    for (std::size_t i = begin; i < end; ++i) {
+      Reference& reference = references[i];
+      if (reference.runs.empty()) continue;
+      for (const std::size_t run : members_[i]) {
+        const std::optional<std::size_t> part = reference_run(plan_.references[i], plan_.runs[run]);
+        if (part && *part < reference.runs.size()) runs[run] = reference.runs[*part];
       }
-      finish(run);
-      if (run.row.status == RunStatus::kCancelled) is_cancelled_ = true;
+      for (const std::size_t run : reference.members) members.emplace_back(run, &reference);
+    }
+    run_all(members.size(), [&](std::size_t place, bool shares_machine) {
+      const auto& [index, reference] = members[place];
+      make_member(index, *reference, shares_machine, runs[index]);
     });
-    return reference;
+    for (std::size_t i = begin; i < end; ++i) {
+      if (references[i].runs.empty()) continue;
+      add_reference(i, references[i]);
+      const bool is_used_later = i == 0 && keeps_first_;
+      if (references[i].record && !is_used_later) {
+        references[i].record->track = ReferenceTrack(std::vector<double>());
+      }
+    }
+  }
+
+  // Makes a run that is compared with a reference.
+  void make_member(std::size_t index, const Reference& reference, bool shares_machine,
+                   std::optional<Run>& place) {
+    const PlannedRun& member = plan_.runs[index];
+    tell(member);
+    DistanceFromReference distance(reference.record->track);
+    ProbeDifference difference(plan_.error_probe, reference.record->probe);
+    place = run_one(member, {&distance, &difference});
+    Run& run = *place;
+    run.row.shares_machine = shares_machine;
+    if (member.variant != plan_.references[plan_.reference_of[member.variant]].variant()) {
+      run.row.role = StudyRole::kVariant;
+    }
+    if (reference.finest().status == RunStatus::kFinished &&
+        run.row.status == RunStatus::kFinished) {
+      const double at_end = (run.final_position - reference.record->track.last()).norm();
+      set_errors(run.row, {at_end, distance.root_mean_square(), difference.largest()},
+                 *reference.record);
+    }
+    run.final_position.resize(0);  // there may be many runs
+    finish(run);
+    if (run.row.status == RunStatus::kCancelled) is_cancelled_ = true;
   }
 
   // Calls make(i, whether the machine has too few cores for all at the same time) for the first `count`
@@ -157,8 +208,7 @@ class Study {
     const auto together =
         std::min<std::size_t>(count, static_cast<std::size_t>(std::max(1, jobs_)));
     const auto threads = together * static_cast<std::size_t>(thread_count());
-    const bool shares_machine =
-        together > 1 && threads > static_cast<std::size_t>(this_machine().cores);
+    const bool shares_machine = threads > static_cast<std::size_t>(this_machine().cores);
     run_jobs(static_cast<Index>(count), jobs_, [&](Index i) {
       if (is_cancelled_) return;
       try {
@@ -170,9 +220,10 @@ class Study {
     });
   }
 
-  // Whether no reference of a further mesh has to be compared with that of the first one.
+  // Whether no further reference has to be made, and compared with the first one.
   bool others_are_kept() const {
-    if (plan_.references.size() < 2 || plan_.error_probe.empty() || !memory_.kept) return true;
+    const bool are_compared = keeps_first_ || !plan_.error_probe.empty();
+    if (plan_.references.size() < 2 || !are_compared || !memory_.kept) return true;
     const auto is_kept = [&](const PlannedRun& run) { return kept(run).has_value(); };
     for (std::size_t i = 1; i < plan_.references.size(); ++i) {
       const std::vector<PlannedRun>& runs = plan_.references[i].runs;
@@ -199,75 +250,76 @@ class Study {
     return true;
   }
 
-  void make_reference(const PlannedReference& planned, Reference& reference) {
-    std::vector<double> steps;
-    for (const PlannedRun& run : plan_.runs) steps.push_back(run.step);
-    std::sort(steps.begin(), steps.end());
-    steps.erase(std::unique(steps.begin(), steps.end()), steps.end());
-    const bool is_extrapolated = planned.runs.size() == 3;
-    const Index tracks = is_extrapolated ? 4 : 1;  // in memory at the same time
-    const std::vector<double> times = comparison_times(
-        steps, result_.end, tracks * 3 * mesh_of(planned.variant()).vertex_count());
-    std::vector<std::unique_ptr<ReferenceRecord>> records;
-    for (std::size_t i = 0; i < planned.runs.size(); ++i) {
-      records.push_back(std::make_unique<ReferenceRecord>(times, plan_.error_probe));
+  // Times at which the runs of a variant are compared with their reference.
+  std::vector<double> times_of(const PlannedReference& planned) const {
+    // Tracks in memory at the same time.
+    const Index tracks = (planned.runs.size() == 3 ? 4 : 1) + (keeps_first_ ? 1 : 0);
+    return comparison_times(steps_, result_.end,
+                            tracks * 3 * mesh_of(planned.variant()).vertex_count());
+  }
+
+  // Makes the runs of these references.
+  void make_references(const std::vector<std::size_t>& needed, std::vector<Reference>& references) {
+    struct Part {
+      std::size_t reference;  // in `needed`
+      std::size_t run;
+    };
+    std::vector<Part> parts;
+    std::vector<std::vector<std::unique_ptr<ReferenceRecord>>> records(needed.size());
+    std::vector<std::vector<std::optional<Run>>> made(needed.size());
+    for (std::size_t n = 0; n < needed.size(); ++n) {
+      const PlannedReference& planned = plan_.references[needed[n]];
+      const std::vector<double> times = times_of(planned);
+      for (std::size_t i = 0; i < planned.runs.size(); ++i) {
+        records[n].push_back(std::make_unique<ReferenceRecord>(times, plan_.error_probe));
+        parts.push_back({n, i});
+      }
+      made[n].resize(planned.runs.size());
     }
-    std::vector<std::optional<Run>> made(planned.runs.size());
-    run_all(made.size(), [&](std::size_t i, bool shares_machine) {
-      tell(planned.runs[i]);
-      made[i] = run_one(planned.runs[i], {&records[i]->track, &records[i]->probe});
-      made[i]->row.shares_machine = shares_machine;
-      if (made[i]->row.status == RunStatus::kCancelled) is_cancelled_ = true;
+    run_all(parts.size(), [&](std::size_t place, bool shares_machine) {
+      const auto [n, i] = parts[place];
+      const PlannedRun& planned = plan_.references[needed[n]].runs[i];
+      tell(planned);
+      made[n][i] = run_one(planned, {&records[n][i]->track, &records[n][i]->probe});
+      made[n][i]->row.shares_machine = shares_machine;
+      made[n][i]->final_position.resize(0);
+      if (made[n][i]->row.status == RunStatus::kCancelled) is_cancelled_ = true;
     });
-    // Runs begin in their order: if the study was stopped, the last ones are missing.
-    for (std::optional<Run>& run : made) {
-      if (run) reference.runs.push_back(std::move(*run));
+    for (std::size_t n = 0; n < needed.size(); ++n) {
+      Reference& reference = references[needed[n]];
+      // Runs begin in their order: if the study was stopped, the last ones are missing.
+      for (std::optional<Run>& run : made[n]) {
+        if (run) reference.runs.push_back(std::move(*run));
+      }
+      if (!reference.runs.empty()) complete_reference(needed[n], reference, records[n]);
     }
+  }
+
+  // Makes the reference from its runs, and their errors.
+  void complete_reference(std::size_t index, Reference& reference,
+                          std::vector<std::unique_ptr<ReferenceRecord>>& records) {
+    const PlannedReference& planned = plan_.references[index];
+    const bool is_whole =
+        reference.runs.size() == planned.runs.size() &&
+        std::none_of(reference.runs.begin(), reference.runs.end(),
+                     [](const Run& run) { return run.row.status == RunStatus::kCancelled; });
     records.resize(reference.runs.size());
     std::vector<ReferenceDistance> distances(records.size());
-    if (is_extrapolated && !is_cancelled_) {
-      const auto failed =
-          std::find_if(reference.runs.begin(), reference.runs.end(),
-                       [](const Run& run) { return run.row.status != RunStatus::kFinished; });
-      const double step = planned.runs[1].step;
-      if (failed == reference.runs.end()) {
-        ExtrapolatedReference extrapolated =
-            extrapolate_reference(planned.finest().integrator, step,
-                                  {records[0].get(), records[1].get(), records[2].get()});
-        reference.extrapolation = std::move(extrapolated.result);
-        // Between the steps of the finest run its probe is interpolated.
-        const ReferenceProbe& probe = records[2]->probe;
-        if (!times_are_steps(steps, planned.finest().step) && probe.largest() > 0.0) {
-          reference.extrapolation->error_of_probe += probe.interpolation_error() / probe.largest();
-        }
-        distances.assign(extrapolated.distances.begin(), extrapolated.distances.end());
-      } else {
-        reference.extrapolation = ReferenceExtrapolation{};
-        reference.extrapolation->step = step;
-        reference.extrapolation->is_valid = false;
-        reference.extrapolation->reason =
-            fmt::format("the run with a step of {:.4g} s did not reach the end", failed->row.step);
-        if (reference.finest().status == RunStatus::kFinished) {
-          for (std::size_t i = 0; i < 2; ++i) {
-            distances[i] = distance_between(*records[i], *records[2]);
-          }
-        }
-      }
-      reference.runs.back().row.extrapolation = reference.extrapolation;
-    }
+    if (planned.runs.size() == 3 && is_whole) extrapolate(planned, reference, records, distances);
     reference.record = std::move(records.back());
-    if (is_cancelled_) return;
-    if (first_record_ != nullptr && first_record_->probe.largest() > 0.0 &&
-        reference.record->probe.has_values() && first_is_complete_ &&
-        reference.finest().status == RunStatus::kFinished) {
-      reference.runs.back().row.reference_probe_difference =
-          reference.record->probe.largest_difference(first_record_->probe) /
-          first_record_->probe.largest();
+    if (index == 0) {
+      first_record_ = reference.record.get();
+      first_is_complete_ = is_whole && reference.finest().status == RunStatus::kFinished;
+    }
+    if (!is_whole) return;
+    if (index > 0) {
+      reference.runs.back().row.reference_difference = difference_from_first(index, reference);
     }
     for (std::size_t i = 0; i < reference.runs.size(); ++i) {
       Run& run = reference.runs[i];
-      const bool is_itself = i + 1 == reference.runs.size() &&
-                             !(reference.extrapolation && reference.extrapolation->is_valid);
+      const bool is_itself =
+          i + 1 == reference.runs.size() &&
+          !(reference.extrapolation && reference.extrapolation->is_valid_for(has_error_probe()));
       if (is_itself && planned.is_row[i]) run.row.role = StudyRole::kReference;
       if (run.row.status == RunStatus::kFinished &&
           reference.finest().status == RunStatus::kFinished) {
@@ -277,35 +329,117 @@ class Study {
     }
   }
 
-  // Enters the reference of the index-th mesh in the result.
-  void add_reference(std::size_t index, const Reference& reference) {
+  // Extrapolates the three runs of a reference. The last record becomes that of the extrapolation.
+  void extrapolate(const PlannedReference& planned, Reference& reference,
+                   std::vector<std::unique_ptr<ReferenceRecord>>& records,
+                   std::vector<ReferenceDistance>& distances) const {
+    const auto failed =
+        std::find_if(reference.runs.begin(), reference.runs.end(),
+                     [](const Run& run) { return run.row.status != RunStatus::kFinished; });
+    const double step = planned.runs[1].step;
+    if (failed == reference.runs.end()) {
+      Inexactness inexact;
+      for (const Run& run : reference.runs) {
+        const Inexactness own = inexactness(run.row);
+        inexact.residuals = std::max(inexact.residuals, own.residuals);
+        inexact.round_off = std::max(inexact.round_off, own.round_off);
+      }
+      ExtrapolatedReference extrapolated =
+          extrapolate_reference(planned.finest().integrator, step, inexact,
+                                {records[0].get(), records[1].get(), records[2].get()});
+      reference.extrapolation = std::move(extrapolated.result);
+      // Between the steps of the finest run its probe is interpolated.
+      const ReferenceProbe& probe = records[2]->probe;
+      if (!times_are_steps(steps_, planned.finest().step) && probe.largest() > 0.0) {
+        reference.extrapolation->error_of_probe += probe.interpolation_error() / probe.largest();
+      }
+      distances.assign(extrapolated.distances.begin(), extrapolated.distances.end());
+    } else {
+      reference.extrapolation = ReferenceExtrapolation{};
+      ReferenceExtrapolation& found = *reference.extrapolation;
+      found.step = step;
+      found.is_valid = found.probe_is_valid = false;
+      found.reason = found.probe_reason =
+          fmt::format("the run with a step of {:.4g} s did not reach the end", failed->row.step);
+      if (reference.finest().status == RunStatus::kFinished) {
+        for (std::size_t i = 0; i < 2; ++i) {
+          distances[i] = distance_between(*records[i], *records[2]);
+        }
+      }
+    }
+    reference.runs.back().row.extrapolation = reference.extrapolation;
+  }
+
+  // How far a reference is from the first one.
+  ReferenceDifference difference_from_first(std::size_t index, const Reference& reference) const {
+    ReferenceDifference difference;
+    if (first_record_ == nullptr || !first_is_complete_ ||
+        reference.finest().status != RunStatus::kFinished) {
+      return difference;
+    }
+    const ReferenceRecord& first = *first_record_;
+    const ReferenceRecord& own = *reference.record;
+    if (first.probe.largest() > 0.0 && own.probe.has_values()) {
+      difference.probe = own.probe.largest_difference(first.probe) / first.probe.largest();
+    }
+    if (!plan_.has_first_mesh[index]) return difference;
+    difference.position =
+        (own.track.last() - first.track.last()).norm() / first.track.scale_at_end();
+    const std::size_t count = std::min(own.track.sample_count(), first.track.sample_count());
+    double squares = 0.0;
+    for (std::size_t i = 0; i < count; ++i) {
+      squares += (own.track.sample(i) - first.track.sample(i)).squaredNorm();
+    }
+    if (count > 0) {
+      difference.position_rms =
+          std::sqrt(squares / static_cast<double>(count)) / first.track.scale_over_time();
+    }
+    return difference;
+  }
+
+  bool has_error_probe() const { return !plan_.error_probe.empty(); }
+
+  // Enters a reference in the result.
+  void add_reference(std::size_t index, Reference& reference) {
     const StudyVariant& variant = plan_.variants[plan_.references[index].variant()];
-    MeshReference entry;
+    VariantReference entry;
     entry.variant = variant.name;
     entry.status = reference.finest().status;
     entry.directory = reference.finest().directory;
     entry.extrapolation = reference.extrapolation;
-    entry.probe_difference = reference.finest().reference_probe_difference;
+    entry.difference = reference.finest().reference_difference;
     for (std::size_t i = 0; i < plan_.variants.size(); ++i) {
       if (plan_.reference_of[i] == index) entry.variants.push_back(plan_.variants[i].name);
     }
     const std::string of_variant =
         plan_.references.size() > 1 ? " of " + variant.name : std::string();
-    if (entry.status != RunStatus::kFinished && !is_cancelled_) {
-      result_.remarks.push_back("the reference run" + of_variant + " did not reach the end (" +
-                                reference.finest().message + "): there are no errors");
-    } else if (entry.extrapolation && !entry.extrapolation->is_valid) {
-      result_.remarks.push_back(fmt::format(
-          "the reference{} is not extrapolated: {}. It is the run with a step of {:.4g} s.",
-          of_variant, entry.extrapolation->reason, reference.finest().step));
+    if (entry.status != RunStatus::kFinished) {
+      if (entry.status != RunStatus::kCancelled) {
+        result_.remarks.push_back("the reference run" + of_variant + " did not reach the end (" +
+                                  reference.finest().message + "): there are no errors");
+      }
+    } else if (entry.extrapolation) {
+      const double step = reference.finest().step;
+      if (!entry.extrapolation->is_valid) {
+        result_.remarks.push_back(fmt::format(
+            "the reference{} is not extrapolated: {}. It is the run with a step of {:.4g} s.",
+            of_variant, entry.extrapolation->reason, step));
+      }
+      if (has_error_probe() && !entry.extrapolation->probe_is_valid &&
+          entry.extrapolation->probe_reason != entry.extrapolation->reason) {
+        result_.remarks.push_back(fmt::format(
+            "the reference{} of the probe {} is not extrapolated: {}. It is the run with a step of "
+            "{:.4g} s.",
+            of_variant, plan_.error_probe, entry.extrapolation->probe_reason, step));
+      }
     }
     if (index == 0) {
       result_.reference_status = entry.status;
       result_.reference_directory = entry.directory;
       result_.extrapolation = entry.extrapolation;
-      first_is_complete_ = entry.status == RunStatus::kFinished;
     }
-    result_.mesh_references.push_back(std::move(entry));
+    reference.entry = result_.references.size();
+    result_.references.push_back(std::move(entry));
   }
 
   const TetMesh& mesh_of(std::size_t variant) const {
@@ -407,16 +541,18 @@ class Study {
   // Computes the error of a reference and the orders between neighbouring steps of its runs.
   void set_orders(std::size_t index, std::vector<std::optional<Run>>& runs,
                   const Reference& reference) {
-    if (reference.finest().status != RunStatus::kFinished) return;
+    // Without runs if the study was stopped.
+    if (reference.runs.empty() || reference.finest().status != RunStatus::kFinished) return;
     const std::size_t variant = plan_.references[index].variant();
-    std::vector<StudyRow*> rows;  // the errors of another variant are not errors of the rule
-    for (std::size_t i = 0; i < runs.size(); ++i) {
+    std::vector<StudyRow*> rows;  // without those of another solver
+    for (const std::size_t i : members_[index]) {
       if (runs[i] && plan_.runs[i].variant == variant) rows.push_back(&runs[i]->row);
     }
-    const bool is_run = !reference.extrapolation || !reference.extrapolation->is_valid;
+    const bool is_run =
+        !reference.extrapolation || !reference.extrapolation->is_valid_for(has_error_probe());
     const double reference_error = error_of_reference(rows, reference);
     const double known_error = reference_error > 0.0 ? reference_error : kNone;
-    result_.mesh_references[index].error = known_error;
+    result_.references[reference.entry].error = known_error;
     if (index == 0) result_.reference_error = known_error;
     for (std::size_t i = 1; i < rows.size(); ++i) {
       const StudyRow& finer = *rows[i - 1];
@@ -458,7 +594,10 @@ class Study {
   ObserverFactory observers_;
   StudyProgress progress_;
   StudyMemory memory_;
-  const ReferenceRecord* first_record_ = nullptr;  // of the first mesh, if it was made
+  std::vector<double> steps_;                      // of all runs, ascending, without repeats
+  std::vector<std::vector<std::size_t>> members_;  // for each reference its runs in plan_.runs
+  bool keeps_first_ = false;  // whether further references have positions to compare with the first
+  const ReferenceRecord* first_record_ = nullptr;  // of the first reference, if it was made
   bool first_is_complete_ = false;                 // whether that reference reached the end
   std::size_t done_ = 0;                           // runs that were begun or kept
   int jobs_;                                       // runs at the same time

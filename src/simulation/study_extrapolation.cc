@@ -57,18 +57,38 @@ Differences differences_of_probes(const std::array<ReferenceRecord*, 3>& records
   return {a.largest_difference(b), b.largest_difference(c), coarser.largest_difference(best)};
 }
 
-// Why the runs cannot be extrapolated, or an empty text.
-std::string misfit(const ReferenceExtrapolation& found, bool has_probe, int theory) {
-  std::string text;
-  const auto check = [&](double order, const char* what) {
-    if (std::abs(order - theory) <= kOrderTolerance) return;
-    text += fmt::format("{}the observed order {} is {}", text.empty() ? "" : ", and ", what,
-                        std::isfinite(order) ? fmt::format("{:.2f}", order) : "not defined");
-  };
-  check(found.order_at_end, "at the end");
-  check(found.order_over_time, "over time");
-  if (has_probe) check(found.order_of_probe, "of the probe");
-  return text.empty() ? text : fmt::format("{}, while the theoretical order is {}", text, theory);
+// What differences say of the theoretical order.
+enum class Order { kShown, kHidden, kMissed };
+
+// Differences that may be wrong by `inexact` show the order, hide it, or speak against it.
+Order judged(const Differences& found, int theory, double inexact) {
+  const double order = found.order();
+  if (std::abs(order - theory) <= kOrderTolerance) return Order::kShown;
+  // The orders that are possible lie between these two.
+  const double fine = std::max(0.0, found.fine - inexact);
+  const double coarse = std::max(0.0, found.coarse - inexact);
+  const bool may_be_larger = found.coarse + inexact >= std::exp2(theory - kOrderTolerance) * fine;
+  const bool may_be_smaller =
+      coarse <= std::exp2(theory + kOrderTolerance) * (found.fine + inexact);
+  return may_be_larger && may_be_smaller ? Order::kHidden : Order::kMissed;
+}
+
+// "the observed order at the end is 1.20", for differences that speak against the order.
+std::string miss(double order, const char* what) {
+  return fmt::format("the observed order {} is {}", what,
+                     std::isfinite(order) ? fmt::format("{:.2f}", order) : "not defined");
+}
+
+std::string while_theory(const std::string& misses, int theory) {
+  return fmt::format("{}, while the theoretical order is {}", misses, theory);
+}
+
+// `scale` makes the differences relative.
+std::string equal_runs(const Differences& found, double scale) {
+  return fmt::format(
+      "the runs differ by {:.1e} and {:.1e} only, which the tolerance of the solver and round-off "
+      "explain, so that the differences show no order",
+      found.coarse / scale, found.fine / scale);
 }
 
 }  // namespace
@@ -89,6 +109,7 @@ ReferenceDistance distance_between(const ReferenceRecord& run, const ReferenceRe
 }
 
 ExtrapolatedReference extrapolate_reference(Integrator integrator, double step,
+                                            const Inexactness& inexact,
                                             std::array<ReferenceRecord*, 3> records) {
   const int p = order(integrator);
   const double share = 1.0 / (std::pow(2.0, p) - 1.0);
@@ -105,14 +126,45 @@ ExtrapolatedReference extrapolate_reference(Integrator integrator, double step,
   result.order_at_end = at_end.order();
   result.order_over_time = over_time.order();
   if (has_probe) result.order_of_probe = of_probe.order();
-  result.reason = misfit(result, has_probe, p);
-  result.is_valid = result.reason.empty();
 
   ReferenceRecord& finest = *records[2];
-  if (result.is_valid) {
+  // What is inexact in the motion may be anywhere in it at the end. Positions are rounded, not
+  // displacements.
+  const double scale = std::max(finest.track.scale_at_end(), finest.track.scale_over_time());
+  const double level = (inexact.residuals + inexact.round_off) * scale +
+                       inexact.round_off * finest.track.last().norm();
+  {
+    const Order end = judged(at_end, p, level);
+    const Order time = judged(over_time, p, level);
+    std::string misses;
+    if (end == Order::kMissed) misses = miss(result.order_at_end, "at the end");
+    if (time == Order::kMissed) {
+      misses += (misses.empty() ? "" : ", and ") + miss(result.order_over_time, "over time");
+    }
+    result.is_exact = end == Order::kHidden && time == Order::kHidden;
+    if (!misses.empty()) {
+      result.reason = while_theory(misses, p);
+    } else if (result.is_exact) {
+      result.reason = equal_runs(over_time, finest.track.scale_over_time());
+    }
+    result.is_valid = result.reason.empty();
+  }
+  if (has_probe) {
+    const Order found = judged(of_probe, p, level / scale * finest.probe.largest());
+    result.probe_is_exact = found == Order::kHidden;
+    if (found == Order::kMissed) {
+      result.probe_reason = while_theory(miss(result.order_of_probe, "of the probe"), p);
+    } else if (result.probe_is_exact) {
+      result.probe_reason =
+          equal_runs(of_probe, finest.probe.largest() > 0.0 ? finest.probe.largest() : 1.0);
+    }
+    result.probe_is_valid = result.probe_reason.empty();
+  }
+
+  if (result.is_valid || (has_probe && result.probe_is_valid)) {
     ReferenceRecord best = finest;
-    best.track.combine(1.0 + share, records[1]->track);
-    if (has_probe) best.probe.extrapolate(share, records[1]->probe);
+    if (result.is_valid) best.track.combine(1.0 + share, records[1]->track);
+    if (has_probe && result.probe_is_valid) best.probe.extrapolate(share, records[1]->probe);
     made.distances[2] = distance_between(finest, best);
     finest = std::move(best);
   }
@@ -122,14 +174,18 @@ ExtrapolatedReference extrapolate_reference(Integrator integrator, double step,
 
   // The leading term of the extrapolation is at least of order p + 1.
   const double next = 1.0 / (std::pow(2.0, p + 1) - 1.0);
-  const auto error_of = [&](const Differences& d, double scale) {
-    if (!(scale > 0.0)) return kNone;
-    return (result.is_valid ? next * d.extrapolated : share * d.fine) / scale;
+  const auto error_of = [&](const Differences& d, bool is_valid, bool is_exact, double unit) {
+    if (!(unit > 0.0)) return kNone;
+    return (is_valid ? next * d.extrapolated : (is_exact ? 1.0 : share) * d.fine) / unit;
   };
   const double scale_at_end = finest.track.scale_at_end();
-  result.error_at_end = error_of(at_end, scale_at_end);
-  result.error_over_time = error_of(over_time, finest.track.scale_over_time());
-  if (has_probe) result.error_of_probe = error_of(of_probe, finest.probe.largest());
+  result.error_at_end = error_of(at_end, result.is_valid, result.is_exact, scale_at_end);
+  result.error_over_time =
+      error_of(over_time, result.is_valid, result.is_exact, finest.track.scale_over_time());
+  if (has_probe) {
+    result.error_of_probe =
+        error_of(of_probe, result.probe_is_valid, result.probe_is_exact, finest.probe.largest());
+  }
   if (result.is_valid) result.finest_error_at_end = made.distances[2].at_end / scale_at_end;
   return made;
 }

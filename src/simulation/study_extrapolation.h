@@ -29,6 +29,12 @@ struct ReferenceDistance {
 /// The differences of a run from a reference. Both have reached the end.
 ReferenceDistance distance_between(const ReferenceRecord& run, const ReferenceRecord& reference);
 
+/// What may be wrong in the motion of a run besides the error of its step.
+struct Inexactness {
+  double residuals = 0.0;  ///< by residuals that the solver left, relative to the displacements
+  double round_off = 0.0;  ///< by round-off, relative to the positions and to the displacements
+};
+
 struct ExtrapolatedReference {
   ReferenceExtrapolation result;
   std::array<ReferenceDistance, 3> distances;  ///< of the runs with 2h, h and h/2
@@ -36,8 +42,9 @@ struct ExtrapolatedReference {
 
 /// Extrapolates runs of `integrator` with the steps 2h, h and h/2 that have reached the end, as
 /// ReferenceExtrapolation says. If the extrapolation is valid, records[2] becomes that of the
-/// extrapolation. `step` is h.
+/// extrapolation. `step` is h. `inexact` is that of the least exact of the runs.
 ExtrapolatedReference extrapolate_reference(Integrator integrator, double step,
+                                            const Inexactness& inexact,
                                             std::array<ReferenceRecord*, 3> records);
 
 }  // namespace tetraction

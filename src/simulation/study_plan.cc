@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <utility>
 
 #include "core/quoting.h"
 #include "core/spelling.h"
@@ -146,14 +148,20 @@ const TetMesh& mesh_of(const StudyVariant& variant, const TetMesh& mesh) {
 void check_solvers(const StudyPlan& plan, const TetMesh& mesh) {
   for (std::size_t variant = 0; variant < plan.variants.size(); ++variant) {
     const Scene& scene = plan.variants[variant].scene;
-    const std::unique_ptr<MechanicalSystem> system =
-        make_system(scene, mesh_of(plan.variants[variant], mesh));
-    for (const PlannedRun& run : plan.runs) {
-      if (run.variant != variant) continue;
-      SolverSettings solver = scene.solver;
-      if (!run.solver.empty()) solver.kind = run.solver;
-      if (run.compares_solver) solver.linear = LinearSolver::kAuto;
-      check_solver(run.integrator, solver, *system);
+    try {
+      const std::unique_ptr<MechanicalSystem> system =
+          make_system(scene, mesh_of(plan.variants[variant], mesh));
+      for (const PlannedRun& run : plan.runs) {
+        if (run.variant != variant) continue;
+        SolverSettings solver = scene.solver;
+        if (!run.solver.empty()) solver.kind = run.solver;
+        if (run.compares_solver) solver.linear = LinearSolver::kAuto;
+        check_solver(run.integrator, solver, *system);
+      }
+    } catch (const InputError& error) {
+      const std::string& name = plan.variants[variant].name;
+      if (name.empty()) throw;
+      throw InputError(fmt::format("The variant {}: {}", name, error.what()));
     }
   }
 }
@@ -167,22 +175,36 @@ bool have_same_elements(const TetMesh& a, const TetMesh& b) {
          a.edge_vertices == b.edge_vertices;
 }
 
-// Gives each variant the first reference on the same mesh. Of the references only the variant is
-// known then.
+// Whether a key leaves the exact motion as it is. Probes do if no error is computed from them.
+bool keeps_the_motion(const std::string& key, bool has_error_probe) {
+  const std::string section = key.substr(0, key.find('.'));
+  return section == "solver" || (section == "probe" && !has_error_probe);
+}
+
+// Gives each variant the reference of the first one with the same motion. Of the references only the
+// variant is known then.
 void group_variants(StudyPlan& plan, const TetMesh& mesh) {
+  std::map<std::vector<std::pair<std::string, std::string>>, std::size_t> known;
   for (std::size_t variant = 0; variant < plan.variants.size(); ++variant) {
-    std::size_t group = 0;
-    while (group < plan.references.size() &&
-           !have_same_elements(mesh_of(plan.variants[plan.references[group].variant()], mesh),
-                               mesh_of(plan.variants[variant], mesh))) {
-      ++group;
+    std::vector<std::pair<std::string, std::string>> motion;
+    for (const VariedValue& varied : plan.variants[variant].values) {
+      if (keeps_the_motion(varied.key, !plan.error_probe.empty())) continue;
+      motion.emplace_back(varied.key, varied.value);
     }
-    if (group == plan.references.size()) {
-      PlannedRun first;
-      first.variant = variant;
-      plan.references.push_back({{first}, {}});
+    const bool has_values = !plan.variants[variant].values.empty();
+    const auto found = has_values ? known.find(motion) : known.end();
+    if (found != known.end()) {
+      plan.reference_of.push_back(found->second);
+      continue;
     }
-    plan.reference_of.push_back(group);
+    const std::size_t index = plan.references.size();
+    if (has_values) known.emplace(std::move(motion), index);
+    PlannedRun first;
+    first.variant = variant;
+    plan.references.push_back({{first}, {}});
+    plan.reference_of.push_back(index);
+    plan.has_first_mesh.push_back(have_same_elements(mesh_of(plan.variants.front(), mesh),
+                                                     mesh_of(plan.variants[variant], mesh)));
   }
 }
 

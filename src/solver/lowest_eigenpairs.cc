@@ -10,6 +10,7 @@
 #include "core/pseudo_random.h"
 #include "sparse_cholesky.h"
 #include "tetraction/core/error.h"
+#include "tetraction/core/interruption.h"
 
 namespace tetraction {
 namespace {
@@ -50,6 +51,7 @@ class InverseOperation {
     Eigen::Map<Vector>(out, rows()) = apply(Eigen::Map<const Vector>(in, rows()));
   }
   Vector apply(const Vector& z) const {
+    throw_if_interrupted();
     Vector x = stiffness_.solve(cholesky_, without_known(z));
     if (equations_.q.cols() > 0) {
       const Vector w = equations_.q.transpose() * x;

@@ -169,7 +169,53 @@ quantity = "velocity"
                            20 * found["estimated_error"])  # fmt: skip
         # A velocity belongs to the middle of its step, so that its error is of order 1.
         said = self.run_program(*study, "--error", "probe.speed")
-        self.assertIn("the observed order of the probe is", said.stderr)
+        self.assertIn("the reference of the probe speed is not extrapolated: the observed order of the "
+                      "probe is", said.stderr)  # fmt: skip
+        # That of the positions is, all the same.
+        extrapolation = self.result()["reference"]["extrapolation"]
+        self.assertTrue(extrapolation["valid"])
+        self.assertFalse(extrapolation["probe_valid"])
+        self.assertFalse(extrapolation["probe_exact"])
+        self.assertLess(extrapolation["estimated_error_at_end"],
+                        0.05 * extrapolation["finest_error_at_end"])  # fmt: skip
+
+    def test_differences_of_round_off_show_no_order(self):
+        """A body that falls freely: all these rules are exact but for rounding."""
+        scene = self.write("fall.toml", BEAM[: BEAM.index("[[fix]]")])
+        for rule in ("midpoint", "verlet"):
+            said = self.run_program(
+                "study", scene, "--out", "s", "--no-plots", "--integrators", rule, "--steps",
+                "1e-3,2e-3", "--reference", "richardson", "--reference-integrator", rule,
+                "--reference-step", "1e-3", "--set", "time.end=0.02")  # fmt: skip
+            self.assertIn("which the tolerance of the solver and round-off explain", said.stderr)
+            self.assertNotIn("theoretical order", said.stderr)
+            reference = self.result()["reference"]
+            self.assertFalse(reference["extrapolation"]["valid"])
+            self.assertTrue(reference["extrapolation"]["exact"])
+            self.assertLess(reference["estimated_error"], 1e-8)
+            self.assertNotIn("uncertain", json.dumps(self.result()["conclusions"]))
+
+    def test_a_probe_of_round_off_leaves_the_positions(self):
+        """The linear momentum along x of a free body is conserved to round-off."""
+        scene = self.write("free.toml", BEAM[: BEAM.index("[environment]")] + """
+[initial]
+velocity = { formula = ["1.0", "0.2*X*X", "0.0"] }
+[[probe]]
+name = "push"
+select = { all = true }
+quantity = "momentum"
+""")  # fmt: skip
+        said = self.run_program(
+            "study", scene, "--out", "s", "--no-plots", "--integrators", "midpoint", "--steps",
+            "5e-4,1e-3,2e-3", "--reference", "richardson", "--reference-step", "1e-3", "--set",
+            "time.end=0.02", "--error", "probe.push")  # fmt: skip
+        self.assertIn("the reference of the probe push is not extrapolated: the runs differ by",
+                      said.stderr)  # fmt: skip
+        found = self.result()["reference"]["extrapolation"]
+        self.assertTrue(found["valid"])
+        self.assertTrue(found["probe_exact"])
+        self.assertLess(found["estimated_error_of_probe"], 1e-8)
+        self.assertAlmostEqual(found["order_at_end"], 2.0, delta=0.4)
 
     def test_steps_that_are_too_long(self):
         self.assertIn("Twice the reference step must be positive and at most the end time",
@@ -499,6 +545,57 @@ class Resume(StudyTest):
         self.assertIn("complete", result.stderr)
         self.assertEqual(set(self.runs()), {"midpoint-0.0005", "midpoint-0.001"})
 
+    def test_folders_that_have_vanished_are_named(self):
+        self.study(*self.GRID)
+        whole = self.table()
+        shutil.rmtree(self.path("s", "verlet-0.001"))
+        result = self.study(*self.GRID, "--resume")
+        self.assertIn("the folder of a complete run is no longer there, and the run is made again: "
+                      "verlet-0.001", result.stderr)  # fmt: skip
+        self.assertEqual(self.table(), whole)
+        for run in ("verlet-0.001", "midpoint-0.001"):
+            shutil.rmtree(self.path("s", run))
+        result = self.study(*self.GRID, "--resume")
+        self.assertIn("the folders of 2 complete runs are no longer there", result.stderr)
+        self.assertNotIn("no longer there", self.study(*self.GRID, "--resume").stderr)
+        # What a study itself has deleted is not missed.
+        self.study("--integrators", "midpoint", *self.GRID[2:], "--resume")
+        self.assertNotIn("no longer there", self.study(*self.GRID, "--resume").stderr)
+
+    def test_folders_that_have_vanished_from_a_study_that_was_killed(self):
+        for end in (0.5, 2.0, 8.0, 32.0):
+            grid = [*self.GRID, "--set", f"time.end={end}"]
+            complete = self.kill_after_two_runs(grid)
+            if complete:
+                break
+        lost = next(r for r in complete if r != "midpoint-0.0005")
+        shutil.rmtree(self.path("s", lost))
+        self.assertIn(f"made again: {lost}", self.study(*grid, "--resume").stderr)
+
+    def test_all_folders_of_a_reference_belong_to_the_study(self):
+        """Those of an extrapolated reference are no rows of the table."""
+        grid = ("--integrators", "verlet", "--steps", "0.001", "--reference", "richardson",
+                "--set", "time.end=0.1")  # fmt: skip
+        self.study(*grid)
+        self.assertEqual(len(self.runs()), 4)
+        self.study("--integrators", "verlet", "--steps", "0.002", "--set", "time.end=0.1")
+        self.assertEqual(set(self.runs()), {"verlet-0.002", "reference-midpoint-0.002"})
+
+    def test_what_is_stored_of_a_run_does_not_grow_with_the_study(self):
+        """Otherwise the time of a study grows with the square of the number of its variants."""
+        grid = ("--integrators", "midpoint", "--steps", "0.01", "--set", "time.end=0.02", "--quiet",
+                "--set", "mesh.generate.cells=[2,1,1]")  # fmt: skip
+        sizes = []
+        for count in (2, 12):
+            values = ",".join(str(1000 + i) for i in range(count))
+            self.study(*grid, "--vary", f"material.density={values}")
+            sizes.append(os.path.getsize(self.path("s", "1001-midpoint-0.01", "study_row.json")))
+            with open(self.path("s", "study_runs.csv"), newline="") as file:
+                journal = [(r["run"], r["state"]) for r in csv.DictReader(file)]
+            self.assertEqual(journal, [(f"{1000 + i}-midpoint-0.01", state) for i in range(count)
+                                       for state in ("begun", "complete")])  # fmt: skip
+        self.assertLess(abs(sizes[1] - sizes[0]), 100)  # wall times have more or fewer digits
+
 
 class Variants(StudyTest):
     GRID = ("--integrators", "verlet,midpoint", "--steps", "2.5e-3,5e-3", "--reference-step",
@@ -521,14 +618,15 @@ class Variants(StudyTest):
                          {"material.density": "900", "solver.kind": "ceres"})  # fmt: skip
         self.assertEqual([r["variant"] for r in result["runs"]],
                          [name for name in names for _ in range(4)])  # fmt: skip
-        self.assertNotIn("mesh_references", result)
+        # Variants of the solver have the same motion and share a reference.
+        self.assertEqual([r["variants"] for r in result["references"]], [names[:2], names[2:]])
         for run in result["runs"]:
             with open(self.path("s", run["directory"], "summary.json")) as file:
                 scene = json.load(file)["scene"]
             values = dict(part.split("=") for part in run["variant"].split(", "))
             self.assertEqual(scene["material"]["density"], float(values["density"]))
             self.assertEqual(scene["solver"]["kind"], values["kind"])
-            self.assertEqual(run["role"], "run" if run["variant"] == names[0] else "variant")
+            self.assertEqual(run["role"], "run" if "newton" in run["variant"] else "variant")
             self.assertTrue(run["directory"].startswith(
                 run["variant"].replace(", ", "_") + "-"), run["directory"])  # fmt: skip
         with open(self.path("s", "study.csv"), newline="") as file:
@@ -550,15 +648,16 @@ class Variants(StudyTest):
         """Its rows are those of a study of this mesh alone."""
         cells = ("[8,2,2]", "[4,1,1]")
         said = self.study(*self.GRID[:-1], "--vary", "mesh.generate.cells=" + ",".join(cells))
-        self.assertIn("reference of each of the 2 meshes: midpoint with steps", said.stderr)
+        self.assertIn("each of the 2 references: midpoint with steps", said.stderr)
         self.assertIn("([4,1,1]) h = ", said.stderr)
         self.assertIn("[4,1,1]: h_crit", said.stdout)
-        self.assertIn("another mesh, with a reference of its own", said.stdout)
+        self.assertIn("; with a reference of its own", said.stdout)
         self.assertRegex(said.stdout, r"(?m)^Reference of \[4,1,1\]: midpoint with h = 1e-3 s \(ok\)")
         result = self.result()
-        self.assertEqual([m["variants"] for m in result["mesh_references"]], [[c] for c in cells])
-        self.assertIn("2 meshes", self.topics(result)["Meshes"])
-        self.assertIn("--error probe.NAME", self.topics(result)["Meshes"])
+        self.assertEqual([m["variants"] for m in result["references"]], [[c] for c in cells])
+        self.assertEqual([m["position_difference"] for m in result["references"]], [None, None])
+        self.assertIn("2 references", self.topics(result)["Variants"])
+        self.assertIn("--error probe.NAME", self.topics(result)["Variants"])
         self.assertIn("verlet ([4,1,1])", self.topics(result)["Limits of the comparison: [4,1,1]"])
         with open(self.path("s", "study.csv"), newline="") as file:
             table = list(csv.DictReader(file))
@@ -574,7 +673,7 @@ class Variants(StudyTest):
                             "observed_order", "max_relative_energy_drift"):  # fmt: skip
                     self.assertEqual(row[key], other[key], key)
             error = alone["reference"]["estimated_error"]
-            self.assertEqual(result["mesh_references"][number]["estimated_error"], error)
+            self.assertEqual(result["references"][number]["estimated_error"], error)
             for found in errors:
                 self.assertAlmostEqual(found / error, 1.0, places=6)
 
@@ -586,24 +685,24 @@ class Variants(StudyTest):
         result = self.result()
 
         def trace(mesh):
-            folder = result["mesh_references"][mesh]["directory"]
+            folder = result["references"][mesh]["directory"]
             with open(self.path("s", folder, "probes.csv"), newline="") as file:
                 return [[float(r[f"tip_{c}"]) for c in "xyz"] for r in csv.DictReader(file)]
 
         first, second = trace(0), trace(1)
         expected = max(map(math.dist, first, second)) / max(math.hypot(*v) for v in first)
         self.assertGreater(expected, 1e-4)
-        found = [m["probe_difference"] for m in result["mesh_references"]]
+        found = [m["probe_difference"] for m in result["references"]]
         self.assertIsNone(found[0])
         self.assertAlmostEqual(found[1] / expected, 1.0, places=9)
-        self.assertIn("differs by up to", self.topics(result)["Meshes"])
+        self.assertIn("differs by up to", self.topics(result)["Variants"])
         # It is kept, or computed again, when the study goes on.
         self.run_program(*study, "--resume")
-        self.assertEqual(self.result()["mesh_references"], result["mesh_references"])
+        self.assertEqual(self.result()["references"], result["references"])
         os.remove(self.path("s", "quadratic-verlet-0.005", "final.vtu"))
         self.run_program(*study, "--resume")
         after = self.result()
-        self.assertEqual(after["mesh_references"], result["mesh_references"])
+        self.assertEqual(after["references"], result["references"])
         for row, other in zip(after["runs"], result["runs"]):
             self.assertEqual(row["probe_error"], other["probe_error"])
 
@@ -617,7 +716,7 @@ class Variants(StudyTest):
         self.run_program(*study, "--vary", "mesh.file=a.msh,b.msh")
         result = self.result()
         self.assertEqual([v["name"] for v in result["variants"]], ["a.msh", "b.msh"])
-        self.assertEqual(len(result["mesh_references"]), 2)
+        self.assertEqual(len(result["references"]), 2)
         counts = []
         for run in ("a.msh-verlet-0.005", "b.msh-verlet-0.005"):
             with open(self.path("s", run, "summary.json")) as file:
@@ -640,9 +739,74 @@ class Variants(StudyTest):
         runs = {r["variant"][-5:-3]: r for r in self.result()["runs"] if r["integrator"] == "verlet"}
         self.assertEqual(len(runs), 2)
         for run in runs.values():
+            self.assertEqual(run["role"], "run")
             self.assertGreater(run["position_error"], 0.0)
-        self.assertGreater(runs["*X"]["position_error"], 0.1)
-        self.assertNotIn("mesh_references", self.result())
+        self.assertGreater(self.result()["references"][1]["position_difference"], 0.1)
+
+    def test_each_material_has_the_errors_of_a_study_of_its_own(self):
+        """Twice the density is another motion: its differences from the first one are no errors."""
+        study = (*self.GRID, "--vary", "material.density=1000,2000")
+        self.study(*study)
+        result = self.result()
+        self.assertEqual({r["role"] for r in result["runs"]}, {"run"})
+        first, second = result["references"]
+        self.assertIsNone(first["position_difference"])
+        finals = []
+        for reference in (first, second):
+            with open(self.path("s", reference["directory"], "summary.json")) as file:
+                finals.append(json.load(file)["scene"]["material"]["density"])
+        self.assertEqual(finals, [1000, 2000])
+        self.assertGreater(second["position_difference"], 0.01)
+        self.assertGreater(second["position_difference_rms"], 0.01)
+        self.assertIn("The positions of the reference of 2000 differ from those of 1000 by",
+                      self.topics(result)["Variants"])  # fmt: skip
+        rows = [r for r in result["runs"] if r["variant"] == "2000"]
+        self.study(*self.GRID, "--set", "material.density=2000")
+        alone = self.result()
+        self.assertEqual(second["estimated_error"], alone["reference"]["estimated_error"])
+        for row, other in zip(rows, alone["runs"]):
+            for key in ("position_error", "position_error_rms", "observed_order"):
+                self.assertEqual(row[key], other[key], key)
+        # The differences are kept, or made again with the runs that they need.
+        self.study(*study)
+        self.study(*study, "--resume")
+        self.assertEqual(self.result()["references"], result["references"])
+        os.remove(self.path("s", "2000-verlet-0.005", "final.vtu"))
+        self.study(*study, "--resume")
+        self.assertEqual(self.result()["references"], result["references"])
+
+    def test_a_further_value_keeps_the_runs_of_the_others(self):
+        self.study(*self.GRID[:-1], "--vary", "material.density=1000,2000")
+        said = self.study(*self.GRID[:-1], "--vary", "material.density=1000,2000,3000", "--resume")
+        # The first reference is made again, since the new one is compared with it.
+        self.assertIn("9 of 15 runs were kept", said.stderr)
+
+    def test_one_value_makes_one_variant(self):
+        self.study(*self.GRID, "--vary", "material.density=900", "--vary", "solver.kind=newton,ceres")
+        self.assertEqual([v["name"] for v in self.result()["variants"]],
+                         ["density=900, kind=newton", "density=900, kind=ceres"])  # fmt: skip
+        self.study(*self.GRID, "--vary", "material.density=900")
+        self.assertEqual({r["variant"] for r in self.result()["runs"]}, {"900"})
+
+    def test_two_spellings_of_a_value_are_one(self):
+        message = self.refused_study("--vary", "material.density=900,901,900.0,9e2")
+        self.assertIn('the values "900" and "900.0" make the same scene', message)
+
+    def test_messages_name_the_variant(self):
+        for arguments, part in (
+            (("--vary", "fix.0.mode=exact,penalty"), "--vary fix.0.mode=penalty: "),
+            (("--vary", "material.poissons_ratio=0.4,0.6", "--vary", "solver.kind=newton,ceres"),
+             "--vary material.poissons_ratio=0.6 --vary solver.kind=newton: "),
+            (("--vary", "solver.kind=newton,ceres", "--set", "mesh.volume=nodal"),
+             "The variant ceres: "),
+        ):  # fmt: skip
+            message = self.refused_study(*arguments)
+            self.assertIn(part, message)
+            self.assertNotIn("--set", message)
+        with_file = BEAM.replace(BEAM.split("[material]")[0], '[mesh]\nfile = "a.msh"\n')
+        self.run_program("mesh", "generate", "beam", "a.msh", "--size", "4,1,1", "--cells", "4,1,1")
+        self.assertIn("--vary mesh.file=b.msh: ", self.refused(
+            3, "study", self.write("files.toml", with_file), "--vary", "mesh.file=a.msh,b.msh"))  # fmt: skip
 
     def test_variants_have_plots(self):
         scene = self.write("probes.toml", PROBES)
@@ -657,7 +821,8 @@ class Variants(StudyTest):
         for text, part in (
             ("material.density=[1,2", "] is missing at the end"),
             ("material.density='1,2", "' is missing at the end"),
-            ("material.density=900", "write KEY=VALUE,VALUE"),
+            ("material.density", "write KEY=VALUE,VALUE"),
+            ("material.density=", "write KEY=VALUE,VALUE"),
             ("material.density=900,", "write KEY=VALUE,VALUE"),
             ("=1,2", "write KEY=VALUE,VALUE"),
             ("material.density=900, 900", "twice"),
@@ -761,8 +926,15 @@ class Jobs(StudyTest):
         said = self.study(*self.GRID, "--jobs", str(cores), "--threads", "1")
         self.assertEqual({r["timing"] for r in self.rows()}, {"alone"})
         self.assertNotIn("do not count", said.stderr + said.stdout)
-        self.study(*self.GRID, "--threads", str(2 * cores), "--quiet")
-        self.assertEqual({r["timing"] for r in self.rows()}, {"alone"})
+
+    def test_a_run_with_more_threads_than_cores_is_not_alone(self):
+        cores = len(os.sched_getaffinity(0))
+        said = self.study(*self.GRID, "--threads", str(2 * cores))
+        self.assertEqual({r["timing"] for r in self.rows()}, {"shared"})
+        self.assertIn(f"With --threads {cores} they would", said.stderr)
+        # Also the reference, beside which no other run is made.
+        self.study(*self.GRID, "--jobs", "2", "--threads", str(cores + 1), "--quiet")
+        self.assertEqual({r["timing"] for r in self.rows()}, {"shared"})
 
     def test_interrupted_and_resumed(self):
         grid = ["--integrators", "verlet,midpoint", "--steps", "2e-4,4e-4,1e-3", "--frames", "none",
@@ -899,10 +1071,65 @@ class Diff(StudyTest):
         begun = {"message": "The study has not ended", "runs": [{"directory": "midpoint-0.005"}]}
         for text, part in (("{", "not the study.json"), ("[]", "not the study.json"),
                            ('{"runs": 3}', "not the study.json"), (json.dumps(begun), "--resume"),
-                           ('{"runs": [{"integrator": 3}]}', "entry 1 of runs"),
-                           ('{"runs": [{"integrator": "a", "step": "b"}]}', "entry 1 of runs")):  # fmt: skip
+                           ('{"runs": [{"integrator": 3}]}', '"scene" is missing')):  # fmt: skip
             self.write("broken.json", text)
             self.assertIn(part, self.refused(3, "study", "diff", "a", "broken.json"))
+
+    def test_damaged_members(self):
+        self.make("a", "--integrators", "midpoint", "--steps", "5e-3")
+        with open(self.path("a", "study.json")) as file:
+            whole = json.load(file)
+
+        def without(key):
+            return {k: v for k, v in whole.items() if k != key}
+
+        def with_run(**values):
+            run = {k: v for k, v in {**whole["runs"][0], **values}.items() if v != "missing"}
+            return {**whole, "runs": [run]}
+
+        for damaged, part in (
+            (without("reference"), '"reference" is missing'),
+            (without("scene"), '"scene" is missing'),
+            (without("error"), '"error" is missing'),
+            ({**whole, "error": 3}, '"error" is not a text'),
+            ({**whole, "reference": 3}, 'in "reference", it is not a table'),
+            ({**whole, "reference": {"integrator": "midpoint"}}, '"step" is missing'),
+            ({**whole, "reference": {"integrator": "midpoint", "step": -1}}, "not a positive number"),
+            ({**whole, "runs": []}, '"runs" is empty'),
+            ({**whole, "runs": [3]}, 'in entry 1 of "runs", it is not a table'),
+            (with_run(status=3), '"status" is not a text'),
+            (with_run(status="great"), '"status" is "great", which is none of ok, unstable'),
+            (with_run(wall_seconds="x"), '"wall_seconds" is not a number'),
+            (with_run(position_error="missing"), '"position_error" is missing'),
+            (with_run(step=None), '"step" is not a positive number'),
+            (with_run(step="b"), '"step" is not a number'),
+            (with_run(integrator=""), '"integrator" is empty'),
+            (with_run(role=None), '"role" is not a text'),
+            ({**whole, "interrupted": True}, "has not ended: it was interrupted"),
+            (with_run(status="interrupted"), "has not ended: it was interrupted"),
+        ):
+            self.write("broken.json", json.dumps(damaged))
+            for arguments in (("a", "broken.json"), ("broken.json", "a")):
+                message = self.refused(3, "study", "diff", *arguments)
+                self.assertIn(part, message)
+                self.assertIn("broken.json: ", message)
+
+    def test_an_interrupted_study_is_refused(self):
+        self.make("a", "--integrators", "midpoint", "--steps", "5e-3")
+        scene = self.write("beam.toml", BEAM)
+        with subprocess.Popen(
+            [PROGRAM, "study", scene, "--out", "s", "--no-plots", "--quiet", "--steps", "1e-5",
+             "--integrators", "midpoint", "--frames", "none", "--set", "time.end=100"],
+            cwd=self.folder, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+        ) as process:  # fmt: skip
+            history = self.path("s", "midpoint-1e-05", "history.csv")
+            while process.poll() is None and not os.path.exists(history):
+                time.sleep(0.01)
+            process.send_signal(signal.SIGINT)
+            process.wait(timeout=60)
+        message = self.refused(3, "study", "diff", "a", "s")
+        self.assertIn("the study has not ended: it was interrupted", message)
+        self.assertIn("--resume", message)
         self.assertIn("B is required", self.refused(2, "study", "diff", "a"))
 
     def test_options_and_scenes_of_a_study(self):

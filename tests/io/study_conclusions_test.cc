@@ -210,22 +210,22 @@ StudyResult two_meshes() {
     result.variants.push_back({variant, {}});
   }
   for (const std::string mesh : {"coarse", "fine"}) {
-    MeshReference reference;
+    VariantReference reference;
     reference.variant = mesh + ", soft";
     reference.variants = {mesh + ", soft", mesh + ", hard"};
     reference.status = RunStatus::kFinished;
     reference.directory = mesh;
     reference.error = mesh == "fine" ? 3e-3 : 1e-5;
-    result.mesh_references.push_back(reference);
+    result.references.push_back(reference);
   }
   return result;
 }
 
 TEST(StudyConclusions, AreDrawnForEachMesh) {
   StudyResult result = two_meshes();
-  const std::string meshes = on(result, "Meshes");
-  expect_part(meshes, "The study has 2 meshes.");
-  expect_part(meshes, "The variants fine, soft and fine, hard have the same mesh.");
+  const std::string meshes = on(result, "Variants");
+  expect_part(meshes, "The study has 2 references.");
+  expect_part(meshes, "The variants fine, soft and fine, hard share the reference of the first");
   expect_part(meshes, "The stability limit of fine, soft is 0.5 times that of coarse, soft.");
   expect_part(meshes, "fine, soft takes 8 times the wall time of coarse, soft.");
   expect_part(meshes, "--error probe.NAME");
@@ -236,10 +236,20 @@ TEST(StudyConclusions, AreDrawnForEachMesh) {
   expect_part(on(result, "Limits of the comparison: fine, soft"), "is estimated at 3e-3");
   expect_part(on(result, "Variants: fine, soft"), "those of the variant fine, soft");
   result.error_probe = "tip";
-  result.mesh_references[1].probe_difference = 0.02;
-  expect_part(on(result, "Meshes"),
+  result.references[1].difference.probe = 0.02;
+  expect_part(on(result, "Variants"),
               "The probe tip of the reference of fine, soft differs by up to 0.02 from that of "
               "coarse, soft");
+  expect_no_part(on(result, "Variants"), "The positions of the reference");
+  result.error_probe.clear();
+  result.references[1].difference.position = 0.25;
+  result.references[1].difference.position_rms = 0.5;
+  const std::string same_mesh = on(result, "Variants");
+  expect_part(same_mesh,
+              "The positions of the reference of fine, soft differ from those of coarse, soft by "
+              "0.25 at the end and by 0.5 over the whole time");
+  expect_part(same_mesh, "the errors of the two references in time are estimated at 3e-3 and 1e-5");
+  expect_no_part(same_mesh, "--error probe.NAME");
 }
 
 TEST(StudyWriter, EachRowHasTheReferenceOfItsMesh) {
@@ -315,8 +325,53 @@ TEST(StudyConclusions, DoubtAnEstimateWithoutItsOrder) {
   StudyResult result = two_rules();
   result.rows[1].observed_order = 2.01;
   expect_no_part(on(result, "Limits of the comparison"), "uncertain");
+  expect_no_part(on(result, "Limits of the comparison"), "No order was observed");
   result.rows[1].observed_order = 1.0;
-  expect_part(on(result, "Limits of the comparison"), "the estimate is uncertain");
+  expect_part(on(result, "Limits of the comparison"),
+              "show the order 1.00 instead, so that the estimate is uncertain");
+}
+
+// Two runs, of which one is the reference, show no order, neither a right nor a wrong one.
+TEST(StudyConclusions, SayNothingOfOrdersThatWereNotObserved) {
+  StudyResult result = two_rules();
+  result.rows.resize(2);
+  result.rows[0].role = StudyRole::kReference;
+  result.rows[0].position_error = 0.0;
+  const std::string text = on(result, "Limits of the comparison");
+  expect_part(text,
+              "from the finest other run of its integrator and the theoretical order 2. No order "
+              "was observed that could confirm the estimate.");
+  expect_no_part(text, "do not show");
+  expect_no_part(text, "instead");
+}
+
+TEST(StudyConclusions, TellRunsThatAreEqualFromWrongOrders) {
+  StudyResult result = two_rules();
+  result.extrapolation = ReferenceExtrapolation{};
+  result.extrapolation->is_valid = false;
+  result.extrapolation->is_exact = true;
+  result.extrapolation->reason = "the runs differ by 1e-12 and 2e-12 only";
+  const std::string text = on(result, "Limits of the comparison");
+  expect_part(text, "not extrapolated, because the runs differ by 1e-12 and 2e-12 only.");
+  expect_part(text, "from its difference from the run with twice its step.");
+  expect_no_part(text, "uncertain");
+}
+
+TEST(StudyConclusions, NameTheProbeThatIsNotExtrapolated) {
+  StudyResult result = two_rules();
+  result.error_probe = "speed";
+  for (StudyRow& row : result.rows) row.probe_error = row.position_error;
+  result.extrapolation = ReferenceExtrapolation{};
+  result.extrapolation->probe_is_valid = false;
+  result.extrapolation->probe_reason = "the observed order of the probe is 1.00";
+  EXPECT_EQ(reference_name(result), "verlet with h = 1e-5 s");
+  const std::string text = on(result, "Limits of the comparison");
+  expect_part(text,
+              "The reference of the probe speed is not extrapolated, because the observed order of "
+              "the probe is 1.00.");
+  expect_no_part(text, "The reference is not extrapolated");
+  result.error_probe.clear();
+  EXPECT_EQ(reference_name(result).substr(0, 24), "Richardson extrapolation");
 }
 
 TEST(StudyConclusions, SayWhetherTheReferenceIsExtrapolated) {

@@ -1,6 +1,8 @@
 """Equilibria, modes and studies."""
 
 import os
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -37,6 +39,31 @@ def test_modes(beam):
     assert tt.modes(beam, 8).kinds == ["rigid"] * 6 + ["elastic"] * 2
     with pytest.raises(tt.InputError):
         tt.modes(beam, 0)
+
+
+INTERRUPTED = """
+import signal, os, threading, time
+import tetraction as tt
+scene = tt.Scene(mesh={"generate": {"kind": "beam", "size": [1.0, 0.2, 0.2], "cells": [60, 12, 12]}},
+                 material=tt.Material(youngs_modulus=1e5, poissons_ratio=0.3, density=1000))
+tt.modes(scene, 1)
+def interrupt():
+    time.sleep(1)
+    os.kill(os.getpid(), signal.SIGINT)
+threading.Thread(target=interrupt).start()
+try:
+    tt.modes(scene, 9000)
+except KeyboardInterrupt:
+    tt.modes(scene, 1)  # can be used again
+    print("interrupted")
+"""
+
+
+def test_an_interrupt_ends_the_search_of_modes():
+    """The search for so many modes would take hours, in which no function of Python is called."""
+    result = subprocess.run([sys.executable, "-c", INTERRUPTED], timeout=300, capture_output=True,
+                            text=True)  # fmt: skip
+    assert (result.returncode, result.stdout) == (0, "interrupted\n"), result.stderr
 
 
 def test_study(beam, tmp_path):
@@ -80,3 +107,12 @@ def test_meshes(tmp_path, beam):
     assert "displacement" in mesh.point_arrays and not mesh.is_quadratic
     with pytest.raises(tt.FileError, match="none.vtu"):
         tt.read_mesh(tmp_path / "none.vtu")
+
+
+def test_equal_tetrahedra_are_refused(beam, cube):
+    points, tetrahedra = cube
+    again = np.vstack([tetrahedra, tetrahedra[2, [1, 2, 0, 3]]])
+    with pytest.raises(tt.InputError, match="Tetrahedra 2 and 6 have the same vertices"):
+        tt.Session(beam, points, again)
+    with pytest.raises(tt.InputError, match="the same vertices"):
+        tt.Mesh(points, again.astype(np.int32))

@@ -1,6 +1,8 @@
 """Materials and force fields that are written in Python."""
 
+import gc
 import json
+import weakref
 
 import numpy as np
 import pytest
@@ -245,3 +247,45 @@ def test_a_law_cannot_use_its_own_session(beam):
     with pytest.raises(tt.InputError, match="its own session"):
         sessions[0].step()
     del sessions[:]
+
+
+def test_functions_that_refer_to_their_session_are_collected(beam):
+    """The law, the field and an edit of a session know the session, which Python can see and collect."""
+    alive = []
+
+    def make():
+        known = {}
+
+        def energy(F):
+            known.get("session")
+            return neo_hookean_energy(F)
+
+        zero = (lambda m, q: np.zeros(len(m)), lambda m, q: np.zeros((len(m), 3)),
+                lambda m, q: np.zeros((len(m), 3, 3)))  # fmt: skip
+        beam.material = neo_hookean(energy=energy)
+        beam.force_field = [tt.ForceField(lambda m, q: zero[0](m, q) * len(known), *zero[1:])]
+        session = known["session"] = tt.Session(beam)
+        session.step(2)
+        session.apply(tt.SetMaterial(custom=neo_hookean(energy=lambda F: energy(F))))
+        session.step(2)
+        alive.append(weakref.ref(session))
+
+    make()
+    beam.material, beam.force_field = tt.Material(), []
+    gc.collect()
+    assert alive[0]() is None
+
+
+def test_a_law_lives_as_long_as_it_is_used(beam):
+    """Nobody but the session keeps it, also when a checkpoint of another session brings it."""
+    beam.material = neo_hookean()
+    first, second = tt.Session(beam), tt.Session(beam)
+    first.apply(tt.SetMaterial(custom=neo_hookean()))
+    beam.material = tt.Material()
+    first.step(3)
+    second.restore(first.checkpoint())
+    expected = first.step(3), first.positions.copy()
+    del first
+    gc.collect()
+    assert second.step(3) == expected[0]
+    assert np.array_equal(second.positions, expected[1])

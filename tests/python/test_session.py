@@ -401,3 +401,83 @@ def test_results_are_not_mixed(beam, tmp_path):
 def test_wrong_arguments(beam, wrong):
     with pytest.raises(tt.InputError):
         wrong(tt.Session(beam))
+
+
+def test_the_edit_that_was_made_last_counts(beam):
+    """Also where an event of the scene is due at the same time."""
+    def final(event, edit):
+        beam.event = [tt.Event(at=0.02, set={"environment.strength": event})] if event else []
+        session = tt.Session(beam)
+        session.step(10)
+        assert session.time == pytest.approx(0.02)
+        if edit:
+            session.apply(tt.SetEnvironment(strength=edit))
+        session.step(10)
+        return session.positions.copy()
+
+    assert np.array_equal(final(5.0, 2.0), final(None, 2.0))
+    assert not np.array_equal(final(5.0, 2.0), final(5.0, None))
+    # Also before the first step, and for a law written in Python.
+    beam.event = [tt.Event(at=0.0, set={"damping.mass_damping": 5.0})]
+    session = tt.Session(beam)
+    session.set({"damping.mass_damping": 1.0})
+    session.step(20)
+    beam.event = []
+    beam.damping = tt.Damping(mass_damping=1.0)
+    other = tt.Session(beam)
+    other.step(20)
+    assert np.allclose(session.positions, other.positions, rtol=0, atol=1e-9)
+
+
+def test_a_session_goes_on_after_a_later_end(beam):
+    session = tt.Session(beam)
+    session.run()
+    assert session.status == "ok" and session.step(1) == 0
+    session.apply(tt.SetTime(end=0.1))  # not later: nothing to do
+    assert session.status == "ok" and session.step(1) == 0
+    session.apply(tt.SetTime(end=0.3))
+    assert session.status == "running"
+    assert session.step(1000) == 50
+    assert session.status == "ok" and session.time == pytest.approx(0.3)
+    assert len(session.history["step"]) == 151
+
+
+DAEMON = """
+import threading, time
+import numpy as np
+import tetraction as tt
+scene = tt.Scene(
+    mesh={"generate": {"kind": "beam", "size": [1.0, 0.2, 0.2], "cells": [12, 4, 4]}},
+    material=tt.Material(model="neo-hookean", youngs_modulus=1e5, poissons_ratio=0.3, density=1000),
+    time=tt.Time(integrator="midpoint", step=1e-5, end=100.0),
+    environment=tt.Environment(kind="gravity"))
+started = threading.Event()
+def field():
+    zero = lambda m, q: np.zeros(len(m))
+    return tt.ForceField(zero, lambda m, q: np.zeros((len(m), 3)), lambda m, q: np.zeros((len(m), 3, 3)))
+def work(kind):
+    if kind == "field":
+        scene.force_field = [field()]
+    session = tt.Session(scene)
+    started.set()
+    if kind == "run":
+        session.run(observers=[lambda s: None])
+    elif kind == "loop":
+        while True:
+            session.step()
+    else:
+        session.step(10**9)
+thread = threading.Thread(target=work, args=("KIND",), daemon=True)
+thread.start()
+started.wait()
+time.sleep(0.3)
+"""
+
+
+@pytest.mark.parametrize("kind", ["step", "run", "loop", "field"])
+def test_a_daemon_thread_within_a_step_does_not_abort_the_interpreter(kind):
+    for _ in range(3):
+        result = subprocess.run([sys.executable, "-c", DAEMON.replace("KIND", kind)], timeout=120,
+                                capture_output=True, text=True)  # fmt: skip
+        assert result.returncode == 0, result.stderr
+        assert result.stderr == ""

@@ -85,9 +85,9 @@ class Session {
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
 
-  /// Makes an edit between two steps, which takes effect with the next one. The balance records the
-  /// jump of the energy as edit work and the jumps of the momenta as impulses. If the body does not
-  /// allow the edit, InputError is thrown and nothing has changed. `what` is kept in edits().
+  /// Makes an edit between two steps, after the scene's events that are due. It takes effect with the next step. The
+  /// balance records its jumps of energy and momenta as edit work and impulses. If the body does not allow it, InputError
+  /// is thrown and nothing has changed. A run that has ended goes on after a later end. `what` is kept in edits().
   void apply(const Edit& edit, const std::string& what = {});
   /// The edits made so far, including the scene's events.
   const std::vector<AppliedEdit>& edits() const;

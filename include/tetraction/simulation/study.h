@@ -24,7 +24,8 @@ struct StudyVariant {
   std::string name;
   Scene scene;
   std::shared_ptr<const TetMesh> mesh{};  ///< null: the mesh that the study is given
-  std::vector<VariedValue> values{};      ///< what makes it differ from the others
+  /// What makes it differ from the others. Without values it has a reference of its own.
+  std::vector<VariedValue> values{};
   std::string folder{};  ///< begins the names of the folders of its runs; empty: the variant's name
 };
 
@@ -43,8 +44,9 @@ struct SolverComparison {
 /// The runs that a study compares.
 struct StudySettings {
   /// Scenes to run instead of the given one. Each is run with every integrator at every step. It is
-  /// compared with the reference of the first variant that has the same vertices and tetrahedra:
-  /// positions on different meshes cannot be compared. All must have the same end time.
+  /// compared with a reference of its own scene: another material, load or mesh has another exact
+  /// motion. Variants whose `values` differ in keys of the solver only have the same one, and share
+  /// the reference of the first of them. All must have the same end time.
   std::vector<StudyVariant> variants;
   std::vector<Integrator> integrators;  ///< empty: all four
   std::vector<double> steps;  ///< s; empty: 1/4, 1/2, 2, 8 and 32 times h_crit of `explicit`
@@ -87,10 +89,13 @@ struct StudyPlan {
   /// The runs that become rows of the result, sorted by variant, integrator, then step from the
   /// finest up. The comparisons of solvers follow the other runs of their integrator.
   std::vector<PlannedRun> runs;
-  /// One reference for each mesh, in the order of the first variants that have these meshes. It is
-  /// made before the runs that are compared with it.
+  /// In the order of the first variants that are compared with them. Each is made before the runs that
+  /// are compared with it.
   std::vector<PlannedReference> references;
   std::vector<std::size_t> reference_of;  ///< for each variant the index in `references`
+  /// For each reference whether it has the vertices and tetrahedra of the first one, so that the
+  /// positions of the two can be compared.
+  std::vector<bool> has_first_mesh;
 
   std::string error_probe{};           ///< StudySettings::error_probe
   std::vector<ProbeColumns> probes{};  ///< of the first variant
@@ -109,7 +114,8 @@ StudyPlan plan_study(const Scene& scene, const TetMesh& mesh, const StudySetting
 enum class StudyRole {
   kRun,        ///< compared with the reference: the differences are its errors
   kReference,  ///< the others are compared with it; its own differences are zero
-  /// A run of another variant than its reference; its differences are not errors.
+  /// A run of another variant than its reference, with another solver; its differences show what that
+  /// changes.
   kVariant
 };
 
@@ -128,13 +134,26 @@ ReferenceKind reference_kind_from_string(const std::string& name);
 /// |E(h) − E(2h)|/(2^(p+1) − 1), since it is of order p + 1 or higher. This applies to the positions
 /// at the end and at the times of position_error_rms, and to the values of the error probe.
 ///
-/// The observed order is log2(|q(2h) − q(h)|/|q(h) − q(h/2)|). If an observed order differs from p
-/// by more than 0.4, or a run did not reach the end, the extrapolation is not valid. The reference
-/// is then the run with h/2.
+/// The observed order is log2(|q(2h) − q(h)|/|q(h) − q(h/2)|). If that of the positions at the end or
+/// over time differs from p by more than 0.4, or a run did not reach the end, the extrapolation of the
+/// positions is not valid. Their reference is then the run with h/2. The same holds for the error probe
+/// by itself.
+///
+/// Differences that the solver's tolerance or round-off explains show no order, and say nothing against
+/// p. If those at the end or those over time are of that kind, the other ones decide. If both are, there
+/// is nothing to extrapolate: the runs are equal as far as they are exact, the run with h/2 is the
+/// reference, and its error is estimated at the largest of these differences.
 struct ReferenceExtrapolation {
   double step = 0.0;     ///< h, s
-  bool is_valid = true;  ///< whether the reference is the extrapolation
+  bool is_valid = true;  ///< whether the reference of the positions is the extrapolation
   std::string reason{};  ///< why it is not valid, as the end of a sentence
+  /// The same of the error probe. Without one it is valid.
+  bool probe_is_valid = true;
+  std::string probe_reason{};
+  /// Whether the differences of the runs are not above what the solver's tolerance and round-off
+  /// explain: those of the positions at the end and over time, and those of the error probe.
+  bool is_exact = false;
+  bool probe_is_exact = false;
   /// Observed orders of the positions at the end, of those over time, and of the error probe. NaN if
   /// there is none.
   double order_at_end = std::numeric_limits<double>::quiet_NaN();
@@ -142,13 +161,30 @@ struct ReferenceExtrapolation {
   double order_of_probe = std::numeric_limits<double>::quiet_NaN();
   /// Estimated errors of the reference as position_error, position_error_rms and probe_error. They
   /// are those of the extrapolation, or of the run with h/2 if that is the reference:
-  /// |q(h/2) − q(h)|/(2^p − 1). NaN if they are not known. That of the probe includes the error of
+  /// |q(h/2) − q(h)|/(2^p − 1), without the divisor if the run with h/2 is exact. NaN if they are not
+  /// known. That of the probe includes the error of
   /// its linear interpolation between the steps h/2 if a step of the study is no multiple of h/2.
   double error_at_end = std::numeric_limits<double>::quiet_NaN();
   double error_over_time = std::numeric_limits<double>::quiet_NaN();
   double error_of_probe = std::numeric_limits<double>::quiet_NaN();
   /// Error of the run with h/2, |q(h/2) − E(h)|, as position_error. NaN if E is not valid.
   double finest_error_at_end = std::numeric_limits<double>::quiet_NaN();
+
+  /// Whether the errors of the probe, or those of the positions, are differences from the
+  /// extrapolation.
+  bool is_valid_for(bool probe) const { return probe ? probe_is_valid : is_valid; }
+};
+
+/// How far the motion of a variant is from that of the first one: the difference between their
+/// references, relative to the first one. It is no error. All are NaN for the first reference, and if one
+/// of the two did not reach the end.
+struct ReferenceDifference {
+  /// As StudyRow::position_error and position_error_rms. NaN also on another mesh, whose positions cannot
+  /// be compared.
+  double position = std::numeric_limits<double>::quiet_NaN();
+  double position_rms = std::numeric_limits<double>::quiet_NaN();
+  /// As StudyRow::probe_error. NaN also without an error probe.
+  double probe = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// One row of a study.
@@ -165,8 +201,8 @@ struct StudyRow {
   std::string directory;      ///< of the run, relative to the study's
   Index steps = 0;            ///< steps taken
   double wall_seconds = 0.0;  ///< of the time steps alone
-  /// Whether runs that were made at the same time had more threads together than the machine has cores.
-  /// The wall times then say nothing about the run.
+  /// Whether the run, together with those that were made at the same time, had more threads than the
+  /// machine has cores. The wall times then say nothing about the run.
   bool shares_machine = false;
   double seconds_per_simulated_second = 0.0;
   double iterations_per_step = 0.0;
@@ -199,22 +235,20 @@ struct StudyRow {
   int threads = 0;          ///< threads of the parallel loops of the run
   /// What became of the extrapolation. Only the finest run of an extrapolated reference has it.
   std::optional<ReferenceExtrapolation> extrapolation{};
-  /// MeshReference::probe_difference. Only the finest run of a reference has it.
-  double reference_probe_difference = std::numeric_limits<double>::quiet_NaN();
+  /// VariantReference::difference. Only the finest run of a reference has it.
+  ReferenceDifference reference_difference{};
 };
 
-/// The reference of one of the meshes of a study.
-struct MeshReference {
-  std::string variant;                  ///< the first one with this mesh
-  std::vector<std::string> variants{};  ///< all variants with this mesh
+/// The reference of one or several of the variants of a study.
+struct VariantReference {
+  std::string variant;                  ///< the first one that is compared with it
+  std::vector<std::string> variants{};  ///< all variants that are compared with it
   RunStatus status = RunStatus::kRunning;
   std::string directory;
   double error = std::numeric_limits<double>::quiet_NaN();  ///< as StudyResult::reference_error
   std::optional<ReferenceExtrapolation> extrapolation{};    ///< if one was asked for
-  /// The difference of the error probe between this reference and that of the first mesh, as
-  /// probe_error. NaN for the first mesh, without an error probe, and if one of the two references did
-  /// not reach the end.
-  double probe_difference = std::numeric_limits<double>::quiet_NaN();
+  /// From the first reference.
+  ReferenceDifference difference{};
 };
 
 /// The name of a variant and what makes it differ from the others.
@@ -237,9 +271,8 @@ struct StudyResult {
   /// ReferenceExtrapolation says. NaN without such a run.
   double reference_error = std::numeric_limits<double>::quiet_NaN();
   std::optional<ReferenceExtrapolation> extrapolation{};  ///< if one was asked for
-  /// The references of all meshes, if there are several. The first one is that which the other
-  /// members describe.
-  std::vector<MeshReference> mesh_references{};
+  /// All references, if there are several. The first one is that which the other members describe.
+  std::vector<VariantReference> references{};
   std::vector<VariantValues> variants{};  ///< in their order; empty if nothing is varied
   std::vector<StudyRow> rows;          ///< by variant, by integrator, then from the finest step up
   std::vector<std::string> remarks;    ///< remarks for the user, such as a missing reference
@@ -274,8 +307,9 @@ struct StudyMemory {
 /// itself is not small compared with the others, there is no order.
 ///
 /// Runs that `memory` keeps are not made again. The runs of a reference are made again if any run
-/// that is compared with it is, because its motion over time is needed for the comparison. With an
-/// error probe and several meshes this holds for the first reference and all others, too.
+/// that is compared with it is, because its motion over time is needed for the comparison. This also
+/// holds for the first reference and all others, if those can be compared: they have its mesh, or the
+/// study has an error probe.
 ///
 /// Up to `jobs` runs are made at the same time, each with thread_count() threads: the runs of a
 /// reference, then those that are compared with it. The result is the same but for wall times and dates.

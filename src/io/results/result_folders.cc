@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <system_error>
+#include <utility>
 
 #include "io/results/directory_lock.h"
 #include "io/results/run_files.h"
@@ -79,27 +81,57 @@ std::vector<std::string> probe_plots(const fs::path& directory) {
   return plots;
 }
 
-// Folders of runs that study.json names. What is not the name of a folder there is left out.
+constexpr const char* kJournalHead = "run,state\n";
+constexpr const char* kBegun = "begun";
+constexpr const char* kComplete = "complete";
+
+std::string line_of(const std::string& run, const char* state) {
+  return fmt::format("{},{}\n", run, state);
+}
+
+// The runs of the journal of a study with their states. A line that was cut off is left out.
+std::vector<std::pair<std::string, std::string>> read_journal(const fs::path& directory) {
+  const std::string text = read_output((directory / kStudyJournal).string());
+  std::vector<std::pair<std::string, std::string>> runs;
+  std::size_t begin = std::string(kJournalHead).size();
+  if (text.rfind(kJournalHead, 0) != 0) return runs;
+  for (std::size_t end = 0; (end = text.find('\n', begin)) != std::string::npos; begin = end + 1) {
+    const std::string line = text.substr(begin, end - begin);
+    const auto comma = line.rfind(',');
+    if (comma != std::string::npos) {
+      runs.emplace_back(line.substr(0, comma), line.substr(comma + 1));
+    }
+  }
+  return runs;
+}
+
+// Folders of runs that the journal of a study or study.json names. What is not the name of a folder there
+// is left out.
 std::vector<fs::path> folders_of_study(const fs::path& directory) {
   const auto json = read_study(directory);
   std::vector<fs::path> folders;
-  const auto add = [&](const nlohmann::json& run) {
-    if (!run.is_object() || !run.contains("directory") || !run["directory"].is_string()) return;
-    const fs::path name(run["directory"].get<std::string>());
+  std::set<std::string> known;  // the reference is one of the runs, too
+  const auto add = [&](const std::string& run) {
+    const fs::path name(run);
     if (name.empty() || name != name.filename() || name == "." || name == "..") return;
+    if (!known.insert(run).second) return;
     // The folder behind a link is not the study's.
     std::error_code error;
     // A run without frames that was interrupted has only its history.
     if (fs::is_symlink(directory / name, error)) return;
     const fs::path folder = directory / name;
-    // The reference is one of the runs, too.
-    if (std::find(folders.begin(), folders.end(), folder) != folders.end()) return;
     if (is_there(folder / "history.csv")) folders.push_back(folder);
   };
+  const auto add_entry = [&](const nlohmann::json& run) {
+    if (!run.is_object() || !run.contains("directory") || !run["directory"].is_string()) return;
+    add(run["directory"].get<std::string>());
+  };
+  for (const auto& [run, state] : read_journal(directory)) add(run);
   if (!json.is_object()) return folders;
-  if (json.contains("reference")) add(json["reference"]);
-  if (json.contains("runs") && json["runs"].is_array()) {
-    for (const auto& run : json["runs"]) add(run);
+  if (json.contains("reference")) add_entry(json["reference"]);
+  for (const char* list : {"references", "runs"}) {
+    if (!json.contains(list) || !json[list].is_array()) continue;
+    for (const auto& run : json[list]) add_entry(run);
   }
   return folders;
 }
@@ -188,6 +220,7 @@ bool remove_study(const std::string& directory) {
       for (const char* ending : kPlotEndings) remove_output((root / (plot + ending)).string());
     }
     remove_output((root / kStudyPage).string());
+    remove_output((root / kStudyJournal).string());
     remove_output((root / "study.csv").string());
     remove_output((root / "study.json").string());
   } catch (const fs::filesystem_error& error) {
@@ -199,22 +232,50 @@ bool remove_study(const std::string& directory) {
   return true;
 }
 
-void remove_other_runs(const std::string& directory, const std::vector<std::string>& kept) {
+void remove_other_runs(const std::string& directory, const std::set<std::string>& kept) {
   for (const fs::path& folder : folders_of_study(directory)) {
-    const std::string name = folder.filename().string();
-    if (std::find(kept.begin(), kept.end(), name) == kept.end()) remove_results_of_run(folder);
+    if (!kept.contains(folder.filename().string())) remove_results_of_run(folder);
   }
 }
 
-void write_study_begun(const std::string& directory, const std::vector<std::string>& runs) {
+StudyJournal::StudyJournal(const std::string& directory, const std::set<std::string>& begun,
+                           const std::set<std::string>& complete)
+    : file_(directory + "/" + kStudyJournal, [&] {
+        std::string text = kJournalHead;
+        for (const std::string& run : begun) {
+          text += line_of(run, complete.contains(run) ? kComplete : kBegun);
+        }
+        return text;
+      }()) {}
+
+void StudyJournal::begin(const std::string& run) {
+  file_.add(line_of(run, kBegun));
+  file_.flush();
+}
+
+void StudyJournal::complete(const std::string& run) {
+  file_.add(line_of(run, kComplete));
+  file_.flush();
+}
+
+void write_study_begun(const std::string& directory) {
   nlohmann::ordered_json json;
   json["version"] = version();
   json["message"] = "The study has not ended: it runs, or was cut off.";
   json["runs"] = nlohmann::ordered_json::array();
-  for (const std::string& run : runs) json["runs"].push_back({{"directory", run}});
-  write_text_file(
-      directory + "/study.json",
-      json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
+  write_text_file(directory + "/study.json", json.dump(2) + "\n");
+}
+
+std::set<std::string> completed_runs(const std::string& directory) {
+  std::set<std::string> runs;
+  for (const auto& [run, state] : read_journal(directory)) {
+    if (state == kComplete) {
+      runs.insert(run);
+    } else {
+      runs.erase(run);  // it is made again
+    }
+  }
+  return runs;
 }
 
 }  // namespace tetraction

@@ -1,9 +1,11 @@
 // Prevents the results of one run or study from mixing with those of another.
 #pragma once
 
+#include <set>
 #include <string>
 #include <vector>
 
+#include "io/text/output_file.h"
 #include "tetraction/simulation/scene.h"
 
 namespace tetraction {
@@ -25,16 +27,39 @@ void check_folder_of_study(const Scene& scene, const std::string& directory);
 void check_folder_of_modes(const Scene& scene, const std::string& directory);
 
 /// Deletes the results of an earlier study in `directory`: study.csv, study.json, study.html, the plots, and the
-/// results in the folders of the runs that study.json names. Other files stay. Returns whether there
-/// was a study. Throws OutputError if something cannot be deleted.
+/// results in the folders of the runs that its journal and study.json name. Other files stay. Returns whether
+/// there was a study. Throws OutputError if something cannot be deleted.
 bool remove_study(const std::string& directory);
 
-/// Deletes the results in the folders of the runs that study.json names, except those in these
-/// folders. Throws OutputError.
-void remove_other_runs(const std::string& directory, const std::vector<std::string>& kept);
+/// Deletes the results in the folders of the runs that journal and study.json name, except those in
+/// these folders. Throws OutputError.
+void remove_other_runs(const std::string& directory, const std::set<std::string>& kept);
 
-/// Writes a study.json that names the runs begun so far, so that a study that is cut off can be told
+/// The file in the directory of a study that names the folders of its runs.
+inline constexpr const char* kStudyJournal = "study_runs.csv";
+
+/// The journal of a study: a table of its runs in the order in which they begin and are complete. It grows
+/// by a line at a time, so that the work does not grow with the number of runs, and it has all of them
+/// whenever the program is killed.
+class StudyJournal {
+ public:
+  /// Begins the file anew with runs that are there already. Throws OutputError, as the functions do.
+  StudyJournal(const std::string& directory, const std::set<std::string>& begun,
+               const std::set<std::string>& complete);
+
+  /// To be called before the folder of a run is made.
+  void begin(const std::string& run);
+  void complete(const std::string& run);
+
+ private:
+  RowFile file_;
+};
+
+/// The runs that are complete as the journal in this directory says.
+std::set<std::string> completed_runs(const std::string& directory);
+
+/// Writes a study.json that says that the study has not ended, so that a study that is cut off can be told
 /// from other files and deleted by the next one. Throws OutputError.
-void write_study_begun(const std::string& directory, const std::vector<std::string>& runs);
+void write_study_begun(const std::string& directory);
 
 }  // namespace tetraction

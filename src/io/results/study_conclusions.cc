@@ -78,12 +78,13 @@ class Conclusions {
     }
   }
 
-  std::vector<StudyConclusion> of_meshes() {
+  std::vector<StudyConclusion> of_references() {
     if (result_.rows.empty()) return {};
-    add("Meshes", meshes());
-    for (const MeshReference& reference : result_.mesh_references) {
-      for (StudyConclusion& own : study_conclusions(part_of_mesh(result_, reference))) {
-        own.topic += ": " + reference.variant;
+    add("Variants", references());
+    const std::vector<StudyResult> parts = parts_of_study(result_);
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      for (StudyConclusion& own : study_conclusions(parts[i])) {
+        own.topic += ": " + result_.references[i].variant;
         conclusions_.push_back(std::move(own));
       }
     }
@@ -174,15 +175,17 @@ class Conclusions {
     const auto all = static_cast<std::ptrdiff_t>(compared_.size());
     if (alone == all) return {};
     const std::string advice =
-        "Make the study again without --resume and with --jobs 1, or with so many --jobs and "
-        "--threads that their product is at most the number of cores.";
+        "Make the study again without --resume and with --jobs 1, or with so many --jobs, and "
+        "with so many --threads that their product is at most the number of cores.";
     return {
         alone == 0
             ? fmt::format("Nothing is said of cost, because timings are missing: all runs shared "
-                          "the cores of the machine with others. {}",
+                          "the cores of the machine with others, or had more threads than cores. "
+                          "{}",
                           advice)
             : fmt::format("The wall times of {} of {} runs do not count here, because these runs "
-                          "shared the cores of the machine with others. {}",
+                          "shared the cores of the machine with others, or had more threads than "
+                          "cores. {}",
                           all - alone, all, advice)};
   }
 
@@ -383,8 +386,7 @@ class Conclusions {
     std::string reason = "its errors do not grow with the step";
     if (runs.size() < 2) {
       reason = "fewer than two of its runs have an error";
-    } else if ((integrator != result_.reference_integrator ||
-                (result_.extrapolation && result_.extrapolation->is_valid)) &&
+    } else if ((integrator != result_.reference_integrator || is_extrapolated(result_)) &&
                error_of(*runs.front()) < kAboveReference * known_reference_error()) {
       reason = "the reference's own error is not small beside its errors";
     }
@@ -398,11 +400,18 @@ class Conclusions {
           "The study was interrupted. What is said here is about the runs before that.");
     }
     const std::string reference = reference_name(result_);
-    if (result_.extrapolation && !result_.extrapolation->is_valid) {
-      sentences.push_back(
-          fmt::format("The reference is not extrapolated, because {}. The run with the smallest of "
-                      "the three steps is the reference.",
-                      result_.extrapolation->reason));
+    if (result_.extrapolation) {
+      const ReferenceExtrapolation& found = *result_.extrapolation;
+      const char* finest = "The run with the smallest of the three steps is the reference.";
+      if (!found.is_valid) {
+        sentences.push_back(
+            fmt::format("The reference is not extrapolated, because {}. {}", found.reason, finest));
+      }
+      if (!found.probe_is_valid && found.probe_reason != found.reason) {
+        sentences.push_back(
+            fmt::format("The reference of the probe {} is not extrapolated, because {}. {}",
+                        result_.error_probe, found.probe_reason, finest));
+      }
     }
     if (result_.reference_status != RunStatus::kFinished) {
       sentences.push_back(fmt::format(
@@ -439,35 +448,65 @@ class Conclusions {
   // How large the known error of the reference is, and where this comes from.
   std::string of_reference_error(const std::string& reference) const {
     const std::string error = short_number(result_.reference_error);
-    if (result_.extrapolation && result_.extrapolation->is_valid) {
+    const int theory = order(result_.reference_integrator);
+    if (is_extrapolated(result_)) {
       const ReferenceExtrapolation& found = *result_.extrapolation;
-      return fmt::format(
+      std::string text = fmt::format(
           "All errors are differences from the reference, the {}. Its own error is estimated at "
-          "{}, "
-          "from the extrapolation with twice the steps. That of its finest run is {} at the end. "
-          "The three runs show the order {:.2f} at the end and {:.2f} over time; the theoretical "
-          "order is {}.",
-          reference, error, short_number(found.finest_error_at_end), found.order_at_end,
-          found.order_over_time, order(result_.reference_integrator));
+          "{}, from the extrapolation with twice the steps.",
+          reference, error);
+      if (std::isfinite(found.finest_error_at_end)) {
+        text += fmt::format(" That of its finest run is {} at the end.",
+                            short_number(found.finest_error_at_end));
+      }
+      const auto shown = [](double value) {
+        return std::isfinite(value) ? fmt::format("{:.2f}", value) : std::string("none");
+      };
+      return text + fmt::format(
+                        " The three runs show the order {} at the end and {} over time{}; the "
+                        "theoretical order is {}.",
+                        shown(found.order_at_end), shown(found.order_over_time),
+                        result_.error_probe.empty()
+                            ? ""
+                            : fmt::format(", and {} of the probe", shown(found.order_of_probe)),
+                        theory);
     }
-    const bool is_uncertain = result_.extrapolation || !reference_shows_its_order();
-    return fmt::format(
-        "All errors are differences from the reference, {}. Its own error is estimated at {}, from "
-        "the finest other run of its integrator and the theoretical order{}.",
-        reference, error,
-        is_uncertain ? "; the runs of this integrator do not show that order, so that the estimate "
-                       "is uncertain"
-                     : "");
+    const std::string text = fmt::format(
+        "All errors are differences from the reference, {}. Its own error is estimated "
+        "at {}, from ",
+        reference, error);
+    if (result_.extrapolation) {
+      const ReferenceExtrapolation& found = *result_.extrapolation;
+      const bool is_exact = result_.error_probe.empty() ? found.is_exact : found.probe_is_exact;
+      return text + (is_exact ? "its difference from the run with twice its step."
+                              : "the finest other run of its integrator and the theoretical order. "
+                                "The three runs do not show that order, so that the estimate is "
+                                "uncertain.");
+    }
+    const std::optional<double> found = order_of_the_reference();
+    const std::string source = "the finest other run of its integrator and the theoretical order";
+    if (!found) {
+      return text + source +
+             fmt::format(" {}. No order was observed that could confirm the estimate.", theory);
+    }
+    if (std::abs(*found - theory) > 2 * kOrderTolerance) {
+      return text + source +
+             fmt::format(
+                 " {}. The runs of this integrator show the order {:.2f} instead, so that "
+                 "the estimate is uncertain.",
+                 theory, *found);
+    }
+    return text + source + ".";
   }
 
-  // Whether the finest pair of other runs of the reference's integrator has about its order.
-  bool reference_shows_its_order() const {
+  // The observed order of the finest pair of other runs of the reference's integrator.
+  std::optional<double> order_of_the_reference() const {
     for (const StudyRow* row : first_variant_) {
       if (row->integrator == result_.reference_integrator && std::isfinite(row->observed_order)) {
-        return std::abs(row->observed_order - order(row->integrator)) <= 2 * kOrderTolerance;
+        return row->observed_order;
       }
     }
-    return false;
+    return {};
   }
 
   // Of each integrator the range of a number over its runs that finished.
@@ -596,7 +635,8 @@ class Conclusions {
     if (names.size() < 2) return sentences;
     sentences.push_back(fmt::format(
         "The statements above on accuracy, orders and conservation are those of the variant {}, "
-        "whose run is the reference. Differences of the other variants from it are not errors.",
+        "whose run is the reference. The other variants differ from it in keys that leave the "
+        "exact motion as it is. Their differences from the reference show what these keys change.",
         names.front()));
     for (std::size_t i = 1; i < names.size(); ++i) compare_variant(names[i], sentences);
     return sentences;
@@ -639,44 +679,64 @@ class Conclusions {
     }
   }
 
-  // What differs between the meshes of the study.
-  Sentences meshes() const {
-    const std::vector<MeshReference>& references = result_.mesh_references;
+  // What differs between the variants that have references of their own.
+  Sentences references() const {
+    const std::vector<VariantReference>& references = result_.references;
+    const VariantReference& first = references.front();
     Sentences sentences;
     sentences.push_back(fmt::format(
-        "The study has {} meshes. Positions of the vertices of different meshes cannot be "
-        "compared. "
-        "Therefore each mesh has a reference of its own, and all errors are differences from the "
-        "reference of the same mesh.",
+        "The study has {} references. Variants whose exact motions differ, as with other "
+        "materials, loads or meshes, are not compared with one reference. All errors are "
+        "differences from the reference of the same variant.",
         references.size()));
-    for (const MeshReference& reference : references) {
+    bool has_other_meshes = false;
+    for (const VariantReference& reference : references) {
+      has_other_meshes = has_other_meshes || (&reference != &first && is_finished(reference) &&
+                                              !std::isfinite(reference.difference.position));
       if (reference.variants.size() < 2) continue;
-      sentences.push_back(
-          fmt::format("The variants {} have the same mesh.", enumeration(reference.variants)));
+      sentences.push_back(fmt::format("The variants {} share the reference of the first of them.",
+                                      enumeration(reference.variants)));
     }
-    if (result_.error_probe.empty()) {
+    if (result_.error_probe.empty() && has_other_meshes && is_finished(first)) {
       sentences.emplace_back(
           "The errors do not say how far the motions on different meshes are from each other. "
           "--error probe.NAME compares the values of a probe.");
     }
-    for (const MeshReference& reference : references) {
-      if (!std::isfinite(reference.probe_difference)) continue;
-      std::string text = fmt::format(
-          "The probe {} of the reference of {} differs by up to {} from that of {}, relative to "
-          "the "
-          "largest value of the latter",
-          result_.error_probe, reference.variant, short_number(reference.probe_difference),
-          references.front().variant);
-      if (std::isfinite(reference.error) && std::isfinite(references.front().error)) {
-        text += fmt::format("; the errors of the two references in time are estimated at {} and {}",
-                            short_number(reference.error), short_number(references.front().error));
+    for (const VariantReference& reference : references) {
+      const ReferenceDifference& difference = reference.difference;
+      std::string text;
+      if (std::isfinite(difference.position)) {
+        text = fmt::format(
+            "The positions of the reference of {} differ from those of {} by {} at the end and by "
+            "{} over the whole time (root mean square), relative to the displacement of the latter",
+            reference.variant, first.variant, short_number(difference.position),
+            short_number(difference.position_rms));
+        if (result_.error_probe.empty()) text += errors_of(reference);
+        sentences.push_back(text + ".");
       }
-      sentences.push_back(text + ".");
+      if (!std::isfinite(difference.probe)) continue;
+      sentences.push_back(
+          fmt::format("The probe {} of the reference of {} differs by up to {} from that of {}, "
+                      "relative to the largest value of the latter{}.",
+                      result_.error_probe, reference.variant, short_number(difference.probe),
+                      first.variant, errors_of(reference)));
     }
     for (std::size_t i = 1; i < references.size(); ++i) {
       compare_variant(references[i].variant, sentences);
     }
     return sentences;
+  }
+
+  static bool is_finished(const VariantReference& reference) {
+    return reference.status == RunStatus::kFinished;
+  }
+
+  // The errors of a reference and of the first one, if they are known.
+  std::string errors_of(const VariantReference& reference) const {
+    const double first = result_.references.front().error;
+    if (!std::isfinite(reference.error) || !std::isfinite(first)) return {};
+    return fmt::format("; the errors of the two references in time are estimated at {} and {}",
+                       short_number(reference.error), short_number(first));
   }
 
   const StudyResult& result_;
@@ -688,31 +748,45 @@ class Conclusions {
 }  // namespace
 
 std::vector<StudyConclusion> study_conclusions(const StudyResult& result) {
-  return result.mesh_references.size() < 2 ? Conclusions(result).all()
-                                           : Conclusions(result).of_meshes();
+  return result.references.size() < 2 ? Conclusions(result).all()
+                                      : Conclusions(result).of_references();
 }
 
-const MeshReference* reference_of_variant(const StudyResult& result, const std::string& variant) {
-  for (const MeshReference& reference : result.mesh_references) {
-    const std::vector<std::string>& names = reference.variants;
-    if (std::find(names.begin(), names.end(), variant) != names.end()) return &reference;
+std::map<std::string, std::size_t> references_of_variants(const StudyResult& result) {
+  std::map<std::string, std::size_t> places;
+  for (std::size_t i = 0; i < result.references.size(); ++i) {
+    for (const std::string& variant : result.references[i].variants) places.emplace(variant, i);
   }
-  return nullptr;
+  return places;
 }
 
-StudyResult part_of_mesh(const StudyResult& result, const MeshReference& reference) {
-  StudyResult part = result;
-  part.mesh_references.clear();
-  std::erase_if(part.rows, [&](const StudyRow& row) {
-    const MeshReference* own = reference_of_variant(result, row.variant);
-    return own == nullptr || own->variant != reference.variant;
-  });
-  part.reference_status = reference.status;
-  part.reference_directory = reference.directory;
-  part.reference_error = reference.error;
-  part.extrapolation = reference.extrapolation;
-  part.stable_step = std::numeric_limits<double>::quiet_NaN();  // that of the first variant
-  return part;
+std::vector<StudyResult> parts_of_study(const StudyResult& result) {
+  StudyResult empty;
+  empty.end = result.end;
+  empty.reference_integrator = result.reference_integrator;
+  empty.reference_step = result.reference_step;
+  empty.is_interrupted = result.is_interrupted;
+  empty.error_probe = result.error_probe;
+  empty.probes = result.probes;
+  empty.stable_step = std::numeric_limits<double>::quiet_NaN();  // that of the first variant
+  std::vector<StudyResult> parts(result.references.size(), empty);
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const VariantReference& reference = result.references[i];
+    parts[i].reference_status = reference.status;
+    parts[i].reference_directory = reference.directory;
+    parts[i].reference_error = reference.error;
+    parts[i].extrapolation = reference.extrapolation;
+  }
+  const std::map<std::string, std::size_t> places = references_of_variants(result);
+  for (const StudyRow& row : result.rows) {
+    const auto found = places.find(row.variant);
+    if (found != places.end()) parts[found->second].rows.push_back(row);
+  }
+  return parts;
+}
+
+bool is_extrapolated(const StudyResult& result) {
+  return result.extrapolation && result.extrapolation->is_valid_for(!result.error_probe.empty());
 }
 
 std::string enumeration(const std::vector<std::string>& words) {
@@ -750,7 +824,7 @@ std::string run_label(const StudyRow& row) {
 std::string reference_name(const StudyResult& result) {
   const std::string rule = to_string(result.reference_integrator);
   const std::string finest = short_number(result.reference_step);
-  if (!result.extrapolation || !result.extrapolation->is_valid) {
+  if (!is_extrapolated(result)) {
     return fmt::format("{} with h = {} s", rule, finest);
   }
   return fmt::format("Richardson extrapolation of {} with h = {} s and {} s", rule,

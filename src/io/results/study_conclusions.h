@@ -1,6 +1,7 @@
 // What follows from the numbers of a step-size study, in words.
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -15,8 +16,8 @@ struct StudyConclusion {
 };
 
 /// The conclusions of a study, in plain text. A topic about which the numbers say nothing is left
-/// out. With variants of the scene, only runs of the first one have errors and orders. With several
-/// meshes this holds for each mesh, and each has its own conclusions.
+/// out. With several references each has its own conclusions, on the first variant that is compared with
+/// it.
 std::vector<StudyConclusion> study_conclusions(const StudyResult& result);
 
 /// "a", "a and b", "a, b and c".
@@ -32,11 +33,14 @@ std::string run_label(const StudyRow& row);
 /// with h = 1e-4 s and 5e-5 s".
 std::string reference_name(const StudyResult& result);
 
-/// The reference that the runs of a variant are compared with. nullptr if the study has only one.
-const MeshReference* reference_of_variant(const StudyResult& result, const std::string& variant);
+/// For each variant its place in StudyResult::references. Empty if the study has only one reference.
+std::map<std::string, std::size_t> references_of_variants(const StudyResult& result);
 
-/// The part of a study with several meshes that belongs to one of them, as a study of its own.
-StudyResult part_of_mesh(const StudyResult& result, const MeshReference& reference);
+/// For each of StudyResult::references the part of the study that belongs to it, as a study of its own.
+std::vector<StudyResult> parts_of_study(const StudyResult& result);
+
+/// Whether the error that the orders are computed from is a difference from an extrapolation.
+bool is_extrapolated(const StudyResult& result);
 
 /// What the steps of the explicit integrators are compared with: whether this step is longer than
 /// the stability limit of the run's row.

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <initializer_list>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -13,6 +14,7 @@
 #include "core/quoting.h"
 #include "io/text/output_file.h"
 #include "tetraction/core/error.h"
+#include "tetraction/simulation/study.h"
 
 namespace tetraction {
 namespace {
@@ -35,21 +37,78 @@ double number_in(const Json& json, const char* key) {
                                                                          : kNone;
 }
 
-StudyDiffRow row_of(const Json& run) {
+// The members of a study.json that a comparison needs. A file without them is damaged.
+class Reader {
+ public:
+  Reader(const std::string& file, std::string place) : file_(file), place_(std::move(place)) {}
+
+  [[noreturn]] void fail(const std::string& what) const {
+    throw FileError(
+        fmt::format("{}: this is not the study.json of a study: {}{}.", file_, place_, what));
+  }
+  const Json& member(const Json& json, const char* key) const {
+    if (!json.contains(key)) fail(fmt::format("\"{}\" is missing", key));
+    return json[key];
+  }
+  std::string text(const Json& json, const char* key) const {
+    const Json& value = member(json, key);
+    if (!value.is_string()) fail(fmt::format("\"{}\" is not a text", key));
+    return value.get<std::string>();
+  }
+  // NaN for null.
+  double number(const Json& json, const char* key) const {
+    const Json& value = member(json, key);
+    if (value.is_null()) return kNone;
+    if (!value.is_number()) fail(fmt::format("\"{}\" is not a number", key));
+    return value.get<double>();
+  }
+  double positive(const Json& json, const char* key) const {
+    const double value = number(json, key);
+    if (!(value > 0.0)) fail(fmt::format("\"{}\" is not a positive number", key));
+    return value;
+  }
+  // One of the words of which there are `words`.
+  std::string word(const Json& json, const char* key,
+                   std::initializer_list<std::string> words) const {
+    std::string value = text(json, key);
+    if (std::find(words.begin(), words.end(), value) == words.end()) {
+      fail(fmt::format("\"{}\" is {}, which is none of {}", key, in_quotes(value),
+                       fmt::join(words, ", ")));
+    }
+    return value;
+  }
+
+ private:
+  const std::string& file_;
+  std::string place_;
+};
+
+StudyDiffRow row_of(const Json& run, const Reader& read) {
+  if (!run.is_object()) read.fail("it is not a table");
   StudyDiffRow row;
-  row.variant = text_of(run, "variant");
-  row.integrator = text_of(run, "integrator");
-  row.step = number_in(run, "step");
-  row.solver = text_of(run, "solver");
-  row.status = text_of(run, "status");
-  row.wall_seconds = number_in(run, "wall_seconds");
+  row.variant = read.text(run, "variant");
+  row.integrator = read.text(run, "integrator");
+  if (row.integrator.empty()) read.fail("\"integrator\" is empty");
+  row.step = read.positive(run, "step");
+  row.solver = read.text(run, "solver");
+  row.status = read.word(run, "status",
+                         {to_string(RunStatus::kFinished), to_string(RunStatus::kUnstable),
+                          to_string(RunStatus::kNotConverged), to_string(RunStatus::kCancelled)});
+  row.wall_seconds = read.number(run, "wall_seconds");
   // The differences of the reference from itself are no errors.
-  const bool is_reference = text_of(run, "role") == "reference";
-  const auto error = [&](const char* key) { return is_reference ? kNone : number_in(run, key); };
+  const bool is_reference =
+      read.word(run, "role",
+                {to_string(StudyRole::kRun), to_string(StudyRole::kReference),
+                 to_string(StudyRole::kVariant)}) == to_string(StudyRole::kReference);
+  const auto error = [&](const char* key) {
+    const double value = read.number(run, key);
+    return is_reference ? kNone : value;
+  };
   row.position_error = error("position_error");
   row.position_error_rms = error("position_error_rms");
   row.probe_error = error("probe_error");
-  row.energy_drift = number_in(run, "max_relative_energy_drift");
+  row.energy_drift = read.number(run, "max_relative_energy_drift");
+  // Older versions do not write these.
   row.processor = text_of(run, "processor");
   row.shares_machine = text_of(run, "timing") == "shared";
   const double threads = number_in(run, "threads");
@@ -57,12 +116,18 @@ StudyDiffRow row_of(const Json& run) {
   return row;
 }
 
-std::string reference_text(const Json& reference) {
-  std::string text =
-      fmt::format("{} at {:.4g} s", text_of(reference, "integrator"), number_in(reference, "step"));
-  const bool is_extrapolated = reference.is_object() && reference.contains("extrapolation") &&
-                               reference["extrapolation"].is_object() &&
-                               reference["extrapolation"].value("valid", Json(false)) == Json(true);
+std::string reference_text(const Json& reference, bool has_probe, const Reader& read) {
+  if (!reference.is_object()) read.fail("it is not a table");
+  std::string text = fmt::format("{} at {:.4g} s", read.text(reference, "integrator"),
+                                 read.positive(reference, "step"));
+  const auto is_true = [](const Json& json, const char* key) {
+    return json.contains(key) && json[key] == Json(true);
+  };
+  if (!reference.contains("extrapolation")) return text;
+  const Json& extrapolation = reference["extrapolation"];
+  if (!extrapolation.is_object()) read.fail("\"extrapolation\" is not a table");
+  const bool is_extrapolated =
+      is_true(extrapolation, "valid") && (!has_probe || is_true(extrapolation, "probe_valid"));
   return is_extrapolated ? "Richardson extrapolation of " + text : text;
 }
 
@@ -217,30 +282,36 @@ StudyFile read_study_file(const std::string& path) {
   if (!json.is_object() || !json.contains("runs") || !json["runs"].is_array()) {
     throw FileError(fmt::format("{}: this is not the study.json of a study.", file));
   }
+  const auto refuse_incomplete = [&](const char* why) {
+    throw FileError(
+        fmt::format("{}: the study has not ended: {}. The same command with --resume completes it.",
+                    path, why));
+  };
   if (json.contains("message") && !json.contains("reference")) {
-    throw FileError(fmt::format(
-        "{}: the study has not ended: it runs, or was cut off. The same command with --resume "
-        "completes it.",
-        path));
+    refuse_incomplete("it runs, or was cut off");
   }
+  const Reader read(file, "");
   StudyFile study;
   study.path = path;
   study.version = text_of(json, "version");
   study.command = text_of(json, "command");
   study.date = text_of(json, "date");
-  study.scene = text_of(json, "scene");
-  study.error = text_of(json, "error");
-  const Json reference = json.value("reference", Json());
-  study.reference = reference_text(reference);
+  study.scene = read.text(json, "scene");
+  study.error = read.text(json, "error");
+  const Json& reference = read.member(json, "reference");
+  study.reference = reference_text(reference, study.error.rfind("probe.", 0) == 0,
+                                   Reader(file, "in \"reference\", "));
   study.reference_error = number_in(reference, "estimated_error");
+  if (json["runs"].empty()) read.fail("\"runs\" is empty");
   for (const Json& run : json["runs"]) {
-    study.rows.push_back(row_of(run));
-    if (study.rows.back().integrator.empty() || !(study.rows.back().step > 0.0)) {
-      throw FileError(fmt::format(
-          "{}: this is not the study.json of a study: entry {} of runs has no integrator or no "
-          "step.",
-          file, study.rows.size()));
-    }
+    study.rows.push_back(
+        row_of(run, Reader(file, fmt::format("in entry {} of \"runs\", ", study.rows.size() + 1))));
+  }
+  const bool has_stopped_runs = std::any_of(
+      study.rows.begin(), study.rows.end(),
+      [](const StudyDiffRow& row) { return row.status == to_string(RunStatus::kCancelled); });
+  if (has_stopped_runs || (json.contains("interrupted") && json["interrupted"] == Json(true))) {
+    refuse_incomplete("it was interrupted");
   }
   return study;
 }

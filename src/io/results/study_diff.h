@@ -52,7 +52,7 @@ struct StudyDiff {
 };
 
 /// Reads a study from its directory, or from a file with the text of study.json. Throws FileError
-/// if there is none, if it has not ended, or if it is damaged.
+/// if there is none, if it has not ended or was interrupted, or if it is damaged.
 StudyFile read_study_file(const std::string& path);
 
 /// Compares two studies.

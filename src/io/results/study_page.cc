@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <string_view>
 
 #include "io/text/output_file.h"
@@ -233,10 +234,10 @@ std::string provenance_html(const StudyResult& result, const StudyPageContents& 
             short_number(part.reference_error) + " (estimated)");
     }
   };
-  if (result.mesh_references.empty()) reference_entry("", result);
-  for (const MeshReference& reference : result.mesh_references) {
-    reference_entry(escaped(" of " + enumeration(reference.variants)),
-                    part_of_mesh(result, reference));
+  if (result.references.empty()) reference_entry("", result);
+  const std::vector<StudyResult> parts = parts_of_study(result);
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    reference_entry(escaped(" of " + enumeration(result.references[i].variants)), parts[i]);
   }
   if (std::isfinite(result.stable_step)) {
     entry("Stability limit", fmt::format("h_crit = {} s (explicit, at the initial state)",
@@ -382,7 +383,7 @@ std::string runs_html(const StudyResult& result) {
          "the momentum. Position errors are relative to the displacement of the reference." +
          std::string(any_row(result, [](const StudyRow& row) { return row.shares_machine; })
                          ? " Wall times with * do not count: these runs shared the cores of the "
-                           "machine with others."
+                           "machine with others, or had more threads than cores."
                          : "") +
          "</p>\n" + table.finish() + messages_html(result);
 }
@@ -402,20 +403,17 @@ std::vector<RunPhases> read_phases(const StudyResult& result, const std::string&
     phases.push_back({label, step, seconds("mesh"), seconds("setup"), seconds("stability"),
                       seconds("stepping"), seconds("output")});
   };
-  bool has_reference = false;
+  std::set<std::string> rows;
   for (const StudyRow& row : result.rows) {
     add(row.directory, run_label(row), row.step);
-    has_reference = has_reference || row.directory == result.reference_directory;
+    rows.insert(row.directory);
   }
-  if (result.mesh_references.empty() && !has_reference) {
+  if (result.references.empty() && !rows.contains(result.reference_directory)) {
     add(result.reference_directory, to_string(result.reference_integrator) + " (reference)",
         result.reference_step);
   }
-  for (const MeshReference& reference : result.mesh_references) {
-    if (any_row(result,
-                [&](const StudyRow& row) { return row.directory == reference.directory; })) {
-      continue;
-    }
+  for (const VariantReference& reference : result.references) {
+    if (rows.contains(reference.directory)) continue;
     add(reference.directory,
         fmt::format("{} (reference of {})", to_string(result.reference_integrator),
                     reference.variant),

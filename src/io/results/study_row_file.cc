@@ -3,10 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "io/text/output_file.h"
@@ -16,6 +19,12 @@
 
 namespace tetraction {
 namespace {
+
+// The members of a ReferenceDifference, which may be absent.
+constexpr std::array<std::pair<const char*, double ReferenceDifference::*>, 3> kDifferences{
+    {{"reference_position_difference", &ReferenceDifference::position},
+     {"reference_position_difference_rms", &ReferenceDifference::position_rms},
+     {"reference_probe_difference", &ReferenceDifference::probe}}};
 
 // FNV-1a over the bytes of numbers: it finds changes, not forgeries.
 class Digest {
@@ -74,6 +83,12 @@ std::string digest_of(const TetMesh& mesh) {
   return digest.text();
 }
 
+std::string digest_of(const std::vector<double>& numbers) {
+  Digest digest;
+  for (const double number : numbers) digest.add(number);
+  return fmt::format("{} of the digest {}", numbers.size(), digest.text());
+}
+
 nlohmann::json scene_json(const StudyVariant& variant) {
   nlohmann::json scene = nlohmann::json::parse(variant.scene.echo, nullptr, false);
   if (scene.is_object()) {
@@ -93,39 +108,52 @@ nlohmann::json scene_json(const StudyVariant& variant) {
 
 }  // namespace
 
-std::string study_inputs(const StudyPlan& plan, const TetMesh& mesh) {
-  nlohmann::json json;
-  json["version"] = version();
-  json["meshes"] = nlohmann::json::array();
+StudyInputs::StudyInputs(const StudyPlan& plan, const TetMesh& mesh) {
+  std::map<const TetMesh*, std::string> digests;
+  std::vector<nlohmann::json> scenes;
   for (const StudyVariant& variant : plan.variants) {
-    json["meshes"].push_back(digest_of(variant.mesh ? *variant.mesh : mesh));
+    const TetMesh& own = variant.mesh ? *variant.mesh : mesh;
+    std::string& digest = digests[&own];
+    if (digest.empty()) digest = digest_of(own);
+    scenes.push_back(scene_json(variant));
+    scenes.back()["mesh"] = digest;
   }
-  json["variants"] = nlohmann::json::array();
-  for (const StudyVariant& variant : plan.variants) json["variants"].push_back(scene_json(variant));
-  json["end"] = plan.end;
-  json["error_probe"] = plan.error_probe;
-  json["references"] = nlohmann::json::array();
-  for (const PlannedReference& reference : plan.references) {
+  const auto reference_json = [&](const PlannedReference& reference) {
+    nlohmann::json runs = nlohmann::json::array();
     for (const PlannedRun& run : reference.runs) {
-      json["references"].push_back(
-          {run.directory, to_string(run.integrator), run.step, run.solver});
+      runs.push_back({run.directory, to_string(run.integrator), run.step, run.solver});
     }
-  }
+    return nlohmann::json{{"variant", scenes[reference.variant()]}, {"runs", runs}};
+  };
   // Runs are compared with the reference at times that depend on all steps.
   std::vector<double> steps;
   for (const PlannedRun& run : plan.runs) steps.push_back(run.step);
   std::sort(steps.begin(), steps.end());
   steps.erase(std::unique(steps.begin(), steps.end()), steps.end());
-  json["steps"] = steps;
-  return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  nlohmann::json json;
+  json["version"] = version();
+  json["end"] = plan.end;
+  json["error_probe"] = plan.error_probe;
+  json["steps"] = digest_of(steps);
+  // Further references are compared with the first one.
+  const nlohmann::json first = reference_json(plan.references.front());
+  const bool has_others = plan.references.size() > 1;
+  for (std::size_t i = 0; i < plan.variants.size(); ++i) {
+    const PlannedReference& reference = plan.references[plan.reference_of[i]];
+    json["variant"] = scenes[i];
+    json["reference"] = reference_json(reference);
+    json["first_reference"] = has_others ? first : nlohmann::json();
+    texts_.push_back(json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+  }
 }
 
 void write_study_row(const std::string& path, const StudyRow& row, const std::string& inputs) {
   nlohmann::ordered_json json;
   json["row"] = study_row_json(row);
   if (row.extrapolation) json["extrapolation"] = extrapolation_json(*row.extrapolation);
-  if (std::isfinite(row.reference_probe_difference)) {
-    json["reference_probe_difference"] = row.reference_probe_difference;
+  const ReferenceDifference& difference = row.reference_difference;
+  for (const auto& [key, value] : kDifferences) {
+    if (std::isfinite(difference.*value)) json[key] = difference.*value;
   }
   json["inputs"] = nlohmann::ordered_json::parse(inputs);
   write_text_file(
@@ -146,9 +174,10 @@ std::optional<StudyRow> read_study_row(const std::string& path, const PlannedRun
     row->extrapolation = extrapolation_from_json(json["extrapolation"]);
     if (!row->extrapolation) return {};
   }
-  if (json.contains("reference_probe_difference")) {
-    if (!json["reference_probe_difference"].is_number()) return {};
-    row->reference_probe_difference = json["reference_probe_difference"].get<double>();
+  for (const auto& [key, value] : kDifferences) {
+    if (!json.contains(key)) continue;
+    if (!json[key].is_number()) return {};
+    row->reference_difference.*value = json[key].get<double>();
   }
   return row;
 }

@@ -110,6 +110,10 @@ nlohmann::ordered_json extrapolation_json(const ReferenceExtrapolation& extrapol
   return {{"step", extrapolation.step},
           {"valid", extrapolation.is_valid},
           {"reason", extrapolation.reason},
+          {"exact", extrapolation.is_exact},
+          {"probe_valid", extrapolation.probe_is_valid},
+          {"probe_reason", extrapolation.probe_reason},
+          {"probe_exact", extrapolation.probe_is_exact},
           {"order_at_end", number(extrapolation.order_at_end)},
           {"order_over_time", number(extrapolation.order_over_time)},
           {"order_of_probe", number(extrapolation.order_of_probe)},
@@ -128,6 +132,10 @@ std::optional<ReferenceExtrapolation> extrapolation_from_json(const nlohmann::js
     found.step = json.at("step").get<double>();
     found.is_valid = json.at("valid").get<bool>();
     found.reason = json.at("reason").get<std::string>();
+    found.is_exact = json.at("exact").get<bool>();
+    found.probe_is_valid = json.at("probe_valid").get<bool>();
+    found.probe_reason = json.at("probe_reason").get<std::string>();
+    found.probe_is_exact = json.at("probe_exact").get<bool>();
     found.order_at_end = get("order_at_end");
     found.order_over_time = get("order_over_time");
     found.order_of_probe = get("order_of_probe");

@@ -81,14 +81,16 @@ nlohmann::ordered_json variants_json(const StudyResult& result) {
   return json;
 }
 
-nlohmann::ordered_json mesh_references_json(const StudyResult& result) {
+nlohmann::ordered_json references_json(const StudyResult& result) {
   nlohmann::ordered_json json = nlohmann::ordered_json::array();
-  for (const MeshReference& reference : result.mesh_references) {
+  for (const VariantReference& reference : result.references) {
     json.push_back({{"variants", reference.variants},
                     {"status", to_string(reference.status)},
                     {"directory", reference.directory},
                     {"estimated_error", json_number(reference.error)},
-                    {"probe_difference", json_number(reference.probe_difference)}});
+                    {"position_difference", json_number(reference.difference.position)},
+                    {"position_difference_rms", json_number(reference.difference.position_rms)},
+                    {"probe_difference", json_number(reference.difference.probe)}});
     if (reference.extrapolation) {
       json.back()["extrapolation"] = extrapolation_json(*reference.extrapolation);
     }
@@ -105,24 +107,23 @@ std::string reference_text(const StudyResult& result) {
                          : "");
 }
 
-// What the errors of a variant other than the first one are.
-std::string errors_of_variant(const StudyResult& result, const StudyRow& row) {
-  const MeshReference* own = reference_of_variant(result, row.variant);
-  const std::string& first = own != nullptr ? own->variant : result.rows.front().variant;
+// What the errors of a variant other than the first one are. `places`: references_of_variants().
+std::string errors_of_variant(const StudyResult& result, const StudyRow& row,
+                              const std::map<std::string, std::size_t>& places) {
+  const auto own = places.find(row.variant);
+  const std::string& first =
+      own != places.end() ? result.references[own->second].variant : result.rows.front().variant;
   if (row.variant != first) {
     return fmt::format("; pos.error and pos.rms are differences from another variant, {}", first);
   }
-  return row.variant == result.rows.front().variant ? ""
-                                                    : "; another mesh, with a reference of its own";
+  return row.variant == result.rows.front().variant ? "" : "; with a reference of its own";
 }
 
 }  // namespace
 
 std::string study_csv(const StudyResult& result, const StudyProvenance& provenance) {
-  std::map<std::string, StudyResult> parts;  // of the meshes, if there are several
-  for (const MeshReference& reference : result.mesh_references) {
-    parts.emplace(reference.variant, part_of_mesh(result, reference));
-  }
+  const std::map<std::string, std::size_t> places = references_of_variants(result);
+  const std::vector<StudyResult> parts = parts_of_study(result);
   std::string text =
       "integrator,step,status,steps,wall_seconds,seconds_per_simulated_second,"
       "iterations_per_step,max_relative_energy_drift,linear_momentum_drift,"
@@ -130,8 +131,8 @@ std::string study_csv(const StudyResult& result, const StudyProvenance& provenan
       "observed_order,stable_step,variant,role,solver,probe_error,date,processor,cores,threads,"
       "version,command,reference,reference_error,timing\n";
   for (const StudyRow& row : result.rows) {
-    const MeshReference* own = reference_of_variant(result, row.variant);
-    const StudyResult& part = own != nullptr ? parts.at(own->variant) : result;
+    const auto own = places.find(row.variant);
+    const StudyResult& part = own != places.end() ? parts[own->second] : result;
     text += fmt::format("{},{:.17g},{},{}", to_string(row.integrator), row.step,
                         to_string(row.status), row.steps);
     for (const double value :
@@ -158,6 +159,7 @@ std::string study_json(const StudyResult& result, const std::string& scene_name,
   json["command"] = provenance.command;
   json["date"] = provenance.date;
   json["scene"] = scene_name;
+  json["interrupted"] = result.is_interrupted;
   json["stable_step"] = json_number(result.stable_step);
   json["end"] = result.end;
   json["reference"] = {{"integrator", to_string(result.reference_integrator)},
@@ -169,7 +171,7 @@ std::string study_json(const StudyResult& result, const std::string& scene_name,
     json["reference"]["extrapolation"] = extrapolation_json(*result.extrapolation);
   }
   if (!result.variants.empty()) json["variants"] = variants_json(result);
-  if (!result.mesh_references.empty()) json["mesh_references"] = mesh_references_json(result);
+  if (!result.references.empty()) json["references"] = references_json(result);
   json["remarks"] = result.remarks;
   json["error"] = result.error_probe.empty() ? "position" : "probe." + result.error_probe;
   json["probes"] = nlohmann::ordered_json::array();
@@ -194,6 +196,7 @@ std::string study_json(const StudyResult& result, const std::string& scene_name,
 
 std::string study_table(const StudyResult& result) {
   const bool has_probe = !result.error_probe.empty();
+  const std::map<std::string, std::size_t> places = references_of_variants(result);
   const auto probe_cell = [&](const std::string& what) {
     return has_probe ? fmt::format("{:>10}", what) : std::string();
   };
@@ -208,7 +211,7 @@ std::string study_table(const StudyResult& result) {
     if (i > 0 && (other_variant || result.rows[i - 1].integrator != row.integrator)) text += '\n';
     if (other_variant && !row.variant.empty()) {
       text += fmt::format("{}: {}{}\n", row.variant, limits_text(result, row.variant),
-                          errors_of_variant(result, row));
+                          errors_of_variant(result, row, places));
     }
     text += fmt::format(
         "{:<16}{:<8}{:>9.4g}{:>9.3g}{:>10}{:>7}{:>10}{:>9}{:>9}{:>10}{:>10}{:>10}{:>10}{}{:>7}"
@@ -224,10 +227,13 @@ std::string study_table(const StudyResult& result) {
         probe_cell(is_reference ? "-" : cell(row.probe_error)), cell(row.observed_order, "{:.2f}"));
   }
   std::string references = "Reference: " + reference_text(result);
-  if (!result.mesh_references.empty()) references = "Each mesh has a reference of its own.\n";
-  for (const MeshReference& reference : result.mesh_references) {
-    references += fmt::format("Reference of {}: {}", enumeration(reference.variants),
-                              reference_text(part_of_mesh(result, reference)));
+  if (!result.references.empty()) {
+    references = fmt::format("There are {} references.\n", result.references.size());
+    const std::vector<StudyResult> parts = parts_of_study(result);
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      references += fmt::format("Reference of {}: {}", enumeration(result.references[i].variants),
+                                reference_text(parts[i]));
+    }
   }
   text += fmt::format(
       "\nStability limit: {}. {}"
@@ -240,9 +246,8 @@ std::string study_table(const StudyResult& result) {
   if (std::any_of(result.rows.begin(), result.rows.end(),
                   [](const StudyRow& row) { return row.shares_machine; })) {
     text +=
-        "wall [s] with *: the run shared the cores of the machine with others, so that its time "
-        "does "
-        "not count. --jobs 1 measures it.\n";
+        "wall [s] with *: the run shared the cores of the machine with others, or had more threads "
+        "than cores, so that its time does not count. --jobs 1 with fewer --threads measures it.\n";
   }
   if (has_probe) {
     text += fmt::format(

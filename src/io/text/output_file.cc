@@ -2,7 +2,9 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
+#include <sys/statvfs.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -44,9 +46,26 @@ void remove_entry(const std::string& path) {
 }  // namespace
 
 void fail_to_write(const std::string& path, int error_number) {
+  if (error_number == EFBIG) {
+    throw OutputError(fmt::format(
+        "{}: cannot be written ({}). The limit of the size of a file is reached: raise it "
+        "(ulimit -f), or write to a file system that takes larger files.",
+        path, std::strerror(error_number)));
+  }
   throw OutputError(fmt::format(
       "{}: cannot be written{}. Check the directory's permissions and the free space.", path,
       error_number == 0 ? "" : fmt::format(" ({})", std::strerror(error_number))));
+}
+
+int reason_of_a_full_disk(const std::string& path) {
+  struct rlimit limit {};
+  struct statvfs disk {};
+  if (::getrlimit(RLIMIT_FSIZE, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return ENOSPC;
+  const std::string folder = std::filesystem::path(path).parent_path().string();
+  if (::statvfs(folder.empty() ? "." : folder.c_str(), &disk) != 0) return ENOSPC;
+  // A file cannot have filled more than the limit allows.
+  const double room = static_cast<double>(disk.f_bavail) * static_cast<double>(disk.f_frsize);
+  return room > static_cast<double>(limit.rlim_cur) ? EFBIG : ENOSPC;
 }
 
 std::string temporary_name(const std::string& path) {

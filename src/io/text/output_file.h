@@ -12,6 +12,10 @@ namespace tetraction {
 /// reason is known) and what to do.
 [[noreturn]] void fail_to_write(const std::string& path, int error_number);
 
+/// Why a library that knows only of a full disk could not write `path`: EFBIG if the limit of the size of
+/// files is smaller than the free space, otherwise ENOSPC.
+int reason_of_a_full_disk(const std::string& path);
+
 /// The temporary file beside `path` in which it is written before it gets its name.
 std::string temporary_name(const std::string& path);
 

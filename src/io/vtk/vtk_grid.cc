@@ -66,8 +66,8 @@ void set_compression(vtkXMLWriter& writer, FrameCompression compression) {
 }
 
 // The system's error number in VTK's, or 0.
-int system_error(unsigned long code) {
-  if (code == vtkErrorCode::OutOfDiskSpaceError) return ENOSPC;
+int system_error(unsigned long code, const std::string& path) {
+  if (code == vtkErrorCode::OutOfDiskSpaceError) return reason_of_a_full_disk(path);
   return code < vtkErrorCode::FirstVTKErrorCode ? static_cast<int>(code) : 0;
 }
 
@@ -165,7 +165,7 @@ void write_vtu(vtkUnstructuredGrid* grid, const std::string& path, FrameCompress
   writer->SetHeaderTypeToUInt64();
   const bool is_written = writer->Write() == 1 && writer->GetErrorCode() == 0 && messages.empty() &&
                           ends_as_vtu(file.temporary());
-  if (!is_written) fail_to_write(path, system_error(writer->GetErrorCode()));
+  if (!is_written) fail_to_write(path, system_error(writer->GetErrorCode(), path));
   file.finish();
 }
 
