@@ -356,7 +356,8 @@ py::object load_path_of(const Session& session) {
   if (path->loss) {
     loss =
         py::dict("below"_a = path->loss->below, "above"_a = path->loss->above,
-                 "flutter"_a = path->loss->is_flutter, "growth_rate"_a = path->loss->growth_rate);
+                 "flutter"_a = path->loss->is_flutter, "growth_rate"_a = path->loss->growth_rate,
+                 "damping_ratio"_a = path->loss->damping_ratio, "is_over"_a = path->loss->is_over);
   }
   return py::dict("factor"_a = path->factor, "steps"_a = path->steps, "cuts"_a = path->cuts,
                   "residual"_a = path->residual, "residual_limit"_a = path->residual_limit,

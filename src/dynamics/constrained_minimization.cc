@@ -67,6 +67,22 @@ bool ConstrainedMinimization::solve(StepOutcome& outcome) {
   return false;
 }
 
+EvaluationStatus ConstrainedMinimization::residual(Vector& r) const {
+  return follows_loads() ? equations_.residual(u_, r) : problem_.residual(u_, r);
+}
+
+bool ConstrainedMinimization::newton_correction(Vector& correction) {
+  if (follows_loads()) return root_finder_->newton_correction(equations_, u_, correction);
+  if (!problem_.residual(u_, gradient_).ok()) return false;
+  const FreeCoordinates& coordinates = system_.coordinates();
+  Matrix solution;
+  if (!minimizer_->solve_linearized(problem_, u_, coordinates.restrict(gradient_), solution)) {
+    return false;
+  }
+  correction = -coordinates.extend(solution.col(0));
+  return true;
+}
+
 // Newton's method for positions and multipliers together. Each round moves both to the solution of
 // the problem linearised at x. If that does not lower the residual, Φ is minimised with constant
 // constraint forces before the next round.

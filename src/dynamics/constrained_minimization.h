@@ -31,6 +31,11 @@ class ConstrainedMinimization {
   bool minimize(const Vector& from, StepOutcome& outcome);
   /// The same with the forces of constraints that the problem has.
   bool solve(StepOutcome& outcome);
+  /// r ← what is not in balance at u() (3 per vertex, N).
+  EvaluationStatus residual(Vector& r) const;
+  /// correction ← the way from u() to where the linearised equations are solved. Returns false if the matrix is
+  /// not positive definite, or if loads depend on positions, if it is singular.
+  bool newton_correction(Vector& correction);
   /// The generalised forces on the configuration at the last minimiser; empty without equations.
   const Vector& constraint_force() const { return constraint_force_; }
   /// Sets them, after they were found in another way.

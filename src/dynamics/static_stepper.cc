@@ -105,7 +105,9 @@ class Implementation : public StaticStepper {
     if (!solve_.minimize(from.position, outcome)) return false;
     problem_.move_origin(solve_.u());
     problem_.set_examined(true);
-    return solve_.minimize(from.position, outcome) && approach_equilibrium(outcome);
+    if (!solve_.minimize(from.position, outcome) || !approach_equilibrium(outcome)) return false;
+    if (solve_.follows_loads()) problem_.take_loads(solve_.u());
+    return true;
   }
 
   // Forces that are in balance up to round-off say little of the positions of a slender body, because small
@@ -122,17 +124,12 @@ class Implementation : public StaticStepper {
     double last = std::numeric_limits<double>::infinity();
     const double unbalanced = outcome.minimizer.residual;
     for (int round = 0; round < kRounds; ++round) {
-      double phi = 0.0;
-      if (!problem_.value_and_full_gradient(u, phi, gradient_).ok()) break;
+      if (!solve_.residual(gradient_).ok()) break;
       const double residual = coordinates.restricted_norm(gradient_);
       outcome.minimizer.residual = residual;
       if (residual <= kPart * std::max(problem_.force_scale(), gradient_.norm())) return true;
-      Matrix correction;
       ++outcome.minimizer.factorizations;
-      if (!minimizer_->solve_linearized(problem_, u, coordinates.restrict(gradient_), correction)) {
-        break;
-      }
-      correction_ = coordinates.extend(correction.col(0));
+      if (!solve_.newton_correction(correction_)) break;
       const double length = correction_.lpNorm<Eigen::Infinity>();
       problem_.positions(u, trial_);
       trial_ -= system_.mesh().rest_positions();
@@ -141,9 +138,9 @@ class Implementation : public StaticStepper {
         return true;
       if (length <= kShare * moved && length > 0.5 * last) return true;
       if (!(length < 0.9 * last)) break;
-      if (problem_.longest_step(u, -correction_, false) < 1.0) break;
+      if (problem_.longest_step(u, correction_, false) < 1.0) break;
       last = length;
-      u -= correction_;
+      u += correction_;
       problem_.move_origin(u);
       ++outcome.minimizer.iterations;
     }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -24,10 +25,12 @@ using Modes = Eigen::Matrix<double, 6, Eigen::Dynamic>;
 // An eigenvalue of the restraint below this share of the largest is zero.
 constexpr double kFree = 1e-13;
 
-// The gradients and the Hessian of all potentials. A uniform field restrains nothing.
+// The gradients and the Hessian of all potentials, and what loads that depend on positions add to both. A
+// uniform field restrains nothing.
 struct Potentials {
   Vector gradient;
   HessianBlocks hessian;
+  LoadStiffness loads;
   bool any = false;
 };
 
@@ -41,6 +44,13 @@ Potentials potentials_of(const MechanicalSystem& system, const Vector& x, double
     result.any = true;
     term->add_gradient(at, result.gradient);
     term->add_hessian(at, HessianForm::kExact, result.hessian);
+  }
+  for (const ForceTerm* term : system.force_terms()) {
+    if (!term->has_load() || !term->load_depends_on_position()) continue;
+    Vector load = Vector::Zero(system.dof_count());
+    term->add_load(at, load);
+    result.gradient -= load;
+    term->add_load_stiffness(at, result.loads);
   }
   return result;
 }
@@ -60,7 +70,8 @@ class Part {
     Matrix6 restraint = normalized(constraint_restraint());
     if (potentials.any) restraint += potential_restraint(potentials);
     const SymmetricEigen eigen = symmetric_eigen(Matrix(restraint));
-    const double limit = kFree * eigen.values[5];
+    // What restrains a motion at all is about 1.
+    const double limit = kFree * std::max(1.0, eigen.values[5]);
     Index count = 0;
     while (count < 6 && eigen.values[count] <= limit) ++count;
     return eigen.vectors.leftCols(count);
@@ -108,7 +119,9 @@ class Part {
     double scale = 0.0;
     for (int mode = 0; mode < 6; ++mode) {
       Vector change = Vector::Zero(system_.dof_count());
-      potentials.hessian.add_product(field(mode), change);
+      const Vector motion = field(mode);
+      potentials.hessian.add_product(motion, change);
+      potentials.loads.add_product(motion, change);
       for (const Index v : vertices_) {
         vertex_block(change, v) -= spin(mode).cross(vertex_block(potentials.gradient, v));
       }
@@ -117,6 +130,13 @@ class Part {
     for (const Index v : vertices_) {
       scale += potentials.hessian.diagonal(v).squaredNorm() +
                vertex_block(potentials.gradient, v).squaredNorm() / (size_ * size_);
+    }
+    const std::set<Index> own(vertices_.begin(), vertices_.end());
+    for (const HessianBlocks::Pair& pair : potentials.hessian.pairs()) {
+      if (own.count(pair.row) > 0) scale += 2.0 * pair.block.squaredNorm();
+    }
+    for (const LoadStiffness::Block& block : potentials.loads.blocks()) {
+      if (own.count(block.row) > 0) scale += block.block.squaredNorm();
     }
     return scale > 0.0 ? Matrix6(changes.transpose() * changes / scale) : Matrix6(Matrix6::Zero());
   }

@@ -16,8 +16,16 @@ namespace {
 
 // The smallest increment of the load factor, which is the accuracy of a limit point.
 constexpr double kLeast = 1.0 / 1024;
-// A body that moves so many times as fast with the load factor as in the step before has jumped.
+// A body that moves so many times as fast with the load factor as in the step before has jumped, unless half
+// of the increment has moved it by half as far, or by little more.
 constexpr double kJump = 3.0;
+constexpr double kSmooth = 0.6;
+// A vibration counts as flutter if it grows by this share of a radian of it. Modes that have nearly the same
+// frequency are coupled by an asymmetric mesh alone, and the slightest damping stops what grows more slowly.
+constexpr double kSlowGrowth = 1e-3;
+// So many times a stable equilibrium is looked for where the path of Newton's method has become unstable or
+// ends. Each search may be as long as the whole path.
+constexpr int kSearches = 4;
 
 // The largest change of a coordinate, m.
 double largest_move(const State& from, const State& to) {
@@ -70,6 +78,7 @@ StepOutcome LoadStepping::advance(const State& from, State& to) {
   std::optional<LossOfStability> loss;  // in the last attempt
   bool cut = false;
   bool unstable = false;
+  double last_move = 0.0;  // of the attempt before, with twice the increment; 0: none
   for (;;) {
     // A last increment that would be mere round-off is added to the one before.
     constexpr double kMerged = 1e-9;
@@ -79,8 +88,11 @@ StepOutcome LoadStepping::advance(const State& from, State& to) {
     sum_.iterations += report.iterations;
     sum_.factorizations += report.factorizations;
     sum_.cg_iterations += report.cg_iterations;
-    const double rate = outcome.ok() ? largest_move(from, to) / (next - from.time) : 0.0;
-    const bool jumped = outcome.ok() && rate_ > 0.0 && rate > kJump * rate_;
+    const double move = outcome.ok() ? largest_move(from, to) : 0.0;
+    const double rate = move / (next - from.time);
+    const bool is_smooth = last_move > 0.0 && move < kSmooth * last_move;
+    const bool jumped = outcome.ok() && rate_ > 0.0 && rate > kJump * rate_ && !is_smooth;
+    last_move = move;
     // If multipliers or loads did not settle, the minimisations on the way tell nothing.
     const bool telling = outcome.ok() || !report.converged();
     unstable = unstable || (report.met_negative_curvature && telling) || jumped;
@@ -127,7 +139,8 @@ StepOutcome LoadStepping::advance(const State& from, State& to) {
 }
 
 bool LoadStepping::find_beyond(const State& from, State& to, double next, Beyond& beyond) {
-  if (!stepper_.problem().system().has_load_of_position()) return false;
+  if (!stepper_.problem().system().has_load_of_position() || searches_ >= kSearches) return false;
+  ++searches_;
   stepper_.set_minimizes(true);
   const StepOutcome outcome = stepper_.advance(from, to, next - from.time, next);
   stepper_.set_minimizes(false);
@@ -148,8 +161,9 @@ std::optional<LossOfStability> LoadStepping::instability(const State& at) const 
     const bool is_flutter = mode.kind == ModeKind::kFlutter;
     if (!is_flutter && mode.kind != ModeKind::kUnstable) continue;
     const double rate = is_flutter ? mode.growth_rate : std::sqrt(-mode.omega_squared);
-    if (loss && loss->growth_rate >= rate) continue;
-    loss = LossOfStability{0.0, at.time, is_flutter, rate};
+    const double ratio = is_flutter ? rate / std::hypot(rate, std::sqrt(mode.omega_squared)) : 1.0;
+    if (ratio <= kSlowGrowth || (loss && loss->growth_rate >= rate)) continue;
+    loss = LossOfStability{0.0, at.time, is_flutter, rate, is_flutter ? ratio : 0.0, false};
   }
   return loss;
 }
@@ -185,6 +199,7 @@ void LoadStepping::enter_limit_point(const LimitPoint& limit) {
 
 StepOutcome LoadStepping::accept(const StepOutcome& outcome, const State& to) {
   path_.factor = to.time;
+  if (path_.loss && to.time == 1.0) path_.loss->is_over = !instability(to).has_value();
   ++path_.steps;
   path_.residual = outcome.minimizer.residual;
   path_.residual_limit = outcome.minimizer.residual_limit;
@@ -211,12 +226,18 @@ std::string limit_text(const LimitPoint& limit) {
 }
 
 std::string loss_text(const LossOfStability& loss) {
+  const std::string damping =
+      loss.is_flutter
+          ? fmt::format(", unless they have a damping ratio of {:.2g} more", loss.damping_ratio)
+          : "";
   return fmt::format(
       "the equilibrium becomes unstable between the load factors {:.4f} and {:.4f}: loads that "
-      "follow the deformation let small motions {} (by {:.3g} 1/s at first). From there on the "
-      "result is an unstable equilibrium, in which the body would not stay",
+      "follow the deformation let small motions {}, by {:.3g} 1/s at first{}. {}",
       loss.below, loss.above, loss.is_flutter ? "swing further and further" : "grow",
-      loss.growth_rate);
+      loss.growth_rate, damping,
+      loss.is_over
+          ? "The last equilibrium is stable again, but the body would not stay on the way to it"
+          : "tetraction modes --static tells more of the last equilibrium");
 }
 
 std::string round_off_text(const LoadPath& path) {

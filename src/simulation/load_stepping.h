@@ -61,6 +61,7 @@ class LoadStepping {
   double rate_ = 0.0;  // at which a coordinate moved in the last step, m; 0: not known
   LoadPath path_;
   MinimizerReport sum_;  // of the attempts of a step
+  int searches_ = 0;     // for a stable equilibrium beyond the path of Newton's method
 };
 
 /// What is to tell if round-off kept the last load step from a good balance of forces; otherwise empty.

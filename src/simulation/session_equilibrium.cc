@@ -71,7 +71,6 @@ void Session::Impl::enter_equilibrium(const State& at) {
 bool Session::Impl::load_step() {
   const std::vector<LimitPoint>& limits = loading->path().limit_points;
   const std::size_t known = limits.size();
-  const bool had_loss = loading->path().loss.has_value();
   const std::string last = known > 0 ? limit_text(limits.back()) : "";
   StepOutcome outcome;
   try {
@@ -97,9 +96,6 @@ bool Session::Impl::load_step() {
   for (std::size_t i = known; i < limits.size(); ++i) {
     progress.warnings.push_back(limit_text(limits[i]));
   }
-  if (loading->path().loss && !had_loss) {
-    progress.warnings.push_back(loss_text(*loading->path().loss));
-  }
   const double length = states.other().time - state().time;
   enter_equilibrium(states.other());
   states.switch_to_other();
@@ -111,6 +107,7 @@ bool Session::Impl::load_step() {
   count_inverted(nullptr);
   if (state().time >= 1.0) {
     progress.status = RunStatus::kFinished;
+    if (loading->path().loss) progress.warnings.push_back(loss_text(*loading->path().loss));
     warn_of_inverted_corners();
     if (std::string text = round_off_text(loading->path()); !text.empty()) {
       progress.warnings.push_back(std::move(text));

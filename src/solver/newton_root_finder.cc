@@ -62,6 +62,19 @@ class NewtonRootFinder : public RootFinder {
     return report;
   }
 
+  bool newton_correction(RootProblem& problem, const Vector& u, Vector& correction) override {
+    constexpr double kForcing = 1e-4;
+    MinimizerReport report;
+    at_.u = u;
+    if (!evaluate(std::as_const(problem), at_)) return false;
+    begin(problem);
+    report.residual = at_.residual;
+    if (!problem.linearize(u).ok() || !find_direction(problem, kForcing, report)) return false;
+    accept();
+    correction = direction_;
+    return correction.allFinite();
+  }
+
  protected:
   virtual void begin(const RootProblem& /*problem*/) {}
   virtual void end(MinimizerReport& /*report*/) {}

@@ -677,6 +677,15 @@ NormalModes normal_modes(const MechanicalSystem& system, const Vector& q,
   std::stable_sort(
       result.modes.begin(), result.modes.end(),
       [](const NormalMode& a, const NormalMode& b) { return a.omega_squared < b.omega_squared; });
+  // Of a pair that flutters the mode that grows comes first, lest it be cut off.
+  constexpr double kSamePair = 1e-12;
+  for (std::size_t i = 1; i < result.modes.size(); ++i) {
+    NormalMode& first = result.modes[i - 1];
+    NormalMode& second = result.modes[i];
+    const bool is_pair = std::abs(second.omega_squared - first.omega_squared) <=
+                         kSamePair * std::abs(first.omega_squared);
+    if (is_pair && second.growth_rate > first.growth_rate) std::swap(first, second);
+  }
   if (static_cast<Index>(result.modes.size()) > options.count) {
     result.modes.resize(static_cast<std::size_t>(options.count));
   }

@@ -196,6 +196,70 @@ TEST(FollowerStatics, ArchWithFreeEdgesSnapsThrough) {
   EXPECT_LT(arch.state().position[3 * crown + 1], 0.0);
 }
 
+// A pressure turns and moves with the body, so that it restrains no rigid motion, whether its surface is
+// closed or has a rim.
+TEST(FollowerStatics, RestrainsNoRigidMotion) {
+  const auto count = [](const std::vector<FixSettings>& fixes,
+                        const std::vector<ForceSettings>& loads) {
+    Scene scene = bar({4.0, 1.0, 1.0}, {4, 2, 2}, 0.0);
+    scene.fix = fixes;
+    scene.pressure = loads;
+    const std::unique_ptr<MechanicalSystem> system =
+        make_system(scene, generate_mesh(*scene.mesh.generate));
+    make_initial_state(scene, *system);
+    return free_motions(*system).size();
+  };
+  const std::vector<FixSettings> slides{fix(SelectPlane{0, 0.0, {}}, {false, true, true}),
+                                        fix(SelectPlane{0, 4.0, {}}, {false, true, true})};
+  for (const double value : {1.0, 1e3, -1e3}) {
+    EXPECT_EQ(count({}, {pressure(SelectSurface{}, value)}), 6U) << value;
+    EXPECT_EQ(count({}, {pressure(SelectPlane{0, 0.0, {}}, value)}), 6U) << value;
+    EXPECT_EQ(count({}, {pressure(SelectPlane{0, 0.0, {}}, value),
+                         pressure(SelectPlane{0, 4.0, {}}, value)}),
+              6U);
+    EXPECT_EQ(count(slides, {pressure(SelectPlane{1, 1.0, {}}, value)}), 1U) << value;
+    EXPECT_EQ(count({slides[0]}, {pressure(SelectPlane{0, 4.0, {}}, value)}), 1U) << value;
+    EXPECT_EQ(count({fix(SelectPlane{0, 0.0, {}})}, {pressure(SelectSurface{}, value)}), 0U);
+  }
+}
+
+// Forces of a very slender bar balance up to round-off only. Newton's corrections tell that its positions are
+// known all the same.
+TEST(FollowerStatics, VerySlenderBar) {
+  for (const double value : {0.8354, -0.8354, 0.16}) {
+    Scene scene = bar({1000.0, 1.0, 1.0}, {20, 1, 1}, value);
+    scene.material.youngs_modulus = 1e6;
+    scene.material.poissons_ratio = 0.0;
+    scene.fix = {fix(SelectPlane{0, 0.0, {}})};
+    Session session = equilibrium(scene);
+    ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+    EXPECT_FALSE(session.load_path()->loss);
+    const Vector moved = session.state().position - session.system().mesh().rest_positions();
+    EXPECT_NEAR(moved.cwiseAbs().maxCoeff(), 1e-3 * std::abs(value), 2e-6 * std::abs(value));
+  }
+}
+
+// A column that is pushed off its axis bends more and more toward Euler's load, without any jump.
+TEST(FollowerStatics, SmoothBendingIsNoLimitPoint) {
+  Scene scene = bar({20.0, 1.0, 1.0}, {10, 1, 1}, 0.0);
+  scene.material.youngs_modulus = 1e6;
+  scene.material.poissons_ratio = 0.0;
+  scene.fix = {fix(SelectPlane{0, 0.0, {}})};
+  ForceSettings push;
+  push.kind = LoadKind::kTraction;
+  push.select = SelectPlane{0, 20.0, {}};
+  const double critical = std::numbers::pi * std::numbers::pi / 4.0 * 1e6 / 12.0 / 400.0;
+  push.vector = Vector3(-0.97 * critical, 0, 0);
+  scene.traction = {push};
+  scene.pressure = {pressure(SelectPlane{1, 1.0, {}}, 0.02)};
+  for (const double increment : {1.0, 0.1}) {
+    Session session(scene, quadratic_mesh(scene), Analysis::kEquilibrium, increment);
+    ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+    EXPECT_TRUE(session.load_path()->limit_points.empty()) << session.message();
+    EXPECT_FALSE(session.load_path()->loss);
+  }
+}
+
 // Implicit motions of the column under half of the flutter load go to the equilibrium at once or swing
 // about it, whatever the step.
 TEST(FollowerMotion, ImplicitStepsUnderLargePressure) {
@@ -290,6 +354,20 @@ class DampedColumn {
   Scene scene_;
   Session session_;
 };
+
+// Of two modes that flutter together, the one that grows comes first: it is not cut off.
+TEST(FollowerModes, TheModeThatGrowsComesFirst) {
+  const DampedColumn body(26.0, 0.0, 5.0);
+  const NormalModes all = body.modes(6);
+  for (std::size_t count = 1; count <= 6; ++count) {
+    const NormalModes some = body.modes(static_cast<Index>(count));
+    ASSERT_EQ(some.modes.size(), count);
+    for (std::size_t i = 0; i < count; ++i) {
+      EXPECT_EQ(some.modes[i].kind, all.modes[i].kind) << count << ' ' << i;
+    }
+  }
+  EXPECT_EQ(all.modes[0].kind, ModeKind::kFlutter);
+}
 
 TEST(FollowerModes, DampingThatLetsAColumnFlutter) {
   struct Case {

@@ -67,6 +67,9 @@ class RootFinder {
   /// report the residual is |Tᵀr|₂, and conjugate gradients stand for the method that solves the
   /// linear systems.
   virtual MinimizerReport find_root(RootProblem& problem, Vector& u) = 0;
+  /// correction = −(∂r/∂u)⁻¹ r(u) with all the digits that the residual has. Returns false if it cannot be
+  /// found.
+  virtual bool newton_correction(RootProblem& problem, const Vector& u, Vector& correction) = 0;
 };
 
 /// Halves u, the displacement from the problem's origin, until the problem is defined there.

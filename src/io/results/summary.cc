@@ -83,7 +83,9 @@ nlohmann::ordered_json equilibrium_json(const Session& session, const LoadPath& 
     json["loss_of_stability"] = {{"below", path.loss->below},
                                  {"above", path.loss->above},
                                  {"flutter", path.loss->is_flutter},
-                                 {"growth_rate", path.loss->growth_rate}};
+                                 {"growth_rate", path.loss->growth_rate},
+                                 {"damping_ratio", path.loss->damping_ratio},
+                                 {"is_over", path.loss->is_over}};
   }
   return json;
 }
