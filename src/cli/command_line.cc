@@ -1,6 +1,10 @@
 #include "command_line.h"
 
+#include <unistd.h>
+
+#include <filesystem>
 #include <string_view>
+#include <system_error>
 
 namespace tetraction {
 namespace {
@@ -9,6 +13,13 @@ std::string& remembered() {
   static std::string text;
   return text;
 }
+
+char**& arguments() {
+  static char** argv = nullptr;
+  return argv;
+}
+
+int threads_given = 0;
 
 // In single quotes if a shell would read the word in another way.
 std::string shell_word(std::string_view word) {
@@ -31,6 +42,7 @@ std::string shell_word(std::string_view word) {
 }  // namespace
 
 void remember_command_line(int argc, char** argv) {
+  arguments() = argv;
   std::string& text = remembered();
   text = "tetraction";
   for (int i = 1; i < argc; ++i) text += ' ' + shell_word(argv[i]);
@@ -38,6 +50,21 @@ void remember_command_line(int argc, char** argv) {
 
 std::string command_line() {
   return remembered();
+}
+
+void remember_threads(int threads) {
+  threads_given = threads;
+}
+
+int remembered_threads() {
+  return threads_given;
+}
+
+void become_program(const std::string& name) {
+  std::error_code error;
+  const std::filesystem::path own = std::filesystem::read_symlink("/proc/self/exe", error);
+  if (error) return;
+  execv((own.parent_path() / name).c_str(), arguments());
 }
 
 }  // namespace tetraction

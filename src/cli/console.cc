@@ -14,6 +14,7 @@ namespace tetraction {
 namespace {
 
 int first_error = 0;  // of standard output
+bool is_silent = false;
 
 void note_failure() {
   if (first_error == 0) first_error = errno != 0 ? errno : EIO;
@@ -32,7 +33,12 @@ void prepare_streams() {
   }
 }
 
+void set_silent(bool silent) {
+  is_silent = silent;
+}
+
 void write_result(std::string_view text) {
+  if (is_silent) return;
   errno = 0;
   if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size()) note_failure();
 }
@@ -44,6 +50,7 @@ std::string lost_results() {
 }
 
 void print_progress(std::string_view text) {
+  if (is_silent) return;
   static_cast<void>(std::fwrite(text.data(), 1, text.size(), stderr));
   static_cast<void>(std::fflush(stderr));
 }

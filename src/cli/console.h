@@ -30,6 +30,9 @@ std::string lost_results();
 /// anywhere.
 void print_progress(std::string_view text);
 
+/// Lets this process print nothing, or print again: of several processes of a run only one speaks.
+void set_silent(bool silent);
+
 /// "tetraction: …" on standard error, in the same way.
 void print_message(std::string_view text);
 /// "tetraction: note: …"

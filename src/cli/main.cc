@@ -2,8 +2,6 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <exception>
-#include <new>
 #include <sstream>
 #include <string>
 #include <string_view>
@@ -17,23 +15,16 @@
 #include "core/spelling.h"
 #include "interrupt_guard.h"
 #include "option_values.h"
+#include "program_failure.h"
 #include "tetraction/core/blas.h"
-#include "tetraction/core/error.h"
 #include "tetraction/core/parallel.h"
 #include "tetraction/core/version.h"
 #include "tetraction/io/io_library_versions.h"
-#include "tetraction/io/key_tables.h"
 #ifdef TETRACTION_HAS_VIEWER
 #include "viewer/gui/window/view_app.h"
 #endif
 
 namespace {
-
-// Exit codes, as documented in README.md.
-constexpr int kNumericalFailure = 1;
-constexpr int kWrongInput = 2;
-constexpr int kBadFile = 3;
-constexpr int kCannotWrite = 4;
 
 int report(int code, std::string_view what) {
   tetraction::print_message(what);
@@ -108,9 +99,9 @@ int report(const CLI::App& app, const CLI::ParseError& error) {
     text = fmt::format("{} has no option {}{}", spoken_name(*command), option,
                        near.empty() ? "." : fmt::format(": did you mean --{}?", near));
   }
-  report(kWrongInput, text);
+  report(tetraction::kWrongInput, text);
   tetraction::print_progress(fmt::format("See {} --help.\n", spoken_name(*command)));
-  return kWrongInput;
+  return tetraction::kWrongInput;
 }
 
 int run_program(int argc, char** argv) {
@@ -144,6 +135,7 @@ int run_program(int argc, char** argv) {
     if (command->get_name() != "mesh") add_threads(*command);
   }
   app.parse_complete_callback([&] {
+    tetraction::remember_threads(threads);
     if (threads > 0) tetraction::set_thread_count(threads);
   });
 
@@ -165,22 +157,9 @@ int run_program(int argc, char** argv) {
 int guarded(int argc, char** argv) {
   try {
     return run_program(argc, argv);
-  } catch (const tetraction::InputError& error) {
-    const std::string page = tetraction::documentation_of(error.what());
-    return report(kWrongInput,
-                  page.empty() ? error.what() : fmt::format("{} See {}.", error.what(), page));
-  } catch (const tetraction::NumericalError& error) {
-    return report(kNumericalFailure, error.what());
-  } catch (const tetraction::FileError& error) {
-    return report(kBadFile, error.what());
-  } catch (const tetraction::OutputError& error) {
-    return report(kCannotWrite, error.what());
-  } catch (const std::bad_alloc&) {
-    return report(kNumericalFailure,
-                  "out of memory: the mesh is too large for this machine and this integrator. The "
-                  "explicit integrators need the least.");
-  } catch (const std::exception& error) {
-    return report(kNumericalFailure, fmt::format("unexpected failure: {}", error.what()));
+  } catch (...) {
+    const tetraction::ProgramFailure failure = tetraction::present_failure();
+    return report(failure.code, failure.message);
   }
 }
 
@@ -194,7 +173,7 @@ int main(int argc, char** argv) {
   const int code = guarded(argc, argv);
   const std::string reason = tetraction::lost_results();
   if (reason.empty()) return code;
-  report(kCannotWrite,
+  report(tetraction::kCannotWrite,
          fmt::format("the results cannot be written to standard output ({}).", reason));
-  return code != 0 ? code : kCannotWrite;
+  return code != 0 ? code : tetraction::kCannotWrite;
 }

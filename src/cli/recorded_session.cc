@@ -9,6 +9,7 @@
 #include "console.h"
 #include "interrupt_guard.h"
 #include "io/results/result_folders.h"
+#include "parallel_run.h"
 #include "progress_bar.h"
 #include "resume.h"
 #include "scene_source.h"
@@ -32,9 +33,27 @@ void add_session_options(CLI::App& command, SessionArguments& arguments) {
   command.add_flag("--json", arguments.json, "Print summary.json to stdout");
 }
 
+void print_remarks(const Session& session, std::size_t told) {
+  for (std::size_t i = told; i < session.warnings().size(); ++i) {
+    print_warning(session.warnings()[i]);
+  }
+  for (const AppliedEdit& edit : session.edits()) {
+    if (!edit.warning.empty()) {
+      print_warning(fmt::format("after the event at {:.6g} s: {}", edit.at, edit.warning));
+    }
+  }
+  if (!session.message().empty()) print_message(session.message());
+}
+
 int run_recorded(const SessionArguments& arguments, const SessionMaker& make_session,
                  const char* label, const OutcomePrinter& print_outcome) {
+  if (arguments.may_be_parallel && launched_processes() > 1) {
+    return run_parallel(arguments, label, print_outcome);
+  }
   const Scene scene = read_scene(arguments.scene, arguments.overrides);
+  if (arguments.may_be_parallel && scene.solver.engine == "petsc") {
+    return run_parallel(arguments, label, print_outcome);
+  }
   const std::string directory = output_directory(scene, arguments.out, arguments.overrides);
   check_folder_of_run(scene, directory);
   const auto start = std::chrono::steady_clock::now();
@@ -74,15 +93,7 @@ int run_recorded(const SessionArguments& arguments, const SessionMaker& make_ses
   } else if (!arguments.quiet) {
     print_outcome(session, directory);
   }
-  for (std::size_t i = told; i < session.warnings().size(); ++i) {
-    print_warning(session.warnings()[i]);
-  }
-  for (const AppliedEdit& edit : session.edits()) {
-    if (!edit.warning.empty()) {
-      print_warning(fmt::format("after the event at {:.6g} s: {}", edit.at, edit.warning));
-    }
-  }
-  if (!session.message().empty()) print_message(session.message());
+  print_remarks(session, told);
   if (status == RunStatus::kCancelled) return InterruptGuard::exit_code();
   return tetraction::exit_code(status);
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <CLI/App.hpp>
+#include <cstddef>
 #include <functional>
 #include <memory>
 #include <string>
@@ -22,6 +23,7 @@ struct SessionArguments {
   bool has_checkpoints = false;  ///< whether the command keeps checkpoints
   bool resume = false;           ///< go on with the run in the output directory
   bool force = false;            ///< go on although scene or mesh have changed
+  bool may_be_parallel = false;  ///< whether the command works in several processes
 };
 
 /// Adds the options of the arguments, which must live as long as the command.
@@ -32,6 +34,9 @@ using OutcomePrinter = std::function<void(const Session&, const std::string& dir
 
 /// Makes the session of a scene.
 using SessionMaker = std::function<std::unique_ptr<Session>(const Scene&, TetMesh)>;
+
+/// Prints the warnings and messages of a session after its run. The first `told` warnings have been printed.
+void print_remarks(const Session& session, std::size_t told);
 
 /// Reads the scene, computes the session to its end, writes its results and prints warnings and
 /// messages. `label` is what the progress bar says. Returns the exit code.

@@ -9,6 +9,7 @@
 #include "commands.h"
 #include "console.h"
 #include "recorded_session.h"
+#include "tetraction/dynamics/whole_body.h"
 
 namespace tetraction {
 namespace {
@@ -57,9 +58,9 @@ void print_outcome(const Session& session, const std::string& directory) {
   write_result(step_control_text(session));
   print_result(
       "mesh: {} vertices, {} tetrahedra; mass {:.6g} kg; {} of {} degrees of freedom free\n",
-      session.system().vertex_count(), session.system().mesh().tetrahedron_count(),
-      session.system().total_mass(), session.system().coordinates().count(),
-      session.system().dof_count());
+      whole_vertex_count(session.system()), whole_tetrahedron_count(session.system()),
+      session.system().total_mass(), whole_freedom_count(session.system()),
+      3 * whole_vertex_count(session.system()));
   print_result("stability limit of the explicit rules: h_crit = {:.6g} s\n",
                session.initial_limit().critical_step);
   print_result(
@@ -91,8 +92,9 @@ void print_outcome(const Session& session, const std::string& directory) {
   } else {
     write_result("\n");
   }
-  print_result("results: {0}/history.csv, {1}{0}/frames.pvd, {0}/final.vtu, {0}/summary.json\n",
-               directory, session.scene().probe.empty() ? "" : directory + "/probes.csv, ");
+  print_result("results: {0}/history.csv, {1}{0}/frames.pvd, {0}/final.{2}, {0}/summary.json\n",
+               directory, session.scene().probe.empty() ? "" : directory + "/probes.csv, ",
+               session.system().part() != nullptr ? "pvtu" : "vtu");
 }
 
 }  // namespace
@@ -102,6 +104,7 @@ void add_run_command(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("run", "Run a scene and write its results");
   add_session_options(*command, *arguments);
   arguments->has_checkpoints = true;
+  arguments->may_be_parallel = true;
   CLI::Option* resume =
       command->add_flag("--resume", arguments->resume,
                         "Go on with the run in the output directory from its newest checkpoint");

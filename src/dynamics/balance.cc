@@ -14,6 +14,7 @@ Balance::Balance(const MechanicalSystem& system, const State& state) : system_(s
     const LameParameters lame = system.lame(e);
     sums_.round_off += 1e-26 * (std::abs(lame.lambda) + 2.0 * lame.mu) * system.rest().volume(e);
   }
+  sums_.round_off = sum_over_parts(system.part(), sums_.round_off);
   sums_.initial_energies = sums_.energies;
   sums_.initial_momenta = sums_.momenta;
   sums_.linear_scale = sums_.momenta.linear_scale;
@@ -28,8 +29,9 @@ void Balance::enter(const State& state, const StepOutcome& outcome) {
   double springs = 0.0;
   for (const ForceTerm* term : system_.force_terms()) {
     if (!term->has_potential() || term->account() != EnergyAccount::kConstraintWork) continue;
-    springs += std::abs(term->energy(system_.force_point(state.position, state.time)));
+    springs += std::abs(term->energy(system_.energy_point(state.position, state.time)));
   }
+  springs = sum_over_parts(system_.part(), springs);
   entering_.set_elastic(outcome.elastic_energy);
   std::swap(s.energies, entering_);
   s.momenta = momenta;

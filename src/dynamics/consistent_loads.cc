@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <map>
 #include <utility>
 
@@ -14,8 +15,18 @@
 namespace tetraction {
 namespace {
 
-LoadDistribution make_distribution(const std::map<Index, double>& weight_of) {
+// In a part, a vertex has the weights that it has in other parts, too.
+LoadDistribution make_distribution(const TetMesh& mesh, std::map<Index, double> weight_of) {
   LoadDistribution distribution;
+  distribution.part = mesh.part;
+  if (mesh.part) {
+    Vector weights = Vector::Zero(mesh.vertex_count());
+    for (const auto& [vertex, weight] : weight_of) weights[vertex] = weight;
+    mesh.part->add_shared(weights.data(), 1);
+    for (Index v = 0; v < weights.size(); ++v) {
+      if (weights[v] != 0.0) weight_of[v] = weights[v];
+    }
+  }
   distribution.weights.resize(static_cast<Index>(weight_of.size()));
   for (const auto& [vertex, weight] : weight_of) {
     distribution.weights[static_cast<Index>(distribution.vertices.size())] = weight;
@@ -59,10 +70,22 @@ LoadDistribution element_distribution(const MechanicalSystem& system,
     Index a = 0;
     for (const Index v : system.rest().nodes(e)) weight_of[v] += density * weights[a++];
   }
-  return make_distribution(weight_of);
+  return make_distribution(system.mesh(), std::move(weight_of));
+}
+
+// The number of the distribution's vertices that count in a sum over the body.
+Index own_count(const LoadDistribution& distribution) {
+  const std::vector<Index>& vertices = distribution.vertices;
+  if (!distribution.part) return static_cast<Index>(vertices.size());
+  return std::lower_bound(vertices.begin(), vertices.end(), distribution.part->owned_vertices) -
+         vertices.begin();
 }
 
 }  // namespace
+
+double LoadDistribution::total() const {
+  return part ? sum_over_parts(part.get(), weights.head(own_count(*this)).sum()) : weights.sum();
+}
 
 LoadDistribution surface_distribution(const TetMesh& mesh,
                                       const std::vector<std::array<Index, 3>>& triangles) {
@@ -78,7 +101,7 @@ LoadDistribution surface_distribution(const TetMesh& mesh,
     const double area = 0.5 * (position(mesh, v[1]) - x).cross(position(mesh, v[2]) - x).norm();
     for (const Index own : face) weight_of[own] += area / 3.0;
   }
-  return make_distribution(weight_of);
+  return make_distribution(mesh, std::move(weight_of));
 }
 
 LoadDistribution volume_distribution(const MechanicalSystem& system,
@@ -91,9 +114,9 @@ LoadDistribution mass_distribution(const MechanicalSystem& system,
   return element_distribution(system, tetrahedra, [&](Index e) { return system.density(e); });
 }
 
-LoadDistribution equal_distribution(std::vector<Index> vertices) {
+LoadDistribution equal_distribution(std::vector<Index> vertices, SharedMeshPart part) {
   const auto count = static_cast<Index>(vertices.size());
-  return {std::move(vertices), Vector::Ones(count)};
+  return {std::move(vertices), Vector::Ones(count), std::move(part)};
 }
 
 ExternalForce distributed_force(const LoadDistribution& distribution, const Vector3& density) {
@@ -117,13 +140,20 @@ ExternalForce shared_moment(const LoadDistribution& distribution, const TetMesh&
   for (Index i = 0; i < count; ++i) {
     arms.col(i) = position(mesh, distribution.vertices[static_cast<std::size_t>(i)]);
   }
-  arms.colwise() -= Vector3(arms * distribution.weights / distribution.total());
+  const Index own = own_count(distribution);
+  const MeshPart* mesh_part = distribution.part.get();
+  Vector3 moment_of_weights = mesh_part == nullptr
+                                  ? Vector3(arms * distribution.weights)
+                                  : Vector3(arms.leftCols(own) * distribution.weights.head(own));
+  sum_over_parts(mesh_part, moment_of_weights.data(), 3);
+  arms.colwise() -= Vector3(moment_of_weights / distribution.total());
   Matrix3 inertia = Matrix3::Zero();
-  for (Index i = 0; i < count; ++i) {
+  for (Index i = 0; i < own; ++i) {
     const Vector3 r = arms.col(i);
     inertia +=
         distribution.weights[i] * (r.squaredNorm() * Matrix3::Identity() - r * r.transpose());
   }
+  sum_over_parts(mesh_part, inertia.data(), 9);
   const SymmetricEigen3 eigen = symmetric_eigen(inertia);
   constexpr double kSingular = 1e-12;
   Vector3 theta = Vector3::Zero();

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "solve_to_round_off.h"
+#include "tetraction/dynamics/whole_body.h"
 
 namespace tetraction {
 ConstrainedMinimization::ConstrainedMinimization(PotentialProblem& problem,
@@ -31,7 +32,7 @@ bool ConstrainedMinimization::solve(StepOutcome& outcome) {
   constexpr int kEstimates = 40;
   double before = std::numeric_limits<double>::infinity();
   problem_.set_rate_estimate(u_);
-  if (system_.coordinates().count() == 0) {  // x is where everything is prescribed to be
+  if (whole_freedom_count(system_) == 0) {  // x is where everything is prescribed to be
     outcome.minimizer.termination = Termination::kConverged;
     outcome.minimizer.message = "nothing to solve for: every vertex is held";
     return true;
@@ -52,7 +53,7 @@ bool ConstrainedMinimization::solve(StepOutcome& outcome) {
     problem_.set_rate_estimate(u_);
     double phi = 0.0;
     if (!problem_.value_and_full_gradient(u_, phi, gradient_).ok()) break;
-    const double residual = system_.coordinates().restricted_norm(gradient_);
+    const double residual = system_.restricted_norm(gradient_);
     outcome.minimizer.residual = residual;
     if (residual <= std::max(report.residual, report.residual_limit)) return true;
     // If the residual does not fall any more, it is round-off.

@@ -157,6 +157,10 @@ Matrix nodal_average(const MechanicalSystem& system, const Matrix& element_field
       volume[v] += element_volume;
     }
   }
+  if (system.part() != nullptr) {
+    system.part()->add_shared(sum.data(), sum.rows());
+    system.part()->add_shared(volume.data(), 1);
+  }
   return sum * volume.cwiseInverse().asDiagonal();
 }
 
@@ -165,10 +169,11 @@ Matrix deformation_field(const MechanicalSystem& system, const Vector& q) {
   const Vector3 rest_center = system.center_of_mass(rest);
   const Vector3 center = system.center_of_mass(q);
   Matrix3 moment = Matrix3::Zero();
-  for (Index v = 0; v < system.vertex_count(); ++v) {
+  for (Index v = 0; v < system.owned_vertex_count(); ++v) {
     moment += system.mass()[v] * (vertex_block(q, v) - center) *
               (vertex_block(rest, v) - rest_center).transpose();
   }
+  sum_over_parts(system.part(), moment.data(), 9);
   const Matrix3 rotation = proper_rotation(moment);
   Matrix deformation(3, system.vertex_count());
   for (Index v = 0; v < system.vertex_count(); ++v) {

@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "agreed_outcome.h"
 #include "finite_outcome.h"
 #include "term_forces.h"
 #include "tetraction/core/parallel.h"
@@ -29,6 +30,7 @@ class ForceCache {
     valid_ = status.ok();
     return status;
   }
+  bool is_known() const { return valid_; }
   void invalidate() { valid_ = false; }
   const Vector& gradient() const { return gradient_; }
   double elastic_energy() const { return elastic_energy_; }
@@ -63,7 +65,14 @@ class ExplicitStepper : public Stepper {
   ExplicitStepper(const MechanicalSystem& system, int halves)
       : Stepper(system),
         halves_(halves),
-        constrained_(system.constraints().constrained_vertices()) {}
+        constrained_(system.constraints().constrained_vertices()) {
+    if (system.part() == nullptr) return;
+    Vector copies = Vector::Ones(system.vertex_count());
+    add_shared(system.part(), copies, 1);
+    for (Index v = 0; v < copies.size(); ++v) {
+      if (copies[v] > 1.0) shared_.push_back(v);
+    }
+  }
 
   void reset() override {
     force_.invalidate();
@@ -71,9 +80,20 @@ class ExplicitStepper : public Stepper {
   }
 
   StepOutcome advance(const State& from, State& to, double h, double end_time) override {
+    StepOutcome outcome = advance_part(from, to, h, end_time);
+    agree(system_.part(), outcome);
+    if (!outcome.ok()) force_.invalidate();  // of all parts or of none
+    return outcome;
+  }
+
+ private:
+  // The step of the own part of the body, with the part's shares in the balance.
+  StepOutcome advance_part(const State& from, State& to, double h, double end_time) {
     StepOutcome outcome;
     CacheGuard guard(force_);
-    if (const EvaluationStatus start = force_.update(system_, from.position); !start.ok()) {
+    const bool was_known = force_.is_known();
+    const EvaluationStatus start = force_.update(system_, from.position);
+    if (!was_known && !everywhere(system_.part(), start.ok())) {
       return inverted(outcome, start.failed_element);
     }
     classify_terms();
@@ -92,18 +112,25 @@ class ExplicitStepper : public Stepper {
     const VertexKick first = kick(from.position, from.time, kick_step, outcome);
     double dissipated = 0.0;
     if (terms_.damping) {
-      dissipated = dissipated_by(kick_step, from.position, from.momentum, Place::kBegin);
+      dissipated = sum_over_parts(
+          system_.part(), dissipated_by(kick_step, from.position, from.momentum, Place::kBegin));
       if (!(dissipated >= 0.0)) {
         outcome.status = StepStatus::kOverdamped;
         return outcome;
       }
     }
-    if (!move(first, h, from, to)) return overflowed(outcome);
+    // A part whose step fails goes on to where the others expect something from it.
+    const bool is_finite = move(first, h, from, to);
+    if (!is_finite && system_.part() == nullptr) return overflowed(outcome);
     if (!constrain_drift(from, to, h, outcome)) return outcome;
     force_.invalidate();
-    if (const EvaluationStatus end = force_.update(system_, to.position); !end.ok()) {
-      return inverted(outcome, end.failed_element);
+    const EvaluationStatus forces = force_.update(system_, to.position);
+    const bool is_well = is_finite && forces.ok();
+    if (terms_.damping && !everywhere(system_.part(), is_well) && is_well) {
+      return inverted(outcome, -1);
     }
+    if (!is_finite) return overflowed(outcome);
+    if (!forces.ok()) return inverted(outcome, forces.failed_element);
     if (Index vertex = -1; terms_.potential) {
       const ForceTerm* term = system_.undefined_term(to.position, end_time, vertex);
       if (term != nullptr) return undefined(outcome, *term, vertex);
@@ -111,18 +138,17 @@ class ExplicitStepper : public Stepper {
     if (halves_ == 2) {
       if (terms_.damping) predict_velocity(to, kick_step);
       const VertexKick second = kick(to.position, to.time, kick_step, outcome);
-      std::atomic<bool> finite{true};
-      parallel_for(system_.vertex_count(), kGrain, [&](Index begin, Index end) {
-        if (!kick_only(begin, end, second, to.momentum.data())) finite = false;
-      });
-      if (!finite) return overflowed(outcome);
+      if (!kick_all(second, to.momentum)) return overflowed(outcome);
     }
     end_drift(to, h, outcome);
     if (terms_.damping) {
       if (halves_ == 2) {
-        dissipated += dissipated_by(kick_step, to.position, to.momentum, Place::kEnd);
+        dissipated += sum_over_parts(
+            system_.part(), dissipated_by(kick_step, to.position, to.momentum, Place::kEnd));
       }
-      outcome.dissipated_energy = std::max(0.0, dissipated);
+      // The share of one part is that of all.
+      const bool is_first = system_.part() == nullptr || system_.part()->rank() == 0;
+      outcome.dissipated_energy = is_first ? std::max(0.0, dissipated) : 0.0;
     }
     finish(from, to, h, outcome);
     if (!has_finite_balance(outcome)) return overflowed(outcome);
@@ -130,7 +156,6 @@ class ExplicitStepper : public Stepper {
     return outcome;
   }
 
- private:
   // Where an impulse stands among the impulses of a step.
   enum class Place { kBegin, kEnd };
 
@@ -171,8 +196,10 @@ class ExplicitStepper : public Stepper {
         add_impulse(q, load_, dt, outcome);
       }
       if (!kick.acceleration.isZero(0.0)) {
-        const Vector3 moment = system_.total_mass() * system_.center_of_mass(q);
-        outcome.linear_impulse += dt * system_.total_mass() * kick.acceleration;
+        const Vector3 moment = system_.part() != nullptr
+                                   ? system_.own_first_moment(q)
+                                   : Vector3(system_.total_mass() * system_.center_of_mass(q));
+        outcome.linear_impulse += dt * system_.own_mass() * kick.acceleration;
         outcome.angular_impulse += moment.cross(dt * kick.acceleration);
       }
       return kick;
@@ -210,7 +237,7 @@ class ExplicitStepper : public Stepper {
     project_impulse(system_.constraints(), system_.mass(), q, free_damping_);
     const double half = place == Place::kBegin ? -0.5 * dt : 0.5 * dt;
     double sum = 0.0;
-    for (Index v = 0; v < system_.vertex_count(); ++v) {
+    for (Index v = 0; v < system_.owned_vertex_count(); ++v) {
       const auto k = vertex_block(std::as_const(damping_), v);
       sum += system_.inverse_mass()[v] *
              (half * k.dot(vertex_block(free_damping_, v)) - k.dot(vertex_block(momentum, v)));
@@ -227,6 +254,28 @@ class ExplicitStepper : public Stepper {
         finite = false;
       }
     });
+    // A vertex is computed in another way if it is one of the last. Those that other parts have, too, must
+    // have the same bits there.
+    for (const Index v : shared_) {
+      kick_and_drift(v, v + 1, kick, h, from.position.data(), from.momentum.data(),
+                     to.momentum.data(), to.velocity.data(), to.position.data());
+    }
+    return finite;
+  }
+
+  // The momenta alone. Returns false if one of them overflows.
+  bool kick_all(const VertexKick& kick, Vector& momentum) {
+    std::vector<Vector3> before;
+    before.reserve(shared_.size());
+    for (const Index v : shared_) before.emplace_back(vertex_block(momentum, v));
+    std::atomic<bool> finite{true};
+    parallel_for(system_.vertex_count(), kGrain, [&](Index begin, Index end) {
+      if (!kick_only(begin, end, kick, momentum.data())) finite = false;
+    });
+    for (std::size_t i = 0; i < shared_.size(); ++i) {
+      vertex_block(momentum, shared_[i]) = before[i];
+      kick_only(shared_[i], shared_[i] + 1, kick, momentum.data());
+    }
     return finite;
   }
 
@@ -291,6 +340,7 @@ class ExplicitStepper : public Stepper {
       const Index v = constrained_[i];
       const Vector3 impulse = vertex_block(momentum, v) - before_.col(static_cast<Index>(i));
       vertex_block(reaction_, v) += impulse;
+      if (v >= system_.owned_vertex_count()) continue;
       outcome.linear_impulse += impulse;
       outcome.angular_impulse += vertex_block(q, v).cross(impulse);
     }
@@ -319,7 +369,7 @@ class ExplicitStepper : public Stepper {
       vertex_block(to.velocity, v) =
           (vertex_block(to.position, v) - vertex_block(from.position, v)) / h;
     }
-    if (load_.size() > 0) outcome.external_work = h * load_.dot(to.velocity);
+    if (load_.size() > 0) outcome.external_work = h * own_dot(system_, load_, to.velocity);
     if (terms_.potential) outcome.external_work += driven_work(from, to);
     if (!constraints.empty() || terms_.constraining) {
       outcome.constraint_work = constraint_work(from, to);
@@ -344,6 +394,7 @@ class ExplicitStepper : public Stepper {
 
   int halves_;
   std::vector<Index> constrained_;  // constrained vertices
+  std::vector<Index> shared_;       // vertices that other parts have, too
   ForceCache force_;
   // These are members in order to avoid allocations.
   Terms terms_;

@@ -14,7 +14,8 @@ namespace tetraction {
 
 FirstGuess::FirstGuess(const MechanicalSystem& system, bool prescribed_move)
     : system_(system),
-      free_(system.constraints().empty()),
+      free_(everywhere(system.part(), system.constraints().empty())),
+      moving_(anywhere(system.part(), prescribed_move)),
       zero_(Vector::Zero(system.dof_count())) {
   if (!prescribed_move) return;
   const RestState& rest = system.rest();
@@ -37,7 +38,7 @@ FirstGuess::Quality FirstGuess::choose(StepProblem& problem, const State& state)
   int best = -1;
   const auto judge = [&](int guess) {
     double phi = 0.0;
-    if (guess == kStay && knows_energy_ && !system_.constraints().moving()) {
+    if (guess == kStay && knows_energy_ && !moving_) {
       phi = elastic_energy_;
     } else {
       make(guess, problem, state, trial_);
@@ -99,10 +100,11 @@ void FirstGuess::make_rigid(const Vector& q, const Vector& target, Vector& x) co
   const Vector3 from = system_.center_of_mass(q);
   const Vector3 to = system_.center_of_mass(target);
   Matrix3 moment = Matrix3::Zero();
-  for (Index v = 0; v < system_.vertex_count(); ++v) {
+  for (Index v = 0; v < system_.owned_vertex_count(); ++v) {
     moment += system_.mass()[v] * (vertex_block(target, v) - to) *
               (vertex_block(q, v) - from).transpose();
   }
+  sum_over_parts(system_.part(), moment.data(), 9);
   const Matrix3 rotation = proper_rotation(moment);
   x.resize(q.size());
   for (Index v = 0; v < system_.vertex_count(); ++v) {
@@ -125,13 +127,14 @@ bool FirstGuess::keeps_volumes(const Vector& from, const Vector& x) const {
     const RestState::Shape::NodeMatrix nodes = rest.gather_relative(q, point);
     return Matrix3(nodes.rightCols<3>()).determinant();
   };
-  return std::all_of(moved_elements_.begin(), moved_elements_.end(), [&](Index e) {
+  const bool keeps = std::all_of(moved_elements_.begin(), moved_elements_.end(), [&](Index e) {
     for (Index i = rest.points_per_element() * e; rest.element_of(i) == e; ++i) {
       const double before = volume(from, i);
       if (before > 0.0 && !(volume(x, i) > kFair * before)) return false;
     }
     return true;
   });
+  return everywhere(system_.part(), keeps);
 }
 
 // Conjugate gradients, preconditioned with the diagonal, over the free coordinates z of x + T z. A

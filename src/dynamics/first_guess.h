@@ -55,8 +55,9 @@ class FirstGuess {
   void make_rigid(const Vector& q, const Vector& target, Vector& x) const;
 
   const MechanicalSystem& system_;
-  bool free_ = false;  // the body has no constraints
-  int best_ = 0;       // of the last step
+  bool free_ = false;    // the body has no constraints
+  bool moving_ = false;  // prescribed vertices move
+  int best_ = 0;         // of the last step
   // Velocities of the steps before the last one, and how many of them are known.
   std::array<Vector, 2> earlier_;
   int earlier_count_ = 0;

@@ -24,7 +24,7 @@ bool ImplicitStepper::find(const State& from, double end_time, StepOutcome& outc
   }
   if (solve_.minimize(from.position, outcome)) return true;
   // Without intermediate steps the minimisation of a body with moving targets may fail.
-  if (led || !system_.constraints().moving()) return false;
+  if (led || !moving_) return false;
   StepOutcome again;
   again.minimizer.iterations = outcome.minimizer.iterations;
   again.minimizer.factorizations = outcome.minimizer.factorizations;
@@ -41,9 +41,17 @@ bool ImplicitStepper::find(const State& from, double end_time, StepOutcome& outc
 // crushes or inverts no element.
 bool ImplicitStepper::lead_along(const State& from, double end_time, StepOutcome& outcome) {
   constexpr double kLeastPart = 1.0 / 512;
-  if (!system_.constraints().moving()) {
+  if (!moving_) {
     outcome.status = StepStatus::kNotConverged;
     outcome.message = "the elastic energy is not defined at the start of the step";
+    return false;
+  }
+  if (system_.part() != nullptr) {
+    outcome.status = StepStatus::kNotConverged;
+    outcome.message =
+        "prescribed vertices move so far in a step that several processes cannot lead them there "
+        "yet";
+    outcome.obstacle = StepObstacle::kPrescribedMotion;
     return false;
   }
   x_ = from.position;

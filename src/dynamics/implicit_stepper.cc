@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <utility>
 
+#include "agreed_outcome.h"
 #include "finite_outcome.h"
 #include "settle_loads.h"
 #include "term_forces.h"
@@ -24,6 +25,7 @@ ImplicitStepper::ImplicitStepper(std::unique_ptr<StepProblem> problem,
       problem_(std::move(problem)),
       solve_(*problem_, std::move(minimizer), std::move(root_finder), 1.0 / alpha, direction),
       guess_(system_, system_.constraints().moving()),
+      moving_(anywhere(system_.part(), system_.constraints().moving())),
       alpha_(alpha) {}
 
 void ImplicitStepper::reset() {
@@ -32,6 +34,13 @@ void ImplicitStepper::reset() {
 }
 
 StepOutcome ImplicitStepper::advance(const State& from, State& to, double h, double end_time) {
+  StepOutcome outcome = advance_part(from, to, h, end_time);
+  agree(system_.part(), outcome);
+  if (outcome.ok()) guess_.keep(from.velocity, outcome.elastic_energy);
+  return outcome;
+}
+
+StepOutcome ImplicitStepper::advance_part(const State& from, State& to, double h, double end_time) {
   StepOutcome outcome;
   gather_loads(from, h, alpha_, load_);
   reaction_.setZero();
@@ -67,7 +76,9 @@ StepOutcome ImplicitStepper::advance(const State& from, State& to, double h, dou
   Index vertex = -1;
   const ForceTerm* term = system_.undefined_term(to.position, to.time, vertex);
   if (term != nullptr) return undefined(outcome, *term, vertex);
-  if (load_.size() > 0) outcome.external_work = load_.dot(to.position - from.position);
+  if (load_.size() > 0) {
+    outcome.external_work = own_dot(system_, load_, to.position - from.position);
+  }
   outcome.external_work += driven_work(from, to);
   if (system_.is_dissipative()) outcome.dissipated_energy = problem_->dissipated_energy(u, h);
   reaction_ /= h;
@@ -75,9 +86,7 @@ StepOutcome ImplicitStepper::advance(const State& from, State& to, double h, dou
   if (constraining_) reaction_ += spring_force_;
   if (!has_finite_balance(outcome)) {
     outcome.status = StepStatus::kNotFinite;
-    return outcome;
   }
-  guess_.keep(from.velocity, outcome.elastic_energy);
   return outcome;
 }
 
@@ -126,9 +135,10 @@ bool ImplicitStepper::take_momenta(const State& from, State& to, double h, StepO
   residual = (carried_ - start) / s - force_;
   system_.coordinates().project_momentum(system_.mass(), residual);
   Vector3 torque = Vector3::Zero();
-  for (Index v = 0; v < system_.vertex_count(); ++v) {
+  for (Index v = 0; v < system_.owned_vertex_count(); ++v) {
     torque += residual_arm(from, v).cross(vertex_block(residual, v));
   }
+  sum_over_parts(system_.part(), torque.data(), 3);
   outcome.residual_angular_impulse = h * torque.norm();
   set_end_momentum(from, to, start, h, outcome);
   return true;
@@ -154,6 +164,7 @@ bool ImplicitStepper::gather_forces(const State& from, const State& to, double h
   double ignored = 0.0;
   problem_->viscous().add_value_and_gradient(problem_->step_displacement(solve_.u()), ignored,
                                              damping_);
+  if (problem_->viscous().factor() != 0.0) add_shared(system_.part(), damping_, 3);
   damping_ = -damping_;
   add_damping(from, to.velocity, damping_);
   add_damping(from, to.velocity, outer_);

@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -44,20 +45,31 @@ bool is_column_name(const std::string& name) {
   });
 }
 
-// The sums are formed in an order that does not depend on the number of threads.
-VertexSums sums(const MechanicalSystem& system, const Vector& q, const Vector& p) {
+// The sums over the own vertices, in an order that does not depend on the number of threads.
+VertexSums own_sums(const MechanicalSystem& system, const Vector& q, const Vector& p) {
   constexpr Index kRange = 2048;
-  const Index ranges = (system.vertex_count() + kRange - 1) / kRange;
+  const Index count = system.owned_vertex_count();
+  const Index ranges = (count + kRange - 1) / kRange;
   std::vector<VertexSums> parts(static_cast<std::size_t>(ranges));
   parallel_for(ranges, 1, [&](Index begin, Index end) {
     for (Index r = begin; r < end; ++r) {
       parts[static_cast<std::size_t>(r)] =
-          vertex_sums(r * kRange, std::min(system.vertex_count(), (r + 1) * kRange),
-                      system.mass().data(), system.inverse_mass().data(), q.data(), p.data());
+          vertex_sums(r * kRange, std::min(count, (r + 1) * kRange), system.mass().data(),
+                      system.inverse_mass().data(), q.data(), p.data());
     }
   });
   VertexSums total;
   for (const VertexSums& part : parts) total += part;
+  return total;
+}
+
+VertexSums sums(const MechanicalSystem& system, const Vector& q, const Vector& p) {
+  VertexSums total = own_sums(system, q, p);
+  if (system.part() == nullptr) return total;
+  std::array<double, VertexSums::kCount> values{};
+  total.put(values.data());
+  system.part()->sum(values.data(), VertexSums::kCount);
+  total.take(values.data());
   return total;
 }
 
@@ -92,8 +104,20 @@ MechanicalSystem::MechanicalSystem(TetMesh mesh, const std::vector<BodyRegion>& 
     int a = 0;
     for (const Index v : rest_.nodes(e)) mass_[v] += mass_share(e, a++);
   }
+  add_shared(part(), mass_, 1);
   inverse_mass_ = mass_.cwiseInverse();
   total_mass_ = mass_.sum();
+  if (part() != nullptr) {
+    owned_mass_ = mass_.head(owned_vertex_count());
+    own_mass_ = owned_mass_.sum();
+    total_mass_ = sum_over_parts(part(), own_mass_);
+  }
+  if (part() != nullptr && (volume == VolumeRule::kNodal || rest_.is_quadratic())) {
+    throw InputError(
+        "Several processes can hold a body of linear tetrahedra with volumes of elements only: "
+        "take "
+        "mesh.element = \"linear\" and mesh.volume = \"element\", or one process.");
+  }
   if (volume == VolumeRule::kNodal && rest_.is_quadratic()) {
     throw InputError(
         "mesh.volume = \"nodal\" is for linear tetrahedra, and the mesh has quadratic ones, which "
@@ -141,13 +165,18 @@ EvaluationStatus MechanicalSystem::elastic_energy(const Positions& q, double& en
 
 EvaluationStatus MechanicalSystem::elastic_energy_and_gradient(const Positions& q, double& energy,
                                                                Vector& gradient) const {
-  return nodal_volume_ ? nodal_volume_->elastic_energy_and_gradient(q, energy, gradient)
-                       : elastic_.value_and_gradient(q, energy, gradient);
+  if (nodal_volume_) return nodal_volume_->elastic_energy_and_gradient(q, energy, gradient);
+  const EvaluationStatus status = elastic_.value_and_gradient(q, energy, gradient);
+  // The other parts wait for this one, also if it failed.
+  if (part() != nullptr && !status.ok()) gradient.setZero(dof_count());
+  add_shared(part(), gradient, 3);
+  return status;
 }
 
 Vector MechanicalSystem::elastic_energies_by_region(const Vector& q) const {
   Vector energies = elastic_.energies_by_material(q);
   if (nodal_volume_) energies += nodal_volume_->energies_by_material(q);
+  sum_over_parts(part(), energies.data(), energies.size());
   return energies;
 }
 
@@ -329,10 +358,10 @@ const ForceTerm* MechanicalSystem::undefined_term(const Vector& q, double time,
                                                   Index& vertex) const {
   for (const ForceTerm* term : terms_) {
     if (!term->has_potential()) continue;
-    vertex = term->undefined_vertex(force_point(q, time));
+    vertex = term->undefined_vertex(energy_point(q, time));
     if (vertex >= 0) return term;
     if (term == &environment_ || term->is_quadratic()) continue;
-    if (!std::isfinite(term->energy(force_point(q, time)))) return term;
+    if (!std::isfinite(term->energy(energy_point(q, time)))) return term;
   }
   return nullptr;
 }
@@ -346,7 +375,33 @@ State MechanicalSystem::rest_state() const {
 }
 
 void MechanicalSystem::add_viscous_force(const Vector& q, const Vector& v, Vector& force) const {
-  if (damping_.viscosity > 0.0) viscous_.add_force(damping_.viscosity, q, v, force);
+  if (!(damping_.viscosity > 0.0)) return;
+  if (part() == nullptr) {
+    viscous_.add_force(damping_.viscosity, q, v, force);
+    return;
+  }
+  Vector own = Vector::Zero(force.size());
+  viscous_.add_force(damping_.viscosity, q, v, own);
+  add_shared(part(), own, 3);
+  force += own;
+}
+
+double MechanicalSystem::restricted_norm(const Vector& full) const {
+  if (part() == nullptr) return coordinates().restricted_norm(full);
+  double sum = 0.0;
+  for (Index v = 0; v < owned_vertex_count(); ++v) {
+    const Vector3 own = vertex_block(full, v);
+    if (coordinates().is_free(v)) {
+      sum += own.squaredNorm();
+      continue;
+    }
+    const FreeCoordinates::VertexMap map = coordinates().map(v);
+    for (int i = 0; i < map.count; ++i) {
+      const double along = Vector3(map.columns.col(i)).dot(own);
+      sum += along * along;
+    }
+  }
+  return std::sqrt(sum_over_parts(part(), sum));
 }
 
 Vector MechanicalSystem::velocity_of(const Vector& momentum) const {
@@ -398,6 +453,10 @@ Vector3 MechanicalSystem::center_of_mass(const Vector& q) const {
   return sums(*this, q, q).first_moment / total_mass();
 }
 
+Vector3 MechanicalSystem::own_first_moment(const Vector& q) const {
+  return own_sums(*this, q, q).first_moment;
+}
+
 double MechanicalSystem::kinetic_energy(const Vector& momentum) const {
   return 0.5 * sums(*this, momentum, momentum).twice_kinetic;
 }
@@ -412,6 +471,7 @@ Vector MechanicalSystem::kinetic_energies_by_region(const Vector& momentum) cons
                              (vertex_block(momentum, v) / mass_[v]).squaredNorm();
     }
   }
+  sum_over_parts(part(), energies.data(), energies.size());
   return energies;
 }
 
@@ -419,8 +479,10 @@ EvaluationStatus MechanicalSystem::energies(const State& state, Energies& energi
   Momenta ignored;
   vertex_balance(state, energies, ignored);
   double elastic = 0.0;
-  const EvaluationStatus status = elastic_energy(state.position, elastic);
+  EvaluationStatus status = elastic_energy(state.position, elastic);
+  elastic = sum_over_parts(part(), elastic);
   energies.set_elastic(elastic);
+  if (!everywhere(part(), status.ok()) && status.ok()) status.failed_element = 0;
   return status;
 }
 
@@ -431,7 +493,20 @@ Momenta MechanicalSystem::momenta(const State& state) const {
 
 void MechanicalSystem::vertex_balance(const State& state, Energies& energies,
                                       Momenta& momenta) const {
-  const VertexSums total = sums(*this, state.position, state.momentum);
+  VertexSums total = own_sums(*this, state.position, state.momentum);
+  // One sum over the parts for all: what the terms say of the own vertices follows the sums.
+  std::vector<double> own;
+  if (part() != nullptr) {
+    own.assign(VertexSums::kCount, 0.0);
+    total.put(own.data());
+    for (const ForceTerm* term : terms_) {
+      if (term->account() != EnergyAccount::kStored || !term->has_potential()) continue;
+      own.push_back(term->energy(energy_point(state.position, state.time)));
+    }
+    part()->sum(own.data(), static_cast<Index>(own.size()));
+    total.take(own.data());
+  }
+  std::size_t next = VertexSums::kCount;
   momenta = {total.linear, total.angular, total.linear_scale, total.angular_scale};
   energies.set_kinetic(0.5 * total.twice_kinetic);
   std::size_t extra = 0;
@@ -439,7 +514,9 @@ void MechanicalSystem::vertex_balance(const State& state, Energies& energies,
     if (term->account() != EnergyAccount::kStored) continue;
     double energy = 0.0;
     const std::optional<Vector3> acceleration = term->uniform_acceleration();
-    if (acceleration && weights_.size() == 0) {
+    if (!own.empty()) {
+      energy = term->has_potential() ? own[next++] : 0.0;
+    } else if (acceleration && weights_.size() == 0) {
       // A difference, as minus zero would be written where there is no energy.
       energy = 0.0 - acceleration->dot(total.first_moment);
     } else if (term->has_potential()) {

@@ -21,6 +21,7 @@ PenaltySprings::PenaltySprings(const std::vector<PrescribedVertices>& held, Inde
 double PenaltySprings::energy(const ForcePoint& at) const {
   double energy = 0.0;
   for (const Spring& spring : springs_) {
+    if (spring.dof >= 3 * at.mass.size()) continue;  // not among the vertices of an energy
     const double gap = at.position[spring.dof] - spring.target(at.time);
     energy += spring.penalty * gap * gap;
   }
@@ -46,6 +47,7 @@ void PenaltySprings::add_hessian(const ForcePoint& /*at*/, HessianForm /*form*/,
 double PenaltySprings::driven_work(const ForcePoint& from, const ForcePoint& to) const {
   double work = 0.0;
   for (const Spring& spring : springs_) {
+    if (spring.dof >= 3 * to.mass.size()) continue;
     const double start = spring.target(from.time);
     const double end = spring.target(to.time);
     work += spring.penalty *

@@ -1,6 +1,7 @@
 #include "tetraction/dynamics/potential_problem.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -81,7 +82,7 @@ void PotentialProblem::add_gradient(const WeightedPotential& potential, const Fo
 }
 
 void PotentialProblem::measure_load() {
-  load_norm_ = force_scale_ = system_.coordinates().restricted_norm(load_);
+  load_norm_ = force_scale_ = system_.restricted_norm(load_);
 }
 
 void PotentialProblem::set_constraint_force(const Vector& force) {
@@ -144,8 +145,20 @@ void PotentialProblem::make_remainder() {
 }
 
 double PotentialProblem::origin_value() const {
+  if (system_.part() != nullptr) return -0.5 * dot(origin_ - previous_, load_ + remainder_);
   return -0.5 * (origin_ - previous_).dot(load_ + remainder_) -
          (constraint_force_.size() > 0 ? 0.5 * (origin_ - previous_).dot(constraint_force_) : 0.0);
+}
+
+double PotentialProblem::dot(const Vector& a, const Vector& b) const {
+  if (system_.part() == nullptr) return a.dot(b);
+  const Index size = 3 * system_.owned_vertex_count();
+  return sum_over_parts(system_.part(), a.head(size).dot(b.head(size)));
+}
+
+ForcePoint PotentialProblem::energy_point(const Vector& x) const {
+  const ForcePoint at = system_.energy_point(x, time_);
+  return {at.mass, at.position, at.time, span_};
 }
 
 const Vector& PotentialProblem::step_displacement(const Vector& u) const {
@@ -165,15 +178,16 @@ EvaluationStatus PotentialProblem::move_terms(const Vector& u) const {
   return {};
 }
 
+// Of the own vertices of a part.
 double PotentialProblem::term_energy() const {
-  const ForcePoint start = point(previous_);
-  const ForcePoint at = point(at_);
+  const ForcePoint start = energy_point(previous_);
+  const ForcePoint at = energy_point(at_);
   double energy = 0.0;
   for (const WeightedPotential& potential : potentials_) {
     energy += potential.weight * potential.term->energy_change(start, at);
   }
   if (!potentials_.empty()) {
-    energy -= parallel_sum(system_.vertex_count(), [&](Index begin, Index end) {
+    energy -= parallel_sum(system_.owned_vertex_count(), [&](Index begin, Index end) {
       double sum = 0.0;
       for (Index v = begin; v < end; ++v) {
         sum += vertex_block(start_gradient_, v)
@@ -183,7 +197,7 @@ double PotentialProblem::term_energy() const {
     });
   }
   for (const ForceTerm* term : dissipations_) {
-    energy += step_ * term->dissipation(point(dissipation_point_), velocity_);
+    energy += step_ * term->dissipation(energy_point(dissipation_point_), velocity_);
   }
   return energy;
 }
@@ -238,10 +252,11 @@ double PotentialProblem::longest_step(const Vector& u, const Vector& d,
                                       bool elements_are_safe) const {
   constexpr double kShare = 0.9;
   const double longest = std::min(1.0, kShare * longest_term_step(u, d));
-  if (elements_are_safe) return longest;
+  if (elements_are_safe) return least_of_parts(system_.part(), longest);
   at_ = origin_ + u;
-  return std::min(
-      longest, admissible_step(system_.rest(), at_, d, [&](Index e) { return needs_volume(e); }));
+  return least_of_parts(
+      system_.part(), std::min(longest, admissible_step(system_.rest(), at_, d,
+                                                        [&](Index e) { return needs_volume(e); })));
 }
 
 bool PotentialProblem::needs_volume(Index e) const {
@@ -261,14 +276,17 @@ double PotentialProblem::longest_term_step(const Vector& u, const Vector& d) con
 }
 
 bool PotentialProblem::is_defined(const Vector& u) const {
-  return move_terms(u).ok() && system_.elastic().admissible(Positions(origin_, u)).ok();
+  return everywhere(system_.part(),
+                    move_terms(u).ok() && system_.elastic().admissible(Positions(origin_, u)).ok());
 }
 
 EvaluationStatus PotentialProblem::value(const Vector& u, double& phi) const {
-  if (const EvaluationStatus terms = move_terms(u); !terms.ok()) return terms;
+  phi = 0.0;
+  const EvaluationStatus terms = move_terms(u);
+  if (!terms.ok()) return agree(terms, phi);
   const EvaluationStatus status = system_.elastic_energy(Positions(origin_, u), phi);
-  if (!status.ok()) return status;
-  phi += parallel_sum(system_.vertex_count(), [&](Index begin, Index end) {
+  if (!status.ok()) return agree(status, phi);
+  phi += parallel_sum(system_.owned_vertex_count(), [&](Index begin, Index end) {
     double sum = 0.0;
     for (Index v = begin; v < end; ++v) {
       const Vector3 d = vertex_block(u, v);
@@ -279,11 +297,25 @@ EvaluationStatus PotentialProblem::value(const Vector& u, double& phi) const {
   });
   if (has_general_terms()) phi += term_energy();
   viscous_.add_value(step_displacement(u), phi);
+  return agree(status, phi);
+}
+
+// Of a body in parts: the sum of Φ over the parts, and whether it is defined in all of them.
+EvaluationStatus PotentialProblem::agree(EvaluationStatus status, double& phi) const {
+  if (system_.part() == nullptr) return status;
+  std::array<double, 2> sums{status.ok() ? 0.0 : 1.0, status.ok() ? phi : 0.0};
+  system_.part()->sum(sums.data(), 2);
+  phi = sums[1];
+  if (sums[0] > 0.0 && status.ok()) status.failed_element = 0;  // of another part
   return status;
 }
 
+bool PotentialProblem::is_elastic_known(const Vector& u) const {
+  return everywhere(system_.part(), elastic_.known && elastic_.u == u);
+}
+
 EvaluationStatus PotentialProblem::evaluate_elastic(const Vector& u) const {
-  if (elastic_.known && elastic_.u == u) return {};
+  if (is_elastic_known(u)) return {};
   const EvaluationStatus status = system_.elastic_energy_and_gradient(
       Positions(origin_, u), elastic_.energy, elastic_.gradient);
   elastic_.known = status.ok();
@@ -292,10 +324,10 @@ EvaluationStatus PotentialProblem::evaluate_elastic(const Vector& u) const {
 }
 
 EvaluationStatus PotentialProblem::elastic_energy(const Vector& u, double& energy) const {
-  if (!elastic_.known || elastic_.u != u) {
-    return system_.elastic_energy(Positions(origin_, u), energy);
+  if (!is_elastic_known(u)) {
+    return agree(system_.elastic_energy(Positions(origin_, u), energy), energy);
   }
-  energy = elastic_.energy;
+  energy = sum_over_parts(system_.part(), elastic_.energy);
   return {};
 }
 
@@ -307,18 +339,27 @@ EvaluationStatus PotentialProblem::elastic_gradient(const Vector& u,
 
 EvaluationStatus PotentialProblem::value_and_full_gradient(const Vector& u, double& phi,
                                                            Vector& gradient) const {
-  if (const EvaluationStatus terms = move_terms(u); !terms.ok()) return terms;
-  const EvaluationStatus status = evaluate_elastic(u);
-  if (!status.ok()) return status;
+  phi = 0.0;
+  const EvaluationStatus terms = move_terms(u);
+  // Other parts wait for the gradient of this one.
+  if (!terms.ok() && system_.part() == nullptr) return terms;
+  EvaluationStatus status = evaluate_elastic(u);
+  if (!terms.ok()) status = terms;
+  if (!status.ok() && system_.part() == nullptr) return status;
+  if (!everywhere(system_.part(), status.ok())) {
+    elastic_.known = false;
+    return agree(status, phi);
+  }
   phi = elastic_.energy;
   gradient.resize(u.size());
+  const Index owned = system_.owned_vertex_count();
   phi += parallel_sum(system_.vertex_count(), [&](Index begin, Index end) {
     double sum = 0.0;
     for (Index v = begin; v < end; ++v) {
       const Vector3 d = vertex_block(u, v);
       const Vector3 stiff = vertex_block(coefficient_, v).cwiseProduct(d);
       const Vector3 rest = vertex_block(remainder_, v);
-      sum += d.dot(0.5 * stiff - rest);
+      if (v < owned) sum += d.dot(0.5 * stiff - rest);
       vertex_block(gradient, v) =
           vertex_block(std::as_const(elastic_.gradient), v) + (stiff - rest);
     }
@@ -328,8 +369,19 @@ EvaluationStatus PotentialProblem::value_and_full_gradient(const Vector& u, doub
     phi += term_energy();
     add_term_gradient(gradient);
   }
-  viscous_.add_value_and_gradient(step_displacement(u), phi, gradient);
-  return status;
+  add_viscous(u, phi, gradient);
+  return agree(status, phi);
+}
+
+void PotentialProblem::add_viscous(const Vector& u, double& phi, Vector& gradient) const {
+  if (system_.part() == nullptr || viscous_.factor() == 0.0) {
+    viscous_.add_value_and_gradient(step_displacement(u), phi, gradient);
+    return;
+  }
+  Vector own = Vector::Zero(gradient.size());
+  viscous_.add_value_and_gradient(step_displacement(u), phi, own);
+  add_shared(system_.part(), own, 3);
+  gradient += own;
 }
 
 MinimizationProblem::HessianParts PotentialProblem::hessian_parts(const Vector& u) const {
@@ -430,7 +482,17 @@ double PotentialProblem::square_value() const {
 }
 
 double PotentialProblem::round_off(const Vector& u) const {
-  const ElasticPotential::StiffnessSums sums = system_.stiffness_sums(2.0 * viscous_.factor());
+  ElasticPotential::StiffnessSums sums = system_.stiffness_sums(2.0 * viscous_.factor());
+  if (const MeshPart* part = system_.part(); part != nullptr) {
+    const Index size = 3 * system_.owned_vertex_count();
+    std::array<double, 3> own{sums.squared, sums.with_edges,
+                              coefficient_.head(size).cwiseProduct(u.head(size)).squaredNorm()};
+    part->sum(own.data(), 3);
+    return 0.5 * std::numeric_limits<double>::epsilon() *
+           (std::sqrt(own[2]) + load_norm_ +
+            std::sqrt(own[0]) * largest_of_parts(part, u.cwiseAbs().maxCoeff()) +
+            std::sqrt(own[1]));
+  }
   return 0.5 * std::numeric_limits<double>::epsilon() *
          (coefficient_.cwiseProduct(u).norm() + load_norm_ +
           std::sqrt(sums.squared) * u.cwiseAbs().maxCoeff() + std::sqrt(sums.with_edges));

@@ -86,6 +86,29 @@ void ScaledMatrix::perform_op(const double* in, double* out) const {
       inverse_root_mass_.cwiseProduct(system_.coordinates().restrict(product_));
 }
 
+// The coordinates of single vertices come in the order of the vertices, the own ones first.
+double ScaledMatrix::dot(const Vector& x, const Vector& y) const {
+  if (system_.part() == nullptr) return x.dot(y);
+  Index own = 0;
+  for (Index v = 0; v < system_.owned_vertex_count(); ++v) {
+    own += system_.coordinates().is_free(v) ? 3 : system_.coordinates().map(v).count;
+  }
+  return sum_over_parts(system_.part(), x.head(own).dot(y.head(own)));
+}
+
+Vector ScaledMatrix::pseudo_random_start() const {
+  Vector field(system_.dof_count());
+  for (Index i = 0; i < field.size(); ++i) {
+    const auto id = static_cast<std::uint64_t>(system_.mesh().vertex_id(i / 3));
+    // The finalizer of SplitMix64.
+    std::uint64_t z = 3 * id + static_cast<std::uint64_t>(i % 3) + 0x9E3779B97F4A7C15ULL;
+    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9ULL;
+    z = (z ^ (z >> 27)) * 0x94D049BB133111EBULL;
+    field[i] = static_cast<double>((z ^ (z >> 31)) >> 11) * 0x1.0p-52 - 1.0;
+  }
+  return system_.coordinates().restrict(field);
+}
+
 Vector ScaledMatrix::displacement(const Vector& eigenvector) const {
   return system_.coordinates().extend(inverse_root_mass_.cwiseProduct(eigenvector));
 }
@@ -125,6 +148,7 @@ Vector ScaledMatrix::stiffest_vertex() const {
 void ScaledMatrix::multiply_stiffness(const Vector& u) const {
   if (!tangent_) {
     system_.elastic().product(*q_, u, product_);
+    add_shared(system_.part(), product_, 3);
     if (damping_ != 0.0) {
       force_.setZero(system_.dof_count());
       system_.add_viscous_force(*q_, u, force_);
@@ -132,7 +156,8 @@ void ScaledMatrix::multiply_stiffness(const Vector& u) const {
     }
     return;
   }
-  const float scale = static_cast<float>(u.cwiseAbs().maxCoeff());
+  float scale = static_cast<float>(u.cwiseAbs().maxCoeff());
+  if (scale == 0.0F) scale = 1.0F;  // nothing moves in this part of the body
   parallel_for(system_.vertex_count(), kGrain, [&](Index begin, Index end) {
     for (Index v = begin; v < end; ++v) {
       float* row = rows_.data() + ElementBlocks::kRecordSize * v;
@@ -148,6 +173,7 @@ void ScaledMatrix::multiply_stiffness(const Vector& u) const {
           static_cast<double>(scale) * tangent_->record_sum(v).head<3>().cast<double>();
     }
   });
+  add_shared(system_.part(), product_, 3);
 }
 
 // Viscosity alone.

@@ -31,6 +31,11 @@ class ScaledMatrix {
   /// Whether K is applied in single precision. This is several times faster, and much more accurate
   /// than the limit needs.
   bool is_fast() const { return tangent_ != nullptr; }
+  /// x·y over the free coordinates of the whole body.
+  double dot(const Vector& x, const Vector& y) const;
+  /// A vector that looks random, the same however the body is divided into parts.
+  Vector pseudo_random_start() const;
+  const MechanicalSystem& system() const { return system_; }
   /// The displacements of the vertices that belong to an eigenvector.
   Vector displacement(const Vector& eigenvector) const;
   /// A vector in which only one vertex moves: the vertex with the largest stiffness for its mass,

@@ -66,11 +66,54 @@ Eigenpair power_largest(const ScaledMatrix& op) {
   return {value, x};
 }
 
+// The same for a body in parts: Lanczos iterations with complete orthogonalisation, which begin again with
+// the best vector. All parts take the same decisions, because their sums have the same bits.
+Eigenpair largest_over_parts(const ScaledMatrix& op, const Vector& start, Index subspace,
+                             Index restarts, double tolerance) {
+  Vector x = start.size() == op.rows() ? start : op.pseudo_random_start();
+  Eigenpair best{0.0, x};
+  for (Index restart = 0; restart <= restarts; ++restart) {
+    const double norm = std::sqrt(op.dot(x, x));
+    if (!(norm > 0.0)) return best;
+    std::vector<Vector> basis{x / norm};
+    Matrix t = Matrix::Zero(subspace, subspace);
+    Vector y(op.rows());
+    Index size = 0;
+    double left = 0.0;
+    while (size < subspace) {
+      op.perform_op(basis[static_cast<std::size_t>(size)].data(), y.data());
+      for (int pass = 0; pass < 2; ++pass) {
+        for (Index i = 0; i <= size; ++i) {
+          const double part = op.dot(basis[static_cast<std::size_t>(i)], y);
+          y -= part * basis[static_cast<std::size_t>(i)];
+          if (i == size) t(size, size) += part;
+        }
+      }
+      left = std::sqrt(std::max(0.0, op.dot(y, y)));
+      ++size;
+      if (size == subspace || !(left > 1e-12 * std::abs(t(0, 0)))) break;
+      t(size, size - 1) = t(size - 1, size) = left;
+      basis.push_back(y / left);
+    }
+    const SymmetricEigen eigen = symmetric_eigen(Matrix(t.topLeftCorner(size, size)));
+    const Vector weights = eigen.vectors.col(size - 1);
+    best.value = eigen.values[size - 1];
+    best.vector.setZero(op.rows());
+    for (Index i = 0; i < size; ++i) best.vector += weights[i] * basis[static_cast<std::size_t>(i)];
+    if (!(left * std::abs(weights[size - 1]) > tolerance * std::abs(best.value))) break;
+    x = best.vector;
+  }
+  return best;
+}
+
 Eigenpair largest_eigenpair(ScaledMatrix& op, const Vector& start = {}) {
   constexpr Index kDense = 60;
   constexpr Index kSubspace = 24;
   constexpr Index kRestarts = 300;
   constexpr double kTolerance = 1e-4;
+  if (op.system().part() != nullptr) {
+    return largest_over_parts(op, start, kSubspace, kRestarts, kTolerance);
+  }
   Eigenpair largest = op.rows() <= kDense
                           ? dense_largest(op)
                           : lanczos_largest(op, start, kSubspace, kRestarts, kTolerance);
@@ -105,6 +148,12 @@ Eigenpair follow_largest(ScaledMatrix& op, const Vector& last, const Vector& oth
   constexpr Index kSubspace = 5;
   constexpr Index kRestarts = 12;
   constexpr double kTolerance = 0.02;
+  if (op.system().part() != nullptr) {
+    const Vector noise = op.pseudo_random_start();
+    Vector start = 0.05 / std::sqrt(op.dot(noise, noise)) * noise;
+    if (last.size() == start.size()) start += last / std::sqrt(op.dot(last, last));
+    return largest_over_parts(op, start, 2 * kSubspace, kRestarts, kTolerance);
+  }
   if (op.rows() <= kDense) return dense_largest(op);
   Vector start = 0.05 * pseudo_random(op.rows()).normalized();
   if (last.size() == start.size()) start += last.normalized();
@@ -130,7 +179,8 @@ bool has_connecting_damping(const MechanicalSystem& system) {
 double rayleigh_quotient(const ScaledMatrix& op, const Vector& x) {
   Vector y(x.size());
   op.perform_op(x.data(), y.data());
-  return x.dot(y) / x.squaredNorm();
+  if (op.system().part() == nullptr) return x.dot(y) / x.squaredNorm();
+  return op.dot(x, y) / op.dot(x, x);
 }
 
 // One step towards the h at which the largest eigenvalue of M⁻¹(K + (2/h)C) is 4/h²: exact for the
@@ -159,7 +209,7 @@ double vertex_damping_rate(const MechanicalSystem& system, const Vector& q, doub
     const double largest = symmetric_eigen(Matrix3(blocks.diagonal(v))).values[2];
     rate = std::max(rate, largest * system.inverse_mass()[v]);
   }
-  return rate;
+  return largest_of_parts(system.part(), rate);
 }
 
 // Formula (21) of docs/theory.md for one mode.
@@ -189,7 +239,8 @@ double verlet_critical_step(double omega, double rate) {
 
 Index critical_element(const MechanicalSystem& system, const CriticalModes& modes) {
   Vector mode = modes.stiffness;
-  if (mode.size() != system.coordinates().count() || mode.size() == 0) return -1;
+  if (!everywhere(system.part(), mode.size() == system.coordinates().count())) return -1;
+  if (largest_of_parts(system.part(), static_cast<double>(mode.size())) == 0.0) return -1;
   mode = ScaledMatrix(system).displacement(mode);
   Index element = -1;
   double most = -1.0;
@@ -201,13 +252,14 @@ Index critical_element(const MechanicalSystem& system, const CriticalModes& mode
       element = e;
     }
   }
-  return element;
+  return most == largest_of_parts(system.part(), most) ? element : -1;
 }
 
 StabilityLimit stability_limit(const MechanicalSystem& system, const Vector& q, Integrator rule,
                                CriticalModes* modes, double time) {
   StabilityLimit limit;
-  if (system.coordinates().count() == 0) {  // nothing that could oscillate
+  if (largest_of_parts(system.part(), static_cast<double>(system.coordinates().count())) ==
+      0.0) {  // nothing that could oscillate
     limit.critical_step = kInfinity;
     if (modes != nullptr) *modes = {};
     return limit;
@@ -279,7 +331,7 @@ double StabilityTracker::critical_step(const Vector& q, Integrator rule, Critica
   if (rule != Integrator::kVerlet && damped) {
     // The limit that these modes would have now is where K + (2/h)C is taken.
     double h = 0.0;
-    if (modes.stiffness.size() == s.op.rows()) {
+    if (everywhere(s.system.part(), modes.stiffness.size() == s.op.rows())) {
       s.op.set_stiffness(q, time);
       const double k = rayleigh_quotient(s.op, modes.stiffness);
       s.op.set_damping(q, time);

@@ -5,7 +5,9 @@
 #include <limits>
 #include <vector>
 
+#include "agreed_outcome.h"
 #include "tetraction/core/parallel.h"
+#include "tetraction/dynamics/whole_body.h"
 
 namespace tetraction {
 namespace {
@@ -15,11 +17,12 @@ constexpr Index kGrain = 2048;
 
 // Otherwise nothing singles out the frame in which the supports are at rest: the momentum of the whole
 // body must not hide the forces within it.
-bool is_held_at_rest(const Constraints& constraints) {
-  const std::vector<PrescribedVertices>& held = constraints.list().held;
-  return std::any_of(held.begin(), held.end(), [](const PrescribedVertices& each) {
-    return !each.vertices.empty() && each.motion.at_rest();
-  });
+bool is_held_at_rest(const MechanicalSystem& system) {
+  const std::vector<PrescribedVertices>& held = system.constraints().list().held;
+  return anywhere(system.part(),
+                  std::any_of(held.begin(), held.end(), [](const PrescribedVertices& each) {
+                    return !each.vertices.empty() && each.motion.at_rest();
+                  }));
 }
 
 }  // namespace
@@ -53,17 +56,18 @@ void StepProblem::begin(const State& state, double h, double end_time, double al
   // Momenta that are mere round-off, summed up over many steps, do not count as a load.
   constexpr double kSteps = 1e3;
   full_ = load_ - state.momentum / step_;
-  const bool applied = system_.coordinates().restricted_norm(full_) > 0.0;
-  if (!is_held_at_rest(system_.constraints())) {
+  const bool applied = system_.restricted_norm(full_) > 0.0;
+  if (!is_held_at_rest(system_)) {
     Vector3 velocity = Vector3::Zero();  // of the centre of mass
-    for (Index v = 0; v < system_.vertex_count(); ++v) {
+    for (Index v = 0; v < system_.owned_vertex_count(); ++v) {
       velocity += vertex_block(state.momentum, v) / system_.total_mass();
     }
+    sum_over_parts(system_.part(), velocity.data(), 3);
     full_ = load_;
     for (Index v = 0; v < system_.vertex_count(); ++v) {
       vertex_block(full_, v) -= system_.mass()[v] / step_ * velocity;
     }
-    force_scale_ = system_.coordinates().restricted_norm(full_);
+    force_scale_ = system_.restricted_norm(full_);
   }
   full_.setZero();
   if (!applied && force_scale_ <= kSteps * round_off(full_)) force_scale_ = 0.0;
@@ -98,7 +102,7 @@ double StepProblem::dissipated_energy(const Vector& u, double h) const {
     if (!term->has_dissipation()) continue;
     full_.setZero(system_.dof_count());
     term->add_dissipation_gradient(start, velocity_, full_);
-    rate += velocity_.dot(full_);
+    rate += own_dot(system_, velocity_, full_);
   }
   return h / step_ * 2.0 * viscous + h * rate;
 }
@@ -106,7 +110,7 @@ double StepProblem::dissipated_energy(const Vector& u, double h) const {
 double StepProblem::buckling_ratio(const Vector& u) const {
   double energy = 0.0;
   if (!elastic_energy(u, energy).ok()) return std::numeric_limits<double>::infinity();
-  const double cell = 6.0 * volume_ / static_cast<double>(system_.rest().element_count());
+  const double cell = 6.0 * volume_ / static_cast<double>(whole_tetrahedron_count(system_));
   return 6.0 * energy * step_ * step_ / (system_.total_mass() * std::pow(cell, 2.0 / 3.0));
 }
 

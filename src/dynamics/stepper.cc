@@ -25,7 +25,7 @@ void Stepper::gather_loads(const State& from, double h, double alpha, Vector& lo
 
 void Stepper::add_impulse(const Vector& x, const Vector& force, double dt,
                           StepOutcome& outcome) const {
-  for (Index v = 0; v < system_.vertex_count(); ++v) {
+  for (Index v = 0; v < system_.owned_vertex_count(); ++v) {
     const Vector3 impulse = dt * vertex_block(force, v);
     outcome.linear_impulse += impulse;
     outcome.angular_impulse += vertex_block(x, v).cross(impulse);
@@ -48,14 +48,15 @@ double Stepper::constraint_work(const State& from, const State& to) const {
       passed_on = constraints.vertex_forces(configuration_force_);
     }
     constraints.for_each_prescribed_way(from.position, to.time, [&](Index v, const Vector3& way) {
+      if (v >= system_.owned_vertex_count()) return;
       work += vertex_block(reaction_, v).dot(way);
       if (passed_on.size() > 0) work -= vertex_block(passed_on, v).dot(way);
     });
   }
   // For terms that stand for constraints the work of their dependence on the time counts, less the
   // change of their stored energy.
-  const ForcePoint start = system_.force_point(from.position, from.time);
-  const ForcePoint end = system_.force_point(to.position, to.time);
+  const ForcePoint start = system_.energy_point(from.position, from.time);
+  const ForcePoint end = system_.energy_point(to.position, to.time);
   for (const ForceTerm* term : system_.force_terms()) {
     if (!term->has_potential() || term->account() != EnergyAccount::kConstraintWork) continue;
     work += term->energy(start) - term->energy(end);
@@ -65,8 +66,8 @@ double Stepper::constraint_work(const State& from, const State& to) const {
 }
 
 double Stepper::driven_work(const State& from, const State& to) const {
-  const ForcePoint start = system_.force_point(from.position, from.time);
-  const ForcePoint end = system_.force_point(to.position, to.time);
+  const ForcePoint start = system_.energy_point(from.position, from.time);
+  const ForcePoint end = system_.energy_point(to.position, to.time);
   double work = 0.0;
   for (const ForceTerm* term : system_.force_terms()) {
     if (!term->has_potential()) continue;

@@ -189,6 +189,28 @@ VertexSums& VertexSums::operator+=(const VertexSums& other) {
   return *this;
 }
 
+void VertexSums::put(double* values) const {
+  for (Index k = 0; k < 3; ++k) {
+    values[k] = linear[k];
+    values[3 + k] = angular[k];
+    values[6 + k] = first_moment[k];
+  }
+  values[9] = linear_scale;
+  values[10] = angular_scale;
+  values[11] = twice_kinetic;
+}
+
+void VertexSums::take(const double* values) {
+  for (Index k = 0; k < 3; ++k) {
+    linear[k] = values[k];
+    angular[k] = values[3 + k];
+    first_moment[k] = values[6 + k];
+  }
+  linear_scale = values[9];
+  angular_scale = values[10];
+  twice_kinetic = values[11];
+}
+
 bool kick_and_drift(Index begin, Index end, const VertexKick& kick, double h, const double* q,
                     const double* p, double* p_out, double* v_out, double* q_out) {
   return HWY_DYNAMIC_DISPATCH(kick_and_drift_loop)(begin, end, kick, h, q, p, p_out, v_out, q_out);

@@ -33,6 +33,11 @@ struct VertexSums {
   Vector3 first_moment = Vector3::Zero();  ///< Σ m q
 
   VertexSums& operator+=(const VertexSums& other);
+
+  /// The sums as numbers, for sums over the parts of a body.
+  static constexpr std::size_t kCount = 12;
+  void put(double* values) const;
+  void take(const double* values);
 };
 
 VertexSums vertex_sums(Index begin, Index end, const double* mass, const double* inverse_mass,

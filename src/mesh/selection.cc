@@ -17,6 +17,7 @@ namespace tetraction {
 namespace {
 
 double diagonal(const TetMesh& mesh) {
+  if (mesh.part) return (mesh.part->whole.high - mesh.part->whole.low).norm();
   Vector3 low = mesh.vertices.front();
   Vector3 high = low;
   for (const Vector3 x : mesh.vertices) {
@@ -130,21 +131,44 @@ std::vector<Index> where(const TetMesh& mesh, const Predicate& predicate) {
 struct VertexSelector {
   const TetMesh& mesh;
 
+  [[noreturn]] void refuse(std::int64_t id, std::int64_t low, std::int64_t high) const {
+    throw InputError(fmt::format(
+        "vertex {} is not in the mesh: its vertices are numbered {} to {}{}.", id, low, high,
+        mesh.report.dropped_vertices > 0 ? ", and those that no tetrahedron uses were dropped"
+                                         : ""));
+  }
+
+  // Those of the part. Each must be in some part.
+  std::vector<Index> in_part(const SelectVertices& s,
+                             const std::unordered_map<std::int64_t, Index>& index_of) const {
+    std::vector<Index> found;
+    Vector known = Vector::Zero(static_cast<Index>(s.ids.size()));
+    for (std::size_t i = 0; i < s.ids.size(); ++i) {
+      const auto v = index_of.find(s.ids[i]);
+      if (v == index_of.end()) continue;
+      known[static_cast<Index>(i)] = 1.0;
+      found.push_back(v->second);
+    }
+    mesh.part->largest(known.data(), known.size());
+    const auto [low, high] = mesh.part->whole.vertex_ids;
+    for (std::size_t i = 0; i < s.ids.size(); ++i) {
+      if (known[static_cast<Index>(i)] == 0.0) refuse(s.ids[i], low, high);
+    }
+    return found;
+  }
+
   std::vector<Index> operator()(const SelectVertices& s) const {
     std::unordered_map<std::int64_t, Index> index_of;
     for (Index v = 0; v < mesh.vertex_count(); ++v) {
       index_of.emplace(mesh.vertex_id(v), v);
     }
+    if (mesh.part) return in_part(s, index_of);
     std::vector<Index> found;
     for (const std::int64_t id : s.ids) {
       const auto v = index_of.find(id);
       if (v == index_of.end()) {
         const auto [low, high] = std::minmax_element(index_of.begin(), index_of.end());
-        throw InputError(fmt::format(
-            "vertex {} is not in the mesh: its vertices are numbered {} to {}{}.", id, low->first,
-            high->first,
-            mesh.report.dropped_vertices > 0 ? ", and those that no tetrahedron uses were dropped"
-                                             : ""));
+        refuse(id, low->first, high->first);
       }
       found.push_back(v->second);
     }
@@ -181,7 +205,16 @@ struct VertexSelector {
         nearest = v;
       }
     }
-    return {nearest};
+    if (!mesh.part) return {nearest};
+    const auto id = static_cast<double>(mesh.vertex_id(nearest));
+    const bool is_least = least == least_of_parts(mesh.part.get(), least);
+    const double chosen =
+        least_of_parts(mesh.part.get(), is_least ? id : std::numeric_limits<double>::infinity());
+    std::vector<Index> copies;
+    for (Index v = 0; v < mesh.vertex_count(); ++v) {
+      if (static_cast<double>(mesh.vertex_id(v)) == chosen) copies.push_back(v);
+    }
+    return copies;
   }
 
   std::vector<Index> operator()(const SelectGroup& s) const {
@@ -210,6 +243,7 @@ struct VertexSelector {
   }
 
   std::vector<Index> operator()(const SelectSurface&) const {
+    if (mesh.part) return mesh.part->boundary_vertices;
     std::vector<Index> found;
     add_vertices(boundary_faces(mesh), found);
     return found;
@@ -218,6 +252,15 @@ struct VertexSelector {
   std::vector<Index> operator()(const SelectFaces& s) const {
     std::vector<Index> found;
     add_vertices(facing(mesh, s), found);
+    if (!mesh.part) return found;
+    // A vertex may have such a triangle in another part only.
+    Vector marks = Vector::Zero(mesh.vertex_count());
+    for (const Index v : found) marks[v] = 1.0;
+    mesh.part->add_shared(marks.data(), 1);
+    found.clear();
+    for (Index v = 0; v < marks.size(); ++v) {
+      if (marks[v] != 0.0) found.push_back(v);
+    }
     return found;
   }
 
@@ -277,7 +320,9 @@ struct TetrahedronMarks {
     for (const Group& candidate : mesh.groups) {
       if (candidate.name != group.name) continue;
       for (const Index e : candidate.tetrahedra) marks[static_cast<std::size_t>(e)] = 1;
-      is_volume = is_volume || !candidate.tetrahedra.empty();
+      // A part may have none of the tetrahedra of such a group.
+      is_volume =
+          is_volume || !candidate.tetrahedra.empty() || (mesh.part && candidate.dimension == 3);
     }
     return is_volume ? marks : by_vertices(group);
   }
@@ -318,7 +363,8 @@ struct HasTriangles {
   bool operator()(const SelectGroup& s) const {
     return std::any_of(mesh.groups.begin(), mesh.groups.end(), [&](const Group& group) {
       return group.name == s.name &&
-             (!group.triangles.empty() || !group.detached_triangles.empty());
+             (!group.triangles.empty() || !group.detached_triangles.empty() ||
+              (mesh.part && group.dimension == 2));
     });
   }
   template <class Leaf>
@@ -417,7 +463,7 @@ bool SelectNamed::operator==(const SelectNamed& other) const {
 std::vector<Index> select_vertices(const TetMesh& mesh, const Selection& selection) {
   require_vertices(mesh);
   std::vector<Index> found = numbers_of(VertexMarks{mesh}.of(selection));
-  if (found.empty()) {
+  if (everywhere(mesh.part.get(), found.empty())) {
     throw InputError(
         "the selection selects no vertex. Selections are in the coordinates of the undeformed mesh "
         "(after mesh.scale and mesh.unit); `tetraction mesh info` shows its bounding box and "
@@ -429,7 +475,7 @@ std::vector<Index> select_vertices(const TetMesh& mesh, const Selection& selecti
 std::vector<Index> select_tetrahedra(const TetMesh& mesh, const Selection& selection) {
   require_vertices(mesh);
   std::vector<Index> found = numbers_of(TetrahedronMarks{mesh}.of(selection));
-  if (found.empty()) {
+  if (everywhere(mesh.part.get(), found.empty())) {
     throw InputError(
         "the selection selects no tetrahedron. A box or a sphere selects those with their centroid "
         "in it, a group its own, anything else those with all four vertices selected; coordinates "
@@ -446,7 +492,7 @@ std::vector<Triangle> select_triangles(const TetMesh& mesh, const Selection& sel
                           : with_all_vertices(boundary, VertexMarks{mesh}.of(selection));
   std::vector<Triangle> found;
   for (const Index t : numbers_of(marks)) found.push_back(boundary[static_cast<std::size_t>(t)]);
-  if (found.empty()) {
+  if (everywhere(mesh.part.get(), found.empty())) {
     throw InputError(
         "the selection selects no triangle of the boundary. Faces and groups of triangles select "
         "their own, anything else those with all three vertices selected; coordinates are those of "

@@ -50,12 +50,14 @@ double TetMesh::volume(Index e) const {
 }
 
 double TetMesh::total_volume() const {
+  if (part) return part->whole.volume;
   double sum = 0.0;
   for (Index e = 0; e < tetrahedron_count(); ++e) sum += volume(e);
   return sum;
 }
 
 std::vector<std::array<Index, 3>> boundary_faces(const TetMesh& mesh) {
+  if (mesh.part) return mesh.part->boundary_faces;
   // The faces of a tetrahedron with positive volume, with outward normals.
   constexpr std::array<std::array<std::size_t, 3>, 4> kFaces{
       {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};

@@ -104,8 +104,12 @@ ConstraintObject make_handle(const ConstraintSettings& constraint, const Mechani
 Matrix own_targets(const FixSettings& fix, const TetMesh& mesh,
                    const std::vector<Index>& vertices) {
   const auto* select = std::get_if<SelectVertices>(&fix.select);
+  const double own = static_cast<double>(
+      mesh.part ? std::lower_bound(vertices.begin(), vertices.end(), mesh.part->owned_vertices) -
+                      vertices.begin()
+                : static_cast<std::ptrdiff_t>(vertices.size()));
   if (select == nullptr || select->ids.size() != fix.targets.size() ||
-      vertices.size() != fix.targets.size()) {
+      sum_over_parts(mesh.part.get(), own) != static_cast<double>(fix.targets.size())) {
     throw InputError(
         fmt::format("{}{}targets needs select = {{ vertices = [...] }} with one target for each "
                     "vertex, and each "

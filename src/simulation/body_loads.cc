@@ -49,7 +49,9 @@ auto any_of_selection(const Select& select) -> decltype(select()) {
 
 LoadDistribution distribution_of(const ForceSettings& load, const MechanicalSystem& system) {
   const TetMesh& mesh = system.mesh();
-  const auto vertices = [&] { return equal_distribution(select_vertices(mesh, load.select)); };
+  const auto vertices = [&] {
+    return equal_distribution(select_vertices(mesh, load.select), mesh.part);
+  };
   switch (load.share) {
     case LoadShare::kSurface:
       return surface_distribution(mesh, select_triangles(mesh, load.select));
@@ -69,10 +71,10 @@ LoadDistribution distribution_of(const ForceSettings& load, const MechanicalSyst
       std::holds_alternative<SelectAll>(load.select) || (group != nullptr && group->dimension == 3);
   if (!is_volume) {
     const auto triangles = any_of_selection([&] { return select_triangles(mesh, load.select); });
-    if (!triangles.empty()) return surface_distribution(mesh, triangles);
+    if (anywhere(mesh.part.get(), !triangles.empty())) return surface_distribution(mesh, triangles);
   }
   const auto tetrahedra = any_of_selection([&] { return select_tetrahedra(mesh, load.select); });
-  if (!tetrahedra.empty()) return mass_distribution(system, tetrahedra);
+  if (anywhere(mesh.part.get(), !tetrahedra.empty())) return mass_distribution(system, tetrahedra);
   return vertices();
 }
 

@@ -115,12 +115,44 @@ struct ProbeSet::Impl {
   std::vector<Place> places;
   std::size_t value_count = 0;
 
+  // Where a point is. Of a body in parts, the first part that has the point tells; in others no
+  // tetrahedron is found.
+  PointInMesh located(const Vector3& point) const {
+    const TetMesh& mesh = system.mesh();
+    if (!mesh.part) return locate(mesh, point);
+    PointInMesh found;
+    std::string reason;
+    try {
+      found = locate(mesh, point);
+    } catch (const InputError& error) {
+      reason = error.what();
+    }
+    const int rank = mesh.part->rank();
+    const int count = mesh.part->count();
+    const double first = least_of_parts(mesh.part.get(), found.tetrahedron >= 0 ? rank : count);
+    if (first == count) {
+      throw InputError(reason.empty() ? "the point of the probe is not in the body." : reason);
+    }
+    if (first != rank) found.tetrahedron = -1;
+    return found;
+  }
+
+  // Keeps the own vertices of the part, with the weights of a mean over the whole body.
+  void take_own_vertices(Place& place) const {
+    const TetMesh& mesh = system.mesh();
+    std::erase_if(place.vertices, [&](Index v) { return v >= mesh.part->owned_vertices; });
+    const double count =
+        sum_over_parts(mesh.part.get(), static_cast<double>(place.vertices.size()));
+    place.weights.assign(place.vertices.size(), 1.0 / count);
+  }
+
   Place place_of(const ProbeSettings& probe) const {
     const TetMesh& mesh = system.mesh();
     Place place;
     const bool of_tetrahedra = entry_of(probe.quantity).domain == ValueDomain::kTetrahedra;
     if (probe.point) {
-      const PointInMesh found = locate(mesh, *probe.point);
+      const PointInMesh found = located(*probe.point);
+      if (found.tetrahedron < 0) return place;  // in another part
       if (of_tetrahedra) {
         place.tetrahedra = {found.tetrahedron};
         place.weights = {1.0};
@@ -133,9 +165,11 @@ struct ProbeSet::Impl {
       place.tetrahedra = select_tetrahedra(mesh, probe.select);
       double volume = 0.0;
       for (const Index e : place.tetrahedra) volume += mesh.volume(e);
+      volume = sum_over_parts(mesh.part.get(), volume);
       for (const Index e : place.tetrahedra) place.weights.push_back(mesh.volume(e) / volume);
     } else {
       place.vertices = select_vertices(mesh, probe.select);
+      if (mesh.part) take_own_vertices(place);
     }
     if (probe.quantity == ProbeQuantity::kDisplacement) {
       for (const Index v : place.vertices) {
@@ -152,6 +186,7 @@ struct ProbeSet::Impl {
       return u - place.positions[i];
     };
     if (place.weights.empty()) {
+      if (place.vertices.empty()) return Vector3::Zero();  // the probe is in another part
       return sum(place.vertices, field, value) / static_cast<double>(place.vertices.size());
     }
     return sum(place.vertices, field, [&](std::size_t i, const auto& u) -> Vector3 {
@@ -173,6 +208,12 @@ struct ProbeSet::Impl {
   }
 
   void evaluate(std::size_t probe, const Session& session, double* values) const {
+    evaluate_part(probe, session, values);
+    const ProbeColumns& columns = probes[probe];
+    sum_over_parts(system.part(), values + columns.first, static_cast<Index>(columns.size()));
+  }
+
+  void evaluate_part(std::size_t probe, const Session& session, double* values) const {
     const Place& place = places[probe];
     const ProbeColumns& columns = probes[probe];
     double* out = values + columns.first;

@@ -302,7 +302,9 @@ State make_initial_state(const Scene& scene, MechanicalSystem& system, BodyConst
     return state;
   }
   state.position = initial_positions(scene, system, false);
-  if (!system.elastic().admissible(state.position).ok()) initial_positions(scene, system, true);
+  if (!everywhere(system.part(), system.elastic().admissible(state.position).ok())) {
+    initial_positions(scene, system, true);
+  }
   require_defined_terms(system, state.position, 0.0, "The initial state");
   constraints = make_body_constraints(scene, system, state.position);
   constrain(system, constraints, state.time, state.position,
@@ -447,6 +449,16 @@ void check_solver(Integrator integrator, const SolverSettings& solver,
 std::unique_ptr<Minimizer> make_minimizer(const SolverSettings& solver,
                                           const MechanicalSystem& system) {
   check_settings(solver);
+  if (system.part() != nullptr) {
+    const auto* source = dynamic_cast<const MinimizerSource*>(system.part());
+    if (source == nullptr) {
+      throw InputError(
+          "This engine has no implicit steps yet: take integrator = \"verlet\" or \"explicit\", or "
+          "solver.engine = \"local\".");
+    }
+    return source->make_minimizer(system, {solver.tolerance, solver.max_iterations},
+                                  to_string(solver.linear));
+  }
   if (solver.kind == "newton") {
     NewtonOptions options;
     options.tolerance = solver.tolerance;

@@ -7,6 +7,7 @@
 #include <exception>
 #include <utility>
 
+#include "parallel_features.h"
 #include "session_impl.h"
 #include "tetraction/core/error.h"
 #include "tetraction/simulation/checkpoint_observer.h"
@@ -62,6 +63,7 @@ double Session::Impl::relative_energy(double energy) const {
   for (const MaterialField& material : system->materials()) {
     modulus = std::max(modulus, material.lame_range().most_modulus);
   }
+  modulus = largest_of_parts(system->part(), modulus);
   const double floor = 1e-12 * modulus * system->mesh().total_volume();
   return energy / std::max(balance->energy_scale(), floor);
 }
@@ -87,6 +89,13 @@ Session::Session(Scene scene, TetMesh mesh, Analysis analysis, double largest_in
   Impl& s = *impl_;
   s.scene = std::move(scene);
   s.settings = initial_settings(s.scene);
+  if (mesh.part) {
+    refuse_what_parts_lack(s.scene, analysis);
+  } else if (s.scene.solver.engine != "local") {
+    throw InputError(fmt::format(
+        "solver.engine = \"{}\" is for tetraction run: take solver.engine = \"local\" here.",
+        s.scene.solver.engine));
+  }
   {
     const PhaseTimer timer(s.times.setup);
     s.system = make_system(s.scene, std::move(mesh));
@@ -244,6 +253,8 @@ RunStatus Session::run(const std::vector<Observer*>& observers) {
       return step();
     } catch (...) {
       s.fail_with_exception();
+      // Observers of a body in parts wait for those of other processes, where the step may go on.
+      if (s.system->part() != nullptr) throw;
       const Impl::ObserverTimer timer(s);
       for (Observer* observer : observers) {
         try {

@@ -134,7 +134,8 @@ struct Editor {
       any = any || kept.vertices.size() < fix.vertices.size();
       fix = std::move(kept);
     }
-    if (!any) warning = "unfix released no vertex: none of those it selects was fixed.";
+    if (!anywhere(system.part(), any))
+      warning = "unfix released no vertex: none of those it selects was fixed.";
     renewal.constraints = renewal.limit = true;
   }
   void operator()(const SetConstraint& edit) {
@@ -314,6 +315,7 @@ bool Session::Impl::apply_events() {
     try {
       for (const Edit& edit : event.edits) apply(edit, event.at, event.echo);
     } catch (const InputError& error) {
+      if (system->part() != nullptr) throw;  // other processes may have made the event
       progress.status = RunStatus::kNotConverged;
       progress.message =
           fmt::format("step {} (t = {:.6g} s): the event at {} s could not be made: {}",

@@ -233,8 +233,9 @@ const StepFailure* Session::failure() const {
 }
 
 double Session::Impl::present_limit() const {
+  if (limit_of_failure) return *limit_of_failure;
   double limit = initial_limit.critical_step;
-  if (system->elastic().admissible(state().position).ok()) {
+  if (everywhere(system->part(), system->elastic().admissible(state().position).ok())) {
     limit = std::min(limit, limit_at(state().position).critical_step);
   }
   return limit;
@@ -410,6 +411,7 @@ void Session::Impl::fail(const StepOutcome& outcome) {
   now.time = state().time;
   now.time_step = planned_span().length;
   now.stable_step = present_limit();
+  limit_of_failure = now.stable_step;
   const State& tried = states.other();
   if (tried.step == now.step) now.attempted_position = tried.position;
   RunStatus how = RunStatus::kUnstable;
@@ -488,6 +490,7 @@ void Session::Impl::stop(RunStatus how, const std::string& what, Index element) 
   now.time = state().time;
   now.time_step = progress.plan.time_step;
   now.stable_step = present_limit();
+  limit_of_failure = now.stable_step;
   now.what = what;
   locate(now, element);
   now.cause = !now.elements.empty() && holds_moving_vertex(*system, now.elements.front())
@@ -503,6 +506,7 @@ void Session::Impl::fail_blown_up() {
   now.time = state().time - progress.steps.last;
   now.time_step = progress.steps.last;
   now.stable_step = present_limit();
+  limit_of_failure = now.stable_step;
   now.what = fmt::format(
       "the energy blew up: the integrator has added {:.3g} J to the {:.3g} J that entered, most",
       balance->energy_error(), balance->energy_scale());
@@ -528,9 +532,18 @@ void Session::Impl::fail_load_step(const StepOutcome& outcome) {
 }
 
 void Session::Impl::end_with(RunStatus how, StepFailure now, bool with_place) {
+  limit_of_failure.reset();
   const std::string where = (with_place ? place_of(now) : "") + center_note();
   progress.message = fmt::format("step {} (t = {:.6g} s): {}{}. {}", now.step,
                                  now.time + now.time_step, now.what, where, now.remedy);
+  if (const MeshPart* part = system->part(); part != nullptr) {
+    // Of all parts, the one with the worst element tells what happened.
+    const double worst =
+        std::isfinite(now.jacobian) ? now.jacobian : -std::numeric_limits<double>::max();
+    const bool is_worst = worst == least_of_parts(part, worst);
+    part->broadcast(progress.message, static_cast<int>(least_of_parts(
+                                          part, is_worst ? part->rank() : part->count())));
+  }
   progress.status = how;
   failed_step = std::move(now);
 }

@@ -79,6 +79,7 @@ struct Session::Impl {
 
   // Of an equilibrium; null for a motion. The stepper of load steps is `stepper`.
   std::optional<StepFailure> failed_step;  // of which the message is
+  std::optional<double> limit_of_failure;  // present_limit() while a message is being made
 
   std::unique_ptr<LoadStepping> loading;
   const StaticProblem* equilibrium_problem = nullptr;

@@ -175,7 +175,8 @@ double Session::constraint_error() const {
   if (impl_->loading) {
     return impl_->equilibrium_problem->constraint_error(state.time, state.position);
   }
-  return impl_->system->constraints().error(state.position, state.time);
+  return largest_of_parts(impl_->system->part(),
+                          impl_->system->constraints().error(state.position, state.time));
 }
 
 }  // namespace tetraction

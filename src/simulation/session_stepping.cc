@@ -344,16 +344,23 @@ void Session::Impl::count_inverted(const double* energy_after_step) {
     inverted.now = 0;
     return;
   }
+  const bool is_small_step = energy_after_step != nullptr && inverted.now == 0 &&
+                             !is_implicit(settings.time.integrator) && system->part() == nullptr;
+  inverted.now = is_small_step
+                     ? inversion_counter->count_after_step(state().position, *energy_after_step)
+                     : inversion_counter->count(state().position);
+  const bool is_here = inverted.now > 0;
   inverted.now =
-      energy_after_step != nullptr && inverted.now == 0 && !is_implicit(settings.time.integrator)
-          ? inversion_counter->count_after_step(state().position, *energy_after_step)
-          : inversion_counter->count(state().position);
+      static_cast<Index>(sum_over_parts(system->part(), static_cast<double>(inverted.now)));
   if (inverted.now > inverted.most) {
     inverted.most = inverted.now;
     inverted.most_step = state().step;
   }
   if (inverted.now == 0 || inverted.first >= 0) return;
-  inverted.first = element_id(inversion_counter->first(state().position));
+  inverted.first = static_cast<std::int64_t>(least_of_parts(
+      system->part(),
+      is_here ? static_cast<double>(element_id(inversion_counter->first(state().position)))
+              : std::numeric_limits<double>::infinity()));
   inverted.first_time = state().time;
   progress.warnings.push_back(
       fmt::format("element {} is turned inside out (J < 0) at t = {:.6g} s, which its material "

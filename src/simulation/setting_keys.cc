@@ -80,6 +80,11 @@ std::string solver_kind_conflict(const SolverSettings& solver) {
   return fmt::format("= {} is not a solver; there are newton and ceres.", in_quotes(solver.kind));
 }
 
+std::string solver_engine_conflict(const SolverSettings& solver) {
+  if (solver.engine == "local" || solver.engine == "petsc") return {};
+  return fmt::format("= {} is not an engine; there are local and petsc.", in_quotes(solver.engine));
+}
+
 std::string direction_conflict(const EnvironmentSettings& environment) {
   return environment.direction.isZero(0.0) ? "must not be zero; [0, -1, 0] is downward." : "";
 }
@@ -272,7 +277,14 @@ const Section<SolverSettings>& section_of() {
   using S = SolverSettings;
   static const Section<S> section{
       "solver",
-      {{{.name = "kind", .help = "the minimiser of each implicit step"},
+      {{{.name = "engine",
+         .help = "where a run is computed: `local`, in one process, or `petsc`, in all processes "
+                 "that `mpirun` starts ([parallel.md](parallel.md))"},
+        Choice<S>{{"local", "petsc"},
+                  {},
+                  [](const S& s) { return s.engine; },
+                  [](S& s, const std::string& name) { s.engine = name; }}},
+       {{.name = "kind", .help = "the minimiser of each implicit step"},
         Choice<S>{{"newton", "ceres"},
                   {},
                   [](const S& s) { return s.kind; },
@@ -293,7 +305,9 @@ const Section<SolverSettings>& section_of() {
          .help = "most iterations of one step",
          .range = kCount},
         &S::max_iterations}},
-      {{{"kind"}, solver_kind_conflict}, {{"linear"}, solver_conflict}}};
+      {{{"engine"}, solver_engine_conflict},
+       {{"kind"}, solver_kind_conflict},
+       {{"linear"}, solver_conflict}}};
   return section;
 }
 

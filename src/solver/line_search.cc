@@ -14,13 +14,13 @@ constexpr double kRoundOff = 1e-11;
 
 bool evaluate(const MinimizationProblem& problem, Iterate& iterate) {
   if (!problem.value_and_full_gradient(iterate.u, iterate.phi, iterate.force).ok()) return false;
-  iterate.residual = problem.coordinates().restricted_norm(iterate.force);
+  iterate.residual = problem.free_norm(iterate.force);
   return std::isfinite(iterate.phi);
 }
 
 bool evaluate(const RootProblem& problem, Iterate& iterate) {
   if (!problem.residual(iterate.u, iterate.force).ok()) return false;
-  iterate.residual = problem.coordinates().restricted_norm(iterate.force);
+  iterate.residual = problem.free_norm(iterate.force);
   return std::isfinite(iterate.residual);
 }
 
@@ -44,7 +44,7 @@ bool LineSearch::halve(const Problem& problem, const Way& way, const TryAt& is_w
 }
 
 bool LineSearch::search(const MinimizationProblem& problem, const Way& way, Iterate& iterate) {
-  const double slope = iterate.force.dot(way.direction);
+  const double slope = problem.dot(iterate.force, way.direction);
   if (!(slope < 0.0)) return false;
   const double phi = iterate.phi;
   const double residual = iterate.residual;

@@ -14,8 +14,10 @@ namespace tetraction {
 struct LoadDistribution {
   std::vector<Index> vertices;  ///< sorted, each once
   Vector weights;
+  SharedMeshPart part{};  ///< of the mesh; its vertices have the weights of the whole mesh
 
-  double total() const { return weights.sum(); }
+  /// The sum of the weights of the whole mesh.
+  double total() const;
 };
 
 /// A third of the area at rest of each triangle at each of its vertices, m².
@@ -28,8 +30,8 @@ LoadDistribution volume_distribution(const MechanicalSystem& system,
 /// The same for the mass of each tetrahedron, kg.
 LoadDistribution mass_distribution(const MechanicalSystem& system,
                                    const std::vector<Index>& tetrahedra);
-/// The weight 1 at each vertex.
-LoadDistribution equal_distribution(std::vector<Index> vertices);
+/// The weight 1 at each vertex. `part`: that of their mesh.
+LoadDistribution equal_distribution(std::vector<Index> vertices, SharedMeshPart part = nullptr);
 
 /// The force w_v `density` on every vertex v: a traction (Pa) with weights in m², a body force
 /// (N/m³) with weights in m³, an acceleration (m/s²) with weights in kg. For constant densities

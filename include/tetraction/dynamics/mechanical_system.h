@@ -71,9 +71,10 @@ class MechanicalSystem {
   }
   /// The small-strain parameters of element e, Pa.
   LameParameters lame(Index e) const;
-  /// energy = the whole elastic energy at q, J. Fails where it is not defined.
+  /// energy = the whole elastic energy at q, J; of a part, that of its own tetrahedra. Fails where it is
+  /// not defined.
   EvaluationStatus elastic_energy(const Positions& q, double& energy) const;
-  /// energy = the whole elastic energy at q, J, and gradient = its gradient (3 per vertex, N).
+  /// energy = the same, and gradient = the gradient of the whole elastic energy (3 per vertex, N).
   EvaluationStatus elastic_energy_and_gradient(const Positions& q, double& energy,
                                                Vector& gradient) const;
   /// The elastic energy of every region, J. It must be defined at q.
@@ -100,11 +101,22 @@ class MechanicalSystem {
   const Vector& mass() const { return mass_; }
   const Vector& inverse_mass() const { return inverse_mass_; }
   double total_mass() const { return total_mass_; }
+  /// The mass of the own vertices of a part, kg, and Σ m q over them; of a whole mesh, those of all.
+  double own_mass() const { return part() != nullptr ? own_mass_ : total_mass_; }
+  Vector3 own_first_moment(const Vector& q) const;
   /// The mass of element e, kg.
   double element_mass(Index e) const { return density(e) * rest_.volume(e); }
   /// The share of element e in the mass of its node a, kg (RestState::mass_fraction()).
   double mass_share(Index e, int a) const { return element_mass(e) * rest_.mass_fraction(a); }
   Index vertex_count() const { return mesh_.vertex_count(); }
+  /// What the mesh is a part of, where several processes hold the body together (mesh/mesh_part.h);
+  /// null otherwise. Masses and assembled fields are then those of the whole body at each vertex of the
+  /// part. Sums over the body are those of the whole body where a comment does not say otherwise.
+  const MeshPart* part() const { return mesh_.part.get(); }
+  /// Sums over vertices take the vertices below this number: all, or the own ones of a part.
+  Index owned_vertex_count() const {
+    return mesh_.part ? mesh_.part->owned_vertices : mesh_.vertex_count();
+  }
   Index dof_count() const { return 3 * vertex_count(); }
 
   /// Replaces all constraints of the body. Returns the former ones.
@@ -146,6 +158,13 @@ class MechanicalSystem {
                          const std::optional<TimeSpan>& step) const {
     return {force_masses(), position, time, step};
   }
+  /// Where energies of terms are evaluated, at an instant. Its masses are those of the own vertices only.
+  /// Energies, changes of energy and driven work at such points are those of the own part.
+  ForcePoint energy_point(const Vector& position, double time) const {
+    return {part() != nullptr ? owned_mass_ : force_masses(), position, time};
+  }
+  /// |Tᵀ f|₂ over the free coordinates of the whole body (FreeCoordinates::restricted_norm()).
+  double restricted_norm(const Vector& full) const;
   /// Lets forces per mass, such as gravity, act with consistent weights
   /// (dynamics/consistent_mass.h) instead of the lumped masses, for statics. External forces that
   /// were added before stay as they are.
@@ -175,7 +194,8 @@ class MechanicalSystem {
   /// Whether a term or viscosity dissipates energy of a moving body.
   bool is_dissipative() const;
   /// Returns the first term whose potential is not defined at q, or null if all are defined. `vertex` is
-  /// the first vertex at which it is not defined, or −1 if the energy of the term is not finite.
+  /// the first vertex at which it is not defined, or −1 if the energy of the term is not finite. Of a
+  /// part, only its own vertices count.
   const ForceTerm* undefined_term(const Vector& q, double time, Index& vertex) const;
 
   /// force += the forces of viscosity at positions q and velocities v (3 per vertex, N).
@@ -218,8 +238,10 @@ class MechanicalSystem {
   Vector density_;  // per element
   Vector mass_;
   Vector inverse_mass_;
-  Vector weights_;  // in place of mass_ for forces; empty if they are the same
+  Vector weights_;     // in place of mass_ for forces; empty if they are the same
+  Vector owned_mass_;  // of the own vertices of a part; empty for a whole mesh
   double total_mass_ = 0.0;
+  double own_mass_ = 0.0;  // of a part
   Constraints constraints_;
   Environment environment_;
   Damping damping_;

@@ -120,6 +120,8 @@ class PotentialProblem : public MinimizationProblem {
   /// C = λ + 2μ + 2η/s and the longest edge L. The terms with K and K_L stand for the round-off of
   /// displacements and of edges.
   double round_off(const Vector& u) const override;
+  double dot(const Vector& a, const Vector& b) const override;
+  double free_norm(const Vector& full) const override { return system_.restricted_norm(full); }
 
  protected:
   /// Keeps a reference to `system`, which must live longer.
@@ -188,7 +190,12 @@ class PotentialProblem : public MinimizationProblem {
   // there.
   EvaluationStatus move_terms(const Vector& u) const;
   double longest_term_step(const Vector& u, const Vector& d) const;
+  // Where energies are evaluated, of the own vertices of a part.
+  ForcePoint energy_point(const Vector& x) const;
   double term_energy() const;
+  bool is_elastic_known(const Vector& u) const;
+  void add_viscous(const Vector& u, double& phi, Vector& gradient) const;
+  EvaluationStatus agree(EvaluationStatus status, double& phi) const;
   void add_term_gradient(Vector& gradient) const;
   void add_gradient(const WeightedPotential& potential, const ForcePoint& at,
                     Vector& gradient) const;

@@ -50,7 +50,7 @@ class StepProblem : public PotentialProblem {
   /// midpoint rule at q_k + s M⁻¹p_k, which keeps the order of the rule.
   const Vector& dissipation_point() const { return dissipation_point_; }
   /// The energy that dissipative terms and viscosity dissipate in the whole step of size h, J. It
-  /// is h Σ v·∂D/∂v + h Σ V 2η|Ė|² with the rates at x, and never negative.
+  /// is h Σ v·∂D/∂v + h Σ V 2η|Ė|² with the rates at x, and never negative. Of a part, its share.
   double dissipated_energy(const Vector& u, double h) const;
 
   // force_scale() is |Tᵀ l|₂, N: the force that would give the body its momentum and the impulse of

@@ -100,6 +100,9 @@ struct SelectionPart {
 /// does not exist in the file, if a group is unknown (the message lists the groups of the mesh),
 /// for an invalid axis, point or normal, and for a set or a named selection with a wrong number of
 /// parts.
+///
+/// Of a part (TetMesh::part) this and the following functions return what is selected in the part, which
+/// may be nothing, and all processes must call them.
 std::vector<Index> select_vertices(const TetMesh& mesh, const Selection& selection);
 
 /// The selected tetrahedra, sorted. A group that consists of tetrahedra selects these. A box or a

@@ -10,6 +10,7 @@
 
 #include "tetraction/core/types.h"
 #include "tetraction/mesh/mesh_arrays.h"
+#include "tetraction/mesh/mesh_part.h"
 
 namespace tetraction {
 
@@ -103,6 +104,8 @@ struct TetMesh {
   /// Empty for linear tetrahedra. For quadratic ones the vertices in the middles of the edges 01, 12,
   /// 02, 03, 13 and 23 of each tetrahedron (the order of VTK); `tetrahedra` has the corners.
   std::vector<std::array<Index, 6>> edge_vertices{};
+  /// What this mesh is a part of, where several processes hold a mesh together; null for a whole one.
+  SharedMeshPart part{};
 
   bool is_quadratic() const { return !edge_vertices.empty(); }
   Index vertex_count() const { return static_cast<Index>(vertices.size()); }
@@ -121,7 +124,7 @@ struct TetMesh {
   Vector rest_positions() const;
   /// Signed volume of tetrahedron `e` with straight edges: det[X1−X0, X2−X0, X3−X0]/6, m³.
   double volume(Index e) const;
-  /// Sum of the volumes, m³.
+  /// Sum of the volumes, m³; of a part, the volume of the whole mesh.
   double total_volume() const;
 };
 
@@ -162,7 +165,7 @@ TetMesh with_edge_vertices(TetMesh mesh);
 TetMesh without_edge_vertices(const TetMesh& mesh);
 
 /// The faces that belong to one tetrahedron only. Their vertices are ordered so that normals point
-/// outward.
+/// outward. Of a part (TetMesh::part) they are its faces on the boundary of the whole mesh.
 std::vector<std::array<Index, 3>> boundary_faces(const TetMesh& mesh);
 
 }  // namespace tetraction

@@ -39,6 +39,8 @@ void remove_frames(const std::string& directory, const std::vector<std::string>&
       fs::path name = entry.path().filename();
       if (std::ranges::find(kept, name.string()) != kept.end()) continue;
       if (name.extension() == ".part") name.replace_extension();
+      // A run in several processes has frames in pieces, which a .pvtu names.
+      if (name.extension() == ".pvtu") name.replace_extension(".vtu");
       if (is_frame_name(name.string())) old.push_back(entry.path());
     }
     for (const fs::path& file : old) fs::remove(file);
@@ -53,8 +55,8 @@ void remove_frames(const std::string& directory, const std::vector<std::string>&
 void remove_run(const std::string& directory) {
   remove_checkpoints(directory);
   remove_frames(directory);
-  for (const char* name :
-       {"final.vtu", "summary.json", "probes.csv", "history.csv", kFailedElementsFile}) {
+  for (const char* name : {"final.vtu", "final.pvtu", "summary.json", "probes.csv", "history.csv",
+                           kFailedElementsFile}) {
     remove_output(directory + "/" + name);
   }
 }

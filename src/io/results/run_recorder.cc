@@ -13,6 +13,7 @@
 #include "directory_lock.h"
 #include "failed_elements.h"
 #include "frame_fields.h"
+#include "history_rows.h"
 #include "io/text/output_file.h"
 #include "kept_files.h"
 #include "probe_file.h"
@@ -27,17 +28,6 @@
 
 namespace tetraction {
 namespace {
-
-std::string header_text(const HistoryColumns& columns) {
-  return fmt::format("{}\n", fmt::join(columns.names(), ","));
-}
-
-// Numbers with 17 digits, which read back as they were. Whole numbers have no point.
-std::string row_text(const std::vector<double>& values) {
-  std::string row;
-  for (const double value : values) row += fmt::format("{}{:.17g}", row.empty() ? "" : ",", value);
-  return row + '\n';
-}
 
 void copy_file(const std::string& from, const std::string& to) {
   ReplacementFile file(to);

@@ -8,6 +8,7 @@
 #include "tetraction/core/process.h"
 #include "tetraction/core/version.h"
 #include "tetraction/dynamics/derived_fields.h"
+#include "tetraction/dynamics/whole_body.h"
 #include "tetraction/io/run_recorder.h"
 #include "tetraction/simulation/equilibrium.h"
 #include "tetraction/simulation/probe.h"
@@ -21,12 +22,13 @@ nlohmann::ordered_json number(double value) {
   return nullptr;
 }
 
-nlohmann::ordered_json mesh_json(const TetMesh& mesh) {
+nlohmann::ordered_json mesh_json(const MechanicalSystem& system) {
+  const TetMesh& mesh = system.mesh();
   nlohmann::ordered_json skipped = nlohmann::ordered_json::object();
   for (const auto& [type, count] : mesh.report.skipped_cells) skipped[to_string(type)] = count;
   return {{"source", mesh.source},
-          {"vertices", mesh.vertex_count()},
-          {"tetrahedra", mesh.tetrahedron_count()},
+          {"vertices", whole_vertex_count(system)},
+          {"tetrahedra", whole_tetrahedron_count(system)},
           {"volume", mesh.total_volume()},
           {"reoriented_tetrahedra", mesh.report.reoriented},
           {"dropped_vertices", mesh.report.dropped_vertices},
@@ -121,10 +123,10 @@ std::string summary_json(const Session& session, const std::string& directory,
   json["exit_status"] = end != nullptr ? end->exit_status : exit_code(session.status());
   json["message"] = end != nullptr ? end->message : session.message();
   json["warnings"] = session.warnings();
-  json["mesh"] = mesh_json(system.mesh());
+  json["mesh"] = mesh_json(system);
   json["mass"] = system.total_mass();
-  json["degrees_of_freedom"] = {{"all", system.dof_count()},
-                                {"free", system.coordinates().count()}};
+  json["degrees_of_freedom"] = {{"all", 3 * whole_vertex_count(system)},
+                                {"free", whole_freedom_count(system)}};
   const LoadPath* path = session.load_path();
   if (path == nullptr) {
     json["integrator"] = to_string(session.time_settings().integrator);
@@ -197,7 +199,10 @@ std::string summary_json(const Session& session, const std::string& directory,
   json["wall_seconds"] = {{"mesh", times.mesh},           {"setup", times.setup},
                           {"stability", times.stability}, {"stepping", times.stepping},
                           {"output", times.output},       {"total", times.total()}};
-  json["peak_memory_bytes"] = peak_memory_bytes();
+  // Of several processes, that with the most.
+  json["peak_memory_bytes"] = static_cast<std::uint64_t>(
+      largest_of_parts(system.part(), static_cast<double>(peak_memory_bytes())));
+  if (system.part() != nullptr) json["processes"] = system.part()->count();
   json["threads"] = thread_count();
   json["blas"] = {{"library", blas.library}, {"core", blas.core}};
   json["scene"] = nlohmann::ordered_json::object();

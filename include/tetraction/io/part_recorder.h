@@ -1,0 +1,38 @@
+// Writes the results of a run in several processes.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "tetraction/simulation/session.h"
+
+namespace tetraction {
+
+/// The counterpart of RunRecorder for a session of a body in parts (TetMesh::part). Each process has one.
+/// Process 0 writes history.csv, probes.csv and summary.json as RunRecorder does. Frames, and final.pvtu in
+/// place of final.vtu, are in pieces: every process writes its own (PVTU).
+///
+/// All processes must run the session with their recorder. Its functions throw OutputError, and a process
+/// that meets one leaves the others waiting: it has to end them.
+class PartRecorder : public Observer {
+ public:
+  PartRecorder(std::string directory, int frame_every);
+  ~PartRecorder() override;
+  PartRecorder(const PartRecorder&) = delete;
+  PartRecorder& operator=(const PartRecorder&) = delete;
+
+  /// What gives the exit code of a run that was stopped (RunStatus::kCancelled), for summary.json.
+  void set_stop_code(std::function<int()> stop_code);
+  void on_start(const Session& session) override;
+  bool on_step(const Session& session) override;
+  void on_finish(const Session& session) override;
+  /// The text of summary.json. Empty before on_finish().
+  const std::string& summary() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace tetraction

@@ -1,0 +1,96 @@
+// The part of a mesh that one process holds, where several processes hold the mesh together.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tetraction/core/types.h"
+
+namespace tetraction {
+
+/// What the TetMesh of one process is a part of, and how it talks to the others (TetMesh::part).
+///
+/// Every tetrahedron belongs to one process. A vertex belongs to one process, too, its owner; the other
+/// processes whose tetrahedra use it have copies of it. In the mesh of a process its own vertices come
+/// first. A field over the vertices is the same on all copies, and whatever is assembled from tetrahedra
+/// is complete after add_shared(). Sums over vertices take owners only.
+///
+/// The functions of this class other than rank() and count() are collective: every process must call
+/// them, in the same order. Their results have the same bits on all processes, so that all of them take
+/// the same decisions.
+class MeshPart {
+ public:
+  virtual ~MeshPart() = default;
+
+  /// The number of this process, from 0, and of all of them.
+  virtual int rank() const = 0;
+  virtual int count() const = 0;
+
+  /// values: `width` numbers for each vertex of the part's mesh, that of vertex v from width v on. The
+  /// numbers of the copies of a vertex are added up, in the order of the processes.
+  virtual void add_shared(double* values, Index width) const = 0;
+  /// values[i] ← the sum of values[i] over all processes, in their order.
+  virtual void sum(double* values, Index count) const = 0;
+  /// values[i] ← the largest values[i] of all processes.
+  virtual void largest(double* values, Index count) const = 0;
+  /// text ← that of the process `from`.
+  virtual void broadcast(std::string& text, int from) const = 0;
+
+  /// Of the vertices of the part's mesh, the first so many belong to this process.
+  Index owned_vertices = 0;
+  /// The whole mesh.
+  struct Whole {
+    Index vertices = 0;
+    Index tetrahedra = 0;
+    double volume = 0.0;  ///< m³
+    Vector3 low = Vector3::Zero();
+    Vector3 high = Vector3::Zero();                          ///< the corners of its box, m
+    std::pair<std::int64_t, std::int64_t> vertex_ids{0, 0};  ///< least and largest
+  };
+  Whole whole;
+  /// The triangles of the part's tetrahedra on the boundary of the whole mesh (boundary_faces()).
+  std::vector<std::array<Index, 3>> boundary_faces;
+  /// The vertices of the part that are on this boundary, ascending: also those that only triangles of
+  /// other parts have.
+  std::vector<Index> boundary_vertices;
+
+ protected:
+  MeshPart() = default;
+  MeshPart(const MeshPart&) = default;
+  MeshPart& operator=(const MeshPart&) = default;
+};
+
+using SharedMeshPart = std::shared_ptr<const MeshPart>;
+
+// The same functions for a mesh that may be whole. Then `part` is null, and they change nothing.
+
+inline void add_shared(const MeshPart* part, Vector& values, Index width) {
+  if (part != nullptr) part->add_shared(values.data(), width);
+}
+inline void sum_over_parts(const MeshPart* part, double* values, Index count) {
+  if (part != nullptr) part->sum(values, count);
+}
+inline double sum_over_parts(const MeshPart* part, double value) {
+  if (part != nullptr) part->sum(&value, 1);
+  return value;
+}
+inline double largest_of_parts(const MeshPart* part, double value) {
+  if (part != nullptr) part->largest(&value, 1);
+  return value;
+}
+inline double least_of_parts(const MeshPart* part, double value) {
+  return part == nullptr ? value : -largest_of_parts(part, -value);
+}
+/// Whether it is so on every process.
+inline bool everywhere(const MeshPart* part, bool value) {
+  return part == nullptr ? value : largest_of_parts(part, value ? 0.0 : 1.0) == 0.0;
+}
+/// Whether it is so on some process.
+inline bool anywhere(const MeshPart* part, bool value) {
+  return part == nullptr ? value : largest_of_parts(part, value ? 1.0 : 0.0) != 0.0;
+}
+
+}  // namespace tetraction

@@ -1,0 +1,180 @@
+#include "parallel_run.h"
+
+#include <cstdlib>
+
+#include "command_line.h"
+#include "console.h"
+
+#ifdef TETRACTION_HAS_PETSC
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <optional>
+#include <utility>
+
+#include "interrupt_guard.h"
+#include "io/results/result_folders.h"
+#include "petsc/mesh_distribution.h"
+#include "petsc/processes.h"
+#include "program_failure.h"
+#include "progress_bar.h"
+#include "scene_source.h"
+#include "tetraction/core/blas.h"
+#include "tetraction/core/parallel.h"
+#include "tetraction/io/initial_fields.h"
+#include "tetraction/io/part_recorder.h"
+#include "tetraction/io/scene_reader.h"
+#endif
+#include "tetraction/core/error.h"
+
+namespace tetraction {
+
+int launched_processes() {
+  for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "MPI_LOCALNRANKS"}) {
+    const char* text = std::getenv(name);
+    if (text != nullptr && std::atoi(text) > 0) return std::atoi(text);
+  }
+  return 1;
+}
+
+#ifndef TETRACTION_HAS_PETSC
+
+int run_parallel(const SessionArguments& /*arguments*/, const char* /*label*/,
+                 const OutcomePrinter& /*print_outcome*/) {
+  become_program("tetraction-petsc");
+  // One of the processes speaks.
+  const char* rank = std::getenv("OMPI_COMM_WORLD_RANK");
+  set_silent(rank != nullptr && std::atoi(rank) > 0);
+  throw InputError(
+      "This build has no PETSc and MPI, which solver.engine = \"petsc\" and runs with mpirun need "
+      "(there is no program tetraction-petsc beside this one). Take solver.engine = \"local\" "
+      "without "
+      "mpirun, or install petsc-dev and build it again (scripts/setup --all).");
+}
+
+#else
+
+namespace {
+
+using petsc::Processes;
+
+// Ends the run in all processes as soon as one of them has received a signal.
+class SharedInterrupt : public Observer {
+ public:
+  explicit SharedInterrupt(const Processes& processes) : processes_(processes) {}
+  bool on_step(const Session&) override {
+    return !processes_.anywhere(InterruptGuard::interrupted());
+  }
+
+ private:
+  const Processes& processes_;
+};
+
+Processes::Failure described() {
+  const ProgramFailure failure = present_failure();
+  return {failure.code, failure.message};
+}
+
+// All processes have the failure, and the first one tells it.
+int end_with(const Processes::Failure& failure) {
+  print_message(failure.message);
+  return failure.code;
+}
+
+struct Inputs {
+  Scene scene;
+  std::string directory;
+  TetMesh mesh;  // of process 0
+  double mesh_time = 0.0;
+};
+
+Inputs read_inputs(const SessionArguments& arguments, const Processes& processes) {
+  if (arguments.resume) {
+    throw InputError(
+        "--resume does not work in several processes yet: run the scene from its start, or in one "
+        "process without mpirun and with solver.engine = \"local\".");
+  }
+  Inputs inputs;
+  inputs.scene = read_scene(arguments.scene, arguments.overrides);
+  if (inputs.scene.output.checkpoint_every > 0) {
+    throw InputError(
+        "output.checkpoint_every does not work in several processes yet: set it to 0, or run the "
+        "scene in one process without mpirun and with solver.engine = \"local\".");
+  }
+  inputs.directory = output_directory(inputs.scene, arguments.out, arguments.overrides);
+  if (!processes.is_first()) return inputs;
+  check_folder_of_run(inputs.scene, inputs.directory);
+  const auto start = std::chrono::steady_clock::now();
+  inputs.mesh = read_scene_mesh(inputs.scene);
+  inputs.mesh_time =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return inputs;
+}
+
+// What all processes do together.
+int run_together(const SessionArguments& arguments, Inputs inputs, const Processes& processes,
+                 const char* label, const OutcomePrinter& print_outcome) {
+  if (!arguments.quiet) {
+    if (const std::string remarks = mesh_remarks(inputs.mesh); !remarks.empty()) {
+      print_note(remarks);
+    }
+    if (const std::string remarks = damping_remarks(inputs.scene); !remarks.empty()) {
+      print_note(remarks);
+    }
+  }
+  Session session(inputs.scene, distribute_mesh(processes, std::move(inputs.mesh)));
+  session.add_mesh_time(inputs.mesh_time);
+  const std::string slow_blas = arguments.quiet ? blas_warning() : "";
+  for (const std::string& warning : session.warnings()) {
+    if (warning != slow_blas || slow_blas.empty()) print_warning(warning);
+  }
+  const std::size_t told = session.warnings().size();
+  PartRecorder recorder(inputs.directory, inputs.scene.output.every);
+  recorder.set_stop_code(&InterruptGuard::exit_code);
+  InterruptGuard guard;
+  SharedInterrupt interrupt(processes);
+  ProgressBar bar(label);
+  std::vector<Observer*> observers{&recorder, &interrupt};
+  if (processes.is_first() && !arguments.quiet && ProgressBar::possible()) {
+    observers.push_back(&bar);
+  }
+  const RunStatus status = session.run(observers);
+  if (arguments.json) {
+    write_result(recorder.summary());
+  } else if (!arguments.quiet) {
+    print_outcome(session, inputs.directory);
+  }
+  print_remarks(session, told);
+  return status == RunStatus::kCancelled ? InterruptGuard::exit_code()
+                                         : tetraction::exit_code(status);
+}
+
+}  // namespace
+
+int run_parallel(const SessionArguments& arguments, const char* label,
+                 const OutcomePrinter& print_outcome) {
+  const Processes processes;
+  set_silent(!processes.is_first());
+  // The processes of a machine share its cores.
+  if (remembered_threads() == 0) {
+    set_thread_count(std::max(1, thread_count() / processes.on_this_machine()));
+  }
+  std::optional<Inputs> inputs;
+  Processes::Failure failure =
+      processes.together([&] { inputs = read_inputs(arguments, processes); }, &described);
+  if (failure.code != 0) return end_with(failure);
+  int code = 0;
+  failure = processes.in_step(
+      [&] { code = run_together(arguments, std::move(*inputs), processes, label, print_outcome); },
+      &described,
+      [](const Processes::Failure& alone) {
+        set_silent(false);
+        print_message(alone.message);
+      });
+  return failure.code != 0 ? end_with(failure) : code;
+}
+
+#endif
+
+}  // namespace tetraction

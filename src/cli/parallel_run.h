@@ -1,0 +1,17 @@
+// tetraction run in several processes.
+#pragma once
+
+#include "recorded_session.h"
+
+namespace tetraction {
+
+/// The number of processes that mpirun, or another launcher, started together with this one; 1 without one.
+int launched_processes();
+
+/// Computes one session in all processes of an MPI run, of which the first one prints and writes, and returns
+/// the exit code, which is the same in all of them. Throws InputError if the program was built without the
+/// engine.
+int run_parallel(const SessionArguments& arguments, const char* label,
+                 const OutcomePrinter& print_outcome);
+
+}  // namespace tetraction

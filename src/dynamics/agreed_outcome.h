@@ -1,0 +1,22 @@
+// How the parts of a body agree on the outcome of a step.
+#pragma once
+
+#include "tetraction/dynamics/mechanical_system.h"
+#include "tetraction/dynamics/stepper.h"
+
+namespace tetraction {
+
+/// Makes the outcomes of all parts one: the shares in energies, work and impulses are added up, and if the
+/// step of a part failed, that of all has failed for the same reason. The failed element stays with the
+/// part that has it, as the first of those that failed; others have −1. The solver's report and
+/// residual_angular_impulse are those of the whole body already. Does nothing without a part.
+void agree(const MeshPart* part, StepOutcome& outcome);
+
+/// a·b over the own vertices (3 per vertex).
+inline double own_dot(const MechanicalSystem& system, const Vector& a, const Vector& b) {
+  if (system.part() == nullptr) return a.dot(b);
+  const Index size = 3 * system.owned_vertex_count();
+  return a.head(size).dot(b.head(size));
+}
+
+}  // namespace tetraction

@@ -1,0 +1,121 @@
+#include "part_frames.h"
+
+#include <fmt/format.h>
+#include <vtkCellData.h>
+#include <vtkDoubleArray.h>
+#include <vtkFieldData.h>
+#include <vtkPointData.h>
+#include <vtkUnstructuredGrid.h>
+
+#include <utility>
+
+#include "io/text/output_file.h"
+#include "io/vtk/vtk_grid.h"
+#include "tetraction/io/text_file.h"
+
+namespace tetraction {
+namespace {
+
+const char* type_name(int type) {
+  switch (type) {
+    case VTK_DOUBLE:
+      return "Float64";
+    case VTK_FLOAT:
+      return "Float32";
+    case VTK_INT:
+      return "Int32";
+    default:
+      return "Int64";  // numbers of vertices and elements
+  }
+}
+
+std::string declarations(vtkFieldData* fields) {
+  std::string text;
+  for (int i = 0; i < fields->GetNumberOfArrays(); ++i) {
+    vtkAbstractArray* array = fields->GetAbstractArray(i);
+    text += fmt::format("      <PDataArray type=\"{}\" Name=\"{}\" NumberOfComponents=\"{}\"",
+                        type_name(array->GetDataType()), array->GetName(),
+                        array->GetNumberOfComponents());
+    for (int c = 0; array->HasAComponentName() && c < array->GetNumberOfComponents(); ++c) {
+      text += fmt::format(" ComponentName{}=\"{}\"", c, array->GetComponentName(c));
+    }
+    text += "/>\n";
+  }
+  return text;
+}
+
+}  // namespace
+
+struct PartFrames::Impl {
+  SharedMeshPart part;
+  std::string directory;
+  FrameFormat format;
+  vtkSmartPointer<vtkUnstructuredGrid> grid;  // points and cells, made once
+  std::string entries;                        // of the collection
+
+  static std::string piece_name(const std::string& stem, int rank) {
+    return fmt::format("{}_{:04}.vtu", stem, rank);
+  }
+
+  // All processes wait until the others have come here.
+  void wait() const { anywhere(part.get(), false); }
+
+  // Writes the pieces frames/STEM_PPPP.vtu, and then `collection`, which names them from its folder.
+  void write(const Frame& frame, FramePrecision precision, const std::string& stem,
+             const std::string& collection, const std::string& folder) const {
+    if (part->rank() == 0) make_own_directory(directory + "/frames");
+    wait();
+    auto filled = vtkSmartPointer<vtkUnstructuredGrid>::New();
+    filled->ShallowCopy(grid);
+    for (const FrameField& field : frame.point_fields) {
+      filled->GetPointData()->AddArray(
+          make_array(field.name, field.values, field.integral, precision));
+    }
+    for (const FrameField& field : frame.cell_fields) {
+      filled->GetCellData()->AddArray(
+          make_array(field.name, field.values, field.integral, precision));
+    }
+    auto time = vtkSmartPointer<vtkDoubleArray>::New();
+    time->SetName("TimeValue");
+    time->InsertNextValue(frame.time);
+    filled->GetFieldData()->AddArray(time);
+    write_vtu(filled, directory + "/frames/" + piece_name(stem, part->rank()), format.compression);
+    wait();
+    if (part->rank() != 0) return;
+    std::string text =
+        "<?xml version=\"1.0\"?>\n"
+        "<VTKFile type=\"PUnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" "
+        "header_type=\"UInt64\">\n"
+        "  <PUnstructuredGrid GhostLevel=\"0\">\n    <PPointData>\n" +
+        declarations(filled->GetPointData()) + "    </PPointData>\n    <PCellData>\n" +
+        declarations(filled->GetCellData()) +
+        "    </PCellData>\n    <PPoints>\n"
+        "      <PDataArray type=\"Float64\" Name=\"Points\" NumberOfComponents=\"3\"/>\n"
+        "    </PPoints>\n";
+    for (int rank = 0; rank < part->count(); ++rank) {
+      text += fmt::format("    <Piece Source=\"{}{}\"/>\n", folder, piece_name(stem, rank));
+    }
+    write_text_file(directory + "/" + collection, text + "  </PUnstructuredGrid>\n</VTKFile>\n");
+  }
+};
+
+PartFrames::PartFrames(const TetMesh& mesh, std::string directory, FrameFormat format)
+    : impl_(std::make_unique<Impl>(
+          Impl{mesh.part, std::move(directory), format, make_grid(mesh), {}})) {}
+
+PartFrames::~PartFrames() = default;
+
+void PartFrames::write(const Frame& frame) {
+  Impl& s = *impl_;
+  const std::string stem = fmt::format("frame_{:06}", frame.step);
+  const std::string collection = "frames/" + stem + ".pvtu";
+  s.write(frame, s.format.precision, stem, collection, "");
+  s.entries += collection_entry(frame.time, collection);
+  if (s.part->rank() == 0) write_collection(s.entries, s.directory + "/frames.pvd");
+}
+
+void PartFrames::write_final(const Frame& frame) const {
+  impl_->write(frame, FramePrecision::kFloat64, "frame_final", "final.pvtu", "frames/");
+}
+
+}  // namespace tetraction

@@ -1,0 +1,150 @@
+#include "tetraction/io/part_recorder.h"
+
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "directory_lock.h"
+#include "frame_fields.h"
+#include "history_rows.h"
+#include "io/text/output_file.h"
+#include "part_frames.h"
+#include "probe_file.h"
+#include "run_files.h"
+#include "tetraction/io/run_recorder.h"
+#include "tetraction/io/text_file.h"
+
+namespace tetraction {
+
+struct PartRecorder::Impl {
+  std::string directory;
+  int frame_every;
+  std::function<int()> stop_code;
+  std::optional<HistoryColumns> columns;
+  Index last_row = -1;
+  std::unique_ptr<PartFrames> frames;
+  Index last_frame = -1;
+  Index last_probe_row = -1;
+  std::vector<double> probe_values;
+  std::string summary;
+  // Of process 0.
+  std::optional<DirectoryLock> lock;
+  std::optional<RowFile> history;
+  std::unique_ptr<ProbeFile> probes;
+
+  std::string path(const char* name) const { return directory + "/" + name; }
+
+  // The values are sums over all processes.
+  void write_row(const Session& session) {
+    const std::vector<double> values = columns->values(session);
+    if (history) history->add(row_text(values));
+    last_row = session.step_number();
+  }
+
+  // Other processes compute their shares of the values that process 0 writes.
+  void share_probes(const Session& session, bool all) {
+    const ProbeSet& set = session.probes();
+    for (std::size_t i = 0; i < set.probes().size(); ++i) {
+      if (all || set.is_due(i, session.step_number())) {
+        set.evaluate(i, session, probe_values.data());
+      }
+    }
+  }
+  void write_probes(const Session& session, bool all) {
+    const ProbeSet& set = session.probes();
+    if (set.probes().empty()) return;
+    bool is_due = all;
+    for (std::size_t i = 0; i < set.probes().size(); ++i) {
+      is_due = is_due || set.is_due(i, session.step_number());
+    }
+    if (!is_due) return;
+    if (probes) {
+      probes->write(session, all);
+    } else {
+      share_probes(session, all);
+    }
+    last_probe_row = session.step_number();
+  }
+
+  void write_frame(const Session& session) {
+    if (history) history->flush();
+    if (probes) probes->flush();
+    frames->write(make_frame(session, session.scene().output.fields));
+    last_frame = session.step_number();
+  }
+};
+
+PartRecorder::PartRecorder(std::string directory, int frame_every)
+    : impl_(std::make_unique<Impl>()) {
+  impl_->directory = std::move(directory);
+  impl_->frame_every = frame_every;
+}
+
+PartRecorder::~PartRecorder() = default;
+
+void PartRecorder::set_stop_code(std::function<int()> stop_code) {
+  impl_->stop_code = std::move(stop_code);
+}
+
+void PartRecorder::on_start(const Session& session) {
+  Impl& s = *impl_;
+  const MeshPart& part = *session.system().part();
+  const bool is_first = part.rank() == 0;
+  if (is_first) {
+    make_output_directory(s.directory);
+    s.lock.emplace(s.directory);
+    remove_run(s.directory);
+  }
+  anywhere(&part, false);  // others wait for the directory
+  s.columns.emplace(session);
+  const std::vector<double> first = s.columns->values(session);
+  if (is_first) {
+    s.history.emplace(s.path("history.csv"), header_text(*s.columns) + row_text(first));
+  }
+  s.last_row = s.last_probe_row = session.step_number();
+  const OutputSettings& output = session.scene().output;
+  s.frames = std::make_unique<PartFrames>(session.system().mesh(), s.directory,
+                                          FrameFormat{output.precision, output.compression});
+  s.probe_values.resize(session.probes().value_count());
+  if (!session.scene().probe.empty()) {
+    if (is_first) {
+      s.probes = std::make_unique<ProbeFile>(s.path("probes.csv"), session);
+    } else {
+      s.share_probes(session, true);
+    }
+  }
+  if (s.frame_every > 0) s.write_frame(session);
+}
+
+bool PartRecorder::on_step(const Session& session) {
+  Impl& s = *impl_;
+  const Index step = session.step_number();
+  const bool is_last = session.status() != RunStatus::kRunning;
+  if (is_last || step % session.scene().output.history_every == 0) s.write_row(session);
+  s.write_probes(session, is_last);
+  if (s.frame_every > 0 && step % s.frame_every == 0) s.write_frame(session);
+  return true;
+}
+
+void PartRecorder::on_finish(const Session& session) {
+  Impl& s = *impl_;
+  if (s.last_row != session.step_number()) s.write_row(session);
+  if (s.last_probe_row != session.step_number()) s.write_probes(session, true);
+  if (s.frame_every > 0 && s.last_frame != session.step_number()) s.write_frame(session);
+  s.frames->write_final(make_frame(session, session.scene().output.fields));
+  const bool is_stopped = session.status() == RunStatus::kCancelled && s.stop_code;
+  const RunEnd end{to_string(session.status()),
+                   is_stopped ? s.stop_code() : exit_code(session.status()), session.message()};
+  s.summary = summary_json(session, s.directory, s.probes ? &s.probes->traces() : nullptr, &end);
+  if (s.history) s.history->close();
+  if (s.probes) s.probes->finish(session);
+  if (s.lock) write_text_file(s.path("summary.json"), s.summary);
+  s.probes.reset();
+  s.lock.reset();
+}
+
+const std::string& PartRecorder::summary() const {
+  return impl_->summary;
+}
+
+}  // namespace tetraction

@@ -1,0 +1,127 @@
+#include "mpi_part.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "petsc_minimizer.h"
+
+namespace tetraction::petsc {
+namespace {
+
+constexpr int kTag = 7;
+// Up to so many processes all get the numbers of all and add them up themselves.
+constexpr int kFew = 64;
+
+}  // namespace
+
+MpiPart::MpiPart(const Processes& processes, PartData&& data, Index vertices)
+    : rank_(processes.rank()),
+      count_(processes.count()),
+      neighbors_(std::move(data.neighbors)),
+      vertices_(vertices),
+      sent_(neighbors_.size()),
+      received_(neighbors_.size()),
+      requests_(2 * neighbors_.size(), MPI_REQUEST_NULL) {
+  owned_vertices = data.owned_vertices;
+  whole = data.whole;
+  boundary_faces = std::move(data.boundary_faces);
+  boundary_vertices = std::move(data.boundary_vertices);
+  for (const Neighbor& neighbor : neighbors_) {
+    shared_.insert(shared_.end(), neighbor.shared.begin(), neighbor.shared.end());
+  }
+  std::sort(shared_.begin(), shared_.end());
+  shared_.erase(std::unique(shared_.begin(), shared_.end()), shared_.end());
+}
+
+// received_ ← the neighbours' numbers of the shared vertices.
+void MpiPart::exchange(const double* values, Index width) const {
+  const auto size = static_cast<std::size_t>(width);
+  for (std::size_t n = 0; n < neighbors_.size(); ++n) {
+    const std::vector<Index>& shared = neighbors_[n].shared;
+    received_[n].resize(size * shared.size());
+    MPI_Irecv(received_[n].data(), static_cast<int>(received_[n].size()), MPI_DOUBLE,
+              neighbors_[n].rank, kTag, MPI_COMM_WORLD, &requests_[n]);
+  }
+  for (std::size_t n = 0; n < neighbors_.size(); ++n) {
+    const std::vector<Index>& shared = neighbors_[n].shared;
+    sent_[n].resize(size * shared.size());
+    double* next = sent_[n].data();
+    for (const Index v : shared) next = std::copy_n(values + width * v, width, next);
+    MPI_Isend(sent_[n].data(), static_cast<int>(sent_[n].size()), MPI_DOUBLE, neighbors_[n].rank,
+              kTag, MPI_COMM_WORLD, &requests_[neighbors_.size() + n]);
+  }
+  MPI_Waitall(static_cast<int>(requests_.size()), requests_.data(), MPI_STATUSES_IGNORE);
+}
+
+// All processes add the numbers of a vertex in the order of the processes, so that its copies have the same
+// bits.
+void MpiPart::add_shared(double* values, Index width) const {
+  if (neighbors_.empty()) return;
+  exchange(values, width);
+  own_.resize(shared_.size() * static_cast<std::size_t>(width));
+  double* next = own_.data();
+  for (const Index v : shared_) {
+    next = std::copy_n(values + width * v, width, next);
+    std::fill_n(values + width * v, width, 0.0);
+  }
+  const auto add = [&](const std::vector<Index>& vertices, const double* numbers) {
+    for (const Index v : vertices) {
+      for (Index k = 0; k < width; ++k) values[width * v + k] += *numbers++;
+    }
+  };
+  bool is_added = false;
+  for (std::size_t n = 0; n < neighbors_.size(); ++n) {
+    if (!is_added && neighbors_[n].rank > rank_) {
+      add(shared_, own_.data());
+      is_added = true;
+    }
+    add(neighbors_[n].shared, received_[n].data());
+  }
+  if (!is_added) add(shared_, own_.data());
+}
+
+// Only the owner's numbers are not zero.
+void MpiPart::copy_from_owners(double* values, Index width) const {
+  if (neighbors_.empty()) return;
+  std::fill(values + width * owned_vertices, values + width * vertices_, 0.0);
+  add_shared(values, width);
+}
+
+void MpiPart::sum(double* values, Index count) const {
+  if (count_ == 1) return;
+  const auto size = static_cast<int>(count);
+  if (count_ > kFew) {
+    gathered_.resize(static_cast<std::size_t>(count));
+    MPI_Reduce(values, gathered_.data(), size, MPI_DOUBLE, MPI_SUM, 0, MPI_COMM_WORLD);
+    if (rank_ == 0) std::copy(gathered_.begin(), gathered_.end(), values);
+    MPI_Bcast(values, size, MPI_DOUBLE, 0, MPI_COMM_WORLD);
+    return;
+  }
+  gathered_.resize(static_cast<std::size_t>(count * count_));
+  MPI_Allgather(values, size, MPI_DOUBLE, gathered_.data(), size, MPI_DOUBLE, MPI_COMM_WORLD);
+  const double* next = gathered_.data();
+  for (Index i = 0; i < count; ++i) values[i] = *next++;
+  for (int rank = 1; rank < count_; ++rank) {
+    for (Index i = 0; i < count; ++i) values[i] += *next++;
+  }
+}
+
+void MpiPart::largest(double* values, Index count) const {
+  if (count_ == 1) return;
+  MPI_Allreduce(MPI_IN_PLACE, values, static_cast<int>(count), MPI_DOUBLE, MPI_MAX, MPI_COMM_WORLD);
+}
+
+void MpiPart::broadcast(std::string& text, int from) const {
+  int size = static_cast<int>(text.size());
+  MPI_Bcast(&size, 1, MPI_INT, from, MPI_COMM_WORLD);
+  text.resize(static_cast<std::size_t>(size));
+  MPI_Bcast(text.data(), size, MPI_CHAR, from, MPI_COMM_WORLD);
+}
+
+std::unique_ptr<Minimizer> MpiPart::make_minimizer(const MechanicalSystem& system,
+                                                   const MinimizerOptions& options,
+                                                   const std::string& linear) const {
+  return make_petsc_minimizer(system, *this, options, linear);
+}
+
+}  // namespace tetraction::petsc

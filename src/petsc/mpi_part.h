@@ -1,0 +1,51 @@
+// The part of a mesh that one process of an MPI run holds.
+#pragma once
+
+#include <mpi.h>
+
+#include <cstdint>
+#include <vector>
+
+#include "mesh_distribution.h"
+#include "tetraction/dynamics/minimizer.h"
+#include "tetraction/mesh/mesh_part.h"
+
+namespace tetraction::petsc {
+
+class MpiPart : public MeshPart, public MinimizerSource {
+ public:
+  /// `vertices`: how many vertices the part's mesh has.
+  MpiPart(const Processes& processes, PartData&& data, Index vertices);
+  MpiPart(const MpiPart&) = delete;
+  MpiPart& operator=(const MpiPart&) = delete;
+
+  int rank() const override { return rank_; }
+  int count() const override { return count_; }
+  void add_shared(double* values, Index width) const override;
+  void sum(double* values, Index count) const override;
+  void largest(double* values, Index count) const override;
+  void broadcast(std::string& text, int from) const override;
+  std::unique_ptr<Minimizer> make_minimizer(const MechanicalSystem& system,
+                                            const MinimizerOptions& options,
+                                            const std::string& linear) const override;
+
+  /// values: `width` numbers per vertex. Copies get the numbers of the owners.
+  void copy_from_owners(double* values, Index width) const;
+
+ private:
+  void exchange(const double* values, Index width) const;
+
+  int rank_;
+  int count_;
+  std::vector<Neighbor> neighbors_;
+  // Each vertex that is shared, once.
+  std::vector<Index> shared_;
+  Index vertices_;
+  mutable std::vector<std::vector<double>> sent_;
+  mutable std::vector<std::vector<double>> received_;
+  mutable std::vector<MPI_Request> requests_;
+  mutable std::vector<double> own_;
+  mutable std::vector<double> gathered_;
+};
+
+}  // namespace tetraction::petsc

@@ -1,0 +1,115 @@
+#include "processes.h"
+
+#include <mpi.h>
+#include <petscsys.h>
+
+#include <chrono>
+#include <thread>
+
+#include "tetraction/core/error.h"
+
+namespace tetraction::petsc {
+namespace {
+
+// The failures of processes that fail for the same reason come about at the same time.
+constexpr double kPatience = 1.0;  // s
+// The first process that fails speaks for the others.
+constexpr double kPatiencePerRank = 0.2;  // s
+
+// A communicator for failures, apart from the one that the work uses.
+MPI_Comm& failures() {
+  static MPI_Comm communicator = MPI_COMM_NULL;
+  return communicator;
+}
+
+}  // namespace
+
+Processes::Processes() {
+  int provided = 0;
+  // The threads of loops do not call MPI.
+  if (MPI_Init_thread(nullptr, nullptr, MPI_THREAD_FUNNELED, &provided) != MPI_SUCCESS ||
+      PetscInitializeNoArguments() != 0) {
+    throw NumericalError(
+        "MPI or PETSc cannot be started: check the installation, or take one process "
+        "with solver.engine = \"local\".");
+  }
+  // Signals are this program's own affair.
+  PetscPopSignalHandler();
+  PetscPushErrorHandler(PetscReturnErrorHandler, nullptr);
+  MPI_Comm_rank(MPI_COMM_WORLD, &rank_);
+  MPI_Comm_size(MPI_COMM_WORLD, &count_);
+  MPI_Comm_dup(MPI_COMM_WORLD, &failures());
+  MPI_Comm machine = MPI_COMM_NULL;
+  MPI_Comm_split_type(MPI_COMM_WORLD, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &machine);
+  MPI_Comm_size(machine, &on_this_machine_);
+  MPI_Comm_free(&machine);
+}
+
+Processes::~Processes() {
+  MPI_Comm_free(&failures());
+  PetscFinalize();
+  MPI_Finalize();
+}
+
+Processes::Failure Processes::first_of(const Failure& own) const {
+  int place = own.code != 0 ? rank_ : count_;
+  MPI_Allreduce(MPI_IN_PLACE, &place, 1, MPI_INT, MPI_MIN, failures());
+  if (place == count_) return {};
+  Failure first = own;
+  MPI_Bcast(&first.code, 1, MPI_INT, place, failures());
+  int size = static_cast<int>(first.message.size());
+  MPI_Bcast(&size, 1, MPI_INT, place, failures());
+  first.message.resize(static_cast<std::size_t>(size));
+  MPI_Bcast(first.message.data(), size, MPI_CHAR, place, failures());
+  return first;
+}
+
+Processes::Failure Processes::together(const std::function<void()>& work,
+                                       const std::function<Failure()>& describe) const {
+  Failure own;
+  try {
+    work();
+  } catch (...) {
+    own = describe();
+  }
+  return first_of(own);
+}
+
+Processes::Failure Processes::in_step(const std::function<void()>& work,
+                                      const std::function<Failure()>& describe,
+                                      const std::function<void(const Failure&)>& report) const {
+  Failure own;
+  try {
+    work();
+  } catch (...) {
+    own = describe();
+  }
+  // Whoever is here waits for the others, but after a failure not for ever.
+  MPI_Request arrived = MPI_REQUEST_NULL;
+  MPI_Ibarrier(failures(), &arrived);
+  if (own.code == 0) {
+    MPI_Wait(&arrived, MPI_STATUS_IGNORE);
+    return first_of(own);
+  }
+  using Clock = std::chrono::steady_clock;
+  const auto end =
+      Clock::now() + std::chrono::duration<double>(kPatience + kPatiencePerRank * rank_);
+  for (int done = 0; done == 0;) {
+    MPI_Test(&arrived, &done, MPI_STATUS_IGNORE);
+    if (done != 0) break;
+    if (Clock::now() > end) {
+      report(own);
+      MPI_Abort(MPI_COMM_WORLD, own.code);
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  return first_of(own);
+}
+
+bool Processes::anywhere(bool value) const {
+  int any = value ? 1 : 0;
+  MPI_Allreduce(MPI_IN_PLACE, &any, 1, MPI_INT, MPI_MAX, MPI_COMM_WORLD);
+  return any != 0;
+}
+
+}  // namespace tetraction::petsc

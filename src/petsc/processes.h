@@ -1,0 +1,50 @@
+// The processes of an MPI run.
+#pragma once
+
+#include <functional>
+#include <string>
+
+namespace tetraction::petsc {
+
+/// What all processes of an MPI run share. One object lives as long as the program uses MPI and PETSc, which
+/// it starts and ends.
+class Processes {
+ public:
+  /// Starts MPI and PETSc. Throws NumericalError if they cannot be started.
+  Processes();
+  ~Processes();
+  Processes(const Processes&) = delete;
+  Processes& operator=(const Processes&) = delete;
+
+  int rank() const { return rank_; }
+  int count() const { return count_; }
+  bool is_first() const { return rank_ == 0; }
+  /// How many of the processes are on this machine.
+  int on_this_machine() const { return on_this_machine_; }
+
+  /// A code for an exception that a process met, and what it was.
+  struct Failure {
+    int code = 0;  ///< 0: none
+    std::string message;
+  };
+  /// Runs `work`, which must not talk to other processes, on every process. If it fails somewhere, all
+  /// processes get the failure of the first one that failed; otherwise one with the code 0. `describe` makes
+  /// a failure of the exception that is being handled.
+  Failure together(const std::function<void()>& work,
+                   const std::function<Failure()>& describe) const;
+  /// The same for work in which processes wait for one another. If one of them fails alone, the others would
+  /// wait for ever: it then calls report(failure), and all processes end with its code.
+  Failure in_step(const std::function<void()>& work, const std::function<Failure()>& describe,
+                  const std::function<void(const Failure&)>& report) const;
+  /// Whether it is so on some process.
+  bool anywhere(bool value) const;
+
+ private:
+  Failure first_of(const Failure& own) const;
+
+  int rank_ = 0;
+  int count_ = 1;
+  int on_this_machine_ = 1;
+};
+
+}  // namespace tetraction::petsc

@@ -1,0 +1,77 @@
+#include "parallel_features.h"
+
+#include <fmt/format.h>
+
+#include <variant>
+
+#include "tetraction/core/error.h"
+
+namespace tetraction {
+namespace {
+
+[[noreturn]] void refuse(const std::string& where, const std::string& what,
+                         const std::string& remedy) {
+  throw InputError(fmt::format(
+      "{}{}{} does not work in several processes yet: {}, or run the scene in one process without "
+      "mpirun and with solver.engine = \"local\".",
+      where, where.empty() ? "" : ": ", what, remedy));
+}
+
+void check_time(const TimeSettings& time, const std::string& where) {
+  if (needs_root_finder(time.integrator)) {
+    refuse(where, fmt::format("time.integrator = \"{}\"", to_string(time.integrator)),
+           "take \"midpoint\"");
+  }
+  if (time.adapt != StepAdaptation::kNone) {
+    refuse(where, fmt::format("time.adapt = \"{}\"", to_string(time.adapt)), "leave it out");
+  }
+  if (time.retry > 0) refuse(where, "time.retry", "leave it out");
+}
+
+void check_solver_of_parts(const SolverSettings& solver, const std::string& where) {
+  if (solver.kind != "newton") {
+    refuse(where, fmt::format("solver.kind = \"{}\"", solver.kind), "take \"newton\"");
+  }
+}
+
+// What an event may change.
+struct EditCheck {
+  const std::string& where;
+
+  void operator()(const SetTime& edit) const { check_time(edit.time, where); }
+  void operator()(const SetSolver& edit) const { check_solver_of_parts(edit.solver, where); }
+  void operator()(const SetForce& edit) const {
+    if (edit.force.kind == LoadKind::kPressure) refuse(where, "[[pressure]]", "take [[traction]]");
+  }
+  void operator()(const SetConstraint&) const { refuse(where, "[[constraint]]", "take [[fix]]"); }
+  void operator()(const RemoveConstraint&) const {
+    refuse(where, "[[constraint]]", "take [[fix]]");
+  }
+  void operator()(const ShiftState&) const { refuse(where, "a shift of vertices", "leave it out"); }
+  template <class Other>
+  void operator()(const Other&) const {}
+};
+
+}  // namespace
+
+void refuse_what_parts_lack(const Scene& scene, Analysis analysis) {
+  if (analysis == Analysis::kEquilibrium) refuse("", "an equilibrium", "compute a motion");
+  if (scene.initial.is_static) refuse("", "initial.static = true", "leave it out");
+  if (scene.mesh.volume == VolumeRule::kNodal) {
+    refuse("", "mesh.volume = \"nodal\"", "take \"element\"");
+  }
+  check_time(scene.time, "");
+  check_solver_of_parts(scene.solver, "");
+  if (!scene.pressure.empty()) {
+    refuse(scene.pressure.front().where, "[[pressure]]", "take [[traction]]");
+  }
+  if (!scene.constraint.empty()) {
+    refuse(scene.constraint.front().where, "[[constraint]]", "take [[fix]]");
+  }
+  if (!scene.force_term.empty()) refuse("", "a force term of a program", "leave it out");
+  for (const EventSettings& event : scene.event) {
+    for (const Edit& edit : event.edits) std::visit(EditCheck{event.where}, edit);
+  }
+}
+
+}  // namespace tetraction

@@ -1,0 +1,12 @@
+// What a run in several processes lacks.
+#pragma once
+
+#include "tetraction/simulation/session.h"
+
+namespace tetraction {
+
+/// Throws InputError, which names the feature and what to do, if the scene or one of its events needs
+/// something that a body in parts (TetMesh::part) does not have.
+void refuse_what_parts_lack(const Scene& scene, Analysis analysis);
+
+}  // namespace tetraction

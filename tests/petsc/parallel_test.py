@@ -1,0 +1,492 @@
+"""Runs in several processes against the same runs in one: mpirun -n N tetraction run.
+
+Usage: python3 parallel_test.py PROGRAM MPIRUN DATA_DIRECTORY [unittest arguments]
+"""
+
+import csv
+import json
+import math
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+import xml.etree.ElementTree as ElementTree
+
+PROGRAM, MPIRUN, DATA = sys.argv[1:4]
+PROCESSES = (1, 2, 3, 4)
+
+# As root, on fewer cores than processes, and in containers.
+ENVIRONMENT = {
+    **os.environ,
+    "OMPI_ALLOW_RUN_AS_ROOT": "1",
+    "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
+    "OMPI_MCA_rmaps_base_oversubscribe": "1",
+    "OMPI_MCA_btl_vader_single_copy_mechanism": "none",
+}
+
+# What acts on vertices, on elements and on faces, with everything that changes in time.
+BODY = """
+[mesh]
+generate = { kind = "beam", size = [0.4, 0.1, 0.1], cells = [8, 3, 3] }
+[material]
+model = "neo-hookean"
+youngs_modulus = 1.0e6
+poissons_ratio = 0.3
+density = 1000.0
+[environment]
+kind = "gravity"
+"""
+LOADS = """
+[[material_region]]
+select = { box = { min = [0.2, -1, -1], max = [1, 1, 1] } }
+model = "mooney-rivlin"
+mu1 = 1.0e5
+mu2 = 5.0e4
+lambda = 4.0e5
+density = 1500.0
+[[amplitude]]
+name = "ramp"
+points = [[0.0, 0.0], [0.01, 1.0]]
+[[fix]]
+select = { plane = { axis = "x", at = 0.0 } }
+velocity = [0.0, 0.05, 0.0]
+[[fix]]
+select = { nearest = [0.4, 0.1, 0.1] }
+components = "z"
+mode = "penalty"
+penalty = 2.0e3
+[[force]]
+select = { plane = { axis = "x", at = 0.4 } }
+total = [5.0, 0.0, 0.0]
+amplitude = "ramp"
+[[force]]
+select = { vertices = [17, 40] }
+vector = [0.0, 0.2, 0.0]
+[[traction]]
+select = { faces = { normal = [0, 1, 0] } }
+vector = [0.0, -200.0, 0.0]
+until = 0.015
+[[moment]]
+select = { plane = { axis = "x", at = 0.4 } }
+vector = [0.05, 0.0, 0.0]
+[[body_force]]
+select = { all = true }
+vector = [0.0, 0.0, 300.0]
+"""
+PROBES = """
+[[probe]]
+name = "tip"
+select = { plane = { axis = "x", at = 0.4 } }
+quantity = "displacement"
+[[probe]]
+name = "support"
+select = { plane = { axis = "x", at = 0.0 } }
+quantity = "reaction"
+[[probe]]
+name = "inside"
+point = [0.21, 0.04, 0.06]
+quantity = "velocity"
+[[probe]]
+name = "stress"
+select = { box = { min = [0.1, -1, -1], max = [0.3, 1, 1] } }
+quantity = "von_mises"
+every = 5
+"""
+
+
+def time_of(integrator, step, steps):
+    return f"""
+[time]
+integrator = "{integrator}"
+step = {step}
+end = {step * steps}
+"""
+
+
+OUTPUT = """
+[output]
+every = 20
+fields = ["displacement", "velocity", "cauchy_stress", "cauchy_stress_nodal", "region", "fixed"]
+"""
+
+
+def table(path):
+    with open(path, newline="") as file:
+        rows = list(csv.reader(file))
+    return rows[0], [[float(cell) if cell else math.nan for cell in row] for row in rows[1:]]
+
+
+# Columns that are compared relative to the largest number of any of them.
+SCALES = [
+    ("kinetic_energy", "elastic_energy", "environment_energy", "total_energy", "external_work",
+     "dissipated_energy", "constraint_work", "edit_work", "energy_error", "kinetic_energy_0",
+     "kinetic_energy_1", "elastic_energy_0", "elastic_energy_1"),
+    ("px", "py", "pz"),
+    ("lx", "ly", "lz"),
+    ("reaction_x", "reaction_y", "reaction_z"),
+]
+
+
+def largest_difference(names, ours, theirs, iterations=False):
+    """The largest difference of two tables, relative to the size of each kind of column."""
+    kinds = {name: kind for kind in SCALES for name in kind}
+    columns = {name: i for i, name in enumerate(names)}
+    most, where = 0.0, ""
+    for name, i in columns.items():
+        if name in ("max_constraint_error", "iterations") and not iterations:
+            continue
+        group = [columns[n] for n in kinds.get(name, (name,)) if n in columns]
+        if name not in kinds and name[-2:] in ("_x", "_y", "_z"):
+            group = [j for n, j in columns.items() if n[:-2] == name[:-2]]
+        scale = max((abs(row[j]) for row in ours for j in group if not math.isnan(row[j])), default=0)
+        for a, b in zip(ours, theirs):
+            if math.isnan(a[i]) and math.isnan(b[i]):
+                continue
+            difference = abs(a[i] - b[i])
+            relative = 0.0 if difference == 0 else difference / scale if scale else math.inf
+            if not relative <= most:
+                most, where = relative, name
+    return most, where
+
+
+def points_of(path, array):
+    """The values of a point array by the number of the vertex, and the cell array element_id."""
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+    from vtkmodules.vtkIOXML import vtkXMLPUnstructuredGridReader, vtkXMLUnstructuredGridReader
+
+    reader = vtkXMLPUnstructuredGridReader() if path.endswith(".pvtu") else vtkXMLUnstructuredGridReader()
+    reader.SetFileName(path)
+    reader.Update()
+    grid = reader.GetOutput()
+    ids = vtk_to_numpy(grid.GetPointData().GetArray("vertex_id"))
+    values = vtk_to_numpy(grid.GetPointData().GetArray(array))
+    elements = vtk_to_numpy(grid.GetCellData().GetArray("element_id"))
+    by_id = {}
+    for vertex, value in zip(ids, values):
+        by_id.setdefault(int(vertex), []).append(value)
+    return by_id, sorted(int(e) for e in elements)
+
+
+class ParallelTest(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.mkdtemp(prefix="tetraction-parallel-")
+        self.addCleanup(shutil.rmtree, self.folder, ignore_errors=True)
+
+    def path(self, *names):
+        return os.path.join(self.folder, *names)
+
+    def write(self, name, text):
+        with open(self.path(name), "w") as file:
+            file.write(text)
+        return self.path(name)
+
+    def run_scene(self, scene, processes=None, *arguments, code=0, out=None):
+        """One run; with processes None without mpirun."""
+        out = out or self.path("serial" if processes is None else f"out{processes}")
+        command = [PROGRAM, "run", scene, "--out", out, *arguments]
+        if processes is not None:
+            command = [MPIRUN, "-n", str(processes), *command]
+            if processes == 1:
+                command += ["--set", 'solver.engine="petsc"']
+        done = subprocess.run(command, capture_output=True, text=True, cwd=self.folder, timeout=500,
+                              env=ENVIRONMENT)
+        self.assertEqual(done.returncode, code, done.stderr + done.stdout)
+        return out, done
+
+    def assert_one_message(self, done, text):
+        own = [line for line in done.stderr.splitlines() if line.startswith("tetraction: ")]
+        self.assertEqual(len(own), 1, done.stderr)
+        self.assertIn(text, own[0])
+
+
+class Explicit(ParallelTest):
+    def compare(self, scene, tolerance=1e-12):
+        serial, _ = self.run_scene(scene)
+        names, rows = table(os.path.join(serial, "history.csv"))
+        expected, expected_elements = points_of(os.path.join(serial, "final.vtu"), "displacement")
+        size = max(max(abs(x) for x in values[0]) for values in expected.values())
+        for processes in PROCESSES:
+            with self.subTest(processes=processes):
+                out, _ = self.run_scene(scene, processes)
+                own_names, own_rows = table(os.path.join(out, "history.csv"))
+                self.assertEqual(names, own_names)
+                self.assertEqual(len(rows), len(own_rows))
+                difference, where = largest_difference(names, rows, own_rows)
+                self.assertLessEqual(difference, tolerance, where)
+                found, elements = points_of(os.path.join(out, "final.pvtu"), "displacement")
+                self.assertEqual(elements, expected_elements)
+                self.assertEqual(found.keys(), expected.keys())
+                for vertex, copies in found.items():
+                    for copy in copies:
+                        # All processes have the same bits.
+                        self.assertEqual(list(copy), list(copies[0]))
+                        for a, b in zip(copy, expected[vertex][0]):
+                            self.assertLessEqual(abs(a - b), tolerance * size)
+                if os.path.exists(os.path.join(serial, "probes.csv")):
+                    probes, values = table(os.path.join(serial, "probes.csv"))
+                    own_probes, own_values = table(os.path.join(out, "probes.csv"))
+                    self.assertEqual(probes, own_probes)
+                    difference, where = largest_difference(probes, values, own_values)
+                    self.assertLessEqual(difference, tolerance, where)
+        return serial
+
+    def test_loads_and_probes(self):
+        for rule in ("explicit", "verlet"):
+            with self.subTest(rule=rule):
+                self.compare(self.write(
+                    f"{rule}.toml", BODY + LOADS + PROBES + time_of(rule, 2e-4, 100) + OUTPUT))
+
+    def test_damping(self):
+        damping = "[damping]\nmass_damping = 3.0\nviscosity = 40.0\ndrag = 0.02\n"
+        for rule in ("explicit", "verlet"):
+            with self.subTest(rule=rule):
+                self.compare(self.write(
+                    f"{rule}.toml", BODY + LOADS + damping + time_of(rule, 1e-4, 60) + OUTPUT))
+
+    def test_free_body_in_a_central_field(self):
+        self.compare(self.write("orbit.toml", BODY.replace("gravity", "attraction").replace(
+            'kind = "attraction"',
+            'kind = "attraction"\nstrength = 0.02\nsoftening = 0.05') +
+            "[initial]\nvelocity = [0.3, 0.2, 0.0]\nangular_velocity = [0.0, 3.0, 5.0]\n"
+            "stretch = [1.05, 1.0, 0.97]\n" + time_of("verlet", 2e-4, 100) + OUTPUT))
+
+    def test_mesh_file_with_groups(self):
+        self.compare(self.write("fork.toml", f"""
+[mesh]
+file = "{os.path.join(DATA, "tuning_fork.msh")}"
+unit = "mm"
+[material]
+model = "stvk"
+youngs_modulus = 2.0e9
+poissons_ratio = 0.3
+density = 7800.0
+[damping]
+mass_damping = 10.0
+[[fix]]
+select = {{ group = "stem" }}
+[[traction]]
+select = {{ group = "left" }}
+vector = [2000.0, 0.0, 0.0]
+[[force]]
+select = {{ group = "right" }}
+total = [-0.02, 0.0, 0.01]
+[[body_force]]
+select = {{ group = "body" }}
+acceleration = [0.0, 0.0, -20.0]
+""" + time_of("verlet", 1e-7, 100) + OUTPUT))
+
+    def test_events(self):
+        events = """
+[[event]]
+at = 0.005
+set = { "damping.mass_damping" = 2.0, "material.youngs_modulus" = 8.0e5 }
+[[event]]
+at = 0.008
+force = { select = { nearest = [0.4, 0.0, 0.0] }, vector = [0.0, 0.3, 0.0] }
+[[event]]
+at = 0.01
+unfix = { select = { plane = { axis = "x", at = 0.0 } } }
+"""
+        self.compare(self.write("events.toml",
+                                BODY + LOADS + events + time_of("verlet", 2e-4, 100) + OUTPUT))
+
+    def test_automatic_step_is_stable(self):
+        scene = self.write("auto.toml", BODY + LOADS + """
+[time]
+integrator = "verlet"
+step = "auto"
+end = 0.01
+""" + OUTPUT)
+        serial, _ = self.run_scene(scene)
+        with open(os.path.join(serial, "summary.json")) as file:
+            expected = json.load(file)
+        for processes in PROCESSES:
+            out, _ = self.run_scene(scene, processes)
+            with open(os.path.join(out, "summary.json")) as file:
+                summary = json.load(file)
+            # Both estimates of the stability limit have the tolerance 1e-4 of their iterations.
+            self.assertAlmostEqual(summary["stable_step"] / expected["stable_step"], 1.0, delta=1e-3)
+            self.assertAlmostEqual(summary["time_steps"]["smallest"] /
+                                   expected["time_steps"]["smallest"], 1.0, delta=1e-2)
+            self.assertEqual(summary["processes"], processes)
+            for key in ("vertices", "tetrahedra"):
+                self.assertEqual(summary["mesh"][key], expected["mesh"][key])
+            self.assertEqual(summary["degrees_of_freedom"], expected["degrees_of_freedom"])
+
+
+class Implicit(ParallelTest):
+    def test_rules_to_the_tolerance(self):
+        for rule in ("midpoint", "backward-euler"):
+            scene = self.write(f"{rule}.toml", BODY + LOADS + PROBES + time_of(rule, 2e-3, 10) +
+                               "[solver]\ntolerance = 1e-10\n" + OUTPUT)
+            serial, _ = self.run_scene(scene)
+            names, rows = table(os.path.join(serial, "history.csv"))
+            for processes in PROCESSES:
+                with self.subTest(rule=rule, processes=processes):
+                    out, _ = self.run_scene(scene, processes)
+                    _, own_rows = table(os.path.join(out, "history.csv"))
+                    difference, where = largest_difference(names, rows, own_rows)
+                    # Ten steps that are each solved to 1e-10 of their forces.
+                    self.assertLessEqual(difference, 1e-8, where)
+
+    def test_damping_and_linear_solvers(self):
+        damping = "[damping]\nmass_damping = 3.0\nviscosity = 40.0\n"
+        scene = self.write("damped.toml", BODY + LOADS + damping + time_of("midpoint", 2e-3, 8) +
+                           "[solver]\ntolerance = 1e-10\n" + OUTPUT)
+        serial, _ = self.run_scene(scene)
+        names, rows = table(os.path.join(serial, "history.csv"))
+        for linear in ("auto", "cg", "factor"):
+            with self.subTest(linear=linear):
+                out, _ = self.run_scene(scene, 2, "--set", f'solver.linear="{linear}"')
+                _, own_rows = table(os.path.join(out, "history.csv"))
+                difference, where = largest_difference(names, rows, own_rows)
+                self.assertLessEqual(difference, 1e-8, where)
+
+
+class Files(ParallelTest):
+    def test_frames_in_pieces(self):
+        scene = self.write("scene.toml", BODY + LOADS + time_of("verlet", 2e-4, 40) + OUTPUT)
+        out, _ = self.run_scene(scene, 3)
+        collection = ElementTree.parse(os.path.join(out, "frames.pvd"))
+        files = [entry.get("file") for entry in collection.iter("DataSet")]
+        self.assertEqual(files, [f"frames/frame_{step:06}.pvtu" for step in (0, 20, 40)])
+        for file in files:
+            tree = ElementTree.parse(os.path.join(out, file))
+            self.assertEqual(tree.find("PUnstructuredGrid").get("GhostLevel"), "0")
+            pieces = [piece.get("Source") for piece in tree.iter("Piece")]
+            self.assertEqual(len(pieces), 3)
+            for piece in pieces:
+                self.assertTrue(os.path.exists(os.path.join(out, "frames", piece)))
+        # A later run in one process leaves nothing of them.
+        self.run_scene(scene, None, out=out)
+        left = sorted(os.listdir(os.path.join(out, "frames")))
+        self.assertEqual(left, [f"frame_{step:06}.vtu" for step in (0, 20, 40)])
+        self.assertNotIn("final.pvtu", os.listdir(out))
+
+    def test_nodal_averages_do_not_depend_on_the_parts(self):
+        scene = self.write("scene.toml", BODY + LOADS + time_of("verlet", 2e-4, 40) + OUTPUT)
+        serial, _ = self.run_scene(scene)
+        expected, _ = points_of(os.path.join(serial, "final.vtu"), "cauchy_stress_nodal")
+        size = max(max(abs(x) for x in values[0]) for values in expected.values())
+        out, _ = self.run_scene(scene, 4)
+        found, _ = points_of(os.path.join(out, "final.pvtu"), "cauchy_stress_nodal")
+        for vertex, copies in found.items():
+            for copy in copies:
+                for a, b in zip(copy, expected[vertex][0]):
+                    self.assertLessEqual(abs(a - b), 1e-10 * size)
+
+
+class Endings(ParallelTest):
+    def scene(self, extra="", steps=40):
+        return self.write("scene.toml", BODY + LOADS + time_of("verlet", 2e-4, steps) + OUTPUT + extra)
+
+    def test_bad_input_has_one_message(self):
+        scene = self.write("scene.toml", BODY.replace("youngs_modulus", "youngs_module"))
+        _, done = self.run_scene(scene, 3, code=2)
+        self.assert_one_message(done, "youngs_modul")
+        _, done = self.run_scene(self.path("nothing.toml"), 2, code=3)
+        self.assert_one_message(done, "nothing.toml")
+        scene = self.scene('[[fix]]\nselect = { plane = { axis = "x", at = 7.0 } }\n')
+        _, done = self.run_scene(scene, 4, code=2)
+        self.assert_one_message(done, "selects no vertex")
+        scene = self.scene("[[force]]\nselect = { vertices = [100000] }\nvector = [1, 0, 0]\n")
+        _, done = self.run_scene(scene, 2, code=2)
+        self.assert_one_message(done, "vertex 100000 is not in the mesh")
+
+    def test_bad_input_in_one_process_ends_all(self):
+        # Two targets for vertices that only some processes have.
+        scene = self.scene("""
+[[fix]]
+select = { vertices = [17] }
+target = [1.0, 0.0, 0.0]
+[[fix]]
+select = { vertices = [17] }
+target = [2.0, 0.0, 0.0]
+""")
+        start = time.monotonic()
+        _, done = self.run_scene(scene, 4, code=2)
+        self.assert_one_message(done, "vertex 17 is fixed twice")
+        self.assertLess(time.monotonic() - start, 60)
+
+    def test_inverted_element_ends_all(self):
+        scene = self.scene()
+        _, done = self.run_scene(scene, 3, "--set", "time.step=0.02", "--set", "time.end=1.0", code=1)
+        own = [line for line in done.stderr.splitlines()
+               if line.startswith("tetraction: ") and "warning" not in line]
+        self.assertEqual(len(own), 1, done.stderr)
+        self.assertIn("stability limit", own[0])
+
+    def test_output_that_cannot_be_written(self):
+        blocked = self.write("blocked", "a file")
+        _, done = self.run_scene(self.scene(), 3, code=4, out=blocked)
+        self.assert_one_message(done, "blocked")
+
+    def test_signal_ends_the_run_properly(self):
+        scene = self.scene(steps=1000000)
+        out = self.path("out")
+        run = subprocess.Popen([MPIRUN, "-n", "2", PROGRAM, "run", scene, "--out", out],
+                               stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True,
+                               cwd=self.folder, env=ENVIRONMENT)
+        history = os.path.join(out, "history.csv")
+        deadline = time.monotonic() + 60
+        while time.monotonic() < deadline and not (
+                os.path.exists(history) and os.path.getsize(history) > 20000):
+            time.sleep(0.1)
+        run.send_signal(signal.SIGTERM)
+        run.communicate(timeout=60)
+        self.assertNotEqual(run.returncode, 0)
+        names, rows = table(history)
+        self.assertTrue(all(len(row) == len(names) for row in rows))
+
+    def test_killed_process_ends_all(self):
+        scene = self.scene(steps=1000000)
+        out = self.path("out")
+        run = subprocess.Popen([MPIRUN, "-n", "3", PROGRAM, "run", scene, "--out", out],
+                               stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True,
+                               cwd=self.folder, env=ENVIRONMENT)
+        history = os.path.join(out, "history.csv")
+        deadline = time.monotonic() + 60
+        while time.monotonic() < deadline and not os.path.exists(history):
+            time.sleep(0.1)
+        children = subprocess.run(["ps", "-o", "pid=", "--ppid", str(run.pid)], capture_output=True,
+                                  text=True).stdout.split()
+        self.assertEqual(len(children), 3)
+        os.kill(int(children[1]), signal.SIGKILL)
+        run.communicate(timeout=60)
+        self.assertNotEqual(run.returncode, 0)
+
+    def test_what_is_not_there_yet(self):
+        cases = {
+            '[[constraint]]\nkind = "rigid"\nselect = { plane = { axis = "x", at = 0.4 } }\n':
+                "[[constraint]]",
+            '[[pressure]]\nselect = { faces = { normal = [0, 0, 1] } }\nvalue = 10.0\n': "[[pressure]]",
+        }
+        for extra, name in cases.items():
+            with self.subTest(name=name):
+                _, done = self.run_scene(self.scene(extra), 2, code=2)
+                self.assert_one_message(done, name)
+                self.assertIn('solver.engine = "local"', done.stderr)
+        settings = {
+            "mesh.volume=\"nodal\"": "mesh.volume",
+            "mesh.element=\"quadratic\"": "mesh.element",
+            "time.integrator=\"energy-momentum\"": "energy-momentum",
+            "time.retry=3": "time.retry",
+            "output.checkpoint_every=5": "checkpoint_every",
+            "solver.kind=\"ceres\"": "ceres",
+        }
+        for setting, name in settings.items():
+            with self.subTest(name=name):
+                _, done = self.run_scene(self.scene(), 2, "--set", setting, code=2)
+                self.assert_one_message(done, name)
+        done = subprocess.run([PROGRAM, "static", self.scene(), "--set", 'solver.engine="petsc"'],
+                              capture_output=True, text=True, cwd=self.folder)
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("is for tetraction run", done.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=[sys.argv[0], *sys.argv[4:]])
