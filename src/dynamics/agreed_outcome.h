@@ -12,8 +12,10 @@ namespace tetraction {
 /// residual_angular_impulse are those of the whole body already. Does nothing without a part.
 void agree(const MeshPart* part, StepOutcome& outcome);
 
-/// a·b over the own vertices (3 per vertex).
-inline double own_dot(const MechanicalSystem& system, const Vector& a, const Vector& b) {
+/// a·b over the own vertices (3 per vertex), also of expressions.
+template <class A, class B>
+double own_dot(const MechanicalSystem& system, const Eigen::MatrixBase<A>& a,
+               const Eigen::MatrixBase<B>& b) {
   if (system.part() == nullptr) return a.dot(b);
   const Index size = 3 * system.owned_vertex_count();
   return a.head(size).dot(b.head(size));

@@ -15,6 +15,9 @@ namespace {
 struct Divided {
   explicit Divided(int count) : parts(count) {
     mesh = generate_box({3.0, 1.0, 1.0}, {6, 2, 2});
+    mesh.vertex_ids.clear();
+    mesh.tetrahedron_ids.clear();
+    mesh.regions.clear();
     for (Index v = 0; v < mesh.vertex_count(); ++v) mesh.vertex_ids.push_back(1000 + 3 * v);
     Group volume{"volume", 3, 1, {}, {}};
     for (Index e = 0; e < mesh.tetrahedron_count(); ++e) {

@@ -155,7 +155,8 @@ TEST(FollowerStatics, ColumnOfBeckFlutters) {
   EXPECT_LE(path.loss->above - path.loss->below, 1.0 / 1024);
   EXPECT_NEAR(1.25 * path.loss->below, 1.0, 0.015);
   ASSERT_FALSE(session.warnings().empty());
-  EXPECT_NE(session.warnings().back().find("unstable equilibrium"), std::string::npos);
+  EXPECT_NE(session.warnings().back().find("swing further and further"), std::string::npos)
+      << session.warnings().back();
 }
 
 // With a dead load the same column buckles at P = π²/4 EI/L², which is what a force that keeps its direction
@@ -218,7 +219,8 @@ TEST(FollowerStatics, RestrainsNoRigidMotion) {
                          pressure(SelectPlane{0, 4.0, {}}, value)}),
               6U);
     EXPECT_EQ(count(slides, {pressure(SelectPlane{1, 1.0, {}}, value)}), 1U) << value;
-    EXPECT_EQ(count({slides[0]}, {pressure(SelectPlane{0, 4.0, {}}, value)}), 1U) << value;
+    // Along x, and about the axes in the plane whose vertices may move along x only.
+    EXPECT_EQ(count({slides[0]}, {pressure(SelectPlane{0, 4.0, {}}, value)}), 3U) << value;
     EXPECT_EQ(count({fix(SelectPlane{0, 0.0, {}})}, {pressure(SelectSurface{}, value)}), 0U);
   }
 }
