@@ -2,6 +2,7 @@
 // any.
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <optional>
 #include <vector>
@@ -179,6 +180,13 @@ class ExplicitStepper : public Stepper {
       terms_.potential = true;
       if (term->account() == EnergyAccount::kConstraintWork) terms_.constraining = true;
     }
+    if (system_.part() == nullptr) return;
+    // A spring may be in one part only. All parts take the same way, so that copies of a vertex add up the same
+    // forces in the same order.
+    std::array<double, 2> has{terms_.potential ? 1.0 : 0.0, terms_.damping ? 1.0 : 0.0};
+    system_.part()->largest(has.data(), 2);
+    terms_.potential = has[0] > 0.0;
+    terms_.damping = has[1] > 0.0;
   }
 
   // f + m a − ∇W, with f holding whatever is not a uniform acceleration; enters the impulses of all

@@ -222,9 +222,8 @@ class Explicit(ParallelTest):
                 self.assertEqual(found.keys(), expected.keys())
                 for vertex, copies in found.items():
                     for copy in copies:
-                        # All processes have the same number, apart from its last bit.
-                        for a, b in zip(copy, copies[0]):
-                            self.assertLessEqual(abs(a - b), 1e-15 * size)
+                        # All processes have the same bits.
+                        self.assertEqual(list(copy), list(copies[0]))
                         for a, b in zip(copy, expected[vertex][0]):
                             self.assertLessEqual(abs(a - b), tolerance * size)
                 if os.path.exists(os.path.join(serial, "probes.csv")):
