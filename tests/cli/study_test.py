@@ -483,11 +483,19 @@ class Resume(StudyTest):
         def complete():
             return [r for r in self.ALL if os.path.exists(self.path("s", r, "study_row.json"))]
 
+        def complete_in_journal():
+            # The journal comes after the row of a run, so that both name these runs.
+            try:
+                with open(self.path("s", "study_runs.csv")) as file:
+                    return file.read().count(",complete\n")
+            except FileNotFoundError:
+                return 0
+
         with subprocess.Popen(
             [PROGRAM, "study", scene, "--out", "s", "--no-plots", "--quiet", *grid],
             cwd=self.folder, stderr=subprocess.DEVNULL,
         ) as process:  # fmt: skip
-            while len(complete()) < 2 and process.poll() is None:
+            while complete_in_journal() < 2 and process.poll() is None:
                 time.sleep(0.001)
             process.kill()
             process.wait()
