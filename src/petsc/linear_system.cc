@@ -15,7 +15,7 @@ constexpr Index kRecord = ElementBlocks::kRecordSize;
 }  // namespace
 
 LinearSystem::LinearSystem(const MechanicalSystem& system, const MpiPart& part,
-                           const std::string& linear)
+                           Preconditioner preconditioner)
     : system_(system),
       part_(part),
       tangent_(system.elastic()),
@@ -45,18 +45,27 @@ LinearSystem::LinearSystem(const MechanicalSystem& system, const MpiPart& part,
   check(KSPCreate(PETSC_COMM_WORLD, &solver_), "KSPCreate");
   check(KSPSetType(solver_, KSPCG), "KSPSetType");
   check(KSPSetNormType(solver_, KSP_NORM_UNPRECONDITIONED), "KSPSetNormType");
-  PC preconditioner = nullptr;
-  check(KSPGetPC(solver_, &preconditioner), "KSPGetPC");
-  if (linear == "factor") {
-    name_ = "factor (MUMPS)";
-    check(PCSetType(preconditioner, PCCHOLESKY), "PCSetType");
-    check(PCFactorSetMatSolverType(preconditioner, MATSOLVERMUMPS), "PCFactorSetMatSolverType");
-  } else if (linear == "cg") {
-    name_ = "cg (PETSc)";
-    check(PCSetType(preconditioner, PCPBJACOBI), "PCSetType");
-  } else {
-    name_ = "matrix-free (GAMG)";
-    check(PCSetType(preconditioner, PCGAMG), "PCSetType");
+  choose(preconditioner);
+}
+
+void LinearSystem::choose(Preconditioner preconditioner) {
+  has_preconditioner_ = false;
+  PC pc = nullptr;
+  check(KSPGetPC(solver_, &pc), "KSPGetPC");
+  switch (preconditioner) {
+    case Preconditioner::kBlocks:
+      name_ = "matrix-free";
+      check(PCSetType(pc, PCPBJACOBI), "PCSetType");
+      return;
+    case Preconditioner::kMultigrid:
+      name_ = "multigrid";
+      check(PCSetType(pc, PCGAMG), "PCSetType");
+      return;
+    case Preconditioner::kFactor:
+      name_ = "factor";
+      check(PCSetType(pc, PCCHOLESKY), "PCSetType");
+      check(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS), "PCFactorSetMatSolverType");
+      return;
   }
 }
 

@@ -37,8 +37,6 @@ class MeshDivider {
   MeshDivider(const TetMesh& mesh, const std::vector<int>& part_of_tetrahedron, int parts);
 
   PartData part(int number) const;
-  /// The vertices that a part shares with others: the size of its halo.
-  Index shared_vertices(int number) const;
 
  private:
   const TetMesh& mesh_;

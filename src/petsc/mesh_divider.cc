@@ -118,15 +118,6 @@ MeshDivider::MeshDivider(const TetMesh& mesh, const std::vector<int>& part_of_te
   }
 }
 
-Index MeshDivider::shared_vertices(int number) const {
-  Index shared = 0;
-  for (std::size_t v = 0; v + 1 < first_.size(); ++v) {
-    if (first_[v + 1] - first_[v] < 2) continue;
-    for (std::size_t i = first_[v]; i < first_[v + 1]; ++i) shared += sharers_[i] == number ? 1 : 0;
-  }
-  return shared;
-}
-
 PartData MeshDivider::part(int number) const {
   PartData data;
   data.whole = whole_;

@@ -14,18 +14,27 @@ namespace {
 // it, and this many more.
 constexpr int kAging = 2;
 constexpr int kAllowed = 8;
+// An iteration with multigrid costs as much as twenty with blocks, and its setup as much as hundreds.
+constexpr int kManyIterations = 300;
+
+LinearSystem::Preconditioner preconditioner_of(const std::string& linear) {
+  if (linear == "cg") return LinearSystem::Preconditioner::kMultigrid;
+  if (linear == "factor") return LinearSystem::Preconditioner::kFactor;
+  return LinearSystem::Preconditioner::kBlocks;
+}
 
 class PetscMinimizer : public Minimizer {
  public:
   PetscMinimizer(const MechanicalSystem& system, const MpiPart& part,
                  const MinimizerOptions& options, const std::string& linear)
-      : options_(options), system_(system, part, linear) {
+      : options_(options),
+        system_(system, part, preconditioner_of(linear)),
+        may_change_(linear == "auto") {
     check_options(options);
   }
 
   MinimizerReport minimize(const MinimizationProblem& problem, Vector& u) override {
     MinimizerReport report;
-    report.linear = system_.name();
     at_.u = u;
     if (!evaluate(problem, at_) && (!make_admissible(problem, at_.u) || !evaluate(problem, at_))) {
       report.termination = Termination::kInadmissible;
@@ -42,6 +51,7 @@ class PetscMinimizer : public Minimizer {
     }
     descend(problem, report);
     u = at_.u;
+    report.linear = system_.name();
     report.message = termination_message(report.termination);
     return report;
   }
@@ -97,6 +107,10 @@ class PetscMinimizer : public Minimizer {
     if (is_new_) first_iterations_ = done.iterations;
     is_new_ = false;
     is_old_ = is_old_ || done.iterations > kAging * first_iterations_ + kAllowed;
+    if (may_change_ && done.iterations > kManyIterations) {
+      system_.choose(LinearSystem::Preconditioner::kMultigrid);
+      may_change_ = false;
+    }
   }
 
   LinearSystem::Report solve(double forcing, MinimizerReport& report) {
@@ -114,6 +128,7 @@ class PetscMinimizer : public Minimizer {
 
   MinimizerOptions options_;
   LinearSystem system_;
+  bool may_change_;  // to multigrid, where blocks take many iterations
   LineSearch line_search_;
   Iterate at_;
   Vector direction_;

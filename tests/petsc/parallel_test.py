@@ -339,7 +339,7 @@ class Implicit(ParallelTest):
                            "[solver]\ntolerance = 1e-10\n" + OUTPUT)
         serial, _ = self.run_scene(scene)
         names, rows = table(os.path.join(serial, "history.csv"))
-        for linear in ("auto", "cg", "factor"):
+        for linear in ("auto", "matrix-free", "cg", "factor"):
             with self.subTest(linear=linear):
                 out, _ = self.run_scene(scene, 2, "--set", f'solver.linear="{linear}"')
                 _, own_rows = table(os.path.join(out, "history.csv"))
