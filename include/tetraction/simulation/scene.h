@@ -166,12 +166,12 @@ LinearSolver linear_solver_from_string(const std::string& name);
 std::vector<const char*> linear_solver_names();
 
 struct SolverSettings {
-  /// Where a run is computed: "local", in this process, or "petsc", in all processes of an MPI run.
-  std::string engine = "local";
   std::string kind = "newton";                ///< or "ceres"
   LinearSolver linear = LinearSolver::kAuto;  ///< newton only
   double tolerance = 1.0e-8;                  ///< force residual relative to the step's force scale
   int max_iterations = 100;
+  /// Where a run is computed: "local", in this process, or "petsc", in all processes of an MPI run.
+  std::string engine = "local";
 };
 
 /// If the settings contradict each other: the text of a message about solver.linear. Otherwise
