@@ -67,6 +67,11 @@ if(TETRACTION_BUILD_IO)
   endif()
 endif()
 
+# The engine of MPI runs beside the program, which calls it.
+if(TETRACTION_HAS_PETSC)
+  install(TARGETS tetraction_parallel RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT parallel)
+endif()
+
 if(TETRACTION_HAS_PYTHON)
   set(python_folder lib/python3/dist-packages/tetraction)  # Debian's own
   install(TARGETS tetraction_python LIBRARY DESTINATION ${python_folder} COMPONENT python)
@@ -84,6 +89,9 @@ set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_COMPONENTS_ALL program development)
 if(TETRACTION_HAS_PYTHON)
   list(APPEND CPACK_COMPONENTS_ALL python)
+endif()
+if(TETRACTION_HAS_PETSC)
+  list(APPEND CPACK_COMPONENTS_ALL parallel)
 endif()
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
@@ -106,6 +114,11 @@ set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS 
   "python3 (>= ${TETRACTION_PYTHON_VERSION}), python3 (<< ${TETRACTION_NEXT_PYTHON_VERSION}), python3-numpy, libopenblas0-pthread")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS "python3-matplotlib, python3-vtk9")
+set(CPACK_DEBIAN_PARALLEL_PACKAGE_NAME tetraction-petsc)
+set(CPACK_DEBIAN_PARALLEL_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PARALLEL_PACKAGE_DEPENDS "tetraction, openmpi-bin")
+set(CPACK_COMPONENT_PARALLEL_DESCRIPTION
+  "The engine with which Tetraction runs a scene in several processes (PETSc, MPI).")
 set(CPACK_COMPONENT_PROGRAM_DESCRIPTION
   "Simulates hyperelastic solids on tetrahedral meshes with variational integrators and reports a complete balance of energy and momentum.")
 set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION
