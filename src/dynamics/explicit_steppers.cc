@@ -67,12 +67,7 @@ class ExplicitStepper : public Stepper {
       : Stepper(system),
         halves_(halves),
         constrained_(system.constraints().constrained_vertices()) {
-    if (system.part() == nullptr) return;
-    Vector copies = Vector::Ones(system.vertex_count());
-    add_shared(system.part(), copies, 1);
-    for (Index v = 0; v < copies.size(); ++v) {
-      if (copies[v] > 1.0) shared_.push_back(v);
-    }
+    if (system.part() != nullptr) shared_ = system.part()->shared_vertices;
   }
 
   void reset() override {

@@ -156,6 +156,10 @@ double PotentialProblem::dot(const Vector& a, const Vector& b) const {
   return sum_over_parts(system_.part(), a.head(size).dot(b.head(size)));
 }
 
+double PotentialProblem::largest(const Vector& u) const {
+  return largest_of_parts(system_.part(), u.cwiseAbs().maxCoeff());
+}
+
 ForcePoint PotentialProblem::energy_point(const Vector& x) const {
   const ForcePoint at = system_.energy_point(x, time_);
   return {at.mass, at.position, at.time, span_};
@@ -490,7 +494,7 @@ double PotentialProblem::round_off(const Vector& u) const {
     part->sum(own.data(), 3);
     return 0.5 * std::numeric_limits<double>::epsilon() *
            (std::sqrt(own[2]) + load_norm_ +
-            std::sqrt(own[0]) * largest_of_parts(part, u.cwiseAbs().maxCoeff()) +
+            std::sqrt(own[0]) * largest(u) +
             std::sqrt(own[1]));
   }
   return 0.5 * std::numeric_limits<double>::epsilon() *

@@ -65,22 +65,33 @@ std::vector<std::array<Index, 3>> boundary_faces(const TetMesh& mesh) {
     std::array<Index, 3> key;
     std::array<Index, 3> face;
   };
+  // Faces are compared by ranges of their smallest vertex: all of them together would need five times the
+  // memory of the mesh.
+  constexpr Index kTogether = 1 << 17;  // tetrahedra
+  const Index passes = std::clamp<Index>(mesh.tetrahedron_count() / kTogether, 1, 16);
   std::vector<Face> faces;
-  faces.reserve(4 * mesh.tetrahedra.size());
-  for (const auto t : mesh.tetrahedra) {
-    for (const auto& f : kFaces) {
-      Face face{{t[f[0]], t[f[1]], t[f[2]]}, {t[f[0]], t[f[1]], t[f[2]]}};
-      std::sort(face.key.begin(), face.key.end());
-      faces.push_back(face);
-    }
-  }
-  std::sort(faces.begin(), faces.end(), [](const Face& a, const Face& b) { return a.key < b.key; });
   std::vector<std::array<Index, 3>> boundary;
-  for (std::size_t i = 0; i < faces.size();) {
-    std::size_t next = i + 1;
-    while (next < faces.size() && faces[next].key == faces[i].key) ++next;
-    if (next == i + 1) boundary.push_back(faces[i].face);
-    i = next;
+  for (Index pass = 0; pass < passes; ++pass) {
+    const Index low = mesh.vertex_count() * pass / passes;
+    const Index high = mesh.vertex_count() * (pass + 1) / passes;
+    faces.clear();
+    for (const auto t : mesh.tetrahedra) {
+      for (const auto& f : kFaces) {
+        const std::array<Index, 3> face{t[f[0]], t[f[1]], t[f[2]]};
+        const Index least = std::min({face[0], face[1], face[2]});
+        if (least < low || least >= high) continue;
+        faces.push_back({face, face});
+        std::sort(faces.back().key.begin(), faces.back().key.end());
+      }
+    }
+    std::sort(faces.begin(), faces.end(),
+              [](const Face& a, const Face& b) { return a.key < b.key; });
+    for (std::size_t i = 0; i < faces.size();) {
+      std::size_t next = i + 1;
+      while (next < faces.size() && faces[next].key == faces[i].key) ++next;
+      if (next == i + 1) boundary.push_back(faces[i].face);
+      i = next;
+    }
   }
   return boundary;
 }

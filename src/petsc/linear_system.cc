@@ -45,27 +45,15 @@ LinearSystem::LinearSystem(const MechanicalSystem& system, const MpiPart& part,
   check(KSPCreate(PETSC_COMM_WORLD, &solver_), "KSPCreate");
   check(KSPSetType(solver_, KSPCG), "KSPSetType");
   check(KSPSetNormType(solver_, KSP_NORM_UNPRECONDITIONED), "KSPSetNormType");
-  choose(preconditioner);
-}
-
-void LinearSystem::choose(Preconditioner preconditioner) {
-  has_preconditioner_ = false;
   PC pc = nullptr;
   check(KSPGetPC(solver_, &pc), "KSPGetPC");
-  switch (preconditioner) {
-    case Preconditioner::kBlocks:
-      name_ = "matrix-free";
-      check(PCSetType(pc, PCPBJACOBI), "PCSetType");
-      return;
-    case Preconditioner::kMultigrid:
-      name_ = "multigrid";
-      check(PCSetType(pc, PCGAMG), "PCSetType");
-      return;
-    case Preconditioner::kFactor:
-      name_ = "factor";
-      check(PCSetType(pc, PCCHOLESKY), "PCSetType");
-      check(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS), "PCFactorSetMatSolverType");
-      return;
+  if (preconditioner == Preconditioner::kMultigrid) {
+    name_ = "cg (multigrid)";
+    check(PCSetType(pc, PCGAMG), "PCSetType");
+  } else {
+    name_ = "factor (MUMPS)";
+    check(PCSetType(pc, PCCHOLESKY), "PCSetType");
+    check(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS), "PCFactorSetMatSolverType");
   }
 }
 

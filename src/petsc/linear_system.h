@@ -19,7 +19,6 @@ class LinearSystem {
  public:
   /// What the preconditioner consists of.
   enum class Preconditioner {
-    kBlocks,     ///< the 3 × 3 blocks of the vertices
     kMultigrid,  ///< smoothed aggregation (GAMG) with the six rigid motions
     kFactor      ///< a Cholesky factor (MUMPS)
   };
@@ -43,8 +42,6 @@ class LinearSystem {
   bool is_outdated() const;
   /// Solves to a relative residual. `gradient` and `direction`: 3 per vertex of the part.
   Report solve(const Vector& gradient, double forcing, Vector& direction);
-  /// Takes another preconditioner from the next make_preconditioner() on.
-  void choose(Preconditioner preconditioner);
   /// How systems are solved, for reports.
   const std::string& name() const { return name_; }
 

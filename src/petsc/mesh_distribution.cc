@@ -261,8 +261,7 @@ TetMesh distribute_mesh(const Processes& processes, TetMesh mesh) {
     data = unpacked(receive());
   }
   TetMesh part = std::move(data.mesh);
-  const Index vertices = part.vertex_count();
-  part.part = std::make_shared<MpiPart>(processes, std::move(data), vertices);
+  part.part = std::make_shared<MpiPart>(processes, std::move(data));
   return part;
 }
 

@@ -3,6 +3,7 @@
 #include <map>
 #include <set>
 #include <unordered_map>
+#include <utility>
 
 #include "mesh_distribution.h"
 
@@ -78,22 +79,28 @@ MeshDivider::MeshDivider(const TetMesh& mesh, const std::vector<int>& part_of_te
                          int parts)
     : mesh_(mesh), tetrahedra_(static_cast<std::size_t>(parts)) {
   const auto vertices = static_cast<std::size_t>(mesh.vertex_count());
-  std::vector<std::pair<Index, int>> uses;
-  uses.reserve(4 * mesh.tetrahedra.size());
   for (Index e = 0; e < mesh.tetrahedron_count(); ++e) {
     const int part = part_of_tetrahedron[static_cast<std::size_t>(e)];
     tetrahedra_[static_cast<std::size_t>(part)].push_back(e);
-    for (const Index v : mesh.tetrahedra[static_cast<std::size_t>(e)]) uses.emplace_back(v, part);
   }
-  std::sort(uses.begin(), uses.end());
-  uses.erase(std::unique(uses.begin(), uses.end()), uses.end());
+  // For each part in turn, use(v) for each of its vertices, once.
+  std::vector<int> last(vertices);
+  const auto for_each_use = [&](const auto& use) {
+    std::fill(last.begin(), last.end(), -1);
+    for (int part = 0; part < parts; ++part) {
+      for (const Index e : tetrahedra_[static_cast<std::size_t>(part)]) {
+        for (const Index v : mesh.tetrahedra[static_cast<std::size_t>(e)]) {
+          if (std::exchange(last[static_cast<std::size_t>(v)], part) != part) use(v, part);
+        }
+      }
+    }
+  };
   first_.assign(vertices + 1, 0);
-  sharers_.reserve(uses.size());
-  for (const auto& [v, part] : uses) {
-    ++first_[static_cast<std::size_t>(v) + 1];
-    sharers_.push_back(part);
-  }
+  for_each_use([&](Index v, int) { ++first_[static_cast<std::size_t>(v) + 1]; });
   for (std::size_t v = 0; v < vertices; ++v) first_[v + 1] += first_[v];
+  sharers_.resize(first_.back());
+  std::vector<std::size_t> next(first_.begin(), first_.end() - 1);
+  for_each_use([&](Index v, int part) { sharers_[next[static_cast<std::size_t>(v)]++] = part; });
 
   on_boundary_.assign(vertices, 0);
   for (const Triangle& face : boundary_faces(mesh)) {

@@ -1,6 +1,7 @@
 #include "mpi_part.h"
 
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 #include "petsc_minimizer.h"
@@ -9,16 +10,17 @@ namespace tetraction::petsc {
 namespace {
 
 constexpr int kTag = 7;
-// Up to so many processes all get the numbers of all and add them up themselves.
+// Up to so many processes all get the numbers of all and add them up themselves, …
 constexpr int kFew = 64;
+// … unless they are more than these.
+constexpr Index kSmall = 1 << 16;
 
 }  // namespace
 
-MpiPart::MpiPart(const Processes& processes, PartData&& data, Index vertices)
+MpiPart::MpiPart(const Processes& processes, PartData&& data)
     : rank_(processes.rank()),
       count_(processes.count()),
       neighbors_(std::move(data.neighbors)),
-      vertices_(vertices),
       sent_(neighbors_.size()),
       received_(neighbors_.size()),
       requests_(2 * neighbors_.size(), MPI_REQUEST_NULL) {
@@ -27,10 +29,11 @@ MpiPart::MpiPart(const Processes& processes, PartData&& data, Index vertices)
   boundary_faces = std::move(data.boundary_faces);
   boundary_vertices = std::move(data.boundary_vertices);
   for (const Neighbor& neighbor : neighbors_) {
-    shared_.insert(shared_.end(), neighbor.shared.begin(), neighbor.shared.end());
+    shared_vertices.insert(shared_vertices.end(), neighbor.shared.begin(), neighbor.shared.end());
   }
-  std::sort(shared_.begin(), shared_.end());
-  shared_.erase(std::unique(shared_.begin(), shared_.end()), shared_.end());
+  std::sort(shared_vertices.begin(), shared_vertices.end());
+  shared_vertices.erase(std::unique(shared_vertices.begin(), shared_vertices.end()),
+                        shared_vertices.end());
 }
 
 // received_ ← the neighbours' numbers of the shared vertices.
@@ -58,9 +61,9 @@ void MpiPart::exchange(const double* values, Index width) const {
 void MpiPart::add_shared(double* values, Index width) const {
   if (neighbors_.empty()) return;
   exchange(values, width);
-  own_.resize(shared_.size() * static_cast<std::size_t>(width));
+  own_.resize(shared_vertices.size() * static_cast<std::size_t>(width));
   double* next = own_.data();
-  for (const Index v : shared_) {
+  for (const Index v : shared_vertices) {
     next = std::copy_n(values + width * v, width, next);
     std::fill_n(values + width * v, width, 0.0);
   }
@@ -72,25 +75,18 @@ void MpiPart::add_shared(double* values, Index width) const {
   bool is_added = false;
   for (std::size_t n = 0; n < neighbors_.size(); ++n) {
     if (!is_added && neighbors_[n].rank > rank_) {
-      add(shared_, own_.data());
+      add(shared_vertices, own_.data());
       is_added = true;
     }
     add(neighbors_[n].shared, received_[n].data());
   }
-  if (!is_added) add(shared_, own_.data());
-}
-
-// Only the owner's numbers are not zero.
-void MpiPart::copy_from_owners(double* values, Index width) const {
-  if (neighbors_.empty()) return;
-  std::fill(values + width * owned_vertices, values + width * vertices_, 0.0);
-  add_shared(values, width);
+  if (!is_added) add(shared_vertices, own_.data());
 }
 
 void MpiPart::sum(double* values, Index count) const {
   if (count_ == 1) return;
   const auto size = static_cast<int>(count);
-  if (count_ > kFew) {
+  if (count_ > kFew || count * count_ > kSmall) {
     gathered_.resize(static_cast<std::size_t>(count));
     MPI_Reduce(values, gathered_.data(), size, MPI_DOUBLE, MPI_SUM, 0, MPI_COMM_WORLD);
     if (rank_ == 0) std::copy(gathered_.begin(), gathered_.end(), values);
@@ -109,6 +105,16 @@ void MpiPart::sum(double* values, Index count) const {
 void MpiPart::largest(double* values, Index count) const {
   if (count_ == 1) return;
   MPI_Allreduce(MPI_IN_PLACE, values, static_cast<int>(count), MPI_DOUBLE, MPI_MAX, MPI_COMM_WORLD);
+}
+
+void MpiPart::gather(const double* own, const std::vector<Index>& counts, double* all) const {
+  std::vector<int> sizes(counts.begin(), counts.end());
+  std::vector<int> begins(sizes.size(), 0);
+  std::partial_sum(sizes.begin(), sizes.end() - 1, begins.begin() + 1);
+  const auto rank = static_cast<std::size_t>(rank_);
+  if (own != all + begins[rank]) std::copy_n(own, sizes[rank], all + begins[rank]);
+  MPI_Allgatherv(MPI_IN_PLACE, 0, MPI_DATATYPE_NULL, all, sizes.data(), begins.data(), MPI_DOUBLE,
+                 MPI_COMM_WORLD);
 }
 
 void MpiPart::broadcast(std::string& text, int from) const {

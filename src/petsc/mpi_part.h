@@ -14,8 +14,7 @@ namespace tetraction::petsc {
 
 class MpiPart : public MeshPart, public MinimizerSource {
  public:
-  /// `vertices`: how many vertices the part's mesh has.
-  MpiPart(const Processes& processes, PartData&& data, Index vertices);
+  MpiPart(const Processes& processes, PartData&& data);
   MpiPart(const MpiPart&) = delete;
   MpiPart& operator=(const MpiPart&) = delete;
 
@@ -24,13 +23,11 @@ class MpiPart : public MeshPart, public MinimizerSource {
   void add_shared(double* values, Index width) const override;
   void sum(double* values, Index count) const override;
   void largest(double* values, Index count) const override;
+  void gather(const double* own, const std::vector<Index>& counts, double* all) const override;
   void broadcast(std::string& text, int from) const override;
   std::unique_ptr<Minimizer> make_minimizer(const MechanicalSystem& system,
                                             const MinimizerOptions& options,
                                             const std::string& linear) const override;
-
-  /// values: `width` numbers per vertex. Copies get the numbers of the owners.
-  void copy_from_owners(double* values, Index width) const;
 
  private:
   void exchange(const double* values, Index width) const;
@@ -38,9 +35,6 @@ class MpiPart : public MeshPart, public MinimizerSource {
   int rank_;
   int count_;
   std::vector<Neighbor> neighbors_;
-  // Each vertex that is shared, once.
-  std::vector<Index> shared_;
-  Index vertices_;
   mutable std::vector<std::vector<double>> sent_;
   mutable std::vector<std::vector<double>> received_;
   mutable std::vector<MPI_Request> requests_;

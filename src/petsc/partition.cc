@@ -2,12 +2,17 @@
 #include <petscmat.h>
 
 #include <algorithm>
+#include <cstdint>
+#include <cstdio>
 #include <limits>
 #include <numeric>
 
 #include "fem/hilbert_order.h"
 #include "mesh_distribution.h"
 #include "petsc_check.h"
+#ifdef TETRACTION_HAS_SCOTCH
+#include <scotch.h>
+#endif
 
 namespace tetraction::petsc {
 namespace {
@@ -38,49 +43,72 @@ struct Graph {
   PetscInt* neighbors = nullptr;
 };
 
+// The faces are matched by ranges of their smallest vertex, because all of them together would need several
+// times the memory of the mesh.
 Graph dual_graph(const TetMesh& mesh) {
   struct Face {
-    std::array<Index, 3> key;
-    Index tetrahedron;
+    std::array<std::int32_t, 3> key;
+    std::int32_t tetrahedron;
+  };
+  constexpr Index kPasses = 16;
+  constexpr PetscInt kNone = -1;
+  const auto count = static_cast<std::size_t>(mesh.tetrahedron_count());
+  Graph graph;
+  check(PetscMalloc1(count + 1, &graph.first), "PetscMalloc1");
+  check(PetscMalloc1(4 * count, &graph.neighbors), "PetscMalloc1");
+  std::fill(graph.neighbors, graph.neighbors + 4 * count, kNone);
+  const auto add = [&](std::int32_t e, std::int32_t neighbor) {
+    PetscInt* const row = graph.neighbors + 4 * static_cast<std::size_t>(e);
+    PetscInt* const free = std::find(row, row + 4, kNone);
+    if (free != row + 4 && std::find(row, free, neighbor) == free) *free = neighbor;
   };
   std::vector<Face> faces;
-  faces.reserve(4 * mesh.tetrahedra.size());
-  for (Index e = 0; e < mesh.tetrahedron_count(); ++e) {
-    const auto t = mesh.tetrahedra[static_cast<std::size_t>(e)];
-    for (std::size_t omitted = 0; omitted < 4; ++omitted) {
-      Face face{{t[(omitted + 1) % 4], t[(omitted + 2) % 4], t[(omitted + 3) % 4]}, e};
-      std::sort(face.key.begin(), face.key.end());
-      faces.push_back(face);
+  const Index vertices = mesh.vertex_count();
+  for (Index pass = 0; pass < kPasses; ++pass) {
+    const Index low = vertices * pass / kPasses;
+    const Index high = vertices * (pass + 1) / kPasses;
+    faces.clear();
+    for (std::size_t e = 0; e < count; ++e) {
+      const auto t = mesh.tetrahedra[e];
+      for (std::size_t omitted = 0; omitted < 4; ++omitted) {
+        std::array<Index, 3> key{t[(omitted + 1) % 4], t[(omitted + 2) % 4], t[(omitted + 3) % 4]};
+        std::sort(key.begin(), key.end());
+        if (key[0] < low || key[0] >= high) continue;
+        faces.push_back({{static_cast<std::int32_t>(key[0]), static_cast<std::int32_t>(key[1]),
+                          static_cast<std::int32_t>(key[2])},
+                         static_cast<std::int32_t>(e)});
+      }
+    }
+    std::sort(faces.begin(), faces.end(), [](const Face& a, const Face& b) {
+      return a.key != b.key ? a.key < b.key : a.tetrahedron < b.tetrahedron;
+    });
+    for (std::size_t i = 0; i + 1 < faces.size(); ++i) {
+      if (faces[i].key != faces[i + 1].key) continue;
+      add(faces[i].tetrahedron, faces[i + 1].tetrahedron);
+      add(faces[i + 1].tetrahedron, faces[i].tetrahedron);
     }
   }
-  std::sort(faces.begin(), faces.end(), [](const Face& a, const Face& b) {
-    return a.key != b.key ? a.key < b.key : a.tetrahedron < b.tetrahedron;
-  });
-  std::vector<std::pair<PetscInt, PetscInt>> pairs;
-  for (std::size_t i = 0; i + 1 < faces.size(); ++i) {
-    if (faces[i].key != faces[i + 1].key) continue;
-    const auto a = static_cast<PetscInt>(faces[i].tetrahedron);
-    const auto b = static_cast<PetscInt>(faces[i + 1].tetrahedron);
-    pairs.emplace_back(a, b);
-    pairs.emplace_back(b, a);
+  // The rows of four become rows of as many as there are, sorted.
+  PetscInt next = 0;
+  for (std::size_t e = 0; e < count; ++e) {
+    PetscInt* const row = graph.neighbors + 4 * e;
+    PetscInt* const end = std::find(row, row + 4, kNone);
+    std::sort(row, end);
+    graph.first[e] = next;
+    next = static_cast<PetscInt>(std::copy(row, end, graph.neighbors + next) - graph.neighbors);
   }
-  faces = {};
-  std::sort(pairs.begin(), pairs.end());
-  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
-  Graph graph;
-  const std::size_t count = mesh.tetrahedra.size();
-  check(PetscMalloc1(count + 1, &graph.first), "PetscMalloc1");
-  check(PetscMalloc1(std::max<std::size_t>(1, pairs.size()), &graph.neighbors), "PetscMalloc1");
-  std::fill(graph.first, graph.first + count + 1, 0);
-  for (const auto& [row, column] : pairs) ++graph.first[row + 1];
-  std::partial_sum(graph.first, graph.first + count + 1, graph.first);
-  for (std::size_t i = 0; i < pairs.size(); ++i) graph.neighbors[i] = pairs[i].second;
+  graph.first[count] = next;
   return graph;
 }
 
 // Returns false if PETSc has no PT-Scotch, or if it fails.
 bool with_scotch(const TetMesh& mesh, int parts, std::vector<int>& part) {
   const Graph graph = dual_graph(mesh);
+#ifdef TETRACTION_HAS_SCOTCH
+  // Otherwise each run would have other parts.
+  SCOTCH_randomSeed(1);
+  SCOTCH_randomReset();
+#endif
   const auto count = static_cast<PetscInt>(mesh.tetrahedron_count());
   Mat adjacency = nullptr;
   check(MatCreateMPIAdj(PETSC_COMM_SELF, count, count, graph.first, graph.neighbors, nullptr,

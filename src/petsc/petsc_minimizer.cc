@@ -14,22 +14,15 @@ namespace {
 // it, and this many more.
 constexpr int kAging = 2;
 constexpr int kAllowed = 8;
-// An iteration with multigrid costs as much as twenty with blocks, and its setup as much as hundreds.
-constexpr int kManyIterations = 300;
-
-LinearSystem::Preconditioner preconditioner_of(const std::string& linear) {
-  if (linear == "cg") return LinearSystem::Preconditioner::kMultigrid;
-  if (linear == "factor") return LinearSystem::Preconditioner::kFactor;
-  return LinearSystem::Preconditioner::kBlocks;
-}
 
 class PetscMinimizer : public Minimizer {
  public:
   PetscMinimizer(const MechanicalSystem& system, const MpiPart& part,
                  const MinimizerOptions& options, const std::string& linear)
       : options_(options),
-        system_(system, part, preconditioner_of(linear)),
-        may_change_(linear == "auto") {
+        system_(system, part,
+                linear == "factor" ? LinearSystem::Preconditioner::kFactor
+                                   : LinearSystem::Preconditioner::kMultigrid) {
     check_options(options);
   }
 
@@ -107,10 +100,6 @@ class PetscMinimizer : public Minimizer {
     if (is_new_) first_iterations_ = done.iterations;
     is_new_ = false;
     is_old_ = is_old_ || done.iterations > kAging * first_iterations_ + kAllowed;
-    if (may_change_ && done.iterations > kManyIterations) {
-      system_.choose(LinearSystem::Preconditioner::kMultigrid);
-      may_change_ = false;
-    }
   }
 
   LinearSystem::Report solve(double forcing, MinimizerReport& report) {
@@ -128,7 +117,6 @@ class PetscMinimizer : public Minimizer {
 
   MinimizerOptions options_;
   LinearSystem system_;
-  bool may_change_;  // to multigrid, where blocks take many iterations
   LineSearch line_search_;
   Iterate at_;
   Vector direction_;

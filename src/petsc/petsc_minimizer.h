@@ -14,11 +14,9 @@ namespace tetraction::petsc {
 /// conjugate gradients. Their products come from the kernels of the elements, without a matrix. The
 /// preconditioner is made of an assembled matrix with all coordinates, which is kept as long as it serves:
 ///
-///     linear       preconditioner
-///     auto         as matrix-free, and as cg once a system takes more than 300 iterations
-///     matrix-free  the 3 × 3 blocks of the vertices
-///     cg           smoothed aggregation (GAMG) with the six rigid motions
-///     factor       a Cholesky factor (MUMPS)
+///     linear  preconditioner
+///     cg      smoothed aggregation (GAMG) with the six rigid motions
+///     factor  a Cholesky factor (MUMPS)
 ///
 /// Where the matrix is not positive definite, the system is solved with one that is (TangentOperator::
 /// convexify()). Unlike NewtonMinimizer it does not look for negative curvature at the end. Throws InputError

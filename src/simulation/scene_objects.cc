@@ -446,37 +446,42 @@ void check_solver(Integrator integrator, const SolverSettings& solver,
   if (solver.kind == "ceres") check_ceres(system);
 }
 
+namespace {
+
+NewtonOptions newton_options(const SolverSettings& solver) {
+  NewtonOptions options;
+  options.tolerance = solver.tolerance;
+  options.max_iterations = solver.max_iterations;
+  options.linear = solver.linear;
+  return options;
+}
+
+}  // namespace
+
 std::unique_ptr<Minimizer> make_minimizer(const SolverSettings& solver,
                                           const MechanicalSystem& system) {
   check_settings(solver);
-  if (system.part() != nullptr) {
+  const bool needs_matrix =
+      solver.linear == LinearSolver::kCg || solver.linear == LinearSolver::kFactor;
+  if (system.part() != nullptr && needs_matrix) {
     const auto* source = dynamic_cast<const MinimizerSource*>(system.part());
     if (source == nullptr) {
       throw InputError(
-          "This engine has no implicit steps yet: take integrator = \"verlet\" or \"explicit\", or "
-          "solver.engine = \"local\".");
+          "This engine has no matrix of a body in several processes: take solver.linear = \"auto\" "
+          "or \"matrix-free\".");
     }
     return source->make_minimizer(system, {solver.tolerance, solver.max_iterations},
                                   to_string(solver.linear));
   }
-  if (solver.kind == "newton") {
-    NewtonOptions options;
-    options.tolerance = solver.tolerance;
-    options.max_iterations = solver.max_iterations;
-    options.linear = solver.linear;
-    return make_newton_minimizer(system, options);
-  }
+  if (solver.kind == "newton") return make_newton_minimizer(system, newton_options(solver));
   return make_ceres_minimizer(system, {solver.tolerance, solver.max_iterations});
 }
 
 std::unique_ptr<RootFinder> make_root_finder(const SolverSettings& solver,
                                              const MechanicalSystem& system) {
-  if (solver.kind != "newton") return nullptr;
-  NewtonOptions options;
-  options.tolerance = solver.tolerance;
-  options.max_iterations = solver.max_iterations;
-  options.linear = solver.linear;
-  return make_newton_krylov_root_finder(system, options);
+  // What needs one is not for a body in parts yet.
+  if (solver.kind != "newton" || system.part() != nullptr) return nullptr;
+  return make_newton_krylov_root_finder(system, newton_options(solver));
 }
 
 std::unique_ptr<Stepper> make_stepper(Integrator integrator, const SolverSettings& solver,

@@ -4,6 +4,8 @@
 #include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <utility>
 
 #include "fem/block_stiffness.h"
 #include "tetraction/core/parallel.h"
@@ -103,11 +105,11 @@ CoarseSpace<T>::CoarseSpace(const MechanicalSystem& system, const VertexGroups& 
       blocks_(BlockAccess::blocks(system.elastic())),
       groups_(groups),
       arms_(static_cast<std::size_t>(4 * system.vertex_count())),
-      motions_(static_cast<std::size_t>(groups.count())),
       groups_of_block_(static_cast<std::size_t>(blocks_.block_count())),
       group_of_record_(static_cast<std::size_t>(blocks_.record_count())),
       place_of_record_(static_cast<std::size_t>(blocks_.record_count()), -1),
       factor_(std::make_unique<Factor>()) {
+  number_groups();
   find_neighbors();
   factor_->make_pattern();
 }
@@ -115,15 +117,63 @@ CoarseSpace<T>::CoarseSpace(const MechanicalSystem& system, const VertexGroups& 
 template <class T>
 CoarseSpace<T>::~CoarseSpace() = default;
 
+// The groups of the parts follow one another.
+template <class T>
+void CoarseSpace<T>::number_groups() {
+  const MeshPart* part = system_.part();
+  Index count = groups_.count();
+  if (part != nullptr) {
+    numbers_of_parts_ = part->counts_of_parts(6 * count);
+    const auto own = numbers_of_parts_.begin() + part->rank();
+    first_group_ = std::accumulate(numbers_of_parts_.begin(), own, Index{0}) / 6;
+    count = std::accumulate(own, numbers_of_parts_.end(), 6 * first_group_) / 6;
+  }
+  motions_.resize(static_cast<std::size_t>(count));
+  Vector number = Vector::Zero(system_.vertex_count());
+  for (Index g = 0; g < groups_.count(); ++g) {
+    for (Index i = groups_.begin(g); i < groups_.end(g); ++i) {
+      number[groups_.vertex(i)] = static_cast<double>(first_group_ + g);
+    }
+  }
+  copy_from_owners(part, number, 1);
+  group_of_place_.reserve(groups_.order().size());
+  for (const std::int32_t v : groups_.order()) {
+    group_of_place_.push_back(static_cast<std::int32_t>(number[v]));
+  }
+}
+
+// The pairs of all parts, each once and ascending.
+template <class T>
+std::vector<std::pair<std::int32_t, std::int32_t>> CoarseSpace<T>::all_pairs(
+    std::vector<std::pair<std::int32_t, std::int32_t>> own) const {
+  if (system_.part() == nullptr) return own;
+  std::vector<double> numbers;
+  numbers.reserve(2 * own.size());
+  for (const auto& [i, j] : own) {
+    numbers.push_back(i);
+    numbers.push_back(j);
+  }
+  const std::vector<Index> counts =
+      system_.part()->counts_of_parts(static_cast<Index>(numbers.size()));
+  std::vector<double> all(
+      static_cast<std::size_t>(std::accumulate(counts.begin(), counts.end(), Index{0})));
+  system_.part()->gather(numbers.data(), counts, all.data());
+  own.clear();
+  for (std::size_t i = 0; i < all.size(); i += 2) {
+    own.emplace_back(static_cast<std::int32_t>(all[i]), static_cast<std::int32_t>(all[i + 1]));
+  }
+  std::sort(own.begin(), own.end());
+  own.erase(std::unique(own.begin(), own.end()), own.end());
+  return own;
+}
+
 // Groups are neighbours if an element has vertices of both.
 template <class T>
 void CoarseSpace<T>::find_neighbors() {
-  factor_->neighbors.resize(static_cast<std::size_t>(groups_.count()));
+  factor_->neighbors.resize(motions_.size());
   std::vector<std::int32_t> place_of_vertex(groups_.order().size());
-  for (Index g = 0; g < groups_.count(); ++g) {
-    for (Index i = groups_.begin(g); i < groups_.end(g); ++i) {
-      place_of_vertex[static_cast<std::size_t>(groups_.vertex(i))] = static_cast<std::int32_t>(i);
-    }
+  for (std::size_t i = 0; i < place_of_vertex.size(); ++i) {
+    place_of_vertex[static_cast<std::size_t>(groups_.order()[i])] = static_cast<std::int32_t>(i);
   }
   std::vector<std::pair<std::int32_t, std::int32_t>> pairs;
   std::vector<std::int32_t> groups;  // of the nodes of an element
@@ -134,16 +184,16 @@ void CoarseSpace<T>::find_neighbors() {
       if (const Index v = blocks_.record_vertex(r); v >= 0) {
         const std::int32_t place = place_of_vertex[static_cast<std::size_t>(v)];
         place_of_record_[static_cast<std::size_t>(r)] = place;
-        own.push_back(static_cast<std::int32_t>(groups_.group(place)));
+        own.push_back(group_of_place_[static_cast<std::size_t>(place)]);
       }
     }
     std::sort(own.begin(), own.end());
     own.erase(std::unique(own.begin(), own.end()), own.end());
     for (Index r = block.first_record; r < block.first_record + block.record_count; ++r) {
-      const Index place = place_of_record_[static_cast<std::size_t>(r)];
+      const std::int32_t place = place_of_record_[static_cast<std::size_t>(r)];
       if (place < 0) continue;
-      const auto which =
-          std::lower_bound(own.begin(), own.end(), groups_.group(place)) - own.begin();
+      const std::int32_t group = group_of_place_[static_cast<std::size_t>(place)];
+      const auto which = std::lower_bound(own.begin(), own.end(), group) - own.begin();
       group_of_record_[static_cast<std::size_t>(r)] = static_cast<std::uint16_t>(which);
     }
     for (Index batch = block.first_batch; batch < block.first_batch + block.batch_count; ++batch) {
@@ -170,8 +220,8 @@ void CoarseSpace<T>::find_neighbors() {
     for (Index p = 0; p < volume->patch_count(); ++p) {
       own.clear();
       for (const Index v : volume->patch_vertices(p)) {
-        own.push_back(
-            static_cast<std::int32_t>(groups_.group(place_of_vertex[static_cast<std::size_t>(v)])));
+        const std::int32_t place = place_of_vertex[static_cast<std::size_t>(v)];
+        own.push_back(group_of_place_[static_cast<std::size_t>(place)]);
       }
       std::sort(own.begin(), own.end());
       own.erase(std::unique(own.begin(), own.end()), own.end());
@@ -182,10 +232,10 @@ void CoarseSpace<T>::find_neighbors() {
     std::sort(pairs.begin(), pairs.end());
     pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
   }
-  for (Index g = 0; g < groups_.count(); ++g) {
-    factor_->neighbors[static_cast<std::size_t>(g)].push_back(static_cast<std::int32_t>(g));
+  for (std::size_t g = 0; g < motions_.size(); ++g) {
+    factor_->neighbors[g].push_back(static_cast<std::int32_t>(g));
   }
-  for (const auto& [i, j] : pairs) factor_->neighbors[static_cast<std::size_t>(i)].push_back(j);
+  for (const auto& [i, j] : all_pairs(std::move(pairs))) factor_->neighbors[static_cast<std::size_t>(i)].push_back(j);
 }
 
 template <class T>
@@ -212,6 +262,17 @@ void CoarseSpace<T>::set_arms(const Vector& x) {
       }
     }
   });
+  if (system_.part() == nullptr) return;
+  Vector arms = Vector::Zero(4 * system_.vertex_count());
+  const auto count = static_cast<Index>(group_of_place_.size());
+  for (Index i = 0; i < system_.owned_vertex_count(); ++i) {
+    arms.segment<4>(4 * groups_.vertex(i)) = arm(i).template cast<double>();
+  }
+  copy_from_owners(system_.part(), arms, 4);
+  for (Index i = 0; i < count; ++i) {
+    Eigen::Map<Record, Eigen::Aligned16>(arms_.data() + 4 * i) =
+        arms.segment<4>(4 * groups_.vertex(i)).cast<T>();
+  }
 }
 
 // u = basis (t, ω) of the vertex at a place.
@@ -330,7 +391,7 @@ void CoarseSpace<T>::add_outers(const OuterProducts<T>& outers) {
   for (Index number = 0; number < outers.count(); ++number) {
     own.clear();
     outers.for_each(number, [&](Index place, const auto& vector) {
-      const Index group = groups_.group(place);
+        const Index group = group_of_place_[static_cast<std::size_t>(place)];
       auto found = std::find_if(own.begin(), own.end(),
                                 [&](const auto& entry) { return entry.first == group; });
       if (found == own.end()) found = own.insert(own.end(), {group, Motion::Zero()});
@@ -370,11 +431,12 @@ bool CoarseSpace<T>::update(const TangentOperator<T>& stiffness, const VertexTer
       const Eigen::Matrix<double, 3, 6> q = basis(i);
       own += q.transpose() * vertex_term(i) * q;
     }
-    factor.add(g, g, own);
-    for (Index i = 6 * g; i < 6 * g + 6; ++i) {
-      double& diagonal = factor.matrix.coeffRef(i, i);
-      diagonal = diagonal > 0.0 ? (1.0 + kShift) * diagonal : 1.0;
-    }
+    factor.add(first_group_ + g, first_group_ + g, own);
+  }
+  sum_over_parts(system_.part(), factor.matrix.valuePtr(), factor.matrix.nonZeros());
+  for (Index i = 0; i < factor.matrix.cols(); ++i) {
+    double& diagonal = factor.matrix.coeffRef(i, i);
+    diagonal = diagonal > 0.0 ? (1.0 + kShift) * diagonal : 1.0;
   }
   if (!factor.analyzed) {
     factor.cholesky.analyzePattern(factor.matrix);
@@ -387,7 +449,10 @@ bool CoarseSpace<T>::update(const TangentOperator<T>& stiffness, const VertexTer
 template <class T>
 double CoarseSpace<T>::solve() {
   Factor& factor = *factor_;
-  Eigen::Map<Vector> motions(motions_.front().data(), 6 * groups_.count());
+  Eigen::Map<Vector> motions(motions_.front().data(), 6 * group_count());
+  if (system_.part() != nullptr) {
+    system_.part()->gather(motions.data() + 6 * first_group_, numbers_of_parts_, motions.data());
+  }
   factor.right = motions;
   // cholesky.solve() would allocate memory each time.
   factor.permuted.noalias() = factor.cholesky.permutationP() * factor.right;

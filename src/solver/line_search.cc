@@ -77,15 +77,17 @@ bool follow(const MinimizationProblem& problem, const NegativeCurvature& way, It
   constexpr double kShare = 0.1;
   constexpr double kShortest = 1e-9;
   const double size = problem.length_scale();
-  const double largest = way.direction.lpNorm<Eigen::Infinity>();
-  if (!(way.curvature < 0.0) || !(largest > 0.0) || !std::isfinite(largest)) return false;
+  if (!(way.curvature < 0.0)) return false;
+  const double largest = problem.largest(way.direction);
+  if (!(largest > 0.0) || !std::isfinite(largest)) return false;
   // t = 1 moves some vertex by the size of the body.
   Vector direction = (size / largest) * way.direction;
   const double curvature = way.curvature * (size / largest) * (size / largest);
   // Directions without stiffness, such as rigid motions with a large step, have a curvature that is
   // mere round-off.
-  if (-curvature <= problem.round_off(direction) * direction.norm()) return false;
-  double slope = iterate.force.dot(direction);
+  const double length = std::sqrt(problem.dot(direction, direction));
+  if (-curvature <= problem.round_off(direction) * length) return false;
+  double slope = problem.dot(iterate.force, direction);
   if (slope > 0.0) {
     direction = -direction;
     slope = -slope;

@@ -1,6 +1,7 @@
 #include "matrix_free_cg.h"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numeric>
@@ -61,13 +62,14 @@ bool MatrixFreeCg<T>::supports(const MechanicalSystem& system) {
 template <class T>
 MatrixFreeCg<T>::MatrixFreeCg(const MechanicalSystem& system)
     : system_(system),
-      groups_(system.rest()),
+      groups_(system.rest(), system.part()),
       operator_(system.elastic(), groups_.order()),
       outers_(groups_, system.nodal_volume()) {
   constexpr Index kVertices = 1024;  // worth a task
-  grain_ = std::max<Index>(1, kVertices * groups_.count() / system.vertex_count());
-  sums_.resize(static_cast<std::size_t>(groups_.count()));
-  for (Index g = 0; g < groups_.count(); ++g) {
+  const Index groups = groups_.count_with_copies();
+  grain_ = std::max<Index>(1, kVertices * groups / system.vertex_count());
+  sums_.resize(static_cast<std::size_t>(groups));
+  for (Index g = 0; g < groups; ++g) {
     bool free = true;
     for (Index i = groups_.begin(g); i < groups_.end(g); ++i) {
       free = free && system.coordinates().is_free(groups_.vertex(i));
@@ -77,14 +79,54 @@ MatrixFreeCg<T>::MatrixFreeCg(const MechanicalSystem& system)
   const auto size = static_cast<std::size_t>(4 * system.vertex_count());
   for (AlignedVector<T>* field : {&diagonal_, &x_, &r_, &p_, &z_, &ap_}) field->resize(size);
   inverse_.resize(3 * size);
-  const Vector seed = pseudo_random(system.dof_count());
+  list_shared_places();
+  Vector seed = pseudo_random(system.dof_count());
+  copy_from_owners(system.part(), seed, 3);
   for_places([&](Index i) {
     const Index v = groups_.vertex(i);
     Vector3 own = vertex_block(seed, v);
     if (!system.coordinates().is_free(v)) own = project(system.coordinates(), v, own);
     record(r_, i) = Eigen::Vector4d(own[0], own[1], own[2], 0.0).template cast<T>();
   });
-  last_ = seed.squaredNorm();
+  last_ = sum_over_parts(system.part(), seed.head(3 * system.owned_vertex_count()).squaredNorm());
+}
+
+template <class T>
+void MatrixFreeCg<T>::list_shared_places() {
+  const MeshPart* part = system_.part();
+  if (part == nullptr) return;
+  has_shared_.assign(static_cast<std::size_t>(groups_.count_with_copies()), false);
+  shared_sums_.setZero(system_.dof_count());
+  for (Index g = 0; g < groups_.count_with_copies(); ++g) {
+    for (Index i = groups_.begin(g); i < groups_.end(g); ++i) {
+      const Index v = groups_.vertex(i);
+      if (!std::binary_search(part->shared_vertices.begin(), part->shared_vertices.end(), v)) {
+        continue;
+      }
+      shared_places_.push_back(i);
+      has_shared_[static_cast<std::size_t>(g)] = true;
+    }
+  }
+  is_shared_.assign(groups_.order().size(), 0);
+  for (const Index i : shared_places_) is_shared_[static_cast<std::size_t>(i)] = 1;
+}
+
+// shared_sums_ ← the sums over all parts of what `own` says of shared vertices.
+template <class T>
+template <class Own>
+void MatrixFreeCg<T>::add_shared(const Own& own) {
+  for (const Index i : shared_places_) {
+    vertex_block(shared_sums_, groups_.vertex(i)) =
+        own(i).template head<3>().template cast<double>();
+  }
+  tetraction::add_shared(system_.part(), shared_sums_, 3);
+}
+
+template <class T>
+auto MatrixFreeCg<T>::shared_sum(Index place) const -> Record {
+  const Index v = groups_.vertex(place);
+  return Eigen::Vector4d(shared_sums_[3 * v], shared_sums_[3 * v + 1], shared_sums_[3 * v + 2], 0.0)
+      .template cast<T>();
 }
 
 template <class T>
@@ -173,7 +215,7 @@ NegativeCurvature MatrixFreeCg<T>::negative_curvature() const {
 
 template <class T>
 double MatrixFreeCg<T>::curvature(const Vector& d) {
-  const double scale = d.lpNorm<Eigen::Infinity>();
+  const double scale = largest_of_parts(system_.part(), d.lpNorm<Eigen::Infinity>());
   if (!(scale > 0.0)) return 0.0;
   for_places([&](Index i) {
     const Vector3 own = vertex_block(d, groups_.vertex(i)) / scale;
@@ -200,6 +242,10 @@ void MatrixFreeCg<T>::make_blocks() {
   has_blocks_ = true;
   const Vector& diagonal = problem_->hessian_parts(u_).diagonal;
   operator_.diagonal(p_, z_);
+  for (AlignedVector<T>* field : {&p_, &z_}) {
+    add_shared([&](Index i) { return record(*field, i); });
+    for (const Index i : shared_places_) record(*field, i) = shared_sum(i);
+  }
   const FreeCoordinates& coordinates = system_.coordinates();
   for_places([&](Index i) {
     const Index v = groups_.vertex(i);
@@ -251,7 +297,7 @@ bool MatrixFreeCg<T>::make_coarse_space() {
 template <class T>
 template <class Body>
 void MatrixFreeCg<T>::for_groups(const Body& body) const {
-  parallel_for(groups_.count(), grain_, [&](Index begin, Index end) {
+  parallel_for(groups_.count_with_copies(), grain_, [&](Index begin, Index end) {
     for (Index g = begin; g < end; ++g) body(g);
   });
 }
@@ -265,17 +311,20 @@ void MatrixFreeCg<T>::for_places(const Body& body) const {
   });
 }
 
-// Σ body(g) in the order of the groups: the same for any number of threads.
+// Σ body(g) in the order of the groups: the same for any number of threads. Copies of vertices do not count.
 template <class T>
 template <class Body>
 auto MatrixFreeCg<T>::sum_over_groups(const Body& body) -> Products {
   for_groups([&](Index g) { sums_[static_cast<std::size_t>(g)] = body(g); });
   Products total;
-  for (const Products& sum : sums_) {
-    total.rz += sum.rz;
-    total.rr += sum.rr;
+  for (Index g = 0; g < groups_.count(); ++g) {
+    total.rz += sums_[static_cast<std::size_t>(g)].rz;
+    total.rr += sums_[static_cast<std::size_t>(g)].rr;
   }
-  return total;
+  if (system_.part() == nullptr) return total;
+  std::array<double, 2> sums{total.rz, total.rr};
+  system_.part()->sum(sums.data(), 2);
+  return {sums[0], sums[1]};
 }
 
 // The part of a record along the directions in which the vertex may move.
@@ -321,14 +370,19 @@ bool MatrixFreeCg<T>::renew(const CgReport& report) {
 template <class T>
 double MatrixFreeCg<T>::multiply() {
   operator_.multiply(p_.data());
+  if (system_.part() != nullptr) add_shared([&](Index i) { return operator_.record_sum(i); });
   const bool has_outers = !outers_.empty();
   if (has_outers) outers_.multiply(p_);
   const Products products = sum_over_groups([&](Index g) {
     const bool all_free = all_free_[static_cast<std::size_t>(g)];
+    const bool all_own = has_shared_.empty() || !has_shared_[static_cast<std::size_t>(g)];
     Record sum = Record::Zero();
     for (Index i = groups_.begin(g); i < groups_.end(g); ++i) {
       const Record p = record(p_, i);
-      Record ap = operator_.record_sum(i) + record(diagonal_, i).cwiseProduct(p);
+      const Record elastic = all_own || is_shared_[static_cast<std::size_t>(i)] == 0
+                                 ? Record(operator_.record_sum(i))
+                                 : shared_sum(i);
+      Record ap = elastic + record(diagonal_, i).cwiseProduct(p);
       if (has_terms_) {
         const Record off = record(off_, i);
         ap += Record(off[0] * p[1] + off[1] * p[2], off[0] * p[0] + off[2] * p[2],
@@ -363,6 +417,7 @@ void MatrixFreeCg<T>::descend(double step) {
   const T alpha = static_cast<T>(step);
   const bool coarse = factor_ == nullptr && choice_.in_use();
   products_ = sum_over_groups([&](Index g) {
+    const bool is_own = g < groups_.count();
     Record own = Record::Zero();
     Record square = Record::Zero();
     Record force = Record::Zero();
@@ -378,7 +433,7 @@ void MatrixFreeCg<T>::descend(double step) {
                        Eigen::Map<const Record, Eigen::Aligned16>(m + 8) * r[2];
       record(z_, i) = z;
       own += r.cwiseProduct(z);
-      if (coarse) {
+      if (coarse && is_own) {
         const Record arm = coarse_->arm(i);
         force += r;
         moment[0] += arm[0] * r;
@@ -386,7 +441,7 @@ void MatrixFreeCg<T>::descend(double step) {
         moment[2] += arm[2] * r;
       }
     }
-    if (coarse) {
+    if (coarse && is_own) {
       coarse_->motion(g) =
           Eigen::Matrix<T, 6, 1>(force[0], force[1], force[2], moment[1][2] - moment[2][1],
                                  moment[2][0] - moment[0][2], moment[0][1] - moment[1][0])
@@ -460,15 +515,12 @@ void MatrixFreeCg<T>::turn(double step_length, double share) {
       for (Index i = groups_.begin(g); i < groups_.end(g); ++i) step(i, record(z_, i));
       return;
     }
-    const Eigen::Matrix<T, 6, 1> m = coarse_->motion(g).template cast<T>();
-    const Record t(m[0], m[1], m[2], T(0));
-    const Record x_turned(T(0), m[5], -m[4], T(0));  // ω × e_x
-    const Record y_turned(-m[5], T(0), m[3], T(0));
-    const Record z_turned(m[4], -m[3], T(0), T(0));
+    const bool is_own = g < groups_.count();
     const bool all_free = all_free_[static_cast<std::size_t>(g)];
+    RigidMotion motion(is_own ? coarse_->motion(g) : CoarseMotion::Zero());
     for (Index i = groups_.begin(g); i < groups_.end(g); ++i) {
-      const Record arm = coarse_->arm(i);
-      Record u = arm[3] * t + arm[0] * x_turned + arm[1] * y_turned + arm[2] * z_turned;
+      if (!is_own) motion = RigidMotion(coarse_->motion_of(i));
+      Record u = motion.of(coarse_->arm(i));
       if (!all_free) u = allowed(u, i);
       step(i, record(z_, i) + u);
     }
@@ -486,7 +538,7 @@ CgReport MatrixFreeCg<T>::run(const Vector& gradient, double forcing, int max_it
                               SinglePrecisionFactor* factor, Vector& step) {
   factor_ = factor;
   if (factor == nullptr && !has_blocks_) make_blocks();
-  const double scale = system_.coordinates().restricted_norm(gradient);
+  const double scale = system_.restricted_norm(gradient);
   if (!(scale > 0.0)) {
     step.setZero(3 * system_.vertex_count());
     CgReport report;

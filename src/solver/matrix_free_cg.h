@@ -30,6 +30,10 @@ namespace tetraction {
 /// found even if the gradient has no component along it, as in a symmetric body. The additional
 /// cost is small.
 ///
+/// Of a body in parts (mesh/mesh_part.h) every process works on its part: its own vertices, and copies of
+/// vertices of others, which get the same bits everywhere. A product exchanges the elastic forces on shared
+/// vertices, and sums are over own vertices. All processes must call the same functions.
+///
 /// Single precision is sufficient, because a direction needs a few digits only and the residuals of
 /// Newton's method are computed elsewhere in double precision.
 template <class T>
@@ -63,11 +67,28 @@ class MatrixFreeCg {
 
  private:
   using Record = Eigen::Matrix<T, 4, 1>;
+  using CoarseMotion = typename CoarseSpace<T>::Motion;
+  // What a motion (t, ω) of a group does to its vertices.
+  struct RigidMotion {
+    Record t, x, y, z;  // and ω × the unit vectors
+    explicit RigidMotion(const CoarseMotion& motion) {
+      const Eigen::Matrix<T, 6, 1> m = motion.template cast<T>();
+      t = Record(m[0], m[1], m[2], T(0));
+      x = Record(T(0), m[5], -m[4], T(0));
+      y = Record(-m[5], T(0), m[3], T(0));
+      z = Record(m[4], -m[3], T(0), T(0));
+    }
+    Record of(const Record& arm) const { return arm[3] * t + arm[0] * x + arm[1] * y + arm[2] * z; }
+  };
   struct Products {
     double rz = 0.0;
     double rr = 0.0;
   };
 
+  void list_shared_places();
+  template <class Own>
+  void add_shared(const Own& own);
+  Record shared_sum(Index place) const;
   CgReport run(const Vector& gradient, double forcing, int max_iterations,
                SinglePrecisionFactor* factor, Vector& step);
   void set_terms(HessianForm form);
@@ -133,6 +154,12 @@ class MatrixFreeCg {
   AlignedVector<T> off_;                // (xy xz yz 0), of terms
   AlignedVector<T> inverse_;            // of the vertices' blocks: three rows each
   AlignedVector<T> x_, r_, p_, z_, ap_;
+  // Of a body in parts: the places of the vertices that other parts have, too, the groups with such places,
+  // and sums over all parts, 3 per vertex.
+  std::vector<Index> shared_places_;
+  std::vector<std::uint8_t> is_shared_;
+  std::vector<bool> has_shared_;
+  Vector shared_sums_;
   Products products_;           // of the residual: the vertices' part of r·z, and r·r
   double known_digits_ = 0.0;   // of the solve in progress, that the choice knows of already
   int known_iterations_ = 0;    // the iterations that it knows of

@@ -7,6 +7,7 @@
 
 #include "core/pseudo_random.h"
 #include "tetraction/core/error.h"
+#include "tetraction/dynamics/whole_body.h"
 
 namespace tetraction {
 
@@ -64,7 +65,18 @@ NewtonDirection::NewtonDirection(const MechanicalSystem& system, const NewtonOpt
     : system_(system),
       options_(options),
       can_do_without_matrix_(MatrixFreeCg<float>::supports(system)),
-      current_(first_choice(can_do_without_matrix_, options.linear)) {}
+      current_(first_choice(can_do_without_matrix_, options.linear)),
+      unknowns_(whole_freedom_count(system)) {
+  if (system.part() == nullptr || options.linear == LinearSolver::kMatrixFree) return;
+  // Of a part there is no matrix.
+  if (options.linear != LinearSolver::kAuto || !can_do_without_matrix_) {
+    throw InputError(
+        "Implicit steps in several processes need a built-in material, and this engine has "
+        "solver.linear = \"auto\" and \"matrix-free\" only: take these, or integrator = \"verlet\" or "
+        "\"explicit\", or run the scene in one process.");
+  }
+  options_.linear = LinearSolver::kMatrixFree;
+}
 
 void NewtonDirection::begin_step(const MinimizationProblem& problem, const Vector& x) {
   cost_of_step_ = 0.0;
@@ -74,7 +86,9 @@ void NewtonDirection::begin_step(const MinimizationProblem& problem, const Vecto
   if (for_this_step_) current_ = LinearSolver::kMatrixFree;
   for_this_step_ = false;
   // A factor or coarse space for another step size belongs to a very different matrix.
-  const double sum = problem.hessian_parts(x).diagonal.sum();
+  const Vector& diagonal = problem.hessian_parts(x).diagonal;
+  const double sum =
+      sum_over_parts(system_.part(), diagonal.head(3 * system_.owned_vertex_count()).sum());
   if (std::abs(sum - coefficient_sum_) > 0.01 * std::abs(sum)) {
     stale_ = true;
     if (single_) single_->forget();
@@ -109,7 +123,7 @@ bool NewtonDirection::find(const MinimizationProblem& problem, const Vector& x,
   } else {
     found = with_factor(problem, x, gradient, forcing, report, direction);
   }
-  return found && direction.allFinite();
+  return everywhere(system_.part(), found && direction.allFinite());
 }
 
 // Whether directions in double precision are cheaper by conjugate gradients than by a factor.
@@ -131,7 +145,7 @@ bool NewtonDirection::without_matrix(const MinimizationProblem& problem, const V
                                      MinimizerReport& report, Vector& direction) {
   const Prices p = rough_prices();
   // With kAuto the iterations may not cost more, in this step and before, than a factor would have.
-  int most = std::max(2000, static_cast<int>(system_.coordinates().count()));
+  int most = std::max(2000, static_cast<int>(unknowns_));
   if (options_.linear == LinearSolver::kAuto) {
     const double worth = p.assembly + p.factorization + 4.0 * p.back_solve;
     most = std::max(50, static_cast<int>((worth - regret_ - cost_of_step_) / p.product));
@@ -201,9 +215,12 @@ bool NewtonDirection::find_negative_curvature(const MinimizationProblem& problem
 
 bool NewtonDirection::probe_without_matrix(const MinimizationProblem& problem, const Vector& x,
                                            MinimizerReport& report) {
-  const auto count = static_cast<double>(system_.coordinates().count());
-  const int most = std::max(2000, static_cast<int>(count));
-  if (right_.size() != x.size()) right_ = pseudo_random(x.size());
+  const auto count = static_cast<double>(unknowns_);
+  const int most = std::max(2000, static_cast<int>(unknowns_));
+  if (right_.size() != x.size()) {
+    right_ = pseudo_random(x.size());
+    copy_from_owners(system_.part(), right_, 3);
+  }
   const auto probe = [&](auto& cg) {
     cg.set(problem, x);
     const CgReport done = cg.solve(right_, kAcross / std::sqrt(count), most, ignored_);

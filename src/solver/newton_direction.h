@@ -92,6 +92,7 @@ class NewtonDirection {
   NewtonOptions options_;
   bool can_do_without_matrix_;
   LinearSolver current_;
+  Index unknowns_;  // of the whole body
   std::unique_ptr<MatrixFreeCg<float>> single_;
   std::unique_ptr<MatrixFreeCg<double>> double_;
   std::unique_ptr<AssembledSystem> assembled_;

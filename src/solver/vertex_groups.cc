@@ -36,13 +36,19 @@ void bisect(const RestState& rest, std::vector<std::int32_t>& order, Index begin
 
 }  // namespace
 
-VertexGroups::VertexGroups(const RestState& rest)
+VertexGroups::VertexGroups(const RestState& rest, const MeshPart* part)
     : order_(static_cast<std::size_t>(rest.vertex_count())), begin_{0} {
-  const Index n = rest.vertex_count();
+  const Index all = rest.vertex_count();
+  const Index n = part != nullptr ? part->owned_vertices : all;
   std::iota(order_.begin(), order_.end(), 0);
-  const Index groups =
-      std::clamp<Index>(std::llround(0.08 * std::pow(static_cast<double>(n), 0.75)), 1, n);
-  bisect(rest, order_, 0, n, groups, begin_);
+  if (n > 0) {
+    const Index groups =
+        std::clamp<Index>(std::llround(0.08 * std::pow(static_cast<double>(n), 0.75)), 1, n);
+    bisect(rest, order_, 0, n, groups, begin_);
+  }
+  count_ = count_with_copies();
+  constexpr Index kCopies = 64;  // in a group
+  for (Index end = n; end < all;) begin_.push_back(end = std::min(end + kCopies, all));
 }
 
 Index VertexGroups::group(Index place) const {

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "tetraction/fem/rest_state.h"
+#include "tetraction/mesh/mesh_part.h"
 
 namespace tetraction {
 
@@ -16,9 +17,15 @@ class VertexGroups {
   /// Makes about 0.08 n^¾ groups of n vertices. A solve with the factor of the coarse matrix, which
   /// has six unknowns per group, then costs a small and constant part of a product with the
   /// stiffness.
-  explicit VertexGroups(const RestState& rest);
+  ///
+  /// Of a part of a body, these are groups of its own vertices. The copies of vertices of other parts come
+  /// in further groups, which serve for loops only.
+  explicit VertexGroups(const RestState& rest, const MeshPart* part = nullptr);
 
-  Index count() const { return static_cast<Index>(begin_.size()) - 1; }
+  /// The number of groups without those of copies.
+  Index count() const { return count_; }
+  /// The number of all groups.
+  Index count_with_copies() const { return static_cast<Index>(begin_.size()) - 1; }
   /// Places [begin(g), end(g)) are those of the vertices of group g.
   Index begin(Index group) const { return begin_[static_cast<std::size_t>(group)]; }
   Index end(Index group) const { return begin(group + 1); }
@@ -31,6 +38,7 @@ class VertexGroups {
  private:
   std::vector<std::int32_t> order_;
   std::vector<Index> begin_;
+  Index count_ = 0;
 };
 
 }  // namespace tetraction

@@ -98,7 +98,7 @@ Scene full_scene() {
   region.material = scene.material;
   region.material.density = 1234.5;
   scene.material_region = {region};
-  scene.solver = {"local", "newton", LinearSolver::kFactor, 1e-10, 37};
+  scene.solver = {"newton", LinearSolver::kFactor, 1e-10, 37};
   scene.damping = {0.1, 0.2, 0.3};
   scene.environment = {EnvironmentKind::kGravity, 3.3, Vector3(1, 2, 3).normalized(), 0.0};
   FixSettings exact;
@@ -245,7 +245,7 @@ std::vector<Edit> every_edit(const Scene& scene) {
           SetMaterial{1, in_region},
           SetTime{automatic},
           SetTime{scene.time},
-          SetSolver{{"local", "ceres", LinearSolver::kAuto, 1e-7, 50}},
+          SetSolver{{"ceres", LinearSolver::kAuto, 1e-7, 50}},
           SetDamping{},
           SetDamping{},  // which changes nothing, and is an edit all the same
           SetEnvironment{{EnvironmentKind::kNone, 1.0, Vector3::UnitX(), 0.5}},

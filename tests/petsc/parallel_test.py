@@ -171,6 +171,33 @@ def points_of(path, array):
     return by_id, sorted(int(e) for e in elements)
 
 
+def symmetric_column(count):
+    """Unit cubes in a row along x, each of 24 tetrahedra around its centre, as a file of Gmsh."""
+    numbers = {}
+    tetrahedra = []
+
+    def number(*point):
+        return numbers.setdefault(point, len(numbers) + 1)
+
+    for i in range(count):
+        centre = (i + 0.5, 0.5, 0.5)
+        for axis in range(3):
+            for side in (0, 1):
+                ring = []
+                for u, v in ((0, 0), (1, 0), (1, 1), (0, 1)):
+                    corner = [0, 0, 0]
+                    corner[axis], corner[(axis + 1) % 3], corner[(axis + 2) % 3] = side, u, v
+                    ring.append((corner[0] + i, corner[1], corner[2]))
+                face = tuple(sum(p[k] for p in ring) / 4 for k in range(3))
+                for a, b in zip(ring, ring[1:] + ring[:1]):
+                    nodes = [number(*centre), number(*face), number(*a), number(*b)]
+                    tetrahedra.append(nodes if side == 1 else [nodes[0], nodes[1], nodes[3], nodes[2]])
+    points = "".join(f"{n} {x} {y} {z}\n" for (x, y, z), n in numbers.items())
+    cells = "".join(f"{e} 4 2 1 1 {a} {b} {c} {d}\n" for e, (a, b, c, d) in enumerate(tetrahedra, 1))
+    return (f"$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n{len(numbers)}\n{points}$EndNodes\n"
+            f"$Elements\n{len(tetrahedra)}\n{cells}$EndElements\n")
+
+
 class ParallelTest(unittest.TestCase):
     def setUp(self):
         self.folder = tempfile.mkdtemp(prefix="tetraction-parallel-")
@@ -345,6 +372,76 @@ class Implicit(ParallelTest):
                 _, own_rows = table(os.path.join(out, "history.csv"))
                 difference, where = largest_difference(names, rows, own_rows)
                 self.assertLessEqual(difference, 1e-8, where)
+
+
+    def test_one_process_of_the_engine_is_the_same_run(self):
+        scene = self.write("same.toml", BODY + LOADS + time_of("midpoint", 2e-3, 8) + OUTPUT)
+        serial, _ = self.run_scene(scene)
+        out, _ = self.run_scene(scene, 1)
+        names, rows = table(os.path.join(serial, "history.csv"))
+        _, own_rows = table(os.path.join(out, "history.csv"))
+        for column in ("iterations", "elastic_energy", "px", "lz"):
+            place = names.index(column)
+            self.assertEqual([row[place] for row in rows], [row[place] for row in own_rows], column)
+
+    def test_copies_and_repeated_runs_have_the_same_bits(self):
+        scene = self.write("bits.toml", BODY + LOADS + time_of("backward-euler", 5e-3, 5) + OUTPUT)
+        out, _ = self.run_scene(scene, 3)
+        again, _ = self.run_scene(scene, 3, out=self.path("again"))
+        first, _ = points_of(os.path.join(out, "final.pvtu"), "displacement")
+        second, _ = points_of(os.path.join(again, "final.pvtu"), "displacement")
+        self.assertGreater(max(len(copies) for copies in first.values()), 1)
+        for vertex, copies in first.items():
+            self.assertEqual(len({tuple(copy) for copy in [*copies, *second[vertex]]}), 1)
+
+    def test_coarse_space_of_all_parts(self):
+        """A long beam with large steps needs hundreds of iterations without a coarse space."""
+        scene = self.write(
+            "long.toml",
+            BODY.replace("[0.4, 0.1, 0.1]", "[4.0, 0.1, 0.1]").replace("[8, 3, 3]", "[80, 2, 2]") +
+            '[[fix]]\nselect = { plane = { axis = "x", at = 0.0 } }\n' +
+            time_of("backward-euler", 0.05, 10) + '[solver]\nlinear = "matrix-free"\n' + OUTPUT)
+
+        def iterations(out):
+            with open(os.path.join(out, "summary.json")) as file:
+                return json.load(file)["solver"]["cg_iterations"]
+
+        serial = iterations(self.run_scene(scene)[0])
+        for processes in (2, 4):
+            with self.subTest(processes=processes):
+                own = iterations(self.run_scene(scene, processes)[0])
+                self.assertLess(own, 1.5 * serial)
+
+    def test_saddle_points_are_left(self):
+        """A symmetric column under its buckling load does not move sideways by itself."""
+        self.write("column.msh", symmetric_column(20))
+        scene = self.write("column.toml", """
+[mesh]
+file = "column.msh"
+[material]
+model = "neo-hookean"
+youngs_modulus = 1.0e6
+poissons_ratio = 0.3
+density = 1000.0
+[[fix]]
+select = { plane = { axis = "x", at = 0.0 } }
+[[fix]]
+select = { plane = { axis = "x", at = 20.0 } }
+velocity = [-0.5, 0.0, 0.0]
+[time]
+integrator = "backward-euler"
+step = 0.5
+end = 4.0
+[output]
+every = 8
+""")
+        for processes in (None, 2, 3):
+            with self.subTest(processes=processes):
+                out, _ = self.run_scene(scene, processes)
+                final = os.path.join(out, "final.vtu" if processes is None else "final.pvtu")
+                moved, _ = points_of(final, "displacement")
+                sideways = max(max(abs(x[1]), abs(x[2])) for copies in moved.values() for x in copies)
+                self.assertGreater(sideways, 1.0)
 
 
 class Files(ParallelTest):

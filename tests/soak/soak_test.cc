@@ -176,7 +176,7 @@ class RandomEdits {
     SolverSettings solver;
     solver.linear = random_.of(std::array{LinearSolver::kAuto, LinearSolver::kMatrixFree,
                                           LinearSolver::kCg, LinearSolver::kFactor});
-    if (random_.one_in(5)) solver = {"local", "ceres", LinearSolver::kAuto};
+    if (random_.one_in(5)) solver = {"ceres", LinearSolver::kAuto};
     solver.tolerance = random_.magnitude(1e-11, 1e-8);
     return {solver};
   }

@@ -236,7 +236,7 @@ TEST(Checkpoint, HasTheStatusOfTheRun) {
     finished = session.checkpoint();
     Session other(scene, mesh_of(scene));
     make_steps(other, 3);
-    other.apply(SetSolver{{"local", "newton", LinearSolver::kAuto, 1e-13, 1}});
+    other.apply(SetSolver{{"newton", LinearSolver::kAuto, 1e-13, 1}});
     ASSERT_FALSE(other.step());
     failed = other.checkpoint();
   }

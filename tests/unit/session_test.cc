@@ -691,7 +691,7 @@ TEST(Session, GoesBackToTheStateBeforeAStepThatDidNotConverge) {
   session.go_back();  // nothing to go back from
   EXPECT_TRUE(session.edits().empty());
   for (int k = 0; k < 5; ++k) ASSERT_TRUE(session.step());
-  session.apply(SetSolver{{"local", "newton", LinearSolver::kAuto, 1e-13, 1}});
+  session.apply(SetSolver{{"newton", LinearSolver::kAuto, 1e-13, 1}});
   const State before = session.state();
   EXPECT_FALSE(session.step());
   EXPECT_EQ(session.status(), RunStatus::kNotConverged);

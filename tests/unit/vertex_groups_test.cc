@@ -28,6 +28,39 @@ TEST(VertexGroups, EveryVertexHasOnePlaceAndOneGroup) {
   }
 }
 
+// A part whose last vertices are copies of others' vertices.
+class Part : public MeshPart {
+ public:
+  explicit Part(Index owned) { owned_vertices = owned; }
+  int rank() const override { return 0; }
+  int count() const override { return 1; }
+  void add_shared(double* /*values*/, Index /*width*/) const override {}
+  void sum(double* /*values*/, Index /*count*/) const override {}
+  void largest(double* /*values*/, Index /*count*/) const override {}
+  void gather(const double* own, const std::vector<Index>& counts, double* all) const override {
+    std::copy_n(own, counts[0], all);
+  }
+  void broadcast(std::string& /*text*/, int /*from*/) const override {}
+};
+
+TEST(VertexGroups, CopiesComeLast) {
+  const TetMesh mesh = small_block({8, 6, 6});
+  const RestState rest(mesh);
+  const Index owned = rest.vertex_count() - 100;
+  const Part part(owned);
+  const VertexGroups groups(rest, &part);
+  EXPECT_EQ(groups.end(groups.count() - 1), owned);
+  ASSERT_GT(groups.count_with_copies(), groups.count());
+  EXPECT_EQ(groups.begin(groups.count()), owned);
+  EXPECT_EQ(groups.end(groups.count_with_copies() - 1), rest.vertex_count());
+  for (Index i = 0; i < rest.vertex_count(); ++i) EXPECT_EQ(groups.vertex(i) < owned, i < owned);
+  // Without own vertices there are copies only.
+  const Part empty(0);
+  const VertexGroups copies(rest, &empty);
+  EXPECT_EQ(copies.count(), 0);
+  EXPECT_EQ(copies.end(copies.count_with_copies() - 1), rest.vertex_count());
+}
+
 TEST(VertexGroups, AreCompact) {
   const TetMesh mesh = small_block({24, 12, 12});
   const RestState rest(mesh);

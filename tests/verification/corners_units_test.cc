@@ -82,7 +82,7 @@ TEST_P(AnyRule, NearlyIncompressibleBodies) {
     EXPECT_LT(session.balance().max_relative_energy_drift(),
               GetParam().integrator == Integrator::kBackwardEuler ? 1.0 : 0.05);
     if (!implicit()) continue;
-    scene.solver = {"local", "newton", LinearSolver::kFactor};
+    scene.solver = {"newton", LinearSolver::kFactor};
     Session other(scene, mesh_of(scene));
     ASSERT_EQ(other.run(), RunStatus::kFinished);
     const Vector moved = other.state().position - other.system().rest_state().position;

@@ -61,7 +61,8 @@ class Minimizer {
                                 const Matrix& right, Matrix& solution) = 0;
 };
 
-/// Makes the minimisers of a mesh that several processes hold together. A MeshPart may be one, too.
+/// Makes the minimisers that have a matrix of a body that several processes hold together. A MeshPart may be
+/// one, too.
 class MinimizerSource {
  public:
   virtual ~MinimizerSource() = default;

@@ -44,9 +44,10 @@ class NonlinearProblem {
   /// Whether the force scale is above a thousandth of round_off(). If so, a first guess must not be
   /// accepted because its residual is below round_off(): the load itself may be smaller than that.
   bool is_loaded(const Vector& u) const { return force_scale() > 1e-3 * round_off(u); }
-  /// a·b and |Tᵀf|₂ over the whole body, of which a process may hold a part (mesh/mesh_part.h); 3 numbers per
-  /// vertex.
+  /// a·b, max |uᵢ| and |Tᵀf|₂ over the whole body, of which a process may hold a part (mesh/mesh_part.h); 3
+  /// numbers per vertex.
   virtual double dot(const Vector& a, const Vector& b) const { return a.dot(b); }
+  virtual double largest(const Vector& u) const { return u.lpNorm<Eigen::Infinity>(); }
   virtual double free_norm(const Vector& full) const { return coordinates().restricted_norm(full); }
   /// Largest |Tᵀr|₂ that counts as converged, N: max(tolerance × force scale, round_off()).
   double residual_limit(const Vector& u, double tolerance) const;

@@ -121,6 +121,7 @@ class PotentialProblem : public MinimizationProblem {
   /// displacements and of edges.
   double round_off(const Vector& u) const override;
   double dot(const Vector& a, const Vector& b) const override;
+  double largest(const Vector& u) const override;
   double free_norm(const Vector& full) const override { return system_.restricted_norm(full); }
 
  protected:

@@ -1,6 +1,7 @@
 // The part of a mesh that one process holds, where several processes hold the mesh together.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <memory>
 #include <string>
@@ -36,11 +37,31 @@ class MeshPart {
   virtual void sum(double* values, Index count) const = 0;
   /// values[i] ← the largest values[i] of all processes.
   virtual void largest(double* values, Index count) const = 0;
+  /// all ← the numbers of all processes, one after the other in the order of the processes. `counts`:
+  /// how many each process has (counts_of_parts()). `own` may be at its place in `all`.
+  virtual void gather(const double* own, const std::vector<Index>& counts, double* all) const = 0;
   /// text ← that of the process `from`.
   virtual void broadcast(std::string& text, int from) const = 0;
 
+  /// `own` of each process.
+  std::vector<Index> counts_of_parts(Index own) const {
+    std::vector<double> counts(static_cast<std::size_t>(count()), 0.0);
+    counts[static_cast<std::size_t>(rank())] = static_cast<double>(own);
+    sum(counts.data(), count());
+    return {counts.begin(), counts.end()};
+  }
+  /// Gives the copies of a vertex the numbers of its owner; values as for add_shared().
+  void copy_from_owners(double* values, Index width) const {
+    for (const Index v : shared_vertices) {
+      if (v >= owned_vertices) std::fill_n(values + width * v, width, 0.0);
+    }
+    add_shared(values, width);
+  }
+
   /// Of the vertices of the part's mesh, the first so many belong to this process.
   Index owned_vertices = 0;
+  /// The vertices that other parts have, too, ascending.
+  std::vector<Index> shared_vertices;
   /// The whole mesh.
   struct Whole {
     Index vertices = 0;
@@ -69,6 +90,9 @@ using SharedMeshPart = std::shared_ptr<const MeshPart>;
 
 inline void add_shared(const MeshPart* part, Vector& values, Index width) {
   if (part != nullptr) part->add_shared(values.data(), width);
+}
+inline void copy_from_owners(const MeshPart* part, Vector& values, Index width) {
+  if (part != nullptr) part->copy_from_owners(values.data(), width);
 }
 inline void sum_over_parts(const MeshPart* part, double* values, Index count) {
   if (part != nullptr) part->sum(values, count);
