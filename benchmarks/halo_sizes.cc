@@ -42,7 +42,7 @@ Sizes sizes_of(const PartData& data) {
   return sizes;
 }
 
-void print_sizes(Index cells, const std::vector<int>& counts) {
+void print_sizes(int cells, const std::vector<int>& counts) {
   const TetMesh mesh = generate_box({1.0, 1.0, 1.0}, {cells, cells, cells});
   for (const int parts : counts) {
     const std::vector<int> part_of = partition_mesh(mesh, parts);
@@ -73,7 +73,7 @@ int main(int argc, char** argv) {
       "Largest values of all parts; kB sent: three numbers for each vertex of each message\n"
       "tetrahedra  parts  tets/part imbalance   vertices   shared neighbors      kB sent\n");
   for (const double size : sizes) {
-    tetraction::petsc::print_sizes(std::lround(std::cbrt(size / 6.0)), parts);
+    tetraction::petsc::print_sizes(static_cast<int>(std::lround(std::cbrt(size / 6.0))), parts);
   }
   return 0;
 }

@@ -493,9 +493,7 @@ double PotentialProblem::round_off(const Vector& u) const {
                               coefficient_.head(size).cwiseProduct(u.head(size)).squaredNorm()};
     part->sum(own.data(), 3);
     return 0.5 * std::numeric_limits<double>::epsilon() *
-           (std::sqrt(own[2]) + load_norm_ +
-            std::sqrt(own[0]) * largest(u) +
-            std::sqrt(own[1]));
+           (std::sqrt(own[2]) + load_norm_ + std::sqrt(own[0]) * largest(u) + std::sqrt(own[1]));
   }
   return 0.5 * std::numeric_limits<double>::epsilon() *
          (coefficient_.cwiseProduct(u).norm() + load_norm_ +

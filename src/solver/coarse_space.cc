@@ -235,7 +235,8 @@ void CoarseSpace<T>::find_neighbors() {
   for (std::size_t g = 0; g < motions_.size(); ++g) {
     factor_->neighbors[g].push_back(static_cast<std::int32_t>(g));
   }
-  for (const auto& [i, j] : all_pairs(std::move(pairs))) factor_->neighbors[static_cast<std::size_t>(i)].push_back(j);
+  for (const auto& [i, j] : all_pairs(std::move(pairs)))
+    factor_->neighbors[static_cast<std::size_t>(i)].push_back(j);
 }
 
 template <class T>
@@ -391,7 +392,7 @@ void CoarseSpace<T>::add_outers(const OuterProducts<T>& outers) {
   for (Index number = 0; number < outers.count(); ++number) {
     own.clear();
     outers.for_each(number, [&](Index place, const auto& vector) {
-        const Index group = group_of_place_[static_cast<std::size_t>(place)];
+      const Index group = group_of_place_[static_cast<std::size_t>(place)];
       auto found = std::find_if(own.begin(), own.end(),
                                 [&](const auto& entry) { return entry.first == group; });
       if (found == own.end()) found = own.insert(own.end(), {group, Motion::Zero()});

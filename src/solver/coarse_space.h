@@ -83,7 +83,7 @@ class CoarseSpace {
   const ElementBlocks& blocks_;
   const VertexGroups& groups_;
   AlignedVector<T> arms_;
-  Index first_group_ = 0;  // of this part, among those of the whole body
+  Index first_group_ = 0;                // of this part, among those of the whole body
   std::vector<Index> numbers_of_parts_;  // six for each group of a part
   std::vector<std::int32_t> group_of_place_;
   std::vector<Motion> motions_;  // of all groups of the body

@@ -72,7 +72,8 @@ NewtonDirection::NewtonDirection(const MechanicalSystem& system, const NewtonOpt
   if (options.linear != LinearSolver::kAuto || !can_do_without_matrix_) {
     throw InputError(
         "Implicit steps in several processes need a built-in material, and this engine has "
-        "solver.linear = \"auto\" and \"matrix-free\" only: take these, or integrator = \"verlet\" or "
+        "solver.linear = \"auto\" and \"matrix-free\" only: take these, or integrator = \"verlet\" "
+        "or "
         "\"explicit\", or run the scene in one process.");
   }
   options_.linear = LinearSolver::kMatrixFree;
