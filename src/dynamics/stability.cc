@@ -11,6 +11,7 @@
 #include "core/pseudo_random.h"
 #include "scaled_matrix.h"
 #include "tetraction/core/error.h"
+#include "tetraction/dynamics/whole_body.h"
 
 namespace tetraction {
 namespace {
@@ -258,8 +259,7 @@ Index critical_element(const MechanicalSystem& system, const CriticalModes& mode
 StabilityLimit stability_limit(const MechanicalSystem& system, const Vector& q, Integrator rule,
                                CriticalModes* modes, double time) {
   StabilityLimit limit;
-  if (largest_of_parts(system.part(), static_cast<double>(system.coordinates().count())) ==
-      0.0) {  // nothing that could oscillate
+  if (whole_freedom_count(system) == 0) {  // nothing that could oscillate
     limit.critical_step = kInfinity;
     if (modes != nullptr) *modes = {};
     return limit;

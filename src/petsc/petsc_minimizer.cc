@@ -1,7 +1,5 @@
 #include "petsc_minimizer.h"
 
-#include <cmath>
-
 #include "linear_system.h"
 #include "solver/forcing_term.h"
 #include "solver/line_search.h"
@@ -29,19 +27,7 @@ class PetscMinimizer : public Minimizer {
   MinimizerReport minimize(const MinimizationProblem& problem, Vector& u) override {
     MinimizerReport report;
     at_.u = u;
-    if (!evaluate(problem, at_) && (!make_admissible(problem, at_.u) || !evaluate(problem, at_))) {
-      report.termination = Termination::kInadmissible;
-      report.message = "the elastic energy is not defined at the start of the step";
-      return report;
-    }
-    report.residual_limit = problem.residual_limit(at_.u, options_.tolerance);
-    report.asked_limit = asked_limit(problem, at_.u, options_.tolerance);
-    report.residual = at_.residual;
-    if (!std::isfinite(report.residual_limit) || !std::isfinite(report.residual)) {
-      report.termination = Termination::kInadmissible;
-      report.message = "the forces or momenta are too large for double precision";
-      return report;
-    }
+    if (!begin_minimization(problem, options_.tolerance, at_, report)) return report;
     descend(problem, report);
     u = at_.u;
     report.linear = system_.name();

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -131,12 +130,15 @@ class Part {
       scale += potentials.hessian.diagonal(v).squaredNorm() +
                vertex_block(potentials.gradient, v).squaredNorm() / (size_ * size_);
     }
-    const std::set<Index> own(vertices_.begin(), vertices_.end());
+    // The vertices are sorted.
+    const auto is_own = [this](Index v) {
+      return std::binary_search(vertices_.begin(), vertices_.end(), v);
+    };
     for (const HessianBlocks::Pair& pair : potentials.hessian.pairs()) {
-      if (own.count(pair.row) > 0) scale += 2.0 * pair.block.squaredNorm();
+      if (is_own(pair.row)) scale += 2.0 * pair.block.squaredNorm();
     }
     for (const LoadStiffness::Block& block : potentials.loads.blocks()) {
-      if (own.count(block.row) > 0) scale += block.block.squaredNorm();
+      if (is_own(block.row)) scale += block.block.squaredNorm();
     }
     return scale > 0.0 ? Matrix6(changes.transpose() * changes / scale) : Matrix6(Matrix6::Zero());
   }

@@ -20,7 +20,7 @@ constexpr double kLeast = 1.0 / 1024;
 // of the increment has moved it by half as far, or by little more.
 constexpr double kJump = 3.0;
 constexpr double kSmooth = 0.6;
-// A vibration counts as flutter if it grows by this share of a radian of it. Modes that have nearly the same
+// A vibration counts as flutter if it grows by more than this, relative to itself, in a radian. Modes that have nearly the same
 // frequency are coupled by an asymmetric mesh alone, and the slightest damping stops what grows more slowly.
 constexpr double kSlowGrowth = 1e-3;
 // So many times a stable equilibrium is looked for where the path of Newton's method has become unstable or

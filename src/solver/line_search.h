@@ -36,8 +36,6 @@ class LineSearch {
   bool search(const RootProblem& problem, const Way& way, Iterate& iterate);
 
  private:
-  // What to do with a trial point.
-  enum class Verdict { kAccept, kShorten, kGiveUp };
   template <class Problem, class TryAt, class Judge>
   bool halve(const Problem& problem, const Way& way, const TryAt& is_worth_trying,
              const Judge& judge, Iterate& iterate);

@@ -21,21 +21,7 @@ class NewtonMinimizer : public Minimizer {
     MinimizerReport report;
     linear_.begin_step(problem, x);
     at_.u = x;
-    if (!evaluate(problem, at_)) {
-      if (!make_admissible(problem, at_.u) || !evaluate(problem, at_)) {
-        report.termination = Termination::kInadmissible;
-        report.message = "the elastic energy is not defined at the start of the step";
-        return report;
-      }
-    }
-    report.residual_limit = problem.residual_limit(at_.u, options_.tolerance);
-    report.asked_limit = asked_limit(problem, at_.u, options_.tolerance);
-    report.residual = at_.residual;
-    if (!std::isfinite(report.residual_limit) || !std::isfinite(report.residual)) {
-      report.termination = Termination::kInadmissible;
-      report.message = "the forces or momenta are too large for double precision";
-      return report;
-    }
+    if (!begin_minimization(problem, options_.tolerance, at_, report)) return report;
     met_curvature_ = false;
     for (;;) {
       descend(problem, report);

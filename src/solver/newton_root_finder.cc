@@ -46,13 +46,7 @@ class NewtonRootFinder : public RootFinder {
     }
     begin(problem);
     report.residual = at_.residual;
-    report.residual_limit = problem.residual_limit(at_.u, options_.tolerance);
-    report.asked_limit = asked_limit(problem, at_.u, options_.tolerance);
-    if (!std::isfinite(report.residual_limit)) {
-      report.termination = Termination::kInadmissible;
-      report.message = "the forces or momenta are too large for double precision";
-      return report;
-    }
+    if (!set_limits(problem, at_.u, options_.tolerance, report)) return report;
     iterate(problem, report);
     u = at_.u;
     report.message = report.termination == Termination::kNoProgress

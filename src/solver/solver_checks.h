@@ -1,8 +1,10 @@
 // What all solvers of implicit steps check and report in the same way.
 #pragma once
 
+#include <cmath>
 #include <string>
 
+#include "line_search.h"
 #include "tetraction/core/error.h"
 #include "tetraction/dynamics/minimizer.h"
 #include "tetraction/dynamics/nonlinear_problem.h"
@@ -20,6 +22,32 @@ inline void check_options(const MinimizerOptions& options) {
 /// is asked for.
 inline double asked_limit(const NonlinearProblem& problem, const Vector& u, double tolerance) {
   return problem.is_loaded(u) ? tolerance * problem.force_scale() : 0.0;
+}
+
+/// Sets the limits of the report for an iteration that begins at u with report.residual. Returns false, with
+/// the reason in the report, if the numbers overflow.
+inline bool set_limits(const NonlinearProblem& problem, const Vector& u, double tolerance,
+                       MinimizerReport& report) {
+  report.residual_limit = problem.residual_limit(u, tolerance);
+  report.asked_limit = asked_limit(problem, u, tolerance);
+  if (std::isfinite(report.residual_limit) && std::isfinite(report.residual)) return true;
+  report.termination = Termination::kInadmissible;
+  report.message = "the forces or momenta are too large for double precision";
+  return false;
+}
+
+/// Evaluates the problem at iterate.u, which is moved to where Φ is defined, and sets the report's residual
+/// and limits. Returns false, with the reason in the report, if a minimisation cannot begin there.
+inline bool begin_minimization(const MinimizationProblem& problem, double tolerance,
+                               Iterate& iterate, MinimizerReport& report) {
+  if (!evaluate(problem, iterate) &&
+      (!make_admissible(problem, iterate.u) || !evaluate(problem, iterate))) {
+    report.termination = Termination::kInadmissible;
+    report.message = "the elastic energy is not defined at the start of the step";
+    return false;
+  }
+  report.residual = iterate.residual;
+  return set_limits(problem, iterate.u, tolerance, report);
 }
 
 /// Whether the residual in the report ends an iteration. Without an iteration it must be below the limit of
