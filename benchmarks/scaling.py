@@ -41,8 +41,8 @@ every = 100000
 
 MESHES = {"M": [36, 9, 10], "L": [72, 18, 19], "XL": [144, 37, 37]}
 # Steps below the stability limit, and steps of 20 ms.
-RULES = [("verlet", {"M": (5e-5, 1000), "L": (2e-5, 200), "XL": (1e-5, 30)}),
-         ("backward-euler", {"M": (0.02, 10), "L": (0.02, 3), "XL": (0.02, 1)})]
+RULES = [("verlet", {"M": (5e-5, 1000), "L": (2e-5, 200), "XL": (1e-5, 50)}),
+         ("backward-euler", {"M": (0.02, 10), "L": (0.02, 3), "XL": (0.02, 2)})]
 
 
 def run(folder, processes):
