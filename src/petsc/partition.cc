@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
+#include <cstdlib>
 #include <limits>
 #include <numeric>
 
@@ -105,7 +106,8 @@ Graph dual_graph(const TetMesh& mesh) {
 bool with_scotch(const TetMesh& mesh, int parts, std::vector<int>& part) {
   const Graph graph = dual_graph(mesh);
 #ifdef TETRACTION_HAS_SCOTCH
-  // Otherwise each run would have other parts.
+  // Otherwise each run would have other parts. Scotch's threads take what comes first, too.
+  setenv("SCOTCH_PTHREAD_NUMBER", "1", 0);
   SCOTCH_randomSeed(1);
   SCOTCH_randomReset();
 #endif
