@@ -21,7 +21,8 @@ struct LimitPoint {
 
 /// Loads that depend on positions, such as a pressure on a surface with a free rim, can make an equilibrium
 /// unstable although its load path goes on: small motions grow there. If they swing, they count only if they
-/// grow by more than a thousandth of themselves in a radian. The six lowest modes of the load steps that were made are examined.
+/// grow by more than a thousandth of themselves in a radian. The six lowest modes of the load steps that were made
+/// are examined.
 struct LossOfStability {
   double below = 0.0;  ///< the last load factor with an equilibrium that was found to be stable
   double above = 1.0;  ///< the first one with an unstable equilibrium
