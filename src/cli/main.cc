@@ -15,6 +15,7 @@
 #include "core/spelling.h"
 #include "interrupt_guard.h"
 #include "option_values.h"
+#include "parallel_run.h"
 #include "program_failure.h"
 #include "tetraction/core/blas.h"
 #include "tetraction/core/parallel.h"
@@ -149,6 +150,7 @@ int run_program(int argc, char** argv) {
   } catch (const CLI::CallForVersion& version) {
     return print_exit(app, version);
   } catch (const CLI::ParseError& error) {
+    tetraction::set_silent(tetraction::launched_rank() > 0);  // all have the same command line
     return report(app, error);
   }
   return exit_code;

@@ -30,6 +30,11 @@
 
 namespace tetraction {
 
+int launched_rank() {
+  const char* rank = std::getenv("OMPI_COMM_WORLD_RANK");
+  return rank != nullptr ? std::atoi(rank) : 0;
+}
+
 int launched_processes() {
   for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "MPI_LOCALNRANKS"}) {
     const char* text = std::getenv(name);
@@ -44,8 +49,7 @@ int run_parallel(const SessionArguments& /*arguments*/, const char* /*label*/,
                  const OutcomePrinter& /*print_outcome*/) {
   become_program("tetraction-petsc");
   // One of the processes speaks.
-  const char* rank = std::getenv("OMPI_COMM_WORLD_RANK");
-  set_silent(rank != nullptr && std::atoi(rank) > 0);
+  set_silent(launched_rank() > 0);
   throw InputError(
       "This build has no PETSc and MPI, which solver.engine = \"petsc\" and runs with mpirun need "
       "(there is no program tetraction-petsc beside this one). Take solver.engine = \"local\" "
@@ -64,11 +68,15 @@ class SharedInterrupt : public Observer {
  public:
   explicit SharedInterrupt(const Processes& processes) : processes_(processes) {}
   bool on_step(const Session&) override {
-    return !processes_.anywhere(InterruptGuard::interrupted());
+    code_ = processes_.largest(InterruptGuard::interrupted() ? InterruptGuard::exit_code() : 0);
+    return code_ == 0;
   }
+  /// The exit code of the signal; 0 if there was none.
+  int exit_code() const { return code_; }
 
  private:
   const Processes& processes_;
+  int code_ = 0;
 };
 
 Processes::Failure described() {
@@ -131,9 +139,9 @@ int run_together(const SessionArguments& arguments, Inputs inputs, const Process
   }
   const std::size_t told = session.warnings().size();
   PartRecorder recorder(inputs.directory, inputs.scene.output.every);
-  recorder.set_stop_code(&InterruptGuard::exit_code);
   InterruptGuard guard;
   SharedInterrupt interrupt(processes);
+  recorder.set_stop_code([&interrupt] { return interrupt.exit_code(); });
   ProgressBar bar(label);
   std::vector<Observer*> observers{&recorder, &interrupt};
   if (processes.is_first() && !arguments.quiet && ProgressBar::possible()) {
@@ -146,8 +154,7 @@ int run_together(const SessionArguments& arguments, Inputs inputs, const Process
     print_outcome(session, inputs.directory);
   }
   print_remarks(session, told);
-  return status == RunStatus::kCancelled ? InterruptGuard::exit_code()
-                                         : tetraction::exit_code(status);
+  return status == RunStatus::kCancelled ? interrupt.exit_code() : tetraction::exit_code(status);
 }
 
 }  // namespace

@@ -7,6 +7,8 @@ namespace tetraction {
 
 /// The number of processes that mpirun, or another launcher, started together with this one; 1 without one.
 int launched_processes();
+/// The number of this process among them, from 0; 0 without a launcher that tells it.
+int launched_rank();
 
 /// Computes one session in all processes of an MPI run, of which the first one prints and writes, and returns
 /// the exit code, which is the same in all of them. Throws InputError if the program was built without the

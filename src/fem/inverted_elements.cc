@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cmath>
 #include <limits>
 #include <variant>
 
@@ -101,19 +102,44 @@ InversionCounter::InversionCounter(const ElasticPotential& elastic) : elastic_(e
         field.model());
     energy_threshold_.push_back(least_energy);
   }
+  // If vertices move by at most d relative to each other's mean motion, an edge changes by at most c d, and
+  // |ΔF| <= |ΔD_s| |D_m⁻¹| <= √3 c d |D_m⁻¹| in Frobenius norms. c is 2 for the edges of a linear element.
+  // At a point of a quadratic one c is the sum of the derivatives of its shape functions, which is below 8.
+  constexpr double kLargestChange = 0.1;
+  const RestState& rest = elastic.rest();
+  Vector q(3 * rest.vertex_count());
+  for (Index v = 0; v < rest.vertex_count(); ++v) vertex_block(q, v) = rest.position(v);
+  double largest_inverse = 0.0;
+  for (Index i = 0; i < rest.points_per_element() * rest.element_count(); ++i) {
+    const RestState::Shape::NodeMatrix nodes = rest.gather(q, i);
+    const Matrix3 edges = nodes.rightCols<3>().colwise() - nodes.col(0);
+    largest_inverse = std::max(largest_inverse, edges.inverse().norm());
+  }
+  const double edge_factor = rest.is_quadratic() ? 8.0 : 2.0;
+  small_motion_ = kLargestChange / (std::sqrt(3.0) * edge_factor * largest_inverse);
+}
+
+bool InversionCounter::is_small(const Vector& before, const Vector& q) const {
+  const Vector3 first = vertex_block(q, 0) - vertex_block(before, 0);
+  const double limit = small_motion_ * small_motion_;
+  for (Index v = 0; v < q.size() / 3; ++v) {
+    const Vector3 motion = vertex_block(q, v) - vertex_block(before, v) - first;
+    if (!(motion.squaredNorm() <= limit)) return false;
+  }
+  return true;
 }
 
 Index InversionCounter::count(const Vector& q) {
   return count(q, false);
 }
 
-Index InversionCounter::count_after_step(const Vector& q, double energy) {
+Index InversionCounter::count_after_step(const Vector& before, const Vector& q, double energy) {
   // If the energy was evaluated at other positions in the meantime, the sum differs, and the block
   // energies cannot be used.
   double sum = 0.0;
   const Index count_of_blocks = BlockAccess::blocks(elastic_).block_count();
   for (Index b = 0; b < count_of_blocks; ++b) sum += BlockAccess::energy(elastic_, b);
-  return count(q, sum == energy);
+  return count(q, sum == energy && is_small(before, q));
 }
 
 Index InversionCounter::count(const Vector& q, bool is_small_step) {

@@ -106,10 +106,9 @@ Processes::Failure Processes::in_step(const std::function<void()>& work,
   return first_of(own);
 }
 
-bool Processes::anywhere(bool value) const {
-  int any = value ? 1 : 0;
-  MPI_Allreduce(MPI_IN_PLACE, &any, 1, MPI_INT, MPI_MAX, MPI_COMM_WORLD);
-  return any != 0;
+int Processes::largest(int value) const {
+  MPI_Allreduce(MPI_IN_PLACE, &value, 1, MPI_INT, MPI_MAX, MPI_COMM_WORLD);
+  return value;
 }
 
 }  // namespace tetraction::petsc

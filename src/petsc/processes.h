@@ -36,8 +36,8 @@ class Processes {
   /// wait for ever: it then calls report(failure), and all processes end with its code.
   Failure in_step(const std::function<void()>& work, const std::function<Failure()>& describe,
                   const std::function<void(const Failure&)>& report) const;
-  /// Whether it is so on some process.
-  bool anywhere(bool value) const;
+  /// The largest value of all processes.
+  int largest(int value) const;
 
  private:
   Failure first_of(const Failure& own) const;

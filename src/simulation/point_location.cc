@@ -18,6 +18,8 @@ using Matrix32 = Eigen::Matrix<double, 3, 2>;
 
 // A point on the boundary is outside by round-off. The limit of the barycentric coordinates is this.
 constexpr double kOutside = -1e-9;
+// Least barycentric coordinates that differ by less are equal.
+constexpr double kEqualDepth = 1e-9;
 
 // The nodes of an element at rest: four, or ten with those in the middles of the edges
 // 01, 12, 02, 03, 13, 23.
@@ -187,12 +189,17 @@ double distance_to_curved_element(const Vector3& point, const std::vector<Vector
     }
   }
   if (mesh.is_quadratic()) least = distance_to_curved_element(point, nodes_of(mesh, nearest));
+  const MeshPart* part = mesh.part.get();
+  const double least_of_all = least_of_parts(part, least);
+  const double none = std::numeric_limits<double>::infinity();
+  const auto id = static_cast<std::int64_t>(least_of_parts(
+      part, least == least_of_all ? static_cast<double>(mesh.tetrahedron_id(nearest)) : none));
   throw InputError(fmt::format(
       "the point [{:.12g}, {:.12g}, {:.12g}] is outside the body, {:.6g} m from the nearest "
       "element, "
       "{}. Points are in the coordinates of the undeformed mesh (after mesh.scale and mesh.unit); "
       "`tetraction mesh info` shows its bounding box.",
-      point.x(), point.y(), point.z(), least, mesh.tetrahedron_id(nearest)));
+      point.x(), point.y(), point.z(), least_of_all, id));
 }
 
 }  // namespace
@@ -233,7 +240,11 @@ std::vector<double> shape_functions(const std::array<double, 4>& weights, std::s
 
 PointInMesh locate(const TetMesh& mesh, const Vector3& point) {
   if (!point.allFinite()) throw InputError("the point is not finite.");
-  PointInMesh found;
+  struct Candidate {
+    double depth;
+    PointInMesh place;
+  };
+  std::vector<Candidate> candidates;
   double deepest = -std::numeric_limits<double>::infinity();
   for (Index e = 0; e < mesh.tetrahedron_count(); ++e) {
     if (!may_contain(mesh, e, point)) continue;
@@ -242,11 +253,24 @@ PointInMesh locate(const TetMesh& mesh, const Vector3& point) {
         x.size() > 4 ? curved_coordinates(x, point) : std::optional(barycentric(x, point));
     if (!weights) continue;
     const double depth = *std::min_element(weights->begin(), weights->end());
-    if (depth <= deepest) continue;
-    deepest = depth;
-    found = {e, *weights};
+    deepest = std::max(deepest, depth);
+    candidates.push_back({depth, {e, *weights}});
   }
+  const MeshPart* part = mesh.part.get();
+  deepest = largest_of_parts(part, deepest);
   if (!(deepest >= kOutside)) refuse_outside(mesh, point);
+  PointInMesh found;
+  for (const Candidate& candidate : candidates) {
+    if (candidate.depth < deepest - kEqualDepth) continue;
+    const Index e = candidate.place.tetrahedron;
+    if (found.tetrahedron < 0 || mesh.tetrahedron_id(e) < mesh.tetrahedron_id(found.tetrahedron)) {
+      found = candidate.place;
+    }
+  }
+  const double id = found.tetrahedron >= 0
+                        ? static_cast<double>(mesh.tetrahedron_id(found.tetrahedron))
+                        : std::numeric_limits<double>::infinity();
+  if (least_of_parts(part, id) != id) found.tetrahedron = -1;
   return found;
 }
 

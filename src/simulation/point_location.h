@@ -19,9 +19,10 @@ struct PointInMesh {
 std::vector<double> shape_functions(const std::array<double, 4>& weights, std::size_t nodes);
 
 /// Finds the tetrahedron that contains the point in the rest configuration. If several contain it,
-/// as on a common face, the one in whose inside it is deepest, and among equals the first. Throws
-/// InputError if the point is not finite or not in the body. The message has the distance from the
-/// nearest tetrahedron.
+/// as on a common face, the one in whose inside it is deepest, and among equals (within round-off) the one
+/// with the lowest tetrahedron_id(). Throws InputError if the point is not finite or not in the body. The
+/// message has the distance from the nearest tetrahedron. Of a mesh in parts, the part that has this
+/// tetrahedron finds it, and the others return tetrahedron −1; collective.
 PointInMesh locate(const TetMesh& mesh, const Vector3& point);
 
 /// Distance of a point from a triangle, m (Ericson 2005, Real-Time Collision Detection, 5.1.5).

@@ -115,28 +115,6 @@ struct ProbeSet::Impl {
   std::vector<Place> places;
   std::size_t value_count = 0;
 
-  // Where a point is. Of a body in parts, the first part that has the point tells; in others no
-  // tetrahedron is found.
-  PointInMesh located(const Vector3& point) const {
-    const TetMesh& mesh = system.mesh();
-    if (!mesh.part) return locate(mesh, point);
-    PointInMesh found;
-    std::string reason;
-    try {
-      found = locate(mesh, point);
-    } catch (const InputError& error) {
-      reason = error.what();
-    }
-    const int rank = mesh.part->rank();
-    const int count = mesh.part->count();
-    const double first = least_of_parts(mesh.part.get(), found.tetrahedron >= 0 ? rank : count);
-    if (first == count) {
-      throw InputError(reason.empty() ? "the point of the probe is not in the body." : reason);
-    }
-    if (first != rank) found.tetrahedron = -1;
-    return found;
-  }
-
   // Keeps the own vertices of the part, with the weights of a mean over the whole body.
   void take_own_vertices(Place& place) const {
     const TetMesh& mesh = system.mesh();
@@ -151,7 +129,7 @@ struct ProbeSet::Impl {
     Place place;
     const bool of_tetrahedra = entry_of(probe.quantity).domain == ValueDomain::kTetrahedra;
     if (probe.point) {
-      const PointInMesh found = located(*probe.point);
+      const PointInMesh found = locate(mesh, *probe.point);
       if (found.tetrahedron < 0) return place;  // in another part
       if (of_tetrahedra) {
         place.tetrahedra = {found.tetrahedron};

@@ -344,11 +344,12 @@ void Session::Impl::count_inverted(const double* energy_after_step) {
     inverted.now = 0;
     return;
   }
-  const bool is_small_step = energy_after_step != nullptr && inverted.now == 0 &&
+  const bool is_one_step = settings.time.adapt == StepAdaptation::kNone && settings.time.retry == 0;
+  const bool is_small_step = energy_after_step != nullptr && inverted.now == 0 && is_one_step &&
                              !is_implicit(settings.time.integrator) && system->part() == nullptr;
-  inverted.now = is_small_step
-                     ? inversion_counter->count_after_step(state().position, *energy_after_step)
-                     : inversion_counter->count(state().position);
+  inverted.now = is_small_step ? inversion_counter->count_after_step(
+                                     states.other().position, state().position, *energy_after_step)
+                               : inversion_counter->count(state().position);
   const bool is_here = inverted.now > 0;
   inverted.now =
       static_cast<Index>(sum_over_parts(system->part(), static_cast<double>(inverted.now)));

@@ -95,6 +95,10 @@ name = "stress"
 select = { box = { min = [0.1, -1, -1], max = [0.3, 1, 1] } }
 quantity = "von_mises"
 every = 5
+[[probe]]
+name = "common"
+point = [0.2, 0.0333333333333, 0.0333333333333]
+quantity = "jacobian"
 """
 
 
@@ -499,6 +503,17 @@ class Endings(ParallelTest):
         _, done = self.run_scene(scene, 2, code=2)
         self.assert_one_message(done, "vertex 100000 is not in the mesh")
 
+        done = subprocess.run([MPIRUN, "-n", "3", PROGRAM, "run", "scene.toml", "--no-such-option"],
+                              capture_output=True, text=True, cwd=self.folder, env=ENVIRONMENT)
+        self.assertEqual(done.returncode, 2)
+        self.assertEqual(done.stderr.count("--no-such-option"), 1, done.stderr)
+        # The nearest tetrahedron is that of the whole mesh.
+        scene = self.scene('[[probe]]\nname = "out"\npoint = [0.9, 0.05, 0.05]\nquantity = "velocity"\n')
+        _, done = self.run_scene(scene, code=2)
+        distance = done.stderr[done.stderr.index("outside the body"):]
+        _, done = self.run_scene(scene, 3, code=2)
+        self.assert_one_message(done, distance.splitlines()[0])
+
     def test_bad_input_in_one_process_ends_all(self):
         # Two targets for vertices that only some processes have.
         scene = self.scene("""
@@ -543,6 +558,24 @@ target = [2.0, 0.0, 0.0]
         self.assertNotEqual(run.returncode, 0)
         names, rows = table(history)
         self.assertTrue(all(len(row) == len(names) for row in rows))
+
+    def test_signal_to_one_process_has_its_exit_code(self):
+        scene = self.scene(steps=1000000)
+        out = self.path("out")
+        run = subprocess.Popen([MPIRUN, "-n", "2", PROGRAM, "run", scene, "--out", out],
+                               stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True,
+                               cwd=self.folder, env=ENVIRONMENT)
+        history = os.path.join(out, "history.csv")
+        deadline = time.monotonic() + 60
+        while time.monotonic() < deadline and not (
+                os.path.exists(history) and os.path.getsize(history) > 20000):
+            time.sleep(0.1)
+        children = subprocess.run(["ps", "-o", "pid=", "--ppid", str(run.pid)], capture_output=True,
+                                  text=True).stdout.split()
+        os.kill(int(children[1]), signal.SIGQUIT)
+        run.communicate(timeout=60)
+        with open(os.path.join(out, "summary.json"), encoding="utf-8") as file:
+            self.assertEqual(json.load(file)["exit_status"], 128 + signal.SIGQUIT)
 
     def test_killed_process_ends_all(self):
         scene = self.scene(steps=1000000)

@@ -76,16 +76,30 @@ TEST(InversionCounter, FindsAfterSmallStepsWhatBecomesInverted) {
   Vector q = system.rest_state().position;
   ASSERT_EQ(counter.count(q), 0);
   Index first = -1;
-  for (int k = 0; k < 100 && first < 0; ++k) {
-    q[q.size() - 3] -= 0.005;
+  for (int k = 0; k < 1000 && first < 0; ++k) {
+    const Vector before = q;
+    q[q.size() - 3] -= 0.0005;
     double energy = 0.0;
     ASSERT_TRUE(system.elastic().value(q, energy).ok());
     const Index count = count_one_by_one(system, q, first);
-    EXPECT_EQ(counter.count_after_step(q, energy), count) << k;
+    EXPECT_EQ(counter.count_after_step(before, q, energy), count) << k;
     // Energies that are not those of q are of no use, and are not used.
-    EXPECT_EQ(other.count_after_step(q, energy + 1.0), count) << k;
+    EXPECT_EQ(other.count_after_step(before, q, energy + 1.0), count) << k;
   }
   EXPECT_GE(first, 0);
+}
+
+// A step that is too large mirrors elements, of which a Saint Venant-Kirchhoff material knows nothing.
+TEST(InversionCounter, FindsWhatALargeStepMirrors) {
+  const MechanicalSystem system(small_block({10, 7, 6}), all_materials()[0], 1000.0);
+  InversionCounter counter(system.elastic());
+  const Vector rest = system.rest_state().position;
+  ASSERT_EQ(counter.count(rest), 0);
+  Vector mirrored = rest;
+  for (Index i = 0; i < mirrored.size(); i += 3) mirrored[i] *= -1.0;
+  double energy = 0.0;
+  ASSERT_TRUE(system.elastic().value(mirrored, energy).ok());
+  EXPECT_EQ(counter.count_after_step(rest, mirrored, energy), system.rest().element_count());
 }
 
 }  // namespace
