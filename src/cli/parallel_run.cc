@@ -35,6 +35,13 @@ int launched_rank() {
   return rank != nullptr ? std::atoi(rank) : 0;
 }
 
+void require_one_process(const char* command) {
+  if (launched_processes() == 1) return;
+  set_silent(launched_rank() > 0);
+  throw InputError(std::string("tetraction ") + command +
+                   " works in one process only: start it without mpirun.");
+}
+
 int launched_processes() {
   for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "MPI_LOCALNRANKS"}) {
     const char* text = std::getenv(name);

@@ -9,6 +9,9 @@ namespace tetraction {
 int launched_processes();
 /// The number of this process among them, from 0; 0 without a launcher that tells it.
 int launched_rank();
+/// Throws InputError if this process was started together with others, for a command that writes files and
+/// works in one process only. The first process tells it.
+void require_one_process(const char* command);
 
 /// Computes one session in all processes of an MPI run, of which the first one prints and writes, and returns
 /// the exit code, which is the same in all of them. Throws InputError if the program was built without the

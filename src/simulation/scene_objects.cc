@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
+#include <optional>
 #include <string>
 #include <unordered_map>
 #include <utility>
@@ -12,6 +13,7 @@
 #include "body_loads.h"
 #include "contradicting_targets.h"
 #include "initial_state.h"
+#include "shared_error.h"
 #include "tetraction/core/error.h"
 #include "tetraction/dynamics/multipliers.h"
 #include "tetraction/dynamics/nodal_volume.h"
@@ -235,16 +237,19 @@ void set_constraints_of_equilibrium(const Scene& scene, MechanicalSystem& system
 Constraints constrain(MechanicalSystem& system, const BodyConstraints& constraints, double time,
                       Vector& position, const char* advice) {
   Vector moved = position;
-  Constraints next = make_constraints(system, constraints, time, moved);
-  if (const EvaluationStatus status = system.elastic().admissible(moved); !status.ok()) {
-    throw InputError(
-        fmt::format("Moving the vertices to where the constraints hold them inverts element {}: {}",
-                    system.mesh().tetrahedron_id(status.failed_element), advice));
-  }
-  require_defined_terms(system, moved, time,
-                        "Moving the vertices to where the constraints hold them");
+  std::optional<Constraints> next;
+  do_in_all_parts(system.part(), [&] {
+    next = make_constraints(system, constraints, time, moved);
+    if (const EvaluationStatus status = system.elastic().admissible(moved); !status.ok()) {
+      throw InputError(fmt::format(
+          "Moving the vertices to where the constraints hold them inverts element {}: {}",
+          system.mesh().tetrahedron_id(status.failed_element), advice));
+    }
+    require_defined_terms(system, moved, time,
+                          "Moving the vertices to where the constraints hold them");
+  });
   position = moved;  // a copy, so that the vector keeps its address
-  return system.set_constraints(std::move(next));
+  return system.set_constraints(std::move(*next));
 }
 
 namespace {

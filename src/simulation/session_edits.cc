@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "session_impl.h"
+#include "shared_error.h"
 #include "system_settings.h"
 #include "tetraction/core/error.h"
 #include "tetraction/dynamics/multipliers.h"
@@ -315,7 +316,10 @@ bool Session::Impl::apply_events() {
     try {
       for (const Edit& edit : event.edits) apply(edit, event.at, event.echo);
     } catch (const InputError& error) {
-      if (system->part() != nullptr) throw;  // other processes may have made the event
+      // Other parts of the body may have made the event.
+      if (system->part() != nullptr && dynamic_cast<const SharedInputError*>(&error) == nullptr) {
+        throw;
+      }
       progress.status = RunStatus::kNotConverged;
       progress.message =
           fmt::format("step {} (t = {:.6g} s): the event at {} s could not be made: {}",

@@ -507,6 +507,11 @@ class Endings(ParallelTest):
                               capture_output=True, text=True, cwd=self.folder, env=ENVIRONMENT)
         self.assertEqual(done.returncode, 2)
         self.assertEqual(done.stderr.count("--no-such-option"), 1, done.stderr)
+        for command in ("static", "modes", "study"):
+            done = subprocess.run([MPIRUN, "-n", "2", PROGRAM, command, self.scene()],
+                                  capture_output=True, text=True, cwd=self.folder, env=ENVIRONMENT)
+            self.assertEqual(done.returncode, 2)
+            self.assert_one_message(done, f"tetraction {command} works in one process only")
         # The nearest tetrahedron is that of the whole mesh.
         scene = self.scene('[[probe]]\nname = "out"\npoint = [0.9, 0.05, 0.05]\nquantity = "velocity"\n')
         _, done = self.run_scene(scene, code=2)
@@ -536,6 +541,23 @@ target = [2.0, 0.0, 0.0]
                if line.startswith("tetraction: ") and "warning" not in line]
         self.assertEqual(len(own), 1, done.stderr)
         self.assertIn("stability limit", own[0])
+
+    def test_event_that_cannot_be_made_ends_all(self):
+        scene = self.scene("""
+[[event]]
+at = 2e-3
+[event.fix]
+select = { nearest = [0.4, 0.0, 0.0] }
+target = [-0.4, 0.0, 0.0]
+""")
+        for processes in (1, 3):
+            with self.subTest(processes=processes):
+                out, done = self.run_scene(scene, processes, code=1)
+                self.assertIn("the event at 0.002 s could not be made", done.stderr)
+                self.assertEqual(done.stderr.count("could not be made"), 1, done.stderr)
+                with open(os.path.join(out, "summary.json"), encoding="utf-8") as file:
+                    self.assertEqual(json.load(file)["exit_status"], 1)
+                self.assertTrue(os.path.exists(os.path.join(out, "final.pvtu")))
 
     def test_output_that_cannot_be_written(self):
         blocked = self.write("blocked", "a file")
