@@ -102,7 +102,7 @@ InversionCounter::InversionCounter(const ElasticPotential& elastic) : elastic_(e
         field.model());
     energy_threshold_.push_back(least_energy);
   }
-  // If vertices move by at most d relative to each other's mean motion, an edge changes by at most c d, and
+  // If all vertices move by at most d relative to the first one, an edge changes by at most c d, and
   // |ΔF| <= |ΔD_s| |D_m⁻¹| <= √3 c d |D_m⁻¹| in Frobenius norms. c is 2 for the edges of a linear element.
   // At a point of a quadratic one c is the sum of the derivatives of its shape functions, which is below 8.
   constexpr double kLargestChange = 0.1;

@@ -316,7 +316,7 @@ bool Session::Impl::apply_events() {
     try {
       for (const Edit& edit : event.edits) apply(edit, event.at, event.echo);
     } catch (const InputError& error) {
-      // Other parts of the body may have made the event.
+      // If not all parts have this error, the others may have made the event.
       if (system->part() != nullptr && dynamic_cast<const SharedInputError*>(&error) == nullptr) {
         throw;
       }

@@ -490,6 +490,26 @@ class Endings(ParallelTest):
     def scene(self, extra="", steps=40):
         return self.write("scene.toml", BODY + LOADS + time_of("verlet", 2e-4, steps) + OUTPUT + extra)
 
+    def start_long_run(self, processes, history_bytes):
+        """A run that is under way: its history.csv has so many bytes."""
+        scene = self.scene(steps=1000000)
+        out = self.path("out")
+        run = subprocess.Popen([MPIRUN, "-n", str(processes), PROGRAM, "run", scene, "--out", out],
+                               stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True,
+                               cwd=self.folder, env=ENVIRONMENT)
+        history = os.path.join(out, "history.csv")
+        deadline = time.monotonic() + 60
+        while time.monotonic() < deadline and not (
+                os.path.exists(history) and os.path.getsize(history) >= history_bytes):
+            time.sleep(0.1)
+        return run, out
+
+    def processes_of(self, run, count):
+        children = subprocess.run(["ps", "-o", "pid=", "--ppid", str(run.pid)], capture_output=True,
+                                  text=True).stdout.split()
+        self.assertEqual(len(children), count)
+        return [int(child) for child in children]
+
     def test_bad_input_has_one_message(self):
         scene = self.write("scene.toml", BODY.replace("youngs_modulus", "youngs_module"))
         _, done = self.run_scene(scene, 3, code=2)
@@ -565,54 +585,23 @@ target = [-0.4, 0.0, 0.0]
         self.assert_one_message(done, "blocked")
 
     def test_signal_ends_the_run_properly(self):
-        scene = self.scene(steps=1000000)
-        out = self.path("out")
-        run = subprocess.Popen([MPIRUN, "-n", "2", PROGRAM, "run", scene, "--out", out],
-                               stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True,
-                               cwd=self.folder, env=ENVIRONMENT)
-        history = os.path.join(out, "history.csv")
-        deadline = time.monotonic() + 60
-        while time.monotonic() < deadline and not (
-                os.path.exists(history) and os.path.getsize(history) > 20000):
-            time.sleep(0.1)
+        run, out = self.start_long_run(2, 20000)
         run.send_signal(signal.SIGTERM)
         run.communicate(timeout=60)
         self.assertNotEqual(run.returncode, 0)
-        names, rows = table(history)
+        names, rows = table(os.path.join(out, "history.csv"))
         self.assertTrue(all(len(row) == len(names) for row in rows))
 
     def test_signal_to_one_process_has_its_exit_code(self):
-        scene = self.scene(steps=1000000)
-        out = self.path("out")
-        run = subprocess.Popen([MPIRUN, "-n", "2", PROGRAM, "run", scene, "--out", out],
-                               stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True,
-                               cwd=self.folder, env=ENVIRONMENT)
-        history = os.path.join(out, "history.csv")
-        deadline = time.monotonic() + 60
-        while time.monotonic() < deadline and not (
-                os.path.exists(history) and os.path.getsize(history) > 20000):
-            time.sleep(0.1)
-        children = subprocess.run(["ps", "-o", "pid=", "--ppid", str(run.pid)], capture_output=True,
-                                  text=True).stdout.split()
-        os.kill(int(children[1]), signal.SIGQUIT)
+        run, out = self.start_long_run(2, 20000)
+        os.kill(self.processes_of(run, 2)[1], signal.SIGQUIT)
         run.communicate(timeout=60)
         with open(os.path.join(out, "summary.json"), encoding="utf-8") as file:
             self.assertEqual(json.load(file)["exit_status"], 128 + signal.SIGQUIT)
 
     def test_killed_process_ends_all(self):
-        scene = self.scene(steps=1000000)
-        out = self.path("out")
-        run = subprocess.Popen([MPIRUN, "-n", "3", PROGRAM, "run", scene, "--out", out],
-                               stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True,
-                               cwd=self.folder, env=ENVIRONMENT)
-        history = os.path.join(out, "history.csv")
-        deadline = time.monotonic() + 60
-        while time.monotonic() < deadline and not os.path.exists(history):
-            time.sleep(0.1)
-        children = subprocess.run(["ps", "-o", "pid=", "--ppid", str(run.pid)], capture_output=True,
-                                  text=True).stdout.split()
-        self.assertEqual(len(children), 3)
-        os.kill(int(children[1]), signal.SIGKILL)
+        run, _ = self.start_long_run(3, 0)
+        os.kill(self.processes_of(run, 3)[1], signal.SIGKILL)
         run.communicate(timeout=60)
         self.assertNotEqual(run.returncode, 0)
 
