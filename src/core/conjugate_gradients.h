@@ -25,7 +25,7 @@ struct CgReport {
 
 /// Solves A x = b until |r| ≤ forcing × |r at the beginning|, in at most `max_iterations` iterations
 /// (Hestenes & Stiefel 1952). It ends if a search direction p has p·A p ≤ 0. If this is the first
-/// search direction, x is set to p.
+/// search direction, x is set to p. It ends as well if r·M⁻¹ r ≤ 0, so that M is not positive definite.
 ///
 /// `Vectors` stores x, r, p and A p in any form and provides
 ///
@@ -48,6 +48,7 @@ CgReport conjugate_gradients(Vectors& vectors, double forcing, int max_iteration
   report.converged = report.last_square <= enough;
   if (report.converged || max_iterations < 1) return report;
   double rz = vectors.precondition();
+  if (!(rz > 0.0)) return report;
   vectors.begin();
   for (;;) {
     if (vectors.renew(report)) {
@@ -72,6 +73,10 @@ CgReport conjugate_gradients(Vectors& vectors, double forcing, int max_iteration
       return report;
     }
     const double next = vectors.precondition();
+    if (!(next > 0.0)) {
+      vectors.finish(alpha);
+      return report;
+    }
     vectors.turn(alpha, next / rz);
     rz = next;
   }

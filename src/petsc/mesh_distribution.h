@@ -51,7 +51,7 @@ class MeshDivider {
 
 /// Gives every process its part of the mesh that process 0 has; the meshes of others are ignored. Process 0
 /// needs memory for one part at a time beside the mesh. The result is the mesh of the part, whose
-/// TetMesh::part talks to the other processes and makes minimisers (MinimizerSource). Throws InputError if
+/// TetMesh::part talks to the other processes and makes preconditioners (PreconditionerSource). Throws InputError if
 /// the mesh has fewer tetrahedra than there are processes. Collective.
 TetMesh distribute_mesh(const Processes& processes, TetMesh mesh);
 

@@ -4,7 +4,7 @@
 #include <numeric>
 #include <utility>
 
-#include "petsc_minimizer.h"
+#include "assembled_preconditioner.h"
 
 namespace tetraction::petsc {
 namespace {
@@ -124,10 +124,9 @@ void MpiPart::broadcast(std::string& text, int from) const {
   MPI_Bcast(text.data(), size, MPI_CHAR, from, MPI_COMM_WORLD);
 }
 
-std::unique_ptr<Minimizer> MpiPart::make_minimizer(const MechanicalSystem& system,
-                                                   const MinimizerOptions& options,
-                                                   const std::string& linear) const {
-  return make_petsc_minimizer(system, *this, options, linear);
+std::unique_ptr<BodyPreconditioner> MpiPart::make_preconditioner(
+    const MechanicalSystem& system, BodyPreconditioner::Kind kind) const {
+  return std::make_unique<AssembledPreconditioner>(system, *this, kind);
 }
 
 }  // namespace tetraction::petsc

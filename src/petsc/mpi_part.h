@@ -7,12 +7,12 @@
 #include <vector>
 
 #include "mesh_distribution.h"
-#include "tetraction/dynamics/minimizer.h"
+#include "solver/body_preconditioner.h"
 #include "tetraction/mesh/mesh_part.h"
 
 namespace tetraction::petsc {
 
-class MpiPart : public MeshPart, public MinimizerSource {
+class MpiPart : public MeshPart, public PreconditionerSource {
  public:
   MpiPart(const Processes& processes, PartData&& data);
   MpiPart(const MpiPart&) = delete;
@@ -25,9 +25,8 @@ class MpiPart : public MeshPart, public MinimizerSource {
   void largest(double* values, Index count) const override;
   void gather(const double* own, const std::vector<Index>& counts, double* all) const override;
   void broadcast(std::string& text, int from) const override;
-  std::unique_ptr<Minimizer> make_minimizer(const MechanicalSystem& system,
-                                            const MinimizerOptions& options,
-                                            const std::string& linear) const override;
+  std::unique_ptr<BodyPreconditioner> make_preconditioner(
+      const MechanicalSystem& system, BodyPreconditioner::Kind kind) const override;
 
  private:
   void exchange(const double* values, Index width) const;

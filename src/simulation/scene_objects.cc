@@ -466,18 +466,6 @@ NewtonOptions newton_options(const SolverSettings& solver) {
 std::unique_ptr<Minimizer> make_minimizer(const SolverSettings& solver,
                                           const MechanicalSystem& system) {
   check_settings(solver);
-  const bool needs_matrix =
-      solver.linear == LinearSolver::kCg || solver.linear == LinearSolver::kFactor;
-  if (system.part() != nullptr && needs_matrix) {
-    const auto* source = dynamic_cast<const MinimizerSource*>(system.part());
-    if (source == nullptr) {
-      throw InputError(
-          "This engine has no matrix of a body in several processes: take solver.linear = \"auto\" "
-          "or \"matrix-free\".");
-    }
-    return source->make_minimizer(system, {solver.tolerance, solver.max_iterations},
-                                  to_string(solver.linear));
-  }
   if (solver.kind == "newton") return make_newton_minimizer(system, newton_options(solver));
   return make_ceres_minimizer(system, {solver.tolerance, solver.max_iterations});
 }

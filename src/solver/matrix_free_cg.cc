@@ -13,8 +13,9 @@
 namespace tetraction {
 namespace {
 
-constexpr double kSeed = 0.25;           // of the residual asked for, …
-constexpr double kSeedWithFactor = 0.1;  // … is what comes from the last solve
+// What comes from the last solve, as a part of the residual asked for, …
+constexpr double kSeed = 0.25;
+constexpr double kSeedIfGiven = 0.1;  // … and with a preconditioner that the caller has given
 
 // The part of x along the directions in which the vertex may move. Residuals are projected in order
 // to remove reactions, which may be so large that the rest would be mere round-off.
@@ -358,7 +359,7 @@ void MatrixFreeCg<T>::start(const Vector& gradient, double scale, double share) 
 // Makes or renews the coarse space if it now saves more time than it costs.
 template <class T>
 bool MatrixFreeCg<T>::renew(const CgReport& report) {
-  if (factor_ != nullptr || !choice_.should_make(report.iterations)) return false;
+  if (has_given_preconditioner() || !choice_.should_make(report.iterations)) return false;
   known_digits_ = 0.5 * std::log10(report.first_square / report.last_square);
   known_iterations_ = report.iterations;
   choice_.made(make_coarse_space(), report.iterations, known_digits_);
@@ -415,7 +416,8 @@ void MatrixFreeCg<T>::add_neighbors(Index place, Record& sum) const {
 template <class T>
 void MatrixFreeCg<T>::descend(double step) {
   const T alpha = static_cast<T>(step);
-  const bool coarse = factor_ == nullptr && choice_.in_use();
+  const bool given = has_given_preconditioner();
+  const bool coarse = !given && choice_.in_use();
   products_ = sum_over_groups([&](Index g) {
     const bool is_own = g < groups_.count();
     Record own = Record::Zero();
@@ -426,7 +428,7 @@ void MatrixFreeCg<T>::descend(double step) {
       const Record r = record(r_, i) - alpha * record(ap_, i);
       record(r_, i) = r;
       square += r.cwiseProduct(r);
-      if (factor_ != nullptr) continue;
+      if (given) continue;
       const T* m = inverse_.data() + 12 * i;
       const Record z = Eigen::Map<const Record, Eigen::Aligned16>(m) * r[0] +
                        Eigen::Map<const Record, Eigen::Aligned16>(m + 4) * r[1] +
@@ -455,6 +457,7 @@ void MatrixFreeCg<T>::descend(double step) {
 template <class T>
 double MatrixFreeCg<T>::precondition() {
   if (factor_ != nullptr) return precondition_with_factor();
+  if (body_preconditioner_ != nullptr) return precondition_body();
   return choice_.in_use() ? products_.rz + coarse_->solve() : products_.rz;
 }
 
@@ -500,6 +503,28 @@ double MatrixFreeCg<T>::precondition_with_factor() {
       .rz;
 }
 
+// z = M⁻¹ r with the preconditioner of a body in parts; returns r·z.
+template <class T>
+double MatrixFreeCg<T>::precondition_body() {
+  residual_.resize(system_.dof_count());
+  for_places([&](Index i) {
+    vertex_block(residual_, groups_.vertex(i)) =
+        record(r_, i).template head<3>().template cast<double>();
+  });
+  body_preconditioner_->apply(residual_, preconditioned_);
+  return sum_over_groups([&](Index g) {
+           Record sum = Record::Zero();
+           for (Index i = groups_.begin(g); i < groups_.end(g); ++i) {
+             const Vector3 z = vertex_block(preconditioned_, groups_.vertex(i));
+             const Record padded = Eigen::Vector4d(z[0], z[1], z[2], 0.0).template cast<T>();
+             record(z_, i) = allowed(padded, i);
+             sum += record(r_, i).cwiseProduct(record(z_, i));
+           }
+           return Products{sum.template cast<double>().sum(), 0.0};
+         })
+      .rz;
+}
+
 // x += alpha p; p = z + beta p, z with the motions of the groups.
 template <class T>
 void MatrixFreeCg<T>::turn(double step_length, double share) {
@@ -511,7 +536,7 @@ void MatrixFreeCg<T>::turn(double step_length, double share) {
       record(x_, i) += alpha * p;
       record(p_, i) = z + beta * p;
     };
-    if (factor_ != nullptr || !choice_.in_use()) {
+    if (has_given_preconditioner() || !choice_.in_use()) {
       for (Index i = groups_.begin(g); i < groups_.end(g); ++i) step(i, record(z_, i));
       return;
     }
@@ -535,9 +560,9 @@ void MatrixFreeCg<T>::finish(double alpha) {
 
 template <class T>
 CgReport MatrixFreeCg<T>::run(const Vector& gradient, double forcing, int max_iterations,
-                              SinglePrecisionFactor* factor, Vector& step) {
-  factor_ = factor;
-  if (factor == nullptr && !has_blocks_) make_blocks();
+                              Vector& step) {
+  const bool given = has_given_preconditioner();
+  if (!given && !has_blocks_) make_blocks();
   const double scale = system_.restricted_norm(gradient);
   if (!(scale > 0.0)) {
     step.setZero(3 * system_.vertex_count());
@@ -547,11 +572,11 @@ CgReport MatrixFreeCg<T>::run(const Vector& gradient, double forcing, int max_it
   }
   known_iterations_ = 0;
   known_digits_ = 0.0;
-  start(gradient, scale, (factor == nullptr ? kSeed : kSeedWithFactor) * forcing);
+  start(gradient, scale, (given ? kSeedIfGiven : kSeed) * forcing);
   const CgReport report = conjugate_gradients(*this, forcing, max_iterations);
   if (report.negative_curvature) curvature_ = report.curvature;
   last_ = report.last_square;
-  if (report.converged && factor == nullptr) {
+  if (report.converged && !given) {
     choice_.solved(report.iterations - known_iterations_,
                    0.5 * std::log10(report.first_square / report.last_square) - known_digits_);
   }

@@ -5,6 +5,7 @@
 #include <memory>
 #include <vector>
 
+#include "body_preconditioner.h"
 #include "coarse_choice.h"
 #include "coarse_space.h"
 #include "core/conjugate_gradients.h"
@@ -21,7 +22,7 @@ namespace tetraction {
 /// Conjugate gradients on ∇²Φ(x) in precision T. The tangent stiffness is applied element by
 /// element. The preconditioner consists of the vertices' 3 × 3 blocks and, where that saves time
 /// (coarse_choice.h), a coarse space (coarse_space.h). Alternatively the caller gives the factor of
-/// a similar matrix as the preconditioner. The preconditioner removes the directions in which
+/// a similar matrix or, of a body in parts, a BodyPreconditioner. The preconditioner removes the directions in which
 /// constraints do not let a vertex move. Affine sets (rigid handles) are not supported.
 ///
 /// A part of the last system's residual is added to the right-hand side of each system. Its size is
@@ -49,12 +50,23 @@ class MatrixFreeCg {
   void convexify();
   /// step ≈ −(∇²Φ)⁻¹ gradient (3 per vertex) to a relative residual of `forcing`.
   CgReport solve(const Vector& gradient, double forcing, int max_iterations, Vector& step) {
-    return run(gradient, forcing, max_iterations, nullptr, step);
+    factor_ = nullptr;
+    body_preconditioner_ = nullptr;
+    return run(gradient, forcing, max_iterations, step);
   }
   /// As above, with the factor of a matrix over the free coordinates as the preconditioner.
   CgReport solve(const Vector& gradient, double forcing, int max_iterations,
                  SinglePrecisionFactor& factor, Vector& step) {
-    return run(gradient, forcing, max_iterations, &factor, step);
+    factor_ = &factor;
+    body_preconditioner_ = nullptr;
+    return run(gradient, forcing, max_iterations, step);
+  }
+  /// As above, with the preconditioner of a body in parts.
+  CgReport solve(const Vector& gradient, double forcing, int max_iterations,
+                 BodyPreconditioner& preconditioner, Vector& step) {
+    factor_ = nullptr;
+    body_preconditioner_ = &preconditioner;
+    return run(gradient, forcing, max_iterations, step);
   }
   /// The direction, after a solve that met negative curvature. Its length has no meaning.
   NegativeCurvature negative_curvature() const;
@@ -89,14 +101,17 @@ class MatrixFreeCg {
   template <class Own>
   void add_shared(const Own& own);
   Record shared_sum(Index place) const;
-  CgReport run(const Vector& gradient, double forcing, int max_iterations,
-               SinglePrecisionFactor* factor, Vector& step);
+  CgReport run(const Vector& gradient, double forcing, int max_iterations, Vector& step);
+  bool has_given_preconditioner() const {
+    return factor_ != nullptr || body_preconditioner_ != nullptr;
+  }
   void set_terms(HessianForm form);
   void make_blocks();
   bool make_coarse_space();
   void start(const Vector& gradient, double scale, double share);
   void add_neighbors(Index place, Record& sum) const;
   double precondition_with_factor();
+  double precondition_body();
   // The functions that conjugate_gradients() calls. descend() also computes the vertices' part of
   // the preconditioned residual, in the same pass.
   template <class Vectors>
@@ -137,7 +152,11 @@ class MatrixFreeCg {
   Vector u_;
   Vector point_;  // positions at u_
   bool has_blocks_ = false;
-  SinglePrecisionFactor* factor_ = nullptr;  // of the solve in progress
+  // The preconditioner of the solve in progress, if the caller has given one.
+  SinglePrecisionFactor* factor_ = nullptr;
+  BodyPreconditioner* body_preconditioner_ = nullptr;
+  Vector residual_;
+  Vector preconditioned_;
   Eigen::Matrix<T, Eigen::Dynamic, 1> free_;
   // The part of force terms that are not quadratic: blocks of single vertices and of pairs.
   HessianBlocks terms_;

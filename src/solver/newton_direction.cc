@@ -67,16 +67,28 @@ NewtonDirection::NewtonDirection(const MechanicalSystem& system, const NewtonOpt
       can_do_without_matrix_(MatrixFreeCg<float>::supports(system)),
       current_(first_choice(can_do_without_matrix_, options.linear)),
       unknowns_(whole_freedom_count(system)) {
-  if (system.part() == nullptr || options.linear == LinearSolver::kMatrixFree) return;
-  // Of a part there is no matrix.
-  if (options.linear != LinearSolver::kAuto || !can_do_without_matrix_) {
+  if (system.part() != nullptr) prepare_parts();
+}
+
+void NewtonDirection::prepare_parts() {
+  if (!can_do_without_matrix_) {
     throw InputError(
-        "Implicit steps in several processes need a built-in material, and this engine has "
-        "solver.linear = \"auto\" and \"matrix-free\" only: take these, or integrator = \"verlet\" "
-        "or "
-        "\"explicit\", or run the scene in one process.");
+        "Implicit steps in several processes need a built-in material: take integrator = "
+        "\"verlet\" or \"explicit\", or run the scene in one process.");
   }
-  options_.linear = LinearSolver::kMatrixFree;
+  if (options_.linear == LinearSolver::kAuto) options_.linear = LinearSolver::kMatrixFree;
+  if (options_.linear == LinearSolver::kMatrixFree) return;
+  const auto* source = dynamic_cast<const PreconditionerSource*>(system_.part());
+  if (source == nullptr) {
+    throw InputError(
+        "This engine has no matrix of a body in several processes: take solver.linear = \"auto\" "
+        "or \"matrix-free\".");
+  }
+  using Kind = BodyPreconditioner::Kind;
+  preconditioned_ = std::make_unique<PreconditionedDirection>(
+      system_,
+      source->make_preconditioner(
+          system_, options_.linear == LinearSolver::kFactor ? Kind::kFactor : Kind::kMultigrid));
 }
 
 void NewtonDirection::begin_step(const MinimizationProblem& problem, const Vector& x) {
@@ -94,6 +106,7 @@ void NewtonDirection::begin_step(const MinimizationProblem& problem, const Vecto
     stale_ = true;
     if (single_) single_->forget();
     if (double_) double_->forget();
+    if (preconditioned_) preconditioned_->forget();
     coefficient_sum_ = sum;
   }
 }
@@ -115,7 +128,14 @@ bool NewtonDirection::find(const MinimizationProblem& problem, const Vector& x,
     for_this_step_ = ++visits_ < kVisits;
   }
   bool found = false;
-  if (refined_ && options_.linear != LinearSolver::kMatrixFree && !prefers_double_cg()) {
+  if (preconditioned_) {
+    constexpr double kRefined = 1e-8;
+    preconditioned_->find(problem, x, gradient, refined_ ? std::min(forcing, kRefined) : forcing,
+                          report, direction);
+    curvature_ = preconditioned_->negative_curvature();
+    safe_ = preconditioned_->step_is_safe();
+    found = true;
+  } else if (refined_ && options_.linear != LinearSolver::kMatrixFree && !prefers_double_cg()) {
     found = with_exact_factor(problem, x, gradient, report, direction);
   } else if (current_ == LinearSolver::kMatrixFree) {
     found = without_matrix(problem, x, gradient, forcing, report, direction);
@@ -136,7 +156,7 @@ bool NewtonDirection::prefers_double_cg() const {
 }
 
 bool NewtonDirection::refine() {
-  if (refined_ || current_ == LinearSolver::kCg) return false;
+  if (refined_ || (current_ == LinearSolver::kCg && !preconditioned_)) return false;
   refined_ = true;
   return true;
 }
@@ -210,21 +230,26 @@ bool NewtonDirection::is_true_curvature(const MinimizationProblem& problem, cons
 bool NewtonDirection::find_negative_curvature(const MinimizationProblem& problem, const Vector& x,
                                               MinimizerReport& report) {
   curvature_ = {};
-  return current_ == LinearSolver::kMatrixFree ? probe_without_matrix(problem, x, report)
-                                               : probe_matrix(problem, x, report);
+  return current_ == LinearSolver::kMatrixFree || preconditioned_
+             ? probe_without_matrix(problem, x, report)
+             : probe_matrix(problem, x, report);
 }
 
 bool NewtonDirection::probe_without_matrix(const MinimizationProblem& problem, const Vector& x,
                                            MinimizerReport& report) {
-  const auto count = static_cast<double>(unknowns_);
+  const double enough = kAcross / std::sqrt(static_cast<double>(unknowns_));
   const int most = std::max(2000, static_cast<int>(unknowns_));
   if (right_.size() != x.size()) {
     right_ = pseudo_random(x.size());
     copy_from_owners(system_.part(), right_, 3);
   }
+  if (preconditioned_ && preconditioned_->probe(problem, x, right_, enough, report)) {
+    curvature_ = preconditioned_->negative_curvature();
+    return curvature_.found();
+  }
   const auto probe = [&](auto& cg) {
     cg.set(problem, x);
-    const CgReport done = cg.solve(right_, kAcross / std::sqrt(count), most, ignored_);
+    const CgReport done = cg.solve(right_, enough, most, ignored_);
     report.cg_iterations += done.iterations;
     if (done.negative_curvature) curvature_ = cg.negative_curvature();
     return done;
@@ -465,6 +490,7 @@ void NewtonDirection::leave_factor() {
 }
 
 std::string NewtonDirection::name() const {
+  if (preconditioned_) return preconditioned_->name();
   if (current_ == LinearSolver::kMatrixFree) return "matrix-free";
   return current_ == LinearSolver::kCg ? "cg" : "factor";
 }

@@ -6,13 +6,15 @@
 
 #include "assembled_system.h"
 #include "matrix_free_cg.h"
+#include "preconditioned_direction.h"
 #include "tetraction/solver/newton_minimizer.h"
 
 namespace tetraction {
 
 /// Finds d ≈ −(∇²Φ)⁻¹∇Φ with one of the methods of LinearSolver. With kAuto it changes the method
 /// by rules that count work at fixed prices. It keeps what it may use again: coarse space, factor,
-/// symbolic analysis.
+/// symbolic analysis. A body in parts has no assembled matrix here: "cg" and "factor" are conjugate gradients
+/// with a preconditioner of its PreconditionerSource.
 class NewtonDirection {
  public:
   /// Throws InputError for a method that cannot be used for the body.
@@ -25,7 +27,8 @@ class NewtonDirection {
   bool find(const MinimizationProblem& problem, const Vector& x, const Vector& gradient,
             double forcing, MinimizerReport& report, Vector& direction);
   /// To be called if the last direction made no progress. From then on, to the end of the step,
-  /// directions are computed in double precision. Returns false if they are already.
+  /// directions are computed in double precision, and with the preconditioner of a body in parts more exactly. Returns false if
+  /// they are already.
   bool refine();
   /// The direction of negative curvature that the last find() met. Mostly there is none.
   const NegativeCurvature& negative_curvature() const { return curvature_; }
@@ -49,7 +52,7 @@ class NewtonDirection {
   /// Takes the method without a matrix from now on, if the choice was left to this object and the
   /// body allows it. For callers whose matrices change too fast for a factor to last.
   void leave_factor();
-  /// The current method: "matrix-free", "cg" or "factor".
+  /// The current method: "matrix-free", "cg" or "factor", with an addition for a body in parts.
   std::string name() const;
   /// Solves ∇²Φ(x) S = `right` over the free coordinates. Returns false if ∇²Φ is not positive
   /// definite.
@@ -59,6 +62,7 @@ class NewtonDirection {
  private:
   struct Prices;
 
+  void prepare_parts();
   bool without_matrix(const MinimizationProblem& problem, const Vector& x, const Vector& gradient,
                       double forcing, MinimizerReport& report, Vector& direction);
   bool with_diagonal(const MinimizationProblem& problem, const Vector& x, const Vector& gradient,
@@ -96,6 +100,7 @@ class NewtonDirection {
   std::unique_ptr<MatrixFreeCg<float>> single_;
   std::unique_ptr<MatrixFreeCg<double>> double_;
   std::unique_ptr<AssembledSystem> assembled_;
+  std::unique_ptr<PreconditionedDirection> preconditioned_;  // of a body in parts
   bool single_precision_ = true;         // it is sufficient for the matrix-free method
   bool single_precision_factor_ = true;  // it is sufficient for the factor as a preconditioner
   bool refined_ = false;                 // directions of this step are in double precision

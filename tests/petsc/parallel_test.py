@@ -377,6 +377,30 @@ class Implicit(ParallelTest):
                 difference, where = largest_difference(names, rows, own_rows)
                 self.assertLessEqual(difference, 1e-8, where)
 
+    def test_free_body_under_a_large_load(self):
+        """Steps that meet negative curvature end where one process ends them."""
+        scene = self.write("free.toml", """
+[mesh]
+generate = { kind = "beam", size = [2.5, 1.0, 1.0], cells = [6, 2, 2] }
+[material]
+model = "mooney-rivlin"
+youngs_modulus = 1.6e5
+poissons_ratio = 0.45
+ratio = 0.2
+[[force]]
+select = { plane = { axis = "x", at = 2.5 } }
+total = [-900.0, 40.0, 4.0]
+""" + time_of("backward-euler", 3.3, 8) + OUTPUT)
+
+        def energy(out):
+            names, rows = table(os.path.join(out, "history.csv"))
+            return rows[-1][names.index("total_energy")]
+
+        serial = energy(self.run_scene(scene)[0])
+        for processes, linear in ((1, "factor"), (3, "factor"), (3, "cg")):
+            with self.subTest(processes=processes, linear=linear):
+                out, _ = self.run_scene(scene, processes, "--set", f'solver.linear="{linear}"')
+                self.assertAlmostEqual(energy(out) / serial, 1.0, delta=1e-5)
 
     def test_one_process_of_the_engine_is_the_same_run(self):
         scene = self.write("same.toml", BODY + LOADS + time_of("midpoint", 2e-3, 8) + OUTPUT)
@@ -444,9 +468,10 @@ end = 4.0
 [output]
 every = 8
 """)
-        for processes in (None, 2, 3):
-            with self.subTest(processes=processes):
-                out, _ = self.run_scene(scene, processes)
+        for processes, linear in ((None, "auto"), (2, "auto"), (3, "auto"), (1, "factor"), (3, "factor"),
+                                  (1, "cg"), (3, "cg")):
+            with self.subTest(processes=processes, linear=linear):
+                out, _ = self.run_scene(scene, processes, "--set", f'solver.linear="{linear}"')
                 final = os.path.join(out, "final.vtu" if processes is None else "final.pvtu")
                 moved, _ = points_of(final, "displacement")
                 sideways = max(max(abs(x[1]), abs(x[2])) for copies in moved.values() for x in copies)

@@ -8,8 +8,6 @@
 
 namespace tetraction {
 
-class MechanicalSystem;
-
 /// Why a solver ended. r is the residual, ∇Φ in a minimisation.
 enum class Termination {
   kConverged,       ///< |Tᵀr| ≤ residual_limit
@@ -59,23 +57,6 @@ class Minimizer {
   /// matrix is not positive definite.
   virtual bool solve_linearized(const MinimizationProblem& problem, const Vector& u,
                                 const Matrix& right, Matrix& solution) = 0;
-};
-
-/// Makes the minimisers that have a matrix of a body that several processes hold together. A MeshPart may be
-/// one, too.
-class MinimizerSource {
- public:
-  virtual ~MinimizerSource() = default;
-  /// The minimiser of the whole body of which `system` is a part, with the linear solver of this name
-  /// (solver/linear_solver.h). Collective, as its functions are. Throws InputError if there is none.
-  virtual std::unique_ptr<Minimizer> make_minimizer(const MechanicalSystem& system,
-                                                    const MinimizerOptions& options,
-                                                    const std::string& linear) const = 0;
-
- protected:
-  MinimizerSource() = default;
-  MinimizerSource(const MinimizerSource&) = default;
-  MinimizerSource& operator=(const MinimizerSource&) = default;
 };
 
 /// Finds a root of equations that are not the gradient of a function.

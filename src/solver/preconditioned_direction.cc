@@ -1,0 +1,81 @@
+#include "preconditioned_direction.h"
+
+#include <utility>
+
+namespace tetraction {
+namespace {
+
+// A preconditioner is made anew if a system takes so many times the iterations that the first one took with
+// it, and this many more.
+constexpr int kAging = 2;
+constexpr int kAllowed = 8;
+constexpr int kMost = 2000;  // iterations of a system
+
+}  // namespace
+
+PreconditionedDirection::PreconditionedDirection(const MechanicalSystem& system,
+                                                 std::unique_ptr<BodyPreconditioner> preconditioner)
+    : cg_(system), preconditioner_(std::move(preconditioner)) {}
+
+void PreconditionedDirection::find(const MinimizationProblem& problem, const Vector& x,
+                                   const Vector& gradient, double forcing, MinimizerReport& report,
+                                   Vector& direction) {
+  curvature_ = {};
+  is_new_ = false;
+  cg_.set(problem, x);
+  if (is_old_) renew(problem, x, false, report);
+  const auto failed = [](const CgReport& cg) { return !cg.converged && !cg.negative_curvature; };
+  CgReport cg = solve(gradient, forcing, report, direction);
+  // The reason may be that the preconditioner is of another time …
+  if (failed(cg) && !is_new_) {
+    renew(problem, x, false, report);
+    cg = solve(gradient, forcing, report, direction);
+  }
+  // … or that it is indefinite, as the matrix is.
+  if (failed(cg)) {
+    renew(problem, x, true, report);
+    cg = solve(gradient, forcing, report, direction);
+    is_old_ = true;
+  }
+  if (cg.negative_curvature) {
+    curvature_ = cg_.negative_curvature();
+    cg_.convexify();
+    renew(problem, x, true, report);
+    cg = solve(gradient, forcing, report, direction);
+    is_old_ = true;
+  }
+  if (is_new_) first_iterations_ = cg.iterations;
+  is_old_ = is_old_ || cg.iterations > kAging * first_iterations_ + kAllowed;
+}
+
+bool PreconditionedDirection::probe(const MinimizationProblem& problem, const Vector& x,
+                                    const Vector& right, double forcing, MinimizerReport& report) {
+  curvature_ = {};
+  if (is_old_ || sign_ != BodyPreconditioner::Sign::kDefinite) return false;
+  cg_.set(problem, x);
+  const CgReport cg = solve(right, forcing, report, ignored_);
+  if (cg.negative_curvature) curvature_ = cg_.negative_curvature();
+  return cg.converged || cg.negative_curvature;
+}
+
+CgReport PreconditionedDirection::solve(const Vector& right, double forcing,
+                                        MinimizerReport& report, Vector& solution) {
+  const CgReport cg = cg_.solve(right, forcing, kMost, *preconditioner_, solution);
+  report.cg_iterations += cg.iterations;
+  return cg;
+}
+
+void PreconditionedDirection::renew(const MinimizationProblem& problem, const Vector& x,
+                                    bool convex, MinimizerReport& report) {
+  sign_ = preconditioner_->make(problem, x, convex);
+  ++report.factorizations;
+  // A factor of an indefinite matrix would hide the directions of negative curvature.
+  if (sign_ == BodyPreconditioner::Sign::kIndefinite && !convex) {
+    sign_ = preconditioner_->make(problem, x, true);
+    ++report.factorizations;
+  }
+  is_new_ = true;
+  is_old_ = false;
+}
+
+}  // namespace tetraction
