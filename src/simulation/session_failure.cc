@@ -14,6 +14,7 @@
 
 #include "session_impl.h"
 #include "tetraction/dynamics/derived_fields.h"
+#include "tetraction/dynamics/whole_body.h"
 
 namespace tetraction {
 namespace {
@@ -42,29 +43,34 @@ Moduli moduli_of(const MechanicalSystem& system) {
     moduli.least = std::min(moduli.least, material.lame_range().least_modulus);
     moduli.most = std::max(moduli.most, material.lame_range().most_modulus);
   }
+  moduli.least = least_of_parts(system.part(), moduli.least);
+  moduli.most = largest_of_parts(system.part(), moduli.most);
   return moduli;
 }
 
-double largest_norm(const Vector& field) {
-  double most = 0.0;
-  for (Index v = 0; v < field.size() / 3; ++v) most = std::max(most, vertex_block(field, v).norm());
-  return most;
+double whole_volume(const MechanicalSystem& system) {
+  return system.part() == nullptr ? system.mesh().total_volume() : system.part()->whole.volume;
 }
 
 // The edge of a cube with the volume that belongs to a vertex, m.
 double length_of_vertex(const MechanicalSystem& system) {
-  return std::cbrt(system.mesh().total_volume() / static_cast<double>(system.vertex_count()));
+  return std::cbrt(whole_volume(system) / static_cast<double>(whole_vertex_count(system)));
 }
 
 // The strain that the forces (3 per vertex, N) would make in the stiffest material: of the largest
 // one on the section that belongs to a vertex, or of all on the section of the body.
 double strain_of(const MechanicalSystem& system, const Vector& forces) {
   double sum = 0.0;
-  for (Index v = 0; v < system.vertex_count(); ++v) sum += vertex_block(forces, v).norm();
-  const double volume = system.mesh().total_volume();
+  double most = 0.0;
+  for (Index v = 0; v < system.owned_vertex_count(); ++v) {
+    sum += vertex_block(forces, v).norm();
+    most = std::max(most, vertex_block(forces, v).norm());
+  }
+  sum = sum_over_parts(system.part(), sum);
+  most = largest_of_parts(system.part(), most);
+  const double volume = whole_volume(system);
   const double length = length_of_vertex(system);
-  const double pressure =
-      std::max(largest_norm(forces) / (length * length), sum / std::cbrt(volume * volume));
+  const double pressure = std::max(most / (length * length), sum / std::cbrt(volume * volume));
   return pressure / moduli_of(system).most;
 }
 
@@ -100,18 +106,19 @@ std::optional<BadForce> bad_force(const MechanicalSystem& system, const ForcePoi
 
 double fastest(const MechanicalSystem& system, const Vector& momentum) {
   Vector3 mean = Vector3::Zero();
-  for (Index v = 0; v < system.vertex_count(); ++v) mean += vertex_block(momentum, v);
+  for (Index v = 0; v < system.owned_vertex_count(); ++v) mean += vertex_block(momentum, v);
+  sum_over_parts(system.part(), mean.data(), 3);
   mean /= system.total_mass();
   double most = 0.0;
   for (Index v = 0; v < system.vertex_count(); ++v) {
     most = std::max(most, (vertex_block(momentum, v) / system.mass()[v] - mean).norm());
   }
-  return most;
+  return largest_of_parts(system.part(), most);
 }
 
 // Speed of pressure waves in the stiffest material, m/s.
 double wave_speed(const MechanicalSystem& system) {
-  return std::sqrt(moduli_of(system).most * system.mesh().total_volume() / system.total_mass());
+  return std::sqrt(moduli_of(system).most * whole_volume(system) / system.total_mass());
 }
 
 Vector3 rest_centroid(const TetMesh& mesh, Index e) {
@@ -122,8 +129,14 @@ Vector3 rest_centroid(const TetMesh& mesh, Index e) {
   return 0.25 * sum;
 }
 
+// Elements, the worst first, and how bad that one is, to compare it with those of other parts.
+struct ConcernedElements {
+  std::vector<Index> elements;
+  double badness = -std::numeric_limits<double>::infinity();
+};
+
 // The elements that a motion to q inverts or tears to places that are no numbers, the worst first.
-std::vector<Index> broken_elements(const MechanicalSystem& system, const Vector& q) {
+ConcernedElements broken_elements(const MechanicalSystem& system, const Vector& q) {
   std::vector<std::pair<double, Index>> broken;
   for (Index e = 0; e < system.rest().element_count(); ++e) {
     const double jacobian = least_jacobian(system, e, q);
@@ -132,14 +145,15 @@ std::vector<Index> broken_elements(const MechanicalSystem& system, const Vector&
         std::isfinite(jacobian) ? jacobian : -std::numeric_limits<double>::infinity(), e);
   }
   std::sort(broken.begin(), broken.end());
-  std::vector<Index> elements;
-  elements.reserve(broken.size());
-  for (const auto& entry : broken) elements.push_back(entry.second);
-  return elements;
+  ConcernedElements found;
+  if (!broken.empty()) found.badness = -broken.front().first;
+  found.elements.reserve(broken.size());
+  for (const auto& entry : broken) found.elements.push_back(entry.second);
+  return found;
 }
 
 // The elements with the largest energy densities at q, the largest first.
-std::vector<Index> hot_elements(const MechanicalSystem& system, const Vector& q) {
+ConcernedElements hot_elements(const MechanicalSystem& system, const Vector& q) {
   Vector of_points;
   system.elastic_energy_densities(q, of_points);
   const Vector densities =
@@ -147,7 +161,7 @@ std::vector<Index> hot_elements(const MechanicalSystem& system, const Vector& q)
           .colwise()
           .maxCoeff()
           .transpose();
-  const double most = densities.maxCoeff();
+  const double most = largest_of_parts(system.part(), densities.maxCoeff());
   std::vector<Index> elements;
   for (Index e = 0; e < densities.size(); ++e) {
     if (!(densities[e] < kConcerned * most)) elements.push_back(e);
@@ -155,34 +169,53 @@ std::vector<Index> hot_elements(const MechanicalSystem& system, const Vector& q)
   std::stable_sort(elements.begin(), elements.end(),
                    [&](Index a, Index b) { return densities[a] > densities[b]; });
   // Where the energy is the same everywhere, as in a body at rest, it tells nothing.
-  if (elements.size() > static_cast<std::size_t>(densities.size()) / 2) elements.clear();
-  return elements;
+  const double count = sum_over_parts(system.part(), static_cast<double>(elements.size()));
+  if (count > 0.5 * static_cast<double>(whole_tetrahedron_count(system))) elements.clear();
+  ConcernedElements found;
+  if (!elements.empty()) found.badness = densities[elements.front()];
+  found.elements = std::move(elements);
+  return found;
 }
 
 // The elements at the vertex with the largest force (3 per vertex; empty: none).
-std::vector<Index> loaded_elements(const MechanicalSystem& system, const Vector& forces) {
+ConcernedElements loaded_elements(const MechanicalSystem& system, const Vector& forces) {
   Index loaded = 0;
   double most = -1.0;
-  for (Index v = 0; v < forces.size() / 3; ++v) {
+  const Index count = std::min(forces.size() / 3, system.owned_vertex_count());
+  for (Index v = 0; v < count; ++v) {
     const double force = vertex_block(forces, v).norm();
     if (force <= most) continue;
     most = force;
     loaded = v;
   }
-  std::vector<Index> elements;
+  ConcernedElements found;
+  found.badness = most;
+  // Only the elements of the part that owns the vertex count.
+  if (most < largest_of_parts(system.part(), most)) return found;
+  std::vector<Index>& elements = found.elements;
   for (Index e = 0; e < system.rest().element_count(); ++e) {
     const ElementNodes nodes = system.rest().nodes(e);
     if (std::find(nodes.begin(), nodes.end(), loaded) != nodes.end()) elements.push_back(e);
   }
-  return elements;
+  return found;
 }
 
 // Whether prescribed motion leads vertices at that time to where positions are not finite.
 bool leads_out_of_range(const MechanicalSystem& system, const State& from, double time) {
-  if (!system.constraints().moving()) return false;
-  Vector prescribed = from.position;
-  system.constraints().prescribe(time, prescribed);
-  return !prescribed.allFinite();
+  bool leads = false;
+  if (system.constraints().moving()) {
+    Vector prescribed = from.position;
+    system.constraints().prescribe(time, prescribed);
+    leads = !prescribed.allFinite();
+  }
+  return anywhere(system.part(), leads);
+}
+
+// text ← that of the first process which has it, if there is one.
+void take_from_first(const MeshPart* part, bool has, std::string& text) {
+  if (part == nullptr) return;
+  const auto first = static_cast<int>(least_of_parts(part, has ? part->rank() : part->count()));
+  if (first < part->count()) part->broadcast(text, first);
 }
 
 bool holds_moving_vertex(const MechanicalSystem& system, Index e) {
@@ -242,16 +275,36 @@ double Session::Impl::present_limit() const {
 }
 
 void Session::Impl::locate(StepFailure& failure, Index element) const {
+  const MeshPart* part = system->part();
   const Vector& trial = failure.attempted_position;
-  if (trial.size() > 0) failure.elements = broken_elements(*system, trial);
-  const bool is_broken = !failure.elements.empty();
-  if (!is_broken && element >= 0) failure.elements = {element};
-  if (failure.elements.empty()) failure.elements = hot_elements(*system, state().position);
-  if (failure.elements.empty()) {
-    failure.elements = loaded_elements(*system, progress.external_force);
+  ConcernedElements found;
+  const auto is_found = [&] { return anywhere(part, !found.elements.empty()); };
+  if (trial.size() > 0) found = broken_elements(*system, trial);
+  const bool is_broken = is_found();
+  if (!is_broken && element >= 0) found = {{element}, 0.0};
+  if (!is_found()) found = hot_elements(*system, state().position);
+  if (!is_found()) found = loaded_elements(*system, progress.external_force);
+  failure.elements = std::move(found.elements);
+  failure.element_count =
+      static_cast<Index>(sum_over_parts(part, static_cast<double>(failure.elements.size())));
+  if (part != nullptr) {
+    const bool is_worst =
+        largest_of_parts(part, found.badness) == found.badness && !failure.elements.empty();
+    failure.process =
+        static_cast<int>(least_of_parts(part, is_worst ? part->rank() : part->count()));
+    if (failure.process == part->count()) failure.process = 0;
   }
+  if (failure.elements.empty()) return;
   failure.jacobian =
       least_jacobian(*system, failure.elements.front(), is_broken ? trial : state().position);
+}
+
+// Whether the worst element is at a vertex that is held or led.
+bool Session::Impl::worst_is_held(const StepFailure& failure) const {
+  const MeshPart* part = system->part();
+  const bool is_worst = part == nullptr || part->rank() == failure.process;
+  return anywhere(part, is_worst && !failure.elements.empty() &&
+                            holds_moving_vertex(*system, failure.elements.front()));
 }
 
 std::string Session::Impl::place_of(const StepFailure& failure) const {
@@ -266,14 +319,15 @@ std::string Session::Impl::place_of(const StepFailure& failure) const {
   // The step did not get as far as where an element is inverted.
   if (failure.jacobian > 0.0 && failure.attempted_position.size() == 0) text += " before the step";
   text += ")";
-  if (failure.elements.size() > 1) {
-    text += fmt::format(" and {} more", failure.elements.size() - 1);
+  if (failure.element_count > 1) {
+    text += fmt::format(" and {} more", failure.element_count - 1);
   }
   return text;
 }
 
 FailureCause Session::Impl::cause_of(const StepOutcome& outcome, const StepFailure& failure) {
   const double h = failure.time_step;
+  const MeshPart* part = system->part();
   if (outcome.status == StepStatus::kUndefined) return FailureCause::kForceTerm;
   if (outcome.status == StepStatus::kOverdamped) return FailureCause::kDamping;
   const TimeSpan span{failure.time, failure.time + h};
@@ -283,11 +337,12 @@ FailureCause Session::Impl::cause_of(const StepOutcome& outcome, const StepFailu
   system->external_force(state().position, span.begin, h, load);
   const ForcePoint start = system->force_point(state().position, failure.time, span);
   if (gather_term_forces(*system, start, load, forces, springs)) forces -= springs;
-  if (!forces.allFinite()) return FailureCause::kForceTerm;
-  if (failure.attempted_position.size() > 0 && failure.attempted_position.allFinite() &&
-      bad_force(*system, system->force_point(failure.attempted_position, span.end, span))) {
-    return FailureCause::kForceTerm;
+  bool is_bad = !forces.allFinite();
+  if (!is_bad && failure.attempted_position.size() > 0 && failure.attempted_position.allFinite()) {
+    const ForcePoint end = system->force_point(failure.attempted_position, span.end, span);
+    is_bad = bad_force(*system, end).has_value();
   }
+  if (anywhere(part, is_bad)) return FailureCause::kForceTerm;
   if (strain_of(*system, forces) > kAbsurdStrain) return FailureCause::kLoads;
   switch (outcome.obstacle) {
     case StepObstacle::kPrescribedMotion:
@@ -302,22 +357,20 @@ FailureCause Session::Impl::cause_of(const StepOutcome& outcome, const StepFailu
       break;
   }
   // A body that supports have compressed is so stiff that the limit has fallen.
-  if (outcome.status == StepStatus::kInverted && system->constraints().moving() &&
+  if (outcome.status == StepStatus::kInverted && anywhere(part, system->constraints().moving()) &&
       failure.stable_step < kCrushed * initial_limit.critical_step) {
     return FailureCause::kPrescribedMotion;
   }
   const bool implicit = is_implicit(settings.time.integrator);
   if (!implicit && h > failure.stable_step) {
-    return is_automatic() && outcome.status == StepStatus::kInverted &&
-                   holds_moving_vertex(*system, failure.elements.front())
+    return is_automatic() && outcome.status == StepStatus::kInverted && worst_is_held(failure)
                ? FailureCause::kPrescribedMotion
                : FailureCause::kStepAboveLimit;
   }
   if (fastest(*system, state().momentum) > kAbsurdSpeed * wave_speed(*system)) {
     return FailureCause::kSpeed;
   }
-  if (outcome.status == StepStatus::kInverted && !failure.elements.empty() &&
-      holds_moving_vertex(*system, failure.elements.front())) {
+  if (outcome.status == StepStatus::kInverted && worst_is_held(failure)) {
     return FailureCause::kPrescribedMotion;
   }
   if (!implicit || outcome.status != StepStatus::kNotConverged) return FailureCause::kStepTooLarge;
@@ -477,6 +530,7 @@ void Session::Impl::fail(const StepOutcome& outcome) {
                       bad->term, system->mesh().vertex_id(bad->vertex)) +
           now.what;
     }
+    take_from_first(system->part(), bad.has_value(), now.what);
   }
   now.remedy = remedy_for(now, outcome);
   const bool has_place =
@@ -493,9 +547,7 @@ void Session::Impl::stop(RunStatus how, const std::string& what, Index element) 
   limit_of_failure = now.stable_step;
   now.what = what;
   locate(now, element);
-  now.cause = !now.elements.empty() && holds_moving_vertex(*system, now.elements.front())
-                  ? FailureCause::kPrescribedMotion
-                  : FailureCause::kStepAboveLimit;
+  now.cause = worst_is_held(now) ? FailureCause::kPrescribedMotion : FailureCause::kStepAboveLimit;
   now.remedy = limit_advice();
   end_with(how, std::move(now), true);
 }
@@ -537,12 +589,7 @@ void Session::Impl::end_with(RunStatus how, StepFailure now, bool with_place) {
   progress.message = fmt::format("step {} (t = {:.6g} s): {}{}. {}", now.step,
                                  now.time + now.time_step, now.what, where, now.remedy);
   if (const MeshPart* part = system->part(); part != nullptr) {
-    // Of all parts, the one with the worst element tells what happened.
-    const double worst =
-        std::isfinite(now.jacobian) ? now.jacobian : -std::numeric_limits<double>::max();
-    const bool is_worst = worst == least_of_parts(part, worst);
-    part->broadcast(progress.message, static_cast<int>(least_of_parts(
-                                          part, is_worst ? part->rank() : part->count())));
+    part->broadcast(progress.message, now.process);
   }
   progress.status = how;
   failed_step = std::move(now);

@@ -279,6 +279,7 @@ struct Session::Impl {
   /// Finds the elements of a failure. `element`: one that is known, or −1.
   void locate(StepFailure& failure, Index element) const;
   std::string place_of(const StepFailure& failure) const;
+  bool worst_is_held(const StepFailure& failure) const;
   FailureCause cause_of(const StepOutcome& outcome, const StepFailure& failure);
   std::string remedy_for(const StepFailure& failure, const StepOutcome& outcome) const;
   /// The smaller one of the stability limits at the start and now, s.

@@ -32,7 +32,7 @@ std::string Session::Impl::step_warning(const StabilityLimit& limit) const {
   if (is_implicit(settings.time.integrator) || progress.plan.time_step <= limit.critical_step)
     return {};
   std::string why;
-  if (!system->constraints().springs().empty()) {
+  if (anywhere(system->part(), !system->constraints().springs().empty())) {
     why = " (the springs of fix.mode = \"penalty\" count: the stiffer, the lower the limit)";
   } else if (limit.damping_rate * progress.plan.time_step > 0.5) {
     why = " (the damping counts: the stronger, the lower the limit)";

@@ -42,6 +42,8 @@ struct StepFailure {
   /// The elements concerned (internal numbers), the worst first: those with J ≤ 0 or numbers that are
   /// not finite where the step led them, or else those with the largest elastic energy densities.
   std::vector<Index> elements;
+  Index element_count = 0;  ///< the number of them, of a body in parts in all processes
+  int process = 0;          ///< of a body in parts: the one that has the worst of them
   /// J of the first element, where the step led it if this is known, or else at the last good state.
   double jacobian = std::numeric_limits<double>::quiet_NaN();
   /// Where the step led the vertices (3 per vertex, m). Empty if it is not known.
