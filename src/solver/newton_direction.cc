@@ -76,19 +76,12 @@ void NewtonDirection::prepare_parts() {
         "Implicit steps in several processes need a built-in material: take integrator = "
         "\"verlet\" or \"explicit\", or run the scene in one process.");
   }
+  if (dynamic_cast<const PreconditionerSource*>(system_.part()) != nullptr) return;
   if (options_.linear == LinearSolver::kAuto) options_.linear = LinearSolver::kMatrixFree;
   if (options_.linear == LinearSolver::kMatrixFree) return;
-  const auto* source = dynamic_cast<const PreconditionerSource*>(system_.part());
-  if (source == nullptr) {
-    throw InputError(
-        "This engine has no matrix of a body in several processes: take solver.linear = \"auto\" "
-        "or \"matrix-free\".");
-  }
-  using Kind = BodyPreconditioner::Kind;
-  preconditioned_ = std::make_unique<PreconditionedDirection>(
-      system_,
-      source->make_preconditioner(
-          system_, options_.linear == LinearSolver::kFactor ? Kind::kFactor : Kind::kMultigrid));
+  throw InputError(
+      "This engine has no matrix of a body in several processes: take solver.linear = \"auto\" "
+      "or \"matrix-free\".");
 }
 
 void NewtonDirection::begin_step(const MinimizationProblem& problem, const Vector& x) {
@@ -128,14 +121,11 @@ bool NewtonDirection::find(const MinimizationProblem& problem, const Vector& x,
     for_this_step_ = ++visits_ < kVisits;
   }
   bool found = false;
-  if (preconditioned_) {
-    constexpr double kRefined = 1e-8;
-    preconditioned_->find(problem, x, gradient, refined_ ? std::min(forcing, kRefined) : forcing,
-                          report, direction);
-    curvature_ = preconditioned_->negative_curvature();
-    safe_ = preconditioned_->step_is_safe();
-    found = true;
-  } else if (refined_ && options_.linear != LinearSolver::kMatrixFree && !prefers_double_cg()) {
+  const bool is_exact =
+      refined_ && options_.linear != LinearSolver::kMatrixFree && !prefers_double_cg();
+  if (system_.part() != nullptr && (is_exact || current_ != LinearSolver::kMatrixFree)) {
+    found = with_preconditioner(problem, x, gradient, forcing, report, direction);
+  } else if (is_exact) {
     found = with_exact_factor(problem, x, gradient, report, direction);
   } else if (current_ == LinearSolver::kMatrixFree) {
     found = without_matrix(problem, x, gradient, forcing, report, direction);
@@ -156,7 +146,7 @@ bool NewtonDirection::prefers_double_cg() const {
 }
 
 bool NewtonDirection::refine() {
-  if (refined_ || (current_ == LinearSolver::kCg && !preconditioned_)) return false;
+  if (refined_ || (current_ == LinearSolver::kCg && system_.part() == nullptr)) return false;
   refined_ = true;
   return true;
 }
@@ -192,8 +182,29 @@ bool NewtonDirection::without_matrix(const MinimizationProblem& problem, const V
   if (failed() && options_.linear == LinearSolver::kAuto) {
     current_ = LinearSolver::kFactor;
     regret_ = 0.0;
-    return with_factor(problem, x, gradient, forcing, report, direction);
+    return system_.part() != nullptr
+               ? with_preconditioner(problem, x, gradient, forcing, report, direction)
+               : with_factor(problem, x, gradient, forcing, report, direction);
   }
+  return true;
+}
+
+// The way of a body in parts.
+bool NewtonDirection::with_preconditioner(const MinimizationProblem& problem, const Vector& x,
+                                          const Vector& gradient, double forcing,
+                                          MinimizerReport& report, Vector& direction) {
+  constexpr double kRefined = 1e-8;
+  using Kind = BodyPreconditioner::Kind;
+  if (!preconditioned_) {
+    const auto& source = dynamic_cast<const PreconditionerSource&>(*system_.part());
+    const Kind kind = options_.linear == LinearSolver::kCg ? Kind::kMultigrid : Kind::kFactor;
+    preconditioned_ = std::make_unique<PreconditionedDirection>(
+        system_, source.make_preconditioner(system_, kind));
+  }
+  preconditioned_->find(problem, x, gradient, refined_ ? std::min(forcing, kRefined) : forcing,
+                        report, direction);
+  curvature_ = preconditioned_->negative_curvature();
+  safe_ = preconditioned_->step_is_safe();
   return true;
 }
 
@@ -230,7 +241,7 @@ bool NewtonDirection::is_true_curvature(const MinimizationProblem& problem, cons
 bool NewtonDirection::find_negative_curvature(const MinimizationProblem& problem, const Vector& x,
                                               MinimizerReport& report) {
   curvature_ = {};
-  return current_ == LinearSolver::kMatrixFree || preconditioned_
+  return current_ == LinearSolver::kMatrixFree || system_.part() != nullptr
              ? probe_without_matrix(problem, x, report)
              : probe_matrix(problem, x, report);
 }
@@ -243,7 +254,8 @@ bool NewtonDirection::probe_without_matrix(const MinimizationProblem& problem, c
     right_ = pseudo_random(x.size());
     copy_from_owners(system_.part(), right_, 3);
   }
-  if (preconditioned_ && preconditioned_->probe(problem, x, right_, enough, report)) {
+  if (preconditioned_ && current_ != LinearSolver::kMatrixFree &&
+      preconditioned_->probe(problem, x, right_, enough, report)) {
     curvature_ = preconditioned_->negative_curvature();
     return curvature_.found();
   }
@@ -490,8 +502,8 @@ void NewtonDirection::leave_factor() {
 }
 
 std::string NewtonDirection::name() const {
-  if (preconditioned_) return preconditioned_->name();
   if (current_ == LinearSolver::kMatrixFree) return "matrix-free";
+  if (preconditioned_) return preconditioned_->name();
   return current_ == LinearSolver::kCg ? "cg" : "factor";
 }
 
@@ -537,8 +549,10 @@ MatrixFreeCg<double>& NewtonDirection::double_precision_cg() {
 }
 
 NewtonDirection::Prices NewtonDirection::rough_prices() const {
-  return {static_cast<double>(system_.rest().point_count()),
-          expected_cost(static_cast<double>(system_.coordinates().count()))};
+  // Several processes share all of this work.
+  const Index points =
+      system_.part() == nullptr ? system_.rest().point_count() : whole_tetrahedron_count(system_);
+  return {static_cast<double>(points), expected_cost(static_cast<double>(unknowns_))};
 }
 
 }  // namespace tetraction

@@ -65,6 +65,9 @@ class NewtonDirection {
   void prepare_parts();
   bool without_matrix(const MinimizationProblem& problem, const Vector& x, const Vector& gradient,
                       double forcing, MinimizerReport& report, Vector& direction);
+  bool with_preconditioner(const MinimizationProblem& problem, const Vector& x,
+                           const Vector& gradient, double forcing, MinimizerReport& report,
+                           Vector& direction);
   bool with_diagonal(const MinimizationProblem& problem, const Vector& x, const Vector& gradient,
                      double forcing, MinimizerReport& report, Vector& direction);
   bool with_factor(const MinimizationProblem& problem, const Vector& x, const Vector& gradient,

@@ -40,7 +40,7 @@ void PreconditionedDirection::find(const MinimizationProblem& problem, const Vec
   if (cg.negative_curvature) {
     curvature_ = cg_.negative_curvature();
     cg_.convexify();
-    renew(problem, x, true, report);
+    if (!is_new_ || !is_convex_) renew(problem, x, true, report);
     cg = solve(gradient, forcing, report, direction);
     is_old_ = true;
   }
@@ -73,7 +73,9 @@ void PreconditionedDirection::renew(const MinimizationProblem& problem, const Ve
   if (sign_ == BodyPreconditioner::Sign::kIndefinite && !convex) {
     sign_ = preconditioner_->make(problem, x, true);
     ++report.factorizations;
+    convex = true;
   }
+  is_convex_ = convex;
   is_new_ = true;
   is_old_ = false;
 }

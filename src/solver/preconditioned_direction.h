@@ -50,6 +50,7 @@ class PreconditionedDirection {
   NegativeCurvature curvature_;
   Vector ignored_;
   bool is_new_ = false;       // the preconditioner belongs to the present matrix
+  bool is_convex_ = false;    // it was made of a matrix that was made positive definite
   bool is_old_ = true;        // it is to be made anew
   int first_iterations_ = 0;  // of the first system with it
 };

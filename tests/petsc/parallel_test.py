@@ -7,6 +7,7 @@ import csv
 import json
 import math
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -377,6 +378,37 @@ class Implicit(ParallelTest):
                 difference, where = largest_difference(names, rows, own_rows)
                 self.assertLessEqual(difference, 1e-8, where)
 
+    def test_auto_changes_to_a_factor(self):
+        """Where conjugate gradients take long, as in one process."""
+        scene = self.write("slender.toml", """
+[mesh]
+generate = { kind = "beam", size = [8.0, 1.0, 1.0], cells = [40, 4, 4] }
+[material]
+youngs_modulus = 1.0e6
+poissons_ratio = 0.499
+density = 1000.0
+[environment]
+kind = "gravity"
+strength = 0.5
+[[fix]]
+select = { plane = { axis = "x", at = 0.0 } }
+""" + time_of("backward-euler", 0.2, 10) + OUTPUT)
+
+        def result(out):
+            with open(os.path.join(out, "summary.json")) as file:
+                used = json.load(file)["solver"]["linear_used"]
+            names, rows = table(os.path.join(out, "history.csv"))
+            return used, rows[-1][names.index("elastic_energy")]
+
+        used, elastic = result(self.run_scene(scene)[0])
+        self.assertEqual(used, "factor")
+        for processes in (1, 2):
+            with self.subTest(processes=processes):
+                out, _ = self.run_scene(scene, processes, "--set", 'solver.engine="petsc"')
+                own_used, own_elastic = result(out)
+                self.assertEqual(own_used, "factor (MUMPS)")
+                self.assertAlmostEqual(own_elastic / elastic, 1.0, delta=1e-6)
+
     def test_free_body_under_a_large_load(self):
         """Steps that meet negative curvature end where one process ends them."""
         scene = self.write("free.toml", """
@@ -534,6 +566,59 @@ class Endings(ParallelTest):
                                   text=True).stdout.split()
         self.assertEqual(len(children), count)
         return [int(child) for child in children]
+
+    def test_the_message_of_a_failed_step_is_that_of_one_process(self):
+        body = """
+[mesh]
+generate = { kind = "beam", size = [4, 1, 1], cells = [8, 3, 3] }
+[material]
+model = "neo-hookean"
+youngs_modulus = 1.0e5
+poissons_ratio = 0.3
+[[fix]]
+select = { plane = { axis = "x", at = 0.0 } }
+[[force]]
+select = { nearest = [4, 1, 1] }
+vector = [-1.0e6, -3.0e6, 0.0]
+"""
+        stiff = """
+[[material_region]]
+select = { box = { min = [2, -1, -1], max = [5, 2, 2] } }
+youngs_modulus = 1.0e15
+poissons_ratio = 0.3
+"""
+        scenes = {
+            "loads": body + time_of("midpoint", 0.01, 10) + '[solver]\nlinear = "factor"\n',
+            "limit": body.replace("e6", "") + time_of("verlet", 0.1, 100),
+            "contrast": body.replace("e6", "") + stiff + time_of("midpoint", 0.01, 10) +
+                        '[solver]\nlinear = "factor"\nmax_iterations = 1\n'}
+
+        def message(done):
+            lines = [line for line in done.stderr.splitlines() if line.startswith("tetraction: step")]
+            self.assertEqual(len(lines), 1, done.stderr)
+            # The residual may differ in its last digits.
+            return re.sub(r"force residual [^ ]* N", "force residual", lines[0])
+
+        for name, text in scenes.items():
+            scene = self.write(f"{name}.toml", text)
+            _, done = self.run_scene(scene, code=1)
+            expected = message(done)
+            for processes in (2, 3):
+                with self.subTest(name=name, processes=processes):
+                    _, done = self.run_scene(scene, processes, code=1)
+                    self.assertEqual(message(done), expected)
+
+    def test_the_warning_of_large_steps_names_penalty_springs(self):
+        scene = self.write("springs.toml", BODY + """
+[[fix]]
+select = { nearest = [0.4, 0.1, 0.1] }
+mode = "penalty"
+penalty = 1.0e9
+""" + time_of("verlet", 1e-4, 1) + OUTPUT)
+        for processes in (None, 3):
+            with self.subTest(processes=processes):
+                _, done = self.run_scene(scene, processes, code=1)
+                self.assertIn("the springs of fix.mode", done.stderr)
 
     def test_bad_input_has_one_message(self):
         scene = self.write("scene.toml", BODY.replace("youngs_modulus", "youngs_module"))
