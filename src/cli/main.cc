@@ -150,7 +150,7 @@ int run_program(int argc, char** argv) {
   } catch (const CLI::CallForVersion& version) {
     return print_exit(app, version);
   } catch (const CLI::ParseError& error) {
-    tetraction::set_silent(tetraction::launched_rank() > 0);  // all have the same command line
+    tetraction::let_first_process_speak();  // all have the same command line
     return report(app, error);
   }
   return exit_code;

@@ -1,6 +1,8 @@
 #include "parallel_run.h"
 
+#include <chrono>
 #include <cstdlib>
+#include <thread>
 
 #include "command_line.h"
 #include "console.h"
@@ -9,7 +11,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <optional>
 #include <utility>
 
@@ -35,9 +36,16 @@ int launched_rank() {
   return rank != nullptr ? std::atoi(rank) : 0;
 }
 
+void let_first_process_speak() {
+  if (launched_rank() == 0) return;
+  set_silent(true);
+  // mpirun kills the others as soon as one ends with an error.
+  std::this_thread::sleep_for(std::chrono::seconds(1));
+}
+
 void require_one_process(const char* command) {
   if (launched_processes() == 1) return;
-  set_silent(launched_rank() > 0);
+  let_first_process_speak();
   throw InputError(std::string("tetraction ") + command +
                    " works in one process only: start it without mpirun.");
 }
@@ -55,8 +63,7 @@ int launched_processes() {
 int run_parallel(const SessionArguments& /*arguments*/, const char* /*label*/,
                  const OutcomePrinter& /*print_outcome*/) {
   become_program("tetraction-petsc");
-  // One of the processes speaks.
-  set_silent(launched_rank() > 0);
+  let_first_process_speak();
   throw InputError(
       "This build has no PETSc and MPI, which solver.engine = \"petsc\" and runs with mpirun need "
       "(there is no program tetraction-petsc beside this one). Take solver.engine = \"local\" "

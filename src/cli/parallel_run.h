@@ -9,6 +9,9 @@ namespace tetraction {
 int launched_processes();
 /// The number of this process among them, from 0; 0 without a launcher that tells it.
 int launched_rank();
+/// Before an error that all processes meet: all but the first one are silent from now on, and wait until it has
+/// printed its message.
+void let_first_process_speak();
 /// Throws InputError if this process was started together with others, for a command that writes files and
 /// works in one process only. The first process tells it.
 void require_one_process(const char* command);

@@ -137,6 +137,12 @@ bool NewtonDirection::find(const MinimizationProblem& problem, const Vector& x,
   return everywhere(system_.part(), found && direction.allFinite());
 }
 
+// Whether kAuto weighs the costs of the methods. The prices are those of one process: MUMPS's factor in several
+// is often slower than many iterations without a matrix, and its bits differ from run to run.
+bool NewtonDirection::counts_costs() const {
+  return options_.linear == LinearSolver::kAuto && system_.part() == nullptr;
+}
+
 // Whether directions in double precision are cheaper by conjugate gradients than by a factor.
 bool NewtonDirection::prefers_double_cg() const {
   constexpr double kIterations = 1000.0;  // of conjugate gradients, more than a direction needs
@@ -157,7 +163,7 @@ bool NewtonDirection::without_matrix(const MinimizationProblem& problem, const V
   const Prices p = rough_prices();
   // With kAuto the iterations may not cost more, in this step and before, than a factor would have.
   int most = std::max(2000, static_cast<int>(unknowns_));
-  if (options_.linear == LinearSolver::kAuto) {
+  if (counts_costs()) {
     const double worth = p.assembly + p.factorization + 4.0 * p.back_solve;
     most = std::max(50, static_cast<int>((worth - regret_ - cost_of_step_) / p.product));
   }
@@ -171,7 +177,7 @@ bool NewtonDirection::without_matrix(const MinimizationProblem& problem, const V
   CgReport cg = single_precision_ && !refined_ ? solve_in(single_precision_cg())
                                                : solve_in(double_precision_cg());
   const auto failed = [&] { return !cg.converged && !cg.negative_curvature; };
-  if (single_precision_ && !refined_ && failed() && options_.linear == LinearSolver::kMatrixFree) {
+  if (single_precision_ && !refined_ && failed() && !counts_costs()) {
     // The round-off of single precision is too large. From now on the solver uses double precision.
     single_precision_ = false;
     single_.reset();
@@ -485,7 +491,7 @@ bool NewtonDirection::with_kept_factor(const MinimizationProblem& problem, const
 // factor that lasts for twenty steps, would have paid for the factor.
 void NewtonDirection::end_step(int newton_iterations) {
   constexpr double kLife = 20.0;
-  if (options_.linear != LinearSolver::kAuto || current_ != LinearSolver::kMatrixFree) return;
+  if (!counts_costs() || current_ != LinearSolver::kMatrixFree) return;
   const Prices p = rough_prices();
   const double factor = newton_iterations * (p.newton + 3.0 * (p.product + p.back_solve)) +
                         (p.assembly + p.factorization) / kLife;

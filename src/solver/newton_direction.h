@@ -94,6 +94,7 @@ class NewtonDirection {
   MatrixFreeCg<double>& double_precision_cg();
   Prices rough_prices() const;
   bool prefers_double_cg() const;
+  bool counts_costs() const;
 
   const MechanicalSystem& system_;
   NewtonOptions options_;
