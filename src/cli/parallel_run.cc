@@ -77,19 +77,23 @@ namespace {
 
 using petsc::Processes;
 
-// Ends the run in all processes as soon as one of them has received a signal.
+// Ends the run in all processes as soon as one of them has received a signal, or cannot write its results.
 class SharedInterrupt : public Observer {
  public:
-  explicit SharedInterrupt(const Processes& processes) : processes_(processes) {}
+  SharedInterrupt(const Processes& processes, const PartRecorder& recorder)
+      : processes_(processes), recorder_(recorder) {}
   bool on_step(const Session&) override {
-    code_ = processes_.largest(InterruptGuard::interrupted() ? InterruptGuard::exit_code() : 0);
+    constexpr int kCannotWrite = 1;
+    const int own = recorder_.has_failed() ? kCannotWrite : 0;
+    code_ = processes_.largest(InterruptGuard::interrupted() ? InterruptGuard::exit_code() : own);
     return code_ == 0;
   }
-  /// The exit code of the signal; 0 if there was none.
+  /// The exit code of the signal, after one.
   int exit_code() const { return code_; }
 
  private:
   const Processes& processes_;
+  const PartRecorder& recorder_;
   int code_ = 0;
 };
 
@@ -154,7 +158,7 @@ int run_together(const SessionArguments& arguments, Inputs inputs, const Process
   const std::size_t told = session.warnings().size();
   PartRecorder recorder(inputs.directory, inputs.scene.output.every);
   InterruptGuard guard;
-  SharedInterrupt interrupt(processes);
+  SharedInterrupt interrupt(processes, recorder);
   recorder.set_stop_code([&interrupt] { return interrupt.exit_code(); });
   ProgressBar bar(label);
   std::vector<Observer*> observers{&recorder, &interrupt};

@@ -615,6 +615,46 @@ poissons_ratio = 0.3
                     _, done = self.run_scene(scene, processes, code=1)
                     self.assertEqual(message(done), expected)
 
+    def assert_failed_to_write(self, run, out, words):
+        messages = run.communicate(timeout=100)[1]
+        self.assertEqual(run.returncode, 4, messages)
+        lines = [line for line in messages.splitlines() if line.startswith("tetraction: ")]
+        self.assertEqual(len(lines), 1, messages)
+        self.assertIn(words, lines[0])
+        names, rows = table(os.path.join(out, "history.csv"))
+        self.assertEqual(len(rows[-1]), len(names))
+
+    def test_a_frame_that_cannot_be_written(self):
+        """A file has the name of the folder. history.csv and summary.json are there."""
+        run, out = self.start_long_run(3, 2000)
+        os.rename(os.path.join(out, "frames"), self.path("away"))
+        try:
+            with open(os.path.join(out, "frames"), "w"):
+                pass
+        except IsADirectoryError:  # the run has made it again in between
+            os.rename(os.path.join(out, "frames"), self.path("away2"))
+            with open(os.path.join(out, "frames"), "w"):
+                pass
+        self.assert_failed_to_write(run, out, "frames")
+        with open(os.path.join(out, "summary.json")) as file:
+            summary = json.load(file)
+        self.assertEqual((summary["status"], summary["exit_status"]), ("failed", 4))
+        self.assertIn("frames", summary["message"])
+
+    def test_a_full_disk(self):
+        """A small file system in memory, where the machine allows one."""
+        disk = self.path("out")
+        os.mkdir(disk)
+        mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=300k", "tmpfs", disk],
+                                 capture_output=True)
+        if mounted.returncode != 0:
+            self.skipTest("no file system can be mounted")
+        try:
+            run, out = self.start_long_run(3, 2000)
+            self.assert_failed_to_write(run, out, "No space left")
+        finally:
+            subprocess.run(["umount", disk], check=True)
+
     def test_the_warning_of_large_steps_names_penalty_springs(self):
         scene = self.write("springs.toml", BODY + """
 [[fix]]

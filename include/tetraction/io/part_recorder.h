@@ -13,8 +13,9 @@ namespace tetraction {
 /// Process 0 writes history.csv, probes.csv and summary.json as RunRecorder does. Frames, and final.pvtu in
 /// place of final.vtu, are in pieces: every process writes its own (PVTU).
 ///
-/// All processes must run the session with their recorder. Its functions throw OutputError, and a process
-/// that meets one leaves the others waiting: it has to end them.
+/// All processes must run the session with their recorder. on_start() and on_finish() throw OutputError in all
+/// of them, on_finish() after it has written final.pvtu and summary.json if that is possible. on_step() does not:
+/// the processes have to ask has_failed() after each step, and end the run together.
 class PartRecorder : public Observer {
  public:
   PartRecorder(std::string directory, int frame_every);
@@ -27,6 +28,8 @@ class PartRecorder : public Observer {
   void on_start(const Session& session) override;
   bool on_step(const Session& session) override;
   void on_finish(const Session& session) override;
+  /// Whether something could not be written, or a process knows of another one that could not.
+  bool has_failed() const;
   /// The text of summary.json. Empty before on_finish().
   const std::string& summary() const;
 

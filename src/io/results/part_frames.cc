@@ -1,5 +1,7 @@
 #include "part_frames.h"
 
+#include <optional>
+
 #include <fmt/format.h>
 #include <vtkCellData.h>
 #include <vtkDoubleArray.h>
@@ -11,6 +13,7 @@
 
 #include "io/text/output_file.h"
 #include "io/vtk/vtk_grid.h"
+#include "part_errors.h"
 #include "tetraction/io/text_file.h"
 
 namespace tetraction {
@@ -57,14 +60,12 @@ struct PartFrames::Impl {
     return fmt::format("{}_{:04}.vtu", stem, rank);
   }
 
-  // All processes wait until the others have come here.
-  void wait() const { anywhere(part.get(), false); }
-
   // Writes the pieces frames/STEM_PPPP.vtu, and then `collection`, which names them from its folder.
   void write(const Frame& frame, FramePrecision precision, const std::string& stem,
              const std::string& collection, const std::string& folder) const {
-    if (part->rank() == 0) make_own_directory(directory + "/frames");
-    wait();
+    std::optional<OutputError> failure;
+    if (part->rank() == 0) attempt(failure, [&] { make_own_directory(directory + "/frames"); });
+    throw_together(*part, failure);
     auto filled = vtkSmartPointer<vtkUnstructuredGrid>::New();
     filled->ShallowCopy(grid);
     for (const FrameField& field : frame.point_fields) {
@@ -79,9 +80,19 @@ struct PartFrames::Impl {
     time->SetName("TimeValue");
     time->InsertNextValue(frame.time);
     filled->GetFieldData()->AddArray(time);
-    write_vtu(filled, directory + "/frames/" + piece_name(stem, part->rank()), format.compression);
-    wait();
-    if (part->rank() != 0) return;
+    attempt(failure, [&] {
+      write_vtu(filled, directory + "/frames/" + piece_name(stem, part->rank()),
+                format.compression);
+    });
+    throw_together(*part, failure);
+    if (part->rank() == 0) {
+      attempt(failure, [&] { write_pieces(filled, stem, collection, folder); });
+    }
+    throw_together(*part, failure);
+  }
+
+  void write_pieces(vtkUnstructuredGrid* filled, const std::string& stem,
+                    const std::string& collection, const std::string& folder) const {
     std::string text =
         "<?xml version=\"1.0\"?>\n"
         "<VTKFile type=\"PUnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" "
@@ -111,7 +122,11 @@ void PartFrames::write(const Frame& frame) {
   const std::string collection = "frames/" + stem + ".pvtu";
   s.write(frame, s.format.precision, stem, collection, "");
   s.entries += collection_entry(frame.time, collection);
-  if (s.part->rank() == 0) write_collection(s.entries, s.directory + "/frames.pvd");
+  std::optional<OutputError> failure;
+  if (s.part->rank() == 0) {
+    attempt(failure, [&] { write_collection(s.entries, s.directory + "/frames.pvd"); });
+  }
+  throw_together(*s.part, failure);
 }
 
 void PartFrames::write_final(const Frame& frame) const {

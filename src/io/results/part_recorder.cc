@@ -8,6 +8,7 @@
 #include "frame_fields.h"
 #include "history_rows.h"
 #include "io/text/output_file.h"
+#include "part_errors.h"
 #include "part_frames.h"
 #include "probe_file.h"
 #include "run_files.h"
@@ -27,6 +28,8 @@ struct PartRecorder::Impl {
   Index last_probe_row = -1;
   std::vector<double> probe_values;
   std::string summary;
+  std::optional<OutputError> failure;
+  bool is_finished = false;
   // Of process 0.
   std::optional<DirectoryLock> lock;
   std::optional<RowFile> history;
@@ -37,7 +40,7 @@ struct PartRecorder::Impl {
   // The values are sums over all processes.
   void write_row(const Session& session) {
     const std::vector<double> values = columns->values(session);
-    if (history) history->add(row_text(values));
+    if (history) attempt(failure, [&] { history->add(row_text(values)); });
     last_row = session.step_number();
   }
 
@@ -58,19 +61,48 @@ struct PartRecorder::Impl {
       is_due = is_due || set.is_due(i, session.step_number());
     }
     if (!is_due) return;
-    if (probes) {
-      probes->write(session, all);
-    } else {
+    if (!probes) {
       share_probes(session, all);
+    } else {
+      attempt(failure, [&] { probes->write(session, all); });
     }
     last_probe_row = session.step_number();
   }
 
   void write_frame(const Session& session) {
-    if (history) history->flush();
-    if (probes) probes->flush();
+    if (history) attempt(failure, [&] { history->flush(); });
+    if (probes) attempt(failure, [&] { probes->flush(); });
     frames->write(make_frame(session, session.scene().output.fields));
     last_frame = session.step_number();
+  }
+
+  // As RunRecorder: what cannot be written does not keep the rest from being written.
+  void finish(const Session& session) {
+    if (is_finished) return;
+    is_finished = true;
+    const MeshPart& part = *session.system().part();
+    share(part, failure);
+    const bool has_failed = failure.has_value();
+    if (last_row != session.step_number()) write_row(session);
+    if (last_probe_row != session.step_number()) write_probes(session, true);
+    if (!has_failed && frame_every > 0 && last_frame != session.step_number()) {
+      attempt(failure, [&] { write_frame(session); });
+    }
+    const Frame last = make_frame(session, session.scene().output.fields);
+    attempt(failure, [&] { frames->write_final(last); });
+    if (history) attempt(failure, [&] { history->close(); });
+    if (probes) attempt(failure, [&] { probes->finish(session); });
+    share(part, failure);
+    const bool is_stopped = session.status() == RunStatus::kCancelled && stop_code;
+    const RunEnd end =
+        failure ? RunEnd{"failed", 4, failure->what()}
+                : RunEnd{to_string(session.status()),
+                         is_stopped ? stop_code() : exit_code(session.status()), session.message()};
+    summary = summary_json(session, directory, probes ? &probes->traces() : nullptr, &end);
+    if (lock) attempt(failure, [&] { write_text_file(path("summary.json"), summary); });
+    probes.reset();
+    lock.reset();
+    throw_together(part, failure);
   }
 };
 
@@ -91,16 +123,21 @@ void PartRecorder::on_start(const Session& session) {
   const MeshPart& part = *session.system().part();
   const bool is_first = part.rank() == 0;
   if (is_first) {
-    make_output_directory(s.directory);
-    s.lock.emplace(s.directory);
-    remove_run(s.directory);
+    attempt(s.failure, [&] {
+      make_output_directory(s.directory);
+      s.lock.emplace(s.directory);
+      remove_run(s.directory);
+    });
   }
-  anywhere(&part, false);  // others wait for the directory
+  throw_together(part, s.failure);
   s.columns.emplace(session);
   const std::vector<double> first = s.columns->values(session);
   if (is_first) {
-    s.history.emplace(s.path("history.csv"), header_text(*s.columns) + row_text(first));
+    attempt(s.failure, [&] {
+      s.history.emplace(s.path("history.csv"), header_text(*s.columns) + row_text(first));
+    });
   }
+  throw_together(part, s.failure);
   s.last_row = s.last_probe_row = session.step_number();
   const OutputSettings& output = session.scene().output;
   s.frames = std::make_unique<PartFrames>(session.system().mesh(), s.directory,
@@ -108,10 +145,12 @@ void PartRecorder::on_start(const Session& session) {
   s.probe_values.resize(session.probes().value_count());
   if (!session.scene().probe.empty()) {
     if (is_first) {
-      s.probes = std::make_unique<ProbeFile>(s.path("probes.csv"), session);
+      attempt(s.failure,
+              [&] { s.probes = std::make_unique<ProbeFile>(s.path("probes.csv"), session); });
     } else {
       s.share_probes(session, true);
     }
+    throw_together(part, s.failure);
   }
   if (s.frame_every > 0) s.write_frame(session);
 }
@@ -122,25 +161,19 @@ bool PartRecorder::on_step(const Session& session) {
   const bool is_last = session.status() != RunStatus::kRunning;
   if (is_last || step % session.scene().output.history_every == 0) s.write_row(session);
   s.write_probes(session, is_last);
-  if (s.frame_every > 0 && step % s.frame_every == 0) s.write_frame(session);
+  if (s.frame_every > 0 && step % s.frame_every == 0) {
+    // All processes fail together.
+    attempt(s.failure, [&] { s.write_frame(session); });
+  }
   return true;
 }
 
 void PartRecorder::on_finish(const Session& session) {
-  Impl& s = *impl_;
-  if (s.last_row != session.step_number()) s.write_row(session);
-  if (s.last_probe_row != session.step_number()) s.write_probes(session, true);
-  if (s.frame_every > 0 && s.last_frame != session.step_number()) s.write_frame(session);
-  s.frames->write_final(make_frame(session, session.scene().output.fields));
-  const bool is_stopped = session.status() == RunStatus::kCancelled && s.stop_code;
-  const RunEnd end{to_string(session.status()),
-                   is_stopped ? s.stop_code() : exit_code(session.status()), session.message()};
-  s.summary = summary_json(session, s.directory, s.probes ? &s.probes->traces() : nullptr, &end);
-  if (s.history) s.history->close();
-  if (s.probes) s.probes->finish(session);
-  if (s.lock) write_text_file(s.path("summary.json"), s.summary);
-  s.probes.reset();
-  s.lock.reset();
+  impl_->finish(session);
+}
+
+bool PartRecorder::has_failed() const {
+  return impl_->failure.has_value();
 }
 
 const std::string& PartRecorder::summary() const {
