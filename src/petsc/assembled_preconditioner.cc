@@ -31,6 +31,7 @@ AssembledPreconditioner::AssembledPreconditioner(const MechanicalSystem& system,
   check(PCCreate(PETSC_COMM_WORLD, &preconditioner_), "PCCreate");
   if (kind == Kind::kMultigrid) {
     check(PCSetType(preconditioner_, PCGAMG), "PCSetType");
+    set_rigid_motions();
   } else {
     check(PCSetType(preconditioner_, PCCHOLESKY), "PCSetType");
     check(PCFactorSetMatSolverType(preconditioner_, MATSOLVERMUMPS), "PCFactorSetMatSolverType");
@@ -108,8 +109,10 @@ void AssembledPreconditioner::make_pattern() {
 BodyPreconditioner::Sign AssembledPreconditioner::make(const MinimizationProblem& problem,
                                                        const Vector& u, bool convex) {
   assemble(problem, u, convex);
-  if (kind_ == Kind::kMultigrid) set_rigid_motions();
-  return set_up(convex);
+  check(PCSetOperators(preconditioner_, matrix_, matrix_), "PCSetOperators");
+  if (kind_ == Kind::kFactor) return factorize(convex);
+  check(PCSetUp(preconditioner_), "PCSetUp");
+  return convex ? Sign::kDefinite : Sign::kUnknown;
 }
 
 void AssembledPreconditioner::assemble(const MinimizationProblem& problem, const Vector& u,
@@ -160,26 +163,21 @@ void AssembledPreconditioner::set_rigid_motions() {
   check(VecDestroy(&coordinates), "VecDestroy");
 }
 
-BodyPreconditioner::Sign AssembledPreconditioner::set_up(bool convex) {
+BodyPreconditioner::Sign AssembledPreconditioner::factorize(bool convex) {
   constexpr PetscInt kRootInParts = 13;  // MUMPS counts pivots only if the root is not divided
   constexpr PetscInt kError = 1;
   constexpr PetscInt kNegativePivots = 12;
-  check(PCSetOperators(preconditioner_, matrix_, matrix_), "PCSetOperators");
+  constexpr PetscInt kSingular = -10;
   Mat factor = nullptr;
-  if (kind_ == Kind::kFactor) {
-    check(PCFactorSetUpMatSolverType(preconditioner_), "PCFactorSetUpMatSolverType");
-    check(PCFactorGetMatrix(preconditioner_, &factor), "PCFactorGetMatrix");
-    check(MatMumpsSetIcntl(factor, kRootInParts, 1), "MatMumpsSetIcntl");
-  }
+  check(PCFactorSetUpMatSolverType(preconditioner_), "PCFactorSetUpMatSolverType");
+  check(PCFactorGetMatrix(preconditioner_, &factor), "PCFactorGetMatrix");
+  check(MatMumpsSetIcntl(factor, kRootInParts, 1), "MatMumpsSetIcntl");
   check(PCSetUp(preconditioner_), "PCSetUp");
-  if (convex && kind_ == Kind::kMultigrid) return Sign::kDefinite;
-  if (kind_ == Kind::kMultigrid) return Sign::kUnknown;
   check(PCFactorGetMatrix(preconditioner_, &factor), "PCFactorGetMatrix");
   PetscInt error = 0;
   PetscInt negative = 0;
   check(MatMumpsGetInfog(factor, kError, &error), "MatMumpsGetInfog");
   check(MatMumpsGetInfog(factor, kNegativePivots, &negative), "MatMumpsGetInfog");
-  constexpr PetscInt kSingular = -10;
   if (error < 0 && (convex || error != kSingular)) {
     throw NumericalError(fmt::format(
         "MUMPS could not factorise the matrix of the whole body (its INFOG(1) is {}): take "

@@ -34,7 +34,7 @@ class AssembledPreconditioner : public BodyPreconditioner {
   void make_pattern();
   void assemble(const MinimizationProblem& problem, const Vector& u, bool convex);
   void set_rigid_motions();
-  Sign set_up(bool convex);
+  Sign factorize(bool convex);
 
   const MechanicalSystem& system_;
   const MpiPart& part_;

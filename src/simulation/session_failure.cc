@@ -48,13 +48,9 @@ Moduli moduli_of(const MechanicalSystem& system) {
   return moduli;
 }
 
-double whole_volume(const MechanicalSystem& system) {
-  return system.part() == nullptr ? system.mesh().total_volume() : system.part()->whole.volume;
-}
-
 // The edge of a cube with the volume that belongs to a vertex, m.
 double length_of_vertex(const MechanicalSystem& system) {
-  return std::cbrt(whole_volume(system) / static_cast<double>(whole_vertex_count(system)));
+  return std::cbrt(system.mesh().total_volume() / static_cast<double>(whole_vertex_count(system)));
 }
 
 // The strain that the forces (3 per vertex, N) would make in the stiffest material: of the largest
@@ -68,7 +64,7 @@ double strain_of(const MechanicalSystem& system, const Vector& forces) {
   }
   sum = sum_over_parts(system.part(), sum);
   most = largest_of_parts(system.part(), most);
-  const double volume = whole_volume(system);
+  const double volume = system.mesh().total_volume();
   const double length = length_of_vertex(system);
   const double pressure = std::max(most / (length * length), sum / std::cbrt(volume * volume));
   return pressure / moduli_of(system).most;
@@ -105,10 +101,7 @@ std::optional<BadForce> bad_force(const MechanicalSystem& system, const ForcePoi
 }
 
 double fastest(const MechanicalSystem& system, const Vector& momentum) {
-  Vector3 mean = Vector3::Zero();
-  for (Index v = 0; v < system.owned_vertex_count(); ++v) mean += vertex_block(momentum, v);
-  sum_over_parts(system.part(), mean.data(), 3);
-  mean /= system.total_mass();
+  const Vector3 mean = whole_resultant(system, momentum) / system.total_mass();
   double most = 0.0;
   for (Index v = 0; v < system.vertex_count(); ++v) {
     most = std::max(most, (vertex_block(momentum, v) / system.mass()[v] - mean).norm());
@@ -118,7 +111,7 @@ double fastest(const MechanicalSystem& system, const Vector& momentum) {
 
 // Speed of pressure waves in the stiffest material, m/s.
 double wave_speed(const MechanicalSystem& system) {
-  return std::sqrt(moduli_of(system).most * whole_volume(system) / system.total_mass());
+  return std::sqrt(moduli_of(system).most * system.mesh().total_volume() / system.total_mass());
 }
 
 Vector3 rest_centroid(const TetMesh& mesh, Index e) {
@@ -190,7 +183,7 @@ ConcernedElements loaded_elements(const MechanicalSystem& system, const Vector& 
   }
   ConcernedElements found;
   found.badness = most;
-  // Only the elements of the part that owns the vertex count.
+  // The other parts leave this to the one that owns the vertex.
   if (most < largest_of_parts(system.part(), most)) return found;
   std::vector<Index>& elements = found.elements;
   for (Index e = 0; e < system.rest().element_count(); ++e) {
@@ -209,13 +202,6 @@ bool leads_out_of_range(const MechanicalSystem& system, const State& from, doubl
     leads = !prescribed.allFinite();
   }
   return anywhere(system.part(), leads);
-}
-
-// text ← that of the first process which has it, if there is one.
-void take_from_first(const MeshPart* part, bool has, std::string& text) {
-  if (part == nullptr) return;
-  const auto first = static_cast<int>(least_of_parts(part, has ? part->rank() : part->count()));
-  if (first < part->count()) part->broadcast(text, first);
 }
 
 bool holds_moving_vertex(const MechanicalSystem& system, Index e) {
@@ -290,8 +276,7 @@ void Session::Impl::locate(StepFailure& failure, Index element) const {
   if (part != nullptr) {
     const bool is_worst =
         largest_of_parts(part, found.badness) == found.badness && !failure.elements.empty();
-    failure.process =
-        static_cast<int>(least_of_parts(part, is_worst ? part->rank() : part->count()));
+    failure.process = first_process(*part, is_worst);
     if (failure.process == part->count()) failure.process = 0;
   }
   if (failure.elements.empty()) return;

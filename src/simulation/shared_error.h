@@ -31,11 +31,7 @@ void do_in_all_parts(const MeshPart* part, const Work& work) {
     reason = error.what();
     has_failed = true;
   }
-  const auto first =
-      static_cast<int>(least_of_parts(part, has_failed ? part->rank() : part->count()));
-  if (first == part->count()) return;
-  part->broadcast(reason, first);
-  throw SharedInputError(reason);
+  if (take_from_first(part, has_failed, reason)) throw SharedInputError(reason);
 }
 
 }  // namespace tetraction

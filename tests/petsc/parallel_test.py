@@ -125,6 +125,16 @@ def table(path):
     return rows[0], [[float(cell) if cell else math.nan for cell in row] for row in rows[1:]]
 
 
+def last_value(out, column):
+    names, rows = table(os.path.join(out, "history.csv"))
+    return rows[-1][names.index(column)]
+
+
+def summary_of(out):
+    with open(os.path.join(out, "summary.json"), encoding="utf-8") as file:
+        return json.load(file)
+
+
 # Columns that are compared relative to the largest number of any of them.
 SCALES = [
     ("kinetic_energy", "elastic_energy", "environment_energy", "total_energy", "external_work",
@@ -334,12 +344,10 @@ step = "auto"
 end = 0.01
 """ + OUTPUT)
         serial, _ = self.run_scene(scene)
-        with open(os.path.join(serial, "summary.json")) as file:
-            expected = json.load(file)
+        expected = summary_of(serial)
         for processes in PROCESSES:
             out, _ = self.run_scene(scene, processes)
-            with open(os.path.join(out, "summary.json")) as file:
-                summary = json.load(file)
+            summary = summary_of(out)
             # Both estimates of the stability limit have the tolerance 1e-4 of their iterations.
             self.assertAlmostEqual(summary["stable_step"] / expected["stable_step"], 1.0, delta=1e-3)
             self.assertAlmostEqual(summary["time_steps"]["smallest"] /
@@ -400,21 +408,14 @@ points = [[0.0, 0.0], [20.0, 1.0]]
 max_iterations = 400
 """ + time_of("backward-euler", 10.0, 6) + OUTPUT)
 
-        def result(out):
-            with open(os.path.join(out, "summary.json")) as file:
-                factors = json.load(file)["solver"]["factorizations"]
-            names, rows = table(os.path.join(out, "history.csv"))
-            return factors, rows[-1][names.index("elastic_energy")]
-
-        _, elastic = result(self.run_scene(scene)[0])
+        elastic = last_value(self.run_scene(scene)[0], "elastic_energy")
         self.assertGreater(elastic, 5e3)  # 100 J where it stays straight
         for processes, linear in ((1, "auto"), (3, "auto"), (1, "factor"), (3, "factor")):
             with self.subTest(processes=processes, linear=linear):
                 out, _ = self.run_scene(scene, processes, "--set", 'solver.engine="petsc"', "--set",
                                         f'solver.linear="{linear}"')
-                factors, own = result(out)
-                self.assertGreater(factors, 0)
-                self.assertAlmostEqual(own / elastic, 1.0, delta=1e-4)
+                self.assertGreater(summary_of(out)["solver"]["factorizations"], 0)
+                self.assertAlmostEqual(last_value(out, "elastic_energy") / elastic, 1.0, delta=1e-4)
 
     def test_free_body_under_a_large_load(self):
         """Steps that meet negative curvature end where one process ends them."""
@@ -431,15 +432,11 @@ select = { plane = { axis = "x", at = 2.5 } }
 total = [-900.0, 40.0, 4.0]
 """ + time_of("backward-euler", 3.3, 8) + OUTPUT)
 
-        def energy(out):
-            names, rows = table(os.path.join(out, "history.csv"))
-            return rows[-1][names.index("total_energy")]
-
-        serial = energy(self.run_scene(scene)[0])
+        serial = last_value(self.run_scene(scene)[0], "total_energy")
         for processes, linear in ((1, "factor"), (3, "factor"), (3, "cg")):
             with self.subTest(processes=processes, linear=linear):
                 out, _ = self.run_scene(scene, processes, "--set", f'solver.linear="{linear}"')
-                self.assertAlmostEqual(energy(out) / serial, 1.0, delta=1e-5)
+                self.assertAlmostEqual(last_value(out, "total_energy") / serial, 1.0, delta=1e-5)
 
     def test_one_process_of_the_engine_is_the_same_run(self):
         scene = self.write("same.toml", BODY + LOADS + time_of("midpoint", 2e-3, 8) + OUTPUT)
@@ -475,8 +472,7 @@ total = [-900.0, 40.0, 4.0]
             time_of("backward-euler", 0.05, 10) + '[solver]\nlinear = "matrix-free"\n' + OUTPUT)
 
         def iterations(out):
-            with open(os.path.join(out, "summary.json")) as file:
-                return json.load(file)["solver"]["cg_iterations"]
+            return summary_of(out)["solver"]["cg_iterations"]
 
         serial = iterations(self.run_scene(scene)[0])
         for processes in (2, 4):
@@ -636,8 +632,7 @@ poissons_ratio = 0.3
             with open(os.path.join(out, "frames"), "w"):
                 pass
         self.assert_failed_to_write(run, out, "frames")
-        with open(os.path.join(out, "summary.json")) as file:
-            summary = json.load(file)
+        summary = summary_of(out)
         self.assertEqual((summary["status"], summary["exit_status"]), ("failed", 4))
         self.assertIn("frames", summary["message"])
 
@@ -732,8 +727,7 @@ target = [-0.4, 0.0, 0.0]
                 out, done = self.run_scene(scene, processes, code=1)
                 self.assertIn("the event at 0.002 s could not be made", done.stderr)
                 self.assertEqual(done.stderr.count("could not be made"), 1, done.stderr)
-                with open(os.path.join(out, "summary.json"), encoding="utf-8") as file:
-                    self.assertEqual(json.load(file)["exit_status"], 1)
+                self.assertEqual(summary_of(out)["exit_status"], 1)
                 self.assertTrue(os.path.exists(os.path.join(out, "final.pvtu")))
 
     def test_output_that_cannot_be_written(self):
@@ -753,8 +747,7 @@ target = [-0.4, 0.0, 0.0]
         run, out = self.start_long_run(2, 20000)
         os.kill(self.processes_of(run, 2)[1], signal.SIGQUIT)
         run.communicate(timeout=60)
-        with open(os.path.join(out, "summary.json"), encoding="utf-8") as file:
-            self.assertEqual(json.load(file)["exit_status"], 128 + signal.SIGQUIT)
+        self.assertEqual(summary_of(out)["exit_status"], 128 + signal.SIGQUIT)
 
     def test_killed_process_ends_all(self):
         run, _ = self.start_long_run(3, 0)

@@ -1,7 +1,6 @@
 // The interfaces between an implicit step and its solvers.
 #pragma once
 
-#include <memory>
 #include <string>
 
 #include "tetraction/dynamics/nonlinear_problem.h"

@@ -116,5 +116,17 @@ inline bool everywhere(const MeshPart* part, bool value) {
 inline bool anywhere(const MeshPart* part, bool value) {
   return part == nullptr ? value : largest_of_parts(part, value ? 1.0 : 0.0) != 0.0;
 }
+/// The first process on which it is so. If there is none, the number of processes.
+inline int first_process(const MeshPart& part, bool value) {
+  return static_cast<int>(least_of_parts(&part, value ? part.rank() : part.count()));
+}
+/// text ← the text of the first process that has one. Returns whether there is such a process.
+inline bool take_from_first(const MeshPart* part, bool has, std::string& text) {
+  if (part == nullptr) return has;
+  const int first = first_process(*part, has);
+  if (first == part->count()) return false;
+  part->broadcast(text, first);
+  return true;
+}
 
 }  // namespace tetraction

@@ -13,8 +13,8 @@
 
 #include "io/text/output_file.h"
 #include "io/vtk/vtk_grid.h"
-#include "part_errors.h"
 #include "tetraction/io/text_file.h"
+#include "write_failures.h"
 
 namespace tetraction {
 namespace {

@@ -8,12 +8,12 @@
 #include "frame_fields.h"
 #include "history_rows.h"
 #include "io/text/output_file.h"
-#include "part_errors.h"
 #include "part_frames.h"
 #include "probe_file.h"
 #include "run_files.h"
 #include "tetraction/io/run_recorder.h"
 #include "tetraction/io/text_file.h"
+#include "write_failures.h"
 
 namespace tetraction {
 
@@ -61,10 +61,10 @@ struct PartRecorder::Impl {
       is_due = is_due || set.is_due(i, session.step_number());
     }
     if (!is_due) return;
-    if (!probes) {
-      share_probes(session, all);
-    } else {
+    if (probes) {
       attempt(failure, [&] { probes->write(session, all); });
+    } else {
+      share_probes(session, all);
     }
     last_probe_row = session.step_number();
   }
@@ -93,11 +93,7 @@ struct PartRecorder::Impl {
     if (history) attempt(failure, [&] { history->close(); });
     if (probes) attempt(failure, [&] { probes->finish(session); });
     share(part, failure);
-    const bool is_stopped = session.status() == RunStatus::kCancelled && stop_code;
-    const RunEnd end =
-        failure ? RunEnd{"failed", 4, failure->what()}
-                : RunEnd{to_string(session.status()),
-                         is_stopped ? stop_code() : exit_code(session.status()), session.message()};
+    const RunEnd end = end_of(session, failure, stop_code);
     summary = summary_json(session, directory, probes ? &probes->traces() : nullptr, &end);
     if (lock) attempt(failure, [&] { write_text_file(path("summary.json"), summary); });
     probes.reset();

@@ -25,6 +25,7 @@
 #include "tetraction/io/frame_writer.h"
 #include "tetraction/io/text_file.h"
 #include "tetraction/simulation/history.h"
+#include "write_failures.h"
 
 namespace tetraction {
 namespace {
@@ -112,38 +113,24 @@ struct RunRecorder::Impl {
     frames->write_single(*last, final_path);
   }
 
-  RunEnd end_of(const Session& session, const OutputError* failure) const {
-    if (failure != nullptr) return {"failed", 4, failure->what()};
-    const bool is_stopped = session.status() == RunStatus::kCancelled && stop_code;
-    return {to_string(session.status()), is_stopped ? stop_code() : exit_code(session.status()),
-            session.message()};
-  }
-
   // Writes what belongs to the end. What cannot be written does not keep the rest from being written.
   // Throws `failure`, or the first one of this function, at the end.
   void finish(const Session& session, std::optional<OutputError> failure) {
     if (is_finished) return;
     is_finished = true;
     const bool has_failed = failure.has_value();
-    const auto attempt = [&failure](const auto& work) {
-      try {
-        work();
-      } catch (const OutputError& error) {
-        if (!failure) failure = error;
-      }
-    };
-    if (last_row != session.step_number()) attempt([&] { write_row(session); });
-    if (!has_failed) attempt([&] { write_last_frame(session); });
-    attempt([&] { write_final(session); });
+    if (last_row != session.step_number()) attempt(failure, [&] { write_row(session); });
+    if (!has_failed) attempt(failure, [&] { write_last_frame(session); });
+    attempt(failure, [&] { write_final(session); });
     if (session.failure() != nullptr) {
-      attempt([&] { write_failed_elements(session, path(kFailedElementsFile)); });
+      attempt(failure, [&] { write_failed_elements(session, path(kFailedElementsFile)); });
     }
     last.reset();
-    attempt([&] { history->close(); });
-    if (probes) attempt([&] { probes->finish(session); });
-    const RunEnd end = end_of(session, failure ? &*failure : nullptr);
+    attempt(failure, [&] { history->close(); });
+    if (probes) attempt(failure, [&] { probes->finish(session); });
+    const RunEnd end = end_of(session, failure, stop_code);
     summary = summary_json(session, directory, probes ? &probes->traces() : nullptr, &end);
-    attempt([&] { write_text_file(path("summary.json"), summary); });
+    attempt(failure, [&] { write_text_file(path("summary.json"), summary); });
     probes.reset();
     lock.reset();
     if (failure) throw OutputError(*failure);

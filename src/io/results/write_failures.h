@@ -1,10 +1,13 @@
-// Errors of writing that several processes have together.
+// What a recorder of results does about files that it cannot write.
 #pragma once
 
+#include <functional>
 #include <optional>
 
 #include "tetraction/core/error.h"
+#include "tetraction/io/run_recorder.h"
 #include "tetraction/mesh/mesh_part.h"
+#include "tetraction/simulation/session.h"
 
 namespace tetraction {
 
@@ -17,6 +20,11 @@ void attempt(std::optional<OutputError>& failure, const Work& work) {
     if (!failure) failure = error;
   }
 }
+
+/// How the run ended, for summary.json. `stop_code` may be empty; it gives the exit code of a run that was
+/// stopped.
+RunEnd end_of(const Session& session, const std::optional<OutputError>& failure,
+              const std::function<int()>& stop_code);
 
 /// If a process has a failure, all have that of the first such process afterwards. Collective.
 void share(const MeshPart& part, std::optional<OutputError>& failure);
