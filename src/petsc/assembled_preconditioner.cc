@@ -181,7 +181,7 @@ BodyPreconditioner::Sign AssembledPreconditioner::factorize(bool convex) {
   if (error < 0 && (convex || error != kSingular)) {
     throw NumericalError(fmt::format(
         "MUMPS could not factorise the matrix of the whole body (its INFOG(1) is {}): take "
-        "solver.linear = \"auto\" or \"cg\", which need less memory.",
+        "solver.linear = \"matrix-free\" or \"cg\", which need less memory.",
         error));
   }
   return error < 0 || negative > 0 ? Sign::kIndefinite : Sign::kDefinite;
