@@ -15,11 +15,13 @@
 #include <utility>
 
 #include "interrupt_guard.h"
+#include "io/results/part_checkpoint.h"
 #include "io/results/result_folders.h"
 #include "petsc/mesh_distribution.h"
 #include "petsc/processes.h"
 #include "program_failure.h"
 #include "progress_bar.h"
+#include "resume.h"
 #include "scene_source.h"
 #include "tetraction/core/blas.h"
 #include "tetraction/core/parallel.h"
@@ -97,9 +99,20 @@ class SharedInterrupt : public Observer {
   int code_ = 0;
 };
 
+// A failure that all processes have.
+struct SharedFailure {
+  Processes::Failure failure;
+};
+
 Processes::Failure described() {
-  const ProgramFailure failure = present_failure();
-  return {failure.code, failure.message};
+  try {
+    throw;
+  } catch (const SharedFailure& shared) {
+    return shared.failure;
+  } catch (...) {
+    const ProgramFailure failure = present_failure();
+    return {failure.code, failure.message};
+  }
 }
 
 // All processes have the failure, and the first one tells it.
@@ -116,18 +129,8 @@ struct Inputs {
 };
 
 Inputs read_inputs(const SessionArguments& arguments, const Processes& processes) {
-  if (arguments.resume) {
-    throw InputError(
-        "--resume does not work in several processes yet: run the scene from its start, or in one "
-        "process without mpirun and with solver.engine = \"local\".");
-  }
   Inputs inputs;
   inputs.scene = read_scene(arguments.scene, arguments.overrides);
-  if (inputs.scene.output.checkpoint_every > 0) {
-    throw InputError(
-        "output.checkpoint_every does not work in several processes yet: set it to 0, or run the "
-        "scene in one process without mpirun and with solver.engine = \"local\".");
-  }
   inputs.directory = output_directory(inputs.scene, arguments.out, arguments.overrides);
   if (!processes.is_first()) return inputs;
   check_folder_of_run(inputs.scene, inputs.directory);
@@ -136,6 +139,30 @@ Inputs read_inputs(const SessionArguments& arguments, const Processes& processes
   inputs.mesh_time =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return inputs;
+}
+
+// As resume_run(). Process 0 reads the checkpoint, and gives every process its part.
+Resumption resume_together(Session& session, PartRecorder& recorder, const Inputs& inputs,
+                           const SessionArguments& arguments, const Processes& processes) {
+  const MeshPart& part = *session.system().part();
+  const BodyIdentity body = session.checkpoint().body;
+  ResumePoint point;
+  const Processes::Failure failure = processes.together(
+      [&] {
+        if (processes.is_first()) {
+          point = find_resume_point(session, body, inputs.directory, arguments.force);
+        }
+      },
+      &described);
+  if (failure.code != 0) throw SharedFailure{failure};
+  point.resumption = static_cast<Resumption>(processes.largest(static_cast<int>(point.resumption)));
+  if (point.resumption != Resumption::kContinues) return point.resumption;
+  point.has_new_steps = processes.largest(point.has_new_steps ? 1 : 0) != 0;
+  point.stored = handed_out(part, std::move(point.stored));
+  restore_run(session, body, point);
+  recorder.resume(session, point.stored);
+  report_resumption(session, point, inputs.directory, arguments.quiet);
+  return point.resumption;
 }
 
 // What all processes do together.
@@ -155,11 +182,18 @@ int run_together(const SessionArguments& arguments, Inputs inputs, const Process
   for (const std::string& warning : session.warnings()) {
     if (warning != slow_blas || slow_blas.empty()) print_warning(warning);
   }
-  const std::size_t told = session.warnings().size();
   PartRecorder recorder(inputs.directory, inputs.scene.output.every);
   InterruptGuard guard;
   SharedInterrupt interrupt(processes, recorder);
   recorder.set_stop_code([&interrupt] { return interrupt.exit_code(); });
+  recorder.lock_directory(*session.system().part());
+  recorder.keep_checkpoints(session.scene().output.checkpoint_every);
+  if (arguments.resume &&
+      resume_together(session, recorder, inputs, arguments, processes) == Resumption::kComplete) {
+    if (arguments.json) write_result(read_summary(inputs.directory));
+    return 0;
+  }
+  const std::size_t told = session.warnings().size();
   ProgressBar bar(label);
   std::vector<Observer*> observers{&recorder, &interrupt};
   if (processes.is_first() && !arguments.quiet && ProgressBar::possible()) {

@@ -15,7 +15,7 @@
 #include "io/text/output_file.h"
 #include "tetraction/core/error.h"
 #include "tetraction/core/version.h"
-#include "tetraction/io/checkpoint_file.h"
+#include "tetraction/dynamics/whole_body.h"
 
 namespace tetraction {
 namespace {
@@ -102,7 +102,7 @@ void require_forcible(const std::string& directory, const StoredCheckpoint& stor
       fixed.push_back(fmt::format("event.{}, which was made", i));
     }
   }
-  if (stored.checkpoint.state.position.size() != session.state().position.size()) {
+  if (stored.checkpoint.state.position.size() != 3 * whole_vertex_count(session.system())) {
     fixed.emplace_back("the number of vertices");
   }
   if (fixed.empty()) return;
@@ -147,11 +147,11 @@ void refuse_equilibrium(const std::string& directory, const SummaryJson& summary
       directory));
 }
 
-bool has_same_mesh(const SummaryJson& summary, const TetMesh& mesh) {
+bool has_same_mesh(const SummaryJson& summary, const MechanicalSystem& system) {
   const SummaryJson before = summary.value("mesh", SummaryJson::object());
-  return before.value("vertices", SummaryJson()) == mesh.vertex_count() &&
-         before.value("tetrahedra", SummaryJson()) == mesh.tetrahedron_count() &&
-         before.value("volume", SummaryJson()) == mesh.total_volume();
+  return before.value("vertices", SummaryJson()) == whole_vertex_count(system) &&
+         before.value("tetrahedra", SummaryJson()) == whole_tetrahedron_count(system) &&
+         before.value("volume", SummaryJson()) == system.mesh().total_volume();
 }
 
 }  // namespace
@@ -160,28 +160,29 @@ std::string read_summary(const std::string& directory) {
   return read_output(directory + "/summary.json");
 }
 
-Resumption resume_run(Session& session, RunRecorder& recorder, const std::string& directory,
-                      bool force, bool quiet) {
+ResumePoint find_resume_point(const Session& session, const BodyIdentity& body,
+                              const std::string& directory, bool force) {
+  ResumePoint point;
   const SummaryJson summary = SummaryJson::parse(read_summary(directory), nullptr, false);
   refuse_equilibrium(directory, summary);
   const Scene& scene = session.scene();
   const bool only_regular = scene.output.checkpoint_every > 0;
   std::optional<StoredCheckpoint> stored = newest_checkpoint(directory, only_regular);
-  std::vector<std::string> parts;
-  const BodyIdentity body = session.checkpoint().body;
+  std::vector<std::string>& parts = point.changes;
   if (stored) parts = changes(*stored, inputs_of(session), body);
 
   if (summary.is_object() && summary.value("status", SummaryJson()) == "ok") {
     std::vector<std::string> since =
         changed_keys(summary.value("scene", SummaryJson::object()).dump(), scene.echo);
-    if (!has_same_mesh(summary, session.system().mesh())) since.emplace_back("the mesh");
+    if (!has_same_mesh(summary, session.system())) since.emplace_back("the mesh");
     if (parts.empty()) parts = std::move(since);
     if (parts.empty()) {
       print_note(fmt::format(
           "{}: this run is complete already, with {} steps to t = {:.6g} s. To make it once more, "
           "start it without --resume.",
           directory, summary.value("steps", Index{0}), summary.value("time", 0.0)));
-      return Resumption::kComplete;
+      point.resumption = Resumption::kComplete;
+      return point;
     }
   }
   if (!parts.empty() && !force) refuse_changes(directory, parts);
@@ -190,22 +191,39 @@ Resumption resume_run(Session& session, RunRecorder& recorder, const std::string
         "{}: there is no checkpoint from which a run could go on{}. The run starts from "
         "the beginning.",
         directory, only_regular ? "" : " (output.checkpoint_every makes them)"));
-    return Resumption::kNothing;
+    return point;
   }
   if (!parts.empty()) require_forcible(directory, *stored, parts, session);
-  Checkpoint& checkpoint = stored->checkpoint;
-  complete_settings(checkpoint, scene);
+  point.resumption = Resumption::kContinues;
+  point.has_new_steps =
+      std::ranges::any_of(parts, [](const auto& part) { return part.starts_with("time."); });
+  point.stored = *std::move(stored);
+  return point;
+}
+
+void restore_run(Session& session, const BodyIdentity& body, ResumePoint& point) {
+  Checkpoint& checkpoint = point.stored.checkpoint;
+  complete_settings(checkpoint, session.scene());
   checkpoint.body = body;
   session.restore(checkpoint);
-  if (std::ranges::any_of(parts, [](const auto& part) { return part.starts_with("time."); })) {
-    plan_steps_anew(session);
-  }
-  session.add_times(stored->times);
-  recorder.resume(session, *stored);
-  if (!parts.empty()) {
+  if (point.has_new_steps) plan_steps_anew(session);
+  session.add_times(point.stored.times);
+}
+
+void report_resumption(const Session& session, const ResumePoint& point,
+                       const std::string& directory, bool quiet) {
+  const StoredCheckpoint* stored = &point.stored;
+  if (!point.changes.empty()) {
     print_warning(fmt::format(
         "the run goes on with changed inputs: {}. Its results belong to no single scene.",
-        listing_of(parts)));
+        listing_of(point.changes)));
+  }
+  const int processes = process_count(session);
+  if (stored->processes != processes) {
+    print_note(fmt::format(
+        "the checkpoint was written by {} process{}, and the run goes on in {}: the last digits "
+        "may differ from those of one run.",
+        stored->processes, stored->processes == 1 ? "" : "es", processes));
   }
   if (stored->version != version()) {
     print_warning(fmt::format(
@@ -221,7 +239,17 @@ Resumption resume_run(Session& session, RunRecorder& recorder, const std::string
                            : " The checkpoint was made when the run was stopped: implicit "
                              "steps agree with those of one run within the solver's tolerance."));
   }
-  return Resumption::kContinues;
+}
+
+Resumption resume_run(Session& session, RunRecorder& recorder, const std::string& directory,
+                      bool force, bool quiet) {
+  const BodyIdentity body = session.checkpoint().body;
+  ResumePoint point = find_resume_point(session, body, directory, force);
+  if (point.resumption != Resumption::kContinues) return point.resumption;
+  restore_run(session, body, point);
+  recorder.resume(session, point.stored);
+  report_resumption(session, point, directory, quiet);
+  return point.resumption;
 }
 
 }  // namespace tetraction

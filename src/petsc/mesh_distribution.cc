@@ -10,14 +10,12 @@
 #include <type_traits>
 #include <utility>
 
+#include "messages.h"
 #include "mpi_part.h"
 #include "tetraction/core/error.h"
 
 namespace tetraction::petsc {
 namespace {
-
-constexpr int kTag = 5;
-constexpr std::size_t kMessage = std::size_t{1} << 28;  // bytes
 
 // Numbers, texts and lists of them as bytes.
 class Writer {
@@ -111,11 +109,14 @@ void pass(Archive& archive, Data& data, const auto& item) {
   item(archive, data.owned_vertices);
   item(archive, data.boundary_faces);
   item(archive, data.boundary_vertices);
+  item(archive, data.vertex_numbers);
+  item(archive, data.tetrahedron_numbers);
   item(archive, data.whole.vertices);
   item(archive, data.whole.tetrahedra);
   item(archive, data.whole.volume);
   item(archive, data.whole.vertex_ids.first);
   item(archive, data.whole.vertex_ids.second);
+  item(archive, data.whole.fingerprints);
   for (Index i = 0; i < 3; ++i) {
     item(archive, data.whole.low[i]);
     item(archive, data.whole.high[i]);
@@ -206,31 +207,13 @@ PartData unpacked(std::vector<char> bytes) {
   return data;
 }
 
-void send(const std::vector<char>& bytes, int to) {
-  std::uint64_t size = bytes.size();
-  MPI_Send(&size, 1, MPI_UINT64_T, to, kTag, MPI_COMM_WORLD);
-  for (std::size_t begin = 0; begin < bytes.size(); begin += kMessage) {
-    const std::size_t count = std::min(kMessage, bytes.size() - begin);
-    MPI_Send(bytes.data() + begin, static_cast<int>(count), MPI_BYTE, to, kTag, MPI_COMM_WORLD);
-  }
-}
-
-std::vector<char> receive() {
-  std::uint64_t size = 0;
-  MPI_Recv(&size, 1, MPI_UINT64_T, 0, kTag, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
-  std::vector<char> bytes(size);
-  for (std::size_t begin = 0; begin < bytes.size(); begin += kMessage) {
-    const std::size_t count = std::min(kMessage, bytes.size() - begin);
-    MPI_Recv(bytes.data() + begin, static_cast<int>(count), MPI_BYTE, 0, kTag, MPI_COMM_WORLD,
-             MPI_STATUS_IGNORE);
-  }
-  return bytes;
-}
-
 // The part of process 0, after all others were sent.
 PartData divide(const TetMesh& mesh, int parts) {
   const MeshDivider divider(mesh, partition_mesh(mesh, parts), parts);
-  for (int part = 1; part < parts; ++part) send(packed(divider.part(part)), part);
+  for (int part = 1; part < parts; ++part) {
+    const std::vector<char> bytes = packed(divider.part(part));
+    send_list(bytes.data(), bytes.size(), part);
+  }
   return divider.part(0);
 }
 
@@ -258,7 +241,7 @@ TetMesh distribute_mesh(const Processes& processes, TetMesh mesh) {
     data = divide(mesh, parts);
     mesh = {};
   } else {
-    data = unpacked(receive());
+    data = unpacked(receive_list<char>(0));
   }
   TetMesh part = std::move(data.mesh);
   part.part = std::make_shared<MpiPart>(processes, std::move(data));

@@ -112,6 +112,7 @@ MeshDivider::MeshDivider(const TetMesh& mesh, const std::vector<int>& part_of_te
   whole_.vertices = mesh.vertex_count();
   whole_.tetrahedra = mesh.tetrahedron_count();
   whole_.volume = mesh.total_volume();
+  whole_.fingerprints = fingerprints_of(mesh);
   whole_.low = whole_.high = mesh.vertices.front();
   for (const Vector3 x : mesh.vertices) {
     whole_.low = whole_.low.cwiseMin(x);
@@ -205,6 +206,8 @@ PartData MeshDivider::part(int number) const {
   for (const auto& [name, values] : mesh_.cell_arrays) {
     mesh.cell_arrays[name] = columns_of(values, tetrahedra);
   }
+  data.vertex_numbers = std::move(vertices);
+  data.tetrahedron_numbers = tetrahedra;
   return data;
 }
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "assembled_preconditioner.h"
+#include "messages.h"
 
 namespace tetraction::petsc {
 namespace {
@@ -28,6 +29,8 @@ MpiPart::MpiPart(const Processes& processes, PartData&& data)
   whole = data.whole;
   boundary_faces = std::move(data.boundary_faces);
   boundary_vertices = std::move(data.boundary_vertices);
+  vertex_numbers = std::move(data.vertex_numbers);
+  tetrahedron_numbers = std::move(data.tetrahedron_numbers);
   for (const Neighbor& neighbor : neighbors_) {
     shared_vertices.insert(shared_vertices.end(), neighbor.shared.begin(), neighbor.shared.end());
   }
@@ -36,8 +39,8 @@ MpiPart::MpiPart(const Processes& processes, PartData&& data)
                         shared_vertices.end());
 }
 
-// received_ ← the neighbours' numbers of the shared vertices.
-void MpiPart::exchange(const double* values, Index width) const {
+// received_ ← the neighbours' numbers of the shared vertices, some time before MPI_Waitall() ends.
+void MpiPart::begin_adding(const double* values, Index width) const {
   const auto size = static_cast<std::size_t>(width);
   for (std::size_t n = 0; n < neighbors_.size(); ++n) {
     const std::vector<Index>& shared = neighbors_[n].shared;
@@ -53,14 +56,13 @@ void MpiPart::exchange(const double* values, Index width) const {
     MPI_Isend(sent_[n].data(), static_cast<int>(sent_[n].size()), MPI_DOUBLE, neighbors_[n].rank,
               kTag, MPI_COMM_WORLD, &requests_[neighbors_.size() + n]);
   }
-  MPI_Waitall(static_cast<int>(requests_.size()), requests_.data(), MPI_STATUSES_IGNORE);
 }
 
 // All processes add the numbers of a vertex in the order of the processes, so that its copies have the same
 // bits.
-void MpiPart::add_shared(double* values, Index width) const {
+void MpiPart::end_adding(double* values, Index width) const {
   if (neighbors_.empty()) return;
-  exchange(values, width);
+  MPI_Waitall(static_cast<int>(requests_.size()), requests_.data(), MPI_STATUSES_IGNORE);
   own_.resize(shared_vertices.size() * static_cast<std::size_t>(width));
   double* next = own_.data();
   for (const Index v : shared_vertices) {
@@ -122,6 +124,50 @@ void MpiPart::broadcast(std::string& text, int from) const {
   MPI_Bcast(&size, 1, MPI_INT, from, MPI_COMM_WORLD);
   text.resize(static_cast<std::size_t>(size));
   MPI_Bcast(text.data(), size, MPI_CHAR, from, MPI_COMM_WORLD);
+}
+
+// Every other process sends the numbers of its own vertices and then their values.
+Vector MpiPart::collect(const Vector& values, Index width) const {
+  const auto own = static_cast<std::size_t>(owned_vertices);
+  if (rank_ != 0) {
+    send_list(vertex_numbers.data(), own, 0);
+    send_list(values.data(), own * static_cast<std::size_t>(width), 0);
+    return {};
+  }
+  Vector all(width * whole.vertices);
+  const auto place = [&](const Index* numbers, std::size_t count, const double* from) {
+    for (std::size_t i = 0; i < count; ++i) {
+      std::copy_n(from + static_cast<Index>(i) * width, width, all.data() + numbers[i] * width);
+    }
+  };
+  place(vertex_numbers.data(), own, values.data());
+  for (int rank = 1; rank < count_; ++rank) {
+    const auto numbers = receive_list<Index>(rank);
+    place(numbers.data(), numbers.size(), receive_list<double>(rank).data());
+  }
+  return all;
+}
+
+// Every other process sends the numbers of all its vertices and gets their values.
+Vector MpiPart::hand_out(const Vector& whole_values, Index width) const {
+  const auto pick = [&](const std::vector<Index>& numbers) {
+    std::vector<double> picked(numbers.size() * static_cast<std::size_t>(width));
+    double* next = picked.data();
+    for (const Index v : numbers) next = std::copy_n(whole_values.data() + v * width, width, next);
+    return picked;
+  };
+  std::vector<double> own;
+  if (rank_ != 0) {
+    send_list(vertex_numbers.data(), vertex_numbers.size(), 0);
+    own = receive_list<double>(0);
+  } else {
+    own = pick(vertex_numbers);
+    for (int rank = 1; rank < count_; ++rank) {
+      const std::vector<double> picked = pick(receive_list<Index>(rank));
+      send_list(picked.data(), picked.size(), rank);
+    }
+  }
+  return Eigen::Map<const Vector>(own.data(), static_cast<Index>(own.size()));
 }
 
 std::unique_ptr<BodyPreconditioner> MpiPart::make_preconditioner(

@@ -20,17 +20,18 @@ class MpiPart : public MeshPart, public PreconditionerSource {
 
   int rank() const override { return rank_; }
   int count() const override { return count_; }
-  void add_shared(double* values, Index width) const override;
+  void begin_adding(const double* values, Index width) const override;
+  void end_adding(double* values, Index width) const override;
   void sum(double* values, Index count) const override;
   void largest(double* values, Index count) const override;
   void gather(const double* own, const std::vector<Index>& counts, double* all) const override;
   void broadcast(std::string& text, int from) const override;
+  Vector collect(const Vector& values, Index width) const override;
+  Vector hand_out(const Vector& whole_values, Index width) const override;
   std::unique_ptr<BodyPreconditioner> make_preconditioner(
       const MechanicalSystem& system, BodyPreconditioner::Kind kind) const override;
 
  private:
-  void exchange(const double* values, Index width) const;
-
   int rank_;
   int count_;
   std::vector<Neighbor> neighbors_;

@@ -1,6 +1,7 @@
 // Checkpoints of a session: everything that its run needs to go on, bit by bit.
 #include <fmt/format.h>
 
+#include <array>
 #include <cmath>
 #include <optional>
 #include <string>
@@ -15,25 +16,42 @@
 namespace tetraction {
 namespace {
 
-BodyIdentity make_identity(const MechanicalSystem& system) {
-  Fingerprint mesh;
-  Fingerprint regions;
-  const Vector rest = system.mesh().rest_positions();
-  mesh.add(static_cast<std::uint64_t>(rest.size()));
-  for (const double x : rest) mesh.add(x);
-  for (const auto& [name, values] : system.mesh().cell_arrays) {  // materials may refer to them
-    mesh.add(name);
-    for (const double x : values.reshaped()) mesh.add(x);
-  }
+// Made from value(e) of each tetrahedron e of the whole body. It is the sum of one number for each of them, so that
+// each part can add up those of its own.
+template <class ValueOf>
+std::uint64_t sum_over_elements(const MechanicalSystem& system, const ValueOf& value) {
+  const MeshPart* part = system.part();
+  std::uint64_t sum = 0;
   for (Index e = 0; e < system.rest().element_count(); ++e) {
-    for (const Index v : system.rest().nodes(e)) mesh.add(static_cast<std::uint64_t>(v));
-    regions.add(static_cast<std::uint64_t>(system.region(e)));
+    const Index number =
+        part == nullptr ? e : part->tetrahedron_numbers[static_cast<std::size_t>(e)];
+    Fingerprint element;
+    element.add(static_cast<std::uint64_t>(number));
+    element.add(value(e));
+    sum += element.value();
   }
-  Fingerprint densities;
-  for (Index e = 0; e < system.rest().element_count(); ++e) densities.add(system.density(e));
+  if (part == nullptr) return sum;
+  // Parts add floating-point numbers, which have to be exact.
+  constexpr int kBits = 16;
+  std::array<double, 64 / kBits> digits{};
+  for (std::size_t i = 0; i < digits.size(); ++i) {
+    digits[i] = static_cast<double>((sum >> (kBits * i)) & ((1U << kBits) - 1));
+  }
+  part->sum(digits.data(), static_cast<Index>(digits.size()));
+  sum = 0;
+  for (std::size_t i = 0; i < digits.size(); ++i) {
+    sum += static_cast<std::uint64_t>(digits[i]) << (kBits * i);
+  }
+  return sum;
+}
+
+BodyIdentity make_identity(const MechanicalSystem& system) {
   Fingerprint terms;
   for (const ForceTerm* term : system.force_terms()) terms.add(term->name());
-  return {mesh.value(), regions.value(), densities.value(), terms.value()};
+  const auto region = [&](Index e) { return static_cast<std::uint64_t>(system.region(e)); };
+  const auto density = [&](Index e) { return system.density(e); };
+  return {fingerprints_of(system.mesh()).body, sum_over_elements(system, region),
+          sum_over_elements(system, density), terms.value()};
 }
 
 // The parts of the identities that differ, as in "the mesh and the densities".
@@ -98,7 +116,8 @@ void Session::Impl::require_own(const Checkpoint& checkpoint) {
                     "scene has {}.",
                     checkpoint.progress.next_event, scene.event.size()));
   }
-  if (!state.position.allFinite() || !state.momentum.allFinite() || !std::isfinite(state.time)) {
+  const bool is_finite = state.position.allFinite() && state.momentum.allFinite();
+  if (!everywhere(system->part(), is_finite) || !std::isfinite(state.time)) {
     throw InputError("The state of the checkpoint is not finite.");
   }
 }
@@ -115,6 +134,8 @@ Checkpoint Session::checkpoint() {
   } else {
     s.tracker.reset();
   }
+  // The modes are vectors over the free coordinates of a part, which another number of parts could not use.
+  if (s.system->part() != nullptr) s.progress.plan.automatic.modes = {};
   return {s.identity(),
           s.settings,
           s.progress,

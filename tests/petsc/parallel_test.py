@@ -546,6 +546,142 @@ class Files(ParallelTest):
                     self.assertLessEqual(abs(a - b), 1e-10 * size)
 
 
+class Checkpoints(ParallelTest):
+    """Runs that lose their end go on from the checkpoint after step 30 of 40."""
+
+    def scene(self, rule):
+        step = {"verlet": 2e-4, "midpoint": 2e-3}[rule]
+        events = "[[event]]\nat = %g\nfix = { select = { plane = { axis = \"x\", at = 0.4 } } }\n" % (12.5 * step)
+        return self.write(f"{rule}.toml", BODY + LOADS + PROBES + time_of(rule, step, 40) +
+                          OUTPUT.replace("every = 20", "every = 20\ncheckpoint_every = 15") + events)
+
+    def lose_end(self, out):
+        os.remove(os.path.join(out, "summary.json"))
+
+    def contents(self, out):
+        """What must be the same in a run that was not stopped."""
+        names = ["history.csv", "probes.csv", "frames.pvd", "final.pvtu"]
+        names += [os.path.join("frames", name) for name in sorted(os.listdir(os.path.join(out, "frames")))]
+        result = {}
+        for name in names:
+            with open(os.path.join(out, name), "rb") as file:
+                result[name] = file.read()
+        return result
+
+    def test_same_bits(self):
+        for rule, extra in (("verlet", []), ("verlet", ["--set", 'time.step="auto"']), ("midpoint", [])):
+            with self.subTest(rule=rule, extra=extra):
+                out = self.path("same-" + rule + str(len(extra)))
+                scene = self.scene(rule)
+                self.run_scene(scene, 3, *extra, out=out)
+                whole = self.contents(out)
+                checkpoints = sorted(os.listdir(os.path.join(out, "checkpoints")))
+                self.lose_end(out)
+                _, done = self.run_scene(scene, 3, *extra, "--resume", out=out)
+                self.assertIn("the run goes on after step", done.stderr)
+                again = self.contents(out)
+                self.assertEqual(again.keys(), whole.keys())
+                self.assertEqual([name for name in whole if again[name] != whole[name]], [])
+                self.assertEqual(sorted(os.listdir(os.path.join(out, "checkpoints"))), checkpoints)
+
+    def test_any_number_of_processes(self):
+        for rule, tolerance in (("verlet", 1e-12), ("midpoint", 1e-7)):
+            scene = self.scene(rule)
+            serial, _ = self.run_scene(scene, out=self.path("serial-" + rule))
+            names, rows = table(os.path.join(serial, "history.csv"))
+            probes, values = table(os.path.join(serial, "probes.csv"))
+            for before, after in ((3, 2), (2, 4), (3, 1), (3, None), (None, 3)):
+                with self.subTest(rule=rule, before=before, after=after):
+                    out = self.path(f"{rule}-{before}-{after}")
+                    self.run_scene(scene, before, out=out)
+                    self.lose_end(out)
+                    _, done = self.run_scene(scene, after, "--resume", out=out)
+                    self.assertIn("the run goes on after step 30", done.stderr)
+                    self.assertIn("last digits may differ", done.stderr)
+                    for name, expected in (("history.csv", rows), ("probes.csv", values)):
+                        columns, own = table(os.path.join(out, name))
+                        self.assertEqual(columns, names if name == "history.csv" else probes)
+                        self.assertEqual(len(own), len(expected))
+                        difference, where = largest_difference(columns, expected, own)
+                        self.assertLessEqual(difference, tolerance, where)
+                    self.assertEqual(summary_of(out)["status"], "ok")
+                    self.assert_files_belong_together(out, "final.vtu" if after is None else "final.pvtu")
+                    _, done = self.run_scene(scene, after, "--resume", out=out)
+                    self.assertIn("complete already", done.stderr)
+
+    def assert_files_belong_together(self, out, final):
+        """All frames can be read, and no file is there that none of them names."""
+        named = set()
+        with open(os.path.join(out, "frames.pvd")) as file:
+            frames = [part.split('"')[0] for part in file.read().split('file="')[1:]]
+        self.assertEqual(len(frames), 3)
+        for name in frames + [final]:
+            path = os.path.join(out, name)
+            points_of(path, "displacement")
+            named.add(os.path.basename(path))
+            if name.endswith(".pvtu"):
+                with open(path) as file:
+                    named |= {os.path.basename(part.split('"')[0])
+                              for part in file.read().split('Source="')[1:]}
+        named.discard(final)
+        self.assertEqual(named, set(os.listdir(os.path.join(out, "frames"))))
+        self.assertEqual([name for name in ("final.vtu", "final.pvtu") if os.path.exists(os.path.join(out, name))],
+                         [final])
+
+    def test_same_file_as_in_one_process(self):
+        # But for the number of processes, times of the clock and last digits, which have a fixed place.
+        sizes = set()
+        for processes in (None, 1, 3):
+            out, _ = self.run_scene(self.scene("verlet"), processes)
+            sizes.add(os.path.getsize(os.path.join(out, "checkpoints", "step_000000030.ckpt")))
+        self.assertEqual(len(sizes), 1)
+
+    def test_a_stopped_run_goes_on(self):
+        scene = self.write("long.toml", BODY + LOADS + time_of("verlet", 1e-4, 100000) + OUTPUT)
+        out = self.path("stopped")
+        command = [MPIRUN, "-n", "2", PROGRAM, "run", scene, "--out", out]
+        run = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                               cwd=self.folder, env=ENVIRONMENT)
+        while not os.path.exists(os.path.join(out, "frames.pvd")):
+            time.sleep(0.05)
+        time.sleep(0.5)
+        run.send_signal(signal.SIGTERM)
+        run.communicate(timeout=60)
+        steps = summary_of(out)["steps"]
+        self.assertGreater(steps, 0)
+        last = ["--set", f"time.end={1e-4 * (steps + 3)}", "--force"]
+        _, done = self.run_scene(scene, 3, "--resume", *last, out=out)
+        self.assertIn(f"the run goes on after step {steps} ", done.stderr)
+        self.assertEqual(summary_of(out)["steps"], steps + 3)
+
+    def test_errors_have_one_message(self):
+        scene = self.scene("verlet")
+        out, _ = self.run_scene(scene, 2)
+        self.lose_end(out)
+        _, done = self.run_scene(scene, 2, "--resume", "--set", "damping.viscosity=3.0", code=2)
+        self.assert_one_message(done, "its inputs have changed since: damping")
+        history = os.path.join(out, "history.csv")
+        with open(history) as file:
+            kept = file.read()
+        with open(history, "w") as file:
+            file.write(kept.replace("0.0002", "0.0003", 1))
+        _, done = self.run_scene(scene, 2, "--resume", code=3)
+        self.assert_one_message(done, "its rows have changed since the checkpoint")
+        with open(history, "w") as file:
+            file.write(kept)
+        piece = os.path.join(out, "frames", "frame_000020_0001.vtu")
+        os.rename(piece, piece + ".away")
+        _, done = self.run_scene(scene, 2, "--resume", code=3)
+        self.assert_one_message(done, "it is missing")
+        os.rename(piece + ".away", piece)
+        newest = os.path.join(out, "checkpoints", "step_000000030.ckpt")
+        with open(newest, "r+b") as file:
+            file.truncate(1000)
+        _, done = self.run_scene(scene, 2, "--resume")
+        self.assertIn("it is cut off", done.stderr)
+        self.assertIn("the run goes on after step 15", done.stderr)
+
+
 class Endings(ParallelTest):
     def scene(self, extra="", steps=40):
         return self.write("scene.toml", BODY + LOADS + time_of("verlet", 2e-4, steps) + OUTPUT + extra)
@@ -771,7 +907,6 @@ target = [-0.4, 0.0, 0.0]
             "mesh.element=\"quadratic\"": "mesh.element",
             "time.integrator=\"energy-momentum\"": "energy-momentum",
             "time.retry=3": "time.retry",
-            "output.checkpoint_every=5": "checkpoint_every",
             "solver.kind=\"ceres\"": "ceres",
         }
         for setting, name in settings.items():

@@ -34,13 +34,16 @@ class Part : public MeshPart {
   explicit Part(Index owned) { owned_vertices = owned; }
   int rank() const override { return 0; }
   int count() const override { return 1; }
-  void add_shared(double* /*values*/, Index /*width*/) const override {}
+  void begin_adding(const double* /*values*/, Index /*width*/) const override {}
+  void end_adding(double* /*values*/, Index /*width*/) const override {}
   void sum(double* /*values*/, Index /*count*/) const override {}
   void largest(double* /*values*/, Index /*count*/) const override {}
   void gather(const double* own, const std::vector<Index>& counts, double* all) const override {
     std::copy_n(own, counts[0], all);
   }
   void broadcast(std::string& /*text*/, int /*from*/) const override {}
+  Vector collect(const Vector& values, Index /*width*/) const override { return values; }
+  Vector hand_out(const Vector& values, Index /*width*/) const override { return values; }
 };
 
 TEST(VertexGroups, CopiesComeLast) {

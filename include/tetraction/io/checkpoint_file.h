@@ -35,15 +35,19 @@ struct RunInputs {
 /// The inputs of a session. The mesh itself is in Checkpoint::body.
 RunInputs inputs_of(const Session& session);
 
+/// The number of processes that make the run of a session together.
+int process_count(const Session& session);
+
 /// The keys of the scenes whose values differ, as in "time.step" or "force.0.vector". The order of keys
-/// does not count, and neither do [output], which does not affect the motion, and the paths of files,
-/// whose contents are compared instead.
+/// does not count, and neither do [output] and solver.engine, which do not affect the motion, and the paths of
+/// files, whose contents are compared instead.
 std::vector<std::string> changed_keys(const std::string& scene, const std::string& other);
 
 /// A checkpoint with what belongs to the program that made it.
 struct StoredCheckpoint {
   std::string version;      ///< of the program
   bool is_regular = false;  ///< see CheckpointObserver
+  int processes = 1;        ///< that made the run together
   RunInputs inputs;
   PhaseTimes times;
   RecordedFiles files;

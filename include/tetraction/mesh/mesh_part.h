@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "tetraction/core/types.h"
+#include "tetraction/mesh/mesh_fingerprints.h"
 
 namespace tetraction {
 
@@ -32,7 +33,15 @@ class MeshPart {
 
   /// values: `width` numbers for each vertex of the part's mesh, that of vertex v from width v on. The
   /// numbers of the copies of a vertex are added up, in the order of the processes.
-  virtual void add_shared(double* values, Index width) const = 0;
+  void add_shared(double* values, Index width) const {
+    begin_adding(values, width);
+    end_adding(values, width);
+  }
+  /// add_shared() in two halves. The numbers of shared vertices must be complete, as far as they are this
+  /// part's own, at the first half and stay as they are until the second; those of other vertices may change. No
+  /// other function may be called in between.
+  virtual void begin_adding(const double* values, Index width) const = 0;
+  virtual void end_adding(double* values, Index width) const = 0;
   /// values[i] ← the sum of values[i] over all processes, in their order.
   virtual void sum(double* values, Index count) const = 0;
   /// values[i] ← the largest values[i] of all processes.
@@ -42,6 +51,12 @@ class MeshPart {
   virtual void gather(const double* own, const std::vector<Index>& counts, double* all) const = 0;
   /// text ← that of the process `from`.
   virtual void broadcast(std::string& text, int from) const = 0;
+  /// On process 0 the numbers of all vertices of the whole mesh, in its order, each from its owner; elsewhere
+  /// an empty vector. values: as for add_shared().
+  virtual Vector collect(const Vector& values, Index width) const = 0;
+  /// The numbers of the part's vertices out of those of the whole mesh, which process 0 has; elsewhere
+  /// `whole_values` is not read. The inverse of collect().
+  virtual Vector hand_out(const Vector& whole_values, Index width) const = 0;
 
   /// `own` of each process.
   std::vector<Index> counts_of_parts(Index own) const {
@@ -62,6 +77,9 @@ class MeshPart {
   Index owned_vertices = 0;
   /// The vertices that other parts have, too, ascending.
   std::vector<Index> shared_vertices;
+  /// The numbers of the part's vertices and tetrahedra in the whole mesh.
+  std::vector<Index> vertex_numbers;
+  std::vector<Index> tetrahedron_numbers;
   /// The whole mesh.
   struct Whole {
     Index vertices = 0;
@@ -70,6 +88,7 @@ class MeshPart {
     Vector3 low = Vector3::Zero();
     Vector3 high = Vector3::Zero();                          ///< the corners of its box, m
     std::pair<std::int64_t, std::int64_t> vertex_ids{0, 0};  ///< least and largest
+    MeshFingerprints fingerprints;
   };
   Whole whole;
   /// The triangles of the part's tetrahedra on the boundary of the whole mesh (boundary_faces()).

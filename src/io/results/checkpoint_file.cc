@@ -28,7 +28,7 @@ namespace fs = std::filesystem;
 // The beginning of a file. It is followed by the size of the numbers, the numbers, and the check sum
 // of everything before it.
 constexpr std::string_view kMagic = "Tetraction checkpoint\n";
-constexpr std::uint32_t kFormat = 2;
+constexpr std::uint32_t kFormat = 3;
 constexpr std::uint32_t kByteOrder = 0x01020304;
 constexpr std::size_t kBeginSize =
     kMagic.size() + sizeof kFormat + sizeof kByteOrder + sizeof(std::uint64_t);
@@ -98,7 +98,7 @@ using Json = nlohmann::json;
 // Adds the paths of the values that differ below a key.
 void compare(const Json& a, const Json& b, const std::string& key, std::vector<std::string>& keys) {
   if (a == b) return;
-  if (key == "output" || key.ends_with(".file")) return;
+  if (key == "output" || key == "solver.engine" || key.ends_with(".file")) return;
   const auto below = [&](const std::string& name) { return key.empty() ? name : key + '.' + name; };
   if (a.is_object() && b.is_object()) {
     Json names = Json::object();
@@ -129,27 +129,7 @@ bool is_folder(const std::string& path) {
 }  // namespace
 
 RunInputs inputs_of(const Session& session) {
-  const TetMesh& mesh = session.system().mesh();
-  Fingerprint numbers;
-  for (Index v = 0; v < mesh.vertex_count(); ++v) {
-    numbers.add(static_cast<std::uint64_t>(mesh.vertex_id(v)));
-  }
-  for (Index e = 0; e < mesh.tetrahedron_count(); ++e) {
-    numbers.add(static_cast<std::uint64_t>(mesh.tetrahedron_id(e)));
-  }
-  for (const Group& group : mesh.groups) {
-    numbers.add(group.name);
-    for (const Index v : group.vertices) numbers.add(static_cast<std::uint64_t>(v));
-    for (const Index e : group.tetrahedra) numbers.add(static_cast<std::uint64_t>(e));
-    for (const auto& triangle : group.triangles) {
-      for (const Index v : triangle) numbers.add(static_cast<std::uint64_t>(v));
-    }
-  }
-  Fingerprint fields;
-  for (const auto& [name, values] : mesh.point_arrays) {
-    fields.add(name);
-    for (const double x : values.reshaped()) fields.add(x);
-  }
+  const MeshFingerprints mesh = fingerprints_of(session.system().mesh());
   Fingerprint amplitudes;
   for (const AmplitudeSettings& amplitude : session.scene().amplitude) {
     amplitudes.add(amplitude.name);
@@ -158,7 +138,12 @@ RunInputs inputs_of(const Session& session) {
       amplitudes.add(value);
     }
   }
-  return {session.scene().echo, numbers.value(), fields.value(), amplitudes.value()};
+  return {session.scene().echo, mesh.numbers, mesh.fields, amplitudes.value()};
+}
+
+int process_count(const Session& session) {
+  const MeshPart* part = session.system().part();
+  return part == nullptr ? 1 : part->count();
 }
 
 std::vector<std::string> changed_keys(const std::string& scene, const std::string& other) {

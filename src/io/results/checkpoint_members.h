@@ -231,8 +231,8 @@ void transfer(Archive& archive, T& value) {
 
 template <class Archive, Is<StoredCheckpoint> T>
 void transfer(Archive& archive, T& value) {
-  auto& [version, is_regular, inputs, times, files, checkpoint] = value;
-  transfer_all(archive, version, is_regular, inputs, times, files, checkpoint);
+  auto& [version, is_regular, processes, inputs, times, files, checkpoint] = value;
+  transfer_all(archive, version, is_regular, processes, inputs, times, files, checkpoint);
 }
 
 }  // namespace tetraction

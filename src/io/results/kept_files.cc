@@ -8,8 +8,11 @@
 #include <fstream>
 #include <string_view>
 
+#include "history_rows.h"
 #include "io/text/check_sum.h"
+#include "probe_file.h"
 #include "tetraction/core/error.h"
+#include "tetraction/io/checkpoint_file.h"
 
 namespace tetraction {
 namespace {
@@ -34,6 +37,16 @@ void check_header(std::ifstream& file, const std::string& path, const std::strin
   std::string line;
   std::getline(file, line);
   if (line + '\n' != header) fail(path, "it has other columns than this run");
+}
+
+// What stands between `begin`, whose last character is a quotation mark, and the next such mark. Empty if the line
+// does not have it.
+std::string quoted_after(const std::string& line, std::string_view begin) {
+  const std::size_t at = line.find(begin);
+  if (at == std::string::npos) return {};
+  const std::size_t first = at + begin.size();
+  const std::size_t end = line.find('"', first);
+  return end == std::string::npos ? std::string() : line.substr(first, end - first);
 }
 
 template <class Number>
@@ -80,6 +93,9 @@ void for_each_kept_row(const std::string& path, const std::string& header, std::
   if (read != kept_size || file.eof()) fail(path, "it has fewer rows than at the checkpoint");
 }
 
+namespace {
+
+// Throws FileError unless a table has this header and `kept_size` bytes or more, the first ones with this check sum.
 void check_kept_table(const std::string& path, const std::string& header, std::int64_t kept_size,
                       std::uint32_t kept_sum) {
   std::ifstream file = open_table(path);
@@ -95,32 +111,67 @@ void check_kept_table(const std::string& path, const std::string& header, std::i
   if (sum != kept_sum) fail(path, "its rows have changed since the checkpoint");
 }
 
+// The names of the pieces of a frame (part_frames.h).
+std::vector<std::string> pieces_of(const std::string& path) {
+  std::vector<std::string> names;
+  std::ifstream file(path, std::ios::binary);
+  for (std::string line; std::getline(file, line);) {
+    const std::string name = quoted_after(line, "<Piece Source=\"");
+    if (!name.empty()) names.push_back(name);
+  }
+  return names;
+}
+
+}  // namespace
+
 KeptFrames read_kept_frames(const std::string& directory, const std::vector<std::uint64_t>& sizes,
                             Index last_frame) {
   KeptFrames kept;
   if (sizes.empty()) return kept;
   const std::string path = directory + "/frames.pvd";
   std::ifstream file = open_table(path);
-  constexpr std::string_view kFile = "file=\"frames/";
-  for (std::string line; kept.names.size() < sizes.size() && std::getline(file, line);) {
-    const std::size_t at = line.find(kFile);
-    const std::size_t begin = at + kFile.size();
-    const std::size_t end = at == std::string::npos ? at : line.find('"', begin);
-    if (end == std::string::npos) continue;
+  const std::string frames = directory + "/frames/";
+  std::string last;
+  std::size_t count = 0;
+  for (std::string line; count < sizes.size() && std::getline(file, line);) {
+    const std::string name = quoted_after(line, "file=\"frames/");
+    if (name.empty()) continue;
     kept.entries += line + '\n';
-    kept.names.push_back(line.substr(begin, end - begin));
-    std::error_code error;
-    const std::string frame = directory + "/frames/" + kept.names.back();
-    if (!fs::is_regular_file(fs::symlink_status(frame, error))) fail(frame, "it is missing");
-    if (fs::file_size(frame, error) != sizes[kept.names.size() - 1]) {
-      fail(frame, "it has another size than at the checkpoint");
+    last = name;
+    std::vector<std::string> files{name};
+    if (name.ends_with(".pvtu")) {
+      for (std::string& piece : pieces_of(frames + name)) files.push_back(std::move(piece));
+    }
+    std::uint64_t size = 0;
+    for (std::string& own : files) {
+      std::error_code error;
+      if (!fs::is_regular_file(fs::symlink_status(frames + own, error))) {
+        fail(frames + own, "it is missing");
+      }
+      size += fs::file_size(frames + own, error);
+      kept.names.push_back(std::move(own));
+    }
+    if (size != sizes[count++]) {
+      fail(frames + name, "it has another size than at the checkpoint");
     }
   }
-  if (kept.names.size() < sizes.size() ||
-      kept.names.back() != fmt::format("frame_{:06}.vtu", last_frame)) {
+  const std::string stem = fmt::format("frame_{:06}", last_frame);
+  if (count < sizes.size() || (last != stem + ".vtu" && last != stem + ".pvtu")) {
     fail(path, "it has other frames than at the checkpoint");
   }
+  kept.last = frames + last;
   return kept;
+}
+
+KeptFrames check_kept_files(const std::string& directory, const HistoryColumns& columns,
+                            const Session& session, const RecordedFiles& files) {
+  check_kept_table(directory + "/history.csv", header_text(columns),
+                   static_cast<std::int64_t>(files.history_size), files.history_sum);
+  if (!session.scene().probe.empty()) {
+    check_kept_table(directory + "/probes.csv", ProbeFile::header(session.probes()),
+                     static_cast<std::int64_t>(files.probes_size), files.probes_sum);
+  }
+  return read_kept_frames(directory, files.frame_sizes, files.last_frame);
 }
 
 }  // namespace tetraction

@@ -10,6 +10,8 @@
 
 namespace tetraction {
 
+class HistoryColumns;
+class Session;
 struct RecordedFiles;
 
 /// The cells of each row in the first `kept_size` bytes of a table, in their order. Throws FileError,
@@ -22,19 +24,19 @@ double number_of(const std::string& path, const std::string& cell);
 /// The step in the first cell.
 Index step_of(const std::string& path, const std::string& cell);
 
-/// Throws FileError, which names the file, unless a table has this header and `kept_size` bytes or more,
-/// the first ones with this check sum.
-void check_kept_table(const std::string& path, const std::string& header, std::int64_t kept_size,
-                      std::uint32_t kept_sum);
-
 /// The frames of a run up to a checkpoint.
 struct KeptFrames {
   std::string entries;             ///< of the collection, with line breaks
-  std::vector<std::string> names;  ///< of the files
+  std::vector<std::string> names;  ///< of the files in `frames`, with those of the pieces of frames
+  std::string last;                ///< the last file that the collection names, or empty
 };
 /// Throws FileError unless frames.pvd has so many entries, the last of them of this step, and their
-/// files are there and have these sizes.
+/// files are there and have these sizes, a frame in pieces with its pieces.
 KeptFrames read_kept_frames(const std::string& directory, const std::vector<std::uint64_t>& sizes,
                             Index last_frame);
+
+/// Checks all files of a run that goes on from a checkpoint. Throws FileError if one of them is not as it was then.
+KeptFrames check_kept_files(const std::string& directory, const HistoryColumns& columns,
+                            const Session& session, const RecordedFiles& files);
 
 }  // namespace tetraction

@@ -9,10 +9,13 @@
 #include <vtkPointData.h>
 #include <vtkUnstructuredGrid.h>
 
+#include <filesystem>
+#include <system_error>
 #include <utility>
 
 #include "io/text/output_file.h"
 #include "io/vtk/vtk_grid.h"
+#include "run_files.h"
 #include "tetraction/io/text_file.h"
 #include "write_failures.h"
 
@@ -55,6 +58,7 @@ struct PartFrames::Impl {
   FrameFormat format;
   vtkSmartPointer<vtkUnstructuredGrid> grid;  // points and cells, made once
   std::string entries;                        // of the collection
+  std::vector<std::uint64_t> sizes;           // of the frames
 
   static std::string piece_name(const std::string& stem, int rank) {
     return fmt::format("{}_{:04}.vtu", stem, rank);
@@ -112,7 +116,24 @@ struct PartFrames::Impl {
 
 PartFrames::PartFrames(const TetMesh& mesh, std::string directory, FrameFormat format)
     : impl_(std::make_unique<Impl>(
-          Impl{mesh.part, std::move(directory), format, make_grid(mesh), {}})) {}
+          Impl{mesh.part, std::move(directory), format, make_grid(mesh), {}, {}})) {}
+
+PartFrames::PartFrames(const TetMesh& mesh, std::string directory, FrameFormat format,
+                       const KeptFrames& kept, std::vector<std::uint64_t> kept_sizes)
+    : PartFrames(mesh, std::move(directory), format) {
+  Impl& s = *impl_;
+  std::optional<OutputError> failure;
+  if (s.part->rank() == 0) {
+    s.entries = kept.entries;
+    s.sizes = std::move(kept_sizes);
+    attempt(failure, [&] {
+      // The collection goes first, because it must not name frames that are not there.
+      if (!s.sizes.empty()) write_collection(s.entries, s.directory + "/frames.pvd");
+      remove_frames(s.directory, kept.names);
+    });
+  }
+  throw_together(*s.part, failure);
+}
 
 PartFrames::~PartFrames() = default;
 
@@ -122,11 +143,21 @@ void PartFrames::write(const Frame& frame) {
   const std::string collection = "frames/" + stem + ".pvtu";
   s.write(frame, s.format.precision, stem, collection, "");
   s.entries += collection_entry(frame.time, collection);
+  std::error_code unknown;
+  const std::string piece = s.directory + "/frames/" + Impl::piece_name(stem, s.part->rank());
+  const double pieces =
+      sum_over_parts(s.part.get(), static_cast<double>(std::filesystem::file_size(piece, unknown)));
   std::optional<OutputError> failure;
   if (s.part->rank() == 0) {
+    s.sizes.push_back(static_cast<std::uint64_t>(pieces) +
+                      std::filesystem::file_size(s.directory + "/" + collection, unknown));
     attempt(failure, [&] { write_collection(s.entries, s.directory + "/frames.pvd"); });
   }
   throw_together(*s.part, failure);
+}
+
+const std::vector<std::uint64_t>& PartFrames::frame_sizes() const {
+  return impl_->sizes;
 }
 
 void PartFrames::write_final(const Frame& frame) const {

@@ -1,9 +1,12 @@
 // Frames of a body that several processes hold together.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
 
+#include "kept_files.h"
 #include "tetraction/io/frame_writer.h"
 
 namespace tetraction {
@@ -20,9 +23,15 @@ class PartFrames {
   PartFrames(const PartFrames&) = delete;
   PartFrames& operator=(const PartFrames&) = delete;
 
+  /// Goes on after frames that are there (FrameWriter). Only process 0 reads `kept` and `kept_sizes`.
+  PartFrames(const TetMesh& mesh, std::string directory, FrameFormat format, const KeptFrames& kept,
+             std::vector<std::uint64_t> kept_sizes);
+
   void write(const Frame& frame);
   /// Writes final.pvtu in full double precision. Its pieces are frames/frame_final_PPPP.vtu.
   void write_final(const Frame& frame) const;
+  /// On process 0 the sizes of the frames in bytes, with those of their pieces.
+  const std::vector<std::uint64_t>& frame_sizes() const;
 
  private:
   struct Impl;

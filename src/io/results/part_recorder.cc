@@ -8,9 +8,13 @@
 #include "frame_fields.h"
 #include "history_rows.h"
 #include "io/text/output_file.h"
+#include "kept_files.h"
+#include "part_checkpoint.h"
 #include "part_frames.h"
 #include "probe_file.h"
 #include "run_files.h"
+#include "tetraction/core/version.h"
+#include "tetraction/io/checkpoint_file.h"
 #include "tetraction/io/run_recorder.h"
 #include "tetraction/io/text_file.h"
 #include "write_failures.h"
@@ -27,6 +31,9 @@ struct PartRecorder::Impl {
   Index last_frame = -1;
   Index last_probe_row = -1;
   std::vector<double> probe_values;
+  bool is_resumed = false;
+  Index checkpoint_every = -1;
+  std::optional<RunInputs> inputs;  // made when the first checkpoint needs them
   std::string summary;
   std::optional<OutputError> failure;
   bool is_finished = false;
@@ -114,17 +121,88 @@ void PartRecorder::set_stop_code(std::function<int()> stop_code) {
   impl_->stop_code = std::move(stop_code);
 }
 
-void PartRecorder::on_start(const Session& session) {
+void PartRecorder::lock_directory(const MeshPart& part) {
   Impl& s = *impl_;
-  const MeshPart& part = *session.system().part();
-  const bool is_first = part.rank() == 0;
-  if (is_first) {
+  if (part.rank() == 0 && !s.lock) {
     attempt(s.failure, [&] {
       make_output_directory(s.directory);
       s.lock.emplace(s.directory);
-      remove_run(s.directory);
     });
   }
+  throw_together(part, s.failure);
+}
+
+void PartRecorder::keep_checkpoints(Index every) {
+  impl_->checkpoint_every = every;
+}
+
+Index PartRecorder::checkpoint_every() const {
+  return impl_->checkpoint_every;
+}
+
+void PartRecorder::on_checkpoint(const Session& session, const Checkpoint& checkpoint,
+                                 bool is_regular) {
+  Impl& s = *impl_;
+  if (s.is_finished) return;
+  const MeshPart& part = *session.system().part();
+  Checkpoint whole = collected(part, checkpoint);
+  if (part.rank() != 0) return;
+  attempt(s.failure, [&] {
+    if (!s.inputs) s.inputs = inputs_of(session);
+    StoredCheckpoint stored{version(),       is_regular, process_count(session), *s.inputs,
+                            session.times(), {},         std::move(whole)};
+    stored.files = recorded_tables(*s.history, s.last_row, s.probes.get());
+    stored.files.frame_sizes = s.frames->frame_sizes();
+    stored.files.last_frame = s.last_frame;
+    write_checkpoint_file(s.directory, stored);
+  });
+}
+
+void PartRecorder::resume(const Session& session, const StoredCheckpoint& stored) {
+  Impl& s = *impl_;
+  const MeshPart& part = *session.system().part();
+  const bool is_first = part.rank() == 0;
+  const RecordedFiles& files = stored.files;
+  s.columns.emplace(session);
+  KeptFrames kept;
+  std::string wrong;
+  if (is_first) {
+    try {
+      kept = check_kept_files(s.directory, *s.columns, session, files);
+      attempt(s.failure, [&] { s.probes = kept_probes(s.directory, session, files); });
+    } catch (const FileError& error) {
+      wrong = error.what();
+    }
+  }
+  if (take_from_first(&part, !wrong.empty(), wrong)) throw FileError(wrong);
+  // From here on the files are changed.
+  if (is_first) {
+    attempt(s.failure, [&] {
+      remove_checkpoints_after(s.directory, stored.checkpoint.state.step, stored.is_regular);
+      remove_end_of_run(s.directory);
+      s.history.emplace(s.path("history.csv"), static_cast<std::int64_t>(files.history_size),
+                        files.history_sum);
+    });
+  }
+  throw_together(part, s.failure);
+  const OutputSettings& output = session.scene().output;
+  s.frames = std::make_unique<PartFrames>(session.system().mesh(), s.directory,
+                                          FrameFormat{output.precision, output.compression}, kept,
+                                          files.frame_sizes);
+  s.probe_values.resize(session.probes().value_count());
+  s.last_row = files.last_row;
+  s.last_probe_row = files.last_probe_row;
+  s.last_frame = files.last_frame;
+  s.is_resumed = true;
+}
+
+void PartRecorder::on_start(const Session& session) {
+  Impl& s = *impl_;
+  if (s.is_resumed) return;
+  const MeshPart& part = *session.system().part();
+  const bool is_first = part.rank() == 0;
+  lock_directory(part);
+  if (is_first) attempt(s.failure, [&] { remove_run(s.directory); });
   throw_together(part, s.failure);
   s.columns.emplace(session);
   const std::vector<double> first = s.columns->values(session);

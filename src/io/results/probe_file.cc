@@ -76,4 +76,25 @@ void ProbeFile::finish(const Session& session) {
   file_->close();
 }
 
+RecordedFiles recorded_tables(RowFile& history, Index last_row, ProbeFile* probes) {
+  RecordedFiles files;
+  files.history_size = static_cast<std::uint64_t>(history.flush());
+  files.history_sum = history.sum();
+  files.last_row = last_row;
+  if (probes != nullptr) {
+    files.probes_size = static_cast<std::uint64_t>(probes->flush());
+    files.probes_sum = probes->sum();
+    files.last_probe_row = probes->last_row();
+  }
+  return files;
+}
+
+std::unique_ptr<ProbeFile> kept_probes(const std::string& directory, const Session& session,
+                                       const RecordedFiles& files) {
+  if (session.scene().probe.empty()) return nullptr;
+  return std::make_unique<ProbeFile>(directory + "/probes.csv", session,
+                                     static_cast<std::int64_t>(files.probes_size),
+                                     files.probes_sum);
+}
+
 }  // namespace tetraction

@@ -3,11 +3,13 @@
 
 #include <fmt/format.h>
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "io/text/output_file.h"
+#include "tetraction/io/checkpoint_file.h"
 #include "tetraction/simulation/probe.h"
 #include "tetraction/simulation/session.h"
 
@@ -48,5 +50,13 @@ class ProbeFile {
   std::vector<double> values_;
   Index last_row_ = -1;
 };
+
+/// How far history.csv and probes.csv, which may be null, were written. Their rows are on the disk afterwards.
+/// Throws OutputError.
+RecordedFiles recorded_tables(RowFile& history, Index last_row, ProbeFile* probes);
+
+/// Goes on with the probes.csv of a run in `directory`. Null if its scene has no probes. Throws FileError.
+std::unique_ptr<ProbeFile> kept_probes(const std::string& directory, const Session& session,
+                                       const RecordedFiles& files);
 
 }  // namespace tetraction

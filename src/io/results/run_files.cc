@@ -55,8 +55,12 @@ void remove_frames(const std::string& directory, const std::vector<std::string>&
 void remove_run(const std::string& directory) {
   remove_checkpoints(directory);
   remove_frames(directory);
-  for (const char* name : {"final.vtu", "final.pvtu", "summary.json", "probes.csv", "history.csv",
-                           kFailedElementsFile}) {
+  remove_end_of_run(directory);
+  for (const char* name : {"probes.csv", "history.csv"}) remove_output(directory + "/" + name);
+}
+
+void remove_end_of_run(const std::string& directory) {
+  for (const char* name : {"final.vtu", "final.pvtu", "summary.json", kFailedElementsFile}) {
     remove_output(directory + "/" + name);
   }
 }

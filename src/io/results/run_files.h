@@ -19,4 +19,7 @@ void remove_frames(const std::string& directory, const std::vector<std::string>&
 /// The same for all files of an earlier run, history.csv included. Other files stay.
 void remove_run(const std::string& directory);
 
+/// Deletes what a run writes at its end: summary.json, final.vtu or final.pvtu, and failed_elements.vtu.
+void remove_end_of_run(const std::string& directory);
+
 }  // namespace tetraction

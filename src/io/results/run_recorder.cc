@@ -100,11 +100,11 @@ struct RunRecorder::Impl {
     write_frame(session, *last);
   }
 
-  // A frame of the last step that has all digits is final.vtu already.
+  // A frame of the last step that has all digits is final.vtu already, but not one that another run wrote in pieces.
   void write_final(const Session& session) {
     const OutputSettings& output = session.scene().output;
     const std::string final_path = path("final.vtu");
-    const bool has_frame = last_frame == session.step_number();
+    const bool has_frame = last_frame == session.step_number() && last_frame_path.ends_with(".vtu");
     if (has_frame && output.precision == FramePrecision::kFloat64) {
       copy_file(last_frame_path, final_path);
       return;
@@ -169,18 +169,11 @@ void RunRecorder::on_checkpoint(const Session& session, const Checkpoint& checkp
   if (s.is_finished) return;
   try {
     if (!s.inputs) s.inputs = inputs_of(session);
-    StoredCheckpoint stored{version(), is_regular, *s.inputs, session.times(), {}, checkpoint};
-    RecordedFiles& files = stored.files;
-    files.history_size = static_cast<std::uint64_t>(s.history->flush());
-    files.history_sum = s.history->sum();
-    files.last_row = s.last_row;
-    if (s.probes) {
-      files.probes_size = static_cast<std::uint64_t>(s.probes->flush());
-      files.probes_sum = s.probes->sum();
-      files.last_probe_row = s.probes->last_row();
-    }
-    files.frame_sizes = s.frames->frame_sizes();
-    files.last_frame = s.last_frame;
+    StoredCheckpoint stored{
+        version(), is_regular, process_count(session), *s.inputs, session.times(), {}, checkpoint};
+    stored.files = recorded_tables(*s.history, s.last_row, s.probes.get());
+    stored.files.frame_sizes = s.frames->frame_sizes();
+    stored.files.last_frame = s.last_frame;
     write_checkpoint_file(s.directory, stored);
   } catch (const OutputError& error) {
     s.finish(session, error);
@@ -191,29 +184,18 @@ void RunRecorder::resume(const Session& session, const StoredCheckpoint& stored)
   Impl& s = *impl_;
   const RecordedFiles& files = stored.files;
   s.columns.emplace(session);
-  const std::string history = s.path("history.csv");
-  const std::string probes = s.path("probes.csv");
-  const auto history_size = static_cast<std::int64_t>(files.history_size);
-  const auto probes_size = static_cast<std::int64_t>(files.probes_size);
-  check_kept_table(history, header_text(*s.columns), history_size, files.history_sum);
-  const bool has_probes = !session.scene().probe.empty();
-  if (has_probes) {
-    check_kept_table(probes, ProbeFile::header(session.probes()), probes_size, files.probes_sum);
-  }
-  KeptFrames kept = read_kept_frames(s.directory, files.frame_sizes, files.last_frame);
+  KeptFrames kept = check_kept_files(s.directory, *s.columns, session, files);
   // From here on the files are changed.
-  if (has_probes)
-    s.probes = std::make_unique<ProbeFile>(probes, session, probes_size, files.probes_sum);
+  s.probes = kept_probes(s.directory, session, files);
   remove_checkpoints_after(s.directory, stored.checkpoint.state.step, stored.is_regular);
-  for (const char* name : {"summary.json", "final.vtu", kFailedElementsFile}) {
-    remove_output(s.path(name));
-  }
+  remove_end_of_run(s.directory);
   const OutputSettings& output = session.scene().output;
-  if (!kept.names.empty()) s.last_frame_path = s.directory + "/frames/" + kept.names.back();
+  s.last_frame_path = kept.last;
   s.frames = std::make_unique<FrameWriter>(session.system().mesh(), s.directory,
                                            FrameFormat{output.precision, output.compression},
                                            std::move(kept.entries), kept.names, files.frame_sizes);
-  s.history.emplace(history, history_size, files.history_sum);
+  s.history.emplace(s.path("history.csv"), static_cast<std::int64_t>(files.history_size),
+                    files.history_sum);
   s.last_row = files.last_row;
   s.last_frame = files.last_frame;
   s.is_resumed = true;
