@@ -12,7 +12,7 @@ if(NOT TETRACTION_BUILD_IO)
 endif()
 # These are the viewer's, which is built where Qt 5 and VTK's module for it are installed.
 set(viewer_vtk_components
-  CommonTransforms ImagingCore FiltersCore FiltersGeometry FiltersSources InteractionStyle InteractionWidgets
+  CommonTransforms ImagingCore FiltersGeometry FiltersSources InteractionStyle InteractionWidgets
   RenderingCore RenderingOpenGL2 RenderingAnnotation RenderingFreeType RenderingContext2D
   RenderingContextOpenGL2 ChartsCore ViewsContext2D IOExport GUISupportQt)
 include(${CMAKE_CURRENT_LIST_DIR}/io_dependencies.cmake)

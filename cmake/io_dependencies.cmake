@@ -12,6 +12,6 @@ if(NOT TARGET muparser::muparser)
     IMPORTED_LOCATION ${MUPARSER_LIBRARY}
     INTERFACE_INCLUDE_DIRECTORIES ${MUPARSER_INCLUDE_DIR})
 endif()
-set(tetraction_io_vtk_components CommonCore CommonDataModel IOXML IOLegacy FiltersVerdict)
+set(tetraction_io_vtk_components CommonCore CommonDataModel IOXML IOLegacy FiltersCore FiltersVerdict)
 tetraction_require(VTK COMPONENTS ${tetraction_io_vtk_components}
                    OPTIONAL_COMPONENTS ${viewer_vtk_components})

@@ -79,22 +79,25 @@ namespace {
 
 using petsc::Processes;
 
-// Ends the run in all processes as soon as one of them has received a signal, or cannot write its results.
+// Ends the run in all processes if one of them has received a signal, or cannot write its results. With the explicit
+// rules, whose steps are short, they all know it one step later, and need not wait for one another.
 class SharedInterrupt : public Observer {
  public:
-  SharedInterrupt(const Processes& processes, const PartRecorder& recorder)
+  SharedInterrupt(Processes& processes, const PartRecorder& recorder)
       : processes_(processes), recorder_(recorder) {}
-  bool on_step(const Session&) override {
+  bool on_step(const Session& session) override {
     constexpr int kCannotWrite = 1;
     const int own = recorder_.has_failed() ? kCannotWrite : 0;
-    code_ = processes_.largest(InterruptGuard::interrupted() ? InterruptGuard::exit_code() : own);
+    const int code = InterruptGuard::interrupted() ? InterruptGuard::exit_code() : own;
+    code_ = is_implicit(session.time_settings().integrator) ? processes_.largest(code)
+                                                            : processes_.largest_of_last_call(code);
     return code_ == 0;
   }
   /// The exit code of the signal, after one.
   int exit_code() const { return code_; }
 
  private:
-  const Processes& processes_;
+  Processes& processes_;
   const PartRecorder& recorder_;
   int code_ = 0;
 };
@@ -166,7 +169,7 @@ Resumption resume_together(Session& session, PartRecorder& recorder, const Input
 }
 
 // What all processes do together.
-int run_together(const SessionArguments& arguments, Inputs inputs, const Processes& processes,
+int run_together(const SessionArguments& arguments, Inputs inputs, Processes& processes,
                  const char* label, const OutcomePrinter& print_outcome) {
   if (!arguments.quiet) {
     if (const std::string remarks = mesh_remarks(inputs.mesh); !remarks.empty()) {
@@ -213,7 +216,7 @@ int run_together(const SessionArguments& arguments, Inputs inputs, const Process
 
 int run_parallel(const SessionArguments& arguments, const char* label,
                  const OutcomePrinter& print_outcome) {
-  const Processes processes;
+  Processes processes;
   set_silent(!processes.is_first());
   // The processes of a machine share its cores.
   if (remembered_threads() == 0) {

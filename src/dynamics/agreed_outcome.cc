@@ -1,9 +1,13 @@
 #include "agreed_outcome.h"
 
 #include <array>
+#include <vector>
 
 namespace tetraction {
 namespace {
+
+// The numbers of an outcome that parts add up.
+constexpr std::size_t kOutcome = 11;
 
 // All parts have failed as the first one that did.
 void fail_together(const MeshPart& part, StepOutcome& outcome) {
@@ -28,13 +32,14 @@ void fail_together(const MeshPart& part, StepOutcome& outcome) {
 
 void agree(const MeshPart* part, StepOutcome& outcome) {
   if (part == nullptr) return;
-  std::array<double, 11> sums{outcome.ok() ? 0.0 : 1.0, outcome.elastic_energy,
-                              outcome.external_work, outcome.dissipated_energy,
-                              outcome.constraint_work};
+  std::vector<double> sums{outcome.ok() ? 0.0 : 1.0, outcome.elastic_energy, outcome.external_work,
+                           outcome.dissipated_energy, outcome.constraint_work};
+  sums.resize(kOutcome);
   for (Index k = 0; k < 3; ++k) {
     sums[static_cast<std::size_t>(5 + k)] = outcome.linear_impulse[k];
     sums[static_cast<std::size_t>(8 + k)] = outcome.angular_impulse[k];
   }
+  sums.insert(sums.end(), outcome.balance_sums.begin(), outcome.balance_sums.end());
   part->sum(sums.data(), static_cast<Index>(sums.size()));
   if (sums[0] > 0.0) {
     fail_together(*part, outcome);
@@ -48,6 +53,7 @@ void agree(const MeshPart* part, StepOutcome& outcome) {
     outcome.linear_impulse[k] = sums[static_cast<std::size_t>(5 + k)];
     outcome.angular_impulse[k] = sums[static_cast<std::size_t>(8 + k)];
   }
+  outcome.balance_sums.assign(sums.begin() + kOutcome, sums.end());
 }
 
 }  // namespace tetraction

@@ -7,7 +7,8 @@
 namespace tetraction {
 
 /// Makes the outcomes of all parts one: the shares in energies, work and impulses are added up, and if the
-/// step of a part failed, that of all has failed for the same reason. The failed element stays with the
+/// step of a part failed, that of all has failed for the same reason. balance_sums, of the same size in all
+/// parts, goes into the same message between the processes. The failed element stays with the
 /// part that has it, as the first of those that failed; others have −1. The solver's report and
 /// residual_angular_impulse are those of the whole body already. Does nothing without a part.
 void agree(const MeshPart* part, StepOutcome& outcome);

@@ -25,13 +25,9 @@ void Balance::enter(const State& state, const StepOutcome& outcome) {
   BalanceSums& s = sums_;
   entering_ = s.energies;
   Momenta momenta;
-  system_.vertex_balance(state, entering_, momenta);  // may throw what a force term throws
   double springs = 0.0;
-  for (const ForceTerm* term : system_.force_terms()) {
-    if (!term->has_potential() || term->account() != EnergyAccount::kConstraintWork) continue;
-    springs += std::abs(term->energy(system_.energy_point(state.position, state.time)));
-  }
-  springs = sum_over_parts(system_.part(), springs);
+  // May throw what a force term throws.
+  system_.vertex_balance(state, entering_, momenta, springs, outcome.balance_sums);
   entering_.set_elastic(outcome.elastic_energy);
   std::swap(s.energies, entering_);
   s.momenta = momenta;

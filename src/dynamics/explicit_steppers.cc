@@ -72,12 +72,17 @@ class ExplicitStepper : public Stepper {
 
   void reset() override {
     force_.invalidate();
+    agreed_.reset();
     multipliers_.resize(0);
   }
 
   StepOutcome advance(const State& from, State& to, double h, double end_time) override {
     StepOutcome outcome = advance_part(from, to, h, end_time);
-    agree(system_.part(), outcome);
+    if (system_.part() != nullptr) {
+      outcome.balance_sums = outcome.ok() ? system_.balance_shares(to)
+                                          : std::vector<double>(system_.balance_share_count());
+      agree(system_.part(), outcome);
+    }
     if (!outcome.ok()) force_.invalidate();  // of all parts or of none
     return outcome;
   }
@@ -177,11 +182,13 @@ class ExplicitStepper : public Stepper {
     }
     if (system_.part() == nullptr) return;
     // A spring may be in one part only. All parts take the same way, so that copies of a vertex add up the same
-    // forces in the same order.
-    std::array<double, 2> has{terms_.potential ? 1.0 : 0.0, terms_.damping ? 1.0 : 0.0};
-    system_.part()->largest(has.data(), 2);
-    terms_.potential = has[0] > 0.0;
-    terms_.damping = has[1] > 0.0;
+    // forces in the same order. The terms change only with a reset().
+    if (!agreed_) {
+      agreed_.emplace(std::array{terms_.potential ? 1.0 : 0.0, terms_.damping ? 1.0 : 0.0});
+      system_.part()->largest(agreed_->data(), 2);
+    }
+    terms_.potential = agreed_->at(0) > 0.0;
+    terms_.damping = agreed_->at(1) > 0.0;
   }
 
   // f + m a − ∇W, with f holding whatever is not a uniform acceleration; enters the impulses of all
@@ -401,6 +408,8 @@ class ExplicitStepper : public Stepper {
   ForceCache force_;
   // These are members in order to avoid allocations.
   Terms terms_;
+  // Whether any part has terms with a potential, and whether any has damping. Unknown after a reset().
+  std::optional<std::array<double, 2>> agreed_;
   TimeSpan span_;  // that of the step
   Vector load_;    // empty: none
   Vector outer_;

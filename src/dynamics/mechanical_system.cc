@@ -10,6 +10,7 @@
 #include <string>
 #include <utility>
 
+#include "fem/element_blocks.h"
 #include "tetraction/core/error.h"
 #include "tetraction/core/parallel.h"
 #include "tetraction/dynamics/consistent_mass.h"
@@ -166,11 +167,10 @@ EvaluationStatus MechanicalSystem::elastic_energy(const Positions& q, double& en
 EvaluationStatus MechanicalSystem::elastic_energy_and_gradient(const Positions& q, double& energy,
                                                                Vector& gradient) const {
   if (nodal_volume_) return nodal_volume_->elastic_energy_and_gradient(q, energy, gradient);
-  const EvaluationStatus status = elastic_.value_and_gradient(q, energy, gradient);
-  // The other parts wait for this one, also if it failed.
-  if (part() != nullptr && !status.ok()) gradient.setZero(dof_count());
-  add_shared(part(), gradient, 3);
-  return status;
+  if (part() != nullptr) {
+    return BlockAccess::value_and_gradient(elastic_, q, *part(), energy, gradient);
+  }
+  return elastic_.value_and_gradient(q, energy, gradient);
 }
 
 Vector MechanicalSystem::elastic_energies_by_region(const Vector& q) const {
@@ -477,7 +477,8 @@ Vector MechanicalSystem::kinetic_energies_by_region(const Vector& momentum) cons
 
 EvaluationStatus MechanicalSystem::energies(const State& state, Energies& energies) const {
   Momenta ignored;
-  vertex_balance(state, energies, ignored);
+  double springs = 0.0;
+  vertex_balance(state, energies, ignored, springs);
   double elastic = 0.0;
   EvaluationStatus status = elastic_energy(state.position, elastic);
   elastic = sum_over_parts(part(), elastic);
@@ -491,20 +492,49 @@ Momenta MechanicalSystem::momenta(const State& state) const {
   return {total.linear, total.angular, total.linear_scale, total.angular_scale};
 }
 
-void MechanicalSystem::vertex_balance(const State& state, Energies& energies,
-                                      Momenta& momenta) const {
-  VertexSums total = own_sums(*this, state.position, state.momentum);
-  // One sum over the parts for all: what the terms say of the own vertices follows the sums.
-  std::vector<double> own;
-  if (part() != nullptr) {
-    own.assign(VertexSums::kCount, 0.0);
-    total.put(own.data());
-    for (const ForceTerm* term : terms_) {
-      if (term->account() != EnergyAccount::kStored || !term->has_potential()) continue;
-      own.push_back(term->energy(energy_point(state.position, state.time)));
+std::size_t MechanicalSystem::balance_share_count() const {
+  std::size_t count = VertexSums::kCount + 1;
+  for (const ForceTerm* term : terms_) {
+    if (term->account() == EnergyAccount::kStored && term->has_potential()) ++count;
+  }
+  return count;
+}
+
+// The sums over vertices, the energies of the terms, and at the end those of springs, of which a part may have none.
+std::vector<double> MechanicalSystem::balance_shares(const State& state) const {
+  std::vector<double> own(VertexSums::kCount, 0.0);
+  own_sums(*this, state.position, state.momentum).put(own.data());
+  for (const ForceTerm* term : terms_) {
+    if (term->account() != EnergyAccount::kStored || !term->has_potential()) continue;
+    own.push_back(term->energy(energy_point(state.position, state.time)));
+  }
+  own.push_back(spring_energies(state));
+  return own;
+}
+
+double MechanicalSystem::spring_energies(const State& state) const {
+  double sum = 0.0;
+  for (const ForceTerm* term : terms_) {
+    if (!term->has_potential() || term->account() != EnergyAccount::kConstraintWork) continue;
+    sum += std::abs(term->energy(energy_point(state.position, state.time)));
+  }
+  return sum;
+}
+
+void MechanicalSystem::vertex_balance(const State& state, Energies& energies, Momenta& momenta,
+                                      double& springs, const std::vector<double>& sums) const {
+  VertexSums total;
+  std::vector<double> own = sums;
+  if (part() == nullptr) {
+    total = own_sums(*this, state.position, state.momentum);
+    springs = spring_energies(state);
+  } else {
+    if (own.empty()) {
+      own = balance_shares(state);
+      part()->sum(own.data(), static_cast<Index>(own.size()));
     }
-    part()->sum(own.data(), static_cast<Index>(own.size()));
     total.take(own.data());
+    springs = own.back();
   }
   std::size_t next = VertexSums::kCount;
   momenta = {total.linear, total.angular, total.linear_scale, total.angular_scale};

@@ -20,6 +20,7 @@
 #include "kernels/volume_kernels.h"
 #include "tetraction/core/error.h"
 #include "tetraction/core/parallel.h"
+#include "tetraction/mesh/mesh_part.h"
 
 namespace tetraction {
 namespace {
@@ -110,6 +111,12 @@ struct ValueLists {
   }
 };
 
+// The blocks that have shared vertices of a part of a body, and the other ones.
+struct BlockLists {
+  std::vector<Index> outer;
+  std::vector<Index> inner;
+};
+
 }  // namespace
 
 struct ElasticPotential::Impl {
@@ -117,8 +124,9 @@ struct ElasticPotential::Impl {
   std::vector<MaterialField> materials;
   std::vector<int> material_of_element;  // empty if there is one material only
   ElementBlocks blocks;
-  std::vector<double> energies;   // per block
-  AlignedVector<double> records;  // gradients, per record
+  std::vector<double> energies;           // per block
+  AlignedVector<double> records;          // gradients, per record
+  std::optional<BlockLists> block_lists;  // of a part of a body, made when first needed
   // Per block: the parameters of its elements (BatchView::parameters); empty if they do not vary.
   std::vector<AlignedVector<double>> parameters;
   std::vector<ModulusSums> modulus_sums;  // per material
@@ -314,11 +322,20 @@ struct ElasticPotential::Impl {
   // gradients, with tensions of the lanes unless they are null. Returns whether the energy is defined
   // in all elements.
   bool run_blocks(const Positions& q, bool with_gradient, const double* tensions = nullptr) {
+    return run_blocks(
+        blocks.block_count(), [](Index i) { return i; }, q, with_gradient, tensions);
+  }
+
+  // The blocks block_at(i) for i < count.
+  template <class BlockAt>
+  bool run_blocks(Index count, const BlockAt& block_at, const Positions& q, bool with_gradient,
+                  const double* tensions) {
     if (with_gradient)
       records.resize(static_cast<std::size_t>(ElementBlocks::kRecordSize * blocks.record_count()));
     std::atomic<bool> admissible{true};
-    parallel_for(blocks.block_count(), 1, [&](Index begin, Index end) {
-      for (Index b = begin; b < end; ++b) {
+    parallel_for(count, 1, [&](Index begin, Index end) {
+      for (Index i = begin; i < end; ++i) {
+        const Index b = block_at(i);
         const ElementBlocks::Block& block = blocks.block(b);
         const BlockSums sums =
             with_gradient
@@ -443,6 +460,48 @@ struct ElasticPotential::Impl {
     return {};
   }
 
+  const BlockLists& lists_for(const MeshPart& part) {
+    if (block_lists) return *block_lists;
+    block_lists.emplace();
+    for (Index b = 0; b < blocks.block_count(); ++b) {
+      const ElementBlocks::Block& block = blocks.block(b);
+      bool is_outer = false;
+      for (Index r = 0; r < block.record_count && !is_outer; ++r) {
+        is_outer = std::ranges::binary_search(part.shared_vertices,
+                                              blocks.record_vertex(block.first_record + r));
+      }
+      (is_outer ? block_lists->outer : block_lists->inner).push_back(b);
+    }
+    return *block_lists;
+  }
+
+  EvaluationStatus value_and_gradient(const Positions& q, const MeshPart& part, double& energy,
+                                      Vector& gradient) {
+    const BlockLists& lists = lists_for(part);
+    const auto run = [&](const std::vector<Index>& list) {
+      const auto block_at = [&](Index i) { return list[static_cast<std::size_t>(i)]; };
+      return run_blocks(static_cast<Index>(list.size()), block_at, q, true, nullptr);
+    };
+    gradient.resize(q.origin().size());
+    bool is_admissible = run(lists.outer);
+    if (is_admissible) {
+      blocks.sum_records(records, part.shared_vertices, gradient);
+    } else {
+      gradient.setZero();  // The other parts wait for numbers nevertheless.
+    }
+    part.begin_adding(gradient.data(), 3);
+    is_admissible = run(lists.inner) && is_admissible;
+    // This computes the same numbers for shared vertices once more.
+    if (is_admissible) blocks.sum_records(records, gradient);
+    part.end_adding(gradient.data(), 3);
+    if (!is_admissible) {
+      gradient.setZero();
+      return failure(q);
+    }
+    energy = total_energy();
+    return {};
+  }
+
   // Finds the first element where the energy is not defined, after a block reported that there is
   // one.
   EvaluationStatus failure(const Positions& q) const {
@@ -525,6 +584,12 @@ EvaluationStatus BlockAccess::value_and_gradient(const ElasticPotential& elastic
                                                  const AlignedVector<double>& tensions,
                                                  double& energy, Vector& gradient) {
   return elastic.impl_->value_and_gradient(q, tensions.data(), energy, gradient);
+}
+
+EvaluationStatus BlockAccess::value_and_gradient(const ElasticPotential& elastic,
+                                                 const Positions& q, const MeshPart& part,
+                                                 double& energy, Vector& gradient) {
+  return elastic.impl_->value_and_gradient(q, part, energy, gradient);
 }
 
 // Blocks of one colour share no vertex. The colours are processed one after the other.

@@ -177,14 +177,20 @@ void ElementBlocks::set_lane(const RestState& rest, Index batch, int lane, Index
   *numbers = 1.0 / six_volume;
 }
 
+// The sum of the records of a vertex, in the order of the blocks.
+Eigen::Vector4d ElementBlocks::record_sum(const AlignedVector<double>& records, Index v) const {
+  Eigen::Vector4d sum = Eigen::Vector4d::Zero();
+  for (const std::int32_t* r = records_begin(v); r != records_end(v); ++r) {
+    sum += Eigen::Map<const Eigen::Vector4d>(records.data() + kRecordSize * *r);
+  }
+  return sum;
+}
+
 template <bool kAdd>
 void ElementBlocks::gather(const AlignedVector<double>& records, Vector& field) const {
   parallel_for(field.size() / 3, 2048, [&](Index begin, Index end) {
     for (Index v = begin; v < end; ++v) {
-      Eigen::Vector4d sum = Eigen::Vector4d::Zero();
-      for (const std::int32_t* r = records_begin(v); r != records_end(v); ++r) {
-        sum += Eigen::Map<const Eigen::Vector4d>(records.data() + kRecordSize * *r);
-      }
+      const Eigen::Vector4d sum = record_sum(records, v);
       if constexpr (kAdd) {
         field.segment<3>(3 * v) += sum.head<3>();
       } else {
@@ -197,6 +203,11 @@ void ElementBlocks::gather(const AlignedVector<double>& records, Vector& field) 
 void ElementBlocks::sum_records(const AlignedVector<double>& records, Vector& field) const {
   field.resize(3 * static_cast<Index>(vertex_record_begin_.size() - 1));
   gather<false>(records, field);
+}
+
+void ElementBlocks::sum_records(const AlignedVector<double>& records,
+                                const std::vector<Index>& vertices, Vector& field) const {
+  for (const Index v : vertices) field.segment<3>(3 * v) = record_sum(records, v).head<3>();
 }
 
 void ElementBlocks::add_record_sums(const AlignedVector<double>& records, Vector& field) const {

@@ -36,6 +36,7 @@
 
 namespace tetraction {
 
+class MeshPart;
 enum class TangentForm;
 
 /// A vector that begins on a cache line.
@@ -203,6 +204,9 @@ class ElementBlocks {
   /// Sets the field at every vertex to the sum of the vertex's records, or adds this sum to the field.
   /// The field has 3 numbers per vertex.
   void sum_records(const AlignedVector<double>& records, Vector& field) const;
+  /// The same for these vertices only. The size of the field must be right.
+  void sum_records(const AlignedVector<double>& records, const std::vector<Index>& vertices,
+                   Vector& field) const;
   void add_record_sums(const AlignedVector<double>& records, Vector& field) const;
 
   /// Begin and end of the ascending list of the records of a vertex.
@@ -253,6 +257,7 @@ class ElementBlocks {
     add_edge_forces(elements(block), local + kFirstEdge * kRecordSize, records);
   }
 
+  Eigen::Vector4d record_sum(const AlignedVector<double>& records, Index v) const;
   template <bool kAdd>
   void gather(const AlignedVector<double>& records, Vector& field) const;
 
@@ -291,6 +296,11 @@ struct BlockAccess {
   /// tension for every lane of all batches, and v_e are the present volumes of the elements.
   static EvaluationStatus value_and_gradient(const ElasticPotential& elastic, const Positions& q,
                                              const AlignedVector<double>& tensions, double& energy,
+                                             Vector& gradient);
+  /// The same for a part of a body. The gradient at shared vertices is the sum over all parts: it is on its way to the
+  /// other processes while the blocks without such vertices are computed. Collective, also if it fails in some part.
+  static EvaluationStatus value_and_gradient(const ElasticPotential& elastic, const Positions& q,
+                                             const MeshPart& part, double& energy,
                                              Vector& gradient);
   /// ElasticPotential::add_hessian() of W + Σ t_e v_e at constant tensions, which may be null.
   static EvaluationStatus add_hessian(const ElasticPotential& elastic, const Positions& q,

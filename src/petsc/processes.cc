@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <thread>
+#include <utility>
 
 #include "tetraction/core/error.h"
 
@@ -24,7 +25,13 @@ MPI_Comm& failures() {
 
 }  // namespace
 
-Processes::Processes() {
+struct Processes::Pending {
+  int own = 0;
+  int largest = 0;
+  MPI_Request request = MPI_REQUEST_NULL;
+};
+
+Processes::Processes() : pending_(std::make_unique<Pending>()) {
   int provided = 0;
   // The threads of loops do not call MPI.
   if (MPI_Init_thread(nullptr, nullptr, MPI_THREAD_FUNNELED, &provided) != MPI_SUCCESS ||
@@ -46,6 +53,8 @@ Processes::Processes() {
 }
 
 Processes::~Processes() {
+  // All processes have made as many calls: those of a run that ended otherwise were aborted.
+  if (pending_->request != MPI_REQUEST_NULL) MPI_Wait(&pending_->request, MPI_STATUS_IGNORE);
   MPI_Comm_free(&failures());
   PetscFinalize();
   MPI_Finalize();
@@ -104,6 +113,15 @@ Processes::Failure Processes::in_step(const std::function<void()>& work,
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
   return first_of(own);
+}
+
+int Processes::largest_of_last_call(int value) {
+  Pending& p = *pending_;
+  if (p.request != MPI_REQUEST_NULL) MPI_Wait(&p.request, MPI_STATUS_IGNORE);
+  const int last = std::exchange(p.largest, 0);
+  p.own = value;
+  MPI_Iallreduce(&p.own, &p.largest, 1, MPI_INT, MPI_MAX, MPI_COMM_WORLD, &p.request);
+  return last;
 }
 
 int Processes::largest(int value) const {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <string>
 
 namespace tetraction::petsc {
@@ -38,10 +39,16 @@ class Processes {
                   const std::function<void(const Failure&)>& report) const;
   /// The largest value of all processes.
   int largest(int value) const;
+  /// The largest value of the last call on all processes; 0 at the first call. Nobody waits for the present value, which
+  /// travels while the processes work.
+  int largest_of_last_call(int value);
 
  private:
   Failure first_of(const Failure& own) const;
 
+  // Of largest_of_last_call().
+  struct Pending;
+  std::unique_ptr<Pending> pending_;
   int rank_ = 0;
   int count_ = 1;
   int on_this_machine_ = 1;

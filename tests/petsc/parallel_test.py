@@ -842,6 +842,30 @@ target = [2.0, 0.0, 0.0]
         self.assert_one_message(done, "vertex 17 is fixed twice")
         self.assertLess(time.monotonic() - start, 60)
 
+    def test_failed_elements_of_all_parts(self):
+        # The whole end face is torn away, so that elements of several parts fail.
+        scene = self.write("torn.toml", BODY + """
+[[fix]]
+select = { plane = { axis = "x", at = 0.0 } }
+[[force]]
+select = { all = true }
+total = [-3.0e7, 1.0e6, 0.0]
+""" + time_of("explicit", 1e-4, 50) + OUTPUT)
+        expected = None
+        for processes in (None, *PROCESSES):
+            with self.subTest(processes=processes):
+                out, _ = self.run_scene(scene, processes, code=1)
+                points, elements = points_of(os.path.join(out, "failed_elements.vtu"), "displacement")
+                expected = expected or (points, elements)
+                self.assertGreater(len(elements), 5)
+                self.assertEqual(elements, expected[1])
+                self.assertEqual(points.keys(), expected[0].keys())
+                for vertex, values in points.items():
+                    for a, b in zip(values[0], expected[0][vertex][0]):
+                        self.assertAlmostEqual(a, b, delta=1e-12)
+                _, attempted = points_of(os.path.join(out, "failed_elements.vtu"), "attempted_displacement")
+                self.assertEqual(attempted, elements)
+
     def test_inverted_element_ends_all(self):
         scene = self.scene()
         _, done = self.run_scene(scene, 3, "--set", "time.step=0.02", "--set", "time.end=1.0", code=1)

@@ -1,6 +1,7 @@
 #include "solver/vertex_groups.h"
 
 #include "support/bodies.h"
+#include "support/lone_part.h"
 
 namespace tetraction {
 namespace {
@@ -28,29 +29,11 @@ TEST(VertexGroups, EveryVertexHasOnePlaceAndOneGroup) {
   }
 }
 
-// A part whose last vertices are copies of others' vertices.
-class Part : public MeshPart {
- public:
-  explicit Part(Index owned) { owned_vertices = owned; }
-  int rank() const override { return 0; }
-  int count() const override { return 1; }
-  void begin_adding(const double* /*values*/, Index /*width*/) const override {}
-  void end_adding(double* /*values*/, Index /*width*/) const override {}
-  void sum(double* /*values*/, Index /*count*/) const override {}
-  void largest(double* /*values*/, Index /*count*/) const override {}
-  void gather(const double* own, const std::vector<Index>& counts, double* all) const override {
-    std::copy_n(own, counts[0], all);
-  }
-  void broadcast(std::string& /*text*/, int /*from*/) const override {}
-  Vector collect(const Vector& values, Index /*width*/) const override { return values; }
-  Vector hand_out(const Vector& values, Index /*width*/) const override { return values; }
-};
-
 TEST(VertexGroups, CopiesComeLast) {
   const TetMesh mesh = small_block({8, 6, 6});
   const RestState rest(mesh);
   const Index owned = rest.vertex_count() - 100;
-  const Part part(owned);
+  const LonePart part(owned);  // the other vertices are copies
   const VertexGroups groups(rest, &part);
   EXPECT_EQ(groups.end(groups.count() - 1), owned);
   ASSERT_GT(groups.count_with_copies(), groups.count());
@@ -58,7 +41,7 @@ TEST(VertexGroups, CopiesComeLast) {
   EXPECT_EQ(groups.end(groups.count_with_copies() - 1), rest.vertex_count());
   for (Index i = 0; i < rest.vertex_count(); ++i) EXPECT_EQ(groups.vertex(i) < owned, i < owned);
   // Without own vertices there are copies only.
-  const Part empty(0);
+  const LonePart empty(0);
   const VertexGroups copies(rest, &empty);
   EXPECT_EQ(copies.count(), 0);
   EXPECT_EQ(copies.end(copies.count_with_copies() - 1), rest.vertex_count());

@@ -221,10 +221,18 @@ class MechanicalSystem {
   /// Fails where the elastic energy is not defined.
   EvaluationStatus energies(const State& state, Energies& energies) const;
   Momenta momenta(const State& state) const;
-  /// Kinetic energy, the energies of all terms and the momenta; the elastic energy is left alone.
-  void vertex_balance(const State& state, Energies& energies, Momenta& momenta) const;
+  /// Kinetic energy, the energies of all terms and the momenta; the elastic energy is left alone. `springs` ←
+  /// the sum of the magnitudes of the energies of terms that stand for constraints, J. `sums`: what
+  /// the balance_shares() of all parts add up to, if that is known already.
+  void vertex_balance(const State& state, Energies& energies, Momenta& momenta, double& springs,
+                      const std::vector<double>& sums = {}) const;
+  /// The share of this part of the body in the numbers of vertex_balance(), for a sum over all parts.
+  std::vector<double> balance_shares(const State& state) const;
+  /// The number of these numbers, the same in all parts.
+  std::size_t balance_share_count() const;
 
  private:
+  double spring_energies(const State& state) const;
   const Vector& force_masses() const { return weights_.size() > 0 ? weights_ : mass_; }
   void check(const ExternalForce& force) const;
   void list_terms();

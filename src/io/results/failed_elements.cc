@@ -1,11 +1,15 @@
 #include "failed_elements.h"
 
+#include <vtkAppendFilter.h>
 #include <vtkCellData.h>
 #include <vtkPointData.h>
 #include <vtkUnstructuredGrid.h>
+#include <vtkXMLUnstructuredGridReader.h>
+#include <vtkXMLUnstructuredGridWriter.h>
 
 #include <array>
 #include <map>
+#include <string>
 #include <vector>
 
 #include "frame_fields.h"
@@ -53,13 +57,12 @@ Matrix chosen_columns(const Matrix& values, const std::vector<Index>& columns) {
   return chosen;
 }
 
-}  // namespace
-
-void write_failed_elements(const Session& session, const std::string& path) {
+// The failed elements of the whole mesh, or of its part. All parts have the same arrays.
+vtkSmartPointer<vtkUnstructuredGrid> failed_elements(const Session& session) {
   const StepFailure& failure = *session.failure();
   const MechanicalSystem& system = session.system();
   const Part part(system.mesh(), failure.elements);
-  const auto grid = make_grid(part.mesh);
+  auto grid = make_grid(part.mesh);
   const auto of_points = [&](const std::string& name, const Matrix& values) {
     grid->GetPointData()->AddArray(make_array(name, chosen_columns(values, part.vertices), false));
   };
@@ -76,17 +79,57 @@ void write_failed_elements(const Session& session, const std::string& path) {
   }
   double energy = 0.0;
   Vector gradient;
-  if (system.elastic_energy_and_gradient(session.state().position, energy, gradient).ok()) {
+  if (everywhere(
+          system.part(),
+          system.elastic_energy_and_gradient(session.state().position, energy, gradient).ok())) {
     of_points("elastic_force", -gradient.reshaped(3, system.vertex_count()));
   }
   // Where the step led the vertices, if these are numbers.
   const Vector& trial = failure.attempted_position;
-  if (trial.size() > 0 && trial.allFinite()) {
+  if (everywhere(system.part(), trial.size() > 0 && trial.allFinite())) {
     const Vector displacement = trial - system.mesh().rest_positions();
     of_points("attempted_displacement", displacement.reshaped(3, system.vertex_count()));
     of_cells("attempted_jacobian", volume_ratios(system, trial).transpose(), false);
   }
-  write_vtu(grid, path);
+  return grid;
+}
+
+// On process 0 the cells of all parts, those of the process that has the worst first; elsewhere null. A vertex that parts
+// share is a point of each of them.
+vtkSmartPointer<vtkUnstructuredGrid> appended(const MeshPart& part, vtkUnstructuredGrid* own,
+                                              int worst) {
+  std::string text;
+  if (own->GetNumberOfCells() > 0) {
+    const auto writer = vtkSmartPointer<vtkXMLUnstructuredGridWriter>::New();
+    writer->SetInputData(own);
+    writer->WriteToOutputStringOn();
+    writer->Write();
+    text = writer->GetOutputString();
+  }
+  const auto all = vtkSmartPointer<vtkAppendFilter>::New();
+  for (int i = 0; i < part.count(); ++i) {
+    const int rank = (worst + i) % part.count();
+    std::string piece = rank == part.rank() ? text : std::string();
+    part.broadcast(piece, rank);
+    if (part.rank() != 0 || piece.empty()) continue;
+    const auto reader = vtkSmartPointer<vtkXMLUnstructuredGridReader>::New();
+    reader->ReadFromInputStringOn();
+    reader->SetInputString(piece);
+    reader->Update();
+    all->AddInputData(reader->GetOutput());
+  }
+  if (part.rank() != 0) return nullptr;
+  all->Update();
+  return all->GetOutput();
+}
+
+}  // namespace
+
+void write_failed_elements(const Session& session, const std::string& path) {
+  vtkSmartPointer<vtkUnstructuredGrid> grid = failed_elements(session);
+  const MeshPart* part = session.system().part();
+  if (part != nullptr) grid = appended(*part, grid, session.failure()->process);
+  if (grid) write_vtu(grid, path);
 }
 
 }  // namespace tetraction

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "directory_lock.h"
+#include "failed_elements.h"
 #include "frame_fields.h"
 #include "history_rows.h"
 #include "io/text/output_file.h"
@@ -97,6 +98,9 @@ struct PartRecorder::Impl {
     }
     const Frame last = make_frame(session, session.scene().output.fields);
     attempt(failure, [&] { frames->write_final(last); });
+    if (session.failure() != nullptr) {
+      attempt(failure, [&] { write_failed_elements(session, path(kFailedElementsFile)); });
+    }
     if (history) attempt(failure, [&] { history->close(); });
     if (probes) attempt(failure, [&] { probes->finish(session); });
     share(part, failure);
