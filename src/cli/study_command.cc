@@ -29,6 +29,7 @@
 #include "plot_study_script.h"
 #include "progress_bar.h"
 #include "scene_source.h"
+#include "simulation/parallel_features.h"
 #include "study_frames.h"
 #include "study_variants.h"
 #include "tetraction/core/blas.h"
@@ -229,8 +230,10 @@ int study(const StudyArguments& arguments) {
   const Scene scene = settings.variants.empty() ? read_scene(arguments.scene, arguments.overrides)
                                                 : settings.variants.front().scene;
   const std::string directory = output_directory(scene, arguments.out, arguments.overrides);
+  require_local_engine(scene);
   check_folder_of_study(scene, directory);
   for (const StudyVariant& variant : settings.variants) {
+    require_local_engine(variant.scene);
     check_folder_of_study(variant.scene, directory);
   }
   const std::shared_ptr<const TetMesh> first_mesh =

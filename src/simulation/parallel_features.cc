@@ -54,6 +54,13 @@ struct EditCheck {
 
 }  // namespace
 
+void require_local_engine(const Scene& scene) {
+  if (scene.solver.engine == "local") return;
+  throw InputError(fmt::format(
+      "solver.engine = \"{}\" is for tetraction run: take solver.engine = \"local\" here.",
+      scene.solver.engine));
+}
+
 void refuse_what_parts_lack(const Scene& scene, Analysis analysis) {
   if (analysis == Analysis::kEquilibrium) refuse("", "an equilibrium", "compute a motion");
   if (scene.initial.is_static) refuse("", "initial.static = true", "leave it out");

@@ -9,4 +9,7 @@ namespace tetraction {
 /// something that a body in parts (TetMesh::part) does not have.
 void refuse_what_parts_lack(const Scene& scene, Analysis analysis);
 
+/// Throws InputError unless the scene is for the engine of one process.
+void require_local_engine(const Scene& scene);
+
 }  // namespace tetraction

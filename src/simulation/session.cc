@@ -91,10 +91,8 @@ Session::Session(Scene scene, TetMesh mesh, Analysis analysis, double largest_in
   s.settings = initial_settings(s.scene);
   if (mesh.part) {
     refuse_what_parts_lack(s.scene, analysis);
-  } else if (s.scene.solver.engine != "local") {
-    throw InputError(fmt::format(
-        "solver.engine = \"{}\" is for tetraction run: take solver.engine = \"local\" here.",
-        s.scene.solver.engine));
+  } else {
+    require_local_engine(s.scene);
   }
   {
     const PhaseTimer timer(s.times.setup);

@@ -937,10 +937,13 @@ target = [-0.4, 0.0, 0.0]
             with self.subTest(name=name):
                 _, done = self.run_scene(self.scene(), 2, "--set", setting, code=2)
                 self.assert_one_message(done, name)
-        done = subprocess.run([PROGRAM, "static", self.scene(), "--set", 'solver.engine="petsc"'],
-                              capture_output=True, text=True, cwd=self.folder)
-        self.assertEqual(done.returncode, 2)
-        self.assertIn("is for tetraction run", done.stderr)
+        for command in ("static", "study"):
+            steps = ["--steps", "1e-4,2e-4"] if command == "study" else []
+            done = subprocess.run([PROGRAM, command, self.scene(), *steps, "--set", 'solver.engine="petsc"'],
+                                  capture_output=True, text=True, cwd=self.folder)
+            self.assertEqual(done.returncode, 2)
+            self.assertIn("is for tetraction run", done.stderr)
+            self.assertNotIn("[1/", done.stderr + done.stdout)
 
 
 if __name__ == "__main__":
