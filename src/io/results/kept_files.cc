@@ -122,8 +122,8 @@ std::vector<std::string> pieces_of(const std::string& path) {
   return names;
 }
 
-}  // namespace
-
+// Throws FileError unless frames.pvd has so many entries, the last of them of this step, and their files are there and
+// have these sizes, a frame in pieces with its pieces.
 KeptFrames read_kept_frames(const std::string& directory, const std::vector<std::uint64_t>& sizes,
                             Index last_frame) {
   KeptFrames kept;
@@ -162,6 +162,8 @@ KeptFrames read_kept_frames(const std::string& directory, const std::vector<std:
   kept.last = frames + last;
   return kept;
 }
+
+}  // namespace
 
 KeptFrames check_kept_files(const std::string& directory, const HistoryColumns& columns,
                             const Session& session, const RecordedFiles& files) {

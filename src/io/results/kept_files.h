@@ -30,12 +30,8 @@ struct KeptFrames {
   std::vector<std::string> names;  ///< of the files in `frames`, with those of the pieces of frames
   std::string last;                ///< the last file that the collection names, or empty
 };
-/// Throws FileError unless frames.pvd has so many entries, the last of them of this step, and their
-/// files are there and have these sizes, a frame in pieces with its pieces.
-KeptFrames read_kept_frames(const std::string& directory, const std::vector<std::uint64_t>& sizes,
-                            Index last_frame);
-
-/// Checks all files of a run that goes on from a checkpoint. Throws FileError if one of them is not as it was then.
+/// Checks all files of a run that goes on from a checkpoint. Throws FileError if one of them is not as it was then: tables
+/// by their header, size and check sum, frames by their names and sizes, those in pieces with their pieces.
 KeptFrames check_kept_files(const std::string& directory, const HistoryColumns& columns,
                             const Session& session, const RecordedFiles& files);
 
