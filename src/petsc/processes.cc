@@ -2,6 +2,7 @@
 
 #include <mpi.h>
 #include <petscsys.h>
+#include <signal.h>
 
 #include <chrono>
 #include <thread>
@@ -32,6 +33,9 @@ struct Processes::Pending {
 };
 
 Processes::Processes() : pending_(std::make_unique<Pending>()) {
+  // PETSc and MPI change what the program does about signals.
+  struct sigaction closed_pipe {};
+  sigaction(SIGPIPE, nullptr, &closed_pipe);
   int provided = 0;
   // The threads of loops do not call MPI.
   if (MPI_Init_thread(nullptr, nullptr, MPI_THREAD_FUNNELED, &provided) != MPI_SUCCESS ||
@@ -42,6 +46,7 @@ Processes::Processes() : pending_(std::make_unique<Pending>()) {
   }
   // Signals are this program's own affair.
   PetscPopSignalHandler();
+  sigaction(SIGPIPE, &closed_pipe, nullptr);
   PetscPushErrorHandler(PetscReturnErrorHandler, nullptr);
   MPI_Comm_rank(MPI_COMM_WORLD, &rank_);
   MPI_Comm_size(MPI_COMM_WORLD, &count_);

@@ -895,6 +895,18 @@ target = [-0.4, 0.0, 0.0]
         _, done = self.run_scene(self.scene(), 3, code=4, out=blocked)
         self.assert_one_message(done, "blocked")
 
+    def test_a_closed_pipe(self):
+        command = [PROGRAM, "run", self.scene(), "--out", self.path("pipe"), "--json"]
+        for engine in ("local", "petsc"):
+            with self.subTest(engine=engine):
+                read, write = os.pipe()
+                os.close(read)
+                done = subprocess.run([*command, "--set", f'solver.engine="{engine}"'], stdout=write,
+                                      stderr=subprocess.PIPE, text=True, cwd=self.folder, env=ENVIRONMENT)
+                os.close(write)
+                self.assertEqual(done.returncode, 4)
+                self.assert_one_message(done, "cannot be written to standard output")
+
     def test_signal_ends_the_run_properly(self):
         run, out = self.start_long_run(2, 20000)
         run.send_signal(signal.SIGTERM)
