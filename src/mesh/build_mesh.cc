@@ -59,10 +59,21 @@ class Builder {
     orient();
     collect_cell_arrays();
     collect_groups();
+    shrink();
     return std::move(mesh_);
   }
 
  private:
+  // Lists that have grown step by step may have twice the memory that they need.
+  void shrink() {
+    mesh_.vertices.own().shrink_to_fit();
+    mesh_.vertex_ids.shrink_to_fit();
+    mesh_.tetrahedra.own().shrink_to_fit();
+    mesh_.tetrahedron_ids.shrink_to_fit();
+    mesh_.regions.shrink_to_fit();
+    mesh_.edge_vertices.shrink_to_fit();
+  }
+
   [[noreturn]] void refuse(const std::string& what) const {
     throw FileError(raw_.source + ": " + what);
   }

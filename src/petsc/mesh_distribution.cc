@@ -110,7 +110,6 @@ void pass(Archive& archive, Data& data, const auto& item) {
   item(archive, data.boundary_faces);
   item(archive, data.boundary_vertices);
   item(archive, data.vertex_numbers);
-  item(archive, data.tetrahedron_numbers);
   item(archive, data.whole.vertices);
   item(archive, data.whole.tetrahedra);
   item(archive, data.whole.volume);

@@ -27,8 +27,7 @@ struct PartData {
   std::vector<Neighbor> neighbors;  ///< ascending ranks
   std::vector<std::array<Index, 3>> boundary_faces;
   std::vector<Index> boundary_vertices;
-  std::vector<Index> vertex_numbers;       ///< in the whole mesh
-  std::vector<Index> tetrahedron_numbers;  ///< in the whole mesh
+  std::vector<Index> vertex_numbers;  ///< in the whole mesh
   MeshPart::Whole whole;
 };
 

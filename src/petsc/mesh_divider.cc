@@ -157,6 +157,11 @@ PartData MeshDivider::part(int number) const {
   }
 
   TetMesh& mesh = data.mesh;
+  mesh.vertices.own().reserve(vertices.size());
+  mesh.vertex_ids.reserve(vertices.size());
+  mesh.tetrahedra.own().reserve(tetrahedra.size());
+  mesh.tetrahedron_ids.reserve(tetrahedra.size());
+  if (!mesh_.regions.empty()) mesh.regions.reserve(tetrahedra.size());
   mesh.source = mesh_.source;
   mesh.report = mesh_.report;
   for (const Index v : vertices) {
@@ -207,7 +212,6 @@ PartData MeshDivider::part(int number) const {
     mesh.cell_arrays[name] = columns_of(values, tetrahedra);
   }
   data.vertex_numbers = std::move(vertices);
-  data.tetrahedron_numbers = tetrahedra;
   return data;
 }
 

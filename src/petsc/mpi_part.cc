@@ -30,7 +30,6 @@ MpiPart::MpiPart(const Processes& processes, PartData&& data)
   boundary_faces = std::move(data.boundary_faces);
   boundary_vertices = std::move(data.boundary_vertices);
   vertex_numbers = std::move(data.vertex_numbers);
-  tetrahedron_numbers = std::move(data.tetrahedron_numbers);
   for (const Neighbor& neighbor : neighbors_) {
     shared_vertices.insert(shared_vertices.end(), neighbor.shared.begin(), neighbor.shared.end());
   }

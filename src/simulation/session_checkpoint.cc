@@ -16,17 +16,18 @@
 namespace tetraction {
 namespace {
 
-// Made from value(e) of each tetrahedron e of the whole body. It is the sum of one number for each of them, so that
-// each part can add up those of its own.
+// Made from the vertices and value(e) of each tetrahedron e of the whole body. It is the sum of one number for
+// each of them, so that each part can add up those of its own.
 template <class ValueOf>
 std::uint64_t sum_over_elements(const MechanicalSystem& system, const ValueOf& value) {
   const MeshPart* part = system.part();
   std::uint64_t sum = 0;
   for (Index e = 0; e < system.rest().element_count(); ++e) {
-    const Index number =
-        part == nullptr ? e : part->tetrahedron_numbers[static_cast<std::size_t>(e)];
     Fingerprint element;
-    element.add(static_cast<std::uint64_t>(number));
+    for (const Index v : system.mesh().tetrahedra[static_cast<std::size_t>(e)]) {
+      const Index number = part == nullptr ? v : part->vertex_numbers[static_cast<std::size_t>(v)];
+      element.add(static_cast<std::uint64_t>(number));
+    }
     element.add(value(e));
     sum += element.value();
   }

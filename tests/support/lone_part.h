@@ -16,7 +16,6 @@ class LonePart : public MeshPart {
   /// For a whole mesh of so many vertices and tetrahedra.
   LonePart(Index vertex_count, Index tetrahedron_count) : LonePart(vertex_count) {
     for (Index v = 0; v < vertex_count; ++v) vertex_numbers.push_back(v);
-    for (Index e = 0; e < tetrahedron_count; ++e) tetrahedron_numbers.push_back(e);
     whole.vertices = vertex_count;
     whole.tetrahedra = tetrahedron_count;
   }

@@ -77,9 +77,8 @@ class MeshPart {
   Index owned_vertices = 0;
   /// The vertices that other parts have, too, ascending.
   std::vector<Index> shared_vertices;
-  /// The numbers of the part's vertices and tetrahedra in the whole mesh.
+  /// The numbers of the part's vertices in the whole mesh.
   std::vector<Index> vertex_numbers;
-  std::vector<Index> tetrahedron_numbers;
   /// The whole mesh.
   struct Whole {
     Index vertices = 0;

@@ -37,11 +37,31 @@ class FieldMaker {
   explicit FieldMaker(const Session& session)
       : session_(session), system_(session.system()), state_(session.state()) {}
 
+  /// Fields in ElementFields get their values from move_element_fields().
   FrameField make(const std::string& name) {
+    if (member_of(name) != nullptr) return {name, {}, false};
     return {name, values(name), name == "fixed" || name == "region"};
+  }
+  /// To be called when no more fields are made from these, which are not copied, because a large mesh
+  /// would need much memory for them.
+  void move_element_fields(std::vector<FrameField>& fields) {
+    for (FrameField& field : fields) {
+      Matrix ElementFields::*const member = member_of(field.name);
+      if (member == nullptr) continue;
+      elements();
+      field.values = std::move(elements_.*member);
+    }
   }
 
  private:
+  static Matrix ElementFields::*member_of(const std::string& name) {
+    if (name == "cauchy_stress") return &ElementFields::cauchy_stress;
+    if (name == "green_strain") return &ElementFields::green_strain;
+    if (name == "von_mises") return &ElementFields::von_mises;
+    if (name == "jacobian") return &ElementFields::jacobian;
+    if (name == "energy_density") return &ElementFields::energy_density;
+    return nullptr;
+  }
   const ElementFields& elements() {
     if (!has_elements_) elements_ = element_fields(system_, state_.position);
     has_elements_ = true;
@@ -61,11 +81,6 @@ class FieldMaker {
     if (name == "reaction_force") return columns(session_.reaction_force());
     if (name == "fixed") return fixed_flags(system_);
     if (name == "deformation") return deformation_field(system_, state_.position);
-    if (name == "cauchy_stress") return elements().cauchy_stress;
-    if (name == "green_strain") return elements().green_strain;
-    if (name == "von_mises") return elements().von_mises;
-    if (name == "jacobian") return elements().jacobian;
-    if (name == "energy_density") return elements().energy_density;
     if (name == "region") return regions(system_);
     if (name == "first_piola") return first_piola_stress(system_, state_.position);
     if (name == "principal_stresses") return principal_stresses(elements().cauchy_stress);
@@ -98,6 +113,7 @@ Frame make_frame(const Session& session, const std::vector<std::string>& names) 
     if (!has_field(names, field, rule)) continue;
     (field.on_cells ? frame.cell_fields : frame.point_fields).push_back(maker.make(field.name));
   }
+  maker.move_element_fields(frame.cell_fields);
   return frame;
 }
 

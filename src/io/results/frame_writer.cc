@@ -1,15 +1,12 @@
 #include "tetraction/io/frame_writer.h"
 
 #include <fmt/format.h>
-#include <vtkCellData.h>
-#include <vtkDoubleArray.h>
-#include <vtkFieldData.h>
-#include <vtkPointData.h>
 #include <vtkUnstructuredGrid.h>
 
 #include <filesystem>
 #include <utility>
 
+#include "frame_grid.h"
 #include "io/text/output_file.h"
 #include "io/vtk/vtk_grid.h"
 #include "run_files.h"
@@ -23,34 +20,6 @@ struct FrameWriter::Impl {
   FrameFormat format;
   std::string entries;               // of the collection
   std::vector<std::uint64_t> sizes;  // of the frames
-
-  static void check(const FrameField& field, vtkIdType tuples) {
-    if (field.values.cols() != tuples || field.values.rows() < 1) {
-      throw InputError(fmt::format("frame array \"{}\" has {} x {} values for {} places.",
-                                   field.name, field.values.rows(), field.values.cols(), tuples));
-    }
-  }
-
-  // The shared grid with the frame's arrays on it.
-  vtkSmartPointer<vtkUnstructuredGrid> filled(const Frame& frame, FramePrecision precision) const {
-    auto result = vtkSmartPointer<vtkUnstructuredGrid>::New();
-    result->ShallowCopy(grid);
-    for (const FrameField& field : frame.point_fields) {
-      check(field, grid->GetNumberOfPoints());
-      result->GetPointData()->AddArray(
-          make_array(field.name, field.values, field.integral, precision));
-    }
-    for (const FrameField& field : frame.cell_fields) {
-      check(field, grid->GetNumberOfCells());
-      result->GetCellData()->AddArray(
-          make_array(field.name, field.values, field.integral, precision));
-    }
-    auto time = vtkSmartPointer<vtkDoubleArray>::New();
-    time->SetName("TimeValue");
-    time->InsertNextValue(frame.time);
-    result->GetFieldData()->AddArray(time);
-    return result;
-  }
 };
 
 FrameWriter::FrameWriter(const TetMesh& mesh, const std::string& directory, FrameFormat format)
@@ -88,7 +57,7 @@ std::string FrameWriter::write(const Frame& frame) {
   make_own_directory(impl_->directory + "/frames");
   const std::string name = fmt::format("frames/frame_{:06}.vtu", frame.step);
   std::string path = impl_->directory + "/" + name;
-  write_vtu(impl_->filled(frame, impl_->format.precision), path, impl_->format.compression);
+  write_vtu(grid_of(impl_->grid, frame, impl_->format.precision), path, impl_->format.compression);
   impl_->entries += collection_entry(frame.time, name);
   std::error_code unknown;
   impl_->sizes.push_back(std::filesystem::file_size(path, unknown));
@@ -97,7 +66,7 @@ std::string FrameWriter::write(const Frame& frame) {
 }
 
 void FrameWriter::write_single(const Frame& frame, const std::string& path) const {
-  write_vtu(impl_->filled(frame, FramePrecision::kFloat64), path, impl_->format.compression);
+  write_vtu(grid_of(impl_->grid, frame, FramePrecision::kFloat64), path, impl_->format.compression);
 }
 
 Index FrameWriter::frame_count() const {

@@ -4,7 +4,6 @@
 
 #include <fmt/format.h>
 #include <vtkCellData.h>
-#include <vtkDoubleArray.h>
 #include <vtkFieldData.h>
 #include <vtkPointData.h>
 #include <vtkUnstructuredGrid.h>
@@ -13,6 +12,7 @@
 #include <system_error>
 #include <utility>
 
+#include "frame_grid.h"
 #include "io/text/output_file.h"
 #include "io/vtk/vtk_grid.h"
 #include "run_files.h"
@@ -70,20 +70,7 @@ struct PartFrames::Impl {
     std::optional<OutputError> failure;
     if (part->rank() == 0) attempt(failure, [&] { make_own_directory(directory + "/frames"); });
     throw_together(*part, failure);
-    auto filled = vtkSmartPointer<vtkUnstructuredGrid>::New();
-    filled->ShallowCopy(grid);
-    for (const FrameField& field : frame.point_fields) {
-      filled->GetPointData()->AddArray(
-          make_array(field.name, field.values, field.integral, precision));
-    }
-    for (const FrameField& field : frame.cell_fields) {
-      filled->GetCellData()->AddArray(
-          make_array(field.name, field.values, field.integral, precision));
-    }
-    auto time = vtkSmartPointer<vtkDoubleArray>::New();
-    time->SetName("TimeValue");
-    time->InsertNextValue(frame.time);
-    filled->GetFieldData()->AddArray(time);
+    const auto filled = grid_of(grid, frame, precision);
     attempt(failure, [&] {
       write_vtu(filled, directory + "/frames/" + piece_name(stem, part->rank()),
                 format.compression);

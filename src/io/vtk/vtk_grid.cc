@@ -51,6 +51,22 @@ vtkSmartPointer<vtkDataArray> filled_array(const Matrix& values) {
   return array;
 }
 
+// The name of the array, and those of the components of tensors.
+void set_names(vtkDataArray& array, const std::string& name) {
+  array.SetName(name.c_str());
+  const auto name_components = [&](const auto& names) {
+    for (int c = 0; c < static_cast<int>(names.size()); ++c) {
+      array.SetComponentName(c, names[static_cast<std::size_t>(c)]);
+    }
+  };
+  if (array.GetNumberOfComponents() == 6) {
+    name_components(std::array{"XX", "YY", "ZZ", "XY", "YZ", "XZ"});
+  }
+  if (array.GetNumberOfComponents() == 9) {
+    name_components(std::array{"XX", "XY", "XZ", "YX", "YY", "YZ", "ZX", "ZY", "ZZ"});
+  }
+}
+
 void set_compression(vtkXMLWriter& writer, FrameCompression compression) {
   switch (compression) {
     case FrameCompression::kLz4:
@@ -138,16 +154,16 @@ vtkSmartPointer<vtkDataArray> make_array(const std::string& name, const Matrix& 
   } else {
     array = filled_array<vtkDoubleArray>(values);
   }
-  array->SetName(name.c_str());
-  const auto name_components = [&](const auto& names) {
-    for (int c = 0; c < static_cast<int>(names.size()); ++c) {
-      array->SetComponentName(c, names[static_cast<std::size_t>(c)]);
-    }
-  };
-  if (values.rows() == 6) name_components(std::array{"XX", "YY", "ZZ", "XY", "YZ", "XZ"});
-  if (values.rows() == 9) {
-    name_components(std::array{"XX", "XY", "XZ", "YX", "YY", "YZ", "ZX", "ZY", "ZZ"});
-  }
+  set_names(*array, name);
+  return array;
+}
+
+vtkSmartPointer<vtkDataArray> array_of(const std::string& name, const Matrix& values) {
+  auto array = vtkSmartPointer<vtkDoubleArray>::New();
+  array->SetNumberOfComponents(static_cast<int>(values.rows()));
+  constexpr int kNotOwned = 1;
+  array->SetArray(const_cast<double*>(values.data()), values.size(), kNotOwned);
+  set_names(*array, name);
   return array;
 }
 

@@ -20,6 +20,8 @@ vtkSmartPointer<vtkUnstructuredGrid> make_grid(const TetMesh& mesh);
 vtkSmartPointer<vtkDataArray> make_array(const std::string& name, const Matrix& values,
                                          bool integral,
                                          FramePrecision precision = FramePrecision::kFloat64);
+/// The same in double precision without a copy: the array refers to `values`.
+vtkSmartPointer<vtkDataArray> array_of(const std::string& name, const Matrix& values);
 
 /// Writes the grid as VTU with raw appended data, to a temporary file renamed into place. Throws
 /// OutputError.
