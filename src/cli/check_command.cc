@@ -13,6 +13,7 @@
 #include "console.h"
 #include "mesh_table.h"
 #include "scene_source.h"
+#include "simulation/parallel_features.h"
 #include "spectrum.h"
 #include "tetraction/dynamics/derivative_check.h"
 #include "tetraction/dynamics/stability.h"
@@ -114,6 +115,7 @@ std::string rules_of_limit(const MechanicalSystem& system, Integrator rule) {
 int check(const std::string& path, const std::vector<std::string>& overrides, bool as_json,
           bool with_spectrum) {
   const Scene scene = read_scene(path, overrides);
+  if (scene.solver.engine != "local") refuse_what_parts_lack(scene, Analysis::kMotion);
   const std::unique_ptr<MechanicalSystem> system = make_system(scene, read_scene_mesh(scene));
   const TetMesh& mesh = system->mesh();
   const State state = make_initial_state(scene, *system);

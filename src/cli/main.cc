@@ -138,6 +138,8 @@ int run_program(int argc, char** argv) {
   app.parse_complete_callback([&] {
     tetraction::remember_threads(threads);
     if (threads > 0) tetraction::set_thread_count(threads);
+    const std::string command = app.get_subcommands().front()->get_name();
+    if (command != "run") tetraction::require_one_process(command);
   });
 
   tetraction::require_values(app, argc, argv);

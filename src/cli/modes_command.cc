@@ -10,7 +10,6 @@
 #include "console.h"
 #include "io/results/directory_lock.h"
 #include "io/results/result_folders.h"
-#include "parallel_run.h"
 #include "scene_source.h"
 #include "tetraction/io/initial_fields.h"
 #include "tetraction/io/mode_writer.h"
@@ -126,10 +125,7 @@ void add_modes_command(CLI::App& app, int& exit_code) {
       ->allow_extra_args(false);
   command->add_flag("--quiet", arguments->quiet, "Only warnings and errors");
   command->add_flag("--json", arguments->json, "Print summary.json to stdout");
-  command->callback([arguments, &exit_code] {
-    require_one_process("modes");
-    exit_code = compute_modes(*arguments);
-  });
+  command->callback([arguments, &exit_code] { exit_code = compute_modes(*arguments); });
 }
 
 }  // namespace tetraction

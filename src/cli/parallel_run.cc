@@ -23,6 +23,7 @@
 #include "progress_bar.h"
 #include "resume.h"
 #include "scene_source.h"
+#include "simulation/parallel_features.h"
 #include "tetraction/core/blas.h"
 #include "tetraction/core/parallel.h"
 #include "tetraction/io/initial_fields.h"
@@ -45,10 +46,10 @@ void let_first_process_speak() {
   std::this_thread::sleep_for(std::chrono::seconds(1));
 }
 
-void require_one_process(const char* command) {
+void require_one_process(const std::string& command) {
   if (launched_processes() == 1) return;
   let_first_process_speak();
-  throw InputError(std::string("tetraction ") + command +
+  throw InputError("tetraction " + command +
                    " works in one process only: start it without mpirun.");
 }
 
@@ -134,6 +135,7 @@ struct Inputs {
 Inputs read_inputs(const SessionArguments& arguments, const Processes& processes) {
   Inputs inputs;
   inputs.scene = read_scene(arguments.scene, arguments.overrides);
+  refuse_what_parts_lack(inputs.scene, Analysis::kMotion);
   inputs.directory = output_directory(inputs.scene, arguments.out, arguments.overrides);
   if (!processes.is_first()) return inputs;
   check_folder_of_run(inputs.scene, inputs.directory);

@@ -187,10 +187,16 @@ ResumePoint find_resume_point(const Session& session, const BodyIdentity& body,
   }
   if (!parts.empty() && !force) refuse_changes(directory, parts);
   if (!stored) {
+    const std::optional<StoredCheckpoint> of_stop = newest_checkpoint(directory, false);
     print_note(fmt::format(
         "{}: there is no checkpoint from which a run could go on{}. The run starts from "
         "the beginning.",
-        directory, only_regular ? "" : " (output.checkpoint_every makes them)"));
+        directory,
+        of_stop ? fmt::format(" with the same bits: it was stopped after step {}, before the first "
+                              "checkpoint of output.checkpoint_every = {}",
+                              of_stop->checkpoint.state.step, scene.output.checkpoint_every)
+        : only_regular ? ""
+                       : " (output.checkpoint_every makes them)"));
     return point;
   }
   if (!parts.empty()) require_forcible(directory, *stored, parts, session);

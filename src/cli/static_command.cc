@@ -7,7 +7,6 @@
 
 #include "commands.h"
 #include "console.h"
-#include "parallel_run.h"
 #include "recorded_session.h"
 #include "tetraction/dynamics/derived_fields.h"
 #include "tetraction/simulation/equilibrium.h"
@@ -57,7 +56,6 @@ void add_static_command(CLI::App& app, int& exit_code) {
                    "At least so many load steps, to trace how the body gives way (default: 1)")
       ->check(CLI::Range(1, 1000));
   command->callback([arguments, steps, &exit_code] {
-    require_one_process("static");
     const auto make = [&](const Scene& scene, TetMesh mesh) {
       return std::make_unique<Session>(scene, std::move(mesh), Analysis::kEquilibrium,
                                        1.0 / *steps);

@@ -25,7 +25,6 @@
 #include "io/results/study_page.h"
 #include "io/results/study_row_file.h"
 #include "io/text/output_file.h"
-#include "parallel_run.h"
 #include "plot_study_script.h"
 #include "progress_bar.h"
 #include "scene_source.h"
@@ -465,7 +464,6 @@ void add_study_command(CLI::App& app, int& exit_code) {
   command->add_flag("--json", arguments->json, "Print study.json to stdout");
   add_study_diff_command(*command, exit_code);
   command->callback([arguments, command, &exit_code] {
-    require_one_process("study");
     if (command->got_subcommand("diff")) return;
     if (command->get_option("scene")->count() == 0) throw CLI::RequiredError("scene");
     exit_code = study(*arguments);

@@ -11,38 +11,45 @@ namespace tetraction::petsc {
 
 AssembledPreconditioner::AssembledPreconditioner(const MechanicalSystem& system,
                                                  const MpiPart& part, Kind kind)
-    : system_(system),
-      part_(part),
-      kind_(kind),
-      is_fixed_(static_cast<std::size_t>(system.dof_count()), 0) {
+    : system_(system), part_(part), kind_(kind) {
   const FreeCoordinates& coordinates = system.coordinates();
   for (Index v = 0; v < system.vertex_count(); ++v) {
     if (coordinates.is_free(v)) continue;
     const FreeCoordinates::VertexMap map = coordinates.map(v);
-    for (Index i = 0; i < 3; ++i) {
-      if (map.columns.row(i).squaredNorm() < 0.5)
-        is_fixed_[static_cast<std::size_t>(3 * v + i)] = 1;
+    Matrix3 allowed = Matrix3::Zero();
+    for (int i = 0; i < map.count; ++i) {
+      allowed += map.columns.col(i) * map.columns.col(i).transpose();
     }
+    allowed_.emplace(v, allowed);
   }
   const auto own = static_cast<PetscInt>(3 * part.owned_vertices);
   check(VecCreateMPI(PETSC_COMM_WORLD, own, PETSC_DETERMINE, &right_), "VecCreateMPI");
   check(VecDuplicate(right_, &solution_), "VecDuplicate");
   make_pattern();
-  check(PCCreate(PETSC_COMM_WORLD, &preconditioner_), "PCCreate");
+  make_solver(solver_, kind == Kind::kMultigrid ? PCGAMG : PCCHOLESKY);
+  check(KSPGetPC(solver_, &preconditioner_), "KSPGetPC");
   if (kind == Kind::kMultigrid) {
-    check(PCSetType(preconditioner_, PCGAMG), "PCSetType");
     set_rigid_motions();
   } else {
-    check(PCSetType(preconditioner_, PCCHOLESKY), "PCSetType");
     check(PCFactorSetMatSolverType(preconditioner_, MATSOLVERMUMPS), "PCFactorSetMatSolverType");
   }
 }
 
 AssembledPreconditioner::~AssembledPreconditioner() {
-  PCDestroy(&preconditioner_);
+  KSPDestroy(&block_solver_);
+  KSPDestroy(&solver_);
   MatDestroy(&matrix_);
   VecDestroy(&solution_);
   VecDestroy(&right_);
+}
+
+void AssembledPreconditioner::make_solver(KSP& solver, PCType preconditioner) {
+  check(KSPCreate(PETSC_COMM_WORLD, &solver), "KSPCreate");
+  check(KSPSetType(solver, KSPCG), "KSPSetType");
+  check(KSPSetNormType(solver, KSP_NORM_UNPRECONDITIONED), "KSPSetNormType");
+  PC of_solver = nullptr;
+  check(KSPGetPC(solver, &of_solver), "KSPGetPC");
+  check(PCSetType(of_solver, preconditioner), "PCSetType");
 }
 
 std::string AssembledPreconditioner::name() const {
@@ -60,11 +67,6 @@ void AssembledPreconditioner::make_pattern() {
   numbers_.resize(static_cast<std::size_t>(numbers.size()));
   for (Index v = 0; v < numbers.size(); ++v) {
     numbers_[static_cast<std::size_t>(v)] = static_cast<PetscInt>(numbers[v]);
-  }
-  for (Index i = 0; i < 3 * own; ++i) {
-    if (is_fixed_[static_cast<std::size_t>(i)] != 0) {
-      fixed_rows_.push_back(begin + static_cast<PetscInt>(i));
-    }
   }
   // The numbers of neighbours; those of a shared vertex are at most the sum over its copies.
   std::vector<std::unordered_set<Index>> neighbors(
@@ -109,8 +111,11 @@ void AssembledPreconditioner::make_pattern() {
 BodyPreconditioner::Sign AssembledPreconditioner::make(const MinimizationProblem& problem,
                                                        const Vector& u, bool convex) {
   assemble(problem, u, convex);
-  check(PCSetOperators(preconditioner_, matrix_, matrix_), "PCSetOperators");
+  check(KSPSetOperators(solver_, matrix_, matrix_), "KSPSetOperators");
   if (kind_ == Kind::kFactor) return factorize(convex);
+  // Multigrid would keep the aggregates of the first matrix.
+  check(PCReset(preconditioner_), "PCReset");
+  check(KSPSetOperators(solver_, matrix_, matrix_), "KSPSetOperators");
   check(PCSetUp(preconditioner_), "PCSetUp");
   return convex ? Sign::kDefinite : Sign::kUnknown;
 }
@@ -123,28 +128,43 @@ void AssembledPreconditioner::assemble(const MinimizationProblem& problem, const
   if (has_terms) problem.term_shares(u, true, shares);
   ElasticPotential::ElementTerms terms;
   Eigen::Matrix<double, 12, 12, Eigen::RowMajor> values;
+  const auto add = [&](const auto& vertices, const auto& block) {
+    std::array<PetscInt, 4> numbers{};
+    PetscInt count = 0;
+    for (const Index v : vertices) {
+      numbers[static_cast<std::size_t>(count++)] = numbers_[static_cast<std::size_t>(v)];
+    }
+    check(MatSetValuesBlocked(matrix_, count, numbers.data(), count, numbers.data(), block.data(),
+                              ADD_VALUES),
+          "MatSetValuesBlocked");
+  };
   double trace = 0.0;
   for (Index e = 0; e < system_.rest().element_count(); ++e) {
     problem.element_terms(e, u, has_terms ? &shares : nullptr, true, terms);
     Matrix block = terms.hessian;
     if (convex) block = positive_semidefinite_part(block);
-    values = block;
     trace += block.trace();
-    std::array<PetscInt, 4> nodes{};
-    std::size_t a = 0;
-    for (const Index v : system_.rest().nodes(e))
-      nodes[a++] = numbers_[static_cast<std::size_t>(v)];
-    check(MatSetValuesBlocked(matrix_, 4, nodes.data(), 4, nodes.data(), values.data(), ADD_VALUES),
-          "MatSetValuesBlocked");
+    const ElementNodes nodes = system_.rest().nodes(e);
+    for (Index a = 0; a < 4; ++a) {
+      const auto found = allowed_.find(nodes[static_cast<std::size_t>(a)]);
+      if (found == allowed_.end()) continue;
+      block.middleRows<3>(3 * a) = found->second * block.middleRows<3>(3 * a).eval();
+      block.middleCols<3>(3 * a) = block.middleCols<3>(3 * a).eval() * found->second;
+    }
+    values = block;
+    add(nodes, values);
+  }
+  // Directions in which a vertex cannot move have the mean of the diagonal.
+  const double scale =
+      sum_over_parts(&part_, trace) / (3.0 * static_cast<double>(part_.whole.vertices));
+  for (const auto& [v, allowed] : allowed_) {
+    if (v >= part_.owned_vertices) continue;
+    const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> across =
+        scale * (Matrix3::Identity() - allowed);
+    add(std::array{v}, across);
   }
   check(MatAssemblyBegin(matrix_, MAT_FINAL_ASSEMBLY), "MatAssemblyBegin");
   check(MatAssemblyEnd(matrix_, MAT_FINAL_ASSEMBLY), "MatAssemblyEnd");
-  // Rows of fixed coordinates have the mean of the diagonal.
-  const double scale =
-      sum_over_parts(&part_, trace) / (3.0 * static_cast<double>(part_.whole.vertices));
-  check(MatZeroRowsColumns(matrix_, static_cast<PetscInt>(fixed_rows_.size()), fixed_rows_.data(),
-                           scale, nullptr, nullptr),
-        "MatZeroRowsColumns");
 }
 
 void AssembledPreconditioner::set_rigid_motions() {
@@ -187,24 +207,59 @@ BodyPreconditioner::Sign AssembledPreconditioner::factorize(bool convex) {
   return error < 0 || negative > 0 ? Sign::kIndefinite : Sign::kDefinite;
 }
 
-void AssembledPreconditioner::apply(const Vector& r, Vector& z) {
-  const Index own = 3 * part_.owned_vertices;
+void AssembledPreconditioner::set_right(const Vector& r) {
   double* place = nullptr;
   check(VecGetArray(right_, &place), "VecGetArray");
-  for (Index i = 0; i < own; ++i) {
-    place[i] = is_fixed_[static_cast<std::size_t>(i)] != 0 ? 0.0 : r[i];
+  Eigen::Map<Vector> right(place, 3 * part_.owned_vertices);
+  right = r.head(right.size());
+  for (const auto& [v, allowed] : allowed_) {
+    if (v < part_.owned_vertices) right.segment<3>(3 * v) = allowed * vertex_block(r, v);
   }
   check(VecRestoreArray(right_, &place), "VecRestoreArray");
-  check(PCApply(preconditioner_, right_, solution_), "PCApply");
-  const double* result = nullptr;
-  check(VecGetArrayRead(solution_, &result), "VecGetArrayRead");
+}
+
+void AssembledPreconditioner::get_solution(Vector& z) const {
+  const double* place = nullptr;
+  check(VecGetArrayRead(solution_, &place), "VecGetArrayRead");
   z.resize(system_.dof_count());
-  std::copy_n(result, own, z.data());
-  check(VecRestoreArrayRead(solution_, &result), "VecRestoreArrayRead");
+  std::copy_n(place, 3 * part_.owned_vertices, z.data());
+  check(VecRestoreArrayRead(solution_, &place), "VecRestoreArrayRead");
   part_.copy_from_owners(z.data(), 3);
-  for (Index i = 0; i < z.size(); ++i) {
-    if (is_fixed_[static_cast<std::size_t>(i)] != 0) z[i] = 0.0;
+  for (const auto& [v, allowed] : allowed_) {
+    vertex_block(z, v) = (allowed * vertex_block(z, v)).eval();
   }
+}
+
+void AssembledPreconditioner::apply(const Vector& r, Vector& z) {
+  set_right(r);
+  check(PCApply(preconditioner_, right_, solution_), "PCApply");
+  get_solution(z);
+}
+
+// Multigrid may be indefinite or slow where elements are much deformed. The blocks of the diagonal always serve.
+int AssembledPreconditioner::solve(const Vector& r, double tolerance, Vector& z) {
+  constexpr int kMost = 100;
+  constexpr int kMostWithBlocks = 2000;
+  set_right(r);
+  PetscInt all = 0;
+  const auto solve_with = [&](KSP solver, int most) {
+    check(KSPSetTolerances(solver, tolerance, PETSC_DEFAULT, PETSC_DEFAULT, most),
+          "KSPSetTolerances");
+    check(KSPSolve(solver, right_, solution_), "KSPSolve");
+    PetscInt iterations = 0;
+    check(KSPGetIterationNumber(solver, &iterations), "KSPGetIterationNumber");
+    all += iterations;
+    KSPConvergedReason reason{};
+    check(KSPGetConvergedReason(solver, &reason), "KSPGetConvergedReason");
+    return reason > 0;
+  };
+  if (!solve_with(solver_, kMost)) {
+    if (block_solver_ == nullptr) make_solver(block_solver_, PCPBJACOBI);
+    check(KSPSetOperators(block_solver_, matrix_, matrix_), "KSPSetOperators");
+    solve_with(block_solver_, kMostWithBlocks);
+  }
+  get_solution(z);
+  return static_cast<int>(all);
 }
 
 }  // namespace tetraction::petsc

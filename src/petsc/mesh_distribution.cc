@@ -226,8 +226,8 @@ TetMesh distribute_mesh(const Processes& processes, TetMesh mesh) {
   MPI_Bcast(&is_quadratic, 1, MPI_INT, 0, MPI_COMM_WORLD);
   if (is_quadratic != 0) {
     throw InputError(
-        "mesh.element = \"quadratic\" does not work in several processes yet: take \"linear\", or "
-        "run "
+        "A mesh of quadratic tetrahedra does not work in several processes yet: take a mesh of "
+        "linear ones, or run "
         "the scene in one process without mpirun and with solver.engine = \"local\".");
   }
   if (size < parts) {

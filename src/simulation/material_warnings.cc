@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <variant>
 
@@ -99,6 +100,7 @@ std::string locking_warning(const MechanicalSystem& system) {
   for (const MaterialField& material : system.materials()) {
     largest = std::max(largest, material.lame_range().most_ratio);
   }
+  largest = largest_of_parts(system.part(), largest);
   if (largest < kLockingRatio - 1e-9) return {};
   return fmt::format(
       "a Poisson's ratio of {:.5g} is nearly incompressible, and linear tetrahedra lock: the body "
@@ -111,10 +113,16 @@ std::string locking_warning(const MechanicalSystem& system) {
 std::string instability_warning(const MechanicalSystem& system) {
   for (const MaterialField& material : system.materials()) {
     const Index count = material.varies() ? material.parameters().cols() : 1;
-    for (Index e = 0; e < count; ++e) {
-      std::string warning = std::visit(InstabilityWarning(), material.at(e));
-      if (!warning.empty()) return warning;
+    std::string warning;
+    Index e = 0;
+    for (; e < count && warning.empty(); ++e) {
+      warning = std::visit(InstabilityWarning(), material.at(e));
     }
+    // That of the element with the least number, also among the parts of a body.
+    const double id = warning.empty() ? std::numeric_limits<double>::infinity()
+                                      : static_cast<double>(system.mesh().tetrahedron_id(e - 1));
+    const bool is_first = !warning.empty() && id == least_of_parts(system.part(), id);
+    if (take_from_first(system.part(), is_first, warning)) return warning;
   }
   return {};
 }

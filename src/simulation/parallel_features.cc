@@ -9,6 +9,8 @@
 namespace tetraction {
 namespace {
 
+constexpr const char* kTakeFix = "take [[fix]] if vertices are only held or led";
+
 [[noreturn]] void refuse(const std::string& where, const std::string& what,
                          const std::string& remedy) {
   throw InputError(fmt::format(
@@ -22,10 +24,6 @@ void check_time(const TimeSettings& time, const std::string& where) {
     refuse(where, fmt::format("time.integrator = \"{}\"", to_string(time.integrator)),
            "take \"midpoint\"");
   }
-  if (time.adapt != StepAdaptation::kNone) {
-    refuse(where, fmt::format("time.adapt = \"{}\"", to_string(time.adapt)), "leave it out");
-  }
-  if (time.retry > 0) refuse(where, "time.retry", "leave it out");
 }
 
 void check_solver_of_parts(const SolverSettings& solver, const std::string& where) {
@@ -43,10 +41,8 @@ struct EditCheck {
   void operator()(const SetForce& edit) const {
     if (edit.force.kind == LoadKind::kPressure) refuse(where, "[[pressure]]", "take [[traction]]");
   }
-  void operator()(const SetConstraint&) const { refuse(where, "[[constraint]]", "take [[fix]]"); }
-  void operator()(const RemoveConstraint&) const {
-    refuse(where, "[[constraint]]", "take [[fix]]");
-  }
+  void operator()(const SetConstraint&) const { refuse(where, "[[constraint]]", kTakeFix); }
+  void operator()(const RemoveConstraint&) const { refuse(where, "[[constraint]]", kTakeFix); }
   void operator()(const ShiftState&) const { refuse(where, "a shift of vertices", "leave it out"); }
   template <class Other>
   void operator()(const Other&) const {}
@@ -64,6 +60,7 @@ void require_local_engine(const Scene& scene) {
 void refuse_what_parts_lack(const Scene& scene, Analysis analysis) {
   if (analysis == Analysis::kEquilibrium) refuse("", "an equilibrium", "compute a motion");
   if (scene.initial.is_static) refuse("", "initial.static = true", "leave it out");
+  if (scene.mesh.quadratic) refuse("", "mesh.element = \"quadratic\"", "take \"linear\"");
   if (scene.mesh.volume == VolumeRule::kNodal) {
     refuse("", "mesh.volume = \"nodal\"", "take \"element\"");
   }
@@ -73,7 +70,7 @@ void refuse_what_parts_lack(const Scene& scene, Analysis analysis) {
     refuse(scene.pressure.front().where, "[[pressure]]", "take [[traction]]");
   }
   if (!scene.constraint.empty()) {
-    refuse(scene.constraint.front().where, "[[constraint]]", "take [[fix]]");
+    refuse(scene.constraint.front().where, "[[constraint]]", kTakeFix);
   }
   if (!scene.force_term.empty()) refuse("", "a force term of a program", "leave it out");
   for (const EventSettings& event : scene.event) {

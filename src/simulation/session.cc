@@ -97,6 +97,7 @@ Session::Session(Scene scene, TetMesh mesh, Analysis analysis, double largest_in
   {
     const PhaseTimer timer(s.times.setup);
     s.system = make_system(s.scene, std::move(mesh));
+    s.reaction_force = Vector::Zero(s.system->dof_count());
     s.probes = std::make_unique<ProbeSet>(s.scene.probe, *s.system);
     if (analysis == Analysis::kEquilibrium) {
       s.begin_equilibrium(largest_increment);
@@ -210,10 +211,15 @@ void Session::Impl::fail_with_exception() {
 
 void Session::Impl::renew_stepper() {
   auto fresh = make_stepper(settings.time.integrator, settings.solver, *system);
-  fresh->set_reactions(stepper->reaction_force(), stepper->configuration_force());
   stepper = std::move(fresh);
   whole_stepper.reset();
   tracker.reset();
+}
+
+void Session::Impl::accept_step() {
+  stepper->exchange_reactions(reaction_force, configuration_force);
+  progress.external_force.swap(next_external_force);
+  states.switch_to_other();
 }
 
 void Session::keep_good_states() {

@@ -51,14 +51,23 @@ void add_share(Vector& mean, double share, const Vector& value) {
 
 // The diagonal of the box around the body at rest, m.
 double diagonal_of(const TetMesh& mesh) {
+  if (mesh.part != nullptr) return (mesh.part->whole.high - mesh.part->whole.low).norm();
   const Vector rest = mesh.rest_positions();
   const auto points = rest.reshaped(3, mesh.vertex_count());
   return (points.rowwise().maxCoeff() - points.rowwise().minCoeff()).norm();
 }
 
 // The largest distance between the positions of a vertex, m.
-double largest_distance(const Vector& a, const Vector& b) {
-  return std::sqrt((a - b).reshaped(3, a.size() / 3).colwise().squaredNorm().maxCoeff());
+double largest_distance(const MeshPart* part, const Vector& a, const Vector& b) {
+  const double square = (a - b).reshaped(3, a.size() / 3).colwise().squaredNorm().maxCoeff();
+  return std::sqrt(largest_of_parts(part, square));
+}
+
+// Calls use(term) for the potentials that are not among the stored energies.
+void for_each_driven_potential(const MechanicalSystem& system, const auto& use) {
+  for (const ForceTerm* term : system.force_terms()) {
+    if (term->has_potential() && term->account() != EnergyAccount::kStored) use(*term);
+  }
 }
 
 }  // namespace
@@ -153,7 +162,7 @@ StepOutcome Session::Impl::advance_in_halves(StepOutcome failure) {
   enter_failure();
   BalanceGuard guard(*balance);
   Vector reaction;
-  Vector configuration_force;
+  Vector constraint_force;
   const State* from = &state();
   State* to = &work_states.middle;
   State* unused = &work_states.whole;
@@ -184,7 +193,7 @@ StepOutcome Session::Impl::advance_in_halves(StepOutcome failure) {
       continue;
     }
     add_share(reaction, length / span.length, stepper->reaction_force());
-    add_share(configuration_force, length / span.length, stepper->configuration_force());
+    add_share(constraint_force, length / span.length, stepper->configuration_force());
     done += taken;
     ++substeps;
     smallest = std::min(smallest, length);
@@ -195,9 +204,9 @@ StepOutcome Session::Impl::advance_in_halves(StepOutcome failure) {
   const Index number = state().step + 1;
   states.other() = *from;
   states.other().step = number;
-  stepper->set_reactions(reaction, configuration_force);
+  stepper->set_reactions(reaction, constraint_force);
   guard.keep();
-  states.switch_to_other();
+  accept_step();
   enter_length(span.length, span.length < progress.plan.time_step);
   progress.steps.smallest = std::min(progress.steps.smallest, smallest);
   report_work_since(before);
@@ -230,20 +239,21 @@ Session::Impl::Halves Session::Impl::try_halves(const Span& span) {
   add_share(halves.configuration_force, 0.5, stepper->configuration_force());
   if (rest_diagonal == 0.0) rest_diagonal = diagonal_of(system->mesh());
   const int order_of_rule = order(settings.time.integrator);
-  halves.error = largest_distance(states.other().position, work_states.whole.position) /
-                 ((std::ldexp(1.0, order_of_rule) - 1.0) * rest_diagonal);
+  halves.error =
+      largest_distance(system->part(), states.other().position, work_states.whole.position) /
+      ((std::ldexp(1.0, order_of_rule) - 1.0) * rest_diagonal);
   return halves;
 }
 
 void Session::Impl::accept_halves(const Halves& halves, const Span& span) {
-  system->applied_force(state().position, state().time, span.length, progress.external_force);
+  system->applied_force(state().position, state().time, span.length, next_external_force);
   BalanceGuard guard(*balance);
   balance->enter(work_states.middle, halves.first);
   balance->enter(states.other(), halves.second);
   guard.keep();
   states.other().step = state().step + 1;
   stepper->set_reactions(halves.reaction, halves.configuration_force);
-  states.switch_to_other();
+  accept_step();
   if (follows_limit()) automatic().watch_elastic(halves.second.elastic_energy, state().step);
   progress.control.last_substeps = 2;
   progress.control.last_error = halves.error;
@@ -309,12 +319,11 @@ double Session::Impl::full_energy(const State& at, double& magnitude) const {
   magnitude = 0.0;
   for (const Energies::Entry& entry : energies.entries()) magnitude += std::abs(entry.value);
   const ForcePoint point = system->force_point(at.position, at.time);
-  for (const ForceTerm* term : system->force_terms()) {
-    if (!term->has_potential() || term->account() == EnergyAccount::kStored) continue;
-    const double value = term->energy(point);
+  for_each_driven_potential(*system, [&](const ForceTerm& term) {
+    const double value = sum_over_parts(system->part(), term.energy(point));
     energy += value;
     magnitude += std::abs(value);
-  }
+  });
   return energy;
 }
 
@@ -336,10 +345,10 @@ Session::Impl::EnergyTrial Session::Impl::try_energy(const Span& span) {
       trial.outcome.external_work + trial.outcome.constraint_work - trial.outcome.dissipated_energy;
   const ForcePoint start = system->force_point(from.position, from.time);
   const ForcePoint end = system->force_point(to.position, to.time);
-  for (const ForceTerm* term : system->force_terms()) {
-    if (!term->has_potential() || term->account() == EnergyAccount::kStored) continue;
-    work += term->energy_change(start, end);  // it is part of the discrete energy
-  }
+  for_each_driven_potential(*system, [&](const ForceTerm& term) {
+    // It is part of the discrete energy.
+    work += sum_over_parts(system->part(), term.energy_change(start, end));
+  });
   trial.half_work = 0.5 * work;
   return trial;
 }
@@ -408,9 +417,9 @@ StepOutcome Session::Impl::advance_by_energy() {
   if (!is_made && !make_trial(span)) {
     return progress.status == RunStatus::kCancelled ? std::move(last.outcome) : give_up();
   }
-  system->applied_force(state().position, state().time, span.length, progress.external_force);
+  system->applied_force(state().position, state().time, span.length, next_external_force);
   balance->enter(states.other(), last.outcome);
-  states.switch_to_other();
+  accept_step();
   report_work_since(before);
   enter_length(span.length, is_cut);
   if (keeps && !root.found && !is_cut) ++control.without_solution;

@@ -137,13 +137,8 @@ Checkpoint Session::checkpoint() {
   }
   // The modes are vectors over the free coordinates of a part, which another number of parts could not use.
   if (s.system->part() != nullptr) s.progress.plan.automatic.modes = {};
-  return {s.identity(),
-          s.settings,
-          s.progress,
-          s.state(),
-          s.balance->sums(),
-          s.stepper->reaction_force(),
-          s.stepper->configuration_force()};
+  return {s.identity(),      s.settings,       s.progress,           s.state(),
+          s.balance->sums(), s.reaction_force, s.configuration_force};
 }
 
 void Session::restore(const Checkpoint& checkpoint) {
@@ -166,7 +161,6 @@ void Session::restore(const Checkpoint& checkpoint) {
       throw InputError("The checkpoint is not complete: forces of its constraints are missing.");
     }
     stepper = make_stepper(time.integrator, own.settings.solver, *s.system);
-    stepper->set_reactions(own.reaction_force, own.configuration_force);
     s.inversion_counter = s.make_inversion_counter();
   } catch (...) {
     if (old_constraints) s.system->set_constraints(std::move(*old_constraints));
@@ -179,6 +173,8 @@ void Session::restore(const Checkpoint& checkpoint) {
   s.balance->restore(std::move(own.balance));
   s.states.set(own.state);
   s.stepper = std::move(stepper);
+  s.reaction_force = std::move(own.reaction_force);
+  s.configuration_force = std::move(own.configuration_force);
   s.whole_stepper.reset();
   s.tracker.reset();
   s.failed_step.reset();

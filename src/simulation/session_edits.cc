@@ -292,6 +292,8 @@ void Session::Impl::apply(const Edit& edit, double at, const std::string& what) 
   if (new_stepper) {
     stepper = std::move(new_stepper);
     whole_stepper.reset();
+    reaction_force.setZero();
+    configuration_force.resize(0);
   } else {
     stepper->reset();
   }

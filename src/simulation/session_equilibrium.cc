@@ -98,6 +98,8 @@ bool Session::Impl::load_step() {
   }
   const double length = states.other().time - state().time;
   enter_equilibrium(states.other());
+  reaction_force = stepper->reaction_force();
+  configuration_force = stepper->configuration_force();
   states.switch_to_other();
   StepRange& steps = progress.steps;
   steps.last = length;

@@ -122,6 +122,11 @@ Vector3 rest_centroid(const TetMesh& mesh, Index e) {
   return 0.25 * sum;
 }
 
+// Numbers that are the same up to the round-off of sums are mostly equal then, as they are in symmetric bodies.
+double rounded(double number) {
+  return static_cast<double>(static_cast<float>(number));
+}
+
 // Elements, the worst first, and how bad that one is, to compare it with those of other parts.
 struct ConcernedElements {
   std::vector<Index> elements;
@@ -135,7 +140,7 @@ ConcernedElements broken_elements(const MechanicalSystem& system, const Vector& 
     const double jacobian = least_jacobian(system, e, q);
     if (jacobian > 0.0 && std::isfinite(jacobian)) continue;
     broken.emplace_back(
-        std::isfinite(jacobian) ? jacobian : -std::numeric_limits<double>::infinity(), e);
+        std::isfinite(jacobian) ? rounded(jacobian) : -std::numeric_limits<double>::infinity(), e);
   }
   std::sort(broken.begin(), broken.end());
   ConcernedElements found;
@@ -153,7 +158,8 @@ ConcernedElements hot_elements(const MechanicalSystem& system, const Vector& q) 
       of_points.reshaped(system.rest().points_per_element(), system.rest().element_count())
           .colwise()
           .maxCoeff()
-          .transpose();
+          .transpose()
+          .unaryExpr(&rounded);
   const double most = largest_of_parts(system.part(), densities.maxCoeff());
   std::vector<Index> elements;
   for (Index e = 0; e < densities.size(); ++e) {
@@ -269,13 +275,18 @@ void Session::Impl::locate(StepFailure& failure, Index element) const {
   const bool is_broken = is_found();
   if (!is_broken && element >= 0) found = {{element}, 0.0};
   if (!is_found()) found = hot_elements(*system, state().position);
-  if (!is_found()) found = loaded_elements(*system, progress.external_force);
+  if (!is_found()) {
+    found = loaded_elements(*system, loading ? progress.external_force : next_external_force);
+  }
   failure.elements = std::move(found.elements);
   failure.element_count =
       static_cast<Index>(sum_over_parts(part, static_cast<double>(failure.elements.size())));
   if (part != nullptr) {
-    const bool is_worst =
+    bool is_worst =
         largest_of_parts(part, found.badness) == found.badness && !failure.elements.empty();
+    const double id = is_worst ? static_cast<double>(element_id(failure.elements.front()))
+                               : std::numeric_limits<double>::infinity();
+    is_worst = least_of_parts(part, id) == id && is_worst;
     failure.process = first_process(*part, is_worst);
     if (failure.process == part->count()) failure.process = 0;
   }

@@ -60,6 +60,10 @@ struct Session::Impl {
   std::optional<PhaseTimer::Clock::time_point> observed_since;
   std::unique_ptr<MechanicalSystem> system;
   std::unique_ptr<Stepper> stepper;
+  // Of the last step that did not fail, as those of Stepper.
+  Vector reaction_force;
+  Vector configuration_force;
+  Vector next_external_force;  // of the step that is being made
   std::unique_ptr<Balance> balance;
   BalanceSums balance_before;  // the last step; a member in order to avoid allocations
 
@@ -233,6 +237,8 @@ struct Session::Impl {
   void fail_with_exception();
   /// Makes a stepper that remembers nothing of earlier steps.
   void renew_stepper();
+  /// Makes states.other() the present state, with the forces of the step that led to it.
+  void accept_step();
   /// Counts inverted elements if materials allow them. If the state is the result of a small step,
   /// its elastic energy is given. Null means any other state, or new materials.
   void count_inverted(const double* energy_after_step);

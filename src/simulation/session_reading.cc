@@ -99,7 +99,7 @@ double Session::tension(std::size_t i) const {
   const SharedDistance shared = impl_->shared.at(i);
   if (shared.count == 0) return 0.0;
   const Constraints& constraints = impl_->system->constraints();
-  return constraints.tension(shared.number, impl_->stepper->configuration_force(),
+  return constraints.tension(shared.number, impl_->configuration_force,
                              constraints.configuration(impl_->state().position)) /
          static_cast<double>(shared.count);
 }
@@ -124,7 +124,7 @@ const std::vector<Index>& Session::constraint_vertices(std::size_t i) const {
   return none;
 }
 const Vector& Session::reaction_force() const {
-  return impl_->stepper->reaction_force();
+  return impl_->reaction_force;
 }
 int Session::last_iterations() const {
   return impl_->progress.last_report.iterations;

@@ -221,7 +221,7 @@ void Session::Impl::enter_length(double length, bool is_cut_short) {
 
 Session::Impl::Attempt Session::Impl::attempt(double most_energy_share) {
   const auto [length, end_time] = planned_span();
-  system->applied_force(state().position, state().time, length, progress.external_force);
+  system->applied_force(state().position, state().time, length, next_external_force);
   StepOutcome outcome = stepper->advance(state(), states.other(), length, end_time);
   count(outcome.minimizer);
   if (!outcome.ok()) return {std::move(outcome)};
@@ -262,7 +262,7 @@ Session::Impl::Attempt Session::Impl::attempt(double most_energy_share) {
     outcome.status = StepStatus::kNotFinite;
     return {std::move(outcome)};
   }
-  states.switch_to_other();
+  accept_step();
   enter_length(length, length < progress.plan.time_step);
   return {std::move(outcome), energy_share};
 }

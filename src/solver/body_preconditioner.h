@@ -27,6 +27,10 @@ class BodyPreconditioner {
   virtual Sign make(const MinimizationProblem& problem, const Vector& u, bool convex) = 0;
   /// z = M⁻¹ r. Both have 3 numbers for each vertex of the part. Copies of a vertex have the same numbers.
   virtual void apply(const Vector& r, Vector& z) = 0;
+  /// z = A⁻¹ r to a relative residual of `tolerance`, where A is the matrix that M⁻¹ was made of, by conjugate gradients
+  /// with M⁻¹ or, where it does not serve, with the blocks of the diagonal. A must be positive definite. Returns the
+  /// number of iterations.
+  virtual int solve(const Vector& r, double tolerance, Vector& z) = 0;
   /// How linear systems are solved with it, for reports.
   virtual std::string name() const = 0;
 };

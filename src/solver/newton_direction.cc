@@ -35,7 +35,8 @@ namespace {
 
 constexpr int kPatience = 8;  // iterations of a step that met negative curvature or gained little
 constexpr int kVisits = 3;    // steps with a factor for their sake, until it stays
-constexpr int kMost = 30;     // iterations of conjugate gradients with a factor
+constexpr int kMost = 30;     // iterations of conjugate gradients with a factor, …
+constexpr int kMostWithMultigrid = 2000;  // … and with multigrid in several processes
 constexpr double kCurved = 1e-6;
 // A random vector is assumed to have a component of at least this part of its expected size.
 constexpr double kAcross = 0.01;
@@ -203,9 +204,10 @@ bool NewtonDirection::with_preconditioner(const MinimizationProblem& problem, co
   using Kind = BodyPreconditioner::Kind;
   if (!preconditioned_) {
     const auto& source = dynamic_cast<const PreconditionerSource&>(*system_.part());
-    const Kind kind = options_.linear == LinearSolver::kCg ? Kind::kMultigrid : Kind::kFactor;
+    const bool has_factor = options_.linear != LinearSolver::kCg;
     preconditioned_ = std::make_unique<PreconditionedDirection>(
-        system_, source.make_preconditioner(system_, kind));
+        system_, source.make_preconditioner(system_, has_factor ? Kind::kFactor : Kind::kMultigrid),
+        has_factor ? kMost : kMostWithMultigrid);
   }
   preconditioned_->find(problem, x, gradient, refined_ ? std::min(forcing, kRefined) : forcing,
                         report, direction);

@@ -9,13 +9,14 @@ namespace {
 // it, and this many more.
 constexpr int kAging = 2;
 constexpr int kAllowed = 8;
-constexpr int kMost = 2000;  // iterations of a system
+constexpr int kMostWithoutMatrix = 2000;  // iterations with the preconditioner of MatrixFreeCg
 
 }  // namespace
 
 PreconditionedDirection::PreconditionedDirection(const MechanicalSystem& system,
-                                                 std::unique_ptr<BodyPreconditioner> preconditioner)
-    : cg_(system), preconditioner_(std::move(preconditioner)) {}
+                                                 std::unique_ptr<BodyPreconditioner> preconditioner,
+                                                 int most_iterations)
+    : cg_(system), preconditioner_(std::move(preconditioner)), most_iterations_(most_iterations) {}
 
 void PreconditionedDirection::find(const MinimizationProblem& problem, const Vector& x,
                                    const Vector& gradient, double forcing, MinimizerReport& report,
@@ -31,17 +32,19 @@ void PreconditionedDirection::find(const MinimizationProblem& problem, const Vec
     renew(problem, x, false, report);
     cg = solve(gradient, forcing, report, direction);
   }
-  // … or that it is indefinite, as the matrix is.
+  // … or that it does not serve, as multigrid where elements are much deformed.
   if (failed(cg)) {
-    renew(problem, x, true, report);
-    cg = solve(gradient, forcing, report, direction);
+    cg = cg_.solve(gradient, forcing, kMostWithoutMatrix, direction);
+    report.cg_iterations += cg.iterations;
     is_old_ = true;
   }
-  if (cg.negative_curvature) {
-    curvature_ = cg_.negative_curvature();
-    cg_.convexify();
+  is_safe_ = cg_.step_is_safe();
+  if (cg.negative_curvature || failed(cg)) {
+    if (cg.negative_curvature) curvature_ = cg_.negative_curvature();
     if (!is_new_ || !is_convex_) renew(problem, x, true, report);
-    cg = solve(gradient, forcing, report, direction);
+    cg.iterations = preconditioner_->solve(-gradient, forcing, direction);
+    report.cg_iterations += cg.iterations;
+    is_safe_ = false;
     is_old_ = true;
   }
   if (is_new_) first_iterations_ = cg.iterations;
@@ -60,7 +63,7 @@ bool PreconditionedDirection::probe(const MinimizationProblem& problem, const Ve
 
 CgReport PreconditionedDirection::solve(const Vector& right, double forcing,
                                         MinimizerReport& report, Vector& solution) {
-  const CgReport cg = cg_.solve(right, forcing, kMost, *preconditioner_, solution);
+  const CgReport cg = cg_.solve(right, forcing, most_iterations_, *preconditioner_, solution);
   report.cg_iterations += cg.iterations;
   return cg;
 }

@@ -17,11 +17,15 @@ namespace tetraction {
 /// as long as it serves: until the step size changes, or until a system takes more than twice the iterations
 /// of the first one with it, plus eight.
 ///
-/// Where ∇²Φ is not positive definite, the direction solves a system that is (MatrixFreeCg::convexify()).
+/// Where ∇²Φ is not positive definite, the direction solves a system with the sum of the elements' matrices without
+/// their negative eigenvalues, which the preconditioner is made of. (MatrixFreeCg::convexify() changes strains
+/// instead, which gives worse directions where elements are much deformed.)
 class PreconditionedDirection {
  public:
+  /// A system takes at most so many iterations. A preconditioner that has reached them is made anew. If it
+  /// reaches them as a new one, the direction is what the iterations have come to.
   PreconditionedDirection(const MechanicalSystem& system,
-                          std::unique_ptr<BodyPreconditioner> preconditioner);
+                          std::unique_ptr<BodyPreconditioner> preconditioner, int most_iterations);
 
   /// To be called before systems that differ strongly from the last ones (another step size).
   void forget() { is_old_ = true; }
@@ -36,7 +40,7 @@ class PreconditionedDirection {
   bool probe(const MinimizationProblem& problem, const Vector& x, const Vector& right,
              double forcing, MinimizerReport& report);
   /// Whether it is known that no element is inverted on the way along the last direction.
-  bool step_is_safe() const { return cg_.step_is_safe(); }
+  bool step_is_safe() const { return is_safe_; }
   std::string name() const { return preconditioner_->name(); }
 
  private:
@@ -46,9 +50,11 @@ class PreconditionedDirection {
 
   MatrixFreeCg<double> cg_;
   std::unique_ptr<BodyPreconditioner> preconditioner_;
+  int most_iterations_;
   BodyPreconditioner::Sign sign_ = BodyPreconditioner::Sign::kUnknown;
   NegativeCurvature curvature_;
   Vector ignored_;
+  bool is_safe_ = false;
   bool is_new_ = false;       // the preconditioner belongs to the present matrix
   bool is_convex_ = false;    // it was made of a matrix that was made positive definite
   bool is_old_ = true;        // it is to be made anew

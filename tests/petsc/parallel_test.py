@@ -358,6 +358,71 @@ end = 0.01
             self.assertEqual(summary["degrees_of_freedom"], expected["degrees_of_freedom"])
 
 
+class AdaptiveSteps(ParallelTest):
+    def compare(self, scene, tolerance, control):
+        serial, _ = self.run_scene(scene)
+        names, rows = table(os.path.join(serial, "history.csv"))
+        self.assertGreater(control(summary_of(serial)), 0)
+        for processes in (2, 3):
+            with self.subTest(processes=processes):
+                out, _ = self.run_scene(scene, processes)
+                _, own_rows = table(os.path.join(out, "history.csv"))
+                self.assertEqual(len(rows), len(own_rows))
+                difference, where = largest_difference(names, rows, own_rows)
+                self.assertLessEqual(difference, tolerance, where)
+                self.assertEqual(control(summary_of(out)), control(summary_of(serial)))
+
+    def test_adapt_to_an_error(self):
+        # The steps of verlet are far below the stability limit, which parts find in iterations of their own.
+        for rule, largest_error, tolerance in (("verlet", 1e-9, 1e-9), ("midpoint", 1e-5, 1e-6)):
+            with self.subTest(rule=rule):
+                time = f"""
+[time]
+integrator = "{rule}"
+adapt = "error"
+tolerance = {largest_error}
+step = 1e-4
+end = 0.02
+[solver]
+tolerance = 1e-11
+"""
+                scene = self.write(f"{rule}.toml", BODY + LOADS + time + OUTPUT)
+                self.compare(scene, tolerance, lambda summary: summary["steps"])
+
+    def test_adapt_to_the_energy(self):
+        time = """
+[time]
+integrator = "midpoint"
+adapt = "energy"
+step = 2e-3
+end = 0.03
+[initial]
+stretch = [1.3, 0.9, 0.95]
+angular_velocity = [0.0, 0.0, 20.0]
+[solver]
+tolerance = 1e-11
+"""
+        self.compare(self.write("energy.toml", BODY + time + OUTPUT), 1e-6,
+                     lambda summary: summary["steps"])
+
+    def test_retry(self):
+        """A sudden load that the step does not resolve."""
+        time = """
+[[force]]
+select = { plane = { axis = "x", at = 0.4 } }
+total = [-1.5e5, 0.0, 0.0]
+from = 0.002
+until = 0.0024
+[time]
+integrator = "verlet"
+step = 2e-4
+end = 0.004
+retry = 6
+"""
+        self.compare(self.write("retry.toml", BODY + time + OUTPUT), 1e-9,
+                     lambda summary: summary["time_steps"]["retried"])
+
+
 class Implicit(ParallelTest):
     def test_rules_to_the_tolerance(self):
         for rule in ("midpoint", "backward-euler"):
@@ -416,6 +481,26 @@ max_iterations = 400
                                         f'solver.linear="{linear}"')
                 self.assertGreater(summary_of(out)["solver"]["factorizations"], 0)
                 self.assertAlmostEqual(last_value(out, "elastic_energy") / elastic, 1.0, delta=1e-4)
+
+    def test_crushed_beam(self):
+        """Steps that meet negative curvature in much deformed elements many times."""
+        scene = self.write("crushed.toml", """
+[mesh]
+generate = { kind = "beam", size = [4, 1, 1], cells = [8, 2, 2] }
+[material]
+youngs_modulus = 1.0e6
+poissons_ratio = 0.4
+[[fix]]
+select = { plane = { axis = "x", at = 0.0 } }
+[[force]]
+select = { plane = { axis = "x", at = 4.0 } }
+total = [-2.0e7, 0.0, 0.0]
+""" + time_of("backward-euler", 0.1, 3) + OUTPUT)
+        serial = last_value(self.run_scene(scene)[0], "total_energy")
+        for processes, linear in ((2, "auto"), (1, "factor"), (3, "factor")):
+            with self.subTest(processes=processes, linear=linear):
+                out, _ = self.run_scene(scene, processes, "--set", f'solver.linear="{linear}"')
+                self.assertAlmostEqual(last_value(out, "total_energy") / serial, 1.0, delta=1e-4)
 
     def test_free_body_under_a_large_load(self):
         """Steps that meet negative curvature end where one process ends them."""
@@ -798,6 +883,53 @@ penalty = 1.0e9
                 _, done = self.run_scene(scene, processes, code=1)
                 self.assertIn("the springs of fix.mode", done.stderr)
 
+    def test_warnings_of_material_arrays_in_any_part(self):
+        values = "".join(f"{e} {0.49 if e in (3, 470) else 0.3}\n" for e in range(1, 481))
+        self.write("column.msh", symmetric_column(20) + '$ElementData\n1\n"nu"\n1\n0.0\n3\n0\n1\n480\n' +
+                   values + "$EndElementData\n")
+        scene = self.write("arrays.toml", """
+[mesh]
+file = "column.msh"
+[material]
+youngs_modulus = 1.0e5
+poissons_ratio = { array = "nu" }
+""" + time_of("verlet", 1e-4, 1) + OUTPUT)
+        expected = summary_of(self.run_scene(scene)[0])["warnings"]
+        self.assertIn("a Poisson's ratio of 0.49", " ".join(expected))
+        for first, second in ((3, 470), (470, 3)):
+            text = values.replace(f"\n{first} 0.49\n", f"\n{first} 0.3\n")
+            self.assertNotEqual(text, values)
+            with open(self.path("column.msh")) as file:
+                mesh = file.read()
+            self.write("column.msh", mesh.replace(values, text))
+            with self.subTest(element=second):
+                out, done = self.run_scene(scene, 4)
+                self.assertEqual(summary_of(out)["warnings"], expected)
+                self.assertIn("a Poisson's ratio of 0.49", done.stderr)
+            self.write("column.msh", mesh)
+
+    def test_forces_after_a_failed_step_are_those_of_the_last_good_one(self):
+        scene = self.write("blow.toml", BODY + """
+[[fix]]
+select = { plane = { axis = "x", at = 0.0 } }
+[[force]]
+select = { plane = { axis = "x", at = 0.4 } }
+total = [-3.0e4, 0.0, 0.0]
+amplitude = "ramp"
+[[amplitude]]
+name = "ramp"
+points = [[0.0, 0.0], [0.05, 1.0]]
+""" + time_of("explicit", 1e-4, 500) + OUTPUT.replace('"displacement"', '"displacement", "reaction_force"'))
+        for processes in (None, 2, 3):
+            with self.subTest(processes=processes):
+                out, _ = self.run_scene(scene, processes, code=1)
+                last = "final.vtu" if processes is None else "final.pvtu"
+                forces, _ = points_of(os.path.join(out, last), "reaction_force")
+                total = sum(float(copies[0][0]) for copies in forces.values())
+                expected = last_value(out, "reaction_x")
+                self.assertGreater(abs(expected), 100.0)
+                self.assertAlmostEqual(total / expected, 1.0, delta=1e-9)
+
     def test_bad_input_has_one_message(self):
         scene = self.write("scene.toml", BODY.replace("youngs_modulus", "youngs_module"))
         _, done = self.run_scene(scene, 3, code=2)
@@ -815,11 +947,14 @@ penalty = 1.0e9
                               capture_output=True, text=True, cwd=self.folder, env=ENVIRONMENT)
         self.assertEqual(done.returncode, 2)
         self.assertEqual(done.stderr.count("--no-such-option"), 1, done.stderr)
-        for command in ("static", "modes", "study"):
-            done = subprocess.run([MPIRUN, "-n", "2", PROGRAM, command, self.scene()],
+        for command, argument in (("static", self.scene()), ("modes", self.scene()),
+                                  ("study", self.scene()), ("check", self.scene()),
+                                  ("new", self.path("new")), ("view", self.scene())):
+            done = subprocess.run([MPIRUN, "-n", "2", PROGRAM, command, argument],
                                   capture_output=True, text=True, cwd=self.folder, env=ENVIRONMENT)
             self.assertEqual(done.returncode, 2)
             self.assert_one_message(done, f"tetraction {command} works in one process only")
+        self.assertFalse(os.path.exists(self.path("new")))
         # The nearest tetrahedron is that of the whole mesh.
         scene = self.scene('[[probe]]\nname = "out"\npoint = [0.9, 0.05, 0.05]\nquantity = "velocity"\n')
         _, done = self.run_scene(scene, code=2)
@@ -942,13 +1077,16 @@ target = [-0.4, 0.0, 0.0]
             "mesh.volume=\"nodal\"": "mesh.volume",
             "mesh.element=\"quadratic\"": "mesh.element",
             "time.integrator=\"energy-momentum\"": "energy-momentum",
-            "time.retry=3": "time.retry",
             "solver.kind=\"ceres\"": "ceres",
         }
         for setting, name in settings.items():
             with self.subTest(name=name):
                 _, done = self.run_scene(self.scene(), 2, "--set", setting, code=2)
                 self.assert_one_message(done, name)
+        done = subprocess.run([PROGRAM, "check", self.scene(), "--set", 'solver.engine="petsc"', "--set",
+                               'mesh.volume="nodal"'], capture_output=True, text=True, cwd=self.folder)
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("mesh.volume", done.stderr)
         for command in ("static", "study"):
             steps = ["--steps", "1e-4,2e-4"] if command == "study" else []
             done = subprocess.run([PROGRAM, command, self.scene(), *steps, "--set", 'solver.engine="petsc"'],

@@ -668,6 +668,30 @@ TEST(Session, ShiftsMoveAndKickSingleVertices) {
   EXPECT_EQ(session.edits().size(), 1U);
 }
 
+// The forces of a session are those of the last step that led to its state.
+TEST_P(EditedSession, AStepThatFailsChangesNoForces) {
+  Scene scene = spinning_block(GetParam(), 1e-3, 1.0);
+  FixSettings grip;
+  grip.select = SelectBox{{0, 0, 0}, {0, 1, 1}};
+  scene.fix = {grip};
+  ForceSettings push;
+  push.select = SelectPlane{0, 2.0, {}};
+  push.vector = {0.0, 10.0, 0.0};
+  scene.force = {push};
+  Session session(scene, mesh_of(scene));
+  for (int k = 0; k < 5; ++k) ASSERT_TRUE(session.step()) << session.message();
+  push.vector = {-1e300, 0.0, 0.0};
+  session.apply(SetForce{0, push});
+  const Vector reaction = session.reaction_force();
+  const Vector external = session.external_force();
+  EXPECT_GT(reaction.norm(), 0.0);
+  EXPECT_GT(external.norm(), 0.0);
+  EXPECT_FALSE(session.step());
+  EXPECT_EQ(session.state().step, 5);
+  EXPECT_EQ(session.reaction_force(), reaction);
+  EXPECT_EQ(session.external_force(), external);
+}
+
 TEST(Session, WithoutAnEndItGoesOn) {
   Scene scene = spinning_block(Integrator::kVerlet, 1e-3, 0.02);
   Session ended(scene, mesh_of(scene));

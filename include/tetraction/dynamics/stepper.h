@@ -101,10 +101,16 @@ class Stepper {
   /// The generalised forces u on the configuration of the constraints' equations, as the mean over
   /// the last step. Empty without equations or before the first step.
   const Vector& configuration_force() const { return configuration_force_; }
-  /// Sets what these two functions return until the next step, for a stepper that continues a run.
+  /// Sets what these two functions return until the next step.
   void set_reactions(const Vector& reaction_force, const Vector& configuration_force) {
     reaction_ = reaction_force;
     configuration_force_ = configuration_force;
+  }
+  /// Exchanges what these two functions return for those of an earlier step with the same constraints, or zero.
+  /// A caller can so keep them without a copy, because a step that fails may change them.
+  void exchange_reactions(Vector& reaction_force, Vector& configuration_force) {
+    reaction_.swap(reaction_force);
+    configuration_force_.swap(configuration_force);
   }
 
  protected:

@@ -19,11 +19,13 @@ std::string mesh_ending(const std::string& path, const char* done) {
   std::transform(ending.begin(), ending.end(), ending.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   if (std::find(kEndings.begin(), kEndings.end(), ending) == kEndings.end()) {
-    throw InputError(
-        fmt::format("{}: {} Meshes in .vtu .vtk .msh .node .ele .veg are {}.", in_quotes(path),
-                    found.empty() ? "a mesh file needs an ending that tells its format."
-                                  : "the ending " + in_quotes(found) + " is not that of a mesh.",
-                    done));
+    throw InputError(fmt::format(
+        "{}: {} Meshes in .vtu .vtk .msh .node .ele .veg are {}.", in_quotes(path),
+        found.empty()       ? "a mesh file needs an ending that tells its format."
+        : ending == ".pvtu" ? "it names the pieces of a run in several processes, which "
+                              "ParaView opens and this program cannot join yet."
+                            : "the ending " + in_quotes(found) + " is not that of a mesh.",
+        done));
   }
   return ending;
 }
