@@ -40,6 +40,17 @@ std::optional<StoredCheckpoint> newest_checkpoint(const std::string& directory, 
   return std::nullopt;
 }
 
+// Tells of a checkpoint that only scenes without output.checkpoint_every use, if there is no other.
+std::string stop_before_first(const std::string& directory) {
+  const std::vector<CheckpointPath> files = checkpoint_paths(directory);
+  const auto is_regular = [](const CheckpointPath& file) { return file.is_regular; };
+  if (files.empty() || std::any_of(files.begin(), files.end(), is_regular)) return {};
+  return fmt::format(
+      " with the same bits: it was stopped after step {}, before the first checkpoint of "
+      "output.checkpoint_every",
+      files.front().step);
+}
+
 // What differs between the inputs of a checkpoint and those of the session.
 std::vector<std::string> changes(const StoredCheckpoint& stored, const RunInputs& inputs,
                                  const BodyIdentity& body) {
@@ -187,16 +198,11 @@ ResumePoint find_resume_point(const Session& session, const BodyIdentity& body,
   }
   if (!parts.empty() && !force) refuse_changes(directory, parts);
   if (!stored) {
-    const std::optional<StoredCheckpoint> of_stop = newest_checkpoint(directory, false);
     print_note(fmt::format(
         "{}: there is no checkpoint from which a run could go on{}. The run starts from "
         "the beginning.",
         directory,
-        of_stop ? fmt::format(" with the same bits: it was stopped after step {}, before the first "
-                              "checkpoint of output.checkpoint_every = {}",
-                              of_stop->checkpoint.state.step, scene.output.checkpoint_every)
-        : only_regular ? ""
-                       : " (output.checkpoint_every makes them)"));
+        only_regular ? stop_before_first(directory) : " (output.checkpoint_every makes them)"));
     return point;
   }
   if (!parts.empty()) require_forcible(directory, *stored, parts, session);

@@ -278,8 +278,9 @@ const Section<SolverSettings>& section_of() {
   static const Section<S> section{
       "solver",
       {{{.name = "engine",
-         .help = "where a run is computed: `local`, in one process, or `petsc`, in all processes "
-                 "that `mpirun` starts ([parallel.md](parallel.md))"},
+         .help = "how one process computes a run: as this manual says (`local`), or with the "
+                 "engine for several processes (`petsc`), which `mpirun` with two or more "
+                 "processes always takes ([parallel.md](parallel.md))"},
         Choice<S>{{"local", "petsc"},
                   {},
                   [](const S& s) { return s.engine; },

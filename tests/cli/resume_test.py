@@ -147,6 +147,16 @@ class Resuming(ResumeTest):
         self.assertIn(f"goes on after step {step} ", self.resume(scene).stderr)
         self.assert_like_one_run(scene)
 
+    def test_an_interruption_before_the_first_checkpoint_is_told(self):
+        scene = self.scene(checkpoint_every=10**8)
+        rows = self.path("out", "history.csv")
+        self.stop(scene, signal.SIGINT,
+                  lambda: os.path.exists(rows) and os.path.getsize(rows) > 200000)  # fmt: skip
+        (path,) = self.checkpoints()
+        step = int(os.path.basename(path)[5:14])
+        self.assertIn(f"stopped after step {step}, before the first checkpoint", self.resume(scene).stderr)
+        self.assert_like_one_run(scene)
+
     def test_a_complete_run_says_so_and_nothing_changes(self):
         scene = self.scene(steps=200)
         self.run_program("run", scene, "--out", "out", "--quiet")
