@@ -2,6 +2,7 @@
 #include "mesh_distribution.h"
 
 #include <fmt/format.h>
+#include <malloc.h>
 #include <mpi.h>
 
 #include <algorithm>
@@ -206,9 +207,18 @@ PartData unpacked(std::vector<char> bytes) {
   return data;
 }
 
+// The system does not get back by itself what the partition and the whole mesh have needed, in many pieces.
+void return_free_memory() {
+#ifdef __GLIBC__
+  malloc_trim(0);
+#endif
+}
+
 // The part of process 0, after all others were sent.
 PartData divide(const TetMesh& mesh, int parts) {
-  const MeshDivider divider(mesh, partition_mesh(mesh, parts), parts);
+  const std::vector<int> part_of_tetrahedron = partition_mesh(mesh, parts);
+  return_free_memory();
+  const MeshDivider divider(mesh, part_of_tetrahedron, parts);
   for (int part = 1; part < parts; ++part) {
     const std::vector<char> bytes = packed(divider.part(part));
     send_list(bytes.data(), bytes.size(), part);
@@ -239,6 +249,7 @@ TetMesh distribute_mesh(const Processes& processes, TetMesh mesh) {
   if (processes.is_first()) {
     data = divide(mesh, parts);
     mesh = {};
+    return_free_memory();
   } else {
     data = unpacked(receive_list<char>(0));
   }
