@@ -121,7 +121,7 @@ std::string instability_warning(const MechanicalSystem& system) {
     // That of the element with the least number, also among the parts of a body.
     const double id = warning.empty() ? std::numeric_limits<double>::infinity()
                                       : static_cast<double>(system.mesh().tetrahedron_id(e - 1));
-    const bool is_first = !warning.empty() && id == least_of_parts(system.part(), id);
+    const bool is_first = id == least_of_parts(system.part(), id) && !warning.empty();
     if (take_from_first(system.part(), is_first, warning)) return warning;
   }
   return {};

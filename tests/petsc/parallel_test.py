@@ -889,29 +889,29 @@ penalty = 1.0e9
                 self.assertIn("the springs of fix.mode", done.stderr)
 
     def test_warnings_of_material_arrays_in_any_part(self):
-        values = "".join(f"{e} {0.49 if e in (3, 470) else 0.3}\n" for e in range(1, 481))
-        self.write("column.msh", symmetric_column(20) + '$ElementData\n1\n"nu"\n1\n0.0\n3\n0\n1\n480\n' +
-                   values + "$EndElementData\n")
         scene = self.write("arrays.toml", """
 [mesh]
 file = "column.msh"
 [material]
 youngs_modulus = 1.0e5
 poissons_ratio = { array = "nu" }
+volumetric = "quadratic"
 """ + time_of("verlet", 1e-4, 1) + OUTPUT)
-        expected = summary_of(self.run_scene(scene)[0])["warnings"]
-        self.assertIn("a Poisson's ratio of 0.49", " ".join(expected))
-        for first, second in ((3, 470), (470, 3)):
-            text = values.replace(f"\n{first} 0.49\n", f"\n{first} 0.3\n")
-            self.assertNotEqual(text, values)
-            with open(self.path("column.msh")) as file:
-                mesh = file.read()
-            self.write("column.msh", mesh.replace(values, text))
-            with self.subTest(element=second):
-                out, done = self.run_scene(scene, 4)
-                self.assertEqual(summary_of(out)["warnings"], expected)
-                self.assertIn("a Poisson's ratio of 0.49", done.stderr)
-            self.write("column.msh", mesh)
+        for ratio, text in ((0.49, "a Poisson's ratio of 0.49"), (-0.3, "has a negative lambda")):
+            expected = None
+            # At both ends of the body, and at one of them.
+            for elements in ((3, 470), (3,), (470,)):
+                values = "".join(f"{e} {ratio if e in elements else 0.3}\n" for e in range(1, 481))
+                self.write("column.msh", symmetric_column(20) + '$ElementData\n1\n"nu"\n1\n0.0\n3\n0\n1\n480\n' +
+                           values + "$EndElementData\n")
+                if expected is None:
+                    expected = summary_of(self.run_scene(scene)[0])["warnings"]
+                    self.assertIn(text, " ".join(expected))
+                for processes in (2, 4):
+                    with self.subTest(ratio=ratio, elements=elements, processes=processes):
+                        out, done = self.run_scene(scene, processes)
+                        self.assertEqual(summary_of(out)["warnings"], expected)
+                        self.assertIn(text, done.stderr)
 
     def test_forces_after_a_failed_step_are_those_of_the_last_good_one(self):
         scene = self.write("blow.toml", BODY + """
