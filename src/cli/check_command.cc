@@ -11,6 +11,7 @@
 
 #include "commands.h"
 #include "console.h"
+#include "mesh/bounding_box.h"
 #include "mesh_table.h"
 #include "scene_source.h"
 #include "simulation/parallel_features.h"
@@ -95,17 +96,6 @@ nlohmann::ordered_json material_json(const MechanicalSystem& system, Index regio
           {"shear_wave_speed", shear_wave.json()}};
 }
 
-// The edge lengths of the bounding box.
-Vector3 extent(const TetMesh& mesh) {
-  Vector3 low = mesh.vertices.front();
-  Vector3 high = low;
-  for (const Vector3 x : mesh.vertices) {
-    low = low.cwiseMin(x);
-    high = high.cwiseMax(x);
-  }
-  return high - low;
-}
-
 // The rules that have the limit of stability_limit(). With damping each rule has its own.
 std::string rules_of_limit(const MechanicalSystem& system, Integrator rule) {
   if (!system.is_dissipative()) return "explicit and verlet";
@@ -140,7 +130,7 @@ int check(const std::string& path, const std::vector<std::string>& overrides, bo
         std::max(fastest, json["materials"].back()["wave_speed"].flatten().back().get<double>());
   }
   json["wave_speed"] = fastest;
-  const Vector3 size = extent(mesh);
+  const Vector3 size = bounding_box(mesh).size();
   json["size"] = {size.x(), size.y(), size.z()};
   json["wave_time"] = size.maxCoeff() / fastest;
   json["omega_max"] = limit.omega_max;

@@ -4,13 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <string>
 #include <vector>
 
 #include "console.h"
 #include "core/quoting.h"
+#include "mesh/bounding_box.h"
 #include "scene_source.h"
 #include "tetraction/fem/rest_state.h"
 #include "tetraction/io/mesh_quality.h"
@@ -20,20 +20,6 @@ namespace tetraction {
 namespace {
 
 constexpr std::size_t kBins = 10;
-
-struct Box {
-  Vector3 low = Vector3::Constant(std::numeric_limits<double>::infinity());
-  Vector3 high = -low;
-};
-
-Box bounding_box(const TetMesh& mesh) {
-  Box box;
-  for (const Vector3 x : mesh.vertices) {
-    box.low = box.low.cwiseMin(x);
-    box.high = box.high.cwiseMax(x);
-  }
-  return box;
-}
 
 // With the curved edges of quadratic tetrahedra.
 double volume_of(const TetMesh& mesh) {
@@ -70,7 +56,7 @@ std::string size_text(const TetMesh& mesh) {
 }
 
 nlohmann::ordered_json mesh_json(const TetMesh& mesh) {
-  const Box box = bounding_box(mesh);
+  const BoundingBox box = bounding_box(mesh);
   nlohmann::ordered_json json;
   json["source"] = mesh.source;
   json["vertices"] = mesh.vertex_count();
@@ -118,7 +104,7 @@ nlohmann::ordered_json mesh_json(const TetMesh& mesh) {
 }
 
 void print_mesh_table(const TetMesh& mesh) {
-  const Box box = bounding_box(mesh);
+  const BoundingBox box = bounding_box(mesh);
   print_result("mesh: {}\n  {}\n", mesh.source, size_text(mesh));
   print_result("  bounding box [{:.6g}, {:.6g}] x [{:.6g}, {:.6g}] x [{:.6g}, {:.6g}] m\n",
                box.low.x(), box.high.x(), box.low.y(), box.high.y(), box.low.z(), box.high.z());

@@ -9,23 +9,13 @@
 #include <numbers>
 #include <unordered_map>
 
+#include "bounding_box.h"
 #include "core/quoting.h"
 #include "tetraction/core/error.h"
 #include "tetraction/mesh/edge_vertices.h"
 
 namespace tetraction {
 namespace {
-
-double diagonal(const TetMesh& mesh) {
-  if (mesh.part) return (mesh.part->whole.high - mesh.part->whole.low).norm();
-  Vector3 low = mesh.vertices.front();
-  Vector3 high = low;
-  for (const Vector3 x : mesh.vertices) {
-    low = low.cwiseMin(x);
-    high = high.cwiseMax(x);
-  }
-  return (high - low).norm();
-}
 
 using Triangle = std::array<Index, 3>;
 
@@ -180,7 +170,7 @@ struct VertexSelector {
       throw InputError(
           fmt::format("the axis of a plane is 0, 1 or 2 (x, y or z), not {}.", s.axis));
     }
-    const double tolerance = s.tolerance.value_or(1e-6 * diagonal(mesh));
+    const double tolerance = s.tolerance.value_or(1e-6 * bounding_box(mesh).diagonal());
     return where(mesh, [&](const Vector3& x) { return std::abs(x[s.axis] - s.at) <= tolerance; });
   }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <unordered_set>
 
+#include "fem/allowed_directions.h"
 #include "petsc_check.h"
 #include "tetraction/core/positive_semidefinite.h"
 
@@ -14,13 +15,7 @@ AssembledPreconditioner::AssembledPreconditioner(const MechanicalSystem& system,
     : system_(system), part_(part), kind_(kind) {
   const FreeCoordinates& coordinates = system.coordinates();
   for (Index v = 0; v < system.vertex_count(); ++v) {
-    if (coordinates.is_free(v)) continue;
-    const FreeCoordinates::VertexMap map = coordinates.map(v);
-    Matrix3 allowed = Matrix3::Zero();
-    for (int i = 0; i < map.count; ++i) {
-      allowed += map.columns.col(i) * map.columns.col(i).transpose();
-    }
-    allowed_.emplace(v, allowed);
+    if (!coordinates.is_free(v)) allowed_.emplace(v, allowed_directions(coordinates.map(v)));
   }
   const auto own = static_cast<PetscInt>(3 * part.owned_vertices);
   check(VecCreateMPI(PETSC_COMM_WORLD, own, PETSC_DETERMINE, &right_), "VecCreateMPI");
@@ -111,11 +106,10 @@ void AssembledPreconditioner::make_pattern() {
 BodyPreconditioner::Sign AssembledPreconditioner::make(const MinimizationProblem& problem,
                                                        const Vector& u, bool convex) {
   assemble(problem, u, convex);
+  // Multigrid would keep the aggregates of the first matrix.
+  if (kind_ == Kind::kMultigrid) check(PCReset(preconditioner_), "PCReset");
   check(KSPSetOperators(solver_, matrix_, matrix_), "KSPSetOperators");
   if (kind_ == Kind::kFactor) return factorize(convex);
-  // Multigrid would keep the aggregates of the first matrix.
-  check(PCReset(preconditioner_), "PCReset");
-  check(KSPSetOperators(solver_, matrix_, matrix_), "KSPSetOperators");
   check(PCSetUp(preconditioner_), "PCSetUp");
   return convex ? Sign::kDefinite : Sign::kUnknown;
 }

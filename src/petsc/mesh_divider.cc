@@ -5,6 +5,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "mesh/bounding_box.h"
 #include "mesh_distribution.h"
 
 namespace tetraction::petsc {
@@ -113,11 +114,9 @@ MeshDivider::MeshDivider(const TetMesh& mesh, const std::vector<int>& part_of_te
   whole_.tetrahedra = mesh.tetrahedron_count();
   whole_.volume = mesh.total_volume();
   whole_.fingerprints = fingerprints_of(mesh);
-  whole_.low = whole_.high = mesh.vertices.front();
-  for (const Vector3 x : mesh.vertices) {
-    whole_.low = whole_.low.cwiseMin(x);
-    whole_.high = whole_.high.cwiseMax(x);
-  }
+  const BoundingBox box = bounding_box(mesh);
+  whole_.low = box.low;
+  whole_.high = box.high;
   whole_.vertex_ids = {std::numeric_limits<std::int64_t>::max(),
                        std::numeric_limits<std::int64_t>::min()};
   for (Index v = 0; v < mesh.vertex_count(); ++v) {

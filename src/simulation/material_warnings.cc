@@ -115,12 +115,13 @@ std::string instability_warning(const MechanicalSystem& system) {
     const Index count = material.varies() ? material.parameters().cols() : 1;
     std::string warning;
     Index e = 0;
-    for (; e < count && warning.empty(); ++e) {
+    for (; e < count; ++e) {
       warning = std::visit(InstabilityWarning(), material.at(e));
+      if (!warning.empty()) break;
     }
     // That of the element with the least number, also among the parts of a body.
     const double id = warning.empty() ? std::numeric_limits<double>::infinity()
-                                      : static_cast<double>(system.mesh().tetrahedron_id(e - 1));
+                                      : static_cast<double>(system.mesh().tetrahedron_id(e));
     const bool is_first = id == least_of_parts(system.part(), id) && !warning.empty();
     if (take_from_first(system.part(), is_first, warning)) return warning;
   }

@@ -218,7 +218,7 @@ void Session::Impl::renew_stepper() {
 
 void Session::Impl::accept_step() {
   stepper->exchange_reactions(reaction_force, configuration_force);
-  progress.external_force.swap(next_external_force);
+  progress.external_force.swap(trial_external_force);
   states.switch_to_other();
 }
 

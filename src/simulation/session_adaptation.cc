@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <utility>
 
+#include "mesh/bounding_box.h"
 #include "session_impl.h"
 
 namespace tetraction {
@@ -47,14 +48,6 @@ void add_share(Vector& mean, double share, const Vector& value) {
   if (value.size() == 0) return;
   if (mean.size() == 0) mean.setZero(value.size());
   mean += share * value;
-}
-
-// The diagonal of the box around the body at rest, m.
-double diagonal_of(const TetMesh& mesh) {
-  if (mesh.part != nullptr) return (mesh.part->whole.high - mesh.part->whole.low).norm();
-  const Vector rest = mesh.rest_positions();
-  const auto points = rest.reshaped(3, mesh.vertex_count());
-  return (points.rowwise().maxCoeff() - points.rowwise().minCoeff()).norm();
 }
 
 // The largest distance between the positions of a vertex, m.
@@ -237,7 +230,7 @@ Session::Impl::Halves Session::Impl::try_halves(const Span& span) {
   if (!halves.second.ok()) return halves;
   add_share(halves.reaction, 0.5, stepper->reaction_force());
   add_share(halves.configuration_force, 0.5, stepper->configuration_force());
-  if (rest_diagonal == 0.0) rest_diagonal = diagonal_of(system->mesh());
+  if (rest_diagonal == 0.0) rest_diagonal = bounding_box(system->mesh()).diagonal();
   const int order_of_rule = order(settings.time.integrator);
   halves.error =
       largest_distance(system->part(), states.other().position, work_states.whole.position) /
@@ -246,7 +239,7 @@ Session::Impl::Halves Session::Impl::try_halves(const Span& span) {
 }
 
 void Session::Impl::accept_halves(const Halves& halves, const Span& span) {
-  system->applied_force(state().position, state().time, span.length, next_external_force);
+  system->applied_force(state().position, state().time, span.length, trial_external_force);
   BalanceGuard guard(*balance);
   balance->enter(work_states.middle, halves.first);
   balance->enter(states.other(), halves.second);
@@ -417,7 +410,7 @@ StepOutcome Session::Impl::advance_by_energy() {
   if (!is_made && !make_trial(span)) {
     return progress.status == RunStatus::kCancelled ? std::move(last.outcome) : give_up();
   }
-  system->applied_force(state().position, state().time, span.length, next_external_force);
+  system->applied_force(state().position, state().time, span.length, trial_external_force);
   balance->enter(states.other(), last.outcome);
   accept_step();
   report_work_since(before);

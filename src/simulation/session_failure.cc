@@ -122,7 +122,8 @@ Vector3 rest_centroid(const TetMesh& mesh, Index e) {
   return 0.25 * sum;
 }
 
-// Numbers that are the same up to the round-off of sums are mostly equal then, as they are in symmetric bodies.
+// In single precision, in which numbers that differ by round-off only are mostly equal. Symmetric bodies have such
+// elements, and the one with the lowest number is then named.
 double rounded(double number) {
   return static_cast<double>(static_cast<float>(number));
 }
@@ -275,9 +276,7 @@ void Session::Impl::locate(StepFailure& failure, Index element) const {
   const bool is_broken = is_found();
   if (!is_broken && element >= 0) found = {{element}, 0.0};
   if (!is_found()) found = hot_elements(*system, state().position);
-  if (!is_found()) {
-    found = loaded_elements(*system, loading ? progress.external_force : next_external_force);
-  }
+  if (!is_found()) found = loaded_elements(*system, next_external_force());
   failure.elements = std::move(found.elements);
   failure.element_count =
       static_cast<Index>(sum_over_parts(part, static_cast<double>(failure.elements.size())));

@@ -63,7 +63,7 @@ struct Session::Impl {
   // Of the last step that did not fail, as those of Stepper.
   Vector reaction_force;
   Vector configuration_force;
-  Vector next_external_force;  // of the step that is being made
+  Vector trial_external_force;  // of the step that is being made
   std::unique_ptr<Balance> balance;
   BalanceSums balance_before;  // the last step; a member in order to avoid allocations
 
@@ -237,6 +237,8 @@ struct Session::Impl {
   void fail_with_exception();
   /// Makes a stepper that remembers nothing of earlier steps.
   void renew_stepper();
+  /// See Session::next_external_force().
+  Vector next_external_force() const;
   /// Makes states.other() the present state, with the forces of the step that led to it.
   void accept_step();
   /// Counts inverted elements if materials allow them. If the state is the result of a small step,

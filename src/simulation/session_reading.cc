@@ -2,6 +2,14 @@
 #include "session_impl.h"
 
 namespace tetraction {
+namespace {
+
+// A force of the body, which is empty where there are none, with 3 numbers for each vertex.
+Vector padded(const Vector& force, const MechanicalSystem& system) {
+  return force.size() > 0 ? force : Vector(Vector::Zero(system.dof_count()));
+}
+
+}  // namespace
 
 Analysis Session::analysis() const {
   return impl_->loading ? Analysis::kEquilibrium : Analysis::kMotion;
@@ -104,16 +112,16 @@ double Session::tension(std::size_t i) const {
          static_cast<double>(shared.count);
 }
 Vector Session::external_force() const {
-  const Vector& force = impl_->progress.external_force;
-  return force.size() > 0 ? force : Vector(Vector::Zero(impl_->system->dof_count()));
+  return padded(impl_->progress.external_force, *impl_->system);
 }
 Vector Session::next_external_force() const {
+  return impl_->next_external_force();
+}
+Vector Session::Impl::next_external_force() const {
+  if (loading) return padded(progress.external_force, *system);
   Vector force;
-  if (impl_->loading) return external_force();
-  impl_->system->applied_force(impl_->state().position, impl_->state().time,
-                               impl_->progress.plan.time_step, force);
-  if (force.size() == 0) force.setZero(impl_->system->dof_count());
-  return force;
+  system->applied_force(state().position, state().time, progress.plan.time_step, force);
+  return padded(force, *system);
 }
 const std::vector<Index>& Session::constraint_vertices(std::size_t i) const {
   static const std::vector<Index> none;

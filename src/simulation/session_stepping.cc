@@ -221,7 +221,7 @@ void Session::Impl::enter_length(double length, bool is_cut_short) {
 
 Session::Impl::Attempt Session::Impl::attempt(double most_energy_share) {
   const auto [length, end_time] = planned_span();
-  system->applied_force(state().position, state().time, length, next_external_force);
+  system->applied_force(state().position, state().time, length, trial_external_force);
   StepOutcome outcome = stepper->advance(state(), states.other(), length, end_time);
   count(outcome.minimizer);
   if (!outcome.ok()) return {std::move(outcome)};

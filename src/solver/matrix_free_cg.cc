@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "core/pseudo_random.h"
+#include "fem/allowed_directions.h"
 #include "tetraction/core/parallel.h"
 #include "tetraction/dynamics/nodal_volume.h"
 
@@ -32,10 +33,7 @@ Vector3 project(const FreeCoordinates& coordinates, Index v, const Vector3& x) {
 // c (1 − P), P = t tᵀ, less (1 − P)/c. If tᵀ B t is not positive definite, it is P/`substitute`.
 Matrix3 inverse_along(const FreeCoordinates::VertexMap& map, const Matrix3& block,
                       double substitute) {
-  Matrix3 allowed = Matrix3::Zero();
-  for (int i = 0; i < map.count; ++i) {
-    allowed += map.columns.col(i) * map.columns.col(i).transpose();
-  }
+  const Matrix3 allowed = allowed_directions(map);
   const Matrix3 across = Matrix3::Identity() - allowed;
   const Matrix3 own = allowed * block * allowed;
   // There are one or two directions, so trace and determinant of tᵀ B t decide.
