@@ -1,9 +1,9 @@
 #include "coarse_space.h"
 
 #include <Eigen/Geometry>
-#include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numeric>
 #include <utility>
 
@@ -14,7 +14,7 @@
 namespace tetraction {
 namespace {
 
-using Block66 = Eigen::Matrix<double, 6, 6>;
+using Block66 = CoarseMatrix::Block;
 
 // This part of the coarse matrix's diagonal is added to it. It is needed because the six motions of
 // a group are not independent if its free vertices lie on a line or if there are only one or two.
@@ -55,50 +55,6 @@ void add_product(const double* k, const Vector3& arm_a, const Vector3& arm_b, Bl
 
 }  // namespace
 
-// The coarse matrix' lower triangle by 6 × 6 blocks, and its factor.
-template <class T>
-struct CoarseSpace<T>::Factor {
-  std::vector<std::vector<std::int32_t>> neighbors;  // of each group: itself and later ones
-  Eigen::SparseMatrix<double> matrix;
-  Eigen::SimplicialLLT<Eigen::SparseMatrix<double>> cholesky;
-  Vector right;
-  Vector permuted;
-  bool analyzed = false;
-
-  void make_pattern() {
-    const auto n = static_cast<Index>(neighbors.size());
-    matrix.resize(6 * n, 6 * n);
-    Eigen::VectorXi sizes(6 * n);
-    for (Index g = 0; g < n; ++g) {
-      sizes.segment<6>(6 * g).setConstant(
-          static_cast<int>(6 * neighbors[static_cast<std::size_t>(g)].size()));
-    }
-    matrix.reserve(sizes);
-    for (Index g = 0; g < n; ++g) {
-      for (Index column = 6 * g; column < 6 * g + 6; ++column) {
-        for (const std::int32_t h : neighbors[static_cast<std::size_t>(g)]) {
-          for (Index row = 6 * h; row < 6 * h + 6; ++row) matrix.insert(row, column) = 0.0;
-        }
-      }
-    }
-    matrix.makeCompressed();
-  }
-
-  bool has(Index row, Index column) const {
-    const auto& rows = neighbors[static_cast<std::size_t>(column)];
-    return std::binary_search(rows.begin(), rows.end(), row);
-  }
-
-  void add(Index row, Index column, const Block66& block) {
-    const auto& rows = neighbors[static_cast<std::size_t>(column)];
-    const auto place = std::lower_bound(rows.begin(), rows.end(), row) - rows.begin();
-    for (int j = 0; j < 6; ++j) {
-      Eigen::Map<Motion>(matrix.valuePtr() + matrix.outerIndexPtr()[6 * column + j] + 6 * place) +=
-          block.col(j);
-    }
-  }
-};
-
 template <class T>
 CoarseSpace<T>::CoarseSpace(const MechanicalSystem& system, const VertexGroups& groups)
     : system_(system),
@@ -107,75 +63,67 @@ CoarseSpace<T>::CoarseSpace(const MechanicalSystem& system, const VertexGroups& 
       arms_(static_cast<std::size_t>(4 * system.vertex_count())),
       groups_of_block_(static_cast<std::size_t>(blocks_.block_count())),
       group_of_record_(static_cast<std::size_t>(blocks_.record_count())),
-      place_of_record_(static_cast<std::size_t>(blocks_.record_count()), -1),
-      factor_(std::make_unique<Factor>()) {
-  number_groups();
-  find_neighbors();
-  factor_->make_pattern();
+      place_of_record_(static_cast<std::size_t>(blocks_.record_count()), -1) {
+  const std::vector<std::int32_t> interface_numbers = number_groups();
+  motions_.assign(interface_numbers.size(), Motion::Zero());
+  matrix_ = std::make_unique<CoarseMatrix>(system.part(), groups_.count(), interface_numbers,
+                                           find_neighbors());
 }
 
+// Sets the groups of places. Those of other parts, of which this part has copies of vertices, follow the own
+// ones. Returns the numbers of the groups in the interface, −1 for inner ones (CoarseMatrix).
 template <class T>
-CoarseSpace<T>::~CoarseSpace() = default;
-
-// The groups of the parts follow one another.
-template <class T>
-void CoarseSpace<T>::number_groups() {
-  const MeshPart* part = system_.part();
-  Index count = groups_.count();
-  if (part != nullptr) {
-    numbers_of_parts_ = part->counts_of_parts(6 * count);
-    const auto own = numbers_of_parts_.begin() + part->rank();
-    first_group_ = std::accumulate(numbers_of_parts_.begin(), own, Index{0}) / 6;
-    count = std::accumulate(own, numbers_of_parts_.end(), 6 * first_group_) / 6;
-  }
-  motions_.resize(static_cast<std::size_t>(count));
-  Vector number = Vector::Zero(system_.vertex_count());
+std::vector<std::int32_t> CoarseSpace<T>::number_groups() {
+  std::vector<std::int32_t> interface_numbers(static_cast<std::size_t>(groups_.count()), -1);
+  group_of_place_.resize(groups_.order().size());
   for (Index g = 0; g < groups_.count(); ++g) {
     for (Index i = groups_.begin(g); i < groups_.end(g); ++i) {
-      number[groups_.vertex(i)] = static_cast<double>(first_group_ + g);
+      group_of_place_[static_cast<std::size_t>(i)] = static_cast<std::int32_t>(g);
     }
   }
+  const MeshPart* part = system_.part();
+  if (part == nullptr) return interface_numbers;
+
+  std::vector<bool> is_shared(static_cast<std::size_t>(system_.vertex_count()), false);
+  for (const Index v : part->shared_vertices) is_shared[static_cast<std::size_t>(v)] = true;
+  std::vector<Index> shared_groups;
+  for (Index g = 0; g < groups_.count(); ++g) {
+    for (Index i = groups_.begin(g); i < groups_.end(g); ++i) {
+      if (!is_shared[static_cast<std::size_t>(groups_.vertex(i))]) continue;
+      shared_groups.push_back(g);
+      break;
+    }
+  }
+  // The interface has the groups of one part after those of another.
+  const std::vector<Index> counts = part->counts_of_parts(static_cast<Index>(shared_groups.size()));
+  auto next = static_cast<std::int32_t>(
+      std::accumulate(counts.begin(), counts.begin() + part->rank(), Index{0}));
+  Vector number = Vector::Zero(system_.vertex_count());
+  for (const Index g : shared_groups) {
+    for (Index i = groups_.begin(g); i < groups_.end(g); ++i) number[groups_.vertex(i)] = next;
+    interface_numbers[static_cast<std::size_t>(g)] = next++;
+  }
   copy_from_owners(part, number, 1);
-  group_of_place_.reserve(groups_.order().size());
-  for (const std::int32_t v : groups_.order()) {
-    group_of_place_.push_back(static_cast<std::int32_t>(number[v]));
+  std::map<std::int32_t, std::int32_t> of_others;  // groups by their numbers in the interface
+  for (Index i = system_.owned_vertex_count(); i < system_.vertex_count(); ++i) {
+    const auto [found, is_new] =
+        of_others.try_emplace(static_cast<std::int32_t>(number[groups_.vertex(i)]),
+                              static_cast<std::int32_t>(interface_numbers.size()));
+    if (is_new) interface_numbers.push_back(found->first);
+    group_of_place_[static_cast<std::size_t>(i)] = found->second;
   }
+  return interface_numbers;
 }
 
-// The pairs of all parts, each once and ascending.
+// Groups are neighbours if an element has vertices of both. Returns the pairs of neighbours. The loops over elements
+// get what they need to know of their groups.
 template <class T>
-std::vector<std::pair<std::int32_t, std::int32_t>> CoarseSpace<T>::all_pairs(
-    std::vector<std::pair<std::int32_t, std::int32_t>> own) const {
-  if (system_.part() == nullptr) return own;
-  std::vector<double> numbers;
-  numbers.reserve(2 * own.size());
-  for (const auto& [i, j] : own) {
-    numbers.push_back(i);
-    numbers.push_back(j);
-  }
-  const std::vector<Index> counts =
-      system_.part()->counts_of_parts(static_cast<Index>(numbers.size()));
-  std::vector<double> all(
-      static_cast<std::size_t>(std::accumulate(counts.begin(), counts.end(), Index{0})));
-  system_.part()->gather(numbers.data(), counts, all.data());
-  own.clear();
-  for (std::size_t i = 0; i < all.size(); i += 2) {
-    own.emplace_back(static_cast<std::int32_t>(all[i]), static_cast<std::int32_t>(all[i + 1]));
-  }
-  std::sort(own.begin(), own.end());
-  own.erase(std::unique(own.begin(), own.end()), own.end());
-  return own;
-}
-
-// Groups are neighbours if an element has vertices of both.
-template <class T>
-void CoarseSpace<T>::find_neighbors() {
-  factor_->neighbors.resize(motions_.size());
+std::vector<CoarseMatrix::GroupPair> CoarseSpace<T>::find_neighbors() {
   std::vector<std::int32_t> place_of_vertex(groups_.order().size());
   for (std::size_t i = 0; i < place_of_vertex.size(); ++i) {
     place_of_vertex[static_cast<std::size_t>(groups_.order()[i])] = static_cast<std::int32_t>(i);
   }
-  std::vector<std::pair<std::int32_t, std::int32_t>> pairs;
+  std::vector<CoarseMatrix::GroupPair> pairs;
   std::vector<std::int32_t> groups;  // of the nodes of an element
   for (Index b = 0; b < blocks_.block_count(); ++b) {
     const ElementBlocks::Block& block = blocks_.block(b);
@@ -232,11 +180,7 @@ void CoarseSpace<T>::find_neighbors() {
     std::sort(pairs.begin(), pairs.end());
     pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
   }
-  for (std::size_t g = 0; g < motions_.size(); ++g) {
-    factor_->neighbors[g].push_back(static_cast<std::int32_t>(g));
-  }
-  for (const auto& [i, j] : all_pairs(std::move(pairs)))
-    factor_->neighbors[static_cast<std::size_t>(i)].push_back(j);
+  return pairs;
 }
 
 template <class T>
@@ -380,7 +324,7 @@ void CoarseSpace<T>::flush(Index b, const std::vector<double>& sums) {
   for (std::size_t i = 0; i < count; ++i) {
     for (std::size_t j = 0; j <= i; ++j) {
       const Eigen::Map<const Block66> block(sums.data() + 36 * (i * count + j));
-      if (i == j || !block.isZero(0.0)) factor_->add(groups[i], groups[j], block);
+      if (i == j || !block.isZero(0.0)) matrix_->add(groups[i], groups[j], block);
     }
   }
 }
@@ -400,8 +344,8 @@ void CoarseSpace<T>::add_outers(const OuterProducts<T>& outers) {
     });
     for (const auto& [g, motion] : own) {
       for (const auto& [h, other] : own) {
-        if (g >= h && factor_->has(g, h)) {
-          factor_->add(g, h, outers.sign(number) * motion * other.transpose());
+        if (g >= h && matrix_->has(g, h)) {
+          matrix_->add(g, h, outers.sign(number) * motion * other.transpose());
         }
       }
     }
@@ -412,8 +356,7 @@ template <class T>
 bool CoarseSpace<T>::update(const TangentOperator<T>& stiffness, const VertexTerm& vertex_term,
                             const Vector& x, const OuterProducts<T>* outers) {
   set_arms(x);
-  Factor& factor = *factor_;
-  std::fill_n(factor.matrix.valuePtr(), factor.matrix.nonZeros(), 0.0);
+  matrix_->set_zero();
   std::vector<std::vector<double>> sums(
       static_cast<std::size_t>(std::min(kTogether, blocks_.block_count())));
   for (Index first = 0; first < blocks_.block_count(); first += kTogether) {
@@ -432,35 +375,9 @@ bool CoarseSpace<T>::update(const TangentOperator<T>& stiffness, const VertexTer
       const Eigen::Matrix<double, 3, 6> q = basis(i);
       own += q.transpose() * vertex_term(i) * q;
     }
-    factor.add(first_group_ + g, first_group_ + g, own);
+    matrix_->add(g, g, own);
   }
-  sum_over_parts(system_.part(), factor.matrix.valuePtr(), factor.matrix.nonZeros());
-  for (Index i = 0; i < factor.matrix.cols(); ++i) {
-    double& diagonal = factor.matrix.coeffRef(i, i);
-    diagonal = diagonal > 0.0 ? (1.0 + kShift) * diagonal : 1.0;
-  }
-  if (!factor.analyzed) {
-    factor.cholesky.analyzePattern(factor.matrix);
-    factor.analyzed = true;
-  }
-  factor.cholesky.factorize(factor.matrix);
-  return factor.cholesky.info() == Eigen::Success;
-}
-
-template <class T>
-double CoarseSpace<T>::solve() {
-  Factor& factor = *factor_;
-  Eigen::Map<Vector> motions(motions_.front().data(), 6 * group_count());
-  if (system_.part() != nullptr) {
-    system_.part()->gather(motions.data() + 6 * first_group_, numbers_of_parts_, motions.data());
-  }
-  factor.right = motions;
-  // cholesky.solve() would allocate memory each time.
-  factor.permuted.noalias() = factor.cholesky.permutationP() * factor.right;
-  factor.cholesky.matrixL().solveInPlace(factor.permuted);
-  factor.cholesky.matrixU().solveInPlace(factor.permuted);
-  motions = factor.cholesky.permutationPinv() * factor.permuted;
-  return factor.right.dot(motions);
+  return matrix_->factorize(kShift);
 }
 
 template class CoarseSpace<float>;

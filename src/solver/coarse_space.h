@@ -4,9 +4,9 @@
 #include <array>
 #include <functional>
 #include <memory>
-#include <utility>
 #include <vector>
 
+#include "coarse_matrix.h"
 #include "fem/tangent_operator.h"
 #include "outer_products.h"
 #include "tetraction/dynamics/mechanical_system.h"
@@ -29,18 +29,18 @@ namespace tetraction {
 /// x and A are those of the last update(). A preconditioner need not belong to the current matrix,
 /// so that one coarse space can be used for many systems.
 ///
-/// Of a body in parts (mesh/mesh_part.h) the groups are those of all parts. Every process has the whole
-/// coarse matrix and its factor, and all processes must call update() and solve().
+/// Of a body in parts (mesh/mesh_part.h) the groups are those of all parts. Groups of this part come first, and then
+/// those of other parts that this part has copies of vertices of. All processes must call the constructor, update()
+/// and solve().
 template <class T>
 class CoarseSpace {
  public:
   using Record = Eigen::Matrix<T, 4, 1>;
-  using Motion = Eigen::Matrix<double, 6, 1>;  ///< t, ω
+  using Motion = CoarseMatrix::Motion;  ///< t, ω
   /// Returns the 3 × 3 block that is added to K at the vertex at a place.
   using VertexTerm = std::function<Matrix3(Index)>;
 
   CoarseSpace(const MechanicalSystem& system, const VertexGroups& groups);
-  ~CoarseSpace();
   CoarseSpace(const CoarseSpace&) = delete;
   CoarseSpace& operator=(const CoarseSpace&) = delete;
 
@@ -50,30 +50,24 @@ class CoarseSpace {
   bool update(const TangentOperator<T>& stiffness, const VertexTerm& vertex_term, const Vector& x,
               const OuterProducts<T>* outers = nullptr);
 
-  /// The number of groups of the whole body.
-  Index group_count() const { return static_cast<Index>(motions_.size()); }
   /// (a_v, w_v) of the vertex at a place.
   Eigen::Map<const Record, Eigen::Aligned16> arm(Index place) const {
     return Eigen::Map<const Record, Eigen::Aligned16>(arms_.data() + 4 * place);
   }
   /// Before solve() the part of Pᵀr of an own group, which the caller sets; afterwards the group's
   /// motion.
-  Motion& motion(Index group) { return motions_[static_cast<std::size_t>(first_group_ + group)]; }
+  Motion& motion(Index group) { return motions_[static_cast<std::size_t>(group)]; }
   /// After solve() the motion of the group that the vertex at a place belongs to, also of a copy.
   const Motion& motion_of(Index place) const {
     return motions_[static_cast<std::size_t>(group_of_place_[static_cast<std::size_t>(place)])];
   }
-  /// motions ← (PᵀAP)⁻¹ motions. Returns the scalar product of the old and the new motions.
-  double solve();
+  /// motions ← (PᵀAP)⁻¹ motions. Returns the scalar product of the old and the new motions of the whole body.
+  double solve() { return matrix_->solve(motions_); }
 
  private:
-  struct Factor;
-
-  void number_groups();
+  std::vector<std::int32_t> number_groups();
   void set_arms(const Vector& x);
-  std::vector<std::pair<std::int32_t, std::int32_t>> all_pairs(
-      std::vector<std::pair<std::int32_t, std::int32_t>> own) const;
-  void find_neighbors();
+  std::vector<CoarseMatrix::GroupPair> find_neighbors();
   void add_block(const TangentOperator<T>& stiffness, Index block, std::vector<double>& sums) const;
   void flush(Index block, const std::vector<double>& sums);
   void add_outers(const OuterProducts<T>& outers);
@@ -83,16 +77,14 @@ class CoarseSpace {
   const ElementBlocks& blocks_;
   const VertexGroups& groups_;
   AlignedVector<T> arms_;
-  Index first_group_ = 0;                // of this part, among those of the whole body
-  std::vector<Index> numbers_of_parts_;  // six for each group of a part
   std::vector<std::int32_t> group_of_place_;
-  std::vector<Motion> motions_;  // of all groups of the body
+  std::vector<Motion> motions_;  // of the groups
   // For each block of elements its groups, ascending. For each of its records, which of these
   // groups the vertex belongs to, and the place of the vertex.
   std::vector<std::vector<std::int32_t>> groups_of_block_;
   std::vector<std::uint16_t> group_of_record_;
   std::vector<std::int32_t> place_of_record_;
-  std::unique_ptr<Factor> factor_;
+  std::unique_ptr<CoarseMatrix> matrix_;
 };
 
 extern template class CoarseSpace<float>;

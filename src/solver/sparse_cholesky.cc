@@ -30,32 +30,35 @@ struct SparseCholesky::Impl {
   Impl& operator=(const Impl&) = delete;
 
   // The solution with the whole matrix or with a part of its factor.
-  Vector solve(int system, const Vector& b) {
+  template <class Columns>
+  Columns solve(int system, const Columns& b) {
     const SerialOpenMp serial;
     const SerialBlas serial_blas;
     cholmod_dense right{};
-    right.nrow = right.d = right.nzmax = static_cast<std::size_t>(b.size());
-    right.ncol = 1;
+    right.nrow = right.d = static_cast<std::size_t>(b.rows());
+    right.ncol = static_cast<std::size_t>(b.cols());
+    right.nzmax = static_cast<std::size_t>(b.size());
     right.x = const_cast<double*>(b.data());
     right.xtype = CHOLMOD_REAL;
     right.dtype = CHOLMOD_DOUBLE;
     if (cholmod_solve2(system, factor, &right, nullptr, &solution, nullptr, &y, &e, &common) == 0) {
       throw std::bad_alloc();
     }
-    return Eigen::Map<const Vector>(static_cast<const double*>(solution->x), b.size());
+    return Eigen::Map<const Columns>(static_cast<const double*>(solution->x), b.rows(), b.cols());
   }
 };
 
-SparseCholesky::SparseCholesky(const SparsityPattern& pattern) : impl_(std::make_unique<Impl>()) {
+SparseCholesky::SparseCholesky(const std::vector<int>& column_begin, const std::vector<int>& rows)
+    : impl_(std::make_unique<Impl>()) {
   // L Lᵀ is needed because L D Lᵀ would accept an indefinite matrix without an error.
   impl_->common.final_ll = 1;
   impl_->common.print = 0;  // not positive definite is a result here, not a message
   cholmod_sparse& a = impl_->matrix;
-  a.nrow = a.ncol = static_cast<std::size_t>(pattern.size());
-  a.nzmax = static_cast<std::size_t>(pattern.nonzeros());
+  a.nrow = a.ncol = column_begin.size() - 1;
+  a.nzmax = rows.size();
   // CHOLMOD does not change the matrix that it factorises.
-  a.p = const_cast<int*>(pattern.column_begin().data());
-  a.i = const_cast<int*>(pattern.rows().data());
+  a.p = const_cast<int*>(column_begin.data());
+  a.i = const_cast<int*>(rows.data());
   a.stype = -1;
   a.itype = CHOLMOD_INT;
   a.xtype = CHOLMOD_REAL;
@@ -108,6 +111,10 @@ Vector SparseCholesky::solve(const Vector& b) {
 
 Vector SparseCholesky::solve_transposed_root(const Vector& b) {
   return impl_->solve(CHOLMOD_L, impl_->solve(CHOLMOD_P, b));
+}
+
+Matrix SparseCholesky::solve_transposed_root(const Matrix& columns) {
+  return impl_->solve(CHOLMOD_L, impl_->solve(CHOLMOD_P, columns));
 }
 
 Vector SparseCholesky::solve_root(const Vector& b) {

@@ -19,7 +19,11 @@ struct CholeskyCost {
 class SparseCholesky {
  public:
   /// Keeps a reference to `pattern`, which must live longer.
-  explicit SparseCholesky(const SparsityPattern& pattern);
+  explicit SparseCholesky(const SparsityPattern& pattern)
+      : SparseCholesky(pattern.column_begin(), pattern.rows()) {}
+  /// The lower triangle of a matrix, compressed by columns with ascending rows; entries above the diagonal are
+  /// ignored. Keeps references to both, which must live longer.
+  SparseCholesky(const std::vector<int>& column_begin, const std::vector<int>& rows);
   ~SparseCholesky();
   SparseCholesky(const SparseCholesky&) = delete;
   SparseCholesky& operator=(const SparseCholesky&) = delete;
@@ -32,6 +36,7 @@ class SparseCholesky {
   Vector solve(const Vector& b);
   /// With A = RᵀR, R = LᵀP and a permutation P: R⁻ᵀ b and R⁻¹ b.
   Vector solve_transposed_root(const Vector& b);
+  Matrix solve_transposed_root(const Matrix& columns);
   Vector solve_root(const Vector& b);
 
   /// Copies the factor made last. Throws Error if there is none.

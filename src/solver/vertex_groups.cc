@@ -43,7 +43,7 @@ VertexGroups::VertexGroups(const RestState& rest, const MeshPart* part)
   std::iota(order_.begin(), order_.end(), 0);
   if (n > 0) {
     const Index groups =
-        std::clamp<Index>(std::llround(0.08 * std::pow(static_cast<double>(n), 0.75)), 1, n);
+        std::clamp<Index>(std::llround(0.04 * std::pow(static_cast<double>(n), 0.85)), 1, n);
     bisect(rest, order_, 0, n, groups, begin_);
   }
   count_ = count_with_copies();

@@ -66,6 +66,21 @@ TEST_P(SparseCholeskyOf, SolvesWithItsRoot) {
   EXPECT_LT((cholesky.solve_root(y) - x).norm(), 1e-9 * x.norm());
 }
 
+TEST_P(SparseCholeskyOf, SolvesManyColumnsWithItsRoot) {
+  SparseCholesky cholesky(pattern_);
+  ASSERT_TRUE(cholesky.factorize(stiffness()));
+  Matrix columns(pattern_.size(), 5);
+  for (Index j = 0; j < columns.cols(); ++j) {
+    columns.col(j) = jiggled(Vector::Zero(pattern_.size()), 1.0 + static_cast<double>(j));
+  }
+  const Matrix found = cholesky.solve_transposed_root(columns);
+  ASSERT_EQ(found.cols(), columns.cols());
+  for (Index j = 0; j < columns.cols(); ++j) {
+    const Vector expected = cholesky.solve_transposed_root(Vector(columns.col(j)));
+    EXPECT_LT((found.col(j) - expected).norm(), 1e-12 * expected.norm());
+  }
+}
+
 TEST_P(SparseCholeskyOf, RefusesWhatIsNotPositiveDefinite) {
   SparseCholesky cholesky(pattern_);
   const std::vector<double> good = stiffness();

@@ -56,7 +56,7 @@ struct PartFrames::Impl {
   SharedMeshPart part;
   std::string directory;
   FrameFormat format;
-  vtkSmartPointer<vtkUnstructuredGrid> grid;  // points and cells, made once
+  vtkSmartPointer<vtkUnstructuredGrid> grid;  // points and cells, made once; refers to the mesh
   std::string entries;                        // of the collection
   std::vector<std::uint64_t> sizes;           // of the frames
 
@@ -103,7 +103,7 @@ struct PartFrames::Impl {
 
 PartFrames::PartFrames(const TetMesh& mesh, std::string directory, FrameFormat format)
     : impl_(std::make_unique<Impl>(
-          Impl{mesh.part, std::move(directory), format, make_grid(mesh), {}, {}})) {}
+          Impl{mesh.part, std::move(directory), format, grid_of_part(mesh), {}, {}})) {}
 
 PartFrames::PartFrames(const TetMesh& mesh, std::string directory, FrameFormat format,
                        const KeptFrames& kept, std::vector<std::uint64_t> kept_sizes)

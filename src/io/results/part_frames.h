@@ -17,7 +17,7 @@ namespace tetraction {
 /// All functions are collective and throw OutputError.
 class PartFrames {
  public:
-  /// `mesh` has a part. The directory must be there, without frames of an earlier run.
+  /// `mesh` has a part, and must stay as it is as long as frames are written. The directory must be there, without frames of an earlier run.
   PartFrames(const TetMesh& mesh, std::string directory, FrameFormat format);
   ~PartFrames();
   PartFrames(const PartFrames&) = delete;

@@ -39,6 +39,26 @@ vtkSmartPointer<vtkDataArray> id_array(const char* name, Index count, const Id& 
   return array;
 }
 
+// An array that refers to numbers instead of owning them.
+template <class Array>
+vtkSmartPointer<Array> view_of(const typename Array::ValueType* numbers, std::size_t count,
+                               int components = 1) {
+  using Value = typename Array::ValueType;
+  constexpr int kNotOwned = 1;
+  auto array = vtkSmartPointer<Array>::New();
+  array->SetNumberOfComponents(components);
+  array->SetArray(const_cast<Value*>(numbers), static_cast<vtkIdType>(count), kNotOwned);
+  return array;
+}
+
+vtkSmartPointer<vtkDataArray> id_view(const char* name, const std::vector<std::int64_t>& ids) {
+  static_assert(sizeof(vtkTypeInt64) == sizeof(std::int64_t));
+  auto array =
+      view_of<vtkTypeInt64Array>(reinterpret_cast<const vtkTypeInt64*>(ids.data()), ids.size());
+  array->SetName(name);
+  return array;
+}
+
 // The columns of a matrix as the tuples of an array of that type.
 template <class Array>
 vtkSmartPointer<vtkDataArray> filled_array(const Matrix& values) {
@@ -144,6 +164,29 @@ vtkSmartPointer<vtkUnstructuredGrid> make_grid(const TetMesh& mesh) {
   return grid;
 }
 
+vtkSmartPointer<vtkUnstructuredGrid> grid_of_part(const TetMesh& mesh) {
+  auto points = vtkSmartPointer<vtkPoints>::New();
+  points->SetData(
+      view_of<vtkDoubleArray>(mesh.vertices.view().data(), 3 * mesh.vertices.size(), 3));
+  constexpr std::size_t kNodes = 4;
+  const std::size_t count = mesh.tetrahedra.size();
+  auto offsets = vtkSmartPointer<vtkTypeInt64Array>::New();
+  offsets->SetNumberOfTuples(static_cast<vtkIdType>(count + 1));
+  for (std::size_t e = 0; e <= count; ++e) {
+    offsets->SetValue(static_cast<vtkIdType>(e), static_cast<vtkTypeInt64>(kNodes * e));
+  }
+  auto cells = vtkSmartPointer<vtkCellArray>::New();
+  cells->SetData(offsets, view_of<vtkTypeInt64Array>(
+                              static_cast<const vtkTypeInt64*>(mesh.tetrahedra.view().data()),
+                              kNodes * count));
+  auto grid = vtkSmartPointer<vtkUnstructuredGrid>::New();
+  grid->SetPoints(points);
+  grid->SetCells(VTK_TETRA, cells);
+  grid->GetPointData()->AddArray(id_view("vertex_id", mesh.vertex_ids));
+  grid->GetCellData()->AddArray(id_view("element_id", mesh.tetrahedron_ids));
+  return grid;
+}
+
 vtkSmartPointer<vtkDataArray> make_array(const std::string& name, const Matrix& values,
                                          bool integral, FramePrecision precision) {
   vtkSmartPointer<vtkDataArray> array;
@@ -159,10 +202,8 @@ vtkSmartPointer<vtkDataArray> make_array(const std::string& name, const Matrix& 
 }
 
 vtkSmartPointer<vtkDataArray> array_of(const std::string& name, const Matrix& values) {
-  auto array = vtkSmartPointer<vtkDoubleArray>::New();
-  array->SetNumberOfComponents(static_cast<int>(values.rows()));
-  constexpr int kNotOwned = 1;
-  array->SetArray(const_cast<double*>(values.data()), values.size(), kNotOwned);
+  auto array = view_of<vtkDoubleArray>(values.data(), static_cast<std::size_t>(values.size()),
+                                       static_cast<int>(values.rows()));
   set_names(*array, name);
   return array;
 }
