@@ -197,15 +197,24 @@ bool CoarseMatrix::factorize(double shift) {
   return complement_rows_.empty() || add_complements(shift);
 }
 
+// W, of which groups far from the border have no rows.
+void CoarseMatrix::make_coupling_root() {
+  Matrix w = Matrix::Zero(inner_.size(), boundary_.cols());
+  for (const Coupling& c : couplings_) w.block<6, 6>(6 * c.inner, 6 * c.boundary) = c.block;
+  w = inner_.cholesky->solve_transposed_root(w);
+  root_rows_.clear();
+  for (Index row = 0; row < w.rows(); ++row) {
+    if ((w.row(row).array() != 0.0).any()) root_rows_.push_back(row);
+  }
+  root_ = w(root_rows_, Eigen::all);
+}
+
 // S, the sum of the complements of all parts, and its factor.
 bool CoarseMatrix::add_complements(double shift) {
-  // With A_II = RᵀR: A_BI A_II⁻¹ A_IB = WᵀW, W = R⁻ᵀ A_IB.
   boundary_.diagonal() *= 1.0 + shift;
   if (!couplings_.empty()) {
-    Matrix w = Matrix::Zero(inner_.size(), boundary_.cols());
-    for (const Coupling& c : couplings_) w.block<6, 6>(6 * c.inner, 6 * c.boundary) = c.block;
-    w = inner_.cholesky->solve_transposed_root(w);
-    boundary_.selfadjointView<Eigen::Lower>().rankUpdate(w.transpose(), -1.0);
+    make_coupling_root();
+    boundary_.selfadjointView<Eigen::Lower>().rankUpdate(root_.transpose(), -1.0);
   }
   for (std::size_t column = 0; column < interface_.size(); ++column) {
     const std::vector<std::int32_t>& rows = complement_rows_[at(interface_[column])];
@@ -223,52 +232,55 @@ bool CoarseMatrix::add_complements(double shift) {
 }
 
 double CoarseMatrix::solve(std::vector<Motion>& motions) {
-  // Inner groups first, as if those of the interface did not move.
-  right_.resize(inner_.size());
+  Vector right(inner_.size());
   for (std::size_t i = 0; i < inner_groups_.size(); ++i) {
-    right_.segment<6>(6 * static_cast<Index>(i)) = motions[at(inner_groups_[i])];
+    right.segment<6>(6 * static_cast<Index>(i)) = motions[at(inner_groups_[i])];
   }
-  Vector inner = inner_groups_.empty() ? right_ : inner_.cholesky->solve(right_);
-  if (part_ == nullptr) {
-    for (std::size_t i = 0; i < inner_groups_.size(); ++i) {
-      motions[at(inner_groups_[i])] = inner.segment<6>(6 * static_cast<Index>(i));
-    }
-    return right_.dot(inner);
-  }
-  // What then acts on the interface, and last the product of the inner groups, of all parts.
-  const Index size = complement_.size();
-  shared_.setZero(size + 1);
-  shared_[size] = right_.dot(inner);
-  for (std::size_t b = 0; b < interface_.size(); ++b) {
-    const std::int32_t group = boundary_groups_[b];
-    if (group < own_groups_) shared_.segment<6>(6 * interface_[b]) = motions[at(group)];
-  }
-  for (const Coupling& c : couplings_) {
-    shared_.segment<6>(6 * interface_[at(c.boundary)]) -=
-        c.block.transpose() * inner.segment<6>(6 * c.inner);
-  }
-  sum_over_parts(part_, shared_.data(), shared_.size());
-  double product = shared_[size];
-  if (size > 0) {
-    const Vector forces = shared_.head(size);
-    const Vector moved = complement_.cholesky->solve(forces);
-    product += forces.dot(moved);
-    for (std::size_t b = 0; b < interface_.size(); ++b) {
-      motions[at(boundary_groups_[b])] = moved.segment<6>(6 * interface_[b]);
-    }
-  }
-  // The inner groups follow the interface.
-  if (!couplings_.empty()) {
-    right_.setZero();
-    for (const Coupling& c : couplings_) {
-      right_.segment<6>(6 * c.inner) -= c.block * motions[at(boundary_groups_[at(c.boundary)])];
-    }
-    inner += inner_.cholesky->solve(right_);
-  }
+  // With A_II = RᵀR, the inner groups by themselves have R⁻¹ y, and their product is y · y.
+  Vector y = inner_groups_.empty() ? right : inner_.cholesky->solve_transposed_root(right);
+  double product = y.squaredNorm();
+  if (part_ != nullptr) product = solve_interface(motions, product, y);
+  if (inner_groups_.empty()) return product;
+  const Vector inner = inner_.cholesky->solve_root(y);
   for (std::size_t i = 0; i < inner_groups_.size(); ++i) {
     motions[at(inner_groups_[i])] = inner.segment<6>(6 * static_cast<Index>(i));
   }
   return product;
+}
+
+// Sets the motions of the interface, and changes y to that of inner groups that follow it. Returns the product over
+// the whole body. `product`: that of the inner groups of this part.
+double CoarseMatrix::solve_interface(std::vector<Motion>& motions, double product, Vector& y) {
+  const Index size = complement_.size();
+  const bool is_coupled = !couplings_.empty();
+  Vector coupled(static_cast<Index>(root_rows_.size()));  // the rows of y that W has
+  Vector at_boundary = Vector::Zero(boundary_.cols());
+  if (is_coupled) {
+    coupled = y(root_rows_);
+    at_boundary.noalias() -= root_.transpose() * coupled;
+  }
+  shared_.setZero(size + 1);
+  shared_[size] = product;
+  for (std::size_t b = 0; b < interface_.size(); ++b) {
+    const std::int32_t group = boundary_groups_[b];
+    auto to = shared_.segment<6>(6 * interface_[b]);
+    if (group < own_groups_) to = motions[at(group)];
+    to += at_boundary.segment<6>(6 * static_cast<Index>(b));
+  }
+  sum_over_parts(part_, shared_.data(), shared_.size());
+  product = shared_[size];
+  if (size == 0) return product;
+  const Vector forces = shared_.head(size);
+  const Vector moved = complement_.cholesky->solve(forces);
+  for (std::size_t b = 0; b < interface_.size(); ++b) {
+    motions[at(boundary_groups_[b])] = moved.segment<6>(6 * interface_[b]);
+    at_boundary.segment<6>(6 * static_cast<Index>(b)) = motions[at(boundary_groups_[b])];
+  }
+  if (is_coupled) {
+    coupled.noalias() -= root_ * at_boundary;
+    y(root_rows_) = coupled;
+  }
+  return product + forces.dot(moved);
 }
 
 }  // namespace tetraction

@@ -25,6 +25,7 @@ namespace tetraction {
 /// and every process has the sum S of all interface groups (B) and its factor. In a solution each process
 /// computes its inner groups, all of them together those of the interface (substructuring; Smith, Bjørstad &
 /// Gropp 1996, ch. 4). The work on inner groups and the memory for them are thus divided between the processes.
+/// With A_II = RᵀR and W = R⁻ᵀ A_IB, S is the sum of A_BB − WᵀW, and W is kept for the solutions.
 ///
 /// Without parts there is no interface.
 class CoarseMatrix {
@@ -83,7 +84,9 @@ class CoarseMatrix {
 
   bool is_inner(Index group) const { return boundary_of_[static_cast<std::size_t>(group)] < 0; }
   void make_interface(const std::vector<std::int32_t>& interface_numbers);
+  void make_coupling_root();
   bool add_complements(double shift);
+  double solve_interface(std::vector<Motion>& motions, double product, Vector& y);
   std::vector<Coupling>::const_iterator find_coupling(Index row, Index column) const;
 
   const MeshPart* part_;
@@ -97,10 +100,11 @@ class CoarseMatrix {
   std::vector<std::vector<std::int32_t>> inner_rows_;
   Sparse inner_;                     // A_II
   std::vector<Coupling> couplings_;  // by inner and boundary numbers
+  std::vector<Index> root_rows_;     // the rows of W that are not zero …
+  Matrix root_;                      // … and W without the others
   Matrix boundary_;                  // A_BB of this part, lower triangle
   std::vector<std::vector<std::int32_t>> complement_rows_;
   Sparse complement_;  // S, of all parts
-  Vector right_;
   Vector shared_;
 };
 
