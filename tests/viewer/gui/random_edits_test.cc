@@ -317,9 +317,9 @@ TEST_F(RandomEdits, NeitherCrashNorStallAndReplay) {
     settle();
   }
   keep_picture("random_edits");
-  // How long it stalls depends on what else the machine does, and is printed above. Only a hang is a failure.
-  constexpr int kHang_ms = 10000;
-  EXPECT_LT(longest, kHang_ms);
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+  EXPECT_LT(longest, 200);
+#endif
 
   expect_replay(document.mesh, complete);
 }
