@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <tuple>
 
 namespace tetraction {
 namespace {
@@ -98,12 +97,11 @@ CoarseMatrix::CoarseMatrix(const MeshPart* part, Index own_groups,
     }
   }
   for (auto& rows : inner_rows_) sort_and_unite(rows);
-  const auto key = [](const Coupling& c) { return std::tuple(c.inner, c.boundary); };
   std::sort(couplings_.begin(), couplings_.end(),
-            [&](const Coupling& a, const Coupling& b) { return key(a) < key(b); });
+            [](const Coupling& a, const Coupling& b) { return a.key() < b.key(); });
   const auto repeated =
       std::unique(couplings_.begin(), couplings_.end(),
-                  [&](const Coupling& a, const Coupling& b) { return key(a) == key(b); });
+                  [](const Coupling& a, const Coupling& b) { return a.key() == b.key(); });
   couplings_.erase(repeated, couplings_.end());
   inner_.make_pattern(inner_rows_);
 }
@@ -153,12 +151,10 @@ std::vector<CoarseMatrix::Coupling>::const_iterator CoarseMatrix::find_coupling(
   const bool row_is_inner = is_inner(row);
   const std::tuple key(inner_of_[at(row_is_inner ? row : column)],
                        boundary_of_[at(row_is_inner ? column : row)]);
-  const auto found = std::lower_bound(couplings_.begin(), couplings_.end(), key,
-                                      [](const Coupling& c, const auto& wanted) {
-                                        return std::tuple(c.inner, c.boundary) < wanted;
-                                      });
-  const bool exists = found != couplings_.end() && std::tuple(found->inner, found->boundary) == key;
-  return exists ? found : couplings_.end();
+  const auto found =
+      std::lower_bound(couplings_.begin(), couplings_.end(), key,
+                       [](const Coupling& c, const auto& wanted) { return c.key() < wanted; });
+  return found != couplings_.end() && found->key() == key ? found : couplings_.end();
 }
 
 bool CoarseMatrix::has(Index row, Index column) const {

@@ -1,9 +1,9 @@
 // The matrix of the coarse level of a two-level preconditioner, and its solution.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <memory>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -34,7 +34,7 @@ class CoarseMatrix {
   using Motion = Eigen::Matrix<double, 6, 1>;
   using GroupPair = std::pair<std::int32_t, std::int32_t>;
 
-  /// The interface numbers of this part's groups: −1 for inner ones. The first `own_groups` groups are the part's own,
+  /// `interface_numbers`: the number in the interface of each group of this part, −1 for inner ones. The first `own_groups` groups are the part's own,
   /// the others, all of the interface, are those of other parts that elements of this part have vertices of.
   /// `pairs`: the pairs (i, j), i < j, of groups that an element of this part has vertices of, in any order. Collective.
   CoarseMatrix(const MeshPart* part, Index own_groups,
@@ -80,6 +80,7 @@ class CoarseMatrix {
     std::int32_t inner;
     std::int32_t boundary;  // number among those that this part touches
     Block block;
+    auto key() const { return std::tuple(inner, boundary); }
   };
 
   bool is_inner(Index group) const { return boundary_of_[static_cast<std::size_t>(group)] < 0; }

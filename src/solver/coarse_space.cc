@@ -84,14 +84,14 @@ std::vector<std::int32_t> CoarseSpace<T>::number_groups() {
   const MeshPart* part = system_.part();
   if (part == nullptr) return interface_numbers;
 
-  std::vector<bool> is_shared(static_cast<std::size_t>(system_.vertex_count()), false);
-  for (const Index v : part->shared_vertices) is_shared[static_cast<std::size_t>(v)] = true;
+  const auto is_shared = [&](std::int32_t v) {
+    return std::binary_search(part->shared_vertices.begin(), part->shared_vertices.end(), v);
+  };
   std::vector<Index> shared_groups;
   for (Index g = 0; g < groups_.count(); ++g) {
-    for (Index i = groups_.begin(g); i < groups_.end(g); ++i) {
-      if (!is_shared[static_cast<std::size_t>(groups_.vertex(i))]) continue;
+    const auto vertices = groups_.order().begin();
+    if (std::any_of(vertices + groups_.begin(g), vertices + groups_.end(g), is_shared)) {
       shared_groups.push_back(g);
-      break;
     }
   }
   // The interface has the groups of one part after those of another.

@@ -190,11 +190,13 @@ TEST(CoarseMatrix, SolvesInSeveralProcesses) {
   for (std::thread& thread : threads) thread.join();
 }
 
+// Interface numbers of two groups.
+const std::vector<std::vector<std::int32_t>> kTwoGroups{{-1, -1}, {0, -1}, {-1, 0}, {0, 1}};
+
 // A matrix that is indefinite in an inner group, or only because of what the inner groups leave of it.
 TEST(CoarseMatrix, SaysThatItIsNotPositiveDefinite) {
   const LonePart part(0);
-  for (const std::vector<std::int32_t>& numbers :
-       {std::vector<std::int32_t>{-1, -1}, {0, -1}, {-1, 0}, {0, 1}}) {
+  for (const std::vector<std::int32_t>& numbers : kTwoGroups) {
     CoarseMatrix matrix(&part, 2, numbers, {{0, 1}});
     matrix.set_zero();
     for (const Index g : {0, 1}) matrix.add(g, g, Block::Identity());
@@ -209,8 +211,7 @@ TEST(CoarseMatrix, SaysThatItIsNotPositiveDefinite) {
 // A group without free vertices has a row of zeros. It stays where it is.
 TEST(CoarseMatrix, TakesGroupsWithoutMotions) {
   const LonePart part(0);
-  for (const std::vector<std::int32_t>& numbers :
-       {std::vector<std::int32_t>{-1, -1}, {0, -1}, {-1, 0}, {0, 1}}) {
+  for (const std::vector<std::int32_t>& numbers : kTwoGroups) {
     CoarseMatrix matrix(&part, 2, numbers, {{0, 1}});
     matrix.set_zero();
     matrix.add(0, 0, 4.0 * Block::Identity());
