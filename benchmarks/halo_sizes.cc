@@ -4,8 +4,10 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
+#include <set>
 
-#include "petsc/mesh_distribution.h"
+#include "petsc/messages.h"
+#include "petsc/partition.h"
 #include "tetraction/mesh/generate.h"
 
 namespace tetraction::petsc {
@@ -28,27 +30,43 @@ struct Sizes {
   }
 };
 
-Sizes sizes_of(const PartData& data) {
-  Sizes sizes;
-  sizes.tetrahedra = data.mesh.tetrahedron_count();
-  sizes.vertices = data.mesh.vertex_count();
-  sizes.neighbors = static_cast<Index>(data.neighbors.size());
-  std::vector<char> is_shared(static_cast<std::size_t>(sizes.vertices), 0);
-  for (const Neighbor& neighbor : data.neighbors) {
-    sizes.sent += static_cast<Index>(neighbor.shared.size());
-    for (const Index v : neighbor.shared) is_shared[static_cast<std::size_t>(v)] = 1;
+Sizes largest_sizes(const TetMesh& mesh, const std::vector<int>& part_of, int parts) {
+  std::vector<Sizes> sizes(static_cast<std::size_t>(parts));
+  std::vector<std::set<int>> neighbors(sizes.size());
+  std::vector<std::vector<int>> parts_of(static_cast<std::size_t>(mesh.vertex_count()));
+  for (std::size_t e = 0; e < part_of.size(); ++e) {
+    ++sizes[static_cast<std::size_t>(part_of[e])].tetrahedra;
+    for (const Index v : mesh.tetrahedra[e]) {
+      std::vector<int>& own = parts_of[static_cast<std::size_t>(v)];
+      if (std::find(own.begin(), own.end(), part_of[e]) == own.end()) own.push_back(part_of[e]);
+    }
   }
-  sizes.shared = std::count(is_shared.begin(), is_shared.end(), 1);
-  return sizes;
+  for (const std::vector<int>& own : parts_of) {
+    for (const int part : own) {
+      Sizes& of_part = sizes[static_cast<std::size_t>(part)];
+      ++of_part.vertices;
+      if (own.size() > 1) ++of_part.shared;
+      of_part.sent += static_cast<Index>(own.size()) - 1;
+      for (const int other : own) {
+        if (other != part) neighbors[static_cast<std::size_t>(part)].insert(other);
+      }
+    }
+  }
+  Sizes largest;
+  for (std::size_t p = 0; p < sizes.size(); ++p) {
+    sizes[p].neighbors = static_cast<Index>(neighbors[p].size());
+    largest.take_larger(sizes[p]);
+  }
+  return largest;
 }
 
-void print_sizes(int cells, const std::vector<int>& counts) {
+void print_sizes(int cells, const std::vector<int>& counts, const AllToAll& process) {
   const TetMesh mesh = generate_box({1.0, 1.0, 1.0}, {cells, cells, cells});
+  const MeshChunk chunk = chunk_of(mesh, whole_of(mesh), 0, 1);
+  const auto neighbors = match_faces(chunk, process).neighbors;
   for (const int parts : counts) {
-    const std::vector<int> part_of = partition_mesh(mesh, parts);
-    const MeshDivider divider(mesh, part_of, parts);
-    Sizes largest;
-    for (int part = 0; part < parts; ++part) largest.take_larger(sizes_of(divider.part(part)));
+    const std::vector<int> part_of = partition_mesh(chunk, neighbors, parts, process);
+    const Sizes largest = largest_sizes(mesh, part_of, parts);
     const double mean = static_cast<double>(mesh.tetrahedron_count()) / parts;
     fmt::print("{:>10} {:>6} {:>10} {:>9.3f} {:>10} {:>8} {:>9} {:>12.1f}\n",
                mesh.tetrahedron_count(), parts, largest.tetrahedra,
@@ -69,11 +87,13 @@ int main(int argc, char** argv) {
   app.add_option("--parts", parts, "how many parts")->delimiter(',');
   CLI11_PARSE(app, argc, argv);
   const tetraction::petsc::Processes processes;
+  const tetraction::petsc::MpiAllToAll all(processes);
   fmt::print(
       "Largest values of all parts; kB sent: three numbers for each vertex of each message\n"
       "tetrahedra  parts  tets/part imbalance   vertices   shared neighbors      kB sent\n");
   for (const double size : sizes) {
-    tetraction::petsc::print_sizes(static_cast<int>(std::lround(std::cbrt(size / 6.0))), parts);
+    tetraction::petsc::print_sizes(static_cast<int>(std::lround(std::cbrt(size / 6.0))), parts,
+                                   all);
   }
   return 0;
 }

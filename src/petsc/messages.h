@@ -1,10 +1,13 @@
-// Lists of numbers from one process to another, of any size.
+// Lists of numbers between processes, of any size.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <type_traits>
 #include <vector>
+
+#include "all_to_all.h"
+#include "processes.h"
 
 namespace tetraction::petsc {
 
@@ -30,5 +33,22 @@ std::vector<Item> receive_list(int from) {
   receive_bytes(items.data(), items.size() * sizeof(Item), from);
   return items;
 }
+
+/// The processes of an MPI run.
+class MpiAllToAll : public AllToAll {
+ public:
+  explicit MpiAllToAll(const Processes& processes)
+      : rank_(processes.rank()), count_(processes.count()) {}
+  int rank() const override { return rank_; }
+  int count() const override { return count_; }
+
+ private:
+  std::vector<std::size_t> exchange_sizes(const std::vector<std::size_t>& sent) const override;
+  void exchange_bytes(const std::vector<Block<const void*>>& sent,
+                      const std::vector<Block<void*>>& received) const override;
+
+  int rank_;
+  int count_;
+};
 
 }  // namespace tetraction::petsc

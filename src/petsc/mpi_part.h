@@ -6,7 +6,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "mesh_distribution.h"
+#include "part_data.h"
+#include "processes.h"
 #include "solver/body_preconditioner.h"
 #include "tetraction/mesh/mesh_part.h"
 

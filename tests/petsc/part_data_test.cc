@@ -2,14 +2,70 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <barrier>
 #include <map>
 #include <set>
+#include <thread>
 
-#include "petsc/mesh_distribution.h"
+#include "petsc/part_data.h"
 #include "tetraction/mesh/generate.h"
 
 namespace tetraction::petsc {
 namespace {
+
+// Some processes that are threads of the test.
+class ThreadProcesses {
+ public:
+  explicit ThreadProcesses(int count)
+      : count_(count), barrier_(count), sent_(static_cast<std::size_t>(count)) {}
+
+  class Process : public AllToAll {
+   public:
+    Process(ThreadProcesses& all, int rank) : all_(all), rank_(rank) {}
+    int rank() const override { return rank_; }
+    int count() const override { return all_.count_; }
+
+   private:
+    std::vector<std::size_t> exchange_sizes(const std::vector<std::size_t>& sent) const override {
+      std::vector<Block<const void*>> blocks;
+      for (const std::size_t& size : sent) blocks.push_back({&size, sizeof size});
+      std::vector<std::size_t> received(sent.size());
+      std::vector<Block<void*>> places;
+      for (std::size_t& size : received) places.push_back({&size, sizeof size});
+      exchange_bytes(blocks, places);
+      return received;
+    }
+    void exchange_bytes(const std::vector<Block<const void*>>& sent,
+                        const std::vector<Block<void*>>& received) const override {
+      std::vector<const void*>& own = all_.sent_[static_cast<std::size_t>(rank_)];
+      own.clear();
+      for (const auto& block : sent) own.push_back(block.data);
+      all_.barrier_.arrive_and_wait();
+      for (std::size_t p = 0; p < received.size(); ++p) {
+        const void* from = all_.sent_[p][static_cast<std::size_t>(rank_)];
+        if (received[p].size > 0) std::memcpy(received[p].data, from, received[p].size);
+      }
+      all_.barrier_.arrive_and_wait();
+    }
+    ThreadProcesses& all_;
+    int rank_;
+  };
+
+  // work(process) in all of them.
+  template <class Work>
+  void run(const Work& work) {
+    std::vector<std::thread> threads;
+    for (int p = 0; p < count_; ++p) {
+      threads.emplace_back([&, p] { work(Process(*this, p)); });
+    }
+    for (std::thread& thread : threads) thread.join();
+  }
+
+ private:
+  int count_;
+  std::barrier<> barrier_;
+  std::vector<std::vector<const void*>> sent_;  // by every process to every other one
+};
 
 // A box whose tetrahedra are dealt out in slabs along x, with a group of each dimension.
 struct Divided {
@@ -38,19 +94,37 @@ struct Divided {
     std::sort(surface.vertices.begin(), surface.vertices.end());
     surface.vertices.erase(std::unique(surface.vertices.begin(), surface.vertices.end()),
                            surface.vertices.end());
-    mesh.groups = {volume, surface};
+    Group edge{"edge", 1, 3, {}, {}};
+    for (Index v = 0; v < mesh.vertex_count(); ++v) {
+      if (mesh.vertices[static_cast<std::size_t>(v)].tail<2>().norm() == 0.0) {
+        edge.vertices.push_back(v);
+        if (edge.vertices.size() > 1) edge.lines.push_back({edge.vertices.end()[-2], v});
+      }
+    }
+    mesh.groups = {volume, surface, edge};
     mesh.point_arrays["number"] = Matrix(1, mesh.vertex_count());
     for (Index v = 0; v < mesh.vertex_count(); ++v) {
       mesh.point_arrays["number"](0, v) = static_cast<double>(mesh.vertex_id(v));
     }
-    const MeshDivider divider(mesh, part_of, count);
-    for (int p = 0; p < count; ++p) data.push_back(divider.part(p));
+    data.resize(static_cast<std::size_t>(count));
+    matches.resize(data.size());
+    const MeshPart::Whole whole = whole_of(mesh);
+    ThreadProcesses(count).run([&](const AllToAll& processes) {
+      const int p = processes.rank();
+      MeshChunk chunk = unpacked_chunk(packed(chunk_of(mesh, whole, p, count)));
+      FaceMatches& faces = matches[static_cast<std::size_t>(p)];
+      faces = match_faces(chunk, processes);
+      const auto first = part_of.begin() + chunk.first_tetrahedron;
+      const std::vector<int> part(first, first + chunk.mesh.tetrahedron_count());
+      data[static_cast<std::size_t>(p)] = collect_part(std::move(chunk), part, faces, processes);
+    });
   }
 
   int parts;
   TetMesh mesh;
   std::vector<int> part_of;
   std::vector<PartData> data;
+  std::vector<FaceMatches> matches;
 };
 
 std::array<std::int64_t, 3> ids_of(const TetMesh& mesh, const std::array<Index, 3>& face) {
@@ -155,8 +229,25 @@ TEST_P(MeshDivision, GroupsAndTheWholeAreKnownInAllParts) {
   const Divided divided(GetParam());
   std::size_t tetrahedra = 0;
   for (const PartData& part : divided.data) {
-    ASSERT_EQ(part.mesh.groups.size(), 2U);
-    tetrahedra += part.mesh.groups[0].tetrahedra.size();
+    ASSERT_EQ(part.mesh.groups.size(), 3U);
+    for (const Index e : part.mesh.groups[0].tetrahedra) {
+      EXPECT_EQ(part.mesh.tetrahedron_id(e) % 2, 0);
+      ++tetrahedra;
+    }
+    // Every copy of a vertex of the edge x is in the group, and every line is where both ends are.
+    std::vector<Index> on_edge;
+    for (Index v = 0; v < part.mesh.vertex_count(); ++v) {
+      if (part.mesh.vertices[static_cast<std::size_t>(v)].tail<2>().norm() == 0.0) {
+        on_edge.push_back(v);
+      }
+    }
+    EXPECT_EQ(part.mesh.groups[2].vertices, on_edge);
+    EXPECT_EQ(part.mesh.groups[2].lines.size() + 1, on_edge.size());
+    for (const auto& line : part.mesh.groups[2].lines) {
+      const Vector3 along = part.mesh.vertices[static_cast<std::size_t>(line[1])] -
+                            part.mesh.vertices[static_cast<std::size_t>(line[0])];
+      EXPECT_NEAR(along.x(), 0.5, 1e-14);
+    }
     EXPECT_EQ(part.whole.vertices, divided.mesh.vertex_count());
     EXPECT_EQ(part.whole.tetrahedra, divided.mesh.tetrahedron_count());
     EXPECT_NEAR(part.whole.volume, 3.0, 1e-14);
@@ -165,6 +256,35 @@ TEST_P(MeshDivision, GroupsAndTheWholeAreKnownInAllParts) {
     EXPECT_EQ(part.whole.vertex_ids.second, 1000 + 3 * (divided.mesh.vertex_count() - 1));
   }
   EXPECT_EQ(tetrahedra, divided.mesh.groups[0].tetrahedra.size());
+}
+
+TEST_P(MeshDivision, TetrahedraKnowTheirNeighbours) {
+  const Divided divided(GetParam());
+  const auto corners = [&](Index e) {
+    auto t = divided.mesh.tetrahedra[static_cast<std::size_t>(e)];
+    std::sort(t.begin(), t.end());
+    return t;
+  };
+  Index e = 0;
+  std::size_t faces = 0;
+  for (const FaceMatches& matches : divided.matches) {
+    for (const auto& row : matches.neighbors) {
+      std::vector<std::int32_t> expected;
+      for (Index other = 0; other < divided.mesh.tetrahedron_count(); ++other) {
+        std::vector<Index> common;
+        const auto a = corners(e);
+        const auto b = corners(other);
+        std::set_intersection(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(common));
+        if (common.size() == 3) expected.push_back(static_cast<std::int32_t>(other));
+      }
+      expected.resize(4, -1);
+      EXPECT_TRUE(std::equal(row.begin(), row.end(), expected.begin())) << e;
+      ++e;
+    }
+    faces += matches.boundary.size();
+  }
+  EXPECT_EQ(e, divided.mesh.tetrahedron_count());
+  EXPECT_EQ(faces, boundary_faces(divided.mesh).size());
 }
 
 INSTANTIATE_TEST_SUITE_P(Parts, MeshDivision, testing::Values(1, 2, 3, 5));
