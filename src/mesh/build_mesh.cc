@@ -47,6 +47,36 @@ struct TetrahedronHash {
   }
 };
 
+// The first tetrahedron with the same vertices. It keeps numbers of tetrahedra only: a map with the vertices
+// as keys would need more memory than the mesh.
+class TetrahedronTable {
+ public:
+  explicit TetrahedronTable(std::size_t most) : slots_(most + most / 2 + 1, kFree) {}
+
+  // `tetrahedra`: those that were added before. Returns the number of the first one with these vertices, which is that
+  // of the next one if it is new.
+  Index find_or_add(std::array<Index, 4> vertices,
+                    const std::vector<std::array<Index, 4>>& tetrahedra) {
+    std::sort(vertices.begin(), vertices.end());
+    std::size_t slot = TetrahedronHash()(vertices) % slots_.size();
+    while (slots_[slot] != kFree) {
+      std::array<Index, 4> other = tetrahedra[static_cast<std::size_t>(slots_[slot])];
+      std::sort(other.begin(), other.end());
+      if (other == vertices) return slots_[slot];
+      slot = slot + 1 < slots_.size() ? slot + 1 : 0;
+    }
+    return slots_[slot] = static_cast<Index>(tetrahedra.size());
+  }
+
+ private:
+  static constexpr Index kFree = -1;
+  std::vector<Index> slots_;
+};
+
+bool is_tetrahedron(const RawCell& cell) {
+  return cell.type == CellType::kTetrahedron || cell.type == CellType::kQuadraticTetrahedron;
+}
+
 class Builder {
  public:
   Builder(RawMesh raw, double scale) : raw_(std::move(raw)), scale_(scale) {}
@@ -82,6 +112,12 @@ class Builder {
     if (raw_.vertex_ids.size() != raw_.vertices.size()) {
       refuse("the numbers of vertices and of vertex ids differ.");
     }
+    const std::vector<std::int64_t>& ids = raw_.vertex_ids;
+    ids_are_consecutive_ = true;
+    for (std::size_t i = 1; i < ids.size() && ids_are_consecutive_; ++i) {
+      ids_are_consecutive_ = ids[i - 1] < ids[i] && ids[i] - ids[0] == static_cast<std::int64_t>(i);
+    }
+    if (ids_are_consecutive_) return;
     index_of_id_.reserve(raw_.vertices.size());
     for (std::size_t i = 0; i < raw_.vertices.size(); ++i) {
       if (!index_of_id_.emplace(raw_.vertex_ids[i], i).second) {
@@ -91,21 +127,33 @@ class Builder {
   }
 
   std::size_t index_of(std::int64_t id, const RawCell& cell) const {
-    const auto found = index_of_id_.find(id);
-    if (found == index_of_id_.end()) {
-      refuse(fmt::format("element {} refers to vertex {}, which the file does not define.", cell.id,
-                         id));
+    if (ids_are_consecutive_) {
+      // Any difference of two numbers, without overflow.
+      const std::uint64_t index =
+          raw_.vertex_ids.empty()
+              ? 0
+              : static_cast<std::uint64_t>(id) - static_cast<std::uint64_t>(raw_.vertex_ids[0]);
+      if (index < raw_.vertex_ids.size()) return index;
+    } else if (const auto found = index_of_id_.find(id); found != index_of_id_.end()) {
+      return found->second;
     }
-    return found->second;
+    refuse(fmt::format("element {} refers to vertex {}, which the file does not define.", cell.id,
+                       id));
   }
 
   void take_tetrahedra() {
     used_.assign(raw_.vertices.size(), false);
-    std::unordered_map<std::array<Index, 4>, Index, TetrahedronHash> tetrahedron_of_vertices;
-    tetrahedron_of_vertices.reserve(raw_.cells.size());
-    for (const RawCell& cell : raw_.cells) {
+    const auto most = static_cast<std::size_t>(
+        std::count_if(raw_.cells.begin(), raw_.cells.end(), is_tetrahedron));
+    mesh_.tetrahedra.own().reserve(most);
+    mesh_.tetrahedron_ids.reserve(most);
+    mesh_.regions.reserve(most);
+    if (!raw_.groups.empty()) tetrahedron_of_cell_.assign(raw_.cells.size(), -1);
+    TetrahedronTable table(most);
+    for (std::size_t c = 0; c < raw_.cells.size(); ++c) {
+      const RawCell& cell = raw_.cells[c];
       const bool is_quadratic = cell.type == CellType::kQuadraticTetrahedron;
-      if (cell.type != CellType::kTetrahedron && !is_quadratic) {
+      if (!is_tetrahedron(cell)) {
         ++mesh_.report.skipped_cells[cell.type];
         continue;
       }
@@ -137,17 +185,15 @@ class Builder {
           }
         }
       }
-      std::array<Index, 4> key = tetrahedron;
-      std::sort(key.begin(), key.end());
-      const auto [first, is_new] = tetrahedron_of_vertices.emplace(key, mesh_.tetrahedron_count());
-      tetrahedron_of_cell_.emplace(&cell, first->second);
-      if (!is_new) {
+      const Index first = table.find_or_add(tetrahedron, mesh_.tetrahedra.own());
+      if (!tetrahedron_of_cell_.empty()) tetrahedron_of_cell_[c] = first;
+      if (first < mesh_.tetrahedron_count()) {
         // Files such as Gmsh's version 2 repeat an element for each of its groups.
         ++mesh_.report.skipped_cells[CellType::kTetrahedron];
         continue;
       }
       if (is_quadratic) take_edge_vertices(cell);
-      kept_cells_.push_back(&cell - raw_.cells.data());
+      if (!raw_.cell_arrays.empty()) kept_cells_.push_back(static_cast<Index>(c));
       mesh_.tetrahedra.own().push_back(tetrahedron);
       mesh_.tetrahedron_ids.push_back(cell.id);
       mesh_.regions.push_back(cell.region);
@@ -178,7 +224,9 @@ class Builder {
 
   void renumber_vertices() {
     new_index_.assign(raw_.vertices.size(), -1);
-    std::vector<Index> kept;
+    std::vector<Index> kept;  // for point arrays
+    mesh_.vertices.own().reserve(raw_.vertices.size());
+    mesh_.vertex_ids.reserve(raw_.vertices.size());
     for (std::size_t i = 0; i < raw_.vertices.size(); ++i) {
       if (!used_[i]) {
         ++mesh_.report.dropped_vertices;
@@ -192,7 +240,7 @@ class Builder {
       new_index_[i] = mesh_.vertex_count();
       mesh_.vertices.own().push_back(x);
       mesh_.vertex_ids.push_back(raw_.vertex_ids[i]);
-      kept.push_back(static_cast<Index>(i));
+      if (!raw_.point_arrays.empty()) kept.push_back(static_cast<Index>(i));
     }
     for (auto& t : mesh_.tetrahedra.own()) {
       for (Index& v : t) v = new_index_[static_cast<std::size_t>(v)];
@@ -308,7 +356,8 @@ class Builder {
     for (const RawGroup& group : raw_.groups) {
       mesh_.groups.push_back({group.name, group.dimension, group.tag, {}, {}});
     }
-    for (const RawCell& cell : raw_.cells) {
+    for (std::size_t c = 0; c < raw_.cells.size(); ++c) {
+      const RawCell& cell = raw_.cells[c];
       for (const int g : cell.groups) {
         if (g < 0 || static_cast<std::size_t>(g) >= mesh_.groups.size()) {
           refuse(fmt::format("element {} belongs to group {}, which does not exist.", cell.id, g));
@@ -318,9 +367,7 @@ class Builder {
           const Index v = new_index_[index_of(id, cell)];
           if (v >= 0) group.vertices.push_back(v);
         }
-        if (const auto t = tetrahedron_of_cell_.find(&cell); t != tetrahedron_of_cell_.end()) {
-          group.tetrahedra.push_back(t->second);
-        }
+        if (tetrahedron_of_cell_[c] >= 0) group.tetrahedra.push_back(tetrahedron_of_cell_[c]);
       }
     }
     collect_triangles();
@@ -386,11 +433,12 @@ class Builder {
   RawMesh raw_;
   double scale_;
   TetMesh mesh_;
-  std::unordered_map<std::int64_t, std::size_t> index_of_id_;
+  bool ids_are_consecutive_ = false;
+  std::unordered_map<std::int64_t, std::size_t> index_of_id_;  // unless they are
   std::vector<bool> used_;
   std::vector<Index> new_index_;
-  std::unordered_map<const RawCell*, Index> tetrahedron_of_cell_;
-  std::vector<Index> kept_cells_;  // of the file, one for each tetrahedron
+  std::vector<Index> tetrahedron_of_cell_;  // −1: none; empty without groups
+  std::vector<Index> kept_cells_;  // of the file, one for each tetrahedron; for cell arrays
 };
 
 // Throws InputError for everything that build_mesh() would refuse, correct or leave out.

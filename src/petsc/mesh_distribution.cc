@@ -27,6 +27,7 @@ void return_free_memory() {
 // The chunk of this process. The mesh of process 0 is given up.
 MeshChunk hand_out(const AllToAll& processes, TetMesh mesh) {
   if (processes.rank() != 0) return unpacked_chunk(receive_list<char>(0));
+  return_free_memory();  // of the reader
   const MeshPart::Whole whole = whole_of(mesh);
   for (int p = 1; p < processes.count(); ++p) {
     const std::vector<char> bytes = packed(chunk_of(mesh, whole, p, processes.count()));

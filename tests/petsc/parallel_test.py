@@ -639,6 +639,53 @@ class Files(ParallelTest):
                     self.assertLessEqual(abs(a - b), 1e-10 * size)
 
 
+class Memory(ParallelTest):
+    """Peaks of the process with the most, less those of a mesh of six tetrahedra."""
+
+    SCENE = """
+[mesh]
+%s
+[material]
+model = "neo-hookean"
+youngs_modulus = 1e6
+poissons_ratio = 0.3
+density = 1000
+[time]
+integrator = "verlet"
+step = 1e-5
+end = 2e-5
+"""
+    CELLS = [96, 24, 24]  # 331,776 tetrahedra
+
+    def peak(self, mesh, processes):
+        scene = self.write("scene.toml", self.SCENE % mesh)
+        out, _ = self.run_scene(scene, processes, "--threads", "1")
+        return summary_of(out)["peak_memory_bytes"]
+
+    def beam(self, cells):
+        return f'generate = {{ kind = "beam", size = [4, 1, 1], cells = {cells} }}'
+
+    def need(self, mesh, processes):
+        return self.peak(mesh, processes) - self.peak(self.beam([1, 1, 2]), processes)
+
+    def test_no_process_needs_more_than_its_share(self):
+        mesh = self.beam(self.CELLS)
+        whole = self.need(mesh, None)
+        self.assertLessEqual(self.need(mesh, 2), 0.55 * whole)
+        # The mesh itself, which the first process has made, is an eighth of the whole run.
+        self.assertLessEqual(self.need(mesh, 8), 0.25 * whole)
+
+    def test_reading_needs_less_than_half_of_the_run(self):
+        cells = ",".join(str(n) for n in self.CELLS)
+        for ending in ("msh", "vtu", "veg"):
+            with self.subTest(ending=ending):
+                file = self.path("beam." + ending)
+                subprocess.run([PROGRAM, "mesh", "generate", "beam", file, "--cells", cells], check=True,
+                               capture_output=True)
+                whole = self.need(f'file = "{file}"', None)
+                self.assertLessEqual(self.need(f'file = "{file}"', 2), 0.6 * whole)
+
+
 class Checkpoints(ParallelTest):
     """Runs that lose their end go on from the checkpoint after step 30 of 40."""
 
@@ -735,7 +782,8 @@ class Checkpoints(ParallelTest):
         command = [MPIRUN, "-n", "2", PROGRAM, "run", scene, "--out", out]
         run = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
                                cwd=self.folder, env=ENVIRONMENT)
-        while not os.path.exists(os.path.join(out, "frames.pvd")):
+        deadline = time.monotonic() + 60
+        while time.monotonic() < deadline and not os.path.exists(os.path.join(out, "frames.pvd")):
             time.sleep(0.05)
         time.sleep(0.5)
         run.send_signal(signal.SIGTERM)

@@ -24,6 +24,15 @@ class GmshBuilder {
     names_[{dimension, tag}] = std::move(name);
   }
 
+  // How many more there will be: lists that grow step by step need up to three times the memory on the way.
+  void expect_vertices(std::int64_t count) {
+    mesh_.vertex_ids.reserve(mesh_.vertex_ids.size() + static_cast<std::size_t>(count));
+    mesh_.vertices.reserve(mesh_.vertices.size() + static_cast<std::size_t>(count));
+  }
+  void expect_cells(std::int64_t count) {
+    mesh_.cells.reserve(mesh_.cells.size() + static_cast<std::size_t>(count));
+  }
+
   void add_vertex(std::int64_t tag, const Vector3& x) {
     mesh_.vertex_ids.push_back(tag);
     mesh_.vertices.push_back(x);

@@ -199,6 +199,7 @@ class GmshReader {
     // The count is text in both variants.
     const std::int64_t nodes =
         checked(in_.integer("the number of nodes"), "the number of nodes", 8);
+    mesh_.expect_vertices(nodes);
     numbers_.begin_section();
     for (std::int64_t i = 0; i < nodes; ++i) {
       const std::int64_t tag = int32("a node tag");
@@ -210,6 +211,7 @@ class GmshReader {
     numbers_.begin_section();
     const std::int64_t blocks = count("the number of node blocks", 8);
     const std::int64_t nodes = count("the number of nodes", 8);
+    mesh_.expect_vertices(nodes);
     size("the least node tag");
     size("the largest node tag");
     for (std::int64_t b = 0; b < blocks; ++b) {
@@ -265,6 +267,7 @@ class GmshReader {
   void read_elements2() {
     const std::int64_t elements =
         checked(in_.integer("the number of elements"), "the number of elements", 8);
+    mesh_.expect_cells(elements);
     numbers_.begin_section();
     if (!numbers_.binary()) {
       for (std::int64_t i = 0; i < elements; ++i) {
@@ -293,6 +296,7 @@ class GmshReader {
     numbers_.begin_section();
     const std::int64_t blocks = count("the number of element blocks", 8);
     const std::int64_t elements = count("the number of elements", 4);
+    mesh_.expect_cells(elements);
     size("the least element tag");
     size("the largest element tag");
     for (std::int64_t b = 0; b < blocks; ++b) {

@@ -31,6 +31,8 @@ void read_nodes(TextScanner& in, RawMesh& mesh) {
   const std::int64_t attributes = in.count("the number of attributes", 2);
   const std::int64_t markers = in.integer("the boundary-marker flag");
   if (markers != 0 && markers != 1) in.fail("the boundary-marker flag is neither 0 nor 1.");
+  mesh.vertex_ids.reserve(static_cast<std::size_t>(nodes));
+  mesh.vertices.reserve(static_cast<std::size_t>(nodes));
   for (std::int64_t i = 0; i < nodes; ++i) {
     mesh.vertex_ids.push_back(in.integer("a point number"));
     Vector3 x;
@@ -46,8 +48,10 @@ void read_elements(TextScanner& in, RawMesh& mesh) {
   const std::int64_t nodes = in.integer("the number of nodes of a tetrahedron");
   if (nodes != 4 && nodes != 10) in.fail("tetrahedra have neither 4 nor 10 nodes.");
   const std::int64_t attributes = in.count("the number of attributes", 2);
+  mesh.cells.reserve(static_cast<std::size_t>(elements));
   for (std::int64_t e = 0; e < elements; ++e) {
     RawCell cell;
+    cell.vertices.reserve(static_cast<std::size_t>(nodes));
     cell.type = nodes == 4 ? CellType::kTetrahedron : CellType::kQuadraticTetrahedron;
     cell.id = in.integer("a tetrahedron number");
     for (std::int64_t n = 0; n < nodes; ++n) cell.vertices.push_back(in.integer("a node"));

@@ -71,6 +71,8 @@ class VegaReader {
     if (in_.integer("the dimension") != 3) in_.fail("the dimension is not 3.");
     const std::int64_t attributes = in_.count("the number of attributes", 2);
     const std::int64_t markers = in_.integer("the boundary-marker flag");
+    mesh_.vertex_ids.reserve(mesh_.vertex_ids.size() + static_cast<std::size_t>(vertices));
+    mesh_.vertices.reserve(mesh_.vertices.size() + static_cast<std::size_t>(vertices));
     for (std::int64_t i = 0; i < vertices; ++i) {
       mesh_.vertex_ids.push_back(in_.integer("a vertex number"));
       Vector3 x;
@@ -97,8 +99,10 @@ class VegaReader {
       in_.fail(fmt::format("{} elements with {} nodes.", kind, nodes));
     }
     const std::int64_t attributes = in_.count("the number of attributes", 2);
+    mesh_.cells.reserve(mesh_.cells.size() + static_cast<std::size_t>(elements));
     for (std::int64_t e = 0; e < elements; ++e) {
       RawCell cell;
+      cell.vertices.reserve(static_cast<std::size_t>(nodes));
       cell.type = type;
       cell.id = in_.integer("an element number");
       for (std::int64_t n = 0; n < nodes; ++n) cell.vertices.push_back(in_.integer("a node"));
@@ -162,7 +166,9 @@ class VegaReader {
 
   void apply_sets() {
     std::map<std::int64_t, std::size_t> index_of;
-    for (std::size_t i = 0; i < mesh_.cells.size(); ++i) index_of[mesh_.cells[i].id] = i;
+    for (std::size_t i = 0; !set_order_.empty() && i < mesh_.cells.size(); ++i) {
+      index_of[mesh_.cells[i].id] = i;
+    }
     for (const std::string& name : set_order_) {
       const int group = static_cast<int>(mesh_.groups.size());
       mesh_.groups.push_back({name, 3, group + 1});

@@ -54,7 +54,7 @@ StoredFrame read_frame(const std::string& path, const std::vector<std::string>& 
     out.put<std::int64_t>(grid->GetNumberOfCells());
     encode_arrays(grid->GetPointData(), point_names, out);
     encode_arrays(grid->GetCellData(), cell_names, out);
-    return out.bytes();
+    return out.take_bytes();
   });
   ByteReader in(file.bytes);
   StoredFrame frame;

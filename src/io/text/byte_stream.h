@@ -5,6 +5,7 @@
 #include <cstring>
 #include <string>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 namespace tetraction {
@@ -28,6 +29,7 @@ class ByteWriter {
     bytes_.append(reinterpret_cast<const char*>(values), count * sizeof(T));
   }
   const std::string& bytes() const { return bytes_; }
+  std::string take_bytes() { return std::move(bytes_); }
 
  private:
   std::string bytes_;

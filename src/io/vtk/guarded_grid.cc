@@ -12,6 +12,7 @@
 #include <cctype>
 #include <cstdlib>
 #include <filesystem>
+#include <utility>
 
 #include "core/quoting.h"
 #include "guarded_process.h"
@@ -65,9 +66,9 @@ std::string read_in_child(const std::string& path, bool xml, const VtkHeader& he
                               grid->GetCellData()->GetArray("region") == nullptr)) {
       throw FileError("it lacks the data that its title announces");
     }
-    const std::string bytes = encode(grid);
+    std::string bytes = encode(grid);
     out.put_text("");
-    return out.bytes() + bytes;
+    return bytes.insert(0, out.bytes());
   } catch (const FileError& error) {
     out.put_text(error.what());
     return out.bytes();
@@ -103,7 +104,8 @@ GridFile read_guarded(const std::string& path,
   const std::string error = in.get_text();
   if (!in.good()) refuse_grid(path, "its parts do not fit together");
   if (!error.empty()) refuse_grid(path, error);
-  file.bytes = result.bytes.substr(sizeof(std::uint64_t));
+  result.bytes.erase(0, sizeof(std::uint64_t));
+  file.bytes = std::move(result.bytes);
   return file;
 }
 

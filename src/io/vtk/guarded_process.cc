@@ -8,6 +8,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <chrono>
@@ -16,7 +17,9 @@
 #include <cstdint>
 #include <cstring>
 #include <fstream>
+#include <limits>
 #include <new>
+#include <utility>
 
 namespace tetraction {
 namespace {
@@ -93,6 +96,13 @@ std::string describe(int status) {
   return "failed";
 }
 
+// How many bytes the child will have written, that of their number among them, which comes first.
+std::size_t announced_size(const std::string& received) {
+  std::uint64_t size = 0;
+  std::memcpy(&size, received.data(), sizeof(size));
+  return size > std::numeric_limits<std::size_t>::max() - sizeof(size) ? 0 : size + sizeof(size);
+}
+
 }  // namespace
 
 GuardResult run_guarded(const std::function<std::string()>& work, const GuardLimits& limits) {
@@ -120,6 +130,7 @@ GuardResult run_guarded(const std::function<std::string()>& work, const GuardLim
   std::string received;
   std::array<char, 65536> buffer{};
   bool late = false;
+  bool is_reserved = false;
   for (;;) {
     const auto left =
         std::chrono::duration_cast<std::chrono::milliseconds>(deadline - Clock::now()).count();
@@ -135,6 +146,11 @@ GuardResult run_guarded(const std::function<std::string()>& work, const GuardLim
     if (count < 0 && errno == EINTR) continue;
     if (count <= 0) break;
     received.append(buffer.data(), static_cast<std::size_t>(count));
+    // A string that grows by itself may need twice the memory.
+    if (!is_reserved && received.size() >= sizeof(std::uint64_t)) {
+      received.reserve(std::min<std::size_t>(announced_size(received), limits.memory));
+      is_reserved = true;
+    }
   }
   close(ends[0]);
   if (late) kill(pid, SIGKILL);
@@ -145,12 +161,12 @@ GuardResult run_guarded(const std::function<std::string()>& work, const GuardLim
     result.failure = fmt::format("took longer than {:.0f} s", limits.seconds);
     return result;
   }
-  std::uint64_t size = 0;
-  if (received.size() >= sizeof(size)) std::memcpy(&size, received.data(), sizeof(size));
-  result.finished =
-      WIFEXITED(status) && WEXITSTATUS(status) == 0 && received.size() == sizeof(size) + size;
+  result.finished = WIFEXITED(status) && WEXITSTATUS(status) == 0 &&
+                    received.size() >= sizeof(std::uint64_t) &&
+                    received.size() == announced_size(received);
   if (result.finished) {
-    result.bytes = received.substr(sizeof(size));
+    result.bytes = std::move(received);
+    result.bytes.erase(0, sizeof(std::uint64_t));
   } else {
     result.failure = describe(status);
   }

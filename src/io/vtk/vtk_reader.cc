@@ -12,10 +12,11 @@
 #include <vtkTypeInt64Array.h>
 #include <vtkUnstructuredGrid.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
-#include <unordered_set>
+#include <utility>
 
 #include "guarded_grid.h"
 #include "io/mesh/groups_by_number.h"
@@ -131,6 +132,9 @@ std::string encode(vtkUnstructuredGrid* grid) {
   std::vector<std::int32_t> types;
   std::vector<std::int64_t> connectivity;
   std::vector<std::int64_t> ends;
+  types.reserve(static_cast<std::size_t>(cells));
+  ends.reserve(static_cast<std::size_t>(cells));
+  connectivity.reserve(4 * static_cast<std::size_t>(cells));  // of tetrahedra
   vtkNew<vtkIdList> ids;
   if (cells > 0 && !grid->GetCells()->IsValid()) {
     throw FileError("the offsets of its cells do not fit their connectivity");
@@ -154,18 +158,20 @@ std::string encode(vtkUnstructuredGrid* grid) {
   }
   encode_arrays(point_data, points, false, out);
   encode_arrays(cell_data, cells, true, out);
-  return out.bytes();
+  return out.take_bytes();
 }
 
 // ---- in the parent -----------------------------------------------------------------------------
 
-bool distinct(const std::vector<std::int64_t>& ids) {
-  return std::unordered_set<std::int64_t>(ids.begin(), ids.end()).size() == ids.size();
+bool distinct(std::vector<std::int64_t> ids) {
+  std::sort(ids.begin(), ids.end());
+  return std::adjacent_find(ids.begin(), ids.end()) == ids.end();
 }
 
 class Decoder {
  public:
-  Decoder(const std::string& path, const std::string& bytes) : path_(path), in_(bytes) {}
+  Decoder(const std::string& path, std::string bytes)
+      : path_(path), bytes_(std::move(bytes)), in_(bytes_) {}
 
   RawMesh decode(const VtkHeader& announced) {
     const auto coordinates = in_.get_all<double>();
@@ -184,6 +190,12 @@ class Decoder {
 
     RawMesh mesh;
     mesh.source = path_;
+    read_arrays(mesh.point_arrays, points, "point");
+    read_arrays(mesh.cell_arrays, types.size(), "cell");
+    mesh.cell_arrays.erase("region");  // which RawCell::region holds
+    std::string().swap(bytes_);        // as large as the mesh
+    mesh.vertices.reserve(points);
+    mesh.vertex_ids.reserve(points);
     for (std::size_t i = 0; i < points; ++i) {
       mesh.vertices.emplace_back(coordinates[3 * i], coordinates[3 * i + 1],
                                  coordinates[3 * i + 2]);
@@ -193,9 +205,11 @@ class Decoder {
     if (vertex_ids.size() == points && distinct(vertex_ids)) mesh.vertex_ids = vertex_ids;
     const bool own_elements = element_ids.size() == types.size() && distinct(element_ids);
     GroupsByNumber groups(mesh, 2);
+    mesh.cells.reserve(types.size());
     std::int64_t begin = 0;
     for (std::size_t c = 0; c < types.size(); ++c) {
       RawCell cell;
+      cell.vertices.reserve(vtk_cell_size(types[c]));
       cell.type = vtk_cell_type(types[c]);
       cell.id = own_elements ? element_ids[c] : static_cast<std::int64_t>(c);
       if (region_numbers.size() == types.size()) cell.region = static_cast<int>(region_numbers[c]);
@@ -216,9 +230,6 @@ class Decoder {
       if (cell.type == CellType::kTriangle) groups.add(cell, group_numbers[c]);
       mesh.cells.push_back(std::move(cell));
     }
-    read_arrays(mesh.point_arrays, points, "point");
-    read_arrays(mesh.cell_arrays, types.size(), "cell");
-    mesh.cell_arrays.erase("region");  // which RawCell::region holds
     return mesh;
   }
 
@@ -241,14 +252,15 @@ class Decoder {
   }
 
   const std::string& path_;
+  std::string bytes_;
   ByteReader in_;
 };
 
 }  // namespace
 
 RawMesh read_vtk_mesh(const std::string& path) {
-  const GridFile file = read_guarded(path, encode);
-  return Decoder(path, file.bytes).decode(file.header);
+  GridFile file = read_guarded(path, encode);
+  return Decoder(path, std::move(file.bytes)).decode(file.header);
 }
 
 }  // namespace tetraction
