@@ -32,22 +32,23 @@
 namespace tetraction::viewer {
 namespace {
 
-// Watches the window's event loop from another thread. It counts its own short sleeps rather than
-// the clock, so that they stop, too, when the machine has no time for anybody; and not those in which
-// the window's thread would have worked but got no processor.
+// Watches the window's event loop from another thread. Since the last beat it adds up the processor time that the
+// window's thread has used, and the short sleeps of its own in which that thread has waited for something to
+// happen. The thread's time without a processor, which depends on what else the machine does, does not count.
 class StallWatch {
  public:
   StallWatch() : state_file_(fmt::format("/proc/self/task/{}/stat", gettid())) {
     pthread_getcpuclockid(pthread_self(), &clock_);
+    used_ = used_seconds();
     thread_ = std::thread([this] { watch(); });
-    QObject::connect(&beat_, &QTimer::timeout, [this] { ticks_since_beat_ = 0; });
+    QObject::connect(&beat_, &QTimer::timeout, [this] { since_beat_us_ = 0; });
     beat_.start(1);
   }
   ~StallWatch() {
     stop_ = true;
     thread_.join();
   }
-  int longest_ms() const { return longest_ * kTick_ms; }
+  int longest_ms() const { return longest_us_ / 1000; }
 
  private:
   static constexpr int kTick_ms = 5;
@@ -55,10 +56,9 @@ class StallWatch {
     while (!stop_) {
       std::this_thread::sleep_for(std::chrono::milliseconds(kTick_ms));
       const double used = used_seconds();
-      const bool worked = used - std::exchange(used_, used) > 1e-4 * kTick_ms;
-      if (!worked && is_runnable()) continue;
-      const int ticks = ++ticks_since_beat_;
-      if (ticks > longest_) longest_ = ticks;
+      const double worked = 1e6 * (used - std::exchange(used_, used));
+      const int counted = is_runnable() ? static_cast<int>(worked) : 1000 * kTick_ms;
+      longest_us_ = std::max<int>(longest_us_, since_beat_us_ += counted);
     }
   }
 
@@ -80,8 +80,8 @@ class StallWatch {
   clockid_t clock_{};
   double used_ = 0.0;
   std::atomic<bool> stop_{false};
-  std::atomic<int> ticks_since_beat_{0};
-  std::atomic<int> longest_{0};
+  std::atomic<int> since_beat_us_{0};
+  std::atomic<int> longest_us_{0};
   QTimer beat_;
   std::thread thread_;
 };
