@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <numeric>
 #include <set>
 #include <utility>
 
@@ -173,8 +174,9 @@ class PartCollection {
     std::vector<std::size_t> copies;
     for (std::size_t i = 0; i < vertices_.size(); ++i) {
       const auto sharers = sharers_[i];
-      // Owners take turns.
-      const int owner = sharers[at(vertices_[i]) % sharers.size()];
+      // Vertices with the same sharers have the same owner, and pairs of processes take turns.
+      const int sum = std::accumulate(sharers.begin(), sharers.end(), 0);
+      const int owner = sharers[at(sum) % sharers.size()];
       (owner == processes_.rank() ? order : copies).push_back(i);
     }
     data_.owned_vertices = static_cast<Index>(order.size());
