@@ -180,6 +180,25 @@ TEST_P(MeshDivision, EveryVertexHasOneOwnerAndTheSamePositionEverywhere) {
   EXPECT_EQ(static_cast<Index>(owned.size()), divided.mesh.vertex_count());
 }
 
+// Otherwise the groups of vertices of the coarse level would be scattered at the borders of parts.
+TEST_P(MeshDivision, VerticesWithTheSameSharersHaveTheSameOwner) {
+  const Divided divided(GetParam());
+  std::map<std::set<int>, int> owners;
+  for (int p = 0; p < divided.parts; ++p) {
+    const PartData& part = divided.data[static_cast<std::size_t>(p)];
+    std::map<Index, std::set<int>> sharers;
+    for (const Neighbor& neighbor : part.neighbors) {
+      for (const Index v : neighbor.shared) sharers[v].insert({p, neighbor.rank});
+    }
+    for (const auto& [v, all] : sharers) {
+      if (v < part.owned_vertices) {
+        EXPECT_EQ(owners.emplace(all, p).first->second, p);
+      }
+    }
+  }
+  EXPECT_EQ(owners.empty(), divided.parts == 1);
+}
+
 TEST_P(MeshDivision, NeighboursListTheSameVerticesInTheSameOrder) {
   const Divided divided(GetParam());
   for (int p = 0; p < divided.parts; ++p) {
