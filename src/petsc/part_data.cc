@@ -4,6 +4,8 @@
 #include <map>
 #include <numeric>
 #include <set>
+#include <span>
+#include <string>
 #include <utility>
 
 #include "vertex_values.h"

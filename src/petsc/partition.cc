@@ -3,7 +3,7 @@
 #include <petscmat.h>
 
 #include <algorithm>
-#include <cstdio>
+#include <cstdio>  // for scotch.h
 #include <cstdlib>
 #include <limits>
 #include <utility>

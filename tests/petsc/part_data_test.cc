@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <barrier>
+#include <cstring>
+#include <iterator>
 #include <map>
 #include <set>
 #include <thread>
