@@ -136,7 +136,7 @@ class PartCollection {
     sharers_.items = processes_.exchange_joined(sharers);
     for (const int count : counts) sharers_.first.push_back(sharers_.first.back() + at(count));
 
-    positions_ = positions_of(chunk_, vertices_, processes_);
+    positions_ = positions_of(chunk_, asked, processes_);
     ids_ = answers(asked, processes_, [&](Index v) { return chunk_.mesh.vertex_ids[in_chunk(v)]; });
     const std::vector<std::uint8_t> on_boundary = boundary_vertices_in_chunk();
     on_boundary_ = answers(asked, processes_, [&](Index v) { return on_boundary[in_chunk(v)]; });
@@ -160,8 +160,7 @@ class PartCollection {
     for (const Triangle& face : faces_.boundary) {
       vertices.insert(vertices.end(), face.begin(), face.end());
     }
-    std::sort(vertices.begin(), vertices.end());
-    vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+    sort_and_unite(vertices);
     std::vector<std::uint8_t> on_boundary(at(chunk_.mesh.vertex_count()), 0);
     for (const Index v : processes_.exchange_joined(by_process(chunk_, vertices, processes_))) {
       on_boundary[at(v - chunk_.first_vertex)] = 1;

@@ -25,7 +25,8 @@ std::size_t at(Index i) {
 // Pieces of a curve through the centroids, of which every process gets all.
 std::vector<int> along_curve(const MeshChunk& chunk, int parts, const AllToAll& processes) {
   const std::vector<Index> vertices = vertices_of(chunk.mesh.tetrahedra);
-  const std::vector<Vector3> positions = positions_of(chunk, vertices, processes);
+  const auto asked = processes.exchange(by_process(chunk, vertices, processes));
+  const std::vector<Vector3> positions = positions_of(chunk, asked, processes);
   std::vector<float> own;
   own.reserve(3 * chunk.mesh.tetrahedra.size());
   for (const auto t : chunk.mesh.tetrahedra) {

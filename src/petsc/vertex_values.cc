@@ -13,9 +13,9 @@ std::vector<std::vector<Index>> by_process(const MeshChunk& chunk,
   return lists;
 }
 
-std::vector<Vector3> positions_of(const MeshChunk& chunk, const std::vector<Index>& vertices,
+std::vector<Vector3> positions_of(const MeshChunk& chunk,
+                                  const std::vector<std::vector<Index>>& asked,
                                   const AllToAll& processes) {
-  const auto asked = processes.exchange(by_process(chunk, vertices, processes));
   const auto numbers = answers(asked, processes, [&](Index v) {
     const Vector3 x = chunk.mesh.vertices[static_cast<std::size_t>(v - chunk.first_vertex)];
     return std::array<double, 3>{x[0], x[1], x[2]};

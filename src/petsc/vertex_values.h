@@ -13,6 +13,12 @@ inline Index place_of(const std::vector<Index>& ascending, Index number) {
   return std::lower_bound(ascending.begin(), ascending.end(), number) - ascending.begin();
 }
 
+/// Sorts a list of numbers, and keeps each of them once.
+inline void sort_and_unite(std::vector<Index>& numbers) {
+  std::sort(numbers.begin(), numbers.end());
+  numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
+}
+
 /// The vertices of tetrahedra, ascending.
 template <class Tetrahedra>
 std::vector<Index> vertices_of(const Tetrahedra& tetrahedra) {
@@ -21,8 +27,7 @@ std::vector<Index> vertices_of(const Tetrahedra& tetrahedra) {
   for (const std::array<Index, 4> corners : tetrahedra) {
     vertices.insert(vertices.end(), corners.begin(), corners.end());
   }
-  std::sort(vertices.begin(), vertices.end());
-  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+  sort_and_unite(vertices);
   vertices.shrink_to_fit();
   return vertices;
 }
@@ -46,8 +51,9 @@ auto answers(const std::vector<std::vector<Index>>& asked, const AllToAll& proce
   return processes.exchange_joined(values);
 }
 
-/// The positions of ascending vertices. Collective.
-std::vector<Vector3> positions_of(const MeshChunk& chunk, const std::vector<Index>& vertices,
+/// The positions of the vertices about which this process asks; `asked` as for answers(). Collective.
+std::vector<Vector3> positions_of(const MeshChunk& chunk,
+                                  const std::vector<std::vector<Index>>& asked,
                                   const AllToAll& processes);
 
 }  // namespace tetraction::petsc
