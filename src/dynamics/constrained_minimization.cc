@@ -19,11 +19,24 @@ ConstrainedMinimization::ConstrainedMinimization(PotentialProblem& problem,
       root_finder_(std::move(root_finder)),
       equations_(problem),
       stretch_(stretch),
-      direction_(direction) {}
+      direction_(direction),
+      potential_(problem.constraints()) {}
 
 bool ConstrainedMinimization::minimize(const Vector& from, StepOutcome& outcome) {
-  return problem_.constraints().has_equations() ? solve_with_multipliers(from, outcome)
-                                                : solve(outcome);
+  if (!problem_.constraints().has_equations()) return solve(outcome);
+  if (!problem_.has_inertia()) return solve_saddle_point(outcome);
+  const Vector start = u_;
+  const auto solve_if_needed = [&] { return is_solved(outcome) || solve(outcome); };
+  if (solve_with_multipliers(from, outcome, solve_if_needed)) return true;
+  // Constant constraint forces resist no motion, so that the body may buckle under forces that turn with it.
+  if (direction_ != ConstraintDirection::kEnd || outcome.obstacle == StepObstacle::kViscosity) return false;
+  StepOutcome again;
+  again.minimizer = outcome.minimizer;
+  u_ = start;
+  multipliers_.resize(0);
+  if (!solve_saddle_point(again)) return false;
+  outcome = again;
+  return true;
 }
 
 // u_ ← the minimiser, beginning at u_. If Φ contains an estimate of the strain rate, the estimate
@@ -68,6 +81,18 @@ bool ConstrainedMinimization::solve(StepOutcome& outcome) {
   return false;
 }
 
+// Whether u_ solves the problem after a solve for this step, with constraint forces that have changed since.
+bool ConstrainedMinimization::is_solved(StepOutcome& outcome) {
+  if (outcome.minimizer.iterations == 0 || !outcome.minimizer.converged()) return false;
+  problem_.set_rate_estimate(u_);
+  if (!residual(gradient_).ok()) return false;
+  const double left = system_.restricted_norm(gradient_);
+  if (left > outcome.minimizer.residual_limit) return false;
+  outcome.minimizer.residual = left;
+  if (follows_loads()) problem_.take_loads(u_);
+  return true;
+}
+
 EvaluationStatus ConstrainedMinimization::residual(Vector& r) const {
   return follows_loads() ? equations_.residual(u_, r) : problem_.residual(u_, r);
 }
@@ -84,72 +109,48 @@ bool ConstrainedMinimization::newton_correction(Vector& correction) {
   return true;
 }
 
-// Newton's method for positions and multipliers together. Each round moves both to the solution of
-// the problem linearised at x. If that does not lower the residual, Φ is minimised with constant
-// constraint forces before the next round.
-bool ConstrainedMinimization::solve_with_multipliers(const Vector& from, StepOutcome& outcome) {
-  constexpr int kRounds = 40;
+// Each round solves the problem with constant constraint forces, and moves to the multipliers of the problem
+// linearised there. The displacements under unit forces are kept as long as the rounds gain with them, also for
+// the next steps, because they change slowly.
+bool ConstrainedMinimization::solve_with_multipliers(const Vector& from, StepOutcome& outcome,
+                                                     const std::function<bool()>& solve,
+                                                     const std::function<void()>& linearize) {
+  constexpr int kRounds = 60;
+  constexpr double kAccepted = 1e-12;  // of g, and of the configuration relative to its lengths
+  constexpr double kStalled = 1e-10;   // the same where round-off keeps it from falling
+  constexpr double kGain = 0.2;
   const Constraints& constraints = problem_.constraints();
-  const Index size = constraints.configuration_size();
   const Vector start = constraints.configuration(from);
-  Vector u = constraint_force_.size() > 0 ? constraint_force_ : Vector::Zero(size);
+  const Vector lengths = constraints.configuration_lengths();
+  Vector force = constraint_force_.size() > 0 ? constraint_force_
+                                              : Vector::Zero(constraints.configuration_size());
   Vector multipliers;
-  double last_residual = std::numeric_limits<double>::infinity();
-  bool minimize = true;
+  Vector predicted;
+  double before = std::numeric_limits<double>::infinity();
+  double least = before;
   for (int round = 0; round < kRounds; ++round) {
-    apply_constraint_force(u);
-    Matrix right(system_.coordinates().count(), size + 1);
-    right.leftCols(size) = constraints.selector();
-    right.col(size).setZero();
-    double phi = 0.0;
-    Vector gradient;
-    if (round > 0) {
-      minimize = true;
-      problem_.set_rate_estimate(u_);
-      if (problem_.value_and_gradient(u_, phi, gradient).ok()) {
-        const double residual = gradient.norm();
-        outcome.minimizer.residual = residual;
-        if (residual <= outcome.minimizer.residual_limit) {
-          constraint_force_ = u;
-          return true;
-        }
-        minimize = !(residual < 0.5 * last_residual);
-        last_residual = residual;
-        right.col(size) = gradient;
-      }
-    }
-    if (minimize) {
-      if (!solve(outcome)) return false;
-      right.col(size).setZero();
-      last_residual = std::numeric_limits<double>::infinity();
-    } else {
-      ++outcome.minimizer.iterations;
-    }
-    // Of u on the free coordinates at x; last column: Newton's step.
-    Matrix influence(0, size + 1);
-    const bool movable = right.rows() > 0;
-    if (movable) ++outcome.minimizer.factorizations;
-    if (movable && !minimizer_->solve_linearized(problem_, u_, right, influence)) {
-      if (!minimize) {
-        last_residual = 0.0;  // minimise from here
-        continue;
-      }
-      outcome.status = StepStatus::kNotConverged;
-      outcome.message = "the stiffness at the minimum is not positive definite";
-      return false;
-    }
-    u_ -= system_.coordinates().extend(influence.col(size));
-    const Matrix response = constraints.selector().transpose() * influence.leftCols(size);
+    apply_constraint_force(force);
+    if (!solve()) return false;
     const Vector way = constraints.configuration((problem_.origin() - from) + u_);
-    const Vector free_end = start + stretch_ * (way - response * u);
-    const MultiplierSolution solution = solve_multipliers(
-        constraints, free_end, stretch_ * response, start, direction_, multipliers);
-    if (!solution.ok && !minimize) {
-      u_ += system_.coordinates().extend(influence.col(size));
-      last_residual = 0.0;  // minimise from here
-      multipliers.resize(0);
-      continue;
+    const Vector end = start + stretch_ * way;
+    double error = constraints.values(end).cwiseAbs().maxCoeff();
+    if (round > 0) {
+      error = std::max(error, (end - predicted).cwiseQuotient(lengths).cwiseAbs().maxCoeff());
+      if (error <= kAccepted || (error <= kStalled && !(error < 0.5 * least))) {
+        constraint_force_ = force;
+        return true;
+      }
     }
+    if (influence_.size() == 0 || error > kGain * before) {
+      if (linearize) linearize();
+      if (!find_influence(outcome)) return false;
+    }
+    before = error;
+    least = std::min(least, error);
+    const Matrix response = constraints.selector().transpose() * influence_;
+    const MultiplierSolution solution =
+        solve_multipliers(constraints, end - stretch_ * response * force, stretch_ * response,
+                          start, direction_, multipliers);
     if (!solution.ok) {
       outcome.status = StepStatus::kNotConverged;
       outcome.message = cannot_be_met(constraints, solution.worst);
@@ -157,11 +158,149 @@ bool ConstrainedMinimization::solve_with_multipliers(const Vector& from, StepOut
       return false;
     }
     multipliers = solution.multipliers;
-    u_ += system_.coordinates().extend(influence.leftCols(size) * (solution.forces - u));
-    u = solution.forces;
+    predicted = solution.end;
+    u_ += system_.coordinates().extend(influence_ * (solution.forces - force));
+    force = solution.forces;
   }
   outcome.status = StepStatus::kNotConverged;
   outcome.message = fmt::format("the multipliers did not settle in {} rounds", kRounds);
+  outcome.obstacle = StepObstacle::kConstraints;
+  return false;
+}
+
+// influence_ ← the free coordinates' displacements under unit forces on the configuration.
+bool ConstrainedMinimization::find_influence(StepOutcome& outcome) {
+  const Matrix forces = problem_.constraints().selector();
+  influence_.resize(0, forces.cols());
+  if (forces.rows() == 0) return true;
+  ++outcome.minimizer.factorizations;
+  if (minimizer_->solve_linearized(problem_, u_, forces, influence_)) return true;
+  influence_.resize(0, 0);
+  outcome.status = StepStatus::kNotConverged;
+  outcome.message = "the stiffness at the minimum is not positive definite";
+  return false;
+}
+
+void ConstrainedMinimization::add_constraint_potential() {
+  const Constraints& constraints = problem_.constraints();
+  if (!constraints.has_equations()) return;
+  if (!potential_.has_stiffness()) {
+    potential_.set_stiffness(system_.elastic(), system_.mesh().rest_positions(), problem_.coefficient());
+  }
+  if (multipliers_.size() == 0) multipliers_.setZero(constraints.equation_count());
+  potential_.set_multipliers(multipliers_);
+  problem_.set_constraint_force({});
+  problem_.set_constraint_potential(&potential_);
+}
+
+// displacements ← those under forces (3 per vertex each), by the linearised equations.
+bool ConstrainedMinimization::solve_linear(const Matrix& forces, Matrix& displacements) {
+  if (follows_loads()) {
+    return root_finder_->solve_linearized(equations_, u_, forces, displacements);
+  }
+  const FreeCoordinates& coordinates = system_.coordinates();
+  Matrix right(coordinates.count(), forces.cols());
+  for (Index i = 0; i < forces.cols(); ++i) right.col(i) = coordinates.restrict(forces.col(i));
+  Matrix solution;
+  if (!minimizer_->solve_linearized(problem_, u_, right, solution)) return false;
+  displacements.resize(forces.rows(), forces.cols());
+  for (Index i = 0; i < forces.cols(); ++i) {
+    displacements.col(i) = coordinates.extend(solution.col(i));
+  }
+  return displacements.allFinite();
+}
+
+// Newton's correction of positions and multipliers at u_, where gradient_ is not in balance:
+//
+//     H d − B G μ = −∇L,   GᵀBᵀ d = −g
+//
+// with the Hessian H of the augmented Lagrangian L. Returns false if H is not positive definite.
+bool ConstrainedMinimization::find_correction(const Vector& g) {
+  const Constraints& constraints = problem_.constraints();
+  const Index count = constraints.equation_count();
+  if (system_.coordinates().count() == 0) return false;
+  const Matrix directions = constraints.gradients(potential_.configuration(u_));
+  Matrix forces(system_.dof_count(), count + 1);
+  for (Index i = 0; i < count; ++i) forces.col(i) = constraints.vertex_forces(directions.col(i));
+  forces.col(count) = -gradient_;
+  Matrix moved;
+  if (!solve_linear(forces, moved)) return false;
+  Matrix rates(count, count + 1);
+  for (Index i = 0; i <= count; ++i) {
+    rates.col(i) = directions.transpose() * constraints.configuration(moved.col(i));
+  }
+  multiplier_correction_ = solve_for_multipliers(rates.leftCols(count), -(g + rates.col(count)));
+  correction_ = moved.leftCols(count) * multiplier_correction_ + moved.col(count);
+  return correction_.allFinite() && multiplier_correction_.allFinite();
+}
+
+bool ConstrainedMinimization::take_saddle_point() {
+  multipliers_ = potential_.total_multipliers(u_);
+  constraint_force_ =
+      problem_.constraints().gradients(potential_.configuration(u_)) * multipliers_;
+  if (follows_loads()) problem_.take_loads(u_);
+  return true;
+}
+
+// The saddle point of the Lagrangian: Newton's method for positions and multipliers together, as long as its
+// corrections become shorter. Where they do not, and in the beginning, the augmented Lagrangian is minimised with
+// constant multipliers, which then take its forces (the method of multipliers).
+bool ConstrainedMinimization::solve_saddle_point(StepOutcome& outcome) {
+  constexpr int kMinimizations = 40;
+  constexpr double kAccepted = 1e-12;  // |g|
+  constexpr double kShorter = 0.5;
+  constexpr double kStiffer = 4.0;
+  const Constraints& constraints = problem_.constraints();
+  const double infinity = std::numeric_limits<double>::infinity();
+  const Vector known = multipliers_;
+  Vector least;  // the last minimiser
+  Vector least_multipliers;
+  double violated_before = infinity;
+  for (int i = 0; i < kMinimizations; ++i) {
+    add_constraint_potential();
+    if (!solve(outcome)) {
+      multipliers_ = known;
+      return false;
+    }
+    least = u_;
+    least_multipliers = multipliers_ = potential_.total_multipliers(u_);
+    const double violated = potential_.values(u_).cwiseAbs().maxCoeff();
+    if (violated > kAccepted && violated > kShorter * violated_before) {
+      potential_.multiply_stiffness(kStiffer);
+    }
+    violated_before = violated;
+    double last = infinity;  // the length of the last correction
+    for (;;) {
+      add_constraint_potential();
+      problem_.set_rate_estimate(u_);
+      if (!residual(gradient_).ok()) break;
+      const Vector g = potential_.values(u_);
+      const bool is_met = g.cwiseAbs().maxCoeff() <= kAccepted;
+      double& left = outcome.minimizer.residual;
+      left = system_.restricted_norm(gradient_);
+      if (is_met && left <= outcome.minimizer.residual_limit) return take_saddle_point();
+      ++outcome.minimizer.iterations;
+      ++outcome.minimizer.factorizations;
+      if (!find_correction(g)) break;
+      const double length = correction_.lpNorm<Eigen::Infinity>();
+      if (!(length < kShorter * last)) {
+        if (is_met && left <= kRoundOffMargin * problem_.round_off(u_)) return take_saddle_point();
+        break;
+      }
+      last = length;
+      const double share = problem_.longest_step(u_, correction_, false);
+      u_ += share * correction_;
+      multipliers_ += share * multiplier_correction_;
+      if (!problem_.is_defined(u_)) break;
+    }
+    u_ = least;
+    multipliers_ = least_multipliers;
+  }
+  multipliers_ = known;
+  outcome.status = StepStatus::kNotConverged;
+  Index worst = 0;
+  potential_.values(u_).cwiseAbs().maxCoeff(&worst);
+  outcome.message = cannot_be_met(constraints, worst);
   outcome.obstacle = StepObstacle::kConstraints;
   return false;
 }

@@ -1,8 +1,10 @@
 // The minimisation of an implicit step or of an equilibrium, with the multipliers of constraints.
 #pragma once
 
+#include <functional>
 #include <memory>
 
+#include "constraint_potential.h"
 #include "followed_loads.h"
 #include "tetraction/dynamics/multipliers.h"
 #include "tetraction/dynamics/potential_problem.h"
@@ -31,6 +33,14 @@ class ConstrainedMinimization {
   bool minimize(const Vector& from, StepOutcome& outcome);
   /// The same with the forces of constraints that the problem has.
   bool solve(StepOutcome& outcome);
+  /// The solution u() and the forces of constraints of a problem that `solve` solves with the forces that the
+  /// problem has. `linearize` is called before the minimiser solves linearised equations.
+  bool solve_with_multipliers(const Vector& from, StepOutcome& outcome,
+                              const std::function<bool()>& solve,
+                              const std::function<void()>& linearize = {});
+  /// Adds the potential of the constraints' equations to the problem, with the multipliers of the last
+  /// solution. To be called after the problem's begin() if values of its function are to contain it.
+  void add_constraint_potential();
   /// r ← what is not in balance at u() (3 per vertex, N).
   EvaluationStatus residual(Vector& r) const;
   /// correction ← the way from u() to where the linearised equations are solved. Returns false if the matrix is
@@ -47,10 +57,19 @@ class ConstrainedMinimization {
   /// Lets it minimise with constant loads although there is a root finder, or not any more.
   void set_minimizes(bool minimizes) { minimizes_ = minimizes; }
   /// Forgets them, so that the next minimisation does not begin with them.
-  void forget() { constraint_force_.resize(0); }
+  void forget() {
+    constraint_force_.resize(0);
+    multipliers_.resize(0);
+    influence_.resize(0, 0);
+  }
 
  private:
-  bool solve_with_multipliers(const Vector& from, StepOutcome& outcome);
+  bool is_solved(StepOutcome& outcome);
+  bool find_influence(StepOutcome& outcome);
+  bool solve_saddle_point(StepOutcome& outcome);
+  bool take_saddle_point();
+  bool find_correction(const Vector& g);
+  bool solve_linear(const Matrix& forces, Matrix& displacements);
   void apply_constraint_force(const Vector& u);
 
   const MechanicalSystem& system_;
@@ -63,6 +82,12 @@ class ConstrainedMinimization {
   ConstraintDirection direction_;
   Vector u_;
   Vector constraint_force_;
+  Matrix influence_;  // of forces on the configuration on free coordinates, m/N; empty: not known
+  ConstraintPotential potential_;
+  Vector multipliers_;  // of potential_; empty: not known
+  // Of find_correction(): of u_ and of the multipliers.
+  Vector correction_;
+  Vector multiplier_correction_;
   Vector gradient_;  // work space
 };
 

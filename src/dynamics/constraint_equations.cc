@@ -9,9 +9,42 @@
 
 #include "core/decompositions.h"
 #include "tetraction/core/error.h"
+#include "tetraction/core/positive_semidefinite.h"
 #include "tetraction/dynamics/constraints.h"
 
 namespace tetraction {
+namespace {
+
+// Some rank + 1 vertices of an affine set, and α with w_j = Σ_a α_ja q_a for positions of the set. Each vertex is the
+// one farthest from the flat that those before it span.
+std::vector<std::pair<Index, Vector3>> carriers_of(const AffineSet& set) {
+  const Index rank = set.rank();
+  const Index count = set.coordinates.cols();
+  Matrix rest(rank + 1, count);  // of (1, ξ), apart from what the chosen vertices span
+  rest << Eigen::RowVectorXd::Ones(count), set.coordinates;
+  const Matrix all = rest;
+  std::vector<Index> chosen;
+  Matrix square(rank + 1, rank + 1);
+  for (Index i = 0; i <= rank; ++i) {
+    Index best = 0;
+    rest.colwise().squaredNorm().maxCoeff(&best);
+    chosen.push_back(best);
+    square.col(i) = all.col(best);
+    const Vector direction = rest.col(best).normalized();
+    rest -= direction * (direction.transpose() * rest).eval();
+  }
+  const Matrix inverse = square.inverse();
+  std::vector<std::pair<Index, Vector3>> carriers;
+  for (Index i = 0; i <= rank; ++i) {
+    Vector3 weights = Vector3::Zero();
+    weights.head(rank) = inverse.row(i).tail(rank).transpose();
+    carriers.emplace_back(set.vertices[static_cast<std::size_t>(chosen[static_cast<std::size_t>(i)])],
+                          weights);
+  }
+  return carriers;
+}
+
+}  // namespace
 
 std::vector<AffineSet> Constraints::add_handles(const std::map<Index, Prescribed>& vertices,
                                                 const TetMesh& mesh) {
@@ -76,6 +109,7 @@ std::vector<AffineSet> Constraints::add_handles(const std::map<Index, Prescribed
       }
       equation.weights.emplace_back(v, weights);
     }
+    equation.carriers = carriers_of(set);
     configuration_size_ += equation.entries();
     equation_count_ += equation.count();
     equations_.push_back(std::move(equation));
@@ -97,6 +131,7 @@ void Constraints::add_distances(const TetMesh& mesh) {
     equation.first_equation = equation_count_;
     equation.scale[0] = distance.length;
     equation.weights = {{distance.a, Vector3::UnitX()}, {distance.b, -Vector3::UnitX()}};
+    equation.carriers = equation.weights;
     equation.name = distance.name;
     configuration_size_ += equation.entries();
     equation_count_ += equation.count();
@@ -152,6 +187,11 @@ Vector Constraints::configuration(const Vector& q) const {
 
 Vector Constraints::vertex_forces(const Vector& u) const {
   Vector forces = Vector::Zero(coordinates_.dof_count());
+  add_vertex_forces(u, forces);
+  return forces;
+}
+
+void Constraints::add_vertex_forces(const Vector& u, Vector& forces) const {
   for (const Equation& equation : equations_) {
     for (const auto& [v, weights] : equation.weights) {
       for (Index j = 0; j < equation.entries() / 3; ++j) {
@@ -159,19 +199,21 @@ Vector Constraints::vertex_forces(const Vector& u) const {
       }
     }
   }
-  return forces;
 }
 
 // All equations are of one form: g_ij = ½(w_i·w_j/s_ij − δ_ij), s_ij = ρ_iρ_j or L².
 template <class Visit>
 void Constraints::for_each_equation(const Visit& visit) const {
-  for (const Equation& equation : equations_) {
-    Index number = equation.first_equation;
-    for (Index i = 0; i < equation.entries() / 3; ++i) {
-      for (Index j = 0; j <= i; ++j) {
-        visit(number++, equation.first_entry + 3 * i, equation.first_entry + 3 * j,
-              equation.scale[i] * equation.scale[j]);
-      }
+  for (const Equation& equation : equations_) visit_equations(equation, visit);
+}
+
+template <class Visit>
+void Constraints::visit_equations(const Equation& equation, const Visit& visit) {
+  Index number = equation.first_equation;
+  for (Index i = 0; i < equation.entries() / 3; ++i) {
+    for (Index j = 0; j <= i; ++j) {
+      visit(number++, equation.first_entry + 3 * i, equation.first_entry + 3 * j,
+            equation.scale[i] * equation.scale[j]);
     }
   }
 }
@@ -212,6 +254,44 @@ Matrix Constraints::curvature(const Vector& multipliers) const {
     curvature.block<3, 3>(j, i).diagonal().array() += factor;
   });
   return curvature;
+}
+
+void Constraints::add_equation_hessian(const Vector& w, const Vector& stiffness,
+                                       const Vector& multipliers, HessianForm form,
+                                       HessianBlocks& hessian) const {
+  for (const Equation& equation : equations_) {
+    const Index size = equation.entries();
+    const Index begin = equation.first_entry;
+    Matrix block = Matrix::Zero(size, size);
+    visit_equations(equation, [&](Index k, Index i, Index j, double s) {
+      Vector gradient = Vector::Zero(size);
+      gradient.segment<3>(i - begin) += 0.5 / s * w.segment<3>(j);
+      gradient.segment<3>(j - begin) += 0.5 / s * w.segment<3>(i);
+      const double value = 0.5 * (w.segment<3>(i).dot(w.segment<3>(j)) / s - (i == j ? 1.0 : 0.0));
+      block += stiffness[k] * gradient * gradient.transpose();
+      const double curvature = 0.5 / s * (stiffness[k] * value - multipliers[k]);
+      block.block<3, 3>(i - begin, j - begin).diagonal().array() += curvature;
+      block.block<3, 3>(j - begin, i - begin).diagonal().array() += curvature;
+    });
+    if (form == HessianForm::kConvex) block = positive_semidefinite_part(block);
+    for (std::size_t a = 0; a < equation.carriers.size(); ++a) {
+      const auto& [row, row_weights] = equation.carriers[a];
+      for (std::size_t b = 0; b <= a; ++b) {
+        const auto& [column, column_weights] = equation.carriers[b];
+        Matrix3 sum = Matrix3::Zero();
+        for (Index i = 0; i < size / 3; ++i) {
+          for (Index j = 0; j < size / 3; ++j) {
+            sum += row_weights[i] * column_weights[j] * block.block<3, 3>(3 * i, 3 * j);
+          }
+        }
+        if (a == b) {
+          hessian.add(row, sum);
+        } else {
+          hessian.add_pair(row, column, sum);
+        }
+      }
+    }
+  }
 }
 
 Vector Constraints::retract(Vector w) const {

@@ -39,7 +39,6 @@ class EnergyMomentumStepper : public ImplicitStepper {
   void reset() override {
     ImplicitStepper::reset();
     best_guess_ = -1;
-    force_of_constraints_.resize(0);
   }
 
  private:
@@ -48,7 +47,6 @@ class EnergyMomentumStepper : public ImplicitStepper {
       : ImplicitStepper(std::move(step), minimizer, finder, 0.5, ConstraintDirection::kMiddle),
         step_(static_cast<DiscreteGradientStep&>(own_problem())),
         equations_(step_),
-        minimizer_(std::move(minimizer)),
         finder_(std::move(finder)) {}
 
   bool solve_step(const State& from, double end_time, StepOutcome& outcome) override {
@@ -60,9 +58,9 @@ class EnergyMomentumStepper : public ImplicitStepper {
       outcome.minimizer.message = "nothing to solve for: every vertex is held";
       return hold_equations(from, outcome);
     }
-    step_.set_constraint_force(force_of_constraints_.size() > 0
-                                   ? system_.constraints().vertex_forces(force_of_constraints_)
-                                   : Vector());
+    const Vector& force = solve_.constraint_force();
+    step_.set_constraint_force(force.size() > 0 ? system_.constraints().vertex_forces(force)
+                                                : Vector());
     // The guess of the last step is good enough if its residual is as small as it was then. The others
     // are looked at from time to time.
     constexpr int kRest = 8;
@@ -154,8 +152,10 @@ class EnergyMomentumStepper : public ImplicitStepper {
   bool solve_again(const State& from, StepOutcome& outcome) override {
     outcome.status = StepStatus::kOk;
     outcome.message.clear();
-    return system_.constraints().has_equations() ? solve_with_multipliers(from, outcome)
-                                                 : solve(outcome);
+    if (!system_.constraints().has_equations()) return solve(outcome);
+    return solve_.solve_with_multipliers(
+        from.position, outcome, [&] { return solve(outcome); },
+        [&] { step_.linearize(solve_.u()); });
   }
 
   // Solves the equations with the forces of constraints that the problem has.
@@ -246,68 +246,6 @@ class EnergyMomentumStepper : public ImplicitStepper {
     return scale > 0.0 ? std::abs(added) / scale : 0.0;
   }
 
-  // Finds the forces of constraints' equations together with the solution. Each round solves the
-  // equations with constant forces and moves to the multipliers of the linearised problem. The response
-  // S comes from the symmetric Hessian near ∂r/∂u, so that the rounds converge linearly.
-  bool solve_with_multipliers(const State& from, StepOutcome& outcome) {
-    constexpr int kRounds = 60;
-    constexpr double kAccepted = 1e-12;  // of g, and of the configuration relative to its lengths
-    const Constraints& constraints = system_.constraints();
-    const Vector start = constraints.configuration(from.position);
-    const Vector lengths = constraints.configuration_lengths();
-    Vector force = force_of_constraints_.size() > 0
-                       ? force_of_constraints_
-                       : Vector::Zero(constraints.configuration_size());
-    Vector multipliers;
-    Vector predicted;
-    Matrix influence;
-    double before = std::numeric_limits<double>::infinity();
-    double least = before;
-    for (int round = 0; round < kRounds; ++round) {
-      step_.set_constraint_force(constraints.vertex_forces(force));
-      if (!solve(outcome)) return false;
-      const Vector way = constraints.configuration((step_.origin() - from.position) + solve_.u());
-      const Vector end = start + 2.0 * way;
-      double error = constraints.values(end).cwiseAbs().maxCoeff();
-      if (round > 0) {
-        error = std::max(error, (end - predicted).cwiseQuotient(lengths).cwiseAbs().maxCoeff());
-        if (error <= kAccepted || (error <= 1e-10 && !(error < 0.5 * least))) {
-          force_of_constraints_ = force;
-          solve_.set_constraint_force(force);
-          return true;
-        }
-      }
-      if (influence.size() == 0 || error > 0.2 * before) {
-        step_.linearize(solve_.u());
-        ++outcome.minimizer.factorizations;
-        if (system_.coordinates().count() > 0 &&
-            !minimizer_->solve_linearized(step_, solve_.u(), constraints.selector(), influence)) {
-          outcome.status = StepStatus::kNotConverged;
-          outcome.message = "the stiffness at the solution is not positive definite";
-          return false;
-        }
-      }
-      before = error;
-      least = std::min(least, error);
-      const Matrix response = constraints.selector().transpose() * influence;
-      const MultiplierSolution solution =
-          solve_multipliers(constraints, end - 2.0 * response * force, 2.0 * response, start,
-                            ConstraintDirection::kMiddle, multipliers);
-      if (!solution.ok) {
-        outcome.status = StepStatus::kNotConverged;
-        outcome.message = cannot_be_met(constraints, solution.worst);
-        return false;
-      }
-      multipliers = solution.multipliers;
-      predicted = solution.end;
-      solve_.u() += system_.coordinates().extend(influence * (solution.forces - force));
-      force = solution.forces;
-    }
-    outcome.status = StepStatus::kNotConverged;
-    outcome.message = fmt::format("the multipliers did not settle in {} rounds", kRounds);
-    return false;
-  }
-
   void set_end_position(const State& from, State& to, double h) override {
     to.position = from.position + h * to.velocity;
   }
@@ -385,10 +323,8 @@ class EnergyMomentumStepper : public ImplicitStepper {
 
   DiscreteGradientStep& step_;
   EnergyMomentumProblem equations_;
-  std::shared_ptr<Minimizer> minimizer_;
   std::shared_ptr<RootFinder> finder_;
   const State* from_ = nullptr;  // of the step in progress
-  Vector force_of_constraints_;  // on the configuration, of the last step
   double work_of_impulses_ = 0.0;
   double angular_share_ = 0.0;  // that the residual adds to the angular momentum of a free body
   int best_guess_ = -1;         // of the last step

@@ -208,6 +208,12 @@ MultiplierSolution solve_multipliers(const Constraints& constraints, const Vecto
   return solution;
 }
 
+Vector solve_for_multipliers(const Matrix& a, const Vector& b) {
+  Vector unit = a.diagonal();
+  for (double& each : unit) each = each > 0.0 ? 1.0 / std::sqrt(each) : 0.0;
+  return solve_redundant(a, b, unit, unit);
+}
+
 std::string cannot_be_met(const Constraints& constraints, Index equation) {
   return constraints.name_of_equation(std::max<Index>(0, equation)) +
          " cannot be met: it turns by too much within the step, contradicts other constraints, or "

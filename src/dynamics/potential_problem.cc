@@ -7,6 +7,7 @@
 #include <utility>
 #include <variant>
 
+#include "constraint_potential.h"
 #include "tetraction/core/parallel.h"
 #include "tetraction/fem/step_length.h"
 
@@ -21,6 +22,7 @@ void PotentialProblem::begin_at(const Vector& positions, double time,
   time_ = time;
   span_ = step;
   constraint_force_.resize(0);
+  constraint_potential_ = nullptr;
   elastic_.known = false;
   potentials_.clear();
   dissipations_.clear();
@@ -90,6 +92,11 @@ void PotentialProblem::set_constraint_force(const Vector& force) {
   make_remainder();
 }
 
+void PotentialProblem::set_constraint_potential(ConstraintPotential* potential) {
+  constraint_potential_ = potential;
+  if (potential != nullptr) potential->set_origin(origin_);
+}
+
 double PotentialProblem::length_scale() const {
   return std::cbrt(volume_);
 }
@@ -142,6 +149,7 @@ void PotentialProblem::move_origin(Vector& u) {
 void PotentialProblem::make_remainder() {
   remainder_ = load_ - coefficient_.cwiseProduct(origin_ - previous_);
   if (constraint_force_.size() > 0) remainder_ += constraint_force_;
+  if (constraint_potential_ != nullptr) constraint_potential_->set_origin(origin_);
 }
 
 double PotentialProblem::origin_value() const {
@@ -183,7 +191,7 @@ EvaluationStatus PotentialProblem::move_terms(const Vector& u) const {
 }
 
 // Of the own vertices of a part.
-double PotentialProblem::term_energy() const {
+double PotentialProblem::term_energy(const Vector& u) const {
   const ForcePoint start = energy_point(previous_);
   const ForcePoint at = energy_point(at_);
   double energy = 0.0;
@@ -203,10 +211,11 @@ double PotentialProblem::term_energy() const {
   for (const ForceTerm* term : dissipations_) {
     energy += step_ * term->dissipation(energy_point(dissipation_point_), velocity_);
   }
+  if (constraint_potential_ != nullptr) energy += constraint_potential_->value(u);
   return energy;
 }
 
-void PotentialProblem::add_term_gradient(Vector& gradient) const {
+void PotentialProblem::add_term_gradient(const Vector& u, Vector& gradient) const {
   if (!potentials_.empty()) gradient -= start_gradient_;
   for (const WeightedPotential& potential : potentials_) {
     add_gradient(potential, point(at_), gradient);
@@ -214,6 +223,7 @@ void PotentialProblem::add_term_gradient(Vector& gradient) const {
   for (const ForceTerm* term : dissipations_) {
     term->add_dissipation_gradient(point(dissipation_point_), velocity_, gradient);
   }
+  if (constraint_potential_ != nullptr) constraint_potential_->add_gradient(u, gradient);
 }
 
 bool PotentialProblem::vertex_residual(const Vector& u, Vector& residual) const {
@@ -247,6 +257,7 @@ void PotentialProblem::term_hessian(const Vector& u, HessianForm form,
     term->add_hessian(point(at_), form, weighted_);
     hessian.add(weighted_, weight);
   }
+  if (constraint_potential_ != nullptr) constraint_potential_->add_hessian(u, form, hessian);
   if (!with_load_stiffness_ || form == HessianForm::kConvex) return;
   load_stiffness(u, load_stiffness_);
   load_stiffness_.add_symmetric_part(hessian);
@@ -299,7 +310,7 @@ EvaluationStatus PotentialProblem::value(const Vector& u, double& phi) const {
     }
     return sum;
   });
-  if (has_general_terms()) phi += term_energy();
+  if (has_general_terms()) phi += term_energy(u);
   viscous_.add_value(step_displacement(u), phi);
   return agree(status, phi);
 }
@@ -370,8 +381,8 @@ EvaluationStatus PotentialProblem::value_and_full_gradient(const Vector& u, doub
     return sum;
   });
   if (has_general_terms()) {
-    phi += term_energy();
-    add_term_gradient(gradient);
+    phi += term_energy(u);
+    add_term_gradient(u, gradient);
   }
   add_viscous(u, phi, gradient);
   return agree(status, phi);
@@ -395,13 +406,16 @@ MinimizationProblem::HessianParts PotentialProblem::hessian_parts(const Vector& 
 
 bool PotentialProblem::term_shares(const Vector& u, bool with_hessian, TermShares& shares) const {
   if (!move_terms(u).ok()) return false;
-  shares.energy = term_energy();
+  shares.energy = term_energy(u);
   shares.magnitude = 0.0;
   for (const WeightedPotential& potential : potentials_) {
     shares.magnitude += potential.weight * std::abs(potential.term->energy(point(at_)));
   }
+  if (constraint_potential_ != nullptr) {
+    shares.magnitude += std::abs(constraint_potential_->value(u));
+  }
   shares.gradient.setZero(system_.dof_count());
-  add_term_gradient(shares.gradient);
+  add_term_gradient(u, shares.gradient);
   if (!with_hessian) return true;
   term_hessian(u, HessianForm::kExact, shares.hessian);
   shares.pairs_of_element.clear();

@@ -2,12 +2,15 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <utility>
 
 #include "constrained_minimization.h"
 #include "first_guess.h"
+#include "mesh/bounding_box.h"
 #include "settle_loads.h"
 
 namespace tetraction {
@@ -34,6 +37,7 @@ class Implementation : public StaticStepper {
   StepOutcome advance(const State& from, State& to, double h, double end_factor) override {
     StepOutcome outcome;
     problem_.begin(from.position, end_factor);
+    solve_.add_constraint_potential();
     if (!choose_start(from, h, end_factor, outcome) || !minimize(from, outcome) ||
         !settle_loads(end_factor, outcome)) {
       return outcome;
@@ -57,6 +61,7 @@ class Implementation : public StaticStepper {
       equation_force = system_.constraints().vertex_forces(configuration_force_);
     }
     problem_.reactions(u, equation_force, reaction_);
+    if (!is_balanced(to.position, end_factor, outcome)) return outcome;
     last_ = from.position;
     last_step_ = h;
     last_end_ = end_factor;
@@ -152,6 +157,55 @@ class Implementation : public StaticStepper {
         "slender or too stiff for these loads in double precision: take larger loads, longer "
         "elements along the body and fewer across it, or a thicker or softer body",
         unbalanced, problem_.force_scale());
+    return false;
+  }
+
+  // The sum of forces on vertices, and of their moments about a point.
+  struct Resultant {
+    Vector3 force = Vector3::Zero();
+    Vector3 moment = Vector3::Zero();
+    double force_size = 0.0;  // sums of magnitudes
+    double moment_size = 0.0;
+
+    void add(const Vector& forces, const Vector& x, const Vector3& about) {
+      for (Index v = 0; 3 * v < forces.size(); ++v) {
+        const Vector3 each = vertex_block(forces, v);
+        const Vector3 turning = (vertex_block(x, v) - about).cross(each);
+        force += each;
+        moment += turning;
+        force_size += each.norm();
+        moment_size += turning.norm();
+      }
+    }
+  };
+
+  // All that acts on the body from outside: loads, potentials and constraints. This examines the result without
+  // the equations that were solved.
+  bool is_balanced(const Vector& x, double factor, StepOutcome& outcome) {
+    constexpr double kPart = 1e-6;
+    const Vector3 about = vertex_block(x, 0);
+    Resultant all;
+    all.add(problem_.applied_force(factor, x), x, about);
+    all.add(reaction_, x, about);
+    for (const ForceTerm* term : system_.force_terms()) {
+      if (!term->has_potential() || term->account() != EnergyAccount::kStored) continue;
+      gradient_.setZero(system_.dof_count());
+      term->add_gradient(system_.force_point(x, problem_.time()), gradient_);
+      all.add(-factor * gradient_, x, about);
+    }
+    // What the solver may leave at each vertex adds up.
+    const double left = std::sqrt(static_cast<double>(system_.vertex_count())) *
+                        std::max(outcome.minimizer.residual, outcome.minimizer.residual_limit);
+    const double size = bounding_box(system_.mesh()).diagonal();
+    if (all.force.norm() <= kPart * all.force_size + left &&
+        all.moment.norm() <= kPart * all.moment_size + left * size) {
+      return true;
+    }
+    outcome.status = StepStatus::kNotConverged;
+    outcome.message = fmt::format(
+        "the forces found are not in balance: a force of {:.2g} N and a moment of {:.2g} N m remain "
+        "beside forces of {:.2g} N",
+        all.force.norm(), all.moment.norm(), all.force_size);
     return false;
   }
 

@@ -199,12 +199,17 @@ void SparsityPattern::scatter_block(const FreeCoordinates::VertexMap& rows,
                                     const FreeCoordinates::VertexMap& columns, const Matrix3& block,
                                     double* values) const {
   for (int j = 0; j < columns.count; ++j) {
+    const int column = columns.first + j;
+    const int first = std::max(rows.first, column);
+    if (first >= rows.first + rows.count) continue;
     const Vector3 image = block * columns.columns.col(j);
-    for (int i = 0; i < rows.count; ++i) {
-      const int row = rows.first + i;
-      const int column = columns.first + j;
-      const double entry = rows.columns.col(i).dot(image);
-      if (row >= column && entry != 0.0) values[find(row, column)] += entry;
+    // The rows of a vertex are beside each other in every column that has them.
+    double* place = nullptr;
+    for (int row = first; row < rows.first + rows.count; ++row) {
+      const double entry = rows.columns.col(row - rows.first).dot(image);
+      if (entry == 0.0) continue;
+      if (place == nullptr) place = values + find(row, column) - row;
+      place[row] += entry;
     }
   }
 }

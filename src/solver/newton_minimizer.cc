@@ -118,9 +118,12 @@ class NewtonMinimizer : public Minimizer {
   }
 
   bool find_negative_curvature(const MinimizationProblem& problem, MinimizerReport& report) {
-    const int before = report.cg_iterations;
+    constexpr double kFactorization = 30.0;  // work of one, in iterations of conjugate gradients
+    const int iterations = report.cg_iterations;
+    const int factorizations = report.factorizations;
     const bool found = linear_.find_negative_curvature(problem, at_.u, report);
-    price_ = 1.0 + report.cg_iterations - before;
+    price_ = 1.0 + report.cg_iterations - iterations +
+             kFactorization * (report.factorizations - factorizations);
     credit_ = 0.0;
     return found;
   }

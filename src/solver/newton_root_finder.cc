@@ -69,6 +69,29 @@ class NewtonRootFinder : public RootFinder {
     return correction.allFinite();
   }
 
+  bool solve_linearized(RootProblem& problem, const Vector& u, const Matrix& forces,
+                        Matrix& displacements) override {
+    constexpr double kForcing = 1e-10;
+    MinimizerReport report;
+    at_.u = u;
+    if (!problem.is_defined(u)) return false;
+    begin(problem);
+    if (!problem.linearize(u).ok()) return false;
+    displacements.resize(forces.rows(), forces.cols());
+    for (Index i = 0; i < forces.cols(); ++i) {
+      at_.force = -forces.col(i);
+      report.residual = problem.free_norm(at_.force);
+      if (report.residual == 0.0) {
+        displacements.col(i).setZero();
+        continue;
+      }
+      if (!find_direction(problem, kForcing, report)) return false;
+      displacements.col(i) = direction_;
+    }
+    accept();
+    return displacements.allFinite();
+  }
+
  protected:
   virtual void begin(const RootProblem& /*problem*/) {}
   virtual void end(MinimizerReport& /*report*/) {}

@@ -103,10 +103,13 @@ class Constraints {
   /// B u: the forces (or impulses) on vertices that generalised forces (or impulses) u on w amount
   /// to.
   Vector vertex_forces(const Vector& u) const;
+  /// forces += B u.
+  void add_vertex_forces(const Vector& u, Vector& forces) const;
   /// Most columns and rows of g and w have few entries, because a constraint concerns few vertices.
   using SparseMatrix = Eigen::SparseMatrix<double>;
   /// TᵀB, one column per entry of w.
   Matrix selector() const { return selector_; }
+  const SparseMatrix& sparse_selector() const { return selector_; }
   /// The diagonal of TᵀMT, kg.
   const Vector& reduced_mass() const { return reduced_mass_; }
   /// S = BᵀT (TᵀMT)⁻¹ TᵀB, 1/kg: the change of the rates of w under unit impulses.
@@ -119,6 +122,11 @@ class Constraints {
   SparseMatrix sparse_gradients(const Vector& w) const;
   /// Σ λ_i ∂²g_i/∂w², which does not depend on w.
   Matrix curvature(const Vector& multipliers) const;
+  /// hessian += ∂²/∂q² of Σ_i (½ k_i g_i² − λ_i g_i) at w, J/m², on vertices whose positions determine w
+  /// where the linear constraints hold: its part Tᵀ…T over the free coordinates is right. `stiffness` is k and
+  /// `multipliers` are λ, both J. The convex form has no negative eigenvalues.
+  void add_equation_hessian(const Vector& w, const Vector& stiffness, const Vector& multipliers,
+                            HessianForm form, HessianBlocks& hessian) const;
   /// The configuration with g = 0 that is nearest to w, found for each constraint separately.
   Vector retract(Vector w) const;
   /// The length of every entry of w, m: L of a distance, ρ_j of a handle.
@@ -165,6 +173,8 @@ class Constraints {
     int rank = 0;                                    // 0: a distance
     Vector3 scale = Vector3::Ones();                 // L, or ρ_1, ρ_2, ρ_3
     std::vector<std::pair<Index, Vector3>> weights;  // vertex → factor in each w_j
+    // The same for few vertices, which give the same w where the vertices of a handle are in its affine form.
+    std::vector<std::pair<Index, Vector3>> carriers;
     std::string name;
     Index entries() const { return rank == 0 ? 3 : 3 * rank; }
     Index count() const { return rank == 0 ? 1 : rank * (rank + 1) / 2; }
@@ -174,6 +184,8 @@ class Constraints {
   // equation. Distances have i = j.
   template <class Visit>
   void for_each_equation(const Visit& visit) const;
+  template <class Visit>
+  static void visit_equations(const Equation& equation, const Visit& visit);
   void add_held(std::map<Index, Prescribed>& vertices, const TetMesh& mesh);
   void add_guided(std::map<Index, Prescribed>& vertices, const TetMesh& mesh) const;
   std::vector<AffineSet> add_handles(const std::map<Index, Prescribed>& vertices,

@@ -70,6 +70,11 @@ class RootFinder {
   /// correction = −(∂r/∂u)⁻¹ r(u) with all the digits that the residual has. Returns false if it cannot be
   /// found.
   virtual bool newton_correction(RootProblem& problem, const Vector& u, Vector& correction) = 0;
+  /// Solves Tᵀ(∂r/∂u) d = Tᵀf at u for each column f of `forces` (3 per vertex, N). The columns of
+  /// `displacements` are d (3 per vertex, m), with a relative residual of about 1e-10. Returns false if one
+  /// cannot be found.
+  virtual bool solve_linearized(RootProblem& problem, const Vector& u, const Matrix& forces,
+                                Matrix& displacements) = 0;
 };
 
 /// Halves u, the displacement from the problem's origin, until the problem is defined there.

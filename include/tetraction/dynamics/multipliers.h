@@ -47,6 +47,11 @@ MultiplierSolution solve_multipliers(const Constraints& constraints, const Vecto
                                      const Constraints::SparseMatrix& response, const Vector& start,
                                      ConstraintDirection direction, const Vector& guess = {});
 
+/// x with A x = b for a symmetric positive semidefinite matrix A that belongs to the equations of constraints,
+/// such as GᵀSG: the least squares solution of least norm, in which redundant equations share their force.
+/// Unknowns are measured in units in which the diagonal of A is one.
+Vector solve_for_multipliers(const Matrix& a, const Vector& b);
+
 /// The message for the user if no solution was found.
 std::string cannot_be_met(const Constraints& constraints, Index equation);
 

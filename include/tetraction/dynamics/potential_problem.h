@@ -11,6 +11,8 @@
 
 namespace tetraction {
 
+class ConstraintPotential;
+
 /// A function of the positions x of a body, relative to a reference q:
 ///
 ///     Φ(x) = W(x) + ½ Σ_i k_i (x_i − q_i)² − Σ_i l_i (x_i − q_i)
@@ -53,6 +55,9 @@ class PotentialProblem : public MinimizationProblem {
   const Vector& step_displacement(const Vector& u) const;
   /// Sets the forces of constraints' equations, which are added to l (3 per vertex, N; empty: none).
   void set_constraint_force(const Vector& force);
+  /// Adds the augmented Lagrangian's part of the constraints' equations to Φ (null: none). It must live as long
+  /// as it is used, and its origin follows that of the problem.
+  void set_constraint_potential(ConstraintPotential* potential);
 
   /// Loads that depend on positions are constant in Φ: w f₀ with a weight w. This is what is missing of the
   /// equations with the loads at x = o + u: residual += w (f₀ − f(x)).
@@ -98,7 +103,8 @@ class PotentialProblem : public MinimizationProblem {
   HessianParts hessian_parts(const Vector& u) const override;
   /// General force terms are those that are not quadratic in single vertices.
   bool has_general_terms() const override {
-    return !potentials_.empty() || !dissipations_.empty() || with_load_stiffness_;
+    return !potentials_.empty() || !dissipations_.empty() || with_load_stiffness_ ||
+           constraint_potential_ != nullptr;
   }
   void term_hessian(const Vector& u, HessianForm form, HessianBlocks& hessian) const override;
   bool term_shares(const Vector& u, bool with_hessian, TermShares& shares) const override;
@@ -193,11 +199,11 @@ class PotentialProblem : public MinimizationProblem {
   double longest_term_step(const Vector& u, const Vector& d) const;
   // Where energies are evaluated, of the own vertices of a part.
   ForcePoint energy_point(const Vector& x) const;
-  double term_energy() const;
+  double term_energy(const Vector& u) const;
   bool is_elastic_known(const Vector& u) const;
   void add_viscous(const Vector& u, double& phi, Vector& gradient) const;
   EvaluationStatus agree(EvaluationStatus status, double& phi) const;
-  void add_term_gradient(Vector& gradient) const;
+  void add_term_gradient(const Vector& u, Vector& gradient) const;
   void add_gradient(const WeightedPotential& potential, const ForcePoint& at,
                     Vector& gradient) const;
   void add_diagonal(double factor);
@@ -209,6 +215,7 @@ class PotentialProblem : public MinimizationProblem {
 
   Vector origin_;            // o
   Vector constraint_force_;  // empty: none
+  ConstraintPotential* constraint_potential_ = nullptr;
   Vector remainder_;         // r
   Vector constant_loads_;    // f₀
   double load_weight_ = 1.0;
