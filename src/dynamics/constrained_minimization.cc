@@ -29,7 +29,8 @@ bool ConstrainedMinimization::minimize(const Vector& from, StepOutcome& outcome)
   const auto solve_if_needed = [&] { return is_solved(outcome) || solve(outcome); };
   if (solve_with_multipliers(from, outcome, solve_if_needed)) return true;
   // Constant constraint forces resist no motion, so that the body may buckle under forces that turn with it.
-  if (direction_ != ConstraintDirection::kEnd || outcome.obstacle == StepObstacle::kViscosity) return false;
+  if (direction_ != ConstraintDirection::kEnd || outcome.obstacle == StepObstacle::kViscosity)
+    return false;
   StepOutcome again;
   again.minimizer = outcome.minimizer;
   u_ = start;
@@ -185,7 +186,8 @@ void ConstrainedMinimization::add_constraint_potential() {
   const Constraints& constraints = problem_.constraints();
   if (!constraints.has_equations()) return;
   if (!potential_.has_stiffness()) {
-    potential_.set_stiffness(system_.elastic(), system_.mesh().rest_positions(), problem_.coefficient());
+    potential_.set_stiffness(system_.elastic(), system_.mesh().rest_positions(),
+                             problem_.coefficient());
   }
   if (multipliers_.size() == 0) multipliers_.setZero(constraints.equation_count());
   potential_.set_multipliers(multipliers_);
@@ -236,8 +238,7 @@ bool ConstrainedMinimization::find_correction(const Vector& g) {
 
 bool ConstrainedMinimization::take_saddle_point() {
   multipliers_ = potential_.total_multipliers(u_);
-  constraint_force_ =
-      problem_.constraints().gradients(potential_.configuration(u_)) * multipliers_;
+  constraint_force_ = problem_.constraints().gradients(potential_.configuration(u_)) * multipliers_;
   if (follows_loads()) problem_.take_loads(u_);
   return true;
 }

@@ -38,8 +38,8 @@ std::vector<std::pair<Index, Vector3>> carriers_of(const AffineSet& set) {
   for (Index i = 0; i <= rank; ++i) {
     Vector3 weights = Vector3::Zero();
     weights.head(rank) = inverse.row(i).tail(rank).transpose();
-    carriers.emplace_back(set.vertices[static_cast<std::size_t>(chosen[static_cast<std::size_t>(i)])],
-                          weights);
+    carriers.emplace_back(
+        set.vertices[static_cast<std::size_t>(chosen[static_cast<std::size_t>(i)])], weights);
   }
   return carriers;
 }

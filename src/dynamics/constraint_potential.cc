@@ -10,7 +10,8 @@ namespace {
 using RowMatrix = Eigen::SparseMatrix<double, Eigen::RowMajor>;
 
 // T a for each column a of free coordinates: 3 rows per vertex.
-RowMatrix extend_columns(const FreeCoordinates& coordinates, const Constraints::SparseMatrix& free) {
+RowMatrix extend_columns(const FreeCoordinates& coordinates,
+                         const Constraints::SparseMatrix& free) {
   RowMatrix rows = free;
   std::vector<Eigen::Triplet<double>> entries;
   for (Index v = 0; v < coordinates.vertex_count(); ++v) {
@@ -19,7 +20,8 @@ RowMatrix extend_columns(const FreeCoordinates& coordinates, const Constraints::
       for (RowMatrix::InnerIterator entry(rows, map.first + j); entry; ++entry) {
         for (int i = 0; i < 3; ++i) {
           const double value = map.columns(i, j) * entry.value();
-          if (value != 0.0) entries.emplace_back(static_cast<int>(3 * v) + i, static_cast<int>(entry.col()), value);
+          if (value != 0.0)
+            entries.emplace_back(static_cast<int>(3 * v) + i, static_cast<int>(entry.col()), value);
         }
       }
     }
@@ -31,8 +33,8 @@ RowMatrix extend_columns(const FreeCoordinates& coordinates, const Constraints::
 
 }  // namespace
 
-void ConstraintPotential::set_stiffness(const ElasticPotential& elastic, const Vector& rest_positions,
-                                        const Vector& coefficient) {
+void ConstraintPotential::set_stiffness(const ElasticPotential& elastic,
+                                        const Vector& rest_positions, const Vector& coefficient) {
   const Constraints::SparseMatrix gradients =
       constraints_.sparse_gradients(constraints_.configuration(rest_positions));
   const Constraints::SparseMatrix free = constraints_.sparse_selector() * gradients;

@@ -203,7 +203,8 @@ class Implementation : public StaticStepper {
     }
     outcome.status = StepStatus::kNotConverged;
     outcome.message = fmt::format(
-        "the forces found are not in balance: a force of {:.2g} N and a moment of {:.2g} N m remain "
+        "the forces found are not in balance: a force of {:.2g} N and a moment of {:.2g} N m "
+        "remain "
         "beside forces of {:.2g} N",
         all.force.norm(), all.moment.norm(), all.force_size);
     return false;

@@ -120,7 +120,9 @@ TEST_P(ConstrainedEquilibrium, BowBendsUnderItsString) {
   options.count = 1;
   options.multipliers =
       balancing_multipliers(session.system(), session.state().position, session.external_force());
-  EXPECT_GT(normal_modes(session.system(), session.state().position, options).modes[0].omega_squared, 0.0);
+  EXPECT_GT(
+      normal_modes(session.system(), session.state().position, options).modes[0].omega_squared,
+      0.0);
 }
 
 // Bodies of one mesh, each at its height.

@@ -216,8 +216,8 @@ class PotentialProblem : public MinimizationProblem {
   Vector origin_;            // o
   Vector constraint_force_;  // empty: none
   ConstraintPotential* constraint_potential_ = nullptr;
-  Vector remainder_;         // r
-  Vector constant_loads_;    // f₀
+  Vector remainder_;       // r
+  Vector constant_loads_;  // f₀
   double load_weight_ = 1.0;
   bool with_load_stiffness_ = false;
   // Terms that are not quadratic, and the gradient of their potentials at q.
