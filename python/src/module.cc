@@ -259,7 +259,8 @@ void define_mesh(py::module_& m) {
             return quadratic ? with_edge_vertices(std::move(mesh)) : mesh;
           },
           "path"_a, "scale"_a = 1.0, "quadratic"_a = false, WithoutLock())
-      .def_static("of_scene", &read_scene_mesh, WithoutLock())
+      .def_static(
+          "of_scene", [](const Scene& scene) { return read_scene_mesh(scene); }, WithoutLock())
       .def_static(
           "view",
           [](const Doubles& points, const py::array& tetrahedra) {

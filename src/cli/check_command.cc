@@ -106,7 +106,9 @@ int check(const std::string& path, const std::vector<std::string>& overrides, bo
           bool with_spectrum) {
   const Scene scene = read_scene(path, overrides);
   if (scene.solver.engine != "local") refuse_what_parts_lack(scene, Analysis::kMotion);
-  const std::unique_ptr<MechanicalSystem> system = make_system(scene, read_scene_mesh(scene));
+  std::vector<std::string> unused;
+  const std::unique_ptr<MechanicalSystem> system =
+      make_system(scene, read_scene_mesh(scene, unused));
   const TetMesh& mesh = system->mesh();
   const State state = make_initial_state(scene, *system);
   check_events(scene, *system);
@@ -114,7 +116,7 @@ int check(const std::string& path, const std::vector<std::string>& overrides, bo
   const StabilityLimit limit = stability_limit(*system, state.position, scene.time.integrator);
 
   nlohmann::ordered_json json;
-  json["mesh"] = mesh_json(mesh);
+  json["mesh"] = mesh_json(mesh, unused);
   json["mass"] = system->total_mass();
   json["free_degrees_of_freedom"] = system->coordinates().count();
   json["multipliers"] = system->constraints().equation_count();
@@ -171,7 +173,7 @@ int check(const std::string& path, const std::vector<std::string>& overrides, bo
                  json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
   } else {
     print_result("{}: the scene is valid\n\n", path);
-    print_mesh_table(mesh);
+    print_mesh_table(mesh, unused);
     write_result("\n");
     for (const auto& material : json["materials"]) {
       print_result(

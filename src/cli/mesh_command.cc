@@ -57,19 +57,7 @@ void refuse_to_overwrite(const std::string& in, const std::string& out) {
   }
 }
 
-void convert(const std::string& in, const std::string& out, double scale) {
-  refuse_to_overwrite(in, out);
-  RawMesh raw = read_raw_mesh(in);
-  const std::vector<RawCell> cells = group_cells(raw);
-  TetMesh mesh = build_mesh(std::move(raw), scale);
-  const MeshWriteReport written = write_mesh(mesh, out, cells);
-  // Cells that the file holds have not been left out.
-  for (const auto& [type, count] : written.cells) {
-    Index& skipped = mesh.report.skipped_cells[type];
-    skipped -= count;
-    if (skipped <= 0) mesh.report.skipped_cells.erase(type);
-  }
-  if (const std::string remarks = mesh_remarks(mesh); !remarks.empty()) print_note(remarks);
+void warn_of_losses(const MeshWriteReport& written, const std::string& in, const std::string& out) {
   if (!written.lost_groups.empty()) {
     print_warning(fmt::format(
         "{}: these groups of {} are lost, wholly or in part: {}. A .msh file holds groups of "
@@ -77,14 +65,35 @@ void convert(const std::string& in, const std::string& out, double scale) {
         "formats none.",
         out, in, fmt::join(written.lost_groups, ", ")));
   }
-  const bool keeps_arrays = out.ends_with(".vtu") || out.ends_with(".vtk") || out.ends_with(".msh");
-  if (!mesh.cell_arrays.empty() && !keeps_arrays) {
-    std::vector<std::string> names;
-    for (const auto& [name, values] : mesh.cell_arrays) names.push_back(name);
-    print_warning(fmt::format(
-        "{}: these cell arrays of {} are lost: {}. .vtu, .vtk and .msh files hold them.", out, in,
-        fmt::join(names, ", ")));
+  if (!written.lost_arrays.empty()) {
+    print_warning(
+        fmt::format("{}: these arrays of {} are lost: {}. .vtu and .vtk files hold all arrays, "
+                    ".msh files those of 1, "
+                    "3 and 9 components, the other formats none.",
+                    out, in, fmt::join(written.lost_arrays, ", ")));
   }
+  if (written.changed_regions) {
+    print_warning(fmt::format(
+        "{}: regions of {} change their numbers. A .msh file holds regions above 0, a .veg file "
+        "numbers them from 1.",
+        out, in));
+  }
+  if (!written.names_with_quotes.empty()) {
+    print_warning(
+        fmt::format("{}: Gmsh itself reads these names up to the first quotation mark in them: {}.",
+                    out, fmt::join(written.names_with_quotes, ", ")));
+  }
+}
+
+void convert(const std::string& in, const std::string& out, double scale) {
+  refuse_to_overwrite(in, out);
+  std::vector<std::string> unused;
+  RawMesh raw = read_raw_mesh(in, unused);
+  const std::vector<RawCell> cells = group_cells(raw);
+  const TetMesh mesh = build_mesh(std::move(raw), scale);
+  const MeshWriteReport written = write_mesh(mesh, out, cells);
+  if (const std::string remarks = mesh_remarks(mesh, unused); !remarks.empty()) print_note(remarks);
+  warn_of_losses(written, in, out);
   tell(mesh, out);
 }
 
@@ -96,13 +105,15 @@ void add_info(CLI::App& parent) {
   command->add_option("file", *file, "Mesh (.vtu .vtk .msh .node .ele .veg)")->required();
   command->add_flag("--json", *json, "Print JSON");
   command->callback([file, json] {
-    const TetMesh mesh = read_mesh(*file);
+    std::vector<std::string> unused;
+    const TetMesh mesh = read_mesh(*file, 1.0, unused);
     if (*json) {
       // Names of files and groups need not be UTF-8, which JSON must be.
-      print_result("{}\n", mesh_json(mesh).dump(2, ' ', false,
-                                                nlohmann::ordered_json::error_handler_t::replace));
+      print_result("{}\n",
+                   mesh_json(mesh, unused)
+                       .dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
     } else {
-      print_mesh_table(mesh);
+      print_mesh_table(mesh, unused);
     }
   });
 }

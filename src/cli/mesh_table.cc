@@ -47,6 +47,25 @@ std::map<int, Index> region_counts(const TetMesh& mesh) {
   return counts;
 }
 
+nlohmann::ordered_json arrays_json(const std::map<std::string, Matrix>& arrays) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::object();
+  for (const auto& [name, values] : arrays) {
+    json[name] = {{"components", values.rows()},
+                  {"min", values.minCoeff<Eigen::PropagateNumbers>()},
+                  {"max", values.maxCoeff<Eigen::PropagateNumbers>()}};
+  }
+  return json;
+}
+
+void print_arrays(const std::map<std::string, Matrix>& arrays, const char* what, const char* of) {
+  for (const auto& [name, values] : arrays) {
+    print_result("  {} \"{}\": {} {}, from {:.6g} to {:.6g}\n", what, printable(name),
+                 values.rows() == 1 ? "a number" : fmt::format("{} numbers", values.rows()), of,
+                 values.minCoeff<Eigen::PropagateNumbers>(),
+                 values.maxCoeff<Eigen::PropagateNumbers>());
+  }
+}
+
 }  // namespace
 
 std::string size_text(const TetMesh& mesh) {
@@ -55,7 +74,7 @@ std::string size_text(const TetMesh& mesh) {
                      volume_of(mesh));
 }
 
-nlohmann::ordered_json mesh_json(const TetMesh& mesh) {
+nlohmann::ordered_json mesh_json(const TetMesh& mesh, const std::vector<std::string>& unused) {
   const BoundingBox box = bounding_box(mesh);
   nlohmann::ordered_json json;
   json["source"] = mesh.source;
@@ -72,6 +91,7 @@ nlohmann::ordered_json mesh_json(const TetMesh& mesh) {
   for (const auto& [type, count] : mesh.report.skipped_cells) {
     json["skipped_cells"][to_string(type)] = count;
   }
+  json["not_used"] = unused;
   json["regions"] = nlohmann::ordered_json::object();
   for (const auto& [region, count] : region_counts(mesh)) {
     json["regions"][std::to_string(region)] = count;
@@ -85,11 +105,8 @@ nlohmann::ordered_json mesh_json(const TetMesh& mesh) {
                               {"triangles", group.triangles.size()},
                               {"tetrahedra", group.tetrahedra.size()}});
   }
-  json["cell_arrays"] = nlohmann::ordered_json::object();
-  for (const auto& [name, values] : mesh.cell_arrays) {
-    json["cell_arrays"][name] = {
-        {"components", values.rows()}, {"min", values.minCoeff()}, {"max", values.maxCoeff()}};
-  }
+  json["point_arrays"] = arrays_json(mesh.point_arrays);
+  json["cell_arrays"] = arrays_json(mesh.cell_arrays);
   json["quality"] = nlohmann::ordered_json::array();
   for (const QualityMeasure& measure : mesh_quality(mesh)) {
     json["quality"].push_back({{"measure", measure.name},
@@ -103,12 +120,12 @@ nlohmann::ordered_json mesh_json(const TetMesh& mesh) {
   return json;
 }
 
-void print_mesh_table(const TetMesh& mesh) {
+void print_mesh_table(const TetMesh& mesh, const std::vector<std::string>& unused) {
   const BoundingBox box = bounding_box(mesh);
   print_result("mesh: {}\n  {}\n", mesh.source, size_text(mesh));
   print_result("  bounding box [{:.6g}, {:.6g}] x [{:.6g}, {:.6g}] x [{:.6g}, {:.6g}] m\n",
                box.low.x(), box.high.x(), box.low.y(), box.high.y(), box.low.z(), box.high.z());
-  if (const std::string remarks = mesh_remarks(mesh); !remarks.empty()) {
+  if (const std::string remarks = mesh_remarks(mesh, unused); !remarks.empty()) {
     print_result("  {}\n", remarks);
   }
   for (const auto& [region, count] : region_counts(mesh)) {
@@ -121,12 +138,8 @@ void print_mesh_table(const TetMesh& mesh) {
     if (group.dimension == 3) print_result(", {} tetrahedra", group.tetrahedra.size());
     write_result("\n");
   }
-  for (const auto& [name, values] : mesh.cell_arrays) {
-    print_result("  cell array \"{}\": {} a tetrahedron, from {:.6g} to {:.6g}\n", printable(name),
-                 values.rows() == 1 ? "a number" : fmt::format("{} numbers", values.rows()),
-                 values.minCoeff<Eigen::PropagateNumbers>(),
-                 values.maxCoeff<Eigen::PropagateNumbers>());
-  }
+  print_arrays(mesh.point_arrays, "point array", "a vertex");
+  print_arrays(mesh.cell_arrays, "cell array", "a tetrahedron");
   const std::vector<QualityMeasure> measures = mesh_quality(mesh);
   print_result("  {:<24}{:>12}{:>12}{:>12}  {:<16}worst element\n", "quality", "min", "mean", "max",
                "ideal");

@@ -12,9 +12,9 @@ namespace tetraction {
 std::string size_text(const TetMesh& mesh);
 
 /// Counts, volume, bounding box, groups, regions, quality.
-nlohmann::ordered_json mesh_json(const TetMesh& mesh);
+nlohmann::ordered_json mesh_json(const TetMesh& mesh, const std::vector<std::string>& unused);
 
 /// The same as a table with a histogram, on stdout.
-void print_mesh_table(const TetMesh& mesh);
+void print_mesh_table(const TetMesh& mesh, const std::vector<std::string>& unused);
 
 }  // namespace tetraction

@@ -67,9 +67,12 @@ int compute_modes(const ModesArguments& arguments) {
   const Scene scene = read_scene(arguments.scene, arguments.overrides);
   const std::string directory = output_directory(scene, arguments.out, arguments.overrides);
   check_folder_of_modes(scene, directory);
-  TetMesh mesh = read_scene_mesh(scene);
+  std::vector<std::string> unused;
+  TetMesh mesh = read_scene_mesh(scene, unused);
   if (!arguments.quiet) {
-    if (const std::string remarks = mesh_remarks(mesh); !remarks.empty()) print_note(remarks);
+    if (const std::string remarks = mesh_remarks(mesh, unused); !remarks.empty()) {
+      print_note(remarks);
+    }
   }
   make_output_directory(directory);
   const DirectoryLock lock(directory);

@@ -128,7 +128,8 @@ int end_with(const Processes::Failure& failure) {
 struct Inputs {
   Scene scene;
   std::string directory;
-  TetMesh mesh;  // of process 0
+  TetMesh mesh;                     // of process 0
+  std::vector<std::string> unused;  // of the file of the mesh
   double mesh_time = 0.0;
 };
 
@@ -140,7 +141,7 @@ Inputs read_inputs(const SessionArguments& arguments, const Processes& processes
   if (!processes.is_first()) return inputs;
   check_folder_of_run(inputs.scene, inputs.directory);
   const auto start = std::chrono::steady_clock::now();
-  inputs.mesh = read_scene_mesh(inputs.scene);
+  inputs.mesh = read_scene_mesh(inputs.scene, inputs.unused);
   inputs.mesh_time =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return inputs;
@@ -174,7 +175,7 @@ Resumption resume_together(Session& session, PartRecorder& recorder, const Input
 int run_together(const SessionArguments& arguments, Inputs inputs, Processes& processes,
                  const char* label, const OutcomePrinter& print_outcome) {
   if (!arguments.quiet) {
-    if (const std::string remarks = mesh_remarks(inputs.mesh); !remarks.empty()) {
+    if (const std::string remarks = mesh_remarks(inputs.mesh, inputs.unused); !remarks.empty()) {
       print_note(remarks);
     }
     if (const std::string remarks = damping_remarks(inputs.scene); !remarks.empty()) {

@@ -57,10 +57,12 @@ int run_recorded(const SessionArguments& arguments, const SessionMaker& make_ses
   const std::string directory = output_directory(scene, arguments.out, arguments.overrides);
   check_folder_of_run(scene, directory);
   const auto start = std::chrono::steady_clock::now();
-  TetMesh mesh = read_scene_mesh(scene);
+  std::vector<std::string> unused;
+  TetMesh mesh = read_scene_mesh(scene, unused);
   const std::chrono::duration<double> mesh_time = std::chrono::steady_clock::now() - start;
   if (!arguments.quiet) {
-    if (const std::string remarks = mesh_remarks(mesh); !remarks.empty()) print_note(remarks);
+    if (const std::string remarks = mesh_remarks(mesh, unused); !remarks.empty())
+      print_note(remarks);
     if (const std::string remarks = damping_remarks(scene); !remarks.empty()) print_note(remarks);
   }
   RunRecorder recorder(directory, scene.output.every);

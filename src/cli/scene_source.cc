@@ -6,7 +6,7 @@
 
 namespace tetraction {
 
-std::string mesh_remarks(const TetMesh& mesh) {
+std::string mesh_remarks(const TetMesh& mesh, const std::vector<std::string>& unused) {
   std::string text;
   const auto add = [&text](const std::string& part) { text += (text.empty() ? "" : "; ") + part; };
   const MeshReport& report = mesh.report;
@@ -22,21 +22,14 @@ std::string mesh_remarks(const TetMesh& mesh) {
                     "not hang together",
                     count));
   }
-  // Triangles of groups are not left out: selections can take them.
-  Index of_groups = 0;
-  for (const Group& group : mesh.groups) {
-    if (group.dimension == 2) {
-      of_groups += static_cast<Index>(group.triangles.size() + group.detached_triangles.size());
-    }
-  }
   for (const auto& [type, count] : report.skipped_cells) {
-    if (type == CellType::kTriangle && count <= of_groups) continue;
     if (type == CellType::kTetrahedron) {
       add(fmt::format("{} tetrahedra with the vertices of an earlier one were left out", count));
       continue;
     }
     add(fmt::format("{} cells of type {} were left out", count, to_string(type)));
   }
+  for (const std::string& part : unused) add("not used: " + part);
   return text.empty() ? text : mesh.source + ": " + text;
 }
 

@@ -9,9 +9,9 @@
 
 namespace tetraction {
 
-/// One line for people that says what was changed or left out when the mesh was built. Empty if
-/// nothing.
-std::string mesh_remarks(const TetMesh& mesh);
+/// One line for people that says what was changed or left out when the mesh was built, and what of its file
+/// is not used. Empty if nothing.
+std::string mesh_remarks(const TetMesh& mesh, const std::vector<std::string>& unused = {});
 
 /// One line that says what mass damping and viscosity the scene's damping.ratio gives, and what
 /// damping ratios they have in shear, bending and changes of volume. Empty without damping.ratio.

@@ -235,14 +235,15 @@ int study(const StudyArguments& arguments) {
     require_local_engine(variant.scene);
     check_folder_of_study(variant.scene, directory);
   }
+  std::vector<std::string> unused;
   const std::shared_ptr<const TetMesh> first_mesh =
-      settings.variants.empty() ? std::make_shared<const TetMesh>(read_scene_mesh(scene))
+      settings.variants.empty() ? std::make_shared<const TetMesh>(read_scene_mesh(scene, unused))
                                 : read_variant_meshes(settings.variants);
   const TetMesh& mesh = *first_mesh;
   if (!arguments.quiet) {
     std::vector<std::string> told;
     const auto tell = [&](const TetMesh& of) {
-      const std::string remarks = mesh_remarks(of);
+      const std::string remarks = mesh_remarks(of, unused);
       if (remarks.empty() || std::count(told.begin(), told.end(), remarks) > 0) return;
       told.push_back(remarks);
       print_note(remarks);

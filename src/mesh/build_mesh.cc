@@ -3,11 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <span>
 #include <unordered_map>
 #include <utility>
 #include <vector>
 
+#include "group_middles.h"
 #include "tetraction/core/error.h"
 #include "tetraction/fem/rest_state.h"
 #include "tetraction/mesh/edge_vertices.h"
@@ -75,6 +77,17 @@ class TetrahedronTable {
 
 bool is_tetrahedron(const RawCell& cell) {
   return cell.type == CellType::kTetrahedron || cell.type == CellType::kQuadraticTetrahedron;
+}
+
+// Whether a point, a line or a triangle is in a group of its dimension, which selections take.
+bool is_of_group(const RawCell& cell, const std::vector<RawGroup>& groups) {
+  const std::array<CellType, 3> types{CellType::kVertex, CellType::kLine, CellType::kTriangle};
+  return std::any_of(cell.groups.begin(), cell.groups.end(), [&](int g) {
+    if (g < 0 || static_cast<std::size_t>(g) >= groups.size()) return false;
+    const int dimension = groups[static_cast<std::size_t>(g)].dimension;
+    return dimension >= 0 && dimension < 3 &&
+           types[static_cast<std::size_t>(dimension)] == cell.type;
+  });
 }
 
 class Builder {
@@ -154,7 +167,7 @@ class Builder {
       const RawCell& cell = raw_.cells[c];
       const bool is_quadratic = cell.type == CellType::kQuadraticTetrahedron;
       if (!is_tetrahedron(cell)) {
-        ++mesh_.report.skipped_cells[cell.type];
+        if (!is_of_group(cell, raw_.groups)) ++mesh_.report.skipped_cells[cell.type];
         continue;
       }
       if (is_quadratic && cell.vertices.size() != 10) {
@@ -188,6 +201,7 @@ class Builder {
       const Index first = table.find_or_add(tetrahedron, mesh_.tetrahedra.own());
       if (!tetrahedron_of_cell_.empty()) tetrahedron_of_cell_[c] = first;
       if (first < mesh_.tetrahedron_count()) {
+        if (is_quadratic) check_same_middles(cell, first);
         // Files such as Gmsh's version 2 repeat an element for each of its groups.
         ++mesh_.report.skipped_cells[CellType::kTetrahedron];
         continue;
@@ -198,15 +212,43 @@ class Builder {
       mesh_.tetrahedron_ids.push_back(cell.id);
       mesh_.regions.push_back(cell.region);
     }
-    if (mesh_.tetrahedra.empty()) {
-      std::string others;
-      for (const auto& [type, count] : mesh_.report.skipped_cells) {
-        others +=
-            fmt::format("{}{} of type {}", others.empty() ? "" : ", ", count, to_string(type));
-      }
-      refuse(fmt::format("the mesh holds no tetrahedra ({}). Give a volume mesh of tetrahedra.",
-                         others.empty() ? "no cells at all" : "only " + others));
+    if (mesh_.tetrahedra.empty()) refuse_without_tetrahedra();
+    check_element_ids();
+  }
+
+  [[noreturn]] void refuse_without_tetrahedra() const {
+    std::map<CellType, Index> counts;
+    for (const RawCell& cell : raw_.cells) ++counts[cell.type];
+    std::string others;
+    for (const auto& [type, count] : counts) {
+      others += fmt::format("{}{} of type {}", others.empty() ? "" : ", ", count, to_string(type));
     }
+    refuse(fmt::format("the mesh holds no tetrahedra ({}). Give a volume mesh of tetrahedra.",
+                       others.empty() ? "no cells at all" : "only " + others));
+  }
+
+  void check_element_ids() const {
+    std::vector<std::int64_t> ids = mesh_.tetrahedron_ids;
+    if (!std::is_sorted(ids.begin(), ids.end())) std::sort(ids.begin(), ids.end());
+    const auto twice = std::adjacent_find(ids.begin(), ids.end());
+    if (twice == ids.end()) return;
+    refuse(fmt::format("element {} is defined twice, with different vertices.", *twice));
+  }
+
+  // Before vertices are renumbered.
+  void check_same_middles(const RawCell& cell, Index first) const {
+    std::array<Index, 6> own{};
+    for (std::size_t k = 0; k < own.size(); ++k) {
+      own[k] = static_cast<Index>(index_of(cell.vertices[4 + k], cell));
+    }
+    std::array<Index, 6> other = mesh_.edge_vertices[static_cast<std::size_t>(first)];
+    std::sort(own.begin(), own.end());
+    std::sort(other.begin(), other.end());
+    if (own == other) return;
+    refuse(fmt::format(
+        "element {} has the corners of element {}, but other vertices in the middles of its "
+        "edges, which is ambiguous.",
+        cell.id, mesh_.tetrahedron_ids[static_cast<std::size_t>(first)]));
   }
 
   void take_edge_vertices(const RawCell& cell) {
@@ -372,6 +414,11 @@ class Builder {
     }
     collect_triangles();
     collect_lines();
+    if (mesh_.is_quadratic() && !mesh_.groups.empty()) {
+      // The triangles and lines of a file may be linear although its tetrahedra are not.
+      const EdgeVertices edges(mesh_);
+      for (Group& group : mesh_.groups) add_middles(mesh_, edges, group);
+    }
     for (Group& group : mesh_.groups) {
       std::sort(group.vertices.begin(), group.vertices.end());
       group.vertices.erase(std::unique(group.vertices.begin(), group.vertices.end()),

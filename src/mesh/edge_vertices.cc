@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "group_middles.h"
 #include "tetraction/mesh/edge_vertices.h"
 
 namespace tetraction {
@@ -11,6 +12,8 @@ void sort_unique(std::vector<Index>& list) {
   std::sort(list.begin(), list.end());
   list.erase(std::unique(list.begin(), list.end()), list.end());
 }
+
+}  // namespace
 
 void add_middles(const TetMesh& mesh, const EdgeVertices& edges, Group& group) {
   const auto add = [&](Index a, Index b) {
@@ -33,8 +36,6 @@ void add_middles(const TetMesh& mesh, const EdgeVertices& edges, Group& group) {
   }
   sort_unique(group.vertices);
 }
-
-}  // namespace
 
 EdgeVertices::EdgeVertices(const TetMesh& mesh) {
   for (std::size_t e = 0; e < mesh.edge_vertices.size(); ++e) {

@@ -11,6 +11,7 @@
 
 #include "bounding_box.h"
 #include "core/quoting.h"
+#include "named_groups.h"
 #include "tetraction/core/error.h"
 #include "tetraction/mesh/edge_vertices.h"
 
@@ -208,20 +209,15 @@ struct VertexSelector {
   }
 
   std::vector<Index> operator()(const SelectGroup& s) const {
-    std::vector<Index> found;
-    bool known = false;
-    std::vector<std::string_view> names;
-    for (const Group& group : mesh.groups) {
-      names.push_back(group.name);
-      if (group.name != s.name) continue;
-      known = true;
-      found.insert(found.end(), group.vertices.begin(), group.vertices.end());
-    }
-    if (!known) {
+    const std::vector<const Group*> groups = groups_named(mesh, s.name);
+    if (groups.empty()) {
+      std::vector<std::string_view> names;
+      for (const Group& group : mesh.groups) names.push_back(group.name);
       throw InputError(fmt::format("the mesh has no group {}; it has {}.", in_quotes(s.name),
                                    names.empty() ? "none" : quoted_list(names)));
     }
-    return found;
+    refuse_several(groups, s.name);
+    return groups.front()->vertices;
   }
 
   // With the middles of their edges if the mesh is quadratic.
@@ -258,6 +254,16 @@ struct VertexSelector {
     return where(mesh, [](const Vector3&) { return true; });
   }
 };
+
+// The groups of a name that are of the wanted kind. Throws InputError if they are several.
+template <class IsWanted>
+std::vector<const Group*> groups_of(const TetMesh& mesh, const SelectGroup& s,
+                                    const IsWanted& is_wanted) {
+  std::vector<const Group*> groups = groups_named(mesh, s.name);
+  std::erase_if(groups, [&](const Group* group) { return !is_wanted(*group); });
+  refuse_several(groups, s.name);
+  return groups;
+}
 
 // The marks of vertices.
 struct VertexMarks {
@@ -305,16 +311,13 @@ struct TetrahedronMarks {
   Marks operator()(const SelectBox& box) const { return by_centroid(box); }
   Marks operator()(const SelectSphere& sphere) const { return by_centroid(sphere); }
   Marks operator()(const SelectGroup& group) const {
-    Marks marks(mesh.tetrahedra.size(), 0);
-    bool is_volume = false;
-    for (const Group& candidate : mesh.groups) {
-      if (candidate.name != group.name) continue;
-      for (const Index e : candidate.tetrahedra) marks[static_cast<std::size_t>(e)] = 1;
-      // A part may have none of the tetrahedra of such a group.
-      is_volume =
-          is_volume || !candidate.tetrahedra.empty() || (mesh.part && candidate.dimension == 3);
-    }
-    return is_volume ? marks : by_vertices(group);
+    // A part may have none of the tetrahedra of such a group.
+    const std::vector<const Group*> volumes =
+        groups_of(mesh, group, [this](const Group& candidate) {
+          return !candidate.tetrahedra.empty() || (mesh.part && candidate.dimension == 3);
+        });
+    return volumes.empty() ? by_vertices(group)
+                           : marks_of(volumes.front()->tetrahedra, mesh.tetrahedra.size());
   }
   template <class Leaf>
   Marks operator()(const Leaf& leaf) const {
@@ -350,11 +353,11 @@ struct HasTriangles {
   bool operator()(const SelectSet& set) const { return any(set.of); }
   bool operator()(const SelectNamed& named) const { return any(named.of); }
   bool operator()(const SelectFaces&) const { return true; }
-  bool operator()(const SelectGroup& s) const {
-    return std::any_of(mesh.groups.begin(), mesh.groups.end(), [&](const Group& group) {
-      return group.name == s.name &&
-             (!group.triangles.empty() || !group.detached_triangles.empty() ||
-              (mesh.part && group.dimension == 2));
+  bool operator()(const SelectGroup& s) const { return !surfaces(s).empty(); }
+  std::vector<const Group*> surfaces(const SelectGroup& s) const {
+    return groups_of(mesh, s, [this](const Group& group) {
+      return !group.triangles.empty() || !group.detached_triangles.empty() ||
+             (mesh.part && group.dimension == 2);
     });
   }
   template <class Leaf>
@@ -382,17 +385,16 @@ struct TriangleMarks {
     return marks;
   }
   Marks operator()(const SelectGroup& s) const {
-    if (!HasTriangles{mesh}(s)) return by_vertices(s);
+    const std::vector<const Group*> surfaces = HasTriangles{mesh}.surfaces(s);
+    if (surfaces.empty()) return by_vertices(s);
+    const Group& group = *surfaces.front();
+    if (!group.detached_triangles.empty()) {
+      const auto& triangle = group.detached_triangles.front();
+      refuse(group, fmt::format("({}, {}, {})", triangle[0], triangle[1], triangle[2]));
+    }
     Marks marks(boundary.size(), 0);
-    for (const Group& group : mesh.groups) {
-      if (group.name != s.name) continue;
-      if (!group.detached_triangles.empty()) {
-        const auto& triangle = group.detached_triangles.front();
-        refuse(group, fmt::format("({}, {}, {})", triangle[0], triangle[1], triangle[2]));
-      }
-      for (const Triangle& triangle : group.triangles) {
-        if (!mark(triangle, marks)) refuse(group, text_of(mesh, triangle));
-      }
+    for (const Triangle& triangle : group.triangles) {
+      if (!mark(triangle, marks)) refuse(group, text_of(mesh, triangle));
     }
     return marks;
   }

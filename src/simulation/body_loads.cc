@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "body_constraints.h"
+#include "mesh/named_groups.h"
 #include "tetraction/core/error.h"
 #include "tetraction/dynamics/consistent_loads.h"
 
@@ -31,10 +32,8 @@ LoadHistory make_history(const ForceSettings& load, const AmplitudeList& amplitu
 const Group* find_group(const TetMesh& mesh, const Selection& selection) {
   const auto* by_name = std::get_if<SelectGroup>(&selection);
   if (by_name == nullptr) return nullptr;
-  for (const Group& group : mesh.groups) {
-    if (group.name == by_name->name) return &group;
-  }
-  return nullptr;
+  const std::vector<const Group*> groups = groups_named(mesh, by_name->name);
+  return groups.empty() ? nullptr : groups.front();
 }
 
 // What `select` returns, or nothing if it selects nothing.

@@ -3,6 +3,7 @@
 Usage: python3 hostile_input_test.py PROGRAM DATA_DIRECTORY [unittest arguments]
 """
 
+import json
 import os
 import shutil
 import sys
@@ -143,6 +144,89 @@ end = 1e-2
                 self.assertIn(part, result.stderr)
                 self.assertLess(len(result.stderr), 1500)
 
+    def test_links_to_themselves(self):
+        for name in ("loop.msh", "loop.vtu", "loop.node", "loop.toml", "part.face"):
+            os.symlink(name, self.path(name))
+        self.write("part.node", "4 3 0 0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n")
+        self.write("part.ele", "1 4 0\n1 1 2 3 4\n")
+        for name in ("loop.msh", "loop.vtu", "loop.node"):
+            self.assertIn("cannot be read", self.refused(3, "mesh", "info", name))
+        self.assertIn("part.face: cannot be read", self.refused(3, "mesh", "info", "part.node"))
+        self.assertIn("cannot read the scene", self.refused(3, "run", "loop.toml"))
+        os.symlink("loop", self.path("loop"))
+        scene = self.write("beam.toml", BEAM)
+        if "display" not in self.run_program("view", scene, env=NO_DISPLAY, code=2).stderr:
+            self.skipTest("the program has no window")
+        for name in ("loop.toml", "loop.vtu", "loop"):
+            self.assertNotIn("unexpected", self.run_program("view", name, env=NO_DISPLAY, code=3).stderr)
+
+    def test_headers_of_many_comments_and_pieces(self):
+        # With a check whose time grows with the square of the length, none of these would end.
+        start = '<?xml version="1.0"?>\n<VTKFile type="UnstructuredGrid" version="1.0">\n<UnstructuredGrid>\n'
+        end = "</UnstructuredGrid>\n</VTKFile>\n"
+        piece = '<Piece NumberOfPoints="0" NumberOfCells="0"></Piece>\n'
+        array = '<DataArray type="Int8" Name="a" format="ascii"></DataArray>\n'
+        comments = self.write("comments.vtu", start + "<!---->" * 2_000_000 + piece + end)
+        self.refused(3, "mesh", "info", comments)
+        self.refused(3, "mesh", "info", self.write("pieces.vtu", start + piece * 400_000 + end))
+        self.refused(3, "mesh", "info", self.write("arrays.vtu", start + array * 400_000 + piece + end))
+
+    def test_what_a_conversion_loses(self):
+        data = "".join(
+            f'${kind}\n1\n"{name}"\n1\n0\n3\n0\n1\n1\n1 5e5\n$End{kind}\n'
+            for kind, name in (("ElementData", "E"), ("NodeData", "heat"))
+        )
+        names = '$PhysicalNames\n3\n3 9 "a \'b\' "c""\n2 1 "skin"\n2 2 "none"\n$EndPhysicalNames\n'
+        elements = "1 4 2 9 1 1 2 3 4\n2 2 2 1 1 1 3 2\n3 2 0 1 2 4\n"
+        text = TETRAHEDRON.replace("$Nodes\n", names + "$Nodes\n", 1) % (3, elements) + data
+        mesh = self.write("part.msh", text)
+        result = self.run_program("mesh", "convert", mesh, "copy.msh")
+        self.assertIn('not used: the groups "none", which have no elements', result.stderr)
+        self.assertIn("1 cells of type triangle were left out", result.stderr)
+        self.assertIn('these names up to the first quotation mark in them: a \'b\' "c"', result.stderr)
+        self.assertNotIn("lost", result.stderr)
+        result = self.run_program("mesh", "info", "copy.msh")
+        self.assertIn('group "a \'b\' "c"" (dimension 3, tag 9)', result.stdout)
+        self.assertIn('group "skin" (dimension 2, tag 1): 3 vertices, 1 triangles', result.stdout)
+        self.assertIn('point array "heat": a number a vertex, from 500000', result.stdout)
+        self.assertIn('cell array "E": a number a tetrahedron, from 500000', result.stdout)
+        for ending in ("node", "veg"):
+            result = self.run_program("mesh", "convert", mesh, "copy." + ending)
+            self.assertIn("these arrays of " + mesh + " are lost: heat, E", result.stderr)
+        result = self.run_program("mesh", "convert", mesh, "copy.vtu")
+        self.assertNotIn("arrays", result.stderr)
+        shown = json.loads(self.run_program("mesh", "info", mesh, "--json").stdout)
+        self.assertEqual(shown["not_used"], ['the groups "none", which have no elements'])
+
+    def test_names_of_a_surface_and_a_volume(self):
+        names = '$PhysicalNames\n2\n2 1 "part"\n3 1 "part"\n$EndPhysicalNames\n'
+        text = TETRAHEDRON.replace("$Nodes\n", names + "$Nodes\n", 1)
+        self.write("part.msh", text % (2, "1 4 2 1 1 1 2 3 4\n2 2 2 1 1 1 3 2\n"))
+        scene = """
+[mesh]
+file = "part.msh"
+[material]
+youngs_modulus = 1e5
+poissons_ratio = 0.3
+[time]
+step = 1e-3
+end = 2e-3
+[[fix]]
+select = { group = "%s" }
+[[pressure]]
+select = { group = "part" }
+value = 10.0
+[[material_region]]
+select = { group = "part" }
+youngs_modulus = 2e5
+poissons_ratio = 0.3
+"""
+        message = self.refused(2, "run", self.write("both.toml", scene % "part"))
+        self.assertIn('the group "part" is ambiguous', message)
+        self.assertIn('"part (dimension 2)"', message)
+        self.assertIn('"part (dimension 3)"', message)
+        self.run_program("run", self.write("one.toml", scene % "part (dimension 2)"), "--quiet")
+
     def test_arrays_of_materials(self):
         data = '$ElementData\n1\n"E"\n1\n0\n3\n0\n1\n1\n7 5e5\n$EndElementData\n'
         self.write("part.msh", TETRAHEDRON % (1, "1 4 0 1 2 3 4\n") + data)
@@ -156,7 +240,9 @@ poissons_ratio = 0.3
 step = 1e-3
 end = 1e-2
 """)  # fmt: skip
-        message = self.refused(2, "run", scene)
+        result = self.run_program("run", scene, code=2)
+        self.assertIn('not used: 1 values of the array "E", of elements that the file does not have', result.stderr)
+        message = self.refused(2, "run", scene, "--quiet")
         self.assertIn("material.youngs_modulus", message)
         self.assertIn("has no value at tetrahedron 1", message)
 

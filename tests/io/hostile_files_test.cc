@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -78,6 +79,7 @@ void expect_part(const std::string& message, const std::string& part) {
     EXPECT_NE(message.find(part), std::string::npos) << message << "\n does not say: " << part;
   }
   EXPECT_LT(message.size(), 700U);
+  EXPECT_EQ(message.find("0x"), std::string::npos) << "the address of an object: " << message;
   EXPECT_TRUE(std::all_of(message.begin(), message.end(), [](char c) {
     return static_cast<unsigned char>(c) >= 0x20;
   })) << message;
@@ -188,6 +190,226 @@ TEST_F(HostileFiles, VegaScenesAndTables) {
     SCOPED_TRACE(name);
     expect_part(answer_of_table(corpus("table", name, ".csv")), part);
   }
+}
+
+// What can be read in two ways is refused, in text and in binary, with the word that names the trouble.
+TEST_F(HostileFiles, AmbiguousGmsh) {
+  for (const auto& [name, part] : std::initializer_list<Kind>{
+           {"element_twice.msh", "element 1 is defined twice, with different vertices"},
+           {"binary22_element_twice.msh", "element 1 is defined twice, with different vertices"},
+           {"element_data_several_times.msh", "there are several arrays \"E\""},
+           {"binary22_data_several_times.msh", "there are several arrays \"E\""},
+           {"element_data_row_twice.msh", "the array \"E\" has element 1 twice"},
+           {"binary22_data_row_twice.msh", "the array \"E\" has element 1 twice"},
+           {"node_data_row_twice.msh", "the array \"u\" has node 1 twice"},
+           {"number_of_two_kinds.msh", "element 1, but several elements have this number"},
+           {"named_twice.msh", "in $PhysicalNames: physical group 1 has two names"},
+           {"names_twice.msh", "there is a second $PhysicalNames section, and twice is ambiguous"},
+           {"parametric_twice.msh", "there is a second $ParametricNodes section"},
+           {"version1_twice.msh", "there is a second $NOD section, and twice is ambiguous"},
+           {"ghost22.msh", "in $Elements: element 2 is a ghost in partition 2"},
+           {"binary22_ghost.msh", "in $Elements: element 2 is a ghost in partition 2"},
+           {"ghost41.msh", "in $GhostElements: the file has 1 ghost elements"},
+           {"binary41_ghost.msh", "in $GhostElements: the file has 1 ghost elements"},
+           {"ghost_entities41.msh", "in $PartitionedEntities: the file has 1 entities of ghost"},
+           {"entities_last41.msh", "in $Entities: it must come before $Elements"},
+           {"partitions22.msh", kAccepted},
+           {"partitioned41.msh", kAccepted},
+           {"binary41_partitioned.msh", kAccepted},
+           {"same_name.msh", kAccepted},
+           {"names_last.msh", kAccepted},
+           {"node_data.msh", kAccepted},
+           {"binary22_node_data.msh", kAccepted},
+           {"parametric22.msh", kAccepted},
+           {"byte_order_mark.msh", kAccepted}}) {
+    SCOPED_TRACE(name);
+    expect_part(answer_of_mesh(corpus("gmsh", name, ".msh")), part);
+  }
+}
+
+TEST_F(HostileFiles, AmbiguousVtu) {
+  for (const std::string mode : {"ascii", "base64", "raw", "zlib", "zlibraw"}) {
+    SCOPED_TRACE(mode);
+    const auto answer_of = [&](const std::string& name) {
+      return answer_of_mesh(corpus("vtu", name + mode, ".vtu"));
+    };
+    const bool in_text = mode == "ascii";
+    expect_part(answer_of("exact_"), kAccepted);
+    expect_part(answer_of("array_long_"),
+                in_text ? "its array \"E\" has 3 numbers, but there are 2 cells"
+                        : "its array \"E\" has more than the 2 numbers");
+    expect_part(answer_of("points_long_"),
+                in_text ? "\"Points\" has 16 numbers, but there are 5 points of 3 numbers"
+                        : "its array \"Points\" has more than the 15 numbers");
+    expect_part(answer_of("types_long_"), in_text ? "its array \"types\" has 3 numbers"
+                                                  : "its array \"types\" has more than the 2");
+    expect_part(answer_of("connectivity_long_"),
+                in_text ? "\"connectivity\" has 9 numbers, but its offsets"
+                        : "\"connectivity\" has more than the 8");
+    expect_part(answer_of("type_266_"),
+                in_text ? "\"266\" in its array \"types\" is not a number from 0"
+                        : "the type 266 of cell 1 is not a number from 0");
+  }
+  for (const std::string mode : {"ascii", "raw"}) {
+    SCOPED_TRACE(mode);
+    for (const auto& [name, part] : std::initializer_list<Kind>{
+             {"array_twice_", "the array \"E\" of its <CellData> is given twice"},
+             {"vertex_id_twice_", "its point data \"vertex_id\" have the number 2 twice"},
+             {"element_id_twice_", "its cell data \"element_id\" have the number 7 twice"},
+             {"ghost_", "cell 1 is marked as a ghost or as hidden by its array \"vtkGhostType\""},
+             {"ghost_points_", "point 3 is marked as a ghost"},
+             {"ghost_none_", kAccepted},
+             {"pieces_differ_", "its pieces have different arrays"},
+             {"pieces_alike_", kAccepted},
+             {"lagrange_", kAccepted}}) {
+      SCOPED_TRACE(name);
+      expect_part(answer_of_mesh(corpus("vtu", name + mode, ".vtu")), part);
+    }
+  }
+  for (const auto& [name, part] : std::initializer_list<Kind>{
+           {"type_266_byte", "\"266\" in its array \"types\" is not a number from 0 to 255"},
+           {"region_300_byte", "\"300\" in its array \"region\" is not a number from 0 to 255"},
+           {"section_twice", "the section <CellData> is given twice"},
+           {"no_cells", "VTK: A piece is missing its Cells element"},
+           {"bezier_order_2", "cell 0 is a Bezier tetrahedron of order 2 or more"},
+           {"lagrange_order_2", kAccepted},
+           {"comments", kAccepted}}) {
+    SCOPED_TRACE(name);
+    expect_part(answer_of_mesh(corpus("vtu", name, ".vtu")), part);
+  }
+}
+
+TEST_F(HostileFiles, AmbiguousLegacyVtk) {
+  for (const std::string mode : {"text_", "binary_"}) {
+    SCOPED_TRACE(mode);
+    for (const auto& [name, part] : std::initializer_list<Kind>{
+             {"points_twice", "POINTS is given twice"},
+             {"cells_twice", "CELLS is given twice"},
+             {"array_twice", "the array \"E\" of its CELL_DATA is given twice"},
+             {"field_twice", "the array \"E\" of its CELL_DATA is given twice"},
+             {"type_266", "the type 266 of cell 1 is not a number from 0 to 255"},
+             {"fields", kAccepted}}) {
+      SCOPED_TRACE(name);
+      expect_part(answer_of_mesh(corpus("vtk", mode + name, ".vtk")), part);
+    }
+  }
+}
+
+TEST_F(HostileFiles, AmbiguousVegaAndTetgen) {
+  for (const auto& [name, part] : std::initializer_list<Kind>{
+           {"vertices_twice", "there is a second *VERTICES section, and twice"},
+           {"element_twice", "element 1 is defined twice"},
+           {"byte_order_mark", kAccepted}}) {
+    SCOPED_TRACE(name);
+    expect_part(answer_of_mesh(corpus("vega", name, ".veg")), part);
+  }
+  const auto tetgen = [&](const std::string& name) {
+    std::string text = contents(fs::path(TETRACTION_TEST_DATA) / "../fuzz/corpus/tetgen" / name);
+    for (const char* ending : {".node", ".ele", ".face"}) {
+      const std::string between = "\n%\n";
+      const std::string part = text.substr(0, text.find(between));
+      text.erase(0, std::min(text.size(), part.size() + between.size()));
+      if (!part.empty()) file(name + ending, part);
+    }
+    return path(name + ".node");
+  };
+  expect_part(answer_of_mesh(tetgen("element_twice")), "element 1 is defined twice");
+  const std::string marked = tetgen("byte_order_mark");
+  std::vector<std::string> unused;
+  EXPECT_EQ(read_mesh(marked, 1.0, unused).groups.at(0).name, "5");
+  EXPECT_EQ(unused, (std::vector<std::string>{"1 attributes of each point",
+                                              "the boundary markers of the points",
+                                              "all attributes of the tetrahedra but the first"}));
+}
+
+// A partition has the groups of what it was cut from; the border between two of them has none.
+TEST_F(HostileFiles, PartitionedMeshesKeepTheirGroups) {
+  for (const char* name : {"partitioned41.msh", "binary41_partitioned.msh"}) {
+    SCOPED_TRACE(name);
+    std::vector<std::string> unused;
+    const TetMesh mesh = read_mesh(corpus("gmsh", name, ".msh"), 1.0, unused);
+    ASSERT_EQ(mesh.groups.size(), 2U);
+    EXPECT_EQ(mesh.groups[0].name, "clamp");
+    EXPECT_EQ(select_triangles(mesh, SelectGroup{"clamp"}).size(), 1U);
+    EXPECT_EQ(mesh.groups[1].name, "body");
+    EXPECT_EQ(mesh.groups[1].tetrahedra, (std::vector<Index>{0, 1}));
+    EXPECT_EQ(mesh.regions, (std::vector<int>{9, 9}));
+    EXPECT_EQ(mesh.report.skipped_cells, (std::map<CellType, Index>{{CellType::kTriangle, 1}}));
+    EXPECT_EQ(unused, std::vector<std::string>{"the groups \"border\", which have no elements"});
+  }
+}
+
+TEST_F(HostileFiles, ReadersSayWhatTheyDoNotUse) {
+  const auto unused_of = [&](const char* reader, const char* name, const char* ending) {
+    std::vector<std::string> unused;
+    read_mesh(corpus(reader, name, ending), 1.0, unused);
+    return unused;
+  };
+  using Texts = std::vector<std::string>;
+  EXPECT_EQ(unused_of("gmsh", "names_last.msh", ".msh"),
+            (Texts{"the groups \"none\", which have no elements", "the sections \"$Periodic\""}));
+  EXPECT_EQ(unused_of("gmsh", "node_data.msh", ".msh"),
+            Texts{"1 values of the array \"heat\", of nodes that the file does not have"});
+  EXPECT_EQ(unused_of("vega", "byte_order_mark", ".veg"),
+            Texts{"the materials (a scene has its own)"});
+  EXPECT_EQ(unused_of("vtu", "exact_raw", ".vtu"), Texts{});
+  // Names may come after the elements, and may have quotation marks.
+  const TetMesh named = read_mesh(corpus("gmsh", "names_last.msh", ".msh"));
+  EXPECT_EQ(named.groups.at(0).name, "soft");
+  EXPECT_EQ(named.groups.at(1).name, "a \"b\" c");
+  const TetMesh warm = read_mesh(corpus("gmsh", "node_data.msh", ".msh"));
+  EXPECT_DOUBLE_EQ(warm.point_arrays.at("u")(0, 2), 0.3);
+  EXPECT_EQ(warm.point_arrays.at("heat")(0, 0), 20.5);
+  EXPECT_TRUE(std::isnan(warm.point_arrays.at("heat")(0, 1)));
+}
+
+// A name that several groups have: surfaces and volumes are told apart where only one of them can be meant.
+TEST_F(HostileFiles, NamesOfSeveralGroups) {
+  const TetMesh mesh = read_mesh(corpus("gmsh", "same_name.msh", ".msh"));
+  EXPECT_EQ(select_tetrahedra(mesh, SelectGroup{"part"}), std::vector<Index>{0});
+  EXPECT_EQ(select_triangles(mesh, SelectGroup{"part"}).size(), 1U);
+  expect_part(answer([&] { select_vertices(mesh, SelectGroup{"part"}); }),
+              "the group \"part\" is ambiguous, because the mesh has several of this name: \"part "
+              "(dimension 2)\", \"part (dimension 3)\"");
+  EXPECT_EQ(select_vertices(mesh, SelectGroup{"part (dimension 2)"}),
+            (std::vector<Index>{0, 1, 2}));
+  EXPECT_EQ(select_vertices(mesh, SelectGroup{"part (dimension 3, tag 1)"}),
+            (std::vector<Index>{0, 1, 2, 3}));
+  EXPECT_EQ(select_triangles(mesh, SelectGroup{"part (dimension 2)"}).size(), 1U);
+  expect_part(answer([&] { select_vertices(mesh, SelectGroup{"part (dimension 1)"}); }),
+              "the mesh has no group \"part (dimension 1)\"");
+
+  TetMesh same = mesh;
+  same.groups = {
+      {"half", 3, 1, {0}, {0}}, {"half", 3, 2, {1}, {1}}, {"half (dimension 3)", 3, 9, {4}, {1}}};
+  expect_part(answer([&] { select_tetrahedra(same, SelectGroup{"half"}); }),
+              "\"half (dimension 3, tag 1)\", \"half (dimension 3, tag 2)\"");
+  EXPECT_EQ(select_tetrahedra(same, SelectGroup{"half (dimension 3, tag 2)"}),
+            std::vector<Index>{1});
+  // A group of just that name comes first.
+  EXPECT_EQ(select_vertices(same, SelectGroup{"half (dimension 3)"}), std::vector<Index>{4});
+}
+
+TEST_F(HostileFiles, FilesOfAnotherKindAreNamed) {
+  const std::string legacy = contents(corpus("vtk", "text", ".vtk"));
+  const std::string xml = contents(corpus("vtu", "text", ".vtu"));
+  const std::string gmsh = contents(corpus("gmsh", "22_ascii.msh", ".msh"));
+  const std::string lfs = contents(corpus("gmsh", "git_lfs.msh", ".msh"));
+  for (const char* ending : {"msh", "vtu", "vtk", "veg", "node"}) {
+    SCOPED_TRACE(ending);
+    const std::string name = std::string("other.") + ending;
+    expect_part(answer_of_mesh(file(name, lfs)), "It is a Git LFS pointer");
+    expect_part(answer_of_mesh(file(name, std::string("\x1f\x8b\x08\0", 4))), "packed with gzip");
+    expect_part(answer_of_mesh(file(name, "<!DOCTYPE html><html></html>")), "a web page");
+  }
+  expect_part(answer_of_table(file("table.csv", lfs)),
+              "is not a table of numbers. It is a Git LFS");
+  expect_part(answer_of_mesh(file("a.vtu", legacy)),
+              "is not a VTK file in XML (.vtu). It is a legacy VTK file (.vtk).");
+  expect_part(answer_of_mesh(file("a.vtk", xml)),
+              "is not a legacy VTK file (.vtk). It is a VTK file in XML (.vtu).");
+  expect_part(answer_of_mesh(file("a.veg", gmsh)), "It is a Gmsh mesh (.msh).");
+  expect_part(answer_of_mesh(file("a.msh", std::string("\xff\xfe$\0M\0", 6))), "UTF-16");
 }
 
 // Cut at every byte, a file is refused, or it still holds the whole mesh.

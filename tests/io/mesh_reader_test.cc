@@ -130,7 +130,7 @@ TEST(GmshReader, NamedPhysicalGroupsOfAShippedPart) {
     EXPECT_FALSE(group.vertices.empty());
   }
   EXPECT_EQ(dimension, (std::map<std::string, int>{{"body", 3}, {"clamp", 2}, {"tip", 2}}));
-  EXPECT_GT(spring.report.skipped_cells.at(CellType::kTriangle), 0);
+  EXPECT_TRUE(spring.report.skipped_cells.empty());
 }
 
 // The groups of the shipped part have the triangles of the file, with outward normals.
@@ -142,7 +142,7 @@ TEST(GmshReader, GroupsOfTrianglesInAllVersions) {
     EXPECT_TRUE(group.detached_triangles.empty());
     triangles += group.triangles.size();
   }
-  EXPECT_EQ(static_cast<Index>(triangles), spring.report.skipped_cells.at(CellType::kTriangle));
+  EXPECT_EQ(triangles, 96U);
   const auto boundary = boundary_faces(spring);
   for (const auto& triangle : select_triangles(spring, SelectGroup{"tip"})) {
     EXPECT_EQ(std::count(boundary.begin(), boundary.end(), triangle), 1);

@@ -153,6 +153,25 @@ TEST_F(QuadraticMesh, BadElementsAreRefused) {
   EXPECT_EQ(build_mesh(raw).report.reoriented, 1);
 }
 
+// The same corners with other middles are another shape.
+TEST_F(QuadraticMesh, RepeatedElementsHaveTheSameMiddles) {
+  RawMesh raw = one_element();
+  raw.cells.push_back(raw.cells[0]);
+  raw.cells[1].id = 77;
+  EXPECT_EQ(build_mesh(raw).tetrahedron_count(), 1);
+  raw.vertices.push_back(raw.vertices[9]);
+  raw.vertex_ids.push_back(1000);
+  raw.cells[1].vertices[9] = 1000;
+  try {
+    build_mesh(raw);
+    FAIL() << "accepted";
+  } catch (const FileError& error) {
+    EXPECT_NE(std::string(error.what()).find("element 77 has the corners of element"),
+              std::string::npos)
+        << error.what();
+  }
+}
+
 TEST_F(QuadraticMesh, GroupsOfLinesHaveTheMiddlesOfTheirOwnEdges) {
   RawMesh raw = one_element();
   raw.cells[0].type = CellType::kTetrahedron;

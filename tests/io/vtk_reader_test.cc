@@ -1,9 +1,12 @@
 #include <gtest/gtest.h>
 
+#include <array>
+#include <atomic>
 #include <filesystem>
 #include <fstream>
 #include <limits>
 #include <sstream>
+#include <thread>
 
 #include "support/temporary_folder.h"
 #include "tetraction/core/error.h"
@@ -183,11 +186,13 @@ TEST_F(VtkReader, OwnNumbersCountOnlyIfTheyAreNumbers) {
   EXPECT_EQ(mesh.cells[0].id, 5);
   EXPECT_EQ(mesh.cells[0].vertices, (std::vector<std::int64_t>{10, 20, 30, 40}));
 
-  vtu.point_data = array("Int64", "vertex_id", "10 20 30 40 10");  // not distinct
-  vtu.cell_data = array("Float64", "element_id", "5 4 3");         // not integers
-  mesh = read("ids.vtu", vtu.text());
+  vtu.point_data.clear();
+  vtu.cell_data = array("Float64", "element_id", "5 4 3");  // not integers
+  std::vector<std::string> unused;
+  mesh = read_raw_mesh(file("ids.vtu", vtu.text()), unused);
   EXPECT_EQ(mesh.vertex_ids, (std::vector<std::int64_t>{0, 1, 2, 3, 4}));
   EXPECT_EQ(mesh.cells[0].id, 0);
+  EXPECT_EQ(unused, std::vector<std::string>{"the cell data \"element_id\""});
 }
 
 TEST_F(VtkReader, CellTypesHaveTheirNames) {
@@ -355,6 +360,33 @@ TEST_F(VtkReader, TruncatedFilesAreRefused) {
   expect_cuts_refused(path("whole.vtk"), path("cut.vtk"), 40);
   file("text.vtu", VtuText{}.text());
   expect_cuts_refused(path("text.vtu"), path("cut.vtu"), 30);
+}
+
+// What is checked is what VTK reads, also while another program replaces the file again and again.
+TEST_F(VtkReader, AFileThatIsReplacedIsReadAsOneOrTheOther) {
+  write_mesh(generate_box({1, 1, 1}, {1, 1, 1}), path("small.vtu"));
+  write_mesh(generate_box({1, 1, 1}, {2, 2, 2}), path("large.vtu"));
+  const std::array<std::string, 2> texts{contents(path("small.vtu")), contents(path("large.vtu"))};
+  file("mesh.vtu", texts[0]);
+  std::atomic<bool> done = false;
+  std::thread replacing([&] {
+    for (std::size_t i = 0; !done; ++i) {
+      file("next", texts[i % 2]);
+      fs::rename(path("next"), path("mesh.vtu"));
+    }
+  });
+  std::string message;
+  for (int i = 0; i < 40 && message.empty(); ++i) {
+    try {
+      const Index count = read_mesh(path("mesh.vtu")).tetrahedron_count();
+      if (count != 6 && count != 48) message = std::to_string(count) + " tetrahedra";
+    } catch (const FileError& error) {
+      message = error.what();
+    }
+  }
+  done = true;
+  replacing.join();
+  EXPECT_EQ(message, "");
 }
 
 TEST_F(VtkReader, OwnLegacyFileCutBetweenSectionsIsRefused) {

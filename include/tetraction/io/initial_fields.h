@@ -1,6 +1,9 @@
 // The mesh of a scene with the fields of its initial state.
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include "tetraction/mesh/tet_mesh.h"
 #include "tetraction/simulation/scene.h"
 
@@ -23,5 +26,7 @@ void add_initial_fields(const InitialSettings& initial, TetMesh& mesh);
 /// The mesh of a scene, read or generated, with its initial fields. Throws as read_mesh(),
 /// generate_mesh() and add_initial_fields() do.
 TetMesh read_scene_mesh(const Scene& scene);
+/// The same. Appends what of the mesh file is not used to `unused`, as read_raw_mesh() does.
+TetMesh read_scene_mesh(const Scene& scene, std::vector<std::string>& unused);
 
 }  // namespace tetraction

@@ -1,7 +1,6 @@
 // Writes tetrahedral meshes to files.
 #pragma once
 
-#include <map>
 #include <string>
 #include <vector>
 
@@ -9,12 +8,16 @@
 
 namespace tetraction {
 
-/// Which groups and cells of a mesh a written file holds.
+/// What of a mesh a written file does not hold.
 struct MeshWriteReport {
   /// Names of the groups that the file does not hold, or of which it holds only some cells.
-  std::vector<std::string> lost_groups;
-  /// Number of the cells given with the mesh that the file holds.
-  std::map<CellType, Index> cells;
+  std::vector<std::string> lost_groups{};
+  /// Names of the point and cell arrays that the file does not hold.
+  std::vector<std::string> lost_arrays{};
+  /// Whether tetrahedra are of another region, or of none, when the file is read.
+  bool changed_regions = false;
+  /// Names in a .msh file with a quotation mark. This program reads them as they are, Gmsh up to this mark.
+  std::vector<std::string> names_with_quotes{};
 };
 
 /// The cells of a file that belong to groups and are not tetrahedra. build_mesh() keeps only the
@@ -31,12 +34,12 @@ std::vector<RawCell> group_cells(const RawMesh& raw);
 ///   0 and volume groups become physical groups. So do the groups of the points, lines and
 ///   triangles in `cells` (group_cells() of the file that the mesh was built from). A group keeps
 ///   its tag unless a region has that number. When the file is read, tetrahedra of region 0 get the
-///   tag of their last volume group as their region. Cell arrays of 1, 3 or 9 components are kept
-///   as element data.
+///   tag of their last volume group as their region. Point and cell arrays of 1, 3 or 9 components
+///   are kept as node and element data.
 /// - .node/.ele count from 0 if the mesh does, otherwise from 1. Regions become the attribute.
-///   Groups are not kept.
+///   Groups and arrays are not kept.
 /// - .veg counts from 1. Volume groups become sets. If there are several regions, they become sets
-///   `region_N`, which a reader numbers in ascending order from 1.
+///   `region_N`, which a reader numbers in ascending order from 1. Arrays are not kept.
 ///
 /// Throws InputError for an unknown ending or an empty mesh. Throws OutputError if the file cannot
 /// be written; an existing file of that name then stays as it was.

@@ -67,6 +67,14 @@ void read_gmsh1(TextScanner& in, GmshBuilder& mesh) {
   in.set_section("$ELM");
   read_elements(in, mesh);
   expect(in, "$ENDELM");
+  in.set_section("");
+  if (in.at_end()) return;
+  const std::string_view rest = in.text().substr(in.position());
+  for (const char* section : {"$NOD", "$ELM"}) {
+    if (rest.find(section) == rest.npos) continue;
+    in.fail(fmt::format("there is a second {} section, and twice is ambiguous.", section));
+  }
+  mesh.skip(std::string(in.token("a section")));
 }
 
 }  // namespace tetraction

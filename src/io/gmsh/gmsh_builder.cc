@@ -1,20 +1,54 @@
 #include "gmsh_builder.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <limits>
 #include <unordered_map>
 #include <utility>
 
+#include "core/quoting.h"
+#include "tetraction/core/error.h"
+
 namespace tetraction {
+namespace {
+
+using IndexOfTag = std::unordered_map<std::int64_t, Index>;
+
+// The columns of an array in the order of all items. Rows of items that the file lacks are counted.
+Matrix all_columns(const GmshData& data, const IndexOfTag& index_of, std::size_t count,
+                   std::size_t& lost) {
+  Matrix all = Matrix::Constant(data.values.rows(), static_cast<Index>(count),
+                                std::numeric_limits<double>::quiet_NaN());
+  for (std::size_t i = 0; i < data.tags.size(); ++i) {
+    const auto found = index_of.find(data.tags[i]);
+    if (found == index_of.end()) {
+      ++lost;
+    } else {
+      all.col(found->second) = data.values.col(static_cast<Index>(i));
+    }
+  }
+  return all;
+}
+
+void tell_lost(std::size_t lost, const std::string& name, const char* items,
+               std::vector<std::string>& unused) {
+  if (lost == 0) return;
+  unused.push_back(fmt::format("{} values of the array {}, of {} that the file does not have", lost,
+                               in_quotes(name), items));
+}
+
+bool same_vertices(const RawCell& a, const RawCell& b) {
+  return std::is_permutation(a.vertices.begin(), a.vertices.end(), b.vertices.begin(),
+                             b.vertices.end());
+}
+
+}  // namespace
 
 int GmshBuilder::group_index(int dimension, std::int64_t tag) {
   const auto [found, inserted] =
       group_of_.emplace(std::pair{dimension, tag}, static_cast<int>(mesh_.groups.size()));
-  if (inserted) {
-    auto name = names_.find({dimension, tag});
-    if (name == names_.end()) name = names_.find({kAnyDimension, tag});
-    mesh_.groups.push_back({name != names_.end() ? name->second : std::to_string(tag), dimension,
-                            static_cast<int>(tag)});
-  }
+  if (inserted) mesh_.groups.push_back({std::to_string(tag), dimension, static_cast<int>(tag)});
   return found->second;
 }
 
@@ -35,27 +69,79 @@ void GmshBuilder::add_cell(const GmshType& type, std::int64_t tag, std::vector<s
   mesh_.cells.push_back(std::move(cell));
 }
 
-void GmshBuilder::add_cell_array(const std::string& name, const std::vector<std::int64_t>& tags,
-                                 Matrix values) {
-  cell_arrays_[name] = {tags, std::move(values)};
+void GmshBuilder::name_groups() {
+  for (const auto& [key, group] : group_of_) {
+    const auto [dimension, tag] = key;
+    auto name = names_.find({dimension, tag});
+    if (name == names_.end()) name = names_.find({kAnyDimension, tag});
+    if (name != names_.end()) mesh_.groups[static_cast<std::size_t>(group)].name = name->second;
+  }
 }
 
-RawMesh GmshBuilder::take() {
-  if (cell_arrays_.empty()) return std::move(mesh_);
-  std::unordered_map<std::int64_t, Index> cell_of_tag;
-  for (std::size_t c = 0; c < mesh_.cells.size(); ++c) {
-    cell_of_tag.emplace(mesh_.cells[c].id, static_cast<Index>(c));
+// The named groups that no element belongs to.
+std::string GmshBuilder::unused_names() const {
+  std::vector<std::string_view> names;
+  for (const auto& [key, name] : names_) {
+    const auto& [dimension, tag] = key;
+    bool used = false;
+    for (int d = 0; d < 4; ++d) {
+      const bool meant = dimension == kAnyDimension || dimension == d;
+      used = used || (meant && group_of_.contains({d, tag}));
+    }
+    if (!used) names.push_back(name);
   }
-  for (const auto& [name, given] : cell_arrays_) {
-    Matrix& all = mesh_.cell_arrays[name];
-    all.setConstant(given.values.rows(), static_cast<Index>(mesh_.cells.size()),
-                    std::numeric_limits<double>::quiet_NaN());
-    for (std::size_t i = 0; i < given.tags.size(); ++i) {
-      const auto found = cell_of_tag.find(given.tags[i]);
-      if (found == cell_of_tag.end()) continue;
-      all.col(found->second) = given.values.col(static_cast<Index>(i));
+  return names.empty() ? ""
+                       : fmt::format("the groups {}, which have no elements", quoted_list(names));
+}
+
+void GmshBuilder::place_cell_arrays(std::vector<std::string>& unused) {
+  if (cell_arrays_.empty()) return;
+  IndexOfTag index_of;
+  std::set<std::int64_t> several;
+  for (std::size_t c = 0; c < mesh_.cells.size(); ++c) {
+    const RawCell& cell = mesh_.cells[c];
+    const auto [found, is_new] = index_of.emplace(cell.id, static_cast<Index>(c));
+    // Version 2 repeats an element for each of its groups.
+    if (!is_new && !same_vertices(cell, mesh_.cells[static_cast<std::size_t>(found->second)])) {
+      several.insert(cell.id);
     }
   }
+  for (const auto& [name, data] : cell_arrays_) {
+    for (const std::int64_t tag : data.tags) {
+      if (several.empty() || !several.contains(tag)) continue;
+      throw FileError(
+          fmt::format("{}: the array {} has a value of element {}, but several elements have this "
+                      "number. Number the elements anew.",
+                      mesh_.source, in_quotes(name), tag));
+    }
+    std::size_t lost = 0;
+    mesh_.cell_arrays[name] = all_columns(data, index_of, mesh_.cells.size(), lost);
+    tell_lost(lost, name, "elements", unused);
+  }
+}
+
+void GmshBuilder::place_point_arrays(std::vector<std::string>& unused) {
+  if (point_arrays_.empty()) return;
+  IndexOfTag index_of;
+  for (std::size_t v = 0; v < mesh_.vertex_ids.size(); ++v) {
+    index_of.emplace(mesh_.vertex_ids[v], static_cast<Index>(v));
+  }
+  for (const auto& [name, data] : point_arrays_) {
+    std::size_t lost = 0;
+    mesh_.point_arrays[name] = all_columns(data, index_of, mesh_.vertices.size(), lost);
+    tell_lost(lost, name, "nodes", unused);
+  }
+}
+
+RawMesh GmshBuilder::take(std::vector<std::string>& unused) {
+  name_groups();
+  if (std::string names = unused_names(); !names.empty()) unused.push_back(std::move(names));
+  if (!skipped_.empty()) {
+    const std::vector<std::string_view> sections(skipped_.begin(), skipped_.end());
+    unused.push_back("the sections " + quoted_list(sections));
+  }
+  place_cell_arrays(unused);
+  place_point_arrays(unused);
   return std::move(mesh_);
 }
 

@@ -3,10 +3,12 @@
 
 #include <cstdint>
 #include <map>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "gmsh_data.h"
 #include "gmsh_types.h"
 #include "tetraction/mesh/tet_mesh.h"
 
@@ -19,9 +21,9 @@ class GmshBuilder {
   /// Dimension of a physical name in files that state none. The name then holds for every
   /// dimension.
   static constexpr std::int64_t kAnyDimension = -1;
-  /// Names a physical group. Names come before the elements.
-  void name_group(std::int64_t dimension, std::int64_t tag, std::string name) {
-    names_[{dimension, tag}] = std::move(name);
+  /// Names a physical group. False if it has another name already.
+  bool name_group(std::int64_t dimension, std::int64_t tag, const std::string& name) {
+    return names_.emplace(std::pair{dimension, tag}, name).first->second == name;
   }
 
   // How many more there will be: lists that grow step by step need up to three times the memory on the way.
@@ -42,27 +44,38 @@ class GmshBuilder {
   void add_cell(const GmshType& type, std::int64_t tag, std::vector<std::int64_t> nodes,
                 const std::vector<std::int64_t>& physicals);
 
-  /// Adds a cell array: one column of values for each of the elements of these tags. It
-  /// replaces an array of the same name. Elements without a column get NaN.
-  void add_cell_array(const std::string& name, const std::vector<std::int64_t>& tags,
-                      Matrix values);
+  /// Adds an array of elements or of vertices. What has no row gets NaN. False if there is an array of
+  /// that name already.
+  bool add_cell_array(GmshData data) { return add(std::move(data), cell_arrays_); }
+  bool add_point_array(GmshData data) { return add(std::move(data), point_arrays_); }
+  /// Notes a section that is not read.
+  void skip(const std::string& section) { skipped_.insert(section); }
 
   std::size_t vertex_count() const { return mesh_.vertices.size(); }
   std::size_t cell_count() const { return mesh_.cells.size(); }
-  RawMesh take();
+  /// The mesh. Appends what of the file is not used to `unused`. Throws FileError if an array has a value
+  /// of an element whose number several elements have.
+  RawMesh take(std::vector<std::string>& unused);
 
  private:
-  int group_index(int dimension, std::int64_t tag);
+  using Arrays = std::map<std::string, GmshData>;
 
-  struct CellArray {
-    std::vector<std::int64_t> tags;
-    Matrix values;  // components × tags
-  };
+  static bool add(GmshData data, Arrays& arrays) {
+    const std::string name = data.name;
+    return arrays.emplace(name, std::move(data)).second;
+  }
+  int group_index(int dimension, std::int64_t tag);
+  void name_groups();
+  std::string unused_names() const;
+  void place_cell_arrays(std::vector<std::string>& unused);
+  void place_point_arrays(std::vector<std::string>& unused);
 
   RawMesh mesh_;
-  std::map<std::string, CellArray> cell_arrays_;
+  Arrays cell_arrays_;
+  Arrays point_arrays_;
   std::map<std::pair<std::int64_t, std::int64_t>, std::string> names_;
   std::map<std::pair<int, std::int64_t>, int> group_of_;
+  std::set<std::string> skipped_;
 };
 
 }  // namespace tetraction

@@ -7,72 +7,57 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
-#include <map>
+#include <set>
 #include <utility>
 
 #include "core/quoting.h"
 #include "gmsh1_reader.h"
 #include "gmsh_builder.h"
+#include "gmsh_data.h"
+#include "gmsh_entities.h"
 #include "gmsh_numbers.h"
+#include "io/text/file_kind.h"
 #include "io/text/text_scanner.h"
 #include "tetraction/core/error.h"
 
 namespace tetraction {
 namespace {
 
-// No real mesh has more groups for one entity. Each element of an entity joins all of its groups,
-// so without this limit a small file could require any amount of memory.
-constexpr std::int64_t kMostPhysicals = 100;
-
 class GmshReader {
  public:
   explicit GmshReader(const std::string& path)
-      : text_(read_file(path)), in_(path, text_), numbers_(in_), mesh_(path) {}
+      : text_(read_file(path)),
+        in_(path, text_),
+        numbers_(in_),
+        entities_(in_, numbers_),
+        mesh_(path) {}
 
-  RawMesh read() {
+  RawMesh read(std::vector<std::string>& unused) {
+    refuse_other_kinds(in_.path(), text_, kGmshKind);
     const std::string_view first = first_section();
     if (first == "$NOD") {
       read_gmsh1(in_, mesh_);
-      return mesh_.take();
+      return mesh_.take(unused);
     }
     if (first != "$MeshFormat") {
       throw FileError(in_.path() +
                       ": is not a Gmsh mesh: it begins with neither $MeshFormat nor $NOD.");
     }
     read_format();
-    bool nodes = false;
-    bool elements = false;
     while (!in_.at_end()) {
       const std::string section(in_.token("a section"));
       if (section.size() < 2 || section[0] != '$') {
         in_.fail(fmt::format("{} where a section such as $Nodes is expected.", in_quotes(section)));
       }
       in_.set_section(section);
-      if (section == "$PhysicalNames") {
-        read_physical_names();
-      } else if (section == "$Entities") {
-        numbers_.begin_section();
-        read_entities();
-      } else if (section == "$Nodes") {
-        if (std::exchange(nodes, true)) in_.fail("there is a second $Nodes section.");
-        version4_ ? read_nodes4() : read_nodes2();
-      } else if (section == "$Elements") {
-        if (std::exchange(elements, true)) in_.fail("there is a second $Elements section.");
-        version4_ ? read_elements4() : read_elements2();
-      } else if (section == "$ElementData") {
-        read_element_data();
-      } else {
-        skip_section(section);
-        in_.set_section("");
-        continue;
-      }
-      end_section(section);
+      read_section(section);
     }
-    if (!nodes || !elements) {
+    const bool nodes = sections_.contains("$Nodes");
+    if (!nodes || !sections_.contains("$Elements")) {
       in_.fail(fmt::format("the file has no ${} section: it is truncated or holds no mesh.",
                            nodes ? "Elements" : "Nodes"));
     }
-    return mesh_.take();
+    return mesh_.take(unused);
   }
 
  private:
@@ -85,6 +70,69 @@ class GmshReader {
   }
   std::int64_t count(const char* wanted, std::int64_t least_bytes) {
     return checked(size(wanted), wanted, least_bytes);
+  }
+
+  void read_section(const std::string& section) {
+    take_once(section);
+    if (section == "$PhysicalNames") {
+      read_physical_names();
+    } else if (section == "$Entities") {
+      entities_.read();
+    } else if (section == "$PartitionedEntities") {
+      entities_.read_partitioned();
+    } else if (section == "$GhostElements") {
+      read_ghosts();
+    } else if (is_nodes(section)) {
+      version4_ ? read_nodes4() : read_nodes2(section == "$ParametricNodes");
+    } else if (section == "$Elements") {
+      version4_ ? read_elements4() : read_elements2();
+    } else if (section == "$ElementData") {
+      add_array(read_gmsh_data(in_, numbers_, "element"), &GmshBuilder::add_cell_array);
+    } else if (section == "$NodeData") {
+      add_array(read_gmsh_data(in_, numbers_, "node"), &GmshBuilder::add_point_array);
+    } else {
+      if (section != "$Comments") mesh_.skip(section);
+      skip_section(section);
+      return;
+    }
+    end_section(section);
+  }
+
+  // Version 2 has both kinds, of which a file has one.
+  bool is_nodes(const std::string& section) const {
+    return section == "$Nodes" || (section == "$ParametricNodes" && !version4_);
+  }
+
+  // Refuses what a file may have once if it is there before, or too late for the elements.
+  void take_once(const std::string& section) {
+    constexpr std::array<std::string_view, 6> kSingle{
+        "$MeshFormat", "$PhysicalNames",       "$Entities",
+        "$Elements",   "$PartitionedEntities", "$GhostElements"};
+    const bool single = std::find(kSingle.begin(), kSingle.end(), section) != kSingle.end();
+    if (!single && !is_nodes(section)) return;
+    if (!sections_.insert(single ? section : "$Nodes").second) {
+      in_.fail(fmt::format("there is a second {} section, and twice is ambiguous.", section));
+    }
+    if (section.ends_with("Entities") && sections_.contains("$Elements")) {
+      in_.fail("it must come before $Elements, whose groups it has.");
+    }
+  }
+
+  void add_array(GmshData data, bool (GmshBuilder::*add)(GmshData)) {
+    const std::string name = data.name;
+    if (!(mesh_.*add)(std::move(data))) {
+      in_.fail(
+          fmt::format("there are several arrays {}, perhaps of several times, and which of them "
+                      "holds is ambiguous. Keep one.",
+                      in_quotes(name)));
+    }
+  }
+
+  void read_ghosts() {
+    numbers_.begin_section();
+    if (const std::int64_t ghosts = count("the number of ghost elements", 2); ghosts > 0) {
+      refuse_gmsh_ghosts(in_, fmt::format("the file has {} ghost elements", ghosts));
+    }
   }
 
   // Comments may come before it.
@@ -118,6 +166,7 @@ class GmshReader {
           fmt::format("data size {} is not 8. Save it anew with Gmsh, which writes 8.", data_size));
     }
     if (type == 1) numbers_.begin_binary_file();
+    sections_.insert("$MeshFormat");
     end_section("$MeshFormat");
   }
 
@@ -136,6 +185,7 @@ class GmshReader {
     const auto found = text_.find(end, in_.position());
     if (found == std::string::npos) in_.fail("the section does not end: the file is truncated.");
     in_.set_position(found + end.size());
+    in_.set_section("");
   }
 
   void read_physical_names() {
@@ -148,43 +198,12 @@ class GmshReader {
         dimension = tag;
         tag = in_.integer("a physical tag");
       }
-      const std::string line(in_.line());
-      const auto open = line.find('"');
-      const auto close = line.rfind('"');
-      if (open == std::string::npos || close == open) in_.fail("a physical name is not in quotes.");
-      mesh_.name_group(dimension, tag, line.substr(open + 1, close - open - 1));
-    }
-  }
-
-  void read_entities() {
-    std::array<std::int64_t, 4> counts{};
-    for (auto& n : counts) n = count("a number of entities", 4);
-    for (int dimension = 0; dimension < 4; ++dimension) {
-      for (std::int64_t i = 0; i < counts[static_cast<std::size_t>(dimension)]; ++i) {
-        const std::int64_t tag = int32("an entity tag");
-        const int coordinates = dimension == 0 ? 3 : 6;
-        for (int c = 0; c < coordinates; ++c) real("an entity's bounds");
-        const std::int64_t physicals = count("a number of physical tags", 2);
-        const auto [entity, is_new] =
-            physicals_.emplace(std::pair{dimension, tag}, std::vector<std::int64_t>{});
-        if (!is_new) {
-          in_.fail(
-              fmt::format("entity {} of dimension {} is given a second time.", tag, dimension));
-        }
-        if (physicals > kMostPhysicals) {
-          in_.fail(fmt::format("an entity has {} physical tags; at most {} are read.", physicals,
-                               kMostPhysicals));
-        }
-        for (std::int64_t p = 0; p < physicals; ++p) {
-          const std::int64_t physical = physical_tag();
-          std::vector<std::int64_t>& known = entity->second;
-          if (std::find(known.begin(), known.end(), physical) == known.end()) {
-            known.push_back(physical);
-          }
-        }
-        if (dimension == 0) continue;
-        const std::int64_t bounding = count("a number of bounding entities", 2);
-        for (std::int64_t b = 0; b < bounding; ++b) int32("a bounding entity");
+      const std::string name = quoted_text(in_, in_.line(), "a physical name is not in quotes.");
+      if (!mesh_.name_group(dimension, tag, name)) {
+        in_.fail(
+            fmt::format("physical group {} has two names, the second of which is {}: what is "
+                        "named twice is ambiguous.",
+                        tag, in_quotes(name)));
       }
     }
   }
@@ -195,7 +214,16 @@ class GmshReader {
     mesh_.add_vertex(tag, x);
   }
 
-  void read_nodes2() {
+  // Parametric nodes have the dimension and the tag of the entity on which they lie, and their coordinates
+  // on a curve or a surface. None of these is needed here.
+  void skip_parameters() {
+    const std::int64_t dimension = int32("an entity dimension");
+    if (dimension < 0 || dimension > 3) in_.fail("an entity dimension is not 0 to 3.");
+    int32("an entity tag");
+    for (std::int64_t p = 0; dimension < 3 && p < dimension; ++p) real("a parameter");
+  }
+
+  void read_nodes2(bool parametric) {
     // The count is text in both variants.
     const std::int64_t nodes =
         checked(in_.integer("the number of nodes"), "the number of nodes", 8);
@@ -204,6 +232,7 @@ class GmshReader {
     for (std::int64_t i = 0; i < nodes; ++i) {
       const std::int64_t tag = int32("a node tag");
       add_vertex(tag);
+      if (parametric) skip_parameters();
     }
   }
 
@@ -240,9 +269,6 @@ class GmshReader {
     return *type;
   }
 
-  // A tag is negative if a group contains an entity with reversed orientation.
-  std::int64_t physical_tag() { return std::abs(int32("a physical tag")); }
-
   std::vector<std::int64_t> read_cell_nodes(const GmshType& type, bool wide) {
     std::vector<std::int64_t> nodes;
     nodes.reserve(static_cast<std::size_t>(type.nodes));
@@ -252,13 +278,17 @@ class GmshReader {
     return nodes;
   }
 
+  // The physical tag, the elementary tag, the number of partitions and the partitions.
   void read_cell2(const GmshType& type, std::int64_t tag, std::int64_t tags) {
     std::vector<std::int64_t> physicals;
+    std::int64_t partitions = 0;
     for (std::int64_t t = 0; t < tags; ++t) {
-      if (t > 0) {
-        int32("an element tag");
-      } else if (const std::int64_t physical = physical_tag(); physical != 0) {
-        physicals.push_back(physical);
+      const std::int64_t value = int32(t == 0 ? "a physical tag" : "an element tag");
+      // The sign is the orientation, and 0 is no group.
+      if (t == 0 && value != 0) physicals.push_back(std::abs(value));
+      if (t == 2) partitions = value;
+      if (t > 2 && t - 2 <= partitions && value < 0) {
+        refuse_gmsh_ghosts(in_, fmt::format("element {} is a ghost in partition {}", tag, -value));
       }
     }
     mesh_.add_cell(type, tag, read_cell_nodes(type, false), physicals);
@@ -304,9 +334,7 @@ class GmshReader {
       const std::int64_t entity = int32("an entity tag");
       const GmshType& type = element_type(int32("an element type"));
       const std::int64_t in_block = count("the number of elements of a block", 4);
-      const auto found = physicals_.find({static_cast<int>(dimension), entity});
-      const std::vector<std::int64_t> physicals =
-          found != physicals_.end() ? found->second : std::vector<std::int64_t>{};
+      const std::vector<std::int64_t>& physicals = entities_.physicals_of(dimension, entity);
       for (std::int64_t e = 0; e < in_block; ++e) {
         const std::int64_t tag = size("an element tag");
         mesh_.add_cell(type, tag, read_cell_nodes(type, true), physicals);
@@ -318,57 +346,19 @@ class GmshReader {
     }
   }
 
-  // Texts of which the first is the array's name; real numbers; whole numbers, of which the second is
-  // the number of components and the third the number of elements; then a row for each element. All
-  // but the rows is text in both variants.
-  void read_element_data() {
-    const std::int64_t texts = in_.count("the number of texts", 2);
-    std::string name;
-    for (std::int64_t i = 0; i < texts; ++i) {
-      if (!in_.next_is('"')) in_.fail("a text is not in quotes.");
-      const std::string line(in_.line());
-      const auto open = line.find('"');
-      const auto close = line.rfind('"');
-      if (close == open) in_.fail("a text does not end.");
-      if (i == 0) name = line.substr(open + 1, close - open - 1);
-    }
-    const std::int64_t reals = in_.count("the number of real numbers", 2);
-    for (std::int64_t i = 0; i < reals; ++i) in_.real("a real number");
-    const std::int64_t integers = in_.count("the number of whole numbers", 2);
-    if (integers < 3) in_.fail("the numbers of components and elements are missing.");
-    std::array<std::int64_t, 3> numbers{};
-    for (std::int64_t i = 0; i < integers; ++i) {
-      const std::int64_t value = in_.integer("a whole number");
-      if (i < 3) numbers[static_cast<std::size_t>(i)] = value;
-    }
-    const std::int64_t components = numbers[1];
-    if (components != 1 && components != 3 && components != 9) {
-      in_.fail(fmt::format("an array has {} components, but 1, 3 and 9 are possible.", components));
-    }
-    numbers_.begin_section();
-    const std::int64_t rows = checked(numbers[2], "the number of elements with data",
-                                      numbers_.binary() ? 4 + 8 * components : 2 * components + 2);
-    std::vector<std::int64_t> tags;
-    Matrix values(components, rows);
-    for (std::int64_t r = 0; r < rows; ++r) {
-      tags.push_back(int32("an element number"));
-      for (std::int64_t k = 0; k < components; ++k) values(k, r) = real("a number of an element");
-    }
-    mesh_.add_cell_array(name, tags, std::move(values));
-  }
-
   std::string text_;
   TextScanner in_;
   GmshNumbers numbers_;
+  GmshEntities entities_;
   GmshBuilder mesh_;
   bool version4_ = false;
-  std::map<std::pair<int, std::int64_t>, std::vector<std::int64_t>> physicals_;
+  std::set<std::string> sections_;  // of those that a file may have once, those that it has
 };
 
 }  // namespace
 
-RawMesh read_gmsh(const std::string& path) {
-  return GmshReader(path).read();
+RawMesh read_gmsh(const std::string& path, std::vector<std::string>& unused) {
+  return GmshReader(path).read(unused);
 }
 
 }  // namespace tetraction

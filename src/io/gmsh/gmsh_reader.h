@@ -1,14 +1,16 @@
-// Gmsh meshes (.msh), formats 2.2 and 4.1, ASCII and binary.
+// Gmsh meshes (.msh), formats 1, 2 and 4.1, ASCII and binary.
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "tetraction/mesh/tet_mesh.h"
 
 namespace tetraction {
 
 /// Ids are Gmsh's node and element tags; physical groups become groups, and the tag of a volume
-/// group its elements' region. Throws FileError if the file is incomplete or malformed.
-RawMesh read_gmsh(const std::string& path);
+/// group its elements' region. Appends what of the file is not used to `unused`, a text for each thing.
+/// Throws FileError if the file is incomplete, malformed or ambiguous.
+RawMesh read_gmsh(const std::string& path, std::vector<std::string>& unused);
 
 }  // namespace tetraction

@@ -67,7 +67,12 @@ class GmshWriter {
     append_entities(text);
     append_nodes(text);
     append_elements(text);
-    append_cell_arrays(text);
+    for (const auto& [name, values] : mesh_.cell_arrays) {
+      append_array(text, "ElementData", name, values, tetrahedron_ids_);
+    }
+    for (const auto& [name, values] : mesh_.point_arrays) {
+      append_array(text, "NodeData", name, values, nodes_);
+    }
     return text;
   }
 
@@ -128,7 +133,11 @@ class GmshWriter {
                                     [this](Index e) { return mesh_.tetrahedron_id(e); });
     for (Index e = 0; e < mesh_.tetrahedron_count(); ++e) {
       PhysicalTags& own = physicals[static_cast<std::size_t>(e)];
-      if (mesh_.region(e) > 0) own.push_back(mesh_.region(e));
+      // A reader takes the last group for the region.
+      const int region = mesh_.region(e);
+      report_.changed_regions =
+          report_.changed_regions || region < 0 || (region == 0 && !own.empty());
+      if (region > 0) own.push_back(region);
       members[own].push_back(e);
     }
     const RestState rest(mesh_);
@@ -160,17 +169,16 @@ class GmshWriter {
     std::map<std::vector<Index>, std::size_t> known;
     std::vector<bool> whole(mesh_.groups.size(), true);
     std::vector<bool> begun(mesh_.groups.size(), false);
-    const auto keep = [&](CellType type, int dimension, std::vector<Index> nodes,
-                          const std::vector<int>& groups) {
+    const auto keep = [&](int dimension, std::vector<Index> nodes, const std::vector<int>& groups) {
       std::vector<Index> key = nodes;
       std::sort(key.begin(), key.end());
       const auto [found, inserted] = known.emplace(std::move(key), kept.size());
       if (inserted) kept.push_back({dimension, std::move(nodes), {}});
-      ++report_.cells[type];
       for (const int g : groups) {
         kept[found->second].physicals.insert(tags_[static_cast<std::size_t>(g)]);
       }
     };
+    const EdgeVertices edges(mesh_);
     for (const RawCell& cell : cells) {
       const int dimension = dimension_of(cell);
       std::vector<Index> nodes;
@@ -179,16 +187,14 @@ class GmshWriter {
           nodes.push_back(found->second);
         }
       }
-      // The cells of a file have the order of its tetrahedra.
-      const bool is_linear = static_cast<int>(nodes.size()) == dimension + 1;
-      const bool same_order = dimension == 0 || is_linear != mesh_.is_quadratic();
-      const bool possible = dimension >= 0 && same_order && nodes.size() == cell.vertices.size();
+      // The cells of a written file have the order of its tetrahedra.
+      bool possible = dimension >= 0 && nodes.size() == cell.vertices.size();
+      if (possible && dimension > 0) possible = has_order_of_mesh(nodes, dimension, edges);
       for (const int g : cell.groups) {
         (possible ? begun : whole)[static_cast<std::size_t>(g)] = possible;
       }
-      if (possible) keep(cell.type, dimension, std::move(nodes), cell.groups);
+      if (possible) keep(dimension, std::move(nodes), cell.groups);
     }
-    const EdgeVertices edges(mesh_);
     // Without its cells, a group has the triangles or the lines of the mesh.
     for (std::size_t g = 0; g < mesh_.groups.size(); ++g) {
       const Group& group = mesh_.groups[g];
@@ -197,11 +203,11 @@ class GmshWriter {
       for (const auto& [a, b] : group.lines) {
         std::vector<Index> nodes{a, b};
         if (const Index middle = edges.find(a, b); middle >= 0) nodes.push_back(middle);
-        keep(CellType::kLine, 1, std::move(nodes), {static_cast<int>(g)});
+        keep(1, std::move(nodes), {static_cast<int>(g)});
       }
       whole[g] = group.detached_triangles.empty() && group.detached_lines == 0;
       for (const auto& triangle : group.triangles) {
-        keep(CellType::kTriangle, 2, edges.of_face(triangle), {static_cast<int>(g)});
+        keep(2, edges.of_face(triangle), {static_cast<int>(g)});
       }
     }
     for (Cell& cell : kept) {
@@ -218,6 +224,20 @@ class GmshWriter {
       const bool lost = group.dimension == 3 ? group.tetrahedra.empty() : !whole[g] || !begun[g];
       if (lost) report_.lost_groups.push_back(group.name);
     }
+  }
+
+  // Gives a linear cell of a quadratic mesh the vertices in the middles of its edges. False if the orders
+  // then differ.
+  bool has_order_of_mesh(std::vector<Index>& nodes, int dimension,
+                         const EdgeVertices& edges) const {
+    const std::size_t corners = static_cast<std::size_t>(dimension) + 1;
+    if (!mesh_.is_quadratic()) return nodes.size() == corners;
+    if (nodes.size() == corners && dimension == 1) {
+      if (const Index middle = edges.find(nodes[0], nodes[1]); middle >= 0) nodes.push_back(middle);
+    } else if (nodes.size() == corners) {
+      nodes = edges.of_face({nodes[0], nodes[1], nodes[2]});
+    }
+    return nodes.size() == (dimension == 1 ? 3 : 6);
   }
 
   // Numbers that no tetrahedron has.
@@ -237,7 +257,15 @@ class GmshWriter {
     }
   }
 
-  void append_names(std::string& text) const {
+  // The name in quotation marks. Line breaks would end it.
+  std::string quoted(std::string name) {
+    if (name.find('"') != std::string::npos) report_.names_with_quotes.push_back(name);
+    std::replace_if(
+        name.begin(), name.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20; }, ' ');
+    return '"' + name + '"';
+  }
+
+  void append_names(std::string& text) {
     std::map<std::pair<int, int>, std::string> names;
     for (std::size_t g = 0; g < tags_.size(); ++g) {
       const Group& group = mesh_.groups[g];
@@ -248,14 +276,12 @@ class GmshWriter {
           });
       // A group without a name goes by its number.
       if (!there || group.name == std::to_string(tags_[g])) continue;
-      std::string name = group.name;
-      std::replace(name.begin(), name.end(), '"', '\'');
-      names[{group.dimension, tags_[g]}] = std::move(name);
+      names[{group.dimension, tags_[g]}] = quoted(group.name);
     }
     if (names.empty()) return;
     append(text, "$PhysicalNames\n{}\n", names.size());
     for (const auto& [key, name] : names) {
-      append(text, "{} {} \"{}\"\n", key.first, key.second, name);
+      append(text, "{} {} {}\n", key.first, key.second, name);
     }
     text += "$EndPhysicalNames\n";
   }
@@ -333,27 +359,24 @@ class GmshWriter {
     text += "$EndElements\n";
   }
 
-  // The format knows arrays of 1, 3 and 9 components. Tetrahedra without a value are left out.
-  void append_cell_arrays(std::string& text) const {
-    for (const auto& [name, values] : mesh_.cell_arrays) {
-      if (values.rows() != 1 && values.rows() != 3 && values.rows() != 9) continue;
-      std::string quoted = name;
-      std::replace(quoted.begin(), quoted.end(), '"', '\'');
-      std::replace_if(
-          quoted.begin(), quoted.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20; },
-          ' ');
-      const auto has_value = [&values = values](Index e) { return !values.col(e).hasNaN(); };
-      Index rows = 0;
-      for (Index e = 0; e < values.cols(); ++e) rows += has_value(e) ? 1 : 0;
-      append(text, "$ElementData\n1\n\"{}\"\n1\n0\n3\n0\n{}\n{}\n", quoted, values.rows(), rows);
-      for (Index e = 0; e < values.cols(); ++e) {
-        if (!has_value(e)) continue;
-        append(text, "{}", tetrahedron_ids_[static_cast<std::size_t>(e)]);
-        for (Index k = 0; k < values.rows(); ++k) append(text, " {}", values(k, e));
-        text += '\n';
-      }
-      text += "$EndElementData\n";
+  // The format knows arrays of 1, 3 and 9 components. What has no value is left out.
+  void append_array(std::string& text, const char* section, const std::string& name,
+                    const Matrix& values, const std::vector<std::int64_t>& ids) {
+    if (values.rows() != 1 && values.rows() != 3 && values.rows() != 9) {
+      report_.lost_arrays.push_back(name);
+      return;
     }
+    const auto has_value = [&](Index i) { return !values.col(i).hasNaN(); };
+    Index rows = 0;
+    for (Index i = 0; i < values.cols(); ++i) rows += has_value(i) ? 1 : 0;
+    append(text, "${}\n1\n{}\n1\n0\n3\n0\n{}\n{}\n", section, quoted(name), values.rows(), rows);
+    for (Index i = 0; i < values.cols(); ++i) {
+      if (!has_value(i)) continue;
+      append(text, "{}", ids[static_cast<std::size_t>(i)]);
+      for (Index k = 0; k < values.rows(); ++k) append(text, " {}", values(k, i));
+      text += '\n';
+    }
+    append(text, "$End{}\n", section);
   }
 
   const TetMesh& mesh_;

@@ -109,6 +109,11 @@ void add_initial_fields(const InitialSettings& initial, TetMesh& mesh) {
 }
 
 TetMesh read_scene_mesh(const Scene& scene) {
+  std::vector<std::string> unused;
+  return read_scene_mesh(scene, unused);
+}
+
+TetMesh read_scene_mesh(const Scene& scene, std::vector<std::string>& unused) {
   TetMesh mesh;
   if (scene.mesh.generate) {
     mesh = generate_mesh(*scene.mesh.generate);
@@ -118,7 +123,7 @@ TetMesh read_scene_mesh(const Scene& scene) {
       throw FileError(scene.mesh.file +
                       ": no such file. Check mesh.file; it is relative to the scene's folder.");
     }
-    mesh = read_mesh(scene.mesh.file, coordinate_scale(scene.mesh));
+    mesh = read_mesh(scene.mesh.file, coordinate_scale(scene.mesh), unused);
     if (mesh.is_quadratic() && !scene.mesh.quadratic) {
       throw FileError(
           scene.mesh.file +

@@ -11,6 +11,9 @@
 
 namespace tetraction {
 
+/// The name of the material of Vega files that the writer makes; the reader does not look at it.
+inline constexpr const char* kPlaceholderMaterial = "placeholder";
+
 /// "x y z" with all digits.
 inline std::string coordinates(const Vector3& x) {
   return fmt::format("{:.17g} {:.17g} {:.17g}", x.x(), x.y(), x.z());

@@ -119,7 +119,7 @@ void write_vega(const TetMesh& mesh, const std::string& path) {
   const std::map<int, std::vector<Index>> regions = tetrahedra_by_region(mesh);
   if (regions.size() > 1) {
     // The format requires a material. This program takes its materials from the scene.
-    text += "\n*MATERIAL placeholder\nENU, 1000, 1000000, 0.45\n";
+    append(text, "\n*MATERIAL {}\nENU, 1000, 1000000, 0.45\n", kPlaceholderMaterial);
     for (const auto& [region, elements] : regions) {
       std::string name = fmt::format("region_{}", region);
       // A set of that name may be there already, with these elements or with others.
@@ -132,7 +132,7 @@ void write_vega(const TetMesh& mesh, const std::string& path) {
         same = std::ranges::find_if(mesh.groups, is_written);
       }
       if (same == mesh.groups.end()) append_set(text, name, elements);
-      append(text, "\n*REGION\n{}, placeholder\n", name);
+      append(text, "\n*REGION\n{}, {}\n", name, kPlaceholderMaterial);
     }
   }
   write_text_file(path, text);
@@ -146,6 +146,22 @@ std::vector<std::string> lost_groups(const TetMesh& mesh, bool keeps_volumes) {
     if (!kept) names.push_back(group.name);
   }
   return names;
+}
+
+std::vector<std::string> names_of_arrays(const TetMesh& mesh) {
+  std::vector<std::string> names;
+  for (const auto* arrays : {&mesh.point_arrays, &mesh.cell_arrays}) {
+    for (const auto& [name, values] : *arrays) names.push_back(name);
+  }
+  return names;
+}
+
+// Whether Vega's numbers of regions, from 1 if there are several, differ from those of the mesh.
+bool vega_changes_regions(const TetMesh& mesh) {
+  int next = 0;
+  const auto regions = tetrahedra_by_region(mesh);
+  if (regions.size() == 1) return regions.begin()->first != 0;
+  return std::ranges::any_of(regions, [&](const auto& region) { return region.first != ++next; });
 }
 
 }  // namespace
@@ -181,7 +197,11 @@ MeshWriteReport write_mesh(const TetMesh& mesh, const std::string& path,
   } else {
     write_tetgen(mesh, path);
   }
-  return {lost_groups(mesh, ending == ".veg"), {}};
+  MeshWriteReport report;
+  report.lost_groups = lost_groups(mesh, ending == ".veg");
+  if (ending != ".vtu" && ending != ".vtk") report.lost_arrays = names_of_arrays(mesh);
+  report.changed_regions = ending == ".veg" && vega_changes_regions(mesh);
+  return report;
 }
 
 }  // namespace tetraction

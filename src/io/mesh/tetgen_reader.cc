@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "groups_by_number.h"
+#include "io/text/file_kind.h"
 #include "io/text/text_scanner.h"
 #include "plain_readers.h"
 
@@ -25,12 +26,20 @@ std::string without_comments(std::string text) {
   return text;
 }
 
-void read_nodes(TextScanner& in, RawMesh& mesh) {
+std::string read_tetgen_text(const std::string& path) {
+  std::string text = read_file(path);
+  refuse_other_kinds(path, text, kTetgenKind);
+  return without_comments(std::move(text));
+}
+
+void read_nodes(TextScanner& in, RawMesh& mesh, std::vector<std::string>& unused) {
   const std::int64_t nodes = in.count("the number of points", 7);
   if (in.integer("the dimension") != 3) in.fail("the dimension is not 3.");
   const std::int64_t attributes = in.count("the number of attributes", 2);
   const std::int64_t markers = in.integer("the boundary-marker flag");
   if (markers != 0 && markers != 1) in.fail("the boundary-marker flag is neither 0 nor 1.");
+  if (attributes > 0) unused.push_back(fmt::format("{} attributes of each point", attributes));
+  if (markers == 1) unused.emplace_back("the boundary markers of the points");
   mesh.vertex_ids.reserve(static_cast<std::size_t>(nodes));
   mesh.vertices.reserve(static_cast<std::size_t>(nodes));
   for (std::int64_t i = 0; i < nodes; ++i) {
@@ -43,11 +52,12 @@ void read_nodes(TextScanner& in, RawMesh& mesh) {
   }
 }
 
-void read_elements(TextScanner& in, RawMesh& mesh) {
+void read_elements(TextScanner& in, RawMesh& mesh, std::vector<std::string>& unused) {
   const std::int64_t elements = in.count("the number of tetrahedra", 9);
   const std::int64_t nodes = in.integer("the number of nodes of a tetrahedron");
   if (nodes != 4 && nodes != 10) in.fail("tetrahedra have neither 4 nor 10 nodes.");
   const std::int64_t attributes = in.count("the number of attributes", 2);
+  if (attributes > 1) unused.emplace_back("all attributes of the tetrahedra but the first");
   mesh.cells.reserve(static_cast<std::size_t>(elements));
   for (std::int64_t e = 0; e < elements; ++e) {
     RawCell cell;
@@ -137,7 +147,7 @@ void read_faces(TextScanner& in, RawMesh& mesh) {
 
 }  // namespace
 
-RawMesh read_tetgen(const std::string& path) {
+RawMesh read_tetgen(const std::string& path, std::vector<std::string>& unused) {
   RawMesh mesh;
   mesh.source = path;
   // Either both endings are in capitals or neither is.
@@ -147,13 +157,13 @@ RawMesh read_tetgen(const std::string& path) {
     return std::filesystem::path(path).replace_extension(extension).string();
   };
   const std::string node_path = sibling(upper ? ".NODE" : ".node");
-  const std::string node_text = without_comments(read_file(node_path));
+  const std::string node_text = read_tetgen_text(node_path);
   TextScanner nodes(node_path, node_text);
-  read_nodes(nodes, mesh);
+  read_nodes(nodes, mesh, unused);
   const std::string element_path = sibling(upper ? ".ELE" : ".ele");
-  const std::string element_text = without_comments(read_file(element_path));
+  const std::string element_text = read_tetgen_text(element_path);
   TextScanner elements(element_path, element_text);
-  read_elements(elements, mesh);
+  read_elements(elements, mesh, unused);
   order_edge_nodes(mesh);
   const auto check_end = [](TextScanner& in) {
     if (!in.at_end()) in.fail("there is more in the file than its first line announces.");
@@ -161,8 +171,10 @@ RawMesh read_tetgen(const std::string& path) {
   check_end(nodes);
   check_end(elements);
   const std::string face_path = sibling(upper ? ".FACE" : ".face");
-  if (std::filesystem::exists(face_path)) {
-    const std::string face_text = without_comments(read_file(face_path));
+  // What is there but cannot be read, such as a link to itself, is refused by read_file().
+  std::error_code error;
+  if (std::filesystem::exists(face_path, error) || error) {
+    const std::string face_text = read_tetgen_text(face_path);
     TextScanner faces(face_path, face_text);
     read_faces(faces, mesh);
     check_end(faces);

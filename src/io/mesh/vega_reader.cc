@@ -3,10 +3,15 @@
 #include <algorithm>
 #include <charconv>
 #include <map>
+#include <string>
+#include <unordered_set>
+#include <utility>
 #include <vector>
 
 #include "core/quoting.h"
+#include "io/text/file_kind.h"
 #include "io/text/text_scanner.h"
+#include "mesh_text.h"
 #include "plain_readers.h"
 
 namespace tetraction {
@@ -30,14 +35,19 @@ std::string without_comments(std::string text) {
   return text;
 }
 
+std::string read_vega_text(const std::string& path) {
+  std::string text = read_file(path);
+  refuse_other_kinds(path, text, kVegaKind);
+  return without_comments(std::move(text));
+}
+
 class VegaReader {
  public:
-  explicit VegaReader(const std::string& path)
-      : text_(without_comments(read_file(path))), in_(path, text_) {
+  explicit VegaReader(const std::string& path) : text_(read_vega_text(path)), in_(path, text_) {
     mesh_.source = path;
   }
 
-  RawMesh read() {
+  RawMesh read(std::vector<std::string>& unused) {
     while (!in_.at_end()) {
       const std::string section(in_.token("a section"));
       if (section == "*VERTICES") {
@@ -49,7 +59,7 @@ class VegaReader {
       } else if (section == "*REGION") {
         read_region();
       } else if (section == "*MATERIAL") {
-        skip_body();
+        read_material();
       } else if (section == "*INCLUDE") {
         in_.fail("*INCLUDE is not read: put the included text into the file.");
       } else {
@@ -62,15 +72,18 @@ class VegaReader {
                            has_vertices_ ? "ELEMENTS" : "VERTICES"));
     }
     apply_sets();
+    unused.insert(unused.end(), unused_.begin(), unused_.end());
     return std::move(mesh_);
   }
 
  private:
   void read_vertices() {
+    if (has_vertices_) in_.fail("there is a second *VERTICES section, and twice is ambiguous.");
     const std::int64_t vertices = in_.count("the number of vertices", 8);
     if (in_.integer("the dimension") != 3) in_.fail("the dimension is not 3.");
     const std::int64_t attributes = in_.count("the number of attributes", 2);
     const std::int64_t markers = in_.integer("the boundary-marker flag");
+    if (attributes > 0) unused_.emplace_back("the attributes of the vertices");
     mesh_.vertex_ids.reserve(mesh_.vertex_ids.size() + static_cast<std::size_t>(vertices));
     mesh_.vertices.reserve(mesh_.vertices.size() + static_cast<std::size_t>(vertices));
     for (std::int64_t i = 0; i < vertices; ++i) {
@@ -99,12 +112,16 @@ class VegaReader {
       in_.fail(fmt::format("{} elements with {} nodes.", kind, nodes));
     }
     const std::int64_t attributes = in_.count("the number of attributes", 2);
+    if (attributes > 0) unused_.emplace_back("the attributes of the elements");
     mesh_.cells.reserve(mesh_.cells.size() + static_cast<std::size_t>(elements));
     for (std::int64_t e = 0; e < elements; ++e) {
       RawCell cell;
       cell.vertices.reserve(static_cast<std::size_t>(nodes));
       cell.type = type;
       cell.id = in_.integer("an element number");
+      if (!element_ids_.insert(cell.id).second) {
+        in_.fail(fmt::format("element {} is defined twice.", cell.id));
+      }
       for (std::int64_t n = 0; n < nodes; ++n) cell.vertices.push_back(in_.integer("a node"));
       for (std::int64_t a = 0; a < attributes; ++a) in_.real("an element attribute");
       mesh_.cells.push_back(std::move(cell));
@@ -137,10 +154,10 @@ class VegaReader {
     if (is_new) {
       set_order_.push_back(name);
     } else if (known->second != set) {
-      in_.fail(
-          fmt::format("there is a second set {} with other elements: give each set a name of "
-                      "its own, or put all of its elements into one.",
-                      in_quotes(name)));
+      in_.fail(fmt::format(
+          "there is a second set {} with other elements, and twice is ambiguous: give each "
+          "set a name of its own, or put all of its elements into one.",
+          in_quotes(name)));
     }
   }
 
@@ -162,7 +179,14 @@ class VegaReader {
     in_.set_position(next);
     return body;
   }
-  void skip_body() { body_text(); }
+  void read_material() {
+    // Without materials, regions could not be written. So a mesh that this program writes has one.
+    std::string name(in_.line());
+    if (name.find(kPlaceholderMaterial) == std::string::npos && !std::exchange(materials_, true)) {
+      unused_.emplace_back("the materials (a scene has its own)");
+    }
+    body_text();
+  }
 
   void apply_sets() {
     std::map<std::int64_t, std::size_t> index_of;
@@ -207,6 +231,9 @@ class VegaReader {
   RawMesh mesh_;
   bool has_vertices_ = false;
   bool has_elements_ = false;
+  bool materials_ = false;
+  std::unordered_set<std::int64_t> element_ids_;
+  std::vector<std::string> unused_;
   std::map<std::string, std::vector<std::int64_t>> sets_;
   std::vector<std::string> set_order_;
   std::vector<std::string> regions_;
@@ -214,8 +241,8 @@ class VegaReader {
 
 }  // namespace
 
-RawMesh read_vega(const std::string& path) {
-  return VegaReader(path).read();
+RawMesh read_vega(const std::string& path, std::vector<std::string>& unused) {
+  return VegaReader(path).read(unused);
 }
 
 }  // namespace tetraction

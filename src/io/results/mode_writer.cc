@@ -125,7 +125,8 @@ void remove_modes(const std::string& directory) {
   try {
     std::vector<fs::path> old;
     for (const fs::path& folder : {root, root / kSwing}) {
-      if (!fs::is_directory(folder)) continue;
+      std::error_code error;
+      if (!fs::is_directory(folder, error)) continue;
       for (const auto& entry : fs::directory_iterator(folder)) {
         fs::path file = entry.path();
         if (file.extension() == ".part") file.replace_extension();

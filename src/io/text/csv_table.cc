@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/quoting.h"
+#include "file_kind.h"
 #include "tetraction/core/error.h"
 #include "text_scanner.h"
 
@@ -46,9 +47,8 @@ bool parse(std::string_view text, double& value) {
 CsvTable read_csv(const std::string& path) {
   constexpr std::size_t kLargestTable = std::size_t{1} << 28U;
   const std::string file = read_file(path, kLargestTable);
+  refuse_other_kinds(path, file, "a table of numbers");
   std::string_view text = file;
-  constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
-  if (text.substr(0, 3) == kByteOrderMark) text.remove_prefix(3);
   CsvTable table;
   std::size_t columns = 0;
   for (std::size_t line = 1; !text.empty(); ++line) {

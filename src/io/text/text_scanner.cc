@@ -70,6 +70,8 @@ std::string read_file(const std::string& path, std::size_t most) {
   }
   close(file);
   text.resize(have);
+  constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
+  if (text.starts_with(kByteOrderMark)) text.erase(0, kByteOrderMark.size());
   return text;
 }
 

@@ -12,7 +12,7 @@ namespace tetraction {
 /// What one file may have at most, unless the memory of the machine is less than twice as much.
 inline constexpr std::size_t kLargestFile = std::size_t{8} << 30U;
 
-/// The whole file in memory. Throws FileError if it is missing or cannot be read, if it is no regular
+/// The whole file in memory, without the mark of UTF-8 (U+FEFF) that some programs write first. Throws FileError if it is missing or cannot be read, if it is no regular
 /// file (a pipe would be waited for), or if it has more than `most` bytes or more than half of the
 /// machine's memory. Allocates nothing before it knows the size of the file.
 std::string read_file(const std::string& path, std::size_t most = kLargestFile);

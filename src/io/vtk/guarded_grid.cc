@@ -7,10 +7,14 @@
 #include <vtkSmartPointer.h>
 #include <vtkUnstructuredGrid.h>
 #include <vtkUnstructuredGridReader.h>
-#include <vtkXMLUnstructuredGridReader.h>
+
+#include <sys/mman.h>
+#include <unistd.h>
 
 #include <cctype>
+#include <cerrno>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <utility>
 
@@ -19,6 +23,7 @@
 #include "io/text/byte_stream.h"
 #include "io/text/text_scanner.h"
 #include "quiet_vtk.h"
+#include "strict_xml_reader.h"
 #include "tetraction/core/error.h"
 
 namespace tetraction {
@@ -26,15 +31,45 @@ namespace {
 
 constexpr const char* kNotThat = "the file cannot be read as a VTK unstructured grid";
 
+// The bytes of a file in a file of memory: VTK reads what has been checked, also if the file is replaced
+// meanwhile.
+class FileInMemory {
+ public:
+  FileInMemory(const std::string& path, std::string_view bytes)
+      : descriptor_(memfd_create("mesh", MFD_CLOEXEC)) {
+    bool good = descriptor_ >= 0;
+    while (good && !bytes.empty()) {
+      const ssize_t count = write(descriptor_, bytes.data(), bytes.size());
+      if (count < 0 && errno == EINTR) continue;
+      good = count > 0;
+      if (good) bytes.remove_prefix(static_cast<std::size_t>(count));
+    }
+    if (good) return;
+    const std::string reason = std::strerror(errno);
+    if (descriptor_ >= 0) close(descriptor_);
+    throw FileError(fmt::format("{}: cannot be read ({}).", path, reason));
+  }
+  ~FileInMemory() { close(descriptor_); }
+  FileInMemory(const FileInMemory&) = delete;
+  FileInMemory& operator=(const FileInMemory&) = delete;
+
+  /// Also for a child process, but no other.
+  std::string path() const { return fmt::format("/proc/self/fd/{}", descriptor_); }
+
+ private:
+  int descriptor_;
+};
+
 vtkSmartPointer<vtkUnstructuredGrid> read_grid(const std::string& path, bool xml) {
   VtkMessages messages;
-  vtkNew<vtkXMLUnstructuredGridReader> xml_reader;
+  vtkNew<StrictXmlReader> xml_reader;
   vtkNew<vtkUnstructuredGridReader> legacy_reader;
   vtkSmartPointer<vtkUnstructuredGrid> grid;
   if (xml) {
     messages.watch(xml_reader);
     xml_reader->SetFileName(path.c_str());
     xml_reader->Update();
+    if (!xml_reader->trouble().empty()) throw FileError(xml_reader->trouble());
     grid = xml_reader->GetOutput();
   } else {
     messages.watch(legacy_reader);
@@ -81,13 +116,12 @@ GridFile read_guarded(const std::string& path,
                       const std::function<std::string(vtkUnstructuredGrid*)>& encode) {
   const std::string extension = std::filesystem::path(path).extension().string();
   const bool xml = extension.size() == 4 && std::tolower(extension.back()) == 'u';
-  std::size_t size = 0;
   GridFile file;
-  {
-    const std::string text = read_file(path);
-    size = text.size();
-    file.header = xml ? check_xml_header(path, text) : check_legacy_header(path, text);
-  }
+  std::string text = read_file(path);
+  file.header = xml ? check_xml_header(path, text) : check_legacy_header(path, text);
+  const std::size_t size = text.size();
+  const FileInMemory copy(path, text);
+  std::string().swap(text);
   GuardLimits limits;
   // A compressed file may hold much more than its size.
   const double items = static_cast<double>(file.header.points + file.header.cells);
@@ -95,7 +129,7 @@ GridFile read_guarded(const std::string& path,
   limits.seconds = 20.0 + 2.0 * limits.processor_seconds;
   limits.memory = (std::size_t{1} << 30) + 100 * size;
   GuardResult result =
-      run_guarded([&] { return read_in_child(path, xml, file.header, encode); }, limits);
+      run_guarded([&] { return read_in_child(copy.path(), xml, file.header, encode); }, limits);
   if (!result.finished) {
     throw FileError(fmt::format("{}: {}: VTK's reader {} on it. The file is broken; write it anew.",
                                 path, kNotThat, result.failure));

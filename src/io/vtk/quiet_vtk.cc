@@ -64,11 +64,11 @@ std::string VtkMessages::first() const {
     text.erase(0, text.find('\n') + 1);
   }
   text.resize(std::min(text.find('\n'), text.size()));
-  if (text.rfind("vtk", 0) == 0) {
+  if (const auto name = text.find(' '); name != text.npos && text.compare(name, 4, " (0x") == 0) {
     if (const auto mark = text.find("): "); mark != std::string::npos) text.erase(0, mark + 3);
   }
   // This is a consequence of an error that was not reported. Its addresses tell a user nothing.
-  if (text.rfind("Algorithm vtk", 0) == 0) return "a part of it is missing or malformed";
+  if (text.rfind("Algorithm ", 0) == 0) return "a part of it is missing or malformed";
   text.erase(text.find_last_not_of(" .!") + 1);
   return text;
 }

@@ -4,7 +4,7 @@
 
 namespace tetraction {
 
-CellType vtk_cell_type(int vtk) {
+CellType vtk_cell_type(int vtk, std::size_t vertices) {
   switch (vtk) {
     case VTK_VERTEX:
     case VTK_POLY_VERTEX:
@@ -24,10 +24,14 @@ CellType vtk_cell_type(int vtk) {
     case VTK_TETRA:
       return CellType::kTetrahedron;
     case VTK_QUADRATIC_TETRA:
+      return CellType::kQuadraticTetrahedron;
     case VTK_HIGHER_ORDER_TETRAHEDRON:
     case VTK_LAGRANGE_TETRAHEDRON:
     case VTK_BEZIER_TETRAHEDRON:
-      return CellType::kQuadraticTetrahedron;
+      return vertices == 4 ? CellType::kTetrahedron : CellType::kQuadraticTetrahedron;
+    case VTK_LAGRANGE_TRIANGLE:
+    case VTK_BEZIER_TRIANGLE:
+      return CellType::kTriangle;
     case VTK_HEXAHEDRON:
     case VTK_VOXEL:
     case VTK_QUADRATIC_HEXAHEDRON:

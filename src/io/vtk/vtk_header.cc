@@ -8,7 +8,10 @@
 #include <optional>
 
 #include "core/quoting.h"
+#include "io/text/file_kind.h"
 #include "tetraction/core/error.h"
+#include "vtk_legacy_sections.h"
+#include "xml_tags.h"
 
 namespace tetraction {
 namespace {
@@ -34,38 +37,6 @@ std::int64_t count_of(const std::string& path, const char* name, std::string_vie
         path, name, in_quotes(value)));
   }
   return count;
-}
-
-// The value of an attribute of an XML tag.
-std::optional<std::string_view> attribute(std::string_view tag, std::string_view name) {
-  for (std::size_t at = tag.find(name); at != tag.npos; at = tag.find(name, at + 1)) {
-    if (at == 0 || kSpace.find(tag[at - 1]) == kSpace.npos) continue;
-    std::size_t begin = tag.find_first_not_of(kSpace, at + name.size());
-    if (begin == tag.npos || tag[begin] != '=') continue;
-    begin = tag.find_first_not_of(kSpace, begin + 1);
-    if (begin == tag.npos || (tag[begin] != '"' && tag[begin] != '\'')) return std::nullopt;
-    const std::size_t end = tag.find(tag[begin], begin + 1);
-    if (end == tag.npos) return std::nullopt;
-    return tag.substr(begin + 1, end - begin - 1);
-  }
-  return std::nullopt;
-}
-
-// The next tag that begins with `name`, comments left out; moves `position` past it.
-std::optional<std::string_view> next_tag(std::string_view text, std::string_view name,
-                                         std::size_t& position) {
-  for (;;) {
-    const std::size_t begin = text.find(name, position);
-    if (begin == text.npos) return std::nullopt;
-    if (const std::size_t comment = text.find("<!--", position); comment < begin) {
-      position = text.find("-->", comment);
-      if (position == text.npos) return std::nullopt;
-      continue;
-    }
-    const std::size_t end = std::min(text.find('>', begin), text.size());
-    position = end;
-    return text.substr(begin, end - begin);
-  }
 }
 
 // The word after a keyword of a legacy file; empty if either is missing.
@@ -96,40 +67,113 @@ std::string_view after_lines(std::string_view text, int lines) {
   return text;
 }
 
-std::int64_t word_count(std::string_view text) {
-  std::int64_t count = 0;
-  for (std::size_t at = 0; (at = text.find_first_not_of(kSpace, at)) != text.npos; ++count) {
-    at = std::min(text.find_first_of(kSpace, at), text.size());
+// Calls use(tag, tags) for the tags in front of binary data, which may look like anything.
+template <class Use>
+void for_each_tag(std::string_view text, const Use& use) {
+  XmlTags tags(text);
+  while (const auto tag = tags.next()) {
+    if (tag->name == "AppendedData") return;
+    use(*tag, tags);
   }
-  return count;
 }
 
-// VTK reads as many offsets and types as there are cells and leaves what follows them. Only text is
-// checked.
-void check_cell_arrays(const std::string& path, std::string_view piece, std::int64_t cells) {
-  std::size_t position = 0;
-  if (!next_tag(piece, "<Cells", position)) return;
-  const std::string_view part = piece.substr(0, piece.find("</Cells>", position));
-  while (const auto array = next_tag(part, "<DataArray", position)) {
-    const auto name = attribute(*array, "Name");
-    if ((name != "offsets" && name != "types") || attribute(*array, "format") != "ascii") continue;
-    const std::size_t begin = std::min(position + 1, part.size());
-    const std::int64_t count = word_count(part.substr(begin, part.find('<', begin) - begin));
-    if (count == cells) continue;
-    throw FileError(fmt::format("{}: its array {} has {} numbers, but there are {} cells.", path,
-                                in_quotes(*name), count, cells));
+// Checks the arrays of a file that are text: VTK takes as many numbers as there should be and leaves what
+// follows them, and it cuts off the higher bits of numbers that a type does not hold.
+class XmlTextArrays {
+ public:
+  explicit XmlTextArrays(const std::string& path) : path_(path) {}
+
+  void visit(const XmlTag& tag, const XmlTags& tags) {
+    if (tag.name == "Piece" && !tag.closes) {
+      points_ = number(tag.attribute("NumberOfPoints"));
+      cells_ = number(tag.attribute("NumberOfCells"));
+    } else if (tag.name == "PointData" || tag.name == "CellData" || tag.name == "Points" ||
+               tag.name == "Cells") {
+      if (tag.closes && tag.name == "Cells") check_connectivity();
+      section_ = tag.closes || tag.body.ends_with('/') ? std::string_view() : tag.name;
+      connectivity_ = last_offset_ = -1;
+    } else if (tag.name == "DataArray" && !tag.closes && !section_.empty() && is_text(tag)) {
+      check(tag, tags.content());
+    }
   }
-}
+
+ private:
+  static std::int64_t number(std::optional<std::string_view> text) {
+    std::int64_t value = -1;
+    if (text) std::from_chars(text->data(), text->data() + text->size(), value);
+    return value;
+  }
+  // As VTK decides it.
+  static bool is_text(const XmlTag& array) {
+    return !array.attribute("offset") && array.attribute("format") != "binary" &&
+           array.attribute("type") != "String";
+  }
+
+  void check(const XmlTag& array, std::string_view content) {
+    const std::string_view name = array.attribute("Name").value_or(section_);
+    const std::int64_t count = check_words(array, name, content);
+    if (section_ == "Cells" && name == "connectivity") connectivity_ = count;
+    if (section_ == "Cells" && name != "offsets" && name != "types") return;
+    const bool of_points = section_ == "PointData" || section_ == "Points";
+    const std::int64_t items = of_points ? points_ : cells_;
+    std::int64_t components = section_ == "Points" ? 3 : 1;
+    if (const auto given = array.attribute("NumberOfComponents")) components = number(given);
+    if (count == components * items) return;
+    throw FileError(fmt::format("{}: its array {} has {} numbers, but there are {} {}{}{}.", path_,
+                                in_quotes(name), count, items, of_points ? "points" : "cells",
+                                components == 1 ? "" : fmt::format(" of {} numbers", components),
+                                count > components * items ? ", which is ambiguous" : ""));
+  }
+
+  // The number of words. Refuses those that would be cut to other numbers.
+  std::int64_t check_words(const XmlTag& array, std::string_view name, std::string_view content) {
+    const bool is_types = section_ == "Cells" && name == "types";
+    const bool is_signed = array.attribute("type") == "Int8" && !is_types;
+    const bool is_byte = is_signed || is_types || array.attribute("type") == "UInt8";
+    const std::int64_t least = is_signed ? -128 : 0;
+    std::int64_t count = 0;
+    std::string_view word;
+    for (std::size_t at = 0; (at = content.find_first_not_of(kSpace, at)) != content.npos;) {
+      const std::size_t end = std::min(content.find_first_of(kSpace, at), content.size());
+      word = content.substr(at, end - at);
+      const std::int64_t value = is_byte ? number(word) : least;
+      if (is_byte && (value < least || value > least + 255)) {
+        throw FileError(fmt::format("{}: {} in its array {} is not a number from {} to {}.", path_,
+                                    in_quotes(word), in_quotes(name), least, least + 255));
+      }
+      ++count;
+      at = end;
+    }
+    if (section_ == "Cells" && name == "offsets") last_offset_ = number(word);
+    return count;
+  }
+
+  void check_connectivity() const {
+    if (connectivity_ < 0 || last_offset_ < 0 || connectivity_ == last_offset_) return;
+    throw FileError(
+        fmt::format("{}: its array \"connectivity\" has {} numbers, but its offsets end "
+                    "with {}.",
+                    path_, connectivity_, last_offset_));
+  }
+
+  const std::string& path_;
+  std::string_view section_;
+  std::int64_t points_ = 0;
+  std::int64_t cells_ = 0;
+  std::int64_t connectivity_ =
+      -1;  // numbers of this array and the last one of `offsets`, if they are text
+  std::int64_t last_offset_ = -1;
+};
 
 }  // namespace
 
 VtkHeader check_xml_header(const std::string& path, std::string_view text) {
-  // Binary data after this mark may look like anything.
-  const std::string_view head = text.substr(0, text.find("<AppendedData"));
-  std::size_t position = 0;
-  const auto file = next_tag(head, "<VTKFile", position);
-  if (!file) throw FileError(path + ": is not a VTU file: it has no <VTKFile>.");
-  const auto type = attribute(*file, "type");
+  refuse_other_kinds(path, text, kXmlVtkKind);
+  const auto file = XmlTags(text).next();
+  if (!file || file->name != "VTKFile") {
+    throw FileError(path + ": is not a VTU file: it has no <VTKFile>.");
+  }
+  const auto type = file->attribute("type");
   if (type != "UnstructuredGrid") {
     throw FileError(
         fmt::format("{}: holds a data set of type {}; tetrahedra come in an "
@@ -142,35 +186,38 @@ VtkHeader check_xml_header(const std::string& path, std::string_view text) {
   const auto most = kMostPointsPerByte * static_cast<std::int64_t>(text.size());
   VtkHeader header;
   bool pieces = false;
-  while (const auto piece = next_tag(head, "<Piece", position)) {
+  for_each_tag(text, [&](const XmlTag& tag, const XmlTags&) {
+    if (tag.name != "Piece" || tag.closes) return;
     pieces = true;
-    const std::int64_t cells_before = header.cells;
     for (auto [name, sum] :
          {std::pair{"NumberOfPoints", &header.points}, std::pair{"NumberOfCells", &header.cells}}) {
-      const auto value = attribute(*piece, name);
+      const auto value = tag.attribute(name);
       if (!value) throw FileError(fmt::format("{}: a <Piece> has no {}.", path, name));
       *sum += count_of(path, name, *value, most);
     }
-    const std::string_view rest = head.substr(position);
-    check_cell_arrays(path, rest.substr(0, rest.find("</Piece>")), header.cells - cells_before);
-  }
+  });
   if (!pieces) throw FileError(path + ": has no <Piece>, so it holds no mesh.");
   // VTK allocates whole arrays before it looks for their values.
   const auto most_values = kMostValuesPerByte * static_cast<std::int64_t>(text.size());
   const auto most_components =
       most_values / std::max({header.points, header.cells, std::int64_t{1}}) + 1;
-  for (position = 0; const auto array = next_tag(head, "<DataArray", position);) {
-    if (const auto value = attribute(*array, "NumberOfComponents")) {
-      count_of(path, "NumberOfComponents", *value, most_components);
+  XmlTextArrays arrays(path);
+  for_each_tag(text, [&](const XmlTag& tag, const XmlTags& tags) {
+    if (tag.name == "DataArray" && !tag.closes) {
+      if (const auto value = tag.attribute("NumberOfComponents")) {
+        count_of(path, "NumberOfComponents", *value, most_components);
+      }
+      if (const auto value = tag.attribute("NumberOfTuples")) {
+        count_of(path, "NumberOfTuples", *value, most_values);
+      }
     }
-    if (const auto value = attribute(*array, "NumberOfTuples")) {
-      count_of(path, "NumberOfTuples", *value, most_values);
-    }
-  }
+    arrays.visit(tag, tags);
+  });
   return header;
 }
 
 VtkHeader check_legacy_header(const std::string& path, std::string_view text) {
+  refuse_other_kinds(path, text, kLegacyVtkKind);
   constexpr std::string_view kMark = "# vtk datafile";
   if (text.size() < kMark.size() ||
       !std::equal(kMark.begin(), kMark.end(), text.begin(), equal_ignoring_case)) {
@@ -197,6 +244,7 @@ VtkHeader check_legacy_header(const std::string& path, std::string_view text) {
     }
     *count = count_of(path, name, value, most);
   }
+  check_legacy_sections(path, text, after_lines(text, 2));
   header.own_arrays = title.substr(0, std::string_view(kOwnLegacyTitle).size()) == kOwnLegacyTitle;
   return header;
 }

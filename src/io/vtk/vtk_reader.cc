@@ -18,6 +18,7 @@
 #include <map>
 #include <utility>
 
+#include "core/quoting.h"
 #include "guarded_grid.h"
 #include "io/mesh/groups_by_number.h"
 #include "io/text/byte_stream.h"
@@ -29,13 +30,19 @@ namespace {
 
 // ---- in the child ------------------------------------------------------------------------------
 
-// The integers of an array, if it is an array of that many single integers.
+bool is_real(vtkDataArray* array) {
+  return array->GetDataType() == VTK_FLOAT || array->GetDataType() == VTK_DOUBLE;
+}
+
+// Whether an array has one integer for each of that many items.
+bool has_integers(vtkDataArray* array, vtkIdType count) {
+  return array != nullptr && array->GetNumberOfComponents() == 1 &&
+         array->GetNumberOfTuples() == count && !is_real(array);
+}
+
+// The integers of an array, if it has that many.
 std::vector<std::int64_t> integers(vtkDataArray* array, vtkIdType count) {
-  if (array == nullptr || array->GetNumberOfComponents() != 1 ||
-      array->GetNumberOfTuples() != count || array->GetDataType() == VTK_FLOAT ||
-      array->GetDataType() == VTK_DOUBLE) {
-    return {};
-  }
+  if (!has_integers(array, count)) return {};
   vtkNew<vtkTypeInt64Array> whole;  // a double would lose digits of large numbers
   whole->DeepCopy(array);
   return {whole->GetPointer(0), whole->GetPointer(0) + count};
@@ -72,7 +79,9 @@ std::vector<std::int64_t> triangle_groups(vtkUnstructuredGrid* grid) {
     }
     for (vtkIdType c = 0; c < cells; ++c) {
       const int type = grid->GetCellType(c);
-      if (type != VTK_TRIANGLE && type != VTK_QUADRATIC_TRIANGLE) continue;
+      if (type != VTK_TRIANGLE && type != VTK_QUADRATIC_TRIANGLE && type != VTK_LAGRANGE_TRIANGLE) {
+        continue;
+      }
       const double value = array->GetTuple1(c);
       if (value != std::floor(value) || std::abs(value) > std::numeric_limits<int>::max()) {
         throw FileError(
@@ -87,40 +96,68 @@ std::vector<std::int64_t> triangle_groups(vtkUnstructuredGrid* grid) {
   return numbers;
 }
 
-// Cell data that are no quantities.
-bool is_number_of_cells(const std::string& name) {
-  return name == "element_id" || name == "region" || name == "vtkGhostType";
+// Cells or points of other parts of a mesh, which a part has a copy of, and cells that are hidden.
+void refuse_ghosts(vtkDataSetAttributes* data, const char* item) {
+  for (const char* name : {"vtkGhostType", "vtkGhostLevels"}) {
+    vtkDataArray* marks = data->GetArray(name);
+    for (vtkIdType i = 0; marks != nullptr && i < marks->GetNumberOfTuples(); ++i) {
+      if (marks->GetComponent(i, 0) == 0.0) continue;
+      throw FileError(fmt::format(
+          "{0} {1} is marked as a ghost or as hidden by its array \"{2}\", so that the body "
+          "could be meant with it or without it. Write the mesh without ghost {0}s",
+          item, i, name));
+    }
+  }
 }
 
-// Writes the arrays of up to 9 components: those of real numbers, and for cells whole numbers, too,
-// from which a material may take a parameter.
-void encode_arrays(vtkDataSetAttributes* data, vtkIdType tuples, bool whole_numbers,
-                   ByteWriter& out) {
-  std::vector<vtkDataArray*> arrays;
-  for (int a = 0; a < data->GetNumberOfArrays(); ++a) {
-    vtkDataArray* array = data->GetArray(a);
-    if (array == nullptr || array->GetName() == nullptr) continue;
-    const bool real = array->GetDataType() == VTK_FLOAT || array->GetDataType() == VTK_DOUBLE;
-    const bool whole = whole_numbers && !is_number_of_cells(array->GetName());
-    if ((real || whole) && array->GetNumberOfTuples() == tuples &&
-        array->GetNumberOfComponents() <= 9) {
-      arrays.push_back(array);
-    }
+// Sorts the arrays of points or of cells into those that are read, of up to 9 components: those of real
+// numbers, and for cells whole numbers, too, from which a material may take a parameter; and into the names of
+// those that are not used. Some arrays are used by themselves.
+class ReadArrays {
+ public:
+  ReadArrays(vtkDataSetAttributes* data, vtkIdType tuples, bool of_cells) : tuples_(tuples) {
+    for (int a = 0; a < data->GetNumberOfArrays(); ++a) sort(data->GetAbstractArray(a), of_cells);
   }
-  out.put<std::uint64_t>(arrays.size());
-  for (vtkDataArray* array : arrays) {
-    out.put_text(array->GetName());
-    const int components = array->GetNumberOfComponents();
-    out.put<std::int32_t>(components);
-    std::vector<double> values(static_cast<std::size_t>(components * tuples));
-    for (vtkIdType i = 0; i < tuples; ++i) {
-      array->GetTuple(i, values.data() + static_cast<std::size_t>(components * i));
+
+  void encode(ByteWriter& out) const {
+    out.put<std::uint64_t>(arrays_.size());
+    for (vtkDataArray* array : arrays_) {
+      out.put_text(array->GetName());
+      const int components = array->GetNumberOfComponents();
+      out.put<std::int32_t>(components);
+      std::vector<double> values(static_cast<std::size_t>(components * tuples_));
+      for (vtkIdType i = 0; i < tuples_; ++i) {
+        array->GetTuple(i, values.data() + static_cast<std::size_t>(components * i));
+      }
+      out.put_all(values.data(), values.size());
     }
-    out.put_all(values.data(), values.size());
+    out.put<std::uint64_t>(unused_.size());
+    for (const std::string& name : unused_) out.put_text(name);
   }
-}
+
+ private:
+  void sort(vtkAbstractArray* any, bool of_cells) {
+    const std::string name = any->GetName() != nullptr ? any->GetName() : "";
+    vtkDataArray* array = vtkDataArray::SafeDownCast(any);
+    const bool numbers_items = name == (of_cells ? "element_id" : "vertex_id");
+    if (numbers_items && has_integers(array, tuples_)) return;
+    if ((of_cells && name == "region") || name.starts_with("vtkGhost")) return;
+    const bool readable = array != nullptr && !name.empty() &&
+                          array->GetNumberOfTuples() == tuples_ &&
+                          array->GetNumberOfComponents() <= 9;
+    const bool is_read = readable && (is_real(array) || (of_cells && !numbers_items));
+    if (is_read) arrays_.push_back(array);
+    if (!is_read || numbers_items) unused_.push_back(name);
+  }
+
+  vtkIdType tuples_;
+  std::vector<vtkDataArray*> arrays_;
+  std::vector<std::string> unused_;
+};
 
 std::string encode(vtkUnstructuredGrid* grid) {
+  refuse_ghosts(grid->GetPointData(), "point");
+  refuse_ghosts(grid->GetCellData(), "cell");
   ByteWriter out;
   const vtkIdType points = grid->GetNumberOfPoints();
   const vtkIdType cells = grid->GetNumberOfCells();
@@ -156,24 +193,19 @@ std::string encode(vtkUnstructuredGrid* grid) {
         regions(cell_data->GetArray("region"), cells), triangle_groups(grid)}) {
     out.put_all(values.data(), values.size());
   }
-  encode_arrays(point_data, points, false, out);
-  encode_arrays(cell_data, cells, true, out);
+  ReadArrays(point_data, points, false).encode(out);
+  ReadArrays(cell_data, cells, true).encode(out);
   return out.take_bytes();
 }
 
 // ---- in the parent -----------------------------------------------------------------------------
-
-bool distinct(std::vector<std::int64_t> ids) {
-  std::sort(ids.begin(), ids.end());
-  return std::adjacent_find(ids.begin(), ids.end()) == ids.end();
-}
 
 class Decoder {
  public:
   Decoder(const std::string& path, std::string bytes)
       : path_(path), bytes_(std::move(bytes)), in_(bytes_) {}
 
-  RawMesh decode(const VtkHeader& announced) {
+  RawMesh decode(const VtkHeader& announced, std::vector<std::string>& unused) {
     const auto coordinates = in_.get_all<double>();
     const auto types = in_.get_all<std::int32_t>();
     const auto connectivity = in_.get_all<std::int64_t>();
@@ -190,10 +222,9 @@ class Decoder {
 
     RawMesh mesh;
     mesh.source = path_;
-    read_arrays(mesh.point_arrays, points, "point");
-    read_arrays(mesh.cell_arrays, types.size(), "cell");
-    mesh.cell_arrays.erase("region");  // which RawCell::region holds
-    std::string().swap(bytes_);        // as large as the mesh
+    read_arrays(mesh.point_arrays, points, "point", unused);
+    read_arrays(mesh.cell_arrays, types.size(), "cell", unused);
+    std::string().swap(bytes_);  // as large as the mesh
     mesh.vertices.reserve(points);
     mesh.vertex_ids.reserve(points);
     for (std::size_t i = 0; i < points; ++i) {
@@ -202,15 +233,18 @@ class Decoder {
       mesh.vertex_ids.push_back(static_cast<std::int64_t>(i));
     }
     // The file's own numbers, should it carry them.
-    if (vertex_ids.size() == points && distinct(vertex_ids)) mesh.vertex_ids = vertex_ids;
-    const bool own_elements = element_ids.size() == types.size() && distinct(element_ids);
+    check_distinct(vertex_ids, "point data \"vertex_id\"");
+    check_distinct(element_ids, "cell data \"element_id\"");
+    if (vertex_ids.size() == points) mesh.vertex_ids = vertex_ids;
+    const bool own_elements = element_ids.size() == types.size();
     GroupsByNumber groups(mesh, 2);
     mesh.cells.reserve(types.size());
     std::int64_t begin = 0;
     for (std::size_t c = 0; c < types.size(); ++c) {
       RawCell cell;
       cell.vertices.reserve(vtk_cell_size(types[c]));
-      cell.type = vtk_cell_type(types[c]);
+      cell.type = vtk_cell_type(
+          types[c], static_cast<std::size_t>(std::max<std::int64_t>(ends[c] - begin, 0)));
       cell.id = own_elements ? element_ids[c] : static_cast<std::int64_t>(c);
       if (region_numbers.size() == types.size()) cell.region = static_cast<int>(region_numbers[c]);
       for (std::int64_t i = begin; i < ends[c]; ++i) {
@@ -226,6 +260,12 @@ class Decoder {
         refuse(fmt::format("cell {} is a {} with {} vertices", cell.id, to_string(cell.type),
                            cell.vertices.size()));
       }
+      if (types[c] == VTK_BEZIER_TETRAHEDRON && cell.type == CellType::kQuadraticTetrahedron) {
+        refuse(fmt::format(
+            "cell {} is a Bezier tetrahedron of order 2 or more, whose control points do "
+            "not lie on its edges. Write it with Lagrange or quadratic tetrahedra",
+            cell.id));
+      }
       begin = ends[c];
       if (cell.type == CellType::kTriangle) groups.add(cell, group_numbers[c]);
       mesh.cells.push_back(std::move(cell));
@@ -236,7 +276,16 @@ class Decoder {
  private:
   [[noreturn]] void refuse(const std::string& what) const { refuse_grid(path_, what); }
 
-  void read_arrays(std::map<std::string, Matrix>& target, std::size_t tuples, const char* what) {
+  // One number for two things says nothing of either.
+  void check_distinct(std::vector<std::int64_t> ids, const char* what) const {
+    std::sort(ids.begin(), ids.end());
+    const auto twice = std::adjacent_find(ids.begin(), ids.end());
+    if (twice == ids.end()) return;
+    refuse(fmt::format("its {} have the number {} twice, so that it is ambiguous", what, *twice));
+  }
+
+  void read_arrays(std::map<std::string, Matrix>& target, std::size_t tuples, const char* what,
+                   std::vector<std::string>& unused) {
     const auto arrays = in_.get<std::uint64_t>();
     for (std::uint64_t a = 0; a < arrays && in_.good(); ++a) {
       const std::string name = in_.get_text();
@@ -249,6 +298,12 @@ class Decoder {
       target[name] =
           Eigen::Map<const Matrix>(values.data(), components, static_cast<Index>(tuples));
     }
+    std::vector<std::string> names(
+        std::min<std::uint64_t>(in_.get<std::uint64_t>(), bytes_.size()));
+    for (std::string& name : names) name = in_.get_text();
+    if (names.empty()) return;
+    unused.push_back(
+        fmt::format("the {} data {}", what, quoted_list({names.begin(), names.end()})));
   }
 
   const std::string& path_;
@@ -258,9 +313,9 @@ class Decoder {
 
 }  // namespace
 
-RawMesh read_vtk_mesh(const std::string& path) {
+RawMesh read_vtk_mesh(const std::string& path, std::vector<std::string>& unused) {
   GridFile file = read_guarded(path, encode);
-  return Decoder(path, std::move(file.bytes)).decode(file.header);
+  return Decoder(path, std::move(file.bytes)).decode(file.header, unused);
 }
 
 }  // namespace tetraction

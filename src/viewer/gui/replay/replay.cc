@@ -50,12 +50,19 @@ const char* cell_array_name(ColorField field) {
   }
 }
 
+// Whether there is a file of that name. What cannot be read, such as a link to itself, counts as one: its
+// reader says what is wrong.
+bool is_there(const fs::path& path) {
+  std::error_code error;
+  return fs::exists(path, error) || error;
+}
+
 // A message that says why a directory without frames.pvd cannot be replayed and what to open instead.
 std::string why_no_frames(const fs::path& directory) {
-  if (fs::exists(directory / "study.json")) {
+  if (is_there(directory / "study.json")) {
     std::vector<std::string> runs;
     for (const auto& entry : fs::directory_iterator(directory)) {
-      if (fs::exists(entry.path() / "frames.pvd")) runs.push_back(entry.path().string());
+      if (is_there(entry.path() / "frames.pvd")) runs.push_back(entry.path().string());
     }
     std::sort(runs.begin(), runs.end());
     if (runs.empty()) {
@@ -66,7 +73,7 @@ std::string why_no_frames(const fs::path& directory) {
         "this is a study of several runs. Give the folder of one that has frames: {}.",
         fmt::join(runs, ", "));
   }
-  if (fs::exists(directory / "history.csv")) {
+  if (is_there(directory / "history.csv")) {
     return "this run of a study has written no frames. Repeat the study with --frames and the name "
            "of this folder.";
   }
@@ -177,16 +184,17 @@ void set_magnitudes(Snapshot& snapshot, const Vector& field) {
 
 Replay::Replay(const std::string& path) {
   fs::path collection = path;
-  if (fs::is_directory(collection)) collection /= "frames.pvd";
+  std::error_code error;
+  if (fs::is_directory(collection, error)) collection /= "frames.pvd";
   directory_ = fs::absolute(collection).parent_path().string();
-  if (!fs::exists(collection)) throw FileError(path + ": " + why_no_frames(path));
+  if (!is_there(collection)) throw FileError(path + ": " + why_no_frames(path));
   read_collection(collection.string());
   mesh_ = read_mesh(files_.front());
   rest_ = mesh_.rest_positions();
   const fs::path history = fs::path(directory_) / "history.csv";
-  if (fs::exists(history)) read_history(history.string());
+  if (is_there(history)) read_history(history.string());
   const fs::path probes = fs::path(directory_) / "probes.csv";
-  if (fs::exists(probes)) read_probes(probes.string());
+  if (is_there(probes)) read_probes(probes.string());
 }
 
 void Replay::read_collection(const std::string& path) {

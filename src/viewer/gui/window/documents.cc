@@ -10,7 +10,9 @@
 namespace tetraction::viewer {
 DocumentKind kind_of(const std::string& path) {
   const std::filesystem::path file(path);
-  if (std::filesystem::is_directory(file) || file.extension() == ".pvd") return DocumentKind::kRun;
+  std::error_code error;  // the reader says what is wrong with a link to itself
+  if (std::filesystem::is_directory(file, error) || file.extension() == ".pvd")
+    return DocumentKind::kRun;
   return file.extension() == ".toml" ? DocumentKind::kScene : DocumentKind::kMesh;
 }
 
