@@ -67,7 +67,8 @@ void warn_of_losses(const MeshWriteReport& written, const std::string& in, const
   }
   if (!written.lost_arrays.empty()) {
     print_warning(
-        fmt::format("{}: these arrays of {} are lost: {}. .vtu and .vtk files hold all arrays, "
+        fmt::format("{}: these arrays of {} are lost: {}. .vtu and .vtk files hold arrays of all "
+                    "names but their own, "
                     ".msh files those of 1, "
                     "3 and 9 components, the other formats none.",
                     out, in, fmt::join(written.lost_arrays, ", ")));

@@ -343,6 +343,20 @@ TEST_F(MeshWriterDetails, FormatsSayWhatElseTheyLose) {
     EXPECT_TRUE(report(ending).lost_arrays.empty()) << ending;
     EXPECT_FALSE(report(ending).changed_regions) << ending;
   }
+  // Names that VTK files have for something else.
+  mesh.cell_arrays["region"] = Matrix::Constant(1, mesh.tetrahedron_count(), 0.5);
+  mesh.point_arrays["vertex_id"] = Matrix::Constant(1, mesh.vertex_count(), 0.5);
+  for (const char* ending : {".vtu", ".vtk"}) {
+    EXPECT_EQ(report(ending).lost_arrays, (std::vector<std::string>{"vertex_id", "region"}));
+    EXPECT_EQ(read_mesh(path("lost") + ending).regions, mesh.regions);
+  }
+  // Two sets of Vega may not have the same name.
+  mesh.groups = {{"half", 3, 1, {}, {0, 1}}, {"half", 3, 2, {}, {2, 3}}};
+  report(".veg");
+  const TetMesh halves = read_mesh(path("lost.veg"));
+  ASSERT_EQ(halves.groups.size(), 2U);
+  EXPECT_EQ(halves.groups[1].name, "half (tag 2)");
+  mesh.groups.clear();
   mesh.regions = {-2, 1, 1, 1, 1, 1};
   EXPECT_TRUE(report(".msh").changed_regions);
   EXPECT_TRUE(report(".veg").changed_regions);

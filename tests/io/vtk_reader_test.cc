@@ -164,6 +164,12 @@ TEST_F(VtkReader, LegacyTextKeepsEverything) {
   }
 }
 
+TEST_F(VtkReader, NoComponentsAreOne) {
+  VtuText vtu;
+  vtu.cell_data = array("Float64", "E", "7 8 9", 0);
+  EXPECT_EQ(read("none.vtu", vtu.text()).cell_arrays.at("E")(0, 2), 9.0);
+}
+
 TEST_F(VtkReader, PiecesAreAddedUp) {
   const std::string one = VtuText{}.text();
   const auto begin = one.find("<Piece");

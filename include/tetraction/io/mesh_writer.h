@@ -28,8 +28,8 @@ std::vector<RawCell> group_cells(const RawMesh& raw);
 /// .node/.ele (TetGen, both files), .veg (Vega). Coordinates keep every bit. Regions and the ids of
 /// the original file are kept if the format has a place for them:
 ///
-/// - .vtu and .vtk keep ids and regions as arrays, and the point and cell arrays of the mesh, but no
-///   groups.
+/// - .vtu and .vtk keep ids and regions as arrays, and the point and cell arrays of the mesh with other names
+///   than these (`vertex_id`, `element_id`, `region`, `vtkGhost…`), but no groups.
 /// - .msh keeps ids if all are at least 1. Otherwise they are shifted to begin at 1. Regions above
 ///   0 and volume groups become physical groups. So do the groups of the points, lines and
 ///   triangles in `cells` (group_cells() of the file that the mesh was built from). A group keeps

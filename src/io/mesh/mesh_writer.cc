@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <iterator>
 #include <map>
+#include <set>
 
 #include "io/gmsh/gmsh_writer.h"
 #include "io/vtk/quiet_vtk.h"
@@ -24,6 +25,12 @@
 namespace tetraction {
 namespace {
 
+// Whether VTK files of this program have another array of this name.
+bool is_taken(const std::string& name, bool of_cells) {
+  return name == (of_cells ? "element_id" : "vertex_id") || (of_cells && name == "region") ||
+         name.starts_with("vtkGhost");
+}
+
 vtkSmartPointer<vtkUnstructuredGrid> grid_with_data(const TetMesh& mesh) {
   auto grid = make_grid(mesh);
   Matrix regions(1, mesh.tetrahedron_count());
@@ -32,9 +39,11 @@ vtkSmartPointer<vtkUnstructuredGrid> grid_with_data(const TetMesh& mesh) {
   }
   grid->GetCellData()->AddArray(make_array("region", regions, true));
   for (const auto& [name, values] : mesh.point_arrays) {
+    if (is_taken(name, false)) continue;
     grid->GetPointData()->AddArray(make_array(name, values, false));
   }
   for (const auto& [name, values] : mesh.cell_arrays) {
+    if (is_taken(name, true)) continue;
     grid->GetCellData()->AddArray(make_array(name, values, false));
   }
   return grid;
@@ -111,10 +120,13 @@ void write_vega(const TetMesh& mesh, const std::string& path) {
     for (const Index v : mesh.tetrahedra[static_cast<std::size_t>(e)]) append(text, " {}", v + 1);
     text += '\n';
   }
+  std::set<std::string> names;
   for (const Group& group : mesh.groups) {
-    if (group.dimension == 3 && !group.tetrahedra.empty()) {
-      append_set(text, group.name, group.tetrahedra);
-    }
+    if (group.dimension != 3 || group.tetrahedra.empty()) continue;
+    // A set has a name of its own.
+    std::string name = group.name;
+    while (!names.insert(name).second) name += fmt::format(" (tag {})", group.tag);
+    append_set(text, name, group.tetrahedra);
   }
   const std::map<int, std::vector<Index>> regions = tetrahedra_by_region(mesh);
   if (regions.size() > 1) {
@@ -148,10 +160,14 @@ std::vector<std::string> lost_groups(const TetMesh& mesh, bool keeps_volumes) {
   return names;
 }
 
-std::vector<std::string> names_of_arrays(const TetMesh& mesh) {
+// VTK's formats hold all arrays that have names of their own, the others none.
+std::vector<std::string> lost_arrays(const TetMesh& mesh, bool vtk) {
   std::vector<std::string> names;
-  for (const auto* arrays : {&mesh.point_arrays, &mesh.cell_arrays}) {
-    for (const auto& [name, values] : *arrays) names.push_back(name);
+  for (const auto& [name, values] : mesh.point_arrays) {
+    if (!vtk || is_taken(name, false)) names.push_back(name);
+  }
+  for (const auto& [name, values] : mesh.cell_arrays) {
+    if (!vtk || is_taken(name, true)) names.push_back(name);
   }
   return names;
 }
@@ -199,7 +215,7 @@ MeshWriteReport write_mesh(const TetMesh& mesh, const std::string& path,
   }
   MeshWriteReport report;
   report.lost_groups = lost_groups(mesh, ending == ".veg");
-  if (ending != ".vtu" && ending != ".vtk") report.lost_arrays = names_of_arrays(mesh);
+  report.lost_arrays = lost_arrays(mesh, ending == ".vtu" || ending == ".vtk");
   report.changed_regions = ending == ".veg" && vega_changes_regions(mesh);
   return report;
 }

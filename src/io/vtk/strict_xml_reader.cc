@@ -135,7 +135,7 @@ int StrictXmlReader::ReadPieceData() {
     for_each_array(section, [&](vtkXMLDataElement* array) {
       int components = usual;
       array->GetScalarAttribute("NumberOfComponents", components);
-      check_length(array, components * items);
+      check_length(array, std::max(components, 1) * items);
     });
   };
   check_all(PointDataElements[Piece], points, 1);

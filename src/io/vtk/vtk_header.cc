@@ -118,6 +118,7 @@ class XmlTextArrays {
     const std::int64_t items = of_points ? points_ : cells_;
     std::int64_t components = section_ == "Points" ? 3 : 1;
     if (const auto given = array.attribute("NumberOfComponents")) components = number(given);
+    components = std::max(components, std::int64_t{1});  // as VTK takes it
     if (count == components * items) return;
     throw FileError(fmt::format("{}: its array {} has {} numbers, but there are {} {}{}{}.", path_,
                                 in_quotes(name), count, items, of_points ? "points" : "cells",
