@@ -18,21 +18,29 @@ class CollectedValues {
   /// Keeps a reference to `material`, which must live longer.
   explicit CollectedValues(const CustomMaterial& material) : material_(material) {}
 
-  bool admissible(const Matrix3& f) const { return material_.admissible(f); }
-  double energy_density(const Matrix3& f) const { return energies_.next(f, 0.0); }
-  Matrix3 first_piola(const Matrix3& f) const { return stresses_.next(f, Matrix3::Zero()); }
-  Matrix9 stiffness(const Matrix3& f) const { return stiffnesses_.next(f, Matrix9::Zero()); }
+  /// Where the values are that are noted from now on. For a PlacedMaterial.
+  void go_to(const MaterialPlace& place) { place_ = place; }
+
+  double energy_density(const Matrix3& f) const { return next(energies_, f, 0.0); }
+  Matrix3 first_piola(const Matrix3& f) const {
+    return next(stresses_, f, Matrix3(Matrix3::Zero()));
+  }
+  Matrix9 stiffness(const Matrix3& f) const {
+    return next(stiffnesses_, f, Matrix9(Matrix9::Zero()));
+  }
+  /// Whether the energy is defined is to be found out before.
+  static bool admissible(const Matrix3&) { return true; }
   LameParameters initial_lame() const { return material_.initial_lame(); }
 
   void evaluate() {
-    energies_.evaluate([&](const auto& f, auto& flags, auto& values) {
-      material_.evaluate({f, flags, values, {}, {}});
+    energies_.evaluate([&](const auto& f, const auto& places, auto& flags, auto& values) {
+      material_.evaluate({f, flags, values, {}, {}, places});
     });
-    stresses_.evaluate([&](const auto& f, auto& flags, auto& values) {
-      material_.evaluate({f, flags, {}, values, {}});
+    stresses_.evaluate([&](const auto& f, const auto& places, auto& flags, auto& values) {
+      material_.evaluate({f, flags, {}, values, {}, places});
     });
-    stiffnesses_.evaluate([&](const auto& f, auto& flags, auto& values) {
-      material_.evaluate({f, flags, {}, {}, values});
+    stiffnesses_.evaluate([&](const auto& f, const auto& places, auto& flags, auto& values) {
+      material_.evaluate({f, flags, {}, {}, values, places});
     });
   }
 
@@ -40,25 +48,30 @@ class CollectedValues {
   template <class Value>
   struct List {
     std::vector<Matrix3> f;
+    std::vector<MaterialPlace> places;
     std::vector<Value> values;
     std::size_t position = 0;
 
-    Value next(const Matrix3& at, const Value& zero) {
-      if (!values.empty()) return values[position++];
-      f.push_back(at);
-      return zero;
-    }
     template <class Call>
     void evaluate(const Call& call) {
       if (f.empty()) return;
       std::vector<char> admissible(f.size(), 0);
       std::vector<Value> computed(f.size());
-      call(f, admissible, computed);
+      call(f, places, admissible, computed);
       values = std::move(computed);
     }
   };
 
+  template <class Value>
+  Value next(List<Value>& list, const Matrix3& f, const Value& zero) const {
+    if (!list.values.empty()) return list.values[list.position++];
+    list.f.push_back(f);
+    if (material_.has_places()) list.places.push_back(place_);
+    return zero;
+  }
+
   const CustomMaterial& material_;
+  MaterialPlace place_;
   mutable List<double> energies_;
   mutable List<Matrix3> stresses_;
   mutable List<Matrix9> stiffnesses_;

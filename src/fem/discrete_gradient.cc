@@ -10,6 +10,7 @@
 #include "discrete_stress.h"
 #include "isotropic_model.h"
 #include "kernels/discrete_gradient_kernels.h"
+#include "material_at.h"
 #include "tetraction/core/parallel.h"
 
 namespace tetraction {
@@ -111,14 +112,20 @@ bool DiscreteGradient::run_block(Index b, const Step& step, const Vector* direct
   const auto* custom = std::get_if<CustomMaterial>(&material.model());
   if (custom != nullptr && custom->has_batches()) {
     std::vector<Matrix3> ends;
-    blocks_.for_each_point(block,
-                           [&](Index i, Index, int) { ends.push_back(deformation_at(i).end()); });
+    std::vector<MaterialPlace> places;  // only for materials that need them
+    blocks_.for_each_point(block, [&](Index i, Index, int) {
+      ends.push_back(deformation_at(i).end());
+      if (custom->has_places()) places.push_back(place_of(rest, i));
+    });
     std::vector<char> is_admissible(ends.size(), 0);
-    custom->evaluate({ends, is_admissible, {}, {}, {}});
+    custom->evaluate({ends, is_admissible, {}, {}, {}, places});
     if (std::count(is_admissible.begin(), is_admissible.end(), 0) > 0) return false;
     CollectedValues values(*custom);
-    blocks_.for_each_point(block,
-                           [&](Index i, Index, int) { stress_at(i, values, deformation_at(i)); });
+    std::size_t next = 0;
+    blocks_.for_each_point(block, [&](Index i, Index, int) {
+      if (!places.empty()) values.go_to(places[next++]);
+      stress_at(i, values, deformation_at(i));
+    });
     values.evaluate();
     blocks_.for_each_point(block, [&](Index i, Index batch, int lane) {
       add_forces(i, stress_at(i, values, deformation_at(i)), batch, lane);
@@ -136,8 +143,8 @@ bool DiscreteGradient::run_block(Index b, const Step& step, const Vector* direct
   std::visit(
       [&](const auto& m) {
         blocks_.for_each_point(block, [&](Index i, Index batch, int lane) {
-          material.with_element(m, rest.element_of(i),
-                                [&](const auto& own) { add(i, own, batch, lane); });
+          with_material_at(material, m, rest, i,
+                           [&](const auto& own) { add(i, own, batch, lane); });
         });
       },
       material.model());

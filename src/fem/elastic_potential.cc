@@ -18,6 +18,7 @@
 #include "kernels/element_kernels.h"
 #include "kernels/tangent_kernels.h"
 #include "kernels/volume_kernels.h"
+#include "material_at.h"
 #include "tetraction/core/error.h"
 #include "tetraction/core/parallel.h"
 #include "tetraction/mesh/mesh_part.h"
@@ -93,6 +94,7 @@ struct Evaluated {
 // The lists of the values of a material at some F.
 struct ValueLists {
   std::vector<Matrix3> f;
+  std::vector<MaterialPlace> places;  // only for materials that need them
   std::vector<char> admissible;
   std::vector<double> energy;
   std::vector<Matrix3> stress;
@@ -103,7 +105,7 @@ struct ValueLists {
     energy.resize(order >= Order::kEnergy ? f.size() : 0);
     stress.resize(order >= Order::kStress ? f.size() : 0);
     stiffness.resize(order >= Order::kStiffness ? f.size() : 0);
-    material.evaluate({f, admissible, energy, stress, stiffness});
+    material.evaluate({f, admissible, energy, stress, stiffness, places});
   }
   Evaluated at(std::size_t k) const {
     return {admissible[k] != 0, energy.empty() ? 0.0 : energy[k],
@@ -183,6 +185,7 @@ struct ElasticPotential::Impl {
     const auto modulus_of = [](const LameParameters& lame) {
       return std::abs(lame.lambda) + 2.0 * lame.mu;
     };
+    require_defined_at_rest(m);
     sums.clear_moduli();
     if (!material.varies()) sums.set_modulus(modulus_of(initial_lame(material.model())));
     for (Index b = 0; b < blocks.block_count(); ++b) {
@@ -212,6 +215,38 @@ struct ElasticPotential::Impl {
     }
   }
 
+  // Throws InputError if the energy of a PlacedMaterial is not defined somewhere at rest.
+  void require_defined_at_rest(std::size_t m) const {
+    const auto* custom = std::get_if<CustomMaterial>(&materials[m].model());
+    if (custom == nullptr || !custom->has_places()) return;
+    for (Index b = 0; b < blocks.block_count(); ++b) {
+      const ElementBlocks::Block& block = blocks.block(b);
+      if (block.material != static_cast<int>(m)) continue;
+      ValueLists values;
+      blocks.for_each_point(block, [&](Index i, Index, int) {
+        values.f.push_back(Matrix3::Identity());
+        values.places.push_back(place_of(rest, i));
+      });
+      if (custom->has_batches()) values.evaluate(*custom, Order::kEnergy);
+      for (std::size_t k = 0; k < values.f.size(); ++k) {
+        const MaterialPlace& place = values.places[k];
+        // Ψ − Ψ(I) is 0, or it is not a number.
+        const bool is_defined =
+            custom->has_batches()
+                ? values.admissible[k] != 0 && std::isfinite(values.energy[k])
+                : custom->at(place).admissible(values.f[k]) &&
+                      std::isfinite(custom->at(place).energy_density(values.f[k]));
+        if (is_defined) continue;
+        throw InputError(
+            fmt::format("{}: the energy density is not defined at rest, F = I, in element {} (from "
+                        "0) at ({:.6g}, "
+                        "{:.6g}, {:.6g}) m: the body could not even begin.",
+                        custom->name(), place.element, place.position.x(), place.position.y(),
+                        place.position.z()));
+      }
+    }
+  }
+
   const MaterialField& field(const ElementBlocks::Block& block) const {
     return materials[static_cast<std::size_t>(block.material)];
   }
@@ -228,11 +263,11 @@ struct ElasticPotential::Impl {
     return view;
   }
 
-  // Returns body(material of element e), with the material as its own type.
+  // Returns body(material at point i), with the material as its own type.
   template <class Body>
-  decltype(auto) with_material(Index e, const Body& body) const {
-    const MaterialField& material = field(e);
-    return std::visit([&](const auto& m) { return material.with_element(m, e, body); },
+  decltype(auto) with_material(Index i, const Body& body) const {
+    const MaterialField& material = field(rest.element_of(i));
+    return std::visit([&](const auto& m) { return with_material_at(material, m, rest, i, body); },
                       material.model());
   }
 
@@ -244,8 +279,8 @@ struct ElasticPotential::Impl {
     std::visit(
         [&](const auto& m) {
           blocks.for_each_point(block, [&](Index i, Index batch, int lane) {
-            material.with_element(m, rest.element_of(i),
-                                  [&](const auto& own) { body(i, own, batch, lane); });
+            with_material_at(material, m, rest, i,
+                             [&](const auto& own) { body(i, own, batch, lane); });
           });
         },
         material.model());
@@ -269,6 +304,7 @@ struct ElasticPotential::Impl {
       displacements.rightCols<3>() -= rest.point_edges(i);
       values.f.push_back(Matrix3::Identity() +
                          deformation_gradient(rest.point(i), 0, displacements));
+      if (custom->has_places()) values.places.push_back(place_of(rest, i));
     });
     values.evaluate(*custom, order);
     std::size_t k = 0;
@@ -432,18 +468,20 @@ struct ElasticPotential::Impl {
 
   // See ElasticPotential::element_terms().
   bool element_terms(Index e, const Positions& q, bool with_hessian, ElementTerms& terms) const {
-    return with_material(e, [&](const auto& material) {
-      clear(rest, with_hessian, terms);
-      const int points = rest.points_per_element();
-      for (int p = 0; p < points; ++p) {
-        const Index i = points * e + p;
+    clear(rest, with_hessian, terms);
+    const int points = rest.points_per_element();
+    for (int p = 0; p < points; ++p) {
+      const Index i = points * e + p;
+      const bool is_admissible = with_material(i, [&](const auto& material) {
         const Shape::NodeMatrix local = rest.gather_relative(q, i);
         const auto point = rest.point(i);
         if (!element_admissible<Shape>(point, material, local)) return false;
         add_point(p, point, material, local, with_hessian, terms);
-      }
-      return true;
-    });
+        return true;
+      });
+      if (!is_admissible) return false;
+    }
+    return true;
   }
 
   double total_energy() const {
@@ -558,7 +596,7 @@ int ElasticPotential::material_index(Index e) const {
              : impl_->material_of_element[static_cast<std::size_t>(e)];
 }
 LameParameters ElasticPotential::lame(Index e) const {
-  return impl_->with_material(e, [](const auto& m) { return m.initial_lame(); });
+  return initial_lame(material(e));
 }
 void ElasticPotential::set_material(std::size_t index, const MaterialField& material) {
   impl_->materials.at(index) = material;
@@ -665,7 +703,7 @@ void ElasticPotential::energy_densities(const Vector& q, Vector& densities) cons
 
 Matrix3 ElasticPotential::first_piola(Index point, const Vector& q) const {
   const RestState& rest = impl_->rest;
-  return impl_->with_material(rest.element_of(point), [&](const auto& material) -> Matrix3 {
+  return impl_->with_material(point, [&](const auto& material) -> Matrix3 {
     return material.first_piola(deformation_gradient(rest.point(point), 0, rest.gather(q, point)));
   });
 }

@@ -41,6 +41,9 @@ bool was_too_large(StepStatus status) {
 }
 
 bool is_defined_inside_out(const MaterialField& material) {
+  // A law that depends on the place may be somewhere.
+  const auto* custom = std::get_if<CustomMaterial>(&material.model());
+  if (custom != nullptr && custom->has_places()) return true;
   const Matrix3 mirrored = Vector3(-1.0, 1.0, 1.0).asDiagonal();
   return std::visit([&](const auto& m) { return m.admissible(mirrored); }, material.model());
 }

@@ -3,6 +3,7 @@
 
 #include <string>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "support/bodies.h"
@@ -12,6 +13,7 @@
 #include "tetraction/dynamics/derivative_check.h"
 #include "tetraction/dynamics/stability.h"
 #include "tetraction/simulation/scene_objects.h"
+#include "tetraction/simulation/session.h"
 
 namespace tetraction {
 namespace {
@@ -94,11 +96,181 @@ TEST(CustomMaterial, DerivativesAreExactInABody) {
   }
 }
 
+TEST(CustomMaterial, AStiffnessThatJumpsIsComparedWithTheSideThatItBelongsTo) {
+  const TetMesh mesh = small_block();
+  const RestState rest(mesh);
+  // Stretched across the fibres, all of them are at the jump.
+  Vector across = mesh.rest_positions();
+  for (Index v = 0; v < mesh.vertex_count(); ++v) across[3 * v + 1] *= 1.1;
+  const auto errors_of = [&](double factor, const Vector& q) {
+    const ElasticPotential potential(
+        rest, CustomMaterial(TensionFibres(kLame, 1e5, Vector3::UnitX(), factor)));
+    return check_derivatives(potential, q);
+  };
+  const DerivativeErrors right = errors_of(1.0, across);
+  EXPECT_GT(right.force_norm, 0.0);
+  EXPECT_LT(right.force, 1e-7);
+  EXPECT_LT(right.stiffness,
+            2e-5);  // differences to one side are of the first order in the step, 1e-5
+  EXPECT_GT(right.jumps, mesh.tetrahedron_count());
+  EXPECT_LT(errors_of(1.0, mesh.rest_positions()).stiffness, 2e-5);
+  // A wrong formula is still found, at the jump and elsewhere.
+  EXPECT_GT(errors_of(1.01, across).stiffness, 1e-4);
+  EXPECT_GT(errors_of(1.01, 1.05 * across).stiffness, 1e-4);
+  EXPECT_EQ(errors_of(1.0, 1.05 * across).jumps, 0);
+}
+
+// A law whose shear modulus depends on the place.
+struct Graded {
+  double (*shear_modulus)(const MaterialPlace&);
+  StVenantKirchhoff at(const MaterialPlace& place) const { return {shear_modulus(place), 0.0}; }
+};
+
+// Under the same F everywhere the energy is μ E:E integrated over the body. The rules are exact for
+// polynomials of degree 1 (linear elements) and 2 (quadratic ones).
+TEST(PlacedMaterial, GetsTheRestPositionsOfTheQuadraturePoints) {
+  const Matrix3 f = (Matrix3() << 1.1, 0.1, 0.0, 0.05, 0.9, 0.0, 0.0, -0.1, 1.05).finished();
+  const Matrix3 e = 0.5 * (f.transpose() * f - Matrix3::Identity());
+  const auto energy_of = [&](const TetMesh& mesh, double (*modulus)(const MaterialPlace&)) {
+    const RestState rest(mesh);
+    const ElasticPotential potential(rest, CustomMaterial(Graded{modulus}, "graded", {1.0, 0.0}));
+    Vector q = mesh.rest_positions();
+    for (Index v = 0; v < mesh.vertex_count(); ++v) {
+      vertex_block(q, v) = f * vertex_block(std::as_const(q), v);
+    }
+    double energy = 0.0;
+    EXPECT_TRUE(potential.value(q, energy).ok());
+    return energy / e.squaredNorm();
+  };
+  const auto linear = [](const MaterialPlace& at) { return 1.0 + at.position.x(); };
+  const auto quadratic = [](const MaterialPlace& at) {
+    return 1.0 + at.position.x() + at.position.y() * at.position.z();
+  };
+  EXPECT_NEAR(energy_of(small_block(), linear), 4.0, 1e-12);  // over 2 × 1 × 1 m
+  EXPECT_NEAR(energy_of(with_edge_vertices(small_block()), quadratic), 4.5, 1e-12);
+}
+
+// A law by the number of the element.
+struct ByElement {
+  std::vector<NeoHookean> laws;
+  const NeoHookean& at(const MaterialPlace& place) const {
+    return laws[static_cast<std::size_t>(place.element)];
+  }
+};
+
+TEST(PlacedMaterial, ByElementIsAFieldOfParameters) {
+  for (const bool is_quadratic : {false, true}) {
+    const TetMesh mesh = is_quadratic ? with_edge_vertices(small_block()) : small_block();
+    const RestState rest(mesh);
+    std::vector<IsotropicModel> models;
+    ByElement law;
+    for (Index e = 0; e < mesh.tetrahedron_count(); ++e) {
+      const double factor = 1.0 + 0.1 * static_cast<double>(e % 17);
+      law.laws.emplace_back(factor * kLame.mu, factor * kLame.lambda);
+      models.emplace_back(law.laws.back());
+    }
+    ElasticPotential field(rest, MaterialField(models));
+    ElasticPotential placed(rest, CustomMaterial(law, "by element", kLame));
+    const Vector q = jiggled(mesh.rest_positions(), 0.02);
+    const Vector d = jiggled(Vector::Zero(q.size()), 1.0, 3);
+    double expected = 0.0;
+    double energy = 0.0;
+    Vector expected_gradient;
+    Vector gradient;
+    ASSERT_TRUE(field.value_and_gradient(q, expected, expected_gradient).ok());
+    ASSERT_TRUE(placed.value_and_gradient(q, energy, gradient).ok());
+    EXPECT_NEAR(energy, expected, 1e-12 * expected);
+    EXPECT_LT((gradient - expected_gradient).norm(), 1e-12 * expected_gradient.norm());
+    Vector product;
+    field.product(q, d, expected_gradient);
+    placed.product(q, d, product);
+    EXPECT_LT((product - expected_gradient).norm(), 1e-12 * product.norm());
+    for (Index e = 0; e < mesh.tetrahedron_count(); ++e) {
+      ElasticPotential::ElementTerms terms;
+      ElasticPotential::ElementTerms expected_terms;
+      ASSERT_TRUE(placed.element_terms(e, q, true, terms));
+      ASSERT_TRUE(field.element_terms(e, q, true, expected_terms));
+      EXPECT_LT((terms.hessian - expected_terms.hessian).norm(), 1e-12 * terms.hessian.norm());
+    }
+    const Index last = rest.point_count() - 1;
+    EXPECT_LT((placed.first_piola(last, q) - field.first_piola(last, q)).norm(), 1e-6);
+  }
+}
+
+TEST(PlacedMaterial, DerivativesAreExactInABody) {
+  const TetMesh mesh = small_block();
+  const RestState rest(mesh);
+  const ElasticPotential potential(rest, CustomMaterial(WindingFibres(kLame)));
+  const DerivativeErrors errors =
+      check_derivatives(potential, strained_state(potential, mesh.rest_positions()));
+  EXPECT_LT(errors.force, 1e-7);
+  EXPECT_LT(errors.stiffness, 1e-7);
+  EXPECT_EQ(errors.jumps, 0);
+}
+
+struct UndefinedInElement7 {
+  NeoHookean inner{1e5, 1e5};
+  const MaterialPlace place;
+  bool admissible(const Matrix3& f) const { return place.element != 7 && inner.admissible(f); }
+  double energy_density(const Matrix3& f) const { return 5.0 + inner.energy_density(f); }
+  Matrix3 first_piola(const Matrix3& f) const { return inner.first_piola(f); }
+  Matrix9 stiffness(const Matrix3& f) const { return inner.stiffness(f); }
+};
+struct Undefined {
+  UndefinedInElement7 at(const MaterialPlace& place) const { return {.place = place}; }
+};
+
+TEST(PlacedMaterial, IsRefusedByABodyInWhichItIsNotDefined) {
+  const TetMesh mesh = small_block();
+  const RestState rest(mesh);
+  const CustomMaterial material(Undefined(), "undefined", kLame);
+  EXPECT_TRUE(material.has_places());
+  EXPECT_THROW(material.first_piola(Matrix3::Identity()), InputError);  // where?
+  EXPECT_EQ(material.at({3, Vector3::Zero()}).energy_density(Matrix3::Identity()), 0.0);
+  try {
+    const ElasticPotential potential(rest, material);
+    FAIL() << "no exception";
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("in element 7 "), std::string::npos) << error.what();
+  }
+}
+
+// Half of a body is stiffer, by regions and by the numbers of the elements.
+TEST(PlacedMaterial, MovesAsRegionsDo) {
+  for (const Integrator rule :
+       {Integrator::kVerlet, Integrator::kMidpoint, Integrator::kEnergyMomentum}) {
+    Scene scene = spinning_block(rule, is_implicit(rule) ? 2e-3 : 5e-4, 0.1);
+    const TetMesh mesh = generate_box({2, 1, 1}, {2, 1, 1});
+    const LameParameters soft = lame_from_young(1e5, 0.3);
+    const LameParameters stiff = lame_from_young(4e5, 0.3);
+    const SelectBox half{{1.0, 0.0, 0.0}, {2.0, 1.0, 1.0}};
+    ByElement law{std::vector<NeoHookean>(mesh.tetrahedra.size(), {soft.mu, soft.lambda})};
+    for (const Index e : select_tetrahedra(mesh, half)) {
+      law.laws[static_cast<std::size_t>(e)] = NeoHookean(stiff.mu, stiff.lambda);
+    }
+    scene.solver.tolerance = 1e-12;
+    Scene regions = scene;
+    MaterialRegionSettings region;
+    region.select = half;
+    region.material = scene.material;
+    region.material.youngs_modulus = 4e5;
+    regions.material_region.push_back(region);
+    scene.material.custom = CustomMaterial(law, "by element", soft);
+    Session expected(regions, mesh);
+    Session session(scene, mesh);
+    EXPECT_EQ(expected.run(), RunStatus::kFinished);
+    EXPECT_EQ(session.run(), RunStatus::kFinished);
+    const Vector moved = expected.state().position - mesh.rest_positions();
+    EXPECT_LT((session.state().position - expected.state().position).norm(), 1e-9 * moved.norm())
+        << to_string(rule);
+  }
+}
+
 // A material for many F in one call. In the loops over elements its other functions are not called.
-class InBatches {
+class FibresInBatches {
  public:
   static constexpr const char* kName = "in batches";
-  InBatches() : fibres_(kLame, 1e5, 2.0, Vector3(1, -2, 0.5)) {}
+  FibresInBatches() : fibres_(kLame, 1e5, 2.0, Vector3(1, -2, 0.5)) {}
 
   bool admissible(const Matrix3& f) const { return single("admissible") && fibres_.admissible(f); }
   double energy_density(const Matrix3& f) const {
@@ -140,9 +312,9 @@ TEST(CustomMaterial, ABatchMaterialIsEvaluatedInBatchesOnly) {
     const TetMesh mesh = is_quadratic ? with_edge_vertices(small_block()) : small_block();
     const RestState rest(mesh);
     ElasticPotential plain(rest, CustomMaterial(FibreRubber(kLame, 1e5, 2.0, Vector3(1, -2, 0.5))));
-    InBatches::allows_single = true;
-    ElasticPotential batched(rest, CustomMaterial(InBatches()));
-    InBatches::allows_single = false;
+    FibresInBatches::allows_single = true;
+    ElasticPotential batched(rest, CustomMaterial(FibresInBatches()));
+    FibresInBatches::allows_single = false;
     Vector q = jiggled(mesh.rest_positions(), 0.01);
     double expected = 0.0;
     double energy = 0.0;
@@ -173,7 +345,7 @@ TEST(CustomMaterial, ABatchMaterialIsEvaluatedInBatchesOnly) {
     EXPECT_FALSE(plain.admissible(q).ok());
     EXPECT_EQ(batched.admissible(q).failed_element, plain.admissible(q).failed_element);
     EXPECT_FALSE(batched.value(q, energy).ok());
-    InBatches::allows_single = true;
+    FibresInBatches::allows_single = true;
   }
 }
 

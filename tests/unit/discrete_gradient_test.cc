@@ -28,7 +28,10 @@ std::vector<Case> cases() {
           {"yeoh", Yeoh(2e5, 3e4, 5e3, 1e6)},
           {"custom_neo_hookean", CustomMaterial(NeoHookean(kLame.mu, kLame.lambda))},
           {"custom_stvk", CustomMaterial(StVenantKirchhoff(kLame.mu, kLame.lambda))},
-          {"fibres", CustomMaterial(FibreRubber(kLame, 1e5, 0.5, {1.0, 1.0, 0.0}))}};
+          {"fibres", CustomMaterial(FibreRubber(kLame, 1e5, 0.5, {1.0, 1.0, 0.0}))},
+          {"winding_fibres", CustomMaterial(WindingFibres(kLame))},
+          {"winding_fibres_in_batches",
+           CustomMaterial(InBatches<WindingFibres>(WindingFibres(kLame)))}};
 }
 
 // A step of a block from one deformed and turned shape to another one.

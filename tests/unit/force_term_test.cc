@@ -131,6 +131,47 @@ TEST_F(TermDerivatives, OfAllTermsFitTheirEnergies) {
   }
 }
 
+// A floor that only pushes, without a barrier: its Hessian jumps at the floor.
+class PushingFloor : public VertexPotential {
+ public:
+  explicit PushingFloor(double height, double stiffness, double factor = 1.0)
+      : height_(height), stiffness_(stiffness), factor_(factor) {}
+  std::string name() const override { return "pushing_floor"; }
+  double value(double, const Vector3& x) const override {
+    return 0.5 * stiffness_ * std::pow(std::fmin(x.y() - height_, 0.0), 2);
+  }
+  Vector3 gradient(double, const Vector3& x) const override {
+    return {0.0, stiffness_ * std::fmin(x.y() - height_, 0.0), 0.0};
+  }
+  Matrix3 hessian(double, const Vector3& x) const override {
+    Matrix3 hessian = Matrix3::Zero();
+    if (x.y() < height_) hessian(1, 1) = factor_ * stiffness_;
+    return hessian;
+  }
+
+ private:
+  double height_, stiffness_, factor_;
+};
+
+TEST_F(TermDerivatives, MayJump) {
+  // Vertices below, at and above the floor.
+  Vector position = system_.mesh().rest_positions();
+  Index at_the_floor = 0;
+  for (Index v = 0; v < system_.vertex_count(); ++v) {
+    if (position[3 * v + 1] == 0.5) ++at_the_floor;
+  }
+  ASSERT_GT(at_the_floor, 0);
+  const auto errors_of = [&](double factor) {
+    return check_derivatives(PushingFloor(0.5, 2e5, factor), system_.force_point(position, 0.0),
+                             velocity_, 1e-7)
+        .potential;
+  };
+  EXPECT_LT(errors_of(1.0).hessian, 1e-7);
+  EXPECT_LT(errors_of(1.0).gradient, 1e-7);
+  EXPECT_EQ(errors_of(1.0).jumps, at_the_floor);
+  EXPECT_GT(errors_of(1.01).hessian, 1e-3);
+}
+
 TEST_F(TermDerivatives, OfTheTermsOfTheLibraryFitTheirEnergies) {
   system_.set_environment(Environment::attraction(40.0, 0.2));
   system_.set_damping({2.0, 0.5, 0.0});

@@ -9,11 +9,15 @@
 namespace tetraction {
 
 /// Relative errors |analytic − difference|₂/|analytic|₂ over all elements.
+///
+/// Differences are central. Where the second derivative jumps within the step, such as that of fibres that bear
+/// no compression, a right one agrees only with the difference to one side, and that one counts.
 struct DerivativeErrors {
   double force = 0.0;      ///< ∇W against central differences of W
   double stiffness = 0.0;  ///< ∇²W against central differences of ∇W
   double force_norm =
       0.0;  ///< |∇W|₂ over all element forces, N: shows that there was something to compare
+  Index jumps = 0;  ///< moves of a node of an element across which ∇²W jumps
 };
 
 /// Compares element by element at q. The steps of the central differences are 1e-5 of the element's
@@ -42,6 +46,8 @@ struct TermDerivativeErrors {
   double least_eigenvalue = 0.0;
   /// |∂U/∂y|₂, N: shows that there was something to compare.
   double gradient_norm = 0.0;
+  /// Entries of y across which the Hessian jumps. It is compared with the difference to one side there.
+  Index jumps = 0;
 };
 struct ForceTermErrors {
   TermDerivativeErrors potential;

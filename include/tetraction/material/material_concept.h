@@ -40,6 +40,22 @@ concept Material = requires(const M& m, const Matrix3& f) {
   { m.stiffness(f) } -> std::convertible_to<Matrix9>;
 };
 
+/// Where in a body a material is evaluated.
+struct MaterialPlace {
+  Index element = 0;  ///< number of the tetrahedron in the body's mesh, from 0
+  /// Rest position, m: the centroid of a linear tetrahedron, or one of the four quadrature points of a
+  /// quadratic one.
+  Vector3 position = Vector3::Zero();
+};
+
+/// A material that is not the same everywhere, such as one with fibres. at(place) returns the law there,
+/// which is a Material. It is called for each evaluation, from several threads at the same time, and should
+/// therefore cost little.
+template <class M>
+concept PlacedMaterial = requires(const M& m, const MaterialPlace& place) {
+  { m.at(place) } -> Material;
+};
+
 /// Deformation gradients, and what a material computes of them: one entry for each F in every list that is
 /// asked for. Lists that are not asked for are empty.
 struct MaterialValues {
@@ -48,12 +64,14 @@ struct MaterialValues {
   std::span<double> energy;      ///< Ψ, J/m³
   std::span<Matrix3> stress;     ///< P, Pa
   std::span<Matrix9> stiffness;  ///< ∂P/∂F, Pa
+  std::span<const MaterialPlace> places = {};  ///< only for a PlacedMaterial
 };
 
 /// A material that can evaluate many F in one call, for instance one in an interpreted language, whose
 /// calls cost more than their arithmetic. Entries where Ψ is not defined are not looked at.
 template <class M>
-concept BatchMaterial = Material<M> && requires(const M& m, const MaterialValues& values) {
+concept BatchMaterial = (Material<M> || PlacedMaterial<M>)&&requires(const M& m,
+                                                                     const MaterialValues& values) {
   m.evaluate(values);
 };
 
