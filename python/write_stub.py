@@ -42,6 +42,7 @@ lines = ["# Made by python/write_stub.py from the library's tables of keys.",
          "    _section: ClassVar[str]",
          "    _keys: ClassVar[dict[str, tuple[str, str, str, str]]]",
          "    def to_dict(self) -> dict[str, Any]: ...", "",
+         "def owned(value: Any) -> Any: ...",
          "def plain(value: Any) -> Any: ...", ""]  # fmt: skip
 for name, kind in vars(_settings).items():
     if not (inspect.isclass(kind) and kind is not _settings.Settings

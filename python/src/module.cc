@@ -192,7 +192,7 @@ void define_scene(py::module_& m) {
         scene.force_term.push_back(std::move(term));
       });
   py::class_<CustomMaterial>(m, "CustomMaterial")
-      .def(py::init(&make_material), "name"_a, "mu"_a, "lambda_"_a, "functions"_a);
+      .def(py::init(&make_material), "name"_a, "mu"_a, "lambda_"_a, "functions"_a, "with_places"_a);
   const py::class_<ForceTerm, std::shared_ptr<ForceTerm>> force_term(m, "ForceTerm");
   m.def("force_field", [](const std::string& name, const py::object& functions) {
     return std::const_pointer_cast<ForceTerm>(make_force_field(name, functions));
@@ -318,6 +318,11 @@ void define_mesh(py::module_& m) {
       });
 }
 
+// Warns the caller of the method of the package that has called this module.
+void warn(const char* text) {
+  if (PyErr_WarnEx(PyExc_UserWarning, text, 2) != 0) throw py::error_already_set();
+}
+
 py::object failure_of(const Session& session) {
   const StepFailure* failure = session.failure();
   if (failure == nullptr) return py::none();
@@ -379,22 +384,30 @@ void define_session(py::module_& m) {
       .def("step", &S::step)
       .def_property_readonly("vertex_ids",
                              [](const S& s) { return vertex_ids_of(s.session().system().mesh()); })
-      .def("run",
-           [self_of](const py::object& self, const py::list& observers, const std::string& out,
-                     const py::object& shown) {
-             S& session = self_of(self);
-             std::unique_ptr<RunRecorder> recorder;
-             std::vector<Observer*> own;
-             if (!out.empty()) {
-               check_folder_of_run(session.session().scene(), out);
-               recorder =
-                   std::make_unique<RunRecorder>(out, session.session().scene().output.every);
-               recorder->keep_checkpoints(session.session().scene().output.checkpoint_every);
-               own.push_back(recorder.get());
-             }
-             session.run(own, observers, shown);
-             return recorder ? recorder->summary() : std::string();
-           })
+      .def(
+          "run",
+          [self_of](const py::object& self, const py::list& observers, const std::string& out,
+                    const py::object& shown) {
+            S& session = self_of(self);
+            std::unique_ptr<RunRecorder> recorder;
+            std::vector<Observer*> own;
+            if (!out.empty()) {
+              check_folder_of_run(session.session().scene(), out);
+              recorder = std::make_unique<RunRecorder>(out, session.session().scene().output.every);
+              if (session.session().load_path() == nullptr) {
+                recorder->keep_checkpoints(session.session().scene().output.checkpoint_every);
+              }
+              own.push_back(recorder.get());
+            }
+            session.run(own, observers, shown);
+            if (recorder && recorder->checkpoint_every() > 0 &&
+                recorder->leaves_out_checkpoints()) {
+              warn(
+                  "The run has no checkpoint files, because the session was edited. Make the edits "
+                  "events of the scene if a program shall resume it (output.checkpoint_every).");
+            }
+            return recorder ? recorder->summary() : std::string();
+          })
       // Makes the edits of event number i of a scene.
       .def(
           "apply",
@@ -412,6 +425,7 @@ void define_session(py::module_& m) {
                throw InputError("There is no region of material with that number.");
              }
              const Turns::Turn turn(s.turns(), Turns::Use::kEdit);
+             check_placed_material(material, s.session().system(), region);
              MaterialSettings settings = s.session().materials()[static_cast<std::size_t>(region)];
              settings.custom = material;
              s.session().apply(SetMaterial{region, settings});
@@ -559,6 +573,7 @@ void define_analyses(py::module_& m) {
         interruptibly([&] {
           const std::unique_ptr<MechanicalSystem> system =
               make_system(scene, session_mesh(scene, given));
+          check_placed_materials(*system);
           const PositionsOfModes at = positions_of_modes(scene, *system, loaded, count);
           if (!at.found) {
             throw NumericalError("There is no equilibrium about which the body could vibrate: " +
@@ -623,6 +638,7 @@ void define_analyses(py::module_& m) {
         const Released released;
         const TetMesh mesh = session_mesh(scene, given);
         if (!out.empty()) check_folder_of_study(scene, out);
+        check_placed_materials(*make_system(scene, mesh));
         const StudyResult result = run_study(scene, mesh, settings, observers, tell);
         if (!out.empty()) write_study(result, name, out, {"", utc_now()});
         std::string json = study_json(result, name);

@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -87,32 +89,47 @@ py::array array_of(std::span<const Matrix3> matrices) {
   return array;
 }
 
-class PythonMaterial {
+// What functions get of the places: the elements (n) and the rest positions (n, 3); nothing if there are no places.
+py::tuple arrays_of(std::span<const MaterialPlace> places) {
+  if (places.empty()) return py::tuple();
+  const auto n = static_cast<py::ssize_t>(places.size());
+  py::array_t<std::int64_t> elements(n);
+  Array positions({n, py::ssize_t{3}});
+  for (py::ssize_t k = 0; k < n; ++k) {
+    const MaterialPlace& place = places[static_cast<std::size_t>(k)];
+    elements.mutable_data()[k] = place.element;
+    std::copy(place.position.begin(), place.position.end(), positions.mutable_data() + 3 * k);
+  }
+  return py::make_tuple(elements, positions);
+}
+
+// The functions of a law in Python, which are called for many F at once.
+class PythonLaw {
  public:
-  PythonMaterial(std::string name, const LameParameters& lame, const py::object& functions)
+  PythonLaw(std::string name, const LameParameters& lame, const py::object& functions)
       : name_(std::move(name)), lame_(lame), functions_(name_, functions) {}
 
-  bool admissible(const Matrix3& f) const {
+  bool admissible(const Matrix3& f, std::span<const MaterialPlace> place) const {
     char result = 0;
-    evaluate({{&f, 1}, {&result, 1}, {}, {}, {}});
+    evaluate({{&f, 1}, {&result, 1}, {}, {}, {}, place});
     return result != 0;
   }
-  double energy_density(const Matrix3& f) const {
+  double energy_density(const Matrix3& f, std::span<const MaterialPlace> place) const {
     char ignored = 0;
     double result = 0.0;
-    evaluate({{&f, 1}, {&ignored, 1}, {&result, 1}, {}, {}});
+    evaluate({{&f, 1}, {&ignored, 1}, {&result, 1}, {}, {}, place});
     return result;
   }
-  Matrix3 first_piola(const Matrix3& f) const {
+  Matrix3 first_piola(const Matrix3& f, std::span<const MaterialPlace> place) const {
     char ignored = 0;
     Matrix3 result;
-    evaluate({{&f, 1}, {&ignored, 1}, {}, {&result, 1}, {}});
+    evaluate({{&f, 1}, {&ignored, 1}, {}, {&result, 1}, {}, place});
     return result;
   }
-  Matrix9 stiffness(const Matrix3& f) const {
+  Matrix9 stiffness(const Matrix3& f, std::span<const MaterialPlace> place) const {
     char ignored = 0;
     Matrix9 result;
-    evaluate({{&f, 1}, {&ignored, 1}, {}, {}, {&result, 1}});
+    evaluate({{&f, 1}, {&ignored, 1}, {}, {}, {&result, 1}, place});
     return result;
   }
   LameParameters initial_lame() const { return lame_; }
@@ -122,33 +139,37 @@ class PythonMaterial {
     const Acquired lock;
     const auto n = values.f.size();
     mark_admissible(values);
-    std::vector<std::size_t> places;
+    std::vector<std::size_t> entries;
     std::vector<Matrix3> defined;
+    std::vector<MaterialPlace> places;
     for (std::size_t k = 0; k < n; ++k) {
       if (values.admissible[k] == 0) continue;
-      places.push_back(k);
+      entries.push_back(k);
       defined.push_back(values.f[k]);
+      if (!values.places.empty()) places.push_back(values.places[k]);
     }
-    if (places.empty()) return;
-    const auto count = static_cast<py::ssize_t>(places.size());
-    const py::array f = array_of(defined);
+    if (entries.empty()) return;
+    const auto count = static_cast<py::ssize_t>(entries.size());
+    // Each function gets arrays of its own, which it may change.
+    const auto call = [&](const char* what) {
+      return functions_.get(what)(array_of(defined), *arrays_of(places));
+    };
     if (!values.energy.empty()) {
-      const Array result = checked(functions_.get("energy")(f), {count}, name_ + ": energy");
-      for (std::size_t k = 0; k < places.size(); ++k) values.energy[places[k]] = result.data()[k];
+      const Array result = checked(call("energy"), {count}, name_ + ": energy");
+      for (std::size_t k = 0; k < entries.size(); ++k) values.energy[entries[k]] = result.data()[k];
     }
     if (!values.stress.empty()) {
-      const Array result = checked(functions_.get("stress")(f), {count, 3, 3}, name_ + ": stress");
-      for (std::size_t k = 0; k < places.size(); ++k) {
-        values.stress[places[k]] =
+      const Array result = checked(call("stress"), {count, 3, 3}, name_ + ": stress");
+      for (std::size_t k = 0; k < entries.size(); ++k) {
+        values.stress[entries[k]] =
             Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(result.data() + 9 * k);
       }
     }
     if (!values.stiffness.empty()) {
-      const Array result =
-          checked(functions_.get("stiffness")(f), {count, 3, 3, 3, 3}, name_ + ": stiffness");
-      for (std::size_t k = 0; k < places.size(); ++k) {
+      const Array result = checked(call("stiffness"), {count, 3, 3, 3, 3}, name_ + ": stiffness");
+      for (std::size_t k = 0; k < entries.size(); ++k) {
         const double* a = result.data() + 81 * k;  // [i, J, k, L]
-        Matrix9& target = values.stiffness[places[k]];
+        Matrix9& target = values.stiffness[entries[k]];
         for (int i = 0; i < 3; ++i) {
           for (int j = 0; j < 3; ++j) {
             for (int m = 0; m < 3; ++m) {
@@ -172,7 +193,8 @@ class PythonMaterial {
       return;
     }
     const auto n = static_cast<py::ssize_t>(values.f.size());
-    const Array result = checked(admissible(array_of(values.f)), {n}, name_ + ": admissible");
+    const Array result = checked(admissible(array_of(values.f), *arrays_of(values.places)), {n},
+                                 name_ + ": admissible");
     for (std::size_t k = 0; k < values.f.size(); ++k) {
       values.admissible[k] = result.data()[k] != 0.0 ? 1 : 0;
     }
@@ -183,10 +205,64 @@ class PythonMaterial {
   Functions functions_;
 };
 
-// Throws unless P = ∂Ψ/∂F and A = ∂P/∂F at some F near rest, by central differences.
-void check_derivatives(const CustomMaterial& material, double modulus) {
+// A law that is the same everywhere.
+class PythonMaterial {
+ public:
+  explicit PythonMaterial(PythonLaw law) : law_(std::move(law)) {}
+
+  bool admissible(const Matrix3& f) const { return law_.admissible(f, {}); }
+  double energy_density(const Matrix3& f) const { return law_.energy_density(f, {}); }
+  Matrix3 first_piola(const Matrix3& f) const { return law_.first_piola(f, {}); }
+  Matrix9 stiffness(const Matrix3& f) const { return law_.stiffness(f, {}); }
+  LameParameters initial_lame() const { return law_.initial_lame(); }
+  void evaluate(const MaterialValues& values) const { law_.evaluate(values); }
+
+ private:
+  PythonLaw law_;
+};
+
+// A law that gets the places.
+class PythonPlacedMaterial {
+ public:
+  explicit PythonPlacedMaterial(PythonLaw law) : law_(std::move(law)) {}
+
+  class AtPlace {
+   public:
+    AtPlace(const PythonLaw& law, const MaterialPlace& place) : law_(law), place_(place) {}
+    bool admissible(const Matrix3& f) const { return law_.admissible(f, {&place_, 1}); }
+    double energy_density(const Matrix3& f) const { return law_.energy_density(f, {&place_, 1}); }
+    Matrix3 first_piola(const Matrix3& f) const { return law_.first_piola(f, {&place_, 1}); }
+    Matrix9 stiffness(const Matrix3& f) const { return law_.stiffness(f, {&place_, 1}); }
+
+   private:
+    const PythonLaw& law_;
+    MaterialPlace place_;
+  };
+  AtPlace at(const MaterialPlace& place) const { return {law_, place}; }
+  void evaluate(const MaterialValues& values) const { law_.evaluate(values); }
+
+ private:
+  PythonLaw law_;
+};
+
+// The least of the differences between the given derivatives and those that follow from values ahead, here and
+// behind: by both sides, or by one of them. A function whose second derivative jumps, such as that of fibres that
+// bear no compression, agrees with one side only.
+double least_error(const Eigen::MatrixXd& ahead, const Eigen::MatrixXd& here,
+                   const Eigen::MatrixXd& behind, double step, const Eigen::MatrixXd& given) {
+  const auto error = [&](const Eigen::MatrixXd& slope) {
+    return (slope - given).cwiseAbs().maxCoeff();
+  };
+  return std::min({error((ahead - behind) / (2.0 * step)), error((ahead - here) / step),
+                   error((here - behind) / step)});
+}
+
+// Throws unless P = ∂Ψ/∂F and A = ∂P/∂F at some F near rest, by differences. The law is `material`, which has
+// this name.
+template <class Law>
+void check_derivatives(const Law& material, const std::string& name, double modulus) {
   constexpr double kStep = 1e-5;
-  constexpr double kAllowed = 1e-5;  // the differences have errors of some 1e-9
+  constexpr double kAllowed = 1e-5;  // central differences have errors of some 1e-9
   std::vector<Matrix3> points(2, Matrix3::Identity());
   points[0] << 1.05, 0.02, -0.03, 0.04, 0.96, 0.01, -0.02, 0.03, 1.02;
   points[1] << 0.93, -0.06, 0.02, 0.01, 1.08, 0.05, 0.03, -0.04, 0.99;
@@ -195,7 +271,7 @@ void check_derivatives(const CustomMaterial& material, double modulus) {
         fmt::format("{}: {} by {:.2g} of the material's modulus λ + 2μ. Energy balances and "
                     "implicit steps need "
                     "exact derivatives.",
-                    material.name(), what, error));
+                    name, what, error));
   };
   for (const Matrix3& f : points) {
     if (!material.admissible(f)) continue;
@@ -211,11 +287,10 @@ void check_derivatives(const CustomMaterial& material, double modulus) {
       const double slope =
           (material.energy_density(ahead) - material.energy_density(behind)) / (2.0 * kStep);
       stress_error = std::max(stress_error, std::abs(slope - stress.data()[c]));
-      const Matrix3 slopes =
-          (material.first_piola(ahead) - material.first_piola(behind)) / (2.0 * kStep);
-      const Eigen::Map<const Vector9> column(slopes.data());
+      const Eigen::MatrixXd column = stiffness.col(c).reshaped(3, 3);
       stiffness_error =
-          std::max(stiffness_error, (column - stiffness.col(c)).cwiseAbs().maxCoeff());
+          std::max(stiffness_error, least_error(material.first_piola(ahead), stress,
+                                                material.first_piola(behind), kStep, column));
     }
     const double scale = std::max({modulus, stress.norm(), stiffness.norm()});
     if (!(stress_error <= kAllowed * scale)) {
@@ -235,6 +310,35 @@ class PythonField : public ForceTerm {
 
   std::string name() const override { return name_; }
   bool has_potential() const override { return true; }
+  Index undefined_vertex(const ForcePoint& at) const override {
+    const Acquired lock;
+    const py::object defined = functions_.get("defined");
+    if (defined.is_none()) return -1;
+    const auto n = static_cast<py::ssize_t>(at.mass.size());
+    const Array result = checked(defined(vectors(at.position)), {n}, name_ + ": defined");
+    const auto* first = std::find(result.data(), result.data() + n, 0.0);
+    return first == result.data() + n ? -1 : first - result.data();
+  }
+  double longest_step(const ForcePoint& from, const Vector& displacement) const override {
+    const Acquired lock;
+    const py::object fraction = functions_.get("admissible_fraction");
+    double longest = std::numeric_limits<double>::infinity();
+    if (fraction.is_none()) return longest;
+    const auto n = static_cast<py::ssize_t>(from.mass.size());
+    const Array result = checked(fraction(vectors(from.position), vectors(displacement)), {n},
+                                 name_ + ": admissible_fraction");
+    for (py::ssize_t v = 0; v < n; ++v) {
+      if (std::isnan(result.data()[v])) {
+        throw InputError(
+            fmt::format("{}: admissible_fraction has returned NaN at vertex {}. Where nothing "
+                        "limits the way it is "
+                        "infinite.",
+                        name_, v));
+      }
+      longest = std::min(longest, result.data()[v]);
+    }
+    return longest;
+  }
   double energy(const ForcePoint& at) const override {
     const Acquired lock;
     return energies(at).sum();
@@ -260,6 +364,10 @@ class PythonField : public ForceTerm {
   }
 
  private:
+  // A copy with a row for each vertex.
+  static Array vectors(const Vector& field) {
+    return Array({static_cast<py::ssize_t>(field.size() / 3), py::ssize_t{3}}, field.data());
+  }
   Vector energies(const ForcePoint& at) const {
     const Array result = call(functions_.get("energy"), at, {}, "energy");
     return Eigen::Map<const Vector>(result.data(), at.mass.size());
@@ -269,10 +377,9 @@ class PythonField : public ForceTerm {
              const std::vector<py::ssize_t>& entry, const char* what) const {
     const auto n = static_cast<py::ssize_t>(at.mass.size());
     const Array mass(n, at.mass.data());
-    const Array position({n, py::ssize_t{3}}, at.position.data());
     std::vector<py::ssize_t> shape{n};
     shape.insert(shape.end(), entry.begin(), entry.end());
-    return checked(function(mass, position), shape, fmt::format("{}: {}", name_, what));
+    return checked(function(mass, vectors(at.position)), shape, fmt::format("{}: {}", name_, what));
   }
 
   std::string name_;
@@ -282,11 +389,69 @@ class PythonField : public ForceTerm {
 }  // namespace
 
 CustomMaterial make_material(const std::string& name, double mu, double lambda,
-                             const py::object& functions) {
+                             const py::object& functions, bool with_places) {
   const LameParameters lame{mu, lambda};
-  CustomMaterial material(PythonMaterial(name, lame, functions), name, lame);
-  check_derivatives(material, std::abs(lambda) + 2.0 * mu);
+  PythonLaw law(name, lame, functions);
+  if (with_places) return {PythonPlacedMaterial(std::move(law)), name, lame};
+  CustomMaterial material(PythonMaterial(std::move(law)), name, lame);
+  check_derivatives(material, name, std::abs(lambda) + 2.0 * mu);
   return material;
+}
+
+void check_placed_material(const CustomMaterial& material, const MechanicalSystem& system,
+                           Index region) {
+  constexpr std::size_t kMost = 5;
+  if (!material.has_places()) return;
+  const RestState& rest = system.rest();
+  std::vector<Index> elements;
+  for (Index e = 0; e < rest.element_count(); ++e) {
+    if (system.region(e) == region) elements.push_back(e);
+  }
+  if (elements.empty()) return;
+  const std::size_t count = std::min(kMost, elements.size());
+  std::vector<MaterialPlace> places;
+  for (std::size_t k = 0; k < count; ++k) {
+    const Index e = elements[count == 1 ? 0 : k * (elements.size() - 1) / (count - 1)];
+    places.push_back({e, rest.center(e)});
+  }
+  const LameParameters lame = material.initial_lame();
+  const double modulus = std::abs(lame.lambda) + 2.0 * lame.mu;
+  for (const MaterialPlace& place : places) {
+    check_derivatives(material.at(place), material.name(), modulus);
+  }
+  // Each of many F must have the values of its own place.
+  Matrix3 strained;
+  strained << 1.05, 0.02, -0.03, 0.04, 0.96, 0.01, -0.02, 0.03, 1.02;
+  const std::vector<Matrix3> f(count, strained);
+  std::vector<char> admissible(count, 0);
+  std::vector<double> energy(count, 0.0);
+  std::vector<Matrix3> stress(count);
+  std::vector<Matrix9> stiffness(count);
+  material.evaluate({f, admissible, energy, stress, stiffness, places});
+  for (std::size_t k = 0; k < count; ++k) {
+    const CustomMaterial::AtPlace alone = material.at(places[k]);
+    if (admissible[k] == 0) continue;
+    const double size = std::max(modulus, stiffness[k].norm());
+    const bool is_same = std::abs(energy[k] - alone.energy_density(f[k])) <= 1e-9 * size &&
+                         (stress[k] - alone.first_piola(f[k])).norm() <= 1e-9 * size &&
+                         (stiffness[k] - alone.stiffness(f[k])).norm() <= 1e-9 * size;
+    if (is_same) continue;
+    throw InputError(fmt::format(
+        "{}: the law has other values for many F at once than for each of them alone. The first "
+        "index "
+        "of the arrays counts the F and their places; look for a sum or an index that mixes them.",
+        material.name()));
+  }
+}
+
+void check_placed_materials(const MechanicalSystem& system) {
+  const std::vector<MaterialField>& materials = system.materials();
+  for (std::size_t region = 0; region < materials.size(); ++region) {
+    const auto* custom = std::get_if<CustomMaterial>(&materials[region].model());
+    if (custom != nullptr) {
+      check_placed_material(*custom, system, static_cast<Index>(region));
+    }
+  }
 }
 
 std::shared_ptr<const ForceTerm> make_force_field(const std::string& name,

@@ -7,9 +7,11 @@
 #include <utility>
 
 #include "interpreter.h"
+#include "python_objects.h"
 #include "tetraction/core/error.h"
 #include "tetraction/core/interruption.h"
 #include "tetraction/simulation/probe.h"
+#include "tetraction/simulation/scene_objects.h"
 
 namespace py = pybind11;
 
@@ -71,6 +73,19 @@ class Caller : public Observer {
   void rethrow() const {
     if (failure_) std::rethrow_exception(failure_);
   }
+  // Notes on the exception of an observer or of a signal what went wrong after it. Returns whether there is
+  // such an exception. To be called without the interpreter's lock.
+  bool note(const char* text) const {
+    if (!failure_) return false;
+    const Acquired lock;
+    try {
+      std::rethrow_exception(failure_);
+    } catch (const py::error_already_set& error) {
+      if (py::hasattr(error.value(), "add_note")) error.value().attr("add_note")(text);
+    } catch (...) {
+    }
+    return true;
+  }
 
  private:
   PythonSession& session_;
@@ -127,6 +142,17 @@ PythonSession::PythonSession(const Scene& scene, TetMesh mesh, bool is_static,
                              double largest_increment, bool with_history, py::object arrays)
     : arrays_(std::move(arrays)) {
   const Released released;
+  const auto depends_on_place = [](const MaterialSettings& material) {
+    const auto* custom = material.custom ? std::get_if<CustomMaterial>(&*material.custom) : nullptr;
+    return custom != nullptr && custom->has_places();
+  };
+  if (depends_on_place(scene.material) ||
+      std::ranges::any_of(scene.material_region, [&](const MaterialRegionSettings& region) {
+        return depends_on_place(region.material);
+      })) {
+    // Before a session computes with the law.
+    check_placed_materials(*make_system(scene, mesh));
+  }
   session_ = std::make_unique<Session>(scene, std::move(mesh),
                                        is_static ? Analysis::kEquilibrium : Analysis::kMotion,
                                        largest_increment);
@@ -165,7 +191,11 @@ void PythonSession::run(const std::vector<Observer*>& own, const py::list& obser
     } else {
       std::vector<Observer*> all = own;
       all.push_back(&caller);
-      session_->run(all);
+      try {
+        session_->run(all);
+      } catch (const std::exception& error) {
+        if (!caller.note(error.what())) throw;
+      }
     }
     refresh();
   }

@@ -19,7 +19,7 @@ _Path = str | os.PathLike[str]
 
 
 def run(scene: _scene.Scene | _Path, out: _Path | None = None, *, points: ArrayLike | None = None,
-        tetrahedra: ArrayLike | None = None, mesh: Mesh | None = None,
+        tetrahedra: ArrayLike | None = None, mesh: Mesh | None = None, copy: bool = True,
         observers: Sequence[Callable[[Session], object]] = ()) -> Session:  # fmt: skip
     """Runs a scene to its end, as ``tetraction run`` does.
 
@@ -28,7 +28,7 @@ def run(scene: _scene.Scene | _Path, out: _Path | None = None, *, points: ArrayL
     scene : Scene or path-like
     out : path-like, optional
         A directory for history.csv, frames, final.vtu and summary.json. Without it no files are written.
-    points, tetrahedra, mesh
+    points, tetrahedra, mesh, copy
         As in Session.
     observers : callables
         As in Session.run.
@@ -38,14 +38,14 @@ def run(scene: _scene.Scene | _Path, out: _Path | None = None, *, points: ArrayL
     Session
         At the end of the run; `status` and `message` say how it ended.
     """
-    session = Session(scene, points, tetrahedra, mesh=mesh)
+    session = Session(scene, points, tetrahedra, mesh=mesh, copy=copy)
     session.run(observers=observers, out=out)
     return session
 
 
 def static(scene: _scene.Scene | _Path, out: _Path | None = None, *,
            points: ArrayLike | None = None, tetrahedra: ArrayLike | None = None,
-           mesh: Mesh | None = None, steps: int = 1) -> Session:  # fmt: skip
+           mesh: Mesh | None = None, copy: bool = True, steps: int = 1) -> Session:  # fmt: skip
     """Finds the stable equilibrium of a scene under its loads at t = 0, as ``tetraction static`` does.
 
     At least `steps` load steps are made. The result is a Session whose `load_path` has the load factor that
@@ -53,7 +53,7 @@ def static(scene: _scene.Scene | _Path, out: _Path | None = None, *,
     """
     if not steps >= 1:
         raise _core.InputError(f"static: the number of load steps must be 1 or more, not {steps}.")
-    session = Session(scene, points, tetrahedra, mesh=mesh, _static=True, _increment=1.0 / steps)
+    session = Session(scene, points, tetrahedra, mesh=mesh, copy=copy, _static=True, _increment=1.0 / steps)
     session.run(out=out)
     if session.status != "ok":
         raise _core.NumericalError(session.message)
@@ -98,7 +98,7 @@ class Modes:
 
 
 def modes(scene: _scene.Scene | _Path, count: int = 10, *, points: ArrayLike | None = None,
-          tetrahedra: ArrayLike | None = None, mesh: Mesh | None = None,
+          tetrahedra: ArrayLike | None = None, mesh: Mesh | None = None, copy: bool = True,
           loaded: bool = False) -> Modes:  # fmt: skip
     """The `count` lowest normal modes of the body of a scene.
 
@@ -106,7 +106,7 @@ def modes(scene: _scene.Scene | _Path, count: int = 10, *, points: ArrayLike | N
     Ctrl-C ends the computation, at the latest after the factorisation of a matrix.
     """
     scene = _of(scene).copy()
-    core_mesh, _arrays = mesh_of(points, tetrahedra, mesh)
+    core_mesh, _arrays = mesh_of(points, tetrahedra, mesh, copy)
     compiled = scene._compiled(has_mesh=core_mesh is not None)
     with scene._messages():
         return Modes(**_core.modes(compiled, core_mesh, int(count), bool(loaded)))
@@ -176,7 +176,7 @@ def study(scene: _scene.Scene | _Path,
           steps: Sequence[float] = (), *, out: _Path | None = None,
           reference_step: float | None = None, reference_integrator: str = "midpoint",
           reference: str = "run", error_probe: str = "", points: ArrayLike | None = None,
-          tetrahedra: ArrayLike | None = None, mesh: Mesh | None = None,
+          tetrahedra: ArrayLike | None = None, mesh: Mesh | None = None, copy: bool = True,
           progress: Callable[[int, int, str, float], object] | None = None) -> Study:  # fmt: skip
     """Runs a scene with several integrators and steps, and compares each run with a reference.
 
@@ -203,7 +203,7 @@ def study(scene: _scene.Scene | _Path,
     Study
     """
     scene = _of(scene).copy()
-    core_mesh, _arrays = mesh_of(points, tetrahedra, mesh)
+    core_mesh, _arrays = mesh_of(points, tetrahedra, mesh, copy)
     compiled = scene._compiled(has_mesh=core_mesh is not None)
     out = None if out is None else os.fspath(out)
     with scene._messages():

@@ -11,10 +11,13 @@ from ._scene import CustomMaterial
 
 
 class Edit:
-    """A change between two steps. `entry` is what [[event]] would have for it, without `at`."""
+    """A change between two steps. `entry` is what [[event]] would have for it, without `at`.
+
+    Lists, dicts and arrays in it are copied.
+    """
 
     def __init__(self, entry: dict[str, Any]) -> None:
-        self.entry = entry
+        self.entry = _settings.owned(entry)
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({self.entry!r})"

@@ -12,14 +12,18 @@ from . import _core
 class Mesh:
     """A mesh of tetrahedra: `points` (n, 3), m, and `tetrahedra` (m, 4), or (m, 10) for quadratic ones.
 
-    Made from arrays it refers to them without a copy: float64 for points and int32 or int64 for
-    tetrahedra, numbered from 0, with positive volumes, without unused points, and no two with the same
-    vertices. Arrays that are not copied can no longer be written to.
+    Made from arrays: float64 for points and int32 or int64 for tetrahedra, numbered from 0, with positive
+    volumes, without unused points, and no two with the same vertices. The arrays are copied.
+
+    With ``copy=False`` the mesh looks at your arrays if they have these types and lie contiguously in memory;
+    others are converted all the same. You then promise that nothing changes their numbers as long as the mesh
+    or a session of it lives: results would be wrong, or the program would crash. The arrays are made
+    read-only, but NumPy does not protect the array that yours is a view of.
     """
 
-    def __init__(self, points: ArrayLike, tetrahedra: ArrayLike) -> None:
+    def __init__(self, points: ArrayLike, tetrahedra: ArrayLike, *, copy: bool = True) -> None:
         self._arrays: tuple[NDArray[Any], NDArray[Any]] | None
-        self._core, self._arrays = _view(points, tetrahedra)
+        self._core, self._arrays = _view(points, tetrahedra, copy)
 
     @classmethod
     def _of(cls, core: Any) -> "Mesh":
@@ -86,7 +90,7 @@ def read_mesh(path: str | os.PathLike[str], *, scale: float = 1.0, quadratic: bo
     return Mesh._of(_core.Mesh.read(os.fspath(path), scale, quadratic))
 
 
-def _view(points: Any, tetrahedra: Any) -> tuple[Any, tuple[NDArray[Any], NDArray[Any]]]:
+def _view(points: Any, tetrahedra: Any, copy: bool) -> tuple[Any, tuple[NDArray[Any], NDArray[Any]]]:
     points = np.asarray(points)
     tetrahedra = np.asarray(tetrahedra)
     if points.ndim != 2 or points.shape[1] != 3:
@@ -99,17 +103,20 @@ def _view(points: Any, tetrahedra: Any) -> tuple[Any, tuple[NDArray[Any], NDArra
         raise _core.InputError(f"points must be real numbers, not {points.dtype}.")
     if not np.issubdtype(tetrahedra.dtype, np.integer):
         raise _core.InputError(f"tetrahedra must be whole numbers, not {tetrahedra.dtype}.")
-    points = np.ascontiguousarray(points, dtype=np.float64)
-    if tetrahedra.dtype not in (np.dtype(np.int32), np.dtype(np.int64)):
-        tetrahedra = tetrahedra.astype(np.int64)
-    tetrahedra = np.ascontiguousarray(tetrahedra)
+    kind = tetrahedra.dtype if tetrahedra.dtype in (np.dtype(np.int32), np.dtype(np.int64)) else np.dtype(np.int64)
     # The library looks at these very numbers as long as the mesh is used.
+    if copy:
+        points = np.array(points, dtype=np.float64, order="C")
+        tetrahedra = np.array(tetrahedra, dtype=kind, order="C")
+    else:
+        points = np.require(points, np.float64, ["C", "A", "E"])
+        tetrahedra = np.require(tetrahedra, kind, ["C", "A", "E"])
     points.flags.writeable = False
     tetrahedra.flags.writeable = False
     return _core.Mesh.view(points, tetrahedra), (points, tetrahedra)
 
 
-def mesh_of(points: Any, tetrahedra: Any, mesh: Mesh | None) -> tuple[Any, Any]:
+def mesh_of(points: Any, tetrahedra: Any, mesh: Mesh | None, copy: bool) -> tuple[Any, Any]:
     """The mesh of these arguments for the library, or None, and what it refers to."""
     if isinstance(points, Mesh) and mesh is None and tetrahedra is None:
         mesh, points = points, None
@@ -123,4 +130,4 @@ def mesh_of(points: Any, tetrahedra: Any, mesh: Mesh | None) -> tuple[Any, Any]:
         return None, None
     if points is None or tetrahedra is None:
         raise _core.InputError("points and tetrahedra belong together: give both.")
-    return _view(points, tetrahedra)
+    return _view(points, tetrahedra, copy)

@@ -40,7 +40,7 @@ _SINGLE: dict[str, Any] = {
 _NAMES = [*_SINGLE, *_LISTS, "selection", "force_field"]
 
 
-_Function = Callable[[NDArray[np.float64]], NDArray[Any]]
+_Function = Callable[..., NDArray[Any]]
 _FieldFunction = Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.float64]]
 
 
@@ -61,6 +61,11 @@ class CustomMaterial:
     The three functions get many deformation gradients F at once, an array of the shape (n, 3, 3), at which
     the energy density is defined. They must be derivatives of each other, which is tested at some F.
 
+    With `with_places` the law may differ from element to element, as with fibres. All functions then get two more
+    arrays: the number of the element that each F belongs to, a row of ``Session.tetrahedra``, (n,), and where
+    it is evaluated at rest, m, (n, 3): the centroid of a linear tetrahedron, or one of four points of a
+    quadratic one. The functions are tested at some elements when a body is made.
+
     The functions are called with the interpreter's lock held, so that other threads of Python wait. An
     exception that they raise ends the step, passes through, and leaves the state as it was.
 
@@ -78,20 +83,23 @@ class CustomMaterial:
         kg/m³.
     admissible : function, optional
         Where Ψ is defined, of the shape (n,). By default where det F > 0.
+    with_places : bool
+        Whether the functions are functions of F, element and position.
     name : str
         For messages.
     """
 
     def __init__(self, energy: _Function, stress: _Function, stiffness: _Function, *, mu: float,
                  lambda_: float, density: float = 1000.0, admissible: _Function | None = None,
-                 name: str = "custom") -> None:  # fmt: skip
+                 with_places: bool = False, name: str = "custom") -> None:  # fmt: skip
         self.name = name
         self.mu, self.lambda_ = float(mu), float(lambda_)
         self.density = float(density)
-        _check_batches(name, energy, stress, stiffness, float(mu), float(lambda_))
+        if not with_places:
+            _check_batches(name, energy, stress, stiffness, float(mu), float(lambda_))
         self._functions = _Functions(energy=energy, stress=stress, stiffness=stiffness,
                                      admissible=admissible)  # fmt: skip
-        self._core = _core.CustomMaterial(name, mu, lambda_, self._functions)
+        self._core = _core.CustomMaterial(name, mu, lambda_, self._functions, bool(with_places))
 
     # A law of the user's own is not copied.
     def __deepcopy__(self, memo: Any) -> "CustomMaterial":
@@ -136,41 +144,66 @@ class ForceField:
         ∂U/∂q, N, of the shape (n, 3): minus the force.
     hessian : function
         ∂²U/∂q², N/m, of the shape (n, 3, 3). Implicit steps need it.
+    defined : function, optional
+        Where U is defined: of positions (n, 3), a truth value for each vertex, (n,). By default everywhere. A step
+        that would end elsewhere fails, and the other functions are called only where U is defined at all vertices.
+    admissible_fraction : function, optional
+        How far vertices may go: of positions q (n, 3) and displacements d (n, 3), the largest t of each vertex,
+        (n,), for which U is defined from q to q + t d; infinite where there is no limit. Newton's method needs it
+        to stay where U is defined.
     name : str
         Lower-case letters, digits and underscores. The history has the column <name>_energy.
     """
 
     def __init__(self, energy: _FieldFunction, gradient: _FieldFunction, hessian: _FieldFunction, *,
+                 defined: Callable[[NDArray[np.float64]], NDArray[Any]] | None = None,
+                 admissible_fraction: _FieldFunction | None = None,
                  name: str = "field") -> None:  # fmt: skip
         self.name = name
-        self._functions = _Functions(energy=energy, gradient=gradient, hessian=hessian)
+        self._functions = _Functions(energy=energy, gradient=gradient, hessian=hessian, defined=defined,
+                                     admissible_fraction=admissible_fraction)  # fmt: skip
         self._core = _core.force_field(name, self._functions)
 
     def _check(self, masses: NDArray[np.float64], positions: NDArray[np.float64]) -> None:
-        """Compares the derivatives with differences near these positions, where U is defined."""
+        """Compares the derivatives with differences near these positions, where U is defined.
+
+        The second derivative may jump, such as that of a floor from which vertices lift off. It then agrees with
+        the difference to one side.
+        """
         name, own = self.name, self._functions
         energy, gradient, hessian = own.energy, own.gradient, own.hessian
         q = np.array(positions)
         size = float(np.ptp(q, axis=0).max())
-        h = 1e-5 * size
         for axis in range(3):
+            h = next((h for h in (1e-5 * size, 1e-7 * size) if self._is_defined_around(q, axis, h)), None)
+            if h is None:
+                continue
             d = np.zeros_like(q)
             d[:, axis] = h
             with np.errstate(all="ignore"):
                 slope = (energy(masses, q + d) - energy(masses, q - d)) / (2 * h)
-                bend = (gradient(masses, q + d) - gradient(masses, q - d)) / (2 * h)
-                first, second = gradient(masses, q)[:, axis], hessian(masses, q)[:, :, axis]
-            scale = abs(np.asarray(gradient(masses, q))).max() + h * abs(np.asarray(second)).max()
+                behind, here, ahead = (np.asarray(gradient(masses, at)) for at in (q - d, q, q + d))
+                first, second = here[:, axis], np.asarray(hessian(masses, q))[:, :, axis]
+            bends = [(ahead - behind) / (2 * h), (ahead - here) / h, (here - behind) / h]
+            stiffness = max(abs(part).max() for part in (second, *bends))
             for what, given, differences, size_of in (
-                    ("gradient", first, slope, scale),
-                    ("hessian", second, bend, abs(np.asarray(second)).max())):  # fmt: skip
-                error = abs(np.asarray(given) - differences)
+                    ("gradient", first, [slope], abs(here).max() + 100 * h * stiffness),
+                    ("hessian", second, bends, stiffness)):  # fmt: skip
+                error = np.min([abs(given - one) for one in differences], axis=0)
+                if error.ndim > 1:
+                    error = error.max(axis=1)  # of each vertex
                 finite = error[np.isfinite(error)]
                 if finite.size and np.median(finite) > 0.01 * size_of + 1e-300:
                     raise _core.InputError(
                         f"{name}: {what} is not the derivative of "
                         f"{'energy' if what == 'gradient' else 'gradient'}: along "
                         f"{'xyz'[axis]} they differ by {np.median(finite):.3g}. The gradient is minus the force.")
+
+    def _is_defined_around(self, q: NDArray[np.float64], axis: int, h: float) -> bool:
+        """Whether U is defined at q and h beside it in both directions of an axis."""
+        defined = self._functions.defined
+        d = h * np.eye(3)[axis]
+        return defined is None or all(np.all(defined(at)) for at in (q - d, q, q + d))
 
     def __deepcopy__(self, memo: Any) -> "ForceField":
         return self

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _core, _scene
+from . import _core, _scene, _settings
 from ._edits import Edit, SetMaterial
 from ._mesh import Mesh, mesh_of
 
@@ -21,12 +21,16 @@ class Session:
     scene : Scene or path-like
         What to run. Later changes of the object have no effect on the session.
     points : array (n, 3), float64, optional
-        Rest positions, m, instead of the scene's mesh. The array is not copied and must not change while the
-        session lives.
+        Rest positions, m, instead of the scene's mesh.
     tetrahedra : array (m, 4), int32 or int64, optional
-        The vertices of each tetrahedron, from 0, with positive volumes. The array is not copied.
+        The vertices of each tetrahedron, from 0, with positive volumes.
     mesh : Mesh, optional
         Instead of both.
+    copy : bool
+        Whether the two arrays are copied. With False the session looks at your arrays if they have these types
+        and lie contiguously in memory. You then promise that nothing changes their numbers while the session
+        lives: results would be wrong, or the program would crash. The arrays are made read-only, but NumPy
+        does not protect the array that yours is a view of.
     history : bool
         Whether to store the history and the probes of each step.
 
@@ -39,7 +43,7 @@ class Session:
     """
 
     def __init__(self, scene: "_scene.Scene | str | os.PathLike[str]", points: ArrayLike | None = None,
-                 tetrahedra: ArrayLike | None = None, *, mesh: Mesh | None = None,
+                 tetrahedra: ArrayLike | None = None, *, mesh: Mesh | None = None, copy: bool = True,
                  history: bool = True, _static: bool = False, _increment: float = 1.0) -> None:  # fmt: skip
         if not isinstance(scene, _scene.Scene):
             scene = _scene.read_scene(scene)
@@ -51,13 +55,13 @@ class Session:
         self._own_events: list[dict[str, Any]] = []
         # Laws that edits have set. The library does not keep what is written in Python.
         self._laws: list[_scene.CustomMaterial] = []
-        core_mesh, arrays = mesh_of(points, tetrahedra, mesh)
+        core_mesh, arrays = mesh_of(points, tetrahedra, mesh, copy)
         self._has_mesh = core_mesh is not None
         compiled = self._scene._compiled(self._tables, has_mesh=self._has_mesh)
         with self._scene._messages():
             self._core = _core.Session(compiled, core_mesh, _static, _increment, history, arrays)
         for field in self._scene.force_field:
-            field._check(self.masses, self.rest_positions)
+            field._check(self.masses, self.positions)
 
     # Steps
 
@@ -114,7 +118,8 @@ class Session:
         planned = self._tables.get("event", [])
         now = self.time
         due = [e["at"] for e in planned if e["at"] <= now + 1e-6 * self.time_step]
-        entry = {"at": max([now, *due]), **_without_none(edit.entry)}
+        # The session keeps the entry, and the edit may change afterwards.
+        entry = {"at": max([now, *due]), **_settings.owned(_without_none(edit.entry))}
         own = [*self._own_events, entry]
         events = [*planned, *own]
         order = sorted(range(len(events)), key=lambda i: events[i]["at"])

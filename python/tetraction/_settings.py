@@ -9,6 +9,8 @@ import difflib
 import tomllib
 from typing import Any, ClassVar
 
+import numpy as np
+
 from . import _core
 
 
@@ -16,7 +18,7 @@ class Settings:
     """A section of a scene: keys with values, as attributes or as keyword arguments.
 
     A key that has not been set has its default. Values are checked when the scene is used, because many
-    checks concern several keys.
+    checks concern several keys. Lists, dicts and arrays are copied when they are set.
     """
 
     _section: ClassVar[str] = ""
@@ -40,7 +42,7 @@ class Settings:
         if value is None:
             self._values.pop(name, None)
         else:
-            self._values[name] = value
+            self._values[name] = owned(value)
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("__"):
@@ -76,6 +78,19 @@ class Settings:
 def _constant(value: Any) -> Any:
     """Lists as tuples: a change within a default would be lost."""
     return tuple(_constant(entry) for entry in value) if isinstance(value, list) else value
+
+
+def owned(value: Any) -> Any:
+    """The value with copies of the lists, dicts and arrays in it, which their owner may change later."""
+    if isinstance(value, np.ndarray):
+        return value.copy()
+    if isinstance(value, dict):
+        return {key: owned(entry) for key, entry in value.items()}
+    if isinstance(value, list):
+        return [owned(entry) for entry in value]
+    if type(value) is tuple:
+        return tuple(owned(entry) for entry in value)
+    return value
 
 
 def plain(value: Any) -> Any:

@@ -289,3 +289,217 @@ def test_a_law_lives_as_long_as_it_is_used(beam):
     gc.collect()
     assert second.step(3) == expected[0]
     assert np.array_equal(second.positions, expected[1])
+
+
+def graded(mu_of, lam=LAMBDA):
+    """A neo-Hookean law whose μ depends on the place."""
+    one = np.eye(3)
+
+    def parts(F, *place):
+        G = np.linalg.inv(F).transpose(0, 2, 1)
+        return mu_of(*place), G, np.log(np.linalg.det(F))
+
+    def energy(F, *place):
+        mu, _, log = parts(F, *place)
+        return 0.5 * mu * (np.einsum("nij,nij->n", F, F) - 2 * log) + 0.5 * lam * log**2  # not 0 at rest
+
+    def stress(F, *place):
+        mu, G, log = parts(F, *place)
+        return mu[:, None, None] * (F - G) + lam * log[:, None, None] * G
+
+    def stiffness(F, *place):
+        mu, G, log = parts(F, *place)
+        return (np.einsum("n,ik,JL->niJkL", mu, one, one)
+                + np.einsum("n,niL,nkJ->niJkL", mu - lam * log, G, G)
+                + lam * np.einsum("niJ,nkL->niJkL", G, G))  # fmt: skip
+
+    return {"energy": energy, "stress": stress, "stiffness": stiffness}
+
+
+def graded_law(mu_of, **changed):
+    return tt.CustomMaterial(**{**graded(mu_of), **changed}, mu=MU, lambda_=LAMBDA, with_places=True, name="graded")
+
+
+@pytest.mark.parametrize("integrator", ["explicit", "midpoint", "energy-momentum"])
+@pytest.mark.parametrize("element", ["linear", "quadratic"])
+def test_a_law_by_element_moves_as_regions_do(beam, integrator, element):
+    beam.time.integrator = integrator
+    beam.mesh.element = element
+    beam.time.step, beam.time.end = 5e-4, 0.02
+    keys = {"model": "neo-hookean", "lambda": LAMBDA, "density": 1000.0}
+    beam.material = tt.Material(mu=MU, **keys)
+    beam.material_region = [tt.MaterialRegion(select={"box": {"min": [0.5, -1, -1], "max": [2, 1, 1]}}, mu=3 * MU, **keys)]
+    plain = tt.run(beam)
+    beam.material_region = []
+    corners = plain.rest_positions[plain.tetrahedra[:, :4]].mean(axis=1)
+    own = np.where(corners[:, 0] > 0.5, 3 * MU, MU)  # data of each element
+    for law in (graded_law(lambda element, position: own[element]),
+                graded_law(lambda element, position: np.where(position[:, 0] > 0.5, 3 * MU, MU))):  # fmt: skip
+        beam.material = law
+        placed = tt.run(beam)
+        assert placed.status == plain.status == "ok"
+        moved = abs(plain.displacements).max()
+        assert abs(placed.positions - plain.positions).max() < 1e-8 * moved
+        assert placed.history["elastic_energy"][-1] == pytest.approx(plain.history["elastic_energy"][-1])
+    assert np.allclose(tt.modes(beam, 3).frequencies[:1], tt.modes(beam, 1).frequencies)
+
+
+def test_positions_are_those_of_the_quadrature_points(beam):
+    seen = {}
+
+    def modulus(element, position):
+        assert element.dtype == np.int64 and position.shape == (len(element), 3)
+        for e, x in zip(element, position):
+            seen.setdefault(int(e), []).append(x)
+        return np.full(len(element), MU)
+
+    for kind, count in (("linear", 1), ("quadratic", 4)):
+        beam.mesh.element = kind
+        beam.material = graded_law(modulus)
+        session = tt.Session(beam)
+        seen.clear()
+        session.element_fields()
+        centres = session.rest_positions[session.tetrahedra[:, :4]].mean(axis=1)
+        assert sorted(seen) == list(range(96))
+        for e, positions in seen.items():
+            found = np.unique(np.round(positions, 12), axis=0)
+            assert len(found) == count
+            assert np.allclose(found.mean(axis=0), centres[e], atol=1e-11)
+
+
+def test_a_wrong_law_with_places_is_refused_when_a_body_is_made(beam):
+    right = graded(lambda element, position: MU * (1 + position[:, 0]))
+    tests = [
+        ({"stress": lambda F, *at: 1.001 * right["stress"](F, *at)}, "stress differs"),
+        ({"stiffness": lambda F, *at: right["stiffness"](F, *at).transpose(0, 2, 1, 3, 4)}, "stiffness differs"),
+        ({"energy": lambda F, *at: right["energy"](F, *at) / 0.0}, "not defined at rest"),
+        ({"stress": lambda F, *at: right["stress"](F, *at)[:, 0]}, "shape"),
+        ({"stiffness": lambda F, *at: right["stiffness"](F, at[0], at[1][::-1])}, "at once"),
+    ]
+    for changed, message in tests:
+        law = tt.CustomMaterial(**{**right, **changed}, mu=MU, lambda_=LAMBDA, with_places=True)
+        with np.errstate(all="ignore"), pytest.raises(tt.InputError, match=message):
+            beam.material = law
+            tt.Session(beam)
+    session = tt.Session(tt.Scene(mesh=beam.mesh, material=tt.Material(model="neo-hookean", youngs_modulus=1e5, poissons_ratio=0.3)))
+    with pytest.raises(tt.InputError, match="shape"):
+        session.apply(tt.SetMaterial(custom=tt.CustomMaterial(
+            **{**right, **tests[3][0]}, mu=MU, lambda_=LAMBDA, with_places=True)))  # fmt: skip
+    with pytest.raises(tt.InputError, match="stress differs"):
+        beam.material = tt.CustomMaterial(**{**right, **tests[0][0]}, mu=MU, lambda_=LAMBDA, with_places=True)
+        tt.modes(beam, 2)
+
+
+def test_fibres_that_bear_no_compression_are_no_false_alarm(beam):
+    """Their stiffness jumps at rest, where the derivatives are compared, too."""
+    a, k = np.array([1.0, 0.0, 0.0]), 3e4
+
+    def strain(F):
+        d = F @ a
+        return (d**2).sum(axis=1) - 1, d
+
+    def energy(F):
+        return neo_hookean_energy(F) + 0.5 * k * np.maximum(strain(F)[0], 0) ** 2
+
+    def stress(F):
+        e, d = strain(F)
+        return neo_hookean_stress(F) + 2 * k * np.einsum("n,ni,J->niJ", np.maximum(e, 0), d, a)
+
+    def stiffness(F, factor=1.0, at_the_jump=True):
+        e, d = strain(F)
+        is_taut = e >= 0 if at_the_jump else e > 0
+        fibres = (4 * np.einsum("ni,J,nk,L->niJkL", d, a, d, a)
+                  + 2 * np.einsum("n,ik,J,L->niJkL", e, np.eye(3), a, a))  # fmt: skip
+        return neo_hookean_stiffness(F) + factor * k * is_taut[:, None, None, None, None] * fibres
+
+    for at_the_jump in (True, False):
+        law = neo_hookean(energy=energy, stress=stress, stiffness=lambda F, c=at_the_jump: stiffness(F, 1.0, c))
+        beam.material = law
+        assert tt.run(beam).balance["max_relative_energy_drift"] < 1e-2
+    with pytest.raises(tt.InputError, match="stiffness differs"):
+        neo_hookean(energy=energy, stress=stress, stiffness=lambda F: stiffness(F, 1.01))
+
+
+def pushing_floor(k, height, factor=1.0):
+    """U = ½ k ⟨height − z⟩²."""
+    def depth(q):
+        return np.minimum(q[:, 2] - height, 0)
+
+    return tt.ForceField(
+        lambda m, q: 0.5 * k * depth(q) ** 2,
+        lambda m, q: np.stack([0 * m, 0 * m, k * depth(q)], axis=1),
+        lambda m, q: factor * k * (depth(q) < 0)[:, None, None] * np.diag([0, 0, 1.0]),
+        name="floor")
+
+
+def test_a_floor_that_only_pushes_is_no_false_alarm(cube):
+    """Half of the vertices lie exactly on it, where its second derivative jumps."""
+    points, tetrahedra = cube
+    flat = tt.Scene(material=tt.Material(model="neo-hookean", youngs_modulus=1e5, poissons_ratio=0.3),
+                    time={"integrator": "midpoint", "step": 1e-3, "end": 0.1})  # fmt: skip
+    for height in (0.0, 1.0, 0.5):
+        flat.force_field = [pushing_floor(1e4, height)]
+        tt.Session(flat, points, tetrahedra)
+    flat.force_field = [pushing_floor(1e4, 1.5, factor=1.1)]
+    with pytest.raises(tt.InputError, match="hessian is not the derivative"):
+        tt.Session(flat, points, tetrahedra)
+
+
+def barrier(height, kappa, thickness, **domain):
+    """U = −κ (d − d̂)² ln(d/d̂) for heights d < d̂ above the floor (Li et al. 2020), infinite at d = 0."""
+    def parts(q):
+        d = q[:, 2] - height
+        inside = d < thickness
+        d = np.where(inside, d, thickness)
+        assert (d > 0).all(), "called where U is not defined"
+        return d, d - thickness, np.log(d / thickness), inside
+
+    def energy(m, q):
+        d, gap, log, _ = parts(q)
+        return -kappa * gap**2 * log
+
+    def gradient(m, q):
+        d, gap, log, _ = parts(q)
+        return np.stack([0 * m, 0 * m, -kappa * gap * (2 * log + gap / d)], axis=1)
+
+    def hessian(m, q):
+        d, gap, log, _ = parts(q)
+        return (-kappa * (2 * log + 4 * gap / d - (gap / d) ** 2))[:, None, None] * np.diag([0, 0, 1.0])
+
+    return tt.ForceField(energy, gradient, hessian, name="floor", **domain)
+
+
+def domain_above(height):
+    def fraction(q, d):
+        with np.errstate(all="ignore"):
+            return np.where(d[:, 2] < 0, (height - q[:, 2]) / d[:, 2], np.inf)
+
+    return {"defined": lambda q: q[:, 2] > height, "admissible_fraction": fraction}
+
+
+@pytest.mark.parametrize("integrator", ["verlet", "midpoint", "energy-momentum"])
+def test_a_field_with_a_domain_is_never_asked_outside(cube, integrator):
+    points, tetrahedra = cube
+    scene = tt.Scene(
+        material=tt.Material(model="neo-hookean", youngs_modulus=1e6, poissons_ratio=0.3, density=1000.0),
+        environment={"kind": "gravity", "direction": [0, 0, -1]},
+        time={"integrator": integrator, "step": 1e-4 if integrator == "verlet" else 1e-3, "end": 0.3},
+        initial={"velocity": [0, 0, -2.0]},
+        force_field=[barrier(-0.1, 1e5, 0.05, **domain_above(-0.1))])  # fmt: skip
+    lowest = []
+    session = tt.run(scene, points=points, tetrahedra=tetrahedra,
+                     observers=lambda s: lowest.append(s.positions[:, 2].min()))  # fmt: skip
+    assert session.status == "ok"
+    assert -0.1 < min(lowest) < -0.06  # it has hit the floor
+    assert session.balance["max_relative_energy_drift"] < 0.05
+    # A body that begins outside is refused, and so is a way that is no number.
+    scene.initial.velocity = [0, 0, 0]
+    scene.force_field = [barrier(0.5, 1e5, 0.05, **domain_above(0.5))]
+    with pytest.raises(tt.InputError, match="floor"):
+        tt.Session(scene, points, tetrahedra)
+    if integrator != "verlet":
+        domain = domain_above(-0.1)
+        domain["admissible_fraction"] = lambda q, d: np.full(len(q), np.nan)
+        scene.force_field = [barrier(-0.1, 1e5, 0.05, **domain)]
+        with pytest.raises(tt.InputError, match="NaN"):
+            tt.run(scene, points=points, tetrahedra=tetrahedra)

@@ -90,7 +90,7 @@ def test_views_follow_the_run_and_keep_their_addresses(beam):
     assert np.isfinite(positions).all()
 
 
-def test_arrays_are_not_copied_and_give_the_same_for_each_type(cube):
+def test_arrays_of_each_type_give_the_same(cube):
     points, tetrahedra = cube
     scene = tt.Scene(material={"youngs_modulus": 1e5, "poissons_ratio": 0.3, "density": 1000.0},
                      time={"integrator": "verlet", "step": 1e-3, "end": 1.0},
@@ -103,9 +103,9 @@ def test_arrays_are_not_copied_and_give_the_same_for_each_type(cube):
         ends.append(session.positions.copy())
     assert np.array_equal(ends[0], ends[1]) and np.array_equal(ends[0], ends[2])
     assert abs(ends[0] - points).max() > 1e-2
-    # A view: the mesh sees what happens to the array.
+    # With copy=False the mesh sees what happens to the array.
     own = points.copy()
-    mesh = tt.Mesh(own[:], tetrahedra)  # the array itself becomes read-only, but not what it is a view of
+    mesh = tt.Mesh(own[:], tetrahedra, copy=False)  # what the array is a view of can be written to
     own[0, 0] = -0.25
     assert mesh.points[0, 0] == -0.25
     # Arrays of another layout are converted.
@@ -356,12 +356,63 @@ def test_arrays_in_use_cannot_be_changed(beam, cube):
     points, tetrahedra = cube
     beam.mesh = {}
     beam.fix = []
-    session = tt.Session(beam, points, tetrahedra)
+    session = tt.Session(beam, points, tetrahedra, copy=False)
     with pytest.raises(ValueError, match="read-only"):
         tetrahedra += 10**9
     with pytest.raises(ValueError, match="read-only"):
         points *= 2
     assert session.vertex_ids.tolist() == list(range(8))
+
+
+@pytest.mark.parametrize("make", [
+    lambda scene, *arrays: tt.Session(scene, *arrays),
+    lambda scene, *arrays: tt.Session(scene, tt.Mesh(*arrays)),
+])  # fmt: skip
+def test_what_happens_to_arrays_later_does_not_reach_a_session(beam, cube, make):
+    """Also what happens to arrays of which those that are given are views: NumPy leaves them writable."""
+    points, tetrahedra = cube
+    scene = tt.Scene(material=beam.material, time=beam.time, initial={"angular_velocity": [0, 1, 2]})
+    expected = make(scene, points, tetrahedra)
+    expected.step(20)
+    all_points = np.concatenate([points, np.ones((5, 3))])
+    all_tetrahedra = np.concatenate([tetrahedra, tetrahedra])
+    session = make(scene, all_points[:8], all_tetrahedra[:6])
+    session.step(10)
+    all_points *= 3
+    all_tetrahedra += 10**6
+    session.step(10)
+    assert abs(expected.displacements).max() > 1e-2
+    assert np.array_equal(session.positions, expected.positions)
+    assert np.array_equal(session.rest_positions, points)
+    assert points.flags.writeable and tetrahedra.flags.writeable
+
+
+def test_what_happens_to_values_later_does_not_reach_settings_and_edits(beam):
+    value, group = np.zeros(3), [0.0, 0.0, 0.0]
+    for axis in range(3):
+        value[:], group[:] = 0.0, [0.0, 0.0, 0.0]
+        value[axis] = group[axis] = 1.0
+        beam.force.append(tt.Force(select={"nearest": group}, vector=value))
+    assert [list(force.vector) for force in beam.force] == np.eye(3).tolist()
+    assert [force.select["nearest"] for force in beam.force] == np.eye(3).tolist()
+    beam.force = []
+
+    def run(**later):
+        session = tt.Session(beam)
+        load = np.array([0.0, 0.0, 1.0])
+        edit = tt.SetForce(select={"nearest": [1.0, 0.0, 0.0]}, vector=load)
+        load *= later.get("before", 1.0)
+        session.apply(edit)
+        edit.entry["force"]["vector"] *= later.get("after", 1.0)
+        session.step(5)
+        session.apply(tt.SetForce(0, until=0.1))  # the other keys stay
+        session.apply(tt.SetDamping(viscosity=1.0))
+        session.step(5)
+        return session.positions.copy()
+
+    expected = run()
+    assert np.array_equal(run(before=7.0), expected)
+    assert np.array_equal(run(after=7.0), expected)
 
 
 def test_loads_can_change_after_every_step(beam):
@@ -481,3 +532,70 @@ def test_a_daemon_thread_within_a_step_does_not_abort_the_interpreter(kind):
                                 capture_output=True, text=True)  # fmt: skip
         assert result.returncode == 0, result.stderr
         assert result.stderr == ""
+
+
+class Stop(Exception):
+    pass
+
+
+def files_of_a_run(folder):
+    assert (folder / "final.vtu").exists()
+    return json.loads((folder / "summary.json").read_text())
+
+
+@pytest.mark.parametrize("every", [0, 3])
+@pytest.mark.filterwarnings("ignore:The run has no checkpoint files")
+def test_an_edited_run_that_ends_early_has_all_its_files(beam, tmp_path, every):
+    beam.output.checkpoint_every = every
+
+    def edited():
+        session = tt.Session(beam)
+        session.apply(tt.SetDamping(viscosity=5.0))
+        return session
+
+    def stop(s):
+        if s.step_number == 7:
+            raise Stop("enough")
+
+    with pytest.raises(Stop, match="enough"):
+        edited().run(observers=stop, out=tmp_path / "exception")
+    assert files_of_a_run(tmp_path / "exception")["steps"] == 7
+    assert edited().run(observers=lambda s: s.step_number < 9, out=tmp_path / "false") == "interrupted"
+    assert files_of_a_run(tmp_path / "false")["steps"] == 9
+    assert edited().run(out=tmp_path / "end") == "ok"
+    assert files_of_a_run(tmp_path / "end")["status"] == "ok"
+    # An edit within the run: no checkpoint is left from which it would go on in another way.
+    def late(s):
+        if s.step_number == 10:
+            s.apply(tt.SetDamping(viscosity=5.0))
+        return s.step_number < 20
+
+    assert tt.Session(beam).run(observers=late, out=tmp_path / "late") == "interrupted"
+    assert not (tmp_path / "late" / "checkpoints").exists()
+    assert files_of_a_run(tmp_path / "late")["steps"] == 20
+
+
+def test_checkpoint_files_that_cannot_be_made_are_told(beam, tmp_path):
+    beam.output.checkpoint_every = 3
+    session = tt.Session(beam)
+    session.apply(tt.SetDamping(viscosity=5.0))
+    with pytest.warns(UserWarning, match="no checkpoint files"):
+        assert session.run(out=tmp_path / "edited") == "ok"
+    assert tt.Session(beam).run(observers=lambda s: s.step_number < 7, out=tmp_path / "plain") == "interrupted"
+    names = sorted(os.listdir(tmp_path / "plain" / "checkpoints"))
+    assert names == ["step_000000003.ckpt", "step_000000006.ckpt", "stop_000000007.ckpt"]
+    # Equilibria have none, and say so by having none.
+    assert tt.static(beam, tmp_path / "static").status == "ok"
+    files_of_a_run(tmp_path / "static")
+
+
+@pytest.mark.skipif(sys.version_info < (3, 11), reason="exceptions have no notes")
+def test_an_exception_is_not_replaced_by_one_of_the_files(beam, tmp_path):
+    def stop(s):
+        if s.step_number == 3:
+            (tmp_path / "out" / "final.vtu").mkdir()
+            raise Stop("enough")
+
+    with pytest.raises(Stop, match="enough") as caught:
+        tt.Session(beam).run(observers=stop, out=tmp_path / "out")
+    assert "final.vtu" in caught.value.__notes__[0]

@@ -56,10 +56,12 @@ struct StoredCheckpoint {
   Checkpoint checkpoint;
 };
 
+/// Whether a file can have this checkpoint: only the events of its scene have edited the run.
+bool can_be_stored(const Checkpoint& checkpoint);
+
 /// The contents of a checkpoint file: a text that names it, the version of the format, the size, the
-/// numbers, and a check sum (CRC-32) of all that, in the byte order of the machine. Only the scene's events may have edited
-/// the run: settings are not stored, because the scene and its events give them. Throws InputError
-/// if there were other edits.
+/// numbers, and a check sum (CRC-32) of all that, in the byte order of the machine. Settings are not stored, because
+/// the scene and its events give them. Throws InputError unless can_be_stored().
 std::string checkpoint_bytes(const StoredCheckpoint& stored);
 /// Reads what checkpoint_bytes() wrote. Nothing in `bytes` is trusted. Throws FileError, which begins
 /// with `name`, if it is not such a file, or not a whole one, or of another format or byte order.

@@ -51,8 +51,11 @@ class RunRecorder : public Observer, public CheckpointObserver {
   void set_stop_code(std::function<int()> stop_code);
 
   /// Stores checkpoints (io/checkpoint_file.h) after each so many steps, and one if the run is
-  /// cancelled; with 0 only that one.
+  /// cancelled; with 0 only that one. A run with other edits than the events of its scene has none, because
+  /// nobody could repeat its edits: leaves_out_checkpoints() then is true from the first one on, and earlier
+  /// ones are deleted. All other files are complete.
   void keep_checkpoints(Index every);
+  bool leaves_out_checkpoints() const;
   /// Goes on with the files of an earlier part of the run, which was restored from this checkpoint:
   /// what they have beyond it is removed. To be called after Session::restore() and before the
   /// run, with the directory locked. Throws FileError, before anything is changed, if the files are

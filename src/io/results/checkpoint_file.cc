@@ -158,9 +158,12 @@ std::vector<std::string> changed_keys(const std::string& scene, const std::strin
   return keys;
 }
 
+bool can_be_stored(const Checkpoint& checkpoint) {
+  return checkpoint.progress.edits.size() == checkpoint.progress.next_event;
+}
+
 std::string checkpoint_bytes(const StoredCheckpoint& stored) {
-  const RunProgress& progress = stored.checkpoint.progress;
-  if (progress.edits.size() != progress.next_event) {
+  if (!can_be_stored(stored.checkpoint)) {
     throw InputError(
         "A run with other edits than the events of its scene cannot be stored in a checkpoint "
         "file: make the edits events.");

@@ -77,6 +77,7 @@ struct RunRecorder::Impl {
   bool is_finished = false;
   bool is_resumed = false;
   Index checkpoint_every = -1;
+  bool leaves_out_checkpoints = false;
   std::optional<RunInputs> inputs;  // made when the first checkpoint needs them
 
   std::string path(const char* name) const { return directory + "/" + name; }
@@ -163,11 +164,20 @@ Index RunRecorder::checkpoint_every() const {
   return impl_->checkpoint_every;
 }
 
+bool RunRecorder::leaves_out_checkpoints() const {
+  return impl_->leaves_out_checkpoints;
+}
+
 void RunRecorder::on_checkpoint(const Session& session, const Checkpoint& checkpoint,
                                 bool is_regular) {
   Impl& s = *impl_;
   if (s.is_finished) return;
   try {
+    if (!can_be_stored(checkpoint)) {
+      if (!s.leaves_out_checkpoints) remove_checkpoints(s.directory);
+      s.leaves_out_checkpoints = true;
+      return;
+    }
     if (!s.inputs) s.inputs = inputs_of(session);
     StoredCheckpoint stored{
         version(), is_regular, process_count(session), *s.inputs, session.times(), {}, checkpoint};
