@@ -11,7 +11,7 @@ of a page is taken in its order:
   that it names. `tetraction check` must accept it.
 - `python`: the text is executed after the other such blocks of the page. Blocks that import tetraction are left out
   where the Python package is not built.
-- `cpp`, `cmake` and `text` are not executed.
+- `cpp` is built and run by the tests docs.Cpp (cpp_snippets.py). `cmake` and `text` are not executed.
 
 A comment in the line before a block says what else holds:
 
@@ -24,7 +24,6 @@ A comment in the line before a block says what else holds:
 A block that is none of these, and commands in an indented block, make the test fail.
 """
 
-import glob
 import importlib.util
 import os
 import re
@@ -34,13 +33,10 @@ import sys
 import tempfile
 import unittest
 
+from pages import blocks_of, pages_of
+
 PROGRAM, TREE = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
-PAGES = ["README.md"] + sorted(
-    os.path.relpath(path, TREE)
-    for path in glob.glob(os.path.join(TREE, "docs", "**", "*.md"), recursive=True)
-)
-COMMAND = re.compile(r"^(\$ )?(tetraction|scripts/|cmake|ctest|cpack|build/|python3?|pip|git|apt(-get)?|sudo) ?")
-MARK = re.compile(r"<!-- (not run|shortened|before it|file):\s+(.*?)\s*-->", re.DOTALL)
+PAGES = pages_of(TREE)
 
 SCENE = """
 [mesh]
@@ -113,44 +109,6 @@ def write_part(path):
             for n in range(len(tetrahedra)):
                 file.write(f"{first + n} {value}\n")
             file.write("$EndElementData\n")
-
-
-class Block:
-    def __init__(self, page, line, language, text, marks):
-        self.page, self.line, self.language = page, line, language
-        self.text, self.marks = text, marks
-
-    def __str__(self):
-        return f"{self.page}:{self.line}"
-
-
-def blocks_of(page):
-    """The fenced blocks of a page, and the lines at which indented blocks begin with a command."""
-    with open(os.path.join(TREE, page), encoding="utf-8") as file:
-        lines = file.read().split("\n")
-    blocks, indented = [], []
-    n = 0
-    while n < len(lines):
-        fence = re.match(r"^(`{3,})(.*)$", lines[n])
-        if fence:
-            end = next(k for k in range(n + 1, len(lines)) if lines[k].startswith(fence[1]))
-            # The comments right before the block, which may have several lines.
-            before, marks = n, {}
-            while before > 0 and lines[before - 1].endswith("-->"):
-                start = next(k for k in range(before - 1, -1, -1) if lines[k].startswith("<!--"))
-                mark = MARK.fullmatch("\n".join(lines[start:before]))
-                if mark:
-                    marks[mark[1]] = mark[2].strip()
-                before = start
-            text = "\n".join(lines[n + 1 : end]) + "\n"
-            blocks.append(Block(page, n + 1, fence[2].strip(), text, marks))
-            n = end + 1
-            continue
-        begins = lines[n].startswith("    ") and (n == 0 or not lines[n - 1].strip())
-        if begins and COMMAND.match(lines[n].strip()):
-            indented.append(n + 1)
-        n += 1
-    return blocks, indented
 
 
 def sections_of(text):
@@ -245,7 +203,7 @@ class Snippets(unittest.TestCase):
                           f"{block}: blocks of this language are not known to the test")  # fmt: skip
 
     def page(self, name):
-        blocks, indented = blocks_of(name)
+        blocks, indented = blocks_of(TREE, name)
         for line in indented:
             with self.subTest(place=f"{name}:{line}"):
                 self.fail("these commands are not in a ```sh block")

@@ -56,6 +56,22 @@ class Installed(unittest.TestCase):
             file.write('[mesh]\ngenerate = { kind = "beam", size = [4, 1, 1], cells = [4, 1, 1] }\n[material]\nyoungs_modulus = 1e5\npoissons_ratio = 0.3\n')
         self.assertRegex(call(program, scene), r"^[1-9]\d* vertices$")
 
+    def test_a_project_without_a_build_type_is_warned(self):
+        def told(name, *definitions):
+            result = subprocess.run(
+                [CMAKE, "-G", "Ninja", "-S", HERE, "-B", os.path.join(self.folder, name),
+                 f"-DCMAKE_PREFIX_PATH={self.prefix}", "-DCOMPONENTS=core",
+                 f"-DPROGRAM={os.path.join(SOURCE, 'tests/consumer/main.cc')}", *definitions],
+                capture_output=True, text=True,
+                env={k: v for k, v in os.environ.items() if k not in ("CMAKE_BUILD_TYPE", "CXXFLAGS")})  # fmt: skip
+            self.assertEqual(result.returncode, 0, result.stderr)
+            return " ".join(result.stderr.split())
+
+        self.assertIn("no build type", told("none"))
+        self.assertIn("-DCMAKE_BUILD_TYPE=Release", told("again"))
+        for one in ("-DCMAKE_BUILD_TYPE=Release", "-DCMAKE_BUILD_TYPE=Debug", "-DCMAKE_CXX_FLAGS=-O2"):
+            self.assertNotIn("build type", told("with" + one[-5:], one))
+
     def test_a_component_that_is_not_there_is_named(self):
         build = os.path.join(self.folder, "unknown")
         result = subprocess.run(
