@@ -354,5 +354,32 @@ TEST_F(RunOutput, TheSummaryAccountsForTheOutput) {
   EXPECT_EQ(session_->times().mesh, 2.5);
 }
 
+// The same edit at the end of the eleventh step and the end of the run after the twentieth.
+class EditAndStop : public Observer {
+ public:
+  explicit EditAndStop(Session& session) : session_(session) {}
+  bool on_step(const Session& session) override {
+    if (session.step_number() == 11) session_.apply(SetDamping{{0.0, 0.0, 5.0}});
+    return session.step_number() < 20;
+  }
+
+ private:
+  Session& session_;
+};
+
+TEST_F(RunOutput, ARunThatWasEditedHasNoCheckpointsAndAllOtherFiles) {
+  session_ = std::make_unique<Session>(scene_, generate_mesh(*scene_.mesh.generate));
+  recorder_ = std::make_unique<RunRecorder>(folder_.string(), 5);
+  recorder_->keep_checkpoints(4);
+  EditAndStop stop(*session_);
+  EXPECT_EQ(session_->run({recorder_.get(), &stop}), RunStatus::kCancelled);
+  EXPECT_TRUE(recorder_->leaves_out_checkpoints());
+  // Those of steps 4 and 8 are gone: a run from there would lack the edit.
+  EXPECT_FALSE(fs::exists(folder_ / "checkpoints"));
+  EXPECT_TRUE(fs::exists(folder_ / "final.vtu"));
+  EXPECT_EQ(nlohmann::json::parse(text("summary.json"))["steps"], 20);
+  EXPECT_EQ(csv("history.csv")["step"].back(), "20");
+}
+
 }  // namespace
 }  // namespace tetraction
