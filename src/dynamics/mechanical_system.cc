@@ -7,6 +7,8 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <set>
 #include <string>
 #include <utility>
 
@@ -38,6 +40,28 @@ std::vector<MaterialField> element_materials_of(const std::vector<BodyRegion>& r
     material = NodalVolume::without_volumetric_part(material);
   }
   return materials;
+}
+
+// What vertices may do, where those count as free that supports move, or hold elsewhere than at rest.
+FreeCoordinates coordinates_at_rest(const Constraints& constraints, const Vector& rest) {
+  const FreeCoordinates& all = constraints.coordinates();
+  Vector held = rest;
+  constraints.prescribe(0.0, held);
+  std::set<Index> moving;
+  for (const PrescribedVertices& list : constraints.list().held) {
+    if (list.penalty > 0.0 || list.motion.at_rest()) continue;
+    moving.insert(list.vertices.begin(), list.vertices.end());
+  }
+  std::map<Index, VertexFreedom> freedoms;
+  for (Index v = 0; v < all.vertex_count(); ++v) {
+    if (all.is_free(v) || all.set_of(v) >= 0 || moving.contains(v)) continue;
+    const FreeCoordinates::VertexMap map = all.map(v);
+    if (map.count > 0 && vertex_block(held, v) != vertex_block(rest, v)) continue;
+    VertexFreedom& freedom = freedoms[v];
+    freedom.count = map.count;
+    freedom.basis.leftCols(map.count) = map.columns;
+  }
+  return {all.vertex_count(), std::move(freedoms), all.sets()};
 }
 
 bool is_column_name(const std::string& name) {
@@ -281,7 +305,12 @@ void MechanicalSystem::set_pressures(std::vector<PressureLoad> pressures) {
     for (const auto& triangle : pressure.triangles) check_vertices(triangle);
     for (const auto& face : pressure.quadratic_faces) check_vertices(face);
   }
-  pressure_ = SurfacePressure(std::move(pressures), mesh_.rest_positions(), coordinates());
+  if (pressures.empty()) {
+    pressure_ = {};
+    return;
+  }
+  const Vector rest = mesh_.rest_positions();
+  pressure_ = SurfacePressure(std::move(pressures), rest, coordinates_at_rest(constraints_, rest));
 }
 
 void MechanicalSystem::list_terms() {

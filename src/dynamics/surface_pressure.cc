@@ -50,6 +50,65 @@ constexpr std::array<RimProduct, 3> kRimProducts{{
 }};
 constexpr double kDivisor = 15.0;
 
+using Columns = decltype(FreeCoordinates::VertexMap::columns);
+
+// Whether the forces Σ w (u − o) × (v − o)/6 of a rim do no work: they have no component in a free direction of
+// their vertices, wherever u and v may be. They are polynomials in the motions of the vertices along their
+// free directions, each coefficient of which must vanish.
+template <class RimTerms>
+bool rests_on_supports(const RimTerms& terms, const Vector3& o, const Vector& rest,
+                       const FreeCoordinates& coordinates) {
+  constexpr double kRoundOff = 1e-9;
+  struct Force {
+    Vector3 at_rest = Vector3::Zero();
+    std::map<Index, Vector3> arms;                       // of u: Σ w (v − o)
+    std::map<std::pair<Index, Index>, double> products;  // of u and v: Σ w
+    double size = 0.0;
+    double length = 0.0;
+  };
+  std::map<Index, Force> forces;
+  for (const auto& [vertex, u, v, weight] : terms) {
+    if (coordinates.set_of(vertex) >= 0) return false;
+    if (coordinates.map(vertex).count == 0) continue;
+    Force& force = forces[vertex];
+    const Vector3 arm_u = vertex_block(rest, u) - o;
+    const Vector3 arm_v = vertex_block(rest, v) - o;
+    force.at_rest += weight * arm_u.cross(arm_v);
+    force.arms.try_emplace(u, Vector3::Zero()).first->second += weight * arm_v;
+    force.arms.try_emplace(v, Vector3::Zero()).first->second -= weight * arm_u;
+    force.products[{std::min(u, v), std::max(u, v)}] += u < v ? weight : -weight;
+    force.size = std::max(force.size, std::abs(weight));
+    force.length = std::max({force.length, arm_u.norm(), arm_v.norm()});
+  }
+  for (const auto& [vertex, force] : forces) {
+    const Columns free = coordinates.map(vertex).columns;
+    const double limit = kRoundOff * force.size;
+    const auto acts = [&](const Vector3& part, double scale) {
+      double most = 0.0;
+      for (Index i = 0; i < free.cols(); ++i)
+        most = std::max(most, std::abs(free.col(i).dot(part)));
+      return most > limit * scale;
+    };
+    if (acts(force.at_rest, force.length * force.length)) return false;
+    for (const auto& [u, arm] : force.arms) {
+      const Columns ways = coordinates.map(u).columns;
+      for (Index i = 0; i < ways.cols(); ++i) {
+        if (acts(Vector3(ways.col(i)).cross(arm), force.length)) return false;
+      }
+    }
+    for (const auto& [pair, weight] : force.products) {
+      const Columns of_u = coordinates.map(pair.first).columns;
+      const Columns of_v = coordinates.map(pair.second).columns;
+      for (Index i = 0; i < of_u.cols(); ++i) {
+        for (Index j = 0; j < of_v.cols(); ++j) {
+          if (acts(weight * Vector3(of_u.col(i)).cross(Vector3(of_v.col(j))), 1.0)) return false;
+        }
+      }
+    }
+  }
+  return true;
+}
+
 // p at `at`, Pa.
 double pressure_at(const PressureLoad& load, const ForcePoint& at) {
   return load.value * factor_at(load.history, at);
@@ -195,6 +254,15 @@ SurfacePressure::SurfacePressure(std::vector<PressureLoad> loads, const Vector& 
     surface.triangles = triangles_of(load);
     add_rim(load, surface);
     surface.origin = origin_of(surface, rest, coordinates);
+    if (rests_on_supports(surface.of_load, surface.origin, rest, coordinates)) {
+      // The whole force is taken for the gradient, which is right in all free directions. In the others it acts on
+      // supports.
+      for (RimTerm term : surface.of_load) {
+        term.weight = -term.weight;
+        surface.of_gradient.push_back(term);
+      }
+      surface.of_load.clear();
+    }
     surfaces_.push_back(std::move(surface));
   }
 }
@@ -280,7 +348,7 @@ void SurfacePressure::add_discrete_gradient(const ForcePoint& from, const ForceP
   for (std::size_t i = 0; i < loads_.size(); ++i) {
     const double pressure = pressure_at(loads_[i], at);
     if (pressure == 0.0) continue;
-    if (!surfaces_[i].of_load.empty()) {
+    if (!surfaces_[i].of_gradient.empty()) {  // it has a rim
       for (const auto& [vertices, weight] : surfaces_[i].triangles) {
         const auto& [a, b, c] = vertices;
         const double factor = pressure * weight / 18.0;

@@ -112,7 +112,7 @@ class Part {
   }
 
   // Σ |H v − ω × ∇U|² over the vertices, relative to the size of its terms. If a rigid motion does not
-  // change a potential, it only turns its force: then H v = ω × ∇U.
+  // change a potential, it only turns its force: then H v = ω × ∇U. What a vertex cannot do does not count.
   Matrix6 potential_restraint(const Potentials& potentials) const {
     Matrix changes = Matrix::Zero(system_.dof_count(), 6);
     double scale = 0.0;
@@ -123,6 +123,9 @@ class Part {
       potentials.loads.add_product(motion, change);
       for (const Index v : vertices_) {
         vertex_block(change, v) -= spin(mode).cross(vertex_block(potentials.gradient, v));
+        if (system_.coordinates().is_free(v) || system_.coordinates().set_of(v) >= 0) continue;
+        const auto columns = system_.coordinates().map(v).columns;
+        vertex_block(change, v) = columns * (columns.transpose() * vertex_block(change, v)).eval();
       }
       changes.col(mode) = change;
     }

@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 
 #include <array>
+#include <string>
 #include <vector>
 
 #include "support/bodies.h"
@@ -240,6 +241,99 @@ TEST_P(PressureOnABox, ARimInAPlaneOfSymmetryNeedsNoLoad) {
     if (std::abs(mesh_.vertices[static_cast<std::size_t>(v)].x() - 0.5) > 0.4) continue;  // corner
     EXPECT_LT(std::abs(rim[3 * v]) + std::abs(rim[3 * v + 2]), 1e-12 * rim.norm());
   }
+}
+
+// Vertices on a plane that may only slide in it.
+PrescribedVertices sliding_in(const TetMesh& mesh, int axis, double at) {
+  PrescribedVertices sliding =
+      prescribe_at_rest(mesh, select_vertices(mesh, SelectPlane{axis, at, {}}));
+  sliding.components = {axis == 0, axis == 1, axis == 2};
+  return sliding;
+}
+
+// Supports of the rim of the face y = 0.6 on which its forces do no work.
+struct RimCase {
+  std::string name;
+  ConstraintList list;
+};
+
+std::vector<RimCase> resting_rims(const TetMesh& mesh) {
+  const PrescribedVertices left = sliding_in(mesh, 0, 0.0);
+  const PrescribedVertices right = sliding_in(mesh, 0, 1.0);
+  const PrescribedVertices front = sliding_in(mesh, 2, 0.0);
+  const PrescribedVertices back = sliding_in(mesh, 2, 0.8);
+  const auto clamped = [&](const PrescribedVertices& at) {
+    return prescribe_at_rest(mesh, at.vertices);
+  };
+  std::vector<RimCase> cases(2);
+  cases[0] = {"two planes and two clamps", {}};
+  cases[0].list.held = {left, front, clamped(right), clamped(back)};
+  cases[1] = {"clamped all around", {}};
+  cases[1].list.held = {clamped(left), clamped(front), clamped(right), clamped(back)};
+  return cases;
+}
+
+// The pressure then has a potential, and its gradient is minus the whole force, also on supports.
+TEST_P(PressureOnABox, ARimThatRestsOnSupportsHasNoLoad) {
+  for (const RimCase& c : resting_rims(mesh_)) {
+    SCOPED_TRACE(c.name);
+    system_.set_constraints(Constraints(c.list, mesh_, system_.mass()));
+    const FreeCoordinates& free = system_.coordinates();
+    const PressureLoad load = pressure(SelectPlane{1, 0.6, {}}, 3e4);
+    const SurfacePressure term({load}, mesh_.rest_positions(), system_.coordinates());
+    ASSERT_FALSE(term.has_load());
+    Vector x = position_;
+    system_.constraints().prescribe(0.0, x);
+    const Vector expected = follower(load, x);
+    const Vector force = force_of(term, x);
+    EXPECT_LT((force - expected).norm(), 1e-12 * expected.norm());
+    const Vector d = free.extend(jiggled(Vector::Zero(free.count()), 1.0, 3));
+    const Vector e = free.extend(jiggled(Vector::Zero(free.count()), 1.0, 5));
+    // U is of the third degree: its slope follows from four values.
+    const auto energy = [&](double t) { return term.energy(at(Vector(x + t * d))); };
+    constexpr double kStep = 0.05;
+    const double slope =
+        (8.0 * (energy(kStep) - energy(-kStep)) - (energy(2.0 * kStep) - energy(-2.0 * kStep))) /
+        (12.0 * kStep);
+    EXPECT_NEAR(slope, -force.dot(d), 1e-10 * force.norm() * d.norm());
+    HessianBlocks hessian;
+    hessian.reset(mesh_.vertex_count());
+    term.add_hessian(at(x), HessianForm::kExact, hessian);
+    Vector product = Vector::Zero(x.size());
+    hessian.add_product(d, product);
+    const Vector change =
+        (force_of(term, x - kStep * d) - force_of(term, x + kStep * d)) / (2.0 * kStep);
+    EXPECT_NEAR(product.dot(e), change.dot(e), 1e-10 * change.norm() * e.norm());
+    // The discrete gradient gives the change of energy.
+    const Vector y = x + 0.3 * d + 0.2 * e;
+    Vector mean = Vector::Zero(x.size());
+    term.add_discrete_gradient(at(x), at(y), mean);
+    const double rise = term.energy(at(y)) - term.energy(at(x));
+    EXPECT_NEAR(mean.dot(y - x), rise, 1e-11 * mean.norm() * (y - x).norm());
+    EXPECT_NEAR(term.energy_change(at(x), at(y)), rise, 1e-11 * mean.norm() * (y - x).norm());
+    EXPECT_NEAR(term.driven_work(at(x), at(y)), 0.0, 1e-11 * mean.norm() * (y - x).norm());
+  }
+}
+
+// With one side of the rim free, between parallel planes, and with supports that move, there is a load.
+TEST_P(PressureOnABox, ARimThatDoesNotRestOnItsSupportsHasALoad) {
+  const std::vector<RimCase> cases = resting_rims(mesh_);
+  system_.set_pressures({pressure(SelectPlane{1, 0.6, {}}, 3e4)});
+  const auto has_load = [&](const ConstraintList& list) {
+    system_.set_constraints(Constraints(list, mesh_, system_.mass()));
+    return system_.has_load_of_position();
+  };
+  EXPECT_TRUE(has_load({}));
+  for (const RimCase& c : cases) EXPECT_FALSE(has_load(c.list)) << c.name;
+  ConstraintList changed = cases[1].list;
+  for (PrescribedVertices& held : changed.held) held.motion.velocity = Vector3(0.1, 0.0, 0.0);
+  EXPECT_TRUE(has_load(changed));
+  changed = cases[1].list;
+  changed.held.pop_back();
+  EXPECT_TRUE(has_load(changed));
+  changed = cases[0].list;
+  changed.held[2] = sliding_in(mesh_, 0, 1.0);
+  EXPECT_TRUE(has_load(changed));
 }
 
 TEST_P(PressureOnABox, TheEnergyChangeHasNoCancellation) {
