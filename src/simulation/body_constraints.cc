@@ -6,10 +6,12 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <tuple>
 #include <unordered_map>
 #include <utility>
 
+#include "body_loads.h"
 #include "core/decompositions.h"
 #include "tetraction/core/error.h"
 
@@ -62,6 +64,27 @@ FixedDistance make_distance(const ConstraintSettings& constraint, const TetMesh&
   return distance;
 }
 
+// The point about which a driven handle turns if the scene names none: the centre of the areas of the faces whose
+// vertices it holds, else that of the masses of its tetrahedra, else that of the lumped masses of its vertices.
+Vector3 center_of_handle(const Selection& selection, const std::vector<Index>& vertices,
+                         const MechanicalSystem& system, const Vector& q) {
+  std::optional<LoadDistribution> shares;
+  try {
+    shares = faces_or_tetrahedra(selection, system);
+  } catch (const InputError&) {  // a group of triangles inside the body
+  }
+  const std::vector<Index>& places = shares ? shares->vertices : vertices;
+  Vector3 sum = Vector3::Zero();
+  double total = 0.0;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const Index v = places[i];
+    const double weight = shares ? shares->weights[static_cast<Index>(i)] : system.mass()[v];
+    sum += weight * vertex_block(q, v);
+    total += weight;
+  }
+  return sum / total;
+}
+
 ConstraintObject make_handle(const ConstraintSettings& constraint, const MechanicalSystem& system,
                              const Vector& q, double time,
                              const std::vector<AmplitudeSettings>& amplitudes) {
@@ -78,12 +101,8 @@ ConstraintObject make_handle(const ConstraintSettings& constraint, const Mechani
   driven.motion.angular_velocity = constraint.angular_velocity.value_or(Vector3::Zero());
   driven.motion.velocity_amplitude =
       find_amplitude(amplitudes, constraint.amplitude, constraint.where);
-  double mass = 0.0;
-  for (std::size_t i = 0; i < vertices.size(); ++i) {
-    mass += system.mass()[vertices[i]];
-    driven.motion.center += system.mass()[vertices[i]] * positions.col(static_cast<Index>(i));
-  }
-  driven.motion.center /= mass;
+  driven.motion.center =
+      constraint.point.value_or(center_of_handle(constraint.select, vertices, system, q));
   if (!driven.motion.angular_velocity.isZero(0.0)) {
     constexpr double kCollinear = 1e-9;
     const Matrix arms = positions.colwise() - driven.motion.center;

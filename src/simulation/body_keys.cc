@@ -36,6 +36,13 @@ std::string driven_conflict(const ConstraintSettings& constraint) {
              : "needs `velocity` or `angular_velocity`, which it is the factor of.";
 }
 
+std::string about_conflict(const ConstraintSettings& constraint) {
+  return constraint.kind != ConstraintKind::kRigid || !constraint.point ||
+                 constraint.angular_velocity
+             ? ""
+             : "needs `angular_velocity`: it is the point about which the handle turns.";
+}
+
 std::string targets_conflict(const FixSettings& fix) {
   if (fix.targets.empty()) return {};
   const auto* select = std::get_if<SelectVertices>(&fix.select);
@@ -193,15 +200,23 @@ const Section<ConstraintSettings>& section_of() {
         is_kind<ConstraintKind::kLine>},
        {{.name = "velocity",
          .unit = "m/s",
-         .help = "of `rigid`: drives it, with this velocity of its centre of mass",
+         .help = "of `rigid`: drives it, with this velocity of its centre",
          .absent = "free"},
         &S::velocity,
         is_kind<ConstraintKind::kRigid>},
        {{.name = "angular_velocity",
          .unit = "rad/s",
-         .help = "of `rigid`: drives it, turning about its centre of mass",
+         .help = "of `rigid`: drives it, turning about its centre, or about the point `about`",
          .absent = "free"},
         &S::angular_velocity,
+        is_kind<ConstraintKind::kRigid>},
+       {{.name = "about",
+         .unit = "m",
+         .help = "of a turned `rigid`: a point of the axis about which it turns, when it begins to "
+                 "turn or "
+                 "its motion changes; the point moves with `velocity`",
+         .absent = "the handle's centre, see below"},
+        &S::point,
         is_kind<ConstraintKind::kRigid>},
        {{.name = "amplitude",
          .help = "of a driven `rigid`: name of an `[[amplitude]]`, the factor of both velocities",
@@ -210,7 +225,8 @@ const Section<ConstraintSettings>& section_of() {
         is_kind<ConstraintKind::kRigid>}},
       {{{"normal"}, zero_direction<ConstraintKind::kPlane>},
        {{"direction"}, zero_direction<ConstraintKind::kLine>},
-       {{"amplitude"}, driven_conflict}},
+       {{"amplitude"}, driven_conflict},
+       {{"about"}, about_conflict}},
       true};
   return section;
 }

@@ -48,33 +48,18 @@ auto any_of_selection(const Select& select) -> decltype(select()) {
 
 LoadDistribution distribution_of(const ForceSettings& load, const MechanicalSystem& system) {
   const TetMesh& mesh = system.mesh();
-  const auto vertices = [&] {
-    return equal_distribution(select_vertices(mesh, load.select), mesh.part);
-  };
   switch (load.share) {
     case LoadShare::kSurface:
       return surface_distribution(mesh, select_triangles(mesh, load.select));
     case LoadShare::kVolume:
       return mass_distribution(system, select_tetrahedra(mesh, load.select));
     case LoadShare::kVertices:
-      return vertices();
+      return equal_distribution(select_vertices(mesh, load.select), mesh.part);
     case LoadShare::kAuto:
       break;
   }
-  select_vertices(mesh, load.select);  // throws if nothing at all is selected
-  const Group* group = find_group(mesh, load.select);
-  if (group != nullptr && group->dimension == 2) {
-    return surface_distribution(mesh, select_triangles(mesh, load.select));
-  }
-  const bool is_volume =
-      std::holds_alternative<SelectAll>(load.select) || (group != nullptr && group->dimension == 3);
-  if (!is_volume) {
-    const auto triangles = any_of_selection([&] { return select_triangles(mesh, load.select); });
-    if (anywhere(mesh.part.get(), !triangles.empty())) return surface_distribution(mesh, triangles);
-  }
-  const auto tetrahedra = any_of_selection([&] { return select_tetrahedra(mesh, load.select); });
-  if (anywhere(mesh.part.get(), !tetrahedra.empty())) return mass_distribution(system, tetrahedra);
-  return vertices();
+  return faces_or_tetrahedra(load.select, system)
+      .value_or(equal_distribution(select_vertices(mesh, load.select), mesh.part));
 }
 
 ExternalForce make_dead_load(const ForceSettings& load, const MechanicalSystem& system,
@@ -124,6 +109,25 @@ PressureLoad make_pressure(const ForceSettings& load, const MechanicalSystem& sy
 }
 
 }  // namespace
+
+std::optional<LoadDistribution> faces_or_tetrahedra(const Selection& selection,
+                                                    const MechanicalSystem& system) {
+  const TetMesh& mesh = system.mesh();
+  select_vertices(mesh, selection);  // throws if nothing at all is selected
+  const Group* group = find_group(mesh, selection);
+  if (group != nullptr && group->dimension == 2) {
+    return surface_distribution(mesh, select_triangles(mesh, selection));
+  }
+  const bool is_volume =
+      std::holds_alternative<SelectAll>(selection) || (group != nullptr && group->dimension == 3);
+  if (!is_volume) {
+    const auto triangles = any_of_selection([&] { return select_triangles(mesh, selection); });
+    if (anywhere(mesh.part.get(), !triangles.empty())) return surface_distribution(mesh, triangles);
+  }
+  const auto tetrahedra = any_of_selection([&] { return select_tetrahedra(mesh, selection); });
+  if (anywhere(mesh.part.get(), !tetrahedra.empty())) return mass_distribution(system, tetrahedra);
+  return {};
+}
 
 BodyLoads make_loads(const LoadLists& lists, const MechanicalSystem& system,
                      const AmplitudeList& amplitudes) {

@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "tetraction/dynamics/consistent_loads.h"
 #include "tetraction/dynamics/mechanical_system.h"
 #include "tetraction/simulation/scene.h"
 
@@ -17,6 +18,12 @@ struct BodyLoads {
   std::vector<ExternalForce> forces;
   std::vector<PressureLoad> pressures;
 };
+
+/// What LoadShare::kAuto shares a load of the selection out by: the areas of its faces at rest, else the masses of
+/// its tetrahedra. Nothing if it has neither. Throws InputError if it selects nothing, and for a group of triangles
+/// that are not on the boundary.
+std::optional<LoadDistribution> faces_or_tetrahedra(const Selection& selection,
+                                                    const MechanicalSystem& system);
 
 /// All loads of the lists. Throws InputError, with the place of the load in the scene, for
 /// selections that select nothing, unknown amplitudes, and values that are missing or contradict

@@ -1166,6 +1166,8 @@ TEST_F(SceneReader, ConstraintsAreChecked) {
             {"must be a list"});
   }
   refused("kind = \"rigid\"\n", "7:1: constraint.0.select is missing");
+  refused("kind = \"rigid\"\n" + all + "velocity = [1, 0, 0]\nabout = [0, 0, 0]\n",
+          "11:1: constraint.0.about", {"needs `angular_velocity`"});
   refused("kind = \"rigid\"\n" + all + "angular_velocity = 3\n",
           "10:1: constraint.0.angular_velocity", {"must be a list"});
 
@@ -1192,8 +1194,9 @@ TEST_F(SceneReader, ConstraintsTakeTheKeysOfTheirKindOnly) {
           "select, point or direction");
   refused("line", all + "direction = [1, 0, 0]\n", "vertices", "[1, 2]",
           "select, point or direction");
-  refused("rigid", all, "point", "[1, 0, 0]", "select, velocity, angular_velocity or amplitude");
-  refused("rigid", all, "length", "1", "select, velocity, angular_velocity or amplitude");
+  refused("rigid", all, "point", "[1, 0, 0]",
+          "select, velocity, angular_velocity, about or amplitude");
+  refused("rigid", all, "length", "1", "select, velocity, angular_velocity, about or amplitude");
 }
 
 TEST_F(SceneReader, MaterialRegionsAreRead) {

@@ -129,6 +129,7 @@ Scene full_scene() {
   handle.select = SelectBox{{2, 0, 0}, {2, 1, 1}};
   handle.velocity = Vector3(1, 0, 0);
   handle.angular_velocity = Vector3(0, 0, 2);
+  handle.point = Vector3(0.5, 1, -2);
   scene.constraint = {rod, plane, line, handle};
   ForceSettings force;
   force.select = SelectSurface{};

@@ -251,7 +251,9 @@ bool can_change(const FixSettings& fix, const Key<FixSettings>& key) {
 // An amplitude is the factor of the velocities of a driven handle.
 template <>
 bool can_change(const ConstraintSettings& constraint, const Key<ConstraintSettings>& key) {
-  if (std::string(key.info.name) == "amplitude") return constraint.is_driven();
+  const std::string name = key.info.name;
+  if (name == "amplitude") return constraint.is_driven();
+  if (name == "about") return constraint.angular_velocity.has_value();
   return key.is_used(constraint);
 }
 // A total is shared out; a vector is not, and the two exclude each other.
