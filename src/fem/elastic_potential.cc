@@ -265,7 +265,7 @@ struct ElasticPotential::Impl {
 
   // Returns body(material at point i), with the material as its own type.
   template <class Body>
-  decltype(auto) with_material(Index i, const Body& body) const {
+  decltype(auto) with_material_of_point(Index i, const Body& body) const {
     const MaterialField& material = field(rest.element_of(i));
     return std::visit([&](const auto& m) { return with_material_at(material, m, rest, i, body); },
                       material.model());
@@ -472,7 +472,7 @@ struct ElasticPotential::Impl {
     const int points = rest.points_per_element();
     for (int p = 0; p < points; ++p) {
       const Index i = points * e + p;
-      const bool is_admissible = with_material(i, [&](const auto& material) {
+      const bool is_admissible = with_material_of_point(i, [&](const auto& material) {
         const Shape::NodeMatrix local = rest.gather_relative(q, i);
         const auto point = rest.point(i);
         if (!element_admissible<Shape>(point, material, local)) return false;
@@ -703,7 +703,7 @@ void ElasticPotential::energy_densities(const Vector& q, Vector& densities) cons
 
 Matrix3 ElasticPotential::first_piola(Index point, const Vector& q) const {
   const RestState& rest = impl_->rest;
-  return impl_->with_material(point, [&](const auto& material) -> Matrix3 {
+  return impl_->with_material_of_point(point, [&](const auto& material) -> Matrix3 {
     return material.first_piola(deformation_gradient(rest.point(point), 0, rest.gather(q, point)));
   });
 }
