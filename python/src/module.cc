@@ -271,16 +271,7 @@ void define_mesh(py::module_& m) {
       .def_property_readonly("points",
                              [](const TetMesh& mesh) { return vectors_of(mesh.rest_positions()); })
       .def_property_readonly("tetrahedra", &tetrahedra_of)
-      .def_property_readonly("volume",
-                             [](const TetMesh& mesh) {
-                               // Of curved elements, too.
-                               const RestState rest(mesh);
-                               double sum = 0.0;
-                               for (Index e = 0; e < mesh.tetrahedron_count(); ++e) {
-                                 sum += rest.volume(e);
-                               }
-                               return sum;
-                             })
+      .def_property_readonly("volume", [](const TetMesh& mesh) { return mesh.total_volume(); })
       .def_property_readonly("is_quadratic", &TetMesh::is_quadratic)
       .def_property_readonly("vertex_ids", &vertex_ids_of)
       .def_property_readonly("regions",

@@ -12,7 +12,6 @@
 #include "core/quoting.h"
 #include "mesh/bounding_box.h"
 #include "scene_source.h"
-#include "tetraction/fem/rest_state.h"
 #include "tetraction/io/mesh_quality.h"
 #include "tetraction/mesh/mesh_checks.h"
 
@@ -20,15 +19,6 @@ namespace tetraction {
 namespace {
 
 constexpr std::size_t kBins = 10;
-
-// With the curved edges of quadratic tetrahedra.
-double volume_of(const TetMesh& mesh) {
-  if (!mesh.is_quadratic()) return mesh.total_volume();
-  const RestState rest(mesh);
-  double sum = 0.0;
-  for (Index e = 0; e < rest.element_count(); ++e) sum += rest.volume(e);
-  return sum;
-}
 
 std::vector<Index> histogram(const QualityMeasure& measure) {
   std::vector<Index> bins(kBins, 0);
@@ -71,7 +61,7 @@ void print_arrays(const std::map<std::string, Matrix>& arrays, const char* what,
 std::string size_text(const TetMesh& mesh) {
   return fmt::format("{} vertices, {} {}tetrahedra, volume {:.10g} m3", mesh.vertex_count(),
                      mesh.tetrahedron_count(), mesh.is_quadratic() ? "quadratic " : "",
-                     volume_of(mesh));
+                     mesh.total_volume());
 }
 
 nlohmann::ordered_json mesh_json(const TetMesh& mesh, const std::vector<std::string>& unused) {
@@ -81,7 +71,7 @@ nlohmann::ordered_json mesh_json(const TetMesh& mesh, const std::vector<std::str
   json["vertices"] = mesh.vertex_count();
   json["tetrahedra"] = mesh.tetrahedron_count();
   json["element"] = mesh.is_quadratic() ? "quadratic" : "linear";
-  json["volume"] = volume_of(mesh);
+  json["volume"] = mesh.total_volume();
   json["bounding_box"] = {{"min", {box.low.x(), box.low.y(), box.low.z()}},
                           {"max", {box.high.x(), box.high.y(), box.high.z()}}};
   json["reoriented_tetrahedra"] = mesh.report.reoriented;

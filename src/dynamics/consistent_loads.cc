@@ -39,23 +39,84 @@ Vector3 position(const TetMesh& mesh, Index v) {
   return mesh.vertices[static_cast<std::size_t>(v)];
 }
 
-// ∫ N_a dA of the six nodes of a quadratic face, by the rule with three points at the middles of the
-// edges, exact for degree 2: there N_a is 1 at its own node and 0 at all others, so that corners get
-// nothing. A third of the area of a flat face belongs to each middle.
-void add_quadratic_face(const TetMesh& mesh, const std::vector<Index>& v,
-                        std::map<Index, double>& weight_of) {
-  std::array<Vector3, 6> x;
-  for (std::size_t a = 0; a < 6; ++a) x[a] = position(mesh, v[a]);
-  // ∂x/∂ξ and ∂x/∂η of x = Σ N_a x_a at the points (½, 0), (½, ½) and (0, ½).
+// A quadratic face: its corners, and the vertices in the middles of the edges 01, 12 and 20.
+using FaceNodes = std::array<Vector3, 6>;
+
+// |∂x/∂L_1 × ∂x/∂L_2| at L_1 = r, L_2 = s: the area at x in an area of the parameters.
+double area_density(const FaceNodes& x, double r, double s) {
+  const double l = 1.0 - r - s;
+  const Vector3 along =
+      (1.0 - 4.0 * l) * x[0] + (4.0 * r - 1.0) * x[1] + 4.0 * ((l - r) * x[3] + s * (x[4] - x[5]));
+  const Vector3 across =
+      (1.0 - 4.0 * l) * x[0] + (4.0 * s - 1.0) * x[2] + 4.0 * ((l - s) * x[5] + r * (x[4] - x[3]));
+  return along.cross(across).norm();
+}
+
+// Whether the edges are straight up to round-off, with their vertices in the middle.
+bool is_straight(const FaceNodes& x) {
+  constexpr double kRoundOff = 1e-12;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vector3& a = x[k];
+    const Vector3& b = x[(k + 1) % 3];
+    if ((x[k + 3] - 0.5 * (a + b)).norm() > kRoundOff * (b - a).norm()) return false;
+  }
+  return true;
+}
+
+// A third of the area belongs to each middle, and nothing to the corners.
+std::array<double, 6> straight_face_weights(const FaceNodes& x) {
   const auto area = [](const Vector3& along, const Vector3& across) {
     return 0.5 * along.cross(across).norm();
   };
-  const Vector3 chord_01 = x[1] - x[0];
-  const Vector3 chord_12 = x[2] - x[1];
-  const Vector3 chord_20 = x[0] - x[2];
-  weight_of[v[3]] += area(chord_01, -x[0] - x[2] - 2.0 * x[3] + 2.0 * x[4] + 2.0 * x[5]) / 3.0;
-  weight_of[v[4]] += area(chord_12, -x[1] - x[0] - 2.0 * x[4] + 2.0 * x[5] + 2.0 * x[3]) / 3.0;
-  weight_of[v[5]] += area(chord_20, -x[2] - x[1] - 2.0 * x[5] + 2.0 * x[3] + 2.0 * x[4]) / 3.0;
+  return {0.0,
+          0.0,
+          0.0,
+          area(x[1] - x[0], -x[0] - x[2] - 2.0 * x[3] + 2.0 * x[4] + 2.0 * x[5]) / 3.0,
+          area(x[2] - x[1], -x[1] - x[0] - 2.0 * x[4] + 2.0 * x[5] + 2.0 * x[3]) / 3.0,
+          area(x[0] - x[2], -x[2] - x[1] - 2.0 * x[5] + 2.0 * x[3] + 2.0 * x[4]) / 3.0};
+}
+
+// ∫ N_a dA of the six nodes of a quadratic face. With curved edges in a plane N_a dA has degree 4; on
+// a curved surface it is no polynomial, but smooth. The rule is the product of two of Gauss with 8
+// points, along a line from a corner and along the opposite edge, and has degree 14.
+std::array<double, 6> quadratic_face_weights(const FaceNodes& x) {
+  if (is_straight(x)) return straight_face_weights(x);
+  // Places and weights between −1 and 1, and those with the other sign.
+  constexpr std::array<std::array<double, 2>, 4> kGauss{
+      {{0.18343464249564980494, 0.36268378337836198297},
+       {0.52553240991632898582, 0.31370664587788728734},
+       {0.79666647741362673959, 0.22238103445337447054},
+       {0.96028985649753623168, 0.10122853629037625915}}};
+  const auto at = [&](std::size_t i) {
+    const auto& [place, weight] = kGauss[i / 2];
+    return std::array{0.5 + (i % 2 == 0 ? 0.5 : -0.5) * place, 0.5 * weight};
+  };
+  std::array<double, 6> weights{};
+  for (std::size_t i = 0; i < 8; ++i) {
+    for (std::size_t j = 0; j < 8; ++j) {
+      const auto [u, weight_u] = at(i);
+      const auto [v, weight_v] = at(j);
+      const double r = u * (1.0 - v);
+      const double s = u * v;
+      const double l = 1.0 - u;
+      const double area = u * weight_u * weight_v * area_density(x, r, s);
+      const std::array<double, 6> shapes{l * (2.0 * l - 1.0), r * (2.0 * r - 1.0),
+                                         s * (2.0 * s - 1.0), 4.0 * l * r,
+                                         4.0 * r * s,         4.0 * s * l};
+      for (std::size_t a = 0; a < 6; ++a) weights[a] += area * shapes[a];
+    }
+  }
+  return weights;
+}
+
+void add_quadratic_face(const TetMesh& mesh, const std::vector<Index>& v,
+                        std::map<Index, double>& weight_of) {
+  FaceNodes x;
+  for (std::size_t a = 0; a < 6; ++a) x[a] = position(mesh, v[a]);
+  const std::array<double, 6> weights = quadratic_face_weights(x);
+  for (std::size_t a = 0; a < 6; ++a) {
+    if (weights[a] != 0.0) weight_of[v[a]] += weights[a];
+  }
 }
 
 // The weights of the elements' nodes, times a density.

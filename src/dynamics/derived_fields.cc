@@ -1,34 +1,67 @@
 #include "tetraction/dynamics/derived_fields.h"
 
 #include <Eigen/LU>
+#include <array>
 #include <cmath>
 #include <limits>
 
 #include "core/decompositions.h"
 #include "proper_rotation.h"
+#include "quadratic_element.h"
 #include "tetraction/core/parallel.h"
 #include "tetraction/dynamics/nodal_volume.h"
 
 namespace tetraction {
 namespace {
 
-// Calls body(point, share of its volume in that of the element, F) for the points of element e.
+// Calls body(point, F) for the points of element e.
 template <class Body>
 void for_each_point(const RestState& rest, Index e, const Vector& q, const Body& body) {
   const int points = rest.points_per_element();
-  const double volume = points == 1 ? 1.0 : rest.volume(e);
-  for (int p = 0; p < points; ++p) {
-    const Index i = points * e + p;
-    const auto point = rest.point(i);
-    body(i, points == 1 ? 1.0 : point.weights[0] / volume,
-         deformation_gradient(point, 0, rest.gather(q, i)));
+  for (Index i = points * e; i < points * (e + 1); ++i) {
+    body(i, deformation_gradient(rest.point(i), 0, rest.gather(q, i)));
   }
 }
 
-Matrix3 point_stress(const MechanicalSystem& system, Index point, const Vector& q,
-                     const Matrix3& f) {
-  const Matrix3 stress = system.first_piola(point, q) * f.transpose() / f.determinant();
-  return 0.5 * (stress + stress.transpose());
+// The shares of the points in the volume of element e.
+std::array<double, 4> shares_of(const RestState& rest, Index e) {
+  if (!rest.is_quadratic()) return {1.0};
+  std::array<double, 4> shares{};
+  double volume = 0.0;
+  for (std::size_t p = 0; p < 4; ++p) {
+    shares[p] = rest.point_volume(4 * e + static_cast<Index>(p));
+    volume += shares[p];
+  }
+  for (double& share : shares) share /= volume;
+  return shares;
+}
+
+// Calls body(share of the volume, F, P) at the points of a rule for means over element e. With straight
+// edges these are the points of the energy. With curved ones F varies with the cofactors of ∂X/∂ξ as
+// well, and the mean of F takes a rule of degree 3 or more.
+template <class Body>
+void for_mean(const MechanicalSystem& system, Index e, const Vector& q, const Body& body) {
+  const RestState& rest = system.rest();
+  if (!is_curved(rest, e)) {
+    const std::array<double, 4> shares = shares_of(rest, e);
+    std::size_t p = 0;
+    for_each_point(rest, e, q, [&](Index i, const Matrix3& f) {
+      body(shares[p++], f, system.first_piola(i, q));
+    });
+    return;
+  }
+  static constexpr auto kRule = rule_of_degree_five();
+  const QuadraticElement element(system, e, q);
+  std::array<double, kRule.size()> volumes{};
+  double sum = 0.0;
+  for (std::size_t k = 0; k < kRule.size(); ++k) {
+    volumes[k] = kRule[k].weight * element.rest_determinant(kRule[k].l);
+    sum += volumes[k];
+  }
+  for (std::size_t k = 0; k < kRule.size(); ++k) {
+    const Matrix3 f = element.deformation_gradient(kRule[k].l);
+    body(volumes[k] / sum, f, element.first_piola(f));
+  }
 }
 
 }  // namespace
@@ -41,22 +74,27 @@ Vector6 six_components(const Matrix3& s) {
 
 Matrix3 cauchy_stress(const MechanicalSystem& system, Index e, const Vector& q) {
   Matrix3 mean = Matrix3::Zero();
-  for_each_point(system.rest(), e, q, [&](Index i, double share, const Matrix3& f) {
-    mean += share * point_stress(system, i, q, f);
+  for_mean(system, e, q, [&](double share, const Matrix3& f, const Matrix3& first_piola) {
+    mean += share * cauchy_of(first_piola, f);
   });
   return mean;
 }
 
 double volume_ratio(const MechanicalSystem& system, Index e, const Vector& q) {
-  double mean = 0.0;
-  for_each_point(system.rest(), e, q,
-                 [&](Index, double share, const Matrix3& f) { mean += share * f.determinant(); });
-  return mean;
+  const RestState& rest = system.rest();
+  if (!rest.is_quadratic()) {
+    return deformation_gradient(rest.point(e), 0, rest.gather(q, e)).determinant();
+  }
+  PointEdges edges;
+  for (std::size_t p = 0; p < edges.size(); ++p) {
+    edges[p] = rest.gather(q, 4 * e + static_cast<Index>(p)).rightCols<3>();
+  }
+  return curved_volume(edges) / rest.volume(e);
 }
 
 double least_jacobian(const MechanicalSystem& system, Index e, const Vector& q) {
   double least = std::numeric_limits<double>::infinity();
-  for_each_point(system.rest(), e, q, [&](Index, double, const Matrix3& f) {
+  for_each_point(system.rest(), e, q, [&](Index, const Matrix3& f) {
     const double jacobian = f.determinant();
     if (!(jacobian >= least)) least = jacobian;  // also if it is not a number
   });
@@ -71,6 +109,7 @@ double von_mises(const Matrix3& stress) {
 ElementFields element_fields(const MechanicalSystem& system, const Vector& q) {
   const RestState& rest = system.rest();
   const Index count = rest.element_count();
+  const int points = rest.points_per_element();
   ElementFields fields;
   fields.cauchy_stress.resize(6, count);
   fields.green_strain.resize(6, count);
@@ -83,17 +122,19 @@ ElementFields element_fields(const MechanicalSystem& system, const Vector& q) {
     for (Index e = begin; e < end; ++e) {
       Matrix3 stress = Matrix3::Zero();
       Matrix3 strain = Matrix3::Zero();
-      double ratio = 0.0;
-      for_each_point(rest, e, q, [&](Index i, double share, const Matrix3& f) {
-        stress += share * point_stress(system, i, q, f);
+      for_mean(system, e, q, [&](double share, const Matrix3& f, const Matrix3& first_piola) {
+        stress += share * cauchy_of(first_piola, f);
         strain += share * 0.5 * (f.transpose() * f - Matrix3::Identity());
-        ratio += share * f.determinant();
-        fields.energy_density(0, e) += share * densities[i];
       });
+      const std::array<double, 4> shares = shares_of(rest, e);
+      for (int p = 0; p < points; ++p) {
+        fields.energy_density(0, e) +=
+            shares[static_cast<std::size_t>(p)] * densities[points * e + p];
+      }
       fields.cauchy_stress.col(e) = six_components(stress);
       fields.green_strain.col(e) = six_components(strain);
       fields.von_mises(0, e) = von_mises(stress);
-      fields.jacobian(0, e) = ratio;
+      fields.jacobian(0, e) = volume_ratio(system, e, q);
     }
   });
   return fields;
@@ -120,8 +161,8 @@ Matrix first_piola_stress(const MechanicalSystem& system, const Vector& q) {
   parallel_for(stress.cols(), 512, [&](Index begin, Index end) {
     for (Index e = begin; e < end; ++e) {
       Matrix3 mean = Matrix3::Zero();
-      for_each_point(system.rest(), e, q, [&](Index i, double share, const Matrix3&) {
-        mean += share * system.first_piola(i, q).transpose();
+      for_mean(system, e, q, [&](double share, const Matrix3&, const Matrix3& first_piola) {
+        mean += share * first_piola.transpose();
       });
       stress.col(e) = mean.reshaped();
     }

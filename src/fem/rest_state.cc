@@ -2,7 +2,7 @@
 
 #include <Eigen/LU>
 
-#include "quadratic_points.h"
+#include "quadratic_rules.h"
 
 namespace tetraction {
 namespace {
@@ -62,10 +62,12 @@ double RestState::point_volume(Index i) const {
 }
 
 double RestState::volume(Index e) const {
-  const int points = points_per_element();
-  double sum = 0.0;
-  for (int p = 0; p < points; ++p) sum += point_volume(points * e + p);
-  return sum;
+  if (!is_quadratic()) return point_volume(e);
+  PointEdges edges;
+  for (std::size_t p = 0; p < edges.size(); ++p) {
+    edges[p] = point_edges(4 * e + static_cast<Index>(p));
+  }
+  return curved_volume(edges);
 }
 
 Vector3 RestState::center(Index e) const {

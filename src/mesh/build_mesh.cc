@@ -311,6 +311,7 @@ class Builder {
   void orient() {
     for (Index e = 0; e < mesh_.tetrahedron_count(); ++e) {
       const double longest = longest_edge(mesh_, e);
+      // That of the curved element: its corners may be in a plane, or say the contrary.
       const double volume = mesh_.volume(e);
       if (!std::isfinite(longest * longest * longest) || longest == 0.0) {
         refuse(fmt::format("element {} is of a size that double precision does not hold{}.",

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <map>
 
+#include "tetraction/fem/rest_state.h"
+
 namespace tetraction {
 
 std::string to_string(CellType type) {
@@ -41,6 +43,7 @@ Vector TetMesh::rest_positions() const {
 }
 
 double TetMesh::volume(Index e) const {
+  if (is_quadratic()) return RestState(*this).volume(e);
   const auto t = tetrahedra[static_cast<std::size_t>(e)];
   const auto vertex = [this](Index v) { return vertices[static_cast<std::size_t>(v)]; };
   const Vector3 a = vertex(t[1]) - vertex(t[0]);

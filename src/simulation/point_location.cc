@@ -54,14 +54,14 @@ std::array<double, 4> barycentric(const std::vector<Vector3>& x, const Vector3& 
   return {1.0 - w1 - w2 - w3, w1, w2, w3};
 }
 
-// Barycentric coordinates of a point of an element with ten nodes: Newton's method for x(L) = point.
-// Nothing if it does not converge, as far outside.
-std::optional<std::array<double, 4>> curved_coordinates(const std::vector<Vector3>& x,
-                                                        const Vector3& point) {
+// Barycentric coordinates of a point of an element with ten nodes: Newton's method for x(L) = point from
+// the place l. Nothing if it does not converge, as far outside.
+std::optional<std::array<double, 4>> newton_coordinates(const std::vector<Vector3>& x,
+                                                        const Vector3& point,
+                                                        std::array<double, 4> l) {
   constexpr int kIterations = 50;
   constexpr double kFar = 2.0;
   const double size = std::max({(x[1] - x[0]).norm(), (x[2] - x[0]).norm(), (x[3] - x[0]).norm()});
-  std::array<double, 4> l = barycentric(x, point);
   for (double& own : l) own = std::clamp(own, -kFar, kFar);
   for (int i = 0; i < kIterations; ++i) {
     const auto n = quadratic_shapes(l);
@@ -79,6 +79,20 @@ std::optional<std::array<double, 4>> curved_coordinates(const std::vector<Vector
     if (change.cwiseAbs().maxCoeff() <= 1e-13) return l;
   }
   return std::nullopt;
+}
+
+// The same from the place in the tetrahedron of the corners, or, if that does not lead inside, from the
+// centroid: strongly curved elements may have corners in a plane, or a tetrahedron of corners that is
+// turned inside out.
+std::optional<std::array<double, 4>> curved_coordinates(const std::vector<Vector3>& x,
+                                                        const Vector3& point) {
+  const auto depth = [](const std::optional<std::array<double, 4>>& l) {
+    return l ? *std::min_element(l->begin(), l->end()) : -std::numeric_limits<double>::infinity();
+  };
+  auto found = newton_coordinates(x, point, barycentric(x, point));
+  if (depth(found) >= kOutside) return found;
+  auto other = newton_coordinates(x, point, {0.25, 0.25, 0.25, 0.25});
+  return depth(other) > depth(found) ? other : found;
 }
 
 // Whether a point may be in an element, from the box of its nodes.
@@ -238,7 +252,7 @@ std::vector<double> shape_functions(const std::array<double, 4>& weights, std::s
   return {shapes.begin(), shapes.end()};
 }
 
-PointInMesh locate(const TetMesh& mesh, const Vector3& point) {
+std::vector<PointInMesh> locate_all(const TetMesh& mesh, const Vector3& point) {
   if (!point.allFinite()) throw InputError("the point is not finite.");
   struct Candidate {
     double depth;
@@ -256,21 +270,27 @@ PointInMesh locate(const TetMesh& mesh, const Vector3& point) {
     deepest = std::max(deepest, depth);
     candidates.push_back({depth, {e, *weights}});
   }
-  const MeshPart* part = mesh.part.get();
-  deepest = largest_of_parts(part, deepest);
+  deepest = largest_of_parts(mesh.part.get(), deepest);
   if (!(deepest >= kOutside)) refuse_outside(mesh, point);
-  PointInMesh found;
+  std::vector<PointInMesh> found;
   for (const Candidate& candidate : candidates) {
-    if (candidate.depth < deepest - kEqualDepth) continue;
-    const Index e = candidate.place.tetrahedron;
+    if (candidate.depth >= deepest - kEqualDepth) found.push_back(candidate.place);
+  }
+  return found;
+}
+
+PointInMesh locate(const TetMesh& mesh, const Vector3& point) {
+  PointInMesh found;
+  for (const PointInMesh& place : locate_all(mesh, point)) {
+    const Index e = place.tetrahedron;
     if (found.tetrahedron < 0 || mesh.tetrahedron_id(e) < mesh.tetrahedron_id(found.tetrahedron)) {
-      found = candidate.place;
+      found = place;
     }
   }
   const double id = found.tetrahedron >= 0
                         ? static_cast<double>(mesh.tetrahedron_id(found.tetrahedron))
                         : std::numeric_limits<double>::infinity();
-  if (least_of_parts(part, id) != id) found.tetrahedron = -1;
+  if (least_of_parts(mesh.part.get(), id) != id) found.tetrahedron = -1;
   return found;
 }
 

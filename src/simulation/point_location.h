@@ -25,6 +25,10 @@ std::vector<double> shape_functions(const std::array<double, 4>& weights, std::s
 /// tetrahedron finds it, and the others return tetrahedron −1; collective.
 PointInMesh locate(const TetMesh& mesh, const Vector3& point);
 
+/// All tetrahedra that contain the point, if it is deep in none: those with a common vertex, edge or
+/// face. Throws InputError as locate(). Of a mesh in parts, those of the part; collective.
+std::vector<PointInMesh> locate_all(const TetMesh& mesh, const Vector3& point);
+
 /// Distance of a point from a triangle, m (Ericson 2005, Real-Time Collision Detection, 5.1.5).
 double distance_to_triangle(const Vector3& point, const Vector3& a, const Vector3& b,
                             const Vector3& c);

@@ -12,6 +12,7 @@
 #include "point_location.h"
 #include "tetraction/core/error.h"
 #include "tetraction/dynamics/derived_fields.h"
+#include "tetraction/dynamics/nodal_fields.h"
 #include "tetraction/simulation/session.h"
 #include "tetraction/simulation/setting_keys.h"
 
@@ -106,8 +107,9 @@ struct ProbeSet::Impl {
   struct Place {
     std::vector<Index> vertices;
     std::vector<Index> tetrahedra;
-    std::vector<double> weights;     // of the nodes of a point's tetrahedron, or of tetrahedra
-    std::vector<Vector3> positions;  // of the vertices at rest, if they are needed
+    std::vector<double> weights;  // of the nodes of a point's tetrahedron, or of tetrahedra
+    std::vector<std::array<double, 4>> coordinates;  // of a point in quadratic tetrahedra
+    std::vector<Vector3> positions;                  // of the vertices at rest, if they are needed
   };
 
   const MechanicalSystem& system;
@@ -124,11 +126,26 @@ struct ProbeSet::Impl {
     place.weights.assign(place.vertices.size(), 1.0 / count);
   }
 
+  // The weights of a mean over the volume of the tetrahedra.
+  void take_volumes(Place& place) const {
+    const TetMesh& mesh = system.mesh();
+    double volume = 0.0;
+    for (const Index e : place.tetrahedra) volume += mesh.volume(e);
+    volume = sum_over_parts(mesh.part.get(), volume);
+    for (const Index e : place.tetrahedra) place.weights.push_back(mesh.volume(e) / volume);
+  }
+
   Place place_of(const ProbeSettings& probe) const {
     const TetMesh& mesh = system.mesh();
     Place place;
     const bool of_tetrahedra = entry_of(probe.quantity).domain == ValueDomain::kTetrahedra;
-    if (probe.point) {
+    if (probe.point && of_tetrahedra && mesh.is_quadratic()) {
+      for (const PointInMesh& found : locate_all(mesh, *probe.point)) {
+        place.tetrahedra.push_back(found.tetrahedron);
+        place.coordinates.push_back(found.weights);
+      }
+      take_volumes(place);
+    } else if (probe.point) {
       const PointInMesh found = locate(mesh, *probe.point);
       if (found.tetrahedron < 0) return place;  // in another part
       if (of_tetrahedra) {
@@ -141,10 +158,7 @@ struct ProbeSet::Impl {
       }
     } else if (of_tetrahedra) {
       place.tetrahedra = select_tetrahedra(mesh, probe.select);
-      double volume = 0.0;
-      for (const Index e : place.tetrahedra) volume += mesh.volume(e);
-      volume = sum_over_parts(mesh.part.get(), volume);
-      for (const Index e : place.tetrahedra) place.weights.push_back(mesh.volume(e) / volume);
+      take_volumes(place);
     } else {
       place.vertices = select_vertices(mesh, probe.select);
       if (mesh.part) take_own_vertices(place);
@@ -179,10 +193,20 @@ struct ProbeSet::Impl {
   template <class Value>
   double mean_of_tetrahedra(const Place& place, const Value& value) const {
     double total = 0.0;
-    for (std::size_t i = 0; i < place.tetrahedra.size(); ++i) {
-      total += place.weights[i] * value(place.tetrahedra[i]);
-    }
+    for (std::size_t i = 0; i < place.tetrahedra.size(); ++i) total += place.weights[i] * value(i);
     return total;
+  }
+
+  Matrix3 stress_of(const Place& place, std::size_t i, const Vector& q) const {
+    const Index e = place.tetrahedra[i];
+    if (place.coordinates.empty()) return cauchy_stress(system, e, q);
+    return values_at(system, e, place.coordinates[i], q).cauchy_stress;
+  }
+
+  double jacobian_of(const Place& place, std::size_t i, const Vector& q) const {
+    const Index e = place.tetrahedra[i];
+    if (place.coordinates.empty()) return volume_ratio(system, e, q);
+    return values_at(system, e, place.coordinates[i], q).jacobian;
   }
 
   void evaluate(std::size_t probe, const Session& session, double* values) const {
@@ -214,19 +238,18 @@ struct ProbeSet::Impl {
       case ProbeQuantity::kCauchyStress: {
         Vector6 total = Vector6::Zero();
         for (std::size_t i = 0; i < place.tetrahedra.size(); ++i) {
-          total += place.weights[i] *
-                   six_components(cauchy_stress(system, place.tetrahedra[i], state.position));
+          total += place.weights[i] * six_components(stress_of(place, i, state.position));
         }
         std::copy(total.data(), total.data() + 6, out);
         return;
       }
       case ProbeQuantity::kVonMises:
         *out = mean_of_tetrahedra(
-            place, [&](Index e) { return von_mises(cauchy_stress(system, e, state.position)); });
+            place, [&](std::size_t i) { return von_mises(stress_of(place, i, state.position)); });
         return;
       case ProbeQuantity::kJacobian:
-        *out = mean_of_tetrahedra(place,
-                                  [&](Index e) { return volume_ratio(system, e, state.position); });
+        *out = mean_of_tetrahedra(
+            place, [&](std::size_t i) { return jacobian_of(place, i, state.position); });
         return;
     }
   }

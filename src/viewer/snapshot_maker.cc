@@ -1,6 +1,7 @@
 #include "snapshot_maker.h"
 
 #include "tetraction/dynamics/derived_fields.h"
+#include "tetraction/dynamics/nodal_fields.h"
 
 namespace tetraction::viewer {
 namespace {
@@ -26,6 +27,20 @@ Vector regions(const MechanicalSystem& system) {
   return values;
 }
 
+// Strain and stress vary inside quadratic tetrahedra, whose colours are those of the vertices.
+bool on_cells(const Session& session, ColorField field) {
+  switch (field) {
+    case ColorField::kVonMises:
+    case ColorField::kJacobian:
+      return !session.system().mesh().is_quadratic();
+    case ColorField::kEnergyDensity:
+    case ColorField::kRegion:
+      return true;
+    default:
+      return false;
+  }
+}
+
 Vector color_values(const Session& session, ColorField field) {
   const MechanicalSystem& system = session.system();
   const State& state = session.state();
@@ -38,11 +53,13 @@ Vector color_values(const Session& session, ColorField field) {
     case ColorField::kSpeed:
       return magnitudes(state.velocity);
     case ColorField::kVonMises:
+      if (!on_cells(session, field)) return nodal_fields(system, state.position).von_mises.row(0);
       return von_mises_stress(system, state.position);
     case ColorField::kEnergyDensity:
       system.elastic_energy_densities(state.position, values);
       break;
     case ColorField::kJacobian:
+      if (!on_cells(session, field)) return nodal_fields(system, state.position).jacobian.row(0);
       return volume_ratios(system, state.position);
     case ColorField::kRegion:
       return regions(system);
@@ -75,8 +92,7 @@ Snapshot make_snapshot(const Session& session, ColorField field) {
   snapshot.reaction_force = session.reaction_force();
   snapshot.fixed = prescribed_vertices(session);
   snapshot.field = field;
-  snapshot.field_on_cells = field == ColorField::kVonMises || field == ColorField::kEnergyDensity ||
-                            field == ColorField::kJacobian || field == ColorField::kRegion;
+  snapshot.field_on_cells = on_cells(session, field);
   snapshot.field_values = floats(color_values(session, field));
   return snapshot;
 }

@@ -15,6 +15,7 @@
 #include "tetraction/io/scene_reader.h"
 #include "tetraction/mesh/edge_vertices.h"
 #include "tetraction/mesh/generate.h"
+#include "tetraction/simulation/probe.h"
 #include "tetraction/simulation/session.h"
 
 namespace tetraction {
@@ -107,14 +108,12 @@ TEST_F(QuadraticMesh, FileOfGmsh) {
   // straight ones.
   const TetMesh mesh = read_mesh(TETRACTION_TEST_DATA "/meshes/sphere_p2.msh");
   ASSERT_TRUE(mesh.is_quadratic());
-  const RestState rest(mesh);
-  double curved_volume = 0.0;
-  for (Index e = 0; e < rest.element_count(); ++e) curved_volume += rest.volume(e);
+  const double curved_volume = mesh.total_volume();
+  const double straight_volume = without_edge_vertices(mesh).total_volume();
   double radius = 0.0;
-  for (Index v = 0; v < mesh.vertex_count(); ++v)
-    radius = std::max(radius, rest.position(v).norm());
+  for (const Vector3& x : mesh.vertices) radius = std::max(radius, x.norm());
   const double exact = 4.0 / 3.0 * M_PI * radius * radius * radius;
-  EXPECT_LT(std::abs(curved_volume - exact), 0.2 * std::abs(mesh.total_volume() - exact));
+  EXPECT_LT(std::abs(curved_volume - exact), 0.2 * std::abs(straight_volume - exact));
   EXPECT_EQ(mesh_quality(mesh).front().values.size(), mesh.tetrahedra.size());
 }
 
@@ -170,6 +169,78 @@ TEST_F(QuadraticMesh, RepeatedElementsHaveTheSameMiddles) {
               std::string::npos)
         << error.what();
   }
+}
+
+// det(∂X/∂ξ) is at least 0.26 everywhere, but det[X1−X0, X2−X0, X3−X0] = −0.004.
+RawMesh element_with_negative_corners() {
+  RawMesh raw;
+  raw.source = "curved.msh";
+  raw.vertices = {{0, 0, 0},
+                  {1, 0, 0},
+                  {0, 1, 0},
+                  {0.33, 0.33, -0.004},
+                  {0.501768, -0.047418, -0.142064},
+                  {0.56738, 0.541193, -0.196013},
+                  {-0.074692, 0.548255, -0.120383},
+                  {0.189528, 0.106953, -0.029424},
+                  {0.712574, 0.20133, -0.057377},
+                  {0.074754, 0.68853, -0.041516}};
+  RawCell cell;
+  cell.type = CellType::kQuadraticTetrahedron;
+  cell.id = 1;
+  for (std::int64_t v = 1; v <= 10; ++v) {
+    raw.vertex_ids.push_back(v);
+    cell.vertices.push_back(v);
+  }
+  raw.cells = {cell};
+  return raw;
+}
+
+// The order of nodes that turns the element inside out.
+RawMesh turned(RawMesh raw) {
+  std::vector<std::int64_t>& v = raw.cells[0].vertices;
+  std::swap(v[2], v[3]);
+  std::swap(v[6], v[7]);
+  std::swap(v[5], v[8]);
+  return raw;
+}
+
+TEST_F(QuadraticMesh, OrientationIsThatOfTheCurvedElement) {
+  for (const bool in_a_plane : {false, true}) {
+    RawMesh raw = element_with_negative_corners();
+    if (in_a_plane) raw.vertices[3].z() = 0.0;
+    ASSERT_EQ(refusal(raw), "accepted") << in_a_plane;
+    const TetMesh mesh = build_mesh(raw);
+    EXPECT_EQ(mesh.report.reoriented, 0);
+    EXPECT_GT(mesh.volume(0), 0.26 / 6.0 * (in_a_plane ? 0.9 : 1.0));
+    const RestState rest(mesh);
+    for (Index p = 0; p < 4; ++p) EXPECT_GT(rest.point_volume(p), 0.2 / 24.0);
+    ASSERT_EQ(refusal(turned(raw)), "accepted");
+    const TetMesh corrected = build_mesh(turned(raw));
+    EXPECT_EQ(corrected.report.reoriented, 1);
+    EXPECT_NEAR(corrected.volume(0), mesh.volume(0), 1e-15);
+    // Probes find places in it.
+    Scene scene;
+    scene.material.youngs_modulus = 1e5;
+    scene.material.poissons_ratio = 0.3;
+    ProbeSettings probe;
+    probe.name = "p";
+    probe.quantity = ProbeQuantity::kPosition;
+    Vector3 inside = Vector3::Zero();  // N_a = −1/8 and 1/4 at the centroid
+    for (std::size_t a = 0; a < 10; ++a) {
+      inside += (a < 4 ? -0.125 : 0.25) * rest.position(rest.nodes(0)[a]);
+    }
+    probe.point = inside;
+    scene.probe = {probe};
+    Session session(scene, mesh);
+    std::vector<double> found(3);
+    session.probes().evaluate(session, found.data());
+    EXPECT_LT((Vector3(found[0], found[1], found[2]) - inside).norm(), 1e-13);
+  }
+  // An element whose corners and curved edges are all in a plane has no volume.
+  RawMesh flat = element_with_negative_corners();
+  for (Vector3& x : flat.vertices) x.z() = 0.0;
+  EXPECT_NE(refusal(flat).find("no volume"), std::string::npos) << refusal(flat);
 }
 
 TEST_F(QuadraticMesh, GroupsOfLinesHaveTheMiddlesOfTheirOwnEdges) {

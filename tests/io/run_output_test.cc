@@ -13,6 +13,7 @@
 #include "support/temporary_folder.h"
 #include "tetraction/core/error.h"
 #include "tetraction/dynamics/derived_fields.h"
+#include "tetraction/dynamics/nodal_fields.h"
 #include "tetraction/io/frame_reader.h"
 #include "tetraction/io/run_recorder.h"
 #include "tetraction/simulation/output_fields.h"
@@ -39,7 +40,9 @@ class RunOutput : public testing::Test {
   }
 
   void run(int frame_every = 5) {
-    session_ = std::make_unique<Session>(scene_, generate_mesh(*scene_.mesh.generate));
+    TetMesh mesh = generate_mesh(*scene_.mesh.generate);
+    if (scene_.mesh.quadratic) mesh = with_edge_vertices(std::move(mesh));
+    session_ = std::make_unique<Session>(scene_, std::move(mesh));
     recorder_ = std::make_unique<RunRecorder>(folder_.string(), frame_every);
     session_->run({recorder_.get()});
     ASSERT_EQ(session_->status(), RunStatus::kFinished) << session_->message();
@@ -261,6 +264,20 @@ TEST_F(RunOutput, FieldsAreThoseThatTheSceneNames) {
   EXPECT_EQ(has("frames/frame_000005.vtu"), nodal);
   EXPECT_EQ(has("final.vtu"), nodal);
   scene_.mesh.volume = VolumeRule::kElement;
+  // Quadratic tetrahedra have stresses of their own at their vertices.
+  scene_.mesh.quadratic = true;
+  run();
+  std::vector<std::string> quadratic = defaults;
+  quadratic.insert(quadratic.begin() + 7, {"cauchy_stress_nodal", "von_mises_nodal"});
+  EXPECT_EQ(has("final.vtu"), quadratic);
+  {
+    const StoredFrame frame =
+        read_frame((folder_ / "final.vtu").string(), {"cauchy_stress_nodal", "von_mises_nodal"});
+    const NodalFields fields = nodal_fields(session_->system(), session_->state().position);
+    EXPECT_EQ(frame.point_arrays[0], fields.cauchy_stress);
+    EXPECT_EQ(frame.point_arrays[1], fields.von_mises);
+  }
+  scene_.mesh.quadratic = false;
   scene_.output.fields = {"pressure", "displacement", "von_mises_nodal"};
   run();
   const std::vector<std::string> named{"displacement", "von_mises_nodal", "pressure"};
@@ -283,8 +300,9 @@ TEST_F(RunOutput, NodalPressuresAreMeansAlsoWithNodalVolumes) {
 }
 
 TEST_F(RunOutput, FurtherFieldsAreThoseOfTheState) {
-  std::vector<std::string> points{"cauchy_stress_nodal", "green_strain_nodal", "von_mises_nodal",
-                                  "pressure_nodal"};
+  std::vector<std::string> points{"cauchy_stress_nodal",     "green_strain_nodal",
+                                  "von_mises_nodal",         "pressure_nodal",
+                                  "cauchy_stress_recovered", "von_mises_recovered"};
   std::vector<std::string> cells{"first_piola", "principal_stresses", "pressure"};
   scene_.output.fields = points;
   scene_.output.fields.insert(scene_.output.fields.end(), cells.begin(), cells.end());
@@ -297,6 +315,13 @@ TEST_F(RunOutput, FurtherFieldsAreThoseOfTheState) {
   EXPECT_EQ(frame.point_arrays[1], nodal_average(system, fields.green_strain));
   EXPECT_EQ(frame.point_arrays[2], nodal_average(system, fields.von_mises));
   EXPECT_EQ(frame.point_arrays[3], nodal_average(system, pressures(fields.cauchy_stress)));
+  const Matrix recovered = recovered_field(system, fields.cauchy_stress);
+  EXPECT_EQ(frame.point_arrays[4], recovered);
+  const auto s = recovered.col(3);
+  const double square = (s[0] - s[1]) * (s[0] - s[1]) + (s[1] - s[2]) * (s[1] - s[2]) +
+                        (s[2] - s[0]) * (s[2] - s[0]) +
+                        6.0 * (s[3] * s[3] + s[4] * s[4] + s[5] * s[5]);
+  EXPECT_NEAR(frame.point_arrays[5](0, 3), std::sqrt(0.5 * square), 1e-9 * std::sqrt(square));
   EXPECT_EQ(frame.cell_arrays[0], first_piola_stress(system, q));
   EXPECT_EQ(frame.cell_arrays[1], principal_stresses(fields.cauchy_stress));
   EXPECT_EQ(frame.cell_arrays[2], pressures(fields.cauchy_stress));

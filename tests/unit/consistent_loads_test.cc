@@ -2,9 +2,11 @@
 #include "tetraction/dynamics/consistent_loads.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 
 #include "support/bodies.h"
 #include "tetraction/core/error.h"
+#include "tetraction/mesh/edge_vertices.h"
 
 namespace tetraction {
 namespace {
@@ -103,6 +105,78 @@ TEST(ConsistentLoads, AMomentHasNoResultantAndItsSize) {
   EXPECT_LT((resultant(shared_moment(two, mesh, across), mesh).moment - across).norm(), 1e-13);
   EXPECT_THROW(shared_moment(two, mesh, b - a), InputError);
   EXPECT_THROW(shared_moment(equal_distribution({4}), mesh, across), InputError);
+}
+
+// On a plane face with curved edges N dA has degree 4. x(1 + 0.3 y), y maps the face z = 0 of a box.
+TEST(ConsistentLoads, TractionsOnPlaneFacesWithCurvedEdgesAreExact) {
+  TetMesh mesh = with_edge_vertices(generate_box({2.0, 1.0, 1.0}, {1, 1, 1}));
+  for (Vector3& x : mesh.vertices.own()) x[0] *= 1.0 + 0.3 * x[1];
+  const ExternalForce force =
+      distributed_force(surface_distribution(mesh, select_triangles(mesh, SelectPlane{2, 0.0, {}})),
+                        Vector3::UnitZ());
+  const Resultant sum = resultant(force, mesh);
+  EXPECT_NEAR(sum.force.z(), 2.3, 1e-14);
+  // ∫ y dA and −∫ x dA = −∫ x (1 + 0.3 y)² dx dy.
+  EXPECT_NEAR(sum.moment.x(), 2.0 * (0.5 + 0.1), 1e-14);
+  EXPECT_NEAR(sum.moment.y(), -2.0 * (1.0 + 0.3 + 0.03), 1e-14);
+  // Straight edges have a third of the area at each middle and nothing at corners.
+  const TetMesh straight = with_edge_vertices(generate_box({2.0, 1.0, 1.0}, {1, 1, 1}));
+  const LoadDistribution flat =
+      surface_distribution(straight, select_triangles(straight, SelectPlane{2, 0.0, {}}));
+  EXPECT_EQ(flat.vertices.size(), 5U);
+  EXPECT_NEAR(flat.weights.minCoeff(), 1.0 / 3.0, 1e-15);
+}
+
+// ∫ N_a dA over a curved face, by cutting it into many small triangles.
+TEST(ConsistentLoads, TractionsOnCurvedFacesAreThoseOfManySmallTriangles) {
+  TetMesh mesh = with_edge_vertices(generate_tetrahedron(1.0));
+  const Vector moved = jiggled(mesh.rest_positions(), 0.15);
+  for (Index v = 0; v < mesh.vertex_count(); ++v) {
+    mesh.vertices.own()[static_cast<std::size_t>(v)] = vertex_block(moved, v);
+  }
+  const auto faces = boundary_faces(mesh);
+  const EdgeVertices edges(mesh);
+  for (const auto& face : faces) {
+    const std::vector<Index> nodes = edges.of_face(face);
+    const auto shapes = [](double r, double s) {
+      const double l = 1.0 - r - s;
+      return std::array<double, 6>{l * (2.0 * l - 1.0), r * (2.0 * r - 1.0), s * (2.0 * s - 1.0),
+                                   4.0 * l * r,         4.0 * r * s,         4.0 * s * l};
+    };
+    const auto place = [&](double r, double s) {
+      Vector3 x = Vector3::Zero();
+      const auto n = shapes(r, s);
+      for (std::size_t a = 0; a < 6; ++a) {
+        x += n[a] * mesh.vertices[static_cast<std::size_t>(nodes[a])];
+      }
+      return x;
+    };
+    constexpr int kParts = 200;
+    std::array<double, 6> expected{};
+    const auto add = [&](double r, double s, double h) {  // a triangle of the parameters
+      const Vector3 a = place(r, s);
+      const double area = 0.5 * (place(r + h, s) - a).cross(place(r, s + h) - a).norm();
+      const auto n = shapes(r + h / 3.0, s + h / 3.0);
+      for (std::size_t k = 0; k < 6; ++k) expected[k] += area * n[k];
+    };
+    for (int i = 0; i < kParts; ++i) {
+      for (int j = 0; i + j < kParts; ++j) {
+        constexpr double kSize = 1.0 / kParts;
+        add(i * kSize, j * kSize, kSize);
+        if (i + j < kParts - 1) add((i + 1) * kSize, (j + 1) * kSize, -kSize);
+      }
+    }
+    const LoadDistribution found = surface_distribution(mesh, {face});
+    ASSERT_EQ(found.vertices.size(), 6U);
+    double most = 0.0;
+    for (std::size_t k = 0; k < 6; ++k) {
+      const auto at = std::find(found.vertices.begin(), found.vertices.end(), nodes[k]);
+      const double weight = found.weights[at - found.vertices.begin()];
+      EXPECT_NEAR(weight, expected[k], 2e-5 * found.total());
+      if (k < 3) most = std::max(most, std::abs(weight));
+    }
+    EXPECT_GT(most, 1e-3 * found.total());  // corners have forces, too
+  }
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include "tetraction/dynamics/consistent_mass.h"
 
 #include <Eigen/Geometry>
+#include <cmath>
 
 #include "support/bodies.h"
 
@@ -72,6 +73,25 @@ TEST(ConsistentMass, RotationHasTheExactMomentOfInertia) {
   }
   const double exact = 2000.0 * (4.0 + 1.0) / 12.0;
   EXPECT_NEAR(velocity.dot(consistent_momentum(system, velocity)), exact, 1e-12 * exact);
+}
+
+// The map x(1 + 0.3 y), y(1 + 0.2 z), z(1 + 0.25 x) of a box, which isoparametric elements follow exactly:
+// ∫ x² dV with x = Σ N_a x_a has a closed form, and N_a N_b det(∂X/∂ξ) has degree 7.
+TEST(ConsistentMass, OfCurvedElementsIsExact) {
+  TetMesh mesh = with_edge_vertices(small_block({1, 1, 1}));
+  for (Vector3& x : mesh.vertices.own()) {
+    x = Vector3(x[0] * (1.0 + 0.3 * x[1]), x[1] * (1.0 + 0.2 * x[2]), x[2] * (1.0 + 0.25 * x[0]));
+  }
+  const MechanicalSystem system(mesh, all_materials()[1], 1.0);
+  Vector velocity = Vector::Zero(system.dof_count());
+  for (Index v = 0; v < system.vertex_count(); ++v) {
+    velocity[3 * v] = mesh.vertices[static_cast<std::size_t>(v)].x();
+  }
+  // ∫ x²(1 + 0.25 x) ∫ (1 + 0.3 y)³ ∫ (1 + 0.2 z) + 0.015 ∫ x³ ∫ y (1 + 0.3 y)² ∫ z.
+  const double exact = (8.0 / 3.0 + 1.0) * (std::pow(1.3, 4) - 1.0) / 1.2 * 1.1 +
+                       0.015 * 4.0 * (0.5 + 0.2 + 0.0225) * 0.5;
+  EXPECT_NEAR(velocity.dot(consistent_momentum(system, velocity)), exact, 1e-13 * exact);
+  EXPECT_NEAR(consistent_weights(system).sum(), system.total_mass(), 1e-14);
 }
 
 }  // namespace

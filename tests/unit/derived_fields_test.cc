@@ -1,4 +1,5 @@
 #include "tetraction/dynamics/derived_fields.h"
+#include "tetraction/dynamics/nodal_fields.h"
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
@@ -99,6 +100,71 @@ TEST_F(DerivedFields, NodalAveragesAreWeightedByTheVolumes) {
     EXPECT_NEAR(average(0, v), 7.0, 1e-14);
     EXPECT_NEAR(average(1, v), sum / volume, 1e-14);
   }
+}
+
+TEST_F(DerivedFields, RecoveryOfALinearFieldIsExact) {
+  // Irregular vertices; those at the edges and corners of the block have patches of few elements.
+  for (const std::array<int, 3>& cells : {std::array{4, 3, 3}, {6, 5, 2}}) {
+    TetMesh mesh = small_block(cells);
+    const Vector moved = jiggled(mesh.rest_positions(), 0.03);
+    for (Index v = 0; v < mesh.vertex_count(); ++v) {
+      mesh.vertices.own()[static_cast<std::size_t>(v)] = vertex_block(moved, v);
+    }
+    const MechanicalSystem system(mesh, NeoHookean(2.0, 3.0), 1000.0);
+    const auto linear = [](const Vector3& x) {
+      return Eigen::Vector2d(3.0 - 2.0 * x[0] + 5.0 * x[1] + x[2], x[1] - 4.0 * x[2]);
+    };
+    Matrix field(2, mesh.tetrahedron_count());
+    for (Index e = 0; e < field.cols(); ++e) field.col(e) = linear(system.rest().center(e));
+    const Matrix recovered = recovered_field(system, field);
+    const Matrix average = nodal_average(system, field);
+    double error = 0.0;
+    double error_of_means = 0.0;
+    for (Index v = 0; v < mesh.vertex_count(); ++v) {
+      const Eigen::Vector2d exact = linear(mesh.vertices[static_cast<std::size_t>(v)]);
+      error = std::max(error, (recovered.col(v) - exact).norm());
+      error_of_means = std::max(error_of_means, (average.col(v) - exact).norm());
+    }
+    EXPECT_LT(error, 1e-11);
+    EXPECT_GT(error_of_means, 0.5);
+  }
+}
+
+// The stresses of linear tetrahedra in a bent block: recovered ones converge with order 2 at all vertices,
+// means with order 1 at those on the surface.
+TEST_F(DerivedFields, RecoveredStressesConvergeWithOrderTwo) {
+  std::array<double, 2> errors{};
+  std::array<double, 2> errors_of_means{};
+  for (std::size_t i = 0; i < 2; ++i) {
+    const int n = i == 0 ? 6 : 12;
+    const TetMesh mesh = small_block({2 * n, n, n});
+    const MechanicalSystem system(mesh, StVenantKirchhoff(1.0, 2.0), 1000.0);
+    constexpr double kSmall = 1e-7;
+    Vector q = mesh.rest_positions();
+    for (Index v = 0; v < mesh.vertex_count(); ++v) {
+      const Vector3 x = mesh.vertices[static_cast<std::size_t>(v)];
+      vertex_block(q, v) +=
+          kSmall * Vector3(std::sin(x[1]) * x[0], std::cos(x[2] + x[0]), std::exp(x[0] - x[1]));
+    }
+    const Matrix stress = element_fields(system, q).cauchy_stress;
+    const Matrix recovered = recovered_field(system, stress) / kSmall;
+    const Matrix average = nodal_average(system, stress) / kSmall;
+    for (Index v = 0; v < mesh.vertex_count(); ++v) {
+      const Vector3 x = mesh.vertices[static_cast<std::size_t>(v)];
+      Matrix3 gradient;
+      const double s = -std::sin(x[2] + x[0]);
+      const double e = std::exp(x[0] - x[1]);
+      gradient << std::sin(x[1]), std::cos(x[1]) * x[0], 0.0, s, 0.0, s, e, -e, 0.0;
+      const Matrix3 exact =
+          2.0 * gradient.trace() * Matrix3::Identity() + gradient + gradient.transpose();
+      errors[i] = std::max(errors[i], (recovered.col(v) - six_components(exact)).norm());
+      errors_of_means[i] =
+          std::max(errors_of_means[i], (average.col(v) - six_components(exact)).norm());
+    }
+  }
+  EXPECT_GT(std::log2(errors[0] / errors[1]), 1.6);
+  EXPECT_LT(std::log2(errors_of_means[0] / errors_of_means[1]), 1.2);
+  EXPECT_LT(errors[1], 0.25 * errors_of_means[1]);
 }
 
 TEST_F(DerivedFields, RigidMotionIsNoDeformation) {

@@ -5,10 +5,12 @@
 #include <numbers>
 #include <random>
 
+#include "fem/quadratic_shapes.h"
 #include "support/allocations.h"
 #include "support/bodies.h"
 #include "tetraction/core/error.h"
 #include "tetraction/dynamics/derived_fields.h"
+#include "tetraction/dynamics/nodal_fields.h"
 #include "tetraction/mesh/edge_vertices.h"
 #include "tetraction/simulation/scene_objects.h"
 #include "tetraction/simulation/session.h"
@@ -252,6 +254,63 @@ TEST(Probe, PointsOfCurvedElements) {
     EXPECT_LE(distance, 1.0001 * kOff) << text;
     EXPECT_GE(distance, 0.5 * kOff) << text;
   }
+}
+
+// The stress of a quadratic element varies inside it. Where elements meet, a probe has the mean of their
+// values there, weighted with their volumes.
+TEST(Probe, StressesAtPointsOfQuadraticElements) {
+  TetMesh mesh = with_edge_vertices(generate_box({2, 1, 1}, {2, 1, 1}));
+  for (Vector3& x : mesh.vertices.own()) x.z() += 0.1 * x.x() * x.x() - 0.05 * x.y() * x.x();
+  const RestState rest(mesh);
+  Matrix moved(3, mesh.vertex_count());
+  for (Index v = 0; v < mesh.vertex_count(); ++v) {
+    const Vector3& x = mesh.vertices[static_cast<std::size_t>(v)];
+    moved.col(v) = Vector3(0.1 * std::sin(3.0 * x.y()), 0.05 * x.x() * x.z(), 0.1 * x.x());
+  }
+  mesh.point_arrays["u"] = moved;
+  Scene scene;
+  scene.material.youngs_modulus = 1e5;
+  scene.material.poissons_ratio = 0.3;
+  scene.initial.displacement_array = "u";
+  const Index vertex = rest.nodes(0)[1];
+  const Vector3 node = rest.position(vertex);
+  const Index element = 3;
+  const std::array<double, 4> l{0.4, 0.3, 0.2, 0.1};
+  Vector3 inside = Vector3::Zero();
+  const auto shapes = quadratic_shapes(l);
+  for (std::size_t a = 0; a < 10; ++a) inside += shapes[a] * rest.position(rest.nodes(element)[a]);
+  const Selection all = SelectAll{};
+  scene.probe = {probe_at("s", ProbeQuantity::kCauchyStress, inside),
+                 probe_at("m", ProbeQuantity::kVonMises, inside),
+                 probe_at("j", ProbeQuantity::kJacobian, inside),
+                 probe_at("t", ProbeQuantity::kCauchyStress, node),
+                 probe_at("n", ProbeQuantity::kVonMises, node),
+                 probe_at("k", ProbeQuantity::kJacobian, node),
+                 probe("all", ProbeQuantity::kJacobian, all)};
+  Session session(scene, mesh);
+  std::vector<double> values(session.probes().value_count());
+  session.probes().evaluate(session, values.data());
+  const MechanicalSystem& system = session.system();
+  const Vector& q = session.state().position;
+  const PlaceValues at = values_at(system, element, l, q);
+  const auto stress = [&](std::size_t first) {
+    return Vector6(Eigen::Map<const Vector6>(values.data() + first));
+  };
+  EXPECT_LT((stress(0) - six_components(at.cauchy_stress)).norm(), 1e-9 * at.cauchy_stress.norm());
+  EXPECT_NEAR(values[6], at.von_mises, 1e-9 * at.von_mises);
+  EXPECT_NEAR(values[7], at.jacobian, 1e-12);
+  EXPECT_GT((stress(0) - six_components(cauchy_stress(system, element, q))).norm(),
+            0.01 * at.cauchy_stress.norm());
+  const NodalFields fields = nodal_fields(system, q);
+  EXPECT_LT((stress(8) - fields.cauchy_stress.col(vertex)).norm(), 1e-9 * stress(8).norm());
+  EXPECT_NEAR(values[14], fields.von_mises(0, vertex), 1e-9 * values[14]);
+  EXPECT_NEAR(values[15], fields.jacobian(0, vertex), 1e-12);
+  // The mean of J is the ratio of the volumes.
+  TetMesh deformed = mesh;
+  for (Index v = 0; v < mesh.vertex_count(); ++v) {
+    deformed.vertices.own()[static_cast<std::size_t>(v)] = vertex_block(q, v);
+  }
+  EXPECT_NEAR(values[16], deformed.total_volume() / mesh.total_volume(), 1e-14);
 }
 
 TEST(Probe, EvaluationAndTracesDoNotAllocate) {

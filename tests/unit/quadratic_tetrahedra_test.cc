@@ -13,6 +13,7 @@
 #include "tetraction/core/parallel.h"
 #include "tetraction/dynamics/derivative_check.h"
 #include "tetraction/dynamics/derived_fields.h"
+#include "tetraction/dynamics/nodal_fields.h"
 #include "tetraction/fem/step_length.h"
 #include "tetraction/fem/viscous_potential.h"
 #include "tetraction/mesh/edge_vertices.h"
@@ -335,11 +336,182 @@ TEST(QuadraticTetrahedra, FieldsOfAHomogeneousState) {
   const MechanicalSystem system(mesh, all_materials()[1], 1000.0);
   const Vector q =
       apply(mesh, [](const Vector3& x) { return Vector3(1.2 * x[0], 0.9 * x[1], x[2]); });
+  const NodalFields at_vertices = nodal_fields(system, q);
+  EXPECT_LT((at_vertices.jacobian.array() - 1.08).abs().maxCoeff(), 1e-12);
+  EXPECT_LT((at_vertices.green_strain.row(0).array() - 0.22).abs().maxCoeff(), 1e-12);
   const ElementFields fields = element_fields(system, q);
+  EXPECT_LT((at_vertices.cauchy_stress.colwise() - fields.cauchy_stress.col(0)).norm(),
+            1e-9 * fields.cauchy_stress.norm());
   EXPECT_LT((fields.jacobian.array() - 1.08).abs().maxCoeff(), 1e-12);
   EXPECT_LT((fields.green_strain.row(0).array() - 0.22).abs().maxCoeff(), 1e-12);
   EXPECT_NEAR(fields.cauchy_stress.row(0).maxCoeff(), fields.cauchy_stress.row(0).minCoeff(),
               1e-10 * fields.cauchy_stress.cwiseAbs().maxCoeff());
+}
+
+// A map whose components are quadratic: the isoparametric elements of a straight mesh follow it exactly.
+Vector3 bent(const Vector3& x) {
+  return {x[0] * (1.0 + 0.3 * x[1]), x[1] * (1.0 + 0.2 * x[2]), x[2] * (1.0 + 0.25 * x[0])};
+}
+TetMesh bent_block(const std::array<int, 3>& cells) {
+  TetMesh mesh = with_edge_vertices(small_block(cells));
+  for (Vector3& x : mesh.vertices.own()) x = bent(x);
+  return mesh;
+}
+// ∫ (1 + 0.3 y)(1 + 0.2 z)(1 + 0.25 x) + 0.015 x y z over 2 × 1 × 1.
+constexpr double kBentVolume = 2.5 * 1.15 * 1.1 + 0.015 * 2.0 * 0.5 * 0.5;
+
+TEST(QuadraticTetrahedra, VolumesWithCurvedEdgesAreExact) {
+  for (const std::array<int, 3>& cells : {std::array{1, 1, 1}, {3, 2, 1}}) {
+    const TetMesh mesh = bent_block(cells);
+    EXPECT_NEAR(mesh.total_volume(), kBentVolume, 1e-14);
+    const MechanicalSystem system(mesh, all_materials()[1], 1000.0);
+    EXPECT_NEAR(system.total_mass(), 1000.0 * kBentVolume, 1e-10);
+    // The loads per volume of statics have the same sum.
+    MechanicalSystem consistent(mesh, all_materials()[1], 1000.0);
+    consistent.use_consistent_weights();
+    double sum = 0.0;
+    for (Index e = 0; e < mesh.tetrahedron_count(); ++e) sum += consistent.element_weights(e).sum();
+    EXPECT_NEAR(sum, kBentVolume, 1e-13);
+  }
+}
+
+TEST(QuadraticTetrahedra, VolumesWithStraightEdgesHaveTheBitsOfTheFourPoints) {
+  const TetMesh mesh = with_edge_vertices(small_block({3, 2, 2}));
+  const RestState rest(mesh);
+  for (Index e = 0; e < rest.element_count(); ++e) {
+    double sum = 0.0;
+    for (Index p = 0; p < 4; ++p) sum += rest.point_volume(4 * e + p);
+    EXPECT_EQ(rest.volume(e), sum);
+  }
+}
+
+TEST(QuadraticTetrahedra, MeansOfTheJacobianAreRatiosOfVolumes) {
+  const TetMesh straight = with_edge_vertices(small_block({2, 1, 1}));
+  const TetMesh curved = bent_block({2, 1, 1});
+  const MechanicalSystem from_straight(straight, all_materials()[1], 1.0);
+  const MechanicalSystem from_curved(curved, all_materials()[1], 1.0);
+  const auto mean = [](const MechanicalSystem& system, const Vector& q) {
+    double sum = 0.0;
+    const ElementFields fields = element_fields(system, q);
+    for (Index e = 0; e < fields.jacobian.cols(); ++e) {
+      EXPECT_EQ(fields.jacobian(0, e), volume_ratio(system, e, q));
+      sum += fields.jacobian(0, e) * system.mesh().volume(e);
+    }
+    return sum / system.mesh().total_volume();
+  };
+  EXPECT_NEAR(mean(from_straight, curved.rest_positions()), kBentVolume / 2.0, 1e-14);
+  EXPECT_NEAR(mean(from_curved, straight.rest_positions()), 2.0 / kBentVolume, 1e-14);
+}
+
+// Small displacements that are linear in the curved X have a constant gradient; others, u_a at the nodes,
+// the mean ∫ ∂u/∂X dV/V = ∮ u n dA/V. Both sides of a mesh of one element are exact here.
+TEST(QuadraticTetrahedra, MeanStressesOfCurvedElementsAreExactForSmallStrains) {
+  const TetMesh mesh = bent_block({1, 1, 1});
+  const LameParameters lame = lame_from_young(1e6, 0.3);
+  const MechanicalSystem system(mesh, StVenantKirchhoff(lame.mu, lame.lambda), 1.0);
+  constexpr double kSmall = 1e-7;
+  const Vector rest = mesh.rest_positions();
+  const Vector u = kSmall * jiggled(Vector::Zero(rest.size()), 1.0);
+  // ∫ ∂u_i/∂X_j dV is the derivative of the volume of the element when the component j of X moves
+  // along u_i.
+  const auto volume = [&](Index e, const Vector& x) {
+    TetMesh moved = mesh;
+    for (Index v = 0; v < mesh.vertex_count(); ++v) {
+      moved.vertices.own()[static_cast<std::size_t>(v)] = vertex_block(x, v);
+    }
+    return moved.volume(e);
+  };
+  for (Index e = 0; e < mesh.tetrahedron_count(); ++e) {
+    Matrix3 gradient;
+    for (Index i = 0; i < 3; ++i) {
+      for (Index j = 0; j < 3; ++j) {
+        Vector change = Vector::Zero(rest.size());
+        for (Index v = 0; v < mesh.vertex_count(); ++v) change[3 * v + j] = u[3 * v + i] / kSmall;
+        constexpr double kStep = 1e-3;  // the volume is cubic in it
+        const auto slope = [&](double h) {
+          return (volume(e, rest + h * change) - volume(e, rest - h * change)) / (2.0 * h);
+        };
+        gradient(i, j) = kSmall / mesh.volume(e) * (4.0 * slope(kStep) - slope(2.0 * kStep)) / 3.0;
+      }
+    }
+    const Matrix3 strain = 0.5 * (gradient + gradient.transpose());
+    const Matrix3 expected =
+        lame.lambda * strain.trace() * Matrix3::Identity() + 2.0 * lame.mu * strain;
+    const Matrix3 found = cauchy_stress(system, e, rest + u);
+    EXPECT_LT((found - expected).norm(), 1e-5 * expected.norm());
+    const ElementFields fields = element_fields(system, rest + u);
+    EXPECT_LT((fields.cauchy_stress.col(e) - six_components(found)).norm(), 1e-12 * found.norm());
+  }
+}
+
+// With straight edges a quadratic displacement has its exact gradient everywhere, and all elements at a
+// vertex have the same one there.
+TEST(QuadraticTetrahedra, StressesAtVerticesAreThoseOfQuadraticDisplacements) {
+  const TetMesh mesh = with_edge_vertices(small_block({2, 2, 1}));
+  for (const MaterialModel& material : all_materials()) {
+    const MechanicalSystem system(mesh, material, 1000.0);
+    const Vector q = apply(mesh, bent);
+    const NodalFields fields = nodal_fields(system, q);
+    const auto check = [&](const Vector3& x, const Vector6& stress, double mises, double jacobian) {
+      Matrix3 f;
+      f << 1.0 + 0.3 * x[1], 0.3 * x[0], 0.0, 0.0, 1.0 + 0.2 * x[2], 0.2 * x[1], 0.25 * x[2], 0.0,
+          1.0 + 0.25 * x[0];
+      const Matrix3 p =
+          std::visit([&](const auto& m) -> Matrix3 { return m.first_piola(f); }, material);
+      const Matrix3 exact = p * f.transpose() / f.determinant();
+      EXPECT_LT((stress - six_components(exact)).norm(), 1e-11 * 1e6);
+      EXPECT_NEAR(mises, von_mises(exact), 1e-11 * 1e6);
+      EXPECT_NEAR(jacobian, f.determinant(), 1e-13);
+    };
+    for (Index v = 0; v < mesh.vertex_count(); ++v) {
+      check(mesh.vertices[static_cast<std::size_t>(v)], fields.cauchy_stress.col(v),
+            fields.von_mises(0, v), fields.jacobian(0, v));
+    }
+    const std::array<double, 4> l{0.1, 0.2, 0.3, 0.4};
+    for (Index e = 0; e < mesh.tetrahedron_count(); ++e) {
+      Vector3 x = Vector3::Zero();
+      for (std::size_t a = 0; a < 4; ++a) {
+        x += l[a] * mesh.vertices[static_cast<std::size_t>(
+                        mesh.tetrahedra[static_cast<std::size_t>(e)][a])];
+      }
+      const PlaceValues values = values_at(system, e, l, q);
+      check(x, six_components(values.cauchy_stress), values.von_mises, values.jacobian);
+    }
+  }
+}
+
+// Where an element has no gradient or no energy, the values are those of a point of quadrature.
+TEST(QuadraticTetrahedra, StressesAreFiniteWhereElementsTurnInsideOut) {
+  TetMesh quarter = with_edge_vertices(generate_tetrahedron(1.0));
+  // The edge vertices at the quarters next to corner 0, as at the tip of a crack: ∂X/∂ξ is zero there.
+  for (const std::size_t k : {0U, 2U, 3U}) {
+    const auto corner = [&](std::size_t a) {
+      return Vector3(quarter.vertices[static_cast<std::size_t>(quarter.tetrahedra[0][a])]);
+    };
+    const auto middle = static_cast<std::size_t>(quarter.edge_vertices[0][k]);
+    quarter.vertices.own()[middle] = 0.75 * corner(0) + 0.25 * corner(k == 0U   ? 1U
+                                                                      : k == 2U ? 2U
+                                                                                : 3U);
+  }
+  const TetMesh straight = with_edge_vertices(generate_tetrahedron(1.0));
+  for (const bool is_inverted : {false, true}) {
+    const TetMesh& mesh = is_inverted ? straight : quarter;
+    const MechanicalSystem system(mesh, all_materials()[1], 1000.0);
+    Vector q = 1.1 * mesh.rest_positions();
+    // J < 0 at the corner 1, and positive at the four points.
+    const auto corner = mesh.tetrahedra[0][1];
+    if (is_inverted) {
+      vertex_block(q, corner) -=
+          0.6 * (vertex_block(q, corner) - vertex_block(q, mesh.tetrahedra[0][0]));
+    }
+    ASSERT_GT(least_jacobian(system, 0, q), 0.0);
+    const NodalFields fields = nodal_fields(system, q);
+    EXPECT_TRUE(fields.cauchy_stress.allFinite());
+    EXPECT_TRUE(fields.von_mises.allFinite());
+    EXPECT_GT(fields.jacobian.minCoeff(), 0.0);
+    EXPECT_TRUE(cauchy_stress(system, 0, q).allFinite());
+    EXPECT_LT(fields.jacobian.maxCoeff(), 10.0);
+  }
 }
 
 }  // namespace

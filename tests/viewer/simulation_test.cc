@@ -5,6 +5,7 @@
 #include <random>
 #include <thread>
 
+#include "tetraction/dynamics/nodal_fields.h"
 #include "viewer_support.h"
 
 namespace tetraction::viewer {
@@ -368,6 +369,28 @@ TEST(Simulation, ColoursByWhatIsAskedFor) {
   simulation->set_color_field(ColorField::kNone);
   settle(*simulation);
   EXPECT_TRUE(simulation->snapshot()->field_values.empty());
+}
+
+// Quadratic tetrahedra have the colours of their vertices, also in the middles of edges.
+TEST(Simulation, ColoursOfQuadraticTetrahedraAreThoseOfTheirVertices) {
+  Scene scene = small_scene();
+  const TetMesh mesh = with_edge_vertices(generate_mesh(*scene.mesh.generate));
+  Simulation simulation(scene, mesh);
+  make_steps(simulation, 3);
+  const Session session(scene, mesh);
+  for (const ColorField field : {ColorField::kVonMises, ColorField::kJacobian}) {
+    simulation.set_color_field(field);
+    settle(simulation);
+    const auto snapshot = simulation.snapshot();
+    EXPECT_FALSE(snapshot->field_on_cells);
+    const NodalFields fields = nodal_fields(session.system(), snapshot->position);
+    const Matrix& expected = field == ColorField::kJacobian ? fields.jacobian : fields.von_mises;
+    ASSERT_EQ(static_cast<Index>(snapshot->field_values.size()), mesh.vertex_count());
+    for (Index v = 0; v < mesh.vertex_count(); ++v) {
+      EXPECT_FLOAT_EQ(snapshot->field_values[static_cast<std::size_t>(v)],
+                      static_cast<float>(expected(0, v)));
+    }
+  }
 }
 
 TEST(Simulation, ShowsForcesAndHeldVerticesOfTheNextStep) {

@@ -20,7 +20,9 @@ struct LoadDistribution {
   double total() const;
 };
 
-/// A third of the area at rest of each triangle at each of its vertices, m².
+/// ∫ N_v dA at rest over the triangles for their nodes v, m². That is a third of the area at each vertex of a
+/// linear triangle; of a quadratic one with straight edges, a third at each middle of an edge and nothing
+/// at the corners. Curved faces have a rule of degree 14: exact in a plane, where N_v dA has degree 4.
 LoadDistribution surface_distribution(const TetMesh& mesh,
                                       const std::vector<std::array<Index, 3>>& triangles);
 /// The volume at rest of each tetrahedron, m³, at its nodes as MechanicalSystem::element_weights()

@@ -6,8 +6,8 @@
 namespace tetraction {
 
 /// ∫ N_a N_b dV over element e at rest for its nodes a and b, m³: 4 × 4 for linear elements and
-/// 10 × 10 for quadratic ones. Exact for elements with straight edges; a rule of degree 5 with 14 points
-/// for curved ones (N. J. Walkington, Quadrature on simplices of arbitrary dimension, 2000).
+/// 10 × 10 for quadratic ones. Exact with straight and with curved edges: N_a N_b det(∂X/∂ξ) has degree 7,
+/// and so has the rule (Grundmann & Möller 1978).
 ///
 /// Time steps use lumped masses (MechanicalSystem::mass()), because an explicit step divides by them.
 /// Those of quadratic elements cost accuracy: the frequencies of a body converge with order 4 for

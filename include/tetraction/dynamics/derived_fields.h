@@ -10,11 +10,13 @@ using Vector6 = Eigen::Matrix<double, 6, 1>;
 
 /// The components XX YY ZZ XY YZ XZ of a symmetric tensor.
 Vector6 six_components(const Matrix3& s);
-// The fields of an element are means over its quadrature points, weighted by their rest volumes.
+// The fields of an element are means over its rest volume. With straight edges they are those of its
+// points of quadrature, which are exact for the strains of quadratic elements. Curved ones have a rule
+// of degree 5, by which means of F are exact, too.
 
-/// σ = P Fᵀ/J of one element, Pa. W must be defined at q.
+/// σ = P Fᵀ/J of one element, Pa: the mean. W must be defined at q.
 Matrix3 cauchy_stress(const MechanicalSystem& system, Index e, const Vector& q);
-/// J of one element: the ratio of its volumes at q and at rest.
+/// J of one element: the ratio of its volumes at q and at rest, exact also with curved edges.
 double volume_ratio(const MechanicalSystem& system, Index e, const Vector& q);
 /// The least J at the quadrature points of one element.
 double least_jacobian(const MechanicalSystem& system, Index e, const Vector& q);
@@ -26,12 +28,13 @@ double von_mises(const Matrix3& stress);
 struct ElementFields {
   Matrix cauchy_stress;   ///< σ = P Fᵀ/J, Pa (6 × elements)
   Matrix green_strain;    ///< E = ½(FᵀF − I) (6 × elements)
-  Matrix von_mises;       ///< √(3/2 s:s) of the deviator s of σ, Pa (1 × elements)
+  Matrix von_mises;       ///< √(3/2 s:s) of the deviator s of the mean stress, Pa (1 × elements)
   Matrix jacobian;        ///< J (1 × elements)
   Matrix energy_density;  ///< Ψ, J/m³ (1 × elements)
 };
 
-/// Computes all fields. W must be defined at q.
+/// Computes all fields. W must be defined at q. The energy density is the energy of the element, which is
+/// that of its points of quadrature, divided by their volume.
 ElementFields element_fields(const MechanicalSystem& system, const Vector& q);
 
 /// Compute one of the fields only, which takes less time: √(3/2 s:s), Pa, or J, one per element.

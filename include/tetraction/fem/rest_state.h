@@ -70,7 +70,7 @@ class RestState {
   Matrix3 point_edges(Index i) const;
   /// The volume that a point stands for, m³.
   double point_volume(Index i) const;
-  /// Rest volume of element e, m³.
+  /// Rest volume of element e, exact also with curved edges, m³.
   double volume(Index e) const;
   /// Centroid of the corners of element e, m.
   Vector3 center(Index e) const;

@@ -93,7 +93,7 @@ struct MeshReport {
 struct TetMesh {
   std::string source;
   VertexArray vertices;         ///< rest positions X, m
-  TetrahedronArray tetrahedra;  ///< det[X1−X0, X2−X0, X3−X0] > 0
+  TetrahedronArray tetrahedra;  ///< linear: det[X1−X0, X2−X0, X3−X0] > 0
   std::vector<std::int64_t> vertex_ids;
   std::vector<std::int64_t> tetrahedron_ids;
   std::vector<int> regions;  ///< per tetrahedron
@@ -122,7 +122,7 @@ struct TetMesh {
 
   /// Rest positions as one DOF-ordered vector (3 per vertex), m.
   Vector rest_positions() const;
-  /// Signed volume of tetrahedron `e` with straight edges: det[X1−X0, X2−X0, X3−X0]/6, m³.
+  /// Signed volume of tetrahedron `e` with its curved edges, exactly, m³.
   double volume(Index e) const;
   /// Sum of the volumes, m³; of a part, the volume of the whole mesh.
   double total_volume() const;

@@ -16,6 +16,8 @@ struct OutputField {
   bool is_default;   ///< whether frames have it if the scene does not say which fields they have
   /// Whether it is a default field of bodies with VolumeRule::kNodal.
   bool is_nodal_default = false;
+  /// Whether it is a default field of bodies with quadratic tetrahedra.
+  bool is_quadratic_default = false;
 };
 
 /// All fields, in the order in which frames have them.
@@ -25,8 +27,8 @@ const std::vector<OutputField>& output_fields();
 inline constexpr const char* kDefaultFields = "default";
 
 /// Whether a list of names, as OutputSettings::fields, has this field. An empty list has the default
-/// ones of a body with this rule.
+/// ones of a body with this rule and linear or quadratic tetrahedra.
 bool has_field(const std::vector<std::string>& names, const OutputField& field,
-               VolumeRule volume = VolumeRule::kElement);
+               VolumeRule volume = VolumeRule::kElement, bool is_quadratic = false);
 
 }  // namespace tetraction

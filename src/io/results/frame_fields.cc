@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "tetraction/dynamics/derived_fields.h"
+#include "tetraction/dynamics/nodal_fields.h"
 #include "tetraction/simulation/output_fields.h"
 
 namespace tetraction {
@@ -29,6 +30,18 @@ Matrix regions(const MechanicalSystem& system) {
     region(0, e) = system.region_count() > 1 ? system.region(e) : system.mesh().region(e);
   }
   return region;
+}
+
+// Of stresses that are given as columns of six components.
+Matrix von_mises_of(const Matrix& stress) {
+  Matrix values(1, stress.cols());
+  for (Index i = 0; i < stress.cols(); ++i) {
+    const auto s = stress.col(i);
+    Matrix3 tensor;
+    tensor << s[0], s[3], s[5], s[3], s[1], s[4], s[5], s[4], s[2];
+    values(0, i) = von_mises(tensor);
+  }
+  return values;
 }
 
 // Computes fields of a state. Those that come from one loop over the elements are computed together.
@@ -67,8 +80,22 @@ class FieldMaker {
     has_elements_ = true;
     return elements_;
   }
-  Matrix average(const Matrix& element_field) const {
-    return nodal_average(system_, element_field);
+  const NodalFields& vertices() {
+    if (!has_vertices_) vertices_ = nodal_fields(system_, state_.position);
+    has_vertices_ = true;
+    return vertices_;
+  }
+  // The values at the vertices: of quadratic tetrahedra those of `own`, of linear ones means of the
+  // values of the tetrahedra.
+  Matrix average(Matrix NodalFields::*own, Matrix ElementFields::*of_elements) {
+    return is_quadratic_ ? vertices().*own : nodal_average(system_, elements().*of_elements);
+  }
+  Matrix nodal_stress() {
+    return average(&NodalFields::cauchy_stress, &ElementFields::cauchy_stress);
+  }
+  // Quadratic tetrahedra have stresses at their vertices, which need no recovery.
+  Matrix recovered_stress() {
+    return is_quadratic_ ? nodal_stress() : recovered_field(system_, elements().cauchy_stress);
   }
 
   Matrix values(const std::string& name) {
@@ -85,19 +112,35 @@ class FieldMaker {
     if (name == "first_piola") return first_piola_stress(system_, state_.position);
     if (name == "principal_stresses") return principal_stresses(elements().cauchy_stress);
     if (name == "pressure") return pressures(elements().cauchy_stress);
-    if (name == "cauchy_stress_nodal") return average(elements().cauchy_stress);
-    if (name == "green_strain_nodal") return average(elements().green_strain);
-    if (name == "von_mises_nodal") return average(elements().von_mises);
-    if (name == "pressure_nodal") return average(pressures(elements().cauchy_stress));
-    if (name == "jacobian_nodal") return average(elements().jacobian);
+    if (name == "cauchy_stress_nodal") return nodal_stress();
+    if (name == "green_strain_nodal") {
+      return average(&NodalFields::green_strain, &ElementFields::green_strain);
+    }
+    if (name == "von_mises_nodal") {
+      return average(&NodalFields::von_mises, &ElementFields::von_mises);
+    }
+    if (name == "pressure_nodal") {
+      return is_quadratic_ ? pressures(nodal_stress())
+                           : nodal_average(system_, pressures(elements().cauchy_stress));
+    }
+    if (name == "jacobian_nodal") {
+      return average(&NodalFields::jacobian, &ElementFields::jacobian);
+    }
+    if (name == "cauchy_stress_recovered") return recovered_stress();
+    if (name == "von_mises_recovered") {
+      return is_quadratic_ ? vertices().von_mises : von_mises_of(recovered_stress());
+    }
     throw std::logic_error(fmt::format("the field {} is in output_fields() only", name));
   }
 
   const Session& session_;
   const MechanicalSystem& system_;
   const State& state_;
+  bool is_quadratic_ = system_.mesh().is_quadratic();
   ElementFields elements_;
   bool has_elements_ = false;
+  NodalFields vertices_;
+  bool has_vertices_ = false;
 };
 
 }  // namespace
@@ -110,7 +153,7 @@ Frame make_frame(const Session& session, const std::vector<std::string>& names) 
   const VolumeRule rule =
       session.system().nodal_volume() == nullptr ? VolumeRule::kElement : VolumeRule::kNodal;
   for (const OutputField& field : output_fields()) {
-    if (!has_field(names, field, rule)) continue;
+    if (!has_field(names, field, rule, session.system().mesh().is_quadratic())) continue;
     (field.on_cells ? frame.cell_fields : frame.point_fields).push_back(maker.make(field.name));
   }
   maker.move_element_fields(frame.cell_fields);

@@ -140,8 +140,24 @@ def distorted_box(cells):
     return Lattice(cells, place), []
 
 
+def elliptic_plate(cells):
+    """A quarter of NAFEMS' thick plate between the ellipses with the half axes 2 m, 1 m and 3.25 m,
+    2.75 m, 0.6 m thick: cells across, around and through the thickness."""
+    across, around, through = cells
+
+    def place(i, j, k):
+        s, angle = i / across, 0.5 * math.pi * j / around
+        return ((2.0 + 1.25 * s) * math.cos(angle) if j < around else 0.0,
+                (1.0 + 1.75 * s) * math.sin(angle), 0.6 * k / through)
+
+    def outside(p):
+        return abs(math.hypot(p[0] / 3.25, p[1] / 2.75) - 1.0) < 1e-9
+
+    return Lattice(cells, place), [("outside", outside)]
+
+
 SHAPES = {shape.__name__: shape
-          for shape in (arc_beam, cook, bushing, l_block, cross, distorted_box)}
+          for shape in (arc_beam, cook, bushing, l_block, cross, distorted_box, elliptic_plate)}
 
 
 def write_mesh(path, shape, cells, element):

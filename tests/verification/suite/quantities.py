@@ -104,6 +104,15 @@ def field(results, table):
     return np.sqrt((difference ** 2).mean() / (size ** 2).mean())
 
 
+def nodal(results, table):
+    """Component number `component` of an array of the last frame at the vertex that rests at `point`."""
+    grid = results.final
+    distances = np.linalg.norm(grid.points - np.array(table["point"]), axis=1)
+    if distances.min() > 1e-9:
+        raise ValueError(f"no vertex is at {table['point']}")
+    return grid.arrays[table["array"]][distances.argmin(), table["component"]]
+
+
 def period(results, table):
     """The frequency of a probe in Hz, as summary.json has it."""
     return results.summary["probes"][table["column"]]["frequency"]
@@ -132,4 +141,4 @@ def order(results, table):
 
 
 KINDS = {function.__name__: function
-         for function in (probe, history, summary, frequency, torque, field, period, line, peak, order)}
+         for function in (probe, history, summary, frequency, torque, field, nodal, period, line, peak, order)}

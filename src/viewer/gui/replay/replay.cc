@@ -57,6 +57,25 @@ bool is_there(const fs::path& path) {
   return fs::exists(path, error) || error;
 }
 
+// The name of the point array of a frame that has the values of a field at the vertices: they are drawn
+// where quadratic tetrahedra have them.
+const char* point_array_name(ColorField field) {
+  switch (field) {
+    case ColorField::kVonMises:
+      return "von_mises_nodal";
+    case ColorField::kJacobian:
+      return "jacobian_nodal";
+    default:
+      return nullptr;
+  }
+}
+
+std::vector<float> numbers(const Matrix& values) {
+  std::vector<float> result;
+  for (const double value : values.row(0)) result.push_back(static_cast<float>(value));
+  return result;
+}
+
 // A message that says why a directory without frames.pvd cannot be replayed and what to open instead.
 std::string why_no_frames(const fs::path& directory) {
   if (is_there(directory / "study.json")) {
@@ -313,8 +332,12 @@ void Replay::read_probes(const std::string& path) {
 std::shared_ptr<const Snapshot> Replay::frame(std::size_t i, ColorField field) const {
   const std::string& path = files_[i];
   const char* cell_array = cell_array_name(field);
+  std::vector<std::string> point_names{"displacement",   "velocity",       "momentum",
+                                       "external_force", "reaction_force", "fixed"};
+  const char* point_array = mesh_.is_quadratic() ? point_array_name(field) : nullptr;
+  if (point_array != nullptr) point_names.emplace_back(point_array);
   const StoredFrame frame = read_frame(
-      path, {"displacement", "velocity", "momentum", "external_force", "reaction_force", "fixed"},
+      path, point_names,
       cell_array != nullptr ? std::vector<std::string>{cell_array} : std::vector<std::string>{});
   const Index n = mesh_.vertex_count();
   const Index m = mesh_.tetrahedron_count();
@@ -355,12 +378,11 @@ std::shared_ptr<const Snapshot> Replay::frame(std::size_t i, ColorField field) c
   snapshot->field = field;
   if (field == ColorField::kDisplacement) set_magnitudes(*snapshot, displacement);
   if (field == ColorField::kSpeed) set_magnitudes(*snapshot, snapshot->velocity);
-  if (cell_array != nullptr) {
+  if (point_array != nullptr && frame.point_arrays.back().rows() == 1) {
+    snapshot->field_values = numbers(frame.point_arrays.back());
+  } else if (cell_array != nullptr) {
     snapshot->field_on_cells = true;
-    const Matrix& values = frame.cell_arrays[0];
-    for (Index e = 0; e < values.cols(); ++e) {
-      snapshot->field_values.push_back(static_cast<float>(values(0, e)));
-    }
+    if (frame.cell_arrays[0].rows() > 0) snapshot->field_values = numbers(frame.cell_arrays[0]);
   }
   return snapshot;
 }
