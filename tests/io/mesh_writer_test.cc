@@ -1,5 +1,6 @@
 #include "tetraction/io/mesh_writer.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -307,8 +308,8 @@ TEST_F(MeshWriterDetails, GmshKeepsArraysOfOneThreeAndNineNumbers) {
   };
   for (const Index rows : {1, 3, 9}) {
     const auto seed = static_cast<double>(rows);
-    mesh.point_arrays["u" + std::to_string(rows)] = filled(rows, mesh.vertex_count(), seed);
-    mesh.cell_arrays["s" + std::to_string(rows)] = filled(rows, mesh.tetrahedron_count(), -seed);
+    mesh.point_arrays[fmt::format("u{}", rows)] = filled(rows, mesh.vertex_count(), seed);
+    mesh.cell_arrays[fmt::format("s{}", rows)] = filled(rows, mesh.tetrahedron_count(), -seed);
   }
   mesh.point_arrays["u \"3\""] = filled(3, mesh.vertex_count(), 8.0);
   mesh.point_arrays["u3"].col(4).setConstant(std::nan(""));

@@ -67,7 +67,7 @@ int StrictXmlReader::ReadPiece(vtkXMLDataElement* piece) {
     check_names(section);
     if (!is_called(section, "PointData") && !is_called(section, "CellData")) continue;
     for_each_array(section, [&](vtkXMLDataElement* array) {
-      names.push_back(section->GetName() + (" " + name_of(array)));
+      names.push_back(fmt::format("{} {}", section->GetName(), name_of(array)));
     });
   }
   std::stable_sort(names.begin(), names.end(), [](const std::string& a, const std::string& b) {
