@@ -11,6 +11,7 @@
 
 #include "commands.h"
 #include "console.h"
+#include "dynamics/turned_guess.h"
 #include "mesh/bounding_box.h"
 #include "mesh_table.h"
 #include "scene_source.h"
@@ -29,6 +30,8 @@ namespace {
 
 // An error above this means that the derivatives of a material are wrong, on any mesh.
 constexpr double kLargestDerivativeError = 1e-7;
+// A turn in a step that is told, rad. Less is what vibrations at the start have.
+constexpr double kTurn = 1e-4;
 
 // The scene's own materials first, then the other models with the small-strain response of the
 // first.
@@ -102,6 +105,30 @@ std::string rules_of_limit(const MechanicalSystem& system, Integrator rule) {
   return to_string(is_implicit(rule) ? Integrator::kExplicit : rule);
 }
 
+// What the rule does to a body that turns by this angle, rad, in a step.
+std::string turning_text(Integrator rule, double turn) {
+  std::string text = fmt::format("{:.3g} rad in a step", turn);
+  if (rule == Integrator::kMidpoint) {
+    text += fmt::format(
+        "; midpoint stretches the body by {:.2g} for that. energy-momentum has no such stretch",
+        turn * turn / 8.0);
+  }
+  return text;
+}
+
+// midpoint puts energy into a stiff body that turns far in a step.
+std::string turning_warning(Integrator rule, double turn, double step, double critical_step) {
+  constexpr double kFar = 0.01;
+  constexpr double kStiff = 10.0;
+  if (rule != Integrator::kMidpoint || turn < kFar || !(step > kStiff * critical_step)) return {};
+  return fmt::format(
+      "the body turns by {:.2g} rad in a step that is {:.0f} times its stability limit: the energy "
+      "of "
+      "midpoint may then grow without bound, however small the strains are. Take time.integrator = "
+      "\"energy-momentum\", or a smaller time.step",
+      turn, step / critical_step);
+}
+
 int check(const std::string& path, const std::vector<std::string>& overrides, bool as_json,
           bool with_spectrum) {
   const Scene scene = read_scene(path, overrides);
@@ -140,6 +167,9 @@ int check(const std::string& path, const std::vector<std::string>& overrides, bo
   if (limit.element >= 0) json["stable_step_element"] = mesh.tetrahedron_id(limit.element);
 
   const double step = scene.time.automatic ? 0.5 * limit.critical_step : scene.time.step;
+  const double spin = spin_of(*system, state).norm();
+  json["spin"] = spin;
+  json["turn_per_step"] = spin * step;
   const Spectrum spectrum = spectrum_of(*system, limit, with_spectrum);
   if (spectrum.lowest) json["lowest_frequency"] = *spectrum.lowest;
   if (spectrum.damping_ratio > 0.0) json["lowest_damping_ratio"] = spectrum.damping_ratio;
@@ -217,6 +247,10 @@ int check(const std::string& path, const std::vector<std::string>& overrides, bo
       print_result("time.step = {:.6g} s is {:.3g} times it\n", scene.time.step,
                    scene.time.step / limit.critical_step);
     }
+    if (spin * step > kTurn) {
+      print_result("spin at the start: {:.4g} rad/s, {}\n", spin,
+                   turning_text(scene.time.integrator, spin * step));
+    }
     print_resolution(spectrum, scene.time.integrator, step);
     if (with_spectrum) print_spectrum(spectrum, step);
     if (const std::string remarks = damping_remarks(scene); !remarks.empty()) {
@@ -232,8 +266,13 @@ int check(const std::string& path, const std::vector<std::string>& overrides, bo
                    row["ok"].get<bool>() ? "" : "   NOT below 1e-7");
     }
   }
-  for (const auto& warning_of : {locking_warning, instability_warning}) {
+  for (const auto& warning_of : {locking_warning, thin_wall_warning, instability_warning}) {
     if (const std::string warning = warning_of(*system); !warning.empty()) print_warning(warning);
+  }
+  if (const std::string warning =
+          turning_warning(scene.time.integrator, spin * step, step, limit.critical_step);
+      !warning.empty()) {
+    print_warning(warning);
   }
   if (!spectrum.warning.empty()) print_warning(spectrum.warning);
   if (!exact) print_warning("the derivatives differ from finite differences by more than 1e-7");

@@ -8,11 +8,9 @@
 #include "rigid_motions.h"
 
 namespace tetraction {
-namespace {
 
-// ω = I⁻¹ L about the centre of mass.
-Vector3 angular_velocity(const MechanicalSystem& system, const State& state,
-                         const Vector3& center) {
+Vector3 spin_of(const MechanicalSystem& system, const State& state) {
+  const Vector3 center = system.center_of_mass(state.position);
   Matrix3 inertia = Matrix3::Zero();
   Vector3 momentum = Vector3::Zero();
   for (Index v = 0; v < system.vertex_count(); ++v) {
@@ -23,12 +21,10 @@ Vector3 angular_velocity(const MechanicalSystem& system, const State& state,
   return rotation_of(inertia, momentum);
 }
 
-}  // namespace
-
 void guess_turned(const MechanicalSystem& system, const State& from, double h, const Vector3& move,
                   GuessedStrain strain, Vector& x) {
   const Vector3 center = system.center_of_mass(from.position);
-  const Vector3 omega = angular_velocity(system, from, center);
+  const Vector3 omega = spin_of(system, from);
   const double speed = omega.norm();
   Matrix3 turn = Matrix3::Identity();
   if (speed > 0.0) {

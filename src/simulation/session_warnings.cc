@@ -22,6 +22,15 @@ std::string no_such_event(const EventSettings& event, double end) {
       event.where, event.at, end);
 }
 
+// What midpoint's failures end with: a rule that goes on in the steps in which they happen.
+std::string other_rule(Integrator rule, const MechanicalSystem& system) {
+  if (rule != Integrator::kMidpoint) return {};
+  return system.part() == nullptr ? ", or integrator = \"energy-momentum\", which keeps the energy "
+                                    "also where steps do not resolve "
+                                    "the motion, such as the spin of a stiff body"
+                                  : ", or integrator = \"backward-euler\"";
+}
+
 }  // namespace
 
 double resolved_frequency(Integrator integrator, double time_step) {
@@ -214,10 +223,11 @@ void Session::Impl::warn_at_the_end() {
     progress.warnings.push_back(fmt::format(
         "the energy error reached {:.3g} % of the energy that entered: the steps, down to {:.4g} "
         "s, "
-        "do not resolve the motion. Take a smaller {}.",
+        "do not resolve the motion. Take a smaller {}{}.",
         100.0 * drift, progress.steps.smallest,
         settings.time.adapt == StepAdaptation::kError ? "time.tolerance"
-                                                      : "time.step, which is the first one"));
+                                                      : "time.step, which is the first one",
+        other_rule(settings.time.integrator, *system)));
     return;
   }
   if (is_automatic()) {
@@ -233,8 +243,9 @@ void Session::Impl::warn_at_the_end() {
         "the energy error reached {:.3g} % of the energy that entered: the step does not resolve "
         "the "
         "motion. {:.4g} s resolve vibrations up to {:.3g} Hz (20 steps a period). Take a smaller "
-        "time.step.",
-        100.0 * drift, progress.plan.time_step, frequency));
+        "time.step{}.",
+        100.0 * drift, progress.plan.time_step, frequency,
+        other_rule(settings.time.integrator, *system)));
     return;
   }
   progress.warnings.push_back(fmt::format(
@@ -247,7 +258,7 @@ void Session::Impl::warn_at_the_end() {
 }
 
 void Session::Impl::warn_of_materials() {
-  for (const auto& warning_of : {locking_warning, instability_warning}) {
+  for (const auto& warning_of : {locking_warning, thin_wall_warning, instability_warning}) {
     if (std::string warning = warning_of(*system); !warning.empty()) {
       progress.warnings.push_back(std::move(warning));
     }
@@ -260,20 +271,20 @@ std::string Session::Impl::limit_advice() const {
   if (settings.time.adapt == StepAdaptation::kEnergy) {
     return fmt::format(
         "The step is {:.4g} s, as time.adapt = \"energy\" chose it. Take a smaller time.step or "
-        "time.max_step, or time.adapt = \"error\", and check the loads.",
-        step);
+        "time.max_step, or time.adapt = \"error\"{}, and check the loads.",
+        step, other_rule(settings.time.integrator, *system));
   }
   if (adapts()) {
     return fmt::format(
         "time.adapt made the steps smaller, down to {:.4g} s, which did not help. Check loads, "
-        "materials and prescribed motion, or make time.min_step smaller.",
-        step);
+        "materials and prescribed motion, or make time.min_step smaller{}.",
+        step, other_rule(settings.time.integrator, *system));
   }
   if (settings.time.retry > 0) {
     return fmt::format(
         "The step of {:.4g} s was halved {} times (time.retry), which did not help. Take a smaller "
-        "time.step or a larger time.retry, and check the loads.",
-        step, settings.time.retry);
+        "time.step or a larger time.retry{}, and check the loads.",
+        step, settings.time.retry, other_rule(settings.time.integrator, *system));
   }
   if (is_automatic()) {
     return fmt::format(
@@ -292,7 +303,9 @@ std::string Session::Impl::limit_advice() const {
       "The step is {:.4g} s, {:.3g} times the explicit stability limit of {:.4g} s. Take a smaller "
       "time.step{}, and check the loads.",
       step, step / limit, limit,
-      settings.time.integrator == Integrator::kBackwardEuler ? "" : " or backward-euler");
+      settings.time.integrator == Integrator::kEnergyMomentum
+          ? " or backward-euler"
+          : other_rule(settings.time.integrator, *system));
 }
 
 // A vertex near the centre of attraction is the likely cause of a failure.

@@ -251,10 +251,10 @@ struct ConstraintSettings {
   std::array<std::int64_t, 2> vertices{0, 1};  ///< distance: numbers of the mesh file
   std::optional<double> length;                ///< distance, m; default: the present one
   Selection select = SelectAll{};              ///< plane, line, rigid
-  std::optional<Vector3> point;  ///< plane, line: a point of it, m; default: each vertex its own
+  std::optional<Vector3> point;  ///< of the plane, line or axis (rigid), m; see docs/scene.md
   Vector3 direction = Vector3::UnitX();     ///< plane: its normal; line: its direction
   std::optional<Vector3> velocity;          ///< rigid: driven, m/s
-  std::optional<Vector3> angular_velocity;  ///< rigid: driven, rad/s about its centre of mass
+  std::optional<Vector3> angular_velocity;  ///< rigid: driven, rad/s about `point` or its centre
   std::string where;
   std::string amplitude{};  ///< factor of both velocities; empty: 1
 

@@ -12,6 +12,11 @@ namespace tetraction {
 /// and more), with which linear tetrahedra lock. Empty if the body has none.
 std::string locking_warning(const MechanicalSystem& system);
 
+/// A warning for a body with nodal volumes of which a tenth or more is in walls or rods that are one or two
+/// tetrahedra thick: there they are too stiff in bending. A tetrahedron is in such a wall if neither it nor
+/// one beside it touches a tetrahedron without vertices on the boundary. Empty if the body has none.
+std::string thin_wall_warning(const MechanicalSystem& system);
+
 /// A warning for the first material whose energy falls when the strain grows, with the stretch at
 /// which this begins. Empty if the body has none.
 /// - Yeoh, where ∂Ψ/∂Ī₁ ≤ 0 (Yeoh::unstable_from()), with the stretch λ of incompressible uniaxial

@@ -1,0 +1,80 @@
+// Walls that are too thin for nodal volumes.
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "tetraction/simulation/warnings.h"
+
+namespace tetraction {
+namespace {
+
+using Marks = std::vector<bool>;  // of vertices
+
+std::size_t index(Index v) {
+  return static_cast<std::size_t>(v);
+}
+
+// The vertices of all tetrahedra that satisfy a condition.
+template <class Condition>
+Marks vertices_of(const TetMesh& mesh, const Condition& condition) {
+  Marks marks(mesh.vertices.size(), false);
+  for (const auto& tetrahedron : mesh.tetrahedra) {
+    if (!condition(tetrahedron)) continue;
+    for (const Index v : tetrahedron) marks[index(v)] = true;
+  }
+  return marks;
+}
+
+double volume(const TetMesh& mesh, const std::array<Index, 4>& tetrahedron) {
+  const Vector3 origin = mesh.vertices[index(tetrahedron[0])];
+  const auto edge = [&](std::size_t i) -> Vector3 {
+    return mesh.vertices[index(tetrahedron[i])] - origin;
+  };
+  return std::abs(edge(1).dot(edge(2).cross(edge(3)))) / 6.0;
+}
+
+// The share of the body's volume in walls that are one or two tetrahedra thick. Walls of three have tetrahedra
+// between their two inner layers of vertices.
+double share_of_thin_walls(const TetMesh& mesh) {
+  Marks outside(mesh.vertices.size(), false);
+  for (const auto& face : boundary_faces(mesh)) {
+    for (const Index v : face) outside[index(v)] = true;
+  }
+  const auto touches = [](const std::array<Index, 4>& tetrahedron, const Marks& marks) {
+    return std::any_of(tetrahedron.begin(), tetrahedron.end(),
+                       [&](Index v) { return marks[index(v)]; });
+  };
+  const Marks core = vertices_of(mesh, [&](const auto& t) { return !touches(t, outside); });
+  // At edges and corners of thick bodies tetrahedra are beside such that touch the core.
+  const Marks thick = vertices_of(mesh, [&](const auto& t) { return touches(t, core); });
+  double thin = 0.0;
+  double total = 0.0;
+  for (const auto& tetrahedron : mesh.tetrahedra) {
+    const double own = volume(mesh, tetrahedron);
+    total += own;
+    if (!touches(tetrahedron, thick)) thin += own;
+  }
+  return thin / total;
+}
+
+}  // namespace
+
+std::string thin_wall_warning(const MechanicalSystem& system) {
+  constexpr double kMuch = 0.1;
+  if (system.nodal_volume() == nullptr) return {};
+  const double share = share_of_thin_walls(system.mesh());
+  if (share < kMuch) return {};
+  return fmt::format(
+      "{:.0f} % of the body's volume is in walls or rods that are one or two tetrahedra thick. "
+      "With mesh.volume "
+      "= \"nodal\" they are far too stiff in bending: a wall of two by about a half. Take "
+      "mesh.element = "
+      "\"quadratic\" without mesh.volume, or make the wall four tetrahedra thick or more",
+      100.0 * share);
+}
+
+}  // namespace tetraction
