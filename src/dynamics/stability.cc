@@ -36,10 +36,37 @@ Eigenpair dense_largest(const ScaledMatrix& op) {
   return {eigen.values[n - 1], eigen.vectors.col(n - 1)};
 }
 
+// The matrix in a unit in which its first product has the length of the vector, since Spectra takes eigenvalues below
+// 1e-11 for zero. The unit is a power of two, which changes no digit.
+class MatrixInOwnUnit {
+ public:
+  using Scalar = double;
+
+  explicit MatrixInOwnUnit(const ScaledMatrix& op) : op_(op) {}
+
+  Index rows() const { return op_.rows(); }
+  Index cols() const { return op_.cols(); }
+  void perform_op(const double* in, double* out) const {
+    op_.perform_op(in, out);
+    Eigen::Map<Vector> product(out, rows());
+    if (unit_ == 0.0) {
+      const double size = product.stableNorm() / Eigen::Map<const Vector>(in, rows()).stableNorm();
+      unit_ = size > 0.0 && std::isfinite(size) ? std::ldexp(1.0, std::ilogb(size)) : 1.0;
+    }
+    product /= unit_;
+  }
+  double unit() const { return unit_; }
+
+ private:
+  const ScaledMatrix& op_;
+  mutable double unit_ = 0.0;  // 0: there was no product yet
+};
+
 // `start` may be empty.
-Eigenpair lanczos_largest(ScaledMatrix& op, const Vector& start, Index subspace, Index restarts,
-                          double tolerance) {
-  Spectra::SymEigsSolver<ScaledMatrix> solver(op, 1, subspace);
+Eigenpair lanczos_largest(const ScaledMatrix& matrix, const Vector& start, Index subspace,
+                          Index restarts, double tolerance) {
+  MatrixInOwnUnit op(matrix);
+  Spectra::SymEigsSolver<MatrixInOwnUnit> solver(op, 1, subspace);
   if (start.size() > 0) {
     solver.init(start.data());
   } else {
@@ -47,7 +74,7 @@ Eigenpair lanczos_largest(ScaledMatrix& op, const Vector& start, Index subspace,
   }
   solver.compute(Spectra::SortRule::LargestAlge, restarts, tolerance);
   if (solver.info() != Spectra::CompInfo::Successful) return {};
-  return {solver.eigenvalues()[0], solver.eigenvectors().col(0)};
+  return {op.unit() * solver.eigenvalues()[0], solver.eigenvectors().col(0)};
 }
 
 // Power iteration with the Rayleigh quotient, for the case that Lanczos iterations do not converge.

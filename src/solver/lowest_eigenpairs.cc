@@ -5,6 +5,7 @@
 #include <Eigen/LU>
 
 #include <algorithm>
+#include <optional>
 
 #include "core/decompositions.h"
 #include "core/pseudo_random.h"
@@ -33,7 +34,8 @@ class InverseOperation {
     const Index n = equations.q.cols();
     if (n == 0) return;
     // x = A⁻¹(b − Q s) with s = D w + H μ and w = Qᵀx = N ν, so that HᵀQᵀx = 0. This gives
-    // ((1 + G D) N, G H) (ν, μ) = Qᵀ A⁻¹ b with G = Qᵀ A⁻¹ Q.
+    // ((1 + G D) N, G H) (ν, μ) = Qᵀ A⁻¹ b with G = Qᵀ A⁻¹ Q. The unit of G is s², that of the first columns
+    // is one: pivots must not be compared between columns.
     response_.resize(equations.q.rows(), n);
     for (Index j = 0; j < n; ++j) response_.col(j) = stiffness.solve(cholesky, equations.q.col(j));
     const Matrix g = equations.q.transpose() * response_;
@@ -80,7 +82,7 @@ class InverseOperation {
   Matrix known_;
   Matrix response_;
   Matrix forces_;
-  Eigen::FullPivLU<Matrix> solver_;
+  Eigen::PartialPivLU<Matrix> solver_;
 };
 
 // The largest eigenpairs of a small operation, descending.
@@ -245,6 +247,39 @@ std::vector<Eigenpair> ModeSearch::lowest(Index count) {
 }
 
 Vector ModeSearch::solve(const Vector& r) const {
+  return implementation_->solve(r);
+}
+
+class PositiveInverse::Implementation {
+ public:
+  Implementation(const ScaledStiffness& stiffness, const LinearisedEquations& equations)
+      : equations_(equations), cholesky_(stiffness.pattern()) {
+    if (cholesky_.factorize(stiffness.shifted(0.0)) &&
+        is_positive(stiffness, cholesky_, equations)) {
+      inverse_.emplace(stiffness, cholesky_, equations, 1.0);
+    }
+  }
+
+  bool exists() const { return inverse_.has_value(); }
+  Vector solve(const Vector& r) const { return inverse_->apply(equations_.project(r)); }
+
+ private:
+  const LinearisedEquations& equations_;
+  SparseCholesky cholesky_;
+  std::optional<InverseOperation> inverse_;
+};
+
+PositiveInverse::PositiveInverse(const ScaledStiffness& stiffness,
+                                 const LinearisedEquations& equations)
+    : implementation_(std::make_unique<Implementation>(stiffness, equations)) {}
+
+PositiveInverse::~PositiveInverse() = default;
+
+bool PositiveInverse::exists() const {
+  return implementation_->exists();
+}
+
+Vector PositiveInverse::solve(const Vector& r) const {
   return implementation_->solve(r);
 }
 

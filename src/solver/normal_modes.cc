@@ -102,31 +102,6 @@ RigidMotions rigid_motions(const ScaledStiffness& stiffness, const Vector& q,
   return motions;
 }
 
-// The part ½ (K − Kᵀ) of the stiffness K of loads, which S does not have.
-class SkewLoadStiffness {
- public:
-  SkewLoadStiffness(const MechanicalSystem& system, const Vector& q,
-                    const NormalModeOptions& options)
-      : stiffness_(options.load_factor) {
-    for (const ForceTerm* term : system.force_terms()) {
-      if (!term->has_load() || !term->load_depends_on_position()) continue;
-      term->add_load_stiffness(system.force_point(q, options.time), stiffness_);
-    }
-  }
-
-  // The product with u, N. The transposed matrix is minus this one.
-  Vector product(const Vector& u) const {
-    Vector product = Vector::Zero(u.size());
-    stiffness_.add_transposed_product(u, product);
-    product = -product;
-    stiffness_.add_product(u, product);
-    return 0.5 * product;
-  }
-
- private:
-  LoadStiffness stiffness_;
-};
-
 // The sizes of the forces that terms add to at each vertex when the vertices move by displacements of
 // these lengths, N.
 Vector term_sizes(const HessianBlocks& terms, const Vector& lengths) {
@@ -212,7 +187,7 @@ Matrix free_rigid_motions(const MechanicalSystem& system, const Vector& q,
   const ForcesOfState forces(system, q, stiffness);
   const Vector& gradient = stiffness.terms_gradient();
   std::optional<SkewLoadStiffness> loads;
-  if (under_loads) loads.emplace(system, q, options);
+  if (under_loads) loads.emplace(system, q, options.time, options.load_factor);
   Matrix resistance(stiffness.size(), allowed.cols());
   Vector sizes(allowed.cols());
   for (Index j = 0; j < allowed.cols(); ++j) {
@@ -360,45 +335,6 @@ NormalMode make_rigid_mode(const MechanicalSystem& system, const ScaledStiffness
   return mode;
 }
 
-// The damping matrix C of small motions. Viscosity and the damping of terms are linear in small
-// velocities. Damping of the mass is that of the mass matrix of the modes.
-class DampingMatrix {
- public:
-  DampingMatrix(const MechanicalSystem& system, const ScaledStiffness& stiffness, const Vector& q,
-                double time)
-      : system_(system), stiffness_(stiffness), q_(q) {
-    const Vector rest = Vector::Zero(q.size());
-    const ForcePoint at{system.mass(), q, time};
-    of_terms_.reset(system.vertex_count());
-    for (const ForceTerm* term : system.force_terms()) {
-      if (!term->has_dissipation()) continue;
-      term->add_dissipation_hessian(at, rest, HessianForm::kExact, of_terms_);
-    }
-  }
-
-  // C v, N.
-  Vector product(const Vector& v) const {
-    Vector force = Vector::Zero(v.size());
-    system_.add_viscous_force(q_, v, force);
-    force = -force;
-    of_terms_.add_product(v, force);
-    force += system_.damping().mass_damping * (stiffness_.momentum(v) - system_.momentum_of(v));
-    return force;
-  }
-  // The part of C v that force terms have.
-  Vector product_of_terms(const Vector& v) const {
-    Vector force = Vector::Zero(v.size());
-    of_terms_.add_product(v, force);
-    return force;
-  }
-
- private:
-  const MechanicalSystem& system_;
-  const ScaledStiffness& stiffness_;
-  const Vector& q_;
-  HessianBlocks of_terms_;
-};
-
 // ζ = φᵀCφ/(2ω).
 void enter_damping(const DampingMatrix& damping, NormalMode& mode) {
   const double rate = std::max(0.0, mode.shape.dot(damping.product(mode.shape)));
@@ -496,10 +432,16 @@ void enter_damping(const DampingMatrix& damping, const ScaledStiffness& stiffnes
     images.col(j).imag() = image(both.right.col(j).imag());
   }
   const Eigen::MatrixXcd reduced = both.left.transpose() * images;
+  // With c = E⁻¹ x and λ c = y the diagonal matrix E of the √|ω²| makes the two halves of the matrix
+  // [0 E; −Ω² E⁻¹ −ΨᵀCΦ] comparable, whatever the unit of time.
+  Vector scale = both.values.cwiseAbs().cwiseSqrt();
+  const double unit = scale.maxCoeff() > 0.0 ? scale.maxCoeff() : 1.0;
+  scale = (scale / unit).cwiseMax(kRoundOff);
   Eigen::MatrixXcd matrix = Eigen::MatrixXcd::Zero(2 * count, 2 * count);
-  matrix.topRightCorner(count, count).setIdentity();
-  matrix.bottomLeftCorner(count, count).diagonal() = -both.values;
-  matrix.bottomRightCorner(count, count) = -reduced;
+  matrix.topRightCorner(count, count).diagonal() = scale.cast<Complex>();
+  matrix.bottomLeftCorner(count, count).diagonal() =
+      -(both.values / (unit * unit)).cwiseQuotient(scale.cast<Complex>());
+  matrix.bottomRightCorner(count, count) = -reduced / unit;
   const Eigen::ComplexEigenSolver<Eigen::MatrixXcd> solver(matrix);
   struct Match {
     double part;
@@ -509,7 +451,7 @@ void enter_damping(const DampingMatrix& damping, const ScaledStiffness& stiffnes
   std::vector<Match> matches;
   for (Index k = 0; k < 2 * count; ++k) {
     if (!(solver.eigenvalues()[k].imag() > 0.0)) continue;
-    const Eigen::VectorXcd amounts = solver.eigenvectors().col(k).head(count).normalized();
+    const Eigen::VectorXcd amounts = solver.eigenvectors().col(k).tail(count).normalized();
     for (Index j = 0; j < count; ++j) matches.push_back({std::abs(amounts[j]), k, j});
   }
   std::stable_sort(matches.begin(), matches.end(),
@@ -522,7 +464,7 @@ void enter_damping(const DampingMatrix& damping, const ScaledStiffness& stiffnes
     is_done[j] = is_taken[static_cast<std::size_t>(match.eigenvalue)] = true;
     NormalMode& mode = modes[both.modes[j]];
     if (!is_vibration(mode.kind)) continue;
-    const Complex lambda = solver.eigenvalues()[match.eigenvalue];
+    const Complex lambda = unit * solver.eigenvalues()[match.eigenvalue];
     const bool grows = lambda.real() > kRoundOffOfRate * std::abs(lambda);
     mode.damping_ratio = -lambda.real() / std::abs(lambda);
     mode.kind = grows ? ModeKind::kFlutter : ModeKind::kElastic;
@@ -541,7 +483,7 @@ std::vector<NormalMode> modes_under_loads(const MechanicalSystem& system, const 
                                           const Matrix& start, Index rigid, const Matrix& units,
                                           Index count) {
   constexpr double kSame = 0.5;
-  const SkewLoadStiffness skew(system, q, options);
+  const SkewLoadStiffness skew(system, q, options.time, options.load_factor);
   // The transposed matrix has the opposite skew part.
   const auto find = [&](double sign) {
     return lowest_unsymmetric(
@@ -574,7 +516,7 @@ std::vector<NormalMode> modes_under_loads(const MechanicalSystem& system, const 
     }
   }
   if (!system.is_dissipative()) return modes;
-  const DampingMatrix damping(system, stiffness, q, options.time);
+  const DampingMatrix damping(system, q, options.time);
   for (NormalMode& mode : modes) enter_damping(damping, mode);
   if (!both.modes.empty()) enter_damping(damping, stiffness, both, modes);
   return modes;
@@ -616,10 +558,14 @@ Vector balancing_multipliers(const MechanicalSystem& system, const Vector& q, co
     force += (term->account() == EnergyAccount::kConstraintWork ? 1.0 : load_factor) * gradient;
   }
   force -= load;
-  const Matrix gradients =
-      constraints.selector() * constraints.gradients(constraints.configuration(q));
-  return -Eigen::CompleteOrthogonalDecomposition<Matrix>(gradients).solve(
-      system.coordinates().restrict(force));
+  Matrix gradients = constraints.selector() * constraints.gradients(constraints.configuration(q));
+  // Long and short constraints have gradients of different size.
+  Vector length = gradients.colwise().norm().transpose();
+  length = (length.array() > 0.0).select(length, 1.0);
+  gradients *= length.cwiseInverse().asDiagonal();
+  return -Eigen::CompleteOrthogonalDecomposition<Matrix>(gradients)
+              .solve(system.coordinates().restrict(force))
+              .cwiseQuotient(length);
 }
 
 NormalModes normal_modes(const MechanicalSystem& system, const Vector& q,
@@ -690,7 +636,7 @@ NormalModes normal_modes(const MechanicalSystem& system, const Vector& q,
     result.modes.resize(static_cast<std::size_t>(options.count));
   }
   if (system.is_dissipative() && !under_loads) {
-    const DampingMatrix damping(system, stiffness, q, options.time);
+    const DampingMatrix damping(system, q, options.time);
     for (NormalMode& mode : result.modes) enter_damping(damping, mode);
   }
   return result;

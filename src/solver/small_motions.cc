@@ -26,6 +26,11 @@ Matrix orthonormal_basis(const Matrix& columns, double tolerance) {
 
 }  // namespace
 
+Vector momentum_of_modes(const MechanicalSystem& system, const Vector& velocity) {
+  return system.rest().is_quadratic() ? consistent_momentum(system, velocity)
+                                      : system.momentum_of(velocity);
+}
+
 template <class Visit>
 void ScaledStiffness::for_each_entry(const Visit& visit) const {
   const std::vector<int>& begin = pattern_->column_begin();
@@ -38,7 +43,7 @@ void ScaledStiffness::for_each_entry(const Visit& visit) const {
 }
 
 ScaledStiffness::ScaledStiffness(const MechanicalSystem& system, const Vector& q, double time,
-                                 bool with_loads, double load_factor)
+                                 bool with_loads, double load_factor, Mass mass)
     : system_(system),
       coordinates_(system.coordinates()),
       inverse_root_mass_(coordinates_.reduced_mass(system.mass()).cwiseSqrt().cwiseInverse()),
@@ -101,12 +106,11 @@ ScaledStiffness::ScaledStiffness(const MechanicalSystem& system, const Vector& q
         "The modes cannot be computed, as the stiffness over the mass overflows: choose other "
         "units, or moduli, density and penalties that are less far apart in size.");
   }
-  find_mass();
+  if (mass == Mass::kOfElements && system.rest().is_quadratic()) find_mass();
 }
 
 void ScaledStiffness::find_mass() {
   const RestState& rest = system_.rest();
-  if (!rest.is_quadratic()) return;
   mass_values_.assign(values_.size(), 0.0);
   Matrix local;
   for (Index e = 0; e < rest.element_count(); ++e) {
@@ -193,8 +197,48 @@ Vector ScaledStiffness::displacements(const Vector& z) const {
   return coordinates_.extend(inverse_root_mass_.cwiseProduct(solve_root(z)));
 }
 
-Vector ScaledStiffness::momentum(const Vector& velocity) const {
-  return mass_factor_ ? consistent_momentum(system_, velocity) : system_.momentum_of(velocity);
+SkewLoadStiffness::SkewLoadStiffness(const MechanicalSystem& system, const Vector& q, double time,
+                                     double load_factor)
+    : stiffness_(load_factor) {
+  for (const ForceTerm* term : system.force_terms()) {
+    if (!term->has_load() || !term->load_depends_on_position()) continue;
+    term->add_load_stiffness(system.force_point(q, time), stiffness_);
+  }
+}
+
+Vector SkewLoadStiffness::product(const Vector& u) const {
+  Vector product = Vector::Zero(u.size());
+  stiffness_.add_transposed_product(u, product);
+  product = -product;
+  stiffness_.add_product(u, product);
+  return 0.5 * product;
+}
+
+DampingMatrix::DampingMatrix(const MechanicalSystem& system, const Vector& q, double time)
+    : system_(system), q_(q) {
+  const Vector rest = Vector::Zero(q.size());
+  const ForcePoint at{system.mass(), q, time};
+  of_terms_.reset(system.vertex_count());
+  for (const ForceTerm* term : system.force_terms()) {
+    if (!term->has_dissipation()) continue;
+    term->add_dissipation_hessian(at, rest, HessianForm::kExact, of_terms_);
+  }
+}
+
+Vector DampingMatrix::product(const Vector& v) const {
+  Vector force = Vector::Zero(v.size());
+  system_.add_viscous_force(q_, v, force);
+  force = -force;
+  of_terms_.add_product(v, force);
+  force +=
+      system_.damping().mass_damping * (momentum_of_modes(system_, v) - system_.momentum_of(v));
+  return force;
+}
+
+Vector DampingMatrix::product_of_terms(const Vector& v) const {
+  Vector force = Vector::Zero(v.size());
+  of_terms_.add_product(v, force);
+  return force;
 }
 
 LinearisedEquations::LinearisedEquations(const MechanicalSystem& system,

@@ -11,6 +11,10 @@
 
 namespace tetraction {
 
+/// M v: the momentum of velocities of all vertices, kg m/s, with the lumped mass of linear elements and the
+/// consistent one of quadratic elements.
+Vector momentum_of_modes(const MechanicalSystem& system, const Vector& velocity);
+
 /// The matrix S = m^(−½) TᵀKT m^(−½) with m = TᵀMT, without the curvature of the equations. Its
 /// coordinates z belong to the displacements T m^(−½) z.
 ///
@@ -19,12 +23,15 @@ namespace tetraction {
 /// D^(−½) TᵀMT D^(−½) is RᵀR. Then S = R⁻ᵀ S_D R⁻¹ with S_D = D^(−½) TᵀKT D^(−½).
 class ScaledStiffness {
  public:
+  enum class Mass { kOfElements, kLumped };
+
   /// Takes K at positions q, with the potentials of the force terms at `time`. `with_loads`: those of
   /// loads, too, and the symmetric part of the stiffness of loads that depend on positions. All but
-  /// potentials that stand for constraints are multiplied by `load_factor`. Keeps a
+  /// potentials that stand for constraints are multiplied by `load_factor`. Mass::kLumped takes M = D for
+  /// quadratic elements as well, which saves a factorisation. Keeps a
   /// reference to `system`. Throws InputError if K is not defined or overflows.
   ScaledStiffness(const MechanicalSystem& system, const Vector& q, double time, bool with_loads,
-                  double load_factor);
+                  double load_factor, Mass mass = Mass::kOfElements);
 
   Index size() const { return pattern_->size(); }
   const SparsityPattern& pattern() const { return *pattern_; }
@@ -48,7 +55,9 @@ class ScaledStiffness {
   /// The displacements of all vertices for a vector in the coordinates of S.
   Vector displacements(const Vector& z) const;
   /// M v: the momentum of velocities of all vertices, kg m/s.
-  Vector momentum(const Vector& velocity) const;
+  Vector momentum(const Vector& velocity) const {
+    return mass_factor_ ? momentum_of_modes(system_, velocity) : system_.momentum_of(velocity);
+  }
   /// The stiffness of all force terms, N/m.
   const HessianBlocks& terms() const { return terms_; }
   /// The gradient of the same potentials, and minus the loads that depend on positions, N.
@@ -76,6 +85,38 @@ class ScaledStiffness {
   std::vector<double> mass_values_;  // RᵀR; empty if it is the identity
   std::unique_ptr<SparseCholesky> mass_factor_;
   double largest_ = 0.0;
+};
+
+/// The part R = ½ (K − Kᵀ) of the stiffness K of loads that depend on positions, which S does not have.
+class SkewLoadStiffness {
+ public:
+  /// At positions q, with the loads at `time` times `load_factor`.
+  SkewLoadStiffness(const MechanicalSystem& system, const Vector& q, double time,
+                    double load_factor);
+
+  /// R u, N, for displacements of all vertices. The transposed matrix is minus this one.
+  Vector product(const Vector& u) const;
+
+ private:
+  LoadStiffness stiffness_;
+};
+
+/// The damping matrix C of small motions about positions q. Viscosity and the damping of terms are linear in small
+/// velocities. Damping of the mass is that of momentum_of_modes().
+class DampingMatrix {
+ public:
+  /// Keeps references to `system` and `q`.
+  DampingMatrix(const MechanicalSystem& system, const Vector& q, double time);
+
+  /// C v, N.
+  Vector product(const Vector& v) const;
+  /// The part of C v that force terms have.
+  Vector product_of_terms(const Vector& v) const;
+
+ private:
+  const MechanicalSystem& system_;
+  const Vector& q_;
+  HessianBlocks of_terms_;
 };
 
 /// The linearised equations of constraints, in the coordinates of S. Motions z satisfy HᵀQᵀz = 0, and

@@ -221,6 +221,19 @@ value = 5.0e3
         report = json.loads(self.run_program("check", scene, "--json", *damping).stdout)
         self.assertAlmostEqual(report["lowest_damping_ratio"], lowest, places=12)
 
+    def test_damping_of_rigid_modes(self):
+        # They have no critical damping, and no table has an infinite number.
+        free = BEAM.replace('[[fix]]\nselect = { plane = { axis = "x", at = 0.0 } }\n', "")
+        scene = self.write("free.toml", free)
+        self.run_program("modes", scene, "-n", "7", "--out", "m", "--set", "damping.mass_damping=0.5")
+        rows = self.rows()
+        self.assertEqual([row["kind"] for row in rows], ["rigid"] * 6 + ["elastic"])
+        self.assertEqual([row["damping_ratio"] for row in rows[:6]], [""] * 6)
+        self.assertGreater(float(rows[6]["damping_ratio"]), 0.0)
+        # Viscosity does not damp them.
+        self.run_program("modes", scene, "-n", "6", "--out", "m", "--set", "damping.viscosity=100")
+        self.assertEqual([row["damping_ratio"] for row in self.rows()], ["0"] * 6)
+
     def test_refusals(self):
         scene = self.write("beam.toml", BEAM)
         for count in ("0", "-3", "1001", "many"):

@@ -96,10 +96,12 @@ std::string modes_csv(const NormalModes& modes) {
     const NormalMode& mode = modes.modes[i];
     const Vector3 part = mass_fractions(mode, modes);
     const double largest = largest_displacement(mode.shape);
-    text += fmt::format("{},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{},{:.17g},{:.17g}\n",
-                        i + 1, signed_frequency(mode), mode.omega_squared, part.x(), part.y(),
-                        part.z(), 1.0 / (largest * largest), to_string(mode.kind),
-                        mode.damping_ratio, mode.growth_rate);
+    // A damped rigid mode has no critical damping to compare with.
+    const std::string damping =
+        std::isfinite(mode.damping_ratio) ? fmt::format("{:.17g}", mode.damping_ratio) : "";
+    text += fmt::format("{},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{},{},{:.17g}\n", i + 1,
+                        signed_frequency(mode), mode.omega_squared, part.x(), part.y(), part.z(),
+                        1.0 / (largest * largest), to_string(mode.kind), damping, mode.growth_rate);
   }
   return text;
 }
