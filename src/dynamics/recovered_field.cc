@@ -1,6 +1,5 @@
 // Recovery of nodal values from superconvergent patches.
 #include <cstdint>
-#include <optional>
 #include <vector>
 
 #include "core/decompositions.h"
@@ -22,49 +21,57 @@ Index rows_of(Index values) {
   return kValues + 4 * values;
 }
 
-// What the position alone says of the polynomial of a patch.
-struct Patch {
-  Vector3 mean;     // of r
-  Matrix3 inverse;  // of Σ (r − mean)(r − mean)ᵀ
-  double count = 0.0;
+// One polynomial a + b·r for each row of the field at each vertex, with r from the vertex: the numbers a, and
+// after them b_x, b_y and b_z of all rows.
+struct Polynomials {
+  Matrix numbers;
+  std::vector<std::uint8_t> exists;  // at each vertex
 
-  // The square of the factor from errors of the elements, independent of each other and of size 1, to
-  // that of the polynomial at r.
-  double amplification(const Vector3& r) const {
-    return 1.0 / count + (r - mean).dot(inverse * (r - mean));
-  }
+  bool has(Index vertex) const { return exists[static_cast<std::size_t>(vertex)] != 0; }
 };
 
-// Nothing if centroids in a plane do not determine the polynomial.
-std::optional<Patch> patch_of(const Matrix& sums, Index vertex) {
+// The polynomial that is nearest to the values of the patch of a vertex in the sum of squares. There is none
+// if centroids in a plane do not determine it, or if its value at the vertex would be an extrapolation,
+// with a larger error than that of single elements.
+bool fit(const Matrix& sums, Index vertex, Eigen::Ref<Vector> numbers) {
+  const Index rows = numbers.size() / 4;
   const auto s = sums.col(vertex);
-  Patch patch;
-  patch.count = s[kCount];
-  patch.mean = s.segment<3>(kFirst) / patch.count;
+  const double count = s[kCount];
+  const Vector3 mean = s.segment<3>(kFirst) / count;
   Matrix3 second;
   second << s[kSecond], s[kSecond + 1], s[kSecond + 2], s[kSecond + 1], s[kSecond + 3],
       s[kSecond + 4], s[kSecond + 2], s[kSecond + 4], s[kSecond + 5];
-  second -= patch.count * patch.mean * patch.mean.transpose();
+  second -= count * mean * mean.transpose();
   const SymmetricEigen3 eigen = symmetric_eigen(second);
   constexpr double kPlane = 1e-6;
-  if (!(eigen.values[0] > kPlane * eigen.values[2])) return std::nullopt;
-  patch.inverse =
+  if (!(eigen.values[0] > kPlane * eigen.values[2])) return false;
+  const Matrix3 inverse =
       eigen.vectors * eigen.values.cwiseInverse().asDiagonal() * eigen.vectors.transpose();
-  return patch;
+  if (1.0 / count + mean.dot(inverse * mean) > 1.0) return false;
+  const Vector mean_value = s.segment(kValues, rows) / count;
+  numbers.head(rows) = mean_value;
+  for (Index i = 0; i < 3; ++i) {
+    auto slope = numbers.segment((i + 1) * rows, rows);
+    slope.setZero();
+    for (Index k = 0; k < 3; ++k) {
+      slope += inverse(i, k) *
+               (s.segment(kValues + (k + 1) * rows, rows) - count * mean[k] * mean_value);
+    }
+    numbers.head(rows) -= mean[i] * slope;
+  }
+  return true;
 }
 
-// The polynomial of the patch of a vertex at r.
-Vector value_of(const Patch& patch, const Matrix& sums, Index vertex, const Vector3& r) {
-  const Index values = (sums.rows() - kValues) / 4;
-  const auto s = sums.col(vertex);
-  const auto part = [&](Index k) { return s.segment(kValues + k * values, values); };
-  const Vector mean = part(0) / patch.count;
-  const Vector3 factors = patch.inverse * (r - patch.mean);
-  Vector value = mean;
-  for (Index k = 0; k < 3; ++k) {
-    value += factors[k] * (part(k + 1) - patch.count * patch.mean[k] * mean);
-  }
-  return value;
+// The polynomials of all vertices that have none yet and that `asks(v)` names, from their own patches.
+template <class Asks>
+void fit_patches(const Matrix& sums, const Asks& asks, Polynomials& polynomials) {
+  parallel_for(sums.cols(), 512, [&](Index begin, Index end) {
+    for (Index v = begin; v < end; ++v) {
+      if (polynomials.has(v) || !asks(v)) continue;
+      polynomials.exists[static_cast<std::size_t>(v)] =
+          fit(sums, v, polynomials.numbers.col(v)) ? 1 : 0;
+    }
+  });
 }
 
 Matrix patch_sums(const MechanicalSystem& system, const Matrix& field) {
@@ -91,48 +98,68 @@ Matrix patch_sums(const MechanicalSystem& system, const Matrix& field) {
   return sums;
 }
 
-// Gives the vertices without a patch of their own the mean of the polynomials of their neighbours. Each
-// counts once for every common element, with the inverse of its amplification.
-void take_from_neighbors(const MechanicalSystem& system, const Matrix& sums,
-                         const std::vector<std::uint8_t>& has_own, Matrix& recovered) {
+// Gives the vertices without a polynomial the mean of those of their neighbours. Each counts once for every
+// common element.
+void take_from_neighbors(const MechanicalSystem& system, Polynomials& polynomials) {
   const RestState& rest = system.rest();
-  const Index rows = recovered.rows();
-  Matrix means = Matrix::Zero(rows + 1, recovered.cols());
+  const Index size = polynomials.numbers.rows();
+  const Index rows = size / 4;
+  Matrix sums = Matrix::Zero(size + 1, system.vertex_count());
   for (Index e = 0; e < rest.element_count(); ++e) {
     for (const Index v : rest.nodes(e)) {
-      if (has_own[static_cast<std::size_t>(v)] != 0) continue;
+      if (polynomials.has(v)) continue;
       for (const Index other : rest.nodes(e)) {
-        if (has_own[static_cast<std::size_t>(other)] == 0) continue;
-        const Patch patch = *patch_of(sums, other);
+        if (!polynomials.has(other)) continue;
+        const auto numbers = polynomials.numbers.col(other);
         const Vector3 r = rest.position(v) - rest.position(other);
-        const double weight = 1.0 / patch.amplification(r);
-        means.col(v).head(rows) += weight * value_of(patch, sums, other, r);
-        means(rows, v) += weight;
+        sums.col(v).head(size) += numbers;
+        for (Index i = 0; i < 3; ++i) {
+          sums.col(v).head(rows) += r[i] * numbers.segment((i + 1) * rows, rows);
+        }
+        sums(size, v) += 1.0;
       }
     }
   }
-  if (system.part() != nullptr) system.part()->add_shared(means.data(), means.rows());
-  for (Index v = 0; v < recovered.cols(); ++v) {
-    if (means(rows, v) > 0.0) recovered.col(v) = means.col(v).head(rows) / means(rows, v);
+  if (system.part() != nullptr) system.part()->add_shared(sums.data(), sums.rows());
+  for (Index v = 0; v < sums.cols(); ++v) {
+    if (sums(size, v) == 0.0) continue;
+    polynomials.numbers.col(v) = sums.col(v).head(size) / sums(size, v);
+    polynomials.exists[static_cast<std::size_t>(v)] = 1;
   }
+}
+
+// 0 for the vertices inside the body.
+Vector surface_marks(const MechanicalSystem& system) {
+  Vector marks = Vector::Zero(system.vertex_count());
+  for (const auto& face : boundary_faces(system.mesh())) {
+    for (const Index v : face) marks[v] = 1.0;
+  }
+  add_shared(system.part(), marks, 1);
+  return marks;
 }
 
 }  // namespace
 
 Matrix recovered_field(const MechanicalSystem& system, const Matrix& element_field) {
   const Matrix sums = patch_sums(system, element_field);
+  const Vector marks = surface_marks(system);
+  Polynomials polynomials;
+  polynomials.numbers = Matrix::Zero(4 * element_field.rows(), system.vertex_count());
+  polynomials.exists.assign(static_cast<std::size_t>(system.vertex_count()), 0);
+  // Patches that surround their vertex have the higher order. From them the faces of the body take theirs, from
+  // these its edges, and from these its corners.
+  fit_patches(
+      sums, [&](Index v) { return marks[v] == 0.0; }, polynomials);
+  constexpr int kSweeps = 3;
+  for (int i = 0; i < kSweeps; ++i) take_from_neighbors(system, polynomials);
+  // Where the body is one element thick, there are patches on its surface only.
+  fit_patches(
+      sums, [](Index) { return true; }, polynomials);
+  take_from_neighbors(system, polynomials);
   Matrix recovered = nodal_average(system, element_field);
-  std::vector<std::uint8_t> has_own(static_cast<std::size_t>(recovered.cols()), 0);
-  parallel_for(recovered.cols(), 512, [&](Index begin, Index end) {
-    for (Index v = begin; v < end; ++v) {
-      // A polynomial that amplifies errors is an extrapolation.
-      const std::optional<Patch> patch = patch_of(sums, v);
-      if (!patch || patch->amplification(Vector3::Zero()) > 1.0) continue;
-      has_own[static_cast<std::size_t>(v)] = 1;
-      recovered.col(v) = value_of(*patch, sums, v, Vector3::Zero());
-    }
-  });
-  take_from_neighbors(system, sums, has_own, recovered);
+  for (Index v = 0; v < recovered.cols(); ++v) {
+    if (polynomials.has(v)) recovered.col(v) = polynomials.numbers.col(v).head(recovered.rows());
+  }
   return recovered;
 }
 

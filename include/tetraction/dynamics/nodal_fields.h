@@ -34,9 +34,10 @@ NodalFields nodal_fields(const MechanicalSystem& system, const Vector& q);
 /// The values at the vertices of a field of linear tetrahedra, recovered by Zienkiewicz and Zhu's
 /// superconvergent patches (Int. J. Numer. Meth. Eng. 33, 1992, 1331–1364): at each vertex the linear
 /// polynomial in X that is nearest to the values at the centroids of its elements in the sum of
-/// squares. A vertex at an edge of the body, whose elements do not determine it, has the mean of the
-/// polynomials of the vertices next to it; if they have none, nodal_average(). Fields that are linear in
-/// X are recovered exactly, and steps between materials are smoothed.
+/// squares. A vertex on the surface has the mean of the polynomials of the vertices inside next to it, and one at
+/// an edge those of its neighbours on the faces. Where no vertex inside is near, patches of the surface serve,
+/// and nodal_average() where they would extrapolate. Fields that are linear in X are recovered exactly
+/// where patches serve, and steps between materials are smoothed.
 Matrix recovered_field(const MechanicalSystem& system, const Matrix& element_field);
 
 }  // namespace tetraction
