@@ -355,6 +355,61 @@ TEST(NormalModes, FromNanometresToKilometres) {
   }
 }
 
+// A clamped beam with a rod, or with a rigid plate at its end, without and with forces in them. In the units of
+// its size, modulus and density the frequencies are the same for all bodies: those of the dense problem of one
+// body.
+TEST(NormalModes, ConstraintsFromMicrometresToKilometres) {
+  struct Case {
+    bool plate;
+    double force;  // in them, relative to E s²
+  };
+  for (const Case& c : {Case{false, 0.0}, {false, 2e-3}, {true, 0.0}, {true, 2e-3}}) {
+    const auto make = [&](double scale, double youngs_modulus) {
+      const TetMesh mesh = generate_box(scale * Vector3(4, 1, 1), {6, 2, 2});
+      auto system = make_body(mesh, youngs_modulus);
+      const Vector q = mesh.rest_positions();
+      ConstraintList list;
+      list.held = {hold_where(mesh, SelectPlane{0, 0.0, {}})};
+      if (c.plate) {
+        RigidHandle plate;
+        plate.vertices = select_vertices(mesh, SelectPlane{0, 4.0 * scale, {}});
+        plate.shape = Matrix(3, static_cast<Index>(plate.vertices.size()));
+        for (Index i = 0; i < plate.shape.cols(); ++i) {
+          plate.shape.col(i) = q.segment<3>(3 * plate.vertices[static_cast<std::size_t>(i)]);
+        }
+        list.handles = {plate};
+      } else {
+        list.distances = {FixedDistance{0, 6, 4.0 * scale, "rod"}};
+      }
+      system->set_constraints(Constraints(list, mesh, system->mass()));
+      return system;
+    };
+    const auto multipliers = [&](const MechanicalSystem& system, double scale, double modulus) {
+      const Index count = system.constraints().equation_count();
+      const double energy = c.force * modulus * scale * scale * scale;
+      return Vector(energy * jiggled(Vector::Ones(count), 0.5));
+    };
+    const auto metre = make(1.0, 1e6);
+    const Vector expected = dense_frequencies_squared(*metre, metre->rest_state().position,
+                                                      multipliers(*metre, 1.0, 1e6)) /
+                            1e6;
+    for (const double scale : {1e-6, 1e-4, 1.0, 1e3}) {
+      for (const double modulus : {1e-10, 1e6, 2e11, 1e12}) {
+        const auto system = make(scale, modulus);
+        NormalModeOptions options;
+        options.count = 12;
+        options.multipliers = multipliers(*system, scale, modulus);
+        const NormalModes found = normal_modes(*system, system->rest_state().position, options);
+        for (std::size_t i = 0; i < 12; ++i) {
+          const double value = found.modes[i].omega_squared * scale * scale / modulus;
+          const double exact = expected[static_cast<Index>(i)];
+          EXPECT_NEAR(value, exact, 1e-8 * exact) << scale << ' ' << modulus << ' ' << i;
+        }
+      }
+    }
+  }
+}
+
 // A clamped block that a rod stiffens, under a large weight and a force: the multipliers balance what
 // the elements and the loads leave, and the modes about this equilibrium are those of the dense
 // problem with the geometric stiffness of the rod.

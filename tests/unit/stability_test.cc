@@ -44,6 +44,25 @@ TEST(StabilityLimit, AgreesWithTheDenseEigenproblem) {
   }
 }
 
+// In the units of size, modulus and density the limit is the same for all bodies.
+TEST(StabilityLimit, FromMicrometresToKilometres) {
+  const auto limit_of = [](double size, double modulus) {
+    TetMesh mesh = small_block({6, 4, 3});
+    for (Vector3& x : mesh.vertices.own()) x *= size;
+    const LameParameters lame = lame_from_young(modulus, 0.3);
+    MechanicalSystem system(mesh, NeoHookean(lame.mu, lame.lambda), 1000.0);
+    system.set_constraints(hold(system.mesh(), SelectPlane{0, 0.0, {}}));
+    return stability_limit(system, system.rest_state().position).omega_max * size /
+           std::sqrt(modulus / 1000.0);
+  };
+  const double expected = limit_of(1.0, 1e6);
+  for (const double size : {1e-6, 1e3}) {
+    for (const double modulus : {1e-10, 1e12}) {
+      EXPECT_NEAR(limit_of(size, modulus), expected, 1e-3 * expected) << size << ' ' << modulus;
+    }
+  }
+}
+
 TEST(StabilityLimit, IsSetByTheSmallestElement) {
   TetMesh mesh = small_block();
   // Squeeze the last vertex into its neighbours.

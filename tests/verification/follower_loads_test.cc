@@ -357,6 +357,41 @@ class DampedColumn {
   Session session_;
 };
 
+// A weak pressure with a free rim changes neither frequencies nor damping ratios, which are those of the
+// symmetric problem then, φᵀCφ/(2ω), whatever the unit of time: the lowest ω² is 10¹² 1/s² here, 1 1/s², and
+// 10⁻²⁰ 1/s².
+TEST(FollowerModes, DampingRatiosInAnyUnits) {
+  struct Body {
+    double size, youngs_modulus, density, viscosity;
+  };
+  for (const Body& body : {Body{1e-4, 1.6e11, 2330.0, 10.0},
+                           {1e-2, 1.6e11, 2330.0, 1e3},
+                           {1e-6, 1e12, 2330.0, 0.2},
+                           {1e3, 1e-10, 1e3, 1e-3}}) {
+    Scene scene = bar(body.size * Vector3(1.0, 0.1, 0.1), {8, 2, 1}, 0.0);
+    scene.material.youngs_modulus = body.youngs_modulus;
+    scene.material.poissons_ratio = 0.22;
+    scene.material.density = body.density;
+    scene.damping.viscosity = body.viscosity;
+    scene.fix = {fix(SelectPlane{0, 0.0, {}})};
+    scene.pressure = {pressure(SelectPlane{1, 0.1 * body.size, {}}, 6.25e-7 * body.youngs_modulus)};
+    Session session = equilibrium(scene);
+    ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+    EXPECT_FALSE(session.load_path()->loss) << body.size;
+    NormalModeOptions options;
+    options.count = 6;
+    const NormalModes symmetric = normal_modes(session.system(), session.state().position, options);
+    options.with_loads = true;
+    const NormalModes modes = normal_modes(session.system(), session.state().position, options);
+    for (std::size_t i = 0; i < 6; ++i) {
+      EXPECT_EQ(modes.modes[i].kind, ModeKind::kElastic) << body.size << ' ' << i;
+      const double expected = symmetric.modes[i].damping_ratio;
+      EXPECT_GT(expected, 1e-5);
+      EXPECT_NEAR(modes.modes[i].damping_ratio, expected, 1e-3 * expected) << body.size << ' ' << i;
+    }
+  }
+}
+
 // Of two modes that flutter together, the one that grows comes first: it is not cut off.
 TEST(FollowerModes, TheModeThatGrowsComesFirst) {
   const DampedColumn body(26.0, 0.0, 5.0);
