@@ -157,8 +157,10 @@ end = 1e-2
         scene = self.write("beam.toml", BEAM)
         if "display" not in self.run_program("view", scene, env=NO_DISPLAY, code=2).stderr:
             self.skipTest("the program has no window")
-        for name in ("loop.toml", "loop.vtu", "loop"):
-            self.assertNotIn("unexpected", self.run_program("view", name, env=NO_DISPLAY, code=3).stderr)
+        # A name without an ending is that of no scene, mesh or folder that can be read.
+        for name, code in (("loop.toml", 3), ("loop.vtu", 3), ("loop", 2)):
+            result = self.run_program("view", name, env=NO_DISPLAY, code=code)
+            self.assertNotIn("unexpected", result.stderr)
 
     def test_headers_of_many_comments_and_pieces(self):
         # With a check whose time grows with the square of the length, none of these would end.
