@@ -95,7 +95,7 @@ class ConstrainedEquilibrium : public testing::TestWithParam<Solver> {
 
 INSTANTIATE_TEST_SUITE_P(Solvers, ConstrainedEquilibrium,
                          testing::Values(Solver{"newton", "newton"}, Solver{"ceres", "ceres"}),
-                         [](const auto& info) { return info.param.name; });
+                         [](const auto& test) { return test.param.name; });
 
 Vector3 displacement(const Session& session, const Vector3& point) {
   const TetMesh& mesh = session.system().mesh();
