@@ -24,20 +24,19 @@ ConstrainedMinimization::ConstrainedMinimization(PotentialProblem& problem,
 
 bool ConstrainedMinimization::minimize(const Vector& from, StepOutcome& outcome) {
   if (!problem_.constraints().has_equations()) return solve(outcome);
-  if (!problem_.has_inertia()) return solve_saddle_point(outcome);
-  const Vector start = u_;
-  const auto solve_if_needed = [&] { return is_solved(outcome) || solve(outcome); };
-  if (solve_with_multipliers(from, outcome, solve_if_needed)) return true;
-  // Constant constraint forces resist no motion, so that the body may buckle under forces that turn with it.
-  if (direction_ != ConstraintDirection::kEnd || outcome.obstacle == StepObstacle::kViscosity)
-    return false;
-  StepOutcome again;
-  again.minimizer = outcome.minimizer;
-  u_ = start;
-  multipliers_.resize(0);
-  if (!solve_saddle_point(again)) return false;
-  outcome = again;
-  return true;
+  if (direction_ == ConstraintDirection::kEnd) {
+    const Vector start = u_;
+    if (solve_saddle_point(outcome)) return true;
+    if (!problem_.has_inertia() || outcome.obstacle == StepObstacle::kViscosity) return false;
+    // Round-off of the stiff constraints may hide the forces of soft elements. Constant forces have none.
+    u_ = start;
+    problem_.set_constraint_potential(nullptr);
+    outcome.status = StepStatus::kOk;
+    outcome.message.clear();
+    outcome.obstacle = StepObstacle::kSolver;
+  }
+  return solve_with_multipliers(from, outcome,
+                                [&] { return is_solved(outcome) || solve(outcome); });
 }
 
 // u_ ← the minimiser, beginning at u_. If Φ contains an estimate of the strain rate, the estimate

@@ -135,13 +135,13 @@ TEST_P(Loads, AFixFollowsItsAmplitudeAndAHandleTurnsByItsIntegral) {
   const std::vector<Index> held = select_vertices(mesh, fix.select);
   const std::vector<Index> turned = select_vertices(mesh, handle.select);
   const Amplitude angle = make_amplitude(hat());
-  Vector3 center = Vector3::Zero();  // of the masses of the handle
-  double mass = 0.0;
+  Vector3 low = mesh.vertices[static_cast<std::size_t>(turned.front())];
+  Vector3 high = low;
   for (const Index v : turned) {
-    mass += session.system().mass()[v];
-    center += session.system().mass()[v] * mesh.vertices[static_cast<std::size_t>(v)];
+    low = low.cwiseMin(mesh.vertices[static_cast<std::size_t>(v)]);
+    high = high.cwiseMax(mesh.vertices[static_cast<std::size_t>(v)]);
   }
-  center /= mass;
+  const Vector3 center = 0.5 * (low + high);  // of the end's rectangle
   while (session.step()) {
     const double time = session.time();
     const double shift = 0.004 * std::sin(2.0 * std::numbers::pi * 20.0 * time);

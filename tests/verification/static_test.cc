@@ -307,8 +307,10 @@ TetMesh symmetric_beam(const Vector3& size, const std::array<int, 3>& cells) {
     const auto nodes = half.tetrahedra[static_cast<std::size_t>(e)];
     RawCell cell;
     cell.type = CellType::kTetrahedron;
+    cell.id = 2 * e;
     cell.vertices.assign(nodes.begin(), nodes.end());
     raw.cells.push_back(cell);
+    ++cell.id;
     for (std::int64_t& v : cell.vertices) v = mirrored[static_cast<std::size_t>(v)];
     std::swap(cell.vertices[0], cell.vertices[1]);
     raw.cells.push_back(cell);
