@@ -99,13 +99,9 @@ EvaluationStatus ConstrainedMinimization::residual(Vector& r) const {
 
 bool ConstrainedMinimization::newton_correction(Vector& correction) {
   if (follows_loads()) return root_finder_->newton_correction(equations_, u_, correction);
-  if (!problem_.residual(u_, gradient_).ok()) return false;
-  const FreeCoordinates& coordinates = system_.coordinates();
-  Matrix solution;
-  if (!minimizer_->solve_linearized(problem_, u_, coordinates.restrict(gradient_), solution)) {
-    return false;
-  }
-  correction = -coordinates.extend(solution.col(0));
+  Matrix moved;
+  if (!problem_.residual(u_, gradient_).ok() || !solve_linear(-gradient_, moved)) return false;
+  correction = moved.col(0);
   return true;
 }
 

@@ -5,7 +5,6 @@
 #include <Eigen/LU>
 
 #include <algorithm>
-#include <optional>
 
 #include "core/decompositions.h"
 #include "core/pseudo_random.h"
@@ -247,39 +246,6 @@ std::vector<Eigenpair> ModeSearch::lowest(Index count) {
 }
 
 Vector ModeSearch::solve(const Vector& r) const {
-  return implementation_->solve(r);
-}
-
-class PositiveInverse::Implementation {
- public:
-  Implementation(const ScaledStiffness& stiffness, const LinearisedEquations& equations)
-      : equations_(equations), cholesky_(stiffness.pattern()) {
-    if (cholesky_.factorize(stiffness.shifted(0.0)) &&
-        is_positive(stiffness, cholesky_, equations)) {
-      inverse_.emplace(stiffness, cholesky_, equations, 1.0);
-    }
-  }
-
-  bool exists() const { return inverse_.has_value(); }
-  Vector solve(const Vector& r) const { return inverse_->apply(equations_.project(r)); }
-
- private:
-  const LinearisedEquations& equations_;
-  SparseCholesky cholesky_;
-  std::optional<InverseOperation> inverse_;
-};
-
-PositiveInverse::PositiveInverse(const ScaledStiffness& stiffness,
-                                 const LinearisedEquations& equations)
-    : implementation_(std::make_unique<Implementation>(stiffness, equations)) {}
-
-PositiveInverse::~PositiveInverse() = default;
-
-bool PositiveInverse::exists() const {
-  return implementation_->exists();
-}
-
-Vector PositiveInverse::solve(const Vector& r) const {
   return implementation_->solve(r);
 }
 

@@ -34,21 +34,4 @@ class ModeSearch {
   std::unique_ptr<Implementation> implementation_;
 };
 
-/// (S + Q D Qᵀ)⁻¹ in the space that the equations allow, of a body that is held without them. Keeps
-/// references to its arguments, which must live longer.
-class PositiveInverse {
- public:
-  PositiveInverse(const ScaledStiffness& stiffness, const LinearisedEquations& equations);
-  ~PositiveInverse();
-
-  /// Whether S is positive definite, and S + Q D Qᵀ in that space.
-  bool exists() const;
-  /// The inverse times r, if it exists.
-  Vector solve(const Vector& r) const;
-
- private:
-  class Implementation;
-  std::unique_ptr<Implementation> implementation_;
-};
-
 }  // namespace tetraction

@@ -15,6 +15,7 @@
 #include <string>
 
 #include "support/bodies.h"
+#include "support/scene_parts.h"
 #include "tetraction/core/error.h"
 #include "tetraction/mesh/generate.h"
 #include "tetraction/simulation/equilibrium.h"
@@ -37,21 +38,7 @@ TetMesh separate_blocks(int count, const Vector3& size, const std::array<int, 3>
   const TetMesh block = generate_box(size, cells);
   RawMesh raw;
   raw.source = "separate blocks";
-  for (int k = 0; k < count; ++k) {
-    const auto first = static_cast<std::int64_t>(raw.vertices.size());
-    for (Index v = 0; v < block.vertex_count(); ++v) {
-      raw.vertices.push_back(block.vertices[static_cast<std::size_t>(v)] +
-                             Vector3(0.0, 2.0 * size.y() * k, 0.0));
-      raw.vertex_ids.push_back(static_cast<std::int64_t>(raw.vertices.size()) - 1);
-    }
-    for (const auto t : block.tetrahedra) {
-      RawCell cell;
-      cell.type = CellType::kTetrahedron;
-      cell.id = static_cast<std::int64_t>(raw.cells.size());
-      cell.vertices = {first + t[0], first + t[1], first + t[2], first + t[3]};
-      raw.cells.push_back(cell);
-    }
-  }
+  for (int k = 0; k < count; ++k) append_body(raw, block, Vector3(0.0, 2.0 * size.y() * k, 0.0));
   return build_mesh(std::move(raw));
 }
 

@@ -8,6 +8,7 @@
 #include <Eigen/Geometry>
 
 #include "support/bodies.h"
+#include "support/scene_parts.h"
 #include "tetraction/mesh/edge_vertices.h"
 #include "tetraction/mesh/generate.h"
 #include "tetraction/mesh/tet_mesh.h"
@@ -21,25 +22,11 @@ namespace {
 
 using namespace testing_support;
 
-FixSettings fix(Selection select) {
-  FixSettings result;
-  result.select = std::move(select);
-  return result;
-}
-
 ConstraintSettings handle(Selection select) {
   ConstraintSettings result;
   result.kind = ConstraintKind::kRigid;
   result.select = std::move(select);
   return result;
-}
-
-ForceSettings pressure(Selection select, double value) {
-  ForceSettings load;
-  load.kind = LoadKind::kPressure;
-  load.select = std::move(select);
-  load.value = value;
-  return load;
 }
 
 Scene beam(const Vector3& size, const std::array<int, 3>& cells, double youngs_modulus) {
@@ -130,18 +117,7 @@ TetMesh stack(const std::vector<TetMesh>& bodies, const std::vector<double>& hei
   RawMesh raw;
   raw.source = "stack";
   for (std::size_t k = 0; k < bodies.size(); ++k) {
-    const auto first = static_cast<std::int64_t>(raw.vertices.size());
-    for (const Vector3& v : bodies[k].vertices) {
-      raw.vertex_ids.push_back(static_cast<std::int64_t>(raw.vertices.size()));
-      raw.vertices.emplace_back(v + Vector3(0.0, 0.0, heights[k]));
-    }
-    for (const auto t : bodies[k].tetrahedra) {
-      RawCell cell;
-      cell.type = CellType::kTetrahedron;
-      cell.id = static_cast<std::int64_t>(raw.cells.size());
-      cell.vertices = {first + t[0], first + t[1], first + t[2], first + t[3]};
-      raw.cells.push_back(cell);
-    }
+    append_body(raw, bodies[k], Vector3(0.0, 0.0, heights[k]));
   }
   return build_mesh(std::move(raw));
 }

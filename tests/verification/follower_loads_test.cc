@@ -11,6 +11,7 @@
 #include <Eigen/LU>
 
 #include "support/bodies.h"
+#include "support/scene_parts.h"
 #include "tetraction/dynamics/consistent_mass.h"
 #include "tetraction/material/neo_hookean.h"
 #include "tetraction/mesh/edge_vertices.h"
@@ -23,21 +24,6 @@ namespace tetraction {
 namespace {
 
 using namespace testing_support;
-
-FixSettings fix(Selection select, std::array<bool, 3> components = {true, true, true}) {
-  FixSettings result;
-  result.select = std::move(select);
-  result.components = components;
-  return result;
-}
-
-ForceSettings pressure(Selection select, double value) {
-  ForceSettings load;
-  load.kind = LoadKind::kPressure;
-  load.select = std::move(select);
-  load.value = value;
-  return load;
-}
 
 // A bar along x of quadratic elements with a pressure on its end face.
 Scene bar(const Vector3& size, const std::array<int, 3>& cells, double value) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "support/bodies.h"
+#include "support/scene_parts.h"
 #include "tetraction/mesh/edge_vertices.h"
 #include "tetraction/simulation/equilibrium.h"
 #include "tetraction/simulation/scene_objects.h"
@@ -16,21 +17,6 @@ namespace tetraction {
 namespace {
 
 using namespace testing_support;
-
-FixSettings fix(Selection select, std::array<bool, 3> components = {true, true, true}) {
-  FixSettings result;
-  result.select = std::move(select);
-  result.components = components;
-  return result;
-}
-
-ForceSettings pressure(Selection select, double value) {
-  ForceSettings load;
-  load.kind = LoadKind::kPressure;
-  load.select = std::move(select);
-  load.value = value;
-  return load;
-}
 
 // One eighth of a hollow sphere between the radii 1 − layers/n and 1, of quadratic elements: the outer layers
 // of a cube, whose vertices are moved along their rays.

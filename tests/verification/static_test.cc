@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "support/bodies.h"
+#include "support/scene_parts.h"
 #include "tetraction/core/error.h"
 #include "tetraction/mesh/edge_vertices.h"
 #include "tetraction/simulation/equilibrium.h"
@@ -22,13 +23,6 @@ Scene soft_beam(const Vector3& size, const std::array<int, 3>& cells) {
   scene.material.youngs_modulus = 1e6;
   scene.material.poissons_ratio = 0.3;
   return scene;
-}
-
-FixSettings fix(Selection select, std::array<bool, 3> components = {true, true, true}) {
-  FixSettings result;
-  result.select = std::move(select);
-  result.components = components;
-  return result;
 }
 
 Session equilibrium(const Scene& scene) {
