@@ -69,7 +69,7 @@ class Modes:
     frequencies : array (k,)
         Hz. For an unstable mode the rate of growth over 2π.
     kinds : list of str
-        "rigid", "elastic", "unstable" or "flutter".
+        "rigid", "mechanism", "elastic", "unstable" or "flutter".
     shapes : array (k, n, 3)
         Displacements with unit modal mass, kg^(-1/2).
     effective_masses : array (k, 3)
@@ -172,8 +172,7 @@ class Study:
 
 
 def study(scene: _scene.Scene | _Path,
-          integrators: Sequence[str] = ("explicit", "verlet", "midpoint", "backward-euler"),
-          steps: Sequence[float] = (), *, out: _Path | None = None,
+          integrators: Sequence[str] = (), steps: Sequence[float] = (), *, out: _Path | None = None,
           reference_step: float | None = None, reference_integrator: str = "midpoint",
           reference: str = "run", error_probe: str = "", points: ArrayLike | None = None,
           tetrahedra: ArrayLike | None = None, mesh: Mesh | None = None, copy: bool = True,
@@ -184,6 +183,7 @@ def study(scene: _scene.Scene | _Path,
     ----------
     scene : Scene or path-like
     integrators : sequence of str
+        Without any: all.
     steps : sequence of float
         Seconds. Without any: 1/4, 1/2, 2, 8 and 32 times the stability limit.
     out : path-like, optional

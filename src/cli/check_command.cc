@@ -14,7 +14,9 @@
 #include "dynamics/turned_guess.h"
 #include "mesh/bounding_box.h"
 #include "mesh_table.h"
+#include "scene_facts.h"
 #include "scene_source.h"
+#include "simulation/initial_state.h"
 #include "simulation/parallel_features.h"
 #include "spectrum.h"
 #include "tetraction/dynamics/derivative_check.h"
@@ -137,10 +139,14 @@ int check(const std::string& path, const std::vector<std::string>& overrides, bo
   const std::unique_ptr<MechanicalSystem> system =
       make_system(scene, read_scene_mesh(scene, unused));
   const TetMesh& mesh = system->mesh();
-  const State state = make_initial_state(scene, *system);
+  BodyConstraints constraints;
+  std::string note;
+  const State state = make_initial_state(scene, *system, constraints, note);
   check_events(scene, *system);
   const ProbeSet probes(scene.probe, *system);
   const StabilityLimit limit = stability_limit(*system, state.position, scene.time.integrator);
+
+  const SceneFacts facts = scene_facts(scene, *system, constraints, state.position);
 
   nlohmann::ordered_json json;
   json["mesh"] = mesh_json(mesh, unused);
@@ -149,6 +155,7 @@ int check(const std::string& path, const std::vector<std::string>& overrides, bo
   json["multipliers"] = system->constraints().equation_count();
   json["events"] = scene.event.size();
   json["probes"] = probes.probes().size();
+  enter_facts(facts, *system, json);
   double fastest = 0.0;
   json["materials"] = nlohmann::ordered_json::array();
   for (Index r = 0; r < system->region_count(); ++r) {
@@ -224,6 +231,7 @@ int check(const std::string& path, const std::vector<std::string>& overrides, bo
       print_result(", {} multipliers", system->constraints().equation_count());
     }
     write_result("\n");
+    print_inertia(facts);
     if (limit.element >= 0) {
       print_result(
           "stability limit of {}: h_crit = {:.6g} s (omega_max = {:.6g} rad/s, most at element "
@@ -256,6 +264,7 @@ int check(const std::string& path, const std::vector<std::string>& overrides, bo
     if (const std::string remarks = damping_remarks(scene); !remarks.empty()) {
       print_result("{}\n", remarks);
     }
+    print_loads_and_supports(facts, scene, *system);
     print_result(
         "\nanalytic derivatives against central differences, at the initial state strained "
         "by about 10 %:\n{:<16}{:>18}{:>18}\n",
@@ -274,6 +283,7 @@ int check(const std::string& path, const std::vector<std::string>& overrides, bo
       !warning.empty()) {
     print_warning(warning);
   }
+  for (const std::string& warning : facts.warnings) print_warning(warning);
   if (!spectrum.warning.empty()) print_warning(spectrum.warning);
   if (!exact) print_warning("the derivatives differ from finite differences by more than 1e-7");
   return exact ? 0 : 1;

@@ -20,15 +20,43 @@ namespace {
 
 constexpr std::size_t kBins = 10;
 
+// The width of a bin; 0 if all elements have the same value but for round-off.
+double bin_width(const QualityMeasure& measure) {
+  constexpr double kRoundOff = 1e-9;
+  const double range = measure.max - measure.min;
+  return range > kRoundOff * std::abs(measure.max) ? range / static_cast<double>(kBins) : 0.0;
+}
+
 std::vector<Index> histogram(const QualityMeasure& measure) {
   std::vector<Index> bins(kBins, 0);
-  const double width = (measure.max - measure.min) / static_cast<double>(kBins);
+  const double width = bin_width(measure);
   for (const double value : measure.values) {
     const auto bin =
         width > 0.0 ? static_cast<std::size_t>(std::max(0.0, (value - measure.min) / width)) : 0;
     ++bins[std::min(bin, kBins - 1)];
   }
   return bins;
+}
+
+// With as many decimals as tell the bins from each other.
+void print_histogram(const QualityMeasure& measure) {
+  const double width = bin_width(measure);
+  if (width == 0.0) {
+    print_result("  {}: {:.4g} in every element\n", measure.name, measure.mean);
+    return;
+  }
+  const int decimals = std::max(3, 1 - static_cast<int>(std::floor(std::log10(width))));
+  const std::vector<Index> bins = histogram(measure);
+  const Index most = *std::max_element(bins.begin(), bins.end());
+  print_result("  {}:\n", measure.name);
+  for (std::size_t i = 0; i < bins.size(); ++i) {
+    const auto length =
+        static_cast<std::size_t>(40.0 * static_cast<double>(bins[i]) / static_cast<double>(most));
+    print_result("  {0:>{4}.{5}f} – {1:<{4}.{5}f}{2:>9}  {3}\n",
+                 measure.min + width * static_cast<double>(i),
+                 measure.min + width * static_cast<double>(i + 1), bins[i],
+                 std::string(length, '#'), decimals + 5, decimals);
+  }
 }
 
 std::map<int, Index> region_counts(const TetMesh& mesh) {
@@ -137,17 +165,7 @@ void print_mesh_table(const TetMesh& mesh, const std::vector<std::string>& unuse
     print_result("  {:<24}{:>12.4g}{:>12.4g}{:>12.4g}  {:<16}{}\n", m.name, m.min, m.mean, m.max,
                  m.ideal, m.worst_element);
   }
-  const QualityMeasure& first = measures.front();
-  const std::vector<Index> bins = histogram(first);
-  const Index most = *std::max_element(bins.begin(), bins.end());
-  print_result("  {}:\n", first.name);
-  for (std::size_t i = 0; i < bins.size(); ++i) {
-    const double width = (first.max - first.min) / static_cast<double>(kBins);
-    const auto length =
-        static_cast<std::size_t>(40.0 * static_cast<double>(bins[i]) / static_cast<double>(most));
-    print_result("  {:>8.3f} – {:<8.3f}{:>9}  {}\n", first.min + width * static_cast<double>(i),
-                 first.min + width * static_cast<double>(i + 1), bins[i], std::string(length, '#'));
-  }
+  print_histogram(measures.front());
 }
 
 }  // namespace tetraction

@@ -11,6 +11,7 @@
 #include "io/results/directory_lock.h"
 #include "io/results/result_folders.h"
 #include "scene_source.h"
+#include "simulation/free_motions.h"
 #include "tetraction/io/initial_fields.h"
 #include "tetraction/io/mode_writer.h"
 #include "tetraction/io/run_recorder.h"
@@ -42,7 +43,7 @@ void print_modes(const NormalModes& modes, bool damped) {
     const Vector3 part = mass_fractions(mode, modes);
     std::string frequency = "-";
     std::string period = "-";
-    if (mode.kind == ModeKind::kRigid) frequency = "0";
+    if (is_free_of_strain(mode.kind)) frequency = "0";
     if (mode.kind == ModeKind::kUnstable) frequency = fmt::format("{:.7g} i", mode.frequency());
     if (is_vibration(mode.kind)) {
       frequency = fmt::format("{:.7g}", mode.frequency());
@@ -79,6 +80,9 @@ int compute_modes(const ModesArguments& arguments) {
   const std::unique_ptr<MechanicalSystem> system = make_system(scene, std::move(mesh));
   const PositionsOfModes at = positions_of_modes(scene, *system, arguments.loaded, arguments.count);
   if (const std::string warning = locking_warning(*system); !warning.empty()) {
+    print_warning(warning);
+  }
+  if (const std::string warning = mechanism_warning(find_free_motions(*system)); !warning.empty()) {
     print_warning(warning);
   }
   if (!at.found) {

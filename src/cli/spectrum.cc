@@ -71,9 +71,10 @@ Spectrum spectrum_of(const MechanicalSystem& system, const StabilityLimit& limit
       if (always) throw;
       return spectrum;
     }
-    spectrum.rigid = spectrum.unstable = 0;
+    spectrum.rigid = spectrum.mechanism = spectrum.unstable = 0;
     for (const NormalMode& mode : modes.modes) {
       if (mode.kind == ModeKind::kRigid) ++spectrum.rigid;
+      if (mode.kind == ModeKind::kMechanism) ++spectrum.mechanism;
       if (mode.kind == ModeKind::kUnstable) ++spectrum.unstable;
       if (mode.kind != ModeKind::kElastic) continue;
       spectrum.lowest = mode.frequency();
@@ -91,7 +92,8 @@ void print_resolution(const Spectrum& spectrum, Integrator integrator, double st
   std::string text = "frequencies: ";
   if (spectrum.lowest) {
     text += fmt::format("{:.5g} Hz to {:.5g} Hz", *spectrum.lowest, spectrum.highest);
-    text += modes_text(spectrum.unstable, "unstable") + modes_text(spectrum.rigid, "rigid");
+    text += modes_text(spectrum.unstable, "unstable") + modes_text(spectrum.rigid, "rigid") +
+            modes_text(spectrum.mechanism, "mechanism");
   } else {
     text +=
         fmt::format("up to {:.5g} Hz (--spectrum computes the lowest one, too)", spectrum.highest);

@@ -15,6 +15,7 @@ struct Spectrum {
   std::optional<double> lowest;  ///< of the elastic modes; empty if it was not computed
   double highest = 0.0;
   Index rigid = 0;             ///< number of rigid modes, if `lowest` was computed
+  Index mechanism = 0;         ///< number of modes of mechanisms, likewise
   Index unstable = 0;          ///< number of unstable modes, likewise
   double damping_ratio = 0.0;  ///< of the lowest mode, likewise; 0 without damping
   std::string warning;         ///< that round-off spoils the lowest frequency; empty if not

@@ -1,6 +1,7 @@
 #include "connected_parts.h"
 
 #include <numeric>
+#include <utility>
 
 namespace tetraction {
 
@@ -35,6 +36,19 @@ std::vector<std::vector<Index>> connected_parts(const RestState& rest,
     parts[static_cast<std::size_t>(part)].push_back(v);
   }
   return parts;
+}
+
+std::vector<std::vector<MeshPiece>> pieces_of_parts(const TetMesh& mesh,
+                                                    const std::vector<std::vector<Index>>& parts) {
+  std::vector<std::size_t> part_of(static_cast<std::size_t>(mesh.vertex_count()));
+  for (std::size_t k = 0; k < parts.size(); ++k) {
+    for (const Index v : parts[k]) part_of[static_cast<std::size_t>(v)] = k;
+  }
+  std::vector<std::vector<MeshPiece>> pieces(parts.size());
+  for (MeshPiece& piece : mesh_pieces(mesh)) {
+    pieces[part_of[static_cast<std::size_t>(piece.vertices.front())]].push_back(std::move(piece));
+  }
+  return pieces;
 }
 
 }  // namespace tetraction

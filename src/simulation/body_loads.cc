@@ -30,7 +30,7 @@ LoadHistory make_history(const ForceSettings& load, const AmplitudeList& amplitu
 }
 
 const Group* find_group(const TetMesh& mesh, const Selection& selection) {
-  const auto* by_name = std::get_if<SelectGroup>(&selection);
+  const auto* by_name = std::get_if<SelectGroup>(&without_name(selection));
   if (by_name == nullptr) return nullptr;
   const std::vector<const Group*> groups = groups_named(mesh, by_name->name);
   return groups.empty() ? nullptr : groups.front();
@@ -46,20 +46,72 @@ auto any_of_selection(const Select& select) -> decltype(select()) {
   }
 }
 
-LoadDistribution distribution_of(const ForceSettings& load, const MechanicalSystem& system) {
-  const TetMesh& mesh = system.mesh();
+LoadedRegion with_triangles(std::vector<std::array<Index, 3>> triangles) {
+  LoadedRegion region;
+  region.share = LoadShare::kSurface;
+  region.triangles = std::move(triangles);
+  return region;
+}
+
+LoadedRegion with_tetrahedra(std::vector<Index> tetrahedra) {
+  LoadedRegion region;
+  region.share = LoadShare::kVolume;
+  region.tetrahedra = std::move(tetrahedra);
+  return region;
+}
+
+LoadedRegion with_vertices(std::vector<Index> vertices) {
+  LoadedRegion region;
+  region.vertices = std::move(vertices);
+  return region;
+}
+
+// The region over which LoadShare::kAuto shares a total force or a moment out.
+LoadedRegion automatic_region(const Selection& selection, const TetMesh& mesh) {
+  select_vertices(mesh, selection);  // throws if nothing at all is selected
+  const Group* group = find_group(mesh, selection);
+  if (group != nullptr && group->dimension == 2) {
+    return with_triangles(select_triangles(mesh, selection));
+  }
+  const bool is_volume = std::holds_alternative<SelectAll>(without_name(selection)) ||
+                         (group != nullptr && group->dimension == 3);
+  if (!is_volume) {
+    auto triangles = any_of_selection([&] { return select_triangles(mesh, selection); });
+    if (anywhere(mesh.part.get(), !triangles.empty())) return with_triangles(std::move(triangles));
+  }
+  auto tetrahedra = any_of_selection([&] { return select_tetrahedra(mesh, selection); });
+  if (anywhere(mesh.part.get(), !tetrahedra.empty())) return with_tetrahedra(std::move(tetrahedra));
+  return with_vertices(select_vertices(mesh, selection));
+}
+
+// The region of a total force or of a moment.
+LoadedRegion shared_region(const ForceSettings& load, const TetMesh& mesh) {
   switch (load.share) {
     case LoadShare::kSurface:
-      return surface_distribution(mesh, select_triangles(mesh, load.select));
+      return with_triangles(select_triangles(mesh, load.select));
     case LoadShare::kVolume:
-      return mass_distribution(system, select_tetrahedra(mesh, load.select));
+      return with_tetrahedra(select_tetrahedra(mesh, load.select));
     case LoadShare::kVertices:
-      return equal_distribution(select_vertices(mesh, load.select), mesh.part);
+      return with_vertices(select_vertices(mesh, load.select));
     case LoadShare::kAuto:
       break;
   }
-  return faces_or_tetrahedra(load.select, system)
-      .value_or(equal_distribution(select_vertices(mesh, load.select), mesh.part));
+  return automatic_region(load.select, mesh);
+}
+
+LoadDistribution distribution_of(const ForceSettings& load, const MechanicalSystem& system) {
+  const TetMesh& mesh = system.mesh();
+  LoadedRegion region = shared_region(load, mesh);
+  switch (region.share) {
+    case LoadShare::kSurface:
+      return surface_distribution(mesh, region.triangles);
+    case LoadShare::kVolume:
+      return mass_distribution(system, region.tetrahedra);
+    case LoadShare::kVertices:
+    case LoadShare::kAuto:
+      break;
+  }
+  return equal_distribution(std::move(region.vertices), mesh.part);
 }
 
 ExternalForce make_dead_load(const ForceSettings& load, const MechanicalSystem& system,
@@ -112,21 +164,37 @@ PressureLoad make_pressure(const ForceSettings& load, const MechanicalSystem& sy
 
 std::optional<LoadDistribution> faces_or_tetrahedra(const Selection& selection,
                                                     const MechanicalSystem& system) {
-  const TetMesh& mesh = system.mesh();
-  select_vertices(mesh, selection);  // throws if nothing at all is selected
-  const Group* group = find_group(mesh, selection);
-  if (group != nullptr && group->dimension == 2) {
-    return surface_distribution(mesh, select_triangles(mesh, selection));
+  const LoadedRegion region = automatic_region(selection, system.mesh());
+  if (region.share == LoadShare::kSurface) {
+    return surface_distribution(system.mesh(), region.triangles);
   }
-  const bool is_volume =
-      std::holds_alternative<SelectAll>(selection) || (group != nullptr && group->dimension == 3);
-  if (!is_volume) {
-    const auto triangles = any_of_selection([&] { return select_triangles(mesh, selection); });
-    if (anywhere(mesh.part.get(), !triangles.empty())) return surface_distribution(mesh, triangles);
-  }
-  const auto tetrahedra = any_of_selection([&] { return select_tetrahedra(mesh, selection); });
-  if (anywhere(mesh.part.get(), !tetrahedra.empty())) return mass_distribution(system, tetrahedra);
+  if (region.share == LoadShare::kVolume) return mass_distribution(system, region.tetrahedra);
   return {};
+}
+
+const Selection& without_name(const Selection& selection) {
+  const auto* named = std::get_if<SelectNamed>(&selection);
+  return named == nullptr || named->of.size() != 1 ? selection
+                                                   : without_name(named->of.front().selection);
+}
+
+LoadedRegion loaded_region(const ForceSettings& load, const MechanicalSystem& system) {
+  const TetMesh& mesh = system.mesh();
+  return at_place(load, [&]() -> LoadedRegion {
+    switch (load.kind) {
+      case LoadKind::kTraction:
+      case LoadKind::kPressure:
+        return with_triangles(select_triangles(mesh, load.select));
+      case LoadKind::kBodyForce:
+        return with_tetrahedra(select_tetrahedra(mesh, load.select));
+      case LoadKind::kMoment:
+        return shared_region(load, mesh);
+      case LoadKind::kForce:
+        break;
+    }
+    return load.total ? shared_region(load, mesh)
+                      : with_vertices(select_vertices(mesh, load.select));
+  });
 }
 
 BodyLoads make_loads(const LoadLists& lists, const MechanicalSystem& system,

@@ -1,6 +1,8 @@
 // Makes the loads of a body from the settings of a scene or an edit.
 #pragma once
 
+#include <array>
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -24,6 +26,20 @@ struct BodyLoads {
 /// that are not on the boundary.
 std::optional<LoadDistribution> faces_or_tetrahedra(const Selection& selection,
                                                     const MechanicalSystem& system);
+
+/// What a load acts on: one of the three lists.
+struct LoadedRegion {
+  LoadShare share = LoadShare::kVertices;         ///< which of them; never kAuto
+  std::vector<std::array<Index, 3>> triangles{};  ///< of the boundary, outward
+  std::vector<Index> tetrahedra{};
+  std::vector<Index> vertices{};
+};
+
+/// The region of a load. Throws InputError for selections that select nothing.
+LoadedRegion loaded_region(const ForceSettings& load, const MechanicalSystem& system);
+
+/// A selection without the names that it has in the scene (SelectNamed).
+const Selection& without_name(const Selection& selection);
 
 /// All loads of the lists. Throws InputError, with the place of the load in the scene, for
 /// selections that select nothing, unknown amplitudes, and values that are missing or contradict

@@ -1,16 +1,19 @@
-// The rigid motions of a body that nothing restrains.
+#include "free_motions.h"
+
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "core/decompositions.h"
 #include "fem/connected_parts.h"
+#include "fem/jointed_pieces.h"
 #include "load_stepping.h"
 #include "tetraction/core/error.h"
 #include "tetraction/simulation/equilibrium.h"
@@ -33,17 +36,21 @@ struct Potentials {
   bool any = false;
 };
 
-Potentials potentials_of(const MechanicalSystem& system, const Vector& x, double time) {
+// `with_loads`: with the potentials of loads, and with loads that depend on positions.
+Potentials potentials_of(const MechanicalSystem& system, const Vector& x, double time,
+                         bool with_loads) {
   Potentials result;
   result.gradient = Vector::Zero(system.dof_count());
   result.hessian.reset(system.vertex_count());
   const ForcePoint at = system.force_point(x, time);
   for (const ForceTerm* term : system.force_terms()) {
     if (!term->has_potential() || term->uniform_acceleration()) continue;
+    if (!with_loads && term->account() == EnergyAccount::kExternalWork) continue;
     result.any = true;
     term->add_gradient(at, result.gradient);
     term->add_hessian(at, HessianForm::kExact, result.hessian);
   }
+  if (!with_loads) return result;
   for (const ForceTerm* term : system.force_terms()) {
     if (!term->has_load() || !term->load_depends_on_position()) continue;
     Vector load = Vector::Zero(system.dof_count());
@@ -52,6 +59,46 @@ Potentials potentials_of(const MechanicalSystem& system, const Vector& x, double
     term->add_load_stiffness(at, result.loads);
   }
   return result;
+}
+
+// Σ |H v − ω × ∇U|² over the vertices of a part, relative to the size of its terms, for motions with the
+// velocities v (columns) and angular velocities ω. If a rigid motion does not change a potential, it only
+// turns its force: then H v = ω × ∇U. What a vertex cannot do does not count.
+Matrix restraint_of(const MechanicalSystem& system, const Potentials& potentials,
+                    const std::vector<Index>& vertices, double size, const Matrix& fields,
+                    const Matrix& spins) {
+  Matrix changes = Matrix::Zero(fields.rows(), fields.cols());
+  for (Index mode = 0; mode < fields.cols(); ++mode) {
+    Vector change = Vector::Zero(fields.rows());
+    const Vector motion = fields.col(mode);
+    potentials.hessian.add_product(motion, change);
+    potentials.loads.add_product(motion, change);
+    for (const Index v : vertices) {
+      const Vector3 spin = spins.col(mode).segment<3>(3 * v);
+      vertex_block(change, v) -= spin.cross(vertex_block(potentials.gradient, v));
+      if (system.coordinates().is_free(v) || system.coordinates().set_of(v) >= 0) continue;
+      const auto columns = system.coordinates().map(v).columns;
+      vertex_block(change, v) = columns * (columns.transpose() * vertex_block(change, v)).eval();
+    }
+    changes.col(mode) = change;
+  }
+  double scale = 0.0;
+  for (const Index v : vertices) {
+    scale += potentials.hessian.diagonal(v).squaredNorm() +
+             vertex_block(potentials.gradient, v).squaredNorm() / (size * size);
+  }
+  // The vertices are sorted.
+  const auto is_own = [&](Index v) {
+    return std::binary_search(vertices.begin(), vertices.end(), v);
+  };
+  for (const HessianBlocks::Pair& pair : potentials.hessian.pairs()) {
+    if (is_own(pair.row)) scale += 2.0 * pair.block.squaredNorm();
+  }
+  for (const LoadStiffness::Block& block : potentials.loads.blocks()) {
+    if (is_own(block.row)) scale += block.block.squaredNorm();
+  }
+  return scale > 0.0 ? Matrix(changes.transpose() * changes / scale)
+                     : Matrix(Matrix::Zero(fields.cols(), fields.cols()));
 }
 
 // One part of the body with its six rigid motions: translations along the axes, and rotations about
@@ -77,6 +124,8 @@ class Part {
   }
 
   std::vector<std::string> names_of(const Modes& modes) const;
+  const Vector3& center() const { return center_; }
+  double size() const { return size_; }
 
  private:
   Vector3 velocity(Index v, int mode) const {
@@ -111,39 +160,14 @@ class Part {
     return sum;
   }
 
-  // Σ |H v − ω × ∇U|² over the vertices, relative to the size of its terms. If a rigid motion does not
-  // change a potential, it only turns its force: then H v = ω × ∇U. What a vertex cannot do does not count.
   Matrix6 potential_restraint(const Potentials& potentials) const {
-    Matrix changes = Matrix::Zero(system_.dof_count(), 6);
-    double scale = 0.0;
+    Matrix fields(system_.dof_count(), 6);
+    Matrix spins = Matrix::Zero(system_.dof_count(), 6);
     for (int mode = 0; mode < 6; ++mode) {
-      Vector change = Vector::Zero(system_.dof_count());
-      const Vector motion = field(mode);
-      potentials.hessian.add_product(motion, change);
-      potentials.loads.add_product(motion, change);
-      for (const Index v : vertices_) {
-        vertex_block(change, v) -= spin(mode).cross(vertex_block(potentials.gradient, v));
-        if (system_.coordinates().is_free(v) || system_.coordinates().set_of(v) >= 0) continue;
-        const auto columns = system_.coordinates().map(v).columns;
-        vertex_block(change, v) = columns * (columns.transpose() * vertex_block(change, v)).eval();
-      }
-      changes.col(mode) = change;
+      fields.col(mode) = field(mode);
+      for (const Index v : vertices_) spins.col(mode).segment<3>(3 * v) = spin(mode);
     }
-    for (const Index v : vertices_) {
-      scale += potentials.hessian.diagonal(v).squaredNorm() +
-               vertex_block(potentials.gradient, v).squaredNorm() / (size_ * size_);
-    }
-    // The vertices are sorted.
-    const auto is_own = [this](Index v) {
-      return std::binary_search(vertices_.begin(), vertices_.end(), v);
-    };
-    for (const HessianBlocks::Pair& pair : potentials.hessian.pairs()) {
-      if (is_own(pair.row)) scale += 2.0 * pair.block.squaredNorm();
-    }
-    for (const LoadStiffness::Block& block : potentials.loads.blocks()) {
-      if (is_own(block.row)) scale += block.block.squaredNorm();
-    }
-    return scale > 0.0 ? Matrix6(changes.transpose() * changes / scale) : Matrix6(Matrix6::Zero());
+    return restraint_of(system_, potentials, vertices_, size_, fields, spins);
   }
 
   const MechanicalSystem& system_;
@@ -231,41 +255,179 @@ std::vector<std::string> Part::names_of(const Modes& modes) const {
   return names;
 }
 
+// Where joints are, for messages.
+std::string place_of(const std::vector<Index>& joints, const MechanicalSystem& system,
+                     const Vector& x, double size) {
+  constexpr std::size_t kMost = 4;
+  constexpr double kOnLine = 1e-6;
+  std::string text = joints.size() == 1 ? "vertex " : "the vertices ";
+  for (std::size_t i = 0; i < std::min(joints.size(), kMost); ++i) {
+    text += fmt::format("{}{}", i == 0 ? "" : ", ", system.mesh().vertex_id(joints[i]));
+  }
+  if (joints.size() > kMost) text += fmt::format(" and {} more", joints.size() - kMost);
+  if (joints.size() < 2) return text;
+  const Vector3 first = vertex_block(x, joints.front());
+  Vector3 longest = Vector3::Zero();
+  for (const Index v : joints) {
+    const Vector3 r = vertex_block(x, v) - first;
+    if (r.norm() > longest.norm()) longest = r;
+  }
+  const Vector3 direction = longest.normalized();
+  for (const Index v : joints) {
+    const Vector3 r = vertex_block(x, v) - first;
+    if (r.cross(direction).norm() > kOnLine * size) return text;
+  }
+  return fmt::format("{} on the line through {} along {}", text, list_of(first, size),
+                     direction_name(plain_basis(direction).front()));
+}
+
+// The motions of a part that consists of several pieces.
+struct PieceMotions {
+  Modes whole = Modes(6, 0);
+  Mechanism mechanism;
+};
+
+PieceMotions motions_of_pieces(const MechanicalSystem& system, const Part& part,
+                               const std::vector<Index>& vertices, std::vector<MeshPiece> pieces,
+                               const Vector& x, double time) {
+  std::vector<AffineSet> sets;
+  for (const AffineSet& set : system.coordinates().sets()) {
+    if (std::binary_search(vertices.begin(), vertices.end(), set.vertices.front())) {
+      sets.push_back(set);
+    }
+  }
+  PieceMotions result;
+  Mechanism& mechanism = result.mechanism;
+  mechanism.vertex = vertices.front();
+  mechanism.pieces = pieces.size();
+  const JointedPieces jointed(std::move(pieces), sets, x);
+  const Matrix all = jointed.motions();
+  mechanism.motions = all.cols() - 6;
+  if (mechanism.motions == 0) return result;
+  const Matrix whole = jointed.whole(part.center(), part.size());
+  mechanism.joints = jointed.moving_joints(divide_motions(all, whole).mechanism);
+  Matrix free = jointed.motions(system.coordinates());
+  const Potentials potentials = potentials_of(system, x, time, false);
+  if (free.cols() > 0 && potentials.any) {
+    Matrix fields(x.size(), free.cols());
+    Matrix spins(x.size(), free.cols());
+    for (Index j = 0; j < free.cols(); ++j) {
+      fields.col(j) = jointed.field(free.col(j));
+      spins.col(j) = jointed.spins(free.col(j));
+    }
+    const SymmetricEigen eigen =
+        symmetric_eigen(restraint_of(system, potentials, vertices, part.size(), fields, spins));
+    Index count = 0;
+    while (count < free.cols() && eigen.values[count] <= kFree) ++count;
+    free = (free * eigen.vectors.leftCols(count)).eval();
+  }
+  if (free.cols() > 0) {
+    DividedMotions divided = divide_motions(free, whole);
+    result.whole = divided.whole;
+    mechanism.free_motions = divided.mechanism.cols();
+    if (mechanism.free_motions > 0) {
+      mechanism.joints = jointed.moving_joints(divided.mechanism);
+    }
+  }
+  mechanism.place = place_of(mechanism.joints, system, x, part.size());
+  return result;
+}
+
+std::string list_text(const std::vector<std::string>& items) {
+  std::string text;
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    if (i > 0) text += i + 1 < items.size() ? ", " : " and ";
+    text += items[i];
+  }
+  return text;
+}
+
+}  // namespace
+
+FreeMotions find_free_motions(const MechanicalSystem& system, double time) {
+  constexpr std::size_t kMostParts = 1000;
+  const Vector x = system.mesh().rest_positions();
+  const std::vector<std::vector<Index>> parts =
+      connected_parts(system.rest(), system.coordinates().sets());
+  std::vector<std::vector<MeshPiece>> pieces = pieces_of_parts(system.mesh(), parts);
+  FreeMotions result;
+  result.parts = parts.size();
+  for (const auto& of_part : pieces) result.pieces += of_part.size();
+  if (parts.size() > kMostParts) {
+    result.is_complete = false;
+    return result;
+  }
+  const Potentials potentials = potentials_of(system, x, time, true);
+  for (std::size_t k = 0; k < parts.size(); ++k) {
+    const Part part(system, parts[k], x);
+    std::optional<Modes> modes;
+    if (pieces[k].size() > JointedPieces::kMost) {
+      result.is_complete = false;
+    } else if (pieces[k].size() > 1) {
+      PieceMotions motions =
+          motions_of_pieces(system, part, parts[k], std::move(pieces[k]), x, time);
+      if (motions.mechanism.motions > 0) {
+        modes = std::move(motions.whole);
+        result.mechanisms.push_back(std::move(motions.mechanism));
+      }
+    }
+    if (!modes) modes = part.free_modes(potentials);
+    if (modes->cols() == 0) continue;
+    for (std::string& name : part.names_of(*modes)) {
+      if (parts.size() > 1) {
+        name += fmt::format(" (the part with vertex {})", system.mesh().vertex_id(parts[k][0]));
+      }
+      result.whole.push_back(std::move(name));
+    }
+  }
+  return result;
+}
+
+std::string mechanism_text(const Mechanism& mechanism) {
+  return fmt::format("turn in itself as a mechanism, because pieces of it touch only in {}",
+                     mechanism.place);
+}
+
+std::string mechanism_warning(const FreeMotions& motions) {
+  std::vector<std::string> texts;
+  for (const Mechanism& mechanism : motions.mechanisms) {
+    if (mechanism.free_motions > 0) texts.push_back(mechanism_text(mechanism));
+  }
+  if (texts.empty()) return {};
+  return fmt::format(
+      "the body is a mechanism: without any strain it can {}. Tetrahedra that are to hold together "
+      "must share a face. Join the pieces by faces in the mesh, or fix each of them.",
+      list_text(texts));
+}
+
+namespace {
+
+std::vector<std::string> texts_of(const FreeMotions& motions) {
+  std::vector<std::string> texts = motions.whole;
+  for (const Mechanism& mechanism : motions.mechanisms) {
+    if (mechanism.free_motions > 0) texts.push_back(mechanism_text(mechanism));
+  }
+  return texts;
+}
+
 }  // namespace
 
 std::vector<std::string> free_motions(const MechanicalSystem& system, double time) {
-  const Vector x = system.mesh().rest_positions();
-  const Potentials potentials = potentials_of(system, x, time);
-  const std::vector<std::vector<Index>> parts =
-      connected_parts(system.rest(), system.coordinates().sets());
-  std::vector<std::string> names;
-  for (const std::vector<Index>& vertices : parts) {
-    const Part part(system, vertices, x);
-    const Modes modes = part.free_modes(potentials);
-    if (modes.cols() == 0) continue;
-    for (std::string& name : part.names_of(modes)) {
-      if (parts.size() > 1) {
-        name += fmt::format(" (the part with vertex {})", system.mesh().vertex_id(vertices[0]));
-      }
-      names.push_back(std::move(name));
-    }
-  }
-  return names;
+  return texts_of(find_free_motions(system, time));
 }
 
 void refuse_free_motions(const MechanicalSystem& system, double time) {
-  const std::vector<std::string> names = free_motions(system, time);
-  if (names.empty()) return;
-  std::string text;
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    if (i > 0) text += i + 1 < names.size() ? ", " : " and ";
-    text += names[i];
-  }
+  const FreeMotions motions = find_free_motions(system, time);
+  const std::vector<std::string> texts = texts_of(motions);
+  if (texts.empty()) return;
   throw InputError(
-      fmt::format("There is no definite equilibrium: the body can still {}. Fix it with [[fix]], "
-                  "with a plane or "
-                  "line of [[constraint]], or with springs (mode = \"penalty\").{}",
-                  text,
+      fmt::format("There is no definite equilibrium: the body can still {}. {}Fix it with [[fix]], "
+                  "with a plane "
+                  "or line of [[constraint]], or with springs (mode = \"penalty\").{}",
+                  list_text(texts),
+                  texts.size() > motions.whole.size()
+                      ? "Tetrahedra that are to hold together must share a face. "
+                      : "",
                   system.constraints().list().distances.empty()
                       ? ""
                       : " Distances are not enough to hold a body in an equilibrium."));

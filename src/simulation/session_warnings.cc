@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
+#include "load_facts.h"
 #include "session_impl.h"
 #include "tetraction/core/blas.h"
 #include "tetraction/simulation/warnings.h"
@@ -171,7 +173,12 @@ void Session::Impl::warn_of_loads() {
                     start > 0.0 ? "is added at" : "the run starts at", start));
   };
   for (const LoadKind kind : load_kinds()) {
-    for (const ForceSettings& load : scene.list(kind)) warn(load, 0.0);
+    for (const ForceSettings& load : scene.list(kind)) {
+      warn(load, 0.0);
+      if (std::string warning = volume_group_warning(load, *system); !warning.empty()) {
+        progress.warnings.push_back(std::move(warning));
+      }
+    }
   }
   for (const EventSettings& event : scene.event) {
     for (const Edit& edit : event.edits) {

@@ -54,7 +54,7 @@ LinearSolver first_choice(bool can_do_without_matrix, LinearSolver asked) {
   }
   if (asked == LinearSolver::kMatrixFree && !can_do_without_matrix) {
     throw InputError(
-        "solver.linear = \"matrix-free\" knows the three built-in materials and no free rigid "
+        "solver.linear = \"matrix-free\" knows neither materials of a program's own nor free rigid "
         "handles: take \"auto\", \"cg\" or \"factor\".");
   }
   return asked;

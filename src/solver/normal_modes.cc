@@ -15,6 +15,7 @@
 
 #include "core/decompositions.h"
 #include "fem/connected_parts.h"
+#include "fem/jointed_pieces.h"
 #include "lowest_eigenpairs.h"
 #include "small_motions.h"
 #include "tetraction/core/error.h"
@@ -102,6 +103,35 @@ RigidMotions rigid_motions(const ScaledStiffness& stiffness, const Vector& q,
   return motions;
 }
 
+// Motions in which pieces of a part turn against each other, and which the constraints of single vertices
+// allow, orthonormal to each other and to `motions` with respect to the mass. They are free of strain only
+// about the body at rest; elsewhere there are none.
+Matrix mechanism_fields(const MechanicalSystem& system, const ScaledStiffness& stiffness,
+                        const Vector& q, const std::vector<std::vector<Index>>& parts,
+                        const RigidMotions& motions) {
+  Matrix fields(q.size(), 0);
+  if (q != system.mesh().rest_positions()) return fields;
+  Matrix known = motions.fields;
+  for (std::vector<MeshPiece>& pieces : pieces_of_parts(system.mesh(), parts)) {
+    if (pieces.size() < 2 || pieces.size() > JointedPieces::kMost) continue;
+    const JointedPieces jointed(std::move(pieces), {}, q);
+    const Matrix whole = jointed.whole(Vector3::Zero(), 1.0);
+    const Matrix free = divide_motions(jointed.motions(system.coordinates()), whole).mechanism;
+    for (Index j = 0; j < free.cols(); ++j) {
+      Vector field = jointed.field(free.col(j));
+      for (int pass = 0; pass < 2; ++pass) {
+        field -= known * (known.transpose() * stiffness.momentum(field));
+      }
+      field /= std::sqrt(field.dot(stiffness.momentum(field)));
+      for (Matrix* all : {&known, &fields}) {
+        all->conservativeResize(Eigen::NoChange, all->cols() + 1);
+        all->rightCols<1>() = field;
+      }
+    }
+  }
+  return fields;
+}
+
 // The sizes of the forces that terms add to at each vertex when the vertices move by displacements of
 // these lengths, N.
 Vector term_sizes(const HessianBlocks& terms, const Vector& lengths) {
@@ -151,13 +181,19 @@ struct ForcesOfState {
   }
 };
 
-// Rigid motions that the constraints allow and that meet no stiffness, in the coordinates of S,
-// orthonormal. Whether a motion is free follows from the constraints and from the terms that could
+// Modes without stiffness, in the coordinates of S.
+struct FreeModes {
+  Matrix vectors;                    // orthonormal columns
+  std::vector<bool> is_mechanism{};  // whether pieces turn against each other, for each column
+};
+
+// Rigid motions of the body, and of the pieces of a mechanism, that the constraints allow and that meet no
+// stiffness. Whether a motion is free follows from the constraints and from the terms that could
 // resist it, each compared with its own size. The elements do not resist it, so that their stiffness
 // does not matter.
-Matrix free_rigid_motions(const MechanicalSystem& system, const Vector& q,
-                          const NormalModeOptions& options, const ScaledStiffness& stiffness,
-                          const LinearisedEquations& equations, bool under_loads) {
+FreeModes free_rigid_motions(const MechanicalSystem& system, const Vector& q,
+                             const NormalModeOptions& options, const ScaledStiffness& stiffness,
+                             const LinearisedEquations& equations, bool under_loads) {
   constexpr double kAllowed = 1e-11;
   constexpr double kResisted = 1e-9;
   constexpr std::size_t kMostParts = 32;
@@ -168,7 +204,11 @@ Matrix free_rigid_motions(const MechanicalSystem& system, const Vector& q,
         "{} of them. Take them one at a time.",
         parts.size(), kMostParts));
   }
-  const RigidMotions motions = rigid_motions(stiffness, q, parts);
+  RigidMotions motions = rigid_motions(stiffness, q, parts);
+  const Index of_parts = motions.fields.cols();
+  const Matrix mechanisms = mechanism_fields(system, stiffness, q, parts, motions);
+  motions.fields.conservativeResize(Eigen::NoChange, of_parts + mechanisms.cols());
+  motions.fields.rightCols(mechanisms.cols()) = mechanisms;
   // What the constraints keep from moving, weighted by the mass.
   Matrix z(stiffness.size(), motions.fields.cols());
   Matrix missing(motions.fields.rows() + equations.count(), motions.fields.cols());
@@ -224,10 +264,15 @@ Matrix free_rigid_motions(const MechanicalSystem& system, const Vector& q,
   const Vector units = (sizes.array() > 0.0).select(sizes.cwiseInverse(), 1.0);
   const Matrix free =
       allowed * units.asDiagonal() * null_space(resistance * units.asDiagonal(), kResisted);
-  if (free.cols() == 0) return Matrix(stiffness.size(), 0);
-  const Matrix basis = Eigen::HouseholderQR<Matrix>(free).householderQ() *
-                       Matrix::Identity(free.rows(), free.cols());
-  return z * along_axes(basis);
+  if (free.cols() == 0) return {Matrix(stiffness.size(), 0)};
+  const Matrix basis = along_axes(Eigen::HouseholderQR<Matrix>(free).householderQ() *
+                                  Matrix::Identity(free.rows(), free.cols()));
+  constexpr double kTurns = 1e-6;
+  FreeModes modes{z * basis};
+  for (Index j = 0; j < basis.cols(); ++j) {
+    modes.is_mechanism.push_back(basis.col(j).tail(mechanisms.cols()).norm() > kTurns);
+  }
+  return modes;
 }
 
 // (c/L)² with the highest wave speed c and the diagonal L of the body, 1/s².
@@ -327,9 +372,9 @@ NormalMode make_mode(const MechanicalSystem& system, const ScaledStiffness& stif
 }
 
 NormalMode make_rigid_mode(const MechanicalSystem& system, const ScaledStiffness& stiffness,
-                           const Vector& z) {
+                           const Vector& z, bool is_mechanism = false) {
   NormalMode mode = make_mode(system, stiffness, {}, 1.0, z);
-  mode.kind = ModeKind::kRigid;
+  mode.kind = is_mechanism ? ModeKind::kMechanism : ModeKind::kRigid;
   mode.omega_squared = 0.0;
   mode.round_off = 0.0;
   return mode;
@@ -340,7 +385,7 @@ void enter_damping(const DampingMatrix& damping, NormalMode& mode) {
   const double rate = std::max(0.0, mode.shape.dot(damping.product(mode.shape)));
   if (is_vibration(mode.kind) && mode.omega_squared > 0.0) {
     mode.damping_ratio = 0.5 * rate / std::sqrt(mode.omega_squared);
-  } else if (mode.kind == ModeKind::kRigid && rate > 0.0) {
+  } else if (is_free_of_strain(mode.kind) && rate > 0.0) {
     // A rigid motion strains nothing, so that viscosity gives it round-off only.
     if (mode.shape.dot(damping.product_of_terms(mode.shape)) > 0.0) {
       mode.damping_ratio = std::numeric_limits<double>::infinity();
@@ -532,6 +577,8 @@ const char* to_string(ModeKind kind) {
       return "elastic";
     case ModeKind::kFlutter:
       return "flutter";
+    case ModeKind::kMechanism:
+      return "mechanism";
     case ModeKind::kUnstable:
       break;
   }
@@ -583,7 +630,8 @@ NormalModes normal_modes(const MechanicalSystem& system, const Vector& q,
   const ScaledStiffness stiffness(system, q, options.time, options.with_loads, options.load_factor);
   const LinearisedEquations equations(system, stiffness, q, options.multipliers);
   const bool under_loads = options.with_loads && system.has_load_of_position();
-  const Matrix rigid = free_rigid_motions(system, q, options, stiffness, equations, under_loads);
+  const FreeModes free = free_rigid_motions(system, q, options, stiffness, equations, under_loads);
+  const Matrix& rigid = free.vectors;
 
   NormalModes result;
   result.total = stiffness.size() - equations.count();
@@ -595,7 +643,8 @@ NormalModes normal_modes(const MechanicalSystem& system, const Vector& q,
   }
   result.moved_mass = units.colwise().squaredNorm().transpose();
   for (Index j = 0; !under_loads && j < rigid.cols(); ++j) {
-    result.modes.push_back(make_rigid_mode(system, stiffness, rigid.col(j)));
+    result.modes.push_back(make_rigid_mode(system, stiffness, rigid.col(j),
+                                           free.is_mechanism[static_cast<std::size_t>(j)]));
   }
   const Index others = result.total - rigid.cols();
   if (others > 0 || under_loads) {

@@ -85,7 +85,9 @@ Equilibrium find_equilibrium(const MechanicalSystem& system, const SolverSetting
 
 /// A rigid motion that neither linear constraints nor potentials restrain, in words: "move along x",
 /// "rotate about the line through (0, 0.5, 0.5) along x". Parts of the body that do not hang together
-/// are examined one by one. Distances and the rigidity of handles do not count. Empty: none is free.
+/// are examined one by one. Distances and the rigidity of handles do not count. A part whose pieces touch
+/// only in edges and vertices, so that they can turn against each other, has one entry more: "turn in itself as a
+/// mechanism, because pieces of it touch only in …". Empty: none is free.
 std::vector<std::string> free_motions(const MechanicalSystem& system, double time = 0.0);
 
 }  // namespace tetraction

@@ -12,14 +12,20 @@ enum class ModeKind {
   kRigid,    ///< motion without any stiffness: ω = 0
   kElastic,  ///< oscillation, ω² > 0
   kUnstable,  ///< exponential growth at the rate √(−ω²): the positions are no stable equilibrium
-  kFlutter  ///< oscillation that grows, fed by loads that follow the deformation, in spite of damping
+  kFlutter,  ///< oscillation that grows, fed by loads that follow the deformation, in spite of damping
+  kMechanism  ///< motion without any stiffness in which pieces of the body turn against each other: ω = 0
 };
 
-/// "rigid", "elastic", "unstable", "flutter".
+/// "rigid", "elastic", "unstable", "flutter", "mechanism".
 const char* to_string(ModeKind kind);
 /// Whether a mode swings: elastic modes and those that flutter.
 inline bool is_vibration(ModeKind kind) {
   return kind == ModeKind::kElastic || kind == ModeKind::kFlutter;
+}
+
+/// Whether a mode strains nothing: rigid ones and those of mechanisms.
+inline bool is_free_of_strain(ModeKind kind) {
+  return kind == ModeKind::kRigid || kind == ModeKind::kMechanism;
 }
 
 /// One solution of K y = ω² M y over the motions that the constraints allow.
@@ -99,7 +105,8 @@ Vector balancing_multipliers(const MechanicalSystem& system, const Vector& q, co
 /// frequencies or shapes, but it decides which modes flutter (ModeKind::kFlutter).
 ///
 /// Rigid motions that meet no stiffness are found exactly, apart from the iterations: their number follows
-/// from the constraints and the force terms. Eigenvalues of
+/// from the constraints and the force terms. About the body at rest the same holds for pieces that touch
+/// only in edges and vertices (ModeKind::kMechanism). Eigenvalues of
 /// any multiplicity are found in full, since the search is repeated in what the modes found so far
 /// leave over until nothing lower comes. The modes found are then made more accurate in the space that they span,
 /// with strain energies that are summed over the elements. The frequencies of the discrete problem are accurate to

@@ -18,13 +18,13 @@
 
 namespace tetraction {
 
-/// Thrown by ByteReader for bytes that cannot be what a ByteWriter wrote.
+/// Thrown by ArchiveReader for bytes that cannot be what a ArchiveWriter wrote.
 struct BadBytes {
   const char* what;
 };
 
 /// Writes: archive(a, b, …) appends the values.
-class ByteWriter {
+class ArchiveWriter {
  public:
   static constexpr bool kReads = false;
 
@@ -51,11 +51,11 @@ class ByteWriter {
 };
 
 /// Reads: archive(a, b, …) replaces the values. No count is believed before there are as many bytes.
-class ByteReader {
+class ArchiveReader {
  public:
   static constexpr bool kReads = true;
 
-  explicit ByteReader(std::string_view bytes) : rest_(bytes) {}
+  explicit ArchiveReader(std::string_view bytes) : rest_(bytes) {}
   bool at_end() const { return rest_.empty(); }
 
   void block(void* data, std::size_t size) {

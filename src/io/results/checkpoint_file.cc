@@ -48,7 +48,7 @@ std::uint64_t checked_size(std::string_view begin, std::uint64_t file_size,
   if (begin.size() < kBeginSize || file_size < kBeginSize + sizeof sum) {
     refuse(name, "it is cut off");
   }
-  ByteReader in(begin.substr(kMagic.size()));
+  ArchiveReader in(begin.substr(kMagic.size()));
   in.block(&format, sizeof format);
   in.block(&byte_order, sizeof byte_order);
   in.whole(size);
@@ -168,11 +168,11 @@ std::string checkpoint_bytes(const StoredCheckpoint& stored) {
         "A run with other edits than the events of its scene cannot be stored in a checkpoint "
         "file: make the edits events.");
   }
-  ByteWriter numbers;
+  ArchiveWriter numbers;
   const State& state = stored.checkpoint.state;
   numbers.reserve(static_cast<std::size_t>(8 * state.position.size()) * sizeof(double) + 4096);
   transfer(numbers, stored);
-  ByteWriter file;
+  ArchiveWriter file;
   file.reserve(kBeginSize + numbers.bytes().size() + sizeof(std::uint64_t));
   file.block(kMagic.data(), kMagic.size());
   file.block(&kFormat, sizeof kFormat);
@@ -186,13 +186,13 @@ std::string checkpoint_bytes(const StoredCheckpoint& stored) {
 StoredCheckpoint checkpoint_from_bytes(std::string_view bytes, const std::string& name) {
   const std::uint64_t size = checked_size(bytes, bytes.size(), name);
   std::uint64_t sum = 0;
-  ByteReader(bytes.substr(bytes.size() - sizeof sum)).whole(sum);
+  ArchiveReader(bytes.substr(bytes.size() - sizeof sum)).whole(sum);
   if (sum != check_sum(bytes.substr(0, bytes.size() - sizeof sum))) {
     refuse(name, "it is damaged: its check sum is wrong");
   }
   StoredCheckpoint stored;
   try {
-    ByteReader numbers(bytes.substr(kBeginSize, size));
+    ArchiveReader numbers(bytes.substr(kBeginSize, size));
     transfer(numbers, stored);
     if (!numbers.at_end()) refuse(name, "there is more in it than it should have");
     require_consistent(stored.checkpoint);

@@ -87,13 +87,13 @@ StoredCheckpoint handed_out(const MeshPart& part, StoredCheckpoint whole) {
     const auto from = vertex_vectors(whole.checkpoint);
     for (std::size_t i = 0; i < vectors.size(); ++i) vectors[i] = std::exchange(*from[i], {});
     force = std::exchange(whole.checkpoint.progress.external_force, {});
-    ByteWriter writer;
+    ArchiveWriter writer;
     transfer(writer, whole);
     bytes = writer.take();
   }
   part.broadcast(bytes, 0);
   StoredCheckpoint own;
-  ByteReader reader(bytes);
+  ArchiveReader reader(bytes);
   transfer(reader, own);
   const auto to = vertex_vectors(own.checkpoint);
   for (std::size_t i = 0; i < vectors.size(); ++i) *to[i] = part.hand_out(vectors[i], 3);
