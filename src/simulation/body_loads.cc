@@ -160,6 +160,23 @@ PressureLoad make_pressure(const ForceSettings& load, const MechanicalSystem& sy
   return pressure;
 }
 
+void insert_force(MechanicalSystem& system, std::size_t place, ExternalForce force) {
+  if (place ==
+      system.forces().size()) {  // the usual case, whose cost does not grow with their number
+    system.add_force(std::move(force));
+    return;
+  }
+  std::vector<ExternalForce> forces = system.forces();
+  forces.insert(forces.begin() + static_cast<std::ptrdiff_t>(place), std::move(force));
+  system.set_forces(std::move(forces));
+}
+
+void remove_force(MechanicalSystem& system, std::size_t place) {
+  std::vector<ExternalForce> forces = system.forces();
+  forces.erase(forces.begin() + static_cast<std::ptrdiff_t>(place));
+  system.set_forces(std::move(forces));
+}
+
 }  // namespace
 
 std::optional<LoadDistribution> faces_or_tetrahedra(const Selection& selection,
@@ -221,40 +238,51 @@ void check_load(const ForceSettings& load, const MechanicalSystem& system,
   }
 }
 
-void set_load(const ForceSettings& load, std::optional<std::size_t> index, LoadLists& lists,
-              MechanicalSystem& system, const AmplitudeList& amplitudes) {
+std::function<void()> set_load(const ForceSettings& load, std::optional<std::size_t> index,
+                               LoadLists& lists, MechanicalSystem& system,
+                               const AmplitudeList& amplitudes) {
   std::vector<ForceSettings>& list = lists.list(load.kind);
   if (index && *index >= list.size()) {
     throw InputError(fmt::format("{} number {} does not exist: there are {}, counted from 0.",
                                  to_string(load.kind), *index, list.size()));
   }
   const std::size_t number = index.value_or(list.size());
+  std::function<void()> undo_system;
   if (load.kind == LoadKind::kPressure) {
     std::vector<PressureLoad> pressures = system.pressures();
     pressures.resize(std::max(pressures.size(), number + 1));
     pressures[number] = make_pressure(load, system, amplitudes);
+    undo_system = [&system, old = system.pressures()] { system.set_pressures(old); };
     system.set_pressures(std::move(pressures));
   } else {
     // The dead loads of a system are in the order of their kinds.
-    std::size_t first = 0;
+    std::size_t place = number;
     for (const LoadKind kind : load_kinds()) {
       if (kind == load.kind) break;
-      if (kind != LoadKind::kPressure) first += lists.list(kind).size();
+      if (kind != LoadKind::kPressure) place += lists.list(kind).size();
     }
     ExternalForce force = make_dead_load(load, system, amplitudes);
     if (index) {
-      system.set_force(first + number, std::move(force));
+      undo_system = [&system, place, old = system.forces()[place]] {
+        system.set_force(place, old);
+      };
+      system.set_force(place, std::move(force));
     } else {
-      std::vector<ExternalForce> forces = system.forces();
-      forces.insert(forces.begin() + static_cast<std::ptrdiff_t>(first + number), std::move(force));
-      system.set_forces(std::move(forces));
+      undo_system = [&system, place] { remove_force(system, place); };
+      insert_force(system, place, std::move(force));
     }
   }
-  if (index) {
-    list[number] = load;
-  } else {
+  if (!index) {
     list.push_back(load);
+    return [undo_system, &list] {
+      undo_system();
+      list.pop_back();
+    };
   }
+  return [undo_system, &list, number, old = std::exchange(list[number], load)] {
+    undo_system();
+    list[number] = old;
+  };
 }
 
 }  // namespace tetraction

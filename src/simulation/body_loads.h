@@ -51,9 +51,11 @@ BodyLoads make_loads(const LoadLists& lists, const MechanicalSystem& system,
 void check_load(const ForceSettings& load, const MechanicalSystem& system,
                 const AmplitudeList& amplitudes);
 
-/// Adds a load to the lists and to the system, or replaces the one with that number of its kind.
-/// Throws InputError as make_loads() does; nothing has changed then.
-void set_load(const ForceSettings& load, std::optional<std::size_t> index, LoadLists& lists,
-              MechanicalSystem& system, const AmplitudeList& amplitudes);
+/// Adds a load to the lists and to the system, or replaces the one with that number of its kind. Returns a function that
+/// undoes this, as long as nothing else was changed since. Throws InputError as make_loads() does; nothing has changed
+/// then.
+std::function<void()> set_load(const ForceSettings& load, std::optional<std::size_t> index,
+                               LoadLists& lists, MechanicalSystem& system,
+                               const AmplitudeList& amplitudes);
 
 }  // namespace tetraction

@@ -2,13 +2,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
 #include <optional>
 #include <tuple>
 #include <utility>
 
+#include "body_loads.h"
 #include "session_impl.h"
 #include "shared_error.h"
-#include "system_settings.h"
 #include "tetraction/core/error.h"
 #include "tetraction/dynamics/multipliers.h"
 #include "tetraction/simulation/setting_keys.h"
@@ -34,13 +35,41 @@ struct Renewal {
   bool limit = false;  // the stability limit may have changed
 };
 
+// Puts back what an edit has changed. Only this is remembered: copies of all settings would make each of many edits
+// dearer than the one before.
+class Undo {
+ public:
+  void add(std::function<void()> step) { steps_.push_back(std::move(step)); }
+  // Of a value of the settings that is about to change.
+  template <class Value>
+  void keep(Value& value) {
+    add([&value, old = value] { value = old; });
+  }
+  template <class List>
+  void keep_entry(List& list, std::size_t index) {
+    add([&list, index, old = list[index]] { list[index] = old; });
+  }
+  template <class List>
+  void remove_last(List& list) {
+    add([&list] { list.pop_back(); });
+  }
+  void undo() {
+    for (auto step = steps_.rbegin(); step != steps_.rend(); ++step) (*step)();
+    steps_.clear();
+  }
+
+ private:
+  std::vector<std::function<void()>> steps_;
+};
+
 // Changes the settings, the system and a copy of the state. Session::Impl::apply() puts the first two
-// back if the edit cannot be made.
+// back with `undo` if the edit cannot be made.
 struct Editor {
   MechanicalSystem& system;
   RunSettings& settings;
   State& state;
   const AmplitudeList& amplitudes;
+  Undo& undo;
   BodyConstraints& constraints = settings.constraints;
   Renewal renewal{};
   std::string warning{};
@@ -66,8 +95,14 @@ struct Editor {
     const bool built_in = all_built_in();
     const bool locked = !locking_warning(system).empty();
     const bool unstable = !instability_warning(system).empty();
-    system.set_material(edit.region, make_material(edit.material, system, edit.region));
-    settings.materials[static_cast<std::size_t>(edit.region)] = edit.material;
+    MaterialField made = make_material(edit.material, system, edit.region);
+    const auto region = static_cast<std::size_t>(edit.region);
+    undo.add([this_system = &system, region = edit.region, old = system.materials()[region]] {
+      this_system->set_material(region, old);
+    });
+    undo.keep_entry(settings.materials, region);
+    system.set_material(edit.region, std::move(made));
+    settings.materials[region] = edit.material;
     if (!locked) warning = locking_warning(system);
     if (!unstable) {
       const std::string more = instability_warning(system);
@@ -80,25 +115,32 @@ struct Editor {
   void operator()(const SetTime& edit) {
     renewal.stepper = edit.time.integrator != settings.time.integrator;
     renewal.step = renewal.limit = true;
+    undo.keep(settings.time);
     settings.time = edit.time;
   }
   void operator()(const SetSolver& edit) {
     check_settings(edit.solver);
+    undo.keep(settings.solver);
     settings.solver = edit.solver;
     renewal.stepper = true;
   }
   void operator()(const SetDamping& edit) {
+    undo.add([this_system = &system, old = system.damping()] { this_system->set_damping(old); });
     system.set_damping(edit.damping);
+    undo.keep(settings.damping);
     settings.damping = edit.damping;
     renewal.limit = true;
   }
   void operator()(const SetEnvironment& edit) {
+    undo.add(
+        [this_system = &system, old = system.environment()] { this_system->set_environment(old); });
     system.set_environment(make_environment(edit.environment, amplitudes));
+    undo.keep(settings.environment);
     settings.environment = edit.environment;
     renewal.limit = !system.environment().is_uniform();
   }
   void operator()(const SetForce& edit) {
-    set_load(edit.force, edit.index, settings.loads, system, amplitudes);
+    undo.add(set_load(edit.force, edit.index, settings.loads, system, amplitudes));
     renewal.limit = edit.force.kind == LoadKind::kPressure;
   }
   void operator()(const SetFix& edit) {
@@ -106,13 +148,18 @@ struct Editor {
       require_index(constraints.fixes, *edit.index, "fix");
       PrescribedVertices& held = constraints.fixes[*edit.index];
       FixSettings& present = constraints.fix_settings[*edit.index];
-      held = changed_held(held, present, edit.fix, system.mesh(), state.position, state.time,
-                          amplitudes);
+      PrescribedVertices changed = changed_held(held, present, edit.fix, system.mesh(),
+                                                state.position, state.time, amplitudes);
+      undo.keep_entry(constraints.fixes, *edit.index);
+      undo.keep_entry(constraints.fix_settings, *edit.index);
+      held = std::move(changed);
       present = edit.fix;
     } else {
       constraints.fixes.push_back(
           make_held(edit.fix, system.mesh(), state.position, state.time, amplitudes));
+      undo.remove_last(constraints.fixes);
       constraints.fix_settings.push_back(edit.fix);
+      undo.remove_last(constraints.fix_settings);
     }
     renewal.constraints = renewal.limit = true;
   }
@@ -122,6 +169,7 @@ struct Editor {
     bool any = false;
     for (std::size_t number = 0; number < constraints.fixes.size(); ++number) {
       if (edit.fix && *edit.fix != number) continue;
+      undo.keep_entry(constraints.fixes, number);
       PrescribedVertices& fix = constraints.fixes[number];
       PrescribedVertices kept = fix;
       kept.vertices.clear();
@@ -145,16 +193,22 @@ struct Editor {
     const ConstraintSettings complete = with_length(edit.constraint, object);
     if (edit.index) {
       require_index(constraints.others, *edit.index, "constraint");
+      undo.keep_entry(constraints.others, *edit.index);
+      undo.keep_entry(constraints.other_settings, *edit.index);
       constraints.others[*edit.index] = std::move(object);
       constraints.other_settings[*edit.index] = complete;
     } else {
       constraints.others.push_back(std::move(object));
+      undo.remove_last(constraints.others);
       constraints.other_settings.emplace_back(complete);
+      undo.remove_last(constraints.other_settings);
     }
     renewal.constraints = renewal.limit = true;
   }
   void operator()(const RemoveConstraint& edit) {
     require_index(constraints.others, edit.index, "constraint");
+    undo.keep_entry(constraints.others, edit.index);
+    undo.keep_entry(constraints.other_settings, edit.index);
     constraints.others[edit.index] = PrescribedVertices{};  // an empty one
     constraints.other_settings[edit.index].reset();
     renewal.constraints = renewal.limit = true;
@@ -231,19 +285,18 @@ void Session::apply(const Edit& edit, const std::string& what) {
 void Session::Impl::apply(const Edit& edit, double at, const std::string& what) {
   // The edit changes a copy of the state, which becomes the present one once nothing can fail any
   // more. Other objects refer to the system; therefore it is changed in place, and so are the
-  // settings and the plan of the steps. All are restored if something fails.
+  // settings and the plan of the steps. All are put back if something fails.
   State& new_state = states.other();
   new_state = state();
   std::unique_ptr<Stepper> new_stepper;
   AppliedEdit done;
-  SystemSettings old_system(*system);
+  Undo undo;
   std::optional<Constraints> old_constraints;
-  RunSettings old_settings = settings;
   const StepPlan old_plan = progress.plan;
   const StepRange old_steps = progress.steps;
   const double old_first_step = progress.first_time_step;
   try {
-    Editor editor{*system, settings, new_state, scene.amplitude};
+    Editor editor{*system, settings, new_state, scene.amplitude, undo};
     std::visit(editor, edit);
     const Renewal& renewal = editor.renewal;
     if (renewal.constraints) {
@@ -277,12 +330,14 @@ void Session::Impl::apply(const Edit& edit, double at, const std::string& what) 
         done.warning = std::move(warning);
       }
     }
-    progress.edits.reserve(progress.edits.size() + 1);
+    // The entry is added below, where nothing may fail.
+    if (progress.edits.size() == progress.edits.capacity()) {
+      progress.edits.reserve(2 * progress.edits.size() + 1);
+    }
     done.energy_jump = balance->enter_edit(new_state);
   } catch (...) {
     if (old_constraints) system->set_constraints(std::move(*old_constraints));
-    old_system.put_in(*system);
-    settings = std::move(old_settings);
+    undo.undo();
     progress.plan = old_plan;
     progress.steps = old_steps;
     progress.first_time_step = old_first_step;
