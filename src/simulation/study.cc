@@ -554,18 +554,39 @@ class Study {
     const double known_error = reference_error > 0.0 ? reference_error : kNone;
     result_.references[reference.entry].error = known_error;
     if (index == 0) result_.reference_error = known_error;
+    const double possible_error =
+        reference_error > 0.0 ? reference_error : possible_error_of_reference(rows);
     for (std::size_t i = 1; i < rows.size(); ++i) {
       const StudyRow& finer = *rows[i - 1];
       StudyRow& row = *rows[i];
-      if (finer.integrator != row.integrator || row.compares_solver ||
-          finer.role == StudyRole::kReference) {
-        continue;
-      }
+      if (!are_neighbours(finer, row)) continue;
       const bool is_of_family = is_run && row.integrator == result_.reference_integrator;
-      if (!is_of_family && error_of(finer) < kAboveReference * reference_error) continue;
+      if (!is_of_family && error_of(finer) < kAboveReference * possible_error) continue;
       row.observed_order = observed_order(finer.step, error_of(finer), row.step, error_of(row),
                                           is_of_family ? result_.reference_step : 0.0);
     }
+  }
+
+  static bool are_neighbours(const StudyRow& finer, const StudyRow& row) {
+    return finer.integrator == row.integrator && !row.compares_solver &&
+           finer.role != StudyRole::kReference;
+  }
+
+  // How large the error of a reference may be of which no run of its own rule tells it. Errors of two neighbouring
+  // steps with e(h) = C h^p + e_r give e_r = e₁ − h₁^p (e₂ − e₁)/(h₂^p − h₁^p), if it is not far below e₁. The
+  // smallest of these counts, because all runs have the same reference.
+  double possible_error_of_reference(const std::vector<StudyRow*>& rows) const {
+    constexpr double kFound = 0.1;  // of e₁
+    double smallest = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 1; i < rows.size(); ++i) {
+      const double e1 = error_of(*rows[i - 1]);
+      const double e2 = error_of(*rows[i]);
+      if (!are_neighbours(*rows[i - 1], *rows[i]) || !(e1 > 0.0) || !std::isfinite(e2)) continue;
+      const double ratio = std::pow(rows[i]->step / rows[i - 1]->step, order(rows[i]->integrator));
+      const double constant = e1 - std::max(0.0, e2 - e1) / (ratio - 1.0);
+      smallest = std::min(smallest, std::max(constant, kFound * e1));
+    }
+    return std::isfinite(smallest) ? smallest : 0.0;
   }
 
   // The error of the reference itself is estimated from the finest other run of its family and the

@@ -386,6 +386,11 @@ class Conclusions {
     std::string reason = "its errors do not grow with the step";
     if (runs.size() < 2) {
       reason = "fewer than two of its runs have an error";
+    } else if (!std::isfinite(result_.reference_error)) {
+      reason =
+          "the reference's own error is not known, and may be a large part of its errors. A run of "
+          "the "
+          "reference's integrator with another step gives an estimate";
     } else if ((integrator != result_.reference_integrator || is_extrapolated(result_)) &&
                error_of(*runs.front()) < kAboveReference * known_reference_error()) {
       reason = "the reference's own error is not small beside its errors";
